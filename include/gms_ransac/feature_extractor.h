@@ -1,0 +1,38 @@
+// First stage, image -> features: ORB keypoints and descriptors.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <opencv2/core.hpp>
+
+#include "gms_ransac/features.h"
+#include "gms_ransac/simd.h"
+
+namespace gms_ransac {
+
+struct FeatureExtractorOptions {
+  std::string extractor = "opencv";  ///< "opencv": cv::ORB, what the paper used; "fast": ours
+  int features = 2000;               ///< keypoints asked for per image, 1..100000
+  int levels = 8;                    ///< pyramid levels, 1..16
+  double scale_factor = 1.2;         ///< between levels, (1, 2]
+  int fast_threshold = 20;           ///< FAST contrast in grey levels, 0..255; above 3000 features 0 is usual
+  int threads = 1;                   ///< the result does not depend on it
+  SimdLevel simd = detectSimdLevel();
+
+  /// Throws std::invalid_argument with a sentence that names the field, its value and its range.
+  void validate() const;
+};
+
+class FeatureExtractor {
+ public:
+  virtual ~FeatureExtractor() = default;
+  /// `image`: CV_8UC1, any size (too small for a keypoint: no features, not an error). Overwrites `features`,
+  /// reusing its storage; descriptors are packed.
+  virtual void extract(const cv::Mat& image, Features& features) = 0;
+};
+
+/// Validates the options and builds the extractor they name.
+std::unique_ptr<FeatureExtractor> makeFeatureExtractor(const FeatureExtractorOptions& options);
+
+}  // namespace gms_ransac

@@ -1,0 +1,39 @@
+// Second stage, features -> matches: exact brute-force nearest neighbours under the Hamming distance.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "gms_ransac/descriptor_set.h"
+#include "gms_ransac/simd.h"
+
+namespace gms_ransac {
+
+/// Nearest neighbour of one reference descriptor among the current ones.
+struct Match {
+  int32_t reference;         ///< index into the reference features (the query)
+  int32_t current;           ///< index into the current features; the lowest on ties, as in cv::BFMatcher
+  uint16_t distance;         ///< Hamming, 0..256
+  uint16_t second_distance;  ///< of the second-nearest current descriptor (another index); 257 when there is none
+};
+
+struct HammingMatcherOptions {
+  bool mutual = false;  ///< keep only pairs that are each other's nearest neighbour (Lan 2020)
+  int threads = 1;      ///< 1 or 2; the result does not depend on it
+  SimdLevel simd = detectSimdLevel();
+
+  void validate() const;
+};
+
+class HammingMatcher {
+ public:
+  explicit HammingMatcher(const HammingMatcherOptions& options = {});
+  /// One match per reference descriptor in reference order (fewer with `mutual`; none when either side is empty).
+  /// `current` must be packed. Identical on every SIMD level. Reuses the storage of `matches`.
+  void match(const DescriptorSet& reference, const DescriptorSet& current, std::vector<Match>& matches);
+
+ private:
+  HammingMatcherOptions options_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,115 @@
+// The pipeline: consecutive images in, filtered correspondences and relative pose out.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gms_ransac/camera.h"
+#include "gms_ransac/feature_extractor.h"
+#include "gms_ransac/hamming_matcher.h"
+#include "gms_ransac/method.h"
+#include "gms_ransac/motion_statistics.h"
+#include "gms_ransac/robust_estimator.h"
+
+namespace gms_ransac {
+
+/// Outcome of one pair of images. Values are those of gms_ransac/MatchStats.
+enum class Status : uint8_t {
+  kOk = 0,
+  kFirstFrame = 1,        ///< nothing to compare with yet
+  kTooFewKeypoints = 2,   ///< fewer than kMinimumMatches in one of the images
+  kTooFewMatches = 3,     ///< fewer than kMinimumMatches raw matches
+  kGmsRejected = 4,       ///< fewer than kMinimumMatches left by the filter
+  kRansacFailed = 5,      ///< no model that explains the matches
+  kLowParallax = 6,       ///< rotation is good, the direction of translation is not observable
+  kUncalibrated = 7,      ///< correspondences only, no pose
+  kTimeReset = 8,         ///< set by callers that watch a clock
+  kBadImage = 9           ///< not a usable image
+};
+std::string toString(Status status);  ///< "OK", "FIRST_FRAME", ...
+
+constexpr int kMinimumMatches = 8;
+
+/// How far a match got.
+enum class MatchStage : uint8_t { kRaw = 0, kGms = 1, kInlier = 2 };
+
+struct MatchFilterOptions {
+  std::string method = "cp_ransac";
+  FeatureExtractorOptions extractor;
+  MotionStatisticsOptions motion_statistics;
+  RobustOptions robust;
+  int matcher_threads = 1;
+
+  void validate() const;
+};
+
+/// One image and what was extracted from it.
+struct Frame {
+  Features features;
+  double detect_seconds = 0;
+};
+
+struct StageTimes {
+  double detect = 0, match = 0, gms = 0, ransac = 0;  ///< seconds; detect is the current image alone
+  double total() const { return detect + match + gms + ransac; }
+};
+
+/// The answer to one pair. `matches` holds every raw match; the columns beside it have one entry for each.
+struct MatchResult {
+  Status status = Status::kFirstFrame;
+  int keypoints_reference = 0, keypoints_current = 0;
+  std::vector<Match> matches;
+  std::vector<MatchStage> stage;
+  std::vector<float> confidence;  ///< 0..1: motion-statistics score over the largest score of the pair
+  int matches_gms = 0, inliers = 0;
+  RobustResult robust;  ///< `inlier` there is indexed by surviving match; use `stage` here
+  StageTimes times;
+
+  /// Empties the answer but keeps its storage.
+  void clear(Status new_status);
+};
+
+/// Owns every stage and the previous frame. Not thread-safe, except that `extract` may run on another thread than
+/// `filter`: they share no state.
+class MatchFilter {
+ public:
+  explicit MatchFilter(const MatchFilterOptions& options = {});
+
+  const MatchFilterOptions& options() const { return options_; }
+  /// An uncalibrated camera is fine: correspondences without pose.
+  void setCamera(const Camera& camera);
+  const Camera& camera() const { return camera_; }
+
+  /// The whole line for the next image of a sequence (CV_8UC1): extracts it once, compares it with the one before,
+  /// keeps it for the next. The result is valid until the next call.
+  const MatchResult& process(const cv::Mat& image);
+  /// Forgets the previous frame: the next image is a first one.
+  void reset();
+
+  /// The two halves of `process`, for callers that choose the pairs themselves.
+  void extract(const cv::Mat& image, Frame& frame);
+  void filter(const Frame& reference, const Frame& current, MatchResult& result);
+
+ private:
+  /// Fills `pairs_` and `survivors_` with the matches that the method's filter keeps.
+  void selectSurvivors(const Features& reference, const Features& current, MatchResult& result);
+  /// Carries the estimator's verdict over to the raw matches and states the outcome.
+  void markInliers(MatchResult& result);
+
+  MatchFilterOptions options_;
+  const Method* method_;
+  Camera camera_;
+  std::unique_ptr<FeatureExtractor> extractor_;
+  HammingMatcher matcher_;
+  MotionStatisticsFilter motion_statistics_;
+  std::unique_ptr<RobustEstimator> estimator_;
+  Frame reference_, current_;
+  bool have_reference_ = false;
+  MotionStatistics statistics_;
+  PointPairs pairs_;
+  std::vector<int> survivors_;  ///< indices into the raw matches
+  MatchResult result_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,57 @@
+// Third stage, matches -> motion statistics: Grid-based Motion Statistics (Bian et al., CVPR 2017).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "gms_ransac/features.h"
+#include "gms_ransac/hamming_matcher.h"
+
+namespace gms_ransac {
+
+enum class GridBorder { kOriginal, kOpenCV };  ///< the two published implementations differ at the image border
+enum class GridNeighborhood { kNine, kFive };  ///< 3x3 cells (Bian 2017) or centre + N/E/S/W (Chen 2018)
+
+struct MotionStatisticsOptions {
+  int grid_columns = 20;          ///< cells across the reference image, 2..100; 0: chosen from image and matches
+  int grid_rows = 20;             ///< cells down the reference image, 2..100; 0: likewise
+  double threshold_factor = 6.0;  ///< alpha of the paper, > 0
+  bool rotation = false;          ///< try all rotations of the neighbourhood, not only the identity
+  bool scale = false;             ///< try right grids of 1/2, 1/sqrt2, sqrt2, 2 times the cells, not only 1
+  GridBorder border = GridBorder::kOpenCV;
+  GridNeighborhood neighborhood = GridNeighborhood::kNine;
+
+  void validate() const;
+};
+
+/// Per raw match, in the order given; columns have as many entries as there are matches.
+struct MotionStatistics {
+  std::vector<uint8_t> accepted;  ///< 1: some shifted grid supports the match
+  std::vector<int32_t> score;     ///< supporting matches in the neighbourhood, the largest over the shifts; 0 if rejected
+  std::vector<float> support;     ///< score / threshold of that same cell pair, >= 1 when accepted; 0 if rejected
+  std::vector<int32_t> cell;      ///< cell of the reference keypoint in the unshifted grid, row * columns + column
+  int accepted_count = 0;
+  int grid_columns = 0, grid_rows = 0;  ///< the grid that was used
+  int rotation = 0;                     ///< winning rotation pattern, 0 = identity
+  int scale = 0;                        ///< winning right-grid scale, index into {1, 1/2, 1/sqrt2, sqrt2, 2}
+};
+
+class MotionStatisticsFilter {
+ public:
+  explicit MotionStatisticsFilter(const MotionStatisticsOptions& options = {});
+  ~MotionStatisticsFilter();
+  MotionStatisticsFilter(MotionStatisticsFilter&&) noexcept;
+  MotionStatisticsFilter& operator=(MotionStatisticsFilter&&) noexcept;
+
+  /// Any number of matches, including none. Reuses the storage of `statistics`; no allocation once warm.
+  void compute(const Features& reference, const Features& current, const std::vector<Match>& matches,
+               MotionStatistics& statistics);
+
+ private:
+  struct Workspace;
+  MotionStatisticsOptions options_;
+  std::unique_ptr<Workspace> workspace_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,85 @@
+// Fourth stage, filtered matches -> robust model and pose. Knows nothing of images.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "gms_ransac/camera.h"
+#include "gms_ransac/method.h"
+#include "gms_ransac/relative_pose.h"
+#include "gms_ransac/simd.h"
+
+namespace gms_ransac {
+
+/// The matches that survived the filter, as columns of N entries.
+struct PointPairs {
+  std::vector<float> x_reference, y_reference;  ///< pixels of the ideal pinhole camera; of the image if uncalibrated
+  std::vector<float> x_current, y_current;
+  std::vector<uint8_t> octave_reference, octave_current;  ///< pyramid levels: noise is scale_factor^octave px
+  std::vector<int32_t> score;                             ///< motion statistics score (0 where no filter ran)
+  std::vector<float> support;                             ///< score / threshold (0 where no filter ran)
+  std::vector<uint16_t> distance, second_distance;        ///< Hamming
+  std::vector<int32_t> cell;                              ///< reference cell of the motion-statistics grid
+  int grid_columns = 20;                                  ///< of that grid
+  float scale_factor = 1.2f;
+
+  int size() const { return static_cast<int>(x_reference.size()); }
+  void resize(int n);
+};
+
+struct RobustOptions {
+  ModelType model = ModelType::kEssential;
+  double threshold_px = 0;    ///< inlier threshold in pixels; 0: 1 for essential and fundamental, 3 for homography
+  double confidence = 0.99;   ///< probability of having drawn an uncontaminated sample, (0, 1)
+  int max_iterations = 2000;  ///< cap on hypotheses, >= 1
+  uint64_t seed = 0;          ///< same seed, same result
+  double ratio = 0.5;         ///< cp_ransac: share of the matches in the confident group, (0, 1]
+  int tdd_d = 1;              ///< rransac_tdd: matches tested before a full verification, >= 1
+  int subset_count = 5;       ///< subset_ransac: random subsets
+  double subset_fraction = 0.2;  ///< subset_ransac: share of the matches in each
+  double split = 0.2;            ///< split2080: share of the matches that are sampled
+  double target_ratio = 0;       ///< gms_ransac: stop at this inlier ratio; 0: off
+  SimdLevel simd = detectSimdLevel();
+
+  double inlierThreshold() const;  ///< threshold_px with its default filled in
+  void validate() const;
+};
+
+struct RobustResult {
+  bool model_found = false;
+  ModelType model_type = ModelType::kEssential;
+  /// x_current^T M x_reference = 0 (E: normalised coordinates; F: the pixels of PointPairs), or
+  /// x_current ~ M x_reference (H: the pixels of PointPairs).
+  Eigen::Matrix3d model = Eigen::Matrix3d::Zero();
+  std::vector<uint8_t> inlier;  ///< N entries; every inlier is within the threshold of `model`
+  int inlier_count = 0;
+  bool pose_found = false;              ///< needs a calibrated camera
+  bool translation_observable = false;  ///< false: parallax too small, `pose.t` is the best guess, not a measurement
+  RelativePose pose;
+  double median_parallax_px = 0;  ///< median over inliers of the displacement left after the rotation is undone
+  double rms_error_px = 0;        ///< over inliers, of the model's residual (Sampson; transfer for a homography)
+  int hypotheses = 0;             ///< minimal samples drawn
+  int models_scored = 0;          ///< solutions of those samples that were verified
+  int64_t point_evaluations = 0;  ///< residuals computed while verifying
+
+  /// Empties the answer but keeps its storage.
+  void clear();
+};
+
+class RobustEstimator {
+ public:
+  virtual ~RobustEstimator() = default;
+  /// `camera` may be uncalibrated (then model essential falls back to fundamental and there is no pose).
+  /// Too few pairs or no acceptable model: model_found is false; never throws on data.
+  virtual void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) = 0;
+  /// Forgets what was learnt from earlier pairs (the previous motion), if anything.
+  virtual void reset() {}
+};
+
+/// Validates the options and builds the estimator the method names.
+std::unique_ptr<RobustEstimator> makeRobustEstimator(const Method& method, const RobustOptions& options);
+
+}  // namespace gms_ransac

@@ -1,0 +1,21 @@
+// ORB as OpenCV computes it: the extractor of the paper, kept for comparison.
+#pragma once
+
+#include <opencv2/features2d.hpp>
+
+#include "gms_ransac/feature_extractor.h"
+
+namespace gms_ransac {
+
+class OpenCvExtractor : public FeatureExtractor {
+ public:
+  explicit OpenCvExtractor(const FeatureExtractorOptions& options);
+  void extract(const cv::Mat& image, Features& features) override;
+
+ private:
+  FeatureExtractorOptions options_;
+  cv::Ptr<cv::ORB> orb_;
+  cv::Mat descriptors_;
+};
+
+}  // namespace gms_ransac

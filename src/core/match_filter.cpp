@@ -1,0 +1,223 @@
+#include "gms_ransac/match_filter.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace gms_ransac {
+
+namespace {
+
+/// Seconds since construction or the last lap.
+class StopWatch {
+ public:
+  double lap() {
+    const auto now = Clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return seconds;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point last_ = Clock::now();
+};
+
+HammingMatcherOptions matcherOptions(const MatchFilterOptions& options) {
+  HammingMatcherOptions matcher;
+  matcher.mutual = findMethod(options.method).matcher == MatcherChoice::kMutual;
+  matcher.threads = options.matcher_threads;
+  return matcher;
+}
+
+MotionStatisticsOptions statisticsOptions(const MatchFilterOptions& options) {
+  MotionStatisticsOptions statistics = options.motion_statistics;
+  if (findMethod(options.method).filter == FilterChoice::kGmsFive) {
+    statistics.neighborhood = GridNeighborhood::kFive;
+  }
+  return statistics;
+}
+
+}  // namespace
+
+std::string toString(Status status) {
+  switch (status) {
+    case Status::kOk:
+      return "OK";
+    case Status::kFirstFrame:
+      return "FIRST_FRAME";
+    case Status::kTooFewKeypoints:
+      return "TOO_FEW_KEYPOINTS";
+    case Status::kTooFewMatches:
+      return "TOO_FEW_MATCHES";
+    case Status::kGmsRejected:
+      return "GMS_REJECTED";
+    case Status::kRansacFailed:
+      return "RANSAC_FAILED";
+    case Status::kLowParallax:
+      return "LOW_PARALLAX";
+    case Status::kUncalibrated:
+      return "UNCALIBRATED";
+    case Status::kTimeReset:
+      return "TIME_RESET";
+    case Status::kBadImage:
+      return "BAD_IMAGE";
+  }
+  return "UNKNOWN";
+}
+
+void PointPairs::resize(int n) {
+  const auto size = static_cast<size_t>(n);
+  for (auto* column : {&x_reference, &y_reference, &x_current, &y_current, &support}) column->resize(size);
+  for (auto* column : {&octave_reference, &octave_current}) column->resize(size);
+  for (auto* column : {&score, &cell}) column->resize(size);
+  for (auto* column : {&distance, &second_distance}) column->resize(size);
+}
+
+void MatchResult::clear(Status new_status) {
+  status = new_status;
+  keypoints_reference = keypoints_current = matches_gms = inliers = 0;
+  matches.clear();
+  stage.clear();
+  confidence.clear();
+  robust.clear();
+  times = StageTimes();
+}
+
+void MatchFilterOptions::validate() const {
+  findMethod(method);
+  extractor.validate();
+  motion_statistics.validate();
+  robust.validate();
+}
+
+MatchFilter::MatchFilter(const MatchFilterOptions& options)
+    : options_(options),
+      method_(&findMethod(options.method)),
+      extractor_(makeFeatureExtractor(options.extractor)),
+      matcher_(matcherOptions(options)),
+      motion_statistics_(statisticsOptions(options)),
+      estimator_(makeRobustEstimator(*method_, options.robust)) {}
+
+void MatchFilter::setCamera(const Camera& camera) {
+  if (camera_ != camera) camera_ = camera;
+}
+
+void MatchFilter::reset() {
+  have_reference_ = false;
+  estimator_->reset();
+}
+
+const MatchResult& MatchFilter::process(const cv::Mat& image) {
+  extract(image, current_);
+  if (have_reference_) {
+    filter(reference_, current_, result_);
+  } else {
+    result_.clear(Status::kFirstFrame);
+    result_.keypoints_current = current_.features.size();
+    result_.times.detect = current_.detect_seconds;
+  }
+  std::swap(reference_, current_);
+  have_reference_ = true;
+  return result_;
+}
+
+void MatchFilter::extract(const cv::Mat& image, Frame& frame) {
+  if (image.type() != CV_8UC1) throw std::invalid_argument("MatchFilter: the image must be CV_8UC1 (grey, 8 bit)");
+  StopWatch watch;
+  extractor_->extract(image, frame.features);
+  frame.detect_seconds = watch.lap();
+}
+
+void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResult& result) {
+  result.clear(Status::kOk);
+  result.keypoints_reference = reference.features.size();
+  result.keypoints_current = current.features.size();
+  result.times.detect = current.detect_seconds;
+  if (std::min(result.keypoints_reference, result.keypoints_current) < kMinimumMatches) {
+    result.status = Status::kTooFewKeypoints;
+    return;
+  }
+
+  StopWatch watch;
+  matcher_.match(reference.features.descriptors, current.features.descriptors, result.matches);
+  result.stage.assign(result.matches.size(), MatchStage::kRaw);
+  result.confidence.assign(result.matches.size(), 0.f);
+  result.times.match = watch.lap();
+  if (result.matches.size() < kMinimumMatches) {
+    result.status = Status::kTooFewMatches;
+    return;
+  }
+
+  motion_statistics_.compute(reference.features, current.features, result.matches, statistics_);
+  selectSurvivors(reference.features, current.features, result);
+  result.times.gms = watch.lap();
+  if (result.matches_gms < kMinimumMatches) {
+    result.status = Status::kGmsRejected;
+    return;
+  }
+
+  estimator_->estimate(pairs_, camera_, result.robust);
+  markInliers(result);
+  result.times.ransac = watch.lap();
+}
+
+void MatchFilter::selectSurvivors(const Features& reference, const Features& current, MatchResult& result) {
+  const bool filters = method_->filter != FilterChoice::kNone;
+  survivors_.clear();
+  int largest_score = 1;
+  for (size_t i = 0; i < result.matches.size(); ++i) {
+    if (filters && !statistics_.accepted[i]) continue;
+    survivors_.push_back(static_cast<int>(i));
+    largest_score = std::max(largest_score, statistics_.score[i]);
+  }
+
+  const int n = static_cast<int>(survivors_.size());
+  pairs_.resize(n);
+  pairs_.grid_columns = statistics_.grid_columns;
+  pairs_.scale_factor = current.scale_factor;
+  for (int k = 0; k < n; ++k) {
+    const int i = survivors_[k];
+    const Match& match = result.matches[i];
+    const cv::KeyPoint& a = reference.keypoints[match.reference];
+    const cv::KeyPoint& b = current.keypoints[match.current];
+    const cv::Point2f p = camera_.undistort(a.pt), q = camera_.undistort(b.pt);
+    pairs_.x_reference[k] = p.x;
+    pairs_.y_reference[k] = p.y;
+    pairs_.x_current[k] = q.x;
+    pairs_.y_current[k] = q.y;
+    pairs_.octave_reference[k] = static_cast<uint8_t>(a.octave);
+    pairs_.octave_current[k] = static_cast<uint8_t>(b.octave);
+    pairs_.score[k] = statistics_.score[i];
+    pairs_.support[k] = statistics_.support[i];
+    pairs_.distance[k] = match.distance;
+    pairs_.second_distance[k] = match.second_distance;
+    pairs_.cell[k] = statistics_.cell[i];
+    result.stage[i] = MatchStage::kGms;
+    result.confidence[i] = static_cast<float>(statistics_.score[i]) / static_cast<float>(largest_score);
+  }
+  result.matches_gms = n;
+}
+
+void MatchFilter::markInliers(MatchResult& result) {
+  const RobustResult& robust = result.robust;
+  if (!robust.model_found) {
+    result.status = Status::kRansacFailed;
+    return;
+  }
+  for (size_t k = 0; k < survivors_.size(); ++k) {
+    if (robust.inlier[k]) result.stage[survivors_[k]] = MatchStage::kInlier;
+  }
+  result.inliers = robust.inlier_count;
+  if (!camera_.calibrated()) {
+    result.status = Status::kUncalibrated;
+  } else if (!robust.pose_found) {
+    result.status = Status::kRansacFailed;
+  } else if (!robust.translation_observable) {
+    result.status = Status::kLowParallax;
+  }
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,54 @@
+#include "gms_ransac/method.h"
+
+#include <stdexcept>
+
+namespace gms_ransac {
+
+const std::vector<Method>& methods() {
+  using M = MatcherChoice;
+  using F = FilterChoice;
+  using O = OrderingChoice;
+  using S = SamplerChoice;
+  using V = VerifierChoice;
+  using R = RecheckChoice;
+  static const std::vector<Method> table = {
+      {"ransac", "Fischler & Bolles 1981", "uniform samples from all nearest neighbours", M::kNearest, F::kNone,
+       O::kNone, S::kUniform, V::kAll, R::kNone, false},
+      {"gms_ransac", "Zhang et al. 2022", "GMS, then uniform samples from its survivors", M::kNearest, F::kGms, O::kNone,
+       S::kUniform, V::kAll, R::kNone, false},
+      {"cp_ransac", "the paper this package implements",
+       "GMS, survivors sorted by neighbourhood score, samples from the most confident group first", M::kNearest,
+       F::kGms, O::kMotionStatistics, S::kConfidenceGroups, V::kAll, R::kNone, false},
+  };
+  return table;
+}
+
+const Method& findMethod(const std::string& name) {
+  std::string known;
+  for (const Method& method : methods()) {
+    if (name == method.name) return method;
+    known += (known.empty() ? "" : ", ") + std::string(method.name);
+  }
+  throw std::invalid_argument("unknown method '" + name + "'; known are " + known);
+}
+
+ModelType parseModelType(const std::string& name) {
+  for (ModelType model : {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography}) {
+    if (name == toString(model)) return model;
+  }
+  throw std::invalid_argument("unknown model '" + name + "'; known are essential, fundamental, homography");
+}
+
+std::string toString(ModelType model) {
+  switch (model) {
+    case ModelType::kEssential:
+      return "essential";
+    case ModelType::kFundamental:
+      return "fundamental";
+    case ModelType::kHomography:
+      break;
+  }
+  return "homography";
+}
+
+}  // namespace gms_ransac
