@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# Checks of the source itself: check_source.sh ros_free|format|lint|tidy [BUILD_DIR]. Exit status 77 means skipped.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+SKIPPED=77
+
+case ${1:-} in
+  ros_free)
+    # The core and its public headers must build without ROS: no include of roscpp, tf2, cv_bridge or a message.
+    ! grep -rnE '#include [<"](ros|tf2|tf2_[a-z]+|cv_bridge|image_transport|image_geometry|nodelet|pluginlib|[a-z]+_msgs|std_srvs|diagnostic_updater|dynamic_reconfigure|message_filters|rosbag|gms_ransac/(Correspondences|MatchStats))[/.]' \
+      include src/core
+    ;;
+  format)
+    # Formatting differs between versions of the tool, so only the one the style was made with decides.
+    clang-format --version 2>/dev/null | grep -q 'version 14\.' || { echo "clang-format 14 is not installed"; exit $SKIPPED; }
+    git ls-files '*.h' '*.cpp' | xargs clang-format --dry-run --Werror
+    ;;
+  lint)
+    command -v catkin_lint >/dev/null || { echo "catkin_lint is not installed"; exit $SKIPPED; }
+    catkin_lint --offline -W1 --strict .
+    ;;
+  tidy)
+    command -v clang-tidy >/dev/null || { echo "clang-tidy is not installed"; exit $SKIPPED; }
+    # Files for one instruction set need its flags, which the compilation database has.
+    git ls-files 'src/core/*.cpp' | xargs -P 2 -n 4 clang-tidy --quiet -p "$2" 2>/dev/null
+    ;;
+  *)
+    echo "usage: check_source.sh ros_free|format|lint|tidy [BUILD_DIR]" >&2
+    exit 2
+    ;;
+esac
