@@ -17,15 +17,15 @@ namespace gms_ransac {
 /// Outcome of one pair of images. Values are those of gms_ransac/MatchStats.
 enum class Status : uint8_t {
   kOk = 0,
-  kFirstFrame = 1,        ///< nothing to compare with yet
-  kTooFewKeypoints = 2,   ///< fewer than kMinimumMatches in one of the images
-  kTooFewMatches = 3,     ///< fewer than kMinimumMatches raw matches
-  kGmsRejected = 4,       ///< fewer than kMinimumMatches left by the filter
-  kRansacFailed = 5,      ///< no model that explains the matches
-  kLowParallax = 6,       ///< rotation is good, the direction of translation is not observable
-  kUncalibrated = 7,      ///< correspondences only, no pose
-  kTimeReset = 8,         ///< set by callers that watch a clock
-  kBadImage = 9           ///< not a usable image
+  kFirstFrame = 1,       ///< nothing to compare with yet
+  kTooFewKeypoints = 2,  ///< fewer than kMinimumMatches in one of the images
+  kTooFewMatches = 3,    ///< fewer than kMinimumMatches raw matches
+  kGmsRejected = 4,      ///< fewer than kMinimumMatches left by the filter
+  kRansacFailed = 5,     ///< no model that explains the matches
+  kLowParallax = 6,      ///< rotation is good, the direction of translation is not observable
+  kUncalibrated = 7,     ///< correspondences only, no pose
+  kTimeReset = 8,        ///< set by callers that watch a clock
+  kBadImage = 9          ///< not a usable image
 };
 std::string toString(Status status);  ///< "OK", "FIRST_FRAME", ...
 

@@ -23,7 +23,7 @@ struct Method {
   OrderingChoice ordering;
   SamplerChoice sampler;
   VerifierChoice verifier;
-  RecheckChoice recheck;  ///< after the robust estimation
+  RecheckChoice recheck;     ///< after the robust estimation
   bool keeps_filter_output;  ///< the model gives only the pose; inliers are what the filter kept (`gms`, `gms5`)
 };
 

@@ -28,9 +28,9 @@ struct MotionStatisticsOptions {
 /// Per raw match, in the order given; columns have as many entries as there are matches.
 struct MotionStatistics {
   std::vector<uint8_t> accepted;  ///< 1: some shifted grid supports the match
-  std::vector<int32_t> score;     ///< supporting matches in the neighbourhood, the largest over the shifts; 0 if rejected
-  std::vector<float> support;     ///< score / threshold of that same cell pair, >= 1 when accepted; 0 if rejected
-  std::vector<int32_t> cell;      ///< cell of the reference keypoint in the unshifted grid, row * columns + column
+  std::vector<int32_t> score;  ///< supporting matches in the neighbourhood, the largest over the shifts; 0 if rejected
+  std::vector<float> support;  ///< score / threshold of that same cell pair, >= 1 when accepted; 0 if rejected
+  std::vector<int32_t> cell;   ///< cell of the reference keypoint in the unshifted grid, row * columns + column
   int accepted_count = 0;
   int grid_columns = 0, grid_rows = 0;  ///< the grid that was used
   int rotation = 0;                     ///< winning rotation pattern, 0 = identity

@@ -32,13 +32,13 @@ struct PointPairs {
 
 struct RobustOptions {
   ModelType model = ModelType::kEssential;
-  double threshold_px = 0;    ///< inlier threshold in pixels; 0: 1 for essential and fundamental, 3 for homography
-  double confidence = 0.99;   ///< probability of having drawn an uncontaminated sample, (0, 1)
-  int max_iterations = 2000;  ///< cap on hypotheses, >= 1
-  uint64_t seed = 0;          ///< same seed, same result
-  double ratio = 0.5;         ///< cp_ransac: share of the matches in the confident group, (0, 1]
-  int tdd_d = 1;              ///< rransac_tdd: matches tested before a full verification, >= 1
-  int subset_count = 5;       ///< subset_ransac: random subsets
+  double threshold_px = 0;       ///< inlier threshold in pixels; 0: 1 for essential and fundamental, 3 for homography
+  double confidence = 0.99;      ///< probability of having drawn an uncontaminated sample, (0, 1)
+  int max_iterations = 2000;     ///< cap on hypotheses, >= 1
+  uint64_t seed = 0;             ///< same seed, same result
+  double ratio = 0.5;            ///< cp_ransac: share of the matches in the confident group, (0, 1]
+  int tdd_d = 1;                 ///< rransac_tdd: matches tested before a full verification, >= 1
+  int subset_count = 5;          ///< subset_ransac: random subsets
   double subset_fraction = 0.2;  ///< subset_ransac: share of the matches in each
   double split = 0.2;            ///< split2080: share of the matches that are sampled
   double target_ratio = 0;       ///< gms_ransac: stop at this inlier ratio; 0: off

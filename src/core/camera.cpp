@@ -72,7 +72,8 @@ Camera::Camera(const CameraIntrinsics& intrinsics, cv::Size image_size)
   offset_.create(rows, columns);
   for (int r = 0; r < rows; ++r) {
     for (int c = 0; c < columns; ++c) {
-      const cv::Point2d offset = ideal[static_cast<size_t>(r) * columns + c] - pixels[static_cast<size_t>(r) * columns + c];
+      const cv::Point2d offset =
+          ideal[static_cast<size_t>(r) * columns + c] - pixels[static_cast<size_t>(r) * columns + c];
       offset_(r, c) = cv::Vec2f(static_cast<float>(offset.x), static_cast<float>(offset.y));
     }
   }

@@ -14,8 +14,8 @@ const std::vector<Method>& methods() {
   static const std::vector<Method> table = {
       {"ransac", "Fischler & Bolles 1981", "uniform samples from all nearest neighbours", M::kNearest, F::kNone,
        O::kNone, S::kUniform, V::kAll, R::kNone, false},
-      {"gms_ransac", "Zhang et al. 2022", "GMS, then uniform samples from its survivors", M::kNearest, F::kGms, O::kNone,
-       S::kUniform, V::kAll, R::kNone, false},
+      {"gms_ransac", "Zhang et al. 2022", "GMS, then uniform samples from its survivors", M::kNearest, F::kGms,
+       O::kNone, S::kUniform, V::kAll, R::kNone, false},
       {"cp_ransac", "the paper this package implements",
        "GMS, survivors sorted by neighbourhood score, samples from the most confident group first", M::kNearest,
        F::kGms, O::kMotionStatistics, S::kConfidenceGroups, V::kAll, R::kNone, false},
