@@ -20,7 +20,7 @@ struct CameraIntrinsics {
   void validate() const;
 };
 
-/// Undoes the distortion through a table built once from OpenCV's model (error below 0.01 px; see camera.cpp), so
+/// Undoes the distortion through a table built once from OpenCV's model (error below 0.005 px; see camera.cpp), so
 /// that a frame's keypoints cost microseconds.
 class Camera {
  public:

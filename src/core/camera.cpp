@@ -11,9 +11,17 @@ namespace gms_ransac {
 
 namespace {
 
-// Table spacing in pixels. Between samples the offset is interpolated bilinearly; with the strongest distortion we
-// have a calibration of (TUM freiburg1) the error stays below 0.005 px at this spacing.
-constexpr int kTableStep = 4;
+// Table spacing in pixels, with one row and column more on each side than the image needs. At this spacing cubic
+// interpolation stays within 0.005 px of OpenCV's iteration for the calibrations in camera_test.cpp.
+constexpr int kTableStep = 8;
+
+/// Weights of the four samples around a fraction in [0, 1): Catmull-Rom.
+void cubicWeights(float f, float (&weights)[4]) {
+  weights[0] = 0.5f * f * (-1 + f * (2 - f));
+  weights[1] = 1 + 0.5f * f * f * (-5 + 3 * f);
+  weights[2] = 0.5f * f * (1 + f * (4 - 3 * f));
+  weights[3] = 0.5f * f * f * (f - 1);
+}
 
 bool hasDistortion(const CameraIntrinsics& intrinsics) {
   return std::any_of(intrinsics.distortion.begin(), intrinsics.distortion.end(), [](double d) { return d != 0; });
@@ -55,11 +63,11 @@ Camera::Camera(const CameraIntrinsics& intrinsics, cv::Size image_size)
   intrinsics_.validate();
   if (!calibrated() || !hasDistortion(intrinsics_)) return;
 
-  const int columns = image_size.width / kTableStep + 2, rows = image_size.height / kTableStep + 2;
+  const int columns = image_size.width / kTableStep + 4, rows = image_size.height / kTableStep + 4;
   std::vector<cv::Point2d> pixels, ideal;
   pixels.reserve(static_cast<size_t>(columns) * rows);
   for (int r = 0; r < rows; ++r) {
-    for (int c = 0; c < columns; ++c) pixels.emplace_back(c * kTableStep, r * kTableStep);
+    for (int c = 0; c < columns; ++c) pixels.emplace_back((c - 1) * kTableStep, (r - 1) * kTableStep);
   }
   const cv::Matx33d K(intrinsics_.fx, 0, intrinsics_.cx, 0, intrinsics_.fy, intrinsics_.cy, 0, 0, 1);
   if (intrinsics_.distortion_model == "equidistant") {
@@ -88,13 +96,19 @@ Eigen::Matrix3d Camera::K() const {
 cv::Point2f Camera::undistort(const cv::Point2f& pixel) const {
   if (offset_.empty()) return pixel;
   const float x = pixel.x / kTableStep, y = pixel.y / kTableStep;
-  const int c = std::clamp(static_cast<int>(x), 0, offset_.cols - 2);
-  const int r = std::clamp(static_cast<int>(y), 0, offset_.rows - 2);
-  const float a = x - c, b = y - r;
-  const cv::Vec2f top = offset_(r, c) * (1 - a) + offset_(r, c + 1) * a;
-  const cv::Vec2f bottom = offset_(r + 1, c) * (1 - a) + offset_(r + 1, c + 1) * a;
-  const cv::Vec2f offset = top * (1 - b) + bottom * b;
-  return {pixel.x + offset[0], pixel.y + offset[1]};
+  const int c = std::clamp(static_cast<int>(x), 0, offset_.cols - 4);
+  const int r = std::clamp(static_cast<int>(y), 0, offset_.rows - 4);
+  float across[4], down[4];
+  cubicWeights(x - c, across);
+  cubicWeights(y - r, down);
+  cv::Point2f ideal = pixel;
+  for (int i = 0; i < 4; ++i) {
+    const cv::Vec2f* row = offset_[r + i] + c;
+    const cv::Vec2f offset = row[0] * across[0] + row[1] * across[1] + row[2] * across[2] + row[3] * across[3];
+    ideal.x += down[i] * offset[0];
+    ideal.y += down[i] * offset[1];
+  }
+  return ideal;
 }
 
 bool Camera::operator==(const Camera& other) const {
