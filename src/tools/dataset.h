@@ -1,0 +1,100 @@
+// The one reader of image sets: TUM and KITTI folders, lists of image pairs, and ROS bags, with the truth they carry.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+
+#include "gms_ransac/camera.h"
+
+namespace gms_ransac {
+
+/// The input is missing or malformed. what() is one sentence with the file, and the line number where there is one.
+class DatasetError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+enum class DatasetKind { kTum, kKitti, kImagePairs, kBag };
+
+/// One image of the set.
+struct DatasetFrame {
+  std::string name;                       ///< path relative to the folder as listed; "<topic>@<stamp>" in a bag
+  double stamp = 0;                       ///< seconds
+  std::optional<Eigen::Isometry3d> pose;  ///< X_world = pose * X_camera, camera optical frame; absent outside the truth
+  std::string depth;  ///< depth image nearest in time, relative to the folder; "" when there is none
+};
+
+/// Disparity image of the left (reference) view: left (x, y) is right (x - value / scale, y); value 0 is unknown.
+struct DisparityFile {
+  std::string path;  ///< relative to the folder
+  double scale = 1;  ///< grey values per pixel
+};
+
+/// Two frames to compare, and what is known of how their pixels correspond apart from the frames' poses.
+struct DatasetPair {
+  int reference = 0, current = 0;              ///< indices into Dataset::frames()
+  std::optional<Eigen::Matrix3d> homography;   ///< current pixel ~ H * reference pixel
+  std::optional<Eigen::Matrix3d> fundamental;  ///< current^T F reference = 0, pixels
+  std::optional<DisparityFile> disparity;
+};
+
+struct DatasetOptions {
+  std::string intrinsics;     ///< "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]"; overrides what the set says
+  std::string topic;          ///< bags: image topic; "": the only one, or the one of the official TUM or kitti2bag bags
+  std::string truth_frame;    ///< bags: tf frame the camera's true motion is given in; "": world, map or odom
+  double depth_scale = 5000;  ///< grey values per metre of 16-bit depth images (TUM's 5000)
+};
+
+/// Where a set's pictures come from: files or bag messages.
+class ImageSource {
+ public:
+  virtual ~ImageSource() = default;
+  /// CV_8UC1, or CV_8UC3 (BGR) with `colour`. Throws DatasetError when the image cannot be read.
+  virtual cv::Mat image(int frame, bool colour) const = 0;
+};
+
+class Dataset {
+ public:
+  /// Recognises a bag by its suffix and a folder by its lists: pairs.txt, rgb.txt, image_0/ or image_l/.
+  /// Throws DatasetError.
+  static Dataset open(const std::string& path, const DatasetOptions& options = {});
+
+  DatasetKind kind() const { return kind_; }
+  const std::string& path() const { return path_; }
+  std::string name() const;  ///< last part of the path
+  const std::vector<DatasetFrame>& frames() const { return frames_; }
+  /// Absent when the set says nothing and none were given: then only uncalibrated models apply.
+  const std::optional<CameraIntrinsics>& intrinsics() const { return intrinsics_; }
+
+  /// Every `stride`-th pair of frames `gap` apart (gap, stride >= 1), in order; of a pair list every `stride`-th pair,
+  /// whatever the gap.
+  std::vector<DatasetPair> pairs(int gap, int stride) const;
+
+  cv::Mat image(int frame, bool colour = false) const { return source_->image(frame, colour); }
+  /// CV_32FC1, metres along the optical axis, 0 where unknown; empty when the frame has no depth.
+  cv::Mat depth(int frame) const;
+  /// CV_32FC1, pixels, 0 where unknown; empty when the pair has no disparity.
+  cv::Mat disparity(const DatasetPair& pair) const;
+
+ private:
+  friend Dataset openTum(const std::string&, const DatasetOptions&);
+  friend Dataset openKitti(const std::string&, const DatasetOptions&);
+  friend Dataset openImagePairs(const std::string&, const DatasetOptions&);
+  friend Dataset openBag(const std::string&, const DatasetOptions&);
+
+  DatasetKind kind_ = DatasetKind::kTum;
+  std::string path_;
+  std::vector<DatasetFrame> frames_;
+  std::vector<DatasetPair> listed_pairs_;
+  std::optional<CameraIntrinsics> intrinsics_;
+  double depth_scale_ = 5000;
+  std::shared_ptr<const ImageSource> source_;
+};
+
+}  // namespace gms_ransac
