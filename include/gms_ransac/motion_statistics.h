@@ -10,18 +10,29 @@
 
 namespace gms_ransac {
 
-enum class GridBorder { kOriginal, kOpenCV };  ///< the two published implementations differ at the image border
+/// The two published implementations differ where a shifted grid leaves the image at the left or the top, and in how
+/// the sides of a scaled right grid become whole numbers.
+enum class GridBorder {
+  kOriginal,  ///< Bian's: the half cells at the left and the top take no part in a shifted grid; sides truncated
+  kOpenCV     ///< xfeatures2d: they form cells of their own; sides rounded
+};
 enum class GridNeighborhood { kNine, kFive };  ///< 3x3 cells (Bian 2017) or centre + N/E/S/W (Chen 2018)
+enum class AlphaMode {
+  kScaled,  ///< threshold_factor is the nine-cell one; sqrt(5/9) of it is used with five cells
+  kRaw      ///< threshold_factor is used as it is
+};
 
 struct MotionStatisticsOptions {
   int grid_columns = 20;          ///< cells across the reference image, 2..100; 0: chosen from image and matches
   int grid_rows = 20;             ///< cells down the reference image, 2..100; 0: likewise
-  double threshold_factor = 6.0;  ///< alpha of the paper, > 0
+  double threshold_factor = 6.0;  ///< alpha of the paper, (0, 100]
   bool rotation = false;          ///< try all rotations of the neighbourhood, not only the identity
   bool scale = false;             ///< try right grids of 1/2, 1/sqrt2, sqrt2, 2 times the cells, not only 1
   GridBorder border = GridBorder::kOpenCV;
   GridNeighborhood neighborhood = GridNeighborhood::kNine;
+  AlphaMode alpha_mode = AlphaMode::kScaled;
 
+  /// Throws std::invalid_argument with a sentence that names the field, its value and its range.
   void validate() const;
 };
 
@@ -33,7 +44,7 @@ struct MotionStatistics {
   std::vector<int32_t> cell;   ///< cell of the reference keypoint in the unshifted grid, row * columns + column
   int accepted_count = 0;
   int grid_columns = 0, grid_rows = 0;  ///< the grid that was used
-  int rotation = 0;                     ///< winning rotation pattern, 0 = identity
+  int rotation = 0;                     ///< winning rotation pattern in steps of 45 degrees anticlockwise, 0..7
   int scale = 0;                        ///< winning right-grid scale, index into {1, 1/2, 1/sqrt2, sqrt2, 2}
 };
 
@@ -44,7 +55,9 @@ class MotionStatisticsFilter {
   MotionStatisticsFilter(MotionStatisticsFilter&&) noexcept;
   MotionStatisticsFilter& operator=(MotionStatisticsFilter&&) noexcept;
 
-  /// Any number of matches, including none. Reuses the storage of `statistics`; no allocation once warm.
+  /// Any number of matches, including none; the images may differ in size. Reference keypoints outside their image
+  /// take no part. Bit-exact with the published algorithm: the run (scale, rotation) with the most accepted matches
+  /// wins, the first of equals. Reuses the storage of `statistics`; no allocation once warm.
   void compute(const Features& reference, const Features& current, const std::vector<Match>& matches,
                MotionStatistics& statistics);
 
