@@ -32,16 +32,17 @@ struct PointPairs {
 
 struct RobustOptions {
   ModelType model = ModelType::kEssential;
-  double threshold_px = 0;       ///< inlier threshold in pixels; 0: 1 for essential and fundamental, 3 for homography
-  double confidence = 0.99;      ///< probability of having drawn an uncontaminated sample, (0, 1)
-  int max_iterations = 2000;     ///< cap on hypotheses, >= 1
-  uint64_t seed = 0;             ///< same seed, same result
-  double ratio = 0.5;            ///< cp_ransac: share of the matches in the confident group, (0, 1]
-  int tdd_d = 1;                 ///< rransac_tdd: matches tested before a full verification, >= 1
-  int subset_count = 5;          ///< subset_ransac: random subsets
-  double subset_fraction = 0.2;  ///< subset_ransac: share of the matches in each
-  double split = 0.2;            ///< split2080: share of the matches that are sampled
-  double target_ratio = 0;       ///< gms_ransac: stop at this inlier ratio; 0: off
+  double threshold_px = 0;        ///< inlier threshold in pixels; 0: 1 for essential and fundamental, 3 for homography
+  double confidence = 0.99;       ///< probability of having drawn an uncontaminated sample, (0, 1)
+  int max_iterations = 2000;      ///< cap on hypotheses, >= 1
+  uint64_t seed = 0;              ///< same seed, same result
+  double ratio = 0.5;             ///< cp_ransac: share of the matches in the confident group, (0, 1]
+  bool geometric_groups = false;  ///< cp_ransac: further groups of `ratio` of the rest each, instead of one of all
+  int tdd_d = 1;                  ///< rransac_tdd: matches tested before a full verification, >= 1
+  int subset_count = 5;           ///< subset_ransac: random subsets
+  double subset_fraction = 0.2;   ///< subset_ransac: share of the matches in each
+  double split = 0.2;             ///< split2080: share of the matches that are sampled
+  double target_ratio = 0;        ///< gms_ransac: stop at this inlier ratio; 0: off
   SimdLevel simd = detectSimdLevel();
 
   double inlierThreshold() const;  ///< threshold_px with its default filled in
@@ -56,10 +57,11 @@ struct RobustResult {
   Eigen::Matrix3d model = Eigen::Matrix3d::Zero();
   std::vector<uint8_t> inlier;  ///< N entries; every inlier is within the threshold of `model`
   int inlier_count = 0;
-  bool pose_found = false;              ///< needs a calibrated camera
-  bool translation_observable = false;  ///< false: parallax too small, `pose.t` is the best guess, not a measurement
+  bool pose_found = false;  ///< needs a calibrated camera
+  bool translation_observable =
+      false;  ///< false: parallax too small; `pose.t` is a guess (zero: none), `pose.R` rotation alone
   RelativePose pose;
-  double median_parallax_px = 0;  ///< median over inliers of the displacement left after the rotation is undone
+  double median_parallax_px = 0;  ///< median over inliers of the displacement that no rotation undoes
   double rms_error_px = 0;        ///< over inliers, of the model's residual (Sampson; transfer for a homography)
   int hypotheses = 0;             ///< minimal samples drawn
   int models_scored = 0;          ///< solutions of those samples that were verified

@@ -1,0 +1,111 @@
+#include "pose/pose_recovery.h"
+
+#include <cmath>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
+
+#include "pose/rotation_fit.h"
+#include "robust/solvers/essential_5pt.h"
+
+namespace gms_ransac {
+
+namespace {
+
+/// The direction of translation is taken as measured when the displacement that no rotation explains exceeds this many
+/// pixels in the median.
+constexpr double kObservableParallaxPx = 1.0;
+
+/// A translation below this share of the plane's distance is none: at a focal length of 500 px it moves points by a
+/// tenth of a pixel.
+constexpr double kSmallestTranslation = 2e-4;
+
+}  // namespace
+
+void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
+  if (!camera.calibrated()) return;
+  const Eigen::Matrix3d K = camera.K();
+  collectInliers(pairs, K, result.inlier);
+  candidates_.clear();
+  if (result.model_type == ModelType::kHomography) {
+    proposeFromHomography(result.model, K);
+  } else {
+    proposeFromEssential(
+        result.model_type == ModelType::kEssential ? result.model : Eigen::Matrix3d(K.transpose() * result.model * K));
+  }
+  const Motion* best = nullptr;
+  int most = 0;
+  for (const Motion& candidate : candidates_) {
+    const int in_front = countInFront(candidate);
+    if (in_front <= most) continue;
+    most = in_front;
+    best = &candidate;
+  }
+  if (best == nullptr) return;
+  result.pose_found = true;
+  result.pose = fromReferenceToCurrent(best->R, best->t);
+  judgeParallax(camera.meanFocalLength(), result);
+}
+
+void PoseRecovery::judgeParallax(double focal_length, RobustResult& result) {
+  // A model fitted to rotating views trades rotation for translation, so its own rotation leaves a displacement that
+  // is no parallax. The best rotation alone tells.
+  const Eigen::Matrix3d R = fitRotation(reference_, current_, residuals_);
+  rotationResiduals(R, reference_, current_, residuals_);
+  result.median_parallax_px = focal_length * medianInPlace(residuals_);
+  result.translation_observable = !result.pose.t.isZero() && result.median_parallax_px > kObservableParallaxPx;
+  if (!result.translation_observable) result.pose.R = R.transpose();
+}
+
+void PoseRecovery::collectInliers(const PointPairs& pairs, const Eigen::Matrix3d& K,
+                                  const std::vector<uint8_t>& inlier) {
+  const Eigen::Matrix3d K_inverse = K.inverse();
+  reference_.clear();
+  current_.clear();
+  for (size_t i = 0; i < inlier.size(); ++i) {
+    if (!inlier[i]) continue;
+    reference_.emplace_back(K_inverse * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1));
+    current_.emplace_back(K_inverse * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1));
+  }
+}
+
+void PoseRecovery::proposeFromEssential(const Eigen::Matrix3d& E) {
+  const EssentialDecomposition parts = decomposeEssential(E * (std::sqrt(2.0) / E.norm()));
+  for (const Eigen::Matrix3d& R : {parts.R1, parts.R2}) {
+    candidates_.push_back({R, parts.t});
+    candidates_.push_back({R, -parts.t});
+  }
+}
+
+void PoseRecovery::proposeFromHomography(const Eigen::Matrix3d& H, const Eigen::Matrix3d& K) {
+  cv::Mat H_cv, K_cv;
+  cv::eigen2cv(H, H_cv);
+  cv::eigen2cv(K, K_cv);
+  std::vector<cv::Mat> rotations, translations, normals;
+  cv::decomposeHomographyMat(H_cv, K_cv, rotations, translations, normals);
+  for (size_t i = 0; i < rotations.size(); ++i) {
+    Motion motion;
+    cv::cv2eigen(rotations[i], motion.R);
+    cv::cv2eigen(translations[i], motion.t);
+    const double length = motion.t.norm();
+    motion.t = length > kSmallestTranslation ? Eigen::Vector3d(motion.t / length) : Eigen::Vector3d::Zero();
+    if (motion.R.allFinite() && motion.t.allFinite()) candidates_.push_back(motion);
+  }
+}
+
+int PoseRecovery::countInFront(const Motion& motion) const {
+  int count = 0;
+  for (size_t i = 0; i < reference_.size(); ++i) {
+    // z_current x_current = z_reference R x_reference + t, each depth by crossing the other ray away.
+    const Eigen::Vector3d rotated = motion.R * reference_[i];
+    const Eigen::Vector3d normal = rotated.cross(current_[i]);
+    const double z_reference = normal.dot(current_[i].cross(motion.t));
+    const double z_current = normal.dot(rotated.cross(motion.t));
+    count += motion.t.isZero() ? rotated.z() > 0 : z_reference > 0 && z_current > 0;
+  }
+  return count;
+}
+
+}  // namespace gms_ransac

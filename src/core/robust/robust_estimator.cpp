@@ -1,0 +1,38 @@
+#include "gms_ransac/robust_estimator.h"
+
+#include "robust/ransac_estimator.h"
+#include "validation.h"
+
+namespace gms_ransac {
+
+double RobustOptions::inlierThreshold() const {
+  if (threshold_px > 0) return threshold_px;
+  return model == ModelType::kHomography ? 3.0 : 1.0;
+}
+
+void RobustOptions::validate() const {
+  requireInRange("threshold_px", threshold_px, 0.0, 100.0);
+  requireInRange("confidence", confidence, 0.01, 1 - 1e-9);
+  requireInRange("max_iterations", max_iterations, 1, 10000000);
+  requireInRange("ratio", ratio, 0.01, 1.0);
+  requireInRange("tdd_d", tdd_d, 1, 10);
+  requireInRange("subset_count", subset_count, 1, 1000);
+  requireInRange("subset_fraction", subset_fraction, 0.01, 1.0);
+  requireInRange("split", split, 0.01, 1.0);
+  requireInRange("target_ratio", target_ratio, 0.0, 1.0);
+}
+
+void RobustResult::clear() {
+  std::vector<uint8_t> storage;
+  storage.swap(inlier);
+  storage.clear();
+  *this = RobustResult();
+  inlier.swap(storage);
+}
+
+std::unique_ptr<RobustEstimator> makeRobustEstimator(const Method& method, const RobustOptions& options) {
+  options.validate();
+  return std::make_unique<RansacEstimator>(method, options);
+}
+
+}  // namespace gms_ransac

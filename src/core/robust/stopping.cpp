@@ -1,0 +1,51 @@
+#include "robust/stopping.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr double kChanceOfFit = 0.05;        ///< beta of Chum & Matas 2005
+constexpr double kChanceOfAccepting = 0.05;  ///< psi of Chum & Matas 2005
+
+/// P(Bin(n, kChanceOfFit) >= k).
+double binomialTail(int n, int k) {
+  double log_term = std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0) +
+                    k * std::log(kChanceOfFit) + (n - k) * std::log1p(-kChanceOfFit);
+  double term = std::exp(log_term), sum = 0;
+  for (int i = k; i <= n && term > 1e-12; ++i) {
+    sum += term;
+    term *= (n - i) * kChanceOfFit / ((i + 1) * (1 - kChanceOfFit));
+  }
+  return sum;
+}
+
+}  // namespace
+
+int requiredIterations(double confidence, double inlier_ratio, int exponent, int cap) {
+  const double good_sample = std::pow(std::min(1.0, std::max(0.0, inlier_ratio)), exponent);
+  if (good_sample >= 1) return 1;
+  const double draws = std::log1p(-confidence) / std::log1p(-good_sample);
+  return draws < cap ? std::max(1, static_cast<int>(std::ceil(draws))) : cap;
+}
+
+void ChanceSupport::setSampleSize(int sample_size) {
+  if (sample_size == sample_size_) return;
+  sample_size_ = sample_size;
+  minimum_.clear();
+}
+
+int ChanceSupport::minimum(int n) {
+  if (n < sample_size_) return n + 1;
+  while (static_cast<int>(minimum_.size()) <= n - sample_size_) {
+    const int others = static_cast<int>(minimum_.size());
+    int k = minimum_.empty() ? 0 : minimum_.back() - sample_size_;
+    while (k <= others && binomialTail(others, k) >= kChanceOfAccepting) ++k;
+    minimum_.push_back(sample_size_ + k);
+  }
+  return minimum_[n - sample_size_];
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,38 @@
+// How much support a hypothesis has among the matches, and at what cost that is found out.
+#pragma once
+
+#include <cstdint>
+
+#include "robust/random.h"
+#include "robust/two_view_problem.h"
+
+namespace gms_ransac {
+
+/// Inliers, and those that decide between equals.
+struct Support {
+  int inliers = 0;
+  int tie_breaker = 0;
+
+  bool operator<(const Support& other) const {
+    return inliers < other.inliers || (inliers == other.inliers && tie_breaker < other.tie_breaker);
+  }
+};
+
+/// One of: all matches (textbook); T(d,d), all matches after d random ones have fitted (Matas & Chum 2004); hold-out,
+/// the matches that samples do not come from, ties by those they come from (Ci et al. 2022).
+class Verifier {
+ public:
+  Verifier(VerifierChoice choice, const RobustOptions& options)
+      : choice_(choice), tests_(options.tdd_d), split_(options.split) {}
+
+  /// `evaluations` is raised by the residuals computed.
+  Support verify(const TwoViewProblem& problem, const OrderedPoints& points, const Eigen::Matrix3d& model,
+                 Random& random, int64_t& evaluations) const;
+
+ private:
+  VerifierChoice choice_;
+  int tests_;
+  double split_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,205 @@
+// Every method on scenes whose truth is exact, and on data that has no model.
+#include "gms_ransac/robust_estimator.h"
+
+#include <gtest/gtest.h>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
+
+#include "synthetic_pairs.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr ModelType kModels[] = {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography};
+
+RobustOptions optionsFor(ModelType model) {
+  RobustOptions options;
+  options.model = model;
+  options.confidence = 0.9999;
+  options.seed = 7;
+  return options;
+}
+
+RobustResult estimate(const std::string& method, const RobustOptions& options, const SyntheticPair& pair) {
+  RobustResult result;
+  makeRobustEstimator(findMethod(method), options)->estimate(pair.pairs, pair.camera, result);
+  return result;
+}
+
+/// Residual in pixels, written independently of the core: Sampson, or the root mean square transfer of a homography.
+double residual(const RobustResult& result, const SyntheticPair& pair, size_t i) {
+  const double f = result.model_type == ModelType::kEssential ? pair.camera.meanFocalLength() : 1;
+  Eigen::Vector3d p(pair.pairs.x_reference[i], pair.pairs.y_reference[i], 1);
+  Eigen::Vector3d q(pair.pairs.x_current[i], pair.pairs.y_current[i], 1);
+  if (result.model_type == ModelType::kEssential) {
+    p = pair.camera.K().inverse() * p;
+    q = pair.camera.K().inverse() * q;
+  }
+  if (result.model_type == ModelType::kHomography) {
+    const double forward = ((result.model * p).hnormalized() - q.hnormalized()).norm();
+    const double backward = ((result.model.inverse() * q).hnormalized() - p.hnormalized()).norm();
+    return std::sqrt((forward * forward + backward * backward) / 2);
+  }
+  const Eigen::Vector3d line_q = result.model * p, line_p = result.model.transpose() * q;
+  return f * std::abs(q.dot(line_q)) / std::hypot(line_q.head<2>().norm(), line_p.head<2>().norm());
+}
+
+std::vector<std::string> methodNames() {
+  std::vector<std::string> names;
+  for (const Method& method : methods()) names.push_back(method.name);
+  return names;
+}
+
+class EveryMethod : public testing::TestWithParam<std::string> {};
+
+TEST_P(EveryMethod, FindsTheModelAndThePose) {
+  for (ModelType model : kModels) {
+    for (double outliers : {0.1, 0.4, 0.7}) {
+      SyntheticOptions scene;
+      scene.outlier_ratio = outliers;
+      scene.shape = model == ModelType::kHomography ? SyntheticShape::kPlane : SyntheticShape::kVolume;
+      const SyntheticPair pair = makeSyntheticPair(scene);
+      RobustOptions options = optionsFor(model);
+      options.max_iterations = 20000;  // seven points at 70 % outliers ask for 42000 at full confidence
+      const RobustResult result = estimate(GetParam(), options, pair);
+      SCOPED_TRACE(toString(model) + ", outliers " + std::to_string(outliers));
+      ASSERT_TRUE(result.model_found);
+      ASSERT_TRUE(result.pose_found);
+      EXPECT_TRUE(result.translation_observable);
+      EXPECT_LT(rotationError(result.pose.R, pair.R.transpose()), 2.0);
+      EXPECT_LT(directionError(result.pose.t, -pair.R.transpose() * pair.t), 30.0);
+      int correct = 0, kept_correct = 0;
+      for (size_t i = 0; i < pair.correct.size(); ++i) {
+        correct += pair.correct[i];
+        kept_correct += pair.correct[i] && result.inlier[i];
+      }
+      EXPECT_GT(kept_correct, 0.6 * correct);
+      EXPECT_GT(kept_correct, 0.85 * result.inlier_count);
+    }
+  }
+}
+
+TEST_P(EveryMethod, KeepsOnlyMatchesWithinItsThreshold) {
+  for (ModelType model : kModels) {
+    const SyntheticPair pair = makeSyntheticPair({});
+    const RobustOptions options = optionsFor(model);
+    const RobustResult result = estimate(GetParam(), options, pair);
+    ASSERT_EQ(result.inlier.size(), pair.correct.size());
+    int count = 0;
+    for (size_t i = 0; i < result.inlier.size(); ++i) {
+      if (!result.inlier[i]) continue;
+      ++count;
+      EXPECT_LT(residual(result, pair, i), options.inlierThreshold() * (1 + 1e-6));
+    }
+    EXPECT_EQ(count, result.inlier_count);
+  }
+}
+
+TEST_P(EveryMethod, RepeatsItselfForASeed) {
+  const SyntheticPair pair = makeSyntheticPair({}), other = makeSyntheticPair({500});
+  for (ModelType model : kModels) {
+    const auto estimator = makeRobustEstimator(findMethod(GetParam()), optionsFor(model));
+    RobustResult first, between, second;
+    estimator->estimate(pair.pairs, pair.camera, first);
+    estimator->estimate(other.pairs, other.camera, between);
+    estimator->reset();
+    estimator->estimate(pair.pairs, pair.camera, second);
+    EXPECT_EQ(first.inlier, second.inlier);
+    EXPECT_EQ(first.model, second.model);
+    EXPECT_EQ(first.hypotheses, second.hypotheses);
+    EXPECT_EQ(first.point_evaluations, second.point_evaluations);
+    EXPECT_EQ(first.inlier, estimate(GetParam(), optionsFor(model), pair).inlier);
+  }
+}
+
+TEST_P(EveryMethod, StaysHonestOnPureRotation) {
+  SyntheticOptions scene;
+  scene.translation.setZero();
+  const SyntheticPair pair = makeSyntheticPair(scene);
+  for (ModelType model : {ModelType::kEssential, ModelType::kHomography}) {
+    const RobustResult result = estimate(GetParam(), optionsFor(model), pair);
+    ASSERT_TRUE(result.model_found);
+    EXPECT_FALSE(result.translation_observable);
+    ASSERT_TRUE(result.pose_found);
+    EXPECT_LT(rotationError(result.pose.R, pair.R.transpose()), 1.0);
+  }
+}
+
+/// Alters a scene into one that has no (single) model.
+using Spoil = void (*)(SyntheticPair&);
+
+TEST_P(EveryMethod, FindsNothingInDegenerateData) {
+  const Spoil spoilers[] = {
+      [](SyntheticPair& pair) { pair.pairs.resize(0); },
+      [](SyntheticPair& pair) { pair.pairs.resize(3); },
+      [](SyntheticPair& pair) { pair.pairs.resize(7); },
+      [](SyntheticPair& pair) {  // one match again and again
+        for (auto* column :
+             {&pair.pairs.x_reference, &pair.pairs.y_reference, &pair.pairs.x_current, &pair.pairs.y_current}) {
+          column->assign(column->size(), column->front());
+        }
+      },
+      [](SyntheticPair& pair) {  // on a line in both images
+        pair.pairs.y_reference = pair.pairs.x_reference;
+        pair.pairs.y_current = pair.pairs.x_current;
+      },
+      [](SyntheticPair& pair) {  // not a number
+        pair.pairs.x_current.assign(pair.pairs.x_current.size(), std::nanf(""));
+      },
+  };
+  SyntheticOptions scene;
+  scene.matches = 200;
+  for (const Spoil spoil : spoilers) {
+    SyntheticPair pair = makeSyntheticPair(scene);
+    spoil(pair);
+    for (ModelType model : kModels) {
+      const RobustResult result = estimate(GetParam(), optionsFor(model), pair);
+      EXPECT_FALSE(result.model_found) << toString(model) << " in case " << &spoil - spoilers;
+      EXPECT_FALSE(result.pose_found);
+      EXPECT_EQ(result.inlier_count, 0);
+      EXPECT_EQ(result.inlier.size(), static_cast<size_t>(pair.pairs.size()));
+    }
+  }
+}
+
+TEST_P(EveryMethod, FallsBackToTheFundamentalMatrixWithoutACamera) {
+  const SyntheticPair pair = makeSyntheticPair({});
+  RobustResult result;
+  makeRobustEstimator(findMethod(GetParam()), optionsFor(ModelType::kEssential))
+      ->estimate(pair.pairs, Camera(), result);
+  EXPECT_TRUE(result.model_found);
+  EXPECT_EQ(result.model_type, ModelType::kFundamental);
+  EXPECT_FALSE(result.pose_found);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod, testing::ValuesIn(methodNames()),
+                         [](const auto& info) { return info.param; });
+
+TEST(PoseConvention, IsTheInverseOfRecoverPose) {
+  SyntheticOptions scene;
+  scene.outlier_ratio = 0;
+  scene.noise_px = 0;
+  const SyntheticPair pair = makeSyntheticPair(scene);
+  const RobustResult result = estimate("ransac", optionsFor(ModelType::kEssential), pair);
+  ASSERT_TRUE(result.pose_found);
+  std::vector<cv::Point2d> reference, current;
+  for (int i = 0; i < pair.pairs.size(); ++i) {
+    reference.emplace_back(pair.pairs.x_reference[i], pair.pairs.y_reference[i]);
+    current.emplace_back(pair.pairs.x_current[i], pair.pairs.y_current[i]);
+  }
+  cv::Mat E, K, R_cv, t_cv;
+  cv::eigen2cv(result.model, E);
+  cv::eigen2cv(pair.camera.K(), K);
+  cv::recoverPose(E, reference, current, K, R_cv, t_cv);
+  Eigen::Matrix3d R;
+  Eigen::Vector3d t;
+  cv::cv2eigen(R_cv, R);
+  cv::cv2eigen(t_cv, t);
+  EXPECT_LT((result.pose.R - R.transpose()).norm(), 1e-6);
+  EXPECT_LT((result.pose.t + R.transpose() * t).norm(), 1e-6);
+  EXPECT_LT(rotationError(result.pose.R, pair.R.transpose()), 0.01);
+  EXPECT_LT(directionError(result.pose.t, -pair.R.transpose() * pair.t), 0.1);
+}
+
+}  // namespace
+}  // namespace gms_ransac

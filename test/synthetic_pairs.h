@@ -1,0 +1,95 @@
+// Two-view correspondences with exact truth, for tests of estimators.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "gms_ransac/camera.h"
+#include "gms_ransac/robust_estimator.h"
+#include "robust/random.h"
+
+namespace gms_ransac {
+
+enum class SyntheticShape { kVolume, kPlane };
+
+struct SyntheticOptions {
+  int matches = 1000;
+  double outlier_ratio = 0.3;
+  double noise_px = 0.3;  ///< standard deviation in each coordinate of each image
+  SyntheticShape shape = SyntheticShape::kVolume;
+  Eigen::Vector3d translation{0.4, -0.1, 0.25};  ///< X_current = R X_reference + translation, metres
+  Eigen::Vector3d rotation{0.02, -0.06, 0.03};   ///< rotation vector of that R, radians
+  bool informative = true;  ///< score and distance tell inliers from outliers, with overlap; otherwise they are noise
+  uint64_t seed = 1;
+};
+
+struct SyntheticPair {
+  Camera camera;
+  PointPairs pairs;
+  std::vector<uint8_t> correct;  ///< true label of each match
+  Eigen::Matrix3d R;             ///< X_current = R X_reference + t
+  Eigen::Vector3d t;
+};
+
+inline double gaussian(Random& random) {
+  const double u = random.uniform(), v = random.uniform();
+  return std::sqrt(-2 * std::log(1 - u)) * std::cos(2 * 3.14159265358979323846 * v);
+}
+
+/// Points 4 to 12 m in front of a 640 x 480 camera with f = 500 px; outliers are uniform in both images.
+inline SyntheticPair makeSyntheticPair(const SyntheticOptions& options) {
+  SyntheticPair pair;
+  CameraIntrinsics intrinsics;
+  intrinsics.fx = intrinsics.fy = 500;
+  intrinsics.cx = 320;
+  intrinsics.cy = 240;
+  pair.camera = Camera(intrinsics, {640, 480});
+  const Eigen::Matrix3d K = pair.camera.K();
+  const double angle = options.rotation.norm();
+  pair.R = angle > 0 ? Eigen::AngleAxisd(angle, options.rotation / angle).toRotationMatrix()
+                     : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+  pair.t = options.translation;
+
+  Random random(options.seed);
+  PointPairs& columns = pair.pairs;
+  columns.resize(options.matches);
+  pair.correct.resize(static_cast<size_t>(options.matches));
+  for (size_t i = 0; i < pair.correct.size(); ++i) {
+    const bool outlier = random.uniform() < options.outlier_ratio;
+    const Eigen::Vector2d reference(640 * random.uniform(), 480 * random.uniform());
+    const Eigen::Vector3d ray = K.inverse() * reference.homogeneous();
+    // The plane is tilted so that it fixes a homography that is no similarity.
+    const double depth =
+        options.shape == SyntheticShape::kPlane ? 8 / Eigen::Vector3d(0.3, -0.2, 1).dot(ray) : 4 + 8 * random.uniform();
+    Eigen::Vector2d current = (K * (pair.R * (depth * ray) + pair.t)).hnormalized();
+    if (outlier) current = {640 * random.uniform(), 480 * random.uniform()};
+    columns.x_reference[i] = static_cast<float>(reference.x() + options.noise_px * gaussian(random));
+    columns.y_reference[i] = static_cast<float>(reference.y() + options.noise_px * gaussian(random));
+    columns.x_current[i] = static_cast<float>(current.x() + options.noise_px * gaussian(random));
+    columns.y_current[i] = static_cast<float>(current.y() + options.noise_px * gaussian(random));
+    columns.octave_reference[i] = columns.octave_current[i] = 0;
+    const double quality = (options.informative && !outlier ? 1 : 0) + gaussian(random);
+    columns.score[i] = std::max(0, static_cast<int>(30 + 10 * quality));
+    columns.support[i] = static_cast<float>(columns.score[i]) / 15;
+    columns.distance[i] = static_cast<uint16_t>(std::min(256., std::max(0., 60 - 15 * quality)));
+    columns.second_distance[i] = static_cast<uint16_t>(columns.distance[i] + random.below(20));
+    columns.cell[i] = static_cast<int>(reference.y() / 24) * 20 + static_cast<int>(reference.x() / 32);
+    pair.correct[i] = !outlier;
+  }
+  columns.grid_columns = 20;
+  return pair;
+}
+
+/// Degrees between two rotations.
+inline double rotationError(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  return Eigen::AngleAxisd(a.transpose() * b).angle() * 180 / 3.14159265358979323846;
+}
+
+/// Degrees between two directions.
+inline double directionError(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / 3.14159265358979323846;
+}
+
+}  // namespace gms_ransac
