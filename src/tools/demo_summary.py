@@ -160,7 +160,7 @@ class DemoSummary:
         median = lambda name: float(np.median([getattr(message, name) for message in pairs]))
         last = messages[-1]
         stamps = [message.header.stamp.to_sec() for message in messages]
-        work = sum(message.time_convert + message.time_total for message in pairs) / len(pairs)
+        work = sum(message.time_total for message in pairs) / len(pairs)
         good = sum(message.status == MatchStats.OK for message in pairs)
         rows = [
             ("images in the bag", "%d" % self.expected),

@@ -2,7 +2,6 @@
 
 #include <stdexcept>
 
-#include "features/fast_extractor.h"
 #include "features/opencv_extractor.h"
 #include "validation.h"
 
@@ -21,7 +20,6 @@ void FeatureExtractorOptions::validate() const {
 
 std::unique_ptr<FeatureExtractor> makeFeatureExtractor(const FeatureExtractorOptions& options) {
   options.validate();
-  if (options.extractor == "fast") return std::make_unique<FastExtractor>(options);
   return std::make_unique<OpenCvExtractor>(options);
 }
 

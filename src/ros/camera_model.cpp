@@ -1,0 +1,148 @@
+#include "camera_model.h"
+
+#include <algorithm>
+#include <cctype>
+#include <sstream>
+#include <stdexcept>
+
+#include <ros/console.h>
+
+namespace gms_ransac {
+
+namespace {
+
+bool sameCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo& b) {
+  return a.width == b.width && a.height == b.height && a.distortion_model == b.distortion_model && a.D == b.D &&
+         a.K == b.K && a.P == b.P && a.binning_x == b.binning_x && a.binning_y == b.binning_y &&
+         a.roi.x_offset == b.roi.x_offset && a.roi.y_offset == b.roi.y_offset && a.roi.width == b.roi.width &&
+         a.roi.height == b.roi.height;
+}
+
+/// Some drivers use Kalibr's or their own words for the models of sensor_msgs/distortion_models.h.
+std::string coreName(const std::string& model) {
+  if (model == "fisheye") return "equidistant";
+  if (model == "radtan") return "plumb_bob";
+  if (model == "none") return "";
+  return model;
+}
+
+std::string sizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
+
+/// The size of the image that `info` describes, after region of interest and binning; 0x0 when it does not say.
+cv::Size describedSize(const sensor_msgs::CameraInfo& info) {
+  const bool has_region = info.roi.width != 0 && info.roi.height != 0;
+  const int width = static_cast<int>(has_region ? info.roi.width : info.width);
+  const int height = static_cast<int>(has_region ? info.roi.height : info.height);
+  return {width / static_cast<int>(std::max(info.binning_x, 1u)),
+          height / static_cast<int>(std::max(info.binning_y, 1u))};
+}
+
+/// K and P are those of the full-resolution image (sensor_msgs/CameraInfo): shift to the region, then bin.
+void applyRegionAndBinning(const sensor_msgs::CameraInfo& info, CameraIntrinsics& intrinsics) {
+  const double bx = std::max(info.binning_x, 1u), by = std::max(info.binning_y, 1u);
+  intrinsics.cx = (intrinsics.cx - info.roi.x_offset) / bx;
+  intrinsics.cy = (intrinsics.cy - info.roi.y_offset) / by;
+  intrinsics.fx /= bx;
+  intrinsics.fy /= by;
+}
+
+}  // namespace
+
+CameraModelSource::CameraModelSource(const Parameters& parameters, const std::string& image_topic,
+                                     const std::string& info_topic)
+    : override_(parameters.camera),
+      input_is_rectified_(parameters.input_is_rectified),
+      image_topic_(image_topic),
+      info_topic_(info_topic) {}
+
+std::shared_ptr<const CameraModel> CameraModelSource::get(const sensor_msgs::CameraInfoConstPtr& info,
+                                                          cv::Size image_size) {
+  const bool had_info = info != nullptr;
+  const bool same = model_ && image_size == last_size_ && had_info == last_had_info_ &&
+                    (!had_info || sameCalibration(*info, last_info_));
+  if (same) return model_;
+
+  last_size_ = image_size;
+  last_had_info_ = had_info;
+  if (had_info) last_info_ = *info;
+  auto model = std::make_shared<CameraModel>(make(info.get(), image_size));
+  const CameraIntrinsics& k = model->camera.intrinsics();
+  if (!model->problem.empty()) {
+    ROS_WARN_STREAM("no pose for images on " << image_topic_ << ": " << model->problem);
+  } else {
+    ROS_INFO_STREAM("images on " << image_topic_ << " are taken as " << (model->rectified ? "rectified" : "raw")
+                                 << " (~input_is_rectified), with fx " << k.fx << ", fy " << k.fy << ", cx " << k.cx
+                                 << ", cy " << k.cy << " from "
+                                 << (override_.calibrated() ? "the parameters ~camera" : info_topic_));
+  }
+  model_ = model;
+  return model_;
+}
+
+bool CameraModelSource::isRectified(const sensor_msgs::CameraInfo& info) const {
+  if (input_is_rectified_ != Rectified::kAuto) return input_is_rectified_ == Rectified::kYes;
+  // "image_rect", "/rect/image"; but not "/direct/image".
+  for (const char* word : {"_rect", "/rect"}) {
+    if (image_topic_.find(word) != std::string::npos) return true;
+  }
+  return std::all_of(info.D.begin(), info.D.end(), [](double d) { return d == 0; });
+}
+
+CameraModel CameraModelSource::make(const sensor_msgs::CameraInfo* info, cv::Size image_size) const {
+  try {
+    if (override_.calibrated()) {
+      CameraModel model;
+      CameraIntrinsics intrinsics = override_;
+      if (input_is_rectified_ == Rectified::kYes) intrinsics.distortion.clear();
+      model.rectified =
+          std::all_of(intrinsics.distortion.begin(), intrinsics.distortion.end(), [](double d) { return d == 0; });
+      model.camera = Camera(intrinsics, image_size);
+      return model;
+    }
+    if (info != nullptr) return fromInfo(*info, image_size);
+  } catch (const std::exception& error) {
+    CameraModel model;
+    model.problem = "the camera_info on " + info_topic_ + " cannot be used: " + error.what();
+    return model;
+  }
+  CameraModel model;
+  model.problem =
+      "no camera_info has arrived on " + info_topic_ + " yet; publish or remap one, or set ~camera/fx, fy, cx and cy";
+  return model;
+}
+
+CameraModel CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {
+  const bool has_k = info.K[0] > 0 && info.K[4] > 0;
+  const bool has_p = info.P[0] > 0 && info.P[5] > 0;
+  CameraModel model;
+  if (!has_k && !has_p) {
+    model.problem = "the camera_info on " + info_topic_ +
+                    " is not calibrated (fx is 0 in K and in P); calibrate the camera or set ~camera/fx, fy, cx and cy";
+    return model;
+  }
+  const cv::Size described = describedSize(info);
+  if (described.width > 0 && described.height > 0 && described != image_size) {
+    model.problem = "the camera_info on " + info_topic_ + " is for " + sizeText(described.width, described.height) +
+                    " images, but the image is " + sizeText(image_size.width, image_size.height) +
+                    "; remap the matching camera_info or set ~camera/fx, fy, cx and cy";
+    return model;
+  }
+  // kitti2bag leaves K at zero and fills P alone; only a rectified image is described by P.
+  model.rectified = !has_k || isRectified(info);
+  CameraIntrinsics intrinsics;
+  if (model.rectified && has_p) {
+    intrinsics = {info.P[0], info.P[5], info.P[2], info.P[6], "", {}};
+  } else {
+    intrinsics = {info.K[0], info.K[4], info.K[2], info.K[5], "", {}};
+  }
+  applyRegionAndBinning(info, intrinsics);
+  if (!model.rectified) {
+    intrinsics.distortion_model = coreName(info.distortion_model);
+    intrinsics.distortion = info.D;
+    model.rectified = std::all_of(info.D.begin(), info.D.end(), [](double d) { return d == 0; });
+  }
+  model.camera = Camera(intrinsics, image_size);
+  return model;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,43 @@
+// camera_info messages -> the core's camera: raw or rectified, region of interest, binning.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <sensor_msgs/CameraInfo.h>
+
+#include "gms_ransac/camera.h"
+#include "parameters.h"
+
+namespace gms_ransac {
+
+/// A camera and how it was arrived at.
+struct CameraModel {
+  Camera camera;
+  bool rectified = true;  ///< the received pixels are free of distortion
+  std::string problem;    ///< why the camera is not calibrated, and what to do; empty when it is
+};
+
+/// Remembers the last model, because a camera_info seldom changes and a table of distortion takes milliseconds.
+class CameraModelSource {
+ public:
+  CameraModelSource(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic);
+
+  /// The model for an image of this size; `info` may be null. The four numbers are logged whenever they change.
+  std::shared_ptr<const CameraModel> get(const sensor_msgs::CameraInfoConstPtr& info, cv::Size image_size);
+
+ private:
+  CameraModel make(const sensor_msgs::CameraInfo* info, cv::Size image_size) const;
+  CameraModel fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
+  bool isRectified(const sensor_msgs::CameraInfo& info) const;
+
+  CameraIntrinsics override_;
+  Rectified input_is_rectified_;
+  std::string image_topic_, info_topic_;
+  sensor_msgs::CameraInfo last_info_;
+  bool last_had_info_ = false;
+  cv::Size last_size_;
+  std::shared_ptr<const CameraModel> model_;
+};
+
+}  // namespace gms_ransac

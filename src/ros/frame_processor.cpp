@@ -1,0 +1,190 @@
+#include "frame_processor.h"
+
+#include <chrono>
+#include <exception>
+#include <sstream>
+#include <utility>
+
+#include "frames.h"
+
+namespace gms_ransac {
+
+namespace {
+
+/// The outcome of a comparison in words, with what to do where something can be done.
+std::string explain(Status status, const MatchResult& result, const CameraModel& camera) {
+  std::ostringstream text;
+  switch (status) {
+    case Status::kOk:
+      text << result.inliers << " of " << result.matches_gms << " filtered matches agree on one motion";
+      break;
+    case Status::kTooFewKeypoints:
+      text << "only " << result.keypoints_current << " keypoints (the reference has " << result.keypoints_reference
+           << "): the image is dark, blurred or plain; lower ~fast_threshold";
+      break;
+    case Status::kTooFewMatches:
+      text << "only " << result.matches.size() << " matches; raise ~features";
+      break;
+    case Status::kGmsRejected:
+      text << "only " << result.matches_gms << " of " << result.matches.size()
+           << " matches have support around them: the views differ too much, or ~features is too small for the grid";
+      break;
+    case Status::kRansacFailed:
+      text << "no model explains the " << result.matches_gms << " filtered matches";
+      break;
+    case Status::kLowParallax:
+      text << "the camera turned but hardly moved (" << result.robust.median_parallax_px
+           << " px of parallax): the rotation is good, the direction of translation cannot be observed";
+      break;
+    case Status::kUncalibrated:
+      text << "correspondences only, no pose: " << camera.problem;
+      break;
+    default:
+      text << toString(status);
+  }
+  return text.str();
+}
+
+std::string seconds(double value) {
+  std::ostringstream text;
+  text.precision(3);
+  text << value << " s";
+  return text.str();
+}
+
+std::string sizeText(const cv::Size& size) { return std::to_string(size.width) + "x" + std::to_string(size.height); }
+
+}  // namespace
+
+FrameProcessor::FrameProcessor(const Parameters& parameters, const std::string& image_topic,
+                               const std::string& info_topic)
+    : image_topic_(image_topic), camera_source_(parameters, image_topic, info_topic) {}
+
+void FrameProcessor::setOptions(const MatchFilterOptions& options, double max_frame_gap) {
+  auto filter = std::make_shared<MatchFilter>(options);
+  std::lock_guard<std::mutex> lock(mutex_);
+  filter_ = std::move(filter);
+  max_frame_gap_ = max_frame_gap;
+}
+
+void FrameProcessor::requestReset() {
+  std::lock_guard<std::mutex> lock(mutex_);
+  reset_requested_ = true;
+}
+
+std::unique_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& input) {
+  std::unique_ptr<PreparedFrame> frame;
+  double max_gap;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    frame = spare_ ? std::move(spare_) : std::make_unique<PreparedFrame>();
+    frame->filter = filter_;
+    frame->reset_requested = std::exchange(reset_requested_, false);
+    max_gap = max_frame_gap_;
+  }
+  frame->input = input;
+  frame->header = input.image->header;
+  frame->header.frame_id = withoutLeadingSlash(frame->header.frame_id);
+  frame->problem.clear();
+  frame->convert_seconds = 0;
+  frame->frame.detect_seconds = 0;
+  try {
+    const auto start = std::chrono::steady_clock::now();
+    frame->problem = converter_.toGrey(*input.image, frame->grey);
+    frame->convert_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (!frame->problem.empty()) return frame;
+
+    const double previous = stamps_.previousStamp();
+    frame->stamp_verdict = stamps_.judge(frame->stamp(), input.received.toSec(), max_gap);
+    if (frame->stamp_verdict == StampVerdict::kOutOfOrder) {
+      frame->problem = "the stamp is " + seconds(previous - frame->stamp()) +
+                       " before that of the image before it; the image is dropped as out of order";
+      return frame;
+    }
+    frame->camera = camera_source_.get(input.camera_info, frame->grey.size());
+    frame->filter->extract(frame->grey, frame->frame);
+  } catch (const std::exception& error) {
+    frame->problem = error.what();
+  }
+  return frame;
+}
+
+Answer FrameProcessor::answer(std::unique_ptr<PreparedFrame> frame) {
+  if (current_) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    spare_ = std::move(current_);
+  }
+  current_ = std::move(frame);
+  Answer answer;
+  answer.current = current_.get();
+  if (!current_->problem.empty()) {
+    answer.status = Status::kBadImage;
+    answer.text = "image on " + image_topic_ + " not used: " + current_->problem;
+    return answer;
+  }
+
+  answer.text = startAnew(*current_, answer);
+  if (answer.text.empty()) {
+    compare(answer);
+    // An image without keypoints would make the next one fail too; the one before it is the better reference.
+    if (answer.status == Status::kTooFewKeypoints && current_->frame.features.size() < kMinimumMatches) return answer;
+  }
+  // After the swap the old reference rests in `current_`, alive until the next call.
+  std::swap(reference_, current_);
+  return answer;
+}
+
+std::string FrameProcessor::startAnew(const PreparedFrame& frame, Answer& answer) {
+  answer.status = Status::kTimeReset;
+  answer.was_reset = true;
+  const std::string anew = "; this image is a new reference";
+  std::string why;
+  double max_gap;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    max_gap = max_frame_gap_;
+  }
+  if (frame.reset_requested) {
+    answer.status = Status::kFirstFrame;
+    why = "reset on request" + anew;
+  } else if (frame.stamp_verdict == StampVerdict::kClockReset) {
+    why = "the clock went back" + anew;
+  } else if (frame.stamp_verdict == StampVerdict::kJumpedBack) {
+    why = "the stamps went back" + anew;
+  } else if (frame.stamp_verdict == StampVerdict::kGap) {
+    why = "more than ~max_frame_gap (" + seconds(max_gap) + ") since the image before" + anew;
+  } else if (!reference_) {
+    answer.status = Status::kFirstFrame;
+    answer.was_reset = false;
+    return "first image; nothing to compare with yet";
+  } else if (frame.frame.features.image_size != reference_->frame.features.image_size) {
+    answer.status = Status::kFirstFrame;
+    why = "the image size changed from " + sizeText(reference_->frame.features.image_size) + " to " +
+          sizeText(frame.frame.features.image_size) + anew;
+  } else if (frame.stamp() - reference_->stamp() > max_gap) {
+    why = "no usable image within ~max_frame_gap (" + seconds(max_gap) + ")" + anew;
+  } else {
+    answer.was_reset = false;
+    return std::string();
+  }
+  reference_.reset();
+  frame.filter->reset();
+  return why;
+}
+
+void FrameProcessor::compare(Answer& answer) {
+  answer.reference = reference_.get();
+  answer.result = &result_;
+  try {
+    current_->filter->setCamera(current_->camera->camera);
+    current_->filter->filter(reference_->frame, current_->frame, result_);
+    answer.status = result_.status;
+    answer.text = explain(result_.status, result_, *current_->camera);
+  } catch (const std::exception& error) {
+    result_.clear(Status::kRansacFailed);
+    answer.status = Status::kRansacFailed;
+    answer.text = error.what();
+  }
+}
+
+}  // namespace gms_ransac

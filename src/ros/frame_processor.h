@@ -1,0 +1,85 @@
+// The stream's state: which image is compared with which, and what is said when one cannot be. Publishes nothing.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include <std_msgs/Header.h>
+
+#include "camera_model.h"
+#include "gms_ransac/match_filter.h"
+#include "image_conversion.h"
+#include "image_input.h"
+#include "stamp_watch.h"
+
+namespace gms_ransac {
+
+/// One received image after the part of the work that needs no other image.
+struct PreparedFrame {
+  ImageWithInfo input;  ///< kept, because `grey` may share its memory
+  std_msgs::Header header;
+  cv::Mat grey;
+  Frame frame;
+  std::shared_ptr<const CameraModel> camera;
+  std::shared_ptr<MatchFilter> filter;  ///< with the options in force when the image came
+  StampVerdict stamp_verdict = StampVerdict::kFirst;
+  bool reset_requested = false;
+  std::string problem;  ///< why the image is not used; empty when it is
+  double convert_seconds = 0;
+
+  double stamp() const { return header.stamp.toSec(); }
+};
+
+/// What is to be published for one image. The pointers live until the next call of `answer`.
+struct Answer {
+  Status status = Status::kFirstFrame;
+  std::string text;  ///< the status in words, with what to do where something can be done
+  const PreparedFrame* current = nullptr;
+  const PreparedFrame* reference = nullptr;  ///< null: not compared
+  const MatchResult* result = nullptr;       ///< null: not compared
+  bool was_reset = false;                    ///< everything before this image was forgotten
+
+  bool poseValid() const { return result != nullptr && (status == Status::kOk || status == Status::kLowParallax); }
+};
+
+/// `prepare` and `answer` may run on two threads, each on one; the rest may be called from anywhere.
+class FrameProcessor {
+ public:
+  FrameProcessor(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic);
+
+  /// Takes effect with the next image. Throws std::invalid_argument and keeps the old options if these are wrong.
+  void setOptions(const MatchFilterOptions& options, double max_frame_gap);
+  /// The next image has nothing to be compared with.
+  void requestReset();
+
+  /// Conversion, stamp rules, extraction. Never throws.
+  std::unique_ptr<PreparedFrame> prepare(const ImageWithInfo& input);
+  /// Comparison with the reference. Never throws.
+  Answer answer(std::unique_ptr<PreparedFrame> frame);
+
+ private:
+  /// Forgets the reference where the stamps or the image size ask for it and says why; empty: compare.
+  std::string startAnew(const PreparedFrame& frame, Answer& answer);
+  void compare(Answer& answer);
+
+  const std::string image_topic_;
+
+  // prepare's
+  ImageConverter converter_;
+  CameraModelSource camera_source_;
+  StampWatch stamps_;
+
+  // answer's
+  std::unique_ptr<PreparedFrame> reference_, current_;
+  MatchResult result_;
+
+  // shared
+  std::mutex mutex_;
+  std::shared_ptr<MatchFilter> filter_;
+  double max_frame_gap_ = 1;
+  bool reset_requested_ = false;
+  std::unique_ptr<PreparedFrame> spare_;  ///< answered; its storage serves the next image
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,26 @@
+// Image messages -> the 8-bit grey images the core takes; every malformed message is refused with a sentence.
+#pragma once
+
+#include <string>
+
+#include <sensor_msgs/Image.h>
+#include <opencv2/core.hpp>
+
+namespace gms_ransac {
+
+class ImageConverter {
+ public:
+  /// `grey` (CV_8UC1) shares the message's memory when the encoding is already grey and 8 bits wide, so the message
+  /// must outlive it. Colour and Bayer images are reduced to grey; 16-bit images are scaled (see `greyFromWide`).
+  /// Returns an empty string, or what is wrong with the message; then `grey` is untouched. Never throws.
+  std::string toGrey(const sensor_msgs::Image& image, cv::Mat& grey);
+
+ private:
+  /// Cameras put 10, 12 or 14 bits into 16. The brightest value seen so far tells how many are in use; that number
+  /// never shrinks, so that brightness does not jump from frame to frame.
+  cv::Mat greyFromWide(const cv::Mat& wide);
+
+  int wide_bits_ = 8;
+};
+
+}  // namespace gms_ransac

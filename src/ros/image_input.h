@@ -1,0 +1,75 @@
+// Subscribes to the images and their camera_info, and hands over what belongs together.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include <image_transport/image_transport.h>
+#include <image_transport/subscriber_filter.h>
+#include <message_filters/subscriber.h>
+#include <message_filters/sync_policies/exact_time.h>
+#include <message_filters/synchronizer.h>
+#include <ros/node_handle.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+
+#include "parameters.h"
+
+namespace gms_ransac {
+
+struct ImageWithInfo {
+  sensor_msgs::ImageConstPtr image;
+  sensor_msgs::CameraInfoConstPtr camera_info;  ///< null: none has arrived, or it was replaced by parameters
+  ros::Time received;
+};
+
+class ImageInput {
+ public:
+  using Callback = std::function<void(const ImageWithInfo&)>;
+
+  /// `nh`: the inputs are relative to it; `pnh`: where ~image_transport and its options are looked up.
+  ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters, Callback callback);
+
+  /// Throws image_transport::TransportLoadException when ~image_transport names a transport that is not installed.
+  void start();
+  void stop();
+  bool started() const { return started_; }
+
+  std::string imageTopic() const { return nh_.resolveName("image"); }
+  std::string infoTopic() const { return nh_.resolveName("camera_info"); }
+  /// What has not arrived, as a sentence that names the topics; empty while images come. Call it every few seconds: it
+  /// judges the time since the last call.
+  std::string waitingFor();
+
+ private:
+  using ExactPolicy = message_filters::sync_policies::ExactTime<sensor_msgs::Image, sensor_msgs::CameraInfo>;
+
+  bool needsInfo() const { return !parameters_.camera.calibrated(); }
+  void onImage(const sensor_msgs::ImageConstPtr& image);
+  void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
+  void onPair(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
+  void deliver(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
+
+  ros::NodeHandle nh_, pnh_;
+  image_transport::ImageTransport transport_;
+  Parameters parameters_;
+  Callback callback_;
+  bool started_ = false;
+
+  // camera_info_sync: latest
+  image_transport::Subscriber image_subscriber_;
+  ros::Subscriber info_subscriber_;
+  // camera_info_sync: exact
+  image_transport::SubscriberFilter image_filter_;
+  message_filters::Subscriber<sensor_msgs::CameraInfo> info_filter_;
+  std::unique_ptr<message_filters::Synchronizer<ExactPolicy>> synchronizer_;
+
+  std::mutex mutex_;  ///< guards what follows
+  sensor_msgs::CameraInfoConstPtr latest_info_;
+  int images_ = 0, infos_ = 0, delivered_ = 0;  ///< since the last call of waitingFor
+  ros::Time last_image_stamp_, last_info_stamp_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,65 @@
+// The match filter in a ROS graph: parameters, inputs, worker and outputs put together. The nodelet and the node are
+// shells over this one class.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include <dynamic_reconfigure/server.h>
+#include <gms_ransac/MatchFilterConfig.h>
+#include <ros/node_handle.h>
+#include <boost/thread/recursive_mutex.hpp>
+
+#include "frame_processor.h"
+#include "image_input.h"
+#include "mailbox.h"
+#include "outputs.h"
+#include "parameters.h"
+#include "throttle.h"
+
+namespace gms_ransac {
+
+class MatchFilterRos {
+ public:
+  /// Inputs are relative to `nh`, outputs and parameters to `pnh`; `name` stands in front of log lines. Throws
+  /// std::invalid_argument with a sentence that names the parameter when one is wrong.
+  MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& name);
+  ~MatchFilterRos();
+
+ private:
+  void reconfigure(MatchFilterConfig& config, uint32_t level);
+  /// Subscribes while someone listens, unsubscribes when nobody does.
+  void updateSubscription();
+  void onImage(const ImageWithInfo& input);
+  void work();
+  void handle(const ImageWithInfo& input);
+  void checkInput(const ros::WallTimerEvent& event);
+
+  ros::NodeHandle nh_, pnh_;
+  const std::string name_;
+  const Parameters parameters_;
+  Mailbox<ImageWithInfo> mailbox_;
+
+  std::mutex options_mutex_;
+  OutputOptions output_options_;
+  MatchFilterConfig config_;  ///< in force; what a refused change falls back to
+
+  std::atomic<uint32_t> received_{0}, dropped_{0};
+  uint32_t processed_ = 0, resets_ = 0;  ///< the worker's
+  Throttle throttle_;                    ///< the worker's
+
+  std::mutex subscription_mutex_;
+  std::atomic<bool> closing_{false};
+  std::unique_ptr<FrameProcessor> processor_;
+  std::unique_ptr<ImageInput> input_;
+  std::unique_ptr<Outputs> outputs_;
+  boost::recursive_mutex reconfigure_mutex_;
+  std::unique_ptr<dynamic_reconfigure::Server<MatchFilterConfig>> reconfigure_server_;
+  ros::WallTimer input_timer_;
+  std::thread worker_;
+};
+
+}  // namespace gms_ransac

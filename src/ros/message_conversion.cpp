@@ -1,0 +1,128 @@
+#include "message_conversion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "frames.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// robot_localization warns above the one and replaces a zero; anything in between is taken as it is.
+constexpr double kLargestVariance = 1e3;
+constexpr double kSmallestVariance = 1e-9;
+
+void reserveColumns(size_t n, bool with_stage, Correspondences& message) {
+  message.reference_points.clear();
+  message.current_points.clear();
+  message.confidence.clear();
+  message.distance.clear();
+  message.stage.clear();
+  message.reference_points.reserve(2 * n);
+  message.current_points.reserve(2 * n);
+  message.confidence.reserve(n);
+  message.distance.reserve(n);
+  if (with_stage) message.stage.reserve(n);
+}
+
+}  // namespace
+
+RelativePose publishablePose(const RobustResult& robust, const SigmaFloor& floor) {
+  RelativePose pose = robust.pose;
+  if (!pose.covariance.allFinite()) pose.covariance.setIdentity() *= kLargestVariance;
+  if (!robust.translation_observable) {
+    pose.t.setZero();
+    pose.covariance.topRows<3>().setZero();
+    pose.covariance.leftCols<3>().setZero();
+    pose.covariance.topLeftCorner<3, 3>().diagonal().setConstant(kLargestVariance);
+  }
+  for (int i = 0; i < 6; ++i) {
+    const double sigma = i < 3 ? floor.translation : floor.rotation;
+    // Adding the floor keeps the matrix positive definite; raising single entries would not.
+    pose.covariance(i, i) = std::max(pose.covariance(i, i) + sigma * sigma, kSmallestVariance);
+  }
+  const double largest = pose.covariance.diagonal().maxCoeff();
+  if (largest > kLargestVariance && robust.translation_observable) pose.covariance *= kLargestVariance / largest;
+  for (int i = 0; i < 6; ++i) {
+    pose.covariance(i, i) = std::clamp(pose.covariance(i, i), kSmallestVariance, kLargestVariance);
+  }
+  return pose;
+}
+
+void toMessage(const Answer& answer, const SigmaFloor& floor, bool with_rejected, Correspondences& message) {
+  const MatchResult& result = *answer.result;
+  const PreparedFrame &reference = *answer.reference, &current = *answer.current;
+  message.header = current.header;
+  message.reference_header = reference.header;
+  message.width = static_cast<uint32_t>(current.grey.cols);
+  message.height = static_cast<uint32_t>(current.grey.rows);
+  const bool calibrated = current.camera->camera.calibrated();
+  message.pixel_space =
+      calibrated && current.camera->rectified ? Correspondences::PIXELS_RECTIFIED : Correspondences::PIXELS_RAW;
+  message.K.fill(0);
+  if (calibrated) {
+    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> K = current.camera->camera.K();
+    std::copy(K.data(), K.data() + 9, message.K.begin());
+  }
+
+  reserveColumns(with_rejected ? result.matches.size() : static_cast<size_t>(result.inliers), with_rejected, message);
+  for (size_t i = 0; i < result.matches.size(); ++i) {
+    if (!with_rejected && result.stage[i] != MatchStage::kInlier) continue;
+    const Match& match = result.matches[i];
+    const cv::Point2f from = reference.frame.features.keypoints[match.reference].pt;
+    const cv::Point2f to = current.frame.features.keypoints[match.current].pt;
+    message.reference_points.insert(message.reference_points.end(), {from.x, from.y});
+    message.current_points.insert(message.current_points.end(), {to.x, to.y});
+    message.confidence.push_back(result.confidence[i]);
+    message.distance.push_back(match.distance);
+    if (with_rejected) message.stage.push_back(static_cast<uint8_t>(result.stage[i]));
+  }
+  message.track_id.assign(message.confidence.size(), 0);
+  message.track_length.assign(message.confidence.size(), 2);
+
+  message.pose_valid = answer.poseValid();
+  message.metric_scale = false;
+  message.current_in_reference = geometry_msgs::PoseWithCovariance();
+  message.current_in_reference.pose.orientation.w = 1;
+  if (answer.poseValid()) {
+    const RelativePose pose = publishablePose(result.robust, floor);
+    message.current_in_reference.pose = toPoseMessage(pose);
+    Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message.current_in_reference.covariance.data()) =
+        pose.covariance;
+  }
+}
+
+void toMessage(const Answer& answer, const FrameCounters& counters, MatchStats& message) {
+  message = MatchStats();
+  message.header = answer.current->header;
+  message.status = static_cast<uint8_t>(answer.status);
+  message.status_text = answer.text;
+  message.keypoints_current = static_cast<uint32_t>(answer.current->frame.features.size());
+  message.time_convert = static_cast<float>(answer.current->convert_seconds);
+  message.time_detect = static_cast<float>(answer.current->frame.detect_seconds);
+  if (answer.status == Status::kBadImage) message.keypoints_current = 0;
+  if (answer.result != nullptr) {
+    const MatchResult& result = *answer.result;
+    message.reference_header = answer.reference->header;
+    message.keypoints_reference = static_cast<uint32_t>(result.keypoints_reference);
+    message.matches_raw = static_cast<uint32_t>(result.matches.size());
+    message.matches_gms = static_cast<uint32_t>(result.matches_gms);
+    message.inliers = static_cast<uint32_t>(result.inliers);
+    message.hypotheses = static_cast<uint32_t>(result.robust.hypotheses);
+    message.inlier_ratio = result.matches_gms > 0 ? static_cast<float>(result.inliers) / result.matches_gms : 0.f;
+    message.median_parallax_px = static_cast<float>(result.robust.median_parallax_px);
+    message.rms_error_px = static_cast<float>(result.robust.rms_error_px);
+    message.time_match = static_cast<float>(result.times.match);
+    message.time_gms = static_cast<float>(result.times.gms);
+    message.time_ransac = static_cast<float>(result.times.ransac);
+  }
+  message.time_total =
+      message.time_convert + message.time_detect + message.time_match + message.time_gms + message.time_ransac;
+  message.frames_received = counters.received;
+  message.frames_processed = counters.processed;
+  message.frames_dropped = counters.dropped;
+  message.resets = counters.resets;
+}
+
+}  // namespace gms_ransac

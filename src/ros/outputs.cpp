@@ -1,0 +1,92 @@
+#include "outputs.h"
+
+#include <cstdio>
+
+#include <cv_bridge/cv_bridge.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <sensor_msgs/image_encodings.h>
+#include <boost/make_shared.hpp>
+
+#include "frames.h"
+#include "overlay.h"
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr uint32_t kPublisherQueue = 10;
+
+std::string caption(const Answer& answer) {
+  if (answer.result == nullptr) return toString(answer.status) + ": " + answer.text;
+  char text[160];
+  std::snprintf(text, sizeof(text), "%s   %zu matches > %d GMS > %d inliers   %.1f ms", toString(answer.status).c_str(),
+                answer.result->matches.size(), answer.result->matches_gms, answer.result->inliers,
+                1e3 * answer.result->times.total());
+  return text;
+}
+
+}  // namespace
+
+Outputs::Outputs(const ros::NodeHandle& /*nh*/, const ros::NodeHandle& pnh, std::function<void()> listeners_changed)
+    : transport_(pnh) {
+  ros::NodeHandle outputs(pnh);
+  const ros::SubscriberStatusCallback changed = [listeners_changed](const ros::SingleSubscriberPublisher&) {
+    listeners_changed();
+  };
+  const image_transport::SubscriberStatusCallback image_changed =
+      [listeners_changed](const image_transport::SingleSubscriberPublisher&) { listeners_changed(); };
+  correspondences_ = outputs.advertise<Correspondences>("correspondences", kPublisherQueue, changed, changed);
+  stats_ = outputs.advertise<MatchStats>("stats", kPublisherQueue, changed, changed);
+  relative_pose_ =
+      outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("relative_pose", kPublisherQueue, changed, changed);
+  match_image_ = transport_.advertise("match_image", 1, image_changed, image_changed);
+}
+
+int Outputs::listeners() const {
+  int count = static_cast<int>(match_image_.getNumSubscribers());
+  for (const ros::Publisher* publisher : {&correspondences_, &stats_, &relative_pose_}) {
+    count += static_cast<int>(publisher->getNumSubscribers());
+  }
+  return count;
+}
+
+void Outputs::publish(const Answer& answer, const FrameCounters& counters, const OutputOptions& options) {
+  if (answer.result != nullptr) {
+    if (correspondences_.getNumSubscribers() > 0) {
+      auto message = boost::make_shared<Correspondences>();
+      toMessage(answer, options.sigma_floor, options.publish_rejected, *message);
+      correspondences_.publish(message);
+    }
+    if (answer.poseValid()) publishPose(answer, options);
+  }
+
+  auto stats = boost::make_shared<MatchStats>();
+  toMessage(answer, counters, *stats);
+  stats->latency = static_cast<float>((ros::Time::now() - answer.current->header.stamp).toSec());
+  stats_.publish(stats);
+
+  if (match_image_.getNumSubscribers() > 0 && answer.status != Status::kBadImage) publishOverlay(answer);
+}
+
+void Outputs::publishPose(const Answer& answer, const OutputOptions& options) {
+  const RelativePose pose = publishablePose(answer.result->robust, options.sigma_floor);
+  if (options.publish_relative_tf && !answer.current->header.frame_id.empty()) {
+    broadcaster_.sendTransform(relativeTransform(pose, answer.current->header));
+  }
+  if (relative_pose_.getNumSubscribers() == 0) return;
+  auto message = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>();
+  message->header = answer.current->header;
+  message->header.frame_id = referenceFrame(answer.reference->header.frame_id);
+  message->pose.pose = toPoseMessage(pose);
+  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message->pose.covariance.data()) = pose.covariance;
+  relative_pose_.publish(message);
+}
+
+void Outputs::publishOverlay(const Answer& answer) {
+  const Frame* reference = answer.reference != nullptr ? &answer.reference->frame : nullptr;
+  cv_bridge::CvImage picture(answer.current->header, sensor_msgs::image_encodings::BGR8);
+  picture.image = drawOverlay(answer.current->grey, reference, &answer.current->frame, answer.result, caption(answer));
+  match_image_.publish(picture.toImageMsg());
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,41 @@
+// Every topic and transform the node gives out; costly ones are made only while someone listens.
+#pragma once
+
+#include <functional>
+
+#include <image_transport/image_transport.h>
+#include <ros/node_handle.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include "message_conversion.h"
+
+namespace gms_ransac {
+
+/// What of the outputs can change at run time.
+struct OutputOptions {
+  bool publish_rejected = false;
+  bool publish_relative_tf = true;
+  SigmaFloor sigma_floor;
+};
+
+class Outputs {
+ public:
+  /// Topics are relative to `pnh`. `listeners_changed` is called whenever a subscriber comes or goes.
+  Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, std::function<void()> listeners_changed);
+
+  /// Subscribers of all topics together. Transforms have no subscribers to count; the caller knows whether they are on.
+  int listeners() const;
+
+  void publish(const Answer& answer, const FrameCounters& counters, const OutputOptions& options);
+
+ private:
+  void publishPose(const Answer& answer, const OutputOptions& options);
+  void publishOverlay(const Answer& answer);
+
+  image_transport::ImageTransport transport_;
+  tf2_ros::TransformBroadcaster broadcaster_;
+  ros::Publisher correspondences_, stats_, relative_pose_;
+  image_transport::Publisher match_image_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,18 @@
+// The picture of one answer: matches drawn over the current image.
+#pragma once
+
+#include <string>
+
+#include <opencv2/core.hpp>
+
+#include "gms_ransac/match_filter.h"
+
+namespace gms_ransac {
+
+/// BGR picture of the size of `grey` (CV_8UC1, the current image, dimmed): each inlier is a line from where the feature
+/// was in the reference to a dot where it is now, coloured from purple (confidence 0) to yellow (1); rejected matches
+/// are thin and grey. `caption` is one line of text at the top. `result` may be null: caption only.
+cv::Mat drawOverlay(const cv::Mat& grey, const Frame* reference, const Frame* current, const MatchResult* result,
+                    const std::string& caption);
+
+}  // namespace gms_ransac

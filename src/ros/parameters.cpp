@@ -1,0 +1,212 @@
+#include "parameters.h"
+
+#include <algorithm>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+
+#include <XmlRpcValue.h>
+
+namespace gms_ransac {
+
+namespace {
+
+// Every parameter that is fixed at start; the one list that `unknownParameters` knows besides cfg/MatchFilter.cfg.
+const std::vector<std::string> kStaticNames = {"camera_info_sync",
+                                               "input_is_rectified",
+                                               "image_transport",
+                                               "drop_frames",
+                                               "queue_size",
+                                               "always_subscribe",
+                                               "camera/fx",
+                                               "camera/fy",
+                                               "camera/cx",
+                                               "camera/cy",
+                                               "camera/k1",
+                                               "camera/k2",
+                                               "camera/p1",
+                                               "camera/p2",
+                                               "camera/k3",
+                                               "camera/k4",
+                                               "camera/distortion_model"};
+
+std::string toText(XmlRpc::XmlRpcValue value) {
+  if (value.getType() == XmlRpc::XmlRpcValue::TypeString) return static_cast<std::string>(value);
+  std::ostringstream text;
+  value.write(text);
+  return text.str();
+}
+
+[[noreturn]] void refuse(const ros::NodeHandle& pnh, const std::string& name, const std::string& value,
+                         const std::string& accepted) {
+  throw std::invalid_argument("parameter " + pnh.resolveName(name) + " is '" + value + "'; it must be " + accepted);
+}
+
+/// Reads `name` into `value` if it is set; refuses another type instead of ignoring it as NodeHandle::param does.
+template <typename T>
+void read(const ros::NodeHandle& pnh, const std::string& name, const char* type, T& value) {
+  XmlRpc::XmlRpcValue raw;
+  if (!pnh.getParam(name, raw)) return;
+  if (!pnh.getParam(name, value)) refuse(pnh, name, toText(raw), type);
+}
+
+int readInt(const ros::NodeHandle& pnh, const std::string& name, int value, int low, int high) {
+  const std::string accepted = "a whole number between " + std::to_string(low) + " and " + std::to_string(high);
+  read(pnh, name, accepted.c_str(), value);
+  if (value < low || value > high) refuse(pnh, name, std::to_string(value), accepted);
+  return value;
+}
+
+/// One of `choices`; YAML turns the words true and false into booleans, so those are taken as words too.
+std::string readChoice(const ros::NodeHandle& pnh, const std::string& name, const std::string& fallback,
+                       const std::vector<std::string>& choices) {
+  XmlRpc::XmlRpcValue raw;
+  if (!pnh.getParam(name, raw)) return fallback;
+  std::string word = toText(raw);
+  if (raw.getType() == XmlRpc::XmlRpcValue::TypeBoolean) word = static_cast<bool>(raw) ? "true" : "false";
+  if (std::find(choices.begin(), choices.end(), word) != choices.end()) return word;
+  std::string accepted = "one of";
+  for (const std::string& choice : choices) accepted += " '" + choice + "'";
+  refuse(pnh, name, word, accepted);
+}
+
+CameraIntrinsics readCamera(const ros::NodeHandle& pnh) {
+  CameraIntrinsics camera;
+  const bool given = pnh.hasParam("camera/fx");
+  const std::map<std::string, double*> focal = {
+      {"camera/fx", &camera.fx}, {"camera/fy", &camera.fy}, {"camera/cx", &camera.cx}, {"camera/cy", &camera.cy}};
+  for (const auto& [name, value] : focal) {
+    if (pnh.hasParam(name) != given) {
+      throw std::invalid_argument("parameters " + pnh.resolveName("camera") +
+                                  "/fx, fy, cx and cy replace camera_info only together; " +
+                                  (given ? name + " is missing" : "camera/fx is missing"));
+    }
+    read(pnh, name, "a number of pixels", *value);
+  }
+  read(pnh, "camera/distortion_model", "a word", camera.distortion_model);
+  const bool fisheye = camera.distortion_model == "equidistant";
+  const std::vector<std::string> order = fisheye ? std::vector<std::string>{"k1", "k2", "k3", "k4"}
+                                                 : std::vector<std::string>{"k1", "k2", "p1", "p2", "k3"};
+  for (const std::string& coefficient : order) {
+    double value = 0;
+    read(pnh, "camera/" + coefficient, "a number", value);
+    camera.distortion.push_back(value);
+  }
+  if (!given) return CameraIntrinsics();
+  if (camera.fx <= 0 || camera.fy <= 0) refuse(pnh, "camera/fx", std::to_string(camera.fx), "above 0, and so must fy");
+  try {
+    camera.validate();
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument("parameters " + pnh.resolveName("camera") + ": " + error.what());
+  }
+  return camera;
+}
+
+template <typename T>
+std::string rangeOf(const boost::any& low, const boost::any& high) {
+  std::ostringstream text;
+  text << "between " << boost::any_cast<T>(low) << " and " << boost::any_cast<T>(high);
+  return text.str();
+}
+
+}  // namespace
+
+Parameters Parameters::read(const ros::NodeHandle& pnh) {
+  Parameters parameters;
+  parameters.camera_info_sync = readChoice(pnh, "camera_info_sync", "latest", {"latest", "exact"}) == "exact"
+                                    ? CameraInfoSync::kExact
+                                    : CameraInfoSync::kLatest;
+  const std::string rectified = readChoice(pnh, "input_is_rectified", "auto", {"auto", "true", "false"});
+  parameters.input_is_rectified =
+      rectified == "auto" ? Rectified::kAuto : (rectified == "true" ? Rectified::kYes : Rectified::kNo);
+  parameters.camera = readCamera(pnh);
+  gms_ransac::read(pnh, "image_transport", "the name of an image transport", parameters.image_transport);
+  gms_ransac::read(pnh, "drop_frames", "true or false", parameters.drop_frames);
+  gms_ransac::read(pnh, "always_subscribe", "true or false", parameters.always_subscribe);
+  parameters.queue_size = readInt(pnh, "queue_size", parameters.queue_size, 1, 10000);
+  return parameters;
+}
+
+void checkConfigOnServer(const ros::NodeHandle& pnh) {
+  const MatchFilterConfig& low = MatchFilterConfig::__getMin__();
+  const MatchFilterConfig& high = MatchFilterConfig::__getMax__();
+  for (const auto& description : MatchFilterConfig::__getParamDescriptions__()) {
+    XmlRpc::XmlRpcValue raw;
+    if (!pnh.getParam(description->name, raw)) continue;
+    boost::any least, most;
+    description->getValue(low, least);
+    description->getValue(high, most);
+    const bool is_int = raw.getType() == XmlRpc::XmlRpcValue::TypeInt;
+    const bool is_number = is_int || raw.getType() == XmlRpc::XmlRpcValue::TypeDouble;
+    if (description->type == "int") {
+      const std::string accepted = "a whole number " + rangeOf<int>(least, most);
+      if (!is_int) refuse(pnh, description->name, toText(raw), accepted);
+      const int value = raw;
+      if (value < boost::any_cast<int>(least) || value > boost::any_cast<int>(most)) {
+        refuse(pnh, description->name, toText(raw), accepted);
+      }
+    } else if (description->type == "double") {
+      const std::string accepted = "a number " + rangeOf<double>(least, most);
+      if (!is_number) refuse(pnh, description->name, toText(raw), accepted);
+      const double value = is_int ? static_cast<int>(raw) : static_cast<double>(raw);
+      if (!(value >= boost::any_cast<double>(least) && value <= boost::any_cast<double>(most))) {
+        refuse(pnh, description->name, toText(raw), accepted);
+      }
+    } else if (description->type == "bool" && raw.getType() != XmlRpc::XmlRpcValue::TypeBoolean) {
+      refuse(pnh, description->name, toText(raw), "true or false");
+    } else if (description->type == "str" && raw.getType() != XmlRpc::XmlRpcValue::TypeString) {
+      refuse(pnh, description->name, toText(raw), "a word");
+    }
+  }
+}
+
+MatchFilterOptions coreOptions(const MatchFilterConfig& config) {
+  MatchFilterOptions options;
+  options.method = config.method;
+  options.extractor.extractor = config.extractor;
+  options.extractor.features = config.features;
+  options.extractor.levels = config.pyramid_levels;
+  options.extractor.scale_factor = config.pyramid_scale;
+  options.extractor.fast_threshold = config.fast_threshold;
+  options.motion_statistics.grid_columns = config.gms_grid_columns;
+  options.motion_statistics.grid_rows = config.gms_grid_rows;
+  options.motion_statistics.threshold_factor = config.gms_threshold_factor;
+  options.motion_statistics.rotation = config.gms_rotation;
+  options.motion_statistics.scale = config.gms_scale;
+  if (config.gms_border != "opencv" && config.gms_border != "original") {
+    throw std::invalid_argument("gms_border is '" + config.gms_border + "'; it must be 'opencv' or 'original'");
+  }
+  options.motion_statistics.border = config.gms_border == "opencv" ? GridBorder::kOpenCV : GridBorder::kOriginal;
+  options.robust.model = parseModelType(config.model);
+  options.robust.threshold_px = config.threshold_px;
+  options.robust.confidence = config.confidence;
+  options.robust.max_iterations = config.max_iterations;
+  options.robust.seed = static_cast<uint64_t>(config.seed);
+  options.robust.ratio = config.ratio;
+  options.robust.tdd_d = config.tdd_d;
+  options.robust.subset_count = config.subset_count;
+  options.robust.subset_fraction = config.subset_fraction;
+  options.robust.split = config.split;
+  options.robust.target_ratio = config.target_ratio;
+  options.validate();
+  return options;
+}
+
+std::vector<std::string> unknownParameters(const ros::NodeHandle& pnh) {
+  std::vector<std::string> all, unknown;
+  pnh.getParamNames(all);
+  const std::string prefix = pnh.getNamespace() + "/";
+  for (const std::string& full : all) {
+    if (full.compare(0, prefix.size(), prefix) != 0) continue;
+    const std::string name = full.substr(prefix.size());
+    if (std::find(kStaticNames.begin(), kStaticNames.end(), name) != kStaticNames.end()) continue;
+    const auto& dynamic = MatchFilterConfig::__getParamDescriptions__();
+    if (std::any_of(dynamic.begin(), dynamic.end(), [&](const auto& d) { return d->name == name; })) continue;
+    // The image transports of the overlay keep their own parameters below its name.
+    if (name.compare(0, 12, "match_image/") == 0) continue;
+    unknown.push_back(name);
+  }
+  return unknown;
+}
+
+}  // namespace gms_ransac

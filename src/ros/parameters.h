@@ -1,0 +1,42 @@
+// The node's parameters: those fixed at start (listed here) and those that can change (listed in cfg/MatchFilter.cfg).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <gms_ransac/MatchFilterConfig.h>
+#include <ros/node_handle.h>
+
+#include "gms_ransac/camera.h"
+#include "gms_ransac/match_filter.h"
+
+namespace gms_ransac {
+
+enum class CameraInfoSync { kLatest, kExact };
+enum class Rectified { kAuto, kYes, kNo };
+
+/// Read once from the private namespace; the member's name is the parameter's unless stated.
+struct Parameters {
+  CameraInfoSync camera_info_sync = CameraInfoSync::kLatest;  ///< latest | exact: which camera_info goes with an image
+  Rectified input_is_rectified = Rectified::kAuto;            ///< auto | true | false
+  CameraIntrinsics camera;  ///< ~camera/fx fy cx cy k1 k2 p1 p2 k3: replaces camera_info when fx is given
+  std::string image_transport = "raw";
+  bool drop_frames = true;        ///< true: only the latest waiting image is kept; false: every image is answered
+  int queue_size = 10;            ///< messages kept by each subscriber, 1..10000
+  bool always_subscribe = false;  ///< subscribe to the images even while nobody listens
+
+  /// Throws std::invalid_argument with a sentence that names the parameter, its value and what is accepted.
+  static Parameters read(const ros::NodeHandle& pnh);
+};
+
+/// Checks the start values of the reconfigurable parameters, which dynamic_reconfigure would silently clamp. Throws
+/// std::invalid_argument like Parameters::read.
+void checkConfigOnServer(const ros::NodeHandle& pnh);
+
+/// The core's options from the reconfigurable parameters; throws std::invalid_argument when they contradict each other.
+MatchFilterOptions coreOptions(const MatchFilterConfig& config);
+
+/// Names set in the private namespace that the node does not know: misspelt, most likely.
+std::vector<std::string> unknownParameters(const ros::NodeHandle& pnh);
+
+}  // namespace gms_ransac

@@ -1,0 +1,171 @@
+#!/usr/bin/env python3
+"""Malformed, useless and changing images: never a crash, a status that says which, and the next good pair is answered."""
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from gms_ransac.msg import MatchStats
+
+from graph import Client, Scene, camera_info, image_message
+
+
+class BadInput(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.client = Client().connect()
+        scene = Scene()
+        cls.frames = [scene.draw(t=(0.06 * i, 0.02 * i, 0)) for i in range(4)]
+        cls.stamp = 100.0
+
+    def next_stamp(self):
+        BadInput.stamp += 0.1
+        return self.stamp
+
+    def ask(self, pixels, **options):
+        return self.client.ask(pixels, self.next_stamp(), **options)
+
+    def ask_message(self, message):
+        count = len(self.client.stats) + 1
+        self.client.image.publish(message)
+        return self.client.answer(count)
+
+    def assert_good_pair(self):
+        """The filter still does its work."""
+        self.ask(self.frames[0])
+        answer = self.ask(self.frames[1])
+        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+        self.assertGreater(answer.inliers, 100)
+
+    def assert_bad(self, answer, *words):
+        self.assertEqual(answer.status, MatchStats.BAD_IMAGE, answer.status_text)
+        for word in words + (rospy.resolve_name("image"),):
+            self.assertIn(word, answer.status_text)
+        self.assert_good_pair()
+
+    def broken(self, **fields):
+        message = image_message(self.frames[0], self.next_stamp())
+        for name, value in fields.items():
+            setattr(message, name, value)
+        return message
+
+    def test_empty_image(self):
+        self.assert_bad(self.ask_message(self.broken(width=0, height=0, step=0, data=b"")), "empty")
+
+    def test_no_data(self):
+        self.assert_bad(self.ask_message(self.broken(data=b"")), "empty")
+
+    def test_step_too_small(self):
+        self.assert_bad(self.ask_message(self.broken(step=10)), "step", "640")
+
+    def test_data_too_short(self):
+        self.assert_bad(self.ask_message(self.broken(data=b"\0" * 1000)), "1000 bytes")
+
+    def test_colour_label_on_grey_data(self):
+        self.assert_bad(self.ask_message(self.broken(encoding="bgr8")), "step")
+
+    def test_unknown_encoding(self):
+        self.assert_bad(self.ask_message(self.broken(encoding="sepia12")), "sepia12", "mono8")
+
+    def test_tiny_image(self):
+        self.assert_bad(self.ask(np.zeros((10, 10), np.uint8)), "10x10")
+
+    def test_padded_rows_are_fine(self):
+        padded = np.zeros((480, 700), np.uint8)
+        padded[:, :640] = self.frames[1]
+        self.ask(self.frames[0])
+        message = self.broken(step=700, data=padded.tobytes())
+        self.assertEqual(self.ask_message(message).status, MatchStats.OK)
+
+    def test_black_image(self):
+        self.assert_good_pair()
+        answer = self.ask(np.zeros((480, 640), np.uint8))
+        self.assertEqual(answer.status, MatchStats.TOO_FEW_KEYPOINTS)
+        answer = self.ask(self.frames[2])  # compared with the last image that had keypoints
+        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+
+    def test_same_image_twice(self):
+        self.assert_good_pair()
+        answer = self.ask(self.frames[1])
+        self.assertEqual(answer.status, MatchStats.LOW_PARALLAX, answer.status_text)
+        pose = self.client.correspondence(self.stamp).current_in_reference
+        self.assertEqual((pose.pose.position.x, pose.pose.position.y, pose.pose.position.z), (0, 0, 0))
+        self.assertGreater(pose.covariance[0], 100)
+        self.assert_good_pair()
+
+    def test_same_stamp_twice(self):
+        self.ask(self.frames[0])
+        answer = self.client.ask(self.frames[1], self.stamp)
+        self.assertEqual(answer.status, MatchStats.BAD_IMAGE)
+        self.assertIn("out of order", answer.status_text)
+        self.assert_good_pair()
+
+    def test_stamp_goes_backwards_a_little(self):
+        self.ask(self.frames[0])
+        answer = self.client.ask(self.frames[1], self.stamp - 0.05)
+        self.assertEqual(answer.status, MatchStats.BAD_IMAGE)
+        self.assertIn("out of order", answer.status_text)
+        answer = self.ask(self.frames[1])
+        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+
+    def test_stamps_start_again(self):
+        self.ask(self.frames[0])
+        BadInput.stamp -= 50
+        answer = self.ask(self.frames[1])
+        self.assertEqual(answer.status, MatchStats.TIME_RESET)
+        self.assertIn("went back", answer.status_text)
+        BadInput.stamp += 0.1
+        answer = self.ask(self.frames[2])
+        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+        self.assert_good_pair()
+
+    def test_zero_calibration(self):
+        zero = np.zeros((3, 3))
+        self.ask(self.frames[0], info=camera_info(self.stamp, k=zero))
+        answer = self.ask(self.frames[1], info=camera_info(self.stamp, k=zero))
+        for _ in range(2):  # camera_info travels on its own connection and may come just after the image
+            if answer.status == MatchStats.UNCALIBRATED:
+                break
+            answer = self.ask(self.frames[len(self.client.stats) % 2], info=camera_info(self.stamp, k=zero))
+        self.assertEqual(answer.status, MatchStats.UNCALIBRATED, answer.status_text)
+        self.assertIn(rospy.resolve_name("camera_info"), answer.status_text)
+        message = self.client.correspondence(self.stamp)
+        self.assertFalse(message.pose_valid)
+        self.assertGreater(len(message.confidence), 100)
+        self.assertEqual(set(message.K), {0.0})
+        answer = self.ask(self.frames[0])
+        for _ in range(2):
+            if answer.status != MatchStats.UNCALIBRATED:
+                break
+            answer = self.ask(self.frames[len(self.client.stats) % 2])
+        self.assert_good_pair()
+
+    def test_resolution_change(self):
+        self.assert_good_pair()
+        small = self.frames[0][:240, :320].copy()
+        answer = self.ask(small)
+        self.assertEqual(answer.status, MatchStats.FIRST_FRAME)
+        self.assertIn("640x480", answer.status_text)
+        answer = self.ask(self.frames[1][:240, :320].copy())
+        self.assertEqual(answer.status, MatchStats.UNCALIBRATED)  # camera_info still describes 640x480
+        self.assertIn("320x240", answer.status_text)
+        self.assert_good_pair()
+
+    def test_every_message_has_columns_of_one_length(self):
+        self.assert_good_pair()
+        for message in self.client.correspondences:
+            n = len(message.confidence)
+            self.assertEqual([len(message.reference_points), len(message.current_points)], [2 * n, 2 * n])
+            self.assertEqual([len(message.distance), len(message.track_id), len(message.track_length)], [n] * 3)
+            self.assertEqual(len(message.stage), 0)
+            self.assertTrue(np.all(np.isfinite(message.current_in_reference.covariance)))
+
+    def test_counters_add_up(self):
+        last = self.ask(self.frames[0])
+        self.assertEqual(last.frames_received, last.frames_processed + last.frames_dropped)
+        self.assertEqual(last.frames_processed, len(self.client.stats))
+
+
+if __name__ == "__main__":
+    rospy.init_node("bad_input_test")
+    rostest.rosrun("gms_ransac", "bad_input", BadInput)

@@ -1,0 +1,162 @@
+"""What the rostests share: a drawn scene with known motion, and a client that sends an image and awaits its answer."""
+import threading
+import time
+
+import cv2
+import numpy as np
+import rospy
+from gms_ransac.msg import Correspondences, MatchStats
+from sensor_msgs.msg import CameraInfo, Image
+
+TIMEOUT = 30.0  # seconds of wall time a condition is awaited before the test fails; a loaded machine is slow
+
+WIDTH, HEIGHT = 640, 480
+K = np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]])
+
+
+def texture(size, seed):
+    """Grey noise at three scales: corners everywhere."""
+    random = np.random.RandomState(seed)
+    picture = np.zeros((size, size), np.float32)
+    for cell, weight in ((4, 0.3), (12, 0.4), (40, 0.3)):
+        noise = random.randint(0, 256, (size // cell + 1, size // cell + 1)).astype(np.float32)
+        picture += weight * cv2.resize(noise, (size, size), interpolation=cv2.INTER_NEAREST)
+    return picture.astype(np.uint8)
+
+
+class Scene:
+    """A wall at 6 m with two boards before it, seen by a camera at `t` turned by the rotation vector `r`."""
+
+    BOARDS = ((6.0, -9.0, -9.0, 18.0), (3.0, -1.6, -0.9, 1.3), (4.0, 0.4, -0.6, 1.6))  # depth, left, top, side in metres
+    PIXELS = 1500
+
+    def __init__(self):
+        self.textures = [texture(self.PIXELS, seed) for seed in range(len(self.BOARDS))]
+
+    def draw(self, t=(0, 0, 0), r=(0, 0, 0)):
+        R = cv2.Rodrigues(np.array(r, float))[0]
+        picture = np.zeros((HEIGHT, WIDTH), np.uint8)
+        for (z, left, top, side), board in zip(self.BOARDS, self.textures):
+            scale = side / self.PIXELS
+            # Board pixel (u, v, 1) -> point (left + scale u, top + scale v, z) -> camera -> image.
+            to_world = np.array([[scale, 0, left], [0, scale, top], [0, 0, z]])
+            to_camera = R.T @ (to_world - np.outer(np.array(t, float), (0, 0, 1)))
+            H = K @ to_camera
+            seen = cv2.warpPerspective(board, H, (WIDTH, HEIGHT), flags=cv2.INTER_AREA)
+            mask = cv2.warpPerspective(np.full_like(board, 255), H, (WIDTH, HEIGHT), flags=cv2.INTER_NEAREST)
+            picture[mask > 0] = seen[mask > 0]
+        return picture
+
+
+def image_message(pixels, stamp, frame="camera", encoding="mono8"):
+    message = Image()
+    message.header.stamp = rospy.Time.from_sec(stamp)
+    message.header.frame_id = frame
+    message.height, message.width = pixels.shape[:2]
+    message.encoding = encoding
+    message.step = int(pixels.nbytes // max(pixels.shape[0], 1))
+    message.data = pixels.tobytes()
+    return message
+
+
+def camera_info(stamp, frame="camera", k=None, d=(0.0,) * 5, p=None, size=(WIDTH, HEIGHT)):
+    message = CameraInfo()
+    message.header.stamp = rospy.Time.from_sec(stamp)
+    message.header.frame_id = frame
+    message.width, message.height = size
+    message.distortion_model = "plumb_bob"
+    message.D = list(d)
+    matrix = K if k is None else k
+    message.K = list(np.array(matrix, float).ravel())
+    message.R = list(np.eye(3).ravel())
+    projection = np.hstack([matrix if p is None else p, np.zeros((3, 1))])
+    message.P = list(projection.ravel())
+    return message
+
+
+class Client:
+    """Publishes to a match filter and collects what it answers."""
+
+    def __init__(self, name="match_filter", image="image", info="camera_info", listen=True, camera=True):
+        self.changed = threading.Condition()
+        self.stats, self.correspondences = [], []
+        self.image = rospy.Publisher(image, Image, queue_size=200)
+        self.info = rospy.Publisher(info, CameraInfo, queue_size=200) if camera else None
+        self.subscribers = []
+        self.name = name
+        if listen:
+            self.listen()
+
+    def listen(self):
+        self.subscribe("stats", MatchStats, self.stats)
+        self.subscribe("correspondences", Correspondences, self.correspondences)
+
+    def subscribe(self, topic, kind, into):
+        """Collects the messages of an output in the list `into`."""
+
+        def store(message):
+            with self.changed:
+                into.append(message)
+                self.changed.notify_all()
+
+        self.subscribers.append(rospy.Subscriber("%s/%s" % (self.name, topic), kind, store, queue_size=500))
+
+    def wait(self, condition, what):
+        """Returns the first true value of `condition()`; fails after TIMEOUT."""
+        deadline = time.monotonic() + TIMEOUT
+        with self.changed:
+            while time.monotonic() < deadline:
+                value = condition()
+                if value:
+                    return value
+                self.changed.wait(0.05)  # connections come without a message, so look again now and then
+        raise AssertionError("waited %g s in vain for %s" % (TIMEOUT, what))
+
+    def connect(self):
+        """Waits until the filter listens to us and we to it."""
+        publishers = [self.image] + ([self.info] if self.info else [])
+        self.wait(lambda: all(p.get_num_connections() for p in publishers), "the filter to subscribe")
+        self.wait(lambda: all(s.get_num_connections() for s in self.subscribers), "the filter to advertise")
+        return self
+
+    def send(self, pixels, stamp, encoding="mono8", frame="camera", info=None):
+        """Sends one image, with camera_info first where there is one."""
+        if self.info:
+            self.info.publish(info or camera_info(stamp, frame))
+        self.image.publish(image_message(pixels, stamp, frame, encoding))
+
+    def answer(self, count, what="an answer"):
+        """The stats message number `count` (from 1)."""
+        self.wait(lambda: len(self.stats) >= count, "%s (number %d)" % (what, count))
+        return self.stats[count - 1]
+
+    def ask(self, *args, **kwargs):
+        """Sends one image and returns the stats that answer it."""
+        count = len(self.stats) + 1
+        self.send(*args, **kwargs)
+        return self.answer(count)
+
+    def correspondence(self, stamp):
+        """The correspondences of the image with that stamp."""
+        same = lambda: [m for m in self.correspondences if abs(m.header.stamp.to_sec() - stamp) < 1e-6]
+        return self.wait(same, "correspondences of %.3f" % stamp)[0]
+
+
+def rotation_matrix(q):
+    x, y, z, w = q.x, q.y, q.z, q.w
+    return np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+
+
+def vector(v):
+    return np.array([v.x, v.y, v.z])
+
+
+def degrees_between(a, b):
+    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), np.dot(a, b)))
+
+
+def rotation_degrees(R):
+    return np.degrees(np.linalg.norm(cv2.Rodrigues(R)[0]))
