@@ -4,15 +4,14 @@
 #include <array>
 #include <cmath>
 
-#include "motion_statistics/grid_votes.h"
-#include "motion_statistics/half_cell_order.h"
+#include "motion_statistics/cell_pairs.h"
+#include "motion_statistics/match_cells.h"
 #include "validation.h"
 
 namespace gms_ransac {
 
 namespace {
 
-constexpr int kShifts = 4;  ///< none, half a cell in x, in y, in both
 constexpr int kScales = 5;
 
 /// Side of the right grid for one side of the left one.
@@ -26,6 +25,7 @@ VotingRule votingRule(const MotionStatisticsOptions& options) {
   VotingRule rule;
   rule.five_cells = options.neighborhood == GridNeighborhood::kFive;
   rule.rotation = options.rotation;
+  rule.drop_first = options.border == GridBorder::kOriginal;
   rule.alpha = options.threshold_factor;
   if (rule.five_cells && options.alpha_mode == AlphaMode::kScaled) rule.alpha *= std::sqrt(5.0 / 9.0);
   return rule;
@@ -67,73 +67,56 @@ void MotionStatisticsOptions::validate() const {
 
 struct MotionStatisticsFilter::Workspace {
   CellGrid left;
-  HalfCellOrder order;
-  GridVotes votes[kShifts];
-  std::vector<uint8_t> favourite;  ///< per place of the order, bit s: the match is in its cell pair of shift s
-  int best_accepted = 0;
+  MatchCells cells;
+  VoteMatrix matrix;
+  CellPairs pairs[kShifts];
+  std::vector<int32_t> half_members;
 
-  int leftCell(int match, int shift) const {
-    return left.index((order.halfColumn(match) + (shift & 1)) >> 1, (order.halfRow(match) + (shift >> 1)) >> 1);
-  }
-  int countMatches(const CellGrid& right, bool drop_first);
+  void decide(const CellGrid& right);
   std::array<int, 8> countAccepted() const;
-  void mark(int rotation, MotionStatistics& statistics) const;
+  int mark(int rotation, MotionStatistics& statistics);
 };
 
-/// Counts all four grids; returns how many matches go to the favourite cell in one of them, a bound on what any
-/// rotation can accept.
-int MotionStatisticsFilter::Workspace::countMatches(const CellGrid& right, bool drop_first) {
-  order.sort(right);
-  for (int shift = 0; shift < kShifts; ++shift) {
-    votes[shift].setGrids(left, right);
-    votes[shift].count(order, shift & 1, shift >> 1, drop_first);
-  }
-  int bound = 0;
-  favourite.resize(order.size());
-  for (int place = 0; place < order.size(); ++place) {
-    unsigned bits = 0;
-    for (int shift = 0; shift < kShifts; ++shift) {
-      const bool same = votes[shift].best(leftCell(order.sorted()[place], shift)) == order.rightCells()[place];
-      bits |= static_cast<unsigned>(same) << shift;
-    }
-    favourite[place] = static_cast<uint8_t>(bits);
-    bound += bits != 0;
-  }
-  return bound;
+/// Decides on the cell pairs of all four grids, for this right grid and every rotation.
+void MotionStatisticsFilter::Workspace::decide(const CellGrid& right) {
+  cells.setRightGrid(right);
+  half_members.assign(cells.nowhere() + 1, 0);
+  for (const int32_t half : cells.halfCells()) ++half_members[half];
+  for (CellPairs& shifted : pairs) shifted.decide(cells, half_members, right, matrix);
 }
 
+/// How many matches each rotation accepts.
 std::array<int, 8> MotionStatisticsFilter::Workspace::countAccepted() const {
   BitCounts counts;
-  for (int place = 0; place < order.size(); ++place) {
+  for (int i = 0; i < cells.size(); ++i) {
+    const int half = cells.halfCells()[i], right = cells.rightCells()[i];
     unsigned accepted = 0;
-    for (int shift = 0; shift < kShifts; ++shift) {
-      if (!(favourite[place] >> shift & 1)) continue;
-      accepted |= votes[shift].accepted(leftCell(order.sorted()[place], shift));
-    }
+    for (const CellPairs& shifted : pairs) accepted |= shifted.accepted(shifted.cellOfHalf()[half], right);
     counts.add(accepted);
   }
   return counts.counts();
 }
 
-void MotionStatisticsFilter::Workspace::mark(int rotation, MotionStatistics& statistics) const {
-  std::fill(statistics.accepted.begin(), statistics.accepted.end(), 0);
-  std::fill(statistics.score.begin(), statistics.score.end(), 0);
-  std::fill(statistics.support.begin(), statistics.support.end(), 0.f);
-  for (int place = 0; place < order.size(); ++place) {
-    const int match = order.sorted()[place];
+/// Writes the columns of one run; returns how many matches it accepts.
+int MotionStatisticsFilter::Workspace::mark(int rotation, MotionStatistics& statistics) {
+  for (CellPairs& shifted : pairs) shifted.choose(rotation);
+  int accepted = 0;
+  for (int i = 0; i < cells.size(); ++i) {
+    const int half = cells.halfCells()[i], right = cells.rightCells()[i];
     int score = 0;
-    double threshold = 1.0;
-    for (int shift = 0; shift < kShifts; ++shift) {
-      const int cell = leftCell(match, shift);
-      if (!(favourite[place] >> shift & 1) || !(votes[shift].accepted(cell) >> rotation & 1)) continue;
-      if (votes[shift].score(cell, rotation) <= score) continue;
-      score = votes[shift].score(cell, rotation);
-      threshold = votes[shift].threshold(cell, rotation);
+    float support = 0;
+    for (const CellPairs& shifted : pairs) {
+      const CellPairs::Worth& worth = shifted.worth(shifted.cellOfHalf()[half]);
+      const bool better = worth.right == right && worth.score > score;
+      score = better ? worth.score : score;
+      support = better ? worth.support : support;
     }
-    statistics.accepted[match] = score > 0;
-    statistics.score[match] = score;
-    statistics.support[match] = static_cast<float>(score / threshold);
+    statistics.accepted[i] = score > 0;
+    statistics.score[i] = score;
+    statistics.support[i] = support;
+    accepted += score > 0;
   }
+  return accepted;
 }
 
 MotionStatisticsFilter::MotionStatisticsFilter(const MotionStatisticsOptions& options)
@@ -155,26 +138,25 @@ void MotionStatisticsFilter::compute(const Features& reference, const Features& 
   statistics.score.assign(matches.size(), 0);
   statistics.support.assign(matches.size(), 0.f);
   statistics.cell.resize(matches.size());
-  work.order.setMatches(reference, current, matches, work.left);
-  for (size_t i = 0; i < matches.size(); ++i) {
-    const int match = static_cast<int>(i);
-    statistics.cell[i] = (work.order.halfRow(match) >> 1) * work.left.columns + (work.order.halfColumn(match) >> 1);
-  }
+  work.cells.setMatches(reference, current, matches, work.left);
+  work.cells.leftCells(statistics.cell);
 
   const VotingRule rule = votingRule(options_);
-  for (int scale = 0; scale < (options_.scale ? kScales : 1); ++scale) {
-    const CellGrid right = {scaledSide(work.left.columns, scale, options_.border),
-                            scaledSide(work.left.rows, scale, options_.border)};
-    const int bound = work.countMatches(right, options_.border == GridBorder::kOriginal);
-    if (bound <= statistics.accepted_count) continue;
-    for (GridVotes& votes : work.votes) votes.decide(rule);
-    const std::array<int, 8> accepted = work.countAccepted();
-    const auto most = std::max_element(accepted.begin(), accepted.end());  // the first of equals
-    if (*most <= statistics.accepted_count) continue;
-    statistics.accepted_count = *most;
-    statistics.rotation = static_cast<int>(most - accepted.begin()) * rule.ringStep();
+  for (int shift = 0; shift < kShifts; ++shift) work.pairs[shift].setLeftGrid(work.left, shift, rule);
+  const int scales = options_.scale ? kScales : 1;
+  for (int scale = 0; scale < scales; ++scale) {
+    work.decide(
+        {scaledSide(work.left.columns, scale, options_.border), scaledSide(work.left.rows, scale, options_.border)});
+    int rotation = 0;
+    if (scales * rule.rotations() > 1) {
+      const std::array<int, 8> accepted = work.countAccepted();
+      const auto most = std::max_element(accepted.begin(), accepted.end());  // the first of equals
+      if (*most <= statistics.accepted_count) continue;
+      rotation = static_cast<int>(most - accepted.begin());
+    }
+    statistics.accepted_count = work.mark(rotation, statistics);
+    statistics.rotation = rotation * rule.ringStep();
     statistics.scale = scale;
-    work.mark(static_cast<int>(most - accepted.begin()), statistics);
   }
 }
 
