@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "gms_ransac/descriptor_set.h"
@@ -18,22 +19,31 @@ struct Match {
 };
 
 struct HammingMatcherOptions {
-  bool mutual = false;  ///< keep only pairs that are each other's nearest neighbour (Lan 2020)
+  bool mutual = false;  ///< keep only pairs that are each other's nearest neighbour, the lowest on ties (Lan 2020)
   int threads = 1;      ///< 1 or 2; the result does not depend on it
   SimdLevel simd = detectSimdLevel();
 
+  /// Throws std::invalid_argument with a sentence that names the field, its value and its range.
   void validate() const;
 };
 
 class HammingMatcher {
  public:
   explicit HammingMatcher(const HammingMatcherOptions& options = {});
+  ~HammingMatcher();
+  HammingMatcher(HammingMatcher&&) noexcept;
+  HammingMatcher& operator=(HammingMatcher&&) noexcept;
+
   /// One match per reference descriptor in reference order (fewer with `mutual`; none when either side is empty).
-  /// `current` must be packed. Identical on every SIMD level. Reuses the storage of `matches`.
+  /// `current` should be packed for the level of the options; if it is not, a copy is packed at every call.
+  /// Identical on every SIMD level and for any number of threads. Reuses the storage of `matches`; no allocation once
+  /// warm.
   void match(const DescriptorSet& reference, const DescriptorSet& current, std::vector<Match>& matches);
 
  private:
+  struct Workspace;
   HammingMatcherOptions options_;
+  std::unique_ptr<Workspace> workspace_;
 };
 
 }  // namespace gms_ransac

@@ -17,7 +17,8 @@ bool simdLevelSupported(SimdLevel level) {
       return simdLevelSupported(SimdLevel::kAvx2) && __builtin_cpu_supports("avx512f") &&
              __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
              __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vpopcntdq") &&
-             __builtin_cpu_supports("avx512bitalg");
+             __builtin_cpu_supports("avx512bitalg") && __builtin_cpu_supports("avx512vbmi") &&
+             __builtin_cpu_supports("gfni");
 #elif defined(__aarch64__)
     case SimdLevel::kNeon:
       return true;

@@ -3,10 +3,15 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "matching/hamming_kernels.h"
+
 namespace gms_ransac {
+
+static_assert(kDescriptorBytes == kHammingBytes, "the kernels compare whole descriptors");
 
 void DescriptorSet::resize(int n) {
   size_ = n;
+  is_packed_ = false;
   const size_t bytes = static_cast<size_t>(n) * kDescriptorBytes;
   if (rows_.size() < bytes) rows_.resize(bytes);
 }
@@ -24,6 +29,13 @@ void DescriptorSet::assign(const cv::Mat& rows) {
   pack();
 }
 
-void DescriptorSet::pack() {}
+void DescriptorSet::pack(SimdLevel level) {
+  const HammingKernel& kernel = hammingKernel(level);
+  const size_t lines = (kernel.packedBytes(size_) + sizeof(CacheLine) - 1) / sizeof(CacheLine);
+  if (packed_.size() < lines) packed_.resize(lines);
+  if (lines > 0) kernel.pack(rows_.data(), size_, packed_.front().bytes);
+  is_packed_ = true;
+  packed_level_ = level;
+}
 
 }  // namespace gms_ransac

@@ -1,0 +1,155 @@
+// Brute force for processors with AVX2.
+//
+// The train descriptors are stored as 64 rows of 4-bit fields, 32 descriptors a vector. A field and a query's 16-entry
+// table give the number of differing bits in one byte shuffle, without xor. Tables hold two queries, one in each half
+// of the byte: three fields add up to at most 12, so halves do not mix before they are split. That is 9 instructions
+// for 12 bits of 32 descriptors and two queries.
+#if defined(__AVX2__)
+#include <immintrin.h>
+
+#include "matching/hamming_blocked.h"
+
+namespace gms_ransac {
+namespace {
+
+struct Avx2 {
+  using Vector = __m256i;
+  static constexpr int kLanes = 32;
+  static constexpr int kFields = 64;
+  static constexpr int kPairs = kQueryGroup / 2;
+  static constexpr int kBlockBytes = kVectors * kFields * kLanes;
+
+  struct alignas(64) Tables {
+    uint8_t count[kPairs][kFields][16];
+  };
+
+  static Vector load(const void* p) { return _mm256_load_si256(static_cast<const __m256i*>(p)); }
+  static void store(void* p, Vector v) { _mm256_store_si256(static_cast<__m256i*>(p), v); }
+  static Vector min(Vector a, Vector b) { return _mm256_min_epu8(a, b); }
+  static Vector max(Vector a, Vector b) { return _mm256_max_epu8(a, b); }
+  static Vector broadcast(int value) { return _mm256_set1_epi8(static_cast<char>(value)); }
+  static Vector selectLess(Vector a, Vector b, Vector less, Vector otherwise) {
+    return _mm256_blendv_epi8(less, otherwise, _mm256_cmpeq_epi8(_mm256_max_epu8(a, b), a));
+  }
+
+  static int field(const uint8_t* row, int f) { return f % 2 == 0 ? row[f / 2] & 15 : row[f / 2] >> 4; }
+
+  /// Rows of the four vectors lie side by side: [field][vector][lane].
+  static void packOne(const uint8_t* row, uint8_t* block, int vector, int lane) {
+    uint8_t* to = block + vector * kLanes + lane;
+    for (int b = 0; b < kHammingBytes; ++b, to += 2 * kVectors * kLanes) {
+      to[0] = row[b] & 15;
+      to[kVectors * kLanes] = row[b] >> 4;
+    }
+  }
+
+  static void setQuery(Tables& tables, int q, const uint8_t* row) {
+    const __m128i bits = _mm_setr_epi8(0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4);
+    const __m128i numbers = _mm_setr_epi8(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    for (int f = 0; f < kFields; ++f) {
+      auto* table = reinterpret_cast<__m128i*>(tables.count[q / 2][f]);
+      const __m128i different = _mm_xor_si128(numbers, _mm_set1_epi8(static_cast<char>(field(row, f))));
+      const __m128i count = _mm_shuffle_epi8(bits, different);
+      _mm_store_si128(table, q % 2 == 0 ? count : _mm_or_si128(_mm_load_si128(table), _mm_slli_epi16(count, 4)));
+    }
+  }
+
+  static Vector table(const uint8_t* count) {
+    return _mm256_broadcastsi128_si256(_mm_load_si128(reinterpret_cast<const __m128i*>(count)));
+  }
+  static Vector upperHalves(Vector v, Vector low_half) { return _mm256_and_si256(_mm256_srli_epi16(v, 4), low_half); }
+
+  template <bool kReverse>
+  static void distances(const Tables& tables, const uint8_t* packed, int left, int group, uint8_t* minimum,
+                        uint8_t* groups, Vector* block_minimum) {
+    constexpr int kRow = kVectors * kLanes;
+    const Vector low_half = _mm256_set1_epi8(15);
+    Vector smallest[kVectors];
+#pragma GCC unroll 4
+    for (int v = 0; v < kVectors; ++v) smallest[v] = _mm256_set1_epi8(-1);
+#pragma GCC unroll 1
+    for (int p = 0; p < kPairs; ++p) {
+      Vector sum[kVectors], upper[kVectors];
+#pragma GCC unroll 4
+      for (int v = 0; v < kVectors; ++v) sum[v] = upper[v] = _mm256_setzero_si256();
+      const uint8_t* fields = packed;
+#pragma GCC unroll 1
+      for (int f = 0; f < kFields - 1; f += 3, fields += 3 * kRow) {
+        const Vector a = table(tables.count[p][f]);
+        const Vector b = table(tables.count[p][f + 1]);
+        const Vector c = table(tables.count[p][f + 2]);
+#pragma GCC unroll 4
+        for (int v = 0; v < kVectors; ++v) {
+          Vector both = _mm256_shuffle_epi8(a, load(fields + v * kLanes));
+          both = _mm256_add_epi8(both, _mm256_shuffle_epi8(b, load(fields + kRow + v * kLanes)));
+          both = _mm256_add_epi8(both, _mm256_shuffle_epi8(c, load(fields + 2 * kRow + v * kLanes)));
+          sum[v] = _mm256_add_epi8(sum[v], both);
+          upper[v] = _mm256_add_epi8(upper[v], upperHalves(both, low_half));
+        }
+      }
+      const Vector last = table(tables.count[p][kFields - 1]);
+#pragma GCC unroll 4
+      for (int v = 0; v < kVectors; ++v) {
+        const Vector both = _mm256_shuffle_epi8(last, load(fields + v * kLanes));
+        // sum = first query + 16 second query, modulo 256.
+        Vector first = _mm256_sub_epi8(sum[v], _mm256_slli_epi16(_mm256_and_si256(upper[v], low_half), 4));
+        first = _mm256_adds_epu8(first, _mm256_and_si256(both, low_half));
+        Vector second = _mm256_adds_epu8(upper[v], upperHalves(both, low_half));
+        if (left < kVectors * kLanes) {
+          const Vector padding = paddingLanes(v, left);
+          first = _mm256_or_si256(first, padding);
+          second = _mm256_or_si256(second, padding);
+        }
+        block_minimum[2 * p] = v == 0 ? first : min(block_minimum[2 * p], first);
+        block_minimum[2 * p + 1] = v == 0 ? second : min(block_minimum[2 * p + 1], second);
+        if (kReverse) smallest[v] = min(smallest[v], min(first, second));
+      }
+    }
+    if (!kReverse) return;
+#pragma GCC unroll 4
+    for (int v = 0; v < kVectors; ++v) {
+      uint8_t* lane_minimum = minimum + v * kLanes;
+      uint8_t* lane_group = groups + v * kLanes;
+      const Vector old = load(lane_minimum);
+      store(lane_group, selectLess(smallest[v], old, broadcast(group), load(lane_group)));
+      store(lane_minimum, min(smallest[v], old));
+    }
+  }
+
+  /// 255 in the lanes of one vector of a block with `left` descriptors that hold none.
+  static Vector paddingLanes(int vector, int left) {
+    alignas(32) uint8_t padding[kLanes];
+    for (int lane = 0; lane < kLanes; ++lane) padding[lane] = isPadding(lane, vector, left) ? 255 : 0;
+    return load(padding);
+  }
+
+  static int smallestByte(Vector v) {
+    const __m128i half = _mm_min_epu8(_mm256_castsi256_si128(v), _mm256_extracti128_si256(v, 1));
+    return _mm_cvtsi128_si32(_mm_minpos_epu16(_mm_min_epu8(half, _mm_srli_epi16(half, 8)))) & 255;
+  }
+
+  /// Smallest of `best`, on ties the one with the lowest block, then lane; `second` is the next in any lane.
+  static int reduce(const uint8_t* best, const uint8_t* second_best, const uint8_t* block, int& lane, int& second) {
+    const Vector bests = load(best);
+    const int smallest = smallestByte(bests);
+    const Vector tied = _mm256_cmpeq_epi8(bests, broadcast(smallest));
+    auto lanes = static_cast<uint32_t>(_mm256_movemask_epi8(tied));
+    if (lanes & (lanes - 1)) {
+      const Vector blocks = _mm256_or_si256(load(block), _mm256_andnot_si256(tied, _mm256_set1_epi8(-1)));
+      lanes &= static_cast<uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(blocks, broadcast(smallestByte(blocks)))));
+    }
+    lane = __builtin_ctz(lanes);
+    alignas(32) uint8_t others[kLanes];
+    store(others, bests);
+    others[lane] = 255;
+    second = std::min(smallestByte(load(others)), static_cast<int>(second_best[lane]));
+    return smallest;
+  }
+};
+
+}  // namespace
+
+const HammingKernel kHammingKernelAvx2 = Blocked<Avx2>::kernel();
+
+}  // namespace gms_ransac
+#endif

@@ -1,0 +1,163 @@
+// Brute force on transposed train descriptors, one per byte lane: the walk over blocks and the bookkeeping that every
+// vector kernel shares. A kernel supplies vectors, tables and distances as `Isa`, a type of its file's own.
+//
+// Distances are bytes that saturate at 255. Four vectors of lanes ("a block") are reduced to their minimum before the
+// running best, second best and block index are updated, so this costs little beside the bit counting; which of the
+// four it was is found once per query from the exact distances. Train descriptor i is in block i / kBlock, lane
+// (i % kBlock) / 4, vector i % 4: so the order (block, lane, vector) is that of the indices, and ties go to the lowest.
+// The reverse direction keeps, per train lane, the minimum over each group of eight queries and the number of the
+// group.
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+
+#include "matching/hamming_kernels.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr int kVectors = 4;       ///< per block
+constexpr int kQueryGroup = 8;    ///< queries compared with a block while it is in the nearest cache
+constexpr int kIndexRange = 256;  ///< block and group numbers are bytes; longer inputs are cut into runs of so many
+
+template <class Isa>
+struct Blocked {
+  using Vector = typename Isa::Vector;
+  static constexpr int kLanes = Isa::kLanes;
+  static constexpr int kBlock = kVectors * kLanes;
+
+  static int blocks(int train_count) { return (train_count + kBlock - 1) / kBlock; }
+  static size_t packedBytes(int train_count) { return static_cast<size_t>(blocks(train_count)) * Isa::kBlockBytes; }
+  static size_t scratchBytes(int train_count) { return static_cast<size_t>(blocks(train_count)) * kBlock * 2; }
+
+  /// Running minima of one query over the blocks of a run, per lane.
+  struct alignas(64) Running {
+    uint8_t best[kLanes], second[kLanes], block[kLanes];
+  };
+
+  static void pack(const uint8_t* rows, int count, uint8_t* packed) {
+    for (int block = 0; block < blocks(count); ++block) {
+      const int in_block = std::min(kBlock, count - block * kBlock);
+      for (int k = 0; k < in_block; ++k) {
+        Isa::packOne(rows + (static_cast<size_t>(block) * kBlock + k) * kHammingBytes,
+                     packed + static_cast<size_t>(block) * Isa::kBlockBytes, k % kVectors, k / kVectors);
+      }
+    }
+  }
+
+  /// The descriptor in (run, block, lane) that is nearest is one of four: finds it and merges it into `nearest`.
+  static void mergeRow(const HammingSearch& search, int query, const Running& running, int run_first,
+                       NearestTwo& nearest) {
+    const uint8_t* row = search.queries + static_cast<size_t>(query) * kHammingBytes;
+    int lane, second;
+    const int best = Isa::reduce(running.best, running.second, running.block, lane, second);
+    if (std::max(best, second) >= kExactDistanceLimit) {
+      // Saturated (or fewer than two descriptors): every distance again, exactly. Real descriptors never come here.
+      const int run_last = std::min(search.train_count, run_first + kIndexRange * kBlock);
+      for (int j = run_first; j < run_last; ++j) {
+        mergeOne(hammingDistance(row, search.train + static_cast<size_t>(j) * kHammingBytes), j, nearest);
+      }
+      return;
+    }
+    const int first = run_first + running.block[lane] * kBlock + lane * kVectors;
+    const int last = std::min(search.train_count, first + kVectors);
+    for (int j = first; j < last; ++j) {
+      mergeOne(hammingDistance(row, search.train + static_cast<size_t>(j) * kHammingBytes), j, nearest);
+    }
+    nearest.second_distance = std::min(nearest.second_distance, static_cast<uint16_t>(second));
+  }
+
+  static void mergeOne(int distance, int index, NearestTwo& nearest) {
+    if (distance < nearest.distance) {
+      nearest.second_distance = nearest.distance;
+      nearest.distance = static_cast<uint16_t>(distance);
+      nearest.index = index;
+    } else if (distance < nearest.second_distance) {
+      nearest.second_distance = static_cast<uint16_t>(distance);
+    }
+  }
+
+  /// Adds a run of queries to the reverse result; `minimum` and `group` are in lane order.
+  static void mergeReverse(const HammingSearch& search, int run_first, const uint8_t* minimum, const uint8_t* group) {
+    for (int block = 0, j = 0; j < search.train_count; ++block) {
+      const size_t base = static_cast<size_t>(block) * kBlock;
+      const int last = std::min(search.train_count, j + kBlock);
+      for (int k = 0; j < last; ++j, ++k) {
+        const size_t lane = base + static_cast<size_t>(k % kVectors) * kLanes + k / kVectors;
+        if (minimum[lane] < search.reverse[j].distance) {
+          search.reverse[j].distance = minimum[lane];
+          search.reverse[j].first_query = run_first + group[lane] * kQueryGroup;
+        }
+      }
+    }
+  }
+
+  /// One group of queries against one run of blocks.
+  template <bool kReverse>
+  static void searchGroup(const HammingSearch& search, int first_query, int group, int run_first, uint8_t* minimum,
+                          uint8_t* groups) {
+    typename Isa::Tables tables;
+    const int queries = std::min(kQueryGroup, search.last_query - first_query);
+    for (int q = 0; q < kQueryGroup; ++q) {  // a group that is not full repeats its last query
+      const int query = first_query + std::min(q, queries - 1);
+      Isa::setQuery(tables, q, search.queries + static_cast<size_t>(query) * kHammingBytes);
+    }
+    Running running[kQueryGroup];
+    std::memset(running, 255, sizeof(running));
+
+    const int first_block = run_first / kBlock;
+    const int last_block = std::min(blocks(search.train_count), first_block + kIndexRange);
+    for (int block = first_block; block < last_block; ++block) {
+      const int left = search.train_count - block * kBlock;
+      const uint8_t* packed = search.packed_train + static_cast<size_t>(block) * Isa::kBlockBytes;
+      const size_t lanes = static_cast<size_t>(block) * kBlock;
+      Vector block_minimum[kQueryGroup];
+      Isa::template distances<kReverse>(tables, packed, left, group, kReverse ? minimum + lanes : nullptr,
+                                        kReverse ? groups + lanes : nullptr, block_minimum);
+      const Vector number = Isa::broadcast(block - first_block);
+      for (int q = 0; q < kQueryGroup; ++q) {
+        const Vector old_best = Isa::load(running[q].best);
+        const Vector old_second = Isa::load(running[q].second);
+        Isa::store(running[q].block, Isa::selectLess(block_minimum[q], old_best, number, Isa::load(running[q].block)));
+        Isa::store(running[q].best, Isa::min(old_best, block_minimum[q]));
+        Isa::store(running[q].second, Isa::min(old_second, Isa::max(old_best, block_minimum[q])));
+      }
+    }
+    for (int q = 0; q < queries; ++q) {
+      mergeRow(search, first_query + q, running[q], run_first, search.nearest[first_query + q]);
+    }
+  }
+
+  template <bool kReverse>
+  static void searchAll(const HammingSearch& search) {
+    std::fill(search.nearest + search.first_query, search.nearest + search.last_query, NearestTwo());
+    const size_t padded = static_cast<size_t>(blocks(search.train_count)) * kBlock;
+    uint8_t* minimum = search.scratch;
+    uint8_t* groups = search.scratch + padded;
+    for (int run = search.first_query; run < search.last_query; run += kIndexRange * kQueryGroup) {
+      if (kReverse) std::memset(minimum, 255, padded);
+      const int run_last = std::min(search.last_query, run + kIndexRange * kQueryGroup);
+      for (int train_run = 0; train_run < search.train_count; train_run += kIndexRange * kBlock) {
+        for (int query = run; query < run_last; query += kQueryGroup) {
+          searchGroup<kReverse>(search, query, (query - run) / kQueryGroup, train_run, minimum, groups);
+        }
+      }
+      if (kReverse) mergeReverse(search, run, minimum, groups);
+    }
+  }
+
+  static void search(const HammingSearch& search) {
+    search.reverse ? searchAll<true>(search) : searchAll<false>(search);
+  }
+
+  static int distance(const uint8_t* a, const uint8_t* b) { return hammingDistance(a, b); }
+
+  static constexpr HammingKernel kernel() { return {kQueryGroup, packedBytes, pack, scratchBytes, search, distance}; }
+};
+
+/// For lane `lane` of vector `vector` of a block with `left` descriptors: whether it holds none.
+inline bool isPadding(int lane, int vector, int left) { return lane * kVectors + vector >= left; }
+
+}  // namespace
+}  // namespace gms_ransac

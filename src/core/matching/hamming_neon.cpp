@@ -1,0 +1,110 @@
+// Brute force for 64-bit ARM.
+//
+// The train descriptors are stored as 32 rows of bytes, 16 descriptors a vector: exclusive or with the query's byte,
+// count (CNT), add.
+#if defined(__aarch64__)
+#include <arm_neon.h>
+
+#include "matching/hamming_blocked.h"
+
+namespace gms_ransac {
+namespace {
+
+struct Neon {
+  using Vector = uint8x16_t;
+  static constexpr int kLanes = 16;
+  static constexpr int kBlockBytes = kVectors * kHammingBytes * kLanes;
+
+  struct Tables {
+    uint8_t query[kQueryGroup][kHammingBytes];
+  };
+
+  static Vector load(const uint8_t* p) { return vld1q_u8(p); }
+  static void store(uint8_t* p, Vector v) { vst1q_u8(p, v); }
+  static Vector min(Vector a, Vector b) { return vminq_u8(a, b); }
+  static Vector max(Vector a, Vector b) { return vmaxq_u8(a, b); }
+  static Vector broadcast(int value) { return vdupq_n_u8(static_cast<uint8_t>(value)); }
+  static Vector selectLess(Vector a, Vector b, Vector less, Vector otherwise) {
+    return vbslq_u8(vcltq_u8(a, b), less, otherwise);
+  }
+
+  /// Rows of the four vectors lie side by side: [byte][vector][lane].
+  static void packOne(const uint8_t* row, uint8_t* block, int vector, int lane) {
+    uint8_t* to = block + vector * kLanes + lane;
+    for (int b = 0; b < kHammingBytes; ++b) to[b * kVectors * kLanes] = row[b];
+  }
+
+  static void setQuery(Tables& tables, int q, const uint8_t* row) { std::memcpy(tables.query[q], row, kHammingBytes); }
+
+  template <bool kReverse>
+  static void distances(const Tables& tables, const uint8_t* packed, int left, int group, uint8_t* minimum,
+                        uint8_t* groups, Vector* block_minimum) {
+    constexpr int kRow = kVectors * kLanes;
+    Vector smallest[kVectors];
+#pragma GCC unroll 4
+    for (int v = 0; v < kVectors; ++v) smallest[v] = broadcast(255);
+    for (int q = 0; q < kQueryGroup; q += 2) {
+      Vector first[kVectors], second[kVectors];
+#pragma GCC unroll 4
+      for (int v = 0; v < kVectors; ++v) first[v] = second[v] = broadcast(0);
+      for (int b = 0; b < kHammingBytes; ++b) {
+        const Vector byte_first = vld1q_dup_u8(&tables.query[q][b]);
+        const Vector byte_second = vld1q_dup_u8(&tables.query[q + 1][b]);
+#pragma GCC unroll 4
+        for (int v = 0; v < kVectors; ++v) {
+          const Vector bytes = load(packed + b * kRow + v * kLanes);
+          first[v] = vqaddq_u8(first[v], vcntq_u8(veorq_u8(bytes, byte_first)));
+          second[v] = vqaddq_u8(second[v], vcntq_u8(veorq_u8(bytes, byte_second)));
+        }
+      }
+#pragma GCC unroll 4
+      for (int v = 0; v < kVectors; ++v) {
+        if (left < kVectors * kLanes) {
+          const Vector padding = paddingLanes(v, left);
+          first[v] = vorrq_u8(first[v], padding);
+          second[v] = vorrq_u8(second[v], padding);
+        }
+        block_minimum[q] = v == 0 ? first[v] : min(block_minimum[q], first[v]);
+        block_minimum[q + 1] = v == 0 ? second[v] : min(block_minimum[q + 1], second[v]);
+        if (kReverse) smallest[v] = min(smallest[v], min(first[v], second[v]));
+      }
+    }
+    if (!kReverse) return;
+#pragma GCC unroll 4
+    for (int v = 0; v < kVectors; ++v) {
+      uint8_t* lane_minimum = minimum + v * kLanes;
+      uint8_t* lane_group = groups + v * kLanes;
+      const Vector old = load(lane_minimum);
+      store(lane_group, selectLess(smallest[v], old, broadcast(group), load(lane_group)));
+      store(lane_minimum, min(smallest[v], old));
+    }
+  }
+
+  /// 255 in the lanes of one vector of a block with `left` descriptors that hold none.
+  static Vector paddingLanes(int vector, int left) {
+    uint8_t padding[kLanes];
+    for (int lane = 0; lane < kLanes; ++lane) padding[lane] = isPadding(lane, vector, left) ? 255 : 0;
+    return load(padding);
+  }
+
+  /// Smallest of `best`, on ties the one with the lowest block, then lane; `second` is the next in any lane.
+  static int reduce(const uint8_t* best, const uint8_t* second_best, const uint8_t* block, int& lane, int& second) {
+    const Vector bests = load(best);
+    const int smallest = vminvq_u8(bests);
+    const Vector tied = vceqq_u8(bests, broadcast(smallest));
+    const Vector blocks = vorrq_u8(load(block), vmvnq_u8(tied));
+    const Vector lowest = vandq_u8(tied, vceqq_u8(blocks, broadcast(vminvq_u8(blocks))));
+    const Vector lanes = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    lane = vminvq_u8(vorrq_u8(lanes, vmvnq_u8(lowest)));
+    const Vector others = vorrq_u8(bests, vceqq_u8(lanes, broadcast(lane)));
+    second = std::min(static_cast<int>(vminvq_u8(others)), static_cast<int>(second_best[lane]));
+    return smallest;
+  }
+};
+
+}  // namespace
+
+const HammingKernel kHammingKernelNeon = Blocked<Neon>::kernel();
+
+}  // namespace gms_ransac
+#endif
