@@ -35,7 +35,7 @@ cv::Scalar confidenceColor(float confidence) {
 }
 
 void drawCaption(cv::Mat& picture, const std::string& caption) {
-  const double scale = std::clamp(picture.cols / 1300.0, 0.4, 1.2);
+  const double scale = std::clamp(picture.cols / 1600.0, 0.4, 1.2);
   int baseline = 0;
   const cv::Size size = cv::getTextSize(caption, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &baseline);
   const int bar = std::min(picture.rows, size.height + baseline + 6);

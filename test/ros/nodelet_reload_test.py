@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+"""The nodelet is loaded and unloaded 20 times in one manager while images keep coming, and answers after each load."""
+import threading
+import unittest
+
+import rospy
+import rostest
+from gms_ransac.msg import MatchStats
+from nodelet.srv import NodeletList, NodeletLoad, NodeletLoadRequest, NodeletUnload
+
+from graph import Client, Scene
+
+ROUNDS = 20
+
+
+class Stream(threading.Thread):
+    """Sends the drawn frames over and over with rising stamps."""
+
+    def __init__(self, client, frames):
+        super().__init__(daemon=True)
+        self.client, self.frames = client, frames
+        self.stopping = threading.Event()
+
+    def run(self):
+        i = 0
+        while not self.stopping.wait(0.02):  # the camera's rate, 50 Hz
+            self.client.send(self.frames[i % len(self.frames)], 100 + 0.02 * i)
+            i += 1
+
+
+class NodeletReload(unittest.TestCase):
+    def test_load_and_unload(self):
+        for service in ("load_nodelet", "unload_nodelet", "list"):
+            rospy.wait_for_service("manager/" + service)
+        load = rospy.ServiceProxy("manager/load_nodelet", NodeletLoad)
+        unload = rospy.ServiceProxy("manager/unload_nodelet", NodeletUnload)
+        loaded = rospy.ServiceProxy("manager/list", NodeletList)
+        scene = Scene()
+        client = Client()
+        stream = Stream(client, [scene.draw(t=(0.06 * i, 0.02 * i, 0)) for i in range(4)])
+        stream.start()
+        name = rospy.resolve_name("match_filter")
+        for i in range(ROUNDS):
+            before = len(client.stats)
+            request = NodeletLoadRequest(name=name, type="gms_ransac/MatchFilter")
+            self.assertTrue(load(request).success, "load %d" % i)
+            client.wait(lambda: any(m.status == MatchStats.OK for m in client.stats[before:]), "an answer in round %d" % i)
+            self.assertTrue(unload(name=name).success, "unload %d" % i)
+            self.assertEqual(loaded().nodelets, [])
+        stream.stopping.set()
+        stream.join()
+
+
+if __name__ == "__main__":
+    rospy.init_node("nodelet_reload_test")
+    rostest.rosrun("gms_ransac", "nodelet_reload", NodeletReload)
