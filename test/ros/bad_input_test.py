@@ -15,7 +15,7 @@ class BadInput(unittest.TestCase):
     def setUpClass(cls):
         cls.client = Client().connect()
         scene = Scene()
-        cls.frames = [scene.draw(t=(0.06 * i, 0.02 * i, 0)) for i in range(4)]
+        cls.frames = [scene.draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(4)]
         cls.stamp = 100.0
 
     def next_stamp(self):

@@ -18,31 +18,35 @@ def texture(size, seed):
     """Grey noise at three scales: corners everywhere."""
     random = np.random.RandomState(seed)
     picture = np.zeros((size, size), np.float32)
-    for cell, weight in ((4, 0.3), (12, 0.4), (40, 0.3)):
+    for cell, weight in ((5, 0.3), (14, 0.4), (45, 0.3)):
         noise = random.randint(0, 256, (size // cell + 1, size // cell + 1)).astype(np.float32)
         picture += weight * cv2.resize(noise, (size, size), interpolation=cv2.INTER_NEAREST)
     return picture.astype(np.uint8)
 
 
 class Scene:
-    """A wall at 6 m with two boards before it, seen by a camera at `t` turned by the rotation vector `r`."""
+    """Boards at twelve depths before a wall at 7 m, seen by a camera at `t` turned by the rotation vector `r`."""
 
-    BOARDS = ((6.0, -9.0, -9.0, 18.0), (3.0, -1.6, -0.9, 1.3), (4.0, 0.4, -0.6, 1.6))  # depth, left, top, side in metres
-    PIXELS = 1500
+    PIXELS = 200
 
     def __init__(self):
-        self.textures = [texture(self.PIXELS, seed) for seed in range(len(self.BOARDS))]
+        self.boards = [(7.0, -10.0, -10.0, 20.0)]  # depth, left, top, side in metres; painted in this order
+        for i in range(12):
+            depth = 5.5 - 0.3 * i
+            column, row = (5 * i) % 12 % 4, (5 * i) % 12 // 4
+            self.boards.append((depth, depth * (-0.62 + 0.32 * column), depth * (-0.46 + 0.31 * row), 0.28 * depth))
+        self.textures = [texture(self.PIXELS * (8 if i == 0 else 1), i) for i in range(len(self.boards))]
 
     def draw(self, t=(0, 0, 0), r=(0, 0, 0)):
         R = cv2.Rodrigues(np.array(r, float))[0]
         picture = np.zeros((HEIGHT, WIDTH), np.uint8)
-        for (z, left, top, side), board in zip(self.BOARDS, self.textures):
-            scale = side / self.PIXELS
+        for (z, left, top, side), board in zip(self.boards, self.textures):
+            scale = side / board.shape[0]
             # Board pixel (u, v, 1) -> point (left + scale u, top + scale v, z) -> camera -> image.
             to_world = np.array([[scale, 0, left], [0, scale, top], [0, 0, z]])
             to_camera = R.T @ (to_world - np.outer(np.array(t, float), (0, 0, 1)))
             H = K @ to_camera
-            seen = cv2.warpPerspective(board, H, (WIDTH, HEIGHT), flags=cv2.INTER_AREA)
+            seen = cv2.warpPerspective(board, H, (WIDTH, HEIGHT), flags=cv2.INTER_LINEAR)
             mask = cv2.warpPerspective(np.full_like(board, 255), H, (WIDTH, HEIGHT), flags=cv2.INTER_NEAREST)
             picture[mask > 0] = seen[mask > 0]
         return picture

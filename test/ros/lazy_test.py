@@ -40,7 +40,7 @@ class Lazy(unittest.TestCase):
         client.connect()
         scene = Scene()
         for i in range(3):
-            client.ask(scene.draw(t=(0.06 * i, 0.02 * i, 0)), 100 + 0.1 * i, frame="/slashed/camera")
+            client.ask(scene.draw(t=(0.15 * i, 0.05 * i, 0)), 100 + 0.1 * i, frame="/slashed/camera")
         client.wait(lambda: transforms, "a transform")
         for transform in transforms:
             self.assertEqual(transform.header.frame_id, "slashed/camera")

@@ -37,7 +37,7 @@ class NodeletReload(unittest.TestCase):
         loaded = rospy.ServiceProxy("manager/list", NodeletList)
         scene = Scene()
         client = Client()
-        stream = Stream(client, [scene.draw(t=(0.06 * i, 0.02 * i, 0)) for i in range(4)])
+        stream = Stream(client, [scene.draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(4)])
         stream.start()
         name = rospy.resolve_name("match_filter")
         for i in range(ROUNDS):
