@@ -19,6 +19,9 @@ const std::vector<Method>& methods() {
       {"cp_ransac", "the paper this package implements",
        "GMS, survivors sorted by neighbourhood score, samples from the most confident group first", M::kNearest,
        F::kGms, O::kMotionStatistics, S::kConfidenceGroups, V::kAll, R::kNone, false},
+      {"fast", "this package",
+       "GMS, spread samples of the most confident first, starts all over the sphere, local optimisation, refinement",
+       M::kNearest, F::kGms, O::kMotionStatistics, S::kStratified, V::kBlockwise, R::kNone, false},
   };
   return table;
 }

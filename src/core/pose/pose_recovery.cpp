@@ -14,10 +14,6 @@ namespace gms_ransac {
 
 namespace {
 
-/// The direction of translation is taken as measured when the displacement that no rotation explains exceeds this many
-/// pixels in the median.
-constexpr double kObservableParallaxPx = 1.0;
-
 /// A translation below this share of the plane's distance is none: at a focal length of 500 px it moves points by a
 /// tenth of a pixel.
 constexpr double kSmallestTranslation = 2e-4;

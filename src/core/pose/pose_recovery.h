@@ -10,6 +10,10 @@
 
 namespace gms_ransac {
 
+/// The direction of translation is taken as measured when the displacement that no rotation explains exceeds this many
+/// pixels in the median.
+constexpr double kObservableParallaxPx = 1.0;
+
 class PoseRecovery {
  public:
   /// Reads result.model, model_type and inlier; fills pose_found, pose, translation_observable and median_parallax_px.

@@ -19,6 +19,11 @@ uint32_t packKeys(const PointPairs& pairs, QualityKey key, size_t i) {
   switch (key) {
     case QualityKey::kScore:
       return score << 18 | distance << 9 | ratio;
+    case QualityKey::kSupport: {
+      constexpr float kSteps = 256;  // per unit; support is rarely above 20
+      const float support = std::min(std::max(0.f, pairs.support[i]) * kSteps, static_cast<float>(kMaxScore));
+      return (kMaxScore - static_cast<uint32_t>(support)) << 18 | distance << 9 | ratio;
+    }
     case QualityKey::kDistance:
       return distance << 23 | ratio << 14 | score;
     case QualityKey::kRatio:

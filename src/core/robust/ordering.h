@@ -12,6 +12,7 @@ namespace gms_ransac {
 enum class QualityKey {
   kNone,      ///< the order given
   kScore,     ///< motion statistics: matches in support of it in the neighbourhood
+  kSupport,   ///< score over the threshold of its neighbourhood, which takes out the density of the texture
   kDistance,  ///< Hamming distance
   kRatio,     ///< distance over second-nearest distance, in steps of 1/511
 };

@@ -1,10 +1,7 @@
 #include "robust/ransac_estimator.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
-
-#include <Eigen/LU>
 
 namespace gms_ransac {
 
@@ -20,28 +17,6 @@ QualityKey qualityKey(const Method& method) {
       break;
   }
   return QualityKey::kNone;
-}
-
-/// True when the inliers of one image lie on a line (or in a point) up to the threshold: such matches fit a whole
-/// family of models, and the one found means nothing.
-bool collinear(const std::vector<float>& x, const std::vector<float>& y, const std::vector<uint8_t>& inlier,
-               double threshold_px) {
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  double n = 0;
-  for (size_t i = 0; i < inlier.size(); ++i) {
-    if (!inlier[i]) continue;
-    sum += Eigen::Vector2d(x[i], y[i]);
-    ++n;
-  }
-  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
-  for (size_t i = 0; i < inlier.size(); ++i) {
-    if (!inlier[i]) continue;
-    const Eigen::Vector2d d = Eigen::Vector2d(x[i], y[i]) - sum / n;
-    scatter += d * d.transpose();
-  }
-  const double half_trace = 0.5 * scatter.trace();
-  const double smaller = half_trace - std::sqrt(std::max(0.0, half_trace * half_trace - scatter.determinant()));
-  return smaller < n * threshold_px * threshold_px;
 }
 
 }  // namespace
@@ -118,10 +93,7 @@ RansacEstimator::Hypothesis RansacEstimator::searchSubsets(const OrderedPoints& 
 void RansacEstimator::conclude(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
   const double threshold = options_.inlierThreshold();
   markFinalInliers(pairs, camera, threshold, result);
-  chance_.setSampleSize(problem_.sampleSize());
-  result.model_found = result.inlier_count >= chance_.minimum(pairs.size()) &&
-                       !collinear(pairs.x_reference, pairs.y_reference, result.inlier, threshold) &&
-                       !collinear(pairs.x_current, pairs.y_current, result.inlier, threshold);
+  result.model_found = acceptance_.accepts(pairs, problem_.sampleSize(), threshold, result);
   if (!result.model_found) {
     std::fill(result.inlier.begin(), result.inlier.end(), 0);
     result.inlier_count = 0;

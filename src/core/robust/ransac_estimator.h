@@ -6,6 +6,7 @@
 
 #include "gms_ransac/robust_estimator.h"
 #include "pose/pose_recovery.h"
+#include "robust/acceptance.h"
 #include "robust/ordering.h"
 #include "robust/sampler.h"
 #include "robust/two_view_problem.h"
@@ -36,7 +37,7 @@ class RansacEstimator : public RobustEstimator {
   Verifier verifier_;
   Ordering ordering_;
   TwoViewProblem problem_;
-  ChanceSupport chance_;
+  Acceptance acceptance_;
   PoseRecovery pose_recovery_;
   Random random_;
   std::vector<int> order_, subset_order_;

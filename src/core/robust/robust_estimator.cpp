@@ -1,5 +1,6 @@
 #include "gms_ransac/robust_estimator.h"
 
+#include "robust/fast/fast_estimator.h"
 #include "robust/ransac_estimator.h"
 #include "validation.h"
 
@@ -32,6 +33,7 @@ void RobustResult::clear() {
 
 std::unique_ptr<RobustEstimator> makeRobustEstimator(const Method& method, const RobustOptions& options) {
   options.validate();
+  if (method.sampler == SamplerChoice::kStratified) return makeFastEstimator(options);
   return std::make_unique<RansacEstimator>(method, options);
 }
 

@@ -33,6 +33,7 @@ class TwoViewProblem {
   ModelType type() const { return type_; }
   int size() const { return all_.size(); }
   int sampleSize() const;
+  double threshold() const { return threshold_; }  ///< in working coordinates
   /// Copies the matches in the order given.
   void arrange(const std::vector<int>& order, OrderedPoints& points) const;
 

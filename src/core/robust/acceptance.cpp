@@ -1,0 +1,43 @@
+#include "robust/acceptance.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+namespace gms_ransac {
+
+namespace {
+
+/// True when the inliers of one image lie on a line (or in a point) up to the threshold: such matches fit a whole
+/// family of models, and the one found means nothing.
+bool collinear(const std::vector<float>& x, const std::vector<float>& y, const std::vector<uint8_t>& inlier,
+               double threshold_px) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double n = 0;
+  for (size_t i = 0; i < inlier.size(); ++i) {
+    if (!inlier[i]) continue;
+    sum += Eigen::Vector2d(x[i], y[i]);
+    ++n;
+  }
+  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
+  for (size_t i = 0; i < inlier.size(); ++i) {
+    if (!inlier[i]) continue;
+    const Eigen::Vector2d d = Eigen::Vector2d(x[i], y[i]) - sum / n;
+    scatter += d * d.transpose();
+  }
+  const double half_trace = 0.5 * scatter.trace();
+  const double smaller = half_trace - std::sqrt(std::max(0.0, half_trace * half_trace - scatter.determinant()));
+  return smaller < n * threshold_px * threshold_px;
+}
+
+}  // namespace
+
+bool Acceptance::accepts(const PointPairs& pairs, int sample_size, double threshold_px, const RobustResult& result) {
+  chance_.setSampleSize(sample_size);
+  return result.inlier_count >= chance_.minimum(pairs.size()) &&
+         !collinear(pairs.x_reference, pairs.y_reference, result.inlier, threshold_px) &&
+         !collinear(pairs.x_current, pairs.y_current, result.inlier, threshold_px);
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,24 @@
+// Starting points for the pose that need no samples: optimisation from directions of translation all over the sphere.
+#pragma once
+
+#include <cstdint>
+
+#include "robust/fast/pose_model.h"
+
+namespace gms_ransac {
+
+constexpr int kMaxMotionStarts = 2;
+
+/// Between images of a moving camera the rotation is small or can be had from the matches alone, and what goes wrong is
+/// the direction of translation: the cost has several valleys over the sphere, and a model from five noisy points
+/// slides into one that is not the deepest. So a few steps of optimisation are taken on a random part of the matches
+/// from each of 13 directions, with no rotation and with the rotation that alone explains the matches best; the best
+/// kMaxMotionStarts of different directions are returned. Returns their number.
+int findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points,
+                     TwoViewPose (&starts)[kMaxMotionStarts], int64_t& evaluations);
+
+/// Robust rotation that explains as much of the displacements as it can, from coarse to fine.
+Eigen::Matrix3d fitDominantRotation(const PoseModel& model, const PointColumnsView& points,
+                                    const Eigen::Matrix3d& start, int64_t& evaluations);
+
+}  // namespace gms_ransac

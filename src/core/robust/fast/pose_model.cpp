@@ -1,0 +1,158 @@
+#include "robust/fast/pose_model.h"
+
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+#include "robust/fast/levenberg_marquardt.h"
+#include "robust/solvers/essential_5pt.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// A sample point whose displacement beyond the rotation is within this many thresholds may count as infinitely far:
+// noise alone decides on which side of the cameras its rays meet.
+constexpr float kFarThresholds = 2;
+
+/// True when all sample points lie in front of both cameras for (R, t), sign 1, or for (R, -t), sign -1; points too far
+/// to tell agree with both.
+bool inFront(const PointColumnsView& points, const int* sample, int size, const Eigen::Matrix3d& R,
+             const Eigen::Vector3d& t, double& sign) {
+  bool plus = true, minus = true;
+  for (int k = 0; k < size && (plus || minus); ++k) {
+    const int i = sample[k];
+    const Eigen::Vector3d q(points.x2[i], points.y2[i], 1);
+    const Eigen::Vector3d p = R * Eigen::Vector3d(points.x1[i], points.y1[i], 1);
+    const Eigen::Vector3d m = q.cross(p);
+    const double far = kFarThresholds * kFarThresholds * p.z() * p.z();
+    if (p.z() > 0 && points.weight[i] * m.head<2>().squaredNorm() < far) continue;
+    const double depth_reference = -m.dot(q.cross(t)), depth_current = m.dot(t.cross(p));
+    plus = plus && depth_reference > 0 && depth_current > 0;
+    minus = minus && depth_reference < 0 && depth_current < 0;
+  }
+  sign = plus ? 1 : -1;
+  return plus || minus;
+}
+
+}  // namespace
+
+Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+Eigen::Matrix3d rotationFromVector(const Eigen::Vector3d& v) {
+  const double angle = v.norm();
+  if (angle < 1e-12) return Eigen::Matrix3d::Identity() + crossMatrix(v);
+  return Eigen::AngleAxisd(angle, v / angle).toRotationMatrix();
+}
+
+void toFloat(const Eigen::Matrix3d& m, float (&out)[9]) {
+  for (int i = 0; i < 9; ++i) out[i] = static_cast<float>(m(i / 3, i % 3));
+}
+
+Eigen::Matrix3d TwoViewPose::essential() const { return crossMatrix(t) * R; }
+
+PoseParameters TwoViewPose::parameters() const {
+  PoseParameters p;
+  toFloat(R, p.R);
+  toFloat(essential(), p.E);
+  for (int i = 0; i < 3; ++i) p.t[i] = static_cast<float>(t[i]);
+  return p;
+}
+
+int PoseModel::generate(const int* sample, Hypothesis* hypotheses) const {
+  double x1[5][2], x2[5][2];
+  for (int k = 0; k < 5; ++k) {
+    const int i = sample[k];
+    x1[k][0] = points_.x1[i];
+    x1[k][1] = points_.y1[i];
+    x2[k][0] = points_.x2[i];
+    x2[k][1] = points_.y2[i];
+  }
+  Eigen::Matrix3d models[10];
+  const int solutions = solveEssential5(x1, x2, models);
+  int count = 0;
+  for (int k = 0; k < solutions; ++k) {
+    const EssentialDecomposition d = decomposeEssential(models[k]);
+    double sign;
+    for (const Eigen::Matrix3d* R : {&d.R1, &d.R2}) {
+      if (!inFront(points_, sample, 5, *R, d.t, sign)) continue;
+      hypotheses[count++] = {*R, sign * d.t};
+      break;
+    }
+  }
+  return count;
+}
+
+bool PoseModel::score(const Hypothesis& pose, float bound, Score& score, int64_t& evaluations) const {
+  const PoseParameters parameters = pose.parameters();
+  // Without cheirality the cost is a lower bound, and half the work.
+  kernels_.scoreEpipolar(points_, parameters.E, bound, score);
+  evaluations += score.evaluated;
+  if (!(score.cost < bound)) return false;
+  kernels_.scorePose(points_, parameters, bound, score);
+  evaluations += score.evaluated;
+  return score.cost < bound;
+}
+
+void PoseModel::residuals(const Hypothesis& pose, float* e) const {
+  kernels_.epipolarResiduals(points_, pose.parameters().E, e);
+}
+
+void PoseModel::tangent(const Eigen::Vector3d& t, Eigen::Vector3d (&basis)[2]) {
+  int smallest;
+  t.cwiseAbs().minCoeff(&smallest);
+  basis[0] = t.cross(Eigen::Vector3d::Unit(smallest)).normalized();
+  basis[1] = t.cross(basis[0]);
+}
+
+void PoseModel::linearize(const Hypothesis& pose, const Loss& loss, NormalEquations<5>& equations) const {
+  Eigen::Vector3d basis[2];
+  tangent(pose.t, basis);
+  const Eigen::Matrix3d cross = crossMatrix(pose.t);
+  float D[5][9];
+  for (int k = 0; k < 3; ++k) toFloat(cross * crossMatrix(Eigen::Vector3d::Unit(k)) * pose.R, D[k]);
+  for (int k = 0; k < 2; ++k) toFloat(crossMatrix(basis[k]) * pose.R, D[3 + k]);
+  kernels_.linearizePose(points_, pose.parameters(), D, loss, equations);
+}
+
+int PoseModel::refine(const Loss& loss, int iterations, Hypothesis& pose) const {
+  NormalEquations<5> equations;
+  return minimizeRobustCost<5>(
+      iterations, pose, equations,
+      [&](const TwoViewPose& at, NormalEquations<5>& result) { linearize(at, loss, result); },
+      [](const TwoViewPose& from, const double(&step)[5]) {
+        Eigen::Vector3d basis[2];
+        tangent(from.t, basis);
+        return TwoViewPose{rotationFromVector({step[0], step[1], step[2]}) * from.R,
+                           (from.t + step[3] * basis[0] + step[4] * basis[1]).normalized()};
+      });
+}
+
+void PoseModel::linearizeRotation(const Eigen::Matrix3d& R, const Loss& loss, NormalEquations<3>& equations) const {
+  float D[3][9], H[9];
+  for (int k = 0; k < 3; ++k) toFloat(crossMatrix(Eigen::Vector3d::Unit(k)) * R, D[k]);
+  toFloat(R, H);
+  kernels_.linearizeRotation(points_, H, D, loss, equations);
+}
+
+int PoseModel::refineRotation(const Loss& loss, int iterations, Eigen::Matrix3d& R) const {
+  NormalEquations<3> equations;
+  return minimizeRobustCost<3>(
+      iterations, R, equations,
+      [&](const Eigen::Matrix3d& at, NormalEquations<3>& result) { linearizeRotation(at, loss, result); },
+      [](const Eigen::Matrix3d& from, const double(&step)[3]) {
+        return Eigen::Matrix3d(rotationFromVector({step[0], step[1], step[2]}) * from);
+      });
+}
+
+void PoseModel::rotationResiduals(const Eigen::Matrix3d& R, float* e) const {
+  float H[9];
+  toFloat(R, H);
+  kernels_.transferResiduals(points_, H, e);
+}
+
+}  // namespace gms_ransac
