@@ -1,0 +1,48 @@
+// Writes images, depth and ground truth as a bag that looks like the official TUM bags or like kitti2bag's, so that
+// whatever replays those replays ours.
+#pragma once
+
+#include <string>
+
+#include <rosbag/bag.h>
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+
+#include "gms_ransac/camera.h"
+
+namespace gms_ransac {
+
+enum class BagLayout {
+  /// /camera/rgb/image_color + camera_info in /openni_rgb_optical_frame, /camera/depth/image (32FC1 metres) +
+  /// camera_info, /tf: /world -> /kinect -> /openni_camera -> /openni_rgb_frame -> /openni_rgb_optical_frame. Frame
+  /// names carry the leading slash of the official bags.
+  kTum,
+  /// kitti2bag's odom_gray: /kitti/camera_gray_left/image_rect + camera_info (P alone, K and R zero, D empty, no
+  /// model) in camera_gray_left, /tf: world -> camera_left. Colour images go to /kitti/camera_color_left.
+  kKitti
+};
+
+class BagWriter {
+ public:
+  /// Overwrites `path`; throws std::runtime_error with one sentence when it cannot be written. `intrinsics` go into
+  /// every camera_info.
+  BagWriter(const std::string& path, BagLayout layout, const CameraIntrinsics& intrinsics);
+
+  /// CV_8UC1 or CV_8UC3 (BGR) with its camera_info. Stamps are in seconds, > 0.
+  void writeImage(double stamp, const cv::Mat& image);
+  /// CV_32FC1, metres along the optical axis, registered to the colour image, 0 where unknown (NaN in the message).
+  void writeDepth(double stamp, const cv::Mat& depth);
+  /// X_world = camera_pose * X_camera, optical frame of the colour camera.
+  void writeGroundTruth(double stamp, const Eigen::Isometry3d& camera_pose);
+  /// Finishes the file.
+  void close();
+
+ private:
+  void writeCameraInfo(const std::string& topic, double stamp, const std::string& frame, cv::Size size);
+
+  rosbag::Bag bag_;
+  BagLayout layout_;
+  CameraIntrinsics intrinsics_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,37 @@
+#include "program.h"
+
+#include <cstdio>
+#include <exception>
+#include <utility>
+
+#include <unistd.h>
+
+namespace gms_ransac {
+
+int runProgram(const std::string& program, const std::function<int()>& body) {
+  try {
+    return body();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", program.c_str(), error.what());
+    return kBadInput;
+  }
+}
+
+Progress::Progress(std::string what, int total)
+    : what_(std::move(what)), total_(total), terminal_(isatty(STDERR_FILENO) != 0) {}
+
+Progress::~Progress() {
+  if (terminal_ && done_ > 0) std::fputc('\n', stderr);
+}
+
+void Progress::advance() {
+  ++done_;
+  if (terminal_) {
+    std::fprintf(stderr, "\r%s %d/%d", what_.c_str(), done_, total_);
+    std::fflush(stderr);
+  } else if (done_ * 10LL / total_ != (done_ - 1) * 10LL / total_) {
+    std::fprintf(stderr, "%s %d/%d\n", what_.c_str(), done_, total_);
+  }
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,29 @@
+// What every offline program shares: one clear line and exit status 2 for bad input, and a progress line.
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace gms_ransac {
+
+constexpr int kBadInput = 2;  ///< exit status
+
+/// Runs `body` and returns its exit status; an exception becomes "<program>: <sentence>" on stderr and kBadInput.
+int runProgram(const std::string& program, const std::function<int()>& body);
+
+/// "<what> 12/60" on stderr: rewritten in place on a terminal, else one line for each tenth of the work.
+class Progress {
+ public:
+  Progress(std::string what, int total);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  void advance();
+
+ private:
+  std::string what_;
+  int total_, done_ = 0;
+  bool terminal_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,29 @@
+// Procedural textures for the rendered scene: grey images with corners at many scales, sampled with anti-aliasing.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+namespace gms_ransac {
+
+enum class TextureStyle { kBricks, kPlanks, kPictures, kShelves, kStones, kFacade, kCollage, kPlaster };
+
+/// A texture with its mip levels (level l is 2^l times smaller).
+class Texture {
+ public:
+  /// Paints `width` x `height` metres with `texel` metres per texture pixel; the same seed paints the same texture.
+  Texture(TextureStyle style, double width, double height, double texel, uint64_t seed);
+
+  double texel() const { return texel_; }  ///< metres
+  /// Grey value (0..255) at (u, v) metres from the texture's first corner, averaged over about `footprint` metres:
+  /// bilinear in each of the two nearest mip levels, linear between them.
+  float sample(float u, float v, float footprint) const;
+
+ private:
+  double texel_;
+  std::vector<cv::Mat_<uint8_t>> levels_;
+};
+
+}  // namespace gms_ransac

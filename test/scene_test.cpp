@@ -1,0 +1,258 @@
+// The rendered scene against itself: what is called exact is exact, and the pictures are worth matching.
+#include "scene.h"
+
+#include <gtest/gtest.h>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "synthetic_pair.h"
+
+namespace gms_ransac {
+namespace {
+
+SceneOptions noiseless(const std::string& scene) {
+  SceneOptions options;
+  options.scene = scene;
+  options.noise = 0;
+  options.blur = 0;
+  return options;
+}
+
+const Scene& room() {
+  static const Scene scene(noiseless("room"));
+  return scene;
+}
+
+float bilinear(const cv::Mat& image, const cv::Point2d& p) {
+  cv::Mat_<uint8_t> value;
+  cv::getRectSubPix(image, {1, 1}, cv::Point2f(p), value);
+  return value(0, 0);
+}
+
+TEST(Scene, SameOptionsGiveTheSameFrame) {
+  SceneOptions options;
+  options.size = {320, 240};
+  const RenderedFrame a = Scene(options).render(7), b = Scene(options).render(7);
+  EXPECT_EQ(cv::norm(a.image, b.image, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(a.depth, b.depth, cv::NORM_INF), 0);
+  options.seed = 1;
+  EXPECT_GT(cv::norm(a.image, Scene(options).render(7).image, cv::NORM_L1) / a.image.total(), 5);
+}
+
+TEST(Scene, DepthImageAgreesWithTheExactRay) {
+  const RenderedFrame frame = room().render(20);
+  for (int y = 5; y < 480; y += 31) {
+    for (int x = 5; x < 640; x += 37) {
+      const double exact = room().depth(20, cv::Point2d(x, y));
+      EXPECT_NEAR(frame.depth(y, x), exact, 1e-4 * exact) << x << ", " << y;
+    }
+  }
+}
+
+TEST(Scene, DepthAndPoseLeadToTheSameTexture) {
+  // A point seen in both frames has the same grey value in both, but for resampling: compared with a random shift.
+  const int i = 30, j = 36;
+  const RenderedFrame a = room().render(i), b = room().render(j);
+  const Eigen::Isometry3d to_b = b.camera_pose.inverse() * a.camera_pose;
+  const CameraIntrinsics& k = room().intrinsics();
+  double matched = 0, shifted = 0;
+  int count = 0, hidden = 0;
+  for (int y = 10; y < 470; y += 7) {
+    for (int x = 10; x < 630; x += 7) {
+      const double z = a.depth(y, x);
+      const Eigen::Vector3d p = to_b * Eigen::Vector3d((x - k.cx) / k.fx * z, (y - k.cy) / k.fy * z, z);
+      const cv::Point2d q(k.fx * p.x() / p.z() + k.cx, k.fy * p.y() / p.z() + k.cy);
+      cv::Point2d exact;
+      if (!room().correspondence(i, cv::Point2d(x, y), j, exact)) {
+        ++hidden;
+        continue;
+      }
+      EXPECT_LT(cv::norm(exact - q), 2e-3);
+      const float grey = a.image.at<uint8_t>(y, x);
+      matched += std::abs(grey - bilinear(b.image, q));
+      shifted += std::abs(grey - bilinear(b.image, q + cv::Point2d(6, 6)));
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 4000);
+  EXPECT_GT(hidden, 50);
+  EXPECT_LT(matched / count, 7);
+  EXPECT_GT(shifted / count, 3 * matched / count);
+}
+
+TEST(Scene, CorrespondenceGoesThereAndBack) {
+  int visible = 0;
+  for (int k = 0; k < 500; ++k) {
+    const cv::Point2d pixel(20 + (k * 37) % 600 + 0.3, 20 + (k * 91) % 440 + 0.7);
+    cv::Point2d there, back;
+    if (!room().correspondence(3, pixel, 9, there)) continue;
+    ASSERT_TRUE(room().correspondence(9, there, 3, back));
+    EXPECT_LT(cv::norm(back - pixel), 1e-6);
+    ++visible;
+  }
+  EXPECT_GT(visible, 300);
+}
+
+TEST(Scene, HiddenPointsAreNotCorrespondences) {
+  // Where the current depth image shows something nearer than the point, the point is hidden.
+  const int i = 0, j = 14;
+  const RenderedFrame b = room().render(j);
+  const Eigen::Isometry3d to_b = b.camera_pose.inverse() * room().pose(i);
+  const CameraIntrinsics& k = room().intrinsics();
+  int hidden = 0;
+  for (int y = 0; y < 480; y += 5) {
+    for (int x = 0; x < 640; x += 5) {
+      const double z = room().depth(i, cv::Point2d(x, y));
+      const Eigen::Vector3d p = to_b * Eigen::Vector3d((x - k.cx) / k.fx * z, (y - k.cy) / k.fy * z, z);
+      const cv::Point2d q = room().project(p);
+      if (!cv::Rect(1, 1, 637, 477).contains(q)) continue;
+      // The depth image has pixel centres only: at the rim of what hides the point all four around it must agree.
+      const int left = cvFloor(q.x), top = cvFloor(q.y);
+      double farthest = 0;
+      for (int corner = 0; corner < 4; ++corner) {
+        farthest = std::max<double>(farthest, b.depth(top + corner / 2, left + corner % 2));
+      }
+      if (farthest > 0.9 * p.z()) continue;
+      cv::Point2d position;
+      EXPECT_FALSE(room().correspondence(i, cv::Point2d(x, y), j, position)) << x << ", " << y;
+      ++hidden;
+    }
+  }
+  EXPECT_GT(hidden, 20);
+}
+
+TEST(Scene, DistortionIsOpenCvs) {
+  SceneOptions options = noiseless("room");
+  options.size = {320, 240};
+  options.distortion = {0.262383, -0.953104, -0.005358, 0.002628, 1.163314};  // TUM freiburg1
+  const Scene scene(options);
+  const CameraIntrinsics& k = scene.intrinsics();
+  const cv::Matx33d K(k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1);
+  for (const Eigen::Vector3d& p : {Eigen::Vector3d(0.9, -0.6, 2), Eigen::Vector3d(-1.1, 0.2, 2.1)}) {
+    std::vector<cv::Point2d> expected;
+    cv::projectPoints(std::vector<cv::Point3d>{{p.x(), p.y(), p.z()}}, cv::Vec3d(), cv::Vec3d(), K, options.distortion,
+                      expected);
+    EXPECT_LT(cv::norm(scene.project(p) - expected[0]), 1e-9);
+  }
+  // The same surface point, seen with and without the lens.
+  SceneOptions ideal = options;
+  ideal.distortion.clear();
+  const Scene pinhole(ideal);
+  const cv::Point2d pixel(280, 30);
+  const double depth = scene.depth(2, pixel);
+  const cv::Matx33d K_inverse = K.inv();
+  std::vector<cv::Point2d> undistorted;
+  cv::undistortPoints(std::vector<cv::Point2d>{pixel}, undistorted, K, options.distortion, cv::noArray(), K,
+                      cv::TermCriteria(cv::TermCriteria::COUNT, 100, 0));
+  EXPECT_GT(cv::norm(undistorted[0] - pixel), 1);
+  EXPECT_NEAR(pinhole.depth(2, undistorted[0]), depth, 1e-6 * depth);
+  EXPECT_NEAR(K_inverse(2, 2), 1, 1e-12);
+}
+
+TEST(Scene, MotionIsSmoothAndOfTheAskedStep) {
+  for (const char* name : {"room", "street"}) {
+    SceneOptions options = noiseless(name);
+    options.size = {64, 48};
+    const Scene scene(options);
+    const double step = scene.options().step;
+    for (int i = 0; i < 300; ++i) {
+      const RelativePose motion = trueRelativePose(scene, i, i + 1);
+      EXPECT_NEAR(motion.t.norm(), step, 0.25 * step);
+      const double angle = Eigen::AngleAxisd(motion.R).angle() * 180 / M_PI;
+      EXPECT_LT(angle, 2);
+      EXPECT_NEAR((motion.R * motion.R.transpose() - Eigen::Matrix3d::Identity()).norm(), 0, 1e-12);
+      EXPECT_NEAR(motion.R.determinant(), 1, 1e-12);
+    }
+  }
+}
+
+TEST(Scene, StepZeroIsPureRotation) {
+  SceneOptions options = noiseless("room");
+  options.size = {64, 48};
+  options.step = 0;
+  options.turn = 1;
+  const RelativePose motion = trueRelativePose(Scene(options), 5, 8);
+  EXPECT_EQ(motion.t.norm(), 0);
+  EXPECT_GT(Eigen::AngleAxisd(motion.R).angle() * 180 / M_PI, 2);
+}
+
+TEST(Scene, ShowsEnoughCornersAndParallax) {
+  for (const char* name : {"room", "street"}) {
+    SceneOptions options;
+    options.scene = name;
+    const Scene scene(options);
+    for (int i : {0, 60, 120, 180}) {
+      std::vector<cv::KeyPoint> keypoints;
+      cv::ORB::create(2000)->detect(scene.render(i).image, keypoints);
+      EXPECT_GE(keypoints.size(), 1900u) << name << " " << i;
+      // Displacement left after the rotation is undone, of points all over the image.
+      const Eigen::Matrix3d R = trueRelativePose(scene, i, i + 1).R.transpose();
+      std::vector<double> parallax;
+      for (int y = 20; y < 480; y += 40) {
+        for (int x = 20; x < 640; x += 40) {
+          cv::Point2d position;
+          if (!scene.correspondence(i, cv::Point2d(x, y), i + 1, position)) continue;
+          const CameraIntrinsics& k = scene.intrinsics();
+          const cv::Point2d rotated = scene.project(R * Eigen::Vector3d((x - k.cx) / k.fx, (y - k.cy) / k.fy, 1));
+          parallax.push_back(cv::norm(position - rotated));
+        }
+      }
+      ASSERT_GT(parallax.size(), 50u);
+      std::nth_element(parallax.begin(), parallax.begin() + parallax.size() / 2, parallax.end());
+      EXPECT_GT(parallax[parallax.size() / 2], 2) << name << " " << i;
+    }
+  }
+}
+
+TEST(Scene, RefusesNonsense) {
+  SceneOptions options;
+  options.scene = "moon";
+  EXPECT_THROW(Scene{options}, std::invalid_argument);
+  options = SceneOptions();
+  options.size = {4, 4};
+  EXPECT_THROW(Scene{options}, std::invalid_argument);
+  options = SceneOptions();
+  options.distortion = {0.1, 0.2};
+  EXPECT_THROW(Scene{options}, std::invalid_argument);
+  options = SceneOptions();
+  options.scene = "street";
+  options.size = {64, 48};
+  const Scene street(options);
+  EXPECT_NO_THROW(street.pose(street.frameCount() - 1));
+  EXPECT_THROW(street.pose(street.frameCount()), std::invalid_argument);
+}
+
+TEST(SyntheticPair, LabelsAreTrue) {
+  SyntheticPairOptions options;
+  options.matches = 400;
+  options.outlier_ratio = 0.6;
+  options.noise = 0;
+  const SyntheticPair pair = makeSyntheticPair(room(), 10, 13, options);
+  ASSERT_EQ(pair.matches.size(), 400u);
+  int correct = 0, accidentally_right = 0;
+  for (size_t i = 0; i < pair.matches.size(); ++i) {
+    const Match& match = pair.matches[i];
+    cv::Point2d exact;
+    const bool visible = room().correspondence(10, pair.reference.keypoints[match.reference].pt, 13, exact);
+    const double error = visible ? cv::norm(exact - cv::Point2d(pair.current.keypoints[match.current].pt)) : 1e9;
+    if (pair.correct[i]) {
+      EXPECT_LT(error, 1e-3);  // pixels are kept as float
+      ++correct;
+    } else if (error < 3) {
+      ++accidentally_right;
+    }
+    EXPECT_LE(match.distance, match.second_distance);
+  }
+  EXPECT_EQ(correct, 160);
+  EXPECT_LE(accidentally_right, 3);
+}
+
+TEST(SyntheticPair, SaysWhenFramesShareNothing) {
+  SceneOptions options = noiseless("room");
+  options.size = {64, 48};
+  EXPECT_THROW(makeSyntheticPair(Scene(options), 0, 160, {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace gms_ransac
