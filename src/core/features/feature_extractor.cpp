@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "features/fast_extractor.h"
 #include "features/opencv_extractor.h"
 #include "validation.h"
 
@@ -20,6 +21,7 @@ void FeatureExtractorOptions::validate() const {
 
 std::unique_ptr<FeatureExtractor> makeFeatureExtractor(const FeatureExtractorOptions& options) {
   options.validate();
+  if (options.extractor == "fast") return std::make_unique<FastExtractor>(options);
   return std::make_unique<OpenCvExtractor>(options);
 }
 

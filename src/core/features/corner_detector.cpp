@@ -1,0 +1,31 @@
+#include "features/corner_detector.h"
+
+namespace gms_ransac {
+
+void CornerDetector::detect(const Plane& image, int border, int floor, const FeatureKernels& kernels,
+                            std::vector<Corner>& corners) {
+  corners.clear();
+  const int width = image.width(), height = image.height();
+  if (width <= 2 * border || height <= 2 * border) return;
+  contrast_.resize(width, height);
+  // No two of the maxima touch, so that at most one pixel in four is one.
+  columns_.resize(width + 1);
+  corners.reserve(static_cast<size_t>(width + 1) * (height + 1) / 4);
+
+  const int end = width - border;
+  const auto computeRow = [&](int y) {
+    kernels.contrastRow(image.row(y), image.stride(), end + 1, floor, contrast_.row(y));
+  };
+  computeRow(border - 1);
+  computeRow(border);
+  for (int y = border; y < height - border; ++y) {
+    computeRow(y + 1);
+    const uint8_t* row = contrast_.row(y);
+    const int count = kernels.maximaRow(row, contrast_.stride(), border, end, columns_.data());
+    for (int i = 0; i < count; ++i) {
+      corners.push_back({columns_[i], static_cast<uint16_t>(y), row[columns_[i]]});
+    }
+  }
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,30 @@
+// FAST-9/16 corners of one pyramid level with their contrast, after 3x3 non-maximum suppression.
+#pragma once
+
+#include <vector>
+
+#include "features/kernels.h"
+#include "features/plane.h"
+
+namespace gms_ransac {
+
+struct Corner {
+  uint16_t x, y;      ///< pixels of the level
+  uint16_t contrast;  ///< 1..255; cv::FAST's response is one less
+};
+
+class CornerDetector {
+ public:
+  /// Finds every corner at least `border` (>= 4) pixels from the sides whose contrast is above `floor`: what cv::FAST
+  /// finds there at threshold `floor` with suppression. Row by row, left to right.
+  void detect(const Plane& image, int border, int floor, const FeatureKernels& kernels, std::vector<Corner>& corners);
+
+  /// Contrast of every pixel after detect(), zero where not above the floor; valid one pixel beyond the border.
+  const Plane& contrast() const { return contrast_; }
+
+ private:
+  Plane contrast_;
+  std::vector<uint16_t> columns_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,92 @@
+#include "features/corner_selector.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace gms_ransac {
+
+namespace {
+
+/// Mean number of keypoints in a cell, and the power of the rank by which the contrast is divided: 0 would rank all
+/// corners of a level together, a large one would give every cell the same number. See doc/extractor.md.
+constexpr float kFeaturesPerCell = 60;
+constexpr float kRankPower = 0.5;
+constexpr float kSmallestCell = 16;  ///< pixels
+
+constexpr int kRanks = 1024;  ///< all further ranks weigh the same
+constexpr int kContrasts = 256;
+constexpr int kPriorityBits = 12;
+constexpr int kWeightOne = 1 << 8;  ///< weight of rank 0; 8 bits of contrast times this gives 16 bits
+
+using RankWeights = std::array<uint16_t, kRanks>;
+
+RankWeights makeRankWeights() {
+  RankWeights weights;
+  for (int rank = 0; rank < kRanks; ++rank) {
+    weights[rank] = static_cast<uint16_t>(std::lrint(kWeightOne * std::pow(rank + 1.0, -kRankPower)));
+  }
+  return weights;
+}
+
+}  // namespace
+
+void CornerSelector::select(int width, int height, int quota, std::vector<Corner>& corners) {
+  if (corners.size() <= static_cast<size_t>(quota)) return;
+  sortByContrast(corners);
+  rankWithinCells(width, height, quota, corners);
+  keepBest(quota, corners);
+}
+
+void CornerSelector::sortByContrast(const std::vector<Corner>& corners) {
+  std::array<uint32_t, kContrasts> count{};
+  for (const Corner& corner : corners) ++count[corner.contrast];
+  uint32_t sum = 0;
+  for (int contrast = kContrasts - 1; contrast >= 0; --contrast) sum += std::exchange(count[contrast], sum);
+  order_.resize(corners.size());
+  for (size_t i = 0; i < corners.size(); ++i) order_[count[corners[i].contrast]++] = static_cast<uint32_t>(i);
+}
+
+void CornerSelector::rankWithinCells(int width, int height, int quota, const std::vector<Corner>& corners) {
+  static const RankWeights weights = makeRankWeights();
+  const float area = static_cast<float>(width) * static_cast<float>(height);
+  const float side = std::max(kSmallestCell, std::sqrt(kFeaturesPerCell * area / std::max(quota, 1)));
+  const int columns = std::max(1, static_cast<int>(width / side)), rows = std::max(1, static_cast<int>(height / side));
+  // Cell of a coordinate by a multiplication in 16.16 fixed point.
+  const auto column_step = static_cast<uint64_t>(columns) * 65536 / width;
+  const auto row_step = static_cast<uint64_t>(rows) * 65536 / height;
+  cell_count_.assign(static_cast<size_t>(columns) * rows, 0);
+  priority_.resize(corners.size());
+  histogram_.assign(1 << kPriorityBits, 0);
+  for (uint32_t i : order_) {
+    const Corner& corner = corners[i];
+    uint16_t& rank = cell_count_[(corner.y * row_step >> 16) * columns + (corner.x * column_step >> 16)];
+    priority_[i] = static_cast<uint16_t>(corner.contrast * weights[rank] >> (16 - kPriorityBits));
+    if (rank < kRanks - 1) ++rank;
+    ++histogram_[priority_[i]];
+  }
+}
+
+void CornerSelector::keepBest(int quota, std::vector<Corner>& corners) const {
+  uint32_t above = 0;
+  int cut = (1 << kPriorityBits) - 1;
+  while (above + histogram_[cut] <= static_cast<uint32_t>(quota)) above += histogram_[cut--];
+  // Of the priority at which the quota ends only some fit: every so many-th, so that they too are spread.
+  const uint64_t wanted = quota - above, available = histogram_[cut];
+  uint64_t phase = 0;
+  size_t kept = 0;
+  for (size_t i = 0; i < corners.size(); ++i) {
+    const int priority = priority_[i];
+    if (priority < cut) continue;
+    if (priority == cut) {
+      phase += wanted;
+      if (phase < available) continue;
+      phase -= available;
+    }
+    corners[kept++] = corners[i];
+  }
+  corners.resize(kept);
+}
+
+}  // namespace gms_ransac

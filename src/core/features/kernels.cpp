@@ -1,0 +1,106 @@
+#include "features/kernels.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "features/orb_pattern.h"
+
+namespace gms_ransac {
+
+namespace {
+
+/// Start of the interpolation and the share of the second pixel, in OpenCV's rounding.
+void interpolate(double position, int size, uint16_t& offset, uint16_t& weight) {
+  const int whole = static_cast<int>(std::floor(position));
+  offset = static_cast<uint16_t>(whole < 0 ? 0 : whole < size ? whole : size - 1);
+  const bool inside = whole >= 0 && whole < size - 1;
+  weight = inside ? static_cast<uint16_t>(std::lrint((position - whole) * 256)) : 0;
+}
+
+}  // namespace
+
+void ResizeTable::build(int source, int target) {
+  const double scale = 1.0 / (static_cast<double>(target) / source);
+  const int padded = (target + kPadding - 1) / kPadding * kPadding + kPadding;
+  offset.assign(padded, 0);
+  weight.assign(padded, 0);
+  for (int x = 0; x < target; ++x) interpolate(scale * (x + 0.5) - 0.5, source, offset[x], weight[x]);
+
+  window.assign(padded / kGroup, 0);
+  first.assign(2 * padded, 0);
+  second.assign(2 * padded, 0);
+  for (int x = 0; x < target; ++x) {
+    const int base = offset[x / kGroup * kGroup];
+    const int position = offset[x] - base;
+    if (position + 1 >= kWindow) {
+      window.clear();
+      return;
+    }
+    window[x / kGroup] = base;
+    constexpr uint8_t kZero = 0x80;  // what a byte shuffle turns into zero
+    first[2 * x] = static_cast<uint8_t>(position);
+    second[2 * x] = static_cast<uint8_t>(position + 1);
+    first[2 * x + 1] = second[2 * x + 1] = kZero;
+  }
+}
+
+const FeatureKernels& featureKernels(SimdLevel level) {
+  if (!simdLevelSupported(level)) {
+    throw std::invalid_argument("simd is " + toString(level) + ", which this processor does not have");
+  }
+  switch (level) {
+#if defined(__x86_64__)
+    case SimdLevel::kAvx2:
+      return detail::avx2FeatureKernels();
+    case SimdLevel::kAvx512:
+      return detail::avx512FeatureKernels();
+#elif defined(__aarch64__)
+    case SimdLevel::kNeon:
+      return detail::neonFeatureKernels();
+#endif
+    default:
+      return detail::scalarFeatureKernels();
+  }
+}
+
+namespace detail {
+
+const float kBlurKernel[kBlurTaps] = {0.0701593235F, 0.131074876F, 0.190712824F, 0.216105938F,
+                                      0.190712824F,  0.131074876F, 0.0701593235F};
+
+namespace {
+
+/// Half widths of the disc's rows, made symmetric about the diagonals as cv::ORB does.
+constexpr int kDiscHalfWidth[kAngleRadius + 1] = {15, 15, 15, 15, 14, 14, 14, 13, 13, 12, 11, 10, 9, 8, 6, 3};
+
+constexpr Disc makeDisc() {
+  Disc disc{};
+  for (int i = 0; i < 2 * kAngleRadius + 2; ++i) {
+    const int u = i - kAngleRadius;
+    disc.column[i] = static_cast<int16_t>(u);
+    for (int v = 0; v <= kAngleRadius; ++v) {
+      disc.mask[v][i] = u <= kDiscHalfWidth[v] && -u <= kDiscHalfWidth[v] ? -1 : 0;
+    }
+  }
+  return disc;
+}
+
+PatternCoordinates separatePattern() {
+  PatternCoordinates separate;
+  for (int i = 0; i < kOrbTests; ++i) {
+    separate.x[0][i] = kOrbPattern[i].x0;
+    separate.y[0][i] = kOrbPattern[i].y0;
+    separate.x[1][i] = kOrbPattern[i].x1;
+    separate.y[1][i] = kOrbPattern[i].y1;
+  }
+  return separate;
+}
+
+}  // namespace
+
+const Disc kDisc = makeDisc();
+const PatternCoordinates kPatternCoordinates = separatePattern();
+
+}  // namespace detail
+
+}  // namespace gms_ransac

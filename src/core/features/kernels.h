@@ -1,0 +1,87 @@
+// The inner loops of the extractor, one table of functions for each instruction set. All levels compute the same bits.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "features/orb_pattern.h"
+#include "gms_ransac/simd.h"
+
+namespace gms_ransac {
+
+/// Where each pixel of a resized row comes from: source[offset] * (256 - weight) + source[offset + 1] * weight, the
+/// 8.8 fixed point of OpenCV's INTER_LINEAR_EXACT.
+struct ResizeTable {
+  static constexpr int kGroup = 8;     ///< outputs that share one window of the source
+  static constexpr int kWindow = 16;   ///< bytes
+  static constexpr int kPadding = 64;  ///< extra outputs, so that vector code needs no tail
+
+  std::vector<uint16_t> offset;
+  std::vector<uint16_t> weight;
+  // The same per group: first byte of the window, and for each output the position of its two pixels in the window, as
+  // byte shuffles that widen to 16 bit. Empty where a group does not fit in a window (scale near 2).
+  std::vector<int32_t> window;
+  std::vector<uint8_t> first;
+  std::vector<uint8_t> second;
+
+  void build(int source, int target);
+};
+
+constexpr int kBlurTaps = 7;  ///< of the Gaussian that cv::ORB applies before the binary tests
+constexpr int kBlurRadius = 3;
+constexpr int kAngleRadius = 15;       ///< of the disc of the intensity centroid
+constexpr int kDescriptorRadius = 18;  ///< largest rounded coordinate of a rotated test point
+
+struct FeatureKernels {
+  /// One row of the horizontal pass, 8.8 fixed point. Writes up to ResizeTable::kPadding entries past `width`.
+  void (*resizeRow)(const uint8_t* source, const ResizeTable& table, int width, uint16_t* target);
+  /// Vertical pass: (upper * (256 - weight) + lower * weight) / 65536, rounded. May write Plane::kSlack past `width`.
+  void (*blendRows)(const uint16_t* upper, const uint16_t* lower, int weight, int width, uint8_t* target);
+
+  /// FAST-9/16 contrast of pixels 0..width-1 of a row: the largest c such that nine contiguous pixels of the circle are
+  /// all brighter or all darker than the centre by c or more; 0 where that is not above `floor`. A pixel is a corner of
+  /// cv::FAST at threshold t when its contrast exceeds t, and cv::FAST's response is the contrast minus one.
+  void (*contrastRow)(const uint8_t* image, ptrdiff_t stride, int width, int floor, uint8_t* contrast);
+  /// Columns in [begin, end) whose contrast is strictly above that of all eight neighbours, in order; their number.
+  int (*maximaRow)(const uint8_t* contrast, ptrdiff_t stride, int begin, int end, uint16_t* columns);
+
+  /// Horizontal pass of the 7-tap Gaussian. `padded` holds the row as floats with three reflected pixels on either
+  /// side.
+  void (*blurRow)(const float* padded, int width, float* target);
+  void (*widenRow)(const uint8_t* source, int width, float* target);
+  /// Vertical pass over seven rows of blurRow, rounded half to even.
+  void (*blurColumns)(const float* const rows[kBlurTaps], int width, uint8_t* target);
+
+  /// First moments of the disc of radius 15 round a pixel: sums of x * I and y * I.
+  void (*moments)(const uint8_t* centre, ptrdiff_t stride, int& m10, int& m01);
+  /// The 256 tests of kOrbPattern, rotated by an angle of the given cosine and sine, on the blurred image.
+  void (*describe)(const uint8_t* centre, ptrdiff_t stride, float cosine, float sine, uint8_t* descriptor);
+};
+
+/// Throws std::invalid_argument when the processor lacks the level.
+const FeatureKernels& featureKernels(SimdLevel level);
+
+namespace detail {
+const FeatureKernels& scalarFeatureKernels();
+const FeatureKernels& avx2FeatureKernels();
+const FeatureKernels& avx512FeatureKernels();
+const FeatureKernels& neonFeatureKernels();
+
+/// Gaussian of 7 taps and sigma 2, as cv::getGaussianKernel gives it in float.
+extern const float kBlurKernel[kBlurTaps];
+/// The disc of the intensity centroid: masks of its rows 0..15 over columns -15..16, and those columns as weights.
+struct Disc {
+  int16_t mask[kAngleRadius + 1][2 * kAngleRadius + 2];
+  int16_t column[2 * kAngleRadius + 2];
+};
+extern const Disc kDisc;
+/// kOrbPattern as separate coordinates: first points, then second points.
+struct PatternCoordinates {
+  alignas(64) float x[2][kOrbTests];
+  alignas(64) float y[2][kOrbTests];
+};
+extern const PatternCoordinates kPatternCoordinates;
+}  // namespace detail
+
+}  // namespace gms_ransac

@@ -1,0 +1,92 @@
+// The extractor's inner loops for AVX-512 (F, BW, VL, DQ).
+#if defined(__x86_64__)
+#include <immintrin.h>
+
+#include "features/kernels_impl.h"
+
+namespace gms_ransac {
+namespace {
+
+struct Avx512 {
+  static constexpr int kBytes = 64, kHalves = 32, kFloats = 16;
+  static constexpr bool kShuffles = true;
+  using U8 = __m512i;
+  using I16 = __m512i;
+  using F32 = __m512;
+
+  static U8 load(const uint8_t* p) { return _mm512_loadu_si512(p); }
+  static void store(uint8_t* p, U8 a) { _mm512_storeu_si512(p, a); }
+  static U8 set(uint8_t a) { return _mm512_set1_epi8(static_cast<char>(a)); }
+  static U8 min(U8 a, U8 b) { return _mm512_min_epu8(a, b); }
+  static U8 max(U8 a, U8 b) { return _mm512_max_epu8(a, b); }
+  static U8 subtract(U8 a, U8 b) { return _mm512_subs_epu8(a, b); }
+  static bool anyGreater(U8 a, U8 b) { return _mm512_cmpgt_epu8_mask(a, b) != 0; }
+  static U8 keepGreater(U8 a, U8 b) { return _mm512_maskz_mov_epi8(_mm512_cmpgt_epu8_mask(a, b), a); }
+  static uint64_t greaterMask(U8 a, U8 b) { return _mm512_cmpgt_epu8_mask(a, b); }
+  static void storeMask(uint8_t* bits, int i, uint64_t mask) { std::memcpy(bits + i / 8, &mask, sizeof mask); }
+
+  static I16 loadHalves(const uint16_t* p) { return _mm512_loadu_si512(p); }
+  static void storeHalves(uint16_t* p, I16 a) { _mm512_storeu_si512(p, a); }
+  static I16 loadSigned(const int16_t* p) { return _mm512_loadu_si512(p); }
+  static I16 loadAsHalves(const uint8_t* p) {
+    return _mm512_cvtepu8_epi16(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)));
+  }
+  static I16 setHalves(int16_t a) { return _mm512_set1_epi16(a); }
+  static I16 bitAnd(I16 a, I16 b) { return _mm512_and_si512(a, b); }
+  static I16 addHalves(I16 a, I16 b) { return _mm512_add_epi16(a, b); }
+  static I16 subtractHalves(I16 a, I16 b) { return _mm512_sub_epi16(a, b); }
+  static I16 multiplyHalves(I16 a, I16 b) { return _mm512_mullo_epi16(a, b); }
+  static int dot(I16 a, I16 b) { return _mm512_reduce_add_epi32(_mm512_madd_epi16(a, b)); }
+  static I16 loadWindows(const uint8_t* source, const int32_t* window) {
+    const auto quarter = [&](int i) { return _mm_loadu_si128(reinterpret_cast<const __m128i*>(source + window[i])); };
+    const __m256i low = _mm256_inserti128_si256(_mm256_castsi128_si256(quarter(0)), quarter(1), 1);
+    const __m256i high = _mm256_inserti128_si256(_mm256_castsi128_si256(quarter(2)), quarter(3), 1);
+    return _mm512_inserti64x4(_mm512_castsi256_si512(low), high, 1);
+  }
+  static I16 shuffle(I16 window, const uint8_t* positions) { return _mm512_shuffle_epi8(window, load(positions)); }
+  static I16 blendBytes(I16 first, I16 second, I16 weight) {
+    return _mm512_add_epi16(_mm512_slli_epi16(first, 8), _mm512_mullo_epi16(weight, _mm512_sub_epi16(second, first)));
+  }
+  static I16 blendHalves(I16 upper, I16 lower, int weight) {
+    // Signed 16-bit products want values about zero: 32768 is taken off here and comes back, times 256, in the
+    // rounding.
+    const __m512i middle = _mm512_set1_epi16(-32768);
+    const __m512i a = _mm512_xor_si512(upper, middle), b = _mm512_xor_si512(lower, middle);
+    const __m512i weights = _mm512_set1_epi32(weight << 16 | (256 - weight));
+    const __m512i rounding = _mm512_set1_epi32((1 << 23) + (1 << 15));
+    const __m512i low = _mm512_add_epi32(_mm512_madd_epi16(_mm512_unpacklo_epi16(a, b), weights), rounding);
+    const __m512i high = _mm512_add_epi32(_mm512_madd_epi16(_mm512_unpackhi_epi16(a, b), weights), rounding);
+    return _mm512_packus_epi32(_mm512_srli_epi32(low, 16), _mm512_srli_epi32(high, 16));
+  }
+  static void storeNarrow(uint8_t* p, I16 a) {
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(p), _mm512_cvtepi16_epi8(a));
+  }
+
+  static F32 setFloat(float a) { return _mm512_set1_ps(a); }
+  static F32 loadFloats(const float* p) { return _mm512_loadu_ps(p); }
+  static F32 loadAsFloats(const uint8_t* p) {
+    return _mm512_cvtepi32_ps(_mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));
+  }
+  static void storeFloats(float* p, F32 a) { _mm512_storeu_ps(p, a); }
+  static F32 add(F32 a, F32 b) { return _mm512_add_ps(a, b); }
+  static F32 subtractFloats(F32 a, F32 b) { return _mm512_sub_ps(a, b); }
+  static F32 multiply(F32 a, F32 b) { return _mm512_mul_ps(a, b); }
+  static F32 multiplyAdd(F32 a, F32 b, F32 c) { return _mm512_fmadd_ps(a, b, c); }
+  static void storeRounded(uint8_t* p, F32 a) {
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(p), _mm512_cvtusepi32_epi8(_mm512_cvtps_epi32(a)));
+  }
+  static void storeOffsets(int32_t* p, F32 column, F32 row, int stride) {
+    const __m512i rows = _mm512_mullo_epi32(_mm512_cvtps_epi32(row), _mm512_set1_epi32(stride));
+    _mm512_storeu_si512(p, _mm512_add_epi32(rows, _mm512_cvtps_epi32(column)));
+  }
+};
+
+}  // namespace
+
+const FeatureKernels& detail::avx512FeatureKernels() {
+  static const FeatureKernels kernels = kernelsOf<Avx512>();
+  return kernels;
+}
+
+}  // namespace gms_ransac
+#endif

@@ -1,0 +1,205 @@
+// The extractor's inner loops over an abstract vector unit V. Included once by the file of each instruction set, whose
+// V wraps its intrinsics; everything lies in an unnamed namespace so that no two sets share a function.
+//
+// V provides: kBytes, kHalves, kFloats (lanes of U8, I16, F32) and the operations used below, unaligned throughout.
+#pragma once
+
+#include <cstring>
+
+#include "features/kernels.h"
+#include "features/plane.h"
+
+namespace gms_ransac {
+namespace {
+
+/// Circle of FAST-9/16, clockwise from below the centre.
+constexpr int kCircleX[16] = {0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1};
+constexpr int kCircleY[16] = {3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1, 0, 1, 2, 3};
+
+template <typename V>
+void contrastRow(const uint8_t* image, ptrdiff_t stride, int width, int floor, uint8_t* contrast) {
+  using U8 = typename V::U8;
+  ptrdiff_t offset[16];
+  for (int i = 0; i < 16; ++i) offset[i] = kCircleY[i] * stride + kCircleX[i];
+  const U8 floor_vector = V::set(static_cast<uint8_t>(floor));
+  for (int x = 0; x < width; x += V::kBytes) {
+    const uint8_t* pixel = image + x;
+    const U8 centre = V::load(pixel);
+    U8 p[16];
+    for (int i = 0; i < 16; i += 4) p[i] = V::load(pixel + offset[i]);
+    // Nine contiguous pixels hold at least two adjacent ones of these four, which bounds the contrast from above.
+    const U8 bright_bound = V::min(V::max(p[0], p[8]), V::max(p[4], p[12]));
+    const U8 dark_bound = V::max(V::min(p[0], p[8]), V::min(p[4], p[12]));
+    const U8 bound = V::max(V::subtract(bright_bound, centre), V::subtract(centre, dark_bound));
+    if (!V::anyGreater(bound, floor_vector)) {
+      V::store(contrast + x, V::set(0));
+      continue;
+    }
+    for (int i = 0; i < 16; ++i) {
+      if (i % 4 != 0) p[i] = V::load(pixel + offset[i]);
+    }
+    // Extremes over eight pixels 2j+1..2j+8; the arcs of nine that contain them end in pixel 2j or in pixel 2j+9.
+    U8 low2[8], high2[8], low4[8], high4[8];
+    for (int j = 0; j < 8; ++j) {
+      low2[j] = V::min(p[2 * j + 1], p[(2 * j + 2) % 16]);
+      high2[j] = V::max(p[2 * j + 1], p[(2 * j + 2) % 16]);
+    }
+    for (int j = 0; j < 8; ++j) {
+      low4[j] = V::min(low2[j], low2[(j + 1) % 8]);
+      high4[j] = V::max(high2[j], high2[(j + 1) % 8]);
+    }
+    U8 brightest = V::set(0), darkest = V::set(255);
+    for (int j = 0; j < 8; ++j) {
+      const U8 end_a = p[2 * j], end_b = p[(2 * j + 9) % 16];
+      brightest = V::max(brightest, V::min(V::min(low4[j], low4[(j + 2) % 8]), V::max(end_a, end_b)));
+      darkest = V::min(darkest, V::max(V::max(high4[j], high4[(j + 2) % 8]), V::min(end_a, end_b)));
+    }
+    const U8 value = V::max(V::subtract(brightest, centre), V::subtract(centre, darkest));
+    V::store(contrast + x, V::keepGreater(value, floor_vector));
+  }
+}
+
+template <typename V>
+int maximaRow(const uint8_t* contrast, ptrdiff_t stride, int begin, int end, uint16_t* columns) {
+  using U8 = typename V::U8;
+  int count = 0;
+  for (int x = begin; x < end; x += V::kBytes) {
+    const uint8_t* row = contrast + x;
+    const U8 centre = V::load(row);
+    if (!V::anyGreater(centre, V::set(0))) continue;
+    U8 around = V::max(V::load(row - 1), V::load(row + 1));
+    for (int i = -1; i <= 1; ++i) {
+      around = V::max(around, V::max(V::load(row - stride + i), V::load(row + stride + i)));
+    }
+    uint64_t mask = V::greaterMask(centre, around);
+    while (mask) {
+      const int lane = __builtin_ctzll(mask);
+      mask &= mask - 1;
+      if (x + lane >= end) break;
+      columns[count++] = static_cast<uint16_t>(x + lane);
+    }
+  }
+  return count;
+}
+
+template <typename V>
+void resizeRow(const uint8_t* source, const ResizeTable& table, int width, uint16_t* target) {
+  if (!V::kShuffles || table.window.empty()) {
+    for (int x = 0; x < width; ++x) {
+      const uint8_t* pixel = source + table.offset[x];
+      target[x] = static_cast<uint16_t>(pixel[0] * (256 - table.weight[x]) + pixel[1] * table.weight[x]);
+    }
+    return;
+  }
+  for (int x = 0; x < width; x += V::kHalves) {
+    const auto window = V::loadWindows(source, table.window.data() + x / ResizeTable::kGroup);
+    const auto first = V::shuffle(window, table.first.data() + 2 * x);
+    const auto second = V::shuffle(window, table.second.data() + 2 * x);
+    const auto weight = V::loadHalves(table.weight.data() + x);
+    // 256 * first + weight * (second - first), modulo 65536, which the result does not reach.
+    V::storeHalves(target + x, V::blendBytes(first, second, weight));
+  }
+}
+
+template <typename V>
+void blendRows(const uint16_t* upper, const uint16_t* lower, int weight, int width, uint8_t* target) {
+  for (int x = 0; x < width; x += V::kHalves) {
+    V::storeNarrow(target + x, V::blendHalves(V::loadHalves(upper + x), V::loadHalves(lower + x), weight));
+  }
+}
+
+template <typename V>
+void widenRow(const uint8_t* source, int width, float* target) {
+  for (int x = 0; x < width; x += V::kFloats) V::storeFloats(target + x, V::loadAsFloats(source + x));
+}
+
+template <typename V>
+void blurRow(const float* padded, int width, float* target) {
+  using F32 = typename V::F32;
+  F32 kernel[kBlurTaps];
+  for (int k = 0; k < kBlurTaps; ++k) kernel[k] = V::setFloat(detail::kBlurKernel[k]);
+  for (int x = 0; x < width; x += V::kFloats) {
+    F32 sum = V::multiply(kernel[0], V::loadFloats(padded + x));
+    for (int k = 1; k < kBlurTaps; ++k) sum = V::multiplyAdd(kernel[k], V::loadFloats(padded + x + k), sum);
+    V::storeFloats(target + x, sum);
+  }
+}
+
+template <typename V>
+void blurColumns(const float* const rows[kBlurTaps], int width, uint8_t* target) {
+  using F32 = typename V::F32;
+  F32 kernel[kBlurRadius + 1];
+  for (int k = 0; k <= kBlurRadius; ++k) kernel[k] = V::setFloat(detail::kBlurKernel[kBlurRadius + k]);
+  for (int x = 0; x < width; x += V::kFloats) {
+    F32 sum = V::multiply(kernel[0], V::loadFloats(rows[kBlurRadius] + x));
+    for (int k = 1; k <= kBlurRadius; ++k) {
+      const F32 pair = V::add(V::loadFloats(rows[kBlurRadius + k] + x), V::loadFloats(rows[kBlurRadius - k] + x));
+      sum = V::multiplyAdd(kernel[k], pair, sum);
+    }
+    V::storeRounded(target + x, sum);
+  }
+}
+
+template <typename V>
+void moments(const uint8_t* centre, ptrdiff_t stride, int& m10, int& m01) {
+  using I16 = typename V::I16;
+  m10 = m01 = 0;
+  for (int column = 0; column < 2 * kAngleRadius + 2; column += V::kHalves) {
+    const uint8_t* pixel = centre - kAngleRadius + column;
+    I16 sum = V::bitAnd(V::loadAsHalves(pixel), V::loadSigned(detail::kDisc.mask[0] + column));
+    I16 lever = V::setHalves(0);  // at most 255 * (1 + ... + 15) = 30600: 16 bits hold it
+    for (int v = 1; v <= kAngleRadius; ++v) {
+      const I16 mask = V::loadSigned(detail::kDisc.mask[v] + column);
+      const I16 below = V::bitAnd(V::loadAsHalves(pixel + v * stride), mask);
+      const I16 above = V::bitAnd(V::loadAsHalves(pixel - v * stride), mask);
+      sum = V::addHalves(sum, V::addHalves(below, above));
+      lever = V::addHalves(lever,
+                           V::multiplyHalves(V::setHalves(static_cast<int16_t>(v)), V::subtractHalves(below, above)));
+    }
+    m10 += V::dot(sum, V::loadSigned(detail::kDisc.column + column));
+    m01 += V::dot(lever, V::setHalves(1));
+  }
+}
+
+template <typename V>
+void describe(const uint8_t* centre, ptrdiff_t stride, float cosine, float sine, uint8_t* descriptor) {
+  using F32 = typename V::F32;
+  alignas(64) int32_t offset[2][kOrbTests];
+  const F32 c = V::setFloat(cosine), s = V::setFloat(sine);
+  for (int end = 0; end < 2; ++end) {
+    for (int i = 0; i < kOrbTests; i += V::kFloats) {
+      const F32 x = V::loadFloats(detail::kPatternCoordinates.x[end] + i);
+      const F32 y = V::loadFloats(detail::kPatternCoordinates.y[end] + i);
+      // Two roundings each, never fused: as cv::ORB's compiled code computes them.
+      const F32 column = V::subtractFloats(V::multiply(x, c), V::multiply(y, s));
+      const F32 row = V::add(V::multiply(x, s), V::multiply(y, c));
+      V::storeOffsets(offset[end] + i, column, row, static_cast<int>(stride));
+    }
+  }
+  alignas(64) uint8_t value[2][kOrbTests];
+  for (int i = 0; i < kOrbTests; ++i) {
+    value[0][i] = centre[offset[0][i]];
+    value[1][i] = centre[offset[1][i]];
+  }
+  for (int i = 0; i < kOrbTests; i += V::kBytes) {
+    V::storeMask(descriptor, i, V::greaterMask(V::load(value[1] + i), V::load(value[0] + i)));
+  }
+}
+
+template <typename V>
+FeatureKernels kernelsOf() {
+  FeatureKernels kernels;
+  kernels.resizeRow = resizeRow<V>;
+  kernels.blendRows = blendRows<V>;
+  kernels.contrastRow = contrastRow<V>;
+  kernels.maximaRow = maximaRow<V>;
+  kernels.widenRow = widenRow<V>;
+  kernels.blurRow = blurRow<V>;
+  kernels.blurColumns = blurColumns<V>;
+  kernels.moments = moments<V>;
+  kernels.describe = describe<V>;
+  return kernels;
+}
+
+}  // namespace
+}  // namespace gms_ransac
