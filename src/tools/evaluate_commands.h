@@ -1,0 +1,14 @@
+// The subcommands of `evaluate`. Each takes the arguments behind its name and returns the exit status; bad input is an
+// exception with one clear sentence.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace gms_ransac {
+
+using Arguments = std::vector<std::string>;
+
+int evaluateRun(const Arguments& arguments);
+
+}  // namespace gms_ransac

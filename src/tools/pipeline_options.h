@@ -1,0 +1,32 @@
+// The command-line options that choose a pipeline, shared by the subcommands of `evaluate`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <boost/program_options.hpp>
+
+#include "gms_ransac/match_filter.h"
+
+namespace gms_ransac {
+
+/// What the user asked for; `options(method)` is what the pipeline gets.
+struct PipelineArguments {
+  std::vector<std::string> methods;  ///< empty: the default method
+  std::string model = "essential";
+  std::string grid;       ///< "COLUMNSxROWS"; "": the method's own
+  std::string threshold;  ///< pixels; "": the model's own
+  int threads = 1;
+  MatchFilterOptions base;
+
+  /// Adds the options to a description; the values land in this object, which must outlive the parsing.
+  void addTo(boost::program_options::options_description& description);
+  /// Throws std::invalid_argument with a sentence when a value or a name is wrong.
+  MatchFilterOptions options(const std::string& method) const;
+  std::vector<std::string> methodNames() const;
+};
+
+/// The table of methods as text, for `evaluate --list`.
+std::string methodTable();
+
+}  // namespace gms_ransac
