@@ -28,6 +28,19 @@ class Mailbox {
     return replaced;
   }
 
+  /// Waits until the box is empty, then pushes; false once it is closed. Keeps one thread from running ahead of
+  /// another.
+  bool pushWhenEmpty(Item item) {
+    {
+      std::unique_lock<std::mutex> lock(mutex_);
+      emptied_.wait(lock, [this] { return closed_ || items_.empty(); });
+      if (closed_) return false;
+      items_.push_back(std::move(item));
+    }
+    arrived_.notify_one();
+    return true;
+  }
+
   /// Waits for an item; false once the box is closed.
   bool pop(Item& item) {
     std::unique_lock<std::mutex> lock(mutex_);
@@ -35,6 +48,7 @@ class Mailbox {
     if (closed_) return false;
     item = std::move(items_.front());
     items_.pop_front();
+    if (items_.empty()) emptied_.notify_one();
     return true;
   }
 
@@ -44,6 +58,7 @@ class Mailbox {
       closed_ = true;
     }
     arrived_.notify_all();
+    emptied_.notify_all();
   }
 
   /// Throws away what is waiting and returns how much that was.
@@ -62,7 +77,7 @@ class Mailbox {
  private:
   const bool latest_only_;
   mutable std::mutex mutex_;
-  std::condition_variable arrived_;
+  std::condition_variable arrived_, emptied_;
   std::deque<Item> items_;
   bool closed_ = false;
 };

@@ -9,7 +9,8 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr double kInputCheckPeriod = 5;  // seconds without an image before the log says which topic is silent
+constexpr double kWatchPeriod = 1;  // seconds
+constexpr int kSilentPeriods = 5;   // without an image before the log says which topic is silent
 // Every frame is kept when none may be dropped; a queue this long means that replay outruns the computer.
 constexpr int kLongQueue = 200;
 
@@ -40,26 +41,35 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
     std::lock_guard<std::mutex> lock(subscription_mutex_);
     outputs_ = std::make_unique<Outputs>(nh_, pnh_, [this] { updateSubscription(); });
   }
+  diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, name_);
   worker_ = std::thread([this] { work(); });
+  if (parameters_.threads > 1) second_worker_ = std::thread([this] { answerPrepared(); });
   ROS_INFO_STREAM(name_ << ": method " << config_.method << ", model " << config_.model << ", OpenCV " << CV_VERSION
                         << "; subscribes to " << input_->imageTopic()
                         << (parameters_.always_subscribe
                                 ? " always (~always_subscribe)"
                                 : " only while someone listens or ~publish_relative_tf is on"));
   updateSubscription();
-  input_timer_ = nh_.createWallTimer(ros::WallDuration(kInputCheckPeriod), &MatchFilterRos::checkInput, this);
+  reset_service_ = pnh_.advertiseService("reset", &MatchFilterRos::reset, this);
+  pause_service_ = pnh_.advertiseService("pause", &MatchFilterRos::pause, this);
+  watch_timer_ = nh_.createWallTimer(ros::WallDuration(kWatchPeriod), &MatchFilterRos::watchInput, this);
 }
 
 MatchFilterRos::~MatchFilterRos() {
   closing_ = true;
-  input_timer_.stop();
+  watch_timer_.stop();
+  reset_service_.shutdown();
+  pause_service_.shutdown();
   reconfigure_server_.reset();
   {
     std::lock_guard<std::mutex> lock(subscription_mutex_);
     input_->stop();
   }
   mailbox_.close();
-  if (worker_.joinable()) worker_.join();
+  prepared_.close();
+  for (std::thread* thread : {&worker_, &second_worker_}) {
+    if (thread->joinable()) thread->join();
+  }
 }
 
 void MatchFilterRos::reconfigure(MatchFilterConfig& config, uint32_t /*level*/) {
@@ -89,7 +99,7 @@ void MatchFilterRos::updateSubscription() {
     std::lock_guard<std::mutex> options_lock(options_mutex_);
     transforms = output_options_.publish_relative_tf;
   }
-  const bool wanted = parameters_.always_subscribe || transforms || outputs_->listeners() > 0;
+  const bool wanted = !paused_ && (parameters_.always_subscribe || transforms || outputs_->listeners() > 0);
   if (wanted == input_->started()) return;
   if (!wanted) {
     input_->stop();
@@ -117,21 +127,41 @@ void MatchFilterRos::onImage(const ImageWithInfo& input) {
   }
 }
 
+bool MatchFilterRos::reset(std_srvs::Trigger::Request& /*request*/, std_srvs::Trigger::Response& response) {
+  dropped_ += static_cast<uint32_t>(mailbox_.clear());
+  processor_->requestReset();
+  response.success = true;
+  response.message = "the next image is a new reference";
+  return true;
+}
+
+bool MatchFilterRos::pause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
+  paused_ = request.data != 0;
+  updateSubscription();
+  response.success = true;
+  response.message = paused_ ? "paused: not subscribed to " + input_->imageTopic() : "running";
+  return true;
+}
+
 void MatchFilterRos::work() {
   ImageWithInfo input;
   while (mailbox_.pop(input)) {
-    try {
-      handle(input);
-    } catch (const std::exception& error) {
-      // Nothing is known to throw here; but a nodelet must never take its manager down.
-      throttle_.warn("unexpected", name_ + ": image not answered: " + error.what());
-    }
+    auto frame = processor_->prepare(input);
     input = ImageWithInfo();
+    if (parameters_.threads > 1) {
+      prepared_.pushWhenEmpty(std::move(frame));
+    } else {
+      publish(processor_->answer(std::move(frame)));
+    }
   }
 }
 
-void MatchFilterRos::handle(const ImageWithInfo& input) {
-  const Answer answer = processor_->answer(processor_->prepare(input));
+void MatchFilterRos::answerPrepared() {
+  std::unique_ptr<PreparedFrame> frame;
+  while (prepared_.pop(frame)) publish(processor_->answer(std::move(frame)));
+}
+
+void MatchFilterRos::publish(const Answer& answer) {
   ++processed_;
   if (answer.was_reset) ++resets_;
   if (answer.status == Status::kBadImage) throttle_.warn("bad image", name_ + ": " + answer.text);
@@ -141,16 +171,26 @@ void MatchFilterRos::handle(const ImageWithInfo& input) {
     std::lock_guard<std::mutex> lock(options_mutex_);
     options = output_options_;
   }
-  outputs_->publish(answer, {received_, processed_, dropped_, resets_}, options);
+  try {
+    diagnostics_->add(*outputs_->publish(answer, {received_, processed_, dropped_, resets_}, options));
+  } catch (const std::exception& error) {
+    // Nothing is known to throw here; but a nodelet must never take its manager down.
+    throttle_.warn("unexpected", name_ + ": image not answered: " + error.what());
+  }
 }
 
-void MatchFilterRos::checkInput(const ros::WallTimerEvent& /*event*/) {
+void MatchFilterRos::watchInput(const ros::WallTimerEvent& /*event*/) {
   std::string waiting;
+  bool subscribed;
   {
     std::lock_guard<std::mutex> lock(subscription_mutex_);
     waiting = input_->waitingFor();
+    subscribed = input_->started();
   }
-  if (!waiting.empty()) ROS_WARN_STREAM_THROTTLE(30, name_ << ": " << waiting);
+  silent_seconds_ = waiting.empty() ? 0 : silent_seconds_ + 1;
+  if (silent_seconds_ >= kSilentPeriods) ROS_WARN_STREAM_THROTTLE(30, name_ << ": " << waiting);
+  diagnostics_->setInput(silent_seconds_ >= kSilentPeriods ? waiting : std::string(), subscribed, paused_);
+  diagnostics_->update();
 }
 
 }  // namespace gms_ransac

@@ -11,8 +11,11 @@
 #include <dynamic_reconfigure/server.h>
 #include <gms_ransac/MatchFilterConfig.h>
 #include <ros/node_handle.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
 #include <boost/thread/recursive_mutex.hpp>
 
+#include "diagnostics.h"
 #include "frame_processor.h"
 #include "image_input.h"
 #include "mailbox.h"
@@ -34,32 +37,40 @@ class MatchFilterRos {
   /// Subscribes while someone listens, unsubscribes when nobody does.
   void updateSubscription();
   void onImage(const ImageWithInfo& input);
+  bool reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool pause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  /// The worker: images from the mailbox to answers; with a second thread only up to the extraction.
   void work();
-  void handle(const ImageWithInfo& input);
-  void checkInput(const ros::WallTimerEvent& event);
+  void answerPrepared();
+  void publish(const Answer& answer);
+  void watchInput(const ros::WallTimerEvent& event);
 
   ros::NodeHandle nh_, pnh_;
   const std::string name_;
   const Parameters parameters_;
   Mailbox<ImageWithInfo> mailbox_;
+  Mailbox<std::unique_ptr<PreparedFrame>> prepared_{false};  ///< between the two threads, if there are two
 
   std::mutex options_mutex_;
   OutputOptions output_options_;
   MatchFilterConfig config_;  ///< in force; what a refused change falls back to
 
   std::atomic<uint32_t> received_{0}, dropped_{0};
-  uint32_t processed_ = 0, resets_ = 0;  ///< the worker's
-  Throttle throttle_;                    ///< the worker's
+  uint32_t processed_ = 0, resets_ = 0;  ///< of the thread that answers
+  Throttle throttle_;                    ///< of the thread that answers
 
   std::mutex subscription_mutex_;
-  std::atomic<bool> closing_{false};
+  std::atomic<bool> closing_{false}, paused_{false};
   std::unique_ptr<FrameProcessor> processor_;
   std::unique_ptr<ImageInput> input_;
   std::unique_ptr<Outputs> outputs_;
   boost::recursive_mutex reconfigure_mutex_;
   std::unique_ptr<dynamic_reconfigure::Server<MatchFilterConfig>> reconfigure_server_;
-  ros::WallTimer input_timer_;
-  std::thread worker_;
+  std::unique_ptr<Diagnostics> diagnostics_;
+  ros::ServiceServer reset_service_, pause_service_;
+  ros::WallTimer watch_timer_;
+  int silent_seconds_ = 0;
+  std::thread worker_, second_worker_;
 };
 
 }  // namespace gms_ransac

@@ -5,6 +5,7 @@
 #include <cv_bridge/cv_bridge.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <sensor_msgs/image_encodings.h>
+#include <std_msgs/Bool.h>
 #include <boost/make_shared.hpp>
 
 #include "frames.h"
@@ -39,6 +40,7 @@ Outputs::Outputs(const ros::NodeHandle& /*nh*/, const ros::NodeHandle& pnh, std:
   stats_ = outputs.advertise<MatchStats>("stats", kPublisherQueue, changed, changed);
   relative_pose_ =
       outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("relative_pose", kPublisherQueue, changed, changed);
+  restart_ = outputs.advertise<std_msgs::Bool>("restart", kPublisherQueue);  // worth no subscription of its own
   match_image_ = transport_.advertise("match_image", 1, image_changed, image_changed);
 }
 
@@ -50,7 +52,7 @@ int Outputs::listeners() const {
   return count;
 }
 
-void Outputs::publish(const Answer& answer, const FrameCounters& counters, const OutputOptions& options) {
+MatchStatsConstPtr Outputs::publish(const Answer& answer, const FrameCounters& counters, const OutputOptions& options) {
   if (answer.result != nullptr) {
     if (correspondences_.getNumSubscribers() > 0) {
       auto message = boost::make_shared<Correspondences>();
@@ -65,7 +67,13 @@ void Outputs::publish(const Answer& answer, const FrameCounters& counters, const
   stats->latency = static_cast<float>((ros::Time::now() - answer.current->header.stamp).toSec());
   stats_.publish(stats);
 
+  if (answer.was_reset) {
+    std_msgs::Bool restart;
+    restart.data = true;
+    restart_.publish(restart);
+  }
   if (match_image_.getNumSubscribers() > 0 && answer.status != Status::kBadImage) publishOverlay(answer);
+  return stats;
 }
 
 void Outputs::publishPose(const Answer& answer, const OutputOptions& options) {

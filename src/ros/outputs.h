@@ -26,7 +26,8 @@ class Outputs {
   /// Subscribers of all topics together. Transforms have no subscribers to count; the caller knows whether they are on.
   int listeners() const;
 
-  void publish(const Answer& answer, const FrameCounters& counters, const OutputOptions& options);
+  /// Returns the stats that were published.
+  MatchStatsConstPtr publish(const Answer& answer, const FrameCounters& counters, const OutputOptions& options);
 
  private:
   void publishPose(const Answer& answer, const OutputOptions& options);
@@ -34,7 +35,7 @@ class Outputs {
 
   image_transport::ImageTransport transport_;
   tf2_ros::TransformBroadcaster broadcaster_;
-  ros::Publisher correspondences_, stats_, relative_pose_;
+  ros::Publisher correspondences_, stats_, relative_pose_, restart_;
   image_transport::Publisher match_image_;
 };
 

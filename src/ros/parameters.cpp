@@ -124,6 +124,7 @@ Parameters Parameters::read(const ros::NodeHandle& pnh) {
   gms_ransac::read(pnh, "drop_frames", "true or false", parameters.drop_frames);
   gms_ransac::read(pnh, "always_subscribe", "true or false", parameters.always_subscribe);
   parameters.queue_size = readInt(pnh, "queue_size", parameters.queue_size, 1, 10000);
+  parameters.threads = readInt(pnh, "threads", parameters.threads, 1, 16);
   return parameters;
 }
 

@@ -23,6 +23,7 @@ struct Parameters {
   std::string image_transport = "raw";
   bool drop_frames = true;        ///< true: only the latest waiting image is kept; false: every image is answered
   int queue_size = 10;            ///< messages kept by each subscriber, 1..10000
+  int threads = 1;                ///< 1..16; from 2 on the next image is extracted while this one is matched
   bool always_subscribe = false;  ///< subscribe to the images even while nobody listens
 
   /// Throws std::invalid_argument with a sentence that names the parameter, its value and what is accepted.

@@ -1,0 +1,105 @@
+#include "diagnostics.h"
+
+#include <algorithm>
+
+namespace gms_ransac {
+
+namespace {
+
+using diagnostic_msgs::DiagnosticStatus;
+
+// Below this share of inliers among the filtered matches the motion is doubtful: half the matches disagree with it.
+constexpr float kDoubtfulInlierRatio = 0.5f;
+
+bool failed(uint8_t status) {
+  return status == MatchStats::TOO_FEW_KEYPOINTS || status == MatchStats::TOO_FEW_MATCHES ||
+         status == MatchStats::GMS_REJECTED || status == MatchStats::RANSAC_FAILED || status == MatchStats::BAD_IMAGE;
+}
+
+}  // namespace
+
+Diagnostics::Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& name)
+    : updater_(nh, pnh, name), last_report_(ros::WallTime::now()) {
+  updater_.setHardwareID("none");
+  updater_.add("input", this, &Diagnostics::describeInput);
+  updater_.add("matches", this, &Diagnostics::describeMatches);
+  updater_.add("timing", this, &Diagnostics::describeTiming);  // last: it starts the next period
+}
+
+void Diagnostics::add(const MatchStats& stats) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  last_ = stats;
+  ++answers_;
+  failures_ += failed(stats.status) ? 1 : 0;
+  seconds_ += stats.time_total;
+  latency_ += stats.latency;
+}
+
+void Diagnostics::setInput(const std::string& waiting_for, bool subscribed, bool paused) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  waiting_for_ = waiting_for;
+  subscribed_ = subscribed;
+  paused_ = paused;
+}
+
+void Diagnostics::describeInput(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (paused_) {
+    status.summary(DiagnosticStatus::OK, "paused (~pause)");
+  } else if (!subscribed_) {
+    status.summary(DiagnosticStatus::OK, "not subscribed: nobody listens");
+  } else if (!waiting_for_.empty()) {
+    status.summary(DiagnosticStatus::WARN, waiting_for_);
+  } else {
+    status.summary(DiagnosticStatus::OK, "images arrive");
+  }
+  status.add("frames received", last_.frames_received);
+  status.add("frames processed", last_.frames_processed);
+  status.add("frames dropped", last_.frames_dropped);
+  status.add("resets", last_.resets);
+}
+
+void Diagnostics::describeMatches(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (last_.frames_processed == 0) {
+    status.summary(DiagnosticStatus::OK, "no image yet");
+  } else if (last_.status == MatchStats::UNCALIBRATED) {
+    status.summary(DiagnosticStatus::WARN, "uncalibrated: " + last_.status_text);
+  } else if (failed(last_.status)) {
+    status.summary(DiagnosticStatus::ERROR, last_.status_text);
+  } else if (last_.status == MatchStats::OK && last_.inlier_ratio < kDoubtfulInlierRatio) {
+    status.summary(DiagnosticStatus::WARN, "few of the filtered matches agree on one motion");
+  } else {
+    status.summary(DiagnosticStatus::OK, last_.status_text);
+  }
+  status.add("keypoints", last_.keypoints_current);
+  status.add("raw matches", last_.matches_raw);
+  status.add("filtered matches", last_.matches_gms);
+  status.add("inliers", last_.inliers);
+  status.add("inlier ratio", last_.inlier_ratio);
+  status.add("median parallax (px)", last_.median_parallax_px);
+  status.addf("failed", "%d of %d", failures_, answers_);
+}
+
+void Diagnostics::describeTiming(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const ros::WallTime now = ros::WallTime::now();
+  const double period = std::max((now - last_report_).toSec(), 1e-3);
+  const uint32_t dropped = last_.frames_dropped - dropped_before_;
+  const int answers = std::max(answers_, 1);
+  if (dropped > 0) {
+    status.summaryf(DiagnosticStatus::WARN, "%u images dropped: they come faster than they are processed", dropped);
+  } else {
+    status.summary(DiagnosticStatus::OK, "keeps up");
+  }
+  status.addf("rate (Hz)", "%.1f", answers_ / period);
+  status.addf("time per image (ms)", "%.2f", 1e3 * seconds_ / answers);
+  status.addf("latency (ms)", "%.2f", 1e3 * latency_ / answers);
+  status.add("dropped", dropped);
+  last_report_ = now;
+  dropped_before_ = last_.frames_dropped;
+  answers_ = failures_ = 0;
+  seconds_ = latency_ = 0;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,41 @@
+// What /diagnostics says about the match filter: input, timing, and the quality of the last answers.
+#pragma once
+
+#include <mutex>
+#include <string>
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <diagnostic_updater/update_functions.h>
+#include <gms_ransac/MatchStats.h>
+#include <ros/node_handle.h>
+
+namespace gms_ransac {
+
+class Diagnostics {
+ public:
+  Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& name);
+
+  /// From the worker: one answered image.
+  void add(const MatchStats& stats);
+  /// What the input waits for (empty: nothing), and whether it is meant to deliver at all.
+  void setInput(const std::string& waiting_for, bool subscribed, bool paused);
+  /// Publishes; called about once a second.
+  void update() { updater_.force_update(); }
+
+ private:
+  void describeInput(diagnostic_updater::DiagnosticStatusWrapper& status);
+  void describeTiming(diagnostic_updater::DiagnosticStatusWrapper& status);
+  void describeMatches(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+  diagnostic_updater::Updater updater_;
+  std::mutex mutex_;  ///< guards what follows
+  std::string waiting_for_;
+  bool subscribed_ = false, paused_ = false;
+  MatchStats last_;
+  int answers_ = 0, failures_ = 0;  ///< since the last report
+  uint32_t dropped_before_ = 0;
+  double seconds_ = 0, latency_ = 0;  ///< sums since the last report
+  ros::WallTime last_report_;
+};
+
+}  // namespace gms_ransac
