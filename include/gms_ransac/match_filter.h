@@ -35,7 +35,7 @@ constexpr int kMinimumMatches = 8;
 enum class MatchStage : uint8_t { kRaw = 0, kGms = 1, kInlier = 2 };
 
 struct MatchFilterOptions {
-  std::string method = "cp_ransac";
+  std::string method = "fast";
   FeatureExtractorOptions extractor;
   MotionStatisticsOptions motion_statistics;
   RobustOptions robust;

@@ -120,8 +120,12 @@ std::string ImageConverter::toGrey(const sensor_msgs::Image& image, cv::Mat& gre
   }
   try {
     if (wide && (image.is_bigendian != 0) != hostIsBigEndian()) received = swapBytes(received);
-    cv::Mat one_channel = received;
-    if (encoding->color_to_grey != kNoConversion) cv::cvtColor(received, one_channel, encoding->color_to_grey);
+    cv::Mat one_channel;  // never in place: the message is shared with other subscribers
+    if (encoding->color_to_grey == kNoConversion) {
+      one_channel = received;
+    } else {
+      cv::cvtColor(received, one_channel, encoding->color_to_grey);
+    }
     grey = wide ? greyFromWide(one_channel) : one_channel;
   } catch (const std::exception& error) {
     return "converting " + image.encoding + " failed: " + error.what();

@@ -184,6 +184,7 @@ MatchFilterOptions coreOptions(const MatchFilterConfig& config) {
   options.robust.max_iterations = config.max_iterations;
   options.robust.seed = static_cast<uint64_t>(config.seed);
   options.robust.ratio = config.ratio;
+  options.robust.geometric_groups = config.geometric_groups;
   options.robust.tdd_d = config.tdd_d;
   options.robust.subset_count = config.subset_count;
   options.robust.subset_fraction = config.subset_fraction;
