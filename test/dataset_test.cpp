@@ -65,7 +65,7 @@ TEST_F(TumTest, ReadsImagesDepthIntrinsicsAndInterpolatedPoses) {
   write("depth.txt", "1.01 depth/a.png\n1.08 depth/b.png\n");
   // A quarter turn about z between the first two samples, then a hole longer than is interpolated across.
   write("groundtruth.txt",
-        "# tum\n1.00 0 0 0 0 0 0 1\n1.02 0 0 0 0 0 0 1\n1.10 8 0 0 0 0 0.7071067811865476 0.7071067811865476\n"
+        "# tum\n1.01 0 0 0 0 0 0 1\n1.02 0 0 0 0 0 0 1\n1.10 8 0 0 0 0 0.7071067811865476 0.7071067811865476\n"
         "1.60 9 0 0 0 0 0 1\n");
   write("camera.txt", "500 501 320 240 0.1 -0.2 0.01 0.02 0.3\n");
   writeImage("rgb/a.png", 7, CV_8UC3);

@@ -27,7 +27,14 @@ struct DatasetFrame {
   std::string name;                       ///< path relative to the folder as listed; "<topic>@<stamp>" in a bag
   double stamp = 0;                       ///< seconds
   std::optional<Eigen::Isometry3d> pose;  ///< X_world = pose * X_camera, camera optical frame; absent outside the truth
-  std::string depth;  ///< depth image nearest in time, relative to the folder; "" when there is none
+  std::string depth;       ///< depth image nearest in time, relative to the folder; "" when there is none
+  double depth_stamp = 0;  ///< seconds; of that depth image
+};
+
+/// One sample of the true motion, X_world = pose * X_camera.
+struct StampedPose {
+  double stamp = 0;  ///< seconds
+  Eigen::Isometry3d pose;
 };
 
 /// Disparity image of the left (reference) view: left (x, y) is right (x - value / scale, y); value 0 is unknown.
@@ -69,6 +76,8 @@ class Dataset {
   const std::string& path() const { return path_; }
   std::string name() const;  ///< last part of the path
   const std::vector<DatasetFrame>& frames() const { return frames_; }
+  /// The truth of a folder as it was recorded, at its own rate; empty for bags and image pairs.
+  const std::vector<StampedPose>& trajectory() const { return trajectory_; }
   /// Absent when the set says nothing and none were given: then only uncalibrated models apply.
   const std::optional<CameraIntrinsics>& intrinsics() const { return intrinsics_; }
 
@@ -91,6 +100,7 @@ class Dataset {
   DatasetKind kind_ = DatasetKind::kTum;
   std::string path_;
   std::vector<DatasetFrame> frames_;
+  std::vector<StampedPose> trajectory_;
   std::vector<DatasetPair> listed_pairs_;
   std::optional<CameraIntrinsics> intrinsics_;
   double depth_scale_ = 5000;

@@ -196,9 +196,12 @@ void addPoses(rosbag::Bag& bag, const std::string& camera_frame, const std::stri
   std::vector<std::string> worlds(std::begin(kUsualTruthFrames), std::end(kUsualTruthFrames));
   if (!truth_frame.empty()) worlds = {withoutLeadingSlash(truth_frame)};
   for (const std::string& world : worlds) {
-    if (!tree.connects(world, camera_frame)) continue;
-    for (size_t i = 0; i < frames.size(); ++i) frames[i].pose = tree.pose(world, camera_frame, keys[i].stamp);
-    return;
+    // The truth of kitti2bag's odometry bags moves "camera_left", which no image names as its frame.
+    for (const std::string& camera : {camera_frame, std::string("camera_left")}) {
+      if (!tree.connects(world, camera)) continue;
+      for (size_t i = 0; i < frames.size(); ++i) frames[i].pose = tree.pose(world, camera, keys[i].stamp);
+      return;
+    }
   }
 }
 

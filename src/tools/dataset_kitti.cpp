@@ -92,7 +92,10 @@ Dataset openKitti(const std::string& folder, const DatasetOptions&) {
     DatasetFrame frame;
     frame.name = names[i];
     frame.stamp = times.empty() ? static_cast<double>(i) * kNominalPeriod : times[i];
-    if (i < poses.size()) frame.pose = poses[i];
+    if (i < poses.size()) {
+      frame.pose = poses[i];
+      dataset.trajectory_.push_back({frame.stamp, poses[i]});
+    }
     dataset.frames_.push_back(frame);
     paths.push_back(joinPath(folder, names[i]));
   }

@@ -14,18 +14,10 @@ namespace {
 constexpr double kDepthAssociation = 0.02;
 // A longer hole in the ground truth (TUM's motion capture runs at 100 Hz) is not interpolated across, seconds.
 constexpr double kLongestPoseGap = 0.1;
-// Below this angle's cosine distance slerp's sines lose digits and the chord serves.
-constexpr double kNearlyEqualQuaternions = 0.9995;
 
 struct StampedFile {
   double stamp;
   std::string file;
-};
-
-struct StampedPose {
-  double stamp;
-  Eigen::Vector3d position;
-  Eigen::Vector4d quaternion;  ///< x y z w, as read
 };
 
 std::vector<StampedFile> readImageList(const std::string& file) {
@@ -44,8 +36,10 @@ std::vector<StampedPose> readTrajectory(const std::string& file) {
   std::vector<StampedPose> trajectory;
   for (const TextLine& line : readLines(file)) {
     const std::vector<double> v = numbersAt(file, line, 0, 8, "a pose (stamp tx ty tz qx qy qz qw)");
-    StampedPose pose{v[0], {v[1], v[2], v[3]}, {v[4], v[5], v[6], v[7]}};
-    if (pose.quaternion.norm() < 0.5) failAt(file, line, "the quaternion is not of unit length");
+    const Eigen::Quaterniond quaternion(v[7], v[4], v[5], v[6]);
+    if (quaternion.norm() < 0.5) failAt(file, line, "the quaternion is not of unit length");
+    StampedPose pose{v[0], Eigen::Isometry3d(quaternion.normalized())};
+    pose.pose.translation() = Eigen::Vector3d(v[1], v[2], v[3]);
     if (!trajectory.empty() && pose.stamp < trajectory.back().stamp)
       failAt(file, line, "the time stamps run backwards");
     trajectory.push_back(pose);
@@ -53,39 +47,24 @@ std::vector<StampedPose> readTrajectory(const std::string& file) {
   return trajectory;
 }
 
-Eigen::Quaterniond slerp(Eigen::Vector4d a, Eigen::Vector4d b, double weight) {
-  double cosine = a.dot(b);
-  if (cosine < 0) {
-    b = -b;
-    cosine = -cosine;
-  }
-  Eigen::Vector4d q;
-  if (cosine > kNearlyEqualQuaternions) {
-    q = a + weight * (b - a);
-  } else {
-    const double angle = std::acos(cosine);
-    q = (std::sin((1 - weight) * angle) * a + std::sin(weight * angle) * b) / std::sin(angle);
-  }
-  q.normalize();
-  return Eigen::Quaterniond(q[3], q[0], q[1], q[2]);
-}
-
 /// Pose between the two samples around `stamp`; absent outside the trajectory and across long holes.
 std::optional<Eigen::Isometry3d> poseAt(const std::vector<StampedPose>& trajectory, double stamp) {
   const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), stamp,
                                       [](const StampedPose& pose, double t) { return pose.stamp < t; });
-  if (after == trajectory.begin() || after == trajectory.end()) return std::nullopt;
+  if (after == trajectory.end()) return std::nullopt;
+  if (after->stamp == stamp) return after->pose;
+  if (after == trajectory.begin()) return std::nullopt;
   const StampedPose &a = *(after - 1), &b = *after;
   if (b.stamp - a.stamp > kLongestPoseGap) return std::nullopt;
   const double weight = (stamp - a.stamp) / (b.stamp - a.stamp);
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() = slerp(a.quaternion, b.quaternion, weight).toRotationMatrix();
-  pose.translation() = (1 - weight) * a.position + weight * b.position;
+  const Eigen::Quaterniond from(a.pose.linear()), to(b.pose.linear());
+  Eigen::Isometry3d pose(from.slerp(weight, to));
+  pose.translation() = (1 - weight) * a.pose.translation() + weight * b.pose.translation();
   return pose;
 }
 
-/// File of the list nearest in time, or "".
-std::string nearestFile(const std::vector<StampedFile>& sorted, double stamp) {
+/// Entry of the list nearest in time, or null.
+const StampedFile* nearestFile(const std::vector<StampedFile>& sorted, double stamp) {
   const auto after = std::lower_bound(sorted.begin(), sorted.end(), stamp,
                                       [](const StampedFile& entry, double t) { return entry.stamp < t; });
   const StampedFile* nearest = nullptr;
@@ -93,7 +72,7 @@ std::string nearestFile(const std::vector<StampedFile>& sorted, double stamp) {
     if (it == sorted.end()) continue;
     if (!nearest || std::abs(it->stamp - stamp) < std::abs(nearest->stamp - stamp)) nearest = &*it;
   }
-  return nearest && std::abs(nearest->stamp - stamp) <= kDepthAssociation ? nearest->file : "";
+  return nearest && std::abs(nearest->stamp - stamp) <= kDepthAssociation ? nearest : nullptr;
 }
 
 }  // namespace
@@ -107,16 +86,19 @@ Dataset openTum(const std::string& folder, const DatasetOptions& options) {
   std::vector<StampedFile> depth;
   if (isFile(joinPath(folder, "depth.txt"))) depth = readImageList(joinPath(folder, "depth.txt"));
   std::sort(depth.begin(), depth.end(), [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
-  std::vector<StampedPose> trajectory;
-  if (isFile(joinPath(folder, "groundtruth.txt"))) trajectory = readTrajectory(joinPath(folder, "groundtruth.txt"));
+  if (isFile(joinPath(folder, "groundtruth.txt")))
+    dataset.trajectory_ = readTrajectory(joinPath(folder, "groundtruth.txt"));
 
   std::vector<std::string> paths;
   for (const StampedFile& entry : readImageList(joinPath(folder, "rgb.txt"))) {
     DatasetFrame frame;
     frame.name = entry.file;
     frame.stamp = entry.stamp;
-    frame.pose = poseAt(trajectory, entry.stamp);
-    frame.depth = nearestFile(depth, entry.stamp);
+    frame.pose = poseAt(dataset.trajectory_, entry.stamp);
+    if (const StampedFile* nearest = nearestFile(depth, entry.stamp)) {
+      frame.depth = nearest->file;
+      frame.depth_stamp = nearest->stamp;
+    }
     dataset.frames_.push_back(frame);
     paths.push_back(joinPath(folder, entry.file));
   }
