@@ -15,8 +15,7 @@ class Blur {
   void apply(const Plane& source, const FeatureKernels& kernels, Plane& target);
 
  private:
-  std::vector<float> padded_;
-  std::vector<float> rows_;  ///< ring of horizontally filtered rows
+  std::vector<float> storage_;  ///< one row of pixels, then a ring of horizontally filtered rows, on cache lines
 };
 
 }  // namespace gms_ransac

@@ -46,10 +46,9 @@ struct FeatureKernels {
   /// Columns in [begin, end) whose contrast is strictly above that of all eight neighbours, in order; their number.
   int (*maximaRow)(const uint8_t* contrast, ptrdiff_t stride, int begin, int end, uint16_t* columns);
 
-  /// Horizontal pass of the 7-tap Gaussian. `padded` holds the row as floats with three reflected pixels on either
-  /// side.
-  void (*blurRow)(const float* padded, int width, float* target);
   void (*widenRow)(const uint8_t* source, int width, float* target);
+  /// Horizontal pass of the 7-tap Gaussian; the three pixels on either side of the row are its reflection.
+  void (*blurRow)(const float* pixels, int width, float* target);
   /// Vertical pass over seven rows of blurRow, rounded half to even.
   void (*blurColumns)(const float* const rows[kBlurTaps], int width, uint8_t* target);
 

@@ -10,6 +10,7 @@ namespace {
 struct Avx2 {
   static constexpr int kBytes = 32, kHalves = 16, kFloats = 8;
   static constexpr bool kShuffles = true;
+  static constexpr bool kGathers = false;
   using U8 = __m256i;
   using I16 = __m256i;
   using F32 = __m256;
@@ -22,6 +23,8 @@ struct Avx2 {
   static U8 set(uint8_t a) { return _mm256_set1_epi8(static_cast<char>(a)); }
   static U8 min(U8 a, U8 b) { return _mm256_min_epu8(a, b); }
   static U8 max(U8 a, U8 b) { return _mm256_max_epu8(a, b); }
+  static U8 otherMin(U8 a, U8 b) { return min(a, b); }
+  static U8 otherMax(U8 a, U8 b) { return max(a, b); }
   static U8 subtract(U8 a, U8 b) { return _mm256_subs_epu8(a, b); }
   static U8 notGreater(U8 a, U8 b) { return _mm256_cmpeq_epi8(subtract(a, b), _mm256_setzero_si256()); }
   static bool anyGreater(U8 a, U8 b) {
@@ -93,10 +96,11 @@ struct Avx2 {
     const __m128i halves = _mm_packus_epi32(_mm256_castsi256_si128(words), _mm256_extracti128_si256(words, 1));
     _mm_storel_epi64(reinterpret_cast<__m128i*>(p), _mm_packus_epi16(halves, halves));
   }
-  static void storeOffsets(int32_t* p, F32 column, F32 row, int stride) {
+  static __m256i offsets(F32 column, F32 row, int stride) {
     const __m256i rows = _mm256_mullo_epi32(_mm256_cvtps_epi32(row), _mm256_set1_epi32(stride));
-    storeAny(p, _mm256_add_epi32(rows, _mm256_cvtps_epi32(column)));
+    return _mm256_add_epi32(rows, _mm256_cvtps_epi32(column));
   }
+  static void storeOffsets(int32_t* p, __m256i a) { storeAny(p, a); }
 };
 
 }  // namespace

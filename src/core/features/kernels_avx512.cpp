@@ -10,6 +10,7 @@ namespace {
 struct Avx512 {
   static constexpr int kBytes = 64, kHalves = 32, kFloats = 16;
   static constexpr bool kShuffles = true;
+  static constexpr bool kGathers = true;
   using U8 = __m512i;
   using I16 = __m512i;
   using F32 = __m512;
@@ -19,6 +20,10 @@ struct Avx512 {
   static U8 set(uint8_t a) { return _mm512_set1_epi8(static_cast<char>(a)); }
   static U8 min(U8 a, U8 b) { return _mm512_min_epu8(a, b); }
   static U8 max(U8 a, U8 b) { return _mm512_max_epu8(a, b); }
+  // Byte extremes of 512 bits run on one port of Intel's processors, comparing into a mask and blending on the other:
+  // a mix of both ways is a third faster than either.
+  static U8 otherMin(U8 a, U8 b) { return _mm512_mask_mov_epi8(a, _mm512_cmplt_epu8_mask(b, a), b); }
+  static U8 otherMax(U8 a, U8 b) { return _mm512_mask_mov_epi8(a, _mm512_cmpgt_epu8_mask(b, a), b); }
   static U8 subtract(U8 a, U8 b) { return _mm512_subs_epu8(a, b); }
   static bool anyGreater(U8 a, U8 b) { return _mm512_cmpgt_epu8_mask(a, b) != 0; }
   static U8 keepGreater(U8 a, U8 b) { return _mm512_maskz_mov_epi8(_mm512_cmpgt_epu8_mask(a, b), a); }
@@ -75,10 +80,17 @@ struct Avx512 {
   static void storeRounded(uint8_t* p, F32 a) {
     _mm_storeu_si128(reinterpret_cast<__m128i*>(p), _mm512_cvtusepi32_epi8(_mm512_cvtps_epi32(a)));
   }
-  static void storeOffsets(int32_t* p, F32 column, F32 row, int stride) {
+  static __m512i offsets(F32 column, F32 row, int stride) {
     const __m512i rows = _mm512_mullo_epi32(_mm512_cvtps_epi32(row), _mm512_set1_epi32(stride));
-    _mm512_storeu_si512(p, _mm512_add_epi32(rows, _mm512_cvtps_epi32(column)));
+    return _mm512_add_epi32(rows, _mm512_cvtps_epi32(column));
   }
+  static void storeOffsets(int32_t* p, __m512i a) { _mm512_storeu_si512(p, a); }
+  /// The pixel in the top byte: what lies below it decides only between equal ones, so it is shifted out.
+  static __m512i gather(const uint8_t* centre, __m512i offsets) {
+    return _mm512_slli_epi32(_mm512_i32gather_epi32(offsets, centre, 1), 24);
+  }
+  static uint16_t less(__m512i a, __m512i b) { return _mm512_cmplt_epu32_mask(a, b); }
+  static void storeTests(uint8_t* bits, int i, uint16_t mask) { std::memcpy(bits + i / 8, &mask, sizeof mask); }
 };
 
 }  // namespace

@@ -16,6 +16,22 @@ namespace {
 constexpr int kCircleX[16] = {0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1};
 constexpr int kCircleY[16] = {3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1, 0, 1, 2, 3};
 
+/// The best over the 16 arcs of nine contiguous pixels of the worst pixel in the arc; with minimum as `worse`, the
+/// brightness that some arc reaches everywhere.
+template <typename U8, typename Worse, typename Better, typename OtherWorse>
+inline U8 extremeOfArcs(const U8 (&p)[16], Worse worse, Better better, OtherWorse other_worse, U8 worst) {
+  U8 two[8], four[8];
+  for (int j = 0; j < 8; ++j) two[j] = other_worse(p[2 * j + 1], p[(2 * j + 2) % 16]);
+  for (int j = 0; j < 8; ++j) four[j] = other_worse(two[j], two[(j + 1) % 8]);
+  // Pixels 2j+1..2j+8 lie in two arcs of nine: the one that begins in pixel 2j and the one that ends in pixel 2j+9.
+  U8 best = worst;
+  for (int j = 0; j < 8; ++j) {
+    const U8 eight = worse(four[j], four[(j + 2) % 8]);
+    best = better(best, worse(eight, better(p[2 * j], p[(2 * j + 9) % 16])));
+  }
+  return best;
+}
+
 template <typename V>
 void contrastRow(const uint8_t* image, ptrdiff_t stride, int width, int floor, uint8_t* contrast) {
   using U8 = typename V::U8;
@@ -30,31 +46,18 @@ void contrastRow(const uint8_t* image, ptrdiff_t stride, int width, int floor, u
     // Nine contiguous pixels hold at least two adjacent ones of these four, which bounds the contrast from above.
     const U8 bright_bound = V::min(V::max(p[0], p[8]), V::max(p[4], p[12]));
     const U8 dark_bound = V::max(V::min(p[0], p[8]), V::min(p[4], p[12]));
-    const U8 bound = V::max(V::subtract(bright_bound, centre), V::subtract(centre, dark_bound));
-    if (!V::anyGreater(bound, floor_vector)) {
+    const bool bright = V::anyGreater(V::subtract(bright_bound, centre), floor_vector);
+    const bool dark = V::anyGreater(V::subtract(centre, dark_bound), floor_vector);
+    if (!bright && !dark) {
       V::store(contrast + x, V::set(0));
       continue;
     }
     for (int i = 0; i < 16; ++i) {
       if (i % 4 != 0) p[i] = V::load(pixel + offset[i]);
     }
-    // Extremes over eight pixels 2j+1..2j+8; the arcs of nine that contain them end in pixel 2j or in pixel 2j+9.
-    U8 low2[8], high2[8], low4[8], high4[8];
-    for (int j = 0; j < 8; ++j) {
-      low2[j] = V::min(p[2 * j + 1], p[(2 * j + 2) % 16]);
-      high2[j] = V::max(p[2 * j + 1], p[(2 * j + 2) % 16]);
-    }
-    for (int j = 0; j < 8; ++j) {
-      low4[j] = V::min(low2[j], low2[(j + 1) % 8]);
-      high4[j] = V::max(high2[j], high2[(j + 1) % 8]);
-    }
-    U8 brightest = V::set(0), darkest = V::set(255);
-    for (int j = 0; j < 8; ++j) {
-      const U8 end_a = p[2 * j], end_b = p[(2 * j + 9) % 16];
-      brightest = V::max(brightest, V::min(V::min(low4[j], low4[(j + 2) % 8]), V::max(end_a, end_b)));
-      darkest = V::min(darkest, V::max(V::max(high4[j], high4[(j + 2) % 8]), V::min(end_a, end_b)));
-    }
-    const U8 value = V::max(V::subtract(brightest, centre), V::subtract(centre, darkest));
+    U8 value = V::set(0);
+    if (bright) value = V::subtract(extremeOfArcs(p, V::min, V::max, V::otherMin, V::set(0)), centre);
+    if (dark) value = V::max(value, V::subtract(centre, extremeOfArcs(p, V::max, V::min, V::otherMax, V::set(255))));
     V::store(contrast + x, V::keepGreater(value, floor_vector));
   }
 }
@@ -114,13 +117,14 @@ void widenRow(const uint8_t* source, int width, float* target) {
 }
 
 template <typename V>
-void blurRow(const float* padded, int width, float* target) {
+void blurRow(const float* pixels, int width, float* target) {
   using F32 = typename V::F32;
   F32 kernel[kBlurTaps];
   for (int k = 0; k < kBlurTaps; ++k) kernel[k] = V::setFloat(detail::kBlurKernel[k]);
   for (int x = 0; x < width; x += V::kFloats) {
-    F32 sum = V::multiply(kernel[0], V::loadFloats(padded + x));
-    for (int k = 1; k < kBlurTaps; ++k) sum = V::multiplyAdd(kernel[k], V::loadFloats(padded + x + k), sum);
+    const float* first = pixels + x - kBlurRadius;
+    F32 sum = V::multiply(kernel[0], V::loadFloats(first));
+    for (int k = 1; k < kBlurTaps; ++k) sum = V::multiplyAdd(kernel[k], V::loadFloats(first + k), sum);
     V::storeFloats(target + x, sum);
   }
 }
@@ -164,25 +168,29 @@ void moments(const uint8_t* centre, ptrdiff_t stride, int& m10, int& m01) {
 template <typename V>
 void describe(const uint8_t* centre, ptrdiff_t stride, float cosine, float sine, uint8_t* descriptor) {
   using F32 = typename V::F32;
-  alignas(64) int32_t offset[2][kOrbTests];
   const F32 c = V::setFloat(cosine), s = V::setFloat(sine);
-  for (int end = 0; end < 2; ++end) {
+  const auto rotated = [&](int end, int i) {
+    const F32 x = V::loadFloats(detail::kPatternCoordinates.x[end] + i);
+    const F32 y = V::loadFloats(detail::kPatternCoordinates.y[end] + i);
+    // Two roundings each, never fused: as cv::ORB's compiled code computes them.
+    const F32 column = V::subtractFloats(V::multiply(x, c), V::multiply(y, s));
+    const F32 row = V::add(V::multiply(x, s), V::multiply(y, c));
+    return V::offsets(column, row, static_cast<int>(stride));
+  };
+  if constexpr (V::kGathers) {
     for (int i = 0; i < kOrbTests; i += V::kFloats) {
-      const F32 x = V::loadFloats(detail::kPatternCoordinates.x[end] + i);
-      const F32 y = V::loadFloats(detail::kPatternCoordinates.y[end] + i);
-      // Two roundings each, never fused: as cv::ORB's compiled code computes them.
-      const F32 column = V::subtractFloats(V::multiply(x, c), V::multiply(y, s));
-      const F32 row = V::add(V::multiply(x, s), V::multiply(y, c));
-      V::storeOffsets(offset[end] + i, column, row, static_cast<int>(stride));
+      V::storeTests(descriptor, i, V::less(V::gather(centre, rotated(0, i)), V::gather(centre, rotated(1, i))));
     }
-  }
-  alignas(64) uint8_t value[2][kOrbTests];
-  for (int i = 0; i < kOrbTests; ++i) {
-    value[0][i] = centre[offset[0][i]];
-    value[1][i] = centre[offset[1][i]];
-  }
-  for (int i = 0; i < kOrbTests; i += V::kBytes) {
-    V::storeMask(descriptor, i, V::greaterMask(V::load(value[1] + i), V::load(value[0] + i)));
+  } else {
+    alignas(64) int32_t offset[2][kOrbTests];
+    for (int end = 0; end < 2; ++end) {
+      for (int i = 0; i < kOrbTests; i += V::kFloats) V::storeOffsets(offset[end] + i, rotated(end, i));
+    }
+    for (int i = 0; i < kOrbTests; i += 8) {
+      unsigned bits = 0;
+      for (int j = 7; j >= 0; --j) bits = 2 * bits + (centre[offset[0][i + j]] < centre[offset[1][i + j]]);
+      descriptor[i / 8] = static_cast<uint8_t>(bits);
+    }
   }
 }
 

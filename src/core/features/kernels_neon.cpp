@@ -10,6 +10,7 @@ namespace {
 struct Neon {
   static constexpr int kBytes = 16, kHalves = 8, kFloats = 4;
   static constexpr bool kShuffles = true;
+  static constexpr bool kGathers = false;
   using U8 = uint8x16_t;
   using I16 = int16x8_t;
   using F32 = float32x4_t;
@@ -19,6 +20,8 @@ struct Neon {
   static U8 set(uint8_t a) { return vdupq_n_u8(a); }
   static U8 min(U8 a, U8 b) { return vminq_u8(a, b); }
   static U8 max(U8 a, U8 b) { return vmaxq_u8(a, b); }
+  static U8 otherMin(U8 a, U8 b) { return min(a, b); }
+  static U8 otherMax(U8 a, U8 b) { return max(a, b); }
   static U8 subtract(U8 a, U8 b) { return vqsubq_u8(a, b); }
   static bool anyGreater(U8 a, U8 b) { return vmaxvq_u8(vqsubq_u8(a, b)) != 0; }
   static U8 keepGreater(U8 a, U8 b) { return vandq_u8(a, vcgtq_u8(a, b)); }
@@ -77,9 +80,10 @@ struct Neon {
     const uint8x8_t bytes = vqmovn_u16(vcombine_u16(halves, halves));
     vst1_lane_u32(reinterpret_cast<uint32_t*>(p), vreinterpret_u32_u8(bytes), 0);
   }
-  static void storeOffsets(int32_t* p, F32 column, F32 row, int stride) {
-    vst1q_s32(p, vmlaq_n_s32(vcvtnq_s32_f32(column), vcvtnq_s32_f32(row), stride));
+  static int32x4_t offsets(F32 column, F32 row, int stride) {
+    return vmlaq_n_s32(vcvtnq_s32_f32(column), vcvtnq_s32_f32(row), stride);
   }
+  static void storeOffsets(int32_t* p, int32x4_t a) { vst1q_s32(p, a); }
 };
 
 }  // namespace

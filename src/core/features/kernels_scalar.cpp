@@ -9,6 +9,7 @@ namespace {
 struct Scalar {
   static constexpr int kBytes = 1, kHalves = 1, kFloats = 1;
   static constexpr bool kShuffles = false;
+  static constexpr bool kGathers = false;
   using U8 = uint8_t;
   using I16 = int16_t;
   using F32 = float;
@@ -18,6 +19,8 @@ struct Scalar {
   static U8 set(uint8_t a) { return a; }
   static U8 min(U8 a, U8 b) { return a < b ? a : b; }
   static U8 max(U8 a, U8 b) { return a > b ? a : b; }
+  static U8 otherMin(U8 a, U8 b) { return min(a, b); }
+  static U8 otherMax(U8 a, U8 b) { return max(a, b); }
   static U8 subtract(U8 a, U8 b) { return a > b ? a - b : 0; }
   static bool anyGreater(U8 a, U8 b) { return a > b; }
   static U8 keepGreater(U8 a, U8 b) { return a > b ? a : 0; }
@@ -55,9 +58,10 @@ struct Scalar {
   /// Fused in effect: the product of two floats is exact in double.
   static F32 multiplyAdd(F32 a, F32 b, F32 c) { return static_cast<float>(static_cast<double>(a) * b + c); }
   static void storeRounded(uint8_t* p, F32 a) { *p = static_cast<uint8_t>(std::lrint(a)); }
-  static void storeOffsets(int32_t* p, F32 column, F32 row, int stride) {
-    *p = static_cast<int32_t>(std::lrint(row) * stride + std::lrint(column));
+  static int32_t offsets(F32 column, F32 row, int stride) {
+    return static_cast<int32_t>(std::lrint(row) * stride + std::lrint(column));
   }
+  static void storeOffsets(int32_t* p, int32_t a) { *p = a; }
 };
 
 }  // namespace
