@@ -35,11 +35,13 @@ struct Avx2 {
   static int field(const uint8_t* row, int f) { return f % 2 == 0 ? row[f / 2] & 15 : row[f / 2] >> 4; }
 
   /// Rows of the four vectors lie side by side: [field][vector][lane].
-  static void packOne(const uint8_t* row, uint8_t* block, int vector, int lane) {
-    uint8_t* to = block + vector * kLanes + lane;
-    for (int b = 0; b < kHammingBytes; ++b, to += 2 * kVectors * kLanes) {
-      to[0] = row[b] & 15;
-      to[kVectors * kLanes] = row[b] >> 4;
+  static void packBlock(const uint8_t* rows, int count, uint8_t* block) {
+    for (int k = 0; k < count; ++k, rows += kHammingBytes) {
+      uint8_t* to = block + k % kVectors * kLanes + k / kVectors;
+      for (int b = 0; b < kHammingBytes; ++b, to += 2 * kVectors * kLanes) {
+        to[0] = rows[b] & 15;
+        to[kVectors * kLanes] = rows[b] >> 4;
+      }
     }
   }
 
@@ -134,10 +136,8 @@ struct Avx2 {
     const int smallest = smallestByte(bests);
     const Vector tied = _mm256_cmpeq_epi8(bests, broadcast(smallest));
     auto lanes = static_cast<uint32_t>(_mm256_movemask_epi8(tied));
-    if (lanes & (lanes - 1)) {
-      const Vector blocks = _mm256_or_si256(load(block), _mm256_andnot_si256(tied, _mm256_set1_epi8(-1)));
-      lanes &= static_cast<uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(blocks, broadcast(smallestByte(blocks)))));
-    }
+    const Vector blocks = _mm256_or_si256(load(block), _mm256_andnot_si256(tied, _mm256_set1_epi8(-1)));
+    lanes &= static_cast<uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(blocks, broadcast(smallestByte(blocks)))));
     lane = __builtin_ctz(lanes);
     alignas(32) uint8_t others[kLanes];
     store(others, bests);

@@ -9,6 +9,7 @@
 
 // GCC 12's own AVX-512 headers read undefined vectors on purpose and are warned about where they are inlined.
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#pragma GCC diagnostic ignored "-Wuninitialized"
 
 #include "matching/hamming_blocked.h"
 
@@ -36,30 +37,65 @@ struct Avx512 {
     return _mm512_mask_mov_epi8(otherwise, _mm512_cmplt_epu8_mask(a, b), less);
   }
 
-  static int field(const uint8_t* row, int f) {
-    if (f == kFields) return row[kHammingBytes - 1] >> 4;
-    const int bit = 6 * f;
-    return ((row[bit / 8] | row[bit / 8 + 1] << 8) >> bit % 8) & 63;
+  /// The 6-bit fields of a descriptor in its first kRows bytes.
+  static Vector fields(const uint8_t* row) {
+    // Eight fields are six bytes: those go to one 64-bit word, from which they are picked at every sixth bit.
+    alignas(64) static constexpr uint8_t kSixBytes[64] = {0,  1,  2,  3,  4,  5,  0, 0, 6,  7,  8,  9,  10, 11, 0, 0,
+                                                          12, 13, 14, 15, 16, 17, 0, 0, 18, 19, 20, 21, 22, 23, 0, 0,
+                                                          24, 25, 26, 27, 28, 29, 0, 0, 30, 31, 32, 32, 32, 32, 0, 0};
+    constexpr uint64_t kEverySixthBit = 0x2a241e18120c0600;
+    const Vector bytes = _mm512_zextsi256_si512(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(row)));
+    const Vector words = _mm512_permutexvar_epi8(load(kSixBytes), bytes);
+    const Vector picked = _mm512_multishift_epi64_epi8(_mm512_set1_epi64(kEverySixthBit), words);
+    return _mm512_and_si512(picked, _mm512_set1_epi8(63));
   }
 
-  static void packOne(const uint8_t* row, uint8_t* block, int vector, int lane) {
-    uint8_t* to = block + static_cast<size_t>(vector) * kRows * kLanes + lane;
-    for (int f = 0; f < kRows; ++f) to[f * kLanes] = static_cast<uint8_t>(field(row, f));
+  /// Transposes the fields of a block's descriptors, eight descriptors by eight fields at a time.
+  static void packBlock(const uint8_t* rows, int count, uint8_t* block) {
+    alignas(64) static constexpr uint8_t kTranspose[64] = {
+        0,  8,  16, 24, 32, 40, 48, 56, 1,  9,  17, 25, 33, 41, 49, 57, 2,  10, 18, 26, 34, 42,
+        50, 58, 3,  11, 19, 27, 35, 43, 51, 59, 4,  12, 20, 28, 36, 44, 52, 60, 5,  13, 21, 29,
+        37, 45, 53, 61, 6,  14, 22, 30, 38, 46, 54, 62, 7,  15, 23, 31, 39, 47, 55, 63};
+    constexpr int kDescriptors = 8;
+    alignas(64) uint8_t by_descriptor[kDescriptors][64];
+    alignas(64) uint8_t by_field[64];
+    for (int v = 0; v < kVectors; ++v) {
+      for (int lane = 0; lane < kLanes; lane += kDescriptors) {
+        for (int d = 0; d < kDescriptors; ++d) {
+          // Lanes past the end repeat the last descriptor: what they hold is masked when it is read.
+          const int k = std::min((lane + d) * kVectors + v, count - 1);
+          store(by_descriptor[d], fields(rows + static_cast<size_t>(k) * kHammingBytes));
+        }
+        for (int f = 0; f < kRows; f += 8) {
+          const __m512i starts = _mm512_setr_epi64(0, 64, 128, 192, 256, 320, 384, 448);
+          const Vector gathered = _mm512_i64gather_epi64(starts, &by_descriptor[0][f], 1);
+          store(by_field, _mm512_permutexvar_epi8(load(kTranspose), gathered));
+          uint8_t* to = block + (static_cast<size_t>(v) * kRows + f) * kLanes + lane;
+          for (int k = 0; k < std::min(8, kRows - f); ++k) std::memcpy(to + k * kLanes, by_field + 8 * k, 8);
+        }
+      }
+    }
   }
 
-  /// Differing bits of the 6-bit number with every 6-bit number.
-  static Vector differences(int number) {
-    alignas(64) static constexpr uint8_t kNumbers[64] = {
-        0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21,
-        22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 32, 33, 34, 35, 36, 37, 38, 39, 40, 41, 42, 43,
-        44, 45, 46, 47, 48, 49, 50, 51, 52, 53, 54, 55, 56, 57, 58, 59, 60, 61, 62, 63};
-    return _mm512_popcnt_epi8(_mm512_xor_si512(load(kNumbers), broadcast(number)));
-  }
+  /// Entry [a][b]: differing bits of two 6-bit numbers.
+  struct alignas(64) Differences {
+    uint8_t count[64][64] = {};
+    constexpr Differences() {
+      for (int a = 0; a < 64; ++a) {
+        for (int b = 0; b < 64; ++b) {
+          for (int bit = 0; bit < 6; ++bit) count[a][b] = static_cast<uint8_t>(count[a][b] + ((a ^ b) >> bit & 1));
+        }
+      }
+    }
+  };
 
   static void setQuery(Tables& tables, int q, const uint8_t* row) {
+    static constexpr Differences kDifferences;
+    alignas(64) uint8_t field[64];
+    store(field, fields(row));
     for (int f = 0; f < kRows; ++f) {
       uint8_t* table = tables.count[q / 2][f];
-      const Vector count = differences(field(row, f));
+      const Vector count = load(kDifferences.count[field[f]]);
       store(table, q % 2 == 0 ? count : _mm512_or_si512(load(table), _mm512_slli_epi16(count, 4)));
     }
   }
@@ -135,10 +171,8 @@ struct Avx512 {
     const Vector bests = load(best);
     const int smallest = smallestByte(bests);
     __mmask64 tied = _mm512_cmpeq_epu8_mask(bests, broadcast(smallest));
-    if (tied & (tied - 1)) {
-      const Vector blocks = _mm512_mask_mov_epi8(_mm512_set1_epi8(-1), tied, load(block));
-      tied &= _mm512_cmpeq_epu8_mask(blocks, broadcast(smallestByte(blocks)));
-    }
+    const Vector blocks = _mm512_mask_mov_epi8(_mm512_set1_epi8(-1), tied, load(block));
+    tied &= _mm512_cmpeq_epu8_mask(blocks, broadcast(smallestByte(blocks)));
     lane = __builtin_ctzll(tied);
     const Vector others = _mm512_mask_mov_epi8(bests, __mmask64{1} << lane, _mm512_set1_epi8(-1));
     second = std::min(smallestByte(others), static_cast<int>(second_best[lane]));

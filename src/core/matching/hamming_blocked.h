@@ -38,11 +38,9 @@ struct Blocked {
 
   static void pack(const uint8_t* rows, int count, uint8_t* packed) {
     for (int block = 0; block < blocks(count); ++block) {
-      const int in_block = std::min(kBlock, count - block * kBlock);
-      for (int k = 0; k < in_block; ++k) {
-        Isa::packOne(rows + (static_cast<size_t>(block) * kBlock + k) * kHammingBytes,
-                     packed + static_cast<size_t>(block) * Isa::kBlockBytes, k % kVectors, k / kVectors);
-      }
+      const int first = block * kBlock;
+      Isa::packBlock(rows + static_cast<size_t>(first) * kHammingBytes, std::min(kBlock, count - first),
+                     packed + static_cast<size_t>(block) * Isa::kBlockBytes);
     }
   }
 
@@ -61,10 +59,19 @@ struct Blocked {
       return;
     }
     const int first = run_first + running.block[lane] * kBlock + lane * kVectors;
-    const int last = std::min(search.train_count, first + kVectors);
-    for (int j = first; j < last; ++j) {
-      mergeOne(hammingDistance(row, search.train + static_cast<size_t>(j) * kHammingBytes), j, nearest);
+    // Distance and place in one number, sorted without branches: which of the four it is cannot be predicted.
+    int key[kVectors];
+    for (int k = 0; k < kVectors; ++k) {
+      const int j = std::min(first + k, search.train_count - 1);
+      key[k] = hammingDistance(row, search.train + static_cast<size_t>(j) * kHammingBytes) * kVectors + k;
+      if (first + k != j) key[k] = kNoDistance * kVectors;
     }
+    const int low = std::min(key[0], key[1]), other_low = std::min(key[2], key[3]);
+    const int high = std::min(std::max(key[0], key[1]), std::max(key[2], key[3]));
+    const int nearest_key = std::min(low, other_low);
+    const int second_key = std::min(std::max(low, other_low), high);
+    mergeOne(nearest_key / kVectors, first + nearest_key % kVectors, nearest);
+    second = std::min(second, second_key / kVectors);
     nearest.second_distance = std::min(nearest.second_distance, static_cast<uint16_t>(second));
   }
 

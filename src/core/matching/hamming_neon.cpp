@@ -29,9 +29,11 @@ struct Neon {
   }
 
   /// Rows of the four vectors lie side by side: [byte][vector][lane].
-  static void packOne(const uint8_t* row, uint8_t* block, int vector, int lane) {
-    uint8_t* to = block + vector * kLanes + lane;
-    for (int b = 0; b < kHammingBytes; ++b) to[b * kVectors * kLanes] = row[b];
+  static void packBlock(const uint8_t* rows, int count, uint8_t* block) {
+    for (int k = 0; k < count; ++k, rows += kHammingBytes) {
+      uint8_t* to = block + k % kVectors * kLanes + k / kVectors;
+      for (int b = 0; b < kHammingBytes; ++b) to[b * kVectors * kLanes] = rows[b];
+    }
   }
 
   static void setQuery(Tables& tables, int q, const uint8_t* row) { std::memcpy(tables.query[q], row, kHammingBytes); }
