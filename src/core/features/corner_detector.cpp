@@ -2,6 +2,10 @@
 
 namespace gms_ransac {
 
+namespace {
+constexpr int kColumnSlack = 16;  // what vector code may write past the last column
+}
+
 void CornerDetector::detect(const Plane& image, int border, int floor, const FeatureKernels& kernels,
                             std::vector<Corner>& corners) {
   corners.clear();
@@ -9,7 +13,7 @@ void CornerDetector::detect(const Plane& image, int border, int floor, const Fea
   if (width <= 2 * border || height <= 2 * border) return;
   contrast_.resize(width, height);
   // No two of the maxima touch, so that at most one pixel in four is one.
-  columns_.resize(width + 1);
+  columns_.resize(width + kColumnSlack);
   corners.reserve(static_cast<size_t>(width + 1) * (height + 1) / 4);
 
   const int end = width - border;

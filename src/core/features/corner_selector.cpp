@@ -44,6 +44,7 @@ void CornerSelector::sortByContrast(const std::vector<Corner>& corners) {
   for (const Corner& corner : corners) ++count[corner.contrast];
   uint32_t sum = 0;
   for (int contrast = kContrasts - 1; contrast >= 0; --contrast) sum += std::exchange(count[contrast], sum);
+  order_.reserve(corners.capacity());
   order_.resize(corners.size());
   for (size_t i = 0; i < corners.size(); ++i) order_[count[corners[i].contrast]++] = static_cast<uint32_t>(i);
 }
@@ -57,6 +58,7 @@ void CornerSelector::rankWithinCells(int width, int height, int quota, const std
   const auto column_step = static_cast<uint64_t>(columns) * 65536 / width;
   const auto row_step = static_cast<uint64_t>(rows) * 65536 / height;
   cell_count_.assign(static_cast<size_t>(columns) * rows, 0);
+  priority_.reserve(corners.capacity());
   priority_.resize(corners.size());
   histogram_.assign(1 << kPriorityBits, 0);
   for (uint32_t i : order_) {

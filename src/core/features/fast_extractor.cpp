@@ -1,126 +1,129 @@
 #include "features/fast_extractor.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace gms_ransac {
 
 namespace {
-constexpr int kBorder = kDescriptorRadius;  // pixels of a level without keypoints: the patch stays inside
-constexpr int kPatchSize = 31;
-constexpr int kContrastFloor = 5;
-constexpr double kAreaPower = 1;
+
+constexpr int kBorder = kDescriptorRadius;  // pixels of a level without keypoints: their patches stay inside
+constexpr int kPatchSize = 31;              // side of the described patch, as cv::ORB states it
+constexpr int kContrastFloor = 5;           // grey levels; see doc/extractor.md
+
+/// Abscissa of the extremum of the parabola through (-1, before), (0, at), (1, after). Less than half a pixel, so that
+/// rounding gives the corner back.
+float vertex(int before, int at, int after) {
+  constexpr float kFarthest = 0.49f;
+  const int curvature = before - 2 * at + after;
+  if (curvature >= 0) return 0;
+  const float x = 0.5f * static_cast<float>(before - after) / static_cast<float>(curvature);
+  return std::max(-kFarthest, std::min(kFarthest, x));
+}
+
 }  // namespace
 
 FastExtractor::FastExtractor(const FeatureExtractorOptions& options)
     : options_(options),
       kernels_(featureKernels(options.simd)),
       pyramid_(options.levels, options.scale_factor, 2 * kBorder + 1, kernels_),
-      levels_(options.levels),
-      quota_(options.levels) {}
+      levels_(options.levels) {
+  if (options.threads > 1) worker_ = std::make_unique<Worker>();
+}
 
 void FastExtractor::extract(const cv::Mat& image, Features& features) {
   features.image_size = image.size();
   features.scale_factor = static_cast<float>(options_.scale_factor);
   pyramid_.build(image);
-  const int count = pyramid_.levels();
-  for (int i = 0; i < count; ++i) detect(i);
-  shareOut();
+  const int floor = std::min(options_.fast_threshold, kContrastFloor);
+  forEachLevel(
+      [&](int i) { levels_[i].detector.detect(pyramid_.level(i), kBorder, floor, kernels_, levels_[i].corners); });
+  setQuotas();
   int total = 0;
-  for (int i = 0; i < count; ++i) {
-    select(i);
+  for (int i = 0; i < pyramid_.levels(); ++i) {
     levels_[i].first_keypoint = total;
-    total += static_cast<int>(levels_[i].corners.size());
+    total += levels_[i].quota;
   }
   features.keypoints.resize(total);
   features.descriptors.resize(total);
-  for (int i = 0; i < count; ++i) describe(i, features);
+  forEachLevel([&](int i) { describe(i, features); });
   features.descriptors.pack();
 }
 
-void FastExtractor::detect(int i) {
-  const int floor = std::min(options_.fast_threshold, kContrastFloor);
-  levels_[i].detector.detect(pyramid_.level(i), kBorder, floor, kernels_, levels_[i].corners);
-}
-
-void FastExtractor::shareOut() {
-  const int count = pyramid_.levels();
-  std::fill(quota_.begin(), quota_.end(), 0);
-  int left = options_.features;
-  // Levels with too few corners give all they have; what they leave is shared among the others, so again.
-  std::vector<char> full(count, 0);
-  for (bool changed = true; changed && left > 0;) {
-    changed = false;
-    double weight = 0;
-    for (int i = 0; i < count; ++i) {
-      if (!full[i]) weight += std::pow(pyramid_.nominalScale(i), -kAreaPower);
-    }
-    int used = 0;
-    for (int i = 0; i < count; ++i) {
-      if (full[i]) continue;
-      const double share = left * std::pow(pyramid_.nominalScale(i), -kAreaPower) / weight;
-      if (levels_[i].corners.size() <= share) {
-        quota_[i] = static_cast<int>(levels_[i].corners.size());
-        used += quota_[i];
-        full[i] = 1;
-        changed = true;
-      }
-    }
-    left -= used;
-    if (changed) continue;
-    double sum = 0;
-    int given = 0;
-    for (int i = 0; i < count; ++i) {
-      if (full[i]) continue;
-      sum += left * std::pow(pyramid_.nominalScale(i), -kAreaPower) / weight;
-      quota_[i] = static_cast<int>(std::lrint(sum)) - given;
-      given += quota_[i];
-    }
-  }
-}
-
-void FastExtractor::select(int i) {
-  const Plane& plane = pyramid_.level(i);
-  levels_[i].selector.select(plane.width(), plane.height(), quota_[i], levels_[i].corners);
-}
-
-cv::Point2f FastExtractor::refine(int level, const Corner& c) const {
-  cv::Point2f p(c.x, c.y);
-  const Plane& s = levels_[level].detector.contrast();
-  const uint8_t* r = s.row(c.y) + c.x;
-  const auto vertex = [](int a, int b, int d) {
-    const int curvature = a - 2 * b + d;
-    return curvature < 0 ? std::max(-0.49f, std::min(0.49f, 0.5f * (a - d) / curvature)) : 0.f;
+template <typename Task>
+void FastExtractor::forEachLevel(const Task& task) {
+  std::atomic<int> next{0};
+  const auto work = [&] {
+    for (int i = next++; i < pyramid_.levels(); i = next++) task(i);
   };
-  p.x += vertex(r[-1], r[0], r[1]);
-  p.y += vertex(r[-s.stride()], r[0], r[s.stride()]);
-  return p;
+  if (worker_) worker_->start(work);
+  work();
+  if (worker_) worker_->wait();
+}
+
+void FastExtractor::setQuotas() {
+  constexpr int kOpen = -1;
+  const int count = pyramid_.levels();
+  const auto weightOf = [&](int i) { return 1 / pyramid_.nominalScale(i); };
+  double weight = 0;
+  for (int i = 0; i < count; ++i) {
+    weight += weightOf(i);
+    levels_[i].quota = kOpen;
+  }
+  int left = options_.features;
+  for (int i = 0; i < count; ++i) {
+    Level& level = levels_[i];
+    if (level.quota != kOpen || static_cast<double>(level.corners.size()) > left * weightOf(i) / weight) continue;
+    level.quota = static_cast<int>(level.corners.size());
+    left -= level.quota;
+    weight -= weightOf(i);
+    i = -1;  // the share of the others has grown: look at them all again
+  }
+  double share = 0;
+  int given = 0;
+  for (int i = 0; i < count; ++i) {
+    if (levels_[i].quota != kOpen) continue;
+    share += left * weightOf(i) / weight;
+    levels_[i].quota = static_cast<int>(std::lrint(share)) - given;
+    given += levels_[i].quota;
+  }
 }
 
 void FastExtractor::describe(int i, Features& features) {
   Level& level = levels_[i];
-  if (level.corners.empty()) return;
   const Plane& image = pyramid_.level(i);
+  level.selector.select(image.width(), image.height(), level.quota, level.corners);
+  if (level.corners.empty()) return;
   level.blur.apply(image, kernels_, level.blurred);
   const cv::Point2f scale = pyramid_.scale(i);
-  const auto nominal = static_cast<float>(pyramid_.nominalScale(i));
   int index = level.first_keypoint;
   for (const Corner& corner : level.corners) {
-    cv::KeyPoint& keypoint = features.keypoints[index];
     int m10, m01;
     kernels_.moments(image.row(corner.y) + corner.x, image.stride(), m10, m01);
-    keypoint.angle = cv::fastAtan2(static_cast<float>(m01), static_cast<float>(m10));
-    const cv::Point2f p = refine(i, corner);
-    keypoint.pt = {(p.x + 0.5f) * scale.x - 0.5f, (p.y + 0.5f) * scale.y - 0.5f};
-    keypoint.size = kPatchSize * nominal;
+    const float angle = cv::fastAtan2(static_cast<float>(m01), static_cast<float>(m10));
+    const float radians = angle * static_cast<float>(CV_PI / 180);
+    kernels_.describe(level.blurred.row(corner.y) + corner.x, level.blurred.stride(), std::cos(radians),
+                      std::sin(radians), features.descriptors.row(index));
+
+    cv::KeyPoint& keypoint = features.keypoints[index++];
+    const cv::Point2f position = refine(i, corner);
+    // Pixel centres: pixel x of a level covers x * scale .. (x + 1) * scale of the image. (cv::ORB takes x * scale, up
+    // to a pixel off at the upper levels.)
+    keypoint.pt = {(position.x + 0.5f) * scale.x - 0.5f, (position.y + 0.5f) * scale.y - 0.5f};
+    keypoint.size = kPatchSize * static_cast<float>(pyramid_.nominalScale(i));
+    keypoint.angle = angle;
     keypoint.response = static_cast<float>(corner.contrast - 1);
     keypoint.octave = i;
     keypoint.class_id = -1;
-    const float radians = keypoint.angle * static_cast<float>(CV_PI / 180);
-    kernels_.describe(level.blurred.row(corner.y) + corner.x, level.blurred.stride(), std::cos(radians),
-                      std::sin(radians), features.descriptors.row(index));
-    ++index;
   }
+}
+
+cv::Point2f FastExtractor::refine(int level, const Corner& corner) const {
+  const Plane& contrast = levels_[level].detector.contrast();
+  const uint8_t* at = contrast.row(corner.y) + corner.x;
+  return {corner.x + vertex(at[-1], at[0], at[1]),
+          corner.y + vertex(at[-contrast.stride()], at[0], at[contrast.stride()])};
 }
 
 }  // namespace gms_ransac

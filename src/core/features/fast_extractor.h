@@ -1,6 +1,7 @@
 // Our ORB: the same descriptor as cv::ORB's on keypoints that are found faster, spread better and located more finely.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "features/blur.h"
@@ -9,6 +10,7 @@
 #include "features/kernels.h"
 #include "features/pyramid.h"
 #include "gms_ransac/feature_extractor.h"
+#include "worker.h"
 
 namespace gms_ransac {
 
@@ -21,23 +23,28 @@ class FastExtractor : public FeatureExtractor {
   struct Level {
     CornerDetector detector;
     CornerSelector selector;
+    std::vector<Corner> corners;  ///< all of them, then the chosen ones
+    int quota = 0;
+    int first_keypoint = 0;
     Blur blur;
     Plane blurred;
-    std::vector<Corner> corners;
-    int first_keypoint = 0;
   };
 
-  void detect(int level);
-  void shareOut();
-  void select(int level);
+  /// Calls task(level) for every level of the image, on both threads if there are two.
+  template <typename Task>
+  void forEachLevel(const Task& task);
+  /// Divides the features asked for among the levels, in proportion to their side length. What a level lacks in corners
+  /// goes to the others.
+  void setQuotas();
   void describe(int level, Features& features);
+  /// Position in pixels of the level, by a parabola through the contrast of the corner and its neighbours.
   cv::Point2f refine(int level, const Corner& corner) const;
 
   FeatureExtractorOptions options_;
   const FeatureKernels& kernels_;
   Pyramid pyramid_;
   std::vector<Level> levels_;
-  std::vector<int> quota_;
+  std::unique_ptr<Worker> worker_;
 };
 
 }  // namespace gms_ransac

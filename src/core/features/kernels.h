@@ -44,6 +44,7 @@ struct FeatureKernels {
   /// cv::FAST at threshold t when its contrast exceeds t, and cv::FAST's response is the contrast minus one.
   void (*contrastRow)(const uint8_t* image, ptrdiff_t stride, int width, int floor, uint8_t* contrast);
   /// Columns in [begin, end) whose contrast is strictly above that of all eight neighbours, in order; their number.
+  /// Writes up to 15 entries past them.
   int (*maximaRow)(const uint8_t* contrast, ptrdiff_t stride, int begin, int end, uint16_t* columns);
 
   void (*widenRow)(const uint8_t* source, int width, float* target);

@@ -38,6 +38,8 @@ struct Avx2 {
     std::memcpy(bits + i / 8, &word, sizeof word);
   }
 
+  static int storeColumns(uint64_t mask, int x, uint16_t* columns) { return storeSetBits(mask, x, columns); }
+
   static I16 loadHalves(const uint16_t* p) { return loadAny(p); }
   static void storeHalves(uint16_t* p, I16 a) { storeAny(p, a); }
   static I16 loadSigned(const int16_t* p) { return loadAny(p); }

@@ -30,6 +30,19 @@ struct Avx512 {
   static uint64_t greaterMask(U8 a, U8 b) { return _mm512_cmpgt_epu8_mask(a, b); }
   static void storeMask(uint8_t* bits, int i, uint64_t mask) { std::memcpy(bits + i / 8, &mask, sizeof mask); }
 
+  static int storeColumns(uint64_t mask, int x, uint16_t* columns) {
+    if (!mask) return 0;
+    const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    int count = 0;
+    for (int i = 0; i < kBytes; i += 16, mask >>= 16) {
+      const auto part = static_cast<__mmask16>(mask);
+      const __m512i set = _mm512_maskz_compress_epi32(part, _mm512_add_epi32(lanes, _mm512_set1_epi32(x + i)));
+      _mm256_storeu_si256(reinterpret_cast<__m256i*>(columns + count), _mm512_cvtepi32_epi16(set));
+      count += _mm_popcnt_u32(part);
+    }
+    return count;
+  }
+
   static I16 loadHalves(const uint16_t* p) { return _mm512_loadu_si512(p); }
   static void storeHalves(uint16_t* p, I16 a) { _mm512_storeu_si512(p, a); }
   static I16 loadSigned(const int16_t* p) { return _mm512_loadu_si512(p); }

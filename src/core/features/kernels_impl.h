@@ -62,6 +62,13 @@ void contrastRow(const uint8_t* image, ptrdiff_t stride, int width, int floor, u
   }
 }
 
+/// Writes x + i for every bit i that is set; their number.
+inline int storeSetBits(uint64_t mask, int x, uint16_t* columns) {
+  int count = 0;
+  for (; mask; mask &= mask - 1) columns[count++] = static_cast<uint16_t>(x + __builtin_ctzll(mask));
+  return count;
+}
+
 template <typename V>
 int maximaRow(const uint8_t* contrast, ptrdiff_t stride, int begin, int end, uint16_t* columns) {
   using U8 = typename V::U8;
@@ -75,12 +82,8 @@ int maximaRow(const uint8_t* contrast, ptrdiff_t stride, int begin, int end, uin
       around = V::max(around, V::max(V::load(row - stride + i), V::load(row + stride + i)));
     }
     uint64_t mask = V::greaterMask(centre, around);
-    while (mask) {
-      const int lane = __builtin_ctzll(mask);
-      mask &= mask - 1;
-      if (x + lane >= end) break;
-      columns[count++] = static_cast<uint16_t>(x + lane);
-    }
+    if (end - x < V::kBytes) mask &= (uint64_t{1} << (end - x)) - 1;
+    count += V::storeColumns(mask, x, columns + count);
   }
   return count;
 }

@@ -36,6 +36,8 @@ struct Neon {
     std::memcpy(bits + i / 8, &word, sizeof word);
   }
 
+  static int storeColumns(uint64_t mask, int x, uint16_t* columns) { return storeSetBits(mask, x, columns); }
+
   static I16 loadHalves(const uint16_t* p) { return vreinterpretq_s16_u16(vld1q_u16(p)); }
   static void storeHalves(uint16_t* p, I16 a) { vst1q_u16(p, vreinterpretq_u16_s16(a)); }
   static I16 loadSigned(const int16_t* p) { return vld1q_s16(p); }

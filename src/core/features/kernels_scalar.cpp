@@ -30,6 +30,8 @@ struct Scalar {
     bits[i / 8] |= static_cast<uint8_t>(mask << i % 8);
   }
 
+  static int storeColumns(uint64_t mask, int x, uint16_t* columns) { return storeSetBits(mask, x, columns); }
+
   static I16 loadHalves(const uint16_t* p) { return static_cast<int16_t>(*p); }
   static void storeHalves(uint16_t* p, I16 a) { *p = static_cast<uint16_t>(a); }
   static I16 loadSigned(const int16_t* p) { return *p; }
