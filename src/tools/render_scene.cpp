@@ -44,7 +44,7 @@ int renderScene(int argc, char** argv) {
   add("focal-length", po::value(&scene_options.focal_length)->default_value(0), "pixels; 0: 525 per 640 of width");
   add("distortion", po::value(&distortion), "plumb_bob k1,k2,p1,p2[,k3]; default none");
   add("step", po::value(&scene_options.step)->default_value(-1),
-      "metres of path per frame; negative: 0.07 in the room, 0.3 in the street; 0: the camera only rotates");
+      "metres of path per frame; negative: 0.08 in the room, 0.3 in the street; 0: the camera only rotates");
   add("turn", po::value(&scene_options.turn)->default_value(0), "additional heading per frame, degrees");
   add("sway", po::value(&scene_options.sway)->default_value(1), "factor on the slow hand motion, 0..3");
   add("rate", po::value(&scene_options.rate)->default_value(30), "frames per second");

@@ -19,7 +19,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kOpenNiFocalLength = 525.0 / 640;  // per pixel of width
-constexpr double kRoomStep = 0.07, kStreetStep = 0.3;
+constexpr double kRoomStep = 0.08, kStreetStep = 0.3;
 constexpr double kStreetStart = 3, kStreetEnd = kStreetLength - 12;
 constexpr int kSamplesPerSide = 2;        // of a pixel: 2 x 2 rays, so that silhouettes do not make stair-case corners
 constexpr double kNear = 0.05;            // metres; nothing in the scenes comes closer

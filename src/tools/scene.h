@@ -19,7 +19,7 @@ struct SceneOptions {
   cv::Size size = {640, 480};      ///< pixels
   double focal_length = 0;         ///< pixels; 0: 525 per 640 pixels of width, as the OpenNI cameras
   std::vector<double> distortion;  ///< plumb_bob k1 k2 p1 p2 [k3]; empty: none
-  double step = -1;                ///< camera path per frame, metres; negative: 0.07 in the room, 0.3 in the street
+  double step = -1;                ///< camera path per frame, metres; negative: 0.08 in the room, 0.3 in the street
   double turn = 0;                 ///< additional heading per frame, degrees (with step 0: pure rotation)
   double sway = 1;                 ///< factor on the hand's slow translation and rotation; 0: none
   double rate = 30;                ///< frames per second

@@ -61,13 +61,13 @@ std::vector<Surface> roomSurfaces(uint64_t seed) {
       rectangle({-kHalf, kHalf, kHeight}, x, -z, kSide, kHeight, TextureStyle::kPictures, kWarm),
       rectangle({kHalf, kHalf, kHeight}, -y, -z, kSide, kHeight, TextureStyle::kBricks, kRed),
       rectangle({kHalf, -kHalf, kHeight}, -x, -z, kSide, kHeight, TextureStyle::kPictures, kCool),
-      rectangle({-kHalf, -kHalf, kHeight}, y, -z, kSide, kHeight, TextureStyle::kCollage, kGreen),
+      rectangle({-kHalf, -kHalf, kHeight}, y, -z, kSide, kHeight, TextureStyle::kStones, kGreen),
       rectangle({-kHalf, kHalf, 0}, x, -y, kSide, kSide, TextureStyle::kPlanks, kWood, 0.008),
       rectangle({-kHalf, -kHalf, kHeight}, x, y, kSide, kSide, TextureStyle::kPlaster, kNeutral, 0.01)};
 
   cv::RNG rng(seed + 1);
-  const TextureStyle furniture[] = {TextureStyle::kShelves, TextureStyle::kCollage, TextureStyle::kPictures,
-                                    TextureStyle::kShelves, TextureStyle::kStones};
+  const TextureStyle furniture[] = {TextureStyle::kShelves, TextureStyle::kCollage, TextureStyle::kCollage,
+                                    TextureStyle::kShelves, TextureStyle::kCollage};
   const Vector3f tints[] = {kWood, kWarm, kCool, kGreen, kRed};
   const auto add = [&](double px, double py, double yaw, double w, double d, double h) {
     const int kind = rng.uniform(0, 5);
@@ -83,6 +83,11 @@ std::vector<Surface> roomSurfaces(uint64_t seed) {
     }
     const Vector3d crate = out * 4.7 + along * 4.3;  // crates standing free in the corners
     add(crate.x(), crate.y(), yaw + rng.uniform(0.2, 1.2), 0.7, 0.6, rng.uniform(0.5, 1.3));
+  }
+  for (int i = 0; i < 20; ++i) {  // columns and crates standing free beside the path, near the camera
+    const double angle = (i + rng.uniform(-0.25, 0.25)) * M_PI / 10, r = rng.uniform(4.7, 5.3);
+    const double turn = rng.uniform(0.0, 1.5), width = rng.uniform(0.25, 0.55), height = rng.uniform(1.1, 2.4);
+    add(r * std::cos(angle), r * std::sin(angle), turn, width, 0.8 * width, height);
   }
   for (int i = 0; i < 6; ++i) {  // pillars and tables in the middle, inside the path
     const double angle = i * M_PI / 3 + rng.uniform(-0.2, 0.2), r = rng.uniform(0.9, 2.0);
@@ -122,7 +127,7 @@ std::vector<Surface> streetSurfaces(uint64_t seed) {
       addBox({{s, side * rng.uniform(3.2, 4.2), 0},
               rng.uniform(-0.12, 0.12),
               size,
-              pole ? TextureStyle::kPictures : TextureStyle::kCollage,
+              TextureStyle::kCollage,
               tints[rng.uniform(0, 6)]},
              surfaces);
     }
