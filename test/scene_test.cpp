@@ -75,7 +75,7 @@ TEST(Scene, DepthAndPoseLeadToTheSameTexture) {
       ++count;
     }
   }
-  EXPECT_GT(count, 4000);
+  EXPECT_GT(count, 3500);
   EXPECT_GT(hidden, 50);
   EXPECT_LT(matched / count, 7);
   EXPECT_GT(shifted / count, 3 * matched / count);
