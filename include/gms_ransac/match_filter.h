@@ -91,9 +91,15 @@ class MatchFilter {
   void extract(const cv::Mat& image, Frame& frame);
   void filter(const Frame& reference, const Frame& current, MatchResult& result);
 
+  /// Repeats only the robust stage of the last `filter` call under another seed, without memory of earlier pairs;
+  /// `result` must be that call's. For statistics over seeds, where matching again would cost most of the time.
+  void estimateAgain(uint64_t seed, MatchResult& result);
+
  private:
   /// Fills `pairs_` and `survivors_` with the matches that the method's filter keeps.
   void selectSurvivors(const Features& reference, const Features& current, MatchResult& result);
+  /// The robust stage on `pairs_`, timed.
+  void estimate(MatchResult& result);
   /// Carries the estimator's verdict over to the raw matches and states the outcome.
   void markInliers(MatchResult& result);
 

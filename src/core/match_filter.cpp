@@ -159,6 +159,22 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
     return;
   }
 
+  estimate(result);
+}
+
+void MatchFilter::estimateAgain(uint64_t seed, MatchResult& result) {
+  options_.robust.seed = seed;
+  estimator_ = makeRobustEstimator(*method_, options_.robust);
+  if (result.matches_gms < kMinimumMatches) return;
+  result.status = Status::kOk;
+  result.inliers = 0;
+  result.robust.clear();
+  for (int match : survivors_) result.stage[match] = MatchStage::kGms;
+  estimate(result);
+}
+
+void MatchFilter::estimate(MatchResult& result) {
+  StopWatch watch;
   estimator_->estimate(pairs_, camera_, result.robust);
   markInliers(result);
   result.times.ransac = watch.lap();

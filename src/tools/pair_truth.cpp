@@ -59,7 +59,8 @@ PairTruth::PairTruth(const Dataset& dataset, const DatasetPair& pair, const Came
   const auto& current = dataset.frames()[static_cast<size_t>(pair.current)];
   disparity_ = dataset.disparity(pair);
   if (!reference.pose || !current.pose) return;
-  current_in_reference_ = reference.pose->inverse() * *current.pose;
+  // The general inverse: printed rotations are orthonormal to their last digit only.
+  current_in_reference_ = Eigen::Isometry3d(reference.pose->matrix().inverse() * current.pose->matrix());
   if (!camera.calibrated()) return;
   const Eigen::Vector3d t = current_in_reference_->translation();
   essential_ = crossMatrix(t / std::max(t.norm(), 1e-12)) * current_in_reference_->linear();
