@@ -27,7 +27,7 @@ namespace {
 constexpr double kNoiseExponent = 0.5;
 
 constexpr Loss kFinalLoss = {4, 1};
-constexpr int kFinalIterations = 15;
+constexpr int kFinalIterations = 10;
 
 class FastEstimator : public RobustEstimator {
  public:
@@ -59,7 +59,8 @@ class FastEstimator : public RobustEstimator {
   OrderedPoints arranged_;
   PointColumns points_;
   std::vector<float> residuals_, rotation_residuals_;
-  TwoViewPose pose_;
+  TwoViewPose pose_;          // most likely; gives the model and the direction of translation
+  Eigen::Matrix3d rotation_;  // most probable under the prior of the parallax
 
   bool has_previous_ = false;
   TwoViewPose previous_;
@@ -125,7 +126,7 @@ bool FastEstimator::findMatrix(RobustResult& result, Eigen::Matrix3d& matrix) {
 }
 
 bool FastEstimator::findPose(RobustResult& result) {
-  const PoseModel model(kernels_, points_.view());
+  const PoseModel model(kernels_, points_.view(), kParallaxPrior);
   Search<PoseModel> search(model, points_.count(), result);
   if (has_previous_) search.offer(previous_);
   TwoViewPose starts[kMaxMotionStarts];
@@ -134,7 +135,10 @@ bool FastEstimator::findPose(RobustResult& result) {
   search.run(options_, order_, sampler_, residuals_);
   if (!search.found()) return false;
   pose_ = search.best();
-  result.point_evaluations += static_cast<int64_t>(points_.count()) * model.refine(kFinalLoss, kFinalIterations, pose_);
+  int passes = model.refine(kFinalLoss, kFinalIterations, pose_);
+  rotation_ = pose_.R;
+  passes += PoseModel(kernels_, points_.view()).refine(kFinalLoss, kFinalIterations, pose_);
+  result.point_evaluations += static_cast<int64_t>(points_.count()) * passes;
   return true;
 }
 
@@ -148,6 +152,7 @@ void FastEstimator::judgePose(const Camera& camera, RobustResult& result) {
   result.translation_observable = result.median_parallax_px > kObservableParallaxPx;
   if (result.translation_observable) {
     result.pose = fromReferenceToCurrent(pose_.R, pose_.t);
+    result.pose.R = rotation_.transpose();
     result.pose.covariance = poseCovariance(model, points_.count(), pose_);
   } else {
     result.pose = fromReferenceToCurrent(rotation.R, pose_.t);

@@ -44,7 +44,8 @@ bool solveDamped(const float (&upper)[P * (P + 1) / 2], const float (&b)[P], dou
 template <int P, class State, class Linearize, class Moved>
 int minimizeRobustCost(int iterations, State& state, NormalEquations<P>& equations, const Linearize& linearize,
                        const Moved& moved) {
-  constexpr double kFirstDamping = 1e-3, kLargestDamping = 1e3;
+  constexpr double kFirstDamping = 1e-3;
+  constexpr double kLargestDamping = 1e3;
   constexpr float kEnough = 1e-5f;  // relative decrease of the cost that is not worth another pass
   linearize(state, equations);
   int passes = 1;

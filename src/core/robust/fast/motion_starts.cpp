@@ -8,10 +8,11 @@ namespace gms_ransac {
 
 namespace {
 
-// Matches and steps for each start: with half the matches or half the steps more pairs end in a wrong valley, twice as
-// many of either gain nothing (doc/estimator.md).
+// Matches and steps for each start, and how many go on to the second round (doc/estimator.md).
 constexpr int kStartMatches = 256;
-constexpr int kStartIterations = 4;
+constexpr int kFirstIterations = 3;
+constexpr int kSecondIterations = 6;
+constexpr int kSecondRound = 8;
 // Every match counts, but from twice the threshold on ever less: the start is far off.
 constexpr Loss kStartLoss = {1e4f, 1 / 4.f};
 // Directions closer than this are the same valley.
@@ -22,9 +23,10 @@ struct Start {
   float cost;
 };
 
-/// Optimises both the pose and, since the Sampson distance cannot tell t from -t, picks its sign by cheirality.
-Start optimizeStart(const PoseModel& model, const PointColumnsView& points, TwoViewPose pose, int64_t& evaluations) {
-  evaluations += static_cast<int64_t>(points.count) * model.refine(kStartLoss, kStartIterations, pose);
+/// Optimises the pose; its cost is that of the better sign of t, which the Sampson distance cannot tell.
+Start optimizeStart(const PoseModel& model, const PointColumnsView& points, int iterations, TwoViewPose pose,
+                    int64_t& evaluations) {
+  evaluations += static_cast<int64_t>(points.count) * model.refine(kStartLoss, iterations, pose);
   const TwoViewPose opposite = {pose.R, -pose.t};
   constexpr float kNoBound = std::numeric_limits<float>::max();
   Score score, opposite_score;
@@ -69,17 +71,23 @@ int findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& poi
                      TwoViewPose (&starts)[kMaxMotionStarts], int64_t& evaluations) {
   PointColumnsView part = points;
   if (part.count > kStartMatches) part.size = part.count = kStartMatches;
-  const PoseModel model(kernels, part);
+  const PoseModel model(kernels, part, kParallaxPrior);
   const Eigen::Matrix3d rotations[2] = {fitDominantRotation(model, part, Eigen::Matrix3d::Identity(), evaluations),
                                         Eigen::Matrix3d::Identity()};
-  Start list[kMaxMotionStarts];
-  int count = 0;
+  Start all[2 * 13];
+  int all_count = 0;
   for (const Eigen::Matrix3d& R : rotations) {
     // Half of the 26 directions to a cube's corners, edges and faces: the others are their opposites.
     for (int code = 14; code < 27; ++code) {
       const Eigen::Vector3d direction(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);
-      insertStart(optimizeStart(model, part, {R, direction.normalized()}, evaluations), list, count);
+      all[all_count++] = optimizeStart(model, part, kFirstIterations, {R, direction.normalized()}, evaluations);
     }
+  }
+  std::sort(all, all + all_count, [](const Start& a, const Start& b) { return a.cost < b.cost; });
+  Start list[kMaxMotionStarts];
+  int count = 0;
+  for (int i = 0; i < kSecondRound; ++i) {
+    insertStart(optimizeStart(model, part, kSecondIterations, all[i].pose, evaluations), list, count);
   }
   for (int i = 0; i < count; ++i) starts[i] = list[i].pose;
   return count;

@@ -7,7 +7,7 @@
 
 namespace gms_ransac {
 
-constexpr int kMaxMotionStarts = 2;
+constexpr int kMaxMotionStarts = 4;
 
 /// Between images of a moving camera the rotation is small or can be had from the matches alone, and what goes wrong is
 /// the direction of translation: the cost has several valleys over the sphere, and a model from five noisy points

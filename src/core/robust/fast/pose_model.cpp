@@ -89,11 +89,13 @@ int PoseModel::generate(const int* sample, Hypothesis* hypotheses) const {
 
 bool PoseModel::score(const Hypothesis& pose, float bound, Score& score, int64_t& evaluations) const {
   const PoseParameters parameters = pose.parameters();
-  // Without cheirality the cost is a lower bound, and half the work.
-  kernels_.scoreEpipolar(points_, parameters.E, bound, score);
-  evaluations += score.evaluated;
-  if (!(score.cost < bound)) return false;
-  kernels_.scorePose(points_, parameters, bound, score);
+  if (bound < static_cast<float>(points_.count)) {
+    // Without cheirality and prior the cost is a lower bound, and half the work.
+    kernels_.scoreEpipolar(points_, parameters.E, bound, score);
+    evaluations += score.evaluated;
+    if (!(score.cost < bound)) return false;
+  }
+  kernels_.scorePose(points_, parameters, prior_, bound, score);
   evaluations += score.evaluated;
   return score.cost < bound;
 }
@@ -116,7 +118,7 @@ void PoseModel::linearize(const Hypothesis& pose, const Loss& loss, NormalEquati
   float D[5][9];
   for (int k = 0; k < 3; ++k) toFloat(cross * crossMatrix(Eigen::Vector3d::Unit(k)) * pose.R, D[k]);
   for (int k = 0; k < 2; ++k) toFloat(crossMatrix(basis[k]) * pose.R, D[3 + k]);
-  kernels_.linearizePose(points_, pose.parameters(), D, loss, equations);
+  kernels_.linearizePose(points_, pose.parameters(), D, loss, prior_, equations);
 }
 
 int PoseModel::refine(const Loss& loss, int iterations, Hypothesis& pose) const {

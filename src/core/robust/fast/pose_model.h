@@ -25,13 +25,17 @@ Eigen::Matrix3d rotationFromVector(const Eigen::Vector3d& v);
 /// Row-major copy in float.
 void toFloat(const Eigen::Matrix3d& m, float (&out)[9]);
 
+/// The prior of the estimator; measured in doc/estimator.md.
+constexpr ParallaxPrior kParallaxPrior = {0.03f, 0.05f};
+
 class PoseModel {
  public:
   static constexpr int kSampleSize = 5;
   static constexpr int kMaxHypotheses = 10;
   using Hypothesis = TwoViewPose;
 
-  PoseModel(const ResidualKernels& kernels, const PointColumnsView& points) : kernels_(kernels), points_(points) {}
+  PoseModel(const ResidualKernels& kernels, const PointColumnsView& points, const ParallaxPrior& prior = {})
+      : kernels_(kernels), points_(points), prior_(prior) {}
 
   /// Poses of a sample (column positions) whose points lie in front of both cameras, or so far that it cannot be told.
   int generate(const int* sample, Hypothesis* hypotheses) const;
@@ -40,7 +44,8 @@ class PoseModel {
   void residuals(const Hypothesis& pose, float* e) const;
   /// Levenberg-Marquardt; returns passes over the matches.
   int refine(const Loss& loss, int iterations, Hypothesis& pose) const;
-  /// Normal equations at a pose; parameters: rotation vector w of R <- exp(w) R, then steps of t along tangent().
+  /// Normal equations at a pose, with the prior; parameters: rotation vector w of R <- exp(w) R, then steps of t along
+  /// tangent().
   void linearize(const Hypothesis& pose, const Loss& loss, NormalEquations<5>& equations) const;
 
   /// The same for a motion without translation, whose residual is the transfer distance in the current image.
@@ -54,6 +59,7 @@ class PoseModel {
  private:
   const ResidualKernels& kernels_;
   PointColumnsView points_;
+  ParallaxPrior prior_;
 };
 
 }  // namespace gms_ransac

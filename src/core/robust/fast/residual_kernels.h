@@ -27,6 +27,14 @@ struct Loss {
   float inverse_softness = 0;  ///< 0: plain truncated squares
 };
 
+/// Prior of the parallax of a match, the displacement d that its rotation leaves: weight * ((1 + d^2 / s^2)^(1/4) - 1)
+/// is added to its cost. Most of a scene is far, little of it is near: among poses that explain the matches equally
+/// well the one that needs less parallax is the likelier. Grows so slowly that near points hardly pull.
+struct ParallaxPrior {
+  float weight = 0;         ///< in squared thresholds; 0: none
+  float inverse_scale = 0;  ///< squared threshold over s^2
+};
+
 /// J^T W J (upper triangle by rows), J^T W r and the cost of a linearised model with P parameters.
 template <int P>
 struct NormalEquations {
@@ -41,13 +49,14 @@ struct ResidualKernels {
   void (*scoreEpipolar)(const PointColumnsView& points, const float (&M)[9], float bound, Score& score);
   /// The same for a pose. A match whose rays meet behind a camera can at best be at infinity: its residual is at
   /// least half the squared distance to the infinite point's projection.
-  void (*scorePose)(const PointColumnsView& points, const PoseParameters& pose, float bound, Score& score);
+  void (*scorePose)(const PointColumnsView& points, const PoseParameters& pose, const ParallaxPrior& prior, float bound,
+                    Score& score);
   /// Mean of the squared transfer distances of x2 ~ H x1, with G the inverse of H.
   void (*scoreHomography)(const PointColumnsView& points, const float (&H)[9], const float (&G)[9], float bound,
                           Score& score);
   /// Linearised Sampson distance; D[p] is the derivative of the matrix with respect to parameter p.
   void (*linearizePose)(const PointColumnsView& points, const PoseParameters& pose, const float (&D)[5][9],
-                        const Loss& loss, NormalEquations<5>& equations);
+                        const Loss& loss, const ParallaxPrior& prior, NormalEquations<5>& equations);
   void (*linearizeFundamental)(const PointColumnsView& points, const float (&F)[9], const float (&D)[7][9],
                                const Loss& loss, NormalEquations<7>& equations);
   /// Linearised transfer distance in the current image; D as above.

@@ -24,6 +24,7 @@ struct Vector {
     return {_mm256_blendv_ps(y.a, x.a, _mm256_cmp_ps(p.a, q.a, _CMP_LT_OQ)),
             _mm256_blendv_ps(y.b, x.b, _mm256_cmp_ps(p.b, q.b, _CMP_LT_OQ))};
   }
+  static Vector squareRoot(const Vector& p) { return {_mm256_sqrt_ps(p.a), _mm256_sqrt_ps(p.b)}; }
   float sum() const {
     const __m256 eight = _mm256_add_ps(a, b);
     const __m128 four = _mm_add_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));

@@ -25,6 +25,7 @@ struct Vector {
   static Vector select(const Vector& p, const Vector& q, const Vector& x, const Vector& y) {
     return {_mm512_mask_blend_ps(_mm512_cmp_ps_mask(p.a, q.a, _CMP_LT_OQ), y.a, x.a)};
   }
+  static Vector squareRoot(const Vector& p) { return {_mm512_sqrt_ps(p.a)}; }
   float sum() const {
     const __m256 eight = _mm256_add_ps(_mm512_castps512_ps256(a), _mm512_extractf32x8_ps(a, 1));
     const __m128 four = _mm_add_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));

@@ -52,21 +52,43 @@ struct KernelsFor {
     V residual(V w) const { return w * value * value / norm; }
   };
 
-  /// e of a match behind a camera, and 0 for one in front of both.
-  static V behindResidual(const Matrix& R, const V (&t)[3], const Epipolar& s, const Point& p) {
-    const V u = R.row(0, p.x1, p.y1), v = R.row(1, p.x1, p.y1), z = R.row(2, p.x1, p.y1);
-    const V m0 = p.y2 * z - v, m1 = u - p.x2 * z, m2 = p.x2 * v - p.y2 * u;
+  /// What the rotation of a pose leaves of a match.
+  struct Parallax {
+    V u, v, z;  // the reference point rotated
+    V m0, m1;   // (y2 - v / z, u / z - x2) * z
+    V squared;  // squared displacement over the squared threshold
+    Parallax(const Matrix& R, const Point& p)
+        : u(R.row(0, p.x1, p.y1)),
+          v(R.row(1, p.x1, p.y1)),
+          z(R.row(2, p.x1, p.y1)),
+          m0(p.y2 * z - v),
+          m1(u - p.x2 * z),
+          squared(p.w * (m0 * m0 + m1 * m1) / (z * z + V::set(kTiny))) {}
+  };
+
+  /// e of a match behind a camera, or whose rays meet at too wide an angle, and 0 for any other.
+  static V behindResidual(const Parallax& d, const V (&t)[3], const Epipolar& s, const Point& p) {
+    const V m2 = p.x2 * d.v - p.y2 * d.u;
     const V n0 = p.y2 * t[2] - t[1], n1 = t[0] - p.x2 * t[2], n2 = p.x2 * t[1] - p.y2 * t[0];
     // Signs of minus the depth in the reference and of the depth in the current image.
-    const V depth1 = m0 * n0 + m1 * n1 + m2 * n2, depth2 = s.a * m0 + s.b * m1 + s.c * m2;
-    const V at_infinity = V::set(0.5f) * p.w * (m0 * m0 + m1 * m1) / (z * z + V::set(kTiny));
-    const V zero = V::set(0);
-    const V dot = u * p.x2 + v * p.y2 + z;
+    const V depth1 = d.m0 * n0 + d.m1 * n1 + m2 * n2, depth2 = s.a * d.m0 + s.b * d.m1 + s.c * m2;
+    const V zero = V::set(0), at_infinity = V::set(0.5f) * d.squared;
+    const V dot = d.u * p.x2 + d.v * p.y2 + d.z;
     const V lengths = (p.x1 * p.x1 + p.y1 * p.y1 + V::set(1)) * (p.x2 * p.x2 + p.y2 * p.y2 + V::set(1));
-    const V narrow = V::select(
-        zero, dot, V::select(V::set(kCosWidest * kCosWidest) * lengths, dot * dot, zero, at_infinity), at_infinity);
-    return V::select(depth1, zero, V::select(zero, depth2, narrow, at_infinity), at_infinity);
+    const V wide = V::select(V::set(kCosWidest * kCosWidest) * lengths, dot * dot, zero, at_infinity);
+    const V in_front = V::select(zero, dot, wide, at_infinity);
+    return V::select(depth1, zero, V::select(zero, depth2, in_front, at_infinity), at_infinity);
   }
+
+  struct Prior {
+    V weight, inverse_scale;
+    explicit Prior(const ParallaxPrior& prior)
+        : weight(V::set(prior.weight)), inverse_scale(V::set(prior.inverse_scale)) {}
+    V root(const Parallax& d) const { return V::squareRoot(V::set(1) + d.squared * inverse_scale); }
+    /// The cost, and its derivative with respect to the squared displacement, of root(d).
+    V cost(V root) const { return weight * (V::squareRoot(root) - V::set(1)); }
+    V slope(V root) const { return V::set(0.25f) * weight * inverse_scale / (root * V::squareRoot(root)); }
+  };
 
   struct Sum {
     V cost = V::set(0), inliers = V::set(0);
@@ -99,13 +121,25 @@ struct KernelsFor {
     scoreAll(points, bound, score, [&m](const Point& p) { return Epipolar(m, p).residual(p.w); });
   }
 
-  static void scorePose(const PointColumnsView& points, const PoseParameters& pose, float bound, Score& score) {
+  static void scorePose(const PointColumnsView& points, const PoseParameters& pose, const ParallaxPrior& parallax_prior,
+                        float bound, Score& score) {
     const Matrix E(pose.E), R(pose.R);
     const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
-    scoreAll(points, bound, score, [&](const Point& p) {
-      const Epipolar s(E, p);
-      return V::maximum(s.residual(p.w), behindResidual(R, t, s, p));
-    });
+    const Prior prior(parallax_prior);
+    Sum sum;
+    int i = 0;
+    while (i < points.size) {
+      const int end = i + kBlock < points.size ? i + kBlock : points.size;
+      for (; i < end; i += kLanes) {
+        const Point p(points, i);
+        const Epipolar s(E, p);
+        const Parallax d(R, p);
+        sum.add(V::maximum(s.residual(p.w), behindResidual(d, t, s, p)));
+        sum.cost = sum.cost + prior.cost(prior.root(d));
+      }
+      if (i < points.size && sum.cost.sum() > bound) break;
+    }
+    sum.finish(points, i, score);
   }
 
   /// Squared distance of (x2, y2) to H (x1, y1); z * z guarded for points on the line at infinity.
@@ -207,18 +241,44 @@ struct KernelsFor {
     }
   }
 
+  /// The prior's share of the normal equations: the displacement depends on the rotation alone.
+  static void addPrior(const Parallax& d, const Prior& prior, V inlier, const Point& p, Equations<5>& equations) {
+    const V inverse_z = d.z / (d.z * d.z + V::set(kTiny));
+    const V a = d.u * inverse_z, b = d.v * inverse_z;
+    const V dx = a - p.x2, dy = b - p.y2, one = V::set(1), zero = V::set(0);
+    const V Jx[3] = {zero - a * b, one + a * a, zero - b}, Jy[3] = {zero - (one + b * b), a * b, a};
+    const V root = prior.root(d);
+    const V weight = inlier * p.w * prior.slope(root);
+    equations.cost = equations.cost + prior.cost(root);
+    int k = 0;
+    for (int i = 0; i < 3; ++i) {
+      const V sx = weight * Jx[i], sy = weight * Jy[i];
+      equations.gradient[i] = equations.gradient[i] + (sx * dx + sy * dy);
+      for (int j = i; j < 3; ++j) {
+        equations.matrix[k + j - i] = equations.matrix[k + j - i] + (sx * Jx[j] + sy * Jy[j]);
+      }
+      k += 5 - i;
+    }
+  }
+
   static void linearizePose(const PointColumnsView& points, const PoseParameters& pose, const float (&D)[5][9],
-                            const Loss& loss, NormalEquations<5>& equations) {
+                            const Loss& loss, const ParallaxPrior& parallax_prior, NormalEquations<5>& equations) {
     const Matrix E(pose.E), R(pose.R);
     const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
+    const Prior prior(parallax_prior);
     V d[5][9];
     broadcast(D, d);
     Equations<5> sums;
     for (int i = 0; i < points.size; i += kLanes) {
       const Point p(points, i);
       const Epipolar s(E, p);
-      const V e = V::maximum(s.residual(p.w), behindResidual(R, t, s, p));
-      addEpipolar(s, p, d, lossWeight(loss, e, sums), sums);
+      const Parallax parallax(R, p);
+      const V e = V::maximum(s.residual(p.w), behindResidual(parallax, t, s, p));
+      const V weight = lossWeight(loss, e, sums);
+      addEpipolar(s, p, d, weight, sums);
+      if (parallax_prior.weight > 0) {
+        addPrior(parallax, prior, V::select(e, V::set(loss.cut), V::set(1), V::set(0)), p, sums);
+      }
     }
     sums.finish(points, equations);
   }

@@ -28,6 +28,11 @@ struct Vector {
     for (int i = 0; i < 4; ++i) r.v[i] = vbslq_f32(vcltq_f32(p.v[i], q.v[i]), x.v[i], y.v[i]);
     return r;
   }
+  static Vector squareRoot(const Vector& p) {
+    Vector r;
+    for (int i = 0; i < 4; ++i) r.v[i] = vsqrtq_f32(p.v[i]);
+    return r;
+  }
   float sum() const {
     const float32x4_t four = vaddq_f32(vaddq_f32(v[0], v[2]), vaddq_f32(v[1], v[3]));
     const float32x2_t two = vadd_f32(vget_low_f32(four), vget_high_f32(four));

@@ -32,6 +32,11 @@ struct Vector {
     for (int i = 0; i < kLanes; ++i) r.v[i] = a.v[i] < b.v[i] ? x.v[i] : y.v[i];
     return r;
   }
+  static Vector squareRoot(const Vector& a) {
+    Vector r;
+    for (int i = 0; i < kLanes; ++i) r.v[i] = __builtin_sqrtf(a.v[i]);
+    return r;
+  }
   float sum() const {
     float half[8];
     for (int i = 0; i < 8; ++i) half[i] = v[i] + v[i + 8];

@@ -14,7 +14,7 @@ namespace gms_ransac {
 
 /// Samples drawn at least. One clean sample is not enough: its model may start the local optimisation in the wrong
 /// valley (doc/estimator.md).
-constexpr int kMinimumSamples = 15;
+constexpr int kMinimumSamples = 8;
 
 /// Local optimisation of every new best: matches up to twice the threshold, weights falling from the threshold on
 /// (Geman-McClure). Wide enough to pull a model of five noisy points to the optimum of all.
