@@ -1,0 +1,213 @@
+// The SIMD kernels of the fast estimator: against a double loop, and bit for bit against each other.
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "robust/fast/pose_model.h"
+#include "robust/fast/residual_kernels.h"
+#include "robust/residual.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr double kThreshold = 2e-3;  // one pixel at a focal length of 500
+
+struct Problem {
+  PointColumns columns;
+  TwoViewPose pose;
+  Eigen::Matrix3d H;
+
+  Problem(int count, uint64_t seed) {
+    std::mt19937_64 generator(seed);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    pose.R = rotationFromVector({0.1 * uniform(generator), 0.1 * uniform(generator), 0.1 * uniform(generator)});
+    pose.t = Eigen::Vector3d(uniform(generator), uniform(generator), uniform(generator)).normalized();
+    H = pose.R + 0.1 * pose.t * Eigen::RowVector3d(0.1, -0.2, 1);
+    columns.resize(count);
+    for (int i = 0; i < count; ++i) {
+      const double depth = 4 + 2 * uniform(generator);
+      const Eigen::Vector3d X = depth * Eigen::Vector3d(0.6 * uniform(generator), 0.5 * uniform(generator), 1);
+      Eigen::Vector3d Y = pose.R * X + 0.3 * pose.t;
+      Y /= Y.z();
+      const double noise = i % 3 == 0 ? 0.05 : kThreshold;
+      columns.x1()[i] = static_cast<float>(X.x() / X.z());
+      columns.y1()[i] = static_cast<float>(X.y() / X.z());
+      columns.x2()[i] = static_cast<float>(Y.x() + noise * uniform(generator));
+      columns.y2()[i] = static_cast<float>(Y.y() + noise * uniform(generator));
+      columns.weight()[i] = static_cast<float>(std::pow(1.2, -(i % 8)) / (kThreshold * kThreshold));
+    }
+  }
+};
+
+std::vector<SimdLevel> supportedLevels() {
+  std::vector<SimdLevel> levels;
+  for (SimdLevel level : {SimdLevel::kScalar, SimdLevel::kNeon, SimdLevel::kAvx2, SimdLevel::kAvx512}) {
+    if (simdLevelSupported(level)) levels.push_back(level);
+  }
+  return levels;
+}
+
+/// Everything a table of kernels answers for a problem, as raw numbers.
+std::vector<float> allAnswers(const ResidualKernels& kernels, const Problem& problem) {
+  const PointColumnsView points = problem.columns.view();
+  const PoseParameters pose = problem.pose.parameters();
+  float H[9], G[9], D[8][9];
+  toFloat(problem.H, H);
+  toFloat(problem.H.inverse(), G);
+  std::mt19937 generator(5);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  for (auto& row : D) {
+    for (float& entry : row) entry = uniform(generator);
+  }
+  std::vector<float> answers;
+  const auto add = [&answers](const auto& values) {
+    const auto* first = reinterpret_cast<const float*>(&values);
+    answers.insert(answers.end(), first, first + sizeof(values) / sizeof(float));
+  };
+  const ParallaxPrior prior = {0.03f, 0.05f};
+  for (float bound : {1e9f, 0.3f * static_cast<float>(points.count)}) {
+    Score score;
+    const auto addScore = [&] {
+      add(score.cost);
+      answers.push_back(static_cast<float>(score.inliers));
+      answers.push_back(static_cast<float>(score.evaluated));
+    };
+    kernels.scoreEpipolar(points, pose.E, bound, score);
+    addScore();
+    kernels.scorePose(points, pose, prior, bound, score);
+    addScore();
+    kernels.scoreHomography(points, H, G, bound, score);
+    addScore();
+  }
+  for (const Loss& loss : {Loss{1, 0}, Loss{4, 1}}) {
+    NormalEquations<5> five;
+    kernels.linearizePose(points, pose, reinterpret_cast<const float(&)[5][9]>(D), loss, prior, five);
+    add(five);
+    NormalEquations<7> seven;
+    kernels.linearizeFundamental(points, pose.E, reinterpret_cast<const float(&)[7][9]>(D), loss, seven);
+    add(seven);
+    NormalEquations<8> eight;
+    kernels.linearizeHomography(points, H, D, loss, eight);
+    add(eight);
+    NormalEquations<3> three;
+    kernels.linearizeRotation(points, pose.R, reinterpret_cast<const float(&)[3][9]>(D), loss, three);
+    add(three);
+  }
+  std::vector<float> e(static_cast<size_t>(points.size));
+  kernels.epipolarResiduals(points, pose.E, e.data());
+  answers.insert(answers.end(), e.begin(), e.begin() + points.count);
+  kernels.transferResiduals(points, H, e.data());
+  answers.insert(answers.end(), e.begin(), e.begin() + points.count);
+  return answers;
+}
+
+TEST(ResidualKernels, EveryLevelReturnsTheSameBits) {
+  for (int count : {0, 1, 7, 16, 33, 64, 65, 1003}) {
+    const Problem problem(count, static_cast<uint64_t>(count));
+    const std::vector<float> expected = allAnswers(residualKernels(SimdLevel::kScalar), problem);
+    for (SimdLevel level : supportedLevels()) {
+      const std::vector<float> answers = allAnswers(residualKernels(level), problem);
+      ASSERT_EQ(expected.size(), answers.size());
+      EXPECT_EQ(0, std::memcmp(expected.data(), answers.data(), expected.size() * sizeof(float)))
+          << toString(level) << ", " << count << " matches";
+    }
+  }
+}
+
+TEST(ResidualKernels, EpipolarScoreIsTheDoubleLoops) {
+  for (int count : {1, 7, 33, 1003}) {
+    Problem problem(count, 11);
+    const Eigen::Matrix3d E = problem.pose.essential();
+    double cost = 0;
+    int inliers = 0;
+    for (int i = 0; i < count; ++i) {
+      PointColumns& c = problem.columns;
+      const double e = c.weight()[i] * sampsonSquared(E, c.x1()[i], c.y1()[i], c.x2()[i], c.y2()[i]);
+      cost += std::min(e, 1.0);
+      inliers += e < 1;
+    }
+    for (SimdLevel level : supportedLevels()) {
+      Score score;
+      residualKernels(level).scoreEpipolar(problem.columns.view(), problem.pose.parameters().E, 1e9f, score);
+      EXPECT_NEAR(cost, score.cost, 1e-3 * (1 + cost));
+      EXPECT_NEAR(inliers, score.inliers, 1);  // float may flip a match at the very threshold
+      EXPECT_EQ(count, score.evaluated);
+    }
+  }
+}
+
+TEST(ResidualKernels, HomographyScoreIsTheDoubleLoops) {
+  Problem problem(1003, 12);
+  const Eigen::Matrix3d G = problem.H.inverse();
+  double cost = 0;
+  for (int i = 0; i < 1003; ++i) {
+    PointColumns& c = problem.columns;
+    cost += std::min(1.0, c.weight()[i] * transferSquared(problem.H, G, c.x1()[i], c.y1()[i], c.x2()[i], c.y2()[i]));
+  }
+  float h[9], g[9];
+  toFloat(problem.H, h);
+  toFloat(G, g);
+  Score score;
+  residualKernels(detectSimdLevel()).scoreHomography(problem.columns.view(), h, g, 1e9f, score);
+  EXPECT_NEAR(cost, score.cost, 1e-3 * cost);
+}
+
+TEST(ResidualKernels, PosesWithPointsBehindTheCameraLose) {
+  Problem problem(500, 13);
+  const ResidualKernels& kernels = residualKernels(detectSimdLevel());
+  const TwoViewPose opposite = {problem.pose.R, -problem.pose.t};
+  Score right, wrong, epipolar;
+  kernels.scoreEpipolar(problem.columns.view(), opposite.parameters().E, 1e9f, epipolar);
+  kernels.scorePose(problem.columns.view(), problem.pose.parameters(), {}, 1e9f, right);
+  kernels.scorePose(problem.columns.view(), opposite.parameters(), {}, 1e9f, wrong);
+  EXPECT_NEAR(epipolar.inliers, right.inliers, 10);
+  EXPECT_LT(wrong.inliers, right.inliers / 4);
+}
+
+TEST(ResidualKernels, StopsOnceTheBoundIsPassed) {
+  const Problem problem(1000, 14);
+  PoseParameters wrong = problem.pose.parameters();
+  std::swap(wrong.E[1], wrong.E[5]);
+  Score score;
+  residualKernels(detectSimdLevel()).scoreEpipolar(problem.columns.view(), wrong.E, 50, score);
+  EXPECT_GT(score.cost, 50);
+  EXPECT_LT(score.evaluated, 500);
+}
+
+/// The gradient of the linearised cost is that of the cost itself.
+TEST(ResidualKernels, GradientIsThatOfTheCost) {
+  Problem problem(400, 15);
+  for (const ParallaxPrior& prior : {ParallaxPrior{}, ParallaxPrior{0.1f, 0.05f}}) {
+    const PoseModel model(residualKernels(SimdLevel::kScalar), problem.columns.view(), prior);
+    TwoViewPose pose = problem.pose;
+    pose.R = rotationFromVector({2e-3, -1e-3, 1e-3}) * pose.R;
+    const Loss loss = {1e6f, 1};
+    NormalEquations<5> equations, plus, minus;
+    model.linearize(pose, loss, equations);
+    Eigen::Vector3d basis[2];
+    PoseModel::tangent(pose.t, basis);
+    for (int k = 0; k < 5; ++k) {
+      constexpr double kStep = 2e-4;
+      const auto moved = [&](double step) {
+        TwoViewPose to = pose;
+        if (k < 3) to.R = rotationFromVector(step * Eigen::Vector3d::Unit(k)) * pose.R;
+        if (k >= 3) to.t = (pose.t + step * basis[k - 3]).normalized();
+        return to;
+      };
+      model.linearize(moved(kStep), loss, plus);
+      model.linearize(moved(-kStep), loss, minus);
+      const double numeric = (plus.cost - minus.cost) / (2 * kStep);
+      EXPECT_NEAR(numeric, 2 * equations.gradient[k], 0.03 * std::abs(numeric) + 30) << "parameter " << k;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gms_ransac
