@@ -33,10 +33,18 @@ bool collinear(const std::vector<float>& x, const std::vector<float>& y, const s
 
 }  // namespace
 
-bool Acceptance::accepts(const PointPairs& pairs, int sample_size, double threshold_px, const RobustResult& result) {
+bool Acceptance::accepts(const PointPairs& pairs, int sample_size, double threshold_px, const RobustResult& result,
+                         const std::vector<int>* order) {
   chance_.setSampleSize(sample_size);
-  return result.inlier_count >= chance_.minimum(pairs.size()) &&
-         !collinear(pairs.x_reference, pairs.y_reference, result.inlier, threshold_px) &&
+  bool supported = result.inlier_count >= chance_.minimum(pairs.size());
+  if (order != nullptr) {
+    for (int length = pairs.size() / 2, halvings = 0; halvings < 3 && !supported; length /= 2, ++halvings) {
+      int inliers = 0;
+      for (int k = 0; k < length; ++k) inliers += result.inlier[static_cast<size_t>((*order)[static_cast<size_t>(k)])];
+      supported = inliers >= chance_.minimum(length);
+    }
+  }
+  return supported && !collinear(pairs.x_reference, pairs.y_reference, result.inlier, threshold_px) &&
          !collinear(pairs.x_current, pairs.y_current, result.inlier, threshold_px);
 }
 

@@ -54,7 +54,8 @@ class FastEstimator : public RobustEstimator {
 
   // The pair at hand. Columns hold the matches in an order unrelated to the image's, so that any part of them is a
   // random part; `place_` is the column of each match.
-  std::vector<int> arrangement_, place_, order_;
+  std::vector<int> arrangement_, place_;
+  std::vector<int> confidence_order_, order_;  // most confident first: matches, and their columns
   std::vector<int32_t> cells_;
   OrderedPoints arranged_;
   PointColumns points_;
@@ -108,8 +109,9 @@ void FastEstimator::arrange(const PointPairs& pairs, const Camera& camera, Model
   residuals_.resize(static_cast<size_t>(points_.view().size));
   rotation_residuals_.resize(residuals_.size());
 
-  ordering_.sort(pairs, QualityKey::kScore, order_);
-  for (int& entry : order_) entry = place_[static_cast<size_t>(entry)];
+  ordering_.sort(pairs, QualityKey::kScore, confidence_order_);
+  order_.resize(static_cast<size_t>(n));
+  for (size_t k = 0; k < order_.size(); ++k) order_[k] = place_[static_cast<size_t>(confidence_order_[k])];
   sampler_.begin(order_, cells_, pairs.grid_columns, problem_.sampleSize());
 }
 
@@ -182,7 +184,8 @@ void FastEstimator::estimate(const PointPairs& pairs, const Camera& camera, Robu
   if (!found) return;
   result.model = problem_.inResultUnits(matrix);
   markFinalInliers(pairs, camera, options_.inlierThreshold(), result);
-  result.model_found = acceptance_.accepts(pairs, problem_.sampleSize(), options_.inlierThreshold(), result);
+  result.model_found =
+      acceptance_.accepts(pairs, problem_.sampleSize(), options_.inlierThreshold(), result, &confidence_order_);
   if (!result.model_found) {
     std::fill(result.inlier.begin(), result.inlier.end(), 0);
     result.inlier_count = 0;

@@ -46,7 +46,11 @@ Eigen::Matrix<double, 6, 6> poseCovariance(const PoseModel& model, int count, co
   J.topLeftCorner<3, 3>() = -Rt * crossMatrix(pose.t);
   for (int k = 0; k < 2; ++k) J.block<3, 1>(0, 3 + k) = -Rt * basis[k];
   J.bottomLeftCorner<3, 3>() = -Rt;
-  return noiseVariance(equations, count, 1) * (J * inverseOf(equations) * J.transpose());
+  Eigen::Matrix<double, 6, 6> covariance =
+      noiseVariance(equations, count, 1) * (J * inverseOf(equations) * J.transpose());
+  covariance.topRightCorner<3, 3>().setZero();
+  covariance.bottomLeftCorner<3, 3>().setZero();
+  return covariance;
 }
 
 RotationOnly fitRotationOnly(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& start,

@@ -12,7 +12,8 @@
 namespace gms_ransac {
 
 /// Covariance of `pose` in the project's convention (see RelativePose), to first order, with the noise estimated from
-/// the residuals of the inliers. Rank five: nothing along t.
+/// the residuals of the inliers. Nothing along t, and nothing between t and the rotation: the estimator takes them from
+/// two optima, with and without the prior of the parallax, and the correlation at either is not theirs.
 Eigen::Matrix<double, 6, 6> poseCovariance(const PoseModel& model, int count, const TwoViewPose& pose);
 
 /// The motion as a rotation only.

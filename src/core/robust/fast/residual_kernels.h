@@ -8,7 +8,7 @@
 namespace gms_ransac {
 
 /// Outcome of scoring one model. With e the squared residual over the squared threshold of a match, `cost` is the sum
-/// of min(e, 1) (MSAC, Torr & Zisserman 2000) and `inliers` the number of e < 1.
+/// of min(e, 1) (MSAC, Torr & Zisserman 2000), prior included, and `inliers` the number of e < 1.
 struct Score {
   float cost = 0;
   int inliers = 0;
@@ -28,8 +28,9 @@ struct Loss {
 };
 
 /// Prior of the parallax of a match, the displacement d that its rotation leaves: weight * ((1 + d^2 / s^2)^(1/4) - 1)
-/// is added to its cost. Most of a scene is far, little of it is near: among poses that explain the matches equally
-/// well the one that needs less parallax is the likelier. Grows so slowly that near points hardly pull.
+/// is added to its cost, which stays at most that of an outlier. Most of a scene is far, little of it is near: among
+/// poses that explain the matches equally well the one that needs less parallax is the likelier. Grows so slowly that
+/// near points hardly pull.
 struct ParallaxPrior {
   float weight = 0;         ///< in squared thresholds; 0: none
   float inverse_scale = 0;  ///< squared threshold over s^2

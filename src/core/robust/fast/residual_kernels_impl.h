@@ -92,9 +92,10 @@ struct KernelsFor {
 
   struct Sum {
     V cost = V::set(0), inliers = V::set(0);
-    void add(V e) {
+    void add(V e) { add(e, V::set(0)); }
+    void add(V e, V prior) {
       const V one = V::set(1);
-      cost = cost + V::minimum(e, one);
+      cost = cost + V::minimum(e + prior, one);
       inliers = inliers + V::select(e, one, one, V::set(0));
     }
     void finish(const PointColumnsView& points, int looked_at, Score& score) const {
@@ -134,8 +135,8 @@ struct KernelsFor {
         const Point p(points, i);
         const Epipolar s(E, p);
         const Parallax d(R, p);
-        sum.add(V::maximum(s.residual(p.w), behindResidual(d, t, s, p)));
-        sum.cost = sum.cost + prior.cost(prior.root(d));
+        const V e = V::maximum(s.residual(p.w), behindResidual(d, t, s, p));
+        sum.add(e, prior.cost(prior.root(d)));
       }
       if (i < points.size && sum.cost.sum() > bound) break;
     }

@@ -13,8 +13,8 @@ constexpr int kAttempts = 8;
 
 // The first samples come from this share of the matches, and after this many samples all matches take part
 // (doc/estimator.md has the measurement).
-constexpr double kFirstShare = 0.5;
-constexpr double kGrowthSamples = 20;
+constexpr double kFirstShare = 0.02;
+constexpr double kGrowthSamples = 300;
 constexpr int kFirstMultiple = 4;  // of the sample size: the shortest prefix
 
 }  // namespace
