@@ -11,6 +11,10 @@ namespace gms_ransac {
 
 namespace {
 
+// Share of the reference's keypoints that must be inliers for it to be kept. Successive images of a handheld camera
+// have 0.4 to 0.7 (TUM freiburg1, 2000 keypoints), so the view has shifted by about half when it falls below.
+constexpr double kWellSeen = 0.2;
+
 /// The outcome of a comparison in words, with what to do where something can be done.
 std::string explain(Status status, const MatchResult& result, const CameraModel& camera) {
   std::ostringstream text;
@@ -58,13 +62,18 @@ std::string sizeText(const cv::Size& size) { return std::to_string(size.width) +
 
 FrameProcessor::FrameProcessor(const Parameters& parameters, const std::string& image_topic,
                                const std::string& info_topic)
-    : image_topic_(image_topic), camera_source_(parameters, image_topic, info_topic) {}
+    : image_topic_(image_topic), parameters_(parameters), camera_source_(parameters, image_topic, info_topic) {}
 
-void FrameProcessor::setOptions(const MatchFilterOptions& options, double max_frame_gap) {
-  auto filter = std::make_shared<MatchFilter>(options);
+void FrameProcessor::setOptions(const ProcessorOptions& options) {
+  auto filter = std::make_shared<MatchFilter>(options.core);
   std::lock_guard<std::mutex> lock(mutex_);
   filter_ = std::move(filter);
-  max_frame_gap_ = max_frame_gap;
+  options_ = options;
+}
+
+ProcessorOptions FrameProcessor::options() {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return options_;
 }
 
 void FrameProcessor::requestReset() {
@@ -80,7 +89,7 @@ std::unique_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& inpu
     frame = spare_ ? std::move(spare_) : std::make_unique<PreparedFrame>();
     frame->filter = filter_;
     frame->reset_requested = std::exchange(reset_requested_, false);
-    max_gap = max_frame_gap_;
+    max_gap = options_.max_frame_gap;
   }
   frame->input = input;
   frame->header = input.image->header;
@@ -128,6 +137,8 @@ Answer FrameProcessor::answer(std::unique_ptr<PreparedFrame> frame) {
     compare(answer);
     // An image without keypoints would make the next one fail too; the one before it is the better reference.
     if (answer.status == Status::kTooFewKeypoints && current_->frame.features.size() < kMinimumMatches) return answer;
+    answer.reference_held = holdReference(answer);
+    if (answer.reference_held) return answer;
   }
   // After the swap the old reference rests in `current_`, alive until the next call.
   std::swap(reference_, current_);
@@ -136,26 +147,25 @@ Answer FrameProcessor::answer(std::unique_ptr<PreparedFrame> frame) {
 
 std::string FrameProcessor::startAnew(const PreparedFrame& frame, Answer& answer) {
   answer.status = Status::kTimeReset;
-  answer.was_reset = true;
+  answer.continuity = Continuity::kBroken;
   const std::string anew = "; this image is a new reference";
   std::string why;
-  double max_gap;
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    max_gap = max_frame_gap_;
-  }
+  const double max_gap = options().max_frame_gap;
   if (frame.reset_requested) {
     answer.status = Status::kFirstFrame;
+    answer.continuity = Continuity::kRestarted;
     why = "reset on request" + anew;
   } else if (frame.stamp_verdict == StampVerdict::kClockReset) {
+    answer.continuity = Continuity::kRestarted;
     why = "the clock went back" + anew;
   } else if (frame.stamp_verdict == StampVerdict::kJumpedBack) {
+    answer.continuity = Continuity::kRestarted;
     why = "the stamps went back" + anew;
   } else if (frame.stamp_verdict == StampVerdict::kGap) {
     why = "more than ~max_frame_gap (" + seconds(max_gap) + ") since the image before" + anew;
   } else if (!reference_) {
     answer.status = Status::kFirstFrame;
-    answer.was_reset = false;
+    answer.continuity = Continuity::kContinuous;
     return "first image; nothing to compare with yet";
   } else if (frame.frame.features.image_size != reference_->frame.features.image_size) {
     answer.status = Status::kFirstFrame;
@@ -164,7 +174,7 @@ std::string FrameProcessor::startAnew(const PreparedFrame& frame, Answer& answer
   } else if (frame.stamp() - reference_->stamp() > max_gap) {
     why = "no usable image within ~max_frame_gap (" + seconds(max_gap) + ")" + anew;
   } else {
-    answer.was_reset = false;
+    answer.continuity = Continuity::kContinuous;
     return std::string();
   }
   reference_.reset();
@@ -180,11 +190,22 @@ void FrameProcessor::compare(Answer& answer) {
     current_->filter->filter(reference_->frame, current_->frame, result_);
     answer.status = result_.status;
     answer.text = explain(result_.status, result_, *current_->camera);
+    if (answer.poseValid()) answer.pose = publishablePose(result_.robust, options().sigma_floor);
+    if (answer.status == Status::kOk && parameters_.scale == ScaleSource::kFixed) {
+      applyScale(parameters_.fixed_scale, 0, answer.pose);
+      answer.metric_scale = true;
+    }
   } catch (const std::exception& error) {
     result_.clear(Status::kRansacFailed);
     answer.status = Status::kRansacFailed;
     answer.text = error.what();
   }
+}
+
+bool FrameProcessor::holdReference(const Answer& answer) {
+  // Turning on, the reference would leave the view before there is parallax; so only while it is well seen.
+  return answer.status == Status::kLowParallax && answer.result != nullptr && options().hold_reference &&
+         answer.result->inliers >= kWellSeen * answer.result->keypoints_reference;
 }
 
 }  // namespace gms_ransac

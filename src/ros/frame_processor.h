@@ -11,6 +11,7 @@
 #include "gms_ransac/match_filter.h"
 #include "image_conversion.h"
 #include "image_input.h"
+#include "publishable_pose.h"
 #include "stamp_watch.h"
 
 namespace gms_ransac {
@@ -31,6 +32,13 @@ struct PreparedFrame {
   double stamp() const { return header.stamp.toSec(); }
 };
 
+/// How an image follows on what came before it.
+enum class Continuity {
+  kContinuous,
+  kBroken,    ///< the motion since the image before is not known: a gap, another image size
+  kRestarted  ///< nothing before counts any more: the clock or the stamps went back, or a reset was asked for
+};
+
 /// What is to be published for one image. The pointers live until the next call of `answer`.
 struct Answer {
   Status status = Status::kFirstFrame;
@@ -38,9 +46,19 @@ struct Answer {
   const PreparedFrame* current = nullptr;
   const PreparedFrame* reference = nullptr;  ///< null: not compared
   const MatchResult* result = nullptr;       ///< null: not compared
-  bool was_reset = false;                    ///< everything before this image was forgotten
+  Continuity continuity = Continuity::kContinuous;
+  RelativePose pose;            ///< as it is published; if poseValid()
+  bool metric_scale = false;    ///< pose.t is in metres
+  bool reference_held = false;  ///< the next image will be compared with this reference again
 
   bool poseValid() const { return result != nullptr && (status == Status::kOk || status == Status::kLowParallax); }
+};
+
+struct ProcessorOptions {
+  MatchFilterOptions core;
+  double max_frame_gap = 1;    ///< seconds
+  bool hold_reference = true;  ///< keep the reference while the parallax is too small
+  SigmaFloor sigma_floor;
 };
 
 /// `prepare` and `answer` may run on two threads, each on one; the rest may be called from anywhere.
@@ -49,7 +67,7 @@ class FrameProcessor {
   FrameProcessor(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic);
 
   /// Takes effect with the next image. Throws std::invalid_argument and keeps the old options if these are wrong.
-  void setOptions(const MatchFilterOptions& options, double max_frame_gap);
+  void setOptions(const ProcessorOptions& options);
   /// The next image has nothing to be compared with.
   void requestReset();
 
@@ -62,8 +80,11 @@ class FrameProcessor {
   /// Forgets the reference where the stamps or the image size ask for it and says why; empty: compare.
   std::string startAnew(const PreparedFrame& frame, Answer& answer);
   void compare(Answer& answer);
+  bool holdReference(const Answer& answer);
+  ProcessorOptions options();
 
   const std::string image_topic_;
+  const Parameters parameters_;
 
   // prepare's
   ImageConverter converter_;
@@ -77,7 +98,7 @@ class FrameProcessor {
   // shared
   std::mutex mutex_;
   std::shared_ptr<MatchFilter> filter_;
-  double max_frame_gap_ = 1;
+  ProcessorOptions options_;
   bool reset_requested_ = false;
   std::unique_ptr<PreparedFrame> spare_;  ///< answered; its storage serves the next image
 };

@@ -12,16 +12,13 @@ std::string withoutLeadingSlash(const std::string& frame) {
 
 std::string referenceFrame(const std::string& camera_frame) { return camera_frame + "_reference"; }
 
-geometry_msgs::Pose toPoseMessage(const RelativePose& pose) {
-  const Eigen::Quaterniond q = Eigen::Quaterniond(pose.R).normalized();
-  geometry_msgs::Pose message;
-  message.position.x = pose.t.x();
-  message.position.y = pose.t.y();
-  message.position.z = pose.t.z();
-  message.orientation.x = q.x();
-  message.orientation.y = q.y();
-  message.orientation.z = q.z();
-  message.orientation.w = q.w();
+geometry_msgs::PoseWithCovariance toPoseWithCovariance(const RelativePose& pose) {
+  Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
+  isometry.linear() = pose.R;
+  isometry.translation() = pose.t;
+  geometry_msgs::PoseWithCovariance message;
+  message.pose = tf2::toMsg(isometry);
+  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message.covariance.data()) = pose.covariance;
   return message;
 }
 

@@ -17,7 +17,7 @@ std::string withoutLeadingSlash(const std::string& frame);
 /// The child of the relative transform: "<camera frame>_reference".
 std::string referenceFrame(const std::string& camera_frame);
 
-geometry_msgs::Pose toPoseMessage(const RelativePose& pose);
+geometry_msgs::PoseWithCovariance toPoseWithCovariance(const RelativePose& pose);
 
 /// Where the reference camera stood, seen from the current one: camera frame -> its reference frame. A leaf of its
 /// own, so no frame gets a second parent.

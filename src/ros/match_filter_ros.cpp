@@ -14,6 +14,15 @@ constexpr int kSilentPeriods = 5;   // without an image before the log says whic
 // Every frame is kept when none may be dropped; a queue this long means that replay outruns the computer.
 constexpr int kLongQueue = 200;
 
+ProcessorOptions processorOptions(const MatchFilterConfig& config) {
+  ProcessorOptions options;
+  options.core = coreOptions(config);
+  options.max_frame_gap = config.max_frame_gap;
+  options.hold_reference = config.hold_reference;
+  options.sigma_floor = {config.translation_sigma_floor, config.rotation_sigma_floor};
+  return options;
+}
+
 }  // namespace
 
 MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& name)
@@ -30,7 +39,7 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
     // The values the node starts with are refused here, with a sentence; dynamic_reconfigure would only log them.
     MatchFilterConfig config = MatchFilterConfig::__getDefault__();
     config.__fromServer__(pnh_);
-    processor_->setOptions(coreOptions(config), config.max_frame_gap);
+    processor_->setOptions(processorOptions(config));
     config_ = config;
   }
   // Deadlock ahead: the server holds its mutex while it calls back, so nothing here may wait for it with another held.
@@ -39,16 +48,15 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   {
     // A listener may connect before `outputs_` is assigned.
     std::lock_guard<std::mutex> lock(subscription_mutex_);
-    outputs_ = std::make_unique<Outputs>(nh_, pnh_, [this] { updateSubscription(); });
+    outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, [this] { updateSubscription(); });
   }
   diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, name_);
   worker_ = std::thread([this] { work(); });
   if (parameters_.threads > 1) second_worker_ = std::thread([this] { answerPrepared(); });
   ROS_INFO_STREAM(name_ << ": method " << config_.method << ", model " << config_.model << ", OpenCV " << CV_VERSION
                         << "; subscribes to " << input_->imageTopic()
-                        << (parameters_.always_subscribe
-                                ? " always (~always_subscribe)"
-                                : " only while someone listens or ~publish_relative_tf is on"));
+                        << (parameters_.always_subscribe ? " always (~always_subscribe)"
+                                                         : " only while someone listens or a transform is published"));
   updateSubscription();
   reset_service_ = pnh_.advertiseService("reset", &MatchFilterRos::reset, this);
   pause_service_ = pnh_.advertiseService("pause", &MatchFilterRos::pause, this);
@@ -74,7 +82,7 @@ MatchFilterRos::~MatchFilterRos() {
 
 void MatchFilterRos::reconfigure(MatchFilterConfig& config, uint32_t /*level*/) {
   try {
-    processor_->setOptions(coreOptions(config), config.max_frame_gap);
+    processor_->setOptions(processorOptions(config));
   } catch (const std::exception& error) {
     ROS_ERROR_STREAM(name_ << ": change refused, the old parameters stay: " << error.what());
     std::lock_guard<std::mutex> lock(options_mutex_);
@@ -86,7 +94,7 @@ void MatchFilterRos::reconfigure(MatchFilterConfig& config, uint32_t /*level*/) 
     config_ = config;
     output_options_.publish_rejected = config.publish_rejected;
     output_options_.publish_relative_tf = config.publish_relative_tf;
-    output_options_.sigma_floor = {config.translation_sigma_floor, config.rotation_sigma_floor};
+    output_options_.publish_odom_tf = config.publish_odom_tf;
   }
   updateSubscription();
 }
@@ -97,7 +105,7 @@ void MatchFilterRos::updateSubscription() {
   bool transforms;
   {
     std::lock_guard<std::mutex> options_lock(options_mutex_);
-    transforms = output_options_.publish_relative_tf;
+    transforms = output_options_.publish_relative_tf || output_options_.publish_odom_tf;
   }
   const bool wanted = !paused_ && (parameters_.always_subscribe || transforms || outputs_->listeners() > 0);
   if (wanted == input_->started()) return;
@@ -163,9 +171,9 @@ void MatchFilterRos::answerPrepared() {
 
 void MatchFilterRos::publish(const Answer& answer) {
   ++processed_;
-  if (answer.was_reset) ++resets_;
+  if (answer.continuity != Continuity::kContinuous) ++resets_;
   if (answer.status == Status::kBadImage) throttle_.warn("bad image", name_ + ": " + answer.text);
-  if (answer.was_reset) throttle_.warn("reset", name_ + ": " + answer.text);
+  if (answer.continuity != Continuity::kContinuous) throttle_.warn("reset", name_ + ": " + answer.text);
   OutputOptions options;
   {
     std::lock_guard<std::mutex> lock(options_mutex_);

@@ -1,17 +1,12 @@
 #include "message_conversion.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "frames.h"
 
 namespace gms_ransac {
 
 namespace {
-
-// robot_localization warns above the one and replaces a zero; anything in between is taken as it is.
-constexpr double kLargestVariance = 1e3;
-constexpr double kSmallestVariance = 1e-9;
 
 void reserveColumns(size_t n, bool with_stage, Correspondences& message) {
   message.reference_points.clear();
@@ -28,29 +23,7 @@ void reserveColumns(size_t n, bool with_stage, Correspondences& message) {
 
 }  // namespace
 
-RelativePose publishablePose(const RobustResult& robust, const SigmaFloor& floor) {
-  RelativePose pose = robust.pose;
-  if (!pose.covariance.allFinite()) pose.covariance.setIdentity() *= kLargestVariance;
-  if (!robust.translation_observable) {
-    pose.t.setZero();
-    pose.covariance.topRows<3>().setZero();
-    pose.covariance.leftCols<3>().setZero();
-    pose.covariance.topLeftCorner<3, 3>().diagonal().setConstant(kLargestVariance);
-  }
-  for (int i = 0; i < 6; ++i) {
-    const double sigma = i < 3 ? floor.translation : floor.rotation;
-    // Adding the floor keeps the matrix positive definite; raising single entries would not.
-    pose.covariance(i, i) = std::max(pose.covariance(i, i) + sigma * sigma, kSmallestVariance);
-  }
-  const double largest = pose.covariance.diagonal().maxCoeff();
-  if (largest > kLargestVariance && robust.translation_observable) pose.covariance *= kLargestVariance / largest;
-  for (int i = 0; i < 6; ++i) {
-    pose.covariance(i, i) = std::clamp(pose.covariance(i, i), kSmallestVariance, kLargestVariance);
-  }
-  return pose;
-}
-
-void toMessage(const Answer& answer, const SigmaFloor& floor, bool with_rejected, Correspondences& message) {
+void toMessage(const Answer& answer, bool with_rejected, Correspondences& message) {
   const MatchResult& result = *answer.result;
   const PreparedFrame &reference = *answer.reference, &current = *answer.current;
   message.header = current.header;
@@ -82,15 +55,10 @@ void toMessage(const Answer& answer, const SigmaFloor& floor, bool with_rejected
   message.track_length.assign(message.confidence.size(), 2);
 
   message.pose_valid = answer.poseValid();
-  message.metric_scale = false;
+  message.metric_scale = answer.metric_scale;
   message.current_in_reference = geometry_msgs::PoseWithCovariance();
   message.current_in_reference.pose.orientation.w = 1;
-  if (answer.poseValid()) {
-    const RelativePose pose = publishablePose(result.robust, floor);
-    message.current_in_reference.pose = toPoseMessage(pose);
-    Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message.current_in_reference.covariance.data()) =
-        pose.covariance;
-  }
+  if (answer.poseValid()) message.current_in_reference = toPoseWithCovariance(answer.pose);
 }
 
 void toMessage(const Answer& answer, const FrameCounters& counters, MatchStats& message) {

@@ -28,7 +28,8 @@ std::string caption(const Answer& answer) {
 
 }  // namespace
 
-Outputs::Outputs(const ros::NodeHandle& /*nh*/, const ros::NodeHandle& pnh, std::function<void()> listeners_changed)
+Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
+                 std::function<void()> listeners_changed)
     : transport_(pnh) {
   ros::NodeHandle outputs(pnh);
   const ros::SubscriberStatusCallback changed = [listeners_changed](const ros::SingleSubscriberPublisher&) {
@@ -41,11 +42,12 @@ Outputs::Outputs(const ros::NodeHandle& /*nh*/, const ros::NodeHandle& pnh, std:
   relative_pose_ =
       outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("relative_pose", kPublisherQueue, changed, changed);
   restart_ = outputs.advertise<std_msgs::Bool>("restart", kPublisherQueue);  // worth no subscription of its own
+  odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, changed);
   match_image_ = transport_.advertise("match_image", 1, image_changed, image_changed);
 }
 
 int Outputs::listeners() const {
-  int count = static_cast<int>(match_image_.getNumSubscribers());
+  int count = static_cast<int>(match_image_.getNumSubscribers()) + odometry_->listeners();
   for (const ros::Publisher* publisher : {&correspondences_, &stats_, &relative_pose_}) {
     count += static_cast<int>(publisher->getNumSubscribers());
   }
@@ -56,18 +58,20 @@ MatchStatsConstPtr Outputs::publish(const Answer& answer, const FrameCounters& c
   if (answer.result != nullptr) {
     if (correspondences_.getNumSubscribers() > 0) {
       auto message = boost::make_shared<Correspondences>();
-      toMessage(answer, options.sigma_floor, options.publish_rejected, *message);
+      toMessage(answer, options.publish_rejected, *message);
       correspondences_.publish(message);
     }
     if (answer.poseValid()) publishPose(answer, options);
   }
+
+  odometry_->publish(answer, options.publish_odom_tf);
 
   auto stats = boost::make_shared<MatchStats>();
   toMessage(answer, counters, *stats);
   stats->latency = static_cast<float>((ros::Time::now() - answer.current->header.stamp).toSec());
   stats_.publish(stats);
 
-  if (answer.was_reset) {
+  if (answer.continuity != Continuity::kContinuous) {
     std_msgs::Bool restart;
     restart.data = true;
     restart_.publish(restart);
@@ -77,16 +81,14 @@ MatchStatsConstPtr Outputs::publish(const Answer& answer, const FrameCounters& c
 }
 
 void Outputs::publishPose(const Answer& answer, const OutputOptions& options) {
-  const RelativePose pose = publishablePose(answer.result->robust, options.sigma_floor);
   if (options.publish_relative_tf && !answer.current->header.frame_id.empty()) {
-    broadcaster_.sendTransform(relativeTransform(pose, answer.current->header));
+    broadcaster_.sendTransform(relativeTransform(answer.pose, answer.current->header));
   }
   if (relative_pose_.getNumSubscribers() == 0) return;
   auto message = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>();
   message->header = answer.current->header;
   message->header.frame_id = referenceFrame(answer.reference->header.frame_id);
-  message->pose.pose = toPoseMessage(pose);
-  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message->pose.covariance.data()) = pose.covariance;
+  message->pose = toPoseWithCovariance(answer.pose);
   relative_pose_.publish(message);
 }
 

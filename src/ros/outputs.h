@@ -2,12 +2,14 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 
 #include <image_transport/image_transport.h>
 #include <ros/node_handle.h>
 #include <tf2_ros/transform_broadcaster.h>
 
 #include "message_conversion.h"
+#include "odometry_output.h"
 
 namespace gms_ransac {
 
@@ -15,13 +17,14 @@ namespace gms_ransac {
 struct OutputOptions {
   bool publish_rejected = false;
   bool publish_relative_tf = true;
-  SigmaFloor sigma_floor;
+  bool publish_odom_tf = false;
 };
 
 class Outputs {
  public:
   /// Topics are relative to `pnh`. `listeners_changed` is called whenever a subscriber comes or goes.
-  Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, std::function<void()> listeners_changed);
+  Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
+          std::function<void()> listeners_changed);
 
   /// Subscribers of all topics together. Transforms have no subscribers to count; the caller knows whether they are on.
   int listeners() const;
@@ -37,6 +40,7 @@ class Outputs {
   tf2_ros::TransformBroadcaster broadcaster_;
   ros::Publisher correspondences_, stats_, relative_pose_, restart_;
   image_transport::Publisher match_image_;
+  std::unique_ptr<OdometryOutput> odometry_;
 };
 
 }  // namespace gms_ransac

@@ -7,28 +7,20 @@
 
 #include <XmlRpcValue.h>
 
+#include "frames.h"
+
 namespace gms_ransac {
 
 namespace {
 
 // Every parameter that is fixed at start; the one list that `unknownParameters` knows besides cfg/MatchFilter.cfg.
-const std::vector<std::string> kStaticNames = {"camera_info_sync",
-                                               "input_is_rectified",
-                                               "image_transport",
-                                               "drop_frames",
-                                               "queue_size",
-                                               "always_subscribe",
-                                               "camera/fx",
-                                               "camera/fy",
-                                               "camera/cx",
-                                               "camera/cy",
-                                               "camera/k1",
-                                               "camera/k2",
-                                               "camera/p1",
-                                               "camera/p2",
-                                               "camera/k3",
-                                               "camera/k4",
-                                               "camera/distortion_model"};
+// clang-format off
+const std::vector<std::string> kStaticNames = {
+    "camera_info_sync", "input_is_rectified", "image_transport", "drop_frames", "queue_size", "always_subscribe",
+    "threads", "diagnostic_period", "scale", "fixed_scale", "odom_frame", "base_frame", "invert_odom_tf",
+    "camera/fx", "camera/fy", "camera/cx", "camera/cy", "camera/k1", "camera/k2", "camera/p1", "camera/p2",
+    "camera/k3", "camera/k4", "camera/distortion_model"};
+// clang-format on
 
 std::string toText(XmlRpc::XmlRpcValue value) {
   if (value.getType() == XmlRpc::XmlRpcValue::TypeString) return static_cast<std::string>(value);
@@ -124,6 +116,20 @@ Parameters Parameters::read(const ros::NodeHandle& pnh) {
   gms_ransac::read(pnh, "drop_frames", "true or false", parameters.drop_frames);
   gms_ransac::read(pnh, "always_subscribe", "true or false", parameters.always_subscribe);
   parameters.queue_size = readInt(pnh, "queue_size", parameters.queue_size, 1, 10000);
+  const std::string scale = readChoice(pnh, "scale", "unit", {"unit", "propagate", "depth", "fixed"});
+  parameters.scale = scale == "propagate" ? ScaleSource::kPropagate
+                     : scale == "depth"   ? ScaleSource::kDepth
+                     : scale == "fixed"   ? ScaleSource::kFixed
+                                          : ScaleSource::kUnit;
+  gms_ransac::read(pnh, "fixed_scale", "a number of metres", parameters.fixed_scale);
+  if (!(parameters.fixed_scale >= 1e-6 && parameters.fixed_scale <= 1e6)) {
+    refuse(pnh, "fixed_scale", std::to_string(parameters.fixed_scale), "between 1e-06 and 1e+06 metres");
+  }
+  gms_ransac::read(pnh, "odom_frame", "a frame", parameters.odom_frame);
+  gms_ransac::read(pnh, "base_frame", "a frame", parameters.base_frame);
+  parameters.odom_frame = withoutLeadingSlash(parameters.odom_frame);
+  parameters.base_frame = withoutLeadingSlash(parameters.base_frame);
+  gms_ransac::read(pnh, "invert_odom_tf", "true or false", parameters.invert_odom_tf);
   parameters.threads = readInt(pnh, "threads", parameters.threads, 1, 16);
   return parameters;
 }

@@ -1,0 +1,132 @@
+#include "odometry_output.h"
+
+#include <geometry_msgs/TwistWithCovarianceStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <tf2_eigen/tf2_eigen.h>
+#include <boost/make_shared.hpp>
+
+#include "frames.h"
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr uint32_t kPublisherQueue = 10;
+// Before the first broadcast tf is listened to for this long, to learn of another node that owns the frame.
+constexpr double kSettlingSeconds = 1;
+
+using RowMajor6d = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+
+geometry_msgs::TwistWithCovariance toMessage(const Vector6d& twist, const Matrix6d& covariance) {
+  geometry_msgs::TwistWithCovariance message;
+  message.twist.linear.x = twist(0);
+  message.twist.linear.y = twist(1);
+  message.twist.linear.z = twist(2);
+  message.twist.angular.x = twist(3);
+  message.twist.angular.y = twist(4);
+  message.twist.angular.z = twist(5);
+  Eigen::Map<RowMajor6d>(message.covariance.data()) = covariance;
+  return message;
+}
+
+}  // namespace
+
+OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
+                               const ros::SubscriberStatusCallback& changed)
+    : nh_(nh), parameters_(parameters) {
+  odom_ = outputs.advertise<nav_msgs::Odometry>("odom", kPublisherQueue, changed, changed);
+  twist_ = outputs.advertise<geometry_msgs::TwistWithCovarianceStamped>("twist", kPublisherQueue, changed, changed);
+}
+
+int OdometryOutput::listeners() const {
+  return static_cast<int>(odom_.getNumSubscribers() + twist_.getNumSubscribers());
+}
+
+bool OdometryOutput::integrate(const Answer& answer) {
+  if (answer.continuity == Continuity::kRestarted || answer.status == Status::kFirstFrame) odometry_.restart();
+  if (answer.continuity == Continuity::kBroken) odometry_.lose();
+  if (answer.result == nullptr) return false;
+  const double seconds = answer.current->stamp() - answer.reference->stamp();
+  if (!answer.poseValid() || seconds <= 0) {
+    // An image that was only skipped leaves the reference, and with it the motion, where it was.
+    if (answer.status != Status::kTooFewKeypoints) odometry_.lose();
+    return false;
+  }
+  odometry_.add(answer.pose, answer.status == Status::kOk, seconds, answer.reference_held);
+  return true;
+}
+
+void OdometryOutput::publish(const Answer& answer, bool with_transform) {
+  const bool needs_tf = with_transform || !parameters_.base_frame.empty();
+  if (needs_tf && !listener_ && (with_transform || listeners() > 0)) {
+    listener_ = std::make_unique<tf2_ros::TransformListener>(buffer_, nh_);
+    listening_since_ = ros::WallTime::now();
+  }
+  if (answer.continuity == Continuity::kRestarted) buffer_.clear();
+  if (!integrate(answer) || (listeners() == 0 && !with_transform)) return;
+  const std_msgs::Header& header = answer.current->header;
+  const auto camera_in_base = cameraInBase(header);
+  if (!camera_in_base) return;
+
+  const bool of_camera = parameters_.base_frame.empty();
+  const OdometryEstimate estimate = of_camera ? odometry_.camera() : odometry_.base(*camera_in_base);
+  const std::string moving_frame = of_camera ? header.frame_id : parameters_.base_frame;
+  auto odom = boost::make_shared<nav_msgs::Odometry>();
+  odom->header.stamp = header.stamp;
+  odom->header.frame_id = parameters_.odom_frame;
+  odom->child_frame_id = moving_frame;
+  odom->pose.pose = tf2::toMsg(estimate.pose);
+  Eigen::Map<RowMajor6d>(odom->pose.covariance.data()) = estimate.pose_covariance;
+  odom->twist = toMessage(estimate.twist, estimate.twist_covariance);
+  odom_.publish(odom);
+
+  auto twist = boost::make_shared<geometry_msgs::TwistWithCovarianceStamped>();
+  twist->header.stamp = header.stamp;
+  twist->header.frame_id = moving_frame;
+  twist->twist = odom->twist;
+  twist_.publish(twist);
+  if (with_transform) broadcast(estimate.pose, header.stamp, moving_frame);
+}
+
+std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::Header& camera) {
+  if (parameters_.base_frame.empty() || parameters_.base_frame == camera.frame_id) return Eigen::Isometry3d::Identity();
+  try {
+    return tf2::transformToEigen(buffer_.lookupTransform(parameters_.base_frame, camera.frame_id, camera.stamp));
+  } catch (const tf2::ExtrapolationException&) {
+    // A camera moves little on its body within the moment that tf is late.
+    try {
+      return tf2::transformToEigen(buffer_.lookupTransform(parameters_.base_frame, camera.frame_id, ros::Time(0)));
+    } catch (const tf2::TransformException&) {
+    }
+  } catch (const tf2::TransformException& error) {
+    throttle_.warn("base frame",
+                   "no ~odom: the camera's place on ~base_frame is not known to tf: " + std::string(error.what()));
+  }
+  return std::nullopt;
+}
+
+bool OdometryOutput::mayBroadcast(const std::string& parent, const std::string& child) {
+  if (refused_ || (ros::WallTime::now() - listening_since_).toSec() < kSettlingSeconds) return false;
+  std::string owner;
+  if (!buffer_._getParent(child, ros::Time(0), owner) || owner == parent) return true;
+  refused_ = true;
+  ROS_ERROR_STREAM("no odometry transform: " << child << " already has the parent " << owner
+                                             << " and a frame can have only one; set ~invert_odom_tf, or stop the "
+                                                "other node");
+  return false;
+}
+
+void OdometryOutput::broadcast(const Eigen::Isometry3d& pose, const ros::Time& stamp, const std::string& moving_frame) {
+  const bool inverted = parameters_.invert_odom_tf;
+  const std::string& parent = inverted ? moving_frame : parameters_.odom_frame;
+  const std::string& child = inverted ? parameters_.odom_frame : moving_frame;
+  if (stamp == last_broadcast_ || !mayBroadcast(parent, child)) return;
+  geometry_msgs::TransformStamped transform = tf2::eigenToTransform(inverted ? pose.inverse() : pose);
+  transform.header.stamp = stamp;
+  transform.header.frame_id = parent;
+  transform.child_frame_id = child;
+  broadcaster_.sendTransform(transform);
+  last_broadcast_ = stamp;
+}
+
+}  // namespace gms_ransac

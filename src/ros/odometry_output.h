@@ -1,0 +1,50 @@
+// Publishes the integrated motion as ~odom, ~twist and, if wanted, a transform.
+#pragma once
+
+#include <optional>
+
+#include <ros/node_handle.h>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_broadcaster.h>
+#include <tf2_ros/transform_listener.h>
+
+#include "frame_processor.h"
+#include "odometry.h"
+#include "throttle.h"
+
+namespace gms_ransac {
+
+class OdometryOutput {
+ public:
+  OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
+                 const ros::SubscriberStatusCallback& listeners_changed);
+
+  int listeners() const;
+  /// Integrates every answer; publishes only while the motion is known.
+  void publish(const Answer& answer, bool broadcast);
+
+ private:
+  /// Integrates; false when there is nothing to publish.
+  bool integrate(const Answer& answer);
+  /// Of the camera in ~base_frame, looked up at the image's stamp; identity when ~base_frame is empty. None, with a
+  /// throttled sentence, while tf does not know it.
+  std::optional<Eigen::Isometry3d> cameraInBase(const std_msgs::Header& camera);
+  /// False while tf has not been listened to long enough, and for good, with a sentence, once another node gives the
+  /// child frame a parent.
+  bool mayBroadcast(const std::string& parent, const std::string& child);
+  void broadcast(const Eigen::Isometry3d& pose, const ros::Time& stamp, const std::string& moving_frame);
+
+  ros::NodeHandle nh_;
+  const Parameters parameters_;
+  Odometry odometry_;
+  ros::Publisher odom_, twist_;
+  tf2_ros::Buffer buffer_;
+  std::unique_ptr<tf2_ros::TransformListener> listener_;  ///< only where tf is needed: it is a busy topic
+  tf2_ros::TransformBroadcaster broadcaster_;
+  ros::WallTime listening_since_;
+  bool refused_ = false;
+  ros::Time last_broadcast_;
+  Throttle throttle_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,143 @@
+#!/usr/bin/env python3
+"""~odom, ~twist and their transforms: axes, frames, covariance, silence when lost, no second parent."""
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+import tf2_ros
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, TwistWithCovarianceStamped
+from gms_ransac.msg import MatchStats
+from nav_msgs.msg import Odometry
+
+from graph import Client, Scene, degrees_between, rotation_matrix, vector
+
+STEP = (0.15, 0.05, 0.0)
+
+
+def optical_mount(stamp, parent, child):
+    """A camera 0.3 m ahead of its base that looks along base x: rpy -90 0 -90."""
+    message = TransformStamped()
+    message.header.stamp = stamp
+    message.header.frame_id, message.child_frame_id = parent, child
+    message.transform.translation.x = 0.3
+    q = message.transform.rotation
+    q.x, q.y, q.z, q.w = -0.5, 0.5, -0.5, 0.5
+    return message
+
+
+class OdometryTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        scene = Scene()
+        cls.frames = [scene.draw(t=np.array(STEP) * i) for i in range(5)]
+
+    def run_filter(self, name, frame, count=5):
+        """Sends the sequence; returns (client, odom, twist)."""
+        client, odom, twist = Client(name, name + "/image", name + "/camera_info"), [], []
+        client.subscribe("odom", Odometry, odom)
+        client.subscribe("twist", TwistWithCovarianceStamped, twist)
+        client.connect()
+        for i in range(count):
+            answer = client.ask(self.frames[i], 100 + 0.1 * i, frame=frame)
+        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+        client.wait(lambda: len(odom) == count - 1 and len(twist) == count - 1, "odometry of %d pairs" % (count - 1))
+        return client, odom, twist
+
+    def assert_covariance(self, covariance):
+        covariance = np.array(covariance).reshape(6, 6)
+        self.assertTrue(np.all(np.isfinite(covariance)))
+        self.assertTrue(np.all(np.diag(covariance) >= 1e-9) and np.all(np.diag(covariance) <= 1e3))
+        self.assertGreater(np.linalg.eigvalsh(covariance).min(), -1e-9)
+
+    def test_of_the_camera(self):
+        client, odom, twist = self.run_filter("of_camera", "/camera_a")
+        for message, rate in zip(odom, twist):
+            self.assertEqual((message.header.frame_id, message.child_frame_id), ("odom", "camera_a"))
+            self.assertEqual(rate.header.frame_id, "camera_a")
+            self.assert_covariance(message.pose.covariance)
+            self.assert_covariance(message.twist.covariance)
+            self.assertEqual(message.twist.covariance, rate.twist.covariance)
+        position = vector(odom[-1].pose.pose.position)
+        self.assertLess(degrees_between(position, STEP), 5)
+        # ~scale fixed: 0.5 m a pair, five times a second ten.
+        self.assertAlmostEqual(np.linalg.norm(position), 4 * 0.5, delta=0.02)
+        self.assertAlmostEqual(np.linalg.norm(vector(twist[-1].twist.twist.linear)), 5, delta=0.01)
+        self.assertTrue(client.correspondence(100.4).metric_scale)
+        variances = [m.pose.covariance[0] for m in odom]
+        self.assertEqual(variances, sorted(variances), "uncertainty grows")
+
+    def test_silent_when_lost(self):
+        client, odom, twist = self.run_filter("of_camera_again", "camera_b", count=3)
+        answer = client.ask(np.zeros((480, 640), np.uint8), 100.3, frame="camera_b")
+        self.assertEqual(answer.status, MatchStats.TOO_FEW_KEYPOINTS)
+        other_place = Scene().draw(t=(0, 0, 0), r=(0, 2.0, 0))
+        client.ask(np.ascontiguousarray(other_place[::-1]), 100.4, frame="camera_b")
+        answer = client.ask(self.frames[0], 100.5, frame="camera_b")
+        client.ask(self.frames[1], 100.6, frame="camera_b")
+        client.wait(lambda: odom[-1].header.stamp.to_sec() > 100.59, "odometry after the loss")
+        stamps = [round(m.header.stamp.to_sec(), 3) for m in odom]
+        lost = [round(m.header.stamp.to_sec(), 3) for m in client.stats if m.status not in (MatchStats.OK, MatchStats.LOW_PARALLAX)]
+        self.assertFalse(set(stamps) & set(lost))
+        self.assertGreater(odom[-1].pose.covariance[0], odom[1].pose.covariance[0])
+
+    def test_of_the_base_and_the_walk_through_tf(self):
+        buffer = tf2_ros.Buffer()
+        listener = tf2_ros.TransformListener(buffer)
+        static = tf2_ros.StaticTransformBroadcaster()
+        static.sendTransform(optical_mount(rospy.Time.from_sec(99), "base_c", "camera_c"))
+        client, odom = Client("of_base", "of_base/image", "of_base/camera_info"), []
+        client.subscribe("odom", Odometry, odom)
+        client.connect()
+        stamp = 100.0
+        # The filter listens to tf for a while before it broadcasts; images keep coming as they would.
+        i = 0
+
+        def walked():
+            nonlocal i, stamp
+            client.ask(self.frames[i % 4 if (i // 4) % 2 == 0 else 3 - i % 4], stamp, frame="camera_c")
+            i, stamp = i + 1, stamp + 0.1
+            return buffer.can_transform("odom", "camera_c", rospy.Time(0))
+
+        client.wait(walked, "odom -> base_c")
+        last = odom[-1]
+        self.assertEqual((last.header.frame_id, last.child_frame_id), ("odom", "base_c"))
+        there = buffer.lookup_transform("odom", "camera_c", rospy.Time(0)).transform
+        back = buffer.lookup_transform("camera_c", "odom", rospy.Time(0)).transform
+        R = rotation_matrix(there.rotation)
+        self.assertTrue(np.allclose(R @ rotation_matrix(back.rotation), np.eye(3), atol=1e-9))
+        self.assertTrue(np.allclose(R @ vector(back.translation) + vector(there.translation), 0, atol=1e-9))
+        # First motion: camera right and down = base right (-y) and down (-z).
+        first = vector(odom[0].pose.pose.position)
+        self.assertLess(degrees_between(first, (0, -STEP[0], -STEP[1])), 15)
+        del listener
+
+    def test_refuses_to_give_a_frame_a_second_parent(self):
+        buffer = tf2_ros.Buffer()
+        listener = tf2_ros.TransformListener(buffer)
+        static = tf2_ros.StaticTransformBroadcaster()
+        static.sendTransform([optical_mount(rospy.Time.from_sec(99), "wall", "camera_d")])
+        client = Client("owned", "owned/image", "owned/camera_info").connect()
+        inverted = Client("inverted", "inverted/image", "inverted/camera_info").connect()
+        i = 0
+
+        def both():
+            nonlocal i
+            k = i % 4 if (i // 4) % 2 == 0 else 3 - i % 4
+            client.ask(self.frames[k], 100 + 0.1 * i, frame="camera_d")
+            inverted.ask(self.frames[k], 100 + 0.1 * i, frame="camera_d")
+            i += 1
+            return buffer.can_transform("wall", "odom_inverted", rospy.Time(0))
+
+        inverted.wait(both, "the inverted transform")
+        for _ in range(5):
+            both()
+        # By now the other filter had as much time: and it left camera_d to its owner.
+        self.assertFalse(buffer.can_transform("odom_owned", "camera_d", rospy.Time(0)))
+        self.assertTrue(buffer.can_transform("wall", "camera_d", rospy.Time(0)))
+        del listener
+
+
+if __name__ == "__main__":
+    rospy.init_node("odometry_test")
+    rostest.rosrun("gms_ransac", "odometry", OdometryTest)
