@@ -7,7 +7,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
-#include "pose/rotation_fit.h"
+#include "robust/fast/pose_uncertainty.h"
 #include "robust/solvers/essential_5pt.h"
 
 namespace gms_ransac {
@@ -20,7 +20,7 @@ constexpr double kSmallestTranslation = 2e-4;
 
 }  // namespace
 
-void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
+void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, double threshold_px, RobustResult& result) {
   if (!camera.calibrated()) return;
   const Eigen::Matrix3d K = camera.K();
   collectInliers(pairs, K, result.inlier);
@@ -41,18 +41,50 @@ void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, Robust
   }
   if (best == nullptr) return;
   result.pose_found = true;
-  result.pose = fromReferenceToCurrent(best->R, best->t);
-  judgeParallax(camera.meanFocalLength(), result);
+  judgeParallax(*best, camera.meanFocalLength(), threshold_px, result);
 }
 
-void PoseRecovery::judgeParallax(double focal_length, RobustResult& result) {
+bool PoseRecovery::refineEssential(const PointPairs& pairs, const Camera& camera, double threshold_px,
+                                   RobustResult& result) {
+  constexpr Loss kLoss = {4, 1};
+  constexpr int kIterations = 15;
+  if (result.model_type != ModelType::kEssential || !result.pose_found || !result.translation_observable) return false;
+  all_matches_.assign(static_cast<size_t>(pairs.size()), 1);
+  collectInliers(pairs, camera.K(), all_matches_);
+  const PoseModel model(*kernels_, fillColumns(threshold_px / camera.meanFocalLength()));
+  TwoViewPose pose = {result.pose.R.transpose(), -(result.pose.R.transpose() * result.pose.t)};
+  result.point_evaluations += static_cast<int64_t>(pairs.size()) * model.refine(kLoss, kIterations, pose);
+  result.model = pose.essential().normalized();
+  return true;
+}
+
+PointColumnsView PoseRecovery::fillColumns(double threshold) {
+  columns_.resize(static_cast<int>(reference_.size()));
+  for (size_t i = 0; i < reference_.size(); ++i) {
+    columns_.x1()[i] = static_cast<float>(reference_[i].x());
+    columns_.y1()[i] = static_cast<float>(reference_[i].y());
+    columns_.x2()[i] = static_cast<float>(current_[i].x());
+    columns_.y2()[i] = static_cast<float>(current_[i].y());
+    columns_.weight()[i] = static_cast<float>(1 / (threshold * threshold));
+  }
+  return columns_.view();
+}
+
+void PoseRecovery::judgeParallax(const Motion& motion, double unit_px, double threshold_px, RobustResult& result) {
+  const PointColumnsView points = fillColumns(threshold_px / unit_px);
+  const PoseModel model(*kernels_, points);
+  const TwoViewPose pose = {motion.R, motion.t};
   // A model fitted to rotating views trades rotation for translation, so its own rotation leaves a displacement that
   // is no parallax. The best rotation alone tells.
-  const Eigen::Matrix3d R = fitRotation(reference_, current_, residuals_);
-  rotationResiduals(R, reference_, current_, residuals_);
-  result.median_parallax_px = focal_length * medianInPlace(residuals_);
-  result.translation_observable = !result.pose.t.isZero() && result.median_parallax_px > kObservableParallaxPx;
-  if (!result.translation_observable) result.pose.R = R.transpose();
+  all_inliers_.assign(static_cast<size_t>(points.size), 0.f);
+  residuals_.resize(static_cast<size_t>(points.size));
+  const RotationOnly rotation =
+      fitRotationOnly(model, points, pose, all_inliers_, residuals_, result.point_evaluations);
+  result.median_parallax_px = unit_px * rotation.median_residual;
+  result.translation_observable = !motion.t.isZero() && result.median_parallax_px > kObservableParallaxPx;
+  result.pose = fromReferenceToCurrent(result.translation_observable ? motion.R : rotation.R, motion.t);
+  result.pose.covariance =
+      result.translation_observable ? poseCovariance(model, points.count, pose) : rotation.covariance;
 }
 
 void PoseRecovery::collectInliers(const PointPairs& pairs, const Eigen::Matrix3d& K,

@@ -22,7 +22,12 @@ QualityKey qualityKey(const Method& method) {
 }  // namespace
 
 RansacEstimator::RansacEstimator(const Method& method, const RobustOptions& options)
-    : method_(method), options_(options), sampler_(makeSampler(method, options)), verifier_(method.verifier, options) {}
+    : method_(method),
+      options_(options),
+      sampler_(makeSampler(method, options)),
+      verifier_(method.verifier, options),
+      all_points_(options.simd),
+      pose_recovery_(options.simd) {}
 
 void RansacEstimator::estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
   result.clear();
@@ -48,17 +53,17 @@ RansacEstimator::Hypothesis RansacEstimator::search(const OrderedPoints& points,
   int sample[kMaxSampleSize];
   Eigen::Matrix3d models[kMaxModels];
   Hypothesis best;
-  inlier_.resize(static_cast<size_t>(points.size()));
+  verifier_.begin(problem_, points);
   sampler_->begin({points.size(), problem_.sampleSize(), options_.confidence, max_iterations});
   while (sampler_->draw(random_, sample)) {
     const int solutions = problem_.solve(points, sample, models);
     ++cost.hypotheses;
     cost.models_scored += solutions;
     for (int i = 0; i < solutions; ++i) {
-      const Support support = verifier_.verify(problem_, points, models[i], random_, cost.point_evaluations);
+      const Support support = verifier_.verify(models[i], random_, cost.point_evaluations);
       if (!(best.support < support)) continue;
       best = {models[i], support};
-      problem_.markInliers(best.model, points, 0, points.size(), inlier_.data());
+      problem_.markInliers(best.model, points, inlier_);
       sampler_->improve(inlier_);
     }
   }
@@ -72,16 +77,16 @@ RansacEstimator::Hypothesis RansacEstimator::searchSubsets(const OrderedPoints& 
   const int n = points.size();
   const int size = prefixLength(options_.subset_fraction, n, kMatchesPerSampleMember * problem_.sampleSize());
   Hypothesis best;
-  double best_cost = std::numeric_limits<double>::infinity();
-  subset_order_ = order_;
+  float best_cost = std::numeric_limits<float>::infinity();
+  all_points_.set(problem_, points, 0, n);
   for (int s = 0; s < options_.subset_count; ++s) {
+    subset_order_ = order_;
     for (int i = 0; i < size; ++i) std::swap(subset_order_[i], subset_order_[i + random_.below(n - i)]);
     subset_order_.resize(static_cast<size_t>(size));
     problem_.arrange(subset_order_, subset_);
-    subset_order_ = order_;
     const Hypothesis winner = search(subset_, std::max(1, options_.max_iterations / options_.subset_count), cost);
     if (winner.support.inliers == 0) continue;
-    const double winner_cost = problem_.truncatedCost(winner.model, points);
+    const float winner_cost = all_points_.score(winner.model).cost;
     cost.point_evaluations += n;
     if (winner_cost >= best_cost) continue;
     best = winner;
@@ -100,7 +105,12 @@ void RansacEstimator::conclude(const PointPairs& pairs, const Camera& camera, Ro
     result.rms_error_px = 0;
     return;
   }
-  pose_recovery_.recover(pairs, camera, result);
+  pose_recovery_.recover(pairs, camera, threshold, result);
+  // A method whose inliers are the filter's has the model for the pose's sake alone, so it may as well be a good one.
+  if (method_.keeps_filter_output && pose_recovery_.refineEssential(pairs, camera, threshold, result)) {
+    markFinalInliers(pairs, camera, threshold, result);
+    pose_recovery_.recover(pairs, camera, threshold, result);
+  }
 }
 
 }  // namespace gms_ransac

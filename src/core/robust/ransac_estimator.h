@@ -35,6 +35,7 @@ class RansacEstimator : public RobustEstimator {
   RobustOptions options_;
   std::unique_ptr<Sampler> sampler_;
   Verifier verifier_;
+  InlierCounter all_points_;  ///< judges the winners of random subsets
   Ordering ordering_;
   TwoViewProblem problem_;
   Acceptance acceptance_;

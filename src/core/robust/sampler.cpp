@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "robust/prosac_sampler.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -94,6 +96,8 @@ std::unique_ptr<Sampler> makeSampler(const Method& method, const RobustOptions& 
   switch (method.sampler) {
     case SamplerChoice::kConfidenceGroups:
       return std::make_unique<ConfidenceGroupSampler>(options.ratio, options.geometric_groups);
+    case SamplerChoice::kProsac:
+      return std::make_unique<ProsacSampler>();
     case SamplerChoice::kSplit:
       uniform.fraction = options.split;
       break;

@@ -56,37 +56,35 @@ void gather(const OrderedPoints& points, const int* sample, double (&reference)[
 }
 
 /// Plain loops over columns, so that the compiler vectorises them. A NaN residual is not an inlier.
-int countSampson(const Eigen::Matrix3f& M, const OrderedPoints& points, int begin, int end, float threshold_squared) {
+void markSampson(const Eigen::Matrix3f& M, const OrderedPoints& points, float threshold_squared, uint8_t* inlier) {
   const float *xr = points.x_reference.data(), *yr = points.y_reference.data();
   const float *xc = points.x_current.data(), *yc = points.y_current.data();
-  int count = 0;
-  for (int i = begin; i < end; ++i) {
+  const int n = points.size();
+  for (int i = 0; i < n; ++i) {
     const float a = M(0, 0) * xr[i] + M(0, 1) * yr[i] + M(0, 2);
     const float b = M(1, 0) * xr[i] + M(1, 1) * yr[i] + M(1, 2);
     const float c = M(2, 0) * xr[i] + M(2, 1) * yr[i] + M(2, 2);
     const float d = M(0, 0) * xc[i] + M(1, 0) * yc[i] + M(2, 0);
     const float e = M(0, 1) * xc[i] + M(1, 1) * yc[i] + M(2, 1);
     const float algebraic = xc[i] * a + yc[i] * b + c;
-    count += algebraic * algebraic < threshold_squared * (a * a + b * b + d * d + e * e) ? 1 : 0;
+    inlier[i] = algebraic * algebraic < threshold_squared * (a * a + b * b + d * d + e * e) ? 1 : 0;
   }
-  return count;
 }
 
-int countTransfer(const Eigen::Matrix3f& H, const Eigen::Matrix3f& G, const OrderedPoints& points, int begin, int end,
-                  float threshold_squared) {
+void markTransfer(const Eigen::Matrix3f& H, const Eigen::Matrix3f& G, const OrderedPoints& points,
+                  float threshold_squared, uint8_t* inlier) {
   const float *xr = points.x_reference.data(), *yr = points.y_reference.data();
   const float *xc = points.x_current.data(), *yc = points.y_current.data();
-  int count = 0;
-  for (int i = begin; i < end; ++i) {
+  const int n = points.size();
+  for (int i = 0; i < n; ++i) {
     const float w = 1 / (H(2, 0) * xr[i] + H(2, 1) * yr[i] + H(2, 2));
     const float v = 1 / (G(2, 0) * xc[i] + G(2, 1) * yc[i] + G(2, 2));
     const float dx = (H(0, 0) * xr[i] + H(0, 1) * yr[i] + H(0, 2)) * w - xc[i];
     const float dy = (H(1, 0) * xr[i] + H(1, 1) * yr[i] + H(1, 2)) * w - yc[i];
     const float ex = (G(0, 0) * xc[i] + G(0, 1) * yc[i] + G(0, 2)) * v - xr[i];
     const float ey = (G(1, 0) * xc[i] + G(1, 1) * yc[i] + G(1, 2)) * v - yr[i];
-    count += 0.5f * (dx * dx + dy * dy + ex * ex + ey * ey) < threshold_squared ? 1 : 0;
+    inlier[i] = 0.5f * (dx * dx + dy * dy + ex * ex + ey * ey) < threshold_squared ? 1 : 0;
   }
-  return count;
 }
 
 Eigen::Matrix3d inverseIfHomography(ModelType type, const Eigen::Matrix3d& model) {
@@ -161,41 +159,25 @@ int TwoViewProblem::solve(const OrderedPoints& points, const int* sample, Eigen:
   return finite;
 }
 
-int TwoViewProblem::countInliers(const Eigen::Matrix3d& model, const OrderedPoints& points, int begin, int end) const {
-  const auto threshold_squared = static_cast<float>(threshold_ * threshold_);
-  const Eigen::Matrix3f M = model.cast<float>();
-  if (type_ != ModelType::kHomography) return countSampson(M, points, begin, end, threshold_squared);
-  return countTransfer(M, model.inverse().cast<float>(), points, begin, end, threshold_squared);
-}
-
-double TwoViewProblem::residualSquared(const Eigen::Matrix3d& model, const Eigen::Matrix3d& inverse,
-                                       const OrderedPoints& points, int i) const {
+bool TwoViewProblem::fits(const Eigen::Matrix3d& model, const OrderedPoints& points, int i) const {
   const auto k = static_cast<size_t>(i);
   const double xr = points.x_reference[k], yr = points.y_reference[k];
   const double xc = points.x_current[k], yc = points.y_current[k];
-  return type_ == ModelType::kHomography ? transferSquared(model, inverse, xr, yr, xc, yc)
-                                         : sampsonSquared(model, xr, yr, xc, yc);
+  const double squared = type_ == ModelType::kHomography ? transferSquared(model, model.inverse(), xr, yr, xc, yc)
+                                                         : sampsonSquared(model, xr, yr, xc, yc);
+  return squared < threshold_ * threshold_;
 }
 
-int TwoViewProblem::markInliers(const Eigen::Matrix3d& model, const OrderedPoints& points, int begin, int end,
-                                uint8_t* inlier) const {
-  const Eigen::Matrix3d inverse = inverseIfHomography(type_, model);
-  int count = 0;
-  for (int i = begin; i < end; ++i) {
-    inlier[i] = residualSquared(model, inverse, points, i) < threshold_ * threshold_ ? 1 : 0;
-    count += inlier[i];
+void TwoViewProblem::markInliers(const Eigen::Matrix3d& model, const OrderedPoints& points,
+                                 std::vector<uint8_t>& inlier) const {
+  const auto threshold_squared = static_cast<float>(threshold_ * threshold_);
+  const Eigen::Matrix3f M = model.cast<float>();
+  inlier.resize(static_cast<size_t>(points.size()));
+  if (type_ == ModelType::kHomography) {
+    markTransfer(M, model.inverse().cast<float>(), points, threshold_squared, inlier.data());
+  } else {
+    markSampson(M, points, threshold_squared, inlier.data());
   }
-  return count;
-}
-
-double TwoViewProblem::truncatedCost(const Eigen::Matrix3d& model, const OrderedPoints& points) const {
-  const Eigen::Matrix3d inverse = inverseIfHomography(type_, model);
-  double cost = 0;
-  for (int i = 0; i < points.size(); ++i) {
-    const double share = residualSquared(model, inverse, points, i) / (threshold_ * threshold_);
-    cost += share < 1 ? share : 1;
-  }
-  return cost;
 }
 
 Eigen::Matrix3d TwoViewProblem::inResultUnits(const Eigen::Matrix3d& model) const {

@@ -39,20 +39,15 @@ class TwoViewProblem {
 
   /// Models of a minimal sample; returns how many. Models that are not finite are left out.
   int solve(const OrderedPoints& points, const int* sample, Eigen::Matrix3d models[kMaxModels]) const;
-  /// Matches of points[begin, end) within the threshold, in float.
-  int countInliers(const Eigen::Matrix3d& model, const OrderedPoints& points, int begin, int end) const;
-  /// The same in double, as a mask of points[begin, end) written to inlier[begin, end); returns the count.
-  int markInliers(const Eigen::Matrix3d& model, const OrderedPoints& points, int begin, int end, uint8_t* inlier) const;
-  /// Sum over all points of min(residual^2 / threshold^2, 1): the cost of MSAC (Torr & Zisserman 2000).
-  double truncatedCost(const Eigen::Matrix3d& model, const OrderedPoints& points) const;
+  /// True when one match is within the threshold.
+  bool fits(const Eigen::Matrix3d& model, const OrderedPoints& points, int i) const;
+  /// The same of all points as a mask, in float; `inlier` has as many entries.
+  void markInliers(const Eigen::Matrix3d& model, const OrderedPoints& points, std::vector<uint8_t>& inlier) const;
 
   /// The model in the units of RobustResult::model, of unit Frobenius norm.
   Eigen::Matrix3d inResultUnits(const Eigen::Matrix3d& model) const;
 
  private:
-  double residualSquared(const Eigen::Matrix3d& model, const Eigen::Matrix3d& inverse, const OrderedPoints& points,
-                         int i) const;
-
   ModelType type_ = ModelType::kEssential;
   OrderedPoints all_;
   Eigen::Matrix3d to_working_reference_, to_working_current_;  ///< pixels -> working coordinates

@@ -4,29 +4,27 @@
 
 namespace gms_ransac {
 
-namespace {
-
-bool passesRandomTests(const TwoViewProblem& problem, const OrderedPoints& points, const Eigen::Matrix3d& model,
-                       int tests, Random& random, int64_t& evaluations) {
-  for (int i = 0; i < tests; ++i) {
-    const int place = random.below(points.size());
-    ++evaluations;
-    if (problem.countInliers(model, points, place, place + 1) == 0) return false;
-  }
-  return true;
+void Verifier::begin(const TwoViewProblem& problem, const OrderedPoints& points) {
+  problem_ = &problem;
+  points_ = &points;
+  const int n = points.size();
+  const int sampled = choice_ == VerifierChoice::kHoldOut ? prefixLength(split_, n, problem.sampleSize()) : 0;
+  sampled_.set(problem, points, 0, sampled);
+  judges_.set(problem, points, sampled, n);
 }
 
-}  // namespace
+Support Verifier::verify(const Eigen::Matrix3d& model, Random& random, int64_t& evaluations) const {
+  if (choice_ == VerifierChoice::kTdd && !passesRandomTests(model, random, evaluations)) return {};
+  evaluations += judges_.size() + sampled_.size();
+  return {judges_.score(model).inliers, sampled_.score(model).inliers};
+}
 
-Support Verifier::verify(const TwoViewProblem& problem, const OrderedPoints& points, const Eigen::Matrix3d& model,
-                         Random& random, int64_t& evaluations) const {
-  if (choice_ == VerifierChoice::kTdd && !passesRandomTests(problem, points, model, tests_, random, evaluations)) {
-    return {};
+bool Verifier::passesRandomTests(const Eigen::Matrix3d& model, Random& random, int64_t& evaluations) const {
+  for (int i = 0; i < tests_; ++i) {
+    ++evaluations;
+    if (!problem_->fits(model, *points_, random.below(points_->size()))) return false;
   }
-  const int n = points.size();
-  const int held_out = choice_ == VerifierChoice::kHoldOut ? prefixLength(split_, n, problem.sampleSize()) : 0;
-  evaluations += n;
-  return {problem.countInliers(model, points, held_out, n), problem.countInliers(model, points, 0, held_out)};
+  return true;
 }
 
 }  // namespace gms_ransac

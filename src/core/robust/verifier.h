@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "robust/inlier_counter.h"
 #include "robust/random.h"
 #include "robust/two_view_problem.h"
 
@@ -23,16 +24,22 @@ struct Support {
 class Verifier {
  public:
   Verifier(VerifierChoice choice, const RobustOptions& options)
-      : choice_(choice), tests_(options.tdd_d), split_(options.split) {}
+      : choice_(choice), tests_(options.tdd_d), split_(options.split), judges_(options.simd), sampled_(options.simd) {}
 
+  /// The matches to verify on, which must outlive the verifier's use.
+  void begin(const TwoViewProblem& problem, const OrderedPoints& points);
   /// `evaluations` is raised by the residuals computed.
-  Support verify(const TwoViewProblem& problem, const OrderedPoints& points, const Eigen::Matrix3d& model,
-                 Random& random, int64_t& evaluations) const;
+  Support verify(const Eigen::Matrix3d& model, Random& random, int64_t& evaluations) const;
 
  private:
+  bool passesRandomTests(const Eigen::Matrix3d& model, Random& random, int64_t& evaluations) const;
+
   VerifierChoice choice_;
   int tests_;
   double split_;
+  const TwoViewProblem* problem_ = nullptr;
+  const OrderedPoints* points_ = nullptr;
+  InlierCounter judges_, sampled_;  ///< held-out and sampled matches; all are judges unless there is a hold-out
 };
 
 }  // namespace gms_ransac

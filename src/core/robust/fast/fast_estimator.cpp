@@ -197,7 +197,7 @@ void FastEstimator::estimate(const PointPairs& pairs, const Camera& camera, Robu
     previous_ = pose_;
     has_previous_ = true;
   } else {
-    pose_recovery_.recover(pairs, camera, result);
+    pose_recovery_.recover(pairs, camera, options_.inlierThreshold(), result);
   }
 }
 

@@ -1,0 +1,25 @@
+// Scores models on a run of ordered matches with the SIMD kernels, always on every match, as the literal methods do.
+#pragma once
+
+#include "robust/fast/point_columns.h"
+#include "robust/fast/residual_kernels.h"
+#include "robust/two_view_problem.h"
+
+namespace gms_ransac {
+
+class InlierCounter {
+ public:
+  explicit InlierCounter(SimdLevel level) : kernels_(&residualKernels(level)) {}
+  /// Takes a copy of points[begin, end).
+  void set(const TwoViewProblem& problem, const OrderedPoints& points, int begin, int end);
+  int size() const { return columns_.count(); }
+  /// Inliers and truncated cost of a model in the working coordinates of the problem.
+  Score score(const Eigen::Matrix3d& model) const;
+
+ private:
+  const ResidualKernels* kernels_;
+  ModelType type_ = ModelType::kEssential;
+  PointColumns columns_;
+};
+
+}  // namespace gms_ransac
