@@ -1,0 +1,89 @@
+// The benchmark on a rendered pair: the same work on both sides, plausible counts, ratios that are ratios.
+#include "benchmark_suite.h"
+
+#include <filesystem>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "scene_writer.h"
+
+namespace gms_ransac {
+namespace {
+
+class BenchmarkTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::filesystem::path(testing::TempDir()) / "gms_ransac_benchmark_test";
+    std::filesystem::create_directories(folder_);
+    writeTumFolder(Scene(SceneOptions()), 2, folder_.string(), [] {});
+    const Dataset dataset = Dataset::open(folder_.string());
+    BenchmarkOptions options;
+    options.features = 800;
+    options.repeat = 2;
+    options.methods = {"cp_ransac"};
+    table_ = runBenchmark(dataset, dataset.pairs(1, 1), options, [] { ++pairs_done_; });
+  }
+  static void TearDownTestSuite() { std::filesystem::remove_all(folder_); }
+
+  static const BenchmarkRow* find(const std::string& stage, const std::string& name) {
+    for (const BenchmarkRow& row : table_.rows()) {
+      if (row.stage == stage && row.name == name) return &row;
+    }
+    ADD_FAILURE() << "no row " << stage << ", " << name;
+    return nullptr;
+  }
+
+  static inline std::filesystem::path folder_;
+  static inline BenchmarkTable table_;
+  static inline int pairs_done_ = 0;
+};
+
+TEST_F(BenchmarkTest, MeasuresEveryRowOnEveryRepetition) {
+  EXPECT_EQ(1, pairs_done_);
+  for (const BenchmarkRow& row : table_.rows()) {
+    EXPECT_EQ(2U, row.ms.size()) << row.stage << ", " << row.name;
+    EXPECT_EQ(1, row.pairs) << row.stage << ", " << row.name;
+    for (double ms : row.ms) EXPECT_GT(ms, 0) << row.stage << ", " << row.name;
+    EXPECT_GE(row.kept, row.correct);
+  }
+}
+
+TEST_F(BenchmarkTest, BothSidesDoTheSameWork) {
+  const BenchmarkRow* stock = find("match", "cv::BFMatcher");
+  const BenchmarkRow* scalar = find("match", "scalar");
+  const BenchmarkRow* dense = find("GMS", "dense GMS");
+  const BenchmarkRow* sparse = find("GMS", "sparse");
+  ASSERT_TRUE(stock && scalar && dense && sparse);
+  EXPECT_EQ(stock->kept, scalar->kept);
+  EXPECT_EQ(stock->correct, scalar->correct);
+  EXPECT_GT(dense->kept, 100);
+  EXPECT_EQ(dense->kept, sparse->kept);
+  EXPECT_EQ(dense->correct, sparse->correct);
+}
+
+TEST_F(BenchmarkTest, CorrectMatchesAreMostOfThoseKept) {
+  for (const char* name : {"cp_ransac", "cp_ransac on extractor fast", "stock with cv::findEssentialMat RANSAC"}) {
+    const BenchmarkRow* row = find("whole frame", name);
+    ASSERT_TRUE(row);
+    EXPECT_GT(row->correct, 0.9 * row->kept) << name;
+  }
+}
+
+TEST(BenchmarkTable, PrintsMediansAndTheRatioToThePeer) {
+  BenchmarkTable table;
+  table.row("s", "peer").ms = {4, 6, 20};
+  BenchmarkRow& ours = table.row("s", "ours", "peer");
+  ours.ms = {2, 2, 3};
+  ours.count(10);
+  ours.count(20);
+  ours.judge(9);
+  std::ostringstream text;
+  table.print(text);
+  EXPECT_NE(std::string::npos, text.str().find("| s | peer | 6.000 | 18.600 |  |  |  |\n"));
+  EXPECT_NE(std::string::npos, text.str().find("|  | ours | 2.000 | 2.900 | 3.0 | 15 | 9 |\n"));
+}
+
+}  // namespace
+}  // namespace gms_ransac
