@@ -14,6 +14,7 @@ void CornerDetector::detect(const Plane& image, int border, int floor, const Fea
   contrast_.resize(width, height);
   // No two of the maxima touch, so that at most one pixel in four is one.
   columns_.resize(width + kColumnSlack);
+  strength_.resize(width + Plane::kSlack);
   corners.reserve(static_cast<size_t>(width + 1) * (height + 1) / 4);
 
   const int end = width - border;
@@ -25,9 +26,10 @@ void CornerDetector::detect(const Plane& image, int border, int floor, const Fea
   for (int y = border; y < height - border; ++y) {
     computeRow(y + 1);
     const uint8_t* row = contrast_.row(y);
-    const int count = kernels.maximaRow(row, contrast_.stride(), border, end, columns_.data());
+    const int count = kernels.maximaRow(row, contrast_.stride(), border, end, columns_.data(), strength_.data());
     for (int i = 0; i < count; ++i) {
-      corners.push_back({columns_[i], static_cast<uint16_t>(y), row[columns_[i]]});
+      const uint16_t x = columns_[i];
+      corners.push_back({x, static_cast<uint16_t>(y), row[x], strength_[x]});
     }
   }
 }

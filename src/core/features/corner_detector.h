@@ -9,8 +9,9 @@
 namespace gms_ransac {
 
 struct Corner {
-  uint16_t x, y;      ///< pixels of the level
-  uint16_t contrast;  ///< 1..255; cv::FAST's response is one less
+  uint16_t x, y;     ///< pixels of the level
+  uint8_t contrast;  ///< 1..255; cv::FAST's response is one less
+  uint8_t strength;  ///< by which corners are ranked, from the contrast here and at the eight neighbours
 };
 
 class CornerDetector {
@@ -24,7 +25,8 @@ class CornerDetector {
 
  private:
   Plane contrast_;
-  std::vector<uint16_t> columns_;
+  std::vector<uint16_t> columns_;  ///< of one row
+  std::vector<uint8_t> strength_;  ///< of one row
 };
 
 }  // namespace gms_ransac

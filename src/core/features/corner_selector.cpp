@@ -9,16 +9,16 @@ namespace gms_ransac {
 
 namespace {
 
-/// Mean number of keypoints in a cell, and the power of the rank by which the contrast is divided: 0 would rank all
+/// Mean number of keypoints in a cell, and the power of the rank by which the strength is divided: 0 would rank all
 /// corners of a level together, a large one would give every cell the same number. See doc/extractor.md.
 constexpr float kFeaturesPerCell = 60;
-constexpr float kRankPower = 0.5;
+constexpr float kRankPower = 0.3;
 constexpr float kSmallestCell = 16;  ///< pixels
 
 constexpr int kRanks = 1024;  ///< all further ranks weigh the same
-constexpr int kContrasts = 256;
+constexpr int kStrengths = 256;
 constexpr int kPriorityBits = 12;
-constexpr int kWeightOne = 1 << 8;  ///< weight of rank 0; 8 bits of contrast times this gives 16 bits
+constexpr int kWeightOne = 1 << 8;  ///< weight of rank 0; 8 bits of strength times this gives 16 bits
 
 using RankWeights = std::array<uint16_t, kRanks>;
 
@@ -34,19 +34,19 @@ RankWeights makeRankWeights() {
 
 void CornerSelector::select(int width, int height, int quota, std::vector<Corner>& corners) {
   if (corners.size() <= static_cast<size_t>(quota)) return;
-  sortByContrast(corners);
+  sortByStrength(corners);
   rankWithinCells(width, height, quota, corners);
   keepBest(quota, corners);
 }
 
-void CornerSelector::sortByContrast(const std::vector<Corner>& corners) {
-  std::array<uint32_t, kContrasts> count{};
-  for (const Corner& corner : corners) ++count[corner.contrast];
+void CornerSelector::sortByStrength(const std::vector<Corner>& corners) {
+  std::array<uint32_t, kStrengths> count{};
+  for (const Corner& corner : corners) ++count[corner.strength];
   uint32_t sum = 0;
-  for (int contrast = kContrasts - 1; contrast >= 0; --contrast) sum += std::exchange(count[contrast], sum);
+  for (int strength = kStrengths - 1; strength >= 0; --strength) sum += std::exchange(count[strength], sum);
   order_.reserve(corners.capacity());
   order_.resize(corners.size());
-  for (size_t i = 0; i < corners.size(); ++i) order_[count[corners[i].contrast]++] = static_cast<uint32_t>(i);
+  for (size_t i = 0; i < corners.size(); ++i) order_[count[corners[i].strength]++] = static_cast<uint32_t>(i);
 }
 
 void CornerSelector::rankWithinCells(int width, int height, int quota, const std::vector<Corner>& corners) {
@@ -64,7 +64,7 @@ void CornerSelector::rankWithinCells(int width, int height, int quota, const std
   for (uint32_t i : order_) {
     const Corner& corner = corners[i];
     uint16_t& rank = cell_count_[(corner.y * row_step >> 16) * columns + (corner.x * column_step >> 16)];
-    priority_[i] = static_cast<uint16_t>(corner.contrast * weights[rank] >> (16 - kPriorityBits));
+    priority_[i] = static_cast<uint16_t>(corner.strength * weights[rank] >> (16 - kPriorityBits));
     if (rank < kRanks - 1) ++rank;
     ++histogram_[priority_[i]];
   }

@@ -10,7 +10,8 @@ namespace {
 
 constexpr int kBorder = kDescriptorRadius;  // pixels of a level without keypoints: their patches stay inside
 constexpr int kPatchSize = 31;              // side of the described patch, as cv::ORB states it
-constexpr int kContrastFloor = 5;           // grey levels; see doc/extractor.md
+constexpr int kContrastFloor = 7;           // grey levels; measured in doc/extractor.md
+constexpr double kLevelPower = 1.4;         // features of a level fall with scale^-1.4 (cv::ORB: 1, area: 2); likewise
 
 /// Abscissa of the extremum of the parabola through (-1, before), (0, at), (1, after). Less than half a pixel, so that
 /// rounding gives the corner back.
@@ -29,6 +30,7 @@ FastExtractor::FastExtractor(const FeatureExtractorOptions& options)
       kernels_(featureKernels(options.simd)),
       pyramid_(options.levels, options.scale_factor, 2 * kBorder + 1, kernels_),
       levels_(options.levels) {
+  for (int i = 0; i < options.levels; ++i) levels_[i].weight = std::pow(pyramid_.nominalScale(i), -kLevelPower);
   if (options.threads > 1) worker_ = std::make_unique<Worker>();
 }
 
@@ -65,26 +67,25 @@ void FastExtractor::forEachLevel(const Task& task) {
 void FastExtractor::setQuotas() {
   constexpr int kOpen = -1;
   const int count = pyramid_.levels();
-  const auto weightOf = [&](int i) { return 1 / pyramid_.nominalScale(i); };
   double weight = 0;
   for (int i = 0; i < count; ++i) {
-    weight += weightOf(i);
+    weight += levels_[i].weight;
     levels_[i].quota = kOpen;
   }
   int left = options_.features;
   for (int i = 0; i < count; ++i) {
     Level& level = levels_[i];
-    if (level.quota != kOpen || static_cast<double>(level.corners.size()) > left * weightOf(i) / weight) continue;
+    if (level.quota != kOpen || static_cast<double>(level.corners.size()) > left * levels_[i].weight / weight) continue;
     level.quota = static_cast<int>(level.corners.size());
     left -= level.quota;
-    weight -= weightOf(i);
+    weight -= levels_[i].weight;
     i = -1;  // the share of the others has grown: look at them all again
   }
   double share = 0;
   int given = 0;
   for (int i = 0; i < count; ++i) {
     if (levels_[i].quota != kOpen) continue;
-    share += left * weightOf(i) / weight;
+    share += left * levels_[i].weight / weight;
     levels_[i].quota = static_cast<int>(std::lrint(share)) - given;
     given += levels_[i].quota;
   }

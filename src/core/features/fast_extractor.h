@@ -24,6 +24,7 @@ class FastExtractor : public FeatureExtractor {
     CornerDetector detector;
     CornerSelector selector;
     std::vector<Corner> corners;  ///< all of them, then the chosen ones
+    double weight = 0;            ///< share of the features asked for
     int quota = 0;
     int first_keypoint = 0;
     Blur blur;
@@ -33,7 +34,7 @@ class FastExtractor : public FeatureExtractor {
   /// Calls task(level) for every level of the image, on both threads if there are two.
   template <typename Task>
   void forEachLevel(const Task& task);
-  /// Divides the features asked for among the levels, in proportion to their side length. What a level lacks in corners
+  /// Divides the features asked for among the levels, in proportion to their weights. What a level lacks in corners
   /// goes to the others.
   void setQuotas();
   void describe(int level, Features& features);

@@ -44,8 +44,10 @@ struct FeatureKernels {
   /// cv::FAST at threshold t when its contrast exceeds t, and cv::FAST's response is the contrast minus one.
   void (*contrastRow)(const uint8_t* image, ptrdiff_t stride, int width, int floor, uint8_t* contrast);
   /// Columns in [begin, end) whose contrast is strictly above that of all eight neighbours, in order; their number.
-  /// Writes up to 15 entries past them.
-  int (*maximaRow)(const uint8_t* contrast, ptrdiff_t stride, int begin, int end, uint16_t* columns);
+  /// Writes up to 15 entries past them. `strength` of those columns becomes 3/2 of the neighbours' mean plus half the
+  /// corner's own contrast, at most 255: a corner that several pixels confirm is found again more often than a lone
+  /// one.
+  int (*maximaRow)(const uint8_t* contrast, ptrdiff_t stride, int begin, int end, uint16_t* columns, uint8_t* strength);
 
   void (*widenRow)(const uint8_t* source, int width, float* target);
   /// Horizontal pass of the 7-tap Gaussian; the three pixels on either side of the row are its reflection.

@@ -27,6 +27,8 @@ struct Avx2 {
   static U8 otherMax(U8 a, U8 b) { return max(a, b); }
   static U8 subtract(U8 a, U8 b) { return _mm256_subs_epu8(a, b); }
   static U8 notGreater(U8 a, U8 b) { return _mm256_cmpeq_epi8(subtract(a, b), _mm256_setzero_si256()); }
+  static U8 average(U8 a, U8 b) { return _mm256_avg_epu8(a, b); }
+  static U8 addSaturated(U8 a, U8 b) { return _mm256_adds_epu8(a, b); }
   static bool anyGreater(U8 a, U8 b) {
     const U8 excess = subtract(a, b);
     return !_mm256_testz_si256(excess, excess);

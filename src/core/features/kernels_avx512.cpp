@@ -25,6 +25,8 @@ struct Avx512 {
   static U8 otherMin(U8 a, U8 b) { return _mm512_mask_mov_epi8(a, _mm512_cmplt_epu8_mask(b, a), b); }
   static U8 otherMax(U8 a, U8 b) { return _mm512_mask_mov_epi8(a, _mm512_cmpgt_epu8_mask(b, a), b); }
   static U8 subtract(U8 a, U8 b) { return _mm512_subs_epu8(a, b); }
+  static U8 average(U8 a, U8 b) { return _mm512_avg_epu8(a, b); }
+  static U8 addSaturated(U8 a, U8 b) { return _mm512_adds_epu8(a, b); }
   static bool anyGreater(U8 a, U8 b) { return _mm512_cmpgt_epu8_mask(a, b) != 0; }
   static U8 keepGreater(U8 a, U8 b) { return _mm512_maskz_mov_epi8(_mm512_cmpgt_epu8_mask(a, b), a); }
   static uint64_t greaterMask(U8 a, U8 b) { return _mm512_cmpgt_epu8_mask(a, b); }

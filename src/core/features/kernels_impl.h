@@ -70,19 +70,26 @@ inline int storeSetBits(uint64_t mask, int x, uint16_t* columns) {
 }
 
 template <typename V>
-int maximaRow(const uint8_t* contrast, ptrdiff_t stride, int begin, int end, uint16_t* columns) {
+int maximaRow(const uint8_t* contrast, ptrdiff_t stride, int begin, int end, uint16_t* columns, uint8_t* strength) {
   using U8 = typename V::U8;
   int count = 0;
   for (int x = begin; x < end; x += V::kBytes) {
     const uint8_t* row = contrast + x;
     const U8 centre = V::load(row);
     if (!V::anyGreater(centre, V::set(0))) continue;
-    U8 around = V::max(V::load(row - 1), V::load(row + 1));
-    for (int i = -1; i <= 1; ++i) {
-      around = V::max(around, V::max(V::load(row - stride + i), V::load(row + stride + i)));
-    }
+    const U8 west = V::load(row - 1), east = V::load(row + 1);
+    const U8 north_west = V::load(row - stride - 1), north = V::load(row - stride),
+             north_east = V::load(row - stride + 1);
+    const U8 south_west = V::load(row + stride - 1), south = V::load(row + stride),
+             south_east = V::load(row + stride + 1);
+    const U8 around = V::max(V::max(V::max(west, east), V::max(north, south)),
+                             V::max(V::max(north_west, north_east), V::max(south_west, south_east)));
     uint64_t mask = V::greaterMask(centre, around);
     if (end - x < V::kBytes) mask &= (uint64_t{1} << (end - x)) - 1;
+    if (!mask) continue;
+    const U8 mean = V::average(V::average(V::average(west, east), V::average(north, south)),
+                               V::average(V::average(north_west, north_east), V::average(south_west, south_east)));
+    V::store(strength + x, V::addSaturated(mean, V::average(mean, centre)));
     count += V::storeColumns(mask, x, columns + count);
   }
   return count;

@@ -23,6 +23,8 @@ struct Neon {
   static U8 otherMin(U8 a, U8 b) { return min(a, b); }
   static U8 otherMax(U8 a, U8 b) { return max(a, b); }
   static U8 subtract(U8 a, U8 b) { return vqsubq_u8(a, b); }
+  static U8 average(U8 a, U8 b) { return vrhaddq_u8(a, b); }
+  static U8 addSaturated(U8 a, U8 b) { return vqaddq_u8(a, b); }
   static bool anyGreater(U8 a, U8 b) { return vmaxvq_u8(vqsubq_u8(a, b)) != 0; }
   static U8 keepGreater(U8 a, U8 b) { return vandq_u8(a, vcgtq_u8(a, b)); }
   static uint64_t greaterMask(U8 a, U8 b) {

@@ -22,6 +22,8 @@ struct Scalar {
   static U8 otherMin(U8 a, U8 b) { return min(a, b); }
   static U8 otherMax(U8 a, U8 b) { return max(a, b); }
   static U8 subtract(U8 a, U8 b) { return a > b ? a - b : 0; }
+  static U8 average(U8 a, U8 b) { return static_cast<U8>((a + b + 1) / 2); }
+  static U8 addSaturated(U8 a, U8 b) { return a + b > 255 ? 255 : static_cast<U8>(a + b); }
   static bool anyGreater(U8 a, U8 b) { return a > b; }
   static U8 keepGreater(U8 a, U8 b) { return a > b ? a : 0; }
   static uint64_t greaterMask(U8 a, U8 b) { return a > b; }
