@@ -2,7 +2,8 @@
 # Sourced, not run. Everything happens inside the project folder but the system packages.
 
 project_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-build_dir=${GMS_RANSAC_BUILD_DIR:-$project_dir/build}
+# Not $project_dir/build: rosrun overlooks programs in a folder of that name.
+build_dir=${GMS_RANSAC_BUILD_DIR:-$project_dir/out/build}
 # Another python3 may come first on the PATH; ROS and its Python modules belong to the system's.
 export PATH=/usr/bin:$PATH
 python=/usr/bin/python3
