@@ -8,6 +8,7 @@
 
 #include <sys/stat.h>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace gms_ransac {
 
@@ -32,9 +33,13 @@ class FolderImages : public ImageSource {
   cv::Mat image(int frame, bool colour) const override {
     const std::string& path = paths_.at(static_cast<size_t>(frame));
     if (!isFile(path)) throw DatasetError(path + ": no such image");
-    cv::Mat image = cv::imread(path, colour ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE);
+    // Reduced to grey as the node does it: a decoder's own grey differs by a level here and there, and inliers with it.
+    const cv::Mat image = cv::imread(path, colour ? cv::IMREAD_COLOR : cv::IMREAD_ANYCOLOR);
     if (image.empty()) throw DatasetError(path + ": cannot be read as an image");
-    return image;
+    if (colour || image.channels() == 1) return image;
+    cv::Mat grey;
+    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+    return grey;
   }
 
  private:
