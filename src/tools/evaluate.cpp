@@ -18,6 +18,8 @@ struct Command {
 
 constexpr Command kCommands[] = {
     {"run", "work through a data set: a record for each pair and method, and a table", evaluateRun},
+    {"tables", "the paper's tables and figures on one's own images", evaluateTables},
+    {"merge", "join the parts that evaluate tables --shard made", evaluateMerge},
 };
 
 std::string usage() {

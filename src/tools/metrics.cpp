@@ -66,24 +66,34 @@ double paperRecall(double kept, double preset_features) { return 100.0 * kept / 
 
 double reduction(double base, double ours) { return 100.0 * (base - ours) / base; }
 
+PairedDifference bootstrapOverPairs(size_t pairs, const PairFigure& figure, int resamples, uint64_t seed) {
+  std::vector<size_t> picks(pairs);
+  std::iota(picks.begin(), picks.end(), size_t{0});
+  PairedDifference result{figure(picks), kNone, kNone};
+  if (pairs == 0) return result;
+  std::mt19937_64 random(seed);
+  std::vector<double> figures;
+  for (int round = 0; round < resamples; ++round) {
+    for (size_t& pick : picks) pick = random() % pairs;
+    figures.push_back(figure(picks));
+  }
+  result.low = percentile(figures, 2.5);
+  result.high = percentile(figures, 97.5);
+  return result;
+}
+
 PairedDifference pairedBootstrap(const std::vector<double>& a, const std::vector<double>& b, const Statistic& statistic,
                                  int resamples, uint64_t seed) {
   if (a.size() != b.size()) throw std::invalid_argument("paired bootstrap: the two columns differ in length");
-  PairedDifference result{statistic(a) - statistic(b), kNone, kNone};
-  if (a.empty()) return result;
-  std::mt19937_64 random(seed);
-  std::vector<double> resampled_a(a.size()), resampled_b(b.size()), differences;
-  for (int round = 0; round < resamples; ++round) {
-    for (size_t i = 0; i < a.size(); ++i) {
-      const size_t pick = random() % a.size();
-      resampled_a[i] = a[pick];
-      resampled_b[i] = b[pick];
+  std::vector<double> picked_a(a.size()), picked_b(b.size());
+  const PairFigure difference = [&](const std::vector<size_t>& picks) {
+    for (size_t i = 0; i < picks.size(); ++i) {
+      picked_a[i] = a[picks[i]];
+      picked_b[i] = b[picks[i]];
     }
-    differences.push_back(statistic(resampled_a) - statistic(resampled_b));
-  }
-  result.low = percentile(differences, 2.5);
-  result.high = percentile(differences, 97.5);
-  return result;
+    return statistic(picked_a) - statistic(picked_b);
+  };
+  return bootstrapOverPairs(a.size(), difference, resamples, seed);
 }
 
 }  // namespace gms_ransac

@@ -51,6 +51,10 @@ struct PairedDifference {
   double difference = 0, low = 0, high = 0;
   bool significant() const { return low > 0 || high < 0; }
 };
+/// A figure made from the pairs with the given indices (some of them several times).
+using PairFigure = std::function<double(const std::vector<size_t>&)>;
+/// The figure over all pairs and its interval when pairs are drawn with replacement, `resamples` times.
+PairedDifference bootstrapOverPairs(size_t pairs, const PairFigure& figure, int resamples = 2000, uint64_t seed = 0);
 using Statistic = std::function<double(const std::vector<double>&)>;
 /// statistic(a) - statistic(b); a and b have one entry per pair. Pairs are drawn with replacement, `resamples` times.
 PairedDifference pairedBootstrap(const std::vector<double>& a, const std::vector<double>& b, const Statistic& statistic,
