@@ -32,8 +32,6 @@ struct Avx2 {
     return _mm256_blendv_epi8(less, otherwise, _mm256_cmpeq_epi8(_mm256_max_epu8(a, b), a));
   }
 
-  static int field(const uint8_t* row, int f) { return f % 2 == 0 ? row[f / 2] & 15 : row[f / 2] >> 4; }
-
   /// Rows of the four vectors lie side by side: [field][vector][lane].
   static void packBlock(const uint8_t* rows, int count, uint8_t* block) {
     for (int k = 0; k < count; ++k, rows += kHammingBytes) {
@@ -45,14 +43,20 @@ struct Avx2 {
     }
   }
 
-  static void setQuery(Tables& tables, int q, const uint8_t* row) {
+  /// Differing bits of a 4-bit number with every 4-bit number.
+  static __m128i differences(int number) {
     const __m128i bits = _mm_setr_epi8(0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4);
     const __m128i numbers = _mm_setr_epi8(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-    for (int f = 0; f < kFields; ++f) {
-      auto* table = reinterpret_cast<__m128i*>(tables.count[q / 2][f]);
-      const __m128i different = _mm_xor_si128(numbers, _mm_set1_epi8(static_cast<char>(field(row, f))));
-      const __m128i count = _mm_shuffle_epi8(bits, different);
-      _mm_store_si128(table, q % 2 == 0 ? count : _mm_or_si128(_mm_load_si128(table), _mm_slli_epi16(count, 4)));
+    return _mm_shuffle_epi8(bits, _mm_xor_si128(numbers, _mm_set1_epi8(static_cast<char>(number))));
+  }
+
+  static void setQueries(Tables& tables, int pair, const uint8_t* first, const uint8_t* second) {
+    for (int b = 0; b < kHammingBytes; ++b) {
+      auto* table = reinterpret_cast<__m128i*>(tables.count[pair][2 * b]);
+      const __m128i low = _mm_slli_epi16(differences(second[b] & 15), 4);
+      const __m128i high = _mm_slli_epi16(differences(second[b] >> 4), 4);
+      _mm_store_si128(table, _mm_or_si128(differences(first[b] & 15), low));
+      _mm_store_si128(table + 1, _mm_or_si128(differences(first[b] >> 4), high));
     }
   }
 

@@ -89,14 +89,15 @@ struct Avx512 {
     }
   };
 
-  static void setQuery(Tables& tables, int q, const uint8_t* row) {
+  static void setQueries(Tables& tables, int pair, const uint8_t* first, const uint8_t* second) {
     static constexpr Differences kDifferences;
-    alignas(64) uint8_t field[64];
-    store(field, fields(row));
+    alignas(64) uint8_t first_field[64], second_field[64];
+    store(first_field, fields(first));
+    store(second_field, fields(second));
+#pragma GCC unroll 4
     for (int f = 0; f < kRows; ++f) {
-      uint8_t* table = tables.count[q / 2][f];
-      const Vector count = load(kDifferences.count[field[f]]);
-      store(table, q % 2 == 0 ? count : _mm512_or_si512(load(table), _mm512_slli_epi16(count, 4)));
+      const Vector upper = _mm512_slli_epi16(load(kDifferences.count[second_field[f]]), 4);
+      store(tables.count[pair][f], _mm512_or_si512(load(kDifferences.count[first_field[f]]), upper));
     }
   }
 

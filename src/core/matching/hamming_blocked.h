@@ -106,9 +106,11 @@ struct Blocked {
                           uint8_t* groups) {
     typename Isa::Tables tables;
     const int queries = std::min(kQueryGroup, search.last_query - first_query);
-    for (int q = 0; q < kQueryGroup; ++q) {  // a group that is not full repeats its last query
-      const int query = first_query + std::min(q, queries - 1);
-      Isa::setQuery(tables, q, search.queries + static_cast<size_t>(query) * kHammingBytes);
+    const auto query = [&](int q) {  // a group that is not full repeats its last query
+      return search.queries + static_cast<size_t>(first_query + std::min(q, queries - 1)) * kHammingBytes;
+    };
+    for (int pair = 0; pair < kQueryGroup / 2; ++pair) {
+      Isa::setQueries(tables, pair, query(2 * pair), query(2 * pair + 1));
     }
     Running running[kQueryGroup];
     std::memset(running, 255, sizeof(running));

@@ -36,7 +36,10 @@ struct Neon {
     }
   }
 
-  static void setQuery(Tables& tables, int q, const uint8_t* row) { std::memcpy(tables.query[q], row, kHammingBytes); }
+  static void setQueries(Tables& tables, int pair, const uint8_t* first, const uint8_t* second) {
+    std::memcpy(tables.query[2 * pair], first, kHammingBytes);
+    std::memcpy(tables.query[2 * pair + 1], second, kHammingBytes);
+  }
 
   template <bool kReverse>
   static void distances(const Tables& tables, const uint8_t* packed, int left, int group, uint8_t* minimum,
