@@ -44,7 +44,7 @@ struct Avx512 {
                                                           12, 13, 14, 15, 16, 17, 0, 0, 18, 19, 20, 21, 22, 23, 0, 0,
                                                           24, 25, 26, 27, 28, 29, 0, 0, 30, 31, 32, 32, 32, 32, 0, 0};
     constexpr uint64_t kEverySixthBit = 0x2a241e18120c0600;
-    const Vector bytes = _mm512_zextsi256_si512(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(row)));
+    const Vector bytes = _mm512_maskz_loadu_epi64(0x0f, row);
     const Vector words = _mm512_permutexvar_epi8(load(kSixBytes), bytes);
     const Vector picked = _mm512_multishift_epi64_epi8(_mm512_set1_epi64(kEverySixthBit), words);
     return _mm512_and_si512(picked, _mm512_set1_epi8(63));
