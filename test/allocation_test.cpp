@@ -1,0 +1,72 @@
+// The per-frame path of the core allocates nothing once it has seen a frame of each kind. Counts operator new; pixel
+// buffers of OpenCV have an allocator of their own and are not counted.
+#include <cstdlib>
+#include <new>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "gms_ransac/match_filter.h"
+#include "scene.h"
+
+namespace {
+long g_allocations = 0;
+
+void* countedAllocation(size_t size, size_t alignment) {
+  __atomic_fetch_add(&g_allocations, 1, __ATOMIC_RELAXED);
+  void* memory = nullptr;
+  if (posix_memalign(&memory, alignment, size) != 0) throw std::bad_alloc();
+  return memory;
+}
+}  // namespace
+
+// Not inlined, or the compiler takes new and delete for a mismatched pair.
+[[gnu::noinline]] void* operator new(size_t size) { return countedAllocation(size, alignof(std::max_align_t)); }
+[[gnu::noinline]] void* operator new(size_t size, std::align_val_t alignment) {
+  return countedAllocation(size, static_cast<size_t>(alignment));
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, size_t, std::align_val_t) noexcept { std::free(memory); }
+
+namespace gms_ransac {
+namespace {
+
+TEST(Allocation, CountsNewAndAlignedNew) {
+  const long before = g_allocations;
+  std::vector<int> plain(100);
+  struct alignas(64) Line {
+    char bytes[64];
+  };
+  std::vector<Line> aligned(3);
+  EXPECT_EQ(before + 2, g_allocations);
+  EXPECT_EQ(0U, reinterpret_cast<uintptr_t>(aligned.data()) % 64);
+}
+
+class PerFrameAllocation : public testing::TestWithParam<int> {};
+
+TEST_P(PerFrameAllocation, IsNoneOnceWarm) {
+  constexpr int kFrames = 4;
+  const Scene scene{SceneOptions()};
+  std::vector<cv::Mat> images;
+  for (int i = 0; i < kFrames; ++i) images.push_back(scene.render(i).image);
+
+  MatchFilterOptions options;
+  options.method = "fast";
+  options.extractor.extractor = "fast";
+  options.extractor.threads = options.matcher_threads = GetParam();
+  MatchFilter filter(options);
+  filter.setCamera(Camera(scene.intrinsics(), images[0].size()));
+  for (int round = 0; round < 2; ++round) {
+    for (const cv::Mat& image : images) filter.process(image);
+  }
+  const long before = g_allocations;
+  for (const cv::Mat& image : images) EXPECT_EQ(Status::kOk, filter.process(image).status);
+  EXPECT_EQ(before, g_allocations);
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, PerFrameAllocation, testing::Values(1, 2));
+
+}  // namespace
+}  // namespace gms_ransac
