@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
+#include <utility>
+
 namespace gms_ransac {
 namespace {
 
@@ -24,7 +26,9 @@ TEST(MatchFilter, FirstImageHasNothingToCompareWith) {
   EXPECT_EQ(filter.process(cv::Mat::zeros(480, 640, CV_8UC1)).status, Status::kTooFewKeypoints);
 }
 
-TEST(MatchFilter, EstimatesAgainAsIfTheSeedHadBeenGivenFirst) {
+class EstimateAgain : public testing::TestWithParam<const char*> {};
+
+TEST_P(EstimateAgain, AsIfTheSeedHadBeenGivenFirst) {
   cv::Mat texture(300, 400, CV_8UC1), image, moved;
   cv::RNG(1).fill(texture, cv::RNG::UNIFORM, 0, 256);
   cv::GaussianBlur(texture, texture, cv::Size(), 2.0);
@@ -33,7 +37,7 @@ TEST(MatchFilter, EstimatesAgainAsIfTheSeedHadBeenGivenFirst) {
   cv::warpPerspective(image, moved, motion, image.size());
 
   MatchFilterOptions options;
-  options.method = "ransac";
+  options.method = GetParam();
   options.robust.model = ModelType::kHomography;
   options.robust.max_iterations = 5;  // few enough that seeds differ
   options.robust.seed = 7;
@@ -52,6 +56,69 @@ TEST(MatchFilter, EstimatesAgainAsIfTheSeedHadBeenGivenFirst) {
   EXPECT_EQ(result.inliers, expected.inliers);
   EXPECT_EQ(result.stage, expected.stage);
   EXPECT_EQ(result.robust.model, expected.robust.model);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, EstimateAgain, testing::Values("ransac", "gms", "lan"));
+
+/// Random rectangles, and the same seen from four pixels to the right with a strip that moves by itself.
+std::pair<cv::Mat, cv::Mat> shiftedPair() {
+  cv::Mat wide(480, 700, CV_8UC1, cv::Scalar(90));
+  cv::RNG random(5);
+  for (int i = 0; i < 900; ++i) {
+    const cv::Point corner(random.uniform(0, 690), random.uniform(0, 470));
+    const cv::Size size(random.uniform(5, 40), random.uniform(5, 40));
+    cv::rectangle(wide, cv::Rect(corner, size), cv::Scalar(random.uniform(0, 255)), cv::FILLED);
+  }
+  cv::Mat second = wide(cv::Rect(4, 0, 640, 480)).clone();
+  wide(cv::Rect(30, 400, 640, 60)).copyTo(second(cv::Rect(0, 400, 640, 60)));
+  return {wide(cv::Rect(0, 0, 640, 480)).clone(), second};
+}
+
+MatchResult resultOf(const MatchFilterOptions& options) {
+  MatchFilter filter(options);
+  const auto [first, second] = shiftedPair();
+  filter.process(first);
+  return filter.process(second);
+}
+
+MatchResult resultOf(const std::string& method) {
+  MatchFilterOptions options;
+  options.method = method;
+  options.robust.model = ModelType::kHomography;
+  return resultOf(options);
+}
+
+TEST(MatchFilter, GmsAloneKeepsItsSurvivorsWhateverTheModelSays) {
+  for (const char* method : {"gms", "gms5"}) {
+    const MatchResult result = resultOf(method);
+    EXPECT_GT(result.matches_gms, 200) << method;
+    EXPECT_EQ(result.inliers, result.matches_gms) << method;
+    EXPECT_GT(result.inliers, result.robust.inlier_count) << method;  // the strip breaks the homography
+  }
+  EXPECT_EQ(resultOf("gms_ransac").inliers, resultOf("gms_ransac").robust.inlier_count);
+}
+
+TEST(MatchFilter, DistanceConsistencyOnlyTakesAway) {
+  const MatchResult plain = resultOf("gms_ransac"), consistent = resultOf("gms_dist_ransac");
+  EXPECT_GT(consistent.matches_gms, plain.matches_gms / 2);
+  EXPECT_LT(consistent.matches_gms, plain.matches_gms);
+  for (size_t i = 0; i < plain.stage.size(); ++i) {
+    EXPECT_TRUE(consistent.stage[i] == MatchStage::kRaw || plain.stage[i] != MatchStage::kRaw);
+  }
+}
+
+TEST(MatchFilter, LanChecksItsInliersAgain) {
+  MatchFilterOptions options;
+  options.method = "lan";
+  options.robust.model = ModelType::kHomography;
+  const MatchResult mutual = resultOf(options);
+  EXPECT_LT(mutual.matches.size(), static_cast<size_t>(mutual.keypoints_reference));
+  EXPECT_GT(mutual.inliers, 100);
+  options.second_alpha = 100;  // nothing can have so much support
+  EXPECT_EQ(resultOf(options).inliers, 0);
+  options.second_alpha = 0;
+  options.lan_mutual = false;
+  EXPECT_EQ(resultOf(options).matches.size(), static_cast<size_t>(resultOf(options).keypoints_reference));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "dense_motion_statistics.h"
+#include "motion_statistics/method_settings.h"
 
 namespace gms_ransac {
 namespace {
@@ -259,6 +260,78 @@ TEST(MotionStatistics, PointsThatAreNoNumbersAreLeftOut) {
   EXPECT_EQ(scene.compute(tinyThreshold()).accepted_count, 0);
 }
 
+TEST(MotionStatistics, EvidenceDropsWhatTurnsOtherwiseAndOrdersByDescriptors) {
+  Scene scene({400, 400});
+  scene.add(cellCenter(5, 5), cellCenter(7, 6), 40);
+  scene.add(cellCenter(6, 5), cellCenter(8, 6), 40);
+  for (int i = 0; i < 80; ++i) {
+    scene.reference.keypoints[i].angle = 10.f;
+    scene.current.keypoints[i].angle = i == 3 ? 200.f : 15.f;  // one turns by 190 degrees instead of 5
+    scene.matches[i].distance = i == 4 ? 20 : 40;
+    scene.matches[i].second_distance = i == 5 ? 41 : 80;
+  }
+  MotionStatisticsOptions options;
+  options.acceptance = Acceptance::kEvidence;
+  options.threshold_factor = 1;
+  const MotionStatistics statistics = scene.compute(options);
+  EXPECT_EQ(statistics.accepted_count, 79);
+  EXPECT_EQ(statistics.accepted[3], 0);
+  EXPECT_EQ(statistics.score[3], 0);
+  EXPECT_EQ(statistics.score[0], 79);  // the turned one did not vote either
+  EXPECT_GE(statistics.support[5], 1.f);
+  EXPECT_GT(statistics.support[0], statistics.support[5]);  // ambiguous descriptor
+  EXPECT_GT(statistics.support[4], statistics.support[0]);  // closer descriptor
+}
+
+TEST(MotionStatistics, EvidenceFollowsARollingCamera) {
+  Scene scene({400, 400});
+  scene.add(cellCenter(5, 5), cellCenter(7, 6), 40);
+  for (int i = 0; i < 40; ++i) {
+    scene.reference.keypoints[i].angle = static_cast<float>(9 * i);
+    scene.current.keypoints[i].angle = static_cast<float>((9 * i + 357) % 360);  // back by three degrees, through zero
+    scene.matches[i].second_distance = 100;
+  }
+  MotionStatisticsOptions options;
+  options.acceptance = Acceptance::kEvidence;
+  options.threshold_factor = 1;
+  EXPECT_EQ(scene.compute(options).accepted_count, 40);
+}
+
+TEST(MotionStatisticsSettings, PapersKeepTheirsAndFastChooses) {
+  const MotionStatisticsOptions open = MotionStatisticsOptions::methodsOwn();
+  const MotionStatisticsOptions paper = motionStatisticsFor(FilterChoice::kGms, open);
+  EXPECT_EQ(paper.grid_columns, 20);
+  EXPECT_EQ(paper.grid_rows, 20);
+  EXPECT_EQ(paper.threshold_factor, 6);
+  EXPECT_EQ(paper.acceptance, Acceptance::kThreshold);
+  EXPECT_EQ(motionStatisticsFor(FilterChoice::kGmsFive, open).neighborhood, GridNeighborhood::kFive);
+  const MotionStatisticsOptions fast = motionStatisticsFor(FilterChoice::kGmsAdaptive, open);
+  EXPECT_EQ(fast.grid_columns, 0);
+  EXPECT_EQ(fast.acceptance, Acceptance::kEvidence);
+  MotionStatisticsOptions given = open;
+  given.grid_columns = given.grid_rows = 30;
+  given.threshold_factor = 5;
+  given.acceptance = Acceptance::kThreshold;
+  const MotionStatisticsOptions kept = motionStatisticsFor(FilterChoice::kGmsAdaptive, given);
+  EXPECT_EQ(kept.grid_columns, 30);
+  EXPECT_EQ(kept.threshold_factor, 5);
+  EXPECT_EQ(kept.acceptance, Acceptance::kThreshold);
+}
+
+TEST(MotionStatisticsSettings, AutomaticGridHasSquareCellsFewForFewMatches) {
+  MotionStatisticsOptions options;
+  options.grid_columns = options.grid_rows = 0;
+  const CellGrid kitti = chooseGrid(options, {1241, 376}, 2000), few = chooseGrid(options, {1241, 376}, 300);
+  EXPECT_NEAR(1241.0 / kitti.columns, 376.0 / kitti.rows, 2.0);
+  EXPECT_NEAR(kitti.columns * kitti.rows, 400, 20);
+  EXPECT_NEAR(few.columns * few.rows, 150, 15);
+  const CellGrid none = chooseGrid(options, {640, 480}, 0), no_image = chooseGrid(options, {0, 0}, 100);
+  EXPECT_GE(std::min(none.columns, none.rows), 2);
+  EXPECT_GE(std::min(no_image.columns, no_image.rows), 2);
+  options.grid_columns = 32;
+  EXPECT_EQ(chooseGrid(options, {640, 480}, 2000).rows, 24);
+}
+
 TEST(MotionStatisticsOptions, RefusesWhatIsOutOfRange) {
   MotionStatisticsOptions options;
   options.grid_columns = 1;
@@ -267,6 +340,9 @@ TEST(MotionStatisticsOptions, RefusesWhatIsOutOfRange) {
   EXPECT_THROW(options.validate(), std::invalid_argument);
   options.grid_columns = 0;
   EXPECT_NO_THROW(options.validate());
+  options.acceptance = Acceptance::kMethodsOwn;
+  EXPECT_THROW(options.validate(), std::invalid_argument);
+  options.acceptance = Acceptance::kThreshold;
   options.threshold_factor = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(MotionStatisticsFilter{options}, std::invalid_argument);
 }

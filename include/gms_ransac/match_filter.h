@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gms_ransac/camera.h"
+#include "gms_ransac/distance_consistency.h"
 #include "gms_ransac/feature_extractor.h"
 #include "gms_ransac/hamming_matcher.h"
 #include "gms_ransac/method.h"
@@ -37,9 +38,12 @@ enum class MatchStage : uint8_t { kRaw = 0, kGms = 1, kInlier = 2 };
 struct MatchFilterOptions {
   std::string method = "fast";
   FeatureExtractorOptions extractor;
-  MotionStatisticsOptions motion_statistics;
+  MotionStatisticsOptions motion_statistics = MotionStatisticsOptions::methodsOwn();
   RobustOptions robust;
   int matcher_threads = 1;
+  DistanceReading distance_reading = DistanceReading::kDisplacement;  ///< gms_dist_ransac
+  bool lan_mutual = true;   ///< lan: match in both directions; false: feed it the same matches as the other methods
+  double second_alpha = 0;  ///< lan: threshold factor of the final check; 0: the first times sqrt(kept fraction)
 
   void validate() const;
 };
@@ -96,6 +100,10 @@ class MatchFilter {
   void estimateAgain(uint64_t seed, MatchResult& result);
 
  private:
+  /// Lan 2020: a survivor's verdict stands only if the motion statistics of the inliers alone support it, too.
+  void recheckInliers(MatchResult& result);
+  /// Remembers the survivors' keypoints for that.
+  void keepSurvivors(const Features& reference, const Features& current, const MatchResult& result);
   /// Fills `pairs_` and `survivors_` with the matches that the method's filter keeps.
   void selectSurvivors(const Features& reference, const Features& current, MatchResult& result);
   /// The robust stage on `pairs_`, timed.
@@ -108,11 +116,15 @@ class MatchFilter {
   Camera camera_;
   std::unique_ptr<FeatureExtractor> extractor_;
   HammingMatcher matcher_;
-  MotionStatisticsFilter motion_statistics_;
+  MotionStatisticsFilter motion_statistics_, recheck_statistics_;
+  DistanceConsistency distance_consistency_;
   std::unique_ptr<RobustEstimator> estimator_;
   Frame reference_, current_;
   bool have_reference_ = false;
   MotionStatistics statistics_;
+  Features recheck_reference_, recheck_current_;  ///< keypoint k is that of survivor k; no descriptors
+  std::vector<Match> rechecked_;
+  MotionStatistics recheck_;
   PointPairs pairs_;
   std::vector<int> survivors_;  ///< indices into the raw matches
   MatchResult result_;

@@ -7,7 +7,13 @@
 namespace gms_ransac {
 
 enum class MatcherChoice { kNearest, kMutual };
-enum class FilterChoice { kNone, kGms, kGmsFive, kGmsDistance };
+enum class FilterChoice {
+  kNone,
+  kGms,          ///< Bian 2017: 20 x 20 cells, threshold factor 6
+  kGmsFive,      ///< Chen 2018: five cells vote instead of nine
+  kGmsDistance,  ///< Zhu 2019: then matches whose displacement differs from their neighbours' are dropped
+  kGmsAdaptive   ///< ours: square cells, votes weighed with descriptors, turn and change of level
+};
 enum class OrderingChoice { kNone, kDescriptorDistance, kMotionStatistics };
 enum class SamplerChoice { kUniform, kProsac, kRandomSubsets, kSplit, kConfidenceGroups, kStratified };
 enum class VerifierChoice { kAll, kTdd, kHoldOut, kBlockwise };

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "gms_ransac/features.h"
@@ -22,16 +23,29 @@ enum class AlphaMode {
   kRaw      ///< threshold_factor is used as it is
 };
 
+enum class Acceptance {
+  kMethodsOwn,  ///< for MatchFilterOptions only
+  kThreshold,   ///< as published: the score of the cell pair reaches the threshold
+  kEvidence     ///< ours: that, and descriptors, turn and change of level make the match likely to be right
+};
+
+/// "own", "threshold", "evidence"; throws std::invalid_argument for another word.
+Acceptance parseAcceptance(const std::string& name);
+
 struct MotionStatisticsOptions {
-  int grid_columns = 20;          ///< cells across the reference image, 2..100; 0: chosen from image and matches
-  int grid_rows = 20;             ///< cells down the reference image, 2..100; 0: likewise
+  int grid_columns = 20;  ///< cells across the reference image, 2..100; 0: square cells, few where matches are few
+  int grid_rows = 20;     ///< cells down the reference image, 2..100; 0: likewise
   double threshold_factor = 6.0;  ///< alpha of the paper, (0, 100]
   bool rotation = false;          ///< try all rotations of the neighbourhood, not only the identity
   bool scale = false;             ///< try right grids of 1/2, 1/sqrt2, sqrt2, 2 times the cells, not only 1
   GridBorder border = GridBorder::kOpenCV;
   GridNeighborhood neighborhood = GridNeighborhood::kNine;
   AlphaMode alpha_mode = AlphaMode::kScaled;
+  Acceptance acceptance = Acceptance::kThreshold;
 
+  /// For MatchFilterOptions: leaves grid (0), threshold_factor (0) and acceptance to the method. The papers' methods
+  /// have 20 x 20 cells, 6 and kThreshold, `fast` has square cells, 1 and kEvidence.
+  static MotionStatisticsOptions methodsOwn();
   /// Throws std::invalid_argument with a sentence that names the field, its value and its range.
   void validate() const;
 };
@@ -40,8 +54,10 @@ struct MotionStatisticsOptions {
 struct MotionStatistics {
   std::vector<uint8_t> accepted;  ///< 1: some shifted grid supports the match
   std::vector<int32_t> score;  ///< supporting matches in the neighbourhood, the largest over the shifts; 0 if rejected
-  std::vector<float> support;  ///< score / threshold of that same cell pair, >= 1 when accepted; 0 if rejected
-  std::vector<int32_t> cell;   ///< cell of the reference keypoint in the unshifted grid, row * columns + column
+  /// 0 if rejected, >= 1 when accepted: score / threshold of that same cell pair; with kEvidence 1 + the log-odds that
+  /// the match is right above the least kept.
+  std::vector<float> support;
+  std::vector<int32_t> cell;  ///< cell of the reference keypoint in the unshifted grid, row * columns + column
   int accepted_count = 0;
   int grid_columns = 0, grid_rows = 0;  ///< the grid that was used
   int rotation = 0;                     ///< winning rotation pattern in steps of 45 degrees anticlockwise, 0..7
@@ -60,6 +76,9 @@ class MotionStatisticsFilter {
   /// wins, the first of equals. Reuses the storage of `statistics`; no allocation once warm.
   void compute(const Features& reference, const Features& current, const std::vector<Match>& matches,
                MotionStatistics& statistics);
+  const MotionStatisticsOptions& options() const { return options_; }
+  /// Replaces threshold_factor from the next call on; must be positive.
+  void setThresholdFactor(double threshold_factor) { options_.threshold_factor = threshold_factor; }
 
  private:
   struct Workspace;

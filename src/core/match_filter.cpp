@@ -6,6 +6,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "motion_statistics/method_settings.h"
+#include "validation.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -27,17 +30,15 @@ class StopWatch {
 
 HammingMatcherOptions matcherOptions(const MatchFilterOptions& options) {
   HammingMatcherOptions matcher;
-  matcher.mutual = findMethod(options.method).matcher == MatcherChoice::kMutual;
+  const Method& method = findMethod(options.method);
+  matcher.mutual =
+      method.matcher == MatcherChoice::kMutual && (options.lan_mutual || method.recheck == RecheckChoice::kNone);
   matcher.threads = options.matcher_threads;
   return matcher;
 }
 
 MotionStatisticsOptions statisticsOptions(const MatchFilterOptions& options) {
-  MotionStatisticsOptions statistics = options.motion_statistics;
-  if (findMethod(options.method).filter == FilterChoice::kGmsFive) {
-    statistics.neighborhood = GridNeighborhood::kFive;
-  }
-  return statistics;
+  return motionStatisticsFor(findMethod(options.method).filter, options.motion_statistics);
 }
 
 }  // namespace
@@ -89,7 +90,8 @@ void MatchResult::clear(Status new_status) {
 void MatchFilterOptions::validate() const {
   findMethod(method);
   extractor.validate();
-  motion_statistics.validate();
+  statisticsOptions(*this).validate();
+  requireInRange("second_alpha", second_alpha, 0.0, 100.0);
   robust.validate();
 }
 
@@ -99,6 +101,8 @@ MatchFilter::MatchFilter(const MatchFilterOptions& options)
       extractor_(makeFeatureExtractor(options.extractor)),
       matcher_(matcherOptions(options)),
       motion_statistics_(statisticsOptions(options)),
+      recheck_statistics_(statisticsOptions(options)),
+      distance_consistency_(options.distance_reading, options.robust.seed),
       estimator_(makeRobustEstimator(*method_, options.robust)) {}
 
 void MatchFilter::setCamera(const Camera& camera) {
@@ -152,7 +156,11 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
   }
 
   motion_statistics_.compute(reference.features, current.features, result.matches, statistics_);
+  if (method_->filter == FilterChoice::kGmsDistance) {
+    distance_consistency_.apply(reference.features, current.features, result.matches, statistics_);
+  }
   selectSurvivors(reference.features, current.features, result);
+  if (method_->recheck == RecheckChoice::kGms) keepSurvivors(reference.features, current.features, result);
   result.times.gms = watch.lap();
   if (result.matches_gms < kMinimumMatches) {
     result.status = Status::kGmsRejected;
@@ -176,6 +184,7 @@ void MatchFilter::estimateAgain(uint64_t seed, MatchResult& result) {
 void MatchFilter::estimate(MatchResult& result) {
   StopWatch watch;
   estimator_->estimate(pairs_, camera_, result.robust);
+  if (method_->recheck == RecheckChoice::kGms) recheckInliers(result);
   markInliers(result);
   result.times.ransac = watch.lap();
 }
@@ -217,16 +226,54 @@ void MatchFilter::selectSurvivors(const Features& reference, const Features& cur
   result.matches_gms = n;
 }
 
+void MatchFilter::keepSurvivors(const Features& reference, const Features& current, const MatchResult& result) {
+  recheck_reference_.image_size = reference.image_size;
+  recheck_current_.image_size = current.image_size;
+  recheck_reference_.keypoints.clear();
+  recheck_current_.keypoints.clear();
+  for (const int i : survivors_) {
+    recheck_reference_.keypoints.push_back(reference.keypoints[result.matches[i].reference]);
+    recheck_current_.keypoints.push_back(current.keypoints[result.matches[i].current]);
+  }
+}
+
+void MatchFilter::recheckInliers(MatchResult& result) {
+  RobustResult& robust = result.robust;
+  if (!robust.model_found) return;
+  rechecked_.clear();
+  for (int k = 0; k < static_cast<int>(survivors_.size()); ++k) {
+    const Match& match = result.matches[survivors_[k]];
+    if (robust.inlier[k]) rechecked_.push_back({k, k, match.distance, match.second_distance});
+  }
+  // The thinned set has fewer supporters for the same truth: without a lower threshold it would lose its sparse cells.
+  const double kept = static_cast<double>(rechecked_.size()) / static_cast<double>(result.matches.size());
+  const double scaled_alpha = motion_statistics_.options().threshold_factor * std::sqrt(kept);
+  const double alpha = options_.second_alpha > 0 ? options_.second_alpha : scaled_alpha;
+  recheck_statistics_.setThresholdFactor(alpha);
+  recheck_statistics_.compute(recheck_reference_, recheck_current_, rechecked_, recheck_);
+  size_t next = 0;
+  for (size_t k = 0; k < survivors_.size(); ++k) {
+    if (robust.inlier[k]) robust.inlier[k] = recheck_.accepted[next++];
+  }
+  robust.inlier_count = recheck_.accepted_count;
+}
+
 void MatchFilter::markInliers(MatchResult& result) {
   const RobustResult& robust = result.robust;
+  if (method_->keeps_filter_output) {
+    for (const int match : survivors_) result.stage[match] = MatchStage::kInlier;
+    result.inliers = result.matches_gms;
+  }
   if (!robust.model_found) {
     result.status = Status::kRansacFailed;
     return;
   }
-  for (size_t k = 0; k < survivors_.size(); ++k) {
-    if (robust.inlier[k]) result.stage[survivors_[k]] = MatchStage::kInlier;
+  if (!method_->keeps_filter_output) {
+    for (size_t k = 0; k < survivors_.size(); ++k) {
+      if (robust.inlier[k]) result.stage[survivors_[k]] = MatchStage::kInlier;
+    }
+    result.inliers = robust.inlier_count;
   }
-  result.inliers = robust.inlier_count;
   if (!camera_.calibrated()) {
     result.status = Status::kUncalibrated;
   } else if (!robust.pose_found) {

@@ -22,6 +22,14 @@ const std::vector<Method>& methods() {
        F::kNone, O::kNone, S::kRandomSubsets, V::kAll, R::kNone, false},
       {"split2080", "Ci et al. 2022", "samples from the best fifth by descriptor distance, verified on the others",
        M::kNearest, F::kNone, O::kDescriptorDistance, S::kSplit, V::kHoldOut, R::kNone, false},
+      {"gms", "Bian et al. 2017", "GMS alone: its survivors are the inliers, uniform samples give only the pose",
+       M::kNearest, F::kGms, O::kNone, S::kUniform, V::kAll, R::kNone, true},
+      {"gms5", "Chen et al. 2018", "GMS alone with five cells that vote instead of nine", M::kNearest, F::kGmsFive,
+       O::kNone, S::kUniform, V::kAll, R::kNone, true},
+      {"gms_dist_ransac", "Zhu et al. 2019", "GMS, then matches that move as far as their neighbours, uniform samples",
+       M::kNearest, F::kGmsDistance, O::kNone, S::kUniform, V::kAll, R::kNone, false},
+      {"lan", "Lan et al. 2020", "mutual nearest neighbours, GMS, uniform samples, GMS once more on the inliers",
+       M::kMutual, F::kGms, O::kNone, S::kUniform, V::kAll, R::kGms, false},
       {"gms_ransac", "Zhang et al. 2022", "GMS, then uniform samples from its survivors", M::kNearest, F::kGms,
        O::kNone, S::kUniform, V::kAll, R::kNone, false},
       {"cp_ransac", "the paper this package implements",
@@ -29,7 +37,7 @@ const std::vector<Method>& methods() {
        F::kGms, O::kMotionStatistics, S::kConfidenceGroups, V::kAll, R::kNone, false},
       {"fast", "this package",
        "GMS, spread samples of the most confident first, starts all over the sphere, local optimisation, refinement",
-       M::kNearest, F::kGms, O::kMotionStatistics, S::kStratified, V::kBlockwise, R::kNone, false},
+       M::kNearest, F::kGmsAdaptive, O::kMotionStatistics, S::kStratified, V::kBlockwise, R::kNone, false},
   };
   return table;
 }

@@ -22,8 +22,16 @@ void PipelineArguments::addTo(po::options_description& description) {
       "FAST contrast, grey levels; 0 is usual above 3000 features");
   add("levels", po::value(&extractor.levels)->default_value(extractor.levels), "pyramid levels");
   add("scale-factor", po::value(&extractor.scale_factor)->default_value(extractor.scale_factor), "between levels");
-  add("grid", po::value(&grid), "cells of the motion statistics, COLUMNSxROWS; 0x0: chosen from the image");
-  add("alpha", po::value(&gms.threshold_factor)->default_value(gms.threshold_factor), "threshold factor of GMS");
+  add("grid", po::value(&grid), "cells of the motion statistics, COLUMNSxROWS; 0x0: the method's own");
+  add("alpha", po::value(&gms.threshold_factor)->default_value(gms.threshold_factor),
+      "threshold factor of GMS; 0: the method's own");
+  add("acceptance", po::value(&acceptance)->default_value(acceptance),
+      "matches GMS keeps: own (the method's), threshold (as published) or evidence (as fast)");
+  add("distance-reading", po::value(&distance_reading)->default_value(distance_reading),
+      "gms_dist_ransac: displacement or pairwise");
+  add("lan-mutual", po::value(&base.lan_mutual)->default_value(base.lan_mutual), "lan: match in both directions");
+  add("second-alpha", po::value(&base.second_alpha)->default_value(base.second_alpha),
+      "lan: threshold factor of the final check; 0: scaled by the share kept");
   add("rotation", po::bool_switch(&gms.rotation), "GMS: try all rotations");
   add("scale", po::bool_switch(&gms.scale), "GMS: try other scales");
   add("threshold", po::value(&threshold), "inlier threshold, pixels (default 1; homography 3)");
@@ -38,6 +46,8 @@ MatchFilterOptions PipelineArguments::options(const std::string& method) const {
   MatchFilterOptions result = base;
   result.method = method;
   result.robust.model = parseModelType(model);
+  result.motion_statistics.acceptance = parseAcceptance(acceptance);
+  result.distance_reading = parseDistanceReading(distance_reading);
   result.extractor.threads = threads;
   result.matcher_threads = std::clamp(threads, 1, 2);
   if (!threshold.empty()) {

@@ -14,7 +14,8 @@ namespace gms_ransac {
 struct PipelineArguments {
   std::vector<std::string> methods;  ///< empty: the default method
   std::string model = "essential";
-  std::string grid;       ///< "COLUMNSxROWS"; "": the method's own
+  std::string grid;  ///< "COLUMNSxROWS"; "": the method's own
+  std::string acceptance = "own", distance_reading = "displacement";
   std::string threshold;  ///< pixels; "": the model's own
   int threads = 1;
   MatchFilterOptions base;

@@ -17,9 +17,9 @@ int neighborhoodSum(const int32_t* column, int stride, bool five_cells) {
 }  // namespace
 
 void CellPairs::setLeftGrid(const CellGrid& left, int shift, const VotingRule& rule) {
+  rule_ = rule;
   if (left == left_) return;
   left_ = left;
-  rule_ = rule;
   const size_t cells = left.size() + 1;
   for (auto* column : {&neighbors_, &members_, &most_, &right_}) column->assign(cells, 0);
   favourite_.assign(cells, 0);

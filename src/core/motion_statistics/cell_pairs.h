@@ -25,7 +25,7 @@ struct VotingRule {
 /// Columns are indexed by cell of the padded left grid, and one past it for matches that take no part.
 class CellPairs {
  public:
-  /// `shift`: 0..kShifts-1.
+  /// `shift`: 0..kShifts-1. Of the rule only alpha may change while the grid stays.
   void setLeftGrid(const CellGrid& left, int shift, const VotingRule& rule);
   /// Matches whose reference keypoint lies in half cell h belong to cell `cellOfHalf()[h]`.
   const std::vector<int32_t>& cellOfHalf() const { return cell_of_half_; }

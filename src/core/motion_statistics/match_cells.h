@@ -14,8 +14,9 @@ namespace gms_ransac {
 class MatchCells {
  public:
   /// Normalises the keypoints of the matches by the size of their image and finds the reference half cells.
+  /// `takes_part`: 0 for matches to be left out, or empty for none.
   void setMatches(const Features& reference, const Features& current, const std::vector<Match>& matches,
-                  const CellGrid& left);
+                  const std::vector<uint8_t>& takes_part, const CellGrid& left);
   /// Finds the right cells; may be called again with another grid.
   void setRightGrid(const CellGrid& right);
 

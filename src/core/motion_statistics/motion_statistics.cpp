@@ -6,6 +6,8 @@
 
 #include "motion_statistics/cell_pairs.h"
 #include "motion_statistics/match_cells.h"
+#include "motion_statistics/match_evidence.h"
+#include "motion_statistics/method_settings.h"
 #include "validation.h"
 
 namespace gms_ransac {
@@ -63,6 +65,10 @@ void MotionStatisticsOptions::validate() const {
   if (grid_columns != 0) requireInRange("grid_columns", grid_columns, 2, 100);
   if (grid_rows != 0) requireInRange("grid_rows", grid_rows, 2, 100);
   requireInRange("threshold_factor", threshold_factor, 0.01, 100.0);
+  if (acceptance == Acceptance::kMethodsOwn) {
+    throw std::invalid_argument(
+        "acceptance is left to the method, but no method was named; choose kThreshold or kEvidence");
+  }
 }
 
 struct MotionStatisticsFilter::Workspace {
@@ -71,10 +77,12 @@ struct MotionStatisticsFilter::Workspace {
   VoteMatrix matrix;
   CellPairs pairs[kShifts];
   std::vector<int32_t> half_members;
+  MatchEvidence evidence;
 
   void decide(const CellGrid& right);
   std::array<int, 8> countAccepted() const;
   int mark(int rotation, MotionStatistics& statistics);
+  void weighEvidence(const std::vector<Match>& matches, double alpha, MotionStatistics& statistics) const;
 };
 
 /// Decides on the cell pairs of all four grids, for this right grid and every rotation.
@@ -119,6 +127,22 @@ int MotionStatisticsFilter::Workspace::mark(int rotation, MotionStatistics& stat
   return accepted;
 }
 
+/// Keeps of the accepted matches those that are likely to be right.
+void MotionStatisticsFilter::Workspace::weighEvidence(const std::vector<Match>& matches, double alpha,
+                                                      MotionStatistics& statistics) const {
+  statistics.accepted_count = 0;
+  for (size_t i = 0; i < matches.size(); ++i) {
+    if (!statistics.accepted[i]) continue;
+    const float votes = statistics.support[i] * static_cast<float>(alpha);
+    const float to_spare = evidence.logOddsToSpare(static_cast<int>(i), matches[i], votes);
+    const bool likely = to_spare >= 0;
+    statistics.accepted[i] = likely;
+    statistics.score[i] = likely ? statistics.score[i] : 0;
+    statistics.support[i] = likely ? 1 + to_spare : 0.f;
+    statistics.accepted_count += likely;
+  }
+}
+
 MotionStatisticsFilter::MotionStatisticsFilter(const MotionStatisticsOptions& options)
     : options_(options), workspace_(std::make_unique<Workspace>()) {
   options_.validate();
@@ -130,7 +154,9 @@ MotionStatisticsFilter& MotionStatisticsFilter::operator=(MotionStatisticsFilter
 void MotionStatisticsFilter::compute(const Features& reference, const Features& current,
                                      const std::vector<Match>& matches, MotionStatistics& statistics) {
   Workspace& work = *workspace_;
-  work.left = {options_.grid_columns ? options_.grid_columns : 20, options_.grid_rows ? options_.grid_rows : 20};
+  int voters = static_cast<int>(matches.size());
+  if (options_.acceptance == Acceptance::kEvidence) voters = work.evidence.prepare(reference, current, matches);
+  work.left = chooseGrid(options_, reference.image_size, voters);
   statistics.grid_columns = work.left.columns;
   statistics.grid_rows = work.left.rows;
   statistics.accepted_count = statistics.rotation = statistics.scale = 0;
@@ -138,7 +164,7 @@ void MotionStatisticsFilter::compute(const Features& reference, const Features& 
   statistics.score.assign(matches.size(), 0);
   statistics.support.assign(matches.size(), 0.f);
   statistics.cell.resize(matches.size());
-  work.cells.setMatches(reference, current, matches, work.left);
+  work.cells.setMatches(reference, current, matches, work.evidence.takesPart(), work.left);
   work.cells.leftCells(statistics.cell);
 
   const VotingRule rule = votingRule(options_);
@@ -158,6 +184,7 @@ void MotionStatisticsFilter::compute(const Features& reference, const Features& 
     statistics.rotation = rotation * rule.ringStep();
     statistics.scale = scale;
   }
+  if (options_.acceptance == Acceptance::kEvidence) work.weighEvidence(matches, rule.alpha, statistics);
 }
 
 }  // namespace gms_ransac
