@@ -88,7 +88,7 @@ std::vector<float> allAnswers(const ResidualKernels& kernels, const Problem& pro
   }
   for (const Loss& loss : {Loss{1, 0}, Loss{4, 1}}) {
     NormalEquations<5> five;
-    kernels.linearizePose(points, pose, reinterpret_cast<const float(&)[5][9]>(D), loss, prior, five);
+    kernels.linearizePose(points, pose, reinterpret_cast<const float(&)[2][3]>(D), loss, prior, five);
     add(five);
     NormalEquations<7> seven;
     kernels.linearizeFundamental(points, pose.E, reinterpret_cast<const float(&)[7][9]>(D), loss, seven);

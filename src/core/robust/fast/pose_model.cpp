@@ -114,11 +114,9 @@ void PoseModel::tangent(const Eigen::Vector3d& t, Eigen::Vector3d (&basis)[2]) {
 void PoseModel::linearize(const Hypothesis& pose, const Loss& loss, NormalEquations<5>& equations) const {
   Eigen::Vector3d basis[2];
   tangent(pose.t, basis);
-  const Eigen::Matrix3d cross = crossMatrix(pose.t);
-  float D[5][9];
-  for (int k = 0; k < 3; ++k) toFloat(cross * crossMatrix(Eigen::Vector3d::Unit(k)) * pose.R, D[k]);
-  for (int k = 0; k < 2; ++k) toFloat(crossMatrix(basis[k]) * pose.R, D[3 + k]);
-  kernels_.linearizePose(points_, pose.parameters(), D, loss, prior_, equations);
+  float steps[2][3];
+  for (int k = 0; k < 6; ++k) steps[k / 3][k % 3] = static_cast<float>(basis[k / 3][k % 3]);
+  kernels_.linearizePose(points_, pose.parameters(), steps, loss, prior_, equations);
 }
 
 int PoseModel::refine(const Loss& loss, int iterations, Hypothesis& pose) const {

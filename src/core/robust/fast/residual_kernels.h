@@ -55,9 +55,11 @@ struct ResidualKernels {
   /// Mean of the squared transfer distances of x2 ~ H x1, with G the inverse of H.
   void (*scoreHomography)(const PointColumnsView& points, const float (&H)[9], const float (&G)[9], float bound,
                           Score& score);
-  /// Linearised Sampson distance; D[p] is the derivative of the matrix with respect to parameter p.
-  void (*linearizePose)(const PointColumnsView& points, const PoseParameters& pose, const float (&D)[5][9],
+  /// Linearised Sampson distance of a pose; parameters: rotation vector w of R <- exp(w) R, then steps of t along the
+  /// two vectors of `basis`.
+  void (*linearizePose)(const PointColumnsView& points, const PoseParameters& pose, const float (&basis)[2][3],
                         const Loss& loss, const ParallaxPrior& prior, NormalEquations<5>& equations);
+  /// Linearised Sampson distance; D[p] is the derivative of the matrix with respect to parameter p.
   void (*linearizeFundamental)(const PointColumnsView& points, const float (&F)[9], const float (&D)[7][9],
                                const Loss& loss, NormalEquations<7>& equations);
   /// Linearised transfer distance in the current image; D as above.

@@ -56,6 +56,7 @@ struct KernelsFor {
   struct Parallax {
     V u, v, z;  // the reference point rotated
     V m0, m1;   // (y2 - v / z, u / z - x2) * z
+    V inverse_z;
     V squared;  // squared displacement over the squared threshold
     Parallax(const Matrix& R, const Point& p)
         : u(R.row(0, p.x1, p.y1)),
@@ -63,15 +64,22 @@ struct KernelsFor {
           z(R.row(2, p.x1, p.y1)),
           m0(p.y2 * z - v),
           m1(u - p.x2 * z),
-          squared(p.w * (m0 * m0 + m1 * m1) / (z * z + V::set(kTiny))) {}
+          inverse_z(z / (z * z + V::set(kTiny))),
+          squared(p.w * (m0 * m0 + m1 * m1) * (inverse_z * inverse_z)) {}
+  };
+
+  /// The current point's ray times the translation.
+  struct RayTimesTranslation {
+    V n0, n1, n2;
+    RayTimesTranslation(const V (&t)[3], const Point& p)
+        : n0(p.y2 * t[2] - t[1]), n1(t[0] - p.x2 * t[2]), n2(p.x2 * t[1] - p.y2 * t[0]) {}
   };
 
   /// e of a match behind a camera, or whose rays meet at too wide an angle, and 0 for any other.
-  static V behindResidual(const Parallax& d, const V (&t)[3], const Epipolar& s, const Point& p) {
+  static V behindResidual(const Parallax& d, const RayTimesTranslation& n, const Epipolar& s, const Point& p) {
     const V m2 = p.x2 * d.v - p.y2 * d.u;
-    const V n0 = p.y2 * t[2] - t[1], n1 = t[0] - p.x2 * t[2], n2 = p.x2 * t[1] - p.y2 * t[0];
     // Signs of minus the depth in the reference and of the depth in the current image.
-    const V depth1 = d.m0 * n0 + d.m1 * n1 + m2 * n2, depth2 = s.a * d.m0 + s.b * d.m1 + s.c * m2;
+    const V depth1 = d.m0 * n.n0 + d.m1 * n.n1 + m2 * n.n2, depth2 = s.a * d.m0 + s.b * d.m1 + s.c * m2;
     const V zero = V::set(0), at_infinity = V::set(0.5f) * d.squared;
     const V dot = d.u * p.x2 + d.v * p.y2 + d.z;
     const V lengths = (p.x1 * p.x1 + p.y1 * p.y1 + V::set(1)) * (p.x2 * p.x2 + p.y2 * p.y2 + V::set(1));
@@ -81,13 +89,22 @@ struct KernelsFor {
   }
 
   struct Prior {
-    V weight, inverse_scale;
+    V weight, inverse_scale, quarter;
     explicit Prior(const ParallaxPrior& prior)
-        : weight(V::set(prior.weight)), inverse_scale(V::set(prior.inverse_scale)) {}
-    V root(const Parallax& d) const { return V::squareRoot(V::set(1) + d.squared * inverse_scale); }
-    /// The cost, and its derivative with respect to the squared displacement, of root(d).
-    V cost(V root) const { return weight * (V::squareRoot(root) - V::set(1)); }
-    V slope(V root) const { return V::set(0.25f) * weight * inverse_scale / (root * V::squareRoot(root)); }
+        : weight(V::set(prior.weight)),
+          inverse_scale(V::set(prior.inverse_scale)),
+          quarter(V::set(0.25f * prior.weight * prior.inverse_scale)) {}
+    V cost(const Parallax& d) const {
+      const V root = V::squareRoot(V::set(1) + d.squared * inverse_scale);
+      return weight * (V::squareRoot(root) - V::set(1));
+    }
+    /// The cost, and its derivative with respect to the squared displacement.
+    V cost(const Parallax& d, V& slope) const {
+      const V root = V::squareRoot(V::set(1) + d.squared * inverse_scale);
+      const V fourth_root = V::squareRoot(root);
+      slope = quarter / (root * fourth_root);
+      return weight * (fourth_root - V::set(1));
+    }
   };
 
   struct Sum {
@@ -135,8 +152,8 @@ struct KernelsFor {
         const Point p(points, i);
         const Epipolar s(E, p);
         const Parallax d(R, p);
-        const V e = V::maximum(s.residual(p.w), behindResidual(d, t, s, p));
-        sum.add(e, prior.cost(prior.root(d)));
+        const V e = V::maximum(s.residual(p.w), behindResidual(d, RayTimesTranslation(t, p), s, p));
+        sum.add(e, prior.cost(d));
       }
       if (i < points.size && sum.cost.sum() > bound) break;
     }
@@ -244,13 +261,12 @@ struct KernelsFor {
 
   /// The prior's share of the normal equations: the displacement depends on the rotation alone.
   static void addPrior(const Parallax& d, const Prior& prior, V inlier, const Point& p, Equations<5>& equations) {
-    const V inverse_z = d.z / (d.z * d.z + V::set(kTiny));
-    const V a = d.u * inverse_z, b = d.v * inverse_z;
+    const V a = d.u * d.inverse_z, b = d.v * d.inverse_z;
     const V dx = a - p.x2, dy = b - p.y2, one = V::set(1), zero = V::set(0);
     const V Jx[3] = {zero - a * b, one + a * a, zero - b}, Jy[3] = {zero - (one + b * b), a * b, a};
-    const V root = prior.root(d);
-    const V weight = inlier * p.w * prior.slope(root);
-    equations.cost = equations.cost + prior.cost(root);
+    V slope = zero;
+    equations.cost = equations.cost + prior.cost(d, slope);
+    const V weight = inlier * p.w * slope;
     int k = 0;
     for (int i = 0; i < 3; ++i) {
       const V sx = weight * Jx[i], sy = weight * Jy[i];
@@ -262,21 +278,44 @@ struct KernelsFor {
     }
   }
 
-  static void linearizePose(const PointColumnsView& points, const PoseParameters& pose, const float (&D)[5][9],
+  /// As addEpipolar, for the entries of E = [t]x R. With x = q - k (a, b, 0) for the current ray q, r = R p for the
+  /// reference ray p and s = R (d, f, 0), the derivative along dE is x . dE p - k q . dE (d, f, 0), where dE p is
+  /// t x (w x r) for a rotation w and (step) x r for a step of t.
+  static void addPose(const Epipolar& s, const Parallax& d, const RayTimesTranslation& n, const Point& p,
+                      const Matrix& R, const V (&t)[3], const V (&basis)[2][3], V inverse_norm, V weight,
+                      Equations<5>& equations) {
+    const V k = s.value * inverse_norm;
+    const V ka = k * s.a, kb = k * s.b, kd = k * s.d, kf = k * s.f;
+    const V x0 = p.x2 - ka, x1 = p.y2 - kb;
+    const V s0 = R.m[0] * kd + R.m[1] * kf, s1 = R.m[3] * kd + R.m[4] * kf, s2 = R.m[6] * kd + R.m[7] * kf;
+    // x cross t.
+    const V w0 = n.n0 - kb * t[2], w1 = n.n1 + ka * t[2], w2 = n.n2 - (ka * t[1] - kb * t[0]);
+    const V m0 = (d.v - d.z * x1) - (s1 - s2 * p.y2), m1 = (d.z * x0 - d.u) - (s2 * p.x2 - s0);
+    const V m2 = (d.u * x1 - d.v * x0) - (s0 * p.y2 - s1 * p.x2);
+    const V J[5] = {(d.v * w2 - d.z * w1) - (s1 * n.n2 - s2 * n.n1), (d.z * w0 - d.u * w2) - (s2 * n.n0 - s0 * n.n2),
+                    (d.u * w1 - d.v * w0) - (s0 * n.n1 - s1 * n.n0),
+                    basis[0][0] * m0 + basis[0][1] * m1 + basis[0][2] * m2,
+                    basis[1][0] * m0 + basis[1][1] * m1 + basis[1][2] * m2};
+    equations.add(J, s.value, weight * p.w * inverse_norm);
+  }
+
+  static void linearizePose(const PointColumnsView& points, const PoseParameters& pose, const float (&basis)[2][3],
                             const Loss& loss, const ParallaxPrior& parallax_prior, NormalEquations<5>& equations) {
     const Matrix E(pose.E), R(pose.R);
     const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
+    const V steps[2][3] = {{V::set(basis[0][0]), V::set(basis[0][1]), V::set(basis[0][2])},
+                           {V::set(basis[1][0]), V::set(basis[1][1]), V::set(basis[1][2])}};
     const Prior prior(parallax_prior);
-    V d[5][9];
-    broadcast(D, d);
     Equations<5> sums;
     for (int i = 0; i < points.size; i += kLanes) {
       const Point p(points, i);
       const Epipolar s(E, p);
       const Parallax parallax(R, p);
-      const V e = V::maximum(s.residual(p.w), behindResidual(parallax, t, s, p));
+      const RayTimesTranslation n(t, p);
+      const V inverse_norm = V::set(1) / s.norm;
+      const V e = V::maximum(p.w * s.value * s.value * inverse_norm, behindResidual(parallax, n, s, p));
       const V weight = lossWeight(loss, e, sums);
-      addEpipolar(s, p, d, weight, sums);
+      addPose(s, parallax, n, p, R, t, steps, inverse_norm, weight, sums);
       if (parallax_prior.weight > 0) {
         addPrior(parallax, prior, V::select(e, V::set(loss.cut), V::set(1), V::set(0)), p, sums);
       }
