@@ -152,12 +152,12 @@ void FastEstimator::judgePose(const Camera& camera, RobustResult& result) {
   result.pose_found = true;
   result.median_parallax_px = rotation.median_residual * camera.meanFocalLength();
   result.translation_observable = result.median_parallax_px > kObservableParallaxPx;
+  result.pose = fromReferenceToCurrent(pose_.R, pose_.t);
   if (result.translation_observable) {
-    result.pose = fromReferenceToCurrent(pose_.R, pose_.t);
     result.pose.R = rotation_.transpose();
     result.pose.covariance = poseCovariance(model, points_.count(), pose_);
   } else {
-    result.pose = fromReferenceToCurrent(rotation.R, pose_.t);
+    result.pose.R = rotation.R.transpose();
     result.pose.covariance = rotation.covariance;
   }
 }
