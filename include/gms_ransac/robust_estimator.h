@@ -79,6 +79,8 @@ class RobustEstimator {
   virtual void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) = 0;
   /// Forgets what was learnt from earlier pairs (the previous motion), if anything.
   virtual void reset() {}
+  /// Replaces RobustOptions::seed from the next call on.
+  virtual void setSeed(uint64_t seed) = 0;
 };
 
 /// Validates the options and builds the estimator the method names.

@@ -172,7 +172,8 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
 
 void MatchFilter::estimateAgain(uint64_t seed, MatchResult& result) {
   options_.robust.seed = seed;
-  estimator_ = makeRobustEstimator(*method_, options_.robust);
+  estimator_->setSeed(seed);
+  estimator_->reset();
   if (result.matches_gms < kMinimumMatches) return;
   result.status = Status::kOk;
   result.inliers = 0;

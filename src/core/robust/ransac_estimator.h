@@ -18,6 +18,7 @@ class RansacEstimator : public RobustEstimator {
  public:
   RansacEstimator(const Method& method, const RobustOptions& options);
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override;
+  void setSeed(uint64_t seed) override { options_.seed = seed; }
 
  private:
   struct Hypothesis {

@@ -35,6 +35,7 @@ class FastEstimator : public RobustEstimator {
 
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override;
   void reset() override { has_previous_ = false; }
+  void setSeed(uint64_t seed) override { options_.seed = seed; }
 
  private:
   void arrange(const PointPairs& pairs, const Camera& camera, ModelType type);
