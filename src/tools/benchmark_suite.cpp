@@ -78,7 +78,8 @@ class Suite {
   void filterOurs(bool judge);
 
   void count(BenchmarkRow& row, const std::vector<cv::DMatch>& matches, const std::vector<uint8_t>* kept) const;
-  void count(BenchmarkRow& row, const FilterContender& contender) const;
+  /// Those of the contender's matches that got at least as far as `stage`.
+  void count(BenchmarkRow& row, const FilterContender& contender, MatchStage stage) const;
   bool isCorrect(const cv::Point2f& reference, const cv::Point2f& current) const;
   bool canJudge() const { return truth_->hasEpipolar() || truth_->hasTransfer(); }
 
@@ -263,6 +264,7 @@ void Suite::estimateStock(bool judge) {
 
 void Suite::filterOurs(bool judge) {
   const StockEstimator peer = stockEstimators(camera_.calibrated()).front();
+  std::vector<bool> first_of_extractor(extractors_.size(), true);
   for (auto& contender : filters_) {
     const ExtractorContender& extractor = extractors_[contender->extractor];
     contender->filter.reset();  // the estimator has seen this pair before and must not profit from it
@@ -276,8 +278,14 @@ void Suite::filterOurs(bool judge) {
       rows.push_back(&table_.row(kRobust, contender->name, peer.name));
       rows[2]->ms.push_back(contender->result.times.ransac * 1e3);  // by the wall clock: measured inside
     }
-    if (!judge) continue;
-    for (BenchmarkRow* row : rows) count(*row, *contender);
+    if (judge) {
+      for (BenchmarkRow* row : rows) count(*row, *contender, MatchStage::kInlier);
+    }
+    if (contender->extractor == 0 || !first_of_extractor[contender->extractor]) continue;
+    first_of_extractor[contender->extractor] = false;
+    BenchmarkRow& raw = table_.row(kMatch, toString(detectSimdLevel()) + " on " + extractor.name, kStockMatcher);
+    raw.ms.push_back(contender->result.times.match * 1e3);
+    if (judge) count(raw, *contender, MatchStage::kRaw);
   }
 }
 
@@ -299,16 +307,17 @@ void Suite::count(BenchmarkRow& row, const std::vector<cv::DMatch>& matches, con
   if (canJudge()) row.judge(correct);
 }
 
-void Suite::count(BenchmarkRow& row, const FilterContender& contender) const {
+void Suite::count(BenchmarkRow& row, const FilterContender& contender, MatchStage stage) const {
   const ExtractorContender& extractor = extractors_[contender.extractor];
-  int correct = 0;
-  for (size_t i = 0; i < contender.result.matches.size() && canJudge(); ++i) {
-    if (contender.result.stage[i] != MatchStage::kInlier) continue;
+  int kept = 0, correct = 0;
+  for (size_t i = 0; i < contender.result.matches.size(); ++i) {
+    if (contender.result.stage[i] < stage) continue;
+    ++kept;
     const Match& match = contender.result.matches[i];
-    correct += isCorrect(extractor.reference.features.keypoints[match.reference].pt,
-                         extractor.current.features.keypoints[match.current].pt);
+    correct += canJudge() && isCorrect(extractor.reference.features.keypoints[match.reference].pt,
+                                       extractor.current.features.keypoints[match.current].pt);
   }
-  row.count(contender.result.inliers);
+  row.count(kept);
   if (canJudge()) row.judge(correct);
 }
 
