@@ -11,7 +11,7 @@ namespace {
 
 /// Mean number of keypoints in a cell, and the power of the rank by which the strength is divided: 0 would rank all
 /// corners of a level together, a large one would give every cell the same number. See doc/extractor.md.
-constexpr float kFeaturesPerCell = 60;
+constexpr float kFeaturesPerCell = 120;
 constexpr float kRankPower = 0.3;
 constexpr float kSmallestCell = 16;  ///< pixels
 

@@ -123,8 +123,10 @@ void FastExtractor::describe(int i, Features& features) {
 cv::Point2f FastExtractor::refine(int level, const Corner& corner) const {
   const Plane& contrast = levels_[level].detector.contrast();
   const uint8_t* at = contrast.row(corner.y) + corner.x;
-  return {corner.x + vertex(at[-1], at[0], at[1]),
-          corner.y + vertex(at[-contrast.stride()], at[0], at[contrast.stride()])};
+  const ptrdiff_t down = contrast.stride();
+  const auto column = [&](int x) { return at[x - down] + 2 * at[x] + at[x + down]; };
+  const auto row = [&](int y) { return at[y * down - 1] + 2 * at[y * down] + at[y * down + 1]; };
+  return {corner.x + vertex(column(-1), column(0), column(1)), corner.y + vertex(row(-1), row(0), row(1))};
 }
 
 }  // namespace gms_ransac

@@ -38,7 +38,8 @@ class FastExtractor : public FeatureExtractor {
   /// goes to the others.
   void setQuotas();
   void describe(int level, Features& features);
-  /// Position in pixels of the level, by a parabola through the contrast of the corner and its neighbours.
+  /// Position in pixels of the level, by parabolas through the contrast of the corner and its neighbours, each
+  /// smoothed across its direction.
   cv::Point2f refine(int level, const Corner& corner) const;
 
   FeatureExtractorOptions options_;
