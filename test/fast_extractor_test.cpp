@@ -2,28 +2,14 @@
 #include "features/fast_extractor.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
-#include <new>
 
 #include <gtest/gtest.h>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-
-namespace {
-std::atomic<long> allocations{0};
-}
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace gms_ransac {
 namespace {
@@ -275,22 +261,6 @@ TEST(FastExtractor, LocatesACornerBetweenPixels) {
       EXPECT_NEAR(k.pt.x, x0, 0.35 * std::pow(1.2, k.octave)) << "octave " << k.octave;
       EXPECT_NEAR(k.pt.y, y0, 0.35 * std::pow(1.2, k.octave)) << "octave " << k.octave;
     }
-  }
-}
-
-TEST(FastExtractor, AllocatesNothingOnceWarm) {
-  for (int threads : {1, 2}) {
-    FeatureExtractorOptions options;
-    options.threads = threads;
-    FastExtractor extractor(options);
-    Features features;
-    const cv::Mat first = drawnScene(640, 480, 8), second = noise(640, 480, 9);
-    extractor.extract(first, features);
-    extractor.extract(second, features);
-    const long before = allocations;
-    extractor.extract(first, features);
-    extractor.extract(second, features);
-    EXPECT_EQ(allocations - before, 0) << threads << " threads";
   }
 }
 

@@ -1,0 +1,162 @@
+// Compares the extractor's inner loops of every instruction set that this processor has with the scalar ones. Free of
+// OpenCV and of a test framework, so that it can be cross-compiled; exits with 1 at the first difference.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "features/kernels.h"
+#include "features/plane.h"
+
+namespace {
+
+using namespace gms_ransac;  // NOLINT: one program, one file
+
+/// Random rows, smooth ones and ones of few values: corners of every kind, ties and flat stretches.
+Plane image(int width, int height, std::mt19937& random) {
+  Plane plane;
+  plane.resize(width, height);
+  const int step = 1 + static_cast<int>(random() % 64);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const unsigned noise = random() % 256;
+      plane.row(y)[x] = static_cast<uint8_t>(y / 8 % 2 ? noise : noise / step * step / 2 + (x / 7 + y / 5) % 2 * 90);
+    }
+  }
+  return plane;
+}
+
+bool same(const char* name, bool equal) {
+  if (!equal) std::printf("%s differs\n", name);
+  return equal;
+}
+
+template <typename T>
+bool sameRow(const char* name, const T* a, const T* b, int n) {
+  return same(name, std::vector<T>(a, a + n) == std::vector<T>(b, b + n));
+}
+
+bool checkCorners(const FeatureKernels& kernels, const FeatureKernels& scalar, const Plane& plane, int floor) {
+  const int width = plane.width(), height = plane.height();
+  Plane contrast[2];
+  for (Plane& target : contrast) target.resize(width, height);
+  for (int y = 3; y < height - 3; ++y) {
+    kernels.contrastRow(plane.row(y), plane.stride(), width - 3, floor, contrast[0].row(y));
+    scalar.contrastRow(plane.row(y), plane.stride(), width - 3, floor, contrast[1].row(y));
+    if (!sameRow("contrastRow", contrast[0].row(y) + 3, contrast[1].row(y) + 3, width - 6)) return false;
+  }
+  for (int y = 4; y < height - 4; ++y) {
+    std::vector<uint16_t> columns[2];
+    std::vector<uint8_t> strength[2];
+    int count[2];
+    for (int i = 0; i < 2; ++i) {
+      columns[i].resize(width + 16);
+      strength[i].resize(width + Plane::kSlack);
+      count[i] =
+          (i ? scalar : kernels)
+              .maximaRow(contrast[1].row(y), plane.stride(), 4, width - 4, columns[i].data(), strength[i].data());
+    }
+    if (!same("maximaRow", count[0] == count[1])) return false;
+    if (!sameRow("maximaRow", columns[0].data(), columns[1].data(), count[0])) return false;
+    for (int i = 0; i < count[0]; ++i) {
+      if (!same("strength", strength[0][columns[0][i]] == strength[1][columns[0][i]])) return false;
+    }
+  }
+  return true;
+}
+
+bool checkResize(const FeatureKernels& kernels, const FeatureKernels& scalar, const Plane& plane, int target) {
+  ResizeTable table;
+  table.build(plane.width(), target);
+  std::vector<uint16_t> rows[2][2];
+  std::vector<uint8_t> blended[2];
+  for (int i = 0; i < 2; ++i) {
+    const FeatureKernels& used = i ? scalar : kernels;
+    for (int y = 0; y < 2; ++y) {
+      rows[i][y].resize(target + ResizeTable::kPadding);
+      used.resizeRow(plane.row(y), table, target, rows[i][y].data());
+    }
+    if (i && !sameRow("resizeRow", rows[0][0].data(), rows[1][0].data(), target)) return false;
+  }
+  for (int weight : {0, 1, 77, 128, 255, 256}) {
+    for (int i = 0; i < 2; ++i) {
+      blended[i].resize(target + Plane::kSlack);
+      (i ? scalar : kernels).blendRows(rows[1][0].data(), rows[1][1].data(), weight, target, blended[i].data());
+    }
+    if (!sameRow("blendRows", blended[0].data(), blended[1].data(), target)) return false;
+  }
+  return true;
+}
+
+bool checkBlur(const FeatureKernels& kernels, const FeatureKernels& scalar, const Plane& plane) {
+  const int width = plane.width();
+  std::vector<float> wide[2], rows[2][kBlurTaps];
+  std::vector<uint8_t> blurred[2];
+  for (int i = 0; i < 2; ++i) {
+    const FeatureKernels& used = i ? scalar : kernels;
+    const float* pointers[kBlurTaps];
+    for (int k = 0; k < kBlurTaps; ++k) {
+      wide[i].assign(width + 64, 0.f);
+      rows[i][k].resize(width + 64);
+      used.widenRow(plane.row(k), width, wide[i].data() + kBlurRadius);
+      std::fill(wide[i].begin() + kBlurRadius + width, wide[i].end(), 1.f);
+      used.blurRow(wide[i].data() + kBlurRadius, width, rows[i][k].data());
+      pointers[k] = rows[i][k].data();
+    }
+    blurred[i].resize(width + Plane::kSlack);
+    used.blurColumns(pointers, width, blurred[i].data());
+  }
+  return sameRow("blurRow", rows[0][3].data(), rows[1][3].data(), width) &&
+         sameRow("blurColumns", blurred[0].data(), blurred[1].data(), width);
+}
+
+bool checkDescription(const FeatureKernels& kernels, const FeatureKernels& scalar, const Plane& plane,
+                      std::mt19937& random) {
+  for (int i = 0; i < 50; ++i) {
+    const int x = kDescriptorRadius + static_cast<int>(random() % (plane.width() - 2 * kDescriptorRadius));
+    const int y = kDescriptorRadius + static_cast<int>(random() % (plane.height() - 2 * kDescriptorRadius));
+    const float angle = static_cast<float>(random() % 62832) / 10000;
+    uint8_t descriptor[2][32];
+    int m10[2], m01[2];
+    for (int j = 0; j < 2; ++j) {
+      const FeatureKernels& used = j ? scalar : kernels;
+      used.moments(plane.row(y) + x, plane.stride(), m10[j], m01[j]);
+      used.describe(plane.row(y) + x, plane.stride(), std::cos(angle), std::sin(angle), descriptor[j]);
+    }
+    if (!same("moments", m10[0] == m10[1] && m01[0] == m01[1])) return false;
+    if (!sameRow("describe", descriptor[0], descriptor[1], 32)) return false;
+  }
+  return true;
+}
+
+bool check(const FeatureKernels& kernels, const FeatureKernels& scalar) {
+  std::mt19937 random(1);
+  for (int width : {37, 48, 63, 64, 65, 100, 129, 200}) {
+    const Plane plane = image(width, 60, random);
+    for (int floor : {0, 7, 40}) {
+      if (!checkCorners(kernels, scalar, plane, floor)) return false;
+    }
+    for (double scale : {1.0, 1.2, 1.44, 1.9, 2.0}) {
+      if (!checkResize(kernels, scalar, plane, static_cast<int>(std::lrint(width / scale)))) return false;
+    }
+    if (!checkBlur(kernels, scalar, plane) || !checkDescription(kernels, scalar, plane, random)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+int main() {
+  const FeatureKernels& scalar = featureKernels(SimdLevel::kScalar);
+  for (SimdLevel level : {SimdLevel::kNeon, SimdLevel::kAvx2, SimdLevel::kAvx512}) {
+    if (!simdLevelSupported(level)) continue;
+    if (!check(featureKernels(level), scalar)) {
+      std::printf("%s differs from scalar\n", toString(level).c_str());
+      return 1;
+    }
+    std::printf("%s equals scalar\n", toString(level).c_str());
+  }
+  return 0;
+}
