@@ -1,0 +1,46 @@
+#!/usr/bin/env python3
+"""Example subscriber: the inliers of every pair as points in the current camera's optical frame, in multiples of the
+baseline (metres when the message says metric_scale). For rectified images, since K alone is used.
+    rosrun gms_ransac triangulate_inliers.py correspondences:=/match_filter/correspondences"""
+import numpy as np
+import rospy
+from rospy.numpy_msg import numpy_msg
+
+from gms_ransac.msg import Correspondences
+
+
+def rotation(q):
+    x, y, z, w = q.x, q.y, q.z, q.w
+    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+
+
+def triangulate(message):
+    """N x 3 points by the mid-point method: minimises |l a - t - m b| for rays a and b."""
+    K_inverse = np.linalg.inv(np.reshape(message.K, (3, 3)))
+    inlier = message.stage == Correspondences.STAGE_INLIER if len(message.stage) else slice(None)
+    reference, current = (np.c_[p.reshape(-1, 2), np.ones(p.size // 2)][inlier] @ K_inverse.T
+                          for p in (message.reference_points, message.current_points))
+    pose = message.current_in_reference.pose
+    t = np.array([pose.position.x, pose.position.y, pose.position.z])
+    turned = current @ rotation(pose.orientation).T
+    aa, bb, ab = (np.sum(x * y, 1) for x, y in ((reference, reference), (turned, turned), (reference, turned)))
+    at, bt = reference @ t, turned @ t
+    area = np.maximum(aa * bb - ab * ab, 1e-12)  # of the parallelogram between the rays, squared
+    depth_reference, depth = (bb * at - ab * bt) / area, (ab * at - aa * bt) / area
+    good = (depth_reference > 0) & (depth > 0) & (area > aa * bb * np.sin(np.radians(0.2)) ** 2)
+    return current[good] * depth[good, None]
+
+
+def on_correspondences(message):
+    if message.pose_valid:
+        points = triangulate(message)
+        rospy.loginfo("%d points of %d matches, centre %s", len(points), message.confidence.size,
+                      np.round(points.mean(0), 2) if len(points) else None)
+
+
+if __name__ == "__main__":
+    rospy.init_node("triangulate_inliers", anonymous=True)
+    rospy.Subscriber("correspondences", numpy_msg(Correspondences), on_correspondences)
+    rospy.spin()

@@ -1,0 +1,72 @@
+// A gms_ransac/Correspondences message as matrices, without a copy. Header-only; includes no ROS header, so that code
+// with its own struct of the same fields can use it as well.
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+
+namespace gms_ransac {
+
+/// Reads the columns of a message in place: the message must outlive the view, and the matrices are for reading only.
+/// Usage: `const CorrespondencesView view(*message); cv::Mat points = view.currentPoints();`
+template <typename Message>
+class CorrespondencesView {
+ public:
+  using Points = Eigen::Map<const Eigen::Matrix<float, 2, Eigen::Dynamic>>;
+  using Column = Eigen::Map<const Eigen::VectorXf>;
+
+  /// Checks the lengths of all columns once. Throws std::invalid_argument naming the first that does not fit.
+  explicit CorrespondencesView(const Message& message) : message_(message) {
+    const size_t n = message.confidence.size();
+    require("reference_points", message.reference_points.size(), 2 * n);
+    require("current_points", message.current_points.size(), 2 * n);
+    require("distance", message.distance.size(), n);
+    require("track_id", message.track_id.size(), n);
+    require("track_length", message.track_length.size(), n);
+    if (!message.stage.empty()) require("stage", message.stage.size(), n);
+  }
+  explicit CorrespondencesView(Message&&) = delete;  // the view would outlive it
+
+  int size() const { return static_cast<int>(message_.confidence.size()); }
+  /// True for matches that both filter and robust estimation kept; all are when the message has no stage column.
+  bool isInlier(int i) const { return message_.stage.empty() || message_.stage[i] == Message::STAGE_INLIER; }
+
+  /// N x 1 CV_32FC2, pixels.
+  cv::Mat referencePoints() const { return asMat(message_.reference_points); }
+  cv::Mat currentPoints() const { return asMat(message_.current_points); }
+  /// 2 x N, pixels.
+  Points reference() const { return {message_.reference_points.data(), 2, size()}; }
+  Points current() const { return {message_.current_points.data(), 2, size()}; }
+  /// N values in 0..1.
+  Column confidence() const { return {message_.confidence.data(), size()}; }
+
+  bool calibrated() const { return message_.K[0] > 0 && message_.K[4] > 0; }
+  Eigen::Matrix3d K() const { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&message_.K[0]); }
+  /// X_reference = pose * X_current; meaningless unless the message says pose_valid, |t| is 1 unless metric_scale.
+  Eigen::Isometry3d currentInReference() const {
+    const auto& pose = message_.current_in_reference.pose;
+    const auto& q = pose.orientation;
+    Eigen::Isometry3d result(Eigen::Quaterniond(q.w, q.x, q.y, q.z));
+    result.translation() = Eigen::Vector3d(pose.position.x, pose.position.y, pose.position.z);
+    return result;
+  }
+
+ private:
+  static void require(const char* column, size_t length, size_t expected) {
+    if (length == expected) return;
+    throw std::invalid_argument("Correspondences: " + std::string(column) + " has " + std::to_string(length) +
+                                " entries, but " + std::to_string(expected) + " belong to this many confidences");
+  }
+  template <typename Vector>
+  cv::Mat asMat(const Vector& interleaved) const {
+    return cv::Mat(size(), 1, CV_32FC2, const_cast<float*>(interleaved.data()));
+  }
+
+  const Message& message_;
+};
+
+}  // namespace gms_ransac

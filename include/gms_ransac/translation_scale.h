@@ -1,0 +1,69 @@
+// The length of the translation, which two images alone do not tell: carried on from pair to pair, or from depth.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "gms_ransac/camera.h"
+#include "gms_ransac/match_filter.h"
+#include "gms_ransac/triangulation.h"
+
+namespace gms_ransac {
+
+enum class ScaleMode { kUnit, kPropagate, kDepth, kFixed };
+
+/// "unit", "propagate", "depth", "fixed"; throws std::invalid_argument for another word.
+ScaleMode parseScaleMode(const std::string& name);
+
+struct ScaleEstimate {
+  double length = 1;          ///< of the translation; metres when it came from depth
+  double relative_sigma = 0;  ///< standard deviation of `length` over `length`
+  int support = 0;            ///< features it rests on; 0: not measured, `length` is the previous one
+};
+
+/// `propagate`: features seen in three images have one depth in the middle one, so the translation of the second pair
+/// is measured in units of the first's, which has length 1. Inverse depths of features that are seen longer are
+/// averaged on, which slows the drift.
+class ScalePropagator {
+ public:
+  /// Length of the translation of this pair, whose inliers these are (`pose.t` of unit length).
+  ScaleEstimate update(const Triangulation& pair, const MatchResult& result, const Camera& camera);
+  /// The current image of the last `update` becomes the reference of the next.
+  void advance();
+  /// The next pair has length 1 again.
+  void reset();
+
+ private:
+  /// Of one keypoint, along the optical axis of its image.
+  struct InverseDepth {
+    double value = 0, variance = 0;  ///< variance 0: unknown
+  };
+  ScaleEstimate measure(const Triangulation& pair, const MatchResult& result, double pixel);
+  void carryOn(const Triangulation& pair, const MatchResult& result, double pixel, double length);
+
+  struct Ratio {
+    double unit, unit_variance;    ///< inverse depth by this pair, baseline 1
+    double known, known_variance;  ///< inverse depth from before
+  };
+  std::vector<Ratio> ratios_;
+  std::vector<InverseDepth> reference_, current_;
+  double length_ = 1;
+};
+
+/// `depth`: the motion in metres that explains the inliers best where registered depth says how far they are, by
+/// Gauss-Newton on the reprojection error with a robust loss, started from `result.robust.pose` and the weighted
+/// median of depth over triangulated depth. `reference_depth` and `current_depth` are CV_32FC1 metres of the images'
+/// size, not positive or not finite where unknown; either may be empty.
+/// Writes the pose with |t| in metres and its covariance to `pose`; support 0 (fewer than eight inliers with depth, or
+/// no convergence) leaves it alone.
+ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference, const Features& current,
+                            const MatchResult& result, const Camera& camera, const cv::Mat& reference_depth,
+                            const cv::Mat& current_depth, RelativePose& pose);
+
+/// The pose with a translation of that length; the covariance of t is scaled and given its extent along t.
+RelativePose withLength(const RelativePose& unit_pose, const ScaleEstimate& scale);
+
+}  // namespace gms_ransac

@@ -1,0 +1,53 @@
+#include "gms_ransac/triangulation.h"
+
+#include <cmath>
+
+namespace gms_ransac {
+
+void triangulate(const RelativePose& pose, double minimum_parallax, Triangulation& columns) {
+  const size_t n = columns.match.size();
+  for (auto* column : {&columns.depth_reference, &columns.depth_current, &columns.parallax}) column->resize(n);
+  columns.valid.resize(n);
+  const Eigen::Matrix3d& R = pose.R;
+  const double tx = pose.t.x(), ty = pose.t.y(), tz = pose.t.z();
+  const double squared_sine = std::pow(std::sin(minimum_parallax), 2);
+  for (size_t i = 0; i < n; ++i) {
+    // Reference ray a = (x, y, 1), current ray turned into the reference frame b: minimise |l a - t - m b|.
+    const double ax = columns.x_reference[i], ay = columns.y_reference[i];
+    const double cx = columns.x_current[i], cy = columns.y_current[i];
+    const double bx = R(0, 0) * cx + R(0, 1) * cy + R(0, 2);
+    const double by = R(1, 0) * cx + R(1, 1) * cy + R(1, 2);
+    const double bz = R(2, 0) * cx + R(2, 1) * cy + R(2, 2);
+    const double aa = ax * ax + ay * ay + 1, bb = bx * bx + by * by + bz * bz, ab = ax * bx + ay * by + bz;
+    const double at = ax * tx + ay * ty + tz, bt = bx * tx + by * ty + bz * tz;
+    const double determinant = aa * bb - ab * ab;  // squared area between the rays: |a|^2 |b|^2 sin^2
+    const double l = (bb * at - ab * bt) / determinant, m = (ab * at - aa * bt) / determinant;
+    columns.depth_reference[i] = l;
+    columns.depth_current[i] = m;
+    columns.parallax[i] = std::atan2(std::sqrt(std::max(determinant, 0.0)), ab);
+    columns.valid[i] = l > 0 && m > 0 && ab > 0 && determinant >= squared_sine * aa * bb && determinant > 0;
+  }
+}
+
+void triangulateInliers(const Features& reference, const Features& current, const MatchResult& result,
+                        const Camera& camera, Triangulation& out, double minimum_parallax) {
+  out.match.clear();
+  for (auto* column : {&out.x_reference, &out.y_reference, &out.x_current, &out.y_current}) column->clear();
+  if (camera.calibrated() && result.robust.pose_found) {
+    const CameraIntrinsics& k = camera.intrinsics();
+    for (size_t m = 0; m < result.matches.size(); ++m) {
+      if (result.stage[m] != MatchStage::kInlier) continue;
+      const Match& match = result.matches[m];
+      const cv::Point2f r = camera.undistort(reference.keypoints[static_cast<size_t>(match.reference)].pt);
+      const cv::Point2f c = camera.undistort(current.keypoints[static_cast<size_t>(match.current)].pt);
+      out.match.push_back(static_cast<int>(m));
+      out.x_reference.push_back((r.x - k.cx) / k.fx);
+      out.y_reference.push_back((r.y - k.cy) / k.fy);
+      out.x_current.push_back((c.x - k.cx) / k.fx);
+      out.y_current.push_back((c.y - k.cy) / k.fy);
+    }
+  }
+  triangulate(result.robust.pose, minimum_parallax, out);
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,92 @@
+// The consumer's view of a message: no copy, checked once, same numbers.
+#include "gms_ransac/correspondences_view.h"
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace gms_ransac {
+namespace {
+
+/// The fields of gms_ransac/Correspondences that the view reads.
+struct Message {
+  enum { STAGE_RAW = 0, STAGE_GMS = 1, STAGE_INLIER = 2 };
+  std::vector<float> reference_points{1, 2, 3, 4, 5, 6}, current_points{7, 8, 9, 10, 11, 12};
+  std::vector<float> confidence{0.5f, 1.f, 0.25f};
+  std::vector<uint16_t> distance{1, 2, 3}, track_length{2, 2, 2};
+  std::vector<uint32_t> track_id{4, 5, 6};
+  std::vector<uint8_t> stage;
+  std::array<double, 9> K{{500, 0, 320, 0, 501, 240, 0, 0, 1}};
+  struct {
+    struct {
+      struct {
+        double x = 0.6, y = 0, z = 0.8;
+      } position;
+      struct {
+        double x = 0, y = 0, z = std::sqrt(0.5), w = std::sqrt(0.5);
+      } orientation;
+    } pose;
+  } current_in_reference;
+};
+
+TEST(CorrespondencesView, ShowsTheColumnsWithoutACopy) {
+  const Message message;
+  const CorrespondencesView<Message> view(message);
+  ASSERT_EQ(view.size(), 3);
+  const cv::Mat points = view.currentPoints();
+  EXPECT_EQ(points.rows, 3);
+  EXPECT_EQ(points.type(), CV_32FC2);
+  EXPECT_EQ(points.ptr<float>(), message.current_points.data());
+  EXPECT_EQ(points.at<cv::Point2f>(1), cv::Point2f(9, 10));
+  EXPECT_EQ(view.referencePoints().at<cv::Point2f>(2), cv::Point2f(5, 6));
+  EXPECT_EQ(view.reference().data(), message.reference_points.data());
+  EXPECT_EQ(view.reference().col(2), Eigen::Vector2f(5, 6));
+  EXPECT_EQ(view.current()(1, 0), 8);
+  EXPECT_EQ(view.confidence()[2], 0.25f);
+}
+
+TEST(CorrespondencesView, GivesCameraAndPose) {
+  Message message;
+  EXPECT_TRUE(CorrespondencesView<Message>(message).calibrated());
+  EXPECT_EQ(CorrespondencesView<Message>(message).K()(0, 2), 320);
+  EXPECT_EQ(CorrespondencesView<Message>(message).K()(1, 1), 501);
+  const Eigen::Isometry3d pose = CorrespondencesView<Message>(message).currentInReference();
+  EXPECT_LT((pose * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(0.6, 1, 0.8)).norm(), 1e-12);
+  message.K.fill(0);
+  EXPECT_FALSE(CorrespondencesView<Message>(message).calibrated());
+}
+
+TEST(CorrespondencesView, KnowsInliersWithAndWithoutTheStageColumn) {
+  Message message;
+  EXPECT_TRUE(CorrespondencesView<Message>(message).isInlier(1));
+  message.stage = {2, 1, 0};
+  EXPECT_TRUE(CorrespondencesView<Message>(message).isInlier(0));
+  EXPECT_FALSE(CorrespondencesView<Message>(message).isInlier(1));
+}
+
+TEST(CorrespondencesView, NamesTheColumnThatDoesNotFit) {
+  const auto complaint = [](const Message& message) -> std::string {
+    try {
+      CorrespondencesView<Message> view(message);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  Message message;
+  message.current_points.pop_back();
+  EXPECT_EQ(complaint(message), "Correspondences: current_points has 5 entries, but 6 belong to this many confidences");
+  message = Message();
+  message.track_id.push_back(1);
+  EXPECT_NE(complaint(message).find("track_id"), std::string::npos);
+  message = Message();
+  message.stage = {2};
+  EXPECT_NE(complaint(message).find("stage"), std::string::npos);
+  message.stage.clear();
+  EXPECT_EQ(complaint(message), "");
+}
+
+}  // namespace
+}  // namespace gms_ransac
