@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -43,6 +44,10 @@ struct RobustOptions {
   double subset_fraction = 0.2;   ///< subset_ransac: share of the matches in each
   double split = 0.2;             ///< split2080: share of the matches that are sampled
   double target_ratio = 0;        ///< gms_ransac: stop at this inlier ratio; 0: off
+  /// What methods that order the matches order them by: score, support (score over threshold), distance, ratio; empty:
+  /// the method's own.
+  std::string quality;
+  bool refine = true;  ///< robust least squares on the matches near the best model; off: textbook. `fast` always does
   SimdLevel simd = detectSimdLevel();
 
   double inlierThreshold() const;  ///< threshold_px with its default filled in

@@ -38,6 +38,10 @@ void PipelineArguments::addTo(po::options_description& description) {
   add("confidence", po::value(&robust.confidence)->default_value(robust.confidence), "of a clean sample");
   add("max-iterations", po::value(&robust.max_iterations)->default_value(robust.max_iterations), "cap on samples");
   add("ratio", po::value(&robust.ratio)->default_value(robust.ratio), "cp_ransac: share of the confident group");
+  add("quality", po::value(&robust.quality)->default_value(robust.quality),
+      "ordered methods: score, support, distance or ratio instead of the method's own");
+  add("refine", po::value(&robust.refine)->default_value(robust.refine),
+      "robust least squares on the final model; 0: textbook");
   add("seed", po::value(&robust.seed)->default_value(robust.seed), "same seed, same result");
   add("threads", po::value(&threads)->default_value(threads), "of extraction and matching");
 }

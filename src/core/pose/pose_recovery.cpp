@@ -8,6 +8,7 @@
 #include <opencv2/core/eigen.hpp>
 
 #include "robust/fast/pose_uncertainty.h"
+#include "robust/inlier_counter.h"
 #include "robust/solvers/essential_5pt.h"
 
 namespace gms_ransac {
@@ -46,14 +47,13 @@ void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, double
 
 bool PoseRecovery::refineEssential(const PointPairs& pairs, const Camera& camera, double threshold_px,
                                    RobustResult& result) {
-  constexpr Loss kLoss = {4, 1};
-  constexpr int kIterations = 15;
-  if (result.model_type != ModelType::kEssential || !result.pose_found || !result.translation_observable) return false;
+  if (result.model_type != ModelType::kEssential || !result.pose_found) return false;
   all_matches_.assign(static_cast<size_t>(pairs.size()), 1);
   collectInliers(pairs, camera.K(), all_matches_);
   const PoseModel model(*kernels_, fillColumns(threshold_px / camera.meanFocalLength()));
   TwoViewPose pose = {result.pose.R.transpose(), -(result.pose.R.transpose() * result.pose.t)};
-  result.point_evaluations += static_cast<int64_t>(pairs.size()) * model.refine(kLoss, kIterations, pose);
+  result.point_evaluations +=
+      static_cast<int64_t>(pairs.size()) * model.refine(kRefinementLoss, kRefinementIterations, pose);
   result.model = pose.essential().normalized();
   return true;
 }

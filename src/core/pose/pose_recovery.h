@@ -25,7 +25,7 @@ class PoseRecovery {
   /// not calibrated. A homography of a pure rotation gives a zero translation.
   void recover(const PointPairs& pairs, const Camera& camera, double threshold_px, RobustResult& result);
   /// Moves an essential matrix and its pose to the robust optimum over the matches within twice the threshold. False,
-  /// and nothing done, for another model, without a pose or where the translation is not observable.
+  /// and nothing done, for another model or without a pose.
   bool refineEssential(const PointPairs& pairs, const Camera& camera, double threshold_px, RobustResult& result);
 
  private:

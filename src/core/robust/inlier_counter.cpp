@@ -5,6 +5,9 @@
 
 #include <Eigen/LU>
 
+#include "robust/fast/fundamental_model.h"
+#include "robust/fast/homography_model.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -41,6 +44,13 @@ Score InlierCounter::score(const Eigen::Matrix3d& model) const {
     kernels_->scoreEpipolar(columns_.view(), M.values, kNoBound, score);
   }
   return score;
+}
+
+int InlierCounter::refine(Eigen::Matrix3d& model) const {
+  if (type_ == ModelType::kHomography) {
+    return HomographyModel(*kernels_, columns_.view()).refine(kRefinementLoss, kRefinementIterations, model);
+  }
+  return FundamentalModel(*kernels_, columns_.view()).refine(kRefinementLoss, kRefinementIterations, model);
 }
 
 }  // namespace gms_ransac

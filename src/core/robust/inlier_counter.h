@@ -7,6 +7,11 @@
 
 namespace gms_ransac {
 
+/// Refinement of a model found by sampling: matches up to twice the threshold, weights falling from the threshold on
+/// (Geman-McClure); it converges in four to eight iterations on the scenes of the tests.
+constexpr Loss kRefinementLoss = {4, 1};
+constexpr int kRefinementIterations = 15;
+
 class InlierCounter {
  public:
   explicit InlierCounter(SimdLevel level) : kernels_(&residualKernels(level)) {}
@@ -15,6 +20,8 @@ class InlierCounter {
   int size() const { return columns_.count(); }
   /// Inliers and truncated cost of a model in the working coordinates of the problem.
   Score score(const Eigen::Matrix3d& model) const;
+  /// Moves a fundamental matrix or homography to the robust optimum near it; returns passes over the matches.
+  int refine(Eigen::Matrix3d& model) const;
 
  private:
   const ResidualKernels* kernels_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <stdexcept>
 
 namespace gms_ransac {
 
@@ -35,6 +36,14 @@ uint32_t packKeys(const PointPairs& pairs, QualityKey key, size_t i) {
 }
 
 }  // namespace
+
+QualityKey parseQualityKey(const std::string& name) {
+  if (name == "score") return QualityKey::kScore;
+  if (name == "support") return QualityKey::kSupport;
+  if (name == "distance") return QualityKey::kDistance;
+  if (name == "ratio") return QualityKey::kRatio;
+  throw std::invalid_argument("unknown quality '" + name + "'; known are score, support, distance, ratio");
+}
 
 void Ordering::sort(const PointPairs& pairs, QualityKey key, std::vector<int>& order) {
   const auto n = static_cast<size_t>(pairs.size());

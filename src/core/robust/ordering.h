@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "gms_ransac/robust_estimator.h"
@@ -16,6 +17,9 @@ enum class QualityKey {
   kDistance,  ///< Hamming distance
   kRatio,     ///< distance over second-nearest distance, in steps of 1/511
 };
+
+/// "score", "support", "distance", "ratio"; throws std::invalid_argument for another word.
+QualityKey parseQualityKey(const std::string& name);
 
 class Ordering {
  public:

@@ -7,7 +7,8 @@ namespace gms_ransac {
 
 namespace {
 
-QualityKey qualityKey(const Method& method) {
+QualityKey qualityKey(const Method& method, const RobustOptions& options) {
+  if (method.ordering != OrderingChoice::kNone && !options.quality.empty()) return parseQualityKey(options.quality);
   switch (method.ordering) {
     case OrderingChoice::kMotionStatistics:
       return QualityKey::kScore;
@@ -24,6 +25,7 @@ QualityKey qualityKey(const Method& method) {
 RansacEstimator::RansacEstimator(const Method& method, const RobustOptions& options)
     : method_(method),
       options_(options),
+      quality_key_(qualityKey(method, options)),
       sampler_(makeSampler(method, options)),
       verifier_(method.verifier, options),
       all_points_(options.simd),
@@ -38,13 +40,13 @@ void RansacEstimator::estimate(const PointPairs& pairs, const Camera& camera, Ro
   if (pairs.size() < problem_.sampleSize()) return;
 
   random_ = Random(options_.seed);
-  ordering_.sort(pairs, qualityKey(method_), order_);
+  ordering_.sort(pairs, quality_key_, order_);
   problem_.arrange(order_, points_);
   const Hypothesis best = method_.sampler == SamplerChoice::kRandomSubsets
                               ? searchSubsets(points_, result)
                               : search(points_, options_.max_iterations, result);
   if (best.support.inliers == 0) return;
-  result.model = problem_.inResultUnits(best.model);
+  result.model = problem_.inResultUnits(refined(best.model, result));
   conclude(pairs, camera, result);
 }
 
@@ -106,11 +108,23 @@ void RansacEstimator::conclude(const PointPairs& pairs, const Camera& camera, Ro
     return;
   }
   pose_recovery_.recover(pairs, camera, threshold, result);
-  // A method whose inliers are the filter's has the model for the pose's sake alone, so it may as well be a good one.
-  if (method_.keeps_filter_output && pose_recovery_.refineEssential(pairs, camera, threshold, result)) {
+  if (refines() && pose_recovery_.refineEssential(pairs, camera, threshold, result)) {
     markFinalInliers(pairs, camera, threshold, result);
     pose_recovery_.recover(pairs, camera, threshold, result);
   }
+}
+
+bool RansacEstimator::refines() const {
+  // A method whose inliers are the filter's has the model for the pose's sake alone, so it may as well be a good one.
+  return options_.refine || method_.keeps_filter_output;
+}
+
+Eigen::Matrix3d RansacEstimator::refined(const Eigen::Matrix3d& model, RobustResult& cost) {
+  Eigen::Matrix3d result = model;
+  if (!refines() || problem_.type() == ModelType::kEssential) return result;  // that one is refined as a pose
+  all_points_.set(problem_, points_, 0, points_.size());
+  cost.point_evaluations += static_cast<int64_t>(points_.size()) * all_points_.refine(result);
+  return result;
 }
 
 }  // namespace gms_ransac

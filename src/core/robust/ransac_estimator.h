@@ -29,14 +29,18 @@ class RansacEstimator : public RobustEstimator {
   Hypothesis search(const OrderedPoints& points, int max_iterations, RobustResult& cost);
   /// RANSAC inside random subsets, the winner being the best on all points.
   Hypothesis searchSubsets(const OrderedPoints& points, RobustResult& cost);
-  /// Final mask, acceptance and pose.
+  bool refines() const;
+  /// A fundamental matrix or homography after robust least squares, if that is asked for.
+  Eigen::Matrix3d refined(const Eigen::Matrix3d& model, RobustResult& cost);
+  /// Final mask, acceptance and pose, with the refinement of an essential matrix.
   void conclude(const PointPairs& pairs, const Camera& camera, RobustResult& result);
 
   Method method_;
   RobustOptions options_;
+  QualityKey quality_key_;
   std::unique_ptr<Sampler> sampler_;
   Verifier verifier_;
-  InlierCounter all_points_;  ///< judges the winners of random subsets
+  InlierCounter all_points_;  ///< judges the winners of random subsets, refines the final model
   Ordering ordering_;
   TwoViewProblem problem_;
   Acceptance acceptance_;

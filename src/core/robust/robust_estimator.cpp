@@ -1,6 +1,7 @@
 #include "gms_ransac/robust_estimator.h"
 
 #include "robust/fast/fast_estimator.h"
+#include "robust/ordering.h"
 #include "robust/ransac_estimator.h"
 #include "validation.h"
 
@@ -16,11 +17,12 @@ void RobustOptions::validate() const {
   requireInRange("confidence", confidence, 0.01, 1 - 1e-9);
   requireInRange("max_iterations", max_iterations, 1, 10000000);
   requireInRange("ratio", ratio, 0.01, 1.0);
-  requireInRange("tdd_d", tdd_d, 1, 10);
+  requireInRange("tdd_d", tdd_d, 1, 100);
   requireInRange("subset_count", subset_count, 1, 1000);
   requireInRange("subset_fraction", subset_fraction, 0.01, 1.0);
   requireInRange("split", split, 0.01, 1.0);
   requireInRange("target_ratio", target_ratio, 0.0, 1.0);
+  if (!quality.empty()) parseQualityKey(quality);
 }
 
 void RobustResult::clear() {
