@@ -5,7 +5,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
-#include "synthetic_pairs.h"
+#include "two_view_scene.h"
 
 namespace gms_ransac {
 namespace {
@@ -20,14 +20,14 @@ RobustOptions optionsFor(ModelType model) {
   return options;
 }
 
-RobustResult estimate(const std::string& method, const RobustOptions& options, const SyntheticPair& pair) {
+RobustResult estimate(const std::string& method, const RobustOptions& options, const TwoViewScene& pair) {
   RobustResult result;
   makeRobustEstimator(findMethod(method), options)->estimate(pair.pairs, pair.camera, result);
   return result;
 }
 
 /// Residual in pixels, written independently of the core: Sampson, or the root mean square transfer of a homography.
-double residual(const RobustResult& result, const SyntheticPair& pair, size_t i) {
+double residual(const RobustResult& result, const TwoViewScene& pair, size_t i) {
   const double f = result.model_type == ModelType::kEssential ? pair.camera.meanFocalLength() : 1;
   Eigen::Vector3d p(pair.pairs.x_reference[i], pair.pairs.y_reference[i], 1);
   Eigen::Vector3d q(pair.pairs.x_current[i], pair.pairs.y_current[i], 1);
@@ -55,10 +55,10 @@ class EveryMethod : public testing::TestWithParam<std::string> {};
 TEST_P(EveryMethod, FindsTheModelAndThePose) {
   for (ModelType model : kModels) {
     for (double outliers : {0.1, 0.4, 0.7}) {
-      SyntheticOptions scene;
+      TwoViewSceneOptions scene;
       scene.outlier_ratio = outliers;
-      scene.shape = model == ModelType::kHomography ? SyntheticShape::kPlane : SyntheticShape::kVolume;
-      const SyntheticPair pair = makeSyntheticPair(scene);
+      scene.shape = model == ModelType::kHomography ? SceneShape::kPlane : SceneShape::kVolume;
+      const TwoViewScene pair = makeTwoViewScene(scene);
       RobustOptions options = optionsFor(model);
       options.max_iterations = 20000;  // seven points at 70 % outliers ask for 42000 at full confidence
       const RobustResult result = estimate(GetParam(), options, pair);
@@ -81,7 +81,7 @@ TEST_P(EveryMethod, FindsTheModelAndThePose) {
 
 TEST_P(EveryMethod, KeepsOnlyMatchesWithinItsThreshold) {
   for (ModelType model : kModels) {
-    const SyntheticPair pair = makeSyntheticPair({});
+    const TwoViewScene pair = makeTwoViewScene({});
     const RobustOptions options = optionsFor(model);
     const RobustResult result = estimate(GetParam(), options, pair);
     ASSERT_EQ(result.inlier.size(), pair.correct.size());
@@ -96,7 +96,7 @@ TEST_P(EveryMethod, KeepsOnlyMatchesWithinItsThreshold) {
 }
 
 TEST_P(EveryMethod, RepeatsItselfForASeed) {
-  const SyntheticPair pair = makeSyntheticPair({}), other = makeSyntheticPair({500});
+  const TwoViewScene pair = makeTwoViewScene({}), other = makeTwoViewScene({500});
   for (ModelType model : kModels) {
     const auto estimator = makeRobustEstimator(findMethod(GetParam()), optionsFor(model));
     RobustResult first, between, second;
@@ -113,9 +113,9 @@ TEST_P(EveryMethod, RepeatsItselfForASeed) {
 }
 
 TEST_P(EveryMethod, StaysHonestOnPureRotation) {
-  SyntheticOptions scene;
+  TwoViewSceneOptions scene;
   scene.translation.setZero();
-  const SyntheticPair pair = makeSyntheticPair(scene);
+  const TwoViewScene pair = makeTwoViewScene(scene);
   for (ModelType model : {ModelType::kEssential, ModelType::kHomography}) {
     const RobustResult result = estimate(GetParam(), optionsFor(model), pair);
     ASSERT_TRUE(result.model_found);
@@ -126,31 +126,31 @@ TEST_P(EveryMethod, StaysHonestOnPureRotation) {
 }
 
 /// Alters a scene into one that has no (single) model.
-using Spoil = void (*)(SyntheticPair&);
+using Spoil = void (*)(TwoViewScene&);
 
 TEST_P(EveryMethod, FindsNothingInDegenerateData) {
   const Spoil spoilers[] = {
-      [](SyntheticPair& pair) { pair.pairs.resize(0); },
-      [](SyntheticPair& pair) { pair.pairs.resize(3); },
-      [](SyntheticPair& pair) { pair.pairs.resize(7); },
-      [](SyntheticPair& pair) {  // one match again and again
+      [](TwoViewScene& pair) { pair.pairs.resize(0); },
+      [](TwoViewScene& pair) { pair.pairs.resize(3); },
+      [](TwoViewScene& pair) { pair.pairs.resize(7); },
+      [](TwoViewScene& pair) {  // one match again and again
         for (auto* column :
              {&pair.pairs.x_reference, &pair.pairs.y_reference, &pair.pairs.x_current, &pair.pairs.y_current}) {
           column->assign(column->size(), column->front());
         }
       },
-      [](SyntheticPair& pair) {  // on a line in both images
+      [](TwoViewScene& pair) {  // on a line in both images
         pair.pairs.y_reference = pair.pairs.x_reference;
         pair.pairs.y_current = pair.pairs.x_current;
       },
-      [](SyntheticPair& pair) {  // not a number
+      [](TwoViewScene& pair) {  // not a number
         pair.pairs.x_current.assign(pair.pairs.x_current.size(), std::nanf(""));
       },
   };
-  SyntheticOptions scene;
+  TwoViewSceneOptions scene;
   scene.matches = 200;
   for (const Spoil spoil : spoilers) {
-    SyntheticPair pair = makeSyntheticPair(scene);
+    TwoViewScene pair = makeTwoViewScene(scene);
     spoil(pair);
     for (ModelType model : kModels) {
       const RobustResult result = estimate(GetParam(), optionsFor(model), pair);
@@ -163,7 +163,7 @@ TEST_P(EveryMethod, FindsNothingInDegenerateData) {
 }
 
 TEST_P(EveryMethod, FallsBackToTheFundamentalMatrixWithoutACamera) {
-  const SyntheticPair pair = makeSyntheticPair({});
+  const TwoViewScene pair = makeTwoViewScene({});
   RobustResult result;
   makeRobustEstimator(findMethod(GetParam()), optionsFor(ModelType::kEssential))
       ->estimate(pair.pairs, Camera(), result);
@@ -176,10 +176,10 @@ INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod, testing::ValuesIn(methodNames()),
                          [](const auto& info) { return info.param; });
 
 TEST(PoseConvention, IsTheInverseOfRecoverPose) {
-  SyntheticOptions scene;
+  TwoViewSceneOptions scene;
   scene.outlier_ratio = 0;
   scene.noise_px = 0;
-  const SyntheticPair pair = makeSyntheticPair(scene);
+  const TwoViewScene pair = makeTwoViewScene(scene);
   const RobustResult result = estimate("ransac", optionsFor(ModelType::kEssential), pair);
   ASSERT_TRUE(result.pose_found);
   std::vector<cv::Point2d> reference, current;

@@ -12,7 +12,7 @@
 #include "robust/sampler.h"
 #include "robust/stopping.h"
 #include "robust/verifier.h"
-#include "synthetic_pairs.h"
+#include "two_view_scene.h"
 
 namespace gms_ransac {
 namespace {
@@ -82,9 +82,9 @@ TEST(ChanceSupport, IsTheSmallestWithABinomialTailBelowFivePercent) {
 }
 
 TEST(Ordering, SortsByItsKeyThenTheOthersThenTheIndex) {
-  SyntheticOptions options;
+  TwoViewSceneOptions options;
   options.matches = 3000;
-  const PointPairs pairs = makeSyntheticPair(options).pairs;
+  const PointPairs pairs = makeTwoViewScene(options).pairs;
   const auto ratio = [&](int i) {
     return pairs.second_distance[i] ? pairs.distance[i] * 511 / pairs.second_distance[i] : 511;
   };
@@ -296,10 +296,10 @@ TEST(ConfidenceGroupSampler, GeometricGroupsWidenStepByStep) {
 }
 
 TEST(Verifier, TddLooksAtAllMatchesOnlyIfItsOwnFit) {
-  SyntheticOptions scene;
+  TwoViewSceneOptions scene;
   scene.outlier_ratio = 0.5;
   scene.noise_px = 0;
-  const SyntheticPair pair = makeSyntheticPair(scene);
+  const TwoViewScene pair = makeTwoViewScene(scene);
   TwoViewProblem problem;
   problem.set(pair.pairs, pair.camera, ModelType::kEssential, 1);
   OrderedPoints points;
@@ -330,9 +330,9 @@ TEST(Verifier, TddLooksAtAllMatchesOnlyIfItsOwnFit) {
 }
 
 TEST(Verifier, HoldOutJudgesByMatchesThatAreNotSampled) {
-  SyntheticOptions scene;
+  TwoViewSceneOptions scene;
   scene.noise_px = 0.1;
-  const SyntheticPair pair = makeSyntheticPair(scene);
+  const TwoViewScene pair = makeTwoViewScene(scene);
   TwoViewProblem problem;
   problem.set(pair.pairs, pair.camera, ModelType::kEssential, 1);
   OrderedPoints points;

@@ -10,6 +10,7 @@ namespace gms_ransac {
 using Arguments = std::vector<std::string>;
 
 int evaluateRun(const Arguments& arguments);
+int evaluateSweep(const Arguments& arguments);
 int evaluateTables(const Arguments& arguments);
 int evaluateMerge(const Arguments& arguments);
 

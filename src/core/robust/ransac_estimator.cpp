@@ -11,7 +11,7 @@ QualityKey qualityKey(const Method& method, const RobustOptions& options) {
   if (method.ordering != OrderingChoice::kNone && !options.quality.empty()) return parseQualityKey(options.quality);
   switch (method.ordering) {
     case OrderingChoice::kMotionStatistics:
-      return QualityKey::kScore;
+      return QualityKey::kSupport;
     case OrderingChoice::kDescriptorDistance:
       return QualityKey::kDistance;
     case OrderingChoice::kNone:

@@ -12,20 +12,20 @@
 
 namespace gms_ransac {
 
-enum class SyntheticShape { kVolume, kPlane };
+enum class SceneShape { kVolume, kPlane };
 
-struct SyntheticOptions {
+struct TwoViewSceneOptions {
   int matches = 1000;
   double outlier_ratio = 0.3;
   double noise_px = 0.3;  ///< standard deviation in each coordinate of each image
-  SyntheticShape shape = SyntheticShape::kVolume;
+  SceneShape shape = SceneShape::kVolume;
   Eigen::Vector3d translation{0.4, -0.1, 0.25};  ///< X_current = R X_reference + translation, metres
   Eigen::Vector3d rotation{0.02, -0.06, 0.03};   ///< rotation vector of that R, radians
   bool informative = true;  ///< score and distance tell inliers from outliers, with overlap; otherwise they are noise
   uint64_t seed = 1;
 };
 
-struct SyntheticPair {
+struct TwoViewScene {
   Camera camera;
   PointPairs pairs;
   std::vector<uint8_t> correct;  ///< true label of each match
@@ -39,8 +39,8 @@ inline double gaussian(Random& random) {
 }
 
 /// Points 4 to 12 m in front of a 640 x 480 camera with f = 500 px; outliers are uniform in both images.
-inline SyntheticPair makeSyntheticPair(const SyntheticOptions& options) {
-  SyntheticPair pair;
+inline TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
+  TwoViewScene pair;
   CameraIntrinsics intrinsics;
   intrinsics.fx = intrinsics.fy = 500;
   intrinsics.cx = 320;
@@ -62,7 +62,7 @@ inline SyntheticPair makeSyntheticPair(const SyntheticOptions& options) {
     const Eigen::Vector3d ray = K.inverse() * reference.homogeneous();
     // The plane is tilted so that it fixes a homography that is no similarity.
     const double depth =
-        options.shape == SyntheticShape::kPlane ? 8 / Eigen::Vector3d(0.3, -0.2, 1).dot(ray) : 4 + 8 * random.uniform();
+        options.shape == SceneShape::kPlane ? 8 / Eigen::Vector3d(0.3, -0.2, 1).dot(ray) : 4 + 8 * random.uniform();
     Eigen::Vector2d current = (K * (pair.R * (depth * ray) + pair.t)).hnormalized();
     if (outlier) current = {640 * random.uniform(), 480 * random.uniform()};
     columns.x_reference[i] = static_cast<float>(reference.x() + options.noise_px * gaussian(random));
