@@ -16,8 +16,11 @@ struct FeatureExtractorOptions {
   int features = 2000;               ///< keypoints asked for per image, 1..100000
   int levels = 8;                    ///< pyramid levels, 1..16
   double scale_factor = 1.2;         ///< between levels, (1, 2]
-  int fast_threshold = 20;           ///< FAST contrast in grey levels, 0..255; above 3000 features 0 is usual
-  int threads = 1;                   ///< the result does not depend on it
+  /// FAST contrast in grey levels, 0..255; above 3000 features 0 is usual. "opencv" ignores fainter corners; "fast"
+  /// takes the strongest there are and stops only at 7, at 4 where texture is low, or here if this is less.
+  int fast_threshold = 20;
+  /// "fast": 2 or more let a second thread share the pyramid levels; the result does not depend on it.
+  int threads = 1;
   SimdLevel simd = detectSimdLevel();
 
   /// Throws std::invalid_argument with a sentence that names the field, its value and its range.
@@ -27,8 +30,8 @@ struct FeatureExtractorOptions {
 class FeatureExtractor {
  public:
   virtual ~FeatureExtractor() = default;
-  /// `image`: CV_8UC1, any size (too small for a keypoint: no features, not an error). Overwrites `features`,
-  /// reusing its storage; descriptors are packed.
+  /// `image`: CV_8UC1, any size (too small for a keypoint, or beyond 65535 pixels a side: no features, not an error).
+  /// Overwrites `features`, reusing its storage; descriptors are packed.
   virtual void extract(const cv::Mat& image, Features& features) = 0;
 };
 

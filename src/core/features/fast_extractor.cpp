@@ -10,8 +10,10 @@ namespace {
 
 constexpr int kBorder = kDescriptorRadius;  // pixels of a level without keypoints: their patches stay inside
 constexpr int kPatchSize = 31;              // side of the described patch, as cv::ORB states it
-constexpr int kContrastFloor = 7;           // grey levels; measured in doc/extractor.md
-constexpr double kLevelPower = 1.4;         // features of a level fall with scale^-1.4 (cv::ORB: 1, area: 2); likewise
+// Grey levels. Fainter corners are seldom found again, so the second holds only for levels that lack corners.
+constexpr int kContrastFloor = 7;    // measured in doc/extractor.md
+constexpr int kFaintFloor = 4;       // likewise
+constexpr double kLevelPower = 1.4;  // features of a level fall with scale^-1.4 (cv::ORB: 1, area: 2); likewise
 
 /// Abscissa of the extremum of the parabola through (-1, before), (0, at), (1, after). Less than half a pixel, so that
 /// rounding gives the corner back.
@@ -30,7 +32,9 @@ FastExtractor::FastExtractor(const FeatureExtractorOptions& options)
       kernels_(featureKernels(options.simd)),
       pyramid_(options.levels, options.scale_factor, 2 * kBorder + 1, kernels_),
       levels_(options.levels) {
-  for (int i = 0; i < options.levels; ++i) levels_[i].weight = std::pow(pyramid_.nominalScale(i), -kLevelPower);
+  double sum = 0;
+  for (int i = 0; i < options.levels; ++i) sum += levels_[i].weight = std::pow(pyramid_.nominalScale(i), -kLevelPower);
+  for (Level& level : levels_) level.weight /= sum;
   if (options.threads > 1) worker_ = std::make_unique<Worker>();
 }
 
@@ -38,9 +42,7 @@ void FastExtractor::extract(const cv::Mat& image, Features& features) {
   features.image_size = image.size();
   features.scale_factor = static_cast<float>(options_.scale_factor);
   pyramid_.build(image);
-  const int floor = std::min(options_.fast_threshold, kContrastFloor);
-  forEachLevel(
-      [&](int i) { levels_[i].detector.detect(pyramid_.level(i), kBorder, floor, kernels_, levels_[i].corners); });
+  forEachLevel([&](int i) { detect(i); });
   setQuotas();
   int total = 0;
   for (int i = 0; i < pyramid_.levels(); ++i) {
@@ -62,6 +64,15 @@ void FastExtractor::forEachLevel(const Task& task) {
   if (worker_) worker_->start(work);
   work();
   if (worker_) worker_->wait();
+}
+
+void FastExtractor::detect(int i) {
+  Level& level = levels_[i];
+  for (int floor : {kContrastFloor, kFaintFloor}) {
+    level.detector.detect(pyramid_.level(i), kBorder, std::min(options_.fast_threshold, floor), kernels_,
+                          level.corners);
+    if (static_cast<double>(level.corners.size()) >= options_.features * level.weight) break;
+  }
 }
 
 void FastExtractor::setQuotas() {

@@ -34,6 +34,8 @@ class FastExtractor : public FeatureExtractor {
   /// Calls task(level) for every level of the image, on both threads if there are two.
   template <typename Task>
   void forEachLevel(const Task& task);
+  /// Finds the corners of a level, the faint ones too if it has not enough others.
+  void detect(int level);
   /// Divides the features asked for among the levels, in proportion to their weights. What a level lacks in corners
   /// goes to the others.
   void setQuotas();

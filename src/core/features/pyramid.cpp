@@ -1,7 +1,9 @@
 #include "features/pyramid.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 namespace gms_ransac {
@@ -17,6 +19,7 @@ Pyramid::Pyramid(int levels, double scale_factor, int smallest, const FeatureKer
 void Pyramid::layOut(cv::Size size) {
   size_ = size;
   used_ = 0;
+  if (std::max(size.width, size.height) > std::numeric_limits<uint16_t>::max()) return;  // what offsets can hold
   for (Level& level : levels_) {
     const float inverse = 1.0f / static_cast<float>(level.nominal_scale);
     const int width = static_cast<int>(std::lrint(size.width * inverse));
