@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "residual_answers.h"
 #include "robust/fast/pose_model.h"
 #include "robust/fast/residual_kernels.h"
 #include "robust/residual.h"
@@ -54,58 +55,11 @@ std::vector<SimdLevel> supportedLevels() {
   return levels;
 }
 
-/// Everything a table of kernels answers for a problem, as raw numbers.
 std::vector<float> allAnswers(const ResidualKernels& kernels, const Problem& problem) {
-  const PointColumnsView points = problem.columns.view();
-  const PoseParameters pose = problem.pose.parameters();
-  float H[9], G[9], D[8][9];
+  float H[9], G[9];
   toFloat(problem.H, H);
   toFloat(problem.H.inverse(), G);
-  std::mt19937 generator(5);
-  std::uniform_real_distribution<float> uniform(-1, 1);
-  for (auto& row : D) {
-    for (float& entry : row) entry = uniform(generator);
-  }
-  std::vector<float> answers;
-  const auto add = [&answers](const auto& values) {
-    const auto* first = reinterpret_cast<const float*>(&values);
-    answers.insert(answers.end(), first, first + sizeof(values) / sizeof(float));
-  };
-  const ParallaxPrior prior = {0.03f, 0.05f};
-  for (float bound : {1e9f, 0.3f * static_cast<float>(points.count)}) {
-    Score score;
-    const auto addScore = [&] {
-      add(score.cost);
-      answers.push_back(static_cast<float>(score.inliers));
-      answers.push_back(static_cast<float>(score.evaluated));
-    };
-    kernels.scoreEpipolar(points, pose.E, bound, score);
-    addScore();
-    kernels.scorePose(points, pose, prior, bound, score);
-    addScore();
-    kernels.scoreHomography(points, H, G, bound, score);
-    addScore();
-  }
-  for (const Loss& loss : {Loss{1, 0}, Loss{4, 1}}) {
-    NormalEquations<5> five;
-    kernels.linearizePose(points, pose, reinterpret_cast<const float(&)[2][3]>(D), loss, prior, five);
-    add(five);
-    NormalEquations<7> seven;
-    kernels.linearizeFundamental(points, pose.E, reinterpret_cast<const float(&)[7][9]>(D), loss, seven);
-    add(seven);
-    NormalEquations<8> eight;
-    kernels.linearizeHomography(points, H, D, loss, eight);
-    add(eight);
-    NormalEquations<3> three;
-    kernels.linearizeRotation(points, pose.R, reinterpret_cast<const float(&)[3][9]>(D), loss, three);
-    add(three);
-  }
-  std::vector<float> e(static_cast<size_t>(points.size));
-  kernels.epipolarResiduals(points, pose.E, e.data());
-  answers.insert(answers.end(), e.begin(), e.begin() + points.count);
-  kernels.transferResiduals(points, H, e.data());
-  answers.insert(answers.end(), e.begin(), e.begin() + points.count);
-  return answers;
+  return allAnswers(kernels, problem.columns.view(), problem.pose.parameters(), H, G);
 }
 
 TEST(ResidualKernels, EveryLevelReturnsTheSameBits) {

@@ -1,5 +1,6 @@
 #!/bin/sh
 # Cross-compiles the kernels of matching and extraction for 64-bit ARM and compares them with plain code in an emulator.
+# Cross-compiles the matching and the residual kernels for 64-bit ARM and runs their checks in an emulator.
 # usage: run_neon_kernels.sh BUILD_DIR; exit status 77 (skipped) where the compiler or the emulator is missing.
 set -eu
 
@@ -15,12 +16,16 @@ core="$source/src/core"
 build=$1
 
 # check NAME SOURCE...: builds test/NAME.cpp with the sources of the core and runs it; it must have compared NEON.
+build="$1"
+
+# check NAME SOURCE...: builds test/NAME.cpp with the sources of the core and runs it.
 check() {
   program="$build/$1_aarch64"
   main="$source/test/$1.cpp"
   shift
   aarch64-linux-gnu-g++ -std=c++17 -O2 -Wall -Wextra -ffp-contract=off -static -I "$source/include" -I "$core" \
     "$main" "$core/simd.cpp" "$@" -o "$program"
+    -I "$source/test" "$main" "$core/simd.cpp" "$@" -o "$program"
   status=0
   qemu-aarch64 "$program" >"$program.log" || status=$?
   cat "$program.log"
@@ -32,3 +37,5 @@ check hamming_kernels_check "$core/matching/hamming_kernels.cpp" "$core/matching
   "$core/matching/hamming_neon.cpp"
 check feature_kernels_check "$core/features/kernels.cpp" "$core/features/kernels_scalar.cpp" \
   "$core/features/kernels_neon.cpp" "$core/features/orb_pattern.cpp"
+check residual_kernels_check "$core/robust/fast/residual_kernels_scalar.cpp" \
+  "$core/robust/fast/residual_kernels_neon.cpp"
