@@ -110,7 +110,7 @@ void FastEstimator::arrange(const PointPairs& pairs, const Camera& camera, Model
   residuals_.resize(static_cast<size_t>(points_.view().size));
   rotation_residuals_.resize(residuals_.size());
 
-  ordering_.sort(pairs, QualityKey::kScore, confidence_order_);
+  ordering_.sort(pairs, QualityKey::kRatio, confidence_order_);
   order_.resize(static_cast<size_t>(n));
   for (size_t k = 0; k < order_.size(); ++k) order_[k] = place_[static_cast<size_t>(confidence_order_[k])];
   sampler_.begin(order_, cells_, pairs.grid_columns, problem_.sampleSize());

@@ -19,7 +19,7 @@ constexpr int kMinimumSamples = 8;
 /// Local optimisation of every new best: matches up to twice the threshold, weights falling from the threshold on
 /// (Geman-McClure). Wide enough to pull a model of five noisy points to the optimum of all.
 constexpr Loss kLocalLoss = {4, 1};
-constexpr int kLocalIterations = 5;
+constexpr int kLocalIterations = 2;
 
 template <class Model>
 class Search {
