@@ -14,7 +14,7 @@ double medianOf(const std::vector<PairOutcome>& outcomes, const Column& column) 
   return median(values);
 }
 
-/// The stricter truth where a set has both: a place rather than a line.
+/// The truth by which matches are judged where a set has both: epipolar, as is usual.
 const std::optional<MatchCounts>& matchTruth(const PairOutcome& outcome) {
   return outcome.epipolar ? outcome.epipolar : outcome.transfer;
 }
