@@ -1,6 +1,6 @@
 #!/bin/sh
-# Cross-compiles the kernels of matching and extraction for 64-bit ARM and compares them with plain code in an emulator.
-# Cross-compiles the matching and the residual kernels for 64-bit ARM and runs their checks in an emulator.
+# Cross-compiles the kernels of matching, extraction and robust estimation for 64-bit ARM and compares them with plain
+# code in an emulator.
 # usage: run_neon_kernels.sh BUILD_DIR; exit status 77 (skipped) where the compiler or the emulator is missing.
 set -eu
 
@@ -16,15 +16,11 @@ core="$source/src/core"
 build=$1
 
 # check NAME SOURCE...: builds test/NAME.cpp with the sources of the core and runs it; it must have compared NEON.
-build="$1"
-
-# check NAME SOURCE...: builds test/NAME.cpp with the sources of the core and runs it.
 check() {
   program="$build/$1_aarch64"
   main="$source/test/$1.cpp"
   shift
   aarch64-linux-gnu-g++ -std=c++17 -O2 -Wall -Wextra -ffp-contract=off -static -I "$source/include" -I "$core" \
-    "$main" "$core/simd.cpp" "$@" -o "$program"
     -I "$source/test" "$main" "$core/simd.cpp" "$@" -o "$program"
   status=0
   qemu-aarch64 "$program" >"$program.log" || status=$?
