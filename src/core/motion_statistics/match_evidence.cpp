@@ -16,8 +16,8 @@ constexpr int kLevels = 32;  ///< more than any pyramid has
 constexpr int kMostLevels = 4;
 
 // Logistic regression of "within 3 px of the true epipolar line" with cv::ORB at 1000, 2000 and 4000 features, each of
-// kitti_06 (gaps 1, 5, 10), tum_fr1_desk (1, 4) and tum_fr1_rpy (1, 5) with equal weight. Fitted without a set, the
-// numbers serve it equally well (doc/motion_statistics.md).
+// kitti_06 (gaps 1, 5, 10), tum_fr1_desk (1, 4) and tum_fr1_rpy (1, 5) with equal weight, in cells of two matches.
+// Fitted without a set, the numbers serve it equally well (doc/motion_statistics.md).
 constexpr float kConstant = 1.59f;
 constexpr float kPerLogSupport = 0.752f;
 constexpr float kPerBit = -0.562f / 32;     ///< of Hamming distance

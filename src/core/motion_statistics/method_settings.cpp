@@ -13,12 +13,11 @@ constexpr int kPaperGrid = 20;
 constexpr double kPaperThresholdFactor = 6.0;
 
 // Measured at 2000 features on kitti_06 (gaps 1, 5, 10), tum_fr1_desk (1, 4), tum_fr1_rpy (1, 5) and
-// 7scenes_redkitchen (25): doc/motion_statistics.md has the table. Small cells follow the motion best, now that the
-// votes are one piece of evidence among others; the threshold only spares what nobody votes for.
-constexpr double kMatchesPerCell = 2.0;
+// 7scenes_redkitchen (25), with cells of 2, 4 and 6 matches: doc/motion_statistics.md has the tables. 6 gives the best
+// poses where matches are few, and costs nothing elsewhere. The threshold only spares what nobody votes for.
+constexpr double kMatchesPerCell = 6.0;
 constexpr double kEvidenceThresholdFactor = 1.0;
-constexpr double kMostCells =
-    400;  ///< as in the paper's grid: no better with more, and the vote matrix leaves the cache
+constexpr double kMostCells = 400;  ///< as in the paper; with more, the vote matrix leaves the cache
 constexpr int kFewestOnSide = 4, kMostOnSide = 100;
 
 int automaticSide(double cells) {
@@ -43,13 +42,12 @@ MotionStatisticsOptions MotionStatisticsOptions::methodsOwn() {
 }
 
 MotionStatisticsOptions motionStatisticsFor(FilterChoice filter, MotionStatisticsOptions given) {
-  const bool adaptive = filter == FilterChoice::kGmsAdaptive;
-  if (!adaptive && given.grid_columns == 0 && given.grid_rows == 0) given.grid_columns = given.grid_rows = kPaperGrid;
   if (given.acceptance == Acceptance::kMethodsOwn) {
-    given.acceptance = adaptive ? Acceptance::kEvidence : Acceptance::kThreshold;
+    given.acceptance = filter == FilterChoice::kGmsAdaptive ? Acceptance::kEvidence : Acceptance::kThreshold;
   }
   const bool weighs = given.acceptance == Acceptance::kEvidence;
   if (given.threshold_factor == 0) given.threshold_factor = weighs ? kEvidenceThresholdFactor : kPaperThresholdFactor;
+  if (!weighs && given.grid_columns == 0 && given.grid_rows == 0) given.grid_columns = given.grid_rows = kPaperGrid;
   if (filter == FilterChoice::kGmsFive) given.neighborhood = GridNeighborhood::kFive;
   return given;
 }
