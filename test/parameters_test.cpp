@@ -30,7 +30,7 @@ TEST(Parameters, OffersEveryMethodAndNoOther) {
 }
 
 TEST(Parameters, OffersOnlyWordsTheCoreTakes) {
-  for (const char* parameter : {"extractor", "model", "gms_border", "method"}) {
+  for (const char* parameter : {"extractor", "model", "gms_border", "method", "quality"}) {
     ASSERT_FALSE(offered(parameter).empty()) << parameter;
     for (const std::string& word : offered(parameter)) {
       MatchFilterConfig config = MatchFilterConfig::__getDefault__();
@@ -38,6 +38,7 @@ TEST(Parameters, OffersOnlyWordsTheCoreTakes) {
       if (std::string(parameter) == "model") config.model = word;
       if (std::string(parameter) == "gms_border") config.gms_border = word;
       if (std::string(parameter) == "method") config.method = word;
+      if (std::string(parameter) == "quality") config.quality = word;
       EXPECT_NO_THROW(MatchFilter{coreOptions(config)}) << parameter << " " << word;
     }
   }
@@ -69,6 +70,8 @@ TEST(Parameters, DefaultsAreTheCores) {
   EXPECT_EQ(node.robust.subset_fraction, core.robust.subset_fraction);
   EXPECT_EQ(node.robust.split, core.robust.split);
   EXPECT_EQ(node.robust.target_ratio, core.robust.target_ratio);
+  EXPECT_EQ(node.robust.quality, core.robust.quality);
+  EXPECT_EQ(node.robust.refine, core.robust.refine);
 }
 
 TEST(Parameters, RefusesAnUnknownWordByName) {

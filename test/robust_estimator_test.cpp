@@ -2,6 +2,7 @@
 #include "gms_ransac/robust_estimator.h"
 
 #include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
@@ -172,8 +173,90 @@ TEST_P(EveryMethod, FallsBackToTheFundamentalMatrixWithoutACamera) {
   EXPECT_FALSE(result.pose_found);
 }
 
+TEST_P(EveryMethod, GivesACovarianceThatItsErrorsFit) {
+  // Squared Mahalanobis distances of the five observable degrees of freedom have a mean of 5 if the covariance is that
+  // of an optimal estimate; methods that stop early are allowed more, but not orders of magnitude.
+  double sum = 0;
+  const int trials = 20;
+  for (int trial = 0; trial < trials; ++trial) {
+    TwoViewSceneOptions scene;
+    scene.seed = 100 + static_cast<uint64_t>(trial);
+    scene.outlier_ratio = 0.1;
+    const TwoViewScene pair = makeTwoViewScene(scene);
+    const RobustResult result = estimate(GetParam(), optionsFor(ModelType::kEssential), pair);
+    ASSERT_TRUE(result.translation_observable);
+    const Eigen::Matrix<double, 6, 6>& covariance = result.pose.covariance;
+    EXPECT_NEAR((covariance.topLeftCorner<3, 3>() * result.pose.t).norm(), 0, 1e-9);
+    Eigen::Matrix<double, 6, 1> error;
+    const Eigen::AngleAxisd turn(Eigen::Matrix3d(pair.R.transpose() * result.pose.R.transpose()));
+    error << (-pair.R.transpose() * pair.t).normalized() - result.pose.t, turn.angle() * turn.axis();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(covariance);
+    for (int k = 1; k < 6; ++k) {  // the smallest belongs to the direction of t
+      sum += std::pow(eigen.eigenvectors().col(k).dot(error), 2) / eigen.eigenvalues()(k);
+    }
+  }
+  EXPECT_LT(sum / trials, 15);
+  EXPECT_GT(sum / trials, 1.5);
+}
+
+TEST_P(EveryMethod, SaysTheSameOnEveryInstructionSet) {
+  const TwoViewScene pair = makeTwoViewScene({});
+  for (ModelType model : kModels) {
+    RobustOptions options = optionsFor(model);
+    options.simd = SimdLevel::kScalar;
+    const RobustResult scalar = estimate(GetParam(), options, pair);
+    for (SimdLevel level : {SimdLevel::kNeon, SimdLevel::kAvx2, SimdLevel::kAvx512}) {
+      if (!simdLevelSupported(level)) continue;
+      options.simd = level;
+      const RobustResult other = estimate(GetParam(), options, pair);
+      EXPECT_EQ(other.inlier, scalar.inlier) << toString(level);
+      EXPECT_EQ(other.hypotheses, scalar.hypotheses) << toString(level);
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod, testing::ValuesIn(methodNames()),
                          [](const auto& info) { return info.param; });
+
+TEST(Refinement, BringsThePoseCloserThanTheTextbook) {
+  double textbook = 0, refined = 0;
+  for (uint64_t seed = 1; seed <= 10; ++seed) {
+    TwoViewSceneOptions scene;
+    scene.seed = seed;
+    const TwoViewScene pair = makeTwoViewScene(scene);
+    RobustOptions options = optionsFor(ModelType::kEssential);
+    refined += rotationError(estimate("gms_ransac", options, pair).pose.R, pair.R.transpose());
+    options.refine = false;
+    textbook += rotationError(estimate("gms_ransac", options, pair).pose.R, pair.R.transpose());
+  }
+  EXPECT_LT(refined, 0.5 * textbook);
+}
+
+TEST(Quality, OfNoiseNeedsMoreHypothesesThanThatOfTheMatches) {
+  TwoViewSceneOptions scene;
+  scene.outlier_ratio = 0.6;
+  const TwoViewScene informed = makeTwoViewScene(scene);
+  scene.informative = false;
+  const TwoViewScene uninformed = makeTwoViewScene(scene);
+  for (const char* quality : {"score", "support", "distance"}) {
+    RobustOptions options = optionsFor(ModelType::kEssential);
+    options.quality = quality;
+    EXPECT_LT(estimate("cp_ransac", options, informed).hypotheses,
+              estimate("cp_ransac", options, uninformed).hypotheses)
+        << quality;
+  }
+}
+
+TEST(RobustOptions, RefusesAnUnknownQualityWithTheKnownOnes) {
+  RobustOptions options;
+  options.quality = "beauty";
+  try {
+    makeRobustEstimator(findMethod("prosac"), options);
+    FAIL() << "accepted an unknown quality";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("distance"), std::string::npos);
+  }
+}
 
 TEST(PoseConvention, IsTheInverseOfRecoverPose) {
   TwoViewSceneOptions scene;

@@ -196,6 +196,8 @@ MatchFilterOptions coreOptions(const MatchFilterConfig& config) {
   options.robust.subset_fraction = config.subset_fraction;
   options.robust.split = config.split;
   options.robust.target_ratio = config.target_ratio;
+  options.robust.quality = config.quality;
+  options.robust.refine = config.refine;
   options.validate();
   return options;
 }
