@@ -62,8 +62,8 @@ const std::vector<Method>& methods() {
        "GMS, survivors sorted by neighbourhood support, samples from the most confident group first", M::kNearest,
        F::kGms, O::kMotionStatistics, S::kConfidenceGroups, V::kAll, R::kNone, false},
       {"fast", "this package",
-       "GMS, spread samples of the most confident first, starts all over the sphere, local optimisation, refinement",
-       M::kNearest, F::kGmsAdaptive, O::kMotionStatistics, S::kStratified, V::kBlockwise, R::kNone, false},
+       "GMS, starts from all directions of translation, spread samples of the most distinctive first, refinement",
+       M::kNearest, F::kGmsAdaptive, O::kDescriptorDistance, S::kStratified, V::kBlockwise, R::kNone, false},
   };
   return table;
 }

@@ -79,7 +79,8 @@ int findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& poi
   for (const Eigen::Matrix3d& R : rotations) {
     // Half of the 26 directions to a cube's corners, edges and faces: the others are their opposites.
     for (int code = 14; code < 27; ++code) {
-      const Eigen::Vector3d direction(code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1);
+      const int x = code % 3 - 1, y = code / 3 % 3 - 1, z = code / 9 - 1;
+      const Eigen::Vector3d direction(x, y, z);
       all[all_count++] = optimizeStart(model, part, kFirstIterations, {R, direction.normalized()}, evaluations);
     }
   }
