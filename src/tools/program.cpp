@@ -1,5 +1,6 @@
 #include "program.h"
 
+#include <cstdint>
 #include <cstdio>
 #include <exception>
 #include <utility>
@@ -7,6 +8,12 @@
 #include <unistd.h>
 
 namespace gms_ransac {
+
+namespace {
+
+constexpr int kBarWidth = 30;  // characters
+
+}  // namespace
 
 int runProgram(const std::string& program, const std::function<int()>& body) {
   try {
@@ -27,7 +34,8 @@ Progress::~Progress() {
 void Progress::advance() {
   ++done_;
   if (terminal_) {
-    std::fprintf(stderr, "\r%s %d/%d", what_.c_str(), done_, total_);
+    const std::string bar(static_cast<size_t>(done_ * int64_t{kBarWidth} / total_), '#');
+    std::fprintf(stderr, "\r%s [%-*s] %d/%d", what_.c_str(), kBarWidth, bar.c_str(), done_, total_);
     std::fflush(stderr);
   } else if (done_ * 10LL / total_ != (done_ - 1) * 10LL / total_) {
     std::fprintf(stderr, "%s %d/%d\n", what_.c_str(), done_, total_);

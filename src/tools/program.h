@@ -11,7 +11,7 @@ constexpr int kBadInput = 2;  ///< exit status
 /// Runs `body` and returns its exit status; an exception becomes "<program>: <sentence>" on stderr and kBadInput.
 int runProgram(const std::string& program, const std::function<int()>& body);
 
-/// "<what> 12/60" on stderr: rewritten in place on a terminal, else one line for each tenth of the work.
+/// "<what> 12/60" and a bar on stderr: rewritten in place on a terminal, else one line for each tenth of the work.
 class Progress {
  public:
   Progress(std::string what, int total);
