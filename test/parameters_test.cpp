@@ -58,6 +58,10 @@ TEST(Parameters, DefaultsAreTheCores) {
   EXPECT_EQ(node.motion_statistics.rotation, core.motion_statistics.rotation);
   EXPECT_EQ(node.motion_statistics.scale, core.motion_statistics.scale);
   EXPECT_EQ(node.motion_statistics.border, core.motion_statistics.border);
+  EXPECT_EQ(node.motion_statistics.acceptance, core.motion_statistics.acceptance);
+  EXPECT_EQ(node.distance_reading, core.distance_reading);
+  EXPECT_EQ(node.lan_mutual, core.lan_mutual);
+  EXPECT_EQ(node.second_alpha, core.second_alpha);
   EXPECT_EQ(node.robust.model, core.robust.model);
   EXPECT_EQ(node.robust.threshold_px, core.robust.threshold_px);
   EXPECT_EQ(node.robust.confidence, core.robust.confidence);

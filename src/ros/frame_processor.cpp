@@ -5,6 +5,7 @@
 #include <sstream>
 #include <utility>
 
+#include "depth_conversion.h"
 #include "frames.h"
 
 namespace gms_ransac {
@@ -92,30 +93,46 @@ std::unique_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& inpu
     max_gap = options_.max_frame_gap;
   }
   frame->input = input;
-  frame->header = input.image->header;
-  frame->header.frame_id = withoutLeadingSlash(frame->header.frame_id);
-  frame->problem.clear();
-  frame->convert_seconds = 0;
-  frame->frame.detect_seconds = 0;
+  frame->depth.release();
+  frame->pair_reference.reset();
+  frame->stamp_verdict = StampVerdict::kInOrder;
+  if (!convert(input.image, *frame)) return frame;
   try {
-    const auto start = std::chrono::steady_clock::now();
-    frame->problem = converter_.toGrey(*input.image, frame->grey);
-    frame->convert_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    if (!frame->problem.empty()) return frame;
-
-    const double previous = stamps_.previousStamp();
-    frame->stamp_verdict = stamps_.judge(frame->stamp(), input.received.toSec(), max_gap);
-    if (frame->stamp_verdict == StampVerdict::kOutOfOrder) {
-      frame->problem = "the stamp is " + seconds(previous - frame->stamp()) +
-                       " before that of the image before it; the image is dropped as out of order";
-      return frame;
+    if (input.reference) {
+      frame->pair_reference = std::make_unique<PreparedFrame>();
+      frame->pair_reference->input.image = input.reference;
+      if (!convert(input.reference, *frame->pair_reference)) {
+        frame->problem = frame->pair_reference->problem;
+        return frame;
+      }
+      frame->filter->extract(frame->pair_reference->grey, frame->pair_reference->frame);
+    } else {
+      const double previous = stamps_.previousStamp();
+      frame->stamp_verdict = stamps_.judge(frame->stamp(), input.received.toSec(), max_gap);
+      if (frame->stamp_verdict == StampVerdict::kOutOfOrder) {
+        frame->problem = "the stamp is " + seconds(previous - frame->stamp()) +
+                         " before that of the image before it; the image is dropped as out of order";
+        return frame;
+      }
     }
+    if (input.depth) frame->problem = toDepth(*input.depth, frame->grey.size(), frame->depth);
+    if (!frame->problem.empty()) return frame;
     frame->camera = camera_source_.get(input.camera_info, frame->grey.size());
     frame->filter->extract(frame->grey, frame->frame);
   } catch (const std::exception& error) {
     frame->problem = error.what();
   }
   return frame;
+}
+
+bool FrameProcessor::convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame) {
+  frame.header = image->header;
+  frame.header.frame_id = withoutLeadingSlash(frame.header.frame_id);
+  frame.frame.detect_seconds = 0;
+  const auto start = std::chrono::steady_clock::now();
+  frame.problem = converter_.toGrey(*image, frame.grey);
+  frame.convert_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return frame.problem.empty();
 }
 
 Answer FrameProcessor::answer(std::unique_ptr<PreparedFrame> frame) {
@@ -132,17 +149,44 @@ Answer FrameProcessor::answer(std::unique_ptr<PreparedFrame> frame) {
     return answer;
   }
 
+  if (current_->pair_reference) return answerPair(answer);
   answer.text = startAnew(*current_, answer);
-  if (answer.text.empty()) {
+  const bool compared = answer.text.empty();
+  if (compared) {
     compare(answer);
     // An image without keypoints would make the next one fail too; the one before it is the better reference.
     if (answer.status == Status::kTooFewKeypoints && current_->frame.features.size() < kMinimumMatches) return answer;
     answer.reference_held = holdReference(answer);
     if (answer.reference_held) return answer;
   }
+  advance(compared);
+  return answer;
+}
+
+Answer FrameProcessor::answerPair(Answer answer) {
+  reference_ = std::move(current_->pair_reference);
+  tracks_.reset();
+  if (reference_->frame.features.image_size != current_->frame.features.image_size) {
+    answer.status = Status::kBadImage;
+    answer.text = "the two images differ in size: " + sizeText(reference_->frame.features.image_size) + " and " +
+                  sizeText(current_->frame.features.image_size);
+    return answer;
+  }
+  compare(answer);
+  return answer;
+}
+
+void FrameProcessor::advance(bool compared) {
+  if (compared) {
+    tracks_.advance();
+    if (scale_updated_) {
+      propagator_.advance();
+    } else {
+      propagator_.reset();
+    }
+  }
   // After the swap the old reference rests in `current_`, alive until the next call.
   std::swap(reference_, current_);
-  return answer;
 }
 
 std::string FrameProcessor::startAnew(const PreparedFrame& frame, Answer& answer) {
@@ -178,6 +222,8 @@ std::string FrameProcessor::startAnew(const PreparedFrame& frame, Answer& answer
     return std::string();
   }
   reference_.reset();
+  tracks_.reset();
+  propagator_.reset();
   frame.filter->reset();
   return why;
 }
@@ -190,16 +236,44 @@ void FrameProcessor::compare(Answer& answer) {
     current_->filter->filter(reference_->frame, current_->frame, result_);
     answer.status = result_.status;
     answer.text = explain(result_.status, result_, *current_->camera);
-    if (answer.poseValid()) answer.pose = publishablePose(result_.robust, options().sigma_floor);
-    if (answer.status == Status::kOk && parameters_.scale == ScaleSource::kFixed) {
-      applyScale(parameters_.fixed_scale, 0, answer.pose);
-      answer.metric_scale = true;
-    }
+    tracks_.link(result_);
+    answer.track_ids = &tracks_.ids();
+    answer.track_lengths = &tracks_.lengths();
+    scale_updated_ = false;
+    finishPose(answer);
   } catch (const std::exception& error) {
     result_.clear(Status::kRansacFailed);
     answer.status = Status::kRansacFailed;
     answer.text = error.what();
   }
+}
+
+void FrameProcessor::finishPose(Answer& answer) {
+  if (!answer.poseValid()) return;
+  answer.pose = result_.robust.pose;
+  const Camera& camera = current_->camera->camera;
+  if (parameters_.scale == ScaleMode::kPropagate || parameters_.scale == ScaleMode::kDepth) {
+    triangulateInliers(reference_->frame.features, current_->frame.features, result_, camera, triangulation_);
+  }
+  bool translation_known = answer.status == Status::kOk;
+  if (parameters_.scale == ScaleMode::kFixed && translation_known) {
+    answer.pose = withLength(answer.pose, {parameters_.fixed_scale, 0, 1});
+    answer.metric_scale = true;
+  } else if (parameters_.scale == ScaleMode::kPropagate && translation_known) {
+    answer.pose = withLength(answer.pose, propagator_.update(triangulation_, result_, camera));
+    scale_updated_ = true;
+  } else if (parameters_.scale == ScaleMode::kDepth) {
+    const ScaleEstimate scale = poseFromDepth(triangulation_, reference_->frame.features, current_->frame.features,
+                                              result_, camera, reference_->depth, current_->depth, answer.pose);
+    answer.metric_scale = scale.support > 0;
+    if (answer.metric_scale && !translation_known) {
+      // Depth makes a translation observable that the images alone do not show.
+      answer.status = Status::kOk;
+      translation_known = true;
+    }
+    if (!answer.metric_scale) answer.text += "; no length: too few inliers have depth";
+  }
+  makePublishable(translation_known, options().sigma_floor, answer.pose);
 }
 
 bool FrameProcessor::holdReference(const Answer& answer) {

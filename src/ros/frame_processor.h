@@ -9,6 +9,8 @@
 
 #include "camera_model.h"
 #include "gms_ransac/match_filter.h"
+#include "gms_ransac/track_table.h"
+#include "gms_ransac/translation_scale.h"
 #include "image_conversion.h"
 #include "image_input.h"
 #include "publishable_pose.h"
@@ -21,7 +23,9 @@ struct PreparedFrame {
   ImageWithInfo input;  ///< kept, because `grey` may share its memory
   std_msgs::Header header;
   cv::Mat grey;
+  cv::Mat depth;  ///< CV_32FC1 metres; empty: none
   Frame frame;
+  std::unique_ptr<PreparedFrame> pair_reference;  ///< with ~input pair: what this image is compared with
   std::shared_ptr<const CameraModel> camera;
   std::shared_ptr<MatchFilter> filter;  ///< with the options in force when the image came
   StampVerdict stamp_verdict = StampVerdict::kFirst;
@@ -47,8 +51,11 @@ struct Answer {
   const PreparedFrame* reference = nullptr;  ///< null: not compared
   const MatchResult* result = nullptr;       ///< null: not compared
   Continuity continuity = Continuity::kContinuous;
-  RelativePose pose;            ///< as it is published; if poseValid()
-  bool metric_scale = false;    ///< pose.t is in metres
+  RelativePose pose;          ///< as it is published; if poseValid()
+  bool metric_scale = false;  ///< pose.t is in metres
+  /// Beside result->matches; 0: not followed.
+  const std::vector<uint32_t>* track_ids = nullptr;
+  const std::vector<uint16_t>* track_lengths = nullptr;
   bool reference_held = false;  ///< the next image will be compared with this reference again
 
   bool poseValid() const { return result != nullptr && (status == Status::kOk || status == Status::kLowParallax); }
@@ -81,6 +88,13 @@ class FrameProcessor {
   std::string startAnew(const PreparedFrame& frame, Answer& answer);
   void compare(Answer& answer);
   bool holdReference(const Answer& answer);
+  Answer answerPair(Answer answer);
+  /// Fills the pose, and the length of its translation as ~scale says.
+  void finishPose(Answer& answer);
+  /// The current image becomes the reference.
+  void advance(bool compared);
+  /// The part of `prepare` that pairs and streams share; false, with `problem` set, when the image is of no use.
+  bool convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame);
   ProcessorOptions options();
 
   const std::string image_topic_;
@@ -94,6 +108,10 @@ class FrameProcessor {
   // answer's
   std::unique_ptr<PreparedFrame> reference_, current_;
   MatchResult result_;
+  TrackTable tracks_;
+  ScalePropagator propagator_;
+  Triangulation triangulation_;
+  bool scale_updated_ = false;  ///< the propagator knows the features of the last pair
 
   // shared
   std::mutex mutex_;

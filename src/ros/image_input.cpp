@@ -4,6 +4,13 @@
 
 namespace gms_ransac {
 
+namespace {
+
+// Colour and depth of one moment: half the period of a 30 Hz camera and some jitter.
+constexpr double kNear = 0.025;
+
+}  // namespace
+
 ImageInput::ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
                        Callback callback)
     : nh_(nh), pnh_(pnh), transport_(nh), parameters_(parameters), callback_(std::move(callback)) {}
@@ -13,24 +20,43 @@ void ImageInput::start() {
   const auto queue = static_cast<uint32_t>(parameters_.queue_size);
   // Without the private handle the transport would be looked up in the nodelet manager's namespace.
   const image_transport::TransportHints hints(parameters_.image_transport, ros::TransportHints().tcpNoDelay(), pnh_);
-  if (!needsInfo() || parameters_.camera_info_sync == CameraInfoSync::kLatest) {
-    if (needsInfo()) info_subscriber_ = nh_.subscribe("camera_info", queue, &ImageInput::onInfo, this);
-    image_subscriber_ = transport_.subscribe("image", queue, &ImageInput::onImage, this, hints);
+  if (needsInfo() && parameters_.camera_info_sync == CameraInfoSync::kExact) {
+    startExact(queue, hints);
   } else {
-    image_filter_.subscribe(transport_, "image", queue, hints);
-    info_filter_.subscribe(nh_, "camera_info", queue);
-    image_filter_.registerCallback([this](const sensor_msgs::ImageConstPtr& image) {
-      std::lock_guard<std::mutex> lock(mutex_);
-      ++images_;
-      last_image_stamp_ = image->header.stamp;
-    });
-    info_filter_.registerCallback(&ImageInput::onInfo, this);
-    synchronizer_ =
-        std::make_unique<message_filters::Synchronizer<ExactPolicy>>(ExactPolicy(queue), image_filter_, info_filter_);
-    synchronizer_->setReset(true);  // or pairing stops for good when a bag loops
-    synchronizer_->registerCallback(&ImageInput::onPair, this);
+    if (needsInfo()) info_subscriber_ = nh_.subscribe("camera_info", queue, &ImageInput::onInfo, this);
+    if (twoImages()) {
+      startTwoImages(queue, hints);
+    } else {
+      image_subscriber_ = transport_.subscribe("image", queue, &ImageInput::onImage, this, hints);
+    }
   }
   started_ = true;
+}
+
+void ImageInput::startExact(uint32_t queue, const image_transport::TransportHints& hints) {
+  image_filter_.subscribe(transport_, "image", queue, hints);
+  info_filter_.subscribe(nh_, "camera_info", queue);
+  image_filter_.registerCallback(&ImageInput::countImage, this);
+  info_filter_.registerCallback(&ImageInput::onInfo, this);
+  synchronizer_ =
+      std::make_unique<message_filters::Synchronizer<ExactPolicy>>(ExactPolicy(queue), image_filter_, info_filter_);
+  synchronizer_->setReset(true);  // or pairing stops for good when a bag loops
+  synchronizer_->registerCallback(&ImageInput::onPair, this);
+}
+
+void ImageInput::startTwoImages(uint32_t queue, const image_transport::TransportHints& hints) {
+  const bool pair = parameters_.input == InputKind::kPair;
+  // Depth is never sent through the transport of the images: lossy ones spoil it.
+  image_filter_.subscribe(transport_, pair ? "reference/image" : "image", queue, hints);
+  second_filter_.subscribe(
+      transport_, pair ? "current/image" : "depth/image", queue,
+      pair ? hints : image_transport::TransportHints("raw", ros::TransportHints(), pnh_, "depth_image_transport"));
+  image_filter_.registerCallback(&ImageInput::countImage, this);
+  near_synchronizer_ =
+      std::make_unique<message_filters::Synchronizer<NearPolicy>>(NearPolicy(queue), image_filter_, second_filter_);
+  near_synchronizer_->setReset(true);
+  near_synchronizer_->setMaxIntervalDuration(ros::Duration(kNear));
+  near_synchronizer_->registerCallback(&ImageInput::onTwoImages, this);
 }
 
 void ImageInput::stop() {
@@ -38,19 +64,35 @@ void ImageInput::stop() {
   info_subscriber_.shutdown();
   image_filter_.unsubscribe();
   info_filter_.unsubscribe();
+  second_filter_.unsubscribe();
   synchronizer_.reset();
+  near_synchronizer_.reset();
   started_ = false;
 }
 
+void ImageInput::countImage(const sensor_msgs::ImageConstPtr& image) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  ++images_;
+  last_image_stamp_ = image->header.stamp;
+}
+
 void ImageInput::onImage(const sensor_msgs::ImageConstPtr& image) {
-  sensor_msgs::CameraInfoConstPtr info;
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    ++images_;
-    last_image_stamp_ = image->header.stamp;
-    info = latest_info_;
+  countImage(image);
+  ImageWithInfo input;
+  input.image = image;
+  deliver(input);
+}
+
+void ImageInput::onTwoImages(const sensor_msgs::ImageConstPtr& first, const sensor_msgs::ImageConstPtr& second) {
+  ImageWithInfo input;
+  if (parameters_.input == InputKind::kPair) {
+    input.reference = first;
+    input.image = second;
+  } else {
+    input.image = first;
+    input.depth = second;
   }
-  deliver(image, info);
+  deliver(input);
 }
 
 void ImageInput::onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
@@ -61,15 +103,24 @@ void ImageInput::onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
 }
 
 void ImageInput::onPair(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info) {
-  deliver(image, info);
+  ImageWithInfo input;
+  input.image = image;
+  input.camera_info = info;
+  deliver(input);
 }
 
-void ImageInput::deliver(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info) {
+void ImageInput::deliver(ImageWithInfo input) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     ++delivered_;
+    if (!input.camera_info) input.camera_info = latest_info_;
   }
-  callback_({image, info, ros::Time::now()});
+  input.received = ros::Time::now();
+  callback_(input);
+}
+
+std::string ImageInput::secondTopic() const {
+  return nh_.resolveName(parameters_.input == InputKind::kPair ? "current/image" : "depth/image");
 }
 
 std::string ImageInput::waitingFor() {
@@ -77,9 +128,15 @@ std::string ImageInput::waitingFor() {
   const int images = images_, infos = infos_, delivered = delivered_;
   images_ = infos_ = delivered_ = 0;
   if (!started_ || delivered > 0) return std::string();
-  const std::string image_topic = nh_.resolveName("image"), info_topic = nh_.resolveName("camera_info");
+  const std::string first = parameters_.input == InputKind::kPair ? "reference/image" : "image";
+  const std::string image_topic = nh_.resolveName(first), info_topic = nh_.resolveName("camera_info");
   if (images == 0) return "no image arrives on " + image_topic;
   std::ostringstream text;
+  if (twoImages()) {
+    text << "no image of " << image_topic << " (last stamp " << last_image_stamp_ << ") has a partner within " << kNear
+         << " s on " << secondTopic();
+    return text.str();
+  }
   text << "no image of " << image_topic << " has a camera_info of the same stamp on " << info_topic << ": " << images
        << " images (last stamp " << last_image_stamp_ << ") and " << infos << " camera_info (last stamp "
        << last_info_stamp_ << ") came; set ~camera_info_sync to latest if their stamps differ";

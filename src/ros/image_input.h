@@ -9,6 +9,7 @@
 #include <image_transport/image_transport.h>
 #include <image_transport/subscriber_filter.h>
 #include <message_filters/subscriber.h>
+#include <message_filters/sync_policies/approximate_time.h>
 #include <message_filters/sync_policies/exact_time.h>
 #include <message_filters/synchronizer.h>
 #include <ros/node_handle.h>
@@ -22,6 +23,8 @@ namespace gms_ransac {
 struct ImageWithInfo {
   sensor_msgs::ImageConstPtr image;
   sensor_msgs::CameraInfoConstPtr camera_info;  ///< null: none has arrived, or it was replaced by parameters
+  sensor_msgs::ImageConstPtr depth;             ///< with ~scale depth
+  sensor_msgs::ImageConstPtr reference;         ///< with ~input pair: what `image` is compared with
   ros::Time received;
 };
 
@@ -37,7 +40,10 @@ class ImageInput {
   void stop();
   bool started() const { return started_; }
 
-  std::string imageTopic() const { return nh_.resolveName("image"); }
+  /// The current one of a pair.
+  std::string imageTopic() const {
+    return nh_.resolveName(parameters_.input == InputKind::kPair ? "current/image" : "image");
+  }
   std::string infoTopic() const { return nh_.resolveName("camera_info"); }
   /// What has not arrived, as a sentence that names the topics; empty while images come. Call it every few seconds: it
   /// judges the time since the last call.
@@ -46,11 +52,20 @@ class ImageInput {
  private:
   using ExactPolicy = message_filters::sync_policies::ExactTime<sensor_msgs::Image, sensor_msgs::CameraInfo>;
 
+  /// Two images whose stamps are close: image and depth, or reference and current.
+  using NearPolicy = message_filters::sync_policies::ApproximateTime<sensor_msgs::Image, sensor_msgs::Image>;
+
+  void startExact(uint32_t queue, const image_transport::TransportHints& hints);
+  void startTwoImages(uint32_t queue, const image_transport::TransportHints& hints);
+  bool twoImages() const { return parameters_.input == InputKind::kPair || parameters_.scale == ScaleMode::kDepth; }
+  std::string secondTopic() const;
   bool needsInfo() const { return !parameters_.camera.calibrated(); }
   void onImage(const sensor_msgs::ImageConstPtr& image);
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
   void onPair(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
-  void deliver(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
+  void onTwoImages(const sensor_msgs::ImageConstPtr& first, const sensor_msgs::ImageConstPtr& second);
+  void countImage(const sensor_msgs::ImageConstPtr& image);
+  void deliver(ImageWithInfo input);
 
   ros::NodeHandle nh_, pnh_;
   image_transport::ImageTransport transport_;
@@ -65,6 +80,9 @@ class ImageInput {
   image_transport::SubscriberFilter image_filter_;
   message_filters::Subscriber<sensor_msgs::CameraInfo> info_filter_;
   std::unique_ptr<message_filters::Synchronizer<ExactPolicy>> synchronizer_;
+  // input: pair, or scale: depth
+  image_transport::SubscriberFilter second_filter_;
+  std::unique_ptr<message_filters::Synchronizer<NearPolicy>> near_synchronizer_;
 
   std::mutex mutex_;  ///< guards what follows
   sensor_msgs::CameraInfoConstPtr latest_info_;

@@ -7,8 +7,9 @@
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "match_filter");
+  const ros::NodeHandle nh, pnh("~");  // outlive the attempt: without a handle logging has ended
   try {
-    gms_ransac::MatchFilterRos filter(ros::NodeHandle(), ros::NodeHandle("~"), ros::this_node::getName());
+    gms_ransac::MatchFilterRos filter(nh, pnh, ros::this_node::getName());
     ros::spin();
   } catch (const std::exception& error) {
     ROS_FATAL_STREAM(error.what());

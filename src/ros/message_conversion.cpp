@@ -13,11 +13,15 @@ void reserveColumns(size_t n, bool with_stage, Correspondences& message) {
   message.current_points.clear();
   message.confidence.clear();
   message.distance.clear();
+  message.track_id.clear();
+  message.track_length.clear();
   message.stage.clear();
   message.reference_points.reserve(2 * n);
   message.current_points.reserve(2 * n);
   message.confidence.reserve(n);
   message.distance.reserve(n);
+  message.track_id.reserve(n);
+  message.track_length.reserve(n);
   if (with_stage) message.stage.reserve(n);
 }
 
@@ -49,11 +53,10 @@ void toMessage(const Answer& answer, bool with_rejected, Correspondences& messag
     message.current_points.insert(message.current_points.end(), {to.x, to.y});
     message.confidence.push_back(result.confidence[i]);
     message.distance.push_back(match.distance);
+    message.track_id.push_back((*answer.track_ids)[i]);
+    message.track_length.push_back((*answer.track_lengths)[i]);
     if (with_rejected) message.stage.push_back(static_cast<uint8_t>(result.stage[i]));
   }
-  message.track_id.assign(message.confidence.size(), 0);
-  message.track_length.assign(message.confidence.size(), 2);
-
   message.pose_valid = answer.poseValid();
   message.metric_scale = answer.metric_scale;
   message.current_in_reference = geometry_msgs::PoseWithCovariance();

@@ -9,7 +9,7 @@
 #include <tf2_ros/transform_listener.h>
 
 #include "frame_processor.h"
-#include "odometry.h"
+#include "motion_integrator.h"
 #include "throttle.h"
 
 namespace gms_ransac {
@@ -36,7 +36,7 @@ class OdometryOutput {
 
   ros::NodeHandle nh_;
   const Parameters parameters_;
-  Odometry odometry_;
+  MotionIntegrator odometry_;
   ros::Publisher odom_, twist_;
   tf2_ros::Buffer buffer_;
   std::unique_ptr<tf2_ros::TransformListener> listener_;  ///< only where tf is needed: it is a busy topic

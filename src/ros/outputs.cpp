@@ -43,11 +43,12 @@ Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Pa
       outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("relative_pose", kPublisherQueue, changed, changed);
   restart_ = outputs.advertise<std_msgs::Bool>("restart", kPublisherQueue);  // worth no subscription of its own
   odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, changed);
+  points_ = std::make_unique<PointOutputs>(outputs, parameters, changed);
   match_image_ = transport_.advertise("match_image", 1, image_changed, image_changed);
 }
 
 int Outputs::listeners() const {
-  int count = static_cast<int>(match_image_.getNumSubscribers()) + odometry_->listeners();
+  int count = static_cast<int>(match_image_.getNumSubscribers()) + odometry_->listeners() + points_->listeners();
   for (const ros::Publisher* publisher : {&correspondences_, &stats_, &relative_pose_}) {
     count += static_cast<int>(publisher->getNumSubscribers());
   }
@@ -65,6 +66,7 @@ MatchStatsConstPtr Outputs::publish(const Answer& answer, const FrameCounters& c
   }
 
   odometry_->publish(answer, options.publish_odom_tf);
+  points_->publish(answer);
 
   auto stats = boost::make_shared<MatchStats>();
   toMessage(answer, counters, *stats);

@@ -10,6 +10,7 @@
 
 #include "message_conversion.h"
 #include "odometry_output.h"
+#include "point_outputs.h"
 
 namespace gms_ransac {
 
@@ -41,6 +42,7 @@ class Outputs {
   ros::Publisher correspondences_, stats_, relative_pose_, restart_;
   image_transport::Publisher match_image_;
   std::unique_ptr<OdometryOutput> odometry_;
+  std::unique_ptr<PointOutputs> points_;
 };
 
 }  // namespace gms_ransac

@@ -17,7 +17,19 @@ cv::Point fixedPoint(const cv::Point2f& p) {
   return {cvRound(p.x * (1 << kSubpixelBits)), cvRound(p.y * (1 << kSubpixelBits))};
 }
 
-/// Purple, blue, green, yellow: brighter means more confident, for colour-blind eyes too.
+void drawCaption(cv::Mat& picture, const std::string& caption) {
+  const double scale = std::clamp(picture.cols / 1600.0, 0.4, 1.2);
+  int baseline = 0;
+  const cv::Size size = cv::getTextSize(caption, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &baseline);
+  const int bar = std::min(picture.rows, size.height + baseline + 6);
+  cv::Mat top = picture.rowRange(0, bar);
+  top.convertTo(top, -1, 0.3);
+  cv::putText(picture, caption, {6, size.height + 4}, cv::FONT_HERSHEY_SIMPLEX, scale, cv::Scalar(255, 255, 255), 1,
+              cv::LINE_AA);
+}
+
+}  // namespace
+
 cv::Scalar confidenceColor(float confidence) {
   static const std::array<cv::Scalar, 256> table = [] {
     cv::Mat ramp(1, 256, CV_8UC1), colors;
@@ -33,19 +45,6 @@ cv::Scalar confidenceColor(float confidence) {
   // The darkest quarter of the map would vanish on the dimmed image.
   return table[64 + cvRound(191 * std::clamp(confidence, 0.f, 1.f))];
 }
-
-void drawCaption(cv::Mat& picture, const std::string& caption) {
-  const double scale = std::clamp(picture.cols / 1600.0, 0.4, 1.2);
-  int baseline = 0;
-  const cv::Size size = cv::getTextSize(caption, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &baseline);
-  const int bar = std::min(picture.rows, size.height + baseline + 6);
-  cv::Mat top = picture.rowRange(0, bar);
-  top.convertTo(top, -1, 0.3);
-  cv::putText(picture, caption, {6, size.height + 4}, cv::FONT_HERSHEY_SIMPLEX, scale, cv::Scalar(255, 255, 255), 1,
-              cv::LINE_AA);
-}
-
-}  // namespace
 
 cv::Mat drawOverlay(const cv::Mat& grey, const Frame* reference, const Frame* current, const MatchResult* result,
                     const std::string& caption) {

@@ -16,8 +16,9 @@ namespace {
 // Every parameter that is fixed at start; the one list that `unknownParameters` knows besides cfg/MatchFilter.cfg.
 // clang-format off
 const std::vector<std::string> kStaticNames = {
+    "depth_image_transport",
     "camera_info_sync", "input_is_rectified", "image_transport", "drop_frames", "queue_size", "always_subscribe",
-    "threads", "diagnostic_period", "scale", "fixed_scale", "odom_frame", "base_frame", "invert_odom_tf",
+    "threads", "diagnostic_period", "input", "feature_layout", "scale", "fixed_scale", "odom_frame", "base_frame", "invert_odom_tf",
     "camera/fx", "camera/fy", "camera/cx", "camera/cy", "camera/k1", "camera/k2", "camera/p1", "camera/p2",
     "camera/k3", "camera/k4", "camera/distortion_model"};
 // clang-format on
@@ -116,11 +117,21 @@ Parameters Parameters::read(const ros::NodeHandle& pnh) {
   gms_ransac::read(pnh, "drop_frames", "true or false", parameters.drop_frames);
   gms_ransac::read(pnh, "always_subscribe", "true or false", parameters.always_subscribe);
   parameters.queue_size = readInt(pnh, "queue_size", parameters.queue_size, 1, 10000);
-  const std::string scale = readChoice(pnh, "scale", "unit", {"unit", "propagate", "depth", "fixed"});
-  parameters.scale = scale == "propagate" ? ScaleSource::kPropagate
-                     : scale == "depth"   ? ScaleSource::kDepth
-                     : scale == "fixed"   ? ScaleSource::kFixed
-                                          : ScaleSource::kUnit;
+  parameters.input =
+      readChoice(pnh, "input", "stream", {"stream", "pair"}) == "pair" ? InputKind::kPair : InputKind::kStream;
+  parameters.scale = parseScaleMode(readChoice(pnh, "scale", "unit", {"unit", "propagate", "depth", "fixed"}));
+  parameters.feature_layout =
+      readChoice(pnh, "feature_layout", "vins_mono", {"vins_mono", "vins_fusion"}) == "vins_mono"
+          ? FeatureLayout::kVinsMono
+          : FeatureLayout::kVinsFusion;
+  if (parameters.camera_info_sync == CameraInfoSync::kExact &&
+      (parameters.scale == ScaleMode::kDepth || parameters.input == InputKind::kPair)) {
+    refuse(pnh, "camera_info_sync", "exact", "'latest' with ~scale depth or ~input pair, whose stamps differ");
+  }
+  if (parameters.input == InputKind::kPair && parameters.scale != ScaleMode::kUnit &&
+      parameters.scale != ScaleMode::kFixed) {
+    refuse(pnh, "scale", "propagate or depth", "unit or fixed with ~input pair");
+  }
   gms_ransac::read(pnh, "fixed_scale", "a number of metres", parameters.fixed_scale);
   if (!(parameters.fixed_scale >= 1e-6 && parameters.fixed_scale <= 1e6)) {
     refuse(pnh, "fixed_scale", std::to_string(parameters.fixed_scale), "between 1e-06 and 1e+06 metres");
@@ -175,6 +186,7 @@ MatchFilterOptions coreOptions(const MatchFilterConfig& config) {
   options.extractor.levels = config.pyramid_levels;
   options.extractor.scale_factor = config.pyramid_scale;
   options.extractor.fast_threshold = config.fast_threshold;
+  options.motion_statistics.acceptance = parseAcceptance(config.gms_acceptance);
   options.motion_statistics.grid_columns = config.gms_grid_columns;
   options.motion_statistics.grid_rows = config.gms_grid_rows;
   options.motion_statistics.threshold_factor = config.gms_threshold_factor;
@@ -184,6 +196,9 @@ MatchFilterOptions coreOptions(const MatchFilterConfig& config) {
     throw std::invalid_argument("gms_border is '" + config.gms_border + "'; it must be 'opencv' or 'original'");
   }
   options.motion_statistics.border = config.gms_border == "opencv" ? GridBorder::kOpenCV : GridBorder::kOriginal;
+  options.distance_reading = parseDistanceReading(config.distance_reading);
+  options.lan_mutual = config.lan_mutual;
+  options.second_alpha = config.lan_second_alpha;
   options.robust.model = parseModelType(config.model);
   options.robust.threshold_px = config.threshold_px;
   options.robust.confidence = config.confidence;

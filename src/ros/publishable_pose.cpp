@@ -5,24 +5,22 @@
 
 namespace gms_ransac {
 
-RelativePose publishablePose(const RobustResult& robust, const SigmaFloor& floor) {
-  RelativePose pose = robust.pose;
-  if (!pose.covariance.allFinite()) pose.covariance.setIdentity() *= kLargestVariance;
-  if (!robust.translation_observable) {
+void makePublishable(bool translation_known, const SigmaFloor& floor, RelativePose& pose) {
+  if (!pose.covariance.allFinite()) pose.covariance = Eigen::Matrix<double, 6, 6>::Identity() * kLargestVariance;
+  if (!translation_known) {
     pose.t.setZero();
     pose.covariance.topRows<3>().setZero();
     pose.covariance.leftCols<3>().setZero();
     pose.covariance.topLeftCorner<3, 3>().diagonal().setConstant(kLargestVariance);
   }
   // Adding the floor keeps the matrix positive definite; raising single entries would not.
-  pose.covariance.diagonal().head<3>().array() += floor.translation * floor.translation;
+  pose.covariance.diagonal().head<3>().array() += floor.translation * floor.translation * pose.t.squaredNorm();
   pose.covariance.diagonal().tail<3>().array() += floor.rotation * floor.rotation;
   boundCovariance(pose.covariance);
-  return pose;
 }
 
 void boundCovariance(Eigen::Matrix<double, 6, 6>& covariance) {
-  if (!covariance.allFinite()) covariance.setIdentity() *= kLargestVariance;
+  if (!covariance.allFinite()) covariance = Eigen::Matrix<double, 6, 6>::Identity() * kLargestVariance;
   for (int i = 0; i < 6; ++i) {
     const double variance = covariance(i, i);
     if (variance > kLargestVariance) {
@@ -33,15 +31,6 @@ void boundCovariance(Eigen::Matrix<double, 6, 6>& covariance) {
     }
     covariance(i, i) = std::clamp(covariance(i, i), kSmallestVariance, kLargestVariance);
   }
-}
-
-void applyScale(double length, double length_sigma, RelativePose& pose) {
-  const Eigen::Vector3d direction = pose.t;
-  pose.t *= length;
-  pose.covariance.topRows<3>() *= length;
-  pose.covariance.leftCols<3>() *= length;
-  pose.covariance.topLeftCorner<3, 3>() += length_sigma * length_sigma * direction * direction.transpose();
-  boundCovariance(pose.covariance);
 }
 
 }  // namespace gms_ransac

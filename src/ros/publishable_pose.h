@@ -11,18 +11,15 @@ constexpr double kSmallestVariance = 1e-9;
 
 /// Least standard deviations of a published pose, per axis.
 struct SigmaFloor {
-  double translation = 0.005;  ///< in units of the translation
+  double translation = 0.005;  ///< as a share of its length
   double rotation = 0.0005;    ///< radians
 };
 
-/// An unobservable direction of translation is left out (zero) and its variance large; the covariance is floored,
-/// finite, and its diagonal within [kSmallestVariance, kLargestVariance].
-RelativePose publishablePose(const RobustResult& robust, const SigmaFloor& floor);
+/// Leaves an unknown translation out (zero) and makes its variance large; floors the covariance, makes it finite, and
+/// brings its diagonal within [kSmallestVariance, kLargestVariance].
+void makePublishable(bool translation_known, const SigmaFloor& floor, RelativePose& pose);
 
 /// Brings every entry of the diagonal into that range and makes the rest finite.
 void boundCovariance(Eigen::Matrix<double, 6, 6>& covariance);
-
-/// Gives the unit translation of `pose` its length; `length_sigma` (same unit) becomes the uncertainty along it.
-void applyScale(double length, double length_sigma, RelativePose& pose);
 
 }  // namespace gms_ransac

@@ -1,4 +1,4 @@
-#include "odometry.h"
+#include "motion_integrator.h"
 
 #include "publishable_pose.h"
 
@@ -23,19 +23,19 @@ Matrix6d leverTransform(const Eigen::Matrix3d& R, const Eigen::Vector3d& lever) 
 
 }  // namespace
 
-void Odometry::restart() {
+void MotionIntegrator::restart() {
   reference_ = current_ = OdometryEstimate();
   step_ = turn_ = 0;
 }
 
-void Odometry::lose() {
+void MotionIntegrator::lose() {
   current_.pose_covariance.diagonal().head<3>().array() += step_ * step_;
   current_.pose_covariance.diagonal().tail<3>().array() += turn_ * turn_;
   boundCovariance(current_.pose_covariance);
   reference_ = current_;
 }
 
-void Odometry::add(const RelativePose& motion, bool translation_known, double seconds, bool hold_reference) {
+void MotionIntegrator::add(const RelativePose& motion, bool translation_known, double seconds, bool hold_reference) {
   Matrix6d covariance = motion.covariance;
   if (translation_known) {
     step_ = motion.t.norm();
@@ -62,7 +62,7 @@ void Odometry::add(const RelativePose& motion, bool translation_known, double se
   if (!hold_reference) reference_ = current_;
 }
 
-OdometryEstimate Odometry::base(const Eigen::Isometry3d& camera_in_base) const {
+OdometryEstimate MotionIntegrator::base(const Eigen::Isometry3d& camera_in_base) const {
   const Eigen::Isometry3d base_in_camera = camera_in_base.inverse();
   const Eigen::Matrix3d& X = camera_in_base.linear();
   OdometryEstimate base;

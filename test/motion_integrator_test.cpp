@@ -1,5 +1,5 @@
 // Chained poses against exact ones, and their covariance against a Monte Carlo run.
-#include "odometry.h"
+#include "motion_integrator.h"
 
 #include <gtest/gtest.h>
 
@@ -24,8 +24,8 @@ Eigen::Isometry3d isometry(const RelativePose& pose) {
 
 const RelativePose kStep = motion({0.3, -0.1, 0.8}, {0.02, 0.2, -0.05});
 
-TEST(Odometry, ChainsMotions) {
-  Odometry odometry;
+TEST(MotionIntegrator, ChainsMotions) {
+  MotionIntegrator odometry;
   odometry.restart();
   Eigen::Isometry3d expected = Eigen::Isometry3d::Identity();
   for (int i = 0; i < 10; ++i) {
@@ -35,8 +35,8 @@ TEST(Odometry, ChainsMotions) {
   EXPECT_TRUE(odometry.camera().pose.isApprox(expected, 1e-12));
 }
 
-TEST(Odometry, AHeldReferenceIsNotLeft) {
-  Odometry odometry;
+TEST(MotionIntegrator, AHeldReferenceIsNotLeft) {
+  MotionIntegrator odometry;
   odometry.restart();
   odometry.add(kStep, true, 0.1, false);
   odometry.add(motion({0, 0, 0}, {0, 0.1, 0}), false, 0.1, true);
@@ -44,8 +44,8 @@ TEST(Odometry, AHeldReferenceIsNotLeft) {
   EXPECT_TRUE(odometry.camera().pose.isApprox(isometry(kStep) * isometry(kStep), 1e-12));
 }
 
-TEST(Odometry, TwistIsInTheMovingFrame) {
-  Odometry odometry;
+TEST(MotionIntegrator, TwistIsInTheMovingFrame) {
+  MotionIntegrator odometry;
   odometry.restart();
   // A quarter turn about y while moving along z: seen from where it ends up, the way led along x.
   odometry.add(motion({0, 0, 2}, {0, M_PI / 2, 0}), true, 0.5, false);
@@ -54,12 +54,12 @@ TEST(Odometry, TwistIsInTheMovingFrame) {
   EXPECT_TRUE(odometry.camera().twist.tail<3>().isApprox(Eigen::Vector3d(0, M_PI, 0), 1e-9));
 }
 
-TEST(Odometry, BaseMovesWithTheCamera) {
+TEST(MotionIntegrator, BaseMovesWithTheCamera) {
   // Camera 0.5 m ahead of the base, looking along base x (optical axes).
   Eigen::Isometry3d camera_in_base = Eigen::Isometry3d::Identity();
   camera_in_base.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   camera_in_base.translation() << 0.5, 0, 0.2;
-  Odometry odometry;
+  MotionIntegrator odometry;
   odometry.restart();
   odometry.add(motion({0, 0, 1}, {0, 1e-12, 0}), true, 0.5, false);
   OdometryEstimate base = odometry.base(camera_in_base);
@@ -79,7 +79,7 @@ TEST(Odometry, BaseMovesWithTheCamera) {
   EXPECT_TRUE(base.pose.isApprox(turn, 1e-12));
 }
 
-TEST(Odometry, CovarianceAgreesWithMonteCarlo) {
+TEST(MotionIntegrator, CovarianceAgreesWithMonteCarlo) {
   Eigen::Isometry3d camera_in_base = Eigen::Isometry3d::Identity();
   camera_in_base.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   camera_in_base.translation() << 0.5, 0.1, 0.2;
@@ -88,7 +88,7 @@ TEST(Odometry, CovarianceAgreesWithMonteCarlo) {
   const int steps = 5, runs = 20000;
   RelativePose exact = kStep;
   exact.covariance = sigma.cwiseAbs2().asDiagonal();
-  Odometry reference;
+  MotionIntegrator reference;
   reference.restart();
   for (int i = 0; i < steps; ++i) reference.add(exact, true, 0.1, false);
   const OdometryEstimate camera = reference.camera(), base = reference.base(camera_in_base);
@@ -103,7 +103,7 @@ TEST(Odometry, CovarianceAgreesWithMonteCarlo) {
     return d;
   };
   for (int run = 0; run < runs; ++run) {
-    Odometry odometry;
+    MotionIntegrator odometry;
     odometry.restart();
     for (int i = 0; i < steps; ++i) {
       RelativePose noisy = kStep;
@@ -123,8 +123,8 @@ TEST(Odometry, CovarianceAgreesWithMonteCarlo) {
   EXPECT_LT((of_base - base.pose_covariance).norm(), 0.03 * of_base.norm());
 }
 
-TEST(Odometry, CovariancesStayFiniteAndBounded) {
-  Odometry odometry;
+TEST(MotionIntegrator, CovariancesStayFiniteAndBounded) {
+  MotionIntegrator odometry;
   odometry.restart();
   RelativePose wild = kStep;
   wild.covariance.setIdentity();

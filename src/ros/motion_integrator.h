@@ -20,7 +20,7 @@ struct OdometryEstimate {
   Matrix6d twist_covariance = Matrix6d::Zero();
 };
 
-class Odometry {
+class MotionIntegrator {
  public:
   /// The odometry frame is the camera at the next image.
   void restart();

@@ -1,0 +1,192 @@
+#include "point_outputs.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include <sensor_msgs/point_cloud2_iterator.h>
+#include <tf2_eigen/tf2_eigen.h>
+#include <Eigen/Geometry>
+#include <boost/make_shared.hpp>
+
+#include "overlay.h"
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr uint32_t kPublisherQueue = 10;
+// The layouts carry ids as float32, which is exact up to here.
+constexpr uint32_t kFloatIds = 1u << 24;
+constexpr double kFrustumDepth = 0.3;  // of the drawn cameras, in units of the translation
+constexpr double kFlowWidth = 0.002;   // of the drawn lines at depth 1
+
+/// Undistorted, normalised.
+Eigen::Vector2d ray(const Camera& camera, const cv::Point2f& pixel) {
+  const CameraIntrinsics& k = camera.intrinsics();
+  const cv::Point2f ideal = camera.undistort(pixel);
+  return {(ideal.x - k.cx) / k.fx, (ideal.y - k.cy) / k.fy};
+}
+
+geometry_msgs::Point point(const Eigen::Vector3d& p) { return tf2::toMsg(p); }
+
+std_msgs::ColorRGBA color(float confidence) {
+  const cv::Scalar bgr = confidenceColor(confidence);
+  std_msgs::ColorRGBA rgba;
+  rgba.r = static_cast<float>(bgr[2] / 255);
+  rgba.g = static_cast<float>(bgr[1] / 255);
+  rgba.b = static_cast<float>(bgr[0] / 255);
+  rgba.a = 1;
+  return rgba;
+}
+
+visualization_msgs::Marker lines(const std_msgs::Header& header, const char* name, double width) {
+  visualization_msgs::Marker marker;
+  marker.header = header;
+  marker.ns = name;
+  marker.type = visualization_msgs::Marker::LINE_LIST;
+  marker.action = visualization_msgs::Marker::ADD;
+  marker.pose.orientation.w = 1;
+  marker.scale.x = width;
+  return marker;
+}
+
+/// The eight edges of a camera's view.
+void addFrustum(const Camera& camera, const Eigen::Isometry3d& pose, double depth, visualization_msgs::Marker& marker) {
+  const float w = static_cast<float>(camera.imageSize().width), h = static_cast<float>(camera.imageSize().height);
+  const cv::Point2f pixels[4] = {{0, 0}, {w, 0}, {w, h}, {0, h}};
+  Eigen::Vector3d corners[4];
+  for (int i = 0; i < 4; ++i) {
+    // Without the distortion: at the corners of a wide lens its inverse need not exist.
+    const CameraIntrinsics& k = camera.intrinsics();
+    corners[i] = pose * (depth * Eigen::Vector3d((pixels[i].x - k.cx) / k.fx, (pixels[i].y - k.cy) / k.fy, 1));
+  }
+  for (int i = 0; i < 4; ++i) {
+    marker.points.push_back(point(pose.translation()));
+    marker.points.push_back(point(corners[i]));
+    marker.points.push_back(point(corners[i]));
+    marker.points.push_back(point(corners[(i + 1) % 4]));
+  }
+}
+
+}  // namespace
+
+sensor_msgs::PointCloud featureMessage(const Answer& answer, FeatureLayout layout) {
+  const MatchResult& result = *answer.result;
+  const Camera& camera = answer.current->camera->camera;
+  const double seconds = answer.current->stamp() - answer.reference->stamp();
+  sensor_msgs::PointCloud cloud;
+  cloud.header = answer.current->header;
+  const std::vector<std::string> names =
+      layout == FeatureLayout::kVinsMono
+          ? std::vector<std::string>{"id", "u", "v", "velocity_x", "velocity_y"}
+          : std::vector<std::string>{"id", "camera_id", "u", "v", "velocity_x", "velocity_y", "gx", "gy", "gz"};
+  cloud.channels.resize(names.size());
+  for (size_t c = 0; c < names.size(); ++c) cloud.channels[c].name = names[c];
+  for (size_t i = 0; i < result.matches.size(); ++i) {
+    const uint32_t id = (*answer.track_ids)[i];
+    if (id == 0 || result.stage[i] != MatchStage::kInlier) continue;
+    const cv::Point2f pixel = answer.current->frame.features.keypoints[result.matches[i].current].pt;
+    const Eigen::Vector2d now = ray(camera, pixel);
+    const Eigen::Vector2d before =
+        ray(camera, answer.reference->frame.features.keypoints[result.matches[i].reference].pt);
+    const Eigen::Vector2d velocity = seconds > 0 ? Eigen::Vector2d((now - before) / seconds) : Eigen::Vector2d::Zero();
+    geometry_msgs::Point32 p;
+    p.x = static_cast<float>(now.x());
+    p.y = static_cast<float>(now.y());
+    p.z = 1;
+    cloud.points.push_back(p);
+    std::vector<float> values = {static_cast<float>(id % kFloatIds), pixel.x, pixel.y, static_cast<float>(velocity.x()),
+                                 static_cast<float>(velocity.y())};
+    if (layout == FeatureLayout::kVinsFusion) {
+      values.insert(values.begin() + 1, 0.f);
+      values.resize(names.size(), 0.f);
+    }
+    for (size_t c = 0; c < values.size(); ++c) cloud.channels[c].values.push_back(values[c]);
+  }
+  return cloud;
+}
+
+sensor_msgs::PointCloud2 pointsMessage(const Answer& answer, const Triangulation& points) {
+  sensor_msgs::PointCloud2 cloud;
+  cloud.header = answer.current->header;
+  sensor_msgs::PointCloud2Modifier modifier(cloud);
+  using sensor_msgs::PointField;
+  modifier.setPointCloud2Fields(5, "x", 1, PointField::FLOAT32, "y", 1, PointField::FLOAT32, "z", 1,
+                                PointField::FLOAT32, "intensity", 1, PointField::FLOAT32, "id", 1, PointField::UINT32);
+  modifier.resize(static_cast<size_t>(std::count(points.valid.begin(), points.valid.end(), uint8_t{1})));
+  sensor_msgs::PointCloud2Iterator<float> xyz(cloud, "x"), intensity(cloud, "intensity");
+  sensor_msgs::PointCloud2Iterator<uint32_t> id(cloud, "id");
+  const double scale = answer.pose.t.norm();
+  for (int i = 0; i < points.size(); ++i) {
+    if (!points.valid[i]) continue;
+    const Eigen::Vector3f p = (scale * points.point(i)).cast<float>();
+    std::copy(p.data(), p.data() + 3, &xyz[0]);
+    *intensity = answer.result->confidence[points.match[i]];
+    *id = (*answer.track_ids)[points.match[i]];
+    ++xyz;
+    ++intensity;
+    ++id;
+  }
+  return cloud;
+}
+
+visualization_msgs::MarkerArray markerMessage(const Answer& answer) {
+  const MatchResult& result = *answer.result;
+  const Camera& camera = answer.current->camera->camera;
+  visualization_msgs::MarkerArray message;
+  visualization_msgs::Marker flow = lines(answer.current->header, "flow", kFlowWidth);
+  for (size_t i = 0; i < result.matches.size(); ++i) {
+    if (result.stage[i] != MatchStage::kInlier) continue;
+    const Eigen::Vector2d from =
+        ray(camera, answer.reference->frame.features.keypoints[result.matches[i].reference].pt);
+    const Eigen::Vector2d to = ray(camera, answer.current->frame.features.keypoints[result.matches[i].current].pt);
+    flow.points.push_back(point(from.homogeneous()));
+    flow.points.push_back(point(to.homogeneous()));
+    flow.colors.resize(flow.points.size(), color(result.confidence[i]));
+  }
+  message.markers.push_back(flow);
+  if (!answer.poseValid()) return message;
+
+  Eigen::Isometry3d reference = Eigen::Isometry3d::Identity();
+  reference.linear() = answer.pose.R.transpose();
+  reference.translation() = -(answer.pose.R.transpose() * answer.pose.t);
+  const double step = answer.pose.t.norm() > 0 ? answer.pose.t.norm() : 1;
+  visualization_msgs::Marker current_view = lines(answer.current->header, "current", 0.02 * step);
+  current_view.color = color(1);
+  addFrustum(camera, Eigen::Isometry3d::Identity(), kFrustumDepth * step, current_view);
+  visualization_msgs::Marker reference_view = lines(answer.current->header, "reference", 0.02 * step);
+  reference_view.color = color(0);
+  addFrustum(camera, reference, kFrustumDepth * step, reference_view);
+  message.markers.push_back(current_view);
+  message.markers.push_back(reference_view);
+  return message;
+}
+
+PointOutputs::PointOutputs(ros::NodeHandle& outputs, const Parameters& parameters,
+                           const ros::SubscriberStatusCallback& changed)
+    : layout_(parameters.feature_layout) {
+  features_ = outputs.advertise<sensor_msgs::PointCloud>("features", kPublisherQueue, changed, changed);
+  points_ = outputs.advertise<sensor_msgs::PointCloud2>("inlier_points", kPublisherQueue, changed, changed);
+  markers_ = outputs.advertise<visualization_msgs::MarkerArray>("match_markers", kPublisherQueue, changed, changed);
+}
+
+int PointOutputs::listeners() const {
+  return static_cast<int>(features_.getNumSubscribers() + points_.getNumSubscribers() + markers_.getNumSubscribers());
+}
+
+void PointOutputs::publish(const Answer& answer) {
+  if (answer.result == nullptr || answer.result->inliers == 0 || !answer.current->camera->camera.calibrated()) return;
+  if (features_.getNumSubscribers() > 0) {
+    features_.publish(boost::make_shared<sensor_msgs::PointCloud>(featureMessage(answer, layout_)));
+  }
+  if (points_.getNumSubscribers() > 0 && answer.status == Status::kOk) {
+    triangulateInliers(answer.reference->frame.features, answer.current->frame.features, *answer.result,
+                       answer.current->camera->camera, triangulation_);
+    points_.publish(boost::make_shared<sensor_msgs::PointCloud2>(pointsMessage(answer, triangulation_)));
+  }
+  if (markers_.getNumSubscribers() > 0) {
+    markers_.publish(boost::make_shared<visualization_msgs::MarkerArray>(markerMessage(answer)));
+  }
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,187 @@
+#!/usr/bin/env python3
+"""Track ids, features in both VINS layouts, triangulated points, markers, scale, pairs, services and diagnostics."""
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+import sensor_msgs.point_cloud2
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from gms_ransac.msg import MatchStats
+from sensor_msgs.msg import Image, PointCloud, PointCloud2
+from std_msgs.msg import Bool
+from std_srvs.srv import SetBool, Trigger
+from visualization_msgs.msg import MarkerArray
+
+from graph import Client, K, Scene, camera_info, degrees_between, image_message, vector
+
+STEP = np.array((0.15, 0.05, 0.0))
+
+
+class Outputs(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.scene = Scene()
+        cls.frames = [cls.scene.draw(t=STEP * i) for i in range(5)]
+
+    def client(self, name):
+        return Client(name, name + "/image", name + "/camera_info")
+
+    def send_all(self, client, start=100.0):
+        for i, frame in enumerate(self.frames):
+            answer = client.ask(frame, start + 0.1 * i)
+        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+        return [client.correspondence(start + 0.1 * i) for i in range(1, len(self.frames))]
+
+    def test_track_ids_persist(self):
+        pairs = self.send_all(self.client("mono").connect())
+        for before, after in zip(pairs, pairs[1:]):
+            self.assertEqual(before.header.stamp, after.reference_header.stamp)
+            where = {i: p for i, p in zip(before.track_id, np.reshape(before.current_points, (-1, 2))) if i}
+            ids = [i for i in after.track_id if i]
+            self.assertEqual(len(ids), len(set(ids)), "one feature, one id")
+            shared = [(where[i], p) for i, p in zip(after.track_id, np.reshape(after.reference_points, (-1, 2))) if i in where]
+            self.assertGreater(len(shared), 100)
+            for was, is_now in shared:
+                self.assertTrue(np.allclose(was, is_now), "the same keypoint")
+        self.assertGreaterEqual(max(pairs[-1].track_length), 4)
+        self.assertGreaterEqual(min(n for i, n in zip(pairs[-1].track_id, pairs[-1].track_length) if i), 2)
+
+    def check_features(self, name, names):
+        client, clouds = self.client(name), []
+        client.subscribe("features", PointCloud, clouds)
+        pairs = self.send_all(client.connect(), 200.0)
+        client.wait(lambda: len(clouds) == len(pairs), "features of every pair")
+        for cloud, pair in zip(clouds, pairs):
+            self.assertEqual([c.name for c in cloud.channels], names)
+            columns = {c.name: np.array(c.values) for c in cloud.channels}
+            for values in columns.values():
+                self.assertEqual(len(values), len(cloud.points))
+            tracked = np.array(pair.track_id) > 0
+            self.assertTrue(np.array_equal(columns["id"], np.array(pair.track_id)[tracked]))
+            pixels = np.reshape(pair.current_points, (-1, 2))[tracked]
+            before = np.reshape(pair.reference_points, (-1, 2))[tracked]
+            self.assertTrue(np.allclose(np.column_stack([columns["u"], columns["v"]]), pixels))
+            points = np.array([(p.x, p.y, p.z) for p in cloud.points])
+            self.assertTrue(np.all(points[:, 2] == 1), "VINS-Mono stops when z is not exactly 1")
+            ideal = (pixels - K[:2, 2]) / K[0, 0]
+            self.assertTrue(np.allclose(points[:, :2], ideal, atol=1e-5))
+            velocity = np.column_stack([columns["velocity_x"], columns["velocity_y"]])
+            self.assertTrue(np.allclose(velocity, (pixels - before) / K[0, 0] / 0.1, atol=1e-3))
+        return clouds
+
+    def test_features_for_vins_mono(self):
+        self.check_features("mono", ["id", "u", "v", "velocity_x", "velocity_y"])
+
+    def test_features_for_vins_fusion(self):
+        clouds = self.check_features("fusion", ["id", "camera_id", "u", "v", "velocity_x", "velocity_y", "gx", "gy", "gz"])
+        self.assertEqual(set(clouds[-1].channels[1].values), {0.0})
+
+    def test_points_lie_on_the_boards(self):
+        client, clouds, markers = self.client("fusion"), [], []
+        client.subscribe("inlier_points", PointCloud2, clouds)
+        client.subscribe("match_markers", MarkerArray, markers)
+        self.send_all(client.connect(), 300.0)
+        client.wait(lambda: len(clouds) == 4 and len(markers) == 4, "points and markers of every pair")
+        depths = np.array([board[0] for board in self.scene.boards])
+        for cloud in clouds:
+            self.assertEqual([f.name for f in cloud.fields], ["x", "y", "z", "intensity", "id"])
+            points = np.array(list(sensor_msgs.point_cloud2.read_points(cloud, ("x", "y", "z", "intensity"))))
+            self.assertGreater(len(points), 100)
+            # ~scale fixed holds the true step, so depths are metres.
+            off = np.min(np.abs(points[:, 2:3] / depths - 1), axis=1)
+            self.assertLess(np.median(off), 0.03)
+            self.assertTrue(np.all((points[:, 3] >= 0) & (points[:, 3] <= 1)))
+        self.assertEqual([m.ns for m in markers[-1].markers], ["flow", "current", "reference"])
+        self.assertEqual(len(markers[-1].markers[0].points), len(markers[-1].markers[0].colors))
+
+    def depth_frame(self, t):
+        """Exact depth along the optical axis, metres: boards are painted in order, so the last one wins."""
+        depth = np.zeros((480, 640), np.float32)
+        v, u = np.mgrid[0:480, 0:640]
+        for z, left, top, side in self.scene.boards:
+            x, y = (u - K[0, 2]) / K[0, 0] * z + t[0], (v - K[1, 2]) / K[1, 1] * z + t[1]
+            depth[(x >= left) & (x < left + side) & (y >= top) & (y < top + side)] = z
+        return depth
+
+    def check_depth(self, encoding, start):
+        client = self.client("depth")
+        depth = rospy.Publisher("depth/depth", Image, queue_size=10)
+        client.connect()
+        client.wait(depth.get_num_connections, "the filter to subscribe to depth")
+        for i, frame in enumerate(self.frames):
+            metres = self.depth_frame(STEP * i)
+            pixels = metres if encoding == "32FC1" else (1000 * metres).astype(np.uint16)
+            depth.publish(image_message(pixels, start + 0.1 * i + 0.004, encoding=encoding))
+            client.send(frame, start + 0.1 * i)
+        client.wait(lambda: [m for m in client.correspondences if m.header.stamp.to_sec() > start + 0.25], "pairs with depth")
+        lengths = []
+        for message in client.correspondences:
+            if message.header.stamp.to_sec() > start and message.pose_valid:
+                self.assertTrue(message.metric_scale)
+                position = vector(message.current_in_reference.pose.position)
+                lengths.append(np.linalg.norm(position))
+                self.assertLess(degrees_between(position, STEP), 3)
+        self.assertGreater(len(lengths), 1)
+        self.assertLess(abs(np.median(lengths) / np.linalg.norm(STEP) - 1), 0.02)
+
+    def test_depth_in_metres(self):
+        self.check_depth("32FC1", 400.0)
+
+    def test_depth_in_millimetres(self):
+        self.check_depth("16UC1", 500.0)
+
+    def test_pairs(self):
+        client = Client("pair", "pair/current", "pair/camera_info")
+        reference = rospy.Publisher("pair/reference", Image, queue_size=10)
+        client.connect()
+        client.wait(reference.get_num_connections, "the filter to subscribe to the reference")
+        for i in range(3):
+            stamp = 600 + i
+            reference.publish(image_message(self.frames[0], stamp))
+            client.send(self.frames[1 + i], stamp + 0.005)
+        reference.publish(image_message(self.frames[0], 604))  # lets the synchroniser settle what came before
+        client.send(self.frames[1], 604.0)
+        client.answer(3, "pairs")
+        for message in client.correspondences[:3]:
+            self.assertAlmostEqual((message.header.stamp - message.reference_header.stamp).to_sec(), 0.005, 3)
+            self.assertLess(degrees_between(vector(message.current_in_reference.pose.position), STEP), 5)
+
+    def test_reset_and_pause(self):
+        client, restarts = self.client("mono"), []
+        client.subscribe("restart", Bool, restarts)
+        self.send_all(client.connect(), 700.0)
+        last_id = max(client.correspondences[-1].track_id)
+        for service in ("reset", "pause"):
+            rospy.wait_for_service("mono/" + service)
+        self.assertTrue(rospy.ServiceProxy("mono/reset", Trigger)().success)
+        answer = client.ask(self.frames[0], 701.0)
+        self.assertEqual(answer.status, MatchStats.FIRST_FRAME)
+        client.wait(lambda: restarts and restarts[-1].data, "~restart")
+        client.ask(self.frames[1], 701.1)
+        self.assertGreater(min(i for i in client.correspondence(701.1).track_id if i), last_id, "ids are not used twice")
+
+        pause = rospy.ServiceProxy("mono/pause", SetBool)
+        self.assertTrue(pause(True).success)
+        client.wait(lambda: client.image.get_num_connections() == 0, "the end of the subscription")
+        self.assertTrue(pause(False).success)
+        client.wait(lambda: client.image.get_num_connections() == 1, "the subscription")
+        self.assertEqual(client.ask(self.frames[1], 702.0).status, MatchStats.FIRST_FRAME)
+
+    def test_diagnostics(self):
+        client, reports = self.client("fusion"), []
+        client.subscribers.append(rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: reports.extend(m.status)))
+        self.send_all(client.connect(), 800.0)
+
+        def report(task, condition):
+            return lambda: [s for s in reports if s.name.endswith(task) and "fusion" in s.name and condition(s)]
+
+        client.wait(report("matches", lambda s: "agree" in s.message and any(v.key == "inlier ratio" for v in s.values)), "matches")
+        client.wait(report("timing", lambda s: {"rate (Hz)", "latency (ms)", "dropped"} <= {v.key for v in s.values}), "timing")
+        client.wait(report("input", lambda s: "/fusion/image" in s.message and s.level == 1), "the silent topic's name")
+
+
+if __name__ == "__main__":
+    rospy.init_node("outputs_test")
+    rostest.rosrun("gms_ransac", "outputs", Outputs)

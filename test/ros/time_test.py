@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+"""A simulated clock that restarts, gaps, late images, and exact pairing of camera_info through all of it."""
+import unittest
+
+import rospy
+import rostest
+from gms_ransac.msg import MatchStats
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Bool
+
+from graph import Client, Scene
+
+
+class Time(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.clock = rospy.Publisher("/clock", Clock, queue_size=10, latch=True)
+        scene = Scene()
+        cls.frames = [scene.draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(4)]
+
+    def play(self, client, start, count=4, offset=0.0):
+        """Clock and images as `rosbag play --clock` sends them; returns the statuses."""
+        statuses = []
+        for i in range(count):
+            self.clock.publish(Clock(rospy.Time.from_sec(start + 0.1 * i)))
+            client.wait(lambda: abs(rospy.get_time() - start - 0.1 * i) < 1e-6, "the clock")
+            statuses.append(client.ask(self.frames[i], start + 0.1 * i - offset).status)
+        return statuses
+
+    def check(self, name, base):
+        client, restarts = Client(name, name + "/image", name + "/camera_info"), []
+        client.subscribe("restart", Bool, restarts)
+        client.connect()
+        ok = MatchStats.OK
+        first = self.play(client, base)
+        self.assertEqual(first[1:], [ok] * 3)
+        # The bag starts again: stamps and clock go back.
+        again = self.play(client, base)
+        self.assertEqual(again, [MatchStats.TIME_RESET] + [ok] * 3)
+        client.wait(lambda: restarts, "~restart")
+        resets = client.stats[-1].resets
+        # Five seconds without an image.
+        self.assertEqual(self.play(client, base + 5), [MatchStats.TIME_RESET] + [ok] * 3)
+        self.assertEqual(client.stats[-1].resets, resets + 1)
+        # An image that was overtaken is dropped, and the next one compared with the last in order.
+        answer = client.ask(self.frames[1], base + 5.15)
+        self.assertEqual(answer.status, MatchStats.BAD_IMAGE)
+        self.assertIn("out of order", answer.status_text)
+        self.assertEqual(client.ask(self.frames[2], base + 5.4).status, ok)
+
+    def test_latest_camera_info(self):
+        self.check("latest", 1000.0)
+
+    def test_exact_camera_info(self):
+        self.check("exact", 500.0)
+
+
+if __name__ == "__main__":
+    rospy.init_node("time_test")
+    rostest.rosrun("gms_ransac", "time", Time)
