@@ -1,0 +1,151 @@
+// camera_info -> camera: region of interest, binning, every distortion model, K or P, and what is refused with a
+// sentence.
+#include "camera_model.h"
+
+#include <gtest/gtest.h>
+#include <boost/make_shared.hpp>
+#include <opencv2/calib3d.hpp>
+
+namespace gms_ransac {
+namespace {
+
+sensor_msgs::CameraInfo calibrated(uint32_t width = 640, uint32_t height = 480) {
+  sensor_msgs::CameraInfo info;
+  info.width = width;
+  info.height = height;
+  info.distortion_model = "plumb_bob";
+  info.D.assign(5, 0);
+  info.K = {500, 0, 321, 0, 502, 243, 0, 0, 1};
+  info.P = {480, 0, 310, 0, 0, 481, 250, 0, 0, 0, 1, 0};
+  return info;
+}
+
+std::shared_ptr<const CameraModel> model(const sensor_msgs::CameraInfo& info, cv::Size size,
+                                         Rectified rectified = Rectified::kNo, const std::string& topic = "/image") {
+  Parameters parameters;
+  parameters.input_is_rectified = rectified;
+  return CameraModelSource(parameters, topic, "/camera_info")
+      .get(boost::make_shared<sensor_msgs::CameraInfo>(info), size);
+}
+
+void expectIntrinsics(const CameraModel& model, double fx, double fy, double cx, double cy) {
+  ASSERT_EQ(model.problem, "");
+  const CameraIntrinsics& k = model.camera.intrinsics();
+  EXPECT_DOUBLE_EQ(k.fx, fx);
+  EXPECT_DOUBLE_EQ(k.fy, fy);
+  EXPECT_DOUBLE_EQ(k.cx, cx);
+  EXPECT_DOUBLE_EQ(k.cy, cy);
+}
+
+TEST(CameraModel, ShiftsThePrincipalPointToTheRegionOfInterest) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.roi.x_offset = 100;
+  info.roi.y_offset = 60;
+  info.roi.width = 400;
+  info.roi.height = 300;
+  expectIntrinsics(*model(info, {400, 300}), 500, 502, 221, 183);
+  expectIntrinsics(*model(info, {400, 300}, Rectified::kYes), 480, 481, 210, 190);
+}
+
+TEST(CameraModel, DividesByTheBinning) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.binning_x = 2;
+  info.binning_y = 4;
+  expectIntrinsics(*model(info, {320, 120}), 250, 125.5, 160.5, 60.75);
+}
+
+TEST(CameraModel, CutsTheRegionBeforeItBins) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.roi.x_offset = 100;
+  info.roi.y_offset = 60;
+  info.roi.width = 400;
+  info.roi.height = 300;
+  info.binning_x = info.binning_y = 2;
+  expectIntrinsics(*model(info, {200, 150}), 250, 251, 110.5, 91.5);
+}
+
+TEST(CameraModel, TheSizeMustBeThatOfTheRegionOrTheBinnedImage) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.binning_x = info.binning_y = 2;
+  const auto wrong = model(info, {640, 480});
+  EXPECT_FALSE(wrong->camera.calibrated());
+  EXPECT_NE(wrong->problem.find("is for 320x240 images, but the image is 640x480"), std::string::npos)
+      << wrong->problem;
+}
+
+/// Undistorted pixels of the model against OpenCV's, on a grid over a 640x480 image.
+template <typename Reference>
+void expectUndistorts(const CameraModel& model, const Reference& reference) {
+  ASSERT_EQ(model.problem, "");
+  EXPECT_FALSE(model.rectified);
+  std::vector<cv::Point2d> pixels, expected;
+  for (double y = 20; y <= 460; y += 20) {
+    for (double x = 20; x <= 620; x += 20) pixels.emplace_back(x, y);
+  }
+  reference(pixels, expected);
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    const cv::Point2f got = model.camera.undistort(cv::Point2f(pixels[i]));
+    EXPECT_NEAR(got.x, expected[i].x, 0.01) << pixels[i];
+    EXPECT_NEAR(got.y, expected[i].y, 0.01) << pixels[i];
+  }
+}
+
+const cv::Matx33d kMatrix(500, 0, 321, 0, 502, 243, 0, 0, 1);
+
+void expectLikeOpenCv(const sensor_msgs::CameraInfo& info) {
+  expectUndistorts(*model(info, {640, 480}, Rectified::kAuto), [&](const auto& pixels, auto& expected) {
+    cv::undistortPoints(pixels, expected, kMatrix, info.D, cv::noArray(), kMatrix,
+                        cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-10));
+  });
+}
+
+TEST(CameraModel, RationalPolynomial) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.distortion_model = "rational_polynomial";
+  info.D = {0.4, 0.1, 1e-4, -1e-4, 0.01, 0.7, 0.2, 0.03};
+  expectLikeOpenCv(info);
+}
+
+TEST(CameraModel, PlumbBobAndItsOtherName) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.D = {-0.28, 0.074, 0.0002, 0.00002, 0};
+  expectLikeOpenCv(info);
+  info.distortion_model = "radtan";
+  info.D.resize(4);
+  expectLikeOpenCv(info);
+}
+
+TEST(CameraModel, EquidistantAndItsOtherName) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.D = {-0.0066, 0.044, -0.042, 0.0077};
+  for (const char* name : {"equidistant", "fisheye"}) {
+    info.distortion_model = name;
+    expectUndistorts(*model(info, {640, 480}, Rectified::kAuto), [&](const auto& pixels, auto& expected) {
+      cv::fisheye::undistortPoints(pixels, expected, kMatrix, info.D, cv::noArray(), kMatrix);
+    });
+  }
+}
+
+TEST(CameraModel, RefusesAModelItDoesNotKnowAndSaysWhere) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.distortion_model = "omnidirectional";
+  info.D = {0.1, 0.1, 0, 0, 0};
+  const auto refused = model(info, {640, 480});
+  EXPECT_FALSE(refused->camera.calibrated());
+  EXPECT_NE(refused->problem.find("/camera_info"), std::string::npos) << refused->problem;
+  EXPECT_NE(refused->problem.find("omnidirectional"), std::string::npos) << refused->problem;
+}
+
+TEST(CameraModel, RectifiedImagesAreDescribedByP) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.D = {0.1, 0, 0, 0, 0};
+  expectIntrinsics(*model(info, {640, 480}, Rectified::kAuto, "/camera/image_rect"), 480, 481, 310, 250);
+  expectIntrinsics(*model(info, {640, 480}, Rectified::kAuto, "/direct/image_raw"), 500, 502, 321, 243);
+  info.K.fill(0);  // as kitti2bag leaves it
+  const auto from_p = model(info, {640, 480}, Rectified::kAuto, "/kitti/image_raw");
+  expectIntrinsics(*from_p, 480, 481, 310, 250);
+  EXPECT_TRUE(from_p->rectified);
+}
+
+}  // namespace
+}  // namespace gms_ransac
