@@ -163,6 +163,18 @@ TEST_P(EveryMethod, FindsNothingInDegenerateData) {
   }
 }
 
+TEST_P(EveryMethod, RefusesSupportFromTooFewPlacesToCheckIt) {
+  TwoViewSceneOptions scene;
+  scene.outlier_ratio = 0.1;
+  TwoViewScene pair = makeTwoViewScene(scene);
+  for (const int cells : {6, 7}) {
+    for (int i = 0; i < pair.pairs.size(); ++i) pair.pairs.cell[i] = i % cells;
+    const RobustResult result = estimate(GetParam(), optionsFor(ModelType::kEssential), pair);
+    EXPECT_EQ(result.model_found, cells == 7) << cells << " cells";
+    EXPECT_EQ(result.inlier_count > 0, cells == 7) << cells << " cells";
+  }
+}
+
 TEST_P(EveryMethod, FallsBackToTheFundamentalMatrixWithoutACamera) {
   const TwoViewScene pair = makeTwoViewScene({});
   RobustResult result;
