@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Draws the paper's Figures 5, 6, 8 and 9 from the CSV files that `evaluate tables` wrote: plot_tables.py FOLDER"""
+"""Draws the paper's Figures 5, 6, 8 and 9 from the folder that `evaluate tables` wrote, or success and effort against the
+outlier ratio from the CSV file that `evaluate sweep` wrote: plot_tables.py FOLDER|SWEEP.csv"""
 import csv
 import os
 import sys
@@ -13,9 +14,13 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (the backend has to be chosen first)
 
 
-def read(folder, name):
-    with open(os.path.join(folder, name + ".csv"), newline="") as stream:
+def read_file(path):
+    with open(path, newline="") as stream:
         return list(csv.DictReader(stream))
+
+
+def read(folder, name):
+    return read_file(os.path.join(folder, name + ".csv"))
 
 
 def groups(rows, *keys):
@@ -30,8 +35,9 @@ def column(rows, key):
     return [float(row[key]) for row in rows]
 
 
-def line(axis, rows, x, label, value, low=None, high=None):
-    drawn, = axis.plot(column(rows, x), column(rows, value), marker="o", markersize=3, linewidth=1.2, label=label)
+def line(axis, rows, x, label, value, low=None, high=None, **style):
+    drawn, = axis.plot(column(rows, x), column(rows, value), marker="o", markersize=3, linewidth=1.2, label=label,
+                       **style)
     if low:
         axis.fill_between(column(rows, x), column(rows, low), column(rows, high), alpha=0.12, color=drawn.get_color())
 
@@ -95,11 +101,38 @@ def figures8_9(folder):
         save(figure, folder, name)
 
 
+def sweep(path):
+    """Uniform sampling dashed, confidence order solid; methods with the same curves share one line and label."""
+    curves = OrderedDict()
+    for (method,), rows in groups(read_file(path), "method").items():
+        curve = tuple((row["success_rate"], row["hypotheses"]) for row in rows)
+        curves.setdefault(curve, []).append((method, rows))
+    figure, axes = grid_of(2, 1)
+    for number, same in enumerate(curves.values()):
+        label = ", ".join(method for method, _ in same)
+        rows = same[0][1]
+        style = {"linestyle": "--" if rows[0]["order"] == "uniform" else "-", "color": plt.get_cmap("tab20")(number % 20)}
+        line(axes[0][0], rows, "outlier_ratio", label, "success_rate", **style)
+        line(axes[0][1], rows, "outlier_ratio", label, "hypotheses", **style)
+    axes[0][0].set_ylabel("success rate", fontsize=8)
+    axes[0][1].set_ylabel("hypotheses drawn, median", fontsize=8)
+    axes[0][1].set_yscale("log")
+    for axis in axes[0]:
+        axis.set_xlabel("outlier ratio", fontsize=8)
+    axes[0][1].legend(fontsize=6, loc="center left", bbox_to_anchor=(1.02, 0.5))
+    folder, name = os.path.split(os.path.splitext(path)[0])
+    save(figure, folder, name)
+
+
 def main():
     if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
         print(__doc__)
         return 0 if sys.argv[1:] and sys.argv[1] in ("-h", "--help") else 2
     try:
+        if os.path.isfile(sys.argv[1]):
+            sweep(sys.argv[1])
+            print("wrote %s.png" % os.path.splitext(sys.argv[1])[0])
+            return 0
         figure5(sys.argv[1])
         figure6(sys.argv[1])
         figures8_9(sys.argv[1])

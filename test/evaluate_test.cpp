@@ -90,6 +90,8 @@ TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
       {"run " + path("set"), "a.png: cannot be read as an image"},
       {"run " + path("broken"), "camera.txt:1: 'x' is not a finite number"},
       {"run " + path("set") + " --method nonsense", "unknown method 'nonsense'"},
+      {"run " + path("set") + " --method fast,nonsense", "unknown method 'nonsense'"},
+      {"sweep --method cp_ransac,nonsense", "unknown method 'nonsense'"},
       {"run " + path("set") + " --model sphere", "unknown model 'sphere'"},
       {"run " + path("set") + " --gap 0", "--gap must be at least 1"},
       {"run " + path("set") + " --features 0", "features"},
@@ -125,7 +127,7 @@ TEST_F(EvaluateTest, RecordsFollowTheFormatAndTheTruth) {
   writePlane(4, kStep);
   const std::string command =
       "run " + path("set") +
-      " --method gms_ransac --method cp_ransac --model homography --features 800 --repeat 2 --seed 5 --out ";
+      " --method gms_ransac,cp_ransac --model homography --features 800 --repeat 2 --seed 5 --out ";
   const Outcome outcome = evaluate(command + path("a.jsonl"));
   ASSERT_EQ(outcome.status, 0) << outcome.text;
   const auto records = readLines(path("a.jsonl"));

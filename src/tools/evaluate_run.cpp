@@ -98,10 +98,10 @@ int evaluateRun(const Arguments& arguments) {
         if (records) *records << toJsonLine(record) << '\n';
         outcomes[record.context.method].push_back(outcomeOf(record));
       });
+      if (records && !records->flush()) throw std::runtime_error(run.out + ": writing failed; is the disk full?");
       progress.advance();
     }
   }
-  if (records && !records->flush()) throw std::runtime_error(run.out + ": writing failed; is the disk full?");
 
   std::vector<std::pair<std::string, Summary>> rows;
   for (const std::string& method : run.pipeline.methodNames()) rows.emplace_back(method, summarize(outcomes[method]));

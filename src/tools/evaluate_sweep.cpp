@@ -8,7 +8,9 @@
 
 #include "evaluate_commands.h"
 #include "outlier_sweep.h"
+#include "pipeline_options.h"
 #include "program.h"
+#include "tables_folder.h"
 
 namespace gms_ransac {
 
@@ -18,12 +20,13 @@ namespace po = boost::program_options;
 
 std::string toCsv(const std::vector<OutlierSweepRow>& rows) {
   std::ostringstream csv;
-  csv << "method,outlier_ratio,trials,success_rate,hypotheses,models_scored,point_evaluations,milliseconds,"
+  csv << "method,order,outlier_ratio,trials,success_rate,hypotheses,models_scored,point_evaluations,milliseconds,"
          "precision,recall\n";
   for (const OutlierSweepRow& row : rows) {
-    csv << row.method << ',' << row.outlier_ratio << ',' << row.trials << ','
-        << static_cast<double>(row.successes) / row.trials << ',' << row.hypotheses << ',' << row.models_scored << ','
-        << row.point_evaluations << ',' << row.milliseconds << ',' << row.precision << ',' << row.recall << '\n';
+    const bool ordered = findMethod(row.method).ordering != OrderingChoice::kNone;
+    csv << row.method << ',' << (ordered ? "confidence" : "uniform") << ',' << row.outlier_ratio << ',' << row.trials
+        << ',' << static_cast<double>(row.successes) / row.trials << ',' << row.hypotheses << ',' << row.models_scored
+        << ',' << row.point_evaluations << ',' << row.milliseconds << ',' << row.precision << ',' << row.recall << '\n';
   }
   return csv.str();
 }
@@ -36,7 +39,7 @@ int evaluateSweep(const Arguments& arguments) {
   po::options_description options("Options");
   auto add = options.add_options();
   add("help,h", "this text");
-  add("method,m", po::value(&sweep.methods)->composing(), "method, several allowed; all without");
+  add("method,m", po::value(&sweep.methods)->composing(), "method, or several with commas between; all without");
   add("model", po::value(&model)->default_value(model), "essential or fundamental");
   add("matches", po::value(&sweep.matches)->default_value(sweep.matches), "per trial");
   add("noise", po::value(&sweep.noise)->default_value(sweep.noise), "of the current points, pixels");
@@ -49,7 +52,8 @@ int evaluateSweep(const Arguments& arguments) {
   add("quality", po::value(&sweep.robust.quality), "ordered methods: score, support, distance or ratio");
   add("refine", po::value(&sweep.robust.refine)->default_value(sweep.robust.refine), "0: textbook");
   add("seed", po::value(&sweep.robust.seed)->default_value(sweep.robust.seed), "same seed, same result");
-  add("out,o", po::value(&out), "file for the table, CSV; standard output without");
+  add("out,o", po::value(&out), "file for the table, CSV, with the plot beside it; standard output without");
+  add("no-plots", "only CSV");
   po::variables_map given;
   po::store(po::command_line_parser(arguments).options(options).positional(po::positional_options_description()).run(),
             given);
@@ -61,6 +65,7 @@ int evaluateSweep(const Arguments& arguments) {
               << options;
     return 0;
   }
+  sweep.methods = parseMethodNames(sweep.methods);
   sweep.robust.model = parseModelType(model);
   if (sweep.robust.model == ModelType::kHomography) {
     throw std::invalid_argument("--model is 'homography'; the scene is no plane: it must be essential or fundamental");
@@ -71,9 +76,13 @@ int evaluateSweep(const Arguments& arguments) {
     file.open(out);
     if (!file) throw std::invalid_argument("cannot write " + out);
   }
-  Progress progress("trials", sweepLength(sweep));
-  const std::string csv = toCsv(sweepOutliers(sweep, [&] { progress.advance(); }));
-  (out.empty() ? std::cout : file) << csv;
+  std::string csv;
+  {
+    Progress progress("trials", sweepLength(sweep));
+    csv = toCsv(sweepOutliers(sweep, [&] { progress.advance(); }));
+  }
+  if (!((out.empty() ? std::cout : file) << csv).flush()) throw std::runtime_error(out + ": writing failed");
+  if (!out.empty() && !given.count("no-plots")) plotTables(out);
   return 0;
 }
 

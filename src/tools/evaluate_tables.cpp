@@ -51,13 +51,6 @@ Shard parseShard(const std::string& text) {
   return shard;
 }
 
-std::vector<std::string> splitAtCommas(const std::string& text) {
-  std::vector<std::string> parts;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
-  return parts;
-}
-
 int parsePreset(const std::string& text) {
   std::istringstream stream(text);
   int preset = 0;
@@ -101,7 +94,7 @@ po::options_description describe(TablesArguments& tables) {
 
 /// Methods beside cp_ransac: those asked for, else the paper's two baselines and the package's own.
 std::vector<std::string> comparedMethods(const PipelineArguments& pipeline) {
-  std::vector<std::string> wanted = pipeline.methods;
+  std::vector<std::string> wanted = parseMethodNames(pipeline.methods);
   if (wanted.empty()) {
     for (const Method& method : methods()) {
       const std::string name = method.name;
@@ -110,7 +103,6 @@ std::vector<std::string> comparedMethods(const PipelineArguments& pipeline) {
   }
   std::vector<std::string> others;
   for (const std::string& name : wanted) {
-    findMethod(name);
     if (name != "cp_ransac") others.push_back(name);
   }
   return others;

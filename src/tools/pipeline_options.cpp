@@ -14,7 +14,7 @@ void PipelineArguments::addTo(po::options_description& description) {
   MotionStatisticsOptions& gms = base.motion_statistics;
   RobustOptions& robust = base.robust;
   auto add = description.add_options();
-  add("method,m", po::value(&methods)->composing(), "method, several allowed (see evaluate --list)");
+  add("method,m", po::value(&methods)->composing(), "method, or several with commas between (see evaluate --list)");
   add("model", po::value(&model)->default_value(model), "essential, fundamental or homography");
   add("extractor", po::value(&extractor.extractor)->default_value(extractor.extractor), "fast or opencv");
   add("features", po::value(&extractor.features)->default_value(extractor.features), "keypoints asked for per image");
@@ -74,8 +74,23 @@ MatchFilterOptions PipelineArguments::options(const std::string& method) const {
 
 std::vector<std::string> PipelineArguments::methodNames() const {
   if (methods.empty()) return {base.method};
-  for (const std::string& name : methods) findMethod(name);
-  return methods;
+  return parseMethodNames(methods);
+}
+
+std::vector<std::string> splitAtCommas(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  return parts;
+}
+
+std::vector<std::string> parseMethodNames(const std::vector<std::string>& given) {
+  std::vector<std::string> names;
+  for (const std::string& list : given) {
+    if (list.empty()) findMethod(list);  // complains with the list of known names
+    for (const std::string& name : splitAtCommas(list)) names.push_back(findMethod(name).name);
+  }
+  return names;
 }
 
 std::string methodTable() {

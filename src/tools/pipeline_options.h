@@ -12,7 +12,7 @@ namespace gms_ransac {
 
 /// What the user asked for; `options(method)` is what the pipeline gets.
 struct PipelineArguments {
-  std::vector<std::string> methods;  ///< empty: the default method
+  std::vector<std::string> methods;  ///< names or comma lists of names; empty: the default method
   std::string model = "essential";
   std::string grid;  ///< "COLUMNSxROWS"; "": the method's own
   std::string acceptance = "own", distance_reading = "displacement";
@@ -26,6 +26,12 @@ struct PipelineArguments {
   MatchFilterOptions options(const std::string& method) const;
   std::vector<std::string> methodNames() const;
 };
+
+/// "a,b,c" -> a, b, c.
+std::vector<std::string> splitAtCommas(const std::string& text);
+
+/// Names given one by one, as comma lists or both, in order. Throws std::invalid_argument for one that is unknown.
+std::vector<std::string> parseMethodNames(const std::vector<std::string>& given);
 
 /// The table of methods as text, for `evaluate --list`.
 std::string methodTable();

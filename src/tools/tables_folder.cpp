@@ -113,7 +113,7 @@ std::vector<Measurement> TablesFolder::read() const {
   return measurements;
 }
 
-void plotTables(const std::string& folder) {
+void plotTables(const std::string& folder_or_sweep) {
   const std::string script = plotScript();
   if (script.empty()) {
     std::fprintf(stderr, "no plots: %s is not installed beside this program\n", kPlotScript);
@@ -122,7 +122,7 @@ void plotTables(const std::string& folder) {
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child == 0) {
-    execl(script.c_str(), script.c_str(), folder.c_str(), static_cast<char*>(nullptr));
+    execl(script.c_str(), script.c_str(), folder_or_sweep.c_str(), static_cast<char*>(nullptr));
     _exit(127);
   }
   int status = 0;

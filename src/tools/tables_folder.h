@@ -46,8 +46,8 @@ class TablesFolder {
   std::set<int> done_;
 };
 
-/// Draws the figures of a folder of tables with the installed plotting script; a script that is missing or fails only
-/// costs a line on stderr.
-void plotTables(const std::string& folder);
+/// Draws the figures of a folder of tables, or of the CSV file of a sweep, with the installed plotting script; a script
+/// that is missing or fails only costs a line on stderr.
+void plotTables(const std::string& folder_or_sweep);
 
 }  // namespace gms_ransac
