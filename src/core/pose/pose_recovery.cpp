@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
@@ -18,6 +19,12 @@ namespace {
 /// A translation below this share of the plane's distance is none: at a focal length of 500 px it moves points by a
 /// tenth of a pixel.
 constexpr double kSmallestTranslation = 2e-4;
+
+/// In the least-squares sense.
+Eigen::Matrix3d nearestOrthogonal(const Eigen::Matrix3d& matrix) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * svd.matrixV().transpose();
+}
 
 }  // namespace
 
@@ -100,7 +107,11 @@ void PoseRecovery::collectInliers(const PointPairs& pairs, const Eigen::Matrix3d
 }
 
 void PoseRecovery::proposeFromEssential(const Eigen::Matrix3d& E) {
-  const EssentialDecomposition parts = decomposeEssential(E * (std::sqrt(2.0) / E.norm()));
+  // The closed form needs the constraints of an essential matrix, which a fundamental matrix between two calibrations
+  // breaks by far and the root of a five-point polynomial by its rounding: take the nearest matrix that meets them.
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(E, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d nearest = svd.matrixU() * Eigen::Vector3d(1, 1, 0).asDiagonal() * svd.matrixV().transpose();
+  const EssentialDecomposition parts = decomposeEssential(nearest);
   for (const Eigen::Matrix3d& R : {parts.R1, parts.R2}) {
     candidates_.push_back({R, parts.t});
     candidates_.push_back({R, -parts.t});
@@ -117,9 +128,11 @@ void PoseRecovery::proposeFromHomography(const Eigen::Matrix3d& H, const Eigen::
     Motion motion;
     cv::cv2eigen(rotations[i], motion.R);
     cv::cv2eigen(translations[i], motion.t);
+    if (!motion.R.allFinite() || !motion.t.allFinite()) continue;
+    motion.R = nearestOrthogonal(motion.R);  // OpenCV's is off by 1e-3 when the homography is nearly a rotation
     const double length = motion.t.norm();
     motion.t = length > kSmallestTranslation ? Eigen::Vector3d(motion.t / length) : Eigen::Vector3d::Zero();
-    if (motion.R.allFinite() && motion.t.allFinite()) candidates_.push_back(motion);
+    candidates_.push_back(motion);
   }
 }
 
