@@ -119,7 +119,7 @@ def sweep(path):
     axes[0][1].set_yscale("log")
     for axis in axes[0]:
         axis.set_xlabel("outlier ratio", fontsize=8)
-    axes[0][1].legend(fontsize=6, loc="center left", bbox_to_anchor=(1.02, 0.5))
+    axes[0][0].legend(fontsize=5, loc="lower left")
     folder, name = os.path.split(os.path.splitext(path)[0])
     save(figure, folder, name)
 
