@@ -12,10 +12,10 @@
 namespace gms_ransac {
 
 struct FeatureExtractorOptions {
-  std::string extractor = "opencv";  ///< "opencv": cv::ORB, what the paper used; "fast": ours
-  int features = 2000;               ///< keypoints asked for per image, 1..100000
-  int levels = 8;                    ///< pyramid levels, 1..16
-  double scale_factor = 1.2;         ///< between levels, (1, 2]
+  std::string extractor = "fast";  ///< "fast": ours; "opencv": cv::ORB, what the paper used
+  int features = 2000;             ///< keypoints asked for per image, 1..100000
+  int levels = 8;                  ///< pyramid levels, 1..16
+  double scale_factor = 1.2;       ///< between levels, (1, 2]
   /// FAST contrast in grey levels, 0..255; above 3000 features 0 is usual. "opencv" ignores fainter corners; "fast"
   /// takes the strongest there are and stops only at 7, at 4 where texture is low, or here if this is less.
   int fast_threshold = 20;

@@ -5,7 +5,6 @@
 #include <string>
 
 #include <diagnostic_updater/diagnostic_updater.h>
-#include <diagnostic_updater/update_functions.h>
 #include <gms_ransac/MatchStats.h>
 #include <ros/node_handle.h>
 

@@ -91,7 +91,8 @@ class Outputs(unittest.TestCase):
             self.assertGreater(len(points), 100)
             # ~scale fixed holds the true step, so depths are metres.
             off = np.min(np.abs(points[:, 2:3] / depths - 1), axis=1)
-            self.assertLess(np.median(off), 0.03)
+            # Four percent of the farthest board is half a pixel of disparity.
+            self.assertLess(np.median(off), 0.04)
             self.assertTrue(np.all((points[:, 3] >= 0) & (points[:, 3] <= 1)))
         self.assertEqual([m.ns for m in markers[-1].markers], ["flow", "current", "reference"])
         self.assertEqual(len(markers[-1].markers[0].points), len(markers[-1].markers[0].colors))

@@ -90,7 +90,7 @@ class Replay(unittest.TestCase):
         data, bag, count = self.make_bag(name, images)
         records = os.path.join(self.folder, "records.jsonl")
         subprocess.check_call(["rosrun", "gms_ransac", "evaluate", "run", data, "--method", "fast", "--features", "2000",
-                               "--seed", "3", "--extractor", rospy.get_param("~extractor", "opencv"), "--out", records])
+                               "--seed", "3", "--extractor", rospy.get_param("~extractor", "fast"), "--out", records])
         with open(records) as lines:
             expected = [json.loads(line) for line in lines]
         self.assertEqual(len(expected), count - 1)
