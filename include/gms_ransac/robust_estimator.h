@@ -62,9 +62,8 @@ struct RobustResult {
   Eigen::Matrix3d model = Eigen::Matrix3d::Zero();
   std::vector<uint8_t> inlier;  ///< N entries; every inlier is within the threshold of `model`
   int inlier_count = 0;
-  bool pose_found = false;  ///< needs a calibrated camera
-  bool translation_observable =
-      false;  ///< false: parallax too small; `pose.t` is a guess (zero: none), `pose.R` rotation alone
+  bool pose_found = false;              ///< needs a calibrated camera
+  bool translation_observable = false;  ///< false: parallax too small or ambiguous; `pose.t` is a guess (zero: none)
   RelativePose pose;
   double median_parallax_px = 0;  ///< median over inliers of the displacement that no rotation undoes
   double rms_error_px = 0;        ///< over inliers, of the model's residual (Sampson; transfer for a homography)

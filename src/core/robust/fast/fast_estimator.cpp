@@ -14,6 +14,7 @@
 #include "robust/fast/point_columns.h"
 #include "robust/fast/pose_model.h"
 #include "robust/fast/pose_uncertainty.h"
+#include "robust/fast/rival_motion.h"
 #include "robust/fast/search.h"
 #include "robust/ordering.h"
 #include "robust/two_view_problem.h"
@@ -44,6 +45,7 @@ class FastEstimator : public RobustEstimator {
   bool findMatrix(RobustResult& result, Eigen::Matrix3d& matrix);
   bool findPose(RobustResult& result);
   void judgePose(const Camera& camera, RobustResult& result);
+  static void refuse(RobustResult& result);
 
   RobustOptions options_;
   const ResidualKernels& kernels_;
@@ -61,6 +63,9 @@ class FastEstimator : public RobustEstimator {
   OrderedPoints arranged_;
   PointColumns points_;
   std::vector<float> residuals_, rotation_residuals_;
+  RivalBuffers rival_buffers_;
+  TwoViewPose starts_[kMaxMotionStarts];
+  int start_count_ = 0;
   TwoViewPose pose_;          // most likely; gives the model and the direction of translation
   Eigen::Matrix3d rotation_;  // most probable under the prior of the parallax
 
@@ -109,6 +114,9 @@ void FastEstimator::arrange(const PointPairs& pairs, const Camera& camera, Model
   }
   residuals_.resize(static_cast<size_t>(points_.view().size));
   rotation_residuals_.resize(residuals_.size());
+  rival_buffers_.by_cell.reserve(static_cast<size_t>(pairs.grid_columns) * static_cast<size_t>(pairs.grid_columns));
+  rival_buffers_.own.resize(residuals_.size());
+  rival_buffers_.rival.resize(residuals_.size());
 
   ordering_.sort(pairs, QualityKey::kRatio, confidence_order_);
   order_.resize(static_cast<size_t>(n));
@@ -132,9 +140,8 @@ bool FastEstimator::findPose(RobustResult& result) {
   const PoseModel model(kernels_, points_.view(), kParallaxPrior);
   Search<PoseModel> search(model, points_.count(), result);
   if (has_previous_) search.offer(previous_);
-  TwoViewPose starts[kMaxMotionStarts];
-  const int count = findMotionStarts(kernels_, points_.view(), starts, result.point_evaluations);
-  for (int i = 0; i < count; ++i) search.offer(starts[i]);
+  start_count_ = findMotionStarts(kernels_, points_.view(), starts_, result.point_evaluations);
+  for (int i = 0; i < start_count_; ++i) search.offer(starts_[i]);
   search.run(options_, order_, sampler_, residuals_);
   if (!search.found()) return false;
   pose_ = search.best();
@@ -147,20 +154,35 @@ bool FastEstimator::findPose(RobustResult& result) {
 
 void FastEstimator::judgePose(const Camera& camera, RobustResult& result) {
   const PoseModel model(kernels_, points_.view());
+  double rotation_spread;
+  const bool ambiguous = findRival(model, points_.count(), pose_, starts_, start_count_, cells_, rival_buffers_,
+                                   rotation_spread, result.point_evaluations);
   model.residuals(pose_, residuals_.data());
   const RotationOnly rotation =
       fitRotationOnly(model, points_.view(), pose_, residuals_, rotation_residuals_, result.point_evaluations);
   result.pose_found = true;
   result.median_parallax_px = rotation.median_residual * camera.meanFocalLength();
-  result.translation_observable = result.median_parallax_px > kObservableParallaxPx;
+  const bool parallax = result.median_parallax_px > kObservableParallaxPx;
+  result.translation_observable = parallax && !ambiguous;
   result.pose = fromReferenceToCurrent(pose_.R, pose_.t);
-  if (result.translation_observable) {
-    result.pose.R = rotation_.transpose();
-    result.pose.covariance = poseCovariance(model, points_.count(), pose_);
-  } else {
+  if (!parallax) {
     result.pose.R = rotation.R.transpose();
     result.pose.covariance = rotation.covariance;
+    return;
   }
+  result.pose.R = rotation_.transpose();
+  result.pose.covariance = poseCovariance(model, points_.count(), pose_);
+  if (ambiguous) {
+    result.pose.covariance.topLeftCorner<3, 3>() = rotation.covariance.topLeftCorner<3, 3>();
+    result.pose.covariance.bottomRightCorner<3, 3>() += rotation_spread * rotation_spread * Eigen::Matrix3d::Identity();
+  }
+}
+
+void FastEstimator::refuse(RobustResult& result) {
+  result.model_found = false;
+  std::fill(result.inlier.begin(), result.inlier.end(), 0);
+  result.inlier_count = 0;
+  result.rms_error_px = 0;
 }
 
 void FastEstimator::estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
@@ -187,12 +209,7 @@ void FastEstimator::estimate(const PointPairs& pairs, const Camera& camera, Robu
   markFinalInliers(pairs, camera, options_.inlierThreshold(), result);
   result.model_found =
       acceptance_.accepts(pairs, problem_.sampleSize(), options_.inlierThreshold(), result, &confidence_order_);
-  if (!result.model_found) {
-    std::fill(result.inlier.begin(), result.inlier.end(), 0);
-    result.inlier_count = 0;
-    result.rms_error_px = 0;
-    return;
-  }
+  if (!result.model_found) return refuse(result);
   if (essential) {
     judgePose(camera, result);
     previous_ = pose_;
