@@ -37,11 +37,10 @@ using Clock = std::chrono::steady_clock;
 
 const std::string kNamespace = "/node_load_graph";
 const std::string kFilter = kNamespace + "/match_filter";
-constexpr int kWarmUp = 30;            // images before the measurement: buffers grow, the other process loads its code
-constexpr int kDistinctImages = 40;    // shown to and fro, so that the motion never jumps
-constexpr int kAhead = 4;              // images that wait at the filter when the rate is the filter's own
-constexpr double kPatience = 20;       // seconds without an answer after which something is wrong
-constexpr double kDropPatience = 0.5;  // seconds after which an image is taken to be dropped, where that is allowed
+constexpr int kWarmUp = 30;          // images before the measurement: buffers grow, the other process loads its code
+constexpr int kDistinctImages = 40;  // shown to and fro, so that the motion never jumps
+constexpr int kAhead = 4;            // images that wait at the filter when the rate is the filter's own
+constexpr double kPatience = 20;     // seconds without an answer after which something is wrong
 
 struct LoadOptions {
   std::string extractor;
@@ -161,21 +160,22 @@ class Consumer {
     std::lock_guard<std::mutex> lock(mutex_);
     return latencies_ms_;
   }
-  /// Waits for the answer number `count`; false when none at all comes for `patience` seconds.
+  /// Waits until `count` images are answered or dropped; false when nothing happens for `patience` seconds.
   bool waitFor(int count, double patience) {
     std::unique_lock<std::mutex> lock(mutex_);
-    while (answered_ < count) {
-      const int before = answered_;
+    while (handled_ < count) {
+      const int before = handled_;
       const std::chrono::duration<double> limit(patience);
-      if (!arrived_.wait_for(lock, limit, [&] { return answered_ > before; })) return false;
+      if (!arrived_.wait_for(lock, limit, [&] { return handled_ > before; })) return false;
     }
     return true;
   }
 
  private:
-  void onStats(const MatchStatsConstPtr& /*stats*/) {
+  void onStats(const MatchStatsConstPtr& stats) {
     std::lock_guard<std::mutex> lock(mutex_);
     ++answered_;
+    handled_ = static_cast<int>(stats->frames_processed + stats->frames_dropped);
     arrived_.notify_all();
   }
   void onCorrespondences(const CorrespondencesConstPtr& message) {
@@ -186,7 +186,7 @@ class Consumer {
 
   std::mutex mutex_;
   std::condition_variable arrived_;
-  int answered_ = 0;
+  int answered_ = 0, handled_ = 0;
   std::vector<double> latencies_ms_;
   ros::Subscriber stats_, correspondences_;
 };
@@ -263,14 +263,14 @@ void measure(const LoadOptions& options, const Footage& footage, ros::NodeHandle
   LoadOptions warm_up = options;
   warm_up.rate = 30;
   stream(warm_up, kWarmUp / warm_up.rate, camera, consumer);
-  consumer.waitFor(camera.sent(), options.drop ? kDropPatience : kPatience);
+  consumer.waitFor(camera.sent(), kPatience);
 
   consumer.startMeasurement();
   const int sent_before = camera.sent(), answered_before = consumer.answered();
   const double processor_before = processorSeconds(pid);
   const auto start = Clock::now();
   stream(options, options.seconds, camera, consumer);
-  consumer.waitFor(camera.sent(), options.drop ? kDropPatience : kPatience);
+  consumer.waitFor(camera.sent(), kPatience);
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   const double processor = processorSeconds(pid) - processor_before;
   const std::vector<double> latencies = consumer.latencies();
@@ -351,10 +351,10 @@ int nodeLoad(int argc, char** argv) {
   ros::AsyncSpinner spinner(1);
   spinner.start();
   const Footage footage = render(size);
-  std::cout
-      << "| process | extractor | threads | images/s sent | answered | | p50 ms | p99 ms | % of a core | peak MB | "
-         "load |\n|---|---|---|---|---|---|---|---|---|---|---|"
-      << std::endl;
+  std::cout << "| process | extractor | threads | images/s sent | answered/s | answered | p50 ms | p99 ms | % of a "
+               "core | peak MB | "
+               "load |\n|---|---|---|---|---|---|---|---|---|---|---|"
+            << std::endl;
   for (const std::string& extractor : extractors) {
     for (const double rate : rates) {
       load.extractor = extractor;

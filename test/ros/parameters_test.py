@@ -77,6 +77,10 @@ class Parameters(unittest.TestCase):
         self.assertEqual(len(message.stage), len(message.confidence))
         self.assertEqual(list(message.stage).count(2), answer.inliers)
 
+        clamped = reconfigure.update_configuration({"confidence": 1.5, "max_iterations": 0})
+        self.assertEqual((clamped["confidence"], clamped["max_iterations"]), (0.99999, 1), "the nearest value allowed")
+        reconfigure.update_configuration({"confidence": 0.99, "max_iterations": 2000})
+
         refused = reconfigure.update_configuration({"method": "magic", "features": 700})
         self.assertEqual((refused["method"], refused["features"]), ("fast", 500), "the old parameters stay")
         answer = client.ask(frames[3], 100.3)

@@ -1,0 +1,46 @@
+#!/usr/bin/env python3
+"""node_load counts right: every image sent is answered, in one process and in two; bad options are refused."""
+import subprocess
+import unittest
+
+import rospy
+import rostest
+
+
+def node_load(*options):
+    """Runs the program to its end; returns (exit status, rows of its table as lists of cells, stderr)."""
+    done = subprocess.run(["rosrun", "gms_ransac", "node_load"] + list(options), stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True, timeout=90)
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in done.stdout.splitlines() if line.startswith("|")]
+    return done.returncode, rows[2:], done.stderr
+
+
+class NodeLoad(unittest.TestCase):
+    def check(self, process, *options):
+        status, rows, said = node_load("--seconds", "1", "--rate", "20", "0", "--extractor", "fast", "--features", "500", *options)
+        self.assertEqual((status, len(rows)), (0, 2), said)
+        for row in rows:
+            self.assertEqual(row[:3], [process, "fast", "2" if "--threads" in options else "1"])
+            answered, sent = (int(n) for n in row[5].split(" of "))
+            self.assertEqual(answered, sent, "every image is answered")
+            self.assertGreater(answered, 5)
+            self.assertLessEqual(float(row[6]), float(row[7]), "p50 is at most p99")
+        return rows
+
+    def test_in_one_process(self):
+        self.check("manager", "--threads", "2")
+
+    def test_in_two_processes(self):
+        for row in self.check("node", "--separate"):
+            self.assertGreater(float(row[9]), 10, "megabytes of a process with OpenCV in it")
+
+    def test_bad_options(self):
+        for options in (["--rate", "-1"], ["--seconds", "0"], ["--width", "many"]):
+            status, _, said = node_load(*options)
+            self.assertEqual(status, 2, options)
+            self.assertIn("node_load: ", said)
+
+
+if __name__ == "__main__":
+    rospy.init_node("node_load_test")
+    rostest.rosrun("gms_ransac", "node_load", NodeLoad)
