@@ -34,6 +34,24 @@ TEST(OutlierSweep, ConfidenceOrderNeedsFewerHypothesesAtEqualSuccess) {
   }
 }
 
+TEST(OutlierSweep, FastIsAsGoodAsAnExhaustiveSearchOnTheRenderedScene) {
+  OutlierSweepOptions options;
+  options.methods = {"ransac", "fast"};
+  options.robust.max_iterations = 100000;
+  options.robust.confidence = 0.9999;
+  options.repeat = 4;
+  std::map<double, std::map<std::string, OutlierSweepRow>> table;
+  for (const OutlierSweepRow& row : sweepOutliers(options, [] {})) table[row.outlier_ratio][row.method] = row;
+  for (const auto& [ratio, row] : table) {
+    if (ratio > 0.75) continue;  // 10 to 70 percent
+    SCOPED_TRACE(ratio);
+    EXPECT_GE(row.at("fast").successes, row.at("ransac").successes);
+    EXPECT_GE(row.at("fast").precision, row.at("ransac").precision - 0.01);
+    EXPECT_GE(row.at("fast").recall, row.at("ransac").recall - 0.01);
+    EXPECT_LT(row.at("fast").hypotheses, row.at("ransac").hypotheses);
+  }
+}
+
 TEST(OutlierSweep, RefusesAnUnknownMethod) {
   OutlierSweepOptions options;
   options.methods = {"nonsense"};
