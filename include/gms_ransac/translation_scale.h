@@ -55,8 +55,9 @@ class ScalePropagator {
 
 /// `depth`: the motion in metres that explains the inliers best where registered depth says how far they are, by
 /// Gauss-Newton on the reprojection error with a robust loss, started from `result.robust.pose` and the weighted
-/// median of depth over triangulated depth. `reference_depth` and `current_depth` are CV_32FC1 metres of the images'
-/// size, not positive or not finite where unknown; either may be empty.
+/// median of depth over triangulated depth. Depth cameras read their colour image row by row; a turn that grows with
+/// the row is estimated with the motion, which is that of the middle row. `reference_depth` and `current_depth` are
+/// CV_32FC1 metres of the images' size, not positive or not finite where unknown; either may be empty.
 /// Writes the pose with |t| in metres and its covariance to `pose`; support 0 (fewer than eight inliers with depth, or
 /// no convergence) leaves it alone.
 ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference, const Features& current,
