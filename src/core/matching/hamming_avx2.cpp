@@ -15,6 +15,8 @@ namespace {
 struct Avx2 {
   using Vector = __m256i;
   static constexpr int kLanes = 32;
+  static constexpr int kVectors = 4;
+  static constexpr int kTileGroups = 1;  ///< a group walks over all blocks: their stream is prefetched
   static constexpr int kFields = 64;
   static constexpr int kPairs = kQueryGroup / 2;
   static constexpr int kBlockBytes = kVectors * kFields * kLanes;
@@ -125,7 +127,7 @@ struct Avx2 {
   /// 255 in the lanes of one vector of a block with `left` descriptors that hold none.
   static Vector paddingLanes(int vector, int left) {
     alignas(32) uint8_t padding[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) padding[lane] = isPadding(lane, vector, left) ? 255 : 0;
+    for (int lane = 0; lane < kLanes; ++lane) padding[lane] = isPadding(lane, vector, kVectors, left) ? 255 : 0;
     return load(padding);
   }
 

@@ -1,12 +1,12 @@
 // Brute force on transposed train descriptors, one per byte lane: the walk over blocks and the bookkeeping that every
 // vector kernel shares. A kernel supplies vectors, tables and distances as `Isa`, a type of its file's own.
 //
-// Distances are bytes that saturate at 255. Four vectors of lanes ("a block") are reduced to their minimum before the
+// Distances are bytes that saturate at 255. The vectors of lanes of a block are reduced to their minimum before the
 // running best, second best and block index are updated, so this costs little beside the bit counting; which of the
-// four it was is found once per query from the exact distances. Train descriptor i is in block i / kBlock, lane
-// (i % kBlock) / 4, vector i % 4: so the order (block, lane, vector) is that of the indices, and ties go to the lowest.
-// The reverse direction keeps, per train lane, the minimum over each group of eight queries and the number of the
-// group.
+// vectors it was is found once per query from the exact distances. Train descriptor i is in block i / kBlock, lane
+// (i % kBlock) / kVectors, vector i % kVectors: so the order (block, lane, vector) is that of the indices, and ties go
+// to the lowest. The reverse direction keeps, per train lane, the minimum over each group of eight queries and the
+// number of the group.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,6 @@
 namespace gms_ransac {
 namespace {
 
-constexpr int kVectors = 4;       ///< per block
 constexpr int kQueryGroup = 8;    ///< queries compared with a block while it is in the nearest cache
 constexpr int kIndexRange = 256;  ///< block and group numbers are bytes; longer inputs are cut into runs of so many
 
@@ -25,6 +24,7 @@ template <class Isa>
 struct Blocked {
   using Vector = typename Isa::Vector;
   static constexpr int kLanes = Isa::kLanes;
+  static constexpr int kVectors = Isa::kVectors;
   static constexpr int kBlock = kVectors * kLanes;
 
   static int blocks(int train_count) { return (train_count + kBlock - 1) / kBlock; }
@@ -44,7 +44,7 @@ struct Blocked {
     }
   }
 
-  /// The descriptor in (run, block, lane) that is nearest is one of four: finds it and merges it into `nearest`.
+  /// The descriptor in (run, block, lane) that is nearest is one of kVectors: finds it and merges it into `nearest`.
   static void mergeRow(const HammingSearch& search, int query, const Running& running, int run_first,
                        NearestTwo& nearest) {
     const uint8_t* row = search.queries + static_cast<size_t>(query) * kHammingBytes;
@@ -59,17 +59,15 @@ struct Blocked {
       return;
     }
     const int first = run_first + running.block[lane] * kBlock + lane * kVectors;
-    // Distance and place in one number, sorted without branches: which of the four it is cannot be predicted.
-    int key[kVectors];
+    // Distance and place in one number, sorted without branches: which of them it is cannot be predicted.
+    int nearest_key = kNoDistance * kVectors, second_key = nearest_key;
     for (int k = 0; k < kVectors; ++k) {
       const int j = std::min(first + k, search.train_count - 1);
-      key[k] = hammingDistance(row, search.train + static_cast<size_t>(j) * kHammingBytes) * kVectors + k;
-      if (first + k != j) key[k] = kNoDistance * kVectors;
+      int key = hammingDistance(row, search.train + static_cast<size_t>(j) * kHammingBytes) * kVectors + k;
+      if (first + k != j) key = kNoDistance * kVectors;
+      second_key = std::min(second_key, std::max(nearest_key, key));
+      nearest_key = std::min(nearest_key, key);
     }
-    const int low = std::min(key[0], key[1]), other_low = std::min(key[2], key[3]);
-    const int high = std::min(std::max(key[0], key[1]), std::max(key[2], key[3]));
-    const int nearest_key = std::min(low, other_low);
-    const int second_key = std::min(std::max(low, other_low), high);
     mergeOne(nearest_key / kVectors, first + nearest_key % kVectors, nearest);
     second = std::min(second, second_key / kVectors);
     nearest.second_distance = std::min(nearest.second_distance, static_cast<uint16_t>(second));
@@ -100,41 +98,53 @@ struct Blocked {
     }
   }
 
-  /// One group of queries against one run of blocks.
+  /// What a few groups of queries hold while a run of blocks passes by.
+  struct Tile {
+    typename Isa::Tables tables[Isa::kTileGroups];
+    Running running[Isa::kTileGroups * kQueryGroup];
+  };
+
+  /// Up to Isa::kTileGroups groups of queries against one run of blocks; `group` numbers the first.
   template <bool kReverse>
-  static void searchGroup(const HammingSearch& search, int first_query, int group, int run_first, uint8_t* minimum,
-                          uint8_t* groups) {
-    typename Isa::Tables tables;
-    const int queries = std::min(kQueryGroup, search.last_query - first_query);
+  static void searchTile(const HammingSearch& search, int first_query, int last_query, int group, int run_first,
+                         uint8_t* minimum, uint8_t* groups) {
+    Tile tile;
+    const int tile_groups = (last_query - first_query + kQueryGroup - 1) / kQueryGroup;
     const auto query = [&](int q) {  // a group that is not full repeats its last query
-      return search.queries + static_cast<size_t>(first_query + std::min(q, queries - 1)) * kHammingBytes;
+      return search.queries + static_cast<size_t>(std::min(first_query + q, last_query - 1)) * kHammingBytes;
     };
-    for (int pair = 0; pair < kQueryGroup / 2; ++pair) {
-      Isa::setQueries(tables, pair, query(2 * pair), query(2 * pair + 1));
+    for (int g = 0; g < tile_groups; ++g) {
+      for (int pair = 0; pair < kQueryGroup / 2; ++pair) {
+        const int q = g * kQueryGroup + 2 * pair;
+        Isa::setQueries(tile.tables[g], pair, query(q), query(q + 1));
+      }
     }
-    Running running[kQueryGroup];
-    std::memset(running, 255, sizeof(running));
+    std::memset(tile.running, 255, sizeof(Running) * tile_groups * kQueryGroup);
 
     const int first_block = run_first / kBlock;
     const int last_block = std::min(blocks(search.train_count), first_block + kIndexRange);
     for (int block = first_block; block < last_block; ++block) {
+      const size_t lanes = static_cast<size_t>(block) * kBlock;
       const int left = search.train_count - block * kBlock;
       const uint8_t* packed = search.packed_train + static_cast<size_t>(block) * Isa::kBlockBytes;
-      const size_t lanes = static_cast<size_t>(block) * kBlock;
-      Vector block_minimum[kQueryGroup];
-      Isa::template distances<kReverse>(tables, packed, left, group, kReverse ? minimum + lanes : nullptr,
-                                        kReverse ? groups + lanes : nullptr, block_minimum);
       const Vector number = Isa::broadcast(block - first_block);
-      for (int q = 0; q < kQueryGroup; ++q) {
-        const Vector old_best = Isa::load(running[q].best);
-        const Vector old_second = Isa::load(running[q].second);
-        Isa::store(running[q].block, Isa::selectLess(block_minimum[q], old_best, number, Isa::load(running[q].block)));
-        Isa::store(running[q].best, Isa::min(old_best, block_minimum[q]));
-        Isa::store(running[q].second, Isa::min(old_second, Isa::max(old_best, block_minimum[q])));
+      for (int g = 0; g < tile_groups; ++g) {
+        Vector block_minimum[kQueryGroup];
+        Isa::template distances<kReverse>(tile.tables[g], packed, left, group + g, kReverse ? minimum + lanes : nullptr,
+                                          kReverse ? groups + lanes : nullptr, block_minimum);
+        Running* running = tile.running + g * kQueryGroup;
+        for (int q = 0; q < kQueryGroup; ++q) {
+          const Vector old_best = Isa::load(running[q].best);
+          const Vector old_second = Isa::load(running[q].second);
+          Isa::store(running[q].block,
+                     Isa::selectLess(block_minimum[q], old_best, number, Isa::load(running[q].block)));
+          Isa::store(running[q].best, Isa::min(old_best, block_minimum[q]));
+          Isa::store(running[q].second, Isa::min(old_second, Isa::max(old_best, block_minimum[q])));
+        }
       }
     }
-    for (int q = 0; q < queries; ++q) {
-      mergeRow(search, first_query + q, running[q], run_first, search.nearest[first_query + q]);
+    for (int q = 0; q < last_query - first_query; ++q) {
+      mergeRow(search, first_query + q, tile.running[q], run_first, search.nearest[first_query + q]);
     }
   }
 
@@ -148,8 +158,10 @@ struct Blocked {
       if (kReverse) std::memset(minimum, 255, padded);
       const int run_last = std::min(search.last_query, run + kIndexRange * kQueryGroup);
       for (int train_run = 0; train_run < search.train_count; train_run += kIndexRange * kBlock) {
-        for (int query = run; query < run_last; query += kQueryGroup) {
-          searchGroup<kReverse>(search, query, (query - run) / kQueryGroup, train_run, minimum, groups);
+        constexpr int kTile = Isa::kTileGroups * kQueryGroup;
+        for (int query = run; query < run_last; query += kTile) {
+          searchTile<kReverse>(search, query, std::min(query + kTile, run_last), (query - run) / kQueryGroup, train_run,
+                               minimum, groups);
         }
       }
       if (kReverse) mergeReverse(search, run, minimum, groups);
@@ -165,8 +177,8 @@ struct Blocked {
   static constexpr HammingKernel kernel() { return {kQueryGroup, packedBytes, pack, scratchBytes, search, distance}; }
 };
 
-/// For lane `lane` of vector `vector` of a block with `left` descriptors: whether it holds none.
-inline bool isPadding(int lane, int vector, int left) { return lane * kVectors + vector >= left; }
+/// For lane `lane` of vector `vector` of a block of `vectors`, with `left` descriptors: whether it holds none.
+inline bool isPadding(int lane, int vector, int vectors, int left) { return lane * vectors + vector >= left; }
 
 }  // namespace
 }  // namespace gms_ransac

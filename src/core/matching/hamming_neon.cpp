@@ -13,6 +13,8 @@ namespace {
 struct Neon {
   using Vector = uint8x16_t;
   static constexpr int kLanes = 16;
+  static constexpr int kVectors = 4;
+  static constexpr int kTileGroups = 1;  ///< a group walks over all blocks: their stream is prefetched
   static constexpr int kBlockBytes = kVectors * kHammingBytes * kLanes;
 
   struct Tables {
@@ -88,7 +90,7 @@ struct Neon {
   /// 255 in the lanes of one vector of a block with `left` descriptors that hold none.
   static Vector paddingLanes(int vector, int left) {
     uint8_t padding[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) padding[lane] = isPadding(lane, vector, left) ? 255 : 0;
+    for (int lane = 0; lane < kLanes; ++lane) padding[lane] = isPadding(lane, vector, kVectors, left) ? 255 : 0;
     return load(padding);
   }
 
