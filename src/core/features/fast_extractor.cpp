@@ -4,15 +4,20 @@
 #include <atomic>
 #include <cmath>
 
+#include "features/edge_points.h"
+
 namespace gms_ransac {
 
 namespace {
 
 constexpr int kBorder = kDescriptorRadius;  // pixels of a level without keypoints: their patches stay inside
-constexpr int kPatchSize = 31;              // side of the described patch, as cv::ORB states it
+static_assert(kEdgeRadius < kBorder);
+constexpr int kPatchSize = 31;  // side of the described patch, as cv::ORB states it
 // Grey levels. Fainter corners are seldom found again, so the second holds only for levels that lack corners.
-constexpr int kContrastFloor = 7;    // measured in doc/extractor.md
-constexpr int kFaintFloor = 4;       // likewise
+constexpr int kContrastFloor = 7;  // measured in doc/extractor.md
+constexpr int kFaintFloor = 4;     // likewise
+// Corners per pixel of the image below which edge points are removed: where corners abound, better ones win anyway.
+constexpr double kSparse = 0.01;     // tum_fr3_cabinet has at most 0.0093, every textured set more than 0.0127
 constexpr double kLevelPower = 1.4;  // features of a level fall with scale^-1.4 (cv::ORB: 1, area: 2); likewise
 
 /// Abscissa of the extremum of the parabola through (-1, before), (0, at), (1, after). Less than half a pixel, so that
@@ -43,6 +48,9 @@ void FastExtractor::extract(const cv::Mat& image, Features& features) {
   features.scale_factor = static_cast<float>(options_.scale_factor);
   pyramid_.build(image);
   forEachLevel([&](int i) { detect(i); });
+  if (static_cast<double>(cornerCount()) < kSparse * static_cast<double>(image.total())) {
+    forEachLevel([&](int i) { removeEdgePoints(pyramid_.level(i), levels_[i].corners); });
+  }
   setQuotas();
   int total = 0;
   for (int i = 0; i < pyramid_.levels(); ++i) {
@@ -73,6 +81,12 @@ void FastExtractor::detect(int i) {
                           level.corners);
     if (static_cast<double>(level.corners.size()) >= options_.features * level.weight) break;
   }
+}
+
+size_t FastExtractor::cornerCount() const {
+  size_t count = 0;
+  for (const Level& level : levels_) count += level.corners.size();
+  return count;
 }
 
 void FastExtractor::setQuotas() {

@@ -36,6 +36,7 @@ class FastExtractor : public FeatureExtractor {
   void forEachLevel(const Task& task);
   /// Finds the corners of a level, the faint ones too if it has not enough others.
   void detect(int level);
+  size_t cornerCount() const;
   /// Divides the features asked for among the levels, in proportion to their weights. What a level lacks in corners
   /// goes to the others.
   void setQuotas();
