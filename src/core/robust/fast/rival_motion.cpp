@@ -10,10 +10,10 @@ namespace gms_ransac {
 namespace {
 
 // Measured in doc/estimator.md.
-constexpr double kLeastAdvantage = 0.3;              ///< standard deviations
+constexpr double kLeastAdvantage = 0.75;             ///< standard deviations
 constexpr double kOtherDirection = 20 * M_PI / 180;  ///< below it is the same valley
 constexpr Loss kRivalLoss = {4, 1};
-constexpr int kRivalIterations = 10;
+constexpr int kRivalIterations = 6;
 
 /// By how many standard deviations the first residuals explain the matches better than the second.
 double advantage(const std::vector<float>& first, const std::vector<float>& second, int count,
@@ -39,11 +39,15 @@ bool findRival(const PoseModel& model, int match_count, const TwoViewPose& pose,
   model.residuals(pose, work.own.data());
   rotation_spread = 0;
   bool found = false;
+  // The Sampson distance does not tell t from -t.
+  const auto same_valley = [&](const TwoViewPose& other) {
+    return std::abs(other.t.dot(pose.t)) > std::cos(kOtherDirection);
+  };
   for (int k = 0; k < start_count; ++k) {
     TwoViewPose rival = starts[k];
+    if (same_valley(rival)) continue;
     evaluations += static_cast<int64_t>(match_count) * (model.refine(kRivalLoss, kRivalIterations, rival) + 1);
-    // The Sampson distance does not tell t from -t.
-    if (std::abs(rival.t.dot(pose.t)) > std::cos(kOtherDirection)) continue;
+    if (same_valley(rival)) continue;
     model.residuals(rival, work.rival.data());
     if (advantage(work.own, work.rival, match_count, cells, work.by_cell) >= kLeastAdvantage) continue;
     const double spread = Eigen::AngleAxisd(Eigen::Matrix3d(rival.R.transpose() * pose.R)).angle();
