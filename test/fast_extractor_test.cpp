@@ -135,15 +135,28 @@ TEST(FastExtractor, AngleAndDescriptorAreCvOrbsOnItsKeypoints) {
         const FeatureKernels& kernels = featureKernels(simd);
         Pyramid pyramid(kLevels, scale_factor, 2 * kDescriptorRadius + 1, kernels);
         pyramid.build(image);
+        const auto levelPixel = [&](const cv::KeyPoint& keypoint) {
+          const auto inverse = 1.0f / static_cast<float>(pyramid.nominalScale(keypoint.octave));
+          return cv::Point(cvRound(keypoint.pt.x * inverse), cvRound(keypoint.pt.y * inverse));
+        };
         std::vector<Plane> blurred(kLevels);
         Blur blur;
-        for (int i = 0; i < pyramid.levels(); ++i) blur.apply(pyramid.level(i), kernels, blurred[i]);
+        for (int i = 0; i < pyramid.levels(); ++i) {
+          std::vector<Corner> corners;
+          for (const cv::KeyPoint& keypoint : keypoints) {
+            const cv::Point pixel = levelPixel(keypoint);
+            if (keypoint.octave == i) {
+              corners.push_back({static_cast<uint16_t>(pixel.x), static_cast<uint16_t>(pixel.y), 0, 0});
+            }
+          }
+          std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) { return a.y < b.y; });
+          blur.apply(pyramid.level(i), corners, kernels, blurred[i]);
+        }
         double bits = 0;
         for (size_t i = 0; i < keypoints.size(); ++i) {
           const cv::KeyPoint& keypoint = keypoints[i];
           const Plane& level = pyramid.level(keypoint.octave);
-          const auto inverse = 1.0f / static_cast<float>(pyramid.nominalScale(keypoint.octave));
-          const int x = cvRound(keypoint.pt.x * inverse), y = cvRound(keypoint.pt.y * inverse);
+          const int x = levelPixel(keypoint).x, y = levelPixel(keypoint).y;
           int m10, m01;
           kernels.moments(level.row(y) + x, level.stride(), m10, m01);
           ASSERT_EQ(cv::fastAtan2(static_cast<float>(m01), static_cast<float>(m10)), keypoint.angle);
@@ -154,6 +167,41 @@ TEST(FastExtractor, AngleAndDescriptorAreCvOrbsOnItsKeypoints) {
           bits += differentBits(descriptor, descriptors.ptr(static_cast<int>(i)));
         }
         EXPECT_LE(bits / keypoints.size(), allowedBits()) << toString(simd) << " " << scale_factor << image.size();
+      }
+    }
+  }
+}
+
+TEST(FastExtractor, BlurReachesEveryPixelThatATestMayRead) {
+  // Every corner alone, where a block, the ring of rows or the side of the image might cut it off, and a few together.
+  const cv::Mat image = noise(203, 155, 8);
+  cv::Mat expected;
+  cv::GaussianBlur(image, expected, cv::Size(7, 7), 2, 2, cv::BORDER_REFLECT_101);
+  const Plane plane = planeOf(image);
+  std::vector<Corner> all;
+  for (int y = kDescriptorRadius; y < image.rows - kDescriptorRadius; y += 13) {
+    for (int x = kDescriptorRadius; x < image.cols - kDescriptorRadius; x += 17) {
+      all.push_back({static_cast<uint16_t>(x), static_cast<uint16_t>(y), 0, 0});
+    }
+  }
+  for (int x : {kDescriptorRadius, image.cols - kDescriptorRadius - 1}) {
+    all.push_back({static_cast<uint16_t>(x), static_cast<uint16_t>(image.rows - kDescriptorRadius - 1), 0, 0});
+  }
+  for (SimdLevel simd : supportedLevels()) {
+    for (size_t count : {size_t{1}, size_t{3}}) {
+      for (size_t i = 0; i + count <= all.size(); ++i) {
+        const std::vector<Corner> corners(all.begin() + i, all.begin() + i + count);
+        Blur blur;
+        Plane blurred;
+        blur.apply(plane, corners, featureKernels(simd), blurred);
+        for (const Corner& corner : corners) {
+          for (int y = corner.y - kDescriptorRadius; y <= corner.y + kDescriptorRadius; ++y) {
+            for (int x = corner.x - kDescriptorRadius; x <= corner.x + kDescriptorRadius; ++x) {
+              // OpenCV's rounding varies with its version, see allowedBits().
+              ASSERT_NEAR(blurred.row(y)[x], expected.at<uint8_t>(y, x), 1) << toString(simd) << " " << x << " " << y;
+            }
+          }
+        }
       }
     }
   }

@@ -121,7 +121,7 @@ void FastExtractor::describe(int i, Features& features) {
   const Plane& image = pyramid_.level(i);
   level.selector.select(image.width(), image.height(), level.quota, level.corners);
   if (level.corners.empty()) return;
-  level.blur.apply(image, kernels_, level.blurred);
+  level.blur.apply(image, level.corners, kernels_, level.blurred);
   const cv::Point2f scale = pyramid_.scale(i);
   int index = level.first_keypoint;
   for (const Corner& corner : level.corners) {

@@ -54,6 +54,11 @@ struct FeatureKernels {
   void (*blurRow)(const float* pixels, int width, float* target);
   /// Vertical pass over seven rows of blurRow, rounded half to even.
   void (*blurColumns)(const float* const rows[kBlurTaps], int width, uint8_t* target);
+  /// Both passes for two adjacent rows of the image: filters `pixels` into rows[6] and rows[7], then the columns of
+  /// rows[0..6] and rows[1..7]. What two rows share is loaded once: loads, not sums, are what the passes alone wait
+  /// for.
+  void (*blurTwoRows)(const float* const pixels[2], float* const rows[kBlurTaps + 1], int width,
+                      uint8_t* const target[2]);
 
   /// First moments of the disc of radius 15 round a pixel: sums of x * I and y * I.
   void (*moments)(const uint8_t* centre, ptrdiff_t stride, int& m10, int& m01);

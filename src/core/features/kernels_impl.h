@@ -126,31 +126,63 @@ void widenRow(const uint8_t* source, int width, float* target) {
   for (int x = 0; x < width; x += V::kFloats) V::storeFloats(target + x, V::loadAsFloats(source + x));
 }
 
+/// The Gaussian is symmetric: one half of it and the middle.
+template <typename V>
+struct BlurWeights {
+  typename V::F32 at[kBlurRadius + 1];
+
+  BlurWeights() {
+    for (int k = 0; k <= kBlurRadius; ++k) at[k] = V::setFloat(detail::kBlurKernel[kBlurRadius + k]);
+  }
+  typename V::F32 operator[](int distance) const { return at[distance < 0 ? -distance : distance]; }
+};
+
+template <typename V>
+inline typename V::F32 blurAlongRow(const BlurWeights<V>& weights, const float* pixels) {
+  auto sum = V::multiply(weights[kBlurRadius], V::loadFloats(pixels - kBlurRadius));
+  for (int k = 1; k < kBlurTaps; ++k) {
+    sum = V::multiplyAdd(weights[k - kBlurRadius], V::loadFloats(pixels + k - kBlurRadius), sum);
+  }
+  return sum;
+}
+
+template <typename V>
+inline typename V::F32 blurAlongColumn(const BlurWeights<V>& weights, const typename V::F32* rows) {
+  auto sum = V::multiply(weights[0], rows[kBlurRadius]);
+  for (int k = 1; k <= kBlurRadius; ++k) {
+    sum = V::multiplyAdd(weights[k], V::add(rows[kBlurRadius + k], rows[kBlurRadius - k]), sum);
+  }
+  return sum;
+}
+
 template <typename V>
 void blurRow(const float* pixels, int width, float* target) {
-  using F32 = typename V::F32;
-  F32 kernel[kBlurTaps];
-  for (int k = 0; k < kBlurTaps; ++k) kernel[k] = V::setFloat(detail::kBlurKernel[k]);
-  for (int x = 0; x < width; x += V::kFloats) {
-    const float* first = pixels + x - kBlurRadius;
-    F32 sum = V::multiply(kernel[0], V::loadFloats(first));
-    for (int k = 1; k < kBlurTaps; ++k) sum = V::multiplyAdd(kernel[k], V::loadFloats(first + k), sum);
-    V::storeFloats(target + x, sum);
-  }
+  const BlurWeights<V> weights;
+  for (int x = 0; x < width; x += V::kFloats) V::storeFloats(target + x, blurAlongRow(weights, pixels + x));
 }
 
 template <typename V>
 void blurColumns(const float* const rows[kBlurTaps], int width, uint8_t* target) {
-  using F32 = typename V::F32;
-  F32 kernel[kBlurRadius + 1];
-  for (int k = 0; k <= kBlurRadius; ++k) kernel[k] = V::setFloat(detail::kBlurKernel[kBlurRadius + k]);
+  const BlurWeights<V> weights;
   for (int x = 0; x < width; x += V::kFloats) {
-    F32 sum = V::multiply(kernel[0], V::loadFloats(rows[kBlurRadius] + x));
-    for (int k = 1; k <= kBlurRadius; ++k) {
-      const F32 pair = V::add(V::loadFloats(rows[kBlurRadius + k] + x), V::loadFloats(rows[kBlurRadius - k] + x));
-      sum = V::multiplyAdd(kernel[k], pair, sum);
+    typename V::F32 column[kBlurTaps];
+    for (int k = 0; k < kBlurTaps; ++k) column[k] = V::loadFloats(rows[k] + x);
+    V::storeRounded(target + x, blurAlongColumn(weights, column));
+  }
+}
+
+template <typename V>
+void blurTwoRows(const float* const pixels[2], float* const rows[kBlurTaps + 1], int width, uint8_t* const target[2]) {
+  const BlurWeights<V> weights;
+  for (int x = 0; x < width; x += V::kFloats) {
+    typename V::F32 column[kBlurTaps + 1];
+    for (int k = 0; k < 2; ++k) {
+      column[kBlurTaps - 1 + k] = blurAlongRow(weights, pixels[k] + x);
+      V::storeFloats(rows[kBlurTaps - 1 + k] + x, column[kBlurTaps - 1 + k]);
     }
-    V::storeRounded(target + x, sum);
+    // After the stores: at the top of the image the rows above are reflections of the new ones.
+    for (int k = 0; k < kBlurTaps - 1; ++k) column[k] = V::loadFloats(rows[k] + x);
+    for (int k = 0; k < 2; ++k) V::storeRounded(target[k] + x, blurAlongColumn(weights, column + k));
   }
 }
 
@@ -214,6 +246,7 @@ FeatureKernels kernelsOf() {
   kernels.widenRow = widenRow<V>;
   kernels.blurRow = blurRow<V>;
   kernels.blurColumns = blurColumns<V>;
+  kernels.blurTwoRows = blurTwoRows<V>;
   kernels.moments = moments<V>;
   kernels.describe = describe<V>;
   return kernels;
