@@ -14,9 +14,12 @@ constexpr int kSilentPeriods = 5;   // without an image before the log says whic
 // Every frame is kept when none may be dropped; a queue this long means that replay outruns the computer.
 constexpr int kLongQueue = 200;
 
-ProcessorOptions processorOptions(const MatchFilterConfig& config) {
+ProcessorOptions processorOptions(const MatchFilterConfig& config, int threads) {
   ProcessorOptions options;
   options.core = coreOptions(config);
+  // The second thread runs beside the first, image after image; the third and the fourth share the work of each.
+  options.core.extractor.threads = threads >= 3 ? 2 : 1;
+  options.core.matcher_threads = threads >= 4 ? 2 : 1;
   options.max_frame_gap = config.max_frame_gap;
   options.hold_reference = config.hold_reference;
   options.sigma_floor = {config.translation_sigma_floor, config.rotation_sigma_floor};
@@ -34,16 +37,16 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   input_ = std::make_unique<ImageInput>(nh_, pnh_, parameters_, [this](const ImageWithInfo& input) { onImage(input); });
   processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic());
 
-  reconfigure_server_ = std::make_unique<dynamic_reconfigure::Server<MatchFilterConfig>>(reconfigure_mutex_, pnh_);
+  reconfigure_server_ = std::make_unique<dynamic_reconfigure::Server<UnclampedConfig>>(reconfigure_mutex_, pnh_);
   {
     // The values the node starts with are refused here, with a sentence; dynamic_reconfigure would only log them.
     MatchFilterConfig config = MatchFilterConfig::__getDefault__();
     config.__fromServer__(pnh_);
-    processor_->setOptions(processorOptions(config));
+    processor_->setOptions(processorOptions(config, parameters_.threads));
     config_ = config;
   }
   // Deadlock ahead: the server holds its mutex while it calls back, so nothing here may wait for it with another held.
-  reconfigure_server_->setCallback([this](MatchFilterConfig& config, uint32_t level) { reconfigure(config, level); });
+  reconfigure_server_->setCallback([this](UnclampedConfig& config, uint32_t /*level*/) { reconfigure(config); });
 
   {
     // A listener may connect before `outputs_` is assigned.
@@ -80,9 +83,10 @@ MatchFilterRos::~MatchFilterRos() {
   }
 }
 
-void MatchFilterRos::reconfigure(MatchFilterConfig& config, uint32_t /*level*/) {
+void MatchFilterRos::reconfigure(UnclampedConfig& config) {
   try {
-    processor_->setOptions(processorOptions(config));
+    if (!config.problem.empty()) throw std::invalid_argument(config.problem);
+    processor_->setOptions(processorOptions(config, parameters_.threads));
   } catch (const std::exception& error) {
     ROS_ERROR_STREAM(name_ << ": change refused, the old parameters stay: " << error.what());
     std::lock_guard<std::mutex> lock(options_mutex_);

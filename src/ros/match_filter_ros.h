@@ -33,7 +33,8 @@ class MatchFilterRos {
   ~MatchFilterRos();
 
  private:
-  void reconfigure(MatchFilterConfig& config, uint32_t level);
+  /// Takes a change, or refuses it as a whole with a sentence and gives back the parameters in force.
+  void reconfigure(UnclampedConfig& config);
   /// Subscribes while someone listens, unsubscribes when nobody does.
   void updateSubscription();
   void onImage(const ImageWithInfo& input);
@@ -65,7 +66,7 @@ class MatchFilterRos {
   std::unique_ptr<ImageInput> input_;
   std::unique_ptr<Outputs> outputs_;
   boost::recursive_mutex reconfigure_mutex_;
-  std::unique_ptr<dynamic_reconfigure::Server<MatchFilterConfig>> reconfigure_server_;
+  std::unique_ptr<dynamic_reconfigure::Server<UnclampedConfig>> reconfigure_server_;
   std::unique_ptr<Diagnostics> diagnostics_;
   ros::ServiceServer reset_service_, pause_service_;
   ros::WallTimer watch_timer_;

@@ -30,9 +30,13 @@ std::string toText(XmlRpc::XmlRpcValue value) {
   return text.str();
 }
 
+std::string refusal(const std::string& name, const std::string& value, const std::string& accepted) {
+  return "parameter " + name + " is '" + value + "'; it must be " + accepted;
+}
+
 [[noreturn]] void refuse(const ros::NodeHandle& pnh, const std::string& name, const std::string& value,
                          const std::string& accepted) {
-  throw std::invalid_argument("parameter " + pnh.resolveName(name) + " is '" + value + "'; it must be " + accepted);
+  throw std::invalid_argument(refusal(pnh.resolveName(name), value, accepted));
 }
 
 /// Reads `name` into `value` if it is set; refuses another type instead of ignoring it as NodeHandle::param does.
@@ -45,9 +49,23 @@ void read(const ros::NodeHandle& pnh, const std::string& name, const char* type,
 
 int readInt(const ros::NodeHandle& pnh, const std::string& name, int value, int low, int high) {
   const std::string accepted = "a whole number between " + std::to_string(low) + " and " + std::to_string(high);
+  XmlRpc::XmlRpcValue raw;
+  // roscpp would round a fraction.
+  if (pnh.getParam(name, raw) && raw.getType() != XmlRpc::XmlRpcValue::TypeInt)
+    refuse(pnh, name, toText(raw), accepted);
   read(pnh, name, accepted.c_str(), value);
   if (value < low || value > high) refuse(pnh, name, std::to_string(value), accepted);
   return value;
+}
+
+bool contains(const std::vector<std::string>& words, const std::string& word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+std::string oneOf(const std::vector<std::string>& choices) {
+  std::string text = "one of";
+  for (const std::string& choice : choices) text += " '" + choice + "'";
+  return text;
 }
 
 /// One of `choices`; YAML turns the words true and false into booleans, so those are taken as words too.
@@ -57,10 +75,8 @@ std::string readChoice(const ros::NodeHandle& pnh, const std::string& name, cons
   if (!pnh.getParam(name, raw)) return fallback;
   std::string word = toText(raw);
   if (raw.getType() == XmlRpc::XmlRpcValue::TypeBoolean) word = static_cast<bool>(raw) ? "true" : "false";
-  if (std::find(choices.begin(), choices.end(), word) != choices.end()) return word;
-  std::string accepted = "one of";
-  for (const std::string& choice : choices) accepted += " '" + choice + "'";
-  refuse(pnh, name, word, accepted);
+  if (contains(choices, word)) return word;
+  refuse(pnh, name, word, oneOf(choices));
 }
 
 CameraIntrinsics readCamera(const ros::NodeHandle& pnh) {
@@ -95,11 +111,46 @@ CameraIntrinsics readCamera(const ros::NodeHandle& pnh) {
   return camera;
 }
 
-template <typename T>
-std::string rangeOf(const boost::any& low, const boost::any& high) {
-  std::ostringstream text;
-  text << "between " << boost::any_cast<T>(low) << " and " << boost::any_cast<T>(high);
-  return text.str();
+/// One reconfigurable number and what it may be.
+struct Range {
+  bool whole;
+  double low, high;
+
+  bool holds(double value) const { return value >= low && value <= high; }  // not of NaN
+  std::string text() const {
+    std::ostringstream out;
+    out << (whole ? "a whole number" : "a number") << " between ";
+    // At six digits 2147483647 would be another number.
+    whole ? out << static_cast<int>(low) << " and " << static_cast<int>(high) : out << low << " and " << high;
+    return out.str();
+  }
+};
+
+using Description = MatchFilterConfig::AbstractParamDescription;
+
+double numberIn(const Description& description, const MatchFilterConfig& config) {
+  boost::any value;
+  description.getValue(config, value);
+  return description.type == "int" ? boost::any_cast<int>(value) : boost::any_cast<double>(value);
+}
+
+bool isNumber(const Description& description) { return description.type == "int" || description.type == "double"; }
+
+/// The words that cfg/MatchFilter.cfg offers; it keeps them in the text from which rqt_reconfigure makes its menu.
+std::vector<std::string> choicesOf(const Description& description) {
+  std::vector<std::string> words;
+  const std::string key = "'value': '";
+  const std::string& menu = description.edit_method;
+  for (size_t at = menu.find(key); at != std::string::npos; at = menu.find(key, at)) {
+    at += key.size();
+    words.push_back(menu.substr(at, menu.find('\'', at) - at));
+  }
+  return words;
+}
+
+Range rangeOf(const Description& description) {
+  return {description.type == "int", numberIn(description, MatchFilterConfig::__getMin__()),
+          numberIn(description, MatchFilterConfig::__getMax__())};
 }
 
 }  // namespace
@@ -114,6 +165,11 @@ Parameters Parameters::read(const ros::NodeHandle& pnh) {
       rectified == "auto" ? Rectified::kAuto : (rectified == "true" ? Rectified::kYes : Rectified::kNo);
   parameters.camera = readCamera(pnh);
   gms_ransac::read(pnh, "image_transport", "the name of an image transport", parameters.image_transport);
+  gms_ransac::read(pnh, "depth_image_transport", "the name of an image transport", parameters.depth_image_transport);
+  gms_ransac::read(pnh, "diagnostic_period", "a number of seconds above 0", parameters.diagnostic_period);
+  if (!(parameters.diagnostic_period > 0)) {
+    refuse(pnh, "diagnostic_period", std::to_string(parameters.diagnostic_period), "a number of seconds above 0");
+  }
   gms_ransac::read(pnh, "drop_frames", "true or false", parameters.drop_frames);
   gms_ransac::read(pnh, "always_subscribe", "true or false", parameters.always_subscribe);
   parameters.queue_size = readInt(pnh, "queue_size", parameters.queue_size, 1, 10000);
@@ -146,35 +202,50 @@ Parameters Parameters::read(const ros::NodeHandle& pnh) {
 }
 
 void checkConfigOnServer(const ros::NodeHandle& pnh) {
-  const MatchFilterConfig& low = MatchFilterConfig::__getMin__();
-  const MatchFilterConfig& high = MatchFilterConfig::__getMax__();
   for (const auto& description : MatchFilterConfig::__getParamDescriptions__()) {
     XmlRpc::XmlRpcValue raw;
     if (!pnh.getParam(description->name, raw)) continue;
-    boost::any least, most;
-    description->getValue(low, least);
-    description->getValue(high, most);
-    const bool is_int = raw.getType() == XmlRpc::XmlRpcValue::TypeInt;
-    const bool is_number = is_int || raw.getType() == XmlRpc::XmlRpcValue::TypeDouble;
-    if (description->type == "int") {
-      const std::string accepted = "a whole number " + rangeOf<int>(least, most);
-      if (!is_int) refuse(pnh, description->name, toText(raw), accepted);
-      const int value = raw;
-      if (value < boost::any_cast<int>(least) || value > boost::any_cast<int>(most)) {
-        refuse(pnh, description->name, toText(raw), accepted);
-      }
-    } else if (description->type == "double") {
-      const std::string accepted = "a number " + rangeOf<double>(least, most);
-      if (!is_number) refuse(pnh, description->name, toText(raw), accepted);
-      const double value = is_int ? static_cast<int>(raw) : static_cast<double>(raw);
-      if (!(value >= boost::any_cast<double>(least) && value <= boost::any_cast<double>(most))) {
-        refuse(pnh, description->name, toText(raw), accepted);
+    if (isNumber(*description)) {
+      const Range range = rangeOf(*description);
+      const bool is_int = raw.getType() == XmlRpc::XmlRpcValue::TypeInt;
+      const bool fits = is_int || (raw.getType() == XmlRpc::XmlRpcValue::TypeDouble && !range.whole);
+      if (!fits || !range.holds(is_int ? static_cast<int>(raw) : static_cast<double>(raw))) {
+        refuse(pnh, description->name, toText(raw), range.text());
       }
     } else if (description->type == "bool" && raw.getType() != XmlRpc::XmlRpcValue::TypeBoolean) {
       refuse(pnh, description->name, toText(raw), "true or false");
-    } else if (description->type == "str" && raw.getType() != XmlRpc::XmlRpcValue::TypeString) {
-      refuse(pnh, description->name, toText(raw), "a word");
+    } else if (description->type == "str") {
+      const std::vector<std::string> choices = choicesOf(*description);
+      if (raw.getType() != XmlRpc::XmlRpcValue::TypeString || !contains(choices, toText(raw))) {
+        refuse(pnh, description->name, toText(raw), oneOf(choices));
+      }
     }
+  }
+}
+
+void UnclampedConfig::__clamp__() {
+  problem.clear();
+  for (const auto& description : __getParamDescriptions__()) {
+    std::ostringstream asked;
+    std::string accepted;
+    if (isNumber(*description)) {
+      const Range range = rangeOf(*description);
+      const double value = numberIn(*description, *this);
+      if (range.holds(value)) continue;
+      range.whole ? asked << static_cast<int>(value) : asked << value;
+      accepted = range.text();
+    } else if (description->type == "str") {
+      boost::any value;
+      description->getValue(*this, value);
+      asked << boost::any_cast<std::string>(value);
+      const std::vector<std::string> choices = choicesOf(*description);
+      if (contains(choices, asked.str())) continue;
+      accepted = oneOf(choices);
+    } else {
+      continue;
+    }
+    if (!problem.empty()) problem += "; ";
+    problem += refusal("~" + description->name, asked.str(), accepted);
   }
 }
 

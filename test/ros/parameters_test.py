@@ -1,12 +1,17 @@
 #!/usr/bin/env python3
 """Wrong parameters are refused with a sentence, unknown ones warned about, and good ones changed while running."""
+import contextlib
 import subprocess
+import time
 import unittest
 
+import rospkg
 import rospy
 import rostest
+import yaml
 from dynamic_reconfigure.client import Client as Reconfigure
 from gms_ransac.msg import MatchStats
+from rosgraph_msgs.msg import Log
 
 from graph import Client, Scene
 
@@ -38,7 +43,7 @@ class Parameters(unittest.TestCase):
         self.assert_refused("_max_iterations:=many", "/refused/max_iterations", "'many'", "whole number")
 
     def test_unknown_method(self):
-        self.assert_refused("_method:=magic", "unknown method 'magic'", "cp_ransac")
+        self.assert_refused("_method:=magic", "/refused/method is 'magic'", "'cp_ransac'")
 
     def test_unknown_choice(self):
         self.assert_refused("_camera_info_sync:=sometimes", "/refused/camera_info_sync", "'sometimes'", "'exact'")
@@ -63,6 +68,82 @@ class Parameters(unittest.TestCase):
             process.terminate()
             process.wait()
 
+    def test_wrong_types_and_values_of_every_kind(self):
+        refused = [
+            ("features", 1000.5, "whole number"), ("features", "many", "whole number"), ("features", True, "whole number"),
+            ("confidence", "high", "a number between"), ("confidence", float("nan"), "a number between"),
+            ("threshold_px", float("inf"), "between 0 and 50"), ("threshold_px", [1.0], "a number between"),
+            ("lan_mutual", "yes", "true or false"), ("lan_mutual", 1, "true or false"),
+            ("method", 5, "'cp_ransac'"), ("method", "", "one of"), ("gms_border", "somewhere", "'opencv' 'original'"),
+            ("quality", "taste", "'' 'score' 'support'"),
+            ("queue_size", 10.6, "whole number"), ("queue_size", "ten", "whole number"), ("threads", 17, "between 1 and 16"),
+            ("drop_frames", "no", "true or false"), ("drop_frames", 0, "true or false"),
+            ("scale", 3, "one of 'unit'"), ("input", "stereo", "'stream' 'pair'"),
+            ("image_transport", 7, "the name of an image transport"),
+            ("depth_image_transport", False, "the name of an image transport"),
+            ("fixed_scale", "long", "a number of metres"), ("fixed_scale", float("nan"), "between"),
+            ("diagnostic_period", 0.0, "above 0"), ("diagnostic_period", "often", "above 0"),
+            ("odom_frame", 5, "a frame"), ("input_is_rectified", "maybe", "'auto' 'true' 'false'"),
+            ("camera", {"fx": "wide", "fy": 500.0, "cx": 320.0, "cy": 240.0}, "a number of pixels"),
+            ("camera", {"fx": float("nan"), "fy": 500.0, "cx": 320.0, "cy": 240.0}, "finite"),
+            ("camera", {"fx": -500.0, "fy": 500.0, "cx": 320.0, "cy": 240.0}, "above 0"),
+        ]
+        wrong = []
+        for name, value, words in refused:
+            rospy.set_param("refused/" + name, value)
+            try:
+                status, said = self.start()
+            finally:
+                rospy.delete_param("refused/" + name)
+            if status != 2 or "/refused/" + name not in said or words not in said:
+                wrong.append("%s: %r: exit status %d, %s" % (name, value, status, said))
+        self.assertEqual(wrong, [])
+
+    def test_whole_numbers_are_numbers(self):
+        """YAML's 1 is as good as 1.0 where any number is wanted."""
+        for name, value in (("confidence", 0.9), ("max_frame_gap", 2), ("fixed_scale", 3), ("diagnostic_period", 2),
+                            ("camera", {"fx": 500, "fy": 500, "cx": 320, "cy": 240})):
+            rospy.set_param("whole/" + name, value)
+        process = subprocess.Popen(["rosrun", "gms_ransac", "match_filter_node", "__name:=whole"],
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        try:
+            rospy.wait_for_service("whole/reset", TIMEOUT)
+            self.assertEqual(rospy.get_param("whole/max_frame_gap"), 2)
+        finally:
+            process.terminate()
+            said = process.communicate()[0]
+        self.assertNotIn("is set but not known", said)
+
+    @contextlib.contextmanager
+    def said(self):
+        """The lines that the node `running` logs."""
+        lines = []
+        subscriber = rospy.Subscriber(
+            "/rosout", Log, lambda message: lines.append(message.msg) if message.name == "/running" else None)
+        try:
+            deadline = time.monotonic() + TIMEOUT
+            while not subscriber.get_num_connections() and time.monotonic() < deadline:
+                rospy.rostime.wallsleep(0.05)
+            yield lines
+        finally:
+            subscriber.unregister()
+
+    def test_the_documents_list_every_parameter(self):
+        package = rospkg.RosPack().get_path("gms_ransac")
+        with open(package + "/cfg/match_filter.yaml") as yaml_file:
+            documented = yaml.safe_load(yaml_file)
+        with open(package + "/README.md") as readme:
+            rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in readme if line.startswith("| `~")]
+        table = {row[0].strip("`~"): row for row in rows}
+        for described in Reconfigure("running", timeout=TIMEOUT).get_parameter_descriptions():
+            name = described["name"]
+            self.assertEqual(documented.pop(name, "not in the YAML"), described["default"], name)
+            self.assertIn(name, table, "not in the README")
+            self.assertEqual(table[name][2].strip('"').lower(), str(described["default"]).lower(), name)
+            self.assertEqual(table[name][4], described["description"], name)
+        for name in documented:  # those that are fixed at start
+            self.assertIn(name, table, "not in the README")
+
     def test_change_while_running(self):
         client = Client("running", "running/image", "running/camera_info").connect()
         scene = Scene()
@@ -77,9 +158,15 @@ class Parameters(unittest.TestCase):
         self.assertEqual(len(message.stage), len(message.confidence))
         self.assertEqual(list(message.stage).count(2), answer.inliers)
 
-        clamped = reconfigure.update_configuration({"confidence": 1.5, "max_iterations": 0})
-        self.assertEqual((clamped["confidence"], clamped["max_iterations"]), (0.99999, 1), "the nearest value allowed")
-        reconfigure.update_configuration({"confidence": 0.99, "max_iterations": 2000})
+        with self.said() as said:
+            answer = reconfigure.update_configuration({"confidence": 1.5, "max_iterations": 0, "features": 600})
+            self.assertEqual((answer["confidence"], answer["max_iterations"], answer["features"]), (0.99, 2000, 500),
+                             "the old parameters stay")
+            for words in ("~confidence is '1.5'; it must be a number between 0.5 and 0.99999",
+                          "~max_iterations is '0'; it must be a whole number between 1 and 1000000"):
+                client.wait(lambda: any(words in line for line in said), words)
+        answer = reconfigure.update_configuration({"threshold_px": float("nan")})
+        self.assertEqual(answer["threshold_px"], 0)
 
         refused = reconfigure.update_configuration({"method": "magic", "features": 700})
         self.assertEqual((refused["method"], refused["features"]), ("fast", 500), "the old parameters stay")

@@ -114,7 +114,7 @@ class Replay(unittest.TestCase):
             if stat.status == MatchStats.OK:
                 self.assertLess(degrees_between(vector(pose.position), np.array(record["t"])), 1e-3, where)
 
-        for settings in ("", ", threads: 2"):
+        for settings in ("", ", threads: 2", ", threads: 4"):
             again = self.replay(launch, bag, count, settings)[1]
             for answer in answers:
                 other = again[answer.header.stamp.to_nsec()]
