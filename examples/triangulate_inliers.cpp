@@ -1,13 +1,20 @@
 // Example subscriber: turns the inliers of every pair into points in the current camera's optical frame, in multiples
-// of the baseline (metres when the message says metric_scale). For rectified images, since K alone is used.
+// of the baseline (metres when the message says metric_scale). The distortion of images that are not rectified comes
+// from camera_info.
 //   rosrun gms_ransac triangulate_inliers correspondences:=/match_filter/correspondences
+//   camera_info:=/camera/camera_info
 #include <ros/ros.h>
+#include <sensor_msgs/CameraInfo.h>
 
 #include "gms_ransac/Correspondences.h"
 #include "gms_ransac/correspondences_view.h"
 #include "gms_ransac/triangulation.h"
 
-void onCorrespondences(const gms_ransac::Correspondences& message) {
+sensor_msgs::CameraInfo camera_info;  // the latest
+
+void onCameraInfo(const sensor_msgs::CameraInfo& message) { camera_info = message; }
+
+void onCorrespondences(const gms_ransac::Correspondences& message) try {
   if (!message.pose_valid) return;
   const gms_ransac::CorrespondencesView<gms_ransac::Correspondences> view(message);
   const Eigen::Isometry3d pose = view.currentInReference();
@@ -15,17 +22,17 @@ void onCorrespondences(const gms_ransac::Correspondences& message) {
   motion.R = pose.linear();
   motion.t = pose.translation();
 
-  const Eigen::Matrix3d K_inverse = view.K().inverse();
+  const cv::Mat reference = view.normalized(view.referencePoints(), camera_info.distortion_model, camera_info.D);
+  const cv::Mat current = view.normalized(view.currentPoints(), camera_info.distortion_model, camera_info.D);
   gms_ransac::Triangulation rays;
   for (int i = 0; i < view.size(); ++i) {
     if (!view.isInlier(i)) continue;
-    const Eigen::Vector3d r = K_inverse * view.reference().col(i).cast<double>().homogeneous();
-    const Eigen::Vector3d c = K_inverse * view.current().col(i).cast<double>().homogeneous();
+    const auto r = reference.at<cv::Point2f>(i), c = current.at<cv::Point2f>(i);
     rays.match.push_back(i);
-    rays.x_reference.push_back(r.x());
-    rays.y_reference.push_back(r.y());
-    rays.x_current.push_back(c.x());
-    rays.y_current.push_back(c.y());
+    rays.x_reference.push_back(r.x);
+    rays.y_reference.push_back(r.y);
+    rays.x_current.push_back(c.x);
+    rays.y_current.push_back(c.y);
   }
   gms_ransac::triangulate(motion, gms_ransac::kMinimumParallax, rays);
 
@@ -38,11 +45,14 @@ void onCorrespondences(const gms_ransac::Correspondences& message) {
   }
   if (count > 0) centre /= count;
   ROS_INFO("%d points of %d inliers, centre %.2f %.2f %.2f", count, rays.size(), centre.x(), centre.y(), centre.z());
+} catch (const std::invalid_argument& problem) {
+  ROS_WARN_THROTTLE(10, "%s (camera_info is read from %s)", problem.what(), ros::names::resolve("camera_info").c_str());
 }
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "triangulate_inliers");
   ros::NodeHandle node;
+  const ros::Subscriber info_subscriber = node.subscribe("camera_info", 1, onCameraInfo);
   const ros::Subscriber subscriber = node.subscribe("correspondences", 10, onCorrespondences);
   ros::spin();
   return 0;

@@ -1,12 +1,17 @@
 #!/usr/bin/env python3
 """Example subscriber: the inliers of every pair as points in the current camera's optical frame, in multiples of the
-baseline (metres when the message says metric_scale). For rectified images, since K alone is used.
-    rosrun gms_ransac triangulate_inliers.py correspondences:=/match_filter/correspondences"""
+baseline (metres when the message says metric_scale). The distortion of images that are not rectified comes from
+camera_info.
+    rosrun gms_ransac triangulate_inliers.py correspondences:=/match_filter/correspondences camera_info:=/camera/camera_info"""
+import collections
+
+import cv2
 import numpy as np
 import rospy
 from rospy.numpy_msg import numpy_msg
 
 from gms_ransac.msg import Correspondences
+from sensor_msgs.msg import CameraInfo
 
 
 def rotation(q):
@@ -16,12 +21,22 @@ def rotation(q):
                      [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
 
 
-def triangulate(message):
+def rays(points, message, info):
+    """N x 3: pixels to rays (x, y, 1); only the pixels of a rectified image are described by K alone."""
+    K, pixels = np.reshape(message.K, (3, 3)), points.reshape(-1, 1, 2)
+    if message.pixel_space == Correspondences.PIXELS_RECTIFIED:
+        ideal = cv2.undistortPoints(pixels, K, None)
+    elif info.distortion_model in ("equidistant", "fisheye"):
+        ideal = cv2.fisheye.undistortPoints(pixels, K, np.array(info.D))
+    else:
+        ideal = cv2.undistortPointsIter(pixels, K, np.array(info.D), None, None, (3, 100, 1e-10))
+    return np.c_[ideal.reshape(-1, 2), np.ones(len(ideal))]
+
+
+def triangulate(message, info):
     """N x 3 points by the mid-point method: minimises |l a - t - m b| for rays a and b."""
-    K_inverse = np.linalg.inv(np.reshape(message.K, (3, 3)))
     inlier = message.stage == Correspondences.STAGE_INLIER if len(message.stage) else slice(None)
-    reference, current = (np.c_[p.reshape(-1, 2), np.ones(p.size // 2)][inlier] @ K_inverse.T
-                          for p in (message.reference_points, message.current_points))
+    reference, current = (rays(p, message, info)[inlier] for p in (message.reference_points, message.current_points))
     pose = message.current_in_reference.pose
     t = np.array([pose.position.x, pose.position.y, pose.position.z])
     turned = current @ rotation(pose.orientation).T
@@ -34,13 +49,18 @@ def triangulate(message):
 
 
 def on_correspondences(message):
-    if message.pose_valid:
-        points = triangulate(message)
+    if message.pixel_space == Correspondences.PIXELS_RAW and not infos:
+        rospy.logwarn_throttle(10, "the points are pixels of a distorted image and no camera_info has come on %s"
+                               % rospy.resolve_name("camera_info"))
+    elif message.pose_valid:
+        points = triangulate(message, infos[-1] if infos else None)
         rospy.loginfo("%d points of %d matches, centre %s", len(points), message.confidence.size,
                       np.round(points.mean(0), 2) if len(points) else None)
 
 
 if __name__ == "__main__":
     rospy.init_node("triangulate_inliers", anonymous=True)
+    infos = collections.deque(maxlen=1)  # the latest
+    rospy.Subscriber("camera_info", CameraInfo, infos.append)
     rospy.Subscriber("correspondences", numpy_msg(Correspondences), on_correspondences)
     rospy.spin()

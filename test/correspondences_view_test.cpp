@@ -13,6 +13,8 @@ namespace {
 /// The fields of gms_ransac/Correspondences that the view reads.
 struct Message {
   enum { STAGE_RAW = 0, STAGE_GMS = 1, STAGE_INLIER = 2 };
+  enum { PIXELS_RAW = 0, PIXELS_RECTIFIED = 1 };
+  uint8_t pixel_space = PIXELS_RECTIFIED;
   std::vector<float> reference_points{1, 2, 3, 4, 5, 6}, current_points{7, 8, 9, 10, 11, 12};
   std::vector<float> confidence{0.5f, 1.f, 0.25f};
   std::vector<uint16_t> distance{1, 2, 3}, track_length{2, 2, 2};
@@ -86,6 +88,54 @@ TEST(CorrespondencesView, NamesTheColumnThatDoesNotFit) {
   EXPECT_NE(complaint(message).find("stage"), std::string::npos);
   message.stage.clear();
   EXPECT_EQ(complaint(message), "");
+}
+
+TEST(CorrespondencesView, NormalizesRectifiedPointsByKAlone) {
+  Message message;
+  message.current_points = {320, 240, 820, 240, 320, 741};
+  const CorrespondencesView<Message> view(message);
+  const cv::Mat rays = view.normalized(view.currentPoints(), "plumb_bob", {0.5, 0.5, 0, 0, 0});  // not looked at
+  EXPECT_LT(cv::norm(rays.at<cv::Point2f>(0) - cv::Point2f(0, 0)), 1e-6);
+  EXPECT_LT(cv::norm(rays.at<cv::Point2f>(1) - cv::Point2f(1, 0)), 1e-6);
+  EXPECT_LT(cv::norm(rays.at<cv::Point2f>(2) - cv::Point2f(0, 1)), 1e-6);
+}
+
+TEST(CorrespondencesView, UndoesTheDistortionOfRawPoints) {
+  const std::vector<cv::Point2f> ideal = {{0.5f, 0.4f}, {-0.6f, 0.1f}, {0.f, 0.f}};
+  const auto recovers = [&](const std::string& model, const std::vector<double>& D) {
+    Message message;
+    message.pixel_space = Message::PIXELS_RAW;
+    const cv::Matx33d K(message.K.data());
+    std::vector<cv::Point2f> pixels;
+    if (model == "equidistant") {
+      cv::fisheye::distortPoints(ideal, pixels, K, D);
+    } else {
+      std::vector<cv::Point3f> points;
+      for (const cv::Point2f& p : ideal) points.emplace_back(p.x, p.y, 1.f);
+      cv::projectPoints(points, cv::Vec3d(), cv::Vec3d(), K, D, pixels);
+    }
+    for (size_t i = 0; i < ideal.size(); ++i) {
+      message.reference_points[2 * i] = pixels[i].x;
+      message.reference_points[2 * i + 1] = pixels[i].y;
+    }
+    const CorrespondencesView<Message> view(message);
+    const cv::Mat rays = view.normalized(view.referencePoints(), model, D);
+    for (size_t i = 0; i < ideal.size(); ++i) {
+      EXPECT_LT(cv::norm(rays.at<cv::Point2f>(static_cast<int>(i)) - ideal[i]), 1e-4) << model << " " << i;
+    }
+  };
+  recovers("plumb_bob", {-0.3, 0.1, 1e-3, -1e-3, 0});
+  recovers("rational_polynomial", {-0.3, 0.1, 1e-3, -1e-3, 0, 0.05, 0.01, 0});
+  recovers("equidistant", {-0.02, 0.01, -0.003, 0.001});
+}
+
+TEST(CorrespondencesView, RefusesRawPointsWithoutTheirDistortion) {
+  Message message;
+  message.pixel_space = Message::PIXELS_RAW;
+  const CorrespondencesView<Message> view(message);
+  EXPECT_THROW(view.normalized(view.currentPoints()), std::invalid_argument);
+  message.K.fill(0);
+  EXPECT_THROW(view.normalized(view.currentPoints(), "plumb_bob", {-0.3, 0.1, 0, 0, 0}), std::invalid_argument);
 }
 
 }  // namespace

@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <Eigen/Geometry>
+#include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 
 namespace gms_ransac {
@@ -44,6 +46,32 @@ class CorrespondencesView {
   /// N values in 0..1.
   Column confidence() const { return {message_.confidence.data(), size()}; }
 
+  /// False: the points are pixels of the distorted image, which K alone does not describe.
+  bool isRectified() const { return message_.pixel_space == Message::PIXELS_RECTIFIED; }
+  /// Where the rays of referencePoints() or currentPoints() meet the plane z = 1: N x 1 CV_32FC2. Points that are not
+  /// rectified need the distortion, which the message has no field for: `distortion_model` and `D` of the images'
+  /// camera_info. Throws std::invalid_argument without it or without K.
+  cv::Mat normalized(const cv::Mat& points, const std::string& distortion_model = "",
+                     const std::vector<double>& D = {}) const {
+    if (!calibrated()) throw std::invalid_argument("Correspondences: the camera is not calibrated (K is zero)");
+    if (!isRectified() && D.empty()) {
+      throw std::invalid_argument(
+          "Correspondences: the points are pixels of a distorted image; give the distortion of its camera_info, or "
+          "rectified images to the node");
+    }
+    cv::Mat rays;
+    if (points.empty()) return rays;
+    const cv::Matx33d K(&message_.K[0]);
+    if (!isRectified() && (distortion_model == "equidistant" || distortion_model == "fisheye")) {
+      cv::fisheye::undistortPoints(points, rays, K, D);
+    } else {
+      // The default of five iterations leaves pixels of error in the corners of strongly distorted images.
+      const cv::TermCriteria until(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-10);
+      cv::undistortPoints(points, rays, K, isRectified() ? std::vector<double>() : D, cv::noArray(), cv::noArray(),
+                          until);
+    }
+    return rays;
+  }
   bool calibrated() const { return message_.K[0] > 0 && message_.K[4] > 0; }
   Eigen::Matrix3d K() const { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&message_.K[0]); }
   /// X_reference = pose * X_current; meaningless unless the message says pose_valid, |t| is 1 unless metric_scale.
