@@ -22,6 +22,16 @@ double binomialTail(int n, int k) {
   return sum;
 }
 
+/// Smallest k with a tail below kChanceOfAccepting, looked for from where a normal distribution has it.
+int smallestUnlikely(int n) {
+  constexpr double kDeviations = 1.645;
+  int k = static_cast<int>(n * kChanceOfFit + kDeviations * std::sqrt(n * kChanceOfFit * (1 - kChanceOfFit)));
+  k = std::min(k, n);
+  while (k <= n && binomialTail(n, k) >= kChanceOfAccepting) ++k;
+  while (k > 0 && binomialTail(n, k - 1) < kChanceOfAccepting) --k;
+  return k;
+}
+
 }  // namespace
 
 int requiredIterations(double confidence, double inlier_ratio, int exponent, int cap) {
@@ -39,13 +49,10 @@ void ChanceSupport::setSampleSize(int sample_size) {
 
 int ChanceSupport::minimum(int n) {
   if (n < sample_size_) return n + 1;
-  while (static_cast<int>(minimum_.size()) <= n - sample_size_) {
-    const int others = static_cast<int>(minimum_.size());
-    int k = minimum_.empty() ? 0 : minimum_.back() - sample_size_;
-    while (k <= others && binomialTail(others, k) >= kChanceOfAccepting) ++k;
-    minimum_.push_back(sample_size_ + k);
-  }
-  return minimum_[n - sample_size_];
+  const auto others = static_cast<size_t>(n - sample_size_);
+  if (others >= minimum_.size()) minimum_.resize(others + 1, 0);
+  if (minimum_[others] == 0) minimum_[others] = sample_size_ + smallestUnlikely(n - sample_size_);
+  return minimum_[others];
 }
 
 }  // namespace gms_ransac

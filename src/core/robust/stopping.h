@@ -13,15 +13,15 @@ int requiredIterations(double confidence, double inlier_ratio, int exponent, int
 /// its own sample of m, each other match fits with probability 0.05.
 class ChanceSupport {
  public:
-  /// Forgets the table if the sample size is another one.
+  /// Forgets the answers if the sample size is another one.
   void setSampleSize(int sample_size);
   /// Smallest non-random number of inliers among n matches; n + 1 (never reached) when n is below the sample size.
-  /// The table behind it grows with the largest n ever asked for.
+  /// Answers are kept.
   int minimum(int n);
 
  private:
   int sample_size_ = 0;
-  std::vector<int> minimum_;
+  std::vector<int> minimum_;  ///< by the number of other matches; 0: not asked for yet
 };
 
 }  // namespace gms_ransac

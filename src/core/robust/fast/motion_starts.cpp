@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Geometry>
+
 namespace gms_ransac {
 
 namespace {
@@ -15,6 +17,8 @@ constexpr int kSecondIterations = 6;
 constexpr int kSecondRound = 8;
 // Every match counts, but from twice the threshold on ever less: the start is far off.
 constexpr Loss kStartLoss = {1e4f, 1 / 4.f};
+// A dominant rotation this small is none: starts from both end in the same places (doc/estimator.md).
+constexpr double kNoRotation = 2 * M_PI / 180;
 // Directions closer than this are the same valley.
 constexpr double kSameDirection = 0.99;
 
@@ -72,16 +76,18 @@ int findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& poi
   PointColumnsView part = points;
   if (part.count > kStartMatches) part.size = part.count = kStartMatches;
   const PoseModel model(kernels, part, kParallaxPrior);
-  const Eigen::Matrix3d rotations[2] = {fitDominantRotation(model, part, Eigen::Matrix3d::Identity(), evaluations),
-                                        Eigen::Matrix3d::Identity()};
+  const Eigen::Matrix3d dominant = fitDominantRotation(model, part, Eigen::Matrix3d::Identity(), evaluations);
+  const Eigen::Matrix3d rotations[2] = {dominant, Eigen::Matrix3d::Identity()};
+  const int rotation_count = Eigen::AngleAxisd(dominant).angle() < kNoRotation ? 1 : 2;
   Start all[2 * 13];
   int all_count = 0;
-  for (const Eigen::Matrix3d& R : rotations) {
+  for (int k = 0; k < rotation_count; ++k) {
     // Half of the 26 directions to a cube's corners, edges and faces: the others are their opposites.
     for (int code = 14; code < 27; ++code) {
       const int x = code % 3 - 1, y = code / 3 % 3 - 1, z = code / 9 - 1;
       const Eigen::Vector3d direction(x, y, z);
-      all[all_count++] = optimizeStart(model, part, kFirstIterations, {R, direction.normalized()}, evaluations);
+      all[all_count++] =
+          optimizeStart(model, part, kFirstIterations, {rotations[k], direction.normalized()}, evaluations);
     }
   }
   std::sort(all, all + all_count, [](const Start& a, const Start& b) { return a.cost < b.cost; });

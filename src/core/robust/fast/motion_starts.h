@@ -12,8 +12,8 @@ constexpr int kMaxMotionStarts = 4;
 /// Between images of a moving camera the rotation is small or can be had from the matches alone, and what goes wrong is
 /// the direction of translation: the cost has several valleys over the sphere, and a model from five noisy points
 /// slides into one that is not the deepest. So a few steps of optimisation are taken on a random part of the matches
-/// from each of 13 directions, with no rotation and with the rotation that alone explains the matches best; the best
-/// kMaxMotionStarts of different directions are returned. Returns their number.
+/// from each of 13 directions, with the rotation that alone explains the matches best and, where that is more than two
+/// degrees, with none; the best kMaxMotionStarts of different directions are returned. Returns their number.
 int findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points,
                      TwoViewPose (&starts)[kMaxMotionStarts], int64_t& evaluations);
 
