@@ -56,7 +56,7 @@ Eigen::Matrix<double, 6, 6> poseCovariance(const PoseModel& model, int count, co
 RotationOnly fitRotationOnly(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& start,
                              const std::vector<float>& inlier_residuals, std::vector<float>& residuals,
                              int64_t& evaluations) {
-  constexpr int kIterations = 5;
+  constexpr int kIterations = 3;
   RotationOnly result;
   result.R = start.R;
   // From ten pixels at a threshold of one to the threshold's own scale: near points of a translating camera drop out.
