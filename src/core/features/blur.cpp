@@ -48,7 +48,8 @@ void Blur::apply(const Plane& source, const std::vector<Corner>& corners, const 
     const int begin = std::max(0, run.first - kBlurRadius), end = std::min(width, run.last + kBlurRadius);
     kernels.widenRow(source.row(y) + begin, end - begin, row + begin);
     for (int i = 1; run.first == 0 && i <= kBlurRadius; ++i) row[-i] = row[i];
-    for (int i = 1; run.last == width && i <= kBlurRadius; ++i) row[width - 1 + i] = row[width - 1 - i];
+    // A run that ends just before the side looks beyond it too.
+    for (int i = 1; end == width && i <= kBlurRadius; ++i) row[width - 1 + i] = row[width - 1 - i];
   };
   const auto filterRow = [&](int y) {
     widen(y, {0, width}, pixels[0]);
