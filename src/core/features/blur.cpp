@@ -11,8 +11,18 @@ constexpr int kFloatSlack = 32;  // what vector code may overrun
 // Columns that are blurred together. 2000 features want about half of all such blocks on TUM and KITTI images.
 constexpr int kBlock = 32;
 
+/// Floats from one row to the next.
+size_t strideOf(int width) { return (width + 2 * kFloatSlack + kLine - 1) / kLine * kLine; }
+
 int reflect(int i, int size) { return i < 0 ? -i : i >= size ? 2 * size - 2 - i : i; }
 }  // namespace
+
+void Blur::reserve(int width) {
+  const size_t floats = (kRing + 2) * strideOf(width) + kLine;
+  if (storage_.size() < floats) storage_.resize(floats);
+  wanted_down_to_.reserve((width + kBlock - 1) / kBlock);
+  runs_.reserve(wanted_down_to_.capacity());
+}
 
 void Blur::want(const Corner& corner) {
   const int last = (corner.x + kDescriptorRadius) / kBlock;
@@ -36,8 +46,8 @@ void Blur::apply(const Plane& source, const std::vector<Corner>& corners, const 
                  Plane& target) {
   const int width = source.width(), height = source.height();
   target.resize(width, height);
-  const size_t stride = (width + 2 * kFloatSlack + kLine - 1) / kLine * kLine;
-  storage_.resize((kRing + 2) * stride + kLine);
+  reserve(width);
+  const size_t stride = strideOf(width);
   const auto address = reinterpret_cast<uintptr_t>(storage_.data()) / sizeof(float);
   float* first = storage_.data() + (kLine - address % kLine) % kLine;
   float* const pixels[2] = {first + kFloatSlack, first + stride + kFloatSlack};
@@ -57,7 +67,6 @@ void Blur::apply(const Plane& source, const std::vector<Corner>& corners, const 
   };
 
   wanted_down_to_.assign((width + kBlock - 1) / kBlock, -1);
-  runs_.reserve(wanted_down_to_.size());
   auto corner = corners.begin();
   for (int y = 0; y < kBlurRadius; ++y) filterRow(y);
   int y = 0;

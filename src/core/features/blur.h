@@ -17,6 +17,9 @@ class Blur {
   /// own build for processors with FMA: equal to it bit for bit.
   void apply(const Plane& source, const std::vector<Corner>& corners, const FeatureKernels& kernels, Plane& target);
 
+  /// Makes room for images of this width, so that apply() allocates nothing.
+  void reserve(int width);
+
  private:
   /// Columns first..last-1 of a row.
   struct Run {

@@ -32,25 +32,20 @@ RankWeights makeRankWeights() {
 
 }  // namespace
 
+void CornerSelector::reserve(size_t corners, int features) {
+  order_.reserve(corners);
+  priority_.reserve(corners);
+  cell_count_.reserve(static_cast<size_t>(static_cast<float>(features) / kFeaturesPerCell) + 1);
+}
+
 void CornerSelector::select(int width, int height, int quota, std::vector<Corner>& corners) {
   if (corners.size() <= static_cast<size_t>(quota)) return;
-  sortByStrength(corners);
-  rankWithinCells(width, height, quota, corners);
+  sortByStrength(width, height, quota, corners);
+  rankWithinCells();
   keepBest(quota, corners);
 }
 
-void CornerSelector::sortByStrength(const std::vector<Corner>& corners) {
-  std::array<uint32_t, kStrengths> count{};
-  for (const Corner& corner : corners) ++count[corner.strength];
-  uint32_t sum = 0;
-  for (int strength = kStrengths - 1; strength >= 0; --strength) sum += std::exchange(count[strength], sum);
-  order_.reserve(corners.capacity());
-  order_.resize(corners.size());
-  for (size_t i = 0; i < corners.size(); ++i) order_[count[corners[i].strength]++] = static_cast<uint32_t>(i);
-}
-
-void CornerSelector::rankWithinCells(int width, int height, int quota, const std::vector<Corner>& corners) {
-  static const RankWeights weights = makeRankWeights();
+void CornerSelector::sortByStrength(int width, int height, int quota, const std::vector<Corner>& corners) {
   const float area = static_cast<float>(width) * static_cast<float>(height);
   const float side = std::max(kSmallestCell, std::sqrt(kFeaturesPerCell * area / std::max(quota, 1)));
   const int columns = std::max(1, static_cast<int>(width / side)), rows = std::max(1, static_cast<int>(height / side));
@@ -58,15 +53,29 @@ void CornerSelector::rankWithinCells(int width, int height, int quota, const std
   const auto column_step = static_cast<uint64_t>(columns) * 65536 / width;
   const auto row_step = static_cast<uint64_t>(rows) * 65536 / height;
   cell_count_.assign(static_cast<size_t>(columns) * rows, 0);
-  priority_.reserve(corners.capacity());
-  priority_.resize(corners.size());
-  histogram_.assign(1 << kPriorityBits, 0);
-  for (uint32_t i : order_) {
+
+  std::array<uint32_t, kStrengths> count{};
+  for (const Corner& corner : corners) ++count[corner.strength];
+  uint32_t sum = 0;
+  for (int strength = kStrengths - 1; strength >= 0; --strength) sum += std::exchange(count[strength], sum);
+  order_.resize(corners.size());
+  for (size_t i = 0; i < corners.size(); ++i) {
     const Corner& corner = corners[i];
-    uint16_t& rank = cell_count_[(corner.y * row_step >> 16) * columns + (corner.x * column_step >> 16)];
-    priority_[i] = static_cast<uint16_t>(corner.strength * weights[rank] >> (16 - kPriorityBits));
-    if (rank < kRanks - 1) ++rank;
-    ++histogram_[priority_[i]];
+    const uint64_t cell = (corner.y * row_step >> 16) * columns + (corner.x * column_step >> 16);
+    order_[count[corner.strength]++] = {static_cast<uint32_t>(i), static_cast<uint16_t>(cell), corner.strength};
+  }
+}
+
+void CornerSelector::rankWithinCells() {
+  static const RankWeights weights = makeRankWeights();
+  priority_.resize(order_.size());
+  histogram_.assign(1 << kPriorityBits, 0);
+  for (const Candidate& candidate : order_) {
+    uint16_t& rank = cell_count_[candidate.cell];
+    const auto priority = static_cast<uint16_t>(candidate.strength * weights[rank] >> (16 - kPriorityBits));
+    priority_[candidate.index] = priority;
+    rank = static_cast<uint16_t>(rank + (rank < kRanks - 1));
+    ++histogram_[priority];
   }
 }
 
@@ -79,14 +88,15 @@ void CornerSelector::keepBest(int quota, std::vector<Corner>& corners) const {
   uint64_t phase = 0;
   size_t kept = 0;
   for (size_t i = 0; i < corners.size(); ++i) {
-    const int priority = priority_[i];
-    if (priority < cut) continue;
-    if (priority == cut) {
+    bool keep = priority_[i] > cut;
+    if (priority_[i] == cut) {
       phase += wanted;
-      if (phase < available) continue;
-      phase -= available;
+      keep = phase >= available;
+      if (keep) phase -= available;
     }
-    corners[kept++] = corners[i];
+    // Written whether kept or not: who is kept cannot be predicted.
+    corners[kept] = corners[i];
+    kept += keep;
   }
   corners.resize(kept);
 }

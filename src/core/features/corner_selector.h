@@ -1,6 +1,7 @@
 // Chooses which corners of a level become keypoints: strong ones, spread over the image.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -15,12 +16,22 @@ class CornerSelector {
   /// only then does a strongly textured cell get more. Linear in the number of corners.
   void select(int width, int height, int quota, std::vector<Corner>& corners);
 
+  /// Makes room for so many corners and features, so that select() allocates nothing.
+  void reserve(size_t corners, int features);
+
  private:
-  void sortByStrength(const std::vector<Corner>& corners);
-  void rankWithinCells(int width, int height, int quota, const std::vector<Corner>& corners);
+  /// What ranking a corner takes, side by side for all of them.
+  struct Candidate {
+    uint32_t index;
+    uint16_t cell;  ///< there is about one for every 120 features asked for
+    uint8_t strength;
+  };
+
+  void sortByStrength(int width, int height, int quota, const std::vector<Corner>& corners);
+  void rankWithinCells();
   void keepBest(int quota, std::vector<Corner>& corners) const;
 
-  std::vector<uint32_t> order_;       ///< corners by falling strength
+  std::vector<Candidate> order_;      ///< corners by falling strength
   std::vector<uint16_t> cell_count_;  ///< corners met so far in each cell
   std::vector<uint16_t> priority_;    ///< of each corner
   std::vector<uint32_t> histogram_;   ///< of the priorities

@@ -36,7 +36,8 @@ FastExtractor::FastExtractor(const FeatureExtractorOptions& options)
     : options_(options),
       kernels_(featureKernels(options.simd)),
       pyramid_(options.levels, options.scale_factor, 2 * kBorder + 1, kernels_),
-      levels_(options.levels) {
+      levels_(options.levels),
+      scratch_(options.threads > 1 ? 2 : 1) {
   double sum = 0;
   for (int i = 0; i < options.levels; ++i) sum += levels_[i].weight = std::pow(pyramid_.nominalScale(i), -kLevelPower);
   for (Level& level : levels_) level.weight /= sum;
@@ -47,9 +48,11 @@ void FastExtractor::extract(const cv::Mat& image, Features& features) {
   features.image_size = image.size();
   features.scale_factor = static_cast<float>(options_.scale_factor);
   pyramid_.build(image);
-  forEachLevel([&](int i) { detect(i); });
+  // The levels built last are still in the cache; so are, afterwards, the level and the contrasts searched last.
+  forEachLevel(Order::kSmallestFirst, [&](int i, Scratch&) { detect(i); });
   if (static_cast<double>(cornerCount()) < kSparse * static_cast<double>(image.total())) {
-    forEachLevel([&](int i) { removeEdgePoints(pyramid_.level(i), levels_[i].corners); });
+    forEachLevel(Order::kLargestFirst,
+                 [&](int i, Scratch&) { removeEdgePoints(pyramid_.level(i), levels_[i].corners); });
   }
   setQuotas();
   int total = 0;
@@ -59,19 +62,37 @@ void FastExtractor::extract(const cv::Mat& image, Features& features) {
   }
   features.keypoints.resize(total);
   features.descriptors.resize(total);
-  forEachLevel([&](int i) { describe(i, features); });
+  reserveScratch();
+  forEachLevel(Order::kLargestFirst, [&](int i, Scratch& scratch) { describe(i, scratch, features); });
   features.descriptors.pack();
 }
 
 template <typename Task>
-void FastExtractor::forEachLevel(const Task& task) {
+void FastExtractor::forEachLevel(Order order, const Task& task) {
   std::atomic<int> next{0};
-  const auto work = [&] {
-    for (int i = next++; i < pyramid_.levels(); i = next++) task(i);
+  const int count = pyramid_.levels();
+  const bool reversed = order == Order::kSmallestFirst && !worker_;
+  const auto work = [&](Scratch& scratch) {
+    for (int i = next++; i < count; i = next++) task(reversed ? count - 1 - i : i, scratch);
   };
-  if (worker_) worker_->start(work);
-  work();
-  if (worker_) worker_->wait();
+  if (worker_) {
+    auto second = [&] { work(scratch_[1]); };
+    worker_->start(second);
+    work(scratch_[0]);
+    worker_->wait();
+  } else {
+    work(scratch_[0]);
+  }
+}
+
+void FastExtractor::reserveScratch() {
+  if (pyramid_.levels() == 0) return;
+  const Plane& largest = pyramid_.level(0);
+  for (Scratch& scratch : scratch_) {
+    scratch.selector.reserve(levels_[0].corners.capacity(), options_.features);
+    scratch.blur.reserve(largest.width());
+    scratch.blurred.resize(largest.width(), largest.height());
+  }
 }
 
 void FastExtractor::detect(int i) {
@@ -116,23 +137,23 @@ void FastExtractor::setQuotas() {
   }
 }
 
-void FastExtractor::describe(int i, Features& features) {
+void FastExtractor::describe(int i, Scratch& scratch, Features& features) {
   Level& level = levels_[i];
   const Plane& image = pyramid_.level(i);
-  level.selector.select(image.width(), image.height(), level.quota, level.corners);
+  scratch.selector.select(image.width(), image.height(), level.quota, level.corners);
   if (level.corners.empty()) return;
-  level.blur.apply(image, level.corners, kernels_, level.blurred);
+  scratch.blur.apply(image, level.corners, kernels_, scratch.blurred);
   const cv::Point2f scale = pyramid_.scale(i);
   int index = level.first_keypoint;
   for (const Corner& corner : level.corners) {
-    const uint8_t* centre = level.blurred.row(corner.y) + corner.x;
+    const uint8_t* centre = scratch.blurred.row(corner.y) + corner.x;
     // The centroid of the blurred disc, where cv::ORB takes the sharp one: it turns more truly with the image, for the
     // disc has a hard rim. Measured in doc/extractor.md.
     int m10, m01;
-    kernels_.moments(centre, level.blurred.stride(), m10, m01);
+    kernels_.moments(centre, scratch.blurred.stride(), m10, m01);
     const float angle = cv::fastAtan2(static_cast<float>(m01), static_cast<float>(m10));
     const float radians = angle * static_cast<float>(CV_PI / 180);
-    kernels_.describe(centre, level.blurred.stride(), std::cos(radians), std::sin(radians),
+    kernels_.describe(centre, scratch.blurred.stride(), std::cos(radians), std::sin(radians),
                       features.descriptors.row(index));
 
     cv::KeyPoint& keypoint = features.keypoints[index++];

@@ -22,25 +22,34 @@ class FastExtractor : public FeatureExtractor {
  private:
   struct Level {
     CornerDetector detector;
-    CornerSelector selector;
     std::vector<Corner> corners;  ///< all of them, then the chosen ones
     double weight = 0;            ///< share of the features asked for
     int quota = 0;
     int first_keypoint = 0;
+  };
+
+  /// What describing a level needs for a while. One for each thread instead of each level: it stays in the cache.
+  struct Scratch {
+    CornerSelector selector;
     Blur blur;
     Plane blurred;
   };
 
-  /// Calls task(level) for every level of the image, on both threads if there are two.
+  enum class Order { kLargestFirst, kSmallestFirst };
+
+  /// Calls task(level, scratch) for every level of the image, on both threads if there are two. One thread keeps the
+  /// order; two take the largest levels first, so that they end together.
   template <typename Task>
-  void forEachLevel(const Task& task);
+  void forEachLevel(Order order, const Task& task);
+  /// Makes room in every scratch for the largest level, whichever thread takes it, so that later frames need none.
+  void reserveScratch();
   /// Finds the corners of a level, the faint ones too if it has not enough others.
   void detect(int level);
   size_t cornerCount() const;
   /// Divides the features asked for among the levels, in proportion to their weights. What a level lacks in corners
   /// goes to the others.
   void setQuotas();
-  void describe(int level, Features& features);
+  void describe(int level, Scratch& scratch, Features& features);
   /// Position in pixels of the level, by parabolas through the contrast of the corner and its neighbours, each
   /// smoothed across its direction.
   cv::Point2f refine(int level, const Corner& corner) const;
@@ -49,6 +58,7 @@ class FastExtractor : public FeatureExtractor {
   const FeatureKernels& kernels_;
   Pyramid pyramid_;
   std::vector<Level> levels_;
+  std::vector<Scratch> scratch_;  ///< of each thread
   std::unique_ptr<Worker> worker_;
 };
 
