@@ -1,6 +1,9 @@
 #include "image_input.h"
 
+#include <algorithm>
 #include <sstream>
+#include <stdexcept>
+#include <vector>
 
 namespace gms_ransac {
 
@@ -9,11 +12,40 @@ namespace {
 // Colour and depth of one moment: half the period of a 30 Hz camera and some jitter.
 constexpr double kNear = 0.025;
 
+/// Which package brings a transport, as advice.
+std::string whereToGet(const std::string& transport) {
+  std::string package;
+  if (transport == "compressed" || transport == "theora") package = transport;
+  if (transport == "compressedDepth") package = "compressed-depth";
+  if (package.empty()) return "check the spelling, or install the package that brings it";
+  return "'" + transport + "' comes with the package ros-noetic-" + package +
+         "-image-transport (where there is none, build image_transport_plugins)";
+}
+
 }  // namespace
 
 ImageInput::ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
                        Callback callback)
     : nh_(nh), pnh_(pnh), transport_(nh), parameters_(parameters), callback_(std::move(callback)) {}
+
+void ImageInput::checkTransports() const {
+  checkTransport("image_transport", parameters_.image_transport);
+  if (parameters_.scale == ScaleMode::kDepth) {
+    checkTransport("depth_image_transport", parameters_.depth_image_transport);
+  }
+}
+
+void ImageInput::checkTransport(const std::string& parameter, const std::string& transport) const {
+  if (transport == "raw") return;  // always there; the others are loaded to see
+  const std::string prefix = "image_transport/";
+  const std::vector<std::string> loadable = transport_.getLoadableTransports();
+  if (std::find(loadable.begin(), loadable.end(), prefix + transport) != loadable.end()) return;
+  std::string installed;
+  for (const std::string& name : loadable) installed += " '" + name.substr(prefix.size()) + "'";
+  throw std::invalid_argument("parameter " + pnh_.resolveName(parameter) + " is '" + transport +
+                              "'; it must be one of the transports that are installed:" + installed + "; " +
+                              whereToGet(transport));
+}
 
 void ImageInput::start() {
   if (started_) return;
@@ -27,14 +59,14 @@ void ImageInput::start() {
     if (twoImages()) {
       startTwoImages(queue, hints);
     } else {
-      image_subscriber_ = transport_.subscribe("image", queue, &ImageInput::onImage, this, hints);
+      image_subscriber_ = transport_.subscribe(firstTopic(), queue, &ImageInput::onImage, this, hints);
     }
   }
   started_ = true;
 }
 
 void ImageInput::startExact(uint32_t queue, const image_transport::TransportHints& hints) {
-  image_filter_.subscribe(transport_, "image", queue, hints);
+  image_filter_.subscribe(transport_, firstTopic(), queue, hints);
   info_filter_.subscribe(nh_, "camera_info", queue);
   image_filter_.registerCallback(&ImageInput::countImage, this);
   info_filter_.registerCallback(&ImageInput::onInfo, this);
@@ -47,9 +79,9 @@ void ImageInput::startExact(uint32_t queue, const image_transport::TransportHint
 void ImageInput::startTwoImages(uint32_t queue, const image_transport::TransportHints& hints) {
   const bool pair = parameters_.input == InputKind::kPair;
   // Depth is never sent through the transport of the images: lossy ones spoil it.
-  image_filter_.subscribe(transport_, pair ? "reference/image" : "image", queue, hints);
+  image_filter_.subscribe(transport_, firstTopic(), queue, hints);
   second_filter_.subscribe(
-      transport_, pair ? "current/image" : "depth/image", queue,
+      transport_, secondTopic(), queue,
       pair ? hints : image_transport::TransportHints("raw", ros::TransportHints(), pnh_, "depth_image_transport"));
   image_filter_.registerCallback(&ImageInput::countImage, this);
   near_synchronizer_ =
@@ -119,6 +151,11 @@ void ImageInput::deliver(ImageWithInfo input) {
   callback_(input);
 }
 
+// Resolved here: a transport appends its name to the topic first, and "image/compressed" is not what was remapped.
+std::string ImageInput::firstTopic() const {
+  return nh_.resolveName(parameters_.input == InputKind::kPair ? "reference/image" : "image");
+}
+
 std::string ImageInput::secondTopic() const {
   return nh_.resolveName(parameters_.input == InputKind::kPair ? "current/image" : "depth/image");
 }
@@ -128,9 +165,9 @@ std::string ImageInput::waitingFor() {
   const int images = images_, infos = infos_, delivered = delivered_;
   images_ = infos_ = delivered_ = 0;
   if (!started_ || delivered > 0) return std::string();
-  const std::string first = parameters_.input == InputKind::kPair ? "reference/image" : "image";
-  const std::string image_topic = nh_.resolveName(first), info_topic = nh_.resolveName("camera_info");
-  if (images == 0) return "no image arrives on " + image_topic;
+  const std::string image_topic = firstTopic(), info_topic = infoTopic();
+  const bool raw = parameters_.image_transport == "raw";
+  if (images == 0) return "no image arrives on " + image_topic + (raw ? "" : "/" + parameters_.image_transport);
   std::ostringstream text;
   if (twoImages()) {
     text << "no image of " << image_topic << " (last stamp " << last_image_stamp_ << ") has a partner within " << kNear

@@ -35,12 +35,15 @@ class ImageInput {
   /// `nh`: the inputs are relative to it; `pnh`: where ~image_transport and its options are looked up.
   ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters, Callback callback);
 
+  /// Throws std::invalid_argument with a sentence when ~image_transport, or ~depth_image_transport where depth is
+  /// read, is not installed.
+  void checkTransports() const;
   /// Throws image_transport::TransportLoadException when ~image_transport names a transport that is not installed.
   void start();
   void stop();
   bool started() const { return started_; }
 
-  /// The current one of a pair.
+  /// The current one of a pair; what is subscribed to lies below it when ~image_transport is not raw.
   std::string imageTopic() const {
     return nh_.resolveName(parameters_.input == InputKind::kPair ? "current/image" : "image");
   }
@@ -55,9 +58,12 @@ class ImageInput {
   /// Two images whose stamps are close: image and depth, or reference and current.
   using NearPolicy = message_filters::sync_policies::ApproximateTime<sensor_msgs::Image, sensor_msgs::Image>;
 
+  void checkTransport(const std::string& parameter, const std::string& transport) const;
   void startExact(uint32_t queue, const image_transport::TransportHints& hints);
   void startTwoImages(uint32_t queue, const image_transport::TransportHints& hints);
   bool twoImages() const { return parameters_.input == InputKind::kPair || parameters_.scale == ScaleMode::kDepth; }
+  /// The reference of a pair, else the image.
+  std::string firstTopic() const;
   std::string secondTopic() const;
   bool needsInfo() const { return !parameters_.camera.calibrated(); }
   void onImage(const sensor_msgs::ImageConstPtr& image);

@@ -30,11 +30,12 @@ ProcessorOptions processorOptions(const MatchFilterConfig& config, int threads) 
 
 MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& name)
     : nh_(nh), pnh_(pnh), name_(name), parameters_(Parameters::read(pnh)), mailbox_(parameters_.drop_frames) {
-  for (const std::string& unknown : unknownParameters(pnh_)) {
+  for (const std::string& unknown : unknownParameters(pnh_, parameters_)) {
     ROS_WARN_STREAM(name_ << ": parameter " << pnh_.resolveName(unknown) << " is set but not known; misspelt?");
   }
   checkConfigOnServer(pnh_);
   input_ = std::make_unique<ImageInput>(nh_, pnh_, parameters_, [this](const ImageWithInfo& input) { onImage(input); });
+  input_->checkTransports();
   processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic());
 
   reconfigure_server_ = std::make_unique<dynamic_reconfigure::Server<UnclampedConfig>>(reconfigure_mutex_, pnh_);

@@ -288,7 +288,7 @@ MatchFilterOptions coreOptions(const MatchFilterConfig& config) {
   return options;
 }
 
-std::vector<std::string> unknownParameters(const ros::NodeHandle& pnh) {
+std::vector<std::string> unknownParameters(const ros::NodeHandle& pnh, const Parameters& parameters) {
   std::vector<std::string> all, unknown;
   pnh.getParamNames(all);
   const std::string prefix = pnh.getNamespace() + "/";
@@ -298,8 +298,12 @@ std::vector<std::string> unknownParameters(const ros::NodeHandle& pnh) {
     if (std::find(kStaticNames.begin(), kStaticNames.end(), name) != kStaticNames.end()) continue;
     const auto& dynamic = MatchFilterConfig::__getParamDescriptions__();
     if (std::any_of(dynamic.begin(), dynamic.end(), [&](const auto& d) { return d->name == name; })) continue;
-    // The image transports of the overlay keep their own parameters below its name.
-    if (name.compare(0, 12, "match_image/") == 0) continue;
+    // Image transports keep parameters of their own: those of the overlay below its name, the others below theirs.
+    const std::string folder = name.substr(0, name.find('/') + 1);
+    if (folder == "match_image/" || folder == parameters.image_transport + "/" ||
+        folder == parameters.depth_image_transport + "/") {
+      continue;
+    }
     unknown.push_back(name);
   }
   return unknown;

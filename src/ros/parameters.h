@@ -60,7 +60,7 @@ struct UnclampedConfig : MatchFilterConfig {
 /// The core's options from the reconfigurable parameters; throws std::invalid_argument when they contradict each other.
 MatchFilterOptions coreOptions(const MatchFilterConfig& config);
 
-/// Names set in the private namespace that the node does not know: misspelt, most likely.
-std::vector<std::string> unknownParameters(const ros::NodeHandle& pnh);
+/// Names set in the private namespace that neither the node knows nor its image transports: misspelt, most likely.
+std::vector<std::string> unknownParameters(const ros::NodeHandle& pnh, const Parameters& parameters);
 
 }  // namespace gms_ransac
