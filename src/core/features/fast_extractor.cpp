@@ -91,6 +91,7 @@ void FastExtractor::reserveScratch() {
   for (Scratch& scratch : scratch_) {
     scratch.selector.reserve(levels_[0].corners.capacity(), options_.features);
     scratch.blur.reserve(largest.width());
+    scratch.directions.reserve(options_.features);
     scratch.blurred.resize(largest.width(), largest.height());
   }
 }
@@ -143,29 +144,39 @@ void FastExtractor::describe(int i, Scratch& scratch, Features& features) {
   scratch.selector.select(image.width(), image.height(), level.quota, level.corners);
   if (level.corners.empty()) return;
   scratch.blur.apply(image, level.corners, kernels_, scratch.blurred);
+  // One step after the other for all corners: the steps of one corner wait for each other, those of many do not.
+  cv::KeyPoint* keypoints = features.keypoints.data() + level.first_keypoint;
+  orient(scratch, level.corners, keypoints);
+  for (size_t k = 0; k < level.corners.size(); ++k) {
+    const Corner& corner = level.corners[k];
+    kernels_.describe(scratch.blurred.row(corner.y) + corner.x, scratch.blurred.stride(), scratch.directions[k].x,
+                      scratch.directions[k].y, features.descriptors.row(level.first_keypoint + static_cast<int>(k)));
+  }
   const cv::Point2f scale = pyramid_.scale(i);
-  int index = level.first_keypoint;
+  const float size = kPatchSize * static_cast<float>(pyramid_.nominalScale(i));
   for (const Corner& corner : level.corners) {
-    const uint8_t* centre = scratch.blurred.row(corner.y) + corner.x;
-    // The centroid of the blurred disc, where cv::ORB takes the sharp one: it turns more truly with the image, for the
-    // disc has a hard rim. Measured in doc/extractor.md.
-    int m10, m01;
-    kernels_.moments(centre, scratch.blurred.stride(), m10, m01);
-    const float angle = cv::fastAtan2(static_cast<float>(m01), static_cast<float>(m10));
-    const float radians = angle * static_cast<float>(CV_PI / 180);
-    kernels_.describe(centre, scratch.blurred.stride(), std::cos(radians), std::sin(radians),
-                      features.descriptors.row(index));
-
-    cv::KeyPoint& keypoint = features.keypoints[index++];
+    cv::KeyPoint& keypoint = *keypoints++;
     const cv::Point2f position = refine(i, corner);
     // Pixel centres: pixel x of a level covers x * scale .. (x + 1) * scale of the image. (cv::ORB takes x * scale, up
     // to a pixel off at the upper levels.)
     keypoint.pt = {(position.x + 0.5f) * scale.x - 0.5f, (position.y + 0.5f) * scale.y - 0.5f};
-    keypoint.size = kPatchSize * static_cast<float>(pyramid_.nominalScale(i));
-    keypoint.angle = angle;
+    keypoint.size = size;
     keypoint.response = static_cast<float>(corner.contrast - 1);
     keypoint.octave = i;
     keypoint.class_id = -1;
+  }
+}
+
+void FastExtractor::orient(Scratch& scratch, const std::vector<Corner>& corners, cv::KeyPoint* keypoints) const {
+  scratch.directions.resize(corners.size());
+  for (size_t k = 0; k < corners.size(); ++k) {
+    // The centroid of the blurred disc, where cv::ORB takes the sharp one: it turns more truly with the image, for the
+    // disc has a hard rim. Measured in doc/extractor.md.
+    int m10, m01;
+    kernels_.moments(scratch.blurred.row(corners[k].y) + corners[k].x, scratch.blurred.stride(), m10, m01);
+    keypoints[k].angle = cv::fastAtan2(static_cast<float>(m01), static_cast<float>(m10));
+    const float radians = keypoints[k].angle * static_cast<float>(CV_PI / 180);
+    scratch.directions[k] = {std::cos(radians), std::sin(radians)};
   }
 }
 

@@ -33,6 +33,7 @@ class FastExtractor : public FeatureExtractor {
     CornerSelector selector;
     Blur blur;
     Plane blurred;
+    std::vector<cv::Point2f> directions;  ///< cosine and sine of each keypoint's angle
   };
 
   enum class Order { kLargestFirst, kSmallestFirst };
@@ -50,6 +51,8 @@ class FastExtractor : public FeatureExtractor {
   /// goes to the others.
   void setQuotas();
   void describe(int level, Scratch& scratch, Features& features);
+  /// Fills in the keypoints' angles and the scratch's directions, from the scratch's blurred level.
+  void orient(Scratch& scratch, const std::vector<Corner>& corners, cv::KeyPoint* keypoints) const;
   /// Position in pixels of the level, by parabolas through the contrast of the corner and its neighbours, each
   /// smoothed across its direction.
   cv::Point2f refine(int level, const Corner& corner) const;
