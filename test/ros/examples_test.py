@@ -55,8 +55,13 @@ class Examples(unittest.TestCase):
             return len(twists) >= 3
 
         client.wait(walk, "twist")
+        stamps = [twist.header.stamp for twist in twists]
+        self.assertEqual(stamps, sorted(set(stamps)), "older ones are not taken")
         for twist in twists:
             self.assertEqual(twist.header.frame_id, "base_link")
+            covariance = np.reshape(twist.twist.covariance, (6, 6))
+            self.assertTrue(np.allclose(covariance, covariance.T))
+            self.assertGreater(np.linalg.eigvalsh(covariance)[0], 1e-9, "what the filter raises smaller variances to")
             ahead = round((twist.header.stamp.to_sec() - 100) / 0.1) % 4 in (1, 2)
             v = vector(twist.twist.twist.linear)
             self.assertGreater((v[0] if ahead else -v[0]) / np.linalg.norm(v), 0.99, "the camera looks along the base's x")
