@@ -16,7 +16,8 @@ constexpr int kPatchSize = 31;  // side of the described patch, as cv::ORB state
 // Grey levels. Fainter corners are seldom found again, so the second holds only for levels that lack corners.
 constexpr int kContrastFloor = 7;  // measured in doc/extractor.md
 constexpr int kFaintFloor = 4;     // likewise
-// Corners per pixel of the image below which edge points are removed: where corners abound, better ones win anyway.
+// Corners per pixel of the image below which edge points are removed (where corners abound, better ones win anyway) and
+// orientations come from the sharp image.
 constexpr double kSparse = 0.01;     // tum_fr3_cabinet has at most 0.0093, every textured set more than 0.0127
 constexpr double kLevelPower = 1.4;  // features of a level fall with scale^-1.4 (cv::ORB: 1, area: 2); likewise
 
@@ -50,7 +51,8 @@ void FastExtractor::extract(const cv::Mat& image, Features& features) {
   pyramid_.build(image);
   // The levels built last are still in the cache; so are, afterwards, the level and the contrasts searched last.
   forEachLevel(Order::kSmallestFirst, [&](int i, Scratch&) { detect(i); });
-  if (static_cast<double>(cornerCount()) < kSparse * static_cast<double>(image.total())) {
+  sparse_ = static_cast<double>(cornerCount()) < kSparse * static_cast<double>(image.total());
+  if (sparse_) {
     forEachLevel(Order::kLargestFirst,
                  [&](int i, Scratch&) { removeEdgePoints(pyramid_.level(i), levels_[i].corners); });
   }
@@ -146,7 +148,9 @@ void FastExtractor::describe(int i, Scratch& scratch, Features& features) {
   scratch.blur.apply(image, level.corners, kernels_, scratch.blurred);
   // One step after the other for all corners: the steps of one corner wait for each other, those of many do not.
   cv::KeyPoint* keypoints = features.keypoints.data() + level.first_keypoint;
-  orient(scratch, level.corners, keypoints);
+  // The centroid of the blurred disc turns more truly with the image than that of cv::ORB's sharp one, which has a hard
+  // rim; but not where corners are faint. Measured in doc/extractor.md.
+  orient(sparse_ ? image : scratch.blurred, level.corners, keypoints, scratch.directions);
   for (size_t k = 0; k < level.corners.size(); ++k) {
     const Corner& corner = level.corners[k];
     kernels_.describe(scratch.blurred.row(corner.y) + corner.x, scratch.blurred.stride(), scratch.directions[k].x,
@@ -167,16 +171,15 @@ void FastExtractor::describe(int i, Scratch& scratch, Features& features) {
   }
 }
 
-void FastExtractor::orient(Scratch& scratch, const std::vector<Corner>& corners, cv::KeyPoint* keypoints) const {
-  scratch.directions.resize(corners.size());
+void FastExtractor::orient(const Plane& image, const std::vector<Corner>& corners, cv::KeyPoint* keypoints,
+                           std::vector<cv::Point2f>& directions) const {
+  directions.resize(corners.size());
   for (size_t k = 0; k < corners.size(); ++k) {
-    // The centroid of the blurred disc, where cv::ORB takes the sharp one: it turns more truly with the image, for the
-    // disc has a hard rim. Measured in doc/extractor.md.
     int m10, m01;
-    kernels_.moments(scratch.blurred.row(corners[k].y) + corners[k].x, scratch.blurred.stride(), m10, m01);
+    kernels_.moments(image.row(corners[k].y) + corners[k].x, image.stride(), m10, m01);
     keypoints[k].angle = cv::fastAtan2(static_cast<float>(m01), static_cast<float>(m10));
     const float radians = keypoints[k].angle * static_cast<float>(CV_PI / 180);
-    scratch.directions[k] = {std::cos(radians), std::sin(radians)};
+    directions[k] = {std::cos(radians), std::sin(radians)};
   }
 }
 

@@ -51,8 +51,9 @@ class FastExtractor : public FeatureExtractor {
   /// goes to the others.
   void setQuotas();
   void describe(int level, Scratch& scratch, Features& features);
-  /// Fills in the keypoints' angles and the scratch's directions, from the scratch's blurred level.
-  void orient(Scratch& scratch, const std::vector<Corner>& corners, cv::KeyPoint* keypoints) const;
+  /// Fills in the keypoints' angles, by the intensity centroid in `image`, and their directions.
+  void orient(const Plane& image, const std::vector<Corner>& corners, cv::KeyPoint* keypoints,
+              std::vector<cv::Point2f>& directions) const;
   /// Position in pixels of the level, by parabolas through the contrast of the corner and its neighbours, each
   /// smoothed across its direction.
   cv::Point2f refine(int level, const Corner& corner) const;
@@ -61,6 +62,7 @@ class FastExtractor : public FeatureExtractor {
   const FeatureKernels& kernels_;
   Pyramid pyramid_;
   std::vector<Level> levels_;
+  bool sparse_ = false;           ///< the image has few corners
   std::vector<Scratch> scratch_;  ///< of each thread
   std::unique_ptr<Worker> worker_;
 };
