@@ -31,7 +31,10 @@ class ScalePropagator {
  public:
   /// Length of the translation of this pair, whose inliers these are (`pose.t` of unit length).
   ScaleEstimate update(const Triangulation& pair, const MatchResult& result, const Camera& camera);
-  /// The current image of the last `update` becomes the reference of the next.
+  /// Instead of `update` where the camera turned on the spot (`pose.t` is not looked at): depths are carried over, and
+  /// the length stays for the next pair that has one.
+  void carryThroughTurn(const Triangulation& pair, const MatchResult& result);
+  /// The current image of the last `update` or `carryThroughTurn` becomes the reference of the next.
   void advance();
   /// The next pair has length 1 again.
   void reset();

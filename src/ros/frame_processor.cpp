@@ -15,6 +15,8 @@ namespace {
 // Share of the reference's keypoints that must be inliers for it to be kept. Successive images of a handheld camera
 // have 0.4 to 0.7 (TUM freiburg1, 2000 keypoints), so the view has shifted by about half when it falls below.
 constexpr double kWellSeen = 0.2;
+// The next image is expected within this many times the interval between the last two.
+constexpr double kLateImage = 2;
 
 /// The outcome of a comparison in words, with what to do where something can be done.
 std::string explain(Status status, const MatchResult& result, const CameraModel& camera) {
@@ -38,8 +40,10 @@ std::string explain(Status status, const MatchResult& result, const CameraModel&
       text << "no model explains the " << result.matches_gms << " filtered matches";
       break;
     case Status::kLowParallax:
-      text << "the camera turned but hardly moved (" << result.robust.median_parallax_px
-           << " px of parallax): the rotation is good, the direction of translation cannot be observed";
+      text.precision(2);
+      text << "the rotation is good, the direction of translation cannot be observed: " << std::fixed
+           << result.robust.median_parallax_px
+           << " px of parallax are too little, or another motion explains the matches as well";
       break;
     case Status::kUncalibrated:
       text << "correspondences only, no pose: " << camera.problem;
@@ -152,11 +156,12 @@ Answer FrameProcessor::answer(std::unique_ptr<PreparedFrame> frame) {
   if (current_->pair_reference) return answerPair(answer);
   answer.text = startAnew(*current_, answer);
   const bool compared = answer.text.empty();
+  const double interval = current_->stamp() - std::exchange(last_stamp_, current_->stamp());
   if (compared) {
     compare(answer);
     // An image without keypoints would make the next one fail too; the one before it is the better reference.
     if (answer.status == Status::kTooFewKeypoints && current_->frame.features.size() < kMinimumMatches) return answer;
-    answer.reference_held = holdReference(answer);
+    answer.reference_held = holdReference(answer, interval);
     if (answer.reference_held) return answer;
   }
   advance(compared);
@@ -216,7 +221,7 @@ std::string FrameProcessor::startAnew(const PreparedFrame& frame, Answer& answer
     why = "the image size changed from " + sizeText(reference_->frame.features.image_size) + " to " +
           sizeText(frame.frame.features.image_size) + anew;
   } else if (frame.stamp() - reference_->stamp() > max_gap) {
-    why = "no usable image within ~max_frame_gap (" + seconds(max_gap) + ")" + anew;
+    why = "the last usable image is older than ~max_frame_gap (" + seconds(max_gap) + ")" + anew;
   } else {
     answer.continuity = Continuity::kContinuous;
     return std::string();
@@ -262,6 +267,9 @@ void FrameProcessor::finishPose(Answer& answer) {
   } else if (parameters_.scale == ScaleMode::kPropagate && translation_known) {
     answer.pose = withLength(answer.pose, propagator_.update(triangulation_, result_, camera));
     scale_updated_ = true;
+  } else if (parameters_.scale == ScaleMode::kPropagate) {
+    propagator_.carryThroughTurn(triangulation_, result_);
+    scale_updated_ = true;
   } else if (parameters_.scale == ScaleMode::kDepth) {
     const ScaleEstimate scale = poseFromDepth(triangulation_, reference_->frame.features, current_->frame.features,
                                               result_, camera, reference_->depth, current_->depth, answer.pose);
@@ -276,10 +284,14 @@ void FrameProcessor::finishPose(Answer& answer) {
   makePublishable(translation_known, options().sigma_floor, answer.pose);
 }
 
-bool FrameProcessor::holdReference(const Answer& answer) {
+bool FrameProcessor::holdReference(const Answer& answer, double interval) {
+  const ProcessorOptions options = this->options();
+  if (answer.status != Status::kLowParallax || answer.result == nullptr || !options.hold_reference) return false;
+  // Standing still for long, the reference would grow too old to be compared with the next image.
+  const double age = current_->stamp() - reference_->stamp();
+  if (age + kLateImage * interval > options.max_frame_gap) return false;
   // Turning on, the reference would leave the view before there is parallax; so only while it is well seen.
-  return answer.status == Status::kLowParallax && answer.result != nullptr && options().hold_reference &&
-         answer.result->inliers >= kWellSeen * answer.result->keypoints_reference;
+  return answer.result->inliers >= kWellSeen * answer.result->keypoints_reference;
 }
 
 }  // namespace gms_ransac

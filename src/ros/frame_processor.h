@@ -87,7 +87,8 @@ class FrameProcessor {
   /// Forgets the reference where the stamps or the image size ask for it and says why; empty: compare.
   std::string startAnew(const PreparedFrame& frame, Answer& answer);
   void compare(Answer& answer);
-  bool holdReference(const Answer& answer);
+  /// `interval`: between this image and the one before.
+  bool holdReference(const Answer& answer, double interval);
   Answer answerPair(Answer answer);
   /// Fills the pose, and the length of its translation as ~scale says.
   void finishPose(Answer& answer);
@@ -112,6 +113,7 @@ class FrameProcessor {
   ScalePropagator propagator_;
   Triangulation triangulation_;
   bool scale_updated_ = false;  ///< the propagator knows the features of the last pair
+  double last_stamp_ = 0;       ///< of the image answered before
 
   // shared
   std::mutex mutex_;

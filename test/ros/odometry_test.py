@@ -9,6 +9,7 @@ import tf2_ros
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, TwistWithCovarianceStamped
 from gms_ransac.msg import MatchStats
 from nav_msgs.msg import Odometry
+from std_msgs.msg import Bool
 
 from graph import Client, Scene, degrees_between, rotation_matrix, vector
 
@@ -80,6 +81,27 @@ class OdometryTest(unittest.TestCase):
         lost = [round(m.header.stamp.to_sec(), 3) for m in client.stats if m.status not in (MatchStats.OK, MatchStats.LOW_PARALLAX)]
         self.assertFalse(set(stamps) & set(lost))
         self.assertGreater(odom[-1].pose.covariance[0], odom[1].pose.covariance[0])
+
+    def test_standing_still_for_long_breaks_nothing(self):
+        client, odom, restarts = Client("standing", "standing/image", "standing/camera_info"), [], []
+        client.subscribe("odom", Odometry, odom)
+        client.subscribe("restart", Bool, restarts)
+        client.connect()
+        random = np.random.RandomState(1)
+        places = [0, 1, 2] + 35 * [2] + [3, 4]  # stands for 3.5 s; ~max_frame_gap is 1 s
+        for i, place in enumerate(places):
+            noisy = self.frames[place] + random.normal(0, 2, self.frames[place].shape)
+            answer = client.ask(np.clip(noisy, 0, 255).astype(np.uint8), 100 + 0.1 * i)
+            self.assertIn(answer.status, (MatchStats.OK, MatchStats.LOW_PARALLAX) if i else (MatchStats.FIRST_FRAME,),
+                          answer.status_text)
+        client.wait(lambda: len(odom) == len(places) - 1, "odometry of every pair")
+        self.assertEqual((answer.resets, restarts), (0, []))
+        standing = [vector(m.pose.pose.position) for m in odom[2:-2]]
+        self.assertLess(max(np.linalg.norm(p - standing[0]) for p in standing), 1e-9, "nothing is added up")
+        # Before and after it the steps are of one length: the scale outlived the stop.
+        steps = np.diff([vector(odom[k].pose.pose.position) for k in (0, 1, -3, -2, -1)], axis=0)
+        lengths = np.linalg.norm(steps[[0, 2, 3]], axis=1)
+        self.assertTrue(np.allclose(lengths, 1, atol=0.1), lengths)
 
     def test_of_the_base_and_the_walk_through_tf(self):
         buffer = tf2_ros.Buffer()

@@ -150,6 +150,21 @@ ScaleEstimate ScalePropagator::update(const Triangulation& pair, const MatchResu
   return estimate;
 }
 
+void ScalePropagator::carryThroughTurn(const Triangulation& pair, const MatchResult& result) {
+  current_.assign(static_cast<size_t>(result.keypoints_current), InverseDepth());
+  for (int i = 0; i < pair.size(); ++i) {
+    const Match& match = result.matches[pair.match[i]];
+    const auto keypoint = static_cast<size_t>(match.reference);
+    if (keypoint >= reference_.size() || reference_[keypoint].variance == 0) continue;
+    const InverseDepth& old = reference_[keypoint];
+    // How much further along the axis the same point lies for the turned camera.
+    const Eigen::Vector3d ray(pair.x_reference[i], pair.y_reference[i], 1);
+    const double stretch = (result.robust.pose.R.transpose() * ray).z();
+    if (stretch <= 0) continue;
+    current_[static_cast<size_t>(match.current)] = {old.value / stretch, old.variance / (stretch * stretch)};
+  }
+}
+
 void ScalePropagator::advance() {
   reference_.swap(current_);
   current_.clear();
