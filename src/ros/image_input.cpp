@@ -59,14 +59,15 @@ void ImageInput::start() {
     if (twoImages()) {
       startTwoImages(queue, hints);
     } else {
-      image_subscriber_ = transport_.subscribe(firstTopic(), queue, &ImageInput::onImage, this, hints);
+      image_subscriber_ = transport_.subscribe(toSubscribe(firstName(), parameters_.image_transport), queue,
+                                               &ImageInput::onImage, this, hints);
     }
   }
   started_ = true;
 }
 
 void ImageInput::startExact(uint32_t queue, const image_transport::TransportHints& hints) {
-  image_filter_.subscribe(transport_, firstTopic(), queue, hints);
+  image_filter_.subscribe(transport_, toSubscribe(firstName(), parameters_.image_transport), queue, hints);
   info_filter_.subscribe(nh_, "camera_info", queue);
   image_filter_.registerCallback(&ImageInput::countImage, this);
   info_filter_.registerCallback(&ImageInput::onInfo, this);
@@ -79,9 +80,10 @@ void ImageInput::startExact(uint32_t queue, const image_transport::TransportHint
 void ImageInput::startTwoImages(uint32_t queue, const image_transport::TransportHints& hints) {
   const bool pair = parameters_.input == InputKind::kPair;
   // Depth is never sent through the transport of the images: lossy ones spoil it.
-  image_filter_.subscribe(transport_, firstTopic(), queue, hints);
+  image_filter_.subscribe(transport_, toSubscribe(firstName(), parameters_.image_transport), queue, hints);
   second_filter_.subscribe(
-      transport_, secondTopic(), queue,
+      transport_, toSubscribe(secondName(), pair ? parameters_.image_transport : parameters_.depth_image_transport),
+      queue,
       pair ? hints : image_transport::TransportHints("raw", ros::TransportHints(), pnh_, "depth_image_transport"));
   image_filter_.registerCallback(&ImageInput::countImage, this);
   near_synchronizer_ =
@@ -151,13 +153,14 @@ void ImageInput::deliver(ImageWithInfo input) {
   callback_(input);
 }
 
-// Resolved here: a transport appends its name to the topic first, and "image/compressed" is not what was remapped.
-std::string ImageInput::firstTopic() const {
-  return nh_.resolveName(parameters_.input == InputKind::kPair ? "reference/image" : "image");
-}
+std::string ImageInput::firstTopic() const { return nh_.resolveName(firstName()); }
 
-std::string ImageInput::secondTopic() const {
-  return nh_.resolveName(parameters_.input == InputKind::kPair ? "current/image" : "depth/image");
+std::string ImageInput::secondTopic() const { return nh_.resolveName(secondName()); }
+
+std::string ImageInput::toSubscribe(const std::string& name, const std::string& transport) const {
+  // A transport appends its name to the topic first, and "image/compressed" is not what was remapped. Raw images are
+  // subscribed to as they are named: a resolved name would be remapped a second time.
+  return transport == "raw" ? name : nh_.resolveName(name);
 }
 
 std::string ImageInput::waitingFor() {

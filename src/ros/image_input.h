@@ -63,8 +63,12 @@ class ImageInput {
   void startTwoImages(uint32_t queue, const image_transport::TransportHints& hints);
   bool twoImages() const { return parameters_.input == InputKind::kPair || parameters_.scale == ScaleMode::kDepth; }
   /// The reference of a pair, else the image.
+  const char* firstName() const { return parameters_.input == InputKind::kPair ? "reference/image" : "image"; }
+  const char* secondName() const { return parameters_.input == InputKind::kPair ? "current/image" : "depth/image"; }
   std::string firstTopic() const;
   std::string secondTopic() const;
+  /// The name to hand to image_transport.
+  std::string toSubscribe(const std::string& name, const std::string& transport) const;
   bool needsInfo() const { return !parameters_.camera.calibrated(); }
   void onImage(const sensor_msgs::ImageConstPtr& image);
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
