@@ -28,6 +28,12 @@ nlohmann::json planJson(const TablesPlan& plan) {
           {"threshold_px", base.robust.threshold_px},
           {"confidence", base.robust.confidence},
           {"max_iterations", base.robust.max_iterations},
+          {"refine", base.robust.refine},
+          {"quality", base.robust.quality},
+          {"acceptance", static_cast<int>(gms.acceptance)},
+          {"distance_reading", static_cast<int>(base.distance_reading)},
+          {"lan_mutual", base.lan_mutual},
+          {"second_alpha", base.second_alpha},
           {"threads", base.extractor.threads},
           {"seed", base.robust.seed}};
 }
