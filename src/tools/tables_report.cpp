@@ -151,8 +151,8 @@ std::string withInterval(const PairedDifference& figure) {
 using PairColumns = std::vector<std::vector<double>>;
 
 std::vector<double> percentages(const std::vector<double>& parts, double whole) {
-  std::vector<double> values;
-  for (const double part : parts) values.push_back(100 * part / whole);
+  std::vector<double> values = parts;
+  for (double& value : values) value *= 100 / whole;
   return values;
 }
 
