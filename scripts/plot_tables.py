@@ -67,7 +67,7 @@ def save(figure, folder, name, legend_of=None):
     """With the legend of one of its panels below all of them, if given: inside it would cover curves."""
     if legend_of:
         figure.legend(*legend_of.get_legend_handles_labels(), loc="lower center", ncol=7, fontsize=8)
-    figure.tight_layout(rect=(0, 0.04 if legend_of else 0, 1, 1))
+    figure.tight_layout(rect=(0, 0.3 / figure.get_figheight() if legend_of else 0, 1, 1))
     figure.savefig(os.path.join(folder, name + ".png"), dpi=100)
     plt.close(figure)
 
@@ -117,8 +117,7 @@ def figures8_9(folder):
             for (method,), rows in groups(part, "method").items():
                 line(axis, rows, "preset", method, value)
             axis.set_ylim(bottom=0)
-        axes[0][0].legend(fontsize=8)
-        save(figure, folder, name)
+        save(figure, folder, name, legend_of=axes[0][0])
 
 
 def sweep(path):
