@@ -52,8 +52,9 @@ def grid_of(count, rows_of_panels):
 
 
 def panels_of(sequences, labels):
-    """A column for each sequence, a row for each label, over presets."""
-    figure, axes = grid_of(len(sequences), len(labels))
+    """A column for each sequence, a row for each label, over presets. One empty column without sequences: Table 1 has
+    no rows when ratio 1/2 was not asked for."""
+    figure, axes = grid_of(max(1, len(sequences)), len(labels))
     for axis, (sequence,) in zip(axes[0], sequences):
         axis.set_title(sequence, fontsize=9)
     for axis in axes[-1]:
@@ -80,7 +81,8 @@ def figure5(folder):
         line(axes[1][panel], rows, "preset", "median, p10 to p90", "filter ms", "filter p10 ms", "filter p90 ms")
         for axis in axes[:, panel]:
             axis.set_ylim(bottom=0)
-    axes[0][0].legend(fontsize=8, loc="upper left")
+    if sequences:
+        axes[0][0].legend(fontsize=8, loc="upper left")
     save(figure, folder, "figure5")
 
 
