@@ -289,6 +289,39 @@ TEST(FastEstimator, FindsAMotionOfThePlane) {
   }
 }
 
+TEST(FastEstimator, TellsTheMotionsOfAPlaneApartByWhatLiesBehindTheCamera) {
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    SceneOptions options;
+    options.planar = true;
+    options.seed = seed;
+    const double heading = static_cast<double>(seed);
+    options.t = {0.4 * std::cos(heading), 0.4 * std::sin(heading), 0.1};
+    const Scene scene = makeScene(options);
+    RobustResult result;
+    makeFast()->estimate(scene.pairs, testCamera(), result);
+    ASSERT_TRUE(result.pose_found);
+    EXPECT_LT(directionError(result, scene), 5) << "seed " << seed;
+    EXPECT_TRUE(result.translation_observable) << "seed " << seed;
+  }
+}
+
+TEST(FastEstimator, SaysWhenBothMotionsOfAPlaneSeeAllOfIt) {
+  for (uint64_t seed = 0; seed < 10; ++seed) {
+    SceneOptions options;
+    options.planar = true;
+    options.seed = seed;
+    options.t = {-0.25, 0.1, 0.4};
+    const Scene scene = makeScene(options);
+    RobustResult result;
+    makeFast()->estimate(scene.pairs, testCamera(), result);
+    ASSERT_TRUE(result.pose_found);
+    EXPECT_LT(errorToPlaneMotions(result, scene), 0.5) << "seed " << seed;
+    EXPECT_TRUE(result.ambiguous) << "seed " << seed;
+    EXPECT_FALSE(result.translation_observable) << "seed " << seed;
+    EXPECT_GT(result.median_parallax_px, 10) << "seed " << seed;
+  }
+}
+
 TEST(FastEstimator, FindsForwardMotion) {
   for (uint64_t seed = 0; seed < 5; ++seed) {
     SceneOptions options;

@@ -54,6 +54,8 @@ inline std::vector<float> allAnswers(const ResidualKernels& kernels, const Point
   std::vector<float> e(static_cast<size_t>(points.size));
   kernels.epipolarResiduals(points, pose.E, e.data());
   answers.insert(answers.end(), e.begin(), e.begin() + points.count);
+  kernels.poseResiduals(points, pose, e.data());
+  answers.insert(answers.end(), e.begin(), e.begin() + points.count);
   kernels.transferResiduals(points, H, e.data());
   answers.insert(answers.end(), e.begin(), e.begin() + points.count);
   return answers;

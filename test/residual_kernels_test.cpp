@@ -125,6 +125,26 @@ TEST(ResidualKernels, PosesWithPointsBehindTheCameraLose) {
   EXPECT_LT(wrong.inliers, right.inliers / 4);
 }
 
+TEST(ResidualKernels, PoseResidualsAreWhatThePoseScoreSumsUp) {
+  Problem problem(500, 16);
+  const ResidualKernels& kernels = residualKernels(detectSimdLevel());
+  for (const Eigen::Vector3d& t : {problem.pose.t, Eigen::Vector3d(-problem.pose.t)}) {
+    const PoseParameters parameters = TwoViewPose{problem.pose.R, t}.parameters();
+    Score score;
+    kernels.scorePose(problem.columns.view(), parameters, {}, 1e9f, score);
+    std::vector<float> e(static_cast<size_t>(problem.columns.view().size));
+    kernels.poseResiduals(problem.columns.view(), parameters, e.data());
+    double cost = 0;
+    int inliers = 0;
+    for (int i = 0; i < 500; ++i) {
+      cost += std::min(1.f, e[static_cast<size_t>(i)]);
+      inliers += e[static_cast<size_t>(i)] < 1;
+    }
+    EXPECT_NEAR(cost, score.cost, 1e-4 * cost);
+    EXPECT_EQ(inliers, score.inliers);
+  }
+}
+
 TEST(ResidualKernels, StopsOnceTheBoundIsPassed) {
   const Problem problem(1000, 14);
   PoseParameters wrong = problem.pose.parameters();

@@ -40,10 +40,15 @@ std::string explain(Status status, const MatchResult& result, const CameraModel&
       text << "no model explains the " << result.matches_gms << " filtered matches";
       break;
     case Status::kLowParallax:
+      if (result.robust.ambiguous) {
+        text << "two motions in different directions explain the " << result.matches_gms
+             << " filtered matches: the direction of translation cannot be told, the rotation as well as its "
+                "covariance says";
+        break;
+      }
       text.precision(2);
       text << "the rotation is good, the direction of translation cannot be observed: " << std::fixed
-           << result.robust.median_parallax_px
-           << " px of parallax are too little, or another motion explains the matches as well";
+           << result.robust.median_parallax_px << " px of parallax are too little";
       break;
     case Status::kUncalibrated:
       text << "correspondences only, no pose: " << camera.problem;

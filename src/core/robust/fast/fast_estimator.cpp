@@ -11,6 +11,7 @@
 #include "robust/fast/fundamental_model.h"
 #include "robust/fast/homography_model.h"
 #include "robust/fast/motion_starts.h"
+#include "robust/fast/plane_motion.h"
 #include "robust/fast/point_columns.h"
 #include "robust/fast/pose_model.h"
 #include "robust/fast/pose_uncertainty.h"
@@ -64,8 +65,8 @@ class FastEstimator : public RobustEstimator {
   PointColumns points_;
   std::vector<float> residuals_, rotation_residuals_;
   RivalBuffers rival_buffers_;
-  TwoViewPose starts_[kMaxMotionStarts];
-  int start_count_ = 0;
+  std::vector<TwoViewPose> starts_;
+  std::vector<OtherMotion> others_;
   TwoViewPose pose_;          // most likely; gives the model and the direction of translation
   Eigen::Matrix3d rotation_;  // most probable under the prior of the parallax
 
@@ -140,10 +141,22 @@ bool FastEstimator::findPose(RobustResult& result) {
   const PoseModel model(kernels_, points_.view(), kParallaxPrior);
   Search<PoseModel> search(model, points_.count(), result);
   if (has_previous_) search.offer(previous_);
-  start_count_ = findMotionStarts(kernels_, points_.view(), starts_, result.point_evaluations);
-  for (int i = 0; i < start_count_; ++i) search.offer(starts_[i]);
+  findMotionStarts(kernels_, points_.view(), starts_, result.point_evaluations);
+  others_.clear();
+  for (const TwoViewPose& start : starts_) {
+    search.offer(start);
+    others_.push_back({start});
+  }
   search.run(options_, order_, sampler_, residuals_);
   if (!search.found()) return false;
+  TwoViewPose other;
+  if (findOtherPlaneMotion(points_.view(), search.best(), residuals_, other, result.point_evaluations)) {
+    others_.push_back({search.best(), true});
+    float cost;
+    other = model.withBetterSign(other, cost, result.point_evaluations);
+    others_.push_back({other, true});
+    search.offer(other);
+  }
   pose_ = search.best();
   int passes = model.refine(kFinalLoss, kFinalIterations, pose_);
   rotation_ = pose_.R;
@@ -155,14 +168,15 @@ bool FastEstimator::findPose(RobustResult& result) {
 void FastEstimator::judgePose(const Camera& camera, RobustResult& result) {
   const PoseModel model(kernels_, points_.view());
   double rotation_spread;
-  const bool ambiguous = findRival(model, points_.count(), pose_, starts_, start_count_, cells_, rival_buffers_,
-                                   rotation_spread, result.point_evaluations);
+  const bool ambiguous = findRival(model, points_.count(), pose_, others_, cells_, rival_buffers_, rotation_spread,
+                                   result.point_evaluations);
   model.residuals(pose_, residuals_.data());
   const RotationOnly rotation =
       fitRotationOnly(model, points_.view(), pose_, residuals_, rotation_residuals_, result.point_evaluations);
   result.pose_found = true;
   result.median_parallax_px = rotation.median_residual * camera.meanFocalLength();
   const bool parallax = result.median_parallax_px > kObservableParallaxPx;
+  result.ambiguous = parallax && ambiguous;
   result.translation_observable = parallax && !ambiguous;
   result.pose = fromReferenceToCurrent(pose_.R, pose_.t);
   if (!parallax) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Geometry>
 
@@ -27,17 +26,12 @@ struct Start {
   float cost;
 };
 
-/// Optimises the pose; its cost is that of the better sign of t, which the Sampson distance cannot tell.
 Start optimizeStart(const PoseModel& model, const PointColumnsView& points, int iterations, TwoViewPose pose,
                     int64_t& evaluations) {
   evaluations += static_cast<int64_t>(points.count) * model.refine(kStartLoss, iterations, pose);
-  const TwoViewPose opposite = {pose.R, -pose.t};
-  constexpr float kNoBound = std::numeric_limits<float>::max();
-  Score score, opposite_score;
-  model.score(pose, kNoBound, score, evaluations);
-  model.score(opposite, kNoBound, opposite_score, evaluations);
-  if (opposite_score.cost < score.cost) return {opposite, opposite_score.cost};
-  return {pose, score.cost};
+  Start start;
+  start.pose = model.withBetterSign(pose, start.cost, evaluations);
+  return start;
 }
 
 /// Puts `start` into the list, best first, that holds at most one for a direction.
@@ -71,8 +65,8 @@ Eigen::Matrix3d fitDominantRotation(const PoseModel& model, const PointColumnsVi
   return R;
 }
 
-int findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points,
-                     TwoViewPose (&starts)[kMaxMotionStarts], int64_t& evaluations) {
+void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points, std::vector<TwoViewPose>& starts,
+                      int64_t& evaluations) {
   PointColumnsView part = points;
   if (part.count > kStartMatches) part.size = part.count = kStartMatches;
   const PoseModel model(kernels, part, kParallaxPrior);
@@ -96,8 +90,8 @@ int findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& poi
   for (int i = 0; i < kSecondRound; ++i) {
     insertStart(optimizeStart(model, part, kSecondIterations, all[i].pose, evaluations), list, count);
   }
-  for (int i = 0; i < count; ++i) starts[i] = list[i].pose;
-  return count;
+  starts.clear();
+  for (int i = 0; i < count; ++i) starts.push_back(list[i].pose);
 }
 
 }  // namespace gms_ransac

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "robust/fast/pose_model.h"
 
@@ -13,9 +14,9 @@ constexpr int kMaxMotionStarts = 4;
 /// the direction of translation: the cost has several valleys over the sphere, and a model from five noisy points
 /// slides into one that is not the deepest. So a few steps of optimisation are taken on a random part of the matches
 /// from each of 13 directions, with the rotation that alone explains the matches best and, where that is more than two
-/// degrees, with none; the best kMaxMotionStarts of different directions are returned. Returns their number.
-int findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points,
-                     TwoViewPose (&starts)[kMaxMotionStarts], int64_t& evaluations);
+/// degrees, with none; the best kMaxMotionStarts of different directions are left in `starts`.
+void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points, std::vector<TwoViewPose>& starts,
+                      int64_t& evaluations);
 
 /// Robust rotation that explains as much of the displacements as it can, from coarse to fine.
 Eigen::Matrix3d fitDominantRotation(const PoseModel& model, const PointColumnsView& points,

@@ -1,6 +1,8 @@
 #include "robust/fast/pose_model.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Geometry>
 
@@ -100,8 +102,18 @@ bool PoseModel::score(const Hypothesis& pose, float bound, Score& score, int64_t
   return score.cost < bound;
 }
 
+TwoViewPose PoseModel::withBetterSign(const Hypothesis& pose, float& cost, int64_t& evaluations) const {
+  constexpr float kNoBound = std::numeric_limits<float>::max();
+  const TwoViewPose opposite = {pose.R, -pose.t};
+  Score score, opposite_score;
+  this->score(pose, kNoBound, score, evaluations);
+  this->score(opposite, kNoBound, opposite_score, evaluations);
+  cost = std::min(score.cost, opposite_score.cost);
+  return opposite_score.cost < score.cost ? opposite : pose;
+}
+
 void PoseModel::residuals(const Hypothesis& pose, float* e) const {
-  kernels_.epipolarResiduals(points_, pose.parameters().E, e);
+  kernels_.poseResiduals(points_, pose.parameters(), e);
 }
 
 void PoseModel::tangent(const Eigen::Vector3d& t, Eigen::Vector3d (&basis)[2]) {

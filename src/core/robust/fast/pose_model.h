@@ -41,6 +41,9 @@ class PoseModel {
   int generate(const int* sample, Hypothesis* hypotheses) const;
   /// False as soon as the cost is known to exceed `bound`.
   bool score(const Hypothesis& pose, float bound, Score& score, int64_t& evaluations) const;
+  /// The pose or the one with the opposite t, which the Sampson distance cannot tell from it: the one of lower cost.
+  Hypothesis withBetterSign(const Hypothesis& pose, float& cost, int64_t& evaluations) const;
+  /// Those that score() sums up, without the prior.
   void residuals(const Hypothesis& pose, float* e) const;
   /// Levenberg-Marquardt; returns passes over the matches.
   int refine(const Loss& loss, int iterations, Hypothesis& pose) const;

@@ -68,8 +68,10 @@ struct ResidualKernels {
   /// The same for the homography of a pure rotation.
   void (*linearizeRotation)(const PointColumnsView& points, const float (&R)[9], const float (&D)[3][9],
                             const Loss& loss, NormalEquations<3>& equations);
-  /// e[i] of every match, padding included: the Sampson distance, and the transfer distance in the current image.
+  /// e[i] of every match, padding included: the Sampson distance, the same for a pose as scorePose counts it, and the
+  /// transfer distance in the current image.
   void (*epipolarResiduals)(const PointColumnsView& points, const float (&M)[9], float* e);
+  void (*poseResiduals)(const PointColumnsView& points, const PoseParameters& pose, float* e);
   void (*transferResiduals)(const PointColumnsView& points, const float (&H)[9], float* e);
 };
 

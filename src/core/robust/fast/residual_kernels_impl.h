@@ -184,6 +184,16 @@ struct KernelsFor {
     }
   }
 
+  static void poseResiduals(const PointColumnsView& points, const PoseParameters& pose, float* e) {
+    const Matrix E(pose.E), R(pose.R);
+    const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
+    for (int i = 0; i < points.size; i += kLanes) {
+      const Point p(points, i);
+      const Epipolar s(E, p);
+      V::maximum(s.residual(p.w), behindResidual(Parallax(R, p), RayTimesTranslation(t, p), s, p)).store(e + i);
+    }
+  }
+
   static void transferResiduals(const PointColumnsView& points, const float (&H)[9], float* e) {
     const Matrix h(H);
     for (int i = 0; i < points.size; i += kLanes) {
@@ -369,7 +379,7 @@ struct KernelsFor {
                                             scoreHomography,      linearizePose,
                                             linearizeFundamental, linearizeTransfer<8>,
                                             linearizeTransfer<3>, epipolarResiduals,
-                                            transferResiduals};
+                                            poseResiduals,        transferResiduals};
     return kernels;
   }
 };

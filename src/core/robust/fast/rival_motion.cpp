@@ -11,9 +11,11 @@ namespace {
 
 // Measured in doc/estimator.md.
 constexpr double kLeastAdvantage = 0.75;             ///< standard deviations
+constexpr double kLeastAdvantageOnPlane = 2;         ///< likewise
 constexpr double kOtherDirection = 20 * M_PI / 180;  ///< below it is the same valley
 constexpr Loss kRivalLoss = {4, 1};
-constexpr int kRivalIterations = 6;
+constexpr int kFirstIterations = 2, kFurtherIterations = 4;
+constexpr double kHopeless = 3;  ///< standard deviations behind after the first iterations
 
 /// By how many standard deviations the first residuals explain the matches better than the second.
 double advantage(const std::vector<float>& first, const std::vector<float>& second, int count,
@@ -33,23 +35,30 @@ double advantage(const std::vector<float>& first, const std::vector<float>& seco
 
 }  // namespace
 
-bool findRival(const PoseModel& model, int match_count, const TwoViewPose& pose,
-               const TwoViewPose (&starts)[kMaxMotionStarts], int start_count, const std::vector<int32_t>& cells,
-               RivalBuffers& work, double& rotation_spread, int64_t& evaluations) {
+bool findRival(const PoseModel& model, int match_count, const TwoViewPose& pose, const std::vector<OtherMotion>& others,
+               const std::vector<int32_t>& cells, RivalBuffers& work, double& rotation_spread, int64_t& evaluations) {
   model.residuals(pose, work.own.data());
   rotation_spread = 0;
   bool found = false;
-  // The Sampson distance does not tell t from -t.
   const auto same_valley = [&](const TwoViewPose& other) {
     return std::abs(other.t.dot(pose.t)) > std::cos(kOtherDirection);
   };
-  for (int k = 0; k < start_count; ++k) {
-    TwoViewPose rival = starts[k];
-    if (same_valley(rival)) continue;
-    evaluations += static_cast<int64_t>(match_count) * (model.refine(kRivalLoss, kRivalIterations, rival) + 1);
-    if (same_valley(rival)) continue;
+  const auto refine = [&](TwoViewPose& rival, int iterations) {
+    evaluations += static_cast<int64_t>(match_count) * model.refine(kRivalLoss, iterations, rival);
+  };
+  const auto advantageOver = [&](const TwoViewPose& rival) {
     model.residuals(rival, work.rival.data());
-    if (advantage(work.own, work.rival, match_count, cells, work.by_cell) >= kLeastAdvantage) continue;
+    evaluations += match_count;
+    return advantage(work.own, work.rival, match_count, cells, work.by_cell);
+  };
+  for (const OtherMotion& other : others) {
+    const double least_advantage = other.of_plane ? kLeastAdvantageOnPlane : kLeastAdvantage;
+    TwoViewPose rival = other.pose;
+    if (same_valley(rival)) continue;
+    refine(rival, kFirstIterations);
+    if (same_valley(rival) || advantageOver(rival) >= std::max(kHopeless, least_advantage)) continue;
+    refine(rival, kFurtherIterations);
+    if (same_valley(rival) || advantageOver(rival) >= least_advantage) continue;
     const double spread = Eigen::AngleAxisd(Eigen::Matrix3d(rival.R.transpose() * pose.R)).angle();
     rotation_spread = std::max(rotation_spread, spread);
     found = true;

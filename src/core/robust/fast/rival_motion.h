@@ -4,9 +4,15 @@
 #include <cstdint>
 #include <vector>
 
-#include "robust/fast/motion_starts.h"
+#include "robust/fast/pose_model.h"
 
 namespace gms_ransac {
+
+/// A motion that came into question beside the best one.
+struct OtherMotion {
+  TwoViewPose pose;
+  bool of_plane = false;  ///< explains a plane just as well, so that chance decides which of the two fits better
+};
 
 /// Kept from pair to pair, so that nothing is allocated; residuals with room for all columns.
 struct RivalBuffers {
@@ -14,13 +20,12 @@ struct RivalBuffers {
   std::vector<double> by_cell;
 };
 
-/// True when a motion in another direction explains the matches as well as `pose`. Refines each start on all matches
-/// and compares it with `pose` by the non-nested test of Vuong (Econometrica 1989): the mean difference of the
-/// truncated costs over its standard deviation, each cell of the motion-statistics grid counted as one observation,
-/// because its matches err together. `rotation_spread`: angle in radians to the rotation of the rival, 0 without one.
-/// `cells`: of each column.
-bool findRival(const PoseModel& model, int match_count, const TwoViewPose& pose,
-               const TwoViewPose (&starts)[kMaxMotionStarts], int start_count, const std::vector<int32_t>& cells,
-               RivalBuffers& work, double& rotation_spread, int64_t& evaluations);
+/// True when a motion in another direction explains the matches as well as `pose`. Refines each of `others` on all
+/// matches and compares it with `pose` by the non-nested test of Vuong (Econometrica
+/// 1989): the mean difference of the truncated costs over its standard deviation, each cell of the motion-statistics
+/// grid counted as one observation, because its matches err together. `rotation_spread`: angle in radians to the
+/// rotation of the rival, 0 without one. `cells`: of each column.
+bool findRival(const PoseModel& model, int match_count, const TwoViewPose& pose, const std::vector<OtherMotion>& others,
+               const std::vector<int32_t>& cells, RivalBuffers& work, double& rotation_spread, int64_t& evaluations);
 
 }  // namespace gms_ransac
