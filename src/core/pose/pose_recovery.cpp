@@ -60,7 +60,7 @@ bool PoseRecovery::refineEssential(const PointPairs& pairs, const Camera& camera
   const PoseModel model(*kernels_, fillColumns(threshold_px / camera.meanFocalLength()));
   TwoViewPose pose = {result.pose.R.transpose(), -(result.pose.R.transpose() * result.pose.t)};
   result.point_evaluations +=
-      static_cast<int64_t>(pairs.size()) * model.refine(kRefinementLoss, kRefinementIterations, pose);
+      static_cast<int64_t>(pairs.size()) * model.refine(kRefinementLoss, kRefinementIterations, pose, kEnough);
   result.model = pose.essential().normalized();
   return true;
 }

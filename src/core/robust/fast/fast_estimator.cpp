@@ -116,7 +116,6 @@ void FastEstimator::arrange(const PointPairs& pairs, const Camera& camera, Model
   residuals_.resize(static_cast<size_t>(points_.view().size));
   rotation_residuals_.resize(residuals_.size());
   rival_buffers_.by_cell.reserve(static_cast<size_t>(pairs.grid_columns) * static_cast<size_t>(pairs.grid_columns));
-  rival_buffers_.own.resize(residuals_.size());
   rival_buffers_.rival.resize(residuals_.size());
 
   ordering_.sort(pairs, QualityKey::kRatio, confidence_order_);
@@ -158,9 +157,9 @@ bool FastEstimator::findPose(RobustResult& result) {
     search.offer(other);
   }
   pose_ = search.best();
-  int passes = model.refine(kFinalLoss, kFinalIterations, pose_);
+  int passes = model.refine(kFinalLoss, kFinalIterations, pose_, kEnough);
   rotation_ = pose_.R;
-  passes += PoseModel(kernels_, points_.view()).refine(kFinalLoss, kFinalIterations, pose_);
+  passes += PoseModel(kernels_, points_.view()).refine(kFinalLoss, kFinalIterations, pose_, kEnough);
   result.point_evaluations += static_cast<int64_t>(points_.count()) * passes;
   return true;
 }
@@ -168,9 +167,9 @@ bool FastEstimator::findPose(RobustResult& result) {
 void FastEstimator::judgePose(const Camera& camera, RobustResult& result) {
   const PoseModel model(kernels_, points_.view());
   double rotation_spread;
-  const bool ambiguous = findRival(model, points_.count(), pose_, others_, cells_, rival_buffers_, rotation_spread,
-                                   result.point_evaluations);
   model.residuals(pose_, residuals_.data());
+  const bool ambiguous = findRival(kernels_, points_.view(), pose_, residuals_, others_, cells_, rival_buffers_,
+                                   rotation_spread, result.point_evaluations);
   const RotationOnly rotation =
       fitRotationOnly(model, points_.view(), pose_, residuals_, rotation_residuals_, result.point_evaluations);
   result.pose_found = true;

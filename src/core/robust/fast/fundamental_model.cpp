@@ -90,7 +90,7 @@ int FundamentalModel::refine(const Loss& loss, int iterations, Hypothesis& F) co
                    rotationFromVector({step[3], step[4], step[5]}) * from.V, from.s + step[6]};
   };
   NormalEquations<7> equations;
-  const int passes = minimizeRobustCost<7>(iterations, state, equations, linearize, moved);
+  const int passes = minimizeRobustCost<7>(iterations, kEnough, state, equations, linearize, moved);
   const Eigen::Matrix3d matrix = state.matrix();
   F = matrix / matrix.norm();
   return passes;

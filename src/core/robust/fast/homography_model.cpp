@@ -57,7 +57,7 @@ int HomographyModel::refine(const Loss& loss, int iterations, Hypothesis& H) con
     return to;
   };
   NormalEquations<8> equations;
-  const int passes = minimizeRobustCost<8>(iterations, H, equations, linearize, moved);
+  const int passes = minimizeRobustCost<8>(iterations, kEnough, H, equations, linearize, moved);
   H /= H.norm();
   return passes;
 }

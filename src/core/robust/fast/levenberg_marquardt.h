@@ -39,14 +39,19 @@ bool solveDamped(const float (&upper)[P * (P + 1) / 2], const float (&b)[P], dou
   return true;
 }
 
-/// Lowers the robust cost of `state` in at most `iterations` trial steps. linearize(state, equations) fills the normal
-/// equations at a state, moved(state, step) returns the state after a step. Returns the passes over the matches.
+/// Relative decreases of the cost that are not worth another pass over the matches: for the answer, and for a guess
+/// that is compared with others (doc/estimator.md).
+constexpr float kEnough = 1e-5f;
+constexpr float kEnoughToCompare = 1e-3f;
+
+/// Lowers the robust cost of `state` in at most `iterations` trial steps, or until a step lowers it by less than
+/// `enough` of it. linearize(state, equations) fills the normal equations at a state, moved(state, step) returns the
+/// state after a step. Returns the passes over the matches.
 template <int P, class State, class Linearize, class Moved>
-int minimizeRobustCost(int iterations, State& state, NormalEquations<P>& equations, const Linearize& linearize,
-                       const Moved& moved) {
+int minimizeRobustCost(int iterations, float enough, State& state, NormalEquations<P>& equations,
+                       const Linearize& linearize, const Moved& moved) {
   constexpr double kFirstDamping = 1e-3;
   constexpr double kLargestDamping = 1e3;
-  constexpr float kEnough = 1e-5f;  // relative decrease of the cost that is not worth another pass
   linearize(state, equations);
   int passes = 1;
   double damping = kFirstDamping;
@@ -63,7 +68,7 @@ int minimizeRobustCost(int iterations, State& state, NormalEquations<P>& equatio
     linearize(candidate, candidate_equations);
     ++passes;
     if (candidate_equations.cost < equations.cost) {
-      const bool converged = equations.cost - candidate_equations.cost < kEnough * equations.cost;
+      const bool converged = equations.cost - candidate_equations.cost < enough * equations.cost;
       state = candidate;
       equations = candidate_equations;
       damping = damping > 1e-6 ? 0.1 * damping : damping;

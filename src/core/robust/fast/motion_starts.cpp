@@ -67,8 +67,7 @@ Eigen::Matrix3d fitDominantRotation(const PoseModel& model, const PointColumnsVi
 
 void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points, std::vector<TwoViewPose>& starts,
                       int64_t& evaluations) {
-  PointColumnsView part = points;
-  if (part.count > kStartMatches) part.size = part.count = kStartMatches;
+  const PointColumnsView part = firstColumns(points, kStartMatches);
   const PoseModel model(kernels, part, kParallaxPrior);
   const Eigen::Matrix3d dominant = fitDominantRotation(model, part, Eigen::Matrix3d::Identity(), evaluations);
   const Eigen::Matrix3d rotations[2] = {dominant, Eigen::Matrix3d::Identity()};

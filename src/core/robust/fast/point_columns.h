@@ -17,6 +17,12 @@ struct PointColumnsView {
   int size = 0, count = 0;
 };
 
+/// The first columns, as many as `count` (a multiple of kLanes) or all.
+inline PointColumnsView firstColumns(PointColumnsView points, int count) {
+  if (points.count > count) points.size = points.count = count;
+  return points;
+}
+
 /// Owner of the columns; keeps its storage.
 class PointColumns {
  public:

@@ -131,10 +131,10 @@ void PoseModel::linearize(const Hypothesis& pose, const Loss& loss, NormalEquati
   kernels_.linearizePose(points_, pose.parameters(), steps, loss, prior_, equations);
 }
 
-int PoseModel::refine(const Loss& loss, int iterations, Hypothesis& pose) const {
+int PoseModel::refine(const Loss& loss, int iterations, Hypothesis& pose, float enough) const {
   NormalEquations<5> equations;
   return minimizeRobustCost<5>(
-      iterations, pose, equations,
+      iterations, enough, pose, equations,
       [&](const TwoViewPose& at, NormalEquations<5>& result) { linearize(at, loss, result); },
       [](const TwoViewPose& from, const double(&step)[5]) {
         Eigen::Vector3d basis[2];
@@ -154,7 +154,7 @@ void PoseModel::linearizeRotation(const Eigen::Matrix3d& R, const Loss& loss, No
 int PoseModel::refineRotation(const Loss& loss, int iterations, Eigen::Matrix3d& R) const {
   NormalEquations<3> equations;
   return minimizeRobustCost<3>(
-      iterations, R, equations,
+      iterations, kEnoughToCompare, R, equations,
       [&](const Eigen::Matrix3d& at, NormalEquations<3>& result) { linearizeRotation(at, loss, result); },
       [](const Eigen::Matrix3d& from, const double(&step)[3]) {
         return Eigen::Matrix3d(rotationFromVector({step[0], step[1], step[2]}) * from);

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "robust/fast/levenberg_marquardt.h"
 #include "robust/fast/residual_kernels.h"
 
 namespace gms_ransac {
@@ -46,7 +47,7 @@ class PoseModel {
   /// Those that score() sums up, without the prior.
   void residuals(const Hypothesis& pose, float* e) const;
   /// Levenberg-Marquardt; returns passes over the matches.
-  int refine(const Loss& loss, int iterations, Hypothesis& pose) const;
+  int refine(const Loss& loss, int iterations, Hypothesis& pose, float enough = kEnoughToCompare) const;
   /// Normal equations at a pose, with the prior; parameters: rotation vector w of R <- exp(w) R, then steps of t along
   /// tangent().
   void linearize(const Hypothesis& pose, const Loss& loss, NormalEquations<5>& equations) const;

@@ -10,8 +10,9 @@ namespace gms_ransac {
 template <class V>
 struct KernelsFor {
   static constexpr int kBlock = 4 * kLanes;  // matches between two looks at the bound
-  // Keeps 0 / 0 out of padding and of matches at both epipoles; squared residuals are far above.
-  static constexpr float kTiny = 1e-20f;
+  // Keeps 0 / 0 out of padding and of matches at both epipoles; squared residuals are far above. Two of them multiply
+  // to a normal number.
+  static constexpr float kTiny = 1e-18f;
 
   // Cosine of the widest angle between the rays of a match: descriptors do not survive a greater change of view. Lets
   // go of solutions that explain a forward motion by a great rotation about points right before the cameras.
@@ -50,6 +51,7 @@ struct KernelsFor {
           value(a * p.x2 + b * p.y2 + c),
           norm((a * a + b * b) + (d * d + f * f) + V::set(kTiny)) {}
     V residual(V w) const { return w * value * value / norm; }
+    V residual(V w, V inverse_norm) const { return w * value * value * inverse_norm; }
   };
 
   /// What the rotation of a pose leaves of a match.
@@ -57,15 +59,19 @@ struct KernelsFor {
     V u, v, z;  // the reference point rotated
     V m0, m1;   // (y2 - v / z, u / z - x2) * z
     V inverse_z;
-    V squared;  // squared displacement over the squared threshold
-    Parallax(const Matrix& R, const Point& p)
+    V inverse_norm;  // of the Epipolar: divisions are dear, and one serves both
+    V squared;       // squared displacement over the squared threshold
+    Parallax(const Matrix& R, const Point& p, const Epipolar& s)
         : u(R.row(0, p.x1, p.y1)),
           v(R.row(1, p.x1, p.y1)),
           z(R.row(2, p.x1, p.y1)),
           m0(p.y2 * z - v),
-          m1(u - p.x2 * z),
-          inverse_z(z / (z * z + V::set(kTiny))),
-          squared(p.w * (m0 * m0 + m1 * m1) * (inverse_z * inverse_z)) {}
+          m1(u - p.x2 * z) {
+      const V squared_z = z * z + V::set(kTiny), inverse = V::set(1) / (s.norm * squared_z);
+      inverse_norm = squared_z * inverse;
+      inverse_z = z * (s.norm * inverse);
+      squared = p.w * (m0 * m0 + m1 * m1) * (inverse_z * inverse_z);
+    }
   };
 
   /// The current point's ray times the translation.
@@ -98,11 +104,14 @@ struct KernelsFor {
       const V root = V::squareRoot(V::set(1) + d.squared * inverse_scale);
       return weight * (V::squareRoot(root) - V::set(1));
     }
-    /// The cost, and its derivative with respect to the squared displacement.
-    V cost(const Parallax& d, V& slope) const {
+    /// The cost, its derivative with respect to the squared displacement, and the inverse of `divisor` by the same
+    /// division.
+    V cost(const Parallax& d, V divisor, V& slope, V& inverse) const {
       const V root = V::squareRoot(V::set(1) + d.squared * inverse_scale);
       const V fourth_root = V::squareRoot(root);
-      slope = quarter / (root * fourth_root);
+      const V cubed = root * fourth_root, both = V::set(1) / (cubed * divisor);
+      slope = quarter * (both * divisor);
+      inverse = both * cubed;
       return weight * (fourth_root - V::set(1));
     }
   };
@@ -151,8 +160,8 @@ struct KernelsFor {
       for (; i < end; i += kLanes) {
         const Point p(points, i);
         const Epipolar s(E, p);
-        const Parallax d(R, p);
-        const V e = V::maximum(s.residual(p.w), behindResidual(d, RayTimesTranslation(t, p), s, p));
+        const Parallax d(R, p, s);
+        const V e = V::maximum(s.residual(p.w, d.inverse_norm), behindResidual(d, RayTimesTranslation(t, p), s, p));
         sum.add(e, prior.cost(d));
       }
       if (i < points.size && sum.cost.sum() > bound) break;
@@ -190,7 +199,8 @@ struct KernelsFor {
     for (int i = 0; i < points.size; i += kLanes) {
       const Point p(points, i);
       const Epipolar s(E, p);
-      V::maximum(s.residual(p.w), behindResidual(Parallax(R, p), RayTimesTranslation(t, p), s, p)).store(e + i);
+      const Parallax d(R, p, s);
+      V::maximum(s.residual(p.w, d.inverse_norm), behindResidual(d, RayTimesTranslation(t, p), s, p)).store(e + i);
     }
   }
 
@@ -226,11 +236,20 @@ struct KernelsFor {
     }
   };
 
+  static V lossDivisor(const Loss& loss, V e) {
+    return V::set(1) + V::minimum(e, V::set(loss.cut)) * V::set(loss.inverse_softness);
+  }
+
   /// Weight of the loss at e, and its cost added to `equations`.
   template <int P>
   static V lossWeight(const Loss& loss, V e, Equations<P>& equations) {
-    const V one = V::set(1), cut = V::set(loss.cut), inverse = V::set(loss.inverse_softness);
-    const V q = one / (one + V::minimum(e, cut) * inverse);
+    return lossWeight(loss, e, V::set(1) / lossDivisor(loss, e), equations);
+  }
+
+  /// The same with q, the inverse of lossDivisor(), given.
+  template <int P>
+  static V lossWeight(const Loss& loss, V e, V q, Equations<P>& equations) {
+    const V cut = V::set(loss.cut);
     equations.cost = equations.cost + V::minimum(e, cut) * q;
     const V weight = V::select(e, cut, q * q, V::set(0));
     equations.weight = equations.weight + weight;
@@ -270,12 +289,10 @@ struct KernelsFor {
   }
 
   /// The prior's share of the normal equations: the displacement depends on the rotation alone.
-  static void addPrior(const Parallax& d, const Prior& prior, V inlier, const Point& p, Equations<5>& equations) {
+  static void addPrior(const Parallax& d, V slope, V inlier, const Point& p, Equations<5>& equations) {
     const V a = d.u * d.inverse_z, b = d.v * d.inverse_z;
     const V dx = a - p.x2, dy = b - p.y2, one = V::set(1), zero = V::set(0);
     const V Jx[3] = {zero - a * b, one + a * a, zero - b}, Jy[3] = {zero - (one + b * b), a * b, a};
-    V slope = zero;
-    equations.cost = equations.cost + prior.cost(d, slope);
     const V weight = inlier * p.w * slope;
     int k = 0;
     for (int i = 0; i < 3; ++i) {
@@ -292,9 +309,8 @@ struct KernelsFor {
   /// reference ray p and s = R (d, f, 0), the derivative along dE is x . dE p - k q . dE (d, f, 0), where dE p is
   /// t x (w x r) for a rotation w and (step) x r for a step of t.
   static void addPose(const Epipolar& s, const Parallax& d, const RayTimesTranslation& n, const Point& p,
-                      const Matrix& R, const V (&t)[3], const V (&basis)[2][3], V inverse_norm, V weight,
-                      Equations<5>& equations) {
-    const V k = s.value * inverse_norm;
+                      const Matrix& R, const V (&t)[3], const V (&basis)[2][3], V weight, Equations<5>& equations) {
+    const V k = s.value * d.inverse_norm;
     const V ka = k * s.a, kb = k * s.b, kd = k * s.d, kf = k * s.f;
     const V x0 = p.x2 - ka, x1 = p.y2 - kb;
     const V s0 = R.m[0] * kd + R.m[1] * kf, s1 = R.m[3] * kd + R.m[4] * kf, s2 = R.m[6] * kd + R.m[7] * kf;
@@ -306,7 +322,7 @@ struct KernelsFor {
                     (d.u * w1 - d.v * w0) - (s0 * n.n1 - s1 * n.n0),
                     basis[0][0] * m0 + basis[0][1] * m1 + basis[0][2] * m2,
                     basis[1][0] * m0 + basis[1][1] * m1 + basis[1][2] * m2};
-    equations.add(J, s.value, weight * p.w * inverse_norm);
+    equations.add(J, s.value, weight * p.w * d.inverse_norm);
   }
 
   static void linearizePose(const PointColumnsView& points, const PoseParameters& pose, const float (&basis)[2][3],
@@ -320,15 +336,17 @@ struct KernelsFor {
     for (int i = 0; i < points.size; i += kLanes) {
       const Point p(points, i);
       const Epipolar s(E, p);
-      const Parallax parallax(R, p);
+      const Parallax parallax(R, p, s);
       const RayTimesTranslation n(t, p);
-      const V inverse_norm = V::set(1) / s.norm;
-      const V e = V::maximum(p.w * s.value * s.value * inverse_norm, behindResidual(parallax, n, s, p));
-      const V weight = lossWeight(loss, e, sums);
-      addPose(s, parallax, n, p, R, t, steps, inverse_norm, weight, sums);
+      const V e = V::maximum(s.residual(p.w, parallax.inverse_norm), behindResidual(parallax, n, s, p));
+      V q, slope;
       if (parallax_prior.weight > 0) {
-        addPrior(parallax, prior, V::select(e, V::set(loss.cut), V::set(1), V::set(0)), p, sums);
+        sums.cost = sums.cost + prior.cost(parallax, lossDivisor(loss, e), slope, q);
+        addPrior(parallax, slope, V::select(e, V::set(loss.cut), V::set(1), V::set(0)), p, sums);
+      } else {
+        q = V::set(1) / lossDivisor(loss, e);
       }
+      addPose(s, parallax, n, p, R, t, steps, lossWeight(loss, e, q, sums), sums);
     }
     sums.finish(points, equations);
   }

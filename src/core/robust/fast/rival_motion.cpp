@@ -14,8 +14,10 @@ constexpr double kLeastAdvantage = 0.75;             ///< standard deviations
 constexpr double kLeastAdvantageOnPlane = 2;         ///< likewise
 constexpr double kOtherDirection = 20 * M_PI / 180;  ///< below it is the same valley
 constexpr Loss kRivalLoss = {4, 1};
-constexpr int kFirstIterations = 2, kFurtherIterations = 4;
-constexpr double kHopeless = 3;  ///< standard deviations behind after the first iterations
+// A few steps on a part of the matches show which are hopeless: so many standard deviations behind.
+constexpr int kFirstMatches = 256;
+constexpr int kFirstIterations = 2, kFurtherIterations = 5;
+constexpr double kHopeless = 3;
 
 /// By how many standard deviations the first residuals explain the matches better than the second.
 double advantage(const std::vector<float>& first, const std::vector<float>& second, int count,
@@ -35,30 +37,30 @@ double advantage(const std::vector<float>& first, const std::vector<float>& seco
 
 }  // namespace
 
-bool findRival(const PoseModel& model, int match_count, const TwoViewPose& pose, const std::vector<OtherMotion>& others,
+bool findRival(const ResidualKernels& kernels, const PointColumnsView& points, const TwoViewPose& pose,
+               const std::vector<float>& residuals, const std::vector<OtherMotion>& others,
                const std::vector<int32_t>& cells, RivalBuffers& work, double& rotation_spread, int64_t& evaluations) {
-  model.residuals(pose, work.own.data());
   rotation_spread = 0;
   bool found = false;
   const auto same_valley = [&](const TwoViewPose& other) {
     return std::abs(other.t.dot(pose.t)) > std::cos(kOtherDirection);
   };
-  const auto refine = [&](TwoViewPose& rival, int iterations) {
-    evaluations += static_cast<int64_t>(match_count) * model.refine(kRivalLoss, iterations, rival);
-  };
-  const auto advantageOver = [&](const TwoViewPose& rival) {
+  // Refines a rival on some of the matches; false if the pose beats it there by more than `most` or it came to be much
+  // the same motion.
+  const auto standsUp = [&](const PointColumnsView& part, int iterations, double most, TwoViewPose& rival) {
+    const PoseModel model(kernels, part);
+    evaluations += static_cast<int64_t>(part.count) * (model.refine(kRivalLoss, iterations, rival) + 1);
+    if (same_valley(rival)) return false;
     model.residuals(rival, work.rival.data());
-    evaluations += match_count;
-    return advantage(work.own, work.rival, match_count, cells, work.by_cell);
+    return advantage(residuals, work.rival, part.count, cells, work.by_cell) < most;
   };
   for (const OtherMotion& other : others) {
     const double least_advantage = other.of_plane ? kLeastAdvantageOnPlane : kLeastAdvantage;
     TwoViewPose rival = other.pose;
-    if (same_valley(rival)) continue;
-    refine(rival, kFirstIterations);
-    if (same_valley(rival) || advantageOver(rival) >= std::max(kHopeless, least_advantage)) continue;
-    refine(rival, kFurtherIterations);
-    if (same_valley(rival) || advantageOver(rival) >= least_advantage) continue;
+    if (same_valley(rival) || !standsUp(firstColumns(points, kFirstMatches), kFirstIterations, kHopeless, rival) ||
+        !standsUp(points, kFurtherIterations, least_advantage, rival)) {
+      continue;
+    }
     const double spread = Eigen::AngleAxisd(Eigen::Matrix3d(rival.R.transpose() * pose.R)).angle();
     rotation_spread = std::max(rotation_spread, spread);
     found = true;
