@@ -113,6 +113,10 @@ TwoViewPose PoseModel::withBetterSign(const Hypothesis& pose, float& cost, int64
 }
 
 void PoseModel::residuals(const Hypothesis& pose, float* e) const {
+  kernels_.epipolarResiduals(points_, pose.parameters().E, e);
+}
+
+void PoseModel::residualsInFront(const Hypothesis& pose, float* e) const {
   kernels_.poseResiduals(points_, pose.parameters(), e);
 }
 

@@ -44,8 +44,9 @@ class PoseModel {
   bool score(const Hypothesis& pose, float bound, Score& score, int64_t& evaluations) const;
   /// The pose or the one with the opposite t, which the Sampson distance cannot tell from it: the one of lower cost.
   Hypothesis withBetterSign(const Hypothesis& pose, float& cost, int64_t& evaluations) const;
-  /// Those that score() sums up, without the prior.
+  /// The Sampson distance, and that or more for a match behind a camera: what score() sums up, without the prior.
   void residuals(const Hypothesis& pose, float* e) const;
+  void residualsInFront(const Hypothesis& pose, float* e) const;
   /// Levenberg-Marquardt; returns passes over the matches.
   int refine(const Loss& loss, int iterations, Hypothesis& pose, float enough = kEnoughToCompare) const;
   /// Normal equations at a pose, with the prior; parameters: rotation vector w of R <- exp(w) R, then steps of t along

@@ -51,7 +51,7 @@ bool findRival(const ResidualKernels& kernels, const PointColumnsView& points, c
     const PoseModel model(kernels, part);
     evaluations += static_cast<int64_t>(part.count) * (model.refine(kRivalLoss, iterations, rival) + 1);
     if (same_valley(rival)) return false;
-    model.residuals(rival, work.rival.data());
+    model.residualsInFront(rival, work.rival.data());
     return advantage(residuals, work.rival, part.count, cells, work.by_cell) < most;
   };
   for (const OtherMotion& other : others) {
