@@ -214,7 +214,8 @@ TEST_F(EvaluateTest, TablesDoNotDependOnShardsOrInterruptions) {
   ASSERT_EQ(evaluate(base + " --resume --out " + path("resumed")).status, 0);
   EXPECT_EQ(readLines(path("resumed/measurements.jsonl")).size(), 6u);
 
-  for (const char* table : {"table1", "table2_3", "table4", "table4_differences", "fig8_9", "table5", "ratio_significance"}) {
+  for (const char* table :
+       {"table1", "table2_3", "table4", "table4_differences", "fig8_9", "table5", "ratio_significance"}) {
     const std::string expected = withoutTimes(path(std::string("whole/") + table + ".csv"));
     EXPECT_GT(std::count(expected.begin(), expected.end(), '\n'), 1) << table;
     for (const char* other : {"merged/", "resumed/"}) {
