@@ -171,7 +171,7 @@ struct Avx512 {
     constexpr int kBytesInTheFirst = 24;
     constexpr uint64_t kEveryThirdBit = 0x15120f0c09060300;
     const auto patterns = [&](int first_byte) {
-      const Vector bytes = _mm512_zextsi256_si512(_mm256_maskz_loadu_epi8(~0U >> first_byte, row + first_byte));
+      const Vector bytes = _mm512_maskz_loadu_epi8(~0U >> first_byte, row + first_byte);  // the rest of the 32
       const Vector words = _mm512_permutexvar_epi8(load(kThreeBytes), bytes);
       const Vector picked = _mm512_multishift_epi64_epi8(_mm512_set1_epi64(kEveryThirdBit), words);
       return _mm512_and_si512(picked, broadcast(kPatterns - 1));
