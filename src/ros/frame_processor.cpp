@@ -103,6 +103,7 @@ std::unique_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& inpu
   }
   frame->input = input;
   frame->depth.release();
+  frame->depth_problem.clear();
   frame->pair_reference.reset();
   frame->stamp_verdict = StampVerdict::kInOrder;
   if (!convert(input.image, *frame)) return frame;
@@ -124,8 +125,7 @@ std::unique_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& inpu
         return frame;
       }
     }
-    if (input.depth) frame->problem = toDepth(*input.depth, frame->grey.size(), frame->depth);
-    if (!frame->problem.empty()) return frame;
+    if (input.depth) frame->depth_problem = toDepth(*input.depth, frame->grey.size(), frame->depth);
     frame->camera = camera_source_.get(input.camera_info, frame->grey.size());
     frame->filter->extract(frame->grey, frame->frame);
   } catch (const std::exception& error) {
@@ -284,7 +284,11 @@ void FrameProcessor::finishPose(Answer& answer) {
       answer.status = Status::kOk;
       translation_known = true;
     }
-    if (!answer.metric_scale) answer.text += "; no length: too few inliers have depth";
+    if (!answer.metric_scale) {
+      const std::string& problem =
+          current_->depth_problem.empty() ? reference_->depth_problem : current_->depth_problem;
+      answer.text += "; no length: " + (problem.empty() ? "too few inliers have depth" : problem);
+    }
   }
   makePublishable(translation_known, options().sigma_floor, answer.pose);
 }

@@ -23,7 +23,8 @@ struct PreparedFrame {
   ImageWithInfo input;  ///< kept, because `grey` may share its memory
   std_msgs::Header header;
   cv::Mat grey;
-  cv::Mat depth;  ///< CV_32FC1 metres; empty: none
+  cv::Mat depth;              ///< CV_32FC1 metres; empty: none
+  std::string depth_problem;  ///< why the depth image is not used; empty when it is, or when there is none
   Frame frame;
   std::unique_ptr<PreparedFrame> pair_reference;  ///< with ~input pair: what this image is compared with
   std::shared_ptr<const CameraModel> camera;

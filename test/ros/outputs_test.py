@@ -133,6 +133,24 @@ class Outputs(unittest.TestCase):
     def test_depth_in_millimetres(self):
         self.check_depth("16UC1", 500.0)
 
+    def test_depth_of_another_size_costs_the_length_alone(self):
+        client, start = self.client("depth"), 550.0
+        depth = rospy.Publisher("depth/depth", Image, queue_size=10)
+        client.connect()
+        client.wait(depth.get_num_connections, "the filter to subscribe to depth")
+        for i, frame in enumerate(self.frames):
+            depth.publish(image_message(self.depth_frame(STEP * i)[::2, ::2].copy(), start + 0.1 * i, encoding="32FC1"))
+            client.send(frame, start + 0.1 * i)
+        client.wait(lambda: [m for m in client.stats if m.header.stamp.to_sec() > start + 0.25], "pairs with wrong depth")
+        answers = [m for m in client.stats if m.header.stamp.to_sec() > start + 0.05]
+        for answer in answers:
+            self.assertEqual(answer.status, MatchStats.OK)
+            self.assertIn("no length: the depth image is 320x240, but the image is 640x480", answer.status_text)
+        for message in client.correspondences:
+            if message.header.stamp.to_sec() > start + 0.05:
+                self.assertTrue(message.pose_valid)
+                self.assertFalse(message.metric_scale)
+
     def test_pairs(self):
         client = Client("pair", "pair/current", "pair/camera_info")
         reference = rospy.Publisher("pair/reference", Image, queue_size=10)
