@@ -27,13 +27,12 @@ struct PlaneFit {
 /// Reweighted least squares on q x (R + t n^T) p = 0, which is linear in n.
 PlaneFit fitPlane(const PointColumnsView& points, const TwoViewPose& pose, const std::vector<float>& residuals,
                   int64_t& evaluations) {
-  const int count = std::min(points.count, kPlaneMatches);
   PlaneFit plane;
   for (int iteration = 0; iteration < kFitIterations; ++iteration) {
     Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
     plane.inliers = plane.on_plane = 0;
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < points.count; ++i) {
       if (!(residuals[static_cast<size_t>(i)] < 1)) continue;
       const Eigen::Vector3d p(points.x1[i], points.y1[i], 1), q(points.x2[i], points.y2[i], 1);
       const Eigen::Vector3d rotated = q.cross(pose.R * p), shift = q.cross(pose.t);
@@ -48,7 +47,7 @@ PlaneFit fitPlane(const PointColumnsView& points, const TwoViewPose& pose, const
       b -= weight * shift.dot(rotated) * p;
       ++plane.inliers;
     }
-    evaluations += count;
+    evaluations += points.count;
     if (iteration > 0 && plane.on_plane < kHopelessShare * plane.inliers) break;
     plane.normal = A.ldlt().solve(b);
   }
@@ -70,7 +69,7 @@ TwoViewPose motionOf(const Eigen::Matrix3d& H, const Eigen::Vector3d& v, const E
 
 bool findOtherPlaneMotion(const PointColumnsView& points, const TwoViewPose& pose, const std::vector<float>& residuals,
                           TwoViewPose& other, int64_t& evaluations) {
-  const PlaneFit plane = fitPlane(points, pose, residuals, evaluations);
+  const PlaneFit plane = fitPlane(firstColumns(points, kPlaneMatches), pose, residuals, evaluations);
   if (plane.inliers < kFewestMatches || plane.on_plane < kLeastShare * plane.inliers) return false;
   Eigen::Matrix3d H = pose.R + pose.t * plane.normal.transpose();
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;

@@ -44,8 +44,9 @@ class PoseModel {
   bool score(const Hypothesis& pose, float bound, Score& score, int64_t& evaluations) const;
   /// The pose or the one with the opposite t, which the Sampson distance cannot tell from it: the one of lower cost.
   Hypothesis withBetterSign(const Hypothesis& pose, float& cost, int64_t& evaluations) const;
-  /// The Sampson distance, and that or more for a match behind a camera: what score() sums up, without the prior.
+  /// The Sampson distance of every match.
   void residuals(const Hypothesis& pose, float* e) const;
+  /// That, or more for a match behind a camera: what score() sums up, without the prior.
   void residualsInFront(const Hypothesis& pose, float* e) const;
   /// Levenberg-Marquardt; returns passes over the matches.
   int refine(const Loss& loss, int iterations, Hypothesis& pose, float enough = kEnoughToCompare) const;

@@ -94,6 +94,11 @@ struct KernelsFor {
     return V::select(depth1, zero, V::select(zero, depth2, in_front, at_infinity), at_infinity);
   }
 
+  /// The Sampson distance, and no less than at infinity for a match behind a camera.
+  static V poseResidual(const Parallax& d, const RayTimesTranslation& n, const Epipolar& s, const Point& p) {
+    return V::maximum(s.residual(p.w, d.inverse_norm), behindResidual(d, n, s, p));
+  }
+
   struct Prior {
     V weight, inverse_scale, quarter;
     explicit Prior(const ParallaxPrior& prior)
@@ -161,8 +166,7 @@ struct KernelsFor {
         const Point p(points, i);
         const Epipolar s(E, p);
         const Parallax d(R, p, s);
-        const V e = V::maximum(s.residual(p.w, d.inverse_norm), behindResidual(d, RayTimesTranslation(t, p), s, p));
-        sum.add(e, prior.cost(d));
+        sum.add(poseResidual(d, RayTimesTranslation(t, p), s, p), prior.cost(d));
       }
       if (i < points.size && sum.cost.sum() > bound) break;
     }
@@ -200,7 +204,7 @@ struct KernelsFor {
       const Point p(points, i);
       const Epipolar s(E, p);
       const Parallax d(R, p, s);
-      V::maximum(s.residual(p.w, d.inverse_norm), behindResidual(d, RayTimesTranslation(t, p), s, p)).store(e + i);
+      poseResidual(d, RayTimesTranslation(t, p), s, p).store(e + i);
     }
   }
 
@@ -338,7 +342,7 @@ struct KernelsFor {
       const Epipolar s(E, p);
       const Parallax parallax(R, p, s);
       const RayTimesTranslation n(t, p);
-      const V e = V::maximum(s.residual(p.w, parallax.inverse_norm), behindResidual(parallax, n, s, p));
+      const V e = poseResidual(parallax, n, s, p);
       V q, slope;
       if (parallax_prior.weight > 0) {
         sums.cost = sums.cost + prior.cost(parallax, lossDivisor(loss, e), slope, q);
