@@ -22,6 +22,46 @@ package_list() {
   fi
 }
 
+# Seconds between two lines of progress where none can be drawn in place.
+progress_seconds=${GMS_RANSAC_PROGRESS_SECONDS:-10}
+
+# COMMAND 2>&1 | show_progress LOG [PACKAGES]: keeps the output in LOG and shows how far the command is, in one line that
+# moves on a terminal, in a line now and then elsewhere. Understands cmake, ninja, and apt-get installing so many packages.
+show_progress() {
+  local log=$1 packages=${2:-} line text="" fetched=0 unpacked=0 set_up=0 shown_at=-$progress_seconds pending=""
+  while IFS= read -r line; do
+    printf '%s\n' "$line" >&3
+    case $line in
+      "["[0-9]*/[0-9]*"] "*) text=${line/$project_dir\//} ;;
+      "-- "*) text="configuring: ${line#-- }" ;;
+      Get:*) text="[$((++fetched))/$packages] fetched" ;;
+      "Unpacking "*) text="[$((++unpacked))/$packages] unpacked" ;;
+      "Setting up "*) text="[$((++set_up))/$packages] set up" ;;
+      *) continue ;;
+    esac
+    if [ -t 1 ]; then
+      printf '\r\033[K%.*s' "${COLUMNS:-79}" "$text"
+    elif [ $((SECONDS - shown_at)) -ge "$progress_seconds" ]; then
+      printf '%s\n' "$text"
+      shown_at=$SECONDS pending=""
+    else
+      pending=$text
+    fi
+  done 3>"$log"
+  if [ -t 1 ]; then
+    [ -z "$text" ] || printf '\n'
+  elif [ -n "$pending" ]; then
+    printf '%s\n' "$pending"
+  fi
+}
+
+# compilers CORES FREE_KB: how many to run at once. A board with many cores and little memory would swap, or kill one.
+compilers() {
+  local by_memory=$(($2 / 1200000))  # the largest file of the project takes 0.95 GB (GCC 12), and some is left over
+  [ "$by_memory" -ge 1 ] || by_memory=1
+  echo $(($1 < by_memory ? $1 : by_memory))
+}
+
 install_missing_packages() {
   local list missing=() package
   list=$(package_list) || exit 1
@@ -36,17 +76,21 @@ install_missing_packages() {
     as_root=(sudo)
   fi
   "${as_root[@]}" apt-get update -qq || die "apt-get update failed; is the network up?"
-  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" \
-    >"$build_dir/install.log" 2>&1 || { tail -n 20 "$build_dir/install.log" >&2; die "apt-get install failed; the whole log is $build_dir/install.log"; }
+  local install=(apt-get install -y -q --no-install-recommends) count
+  count=$("${install[@]}" --simulate "${missing[@]}" 2>/dev/null | grep -c '^Inst ' || true)
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive "${install[@]}" "${missing[@]}" 2>&1 |
+    show_progress "$build_dir/install.log" "$count" || { tail -n 20 "$build_dir/install.log" >&2; die "apt-get install failed; the whole log is $build_dir/install.log"; }
 }
 
 build_project() {
   [ -f /opt/ros/noetic/setup.bash ] && source_ros /opt/ros/noetic/setup.bash
   say "building in $build_dir"
+  local jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-}
+  [ -n "$jobs" ] || jobs=$(compilers "$(nproc)" "$(awk '/^MemAvailable:/ { print $2 }' /proc/meminfo)")
   {
     cmake -G Ninja -S "$project_dir" -B "$build_dir" -DPYTHON_EXECUTABLE=$python -DCATKIN_ENABLE_TESTING="$1" &&
-      cmake --build "$build_dir"
-  } >"$build_dir/build.log" 2>&1 || { tail -n 40 "$build_dir/build.log" >&2; die "the build failed; the whole log is $build_dir/build.log"; }
+      cmake --build "$build_dir" --parallel "$jobs"
+  } 2>&1 | show_progress "$build_dir/build.log" || { tail -n 40 "$build_dir/build.log" >&2; die "the build failed; the whole log is $build_dir/build.log"; }
 }
 
 # ROS's set-up files read unset variables.

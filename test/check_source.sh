@@ -4,6 +4,11 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 SKIPPED=77
 
+# Formatting and warnings differ between versions of these tools, so only the one the style was made with decides.
+require_version_14() {
+  "$1" --version 2>/dev/null | grep -q 'version 14\.' || { echo "$1 14 is not installed"; exit $SKIPPED; }
+}
+
 case ${1:-} in
   ros_free)
     # The core and its public headers must build without ROS: no include of roscpp, tf2, cv_bridge or a message.
@@ -11,8 +16,7 @@ case ${1:-} in
       include src/core
     ;;
   format)
-    # Formatting differs between versions of the tool, so only the one the style was made with decides.
-    clang-format --version 2>/dev/null | grep -q 'version 14\.' || { echo "clang-format 14 is not installed"; exit $SKIPPED; }
+    require_version_14 clang-format
     # Not git: the source may have come without it.
     find include src test examples \( -name '*.h' -o -name '*.cpp' \) -print0 | xargs -0 clang-format --dry-run --Werror
     ;;
@@ -21,7 +25,7 @@ case ${1:-} in
     catkin_lint --offline -W1 --strict .
     ;;
   tidy)
-    command -v clang-tidy >/dev/null || { echo "clang-tidy is not installed"; exit $SKIPPED; }
+    require_version_14 clang-tidy
     # Files for one instruction set need its flags, which the compilation database has.
     find src/core -name '*.cpp' -print0 | xargs -0 -P 2 -n 4 clang-tidy --quiet -p "$2" 2>/dev/null
     ;;
