@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "gms_ransac/match_filter.h"
-#include "scene.h"
+#include "scenes/scene.h"
 
 namespace {
 long g_allocations = 0;

@@ -1,5 +1,5 @@
 // Bags and folders written by the tools, read back: topics, frames, intrinsics, pictures, depth and truth.
-#include "bag_writer.h"
+#include "datasets/bag_writer.h"
 
 #include <cmath>
 #include <filesystem>
@@ -13,9 +13,9 @@
 #include <tf2_msgs/TFMessage.h>
 #include <opencv2/imgcodecs.hpp>
 
-#include "dataset.h"
-#include "dataset_export.h"
-#include "scene_writer.h"
+#include "datasets/dataset.h"
+#include "datasets/dataset_export.h"
+#include "scenes/scene_writer.h"
 
 namespace gms_ransac {
 namespace {

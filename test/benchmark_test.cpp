@@ -1,5 +1,5 @@
 // The benchmark on a rendered pair: the same work on both sides, plausible counts, ratios that are ratios.
-#include "benchmark_suite.h"
+#include "benchmark/benchmark_suite.h"
 
 #include <filesystem>
 #include <sstream>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "scene_writer.h"
+#include "scenes/scene_writer.h"
 
 namespace gms_ransac {
 namespace {

@@ -1,5 +1,5 @@
 // The dataset reader on tiny folders and a bag written here: what is read, and every sentence of complaint.
-#include "dataset.h"
+#include "datasets/dataset.h"
 
 #include <cmath>
 #include <filesystem>

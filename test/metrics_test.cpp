@@ -1,5 +1,5 @@
 // The figures of merit against values worked out by hand and against the arithmetic of the paper.
-#include "metrics.h"
+#include "run/metrics.h"
 
 #include <cmath>
 

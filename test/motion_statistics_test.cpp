@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "dense_motion_statistics.h"
+#include "benchmark/dense_motion_statistics.h"
 #include "motion_statistics/method_settings.h"
 
 namespace gms_ransac {

@@ -1,5 +1,5 @@
 // The sweep over outlier ratios: what the paper's idea must show on true labels.
-#include "outlier_sweep.h"
+#include "tables/outlier_sweep.h"
 
 #include <map>
 

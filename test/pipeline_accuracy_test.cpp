@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 
 #include "gms_ransac/match_filter.h"
-#include "synthetic_pair.h"
+#include "scenes/synthetic_pair.h"
 
 namespace gms_ransac {
 namespace {

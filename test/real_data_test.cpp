@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
 
-#include "dataset.h"
+#include "datasets/dataset.h"
 #include "gms_ransac/match_filter.h"
 
 namespace gms_ransac {

@@ -1,12 +1,12 @@
 // The rendered scene against itself: what is called exact is exact, and the pictures are worth matching.
-#include "scene.h"
+#include "scenes/scene.h"
 
 #include <gtest/gtest.h>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "synthetic_pair.h"
+#include "scenes/synthetic_pair.h"
 
 namespace gms_ransac {
 namespace {

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
-#include "dataset.h"
-#include "synthetic_pair.h"
+#include "datasets/dataset.h"
+#include "scenes/synthetic_pair.h"
 
 namespace gms_ransac {
 namespace {

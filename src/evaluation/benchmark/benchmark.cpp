@@ -1,0 +1,190 @@
+// Program: the stock chain of OpenCV's parts and ours, stage by stage, on the same images in the same run.
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include <boost/program_options.hpp>
+#include <opencv2/core/version.hpp>
+
+#include "benchmark/benchmark_suite.h"
+#include "gms_ransac/simd.h"
+#include "program.h"
+#include "scenes/scene_writer.h"
+
+namespace {
+
+namespace po = boost::program_options;
+namespace fs = std::filesystem;
+using namespace gms_ransac;
+
+struct Arguments {
+  std::string folder, features = "1000,2000,3000,5000,10000", threads = "1,all", methods, model = "essential", out;
+  int pairs = 12, gap = 1;
+  BenchmarkOptions options;
+  DatasetOptions dataset;
+};
+
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> words;
+  std::istringstream stream(text);
+  for (std::string word; std::getline(stream, word, ',');) words.push_back(word);
+  return words;
+}
+
+int parsePositive(const std::string& word, const std::string& option) {
+  size_t used = 0;
+  int value = 0;
+  try {
+    value = std::stoi(word, &used);
+  } catch (const std::exception&) {
+  }
+  if (used == 0 || used != word.size() || value < 1) {
+    throw std::invalid_argument(option + ": '" + word + "' is not a positive whole number");
+  }
+  return value;
+}
+
+int threadCount(const std::string& word) {
+  if (word == "all") return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  return parsePositive(word, "--threads");
+}
+
+/// False when only help was asked for.
+bool parse(int argc, char** argv, Arguments& arguments) {
+  po::options_description options("Options");
+  auto add = options.add_options();
+  add("help,h", "this text");
+  add("features", po::value(&arguments.features)->default_value(arguments.features), "keypoints asked for per image");
+  add("threads", po::value(&arguments.threads)->default_value(arguments.threads), "threads of both chains");
+  add("method,m", po::value(&arguments.methods), "ours to run (default fast,cp_ransac,gms_ransac)");
+  add("model", po::value(&arguments.model)->default_value(arguments.model), "of our methods: essential or fundamental");
+  add("pairs", po::value(&arguments.pairs)->default_value(arguments.pairs), "pairs of images, spread over the set");
+  add("gap", po::value(&arguments.gap)->default_value(arguments.gap), "frames between reference and current");
+  add("repeat", po::value(&arguments.options.repeat)->default_value(arguments.options.repeat),
+      "times each pair is run");
+  add("intrinsics", po::value(&arguments.dataset.intrinsics),
+      "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]; overrides the set's own");
+  add("out,o", po::value(&arguments.out), "file for the tables (Markdown), besides the screen");
+  po::options_description all;
+  all.add(options).add_options()("folder", po::value(&arguments.folder));
+  po::positional_options_description positional;
+  positional.add("folder", 1);
+  po::variables_map given;
+  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), given);
+  po::notify(given);
+  if (given.count("help")) {
+    std::cout
+        << "benchmark [DIR] [options]\n\nTimes cv::ORB, cv::BFMatcher, a dense GMS and OpenCV's robust estimators "
+           "against this\npackage, stage by stage and interleaved. DIR: a TUM or KITTI odometry folder, a folder "
+           "of\nimage pairs (pairs.txt), or a .bag; without it a rendered scene. Lists are separated by "
+           "commas.\nThe FAST threshold is 20 up to 3000 features and 0 above.\n\n"
+        << options;
+    return false;
+  }
+  for (auto [name, value] :
+       {std::make_pair("--pairs", arguments.pairs), {"--gap", arguments.gap}, {"--repeat", arguments.options.repeat}}) {
+    if (value < 1) throw std::invalid_argument(std::string(name) + " must be at least 1");
+  }
+  arguments.options.model = parseModelType(arguments.model);
+  if (arguments.options.model == ModelType::kHomography) {
+    throw std::invalid_argument("--model is homography; it must be essential or fundamental, as the peers are");
+  }
+  if (!arguments.methods.empty()) arguments.options.methods = split(arguments.methods);
+  for (const std::string& method : arguments.options.methods) findMethod(method);
+  return true;
+}
+
+/// A rendered sequence in a folder of its own, which goes with the object.
+class RenderedFolder {
+ public:
+  explicit RenderedFolder(int frames) {
+    std::string path = (fs::temp_directory_path() / "gms_ransac_benchmark_XXXXXX").string();
+    if (!mkdtemp(path.data())) throw std::runtime_error("cannot make a folder in " + path);
+    path_ = path;
+    Progress progress("rendering frame", frames);
+    writeTumFolder(Scene(SceneOptions()), frames, path_.string(), [&progress] { progress.advance(); });
+  }
+  ~RenderedFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  RenderedFolder(const RenderedFolder&) = delete;
+  RenderedFolder& operator=(const RenderedFolder&) = delete;
+  std::string path() const { return path_.string(); }
+
+ private:
+  fs::path path_;
+};
+
+/// At most `count` of them, evenly spread.
+std::vector<DatasetPair> spread(const std::vector<DatasetPair>& all, int count) {
+  std::vector<DatasetPair> chosen;
+  const size_t wanted = std::min(all.size(), static_cast<size_t>(count));
+  for (size_t i = 0; i < wanted; ++i) chosen.push_back(all[i * all.size() / wanted]);
+  return chosen;
+}
+
+std::string processorName() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    const size_t colon = line.find(": ");
+    if (line.compare(0, 10, "model name") == 0 && colon != std::string::npos) return line.substr(colon + 2);
+  }
+  return "unknown processor";
+}
+
+int benchmark(int argc, char** argv) {
+  Arguments arguments;
+  if (!parse(argc, argv, arguments)) return 0;
+  std::vector<int> features, threads;
+  for (const std::string& word : split(arguments.features)) features.push_back(parsePositive(word, "--features"));
+  for (const std::string& word : split(arguments.threads)) {
+    const int count = threadCount(word);
+    if (threads.empty() || threads.back() != count) threads.push_back(count);
+  }
+  std::ofstream file;
+  if (!arguments.out.empty()) {
+    file.open(arguments.out);
+    if (!file) throw std::runtime_error("cannot write " + arguments.out);
+  }
+
+  std::unique_ptr<RenderedFolder> rendered;
+  if (arguments.folder.empty()) rendered = std::make_unique<RenderedFolder>(arguments.pairs + arguments.gap);
+  const Dataset dataset = Dataset::open(rendered ? rendered->path() : arguments.folder, arguments.dataset);
+  const std::vector<DatasetPair> pairs = spread(dataset.pairs(arguments.gap, 1), arguments.pairs);
+  if (pairs.empty()) throw std::invalid_argument(dataset.path() + " has no pair of frames with that gap");
+
+  std::ostringstream text;
+  const cv::Size size = dataset.image(pairs.front().current).size();
+  text << (rendered ? "rendered scene" : dataset.name()) << ", " << size.width << "x" << size.height << ", "
+       << pairs.size() << " pairs, gap " << arguments.gap << ", " << arguments.options.repeat << " repetitions; "
+       << processorName() << ", " << std::thread::hardware_concurrency() << " cores, " << toString(detectSimdLevel())
+       << ", OpenCV " << CV_VERSION << "\n";
+  {
+    Progress progress("pair", static_cast<int>(features.size() * threads.size() * pairs.size()));
+    for (int thread_count : threads) {
+      for (int feature_count : features) {
+        BenchmarkOptions options = arguments.options;
+        options.features = feature_count;
+        options.threads = thread_count;
+        text << "\n"
+             << feature_count << " features, " << thread_count << (thread_count == 1 ? " thread" : " threads")
+             << "\n\n";
+        runBenchmark(dataset, pairs, options, [&progress] { progress.advance(); }).print(text);
+      }
+    }
+  }
+  std::cout << text.str();
+  file << text.str();
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return gms_ransac::runProgram("benchmark", [&] { return benchmark(argc, argv); });
+}

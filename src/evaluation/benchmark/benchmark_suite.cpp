@@ -1,0 +1,340 @@
+#include "benchmark/benchmark_suite.h"
+
+#include <algorithm>
+#include <memory>
+
+#include <time.h>
+
+#include "benchmark/dense_motion_statistics.h"
+#include "benchmark/stock_chain.h"
+#include "gms_ransac/match_filter.h"
+#include "run/pair_truth.h"
+
+namespace gms_ransac {
+
+namespace {
+
+const char kExtract[] = "extract", kMatch[] = "match", kGms[] = "GMS", kGmsAll[] = "GMS, rotation + scale",
+           kRobust[] = "estimate", kFilter[] = "match + GMS + estimate", kFrame[] = "whole frame";
+const char kStockMatcher[] = "cv::BFMatcher", kStockGms[] = "dense GMS", kStockExtractor[] = "cv::ORB";
+
+/// Times work as BenchmarkOptions says.
+class Clock {
+ public:
+  explicit Clock(int threads) : clock_(threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC) {}
+
+  template <typename Work>
+  double milliseconds(const Work& work) const {
+    const double start = now();
+    work();
+    return now() - start;
+  }
+
+ private:
+  double now() const {
+    timespec time{};
+    clock_gettime(clock_, &time);
+    return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) * 1e-6;
+  }
+  clockid_t clock_;
+};
+
+/// Our matcher at one instruction set, with train descriptors packed for it.
+struct MatcherContender {
+  std::string name;
+  SimdLevel level;
+  HammingMatcher matcher;
+};
+
+/// Our pipeline with one extractor and one method.
+struct FilterContender {
+  std::string name;
+  int extractor;  ///< index into Suite::extractors_
+  MatchFilter filter;
+  MatchResult result;
+};
+
+struct ExtractorContender {
+  std::string name;
+  std::unique_ptr<FeatureExtractor> extractor;
+  Frame reference, current;
+  double ms = 0;  ///< last extraction of the current image
+};
+
+class Suite {
+ public:
+  Suite(const Dataset& dataset, const BenchmarkOptions& options);
+  void run(const DatasetPair& pair);
+  BenchmarkTable& table() { return table_; }
+
+ private:
+  void setCamera(cv::Size image_size);
+  void addFilters(int extractor, const FeatureExtractorOptions& extractor_options);
+
+  void extract(const cv::Mat& image, bool judge);
+  void match(bool judge);
+  void filterByMotion(bool judge);
+  void estimateStock(bool judge);
+  void filterOurs(bool judge);
+
+  void count(BenchmarkRow& row, const std::vector<cv::DMatch>& matches, const std::vector<uint8_t>* kept) const;
+  /// Those of the contender's matches that got at least as far as `stage`.
+  void count(BenchmarkRow& row, const FilterContender& contender, MatchStage stage) const;
+  bool isCorrect(const cv::Point2f& reference, const cv::Point2f& current) const;
+  bool canJudge() const { return truth_->hasEpipolar() || truth_->hasTransfer(); }
+
+  const Dataset& dataset_;
+  BenchmarkOptions options_;
+  Clock clock_;
+  BenchmarkTable table_;
+  Camera camera_;
+  std::unique_ptr<PairTruth> truth_;
+
+  cv::Ptr<cv::ORB> stock_extractor_;
+  std::vector<ExtractorContender> extractors_;  ///< opencv, fast; the first one's features are the stock chain's
+  std::vector<MatcherContender> matchers_;
+  std::vector<std::unique_ptr<FilterContender>> filters_;
+  MotionStatisticsOptions gms_all_options_;
+  MotionStatisticsFilter gms_, gms_all_;
+
+  /// Of the pair at hand.
+  std::vector<cv::DMatch> stock_matches_, stock_survivors_;
+  std::vector<Match> matches_;
+  MotionStatistics statistics_;
+  double stock_extract_ms_ = 0, stock_match_ms_ = 0, stock_gms_ms_ = 0;
+};
+
+MotionStatisticsOptions withRotationAndScale() {
+  MotionStatisticsOptions options;
+  options.rotation = options.scale = true;
+  return options;
+}
+
+Suite::Suite(const Dataset& dataset, const BenchmarkOptions& options)
+    : dataset_(dataset),
+      options_(options),
+      clock_(options.threads),
+      stock_extractor_(makeStockExtractor(options.features)),
+      gms_all_options_(withRotationAndScale()),
+      gms_all_(gms_all_options_) {
+  const int matcher_threads = std::clamp(options.threads, 1, 2);
+  for (SimdLevel level : {SimdLevel::kAvx512, SimdLevel::kAvx2, SimdLevel::kNeon, SimdLevel::kScalar}) {
+    if (!simdLevelSupported(level)) continue;
+    const HammingMatcherOptions nearest{false, matcher_threads, level}, mutual{true, matcher_threads, level};
+    matchers_.push_back({toString(level), level, HammingMatcher(nearest)});
+    matchers_.push_back({toString(level) + ", mutual", level, HammingMatcher(mutual)});
+  }
+  for (const char* name : {"opencv", "fast"}) {
+    FeatureExtractorOptions extractor;
+    extractor.extractor = name;
+    extractor.features = options.features;
+    extractor.fast_threshold = fastThreshold(options.features);
+    extractor.threads = options.threads;
+    extractors_.push_back({std::string("extractor ") + name, makeFeatureExtractor(extractor), {}, {}, 0});
+    addFilters(static_cast<int>(extractors_.size()) - 1, extractor);
+  }
+}
+
+void Suite::addFilters(int extractor, const FeatureExtractorOptions& extractor_options) {
+  for (const std::string& method : options_.methods) {
+    MatchFilterOptions options;
+    options.method = method;
+    options.extractor = extractor_options;
+    options.robust.model = options_.model;
+    options.matcher_threads = std::clamp(options_.threads, 1, 2);
+    options.validate();
+    const std::string name = method + (extractor == 0 ? "" : " on " + extractors_[extractor].name);
+    filters_.emplace_back(new FilterContender{name, extractor, MatchFilter(options), {}});
+  }
+}
+
+void Suite::setCamera(cv::Size image_size) {
+  if (!dataset_.intrinsics() || camera_.imageSize() == image_size) return;
+  camera_ = Camera(*dataset_.intrinsics(), image_size);
+  for (auto& contender : filters_) contender->filter.setCamera(camera_);
+}
+
+void Suite::run(const DatasetPair& pair) {
+  const cv::Mat reference = dataset_.image(pair.reference), current = dataset_.image(pair.current);
+  setCamera(current.size());
+  truth_ = std::make_unique<PairTruth>(dataset_, pair, camera_);
+  for (ExtractorContender& contender : extractors_) {
+    contender.extractor->extract(reference, contender.reference.features);
+  }
+  for (int repeat = 0; repeat < options_.repeat; ++repeat) {
+    const bool judge = repeat == 0;
+    extract(current, judge);
+    match(judge);
+    filterByMotion(judge);
+    estimateStock(judge);
+    filterOurs(judge);
+  }
+}
+
+void Suite::extract(const cv::Mat& image, bool judge) {
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  BenchmarkRow& stock = table_.row(kExtract, kStockExtractor);
+  stock_extract_ms_ =
+      clock_.milliseconds([&] { stock_extractor_->detectAndCompute(image, cv::noArray(), keypoints, descriptors); });
+  stock.ms.push_back(stock_extract_ms_);
+  if (judge) stock.count(static_cast<int>(keypoints.size()));
+  for (ExtractorContender& contender : extractors_) {
+    BenchmarkRow& row = table_.row(kExtract, contender.name, kStockExtractor);
+    contender.ms = clock_.milliseconds([&] { contender.extractor->extract(image, contender.current.features); });
+    row.ms.push_back(contender.ms);
+    if (judge) row.count(contender.current.features.size());
+  }
+}
+
+void Suite::match(bool judge) {
+  const Features& reference = extractors_[0].reference.features;
+  Features& current = extractors_[0].current.features;
+  const cv::Mat queries = reference.descriptors.asMat(), train = current.descriptors.asMat();
+  BenchmarkRow& stock = table_.row(kMatch, kStockMatcher);
+  stock_match_ms_ = clock_.milliseconds([&] { cv::BFMatcher(cv::NORM_HAMMING).match(queries, train, stock_matches_); });
+  stock.ms.push_back(stock_match_ms_);
+  if (judge) count(stock, stock_matches_, nullptr);
+
+  for (MatcherContender& contender : matchers_) {
+    current.descriptors.pack(contender.level);
+    BenchmarkRow& row = table_.row(kMatch, contender.name, kStockMatcher);
+    row.ms.push_back(
+        clock_.milliseconds([&] { contender.matcher.match(reference.descriptors, current.descriptors, matches_); }));
+    if (!judge) continue;
+    std::vector<cv::DMatch> matches;
+    for (const Match& m : matches_) matches.emplace_back(m.reference, m.current, static_cast<float>(m.distance));
+    count(row, matches, nullptr);
+  }
+  current.descriptors.pack();
+  matches_.clear();
+  for (const cv::DMatch& m : stock_matches_) {
+    matches_.push_back({m.queryIdx, m.trainIdx, static_cast<uint16_t>(m.distance), 0});
+  }
+}
+
+void Suite::filterByMotion(bool judge) {
+  const Features& reference = extractors_[0].reference.features;
+  const Features& current = extractors_[0].current.features;
+  const auto judgeAccepted = [&](BenchmarkRow& row) {
+    if (judge) count(row, stock_matches_, &statistics_.accepted);
+  };
+  BenchmarkRow& dense_all = table_.row(kGmsAll, kStockGms);
+  dense_all.ms.push_back(
+      clock_.milliseconds([&] { denseMotionStatistics(gms_all_options_, reference, current, matches_, statistics_); }));
+  judgeAccepted(dense_all);
+  BenchmarkRow& ours_all = table_.row(kGmsAll, "sparse", kStockGms);
+  ours_all.ms.push_back(clock_.milliseconds([&] { gms_all_.compute(reference, current, matches_, statistics_); }));
+  judgeAccepted(ours_all);
+
+  BenchmarkRow& dense = table_.row(kGms, kStockGms);
+  BenchmarkRow& ours = table_.row(kGms, "sparse", kStockGms);
+  ours.ms.push_back(clock_.milliseconds([&] { gms_.compute(reference, current, matches_, statistics_); }));
+  judgeAccepted(ours);
+  stock_gms_ms_ = clock_.milliseconds([&] { denseMotionStatistics({}, reference, current, matches_, statistics_); });
+  dense.ms.push_back(stock_gms_ms_);
+  judgeAccepted(dense);
+  stock_survivors_.clear();
+  for (size_t i = 0; i < stock_matches_.size(); ++i) {
+    if (statistics_.accepted[i]) stock_survivors_.push_back(stock_matches_[i]);
+  }
+}
+
+std::string stockChainName(const StockEstimator& estimator) { return "stock with " + estimator.name; }
+
+void Suite::estimateStock(bool judge) {
+  const std::vector<cv::KeyPoint>& reference = extractors_[0].reference.features.keypoints;
+  const std::vector<cv::KeyPoint>& current = extractors_[0].current.features.keypoints;
+  for (const StockEstimator& estimator : stockEstimators(camera_.calibrated())) {
+    std::vector<cv::DMatch> survivors = stock_survivors_;
+    std::vector<uint8_t> inlier;
+    const double ms =
+        clock_.milliseconds([&] { inlier = estimate(estimator, reference, current, camera_, survivors); });
+    const double filter_ms = stock_match_ms_ + stock_gms_ms_ + ms;
+    BenchmarkRow* rows[] = {&table_.row(kRobust, estimator.name), &table_.row(kFilter, stockChainName(estimator)),
+                            &table_.row(kFrame, stockChainName(estimator))};
+    rows[0]->ms.push_back(ms);
+    rows[1]->ms.push_back(filter_ms);
+    rows[2]->ms.push_back(stock_extract_ms_ + filter_ms);
+    if (!judge) continue;
+    inlier.resize(survivors.size(), 0);
+    for (BenchmarkRow* row : rows) count(*row, survivors, &inlier);
+  }
+}
+
+void Suite::filterOurs(bool judge) {
+  const StockEstimator peer = stockEstimators(camera_.calibrated()).front();
+  std::vector<bool> first_of_extractor(extractors_.size(), true);
+  for (auto& contender : filters_) {
+    const ExtractorContender& extractor = extractors_[contender->extractor];
+    contender->filter.reset();  // the estimator has seen this pair before and must not profit from it
+    const double ms = clock_.milliseconds(
+        [&] { contender->filter.filter(extractor.reference, extractor.current, contender->result); });
+    std::vector<BenchmarkRow*> rows = {&table_.row(kFilter, contender->name, stockChainName(peer)),
+                                       &table_.row(kFrame, contender->name, stockChainName(peer))};
+    rows[0]->ms.push_back(ms);
+    rows[1]->ms.push_back(extractor.ms + ms);
+    if (contender->extractor == 0) {  // the survivors of the peers
+      rows.push_back(&table_.row(kRobust, contender->name, peer.name));
+      rows[2]->ms.push_back(contender->result.times.ransac * 1e3);  // by the wall clock: measured inside
+    }
+    if (judge) {
+      for (BenchmarkRow* row : rows) count(*row, *contender, MatchStage::kInlier);
+    }
+    if (contender->extractor == 0 || !first_of_extractor[contender->extractor]) continue;
+    first_of_extractor[contender->extractor] = false;
+    BenchmarkRow& raw = table_.row(kMatch, toString(detectSimdLevel()) + " on " + extractor.name, kStockMatcher);
+    raw.ms.push_back(clock_.milliseconds([&] {
+      matchers_.front().matcher.match(extractor.reference.features.descriptors, extractor.current.features.descriptors,
+                                      matches_);
+    }));
+    if (judge) count(raw, *contender, MatchStage::kRaw);
+  }
+}
+
+bool Suite::isCorrect(const cv::Point2f& reference, const cv::Point2f& current) const {
+  if (truth_->hasEpipolar()) return truth_->epipolarDistance(reference, current) < kCorrectWithin;
+  const std::optional<double> distance = truth_->transferDistance(reference, current);
+  return distance && *distance < kCorrectWithin;
+}
+
+void Suite::count(BenchmarkRow& row, const std::vector<cv::DMatch>& matches, const std::vector<uint8_t>* kept) const {
+  int kept_count = 0, correct = 0;
+  for (size_t i = 0; i < matches.size(); ++i) {
+    if (kept && !(*kept)[i]) continue;
+    ++kept_count;
+    correct += canJudge() && isCorrect(extractors_[0].reference.features.keypoints[matches[i].queryIdx].pt,
+                                       extractors_[0].current.features.keypoints[matches[i].trainIdx].pt);
+  }
+  row.count(kept_count);
+  if (canJudge()) row.judge(correct);
+}
+
+void Suite::count(BenchmarkRow& row, const FilterContender& contender, MatchStage stage) const {
+  const ExtractorContender& extractor = extractors_[contender.extractor];
+  int kept = 0, correct = 0;
+  for (size_t i = 0; i < contender.result.matches.size(); ++i) {
+    if (contender.result.stage[i] < stage) continue;
+    ++kept;
+    const Match& match = contender.result.matches[i];
+    correct += canJudge() && isCorrect(extractor.reference.features.keypoints[match.reference].pt,
+                                       extractor.current.features.keypoints[match.current].pt);
+  }
+  row.count(kept);
+  if (canJudge()) row.judge(correct);
+}
+
+}  // namespace
+
+BenchmarkTable runBenchmark(const Dataset& dataset, const std::vector<DatasetPair>& pairs,
+                            const BenchmarkOptions& options, const std::function<void()>& pair_done) {
+  cv::setNumThreads(options.threads);
+  Suite suite(dataset, options);
+  for (const DatasetPair& pair : pairs) {
+    suite.run(pair);
+    pair_done();
+  }
+  return suite.table();
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,29 @@
+// Runs the stock chain and ours over the same pairs, interleaved, and times each stage.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "benchmark/benchmark_table.h"
+#include "datasets/dataset.h"
+#include "gms_ransac/method.h"
+
+namespace gms_ransac {
+
+struct BenchmarkOptions {
+  int features = 2000;
+  /// Of OpenCV, and of our extractor and matcher (two at most there). One thread is timed by its processor time, which
+  /// other programs hardly disturb; more by the wall clock.
+  int threads = 1;
+  int repeat = 3;  ///< times each pair is measured
+  std::vector<std::string> methods = {"fast", "cp_ransac", "gms_ransac"};
+  ModelType model = ModelType::kEssential;  ///< of our methods; without intrinsics they use a fundamental matrix
+};
+
+/// `pair_done` is called after each pair. Throws DatasetError when an image cannot be read, std::invalid_argument for
+/// bad options.
+BenchmarkTable runBenchmark(const Dataset& dataset, const std::vector<DatasetPair>& pairs,
+                            const BenchmarkOptions& options, const std::function<void()>& pair_done);
+
+}  // namespace gms_ransac

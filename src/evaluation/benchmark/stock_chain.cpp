@@ -1,0 +1,70 @@
+#include "benchmark/stock_chain.h"
+
+#include <algorithm>
+
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
+#include <opencv2/core/version.hpp>
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr double kThreshold = 1.0;  ///< pixels
+constexpr double kFundamentalProbability = 0.99, kEssentialProbability = 0.9999;
+constexpr int kMostSamples = 1000;  ///< findEssentialMat's own default where it cannot be given
+constexpr int kUsualContrast = 20;  ///< cv::ORB's default, grey levels
+
+}  // namespace
+
+int fastThreshold(int features) { return features > kFeaturesAtUsualContrast ? 0 : kUsualContrast; }
+
+cv::Ptr<cv::ORB> makeStockExtractor(int features) {
+  return cv::ORB::create(features, 1.2f, 8, 31, 0, 2, cv::ORB::HARRIS_SCORE, 31, fastThreshold(features));
+}
+
+std::vector<StockEstimator> stockEstimators(bool calibrated) {
+  std::vector<StockEstimator> all = {{"cv::findFundamentalMat RANSAC", ModelType::kFundamental, cv::FM_RANSAC}};
+  if (calibrated) all.insert(all.begin(), {"cv::findEssentialMat RANSAC", ModelType::kEssential, cv::RANSAC});
+#if CV_VERSION_MAJOR > 4 || CV_VERSION_MINOR >= 5
+  const ModelType model = calibrated ? ModelType::kEssential : ModelType::kFundamental;
+  all.push_back({"cv USAC_PROSAC", model, cv::USAC_PROSAC, true});
+  all.push_back({"cv USAC_ACCURATE", model, cv::USAC_ACCURATE});
+  all.push_back({"cv USAC_MAGSAC", model, cv::USAC_MAGSAC});
+#endif
+  return all;
+}
+
+std::vector<uint8_t> estimate(const StockEstimator& estimator, const std::vector<cv::KeyPoint>& reference,
+                              const std::vector<cv::KeyPoint>& current, const Camera& camera,
+                              std::vector<cv::DMatch>& matches) {
+  if (estimator.sorted) std::stable_sort(matches.begin(), matches.end());
+  const bool essential = estimator.model == ModelType::kEssential;
+  std::vector<cv::Point2f> p, q;
+  for (const cv::DMatch& match : matches) {
+    const cv::Point2f a = reference[match.queryIdx].pt, b = current[match.trainIdx].pt;
+    p.push_back(essential ? camera.undistort(a) : a);
+    q.push_back(essential ? camera.undistort(b) : b);
+  }
+  std::vector<uint8_t> inlier;
+  if (matches.size() < 8) return inlier;
+  try {
+    if (essential) {
+      cv::Mat K, R, t;
+      cv::eigen2cv(camera.K(), K);
+      const cv::Mat E = cv::findEssentialMat(p, q, K, estimator.method, kEssentialProbability, kThreshold, inlier);
+      if (E.rows != 3) return {};
+      std::vector<uint8_t> in_front = inlier;
+      cv::recoverPose(E, p, q, K, R, t, in_front);
+    } else {
+      const cv::Mat F =
+          cv::findFundamentalMat(p, q, estimator.method, kThreshold, kFundamentalProbability, kMostSamples, inlier);
+      if (F.empty()) return {};
+    }
+  } catch (const cv::Exception&) {
+    return {};  // degenerate input is a failure of the peer, not of the benchmark
+  }
+  return inlier;
+}
+
+}  // namespace gms_ransac

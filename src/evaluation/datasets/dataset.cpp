@@ -1,0 +1,84 @@
+#include "datasets/dataset.h"
+
+#include <algorithm>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "datasets/dataset_layouts.h"
+#include "datasets/dataset_text.h"
+
+namespace gms_ransac {
+
+namespace {
+
+bool endsWith(const std::string& text, const std::string& suffix) {
+  return text.size() >= suffix.size() && text.compare(text.size() - suffix.size(), suffix.size(), suffix) == 0;
+}
+
+std::string withoutTrailingSlashes(std::string path) {
+  while (path.size() > 1 && path.back() == '/') path.pop_back();
+  return path;
+}
+
+Dataset openLayout(const std::string& path, const DatasetOptions& options) {
+  if (isFile(path)) {
+    if (endsWith(path, ".bag")) return openBag(path, options);
+    throw DatasetError(path + ": is neither a folder nor a .bag file");
+  }
+  if (!isFolder(path)) throw DatasetError(path + ": no such folder or bag");
+  if (isFile(joinPath(path, "pairs.txt"))) return openImagePairs(path, options);
+  if (isFile(joinPath(path, "rgb.txt"))) return openTum(path, options);
+  if (isFolder(joinPath(path, "image_0")) || isFolder(joinPath(path, "image_l"))) return openKitti(path, options);
+  throw DatasetError(path + ": holds neither rgb.txt (TUM), image_0/ (KITTI) nor pairs.txt (image pairs)");
+}
+
+/// One channel as float, multiplied by `factor`.
+cv::Mat readScaled(const std::string& path, double factor) {
+  if (!isFile(path)) throw DatasetError(path + ": no such image");
+  const cv::Mat raw = cv::imread(path, cv::IMREAD_ANYDEPTH | cv::IMREAD_GRAYSCALE);
+  if (raw.empty()) throw DatasetError(path + ": cannot be read as an image");
+  cv::Mat scaled;
+  raw.convertTo(scaled, CV_32F, factor);
+  return scaled;
+}
+
+}  // namespace
+
+Dataset Dataset::open(const std::string& path, const DatasetOptions& options) {
+  const std::string clean = withoutTrailingSlashes(path);
+  Dataset dataset = openLayout(clean, options);
+  dataset.path_ = clean;
+  if (!options.intrinsics.empty()) dataset.intrinsics_ = parseIntrinsics(options.intrinsics, "--intrinsics");
+  return dataset;
+}
+
+std::string Dataset::name() const {
+  const auto slash = path_.rfind('/');
+  return slash == std::string::npos || path_.size() == 1 ? path_ : path_.substr(slash + 1);
+}
+
+std::vector<DatasetPair> Dataset::pairs(int gap, int stride) const {
+  std::vector<DatasetPair> chosen;
+  const size_t step = static_cast<size_t>(std::max(1, stride));
+  for (size_t i = 0; i < listed_pairs_.size(); i += step) chosen.push_back(listed_pairs_[i]);
+  if (kind_ == DatasetKind::kImagePairs) return chosen;
+  const size_t distance = static_cast<size_t>(std::max(1, gap));
+  for (size_t i = 0; i + distance < frames_.size(); i += step) {
+    DatasetPair pair;
+    pair.reference = static_cast<int>(i);
+    pair.current = static_cast<int>(i + distance);
+    chosen.push_back(pair);
+  }
+  return chosen;
+}
+
+cv::Mat Dataset::depth(int frame) const {
+  const std::string& file = frames_.at(static_cast<size_t>(frame)).depth;
+  return file.empty() ? cv::Mat() : readScaled(joinPath(path_, file), 1.0 / depth_scale_);
+}
+
+cv::Mat Dataset::disparity(const DatasetPair& pair) const {
+  return pair.disparity ? readScaled(joinPath(path_, pair.disparity->path), 1.0 / pair.disparity->scale) : cv::Mat();
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,248 @@
+// ROS bags: an image topic (raw or compressed), the camera_info beside it, and the camera's true motion from tf when
+// the bag carries it. Read without a ROS master.
+#include <algorithm>
+#include <mutex>
+
+#include <cv_bridge/cv_bridge.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/CompressedImage.h>
+#include <sensor_msgs/Image.h>
+#include <tf2/buffer_core.h>
+#include <tf2/exceptions.h>
+#include <tf2_msgs/TFMessage.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "datasets/dataset_layouts.h"
+#include "datasets/dataset_text.h"
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr char kImageType[] = "sensor_msgs/Image";
+constexpr char kCompressedType[] = "sensor_msgs/CompressedImage";
+// Grey or colour camera topics of the official TUM bags and of kitti2bag.
+constexpr const char* kUsualTopics[] = {"/camera/rgb/image_color", "/kitti/camera_gray_left/image_raw"};
+constexpr const char* kUsualTruthFrames[] = {"world", "map", "odom"};
+
+std::string withoutLeadingSlash(const std::string& frame) {
+  return !frame.empty() && frame[0] == '/' ? frame.substr(1) : frame;
+}
+
+std::string parentTopic(const std::string& topic) {
+  const auto slash = topic.rfind('/');
+  return slash == std::string::npos ? "" : topic.substr(0, slash);
+}
+
+/// Where an image message lies in the bag.
+struct MessageKey {
+  ros::Time received;  ///< the bag's own index
+  ros::Time stamp;     ///< the message's header, which tells apart what was received at the same instant
+};
+
+class BagImages : public ImageSource {
+ public:
+  BagImages(const std::string& file, std::string topic, std::vector<MessageKey> keys)
+      : bag_(file, rosbag::bagmode::Read), topic_(std::move(topic)), keys_(std::move(keys)) {}
+
+  cv::Mat image(int frame, bool colour) const override {
+    const MessageKey& key = keys_.at(static_cast<size_t>(frame));
+    std::lock_guard<std::mutex> lock(mutex_);
+    rosbag::View view(bag_, rosbag::TopicQuery(topic_), key.received, key.received);
+    for (const rosbag::MessageInstance& message : view) {
+      if (const auto raw = message.instantiate<sensor_msgs::Image>()) {
+        if (raw->header.stamp == key.stamp) return convert(*raw, colour);
+      } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
+        if (packed->header.stamp == key.stamp) return decode(*packed, colour);
+      }
+    }
+    throw DatasetError(where(key.stamp) + ": the message cannot be found again");
+  }
+
+ private:
+  std::string where(const ros::Time& stamp) const {
+    return bag_.getFileName() + ": image of " + topic_ + " at " + std::to_string(stamp.toSec());
+  }
+
+  cv::Mat convert(const sensor_msgs::Image& message, bool colour) const {
+    try {
+      return cv_bridge::toCvCopy(message, colour ? "bgr8" : "mono8")->image;
+    } catch (const std::exception& error) {
+      throw DatasetError(where(message.header.stamp) + ": " + error.what());
+    }
+  }
+
+  cv::Mat decode(const sensor_msgs::CompressedImage& message, bool colour) const {
+    cv::Mat image = cv::imdecode(message.data, colour ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE);
+    if (image.empty()) throw DatasetError(where(message.header.stamp) + ": cannot be decoded");
+    return image;
+  }
+
+  mutable std::mutex mutex_;
+  mutable rosbag::Bag bag_;
+  std::string topic_;
+  std::vector<MessageKey> keys_;
+};
+
+/// Image topics of the bag by name; depth images announce themselves by theirs.
+std::vector<std::string> imageTopics(rosbag::Bag& bag) {
+  std::vector<std::string> topics;
+  for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections()) {
+    if (connection->datatype != kImageType && connection->datatype != kCompressedType) continue;
+    if (connection->topic.find("depth") == std::string::npos) topics.push_back(connection->topic);
+  }
+  std::sort(topics.begin(), topics.end());
+  topics.erase(std::unique(topics.begin(), topics.end()), topics.end());
+  return topics;
+}
+
+std::string chooseTopic(const std::string& file, rosbag::Bag& bag, const std::string& asked) {
+  const std::vector<std::string> topics = imageTopics(bag);
+  if (!asked.empty()) return asked;
+  if (topics.empty()) throw DatasetError(file + ": holds no image topic");
+  if (topics.size() == 1) return topics[0];
+  for (const char* usual : kUsualTopics) {
+    if (std::find(topics.begin(), topics.end(), usual) != topics.end()) return usual;
+  }
+  std::string known;
+  for (const std::string& topic : topics) known += (known.empty() ? "" : ", ") + topic;
+  throw DatasetError(file + ": holds several image topics (" + known + "); choose one with --topic");
+}
+
+CameraIntrinsics fromCameraInfo(const sensor_msgs::CameraInfo& info) {
+  CameraIntrinsics intrinsics;
+  intrinsics.fx = info.K[0];
+  intrinsics.fy = info.K[4];
+  intrinsics.cx = info.K[2];
+  intrinsics.cy = info.K[5];
+  if (intrinsics.calibrated()) {
+    intrinsics.distortion_model = info.distortion_model;
+    intrinsics.distortion.assign(info.D.begin(), info.D.end());
+  } else {  // kitti2bag's and rectified topics may carry the projection alone
+    intrinsics.fx = info.P[0];
+    intrinsics.fy = info.P[5];
+    intrinsics.cx = info.P[2];
+    intrinsics.cy = info.P[6];
+  }
+  return intrinsics;
+}
+
+std::optional<CameraIntrinsics> readCameraInfo(const std::string& file, rosbag::Bag& bag, const std::string& topic) {
+  // ".../image_raw/compressed" has its camera_info one level further up.
+  for (const std::string& parent : {parentTopic(topic), parentTopic(parentTopic(topic))}) {
+    rosbag::View view(bag, rosbag::TopicQuery(parent + "/camera_info"));
+    for (const rosbag::MessageInstance& message : view) {
+      const auto info = message.instantiate<sensor_msgs::CameraInfo>();
+      if (!info) continue;
+      const CameraIntrinsics intrinsics = fromCameraInfo(*info);
+      if (!intrinsics.calibrated()) return std::nullopt;
+      try {
+        intrinsics.validate();
+      } catch (const std::invalid_argument& error) {
+        throw DatasetError(file + ": " + parent + "/camera_info: " + error.what());
+      }
+      return intrinsics;
+    }
+  }
+  return std::nullopt;
+}
+
+/// All transforms of the bag; nothing is forgotten.
+class TransformTree {
+ public:
+  explicit TransformTree(rosbag::Bag& bag) : buffer_(ros::Duration(1e9)) {
+    for (const bool is_static : {false, true}) {
+      rosbag::View view(bag, rosbag::TopicQuery(is_static ? std::vector<std::string>{"/tf_static", "tf_static"}
+                                                          : std::vector<std::string>{"/tf", "tf"}));
+      for (const rosbag::MessageInstance& message : view) {
+        const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
+        if (!transforms) continue;
+        for (geometry_msgs::TransformStamped transform : transforms->transforms) {
+          transform.header.frame_id = withoutLeadingSlash(transform.header.frame_id);
+          transform.child_frame_id = withoutLeadingSlash(transform.child_frame_id);
+          buffer_.setTransform(transform, "bag", is_static);
+        }
+      }
+    }
+  }
+
+  std::optional<Eigen::Isometry3d> pose(const std::string& world, const std::string& camera,
+                                        const ros::Time& stamp) const {
+    if (!buffer_.canTransform(world, camera, stamp)) return std::nullopt;
+    const auto transform = buffer_.lookupTransform(world, camera, stamp).transform;
+    const auto& q = transform.rotation;
+    const auto& p = transform.translation;
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
+    pose.translation() = Eigen::Vector3d(p.x, p.y, p.z);
+    return pose;
+  }
+
+  bool connects(const std::string& world, const std::string& camera) const {
+    return buffer_.canTransform(world, camera, ros::Time(0));
+  }
+
+ private:
+  tf2::BufferCore buffer_;
+};
+
+/// Fills in the poses of frames from tf; silently none when the camera hangs in no known world.
+void addPoses(rosbag::Bag& bag, const std::string& camera_frame, const std::string& truth_frame,
+              const std::vector<MessageKey>& keys, std::vector<DatasetFrame>& frames) {
+  const TransformTree tree(bag);
+  std::vector<std::string> worlds(std::begin(kUsualTruthFrames), std::end(kUsualTruthFrames));
+  if (!truth_frame.empty()) worlds = {withoutLeadingSlash(truth_frame)};
+  for (const std::string& world : worlds) {
+    // The truth of kitti2bag's odometry bags moves "camera_left", which no image names as its frame.
+    for (const std::string& camera : {camera_frame, std::string("camera_left")}) {
+      if (!tree.connects(world, camera)) continue;
+      for (size_t i = 0; i < frames.size(); ++i) frames[i].pose = tree.pose(world, camera, keys[i].stamp);
+      return;
+    }
+  }
+}
+
+}  // namespace
+
+Dataset openBag(const std::string& file, const DatasetOptions& options) {
+  Dataset dataset;
+  dataset.kind_ = DatasetKind::kBag;
+  try {
+    rosbag::Bag bag(file, rosbag::bagmode::Read);
+    const std::string topic = chooseTopic(file, bag, options.topic);
+    std::vector<MessageKey> keys;
+    std::string camera_frame;
+    rosbag::View view(bag, rosbag::TopicQuery(topic));
+    for (const rosbag::MessageInstance& message : view) {
+      std_msgs::Header header;
+      if (const auto raw = message.instantiate<sensor_msgs::Image>()) {
+        header = raw->header;
+      } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
+        header = packed->header;
+      } else {
+        throw DatasetError(file + ": topic " + topic + " carries " + message.getDataType() + ", not images");
+      }
+      camera_frame = withoutLeadingSlash(header.frame_id);
+      keys.push_back({message.getTime(), header.stamp});
+      DatasetFrame frame;
+      frame.stamp = header.stamp.toSec();
+      frame.name = topic + "@" + std::to_string(frame.stamp);
+      dataset.frames_.push_back(frame);
+    }
+    if (keys.empty()) throw DatasetError(file + ": topic " + topic + " holds no image");
+    dataset.intrinsics_ = readCameraInfo(file, bag, topic);
+    addPoses(bag, camera_frame, options.truth_frame, keys, dataset.frames_);
+    bag.close();
+    dataset.source_ = std::make_shared<BagImages>(file, topic, std::move(keys));
+  } catch (const rosbag::BagException& error) {
+    throw DatasetError(file + ": cannot be read as a bag (" + error.what() + ")");
+  } catch (const tf2::TransformException& error) {
+    throw DatasetError(file + ": its transforms are inconsistent (" + error.what() + ")");
+  }
+  return dataset;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,87 @@
+#include "datasets/dataset_export.h"
+
+#include <cstdio>
+
+#include "datasets/bag_writer.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// Ground truth this long before the first and after the last image is left out, seconds: of a shortened sequence a
+// replay would otherwise show nothing but tf for most of its time.
+constexpr double kTruthMargin = 0.5;
+const cv::Size kOpenNiSize(640, 480);
+
+CameraIntrinsics openNiIntrinsics() {
+  CameraIntrinsics intrinsics;
+  intrinsics.fx = intrinsics.fy = 525;
+  intrinsics.cx = 319.5;
+  intrinsics.cy = 239.5;
+  intrinsics.distortion_model = "plumb_bob";
+  return intrinsics;
+}
+
+CameraIntrinsics folderIntrinsics(const Dataset& dataset) {
+  if (dataset.intrinsics()) return *dataset.intrinsics();
+  throw DatasetError(dataset.path() + ": has neither camera.txt nor calib.txt, so there is no camera_info to write");
+}
+
+void exportTum(const Dataset& dataset, const std::string& path, const BagExportOptions& options,
+               const std::function<void()>& written) {
+  const bool driver = options.openni_camera_info && dataset.image(0, false).size() == kOpenNiSize;
+  BagWriter bag(path, BagLayout::kTum, driver ? openNiIntrinsics() : folderIntrinsics(dataset));
+  const std::vector<DatasetFrame>& frames = dataset.frames();
+  for (const StampedPose& sample : dataset.trajectory()) {
+    if (sample.stamp < frames.front().stamp - kTruthMargin) continue;
+    if (sample.stamp > frames.back().stamp + kTruthMargin) break;
+    bag.writeGroundTruth(sample.stamp, sample.pose);
+  }
+  std::string last_depth;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    const int index = static_cast<int>(i);
+    bag.writeImage(frames[i].stamp, dataset.image(index, true));
+    // Two images may be nearest to the same depth image.
+    if (!frames[i].depth.empty() && frames[i].depth != last_depth) {
+      bag.writeDepth(frames[i].depth_stamp, dataset.depth(index));
+      last_depth = frames[i].depth;
+    }
+    written();
+  }
+  bag.close();
+}
+
+void exportKitti(const Dataset& dataset, const std::string& path, const BagExportOptions& options,
+                 const std::function<void()>& written) {
+  BagWriter bag(path, BagLayout::kKitti, folderIntrinsics(dataset));
+  for (const StampedPose& sample : dataset.trajectory()) {
+    bag.writeGroundTruth(options.kitti_start + sample.stamp, sample.pose);
+  }
+  for (size_t i = 0; i < dataset.frames().size(); ++i) {
+    bag.writeImage(options.kitti_start + dataset.frames()[i].stamp, dataset.image(static_cast<int>(i), false));
+    written();
+  }
+  bag.close();
+}
+
+}  // namespace
+
+void exportToBag(const Dataset& dataset, const std::string& path, const BagExportOptions& options,
+                 const std::function<void()>& written) {
+  try {
+    switch (dataset.kind()) {
+      case DatasetKind::kTum:
+        return exportTum(dataset, path, options, written);
+      case DatasetKind::kKitti:
+        return exportKitti(dataset, path, options, written);
+      case DatasetKind::kImagePairs:
+      case DatasetKind::kBag:
+        throw DatasetError(dataset.path() + ": only TUM and KITTI folders can be turned into a bag");
+    }
+  } catch (const DatasetError&) {
+    std::remove(path.c_str());  // half a bag would look like a whole one
+    throw;
+  }
+}
+
+}  // namespace gms_ransac

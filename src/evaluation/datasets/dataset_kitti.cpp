@@ -1,0 +1,106 @@
+// KITTI odometry layout: image_0/ (or image_l/) in name order, optional calib.txt (P0: the left grey camera), poses.txt
+// (3 x 4, row major) and times.txt (seconds); line i belongs to the i-th image.
+#include <algorithm>
+#include <filesystem>
+
+#include "datasets/dataset_layouts.h"
+#include "datasets/dataset_text.h"
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr double kNominalPeriod = 0.1;  // KITTI's cameras run at 10 Hz; used without times.txt
+
+bool hasImageSuffix(const std::string& name) {
+  const auto dot = name.rfind('.');
+  if (dot == std::string::npos) return false;
+  const std::string suffix = name.substr(dot);
+  return suffix == ".png" || suffix == ".jpg" || suffix == ".jpeg" || suffix == ".pgm";
+}
+
+/// Paths relative to the set's folder, sorted by name.
+std::vector<std::string> listImages(const std::string& folder, const std::string& subfolder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(joinPath(folder, subfolder))) {
+    const std::string name = entry.path().filename().string();
+    if (hasImageSuffix(name)) names.push_back(subfolder + "/" + name);
+  }
+  std::sort(names.begin(), names.end());
+  if (names.empty()) throw DatasetError(joinPath(folder, subfolder) + ": holds no .png, .jpg or .pgm image");
+  return names;
+}
+
+std::optional<CameraIntrinsics> readCalibration(const std::string& file) {
+  if (!isFile(file)) return std::nullopt;
+  for (const TextLine& line : readLines(file)) {
+    if (line.fields[0] != "P0:") continue;
+    const std::vector<double> p = numbersAt(file, line, 1, 12, "P0: and twelve numbers of a 3 x 4 projection matrix");
+    CameraIntrinsics intrinsics;
+    intrinsics.fx = p[0];
+    intrinsics.cx = p[2];
+    intrinsics.fy = p[5];
+    intrinsics.cy = p[6];
+    if (!intrinsics.calibrated()) failAt(file, line, "the focal lengths in P0 must be positive");
+    return intrinsics;
+  }
+  throw DatasetError(file + ": has no line that starts with 'P0:'");
+}
+
+std::vector<Eigen::Isometry3d> readPoses(const std::string& file) {
+  std::vector<Eigen::Isometry3d> poses;
+  if (!isFile(file)) return poses;
+  for (const TextLine& line : readLines(file)) {
+    const std::vector<double> v = numbersAt(file, line, 0, 12, "twelve numbers of a 3 x 4 pose");
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.matrix().topRows<3>() = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(v.data());
+    // Orthonormal to the digits printed; a swapped column or row order is not.
+    if ((pose.linear() * pose.linear().transpose() - Eigen::Matrix3d::Identity()).norm() > 0.01) {
+      failAt(file, line, "the left 3 x 3 part is not a rotation");
+    }
+    poses.push_back(pose);
+  }
+  return poses;
+}
+
+std::vector<double> readTimes(const std::string& file) {
+  std::vector<double> times;
+  if (!isFile(file)) return times;
+  for (const TextLine& line : readLines(file)) times.push_back(numbersAt(file, line, 0, 1, "one time stamp")[0]);
+  return times;
+}
+
+}  // namespace
+
+Dataset openKitti(const std::string& folder, const DatasetOptions&) {
+  Dataset dataset;
+  dataset.kind_ = DatasetKind::kKitti;
+  dataset.intrinsics_ = readCameraFile(folder);
+  if (!dataset.intrinsics_) dataset.intrinsics_ = readCalibration(joinPath(folder, "calib.txt"));
+  const std::vector<std::string> names =
+      listImages(folder, isFolder(joinPath(folder, "image_0")) ? "image_0" : "image_l");
+  const std::vector<Eigen::Isometry3d> poses = readPoses(joinPath(folder, "poses.txt"));
+  const std::vector<double> times = readTimes(joinPath(folder, "times.txt"));
+  if (!times.empty() && times.size() < names.size()) {
+    throw DatasetError(joinPath(folder, "times.txt") + ":" + std::to_string(times.size()) + ": the file ends after " +
+                       std::to_string(times.size()) + " lines, but there are " + std::to_string(names.size()) +
+                       " images");
+  }
+
+  std::vector<std::string> paths;
+  for (size_t i = 0; i < names.size(); ++i) {
+    DatasetFrame frame;
+    frame.name = names[i];
+    frame.stamp = times.empty() ? static_cast<double>(i) * kNominalPeriod : times[i];
+    if (i < poses.size()) {
+      frame.pose = poses[i];
+      dataset.trajectory_.push_back({frame.stamp, poses[i]});
+    }
+    dataset.frames_.push_back(frame);
+    paths.push_back(joinPath(folder, names[i]));
+  }
+  dataset.source_ = folderImages(std::move(paths));
+  return dataset;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,72 @@
+// Image pairs: pairs.txt with two paths a line (reference, current) and, optionally, truth as KEY=VALUE: H=FILE (3 x 3,
+// reference pixels to current pixels), F=FILE (3 x 3 fundamental matrix) or DISP=FILE SCALE=NUMBER (disparity image of
+// the reference). A file without a key is taken for a homography.
+#include <map>
+
+#include "datasets/dataset_layouts.h"
+#include "datasets/dataset_text.h"
+
+namespace gms_ransac {
+
+namespace {
+
+/// Adds one KEY=VALUE field of a line to the pair.
+void readTruth(const std::string& folder, const std::string& list, const TextLine& line, const std::string& field,
+               DatasetPair& pair) {
+  const auto equals = field.find('=');
+  const std::string key = equals == std::string::npos ? "H" : field.substr(0, equals);
+  const std::string value = equals == std::string::npos ? field : field.substr(equals + 1);
+  if (key == "H") {
+    pair.homography = readMatrixFile(joinPath(folder, value));
+  } else if (key == "F") {
+    pair.fundamental = readMatrixFile(joinPath(folder, value));
+  } else if (key == "DISP") {
+    if (!pair.disparity) pair.disparity = DisparityFile();
+    pair.disparity->path = value;
+  } else if (key == "SCALE") {
+    TextLine number = line;
+    number.fields = {value};
+    const double scale = numbersAt(list, number, 0, 1, "SCALE= and grey values per pixel of disparity")[0];
+    if (!(scale > 0)) failAt(list, line, "SCALE must be positive");
+    if (!pair.disparity) pair.disparity = DisparityFile();
+    pair.disparity->scale = scale;
+  } else {
+    failAt(list, line, "unknown key '" + key + "'; known are H, F, DISP and SCALE");
+  }
+}
+
+}  // namespace
+
+Dataset openImagePairs(const std::string& folder, const DatasetOptions&) {
+  Dataset dataset;
+  dataset.kind_ = DatasetKind::kImagePairs;
+  dataset.intrinsics_ = readCameraFile(folder);
+
+  const std::string list = joinPath(folder, "pairs.txt");
+  std::vector<std::string> paths;
+  std::map<std::string, int> index;  // an image that several pairs share is one frame
+  const auto frameOf = [&](const std::string& name) {
+    const auto inserted = index.emplace(name, static_cast<int>(dataset.frames_.size()));
+    if (inserted.second) {
+      DatasetFrame frame;
+      frame.name = name;
+      dataset.frames_.push_back(frame);
+      paths.push_back(joinPath(folder, name));
+    }
+    return inserted.first->second;
+  };
+  for (const TextLine& line : readLines(list)) {
+    if (line.fields.size() < 2) failAt(list, line, "expected two image paths and, optionally, H=, F= or DISP= truth");
+    DatasetPair pair;
+    pair.reference = frameOf(line.fields[0]);
+    pair.current = frameOf(line.fields[1]);
+    for (size_t i = 2; i < line.fields.size(); ++i) readTruth(folder, list, line, line.fields[i], pair);
+    if (pair.disparity && pair.disparity->path.empty()) failAt(list, line, "SCALE= without DISP=");
+    dataset.listed_pairs_.push_back(pair);
+  }
+  if (dataset.listed_pairs_.empty()) throw DatasetError(list + ": lists no pair");
+  dataset.source_ = folderImages(std::move(paths));
+  return dataset;
+}
+
+}  // namespace gms_ransac

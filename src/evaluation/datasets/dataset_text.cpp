@@ -1,0 +1,156 @@
+#include "datasets/dataset_text.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <utility>
+
+#include <sys/stat.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace gms_ransac {
+
+namespace {
+
+/// The whole field as a finite number, or nothing.
+std::optional<double> toNumber(const std::string& field) {
+  try {
+    size_t used = 0;
+    const double value = std::stod(field, &used);
+    if (used == field.size() && std::isfinite(value)) return value;
+  } catch (const std::exception&) {
+    // Not a number, or one that no double holds: the caller says so.
+  }
+  return std::nullopt;
+}
+
+class FolderImages : public ImageSource {
+ public:
+  explicit FolderImages(std::vector<std::string> paths) : paths_(std::move(paths)) {}
+
+  cv::Mat image(int frame, bool colour) const override {
+    const std::string& path = paths_.at(static_cast<size_t>(frame));
+    if (!isFile(path)) throw DatasetError(path + ": no such image");
+    // Reduced to grey as the node does it: a decoder's own grey differs by a level here and there, and inliers with it.
+    const cv::Mat image = cv::imread(path, colour ? cv::IMREAD_COLOR : cv::IMREAD_ANYCOLOR);
+    if (image.empty()) throw DatasetError(path + ": cannot be read as an image");
+    if (colour || image.channels() == 1) return image;
+    cv::Mat grey;
+    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+    return grey;
+  }
+
+ private:
+  std::vector<std::string> paths_;
+};
+
+}  // namespace
+
+std::vector<TextLine> readLines(const std::string& file) {
+  std::ifstream stream(file);
+  if (!stream || !isFile(file)) throw DatasetError(file + ": cannot be opened");
+  std::vector<TextLine> lines;
+  TextLine line;
+  while (std::getline(stream, line.text)) {
+    ++line.number;
+    line.fields.clear();
+    std::istringstream words(line.text);
+    for (std::string word; words >> word;) line.fields.push_back(word);
+    if (!line.fields.empty() && line.fields[0][0] != '#') lines.push_back(line);
+  }
+  return lines;
+}
+
+void failAt(const std::string& file, const TextLine& line, const std::string& complaint) {
+  throw DatasetError(file + ":" + std::to_string(line.number) + ": " + complaint);
+}
+
+std::vector<double> numbersAt(const std::string& file, const TextLine& line, size_t first, size_t count,
+                              const std::string& what) {
+  if (line.fields.size() != first + count) {
+    failAt(file, line, "expected " + what + ", found " + std::to_string(line.fields.size()) + " fields");
+  }
+  std::vector<double> values;
+  for (size_t i = first; i < line.fields.size(); ++i) {
+    const std::optional<double> value = toNumber(line.fields[i]);
+    if (!value) failAt(file, line, "expected " + what + ", but '" + line.fields[i] + "' is not a finite number");
+    values.push_back(*value);
+  }
+  return values;
+}
+
+CameraIntrinsics parseIntrinsics(const std::string& text, const std::string& source) {
+  std::string blank_separated = text;
+  std::replace(blank_separated.begin(), blank_separated.end(), ',', ' ');
+  std::istringstream words(blank_separated);
+  std::vector<double> values;
+  for (std::string word; words >> word;) {
+    const std::optional<double> value = toNumber(word);
+    if (!value) throw DatasetError(source + ": '" + word + "' is not a finite number");
+    values.push_back(*value);
+  }
+  if (values.size() != 4 && values.size() != 8 && values.size() != 9) {
+    throw DatasetError(source + ": expected fx fy cx cy [k1 k2 p1 p2 [k3]], found " + std::to_string(values.size()) +
+                       " numbers");
+  }
+  CameraIntrinsics intrinsics;
+  intrinsics.fx = values[0];
+  intrinsics.fy = values[1];
+  intrinsics.cx = values[2];
+  intrinsics.cy = values[3];
+  if (!intrinsics.calibrated()) throw DatasetError(source + ": the focal lengths fx and fy must be positive");
+  if (values.size() > 4) {
+    intrinsics.distortion_model = "plumb_bob";
+    intrinsics.distortion.assign(values.begin() + 4, values.end());
+  }
+  return intrinsics;
+}
+
+std::optional<CameraIntrinsics> readCameraFile(const std::string& folder) {
+  const std::string file = joinPath(folder, "camera.txt");
+  if (!isFile(file)) return std::nullopt;
+  const std::vector<TextLine> lines = readLines(file);
+  if (lines.empty()) throw DatasetError(file + ":1: expected fx fy cx cy [k1 k2 p1 p2 [k3]], but the file is empty");
+  if (lines.size() > 1) failAt(file, lines[1], "expected one line with fx fy cx cy [k1 k2 p1 p2 [k3]]");
+  return parseIntrinsics(lines[0].text, file + ":" + std::to_string(lines[0].number));
+}
+
+Eigen::Matrix3d readMatrixFile(const std::string& file) {
+  const std::vector<TextLine> lines = readLines(file);
+  Eigen::Matrix3d matrix;
+  int row = 0;
+  for (const TextLine& line : lines) {
+    if (row == 3) failAt(file, line, "expected a 3 x 3 matrix, found a fourth row");
+    const std::vector<double> values = numbersAt(file, line, 0, 3, "three numbers of a 3 x 3 matrix");
+    for (int column = 0; column < 3; ++column) matrix(row, column) = values[static_cast<size_t>(column)];
+    ++row;
+  }
+  if (row != 3) {
+    throw DatasetError(file + ":" + std::to_string(lines.empty() ? 1 : lines.back().number) +
+                       ": expected a 3 x 3 matrix, but the file ends after " + std::to_string(row) + " rows");
+  }
+  return matrix;
+}
+
+bool isFile(const std::string& path) {
+  struct stat status {};
+  return stat(path.c_str(), &status) == 0 && !S_ISDIR(status.st_mode);
+}
+
+bool isFolder(const std::string& path) {
+  struct stat status {};
+  return stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
+}
+
+std::string joinPath(const std::string& folder, const std::string& relative) {
+  if (!relative.empty() && relative[0] == '/') return relative;
+  return folder + "/" + relative;
+}
+
+std::shared_ptr<const ImageSource> folderImages(std::vector<std::string> paths) {
+  return std::make_shared<FolderImages>(std::move(paths));
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,47 @@
+// Reading the text files of image sets; every complaint names the file and the line.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "datasets/dataset.h"
+
+namespace gms_ransac {
+
+/// A line that is neither blank nor a comment.
+struct TextLine {
+  int number = 0;  ///< from 1
+  std::string text;
+  std::vector<std::string> fields;  ///< split at blanks
+};
+
+/// Lines of a text file without blank ones and those that start with '#'. Throws DatasetError if it cannot be opened.
+std::vector<TextLine> readLines(const std::string& file);
+
+/// "<file>:<line>: <complaint>"
+[[noreturn]] void failAt(const std::string& file, const TextLine& line, const std::string& complaint);
+
+/// Fields [first, first + count) as finite numbers; `what` describes the expected line in the complaint.
+std::vector<double> numbersAt(const std::string& file, const TextLine& line, size_t first, size_t count,
+                              const std::string& what);
+
+/// fx fy cx cy [k1 k2 p1 p2 [k3]], separated by commas or blanks. `source` opens the complaint.
+CameraIntrinsics parseIntrinsics(const std::string& text, const std::string& source);
+
+/// Intrinsics of camera.txt in the folder; absent without that file.
+std::optional<CameraIntrinsics> readCameraFile(const std::string& folder);
+
+/// Three lines of three numbers.
+Eigen::Matrix3d readMatrixFile(const std::string& file);
+
+bool isFile(const std::string& path);
+bool isFolder(const std::string& path);
+std::string joinPath(const std::string& folder, const std::string& relative);
+
+/// Images of a folder; paths are those of the frames.
+std::shared_ptr<const ImageSource> folderImages(std::vector<std::string> paths);
+
+}  // namespace gms_ransac

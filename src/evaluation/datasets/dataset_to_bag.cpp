@@ -1,0 +1,66 @@
+// Program: writes a TUM or KITTI folder as a bag with the topic names of the official TUM bags or of kitti2bag.
+#include <iostream>
+#include <stdexcept>
+#include <string>
+
+#include <boost/program_options.hpp>
+
+#include "datasets/dataset_export.h"
+#include "program.h"
+
+namespace {
+
+namespace po = boost::program_options;
+using namespace gms_ransac;
+
+int datasetToBag(int argc, char** argv) {
+  BagExportOptions export_options;
+  DatasetOptions dataset_options;
+  std::string folder, bag, camera_info;
+  po::options_description options("Options");
+  auto add = options.add_options();
+  add("help,h", "this text");
+  add("camera-info", po::value(&camera_info)->default_value("openni"),
+      "TUM: openni (the driver's 525, 319.5, 239.5 without distortion, as the official bags) or folder (camera.txt)");
+  add("intrinsics", po::value(&dataset_options.intrinsics),
+      "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]] for camera_info instead of the folder's");
+  add("depth-scale", po::value(&dataset_options.depth_scale)->default_value(dataset_options.depth_scale),
+      "TUM: grey values of the depth images per metre");
+  add("start", po::value(&export_options.kitti_start)->default_value(export_options.kitti_start, "1317042272"),
+      "KITTI: time of the first image, seconds");
+  po::options_description all;
+  all.add(options).add_options()("folder", po::value(&folder))("bag", po::value(&bag));
+  po::positional_options_description positional;
+  positional.add("folder", 1).add("bag", 1);
+  po::variables_map given;
+  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), given);
+  po::notify(given);
+  if (given.count("help")) {
+    std::cout << "dataset_to_bag DIR OUT.bag [options]\n\nWrites a TUM RGB-D folder (rgb.txt, optional depth.txt and "
+                 "groundtruth.txt) or a KITTI odometry\nfolder (image_0/, calib.txt, optional poses.txt and times.txt) "
+                 "as a bag with the topics, frames,\ncamera_info and ground-truth tf of the official TUM bags or of "
+                 "kitti2bag's odometry bags.\n\n"
+              << options;
+    return 0;
+  }
+  if (folder.empty() || bag.empty()) {
+    throw std::invalid_argument("a folder and a bag to write are needed; see dataset_to_bag --help");
+  }
+  if (camera_info != "openni" && camera_info != "folder") {
+    throw std::invalid_argument("--camera-info is '" + camera_info + "'; it must be openni or folder");
+  }
+  if (!(export_options.kitti_start > 0)) throw std::invalid_argument("--start must be above 0");
+  if (!(dataset_options.depth_scale > 0)) throw std::invalid_argument("--depth-scale must be above 0");
+  export_options.openni_camera_info = camera_info == "openni" && dataset_options.intrinsics.empty();
+
+  const Dataset dataset = Dataset::open(folder, dataset_options);
+  Progress progress("writing frame", static_cast<int>(dataset.frames().size()));
+  exportToBag(dataset, bag, export_options, [&progress] { progress.advance(); });
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return gms_ransac::runProgram("dataset_to_bag", [&] { return datasetToBag(argc, argv); });
+}

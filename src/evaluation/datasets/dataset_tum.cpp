@@ -1,0 +1,109 @@
+// TUM RGB-D layout: rgb.txt (stamp, file), optional depth.txt (stamp, file), optional groundtruth.txt (stamp, position,
+// quaternion x y z w); associated by time.
+#include <algorithm>
+#include <cmath>
+
+#include "datasets/dataset_layouts.h"
+#include "datasets/dataset_text.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// TUM's own association script pairs colour and depth that are at most this far apart, seconds.
+constexpr double kDepthAssociation = 0.02;
+// A longer hole in the ground truth (TUM's motion capture runs at 100 Hz) is not interpolated across, seconds.
+constexpr double kLongestPoseGap = 0.1;
+
+struct StampedFile {
+  double stamp;
+  std::string file;
+};
+
+std::vector<StampedFile> readImageList(const std::string& file) {
+  std::vector<StampedFile> list;
+  for (const TextLine& line : readLines(file)) {
+    if (line.fields.size() != 2) failAt(file, line, "expected a time stamp and a file name");
+    TextLine stamp = line;
+    stamp.fields.resize(1);
+    list.push_back({numbersAt(file, stamp, 0, 1, "a time stamp and a file name")[0], line.fields[1]});
+  }
+  if (list.empty()) throw DatasetError(file + ": lists no image");
+  return list;
+}
+
+std::vector<StampedPose> readTrajectory(const std::string& file) {
+  std::vector<StampedPose> trajectory;
+  for (const TextLine& line : readLines(file)) {
+    const std::vector<double> v = numbersAt(file, line, 0, 8, "a pose (stamp tx ty tz qx qy qz qw)");
+    const Eigen::Quaterniond quaternion(v[7], v[4], v[5], v[6]);
+    if (quaternion.norm() < 0.5) failAt(file, line, "the quaternion is not of unit length");
+    StampedPose pose{v[0], Eigen::Isometry3d(quaternion.normalized())};
+    pose.pose.translation() = Eigen::Vector3d(v[1], v[2], v[3]);
+    if (!trajectory.empty() && pose.stamp < trajectory.back().stamp)
+      failAt(file, line, "the time stamps run backwards");
+    trajectory.push_back(pose);
+  }
+  return trajectory;
+}
+
+/// Pose between the two samples around `stamp`; absent outside the trajectory and across long holes.
+std::optional<Eigen::Isometry3d> poseAt(const std::vector<StampedPose>& trajectory, double stamp) {
+  const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), stamp,
+                                      [](const StampedPose& pose, double t) { return pose.stamp < t; });
+  if (after == trajectory.end()) return std::nullopt;
+  if (after->stamp == stamp) return after->pose;
+  if (after == trajectory.begin()) return std::nullopt;
+  const StampedPose &a = *(after - 1), &b = *after;
+  if (b.stamp - a.stamp > kLongestPoseGap) return std::nullopt;
+  const double weight = (stamp - a.stamp) / (b.stamp - a.stamp);
+  const Eigen::Quaterniond from(a.pose.linear()), to(b.pose.linear());
+  Eigen::Isometry3d pose(from.slerp(weight, to));
+  pose.translation() = (1 - weight) * a.pose.translation() + weight * b.pose.translation();
+  return pose;
+}
+
+/// Entry of the list nearest in time, or null.
+const StampedFile* nearestFile(const std::vector<StampedFile>& sorted, double stamp) {
+  const auto after = std::lower_bound(sorted.begin(), sorted.end(), stamp,
+                                      [](const StampedFile& entry, double t) { return entry.stamp < t; });
+  const StampedFile* nearest = nullptr;
+  for (auto it : {after == sorted.begin() ? after : after - 1, after}) {
+    if (it == sorted.end()) continue;
+    if (!nearest || std::abs(it->stamp - stamp) < std::abs(nearest->stamp - stamp)) nearest = &*it;
+  }
+  return nearest && std::abs(nearest->stamp - stamp) <= kDepthAssociation ? nearest : nullptr;
+}
+
+}  // namespace
+
+Dataset openTum(const std::string& folder, const DatasetOptions& options) {
+  Dataset dataset;
+  dataset.kind_ = DatasetKind::kTum;
+  dataset.intrinsics_ = readCameraFile(folder);
+  dataset.depth_scale_ = options.depth_scale;
+
+  std::vector<StampedFile> depth;
+  if (isFile(joinPath(folder, "depth.txt"))) depth = readImageList(joinPath(folder, "depth.txt"));
+  std::sort(depth.begin(), depth.end(), [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
+  if (isFile(joinPath(folder, "groundtruth.txt")))
+    dataset.trajectory_ = readTrajectory(joinPath(folder, "groundtruth.txt"));
+
+  std::vector<std::string> paths;
+  for (const StampedFile& entry : readImageList(joinPath(folder, "rgb.txt"))) {
+    DatasetFrame frame;
+    frame.name = entry.file;
+    frame.stamp = entry.stamp;
+    frame.pose = poseAt(dataset.trajectory_, entry.stamp);
+    if (const StampedFile* nearest = nearestFile(depth, entry.stamp)) {
+      frame.depth = nearest->file;
+      frame.depth_stamp = nearest->stamp;
+    }
+    dataset.frames_.push_back(frame);
+    paths.push_back(joinPath(folder, entry.file));
+  }
+  dataset.source_ = folderImages(std::move(paths));
+  return dataset;
+}
+
+}  // namespace gms_ransac

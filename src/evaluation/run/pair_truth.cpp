@@ -1,0 +1,113 @@
+#include "run/pair_truth.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gms_ransac {
+
+namespace {
+
+Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d matrix;
+  matrix << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return matrix;
+}
+
+/// Larger distance of p from the line M q and of q from the line M^T p, for p^T M q = 0.
+double symmetricDistance(const Eigen::Matrix3d& M, const Eigen::Vector3d& p, const Eigen::Vector3d& q) {
+  const Eigen::Vector3d line_p = M * q, line_q = M.transpose() * p;
+  const double residual = std::abs(p.dot(line_p));
+  return std::max(residual / line_p.head<2>().norm(), residual / line_q.head<2>().norm());
+}
+
+Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
+
+/// Value at the nearest pixel; absent outside and at 0.
+std::optional<double> valueAt(const cv::Mat& map, const cv::Point2f& p) {
+  const int x = cvRound(p.x), y = cvRound(p.y);
+  if (x < 0 || y < 0 || x >= map.cols || y >= map.rows) return std::nullopt;
+  const float value = map.at<float>(y, x);
+  if (!(value > 0)) return std::nullopt;
+  return value;
+}
+
+double distance(const Eigen::Vector2d& a, const cv::Point2f& b) { return std::hypot(a.x() - b.x, a.y() - b.y); }
+
+template <typename Distance>
+MatchCounts countMatches(const Features& reference, const Features& current, const MatchResult& result,
+                         const Distance& distance_of) {
+  MatchCounts counts;
+  for (size_t i = 0; i < result.matches.size(); ++i) {
+    const Match& match = result.matches[i];
+    const std::optional<double> d = distance_of(reference.keypoints[static_cast<size_t>(match.reference)].pt,
+                                                current.keypoints[static_cast<size_t>(match.current)].pt);
+    if (!d) continue;
+    const bool kept = result.stage[i] == MatchStage::kInlier, correct = *d < kCorrectWithin;
+    ++counts.raw_known;
+    counts.raw_correct += correct;
+    counts.kept_known += kept;
+    counts.kept_correct += kept && correct;
+  }
+  return counts;
+}
+
+}  // namespace
+
+PairTruth::PairTruth(const Dataset& dataset, const DatasetPair& pair, const Camera& camera)
+    : pair_(pair), camera_(camera) {
+  const auto& reference = dataset.frames()[static_cast<size_t>(pair.reference)];
+  const auto& current = dataset.frames()[static_cast<size_t>(pair.current)];
+  disparity_ = dataset.disparity(pair);
+  if (!reference.pose || !current.pose) return;
+  // The general inverse: printed rotations are orthonormal to their last digit only.
+  current_in_reference_ = Eigen::Isometry3d(reference.pose->matrix().inverse() * current.pose->matrix());
+  if (!camera.calibrated()) return;
+  const Eigen::Vector3d t = current_in_reference_->translation();
+  essential_ = crossMatrix(t / std::max(t.norm(), 1e-12)) * current_in_reference_->linear();
+  depth_ = dataset.depth(pair.reference);
+}
+
+double PairTruth::epipolarDistance(const cv::Point2f& reference, const cv::Point2f& current) const {
+  if (pair_.fundamental) {
+    return symmetricDistance(pair_.fundamental->transpose(), homogeneous(reference), homogeneous(current));
+  }
+  const Eigen::Matrix3d K_inverse = camera_.K().inverse();
+  return camera_.meanFocalLength() * symmetricDistance(*essential_,
+                                                       K_inverse * homogeneous(camera_.undistort(reference)),
+                                                       K_inverse * homogeneous(camera_.undistort(current)));
+}
+
+std::optional<double> PairTruth::transferDistance(const cv::Point2f& reference, const cv::Point2f& current) const {
+  if (pair_.homography) return distance((*pair_.homography * homogeneous(reference)).hnormalized(), current);
+  if (!disparity_.empty()) {
+    const std::optional<double> shift = valueAt(disparity_, reference);
+    if (!shift) return std::nullopt;
+    return distance({reference.x - *shift, reference.y}, current);
+  }
+  return depthTransferDistance(reference, current);
+}
+
+std::optional<double> PairTruth::depthTransferDistance(const cv::Point2f& reference, const cv::Point2f& current) const {
+  const std::optional<double> z = valueAt(depth_, reference);
+  if (!z) return std::nullopt;
+  const Eigen::Matrix3d K = camera_.K();
+  const Eigen::Vector3d point = K.inverse() * homogeneous(camera_.undistort(reference)) * *z;
+  const Eigen::Vector3d seen = current_in_reference_->inverse() * point;
+  if (seen.z() <= 0) return std::nullopt;
+  return distance((K * seen).hnormalized(), camera_.undistort(current));
+}
+
+MatchCounts countEpipolar(const PairTruth& truth, const Features& reference, const Features& current,
+                          const MatchResult& result) {
+  return countMatches(reference, current, result, [&](const cv::Point2f& p, const cv::Point2f& q) {
+    return std::optional<double>(truth.epipolarDistance(p, q));
+  });
+}
+
+MatchCounts countTransfer(const PairTruth& truth, const Features& reference, const Features& current,
+                          const MatchResult& result) {
+  return countMatches(reference, current, result,
+                      [&](const cv::Point2f& p, const cv::Point2f& q) { return truth.transferDistance(p, q); });
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,56 @@
+// What the truth of an image pair says about a match: near its epipolar line, or at its place.
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+
+#include "datasets/dataset.h"
+#include "gms_ransac/camera.h"
+#include "gms_ransac/match_filter.h"
+
+namespace gms_ransac {
+
+/// A match is correct when it lies this close to the truth, pixels.
+constexpr double kCorrectWithin = 3.0;
+
+class PairTruth {
+ public:
+  /// Reads depth or disparity when the set has it. `camera` may be uncalibrated: poses then say nothing of pixels.
+  PairTruth(const Dataset& dataset, const DatasetPair& pair, const Camera& camera);
+
+  const std::optional<Eigen::Isometry3d>& currentInReference() const { return current_in_reference_; }
+  bool hasEpipolar() const { return essential_ || pair_.fundamental; }
+  /// Larger of the two distances to the epipolar lines, pixels of the ideal pinhole camera (of the image for a given
+  /// fundamental matrix).
+  double epipolarDistance(const cv::Point2f& reference, const cv::Point2f& current) const;
+
+  bool hasTransfer() const { return pair_.homography || !disparity_.empty() || !depth_.empty(); }
+  /// Distance of the current point from where homography, disparity or depth sends the reference point; absent where
+  /// the truth has a hole.
+  std::optional<double> transferDistance(const cv::Point2f& reference, const cv::Point2f& current) const;
+
+ private:
+  std::optional<double> depthTransferDistance(const cv::Point2f& reference, const cv::Point2f& current) const;
+
+  DatasetPair pair_;
+  Camera camera_;
+  std::optional<Eigen::Isometry3d> current_in_reference_;
+  std::optional<Eigen::Matrix3d> essential_;  ///< reference^T E current = 0 with a unit translation
+  cv::Mat disparity_, depth_;                 ///< CV_32FC1, of the reference; empty: unknown
+};
+
+/// How many matches of a pair the truth confirms. Raw: all brute-force matches; kept: the inliers.
+struct MatchCounts {
+  int raw_known = 0, raw_correct = 0;  ///< known: where the truth has no hole
+  int kept_known = 0, kept_correct = 0;
+};
+
+/// Judges every match of a result; the features are those the result was made from.
+MatchCounts countEpipolar(const PairTruth& truth, const Features& reference, const Features& current,
+                          const MatchResult& result);
+MatchCounts countTransfer(const PairTruth& truth, const Features& reference, const Features& current,
+                          const MatchResult& result);
+
+}  // namespace gms_ransac

@@ -1,0 +1,89 @@
+// Program: renders a textured 3-D scene with exact poses and depth, to a folder in TUM layout or to a bag.
+#include <iostream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include <boost/program_options.hpp>
+
+#include "program.h"
+#include "scenes/scene_writer.h"
+
+namespace {
+
+namespace po = boost::program_options;
+using namespace gms_ransac;
+
+std::vector<double> parseNumbers(const std::string& text, const std::string& option) {
+  std::vector<double> numbers;
+  std::istringstream stream(text);
+  for (std::string word; std::getline(stream, word, ',');) {
+    size_t used = 0;
+    try {
+      numbers.push_back(std::stod(word, &used));
+    } catch (const std::exception&) {
+    }
+    if (used == 0 || used != word.size()) throw std::invalid_argument(option + ": '" + word + "' is not a number");
+  }
+  return numbers;
+}
+
+bool isBag(const std::string& path) { return path.size() > 4 && path.compare(path.size() - 4, 4, ".bag") == 0; }
+
+int renderScene(int argc, char** argv) {
+  SceneOptions scene_options;
+  int frames = 0;
+  std::string out, distortion;
+  po::options_description options("Options");
+  auto add = options.add_options();
+  add("help,h", "this text");
+  add("frames,n", po::value(&frames)->default_value(90), "frames to render");
+  add("scene", po::value(&scene_options.scene)->default_value(scene_options.scene), "room or street");
+  add("width", po::value(&scene_options.size.width)->default_value(640), "pixels");
+  add("height", po::value(&scene_options.size.height)->default_value(480), "pixels");
+  add("focal-length", po::value(&scene_options.focal_length)->default_value(0), "pixels; 0: 525 per 640 of width");
+  add("distortion", po::value(&distortion), "plumb_bob k1,k2,p1,p2[,k3]; default none");
+  add("step", po::value(&scene_options.step)->default_value(-1),
+      "metres of path per frame; negative: 0.08 in the room, 0.3 in the street; 0: the camera only rotates");
+  add("turn", po::value(&scene_options.turn)->default_value(0), "additional heading per frame, degrees");
+  add("sway", po::value(&scene_options.sway)->default_value(1), "factor on the slow hand motion, 0..3");
+  add("rate", po::value(&scene_options.rate)->default_value(30), "frames per second");
+  add("grey", po::bool_switch(), "grey images instead of colour");
+  add("noise", po::value(&scene_options.noise)->default_value(2), "standard deviation, grey levels");
+  add("blur", po::value(&scene_options.blur)->default_value(0.5), "standard deviation, pixels");
+  add("seed", po::value(&scene_options.seed)->default_value(0), "of textures, furniture and noise");
+  po::options_description all;
+  all.add(options).add_options()("out", po::value(&out));
+  po::positional_options_description positional;
+  positional.add("out", 1);
+  po::variables_map given;
+  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), given);
+  po::notify(given);
+  if (given.count("help")) {
+    std::cout
+        << "render_scene OUT [options]\n\nRenders a textured 3-D scene seen from a moving camera. OUT is a folder "
+           "(TUM layout:\nrgb.txt, depth.txt, groundtruth.txt, camera.txt) or a file that ends in .bag (topics "
+           "of the\nofficial TUM bags). Poses, depth and intrinsics are exact.\n\n"
+        << options;
+    return 0;
+  }
+  if (out.empty()) throw std::invalid_argument("no output given; see render_scene --help");
+  if (frames < 1) throw std::invalid_argument("--frames is " + std::to_string(frames) + "; it must be at least 1");
+  scene_options.colour = !given["grey"].as<bool>();
+  scene_options.distortion = parseNumbers(distortion, "--distortion");
+
+  const Scene scene(scene_options);
+  if (frames > scene.frameCount()) {
+    throw std::invalid_argument("--frames is " + std::to_string(frames) + "; the path ends after " +
+                                std::to_string(scene.frameCount()) + " frames of this step");
+  }
+  Progress progress("rendering frame", frames);
+  (isBag(out) ? writeBag : writeTumFolder)(scene, frames, out, [&progress] { progress.advance(); });
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return gms_ransac::runProgram("render_scene", [&] { return renderScene(argc, argv); });
+}

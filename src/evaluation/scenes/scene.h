@@ -1,0 +1,92 @@
+// A rendered scene: textured rectangles ray-cast along a smooth camera path, with exact poses, depth and
+// correspondences. It is the input that is always at hand, for tests, benchmarks and demonstrations.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <opencv2/core.hpp>
+
+#include "gms_ransac/camera.h"
+#include "scenes/scene_layout.h"
+
+namespace gms_ransac {
+
+struct SceneOptions {
+  std::string scene = "room";      ///< "room" (a hall, camera on a circle) or "street" (camera drives along it)
+  cv::Size size = {640, 480};      ///< pixels
+  double focal_length = 0;         ///< pixels; 0: 525 per 640 pixels of width, as the OpenNI cameras
+  std::vector<double> distortion;  ///< plumb_bob k1 k2 p1 p2 [k3]; empty: none
+  double step = -1;                ///< camera path per frame, metres; negative: 0.08 in the room, 0.3 in the street
+  double turn = 0;                 ///< additional heading per frame, degrees (with step 0: pure rotation)
+  double sway = 1;                 ///< factor on the hand's slow translation and rotation; 0: none
+  double rate = 30;                ///< frames per second
+  bool colour = false;             ///< BGR instead of grey images
+  double noise = 2;                ///< standard deviation of the image noise, grey levels
+  double blur = 0.5;               ///< standard deviation of the lens blur, pixels
+  uint64_t seed = 0;               ///< of textures, furniture and noise
+
+  /// Throws std::invalid_argument with a sentence that names the field, its value and its range.
+  void validate() const;
+};
+
+struct RenderedFrame {
+  double stamp = 0;               ///< seconds; frame 0 has kSceneStart
+  cv::Mat image;                  ///< CV_8UC1 or CV_8UC3 (BGR)
+  cv::Mat_<float> depth;          ///< metres along the optical axis, at pixel centres; 0 where nothing is hit
+  Eigen::Isometry3d camera_pose;  ///< X_world = camera_pose * X_camera; optical frame: x right, y down, z forward
+};
+
+constexpr double kSceneStart = 1.6e9;  ///< a stamp that no ROS tool takes for "not set"
+
+/// Textures are painted once, on construction (a fraction of a second in the room, some seconds in the street); frames
+/// are then independent of each other.
+class Scene {
+ public:
+  explicit Scene(const SceneOptions& options);  ///< validates
+
+  const SceneOptions& options() const { return options_; }
+  const CameraIntrinsics& intrinsics() const { return intrinsics_; }
+  /// Frames before the path ends: a very large number in the room, whose path is closed.
+  int frameCount() const;
+
+  /// Frame `index` >= 0; the same options and index give the same frame. Throws std::invalid_argument past the end.
+  RenderedFrame render(int index) const;
+  /// X_world = pose(index) * X_camera.
+  Eigen::Isometry3d pose(int index) const;
+
+  /// Depth along the optical axis seen at `pixel` of frame `index`; 0 when the ray leaves the scene.
+  double depth(int index, const cv::Point2d& pixel) const;
+  /// Where the surface point seen at `pixel` of frame `reference` appears in frame `current`; false when it is
+  /// hidden there, outside the image or behind the camera. Exact up to rounding: no image is involved.
+  bool correspondence(int reference, const cv::Point2d& pixel, int current, cv::Point2d& position) const;
+  /// Pixel of a point in the camera frame, distortion included.
+  cv::Point2d project(const Eigen::Vector3d& point) const;
+
+ private:
+  /// Rays (x, y, 1) of the camera frame on a regular grid of image positions.
+  struct RayGrid {
+    cv::Mat_<cv::Vec2f> rays;
+    std::vector<cv::Vec2f> y_range;  ///< smallest and largest y of each row
+  };
+  RayGrid makeRays(int samples_per_pixel_side) const;
+  Eigen::Vector2d ray(const cv::Point2d& pixel) const;
+  double cast(const Eigen::Isometry3d& pose, const Eigen::Vector2d& ray) const;
+  /// Depth at the grid's rays and, where `shading` is given, its grey levels or colours.
+  void castGrid(const Eigen::Isometry3d& pose, const RayGrid& grid, cv::Mat_<float>* depth, cv::Mat* shading) const;
+  void shade(const Eigen::Isometry3d& pose, const cv::Vec2f& ray, int surface, const cv::Vec3f& hit,
+             uint8_t* out) const;
+
+  SceneOptions options_;
+  CameraIntrinsics intrinsics_;
+  std::vector<Surface> surfaces_;
+  std::vector<Texture> textures_;  ///< one for each surface
+  RayGrid samples_, centres_;      ///< of the image samples and of the pixel centres
+};
+
+/// One frame, for callers that need no second one (a Scene paints its textures once for all of them).
+inline RenderedFrame renderFrame(const SceneOptions& options, int index) { return Scene(options).render(index); }
+
+}  // namespace gms_ransac

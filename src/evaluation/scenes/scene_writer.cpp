@@ -1,0 +1,96 @@
+#include "scenes/scene_writer.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "datasets/bag_writer.h"
+
+namespace gms_ransac {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kDepthUnitsPerMetre = 5000;  // of TUM's depth images
+
+std::ofstream openText(const fs::path& path) {
+  std::ofstream file(path.string());
+  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+  return file;
+}
+
+void writeImageFile(const fs::path& path, const cv::Mat& image) {
+  if (!cv::imwrite(path.string(), image)) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+std::string stampText(double stamp) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6f", stamp);
+  return text;
+}
+
+void writePose(const std::string& stamp, const Eigen::Isometry3d& pose, std::ofstream& file) {
+  const Eigen::Quaterniond q(pose.linear());
+  const Eigen::Vector3d& t = pose.translation();
+  file << stamp << ' ' << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' '
+       << q.w() << '\n';
+}
+
+void writeCamera(const CameraIntrinsics& k, const fs::path& path) {
+  std::ofstream file = openText(path);
+  file.precision(10);
+  file << k.fx << ' ' << k.fy << ' ' << k.cx << ' ' << k.cy;
+  for (double d : k.distortion) file << ' ' << d;
+  file << '\n';
+}
+
+}  // namespace
+
+void writeTumFolder(const Scene& scene, int frames, const std::string& folder, const std::function<void()>& written) {
+  const fs::path root(folder);
+  std::error_code failure;
+  for (const char* name : {"rgb", "depth"}) {
+    fs::create_directories(root / name, failure);
+    if (!fs::is_directory(root / name)) throw std::runtime_error((root / name).string() + ": cannot be made");
+  }
+  writeCamera(scene.intrinsics(), root / "camera.txt");
+  std::ofstream rgb = openText(root / "rgb.txt"), depth = openText(root / "depth.txt");
+  std::ofstream truth = openText(root / "groundtruth.txt");
+  truth.precision(12);
+  rgb << "# colour images of a rendered scene\n# timestamp filename\n";
+  depth << "# depth images of a rendered scene, " << kDepthUnitsPerMetre << " to the metre\n# timestamp filename\n";
+  truth << "# exact camera poses of a rendered scene\n# timestamp tx ty tz qx qy qz qw\n";
+  for (int i = 0; i < frames; ++i) {
+    const RenderedFrame frame = scene.render(i);
+    const std::string stamp = stampText(frame.stamp);
+    cv::Mat depth_units;
+    // Beyond 13.1 m the 16 bits end: unknown, as in TUM's files.
+    cv::Mat metres = frame.depth.clone();
+    metres.setTo(0, metres > 65535 / kDepthUnitsPerMetre);
+    metres.convertTo(depth_units, CV_16U, kDepthUnitsPerMetre);
+    writeImageFile(root / "rgb" / (stamp + ".png"), frame.image);
+    writeImageFile(root / "depth" / (stamp + ".png"), depth_units);
+    rgb << stamp << " rgb/" << stamp << ".png\n";
+    depth << stamp << " depth/" << stamp << ".png\n";
+    writePose(stamp, frame.camera_pose, truth);
+    written();
+  }
+}
+
+void writeBag(const Scene& scene, int frames, const std::string& path, const std::function<void()>& written) {
+  BagWriter bag(path, BagLayout::kTum, scene.intrinsics());
+  for (int i = 0; i < frames; ++i) {
+    const RenderedFrame frame = scene.render(i);
+    bag.writeGroundTruth(frame.stamp, frame.camera_pose);
+    bag.writeImage(frame.stamp, frame.image);
+    bag.writeDepth(frame.stamp, frame.depth);
+    written();
+  }
+  bag.close();
+}
+
+}  // namespace gms_ransac

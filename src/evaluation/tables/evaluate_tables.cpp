@@ -1,0 +1,244 @@
+// `evaluate tables` and `evaluate merge`: the paper's tables on one's own images, in pieces that can be interrupted,
+// resumed and spread over machines.
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+#include <boost/program_options.hpp>
+
+#include "program.h"
+#include "run/evaluate_commands.h"
+#include "run/pipeline_options.h"
+#include "tables/tables_folder.h"
+#include "tables/tables_report.h"
+
+namespace gms_ransac {
+
+namespace {
+
+namespace po = boost::program_options;
+
+constexpr int kInterrupted = 130;  // what a shell reports for a program ended by Ctrl-C
+volatile std::sig_atomic_t interrupted = 0;
+void noteInterrupt(int) { interrupted = 1; }
+
+/// Share i of n of the work, i from 1.
+struct Shard {
+  int index = 1, count = 1;
+  bool owns(const TablesUnit& unit) const { return unit.index % count == index - 1; }
+};
+
+struct TablesArguments {
+  std::vector<std::string> folders, ratios;
+  std::string out = "tables", shard = "1/1", presets;
+  bool resume = false, plots = true;
+  TablesPlan plan;
+  DatasetOptions dataset;
+  PipelineArguments pipeline;
+};
+
+Shard parseShard(const std::string& text) {
+  Shard shard;
+  char end = 0;
+  if (std::sscanf(text.c_str(), "%d/%d%c", &shard.index, &shard.count, &end) != 2 || shard.index < 1 ||
+      shard.count < shard.index) {
+    throw std::invalid_argument("--shard is '" + text + "'; it must look like 2/5, from 1/5 to 5/5");
+  }
+  return shard;
+}
+
+int parsePreset(const std::string& text) {
+  std::istringstream stream(text);
+  int preset = 0;
+  if (!(stream >> preset) || !stream.eof() || preset < 1) {
+    throw std::invalid_argument("--presets holds '" + text + "'; presets are whole numbers of features");
+  }
+  return preset;
+}
+
+/// "1/3" or "0.4".
+double parseRatio(const std::string& text) {
+  double numerator = 0, denominator = 1;
+  char end = 0;
+  const int fields = std::sscanf(text.c_str(), "%lf/%lf%c", &numerator, &denominator, &end);
+  if (fields == 1 && text.find_first_not_of("0123456789.") != std::string::npos) numerator = 0;
+  if (fields < 1 || fields > 2 || !(numerator > 0) || !(numerator <= denominator)) {
+    throw std::invalid_argument("--ratios holds '" + text + "'; a ratio looks like 1/2 or 0.5 and is at most 1");
+  }
+  return numerator / denominator;
+}
+
+po::options_description describe(TablesArguments& tables) {
+  tables.pipeline.base.extractor.extractor = "opencv";  // what the paper used
+  po::options_description options("Options");
+  auto add = options.add_options();
+  add("help,h", "this text");
+  add("out,o", po::value(&tables.out)->default_value(tables.out), "folder for measurements, tables and plots");
+  add("resume", po::bool_switch(&tables.resume), "go on with what is in the folder already");
+  add("shard", po::value(&tables.shard)->default_value(tables.shard), "i/n: do the i-th of n parts (see merge)");
+  add("gap", po::value(&tables.plan.gap)->default_value(tables.plan.gap), "frames between reference and current");
+  add("pairs", po::value(&tables.plan.pairs)->default_value(tables.plan.pairs), "pairs a set, spread evenly over it");
+  add("repeat", po::value(&tables.plan.repeats)->default_value(tables.plan.repeats), "seeds for each pair");
+  add("presets", po::value(&tables.presets), "numbers of features, separated by commas; default: the paper's twelve");
+  add("ratios", po::value<std::string>(), "grouping ratios, separated by commas; default: the paper's seven");
+  add("no-plots", "only CSV and Markdown");
+  add("intrinsics", po::value(&tables.dataset.intrinsics), "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]; overrides the sets' own");
+  add("topic", po::value(&tables.dataset.topic), "bags: the image topic");
+  tables.pipeline.addTo(options);
+  return options;
+}
+
+/// Methods beside cp_ransac: those asked for, else the paper's two baselines and the package's own.
+std::vector<std::string> comparedMethods(const PipelineArguments& pipeline) {
+  std::vector<std::string> wanted = parseMethodNames(pipeline.methods);
+  if (wanted.empty()) {
+    for (const Method& method : methods()) {
+      const std::string name = method.name;
+      if (name == "gms_ransac" || name == "lan" || name == "fast") wanted.push_back(name);
+    }
+  }
+  std::vector<std::string> others;
+  for (const std::string& name : wanted) {
+    if (name != "cp_ransac") others.push_back(name);
+  }
+  return others;
+}
+
+/// False when only help was asked for.
+bool parse(const Arguments& arguments, TablesArguments& tables) {
+  const po::options_description options = describe(tables);
+  po::options_description all;
+  all.add(options).add_options()("folder", po::value(&tables.folders));
+  po::positional_options_description positional;
+  positional.add("folder", -1);
+  po::variables_map given;
+  po::store(po::command_line_parser(arguments).options(all).positional(positional).run(), given);
+  po::notify(given);
+  if (given.count("help")) {
+    std::cout << "evaluate tables DIR... [options]\n\nMakes the paper's Tables 1-5 and the data of its Figures 5, 6, 8 "
+                 "and 9 on each set.\nOptions of the pipeline hold for every method.\n\n"
+              << options;
+    return false;
+  }
+  if (tables.folders.empty()) throw std::invalid_argument("no folder or bag given; see evaluate tables --help");
+  for (const char* fixed : {"features", "ratio"}) {
+    if (!given[fixed].defaulted()) {
+      throw std::invalid_argument(std::string("--") + fixed +
+                                  " is varied by the tables; choose --presets and --ratios");
+    }
+  }
+  TablesPlan& plan = tables.plan;
+  for (auto [name, value] : {std::make_pair("--gap", plan.gap), {"--pairs", plan.pairs}, {"--repeat", plan.repeats}}) {
+    if (value < 1) throw std::invalid_argument(std::string(name) + " must be at least 1");
+  }
+  if (!tables.presets.empty()) {
+    plan.presets.clear();
+    for (const std::string& text : splitAtCommas(tables.presets)) plan.presets.push_back(parsePreset(text));
+  }
+  if (given.count("ratios")) {
+    plan.ratios.clear();
+    for (const std::string& text : splitAtCommas(given["ratios"].as<std::string>())) {
+      plan.ratios.push_back(parseRatio(text));
+    }
+  }
+  tables.plots = given.count("no-plots") == 0;
+  plan.base = tables.pipeline.options("cp_ransac");
+  plan.model = plan.base.robust.model;
+  plan.methods = comparedMethods(tables.pipeline);
+  return true;
+}
+
+std::vector<Dataset> openAll(const TablesArguments& tables) {
+  std::vector<Dataset> datasets;
+  std::set<std::string> names;
+  for (const std::string& folder : tables.folders) {
+    datasets.push_back(Dataset::open(folder, tables.dataset));
+    if (!names.insert(datasets.back().name()).second) {
+      throw std::invalid_argument("two sets are called " + datasets.back().name() + "; their names tell them apart");
+    }
+    if (datasets.back().pairs(tables.plan.gap, 1).empty()) {
+      throw std::invalid_argument(folder + ": no pair of images " + std::to_string(tables.plan.gap) + " apart");
+    }
+  }
+  return datasets;
+}
+
+/// Tables and plots of everything the folder holds.
+void report(const TablesFolder& folder, bool plots) {
+  const std::vector<Measurement> measurements = folder.read();
+  if (measurements.empty()) return;
+  std::string heading = "# Tables\n\n" + std::to_string(folder.unitsDone()) + " pieces of work";
+  heading += folder.plan().is_object() ? ". Settings: `" + folder.plan().dump() + "`\n" : "\n";
+  writeTables(folder.path(), heading, makeTables(measurements));
+  std::cout << "wrote " << folder.path() << "/tables.md and its .csv files\n";
+  if (plots) plotTables(folder.path());
+}
+
+}  // namespace
+
+int evaluateTables(const Arguments& arguments) {
+  TablesArguments tables;
+  if (!parse(arguments, tables)) return 0;
+  const Shard shard = parseShard(tables.shard);
+  const std::vector<Dataset> datasets = openAll(tables);
+  for (const Dataset& dataset : datasets) tables.plan.sequences.push_back(dataset.name());
+
+  TablesFolder folder(tables.out);
+  folder.begin(planJson(tables.plan), tables.resume);
+  std::vector<TablesUnit> todo;
+  for (const TablesUnit& unit : tablesUnits(tables.plan, datasets)) {
+    if (shard.owns(unit) && !folder.isDone(unit.index)) todo.push_back(unit);
+  }
+  const auto previous = std::signal(SIGINT, noteInterrupt);
+  if (!todo.empty()) {
+    TablesMeter meter(tables.plan, datasets);
+    Progress progress("measuring", static_cast<int>(todo.size()));
+    for (const TablesUnit& unit : todo) {
+      if (interrupted) break;
+      folder.append(unit.index, meter.measure(unit));
+      progress.advance();
+    }
+  }
+  std::signal(SIGINT, previous);
+  report(folder, tables.plots);
+  if (!interrupted) return 0;
+  std::cerr << "interrupted; go on with the same command and --resume\n";
+  return kInterrupted;
+}
+
+int evaluateMerge(const Arguments& arguments) {
+  std::string out = "tables";
+  std::vector<std::string> parts;
+  po::options_description options("Options");
+  options.add_options()("help,h", "this text")("out,o", po::value(&out)->default_value(out), "folder to write")(
+      "no-plots", "only CSV and Markdown");
+  po::options_description all;
+  all.add(options).add_options()("part", po::value(&parts));
+  po::positional_options_description positional;
+  positional.add("part", -1);
+  po::variables_map given;
+  po::store(po::command_line_parser(arguments).options(all).positional(positional).run(), given);
+  po::notify(given);
+  if (given.count("help")) {
+    std::cout << "evaluate merge PART... --out FOLDER\n\nJoins the folders that evaluate tables --shard i/n wrote with "
+                 "the same options, and makes\nthe tables of all.\n\n"
+              << options;
+    return 0;
+  }
+  if (parts.empty()) throw std::invalid_argument("no folder to merge given; see evaluate merge --help");
+  TablesFolder merged(out);
+  for (size_t i = 0; i < parts.size(); ++i) {
+    TablesFolder part(parts[i]);
+    part.open();
+    if (i == 0) merged.begin(part.plan(), false);
+    merged.absorb(part);
+  }
+  report(merged, given.count("no-plots") == 0);
+  return 0;
+}
+
+}  // namespace gms_ransac

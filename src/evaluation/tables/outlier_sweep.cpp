@@ -1,0 +1,147 @@
+#include "tables/outlier_sweep.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+#include "gms_ransac/motion_statistics.h"
+#include "scenes/synthetic_pair.h"
+#include "validation.h"
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr int kFrameGap = 3;  ///< of the room: about 0.25 m of motion at 3 m distance
+constexpr double kRatios[] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9};
+constexpr double kDegrees = 180 / 3.14159265358979323846;
+
+std::vector<std::string> methodNames(const OutlierSweepOptions& options) {
+  if (!options.methods.empty()) return options.methods;
+  std::vector<std::string> names;
+  for (const Method& method : methods()) names.push_back(method.name);
+  return names;
+}
+
+PointPairs toPointPairs(const SyntheticPair& pair, MotionStatisticsFilter& filter, MotionStatistics& statistics) {
+  filter.compute(pair.reference, pair.current, pair.matches, statistics);
+  PointPairs pairs;
+  pairs.resize(static_cast<int>(pair.matches.size()));
+  pairs.grid_columns = statistics.grid_columns;
+  for (size_t i = 0; i < pair.matches.size(); ++i) {
+    const cv::Point2f a = pair.reference.keypoints[static_cast<size_t>(pair.matches[i].reference)].pt;
+    const cv::Point2f b = pair.current.keypoints[static_cast<size_t>(pair.matches[i].current)].pt;
+    pairs.x_reference[i] = a.x;
+    pairs.y_reference[i] = a.y;
+    pairs.x_current[i] = b.x;
+    pairs.y_current[i] = b.y;
+    pairs.octave_reference[i] = pairs.octave_current[i] = 0;
+    pairs.score[i] = statistics.score[i];
+    pairs.support[i] = statistics.support[i];
+    pairs.distance[i] = pair.matches[i].distance;
+    pairs.second_distance[i] = pair.matches[i].second_distance;
+    pairs.cell[i] = statistics.cell[i];
+  }
+  return pairs;
+}
+
+bool succeeded(const RobustResult& result, const RelativePose& truth) {
+  if (!result.pose_found) return false;
+  const double rotation = kDegrees * Eigen::AngleAxisd(truth.R.transpose() * result.pose.R).angle();
+  const double direction = kDegrees * std::atan2(result.pose.t.cross(truth.t).norm(), result.pose.t.dot(truth.t));
+  return rotation < kSweepRotationLimit && direction < kSweepDirectionLimit;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// What the trials of one method at one ratio came to.
+struct Trials {
+  int successes = 0;
+  std::vector<double> hypotheses, models_scored, point_evaluations, milliseconds, precision, recall;
+
+  void add(const RobustResult& result, const SyntheticPair& pair, const RelativePose& truth, double seconds) {
+    successes += succeeded(result, truth);
+    int correct = 0, kept_correct = 0;
+    for (size_t i = 0; i < pair.correct.size(); ++i) {
+      correct += pair.correct[i];
+      kept_correct += pair.correct[i] && result.inlier[i];
+    }
+    hypotheses.push_back(result.hypotheses);
+    models_scored.push_back(result.models_scored);
+    point_evaluations.push_back(static_cast<double>(result.point_evaluations));
+    milliseconds.push_back(1e3 * seconds);
+    precision.push_back(static_cast<double>(kept_correct) / std::max(1, result.inlier_count));
+    recall.push_back(static_cast<double>(kept_correct) / std::max(1, correct));
+  }
+
+  OutlierSweepRow row(const std::string& method, double ratio) const {
+    return {method,
+            ratio,
+            static_cast<int>(hypotheses.size()),
+            successes,
+            median(hypotheses),
+            median(models_scored),
+            median(point_evaluations),
+            median(milliseconds),
+            median(precision),
+            median(recall)};
+  }
+};
+
+}  // namespace
+
+void OutlierSweepOptions::validate() const {
+  for (const std::string& method : methods) findMethod(method);
+  robust.validate();
+  requireInRange("matches", matches, 10, 100000);
+  requireInRange("noise", noise, 0.0, 10.0);
+  requireInRange("repeat", repeat, 1, 100000);
+}
+
+int sweepLength(const OutlierSweepOptions& options) {
+  return static_cast<int>(methodNames(options).size() * std::size(kRatios)) * options.repeat;
+}
+
+std::vector<OutlierSweepRow> sweepOutliers(const OutlierSweepOptions& options, const std::function<void()>& advance) {
+  options.validate();
+  const Scene scene{SceneOptions()};
+  const Camera camera(scene.intrinsics(), scene.options().size);
+  const std::vector<std::string> names = methodNames(options);
+  MotionStatisticsFilter filter;
+  MotionStatistics statistics;
+  RobustResult result;
+  std::vector<OutlierSweepRow> rows;
+  for (const double ratio : kRatios) {
+    std::vector<Trials> trials(names.size());
+    for (int trial = 0; trial < options.repeat; ++trial) {
+      SyntheticPairOptions pair_options;
+      pair_options.matches = options.matches;
+      pair_options.outlier_ratio = ratio;
+      pair_options.noise = options.noise;
+      pair_options.seed = options.robust.seed + static_cast<uint64_t>(trial);
+      const SyntheticPair pair = makeSyntheticPair(scene, trial, trial + kFrameGap, pair_options);
+      const RelativePose truth = trueRelativePose(scene, trial, trial + kFrameGap);
+      const PointPairs pairs = toPointPairs(pair, filter, statistics);
+      RobustOptions robust = options.robust;
+      robust.seed = pair_options.seed;
+      for (size_t m = 0; m < names.size(); ++m) {
+        const auto estimator = makeRobustEstimator(findMethod(names[m]), robust);
+        const auto start = std::chrono::steady_clock::now();
+        estimator->estimate(pairs, camera, result);
+        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        trials[m].add(result, pair, truth, seconds);
+        advance();
+      }
+    }
+    for (size_t m = 0; m < names.size(); ++m) rows.push_back(trials[m].row(names[m], ratio));
+  }
+  return rows;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,188 @@
+#include "tables/tables_measure.h"
+
+#include <algorithm>
+#include <ctime>
+#include <limits>
+
+#include "run/metrics.h"
+#include "run/pair_truth.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// The stages before the robust one run this often and count with their fastest time: they do the same every time, and
+// the first call pays for memory and caches.
+constexpr int kStageRuns = 3;
+
+Frame extracted(const Dataset& dataset, int index, MatchFilter& extractor) {
+  const cv::Mat image = dataset.image(index);
+  Frame frame;
+  double fastest = std::numeric_limits<double>::infinity();
+  for (int run = 0; run < kStageRuns; ++run) {
+    extractor.extract(image, frame);
+    fastest = std::min(fastest, frame.detect_seconds);
+  }
+  frame.detect_seconds = fastest;
+  return frame;
+}
+
+/// Processor time of this thread, milliseconds: other programs on the machine do not count.
+double processorMilliseconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+MatchCounts countKept(const PairTruth& truth, const Features& reference, const Features& current,
+                      const MatchResult& result) {
+  if (truth.hasEpipolar()) return countEpipolar(truth, reference, current, result);
+  return countTransfer(truth, reference, current, result);
+}
+
+/// Appends one repetition to the columns.
+void append(const PairTruth& truth, const Frame& reference, const Frame& current, const MatchResult& result,
+            Measurement& measurement) {
+  measurement.inliers.push_back(result.inliers);
+  measurement.hypotheses.push_back(result.robust.hypotheses);
+  measurement.models_scored.push_back(result.robust.models_scored);
+  measurement.point_evaluations.push_back(static_cast<double>(result.robust.point_evaluations));
+  if (truth.hasEpipolar() || truth.hasTransfer()) {
+    const MatchCounts counts = countKept(truth, reference.features, current.features, result);
+    measurement.raw_correct = counts.raw_correct;
+    measurement.known.push_back(counts.kept_known);
+    measurement.correct.push_back(counts.kept_correct);
+  }
+  if (truth.currentInReference()) {
+    PoseError error;
+    const bool posed = result.status == Status::kOk || result.status == Status::kLowParallax;
+    if (posed) error = poseError(*truth.currentInReference(), result.robust.pose.R, result.robust.pose.t);
+    measurement.rotation_error.push_back(error.rotation);
+    measurement.pose_error.push_back(error.worst());
+  }
+}
+
+}  // namespace
+
+TablesMeter::TablesMeter(const TablesPlan& plan, const std::vector<Dataset>& datasets)
+    : plan_(plan), datasets_(datasets) {}
+
+MatchFilter& TablesMeter::filterFor(const TablesRun& run) {
+  auto& filter = filters_[run.method + " " + toString(run.model) + " " + ratioName(run.ratio)];
+  if (!filter) {
+    MatchFilterOptions options = plan_.base;
+    options.method = run.method;
+    options.robust.model = run.model;
+    options.robust.ratio = run.ratio;
+    filter = std::make_unique<MatchFilter>(options);
+  }
+  return *filter;
+}
+
+std::vector<Measurement> TablesMeter::measure(const TablesUnit& unit) {
+  const Dataset& dataset = datasets_[static_cast<size_t>(unit.sequence)];
+  MatchFilterOptions extraction = plan_.base;
+  extraction.extractor.features = unit.preset;
+  if (unit.preset > kLastPresetOfDefaultFastThreshold) extraction.extractor.fast_threshold = 0;
+  MatchFilter extractor(extraction);
+  const Frame reference = extracted(dataset, unit.pair.reference, extractor);
+  const Frame current = extracted(dataset, unit.pair.current, extractor);
+  const Camera camera = dataset.intrinsics() ? Camera(*dataset.intrinsics(), reference.features.image_size) : Camera();
+  const PairTruth truth(dataset, unit.pair, camera);
+
+  const std::vector<TablesRun> runs = tablesRuns(plan_, unit.preset);
+  std::vector<Measurement> measurements(runs.size());
+  std::vector<MatchResult> results(runs.size());
+  for (size_t i = 0; i < runs.size(); ++i) {
+    Measurement& measurement = measurements[i];
+    measurement.match_ms = measurement.gms_ms = std::numeric_limits<double>::infinity();
+    measurement.unit = unit.index;
+    measurement.sequence = dataset.name();
+    measurement.pair = dataset.frames()[static_cast<size_t>(unit.pair.reference)].name + " " +
+                       dataset.frames()[static_cast<size_t>(unit.pair.current)].name;
+    measurement.preset = unit.preset;
+    measurement.method = runs[i].method;
+    measurement.model = toString(runs[i].model);
+    measurement.ratio = runs[i].ratio;
+  }
+  // Rounds over all runs, not all rounds of a run: a disturbance then costs a run one of its rounds at most.
+  for (int round = 0; round < kStageRuns; ++round) {
+    for (size_t i = 0; i < runs.size(); ++i) {
+      MatchFilter& filter = filterFor(runs[i]);
+      filter.setCamera(camera);
+      filter.filter(reference, current, results[i]);
+      Measurement& measurement = measurements[i];
+      measurement.matches_raw = static_cast<int>(results[i].matches.size());
+      measurement.matches_gms = results[i].matches_gms;
+      measurement.detect_ms = 1e3 * results[i].times.detect;
+      measurement.match_ms = std::min(measurement.match_ms, 1e3 * results[i].times.match);
+      measurement.gms_ms = std::min(measurement.gms_ms, 1e3 * results[i].times.gms);
+    }
+  }
+  for (int repeat = 0; repeat < plan_.repeats; ++repeat) {
+    for (size_t i = 0; i < runs.size(); ++i) {
+      MatchFilter& filter = filterFor(runs[i]);
+      const double start = processorMilliseconds();
+      filter.estimateAgain(plan_.base.robust.seed + static_cast<uint64_t>(repeat), results[i]);
+      measurements[i].ransac_ms.push_back(processorMilliseconds() - start);
+      append(truth, reference, current, results[i], measurements[i]);
+    }
+  }
+  // One denominator of recall for all, that of one-way matching: mutual matching leaves fewer to be found.
+  for (Measurement& measurement : measurements) measurement.raw_correct = measurements.front().raw_correct;
+  return measurements;
+}
+
+nlohmann::json toJson(const Measurement& m) {
+  return {{"unit", m.unit},
+          {"sequence", m.sequence},
+          {"pair", m.pair},
+          {"preset", m.preset},
+          {"method", m.method},
+          {"model", m.model},
+          {"ratio", m.ratio},
+          {"matches_raw", m.matches_raw},
+          {"matches_gms", m.matches_gms},
+          {"detect_ms", m.detect_ms},
+          {"match_ms", m.match_ms},
+          {"gms_ms", m.gms_ms},
+          {"raw_correct", m.raw_correct},
+          {"inliers", m.inliers},
+          {"known", m.known},
+          {"correct", m.correct},
+          {"hypotheses", m.hypotheses},
+          {"models_scored", m.models_scored},
+          {"point_evaluations", m.point_evaluations},
+          {"ransac_ms", m.ransac_ms},
+          {"rotation_error", m.rotation_error},
+          {"pose_error", m.pose_error}};
+}
+
+Measurement measurementFromJson(const nlohmann::json& line) {
+  Measurement m;
+  line.at("unit").get_to(m.unit);
+  line.at("sequence").get_to(m.sequence);
+  line.at("pair").get_to(m.pair);
+  line.at("preset").get_to(m.preset);
+  line.at("method").get_to(m.method);
+  line.at("model").get_to(m.model);
+  line.at("ratio").get_to(m.ratio);
+  line.at("matches_raw").get_to(m.matches_raw);
+  line.at("matches_gms").get_to(m.matches_gms);
+  line.at("detect_ms").get_to(m.detect_ms);
+  line.at("match_ms").get_to(m.match_ms);
+  line.at("gms_ms").get_to(m.gms_ms);
+  line.at("raw_correct").get_to(m.raw_correct);
+  line.at("inliers").get_to(m.inliers);
+  line.at("known").get_to(m.known);
+  line.at("correct").get_to(m.correct);
+  line.at("hypotheses").get_to(m.hypotheses);
+  line.at("models_scored").get_to(m.models_scored);
+  line.at("point_evaluations").get_to(m.point_evaluations);
+  line.at("ransac_ms").get_to(m.ransac_ms);
+  line.at("rotation_error").get_to(m.rotation_error);
+  line.at("pose_error").get_to(m.pose_error);
+  return m;
+}
+
+}  // namespace gms_ransac
