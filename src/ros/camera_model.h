@@ -5,6 +5,7 @@
 #include <string>
 
 #include <sensor_msgs/CameraInfo.h>
+#include <Eigen/Core>
 
 #include "gms_ransac/camera.h"
 #include "parameters.h"
@@ -17,6 +18,9 @@ struct CameraModel {
   bool rectified = true;  ///< the received pixels are free of distortion
   std::string problem;    ///< why the camera is not calibrated, and what to do; empty when it is
 };
+
+/// x and y at depth 1 of a received pixel, without the distortion. The camera must be calibrated.
+Eigen::Vector2d rayOf(const Camera& camera, const cv::Point2f& pixel);
 
 /// Remembers the last model, because a camera_info seldom changes and a table of distortion takes milliseconds.
 class CameraModelSource {

@@ -100,6 +100,7 @@ void MatchFilterRos::reconfigure(UnclampedConfig& config) {
     output_options_.publish_rejected = config.publish_rejected;
     output_options_.publish_relative_tf = config.publish_relative_tf;
     output_options_.publish_odom_tf = config.publish_odom_tf;
+    output_options_.features = {config.feature_limit, config.feature_distance};
   }
   updateSubscription();
 }
