@@ -178,6 +178,7 @@ void MatchFilterRos::answerPrepared() {
 void MatchFilterRos::publish(const Answer& answer) {
   ++processed_;
   if (answer.continuity != Continuity::kContinuous) ++resets_;
+  if (answer.current->camera) diagnostics_->setCalibrationDoubt(answer.current->camera->doubt);
   if (answer.status == Status::kBadImage) throttle_.warn("bad image", name_ + ": " + answer.text);
   if (answer.continuity != Continuity::kContinuous) throttle_.warn("reset", name_ + ": " + answer.text);
   OutputOptions options;

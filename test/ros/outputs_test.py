@@ -9,6 +9,7 @@ import sensor_msgs.point_cloud2
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from gms_ransac.msg import MatchStats
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image, PointCloud, PointCloud2
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
@@ -236,6 +237,19 @@ class Outputs(unittest.TestCase):
         client.wait(report("matches", lambda s: "agree" in s.message and any(v.key == "inlier ratio" for v in s.values)), "matches")
         client.wait(report("timing", lambda s: {"rate (Hz)", "latency (ms)", "dropped"} <= {v.key for v in s.values}), "timing")
         client.wait(report("input", lambda s: "/fusion/image" in s.message and s.level == 1), "the silent topic's name")
+
+
+    def test_parameters_of_another_camera_are_doubted(self):
+        client, reports, log = self.client("other_camera"), [], []
+        client.subscribers.append(rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: reports.extend(m.status)))
+        client.subscribers.append(rospy.Subscriber("/rosout", Log, lambda m: log.append(m.msg)))
+        self.send_all(client.connect(), 1000.0)
+
+        def doubted(text):
+            return all(words in text for words in ("~camera say fx 718.9", "/other_camera/camera_info says fx 500"))
+
+        client.wait(lambda: any(doubted(s.message) and s.level == 1 for s in reports), "a word in diagnostics")
+        client.wait(lambda: any(doubted(text) for text in log), "a line in the log")
 
 
 if __name__ == "__main__":
