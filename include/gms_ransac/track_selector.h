@@ -21,7 +21,7 @@ struct TrackSelectorOptions {
   /// images and does not look whether they suffice. It counts those that begin in the first eight and are seen twice,
   /// so at worst, with every track two images long, nine images with two features for each pair of points: up to 222
   /// points an image always fit.
-  int limit = 200;
+  int limit = 220;
   double distance = 15;  ///< least distance between two of them, pixels; 0: any
 };
 
