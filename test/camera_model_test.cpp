@@ -147,5 +147,51 @@ TEST(CameraModel, RectifiedImagesAreDescribedByP) {
   EXPECT_TRUE(from_p->rectified);
 }
 
+/// What is thought of ~camera, with freiburg1's calibration in it, beside this camera_info.
+std::string doubt(const sensor_msgs::CameraInfo& info, cv::Size size) {
+  Parameters parameters;
+  parameters.camera = {517.306408, 516.469215, 318.643040, 255.313989, "plumb_bob", {0.26, -0.95, -0.005, 0.003, 1.16}};
+  const auto model = CameraModelSource(parameters, "/image", "/camera/camera_info")
+                         .get(boost::make_shared<sensor_msgs::CameraInfo>(info), size);
+  EXPECT_EQ(model->problem, "");
+  EXPECT_EQ(model->camera.intrinsics().fx, 517.306408) << "the parameters count";
+  return model->doubt;
+}
+
+TEST(CameraModel, ParametersOfAnotherCameraAreDoubted) {
+  sensor_msgs::CameraInfo kitti = calibrated(1226, 370);
+  kitti.K.fill(0);
+  kitti.P = {707.0912, 0, 601.8873, 0, 0, 707.0912, 183.1104, 0, 0, 0, 1, 0};
+  const std::string text = doubt(kitti, {1226, 370});
+  for (const char* word : {"~camera", "fx 517.306", "/camera/camera_info", "fx 707.091"}) {
+    EXPECT_NE(text.find(word), std::string::npos) << text;
+  }
+  EXPECT_NE(doubt(calibrated(1280, 960), {640, 480}).find("is for 1280x960 images, but the image is 640x480"),
+            std::string::npos);
+}
+
+TEST(CameraModel, AnotherCalibrationOfTheSameCameraIsNot) {
+  sensor_msgs::CameraInfo info = calibrated();  // 500: TUM's factory value is 525
+  EXPECT_EQ(doubt(info, {640, 480}), "");
+  info.K[0] = info.K[4] = 525;
+  info.P[0] = info.P[5] = 525;
+  EXPECT_EQ(doubt(info, {640, 480}), "");
+  info.P[0] = info.P[5] = 400;  // of a rectified image that shows all of a wide lens
+  EXPECT_EQ(doubt(info, {640, 480}), "");
+  info.K.fill(0);
+  info.P.fill(0);
+  EXPECT_EQ(doubt(info, {640, 480}), "") << "says nothing";
+  info = calibrated(0, 0);
+  EXPECT_EQ(doubt(info, {640, 480}), "") << "says no size";
+}
+
+TEST(CameraModel, DoubtsMindTheBinning) {
+  sensor_msgs::CameraInfo info = calibrated(1280, 960);
+  for (size_t i : {0, 4}) info.K[i] = 1030;
+  info.P.fill(0);
+  info.binning_x = info.binning_y = 2;
+  EXPECT_EQ(doubt(info, {640, 480}), "");
+}
+
 }  // namespace
 }  // namespace gms_ransac

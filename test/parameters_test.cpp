@@ -5,6 +5,8 @@
 
 #include <set>
 
+#include "gms_ransac/track_selector.h"
+
 namespace gms_ransac {
 namespace {
 
@@ -76,6 +78,8 @@ TEST(Parameters, DefaultsAreTheCores) {
   EXPECT_EQ(node.robust.target_ratio, core.robust.target_ratio);
   EXPECT_EQ(node.robust.quality, core.robust.quality);
   EXPECT_EQ(node.robust.refine, core.robust.refine);
+  EXPECT_EQ(MatchFilterConfig::__getDefault__().feature_limit, TrackSelectorOptions().limit);
+  EXPECT_EQ(MatchFilterConfig::__getDefault__().feature_distance, TrackSelectorOptions().distance);
 }
 
 TEST(Parameters, RefusesAnUnknownWordByName) {

@@ -60,6 +60,34 @@ TEST(TrackTable, AHeldReferenceKeepsItsIds) {
   EXPECT_EQ(table.ids()[0], id);
 }
 
+TEST(TrackTable, CountsTheImagesOfAHeldReferenceToo) {
+  TrackTable table;
+  table.link(pairOf(3, 3, {{0, 1, 30, 90}}));
+  table.link(pairOf(3, 3, {{0, 2, 30, 90}}));
+  EXPECT_EQ(table.lengths()[0], 3);
+}
+
+TEST(TrackTable, AnIdThatOneImageMissedDoesNotComeBack) {
+  TrackTable table;
+  table.link(pairOf(3, 3, {{0, 1, 30, 90}, {1, 0, 30, 90}}));
+  const uint32_t missed = table.ids()[0], kept = table.ids()[1];
+  table.link(pairOf(3, 3, {{1, 0, 30, 90}}));
+  table.link(pairOf(3, 3, {{0, 1, 30, 90}, {1, 0, 30, 90}}));
+  EXPECT_GT(table.ids()[0], kept);
+  EXPECT_NE(table.ids()[0], missed);
+  EXPECT_EQ(table.ids()[1], kept);
+  EXPECT_EQ(table.lengths(), (std::vector<uint16_t>{2, 4}));
+}
+
+TEST(TrackTable, AnImageThatShowsNothingEndsNoTrack) {
+  TrackTable table;
+  table.link(pairOf(3, 3, {{0, 1, 30, 90}}));
+  const uint32_t id = table.ids()[0];
+  table.link(pairOf(3, 3, {}));
+  table.link(pairOf(3, 3, {{0, 1, 30, 90}}));
+  EXPECT_EQ(table.ids()[0], id);
+}
+
 TEST(TrackTable, AfterAResetNoIdComesBack) {
   TrackTable table;
   table.link(pairOf(2, 2, {{0, 0, 1, 2}, {1, 1, 1, 2}}));

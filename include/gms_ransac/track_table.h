@@ -11,6 +11,10 @@ namespace gms_ransac {
 /// The inlier matches of a pair carry the id of the reference keypoint on to the current one; a keypoint that is
 /// matched for the first time gets a new id. Ids start at 1, are unique within an image and never used twice, not even
 /// after a reset. 0 means "not followed".
+///
+/// The images that hold an id follow on each other without a gap, for that is how estimators file them: a keypoint of a
+/// held reference that one image misses and the next finds again has a new id there. Only an image that shows nothing
+/// of the reference (no inlier at all) ends no track.
 class TrackTable {
  public:
   /// Links the keypoints of the reference to those of the current image. Of several inliers that end on one current
@@ -24,7 +28,7 @@ class TrackTable {
 
   /// Columns beside MatchResult::matches of the last `link`; 0 where the match is not an inlier.
   const std::vector<uint32_t>& ids() const { return ids_; }
-  /// Images in which the feature has been seen, the current one included: 2 or more for a followed one.
+  /// Images that hold the id, the current one and the one it was first matched from included: 2 or more.
   const std::vector<uint16_t>& lengths() const { return lengths_; }
 
  private:
@@ -32,12 +36,17 @@ class TrackTable {
   struct Track {
     uint32_t id = 0;
     uint16_t length = 0;
+    uint32_t link = 0;  ///< number of the last link that found it
   };
+  /// Of the inliers that end on each current keypoint the best; false: there is no inlier.
+  bool findOwners(const MatchResult& result);
+
   std::vector<Track> reference_, current_;
   std::vector<int32_t> owner_;  ///< match that holds each current keypoint, -1: none
   std::vector<uint32_t> ids_;
   std::vector<uint16_t> lengths_;
   uint32_t next_id_ = 1;
+  uint32_t link_ = 0;  ///< number of the last link that found anything
 };
 
 }  // namespace gms_ransac

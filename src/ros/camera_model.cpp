@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <sstream>
 #include <stdexcept>
 
@@ -10,6 +11,10 @@
 namespace gms_ransac {
 
 namespace {
+
+// Focal lengths that differ by more are not of one camera. Two calibrations of one camera differ by a few percent, the
+// factory values in TUM's bags by 3 at most; another camera, zoom, or size of the image makes more.
+constexpr double kOtherCamera = 0.1;
 
 bool sameCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo& b) {
   return a.width == b.width && a.height == b.height && a.distortion_model == b.distortion_model && a.D == b.D &&
@@ -46,7 +51,26 @@ void applyRegionAndBinning(const sensor_msgs::CameraInfo& info, CameraIntrinsics
   intrinsics.fy /= by;
 }
 
+/// What `info` holds: K, P, or both.
+std::vector<CameraIntrinsics> calibrations(const sensor_msgs::CameraInfo& info) {
+  std::vector<CameraIntrinsics> given;
+  if (info.K[0] > 0 && info.K[4] > 0) given.push_back({info.K[0], info.K[4], info.K[2], info.K[5], "", {}});
+  if (info.P[0] > 0 && info.P[5] > 0) given.push_back({info.P[0], info.P[5], info.P[2], info.P[6], "", {}});
+  for (CameraIntrinsics& intrinsics : given) applyRegionAndBinning(info, intrinsics);
+  return given;
+}
+
+bool mayBeOneCamera(const CameraIntrinsics& a, const CameraIntrinsics& b) {
+  return std::abs(std::log(a.fx / b.fx)) <= kOtherCamera && std::abs(std::log(a.fy / b.fy)) <= kOtherCamera;
+}
+
 }  // namespace
+
+Eigen::Vector2d rayOf(const Camera& camera, const cv::Point2f& pixel) {
+  const CameraIntrinsics& k = camera.intrinsics();
+  const cv::Point2f ideal = camera.undistort(pixel);
+  return {(ideal.x - k.cx) / k.fx, (ideal.y - k.cy) / k.fy};
+}
 
 CameraModelSource::CameraModelSource(const Parameters& parameters, const std::string& image_topic,
                                      const std::string& info_topic)
@@ -66,6 +90,8 @@ std::shared_ptr<const CameraModel> CameraModelSource::get(const sensor_msgs::Cam
   last_had_info_ = had_info;
   if (had_info) last_info_ = *info;
   auto model = std::make_shared<CameraModel>(make(info.get(), image_size));
+  if (override_.calibrated() && had_info) model->doubt = contradiction(*info, image_size);
+  if (!model->doubt.empty()) ROS_WARN_STREAM(model->doubt);
   const CameraIntrinsics& k = model->camera.intrinsics();
   if (!model->problem.empty()) {
     ROS_WARN_STREAM("no pose for images on " << image_topic_ << ": " << model->problem);
@@ -86,6 +112,28 @@ bool CameraModelSource::isRectified(const sensor_msgs::CameraInfo& info) const {
     if (image_topic_.find(word) != std::string::npos) return true;
   }
   return std::all_of(info.D.begin(), info.D.end(), [](double d) { return d == 0; });
+}
+
+std::string CameraModelSource::sizeMismatch(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {
+  const cv::Size described = describedSize(info);
+  if (described.width == 0 || described.height == 0 || described == image_size) return std::string();
+  return "the camera_info on " + info_topic_ + " is for " + sizeText(described.width, described.height) +
+         " images, but the image is " + sizeText(image_size.width, image_size.height);
+}
+
+std::string CameraModelSource::contradiction(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {
+  const std::string advice = "; ~camera is used: remove it from the parameter server if another launch left it there";
+  const std::string mismatch = sizeMismatch(info, image_size);
+  if (!mismatch.empty()) return mismatch + advice;
+  // Which of the two describes the images is as little known as whether the parameters do.
+  const std::vector<CameraIntrinsics> given = calibrations(info);
+  const bool fits = std::any_of(given.begin(), given.end(),
+                                [this](const CameraIntrinsics& each) { return mayBeOneCamera(each, override_); });
+  if (given.empty() || fits) return std::string();
+  std::ostringstream text;
+  text << "the parameters ~camera say fx " << override_.fx << ", fy " << override_.fy << ", but the camera_info on "
+       << info_topic_ << " says fx " << given[0].fx << ", fy " << given[0].fy << ": that is another camera" << advice;
+  return text.str();
 }
 
 CameraModel CameraModelSource::make(const sensor_msgs::CameraInfo* info, cv::Size image_size) const {
@@ -120,11 +168,9 @@ CameraModel CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv:
                     " is not calibrated (fx is 0 in K and in P); calibrate the camera or set ~camera/fx, fy, cx and cy";
     return model;
   }
-  const cv::Size described = describedSize(info);
-  if (described.width > 0 && described.height > 0 && described != image_size) {
-    model.problem = "the camera_info on " + info_topic_ + " is for " + sizeText(described.width, described.height) +
-                    " images, but the image is " + sizeText(image_size.width, image_size.height) +
-                    "; remap the matching camera_info or set ~camera/fx, fy, cx and cy";
+  model.problem = sizeMismatch(info, image_size);
+  if (!model.problem.empty()) {
+    model.problem += "; remap the matching camera_info or set ~camera/fx, fy, cx and cy";
     return model;
   }
   // kitti2bag leaves K at zero and fills P alone; only a rectified image is described by P.

@@ -5,6 +5,7 @@
 #include <string>
 
 #include <sensor_msgs/CameraInfo.h>
+#include <Eigen/Core>
 
 #include "gms_ransac/camera.h"
 #include "parameters.h"
@@ -16,7 +17,11 @@ struct CameraModel {
   Camera camera;
   bool rectified = true;  ///< the received pixels are free of distortion
   std::string problem;    ///< why the camera is not calibrated, and what to do; empty when it is
+  std::string doubt;      ///< why ~camera, which is used, may be of another camera, and what to do; empty: no reason
 };
+
+/// x and y at depth 1 of a received pixel, without the distortion. The camera must be calibrated.
+Eigen::Vector2d rayOf(const Camera& camera, const cv::Point2f& pixel);
 
 /// Remembers the last model, because a camera_info seldom changes and a table of distortion takes milliseconds.
 class CameraModelSource {
@@ -30,6 +35,9 @@ class CameraModelSource {
   CameraModel make(const sensor_msgs::CameraInfo* info, cv::Size image_size) const;
   CameraModel fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
   bool isRectified(const sensor_msgs::CameraInfo& info) const;
+  /// Empty when `info` does not say a size.
+  std::string sizeMismatch(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
+  std::string contradiction(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
 
   CameraIntrinsics override_;
   Rectified input_is_rectified_;

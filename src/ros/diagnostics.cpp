@@ -42,6 +42,11 @@ void Diagnostics::setInput(const std::string& waiting_for, bool subscribed, bool
   paused_ = paused;
 }
 
+void Diagnostics::setCalibrationDoubt(const std::string& doubt) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  calibration_doubt_ = doubt;
+}
+
 void Diagnostics::describeInput(diagnostic_updater::DiagnosticStatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
   if (paused_) {
@@ -50,6 +55,8 @@ void Diagnostics::describeInput(diagnostic_updater::DiagnosticStatusWrapper& sta
     status.summary(DiagnosticStatus::OK, "not subscribed: nobody listens");
   } else if (!waiting_for_.empty()) {
     status.summary(DiagnosticStatus::WARN, waiting_for_);
+  } else if (!calibration_doubt_.empty()) {
+    status.summary(DiagnosticStatus::WARN, calibration_doubt_);
   } else {
     status.summary(DiagnosticStatus::OK, "images arrive");
   }

@@ -18,6 +18,8 @@ class Diagnostics {
   void add(const MatchStats& stats);
   /// What the input waits for (empty: nothing), and whether it is meant to deliver at all.
   void setInput(const std::string& waiting_for, bool subscribed, bool paused);
+  /// Why the calibration in use may be of another camera; empty: no reason.
+  void setCalibrationDoubt(const std::string& doubt);
   /// Publishes; called about once a second.
   void update() { updater_.force_update(); }
 
@@ -29,6 +31,7 @@ class Diagnostics {
   diagnostic_updater::Updater updater_;
   std::mutex mutex_;  ///< guards what follows
   std::string waiting_for_;
+  std::string calibration_doubt_;
   bool subscribed_ = false, paused_ = false;
   MatchStats last_;
   int answers_ = 0, failures_ = 0;  ///< since the last report

@@ -253,6 +253,7 @@ void FrameProcessor::compare(Answer& answer) {
     finishPose(answer);
   } catch (const std::exception& error) {
     result_.clear(Status::kRansacFailed);
+    tracks_.reset();
     answer.status = Status::kRansacFailed;
     answer.text = error.what();
   }

@@ -55,7 +55,8 @@ void ImageInput::start() {
   if (needsInfo() && parameters_.camera_info_sync == CameraInfoSync::kExact) {
     startExact(queue, hints);
   } else {
-    if (needsInfo()) info_subscriber_ = nh_.subscribe("camera_info", queue, &ImageInput::onInfo, this);
+    // Where ~camera replaces it, it still tells when that is of another camera.
+    info_subscriber_ = nh_.subscribe("camera_info", queue, &ImageInput::onInfo, this);
     if (twoImages()) {
       startTwoImages(queue, hints);
     } else {

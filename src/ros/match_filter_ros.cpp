@@ -100,6 +100,7 @@ void MatchFilterRos::reconfigure(UnclampedConfig& config) {
     output_options_.publish_rejected = config.publish_rejected;
     output_options_.publish_relative_tf = config.publish_relative_tf;
     output_options_.publish_odom_tf = config.publish_odom_tf;
+    output_options_.features = {config.feature_limit, config.feature_distance};
   }
   updateSubscription();
 }
@@ -177,6 +178,7 @@ void MatchFilterRos::answerPrepared() {
 void MatchFilterRos::publish(const Answer& answer) {
   ++processed_;
   if (answer.continuity != Continuity::kContinuous) ++resets_;
+  if (answer.current->camera) diagnostics_->setCalibrationDoubt(answer.current->camera->doubt);
   if (answer.status == Status::kBadImage) throttle_.warn("bad image", name_ + ": " + answer.text);
   if (answer.continuity != Continuity::kContinuous) throttle_.warn("reset", name_ + ": " + answer.text);
   OutputOptions options;

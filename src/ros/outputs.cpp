@@ -66,7 +66,7 @@ MatchStatsConstPtr Outputs::publish(const Answer& answer, const FrameCounters& c
   }
 
   odometry_->publish(answer, options.publish_odom_tf);
-  points_->publish(answer);
+  points_->publish(answer, options.features);
 
   auto stats = boost::make_shared<MatchStats>();
   toMessage(answer, counters, *stats);

@@ -19,6 +19,7 @@ struct OutputOptions {
   bool publish_rejected = false;
   bool publish_relative_tf = true;
   bool publish_odom_tf = false;
+  TrackSelectorOptions features;
 };
 
 class Outputs {

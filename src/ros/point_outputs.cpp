@@ -15,17 +15,8 @@ namespace gms_ransac {
 namespace {
 
 constexpr uint32_t kPublisherQueue = 10;
-// The layouts carry ids as float32, which is exact up to here.
-constexpr uint32_t kFloatIds = 1u << 24;
 constexpr double kFrustumDepth = 0.3;  // of the drawn cameras, in units of the translation
 constexpr double kFlowWidth = 0.002;   // of the drawn lines at depth 1
-
-/// Undistorted, normalised.
-Eigen::Vector2d ray(const Camera& camera, const cv::Point2f& pixel) {
-  const CameraIntrinsics& k = camera.intrinsics();
-  const cv::Point2f ideal = camera.undistort(pixel);
-  return {(ideal.x - k.cx) / k.fx, (ideal.y - k.cy) / k.fy};
-}
 
 geometry_msgs::Point point(const Eigen::Vector3d& p) { return tf2::toMsg(p); }
 
@@ -70,42 +61,6 @@ void addFrustum(const Camera& camera, const Eigen::Isometry3d& pose, double dept
 
 }  // namespace
 
-sensor_msgs::PointCloud featureMessage(const Answer& answer, FeatureLayout layout) {
-  const MatchResult& result = *answer.result;
-  const Camera& camera = answer.current->camera->camera;
-  const double seconds = answer.current->stamp() - answer.reference->stamp();
-  sensor_msgs::PointCloud cloud;
-  cloud.header = answer.current->header;
-  const std::vector<std::string> names =
-      layout == FeatureLayout::kVinsMono
-          ? std::vector<std::string>{"id", "u", "v", "velocity_x", "velocity_y"}
-          : std::vector<std::string>{"id", "camera_id", "u", "v", "velocity_x", "velocity_y", "gx", "gy", "gz"};
-  cloud.channels.resize(names.size());
-  for (size_t c = 0; c < names.size(); ++c) cloud.channels[c].name = names[c];
-  for (size_t i = 0; i < result.matches.size(); ++i) {
-    const uint32_t id = (*answer.track_ids)[i];
-    if (id == 0 || result.stage[i] != MatchStage::kInlier) continue;
-    const cv::Point2f pixel = answer.current->frame.features.keypoints[result.matches[i].current].pt;
-    const Eigen::Vector2d now = ray(camera, pixel);
-    const Eigen::Vector2d before =
-        ray(camera, answer.reference->frame.features.keypoints[result.matches[i].reference].pt);
-    const Eigen::Vector2d velocity = seconds > 0 ? Eigen::Vector2d((now - before) / seconds) : Eigen::Vector2d::Zero();
-    geometry_msgs::Point32 p;
-    p.x = static_cast<float>(now.x());
-    p.y = static_cast<float>(now.y());
-    p.z = 1;
-    cloud.points.push_back(p);
-    std::vector<float> values = {static_cast<float>(id % kFloatIds), pixel.x, pixel.y, static_cast<float>(velocity.x()),
-                                 static_cast<float>(velocity.y())};
-    if (layout == FeatureLayout::kVinsFusion) {
-      values.insert(values.begin() + 1, 0.f);
-      values.resize(names.size(), 0.f);
-    }
-    for (size_t c = 0; c < values.size(); ++c) cloud.channels[c].values.push_back(values[c]);
-  }
-  return cloud;
-}
-
 sensor_msgs::PointCloud2 pointsMessage(const Answer& answer, const Triangulation& points) {
   sensor_msgs::PointCloud2 cloud;
   cloud.header = answer.current->header;
@@ -138,8 +93,8 @@ visualization_msgs::MarkerArray markerMessage(const Answer& answer) {
   for (size_t i = 0; i < result.matches.size(); ++i) {
     if (result.stage[i] != MatchStage::kInlier) continue;
     const Eigen::Vector2d from =
-        ray(camera, answer.reference->frame.features.keypoints[result.matches[i].reference].pt);
-    const Eigen::Vector2d to = ray(camera, answer.current->frame.features.keypoints[result.matches[i].current].pt);
+        rayOf(camera, answer.reference->frame.features.keypoints[result.matches[i].reference].pt);
+    const Eigen::Vector2d to = rayOf(camera, answer.current->frame.features.keypoints[result.matches[i].current].pt);
     flow.points.push_back(point(from.homogeneous()));
     flow.points.push_back(point(to.homogeneous()));
     flow.colors.resize(flow.points.size(), color(result.confidence[i]));
@@ -164,21 +119,19 @@ visualization_msgs::MarkerArray markerMessage(const Answer& answer) {
 
 PointOutputs::PointOutputs(ros::NodeHandle& outputs, const Parameters& parameters,
                            const ros::SubscriberStatusCallback& changed)
-    : layout_(parameters.feature_layout) {
-  features_ = outputs.advertise<sensor_msgs::PointCloud>("features", kPublisherQueue, changed, changed);
+    : features_(outputs, parameters.feature_layout, changed) {
   points_ = outputs.advertise<sensor_msgs::PointCloud2>("inlier_points", kPublisherQueue, changed, changed);
   markers_ = outputs.advertise<visualization_msgs::MarkerArray>("match_markers", kPublisherQueue, changed, changed);
 }
 
 int PointOutputs::listeners() const {
-  return static_cast<int>(features_.getNumSubscribers() + points_.getNumSubscribers() + markers_.getNumSubscribers());
+  return features_.listeners() + static_cast<int>(points_.getNumSubscribers() + markers_.getNumSubscribers());
 }
 
-void PointOutputs::publish(const Answer& answer) {
+void PointOutputs::publish(const Answer& answer, const TrackSelectorOptions& features) {
+  if (answer.continuity != Continuity::kContinuous) features_.forgetStamps();
   if (answer.result == nullptr || answer.result->inliers == 0 || !answer.current->camera->camera.calibrated()) return;
-  if (features_.getNumSubscribers() > 0) {
-    features_.publish(boost::make_shared<sensor_msgs::PointCloud>(featureMessage(answer, layout_)));
-  }
+  if (features_.listeners() > 0) features_.publish(answer, features);
   if (points_.getNumSubscribers() > 0 && answer.status == Status::kOk) {
     triangulateInliers(answer.reference->frame.features, answer.current->frame.features, *answer.result,
                        answer.current->camera->camera, triangulation_);

@@ -9,6 +9,7 @@ import sensor_msgs.point_cloud2
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from gms_ransac.msg import MatchStats
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image, PointCloud, PointCloud2
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
@@ -17,6 +18,16 @@ from visualization_msgs.msg import MarkerArray
 from graph import Client, K, Scene, camera_info, degrees_between, image_message, vector
 
 STEP = np.array((0.15, 0.05, 0.0))
+
+
+def ids_that_came_back(clouds):
+    """How many features of each message were in an earlier one, but not in the one before it."""
+    ever, last, counts = set(), set(), []
+    for cloud in clouds:
+        ids = set(cloud.channels[0].values)
+        counts.append(len((ids & ever) - last))
+        ever, last = ever | ids, ids
+    return counts
 
 
 class Outputs(unittest.TestCase):
@@ -53,16 +64,19 @@ class Outputs(unittest.TestCase):
         client.subscribe("features", PointCloud, clouds)
         pairs = self.send_all(client.connect(), 200.0)
         client.wait(lambda: len(clouds) == len(pairs), "features of every pair")
+        self.assertEqual(sum(ids_that_came_back(clouds)), 0)
         for cloud, pair in zip(clouds, pairs):
             self.assertEqual([c.name for c in cloud.channels], names)
             columns = {c.name: np.array(c.values) for c in cloud.channels}
             for values in columns.values():
                 self.assertEqual(len(values), len(cloud.points))
-            tracked = np.array(pair.track_id) > 0
-            self.assertTrue(np.array_equal(columns["id"], np.array(pair.track_id)[tracked]))
-            pixels = np.reshape(pair.current_points, (-1, 2))[tracked]
-            before = np.reshape(pair.reference_points, (-1, 2))[tracked]
+            column_of = {track: i for i, track in enumerate(pair.track_id) if track}
+            at = [column_of[track] for track in columns["id"]]
+            pixels, before = np.reshape(pair.current_points, (-1, 2))[at], np.reshape(pair.reference_points, (-1, 2))[at]
             self.assertTrue(np.allclose(np.column_stack([columns["u"], columns["v"]]), pixels))
+            self.assertTrue(100 < len(pixels) <= 220, "~feature_limit")
+            apart = np.linalg.norm(pixels[:, None] - pixels, axis=2) + 1e3 * np.eye(len(pixels))
+            self.assertGreaterEqual(apart.min(), 15, "~feature_distance")
             points = np.array([(p.x, p.y, p.z) for p in cloud.points])
             self.assertTrue(np.all(points[:, 2] == 1), "VINS-Mono stops when z is not exactly 1")
             ideal = (pixels - K[:2, 2]) / K[0, 0]
@@ -70,6 +84,30 @@ class Outputs(unittest.TestCase):
             velocity = np.column_stack([columns["velocity_x"], columns["velocity_y"]])
             self.assertTrue(np.allclose(velocity, (pixels - before) / K[0, 0] / 0.1, atol=1e-3))
         return clouds
+
+    def test_features_while_the_reference_is_held(self):
+        """Turning on the spot, in noise that hides a feature now and then."""
+        client, clouds, noise = self.client("mono"), [], np.random.RandomState(0)
+        client.subscribe("features", PointCloud, clouds)
+        client.connect()
+        for i in range(20):
+            picture = self.scene.draw(r=(0, 0.002 * i, 0)) + noise.normal(0, 8, self.frames[0].shape)
+            answer = client.ask(np.clip(picture, 0, 255).astype(np.uint8), 900 + 0.04 * i)
+        self.assertEqual(answer.status, MatchStats.LOW_PARALLAX, answer.status_text)
+        client.wait(lambda: len(clouds) == 19, "features of every pair")
+        references = {m.reference_header.stamp for m in client.correspondences}
+        self.assertLess(len(references), 8, "the reference is held")
+        self.assertEqual(sum(ids_that_came_back(clouds)), 0)
+        for before, cloud in zip(clouds, clouds[1:]):
+            self.assertLessEqual(len(cloud.points), 220)
+            rays = {i: (p.x, p.y) for i, p in zip(before.channels[0].values, before.points)}
+            seconds = (cloud.header.stamp - before.header.stamp).to_sec()
+            stay = [k for k, i in enumerate(cloud.channels[0].values) if i in rays]
+            self.assertGreater(len(stay), 100)
+            for k in stay:
+                ray = np.array((cloud.points[k].x, cloud.points[k].y))
+                velocity = [cloud.channels[c].values[k] for c in (3, 4)]
+                self.assertTrue(np.allclose(velocity, (ray - rays[cloud.channels[0].values[k]]) / seconds, atol=1e-3))
 
     def test_features_for_vins_mono(self):
         self.check_features("mono", ["id", "u", "v", "velocity_x", "velocity_y"])
@@ -199,6 +237,19 @@ class Outputs(unittest.TestCase):
         client.wait(report("matches", lambda s: "agree" in s.message and any(v.key == "inlier ratio" for v in s.values)), "matches")
         client.wait(report("timing", lambda s: {"rate (Hz)", "latency (ms)", "dropped"} <= {v.key for v in s.values}), "timing")
         client.wait(report("input", lambda s: "/fusion/image" in s.message and s.level == 1), "the silent topic's name")
+
+
+    def test_parameters_of_another_camera_are_doubted(self):
+        client, reports, log = self.client("other_camera"), [], []
+        client.subscribers.append(rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: reports.extend(m.status)))
+        client.subscribers.append(rospy.Subscriber("/rosout", Log, lambda m: log.append(m.msg)))
+        self.send_all(client.connect(), 1000.0)
+
+        def doubted(text):
+            return all(words in text for words in ("~camera say fx 718.9", "/other_camera/camera_info says fx 500"))
+
+        client.wait(lambda: any(doubted(s.message) and s.level == 1 for s in reports), "a word in diagnostics")
+        client.wait(lambda: any(doubted(text) for text in log), "a line in the log")
 
 
 if __name__ == "__main__":

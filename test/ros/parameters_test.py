@@ -76,6 +76,7 @@ class Parameters(unittest.TestCase):
             ("lan_mutual", "yes", "true or false"), ("lan_mutual", 1, "true or false"),
             ("method", 5, "'cp_ransac'"), ("method", "", "one of"), ("gms_border", "somewhere", "'opencv' 'original'"),
             ("quality", "taste", "'' 'score' 'support'"),
+            ("feature_limit", -1, "between 0 and 100000"), ("feature_distance", "far", "between 0 and 1000"),
             ("queue_size", 10.6, "whole number"), ("queue_size", "ten", "whole number"), ("threads", 17, "between 1 and 16"),
             ("drop_frames", "no", "true or false"), ("drop_frames", 0, "true or false"),
             ("scale", 3, "one of 'unit'"), ("input", "stereo", "'stream' 'pair'"),

@@ -12,12 +12,13 @@ import time
 import unittest
 
 import numpy as np
+import rosbag
 import rospkg
 import rospy
 import rostest
 from gms_ransac.msg import Correspondences, MatchStats
 
-from graph import degrees_between, rotation_degrees, rotation_matrix, vector
+from graph import Scene, camera_info, degrees_between, image_message, rotation_degrees, rotation_matrix, vector
 
 TIMEOUT = 120.0  # seconds of wall time for a replay, start of the launch file included
 SETTINGS = "method: fast, features: 2000, seed: 3, hold_reference: false"
@@ -67,9 +68,6 @@ class Replay(unittest.TestCase):
         finally:
             process.terminate()
             process.wait()
-            for name in ("scale", "threads"):  # the next launch would find them on the server
-                if rospy.has_param("/match_filter/" + name):
-                    rospy.delete_param("/match_filter/" + name)
             for subscriber in subscribers:
                 subscriber.unregister()
         self.assertGreaterEqual(len(stats), count, "every image is answered")
@@ -127,6 +125,28 @@ class Replay(unittest.TestCase):
     def test_tum(self):
         self.check("tum_fr1_desk", "rgb", "tum.launch")
 
+    def drawn_bag(self, name, image_topic, info_topic):
+        """A bag of three images of the drawn scene."""
+        path, scene = os.path.join(self.folder, name), Scene()
+        with rosbag.Bag(path, "w") as bag:
+            for i in range(3):
+                image = image_message(scene.draw(t=(0.15 * i, 0.05 * i, 0)), 100 + 0.1 * i)
+                bag.write(info_topic, camera_info(100 + 0.1 * i), image.header.stamp)
+                bag.write(image_topic, image, image.header.stamp)
+        return path
+
+    def test_nothing_is_left_of_the_launch_before(self):
+        """TUM, whose calibration is a set of parameters, and then KITTI, whose camera_info counts, on one master."""
+        tum = self.drawn_bag("freiburg1.bag", "/camera/rgb/image_color", "/camera/rgb/camera_info")
+        kitti = self.drawn_bag("drive.bag", "/kitti/camera_gray_left/image_raw", "/kitti/camera_gray_left/camera_info")
+        rospy.set_param("/match_filter/max_iterations", 7)
+        answers = self.replay("tum.launch", tum, 3)[1]
+        self.assertEqual({answer.K[0] for answer in answers.values()}, {517.306408})
+        self.assertEqual(rospy.get_param("/match_filter/max_iterations"), 2000)
+        answers = self.replay("kitti.launch", kitti, 3)[1]
+        self.assertEqual({answer.K[0] for answer in answers.values()}, {500.0})
+        self.assertFalse(rospy.has_param("/match_filter/camera"))
+        self.assertIs(rospy.get_param("/match_filter/publish_odom_tf"), True, "what the launch file sets stays")
 
     def test_propagated_scale(self):
         data, bag, count = self.make_bag("kitti_06", "image_0")
