@@ -73,7 +73,7 @@ void PointPairs::resize(int n) {
   const auto size = static_cast<size_t>(n);
   for (auto* column : {&x_reference, &y_reference, &x_current, &y_current, &support}) column->resize(size);
   for (auto* column : {&octave_reference, &octave_current}) column->resize(size);
-  for (auto* column : {&score, &cell}) column->resize(size);
+  score.resize(size);
   for (auto* column : {&distance, &second_distance}) column->resize(size);
 }
 
@@ -202,7 +202,8 @@ void MatchFilter::selectSurvivors(const Features& reference, const Features& cur
 
   const int n = static_cast<int>(survivors_.size());
   pairs_.resize(n);
-  pairs_.grid_columns = statistics_.grid_columns;
+  pairs_.image_reference = reference.image_size;
+  pairs_.image_current = current.image_size;
   pairs_.scale_factor = current.scale_factor;
   for (int k = 0; k < n; ++k) {
     const int i = survivors_[k];
@@ -220,7 +221,6 @@ void MatchFilter::selectSurvivors(const Features& reference, const Features& cur
     pairs_.support[k] = statistics_.support[i];
     pairs_.distance[k] = match.distance;
     pairs_.second_distance[k] = match.second_distance;
-    pairs_.cell[k] = statistics_.cell[i];
     result.stage[i] = MatchStage::kGms;
     result.confidence[i] = static_cast<float>(statistics_.score[i]) / static_cast<float>(largest_score);
   }
