@@ -74,6 +74,7 @@ class Parameters(unittest.TestCase):
             ("confidence", "high", "a number between"), ("confidence", float("nan"), "a number between"),
             ("threshold_px", float("inf"), "between 0 and 50"), ("threshold_px", [1.0], "a number between"),
             ("lan_mutual", "yes", "true or false"), ("lan_mutual", 1, "true or false"),
+            ("one_to_one", "both", "true or false"),
             ("method", 5, "'cp_ransac'"), ("method", "", "one of"), ("gms_border", "somewhere", "'opencv' 'original'"),
             ("quality", "taste", "'' 'score' 'support'"),
             ("queue_size", 10.6, "whole number"), ("queue_size", "ten", "whole number"), ("threads", 17, "between 1 and 16"),
