@@ -73,6 +73,7 @@ Scene makeScene(const SceneOptions& options) {
   std::normal_distribution<double> normal;
   PointPairs& pairs = scene.pairs;
   pairs.resize(options.count);
+  pairs.image_reference = pairs.image_current = {640, 480};
   scene.correct.assign(static_cast<size_t>(options.count), 0);
   for (size_t i = 0; i < scene.correct.size();) {
     const double u = 640 * uniform(generator), v = 480 * uniform(generator);
@@ -101,7 +102,6 @@ Scene makeScene(const SceneOptions& options) {
     pairs.distance[i] =
         static_cast<uint16_t>(scene.correct[i] ? 20 + 20 * uniform(generator) : 35 + 30 * uniform(generator));
     pairs.second_distance[i] = 70;
-    pairs.cell[i] = static_cast<int>(v / 24) * 20 + static_cast<int>(u / 32);
     ++i;
   }
   return scene;
@@ -463,7 +463,7 @@ TEST(StratifiedSampler, SpreadsSamplesAtLeastAsWideAsUniformDraws) {
     return sum / 10;
   };
   StratifiedSampler sampler;
-  sampler.begin(order, cells, 20, 5);
+  sampler.begin(order, cells, 5);
   Random random(1);
   double stratified = 0, uniform_draws = 0;
   constexpr int kDraws = 2000;
@@ -488,7 +488,7 @@ TEST(StratifiedSampler, BeginsWithTheMostConfident) {
     cells[i] = i;
   }
   StratifiedSampler sampler;
-  sampler.begin(order, cells, 20, 5);
+  sampler.begin(order, cells, 5);
   Random random(1);
   int sample[5];
   sampler.draw(random, sample);

@@ -62,6 +62,7 @@ TEST(Parameters, DefaultsAreTheCores) {
   EXPECT_EQ(node.motion_statistics.border, core.motion_statistics.border);
   EXPECT_EQ(node.motion_statistics.acceptance, core.motion_statistics.acceptance);
   EXPECT_EQ(node.distance_reading, core.distance_reading);
+  EXPECT_EQ(node.one_to_one, core.one_to_one);
   EXPECT_EQ(node.lan_mutual, core.lan_mutual);
   EXPECT_EQ(node.second_alpha, core.second_alpha);
   EXPECT_EQ(node.robust.model, core.robust.model);

@@ -21,6 +21,8 @@ struct TwoViewSceneOptions {
   SceneShape shape = SceneShape::kVolume;
   Eigen::Vector3d translation{0.4, -0.1, 0.25};  ///< X_current = R X_reference + translation, metres
   Eigen::Vector3d rotation{0.02, -0.06, 0.03};   ///< rotation vector of that R, radians
+  Eigen::Vector3d plane_normal{0.3, -0.2, 1};    ///< in the reference frame; tilted: its homography is no similarity
+  double plane_distance = 8;                     ///< metres along that normal, whatever its length
   bool informative = true;  ///< score and distance tell inliers from outliers, with overlap; otherwise they are noise
   uint64_t seed = 1;
 };
@@ -55,14 +57,14 @@ inline TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
   Random random(options.seed);
   PointPairs& columns = pair.pairs;
   columns.resize(options.matches);
+  columns.image_reference = columns.image_current = {640, 480};
   pair.correct.resize(static_cast<size_t>(options.matches));
   for (size_t i = 0; i < pair.correct.size(); ++i) {
     const bool outlier = random.uniform() < options.outlier_ratio;
     const Eigen::Vector2d reference(640 * random.uniform(), 480 * random.uniform());
     const Eigen::Vector3d ray = K.inverse() * reference.homogeneous();
-    // The plane is tilted so that it fixes a homography that is no similarity.
-    const double depth =
-        options.shape == SceneShape::kPlane ? 8 / Eigen::Vector3d(0.3, -0.2, 1).dot(ray) : 4 + 8 * random.uniform();
+    const double depth = options.shape == SceneShape::kPlane ? options.plane_distance / options.plane_normal.dot(ray)
+                                                             : 4 + 8 * random.uniform();
     Eigen::Vector2d current = (K * (pair.R * (depth * ray) + pair.t)).hnormalized();
     if (outlier) current = {640 * random.uniform(), 480 * random.uniform()};
     columns.x_reference[i] = static_cast<float>(reference.x() + options.noise_px * gaussian(random));
@@ -75,10 +77,8 @@ inline TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
     columns.support[i] = static_cast<float>(columns.score[i]) / 15;
     columns.distance[i] = static_cast<uint16_t>(std::min(256., std::max(0., 60 - 15 * quality)));
     columns.second_distance[i] = static_cast<uint16_t>(columns.distance[i] + random.below(20));
-    columns.cell[i] = static_cast<int>(reference.y() / 24) * 20 + static_cast<int>(reference.x() / 32);
     pair.correct[i] = !outlier;
   }
-  columns.grid_columns = 20;
   return pair;
 }
 

@@ -42,6 +42,10 @@ struct MatchFilterOptions {
   RobustOptions robust;
   int matcher_threads = 1;
   DistanceReading distance_reading = DistanceReading::kDisplacement;  ///< gms_dist_ransac
+  /// Of the filter's matches with one current point only the best goes on to the estimator: the likeliest where the
+  /// filter weighs evidence, else that of least descriptor distance; the first of equals. Off: as in the papers, where
+  /// several reference points may share a current one.
+  bool one_to_one = true;
   bool lan_mutual = true;   ///< lan: match in both directions; false: feed it the same matches as the other methods
   double second_alpha = 0;  ///< lan: threshold factor of the final check; 0: the first times sqrt(kept fraction)
 
@@ -104,8 +108,13 @@ class MatchFilter {
   void recheckInliers(MatchResult& result);
   /// Remembers the survivors' keypoints for that.
   void keepSurvivors(const Features& reference, const Features& current, const MatchResult& result);
-  /// Fills `pairs_` and `survivors_` with the matches that the method's filter keeps.
-  void selectSurvivors(const Features& reference, const Features& current, MatchResult& result);
+  /// Fills `survivors_` with the matches that the method's filter keeps, one for each current point unless that is not
+  /// wanted.
+  void selectSurvivors(MatchResult& result);
+  /// Leaves one of the survivors that share a current point (see one_to_one).
+  void keepOneForEachPoint(const MatchResult& result);
+  /// Fills `pairs_` and the result's columns with the survivors.
+  void describeSurvivors(const Features& reference, const Features& current, MatchResult& result);
   /// The robust stage on `pairs_`, timed.
   void estimate(MatchResult& result);
   /// Carries the estimator's verdict over to the raw matches and states the outcome.
@@ -126,7 +135,8 @@ class MatchFilter {
   std::vector<Match> rechecked_;
   MotionStatistics recheck_;
   PointPairs pairs_;
-  std::vector<int> survivors_;  ///< indices into the raw matches
+  std::vector<int> survivors_;   ///< indices into the raw matches
+  std::vector<int> best_match_;  ///< of each current point
   MatchResult result_;
 };
 

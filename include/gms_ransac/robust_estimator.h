@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <opencv2/core/types.hpp>
 
 #include "gms_ransac/camera.h"
 #include "gms_ransac/method.h"
@@ -14,6 +15,12 @@
 #include "gms_ransac/simd.h"
 
 namespace gms_ransac {
+
+/// Cells to a side of the grid on which matches count as neighbours. Its own, because the grid of the motion statistics
+/// follows the number of matches and the user's wish; as many as the rules were measured with (doc/estimator.md).
+constexpr int kSpreadGridSide = 20;
+/// The cell of that grid that a pixel of an image lies in, row by row from 0; a pixel outside counts to the nearest.
+int32_t spreadCell(const cv::Point2f& pixel, const cv::Size& image);
 
 /// The matches that survived the filter, as columns of N entries.
 struct PointPairs {
@@ -23,8 +30,7 @@ struct PointPairs {
   std::vector<int32_t> score;                             ///< motion statistics score (0 where no filter ran)
   std::vector<float> support;                             ///< score / threshold (0 where no filter ran)
   std::vector<uint16_t> distance, second_distance;        ///< Hamming
-  std::vector<int32_t> cell;                              ///< reference cell of the motion-statistics grid
-  int grid_columns = 20;                                  ///< of that grid
+  cv::Size image_reference, image_current;                ///< pixels; spread over the images is judged by them
   float scale_factor = 1.2f;
 
   int size() const { return static_cast<int>(x_reference.size()); }
@@ -64,7 +70,7 @@ struct RobustResult {
   int inlier_count = 0;
   bool pose_found = false;              ///< needs a calibrated camera
   bool translation_observable = false;  ///< false: parallax too small or ambiguous; `pose.t` is a guess (zero: none)
-  bool ambiguous = false;               ///< fast: a motion in another direction explains the matches as well
+  bool ambiguous = false;               ///< a motion in another direction explains the matches as well
   RelativePose pose;
   double median_parallax_px = 0;  ///< median over inliers of the displacement that no rotation undoes
   double rms_error_px = 0;        ///< over inliers, of the model's residual (Sampson; transfer for a homography)

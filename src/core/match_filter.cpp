@@ -73,7 +73,7 @@ void PointPairs::resize(int n) {
   const auto size = static_cast<size_t>(n);
   for (auto* column : {&x_reference, &y_reference, &x_current, &y_current, &support}) column->resize(size);
   for (auto* column : {&octave_reference, &octave_current}) column->resize(size);
-  for (auto* column : {&score, &cell}) column->resize(size);
+  score.resize(size);
   for (auto* column : {&distance, &second_distance}) column->resize(size);
 }
 
@@ -159,7 +159,8 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
   if (method_->filter == FilterChoice::kGmsDistance) {
     distance_consistency_.apply(reference.features, current.features, result.matches, statistics_);
   }
-  selectSurvivors(reference.features, current.features, result);
+  selectSurvivors(result);
+  describeSurvivors(reference.features, current.features, result);
   if (method_->recheck == RecheckChoice::kGms) keepSurvivors(reference.features, current.features, result);
   result.times.gms = watch.lap();
   if (result.matches_gms < kMinimumMatches) {
@@ -190,19 +191,44 @@ void MatchFilter::estimate(MatchResult& result) {
   result.times.ransac = watch.lap();
 }
 
-void MatchFilter::selectSurvivors(const Features& reference, const Features& current, MatchResult& result) {
+void MatchFilter::selectSurvivors(MatchResult& result) {
   const bool filters = method_->filter != FilterChoice::kNone;
   survivors_.clear();
-  int largest_score = 1;
   for (size_t i = 0; i < result.matches.size(); ++i) {
-    if (filters && !statistics_.accepted[i]) continue;
-    survivors_.push_back(static_cast<int>(i));
-    largest_score = std::max(largest_score, statistics_.score[i]);
+    if (!filters || statistics_.accepted[i]) survivors_.push_back(static_cast<int>(i));
   }
+  if (options_.one_to_one) keepOneForEachPoint(result);
+  result.matches_gms = static_cast<int>(survivors_.size());
+}
+
+void MatchFilter::keepOneForEachPoint(const MatchResult& result) {
+  // With kEvidence the support is the log-odds of being right, descriptors included; a score alone says which cell is
+  // the fullest.
+  const bool by_support = motion_statistics_.options().acceptance == Acceptance::kEvidence;
+  const auto better = [&](int a, int b) {
+    if (by_support && statistics_.support[a] != statistics_.support[b]) {
+      return statistics_.support[a] > statistics_.support[b];
+    }
+    return result.matches[a].distance < result.matches[b].distance;
+  };
+  constexpr int kNone = -1;
+  best_match_.assign(static_cast<size_t>(result.keypoints_current), kNone);
+  for (const int i : survivors_) {
+    int& best = best_match_[result.matches[i].current];
+    if (best == kNone || better(i, best)) best = i;
+  }
+  const auto beaten = [&](int i) { return best_match_[result.matches[i].current] != i; };
+  survivors_.erase(std::remove_if(survivors_.begin(), survivors_.end(), beaten), survivors_.end());
+}
+
+void MatchFilter::describeSurvivors(const Features& reference, const Features& current, MatchResult& result) {
+  int largest_score = 1;
+  for (const int i : survivors_) largest_score = std::max(largest_score, statistics_.score[i]);
 
   const int n = static_cast<int>(survivors_.size());
   pairs_.resize(n);
-  pairs_.grid_columns = statistics_.grid_columns;
+  pairs_.image_reference = reference.image_size;
+  pairs_.image_current = current.image_size;
   pairs_.scale_factor = current.scale_factor;
   for (int k = 0; k < n; ++k) {
     const int i = survivors_[k];
@@ -220,11 +246,9 @@ void MatchFilter::selectSurvivors(const Features& reference, const Features& cur
     pairs_.support[k] = statistics_.support[i];
     pairs_.distance[k] = match.distance;
     pairs_.second_distance[k] = match.second_distance;
-    pairs_.cell[k] = statistics_.cell[i];
     result.stage[i] = MatchStage::kGms;
     result.confidence[i] = static_cast<float>(statistics_.score[i]) / static_cast<float>(largest_score);
   }
-  result.matches_gms = n;
 }
 
 void MatchFilter::keepSurvivors(const Features& reference, const Features& current, const MatchResult& result) {

@@ -268,6 +268,7 @@ MatchFilterOptions coreOptions(const MatchFilterConfig& config) {
   }
   options.motion_statistics.border = config.gms_border == "opencv" ? GridBorder::kOpenCV : GridBorder::kOriginal;
   options.distance_reading = parseDistanceReading(config.distance_reading);
+  options.one_to_one = config.one_to_one;
   options.lan_mutual = config.lan_mutual;
   options.second_alpha = config.lan_second_alpha;
   options.robust.model = parseModelType(config.model);

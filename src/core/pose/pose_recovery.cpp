@@ -1,6 +1,8 @@
 #include "pose/pose_recovery.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -8,7 +10,8 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
-#include "robust/fast/pose_uncertainty.h"
+#include "robust/fast/motion_starts.h"
+#include "robust/fast/plane_motion.h"
 #include "robust/inlier_counter.h"
 #include "robust/solvers/essential_5pt.h"
 
@@ -28,70 +31,105 @@ Eigen::Matrix3d nearestOrthogonal(const Eigen::Matrix3d& matrix) {
 
 }  // namespace
 
-void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, double threshold_px, RobustResult& result) {
+void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, double threshold_px, bool refine,
+                           RobustResult& result) {
   if (!camera.calibrated()) return;
   const Eigen::Matrix3d K = camera.K();
+  const bool homography = result.model_type == ModelType::kHomography;
   collectInliers(pairs, K, result.inlier);
   candidates_.clear();
-  if (result.model_type == ModelType::kHomography) {
+  if (homography) {
     proposeFromHomography(result.model, K);
   } else {
     proposeFromEssential(
         result.model_type == ModelType::kEssential ? result.model : Eigen::Matrix3d(K.transpose() * result.model * K));
   }
-  const Motion* best = nullptr;
-  int most = 0;
+  const auto best = std::max_element(candidates_.begin(), candidates_.end(),
+                                     [](const Motion& a, const Motion& b) { return a.in_front < b.in_front; });
+  if (best == candidates_.end() || best->in_front == 0) return;
+
+  arrange(pairs, camera, threshold_px);
+  const JudgedMatches matches = {columns_.view(), &cells_, camera.meanFocalLength()};
+  if (best->pose.t.isZero()) return judge_.judgeRotation(matches, best->pose.R, result);
+  Explanation chosen = explain(best->pose, refine, result);
+  others_.clear();
+  findMotionStarts(*kernels_, columns_.view(), starts_, result.point_evaluations);
+  for (const TwoViewPose& start : starts_) others_.push_back({start});
+  if (refine && result.model_type == ModelType::kFundamental) weighStarts(chosen, result);
+  if (homography) {
+    weighDecompositions(best->in_front, refine, chosen, result);
+  } else {
+    weighOtherPlaneMotion(refine, chosen, result);
+  }
+  if (refine && !homography) chosen.pose = chosen.optimum;
+  if (refine && result.model_type == ModelType::kEssential) {
+    result.model = chosen.optimum.essential().normalized();
+    markFinalInliers(pairs, camera, threshold_px, result);
+  }
+  judge_.judge(matches, chosen.optimum, chosen.pose, others_, result);
+}
+
+void PoseRecovery::arrange(const PointPairs& pairs, const Camera& camera, double threshold_px) {
+  const Eigen::Matrix3d K_inverse = camera.K().inverse();
+  const double threshold = threshold_px / camera.meanFocalLength();
+  strideOver(pairs.size(), arrangement_);
+  columns_.resize(pairs.size());
+  cells_.resize(arrangement_.size());
+  for (size_t k = 0; k < arrangement_.size(); ++k) {
+    const auto i = static_cast<size_t>(arrangement_[k]);
+    const Eigen::Vector3d p = K_inverse * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1);
+    const Eigen::Vector3d q = K_inverse * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1);
+    columns_.x1()[k] = static_cast<float>(p.x());
+    columns_.y1()[k] = static_cast<float>(p.y());
+    columns_.x2()[k] = static_cast<float>(q.x());
+    columns_.y2()[k] = static_cast<float>(q.y());
+    columns_.weight()[k] = static_cast<float>(1 / (threshold * threshold));
+    cells_[k] = spreadCell({pairs.x_reference[i], pairs.y_reference[i]}, pairs.image_reference);
+  }
+}
+
+PoseRecovery::Explanation PoseRecovery::explain(const TwoViewPose& pose, bool refine, RobustResult& effort) const {
+  const PoseModel model(*kernels_, columns_.view());
+  Explanation explanation = {pose, pose, 0};
+  if (refine) {
+    const int passes = model.refine(kRefinementLoss, kRefinementIterations, explanation.optimum, kEnough);
+    effort.point_evaluations += static_cast<int64_t>(columns_.count()) * passes;
+  }
+  Score score;
+  model.score(explanation.optimum, std::numeric_limits<float>::max(), score, effort.point_evaluations);
+  explanation.cost = score.cost;
+  return explanation;
+}
+
+void PoseRecovery::weighDecompositions(int most_in_front, bool refine, Explanation& chosen, RobustResult& effort) {
   for (const Motion& candidate : candidates_) {
-    const int in_front = countInFront(candidate);
-    if (in_front <= most) continue;
-    most = in_front;
-    best = &candidate;
+    if (candidate.pose.t.isZero() || 2 * candidate.in_front < most_in_front) continue;
+    const Explanation other = explain(candidate.pose, refine, effort);
+    others_.push_back({other.optimum, true});
+    if (other.cost < chosen.cost) chosen = other;
   }
-  if (best == nullptr) return;
-  result.pose_found = true;
-  judgeParallax(*best, camera.meanFocalLength(), threshold_px, result);
 }
 
-bool PoseRecovery::refineEssential(const PointPairs& pairs, const Camera& camera, double threshold_px,
-                                   RobustResult& result) {
-  if (result.model_type != ModelType::kEssential || !result.pose_found) return false;
-  all_matches_.assign(static_cast<size_t>(pairs.size()), 1);
-  collectInliers(pairs, camera.K(), all_matches_);
-  const PoseModel model(*kernels_, fillColumns(threshold_px / camera.meanFocalLength()));
-  TwoViewPose pose = {result.pose.R.transpose(), -(result.pose.R.transpose() * result.pose.t)};
-  result.point_evaluations +=
-      static_cast<int64_t>(pairs.size()) * model.refine(kRefinementLoss, kRefinementIterations, pose, kEnough);
-  result.model = pose.essential().normalized();
-  return true;
-}
-
-PointColumnsView PoseRecovery::fillColumns(double threshold) {
-  columns_.resize(static_cast<int>(reference_.size()));
-  for (size_t i = 0; i < reference_.size(); ++i) {
-    columns_.x1()[i] = static_cast<float>(reference_[i].x());
-    columns_.y1()[i] = static_cast<float>(reference_[i].y());
-    columns_.x2()[i] = static_cast<float>(current_[i].x());
-    columns_.y2()[i] = static_cast<float>(current_[i].y());
-    columns_.weight()[i] = static_cast<float>(1 / (threshold * threshold));
+void PoseRecovery::weighStarts(Explanation& chosen, RobustResult& effort) {
+  for (const TwoViewPose& start : starts_) {
+    const Explanation other = explain(start, true, effort);
+    if (other.cost < chosen.cost) chosen = other;
   }
-  return columns_.view();
 }
 
-void PoseRecovery::judgeParallax(const Motion& motion, double unit_px, double threshold_px, RobustResult& result) {
-  const PointColumnsView points = fillColumns(threshold_px / unit_px);
+void PoseRecovery::weighOtherPlaneMotion(bool refine, Explanation& chosen, RobustResult& effort) {
+  const PointColumnsView points = columns_.view();
   const PoseModel model(*kernels_, points);
-  const TwoViewPose pose = {motion.R, motion.t};
-  // A model fitted to rotating views trades rotation for translation, so its own rotation leaves a displacement that
-  // is no parallax. The best rotation alone tells.
-  all_inliers_.assign(static_cast<size_t>(points.size), 0.f);
   residuals_.resize(static_cast<size_t>(points.size));
-  const RotationOnly rotation =
-      fitRotationOnly(model, points, pose, all_inliers_, residuals_, result.point_evaluations);
-  result.median_parallax_px = unit_px * rotation.median_residual;
-  result.translation_observable = !motion.t.isZero() && result.median_parallax_px > kObservableParallaxPx;
-  result.pose = fromReferenceToCurrent(result.translation_observable ? motion.R : rotation.R, motion.t);
-  result.pose.covariance =
-      result.translation_observable ? poseCovariance(model, points.count, pose) : rotation.covariance;
+  model.residuals(chosen.optimum, residuals_.data());
+  TwoViewPose motion;
+  if (!findOtherPlaneMotion(points, chosen.optimum, residuals_, motion, effort.point_evaluations)) return;
+  float cost;
+  motion = model.withBetterSign(motion, cost, effort.point_evaluations);
+  const Explanation other = explain(motion, refine, effort);
+  others_.push_back({chosen.optimum, true});
+  others_.push_back({other.optimum, true});
+  if (refine && other.cost < chosen.cost) chosen = other;
 }
 
 void PoseRecovery::collectInliers(const PointPairs& pairs, const Eigen::Matrix3d& K,
@@ -113,8 +151,8 @@ void PoseRecovery::proposeFromEssential(const Eigen::Matrix3d& E) {
   const Eigen::Matrix3d nearest = svd.matrixU() * Eigen::Vector3d(1, 1, 0).asDiagonal() * svd.matrixV().transpose();
   const EssentialDecomposition parts = decomposeEssential(nearest);
   for (const Eigen::Matrix3d& R : {parts.R1, parts.R2}) {
-    candidates_.push_back({R, parts.t});
-    candidates_.push_back({R, -parts.t});
+    propose({R, parts.t});
+    propose({R, -parts.t});
   }
 }
 
@@ -125,18 +163,20 @@ void PoseRecovery::proposeFromHomography(const Eigen::Matrix3d& H, const Eigen::
   std::vector<cv::Mat> rotations, translations, normals;
   cv::decomposeHomographyMat(H_cv, K_cv, rotations, translations, normals);
   for (size_t i = 0; i < rotations.size(); ++i) {
-    Motion motion;
+    TwoViewPose motion;
     cv::cv2eigen(rotations[i], motion.R);
     cv::cv2eigen(translations[i], motion.t);
     if (!motion.R.allFinite() || !motion.t.allFinite()) continue;
     motion.R = nearestOrthogonal(motion.R);  // OpenCV's is off by 1e-3 when the homography is nearly a rotation
     const double length = motion.t.norm();
     motion.t = length > kSmallestTranslation ? Eigen::Vector3d(motion.t / length) : Eigen::Vector3d::Zero();
-    candidates_.push_back(motion);
+    propose(motion);
   }
 }
 
-int PoseRecovery::countInFront(const Motion& motion) const {
+void PoseRecovery::propose(const TwoViewPose& pose) { candidates_.push_back({pose, countInFront(pose)}); }
+
+int PoseRecovery::countInFront(const TwoViewPose& motion) const {
   int count = 0;
   for (size_t i = 0; i < reference_.size(); ++i) {
     // z_current x_current = z_reference R x_reference + t, each depth by crossing the other ray away.

@@ -7,49 +7,62 @@
 
 #include "gms_ransac/camera.h"
 #include "gms_ransac/robust_estimator.h"
+#include "pose/pose_judge.h"
 #include "robust/fast/point_columns.h"
 #include "robust/fast/residual_kernels.h"
 
 namespace gms_ransac {
 
-/// The direction of translation is taken as measured when the displacement that no rotation explains exceeds this many
-/// pixels in the median. Below it the direction is off by 17 degrees in the median and 40 in the upper quarter on
-/// real sequences (doc/estimator.md).
-constexpr double kObservableParallaxPx = 1.5;
-
 class PoseRecovery {
  public:
-  explicit PoseRecovery(SimdLevel level = detectSimdLevel()) : kernels_(&residualKernels(level)) {}
-  /// Reads result.model, model_type and inlier; fills pose_found, pose, translation_observable and median_parallax_px.
-  /// The pose of several that has most inliers in front of both cameras is taken. Nothing is filled when the camera is
-  /// not calibrated. A homography of a pure rotation gives a zero translation.
-  void recover(const PointPairs& pairs, const Camera& camera, double threshold_px, RobustResult& result);
-  /// Moves an essential matrix and its pose to the robust optimum over the matches within twice the threshold. False,
-  /// and nothing done, for another model or without a pose.
-  bool refineEssential(const PointPairs& pairs, const Camera& camera, double threshold_px, RobustResult& result);
+  explicit PoseRecovery(SimdLevel level = detectSimdLevel()) : kernels_(&residualKernels(level)), judge_(*kernels_) {}
+  /// Reads result.model, model_type and inlier; fills all that the result says of the pose, as PoseJudge does with the
+  /// motions of findMotionStarts and, where the matches lie on a plane, its other motion to compare with. Of the poses
+  /// that a model allows the one with most inliers in front of both cameras is taken; of the two motions of a plane the
+  /// likelier. `refine`: a pose of an essential or a fundamental matrix is moved to the robust optimum over the matches
+  /// near it, and the essential matrix and its inliers with it; for a fundamental matrix, which a plane leaves
+  /// undetermined, that optimum may be another one that explains the matches better. Nothing is filled when the camera
+  /// is not calibrated. A homography of a pure rotation gives a zero translation.
+  void recover(const PointPairs& pairs, const Camera& camera, double threshold_px, bool refine, RobustResult& result);
 
  private:
-  /// A motion X_current = R X_reference + t.
+  /// A motion that the model allows.
   struct Motion {
-    Eigen::Matrix3d R;
-    Eigen::Vector3d t;
+    TwoViewPose pose;  ///< t may be zero
+    int in_front = 0;  ///< inliers in front of both cameras
+  };
+  /// A motion as an explanation of all matches.
+  struct Explanation {
+    TwoViewPose pose, optimum;  ///< the latter is the optimum near the former
+    float cost = 0;             ///< of the optimum
   };
   void collectInliers(const PointPairs& pairs, const Eigen::Matrix3d& K, const std::vector<uint8_t>& inlier);
-  /// The collected points as the kernels read them; `threshold` on the normalised image plane.
-  PointColumnsView fillColumns(double threshold);
   void proposeFromEssential(const Eigen::Matrix3d& E);
   void proposeFromHomography(const Eigen::Matrix3d& H, const Eigen::Matrix3d& K);
-  /// Inliers that lie in front of both cameras.
-  int countInFront(const Motion& motion) const;
-  /// Sets the pose with its covariance, median_parallax_px and translation_observable; `unit_px`: mean focal length.
-  void judgeParallax(const Motion& motion, double unit_px, double threshold_px, RobustResult& result);
+  void propose(const TwoViewPose& pose);
+  int countInFront(const TwoViewPose& motion) const;
+  /// Fills the columns with all matches.
+  void arrange(const PointPairs& pairs, const Camera& camera, double threshold_px);
+  /// Without `refine` the pose counts as its own optimum.
+  Explanation explain(const TwoViewPose& pose, bool refine, RobustResult& effort) const;
+  /// Puts the motions of a homography that have enough inliers in front into `others_`, the likeliest into `chosen`.
+  void weighDecompositions(int most_in_front, bool refine, Explanation& chosen, RobustResult& effort);
+  /// Puts the likeliest of `starts_` and `chosen` into `chosen`.
+  void weighStarts(Explanation& chosen, RobustResult& effort);
+  /// Where most matches that `chosen` explains lie on a plane: puts both motions of it into `others_`, the likelier one
+  /// into `chosen`.
+  void weighOtherPlaneMotion(bool refine, Explanation& chosen, RobustResult& effort);
 
   const ResidualKernels* kernels_;
-  std::vector<Eigen::Vector3d> reference_, current_;  ///< matches on the normalised image plane (z = 1)
+  PoseJudge judge_;
+  std::vector<Eigen::Vector3d> reference_, current_;  ///< inliers on the normalised image plane (z = 1)
   std::vector<Motion> candidates_;
-  PointColumns columns_;  ///< the same, as the kernels read them
-  std::vector<float> all_inliers_, residuals_;
-  std::vector<uint8_t> all_matches_;
+  std::vector<int> arrangement_;
+  PointColumns columns_;  ///< all matches, as the kernels read them
+  std::vector<int32_t> cells_;
+  std::vector<float> residuals_;
+  std::vector<TwoViewPose> starts_;
+  std::vector<OtherMotion> others_;
 };
 
 }  // namespace gms_ransac

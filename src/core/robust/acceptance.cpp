@@ -1,6 +1,7 @@
 #include "robust/acceptance.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <Eigen/LU>
@@ -9,27 +10,34 @@ namespace gms_ransac {
 
 namespace {
 
-/// Survivors of the filter come in groups that move alike, so a cell of the motion-statistics grid counts once however
-/// many inliers it holds. As many cells as the sample has points, but no more than the five degrees of freedom of a
-/// relative pose, determine the model; two more must check it. The 41 of 57 poses of tum_fr3_cabinet from fewer cells
-/// were all more than 15 degrees wrong (doc/estimator.md).
-int minimumCells(int sample_size) {
+// A place is this share of the shorter side of the image away from the next (doc/estimator.md).
+constexpr float kPlaceDistance = 0.1f;
+constexpr int kMostPlaces = 7;
+
+/// Survivors of the filter come in groups of neighbours that move alike, so a place in the image counts once however
+/// many inliers it holds. As many as the sample has points, but no more than the five degrees of freedom of a relative
+/// pose, determine the model; two more must check it. Poses of tum_fr3_cabinet from fewer places are wrong with few
+/// exceptions (doc/estimator.md).
+int minimumPlaces(int sample_size) {
   constexpr int kPoseFreedoms = 5;
-  constexpr int kCheckingCells = 2;
-  return std::min(sample_size, kPoseFreedoms) + kCheckingCells;
+  constexpr int kCheckingPlaces = kMostPlaces - kPoseFreedoms;
+  return std::min(sample_size, kPoseFreedoms) + kCheckingPlaces;
 }
 
-int cellsWithInliers(const PointPairs& pairs, const std::vector<uint8_t>& inlier, std::vector<uint8_t>& seen) {
-  seen.clear();
+/// True when so many of the inliers lie further apart than a place, each from each, in one image.
+bool fillsPlaces(const std::vector<float>& x, const std::vector<float>& y, const cv::Size& image,
+                 const std::vector<uint8_t>& inlier, int needed) {
+  const float distance = kPlaceDistance * static_cast<float>(std::min(image.width, image.height));
+  std::array<cv::Point2f, kMostPlaces> places;
   int count = 0;
-  for (size_t i = 0; i < inlier.size(); ++i) {
+  for (size_t i = 0; i < inlier.size() && count < needed; ++i) {
     if (!inlier[i]) continue;
-    const auto cell = static_cast<size_t>(pairs.cell[i]);
-    if (cell >= seen.size()) seen.resize(cell + 1, 0);
-    count += !seen[cell];
-    seen[cell] = 1;
+    const auto near = [&](const cv::Point2f& place) {
+      return std::max(std::abs(x[i] - place.x), std::abs(y[i] - place.y)) < distance;
+    };
+    if (std::none_of(places.begin(), places.begin() + count, near)) places[count++] = {x[i], y[i]};
   }
-  return count;
+  return count >= needed;
 }
 
 /// True when the inliers of one image lie on a line (or in a point) up to the threshold: such matches fit a whole
@@ -67,7 +75,10 @@ bool Acceptance::accepts(const PointPairs& pairs, int sample_size, double thresh
       supported = inliers >= chance_.minimum(length);
     }
   }
-  return supported && cellsWithInliers(pairs, result.inlier, seen_cells_) >= minimumCells(sample_size) &&
+  const int places = minimumPlaces(sample_size);
+  return supported &&
+         (fillsPlaces(pairs.x_reference, pairs.y_reference, pairs.image_reference, result.inlier, places) ||
+          fillsPlaces(pairs.x_current, pairs.y_current, pairs.image_current, result.inlier, places)) &&
          !collinear(pairs.x_reference, pairs.y_reference, result.inlier, threshold_px) &&
          !collinear(pairs.x_current, pairs.y_current, result.inlier, threshold_px);
 }

@@ -11,8 +11,8 @@ namespace gms_ransac {
 class Acceptance {
  public:
   /// Reads result.inlier and inlier_count; false when the support could be chance for a model of `sample_size` points,
-  /// when the inliers lie in too few cells of the motion-statistics grid to check the model, or when those of one image
-  /// lie on a line up to the threshold. `order`: matches, most confident first, where there is such an order: then
+  /// when the inliers lie in too few places of the images to check the model, or when those of one image lie on
+  /// a line up to the threshold. `order`: matches, most confident first, where there is such an order: then
   /// support among the first half, quarter or eighth of them that is no chance suffices, as in PROSAC (Chum & Matas
   /// 2005).
   bool accepts(const PointPairs& pairs, int sample_size, double threshold_px, const RobustResult& result,
@@ -20,7 +20,6 @@ class Acceptance {
 
  private:
   ChanceSupport chance_;
-  std::vector<uint8_t> seen_cells_;
 };
 
 }  // namespace gms_ransac

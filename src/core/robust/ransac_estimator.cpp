@@ -107,11 +107,7 @@ void RansacEstimator::conclude(const PointPairs& pairs, const Camera& camera, Ro
     result.rms_error_px = 0;
     return;
   }
-  pose_recovery_.recover(pairs, camera, threshold, result);
-  if (refines() && pose_recovery_.refineEssential(pairs, camera, threshold, result)) {
-    markFinalInliers(pairs, camera, threshold, result);
-    pose_recovery_.recover(pairs, camera, threshold, result);
-  }
+  pose_recovery_.recover(pairs, camera, threshold, refines(), result);
 }
 
 bool RansacEstimator::refines() const {

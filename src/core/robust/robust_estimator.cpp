@@ -1,11 +1,27 @@
 #include "gms_ransac/robust_estimator.h"
 
+#include <algorithm>
+
 #include "robust/fast/fast_estimator.h"
 #include "robust/ordering.h"
 #include "robust/ransac_estimator.h"
 #include "validation.h"
 
 namespace gms_ransac {
+
+namespace {
+
+/// Also for a position that is not a number, which lands in the first cell.
+int spreadColumn(float position, int length) {
+  const float column = position * static_cast<float>(kSpreadGridSide) / static_cast<float>(std::max(1, length));
+  return static_cast<int>(std::min(std::max(0.f, column), static_cast<float>(kSpreadGridSide - 1)));
+}
+
+}  // namespace
+
+int32_t spreadCell(const cv::Point2f& pixel, const cv::Size& image) {
+  return spreadColumn(pixel.y, image.height) * kSpreadGridSide + spreadColumn(pixel.x, image.width);
+}
 
 double RobustOptions::inlierThreshold() const {
   if (threshold_px > 0) return threshold_px;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace gms_ransac {
 
@@ -37,6 +38,7 @@ template <typename Distance>
 MatchCounts countMatches(const Features& reference, const Features& current, const MatchResult& result,
                          const Distance& distance_of) {
   MatchCounts counts;
+  std::vector<uint8_t> raw_point(current.keypoints.size(), 0), kept_point(current.keypoints.size(), 0);
   for (size_t i = 0; i < result.matches.size(); ++i) {
     const Match& match = result.matches[i];
     const std::optional<double> d = distance_of(reference.keypoints[static_cast<size_t>(match.reference)].pt,
@@ -47,7 +49,11 @@ MatchCounts countMatches(const Features& reference, const Features& current, con
     counts.raw_correct += correct;
     counts.kept_known += kept;
     counts.kept_correct += kept && correct;
+    raw_point[static_cast<size_t>(match.current)] |= correct;
+    kept_point[static_cast<size_t>(match.current)] |= kept && correct;
   }
+  counts.raw_points = std::accumulate(raw_point.begin(), raw_point.end(), 0);
+  counts.kept_points = std::accumulate(kept_point.begin(), kept_point.end(), 0);
   return counts;
 }
 

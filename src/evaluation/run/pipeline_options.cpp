@@ -29,6 +29,8 @@ void PipelineArguments::addTo(po::options_description& description) {
       "matches GMS keeps: own (the method's), threshold (as published) or evidence (as fast)");
   add("distance-reading", po::value(&distance_reading)->default_value(distance_reading),
       "gms_dist_ransac: displacement or pairwise");
+  add("one-to-one", po::value(&base.one_to_one)->default_value(base.one_to_one),
+      "keep one match of each current point; 0: all, as in the paper");
   add("lan-mutual", po::value(&base.lan_mutual)->default_value(base.lan_mutual), "lan: match in both directions");
   add("second-alpha", po::value(&base.second_alpha)->default_value(base.second_alpha),
       "lan: threshold factor of the final check; 0: scaled by the share kept");

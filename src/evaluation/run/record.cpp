@@ -20,10 +20,9 @@ double shortest(float value) {
 
 json toJson(const std::optional<MatchCounts>& counts) {
   if (!counts) return nullptr;
-  return {{"raw_known", counts->raw_known},
-          {"raw_correct", counts->raw_correct},
-          {"kept_known", counts->kept_known},
-          {"kept_correct", counts->kept_correct}};
+  return {{"raw_known", counts->raw_known},   {"raw_correct", counts->raw_correct},
+          {"kept_known", counts->kept_known}, {"kept_correct", counts->kept_correct},
+          {"raw_points", counts->raw_points}, {"kept_points", counts->kept_points}};
 }
 
 json toJson(const PairScore& score) {

@@ -71,8 +71,8 @@ Summary summarize(const std::vector<PairOutcome>& outcomes) {
     if (!truth || (outcome.has_true_pose && !outcome.has_pose)) continue;
     kept.push_back(outcome.inliers);
     correct.push_back(truth->kept_correct);
-    if (truth->kept_known > 0) precision.push_back(100.0 * truth->kept_correct / truth->kept_known);
-    if (truth->raw_correct > 0) recall.push_back(100.0 * truth->kept_correct / truth->raw_correct);
+    if (truth->kept_known > 0) precision.push_back(100.0 * truth->precision());
+    if (truth->raw_points > 0) recall.push_back(100.0 * truth->recall());
   }
   const double none = median({});
   const bool posed = !worst.empty();

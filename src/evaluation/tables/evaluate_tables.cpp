@@ -74,6 +74,7 @@ double parseRatio(const std::string& text) {
 
 po::options_description describe(TablesArguments& tables) {
   tables.pipeline.base.extractor.extractor = "opencv";  // what the paper used
+  tables.pipeline.base.one_to_one = false;              // likewise
   po::options_description options("Options");
   auto add = options.add_options();
   add("help,h", "this text");

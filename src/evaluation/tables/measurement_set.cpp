@@ -137,8 +137,8 @@ std::vector<double> MeasurementSet::truePrecision() const {
 std::vector<double> MeasurementSet::trueRecall() const {
   return pooled([](const Measurement& m) {
     std::vector<double> values;
-    for (double correct : m.correct) {
-      if (m.raw_correct > 0) values.push_back(100.0 * correct / m.raw_correct);
+    for (double points : m.points) {
+      if (m.raw_points > 0) values.push_back(100.0 * points / m.raw_points);
     }
     return values;
   });

@@ -29,7 +29,8 @@ PointPairs toPointPairs(const SyntheticPair& pair, MotionStatisticsFilter& filte
   filter.compute(pair.reference, pair.current, pair.matches, statistics);
   PointPairs pairs;
   pairs.resize(static_cast<int>(pair.matches.size()));
-  pairs.grid_columns = statistics.grid_columns;
+  pairs.image_reference = pair.reference.image_size;
+  pairs.image_current = pair.current.image_size;
   for (size_t i = 0; i < pair.matches.size(); ++i) {
     const cv::Point2f a = pair.reference.keypoints[static_cast<size_t>(pair.matches[i].reference)].pt;
     const cv::Point2f b = pair.current.keypoints[static_cast<size_t>(pair.matches[i].current)].pt;
@@ -42,7 +43,6 @@ PointPairs toPointPairs(const SyntheticPair& pair, MotionStatisticsFilter& filte
     pairs.support[i] = statistics.support[i];
     pairs.distance[i] = pair.matches[i].distance;
     pairs.second_distance[i] = pair.matches[i].second_distance;
-    pairs.cell[i] = statistics.cell[i];
   }
   return pairs;
 }

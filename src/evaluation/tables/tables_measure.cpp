@@ -49,9 +49,10 @@ void append(const PairTruth& truth, const Frame& reference, const Frame& current
   measurement.point_evaluations.push_back(static_cast<double>(result.robust.point_evaluations));
   if (truth.hasEpipolar() || truth.hasTransfer()) {
     const MatchCounts counts = countKept(truth, reference.features, current.features, result);
-    measurement.raw_correct = counts.raw_correct;
+    measurement.raw_points = counts.raw_points;
     measurement.known.push_back(counts.kept_known);
     measurement.correct.push_back(counts.kept_correct);
+    measurement.points.push_back(counts.kept_points);
   }
   if (truth.currentInReference()) {
     PoseError error;
@@ -129,7 +130,7 @@ std::vector<Measurement> TablesMeter::measure(const TablesUnit& unit) {
     }
   }
   // One denominator of recall for all, that of one-way matching: mutual matching leaves fewer to be found.
-  for (Measurement& measurement : measurements) measurement.raw_correct = measurements.front().raw_correct;
+  for (Measurement& measurement : measurements) measurement.raw_points = measurements.front().raw_points;
   return measurements;
 }
 
@@ -146,10 +147,11 @@ nlohmann::json toJson(const Measurement& m) {
           {"detect_ms", m.detect_ms},
           {"match_ms", m.match_ms},
           {"gms_ms", m.gms_ms},
-          {"raw_correct", m.raw_correct},
+          {"raw_points", m.raw_points},
           {"inliers", m.inliers},
           {"known", m.known},
           {"correct", m.correct},
+          {"points", m.points},
           {"hypotheses", m.hypotheses},
           {"models_scored", m.models_scored},
           {"point_evaluations", m.point_evaluations},
@@ -172,10 +174,11 @@ Measurement measurementFromJson(const nlohmann::json& line) {
   line.at("detect_ms").get_to(m.detect_ms);
   line.at("match_ms").get_to(m.match_ms);
   line.at("gms_ms").get_to(m.gms_ms);
-  line.at("raw_correct").get_to(m.raw_correct);
+  line.at("raw_points").get_to(m.raw_points);
   line.at("inliers").get_to(m.inliers);
   line.at("known").get_to(m.known);
   line.at("correct").get_to(m.correct);
+  line.at("points").get_to(m.points);
   line.at("hypotheses").get_to(m.hypotheses);
   line.at("models_scored").get_to(m.models_scored);
   line.at("point_evaluations").get_to(m.point_evaluations);

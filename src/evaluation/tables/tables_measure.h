@@ -22,8 +22,9 @@ struct Measurement {
   double ratio = kPaperRatio;
   int matches_raw = 0, matches_gms = 0;
   double detect_ms = 0, match_ms = 0, gms_ms = 0;  ///< the fastest of several runs
-  int raw_correct = -1;                            ///< raw matches that the truth confirms; -1: it says nothing
-  std::vector<double> inliers, known, correct;     ///< known: inliers the truth judges; correct: those it confirms
+  int raw_points = -1;                          ///< current points of correct raw matches; -1: the truth says nothing
+  std::vector<double> inliers, known, correct;  ///< known: inliers the truth judges; correct: those it confirms
+  std::vector<double> points;                   ///< current points of correct inliers
   std::vector<double> hypotheses, models_scored, point_evaluations, ransac_ms;  ///< processor time
   std::vector<double> rotation_error, pose_error;  ///< degrees, 180 without a pose; empty without a true pose
 };

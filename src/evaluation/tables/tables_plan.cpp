@@ -32,6 +32,7 @@ nlohmann::json planJson(const TablesPlan& plan) {
           {"quality", base.robust.quality},
           {"acceptance", static_cast<int>(gms.acceptance)},
           {"distance_reading", static_cast<int>(base.distance_reading)},
+          {"one_to_one", base.one_to_one},
           {"lan_mutual", base.lan_mutual},
           {"second_alpha", base.second_alpha},
           {"threads", base.extractor.threads},

@@ -156,9 +156,9 @@ std::vector<double> percentages(const std::vector<double>& parts, double whole) 
   return values;
 }
 
-/// Of each repetition, percent; nothing when no raw match is correct.
+/// Of the current points, in each repetition, percent; nothing when no raw match is correct.
 std::vector<double> recallOf(const Measurement& m) {
-  return m.raw_correct > 0 ? percentages(m.correct, m.raw_correct) : std::vector<double>();
+  return m.raw_points > 0 ? percentages(m.points, m.raw_points) : std::vector<double>();
 }
 
 std::vector<double> paperPrecisionOf(const Measurement& m) {

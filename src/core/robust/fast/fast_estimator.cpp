@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <vector>
 
+#include "pose/pose_judge.h"
 #include "pose/pose_recovery.h"
 #include "robust/acceptance.h"
 #include "robust/fast/fundamental_model.h"
@@ -14,8 +14,6 @@
 #include "robust/fast/plane_motion.h"
 #include "robust/fast/point_columns.h"
 #include "robust/fast/pose_model.h"
-#include "robust/fast/pose_uncertainty.h"
-#include "robust/fast/rival_motion.h"
 #include "robust/fast/search.h"
 #include "robust/ordering.h"
 #include "robust/two_view_problem.h"
@@ -33,7 +31,8 @@ constexpr int kFinalIterations = 10;
 
 class FastEstimator : public RobustEstimator {
  public:
-  explicit FastEstimator(const RobustOptions& options) : options_(options), kernels_(residualKernels(options.simd)) {}
+  explicit FastEstimator(const RobustOptions& options)
+      : options_(options), kernels_(residualKernels(options.simd)), pose_recovery_(options.simd), judge_(kernels_) {}
 
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override;
   void reset() override { has_previous_ = false; }
@@ -45,7 +44,6 @@ class FastEstimator : public RobustEstimator {
   template <class Model>
   bool findMatrix(RobustResult& result, Eigen::Matrix3d& matrix);
   bool findPose(RobustResult& result);
-  void judgePose(const Camera& camera, RobustResult& result);
   static void refuse(RobustResult& result);
 
   RobustOptions options_;
@@ -55,6 +53,7 @@ class FastEstimator : public RobustEstimator {
   StratifiedSampler sampler_;
   Acceptance acceptance_;
   PoseRecovery pose_recovery_;
+  PoseJudge judge_;
 
   // The pair at hand. Columns hold the matches in an order unrelated to the image's, so that any part of them is a
   // random part; `place_` is the column of each match.
@@ -63,8 +62,7 @@ class FastEstimator : public RobustEstimator {
   std::vector<int32_t> cells_;
   OrderedPoints arranged_;
   PointColumns points_;
-  std::vector<float> residuals_, rotation_residuals_;
-  RivalBuffers rival_buffers_;
+  std::vector<float> residuals_;
   std::vector<TwoViewPose> starts_;
   std::vector<OtherMotion> others_;
   TwoViewPose pose_;          // most likely; gives the model and the direction of translation
@@ -73,19 +71,6 @@ class FastEstimator : public RobustEstimator {
   bool has_previous_ = false;
   TwoViewPose previous_;
 };
-
-/// Every n-th match, with n about 0.618 of the count and coprime with it.
-void strideOver(int count, std::vector<int>& arrangement) {
-  int stride = std::max(1, static_cast<int>(0.618 * count));
-  while (std::gcd(count, stride) != 1) ++stride;
-  arrangement.resize(static_cast<size_t>(count));
-  int match = 0;
-  for (int& entry : arrangement) {
-    entry = match;
-    match += stride;
-    if (match >= count) match -= count;
-  }
-}
 
 void FastEstimator::arrange(const PointPairs& pairs, const Camera& camera, ModelType type) {
   const int n = pairs.size();
@@ -109,19 +94,17 @@ void FastEstimator::arrange(const PointPairs& pairs, const Camera& camera, Model
   for (int p = 0; p < n; ++p) {
     const auto match = static_cast<size_t>(arrangement_[static_cast<size_t>(p)]);
     place_[match] = p;
-    cells_[static_cast<size_t>(p)] = pairs.cell[match];
+    cells_[static_cast<size_t>(p)] =
+        spreadCell({pairs.x_reference[match], pairs.y_reference[match]}, pairs.image_reference);
     const double scale = 0.5 * (variance[pairs.octave_reference[match]] + variance[pairs.octave_current[match]]);
     points_.weight()[p] = static_cast<float>(1 / (squared_threshold * scale));
   }
   residuals_.resize(static_cast<size_t>(points_.view().size));
-  rotation_residuals_.resize(residuals_.size());
-  rival_buffers_.by_cell.reserve(static_cast<size_t>(pairs.grid_columns) * static_cast<size_t>(pairs.grid_columns));
-  rival_buffers_.rival.resize(residuals_.size());
 
   ordering_.sort(pairs, QualityKey::kRatio, confidence_order_);
   order_.resize(static_cast<size_t>(n));
   for (size_t k = 0; k < order_.size(); ++k) order_[k] = place_[static_cast<size_t>(confidence_order_[k])];
-  sampler_.begin(order_, cells_, pairs.grid_columns, problem_.sampleSize());
+  sampler_.begin(order_, cells_, problem_.sampleSize());
 }
 
 template <class Model>
@@ -164,33 +147,6 @@ bool FastEstimator::findPose(RobustResult& result) {
   return true;
 }
 
-void FastEstimator::judgePose(const Camera& camera, RobustResult& result) {
-  const PoseModel model(kernels_, points_.view());
-  double rotation_spread;
-  model.residuals(pose_, residuals_.data());
-  const bool ambiguous = findRival(kernels_, points_.view(), pose_, residuals_, others_, cells_, rival_buffers_,
-                                   rotation_spread, result.point_evaluations);
-  const RotationOnly rotation =
-      fitRotationOnly(model, points_.view(), pose_, residuals_, rotation_residuals_, result.point_evaluations);
-  result.pose_found = true;
-  result.median_parallax_px = rotation.median_residual * camera.meanFocalLength();
-  const bool parallax = result.median_parallax_px > kObservableParallaxPx;
-  result.ambiguous = parallax && ambiguous;
-  result.translation_observable = parallax && !ambiguous;
-  result.pose = fromReferenceToCurrent(pose_.R, pose_.t);
-  if (!parallax) {
-    result.pose.R = rotation.R.transpose();
-    result.pose.covariance = rotation.covariance;
-    return;
-  }
-  result.pose.R = rotation_.transpose();
-  result.pose.covariance = poseCovariance(model, points_.count(), pose_);
-  if (ambiguous) {
-    result.pose.covariance.topLeftCorner<3, 3>() = rotation.covariance.topLeftCorner<3, 3>();
-    result.pose.covariance.bottomRightCorner<3, 3>() += rotation_spread * rotation_spread * Eigen::Matrix3d::Identity();
-  }
-}
-
 void FastEstimator::refuse(RobustResult& result) {
   result.model_found = false;
   std::fill(result.inlier.begin(), result.inlier.end(), 0);
@@ -224,11 +180,13 @@ void FastEstimator::estimate(const PointPairs& pairs, const Camera& camera, Robu
       acceptance_.accepts(pairs, problem_.sampleSize(), options_.inlierThreshold(), result, &confidence_order_);
   if (!result.model_found) return refuse(result);
   if (essential) {
-    judgePose(camera, result);
+    // The direction in the reference camera is that of the optimum.
+    const TwoViewPose pose = {rotation_, rotation_ * pose_.R.transpose() * pose_.t};
+    judge_.judge({points_.view(), &cells_, camera.meanFocalLength()}, pose_, pose, others_, result);
     previous_ = pose_;
     has_previous_ = true;
   } else {
-    pose_recovery_.recover(pairs, camera, options_.inlierThreshold(), result);
+    pose_recovery_.recover(pairs, camera, options_.inlierThreshold(), true, result);
   }
 }
 

@@ -1,7 +1,9 @@
 // The matches as the SIMD kernels read them: aligned columns of float, padded to whole blocks.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <numeric>
 #include <vector>
 
 namespace gms_ransac {
@@ -21,6 +23,20 @@ struct PointColumnsView {
 inline PointColumnsView firstColumns(PointColumnsView points, int count) {
   if (points.count > count) points.size = points.count = count;
   return points;
+}
+
+/// An order of `count` matches that has nothing to do with the image's, so that any part of it is a random part: every
+/// n-th match, with n about 0.618 of the count and coprime with it.
+inline void strideOver(int count, std::vector<int>& arrangement) {
+  int stride = std::max(1, static_cast<int>(0.618 * count));
+  while (std::gcd(count, stride) != 1) ++stride;
+  arrangement.resize(static_cast<size_t>(count));
+  int match = 0;
+  for (int& entry : arrangement) {
+    entry = match;
+    match += stride;
+    if (match >= count) match -= count;
+  }
 }
 
 /// Owner of the columns; keeps its storage.

@@ -11,7 +11,7 @@ namespace {
 
 // Measured in doc/estimator.md.
 constexpr double kLeastAdvantage = 0.75;             ///< standard deviations
-constexpr double kLeastAdvantageOnPlane = 2;         ///< likewise
+constexpr double kLeastAdvantageOnPlane = 2.5;       ///< likewise
 constexpr double kOtherDirection = 20 * M_PI / 180;  ///< below it is the same valley
 constexpr Loss kRivalLoss = {4, 1};
 // A few steps on a part of the matches show which are hopeless: so many standard deviations behind.

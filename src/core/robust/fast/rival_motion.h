@@ -22,7 +22,7 @@ struct RivalBuffers {
 
 /// True when a motion in another direction explains the matches as well as `pose`. Refines each of `others`, on a part
 /// of the matches first, and compares it with `pose` by the non-nested test of Vuong (Econometrica 1989): the mean
-/// difference of the truncated costs over its standard deviation, each cell of the motion-statistics grid counted as
+/// difference of the truncated costs over its standard deviation, each cell of the spread grid counted as
 /// one observation, because its matches err together. `residuals`: of `pose`; `cells`: of each column;
 /// `rotation_spread`: angle in radians to the rotation of the rival, 0 without one.
 bool findRival(const ResidualKernels& kernels, const PointColumnsView& points, const TwoViewPose& pose,

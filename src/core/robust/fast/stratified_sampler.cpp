@@ -4,11 +4,13 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "gms_ransac/robust_estimator.h"
+
 namespace gms_ransac {
 
 namespace {
 
-constexpr int kFarCells = 4;  // a fifth of the usual 20 x 20 grid
+constexpr int kFarCells = kSpreadGridSide / 5;
 constexpr int kAttempts = 8;
 
 // The first samples come from this share of the matches, and after this many samples all matches take part
@@ -19,11 +21,9 @@ constexpr int kFirstMultiple = 4;  // of the sample size: the shortest prefix
 
 }  // namespace
 
-void StratifiedSampler::begin(const std::vector<int>& order, const std::vector<int32_t>& cells, int grid_columns,
-                              int sample_size) {
+void StratifiedSampler::begin(const std::vector<int>& order, const std::vector<int32_t>& cells, int sample_size) {
   order_ = &order;
   cells_ = &cells;
-  grid_columns_ = std::max(1, grid_columns);
   sample_size_ = sample_size;
   const auto n = static_cast<double>(order.size());
   prefix_ = std::min(n, std::max<double>(kFirstMultiple * sample_size, kFirstShare * n));
@@ -38,8 +38,8 @@ bool StratifiedSampler::spread(const int* sample) const {
     for (int j = 0; j < i; ++j) {
       const int b = (*cells_)[static_cast<size_t>(sample[j])];
       if (a == b) return false;
-      reach = std::max(
-          {reach, std::abs(a % grid_columns_ - b % grid_columns_), std::abs(a / grid_columns_ - b / grid_columns_)});
+      reach = std::max({reach, std::abs(a % kSpreadGridSide - b % kSpreadGridSide),
+                        std::abs(a / kSpreadGridSide - b / kSpreadGridSide)});
     }
   }
   return reach >= kFarCells;

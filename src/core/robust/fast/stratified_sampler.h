@@ -10,11 +10,11 @@ namespace gms_ransac {
 
 /// Motion statistics are constant within a cell and highest in the densest texture, so the first matches of the order
 /// lie close together; a sample of neighbours fixes a model badly. Members of a sample therefore come from distinct
-/// cells of the motion-statistics grid, two of them at least kFarCells apart, unless several attempts fail.
+/// cells of the spread grid, two of them at least a fifth of it apart, unless several attempts fail.
 class StratifiedSampler {
  public:
   /// `order`: matches, most confident first (kept by reference); `cells`: cell of each match, by match.
-  void begin(const std::vector<int>& order, const std::vector<int32_t>& cells, int grid_columns, int sample_size);
+  void begin(const std::vector<int>& order, const std::vector<int32_t>& cells, int sample_size);
   /// Fills `sample` with distinct matches of the current prefix, then widens the prefix.
   void draw(Random& random, int* sample);
   /// Length of the prefix the last draw was made from.
@@ -25,7 +25,7 @@ class StratifiedSampler {
 
   const std::vector<int>* order_ = nullptr;
   const std::vector<int32_t>* cells_ = nullptr;
-  int grid_columns_ = 1, sample_size_ = 0;
+  int sample_size_ = 0;
   double prefix_ = 0, growth_ = 1;
   int drawn_from_ = 0;
 };

@@ -1,0 +1,125 @@
+// What a pair of images cannot tell is not claimed: planes, which two motions explain, for every model and kind of
+// search.
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <tuple>
+
+#include <gtest/gtest.h>
+#include <Eigen/LU>
+
+#include "two_view_scene.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr double kWrongDirection = 20;  ///< degrees
+
+/// Uniform in [least, most).
+double between(double least, double most, Random& random) { return least + (most - least) * random.uniform(); }
+
+Eigen::Matrix3d rotationAbout(const Eigen::Vector3d& axis, double angle) {
+  return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+}
+
+/// A camera 1.5 m above a floor, looking down at it by 32 to 50 degrees, moves 0.3 to 0.6 m ahead of itself give or
+/// take 30 degrees, turning a little. Both motions that explain a plane see all of this one. A fifth of the matches is
+/// wrong.
+TwoViewScene makeFloorScene(uint64_t seed) {
+  TwoViewSceneOptions options;
+  options.seed = seed;
+  options.matches = 300;
+  options.outlier_ratio = 0.2;
+  options.noise_px = 0.5;
+  Random random(1000 + seed);
+  const double tilt = between(32, 50, random) * kDegree, heading = between(-30, 30, random) * kDegree;
+  const Eigen::Matrix3d level = rotationAbout(Eigen::Vector3d::UnitX(), tilt);
+  const Eigen::Vector3d motion =
+      level * Eigen::Vector3d(std::sin(heading), between(-0.1, 0.1, random), std::cos(heading));
+  options.translation = -between(0.3, 0.6, random) * motion;
+  options.rotation = {between(-0.03, 0.03, random), between(-0.05, 0.05, random), between(-0.03, 0.03, random)};
+  options.shape = SceneShape::kPlane;
+  options.plane_normal = level * Eigen::Vector3d(0, 1, 0);
+  options.plane_distance = 1.5;
+  return makeTwoViewScene(options);
+}
+
+/// Points 4 to 12 m away, seen from two places 0.5 m apart.
+TwoViewScene makeVolumeScene(uint64_t seed) {
+  TwoViewSceneOptions options;
+  options.seed = seed;
+  options.matches = 300;
+  options.outlier_ratio = 0.2;
+  options.noise_px = 0.5;
+  Random random(1000 + seed);
+  const Eigen::Vector3d direction(gaussian(random), gaussian(random), gaussian(random));
+  options.translation = 0.5 * direction.normalized();
+  return makeTwoViewScene(options);
+}
+
+struct Tally {
+  int ok = 0, ok_wrong = 0, ambiguous = 0, other = 0;
+  int rotation_outside = 0;  ///< ambiguous, with a rotation more than three standard deviations off
+};
+
+using MakeScene = TwoViewScene (*)(uint64_t);
+
+Tally tallyScenes(const std::string& method, ModelType model, MakeScene make_scene, int scenes) {
+  RobustOptions options;
+  options.model = model;
+  const auto estimator = makeRobustEstimator(findMethod(method), options);
+  Tally tally;
+  RobustResult result;
+  for (int k = 0; k < scenes; ++k) {
+    const TwoViewScene scene = make_scene(static_cast<uint64_t>(k));
+    estimator->reset();
+    estimator->estimate(scene.pairs, scene.camera, result);
+    const Eigen::Vector3d truth = -(scene.R.transpose() * scene.t);
+    if (result.translation_observable) {
+      ++tally.ok;
+      tally.ok_wrong += directionError(result.pose.t, truth) > kWrongDirection;
+    } else if (result.ambiguous) {
+      ++tally.ambiguous;
+      const Eigen::AngleAxisd off(result.pose.R * scene.R);
+      const Eigen::Vector3d error = off.angle() * off.axis();
+      const Eigen::Matrix3d covariance = result.pose.covariance.bottomRightCorner<3, 3>();
+      tally.rotation_outside += error.dot(covariance.inverse() * error) > 9;
+    } else {
+      ++tally.other;
+    }
+  }
+  return tally;
+}
+
+class Judgement : public testing::TestWithParam<std::tuple<std::string, ModelType>> {};
+
+TEST_P(Judgement, ClaimsNoDirectionThatAPlaneDoesNotTell) {
+  constexpr int kScenes = 200;
+  const auto [method, model] = GetParam();
+  const Tally tally = tallyScenes(method, model, makeFloorScene, kScenes);
+  EXPECT_LE(tally.ok_wrong, kScenes / 50) << "of " << tally.ok << " that are told";
+  EXPECT_LE(tally.rotation_outside, tally.ambiguous / 50) << "of " << tally.ambiguous;
+  EXPECT_LE(tally.other, kScenes / 50);
+}
+
+TEST_P(Judgement, TellsTheDirectionInAVolume) {
+  constexpr int kScenes = 100;
+  const auto [method, model] = GetParam();
+  if (model == ModelType::kHomography) return;  // no model of a volume
+  const Tally tally = tallyScenes(method, model, makeVolumeScene, kScenes);
+  EXPECT_GE(tally.ok, kScenes * 97 / 100) << tally.ambiguous << " ambiguous";
+}
+
+std::string nameOf(const testing::TestParamInfo<Judgement::ParamType>& info) {
+  return std::get<0>(info.param) + "_" + toString(std::get<1>(info.param));
+}
+
+INSTANTIATE_TEST_SUITE_P(MethodsAndModels, Judgement,
+                         testing::Combine(testing::Values("ransac", "cp_ransac", "gms", "fast"),
+                                          testing::Values(ModelType::kEssential, ModelType::kFundamental,
+                                                          ModelType::kHomography)),
+                         nameOf);
+
+}  // namespace
+}  // namespace gms_ransac
