@@ -126,6 +126,26 @@ TEST_P(EveryMethod, StaysHonestOnPureRotation) {
   }
 }
 
+TEST_P(EveryMethod, GivesRotationsToRounding) {
+  // Little motion and few matches: where the roots of the five-point solver are least accurate.
+  TwoViewSceneOptions scene;
+  scene.matches = 60;
+  scene.outlier_ratio = 0.1;
+  int poses = 0;
+  for (scene.seed = 1; scene.seed <= 300; ++scene.seed) {
+    scene.translation = Eigen::Vector3d(0.02, -0.005, 0.01) * static_cast<double>(scene.seed % 3);
+    RobustOptions options = optionsFor(ModelType::kEssential);
+    options.max_iterations = 100;
+    const RobustResult result = estimate(GetParam(), options, makeTwoViewScene(scene));
+    if (!result.pose_found) continue;
+    ++poses;
+    const Eigen::Matrix3d& R = result.pose.R;
+    EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-12) << scene.seed;
+    EXPECT_GT(R.determinant(), 0) << scene.seed;
+  }
+  EXPECT_GT(poses, 200);
+}
+
 /// Alters a scene into one that has no (single) model.
 using Spoil = void (*)(TwoViewScene&);
 
