@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace gms_ransac {
@@ -104,6 +106,34 @@ TEST(MatchFilter, DistanceConsistencyOnlyTakesAway) {
   EXPECT_LT(consistent.matches_gms, plain.matches_gms);
   for (size_t i = 0; i < plain.stage.size(); ++i) {
     EXPECT_TRUE(consistent.stage[i] == MatchStage::kRaw || plain.stage[i] != MatchStage::kRaw);
+  }
+}
+
+TEST(MatchFilter, LeavesOutMatchesWhoseRayTheCalibrationDoesNotSay) {
+  // Grows up to 152 px from the centre only.
+  const Camera folding({250, 250, 320, 240, "plumb_bob", {-0.4, 0, 0, 0, 0}}, {640, 480});
+  const auto [first, second] = shiftedPair();
+  for (const Method& method : methods()) {
+    MatchFilterOptions options;
+    options.method = method.name;
+    options.robust.model = ModelType::kHomography;
+    MatchFilter filter(options);
+    filter.setCamera(folding);
+    Frame reference, current;
+    filter.extract(first, reference);
+    filter.extract(second, current);
+    MatchResult result;
+    filter.filter(reference, current, result);
+    int inside = 0;
+    for (size_t i = 0; i < result.matches.size(); ++i) {
+      if (result.stage[i] == MatchStage::kRaw) continue;
+      ++inside;
+      const cv::Point2f p = reference.features.keypoints[static_cast<size_t>(result.matches[i].reference)].pt;
+      const cv::Point2f q = current.features.keypoints[static_cast<size_t>(result.matches[i].current)].pt;
+      EXPECT_LT(std::max(std::hypot(p.x - 320, p.y - 240), std::hypot(q.x - 320, q.y - 240)), 153) << method.name;
+    }
+    EXPECT_GT(inside, 20) << method.name;
+    EXPECT_EQ(inside, result.matches_gms) << method.name;
   }
 }
 

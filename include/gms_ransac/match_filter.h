@@ -106,6 +106,8 @@ class MatchFilter {
   void keepSurvivors(const Features& reference, const Features& current, const MatchResult& result);
   /// Fills `pairs_` and `survivors_` with the matches that the method's filter keeps.
   void selectSurvivors(const Features& reference, const Features& current, MatchResult& result);
+  /// False where the calibration does not say which ray a keypoint of the match lies on (Camera::undistort).
+  bool hasRays(const Features& reference, const Features& current, const Match& match) const;
   /// The robust stage on `pairs_`, timed.
   void estimate(MatchResult& result);
   /// Carries the estimator's verdict over to the raw matches and states the outcome.

@@ -196,6 +196,7 @@ void MatchFilter::selectSurvivors(const Features& reference, const Features& cur
   int largest_score = 1;
   for (size_t i = 0; i < result.matches.size(); ++i) {
     if (filters && !statistics_.accepted[i]) continue;
+    if (!hasRays(reference, current, result.matches[i])) continue;
     survivors_.push_back(static_cast<int>(i));
     largest_score = std::max(largest_score, statistics_.score[i]);
   }
@@ -225,6 +226,13 @@ void MatchFilter::selectSurvivors(const Features& reference, const Features& cur
     result.confidence[i] = static_cast<float>(statistics_.score[i]) / static_cast<float>(largest_score);
   }
   result.matches_gms = n;
+}
+
+bool MatchFilter::hasRays(const Features& reference, const Features& current, const Match& match) const {
+  if (camera_.pixelsWithoutInverse() == 0) return true;
+  const cv::Point2f p = camera_.undistort(reference.keypoints[match.reference].pt);
+  const cv::Point2f q = camera_.undistort(current.keypoints[match.current].pt);
+  return !std::isnan(p.x) && !std::isnan(q.x);
 }
 
 void MatchFilter::keepSurvivors(const Features& reference, const Features& current, const MatchResult& result) {

@@ -16,6 +16,7 @@ struct CameraModel {
   Camera camera;
   bool rectified = true;  ///< the received pixels are free of distortion
   std::string problem;    ///< why the camera is not calibrated, and what to do; empty when it is
+  std::string warning;    ///< how much of the image the calibration does not cover; empty when it covers all of it
 };
 
 /// Remembers the last model, because a camera_info seldom changes and a table of distortion takes milliseconds.
