@@ -22,6 +22,29 @@ TEST(MatchFilter, RefusesAnUnknownMethodWithTheKnownOnes) {
   }
 }
 
+TEST(MatchFilter, RefusesWhatIsNoNumberAndThreadsItDoesNotHave) {
+  const auto refuses = [](auto&& spoil) {
+    MatchFilterOptions options;
+    spoil(options);
+    EXPECT_THROW(options.validate(), std::invalid_argument);
+    EXPECT_THROW(MatchFilter{options}, std::invalid_argument);
+  };
+  for (const double value : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+    refuses([=](MatchFilterOptions& o) { o.extractor.scale_factor = value; });
+    refuses([=](MatchFilterOptions& o) { o.motion_statistics.threshold_factor = value; });
+    refuses([=](MatchFilterOptions& o) { o.second_alpha = value; });
+    for (double RobustOptions::*field :
+         {&RobustOptions::threshold_px, &RobustOptions::confidence, &RobustOptions::ratio,
+          &RobustOptions::subset_fraction, &RobustOptions::split, &RobustOptions::target_ratio}) {
+      refuses([=](MatchFilterOptions& o) { o.robust.*field = value; });
+    }
+  }
+  for (const int threads : {-1, 0, 3, 9}) {
+    refuses([=](MatchFilterOptions& o) { o.matcher_threads = threads; });
+  }
+  EXPECT_NO_THROW(MatchFilterOptions().validate());
+}
+
 TEST(MatchFilter, FirstImageHasNothingToCompareWith) {
   MatchFilter filter;
   EXPECT_EQ(filter.process(cv::Mat::zeros(480, 640, CV_8UC1)).status, Status::kFirstFrame);
@@ -109,6 +132,16 @@ TEST(MatchFilter, DistanceConsistencyOnlyTakesAway) {
   }
 }
 
+TEST(MatchFilter, AllMatchesMayBeSampled) {
+  MatchFilterOptions options;
+  options.method = "split2080";
+  options.robust.model = ModelType::kHomography;
+  options.robust.split = 1;
+  const MatchResult result = resultOf(options);
+  EXPECT_TRUE(result.robust.model_found);
+  EXPECT_GT(result.inliers, 100);
+}
+
 TEST(MatchFilter, LeavesOutMatchesWhoseRayTheCalibrationDoesNotSay) {
   // Grows up to 152 px from the centre only.
   const Camera folding({250, 250, 320, 240, "plumb_bob", {-0.4, 0, 0, 0, 0}}, {640, 480});
@@ -146,6 +179,8 @@ TEST(MatchFilter, LanChecksItsInliersAgain) {
   EXPECT_GT(mutual.inliers, 100);
   options.second_alpha = 100;  // nothing can have so much support
   EXPECT_EQ(resultOf(options).inliers, 0);
+  EXPECT_EQ(resultOf(options).status, Status::kRansacFailed);
+  EXPECT_FALSE(resultOf(options).robust.pose_found);
   options.second_alpha = 0;
   options.lan_mutual = false;
   EXPECT_EQ(resultOf(options).matches.size(), static_cast<size_t>(resultOf(options).keypoints_reference));

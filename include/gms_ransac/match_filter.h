@@ -22,7 +22,7 @@ enum class Status : uint8_t {
   kTooFewKeypoints = 2,  ///< fewer than kMinimumMatches in one of the images
   kTooFewMatches = 3,    ///< fewer than kMinimumMatches raw matches
   kGmsRejected = 4,      ///< fewer than kMinimumMatches left by the filter
-  kRansacFailed = 5,     ///< no model that explains the matches
+  kRansacFailed = 5,     ///< no model that explains at least kMinimumMatches of the matches
   kLowParallax = 6,      ///< rotation is good, the direction of translation is not observable
   kUncalibrated = 7,     ///< correspondences only, no pose
   kTimeReset = 8,        ///< set by callers that watch a clock

@@ -42,7 +42,7 @@ struct RobustOptions {
   int tdd_d = 1;                  ///< rransac_tdd: matches tested before a full verification, >= 1
   int subset_count = 5;           ///< subset_ransac: random subsets
   double subset_fraction = 0.2;   ///< subset_ransac: share of the matches in each
-  double split = 0.2;             ///< split2080: share of the matches that are sampled
+  double split = 0.2;             ///< split2080: share of the matches that are sampled; 1: all, and all verify
   double target_ratio = 0;        ///< gms_ransac: stop at this inlier ratio; 0: off
   /// What methods that order the matches order them by: score, support (score over threshold), distance, ratio; empty:
   /// the method's own.
@@ -74,6 +74,8 @@ struct RobustResult {
 
   /// Empties the answer but keeps its storage.
   void clear();
+  /// No model after all: no inliers and no pose. What the search cost stays.
+  void refuse();
 };
 
 class RobustEstimator {

@@ -37,6 +37,11 @@ HammingMatcherOptions matcherOptions(const MatchFilterOptions& options) {
   return matcher;
 }
 
+const MatchFilterOptions& validated(const MatchFilterOptions& options) {
+  options.validate();
+  return options;
+}
+
 MotionStatisticsOptions statisticsOptions(const MatchFilterOptions& options) {
   return motionStatisticsFor(findMethod(options.method).filter, options.motion_statistics);
 }
@@ -91,12 +96,13 @@ void MatchFilterOptions::validate() const {
   findMethod(method);
   extractor.validate();
   statisticsOptions(*this).validate();
+  matcherOptions(*this).validate();
   requireInRange("second_alpha", second_alpha, 0.0, 100.0);
   robust.validate();
 }
 
 MatchFilter::MatchFilter(const MatchFilterOptions& options)
-    : options_(options),
+    : options_(validated(options)),
       method_(&findMethod(options.method)),
       extractor_(makeFeatureExtractor(options.extractor)),
       matcher_(matcherOptions(options)),
@@ -186,6 +192,8 @@ void MatchFilter::estimate(MatchResult& result) {
   StopWatch watch;
   estimator_->estimate(pairs_, camera_, result.robust);
   if (method_->recheck == RecheckChoice::kGms) recheckInliers(result);
+  // What fewer agree on is no answer, whichever stage took the others away.
+  if (result.robust.inlier_count < kMinimumMatches) result.robust.refuse();
   markInliers(result);
   result.times.ransac = watch.lap();
 }

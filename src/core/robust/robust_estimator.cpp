@@ -1,5 +1,7 @@
 #include "gms_ransac/robust_estimator.h"
 
+#include <algorithm>
+
 #include "robust/fast/fast_estimator.h"
 #include "robust/ordering.h"
 #include "robust/ransac_estimator.h"
@@ -31,6 +33,13 @@ void RobustResult::clear() {
   storage.clear();
   *this = RobustResult();
   inlier.swap(storage);
+}
+
+void RobustResult::refuse() {
+  model_found = pose_found = translation_observable = ambiguous = false;
+  std::fill(inlier.begin(), inlier.end(), 0);
+  inlier_count = 0;
+  rms_error_px = 0;
 }
 
 std::unique_ptr<RobustEstimator> makeRobustEstimator(const Method& method, const RobustOptions& options) {
