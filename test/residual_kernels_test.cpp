@@ -155,6 +155,20 @@ TEST(ResidualKernels, StopsOnceTheBoundIsPassed) {
   EXPECT_LT(score.evaluated, 500);
 }
 
+TEST(ResidualKernels, ThePriorCostsNothingWhereAMatchIsIgnored) {
+  Problem problem(200, 19);
+  for (int i = 0; i < 200; ++i) problem.columns.y2()[i] += 0.3f;  // off every epipolar line by far
+  problem.pose.t = {1, 0, 0};
+  const Loss loss = {4, 1};
+  NormalEquations<5> without, with;
+  PoseModel(residualKernels(detectSimdLevel()), problem.columns.view()).linearize(problem.pose, loss, without);
+  PoseModel(residualKernels(detectSimdLevel()), problem.columns.view(), {0.1f, 0.05f})
+      .linearize(problem.pose, loss, with);
+  ASSERT_EQ(without.weight, 0);
+  EXPECT_NEAR(without.cost, 200 * 4 / 5.0, 1e-2);
+  EXPECT_EQ(with.cost, without.cost);
+}
+
 TEST(PoseModel, HypothesesAreRotations) {
   // Samples of a turning camera, whose roots are the least accurate.
   constexpr int kSamples = 4000;

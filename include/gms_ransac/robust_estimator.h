@@ -19,16 +19,20 @@ namespace gms_ransac {
 struct PointPairs {
   std::vector<float> x_reference, y_reference;  ///< pixels of the ideal pinhole camera; of the image if uncalibrated
   std::vector<float> x_current, y_current;
-  std::vector<uint8_t> octave_reference, octave_current;  ///< pyramid levels: noise is scale_factor^octave px
-  std::vector<int32_t> score;                             ///< motion statistics score (0 where no filter ran)
-  std::vector<float> support;                             ///< score / threshold (0 where no filter ran)
-  std::vector<uint16_t> distance, second_distance;        ///< Hamming
-  std::vector<int32_t> cell;                              ///< reference cell of the motion-statistics grid
-  int grid_columns = 20;                                  ///< of that grid
+  /// Pyramid levels: noise grows with them, as scale_factor^(octave / 2) (doc/estimator.md).
+  std::vector<uint8_t> octave_reference, octave_current;
+  std::vector<int32_t> score;                       ///< motion statistics score (0 where no filter ran)
+  std::vector<float> support;                       ///< score / threshold (0 where no filter ran)
+  std::vector<uint16_t> distance, second_distance;  ///< Hamming
+  std::vector<int32_t> cell;                        ///< reference cell of the motion-statistics grid
+  int grid_columns = 20;                            ///< of that grid
   float scale_factor = 1.2f;
 
   int size() const { return static_cast<int>(x_reference.size()); }
   void resize(int n);
+  /// False of a match with a coordinate that no keypoint has: not finite, or a million pixels and more from the origin.
+  /// Estimators take it for an outlier.
+  bool hasPlaces(size_t i) const;
 };
 
 struct RobustOptions {

@@ -82,6 +82,12 @@ void PointPairs::resize(int n) {
   for (auto* column : {&distance, &second_distance}) column->resize(size);
 }
 
+bool PointPairs::hasPlaces(size_t i) const {
+  constexpr float kFarthest = 1e6f;  // a fisheye lens of 10000 px reaches as far, 0.6 degrees short of a right angle
+  const auto isPlace = [](float value) { return std::abs(value) < kFarthest; };  // nor NaN
+  return isPlace(x_reference[i]) && isPlace(y_reference[i]) && isPlace(x_current[i]) && isPlace(y_current[i]);
+}
+
 void MatchResult::clear(Status new_status) {
   status = new_status;
   keypoints_reference = keypoints_current = matches_gms = inliers = 0;

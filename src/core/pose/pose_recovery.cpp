@@ -55,7 +55,8 @@ void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, double
 bool PoseRecovery::refineEssential(const PointPairs& pairs, const Camera& camera, double threshold_px,
                                    RobustResult& result) {
   if (result.model_type != ModelType::kEssential || !result.pose_found) return false;
-  all_matches_.assign(static_cast<size_t>(pairs.size()), 1);
+  all_matches_.resize(static_cast<size_t>(pairs.size()));
+  for (size_t i = 0; i < all_matches_.size(); ++i) all_matches_[i] = pairs.hasPlaces(i);
   collectInliers(pairs, camera.K(), all_matches_);
   const PoseModel model(*kernels_, fillColumns(threshold_px / camera.meanFocalLength()));
   TwoViewPose pose = {result.pose.R.transpose(), -(result.pose.R.transpose() * result.pose.t)};
