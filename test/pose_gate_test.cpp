@@ -69,6 +69,16 @@ TEST(MakePublishable, HidesNoDefect) {
   }
 }
 
+TEST(MakePublishable, EvensOutTheRoundingOfAnInverse) {
+  RelativePose pose = fitPose();
+  pose.covariance(4, 0) *= 1 + 1e-4;
+  makePublishable(true, {}, pose);
+  EXPECT_EQ(poseDefect(pose), "");
+  pose.covariance(4, 0) = -pose.covariance(0, 4);
+  makePublishable(true, {}, pose);
+  EXPECT_EQ(poseDefect(pose), "its covariance is not symmetric");
+}
+
 TEST(MakePublishable, MakesDegenerateCovariancesDefinite) {
   for (const double length : {1e-6, 1.0, 1e6}) {
     for (const double floor : {4e-5, 0.005, 3.0}) {

@@ -12,7 +12,9 @@ namespace {
 
 // Largest entry of R^T R - 1. What the estimators leave is rounding; the quaternion of a message hides anything more.
 constexpr double kRotationTolerance = 1e-9;
-// Of the difference between two mirrored entries, in standard deviations of both.
+// Of the difference between two mirrored entries, in standard deviations of both: what the inversion of an
+// ill-conditioned matrix may leave, and what may be published.
+constexpr double kInversionTolerance = 1e-3;
 constexpr double kSymmetryTolerance = 1e-9;
 
 bool isRotation(const Eigen::Matrix3d& R) {
@@ -20,12 +22,11 @@ bool isRotation(const Eigen::Matrix3d& R) {
          R.determinant() > 0;
 }
 
-/// Up to rounding.
-bool isSymmetric(const Eigen::Matrix<double, 6, 6>& covariance) {
+bool isSymmetric(const Eigen::Matrix<double, 6, 6>& covariance, double tolerance) {
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < i; ++j) {
       const double unit = std::sqrt(std::abs(covariance(i, i) * covariance(j, j)));
-      if (std::abs(covariance(i, j) - covariance(j, i)) > kSymmetryTolerance * unit) return false;
+      if (std::abs(covariance(i, j) - covariance(j, i)) > tolerance * unit) return false;
     }
   }
   return true;
@@ -45,7 +46,7 @@ void makePublishable(bool translation_known, const SigmaFloor& floor, RelativePo
   pose.covariance.diagonal().tail<3>().array() += floor.rotation * floor.rotation;
   // What is no covariance stays as it is: within bounds it would pass for one.
   const Eigen::Matrix<double, 6, 6>& covariance = pose.covariance;
-  if (covariance.allFinite() && covariance.diagonal().minCoeff() >= 0 && isSymmetric(covariance)) {
+  if (covariance.allFinite() && covariance.diagonal().minCoeff() >= 0 && isSymmetric(covariance, kInversionTolerance)) {
     boundCovariance(pose.covariance);
   }
 }
@@ -55,7 +56,7 @@ std::string poseDefect(const RelativePose& pose) {
   if (!pose.R.allFinite()) return "its rotation is not finite";
   if (!isRotation(pose.R)) return "its rotation matrix is not a rotation";
   if (!pose.covariance.allFinite()) return "its covariance is not finite";
-  if (!isSymmetric(pose.covariance)) return "its covariance is not symmetric";
+  if (!isSymmetric(pose.covariance, kSymmetryTolerance)) return "its covariance is not symmetric";
   const Eigen::LLT<Eigen::Matrix<double, 6, 6>> factors(pose.covariance);
   if (factors.info() != Eigen::Success) return "its covariance is not positive definite";
   return std::string();
