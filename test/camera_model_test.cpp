@@ -136,6 +136,29 @@ TEST(CameraModel, RefusesAModelItDoesNotKnowAndSaysWhere) {
   EXPECT_NE(refused->problem.find("omnidirectional"), std::string::npos) << refused->problem;
 }
 
+TEST(CameraModel, SaysOnceHowManyPixelsHaveNoRay) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.D = {-0.4, 0, 0, 0, 0};
+  info.K = {250, 0, 320, 0, 250, 240, 0, 0, 1};
+  CameraModelSource source(Parameters(), "/image", "/camera_info");
+  const auto message = boost::make_shared<sensor_msgs::CameraInfo>(info);
+  const auto folding = source.get(message, {640, 480});
+  const std::string pixels = std::to_string(folding->camera.pixelsWithoutInverse()) + " pixels (76 %)";
+  EXPECT_NE(folding->warning.find(pixels), std::string::npos) << folding->warning;
+  EXPECT_EQ(source.get(message, {640, 480}), folding) << "made, and its warning logged, but once";
+  info.D = {-0.4, 0.15, 0, 0, 0};
+  EXPECT_EQ(source.get(boost::make_shared<sensor_msgs::CameraInfo>(info), {640, 480})->warning, "");
+}
+
+TEST(CameraModel, AFisheyeLensWithoutCoefficientsIsNoPinhole) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.distortion_model = "equidistant";
+  info.D.assign(4, 0);
+  const auto raw = model(info, {640, 480}, Rectified::kNo);
+  EXPECT_FALSE(raw->rectified);
+  EXPECT_NEAR(raw->camera.undistort({621, 243}).x, 321 + 500 * std::tan(300 / 500.0), 0.01);
+}
+
 TEST(CameraModel, RectifiedImagesAreDescribedByP) {
   sensor_msgs::CameraInfo info = calibrated();
   info.D = {0.1, 0, 0, 0, 0};

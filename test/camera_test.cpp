@@ -1,4 +1,4 @@
-// Undistortion against OpenCV's own, and the calibrations that are refused.
+// Undistortion against OpenCV's own and there and back again, and the calibrations that are refused.
 #include "gms_ransac/camera.h"
 
 #include <algorithm>
@@ -47,6 +47,110 @@ TEST(Camera, UndistortsLikeOpenCv) {
                        {640, 480}),
             0.005);
   EXPECT_LT(worstError({380, 380, 320, 240, "equidistant", {-0.0066, 0.044, -0.042, 0.0077}}, {640, 480}), 0.005);
+}
+
+/// OpenCV's forward model, which needs no iteration.
+std::vector<cv::Point2d> distorted(const CameraIntrinsics& k, const std::vector<cv::Point2d>& ideal) {
+  const cv::Matx33d K(k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1);
+  const cv::Vec3d none(0, 0, 0);
+  std::vector<cv::Point3d> rays;
+  for (const cv::Point2d& p : ideal) rays.emplace_back((p.x - k.cx) / k.fx, (p.y - k.cy) / k.fy, 1);
+  std::vector<cv::Point2d> pixels;
+  if (k.distortion_model == "equidistant") {
+    cv::fisheye::projectPoints(rays, pixels, none, none, K, k.distortion);
+  } else {
+    cv::projectPoints(rays, none, none, K, k.distortion, pixels);
+  }
+  return pixels;
+}
+
+/// Largest distance from a pixel of the image to where its undistorted point is distorted to; of those that have one.
+double worstRoundTrip(const CameraIntrinsics& intrinsics, const Camera& camera) {
+  std::vector<cv::Point2d> pixels, ideal;
+  for (float y = 0.25f; y <= static_cast<float>(camera.imageSize().height - 1); y += 3.3f) {
+    for (float x = 0.75f; x <= static_cast<float>(camera.imageSize().width - 1); x += 3.7f) {
+      const cv::Point2f p = camera.undistort({x, y});
+      if (std::isnan(p.x) && camera.pixelsWithoutInverse() > 0) continue;
+      pixels.emplace_back(x, y);
+      ideal.push_back(p);
+    }
+  }
+  if (ideal.empty()) return 0;
+  const std::vector<cv::Point2d> back = distorted(intrinsics, ideal);
+  double worst = 0;
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    const double error = std::hypot(back[i].x - pixels[i].x, back[i].y - pixels[i].y);
+    if (!(error <= worst)) worst = error;
+  }
+  return worst;
+}
+
+TEST(Camera, DistortingAgainGivesEveryPixelBack) {
+  // Strong distortions that grow over the whole image; the first is one on which OpenCV's iteration oscillates.
+  const CameraIntrinsics strong[] = {
+      {250, 250, 320, 240, "plumb_bob", {-0.4, 0.15, 0, 0, 0}},
+      {250, 260, 310, 250, "plumb_bob", {-0.3, 0.1, 2e-3, -1e-3, 0.002}},
+      {300, 300, 320, 240, "plumb_bob", {0.6, 0.4, 0, 0, 0.1}},
+      {300, 300, 320, 240, "rational_polynomial", {0.4, 0.1, 1e-3, -1e-3, 0.01, 0.7, 0.2, 0.03}},
+      {400, 400, 320, 240, "rational_polynomial", {-0.2, 0.1, 0, 0, 0, 0, 0, 0, 0.01, -0.002, 0.02, 0.001}},
+      {400, 400, 320, 240, "rational_polynomial", {-0.2, 0.1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.05, -0.03}},
+      {280, 280, 320, 240, "equidistant", {0.01, -0.02, 0.01, -0.002}},
+      freiburg1()};
+  for (const CameraIntrinsics& intrinsics : strong) {
+    const Camera camera(intrinsics, {640, 480});
+    EXPECT_EQ(camera.pixelsWithoutInverse(), 0) << intrinsics.distortion_model << " " << intrinsics.distortion[0];
+    EXPECT_LT(worstRoundTrip(intrinsics, camera), 0.01) << intrinsics.distortion_model << intrinsics.distortion[0];
+  }
+  EXPECT_NEAR(Camera(strong[0], {640, 480}).undistort({642, 240}).x, 695, 0.5);
+}
+
+TEST(Camera, GivesNoPlaceWhereTheModelHasNoInverse) {
+  // r - 0.4 r^3 grows up to r = 0.913, which appears at 0.609; atan(r) stays below a right angle; a fisheye lens may
+  // fold, too.
+  const struct {
+    CameraIntrinsics intrinsics;
+    double last_radius;  ///< of the received image that has an inverse, pixels
+  } cases[] = {{{250, 250, 320, 240, "plumb_bob", {-0.4, 0, 0, 0, 0}}, 250 * 0.6086},
+               {{150, 150, 320, 240, "equidistant", {0, 0, 0, 1e-9}}, 150 * std::atan(100)},
+               {{250, 250, 320, 240, "equidistant", {-0.3, 0, 0, 0}}, 250 * 0.7027}};
+  for (const auto& [intrinsics, last_radius] : cases) {
+    const Camera camera(intrinsics, {640, 480});
+    int without = 0;
+    for (int y = 0; y < 480; ++y) {
+      for (int x = 0; x < 640; ++x) {
+        const double radius = std::hypot(x - 320, y - 240);
+        const cv::Point2f ideal = camera.undistort({static_cast<float>(x), static_cast<float>(y)});
+        without += std::isnan(ideal.x);
+        if (std::abs(radius - last_radius) < 1) continue;
+        ASSERT_EQ(std::isnan(ideal.x), radius > last_radius) << x << " " << y;
+      }
+    }
+    EXPECT_EQ(camera.pixelsWithoutInverse(), without);
+    EXPECT_NEAR(without, 640 * 480 - CV_PI * last_radius * last_radius, 0.02 * 640 * 480);
+    EXPECT_LT(worstRoundTrip(intrinsics, camera), 0.01);
+  }
+}
+
+TEST(Camera, TakesAnyPixelAndAnyCalibration) {
+  // Whatever is asked, the answer is a place that is right, or none.
+  const std::vector<double> values = {-1e6, -3, -0.5, 0, 0.3, 2, 1e6};
+  for (double k1 : values) {
+    for (double k2 : values) {
+      for (const CameraIntrinsics& intrinsics :
+           {CameraIntrinsics{300, 300, 40, 30, "plumb_bob", {k1, k2, 0.01, -0.01, 0}},
+            CameraIntrinsics{300, 300, 40, 30, "rational_polynomial", {k1, 0, 0, 0, 0, k2, 0, 0}},
+            CameraIntrinsics{300, 300, 40, 30, "equidistant", {k1, k2, 0, 0}}}) {
+        const Camera camera(intrinsics, {80, 60});
+        EXPECT_LT(worstRoundTrip(intrinsics, camera), 0.01) << intrinsics.distortion_model << k1 << " " << k2;
+        EXPECT_EQ(camera.distorts(), intrinsics.distortion_model != "rational_polynomial" || k1 != 0 || k2 != 0);
+        if (!camera.distorts()) continue;
+        for (const float far : {-1e30f, -1e4f, 1e4f, 1e30f, NAN, INFINITY}) {
+          const cv::Point2f ideal = camera.undistort({far, 10});
+          EXPECT_EQ(std::isnan(ideal.x), std::isnan(ideal.y));
+        }
+      }
+    }
+  }
 }
 
 TEST(Camera, LeavesPixelsAloneWithoutDistortion) {

@@ -313,6 +313,27 @@ TEST(FastExtractor, LocatesACornerBetweenPixels) {
   }
 }
 
+TEST(FastExtractor, AnswersAsAFreshOneAfterImagesOfOtherSizes) {
+  const FeatureExtractorOptions options;
+  FastExtractor used(options);
+  cv::RNG random(11);
+  for (int i = 0; i < 60; ++i) {
+    // Few corners or many, and as many levels as the size allows.
+    const cv::Size size(random.uniform(40, 500), random.uniform(40, 400));
+    cv::Mat image = drawnScene(size.width, size.height, i);
+    if (i % 3 > 0) cv::GaussianBlur(image, image, cv::Size(), i % 3 * 3.0);
+    Features answer, expected;
+    used.extract(image, answer);
+    FastExtractor(options).extract(image, expected);
+    ASSERT_EQ(answer.size(), expected.size()) << i;
+    for (int k = 0; k < answer.size(); ++k) {
+      ASSERT_EQ(answer.keypoints[k].pt, expected.keypoints[k].pt) << i;
+      ASSERT_EQ(answer.keypoints[k].angle, expected.keypoints[k].angle) << i;
+      ASSERT_TRUE(std::equal(answer.descriptors.row(k), answer.descriptors.row(k) + 32, expected.descriptors.row(k)));
+    }
+  }
+}
+
 TEST(FastExtractor, TakesImagesOfAnySizeAndContents) {
   FeatureExtractorOptions options;
   FastExtractor extractor(options);

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace gms_ransac {
@@ -18,6 +20,29 @@ TEST(MatchFilter, RefusesAnUnknownMethodWithTheKnownOnes) {
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("cp_ransac"), std::string::npos);
   }
+}
+
+TEST(MatchFilter, RefusesWhatIsNoNumberAndThreadsItDoesNotHave) {
+  const auto refuses = [](auto&& spoil) {
+    MatchFilterOptions options;
+    spoil(options);
+    EXPECT_THROW(options.validate(), std::invalid_argument);
+    EXPECT_THROW(MatchFilter{options}, std::invalid_argument);
+  };
+  for (const double value : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+    refuses([=](MatchFilterOptions& o) { o.extractor.scale_factor = value; });
+    refuses([=](MatchFilterOptions& o) { o.motion_statistics.threshold_factor = value; });
+    refuses([=](MatchFilterOptions& o) { o.second_alpha = value; });
+    for (double RobustOptions::*field :
+         {&RobustOptions::threshold_px, &RobustOptions::confidence, &RobustOptions::ratio,
+          &RobustOptions::subset_fraction, &RobustOptions::split, &RobustOptions::target_ratio}) {
+      refuses([=](MatchFilterOptions& o) { o.robust.*field = value; });
+    }
+  }
+  for (const int threads : {-1, 0, 3, 9}) {
+    refuses([=](MatchFilterOptions& o) { o.matcher_threads = threads; });
+  }
+  EXPECT_NO_THROW(MatchFilterOptions().validate());
 }
 
 TEST(MatchFilter, FirstImageHasNothingToCompareWith) {
@@ -107,6 +132,44 @@ TEST(MatchFilter, DistanceConsistencyOnlyTakesAway) {
   }
 }
 
+TEST(MatchFilter, AllMatchesMayBeSampled) {
+  MatchFilterOptions options;
+  options.method = "split2080";
+  options.robust.model = ModelType::kHomography;
+  options.robust.split = 1;
+  const MatchResult result = resultOf(options);
+  EXPECT_TRUE(result.robust.model_found);
+  EXPECT_GT(result.inliers, 100);
+}
+
+TEST(MatchFilter, LeavesOutMatchesWhoseRayTheCalibrationDoesNotSay) {
+  // Grows up to 152 px from the centre only.
+  const Camera folding({250, 250, 320, 240, "plumb_bob", {-0.4, 0, 0, 0, 0}}, {640, 480});
+  const auto [first, second] = shiftedPair();
+  for (const Method& method : methods()) {
+    MatchFilterOptions options;
+    options.method = method.name;
+    options.robust.model = ModelType::kHomography;
+    MatchFilter filter(options);
+    filter.setCamera(folding);
+    Frame reference, current;
+    filter.extract(first, reference);
+    filter.extract(second, current);
+    MatchResult result;
+    filter.filter(reference, current, result);
+    int inside = 0;
+    for (size_t i = 0; i < result.matches.size(); ++i) {
+      if (result.stage[i] == MatchStage::kRaw) continue;
+      ++inside;
+      const cv::Point2f p = reference.features.keypoints[static_cast<size_t>(result.matches[i].reference)].pt;
+      const cv::Point2f q = current.features.keypoints[static_cast<size_t>(result.matches[i].current)].pt;
+      EXPECT_LT(std::max(std::hypot(p.x - 320, p.y - 240), std::hypot(q.x - 320, q.y - 240)), 153) << method.name;
+    }
+    EXPECT_GT(inside, 20) << method.name;
+    EXPECT_EQ(inside, result.matches_gms) << method.name;
+  }
+}
+
 TEST(MatchFilter, LanChecksItsInliersAgain) {
   MatchFilterOptions options;
   options.method = "lan";
@@ -116,6 +179,8 @@ TEST(MatchFilter, LanChecksItsInliersAgain) {
   EXPECT_GT(mutual.inliers, 100);
   options.second_alpha = 100;  // nothing can have so much support
   EXPECT_EQ(resultOf(options).inliers, 0);
+  EXPECT_EQ(resultOf(options).status, Status::kRansacFailed);
+  EXPECT_FALSE(resultOf(options).robust.pose_found);
   options.second_alpha = 0;
   options.lan_mutual = false;
   EXPECT_EQ(resultOf(options).matches.size(), static_cast<size_t>(resultOf(options).keypoints_reference));

@@ -1,9 +1,16 @@
-// The list of reconfigurable parameters says the same as the core: defaults, and the words a choice knows.
+// The list of reconfigurable parameters says the same as the core: defaults, and the words a choice knows. Whatever it
+// offers works, or is refused with a sentence.
 #include "parameters.h"
 
 #include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
 
+#include <algorithm>
+#include <functional>
+#include <random>
 #include <set>
+#include <sstream>
+#include <utility>
 
 #include "gms_ransac/track_selector.h"
 
@@ -81,6 +88,138 @@ TEST(Parameters, DefaultsAreTheCores) {
   EXPECT_EQ(node.robust.refine, core.robust.refine);
   EXPECT_EQ(MatchFilterConfig::__getDefault__().feature_limit, TrackSelectorOptions().limit);
   EXPECT_EQ(MatchFilterConfig::__getDefault__().feature_distance, TrackSelectorOptions().distance);
+}
+
+/// One thing to be asked for: a parameter, as text for messages, and how it is set.
+struct Setting {
+  std::string text;
+  std::function<void(MatchFilterConfig&)> apply;
+};
+
+template <typename Value>
+Setting setting(const MatchFilterConfig::AbstractParamDescriptionConstPtr& description, Value value) {
+  std::ostringstream text;
+  text << description->name << " " << value;
+  return {text.str(), [description, value](MatchFilterConfig& config) {
+            const auto& of_type = static_cast<const MatchFilterConfig::ParamDescription<Value>&>(*description);
+            config.*of_type.field = value;
+          }};
+}
+
+/// The ends of every range and every word, parameter by parameter.
+std::vector<std::vector<Setting>> corners() {
+  std::vector<std::vector<Setting>> all;
+  const MatchFilterConfig &low = MatchFilterConfig::__getMin__(), &high = MatchFilterConfig::__getMax__();
+  for (const auto& description : MatchFilterConfig::__getParamDescriptions__()) {
+    all.emplace_back();
+    if (description->type == "bool") all.back() = {setting(description, false), setting(description, true)};
+    if (description->type == "str") {
+      for (const std::string& word : offered(description->name)) all.back().push_back(setting(description, word));
+    }
+    for (const MatchFilterConfig* end : {&low, &high}) {
+      boost::any value;
+      description->getValue(*end, value);
+      if (description->type == "int") all.back().push_back(setting(description, boost::any_cast<int>(value)));
+      if (description->type == "double") all.back().push_back(setting(description, boost::any_cast<double>(value)));
+    }
+  }
+  return all;
+}
+
+/// Two views of drawn rectangles at two depths.
+std::pair<cv::Mat, cv::Mat> drawnPair() {
+  const cv::Size size(320, 240);
+  cv::Mat first(size, CV_8UC1, cv::Scalar(90)), second = first.clone();
+  cv::RNG random(5);
+  for (int i = 0; i < 500; ++i) {
+    const cv::Point corner(random.uniform(-20, size.width), random.uniform(-20, size.height));
+    const cv::Rect box(corner, cv::Size(random.uniform(4, 25), random.uniform(4, 25)));
+    const cv::Scalar grey(random.uniform(0, 255));
+    cv::rectangle(first, box, grey, cv::FILLED);
+    cv::rectangle(second, box + cv::Point(i < 250 ? 2 : 6, 0), grey, cv::FILLED);
+  }
+  return {first, second};
+}
+
+/// Answers the pair under these options, or refuses them; whatever else it does is a failure.
+void expectAnAnswer(const MatchFilterConfig& config, const std::pair<cv::Mat, cv::Mat>& images) {
+  MatchFilterOptions options;
+  try {
+    options = coreOptions(config);
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find(" must "), std::string::npos) << error.what();
+    return;
+  }
+  try {
+    MatchFilter filter(options);
+    filter.setCamera(Camera({260, 260, 160, 120, "", {}}, images.first.size()));
+    filter.process(images.first);
+    const MatchResult& result = filter.process(images.second);
+    const bool answered = result.status == Status::kOk || result.status == Status::kLowParallax;
+    if (answered) {
+      EXPECT_GE(result.inliers, kMinimumMatches) << toString(result.status);
+    }
+    EXPECT_EQ(answered, result.robust.pose_found) << toString(result.status);
+  } catch (const std::exception& error) {
+    ADD_FAILURE() << error.what();
+  }
+}
+
+TEST(Parameters, EveryCornerOfEveryRangeIsAnsweredOrRefused) {
+  const auto images = drawnPair();
+  for (const Method& method : methods()) {
+    for (const auto& parameter : corners()) {
+      for (const Setting& corner : parameter) {
+        SCOPED_TRACE(method.name + std::string(", ") + corner.text);
+        MatchFilterConfig config = MatchFilterConfig::__getDefault__();
+        config.features = 500;
+        config.method = method.name;
+        corner.apply(config);
+        expectAnAnswer(config, images);
+      }
+    }
+  }
+}
+
+TEST(Parameters, CornersOfSeveralRangesAtOnceAreAnsweredOrRefused) {
+  constexpr int kCombinations = 400, kParameters = 4;
+  constexpr int kFewIterations = 500;  // none of this is about patience
+  const auto images = drawnPair();
+  const auto all = corners();
+  std::mt19937 random(3);
+  for (int i = 0; i < kCombinations; ++i) {
+    MatchFilterConfig config = MatchFilterConfig::__getDefault__();
+    config.features = 500;
+    config.method = methods()[random() % methods().size()].name;
+    std::string text = config.method;
+    for (int k = 0; k < kParameters; ++k) {
+      const auto& parameter = all[random() % all.size()];
+      const Setting& corner = parameter[random() % parameter.size()];
+      corner.apply(config);
+      text += ", " + corner.text;
+    }
+    config.max_iterations = std::min(config.max_iterations, kFewIterations);
+    SCOPED_TRACE(text);
+    expectAnAnswer(config, images);
+  }
+}
+
+TEST(Parameters, AnyPyramidOfTheOpenCvExtractorWorksOnAnyImage) {
+  MatchFilterConfig config = MatchFilterConfig::__getDefault__();
+  config.extractor = "opencv";
+  for (const auto& [levels, factor] : {std::pair(11, 2.0), std::pair(16, 1.6), std::pair(16, 2.0), std::pair(8, 1.2)}) {
+    config.pyramid_levels = levels;
+    config.pyramid_scale = factor;
+    const auto extractor = makeFeatureExtractor(coreOptions(config).extractor);
+    const cv::Mat image = drawnPair().first;
+    for (const cv::Size& size : {cv::Size(640, 480), cv::Size(63, 700), cv::Size(97, 131), cv::Size(320, 240)}) {
+      cv::Mat resized;
+      cv::resize(image, resized, size);
+      Features features;
+      ASSERT_NO_THROW(extractor->extract(resized, features)) << levels << " " << factor << " " << size;
+      EXPECT_GT(features.size(), 0) << levels << " " << factor << " " << size;
+    }
+  }
 }
 
 TEST(Parameters, RefusesAnUnknownWordByName) {

@@ -155,6 +155,61 @@ TEST(ResidualKernels, StopsOnceTheBoundIsPassed) {
   EXPECT_LT(score.evaluated, 500);
 }
 
+TEST(ResidualKernels, ThePriorCostsNothingWhereAMatchIsIgnored) {
+  Problem problem(200, 19);
+  for (int i = 0; i < 200; ++i) problem.columns.y2()[i] += 0.3f;  // off every epipolar line by far
+  problem.pose.t = {1, 0, 0};
+  const Loss loss = {4, 1};
+  NormalEquations<5> without, with;
+  PoseModel(residualKernels(detectSimdLevel()), problem.columns.view()).linearize(problem.pose, loss, without);
+  PoseModel(residualKernels(detectSimdLevel()), problem.columns.view(), {0.1f, 0.05f})
+      .linearize(problem.pose, loss, with);
+  ASSERT_EQ(without.weight, 0);
+  EXPECT_NEAR(without.cost, 200 * 4 / 5.0, 1e-2);
+  EXPECT_EQ(with.cost, without.cost);
+}
+
+TEST(PoseModel, HypothesesAreRotations) {
+  // Samples of a turning camera, whose roots are the least accurate.
+  constexpr int kSamples = 4000;
+  Problem problem(5 * kSamples, 16);
+  std::mt19937 generator(17);
+  std::normal_distribution<float> noise(0, 1e-3f);
+  for (int i = 0; i < 5 * kSamples; ++i) {
+    const Eigen::Vector3d turned =
+        problem.pose.R * Eigen::Vector3d(problem.columns.x1()[i], problem.columns.y1()[i], 1);
+    problem.columns.x2()[i] = static_cast<float>(turned.x() / turned.z()) + noise(generator);
+    problem.columns.y2()[i] = static_cast<float>(turned.y() / turned.z()) + noise(generator);
+  }
+  const PoseModel model(residualKernels(SimdLevel::kScalar), problem.columns.view());
+  int count = 0;
+  double worst = 0;
+  for (int k = 0; k < kSamples; ++k) {
+    const int sample[5] = {5 * k, 5 * k + 1, 5 * k + 2, 5 * k + 3, 5 * k + 4};
+    TwoViewPose hypotheses[PoseModel::kMaxHypotheses];
+    const int found = model.generate(sample, hypotheses);
+    for (int h = 0; h < found; ++h) {
+      const Eigen::Matrix3d& R = hypotheses[h].R;
+      worst = std::max(worst, (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff());
+      EXPECT_GT(R.determinant(), 0);
+    }
+    count += found;
+  }
+  EXPECT_GT(count, kSamples);
+  EXPECT_LT(worst, 1e-12);
+}
+
+TEST(PoseModel, RefinementEndsInARotationWhereverItStarts) {
+  const Problem problem(200, 18);
+  const PoseModel model(residualKernels(SimdLevel::kScalar), problem.columns.view());
+  for (const int iterations : {0, 10}) {
+    TwoViewPose pose = problem.pose;
+    pose.R(0, 1) += 2.5e-3;
+    model.refine({4, 1}, iterations, pose);
+    EXPECT_LT((pose.R * pose.R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-12);
+  }
+}
+
 /// The gradient of the linearised cost is that of the cost itself.
 TEST(ResidualKernels, GradientIsThatOfTheCost) {
   Problem problem(400, 15);

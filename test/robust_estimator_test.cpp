@@ -128,6 +128,52 @@ TEST_P(EveryMethod, StaysHonestOnPureRotation) {
   }
 }
 
+TEST_P(EveryMethod, GivesRotationsToRounding) {
+  // Little motion and few matches: where the roots of the five-point solver are least accurate.
+  TwoViewSceneOptions scene;
+  scene.matches = 60;
+  scene.outlier_ratio = 0.1;
+  int poses = 0;
+  for (scene.seed = 1; scene.seed <= 300; ++scene.seed) {
+    scene.translation = Eigen::Vector3d(0.02, -0.005, 0.01) * static_cast<double>(scene.seed % 3);
+    RobustOptions options = optionsFor(ModelType::kEssential);
+    options.max_iterations = 100;
+    const RobustResult result = estimate(GetParam(), options, makeTwoViewScene(scene));
+    if (!result.pose_found) continue;
+    ++poses;
+    const Eigen::Matrix3d& R = result.pose.R;
+    EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-12) << scene.seed;
+    EXPECT_GT(R.determinant(), 0) << scene.seed;
+  }
+  EXPECT_GT(poses, 200);
+}
+
+TEST_P(EveryMethod, IsNotMisledByPointsThatAreNoPlaces) {
+  for (ModelType model : kModels) {
+    TwoViewSceneOptions scene;
+    scene.matches = 500;
+    scene.shape = model == ModelType::kHomography ? SceneShape::kPlane : SceneShape::kVolume;
+    const TwoViewScene clean = makeTwoViewScene(scene);
+    const RobustResult expected = estimate(GetParam(), optionsFor(model), clean);
+    for (const float value : {NAN, INFINITY, -INFINITY, 1e30f, -1e30f, 1e7f}) {
+      for (auto column :
+           {&PointPairs::x_reference, &PointPairs::y_reference, &PointPairs::x_current, &PointPairs::y_current}) {
+        TwoViewScene spoilt = clean;
+        (spoilt.pairs.*column)[77] = value;
+        SCOPED_TRACE(toString(model) + " " + std::to_string(value));
+        const RobustResult result = estimate(GetParam(), optionsFor(model), spoilt);
+        ASSERT_TRUE(result.model_found);
+        ASSERT_TRUE(result.pose_found);
+        EXPECT_FALSE(result.inlier[77]);
+        EXPECT_GT(result.inlier_count, 0.8 * expected.inlier_count);
+        EXPECT_TRUE(result.pose.R.allFinite() && result.pose.t.allFinite() && result.pose.covariance.allFinite());
+        EXPECT_TRUE(std::isfinite(result.rms_error_px) && std::isfinite(result.median_parallax_px));
+        EXPECT_LT(rotationError(result.pose.R, clean.R.transpose()), 2.0);
+      }
+    }
+  }
+}
+
 /// Alters a scene into one that has no (single) model.
 using Spoil = void (*)(TwoViewScene&);
 

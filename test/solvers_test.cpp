@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
@@ -95,6 +96,30 @@ TEST(RealRoots, HandlesMissingDegreesAndMultipleRoots) {
   for (int i = 0; i < count; ++i) EXPECT_NEAR(1, roots[i], 1e-4);
   const double nan[3] = {1, std::nan(""), 1};
   EXPECT_EQ(0, solvePolynomial(nan, 2, roots));
+}
+
+TEST(RealRoots, FindsTheRootsOfPolynomialsWithMissingPowersAndRepeatedFactors) {
+  const struct {
+    std::vector<double> coefficients, roots;
+  } cases[] = {{{-1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}, {-1, 1}},  // x^10 - 1
+               {{1, 0, -2, 0, 1}, {-1, 1}},                    // (x^2 - 1)^2
+               {{1, 0, 2, 0, 1}, {}},                          // (x^2 + 1)^2
+               {{0, 0, 0, 0, 0, 0, 0, 1}, {0}},                // x^7
+               {{-8, 0, 0, 1}, {2}},                           // x^3 - 8
+               {{0, -1, 0, 0, 0, 1}, {-1, 0, 1}},              // x^5 - x
+               {{4, -4, -3, 2, 1}, {-2, 1}},                   // (x - 1)^2 (x + 2)^2
+               {{-1, 3, -3, 1}, {1}},                          // (x - 1)^3
+               {{0, 0, -4, 0, 1}, {-2, 0, 2}},                 // x^2 (x^2 - 4)
+               {{1, 0, 0, 0, 1}, {}},                          // x^4 + 1
+               {{-4, 12, -13, 6, -1}, {1, 2}}};                // -(x - 1)^2 (x - 2)^2
+  for (const auto& [coefficients, expected] : cases) {
+    double roots[10];
+    const int count = solvePolynomial(coefficients.data(), static_cast<int>(coefficients.size()) - 1, roots);
+    std::vector<double> found(roots, roots + count);
+    std::sort(found.begin(), found.end());
+    ASSERT_EQ(found.size(), expected.size()) << testing::PrintToString(coefficients);
+    for (size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-6);
+  }
 }
 
 TEST(Essential5, RecoversTheMotion) {

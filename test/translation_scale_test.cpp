@@ -145,6 +145,30 @@ TEST(ScalePropagator, FirstPairHasLengthOneAndTooFewCommonFeaturesKeepTheLast) {
   EXPECT_EQ(estimate.support, 0);
 }
 
+TEST(ScalePropagator, StaysFiniteWhereDepthsLieBeyondInfinity) {
+  const ExactPair seen({1, 0, 0});
+  ExactPair beyond({1, 0, 0});
+  // The translation turned round: every point has a negative depth.
+  beyond.result.robust.pose.t = -beyond.result.robust.pose.t;
+  Triangulation points, points_beyond;
+  triangulateInliers(seen.reference, seen.current, seen.result, seen.camera, points);
+  triangulateInliers(beyond.reference, beyond.current, beyond.result, beyond.camera, points_beyond);
+  ScalePropagator propagator;
+  propagator.update(points, seen.result, seen.camera);
+  propagator.advance();
+  const ScaleEstimate unmeasured = propagator.update(points_beyond, beyond.result, beyond.camera);
+  EXPECT_EQ(unmeasured.length, 1) << "the previous one";
+  EXPECT_EQ(unmeasured.support, 0);
+  EXPECT_GE(unmeasured.relative_sigma, 1) << "a length that was not measured is not known";
+  propagator.advance();
+  for (int i = 0; i < 3; ++i) {
+    const ScaleEstimate again = propagator.update(points, seen.result, seen.camera);
+    EXPECT_TRUE(std::isfinite(again.length) && again.length > 0) << again.length;
+    propagator.advance();
+  }
+  EXPECT_GT(propagator.update(points, seen.result, seen.camera).support, 0);
+}
+
 /// Runs the default pipeline over pairs `gap` apart and hands each pair with a pose to `visit`.
 template <typename Source, typename Visit>
 void forEachPair(const Camera& camera, int frames, int gap, const Source& image, const Visit& visit) {
@@ -373,6 +397,22 @@ TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
   EXPECT_GT(scale.support, 250);
   EXPECT_LT((pose.t - truth.t).norm(), 0.02);
   EXPECT_LT(Eigen::AngleAxisd(pose.R.transpose() * truth.R).angle(), 1e-3);
+}
+
+TEST(PoseFromDepth, TakesNoFewerThanEightInliersThoughBothImagesHaveDepth) {
+  ExactPair exact({1, 0, 0});
+  exact.reference.image_size = exact.current.image_size = exact.camera.imageSize();
+  const cv::Mat_<float> depth(480, 640, 8.f);
+  for (const int inliers : {4, 7, 8}) {
+    std::fill(exact.result.stage.begin(), exact.result.stage.end(), MatchStage::kGms);
+    std::fill(exact.result.stage.begin(), exact.result.stage.begin() + inliers, MatchStage::kInlier);
+    Triangulation points;
+    triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
+    RelativePose pose;
+    const ScaleEstimate scale =
+        poseFromDepth(points, exact.reference, exact.current, exact.result, exact.camera, depth, depth, pose);
+    EXPECT_EQ(scale.support, inliers < 8 ? 0 : inliers);
+  }
 }
 
 TEST(PoseFromDepth, LeavesThePoseAloneWithoutDepth) {

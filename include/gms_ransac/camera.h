@@ -1,6 +1,7 @@
 // A calibrated camera: pixels of the received image to normalised image coordinates and undistorted pixels.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,11 @@ struct CameraIntrinsics {
   void validate() const;
 };
 
-/// Undoes the distortion through a table built once from OpenCV's model (error below 0.005 px; see camera.cpp), so
-/// that a frame's keypoints cost microseconds.
+class Distortion;
+
+/// Undoes the distortion through a table built once, so that a frame's keypoints cost microseconds; distorting again
+/// what comes out gives the pixel back within 0.005 px, as the table is checked when it is built. Where it fails that,
+/// the model is solved point by point.
 class Camera {
  public:
   Camera() = default;  ///< not calibrated: points pass through unchanged
@@ -32,15 +36,30 @@ class Camera {
   cv::Size imageSize() const { return image_size_; }
   Eigen::Matrix3d K() const;
   double meanFocalLength() const { return 0.5 * (intrinsics_.fx + intrinsics_.fy); }  ///< pixels
-  /// Pixel of the received image -> pixel of the ideal pinhole camera with the same K.
+  bool distorts() const { return distortion_ != nullptr; }  ///< if not, `undistort` returns the pixel
+  /// Pixel of the received image -> pixel of the ideal pinhole camera with the same K; NaN where the model of the
+  /// distortion has no inverse (beyond the radius up to which it is monotone, or a right angle off the axis).
   cv::Point2f undistort(const cv::Point2f& pixel) const;
+  /// Pixels of the image of which that is so: a calibration that does not hold for the whole image.
+  int pixelsWithoutInverse() const { return pixels_without_inverse_; }
   bool operator==(const Camera& other) const;
   bool operator!=(const Camera& other) const { return !(*this == other); }
 
  private:
+  void buildTable();
+  /// The verdict on one cell, whose four by four samples begin at (r, c).
+  bool roundTripHolds(int r, int c) const;
+  int countPixelsWithoutInverse() const;
+  cv::Point2d solve(const cv::Point2d& pixel) const;
+  cv::Point2d distort(const cv::Point2d& ideal) const;
+  cv::Point2f interpolate(int r, int c, const cv::Point2f& pixel) const;
+
   CameraIntrinsics intrinsics_;
   cv::Size image_size_;
-  cv::Mat_<cv::Vec2f> offset_;  ///< undistorted minus received pixel, sampled every kTableStep pixels
+  std::shared_ptr<const Distortion> distortion_;  ///< null: none
+  cv::Mat_<cv::Vec2f> offset_;                    ///< undistorted minus received pixel, sampled every kTableStep pixels
+  cv::Mat_<uint8_t> interpolates_;                ///< of each cell of that table: it may be interpolated in
+  int pixels_without_inverse_ = 0;
 };
 
 }  // namespace gms_ransac

@@ -22,7 +22,7 @@ enum class Status : uint8_t {
   kTooFewKeypoints = 2,  ///< fewer than kMinimumMatches in one of the images
   kTooFewMatches = 3,    ///< fewer than kMinimumMatches raw matches
   kGmsRejected = 4,      ///< fewer than kMinimumMatches left by the filter
-  kRansacFailed = 5,     ///< no model that explains the matches
+  kRansacFailed = 5,     ///< no model that explains at least kMinimumMatches of the matches
   kLowParallax = 6,      ///< rotation is good, the direction of translation is not observable
   kUncalibrated = 7,     ///< correspondences only, no pose
   kTimeReset = 8,        ///< set by callers that watch a clock
@@ -110,11 +110,13 @@ class MatchFilter {
   void keepSurvivors(const Features& reference, const Features& current, const MatchResult& result);
   /// Fills `survivors_` with the matches that the method's filter keeps, one for each current point unless that is not
   /// wanted.
-  void selectSurvivors(MatchResult& result);
+  void selectSurvivors(const Features& reference, const Features& current, MatchResult& result);
   /// Leaves one of the survivors that share a current point (see one_to_one).
   void keepOneForEachPoint(const MatchResult& result);
   /// Fills `pairs_` and the result's columns with the survivors.
   void describeSurvivors(const Features& reference, const Features& current, MatchResult& result);
+  /// False where the calibration does not say which ray a keypoint of the match lies on (Camera::undistort).
+  bool hasRays(const Features& reference, const Features& current, const Match& match) const;
   /// The robust stage on `pairs_`, timed.
   void estimate(MatchResult& result);
   /// Carries the estimator's verdict over to the raw matches and states the outcome.

@@ -26,15 +26,19 @@ int32_t spreadCell(const cv::Point2f& pixel, const cv::Size& image);
 struct PointPairs {
   std::vector<float> x_reference, y_reference;  ///< pixels of the ideal pinhole camera; of the image if uncalibrated
   std::vector<float> x_current, y_current;
-  std::vector<uint8_t> octave_reference, octave_current;  ///< pyramid levels: noise is scale_factor^octave px
-  std::vector<int32_t> score;                             ///< motion statistics score (0 where no filter ran)
-  std::vector<float> support;                             ///< score / threshold (0 where no filter ran)
-  std::vector<uint16_t> distance, second_distance;        ///< Hamming
-  cv::Size image_reference, image_current;                ///< pixels; spread over the images is judged by them
+  /// Pyramid levels: noise grows with them, as scale_factor^(octave / 2) (doc/estimator.md).
+  std::vector<uint8_t> octave_reference, octave_current;
+  std::vector<int32_t> score;                       ///< motion statistics score (0 where no filter ran)
+  std::vector<float> support;                       ///< score / threshold (0 where no filter ran)
+  std::vector<uint16_t> distance, second_distance;  ///< Hamming
+  cv::Size image_reference, image_current;          ///< pixels; spread over the images is judged by them
   float scale_factor = 1.2f;
 
   int size() const { return static_cast<int>(x_reference.size()); }
   void resize(int n);
+  /// False of a match with a coordinate that no keypoint has: not finite, or a million pixels and more from the origin.
+  /// Estimators take it for an outlier.
+  bool hasPlaces(size_t i) const;
 };
 
 struct RobustOptions {
@@ -48,7 +52,7 @@ struct RobustOptions {
   int tdd_d = 1;                  ///< rransac_tdd: matches tested before a full verification, >= 1
   int subset_count = 5;           ///< subset_ransac: random subsets
   double subset_fraction = 0.2;   ///< subset_ransac: share of the matches in each
-  double split = 0.2;             ///< split2080: share of the matches that are sampled
+  double split = 0.2;             ///< split2080: share of the matches that are sampled; 1: all, and all verify
   double target_ratio = 0;        ///< gms_ransac: stop at this inlier ratio; 0: off
   /// What methods that order the matches order them by: score, support (score over threshold), distance, ratio; empty:
   /// the method's own.
@@ -80,6 +84,8 @@ struct RobustResult {
 
   /// Empties the answer but keeps its storage.
   void clear();
+  /// No model after all: no inliers and no pose. What the search cost stays.
+  void refuse();
 };
 
 class RobustEstimator {

@@ -45,6 +45,8 @@ class ScalePropagator {
     double value = 0, variance = 0;  ///< variance 0: unknown
   };
   ScaleEstimate measure(const Triangulation& pair, const MatchResult& result, double pixel);
+  /// Median ratio of those that are seen best; not positive where these lie beyond infinity.
+  double startingLength() const;
   void carryOn(const Triangulation& pair, const MatchResult& result, double pixel, double length);
 
   struct Ratio {

@@ -37,6 +37,11 @@ HammingMatcherOptions matcherOptions(const MatchFilterOptions& options) {
   return matcher;
 }
 
+const MatchFilterOptions& validated(const MatchFilterOptions& options) {
+  options.validate();
+  return options;
+}
+
 MotionStatisticsOptions statisticsOptions(const MatchFilterOptions& options) {
   return motionStatisticsFor(findMethod(options.method).filter, options.motion_statistics);
 }
@@ -77,6 +82,12 @@ void PointPairs::resize(int n) {
   for (auto* column : {&distance, &second_distance}) column->resize(size);
 }
 
+bool PointPairs::hasPlaces(size_t i) const {
+  constexpr float kFarthest = 1e6f;  // a fisheye lens of 10000 px reaches as far, 0.6 degrees short of a right angle
+  const auto isPlace = [](float value) { return std::abs(value) < kFarthest; };  // nor NaN
+  return isPlace(x_reference[i]) && isPlace(y_reference[i]) && isPlace(x_current[i]) && isPlace(y_current[i]);
+}
+
 void MatchResult::clear(Status new_status) {
   status = new_status;
   keypoints_reference = keypoints_current = matches_gms = inliers = 0;
@@ -91,12 +102,13 @@ void MatchFilterOptions::validate() const {
   findMethod(method);
   extractor.validate();
   statisticsOptions(*this).validate();
+  matcherOptions(*this).validate();
   requireInRange("second_alpha", second_alpha, 0.0, 100.0);
   robust.validate();
 }
 
 MatchFilter::MatchFilter(const MatchFilterOptions& options)
-    : options_(options),
+    : options_(validated(options)),
       method_(&findMethod(options.method)),
       extractor_(makeFeatureExtractor(options.extractor)),
       matcher_(matcherOptions(options)),
@@ -159,7 +171,7 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
   if (method_->filter == FilterChoice::kGmsDistance) {
     distance_consistency_.apply(reference.features, current.features, result.matches, statistics_);
   }
-  selectSurvivors(result);
+  selectSurvivors(reference.features, current.features, result);
   describeSurvivors(reference.features, current.features, result);
   if (method_->recheck == RecheckChoice::kGms) keepSurvivors(reference.features, current.features, result);
   result.times.gms = watch.lap();
@@ -187,15 +199,18 @@ void MatchFilter::estimate(MatchResult& result) {
   StopWatch watch;
   estimator_->estimate(pairs_, camera_, result.robust);
   if (method_->recheck == RecheckChoice::kGms) recheckInliers(result);
+  // What fewer agree on is no answer, whichever stage took the others away.
+  if (result.robust.inlier_count < kMinimumMatches) result.robust.refuse();
   markInliers(result);
   result.times.ransac = watch.lap();
 }
 
-void MatchFilter::selectSurvivors(MatchResult& result) {
+void MatchFilter::selectSurvivors(const Features& reference, const Features& current, MatchResult& result) {
   const bool filters = method_->filter != FilterChoice::kNone;
   survivors_.clear();
   for (size_t i = 0; i < result.matches.size(); ++i) {
-    if (!filters || statistics_.accepted[i]) survivors_.push_back(static_cast<int>(i));
+    if (filters && !statistics_.accepted[i]) continue;
+    if (hasRays(reference, current, result.matches[i])) survivors_.push_back(static_cast<int>(i));
   }
   if (options_.one_to_one) keepOneForEachPoint(result);
   result.matches_gms = static_cast<int>(survivors_.size());
@@ -249,6 +264,13 @@ void MatchFilter::describeSurvivors(const Features& reference, const Features& c
     result.stage[i] = MatchStage::kGms;
     result.confidence[i] = static_cast<float>(statistics_.score[i]) / static_cast<float>(largest_score);
   }
+}
+
+bool MatchFilter::hasRays(const Features& reference, const Features& current, const Match& match) const {
+  if (camera_.pixelsWithoutInverse() == 0) return true;
+  const cv::Point2f p = camera_.undistort(reference.keypoints[match.reference].pt);
+  const cv::Point2f q = camera_.undistort(current.keypoints[match.current].pt);
+  return !std::isnan(p.x) && !std::isnan(q.x);
 }
 
 void MatchFilter::keepSurvivors(const Features& reference, const Features& current, const MatchResult& result) {

@@ -64,6 +64,16 @@ bool mayBeOneCamera(const CameraIntrinsics& a, const CameraIntrinsics& b) {
   return std::abs(std::log(a.fx / b.fx)) <= kOtherCamera && std::abs(std::log(a.fy / b.fy)) <= kOtherCamera;
 }
 
+std::string missingRays(const Camera& camera) {
+  const int missing = camera.pixelsWithoutInverse();
+  if (missing == 0) return std::string();
+  std::ostringstream text;
+  text << "the distortion coefficients do not say which rays " << missing << " pixels ("
+       << std::lround(100.0 * missing / camera.imageSize().area())
+       << " %) lie on; matches there are left out. Calibrate with views that reach the corners";
+  return text.str();
+}
+
 }  // namespace
 
 Eigen::Vector2d rayOf(const Camera& camera, const cv::Point2f& pixel) {
@@ -101,6 +111,8 @@ std::shared_ptr<const CameraModel> CameraModelSource::get(const sensor_msgs::Cam
                                  << ", cy " << k.cy << " from "
                                  << (override_.calibrated() ? "the parameters ~camera" : info_topic_));
   }
+  model->warning = missingRays(model->camera);
+  if (!model->warning.empty()) ROS_WARN_STREAM("images on " << image_topic_ << ": " << model->warning);
   model_ = model;
   return model_;
 }
@@ -142,9 +154,8 @@ CameraModel CameraModelSource::make(const sensor_msgs::CameraInfo* info, cv::Siz
       CameraModel model;
       CameraIntrinsics intrinsics = override_;
       if (input_is_rectified_ == Rectified::kYes) intrinsics.distortion.clear();
-      model.rectified =
-          std::all_of(intrinsics.distortion.begin(), intrinsics.distortion.end(), [](double d) { return d == 0; });
       model.camera = Camera(intrinsics, image_size);
+      model.rectified = !model.camera.distorts();
       return model;
     }
     if (info != nullptr) return fromInfo(*info, image_size);
@@ -185,9 +196,9 @@ CameraModel CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv:
   if (!model.rectified) {
     intrinsics.distortion_model = coreName(info.distortion_model);
     intrinsics.distortion = info.D;
-    model.rectified = std::all_of(info.D.begin(), info.D.end(), [](double d) { return d == 0; });
   }
   model.camera = Camera(intrinsics, image_size);
+  model.rectified = !model.camera.distorts();
   return model;
 }
 

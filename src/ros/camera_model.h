@@ -18,6 +18,7 @@ struct CameraModel {
   bool rectified = true;  ///< the received pixels are free of distortion
   std::string problem;    ///< why the camera is not calibrated, and what to do; empty when it is
   std::string doubt;      ///< why ~camera, which is used, may be of another camera, and what to do; empty: no reason
+  std::string warning;    ///< how much of the image the calibration does not cover; empty when it covers all of it
 };
 
 /// x and y at depth 1 of a received pixel, without the distortion. The camera must be calibrated.

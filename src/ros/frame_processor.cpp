@@ -292,6 +292,18 @@ void FrameProcessor::finishPose(Answer& answer) {
     }
   }
   makePublishable(translation_known, options().sigma_floor, answer.pose);
+  stopUnfitPose(answer);
+}
+
+void FrameProcessor::stopUnfitPose(Answer& answer) {
+  const std::string defect = poseDefect(answer.pose);
+  if (defect.empty()) return;
+  answer.status = Status::kRansacFailed;
+  answer.text = "the pose was stopped before it was published: " + defect;
+  answer.pose = RelativePose();
+  answer.metric_scale = false;
+  // What the propagator took from this pair may be as wrong: it starts anew.
+  scale_updated_ = false;
 }
 
 bool FrameProcessor::holdReference(const Answer& answer, double interval) {

@@ -93,6 +93,8 @@ class FrameProcessor {
   Answer answerPair(Answer answer);
   /// Fills the pose, and the length of its translation as ~scale says.
   void finishPose(Answer& answer);
+  /// The last gate: a pose that is not fit to publish becomes RANSAC_FAILED, with what is wrong with it.
+  void stopUnfitPose(Answer& answer);
   /// The current image becomes the reference.
   void advance(bool compared);
   /// The part of `prepare` that pairs and streams share; false, with `problem` set, when the image is of no use.

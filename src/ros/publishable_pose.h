@@ -1,6 +1,8 @@
 // The core's pose as others may take it: nothing invented, covariance finite and bounded, scale applied.
 #pragma once
 
+#include <string>
+
 #include "gms_ransac/robust_estimator.h"
 
 namespace gms_ransac {
@@ -15,11 +17,16 @@ struct SigmaFloor {
   double rotation = 0.0005;    ///< radians
 };
 
-/// Leaves an unknown translation out (zero) and makes its variance large; floors the covariance, makes it finite, and
-/// brings its diagonal within [kSmallestVariance, kLargestVariance].
+/// Leaves an unknown translation out (zero) and makes its variance large; floors the covariance and brings its diagonal
+/// within [kSmallestVariance, kLargestVariance]. What is no covariance (not finite, a negative variance, not symmetric)
+/// stays as it is, for poseDefect to find.
 void makePublishable(bool translation_known, const SigmaFloor& floor, RelativePose& pose);
 
-/// Brings every entry of the diagonal into that range and makes the rest finite.
+/// The last look at a pose before it leaves the process: why it must not, or empty. Fit is one that is finite, with a
+/// rotation matrix up to rounding and a covariance that is symmetric and positive definite.
+std::string poseDefect(const RelativePose& pose);
+
+/// Brings every entry of the diagonal into that range, makes the rest finite and the whole symmetric.
 void boundCovariance(Eigen::Matrix<double, 6, 6>& covariance);
 
 }  // namespace gms_ransac

@@ -108,8 +108,8 @@ void FastExtractor::detect(int i) {
 }
 
 size_t FastExtractor::cornerCount() const {
-  size_t count = 0;
-  for (const Level& level : levels_) count += level.corners.size();
+  size_t count = 0;  // levels beyond those of this image hold what an image before left
+  for (int i = 0; i < pyramid_.levels(); ++i) count += levels_[i].corners.size();
   return count;
 }
 

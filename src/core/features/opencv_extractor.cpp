@@ -1,10 +1,24 @@
 #include "features/opencv_extractor.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace gms_ransac {
 
 namespace {
+
 constexpr int kPatchSize = 31;  // of the ORB descriptor, and so the border without keypoints
+
+/// Levels that leave at least a pixel of the image: cv::ORB fails an assertion on those that do not.
+int levelsThatFit(const cv::Size& size, const FeatureExtractorOptions& options) {
+  const double factor = static_cast<float>(options.scale_factor);  // as cv::ORB stores it
+  const auto side = static_cast<float>(std::min(size.width, size.height));
+  int levels = 1;
+  while (levels < options.levels && std::lrint(side / static_cast<float>(std::pow(factor, levels))) > 0) ++levels;
+  return levels;
 }
+
+}  // namespace
 
 OpenCvExtractor::OpenCvExtractor(const FeatureExtractorOptions& options)
     : options_(options),
@@ -21,6 +35,7 @@ void OpenCvExtractor::extract(const cv::Mat& image, Features& features) {
     features.descriptors.pack();
     return;
   }
+  orb_->setNLevels(levelsThatFit(image.size(), options_));
   orb_->detectAndCompute(image, cv::noArray(), features.keypoints, descriptors_);
   features.descriptors.assign(descriptors_);
 }

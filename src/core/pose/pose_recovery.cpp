@@ -77,8 +77,12 @@ void PoseRecovery::arrange(const PointPairs& pairs, const Camera& camera, double
   cells_.resize(arrangement_.size());
   for (size_t k = 0; k < arrangement_.size(); ++k) {
     const auto i = static_cast<size_t>(arrangement_[k]);
-    const Eigen::Vector3d p = K_inverse * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1);
-    const Eigen::Vector3d q = K_inverse * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1);
+    // A match without places is an outlier of every motion.
+    Eigen::Vector3d p = Eigen::Vector3d::UnitZ(), q(kNowhere, -kNowhere, 1);
+    if (pairs.hasPlaces(i)) {
+      p = K_inverse * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1);
+      q = K_inverse * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1);
+    }
     columns_.x1()[k] = static_cast<float>(p.x());
     columns_.y1()[k] = static_cast<float>(p.y());
     columns_.x2()[k] = static_cast<float>(q.x());

@@ -101,12 +101,7 @@ void RansacEstimator::conclude(const PointPairs& pairs, const Camera& camera, Ro
   const double threshold = options_.inlierThreshold();
   markFinalInliers(pairs, camera, threshold, result);
   result.model_found = acceptance_.accepts(pairs, problem_.sampleSize(), threshold, result);
-  if (!result.model_found) {
-    std::fill(result.inlier.begin(), result.inlier.end(), 0);
-    result.inlier_count = 0;
-    result.rms_error_px = 0;
-    return;
-  }
+  if (!result.model_found) return result.refuse();
   pose_recovery_.recover(pairs, camera, threshold, refines(), result);
 }
 

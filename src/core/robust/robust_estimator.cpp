@@ -49,6 +49,13 @@ void RobustResult::clear() {
   inlier.swap(storage);
 }
 
+void RobustResult::refuse() {
+  model_found = pose_found = translation_observable = ambiguous = false;
+  std::fill(inlier.begin(), inlier.end(), 0);
+  inlier_count = 0;
+  rms_error_px = 0;
+}
+
 std::unique_ptr<RobustEstimator> makeRobustEstimator(const Method& method, const RobustOptions& options) {
   options.validate();
   if (method.sampler == SamplerChoice::kStratified) return makeFastEstimator(options);

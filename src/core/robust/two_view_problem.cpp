@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/LU>
 
@@ -14,12 +15,18 @@ namespace gms_ransac {
 
 namespace {
 
-/// Moves the points' centre to the origin and divides by `scale`.
-Eigen::Matrix3d centring(const std::vector<float>& x, const std::vector<float>& y, double scale) {
-  double sum_x = 0, sum_y = 0;
-  for (float value : x) sum_x += value;
-  for (float value : y) sum_y += value;
-  const double n = std::max<double>(1, static_cast<double>(x.size()));
+using Column = std::vector<float> PointPairs::*;
+
+/// Moves the centre of the points that have places to the origin and divides by `scale`.
+Eigen::Matrix3d centring(const PointPairs& pairs, Column x, Column y, double scale) {
+  double sum_x = 0, sum_y = 0, n = 0;
+  for (size_t i = 0; i < pairs.x_reference.size(); ++i) {
+    if (!pairs.hasPlaces(i)) continue;
+    sum_x += (pairs.*x)[i];
+    sum_y += (pairs.*y)[i];
+    ++n;
+  }
+  n = std::max(1.0, n);
   Eigen::Matrix3d transform;
   transform << 1 / scale, 0, -sum_x / n / scale, 0, 1 / scale, -sum_y / n / scale, 0, 0, 1;
   return transform;
@@ -33,13 +40,18 @@ void transformColumns(const Eigen::Matrix3d& affine, const std::vector<float>& x
   }
 }
 
-/// Half the largest extent of the four columns, at least one pixel.
+/// Half the largest extent of the four columns, at least one pixel; of matches that have places.
 double halfExtent(const PointPairs& pairs) {
   double extent = 2;
-  for (const auto* column : {&pairs.x_reference, &pairs.y_reference, &pairs.x_current, &pairs.y_current}) {
-    if (column->empty()) continue;
-    const auto range = std::minmax_element(column->begin(), column->end());
-    extent = std::max<double>(extent, *range.second - *range.first);
+  for (const Column column :
+       {&PointPairs::x_reference, &PointPairs::y_reference, &PointPairs::x_current, &PointPairs::y_current}) {
+    double low = std::numeric_limits<double>::max(), high = std::numeric_limits<double>::lowest();
+    for (size_t i = 0; i < pairs.x_reference.size(); ++i) {
+      if (!pairs.hasPlaces(i)) continue;
+      low = std::min<double>(low, (pairs.*column)[i]);
+      high = std::max<double>(high, (pairs.*column)[i]);
+    }
+    extent = std::max(extent, high - low);
   }
   return 0.5 * extent;
 }
@@ -105,13 +117,20 @@ void TwoViewProblem::set(const PointPairs& pairs, const Camera& camera, ModelTyp
     scale = camera.meanFocalLength();
   } else {
     scale = halfExtent(pairs);
-    to_working_reference_ = centring(pairs.x_reference, pairs.y_reference, scale);
-    to_working_current_ = centring(pairs.x_current, pairs.y_current, scale);
+    to_working_reference_ = centring(pairs, &PointPairs::x_reference, &PointPairs::y_reference, scale);
+    to_working_current_ = centring(pairs, &PointPairs::x_current, &PointPairs::y_current, scale);
   }
   threshold_ = threshold_px / scale;
   all_.resize(pairs.size());
   transformColumns(to_working_reference_, pairs.x_reference, pairs.y_reference, all_.x_reference, all_.y_reference);
   transformColumns(to_working_current_, pairs.x_current, pairs.y_current, all_.x_current, all_.y_current);
+  for (size_t i = 0; i < all_.x_reference.size(); ++i) {
+    if (pairs.hasPlaces(i)) continue;
+    // Finite, since sums over all matches follow that zero weights do not save from NaN.
+    all_.x_reference[i] = all_.y_reference[i] = 0;
+    all_.x_current[i] = kNowhere;
+    all_.y_current[i] = -kNowhere;
+  }
 }
 
 int TwoViewProblem::sampleSize() const {
@@ -199,6 +218,7 @@ void markFinalInliers(const PointPairs& pairs, const Camera& camera, double thre
   result.inlier_count = 0;
   double sum = 0;
   for (size_t i = 0; i < result.inlier.size(); ++i) {
+    if (!pairs.hasPlaces(i)) continue;
     const Eigen::Vector3d r = to_model * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1);
     const Eigen::Vector3d c = to_model * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1);
     const double squared = unit * unit *

@@ -11,6 +11,9 @@
 
 namespace gms_ransac {
 
+/// Where matches without places are put, working coordinates: far from every line and from where any motion takes them.
+constexpr float kNowhere = 1e3f;
+
 constexpr int kMaxSampleSize = 7;
 constexpr int kMaxModels = 10;
 

@@ -8,7 +8,8 @@ void Verifier::begin(const TwoViewProblem& problem, const OrderedPoints& points)
   problem_ = &problem;
   points_ = &points;
   const int n = points.size();
-  const int sampled = choice_ == VerifierChoice::kHoldOut ? prefixLength(split_, n, problem.sampleSize()) : 0;
+  int sampled = choice_ == VerifierChoice::kHoldOut ? prefixLength(split_, n, problem.sampleSize()) : 0;
+  if (sampled == n) sampled = 0;  // nothing is held out
   sampled_.set(problem, points, 0, sampled);
   judges_.set(problem, points, sampled, n);
 }

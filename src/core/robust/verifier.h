@@ -20,7 +20,7 @@ struct Support {
 };
 
 /// One of: all matches (textbook); T(d,d), all matches after d random ones have fitted (Matas & Chum 2004); hold-out,
-/// the matches that samples do not come from, ties by those they come from (Ci et al. 2022).
+/// the matches that samples do not come from, ties by those they come from (Ci et al. 2022); all where none are left.
 class Verifier {
  public:
   Verifier(VerifierChoice choice, const RobustOptions& options)

@@ -163,7 +163,7 @@ ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference
   int matches = 0;
   const std::vector<DepthPoint> points =
       gatherPoints(pair, reference, current, result, reference_depth, current_depth, matches);
-  if (static_cast<int>(points.size()) < kMinimumSupport) return estimate;
+  if (matches < kMinimumSupport) return estimate;
 
   RowwiseMotion motion;
   RelativePose& refined = motion.pose;
@@ -193,7 +193,7 @@ ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference
   estimate.relative_sigma =
       estimate.length > 0 ? std::sqrt(along.dot(refined.covariance.topLeftCorner<3, 3>() * along)) / estimate.length
                           : 0;
-  estimate.support = static_cast<int>(points.size());
+  estimate.support = matches;
   pose = refined;
   return estimate;
 }

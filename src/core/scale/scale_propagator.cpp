@@ -26,12 +26,15 @@ constexpr int kGoldenSteps = 24;
 constexpr double kMemory = 4;
 // Fresh and carried inverse depth that differ by more standard deviations than this belong to different things.
 constexpr double kGate = 3;
+// Relative standard deviation of a length that is only the previous one's.
+constexpr double kUnmeasured = 1;
 
 /// Sine of the angle between the translation and a ray: how much of the baseline moves that point in the image.
 double sineToBaseline(const Eigen::Vector3d& t, const Eigen::Vector3d& ray) {
   return t.normalized().cross(ray).norm() / ray.norm();
 }
 
+/// `centre` must be positive.
 double minimiseInLog(double centre, double range, const std::function<double(double)>& cost) {
   double best = centre, best_cost = cost(centre);
   const double step = std::log(range) / kSearchSteps;
@@ -89,7 +92,24 @@ ScaleEstimate ScalePropagator::measure(const Triangulation& pair, const MatchRes
     }
     return sum;
   };
-  // The start: the median ratio of those that are seen best.
+  const double start = startingLength();
+  if (!(start > 0) || !std::isfinite(start)) {
+    // Most of what is seen lies beyond infinity: there is no parallax to measure a length by.
+    estimate.relative_sigma = kUnmeasured;
+    return estimate;
+  }
+  estimate.length = minimiseInLog(start, kSearchRange, cost);
+  double information = 0;
+  for (const Ratio& r : ratios_) {
+    const double variance = r.unit_variance + estimate.length * estimate.length * r.known_variance;
+    information += r.known * r.known / variance;
+  }
+  estimate.relative_sigma = 1 / (estimate.length * std::sqrt(information));
+  estimate.support = static_cast<int>(ratios_.size());
+  return estimate;
+}
+
+double ScalePropagator::startingLength() const {
   std::vector<std::pair<double, double>> by_accuracy;
   for (const Ratio& r : ratios_) {
     by_accuracy.emplace_back(r.unit_variance / (r.unit * r.unit) + r.known_variance / (r.known * r.known),
@@ -101,15 +121,7 @@ ScaleEstimate ScalePropagator::measure(const Triangulation& pair, const MatchRes
   const auto middle = by_accuracy.begin() + best / 2;
   std::nth_element(by_accuracy.begin(), middle, by_accuracy.end(),
                    [](const auto& a, const auto& b) { return a.second < b.second; });
-  estimate.length = minimiseInLog(middle->second, kSearchRange, cost);
-  double information = 0;
-  for (const Ratio& r : ratios_) {
-    const double variance = r.unit_variance + estimate.length * estimate.length * r.known_variance;
-    information += r.known * r.known / variance;
-  }
-  estimate.relative_sigma = 1 / (estimate.length * std::sqrt(information));
-  estimate.support = static_cast<int>(ratios_.size());
-  return estimate;
+  return middle->second;
 }
 
 void ScalePropagator::carryOn(const Triangulation& pair, const MatchResult& result, double pixel, double length) {
@@ -138,7 +150,10 @@ void ScalePropagator::carryOn(const Triangulation& pair, const MatchResult& resu
         }
       }
     }
-    if (depth.value > 0) current_[static_cast<size_t>(match.current)] = depth;
+    // Nothing that is not finite enters the memory: it would spread from pair to pair.
+    if (depth.value > 0 && std::isfinite(depth.value) && std::isnormal(depth.variance)) {
+      current_[static_cast<size_t>(match.current)] = depth;
+    }
   }
 }
 

@@ -44,7 +44,6 @@ class FastEstimator : public RobustEstimator {
   template <class Model>
   bool findMatrix(RobustResult& result, Eigen::Matrix3d& matrix);
   bool findPose(RobustResult& result);
-  static void refuse(RobustResult& result);
 
   RobustOptions options_;
   const ResidualKernels& kernels_;
@@ -147,13 +146,6 @@ bool FastEstimator::findPose(RobustResult& result) {
   return true;
 }
 
-void FastEstimator::refuse(RobustResult& result) {
-  result.model_found = false;
-  std::fill(result.inlier.begin(), result.inlier.end(), 0);
-  result.inlier_count = 0;
-  result.rms_error_px = 0;
-}
-
 void FastEstimator::estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
   result.clear();
   const bool essential = options_.model == ModelType::kEssential && camera.calibrated();
@@ -178,7 +170,7 @@ void FastEstimator::estimate(const PointPairs& pairs, const Camera& camera, Robu
   markFinalInliers(pairs, camera, options_.inlierThreshold(), result);
   result.model_found =
       acceptance_.accepts(pairs, problem_.sampleSize(), options_.inlierThreshold(), result, &confidence_order_);
-  if (!result.model_found) return refuse(result);
+  if (!result.model_found) return result.refuse();
   if (essential) {
     // The direction in the reference camera is that of the optimum.
     const TwoViewPose pose = {rotation_, rotation_ * pose_.R.transpose() * pose_.t};

@@ -51,6 +51,21 @@ Eigen::Matrix3d rotationFromVector(const Eigen::Vector3d& v) {
   return Eigen::AngleAxisd(angle, v / angle).toRotationMatrix();
 }
 
+bool makeRotation(Eigen::Matrix3d& R) {
+  // Newton and Schulz's iteration for the polar factor: the error is squared each time, so from where the first step is
+  // allowed to start the fifth ends in rounding.
+  constexpr double kReach = 0.5, kRounding = 1e-14;
+  constexpr int kSteps = 6;
+  for (int i = 0; i < kSteps; ++i) {
+    const Eigen::Matrix3d error = R.transpose() * R - Eigen::Matrix3d::Identity();
+    const double size = error.cwiseAbs().maxCoeff();
+    if (size < kRounding) return R.determinant() > 0;
+    if (!(size < kReach)) return false;
+    R -= 0.5 * R * error;
+  }
+  return R.determinant() > 0;
+}
+
 void toFloat(const Eigen::Matrix3d& m, float (&out)[9]) {
   for (int i = 0; i < 9; ++i) out[i] = static_cast<float>(m(i / 3, i % 3));
 }
@@ -78,10 +93,12 @@ int PoseModel::generate(const int* sample, Hypothesis* hypotheses) const {
   const int solutions = solveEssential5(x1, x2, models);
   int count = 0;
   for (int k = 0; k < solutions; ++k) {
-    const EssentialDecomposition d = decomposeEssential(models[k]);
+    EssentialDecomposition d = decomposeEssential(models[k]);
     double sign;
-    for (const Eigen::Matrix3d* R : {&d.R1, &d.R2}) {
+    for (Eigen::Matrix3d* R : {&d.R1, &d.R2}) {
       if (!inFront(points_, sample, 5, *R, d.t, sign)) continue;
+      // A root that is inaccurate leaves a matrix that is not quite essential, and what comes of it no rotation.
+      if (!makeRotation(*R)) continue;
       hypotheses[count++] = {*R, sign * d.t};
       break;
     }
@@ -136,6 +153,7 @@ void PoseModel::linearize(const Hypothesis& pose, const Loss& loss, NormalEquati
 }
 
 int PoseModel::refine(const Loss& loss, int iterations, Hypothesis& pose, float enough) const {
+  makeRotation(pose.R);  // steps keep what it is, errors included
   NormalEquations<5> equations;
   return minimizeRobustCost<5>(
       iterations, enough, pose, equations,

@@ -23,6 +23,8 @@ struct TwoViewPose {
 /// [v]x, and the rotation by |v| about v.
 Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& v);
 Eigen::Matrix3d rotationFromVector(const Eigen::Vector3d& v);
+/// Replaces R by the nearest rotation, to rounding; false, with R undefined, when it is far from any.
+bool makeRotation(Eigen::Matrix3d& R);
 /// Row-major copy in float.
 void toFloat(const Eigen::Matrix3d& m, float (&out)[9]);
 

@@ -23,7 +23,7 @@ struct RotationOnly {
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  ///< t anywhere on the sphere
 };
 
-/// `inlier`: per column; `residuals`: room for all columns.
+/// `inlier_residuals`: Sampson distance of each column, an inlier below 1; `residuals`: room for all columns.
 RotationOnly fitRotationOnly(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& start,
                              const std::vector<float>& inlier_residuals, std::vector<float>& residuals,
                              int64_t& evaluations);

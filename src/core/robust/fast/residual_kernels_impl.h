@@ -345,8 +345,9 @@ struct KernelsFor {
       const V e = poseResidual(parallax, n, s, p);
       V q, slope;
       if (parallax_prior.weight > 0) {
-        sums.cost = sums.cost + prior.cost(parallax, lossDivisor(loss, e), slope, q);
-        addPrior(parallax, slope, V::select(e, V::set(loss.cut), V::set(1), V::set(0)), p, sums);
+        const V counts = V::select(e, V::set(loss.cut), V::set(1), V::set(0));
+        sums.cost = sums.cost + counts * prior.cost(parallax, lossDivisor(loss, e), slope, q);
+        addPrior(parallax, slope, counts, p, sums);
       } else {
         q = V::set(1) / lossDivisor(loss, e);
       }

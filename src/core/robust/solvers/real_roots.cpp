@@ -8,7 +8,8 @@ namespace gms_ransac {
 namespace {
 
 constexpr int kMaxDegree = 10;
-constexpr int kMaxDepth = 50;  // bisections after which roots count as equal
+constexpr double kNoRemainder = 1e-14;  // of a division, over the size of its terms: rounding
+constexpr int kMaxDepth = 50;           // bisections after which roots count as equal
 
 double evaluate(const double* c, int degree, double x) {
   double value = c[degree];
@@ -28,8 +29,8 @@ class SturmSequence {
       // upper has degree n, lower n - 1. Members may be scaled by positive factors without changing a sign.
       normalize(upper, n);
       const double size = normalize(lower, n - 1);
-      if (!(size > 0)) return;  // multiple roots: the sequence ends in a common factor, whose sign never matters
-      if (std::abs(lower[n - 1]) < 1e-13) return;
+      // Multiple roots end the sequence early, and a missing power makes it skip degrees: neither is of this form.
+      if (!(size > 0) || std::abs(lower[n - 1]) < 1e-13) return;
       const double a = upper[n] / lower[n - 1];
       const double b = n >= 2 ? (upper[n - 1] - a * lower[n - 2]) / lower[n - 1] : (upper[0]) / lower[0];
       a_[count_] = a;
@@ -37,12 +38,14 @@ class SturmSequence {
       ++count_;
       if (n == 1) {
         last_ = lower[0];
+        complete_ = true;
         return;
       }
       double remainder[kMaxDegree + 1];
       remainder[0] = b * lower[0] - upper[0];
       for (int i = 1; i <= n - 2; ++i) remainder[i] = a * lower[i - 1] + b * lower[i] - upper[i];
       const double remainder_size = largest(remainder, n - 2);
+      if (remainder_size < kNoRemainder * (1 + std::abs(a) + std::abs(b))) return;
       // Scaling the remainder rescales the recurrence: keep the factor with the step that uses it.
       factor_[count_ - 1] = remainder_size;
       std::copy(lower, lower + n, upper);
@@ -50,6 +53,8 @@ class SturmSequence {
     }
   }
 
+  /// False: `changes` means nothing.
+  bool complete() const { return complete_; }
   /// Sign changes along the sequence at x; the roots in (a, b] number changes(a) - changes(b).
   int changes(double x) const {
     double next = 0, current = last_;
@@ -80,6 +85,7 @@ class SturmSequence {
   double a_[kMaxDegree], b_[kMaxDegree], factor_[kMaxDegree] = {};
   double last_ = 1;  // the constant member the recurrence starts from
   int count_ = 0;
+  bool complete_ = false;
 };
 
 /// The root in [low, high], where the polynomial changes sign once: Newton steps, bisection where they leave the
@@ -108,6 +114,42 @@ double refineRoot(const double* c, int degree, double low, double high) {
   return x;
 }
 
+/// Value of the polynomial at x, or 0 where it cannot be told from 0.
+double valueUpToRounding(const double* c, int degree, double x) {
+  constexpr double kRounding = 1e-12;
+  double size = 0;
+  for (int i = degree; i >= 0; --i) size = size * std::abs(x) + std::abs(c[i]);
+  const double value = evaluate(c, degree, x);
+  return std::abs(value) < kRounding * size ? 0 : value;
+}
+
+/// The distinct roots within `bound`, ascending, for any polynomial: from the linear derivative up, the roots of each
+/// lie between the roots of the next. Slower than Sturm's sequence.
+int rootsBetweenExtrema(const double* c, int degree, double bound, double (&roots)[10]) {
+  double derivative[kMaxDegree + 1][kMaxDegree + 1];  // by degree
+  std::copy(c, c + degree + 1, derivative[degree]);
+  for (int n = degree; n > 1; --n) {
+    for (int i = 1; i <= n; ++i) derivative[n - 1][i - 1] = i * derivative[n][i];
+  }
+  double ends[kMaxDegree + 2];
+  int count = 0;
+  for (int n = 1; n <= degree; ++n) {
+    int end_count = 0;
+    ends[end_count++] = -bound;
+    for (int i = 0; i < count; ++i) ends[end_count++] = roots[i];
+    ends[end_count++] = bound;
+    count = 0;
+    double before = valueUpToRounding(derivative[n], n, ends[0]);
+    for (int i = 1; i < end_count; ++i) {
+      const double value = valueUpToRounding(derivative[n], n, ends[i]);
+      if (before * value < 0) roots[count++] = refineRoot(derivative[n], n, ends[i - 1], ends[i]);
+      if (value == 0) roots[count++] = ends[i];  // an extremum that touches zero: a multiple root
+      before = value;
+    }
+  }
+  return count;
+}
+
 }  // namespace
 
 int solvePolynomial(const double* c, int degree, double (&roots)[10]) {
@@ -125,6 +167,7 @@ int solvePolynomial(const double* c, int degree, double (&roots)[10]) {
   bound = 2 * bound + 1e-3;
 
   const SturmSequence sturm(p, degree);
+  if (!sturm.complete()) return rootsBetweenExtrema(p, degree, bound, roots);
   struct Interval {
     double low, high;
     int changes_low, changes_high, depth;

@@ -1,0 +1,48 @@
+// The distortion models of camera.h and their inverse, in normalised image coordinates.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "gms_ransac/camera.h"
+
+namespace gms_ransac {
+
+/// x_distorted = T(x r_d(r) / r + tangential and thin-prism terms) with T the tilt of the sensor: the models of
+/// OpenCV's calibration. For a fisheye lens r_d(r) is a polynomial of the angle atan(r).
+class Distortion {
+ public:
+  /// `intrinsics` must be valid.
+  explicit Distortion(const CameraIntrinsics& intrinsics);
+
+  Eigen::Vector2d distort(const Eigen::Vector2d& ideal) const;
+  /// False, with `ideal` undefined, where the model has no inverse: beyond the radius up to which r_d grows, and where
+  /// no pinhole camera sees.
+  bool undistort(const Eigen::Vector2d& distorted, Eigen::Vector2d& ideal) const;
+
+ private:
+  struct Radial {
+    double factor;  ///< r_d / r
+    double slope;   ///< d r_d / d r
+  };
+  Radial radial(double squared_radius) const;
+  /// All but the tilt, and its derivative.
+  Eigen::Vector2d distortOnLens(const Eigen::Vector2d& ideal, Eigen::Matrix2d& derivative) const;
+  /// Newton's step, or the largest half of it that brings `ideal` closer to its target; false when none does.
+  bool stepCloser(Eigen::Vector2d step, const Eigen::Vector2d& target, Eigen::Vector2d& ideal,
+                  Eigen::Matrix2d& derivative, Eigen::Vector2d& residual) const;
+  /// Up to where r_d grows.
+  double radiusOfGrowth() const;
+  /// What lies farther out than that, distorted, is not worth a search.
+  double farthestOnRim() const;
+
+  bool fisheye_;
+  double numerator_[5] = {1, 0, 0, 0, 0};     ///< of r_d / r in powers of r^2; fisheye: of r_d / angle, angle^2
+  double denominator_[4] = {1, 0, 0, 0};      ///< of r_d / r
+  double p1_ = 0, p2_ = 0;                    ///< tangential
+  double prism_x_[2] = {}, prism_y_[2] = {};  ///< thin prism: factors of r^2 and r^4
+  Eigen::Matrix3d tilt_ = Eigen::Matrix3d::Identity(), untilt_ = Eigen::Matrix3d::Identity();
+  double largest_radius_;  ///< ideal
+  double reach_;           ///< distorted
+};
+
+}  // namespace gms_ransac
