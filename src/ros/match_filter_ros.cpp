@@ -66,6 +66,7 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
     outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, [this] { survive([&] { updateSubscription(); }); });
   }
   diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, name_);
+  master_watch_ = std::make_unique<MasterWatch>(name_);
   ROS_INFO_STREAM(name_ << ": method " << config_.method << ", model " << config_.model << ", OpenCV " << CV_VERSION
                         << "; subscribes to " << input_->imageTopic()
                         << (parameters_.always_subscribe ? " always (~always_subscribe)"
@@ -218,6 +219,7 @@ void MatchFilterRos::watchInput() {
   silent_seconds_ = waiting.empty() ? 0 : silent_seconds_ + 1;
   if (silent_seconds_ >= kSilentPeriods) ROS_WARN_STREAM_THROTTLE(30, name_ << ": " << waiting);
   diagnostics_->setInput(silent_seconds_ >= kSilentPeriods ? waiting : std::string(), subscribed, paused_);
+  diagnostics_->setGraph(master_watch_->problem());
   diagnostics_->update();
 }
 

@@ -19,6 +19,7 @@
 #include "frame_processor.h"
 #include "image_input.h"
 #include "mailbox.h"
+#include "master_watch.h"
 #include "outputs.h"
 #include "parameters.h"
 #include "throttle.h"
@@ -74,6 +75,7 @@ class MatchFilterRos {
   boost::recursive_mutex reconfigure_mutex_;
   std::unique_ptr<dynamic_reconfigure::Server<UnclampedConfig>> reconfigure_server_;
   std::unique_ptr<Diagnostics> diagnostics_;
+  std::unique_ptr<MasterWatch> master_watch_;
   ros::ServiceServer reset_service_, pause_service_;
   ros::WallTimer watch_timer_;
   int silent_seconds_ = 0;
