@@ -2,6 +2,8 @@
 // sentence.
 #include "camera_model.h"
 
+#include <limits>
+
 #include <gtest/gtest.h>
 #include <boost/make_shared.hpp>
 #include <opencv2/calib3d.hpp>
@@ -214,6 +216,66 @@ TEST(CameraModel, DoubtsMindTheBinning) {
   info.P.fill(0);
   info.binning_x = info.binning_y = 2;
   EXPECT_EQ(doubt(info, {640, 480}), "");
+}
+
+TEST(CameraModel, NamesTheFocalLengthThatIsNone) {
+  const auto problem = [](double fx, double fy, double px) {
+    sensor_msgs::CameraInfo info = calibrated();
+    info.K[0] = fx;
+    info.K[4] = fy;
+    info.P[0] = px;
+    return model(info, {640, 480}, Rectified::kAuto)->problem;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(problem(nan, 500, 500).find("fx is nan and fy is 500 in K"), std::string::npos);
+  EXPECT_NE(problem(-500, 500, 500).find("fx is -500 and fy is 500 in K"), std::string::npos);
+  EXPECT_NE(problem(500, 0, 500).find("fx is 500 and fy is 0 in K"), std::string::npos);
+  EXPECT_NE(problem(500, 500, -480).find("fx is -480 and fy is 481 in P"), std::string::npos);
+  EXPECT_NE(problem(std::numeric_limits<double>::infinity(), 500, 500).find("inf"), std::string::npos);
+}
+
+/// No content of a camera_info ends the process; what cannot be used is refused with a sentence.
+TEST(CameraModel, NoMessageThrows) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  constexpr uint32_t kMost = std::numeric_limits<uint32_t>::max(), kLeastInt = 0x80000000;
+  const std::vector<double> numbers = {0, -1, 500, 1e300, nan, std::numeric_limits<double>::infinity()};
+  const std::vector<uint32_t> counts = {0, 1, 640, kLeastInt, kMost};
+  const auto check = [](const sensor_msgs::CameraInfo& info) {
+    for (const Rectified rectified : {Rectified::kAuto, Rectified::kYes, Rectified::kNo}) {
+      std::shared_ptr<const CameraModel> answer;
+      ASSERT_NO_THROW(answer = model(info, {640, 480}, rectified)) << info;
+      EXPECT_NE(answer->problem.empty(), !answer->camera.calibrated()) << info;
+    }
+  };
+  for (size_t entry : {0, 2, 4, 5}) {
+    for (double value : numbers) {
+      sensor_msgs::CameraInfo info = calibrated();
+      info.K[entry] = value;
+      info.D = {0.1, 0, 0, 0, 0};
+      check(info);
+      info.P[entry] = value;
+      check(info);
+    }
+  }
+  for (const char* name : {"", "plumb_bob", "rational_polynomial", "equidistant", "kaleidoscope"}) {
+    for (size_t length = 0; length <= 15; ++length) {
+      for (double value : numbers) {
+        sensor_msgs::CameraInfo info = calibrated();
+        info.distortion_model = name;
+        info.D.assign(length, value);
+        check(info);
+      }
+    }
+  }
+  for (uint32_t size : counts) {
+    for (uint32_t binning : counts) {
+      sensor_msgs::CameraInfo info = calibrated(size, size);
+      info.binning_x = info.binning_y = binning;
+      check(info);
+      info.roi.width = info.roi.height = info.roi.x_offset = size;
+      check(info);
+    }
+  }
 }
 
 }  // namespace

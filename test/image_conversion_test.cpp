@@ -1,6 +1,12 @@
 // Every encoding becomes the same grey picture; malformed messages are refused with a sentence.
 #include "image_conversion.h"
 
+#include "depth_conversion.h"
+
+#include <limits>
+#include <set>
+#include <vector>
+
 #include <cv_bridge/cv_bridge.h>
 #include <gtest/gtest.h>
 
@@ -135,6 +141,109 @@ TEST(ImageConversion, SaysWhatIsWrong) {
             std::string::npos);
   EXPECT_NE(problem([](auto& i) { i.width = 100000; }).find("too large"), std::string::npos);
   EXPECT_TRUE(grey.empty());
+}
+
+/// Calls `visit` with messages of every kind: encodings (known, unknown and empty) x sizes x steps around what a row
+/// takes x endianness x lengths of data around what the message says it has.
+template <typename Visit>
+void forEveryMessage(const Visit& visit) {
+  const std::vector<std::string> encodings = {
+      "mono8",       "8UC1",        "bgr8",         "8UC3",         "rgb8",   "bgra8", "8UC4",         "rgba8",
+      "bayer_rggb8", "bayer_bggr8", "bayer_gbrg8",  "bayer_grbg8",  "mono16", "16UC1", "bgr16",        "rgb16",
+      "bgra16",      "rgba16",      "bayer_rggb16", "bayer_bggr16", "yuv422", "32FC1", "bayer_gbrg16", "bayer_grbg16",
+      "yuv422_yuy2", "64FC1",       "16SC1",        "8UC99",        "sepia",  ""};
+  constexpr uint32_t kMost = std::numeric_limits<uint32_t>::max();
+  const std::vector<std::pair<uint32_t, uint32_t>> sizes = {
+      {0, 0}, {1, 1}, {64, 64}, {65, 67}, {320, 64}, {1, 500}, {500, 1}, {64, 33000}, {kMost, 64}, {kMost, kMost}};
+  constexpr size_t kLongest = 1 << 21;  // bytes; longer data is left out
+  for (const std::string& encoding : encodings) {
+    for (const auto& [width, height] : sizes) {
+      std::set<uint32_t> steps = {0, 1, kMost};
+      for (uint64_t bytes : {1, 2, 3, 4, 6, 8}) {
+        for (int more = -1; more <= 4; ++more) steps.insert(static_cast<uint32_t>(bytes * width + more));
+      }
+      for (uint32_t step : steps) {
+        const uint64_t said = uint64_t{step} * height;
+        for (uint64_t length : {uint64_t{0}, uint64_t{1}, said - 1, said, said + 1}) {
+          if (length > kLongest) continue;
+          sensor_msgs::Image image;
+          image.encoding = encoding;
+          image.width = width;
+          image.height = height;
+          image.step = step;
+          image.data.resize(length, 0x5a);
+          for (uint8_t endian : {0, 1}) {
+            image.is_bigendian = endian;
+            visit(image);
+          }
+        }
+      }
+    }
+  }
+}
+
+std::string describe(const sensor_msgs::Image& image) {
+  return image.encoding + " " + std::to_string(image.width) + "x" + std::to_string(image.height) + ", step " +
+         std::to_string(image.step) + ", " + std::to_string(image.data.size()) + " bytes, endian " +
+         std::to_string(image.is_bigendian);
+}
+
+/// A sentence of ours, not OpenCV's with its file and line.
+void expectSentence(const std::string& problem, const sensor_msgs::Image& image) {
+  EXPECT_EQ(problem.find("OpenCV"), std::string::npos) << describe(image) << ": " << problem;
+  EXPECT_EQ(problem.find('\n'), std::string::npos) << describe(image) << ": " << problem;
+}
+
+TEST(ImageConversion, NoMessageThrows) {
+  int used = 0, refused = 0;
+  forEveryMessage([&](const sensor_msgs::Image& image) {
+    cv::Mat grey;
+    std::string problem;
+    ASSERT_NO_THROW(problem = ImageConverter().toGrey(image, grey)) << describe(image);
+    ++(problem.empty() ? used : refused);
+    if (!problem.empty()) {
+      expectSentence(problem, image);
+      EXPECT_TRUE(grey.empty()) << describe(image);
+      return;
+    }
+    EXPECT_EQ(grey.type(), CV_8UC1) << describe(image);
+    EXPECT_EQ(grey.size(), cv::Size(static_cast<int>(image.width), static_cast<int>(image.height))) << describe(image);
+  });
+  EXPECT_GT(used, 100);
+  EXPECT_GT(refused, 1000);
+}
+
+TEST(DepthConversion, NoMessageThrows) {
+  int used = 0, refused = 0;
+  forEveryMessage([&](const sensor_msgs::Image& image) {
+    for (const cv::Size size :
+         {cv::Size(static_cast<int>(image.width), static_cast<int>(image.height)), cv::Size(64, 64)}) {
+      cv::Mat depth;
+      std::string problem;
+      ASSERT_NO_THROW(problem = toDepth(image, size, depth)) << describe(image);
+      ++(problem.empty() ? used : refused);
+      if (!problem.empty()) {
+        expectSentence(problem, image);
+        EXPECT_TRUE(depth.empty()) << describe(image);
+        continue;
+      }
+      EXPECT_EQ(depth.type(), CV_32FC1) << describe(image);
+      EXPECT_EQ(depth.size(), size) << describe(image);
+    }
+  });
+  EXPECT_GT(used, 10);
+  EXPECT_GT(refused, 1000);
+}
+
+TEST(ImageConversion, AnOddStepOfWidePixelsIsNamed) {
+  sensor_msgs::Image image = message(cv::Mat(96, 320, CV_16UC1, cv::Scalar(7)), "mono16");
+  image.step = 641;
+  image.data.resize(641 * 96);
+  cv::Mat grey;
+  EXPECT_NE(ImageConverter().toGrey(image, grey).find("step is 641 bytes, no multiple of the 2 bytes"),
+            std::string::npos);
+  image.encoding = "16UC1";
+  EXPECT_NE(toDepth(image, {320, 96}, grey).find("step is 641 bytes, no multiple of the 2 bytes"), std::string::npos);
 }
 
 }  // namespace

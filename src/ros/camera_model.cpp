@@ -6,8 +6,6 @@
 #include <sstream>
 #include <stdexcept>
 
-#include <ros/console.h>
-
 namespace gms_ransac {
 
 namespace {
@@ -36,10 +34,18 @@ std::string sizeText(int width, int height) { return std::to_string(width) + "x"
 /// The size of the image that `info` describes, after region of interest and binning; 0x0 when it does not say.
 cv::Size describedSize(const sensor_msgs::CameraInfo& info) {
   const bool has_region = info.roi.width != 0 && info.roi.height != 0;
-  const int width = static_cast<int>(has_region ? info.roi.width : info.width);
-  const int height = static_cast<int>(has_region ? info.roi.height : info.height);
-  return {width / static_cast<int>(std::max(info.binning_x, 1u)),
-          height / static_cast<int>(std::max(info.binning_y, 1u))};
+  // Divided as they came, unsigned: the least int over -1 would end the process.
+  return {static_cast<int>((has_region ? info.roi.width : info.width) / std::max(info.binning_x, 1u)),
+          static_cast<int>((has_region ? info.roi.height : info.height) / std::max(info.binning_y, 1u))};
+}
+
+/// Both are 0 where the matrix is not given; a single one, a negative one and NaN are mistakes.
+void requireFocalLengths(const char* matrix, double fx, double fy) {
+  if ((fx == 0 && fy == 0) || (fx > 0 && fy > 0 && std::isfinite(fx) && std::isfinite(fy))) return;
+  std::ostringstream text;
+  text << "fx is " << fx << " and fy is " << fy << " in " << matrix
+       << ", both must be above 0; calibrate the camera or set ~camera/fx, fy, cx and cy";
+  throw std::invalid_argument(text.str());
 }
 
 /// K and P are those of the full-resolution image (sensor_msgs/CameraInfo): shift to the region, then bin.
@@ -101,18 +107,21 @@ std::shared_ptr<const CameraModel> CameraModelSource::get(const sensor_msgs::Cam
   if (had_info) last_info_ = *info;
   auto model = std::make_shared<CameraModel>(make(info.get(), image_size));
   if (override_.calibrated() && had_info) model->doubt = contradiction(*info, image_size);
-  if (!model->doubt.empty()) ROS_WARN_STREAM(model->doubt);
+  if (!model->doubt.empty()) throttle_.warn(model->doubt, model->doubt);
   const CameraIntrinsics& k = model->camera.intrinsics();
+  // The sentence itself is the key: sizes that alternate say two things, not one per image.
+  std::ostringstream text;
   if (!model->problem.empty()) {
-    ROS_WARN_STREAM("no pose for images on " << image_topic_ << ": " << model->problem);
+    text << "no pose for images on " << image_topic_ << ": " << model->problem;
+    throttle_.warn(text.str(), text.str());
   } else {
-    ROS_INFO_STREAM("images on " << image_topic_ << " are taken as " << (model->rectified ? "rectified" : "raw")
-                                 << " (~input_is_rectified), with fx " << k.fx << ", fy " << k.fy << ", cx " << k.cx
-                                 << ", cy " << k.cy << " from "
-                                 << (override_.calibrated() ? "the parameters ~camera" : info_topic_));
+    text << "images on " << image_topic_ << " are taken as " << (model->rectified ? "rectified" : "raw")
+         << " (~input_is_rectified), with fx " << k.fx << ", fy " << k.fy << ", cx " << k.cx << ", cy " << k.cy
+         << " from " << (override_.calibrated() ? "the parameters ~camera" : info_topic_);
+    throttle_.info(text.str(), text.str());
   }
   model->warning = missingRays(model->camera);
-  if (!model->warning.empty()) ROS_WARN_STREAM("images on " << image_topic_ << ": " << model->warning);
+  if (!model->warning.empty()) throttle_.warn(model->warning, "images on " + image_topic_ + ": " + model->warning);
   model_ = model;
   return model_;
 }
@@ -128,7 +137,7 @@ bool CameraModelSource::isRectified(const sensor_msgs::CameraInfo& info) const {
 
 std::string CameraModelSource::sizeMismatch(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {
   const cv::Size described = describedSize(info);
-  if (described.width == 0 || described.height == 0 || described == image_size) return std::string();
+  if (described == cv::Size() || described == image_size) return std::string();
   return "the camera_info on " + info_topic_ + " is for " + sizeText(described.width, described.height) +
          " images, but the image is " + sizeText(image_size.width, image_size.height);
 }
@@ -171,8 +180,10 @@ CameraModel CameraModelSource::make(const sensor_msgs::CameraInfo* info, cv::Siz
 }
 
 CameraModel CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {
-  const bool has_k = info.K[0] > 0 && info.K[4] > 0;
-  const bool has_p = info.P[0] > 0 && info.P[5] > 0;
+  requireFocalLengths("K", info.K[0], info.K[4]);
+  const bool has_k = info.K[0] > 0, rectified = !has_k || isRectified(info);
+  if (rectified) requireFocalLengths("P", info.P[0], info.P[5]);
+  const bool has_p = info.P[0] > 0;
   CameraModel model;
   if (!has_k && !has_p) {
     model.problem = "the camera_info on " + info_topic_ +
@@ -185,7 +196,7 @@ CameraModel CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv:
     return model;
   }
   // kitti2bag leaves K at zero and fills P alone; only a rectified image is described by P.
-  model.rectified = !has_k || isRectified(info);
+  model.rectified = rectified;
   CameraIntrinsics intrinsics;
   if (model.rectified && has_p) {
     intrinsics = {info.P[0], info.P[5], info.P[2], info.P[6], "", {}};

@@ -9,6 +9,7 @@
 
 #include "gms_ransac/camera.h"
 #include "parameters.h"
+#include "throttle.h"
 
 namespace gms_ransac {
 
@@ -29,7 +30,8 @@ class CameraModelSource {
  public:
   CameraModelSource(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic);
 
-  /// The model for an image of this size; `info` may be null. The four numbers are logged whenever they change.
+  /// The model for an image of this size; `info` may be null. The four numbers are logged whenever they change,
+  /// the same ones at most once in a while.
   std::shared_ptr<const CameraModel> get(const sensor_msgs::CameraInfoConstPtr& info, cv::Size image_size);
 
  private:
@@ -47,6 +49,7 @@ class CameraModelSource {
   bool last_had_info_ = false;
   cv::Size last_size_;
   std::shared_ptr<const CameraModel> model_;
+  Throttle throttle_;
 };
 
 }  // namespace gms_ransac

@@ -1,5 +1,8 @@
 #include "depth_conversion.h"
 
+#include "guard.h"
+#include "image_conversion.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -19,18 +22,21 @@ std::string toDepth(const sensor_msgs::Image& image, cv::Size expected, cv::Mat&
            ", but the image is " + std::to_string(expected.width) + "x" + std::to_string(expected.height) +
            "; depth must be registered to it";
   }
-  const size_t pixel = metres ? sizeof(float) : sizeof(uint16_t);
-  if (image.step < image.width * pixel || image.data.size() != static_cast<size_t>(image.step) * image.height) {
-    return "step and data of the depth image do not fit its size";
-  }
+  const int type = metres ? CV_32FC1 : CV_16UC1;
+  std::string problem = layoutProblem(image, type);
+  if (!problem.empty()) return "the depth image cannot be used: " + problem;
   if (image.is_bigendian) return "the depth image is big-endian, which is not supported";
-  const cv::Mat received(expected, metres ? CV_32FC1 : CV_16UC1, const_cast<uint8_t*>(image.data.data()), image.step);
-  if (metres) {
-    depth = received;
-  } else {
-    received.convertTo(depth, CV_32F, kMetresPerUnit);
-  }
-  return std::string();
+  guarded(
+      [&] {
+        const cv::Mat received = pixelsOf(image, type);
+        if (metres) {
+          depth = received;
+        } else {
+          received.convertTo(depth, CV_32F, kMetresPerUnit);
+        }
+      },
+      [&](const std::string& what) { problem = "converting the depth image failed: " + what; });
+  return problem;
 }
 
 }  // namespace gms_ransac

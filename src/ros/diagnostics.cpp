@@ -23,6 +23,7 @@ Diagnostics::Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, 
   updater_.setHardwareID("none");
   updater_.add("input", this, &Diagnostics::describeInput);
   updater_.add("matches", this, &Diagnostics::describeMatches);
+  updater_.add("graph", this, &Diagnostics::describeGraph);
   updater_.add("timing", this, &Diagnostics::describeTiming);  // last: it starts the next period
 }
 
@@ -45,6 +46,20 @@ void Diagnostics::setInput(const std::string& waiting_for, bool subscribed, bool
 void Diagnostics::setCalibrationDoubt(const std::string& doubt) {
   std::lock_guard<std::mutex> lock(mutex_);
   calibration_doubt_ = doubt;
+}
+
+void Diagnostics::setGraph(const std::string& problem) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  graph_problem_ = problem;
+}
+
+void Diagnostics::describeGraph(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (graph_problem_.empty()) {
+    status.summary(DiagnosticStatus::OK, "known to the ROS master");
+  } else {
+    status.summary(DiagnosticStatus::ERROR, graph_problem_);
+  }
 }
 
 void Diagnostics::describeInput(diagnostic_updater::DiagnosticStatusWrapper& status) {

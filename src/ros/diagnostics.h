@@ -1,4 +1,5 @@
-// What /diagnostics says about the match filter: input, timing, and the quality of the last answers.
+// What /diagnostics says about the match filter: input, timing, the quality of the last answers, and
+// whether the ROS master knows it.
 #pragma once
 
 #include <mutex>
@@ -20,18 +21,20 @@ class Diagnostics {
   void setInput(const std::string& waiting_for, bool subscribed, bool paused);
   /// Why the calibration in use may be of another camera; empty: no reason.
   void setCalibrationDoubt(const std::string& doubt);
+  /// What is wrong with the node's registration; empty: nothing.
+  void setGraph(const std::string& problem);
   /// Publishes; called about once a second.
   void update() { updater_.force_update(); }
 
  private:
   void describeInput(diagnostic_updater::DiagnosticStatusWrapper& status);
+  void describeGraph(diagnostic_updater::DiagnosticStatusWrapper& status);
   void describeTiming(diagnostic_updater::DiagnosticStatusWrapper& status);
   void describeMatches(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   diagnostic_updater::Updater updater_;
   std::mutex mutex_;  ///< guards what follows
-  std::string waiting_for_;
-  std::string calibration_doubt_;
+  std::string waiting_for_, graph_problem_, calibration_doubt_;
   bool subscribed_ = false, paused_ = false;
   MatchStats last_;
   int answers_ = 0, failures_ = 0;  ///< since the last report

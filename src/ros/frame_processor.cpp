@@ -1,12 +1,13 @@
 #include "frame_processor.h"
 
+#include <algorithm>
 #include <chrono>
-#include <exception>
 #include <sstream>
 #include <utility>
 
 #include "depth_conversion.h"
 #include "frames.h"
+#include "guard.h"
 
 namespace gms_ransac {
 
@@ -92,46 +93,60 @@ void FrameProcessor::requestReset() {
 }
 
 std::unique_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& input) {
+  auto frame = beginFrame(input);
+  guarded([&] { fill(*frame); }, [&](const std::string& what) { frame->problem = what; });
+  return frame;
+}
+
+std::unique_ptr<PreparedFrame> FrameProcessor::beginFrame(const ImageWithInfo& input) {
   std::unique_ptr<PreparedFrame> frame;
-  double max_gap;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     frame = spare_ ? std::move(spare_) : std::make_unique<PreparedFrame>();
     frame->filter = filter_;
     frame->reset_requested = std::exchange(reset_requested_, false);
-    max_gap = options_.max_frame_gap;
   }
   frame->input = input;
   frame->depth.release();
   frame->depth_problem.clear();
   frame->pair_reference.reset();
   frame->stamp_verdict = StampVerdict::kInOrder;
-  if (!convert(input.image, *frame)) return frame;
-  try {
-    if (input.reference) {
-      frame->pair_reference = std::make_unique<PreparedFrame>();
-      frame->pair_reference->input.image = input.reference;
-      if (!convert(input.reference, *frame->pair_reference)) {
-        frame->problem = frame->pair_reference->problem;
-        return frame;
-      }
-      frame->filter->extract(frame->pair_reference->grey, frame->pair_reference->frame);
-    } else {
-      const double previous = stamps_.previousStamp();
-      frame->stamp_verdict = stamps_.judge(frame->stamp(), input.received.toSec(), max_gap);
-      if (frame->stamp_verdict == StampVerdict::kOutOfOrder) {
-        frame->problem = "the stamp is " + seconds(previous - frame->stamp()) +
-                         " before that of the image before it; the image is dropped as out of order";
-        return frame;
-      }
-    }
-    if (input.depth) frame->depth_problem = toDepth(*input.depth, frame->grey.size(), frame->depth);
-    frame->camera = camera_source_.get(input.camera_info, frame->grey.size());
-    frame->filter->extract(frame->grey, frame->frame);
-  } catch (const std::exception& error) {
-    frame->problem = error.what();
-  }
   return frame;
+}
+
+void FrameProcessor::fill(PreparedFrame& frame) {
+  const ImageWithInfo& input = frame.input;
+  if (!convert(input.image, frame)) return;
+  if (input.reference) {
+    frame.pair_reference = std::make_unique<PreparedFrame>();
+    frame.pair_reference->input.image = input.reference;
+    if (!convert(input.reference, *frame.pair_reference)) {
+      frame.problem = frame.pair_reference->problem;
+      return;
+    }
+    frame.filter->extract(frame.pair_reference->grey, frame.pair_reference->frame);
+  } else {
+    frame.problem = judgeStamp(frame);
+    if (!frame.problem.empty()) return;
+  }
+  if (input.depth) {
+    frame.depth_problem = toDepth(*input.depth, frame.grey.size(), frame.depth);
+  } else if (parameters_.scale == ScaleMode::kDepth) {
+    frame.depth_problem = "no depth image of about its stamp came with the image";
+  }
+  frame.camera = camera_source_.get(input.camera_info, frame.grey.size());
+  frame.filter->extract(frame.grey, frame.frame);
+}
+
+std::string FrameProcessor::judgeStamp(PreparedFrame& frame) {
+  const double late = stamps_.previousStamp() - frame.stamp();
+  frame.stamp_verdict = stamps_.judge(frame.stamp(), frame.input.received.toSec(), options().max_frame_gap);
+  if (frame.stamp_verdict != StampVerdict::kOutOfOrder) return std::string();
+  if (late == 0) {
+    return "the stamp is the same as that of the image before it; the image is dropped as out of order. Do all images "
+           "have this stamp, the camera driver does not set it";
+  }
+  return "the stamp is " + seconds(late) + " before that of the image before it; the image is dropped as out of order";
 }
 
 bool FrameProcessor::convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame) {
@@ -153,12 +168,28 @@ Answer FrameProcessor::answer(std::unique_ptr<PreparedFrame> frame) {
   Answer answer;
   answer.current = current_.get();
   if (!current_->problem.empty()) {
+    keepPending(*current_);
     answer.status = Status::kBadImage;
     answer.text = "image on " + image_topic_ + " not used: " + current_->problem;
     return answer;
   }
+  takePending(*current_);
+  return current_->pair_reference ? answerPair(answer) : answerStream(answer);
+}
 
-  if (current_->pair_reference) return answerPair(answer);
+void FrameProcessor::keepPending(const PreparedFrame& frame) {
+  reset_pending_ |= frame.reset_requested;
+  if (frame.stamp_verdict != StampVerdict::kOutOfOrder) {
+    verdict_pending_ = std::max(verdict_pending_, frame.stamp_verdict);
+  }
+}
+
+void FrameProcessor::takePending(PreparedFrame& frame) {
+  frame.reset_requested |= std::exchange(reset_pending_, false);
+  frame.stamp_verdict = std::max(frame.stamp_verdict, std::exchange(verdict_pending_, StampVerdict::kInOrder));
+}
+
+Answer FrameProcessor::answerStream(Answer answer) {
   answer.text = startAnew(*current_, answer);
   const bool compared = answer.text.empty();
   const double interval = current_->stamp() - std::exchange(last_stamp_, current_->stamp());
@@ -176,6 +207,7 @@ Answer FrameProcessor::answer(std::unique_ptr<PreparedFrame> frame) {
 Answer FrameProcessor::answerPair(Answer answer) {
   reference_ = std::move(current_->pair_reference);
   tracks_.reset();
+  if (current_->reset_requested) answer.continuity = Continuity::kRestarted;
   if (reference_->frame.features.image_size != current_->frame.features.image_size) {
     answer.status = Status::kBadImage;
     answer.text = "the two images differ in size: " + sizeText(reference_->frame.features.image_size) + " and " +
@@ -183,6 +215,7 @@ Answer FrameProcessor::answerPair(Answer answer) {
     return answer;
   }
   compare(answer);
+  if (current_->reset_requested) answer.text = "reset on request; " + answer.text;
   return answer;
 }
 
@@ -241,7 +274,7 @@ std::string FrameProcessor::startAnew(const PreparedFrame& frame, Answer& answer
 void FrameProcessor::compare(Answer& answer) {
   answer.reference = reference_.get();
   answer.result = &result_;
-  try {
+  const auto work = [&] {
     current_->filter->setCamera(current_->camera->camera);
     current_->filter->filter(reference_->frame, current_->frame, result_);
     answer.status = result_.status;
@@ -251,12 +284,13 @@ void FrameProcessor::compare(Answer& answer) {
     answer.track_lengths = &tracks_.lengths();
     scale_updated_ = false;
     finishPose(answer);
-  } catch (const std::exception& error) {
+  };
+  guarded(work, [&](const std::string& what) {
     result_.clear(Status::kRansacFailed);
     tracks_.reset();
     answer.status = Status::kRansacFailed;
-    answer.text = error.what();
-  }
+    answer.text = what;
+  });
 }
 
 void FrameProcessor::finishPose(Answer& answer) {
@@ -283,6 +317,8 @@ void FrameProcessor::finishPose(Answer& answer) {
     if (answer.metric_scale && !translation_known) {
       // Depth makes a translation observable that the images alone do not show.
       answer.status = Status::kOk;
+      answer.text = explain(Status::kOk, result_, *current_->camera) +
+                    "; too little parallax, the translation is that of the depth";
       translation_known = true;
     }
     if (!answer.metric_scale) {

@@ -81,12 +81,23 @@ class FrameProcessor {
 
   /// Conversion, stamp rules, extraction. Never throws.
   std::unique_ptr<PreparedFrame> prepare(const ImageWithInfo& input);
-  /// Comparison with the reference. Never throws.
+  /// Comparison with the reference. Never throws. What asks for a new start and comes with an image that is of no use
+  /// is kept for the next one.
   Answer answer(std::unique_ptr<PreparedFrame> frame);
 
  private:
+  /// An empty frame for the input, with the options in force now.
+  std::unique_ptr<PreparedFrame> beginFrame(const ImageWithInfo& input);
+  void fill(PreparedFrame& frame);
+  /// Sets the verdict; returns why the image is dropped, empty when it is not.
+  std::string judgeStamp(PreparedFrame& frame);
+  Answer answerStream(Answer answer);
   /// Forgets the reference where the stamps or the image size ask for it and says why; empty: compare.
   std::string startAnew(const PreparedFrame& frame, Answer& answer);
+  /// Keeps what an unusable image asks for.
+  void keepPending(const PreparedFrame& frame);
+  /// Hands it to the next usable one.
+  void takePending(PreparedFrame& frame);
   void compare(Answer& answer);
   /// `interval`: between this image and the one before.
   bool holdReference(const Answer& answer, double interval);
@@ -115,6 +126,8 @@ class FrameProcessor {
   TrackTable tracks_;
   ScalePropagator propagator_;
   Triangulation triangulation_;
+  bool reset_pending_ = false;  ///< asked for with an image that was of no use, as is the next one
+  StampVerdict verdict_pending_ = StampVerdict::kInOrder;
   bool scale_updated_ = false;  ///< the propagator knows the features of the last pair
   double last_stamp_ = 0;       ///< of the image answered before
 

@@ -1,9 +1,10 @@
 #include "image_conversion.h"
 
 #include <array>
-#include <exception>
 
 #include <opencv2/imgproc.hpp>
+
+#include "guard.h"
 
 namespace gms_ransac {
 
@@ -61,29 +62,6 @@ std::string sizeText(const sensor_msgs::Image& image) {
   return std::to_string(image.width) + "x" + std::to_string(image.height);
 }
 
-/// Empty when the message describes memory that is really there.
-std::string layoutProblem(const sensor_msgs::Image& image, const Encoding& encoding) {
-  if (image.width == 0 || image.height == 0 || image.data.empty())
-    return "the image is empty (" + sizeText(image) + ")";
-  if (image.width > kMaximumSide || image.height > kMaximumSide)
-    return "the image is " + sizeText(image) + ", too large";
-  if (image.width < kMinimumSide || image.height < kMinimumSide) {
-    return "the image is " + sizeText(image) + "; both sides must be at least " + std::to_string(kMinimumSide) +
-           " pixels";
-  }
-  const size_t row = static_cast<size_t>(image.width) * CV_ELEM_SIZE(encoding.type);
-  if (image.step < row) {
-    return "step is " + std::to_string(image.step) + " bytes, but a row of " + std::to_string(image.width) + " " +
-           image.encoding + " pixels takes " + std::to_string(row);
-  }
-  const size_t expected = static_cast<size_t>(image.step) * image.height;
-  if (image.data.size() != expected) {
-    return "data holds " + std::to_string(image.data.size()) + " bytes, but step * height is " +
-           std::to_string(expected);
-  }
-  return std::string();
-}
-
 bool hostIsBigEndian() {
   const uint16_t one = 1;
   return *reinterpret_cast<const uint8_t*>(&one) == 0;
@@ -101,36 +79,61 @@ cv::Mat swapBytes(const cv::Mat& wide) {
 
 }  // namespace
 
+std::string layoutProblem(const sensor_msgs::Image& image, int type) {
+  if (image.width == 0 || image.height == 0 || image.data.empty()) return "it is empty (" + sizeText(image) + ")";
+  if (image.width > kMaximumSide || image.height > kMaximumSide) return "it is " + sizeText(image) + ", too large";
+  const size_t row = static_cast<size_t>(image.width) * CV_ELEM_SIZE(type), value = CV_ELEM_SIZE1(type);
+  const std::string step = "step is " + std::to_string(image.step) + " bytes, ";
+  if (image.step < row) {
+    return step + "but a row of " + std::to_string(image.width) + " " + image.encoding + " pixels takes " +
+           std::to_string(row);
+  }
+  if (image.step % value != 0) {
+    return step + "no multiple of the " + std::to_string(value) + " bytes that a value of " + image.encoding +
+           " takes; rows may be padded by whole values only";
+  }
+  const size_t expected = static_cast<size_t>(image.step) * image.height;
+  if (image.data.size() != expected) {
+    return "data holds " + std::to_string(image.data.size()) + " bytes, but step * height is " +
+           std::to_string(expected);
+  }
+  return std::string();
+}
+
+cv::Mat pixelsOf(const sensor_msgs::Image& image, int type) {
+  // cv::Mat has no view of constant memory.
+  return {static_cast<int>(image.height), static_cast<int>(image.width), type, const_cast<uint8_t*>(image.data.data()),
+          image.step};
+}
+
 std::string ImageConverter::toGrey(const sensor_msgs::Image& image, cv::Mat& grey) {
   const Encoding* encoding = findEncoding(image.encoding);
   if (encoding == nullptr) {
     return "the encoding '" + image.encoding +
            "' is not supported; send mono8, mono16, bgr8, rgb8, bgra8, rgba8, yuv422 or a bayer_* one";
   }
-  const std::string problem = layoutProblem(image, *encoding);
+  std::string problem = layoutProblem(image, encoding->type);
   if (!problem.empty()) return problem;
+  if (image.width < kMinimumSide || image.height < kMinimumSide) {
+    return "the image is " + sizeText(image) + "; both sides must be at least " + std::to_string(kMinimumSide) +
+           " pixels";
+  }
+  guarded([&] { grey = convert(image, encoding->type, encoding->color_to_grey); },
+          [&](const std::string& what) { problem = "converting " + image.encoding + " failed: " + what; });
+  return problem;
+}
 
-  // cv::Mat has no view of constant memory; the pixels are only read.
-  cv::Mat received(static_cast<int>(image.height), static_cast<int>(image.width), encoding->type,
-                   const_cast<uint8_t*>(image.data.data()), image.step);
-  const bool wide = CV_MAT_DEPTH(encoding->type) == CV_16U;
-  if (!wide && encoding->color_to_grey == kNoConversion) {
-    grey = received;
-    return std::string();
+cv::Mat ImageConverter::convert(const sensor_msgs::Image& image, int type, int color_to_grey) {
+  cv::Mat received = pixelsOf(image, type);
+  const bool wide = CV_MAT_DEPTH(type) == CV_16U;
+  if (wide && (image.is_bigendian != 0) != hostIsBigEndian()) received = swapBytes(received);
+  cv::Mat one_channel;  // never in place: the message is shared with other subscribers
+  if (color_to_grey == kNoConversion) {
+    one_channel = received;
+  } else {
+    cv::cvtColor(received, one_channel, color_to_grey);
   }
-  try {
-    if (wide && (image.is_bigendian != 0) != hostIsBigEndian()) received = swapBytes(received);
-    cv::Mat one_channel;  // never in place: the message is shared with other subscribers
-    if (encoding->color_to_grey == kNoConversion) {
-      one_channel = received;
-    } else {
-      cv::cvtColor(received, one_channel, encoding->color_to_grey);
-    }
-    grey = wide ? greyFromWide(one_channel) : one_channel;
-  } catch (const std::exception& error) {
-    return "converting " + image.encoding + " failed: " + error.what();
-  }
-  return std::string();
+  return wide ? greyFromWide(one_channel) : one_channel;
 }
 
 cv::Mat ImageConverter::greyFromWide(const cv::Mat& wide) {

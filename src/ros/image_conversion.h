@@ -8,6 +8,13 @@
 
 namespace gms_ransac {
 
+/// Empty when the message describes pixels of this OpenCV type that are really there, or what is wrong with its size,
+/// step or data. Its encoding is not looked at.
+std::string layoutProblem(const sensor_msgs::Image& image, int type);
+
+/// The pixels of a message without a layout problem; shares its memory, which must only be read.
+cv::Mat pixelsOf(const sensor_msgs::Image& image, int type);
+
 class ImageConverter {
  public:
   /// `grey` (CV_8UC1) shares the message's memory when the encoding is already grey and 8 bits wide, so the message
@@ -19,6 +26,7 @@ class ImageConverter {
   /// Cameras put 10, 12 or 14 bits into 16. The brightest value seen so far tells how many are in use; that number
   /// never shrinks, so that brightness does not jump from frame to frame.
   cv::Mat greyFromWide(const cv::Mat& wide);
+  cv::Mat convert(const sensor_msgs::Image& image, int type, int color_to_grey);
 
   int wide_bits_ = 8;
 };

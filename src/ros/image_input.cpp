@@ -10,7 +10,10 @@ namespace gms_ransac {
 namespace {
 
 // Colour and depth of one moment: half the period of a 30 Hz camera and some jitter.
-constexpr double kNear = 0.025;
+constexpr double kNear = 0.025;  // seconds
+// How long an image waits for its depth, by the wall clock; registering and decompressing depth takes several frames.
+constexpr double kPatience = 1;
+constexpr double kPairingPeriod = 0.1;  // seconds between two looks at what has waited long enough
 
 /// Which package brings a transport, as advice.
 std::string whereToGet(const std::string& transport) {
@@ -22,11 +25,20 @@ std::string whereToGet(const std::string& transport) {
          "-image-transport (where there is none, build image_transport_plugins)";
 }
 
+PairingOptions pairingOptions(const Parameters& parameters) {
+  return {kNear, kPatience, static_cast<size_t>(parameters.queue_size)};
+}
+
 }  // namespace
 
 ImageInput::ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
                        Callback callback)
-    : nh_(nh), pnh_(pnh), transport_(nh), parameters_(parameters), callback_(std::move(callback)) {}
+    : nh_(nh),
+      pnh_(pnh),
+      transport_(nh),
+      parameters_(parameters),
+      callback_(std::move(callback)),
+      pairing_(pairingOptions(parameters)) {}
 
 void ImageInput::checkTransports() const {
   checkTransport("image_transport", parameters_.image_transport);
@@ -80,29 +92,28 @@ void ImageInput::startExact(uint32_t queue, const image_transport::TransportHint
 
 void ImageInput::startTwoImages(uint32_t queue, const image_transport::TransportHints& hints) {
   const bool pair = parameters_.input == InputKind::kPair;
+  image_subscriber_ = transport_.subscribe(toSubscribe(firstName(), parameters_.image_transport), queue,
+                                           &ImageInput::onFirst, this, hints);
   // Depth is never sent through the transport of the images: lossy ones spoil it.
-  image_filter_.subscribe(transport_, toSubscribe(firstName(), parameters_.image_transport), queue, hints);
-  second_filter_.subscribe(
-      transport_, toSubscribe(secondName(), pair ? parameters_.image_transport : parameters_.depth_image_transport),
-      queue,
+  second_subscriber_ = transport_.subscribe(
+      toSubscribe(secondName(), pair ? parameters_.image_transport : parameters_.depth_image_transport), queue,
+      &ImageInput::onSecond, this,
       pair ? hints : image_transport::TransportHints("raw", ros::TransportHints(), pnh_, "depth_image_transport"));
-  image_filter_.registerCallback(&ImageInput::countImage, this);
-  near_synchronizer_ =
-      std::make_unique<message_filters::Synchronizer<NearPolicy>>(NearPolicy(queue), image_filter_, second_filter_);
-  near_synchronizer_->setReset(true);
-  near_synchronizer_->setMaxIntervalDuration(ros::Duration(kNear));
-  near_synchronizer_->registerCallback(&ImageInput::onTwoImages, this);
+  pairing_timer_ =
+      nh_.createWallTimer(ros::WallDuration(kPairingPeriod), [this](const ros::WallTimerEvent&) { deliverPairs(); });
 }
 
 void ImageInput::stop() {
+  pairing_timer_.stop();
   image_subscriber_.shutdown();
+  second_subscriber_.shutdown();
   info_subscriber_.shutdown();
   image_filter_.unsubscribe();
   info_filter_.unsubscribe();
-  second_filter_.unsubscribe();
   synchronizer_.reset();
-  near_synchronizer_.reset();
   started_ = false;
+  std::lock_guard<std::mutex> lock(mutex_);
+  pairing_.clear();
 }
 
 void ImageInput::countImage(const sensor_msgs::ImageConstPtr& image) {
@@ -118,16 +129,42 @@ void ImageInput::onImage(const sensor_msgs::ImageConstPtr& image) {
   deliver(input);
 }
 
-void ImageInput::onTwoImages(const sensor_msgs::ImageConstPtr& first, const sensor_msgs::ImageConstPtr& second) {
-  ImageWithInfo input;
-  if (parameters_.input == InputKind::kPair) {
-    input.reference = first;
-    input.image = second;
-  } else {
-    input.image = first;
-    input.depth = second;
+void ImageInput::onFirst(const sensor_msgs::ImageConstPtr& image) {
+  countImage(image);
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    pairing_.addFirst(image, ros::SteadyTime::now().toSec());
   }
-  deliver(input);
+  deliverPairs();
+}
+
+void ImageInput::onSecond(const sensor_msgs::ImageConstPtr& image) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    pairing_.addSecond(image);
+  }
+  deliverPairs();
+}
+
+void ImageInput::deliverPairs() {
+  std::vector<ImagePair> pairs;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    pairs = pairing_.settled(ros::SteadyTime::now().toSec());
+  }
+  for (const ImagePair& pair : pairs) {
+    ImageWithInfo input;
+    if (parameters_.input == InputKind::kStream) {
+      input.image = pair.first;
+      input.depth = pair.second;
+    } else if (pair.second) {
+      input.reference = pair.first;
+      input.image = pair.second;
+    } else {
+      continue;
+    }
+    deliver(input);
+  }
 }
 
 void ImageInput::onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
@@ -147,7 +184,7 @@ void ImageInput::onPair(const sensor_msgs::ImageConstPtr& image, const sensor_ms
 void ImageInput::deliver(ImageWithInfo input) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    ++delivered_;
+    if (!twoImages() || input.depth || input.reference) ++complete_;
     if (!input.camera_info) input.camera_info = latest_info_;
   }
   input.received = ros::Time::now();
@@ -166,9 +203,9 @@ std::string ImageInput::toSubscribe(const std::string& name, const std::string& 
 
 std::string ImageInput::waitingFor() {
   std::lock_guard<std::mutex> lock(mutex_);
-  const int images = images_, infos = infos_, delivered = delivered_;
-  images_ = infos_ = delivered_ = 0;
-  if (!started_ || delivered > 0) return std::string();
+  const int images = images_, infos = infos_, complete = complete_;
+  images_ = infos_ = complete_ = 0;
+  if (!started_ || complete > 0) return std::string();
   const std::string image_topic = firstTopic(), info_topic = infoTopic();
   const bool raw = parameters_.image_transport == "raw";
   if (images == 0) return "no image arrives on " + image_topic + (raw ? "" : "/" + parameters_.image_transport);
@@ -176,6 +213,7 @@ std::string ImageInput::waitingFor() {
   if (twoImages()) {
     text << "no image of " << image_topic << " (last stamp " << last_image_stamp_ << ") has a partner within " << kNear
          << " s on " << secondTopic();
+    if (parameters_.input == InputKind::kStream) text << "; they are answered without a length";
     return text.str();
   }
   text << "no image of " << image_topic << " has a camera_info of the same stamp on " << info_topic << ": " << images

@@ -9,13 +9,13 @@
 #include <image_transport/image_transport.h>
 #include <image_transport/subscriber_filter.h>
 #include <message_filters/subscriber.h>
-#include <message_filters/sync_policies/approximate_time.h>
 #include <message_filters/sync_policies/exact_time.h>
 #include <message_filters/synchronizer.h>
 #include <ros/node_handle.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 
+#include "image_pairing.h"
 #include "parameters.h"
 
 namespace gms_ransac {
@@ -23,7 +23,7 @@ namespace gms_ransac {
 struct ImageWithInfo {
   sensor_msgs::ImageConstPtr image;
   sensor_msgs::CameraInfoConstPtr camera_info;  ///< null: none has arrived, or it was replaced by parameters
-  sensor_msgs::ImageConstPtr depth;             ///< with ~scale depth
+  sensor_msgs::ImageConstPtr depth;             ///< with ~scale depth; null: none came with the image
   sensor_msgs::ImageConstPtr reference;         ///< with ~input pair: what `image` is compared with
   ros::Time received;
 };
@@ -55,9 +55,6 @@ class ImageInput {
  private:
   using ExactPolicy = message_filters::sync_policies::ExactTime<sensor_msgs::Image, sensor_msgs::CameraInfo>;
 
-  /// Two images whose stamps are close: image and depth, or reference and current.
-  using NearPolicy = message_filters::sync_policies::ApproximateTime<sensor_msgs::Image, sensor_msgs::Image>;
-
   void checkTransport(const std::string& parameter, const std::string& transport) const;
   void startExact(uint32_t queue, const image_transport::TransportHints& hints);
   void startTwoImages(uint32_t queue, const image_transport::TransportHints& hints);
@@ -73,7 +70,10 @@ class ImageInput {
   void onImage(const sensor_msgs::ImageConstPtr& image);
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
   void onPair(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
-  void onTwoImages(const sensor_msgs::ImageConstPtr& first, const sensor_msgs::ImageConstPtr& second);
+  void onFirst(const sensor_msgs::ImageConstPtr& image);
+  void onSecond(const sensor_msgs::ImageConstPtr& image);
+  /// Hands over the pairs that are settled. An image without depth goes alone; half of a pair is of no use.
+  void deliverPairs();
   void countImage(const sensor_msgs::ImageConstPtr& image);
   void deliver(ImageWithInfo input);
 
@@ -91,12 +91,14 @@ class ImageInput {
   message_filters::Subscriber<sensor_msgs::CameraInfo> info_filter_;
   std::unique_ptr<message_filters::Synchronizer<ExactPolicy>> synchronizer_;
   // input: pair, or scale: depth
-  image_transport::SubscriberFilter second_filter_;
-  std::unique_ptr<message_filters::Synchronizer<NearPolicy>> near_synchronizer_;
+  image_transport::Subscriber second_subscriber_;
+  ros::WallTimer pairing_timer_;
 
-  std::mutex mutex_;  ///< guards what follows
+  std::mutex mutex_;      ///< guards what follows
+  ImagePairing pairing_;  ///< after the subscribers: a transport's plugin may have to free what it holds
   sensor_msgs::CameraInfoConstPtr latest_info_;
-  int images_ = 0, infos_ = 0, delivered_ = 0;  ///< since the last call of waitingFor
+  int images_ = 0, infos_ = 0;  ///< since the last call of waitingFor
+  int complete_ = 0;            ///< delivered since then with all that belongs to them
   ros::Time last_image_stamp_, last_info_stamp_;
 };
 

@@ -1,7 +1,8 @@
-// Hands items from the callback thread to the worker: the latest one only (live), or every one in order (replay).
+// Hands items from one thread to another, in order. What waits is bounded: beyond its capacity the oldest goes.
 #pragma once
 
 #include <condition_variable>
+#include <cstddef>
 #include <deque>
 #include <mutex>
 #include <utility>
@@ -11,21 +12,22 @@ namespace gms_ransac {
 template <typename Item>
 class Mailbox {
  public:
-  explicit Mailbox(bool latest_only) : latest_only_(latest_only) {}
+  /// `capacity`: items that may wait, at least 1; with 1 the latest alone.
+  explicit Mailbox(size_t capacity) : capacity_(capacity) {}
 
-  /// Never blocks. Returns how many waiting items this one replaced: 0, or 1 when only the latest is kept.
+  /// Never blocks. Returns how many waiting items had to go: 0 or 1.
   int push(Item item) {
-    int replaced = 0;
+    int dropped = 0;
     {
       std::lock_guard<std::mutex> lock(mutex_);
-      if (latest_only_ && !items_.empty()) {
+      if (items_.size() >= capacity_) {
         items_.pop_front();
-        replaced = 1;
+        dropped = 1;
       }
       items_.push_back(std::move(item));
     }
     arrived_.notify_one();
-    return replaced;
+    return dropped;
   }
 
   /// Waits until the box is empty, then pushes; false once it is closed. Keeps one thread from running ahead of
@@ -69,14 +71,9 @@ class Mailbox {
     return waiting;
   }
 
-  int size() const {
-    std::lock_guard<std::mutex> lock(mutex_);
-    return static_cast<int>(items_.size());
-  }
-
  private:
-  const bool latest_only_;
-  mutable std::mutex mutex_;
+  const size_t capacity_;
+  std::mutex mutex_;
   std::condition_variable arrived_, emptied_;
   std::deque<Item> items_;
   bool closed_ = false;

@@ -5,14 +5,14 @@
 
 #include <opencv2/core/version.hpp>
 
+#include "guard.h"
+
 namespace gms_ransac {
 
 namespace {
 
 constexpr double kWatchPeriod = 1;  // seconds
 constexpr int kSilentPeriods = 5;   // without an image before the log says which topic is silent
-// Every frame is kept when none may be dropped; a queue this long means that replay outruns the computer.
-constexpr int kLongQueue = 200;
 
 ProcessorOptions processorOptions(const MatchFilterConfig& config, int threads) {
   ProcessorOptions options;
@@ -28,13 +28,24 @@ ProcessorOptions processorOptions(const MatchFilterConfig& config, int threads) 
 
 }  // namespace
 
+template <typename Work>
+void MatchFilterRos::survive(const Work& work) {
+  guarded(work, [this](const std::string& what) { throttle_.warn("unexpected", name_ + ": " + what); });
+}
+
 MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& name)
-    : nh_(nh), pnh_(pnh), name_(name), parameters_(Parameters::read(pnh)), mailbox_(parameters_.drop_frames) {
+    : nh_(nh),
+      pnh_(pnh),
+      name_(name),
+      parameters_(Parameters::read(pnh)),
+      mailbox_(parameters_.drop_frames ? 1 : static_cast<size_t>(parameters_.queue_size)),
+      prepared_(1) {
   for (const std::string& unknown : unknownParameters(pnh_, parameters_)) {
     ROS_WARN_STREAM(name_ << ": parameter " << pnh_.resolveName(unknown) << " is set but not known; misspelt?");
   }
   checkConfigOnServer(pnh_);
-  input_ = std::make_unique<ImageInput>(nh_, pnh_, parameters_, [this](const ImageWithInfo& input) { onImage(input); });
+  input_ = std::make_unique<ImageInput>(nh_, pnh_, parameters_,
+                                        [this](const ImageWithInfo& input) { survive([&] { onImage(input); }); });
   input_->checkTransports();
   processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic());
 
@@ -52,11 +63,10 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   {
     // A listener may connect before `outputs_` is assigned.
     std::lock_guard<std::mutex> lock(subscription_mutex_);
-    outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, [this] { updateSubscription(); });
+    outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, [this] { survive([&] { updateSubscription(); }); });
   }
   diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, name_);
-  worker_ = std::thread([this] { work(); });
-  if (parameters_.threads > 1) second_worker_ = std::thread([this] { answerPrepared(); });
+  master_watch_ = std::make_unique<MasterWatch>(name_);
   ROS_INFO_STREAM(name_ << ": method " << config_.method << ", model " << config_.model << ", OpenCV " << CV_VERSION
                         << "; subscribes to " << input_->imageTopic()
                         << (parameters_.always_subscribe ? " always (~always_subscribe)"
@@ -64,7 +74,11 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   updateSubscription();
   reset_service_ = pnh_.advertiseService("reset", &MatchFilterRos::reset, this);
   pause_service_ = pnh_.advertiseService("pause", &MatchFilterRos::pause, this);
-  watch_timer_ = nh_.createWallTimer(ros::WallDuration(kWatchPeriod), &MatchFilterRos::watchInput, this);
+  watch_timer_ = nh_.createWallTimer(ros::WallDuration(kWatchPeriod),
+                                     [this](const ros::WallTimerEvent& /*event*/) { survive([&] { watchInput(); }); });
+  // Last: were an exception to leave the constructor, nobody would join them.
+  worker_ = std::thread([this] { work(); });
+  if (parameters_.threads > 1) second_worker_ = std::thread([this] { answerPrepared(); });
 }
 
 MatchFilterRos::~MatchFilterRos() {
@@ -133,12 +147,13 @@ void MatchFilterRos::updateSubscription() {
 
 void MatchFilterRos::onImage(const ImageWithInfo& input) {
   ++received_;
-  dropped_ += static_cast<uint32_t>(mailbox_.push(input));
-  if (!parameters_.drop_frames && mailbox_.size() > kLongQueue) {
-    ROS_WARN_STREAM_THROTTLE(10, name_ << ": " << mailbox_.size() << " images of " << input_->imageTopic()
-                                       << " wait to be processed and none may be dropped; lower the replay rate or "
-                                          "set ~drop_frames");
-  }
+  const int dropped = mailbox_.push(input);
+  dropped_ += static_cast<uint32_t>(dropped);
+  if (dropped == 0 || parameters_.drop_frames) return;
+  throttle_.warn("backlog", name_ + ": images of " + input_->imageTopic() +
+                                " come faster than they are processed: " + std::to_string(parameters_.queue_size) +
+                                " wait, the oldest is dropped although ~drop_frames is false; lower the replay rate "
+                                "or raise ~queue_size");
 }
 
 bool MatchFilterRos::reset(std_srvs::Trigger::Request& /*request*/, std_srvs::Trigger::Response& response) {
@@ -160,19 +175,25 @@ bool MatchFilterRos::pause(std_srvs::SetBool::Request& request, std_srvs::SetBoo
 void MatchFilterRos::work() {
   ImageWithInfo input;
   while (mailbox_.pop(input)) {
-    auto frame = processor_->prepare(input);
+    survive([&] { process(input); });
     input = ImageWithInfo();
-    if (parameters_.threads > 1) {
-      prepared_.pushWhenEmpty(std::move(frame));
-    } else {
-      publish(processor_->answer(std::move(frame)));
-    }
+  }
+}
+
+void MatchFilterRos::process(const ImageWithInfo& input) {
+  auto frame = processor_->prepare(input);
+  if (parameters_.threads > 1) {
+    prepared_.pushWhenEmpty(std::move(frame));
+  } else {
+    publish(processor_->answer(std::move(frame)));
   }
 }
 
 void MatchFilterRos::answerPrepared() {
   std::unique_ptr<PreparedFrame> frame;
-  while (prepared_.pop(frame)) publish(processor_->answer(std::move(frame)));
+  while (prepared_.pop(frame)) {
+    survive([&] { publish(processor_->answer(std::move(frame))); });
+  }
 }
 
 void MatchFilterRos::publish(const Answer& answer) {
@@ -186,15 +207,10 @@ void MatchFilterRos::publish(const Answer& answer) {
     std::lock_guard<std::mutex> lock(options_mutex_);
     options = output_options_;
   }
-  try {
-    diagnostics_->add(*outputs_->publish(answer, {received_, processed_, dropped_, resets_}, options));
-  } catch (const std::exception& error) {
-    // Nothing is known to throw here; but a nodelet must never take its manager down.
-    throttle_.warn("unexpected", name_ + ": image not answered: " + error.what());
-  }
+  diagnostics_->add(*outputs_->publish(answer, {received_, processed_, dropped_, resets_}, options));
 }
 
-void MatchFilterRos::watchInput(const ros::WallTimerEvent& /*event*/) {
+void MatchFilterRos::watchInput() {
   std::string waiting;
   bool subscribed;
   {
@@ -205,6 +221,7 @@ void MatchFilterRos::watchInput(const ros::WallTimerEvent& /*event*/) {
   silent_seconds_ = waiting.empty() ? 0 : silent_seconds_ + 1;
   if (silent_seconds_ >= kSilentPeriods) ROS_WARN_STREAM_THROTTLE(30, name_ << ": " << waiting);
   diagnostics_->setInput(silent_seconds_ >= kSilentPeriods ? waiting : std::string(), subscribed, paused_);
+  diagnostics_->setGraph(master_watch_->problem());
   diagnostics_->update();
 }
 

@@ -19,6 +19,7 @@
 #include "frame_processor.h"
 #include "image_input.h"
 #include "mailbox.h"
+#include "master_watch.h"
 #include "outputs.h"
 #include "parameters.h"
 #include "throttle.h"
@@ -43,14 +44,17 @@ class MatchFilterRos {
   /// The worker: images from the mailbox to answers; with a second thread only up to the extraction.
   void work();
   void answerPrepared();
+  void process(const ImageWithInfo& input);
   void publish(const Answer& answer);
-  void watchInput(const ros::WallTimerEvent& event);
+  /// Runs what a callback or a worker does; an exception becomes a warning.
+  template <typename Work>
+  void survive(const Work& work);
+  void watchInput();
 
   ros::NodeHandle nh_, pnh_;
   const std::string name_;
   const Parameters parameters_;
-  Mailbox<ImageWithInfo> mailbox_;
-  Mailbox<std::unique_ptr<PreparedFrame>> prepared_{false};  ///< between the two threads, if there are two
+  Throttle throttle_;
 
   std::mutex options_mutex_;
   OutputOptions output_options_;
@@ -58,16 +62,20 @@ class MatchFilterRos {
 
   std::atomic<uint32_t> received_{0}, dropped_{0};
   uint32_t processed_ = 0, resets_ = 0;  ///< of the thread that answers
-  Throttle throttle_;                    ///< of the thread that answers
 
   std::mutex subscription_mutex_;
   std::atomic<bool> closing_{false}, paused_{false};
-  std::unique_ptr<FrameProcessor> processor_;
+  // Members go in reverse order. The code that made an image, and that frees it, may belong to a plugin of the input's
+  // (image_transport), which is unloaded with it: whatever holds images comes after the input, so as to go before it.
   std::unique_ptr<ImageInput> input_;
+  Mailbox<ImageWithInfo> mailbox_;
+  Mailbox<std::unique_ptr<PreparedFrame>> prepared_;  ///< between the two threads, if there are two
+  std::unique_ptr<FrameProcessor> processor_;
   std::unique_ptr<Outputs> outputs_;
   boost::recursive_mutex reconfigure_mutex_;
   std::unique_ptr<dynamic_reconfigure::Server<UnclampedConfig>> reconfigure_server_;
   std::unique_ptr<Diagnostics> diagnostics_;
+  std::unique_ptr<MasterWatch> master_watch_;
   ros::ServiceServer reset_service_, pause_service_;
   ros::WallTimer watch_timer_;
   int silent_seconds_ = 0;

@@ -30,6 +30,8 @@ class MotionIntegrator {
   /// starts from the same reference as this one. `translation_known` is false when t is zero for want of parallax.
   void add(const RelativePose& current_in_reference, bool translation_known, double seconds, bool hold_reference);
 
+  /// Length of the last known translation, in its unit; 0: none is known.
+  double step() const { return step_; }
   /// Of the camera at the last image added.
   const OdometryEstimate& camera() const { return current_; }
   /// Of a base frame on the same rigid body. The odometry frame is then the base frame at the first image.

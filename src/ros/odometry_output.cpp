@@ -34,6 +34,8 @@ geometry_msgs::TwistWithCovariance toMessage(const Vector6d& twist, const Matrix
 OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
                                const ros::SubscriberStatusCallback& changed)
     : nh_(nh), parameters_(parameters) {
+  // From the start, or the first pairs would find no place of the camera on its base.
+  if (!parameters_.base_frame.empty()) listen();
   odom_ = outputs.advertise<nav_msgs::Odometry>("odom", kPublisherQueue, changed, changed);
   twist_ = outputs.advertise<geometry_msgs::TwistWithCovarianceStamped>("twist", kPublisherQueue, changed, changed);
 }
@@ -52,16 +54,34 @@ bool OdometryOutput::integrate(const Answer& answer) {
     if (answer.status != Status::kTooFewKeypoints) odometry_.lose();
     return false;
   }
-  odometry_.add(answer.pose, answer.status == Status::kOk, seconds, answer.reference_held);
+  const bool translation_known = answer.status == Status::kOk;
+  const bool length_missing = translation_known && parameters_.scale == ScaleMode::kDepth && !answer.metric_scale;
+  odometry_.add(length_missing ? withUsualLength(answer.pose) : answer.pose, translation_known, seconds,
+                answer.reference_held);
   return true;
 }
 
-void OdometryOutput::publish(const Answer& answer, bool with_transform) {
-  const bool needs_tf = with_transform || !parameters_.base_frame.empty();
-  if (needs_tf && !listener_ && (with_transform || listeners() > 0)) {
-    listener_ = std::make_unique<tf2_ros::TransformListener>(buffer_, nh_);
-    listening_since_ = ros::WallTime::now();
+RelativePose OdometryOutput::withUsualLength(RelativePose motion) const {
+  const double length = odometry_.step();
+  const SigmaFloor none{0, 0};
+  if (length == 0) {
+    makePublishable(false, none, motion);
+    return motion;
   }
+  motion.t *= length / motion.t.norm();
+  motion.covariance.topRows<3>().setZero();
+  motion.covariance.leftCols<3>().setZero();
+  motion.covariance.topLeftCorner<3, 3>().diagonal().setConstant(length * length);
+  return motion;
+}
+
+void OdometryOutput::listen() {
+  listener_ = std::make_unique<tf2_ros::TransformListener>(buffer_, nh_);
+  listening_since_ = ros::WallTime::now();
+}
+
+void OdometryOutput::publish(const Answer& answer, bool with_transform) {
+  if (with_transform && !listener_) listen();
   if (answer.continuity == Continuity::kRestarted) buffer_.clear();
   if (!integrate(answer) || (listeners() == 0 && !with_transform)) return;
   const std_msgs::Header& header = answer.current->header;
@@ -90,29 +110,28 @@ void OdometryOutput::publish(const Answer& answer, bool with_transform) {
 
 std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::Header& camera) {
   if (parameters_.base_frame.empty() || parameters_.base_frame == camera.frame_id) return Eigen::Isometry3d::Identity();
-  try {
-    return tf2::transformToEigen(buffer_.lookupTransform(parameters_.base_frame, camera.frame_id, camera.stamp));
-  } catch (const tf2::ExtrapolationException&) {
-    // A camera moves little on its body within the moment that tf is late.
+  // A camera moves little on its body within the moment that tf is late: the latest is the next best.
+  std::string problem;
+  for (const ros::Time& when : {camera.stamp, ros::Time(0)}) {
     try {
-      return tf2::transformToEigen(buffer_.lookupTransform(parameters_.base_frame, camera.frame_id, ros::Time(0)));
-    } catch (const tf2::TransformException&) {
+      return tf2::transformToEigen(buffer_.lookupTransform(parameters_.base_frame, camera.frame_id, when));
+    } catch (const tf2::TransformException& error) {
+      problem = error.what();
     }
-  } catch (const tf2::TransformException& error) {
-    throttle_.warn("base frame",
-                   "no ~odom: the camera's place on ~base_frame is not known to tf: " + std::string(error.what()));
   }
+  throttle_.warn("base frame", "no ~odom: the camera's place on ~base_frame is not known to tf: " + problem);
   return std::nullopt;
 }
 
 bool OdometryOutput::mayBroadcast(const std::string& parent, const std::string& child) {
   if (refused_ || (ros::WallTime::now() - listening_since_).toSec() < kSettlingSeconds) return false;
   std::string owner;
-  if (!buffer_._getParent(child, ros::Time(0), owner) || owner == parent) return true;
+  if (!buffer_._getParent(child, ros::Time(0), owner)) return true;
+  if (owner == parent && !last_broadcast_.isZero()) return true;
   refused_ = true;
-  ROS_ERROR_STREAM("no odometry transform: " << child << " already has the parent " << owner
-                                             << " and a frame can have only one; set ~invert_odom_tf, or stop the "
-                                                "other node");
+  ROS_ERROR_STREAM("no odometry transform: another node gives " << child << " the parent " << owner
+                                                                << " already, and a frame can have only one; set "
+                                                                   "~invert_odom_tf, or stop the other node");
   return false;
 }
 
@@ -125,7 +144,7 @@ void OdometryOutput::broadcast(const Eigen::Isometry3d& pose, const ros::Time& s
   transform.header.stamp = stamp;
   transform.header.frame_id = parent;
   transform.child_frame_id = child;
-  broadcaster_.sendTransform(transform);
+  broadcaster_.send(transform);
   last_broadcast_ = stamp;
 }
 

@@ -5,12 +5,12 @@
 
 #include <ros/node_handle.h>
 #include <tf2_ros/buffer.h>
-#include <tf2_ros/transform_broadcaster.h>
 #include <tf2_ros/transform_listener.h>
 
 #include "frame_processor.h"
 #include "motion_integrator.h"
 #include "throttle.h"
+#include "watched_broadcaster.h"
 
 namespace gms_ransac {
 
@@ -26,11 +26,14 @@ class OdometryOutput {
  private:
   /// Integrates; false when there is nothing to publish.
   bool integrate(const Answer& answer);
+  /// A motion whose direction alone is known, where metres are expected: taken to be about as long as the one before.
+  RelativePose withUsualLength(RelativePose motion) const;
+  void listen();
   /// Of the camera in ~base_frame, looked up at the image's stamp; identity when ~base_frame is empty. None, with a
   /// throttled sentence, while tf does not know it.
   std::optional<Eigen::Isometry3d> cameraInBase(const std_msgs::Header& camera);
   /// False while tf has not been listened to long enough, and for good, with a sentence, once another node gives the
-  /// child frame a parent.
+  /// child frame another parent, or gave it any before us.
   bool mayBroadcast(const std::string& parent, const std::string& child);
   void broadcast(const Eigen::Isometry3d& pose, const ros::Time& stamp, const std::string& moving_frame);
 
@@ -40,7 +43,7 @@ class OdometryOutput {
   ros::Publisher odom_, twist_;
   tf2_ros::Buffer buffer_;
   std::unique_ptr<tf2_ros::TransformListener> listener_;  ///< only where tf is needed: it is a busy topic
-  tf2_ros::TransformBroadcaster broadcaster_;
+  WatchedBroadcaster broadcaster_;
   ros::WallTime listening_since_;
   bool refused_ = false;
   ros::Time last_broadcast_;

@@ -9,6 +9,7 @@
 #include <boost/make_shared.hpp>
 
 #include "frames.h"
+#include "guard.h"
 #include "overlay.h"
 
 namespace gms_ransac {
@@ -56,6 +57,28 @@ int Outputs::listeners() const {
 }
 
 MatchStatsConstPtr Outputs::publish(const Answer& answer, const FrameCounters& counters, const OutputOptions& options) {
+  // The stats go out whatever becomes of the rest.
+  const auto report = [&](const std::string& what) {
+    throttle_.warn("answer", "an answer is published in part: " + what);
+  };
+  guarded([&] { publishMotion(answer, options); }, report);
+  auto stats = boost::make_shared<MatchStats>();
+  toMessage(answer, counters, *stats);
+  // In floating point: ros::Duration throws where stamp and clock are 68 years apart.
+  stats->latency = static_cast<float>(ros::Time::now().toSec() - answer.current->header.stamp.toSec());
+  stats_.publish(stats);
+  if (answer.continuity != Continuity::kContinuous) {
+    std_msgs::Bool restart;
+    restart.data = true;
+    restart_.publish(restart);
+  }
+  if (match_image_.getNumSubscribers() > 0 && answer.status != Status::kBadImage) {
+    guarded([&] { publishOverlay(answer); }, report);
+  }
+  return stats;
+}
+
+void Outputs::publishMotion(const Answer& answer, const OutputOptions& options) {
   if (answer.result != nullptr) {
     if (correspondences_.getNumSubscribers() > 0) {
       auto message = boost::make_shared<Correspondences>();
@@ -64,28 +87,12 @@ MatchStatsConstPtr Outputs::publish(const Answer& answer, const FrameCounters& c
     }
     if (answer.poseValid()) publishPose(answer, options);
   }
-
   odometry_->publish(answer, options.publish_odom_tf);
   points_->publish(answer, options.features);
-
-  auto stats = boost::make_shared<MatchStats>();
-  toMessage(answer, counters, *stats);
-  stats->latency = static_cast<float>((ros::Time::now() - answer.current->header.stamp).toSec());
-  stats_.publish(stats);
-
-  if (answer.continuity != Continuity::kContinuous) {
-    std_msgs::Bool restart;
-    restart.data = true;
-    restart_.publish(restart);
-  }
-  if (match_image_.getNumSubscribers() > 0 && answer.status != Status::kBadImage) publishOverlay(answer);
-  return stats;
 }
 
 void Outputs::publishPose(const Answer& answer, const OutputOptions& options) {
-  if (options.publish_relative_tf && !answer.current->header.frame_id.empty()) {
-    broadcaster_.sendTransform(relativeTransform(answer.pose, answer.current->header));
-  }
+  if (options.publish_relative_tf) broadcaster_.send(relativeTransform(answer.pose, answer.current->header));
   if (relative_pose_.getNumSubscribers() == 0) return;
   auto message = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>();
   message->header = answer.current->header;

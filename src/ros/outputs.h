@@ -6,11 +6,11 @@
 
 #include <image_transport/image_transport.h>
 #include <ros/node_handle.h>
-#include <tf2_ros/transform_broadcaster.h>
 
 #include "message_conversion.h"
 #include "odometry_output.h"
 #include "point_outputs.h"
+#include "watched_broadcaster.h"
 
 namespace gms_ransac {
 
@@ -35,15 +35,17 @@ class Outputs {
   MatchStatsConstPtr publish(const Answer& answer, const FrameCounters& counters, const OutputOptions& options);
 
  private:
+  void publishMotion(const Answer& answer, const OutputOptions& options);
   void publishPose(const Answer& answer, const OutputOptions& options);
   void publishOverlay(const Answer& answer);
 
   image_transport::ImageTransport transport_;
-  tf2_ros::TransformBroadcaster broadcaster_;
+  WatchedBroadcaster broadcaster_;
   ros::Publisher correspondences_, stats_, relative_pose_, restart_;
   image_transport::Publisher match_image_;
   std::unique_ptr<OdometryOutput> odometry_;
   std::unique_ptr<PointOutputs> points_;
+  Throttle throttle_;
 };
 
 }  // namespace gms_ransac

@@ -32,8 +32,8 @@ struct Parameters {
   std::string odom_frame = "odom";                          ///< parent frame of ~odom
   std::string base_frame;                                   ///< frame that ~odom moves; empty: the camera's own
   bool invert_odom_tf = false;  ///< broadcast base -> odom, where another node owns the base frame's parent
-  bool drop_frames = true;      ///< true: only the latest waiting image is kept; false: every image is answered
-  int queue_size = 10;          ///< messages kept by each subscriber, 1..10000
+  bool drop_frames = true;      ///< true: only the latest waiting image is kept; false: the latest `queue_size`
+  int queue_size = 10;          ///< messages kept by each subscriber, and images that wait, 1..10000
   int threads = 1;  ///< 1..16; 2: the next image is extracted while this one is matched; 3, 4: either is shared by two
   double diagnostic_period = 1;   ///< seconds between messages on /diagnostics, > 0; diagnostic_updater reads it too
   bool always_subscribe = false;  ///< subscribe to the images even while nobody listens

@@ -6,6 +6,7 @@ import numpy as np
 import rospy
 import rostest
 from gms_ransac.msg import MatchStats
+from std_srvs.srv import Trigger
 
 from graph import Client, Scene, camera_info, image_message
 
@@ -69,6 +70,54 @@ class BadInput(unittest.TestCase):
 
     def test_tiny_image(self):
         self.assert_bad(self.ask(np.zeros((10, 10), np.uint8)), "10x10")
+
+    def test_odd_step_of_wide_pixels(self):
+        narrow = np.zeros((240, 641), np.uint8)
+        message = self.broken(encoding="mono16", width=320, height=240, step=641, data=narrow.tobytes())
+        self.assert_bad(self.ask_message(message), "step is 641 bytes", "2 bytes", "mono16")
+
+    def test_camera_info_that_describes_no_camera(self):
+        k = np.diag([500.0, 500.0, 1.0])
+        nan, negative = k * [[np.nan], [1], [1]], k * [[-1], [1], [1]]
+        sized, oddly_long, unknown, endless = (camera_info(0) for _ in range(4))
+        sized.width, sized.binning_x = 0x80000000, 0xffffffff
+        oddly_long.D = [0.1] * 7
+        unknown.D, unknown.distortion_model = [0.1] * 5, "kaleidoscope"
+        endless.D = [np.nan, np.inf, 0, 0, 0]
+        for info, words in ((camera_info(0, k=nan), "fx is nan"), (camera_info(0, k=negative), "fx is -500"),
+                            (sized, "640x480"), (oddly_long, "not 7"), (unknown, "kaleidoscope"), (endless, "finite")):
+            self.ask(self.frames[0], info=info)
+            for i in range(3):  # camera_info travels on its own connection and may come just after the image
+                answer = self.ask(self.frames[1 - i % 2], info=info)
+            self.assertEqual(answer.status, MatchStats.UNCALIBRATED, answer.status_text)
+            self.assertIn(words, answer.status_text)
+        for i in range(3):
+            self.ask(self.frames[i % 2])
+        self.assert_good_pair()
+
+    def test_stamps_beyond_what_a_duration_holds(self):
+        # The clock is at some 1.8e9 s; a difference of more than 2.1e9 s is none that ros::Duration can hold.
+        for stamp in (0.0, 4.2e9, 4.2e9 + 0.1):
+            self.client.ask(self.frames[0], stamp)
+        self.assert_good_pair()
+
+    def test_a_frozen_stamp_is_named(self):
+        self.ask(self.frames[0])
+        answer = self.client.ask(self.frames[1], self.stamp)
+        self.assertIn("the same as that of the image before it", answer.status_text)
+
+    def test_a_reset_outlives_a_bad_image(self):
+        self.assert_good_pair()
+        resets = self.client.stats[-1].resets
+        rospy.wait_for_service("match_filter/reset")
+        self.assertTrue(rospy.ServiceProxy("match_filter/reset", Trigger)().success)
+        for _ in range(2):
+            self.assertEqual(self.ask_message(self.broken(step=10)).status, MatchStats.BAD_IMAGE)
+        answer = self.ask(self.frames[2])
+        self.assertEqual(answer.status, MatchStats.FIRST_FRAME, answer.status_text)
+        self.assertIn("reset on request", answer.status_text)
+        self.assertEqual(answer.resets, resets + 1)
+        self.assert_good_pair()
 
     def test_padded_rows_are_fine(self):
         padded = np.zeros((480, 700), np.uint8)

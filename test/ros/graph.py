@@ -146,6 +146,27 @@ class Client:
         return self.wait(same, "correspondences of %.3f" % stamp)[0]
 
 
+class Stream(threading.Thread):
+    """Sends the frames over and over with rising stamps, until it is stopped."""
+
+    PERIOD = 0.02  # seconds; a camera of 50 Hz
+
+    def __init__(self, client, frames):
+        super().__init__(daemon=True)
+        self.client, self.frames = client, frames
+        self.stopping = threading.Event()
+
+    def run(self):
+        i = 0
+        while not self.stopping.wait(self.PERIOD):
+            self.client.send(self.frames[i % len(self.frames)], 100 + self.PERIOD * i)
+            i += 1
+
+    def stop(self):
+        self.stopping.set()
+        self.join()
+
+
 def rotation_matrix(q):
     x, y, z, w = q.x, q.y, q.z, q.w
     return np.array([

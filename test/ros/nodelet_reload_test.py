@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """The nodelet is loaded and unloaded 20 times in one manager while images keep coming, and answers after each load."""
-import threading
 import unittest
 
 import rospy
@@ -8,24 +7,9 @@ import rostest
 from gms_ransac.msg import MatchStats
 from nodelet.srv import NodeletList, NodeletLoad, NodeletLoadRequest, NodeletUnload
 
-from graph import Client, Scene
+from graph import Client, Scene, Stream
 
 ROUNDS = 20
-
-
-class Stream(threading.Thread):
-    """Sends the drawn frames over and over with rising stamps."""
-
-    def __init__(self, client, frames):
-        super().__init__(daemon=True)
-        self.client, self.frames = client, frames
-        self.stopping = threading.Event()
-
-    def run(self):
-        i = 0
-        while not self.stopping.wait(0.02):  # the camera's rate, 50 Hz
-            self.client.send(self.frames[i % len(self.frames)], 100 + 0.02 * i)
-            i += 1
 
 
 class NodeletReload(unittest.TestCase):
@@ -47,8 +31,7 @@ class NodeletReload(unittest.TestCase):
             client.wait(lambda: any(m.status == MatchStats.OK for m in client.stats[before:]), "an answer in round %d" % i)
             self.assertTrue(unload(name=name).success, "unload %d" % i)
             self.assertEqual(loaded().nodelets, [])
-        stream.stopping.set()
-        stream.join()
+        stream.stop()
 
 
 if __name__ == "__main__":

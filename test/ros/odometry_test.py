@@ -9,7 +9,9 @@ import tf2_ros
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, TwistWithCovarianceStamped
 from gms_ransac.msg import MatchStats
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
 from std_msgs.msg import Bool
+from tf2_msgs.msg import TFMessage
 
 from graph import Client, Scene, degrees_between, rotation_matrix, vector
 
@@ -111,6 +113,7 @@ class OdometryTest(unittest.TestCase):
         client, odom = Client("of_base", "of_base/image", "of_base/camera_info"), []
         client.subscribe("odom", Odometry, odom)
         client.connect()
+        client.wait(lambda: static.pub_tf.get_num_connections() >= 2, "the filter and us to listen to tf")
         stamp = 100.0
         # The filter listens to tf for a while before it broadcasts; images keep coming as they would.
         i = 0
@@ -122,6 +125,7 @@ class OdometryTest(unittest.TestCase):
             return buffer.can_transform("odom", "camera_c", rospy.Time(0))
 
         client.wait(walked, "odom -> base_c")
+        client.wait(lambda: len(odom) == i - 1, "odometry of every pair, the first included")
         last = odom[-1]
         self.assertEqual((last.header.frame_id, last.child_frame_id), ("odom", "base_c"))
         there = buffer.lookup_transform("odom", "camera_c", rospy.Time(0)).transform
@@ -133,6 +137,36 @@ class OdometryTest(unittest.TestCase):
         first = vector(odom[0].pose.pose.position)
         self.assertLess(degrees_between(first, (0, -STEP[0], -STEP[1])), 15)
         del listener
+
+    def test_no_transform_without_a_frame(self):
+        said, transforms = [], []
+        logged = rospy.Subscriber("/rosout", Log, lambda m: said.append(m.msg) if m.name.endswith("nameless") else None)
+        listening = rospy.Subscriber("/tf", TFMessage, lambda m: transforms.extend(m.transforms))
+        client = Client("nameless", "nameless/image", "nameless/camera_info").connect()
+        client.wait(lambda: logged.get_num_connections() and listening.get_num_connections(), "log and tf")
+        for i in range(30):  # at the end it has listened to tf for long enough, and still
+            client.ask(self.frames[i % 5 if (i // 5) % 2 == 0 else 4 - i % 5], 100 + 0.1 * i, frame="/")
+        client.wait(lambda: [s for s in said if "no frame_id" in s], "the warning")
+        self.assertEqual(len([s for s in said if "no frame_id" in s]), 1, said)
+        self.assertFalse([t for t in transforms if not t.child_frame_id or t.child_frame_id == "_reference"])
+
+    def test_another_node_with_the_same_transform_is_noticed(self):
+        said = []
+        logged = rospy.Subscriber("/rosout", Log, lambda m: said.append(m.msg) if m.name.endswith("rivalled") else None)
+        broadcaster = tf2_ros.TransformBroadcaster()
+        client = Client("rivalled", "rivalled/image", "rivalled/camera_info").connect()
+        client.wait(logged.get_num_connections, "log")
+        i = 0
+
+        def noticed():
+            nonlocal i
+            client.ask(self.frames[i % 4 if (i // 4) % 2 == 0 else 3 - i % 4], 300 + 0.1 * i, frame="camera_e")
+            broadcaster.sendTransform(optical_mount(rospy.Time.from_sec(300 + 0.1 * i), "camera_e", "camera_e_reference"))
+            i += 1
+            return [s for s in said if "camera_e -> camera_e_reference, and so do we" in s]
+
+        self.assertIn(rospy.get_name(), client.wait(noticed, "the warning")[0])
+        self.assertEqual(len([s for s in said if "and so do we" in s]), 1, "it is not its own rival")
 
     def test_refuses_to_give_a_frame_a_second_parent(self):
         buffer = tf2_ros.Buffer()

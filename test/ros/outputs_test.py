@@ -7,8 +7,9 @@ import rospy
 import rostest
 import sensor_msgs.point_cloud2
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, TwistWithCovarianceStamped
 from gms_ransac.msg import MatchStats
+from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image, PointCloud, PointCloud2
 from std_msgs.msg import Bool
@@ -188,6 +189,29 @@ class Outputs(unittest.TestCase):
             if message.header.stamp.to_sec() > start + 0.05:
                 self.assertTrue(message.pose_valid)
                 self.assertFalse(message.metric_scale)
+
+    def test_images_without_depth_are_answered_without_a_length(self):
+        client, start, twist, odom = self.client("depth"), 560.0, [], []
+        client.subscribe("twist", TwistWithCovarianceStamped, twist)
+        client.subscribe("odom", Odometry, odom)
+        depth = rospy.Publisher("depth/depth", Image, queue_size=10)
+        client.connect()
+        client.wait(depth.get_num_connections, "the filter to subscribe to depth")
+        stamps = [start + 0.1 * i for i in range(10)]
+        for i, stamp in enumerate(stamps):
+            k = i if i < 5 else 8 - i if i < 9 else 1  # there and back
+            if not 3 <= i < 6:
+                depth.publish(image_message(self.depth_frame(STEP * k), stamp, encoding="32FC1"))
+            client.send(self.frames[k], stamp)
+        client.wait(lambda: any(abs(m.header.stamp.to_sec() - stamps[-1]) < 1e-6 for m in client.stats), "the last answer")
+        answers = [m for m in client.stats if m.header.stamp.to_sec() > start - 0.05]
+        self.assertEqual([round(m.header.stamp.to_sec(), 3) for m in answers], [round(s, 3) for s in stamps])
+        for i, answer in enumerate(answers[1:], 1):  # one image with depth is enough for a pair
+            self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+            self.assertEqual("no length: no depth image" in answer.status_text, i in (4, 5), (i, answer.status_text))
+        client.wait(lambda: len(twist) == 9 and len(odom) == 9, "rotation and twist of every pair")
+        lengths = np.linalg.norm(np.diff([vector(m.pose.pose.position) for m in odom], axis=0), axis=1)
+        self.assertTrue(np.allclose(lengths, np.linalg.norm(STEP), rtol=0.1), lengths)
 
     def test_pairs(self):
         client = Client("pair", "pair/current", "pair/camera_info")

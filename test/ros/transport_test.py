@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """A transport other than raw: the same answers, the overlay too, and one sentence where it is not installed."""
+import signal
 import subprocess
 import unittest
 
@@ -8,10 +9,10 @@ import numpy as np
 import rospy
 import rostest
 from gms_ransac.msg import MatchStats
-from nodelet.srv import NodeletList, NodeletLoad, NodeletLoadRequest
+from nodelet.srv import NodeletList, NodeletLoad, NodeletLoadRequest, NodeletUnload
 from sensor_msgs.msg import CompressedImage, Image
 
-from graph import TIMEOUT, Client, Scene, image_message
+from graph import TIMEOUT, Client, Scene, Stream, image_message
 
 STEP = np.array((0.15, 0.05, 0.0))
 
@@ -95,6 +96,43 @@ class Transport(unittest.TestCase):
             for part in ("/refused/%s is '%s'" % (name, transport), "'raw'", "'test_png'", words):
                 self.assertIn(part, done.stdout)
             self.assertEqual(len(done.stdout.strip().splitlines()), 1, done.stdout)
+
+    def streamed(self, name):
+        """A client that keeps sending PNG and has had answers."""
+        client = Client(name, name + "/image", name + "/camera_info")
+        client.image = Compressing(name + "/image")
+        stream = Stream(client, self.frames)
+        stream.start()
+        self.addCleanup(stream.stop)
+        client.wait(lambda: any(m.status == MatchStats.OK for m in client.stats), "an answer of " + name)
+        return client
+
+    def test_unloaded_while_images_flow(self):
+        load = rospy.ServiceProxy("lone_manager/load_nodelet", NodeletLoad)
+        unload = rospy.ServiceProxy("lone_manager/unload_nodelet", NodeletUnload)
+        rospy.set_param("passing", {"image_transport": "test_png", "threads": 2})
+        request = NodeletLoadRequest(name="/passing", type="gms_ransac/MatchFilter")
+        request.remap_source_args = ["image", "camera_info"]
+        request.remap_target_args = ["/passing/image", "/passing/camera_info"]
+        client = None
+        for _ in range(3):
+            self.assertTrue(load(request).success)
+            client = client or self.streamed("passing")
+            before = len(client.stats)
+            client.wait(lambda: any(m.status == MatchStats.OK for m in client.stats[before:]), "an answer")
+            self.assertTrue(unload(name="/passing").success)
+            self.assertEqual(rospy.ServiceProxy("lone_manager/list", NodeletList)().nodelets, [])
+
+    def test_interrupted_while_images_flow(self):
+        for threads in (1, 2):
+            name = "interrupted_%d" % threads
+            process = subprocess.Popen(["rosrun", "gms_ransac", "match_filter_node", "__name:=" + name,
+                                        "image:=%s/image" % name, "camera_info:=%s/camera_info" % name,
+                                        "_image_transport:=test_png", "_threads:=%d" % threads])
+            self.addCleanup(process.kill)
+            self.streamed(name)
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(process.wait(TIMEOUT), 0)
 
     def test_the_manager_survives_it(self):
         rospy.set_param("lost/image_transport", "theora")

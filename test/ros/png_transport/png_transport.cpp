@@ -1,5 +1,6 @@
 // An image transport for the tests: PNG, which loses nothing, of 8 and 16 bits a channel. It shows that the node takes
-// its images through any transport, where none but raw is installed.
+// its images through any transport, where none but raw is installed, and that it frees them in time: with code that is
+// the plugin's own, as the templates of the real ones are.
 #include <image_transport/simple_publisher_plugin.h>
 #include <image_transport/simple_subscriber_plugin.h>
 #include <sensor_msgs/CompressedImage.h>
@@ -24,6 +25,11 @@ class PngPublisher : public image_transport::SimplePublisherPlugin<sensor_msgs::
   }
 };
 
+/// Frees an image; unloaded with the plugin.
+struct ImageDeleter {
+  void operator()(const sensor_msgs::Image* image) const { delete image; }
+};
+
 class PngSubscriber : public image_transport::SimpleSubscriberPlugin<sensor_msgs::CompressedImage> {
  public:
   std::string getTransportName() const override { return "test_png"; }
@@ -32,7 +38,9 @@ class PngSubscriber : public image_transport::SimpleSubscriberPlugin<sensor_msgs
   void internalCallback(const sensor_msgs::CompressedImageConstPtr& compressed, const Callback& user) override {
     cv_bridge::CvImage image(compressed->header, compressed->format);
     image.image = cv::imdecode(compressed->data, cv::IMREAD_UNCHANGED);
-    user(image.toImageMsg());
+    auto* message = new sensor_msgs::Image;
+    image.toImageMsg(*message);
+    user(sensor_msgs::ImageConstPtr(message, ImageDeleter()));
   }
 };
 

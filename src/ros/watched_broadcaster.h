@@ -1,0 +1,41 @@
+// Broadcasts transforms, refuses those that tf would, and notices another node that broadcasts the same ones.
+#pragma once
+
+#include <deque>
+#include <mutex>
+#include <set>
+#include <string>
+
+#include <geometry_msgs/TransformStamped.h>
+#include <ros/message_event.h>
+#include <ros/node_handle.h>
+#include <tf2_msgs/TFMessage.h>
+#include <tf2_ros/transform_broadcaster.h>
+
+#include "throttle.h"
+
+namespace gms_ransac {
+
+/// tf is a busy topic, so it is listened to only for a while after the first transform: of two nodes the one that was
+/// started last notices the other.
+class WatchedBroadcaster {
+ public:
+  /// A frame without a name, or one that would be its own parent, is not broadcast and warned about once.
+  void send(const geometry_msgs::TransformStamped& transform);
+
+ private:
+  void remember(const geometry_msgs::TransformStamped& transform);
+  void onTransforms(const ros::MessageEvent<tf2_msgs::TFMessage const>& event);
+
+  ros::NodeHandle nh_;  ///< as TransformBroadcaster has it, not the nodelet's
+  tf2_ros::TransformBroadcaster broadcaster_;
+  Throttle throttle_;
+
+  std::mutex mutex_;  ///< guards what follows
+  ros::SteadyTime listening_since_;
+  std::set<std::string> children_;                      ///< of the transforms sent while tf is listened to
+  std::deque<geometry_msgs::TransformStamped> recent_;  ///< what comes back from tf and is ours
+  ros::Subscriber tf_;                                  ///< last: its callback may run until it is gone
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,34 @@
+#!/usr/bin/env python3
+"""The demo's launch file on a bag shorter than its start-up: it ends by itself, with every image in the table."""
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import rospy
+import rostest
+
+TIMEOUT = 100.0  # seconds of wall time for the whole launch
+IMAGES = 9  # 0.3 s
+
+
+class Demo(unittest.TestCase):
+    def test_a_bag_shorter_than_its_start_up(self):
+        folder = tempfile.mkdtemp(prefix="gms_ransac_demo_")
+        self.addCleanup(shutil.rmtree, folder)
+        bag = os.path.join(folder, "short.bag")
+        subprocess.check_call(["rosrun", "gms_ransac", "render_scene", bag, "--frames", str(IMAGES)])
+        launch = subprocess.Popen(["roslaunch", "gms_ransac", "demo.launch", "bag:=" + bag, "rviz:=false", "output_dir:=" + folder])
+        try:
+            launch.wait(TIMEOUT)
+        finally:
+            launch.terminate()
+            launch.wait()
+        with open(os.path.join(folder, "summary.txt")) as summary:
+            self.assertIn("%d / %d / 0" % (IMAGES, IMAGES), summary.read())
+
+
+if __name__ == "__main__":
+    rospy.init_node("demo_test")
+    rostest.rosrun("gms_ransac", "demo", Demo)
