@@ -12,9 +12,9 @@
 #include <Eigen/Eigenvalues>
 #include <boost/make_shared.hpp>
 
-#include "dataset.h"
+#include "datasets/dataset.h"
 #include "frame_processor.h"
-#include "scene.h"
+#include "scenes/scene.h"
 
 namespace gms_ransac {
 namespace {
