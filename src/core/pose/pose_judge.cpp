@@ -13,7 +13,7 @@ void PoseJudge::judge(const JudgedMatches& matches, const TwoViewPose& optimum, 
     return settleForRotation(rotation, result);
   }
   double rotation_spread;
-  rival_buffers_.by_cell.reserve(static_cast<size_t>(kSpreadGridSide * kSpreadGridSide));
+  rival_buffers_.by_cell.reserve(static_cast<size_t>(kSpreadGridSide) * kSpreadGridSide);
   rival_buffers_.rival.resize(residuals_.size());
   result.ambiguous = findRival(*kernels_, matches.points, optimum, residuals_, others, *matches.cells, rival_buffers_,
                                rotation_spread, result.point_evaluations);

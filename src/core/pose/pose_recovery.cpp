@@ -34,16 +34,8 @@ Eigen::Matrix3d nearestOrthogonal(const Eigen::Matrix3d& matrix) {
 void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, double threshold_px, bool refine,
                            RobustResult& result) {
   if (!camera.calibrated()) return;
-  const Eigen::Matrix3d K = camera.K();
   const bool homography = result.model_type == ModelType::kHomography;
-  collectInliers(pairs, K, result.inlier);
-  candidates_.clear();
-  if (homography) {
-    proposeFromHomography(result.model, K);
-  } else {
-    proposeFromEssential(
-        result.model_type == ModelType::kEssential ? result.model : Eigen::Matrix3d(K.transpose() * result.model * K));
-  }
+  propose(pairs, camera, result);
   const auto best = std::max_element(candidates_.begin(), candidates_.end(),
                                      [](const Motion& a, const Motion& b) { return a.in_front < b.in_front; });
   if (best == candidates_.end() || best->in_front == 0) return;
@@ -52,21 +44,34 @@ void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, double
   const JudgedMatches matches = {columns_.view(), &cells_, camera.meanFocalLength()};
   if (best->pose.t.isZero()) return judge_.judgeRotation(matches, best->pose.R, result);
   Explanation chosen = explain(best->pose, refine, result);
-  others_.clear();
-  findMotionStarts(*kernels_, columns_.view(), starts_, result.point_evaluations);
-  for (const TwoViewPose& start : starts_) others_.push_back({start});
-  if (refine && result.model_type == ModelType::kFundamental) weighStarts(chosen, result);
-  if (homography) {
-    weighDecompositions(best->in_front, refine, chosen, result);
-  } else {
-    weighOtherPlaneMotion(refine, chosen, result);
-  }
+  weighOthers(best->in_front, refine, chosen, result);
   if (refine && !homography) chosen.pose = chosen.optimum;
   if (refine && result.model_type == ModelType::kEssential) {
     result.model = chosen.optimum.essential().normalized();
     markFinalInliers(pairs, camera, threshold_px, result);
   }
   judge_.judge(matches, chosen.optimum, chosen.pose, others_, result);
+}
+
+void PoseRecovery::propose(const PointPairs& pairs, const Camera& camera, const RobustResult& result) {
+  const Eigen::Matrix3d K = camera.K();
+  collectInliers(pairs, K, result.inlier);
+  candidates_.clear();
+  if (result.model_type == ModelType::kHomography) return proposeFromHomography(result.model, K);
+  proposeFromEssential(result.model_type == ModelType::kEssential ? result.model
+                                                                  : Eigen::Matrix3d(K.transpose() * result.model * K));
+}
+
+void PoseRecovery::weighOthers(int most_in_front, bool refine, Explanation& chosen, RobustResult& result) {
+  others_.clear();
+  findMotionStarts(*kernels_, columns_.view(), starts_, result.point_evaluations);
+  for (const TwoViewPose& start : starts_) others_.push_back({start});
+  if (refine && result.model_type == ModelType::kFundamental) weighStarts(chosen, result);
+  if (result.model_type == ModelType::kHomography) {
+    weighDecompositions(most_in_front, refine, chosen, result);
+  } else {
+    weighOtherPlaneMotion(refine, chosen, result);
+  }
 }
 
 void PoseRecovery::arrange(const PointPairs& pairs, const Camera& camera, double threshold_px) {

@@ -37,6 +37,8 @@ class PoseRecovery {
     float cost = 0;             ///< of the optimum
   };
   void collectInliers(const PointPairs& pairs, const Eigen::Matrix3d& K, const std::vector<uint8_t>& inlier);
+  /// Fills `candidates_` with the motions that the result's model allows.
+  void propose(const PointPairs& pairs, const Camera& camera, const RobustResult& result);
   void proposeFromEssential(const Eigen::Matrix3d& E);
   void proposeFromHomography(const Eigen::Matrix3d& H, const Eigen::Matrix3d& K);
   void propose(const TwoViewPose& pose);
@@ -45,6 +47,9 @@ class PoseRecovery {
   void arrange(const PointPairs& pairs, const Camera& camera, double threshold_px);
   /// Without `refine` the pose counts as its own optimum.
   Explanation explain(const TwoViewPose& pose, bool refine, RobustResult& effort) const;
+  /// Fills `others_` with what the pose is compared with; the likeliest of those that the model allows becomes
+  /// `chosen`.
+  void weighOthers(int most_in_front, bool refine, Explanation& chosen, RobustResult& result);
   /// Puts the motions of a homography that have enough inliers in front into `others_`, the likeliest into `chosen`.
   void weighDecompositions(int most_in_front, bool refine, Explanation& chosen, RobustResult& effort);
   /// Puts the likeliest of `starts_` and `chosen` into `chosen`.
