@@ -160,7 +160,8 @@ class Examples(unittest.TestCase):
                 for name in re.findall(r"(?:match_filter|left_filter|right_filter|arg name\))/([a-z_]+)", lines.read()):
                     named.setdefault(name, os.path.basename(path))
         self.assertGreater(len(named), 8)
-        known = set(offered) | settings | {"odom_frame", "invert_odom_tf", "base_frame", "scale"}
+        with open(PACKAGE + "/cfg/match_filter.yaml") as stream:
+            known = set(offered) | settings | set(yaml.safe_load(stream))
         self.assertEqual({name: where for name, where in named.items() if name not in known}, {})
 
     def test_every_topic_of_the_view_follows_the_filters_name(self):
