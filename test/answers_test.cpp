@@ -1,0 +1,284 @@
+// Every method's answers, bit by bit, against those recorded in answers.txt: the guard of every move inside the core,
+// and the proof that all instruction sets answer alike (CMakeLists.txt runs it with --simd LEVEL for each).
+//
+// A change of an answer on purpose records anew, in a commit of its own that says why and by how much:
+//   answers_test --record
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include <gnu/libc-version.h>
+#include <gtest/gtest.h>
+#include <Eigen/Core>
+#include <opencv2/core/version.hpp>
+
+#include "datasets/dataset.h"
+#include "gms_ransac/match_filter.h"
+#include "gms_ransac/simd.h"
+#include "gms_ransac/track_table.h"
+#include "gms_ransac/translation_scale.h"
+#include "scenes/scene.h"
+
+namespace gms_ransac {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kFeatures = 1000;
+constexpr int kPairsOfASet = 2;
+constexpr int kStreamLength = 6;
+constexpr int kWidestGap = 5;
+
+const fs::path kRecords = fs::path(GMS_RANSAC_SOURCE_DIR) / "test/answers.txt";
+
+/// 64-bit FNV-1a over the bytes of numbers.
+class Digest {
+ public:
+  template <typename Number, typename = std::enable_if_t<std::is_arithmetic_v<Number> || std::is_enum_v<Number>>>
+  Digest& add(Number value) {
+    if constexpr (std::is_floating_point_v<Number>) value += 0;  // -0 is 0
+    uint8_t bytes[sizeof(value)];
+    std::memcpy(bytes, &value, sizeof(value));
+    for (const uint8_t byte : bytes) hash_ = (hash_ ^ byte) * 0x100000001b3ull;
+    return *this;
+  }
+  template <typename Number>
+  Digest& add(const std::vector<Number>& values) {
+    add(values.size());
+    for (const Number value : values) add(value);
+    return *this;
+  }
+  template <typename Derived>
+  Digest& add(const Eigen::MatrixBase<Derived>& matrix) {
+    for (int i = 0; i < matrix.size(); ++i) add(matrix(i / matrix.cols(), i % matrix.cols()));
+    return *this;
+  }
+  std::string text() const {
+    std::ostringstream out;
+    out << std::hex << hash_;
+    return out.str();
+  }
+
+ private:
+  uint64_t hash_ = 0xcbf29ce484222325ull;
+};
+
+void addFeatures(const Features& features, Digest& digest) {
+  for (const cv::KeyPoint& k : features.keypoints) {
+    digest.add(k.pt.x).add(k.pt.y).add(k.size).add(k.angle).add(k.response).add(k.octave);
+  }
+  for (int i = 0; i < features.size(); ++i) {
+    for (int k = 0; k < kDescriptorBytes; ++k) digest.add(features.descriptors.row(i)[k]);
+  }
+}
+
+void addResult(const MatchResult& result, Digest& digest) {
+  digest.add(result.status).add(result.matches_gms).add(result.inliers).add(result.confidence).add(result.stage);
+  for (const Match& match : result.matches) digest.add(match.reference).add(match.current).add(match.distance);
+  const RobustResult& robust = result.robust;
+  digest.add(robust.model_found).add(robust.model_type).add(robust.model).add(robust.inlier);
+  digest.add(robust.pose_found).add(robust.translation_observable).add(robust.ambiguous);
+  digest.add(robust.pose.R).add(robust.pose.t).add(robust.pose.covariance);
+  digest.add(robust.median_parallax_px).add(robust.rms_error_px);
+}
+
+std::string describe(const MatchResult& result, const Digest& digest) {
+  return digest.text() + " " + toString(result.status) + " " + std::to_string(result.inliers);
+}
+
+/// What answers depend on besides the code: a number of another library's is no mistake of ours.
+std::string toolchain() {
+  std::ostringstream text;
+  text << "gcc " << __GNUC__ << ", glibc " << gnu_get_libc_version() << ", Eigen " << EIGEN_WORLD_VERSION << "."
+       << EIGEN_MAJOR_VERSION << "." << EIGEN_MINOR_VERSION << ", OpenCV " << CV_VERSION;
+  return text.str();
+}
+
+using Answers = std::map<std::string, std::string>;
+
+/// Images with what is known of them, from a folder or rendered.
+struct Sequence {
+  std::string name;
+  std::vector<cv::Mat> images;
+  Camera camera;
+};
+
+Sequence rendered(const std::string& scene) {
+  SceneOptions options;
+  options.scene = scene;
+  options.seed = 7;
+  const Scene world(options);
+  Sequence sequence = {scene, {}, Camera(world.intrinsics(), options.size)};
+  for (int i = 0; i < kStreamLength; ++i) sequence.images.push_back(world.render(i).image);
+  return sequence;
+}
+
+Sequence recorded(const fs::path& path) {
+  const Dataset dataset = Dataset::open(path.string());
+  Sequence sequence;
+  sequence.name = dataset.name();
+  const int count = std::min<int>(kStreamLength, static_cast<int>(dataset.frames().size()));
+  for (int i = 0; i < count; ++i) sequence.images.push_back(dataset.image(i));
+  if (dataset.intrinsics()) sequence.camera = Camera(*dataset.intrinsics(), sequence.images.front().size());
+  return sequence;
+}
+
+std::vector<fs::path> dataFolders() {
+  const char* given = std::getenv("GMS_RANSAC_DATA");
+  const fs::path folder = given ? fs::path(given) : fs::path(GMS_RANSAC_SOURCE_DIR) / "../shared/data";
+  std::vector<fs::path> paths;
+  std::error_code missing;
+  for (const auto& entry : fs::directory_iterator(folder, missing)) {
+    if (entry.is_directory()) paths.push_back(entry.path());
+  }
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+MatchFilterOptions optionsOf(const std::string& method, ModelType model) {
+  MatchFilterOptions options;
+  options.method = method;
+  options.robust.model = model;
+  options.extractor.features = kFeatures;
+  return options;
+}
+
+/// Neighbours and the widest gap, every method and model, each pair on its own.
+void answerPairs(const Sequence& sequence, Answers& answers) {
+  const int last = static_cast<int>(sequence.images.size()) - 1;
+  const int gaps[kPairsOfASet] = {1, std::min(kWidestGap, last)};
+  for (const int gap : gaps) {
+    Frame reference, current;
+    for (const Method& method : methods()) {
+      for (const ModelType model : {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography}) {
+        MatchFilter filter(optionsOf(method.name, model));
+        const std::string pair = sequence.name + " 0-" + std::to_string(gap) + " ";
+        if (reference.features.keypoints.empty()) {
+          filter.extract(sequence.images[0], reference);
+          filter.extract(sequence.images[static_cast<size_t>(gap)], current);
+          Digest digest;
+          addFeatures(current.features, digest);
+          answers[pair + "features"] = digest.text() + " " + std::to_string(current.features.size());
+        }
+        filter.setCamera(sequence.camera);
+        MatchResult result;
+        filter.filter(reference, current, result);
+        Digest digest;
+        addResult(result, digest);
+        answers[pair + method.name + " " + toString(model)] = describe(result, digest);
+      }
+    }
+  }
+}
+
+/// What one image leaves for the next: the previous motion, tracks, the length of the translation.
+void answerStream(const Sequence& sequence, Answers& answers) {
+  for (const std::string method : {"fast", "cp_ransac"}) {
+    MatchFilter filter(optionsOf(method, ModelType::kEssential));
+    filter.setCamera(sequence.camera);
+    TrackTable tracks;
+    ScalePropagator propagator;
+    Triangulation triangulation;
+    Frame reference, current;
+    filter.extract(sequence.images.front(), reference);
+    Digest digest;
+    MatchResult result;
+    for (size_t i = 1; i < sequence.images.size(); ++i) {
+      filter.extract(sequence.images[i], current);
+      filter.filter(reference, current, result);
+      addResult(result, digest);
+      tracks.link(result);
+      digest.add(tracks.ids()).add(tracks.lengths());
+      tracks.advance();
+      if (result.status == Status::kOk) {
+        triangulateInliers(reference.features, current.features, result, sequence.camera, triangulation);
+        digest.add(propagator.update(triangulation, result, sequence.camera).length);
+        propagator.advance();
+      }
+      std::swap(reference, current);
+    }
+    answers[sequence.name + " stream " + method] = describe(result, digest);
+  }
+}
+
+Answers answersOf(const Sequence& sequence) {
+  Answers answers;
+  answerPairs(sequence, answers);
+  answerStream(sequence, answers);
+  return answers;
+}
+
+Answers allAnswers() {
+  Answers answers;
+  for (const std::string scene : {"room", "street"}) answers.merge(answersOf(rendered(scene)));
+  for (const fs::path& path : dataFolders()) answers.merge(answersOf(recorded(path)));
+  return answers;
+}
+
+/// The first line names the toolchain, every other an answer: "what: digest status inliers".
+Answers readRecords(std::string& recorded_with) {
+  std::ifstream file(kRecords);
+  std::getline(file, recorded_with);
+  Answers records;
+  for (std::string line; std::getline(file, line);) {
+    const size_t colon = line.find(": ");
+    if (colon != std::string::npos) records[line.substr(0, colon)] = line.substr(colon + 2);
+  }
+  return records;
+}
+
+TEST(Answers, AreThoseRecorded) {
+  std::string recorded_with;
+  const Answers records = readRecords(recorded_with);
+  ASSERT_FALSE(records.empty()) << kRecords;
+  if (recorded_with != toolchain()) GTEST_SKIP() << "recorded with " << recorded_with << ", this is " << toolchain();
+  const Answers answers = allAnswers();
+  int compared = 0;
+  for (const auto& [what, answer] : answers) {
+    const auto record = records.find(what);
+    ASSERT_NE(record, records.end()) << what << " was never recorded";
+    EXPECT_EQ(answer, record->second) << what;
+    ++compared;
+  }
+  // The rendered scenes are always at hand, with every method and model.
+  EXPECT_GE(compared, 2 * kPairsOfASet * static_cast<int>(methods().size()) * 3);
+}
+
+int record() {
+  std::ofstream file(kRecords);
+  file << toolchain() << "\n";
+  const Answers answers = allAnswers();
+  for (const auto& [what, answer] : answers) file << what << ": " << answer << "\n";
+  file.close();
+  std::cout << answers.size() << " answers written to " << kRecords << "\n";
+  return file ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace gms_ransac
+
+int main(int argc, char** argv) {
+  constexpr int kSkipped = 77;
+  testing::InitGoogleTest(&argc, argv);
+  if (argc > 1 && std::string(argv[1]) == "--record") return gms_ransac::record();
+  if (argc > 2 && std::string(argv[1]) == "--simd") {
+    setenv("GMS_RANSAC_SIMD", argv[2], 1);
+    try {
+      gms_ransac::detectSimdLevel();
+    } catch (const std::invalid_argument& error) {
+      std::cout << "skipped: " << error.what() << "\n";
+      return kSkipped;
+    }
+  }
+  return RUN_ALL_TESTS();
+}
