@@ -46,6 +46,18 @@ Score InlierCounter::score(const Eigen::Matrix3d& model) const {
   return score;
 }
 
+void InlierCounter::mark(const Eigen::Matrix3d& model, std::vector<uint8_t>& inlier) {
+  const RowMajorFloats M(model);
+  residuals_.resize(static_cast<size_t>(columns_.view().size));
+  if (type_ == ModelType::kHomography) {
+    kernels_->transferResiduals(columns_.view(), M.values, residuals_.data());
+  } else {
+    kernels_->epipolarResiduals(columns_.view(), M.values, residuals_.data());
+  }
+  inlier.resize(static_cast<size_t>(columns_.count()));
+  for (size_t i = 0; i < inlier.size(); ++i) inlier[i] = residuals_[i] < 1;
+}
+
 int InlierCounter::refine(Eigen::Matrix3d& model) const {
   if (type_ == ModelType::kHomography) {
     return HomographyModel(*kernels_, columns_.view()).refine(kRefinementLoss, kRefinementIterations, model);

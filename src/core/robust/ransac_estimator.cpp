@@ -29,6 +29,7 @@ RansacEstimator::RansacEstimator(const Method& method, const RobustOptions& opti
       sampler_(makeSampler(method, options)),
       verifier_(method.verifier, options),
       all_points_(options.simd),
+      marker_(options.simd),
       pose_recovery_(options.simd) {}
 
 void RansacEstimator::estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
@@ -42,6 +43,9 @@ void RansacEstimator::estimate(const PointPairs& pairs, const Camera& camera, Ro
   random_ = Random(options_.seed);
   ordering_.sort(pairs, quality_key_, order_);
   problem_.arrange(order_, points_);
+  // All that sums over the matches does so in an order that has nothing to do with their confidence, as `fast` does.
+  strideOver(pairs.size(), arrangement_);
+  problem_.arrange(arrangement_, arranged_);
   const Hypothesis best = method_.sampler == SamplerChoice::kRandomSubsets
                               ? searchSubsets(points_, result)
                               : search(points_, options_.max_iterations, result);
@@ -56,6 +60,7 @@ RansacEstimator::Hypothesis RansacEstimator::search(const OrderedPoints& points,
   Eigen::Matrix3d models[kMaxModels];
   Hypothesis best;
   verifier_.begin(problem_, points);
+  marker_.set(problem_, points, 0, points.size());
   sampler_->begin({points.size(), problem_.sampleSize(), options_.confidence, max_iterations});
   while (sampler_->draw(random_, sample)) {
     const int solutions = problem_.solve(points, sample, models);
@@ -65,7 +70,7 @@ RansacEstimator::Hypothesis RansacEstimator::search(const OrderedPoints& points,
       const Support support = verifier_.verify(models[i], random_, cost.point_evaluations);
       if (!(best.support < support)) continue;
       best = {models[i], support};
-      problem_.markInliers(best.model, points, inlier_);
+      marker_.mark(best.model, inlier_);
       sampler_->improve(inlier_);
     }
   }
@@ -80,7 +85,7 @@ RansacEstimator::Hypothesis RansacEstimator::searchSubsets(const OrderedPoints& 
   const int size = prefixLength(options_.subset_fraction, n, kMatchesPerSampleMember * problem_.sampleSize());
   Hypothesis best;
   float best_cost = std::numeric_limits<float>::infinity();
-  all_points_.set(problem_, points, 0, n);
+  all_points_.set(problem_, arranged_, 0, n);
   for (int s = 0; s < options_.subset_count; ++s) {
     subset_order_ = order_;
     for (int i = 0; i < size; ++i) std::swap(subset_order_[i], subset_order_[i + random_.below(n - i)]);
@@ -113,7 +118,7 @@ bool RansacEstimator::refines() const {
 Eigen::Matrix3d RansacEstimator::refined(const Eigen::Matrix3d& model, RobustResult& cost) {
   Eigen::Matrix3d result = model;
   if (!refines() || problem_.type() == ModelType::kEssential) return result;  // that one is refined as a pose
-  all_points_.set(problem_, points_, 0, points_.size());
+  all_points_.set(problem_, arranged_, 0, arranged_.size());
   cost.point_evaluations += static_cast<int64_t>(points_.size()) * all_points_.refine(result);
   return result;
 }

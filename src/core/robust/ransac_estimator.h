@@ -41,13 +41,14 @@ class RansacEstimator : public RobustEstimator {
   std::unique_ptr<Sampler> sampler_;
   Verifier verifier_;
   InlierCounter all_points_;  ///< judges the winners of random subsets, refines the final model
+  InlierCounter marker_;      ///< tells the sampler which matches the best hypothesis explains
   Ordering ordering_;
   TwoViewProblem problem_;
   Acceptance acceptance_;
   PoseRecovery pose_recovery_;
   Random random_;
-  std::vector<int> order_, subset_order_;
-  OrderedPoints points_, subset_;
+  std::vector<int> order_, subset_order_, arrangement_;
+  OrderedPoints points_, subset_, arranged_;
   std::vector<uint8_t> inlier_;  ///< of the best hypothesis, in order
 };
 
