@@ -159,7 +159,7 @@ void answerPairs(const Sequence& sequence, Answers& answers) {
   const int gaps[kPairsOfASet] = {1, std::min(kWidestGap, last)};
   for (const int gap : gaps) {
     Frame reference, current;
-    for (const Method& method : methods()) {
+    for (const MethodEntry& method : methods()) {
       for (const ModelType model : {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography}) {
         MatchFilter filter(optionsOf(method.name, model));
         const std::string pair = sequence.name + " 0-" + std::to_string(gap) + " ";

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks of the source itself: check_source.sh ros_free|format|lint|tidy [BUILD_DIR]. Exit status 77 means skipped.
+# Checks of the source itself: check_source.sh ros_free|floors|format|lint|tidy [BUILD_DIR]. Exit status 77 means skipped.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 SKIPPED=77
@@ -14,6 +14,9 @@ case ${1:-} in
     # The core and its public headers must build without ROS: no include of roscpp, tf2, cv_bridge or a message.
     ! grep -rnE '#include [<"](ros|tf2|tf2_[a-z]+|cv_bridge|image_transport|image_geometry|nodelet|pluginlib|[a-z]+_msgs|std_srvs|diagnostic_updater|dynamic_reconfigure|message_filters|rosbag|gms_ransac/(Correspondences|MatchStats))[/.]' \
       include src/core
+    ;;
+  floors)
+    /usr/bin/python3 test/check_floors.py
     ;;
   format)
     require_version_14 clang-format
@@ -30,7 +33,7 @@ case ${1:-} in
     find src/core -name '*.cpp' -print0 | xargs -0 -P 2 -n 4 clang-tidy --quiet -p "$2" 2>/dev/null
     ;;
   *)
-    echo "usage: check_source.sh ros_free|format|lint|tidy [BUILD_DIR]" >&2
+    echo "usage: check_source.sh ros_free|floors|format|lint|tidy [BUILD_DIR]" >&2
     exit 2
     ;;
 esac

@@ -14,11 +14,13 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
+#include "gms_ransac/method.h"
 #include "gms_ransac/robust_estimator.h"
-#include "robust/fast/pose_model.h"
-#include "robust/fast/stratified_sampler.h"
-#include "robust/random.h"
-#include "robust/residual.h"
+#include "random.h"
+#include "ransac/stratified_sampler.h"
+#include "two_view/pose_model.h"
+#include "two_view/residual.h"
+#include "two_view_scene.h"
 
 namespace {
 long g_allocations = 0;
@@ -124,11 +126,9 @@ int correctKept(const RobustResult& result, const Scene& scene) {
   return kept;
 }
 
-std::unique_ptr<RobustEstimator> makeFast(const RobustOptions& options = {}) {
-  return makeRobustEstimator(findMethod("fast"), options);
-}
+std::unique_ptr<Method> makeFast(const RobustOptions& options = {}) { return makeEstimator("fast", options); }
 
-std::unique_ptr<RobustEstimator> makeFast(ModelType model) {
+std::unique_ptr<Method> makeFast(ModelType model) {
   RobustOptions options;
   options.model = model;
   return makeFast(options);
@@ -140,7 +140,7 @@ TEST_P(OutlierShare, IsAsGoodAsAnExhaustiveRansac) {
   RobustOptions exhaustive;
   exhaustive.max_iterations = 100000;
   exhaustive.confidence = 1 - 1e-9;
-  const auto fast = makeFast(), ransac = makeRobustEstimator(findMethod("ransac"), exhaustive);
+  const auto fast = makeFast(), ransac = makeEstimator("ransac", exhaustive);
   const Camera camera = testCamera();
   double fast_rotation = 0, fast_direction = 0, ransac_rotation = 0, ransac_direction = 0;
   int fast_kept = 0, ransac_kept = 0;
@@ -185,7 +185,7 @@ TEST(FastEstimator, SurvivesNinetyPercentOutliers) {
   RobustResult result;
   makeFast(robust)->estimate(scene.pairs, testCamera(), result);
   ASSERT_TRUE(result.pose_found);
-  EXPECT_LE(result.hypotheses, robust.max_iterations);
+  EXPECT_LE(result.effort.hypotheses, robust.max_iterations);
   EXPECT_LT(rotationError(result, scene), 0.5);
   EXPECT_LT(directionError(result, scene), 5);
 }
@@ -196,7 +196,7 @@ TEST(FastEstimator, KeepsNoMoreHypothesesThanAllowed) {
   robust.max_iterations = 3;
   RobustResult result;
   makeFast(robust)->estimate(scene.pairs, testCamera(), result);
-  EXPECT_LE(result.hypotheses, 3);
+  EXPECT_LE(result.effort.hypotheses, 3);
   EXPECT_TRUE(result.model_found);
 }
 
@@ -235,7 +235,7 @@ TEST(FastEstimator, RepeatsItselfAfterAReset) {
   estimator->estimate(first.pairs, testCamera(), fresh);
   EXPECT_EQ(a.inlier, fresh.inlier);
   EXPECT_EQ(a.model, fresh.model);
-  EXPECT_EQ(a.hypotheses, fresh.hypotheses);
+  EXPECT_EQ(a.effort.hypotheses, fresh.effort.hypotheses);
   estimator->estimate(second.pairs, testCamera(), fresh);
   EXPECT_EQ(b.model, fresh.model);
 }
@@ -463,7 +463,8 @@ TEST(StratifiedSampler, SpreadsSamplesAtLeastAsWideAsUniformDraws) {
     return sum / 10;
   };
   StratifiedSampler sampler;
-  sampler.begin(order, cells, 5);
+  sampler.setCells(order, cells);
+  sampler.begin({kCount, 5, 0.99, 10000});
   Random random(1);
   double stratified = 0, uniform_draws = 0;
   constexpr int kDraws = 2000;
@@ -488,12 +489,13 @@ TEST(StratifiedSampler, BeginsWithTheMostConfident) {
     cells[i] = i;
   }
   StratifiedSampler sampler;
-  sampler.begin(order, cells, 5);
+  sampler.setCells(order, cells);
+  sampler.begin({400, 5, 0.99, 1000});
   Random random(1);
   int sample[5];
   sampler.draw(random, sample);
   EXPECT_LT(sampler.prefix(), 400);
-  for (int place : sample) EXPECT_GE(place, 400 - sampler.prefix());
+  for (int place : sample) EXPECT_LT(place, sampler.prefix());
   for (int k = 0; k < 400; ++k) sampler.draw(random, sample);
   EXPECT_EQ(400, sampler.prefix());
 }

@@ -75,7 +75,8 @@ TEST_P(EstimateAgain, AsIfTheSeedHadBeenGivenFirst) {
   MatchResult expected, result;
   expected_filter.filter(reference, current, expected);
   filter.filter(reference, current, result);
-  filter.estimateAgain(7, result);
+  filter.setSeed(7);
+  filter.estimate(reference, current, result);
   EXPECT_GT(expected.inliers, 0);
   EXPECT_EQ(result.status, expected.status);
   EXPECT_EQ(result.inliers, expected.inliers);
@@ -146,7 +147,7 @@ TEST(MatchFilter, LeavesOutMatchesWhoseRayTheCalibrationDoesNotSay) {
   // Grows up to 152 px from the centre only.
   const Camera folding({250, 250, 320, 240, "plumb_bob", {-0.4, 0, 0, 0, 0}}, {640, 480});
   const auto [first, second] = shiftedPair();
-  for (const Method& method : methods()) {
+  for (const MethodEntry& method : methods()) {
     MatchFilterOptions options;
     options.method = method.name;
     options.robust.model = ModelType::kHomography;

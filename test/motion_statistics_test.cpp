@@ -8,7 +8,7 @@
 #include <random>
 
 #include "benchmark/dense_motion_statistics.h"
-#include "motion_statistics/method_settings.h"
+#include "gms/method_settings.h"
 
 namespace gms_ransac {
 namespace {
@@ -299,20 +299,20 @@ TEST(MotionStatistics, EvidenceFollowsARollingCamera) {
 
 TEST(MotionStatisticsSettings, PapersKeepTheirsAndFastChooses) {
   const MotionStatisticsOptions open = MotionStatisticsOptions::methodsOwn();
-  const MotionStatisticsOptions paper = motionStatisticsFor(FilterChoice::kGms, open);
+  const MotionStatisticsOptions paper = publishedSettings(open);
   EXPECT_EQ(paper.grid_columns, 20);
   EXPECT_EQ(paper.grid_rows, 20);
   EXPECT_EQ(paper.threshold_factor, 6);
   EXPECT_EQ(paper.acceptance, Acceptance::kThreshold);
-  EXPECT_EQ(motionStatisticsFor(FilterChoice::kGmsFive, open).neighborhood, GridNeighborhood::kFive);
-  const MotionStatisticsOptions fast = motionStatisticsFor(FilterChoice::kGmsAdaptive, open);
+  EXPECT_EQ(publishedSettings(open, GridNeighborhood::kFive).neighborhood, GridNeighborhood::kFive);
+  const MotionStatisticsOptions fast = evidenceSettings(open);
   EXPECT_EQ(fast.grid_columns, 0);
   EXPECT_EQ(fast.acceptance, Acceptance::kEvidence);
   MotionStatisticsOptions given = open;
   given.grid_columns = given.grid_rows = 30;
   given.threshold_factor = 5;
   given.acceptance = Acceptance::kThreshold;
-  const MotionStatisticsOptions kept = motionStatisticsFor(FilterChoice::kGmsAdaptive, given);
+  const MotionStatisticsOptions kept = evidenceSettings(given);
   EXPECT_EQ(kept.grid_columns, 30);
   EXPECT_EQ(kept.threshold_factor, 5);
   EXPECT_EQ(kept.acceptance, Acceptance::kThreshold);

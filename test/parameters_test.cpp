@@ -34,7 +34,7 @@ std::set<std::string> offered(const std::string& parameter) {
 
 TEST(Parameters, OffersEveryMethodAndNoOther) {
   std::set<std::string> known;
-  for (const Method& method : methods()) known.insert(method.name);
+  for (const MethodEntry& method : methods()) known.insert(method.name);
   EXPECT_EQ(offered("method"), known) << "cfg/MatchFilter.cfg and the table of methods differ";
 }
 
@@ -167,7 +167,7 @@ void expectAnAnswer(const MatchFilterConfig& config, const std::pair<cv::Mat, cv
 
 TEST(Parameters, EveryCornerOfEveryRangeIsAnsweredOrRefused) {
   const auto images = drawnPair();
-  for (const Method& method : methods()) {
+  for (const MethodEntry& method : methods()) {
     for (const auto& parameter : corners()) {
       for (const Setting& corner : parameter) {
         SCOPED_TRACE(method.name + std::string(", ") + corner.text);

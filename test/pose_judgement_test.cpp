@@ -68,7 +68,7 @@ using MakeScene = TwoViewScene (*)(uint64_t);
 Tally tallyScenes(const std::string& method, ModelType model, MakeScene make_scene, int scenes) {
   RobustOptions options;
   options.model = model;
-  const auto estimator = makeRobustEstimator(findMethod(method), options);
+  const auto estimator = makeEstimator(method, options);
   Tally tally;
   RobustResult result;
   for (int k = 0; k < scenes; ++k) {

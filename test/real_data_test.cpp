@@ -37,7 +37,7 @@ std::vector<std::string> sets() {
 
 std::vector<std::pair<std::string, ModelType>> methodsAndModels() {
   std::vector<std::pair<std::string, ModelType>> all;
-  for (const Method& method : methods()) {
+  for (const MethodEntry& method : methods()) {
     for (ModelType model : {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography}) {
       all.emplace_back(method.name, model);
     }
@@ -91,7 +91,7 @@ void expectHonestOutcome(const MatchResult& result, bool calibrated) {
 void expectInliersWithinThreshold(const MatchFilter& filter, const Frame& reference, const Frame& current,
                                   const MatchResult& result) {
   const RobustOptions& options = filter.options().robust;
-  const bool model_selects = !findMethod(filter.options().method).keeps_filter_output;
+  const bool model_selects = !makeMethod(filter.options())->filterDecides();
   int inliers = 0;
   for (size_t i = 0; i < result.matches.size(); ++i) {
     if (result.stage[i] != MatchStage::kInlier) continue;

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "robust/fast/residual_kernels.h"
+#include "two_view/kernels/residual_kernels.h"
 
 namespace gms_ransac {
 

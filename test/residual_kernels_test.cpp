@@ -11,9 +11,10 @@
 #include <Eigen/LU>
 
 #include "residual_answers.h"
-#include "robust/fast/pose_model.h"
-#include "robust/fast/residual_kernels.h"
-#include "robust/residual.h"
+#include "two_view/kernels/residual_kernels.h"
+#include "two_view/minimal_sample.h"
+#include "two_view/pose_model.h"
+#include "two_view/residual.h"
 
 namespace gms_ransac {
 namespace {
@@ -186,10 +187,10 @@ TEST(PoseModel, HypothesesAreRotations) {
   double worst = 0;
   for (int k = 0; k < kSamples; ++k) {
     const int sample[5] = {5 * k, 5 * k + 1, 5 * k + 2, 5 * k + 3, 5 * k + 4};
-    TwoViewPose hypotheses[PoseModel::kMaxHypotheses];
-    const int found = model.generate(sample, hypotheses);
+    Hypothesis hypotheses[kMaxHypotheses];
+    const int found = model.solve(sample, hypotheses);
     for (int h = 0; h < found; ++h) {
-      const Eigen::Matrix3d& R = hypotheses[h].R;
+      const Eigen::Matrix3d& R = hypotheses[h].pose.R;
       worst = std::max(worst, (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff());
       EXPECT_GT(R.determinant(), 0);
     }

@@ -23,7 +23,7 @@ RobustOptions optionsFor(ModelType model) {
 
 RobustResult estimate(const std::string& method, const RobustOptions& options, const TwoViewScene& pair) {
   RobustResult result;
-  makeRobustEstimator(findMethod(method), options)->estimate(pair.pairs, pair.camera, result);
+  makeEstimator(method, options)->estimate(pair.pairs, pair.camera, result);
   return result;
 }
 
@@ -47,7 +47,7 @@ double residual(const RobustResult& result, const TwoViewScene& pair, size_t i) 
 
 std::vector<std::string> methodNames() {
   std::vector<std::string> names;
-  for (const Method& method : methods()) names.push_back(method.name);
+  for (const MethodEntry& method : methods()) names.push_back(method.name);
   return names;
 }
 
@@ -101,7 +101,7 @@ TEST_P(EveryMethod, KeepsOnlyMatchesWithinItsThreshold) {
 TEST_P(EveryMethod, RepeatsItselfForASeed) {
   const TwoViewScene pair = makeTwoViewScene({}), other = makeTwoViewScene({500});
   for (ModelType model : kModels) {
-    const auto estimator = makeRobustEstimator(findMethod(GetParam()), optionsFor(model));
+    const auto estimator = makeEstimator(GetParam(), optionsFor(model));
     RobustResult first, between, second;
     estimator->estimate(pair.pairs, pair.camera, first);
     estimator->estimate(other.pairs, other.camera, between);
@@ -109,8 +109,8 @@ TEST_P(EveryMethod, RepeatsItselfForASeed) {
     estimator->estimate(pair.pairs, pair.camera, second);
     EXPECT_EQ(first.inlier, second.inlier);
     EXPECT_EQ(first.model, second.model);
-    EXPECT_EQ(first.hypotheses, second.hypotheses);
-    EXPECT_EQ(first.point_evaluations, second.point_evaluations);
+    EXPECT_EQ(first.effort.hypotheses, second.effort.hypotheses);
+    EXPECT_EQ(first.effort.point_evaluations, second.effort.point_evaluations);
     EXPECT_EQ(first.inlier, estimate(GetParam(), optionsFor(model), pair).inlier);
   }
 }
@@ -229,8 +229,7 @@ TEST_P(EveryMethod, RefusesSupportFromTooFewPlacesToCheckIt) {
 TEST_P(EveryMethod, FallsBackToTheFundamentalMatrixWithoutACamera) {
   const TwoViewScene pair = makeTwoViewScene({});
   RobustResult result;
-  makeRobustEstimator(findMethod(GetParam()), optionsFor(ModelType::kEssential))
-      ->estimate(pair.pairs, Camera(), result);
+  makeEstimator(GetParam(), optionsFor(ModelType::kEssential))->estimate(pair.pairs, Camera(), result);
   EXPECT_TRUE(result.model_found);
   EXPECT_EQ(result.model_type, ModelType::kFundamental);
   EXPECT_FALSE(result.pose_found);
@@ -273,7 +272,7 @@ TEST_P(EveryMethod, SaysTheSameOnEveryInstructionSet) {
       options.simd = level;
       const RobustResult other = estimate(GetParam(), options, pair);
       EXPECT_EQ(other.inlier, scalar.inlier) << toString(level);
-      EXPECT_EQ(other.hypotheses, scalar.hypotheses) << toString(level);
+      EXPECT_EQ(other.effort.hypotheses, scalar.effort.hypotheses) << toString(level);
     }
   }
 }
@@ -304,8 +303,8 @@ TEST(Quality, OfNoiseNeedsMoreHypothesesThanThatOfTheMatches) {
   for (const char* quality : {"score", "support", "distance"}) {
     RobustOptions options = optionsFor(ModelType::kEssential);
     options.quality = quality;
-    EXPECT_LT(estimate("cp_ransac", options, informed).hypotheses,
-              estimate("cp_ransac", options, uninformed).hypotheses)
+    EXPECT_LT(estimate("cp_ransac", options, informed).effort.hypotheses,
+              estimate("cp_ransac", options, uninformed).effort.hypotheses)
         << quality;
   }
 }
@@ -314,7 +313,7 @@ TEST(RobustOptions, RefusesAnUnknownQualityWithTheKnownOnes) {
   RobustOptions options;
   options.quality = "beauty";
   try {
-    makeRobustEstimator(findMethod("prosac"), options);
+    makeEstimator("prosac", options);
     FAIL() << "accepted an unknown quality";
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("distance"), std::string::npos);

@@ -33,5 +33,5 @@ check hamming_kernels_check "$core/matching/hamming_kernels.cpp" "$core/matching
   "$core/matching/hamming_neon.cpp"
 check feature_kernels_check "$core/features/kernels.cpp" "$core/features/kernels_scalar.cpp" \
   "$core/features/kernels_neon.cpp" "$core/features/orb_pattern.cpp"
-check residual_kernels_check "$core/robust/fast/residual_kernels_scalar.cpp" \
-  "$core/robust/fast/residual_kernels_neon.cpp"
+check residual_kernels_check "$core/two_view/kernels/residual_kernels_scalar.cpp" \
+  "$core/two_view/kernels/residual_kernels_neon.cpp"

@@ -7,11 +7,14 @@
 
 #include <gtest/gtest.h>
 
-#include "robust/ordering.h"
-#include "robust/prosac_sampler.h"
-#include "robust/sampler.h"
-#include "robust/stopping.h"
-#include "robust/verifier.h"
+#include "methods/cp_ransac.h"
+#include "ransac/ordering.h"
+#include "ransac/prosac_sampler.h"
+#include "ransac/sampler.h"
+#include "ransac/stopping.h"
+#include "ransac/verifier.h"
+#include "two_view/pose_model.h"
+#include "two_view/two_view_points.h"
 #include "two_view_scene.h"
 
 namespace gms_ransac {
@@ -305,35 +308,42 @@ TEST(ConfidenceGroupSampler, GeometricGroupsWidenStepByStep) {
   EXPECT_EQ(sampler.phase(), 4);
 }
 
+/// The true motion of a drawn pair as a hypothesis of the textbook's model, and its columns in the order of the
+/// matches.
+struct TrueMotion {
+  TwoViewScene pair;
+  TwoViewPoints points;
+  std::vector<int> order;
+  Hypothesis truth;
+
+  explicit TrueMotion(const TwoViewSceneOptions& scene) : pair(makeTwoViewScene(scene)) {
+    points.set(pair.pairs, pair.camera, ModelType::kEssential, 1, 0);
+    std::vector<int> matches(pair.correct.size());
+    std::iota(matches.begin(), matches.end(), 0);
+    points.columnsOf(matches, order);
+    truth.matrix = crossMatrix(pair.t) * pair.R;
+  }
+  EssentialModel model() const { return {residualKernels(detectSimdLevel()), points.view()}; }
+};
+
 TEST(Verifier, TddLooksAtAllMatchesOnlyIfItsOwnFit) {
   TwoViewSceneOptions scene;
   scene.outlier_ratio = 0.5;
   scene.noise_px = 0;
-  const TwoViewScene pair = makeTwoViewScene(scene);
-  TwoViewProblem problem;
-  problem.set(pair.pairs, pair.camera, ModelType::kEssential, 1);
-  OrderedPoints points;
-  std::vector<int> order(pair.correct.size());
-  std::iota(order.begin(), order.end(), 0);
-  problem.arrange(order, points);
-  RobustOptions options;
-  options.tdd_d = 2;
-  Verifier verifier(VerifierChoice::kTdd, options);
-  verifier.begin(problem, points);
-  Eigen::Matrix3d cross;
-  cross << 0, -pair.t.z(), pair.t.y(), pair.t.z(), 0, -pair.t.x(), -pair.t.y(), pair.t.x(), 0;
-  const Eigen::Matrix3d E = cross * pair.R;
+  const TrueMotion motion(scene);
+  const EssentialModel model = motion.model();
   Random random(1);
   int passed = 0;
   const int trials = 2000;
   for (int i = 0; i < trials; ++i) {
-    int64_t evaluations = 0;
-    const Support support = verifier.verify(E, random, evaluations);
-    if (support.inliers == 0) {
-      EXPECT_LE(evaluations, 2);
-    } else {
+    Effort effort;
+    CountingVerifier verifier(2);
+    verifier.begin(model, motion.points.view(), motion.order);
+    if (verifier.beatsBest(motion.truth, random, effort)) {
       ++passed;
-      EXPECT_EQ(evaluations, 2 + points.size());
+      EXPECT_EQ(effort.point_evaluations, 2 + motion.points.size());
+    } else {
+      EXPECT_LE(effort.point_evaluations, 2);
     }
   }
   EXPECT_NEAR(passed, 0.25 * trials, 0.05 * trials);  // w^d, and a few outliers that fit
@@ -342,30 +352,48 @@ TEST(Verifier, TddLooksAtAllMatchesOnlyIfItsOwnFit) {
 TEST(Verifier, HoldOutJudgesByMatchesThatAreNotSampled) {
   TwoViewSceneOptions scene;
   scene.noise_px = 0.1;
-  const TwoViewScene pair = makeTwoViewScene(scene);
-  TwoViewProblem problem;
-  problem.set(pair.pairs, pair.camera, ModelType::kEssential, 1);
-  OrderedPoints points;
-  std::vector<int> order(pair.correct.size());
-  std::iota(order.begin(), order.end(), 0);
-  problem.arrange(order, points);
-  const RobustOptions options;
-  Verifier verifier(VerifierChoice::kHoldOut, options);
-  verifier.begin(problem, points);
-  Eigen::Matrix3d cross;
-  cross << 0, -pair.t.z(), pair.t.y(), pair.t.z(), 0, -pair.t.x(), -pair.t.y(), pair.t.x(), 0;
+  const TrueMotion motion(scene);
+  const EssentialModel model = motion.model();
+  const int sampled = motion.points.size() / 5;
+  // Leaves the truth only its held-out inliers, or only those that are sampled.
+  const auto explains = [&](int first, int end) {
+    PointPairs pairs = motion.pair.pairs;
+    for (int i = 0; i < motion.points.size(); ++i) {
+      if (i < first || i >= end)
+        pairs.x_current[static_cast<size_t>(i)] = pairs.y_current[static_cast<size_t>(i)] = -1e4f;
+    }
+    return pairs;
+  };
   Random random(1);
-  int64_t evaluations = 0;
-  const Support support = verifier.verify(cross * pair.R, random, evaluations);
-  int expected_held_out = 0, expected_sampled = 0;
-  for (int i = 0; i < points.size(); ++i) {
-    (i < points.size() / 5 ? expected_sampled : expected_held_out) += problem.fits(cross * pair.R, points, i);
-  }
-  EXPECT_EQ(support.inliers, expected_held_out);
-  EXPECT_EQ(support.tie_breaker, expected_sampled);
-  EXPECT_EQ(evaluations, points.size());
-  EXPECT_LT((Support{10, 3}), (Support{11, 0}));
-  EXPECT_LT((Support{10, 3}), (Support{10, 4}));
+  Effort effort;
+  HoldOutVerifier verifier(0.2);
+  verifier.begin(model, motion.points.view(), motion.order);
+  EXPECT_TRUE(verifier.beatsBest(motion.truth, random, effort));
+  EXPECT_EQ(effort.point_evaluations, motion.points.size());
+  EXPECT_FALSE(verifier.beatsBest(motion.truth, random, effort)) << "it ties with itself";
+  TwoViewPoints part;
+  part.set(explains(sampled, motion.points.size()), motion.pair.camera, ModelType::kEssential, 1, 0);
+  verifier.begin(model, part.view(), motion.order);
+  EXPECT_TRUE(verifier.beatsBest(motion.truth, random, effort));
+  part.set(explains(0, sampled), motion.pair.camera, ModelType::kEssential, 1, 0);
+  verifier.begin(model, part.view(), motion.order);
+  EXPECT_TRUE(verifier.beatsBest(motion.truth, random, effort)) << "among none held out the sampled decide";
+}
+
+TEST(Verifier, CostGivesUpOnWhatCannotWin) {
+  TwoViewSceneOptions scene;
+  const TrueMotion motion(scene);
+  const EssentialModel model = motion.model();
+  Random random(1);
+  Effort effort;
+  CostVerifier verifier;
+  verifier.begin(model, motion.points.view(), motion.order);
+  EXPECT_TRUE(verifier.beatsBest(motion.truth, random, effort));
+  const int64_t whole = effort.point_evaluations;
+  Hypothesis wrong;
+  wrong.matrix = crossMatrix(Eigen::Vector3d::UnitY());
+  EXPECT_FALSE(verifier.beatsBest(wrong, random, effort));
+  EXPECT_LT(effort.point_evaluations - whole, whole);
 }
 
 }  // namespace

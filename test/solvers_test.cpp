@@ -7,10 +7,10 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
-#include "robust/solvers/essential_5pt.h"
-#include "robust/solvers/fundamental_7pt.h"
-#include "robust/solvers/homography_4pt.h"
-#include "robust/solvers/real_roots.h"
+#include "two_view/solvers/essential_5pt.h"
+#include "two_view/solvers/fundamental_7pt.h"
+#include "two_view/solvers/homography_4pt.h"
+#include "two_view/solvers/real_roots.h"
 
 namespace gms_ransac {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "gms_ransac/match_filter.h"
 #include "gms_ransac/track_table.h"
-#include "robust/random.h"
+#include "random.h"
 
 namespace gms_ransac {
 namespace {

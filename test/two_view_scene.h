@@ -2,13 +2,16 @@
 #pragma once
 
 #include <cmath>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 #include "gms_ransac/camera.h"
+#include "gms_ransac/match_filter.h"
 #include "gms_ransac/robust_estimator.h"
-#include "robust/random.h"
+#include "random.h"
 
 namespace gms_ransac {
 
@@ -80,6 +83,14 @@ inline TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
     pair.correct[i] = !outlier;
   }
   return pair;
+}
+
+/// The method of that name with these options of its robust stage.
+inline std::unique_ptr<Method> makeEstimator(const std::string& method, const RobustOptions& robust) {
+  MatchFilterOptions options;
+  options.method = method;
+  options.robust = robust;
+  return makeMethod(options);
 }
 
 /// Degrees between two rotations.

@@ -99,15 +99,12 @@ class MatchFilter {
   void extract(const cv::Mat& image, Frame& frame);
   void filter(const Frame& reference, const Frame& current, MatchResult& result);
 
-  /// Repeats only the robust stage of the last `filter` call under another seed, without memory of earlier pairs;
-  /// `result` must be that call's. For statistics over seeds, where matching again would cost most of the time.
-  void estimateAgain(uint64_t seed, MatchResult& result);
+  /// The robust stage alone, on what the last `filter` call kept; frames and `result` must be that call's. With
+  /// `setSeed` and `reset` for statistics over seeds, where matching again would cost most of the time.
+  void estimate(const Frame& reference, const Frame& current, MatchResult& result);
+  void setSeed(uint64_t seed);
 
  private:
-  /// Lan 2020: a survivor's verdict stands only if the motion statistics of the inliers alone support it, too.
-  void recheckInliers(MatchResult& result);
-  /// Remembers the survivors' keypoints for that.
-  void keepSurvivors(const Features& reference, const Features& current, const MatchResult& result);
   /// Fills `survivors_` with the matches that the method's filter keeps, one for each current point unless that is not
   /// wanted.
   void selectSurvivors(const Features& reference, const Features& current, MatchResult& result);
@@ -117,25 +114,17 @@ class MatchFilter {
   void describeSurvivors(const Features& reference, const Features& current, MatchResult& result);
   /// False where the calibration does not say which ray a keypoint of the match lies on (Camera::undistort).
   bool hasRays(const Features& reference, const Features& current, const Match& match) const;
-  /// The robust stage on `pairs_`, timed.
-  void estimate(MatchResult& result);
   /// Carries the estimator's verdict over to the raw matches and states the outcome.
   void markInliers(MatchResult& result);
 
   MatchFilterOptions options_;
-  const Method* method_;
+  std::unique_ptr<Method> method_;
   Camera camera_;
   std::unique_ptr<FeatureExtractor> extractor_;
   HammingMatcher matcher_;
-  MotionStatisticsFilter motion_statistics_, recheck_statistics_;
-  DistanceConsistency distance_consistency_;
-  std::unique_ptr<RobustEstimator> estimator_;
   Frame reference_, current_;
   bool have_reference_ = false;
   MotionStatistics statistics_;
-  Features recheck_reference_, recheck_current_;  ///< keypoint k is that of survivor k; no descriptors
-  std::vector<Match> rechecked_;
-  MotionStatistics recheck_;
   PointPairs pairs_;
   std::vector<int> survivors_;   ///< indices into the raw matches
   std::vector<int> best_match_;  ///< of each current point

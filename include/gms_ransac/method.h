@@ -1,47 +1,62 @@
-// The one table of methods: each is a named choice for every stage (doc: design of the paper's comparison).
+// The methods: each composes matching, filtering and robust estimation in one file of src/core/methods.
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "gms_ransac/camera.h"
+#include "gms_ransac/features.h"
+#include "gms_ransac/hamming_matcher.h"
+#include "gms_ransac/motion_statistics.h"
+#include "gms_ransac/robust_estimator.h"
+
 namespace gms_ransac {
 
-enum class MatcherChoice { kNearest, kMutual };
-enum class FilterChoice {
-  kNone,
-  kGms,          ///< Bian 2017: 20 x 20 cells, threshold factor 6
-  kGmsFive,      ///< Chen 2018: five cells vote instead of nine
-  kGmsDistance,  ///< Zhu 2019: then matches whose displacement differs from their neighbours' are dropped
-  kGmsAdaptive   ///< ours: square cells, votes weighed with descriptors, turn and change of level
-};
-enum class OrderingChoice { kNone, kDescriptorDistance, kMotionStatistics };
-enum class SamplerChoice { kUniform, kProsac, kRandomSubsets, kSplit, kConfidenceGroups, kStratified };
-enum class VerifierChoice { kAll, kTdd, kHoldOut, kBlockwise };
-enum class RecheckChoice { kNone, kGms };
+struct MatchFilterOptions;
 
-/// One row: the stages a method is composed of.
-struct Method {
+/// One method at work: what it does with the matches of a pair, stage by stage. Not thread-safe.
+class Method {
+ public:
+  virtual ~Method() = default;
+
+  /// Whether it wants only matches that are each other's nearest neighbours.
+  virtual bool wantsMutualMatches() const { return false; }
+  /// Verdict and score of every raw match; only accepted ones are estimated from.
+  virtual void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
+                      MotionStatistics& statistics) = 0;
+  /// Model, inliers and pose from the survivors. `camera` may be uncalibrated: then model essential falls back to
+  /// fundamental and there is no pose. Too few pairs or no acceptable model: model_found is false; never throws on
+  /// data.
+  virtual void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) = 0;
+  /// A last check of the inliers, where the method has one. `survivors`: the raw match of each pair.
+  virtual void confirm(const Features& /*reference*/, const Features& /*current*/,
+                       const std::vector<Match>& /*matches*/, const std::vector<int>& /*survivors*/,
+                       RobustResult& /*result*/) {}
+  /// True when all survivors of the filter are inliers and the model gives only the pose.
+  virtual bool filterDecides() const { return false; }
+  /// Forgets what was learnt from earlier pairs, if anything.
+  virtual void reset() {}
+  /// Replaces RobustOptions::seed from the next call on.
+  virtual void setSeed(uint64_t seed) = 0;
+};
+
+/// One row of the table of methods.
+struct MethodEntry {
   const char* name;
   const char* source;   ///< paper
   const char* summary;  ///< our reading of it, one line
-  MatcherChoice matcher;
-  FilterChoice filter;
-  OrderingChoice ordering;
-  SamplerChoice sampler;
-  VerifierChoice verifier;
-  RecheckChoice recheck;     ///< after the robust estimation
-  bool keeps_filter_output;  ///< the model gives only the pose; inliers are what the filter kept (`gms`, `gms5`)
+  bool ordered;         ///< samples the most confident matches first
+  std::unique_ptr<Method> (*make)(const MatchFilterOptions& options);
 };
 
-const std::vector<Method>& methods();
+const std::vector<MethodEntry>& methods();
 
 /// Throws std::invalid_argument listing the known names.
-const Method& findMethod(const std::string& name);
+const MethodEntry& findMethod(const std::string& name);
 
-enum class ModelType { kEssential, kFundamental, kHomography };
-
-/// "essential", "fundamental", "homography"; throws std::invalid_argument for another word.
-ModelType parseModelType(const std::string& name);
-std::string toString(ModelType model);
+/// The method that the options name; validates them.
+std::unique_ptr<Method> makeMethod(const MatchFilterOptions& options);
 
 }  // namespace gms_ransac

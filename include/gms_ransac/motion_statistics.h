@@ -57,7 +57,8 @@ struct MotionStatistics {
   /// 0 if rejected, >= 1 when accepted: score / threshold of that same cell pair; with kEvidence 1 + the log-odds that
   /// the match is right above the least kept.
   std::vector<float> support;
-  std::vector<int32_t> cell;  ///< cell of the reference keypoint in the unshifted grid, row * columns + column
+  std::vector<int32_t> cell;     ///< cell of the reference keypoint in the unshifted grid, row * columns + column
+  bool weighs_evidence = false;  ///< what `support` is: true with kEvidence
   int accepted_count = 0;
   int grid_columns = 0, grid_rows = 0;  ///< the grid that was used
   int rotation = 0;                     ///< winning rotation pattern in steps of 45 degrees anticlockwise, 0..7

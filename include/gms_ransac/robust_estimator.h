@@ -1,8 +1,7 @@
-// Fourth stage, filtered matches -> robust model and pose. Knows nothing of images.
+// Fourth stage, filtered matches -> robust model and pose: what goes in and what comes out.
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,7 +9,6 @@
 #include <opencv2/core/types.hpp>
 
 #include "gms_ransac/camera.h"
-#include "gms_ransac/method.h"
 #include "gms_ransac/relative_pose.h"
 #include "gms_ransac/simd.h"
 
@@ -41,6 +39,12 @@ struct PointPairs {
   bool hasPlaces(size_t i) const;
 };
 
+enum class ModelType { kEssential, kFundamental, kHomography };
+
+/// "essential", "fundamental", "homography"; throws std::invalid_argument for another word.
+ModelType parseModelType(const std::string& name);
+std::string toString(ModelType model);
+
 struct RobustOptions {
   ModelType model = ModelType::kEssential;
   double threshold_px = 0;        ///< inlier threshold in pixels; 0: 1 for essential and fundamental, 3 for homography
@@ -64,6 +68,13 @@ struct RobustOptions {
   void validate() const;
 };
 
+/// What an estimate cost.
+struct Effort {
+  int hypotheses = 0;             ///< minimal samples drawn
+  int models_scored = 0;          ///< hypotheses that were verified
+  int64_t point_evaluations = 0;  ///< residuals computed
+};
+
 struct RobustResult {
   bool model_found = false;
   ModelType model_type = ModelType::kEssential;
@@ -78,29 +89,12 @@ struct RobustResult {
   RelativePose pose;
   double median_parallax_px = 0;  ///< median over inliers of the displacement that no rotation undoes
   double rms_error_px = 0;        ///< over inliers, of the model's residual (Sampson; transfer for a homography)
-  int hypotheses = 0;             ///< minimal samples drawn
-  int models_scored = 0;          ///< solutions of those samples that were verified
-  int64_t point_evaluations = 0;  ///< residuals computed while verifying
+  Effort effort;
 
   /// Empties the answer but keeps its storage.
   void clear();
   /// No model after all: no inliers and no pose. What the search cost stays.
   void refuse();
 };
-
-class RobustEstimator {
- public:
-  virtual ~RobustEstimator() = default;
-  /// `camera` may be uncalibrated (then model essential falls back to fundamental and there is no pose).
-  /// Too few pairs or no acceptable model: model_found is false; never throws on data.
-  virtual void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) = 0;
-  /// Forgets what was learnt from earlier pairs (the previous motion), if anything.
-  virtual void reset() {}
-  /// Replaces RobustOptions::seed from the next call on.
-  virtual void setSeed(uint64_t seed) = 0;
-};
-
-/// Validates the options and builds the estimator the method names.
-std::unique_ptr<RobustEstimator> makeRobustEstimator(const Method& method, const RobustOptions& options);
 
 }  // namespace gms_ransac

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "motion_statistics/method_settings.h"
+#include "gms/method_settings.h"
 #include "validation.h"
 
 namespace gms_ransac {
@@ -28,22 +28,11 @@ class StopWatch {
   Clock::time_point last_ = Clock::now();
 };
 
-HammingMatcherOptions matcherOptions(const MatchFilterOptions& options) {
+HammingMatcherOptions matcherOptions(const MatchFilterOptions& options, const Method& method) {
   HammingMatcherOptions matcher;
-  const Method& method = findMethod(options.method);
-  matcher.mutual =
-      method.matcher == MatcherChoice::kMutual && (options.lan_mutual || method.recheck == RecheckChoice::kNone);
+  matcher.mutual = method.wantsMutualMatches();
   matcher.threads = options.matcher_threads;
   return matcher;
-}
-
-const MatchFilterOptions& validated(const MatchFilterOptions& options) {
-  options.validate();
-  return options;
-}
-
-MotionStatisticsOptions statisticsOptions(const MatchFilterOptions& options) {
-  return motionStatisticsFor(findMethod(options.method).filter, options.motion_statistics);
 }
 
 }  // namespace
@@ -101,21 +90,19 @@ void MatchResult::clear(Status new_status) {
 void MatchFilterOptions::validate() const {
   findMethod(method);
   extractor.validate();
-  statisticsOptions(*this).validate();
-  matcherOptions(*this).validate();
+  publishedSettings(motion_statistics).validate();  // what is open, a method fills with values in range
+  HammingMatcherOptions matcher;
+  matcher.threads = matcher_threads;
+  matcher.validate();
   requireInRange("second_alpha", second_alpha, 0.0, 100.0);
   robust.validate();
 }
 
 MatchFilter::MatchFilter(const MatchFilterOptions& options)
-    : options_(validated(options)),
-      method_(&findMethod(options.method)),
+    : options_(options),
+      method_(makeMethod(options)),
       extractor_(makeFeatureExtractor(options.extractor)),
-      matcher_(matcherOptions(options)),
-      motion_statistics_(statisticsOptions(options)),
-      recheck_statistics_(statisticsOptions(options)),
-      distance_consistency_(options.distance_reading, options.robust.seed),
-      estimator_(makeRobustEstimator(*method_, options.robust)) {}
+      matcher_(matcherOptions(options, *method_)) {}
 
 void MatchFilter::setCamera(const Camera& camera) {
   if (camera_ != camera) camera_ = camera;
@@ -123,7 +110,7 @@ void MatchFilter::setCamera(const Camera& camera) {
 
 void MatchFilter::reset() {
   have_reference_ = false;
-  estimator_->reset();
+  method_->reset();
 }
 
 const MatchResult& MatchFilter::process(const cv::Mat& image) {
@@ -167,38 +154,31 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
     return;
   }
 
-  motion_statistics_.compute(reference.features, current.features, result.matches, statistics_);
-  if (method_->filter == FilterChoice::kGmsDistance) {
-    distance_consistency_.apply(reference.features, current.features, result.matches, statistics_);
-  }
+  method_->filter(reference.features, current.features, result.matches, statistics_);
   selectSurvivors(reference.features, current.features, result);
   describeSurvivors(reference.features, current.features, result);
-  if (method_->recheck == RecheckChoice::kGms) keepSurvivors(reference.features, current.features, result);
   result.times.gms = watch.lap();
   if (result.matches_gms < kMinimumMatches) {
     result.status = Status::kGmsRejected;
     return;
   }
 
-  estimate(result);
+  estimate(reference, current, result);
 }
 
-void MatchFilter::estimateAgain(uint64_t seed, MatchResult& result) {
+void MatchFilter::setSeed(uint64_t seed) {
   options_.robust.seed = seed;
-  estimator_->setSeed(seed);
-  estimator_->reset();
+  method_->setSeed(seed);
+}
+
+void MatchFilter::estimate(const Frame& reference, const Frame& current, MatchResult& result) {
   if (result.matches_gms < kMinimumMatches) return;
   result.status = Status::kOk;
   result.inliers = 0;
-  result.robust.clear();
   for (int match : survivors_) result.stage[match] = MatchStage::kGms;
-  estimate(result);
-}
-
-void MatchFilter::estimate(MatchResult& result) {
   StopWatch watch;
-  estimator_->estimate(pairs_, camera_, result.robust);
-  if (method_->recheck == RecheckChoice::kGms) recheckInliers(result);
+  method_->estimate(pairs_, camera_, result.robust);
+  method_->confirm(reference.features, current.features, result.matches, survivors_, result.robust);
   // What fewer agree on is no answer, whichever stage took the others away.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.refuse();
   markInliers(result);
@@ -206,10 +186,9 @@ void MatchFilter::estimate(MatchResult& result) {
 }
 
 void MatchFilter::selectSurvivors(const Features& reference, const Features& current, MatchResult& result) {
-  const bool filters = method_->filter != FilterChoice::kNone;
   survivors_.clear();
   for (size_t i = 0; i < result.matches.size(); ++i) {
-    if (filters && !statistics_.accepted[i]) continue;
+    if (!statistics_.accepted[i]) continue;
     if (hasRays(reference, current, result.matches[i])) survivors_.push_back(static_cast<int>(i));
   }
   if (options_.one_to_one) keepOneForEachPoint(result);
@@ -219,7 +198,7 @@ void MatchFilter::selectSurvivors(const Features& reference, const Features& cur
 void MatchFilter::keepOneForEachPoint(const MatchResult& result) {
   // With kEvidence the support is the log-odds of being right, descriptors included; a score alone says which cell is
   // the fullest.
-  const bool by_support = motion_statistics_.options().acceptance == Acceptance::kEvidence;
+  const bool by_support = statistics_.weighs_evidence;
   const auto better = [&](int a, int b) {
     if (by_support && statistics_.support[a] != statistics_.support[b]) {
       return statistics_.support[a] > statistics_.support[b];
@@ -273,41 +252,9 @@ bool MatchFilter::hasRays(const Features& reference, const Features& current, co
   return !std::isnan(p.x) && !std::isnan(q.x);
 }
 
-void MatchFilter::keepSurvivors(const Features& reference, const Features& current, const MatchResult& result) {
-  recheck_reference_.image_size = reference.image_size;
-  recheck_current_.image_size = current.image_size;
-  recheck_reference_.keypoints.clear();
-  recheck_current_.keypoints.clear();
-  for (const int i : survivors_) {
-    recheck_reference_.keypoints.push_back(reference.keypoints[result.matches[i].reference]);
-    recheck_current_.keypoints.push_back(current.keypoints[result.matches[i].current]);
-  }
-}
-
-void MatchFilter::recheckInliers(MatchResult& result) {
-  RobustResult& robust = result.robust;
-  if (!robust.model_found) return;
-  rechecked_.clear();
-  for (int k = 0; k < static_cast<int>(survivors_.size()); ++k) {
-    const Match& match = result.matches[survivors_[k]];
-    if (robust.inlier[k]) rechecked_.push_back({k, k, match.distance, match.second_distance});
-  }
-  // The thinned set has fewer supporters for the same truth: without a lower threshold it would lose its sparse cells.
-  const double kept = static_cast<double>(rechecked_.size()) / static_cast<double>(result.matches.size());
-  const double scaled_alpha = motion_statistics_.options().threshold_factor * std::sqrt(kept);
-  const double alpha = options_.second_alpha > 0 ? options_.second_alpha : scaled_alpha;
-  recheck_statistics_.setThresholdFactor(alpha);
-  recheck_statistics_.compute(recheck_reference_, recheck_current_, rechecked_, recheck_);
-  size_t next = 0;
-  for (size_t k = 0; k < survivors_.size(); ++k) {
-    if (robust.inlier[k]) robust.inlier[k] = recheck_.accepted[next++];
-  }
-  robust.inlier_count = recheck_.accepted_count;
-}
-
 void MatchFilter::markInliers(MatchResult& result) {
   const RobustResult& robust = result.robust;
-  if (method_->keeps_filter_output) {
+  if (method_->filterDecides()) {
     for (const int match : survivors_) result.stage[match] = MatchStage::kInlier;
     result.inliers = result.matches_gms;
   }
@@ -315,7 +262,7 @@ void MatchFilter::markInliers(MatchResult& result) {
     result.status = Status::kRansacFailed;
     return;
   }
-  if (!method_->keeps_filter_output) {
+  if (!method_->filterDecides()) {
     for (size_t k = 0; k < survivors_.size(); ++k) {
       if (robust.inlier[k]) result.stage[survivors_[k]] = MatchStage::kInlier;
     }

@@ -80,7 +80,7 @@ void toMessage(const Answer& answer, const FrameCounters& counters, MatchStats& 
     message.matches_raw = static_cast<uint32_t>(result.matches.size());
     message.matches_gms = static_cast<uint32_t>(result.matches_gms);
     message.inliers = static_cast<uint32_t>(result.inliers);
-    message.hypotheses = static_cast<uint32_t>(result.robust.hypotheses);
+    message.hypotheses = static_cast<uint32_t>(result.robust.effort.hypotheses);
     message.inlier_ratio = result.matches_gms > 0 ? static_cast<float>(result.inliers) / result.matches_gms : 0.f;
     message.median_parallax_px = static_cast<float>(result.robust.median_parallax_px);
     message.rms_error_px = static_cast<float>(result.robust.rms_error_px);

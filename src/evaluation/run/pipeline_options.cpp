@@ -97,7 +97,7 @@ std::vector<std::string> parseMethodNames(const std::vector<std::string>& given)
 
 std::string methodTable() {
   std::ostringstream text;
-  for (const Method& method : methods()) {
+  for (const MethodEntry& method : methods()) {
     text << method.name << "\n    " << method.source << ": " << method.summary << "\n";
   }
   return text.str();

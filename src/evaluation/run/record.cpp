@@ -71,9 +71,9 @@ Record makeRecord(const RecordContext& context, const Features& reference, const
   record.matches_raw = static_cast<int>(result.matches.size());
   record.matches_gms = result.matches_gms;
   record.inliers = result.inliers;
-  record.hypotheses = result.robust.hypotheses;
-  record.models_scored = result.robust.models_scored;
-  record.point_evaluations = result.robust.point_evaluations;
+  record.hypotheses = result.robust.effort.hypotheses;
+  record.models_scored = result.robust.effort.models_scored;
+  record.point_evaluations = result.robust.effort.point_evaluations;
   record.has_pose = result.status == Status::kOk || result.status == Status::kLowParallax;
   record.R = result.robust.pose.R;
   record.t = result.robust.pose.t;

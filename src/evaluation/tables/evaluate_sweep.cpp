@@ -23,10 +23,10 @@ std::string toCsv(const std::vector<OutlierSweepRow>& rows) {
   csv << "method,order,outlier_ratio,trials,success_rate,hypotheses,models_scored,point_evaluations,milliseconds,"
          "precision,recall\n";
   for (const OutlierSweepRow& row : rows) {
-    const bool ordered = findMethod(row.method).ordering != OrderingChoice::kNone;
-    csv << row.method << ',' << (ordered ? "confidence" : "uniform") << ',' << row.outlier_ratio << ',' << row.trials
-        << ',' << static_cast<double>(row.successes) / row.trials << ',' << row.hypotheses << ',' << row.models_scored
-        << ',' << row.point_evaluations << ',' << row.milliseconds << ',' << row.precision << ',' << row.recall << '\n';
+    csv << row.method << ',' << (findMethod(row.method).ordered ? "confidence" : "uniform") << ',' << row.outlier_ratio
+        << ',' << row.trials << ',' << static_cast<double>(row.successes) / row.trials << ',' << row.hypotheses << ','
+        << row.models_scored << ',' << row.point_evaluations << ',' << row.milliseconds << ',' << row.precision << ','
+        << row.recall << '\n';
   }
   return csv.str();
 }

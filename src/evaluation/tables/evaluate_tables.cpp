@@ -97,7 +97,7 @@ po::options_description describe(TablesArguments& tables) {
 std::vector<std::string> comparedMethods(const PipelineArguments& pipeline) {
   std::vector<std::string> wanted = parseMethodNames(pipeline.methods);
   if (wanted.empty()) {
-    for (const Method& method : methods()) {
+    for (const MethodEntry& method : methods()) {
       const std::string name = method.name;
       if (name == "gms_ransac" || name == "lan" || name == "fast") wanted.push_back(name);
     }

@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include "gms_ransac/match_filter.h"
 #include "gms_ransac/motion_statistics.h"
 #include "scenes/synthetic_pair.h"
 #include "validation.h"
@@ -21,7 +22,7 @@ constexpr double kDegrees = 180 / 3.14159265358979323846;
 std::vector<std::string> methodNames(const OutlierSweepOptions& options) {
   if (!options.methods.empty()) return options.methods;
   std::vector<std::string> names;
-  for (const Method& method : methods()) names.push_back(method.name);
+  for (const MethodEntry& method : methods()) names.push_back(method.name);
   return names;
 }
 
@@ -72,9 +73,9 @@ struct Trials {
       correct += pair.correct[i];
       kept_correct += pair.correct[i] && result.inlier[i];
     }
-    hypotheses.push_back(result.hypotheses);
-    models_scored.push_back(result.models_scored);
-    point_evaluations.push_back(static_cast<double>(result.point_evaluations));
+    hypotheses.push_back(result.effort.hypotheses);
+    models_scored.push_back(result.effort.models_scored);
+    point_evaluations.push_back(static_cast<double>(result.effort.point_evaluations));
     milliseconds.push_back(1e3 * seconds);
     precision.push_back(static_cast<double>(kept_correct) / std::max(1, result.inlier_count));
     recall.push_back(static_cast<double>(kept_correct) / std::max(1, correct));
@@ -128,12 +129,14 @@ std::vector<OutlierSweepRow> sweepOutliers(const OutlierSweepOptions& options, c
       const SyntheticPair pair = makeSyntheticPair(scene, trial, trial + kFrameGap, pair_options);
       const RelativePose truth = trueRelativePose(scene, trial, trial + kFrameGap);
       const PointPairs pairs = toPointPairs(pair, filter, statistics);
-      RobustOptions robust = options.robust;
-      robust.seed = pair_options.seed;
+      MatchFilterOptions method_options;
+      method_options.robust = options.robust;
+      method_options.robust.seed = pair_options.seed;
       for (size_t m = 0; m < names.size(); ++m) {
-        const auto estimator = makeRobustEstimator(findMethod(names[m]), robust);
+        method_options.method = names[m];
+        const auto method = makeMethod(method_options);
         const auto start = std::chrono::steady_clock::now();
-        estimator->estimate(pairs, camera, result);
+        method->estimate(pairs, camera, result);
         const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         trials[m].add(result, pair, truth, seconds);
         advance();

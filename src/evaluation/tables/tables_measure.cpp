@@ -44,9 +44,9 @@ MatchCounts countKept(const PairTruth& truth, const Features& reference, const F
 void append(const PairTruth& truth, const Frame& reference, const Frame& current, const MatchResult& result,
             Measurement& measurement) {
   measurement.inliers.push_back(result.inliers);
-  measurement.hypotheses.push_back(result.robust.hypotheses);
-  measurement.models_scored.push_back(result.robust.models_scored);
-  measurement.point_evaluations.push_back(static_cast<double>(result.robust.point_evaluations));
+  measurement.hypotheses.push_back(result.robust.effort.hypotheses);
+  measurement.models_scored.push_back(result.robust.effort.models_scored);
+  measurement.point_evaluations.push_back(static_cast<double>(result.robust.effort.point_evaluations));
   if (truth.hasEpipolar() || truth.hasTransfer()) {
     const MatchCounts counts = countKept(truth, reference.features, current.features, result);
     measurement.raw_points = counts.raw_points;
@@ -123,8 +123,10 @@ std::vector<Measurement> TablesMeter::measure(const TablesUnit& unit) {
   for (int repeat = 0; repeat < plan_.repeats; ++repeat) {
     for (size_t i = 0; i < runs.size(); ++i) {
       MatchFilter& filter = filterFor(runs[i]);
+      filter.setSeed(plan_.base.robust.seed + static_cast<uint64_t>(repeat));
+      filter.reset();
       const double start = processorMilliseconds();
-      filter.estimateAgain(plan_.base.robust.seed + static_cast<uint64_t>(repeat), results[i]);
+      filter.estimate(reference, current, results[i]);
       measurements[i].ransac_ms.push_back(processorMilliseconds() - start);
       append(truth, reference, current, results[i], measurements[i]);
     }

@@ -1,0 +1,168 @@
+#include "gms/cell_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gms_ransac {
+
+namespace {
+
+/// Sum over a cell of the padded grid and its voting neighbours.
+int neighborhoodSum(const int32_t* column, int stride, bool five_cells) {
+  const int direct = column[0] + column[-1] + column[1] + column[-stride] + column[stride];
+  if (five_cells) return direct;
+  return direct + column[-stride - 1] + column[-stride + 1] + column[stride - 1] + column[stride + 1];
+}
+
+}  // namespace
+
+void CellPairs::setLeftGrid(const CellGrid& left, int shift, const VotingRule& rule) {
+  rule_ = rule;
+  if (left == left_) return;
+  left_ = left;
+  const size_t cells = left.size() + 1;
+  for (auto* column : {&neighbors_, &members_, &most_, &right_}) column->assign(cells, 0);
+  favourite_.assign(cells, 0);
+  full_threshold_.assign(cells, 0.0);
+  accepted_.assign(cells, 0);
+  worth_.assign(cells, {0, 0, 0.f});
+  score_.assign(cells * rule.rotations(), 0);
+
+  std::vector<int32_t>& inside = members_;  // ones inside the grid: their neighbourhood sums are the numbers wanted
+  for (int y = 0; y < left.rows; ++y) {
+    for (int x = 0; x < left.columns; ++x) inside[left.index(x, y)] = 1;
+  }
+  for (int cell = left.firstCell(); cell < left.endCell(); ++cell) {
+    neighbors_[cell] = std::max(1, neighborhoodSum(&inside[cell], left.stride(), rule.five_cells));
+  }
+
+  const int nowhere = left.size();
+  cell_of_half_.clear();
+  for (int half_y = 0; half_y < 2 * left.rows; ++half_y) {
+    for (int half_x = 0; half_x < 2 * left.columns; ++half_x) {
+      const int x = (half_x + shiftX(shift)) >> 1, y = (half_y + shiftY(shift)) >> 1;
+      const bool left_over = (shiftX(shift) && x == 0) || (shiftY(shift) && y == 0);
+      const bool dropped = x == left.columns || y == left.rows || (rule.drop_first && left_over);
+      cell_of_half_.push_back(dropped ? nowhere : left.index(x, y));
+    }
+  }
+  cell_of_half_.push_back(nowhere);
+}
+
+void CellPairs::decide(const MatchCells& matches, const std::vector<int32_t>& half_members, const CellGrid& right,
+                       VoteMatrix& matrix) {
+  if (!(right == right_grid_)) {
+    right_grid_ = right;
+    right_inside_.assign(right.size(), 0);
+    for (int y = 1; y + 1 < right.rows; ++y) {
+      for (int x = 1; x + 1 < right.columns; ++x) right_inside_[right.index(x, y)] = 1;
+    }
+  }
+  matrix.begin(left_.size() + 1, right.size(), matches.size());
+  countVotes(matches, matrix);
+  sumMembers(half_members);
+
+  const int stride = left_.stride(), rotations = rule_.rotations();
+  for (int cell = left_.firstCell(); cell < left_.endCell(); ++cell) {
+    const int members = neighborhoodSum(&members_[cell], stride, rule_.five_cells);
+    full_threshold_[cell] = rule_.alpha * std::sqrt(static_cast<double>(members) / neighbors_[cell]);
+  }
+  for (int cell = left_.firstCell(); cell < left_.endCell(); ++cell) {
+    accepted_[cell] = 0;
+    if (right_[cell] == 0) continue;
+    // No score exceeds the votes of the neighbours' favourites, whatever the rotation. (Not a bound at the border of
+    // the right grid, where the threshold is another.)
+    const int bound = neighborhoodSum(&most_[cell], stride, rule_.five_cells);
+    if (bound < full_threshold_[cell] && right_inside_[right_[cell]]) continue;
+    scorePair(cell, matrix);
+    unsigned accepted = 0;
+    for (int rotation = 0; rotation < rotations; ++rotation) {
+      accepted |= static_cast<unsigned>(score(cell, rotation) >= threshold(cell, rotation)) << rotation;
+    }
+    accepted_[cell] = static_cast<uint8_t>(accepted);
+  }
+}
+
+void CellPairs::countVotes(const MatchCells& matches, VoteMatrix& matrix) {
+  std::fill(favourite_.begin(), favourite_.end(), 0);
+  const int32_t* half_cells = matches.halfCells().data();
+  const int32_t* right_cells = matches.rightCells().data();
+  const int32_t* cell_of_half = cell_of_half_.data();
+  uint64_t* favourite = favourite_.data();
+  const int n = matches.size();
+  for (int i = 0; i < n; ++i) {
+    const int cell = cell_of_half[half_cells[i]];
+    const auto right = static_cast<uint32_t>(right_cells[i]);
+    const uint64_t votes = matrix.increment(matrix.row(cell)[right]);
+    // Most votes first, then the lowest cell: one number, so that the maximum needs no branch. Each right cell passes
+    // here with its final count, so that the maximum over the counts on their way is the one over the final ones.
+    favourite[cell] = std::max(favourite[cell], votes << 32 | ~right);
+  }
+  for (int cell = left_.firstCell(); cell < left_.endCell(); ++cell) {
+    const bool any = favourite[cell] != 0;
+    right_[cell] = any ? static_cast<int32_t>(~static_cast<uint32_t>(favourite[cell])) : 0;
+    most_[cell] = matrix.count(static_cast<uint32_t>(favourite[cell] >> 32));
+  }
+}
+
+void CellPairs::sumMembers(const std::vector<int32_t>& half_members) {
+  std::fill(members_.begin(), members_.end(), 0);
+  for (size_t half = 0; half < half_members.size(); ++half) members_[cell_of_half_[half]] += half_members[half];
+  members_[left_.size()] = 0;
+}
+
+void CellPairs::scorePair(int cell, VoteMatrix& matrix) {
+  const int left_stride = left_.stride(), right_stride = right_grid_.stride();
+  const int row_step = right_grid_.size();
+  const uint32_t* centre = matrix.row(cell) + right_[cell];
+  const int own = matrix.count(*centre);
+  int32_t* scores = &score_[static_cast<size_t>(cell) * rule_.rotations()];
+  const int first = rule_.firstNeighbor(), step = rule_.ringStep();
+  if (!rule_.rotation) {
+    int score = own;
+    for (int k = first; k < 8; k += step) {
+      const ptrdiff_t left = kRingRow[k] * left_stride + kRingColumn[k];
+      score += matrix.count(centre[left * row_step + kRingRow[k] * right_stride + kRingColumn[k]]);
+    }
+    scores[0] = score;
+    return;
+  }
+  int by_turn[8] = {};
+  for (int k = first; k < 8; k += step) {
+    const uint32_t* around = centre + static_cast<ptrdiff_t>(kRingRow[k] * left_stride + kRingColumn[k]) * row_step;
+    for (int j = first; j < 8; j += step) {
+      by_turn[(k - j) & 7] += matrix.count(around[kRingRow[j] * right_stride + kRingColumn[j]]);
+    }
+  }
+  for (int rotation = 0; rotation < rule_.rotations(); ++rotation) scores[rotation] = own + by_turn[rotation * step];
+}
+
+void CellPairs::choose(int rotation) {
+  for (int cell = left_.firstCell(); cell < left_.endCell(); ++cell) {
+    worth_[cell] = {0, 0, 0.f};
+    if (!(accepted_[cell] >> rotation & 1)) continue;
+    const int votes = score(cell, rotation);
+    worth_[cell] = {right_[cell], votes, static_cast<float>(votes / threshold(cell, rotation))};
+  }
+}
+
+double CellPairs::threshold(int cell, int rotation) const {
+  return right_inside_[right_[cell]] ? full_threshold_[cell] : borderThreshold(cell, rotation);
+}
+
+/// Threshold where some neighbours of the right cell are outside their grid: those pairs do not count.
+double CellPairs::borderThreshold(int cell, int rotation) const {
+  const int right = right_[cell];
+  int members = members_[cell], pairs = 1;
+  for (int k = rule_.firstNeighbor(); k < 8; k += rule_.ringStep()) {
+    const int turned = turnedRing(k, rotation * rule_.ringStep());
+    const int neighbor = cell + kRingRow[k] * left_.stride() + kRingColumn[k];
+    const int right_neighbor = right + kRingRow[turned] * right_grid_.stride() + kRingColumn[turned];
+    if (!left_.contains(neighbor) || !right_grid_.contains(right_neighbor)) continue;
+    members += members_[neighbor];
+    ++pairs;
+  }
+  return rule_.alpha * std::sqrt(static_cast<double>(members) / pairs);
+}
+
+}  // namespace gms_ransac

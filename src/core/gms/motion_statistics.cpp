@@ -1,0 +1,191 @@
+#include "gms_ransac/motion_statistics.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "gms/cell_pairs.h"
+#include "gms/match_cells.h"
+#include "gms/match_evidence.h"
+#include "gms/method_settings.h"
+#include "validation.h"
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr int kScales = 5;
+
+/// Side of the right grid for one side of the left one.
+int scaledSide(int side, int scale, GridBorder border) {
+  const double ratios[kScales] = {1.0, 0.5, 1.0 / std::sqrt(2.0), std::sqrt(2.0), 2.0};
+  const double scaled = side * ratios[scale];
+  return std::max(1, static_cast<int>(border == GridBorder::kOriginal ? scaled : std::rint(scaled)));
+}
+
+VotingRule votingRule(const MotionStatisticsOptions& options) {
+  VotingRule rule;
+  rule.five_cells = options.neighborhood == GridNeighborhood::kFive;
+  rule.rotation = options.rotation;
+  rule.drop_first = options.border == GridBorder::kOriginal;
+  rule.alpha = options.threshold_factor;
+  if (rule.five_cells && options.alpha_mode == AlphaMode::kScaled) rule.alpha *= std::sqrt(5.0 / 9.0);
+  return rule;
+}
+
+/// Number of set bits at each of eight positions over many bytes, eight counters in one word.
+class BitCounts {
+ public:
+  void add(unsigned bits) {
+    word_ += kSpread[bits & 15] | static_cast<uint64_t>(kSpread[bits >> 4]) << 32;
+    if (++added_ == 255) flush();
+  }
+  const std::array<int, 8>& counts() {
+    flush();
+    return counts_;
+  }
+
+ private:
+  static constexpr uint32_t kSpread[16] = {0x00000000, 0x00000001, 0x00000100, 0x00000101, 0x00010000, 0x00010001,
+                                           0x00010100, 0x00010101, 0x01000000, 0x01000001, 0x01000100, 0x01000101,
+                                           0x01010000, 0x01010001, 0x01010100, 0x01010101};
+  void flush() {
+    for (int bit = 0; bit < 8; ++bit) counts_[bit] += static_cast<int>(word_ >> (8 * bit) & 255);
+    word_ = 0;
+    added_ = 0;
+  }
+  std::array<int, 8> counts_ = {};
+  uint64_t word_ = 0;
+  int added_ = 0;
+};
+
+}  // namespace
+
+void MotionStatisticsOptions::validate() const {
+  if (grid_columns != 0) requireInRange("grid_columns", grid_columns, 2, 100);
+  if (grid_rows != 0) requireInRange("grid_rows", grid_rows, 2, 100);
+  requireInRange("threshold_factor", threshold_factor, 0.01, 100.0);
+  if (acceptance == Acceptance::kMethodsOwn) {
+    throw std::invalid_argument(
+        "acceptance is left to the method, but no method was named; choose kThreshold or kEvidence");
+  }
+}
+
+struct MotionStatisticsFilter::Workspace {
+  CellGrid left;
+  MatchCells cells;
+  VoteMatrix matrix;
+  CellPairs pairs[kShifts];
+  std::vector<int32_t> half_members;
+  MatchEvidence evidence;
+
+  void decide(const CellGrid& right);
+  std::array<int, 8> countAccepted() const;
+  int mark(int rotation, MotionStatistics& statistics);
+  void weighEvidence(const std::vector<Match>& matches, double alpha, MotionStatistics& statistics) const;
+};
+
+/// Decides on the cell pairs of all four grids, for this right grid and every rotation.
+void MotionStatisticsFilter::Workspace::decide(const CellGrid& right) {
+  cells.setRightGrid(right);
+  half_members.assign(cells.nowhere() + 1, 0);
+  for (const int32_t half : cells.halfCells()) ++half_members[half];
+  for (CellPairs& shifted : pairs) shifted.decide(cells, half_members, right, matrix);
+}
+
+/// How many matches each rotation accepts.
+std::array<int, 8> MotionStatisticsFilter::Workspace::countAccepted() const {
+  BitCounts counts;
+  for (int i = 0; i < cells.size(); ++i) {
+    const int half = cells.halfCells()[i], right = cells.rightCells()[i];
+    unsigned accepted = 0;
+    for (const CellPairs& shifted : pairs) accepted |= shifted.accepted(shifted.cellOfHalf()[half], right);
+    counts.add(accepted);
+  }
+  return counts.counts();
+}
+
+/// Writes the columns of one run; returns how many matches it accepts.
+int MotionStatisticsFilter::Workspace::mark(int rotation, MotionStatistics& statistics) {
+  for (CellPairs& shifted : pairs) shifted.choose(rotation);
+  int accepted = 0;
+  for (int i = 0; i < cells.size(); ++i) {
+    const int half = cells.halfCells()[i], right = cells.rightCells()[i];
+    int score = 0;
+    float support = 0;
+    for (const CellPairs& shifted : pairs) {
+      const CellPairs::Worth& worth = shifted.worth(shifted.cellOfHalf()[half]);
+      const bool better = worth.right == right && worth.score > score;
+      score = better ? worth.score : score;
+      support = better ? worth.support : support;
+    }
+    statistics.accepted[i] = score > 0;
+    statistics.score[i] = score;
+    statistics.support[i] = support;
+    accepted += score > 0;
+  }
+  return accepted;
+}
+
+/// Keeps of the accepted matches those that are likely to be right.
+void MotionStatisticsFilter::Workspace::weighEvidence(const std::vector<Match>& matches, double alpha,
+                                                      MotionStatistics& statistics) const {
+  statistics.accepted_count = 0;
+  for (size_t i = 0; i < matches.size(); ++i) {
+    if (!statistics.accepted[i]) continue;
+    const float votes = statistics.support[i] * static_cast<float>(alpha);
+    const float to_spare = evidence.logOddsToSpare(static_cast<int>(i), matches[i], votes);
+    const bool likely = to_spare >= 0;
+    statistics.accepted[i] = likely;
+    statistics.score[i] = likely ? statistics.score[i] : 0;
+    statistics.support[i] = likely ? 1 + to_spare : 0.f;
+    statistics.accepted_count += likely;
+  }
+}
+
+MotionStatisticsFilter::MotionStatisticsFilter(const MotionStatisticsOptions& options)
+    : options_(options), workspace_(std::make_unique<Workspace>()) {
+  options_.validate();
+}
+MotionStatisticsFilter::~MotionStatisticsFilter() = default;
+MotionStatisticsFilter::MotionStatisticsFilter(MotionStatisticsFilter&&) noexcept = default;
+MotionStatisticsFilter& MotionStatisticsFilter::operator=(MotionStatisticsFilter&&) noexcept = default;
+
+void MotionStatisticsFilter::compute(const Features& reference, const Features& current,
+                                     const std::vector<Match>& matches, MotionStatistics& statistics) {
+  Workspace& work = *workspace_;
+  int voters = static_cast<int>(matches.size());
+  if (options_.acceptance == Acceptance::kEvidence) voters = work.evidence.prepare(reference, current, matches);
+  work.left = chooseGrid(options_, reference.image_size, voters);
+  statistics.grid_columns = work.left.columns;
+  statistics.grid_rows = work.left.rows;
+  statistics.accepted_count = statistics.rotation = statistics.scale = 0;
+  statistics.weighs_evidence = options_.acceptance == Acceptance::kEvidence;
+  statistics.accepted.assign(matches.size(), 0);
+  statistics.score.assign(matches.size(), 0);
+  statistics.support.assign(matches.size(), 0.f);
+  statistics.cell.resize(matches.size());
+  work.cells.setMatches(reference, current, matches, work.evidence.takesPart(), work.left);
+  work.cells.leftCells(statistics.cell);
+
+  const VotingRule rule = votingRule(options_);
+  for (int shift = 0; shift < kShifts; ++shift) work.pairs[shift].setLeftGrid(work.left, shift, rule);
+  const int scales = options_.scale ? kScales : 1;
+  for (int scale = 0; scale < scales; ++scale) {
+    work.decide(
+        {scaledSide(work.left.columns, scale, options_.border), scaledSide(work.left.rows, scale, options_.border)});
+    int rotation = 0;
+    if (scales * rule.rotations() > 1) {
+      const std::array<int, 8> accepted = work.countAccepted();
+      const auto most = std::max_element(accepted.begin(), accepted.end());  // the first of equals
+      if (*most <= statistics.accepted_count) continue;
+      rotation = static_cast<int>(most - accepted.begin());
+    }
+    statistics.accepted_count = work.mark(rotation, statistics);
+    statistics.rotation = rotation * rule.ringStep();
+    statistics.scale = scale;
+  }
+  if (options_.acceptance == Acceptance::kEvidence) work.weighEvidence(matches, rule.alpha, statistics);
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,86 @@
+#include "judgement/inlier_acceptance.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/LU>
+
+namespace gms_ransac {
+
+namespace {
+
+// A place is this share of the shorter side of the image away from the next (doc/estimator.md).
+constexpr float kPlaceDistance = 0.1f;
+constexpr int kMostPlaces = 7;
+
+/// Survivors of the filter come in groups of neighbours that move alike, so a place in the image counts once however
+/// many inliers it holds. As many as the sample has points, but no more than the five degrees of freedom of a relative
+/// pose, determine the model; two more must check it. Poses of tum_fr3_cabinet from fewer places are wrong with few
+/// exceptions (doc/estimator.md).
+int minimumPlaces(int sample_size) {
+  constexpr int kPoseFreedoms = 5;
+  constexpr int kCheckingPlaces = kMostPlaces - kPoseFreedoms;
+  return std::min(sample_size, kPoseFreedoms) + kCheckingPlaces;
+}
+
+/// True when so many of the inliers lie further apart than a place, each from each, in one image.
+bool fillsPlaces(const std::vector<float>& x, const std::vector<float>& y, const cv::Size& image,
+                 const std::vector<uint8_t>& inlier, int needed) {
+  const float distance = kPlaceDistance * static_cast<float>(std::min(image.width, image.height));
+  std::array<cv::Point2f, kMostPlaces> places;
+  int count = 0;
+  for (size_t i = 0; i < inlier.size() && count < needed; ++i) {
+    if (!inlier[i]) continue;
+    const auto near = [&](const cv::Point2f& place) {
+      return std::max(std::abs(x[i] - place.x), std::abs(y[i] - place.y)) < distance;
+    };
+    if (std::none_of(places.begin(), places.begin() + count, near)) places[count++] = {x[i], y[i]};
+  }
+  return count >= needed;
+}
+
+/// True when the inliers of one image lie on a line (or in a point) up to the threshold: such matches fit a whole
+/// family of models, and the one found means nothing.
+bool collinear(const std::vector<float>& x, const std::vector<float>& y, const std::vector<uint8_t>& inlier,
+               double threshold_px) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double n = 0;
+  for (size_t i = 0; i < inlier.size(); ++i) {
+    if (!inlier[i]) continue;
+    sum += Eigen::Vector2d(x[i], y[i]);
+    ++n;
+  }
+  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
+  for (size_t i = 0; i < inlier.size(); ++i) {
+    if (!inlier[i]) continue;
+    const Eigen::Vector2d d = Eigen::Vector2d(x[i], y[i]) - sum / n;
+    scatter += d * d.transpose();
+  }
+  const double half_trace = 0.5 * scatter.trace();
+  const double smaller = half_trace - std::sqrt(std::max(0.0, half_trace * half_trace - scatter.determinant()));
+  return smaller < n * threshold_px * threshold_px;
+}
+
+}  // namespace
+
+bool InlierAcceptance::accepts(const PointPairs& pairs, int sample_size, double threshold_px,
+                               const RobustResult& result, const std::vector<int>* order) {
+  chance_.setSampleSize(sample_size);
+  bool supported = result.inlier_count >= chance_.minimum(pairs.size());
+  if (order != nullptr) {
+    for (int length = pairs.size() / 2, halvings = 0; halvings < 3 && !supported; length /= 2, ++halvings) {
+      int inliers = 0;
+      for (int k = 0; k < length; ++k) inliers += result.inlier[static_cast<size_t>((*order)[static_cast<size_t>(k)])];
+      supported = inliers >= chance_.minimum(length);
+    }
+  }
+  const int places = minimumPlaces(sample_size);
+  return supported &&
+         (fillsPlaces(pairs.x_reference, pairs.y_reference, pairs.image_reference, result.inlier, places) ||
+          fillsPlaces(pairs.x_current, pairs.y_current, pairs.image_current, result.inlier, places)) &&
+         !collinear(pairs.x_reference, pairs.y_reference, result.inlier, threshold_px) &&
+         !collinear(pairs.x_current, pairs.y_current, result.inlier, threshold_px);
+}
+
+}  // namespace gms_ransac

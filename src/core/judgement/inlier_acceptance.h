@@ -1,0 +1,25 @@
+// Whether the inliers of a model are more than chance and spread enough to mean something.
+#pragma once
+
+#include <vector>
+
+#include "gms_ransac/robust_estimator.h"
+#include "ransac/stopping.h"
+
+namespace gms_ransac {
+
+class InlierAcceptance {
+ public:
+  /// Reads result.inlier and inlier_count; false when the support could be chance for a model of `sample_size` points,
+  /// when the inliers lie in too few places of the images to check the model, or when those of one image lie on
+  /// a line up to the threshold. `order`: matches, most confident first, where there is such an order: then
+  /// support among the first half, quarter or eighth of them that is no chance suffices, as in PROSAC (Chum & Matas
+  /// 2005).
+  bool accepts(const PointPairs& pairs, int sample_size, double threshold_px, const RobustResult& result,
+               const std::vector<int>* order = nullptr);
+
+ private:
+  ChanceSupport chance_;
+};
+
+}  // namespace gms_ransac

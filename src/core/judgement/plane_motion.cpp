@@ -1,0 +1,90 @@
+#include "judgement/plane_motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr int kPlaneMatches = 128;
+constexpr int kFewestMatches = 16;
+constexpr int kFitIterations = 4;
+constexpr double kNear = 4;             ///< squared thresholds within which a match lies on the plane
+constexpr double kLeastShare = 0.6;     ///< of the matches, for the plane to be the scene
+constexpr double kHopelessShare = 0.3;  ///< after the first fit to all
+constexpr double kLeastSpread = 1e-8;   ///< of the squared singular values; below it the homography is a rotation
+
+/// Homography R + t n^T of the plane n^T X = 1 (in units of the translation) that most of the inliers lie on.
+struct PlaneFit {
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  int inliers = 0, on_plane = 0;
+};
+
+/// Reweighted least squares on q x (R + t n^T) p = 0, which is linear in n.
+PlaneFit fitPlane(const PointColumnsView& points, const TwoViewPose& pose, const std::vector<float>& residuals,
+                  int64_t& evaluations) {
+  PlaneFit plane;
+  for (int iteration = 0; iteration < kFitIterations; ++iteration) {
+    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    plane.inliers = plane.on_plane = 0;
+    for (int i = 0; i < points.count; ++i) {
+      if (!(residuals[static_cast<size_t>(i)] < 1)) continue;
+      const Eigen::Vector3d p(points.x1[i], points.y1[i], 1), q(points.x2[i], points.y2[i], 1);
+      const Eigen::Vector3d rotated = q.cross(pose.R * p), shift = q.cross(pose.t);
+      double weight = 1;
+      if (iteration > 0) {
+        const Eigen::Vector3d transfer = rotated + shift * plane.normal.dot(p);
+        const double e = points.weight[i] * transfer.squaredNorm();
+        weight = 1 / ((1 + e / kNear) * (1 + e / kNear));
+        plane.on_plane += e < kNear;
+      }
+      A += weight * shift.squaredNorm() * p * p.transpose();
+      b -= weight * shift.dot(rotated) * p;
+      ++plane.inliers;
+    }
+    evaluations += points.count;
+    if (iteration > 0 && plane.on_plane < kHopelessShare * plane.inliers) break;
+    plane.normal = A.ldlt().solve(b);
+  }
+  return plane;
+}
+
+/// The motion of plane u1 or u2 of Ma et al., eq. 5.48, from the scaled homography and two orthogonal vectors that it
+/// keeps in length.
+TwoViewPose motionOf(const Eigen::Matrix3d& H, const Eigen::Vector3d& v, const Eigen::Vector3d& u) {
+  Eigen::Matrix3d U, W;
+  const Eigen::Vector3d normal = v.cross(u), Hv = H * v, Hu = H * u;
+  U << v, u, normal;
+  W << Hv, Hu, Hv.cross(Hu);
+  const Eigen::Matrix3d R = W * U.transpose();
+  return {R, ((H - R) * normal).normalized()};
+}
+
+}  // namespace
+
+bool findOtherPlaneMotion(const PointColumnsView& points, const TwoViewPose& pose, const std::vector<float>& residuals,
+                          TwoViewPose& other, int64_t& evaluations) {
+  const PlaneFit plane = fitPlane(firstColumns(points, kPlaneMatches), pose, residuals, evaluations);
+  if (plane.inliers < kFewestMatches || plane.on_plane < kLeastShare * plane.inliers) return false;
+  Eigen::Matrix3d H = pose.R + pose.t * plane.normal.transpose();
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  solver.computeDirect(H.transpose() * H);
+  const Eigen::Vector3d values = solver.eigenvalues() / solver.eigenvalues()[1];  // ascending
+  if (!values.allFinite() || values[2] - values[0] < kLeastSpread) return false;
+  H /= std::sqrt(solver.eigenvalues()[1]);
+  const Eigen::Vector3d v1 = solver.eigenvectors().col(2), v2 = solver.eigenvectors().col(1),
+                        v3 = solver.eigenvectors().col(0);
+  const double spread = std::sqrt(values[2] - values[0]);
+  const Eigen::Vector3d along = std::sqrt(std::max(0.0, 1 - values[0])) / spread * v1;
+  const Eigen::Vector3d across = std::sqrt(std::max(0.0, values[2] - 1)) / spread * v3;
+  const TwoViewPose first = motionOf(H, v2, along + across), second = motionOf(H, v2, along - across);
+  other = std::abs(first.t.dot(pose.t)) < std::abs(second.t.dot(pose.t)) ? first : second;
+  return other.R.allFinite() && other.t.allFinite();
+}
+
+}  // namespace gms_ransac

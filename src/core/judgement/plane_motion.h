@@ -1,0 +1,18 @@
+// The views of a plane have two explanations; here is the other one.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "two_view/pose_model.h"
+
+namespace gms_ransac {
+
+/// The second motion that explains the displacements of a plane (Faugeras & Lustman 1988; closed form of Ma, Soatto,
+/// Kosecka & Sastry 2004, section 5.3.3), when most matches that `pose` explains lie on one; false when they do not, or
+/// when there is no other motion. Fits the plane to the first few hundred columns, which are a random part. The sign of
+/// `other.t` is arbitrary.
+bool findOtherPlaneMotion(const PointColumnsView& points, const TwoViewPose& pose, const std::vector<float>& residuals,
+                          TwoViewPose& other, int64_t& evaluations);
+
+}  // namespace gms_ransac

@@ -1,0 +1,179 @@
+#include "judgement/pose_recovery.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
+
+#include "judgement/plane_motion.h"
+#include "ransac/motion_starts.h"
+#include "two_view/solvers/essential_5pt.h"
+
+namespace gms_ransac {
+
+namespace {
+
+/// A translation below this share of the plane's distance is none: at a focal length of 500 px it moves points by a
+/// tenth of a pixel.
+constexpr double kSmallestTranslation = 2e-4;
+
+/// In the least-squares sense.
+Eigen::Matrix3d nearestOrthogonal(const Eigen::Matrix3d& matrix) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * svd.matrixV().transpose();
+}
+
+}  // namespace
+
+void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, const TwoViewPoints& points,
+                           double threshold_px, bool refine, RobustResult& result) {
+  if (!camera.calibrated()) return;
+  const bool homography = result.model_type == ModelType::kHomography;
+  propose(pairs, camera, result);
+  const auto best = std::max_element(candidates_.begin(), candidates_.end(),
+                                     [](const Motion& a, const Motion& b) { return a.in_front < b.in_front; });
+  if (best == candidates_.end() || best->in_front == 0) return;
+
+  const bool normalized = points.type() == ModelType::kEssential;
+  if (!normalized) normalized_.set(pairs, camera, ModelType::kEssential, threshold_px, 0);
+  const TwoViewPoints& judged = normalized ? points : normalized_;
+  points_ = judged.view();
+  const JudgedMatches matches = {points_, &judged.cells(), judged.pixelsPerUnit()};
+  if (best->pose.t.isZero()) return judge_.judgeRotation(matches, best->pose.R, result);
+  Explanation chosen = explain(best->pose, refine, result.effort);
+  weighOthers(best->in_front, refine, chosen, result);
+  if (refine && !homography) chosen.pose = chosen.optimum;
+  if (refine && result.model_type == ModelType::kEssential) {
+    result.model = chosen.optimum.essential().normalized();
+    markFinalInliers(pairs, camera, threshold_px, result);
+  }
+  judge_.judge(matches, chosen.optimum, chosen.pose, others_, result);
+}
+
+void PoseRecovery::propose(const PointPairs& pairs, const Camera& camera, const RobustResult& result) {
+  const Eigen::Matrix3d K = camera.K();
+  collectInliers(pairs, K, result.inlier);
+  candidates_.clear();
+  if (result.model_type == ModelType::kHomography) return proposeFromHomography(result.model, K);
+  proposeFromEssential(result.model_type == ModelType::kEssential ? result.model
+                                                                  : Eigen::Matrix3d(K.transpose() * result.model * K));
+}
+
+void PoseRecovery::weighOthers(int most_in_front, bool refine, Explanation& chosen, RobustResult& result) {
+  others_.clear();
+  findMotionStarts(*kernels_, points_, starts_, result.effort.point_evaluations);
+  for (const TwoViewPose& start : starts_) others_.push_back({start});
+  if (refine && result.model_type == ModelType::kFundamental) weighStarts(chosen, result.effort);
+  if (result.model_type == ModelType::kHomography) {
+    weighDecompositions(most_in_front, refine, chosen, result.effort);
+  } else {
+    weighOtherPlaneMotion(refine, chosen, result.effort);
+  }
+}
+
+PoseRecovery::Explanation PoseRecovery::explain(const TwoViewPose& pose, bool refine, Effort& effort) const {
+  const PoseModel model(*kernels_, points_);
+  Explanation explanation = {pose, pose, 0};
+  if (refine) {
+    const int passes = model.refine(kRefinementLoss, kRefinementIterations, explanation.optimum, kEnough);
+    effort.point_evaluations += static_cast<int64_t>(points_.count) * passes;
+  }
+  Score score;
+  model.score(points_, explanation.optimum, std::numeric_limits<float>::max(), score, effort.point_evaluations);
+  explanation.cost = score.cost;
+  return explanation;
+}
+
+void PoseRecovery::weighDecompositions(int most_in_front, bool refine, Explanation& chosen, Effort& effort) {
+  for (const Motion& candidate : candidates_) {
+    if (candidate.pose.t.isZero() || 2 * candidate.in_front < most_in_front) continue;
+    const Explanation other = explain(candidate.pose, refine, effort);
+    others_.push_back({other.optimum, true});
+    if (other.cost < chosen.cost) chosen = other;
+  }
+}
+
+void PoseRecovery::weighStarts(Explanation& chosen, Effort& effort) {
+  for (const TwoViewPose& start : starts_) {
+    const Explanation other = explain(start, true, effort);
+    if (other.cost < chosen.cost) chosen = other;
+  }
+}
+
+void PoseRecovery::weighOtherPlaneMotion(bool refine, Explanation& chosen, Effort& effort) {
+  const PoseModel model(*kernels_, points_);
+  residuals_.resize(static_cast<size_t>(points_.size));
+  model.residuals(chosen.optimum, residuals_.data());
+  TwoViewPose motion;
+  if (!findOtherPlaneMotion(points_, chosen.optimum, residuals_, motion, effort.point_evaluations)) return;
+  float cost;
+  motion = model.withBetterSign(motion, cost, effort.point_evaluations);
+  const Explanation other = explain(motion, refine, effort);
+  others_.push_back({chosen.optimum, true});
+  others_.push_back({other.optimum, true});
+  if (refine && other.cost < chosen.cost) chosen = other;
+}
+
+void PoseRecovery::collectInliers(const PointPairs& pairs, const Eigen::Matrix3d& K,
+                                  const std::vector<uint8_t>& inlier) {
+  const Eigen::Matrix3d K_inverse = K.inverse();
+  reference_.clear();
+  current_.clear();
+  for (size_t i = 0; i < inlier.size(); ++i) {
+    if (!inlier[i]) continue;
+    reference_.emplace_back(K_inverse * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1));
+    current_.emplace_back(K_inverse * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1));
+  }
+}
+
+void PoseRecovery::proposeFromEssential(const Eigen::Matrix3d& E) {
+  // The closed form needs the constraints of an essential matrix, which a fundamental matrix between two calibrations
+  // breaks by far and the root of a five-point polynomial by its rounding: take the nearest matrix that meets them.
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(E, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d nearest = svd.matrixU() * Eigen::Vector3d(1, 1, 0).asDiagonal() * svd.matrixV().transpose();
+  const EssentialDecomposition parts = decomposeEssential(nearest);
+  for (const Eigen::Matrix3d& R : {parts.R1, parts.R2}) {
+    propose({R, parts.t});
+    propose({R, -parts.t});
+  }
+}
+
+void PoseRecovery::proposeFromHomography(const Eigen::Matrix3d& H, const Eigen::Matrix3d& K) {
+  cv::Mat H_cv, K_cv;
+  cv::eigen2cv(H, H_cv);
+  cv::eigen2cv(K, K_cv);
+  std::vector<cv::Mat> rotations, translations, normals;
+  cv::decomposeHomographyMat(H_cv, K_cv, rotations, translations, normals);
+  for (size_t i = 0; i < rotations.size(); ++i) {
+    TwoViewPose motion;
+    cv::cv2eigen(rotations[i], motion.R);
+    cv::cv2eigen(translations[i], motion.t);
+    if (!motion.R.allFinite() || !motion.t.allFinite()) continue;
+    motion.R = nearestOrthogonal(motion.R);  // OpenCV's is off by 1e-3 when the homography is nearly a rotation
+    const double length = motion.t.norm();
+    motion.t = length > kSmallestTranslation ? Eigen::Vector3d(motion.t / length) : Eigen::Vector3d::Zero();
+    propose(motion);
+  }
+}
+
+void PoseRecovery::propose(const TwoViewPose& pose) { candidates_.push_back({pose, countInFront(pose)}); }
+
+int PoseRecovery::countInFront(const TwoViewPose& motion) const {
+  int count = 0;
+  for (size_t i = 0; i < reference_.size(); ++i) {
+    // z_current x_current = z_reference R x_reference + t, each depth by crossing the other ray away.
+    const Eigen::Vector3d rotated = motion.R * reference_[i];
+    const Eigen::Vector3d normal = rotated.cross(current_[i]);
+    const double z_reference = normal.dot(current_[i].cross(motion.t));
+    const double z_current = normal.dot(rotated.cross(motion.t));
+    count += motion.t.isZero() ? rotated.z() > 0 : z_reference > 0 && z_current > 0;
+  }
+  return count;
+}
+
+}  // namespace gms_ransac

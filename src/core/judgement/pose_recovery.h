@@ -1,0 +1,77 @@
+// From a two-view model and its inliers to the relative pose, and whether the pair can tell it.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "gms_ransac/camera.h"
+#include "gms_ransac/robust_estimator.h"
+#include "judgement/pose_judge.h"
+#include "two_view/kernels/residual_kernels.h"
+#include "two_view/two_view_points.h"
+
+namespace gms_ransac {
+
+/// Refinement of a model found by sampling: matches up to twice the threshold, weights falling from the threshold on
+/// (Geman-McClure); it converges in four to eight iterations on the scenes of the tests.
+constexpr Loss kRefinementLoss = {4, 1};
+constexpr int kRefinementIterations = 15;
+
+class PoseRecovery {
+ public:
+  explicit PoseRecovery(SimdLevel level = detectSimdLevel()) : kernels_(&residualKernels(level)), judge_(*kernels_) {}
+  /// Reads result.model, model_type and inlier; fills all that the result says of the pose, as PoseJudge does with the
+  /// motions of findMotionStarts and, where the matches lie on a plane, its other motion to compare with. Of the poses
+  /// that a model allows the one with most inliers in front of both cameras is taken; of the two motions of a plane the
+  /// likelier. `refine`: a pose of an essential or a fundamental matrix is moved to the robust optimum over the matches
+  /// near it, and the essential matrix and its inliers with it; for a fundamental matrix, which a plane leaves
+  /// undetermined, that optimum may be another one that explains the matches better. Nothing is filled when the camera
+  /// is not calibrated. A homography of a pure rotation gives a zero translation.
+  /// `points`: the columns that the model was found in, which are looked at again where they are normalised.
+  void recover(const PointPairs& pairs, const Camera& camera, const TwoViewPoints& points, double threshold_px,
+               bool refine, RobustResult& result);
+
+ private:
+  /// A motion that the model allows.
+  struct Motion {
+    TwoViewPose pose;  ///< t may be zero
+    int in_front = 0;  ///< inliers in front of both cameras
+  };
+  /// A motion as an explanation of all matches.
+  struct Explanation {
+    TwoViewPose pose, optimum;  ///< the latter is the optimum near the former
+    float cost = 0;             ///< of the optimum
+  };
+  void collectInliers(const PointPairs& pairs, const Eigen::Matrix3d& K, const std::vector<uint8_t>& inlier);
+  /// Fills `candidates_` with the motions that the result's model allows.
+  void propose(const PointPairs& pairs, const Camera& camera, const RobustResult& result);
+  void proposeFromEssential(const Eigen::Matrix3d& E);
+  void proposeFromHomography(const Eigen::Matrix3d& H, const Eigen::Matrix3d& K);
+  void propose(const TwoViewPose& pose);
+  int countInFront(const TwoViewPose& motion) const;
+  /// Without `refine` the pose counts as its own optimum.
+  Explanation explain(const TwoViewPose& pose, bool refine, Effort& effort) const;
+  /// Fills `others_` with what the pose is compared with; the likeliest of those that the model allows becomes
+  /// `chosen`.
+  void weighOthers(int most_in_front, bool refine, Explanation& chosen, RobustResult& result);
+  /// Puts the motions of a homography that have enough inliers in front into `others_`, the likeliest into `chosen`.
+  void weighDecompositions(int most_in_front, bool refine, Explanation& chosen, Effort& effort);
+  /// Puts the likeliest of `starts_` and `chosen` into `chosen`.
+  void weighStarts(Explanation& chosen, Effort& effort);
+  /// Where most matches that `chosen` explains lie on a plane: puts both motions of it into `others_`, the likelier one
+  /// into `chosen`.
+  void weighOtherPlaneMotion(bool refine, Explanation& chosen, Effort& effort);
+
+  const ResidualKernels* kernels_;
+  PoseJudge judge_;
+  std::vector<Eigen::Vector3d> reference_, current_;  ///< inliers on the normalised image plane (z = 1)
+  std::vector<Motion> candidates_;
+  TwoViewPoints normalized_;  ///< where the model was found in other coordinates
+  PointColumnsView points_ = {};
+  std::vector<float> residuals_;
+  std::vector<TwoViewPose> starts_;
+  std::vector<OtherMotion> others_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,142 @@
+// `fast`, ours: GMS weighed with descriptors, starts without samples, spread samples of the most distinctive matches
+// first, local optimisation, and two refinements. What was chosen and what it was measured on: doc/estimator.md.
+#include <utility>
+#include <vector>
+
+#include "gms/method_settings.h"
+#include "judgement/plane_motion.h"
+#include "judgement/pose_judge.h"
+#include "methods/ransac_method.h"
+#include "methods/registry.h"
+#include "ransac/motion_starts.h"
+#include "ransac/stratified_sampler.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// Noise of a keypoint grows with its pyramid level as scale_factor^(kNoiseExponent * octave). The full 1 of a position
+// rounded on its own level overstates it (doc/estimator.md).
+constexpr double kNoiseExponent = 0.5;
+
+/// Matches up to twice the threshold, weights falling from the threshold on (Geman-McClure). Wide enough to pull a
+/// model of five noisy points to the optimum of all.
+constexpr Loss kLoss = {4, 1};
+constexpr int kLocalIterations = 2;
+constexpr int kFinalIterations = 10;
+
+class Fast : public RansacMethod {
+ public:
+  explicit Fast(const MatchFilterOptions& options)
+      : RansacMethod(options), gms_(evidenceSettings(options.motion_statistics)), judge_(kernels_) {}
+
+  void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
+              MotionStatistics& statistics) override {
+    gms_.compute(reference, current, matches, statistics);
+  }
+
+  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
+    const bool enough = begin(pairs, camera, result, kNoiseExponent);
+    const bool had_previous = std::exchange(has_previous_, false);
+    if (!enough) return;
+    sort(QualityKey::kRatio);
+    sampler_.setCells(order_, points_.cells());
+    sampler_.begin(task(points_.size(), options_.max_iterations));
+    switch (result.model_type) {
+      case ModelType::kEssential:
+        return estimatePose(had_previous);
+      case ModelType::kFundamental:
+        return estimateMatrix(FundamentalModel(kernels_, points_.view(), true));
+      case ModelType::kHomography:
+        return estimateMatrix(HomographyModel(kernels_, points_.view(), true));
+    }
+  }
+
+  void reset() override { has_previous_ = false; }
+
+ private:
+  void start(const TwoViewModel& model) {
+    ransac_.begin(model, points_.view(), order_, verifier_, {kLoss, kLocalIterations}, random_, result_->effort);
+  }
+
+  void estimateMatrix(const TwoViewModel& model) {
+    start(model);
+    ransac_.search(sampler_);
+    if (!ransac_.found()) return;
+    Hypothesis best = ransac_.best();
+    countPasses(model.refine(kLoss, kFinalIterations, best));
+    if (!accept(best.matrix, true)) return;
+    pose_recovery_.recover(*pairs_, *camera_, points_, options_.inlierThreshold(), true, *result_);
+  }
+
+  void estimatePose(bool had_previous) {
+    const PoseModel model(kernels_, points_.view(), kParallaxPrior);
+    start(model);
+    if (had_previous) offer(previous_);
+    offerStarts();
+    ransac_.search(sampler_);
+    if (!ransac_.found()) return;
+    offerOtherPlaneMotion(model);
+
+    // With the prior of the parallax for the rotation, without it for the model and the direction of translation.
+    TwoViewPose pose = ransac_.best().pose;
+    countPasses(model.refine(kLoss, kFinalIterations, pose, kEnough));
+    TwoViewPose optimum = pose;
+    countPasses(PoseModel(kernels_, points_.view()).refine(kLoss, kFinalIterations, optimum, kEnough));
+    if (!accept(optimum.essential(), true)) return;
+    // The direction in the reference camera is that of the optimum.
+    pose.t = pose.R * optimum.R.transpose() * optimum.t;
+    judge_.judge({points_.view(), &points_.cells(), points_.pixelsPerUnit()}, optimum, pose, others_, *result_);
+    previous_ = optimum;
+    has_previous_ = true;
+  }
+
+  void offer(const TwoViewPose& pose) {
+    Hypothesis hypothesis;
+    hypothesis.pose = pose;
+    ransac_.offer(hypothesis);
+  }
+
+  /// From directions all over the sphere; they are also the other motions that the answer must beat.
+  void offerStarts() {
+    findMotionStarts(kernels_, points_.view(), starts_, result_->effort.point_evaluations);
+    others_.clear();
+    for (const TwoViewPose& motion : starts_) {
+      offer(motion);
+      others_.push_back({motion});
+    }
+  }
+
+  /// Where most of the matches lie on a plane, the other motion that explains it (Faugeras & Lustman 1988).
+  void offerOtherPlaneMotion(const PoseModel& model) {
+    const TwoViewPose best = ransac_.best().pose;
+    int64_t& evaluations = result_->effort.point_evaluations;
+    TwoViewPose other;
+    if (!findOtherPlaneMotion(points_.view(), best, ransac_.residuals(), other, evaluations)) return;
+    float cost;
+    other = model.withBetterSign(other, cost, evaluations);
+    others_.push_back({best, true});
+    others_.push_back({other, true});
+    offer(other);
+  }
+
+  void countPasses(int passes) { result_->effort.point_evaluations += static_cast<int64_t>(points_.size()) * passes; }
+
+  MotionStatisticsFilter gms_;
+  StratifiedSampler sampler_;
+  CostVerifier verifier_;
+  PoseJudge judge_;
+  std::vector<TwoViewPose> starts_;
+  std::vector<OtherMotion> others_;
+  bool has_previous_ = false;
+  TwoViewPose previous_;
+};
+
+}  // namespace
+
+const MethodEntry kFast = {
+    "fast", "this package",
+    "GMS, starts from all directions of translation, spread samples of the most distinctive first, refinement", true,
+    &make<Fast>};
+
+}  // namespace gms_ransac

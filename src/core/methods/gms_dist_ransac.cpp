@@ -1,0 +1,40 @@
+// `gms_dist_ransac` (Zhu et al. 2019): GMS, then matches that move as far as their neighbours, then RANSAC. The
+// criterion of distance is not in the paper; distance_reading chooses between two readings (see DistanceConsistency).
+#include "gms_ransac/distance_consistency.h"
+#include "methods/ransac_method.h"
+#include "methods/registry.h"
+
+namespace gms_ransac {
+
+namespace {
+
+class GmsDistanceRansac : public GmsMethod {
+ public:
+  explicit GmsDistanceRansac(const MatchFilterOptions& options)
+      : GmsMethod(options), distance_consistency_(options.distance_reading, options.robust.seed) {}
+
+  void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
+              MotionStatistics& statistics) override {
+    gms_.compute(reference, current, matches, statistics);
+    distance_consistency_.apply(reference, current, matches, statistics);
+  }
+
+  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
+    if (!begin(pairs, camera, result)) return;
+    search(sampler_, verifier_);
+    conclude();
+  }
+
+ private:
+  DistanceConsistency distance_consistency_;
+  UniformSampler sampler_;
+  CountingVerifier verifier_;
+};
+
+}  // namespace
+
+const MethodEntry kGmsDistanceRansac = {"gms_dist_ransac", "Zhu et al. 2019",
+                                        "GMS, then matches that move as far as their neighbours, uniform samples",
+                                        false, &make<GmsDistanceRansac>};
+
+}  // namespace gms_ransac

@@ -1,0 +1,64 @@
+// `lan` (Lan et al. 2020): mutual nearest neighbours, GMS, RANSAC, and GMS once more on the inliers.
+#include <cmath>
+
+#include "methods/ransac_method.h"
+#include "methods/registry.h"
+
+namespace gms_ransac {
+
+namespace {
+
+class Lan : public GmsMethod {
+ public:
+  explicit Lan(const MatchFilterOptions& options)
+      : GmsMethod(options),
+        mutual_(options.lan_mutual),
+        second_alpha_(options.second_alpha),
+        second_gms_(gms_.options()) {}
+
+  bool wantsMutualMatches() const override { return mutual_; }
+
+  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
+    if (!begin(pairs, camera, result)) return;
+    search(sampler_, verifier_);
+    conclude();
+  }
+
+  /// A survivor's verdict stands only if the motion statistics of the inliers alone support it, too.
+  void confirm(const Features& reference, const Features& current, const std::vector<Match>& matches,
+               const std::vector<int>& survivors, RobustResult& result) override {
+    if (!result.model_found) return;
+    inliers_.clear();
+    for (size_t k = 0; k < survivors.size(); ++k) {
+      if (result.inlier[k]) inliers_.push_back(matches[static_cast<size_t>(survivors[k])]);
+    }
+    // The thinned set has fewer supporters for the same truth: without a lower threshold it would lose its sparse
+    // cells.
+    const double kept = static_cast<double>(inliers_.size()) / static_cast<double>(matches.size());
+    const double scaled_alpha = gms_.options().threshold_factor * std::sqrt(kept);
+    second_gms_.setThresholdFactor(second_alpha_ > 0 ? second_alpha_ : scaled_alpha);
+    second_gms_.compute(reference, current, inliers_, statistics_);
+    size_t next = 0;
+    for (uint8_t& inlier : result.inlier) {
+      if (inlier) inlier = statistics_.accepted[next++];
+    }
+    result.inlier_count = statistics_.accepted_count;
+  }
+
+ private:
+  bool mutual_;
+  double second_alpha_;  ///< 0: the first times the square root of the share kept
+  MotionStatisticsFilter second_gms_;
+  std::vector<Match> inliers_;
+  MotionStatistics statistics_;
+  UniformSampler sampler_;
+  CountingVerifier verifier_;
+};
+
+}  // namespace
+
+const MethodEntry kLan = {"lan", "Lan et al. 2020",
+                          "mutual nearest neighbours, GMS, uniform samples, GMS once more on the inliers", false,
+                          &make<Lan>};
+
+}  // namespace gms_ransac

@@ -1,0 +1,33 @@
+// `prosac` (Chum & Matas 2005): samples from growing prefixes of the matches, the best by descriptor first.
+#include "methods/ransac_method.h"
+#include "methods/registry.h"
+#include "ransac/prosac_sampler.h"
+
+namespace gms_ransac {
+
+namespace {
+
+class Prosac : public UnfilteredMethod {
+ public:
+  explicit Prosac(const MatchFilterOptions& options) : UnfilteredMethod(options) {}
+
+  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
+    if (!begin(pairs, camera, result)) return;
+    sort(qualityKey(options_, QualityKey::kDistance));
+    // Growth function with T_N = 200000, non-randomness and maximality as in the paper (see ProsacSampler).
+    search(sampler_, verifier_);
+    conclude();
+  }
+
+ private:
+  ProsacSampler sampler_;
+  CountingVerifier verifier_;
+};
+
+}  // namespace
+
+const MethodEntry kProsac = {"prosac", "Chum & Matas 2005",
+                             "samples from growing prefixes of the matches of least descriptor distance", true,
+                             &make<Prosac>};
+
+}  // namespace gms_ransac

@@ -1,0 +1,95 @@
+#include "methods/ransac_method.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "gms/method_settings.h"
+
+namespace gms_ransac {
+
+RansacMethod::RansacMethod(const MatchFilterOptions& options)
+    : options_(options.robust), kernels_(residualKernels(options_.simd)), pose_recovery_(options_.simd) {}
+
+bool RansacMethod::begin(const PointPairs& pairs, const Camera& camera, RobustResult& result, double noise_exponent) {
+  pairs_ = &pairs;
+  camera_ = &camera;
+  result_ = &result;
+  result.clear();
+  result.model_type =
+      options_.model == ModelType::kEssential && !camera.calibrated() ? ModelType::kFundamental : options_.model;
+  result.inlier.assign(static_cast<size_t>(pairs.size()), 0);
+  points_.set(pairs, camera, result.model_type, options_.inlierThreshold(), noise_exponent);
+  switch (result.model_type) {
+    case ModelType::kEssential:
+      model_ = &model_storage_.emplace<EssentialModel>(kernels_, points_.view());
+      break;
+    case ModelType::kFundamental:
+      model_ = &model_storage_.emplace<FundamentalModel>(kernels_, points_.view(), false);
+      break;
+    case ModelType::kHomography:
+      model_ = &model_storage_.emplace<HomographyModel>(kernels_, points_.view(), false);
+      break;
+  }
+  random_ = Random(options_.seed);
+  sort(QualityKey::kNone);
+  return pairs.size() >= model_->sampleSize();
+}
+
+void RansacMethod::sort(QualityKey key) {
+  ordering_.sort(*pairs_, key, match_order_);
+  points_.columnsOf(match_order_, order_);
+}
+
+SamplingTask RansacMethod::task(int matches, int max_iterations) const {
+  return {matches, model_->sampleSize(), options_.confidence, max_iterations};
+}
+
+void RansacMethod::search(Sampler& sampler, Verifier& verifier) {
+  sampler.begin(task(points_.size(), options_.max_iterations));
+  ransac_.begin(*model_, points_.view(), order_, verifier, {}, random_, result_->effort);
+  ransac_.search(sampler);
+}
+
+void RansacMethod::conclude() {
+  if (ransac_.found()) conclude(ransac_.best());
+}
+
+void RansacMethod::conclude(const Hypothesis& best) {
+  // A method whose inliers are the filter's has the model for the pose's sake alone, so it may as well be a good one.
+  const bool refine = options_.refine || filterDecides();
+  Hypothesis refined = best;
+  if (refine) {
+    const int passes = model_->refine(kRefinementLoss, kRefinementIterations, refined);
+    result_->effort.point_evaluations += static_cast<int64_t>(points_.size()) * passes;
+  }
+  if (!accept(model_->matrix(refined))) return;
+  pose_recovery_.recover(*pairs_, *camera_, points_, options_.inlierThreshold(), refine, *result_);
+}
+
+bool RansacMethod::accept(const Eigen::Matrix3d& matrix, bool ordered) {
+  result_->model = points_.inResultUnits(matrix);
+  markFinalInliers(*pairs_, *camera_, options_.inlierThreshold(), *result_);
+  result_->model_found = acceptance_.accepts(*pairs_, model_->sampleSize(), options_.inlierThreshold(), *result_,
+                                             ordered ? &match_order_ : nullptr);
+  if (!result_->model_found) result_->refuse();
+  return result_->model_found;
+}
+
+UnfilteredMethod::UnfilteredMethod(const MatchFilterOptions& options)
+    : RansacMethod(options), gms_(publishedSettings(options.motion_statistics)) {}
+
+void UnfilteredMethod::filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
+                              MotionStatistics& statistics) {
+  gms_.compute(reference, current, matches, statistics);
+  std::fill(statistics.accepted.begin(), statistics.accepted.end(), 1);
+  statistics.accepted_count = static_cast<int>(matches.size());
+}
+
+GmsMethod::GmsMethod(const MatchFilterOptions& options, GridNeighborhood neighborhood)
+    : RansacMethod(options), gms_(publishedSettings(options.motion_statistics, neighborhood)) {}
+
+QualityKey qualityKey(const RobustOptions& options, QualityKey own) {
+  return options.quality.empty() ? own : parseQualityKey(options.quality);
+}
+
+}  // namespace gms_ransac

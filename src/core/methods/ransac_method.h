@@ -1,0 +1,95 @@
+// What the methods share: how an estimate begins (columns, order) and ends (refinement, mask, acceptance, pose), and
+// the filters they choose from. A method's own file says in which order they are used.
+#pragma once
+
+#include <variant>
+#include <vector>
+
+#include "gms_ransac/match_filter.h"
+#include "gms_ransac/method.h"
+#include "judgement/inlier_acceptance.h"
+#include "judgement/pose_recovery.h"
+#include "ransac/ordering.h"
+#include "ransac/ransac.h"
+#include "two_view/fundamental_model.h"
+#include "two_view/homography_model.h"
+#include "two_view/pose_model.h"
+#include "two_view/two_view_points.h"
+
+namespace gms_ransac {
+
+class RansacMethod : public Method {
+ public:
+  void setSeed(uint64_t seed) override { options_.seed = seed; }
+
+ protected:
+  explicit RansacMethod(const MatchFilterOptions& options);
+
+  /// Empties the result and takes the pair up; false when there are too few matches for the model.
+  bool begin(const PointPairs& pairs, const Camera& camera, RobustResult& result, double noise_exponent = 0);
+  /// Puts the matches in the order that samplers count by; until then it is the one given.
+  void sort(QualityKey key);
+  /// RANSAC as in the textbook: samples in that order, every solution of theirs, no local optimisation.
+  void search(Sampler& sampler, Verifier& verifier);
+  /// What a sampler is told of a search among so many matches.
+  SamplingTask task(int matches, int max_iterations) const;
+  /// With the best hypothesis, if one was found: refinement if the options ask for it, final mask, acceptance, pose.
+  void conclude(const Hypothesis& best);
+  void conclude();
+
+  /// Sets the model from a matrix in working coordinates, and its inliers. False, and no model, when these are not
+  /// enough. `ordered`: support among the first of the order counts, too.
+  bool accept(const Eigen::Matrix3d& matrix, bool ordered = false);
+
+  RobustOptions options_;
+  const ResidualKernels& kernels_;
+  Random random_;
+
+  // The pair at hand.
+  const PointPairs* pairs_ = nullptr;
+  const Camera* camera_ = nullptr;
+  RobustResult* result_ = nullptr;
+  TwoViewPoints points_;
+  const TwoViewModel* model_ = nullptr;   ///< the textbook's
+  std::vector<int> match_order_, order_;  ///< most confident first: matches, and their columns
+  Ransac ransac_;
+  PoseRecovery pose_recovery_;
+
+ private:
+  std::variant<std::monostate, EssentialModel, FundamentalModel, HomographyModel> model_storage_;
+  Ordering ordering_;
+  InlierAcceptance acceptance_;
+};
+
+/// A method that keeps all raw matches; the motion statistics only tell how confident each is.
+class UnfilteredMethod : public RansacMethod {
+ public:
+  void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
+              MotionStatistics& statistics) override;
+
+ protected:
+  explicit UnfilteredMethod(const MatchFilterOptions& options);
+
+ private:
+  MotionStatisticsFilter gms_;
+};
+
+/// A method that estimates from what Grid-based Motion Statistics keep (Bian et al. 2017), with the published settings
+/// where the user leaves them open.
+class GmsMethod : public RansacMethod {
+ public:
+  void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
+              MotionStatistics& statistics) override {
+    gms_.compute(reference, current, matches, statistics);
+  }
+
+ protected:
+  explicit GmsMethod(const MatchFilterOptions& options, GridNeighborhood neighborhood = GridNeighborhood::kNine);
+
+  MotionStatisticsFilter gms_;
+};
+
+/// What orders the matches: the method's own key unless the user names another.
+QualityKey qualityKey(const RobustOptions& options, QualityKey own);
+
+}  // namespace gms_ransac

@@ -1,0 +1,40 @@
+// `split2080` (Ci et al. 2022): samples from the best fifth by descriptor distance, verified on the others. Their "form
+// a new sample set" is read as cross-validation: support is counted on the matches that are not sampled, ties by those
+// that are; inliers come from both.
+#include "methods/ransac_method.h"
+#include "methods/registry.h"
+
+namespace gms_ransac {
+
+namespace {
+
+class Split2080 : public UnfilteredMethod {
+ public:
+  explicit Split2080(const MatchFilterOptions& options)
+      : UnfilteredMethod(options), sampler_(firstOf(options.robust)), verifier_(options.robust.split) {}
+
+  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
+    if (!begin(pairs, camera, result)) return;
+    sort(qualityKey(options_, QualityKey::kDistance));
+    search(sampler_, verifier_);
+    conclude();
+  }
+
+ private:
+  static UniformSampler::Options firstOf(const RobustOptions& options) {
+    UniformSampler::Options sampling;
+    sampling.fraction = options.split;
+    return sampling;
+  }
+
+  UniformSampler sampler_;
+  HoldOutVerifier verifier_;
+};
+
+}  // namespace
+
+const MethodEntry kSplit2080 = {"split2080", "Ci et al. 2022",
+                                "samples from the best fifth by descriptor distance, verified on the others", true,
+                                &make<Split2080>};
+
+}  // namespace gms_ransac

@@ -1,0 +1,76 @@
+// `subset_ransac` (Xu 2012): RANSAC inside random subsets, the winner by its cost on all matches. The paper says no
+// more than "random subsets on statistical ideas"; this is our reading of it.
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "methods/ransac_method.h"
+#include "methods/registry.h"
+
+namespace gms_ransac {
+
+namespace {
+
+/// Large enough that a bound from the subset's own inlier ratio means something (algorithms of the field ask for about
+/// twenty times the sample).
+constexpr int kMatchesPerSampleMember = 20;
+
+class SubsetRansac : public UnfilteredMethod {
+ public:
+  explicit SubsetRansac(const MatchFilterOptions& options) : UnfilteredMethod(options) {}
+
+  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
+    if (!begin(pairs, camera, result)) return;
+    const int n = points_.size();
+    const int size = prefixLength(options_.subset_fraction, n, kMatchesPerSampleMember * model_->sampleSize());
+    best_cost_ = std::numeric_limits<float>::infinity();
+    for (int s = 0; s < options_.subset_count; ++s) {
+      drawSubset(size);
+      searchSubset(std::max(1, options_.max_iterations / options_.subset_count));
+    }
+    if (best_cost_ < std::numeric_limits<float>::infinity()) conclude(best_);
+  }
+
+ private:
+  /// `size` columns in random order (Fisher & Yates).
+  void drawSubset(int size) {
+    subset_ = order_;
+    const int n = static_cast<int>(subset_.size());
+    for (int i = 0; i < size; ++i) {
+      std::swap(subset_[static_cast<size_t>(i)], subset_[static_cast<size_t>(i + random_.below(n - i))]);
+    }
+    subset_.resize(static_cast<size_t>(size));
+  }
+
+  /// RANSAC with its own bound and an equal share of the samples; the winner is compared on all matches.
+  void searchSubset(int max_iterations) {
+    columns_.gather(points_.view(), subset_.data(), static_cast<int>(subset_.size()));
+    sampler_.begin(task(static_cast<int>(subset_.size()), max_iterations));
+    // The subset's own matches judge: solutions are found among all columns, support is counted in the copy.
+    ransac_.begin(*model_, points_.view(), subset_, verifier_, {}, random_, result_->effort);
+    verifier_.begin(*model_, columns_.view(), subset_);
+    ransac_.search(sampler_);
+    if (!ransac_.found()) return;
+    Score score;
+    model_->score(points_.view(), ransac_.best(), std::numeric_limits<float>::max(), score,
+                  result_->effort.point_evaluations);
+    if (score.cost >= best_cost_) return;
+    best_ = ransac_.best();
+    best_cost_ = score.cost;
+  }
+
+  UniformSampler sampler_;
+  CountingVerifier verifier_;
+  std::vector<int> subset_;
+  PointColumns columns_;  ///< of the subset
+  Hypothesis best_;
+  float best_cost_ = 0;  ///< truncated, on all matches (MSAC)
+};
+
+}  // namespace
+
+const MethodEntry kSubsetRansac = {"subset_ransac", "Xu 2012",
+                                   "ransac inside random subsets, the winner by its score on all matches", false,
+                                   &make<SubsetRansac>};
+
+}  // namespace gms_ransac

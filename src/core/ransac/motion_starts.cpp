@@ -1,0 +1,96 @@
+#include "ransac/motion_starts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+namespace gms_ransac {
+
+namespace {
+
+// Matches and steps for each start, and how many go on to the second round (doc/estimator.md).
+constexpr int kStartMatches = 256;
+constexpr int kFirstIterations = 3;
+constexpr int kSecondIterations = 6;
+constexpr int kSecondRound = 8;
+// Every match counts, but from twice the threshold on ever less: the start is far off.
+constexpr Loss kStartLoss = {1e4f, 1 / 4.f};
+// A dominant rotation this small is none: starts from both end in the same places (doc/estimator.md).
+constexpr double kNoRotation = 2 * M_PI / 180;
+// Directions closer than this are the same valley.
+constexpr double kSameDirection = 0.99;
+
+struct Start {
+  TwoViewPose pose;
+  float cost;
+};
+
+Start optimizeStart(const PoseModel& model, const PointColumnsView& points, int iterations, TwoViewPose pose,
+                    int64_t& evaluations) {
+  evaluations += static_cast<int64_t>(points.count) * model.refine(kStartLoss, iterations, pose);
+  Start start;
+  start.pose = model.withBetterSign(pose, start.cost, evaluations);
+  return start;
+}
+
+/// Puts `start` into the list, best first, that holds at most one for a direction.
+void insertStart(const Start& start, Start (&list)[kMaxMotionStarts], int& count) {
+  for (int i = 0; i < count; ++i) {
+    if (std::abs(list[i].pose.t.dot(start.pose.t)) < kSameDirection) continue;
+    if (start.cost >= list[i].cost) return;
+    for (int j = i; j + 1 < count; ++j) list[j] = list[j + 1];
+    --count;
+    break;
+  }
+  int place = count;
+  while (place > 0 && start.cost < list[place - 1].cost) --place;
+  if (place == kMaxMotionStarts) return;
+  count = std::min(count + 1, kMaxMotionStarts);
+  for (int j = count - 1; j > place; --j) list[j] = list[j - 1];
+  list[place] = start;
+}
+
+}  // namespace
+
+Eigen::Matrix3d fitDominantRotation(const PoseModel& model, const PointColumnsView& points,
+                                    const Eigen::Matrix3d& start, int64_t& evaluations) {
+  constexpr int kIterations = 4;
+  Eigen::Matrix3d R = start;
+  // Squared scales of the loss in squared thresholds: a hundred, twenty and ten pixels at a threshold of one.
+  for (float softness : {1e4f, 400.f, 100.f}) {
+    const Loss loss = {std::numeric_limits<float>::max(), 1 / softness};
+    evaluations += static_cast<int64_t>(points.count) * model.refineRotation(loss, kIterations, R);
+  }
+  return R;
+}
+
+void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points, std::vector<TwoViewPose>& starts,
+                      int64_t& evaluations) {
+  const PointColumnsView part = firstColumns(points, kStartMatches);
+  const PoseModel model(kernels, part, kParallaxPrior);
+  const Eigen::Matrix3d dominant = fitDominantRotation(model, part, Eigen::Matrix3d::Identity(), evaluations);
+  const Eigen::Matrix3d rotations[2] = {dominant, Eigen::Matrix3d::Identity()};
+  const int rotation_count = Eigen::AngleAxisd(dominant).angle() < kNoRotation ? 1 : 2;
+  Start all[2 * 13];
+  int all_count = 0;
+  for (int k = 0; k < rotation_count; ++k) {
+    // Half of the 26 directions to a cube's corners, edges and faces: the others are their opposites.
+    for (int code = 14; code < 27; ++code) {
+      const int x = code % 3 - 1, y = code / 3 % 3 - 1, z = code / 9 - 1;
+      const Eigen::Vector3d direction(x, y, z);
+      all[all_count++] =
+          optimizeStart(model, part, kFirstIterations, {rotations[k], direction.normalized()}, evaluations);
+    }
+  }
+  std::sort(all, all + all_count, [](const Start& a, const Start& b) { return a.cost < b.cost; });
+  Start list[kMaxMotionStarts];
+  int count = 0;
+  for (int i = 0; i < kSecondRound; ++i) {
+    insertStart(optimizeStart(model, part, kSecondIterations, all[i].pose, evaluations), list, count);
+  }
+  starts.clear();
+  for (int i = 0; i < count; ++i) starts.push_back(list[i].pose);
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,59 @@
+#include "ransac/ransac.h"
+
+namespace gms_ransac {
+
+void Ransac::begin(const TwoViewModel& model, const PointColumnsView& points, const std::vector<int>& order,
+                   Verifier& verifier, const LocalOptimization& optimization, Random& random, Effort& effort) {
+  model_ = &model;
+  points_ = points;
+  order_ = &order;
+  verifier_ = &verifier;
+  optimization_ = optimization;
+  random_ = &random;
+  effort_ = &effort;
+  found_ = false;
+  verifier.begin(model, points, order);
+}
+
+void Ransac::search(Sampler& sampler) {
+  int sample[kMaxSampleSize];
+  Hypothesis hypotheses[kMaxHypotheses];
+  if (found_) report(sampler);
+  while (sampler.draw(*random_, sample)) {
+    for (int k = 0; k < model_->sampleSize(); ++k) sample[k] = (*order_)[static_cast<size_t>(sample[k])];
+    const int count = model_->solve(sample, hypotheses);
+    ++effort_->hypotheses;
+    bool improved = false;
+    for (int h = 0; h < count; ++h) improved = offer(hypotheses[h]) || improved;
+    if (improved) report(sampler);
+  }
+}
+
+bool Ransac::offer(const Hypothesis& hypothesis) {
+  ++effort_->models_scored;
+  if (!verifier_->beatsBest(hypothesis, *random_, *effort_)) return false;
+  best_ = hypothesis;
+  found_ = true;
+  if (optimization_.iterations > 0) {
+    Hypothesis optimized = hypothesis;
+    const int passes = model_->refine(optimization_.loss, optimization_.iterations, optimized);
+    effort_->point_evaluations += static_cast<int64_t>(points_.count) * passes;
+    if (verifier_->beatsBest(optimized, *random_, *effort_)) best_ = optimized;
+  }
+  return true;
+}
+
+const std::vector<float>& Ransac::residuals() {
+  residuals_.resize(static_cast<size_t>(points_.size));
+  model_->residuals(best_, residuals_.data());
+  return residuals_;
+}
+
+void Ransac::report(Sampler& sampler) {
+  residuals();
+  inlier_.resize(order_->size());
+  for (size_t k = 0; k < inlier_.size(); ++k) inlier_[k] = residuals_[static_cast<size_t>((*order_)[k])] < 1;
+  sampler.improve(inlier_);
+}
+
+}  // namespace gms_ransac

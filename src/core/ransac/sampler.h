@@ -1,0 +1,57 @@
+// Which matches the next hypothesis is made from, and when enough hypotheses have been made. A sampler sees matches
+// only as places in an order, most confident first.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "random.h"
+#include "ransac/stopping.h"
+
+namespace gms_ransac {
+
+/// The task a sampler is started on.
+struct SamplingTask {
+  int matches = 0;         ///< at least the sample size
+  int sample_size = 0;     ///< 4, 5 or 7
+  double confidence = 0;   ///< of having drawn an uncontaminated sample
+  int max_iterations = 0;  ///< cap on samples
+};
+
+class Sampler {
+ public:
+  virtual ~Sampler() = default;
+  virtual void begin(const SamplingTask& task) = 0;
+  /// Fills `sample` with distinct places; false when the search is over.
+  virtual bool draw(Random& random, int* sample) = 0;
+  /// A new best hypothesis: its inlier mask over all matches, in order.
+  virtual void improve(const std::vector<uint8_t>& inlier) = 0;
+};
+
+/// Uniform draws from the first matches of the order until the bound from the inlier ratio of those same matches.
+class UniformSampler : public Sampler {
+ public:
+  struct Options {
+    double fraction = 1;      ///< share of the matches that is drawn from, rounded up; 1: textbook RANSAC
+    int extra_tests = 0;      ///< d of the T(d,d) test, which a good model passes only with w^d: the bound has n + d
+    double target_ratio = 0;  ///< over when the inlier ratio gets there; 0: off
+  };
+  UniformSampler() = default;
+  explicit UniformSampler(const Options& options) : options_(options) {}
+  void begin(const SamplingTask& task) override;
+  bool draw(Random& random, int* sample) override;
+  void improve(const std::vector<uint8_t>& inlier) override;
+
+ private:
+  Options options_;
+  SamplingTask task_;
+  int prefix_ = 0, drawn_ = 0, bound_ = 0;
+};
+
+/// Places 0 .. count-1 of the order that a share of n matches covers: ceil(fraction * n), at least `least`, at most n.
+int prefixLength(double fraction, int n, int least);
+
+/// Inliers among the first places of the order.
+int countPrefix(const std::vector<uint8_t>& inlier, int prefix);
+
+}  // namespace gms_ransac

@@ -1,0 +1,86 @@
+#include "ransac/stratified_sampler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "gms_ransac/robust_estimator.h"
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr int kFarCells = kSpreadGridSide / 5;
+constexpr int kAttempts = 8;
+
+/// Samples drawn at least. One clean sample is not enough: its model may start the local optimisation in the wrong
+/// valley (doc/estimator.md).
+constexpr int kMinimumSamples = 8;
+
+// The first samples come from this share of the matches, and after this many samples all matches take part
+// (doc/estimator.md has the measurement).
+constexpr double kFirstShare = 0.02;
+constexpr double kGrowthSamples = 300;
+constexpr int kFirstMultiple = 4;  // of the sample size: the shortest prefix
+
+}  // namespace
+
+void StratifiedSampler::setCells(const std::vector<int>& order, const std::vector<int32_t>& cells) {
+  order_ = &order;
+  cells_ = &cells;
+}
+
+void StratifiedSampler::begin(const SamplingTask& task) {
+  task_ = task;
+  const auto n = static_cast<double>(task.matches);
+  prefix_ = std::min(n, std::max<double>(kFirstMultiple * task.sample_size, kFirstShare * n));
+  growth_ = std::pow(n / prefix_, 1 / kGrowthSamples);
+  drawn_from_ = static_cast<int>(prefix_);
+  judged_prefix_ = drawn_ = 0;
+  required_ = task.max_iterations;
+  inlier_.clear();
+}
+
+int32_t StratifiedSampler::cellOf(int place) const {
+  return (*cells_)[static_cast<size_t>((*order_)[static_cast<size_t>(place)])];
+}
+
+bool StratifiedSampler::spread(const int* sample) const {
+  int reach = 0;
+  for (int i = 0; i < task_.sample_size; ++i) {
+    const int a = cellOf(sample[i]);
+    for (int j = 0; j < i; ++j) {
+      const int b = cellOf(sample[j]);
+      if (a == b) return false;
+      reach = std::max({reach, std::abs(a % kSpreadGridSide - b % kSpreadGridSide),
+                        std::abs(a / kSpreadGridSide - b / kSpreadGridSide)});
+    }
+  }
+  return reach >= kFarCells;
+}
+
+bool StratifiedSampler::draw(Random& random, int* sample) {
+  if (!inlier_.empty() && drawn_from_ != judged_prefix_) judgePrefix();
+  if (drawn_ >= task_.max_iterations || drawn_ >= std::max(required_, kMinimumSamples)) return false;
+  ++drawn_;
+  drawn_from_ = static_cast<int>(prefix_);
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    drawDistinct(random, drawn_from_, task_.sample_size, sample);
+    if (spread(sample)) break;
+  }
+  prefix_ = std::min(static_cast<double>(task_.matches), prefix_ * growth_);
+  return true;
+}
+
+void StratifiedSampler::improve(const std::vector<uint8_t>& inlier) {
+  inlier_ = inlier;
+  judged_prefix_ = 0;
+}
+
+void StratifiedSampler::judgePrefix() {
+  judged_prefix_ = drawn_from_;
+  const double ratio = static_cast<double>(countPrefix(inlier_, judged_prefix_)) / std::max(1, judged_prefix_);
+  required_ = requiredIterations(task_.confidence, ratio, task_.sample_size, task_.max_iterations);
+}
+
+}  // namespace gms_ransac

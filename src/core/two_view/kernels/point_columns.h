@@ -1,0 +1,83 @@
+// The matches as the SIMD kernels read them: aligned columns of float, padded to whole blocks.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+#include <vector>
+
+namespace gms_ransac {
+
+/// Lanes of one step of a kernel. Every instruction set sums in this many partial sums, which are then added in one
+/// order, so that all levels return the same bits.
+constexpr int kLanes = 16;
+
+/// What a kernel reads. `size` is a multiple of kLanes; entries past `count` have weight 0, hence residual 0.
+struct PointColumnsView {
+  const float *x1, *y1, *x2, *y2;  ///< reference (1) and current (2) point, working coordinates
+  const float* weight;             ///< 1 / squared threshold of the point, so that a residual of 1 is at the threshold
+  int size = 0, count = 0;
+};
+
+/// The first columns, as many as `count` (a multiple of kLanes) or all.
+inline PointColumnsView firstColumns(PointColumnsView points, int count) {
+  if (points.count > count) points.size = points.count = count;
+  return points;
+}
+
+/// An order of `count` matches that has nothing to do with the image's, so that any part of it is a random part: every
+/// n-th match, with n about 0.618 of the count and coprime with it.
+inline void strideOver(int count, std::vector<int>& arrangement) {
+  int stride = std::max(1, static_cast<int>(0.618 * count));
+  while (std::gcd(count, stride) != 1) ++stride;
+  arrangement.resize(static_cast<size_t>(count));
+  int match = 0;
+  for (int& entry : arrangement) {
+    entry = match;
+    match += stride;
+    if (match >= count) match -= count;
+  }
+}
+
+/// Owner of the columns; keeps its storage.
+class PointColumns {
+ public:
+  void resize(int count) {
+    const int size = (count + kLanes - 1) / kLanes * kLanes;
+    stride_ = size;
+    const size_t needed = 5 * static_cast<size_t>(size) + kAlignment;
+    if (storage_.size() < needed) storage_.resize(needed);
+    auto address = reinterpret_cast<size_t>(storage_.data());
+    const size_t bytes = kAlignment * sizeof(float);
+    base_ = storage_.data() + (bytes - address % bytes) % bytes / sizeof(float);
+    count_ = count;
+    for (int c = 0; c < 5; ++c) {
+      for (int i = count; i < size; ++i) column(c)[i] = 0;
+    }
+  }
+  /// Copies some columns of others, in the order given.
+  void gather(const PointColumnsView& from, const int* columns, int count) {
+    resize(count);
+    const float* sources[] = {from.x1, from.y1, from.x2, from.y2, from.weight};
+    for (int c = 0; c < 5; ++c) {
+      for (int i = 0; i < count; ++i) column(c)[i] = sources[c][columns[i]];
+    }
+  }
+  float* x1() { return column(0); }
+  float* y1() { return column(1); }
+  float* x2() { return column(2); }
+  float* y2() { return column(3); }
+  float* weight() { return column(4); }
+  int count() const { return count_; }
+  PointColumnsView view() const { return {column(0), column(1), column(2), column(3), column(4), stride_, count_}; }
+
+ private:
+  static constexpr size_t kAlignment = 16;  // floats: one cache line
+  float* column(int c) const { return base_ + static_cast<size_t>(c) * stride_; }
+
+  std::vector<float> storage_;
+  float* base_ = nullptr;
+  int stride_ = 0, count_ = 0;
+};
+
+}  // namespace gms_ransac

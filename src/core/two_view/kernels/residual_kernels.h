@@ -1,0 +1,81 @@
+// The inner loops of the fast estimator over all matches, one table of functions for each instruction set. All levels
+// return the same bits: same operations in the same order, no fused multiply-add.
+#pragma once
+
+#include "gms_ransac/simd.h"
+#include "two_view/kernels/point_columns.h"
+
+namespace gms_ransac {
+
+/// Outcome of scoring one model. With e the squared residual over the squared threshold of a match, `cost` is the sum
+/// of min(e, 1) (MSAC, Torr & Zisserman 2000), prior included, and `inliers` the number of e < 1.
+struct Score {
+  float cost = 0;
+  int inliers = 0;
+  int evaluated = 0;  ///< matches looked at: less than all when the cost passed the bound
+};
+
+/// A pose X_current = R X_reference + t with its essential matrix E = [t]x R; row-major.
+struct PoseParameters {
+  float R[9], t[3], E[9];
+};
+
+/// Shape of the robust loss: matches with e >= cut are ignored, the others cost e / (1 + e / softness)
+/// (Geman-McClure).
+struct Loss {
+  float cut = 1;
+  float inverse_softness = 0;  ///< 0: plain truncated squares
+};
+
+/// Prior of the parallax of a match, the displacement d that its rotation leaves: weight * ((1 + d^2 / s^2)^(1/4) - 1)
+/// is added to its cost, which stays at most that of an outlier. Most of a scene is far, little of it is near: among
+/// poses that explain the matches equally well the one that needs less parallax is the likelier. Grows so slowly that
+/// near points hardly pull.
+struct ParallaxPrior {
+  float weight = 0;         ///< in squared thresholds; 0: none
+  float inverse_scale = 0;  ///< squared threshold over s^2
+};
+
+/// J^T W J (upper triangle by rows), J^T W r and the cost of a linearised model with P parameters.
+template <int P>
+struct NormalEquations {
+  float matrix[P * (P + 1) / 2];
+  float gradient[P];
+  float cost;    ///< sum of the loss over all matches, those ignored at its value for e = cut
+  float weight;  ///< sum of the loss's weights, about the number of inliers
+};
+
+struct ResidualKernels {
+  /// Sampson distance to x2^T M x1 = 0; stops once the cost exceeds `bound`.
+  void (*scoreEpipolar)(const PointColumnsView& points, const float (&M)[9], float bound, Score& score);
+  /// The same for a pose. A match whose rays meet behind a camera can at best be at infinity: its residual is at
+  /// least half the squared distance to the infinite point's projection.
+  void (*scorePose)(const PointColumnsView& points, const PoseParameters& pose, const ParallaxPrior& prior, float bound,
+                    Score& score);
+  /// Mean of the squared transfer distances of x2 ~ H x1, with G the inverse of H.
+  void (*scoreHomography)(const PointColumnsView& points, const float (&H)[9], const float (&G)[9], float bound,
+                          Score& score);
+  /// Linearised Sampson distance of a pose; parameters: rotation vector w of R <- exp(w) R, then steps of t along the
+  /// two vectors of `basis`.
+  void (*linearizePose)(const PointColumnsView& points, const PoseParameters& pose, const float (&basis)[2][3],
+                        const Loss& loss, const ParallaxPrior& prior, NormalEquations<5>& equations);
+  /// Linearised Sampson distance; D[p] is the derivative of the matrix with respect to parameter p.
+  void (*linearizeFundamental)(const PointColumnsView& points, const float (&F)[9], const float (&D)[7][9],
+                               const Loss& loss, NormalEquations<7>& equations);
+  /// Linearised transfer distance in the current image; D as above.
+  void (*linearizeHomography)(const PointColumnsView& points, const float (&H)[9], const float (&D)[8][9],
+                              const Loss& loss, NormalEquations<8>& equations);
+  /// The same for the homography of a pure rotation.
+  void (*linearizeRotation)(const PointColumnsView& points, const float (&R)[9], const float (&D)[3][9],
+                            const Loss& loss, NormalEquations<3>& equations);
+  /// e[i] of every match, padding included: the Sampson distance, the same for a pose as scorePose counts it, and the
+  /// transfer distance in the current image.
+  void (*epipolarResiduals)(const PointColumnsView& points, const float (&M)[9], float* e);
+  void (*poseResiduals)(const PointColumnsView& points, const PoseParameters& pose, float* e);
+  void (*transferResiduals)(const PointColumnsView& points, const float (&H)[9], float* e);
+};
+
+/// The table for a level the processor supports; levels that were not built fall back to scalar.
+const ResidualKernels& residualKernels(SimdLevel level);
+
+}  // namespace gms_ransac

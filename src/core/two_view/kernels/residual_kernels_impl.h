@@ -1,0 +1,410 @@
+// The kernels, written once over a vector of 16 floats. Included by one file for each instruction set, which defines
+// that vector in an unnamed namespace; nothing here may call a function shared between such files.
+#pragma once
+
+#include "two_view/kernels/residual_kernels.h"
+
+namespace gms_ransac {
+
+/// V: load, broadcast, +, -, *, /, maximum, minimum, select(a < b ? x : y), sum (lanes added pairwise, in one order).
+template <class V>
+struct KernelsFor {
+  static constexpr int kBlock = 4 * kLanes;  // matches between two looks at the bound
+  // Keeps 0 / 0 out of padding and of matches at both epipoles; squared residuals are far above. Two of them multiply
+  // to a normal number.
+  static constexpr float kTiny = 1e-18f;
+
+  // Cosine of the widest angle between the rays of a match: descriptors do not survive a greater change of view. Lets
+  // go of solutions that explain a forward motion by a great rotation about points right before the cameras.
+  static constexpr float kCosWidest = 0.7071f;
+
+  struct Point {
+    V x1, y1, x2, y2, w;
+    Point(const PointColumnsView& p, int i)
+        : x1(V::load(p.x1 + i)),
+          y1(V::load(p.y1 + i)),
+          x2(V::load(p.x2 + i)),
+          y2(V::load(p.y2 + i)),
+          w(V::load(p.weight + i)) {}
+  };
+
+  struct Matrix {
+    V m[9];
+    explicit Matrix(const float (&a)[9]) {
+      for (int i = 0; i < 9; ++i) m[i] = V::set(a[i]);
+    }
+    /// Row r times (x, y, 1).
+    V row(int r, V x, V y) const { return m[3 * r] * x + m[3 * r + 1] * y + m[3 * r + 2]; }
+    V column(int c, V x, V y) const { return m[c] * x + m[3 + c] * y + m[6 + c]; }
+  };
+
+  struct Epipolar {
+    V a, b, c;      // line in the current image
+    V d, f;         // first two of the line in the reference image
+    V value, norm;  // x2^T M x1 and the squared gradient
+    Epipolar(const Matrix& M, const Point& p)
+        : a(M.row(0, p.x1, p.y1)),
+          b(M.row(1, p.x1, p.y1)),
+          c(M.row(2, p.x1, p.y1)),
+          d(M.column(0, p.x2, p.y2)),
+          f(M.column(1, p.x2, p.y2)),
+          value(a * p.x2 + b * p.y2 + c),
+          norm((a * a + b * b) + (d * d + f * f) + V::set(kTiny)) {}
+    V residual(V w) const { return w * value * value / norm; }
+    V residual(V w, V inverse_norm) const { return w * value * value * inverse_norm; }
+  };
+
+  /// What the rotation of a pose leaves of a match.
+  struct Parallax {
+    V u, v, z;  // the reference point rotated
+    V m0, m1;   // (y2 - v / z, u / z - x2) * z
+    V inverse_z;
+    V inverse_norm;  // of the Epipolar: divisions are dear, and one serves both
+    V squared;       // squared displacement over the squared threshold
+    Parallax(const Matrix& R, const Point& p, const Epipolar& s)
+        : u(R.row(0, p.x1, p.y1)),
+          v(R.row(1, p.x1, p.y1)),
+          z(R.row(2, p.x1, p.y1)),
+          m0(p.y2 * z - v),
+          m1(u - p.x2 * z) {
+      const V squared_z = z * z + V::set(kTiny), inverse = V::set(1) / (s.norm * squared_z);
+      inverse_norm = squared_z * inverse;
+      inverse_z = z * (s.norm * inverse);
+      squared = p.w * (m0 * m0 + m1 * m1) * (inverse_z * inverse_z);
+    }
+  };
+
+  /// The current point's ray times the translation.
+  struct RayTimesTranslation {
+    V n0, n1, n2;
+    RayTimesTranslation(const V (&t)[3], const Point& p)
+        : n0(p.y2 * t[2] - t[1]), n1(t[0] - p.x2 * t[2]), n2(p.x2 * t[1] - p.y2 * t[0]) {}
+  };
+
+  /// e of a match behind a camera, or whose rays meet at too wide an angle, and 0 for any other.
+  static V behindResidual(const Parallax& d, const RayTimesTranslation& n, const Epipolar& s, const Point& p) {
+    const V m2 = p.x2 * d.v - p.y2 * d.u;
+    // Signs of minus the depth in the reference and of the depth in the current image.
+    const V depth1 = d.m0 * n.n0 + d.m1 * n.n1 + m2 * n.n2, depth2 = s.a * d.m0 + s.b * d.m1 + s.c * m2;
+    const V zero = V::set(0), at_infinity = V::set(0.5f) * d.squared;
+    const V dot = d.u * p.x2 + d.v * p.y2 + d.z;
+    const V lengths = (p.x1 * p.x1 + p.y1 * p.y1 + V::set(1)) * (p.x2 * p.x2 + p.y2 * p.y2 + V::set(1));
+    const V wide = V::select(V::set(kCosWidest * kCosWidest) * lengths, dot * dot, zero, at_infinity);
+    const V in_front = V::select(zero, dot, wide, at_infinity);
+    return V::select(depth1, zero, V::select(zero, depth2, in_front, at_infinity), at_infinity);
+  }
+
+  /// The Sampson distance, and no less than at infinity for a match behind a camera.
+  static V poseResidual(const Parallax& d, const RayTimesTranslation& n, const Epipolar& s, const Point& p) {
+    return V::maximum(s.residual(p.w, d.inverse_norm), behindResidual(d, n, s, p));
+  }
+
+  struct Prior {
+    V weight, inverse_scale, quarter;
+    explicit Prior(const ParallaxPrior& prior)
+        : weight(V::set(prior.weight)),
+          inverse_scale(V::set(prior.inverse_scale)),
+          quarter(V::set(0.25f * prior.weight * prior.inverse_scale)) {}
+    V cost(const Parallax& d) const {
+      const V root = V::squareRoot(V::set(1) + d.squared * inverse_scale);
+      return weight * (V::squareRoot(root) - V::set(1));
+    }
+    /// The cost, its derivative with respect to the squared displacement, and the inverse of `divisor` by the same
+    /// division.
+    V cost(const Parallax& d, V divisor, V& slope, V& inverse) const {
+      const V root = V::squareRoot(V::set(1) + d.squared * inverse_scale);
+      const V fourth_root = V::squareRoot(root);
+      const V cubed = root * fourth_root, both = V::set(1) / (cubed * divisor);
+      slope = quarter * (both * divisor);
+      inverse = both * cubed;
+      return weight * (fourth_root - V::set(1));
+    }
+  };
+
+  struct Sum {
+    V cost = V::set(0), inliers = V::set(0);
+    void add(V e) { add(e, V::set(0)); }
+    void add(V e, V prior) {
+      const V one = V::set(1);
+      cost = cost + V::minimum(e + prior, one);
+      inliers = inliers + V::select(e, one, one, V::set(0));
+    }
+    void finish(const PointColumnsView& points, int looked_at, Score& score) const {
+      score.cost = cost.sum();
+      score.evaluated = looked_at < points.count ? looked_at : points.count;
+      score.inliers = static_cast<int>(inliers.sum()) - (looked_at - score.evaluated);  // padding counts as inliers
+    }
+  };
+
+  template <class Residual>
+  static void scoreAll(const PointColumnsView& points, float bound, Score& score, const Residual& residual) {
+    Sum sum;
+    int i = 0;
+    while (i < points.size) {
+      const int end = i + kBlock < points.size ? i + kBlock : points.size;
+      for (; i < end; i += kLanes) sum.add(residual(Point(points, i)));
+      if (i < points.size && sum.cost.sum() > bound) break;
+    }
+    sum.finish(points, i, score);
+  }
+
+  static void scoreEpipolar(const PointColumnsView& points, const float (&M)[9], float bound, Score& score) {
+    const Matrix m(M);
+    scoreAll(points, bound, score, [&m](const Point& p) { return Epipolar(m, p).residual(p.w); });
+  }
+
+  static void scorePose(const PointColumnsView& points, const PoseParameters& pose, const ParallaxPrior& parallax_prior,
+                        float bound, Score& score) {
+    const Matrix E(pose.E), R(pose.R);
+    const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
+    const Prior prior(parallax_prior);
+    Sum sum;
+    int i = 0;
+    while (i < points.size) {
+      const int end = i + kBlock < points.size ? i + kBlock : points.size;
+      for (; i < end; i += kLanes) {
+        const Point p(points, i);
+        const Epipolar s(E, p);
+        const Parallax d(R, p, s);
+        sum.add(poseResidual(d, RayTimesTranslation(t, p), s, p), prior.cost(d));
+      }
+      if (i < points.size && sum.cost.sum() > bound) break;
+    }
+    sum.finish(points, i, score);
+  }
+
+  /// Squared distance of (x2, y2) to H (x1, y1); z * z guarded for points on the line at infinity.
+  static V transferSquared(const Matrix& H, V x1, V y1, V x2, V y2) {
+    const V z = H.row(2, x1, y1);
+    const V dx = H.row(0, x1, y1) - x2 * z, dy = H.row(1, x1, y1) - y2 * z;
+    return (dx * dx + dy * dy) / (z * z + V::set(kTiny));
+  }
+
+  static void scoreHomography(const PointColumnsView& points, const float (&H)[9], const float (&G)[9], float bound,
+                              Score& score) {
+    const Matrix h(H), g(G);
+    scoreAll(points, bound, score, [&](const Point& p) {
+      return V::set(0.5f) * p.w *
+             (transferSquared(h, p.x1, p.y1, p.x2, p.y2) + transferSquared(g, p.x2, p.y2, p.x1, p.y1));
+    });
+  }
+
+  static void epipolarResiduals(const PointColumnsView& points, const float (&M)[9], float* e) {
+    const Matrix m(M);
+    for (int i = 0; i < points.size; i += kLanes) {
+      const Point p(points, i);
+      Epipolar(m, p).residual(p.w).store(e + i);
+    }
+  }
+
+  static void poseResiduals(const PointColumnsView& points, const PoseParameters& pose, float* e) {
+    const Matrix E(pose.E), R(pose.R);
+    const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
+    for (int i = 0; i < points.size; i += kLanes) {
+      const Point p(points, i);
+      const Epipolar s(E, p);
+      const Parallax d(R, p, s);
+      poseResidual(d, RayTimesTranslation(t, p), s, p).store(e + i);
+    }
+  }
+
+  static void transferResiduals(const PointColumnsView& points, const float (&H)[9], float* e) {
+    const Matrix h(H);
+    for (int i = 0; i < points.size; i += kLanes) {
+      const Point p(points, i);
+      (p.w * transferSquared(h, p.x1, p.y1, p.x2, p.y2)).store(e + i);
+    }
+  }
+
+  template <int P>
+  struct Equations {
+    V matrix[P * (P + 1) / 2], gradient[P], cost, weight;
+    Equations() : cost(V::set(0)), weight(V::set(0)) {
+      for (V& v : matrix) v = V::set(0);
+      for (V& v : gradient) v = V::set(0);
+    }
+    /// One residual with derivative J and weight w.
+    void add(const V (&J)[P], V residual, V w) {
+      int k = 0;
+      for (int i = 0; i < P; ++i) {
+        const V s = w * J[i];
+        gradient[i] = gradient[i] + s * residual;
+        for (int j = i; j < P; ++j, ++k) matrix[k] = matrix[k] + s * J[j];
+      }
+    }
+    void finish(const PointColumnsView& points, NormalEquations<P>& equations) const {
+      for (int k = 0; k < P * (P + 1) / 2; ++k) equations.matrix[k] = matrix[k].sum();
+      for (int i = 0; i < P; ++i) equations.gradient[i] = gradient[i].sum();
+      equations.cost = cost.sum();
+      equations.weight = weight.sum() - static_cast<float>(points.size - points.count);
+    }
+  };
+
+  static V lossDivisor(const Loss& loss, V e) {
+    return V::set(1) + V::minimum(e, V::set(loss.cut)) * V::set(loss.inverse_softness);
+  }
+
+  /// Weight of the loss at e, and its cost added to `equations`.
+  template <int P>
+  static V lossWeight(const Loss& loss, V e, Equations<P>& equations) {
+    return lossWeight(loss, e, V::set(1) / lossDivisor(loss, e), equations);
+  }
+
+  /// The same with q, the inverse of lossDivisor(), given.
+  template <int P>
+  static V lossWeight(const Loss& loss, V e, V q, Equations<P>& equations) {
+    const V cut = V::set(loss.cut);
+    equations.cost = equations.cost + V::minimum(e, cut) * q;
+    const V weight = V::select(e, cut, q * q, V::set(0));
+    equations.weight = equations.weight + weight;
+    return weight;
+  }
+
+  /// Derivative of the Sampson distance times its own norm, by the chain rule through the nine entries of the matrix:
+  /// d(value / sqrt(norm)) sqrt(norm) = x2 x1^T - value / norm (line2 x1^T + x2 line1^T).
+  template <int P>
+  static void addEpipolar(const Epipolar& s, const Point& p, const V (&D)[P][9], V weight, Equations<P>& equations) {
+    const V k = s.value / s.norm;
+    const V r0 = p.x2 - k * s.a, r1 = p.y2 - k * s.b;
+    const V c0 = k * s.d, c1 = k * s.f;
+    const V g[9] = {r0 * p.x1 - c0 * p.x2,
+                    r0 * p.y1 - c1 * p.x2,
+                    r0,
+                    r1 * p.x1 - c0 * p.y2,
+                    r1 * p.y1 - c1 * p.y2,
+                    r1,
+                    p.x1 - c0,
+                    p.y1 - c1,
+                    V::set(1)};
+    V J[P];
+    for (int i = 0; i < P; ++i) {
+      V sum = D[i][0] * g[0];
+      for (int j = 1; j < 9; ++j) sum = sum + D[i][j] * g[j];
+      J[i] = sum;
+    }
+    equations.add(J, s.value, weight * p.w / s.norm);
+  }
+
+  template <int P>
+  static void broadcast(const float (&D)[P][9], V (&d)[P][9]) {
+    for (int i = 0; i < P; ++i) {
+      for (int j = 0; j < 9; ++j) d[i][j] = V::set(D[i][j]);
+    }
+  }
+
+  /// The prior's share of the normal equations: the displacement depends on the rotation alone.
+  static void addPrior(const Parallax& d, V slope, V inlier, const Point& p, Equations<5>& equations) {
+    const V a = d.u * d.inverse_z, b = d.v * d.inverse_z;
+    const V dx = a - p.x2, dy = b - p.y2, one = V::set(1), zero = V::set(0);
+    const V Jx[3] = {zero - a * b, one + a * a, zero - b}, Jy[3] = {zero - (one + b * b), a * b, a};
+    const V weight = inlier * p.w * slope;
+    int k = 0;
+    for (int i = 0; i < 3; ++i) {
+      const V sx = weight * Jx[i], sy = weight * Jy[i];
+      equations.gradient[i] = equations.gradient[i] + (sx * dx + sy * dy);
+      for (int j = i; j < 3; ++j) {
+        equations.matrix[k + j - i] = equations.matrix[k + j - i] + (sx * Jx[j] + sy * Jy[j]);
+      }
+      k += 5 - i;
+    }
+  }
+
+  /// As addEpipolar, for the entries of E = [t]x R. With x = q - k (a, b, 0) for the current ray q, r = R p for the
+  /// reference ray p and s = R (d, f, 0), the derivative along dE is x . dE p - k q . dE (d, f, 0), where dE p is
+  /// t x (w x r) for a rotation w and (step) x r for a step of t.
+  static void addPose(const Epipolar& s, const Parallax& d, const RayTimesTranslation& n, const Point& p,
+                      const Matrix& R, const V (&t)[3], const V (&basis)[2][3], V weight, Equations<5>& equations) {
+    const V k = s.value * d.inverse_norm;
+    const V ka = k * s.a, kb = k * s.b, kd = k * s.d, kf = k * s.f;
+    const V x0 = p.x2 - ka, x1 = p.y2 - kb;
+    const V s0 = R.m[0] * kd + R.m[1] * kf, s1 = R.m[3] * kd + R.m[4] * kf, s2 = R.m[6] * kd + R.m[7] * kf;
+    // x cross t.
+    const V w0 = n.n0 - kb * t[2], w1 = n.n1 + ka * t[2], w2 = n.n2 - (ka * t[1] - kb * t[0]);
+    const V m0 = (d.v - d.z * x1) - (s1 - s2 * p.y2), m1 = (d.z * x0 - d.u) - (s2 * p.x2 - s0);
+    const V m2 = (d.u * x1 - d.v * x0) - (s0 * p.y2 - s1 * p.x2);
+    const V J[5] = {(d.v * w2 - d.z * w1) - (s1 * n.n2 - s2 * n.n1), (d.z * w0 - d.u * w2) - (s2 * n.n0 - s0 * n.n2),
+                    (d.u * w1 - d.v * w0) - (s0 * n.n1 - s1 * n.n0),
+                    basis[0][0] * m0 + basis[0][1] * m1 + basis[0][2] * m2,
+                    basis[1][0] * m0 + basis[1][1] * m1 + basis[1][2] * m2};
+    equations.add(J, s.value, weight * p.w * d.inverse_norm);
+  }
+
+  static void linearizePose(const PointColumnsView& points, const PoseParameters& pose, const float (&basis)[2][3],
+                            const Loss& loss, const ParallaxPrior& parallax_prior, NormalEquations<5>& equations) {
+    const Matrix E(pose.E), R(pose.R);
+    const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
+    const V steps[2][3] = {{V::set(basis[0][0]), V::set(basis[0][1]), V::set(basis[0][2])},
+                           {V::set(basis[1][0]), V::set(basis[1][1]), V::set(basis[1][2])}};
+    const Prior prior(parallax_prior);
+    Equations<5> sums;
+    for (int i = 0; i < points.size; i += kLanes) {
+      const Point p(points, i);
+      const Epipolar s(E, p);
+      const Parallax parallax(R, p, s);
+      const RayTimesTranslation n(t, p);
+      const V e = poseResidual(parallax, n, s, p);
+      V q, slope;
+      if (parallax_prior.weight > 0) {
+        const V counts = V::select(e, V::set(loss.cut), V::set(1), V::set(0));
+        sums.cost = sums.cost + counts * prior.cost(parallax, lossDivisor(loss, e), slope, q);
+        addPrior(parallax, slope, counts, p, sums);
+      } else {
+        q = V::set(1) / lossDivisor(loss, e);
+      }
+      addPose(s, parallax, n, p, R, t, steps, lossWeight(loss, e, q, sums), sums);
+    }
+    sums.finish(points, equations);
+  }
+
+  static void linearizeFundamental(const PointColumnsView& points, const float (&F)[9], const float (&D)[7][9],
+                                   const Loss& loss, NormalEquations<7>& equations) {
+    const Matrix M(F);
+    V d[7][9];
+    broadcast(D, d);
+    Equations<7> sums;
+    for (int i = 0; i < points.size; i += kLanes) {
+      const Point p(points, i);
+      const Epipolar s(M, p);
+      addEpipolar(s, p, d, lossWeight(loss, s.residual(p.w), sums), sums);
+    }
+    sums.finish(points, equations);
+  }
+
+  template <int P>
+  static void linearizeTransfer(const PointColumnsView& points, const float (&H)[9], const float (&D)[P][9],
+                                const Loss& loss, NormalEquations<P>& equations) {
+    const Matrix h(H);
+    V d[P][9];
+    broadcast(D, d);
+    Equations<P> sums;
+    for (int i = 0; i < points.size; i += kLanes) {
+      const Point p(points, i);
+      const V z = h.row(2, p.x1, p.y1);
+      const V inverse_z = z / (z * z + V::set(kTiny));
+      const V u = h.row(0, p.x1, p.y1) * inverse_z, v = h.row(1, p.x1, p.y1) * inverse_z;
+      const V rx = u - p.x2, ry = v - p.y2;
+      const V weight = p.w * lossWeight(loss, p.w * (rx * rx + ry * ry), sums);
+      V Jx[P], Jy[P];
+      for (int k = 0; k < P; ++k) {
+        const V a = d[k][0] * p.x1 + d[k][1] * p.y1 + d[k][2], b = d[k][3] * p.x1 + d[k][4] * p.y1 + d[k][5];
+        const V c = d[k][6] * p.x1 + d[k][7] * p.y1 + d[k][8];
+        Jx[k] = (a - u * c) * inverse_z;
+        Jy[k] = (b - v * c) * inverse_z;
+      }
+      sums.add(Jx, rx, weight);
+      sums.add(Jy, ry, weight);
+    }
+    sums.finish(points, equations);
+  }
+
+  static const ResidualKernels& table() {
+    static const ResidualKernels kernels = {scoreEpipolar,        scorePose,
+                                            scoreHomography,      linearizePose,
+                                            linearizeFundamental, linearizeTransfer<8>,
+                                            linearizeTransfer<3>, epipolarResiduals,
+                                            poseResiduals,        transferResiduals};
+    return kernels;
+  }
+};
+
+}  // namespace gms_ransac

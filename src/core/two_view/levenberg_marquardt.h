@@ -1,0 +1,78 @@
+// Levenberg-Marquardt over the SIMD kernels: sums in float, small linear algebra in double.
+#pragma once
+
+#include <cmath>
+
+#include "two_view/two_view_model.h"
+
+namespace gms_ransac {
+
+/// Solves A x = b for a symmetric positive definite A given as its upper triangle by rows, after multiplying the
+/// diagonal by 1 + damping. False: not positive definite.
+template <int P>
+bool solveDamped(const float (&upper)[P * (P + 1) / 2], const float (&b)[P], double damping, double (&x)[P]) {
+  double L[P][P];
+  int k = 0;
+  for (int i = 0; i < P; ++i) {
+    for (int j = i; j < P; ++j) L[j][i] = upper[k++];
+    L[i][i] = L[i][i] * (1 + damping);
+  }
+  for (int i = 0; i < P; ++i) {
+    const double limit = 1e-12 * L[i][i];
+    for (int j = 0; j < i; ++j) {
+      for (int m = 0; m < j; ++m) L[i][j] -= L[i][m] * L[j][m];
+      L[i][j] /= L[j][j];
+      L[i][i] -= L[i][j] * L[i][j];
+    }
+    if (!(L[i][i] > limit) || !(L[i][i] > 0)) return false;
+    L[i][i] = std::sqrt(L[i][i]);
+  }
+  for (int i = 0; i < P; ++i) {
+    x[i] = b[i];
+    for (int j = 0; j < i; ++j) x[i] -= L[i][j] * x[j];
+    x[i] /= L[i][i];
+  }
+  for (int i = P - 1; i >= 0; --i) {
+    for (int j = i + 1; j < P; ++j) x[i] -= L[j][i] * x[j];
+    x[i] /= L[i][i];
+  }
+  return true;
+}
+
+/// Lowers the robust cost of `state` in at most `iterations` trial steps, or until a step lowers it by less than
+/// `enough` of it. linearize(state, equations) fills the normal equations at a state, moved(state, step) returns the
+/// state after a step. Returns the passes over the matches.
+template <int P, class State, class Linearize, class Moved>
+int minimizeRobustCost(int iterations, float enough, State& state, NormalEquations<P>& equations,
+                       const Linearize& linearize, const Moved& moved) {
+  constexpr double kFirstDamping = 1e-3;
+  constexpr double kLargestDamping = 1e3;
+  linearize(state, equations);
+  int passes = 1;
+  double damping = kFirstDamping;
+  while (passes <= iterations && damping < kLargestDamping) {
+    double step[P];
+    if (!solveDamped<P>(equations.matrix, equations.gradient, damping, step)) {
+      damping *= 10;
+      ++passes;
+      continue;
+    }
+    for (double& s : step) s = -s;
+    const State candidate = moved(state, step);
+    NormalEquations<P> candidate_equations;
+    linearize(candidate, candidate_equations);
+    ++passes;
+    if (candidate_equations.cost < equations.cost) {
+      const bool converged = equations.cost - candidate_equations.cost < enough * equations.cost;
+      state = candidate;
+      equations = candidate_equations;
+      damping = damping > 1e-6 ? 0.1 * damping : damping;
+      if (converged) break;
+    } else {
+      damping *= 10;
+    }
+  }
+  return passes;
+}
+
+}  // namespace gms_ransac

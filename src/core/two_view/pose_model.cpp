@@ -1,0 +1,208 @@
+#include "two_view/pose_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+
+#include "two_view/levenberg_marquardt.h"
+#include "two_view/minimal_sample.h"
+#include "two_view/solvers/essential_5pt.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// A sample point whose displacement beyond the rotation is within this many thresholds may count as infinitely far:
+// noise alone decides on which side of the cameras its rays meet.
+constexpr float kFarThresholds = 2;
+
+/// True when all sample points lie in front of both cameras for (R, t), sign 1, or for (R, -t), sign -1; points too far
+/// to tell agree with both.
+bool inFront(const PointColumnsView& points, const int* sample, int size, const Eigen::Matrix3d& R,
+             const Eigen::Vector3d& t, double& sign) {
+  bool plus = true, minus = true;
+  for (int k = 0; k < size && (plus || minus); ++k) {
+    const int i = sample[k];
+    const Eigen::Vector3d q(points.x2[i], points.y2[i], 1);
+    const Eigen::Vector3d p = R * Eigen::Vector3d(points.x1[i], points.y1[i], 1);
+    const Eigen::Vector3d m = q.cross(p);
+    const double far = kFarThresholds * kFarThresholds * p.z() * p.z();
+    if (p.z() > 0 && points.weight[i] * m.head<2>().squaredNorm() < far) continue;
+    const double depth_reference = -m.dot(q.cross(t)), depth_current = m.dot(t.cross(p));
+    plus = plus && depth_reference > 0 && depth_current > 0;
+    minus = minus && depth_reference < 0 && depth_current < 0;
+  }
+  sign = plus ? 1 : -1;
+  return plus || minus;
+}
+
+}  // namespace
+
+Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+Eigen::Matrix3d rotationFromVector(const Eigen::Vector3d& v) {
+  const double angle = v.norm();
+  if (angle < 1e-12) return Eigen::Matrix3d::Identity() + crossMatrix(v);
+  return Eigen::AngleAxisd(angle, v / angle).toRotationMatrix();
+}
+
+bool makeRotation(Eigen::Matrix3d& R) {
+  // Newton and Schulz's iteration for the polar factor: the error is squared each time, so from where the first step is
+  // allowed to start the fifth ends in rounding.
+  constexpr double kReach = 0.5, kRounding = 1e-14;
+  constexpr int kSteps = 6;
+  for (int i = 0; i < kSteps; ++i) {
+    const Eigen::Matrix3d error = R.transpose() * R - Eigen::Matrix3d::Identity();
+    const double size = error.cwiseAbs().maxCoeff();
+    if (size < kRounding) return R.determinant() > 0;
+    if (!(size < kReach)) return false;
+    R -= 0.5 * R * error;
+  }
+  return R.determinant() > 0;
+}
+
+Eigen::Matrix3d TwoViewPose::essential() const { return crossMatrix(t) * R; }
+
+PoseParameters TwoViewPose::parameters() const {
+  PoseParameters p;
+  toFloat(R, p.R);
+  toFloat(essential(), p.E);
+  for (int i = 0; i < 3; ++i) p.t[i] = static_cast<float>(t[i]);
+  return p;
+}
+
+int PoseModel::solve(const int* sample, Hypothesis* hypotheses) const {
+  const MinimalSample<5> points(points_, sample);
+  Eigen::Matrix3d models[kMaxHypotheses];
+  const int solutions = solveEssential5(points.reference, points.current, models);
+  int count = 0;
+  for (int k = 0; k < solutions; ++k) {
+    EssentialDecomposition d = decomposeEssential(models[k]);
+    double sign;
+    for (Eigen::Matrix3d* R : {&d.R1, &d.R2}) {
+      if (!inFront(points_, sample, 5, *R, d.t, sign)) continue;
+      // A root that is inaccurate leaves a matrix that is not quite essential, and what comes of it no rotation.
+      if (!makeRotation(*R)) continue;
+      hypotheses[count++].pose = {*R, sign * d.t};
+      break;
+    }
+  }
+  return count;
+}
+
+bool PoseModel::fits(const Hypothesis& hypothesis, int column) const {
+  return epipolarFits(points_, hypothesis.pose.essential(), column);
+}
+
+bool PoseModel::score(const PointColumnsView& points, const TwoViewPose& pose, float bound, Score& score,
+                      int64_t& evaluations) const {
+  const PoseParameters parameters = pose.parameters();
+  if (bound < static_cast<float>(points.count)) {
+    // Without cheirality and prior the cost is a lower bound, and half the work.
+    kernels_.scoreEpipolar(points, parameters.E, bound, score);
+    evaluations += score.evaluated;
+    if (!(score.cost < bound)) return false;
+  }
+  kernels_.scorePose(points, parameters, prior_, bound, score);
+  evaluations += score.evaluated;
+  return score.cost < bound;
+}
+
+TwoViewPose PoseModel::withBetterSign(const TwoViewPose& pose, float& cost, int64_t& evaluations) const {
+  constexpr float kNoBound = std::numeric_limits<float>::max();
+  const TwoViewPose opposite = {pose.R, -pose.t};
+  Score score, opposite_score;
+  this->score(points_, pose, kNoBound, score, evaluations);
+  this->score(points_, opposite, kNoBound, opposite_score, evaluations);
+  cost = std::min(score.cost, opposite_score.cost);
+  return opposite_score.cost < score.cost ? opposite : pose;
+}
+
+void PoseModel::residuals(const TwoViewPose& pose, float* e) const {
+  kernels_.epipolarResiduals(points_, pose.parameters().E, e);
+}
+
+void PoseModel::residualsInFront(const TwoViewPose& pose, float* e) const {
+  kernels_.poseResiduals(points_, pose.parameters(), e);
+}
+
+void PoseModel::tangent(const Eigen::Vector3d& t, Eigen::Vector3d (&basis)[2]) {
+  int smallest;
+  t.cwiseAbs().minCoeff(&smallest);
+  basis[0] = t.cross(Eigen::Vector3d::Unit(smallest)).normalized();
+  basis[1] = t.cross(basis[0]);
+}
+
+void PoseModel::linearize(const TwoViewPose& pose, const Loss& loss, NormalEquations<5>& equations) const {
+  Eigen::Vector3d basis[2];
+  tangent(pose.t, basis);
+  float steps[2][3];
+  for (int k = 0; k < 6; ++k) steps[k / 3][k % 3] = static_cast<float>(basis[k / 3][k % 3]);
+  kernels_.linearizePose(points_, pose.parameters(), steps, loss, prior_, equations);
+}
+
+int PoseModel::refine(const Loss& loss, int iterations, TwoViewPose& pose, float enough) const {
+  makeRotation(pose.R);  // steps keep what it is, errors included
+  NormalEquations<5> equations;
+  return minimizeRobustCost<5>(
+      iterations, enough, pose, equations,
+      [&](const TwoViewPose& at, NormalEquations<5>& result) { linearize(at, loss, result); },
+      [](const TwoViewPose& from, const double(&step)[5]) {
+        Eigen::Vector3d basis[2];
+        tangent(from.t, basis);
+        return TwoViewPose{rotationFromVector({step[0], step[1], step[2]}) * from.R,
+                           (from.t + step[3] * basis[0] + step[4] * basis[1]).normalized()};
+      });
+}
+
+void PoseModel::linearizeRotation(const Eigen::Matrix3d& R, const Loss& loss, NormalEquations<3>& equations) const {
+  float D[3][9], H[9];
+  for (int k = 0; k < 3; ++k) toFloat(crossMatrix(Eigen::Vector3d::Unit(k)) * R, D[k]);
+  toFloat(R, H);
+  kernels_.linearizeRotation(points_, H, D, loss, equations);
+}
+
+int PoseModel::refineRotation(const Loss& loss, int iterations, Eigen::Matrix3d& R) const {
+  NormalEquations<3> equations;
+  return minimizeRobustCost<3>(
+      iterations, kEnoughToCompare, R, equations,
+      [&](const Eigen::Matrix3d& at, NormalEquations<3>& result) { linearizeRotation(at, loss, result); },
+      [](const Eigen::Matrix3d& from, const double(&step)[3]) {
+        return Eigen::Matrix3d(rotationFromVector({step[0], step[1], step[2]}) * from);
+      });
+}
+
+int EssentialModel::solve(const int* sample, Hypothesis* hypotheses) const {
+  const MinimalSample<5> points(points_, sample);
+  Eigen::Matrix3d models[kMaxHypotheses];
+  return keepFinite(models, solveEssential5(points.reference, points.current, models), hypotheses);
+}
+
+bool EssentialModel::score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, Score& score,
+                           int64_t& evaluations) const {
+  return scoreEpipolar(kernels_, points, hypothesis.matrix, bound, score, evaluations);
+}
+
+bool EssentialModel::fits(const Hypothesis& hypothesis, int column) const {
+  return epipolarFits(points_, hypothesis.matrix, column);
+}
+
+void EssentialModel::residuals(const Hypothesis& hypothesis, float* e) const {
+  float m[9];
+  toFloat(hypothesis.matrix, m);
+  kernels_.epipolarResiduals(points_, m, e);
+}
+
+void PoseModel::rotationResiduals(const Eigen::Matrix3d& R, float* e) const {
+  float H[9];
+  toFloat(R, H);
+  kernels_.transferResiduals(points_, H, e);
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,90 @@
+// The essential matrix as a pose: hypotheses from five points, score with cheirality, refinement on its five degrees
+// of freedom. And plainly, as the textbook has it.
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "two_view/two_view_model.h"
+
+namespace gms_ransac {
+
+/// [v]x, and the rotation by |v| about v.
+Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& v);
+Eigen::Matrix3d rotationFromVector(const Eigen::Vector3d& v);
+/// Replaces R by the nearest rotation, to rounding; false, with R undefined, when it is far from any.
+bool makeRotation(Eigen::Matrix3d& R);
+
+/// The prior of the estimator; measured in doc/estimator.md.
+constexpr ParallaxPrior kParallaxPrior = {0.03f, 0.05f};
+
+class PoseModel : public TwoViewModel {
+ public:
+  PoseModel(const ResidualKernels& kernels, const PointColumnsView& points, const ParallaxPrior& prior = {})
+      : kernels_(kernels), points_(points), prior_(prior) {}
+
+  int sampleSize() const override { return 5; }
+  /// Poses of a sample whose points lie in front of both cameras, or so far that it cannot be told.
+  int solve(const int* sample, Hypothesis* hypotheses) const override;
+  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, Score& score,
+             int64_t& evaluations) const override {
+    return this->score(points, hypothesis.pose, bound, score, evaluations);
+  }
+  bool fits(const Hypothesis& hypothesis, int column) const override;
+  void residuals(const Hypothesis& hypothesis, float* e) const override { residuals(hypothesis.pose, e); }
+  int refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const override {
+    return refine(loss, iterations, hypothesis.pose);
+  }
+  Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const override { return hypothesis.pose.essential(); }
+
+  /// TwoViewModel::score of a pose.
+  bool score(const PointColumnsView& points, const TwoViewPose& pose, float bound, Score& score,
+             int64_t& evaluations) const;
+  /// The pose or the one with the opposite t, which the Sampson distance cannot tell from it: the one of lower cost.
+  TwoViewPose withBetterSign(const TwoViewPose& pose, float& cost, int64_t& evaluations) const;
+  /// The Sampson distance of every match.
+  void residuals(const TwoViewPose& pose, float* e) const;
+  /// That, or more for a match behind a camera: what score() sums up, without the prior.
+  void residualsInFront(const TwoViewPose& pose, float* e) const;
+  /// Levenberg-Marquardt; returns passes over the matches.
+  int refine(const Loss& loss, int iterations, TwoViewPose& pose, float enough = kEnoughToCompare) const;
+  /// Normal equations at a pose, with the prior; parameters: rotation vector w of R <- exp(w) R, then steps of t along
+  /// tangent().
+  void linearize(const TwoViewPose& pose, const Loss& loss, NormalEquations<5>& equations) const;
+
+  /// The same for a motion without translation, whose residual is the transfer distance in the current image.
+  int refineRotation(const Loss& loss, int iterations, Eigen::Matrix3d& R) const;
+  void linearizeRotation(const Eigen::Matrix3d& R, const Loss& loss, NormalEquations<3>& equations) const;
+  void rotationResiduals(const Eigen::Matrix3d& R, float* e) const;
+
+  /// The two unit vectors that span the plane of steps of t.
+  static void tangent(const Eigen::Vector3d& t, Eigen::Vector3d (&basis)[2]);
+
+ private:
+  const ResidualKernels& kernels_;
+  PointColumnsView points_;
+  ParallaxPrior prior_;
+};
+
+/// The essential matrix of the textbook: every solution of five points, scored by its epipolar lines alone, refined as
+/// a pose afterwards.
+class EssentialModel : public TwoViewModel {
+ public:
+  EssentialModel(const ResidualKernels& kernels, const PointColumnsView& points) : kernels_(kernels), points_(points) {}
+
+  int sampleSize() const override { return 5; }
+  int solve(const int* sample, Hypothesis* hypotheses) const override;
+  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, Score& score,
+             int64_t& evaluations) const override;
+  bool fits(const Hypothesis& hypothesis, int column) const override;
+  void residuals(const Hypothesis& hypothesis, float* e) const override;
+  int refine(const Loss& /*loss*/, int /*iterations*/, Hypothesis& /*hypothesis*/) const override { return 0; }
+  Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const override { return hypothesis.matrix; }
+
+ private:
+  const ResidualKernels& kernels_;
+  PointColumnsView points_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,143 @@
+#include "two_view/two_view_points.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/LU>
+
+#include "two_view/residual.h"
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr int kHighestOctave = 31;  ///< beyond it the noise is the same
+
+// Where matches without places are put, working coordinates: far from every line and from where any motion takes them.
+constexpr float kNowhere = 1e3f;
+
+using Column = std::vector<float> PointPairs::*;
+
+/// Moves the centre of the points that have places to the origin and divides by `scale`.
+Eigen::Matrix3d centring(const PointPairs& pairs, Column x, Column y, double scale) {
+  double sum_x = 0, sum_y = 0, n = 0;
+  for (size_t i = 0; i < pairs.x_reference.size(); ++i) {
+    if (!pairs.hasPlaces(i)) continue;
+    sum_x += (pairs.*x)[i];
+    sum_y += (pairs.*y)[i];
+    ++n;
+  }
+  n = std::max(1.0, n);
+  Eigen::Matrix3d transform;
+  transform << 1 / scale, 0, -sum_x / n / scale, 0, 1 / scale, -sum_y / n / scale, 0, 0, 1;
+  return transform;
+}
+
+/// One coordinate of a point after an affine transform.
+float transformed(const Eigen::Matrix3d& affine, int row, float x, float y) {
+  return static_cast<float>(affine(row, 0) * x + affine(row, 1) * y + affine(row, 2));
+}
+
+/// Half the largest extent of the four columns, at least one pixel; of matches that have places.
+double halfExtent(const PointPairs& pairs) {
+  double extent = 2;
+  for (const Column column :
+       {&PointPairs::x_reference, &PointPairs::y_reference, &PointPairs::x_current, &PointPairs::y_current}) {
+    double low = std::numeric_limits<double>::max(), high = std::numeric_limits<double>::lowest();
+    for (size_t i = 0; i < pairs.x_reference.size(); ++i) {
+      if (!pairs.hasPlaces(i)) continue;
+      low = std::min<double>(low, (pairs.*column)[i]);
+      high = std::max<double>(high, (pairs.*column)[i]);
+    }
+    extent = std::max(extent, high - low);
+  }
+  return 0.5 * extent;
+}
+
+Eigen::Matrix3d inverseIfHomography(ModelType type, const Eigen::Matrix3d& model) {
+  return type == ModelType::kHomography ? Eigen::Matrix3d(model.inverse()) : Eigen::Matrix3d::Zero();
+}
+
+}  // namespace
+
+void TwoViewPoints::set(const PointPairs& pairs, const Camera& camera, ModelType type, double threshold_px,
+                        double noise_exponent) {
+  type_ = type;
+  if (type == ModelType::kEssential) {
+    to_working_reference_ = to_working_current_ = camera.K().inverse();
+    pixels_per_unit_ = camera.meanFocalLength();
+  } else {
+    pixels_per_unit_ = halfExtent(pairs);
+    to_working_reference_ = centring(pairs, &PointPairs::x_reference, &PointPairs::y_reference, pixels_per_unit_);
+    to_working_current_ = centring(pairs, &PointPairs::x_current, &PointPairs::y_current, pixels_per_unit_);
+  }
+  const double threshold = threshold_px / pixels_per_unit_;
+  std::array<double, 256> variance;  // by octave, in squared thresholds
+  for (size_t octave = 0; octave < variance.size(); ++octave) {
+    variance[octave] =
+        std::pow(static_cast<double>(pairs.scale_factor),
+                 2 * noise_exponent * std::min(static_cast<double>(octave), static_cast<double>(kHighestOctave)));
+  }
+
+  strideOver(pairs.size(), match_of_);
+  columns_.resize(pairs.size());
+  column_of_.resize(match_of_.size());
+  cells_.resize(match_of_.size());
+  for (size_t column = 0; column < match_of_.size(); ++column) {
+    const auto i = static_cast<size_t>(match_of_[column]);
+    column_of_[i] = static_cast<int>(column);
+    const float xr = pairs.x_reference[i], yr = pairs.y_reference[i], xc = pairs.x_current[i], yc = pairs.y_current[i];
+    // Finite in any case, since sums over all matches follow that zero weights do not save from NaN.
+    const bool placed = pairs.hasPlaces(i);
+    columns_.x1()[column] = placed ? transformed(to_working_reference_, 0, xr, yr) : 0;
+    columns_.y1()[column] = placed ? transformed(to_working_reference_, 1, xr, yr) : 0;
+    columns_.x2()[column] = placed ? transformed(to_working_current_, 0, xc, yc) : kNowhere;
+    columns_.y2()[column] = placed ? transformed(to_working_current_, 1, xc, yc) : -kNowhere;
+    const double scale = 0.5 * (variance[pairs.octave_reference[i]] + variance[pairs.octave_current[i]]);
+    columns_.weight()[column] = static_cast<float>(1 / (threshold * threshold * scale));
+    cells_[column] = spreadCell({xr, yr}, pairs.image_reference);
+  }
+}
+
+void TwoViewPoints::columnsOf(const std::vector<int>& matches, std::vector<int>& columns) const {
+  columns.resize(matches.size());
+  for (size_t k = 0; k < matches.size(); ++k) columns[k] = column_of_[static_cast<size_t>(matches[k])];
+}
+
+Eigen::Matrix3d TwoViewPoints::inResultUnits(const Eigen::Matrix3d& model) const {
+  Eigen::Matrix3d result = model;
+  if (type_ == ModelType::kFundamental) {
+    result = to_working_current_.transpose() * model * to_working_reference_;
+  } else if (type_ == ModelType::kHomography) {
+    result = to_working_current_.inverse() * model * to_working_reference_;
+  }
+  return result / result.norm();
+}
+
+void markFinalInliers(const PointPairs& pairs, const Camera& camera, double threshold_px, RobustResult& result) {
+  const bool essential = result.model_type == ModelType::kEssential;
+  const double unit = essential ? camera.meanFocalLength() : 1;  ///< pixels per unit of the residual
+  const Eigen::Matrix3d to_model = essential ? Eigen::Matrix3d(camera.K().inverse()) : Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d inverse = inverseIfHomography(result.model_type, result.model);
+  result.inlier.assign(static_cast<size_t>(pairs.size()), 0);
+  result.inlier_count = 0;
+  double sum = 0;
+  for (size_t i = 0; i < result.inlier.size(); ++i) {
+    if (!pairs.hasPlaces(i)) continue;
+    const Eigen::Vector3d r = to_model * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1);
+    const Eigen::Vector3d c = to_model * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1);
+    const double squared = unit * unit *
+                           (result.model_type == ModelType::kHomography
+                                ? transferSquared(result.model, inverse, r.x(), r.y(), c.x(), c.y())
+                                : sampsonSquared(result.model, r.x(), r.y(), c.x(), c.y()));
+    if (!(squared < threshold_px * threshold_px)) continue;
+    result.inlier[i] = 1;
+    ++result.inlier_count;
+    sum += squared;
+  }
+  result.rms_error_px = result.inlier_count > 0 ? std::sqrt(sum / result.inlier_count) : 0;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,50 @@
+// The matches of a pair as all that estimates sees them: one set of aligned columns, built once from the survivors.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "gms_ransac/camera.h"
+#include "gms_ransac/robust_estimator.h"
+#include "two_view/kernels/point_columns.h"
+
+namespace gms_ransac {
+
+/// Works in normalised coordinates for the essential matrix. For the others each image is moved to its centre and
+/// both are divided by one common scale: numbers near 1 for the solvers, and residuals that differ from pixels by that
+/// scale alone. The columns stand in an order that has nothing to do with the image's or with the confidence of the
+/// matches, so that the first of them are a random part.
+class TwoViewPoints {
+ public:
+  /// `camera` may be uncalibrated unless `type` is essential. The noise of a keypoint grows with its pyramid level as
+  /// scale_factor^(noise_exponent * octave), and the threshold with it. Keeps references to nothing; reuses its
+  /// storage.
+  void set(const PointPairs& pairs, const Camera& camera, ModelType type, double threshold_px, double noise_exponent);
+
+  ModelType type() const { return type_; }
+  int size() const { return columns_.count(); }
+  PointColumnsView view() const { return columns_.view(); }
+  /// The cell of the spread grid of each column.
+  const std::vector<int32_t>& cells() const { return cells_; }
+  /// The columns of matches, in the order of the matches.
+  void columnsOf(const std::vector<int>& matches, std::vector<int>& columns) const;
+  double pixelsPerUnit() const { return pixels_per_unit_; }
+
+  /// A model in the units of RobustResult::model, of unit Frobenius norm.
+  Eigen::Matrix3d inResultUnits(const Eigen::Matrix3d& model) const;
+
+ private:
+  ModelType type_ = ModelType::kEssential;
+  PointColumns columns_;
+  std::vector<int32_t> cells_;
+  std::vector<int> match_of_, column_of_;
+  Eigen::Matrix3d to_working_reference_, to_working_current_;  ///< pixels -> working coordinates
+  double pixels_per_unit_ = 1;
+};
+
+/// Fills result.inlier, inlier_count and rms_error_px with the verdict of result.model on the pairs, in double.
+void markFinalInliers(const PointPairs& pairs, const Camera& camera, double threshold_px, RobustResult& result);
+
+}  // namespace gms_ransac
