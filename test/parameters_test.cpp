@@ -6,10 +6,12 @@
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
+#include <fstream>
 #include <functional>
 #include <random>
 #include <set>
 #include <sstream>
+#include <string>
 #include <utility>
 
 #include "gms_ransac/track_selector.h"
@@ -85,6 +87,7 @@ TEST(Parameters, DefaultsAreTheCores) {
   EXPECT_EQ(node.robust.split, core.robust.split);
   EXPECT_EQ(node.robust.target_ratio, core.robust.target_ratio);
   EXPECT_EQ(node.robust.quality, core.robust.quality);
+  EXPECT_EQ(node.robust.judge, core.robust.judge);
   EXPECT_EQ(node.robust.refine, core.robust.refine);
   EXPECT_EQ(MatchFilterConfig::__getDefault__().feature_limit, TrackSelectorOptions().limit);
   EXPECT_EQ(MatchFilterConfig::__getDefault__().feature_distance, TrackSelectorOptions().distance);
@@ -220,6 +223,34 @@ TEST(Parameters, AnyPyramidOfTheOpenCvExtractorWorksOnAnyImage) {
       EXPECT_GT(features.size(), 0) << levels << " " << factor << " " << size;
     }
   }
+}
+
+TEST(Parameters, ThePapersFileIsThePapersPreset) {
+  std::ifstream file(GMS_RANSAC_SOURCE_DIR "/cfg/paper.yaml");
+  dynamic_reconfigure::Config message;
+  MatchFilterConfig config = MatchFilterConfig::__getDefault__();
+  config.__toMessage__(message);
+  int set = 0;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line.substr(0, line.find('#')));
+    std::string name, value;
+    if (!(words >> name >> value)) continue;
+    name.pop_back();  // the colon
+    for (auto& each : message.strs) set += each.name == name ? (each.value = value, 1) : 0;
+    for (auto& each : message.bools) set += each.name == name ? (each.value = value == "true", 1) : 0;
+    for (auto& each : message.doubles) set += each.name == name ? (each.value = std::stod(value), 1) : 0;
+  }
+  EXPECT_EQ(set, 7) << "every line of the file is a parameter";
+  ASSERT_TRUE(config.__fromMessage__(message));
+  const MatchFilterOptions file_options = coreOptions(config), paper = MatchFilterOptions::paper();
+  EXPECT_EQ(file_options.method, paper.method);
+  EXPECT_EQ(file_options.extractor.extractor, paper.extractor.extractor);
+  EXPECT_EQ(file_options.one_to_one, paper.one_to_one);
+  EXPECT_EQ(file_options.robust.quality, paper.robust.quality);
+  EXPECT_EQ(file_options.robust.ratio, paper.robust.ratio);
+  EXPECT_EQ(file_options.robust.refine, paper.robust.refine);
+  EXPECT_EQ(file_options.robust.judge, paper.robust.judge);
+  EXPECT_EQ(file_options.robust.threshold_px, paper.robust.threshold_px);
 }
 
 TEST(Parameters, RefusesAnUnknownWordByName) {

@@ -65,9 +65,10 @@ struct Tally {
 
 using MakeScene = TwoViewScene (*)(uint64_t);
 
-Tally tallyScenes(const std::string& method, ModelType model, MakeScene make_scene, int scenes) {
+Tally tallyScenes(const std::string& method, ModelType model, MakeScene make_scene, int scenes, bool judge = true) {
   RobustOptions options;
   options.model = model;
+  options.judge = judge;
   const auto estimator = makeEstimator(method, options);
   Tally tally;
   RobustResult result;
@@ -101,6 +102,15 @@ TEST_P(Judgement, ClaimsNoDirectionThatAPlaneDoesNotTell) {
   EXPECT_LE(tally.ok_wrong, kScenes / 50) << "of " << tally.ok << " that are told";
   EXPECT_LE(tally.rotation_outside, tally.ambiguous / 50) << "of " << tally.ambiguous;
   EXPECT_LE(tally.other, kScenes / 50);
+}
+
+TEST_P(Judgement, LeftOutTheModelStands) {
+  constexpr int kScenes = 20;
+  const auto [method, model] = GetParam();
+  const Tally judged = tallyScenes(method, model, makeFloorScene, kScenes);
+  const Tally literal = tallyScenes(method, model, makeFloorScene, kScenes, false);
+  EXPECT_GT(judged.ambiguous, 0);
+  EXPECT_EQ(literal.ok, kScenes);
 }
 
 TEST_P(Judgement, TellsTheDirectionInAVolume) {

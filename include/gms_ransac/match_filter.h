@@ -50,6 +50,10 @@ struct MatchFilterOptions {
   double second_alpha = 0;  ///< lan: threshold factor of the final check; 0: the first times sqrt(kept fraction)
 
   void validate() const;
+
+  /// The paper's method as it is written: cv::ORB, all matches of GMS sorted by their bare score, ratio 1/2, the model
+  /// as it was found. cfg/paper.yaml says the same to the node.
+  static MatchFilterOptions paper();
 };
 
 /// One image and what was extracted from it.

@@ -61,6 +61,9 @@ struct RobustOptions {
   /// What methods that order the matches order them by: score, support (score over threshold), distance, ratio; empty:
   /// the method's own.
   std::string quality;
+  /// Whether the answer is judged: enough inliers that are spread, parallax, other motions that explain the matches as
+  /// well. Off: the model that was found stands, as in the papers, and its covariance is that of the matches alone.
+  bool judge = true;
   bool refine = true;  ///< robust least squares on the matches near the best model; off: textbook. `fast` always does
   SimdLevel simd = detectSimdLevel();
 

@@ -98,6 +98,17 @@ void MatchFilterOptions::validate() const {
   robust.validate();
 }
 
+MatchFilterOptions MatchFilterOptions::paper() {
+  MatchFilterOptions options;
+  options.method = "cp_ransac";
+  options.extractor.extractor = "opencv";
+  options.one_to_one = false;
+  options.robust.quality = "score";
+  options.robust.ratio = 0.5;
+  options.robust.refine = options.robust.judge = false;
+  return options;
+}
+
 MatchFilter::MatchFilter(const MatchFilterOptions& options)
     : options_(options),
       method_(makeMethod(options)),

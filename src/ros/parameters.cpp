@@ -284,6 +284,7 @@ MatchFilterOptions coreOptions(const MatchFilterConfig& config) {
   options.robust.split = config.split;
   options.robust.target_ratio = config.target_ratio;
   options.robust.quality = config.quality;
+  options.robust.judge = config.judge;
   options.robust.refine = config.refine;
   options.validate();
   return options;

@@ -74,7 +74,7 @@ class Parameters(unittest.TestCase):
             ("confidence", "high", "a number between"), ("confidence", float("nan"), "a number between"),
             ("threshold_px", float("inf"), "between 0 and 50"), ("threshold_px", [1.0], "a number between"),
             ("lan_mutual", "yes", "true or false"), ("lan_mutual", 1, "true or false"),
-            ("one_to_one", "both", "true or false"),
+            ("one_to_one", "both", "true or false"), ("judge", "fairly", "true or false"),
             ("method", 5, "'cp_ransac'"), ("method", "", "one of"), ("gms_border", "somewhere", "'opencv' 'original'"),
             ("quality", "taste", "'' 'score' 'support'"),
             ("feature_limit", -1, "between 0 and 100000"), ("feature_distance", "far", "between 0 and 1000"),

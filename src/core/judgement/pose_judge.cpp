@@ -26,6 +26,18 @@ void PoseJudge::judge(const JudgedMatches& matches, const TwoViewPose& optimum, 
   }
 }
 
+void PoseJudge::takeAsItIs(const JudgedMatches& matches, const TwoViewPose& optimum, const TwoViewPose& pose,
+                           RobustResult& result) {
+  const PoseModel model(*kernels_, matches.points);
+  residuals_.resize(static_cast<size_t>(matches.points.size));
+  model.residuals(optimum, residuals_.data());
+  fitRotation(matches, optimum, result);
+  result.ambiguous = false;
+  result.translation_observable = true;
+  result.pose = fromReferenceToCurrent(pose.R, pose.t);
+  result.pose.covariance = poseCovariance(model, matches.points.count, optimum);
+}
+
 void PoseJudge::judgeRotation(const JudgedMatches& matches, const Eigen::Matrix3d& R, RobustResult& result) {
   residuals_.resize(static_cast<size_t>(matches.points.size));
   PoseModel(*kernels_, matches.points).rotationResiduals(R, residuals_.data());

@@ -33,6 +33,9 @@ class PoseJudge {
   /// compared with; `pose`: the estimator's own, which stands where the pair shows a translation.
   void judge(const JudgedMatches& matches, const TwoViewPose& optimum, const TwoViewPose& pose,
              const std::vector<OtherMotion>& others, RobustResult& result);
+  /// The same without a verdict: the pose stands, with the covariance that the matches give it.
+  void takeAsItIs(const JudgedMatches& matches, const TwoViewPose& optimum, const TwoViewPose& pose,
+                  RobustResult& result);
   /// Likewise for a model that has no translation; `pose.t` is zero.
   void judgeRotation(const JudgedMatches& matches, const Eigen::Matrix3d& R, RobustResult& result);
 

@@ -31,7 +31,7 @@ Eigen::Matrix3d nearestOrthogonal(const Eigen::Matrix3d& matrix) {
 }  // namespace
 
 void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, const TwoViewPoints& points,
-                           double threshold_px, bool refine, RobustResult& result) {
+                           const PoseRecoveryOptions& options, RobustResult& result) {
   if (!camera.calibrated()) return;
   const bool homography = result.model_type == ModelType::kHomography;
   propose(pairs, camera, result);
@@ -40,18 +40,19 @@ void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, const 
   if (best == candidates_.end() || best->in_front == 0) return;
 
   const bool normalized = points.type() == ModelType::kEssential;
-  if (!normalized) normalized_.set(pairs, camera, ModelType::kEssential, threshold_px, 0);
+  if (!normalized) normalized_.set(pairs, camera, ModelType::kEssential, options.threshold_px, 0);
   const TwoViewPoints& judged = normalized ? points : normalized_;
   points_ = judged.view();
   const JudgedMatches matches = {points_, &judged.cells(), judged.pixelsPerUnit()};
   if (best->pose.t.isZero()) return judge_.judgeRotation(matches, best->pose.R, result);
-  Explanation chosen = explain(best->pose, refine, result.effort);
-  weighOthers(best->in_front, refine, chosen, result);
-  if (refine && !homography) chosen.pose = chosen.optimum;
-  if (refine && result.model_type == ModelType::kEssential) {
+  Explanation chosen = explain(best->pose, options.refine, result.effort);
+  if (options.judge) weighOthers(best->in_front, options.refine, chosen, result);
+  if (options.refine && !homography) chosen.pose = chosen.optimum;
+  if (options.refine && result.model_type == ModelType::kEssential) {
     result.model = chosen.optimum.essential().normalized();
-    markFinalInliers(pairs, camera, threshold_px, result);
+    markFinalInliers(pairs, camera, options.threshold_px, result);
   }
+  if (!options.judge) return judge_.takeAsItIs(matches, chosen.optimum, chosen.pose, result);
   judge_.judge(matches, chosen.optimum, chosen.pose, others_, result);
 }
 

@@ -18,6 +18,12 @@ namespace gms_ransac {
 constexpr Loss kRefinementLoss = {4, 1};
 constexpr int kRefinementIterations = 15;
 
+struct PoseRecoveryOptions {
+  double threshold_px = 1;
+  bool refine = true;  ///< move the pose to the robust optimum near it
+  bool judge = true;   ///< compare it with other motions and with none; off: the pose of the model stands
+};
+
 class PoseRecovery {
  public:
   explicit PoseRecovery(SimdLevel level = detectSimdLevel()) : kernels_(&residualKernels(level)), judge_(*kernels_) {}
@@ -29,8 +35,8 @@ class PoseRecovery {
   /// undetermined, that optimum may be another one that explains the matches better. Nothing is filled when the camera
   /// is not calibrated. A homography of a pure rotation gives a zero translation.
   /// `points`: the columns that the model was found in, which are looked at again where they are normalised.
-  void recover(const PointPairs& pairs, const Camera& camera, const TwoViewPoints& points, double threshold_px,
-               bool refine, RobustResult& result);
+  void recover(const PointPairs& pairs, const Camera& camera, const TwoViewPoints& points,
+               const PoseRecoveryOptions& options, RobustResult& result);
 
  private:
   /// A motion that the model allows.

@@ -66,7 +66,7 @@ class Fast : public RansacMethod {
     Hypothesis best = ransac_.best();
     countPasses(model.refine(kLoss, kFinalIterations, best));
     if (!accept(best.matrix, true)) return;
-    pose_recovery_.recover(*pairs_, *camera_, points_, options_.inlierThreshold(), true, *result_);
+    pose_recovery_.recover(*pairs_, *camera_, points_, {options_.inlierThreshold(), true, options_.judge}, *result_);
   }
 
   void estimatePose(bool had_previous) {
@@ -86,7 +86,12 @@ class Fast : public RansacMethod {
     if (!accept(optimum.essential(), true)) return;
     // The direction in the reference camera is that of the optimum.
     pose.t = pose.R * optimum.R.transpose() * optimum.t;
-    judge_.judge({points_.view(), &points_.cells(), points_.pixelsPerUnit()}, optimum, pose, others_, *result_);
+    const JudgedMatches matches = {points_.view(), &points_.cells(), points_.pixelsPerUnit()};
+    if (options_.judge) {
+      judge_.judge(matches, optimum, pose, others_, *result_);
+    } else {
+      judge_.takeAsItIs(matches, optimum, pose, *result_);
+    }
     previous_ = optimum;
     has_previous_ = true;
   }

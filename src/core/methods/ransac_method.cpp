@@ -63,13 +63,14 @@ void RansacMethod::conclude(const Hypothesis& best) {
     result_->effort.point_evaluations += static_cast<int64_t>(points_.size()) * passes;
   }
   if (!accept(model_->matrix(refined))) return;
-  pose_recovery_.recover(*pairs_, *camera_, points_, options_.inlierThreshold(), refine, *result_);
+  pose_recovery_.recover(*pairs_, *camera_, points_, {options_.inlierThreshold(), refine, options_.judge}, *result_);
 }
 
 bool RansacMethod::accept(const Eigen::Matrix3d& matrix, bool ordered) {
   result_->model = points_.inResultUnits(matrix);
   markFinalInliers(*pairs_, *camera_, options_.inlierThreshold(), *result_);
-  result_->model_found = acceptance_.accepts(*pairs_, model_->sampleSize(), options_.inlierThreshold(), *result_,
+  result_->model_found =
+      !options_.judge || acceptance_.accepts(*pairs_, model_->sampleSize(), options_.inlierThreshold(), *result_,
                                              ordered ? &match_order_ : nullptr);
   if (!result_->model_found) result_->refuse();
   return result_->model_found;

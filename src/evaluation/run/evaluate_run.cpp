@@ -36,7 +36,7 @@ bool parse(const Arguments& arguments, RunArguments& run) {
   add("out,o", po::value(&run.out), "file for the records, one JSON object a line; - for standard output");
   add("intrinsics", po::value(&run.dataset.intrinsics), "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]; overrides the set's own");
   add("topic", po::value(&run.dataset.topic), "bags: the image topic");
-  run.pipeline.addTo(options);
+  run.pipeline.addTo(options, arguments);
   po::options_description all;
   all.add(options).add_options()("folder", po::value(&run.folder));
   po::positional_options_description positional;

@@ -9,11 +9,13 @@ namespace gms_ransac {
 
 namespace po = boost::program_options;
 
-void PipelineArguments::addTo(po::options_description& description) {
+void PipelineArguments::addTo(po::options_description& description, const std::vector<std::string>& given) {
+  if (std::find(given.begin(), given.end(), "--paper") != given.end()) base = MatchFilterOptions::paper();
   FeatureExtractorOptions& extractor = base.extractor;
   MotionStatisticsOptions& gms = base.motion_statistics;
   RobustOptions& robust = base.robust;
   auto add = description.add_options();
+  add("paper", "the paper's method and settings, literally, where no option says otherwise");
   add("method,m", po::value(&methods)->composing(), "method, or several with commas between (see evaluate --list)");
   add("model", po::value(&model)->default_value(model), "essential, fundamental or homography");
   add("extractor", po::value(&extractor.extractor)->default_value(extractor.extractor), "fast or opencv");
@@ -42,6 +44,8 @@ void PipelineArguments::addTo(po::options_description& description) {
   add("ratio", po::value(&robust.ratio)->default_value(robust.ratio), "cp_ransac: share of the confident group");
   add("quality", po::value(&robust.quality)->default_value(robust.quality),
       "ordered methods: score, support, distance or ratio instead of the method's own");
+  add("judge", po::value(&robust.judge)->default_value(robust.judge),
+      "judge the answer (spread, parallax, other motions); 0: what was found stands, as in the papers");
   add("refine", po::value(&robust.refine)->default_value(robust.refine),
       "robust least squares on the final model; 0: textbook");
   add("seed", po::value(&robust.seed)->default_value(robust.seed), "same seed, same result");

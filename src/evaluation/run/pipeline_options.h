@@ -20,8 +20,9 @@ struct PipelineArguments {
   int threads = 1;
   MatchFilterOptions base;
 
-  /// Adds the options to a description; the values land in this object, which must outlive the parsing.
-  void addTo(boost::program_options::options_description& description);
+  /// Adds the options to a description; the values land in this object, which must outlive the parsing. With --paper
+  /// among the words `given` the defaults are the paper's.
+  void addTo(boost::program_options::options_description& description, const std::vector<std::string>& given);
   /// Throws std::invalid_argument with a sentence when a value or a name is wrong.
   MatchFilterOptions options(const std::string& method) const;
   std::vector<std::string> methodNames() const;

@@ -72,7 +72,7 @@ double parseRatio(const std::string& text) {
   return numerator / denominator;
 }
 
-po::options_description describe(TablesArguments& tables) {
+po::options_description describe(TablesArguments& tables, const Arguments& arguments) {
   tables.pipeline.base.extractor.extractor = "opencv";  // what the paper used
   tables.pipeline.base.one_to_one = false;              // likewise
   po::options_description options("Options");
@@ -89,7 +89,7 @@ po::options_description describe(TablesArguments& tables) {
   add("no-plots", "only CSV and Markdown");
   add("intrinsics", po::value(&tables.dataset.intrinsics), "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]; overrides the sets' own");
   add("topic", po::value(&tables.dataset.topic), "bags: the image topic");
-  tables.pipeline.addTo(options);
+  tables.pipeline.addTo(options, arguments);
   return options;
 }
 
@@ -111,7 +111,7 @@ std::vector<std::string> comparedMethods(const PipelineArguments& pipeline) {
 
 /// False when only help was asked for.
 bool parse(const Arguments& arguments, TablesArguments& tables) {
-  const po::options_description options = describe(tables);
+  const po::options_description options = describe(tables, arguments);
   po::options_description all;
   all.add(options).add_options()("folder", po::value(&tables.folders));
   po::positional_options_description positional;
