@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 namespace gms_ransac {
@@ -122,6 +123,24 @@ TEST(MatchFilter, GmsAloneKeepsItsSurvivorsWhateverTheModelSays) {
     EXPECT_GT(result.inliers, result.robust.inlier_count) << method;  // the strip breaks the homography
   }
   EXPECT_EQ(resultOf("gms_ransac").inliers, resultOf("gms_ransac").robust.inlier_count);
+}
+
+TEST(MatchFilter, MotionStatisticsRunOnlyForMethodsThatUseThem) {
+  const auto tells = [](const MatchResult& result) {
+    std::set<float> values;
+    for (size_t i = 0; i < result.matches.size(); ++i) {
+      if (result.stage[i] != MatchStage::kRaw) values.insert(result.confidence[i]);
+    }
+    return values;
+  };
+  for (const char* method : {"ransac", "rransac_tdd", "prosac", "subset_ransac", "split2080"}) {
+    EXPECT_EQ(tells(resultOf(method)), std::set<float>{1.f}) << method << " has no scores";
+  }
+  EXPECT_GT(tells(resultOf("gms_ransac")).size(), 1u);
+  MatchFilterOptions by_score;
+  by_score.method = "prosac";
+  by_score.robust.quality = "score";
+  EXPECT_GT(tells(resultOf(by_score)).size(), 1u) << "sorted by scores that are not there";
 }
 
 TEST(MatchFilter, DistanceConsistencyOnlyTakesAway) {

@@ -73,7 +73,8 @@ struct MatchResult {
   int keypoints_reference = 0, keypoints_current = 0;
   std::vector<Match> matches;
   std::vector<MatchStage> stage;
-  std::vector<float> confidence;  ///< 0..1: motion-statistics score over the largest score of the pair
+  /// 0..1: motion-statistics score over the largest score of the pair; 1 where the method has no such scores.
+  std::vector<float> confidence;
   int matches_gms = 0, inliers = 0;
   RobustResult robust;  ///< `inlier` there is indexed by surviving match; use `stage` here
   StageTimes times;

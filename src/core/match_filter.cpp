@@ -227,7 +227,7 @@ void MatchFilter::keepOneForEachPoint(const MatchResult& result) {
 }
 
 void MatchFilter::describeSurvivors(const Features& reference, const Features& current, MatchResult& result) {
-  int largest_score = 1;
+  int largest_score = 0;
   for (const int i : survivors_) largest_score = std::max(largest_score, statistics_.score[i]);
 
   const int n = static_cast<int>(survivors_.size());
@@ -252,7 +252,8 @@ void MatchFilter::describeSurvivors(const Features& reference, const Features& c
     pairs_.distance[k] = match.distance;
     pairs_.second_distance[k] = match.second_distance;
     result.stage[i] = MatchStage::kGms;
-    result.confidence[i] = static_cast<float>(statistics_.score[i]) / static_cast<float>(largest_score);
+    result.confidence[i] =
+        largest_score > 0 ? static_cast<float>(statistics_.score[i]) / static_cast<float>(largest_score) : 1.f;
   }
 }
 

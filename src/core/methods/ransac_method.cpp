@@ -77,12 +77,21 @@ bool RansacMethod::accept(const Eigen::Matrix3d& matrix, bool ordered) {
 }
 
 UnfilteredMethod::UnfilteredMethod(const MatchFilterOptions& options)
-    : RansacMethod(options), gms_(publishedSettings(options.motion_statistics)) {}
+    : RansacMethod(options), gms_(publishedSettings(options.motion_statistics)) {
+  const QualityKey key = qualityKey(options_, QualityKey::kNone);
+  wants_scores_ = key == QualityKey::kScore || key == QualityKey::kSupport;
+}
 
 void UnfilteredMethod::filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
                               MotionStatistics& statistics) {
-  gms_.compute(reference, current, matches, statistics);
-  std::fill(statistics.accepted.begin(), statistics.accepted.end(), 1);
+  if (wants_scores_) {
+    gms_.compute(reference, current, matches, statistics);
+  } else {
+    statistics.score.assign(matches.size(), 0);
+    statistics.support.assign(matches.size(), 0.f);
+    statistics.weighs_evidence = false;
+  }
+  statistics.accepted.assign(matches.size(), 1);
   statistics.accepted_count = static_cast<int>(matches.size());
 }
 

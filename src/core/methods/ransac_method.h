@@ -61,7 +61,7 @@ class RansacMethod : public Method {
   InlierAcceptance acceptance_;
 };
 
-/// A method that keeps all raw matches; the motion statistics only tell how confident each is.
+/// A method that keeps all raw matches. Motion statistics are computed only where the user has it sort by them.
 class UnfilteredMethod : public RansacMethod {
  public:
   void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
@@ -72,6 +72,7 @@ class UnfilteredMethod : public RansacMethod {
 
  private:
   MotionStatisticsFilter gms_;
+  bool wants_scores_;
 };
 
 /// A method that estimates from what Grid-based Motion Statistics keep (Bian et al. 2017), with the published settings
