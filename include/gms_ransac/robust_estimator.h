@@ -88,7 +88,7 @@ struct RobustResult {
   int inlier_count = 0;
   bool pose_found = false;              ///< needs a calibrated camera
   bool translation_observable = false;  ///< false: parallax too small or ambiguous; `pose.t` is a guess (zero: none)
-  bool ambiguous = false;               ///< a motion in another direction explains the matches as well
+  bool ambiguous = false;               ///< a motion in another direction explains the matches as well (Vuong's test)
   RelativePose pose;
   double median_parallax_px = 0;  ///< median over inliers of the displacement that no rotation undoes
   double rms_error_px = 0;        ///< over inliers, of the model's residual (Sampson; transfer for a homography)

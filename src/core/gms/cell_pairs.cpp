@@ -22,10 +22,10 @@ void CellPairs::setLeftGrid(const CellGrid& left, int shift, const VotingRule& r
   left_ = left;
   const size_t cells = left.size() + 1;
   for (auto* column : {&neighbors_, &members_, &most_, &right_}) column->assign(cells, 0);
-  favourite_.assign(cells, 0);
+  best_partner_.assign(cells, 0);
   full_threshold_.assign(cells, 0.0);
   accepted_.assign(cells, 0);
-  worth_.assign(cells, {0, 0, 0.f});
+  pair_score_.assign(cells, {0, 0, 0.f});
   score_.assign(cells * rule.rotations(), 0);
 
   std::vector<int32_t>& inside = members_;  // ones inside the grid: their neighbourhood sums are the numbers wanted
@@ -36,17 +36,17 @@ void CellPairs::setLeftGrid(const CellGrid& left, int shift, const VotingRule& r
     neighbors_[cell] = std::max(1, neighborhoodSum(&inside[cell], left.stride(), rule.five_cells));
   }
 
-  const int nowhere = left.size();
+  const int unassigned = left.size();
   cell_of_half_.clear();
   for (int half_y = 0; half_y < 2 * left.rows; ++half_y) {
     for (int half_x = 0; half_x < 2 * left.columns; ++half_x) {
       const int x = (half_x + shiftX(shift)) >> 1, y = (half_y + shiftY(shift)) >> 1;
       const bool left_over = (shiftX(shift) && x == 0) || (shiftY(shift) && y == 0);
       const bool dropped = x == left.columns || y == left.rows || (rule.drop_first && left_over);
-      cell_of_half_.push_back(dropped ? nowhere : left.index(x, y));
+      cell_of_half_.push_back(dropped ? unassigned : left.index(x, y));
     }
   }
-  cell_of_half_.push_back(nowhere);
+  cell_of_half_.push_back(unassigned);
 }
 
 void CellPairs::decide(const MatchCells& matches, const std::vector<int32_t>& half_members, const CellGrid& right,
@@ -70,7 +70,7 @@ void CellPairs::decide(const MatchCells& matches, const std::vector<int32_t>& ha
   for (int cell = left_.firstCell(); cell < left_.endCell(); ++cell) {
     accepted_[cell] = 0;
     if (right_[cell] == 0) continue;
-    // No score exceeds the votes of the neighbours' favourites, whatever the rotation. (Not a bound at the border of
+    // No score exceeds the votes of the neighbours' best partners, whatever the rotation. (Not a bound at the border of
     // the right grid, where the threshold is another.)
     const int bound = neighborhoodSum(&most_[cell], stride, rule_.five_cells);
     if (bound < full_threshold_[cell] && right_inside_[right_[cell]]) continue;
@@ -84,11 +84,11 @@ void CellPairs::decide(const MatchCells& matches, const std::vector<int32_t>& ha
 }
 
 void CellPairs::countVotes(const MatchCells& matches, VoteMatrix& matrix) {
-  std::fill(favourite_.begin(), favourite_.end(), 0);
+  std::fill(best_partner_.begin(), best_partner_.end(), 0);
   const int32_t* half_cells = matches.halfCells().data();
   const int32_t* right_cells = matches.rightCells().data();
   const int32_t* cell_of_half = cell_of_half_.data();
-  uint64_t* favourite = favourite_.data();
+  uint64_t* best_partner = best_partner_.data();
   const int n = matches.size();
   for (int i = 0; i < n; ++i) {
     const int cell = cell_of_half[half_cells[i]];
@@ -96,12 +96,12 @@ void CellPairs::countVotes(const MatchCells& matches, VoteMatrix& matrix) {
     const uint64_t votes = matrix.increment(matrix.row(cell)[right]);
     // Most votes first, then the lowest cell: one number, so that the maximum needs no branch. Each right cell passes
     // here with its final count, so that the maximum over the counts on their way is the one over the final ones.
-    favourite[cell] = std::max(favourite[cell], votes << 32 | ~right);
+    best_partner[cell] = std::max(best_partner[cell], votes << 32 | ~right);
   }
   for (int cell = left_.firstCell(); cell < left_.endCell(); ++cell) {
-    const bool any = favourite[cell] != 0;
-    right_[cell] = any ? static_cast<int32_t>(~static_cast<uint32_t>(favourite[cell])) : 0;
-    most_[cell] = matrix.count(static_cast<uint32_t>(favourite[cell] >> 32));
+    const bool any = best_partner[cell] != 0;
+    right_[cell] = any ? static_cast<int32_t>(~static_cast<uint32_t>(best_partner[cell])) : 0;
+    most_[cell] = matrix.count(static_cast<uint32_t>(best_partner[cell] >> 32));
   }
 }
 
@@ -139,10 +139,10 @@ void CellPairs::scorePair(int cell, VoteMatrix& matrix) {
 
 void CellPairs::choose(int rotation) {
   for (int cell = left_.firstCell(); cell < left_.endCell(); ++cell) {
-    worth_[cell] = {0, 0, 0.f};
+    pair_score_[cell] = {0, 0, 0.f};
     if (!(accepted_[cell] >> rotation & 1)) continue;
     const int votes = score(cell, rotation);
-    worth_[cell] = {right_[cell], votes, static_cast<float>(votes / threshold(cell, rotation))};
+    pair_score_[cell] = {right_[cell], votes, static_cast<float>(votes / threshold(cell, rotation))};
   }
 }
 

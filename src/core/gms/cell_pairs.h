@@ -37,13 +37,13 @@ class CellPairs {
   /// The rotations under which a match of this left cell to that right cell is accepted, one bit each.
   unsigned accepted(int cell, int right) const { return right_[cell] == right ? accepted_[cell] : 0; }
   /// What an accepted match is worth under the rotation given to `choose`.
-  struct Worth {
+  struct PairScore {
     int32_t right;  ///< right cell, 0 (a border cell) if the pair was not accepted
     int32_t score;
     float support;  ///< score over threshold
   };
   void choose(int rotation);
-  const Worth& worth(int cell) const { return worth_[cell]; }
+  const PairScore& pairScore(int cell) const { return pair_score_[cell]; }
 
  private:
   void countVotes(const MatchCells& matches, VoteMatrix& matrix);
@@ -58,13 +58,13 @@ class CellPairs {
   std::vector<int32_t> cell_of_half_;
   std::vector<int32_t> neighbors_;      ///< voting cells inside the left grid, the cell itself included
   std::vector<int32_t> members_;        ///< matches
-  std::vector<uint64_t> favourite_;     ///< the favourite's matches above, its cell's complement below
-  std::vector<int32_t> most_;           ///< matches that go to the favourite
-  std::vector<int32_t> right_;          ///< favourite right cell
+  std::vector<uint64_t> best_partner_;  ///< matches of the cell most voted for above, its index's complement below
+  std::vector<int32_t> most_;           ///< matches that go to the cell most voted for
+  std::vector<int32_t> right_;          ///< the cell most voted for
   std::vector<double> full_threshold_;  ///< threshold if all right neighbours are inside their grid
   std::vector<int32_t> score_;          ///< cells x rotations
   std::vector<uint8_t> accepted_;
-  std::vector<Worth> worth_;
+  std::vector<PairScore> pair_score_;
   std::vector<uint8_t> right_inside_;  ///< per right cell: all its neighbours are inside their grid
 };
 

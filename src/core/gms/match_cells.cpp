@@ -56,13 +56,13 @@ void MatchCells::setMatches(const Features& reference, const Features& current, 
   for (size_t i = 0; i < n; ++i) {
     const int x = half_x_[i], y = half_y_[i];
     const bool inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows);
-    left_half_[i] = inside ? y * columns + x : nowhere();
+    left_half_[i] = inside ? y * columns + x : unassigned();
   }
-  for (size_t i = 0; i < takes_part.size(); ++i) left_half_[i] = takes_part[i] ? left_half_[i] : nowhere();
+  for (size_t i = 0; i < takes_part.size(); ++i) left_half_[i] = takes_part[i] ? left_half_[i] : unassigned();
 }
 
 void MatchCells::setRightGrid(const CellGrid& right) {
-  const int columns = right.columns, rows = right.rows, stride = right.stride(), outside = nowhere();
+  const int columns = right.columns, rows = right.rows, stride = right.stride(), outside = unassigned();
   floorOnGrid(right_x_, static_cast<float>(columns), columns + 1, right_cell_);
   floorOnGrid(right_y_, static_cast<float>(rows), rows + 1, right_row_);
   const size_t n = right_cell_.size();

@@ -21,7 +21,7 @@ class MatchCells {
   void setRightGrid(const CellGrid& right);
 
   int size() const { return static_cast<int>(half_.size()); }
-  int nowhere() const { return 4 * left_.columns * left_.rows; }  ///< half cell of matches that take no part
+  int unassigned() const { return 4 * left_.columns * left_.rows; }  ///< half cell of matches that take no part
   const std::vector<int32_t>& halfCells() const { return half_; }
   const std::vector<int32_t>& rightCells() const { return right_cell_; }  ///< of the padded right grid
   /// Cell of reference keypoints in the unshifted left grid, not padded; nearest cell if outside the image.

@@ -88,7 +88,7 @@ struct MotionStatisticsFilter::Workspace {
 /// Decides on the cell pairs of all four grids, for this right grid and every rotation.
 void MotionStatisticsFilter::Workspace::decide(const CellGrid& right) {
   cells.setRightGrid(right);
-  half_members.assign(cells.nowhere() + 1, 0);
+  half_members.assign(cells.unassigned() + 1, 0);
   for (const int32_t half : cells.halfCells()) ++half_members[half];
   for (CellPairs& shifted : pairs) shifted.decide(cells, half_members, right, matrix);
 }
@@ -114,10 +114,10 @@ int MotionStatisticsFilter::Workspace::mark(int rotation, MotionStatistics& stat
     int score = 0;
     float support = 0;
     for (const CellPairs& shifted : pairs) {
-      const CellPairs::Worth& worth = shifted.worth(shifted.cellOfHalf()[half]);
-      const bool better = worth.right == right && worth.score > score;
-      score = better ? worth.score : score;
-      support = better ? worth.support : support;
+      const CellPairs::PairScore& pair = shifted.pairScore(shifted.cellOfHalf()[half]);
+      const bool better = pair.right == right && pair.score > score;
+      score = better ? pair.score : score;
+      support = better ? pair.support : support;
     }
     statistics.accepted[i] = score > 0;
     statistics.score[i] = score;

@@ -69,6 +69,8 @@ TwoViewPose motionOf(const Eigen::Matrix3d& H, const Eigen::Vector3d& v, const E
 
 bool findOtherPlaneMotion(const PointColumnsView& points, const TwoViewPose& pose, const std::vector<float>& residuals,
                           TwoViewPose& other, int64_t& evaluations) {
+  // The two motions of a plane (Faugeras & Lustman 1988) by the closed form of Ma et al. 2004, section 5.3.3; the other
+  // is the one whose direction is further from that of `pose`.
   const PlaneFit plane = fitPlane(firstColumns(points, kPlaneMatches), pose, residuals, evaluations);
   if (plane.inliers < kFewestMatches || plane.on_plane < kLeastShare * plane.inliers) return false;
   Eigen::Matrix3d H = pose.R + pose.t * plane.normal.transpose();

@@ -3,7 +3,7 @@
 namespace gms_ransac {
 
 void PoseJudge::judge(const JudgedMatches& matches, const TwoViewPose& optimum, const TwoViewPose& pose,
-                      const std::vector<OtherMotion>& others, RobustResult& result) {
+                      const std::vector<AlternativeMotion>& alternatives, RobustResult& result) {
   const PoseModel model(*kernels_, matches.points);
   residuals_.resize(static_cast<size_t>(matches.points.size));
   model.residuals(optimum, residuals_.data());
@@ -13,10 +13,10 @@ void PoseJudge::judge(const JudgedMatches& matches, const TwoViewPose& optimum, 
     return settleForRotation(rotation, result);
   }
   double rotation_spread;
-  rival_buffers_.by_cell.reserve(static_cast<size_t>(kSpreadGridSide) * kSpreadGridSide);
-  rival_buffers_.rival.resize(residuals_.size());
-  result.ambiguous = findRival(*kernels_, matches.points, optimum, residuals_, others, *matches.cells, rival_buffers_,
-                               rotation_spread, result.effort.point_evaluations);
+  alternative_buffers_.by_cell.reserve(static_cast<size_t>(kSpreadGridSide) * kSpreadGridSide);
+  alternative_buffers_.residuals.resize(residuals_.size());
+  result.ambiguous = findAlternativeMotion(*kernels_, matches.points, optimum, residuals_, alternatives, *matches.cells,
+                                           alternative_buffers_, rotation_spread, result.effort.point_evaluations);
   result.translation_observable = !result.ambiguous;
   result.pose = fromReferenceToCurrent(pose.R, pose.t);
   result.pose.covariance = poseCovariance(model, matches.points.count, optimum);

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "gms_ransac/robust_estimator.h"
+#include "judgement/alternative_motion.h"
 #include "judgement/pose_uncertainty.h"
-#include "judgement/rival_motion.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
@@ -32,7 +32,7 @@ class PoseJudge {
   /// Fills all that `result` says of the pose. `optimum`: the pose at the optimum of the matches, which `others` are
   /// compared with; `pose`: the estimator's own, which stands where the pair shows a translation.
   void judge(const JudgedMatches& matches, const TwoViewPose& optimum, const TwoViewPose& pose,
-             const std::vector<OtherMotion>& others, RobustResult& result);
+             const std::vector<AlternativeMotion>& alternatives, RobustResult& result);
   /// The same without a verdict: the pose stands, with the covariance that the matches give it.
   void takeAsItIs(const JudgedMatches& matches, const TwoViewPose& optimum, const TwoViewPose& pose,
                   RobustResult& result);
@@ -47,7 +47,7 @@ class PoseJudge {
 
   const ResidualKernels* kernels_;
   std::vector<float> residuals_, rotation_residuals_;
-  RivalBuffers rival_buffers_;
+  AlternativeBuffers alternative_buffers_;
 };
 
 }  // namespace gms_ransac

@@ -46,14 +46,14 @@ void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, const 
   const JudgedMatches matches = {points_, &judged.cells(), judged.pixelsPerUnit()};
   if (best->pose.t.isZero()) return judge_.judgeRotation(matches, best->pose.R, result);
   Explanation chosen = explain(best->pose, options.refine, result.effort);
-  if (options.judge) weighOthers(best->in_front, options.refine, chosen, result);
+  if (options.judge) weighAlternatives(best->in_front, options.refine, chosen, result);
   if (options.refine && !homography) chosen.pose = chosen.optimum;
   if (options.refine && result.model_type == ModelType::kEssential) {
     result.model = chosen.optimum.essential().normalized();
     markFinalInliers(pairs, camera, options.threshold_px, result);
   }
   if (!options.judge) return judge_.takeAsItIs(matches, chosen.optimum, chosen.pose, result);
-  judge_.judge(matches, chosen.optimum, chosen.pose, others_, result);
+  judge_.judge(matches, chosen.optimum, chosen.pose, alternatives_, result);
 }
 
 void PoseRecovery::propose(const PointPairs& pairs, const Camera& camera, const RobustResult& result) {
@@ -65,10 +65,10 @@ void PoseRecovery::propose(const PointPairs& pairs, const Camera& camera, const 
                                                                   : Eigen::Matrix3d(K.transpose() * result.model * K));
 }
 
-void PoseRecovery::weighOthers(int most_in_front, bool refine, Explanation& chosen, RobustResult& result) {
-  others_.clear();
+void PoseRecovery::weighAlternatives(int most_in_front, bool refine, Explanation& chosen, RobustResult& result) {
+  alternatives_.clear();
   findMotionStarts(*kernels_, points_, starts_, result.effort.point_evaluations);
-  for (const TwoViewPose& start : starts_) others_.push_back({start});
+  for (const TwoViewPose& start : starts_) alternatives_.push_back({start});
   if (refine && result.model_type == ModelType::kFundamental) weighStarts(chosen, result.effort);
   if (result.model_type == ModelType::kHomography) {
     weighDecompositions(most_in_front, refine, chosen, result.effort);
@@ -94,7 +94,7 @@ void PoseRecovery::weighDecompositions(int most_in_front, bool refine, Explanati
   for (const Motion& candidate : candidates_) {
     if (candidate.pose.t.isZero() || 2 * candidate.in_front < most_in_front) continue;
     const Explanation other = explain(candidate.pose, refine, effort);
-    others_.push_back({other.optimum, true});
+    alternatives_.push_back({other.optimum, true});
     if (other.cost < chosen.cost) chosen = other;
   }
 }
@@ -115,8 +115,8 @@ void PoseRecovery::weighOtherPlaneMotion(bool refine, Explanation& chosen, Effor
   float cost;
   motion = model.withBetterSign(motion, cost, effort.point_evaluations);
   const Explanation other = explain(motion, refine, effort);
-  others_.push_back({chosen.optimum, true});
-  others_.push_back({other.optimum, true});
+  alternatives_.push_back({chosen.optimum, true});
+  alternatives_.push_back({other.optimum, true});
   if (refine && other.cost < chosen.cost) chosen = other;
 }
 
@@ -148,6 +148,8 @@ void PoseRecovery::proposeFromHomography(const Eigen::Matrix3d& H, const Eigen::
   cv::Mat H_cv, K_cv;
   cv::eigen2cv(H, H_cv);
   cv::eigen2cv(K, K_cv);
+  // Up to four motions, two of them once the points must lie in front (Faugeras & Lustman 1988; OpenCV computes them as
+  // Malis & Vargas 2007).
   std::vector<cv::Mat> rotations, translations, normals;
   cv::decomposeHomographyMat(H_cv, K_cv, rotations, translations, normals);
   for (size_t i = 0; i < rotations.size(); ++i) {

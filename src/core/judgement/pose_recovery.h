@@ -58,14 +58,16 @@ class PoseRecovery {
   int countInFront(const TwoViewPose& motion) const;
   /// Without `refine` the pose counts as its own optimum.
   Explanation explain(const TwoViewPose& pose, bool refine, Effort& effort) const;
-  /// Fills `others_` with what the pose is compared with; the likeliest of those that the model allows becomes
+  /// Fills `alternatives_` with what the pose is compared with; the likeliest of those that the model allows becomes
   /// `chosen`.
-  void weighOthers(int most_in_front, bool refine, Explanation& chosen, RobustResult& result);
-  /// Puts the motions of a homography that have enough inliers in front into `others_`, the likeliest into `chosen`.
+  void weighAlternatives(int most_in_front, bool refine, Explanation& chosen, RobustResult& result);
+  /// Puts the motions of a homography that have enough inliers in front into `alternatives_`, the likeliest into
+  /// `chosen`.
   void weighDecompositions(int most_in_front, bool refine, Explanation& chosen, Effort& effort);
   /// Puts the likeliest of `starts_` and `chosen` into `chosen`.
   void weighStarts(Explanation& chosen, Effort& effort);
-  /// Where most matches that `chosen` explains lie on a plane: puts both motions of it into `others_`, the likelier one
+  /// Where most matches that `chosen` explains lie on a plane: puts both motions of it (Faugeras & Lustman 1988) into
+  /// `alternatives_`, the likelier one
   /// into `chosen`.
   void weighOtherPlaneMotion(bool refine, Explanation& chosen, Effort& effort);
 
@@ -77,7 +79,7 @@ class PoseRecovery {
   PointColumnsView points_ = {};
   std::vector<float> residuals_;
   std::vector<TwoViewPose> starts_;
-  std::vector<OtherMotion> others_;
+  std::vector<AlternativeMotion> alternatives_;
 };
 
 }  // namespace gms_ransac

@@ -88,7 +88,7 @@ class Fast : public RansacMethod {
     pose.t = pose.R * optimum.R.transpose() * optimum.t;
     const JudgedMatches matches = {points_.view(), &points_.cells(), points_.pixelsPerUnit()};
     if (options_.judge) {
-      judge_.judge(matches, optimum, pose, others_, *result_);
+      judge_.judge(matches, optimum, pose, alternatives_, *result_);
     } else {
       judge_.takeAsItIs(matches, optimum, pose, *result_);
     }
@@ -105,10 +105,10 @@ class Fast : public RansacMethod {
   /// From directions all over the sphere; they are also the other motions that the answer must beat.
   void offerStarts() {
     findMotionStarts(kernels_, points_.view(), starts_, result_->effort.point_evaluations);
-    others_.clear();
+    alternatives_.clear();
     for (const TwoViewPose& motion : starts_) {
       offer(motion);
-      others_.push_back({motion});
+      alternatives_.push_back({motion});
     }
   }
 
@@ -120,8 +120,8 @@ class Fast : public RansacMethod {
     if (!findOtherPlaneMotion(points_.view(), best, ransac_.residuals(), other, evaluations)) return;
     float cost;
     other = model.withBetterSign(other, cost, evaluations);
-    others_.push_back({best, true});
-    others_.push_back({other, true});
+    alternatives_.push_back({best, true});
+    alternatives_.push_back({other, true});
     offer(other);
   }
 
@@ -132,7 +132,7 @@ class Fast : public RansacMethod {
   CostVerifier verifier_;
   PoseJudge judge_;
   std::vector<TwoViewPose> starts_;
-  std::vector<OtherMotion> others_;
+  std::vector<AlternativeMotion> alternatives_;
   bool has_previous_ = false;
   TwoViewPose previous_;
 };
