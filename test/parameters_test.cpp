@@ -26,7 +26,8 @@ std::set<std::string> offered(const std::string& parameter) {
     if (description->name != parameter || description->edit_method.empty()) continue;
     std::string menu = description->edit_method;
     std::replace(menu.begin(), menu.end(), '\'', '"');
-    for (const nlohmann::json& constant : nlohmann::json::parse(menu).at("enum")) words.insert(constant.at("value"));
+    const nlohmann::json constants = nlohmann::json::parse(menu).at("enum");
+    for (const nlohmann::json& constant : constants) words.insert(constant.at("value"));
   }
   return words;
 }
