@@ -37,7 +37,8 @@ class SubsetRansac : public UnfilteredMethod {
     subset_ = order_;
     const int n = static_cast<int>(subset_.size());
     for (int i = 0; i < size; ++i) {
-      std::swap(subset_[static_cast<size_t>(i)], subset_[static_cast<size_t>(i + random_.below(n - i))]);
+      std::swap(subset_[static_cast<size_t>(i)],
+                subset_[static_cast<size_t>(i) + static_cast<size_t>(random_.below(n - i))]);
     }
     subset_.resize(static_cast<size_t>(size));
   }
