@@ -3,6 +3,7 @@
 #include "parameters.h"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
@@ -19,17 +20,16 @@
 namespace gms_ransac {
 namespace {
 
-/// The words that cfg/MatchFilter.cfg offers for a parameter.
+/// The words that cfg/MatchFilter.cfg offers for a parameter: its menu is a Python literal, read as a whole, unlike
+/// parameters.cpp, which searches it.
 std::set<std::string> offered(const std::string& parameter) {
   std::set<std::string> words;
   for (const auto& description : MatchFilterConfig::__getParamDescriptions__()) {
-    if (description->name != parameter) continue;
-    const std::string key = "'value': '";
-    for (size_t at = description->edit_method.find(key); at != std::string::npos;
-         at = description->edit_method.find(key, at)) {
-      at += key.size();
-      words.insert(description->edit_method.substr(at, description->edit_method.find('\'', at) - at));
-    }
+    if (description->name != parameter || description->edit_method.empty()) continue;
+    std::string menu = description->edit_method;
+    std::replace(menu.begin(), menu.end(), '\'', '"');
+    const nlohmann::json constants = nlohmann::json::parse(menu).at("enum");
+    for (const nlohmann::json& constant : constants) words.insert(constant.at("value"));
   }
   return words;
 }

@@ -96,7 +96,7 @@ Tally tallyScenes(const std::string& method, ModelType model, MakeScene make_sce
 class Judgement : public testing::TestWithParam<std::tuple<std::string, ModelType>> {};
 
 TEST_P(Judgement, ClaimsNoDirectionThatAPlaneDoesNotTell) {
-  constexpr int kScenes = 200;
+  constexpr int kScenes = 1000;
   const auto [method, model] = GetParam();
   const Tally tally = tallyScenes(method, model, makeFloorScene, kScenes);
   EXPECT_LE(tally.ok_wrong, kScenes / 50) << "of " << tally.ok << " that are told";

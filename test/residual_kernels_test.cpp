@@ -15,35 +15,39 @@
 #include "two_view/minimal_sample.h"
 #include "two_view/pose_model.h"
 #include "two_view/residual.h"
+#include "two_view_scene.h"
 
 namespace gms_ransac {
 namespace {
 
-constexpr double kThreshold = 2e-3;  // one pixel at a focal length of 500
+constexpr double kFocal = 500;
+constexpr double kThreshold = 1 / kFocal;  // one pixel
 
+/// Matches in normalised coordinates with a motion that explains two thirds of them, and some homography.
 struct Problem {
   PointColumns columns;
   TwoViewPose pose;
   Eigen::Matrix3d H;
 
   Problem(int count, uint64_t seed) {
-    std::mt19937_64 generator(seed);
-    std::uniform_real_distribution<double> uniform(-1, 1);
-    pose.R = rotationFromVector({0.1 * uniform(generator), 0.1 * uniform(generator), 0.1 * uniform(generator)});
-    pose.t = Eigen::Vector3d(uniform(generator), uniform(generator), uniform(generator)).normalized();
+    TwoViewSceneOptions options;
+    options.seed = seed;
+    options.matches = count;
+    options.outlier_ratio = 1 / 3.;
+    options.octaves = true;
+    const TwoViewScene scene = makeTwoViewScene(options);
+    pose = {scene.R, scene.t.normalized()};
     H = pose.R + 0.1 * pose.t * Eigen::RowVector3d(0.1, -0.2, 1);
     columns.resize(count);
+    const auto normalised = [](float pixel, double centre) { return static_cast<float>((pixel - centre) / kFocal); };
     for (int i = 0; i < count; ++i) {
-      const double depth = 4 + 2 * uniform(generator);
-      const Eigen::Vector3d X = depth * Eigen::Vector3d(0.6 * uniform(generator), 0.5 * uniform(generator), 1);
-      Eigen::Vector3d Y = pose.R * X + 0.3 * pose.t;
-      Y /= Y.z();
-      const double noise = i % 3 == 0 ? 0.05 : kThreshold;
-      columns.x1()[i] = static_cast<float>(X.x() / X.z());
-      columns.y1()[i] = static_cast<float>(X.y() / X.z());
-      columns.x2()[i] = static_cast<float>(Y.x() + noise * uniform(generator));
-      columns.y2()[i] = static_cast<float>(Y.y() + noise * uniform(generator));
-      columns.weight()[i] = static_cast<float>(std::pow(1.2, -(i % 8)) / (kThreshold * kThreshold));
+      const auto k = static_cast<size_t>(i);
+      columns.x1()[i] = normalised(scene.pairs.x_reference[k], 320);
+      columns.y1()[i] = normalised(scene.pairs.y_reference[k], 240);
+      columns.x2()[i] = normalised(scene.pairs.x_current[k], 320);
+      columns.y2()[i] = normalised(scene.pairs.y_current[k], 240);
+      columns.weight()[i] =
+          static_cast<float>(std::pow(1.2, -scene.pairs.octave_current[k]) / (kThreshold * kThreshold));
     }
   }
 };
@@ -168,6 +172,11 @@ TEST(ResidualKernels, ThePriorCostsNothingWhereAMatchIsIgnored) {
   ASSERT_EQ(without.weight, 0);
   EXPECT_NEAR(without.cost, 200 * 4 / 5.0, 1e-2);
   EXPECT_EQ(with.cost, without.cost);
+}
+
+TEST(PoseModel, CrossMatrixMultipliesAsTheCrossProduct) {
+  const Eigen::Vector3d a(1, -2, 3), b(0.5, 4, -1);
+  EXPECT_EQ(crossMatrix(a) * b, a.cross(b));
 }
 
 TEST(PoseModel, HypothesesAreRotations) {

@@ -7,10 +7,12 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
+#include "two_view/pose_model.h"
 #include "two_view/solvers/essential_5pt.h"
 #include "two_view/solvers/fundamental_7pt.h"
 #include "two_view/solvers/homography_4pt.h"
 #include "two_view/solvers/real_roots.h"
+#include "two_view_scene.h"
 
 namespace gms_ransac {
 namespace {
@@ -19,37 +21,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr int kTrials = 2000;
-
-Matrix3d cross(const Vector3d& t) {
-  Matrix3d m;
-  m << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
-  return m;
-}
-
-/// Two views of random points, X_current = R X_reference + t.
-struct TwoViews {
-  Matrix3d R;
-  Vector3d t;
-  std::mt19937_64 generator;
-
-  explicit TwoViews(uint64_t seed, double baseline = 1, double angle = 0.5) : generator(seed) {
-    R = Eigen::AngleAxisd(angle * uniform(0, 1), Vector3d::Random().normalized()).toRotationMatrix();
-    t = baseline * Vector3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized();
-  }
-  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(generator); }
-  Vector3d point() { return {uniform(-3, 3), uniform(-3, 3), uniform(4, 9)}; }
-  Vector3d pointOnPlane() {
-    const double x = uniform(-3, 3), y = uniform(-3, 3);
-    return {x, y, 6 + 0.2 * x - 0.3 * y};
-  }
-  void project(const Vector3d& X, double (&x1)[2], double (&x2)[2]) const {
-    const Vector3d Y = R * X + t;
-    x1[0] = X.x() / X.z();
-    x1[1] = X.y() / X.z();
-    x2[0] = Y.x() / Y.z();
-    x2[1] = Y.y() / Y.z();
-  }
-};
 
 /// Distance of two matrices up to scale and sign.
 double distance(const Matrix3d& a, const Matrix3d& b) {
@@ -126,13 +97,13 @@ TEST(Essential5, RecoversTheMotion) {
   int accurate = 0, very_accurate = 0;
   double solutions = 0;
   for (int trial = 0; trial < kTrials; ++trial) {
-    TwoViews views(trial);
+    ExactViews views(static_cast<uint64_t>(trial));
     double x1[5][2], x2[5][2];
     for (int i = 0; i < 5; ++i) views.project(views.point(), x1[i], x2[i]);
     Matrix3d models[10];
     const int count = solveEssential5(x1, x2, models);
     solutions += count;
-    const double error = nearest(models, count, cross(views.t) * views.R);
+    const double error = nearest(models, count, crossMatrix(views.t) * views.R);
     accurate += error < 1e-6;
     very_accurate += error < 1e-8;
     for (int k = 0; k < count; ++k) {
@@ -152,13 +123,13 @@ TEST(Essential5, RecoversSidewaysAndForwardMotionWithoutRotation) {
   for (const Vector3d& t : {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, 1)}) {
     int accurate = 0;
     for (int trial = 0; trial < 200; ++trial) {
-      TwoViews views(trial);
+      ExactViews views(static_cast<uint64_t>(trial));
       views.R.setIdentity();
       views.t = t;
       double x1[5][2], x2[5][2];
       for (int i = 0; i < 5; ++i) views.project(views.point(), x1[i], x2[i]);
       Matrix3d models[10];
-      accurate += nearest(models, solveEssential5(x1, x2, models), cross(t)) < 1e-6;
+      accurate += nearest(models, solveEssential5(x1, x2, models), crossMatrix(t)) < 1e-6;
     }
     EXPECT_GT(accurate, 190) << t.transpose();
   }
@@ -167,19 +138,19 @@ TEST(Essential5, RecoversSidewaysAndForwardMotionWithoutRotation) {
 TEST(Essential5, RecoversTheMotionFromAPlane) {
   int accurate = 0;
   for (int trial = 0; trial < 500; ++trial) {
-    TwoViews views(trial);
+    ExactViews views(static_cast<uint64_t>(trial));
     double x1[5][2], x2[5][2];
     for (int i = 0; i < 5; ++i) views.project(views.pointOnPlane(), x1[i], x2[i]);
     Matrix3d models[10];
-    accurate += nearest(models, solveEssential5(x1, x2, models), cross(views.t) * views.R) < 1e-6;
+    accurate += nearest(models, solveEssential5(x1, x2, models), crossMatrix(views.t) * views.R) < 1e-6;
   }
   EXPECT_GT(accurate, 475);
 }
 
 TEST(Essential5, DecomposesIntoTheMotion) {
   for (int trial = 0; trial < 500; ++trial) {
-    TwoViews views(trial);
-    const EssentialDecomposition d = decomposeEssential(-3.0 * cross(views.t) * views.R);
+    ExactViews views(static_cast<uint64_t>(trial));
+    const EssentialDecomposition d = decomposeEssential(-3.0 * crossMatrix(views.t) * views.R);
     EXPECT_LT(std::min((d.R1 - views.R).norm(), (d.R2 - views.R).norm()), 1e-12);
     EXPECT_LT(std::min((d.t - views.t).norm(), (d.t + views.t).norm()), 1e-12);
     EXPECT_NEAR(1, d.R1.determinant(), 1e-12);
@@ -193,7 +164,7 @@ TEST(Fundamental7, RecoversTheMatrixInPixels) {
   const Matrix3d Ki = K.inverse();
   int accurate = 0;
   for (int trial = 0; trial < kTrials; ++trial) {
-    TwoViews views(trial);
+    ExactViews views(static_cast<uint64_t>(trial));
     double x1[7][2], x2[7][2];
     for (int i = 0; i < 7; ++i) {
       views.project(views.point(), x1[i], x2[i]);
@@ -204,7 +175,7 @@ TEST(Fundamental7, RecoversTheMatrixInPixels) {
     }
     Matrix3d models[3];
     const int count = solveFundamental7(x1, x2, models);
-    accurate += nearest(models, count, Ki.transpose() * cross(views.t) * views.R * Ki) < 1e-6;
+    accurate += nearest(models, count, Ki.transpose() * crossMatrix(views.t) * views.R * Ki) < 1e-6;
     for (int k = 0; k < count; ++k) {
       // Determinant of the matrix scaled back to order-one coordinates.
       Matrix3d E = K.transpose() * models[k] * K;
@@ -252,7 +223,7 @@ enum class Degenerate { kCollinear, kRepeated, kAllEqual, kCoplanar, kPureRotati
 class DegenerateSample : public testing::TestWithParam<Degenerate> {
  protected:
   template <int N>
-  void fill(TwoViews& views, double (&x1)[N][2], double (&x2)[N][2]) {
+  void fill(ExactViews& views, double (&x1)[N][2], double (&x2)[N][2]) {
     const Degenerate kind = GetParam();
     if (kind == Degenerate::kPureRotation || kind == Degenerate::kNoMotion) views.t.setZero();
     if (kind == Degenerate::kNoMotion) views.R.setIdentity();
@@ -271,7 +242,7 @@ class DegenerateSample : public testing::TestWithParam<Degenerate> {
 
 TEST_P(DegenerateSample, GivesFiniteModelsOnly) {
   for (int trial = 0; trial < 300; ++trial) {
-    TwoViews views(trial);
+    ExactViews views(static_cast<uint64_t>(trial));
     double a5[5][2], b5[5][2], a7[7][2], b7[7][2], a4[4][2], b4[4][2];
     fill(views, a5, b5);
     fill(views, a7, b7);

@@ -6,24 +6,15 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <Eigen/Geometry>
 
 #include "gms_ransac/match_filter.h"
 #include "gms_ransac/track_table.h"
-#include "random.h"
+#include "two_view_scene.h"
 
 namespace gms_ransac {
 namespace {
 
 const cv::Size kImage(640, 480);
-
-Camera drawnCamera() {
-  CameraIntrinsics intrinsics;
-  intrinsics.fx = intrinsics.fy = 500;
-  intrinsics.cx = 320;
-  intrinsics.cy = 240;
-  return Camera(intrinsics, kImage);
-}
 
 /// Two frames whose keypoints are drawn, keypoint k of one being keypoint k of the other.
 struct DrawnPair {
@@ -52,22 +43,25 @@ struct DrawnPair {
 
 /// Points 3 to 9 m away in the `share` of the image about its middle, seen exactly from two places, each with a
 /// descriptor of its own.
-DrawnPair drawPair(int count, float share, uint64_t seed) {
+DrawnPair drawPair(int count, double share, uint64_t seed) {
+  TwoViewSceneOptions options;
+  options.seed = seed;
+  options.matches = count;
+  options.outlier_ratio = 0;
+  options.noise_px = 0;
+  options.image_share = share;
+  options.nearest = 3;
+  options.farthest = 9;
+  options.rotation = 0.05 * Eigen::Vector3d(0.2, 1, -0.1).normalized();
+  options.translation = {-0.35, 0.1, -0.15};
+  const PointPairs points = makeTwoViewScene(options).pairs;
   DrawnPair pair;
   Random random(seed);
-  const Eigen::Matrix3d K = drawnCamera().K();
-  const Eigen::Matrix3d R = Eigen::AngleAxisd(0.05, Eigen::Vector3d(0.2, 1, -0.1).normalized()).toRotationMatrix();
-  const Eigen::Vector3d t(-0.35, 0.1, -0.15);
-  const auto about = [&](int length) { return length * (0.5 + share * (random.uniform() - 0.5)); };
-  for (int k = 0; k < count; ++k) {
-    const Eigen::Vector2d p(about(kImage.width), about(kImage.height));
-    const double depth = 3 + 6 * random.uniform();
-    const Eigen::Vector2d q = (K * (R * (depth * (K.inverse() * p.homogeneous())) + t)).hnormalized();
+  for (size_t k = 0; k < static_cast<size_t>(count); ++k) {
     std::vector<uint8_t> descriptor(kDescriptorBytes);
     for (uint8_t& byte : descriptor) byte = static_cast<uint8_t>(random.below(256));
-    pair.add({static_cast<float>(p.x()), static_cast<float>(p.y())}, descriptor);
-    pair.current.features.keypoints.emplace_back(static_cast<float>(q.x()), static_cast<float>(q.y()), 31.f, 0.f, 1.f,
-                                                 0);
+    pair.add({points.x_reference[k], points.y_reference[k]}, descriptor);
+    pair.current.features.keypoints.emplace_back(points.x_current[k], points.y_current[k], 31.f, 0.f, 1.f, 0);
     pair.descriptors_current.push_back(descriptor);
   }
   return pair;
@@ -80,10 +74,10 @@ TEST_P(Grid, DoesNotDecideWhetherTheMatchesAreSpread) {
   options.motion_statistics.grid_columns = options.motion_statistics.grid_rows = GetParam();
   for (const int count : {40, 80}) {
     for (uint64_t seed = 0; seed < 20; ++seed) {
-      DrawnPair pair = drawPair(count, 0.5f, seed);
+      DrawnPair pair = drawPair(count, 0.5, seed);
       pair.finish();
       MatchFilter filter(options);
-      filter.setCamera(drawnCamera());
+      filter.setCamera(sceneCamera());
       MatchResult result;
       filter.filter(pair.reference, pair.current, result);
       EXPECT_EQ(toString(result.status), "OK") << count << " matches, seed " << seed;
@@ -115,7 +109,7 @@ MatchResult filtered(const std::string& method, bool one_to_one) {
   options.method = method;
   options.one_to_one = one_to_one;
   MatchFilter filter(options);
-  filter.setCamera(drawnCamera());
+  filter.setCamera(sceneCamera());
   const DrawnPair pair = drawPairWithDoubles();
   MatchResult result;
   filter.filter(pair.reference, pair.current, result);

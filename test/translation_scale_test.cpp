@@ -10,15 +10,12 @@
 #include <Eigen/Geometry>
 
 #include "datasets/dataset.h"
+#include "run/metrics.h"
 #include "scenes/synthetic_pair.h"
+#include "two_view_scene.h"
 
 namespace gms_ransac {
 namespace {
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
 
 std::string dataFolder(const std::string& name) {
   const char* given = std::getenv("GMS_RANSAC_DATA");
@@ -42,32 +39,29 @@ struct ExactPair {
   std::vector<Eigen::Vector3d> points;  ///< in the current frame, multiples of the baseline
 
   explicit ExactPair(const Eigen::Vector3d& t, double pixel_noise = 0) {
-    CameraIntrinsics k;
-    k.fx = k.fy = 500;
-    k.cx = 320;
-    k.cy = 240;
-    camera = Camera(k, {640, 480});
     RelativePose& pose = result.robust.pose;
-    pose.R = Eigen::AngleAxisd(0.03, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+    const Eigen::Vector3d turn = 0.03 * Eigen::Vector3d(1, 2, -1).normalized();
+    pose.R = rotationOf(turn);
     pose.t = t.normalized();
     result.robust.pose_found = true;
-    std::mt19937 random(5);
-    std::uniform_real_distribution<double> x(-0.5, 0.5), z(4, 15);
-    std::normal_distribution<double> noise(0, pixel_noise);
-    const auto pixel = [&](const Eigen::Vector3d& p) {
-      return cv::KeyPoint(static_cast<float>(500 * p.x() / p.z() + 320 + noise(random)),
-                          static_cast<float>(500 * p.y() / p.z() + 240 + noise(random)), 31);
-    };
-    for (int i = 0; i < 300; ++i) {
-      const double depth = z(random);
-      points.emplace_back(x(random) * depth, x(random) * depth, depth);
-      reference.keypoints.push_back(pixel(pose.R * points.back() + pose.t));
-      current.keypoints.push_back(pixel(points.back()));
+    TwoViewSceneOptions options;
+    options.matches = 300;
+    options.outlier_ratio = 0;
+    options.noise_px = pixel_noise;
+    options.farthest = 15;
+    options.rotation = -turn;
+    options.translation = -pose.R.transpose() * pose.t;
+    const TwoViewScene scene = makeTwoViewScene(options);
+    camera = scene.camera;
+    for (int i = 0; i < options.matches; ++i) {
+      const auto k = static_cast<size_t>(i);
+      points.push_back(scene.R * scene.points[k] + scene.t);
+      reference.keypoints.emplace_back(scene.pairs.x_reference[k], scene.pairs.y_reference[k], 31.f);
+      current.keypoints.emplace_back(scene.pairs.x_current[k], scene.pairs.y_current[k], 31.f);
       result.matches.push_back({i, i, 10, 50});
       result.stage.push_back(MatchStage::kInlier);
     }
-    result.keypoints_reference = result.keypoints_current = 300;
-    result.inliers = 300;
+    result.keypoints_reference = result.keypoints_current = result.inliers = options.matches;
   }
 };
 

@@ -30,7 +30,7 @@ std::string caption(const Answer& answer) {
 }  // namespace
 
 Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
-                 std::function<void()> listeners_changed)
+                 const std::function<void()>& listeners_changed)
     : transport_(pnh) {
   ros::NodeHandle outputs(pnh);
   const ros::SubscriberStatusCallback changed = [listeners_changed](const ros::SingleSubscriberPublisher&) {

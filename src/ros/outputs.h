@@ -26,7 +26,7 @@ class Outputs {
  public:
   /// Topics are relative to `pnh`. `listeners_changed` is called whenever a subscriber comes or goes.
   Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
-          std::function<void()> listeners_changed);
+          const std::function<void()>& listeners_changed);
 
   /// Subscribers of all topics together. Transforms have no subscribers to count; the caller knows whether they are on.
   int listeners() const;

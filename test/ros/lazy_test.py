@@ -2,6 +2,7 @@
 """Images are subscribed to only while somebody listens; transforms count as a listener, ~always_subscribe too."""
 import unittest
 
+import rosgraph
 import rospy
 import rostest
 from dynamic_reconfigure.client import Client as Reconfigure
@@ -17,10 +18,12 @@ class Lazy(unittest.TestCase):
 
     def test_no_listener_no_subscription(self):
         client = Client("lazy_filter", image="lazy_image", info="lazy_info", listen=False)
-        # The other filter, started by the same launch file, has subscribed: so this one had its time too.
         Client("eager_filter", image="eager_image", info="eager_info", listen=False).connect()
-        rospy.wait_for_service("lazy_filter/set_parameters")
-        self.assertEqual(self.connections(client), 0)
+        # Offered once it has decided whether to subscribe; the master knows of a subscription from that moment on.
+        rospy.wait_for_service("lazy_filter/reset")
+        subscriptions = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1])
+        self.assertIn(rospy.resolve_name("eager_image"), subscriptions)
+        self.assertNotIn(rospy.resolve_name("lazy_image"), subscriptions)
 
         listener = rospy.Subscriber("lazy_filter/match_image", Image, lambda message: None)
         client.wait(lambda: self.connections(client) == 1, "the subscription that follows a listener")

@@ -24,7 +24,8 @@ class NodeLoad(unittest.TestCase):
             answered, sent = (int(n) for n in row[5].split(" of "))
             self.assertEqual(answered, sent, "every image is answered")
             self.assertGreater(answered, 5)
-            self.assertLessEqual(float(row[6]), float(row[7]), "p50 is at most p99")
+            # Of more than two latencies, which differ, the median is the smaller; nan, of none, is not.
+            self.assertLess(float(row[6]), float(row[7]), "p50 and p99")
         return rows
 
     def test_in_one_process(self):

@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
 """~odom, ~twist and their transforms: axes, frames, covariance, silence when lost, no second parent."""
+import itertools
 import unittest
 
 import numpy as np
 import rospy
 import rostest
 import tf2_ros
+from dynamic_reconfigure.client import Client as Reconfigure
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, TwistWithCovarianceStamped
 from gms_ransac.msg import MatchStats
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from graph import Client, Scene, degrees_between, rotation_matrix, vector
@@ -97,7 +100,11 @@ class OdometryTest(unittest.TestCase):
             self.assertIn(answer.status, (MatchStats.OK, MatchStats.LOW_PARALLAX) if i else (MatchStats.FIRST_FRAME,),
                           answer.status_text)
         client.wait(lambda: len(odom) == len(places) - 1, "odometry of every pair")
-        self.assertEqual((answer.resets, restarts), (0, []))
+        self.assertEqual(answer.resets, 0)
+        self.assertTrue(rospy.ServiceProxy("standing/reset", Trigger)().success)
+        client.ask(self.frames[0], 100 + 0.1 * len(places))
+        client.wait(lambda: restarts, "~restart after a reset")
+        self.assertEqual(len(restarts), 1, "and none before it")
         standing = [vector(m.pose.pose.position) for m in odom[2:-2]]
         self.assertLess(max(np.linalg.norm(p - standing[0]) for p in standing), 1e-9, "nothing is added up")
         # Before and after it the steps are of one length: the scale outlived the stop.
@@ -144,11 +151,35 @@ class OdometryTest(unittest.TestCase):
         listening = rospy.Subscriber("/tf", TFMessage, lambda m: transforms.extend(m.transforms))
         client = Client("nameless", "nameless/image", "nameless/camera_info").connect()
         client.wait(lambda: logged.get_num_connections() and listening.get_num_connections(), "log and tf")
-        for i in range(30):  # at the end it has listened to tf for long enough, and still
-            client.ask(self.frames[i % 5 if (i // 5) % 2 == 0 else 4 - i % 5], 100 + 0.1 * i, frame="/")
+        sent = itertools.count()
+
+        def step(frame):
+            i = next(sent)
+            return client.ask(self.frames[i % 5 if (i // 5) % 2 == 0 else 4 - i % 5], 100 + 0.1 * i, frame=frame)
+
+        for _ in range(10):
+            step("/")
         client.wait(lambda: [s for s in said if "no frame_id" in s], "the warning")
-        self.assertEqual(len([s for s in said if "no frame_id" in s]), 1, said)
-        self.assertFalse([t for t in transforms if not t.child_frame_id or t.child_frame_id == "_reference"])
+
+        def broadcast():  # of images with a name, once it has listened to tf for long enough
+            step("named")
+            children = {t.child_frame_id for t in transforms}
+            return {"named", "named_reference"} <= children
+
+        client.wait(broadcast, "transforms of a camera with a name")
+        for _ in range(5):
+            step("/")
+        count = len(transforms)
+
+        def more():
+            step("named")
+            return len(transforms) > count + 1
+
+        client.wait(more, "transforms after those that have no name")
+        warnings = lambda: [s for s in said if "no frame_id" in s]
+        client.wait(lambda: len(warnings()) >= 2, "a warning of each of the two transforms")
+        self.assertEqual(len(warnings()), 2, said)
+        self.assertFalse([t for t in transforms if t.child_frame_id in ("", "_reference") or not t.header.frame_id])
 
     def test_another_node_with_the_same_transform_is_noticed(self):
         said = []
@@ -166,6 +197,12 @@ class OdometryTest(unittest.TestCase):
             return [s for s in said if "camera_e -> camera_e_reference, and so do we" in s]
 
         self.assertIn(rospy.get_name(), client.wait(noticed, "the warning")[0])
+        for _ in range(5):
+            noticed()
+        # What it says last is read last: by then any other warning is here.
+        last = "change refused"
+        Reconfigure("rivalled", timeout=30).update_configuration({"features": 0})
+        client.wait(lambda: [s for s in said if last in s], last)
         self.assertEqual(len([s for s in said if "and so do we" in s]), 1, "it is not its own rival")
 
     def test_refuses_to_give_a_frame_a_second_parent(self):
@@ -173,6 +210,8 @@ class OdometryTest(unittest.TestCase):
         listener = tf2_ros.TransformListener(buffer)
         static = tf2_ros.StaticTransformBroadcaster()
         static.sendTransform([optical_mount(rospy.Time.from_sec(99), "wall", "camera_d")])
+        said = []
+        logged = rospy.Subscriber("/rosout", Log, lambda m: said.append(m.msg) if m.name.endswith("owned") else None)
         client = Client("owned", "owned/image", "owned/camera_info").connect()
         inverted = Client("inverted", "inverted/image", "inverted/camera_info").connect()
         i = 0
@@ -186,12 +225,22 @@ class OdometryTest(unittest.TestCase):
             return buffer.can_transform("wall", "odom_inverted", rospy.Time(0))
 
         inverted.wait(both, "the inverted transform")
-        for _ in range(5):
+
+        def refused():
             both()
-        # By now the other filter had as much time: and it left camera_d to its owner.
+            return [s for s in said if "another node gives camera_d the parent wall" in s]
+
+        client.wait(refused, "the refusal")
+        before = buffer.lookup_transform("wall", "odom_inverted", rospy.Time(0)).header.stamp
+
+        def later():  # pairs that the other filter has answered too, after it refused
+            both()
+            return buffer.lookup_transform("wall", "odom_inverted", rospy.Time(0)).header.stamp > before
+
+        client.wait(later, "a later transform")
         self.assertFalse(buffer.can_transform("odom_owned", "camera_d", rospy.Time(0)))
         self.assertTrue(buffer.can_transform("wall", "camera_d", rospy.Time(0)))
-        del listener
+        del listener, logged
 
 
 if __name__ == "__main__":

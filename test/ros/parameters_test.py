@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Wrong parameters are refused with a sentence, unknown ones warned about, and good ones changed while running."""
+import ast
 import contextlib
 import subprocess
 import time
@@ -104,7 +105,7 @@ class Parameters(unittest.TestCase):
     def test_whole_numbers_are_numbers(self):
         """YAML's 1 is as good as 1.0 where any number is wanted."""
         for name, value in (("confidence", 0.9), ("max_frame_gap", 2), ("fixed_scale", 3), ("diagnostic_period", 2),
-                            ("camera", {"fx": 500, "fy": 500, "cx": 320, "cy": 240})):
+                            ("featuers", 100), ("camera", {"fx": 500, "fy": 500, "cx": 320, "cy": 240})):
             rospy.set_param("whole/" + name, value)
         process = subprocess.Popen(["rosrun", "gms_ransac", "match_filter_node", "__name:=whole"],
                                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
@@ -114,7 +115,9 @@ class Parameters(unittest.TestCase):
         finally:
             process.terminate()
             said = process.communicate()[0]
-        self.assertNotIn("is set but not known", said)
+        unknown = [line for line in said.splitlines() if "is set but not known" in line]
+        self.assertEqual(len(unknown), 1, said)
+        self.assertIn("/whole/featuers", unknown[0])
 
     @contextlib.contextmanager
     def said(self):
@@ -145,6 +148,25 @@ class Parameters(unittest.TestCase):
             self.assertEqual(table[name][4], described["description"], name)
         for name in documented:  # those that are fixed at start
             self.assertIn(name, table, "not in the README")
+
+    def test_every_choice_says_what_cfg_offers(self):
+        """Against the menu as Python reads it: dynamic_reconfigure writes it for rqt_reconfigure as a literal."""
+        client, reconfigure = Client("running", listen=False), Reconfigure("running", timeout=TIMEOUT)
+        choices = {described["name"]: [constant["value"] for constant in ast.literal_eval(described["edit_method"])["enum"]]
+                   for described in reconfigure.get_parameter_descriptions() if described["edit_method"]}
+        self.assertLessEqual({"method", "model", "extractor"}, set(choices))
+        evaluate = subprocess.check_output(["rosrun", "gms_ransac", "evaluate", "--list"], text=True)
+        for method in choices["method"]:
+            self.assertIn(method, evaluate.splitlines())
+        defaults = reconfigure.get_configuration()
+        with self.said() as said:
+            for name, words in choices.items():
+                for word in words:
+                    self.assertEqual(reconfigure.update_configuration({name: word})[name], word)
+                reconfigure.update_configuration({name: defaults[name]})
+                reconfigure.update_configuration({name: "magic"})
+                sentence = "~%s is 'magic'; it must be one of %s" % (name, " ".join("'%s'" % word for word in words))
+                client.wait(lambda: any(line.endswith(sentence) for line in said), sentence)
 
     def test_change_while_running(self):
         client = Client("running", "running/image", "running/camera_info").connect()

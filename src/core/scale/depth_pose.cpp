@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include "gms_ransac/translation_scale.h"
+#include "two_view/pose_model.h"
 
 namespace gms_ransac {
 
@@ -103,20 +104,14 @@ double startingLength(const std::vector<DepthPoint>& points) {
   return ratios.back().first;
 }
 
-Matrix3d skew(const Vector3d& v) {
-  Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 /// Normal equations at a motion for the perturbation (dt, w, du): t + dt, exp(w) R, row_turn + du.
-struct NormalEquations {
+struct DepthEquations {
   Matrix9d H = Matrix9d::Zero();
   Vector9d b = Vector9d::Zero();
   double weighted_squares = 0, weight = 0;
 
   /// `loss`: where the robust loss bends, also the noise that the prior of the row turn is weighed against.
-  NormalEquations(const std::vector<DepthPoint>& points, const RowwiseMotion& motion, double loss) {
+  DepthEquations(const std::vector<DepthPoint>& points, const RowwiseMotion& motion, double loss) {
     const double prior = loss * loss / (kRowTurnSigma * kRowTurnSigma);
     H.bottomRightCorner<3, 3>().diagonal().setConstant(prior);
     b.tail<3>() = -prior * motion.row_turn;
@@ -135,11 +130,11 @@ struct NormalEquations {
     const Vector3d seen = moved + p.seen_row * half_turn.cross(moved);  // in the frame of the image that shows it
     if (seen.z() <= 0) return;
     Eigen::Matrix<double, 3, kUnknowns> derivative;  // of `seen`
-    const Matrix3d by_row_turn = p.row * turn * skew(p.point) + p.seen_row * skew(moved);
+    const Matrix3d by_row_turn = p.row * turn * crossMatrix(p.point) + p.seen_row * crossMatrix(moved);
     if (p.in_current) {
-      derivative << Matrix3d::Identity(), -skew(turned), -0.5 * by_row_turn;
+      derivative << Matrix3d::Identity(), -crossMatrix(turned), -0.5 * by_row_turn;
     } else {
-      derivative << -turn, turn * skew(point - pose.t), 0.5 * by_row_turn;
+      derivative << -turn, turn * crossMatrix(point - pose.t), 0.5 * by_row_turn;
     }
     const double x = seen.x() / seen.z(), y = seen.y() / seen.z();
     Eigen::Matrix<double, 2, 3> projection;
@@ -171,7 +166,7 @@ ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference
   refined.t *= startingLength(points);
   const double loss = kLossPixels / camera.meanFocalLength();
   for (int i = 0; i < kIterations; ++i) {
-    const NormalEquations equations(points, motion, loss);
+    const DepthEquations equations(points, motion, loss);
     const Vector9d step = equations.H.ldlt().solve(equations.b);
     if (!step.allFinite()) return estimate;
     refined.t += step.head<3>();
@@ -180,7 +175,7 @@ ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference
     motion.row_turn += step.tail<3>();
     if (step.norm() < 1e-9) break;
   }
-  const NormalEquations equations(points, motion, loss);
+  const DepthEquations equations(points, motion, loss);
   // A match that is projected both ways makes two residuals of one pair of keypoints, which err together.
   const double projections = static_cast<double>(points.size()) / matches;
   const double freedom = std::max(2 * equations.weight / projections - kUnknowns, 1.0);

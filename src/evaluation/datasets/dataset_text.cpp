@@ -34,7 +34,7 @@ class FolderImages : public ImageSource {
     const std::string& path = paths_.at(static_cast<size_t>(frame));
     if (!isFile(path)) throw DatasetError(path + ": no such image");
     // Reduced to grey as the node does it: a decoder's own grey differs by a level here and there, and inliers with it.
-    const cv::Mat image = cv::imread(path, colour ? cv::IMREAD_COLOR : cv::IMREAD_ANYCOLOR);
+    cv::Mat image = cv::imread(path, colour ? cv::IMREAD_COLOR : cv::IMREAD_ANYCOLOR);
     if (image.empty()) throw DatasetError(path + ": cannot be read as an image");
     if (colour || image.channels() == 1) return image;
     cv::Mat grey;

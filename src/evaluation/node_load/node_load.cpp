@@ -27,6 +27,7 @@
 #include <boost/program_options.hpp>
 
 #include "program.h"
+#include "run/metrics.h"
 #include "scenes/scene.h"
 
 namespace {
@@ -191,12 +192,6 @@ class Consumer {
   ros::Subscriber stats_, correspondences_;
 };
 
-double percentile(std::vector<double> values, double share) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
-}
-
 /// The camera: publishes the footage to and fro, each image a new message with the time of its publication as stamp.
 class Camera {
  public:
@@ -288,7 +283,7 @@ void measure(const LoadOptions& options, const Footage& footage, ros::NodeHandle
   }
   row << " | " << answered / seconds << " | " << answered << " of " << sent << " | ";
   row.precision(2);
-  row << percentile(latencies, 0.5) << " | " << percentile(latencies, 0.99) << " | ";
+  row << percentile(latencies, 50) << " | " << percentile(latencies, 99) << " | ";
   row.precision(1);
   row << 100 * processor / seconds << " | ";
   // In the manager's process most memory is that of the footage.

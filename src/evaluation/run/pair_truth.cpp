@@ -4,15 +4,11 @@
 #include <cmath>
 #include <numeric>
 
+#include "two_view/pose_model.h"
+
 namespace gms_ransac {
 
 namespace {
-
-Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d matrix;
-  matrix << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return matrix;
-}
 
 /// Larger distance of p from the line M q and of q from the line M^T p, for p^T M q = 0.
 double symmetricDistance(const Eigen::Matrix3d& M, const Eigen::Vector3d& p, const Eigen::Vector3d& q) {

@@ -10,6 +10,7 @@ namespace {
 template <typename Column>
 double medianOf(const std::vector<PairOutcome>& outcomes, const Column& column) {
   std::vector<double> values;
+  values.reserve(outcomes.size());
   for (const PairOutcome& outcome : outcomes) values.push_back(static_cast<double>(column(outcome)));
   return median(values);
 }

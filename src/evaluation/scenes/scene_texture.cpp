@@ -69,6 +69,7 @@ class Painter {
 
   void polygon(const std::vector<cv::Point2d>& corners, double grey) {
     std::vector<cv::Point> fixed;
+    fixed.reserve(corners.size());
     for (const cv::Point2d& p : corners) {
       fixed.emplace_back(cvRound(p.x / texel_ * kSubpixel), cvRound(p.y / texel_ * kSubpixel));
     }

@@ -8,6 +8,7 @@
 
 #include "gms_ransac/match_filter.h"
 #include "gms_ransac/motion_statistics.h"
+#include "run/metrics.h"
 #include "scenes/synthetic_pair.h"
 #include "validation.h"
 
@@ -53,12 +54,6 @@ bool succeeded(const RobustResult& result, const RelativePose& truth) {
   const double rotation = kDegrees * Eigen::AngleAxisd(truth.R.transpose() * result.pose.R).angle();
   const double direction = kDegrees * std::atan2(result.pose.t.cross(truth.t).norm(), result.pose.t.dot(truth.t));
   return rotation < kSweepRotationLimit && direction < kSweepDirectionLimit;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// What the trials of one method at one ratio came to.
