@@ -1,7 +1,6 @@
 // How a hypothesis is compared with the best so far, and at what cost that is found out.
 #pragma once
 
-#include <limits>
 #include <vector>
 
 #include "gms_ransac/robust_estimator.h"

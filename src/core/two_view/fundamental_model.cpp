@@ -52,21 +52,6 @@ int FundamentalModel::solve(const int* sample, Hypothesis* hypotheses) const {
   return static_cast<int>(end - hypotheses);
 }
 
-bool FundamentalModel::score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, Score& score,
-                             int64_t& evaluations) const {
-  return scoreEpipolar(kernels_, points, hypothesis.matrix, bound, score, evaluations);
-}
-
-bool FundamentalModel::fits(const Hypothesis& hypothesis, int column) const {
-  return epipolarFits(points_, hypothesis.matrix, column);
-}
-
-void FundamentalModel::residuals(const Hypothesis& hypothesis, float* e) const {
-  float m[9];
-  toFloat(hypothesis.matrix, m);
-  kernels_.epipolarResiduals(points_, m, e);
-}
-
 int FundamentalModel::refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const {
   Eigen::Matrix3d& F = hypothesis.matrix;
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);

@@ -40,16 +40,6 @@ inline void toFloat(const Eigen::Matrix3d& m, float (&out)[9]) {
   for (int i = 0; i < 9; ++i) out[i] = static_cast<float>(m(i / 3, i % 3));
 }
 
-/// TwoViewModel::score of a matrix by its epipolar lines.
-inline bool scoreEpipolar(const ResidualKernels& kernels, const PointColumnsView& points, const Eigen::Matrix3d& matrix,
-                          float bound, Score& score, int64_t& evaluations) {
-  float m[9];
-  toFloat(matrix, m);
-  kernels.scoreEpipolar(points, m, bound, score);
-  evaluations += score.evaluated;
-  return score.cost < bound;
-}
-
 /// TwoViewModel::fits of a matrix by its epipolar lines.
 inline bool epipolarFits(const PointColumnsView& points, const Eigen::Matrix3d& matrix, int i) {
   return points.weight[i] * sampsonSquared(matrix, points.x1[i], points.y1[i], points.x2[i], points.y2[i]) < 1;

@@ -184,21 +184,6 @@ int EssentialModel::solve(const int* sample, Hypothesis* hypotheses) const {
   return keepFinite(models, solveEssential5(points.reference, points.current, models), hypotheses);
 }
 
-bool EssentialModel::score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, Score& score,
-                           int64_t& evaluations) const {
-  return scoreEpipolar(kernels_, points, hypothesis.matrix, bound, score, evaluations);
-}
-
-bool EssentialModel::fits(const Hypothesis& hypothesis, int column) const {
-  return epipolarFits(points_, hypothesis.matrix, column);
-}
-
-void EssentialModel::residuals(const Hypothesis& hypothesis, float* e) const {
-  float m[9];
-  toFloat(hypothesis.matrix, m);
-  kernels_.epipolarResiduals(points_, m, e);
-}
-
 void PoseModel::rotationResiduals(const Eigen::Matrix3d& R, float* e) const {
   float H[9];
   toFloat(R, H);

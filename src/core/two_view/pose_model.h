@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "two_view/epipolar_model.h"
 #include "two_view/two_view_model.h"
 
 namespace gms_ransac {
@@ -69,22 +70,13 @@ class PoseModel : public TwoViewModel {
 
 /// The essential matrix of the textbook: every solution of five points, scored by its epipolar lines alone, refined as
 /// a pose afterwards.
-class EssentialModel : public TwoViewModel {
+class EssentialModel : public EpipolarModel {
  public:
-  EssentialModel(const ResidualKernels& kernels, const PointColumnsView& points) : kernels_(kernels), points_(points) {}
+  EssentialModel(const ResidualKernels& kernels, const PointColumnsView& points) : EpipolarModel(kernels, points) {}
 
   int sampleSize() const override { return 5; }
   int solve(const int* sample, Hypothesis* hypotheses) const override;
-  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, Score& score,
-             int64_t& evaluations) const override;
-  bool fits(const Hypothesis& hypothesis, int column) const override;
-  void residuals(const Hypothesis& hypothesis, float* e) const override;
   int refine(const Loss& /*loss*/, int /*iterations*/, Hypothesis& /*hypothesis*/) const override { return 0; }
-  Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const override { return hypothesis.matrix; }
-
- private:
-  const ResidualKernels& kernels_;
-  PointColumnsView points_;
 };
 
 }  // namespace gms_ransac
