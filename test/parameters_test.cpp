@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "gms_ransac/track_selector.h"
+#include "match_filter_config.h"
 
 namespace gms_ransac {
 namespace {

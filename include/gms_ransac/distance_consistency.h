@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include <opencv2/core.hpp>
+#include <opencv2/core/types.hpp>
 
 #include "gms_ransac/features.h"
 #include "gms_ransac/hamming_matcher.h"

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
 
 #include "gms_ransac/features.h"
 #include "gms_ransac/simd.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
 
 #include "gms_ransac/camera.h"
 #include "gms_ransac/match_filter.h"

@@ -1,13 +1,14 @@
 #include "parameters.h"
 
-#include <algorithm>
 #include <map>
-#include <sstream>
 #include <stdexcept>
 
 #include <XmlRpcValue.h>
+#include <ros/node_handle.h>
 
 #include "frames.h"
+#include "reconfigure.h"
+#include "refusal.h"
 
 namespace gms_ransac {
 
@@ -22,22 +23,6 @@ const std::vector<std::string> kStaticNames = {
     "camera/fx", "camera/fy", "camera/cx", "camera/cy", "camera/k1", "camera/k2", "camera/p1", "camera/p2",
     "camera/k3", "camera/k4", "camera/distortion_model"};
 // clang-format on
-
-std::string toText(XmlRpc::XmlRpcValue value) {
-  if (value.getType() == XmlRpc::XmlRpcValue::TypeString) return static_cast<std::string>(value);
-  std::ostringstream text;
-  value.write(text);
-  return text.str();
-}
-
-std::string refusal(const std::string& name, const std::string& value, const std::string& accepted) {
-  return "parameter " + name + " is '" + value + "'; it must be " + accepted;
-}
-
-[[noreturn]] void refuse(const ros::NodeHandle& pnh, const std::string& name, const std::string& value,
-                         const std::string& accepted) {
-  throw std::invalid_argument(refusal(pnh.resolveName(name), value, accepted));
-}
 
 /// Reads `name` into `value` if it is set; refuses another type instead of ignoring it as NodeHandle::param does.
 template <typename T>
@@ -56,16 +41,6 @@ int readInt(const ros::NodeHandle& pnh, const std::string& name, int value, int 
   read(pnh, name, accepted.c_str(), value);
   if (value < low || value > high) refuse(pnh, name, std::to_string(value), accepted);
   return value;
-}
-
-bool contains(const std::vector<std::string>& words, const std::string& word) {
-  return std::find(words.begin(), words.end(), word) != words.end();
-}
-
-std::string oneOf(const std::vector<std::string>& choices) {
-  std::string text = "one of";
-  for (const std::string& choice : choices) text += " '" + choice + "'";
-  return text;
 }
 
 /// One of `choices`; YAML turns the words true and false into booleans, so those are taken as words too.
@@ -109,48 +84,6 @@ CameraIntrinsics readCamera(const ros::NodeHandle& pnh) {
     throw std::invalid_argument("parameters " + pnh.resolveName("camera") + ": " + error.what());
   }
   return camera;
-}
-
-/// One reconfigurable number and what it may be.
-struct Range {
-  bool whole;
-  double low, high;
-
-  bool holds(double value) const { return value >= low && value <= high; }  // not of NaN
-  std::string text() const {
-    std::ostringstream out;
-    out << (whole ? "a whole number" : "a number") << " between ";
-    // At six digits 2147483647 would be another number.
-    whole ? out << static_cast<int>(low) << " and " << static_cast<int>(high) : out << low << " and " << high;
-    return out.str();
-  }
-};
-
-using Description = MatchFilterConfig::AbstractParamDescription;
-
-double numberIn(const Description& description, const MatchFilterConfig& config) {
-  boost::any value;
-  description.getValue(config, value);
-  return description.type == "int" ? boost::any_cast<int>(value) : boost::any_cast<double>(value);
-}
-
-bool isNumber(const Description& description) { return description.type == "int" || description.type == "double"; }
-
-/// The words that cfg/MatchFilter.cfg offers; it keeps them in the text from which rqt_reconfigure makes its menu.
-std::vector<std::string> choicesOf(const Description& description) {
-  std::vector<std::string> words;
-  const std::string key = "'value': '";
-  const std::string& menu = description.edit_method;
-  for (size_t at = menu.find(key); at != std::string::npos; at = menu.find(key, at)) {
-    at += key.size();
-    words.push_back(menu.substr(at, menu.find('\'', at) - at));
-  }
-  return words;
-}
-
-Range rangeOf(const Description& description) {
-  return {description.type == "int", numberIn(description, MatchFilterConfig::__getMin__()),
-          numberIn(description, MatchFilterConfig::__getMax__())};
 }
 
 }  // namespace
@@ -201,105 +134,15 @@ Parameters Parameters::read(const ros::NodeHandle& pnh) {
   return parameters;
 }
 
-void checkConfigOnServer(const ros::NodeHandle& pnh) {
-  for (const auto& description : MatchFilterConfig::__getParamDescriptions__()) {
-    XmlRpc::XmlRpcValue raw;
-    if (!pnh.getParam(description->name, raw)) continue;
-    if (isNumber(*description)) {
-      const Range range = rangeOf(*description);
-      const bool is_int = raw.getType() == XmlRpc::XmlRpcValue::TypeInt;
-      const bool fits = is_int || (raw.getType() == XmlRpc::XmlRpcValue::TypeDouble && !range.whole);
-      if (!fits || !range.holds(is_int ? static_cast<int>(raw) : static_cast<double>(raw))) {
-        refuse(pnh, description->name, toText(raw), range.text());
-      }
-    } else if (description->type == "bool" && raw.getType() != XmlRpc::XmlRpcValue::TypeBoolean) {
-      refuse(pnh, description->name, toText(raw), "true or false");
-    } else if (description->type == "str") {
-      const std::vector<std::string> choices = choicesOf(*description);
-      if (raw.getType() != XmlRpc::XmlRpcValue::TypeString || !contains(choices, toText(raw))) {
-        refuse(pnh, description->name, toText(raw), oneOf(choices));
-      }
-    }
-  }
-}
-
-void UnclampedConfig::__clamp__() {
-  problem.clear();
-  for (const auto& description : __getParamDescriptions__()) {
-    std::ostringstream asked;
-    std::string accepted;
-    if (isNumber(*description)) {
-      const Range range = rangeOf(*description);
-      const double value = numberIn(*description, *this);
-      if (range.holds(value)) continue;
-      range.whole ? asked << static_cast<int>(value) : asked << value;
-      accepted = range.text();
-    } else if (description->type == "str") {
-      boost::any value;
-      description->getValue(*this, value);
-      asked << boost::any_cast<std::string>(value);
-      const std::vector<std::string> choices = choicesOf(*description);
-      if (contains(choices, asked.str())) continue;
-      accepted = oneOf(choices);
-    } else {
-      continue;
-    }
-    if (!problem.empty()) problem += "; ";
-    problem += refusal("~" + description->name, asked.str(), accepted);
-  }
-}
-
-MatchFilterOptions coreOptions(const MatchFilterConfig& config) {
-  MatchFilterOptions options;
-  options.method = config.method;
-  options.extractor.extractor = config.extractor;
-  options.extractor.features = config.features;
-  options.extractor.levels = config.pyramid_levels;
-  options.extractor.scale_factor = config.pyramid_scale;
-  options.extractor.fast_threshold = config.fast_threshold;
-  options.motion_statistics.acceptance = parseAcceptance(config.gms_acceptance);
-  options.motion_statistics.grid_columns = config.gms_grid_columns;
-  options.motion_statistics.grid_rows = config.gms_grid_rows;
-  options.motion_statistics.threshold_factor = config.gms_threshold_factor;
-  options.motion_statistics.rotation = config.gms_rotation;
-  options.motion_statistics.scale = config.gms_scale;
-  if (config.gms_border != "opencv" && config.gms_border != "original") {
-    throw std::invalid_argument("gms_border is '" + config.gms_border + "'; it must be 'opencv' or 'original'");
-  }
-  options.motion_statistics.border = config.gms_border == "opencv" ? GridBorder::kOpenCV : GridBorder::kOriginal;
-  options.distance_reading = parseDistanceReading(config.distance_reading);
-  options.one_to_one = config.one_to_one;
-  options.lan_mutual = config.lan_mutual;
-  options.second_alpha = config.lan_second_alpha;
-  options.robust.model = parseModelType(config.model);
-  options.robust.threshold_px = config.threshold_px;
-  options.robust.confidence = config.confidence;
-  options.robust.max_iterations = config.max_iterations;
-  options.robust.seed = static_cast<uint64_t>(config.seed);
-  options.robust.ratio = config.ratio;
-  options.robust.geometric_groups = config.geometric_groups;
-  options.robust.tdd_d = config.tdd_d;
-  options.robust.subset_count = config.subset_count;
-  options.robust.subset_fraction = config.subset_fraction;
-  options.robust.split = config.split;
-  options.robust.target_ratio = config.target_ratio;
-  options.robust.quality = config.quality;
-  options.robust.judge = config.judge;
-  options.robust.refine = config.refine;
-  options.validate();
-  return options;
-}
-
 std::vector<std::string> unknownParameters(const ros::NodeHandle& pnh, const Parameters& parameters) {
   std::vector<std::string> all, unknown;
   pnh.getParamNames(all);
+  const std::vector<std::string> reconfigurable = reconfigurableNames();
   const std::string prefix = pnh.getNamespace() + "/";
   for (const std::string& full : all) {
     if (full.compare(0, prefix.size(), prefix) != 0) continue;
     const std::string name = full.substr(prefix.size());
-    if (std::find(kStaticNames.begin(), kStaticNames.end(), name) != kStaticNames.end()) continue;
-    const auto& dynamic = MatchFilterConfig::__getParamDescriptions__();
-    if (std::any_of(dynamic.begin(), dynamic.end(), [&](const auto& d) { return d->name == name; })) continue;
+    if (contains(kStaticNames, name) || contains(reconfigurable, name)) continue;
     // Image transports keep parameters of their own: those of the overlay below its name, the others below theirs.
     const std::string folder = name.substr(0, name.find('/') + 1);
     if (folder == "match_image/" || folder == parameters.image_transport + "/" ||

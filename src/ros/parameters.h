@@ -1,15 +1,15 @@
-// The node's parameters: those fixed at start (listed here) and those that can change (listed in cfg/MatchFilter.cfg).
+// The node's parameters that are fixed at start; reconfigure.h has those that can change.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include <gms_ransac/MatchFilterConfig.h>
-#include <ros/node_handle.h>
-
 #include "gms_ransac/camera.h"
-#include "gms_ransac/match_filter.h"
 #include "gms_ransac/translation_scale.h"
+
+namespace ros {
+class NodeHandle;
+}
 
 namespace gms_ransac {
 
@@ -41,24 +41,6 @@ struct Parameters {
   /// Throws std::invalid_argument with a sentence that names the parameter, its value and what is accepted.
   static Parameters read(const ros::NodeHandle& pnh);
 };
-
-/// Checks the start values of the reconfigurable parameters, which dynamic_reconfigure would silently clamp. Throws
-/// std::invalid_argument like Parameters::read.
-void checkConfigOnServer(const ros::NodeHandle& pnh);
-
-/// What dynamic_reconfigure is given for MatchFilterConfig. It brings a number out of its range to the nearest one
-/// allowed without a word; here nothing is changed, and `problem` says what was asked for, so that it can be refused.
-struct UnclampedConfig : MatchFilterConfig {
-  UnclampedConfig() = default;
-  UnclampedConfig(const MatchFilterConfig& config) : MatchFilterConfig(config) {}  // implicit: the server converts so
-  /// Hides the one that dynamic_reconfigure generates; its server calls it with every request.
-  void __clamp__();
-
-  std::string problem;  ///< names every number out of range and every unknown word, and what is accepted; empty: none
-};
-
-/// The core's options from the reconfigurable parameters; throws std::invalid_argument when they contradict each other.
-MatchFilterOptions coreOptions(const MatchFilterConfig& config);
 
 /// Names set in the private namespace that neither the node knows nor its image transports: misspelt, most likely.
 std::vector<std::string> unknownParameters(const ros::NodeHandle& pnh, const Parameters& parameters);

@@ -1,7 +1,7 @@
 // What each method's filter leaves to the package: the paper's fixed settings, and the measured ones of `fast`.
 #pragma once
 
-#include <opencv2/core.hpp>
+#include <opencv2/core/types.hpp>
 
 #include "gms/cell_grid.h"
 #include "gms_ransac/motion_statistics.h"

@@ -14,6 +14,7 @@
 #include "run/evaluate_commands.h"
 #include "run/pipeline_options.h"
 #include "tables/tables_folder.h"
+#include "tables/tables_json.h"
 #include "tables/tables_report.h"
 
 namespace gms_ransac {
@@ -173,7 +174,7 @@ void report(const TablesFolder& folder, bool plots) {
   const std::vector<Measurement> measurements = folder.read();
   if (measurements.empty()) return;
   std::string heading = "# Tables\n\n" + std::to_string(folder.unitsDone()) + " pieces of work";
-  heading += folder.plan().is_object() ? ". Settings: `" + folder.plan().dump() + "`\n" : "\n";
+  heading += folder.plan().empty() ? "\n" : ". Settings: `" + folder.plan() + "`\n";
   writeTables(folder.path(), heading, makeTables(measurements));
   std::cout << "wrote " << folder.path() << "/tables.md and its .csv files\n";
   if (plots) plotTables(folder.path());
@@ -189,7 +190,7 @@ int evaluateTables(const Arguments& arguments) {
   for (const Dataset& dataset : datasets) tables.plan.sequences.push_back(dataset.name());
 
   TablesFolder folder(tables.out);
-  folder.begin(planJson(tables.plan), tables.resume);
+  folder.begin(planText(tables.plan), tables.resume);
   std::vector<TablesUnit> todo;
   for (const TablesUnit& unit : tablesUnits(tables.plan, datasets)) {
     if (shard.owns(unit) && !folder.isDone(unit.index)) todo.push_back(unit);

@@ -4,17 +4,21 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include "tables/tables_json.h"
 
 namespace gms_ransac {
 
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 constexpr char kPlanFile[] = "plan.json";
 constexpr char kMeasurementsFile[] = "measurements.jsonl";
@@ -32,7 +36,7 @@ std::string plotScript() {
 
 }  // namespace
 
-void TablesFolder::begin(const json& plan, bool resume) {
+void TablesFolder::begin(const std::string& plan, bool resume) {
   std::error_code failure;
   fs::create_directories(path_, failure);
   if (failure) throw std::runtime_error(path_ + ": cannot be made (" + failure.message() + ")");
@@ -52,18 +56,18 @@ void TablesFolder::begin(const json& plan, bool resume) {
   }
   plan_ = plan;
   std::ofstream stream(file(kPlanFile));
-  if (!(stream << plan.dump(1) << '\n').flush()) throw std::runtime_error(file(kPlanFile) + ": cannot be written");
+  if (!(stream << planForReading(plan) << '\n').flush())
+    throw std::runtime_error(file(kPlanFile) + ": cannot be written");
 }
 
 void TablesFolder::open() {
   std::ifstream stream(file(kPlanFile));
   if (!stream)
     throw std::invalid_argument(path_ + ": holds no " + kPlanFile + ", so it is no folder of evaluate tables");
-  try {
-    stream >> plan_;
-  } catch (const json::exception&) {
-    throw std::invalid_argument(file(kPlanFile) + ": is not JSON");
-  }
+  const std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  const std::optional<std::string> plan = planFrom(text);
+  if (!plan) throw std::invalid_argument(file(kPlanFile) + ": is not JSON");
+  plan_ = *plan;
   done_.clear();
   for (const auto& line : lines()) done_.insert(line.first);
 }
@@ -72,8 +76,7 @@ std::vector<std::pair<int, std::string>> TablesFolder::lines() const {
   std::vector<std::pair<int, std::string>> whole;
   std::ifstream stream(file(kMeasurementsFile));
   for (std::string line; std::getline(stream, line);) {
-    const json entry = json::parse(line, nullptr, false);
-    if (!entry.is_discarded() && entry.is_object()) whole.emplace_back(entry.at("unit").get<int>(), line);
+    if (const std::optional<int> unit = unitOf(line)) whole.emplace_back(*unit, line);
   }
   return whole;
 }
@@ -85,9 +88,7 @@ void TablesFolder::write(const std::vector<std::string>& lines, bool append) con
 }
 
 void TablesFolder::append(int unit, const std::vector<Measurement>& measurements) {
-  json runs = json::array();
-  for (const Measurement& measurement : measurements) runs.push_back(toJson(measurement));
-  write({json{{"unit", unit}, {"runs", runs}}.dump()}, true);
+  write({unitLine(unit, measurements)}, true);
   done_.insert(unit);
 }
 
@@ -107,8 +108,7 @@ std::vector<Measurement> TablesFolder::read() const {
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<Measurement> measurements;
   for (const auto& line : all) {
-    const json unit = json::parse(line.second);
-    for (const json& run : unit.at("runs")) measurements.push_back(measurementFromJson(run));
+    for (Measurement& measurement : measurementsOf(line.second)) measurements.push_back(std::move(measurement));
   }
   return measurements;
 }

@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "tables/tables_measure.h"
 
 namespace gms_ransac {
@@ -17,11 +15,12 @@ class TablesFolder {
   explicit TablesFolder(std::string path) : path_(std::move(path)) {}
 
   const std::string& path() const { return path_; }
-  const nlohmann::json& plan() const { return plan_; }
+  /// As planText writes it; empty: none yet.
+  const std::string& plan() const { return plan_; }
 
   /// Makes the folder for measurements of this plan. One that already holds measurements is taken only with `resume`
   /// and the same plan; a line that was cut off is dropped. Throws std::invalid_argument or std::runtime_error.
-  void begin(const nlohmann::json& plan, bool resume);
+  void begin(const std::string& plan, bool resume);
   /// Opens a folder that `begin` made. Throws std::invalid_argument when it is none.
   void open();
 
@@ -42,7 +41,7 @@ class TablesFolder {
   void write(const std::vector<std::string>& lines, bool append) const;
 
   std::string path_;
-  nlohmann::json plan_;
+  std::string plan_;
   std::set<int> done_;
 };
 

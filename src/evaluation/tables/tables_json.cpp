@@ -1,0 +1,128 @@
+#include "tables/tables_json.h"
+
+#include <nlohmann/json.hpp>
+
+namespace gms_ransac {
+
+namespace {
+
+using nlohmann::json;
+
+json toJson(const Measurement& m) {
+  return {{"unit", m.unit},
+          {"sequence", m.sequence},
+          {"pair", m.pair},
+          {"preset", m.preset},
+          {"method", m.method},
+          {"model", m.model},
+          {"ratio", m.ratio},
+          {"matches_raw", m.matches_raw},
+          {"matches_gms", m.matches_gms},
+          {"detect_ms", m.detect_ms},
+          {"match_ms", m.match_ms},
+          {"gms_ms", m.gms_ms},
+          {"raw_points", m.raw_points},
+          {"inliers", m.inliers},
+          {"known", m.known},
+          {"correct", m.correct},
+          {"points", m.points},
+          {"hypotheses", m.hypotheses},
+          {"models_scored", m.models_scored},
+          {"point_evaluations", m.point_evaluations},
+          {"ransac_ms", m.ransac_ms},
+          {"rotation_error", m.rotation_error},
+          {"pose_error", m.pose_error}};
+}
+
+Measurement measurementFromJson(const json& line) {
+  Measurement m;
+  line.at("unit").get_to(m.unit);
+  line.at("sequence").get_to(m.sequence);
+  line.at("pair").get_to(m.pair);
+  line.at("preset").get_to(m.preset);
+  line.at("method").get_to(m.method);
+  line.at("model").get_to(m.model);
+  line.at("ratio").get_to(m.ratio);
+  line.at("matches_raw").get_to(m.matches_raw);
+  line.at("matches_gms").get_to(m.matches_gms);
+  line.at("detect_ms").get_to(m.detect_ms);
+  line.at("match_ms").get_to(m.match_ms);
+  line.at("gms_ms").get_to(m.gms_ms);
+  line.at("raw_points").get_to(m.raw_points);
+  line.at("inliers").get_to(m.inliers);
+  line.at("known").get_to(m.known);
+  line.at("correct").get_to(m.correct);
+  line.at("points").get_to(m.points);
+  line.at("hypotheses").get_to(m.hypotheses);
+  line.at("models_scored").get_to(m.models_scored);
+  line.at("point_evaluations").get_to(m.point_evaluations);
+  line.at("ransac_ms").get_to(m.ransac_ms);
+  line.at("rotation_error").get_to(m.rotation_error);
+  line.at("pose_error").get_to(m.pose_error);
+  return m;
+}
+
+}  // namespace
+
+std::string planText(const TablesPlan& plan) {
+  const MatchFilterOptions& base = plan.base;
+  const MotionStatisticsOptions& gms = base.motion_statistics;
+  const json text = {{"sequences", plan.sequences},
+                     {"gap", plan.gap},
+                     {"pairs", plan.pairs},
+                     {"repeats", plan.repeats},
+                     {"presets", plan.presets},
+                     {"ratios", plan.ratios},
+                     {"methods", plan.methods},
+                     {"model", toString(plan.model)},
+                     {"extractor", base.extractor.extractor},
+                     {"levels", base.extractor.levels},
+                     {"scale_factor", base.extractor.scale_factor},
+                     {"fast_threshold", base.extractor.fast_threshold},
+                     {"grid", {gms.grid_columns, gms.grid_rows}},
+                     {"alpha", gms.threshold_factor},
+                     {"rotation", gms.rotation},
+                     {"scale", gms.scale},
+                     {"threshold_px", base.robust.threshold_px},
+                     {"confidence", base.robust.confidence},
+                     {"max_iterations", base.robust.max_iterations},
+                     {"refine", base.robust.refine},
+                     {"quality", base.robust.quality},
+                     {"acceptance", static_cast<int>(gms.acceptance)},
+                     {"distance_reading", static_cast<int>(base.distance_reading)},
+                     {"one_to_one", base.one_to_one},
+                     {"lan_mutual", base.lan_mutual},
+                     {"second_alpha", base.second_alpha},
+                     {"threads", base.extractor.threads},
+                     {"seed", base.robust.seed}};
+  return text.dump();
+}
+
+std::optional<std::string> planFrom(const std::string& text) {
+  const json plan = json::parse(text, nullptr, false);
+  if (plan.is_discarded()) return std::nullopt;
+  return plan.dump();
+}
+
+std::string planForReading(const std::string& plan) { return json::parse(plan).dump(1); }
+
+std::string unitLine(int unit, const std::vector<Measurement>& measurements) {
+  json runs = json::array();
+  for (const Measurement& measurement : measurements) runs.push_back(toJson(measurement));
+  return json{{"unit", unit}, {"runs", runs}}.dump();
+}
+
+std::optional<int> unitOf(const std::string& line) {
+  const json entry = json::parse(line, nullptr, false);
+  if (entry.is_discarded() || !entry.is_object()) return std::nullopt;
+  return entry.at("unit").get<int>();
+}
+
+std::vector<Measurement> measurementsOf(const std::string& line) {
+  std::vector<Measurement> measurements;
+  const json unit = json::parse(line);
+  for (const json& run : unit.at("runs")) measurements.push_back(measurementFromJson(run));
+  return measurements;
+}
+
+}  // namespace gms_ransac
