@@ -1,12 +1,12 @@
-// The list of reconfigurable parameters says the same as the core: defaults, and the words a choice knows. Whatever it
-// offers works, or is refused with a sentence.
+// The table of parameters binds each name to an option of its own, with the core's default and the words the core
+// knows. Whatever it offers works, or is refused with a sentence.
 #include "parameters.h"
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <functional>
 #include <random>
@@ -15,83 +15,102 @@
 #include <string>
 #include <utility>
 
+#include "gms_ransac/parameter_binding.h"
 #include "gms_ransac/track_selector.h"
 #include "match_filter_config.h"
 
 namespace gms_ransac {
 namespace {
 
-/// The words that cfg/MatchFilter.cfg offers for a parameter: its menu is a Python literal, read as a whole, unlike
-/// parameters.cpp, which searches it.
-std::set<std::string> offered(const std::string& parameter) {
-  std::set<std::string> words;
-  for (const auto& description : MatchFilterConfig::__getParamDescriptions__()) {
-    if (description->name != parameter || description->edit_method.empty()) continue;
-    std::string menu = description->edit_method;
-    std::replace(menu.begin(), menu.end(), '\'', '"');
-    const nlohmann::json constants = nlohmann::json::parse(menu).at("enum");
-    for (const nlohmann::json& constant : constants) words.insert(constant.at("value"));
-  }
-  return words;
-}
+const Parameter& row(const std::string& name) { return findParameter(coreParameters(), name); }
 
 TEST(Parameters, OffersEveryMethodAndNoOther) {
   std::set<std::string> known;
   for (const MethodEntry& method : methods()) known.insert(method.name);
-  EXPECT_EQ(offered("method"), known) << "cfg/MatchFilter.cfg and the table of methods differ";
+  const std::vector<std::string>& offered = row("method").choices;
+  EXPECT_EQ(std::set<std::string>(offered.begin(), offered.end()), known);
 }
 
 TEST(Parameters, OffersOnlyWordsTheCoreTakes) {
-  for (const char* parameter : {"extractor", "model", "gms_border", "method", "quality"}) {
-    ASSERT_FALSE(offered(parameter).empty()) << parameter;
-    for (const std::string& word : offered(parameter)) {
-      MatchFilterConfig config = MatchFilterConfig::__getDefault__();
-      if (std::string(parameter) == "extractor") config.extractor = word;
-      if (std::string(parameter) == "model") config.model = word;
-      if (std::string(parameter) == "gms_border") config.gms_border = word;
-      if (std::string(parameter) == "method") config.method = word;
-      if (std::string(parameter) == "quality") config.quality = word;
-      EXPECT_NO_THROW(MatchFilter{coreOptions(config)}) << parameter << " " << word;
+  for (const Parameter& parameter : coreParameters()) {
+    for (const std::string& word : parameter.choices) {
+      MatchFilterOptions options;
+      setParameters({{parameter.name, word}}, options);
+      EXPECT_NO_THROW(MatchFilter{options}) << parameter.name << " " << word;
+      EXPECT_EQ(parametersOf(options).at(parameter.name), ParameterValue(word)) << parameter.name;
     }
   }
 }
 
-TEST(Parameters, DefaultsAreTheCores) {
-  const MatchFilterOptions node = coreOptions(MatchFilterConfig::__getDefault__()), core;
-  EXPECT_EQ(node.method, core.method);
-  EXPECT_EQ(node.extractor.extractor, core.extractor.extractor);
-  EXPECT_EQ(node.extractor.features, core.extractor.features);
-  EXPECT_EQ(node.extractor.levels, core.extractor.levels);
-  EXPECT_EQ(node.extractor.scale_factor, core.extractor.scale_factor);
-  EXPECT_EQ(node.extractor.fast_threshold, core.extractor.fast_threshold);
-  EXPECT_EQ(node.motion_statistics.grid_columns, core.motion_statistics.grid_columns);
-  EXPECT_EQ(node.motion_statistics.grid_rows, core.motion_statistics.grid_rows);
-  EXPECT_EQ(node.motion_statistics.threshold_factor, core.motion_statistics.threshold_factor);
-  EXPECT_EQ(node.motion_statistics.rotation, core.motion_statistics.rotation);
-  EXPECT_EQ(node.motion_statistics.scale, core.motion_statistics.scale);
-  EXPECT_EQ(node.motion_statistics.border, core.motion_statistics.border);
-  EXPECT_EQ(node.motion_statistics.acceptance, core.motion_statistics.acceptance);
-  EXPECT_EQ(node.distance_reading, core.distance_reading);
-  EXPECT_EQ(node.one_to_one, core.one_to_one);
-  EXPECT_EQ(node.lan_mutual, core.lan_mutual);
-  EXPECT_EQ(node.second_alpha, core.second_alpha);
-  EXPECT_EQ(node.robust.model, core.robust.model);
-  EXPECT_EQ(node.robust.threshold_px, core.robust.threshold_px);
-  EXPECT_EQ(node.robust.confidence, core.robust.confidence);
-  EXPECT_EQ(node.robust.max_iterations, core.robust.max_iterations);
-  EXPECT_EQ(node.robust.seed, core.robust.seed);
-  EXPECT_EQ(node.robust.ratio, core.robust.ratio);
-  EXPECT_EQ(node.robust.geometric_groups, core.robust.geometric_groups);
-  EXPECT_EQ(node.robust.tdd_d, core.robust.tdd_d);
-  EXPECT_EQ(node.robust.subset_count, core.robust.subset_count);
-  EXPECT_EQ(node.robust.subset_fraction, core.robust.subset_fraction);
-  EXPECT_EQ(node.robust.split, core.robust.split);
-  EXPECT_EQ(node.robust.target_ratio, core.robust.target_ratio);
-  EXPECT_EQ(node.robust.quality, core.robust.quality);
-  EXPECT_EQ(node.robust.judge, core.robust.judge);
-  EXPECT_EQ(node.robust.refine, core.robust.refine);
+TEST(Parameters, DefaultsAreTheCoresAndTheReconfigureFiles) {
+  ParameterValues expected;
+  for (const Parameter& parameter : coreParameters()) expected[parameter.name] = parameter.default_value;
+  EXPECT_EQ(parametersOf(MatchFilterOptions()), expected);
+  EXPECT_EQ(parametersOf(coreOptions(MatchFilterConfig::__getDefault__())), expected);
   EXPECT_EQ(MatchFilterConfig::__getDefault__().feature_limit, TrackSelectorOptions().limit);
   EXPECT_EQ(MatchFilterConfig::__getDefault__().feature_distance, TrackSelectorOptions().distance);
+}
+
+TEST(Parameters, EachSetsAnOptionOfItsOwn) {
+  for (const Parameter& parameter : coreParameters()) {
+    ParameterValue value = parameter.default_value;
+    if (auto* flag = std::get_if<bool>(&value)) *flag = !*flag;
+    if (auto* whole = std::get_if<int>(&value)) *whole = static_cast<int>(parameter.high);
+    if (auto* number = std::get_if<double>(&value)) *number = parameter.high;
+    if (auto* word = std::get_if<std::string>(&value)) {
+      *word = parameter.choices.front() == *word ? parameter.choices.back() : parameter.choices.front();
+    }
+    MatchFilterOptions options;
+    setParameters({{parameter.name, value}}, options);
+    ParameterValues expected = parametersOf(MatchFilterOptions());
+    expected[parameter.name] = value;
+    EXPECT_EQ(parametersOf(options), expected) << parameter.name;
+    EXPECT_NO_THROW(options.validate()) << parameter.name;
+  }
+}
+
+TEST(Parameters, NotSetAndTheGapBeforeTheRange) {
+  MatchFilterOptions options;
+  setParameters({{"gms_grid_columns", 30}, {"inlier_threshold_px", 2.5}, {"sort_key", std::string("score")}}, options);
+  EXPECT_EQ(options.motion_statistics.grid_columns, 30);
+  EXPECT_EQ(options.robust.inlier_threshold_px, 2.5);
+  EXPECT_EQ(options.robust.sort_key, SortKey::kScore);
+  setParameters({{"gms_grid_columns", 0}, {"inlier_threshold_px", 0.}, {"sort_key", std::string()}}, options);
+  EXPECT_EQ(options.motion_statistics.grid_columns, std::nullopt);
+  EXPECT_EQ(options.robust.inlier_threshold_px, std::nullopt);
+  EXPECT_EQ(options.robust.sort_key, std::nullopt);
+  EXPECT_EQ(row("gms_grid_columns").accepted(), "a whole number between 2 and 100, or 0");
+  EXPECT_FALSE(row("gms_grid_columns").accepts(1));
+  EXPECT_FALSE(row("inlier_threshold_px").accepts(std::nan("")));
+  options.motion_statistics.grid_columns = 0;  // the core has no word for "not set"
+  EXPECT_THROW(options.validate(), std::invalid_argument);
+}
+
+TEST(Parameters, TypesAndOldWords) {
+  EXPECT_EQ(row("inlier_threshold_px").convert(2), ParameterValue(2.0)) << "a whole number is a number";
+  EXPECT_EQ(row("features").convert(2.0), std::nullopt);
+  EXPECT_EQ(row("refine").parse("0"), ParameterValue(false));
+  EXPECT_EQ(row("refine").parse("maybe"), std::nullopt);
+  EXPECT_EQ(row("features").parse("500x"), std::nullopt);
+  EXPECT_EQ(row("sort_key").parse("support"), ParameterValue(std::string("relative_score")));
+  EXPECT_EQ(row("sort_key").parse("ratio"), ParameterValue(std::string("lowe_ratio")));
+}
+
+TEST(Parameters, RefusesByName) {
+  const auto complaint = [](const std::string& name, const ParameterValue& value) -> std::string {
+    try {
+      MatchFilterOptions options;
+      setParameters({{name, value}}, options);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(complaint("gms_border", std::string("somewhere")),
+            "gms_border is 'somewhere'; it must be one of 'opencv' 'original'");
+  EXPECT_EQ(complaint("features", 0), "features is '0'; it must be a whole number between 1 and 100000");
+  EXPECT_EQ(complaint("seed", true), "seed is 'true'; it must be a whole number between 0 and 2147483647");
+  EXPECT_EQ(complaint("featuers", 100), "there is no parameter 'featuers'");
 }
 
 /// One thing to be asked for: a parameter, as text for messages, and how it is set.
@@ -110,21 +129,23 @@ Setting setting(const MatchFilterConfig::AbstractParamDescriptionConstPtr& descr
           }};
 }
 
-/// The ends of every range and every word, parameter by parameter.
+/// The ends of every range, what stands for "not set" and every word, parameter by parameter.
 std::vector<std::vector<Setting>> corners() {
   std::vector<std::vector<Setting>> all;
-  const MatchFilterConfig &low = MatchFilterConfig::__getMin__(), &high = MatchFilterConfig::__getMax__();
   for (const auto& description : MatchFilterConfig::__getParamDescriptions__()) {
-    all.emplace_back();
-    if (description->type == "bool") all.back() = {setting(description, false), setting(description, true)};
-    if (description->type == "str") {
-      for (const std::string& word : offered(description->name)) all.back().push_back(setting(description, word));
+    const Parameter& parameter = findParameter(description->name);
+    std::vector<Setting>& settings = all.emplace_back();
+    if (description->type == "bool") settings = {setting(description, false), setting(description, true)};
+    for (const std::string& word : parameter.choices) settings.push_back(setting(description, word));
+    if (const auto* not_set = std::get_if<int>(&parameter.default_value)) {
+      for (const double value : {static_cast<double>(*not_set), parameter.low, parameter.high}) {
+        settings.push_back(setting(description, static_cast<int>(value)));
+      }
     }
-    for (const MatchFilterConfig* end : {&low, &high}) {
-      boost::any value;
-      description->getValue(*end, value);
-      if (description->type == "int") all.back().push_back(setting(description, boost::any_cast<int>(value)));
-      if (description->type == "double") all.back().push_back(setting(description, boost::any_cast<double>(value)));
+    if (const auto* not_set = std::get_if<double>(&parameter.default_value)) {
+      for (const double value : {*not_set, parameter.low, parameter.high}) {
+        settings.push_back(setting(description, value));
+      }
     }
   }
   return all;
@@ -228,41 +249,17 @@ TEST(Parameters, AnyPyramidOfTheOpenCvExtractorWorksOnAnyImage) {
 
 TEST(Parameters, ThePapersFileIsThePapersPreset) {
   std::ifstream file(GMS_RANSAC_SOURCE_DIR "/cfg/paper.yaml");
-  dynamic_reconfigure::Config message;
-  MatchFilterConfig config = MatchFilterConfig::__getDefault__();
-  config.__toMessage__(message);
-  int set = 0;
+  MatchFilterOptions options;
   for (std::string line; std::getline(file, line);) {
     std::istringstream words(line.substr(0, line.find('#')));
     std::string name, value;
     if (!(words >> name >> value)) continue;
     name.pop_back();  // the colon
-    for (auto& each : message.strs) set += each.name == name ? (each.value = value, 1) : 0;
-    for (auto& each : message.bools) set += each.name == name ? (each.value = value == "true", 1) : 0;
-    for (auto& each : message.doubles) set += each.name == name ? (each.value = std::stod(value), 1) : 0;
+    const std::optional<ParameterValue> parsed = row(name).parse(value);
+    ASSERT_TRUE(parsed) << line;
+    setParameters({{name, *parsed}}, options);
   }
-  EXPECT_EQ(set, 7) << "every line of the file is a parameter";
-  ASSERT_TRUE(config.__fromMessage__(message));
-  const MatchFilterOptions file_options = coreOptions(config), paper = MatchFilterOptions::paper();
-  EXPECT_EQ(file_options.method, paper.method);
-  EXPECT_EQ(file_options.extractor.extractor, paper.extractor.extractor);
-  EXPECT_EQ(file_options.one_to_one, paper.one_to_one);
-  EXPECT_EQ(file_options.robust.quality, paper.robust.quality);
-  EXPECT_EQ(file_options.robust.ratio, paper.robust.ratio);
-  EXPECT_EQ(file_options.robust.refine, paper.robust.refine);
-  EXPECT_EQ(file_options.robust.judge, paper.robust.judge);
-  EXPECT_EQ(file_options.robust.threshold_px, paper.robust.threshold_px);
-}
-
-TEST(Parameters, RefusesAnUnknownWordByName) {
-  MatchFilterConfig config = MatchFilterConfig::__getDefault__();
-  config.gms_border = "somewhere";
-  try {
-    coreOptions(config);
-    FAIL() << "accepted an unknown border rule";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("gms_border is 'somewhere'"), std::string::npos) << error.what();
-  }
+  EXPECT_EQ(parametersOf(options), parametersOf(MatchFilterOptions::paper()));
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include <opencv2/core/types.hpp>
@@ -23,9 +22,6 @@ enum class DistanceReading {
   /// lies within 20 % of the median over all matches.
   kPairwise
 };
-
-/// "displacement", "pairwise"; throws std::invalid_argument for another word.
-DistanceReading parseDistanceReading(const std::string& name);
 
 class DistanceConsistency {
  public:

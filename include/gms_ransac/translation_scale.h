@@ -15,9 +15,6 @@ namespace gms_ransac {
 
 enum class ScaleMode { kUnit, kPropagate, kDepth, kFixed };
 
-/// "unit", "propagate", "depth", "fixed"; throws std::invalid_argument for another word.
-ScaleMode parseScaleMode(const std::string& name);
-
 struct ScaleEstimate {
   double length = 1;          ///< of the translation; metres when it came from depth
   double relative_sigma = 0;  ///< standard deviation of `length` over `length`

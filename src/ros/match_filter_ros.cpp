@@ -30,13 +30,12 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
     : nh_(nh),
       pnh_(pnh),
       name_(name),
-      parameters_(Parameters::read(pnh)),
+      parameters_(Parameters::read(pnh, name)),
       mailbox_(parameters_.drop_frames ? 1 : static_cast<size_t>(parameters_.queue_size)),
       prepared_(1) {
   for (const std::string& unknown : unknownParameters(pnh_, parameters_)) {
     ROS_WARN_STREAM(name_ << ": parameter " << pnh_.resolveName(unknown) << " is set but not known; misspelt?");
   }
-  checkConfigOnServer(pnh_);
   input_ = std::make_unique<ImageInput>(nh_, pnh_, parameters_,
                                         [this](const ImageWithInfo& input) { survive([&] { onImage(input); }); });
   input_->checkTransports();

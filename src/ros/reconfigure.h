@@ -4,7 +4,6 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "frame_processor.h"
 #include "output_options.h"
@@ -20,13 +19,6 @@ struct RuntimeOptions {
   ProcessorOptions processor;
   OutputOptions outputs;
 };
-
-/// The names in cfg/MatchFilter.cfg.
-std::vector<std::string> reconfigurableNames();
-
-/// Checks the start values of the reconfigurable parameters, which dynamic_reconfigure would silently clamp. Throws
-/// std::invalid_argument like Parameters::read.
-void checkConfigOnServer(const ros::NodeHandle& pnh);
 
 class Reconfigure {
  public:

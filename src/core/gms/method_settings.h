@@ -8,14 +8,12 @@
 
 namespace gms_ransac {
 
-/// `given` with Bian's settings where it leaves them open (MotionStatisticsOptions::methodsOwn): 20 x 20 cells, 6.
-MotionStatisticsOptions publishedSettings(MotionStatisticsOptions given,
-                                          GridNeighborhood neighborhood = GridNeighborhood::kNine);
-/// `given` with the measured settings of `fast` where it leaves them open: square cells, weighed evidence.
-MotionStatisticsOptions evidenceSettings(MotionStatisticsOptions given);
+/// `given` with nothing left open but the grid: the criterion `own` where there is none, then what goes with it, Bian's
+/// settings (20 x 20 cells, 6) or the measured ones of `fast` (square cells, 1).
+MotionStatisticsOptions withDefaults(MotionStatisticsOptions given, Criterion own = Criterion::kThreshold);
 
-/// The grid of the reference image for so many matches that take part: what `options` says, and where that is 0 square
-/// cells that hold kMatchesPerCell of them.
+/// The grid of the reference image for so many matches that take part: what `options` says, and where that is not set
+/// square cells that hold kMatchesPerCell of them.
 CellGrid chooseGrid(const MotionStatisticsOptions& options, cv::Size image, int matches);
 
 }  // namespace gms_ransac

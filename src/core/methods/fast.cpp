@@ -28,7 +28,7 @@ constexpr int kFinalIterations = 10;
 class Fast : public RansacMethod {
  public:
   explicit Fast(const MatchFilterOptions& options)
-      : RansacMethod(options), gms_(evidenceSettings(options.motion_statistics)), judge_(kernels_) {}
+      : RansacMethod(options), gms_(withDefaults(options.motion_statistics, Criterion::kEvidence)), judge_(kernels_) {}
 
   void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
               MotionStatistics& statistics) override {
@@ -39,7 +39,7 @@ class Fast : public RansacMethod {
     const bool enough = begin(pairs, camera, result, kNoiseExponent);
     const bool had_previous = std::exchange(has_previous_, false);
     if (!enough) return;
-    sort(QualityKey::kRatio);
+    sort(SortKey::kLoweRatio);
     sampler_.setCells(order_, points_.cells());
     sampler_.begin(task(points_.size(), options_.max_iterations));
     switch (result.model_type) {

@@ -118,7 +118,8 @@ bool parse(const Arguments& arguments, TablesArguments& tables) {
   po::positional_options_description positional;
   positional.add("folder", -1);
   po::variables_map given;
-  po::store(po::command_line_parser(arguments).options(all).positional(positional).run(), given);
+  po::store(po::command_line_parser(arguments).extra_parser(parseOldOption).options(all).positional(positional).run(),
+            given);
   po::notify(given);
   if (given.count("help")) {
     std::cout << "evaluate tables DIR... [options]\n\nMakes the paper's Tables 1-5 and the data of its Figures 5, 6, 8 "
@@ -127,7 +128,7 @@ bool parse(const Arguments& arguments, TablesArguments& tables) {
     return false;
   }
   if (tables.folders.empty()) throw std::invalid_argument("no folder or bag given; see evaluate tables --help");
-  for (const char* fixed : {"features", "ratio"}) {
+  for (const char* fixed : {"features", "first-group-fraction"}) {
     if (!given[fixed].defaulted()) {
       throw std::invalid_argument(std::string("--") + fixed +
                                   " is varied by the tables; choose --presets and --ratios");
@@ -223,7 +224,8 @@ int evaluateMerge(const Arguments& arguments) {
   po::positional_options_description positional;
   positional.add("part", -1);
   po::variables_map given;
-  po::store(po::command_line_parser(arguments).options(all).positional(positional).run(), given);
+  po::store(po::command_line_parser(arguments).extra_parser(parseOldOption).options(all).positional(positional).run(),
+            given);
   po::notify(given);
   if (given.count("help")) {
     std::cout << "evaluate merge PART... --out FOLDER\n\nJoins the folders that evaluate tables --shard i/n wrote with "

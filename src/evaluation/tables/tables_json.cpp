@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "gms_ransac/parameter.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -65,36 +67,15 @@ Measurement measurementFromJson(const json& line) {
 }  // namespace
 
 std::string planText(const TablesPlan& plan) {
-  const MatchFilterOptions& base = plan.base;
-  const MotionStatisticsOptions& gms = base.motion_statistics;
-  const json text = {{"sequences", plan.sequences},
-                     {"gap", plan.gap},
-                     {"pairs", plan.pairs},
-                     {"repeats", plan.repeats},
-                     {"presets", plan.presets},
-                     {"ratios", plan.ratios},
-                     {"methods", plan.methods},
-                     {"model", toString(plan.model)},
-                     {"extractor", base.extractor.extractor},
-                     {"levels", base.extractor.levels},
-                     {"scale_factor", base.extractor.scale_factor},
-                     {"fast_threshold", base.extractor.fast_threshold},
-                     {"grid", {gms.grid_columns, gms.grid_rows}},
-                     {"alpha", gms.threshold_factor},
-                     {"rotation", gms.rotation},
-                     {"scale", gms.scale},
-                     {"threshold_px", base.robust.threshold_px},
-                     {"confidence", base.robust.confidence},
-                     {"max_iterations", base.robust.max_iterations},
-                     {"refine", base.robust.refine},
-                     {"quality", base.robust.quality},
-                     {"acceptance", static_cast<int>(gms.acceptance)},
-                     {"distance_reading", static_cast<int>(base.distance_reading)},
-                     {"one_to_one", base.one_to_one},
-                     {"lan_mutual", base.lan_mutual},
-                     {"second_alpha", base.second_alpha},
-                     {"threads", base.extractor.threads},
-                     {"seed", base.robust.seed}};
+  json options;
+  for (const auto& [name, value] : parametersOf(plan.base)) {
+    std::visit([&json_value = options[name]](const auto& typed) { json_value = typed; }, value);
+  }
+  const json text = {{"sequences", plan.sequences}, {"gap", plan.gap},
+                     {"pairs", plan.pairs},         {"repeats", plan.repeats},
+                     {"presets", plan.presets},     {"ratios", plan.ratios},
+                     {"methods", plan.methods},     {"threads", plan.base.extractor.threads},
+                     {"options", options}};
   return text.dump();
 }
 

@@ -74,7 +74,7 @@ MatchFilter& TablesMeter::filterFor(const TablesRun& run) {
     MatchFilterOptions options = plan_.base;
     options.method = run.method;
     options.robust.model = run.model;
-    options.robust.ratio = run.ratio;
+    options.robust.first_group_fraction = run.ratio;
     filter = std::make_unique<MatchFilter>(options);
   }
   return *filter;
