@@ -5,10 +5,8 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <functional>
 #include <random>
 #include <set>
 #include <sstream>
@@ -113,42 +111,16 @@ TEST(Parameters, RefusesByName) {
   EXPECT_EQ(complaint("featuers", 100), "there is no parameter 'featuers'");
 }
 
-/// One thing to be asked for: a parameter, as text for messages, and how it is set.
-struct Setting {
-  std::string text;
-  std::function<void(MatchFilterConfig&)> apply;
-};
-
-template <typename Value>
-Setting setting(const MatchFilterConfig::AbstractParamDescriptionConstPtr& description, Value value) {
-  std::ostringstream text;
-  text << description->name << " " << value;
-  return {text.str(), [description, value](MatchFilterConfig& config) {
-            const auto& of_type = static_cast<const MatchFilterConfig::ParamDescription<Value>&>(*description);
-            config.*of_type.field = value;
-          }};
-}
-
-/// The ends of every range, what stands for "not set" and every word, parameter by parameter.
-std::vector<std::vector<Setting>> corners() {
-  std::vector<std::vector<Setting>> all;
-  for (const auto& description : MatchFilterConfig::__getParamDescriptions__()) {
-    const Parameter& parameter = findParameter(description->name);
-    std::vector<Setting>& settings = all.emplace_back();
-    if (description->type == "bool") settings = {setting(description, false), setting(description, true)};
-    for (const std::string& word : parameter.choices) settings.push_back(setting(description, word));
-    if (const auto* not_set = std::get_if<int>(&parameter.default_value)) {
-      for (const double value : {static_cast<double>(*not_set), parameter.low, parameter.high}) {
-        settings.push_back(setting(description, static_cast<int>(value)));
-      }
-    }
-    if (const auto* not_set = std::get_if<double>(&parameter.default_value)) {
-      for (const double value : {*not_set, parameter.low, parameter.high}) {
-        settings.push_back(setting(description, value));
-      }
-    }
+/// The ends of the range, what stands for "not set", and every word.
+std::vector<ParameterValue> corners(const Parameter& parameter) {
+  std::vector<ParameterValue> values(parameter.choices.begin(), parameter.choices.end());
+  if (std::holds_alternative<bool>(parameter.default_value)) values = {false, true};
+  for (const double end : {parameter.low, parameter.high}) {
+    if (std::holds_alternative<int>(parameter.default_value)) values.emplace_back(static_cast<int>(end));
+    if (std::holds_alternative<double>(parameter.default_value)) values.emplace_back(end);
   }
-  return all;
+  values.push_back(parameter.default_value);
+  return values;
 }
 
 /// Two views of drawn rectangles at two depths.
@@ -167,10 +139,11 @@ std::pair<cv::Mat, cv::Mat> drawnPair() {
 }
 
 /// Answers the pair under these options, or refuses them; whatever else it does is a failure.
-void expectAnAnswer(const MatchFilterConfig& config, const std::pair<cv::Mat, cv::Mat>& images) {
+void expectAnAnswer(const ParameterValues& values, const std::pair<cv::Mat, cv::Mat>& images) {
   MatchFilterOptions options;
   try {
-    options = coreOptions(config);
+    setParameters(values, options);
+    options.validate();
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find(" must "), std::string::npos) << error.what();
     return;
@@ -193,14 +166,12 @@ void expectAnAnswer(const MatchFilterConfig& config, const std::pair<cv::Mat, cv
 TEST(Parameters, EveryCornerOfEveryRangeIsAnsweredOrRefused) {
   const auto images = drawnPair();
   for (const MethodEntry& method : methods()) {
-    for (const auto& parameter : corners()) {
-      for (const Setting& corner : parameter) {
-        SCOPED_TRACE(method.name + std::string(", ") + corner.text);
-        MatchFilterConfig config = MatchFilterConfig::__getDefault__();
-        config.features = 500;
-        config.method = method.name;
-        corner.apply(config);
-        expectAnAnswer(config, images);
+    for (const Parameter& parameter : coreParameters()) {
+      for (const ParameterValue& corner : corners(parameter)) {
+        SCOPED_TRACE(method.name + (", " + parameter.name) + " " + toText(corner));
+        ParameterValues values = {{"features", 500}, {"method", std::string(method.name)}};
+        values[parameter.name] = corner;
+        expectAnAnswer(values, images);
       }
     }
   }
@@ -210,32 +181,30 @@ TEST(Parameters, CornersOfSeveralRangesAtOnceAreAnsweredOrRefused) {
   constexpr int kCombinations = 400, kParameters = 4;
   constexpr int kFewIterations = 500;  // none of this is about patience
   const auto images = drawnPair();
-  const auto all = corners();
   std::mt19937 random(3);
+  const auto draw = [&](const auto& items) -> const auto& { return items[random() % items.size()]; };
   for (int i = 0; i < kCombinations; ++i) {
-    MatchFilterConfig config = MatchFilterConfig::__getDefault__();
-    config.features = 500;
-    config.method = methods()[random() % methods().size()].name;
-    std::string text = config.method;
+    ParameterValues values = {{"features", 500}, {"method", std::string(draw(methods()).name)}};
     for (int k = 0; k < kParameters; ++k) {
-      const auto& parameter = all[random() % all.size()];
-      const Setting& corner = parameter[random() % parameter.size()];
-      corner.apply(config);
-      text += ", " + corner.text;
+      const Parameter& parameter = draw(coreParameters());
+      const std::vector<ParameterValue> ends = corners(parameter);
+      values[parameter.name] = draw(ends);
     }
-    config.max_iterations = std::min(config.max_iterations, kFewIterations);
+    values["max_iterations"] = kFewIterations;
+    std::string text;
+    for (const auto& [name, value] : values) text += name + " " + toText(value) + ", ";
     SCOPED_TRACE(text);
-    expectAnAnswer(config, images);
+    expectAnAnswer(values, images);
   }
 }
 
 TEST(Parameters, AnyPyramidOfTheOpenCvExtractorWorksOnAnyImage) {
-  MatchFilterConfig config = MatchFilterConfig::__getDefault__();
-  config.extractor = "opencv";
+  FeatureExtractorOptions options;
+  options.extractor = "opencv";
   for (const auto& [levels, factor] : {std::pair(11, 2.0), std::pair(16, 1.6), std::pair(16, 2.0), std::pair(8, 1.2)}) {
-    config.pyramid_levels = levels;
-    config.pyramid_scale = factor;
-    const auto extractor = makeFeatureExtractor(coreOptions(config).extractor);
+    options.pyramid_levels = levels;
+    options.pyramid_scale = factor;
+    const auto extractor = makeFeatureExtractor(options);
     const cv::Mat image = drawnPair().first;
     for (const cv::Size& size : {cv::Size(640, 480), cv::Size(63, 700), cv::Size(97, 131), cv::Size(320, 240)}) {
       cv::Mat resized;
