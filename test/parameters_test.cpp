@@ -41,10 +41,12 @@ TEST(Parameters, OffersOnlyWordsTheCoreTakes) {
 }
 
 TEST(Parameters, DefaultsAreTheCoresAndTheReconfigureFiles) {
-  ParameterValues expected;
-  for (const Parameter& parameter : coreParameters()) expected[parameter.name] = parameter.default_value;
-  EXPECT_EQ(parametersOf(MatchFilterOptions()), expected);
-  EXPECT_EQ(parametersOf(coreOptions(MatchFilterConfig::__getDefault__())), expected);
+  const ParameterValues core = parametersOf(MatchFilterOptions());
+  const ParameterValues node = parametersOf(coreOptions(MatchFilterConfig::__getDefault__()));
+  for (const Parameter& parameter : coreParameters()) {
+    EXPECT_EQ(core.at(parameter.name), parameter.default_value) << parameter.name;
+    EXPECT_EQ(node.at(parameter.name), parameter.default_value) << parameter.name;
+  }
   EXPECT_EQ(MatchFilterConfig::__getDefault__().feature_limit, TrackSelectorOptions().limit);
   EXPECT_EQ(MatchFilterConfig::__getDefault__().feature_distance, TrackSelectorOptions().distance);
 }
