@@ -183,7 +183,7 @@ void answerPairs(const Sequence& sequence, Answers& answers) {
 
 /// What one image leaves for the next: the previous motion, tracks, the length of the translation.
 void answerStream(const Sequence& sequence, Answers& answers) {
-  for (const std::string method : {"fast", "cp_ransac"}) {
+  for (const std::string method : {"lo_prosac", "cp_ransac"}) {
     MatchFilter filter(optionsOf(method, ModelType::kEssential));
     filter.setCamera(sequence.camera);
     TrackTable tracks;

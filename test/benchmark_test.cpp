@@ -68,7 +68,7 @@ TEST_F(BenchmarkTest, BothSidesDoTheSameWork) {
 }
 
 TEST_F(BenchmarkTest, CorrectMatchesAreMostOfThoseKept) {
-  for (const char* name : {"cp_ransac", "cp_ransac on extractor fast", "stock with cv::findEssentialMat RANSAC"}) {
+  for (const char* name : {"cp_ransac", "cp_ransac on extractor simd_orb", "stock with cv::findEssentialMat RANSAC"}) {
     const BenchmarkRow* row = find("whole frame", name);
     ASSERT_TRUE(row);
     EXPECT_GT(row->correct, 0.9 * row->kept) << name;

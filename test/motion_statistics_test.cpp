@@ -297,7 +297,7 @@ TEST(MotionStatistics, EvidenceFollowsARollingCamera) {
   EXPECT_EQ(scene.compute(options).accepted_count, 40);
 }
 
-TEST(MotionStatisticsSettings, PapersKeepTheirsAndFastChooses) {
+TEST(MotionStatisticsSettings, PapersKeepTheirsAndLoProsacChooses) {
   const MotionStatisticsOptions open = MotionStatisticsOptions::methodsOwn();
   const MotionStatisticsOptions paper = publishedSettings(open);
   EXPECT_EQ(paper.grid_columns, 20);
@@ -305,9 +305,9 @@ TEST(MotionStatisticsSettings, PapersKeepTheirsAndFastChooses) {
   EXPECT_EQ(paper.threshold_factor, 6);
   EXPECT_EQ(paper.acceptance, Acceptance::kThreshold);
   EXPECT_EQ(publishedSettings(open, GridNeighborhood::kFive).neighborhood, GridNeighborhood::kFive);
-  const MotionStatisticsOptions fast = evidenceSettings(open);
-  EXPECT_EQ(fast.grid_columns, 0);
-  EXPECT_EQ(fast.acceptance, Acceptance::kEvidence);
+  const MotionStatisticsOptions chosen = evidenceSettings(open);
+  EXPECT_EQ(chosen.grid_columns, 0);
+  EXPECT_EQ(chosen.acceptance, Acceptance::kEvidence);
   MotionStatisticsOptions given = open;
   given.grid_columns = given.grid_rows = 30;
   given.threshold_factor = 5;

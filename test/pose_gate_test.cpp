@@ -199,7 +199,7 @@ TEST(PoseGate, NothingUnfitComesOfTurningBackAndForth) {
   constexpr int kPasses = 3;
   for (const auto& [method, model] :
        {std::pair("cp_ransac", ModelType::kEssential), std::pair("ransac", ModelType::kEssential),
-        std::pair("fast", ModelType::kHomography), std::pair("fast", ModelType::kEssential)}) {
+        std::pair("lo_prosac", ModelType::kHomography), std::pair("lo_prosac", ModelType::kEssential)}) {
     SCOPED_TRACE(std::string(method) + " " + toString(model));
     ProcessorOptions options;
     options.core.method = method;

@@ -1,4 +1,4 @@
-// The SIMD kernels of the fast estimator: against a double loop, and bit for bit against each other.
+// The SIMD kernels of estimation: against a double loop, and bit for bit against each other.
 #include <cmath>
 #include <cstring>
 #include <random>

@@ -36,7 +36,7 @@ constexpr int kMinimumMatches = 8;
 enum class MatchStage : uint8_t { kRaw = 0, kGms = 1, kInlier = 2 };
 
 struct MatchFilterOptions {
-  std::string method = "fast";
+  std::string method = "lo_prosac";
   FeatureExtractorOptions extractor;
   MotionStatisticsOptions motion_statistics = MotionStatisticsOptions::methodsOwn();
   RobustOptions robust;

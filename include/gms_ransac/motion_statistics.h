@@ -44,7 +44,7 @@ struct MotionStatisticsOptions {
   Acceptance acceptance = Acceptance::kThreshold;
 
   /// For MatchFilterOptions: leaves grid (0), threshold_factor (0) and acceptance to the method. The papers' methods
-  /// have 20 x 20 cells, 6 and kThreshold, `fast` has square cells, 1 and kEvidence.
+  /// have 20 x 20 cells, 6 and kThreshold, `lo_prosac` has square cells, 1 and kEvidence.
   static MotionStatisticsOptions methodsOwn();
   /// Throws std::invalid_argument with a sentence that names the field, its value and its range.
   void validate() const;

@@ -64,7 +64,8 @@ struct RobustOptions {
   /// Whether the answer is judged: enough inliers that are spread, parallax, other motions that explain the matches as
   /// well. Off: the model that was found stands, as in the papers, and its covariance is that of the matches alone.
   bool judge = true;
-  bool refine = true;  ///< robust least squares on the matches near the best model; off: textbook. `fast` always does
+  bool refine =
+      true;  ///< robust least squares on the matches near the best model; off: textbook. `lo_prosac` always does
   SimdLevel simd = detectSimdLevel();
 
   double inlierThreshold() const;  ///< threshold_px with its default filled in

@@ -5,6 +5,7 @@
 
 #include <opencv2/core/version.hpp>
 
+#include "former_names.h"
 #include "guard.h"
 
 namespace gms_ransac {
@@ -43,6 +44,7 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   for (const std::string& unknown : unknownParameters(pnh_, parameters_)) {
     ROS_WARN_STREAM(name_ << ": parameter " << pnh_.resolveName(unknown) << " is set but not known; misspelt?");
   }
+  for (const std::string& sentence : replaceFormerNames(pnh_)) ROS_WARN_STREAM(name_ << ": " << sentence);
   checkConfigOnServer(pnh_);
   input_ = std::make_unique<ImageInput>(nh_, pnh_, parameters_,
                                         [this](const ImageWithInfo& input) { survive([&] { onImage(input); }); });
@@ -99,6 +101,7 @@ MatchFilterRos::~MatchFilterRos() {
 }
 
 void MatchFilterRos::reconfigure(UnclampedConfig& config) {
+  for (const std::string& sentence : config.renamed) throttle_.warnOnce(sentence, name_ + ": " + sentence);
   try {
     if (!config.problem.empty()) throw std::invalid_argument(config.problem);
     processor_->setOptions(processorOptions(config, parameters_.threads));

@@ -1,5 +1,5 @@
 // What speaks for a match beside its neighbours' votes: how alike the descriptors are, and whether its keypoint turns
-// and changes pyramid level as most do. Not part of any paper; the filter of method `fast`.
+// and changes pyramid level as most do. Not part of any paper; the filter of method `lo_prosac`.
 #pragma once
 
 #include <cstdint>

@@ -91,7 +91,7 @@ class Suite {
   std::unique_ptr<PairTruth> truth_;
 
   cv::Ptr<cv::ORB> stock_extractor_;
-  std::vector<ExtractorContender> extractors_;  ///< opencv, fast; the first one's features are the stock chain's
+  std::vector<ExtractorContender> extractors_;  ///< opencv, simd_orb; the first one's features are the stock chain's
   std::vector<MatcherContender> matchers_;
   std::vector<std::unique_ptr<FilterContender>> filters_;
   MotionStatisticsOptions gms_all_options_;
@@ -124,7 +124,7 @@ Suite::Suite(const Dataset& dataset, const BenchmarkOptions& options)
     matchers_.push_back({toString(level), level, HammingMatcher(nearest)});
     matchers_.push_back({toString(level) + ", mutual", level, HammingMatcher(mutual)});
   }
-  for (const char* name : {"opencv", "fast"}) {
+  for (const char* name : {"opencv", "simd_orb"}) {
     FeatureExtractorOptions extractor;
     extractor.extractor = name;
     extractor.features = options.features;

@@ -1,4 +1,4 @@
-// The inner loops of the fast estimator over all matches, one table of functions for each instruction set. All levels
+// The inner loops of estimation over all matches, one table of functions for each instruction set. All levels
 // return the same bits: same operations in the same order, no fused multiply-add.
 #pragma once
 
