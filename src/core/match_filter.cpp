@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "gms/method_settings.h"
+#include "gms/presets.h"
 #include "validation.h"
 
 namespace gms_ransac {
@@ -65,7 +65,7 @@ std::string toString(Status status) {
 
 void PointPairs::resize(int n) {
   const auto size = static_cast<size_t>(n);
-  for (auto* column : {&x_reference, &y_reference, &x_current, &y_current, &support}) column->resize(size);
+  for (auto* column : {&x_reference, &y_reference, &x_current, &y_current, &relative_score}) column->resize(size);
   for (auto* column : {&octave_reference, &octave_current}) column->resize(size);
   score.resize(size);
   for (auto* column : {&distance, &second_distance}) column->resize(size);
@@ -207,13 +207,10 @@ void MatchFilter::selectSurvivors(const Features& reference, const Features& cur
 }
 
 void MatchFilter::keepOneForEachPoint(const MatchResult& result) {
-  // With kEvidence the support is the log-odds of being right, descriptors included; a score alone says which cell is
-  // the fullest.
-  const bool by_support = statistics_.weighs_evidence;
+  // The log-odds of being right include the descriptors; a score alone says which cell is the fullest.
+  const std::vector<float>& log_odds = statistics_.log_odds;
   const auto better = [&](int a, int b) {
-    if (by_support && statistics_.support[a] != statistics_.support[b]) {
-      return statistics_.support[a] > statistics_.support[b];
-    }
+    if (!log_odds.empty() && log_odds[a] != log_odds[b]) return log_odds[a] > log_odds[b];
     return result.matches[a].distance < result.matches[b].distance;
   };
   constexpr int kNone = -1;
@@ -248,7 +245,7 @@ void MatchFilter::describeSurvivors(const Features& reference, const Features& c
     pairs_.octave_reference[k] = static_cast<uint8_t>(a.octave);
     pairs_.octave_current[k] = static_cast<uint8_t>(b.octave);
     pairs_.score[k] = statistics_.score[i];
-    pairs_.support[k] = statistics_.support[i];
+    pairs_.relative_score[k] = statistics_.relative_score[i];
     pairs_.distance[k] = match.distance;
     pairs_.second_distance[k] = match.second_distance;
     result.stage[i] = MatchStage::kGms;

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "gms/method_settings.h"
+#include "gms/presets.h"
 #include "judgement/plane_motion.h"
 #include "judgement/pose_judge.h"
 #include "methods/ransac_method.h"
