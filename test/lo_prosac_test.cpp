@@ -403,7 +403,7 @@ TEST(StratifiedSampler, BeginsWithTheMostConfident) {
   int sample[5];
   sampler.draw(random, sample);
   EXPECT_LT(sampler.prefix(), 400);
-  for (int place : sample) EXPECT_LT(place, sampler.prefix());
+  for (int rank : sample) EXPECT_LT(rank, sampler.prefix());
   for (int k = 0; k < 400; ++k) sampler.draw(random, sample);
   EXPECT_EQ(400, sampler.prefix());
 }

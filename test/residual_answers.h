@@ -24,7 +24,7 @@ inline std::vector<float> allAnswers(const ResidualKernels& kernels, const Point
   };
   const ParallaxPrior prior = {0.03f, 0.05f};
   for (float bound : {1e9f, 0.3f * static_cast<float>(points.count)}) {
-    Score score;
+    HypothesisScore score;
     const auto addScore = [&] {
       add(score.cost);
       answers.push_back(static_cast<float>(score.inliers));

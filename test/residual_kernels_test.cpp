@@ -93,7 +93,7 @@ TEST(ResidualKernels, EpipolarScoreIsTheDoubleLoops) {
       inliers += e < 1;
     }
     for (SimdLevel level : supportedLevels()) {
-      Score score;
+      HypothesisScore score;
       residualKernels(level).scoreEpipolar(problem.columns.view(), problem.pose.parameters().E, 1e9f, score);
       EXPECT_NEAR(cost, score.cost, 1e-3 * (1 + cost));
       EXPECT_NEAR(inliers, score.inliers, 1);  // float may flip a match at the very threshold
@@ -113,7 +113,7 @@ TEST(ResidualKernels, HomographyScoreIsTheDoubleLoops) {
   float h[9], g[9];
   toFloat(problem.H, h);
   toFloat(G, g);
-  Score score;
+  HypothesisScore score;
   residualKernels(detectSimdLevel()).scoreHomography(problem.columns.view(), h, g, 1e9f, score);
   EXPECT_NEAR(cost, score.cost, 1e-3 * cost);
 }
@@ -122,7 +122,7 @@ TEST(ResidualKernels, PosesWithPointsBehindTheCameraLose) {
   Problem problem(500, 13);
   const ResidualKernels& kernels = residualKernels(detectSimdLevel());
   const TwoViewPose opposite = {problem.pose.R, -problem.pose.t};
-  Score right, wrong, epipolar;
+  HypothesisScore right, wrong, epipolar;
   kernels.scoreEpipolar(problem.columns.view(), opposite.parameters().E, 1e9f, epipolar);
   kernels.scorePose(problem.columns.view(), problem.pose.parameters(), {}, 1e9f, right);
   kernels.scorePose(problem.columns.view(), opposite.parameters(), {}, 1e9f, wrong);
@@ -135,7 +135,7 @@ TEST(ResidualKernels, PoseResidualsAreWhatThePoseScoreSumsUp) {
   const ResidualKernels& kernels = residualKernels(detectSimdLevel());
   for (const Eigen::Vector3d& t : {problem.pose.t, Eigen::Vector3d(-problem.pose.t)}) {
     const PoseParameters parameters = TwoViewPose{problem.pose.R, t}.parameters();
-    Score score;
+    HypothesisScore score;
     kernels.scorePose(problem.columns.view(), parameters, {}, 1e9f, score);
     std::vector<float> e(static_cast<size_t>(problem.columns.view().size));
     kernels.poseResiduals(problem.columns.view(), parameters, e.data());
@@ -154,7 +154,7 @@ TEST(ResidualKernels, StopsOnceTheBoundIsPassed) {
   const Problem problem(1000, 14);
   PoseParameters wrong = problem.pose.parameters();
   std::swap(wrong.E[1], wrong.E[5]);
-  Score score;
+  HypothesisScore score;
   residualKernels(detectSimdLevel()).scoreEpipolar(problem.columns.view(), wrong.E, 50, score);
   EXPECT_GT(score.cost, 50);
   EXPECT_LT(score.evaluated, 500);

@@ -67,7 +67,7 @@ struct StageTimes {
   double total() const { return detect + match + gms + ransac; }
 };
 
-/// The answer to one pair. `matches` holds every raw match; the columns beside it have one entry for each.
+/// The result of one pair. `matches` holds every raw match; the columns beside it have one entry for each.
 struct MatchResult {
   Status status = Status::kFirstFrame;
   int keypoints_reference = 0, keypoints_current = 0;
@@ -79,7 +79,7 @@ struct MatchResult {
   RobustResult robust;  ///< `inlier` there is indexed by surviving match; use `stage` here
   StageTimes times;
 
-  /// Empties the answer but keeps its storage.
+  /// Empties the result but keeps its storage.
   void clear(Status new_status);
 };
 

@@ -36,7 +36,7 @@ struct PointPairs {
   void resize(int n);
   /// False of a match with a coordinate that no keypoint has: not finite, or a million pixels and more from the origin.
   /// Estimators take it for an outlier.
-  bool hasPlaces(size_t i) const;
+  bool hasCoordinates(size_t i) const;
 };
 
 enum class ModelType { kEssential, kFundamental, kHomography };
@@ -95,10 +95,10 @@ struct RobustResult {
   double rms_error_px = 0;        ///< over inliers, of the model's residual (Sampson; transfer for a homography)
   Effort effort;
 
-  /// Empties the answer but keeps its storage.
+  /// Empties the result but keeps its storage.
   void clear();
   /// No model after all: no inliers and no pose. What the search cost stays.
-  void refuse();
+  void reject();
 };
 
 }  // namespace gms_ransac

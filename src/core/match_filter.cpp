@@ -71,10 +71,11 @@ void PointPairs::resize(int n) {
   for (auto* column : {&distance, &second_distance}) column->resize(size);
 }
 
-bool PointPairs::hasPlaces(size_t i) const {
+bool PointPairs::hasCoordinates(size_t i) const {
   constexpr float kFarthest = 1e6f;  // a fisheye lens of 10000 px reaches as far, 0.6 degrees short of a right angle
-  const auto isPlace = [](float value) { return std::abs(value) < kFarthest; };  // nor NaN
-  return isPlace(x_reference[i]) && isPlace(y_reference[i]) && isPlace(x_current[i]) && isPlace(y_current[i]);
+  const auto isCoordinate = [](float value) { return std::abs(value) < kFarthest; };  // nor NaN
+  return isCoordinate(x_reference[i]) && isCoordinate(y_reference[i]) && isCoordinate(x_current[i]) &&
+         isCoordinate(y_current[i]);
 }
 
 void MatchResult::clear(Status new_status) {
@@ -189,9 +190,9 @@ void MatchFilter::estimate(const Frame& reference, const Frame& current, MatchRe
   for (int match : survivors_) result.stage[match] = MatchStage::kGms;
   StopWatch watch;
   method_->estimate(pairs_, camera_, result.robust);
-  method_->confirm(reference.features, current.features, result.matches, survivors_, result.robust);
-  // What fewer agree on is no answer, whichever stage took the others away.
-  if (result.robust.inlier_count < kMinimumMatches) result.robust.refuse();
+  method_->postFilter(reference.features, current.features, result.matches, survivors_, result.robust);
+  // What fewer agree on is no model, whichever stage took the others away.
+  if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
   markInliers(result);
   result.times.ransac = watch.lap();
 }

@@ -313,7 +313,7 @@ void FrameProcessor::finishPose(Answer& answer) {
   } else if (parameters_.scale == ScaleMode::kDepth) {
     const ScaleEstimate scale = poseFromDepth(triangulation_, reference_->frame.features, current_->frame.features,
                                               result_, camera, reference_->depth, current_->depth, answer.pose);
-    answer.metric_scale = scale.support > 0;
+    answer.metric_scale = scale.features > 0;
     if (answer.metric_scale && !translation_known) {
       // Depth makes a translation observable that the images alone do not show.
       answer.status = Status::kOk;

@@ -72,7 +72,7 @@ bool RansacMethod::accept(const Eigen::Matrix3d& matrix, bool ordered) {
   result_->model_found =
       !options_.judge || acceptance_.accepts(*pairs_, model_->sampleSize(), options_.inlierThreshold(), *result_,
                                              ordered ? &match_order_ : nullptr);
-  if (!result_->model_found) result_->refuse();
+  if (!result_->model_found) result_->reject();
   return result_->model_found;
 }
 
