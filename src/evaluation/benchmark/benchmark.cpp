@@ -1,4 +1,4 @@
-// Program: the stock chain of OpenCV's parts and ours, stage by stage, on the same images in the same run.
+// Program: the OpenCV baseline and ours, stage by stage, on the same images in the same run.
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -91,7 +91,7 @@ bool parse(int argc, char** argv, Arguments& arguments) {
   }
   arguments.options.model = parseModelType(arguments.model);
   if (arguments.options.model == ModelType::kHomography) {
-    throw std::invalid_argument("--model is homography; it must be essential or fundamental, as the peers are");
+    throw std::invalid_argument("--model is homography; it must be essential or fundamental, as in the baseline");
   }
   if (!arguments.methods.empty()) arguments.options.methods = split(arguments.methods);
   for (std::string& method : arguments.options.methods) {

@@ -1,4 +1,4 @@
-// Runs the stock chain and ours over the same pairs, interleaved, and times each stage.
+// Runs the OpenCV baseline and ours over the same pairs, interleaved, and times each stage.
 #pragma once
 
 #include <functional>
