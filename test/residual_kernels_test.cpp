@@ -10,7 +10,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "residual_answers.h"
+#include "residual_results.h"
 #include "two_view/kernels/residual_kernels.h"
 #include "two_view/minimal_sample.h"
 #include "two_view/pose_model.h"
@@ -60,21 +60,21 @@ std::vector<SimdLevel> supportedLevels() {
   return levels;
 }
 
-std::vector<float> allAnswers(const ResidualKernels& kernels, const Problem& problem) {
+std::vector<float> allResults(const ResidualKernels& kernels, const Problem& problem) {
   float H[9], G[9];
   toFloat(problem.H, H);
   toFloat(problem.H.inverse(), G);
-  return allAnswers(kernels, problem.columns.view(), problem.pose.parameters(), H, G);
+  return allResults(kernels, problem.columns.view(), problem.pose.parameters(), H, G);
 }
 
 TEST(ResidualKernels, EveryLevelReturnsTheSameBits) {
   for (int count : {0, 1, 7, 16, 33, 64, 65, 1003}) {
     const Problem problem(count, static_cast<uint64_t>(count));
-    const std::vector<float> expected = allAnswers(residualKernels(SimdLevel::kScalar), problem);
+    const std::vector<float> expected = allResults(residualKernels(SimdLevel::kScalar), problem);
     for (SimdLevel level : supportedLevels()) {
-      const std::vector<float> answers = allAnswers(residualKernels(level), problem);
-      ASSERT_EQ(expected.size(), answers.size());
-      EXPECT_EQ(0, std::memcmp(expected.data(), answers.data(), expected.size() * sizeof(float)))
+      const std::vector<float> results = allResults(residualKernels(level), problem);
+      ASSERT_EQ(expected.size(), results.size());
+      EXPECT_EQ(0, std::memcmp(expected.data(), results.data(), expected.size() * sizeof(float)))
           << toString(level) << ", " << count << " matches";
     }
   }
