@@ -149,13 +149,13 @@ class Stream {
 
 void expectFitOrNoPose(const ProcessedFrame& processed) {
   if (!processed.poseValid()) return;
-  EXPECT_EQ(poseDefect(processed.pose), "") << toString(processed.status);
+  EXPECT_EQ(poseDefect(processed.pose), "") << statusName(processed.status);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(processed.pose.covariance);
   EXPECT_GT(solver.eigenvalues().minCoeff(), 0);
 }
 
 void expectStopped(const ProcessedFrame& processed, const std::string& defect) {
-  EXPECT_EQ(processed.status, Status::kRansacFailed);
+  EXPECT_EQ(processed.status, MatchStats::RANSAC_FAILED);
   EXPECT_FALSE(processed.poseValid());
   EXPECT_NE(processed.text.find("stopped"), std::string::npos) << processed.text;
   EXPECT_NE(processed.text.find(defect), std::string::npos) << processed.text;
@@ -176,7 +176,7 @@ TEST(PoseGate, GuardsEveryScaleMode) {
   };
   for (const ScaleMode scale : {ScaleMode::kUnit, ScaleMode::kPropagate, ScaleMode::kDepth, ScaleMode::kFixed}) {
     secondFrame(scale, ProcessorOptions(), 2, [](const ProcessedFrame& processed) {
-      EXPECT_EQ(processed.status, Status::kOk) << processed.text;
+      EXPECT_EQ(processed.status, MatchStats::OK) << processed.text;
       expectFitOrNoPose(processed);
     });
     secondFrame(scale, spoilt, 2,
@@ -213,7 +213,7 @@ TEST(PoseGate, NothingUnfitComesOfTurningBackAndForth) {
       const ProcessedFrame processed =
           stream.process(images[static_cast<size_t>(phase < n ? phase : 2 * n - 1 - phase)]);
       expectFitOrNoPose(processed);
-      ok += processed.status == Status::kOk;
+      ok += processed.status == MatchStats::OK;
       stopped += processed.text.find("stopped") != std::string::npos;
     }
     EXPECT_GT(ok, 0);

@@ -15,7 +15,7 @@
 
 namespace gms_ransac {
 
-/// Outcome of one pair of images. Values are those of gms_ransac/MatchStats.
+/// Outcome of one pair of images. Values are those of gms_ransac/MatchStats, which has more for the node.
 enum class Status : uint8_t {
   kOk = 0,
   kFirstFrame = 1,       ///< nothing to compare with yet
@@ -24,9 +24,7 @@ enum class Status : uint8_t {
   kGmsRejected = 4,      ///< fewer than kMinimumMatches left by the filter
   kRansacFailed = 5,     ///< no model that explains at least kMinimumMatches of the matches
   kLowParallax = 6,      ///< rotation is good, the direction of translation is not observable
-  kUncalibrated = 7,     ///< correspondences only, no pose
-  kTimeReset = 8,        ///< set by callers that watch a clock
-  kBadImage = 9          ///< not a usable image
+  kUncalibrated = 7      ///< correspondences only, no pose
 };
 std::string toString(Status status);  ///< "OK", "FIRST_FRAME", ...
 

@@ -55,10 +55,6 @@ std::string toString(Status status) {
       return "LOW_PARALLAX";
     case Status::kUncalibrated:
       return "UNCALIBRATED";
-    case Status::kTimeReset:
-      return "TIME_RESET";
-    case Status::kBadImage:
-      return "BAD_IMAGE";
   }
   return "UNKNOWN";
 }

@@ -71,6 +71,15 @@ std::string sizeText(const cv::Size& size) { return std::to_string(size.width) +
 
 }  // namespace
 
+static_assert(static_cast<int>(Status::kUncalibrated) == MatchStats::UNCALIBRATED,
+              "values of the core and the message");
+
+std::string statusName(uint8_t status) {
+  if (status == MatchStats::TIME_RESET) return "TIME_RESET";
+  if (status == MatchStats::BAD_IMAGE) return "BAD_IMAGE";
+  return toString(static_cast<Status>(status));
+}
+
 FrameProcessor::FrameProcessor(const Parameters& parameters, const std::string& image_topic,
                                const std::string& info_topic)
     : image_topic_(image_topic), parameters_(parameters), camera_source_(parameters, image_topic, info_topic) {}
@@ -169,7 +178,7 @@ ProcessedFrame FrameProcessor::process(std::unique_ptr<PreparedFrame> frame) {
   processed.current = current_.get();
   if (!current_->problem.empty()) {
     keepPending(*current_);
-    processed.status = Status::kBadImage;
+    processed.status = MatchStats::BAD_IMAGE;
     processed.text = "image on " + image_topic_ + " not used: " + current_->problem;
     return processed;
   }
@@ -196,7 +205,7 @@ ProcessedFrame FrameProcessor::processStream(ProcessedFrame processed) {
   if (compared) {
     compare(processed);
     // An image without keypoints would make the next one fail too; the one before it is the better reference.
-    if (processed.status == Status::kTooFewKeypoints && current_->frame.features.size() < kMinimumMatches)
+    if (processed.status == MatchStats::TOO_FEW_KEYPOINTS && current_->frame.features.size() < kMinimumMatches)
       return processed;
     processed.reference_held = holdReference(processed, interval);
     if (processed.reference_held) return processed;
@@ -210,7 +219,7 @@ ProcessedFrame FrameProcessor::processPair(ProcessedFrame processed) {
   tracks_.reset();
   if (current_->reset_requested) processed.continuity = Continuity::kRestarted;
   if (reference_->frame.features.image_size != current_->frame.features.image_size) {
-    processed.status = Status::kBadImage;
+    processed.status = MatchStats::BAD_IMAGE;
     processed.text = "the two images differ in size: " + sizeText(reference_->frame.features.image_size) + " and " +
                      sizeText(current_->frame.features.image_size);
     return processed;
@@ -234,13 +243,13 @@ void FrameProcessor::advance(bool compared) {
 }
 
 std::string FrameProcessor::startAnew(const PreparedFrame& frame, ProcessedFrame& processed) {
-  processed.status = Status::kTimeReset;
+  processed.status = MatchStats::TIME_RESET;
   processed.continuity = Continuity::kBroken;
   const std::string anew = "; this image is a new reference";
   std::string why;
   const double max_gap = options().max_frame_gap;
   if (frame.reset_requested) {
-    processed.status = Status::kFirstFrame;
+    processed.status = MatchStats::FIRST_FRAME;
     processed.continuity = Continuity::kRestarted;
     why = "reset on request" + anew;
   } else if (frame.stamp_verdict == StampVerdict::kClockReset) {
@@ -252,11 +261,11 @@ std::string FrameProcessor::startAnew(const PreparedFrame& frame, ProcessedFrame
   } else if (frame.stamp_verdict == StampVerdict::kGap) {
     why = "more than ~max_frame_gap (" + seconds(max_gap) + ") since the image before" + anew;
   } else if (!reference_) {
-    processed.status = Status::kFirstFrame;
+    processed.status = MatchStats::FIRST_FRAME;
     processed.continuity = Continuity::kContinuous;
     return "first image; nothing to compare with yet";
   } else if (frame.frame.features.image_size != reference_->frame.features.image_size) {
-    processed.status = Status::kFirstFrame;
+    processed.status = MatchStats::FIRST_FRAME;
     why = "the image size changed from " + sizeText(reference_->frame.features.image_size) + " to " +
           sizeText(frame.frame.features.image_size) + anew;
   } else if (frame.stamp() - reference_->stamp() > max_gap) {
@@ -278,7 +287,7 @@ void FrameProcessor::compare(ProcessedFrame& processed) {
   const auto work = [&] {
     current_->filter->setCamera(current_->camera->camera);
     current_->filter->filter(reference_->frame, current_->frame, result_);
-    processed.status = result_.status;
+    processed.status = static_cast<uint8_t>(result_.status);
     processed.text = explain(result_.status, result_, *current_->camera);
     tracks_.link(result_);
     processed.track_ids = &tracks_.ids();
@@ -289,7 +298,7 @@ void FrameProcessor::compare(ProcessedFrame& processed) {
   guarded(work, [&](const std::string& what) {
     result_.clear(Status::kRansacFailed);
     tracks_.reset();
-    processed.status = Status::kRansacFailed;
+    processed.status = MatchStats::RANSAC_FAILED;
     processed.text = what;
   });
 }
@@ -301,7 +310,7 @@ void FrameProcessor::finishPose(ProcessedFrame& processed) {
   if (parameters_.scale == ScaleMode::kPropagate || parameters_.scale == ScaleMode::kDepth) {
     triangulateInliers(reference_->frame.features, current_->frame.features, result_, camera, triangulation_);
   }
-  bool translation_known = processed.status == Status::kOk;
+  bool translation_known = processed.status == MatchStats::OK;
   if (parameters_.scale == ScaleMode::kFixed && translation_known) {
     processed.pose = withLength(processed.pose, {parameters_.fixed_scale, 0, 1});
     processed.metric_scale = true;
@@ -317,7 +326,7 @@ void FrameProcessor::finishPose(ProcessedFrame& processed) {
     processed.metric_scale = scale.features > 0;
     if (processed.metric_scale && !translation_known) {
       // Depth makes a translation observable that the images alone do not show.
-      processed.status = Status::kOk;
+      processed.status = MatchStats::OK;
       processed.text = explain(Status::kOk, result_, *current_->camera) +
                        "; too little parallax, the translation is that of the depth";
       translation_known = true;
@@ -335,7 +344,7 @@ void FrameProcessor::finishPose(ProcessedFrame& processed) {
 void FrameProcessor::stopUnfitPose(ProcessedFrame& processed) {
   const std::string defect = poseDefect(processed.pose);
   if (defect.empty()) return;
-  processed.status = Status::kRansacFailed;
+  processed.status = MatchStats::RANSAC_FAILED;
   processed.text = "the pose was stopped before it was published: " + defect;
   processed.pose = RelativePose();
   processed.metric_scale = false;
@@ -345,7 +354,8 @@ void FrameProcessor::stopUnfitPose(ProcessedFrame& processed) {
 
 bool FrameProcessor::holdReference(const ProcessedFrame& processed, double interval) {
   const ProcessorOptions options = this->options();
-  if (processed.status != Status::kLowParallax || processed.result == nullptr || !options.hold_reference) return false;
+  if (processed.status != MatchStats::LOW_PARALLAX || processed.result == nullptr || !options.hold_reference)
+    return false;
   // Standing still for long, the reference would grow too old to be compared with the next image.
   const double age = current_->stamp() - reference_->stamp();
   if (age + kLateImage * interval > options.max_frame_gap) return false;

@@ -1,10 +1,12 @@
 // The stream's state: which image is compared with which, and what is said when one cannot be. Publishes nothing.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
 
+#include <gms_ransac/MatchStats.h>
 #include <std_msgs/Header.h>
 
 #include "camera_model.h"
@@ -46,7 +48,7 @@ enum class Continuity {
 
 /// What is to be published for one image. The pointers live until the next call of `process`.
 struct ProcessedFrame {
-  Status status = Status::kFirstFrame;
+  uint8_t status = MatchStats::FIRST_FRAME;
   std::string text;  ///< the status in words, with what to do where something can be done
   const PreparedFrame* current = nullptr;
   const PreparedFrame* reference = nullptr;  ///< null: not compared
@@ -59,8 +61,13 @@ struct ProcessedFrame {
   const std::vector<uint16_t>* track_lengths = nullptr;
   bool reference_held = false;  ///< the next image will be compared with this reference again
 
-  bool poseValid() const { return result != nullptr && (status == Status::kOk || status == Status::kLowParallax); }
+  bool poseValid() const {
+    return result != nullptr && (status == MatchStats::OK || status == MatchStats::LOW_PARALLAX);
+  }
 };
+
+/// "OK", ..., "BAD_IMAGE": a value of MatchStats::status in words.
+std::string statusName(uint8_t status);
 
 struct ProcessorOptions {
   MatchFilterOptions core;

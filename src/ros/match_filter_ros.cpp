@@ -203,7 +203,7 @@ void MatchFilterRos::publish(const ProcessedFrame& processed) {
   ++processed_;
   if (processed.continuity != Continuity::kContinuous) ++resets_;
   if (processed.current->camera) diagnostics_->setCalibrationDoubt(processed.current->camera->doubt);
-  if (processed.status == Status::kBadImage) throttle_.warn("bad image", name_ + ": " + processed.text);
+  if (processed.status == MatchStats::BAD_IMAGE) throttle_.warn("bad image", name_ + ": " + processed.text);
   if (processed.continuity != Continuity::kContinuous) throttle_.warn("reset", name_ + ": " + processed.text);
   OutputOptions options;
   {

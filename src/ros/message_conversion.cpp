@@ -67,12 +67,12 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
 void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, MatchStats& message) {
   message = MatchStats();
   message.header = processed.current->header;
-  message.status = static_cast<uint8_t>(processed.status);
+  message.status = processed.status;
   message.status_text = processed.text;
   message.keypoints_current = static_cast<uint32_t>(processed.current->frame.features.size());
   message.time_convert = static_cast<float>(processed.current->convert_seconds);
   message.time_detect = static_cast<float>(processed.current->frame.detect_seconds);
-  if (processed.status == Status::kBadImage) message.keypoints_current = 0;
+  if (processed.status == MatchStats::BAD_IMAGE) message.keypoints_current = 0;
   if (processed.result != nullptr) {
     const MatchResult& result = *processed.result;
     message.reference_header = processed.reference->header;

@@ -45,16 +45,17 @@ int OdometryOutput::listeners() const {
 }
 
 bool OdometryOutput::integrate(const ProcessedFrame& processed) {
-  if (processed.continuity == Continuity::kRestarted || processed.status == Status::kFirstFrame) odometry_.restart();
+  if (processed.continuity == Continuity::kRestarted || processed.status == MatchStats::FIRST_FRAME)
+    odometry_.restart();
   if (processed.continuity == Continuity::kBroken) odometry_.lose();
   if (processed.result == nullptr) return false;
   const double seconds = processed.current->stamp() - processed.reference->stamp();
   if (!processed.poseValid() || seconds <= 0) {
     // An image that was only skipped leaves the reference, and with it the motion, where it was.
-    if (processed.status != Status::kTooFewKeypoints) odometry_.lose();
+    if (processed.status != MatchStats::TOO_FEW_KEYPOINTS) odometry_.lose();
     return false;
   }
-  const bool translation_known = processed.status == Status::kOk;
+  const bool translation_known = processed.status == MatchStats::OK;
   const bool length_missing = translation_known && parameters_.scale == ScaleMode::kDepth && !processed.metric_scale;
   odometry_.add(length_missing ? withUsualLength(processed.pose) : processed.pose, translation_known, seconds,
                 processed.reference_held);

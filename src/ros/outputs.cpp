@@ -19,10 +19,10 @@ namespace {
 constexpr uint32_t kPublisherQueue = 10;
 
 std::string caption(const ProcessedFrame& processed) {
-  if (processed.result == nullptr) return toString(processed.status) + ": " + processed.text;
+  if (processed.result == nullptr) return statusName(processed.status) + ": " + processed.text;
   char text[160];
   std::snprintf(text, sizeof(text), "%s   %zu matches > %d GMS > %d inliers   %.1f ms",
-                toString(processed.status).c_str(), processed.result->matches.size(), processed.result->matches_gms,
+                statusName(processed.status).c_str(), processed.result->matches.size(), processed.result->matches_gms,
                 processed.result->inliers, 1e3 * processed.result->times.total());
   return text;
 }
@@ -73,7 +73,7 @@ MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const Frame
     restart.data = true;
     restart_.publish(restart);
   }
-  if (match_image_.getNumSubscribers() > 0 && processed.status != Status::kBadImage) {
+  if (match_image_.getNumSubscribers() > 0 && processed.status != MatchStats::BAD_IMAGE) {
     guarded([&] { publishOverlay(processed); }, report);
   }
   return stats;

@@ -133,7 +133,7 @@ void PointOutputs::publish(const ProcessedFrame& processed, const TrackSelectorO
   if (processed.result == nullptr || processed.result->inliers == 0 || !processed.current->camera->camera.calibrated())
     return;
   if (features_.listeners() > 0) features_.publish(processed, features);
-  if (points_.getNumSubscribers() > 0 && processed.status == Status::kOk) {
+  if (points_.getNumSubscribers() > 0 && processed.status == MatchStats::OK) {
     triangulateInliers(processed.reference->frame.features, processed.current->frame.features, *processed.result,
                        processed.current->camera->camera, triangulation_);
     points_.publish(boost::make_shared<sensor_msgs::PointCloud2>(pointsMessage(processed, triangulation_)));
