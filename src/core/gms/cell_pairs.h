@@ -36,7 +36,7 @@ class CellPairs {
 
   /// The rotations under which a match of this left cell to that right cell is accepted, one bit each.
   unsigned accepted(int cell, int right) const { return partner_[cell] == right ? accepted_[cell] : 0; }
-  /// What an accepted match is worth under the rotation given to `choose`.
+  /// The score of an accepted match under the rotation given to `choose`.
   struct PairScore {
     int32_t right;  ///< right cell, 0 (a border cell) if the pair was not accepted
     int32_t score;

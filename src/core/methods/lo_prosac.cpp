@@ -1,6 +1,6 @@
 // `lo_prosac`, ours: GMS weighed with descriptors, starts without samples, spread samples of the most distinctive
-// matches first, local optimisation, and two refinements. What was chosen and what it was measured on:
-// doc/estimator.md.
+// matches first (PROSAC), local optimisation (LO-RANSAC), and two refinements. The growth of the prefix, its stop and
+// the starts are neither paper's. What was chosen and what it was measured on: doc/estimator.md.
 #include <utility>
 #include <vector>
 
