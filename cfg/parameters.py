@@ -83,8 +83,8 @@ GROUPS = [
             field="diagnostic_period"),
     ]),
     Group("features", "features", True, [
-        row("extractor", "fast", "Feature extractor", field="extractor.extractor",
-            choices={"opencv": "cv::ORB, what the paper used", "fast": "the ORB of this package"}),
+        row("extractor", "simd_orb", "Feature extractor", field="extractor.extractor", old_words={"fast": "simd_orb"},
+            choices={"opencv": "cv::ORB, what the paper used", "simd_orb": "the ORB of this package"}),
         row("features", 2000, "Keypoints asked for per image", range=(1, 100000), field="extractor.features"),
         row("pyramid_levels", 8, "Levels of the image pyramid", range=(1, 16), field="extractor.pyramid_levels",
             old_options=("levels",)),
@@ -94,12 +94,12 @@ GROUPS = [
             range=(0, 255), unit="grey levels", field="extractor.fast_threshold"),
     ]),
     Group("motion_statistics", "motion statistics", True, [
-        row("gms_grid_columns", 0, "Cells across the image; 0: as the method has it (20; fast: square cells)", range=(2, 100),
+        row("gms_grid_columns", 0, "Cells across the image; 0: as the method has it (20; lo_prosac: square cells)", range=(2, 100),
             open=True, field="motion_statistics.grid_columns"),
-        row("gms_grid_rows", 0, "Cells down the image; 0: as the method has it (20; fast: square cells)", range=(2, 100),
+        row("gms_grid_rows", 0, "Cells down the image; 0: as the method has it (20; lo_prosac: square cells)", range=(2, 100),
             open=True, field="motion_statistics.grid_rows"),
         row("gms_threshold_factor", 0.0, "Matches in support of it that a match needs, in standard deviations (alpha); 0: as "
-            "the method has it (6; fast: 1)", range=(0.01, 100.0), open=True, field="motion_statistics.threshold_factor",
+            "the method has it (6; lo_prosac: 1)", range=(0.01, 100.0), open=True, field="motion_statistics.threshold_factor",
             old_options=("alpha",)),
         row("gms_criterion", "own", "What makes a match accepted", open=True, choices={
             "own": "as the method has it",
@@ -115,9 +115,9 @@ GROUPS = [
             enum="GridBorder"),
     ]),
     Group("robust_estimation", "robust estimation", True, [
-        row("method", "fast", "Named choice for every stage (rosrun gms_ransac evaluate --list explains them)", field="method",
-            choices={
-                "fast": "the most accurate and the fastest: the default",
+        row("method", "lo_prosac", "Named choice for every stage (rosrun gms_ransac evaluate --list explains them)",
+            field="method", old_words={"fast": "lo_prosac"}, choices={
+                "lo_prosac": "the most accurate and the fastest: the default",
                 "ransac": "uniform samples from all nearest neighbours",
                 "rransac_tdd": "Matas and Chum: few matches tested first",
                 "prosac": "Chum and Matas: best matches by distance first",
@@ -173,7 +173,7 @@ GROUPS = [
             old_words={"support": "relative_score", "ratio": "lowe_ratio"}),
         row("judge", True, "Judge the result: enough spread inliers, parallax, no other motion as likely; false: the model found "
             "stands, as in the papers", field="robust.judge"),
-        row("refine", True, "Robust least squares on the final model; false: as in the textbook (fast always does)",
+        row("refine", True, "Robust least squares on the final model; false: as in the textbook (lo_prosac always does)",
             field="robust.refine"),
     ]),
     Group("time", "time", True, [

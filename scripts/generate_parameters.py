@@ -72,18 +72,19 @@ def cpp(rows, header, table, owners):
             lines += cpp_words(row)
     for prefix, owner in owners.items():
         lines += cpp_visit(owner, [row for row in rows if row.field and row.field.rpartition(".")[0] == prefix])
-    lines += ["inline const std::vector<Parameter> %s = {" % table] + [cpp_row(row) for row in rows]
-    return "\n".join(lines + ["};", "}  // namespace gms_ransac", ""])
+    lines += ["inline const std::vector<Parameter>& %s() {" % table, "  static const std::vector<Parameter> table = {"]
+    lines += [cpp_row(row) for row in rows]
+    return "\n".join(lines + ["  };", "  return table;", "}", "}  // namespace gms_ransac", ""])
 
 
 def core():
     return cpp([row for group in GROUPS for row in group.parameters if of_core(group, row)],
-               "gms_ransac/match_filter.h", "kCoreTable", OWNERS)
+               "gms_ransac/match_filter.h", "coreTable", OWNERS)
 
 
 def node():
     rows = [row for group in GROUPS for row in group.parameters if not of_core(group, row)]
-    return cpp(rows, "parameters.h", "kNodeTable", {"": "Parameters"})
+    return cpp(rows, "parameters.h", "nodeTable", {"": "Parameters"})
 
 
 # Documents

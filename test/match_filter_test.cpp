@@ -9,6 +9,8 @@
 #include <set>
 #include <utility>
 
+#include "gms_ransac/parameter.h"
+
 namespace gms_ransac {
 namespace {
 
@@ -21,6 +23,15 @@ TEST(MatchFilter, RefusesAnUnknownMethodWithTheKnownOnes) {
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("cp_ransac"), std::string::npos);
   }
+}
+
+TEST(MatchFilter, TakesEarlierNames) {
+  EXPECT_STREQ(findMethod("fast").name, "lo_prosac");
+  EXPECT_EQ(currentWord("method", "gms"), "gms");
+  EXPECT_EQ(currentWord("extractor", "fast"), "simd_orb");
+  MatchFilterOptions earlier;
+  earlier.method = earlier.extractor.extractor = "fast";
+  EXPECT_NO_THROW(MatchFilter{earlier});
 }
 
 TEST(MatchFilter, RefusesWhatIsNoNumberAndThreadsItDoesNotHave) {

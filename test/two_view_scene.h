@@ -112,7 +112,7 @@ inline TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
     columns.octave_reference[i] = columns.octave_current[i] = static_cast<uint8_t>(octave);
     const double quality = (options.informative && !outlier ? 1 : 0) + gaussian(random);
     columns.score[i] = std::max(0, static_cast<int>(30 + 10 * quality));
-    columns.support[i] = static_cast<float>(columns.score[i]) / 15;
+    columns.relative_score[i] = static_cast<float>(columns.score[i]) / 15;
     columns.distance[i] = static_cast<uint16_t>(std::min(256., std::max(0., 60 - 15 * quality)));
     columns.second_distance[i] = static_cast<uint16_t>(columns.distance[i] + random.below(20));
     scene.points[i] = depth * ray;

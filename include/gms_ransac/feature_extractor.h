@@ -12,14 +12,14 @@
 namespace gms_ransac {
 
 struct FeatureExtractorOptions {
-  std::string extractor = "fast";  ///< "fast": ours; "opencv": cv::ORB, what the paper used
-  int features = 2000;             ///< keypoints asked for per image
+  std::string extractor = "simd_orb";  ///< "simd_orb": ours; "opencv": cv::ORB, what the paper used
+  int features = 2000;                 ///< keypoints asked for per image
   int pyramid_levels = 8;
   double pyramid_scale = 1.2;  ///< between levels
-  /// FAST contrast in grey levels; above 3000 features 0 is usual. "opencv" ignores fainter corners; "fast"
+  /// FAST contrast in grey levels; above 3000 features 0 is usual. "opencv" ignores fainter corners; "simd_orb"
   /// takes the strongest there are and stops only at 7, at 4 where texture is low, or here if this is less.
   int fast_threshold = 20;
-  /// "fast": 2 or more let a second thread share the pyramid levels; the result does not depend on it.
+  /// "simd_orb": 2 or more let a second thread share the pyramid levels; the result does not depend on it.
   int threads = 1;
   SimdLevel simd = detectSimdLevel();
 
@@ -36,7 +36,7 @@ class FeatureExtractor {
   virtual void extract(const cv::Mat& image, Features& features) = 0;
 };
 
-/// Validates the options and builds the extractor they name.
+/// Validates the options and builds the extractor they name; takes earlier names too.
 std::unique_ptr<FeatureExtractor> makeFeatureExtractor(const FeatureExtractorOptions& options);
 
 }  // namespace gms_ransac

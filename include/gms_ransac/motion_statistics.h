@@ -18,7 +18,7 @@ enum class GridBorder {
   kOpencv     ///< xfeatures2d: they form cells of their own; sides rounded
 };
 enum class GridNeighborhood { kNine, kFive };  ///< 3x3 cells (Bian 2017) or centre + N/E/S/W (Chen 2018)
-enum class AlphaMode {
+enum class FiveCellFactor {
   kScaled,  ///< threshold_factor is the nine-cell one; sqrt(5/9) of it is used with five cells
   kRaw      ///< threshold_factor is used as it is
 };
@@ -39,7 +39,7 @@ struct MotionStatisticsOptions {
   bool scale = false;                      ///< try right grids of 1/2, 1/sqrt2, sqrt2, 2 times the cells, not only 1
   GridBorder border = GridBorder::kOpencv;
   GridNeighborhood neighborhood = GridNeighborhood::kNine;
-  AlphaMode alpha_mode = AlphaMode::kScaled;
+  FiveCellFactor five_cell_factor = FiveCellFactor::kScaled;
 
   /// Throws std::invalid_argument with a sentence that names the parameter, its value and its range
   /// (cfg/parameters.py).
@@ -48,13 +48,11 @@ struct MotionStatisticsOptions {
 
 /// Per raw match, in the order given; columns have as many entries as there are matches.
 struct MotionStatistics {
-  std::vector<uint8_t> accepted;  ///< 1: some shifted grid supports the match
+  std::vector<uint8_t> accepted;  ///< 1: some shifted grid accepts the match
   std::vector<int32_t> score;  ///< supporting matches in the neighbourhood, the largest over the shifts; 0 if rejected
-  /// 0 if rejected, >= 1 when accepted: score / threshold of that same cell pair; with kEvidence 1 + the log-odds that
-  /// the match is right above the least kept.
-  std::vector<float> support;
-  std::vector<int32_t> cell;     ///< cell of the reference keypoint in the unshifted grid, row * columns + column
-  bool weighs_evidence = false;  ///< what `support` is: true with kEvidence
+  std::vector<float> relative_score;  ///< score / threshold of that same cell pair, >= 1; 0 if rejected
+  std::vector<float> log_odds;  ///< that the match is right; of accepted ones, and with kEvidence only, else empty
+  std::vector<int32_t> cell;    ///< cell of the reference keypoint in the unshifted grid, row * columns + column
   int accepted_count = 0;
   int grid_columns = 0, grid_rows = 0;  ///< the grid that was used
   int rotation = 0;                     ///< winning rotation pattern in steps of 45 degrees anticlockwise, 0..7

@@ -46,6 +46,10 @@ std::string refusal(const std::string& name, const std::string& value, const std
 /// Those that set a field of MatchFilterOptions, in the table's order.
 const std::vector<Parameter>& coreParameters();
 
+/// What a word of that parameter is called today: "lo_prosac" for method "fast", its name in earlier versions; else
+/// `word`. Throws std::invalid_argument when the core has no such parameter.
+std::string currentWord(const std::string& parameter, const std::string& word);
+
 /// Throws std::invalid_argument with a sentence that names what is unknown, of another type or out of its range.
 void setParameters(const ParameterValues& values, MatchFilterOptions& options);
 ParameterValues parametersOf(const MatchFilterOptions& options);

@@ -128,7 +128,7 @@ void visitAll(MatchFilterOptions& options, Visitor&& visit) {
 struct RangeCheck {
   template <class Field>
   void operator()(const char* name, const Field& field) const {
-    const Parameter& parameter = findParameter(kCoreTable, name);
+    const Parameter& parameter = findParameter(coreTable(), name);
     const ParameterValue value = binding::toValue(field);
     if (!(isNumber(value) ? parameter.inRange(numberOf(value)) : parameter.accepts(value))) {
       throw std::invalid_argument(refusal(name, toText(value), parameter.accepted()));
@@ -155,22 +155,26 @@ template void requireInRanges(const RobustOptions& options);
 
 ModelType parseModelType(const std::string& name) {
   RobustOptions options;
-  visitFields(options, FieldWriter(kCoreTable, checked(kCoreTable, {{"model", name}})));
+  visitFields(options, FieldWriter(coreTable(), checked(coreTable(), {{"model", name}})));
   return options.model;
 }
 
 std::string toString(ModelType model) { return toText(binding::toValue(model)); }
 
-const std::vector<Parameter>& coreParameters() { return kCoreTable; }
+std::string currentWord(const std::string& parameter, const std::string& word) {
+  return toText(findParameter(coreTable(), parameter).convert(word).value_or(word));
+}
+
+const std::vector<Parameter>& coreParameters() { return coreTable(); }
 
 void setParameters(const ParameterValues& values, MatchFilterOptions& options) {
-  visitAll(options, FieldWriter(kCoreTable, checked(kCoreTable, values)));
+  visitAll(options, FieldWriter(coreTable(), checked(coreTable(), values)));
 }
 
 ParameterValues parametersOf(const MatchFilterOptions& options) {
   ParameterValues values;
   MatchFilterOptions copy = options;
-  visitAll(copy, FieldReader(kCoreTable, values));
+  visitAll(copy, FieldReader(coreTable(), values));
   return values;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <gms_ransac/MatchFilterConfig.h>
 
@@ -18,6 +19,7 @@ struct UnclampedConfig : MatchFilterConfig {
   /// Hides the one that dynamic_reconfigure generates; its server calls it with every request.
   void __clamp__();
 
+  std::vector<std::string> renamed;  ///< a sentence for each old word, already replaced
   std::string problem;  ///< names every number out of range and every unknown word, and what is accepted; empty: none
 };
 

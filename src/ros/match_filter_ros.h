@@ -26,8 +26,8 @@ class ImageInput;
 class MasterWatch;
 class Outputs;
 class Reconfigure;
-struct Answer;
 struct PreparedFrame;
+struct ProcessedFrame;
 struct RuntimeOptions;
 
 class MatchFilterRos {
@@ -45,14 +45,14 @@ class MatchFilterRos {
   void onImage(const ImageWithInfo& input);
   bool reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool pause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
-  /// The worker: images from the mailbox to answers; with a second thread only up to the extraction.
+  /// The worker: images from the mailbox to outputs; with a second thread only up to the extraction.
   void work();
-  void answerPrepared();
+  void processPrepared();
   void process(const ImageWithInfo& input);
-  void publish(const Answer& answer);
+  void publish(const ProcessedFrame& processed);
   /// Runs what a callback or a worker does; an exception becomes a warning.
   template <typename Work>
-  void survive(const Work& work);
+  void guard(const Work& work);
   void watchInput();
 
   ros::NodeHandle nh_, pnh_;
@@ -64,7 +64,7 @@ class MatchFilterRos {
   OutputOptions output_options_;
 
   std::atomic<uint32_t> received_{0}, dropped_{0};
-  uint32_t processed_ = 0, resets_ = 0;  ///< of the thread that answers
+  uint32_t processed_ = 0, resets_ = 0;  ///< of the thread that publishes
 
   std::mutex subscription_mutex_;
   std::atomic<bool> closing_{false}, paused_{false};

@@ -17,7 +17,7 @@ namespace {
 
 const std::vector<Parameter>& table() {
   static const std::vector<Parameter> all = [] {
-    std::vector<Parameter> both = kNodeTable;
+    std::vector<Parameter> both = nodeTable();
     both.insert(both.end(), coreParameters().begin(), coreParameters().end());
     return both;
   }();
@@ -59,7 +59,7 @@ void moveOldNames(const ros::NodeHandle& pnh, const std::string& log_name, const
     XmlRpc::XmlRpcValue raw;
     if (!pnh.getParam(old_name, raw)) continue;
     ROS_WARN_STREAM(log_name << ": parameter " << pnh.resolveName(old_name) << " is now called "
-                             << pnh.resolveName(parameter.name) << "; its value is taken");
+                             << pnh.resolveName(parameter.name) << "; the old name still works");
     pnh.setParam(parameter.name, raw);
     pnh.deleteParam(old_name);
   }
@@ -75,11 +75,10 @@ ParameterValues readAll(const ros::NodeHandle& pnh, const std::string& log_name)
     const std::optional<ParameterValue> value = valueOf(raw, parameter);
     if (!value || !parameter.accepts(*value)) refuse(pnh, parameter.name, textOf(raw), parameter.accepted());
     values[parameter.name] = *parameter.convert(*value);
-    const std::string word = toText(values[parameter.name]);
-    if (std::holds_alternative<std::string>(*value) && word != toText(*value)) {
-      ROS_WARN_STREAM(log_name << ": parameter " << pnh.resolveName(parameter.name) << ": '" << toText(*value)
-                               << "' is now called '" << word << "'");
-      pnh.setParam(parameter.name, word);  // for dynamic_reconfigure, which reads it again
+    const std::string given = toText(*value), current = toText(values[parameter.name]);
+    if (given != current) {
+      ROS_WARN_STREAM(log_name << ": " << renaming(pnh.resolveName(parameter.name), given, current));
+      pnh.setParam(parameter.name, current);  // for dynamic_reconfigure, which reads it again
     }
   }
   return values;
@@ -121,13 +120,17 @@ CameraIntrinsics cameraFrom(const ParameterValues& values, const ros::NodeHandle
 
 const Parameter& findParameter(const std::string& name) { return findParameter(table(), name); }
 
+std::string renaming(const std::string& name, const std::string& given, const std::string& current) {
+  return "parameter " + name + " is '" + given + "', which is now called '" + current + "'; the old name still works";
+}
+
 Parameters Parameters::read(const ros::NodeHandle& pnh, const std::string& name) {
   ParameterValues values;
-  for (const Parameter& parameter : kNodeTable) values[parameter.name] = parameter.default_value;
+  for (const Parameter& parameter : nodeTable()) values[parameter.name] = parameter.default_value;
   const ParameterValues given = readAll(pnh, name);
   for (const auto& [given_name, value] : given) values[given_name] = value;
   Parameters parameters;
-  visitFields(parameters, FieldWriter(kNodeTable, values));
+  visitFields(parameters, FieldWriter(nodeTable(), values));
   parameters.camera = cameraFrom(given, pnh);
   parameters.odom_frame = withoutLeadingSlash(parameters.odom_frame);
   parameters.base_frame = withoutLeadingSlash(parameters.base_frame);

@@ -44,6 +44,9 @@ struct Parameters {
 /// All of the table; `read` and dynamic_reconfigure know no others.
 const Parameter& findParameter(const std::string& name);
 
+/// The sentence about an old word that was replaced.
+std::string renaming(const std::string& name, const std::string& given, const std::string& current);
+
 /// Names set in the private namespace that neither the node knows nor its image transports: misspelt, most likely.
 std::vector<std::string> unknownParameters(const ros::NodeHandle& pnh, const Parameters& parameters);
 

@@ -9,6 +9,7 @@
 
 #include "match_filter_config.h"
 #include "parameters.h"
+#include "throttle.h"
 
 namespace gms_ransac {
 
@@ -55,11 +56,21 @@ RuntimeOptions runtimeOptions(const MatchFilterConfig& config, int threads) {
 
 void UnclampedConfig::__clamp__() {
   problem.clear();
-  for (const auto& [name, value] : valuesOf(*this)) {
+  renamed.clear();
+  const ParameterValues values = valuesOf(*this);
+  for (const auto& description : __getParamDescriptions__()) {
+    const std::string& name = description->name;
     const Parameter& parameter = findParameter(name);
-    if (parameter.accepts(value)) continue;
-    if (!problem.empty()) problem += "; ";
-    problem += "parameter " + refusal("~" + name, toText(value), parameter.accepted());
+    const std::string given = toText(values.at(name));
+    if (!parameter.accepts(values.at(name))) {
+      if (!problem.empty()) problem += "; ";
+      problem += "parameter " + refusal("~" + name, given, parameter.accepted());
+      continue;
+    }
+    const std::string current = toText(*parameter.convert(values.at(name)));
+    if (given == current) continue;
+    renamed.push_back(renaming("~" + name, given, current));
+    this->*static_cast<const ParamDescription<std::string>&>(*description).field = current;
   }
 }
 
@@ -78,6 +89,7 @@ struct Reconfigure::Server {
       : pnh(handle), name(log_name), threads(threads_of_node), server(mutex, handle) {}
 
   void change(UnclampedConfig& config) {
+    for (const std::string& sentence : config.renamed) throttle.warnOnce(sentence, name + ": " + sentence);
     try {
       if (!config.problem.empty()) throw std::invalid_argument(config.problem);
       accept(runtimeOptions(config, threads));
@@ -92,6 +104,7 @@ struct Reconfigure::Server {
   const ros::NodeHandle pnh;
   const std::string name;
   const int threads;
+  Throttle throttle;
   Accept accept;
   MatchFilterConfig in_force;  ///< what a refused change falls back to; guarded by the mutex
   boost::recursive_mutex mutex;

@@ -1,7 +1,7 @@
 #include "gms_ransac/feature_extractor.h"
 
-#include "features/fast_extractor.h"
 #include "features/opencv_extractor.h"
+#include "features/simd_orb_extractor.h"
 #include "validation.h"
 
 namespace gms_ransac {
@@ -13,8 +13,8 @@ void FeatureExtractorOptions::validate() const {
 
 std::unique_ptr<FeatureExtractor> makeFeatureExtractor(const FeatureExtractorOptions& options) {
   options.validate();
-  if (options.extractor == "fast") return std::make_unique<FastExtractor>(options);
-  return std::make_unique<OpenCvExtractor>(options);
+  if (options.extractor == "opencv") return std::make_unique<OpenCvExtractor>(options);
+  return std::make_unique<SimdOrbExtractor>(options);
 }
 
 }  // namespace gms_ransac

@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include "gms_ransac/parameter.h"
+
 namespace gms_ransac {
 
 const std::vector<MethodEntry>& methods() {
@@ -13,8 +15,9 @@ const std::vector<MethodEntry>& methods() {
 
 const MethodEntry& findMethod(const std::string& name) {
   std::string known;
+  const std::string current = currentWord("method", name);
   for (const MethodEntry& method : methods()) {
-    if (name == method.name) return method;
+    if (current == method.name) return method;
     known += (known.empty() ? "" : ", ") + std::string(method.name);
   }
   throw std::invalid_argument("unknown method '" + name + "'; known are " + known);

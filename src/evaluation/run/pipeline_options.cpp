@@ -6,6 +6,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "program.h"
+
 namespace gms_ransac {
 
 namespace po = boost::program_options;
@@ -27,7 +29,7 @@ bool hasOldOption(const Parameter& parameter, const std::string& name) {
 }
 
 void warnOfOldName(const std::string& old_name, const std::string& names) {
-  std::cerr << "evaluate: --" << old_name << " is now called " << names << "\n";
+  std::cerr << "--" << old_name << " is now called " << names << "; the old name still works\n";
 }
 
 ParameterValues parseOldGrid(const std::string& text) {
@@ -55,6 +57,8 @@ void PipelineArguments::addTo(po::options_description& description, const std::v
       if (!value || !parameter.accepts(*value)) {
         throw std::invalid_argument(refusal("--" + optionName(parameter.name), text, parameter.accepted()));
       }
+      const auto* word = std::get_if<std::string>(&*value);
+      if (word) currentName("--" + optionName(parameter.name), text, *word);
       values_[parameter.name] = *value;
     };
     add(optionName(parameter.name).c_str(),
@@ -112,7 +116,8 @@ std::vector<std::string> parseMethodNames(const std::vector<std::string>& given)
   std::vector<std::string> names;
   for (const std::string& list : given) {
     if (list.empty()) findMethod(list);  // complains with the list of known names
-    for (const std::string& name : splitAtCommas(list)) names.push_back(findMethod(name).name);
+    for (const std::string& name : splitAtCommas(list))
+      names.push_back(currentName("--method", name, findMethod(name).name));
   }
   return names;
 }

@@ -1,4 +1,4 @@
-// What each method's filter leaves to the package: the paper's fixed settings, and the measured ones of `fast`.
+// What fills the settings that were left open: the paper's fixed ones, or measured ones where evidence is weighed.
 #pragma once
 
 #include <opencv2/core/types.hpp>
@@ -9,11 +9,11 @@
 namespace gms_ransac {
 
 /// `given` with nothing left open but the grid: the criterion `own` where there is none, then what goes with it, Bian's
-/// settings (20 x 20 cells, 6) or the measured ones of `fast` (square cells, 1).
+/// settings (20 x 20 cells, 6) or the measured ones for evidence (square cells, 1).
 MotionStatisticsOptions withDefaults(MotionStatisticsOptions given, Criterion own = Criterion::kThreshold);
 
-/// The grid of the reference image for so many matches that take part: what `options` says, and where that is not set
-/// square cells that hold kMatchesPerCell of them.
+/// The grid of the reference image for so many matches that vote: what `options` says, and where that is not set square
+/// cells that hold kMatchesPerCell of them.
 CellGrid chooseGrid(const MotionStatisticsOptions& options, cv::Size image, int matches);
 
 }  // namespace gms_ransac
