@@ -34,7 +34,7 @@ struct Parameter {
   /// The value as the type of this parameter; none where it cannot be taken for one. A whole number is a number, and an
   /// old word becomes the new one; the range is not looked at.
   std::optional<ParameterValue> convert(const ParameterValue& value) const;
-  /// From text: 0 and 1 are false and true, too.
+  /// From text: 1, on, yes are true and 0, off, no false, too.
   std::optional<ParameterValue> parse(const std::string& text) const;
 };
 

@@ -86,8 +86,12 @@ std::optional<ParameterValue> Parameter::convert(const ParameterValue& value) co
 
 std::optional<ParameterValue> Parameter::parse(const std::string& text) const {
   if (std::holds_alternative<bool>(default_value)) {
-    if (text == "1" || text == "true") return true;
-    if (text == "0" || text == "false") return false;
+    for (const char* yes : {"true", "1", "on", "yes"}) {
+      if (text == yes) return true;
+    }
+    for (const char* no : {"false", "0", "off", "no"}) {
+      if (text == no) return false;
+    }
     return std::nullopt;
   }
   if (std::holds_alternative<int>(default_value)) return parseNumber<int>(text);
