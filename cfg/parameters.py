@@ -173,6 +173,10 @@ GROUPS = [
             old_words={"support": "relative_score", "ratio": "lowe_ratio"}),
         Row("judge", True, "Judge the result: enough spread inliers, parallax, no other motion as likely; false: the model found "
             "stands, as in the papers", field="robust.judge"),
+        Row("max_direction_sigma", 10.0, "OK needs the direction of translation known with at most this standard deviation along "
+            "its widest axis, degrees", range=(0.01, 90), unit="degrees", field="robust.max_direction_sigma"),
+        Row("calibration_sigma", 0.0, "Relative uncertainty of the focal length, and of the principal point in focal lengths: "
+            "widens the covariance", range=(0, 0.2), field="robust.calibration_sigma"),
         Row("refine", True, "Robust least squares on the final model; false: as in the textbook (lo_prosac always does)",
             field="robust.refine"),
     ]),

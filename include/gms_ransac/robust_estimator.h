@@ -46,6 +46,12 @@ enum class ModelType { kEssential, kFundamental, kHomography };
 ModelType parseModelType(const std::string& name);
 std::string toString(ModelType model);
 
+/// Standard deviations of what a calibration says. They widen the covariance and are not estimated.
+struct CalibrationSigma {
+  double focal_length = 0;     ///< relative
+  double principal_point = 0;  ///< in focal lengths
+};
+
 /// What makes a match trustworthy. Ties fall to the next key of: score (high), distance (low), Lowe ratio (low), index.
 enum class SortKey {
   kScore,          ///< motion statistics: matches in support of it in the neighbourhood
@@ -72,6 +78,11 @@ struct RobustOptions {
   /// Whether the answer is judged: enough inliers that are spread, parallax, other motions that explain the matches as
   /// well. Off: the model that was found stands, as in the papers, and its covariance is that of the matches alone.
   bool judge = true;
+  /// The direction of translation counts as known when its standard deviation, along its widest axis, is at most this:
+  /// degrees, (0, 90]. 95 % of directions err by less than 2.45 of them.
+  double max_direction_sigma = 10;
+  double calibration_sigma = 0;  ///< relative uncertainty of the focal length, and of the principal point in focal
+                                 ///< lengths: widens the covariance
   /// Robust least squares on the matches near the best model; off: textbook. `lo_prosac` always does.
   bool refine = true;
   SimdLevel simd = detectSimdLevel();
@@ -81,6 +92,11 @@ struct RobustOptions {
   /// (cfg/parameters.py).
   void validate() const;
 };
+
+/// What a camera model may get wrong.
+enum class CameraParameter : uint8_t { kFocalLength, kPrincipalPoint, kRadialDistortion, kRollingShutter };
+/// "focal length", "principal point", "radial distortion", "rolling shutter".
+std::string toString(CameraParameter parameter);
 
 /// What an estimate cost.
 struct Effort {
@@ -101,8 +117,15 @@ struct RobustResult {
   bool translation_observable = false;  ///< false: parallax too small or ambiguous; `pose.t` is a guess (zero: none)
   bool ambiguous = false;               ///< a motion in another direction explains the matches as well (Vuong's test)
   RelativePose pose;
-  double median_parallax_px = 0;  ///< median over inliers of the displacement that no rotation undoes
-  double rms_error_px = 0;        ///< over inliers, of the model's residual (Sampson; transfer for a homography)
+  double median_parallax_px = 0;   ///< median over inliers of the displacement that no rotation undoes
+  std::vector<float> probability;  ///< N entries, that a match is right; empty without a pose
+  /// Estimated standard deviation of the coordinates of keypoints of level 0; 0 without a pose.
+  double sigma_px = 0;
+  /// How far the residuals contradict the camera model: 1 is where chance alone would bring one pair in a hundred. And
+  /// the parameter that they contradict most.
+  double camera_misfit = 0;
+  CameraParameter misfit_parameter = CameraParameter::kFocalLength;
+  double rms_error_px = 0;  ///< over inliers, of the model's residual (Sampson; transfer for a homography)
   Effort effort;
 
   /// Empties the result but keeps its storage.

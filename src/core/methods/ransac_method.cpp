@@ -6,7 +6,7 @@
 namespace gms_ransac {
 
 RansacMethod::RansacMethod(const MatchFilterOptions& options)
-    : options_(options.robust), kernels_(residualKernels(options_.simd)), pose_recovery_(options_.simd) {}
+    : options_(options.robust), kernels_(residualKernels(options_.simd)), pose_recovery_(options_) {}
 
 bool RansacMethod::begin(const PointPairs& pairs, const Camera& camera, RobustResult& result, double noise_exponent) {
   pairs_ = &pairs;

@@ -27,18 +27,37 @@ double RobustOptions::inlierThreshold() const {
 void RobustOptions::validate() const { requireInRanges(*this); }
 
 void RobustResult::clear() {
-  std::vector<uint8_t> storage;
-  storage.swap(inlier);
-  storage.clear();
+  std::vector<uint8_t> inliers;
+  std::vector<float> probabilities;
+  inliers.swap(inlier);
+  probabilities.swap(probability);
+  inliers.clear();
+  probabilities.clear();
   *this = RobustResult();
-  inlier.swap(storage);
+  inlier.swap(inliers);
+  probability.swap(probabilities);
 }
 
 void RobustResult::reject() {
   model_found = pose_found = translation_observable = ambiguous = false;
   std::fill(inlier.begin(), inlier.end(), 0);
   inlier_count = 0;
-  rms_error_px = 0;
+  rms_error_px = sigma_px = camera_misfit = 0;
+  probability.clear();
+}
+
+std::string toString(CameraParameter parameter) {
+  switch (parameter) {
+    case CameraParameter::kFocalLength:
+      return "focal length";
+    case CameraParameter::kPrincipalPoint:
+      return "principal point";
+    case CameraParameter::kRadialDistortion:
+      return "radial distortion";
+    case CameraParameter::kRollingShutter:
+      break;
+  }
+  return "rolling shutter";
 }
 
 }  // namespace gms_ransac
