@@ -16,7 +16,7 @@ constexpr Loss kAlternativeLoss = {4, 1};
 // A few steps on a part of the matches show which cannot come near: those that lose by so much there.
 constexpr int kFirstMatches = 256;
 constexpr int kFirstIterations = 2;
-constexpr int kFurtherIterations = 5;
+constexpr int kFurtherIterations = 5, kFinalIterations = 10;
 constexpr double kDropBeyond = 3;
 
 /// The statistic of Vuong's test of non-nested models (Econometrica 1989) for the first residuals against the second:
@@ -74,6 +74,8 @@ Ambiguity findAlternativeMotion(const ResidualKernels& kernels, const PointColum
         !isNoWorse(points, kFurtherIterations, least, alternative)) {
       continue;
     }
+    evaluations += static_cast<int64_t>(points.count) *
+                   PoseModel(kernels, points).refine(kAlternativeLoss, kFinalIterations, alternative, kEnough);
     ambiguity.other_direction |= apart(alternative) > kOtherDirection;
     const Eigen::Matrix<double, 5, 1> step = poseStep(pose, alternative);
     ambiguity.covariance += step * step.transpose();

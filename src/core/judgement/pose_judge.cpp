@@ -34,6 +34,13 @@ Eigen::Vector3d rotationVector(const Eigen::Matrix3d& R) {
   return turn.angle() * turn.axis();
 }
 
+void leaveDirectionOpen(Eigen::Matrix<double, 6, 6>& covariance) {
+  const Eigen::Matrix3d rotation = covariance.bottomRightCorner<3, 3>();
+  covariance.setZero();
+  covariance.topLeftCorner<3, 3>() = anyDirection();
+  covariance.bottomRightCorner<3, 3>() = rotation;
+}
+
 }  // namespace
 
 void PoseJudge::begin(const TwoViewPoints& points) {
@@ -93,7 +100,7 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
   } else {
     settle(optimum, preferred, spread, result);
   }
-  if (!result.translation_observable) result.pose.covariance.topLeftCorner<3, 3>() = anyDirection();
+  if (!result.translation_observable) leaveDirectionOpen(result.pose.covariance);
   describeMatches(result);
 }
 

@@ -201,10 +201,7 @@ Eigen::Matrix<double, 6, 6> relativeCovariance(const TwoViewPose& pose, const Ei
   J.topLeftCorner<3, 3>() = -Rt * crossMatrix(pose.t);
   for (int k = 0; k < 2; ++k) J.block<3, 1>(0, 3 + k) = -Rt * basis[k];
   J.bottomLeftCorner<3, 3>() = -Rt;
-  Eigen::Matrix<double, 6, 6> result = J * covariance * J.transpose();
-  result.topRightCorner<3, 3>().setZero();
-  result.bottomLeftCorner<3, 3>().setZero();
-  return result;
+  return J * covariance * J.transpose();
 }
 
 }  // namespace gms_ransac

@@ -55,7 +55,7 @@ class PoseUncertainty {
   std::vector<Row> cell_gradients_;
 };
 
-/// The covariance in the project's convention (see RelativePose). Nothing between t and the rotation.
+/// The covariance in the project's convention (see RelativePose).
 Eigen::Matrix<double, 6, 6> relativeCovariance(const TwoViewPose& pose, const Eigen::Matrix<double, 5, 5>& covariance);
 
 }  // namespace gms_ransac
