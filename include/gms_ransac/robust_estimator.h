@@ -114,8 +114,8 @@ struct RobustResult {
   std::vector<uint8_t> inlier;  ///< N entries; every inlier is within the threshold of `model`
   int inlier_count = 0;
   bool pose_found = false;              ///< needs a calibrated camera
-  bool translation_observable = false;  ///< false: parallax too small or ambiguous; `pose.t` is a guess (zero: none)
-  bool ambiguous = false;               ///< a motion in another direction explains the matches as well (Vuong's test)
+  bool translation_observable = false;  ///< false: no direction known; `pose.t` is a guess (zero: none)
+  bool ambiguous = false;               ///< another motion explains the matches as well (Vuong's test)
   RelativePose pose;
   double median_parallax_px = 0;   ///< median over inliers of the displacement that no rotation undoes
   std::vector<float> probability;  ///< N entries, that a match is right; empty without a pose
