@@ -18,18 +18,19 @@ constexpr int kFirstMatches = 256;
 constexpr int kFirstIterations = 2;
 constexpr int kFurtherIterations = 5, kFinalIterations = 10;
 constexpr double kDropBeyond = 3;
+constexpr double kMostDeviations = 3;
 
 /// The statistic of Vuong's test of non-nested models (Econometrica 1989) for the first residuals against the second:
 /// the sum of the differences of truncated costs over the root of the sum of their squares, not centred, each cell one
 /// observation. At most the root of the number of cells.
-double vuongStatistic(const std::vector<float>& first, const std::vector<float>& second, int count,
+double vuongStatistic(const std::vector<float>& first, const std::vector<float>& second, int count, float per_cost,
                       const std::vector<int32_t>& cells, std::vector<double>& by_cell) {
   by_cell.clear();
   double sum = 0, squares = 0;
   for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
     const auto cell = static_cast<size_t>(cells[i]);
     if (cell >= by_cell.size()) by_cell.resize(cell + 1, 0.0);
-    const double difference = std::min(second[i], 1.f) - std::min(first[i], 1.f);
+    const double difference = std::min(per_cost * second[i], 1.f) - std::min(per_cost * first[i], 1.f);
     by_cell[cell] += difference;
     sum += difference;
   }
@@ -51,10 +52,13 @@ Eigen::Matrix<double, 5, 1> poseStep(const TwoViewPose& from, const TwoViewPose&
 }  // namespace
 
 Ambiguity findAlternativeMotion(const ResidualKernels& kernels, const PointColumnsView& points, const TwoViewPose& pose,
-                                const std::vector<float>& residuals, const std::vector<AlternativeMotion>& alternatives,
+                                const MatchNoise& noise, const std::vector<AlternativeMotion>& alternatives,
                                 const std::vector<int32_t>& cells, double same_within, AlternativeBuffers& work,
                                 int64_t& evaluations) {
   Ambiguity ambiguity;
+  // Costs end at the threshold, or at three deviations of the noise where that is less.
+  const auto per_cost =
+      static_cast<float>(std::max(1.0, 1 / (kMostDeviations * kMostDeviations * noise.sigma() * noise.sigma())));
   // The sign of t does not matter here: a pose with the wrong one has the matches behind the cameras and loses.
   const auto apart = [&](const TwoViewPose& other) { return std::acos(std::min(1.0, std::abs(other.t.dot(pose.t)))); };
   // Refines an alternative on some of the matches; false where Vuong's statistic of the pose against it reaches `most`,
@@ -64,7 +68,7 @@ Ambiguity findAlternativeMotion(const ResidualKernels& kernels, const PointColum
     evaluations += static_cast<int64_t>(part.count) * (model.refine(kAlternativeLoss, iterations, alternative) + 1);
     if (apart(alternative) < same_within) return false;
     model.residualsInFront(alternative, work.residuals.data());
-    return vuongStatistic(residuals, work.residuals, part.count, cells, work.by_cell) < most;
+    return vuongStatistic(noise.residuals(), work.residuals, part.count, per_cost, cells, work.by_cell) < most;
   };
   for (const AlternativeMotion& candidate : alternatives) {
     const double least = candidate.of_plane ? kLeastVuongOnPlane : kLeastVuong;

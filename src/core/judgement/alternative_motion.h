@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "judgement/match_noise.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
@@ -33,10 +34,10 @@ struct Ambiguity {
 
 /// Refines each of `alternatives`, on a part of the matches first, and compares it with `pose` by the non-nested test
 /// of Vuong (Econometrica 1989) on the truncated costs, each cell of the spread grid counted as one observation,
-/// because its matches err together. `residuals`: of `pose`; `cells`: of each column; `same_within`: directions of
+/// because its matches err together. `noise`: measured at `pose`; `cells`: of each column; `same_within`: directions of
 /// translation that are closer, in radians, are the same local minimum of the cost.
 Ambiguity findAlternativeMotion(const ResidualKernels& kernels, const PointColumnsView& points, const TwoViewPose& pose,
-                                const std::vector<float>& residuals, const std::vector<AlternativeMotion>& alternatives,
+                                const MatchNoise& noise, const std::vector<AlternativeMotion>& alternatives,
                                 const std::vector<int32_t>& cells, double same_within, AlternativeBuffers& work,
                                 int64_t& evaluations);
 

@@ -117,9 +117,8 @@ void PoseJudge::weighAlternatives(const TwoViewPose& optimum, const std::vector<
   alternative_buffers_.by_cell.reserve(static_cast<size_t>(kSpreadGridSide) * kSpreadGridSide);
   alternative_buffers_.residuals.resize(noise_.residuals().size());
   const double same_within = std::clamp(kSameSigmas * spread.directionSigma(), kLeastApart, kOtherDirection);
-  const Ambiguity ambiguity =
-      findAlternativeMotion(kernels_, view_, optimum, noise_.residuals(), alternatives, points_->cells(), same_within,
-                            alternative_buffers_, result.effort.point_evaluations);
+  const Ambiguity ambiguity = findAlternativeMotion(kernels_, view_, optimum, noise_, alternatives, points_->cells(),
+                                                    same_within, alternative_buffers_, result.effort.point_evaluations);
   spread.covariance += ambiguity.covariance;
   result.ambiguous = ambiguity.other_direction || !closeEnough(spread) || movesInTwo(result.effort.point_evaluations);
 }
