@@ -83,6 +83,31 @@ std::vector<std::string> PipelineArguments::methodNames() const {
   return parseMethodNames(methods);
 }
 
+nlohmann::json pipelineJson(const MatchFilterOptions& options) {
+  const MotionStatisticsOptions& gms = options.motion_statistics;
+  return {{"extractor", options.extractor.extractor},
+          {"levels", options.extractor.levels},
+          {"scale_factor", options.extractor.scale_factor},
+          {"fast_threshold", options.extractor.fast_threshold},
+          {"grid", {gms.grid_columns, gms.grid_rows}},
+          {"alpha", gms.threshold_factor},
+          {"rotation", gms.rotation},
+          {"scale", gms.scale},
+          {"threshold_px", options.robust.threshold_px},
+          {"confidence", options.robust.confidence},
+          {"max_iterations", options.robust.max_iterations},
+          {"refine", options.robust.refine},
+          {"judge", options.robust.judge},
+          {"quality", options.robust.quality},
+          {"acceptance", static_cast<int>(gms.acceptance)},
+          {"distance_reading", static_cast<int>(options.distance_reading)},
+          {"one_to_one", options.one_to_one},
+          {"lan_mutual", options.lan_mutual},
+          {"second_alpha", options.second_alpha},
+          {"threads", options.extractor.threads},
+          {"seed", options.robust.seed}};
+}
+
 std::vector<std::string> splitAtCommas(const std::string& text) {
   std::vector<std::string> parts;
   std::istringstream stream(text);

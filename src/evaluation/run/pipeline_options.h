@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <boost/program_options.hpp>
+#include <nlohmann/json.hpp>
 
 #include "gms_ransac/match_filter.h"
 
@@ -27,6 +28,9 @@ struct PipelineArguments {
   MatchFilterOptions options(const std::string& method) const;
   std::vector<std::string> methodNames() const;
 };
+
+/// What decides the figures of a run besides images and methods, for telling whether two runs belong together.
+nlohmann::json pipelineJson(const MatchFilterOptions& options);
 
 /// "a,b,c" -> a, b, c.
 std::vector<std::string> splitAtCommas(const std::string& text);

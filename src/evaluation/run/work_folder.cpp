@@ -1,13 +1,9 @@
-#include "tables/tables_folder.h"
+#include "run/work_folder.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
-
-#include <sys/wait.h>
-#include <unistd.h>
 
 namespace gms_ransac {
 
@@ -18,21 +14,10 @@ using nlohmann::json;
 
 constexpr char kPlanFile[] = "plan.json";
 constexpr char kMeasurementsFile[] = "measurements.jsonl";
-constexpr char kPlotScript[] = "plot_tables.py";
-
-/// Beside this program once installed; in scripts/ of the source when run from a build.
-std::string plotScript() {
-  std::error_code none;
-  const fs::path here = fs::read_symlink("/proc/self/exe", none).parent_path();
-  for (const fs::path& candidate : {here / kPlotScript, fs::path(GMS_RANSAC_SOURCE_DIR) / "scripts" / kPlotScript}) {
-    if (fs::exists(candidate)) return candidate.string();
-  }
-  return "";
-}
 
 }  // namespace
 
-void TablesFolder::begin(const json& plan, bool resume) {
+void WorkFolder::begin(const json& plan, bool resume) {
   std::error_code failure;
   fs::create_directories(path_, failure);
   if (failure) throw std::runtime_error(path_ + ": cannot be made (" + failure.message() + ")");
@@ -55,10 +40,9 @@ void TablesFolder::begin(const json& plan, bool resume) {
   if (!(stream << plan.dump(1) << '\n').flush()) throw std::runtime_error(file(kPlanFile) + ": cannot be written");
 }
 
-void TablesFolder::open() {
+void WorkFolder::open() {
   std::ifstream stream(file(kPlanFile));
-  if (!stream)
-    throw std::invalid_argument(path_ + ": holds no " + kPlanFile + ", so it is no folder of evaluate tables");
+  if (!stream) throw std::invalid_argument(path_ + ": holds no " + kPlanFile + ", so it is no folder of measurements");
   try {
     stream >> plan_;
   } catch (const json::exception&) {
@@ -68,7 +52,7 @@ void TablesFolder::open() {
   for (const auto& line : lines()) done_.insert(line.first);
 }
 
-std::vector<std::pair<int, std::string>> TablesFolder::lines() const {
+std::vector<std::pair<int, std::string>> WorkFolder::lines() const {
   std::vector<std::pair<int, std::string>> whole;
   std::ifstream stream(file(kMeasurementsFile));
   for (std::string line; std::getline(stream, line);) {
@@ -78,20 +62,18 @@ std::vector<std::pair<int, std::string>> TablesFolder::lines() const {
   return whole;
 }
 
-void TablesFolder::write(const std::vector<std::string>& lines, bool append) const {
+void WorkFolder::write(const std::vector<std::string>& lines, bool append) const {
   std::ofstream stream(file(kMeasurementsFile), append ? std::ios::app : std::ios::trunc);
   for (const std::string& line : lines) stream << line << '\n';
   if (!stream.flush()) throw std::runtime_error(file(kMeasurementsFile) + ": cannot be written; is the disk full?");
 }
 
-void TablesFolder::append(int unit, const std::vector<Measurement>& measurements) {
-  json runs = json::array();
-  for (const Measurement& measurement : measurements) runs.push_back(toJson(measurement));
-  write({json{{"unit", unit}, {"runs", runs}}.dump()}, true);
+void WorkFolder::append(int unit, const json& measurements) {
+  write({json{{"unit", unit}, {"runs", measurements}}.dump()}, true);
   done_.insert(unit);
 }
 
-void TablesFolder::absorb(const TablesFolder& other) {
+void WorkFolder::absorb(const WorkFolder& other) {
   if (other.plan_ != plan_) {
     throw std::invalid_argument(other.path_ + ": was measured with other options or sets than the first folder");
   }
@@ -102,33 +84,15 @@ void TablesFolder::absorb(const TablesFolder& other) {
   write(fresh, true);
 }
 
-std::vector<Measurement> TablesFolder::read() const {
+std::vector<json> WorkFolder::read() const {
   std::vector<std::pair<int, std::string>> all = lines();
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<Measurement> measurements;
+  std::vector<json> measurements;
   for (const auto& line : all) {
     const json unit = json::parse(line.second);
-    for (const json& run : unit.at("runs")) measurements.push_back(measurementFromJson(run));
+    for (const json& run : unit.at("runs")) measurements.push_back(run);
   }
   return measurements;
-}
-
-void plotTables(const std::string& folder_or_sweep) {
-  const std::string script = plotScript();
-  if (script.empty()) {
-    std::fprintf(stderr, "no plots: %s is not installed beside this program\n", kPlotScript);
-    return;
-  }
-  std::fflush(nullptr);
-  const pid_t child = fork();
-  if (child == 0) {
-    execl(script.c_str(), script.c_str(), folder_or_sweep.c_str(), static_cast<char*>(nullptr));
-    _exit(127);
-  }
-  int status = 0;
-  if (child < 0 || waitpid(child, &status, 0) < 0 || status != 0) {
-    std::fprintf(stderr, "no plots: %s failed; the tables are complete\n", script.c_str());
-  }
 }
 
 }  // namespace gms_ransac

@@ -1,5 +1,5 @@
 // A folder of measurements: plan.json, and measurements.jsonl to which finished pieces of work are appended, so that
-// whatever ends the program costs at most the piece at hand.
+// whatever ends the program costs at most the pieces at hand.
 #pragma once
 
 #include <set>
@@ -8,13 +8,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tables/tables_measure.h"
-
 namespace gms_ransac {
 
-class TablesFolder {
+class WorkFolder {
  public:
-  explicit TablesFolder(std::string path) : path_(std::move(path)) {}
+  explicit WorkFolder(std::string path) : path_(std::move(path)) {}
 
   const std::string& path() const { return path_; }
   const nlohmann::json& plan() const { return plan_; }
@@ -27,13 +25,13 @@ class TablesFolder {
 
   bool isDone(int unit) const { return done_.count(unit) > 0; }
   size_t unitsDone() const { return done_.size(); }
-  /// Writes all measurements of a unit as one line.
-  void append(int unit, const std::vector<Measurement>& measurements);
+  /// Writes all measurements of a unit, an array, as one line.
+  void append(int unit, const nlohmann::json& measurements);
   /// Takes over the units of another folder that are not here yet. Throws std::invalid_argument for another plan.
-  void absorb(const TablesFolder& other);
+  void absorb(const WorkFolder& other);
 
   /// All measurements, in the order of the plan whatever order they were made in.
-  std::vector<Measurement> read() const;
+  std::vector<nlohmann::json> read() const;
 
  private:
   std::string file(const std::string& name) const { return path_ + "/" + name; }
@@ -45,9 +43,5 @@ class TablesFolder {
   nlohmann::json plan_;
   std::set<int> done_;
 };
-
-/// Draws the figures of a folder of tables, or of the CSV file of a sweep, with the installed plotting script; a script
-/// that is missing or fails only costs a line on stderr.
-void plotTables(const std::string& folder_or_sweep);
 
 }  // namespace gms_ransac
