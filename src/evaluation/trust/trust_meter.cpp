@@ -28,6 +28,7 @@ Reliability reliabilityOf(const Answer& answer, const TruthNoise& noise) {
 
 TrustRow rowOf(const Answer& answer, const std::string& set, const TruthNoise& noise) {
   TrustContext context;
+  context.kind = "set";
   context.set = set;
   context.gap = answer.context.gap;
   context.pair = answer.context.reference + ' ' + answer.context.current;
@@ -92,6 +93,7 @@ json measureScene(const TrustPlan& plan, const TrustUnit& unit) {
       methods[m]->reset();  // each pair is of another world
       methods[m]->estimate(scene.pairs, scene.camera, result);
       TrustContext context;
+      context.kind = "drawn";
       context.set = name;
       context.pair = std::to_string(i);
       context.method = plan.pipelines[m].method;

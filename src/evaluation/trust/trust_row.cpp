@@ -76,7 +76,8 @@ nlohmann::json toJson(const Reliability& reliability) {
   return numbers;
 }
 
-constexpr const char* kColumns[] = {"set",
+constexpr const char* kColumns[] = {"kind",
+                                    "set",
                                     "gap",
                                     "pair",
                                     "method",
@@ -160,6 +161,7 @@ TrustRow makeTrustRow(const TrustContext& context, const RobustResult& result, c
   if (context.status == Status::kOk) direction_sigma = worstDeviation(Matrix3d(covariance.topLeftCorner<3, 3>()));
 
   TrustRow row;
+  row["kind"] = context.kind;
   row["set"] = context.set;
   row["gap"] = context.gap;
   row["pair"] = context.pair;

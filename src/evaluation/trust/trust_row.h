@@ -61,6 +61,7 @@ struct Reliability {
 using TrustRow = nlohmann::json;
 
 struct TrustContext {
+  const char* kind;  ///< "set" or "drawn"
   std::string set, pair, method;
   int gap = 0;  ///< 0: drawn, or a listed pair
   Status status = Status::kOk;
