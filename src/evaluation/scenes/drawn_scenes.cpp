@@ -45,7 +45,7 @@ Options ordinary() {
   Options options;
   options.outlier_ratio = 0.1;
   options.outlier_reach = kFilteredReach;
-  options.octaves = true;
+  options.octaves = options.as_measured = true;
   return options;
 }
 
@@ -83,13 +83,14 @@ void plane(Options& options, const Vector3d& normal, Random& random) {
   options.plane_normal = normal.normalized() + 0.1 * inCube(random);
 }
 
-/// What a person or a vehicle near the camera does from image to image.
+/// A person or a vehicle near the camera: from a slow step to a car, of which every other one turns as well.
 MovingBody mover(double share, Random& random) {
   MovingBody body;
   body.share = share;
+  const double step = 0.02 * std::pow(20, random.uniform());  // 2 to 40 cm from image to image: 3 to 50 px
   const double heading = between(0, 2 * M_PI, random);
-  body.translation = {0.3 * std::cos(heading), 0.1 * std::sin(heading), 0.2 * std::sin(heading)};
-  body.rotation = turnOf(between(0, 3 * kDegree, random), random);
+  body.translation = step * Vector3d(std::cos(heading), 0.2 * inCube(random).y(), std::sin(heading));
+  if (random.uniform() < 0.5) body.rotation = turnOf(between(0, 3 * kDegree, random), random);
   return body;
 }
 
@@ -175,16 +176,28 @@ void addRotations(Scenes& scenes) {
     o.rotation = turnOf(kShutterTurn / kReadout, random);
     o.readout = kReadout;
   };
-  scenes.push_back(
-      scene("rolling_turning", "pure rotation, 2 degrees while the rows are read", [roll](Options& o, Random& random) {
-        o.translation = kNone;
-        roll(o, random);
-      }));
-  scenes.push_back(
-      scene("rolling_driving", "1 m forward, 2 degrees while the rows are read", [roll](Options& o, Random& random) {
-        driveForward(o, random);
-        roll(o, random);
-      }));
+  scenes.push_back(scene("rolling_turning", "pure rotation, 2 degrees while the rows of an image are read",
+                         [roll](Options& o, Random& random) {
+                           o.translation = kNone;
+                           roll(o, random);
+                         }));
+  scenes.push_back(scene("rolling_faster",
+                         "pure rotation, 1 degree while the rows of the reference are read and 3 later",
+                         [roll](Options& o, Random& random) {
+                           o.translation = kNone;
+                           roll(o, random);
+                           o.acceleration = 0.5;
+                         }));
+  scenes.push_back(scene("rolling_driving", "1 m forward, 2 degrees while the rows of an image are read",
+                         [roll](Options& o, Random& random) {
+                           driveForward(o, random);
+                           roll(o, random);
+                         }));
+  scenes.push_back(scene("rolling_driving_faster", "the same, 1 degree and 3", [roll](Options& o, Random& random) {
+    driveForward(o, random);
+    roll(o, random);
+    o.acceleration = 0.5;
+  }));
 }
 
 void addPlanes(Scenes& scenes) {

@@ -41,12 +41,14 @@ struct TwoViewSceneOptions {
   bool mostly_near = false;                      ///< these are uniform in the inverse of the depth, not in the depth
   double image_share = 1;  ///< of each side of the reference image that shows points, about its middle
   bool octaves = false;  ///< keypoints of all eight levels of a pyramid, the coarse less accurate; otherwise of level 0
-  bool informative = true;  ///< score and distance tell outliers from the rest, with overlap; otherwise they are noise
+  bool informative = true;   ///< score and distance tell outliers from the rest, with overlap; otherwise they are noise
+  bool as_measured = false;  ///< by as much as ORB's do among the matches that GMS keeps of real images; else by more
   std::vector<MovingBody> bodies;  ///< their matches are as good as others; where windows overlap the first is in front
-  /// Rows are read one after another, for this share of the time from image to image; the camera moves evenly, and
-  /// rotation and translation are from middle row to middle row. 0: a global shutter.
+  /// Rows are read one after another, for this share of the time from image to image; rotation and translation are from
+  /// middle row to middle row. 0: a global shutter.
   double readout = 0;
-  double focal_error = 0;        ///< the lens has the focal length of sceneCamera() times 1 + this
+  double acceleration = 0;  ///< the camera has 1 - this of its mean speed at the reference and 1 + this at the current
+  double focal_error = 0;   ///< the lens has the focal length of sceneCamera() times 1 + this
   Eigen::Vector2d radial{0, 0};  ///< k1 and k2 of distortion that nobody has undone
   uint64_t seed = 1;
 };
