@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iostream>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -105,21 +106,22 @@ std::vector<int> parseGaps(const std::vector<std::string>& lists) {
   return gaps.empty() ? std::vector<int>{1} : gaps;
 }
 
-double sigma(const po::variables_map& given, const char* option, double factor, double otherwise) {
-  if (given.count(option) == 0) return otherwise;
+/// The value of an option, times `factor`.
+std::optional<double> sigma(const po::variables_map& given, const char* option, double factor) {
+  if (given.count(option) == 0) return std::nullopt;
   const double value = given[option].as<double>();
   if (!(value >= 0)) throw std::invalid_argument(std::string("--") + option + " must not be negative");
   return factor * value;
 }
 
 std::vector<TrustSet> chosenSets(const std::vector<std::string>& folders, const po::variables_map& given) {
+  const std::optional<double> rotation = sigma(given, "truth-rotation-sigma", M_PI / 180);
+  const std::optional<double> translation = sigma(given, "truth-translation-sigma", 1);
   std::vector<TrustSet> sets;
   for (const std::string& folder : folders) {
     for (const std::string& path : setsIn(folder)) {
       const TruthNoise kind = defaultTruthNoise(path);
-      sets.push_back({path,
-                      {sigma(given, "truth-rotation-sigma", M_PI / 180, kind.rotation),
-                       sigma(given, "truth-translation-sigma", 1, kind.translation)}});
+      sets.push_back({path, {rotation.value_or(kind.rotation), translation.value_or(kind.translation)}});
     }
   }
   return sets;

@@ -16,12 +16,6 @@ Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
 
 }  // namespace
 
-double probabilityOf(const MatchResult& result, size_t i) { return static_cast<double>(result.confidence[i]); }
-
-double probabilityOf(const PointPairs& pairs, int32_t largest_score, size_t i) {
-  return largest_score > 0 ? static_cast<double>(pairs.score[i]) / largest_score : 1;
-}
-
 bool hasMoved(double baseline, const TruthNoise& noise) {
   return baseline > 0 && baseline >= kMovedDeviations * noise.translation;
 }

@@ -1,9 +1,9 @@
-// Whether a match is right, by a truth that has noise of its own, and the probability that the answer gives it.
+// Whether a match is right, by a truth that has noise of its own.
 #pragma once
 
 #include <optional>
 
-#include "gms_ransac/match_filter.h"
+#include "gms_ransac/camera.h"
 #include "run/pair_truth.h"
 
 namespace gms_ransac {
@@ -13,11 +13,6 @@ struct TruthNoise {
   double rotation = 0;     ///< radians
   double translation = 0;  ///< metres
 };
-
-/// The published probability that a match is right: of raw match `i` of a result, and of pair `i` of an estimator that
-/// was run without images. One place, so that another number is one line.
-double probabilityOf(const MatchResult& result, size_t i);
-double probabilityOf(const PointPairs& pairs, int32_t largest_score, size_t i);
 
 /// Labels the matches of one pair of images: within kCorrectWithin of their true place (homography, disparity, depth)
 /// or, where that is not known, of their epipolar line; widened by what two standard deviations of the true pose move

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "run/experiment.h"
+#include "run/published.h"
 #include "scenes/drawn_scenes.h"
 #include "trust/trust_row.h"
 

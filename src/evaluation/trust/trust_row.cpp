@@ -8,6 +8,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "run/published.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -116,8 +118,6 @@ std::string cell(const nlohmann::json& value) {
 
 }  // namespace
 
-double noiseEstimate(const RobustResult& result) { return result.rms_error_px; }
-
 Vector3d rotationVector(const Matrix3d& from, const Matrix3d& to) {
   const Eigen::AngleAxisd turn(Matrix3d(to * from.transpose()));
   return turn.angle() * turn.axis();
@@ -185,7 +185,7 @@ TrustRow makeTrustRow(const TrustContext& context, const RobustResult& result, c
   row["nees_rotation"] = verdict.nees_rotation;
   row["nees_direction"] = verdict.nees_direction;
   row["parallax_px"] = answeredOr(result.median_parallax_px);
-  row["sigma_px"] = answeredOr(noiseEstimate(result));
+  row["sigma_px"] = answeredOr(sigmaOf(result));
   row["covariance"] = TrustRow::array();
   for (int i = 0; answered && i < 36; ++i) row["covariance"].push_back(covariance(i / 6, i % 6));
   row["reliability"] = toJson(reliability);

@@ -26,9 +26,6 @@ struct PoseTruth {
   ErrorLimits limits = kRealLimits;
 };
 
-/// An answer's estimate of its own noise, pixels.
-double noiseEstimate(const RobustResult& result);
-
 /// Rotation vector of `to` relative to `from`: to = exp(vector) from. Radians.
 Eigen::Vector3d rotationVector(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to);
 
