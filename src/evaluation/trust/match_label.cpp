@@ -8,9 +8,9 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr double kDeviations = 2;       // of the truth's noise that a label allows for
-constexpr double kMovedDeviations = 4;  // of the truth's noise, for a direction to mean something
-constexpr double kNearest = 1;          // metres: what stands nearer to a camera that stands still is rare
+constexpr double kDeviations = 2;        // of the truth's noise that a label allows for
+constexpr double kMovedDeviations = 10;  // of the truth's noise, for a direction to mean something
+constexpr double kNearest = 1;           // metres: what stands nearer to a camera that stands still is rare
 
 Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
 

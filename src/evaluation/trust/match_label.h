@@ -34,8 +34,8 @@ class MatchLabel {
 };
 constexpr double kLoosestLabel = 10;  ///< pixels
 
-/// Whether the camera moved by so much that the true direction means something: four of the truth's deviations, which
-/// leaves the direction fourteen degrees.
+/// Whether the camera moved by so much that the true direction means something: ten of the truth's deviations, which
+/// leaves the direction six degrees.
 bool hasMoved(double baseline, const TruthNoise& noise);
 
 }  // namespace gms_ransac

@@ -23,11 +23,11 @@ struct KindOfTruth {
 };
 constexpr KindOfTruth kKinds[] = {
     {"rendered", {0, 0}},
-    {"kitti", {0.05 * kDegree, 0.02}},
-    {"euroc", {0.1 * kDegree, 0.001}},
-    {"7scenes", {0.5 * kDegree, 0.025}},
-    {"tum", {0.2 * kDegree, 0.002}},
-    {"freiburg", {0.2 * kDegree, 0.002}},
+    {"kitti", {0.01 * kDegree, 0.005}},
+    {"euroc", {0.05 * kDegree, 0.001}},
+    {"7scenes", {0.2 * kDegree, 0.01}},
+    {"tum", {0.2 * kDegree, 0.001}},
+    {"freiburg", {0.2 * kDegree, 0.001}},
 };
 
 std::string nameOf(const std::string& path) {
