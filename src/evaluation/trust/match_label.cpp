@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kDeviations = 2;        // of the truth's noise that a label allows for
 constexpr double kMovedDeviations = 10;  // of the truth's noise, for a direction to mean something
+constexpr double kRounding = 1e-6;       // metres, of exact poses that were written as text
 constexpr double kNearest = 1;           // metres: what stands nearer to a camera that stands still is rare
 
 Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
@@ -17,7 +18,7 @@ Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
 }  // namespace
 
 bool hasMoved(double baseline, const TruthNoise& noise) {
-  return baseline > 0 && baseline >= kMovedDeviations * noise.translation;
+  return baseline > kRounding && baseline >= kMovedDeviations * noise.translation;
 }
 
 MatchLabel::MatchLabel(const PairTruth& truth, const Camera& camera, const TruthNoise& noise)

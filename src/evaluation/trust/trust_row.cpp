@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "run/pipeline_options.h"
 #include "run/published.h"
 
 namespace gms_ransac {
@@ -63,7 +64,7 @@ Verdict judged(const RobustResult& result, Status status, const PoseTruth& truth
   const bool rotation_right = verdict.rotation_error <= truth.limits.rotation;
   verdict.right = rotation_right && (!verdict.moved || verdict.direction_error <= truth.limits.direction);
   // An answer that is OK claims a direction: where the camera is known to have stood there is none.
-  const bool stood = verdict.baseline == 0 && truth.noise.translation == 0;
+  const bool stood = !verdict.moved && truth.noise.translation == 0;
   verdict.wrong = ok && (!verdict.right || stood);
   return verdict;
 }
@@ -78,33 +79,10 @@ nlohmann::json toJson(const Reliability& reliability) {
   return numbers;
 }
 
-constexpr const char* kColumns[] = {"kind",
-                                    "set",
-                                    "gap",
-                                    "pair",
-                                    "method",
-                                    "status",
-                                    "survivors",
-                                    "inliers",
-                                    "has_truth",
-                                    "baseline_m",
-                                    "moved",
-                                    "right",
-                                    "wrong",
-                                    "rotation_error_deg",
-                                    "direction_error_deg",
-                                    "rx_deg",
-                                    "ry_deg",
-                                    "rz_deg",
-                                    "rotation_sigma_deg",
-                                    "direction_sigma_deg",
-                                    "uncertainty_deg",
-                                    "nees_rotation",
-                                    "nees_direction",
-                                    "parallax_px",
-                                    "sigma_px",
-                                    "covariance",
-                                    "reliability"};
+const std::string kHeader =
+    "kind,set,gap,pair,method,status,survivors,inliers,has_truth,baseline_m,moved,right,wrong,rotation_error_deg,"
+    "direction_error_deg,rx_deg,ry_deg,rz_deg,rotation_sigma_deg,direction_sigma_deg,uncertainty_deg,nees_rotation,"
+    "nees_direction,parallax_px,sigma_px,covariance,reliability";
 
 std::string cell(const nlohmann::json& value) {
   if (value.is_null()) return "";
@@ -193,17 +171,13 @@ TrustRow makeTrustRow(const TrustContext& context, const RobustResult& result, c
 }
 
 std::string trustCsv(const std::vector<TrustRow>& rows) {
+  const std::vector<std::string> columns = splitAtCommas(kHeader);
   std::ostringstream csv;
-  const auto writeLine = [&](const auto& cellOf) {
-    const char* separator = "";
-    for (const char* column : kColumns) {
-      csv << separator << cellOf(column);
-      separator = ",";
-    }
+  csv << kHeader << '\n';
+  for (const TrustRow& row : rows) {
+    for (const std::string& column : columns) csv << (&column == &columns.front() ? "" : ",") << cell(row.at(column));
     csv << '\n';
-  };
-  writeLine([](const char* column) { return column; });
-  for (const TrustRow& row : rows) writeLine([&](const char* column) { return cell(row.at(column)); });
+  }
   return csv.str();
 }
 
