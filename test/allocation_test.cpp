@@ -53,8 +53,8 @@ TEST_P(PerFrameAllocation, IsNoneOnceWarm) {
   for (int i = 0; i < kFrames; ++i) images.push_back(scene.render(i).image);
 
   MatchFilterOptions options;
-  options.method = "fast";
-  options.extractor.extractor = "fast";
+  options.method = "lo_prosac";
+  options.extractor.extractor = "simd_orb";
   options.extractor.threads = options.matcher_threads = GetParam();
   MatchFilter filter(options);
   filter.setCamera(Camera(scene.intrinsics(), images[0].size()));

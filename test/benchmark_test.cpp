@@ -55,37 +55,37 @@ TEST_F(BenchmarkTest, MeasuresEveryRowOnEveryRepetition) {
 }
 
 TEST_F(BenchmarkTest, BothSidesDoTheSameWork) {
-  const BenchmarkRow* stock = find("match", "cv::BFMatcher");
+  const BenchmarkRow* baseline = find("match", "cv::BFMatcher");
   const BenchmarkRow* scalar = find("match", "scalar");
   const BenchmarkRow* dense = find("GMS", "dense GMS");
   const BenchmarkRow* sparse = find("GMS", "sparse");
-  ASSERT_TRUE(stock && scalar && dense && sparse);
-  EXPECT_EQ(stock->kept, scalar->kept);
-  EXPECT_EQ(stock->correct, scalar->correct);
+  ASSERT_TRUE(baseline && scalar && dense && sparse);
+  EXPECT_EQ(baseline->kept, scalar->kept);
+  EXPECT_EQ(baseline->correct, scalar->correct);
   EXPECT_GT(dense->kept, 100);
   EXPECT_EQ(dense->kept, sparse->kept);
   EXPECT_EQ(dense->correct, sparse->correct);
 }
 
 TEST_F(BenchmarkTest, CorrectMatchesAreMostOfThoseKept) {
-  for (const char* name : {"cp_ransac", "cp_ransac on extractor fast", "stock with cv::findEssentialMat RANSAC"}) {
+  for (const char* name : {"cp_ransac", "cp_ransac on extractor simd_orb", "OpenCV with cv::findEssentialMat RANSAC"}) {
     const BenchmarkRow* row = find("whole frame", name);
     ASSERT_TRUE(row);
     EXPECT_GT(row->correct, 0.9 * row->kept) << name;
   }
 }
 
-TEST(BenchmarkTable, PrintsMediansAndTheRatioToThePeer) {
+TEST(BenchmarkTable, PrintsMediansAndTheRatioToTheBaseline) {
   BenchmarkTable table;
-  table.row("s", "peer").ms = {4, 6, 20};
-  BenchmarkRow& ours = table.row("s", "ours", "peer");
+  table.row("s", "baseline").ms = {4, 6, 20};
+  BenchmarkRow& ours = table.row("s", "ours", "baseline");
   ours.ms = {2, 2, 3};
   ours.count(10);
   ours.count(20);
-  ours.judge(9);
+  ours.countCorrect(9);
   std::ostringstream text;
   table.print(text);
-  EXPECT_NE(std::string::npos, text.str().find("| s | peer | 6.000 | 18.600 |  |  |  |\n"));
+  EXPECT_NE(std::string::npos, text.str().find("| s | baseline | 6.000 | 18.600 |  |  |  |\n"));
   EXPECT_NE(std::string::npos, text.str().find("|  | ours | 2.000 | 2.900 | 3.0 | 15 | 9 |\n"));
 }
 

@@ -30,7 +30,7 @@ struct Scene {
     }
     statistics.accepted.assign(300, 1);
     statistics.score.assign(300, 7);
-    statistics.support.assign(300, 2.f);
+    statistics.relative_score.assign(300, 2.f);
     statistics.accepted_count = 300;
   }
   static bool wrong(int i) { return i % 10 == 0; }
@@ -52,7 +52,7 @@ TEST(DistanceConsistency, DisplacementsMustAgreeWithTheNeighbours) {
   EXPECT_EQ(scene.kept(true), 0);
   EXPECT_EQ(scene.statistics.accepted_count, 270);
   EXPECT_EQ(scene.statistics.score[0], 0);
-  EXPECT_EQ(scene.statistics.support[0], 0.f);
+  EXPECT_EQ(scene.statistics.relative_score[0], 0.f);
   EXPECT_EQ(scene.statistics.score[1], 7);
 }
 

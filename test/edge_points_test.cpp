@@ -81,7 +81,7 @@ TEST(EdgePoints, SparseImageYieldsItsCornersAlone) {
   image = cv::imdecode(file, cv::IMREAD_GRAYSCALE);
 
   FeatureExtractorOptions options;
-  options.extractor = "fast";
+  options.extractor = "simd_orb";
   Features features;
   makeFeatureExtractor(options)->extract(image, features);
   const auto distanceToEnd = [&](const cv::KeyPoint& keypoint) {

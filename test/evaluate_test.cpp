@@ -90,7 +90,7 @@ TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
       {"run " + path("set"), "a.png: cannot be read as an image"},
       {"run " + path("broken"), "camera.txt:1: 'x' is not a finite number"},
       {"run " + path("set") + " --method nonsense", "unknown method 'nonsense'"},
-      {"run " + path("set") + " --method fast,nonsense", "unknown method 'nonsense'"},
+      {"run " + path("set") + " --method lo_prosac,nonsense", "unknown method 'nonsense'"},
       {"sweep --method cp_ransac,nonsense", "unknown method 'nonsense'"},
       {"run " + path("set") + " --model sphere", "unknown model 'sphere'"},
       {"run " + path("set") + " --gap 0", "--gap must be at least 1"},
@@ -115,10 +115,24 @@ TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
   }
 }
 
+TEST_F(EvaluateTest, TakesEarlierNamesAndSaysOnceWhatTheyAreNow) {
+  writePlane(3, kStep);
+  const Outcome outcome = evaluate("run " + path("set") + " --method fast,ransac,fast --extractor fast --features 500" +
+                                   " --out " + path("records.jsonl"));
+  ASSERT_EQ(outcome.status, 0) << outcome.text;
+  for (const std::string sentence :
+       {"--method fast is now called lo_prosac;", "--extractor fast is now called simd_orb;"}) {
+    const size_t at = outcome.text.find(sentence);
+    ASSERT_NE(at, std::string::npos) << outcome.text;
+    EXPECT_EQ(outcome.text.find(sentence, at + 1), std::string::npos) << outcome.text;
+  }
+  EXPECT_EQ(readLines(path("records.jsonl")).front().at("method"), "lo_prosac");
+}
+
 TEST_F(EvaluateTest, ListsEveryMethodAndExplainsItself) {
   const Outcome list = evaluate("--list");
   EXPECT_EQ(list.status, 0);
-  for (const char* method : {"ransac", "gms_ransac", "cp_ransac", "fast"}) {
+  for (const char* method : {"ransac", "gms_ransac", "cp_ransac", "lo_prosac"}) {
     EXPECT_NE(list.text.find(method), std::string::npos);
   }
   for (const char* command : {"", "run ", "tables ", "trust ", "merge "}) {

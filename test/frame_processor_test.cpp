@@ -50,8 +50,8 @@ class Processor {
     processor_.setOptions(ProcessorOptions());
   }
 
-  Answer ask(const ImageWithInfo& input) { return processor_.answer(processor_.prepare(input)); }
-  Answer ask(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::ImageConstPtr& depth = nullptr) {
+  ProcessedFrame ask(const ImageWithInfo& input) { return processor_.process(processor_.prepare(input)); }
+  ProcessedFrame ask(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::ImageConstPtr& depth = nullptr) {
     ImageWithInfo input;
     input.image = image;
     input.depth = depth;
@@ -71,16 +71,23 @@ class Processor {
   double clock_ = 1000;  // the node's, seconds
 };
 
+TEST(StatusName, IsThatOfTheMessage) {
+  EXPECT_EQ(statusName(MatchStats::OK), "OK");
+  EXPECT_EQ(statusName(MatchStats::UNCALIBRATED), "UNCALIBRATED");
+  EXPECT_EQ(statusName(MatchStats::TIME_RESET), "TIME_RESET");
+  EXPECT_EQ(statusName(MatchStats::BAD_IMAGE), "BAD_IMAGE");
+}
+
 TEST(FrameProcessor, AResetOutlivesImagesOfNoUse) {
   Processor processor;
   processor.ask(image(1.0));
   EXPECT_NE(processor.ask(image(1.1, 5)).result, nullptr);
   processor->requestReset();
-  EXPECT_EQ(processor.ask(badImage(1.2)).status, Status::kBadImage);
-  EXPECT_EQ(processor.ask(image(1.1)).status, Status::kBadImage) << "out of order";
-  const Answer answer = processor.ask(image(1.3, 10));
-  EXPECT_EQ(answer.status, Status::kFirstFrame);
-  EXPECT_EQ(answer.continuity, Continuity::kRestarted);
+  EXPECT_EQ(processor.ask(badImage(1.2)).status, MatchStats::BAD_IMAGE);
+  EXPECT_EQ(processor.ask(image(1.1)).status, MatchStats::BAD_IMAGE) << "out of order";
+  const ProcessedFrame processed = processor.ask(image(1.3, 10));
+  EXPECT_EQ(processed.status, MatchStats::FIRST_FRAME);
+  EXPECT_EQ(processed.continuity, Continuity::kRestarted);
   EXPECT_EQ(processor.ask(image(1.4, 15)).continuity, Continuity::kContinuous) << "once";
 }
 
@@ -91,17 +98,17 @@ TEST(FrameProcessor, AResetRestartsPairsToo) {
   pair.image = image(1.0, 5);
   EXPECT_EQ(processor.ask(pair).continuity, Continuity::kContinuous);
   processor->requestReset();
-  const Answer answer = processor.ask(pair);
-  EXPECT_EQ(answer.continuity, Continuity::kRestarted);
-  EXPECT_NE(answer.result, nullptr) << "a pair is compared all the same";
+  const ProcessedFrame processed = processor.ask(pair);
+  EXPECT_EQ(processed.continuity, Continuity::kRestarted);
+  EXPECT_NE(processed.result, nullptr) << "a pair is compared all the same";
   EXPECT_EQ(processor.ask(pair).continuity, Continuity::kContinuous);
 }
 
 TEST(FrameProcessor, SaysThatTheStampsAreFrozen) {
   Processor processor;
   processor.ask(image(1.0));
-  const Answer frozen = processor.ask(image(1.0, 5));
-  EXPECT_EQ(frozen.status, Status::kBadImage);
+  const ProcessedFrame frozen = processor.ask(image(1.0, 5));
+  EXPECT_EQ(frozen.status, MatchStats::BAD_IMAGE);
   EXPECT_NE(frozen.text.find("the same as that of the image before it"), std::string::npos) << frozen.text;
   EXPECT_NE(processor.ask(image(0.9, 5)).text.find("is 0.1 s before"), std::string::npos);
 }
@@ -109,20 +116,20 @@ TEST(FrameProcessor, SaysThatTheStampsAreFrozen) {
 TEST(FrameProcessor, WhereDepthGivesTheTranslationTheTextSaysSo) {
   Processor processor(ScaleMode::kDepth);
   processor.ask(image(1.0), depthOf(5));
-  const Answer answer = processor.ask(image(1.1), depthOf(5));
-  ASSERT_EQ(answer.status, Status::kOk) << answer.text;
-  EXPECT_TRUE(answer.metric_scale);
-  EXPECT_EQ(answer.text.find("cannot be observed"), std::string::npos) << answer.text;
-  EXPECT_NE(answer.text.find("agree on one motion"), std::string::npos) << answer.text;
+  const ProcessedFrame processed = processor.ask(image(1.1), depthOf(5));
+  ASSERT_EQ(processed.status, MatchStats::OK) << processed.text;
+  EXPECT_TRUE(processed.metric_scale);
+  EXPECT_EQ(processed.text.find("cannot be observed"), std::string::npos) << processed.text;
+  EXPECT_NE(processed.text.find("agree on one motion"), std::string::npos) << processed.text;
 }
 
 TEST(FrameProcessor, APairWithoutDepthHasNoLength) {
   Processor processor(ScaleMode::kDepth);
   processor.ask(image(1.0));
-  const Answer answer = processor.ask(image(1.1));
-  EXPECT_FALSE(answer.metric_scale);
-  EXPECT_TRUE(answer.poseValid()) << answer.text;
-  EXPECT_NE(answer.text.find("no length: no depth image"), std::string::npos) << answer.text;
+  const ProcessedFrame processed = processor.ask(image(1.1));
+  EXPECT_FALSE(processed.metric_scale);
+  EXPECT_TRUE(processed.poseValid()) << processed.text;
+  EXPECT_NE(processed.text.find("no length: no depth image"), std::string::npos) << processed.text;
 }
 
 }  // namespace

@@ -23,6 +23,15 @@ TEST(MatchFilter, RefusesAnUnknownMethodWithTheKnownOnes) {
   }
 }
 
+TEST(MatchFilter, TakesEarlierNames) {
+  EXPECT_STREQ(findMethod("fast").name, "lo_prosac");
+  EXPECT_EQ(currentMethodName("gms"), "gms");
+  EXPECT_EQ(currentExtractorName("opencv"), "opencv");
+  MatchFilterOptions earlier;
+  earlier.method = earlier.extractor.extractor = "fast";
+  EXPECT_NO_THROW(MatchFilter{earlier});
+}
+
 TEST(MatchFilter, RefusesWhatIsNoNumberAndThreadsItDoesNotHave) {
   const auto refuses = [](auto&& spoil) {
     MatchFilterOptions options;

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "benchmark/dense_motion_statistics.h"
-#include "gms/method_settings.h"
+#include "gms/presets.h"
 
 namespace gms_ransac {
 namespace {
@@ -54,7 +54,7 @@ void expectEqual(const MotionStatistics& sparse, const MotionStatistics& dense) 
   EXPECT_EQ(sparse.rotation, dense.rotation);
   EXPECT_EQ(sparse.accepted, dense.accepted);
   EXPECT_EQ(sparse.score, dense.score);
-  EXPECT_EQ(sparse.support, dense.support);
+  EXPECT_EQ(sparse.relative_score, dense.relative_score);
   EXPECT_EQ(sparse.cell, dense.cell);
 }
 
@@ -80,7 +80,7 @@ class RandomScenes {
     options.scale = flags == 0 || flags == 2;
     options.border = coin() ? GridBorder::kOpenCV : GridBorder::kOriginal;
     options.neighborhood = coin() ? GridNeighborhood::kNine : GridNeighborhood::kFive;
-    options.alpha_mode = coin() ? AlphaMode::kScaled : AlphaMode::kRaw;
+    options.five_cell_factor = coin() ? FiveCellFactor::kScaled : FiveCellFactor::kRaw;
     return options;
   }
 
@@ -178,9 +178,9 @@ TEST(MotionStatistics, ScoreAndSupportAreThoseOfTheCellPair) {
   const MotionStatistics statistics = scene.compute({});
   EXPECT_EQ(statistics.accepted_count, 80);  // the ten see 10 votes of the 50 + 10 around them
   EXPECT_EQ(statistics.score[0], 80);
-  EXPECT_FLOAT_EQ(statistics.support[0], static_cast<float>(80 / (6 * std::sqrt(90.0 / 9))));
+  EXPECT_FLOAT_EQ(statistics.relative_score[0], static_cast<float>(80 / (6 * std::sqrt(90.0 / 9))));
   EXPECT_EQ(statistics.score[89], 0);
-  EXPECT_EQ(statistics.support[89], 0.f);
+  EXPECT_EQ(statistics.relative_score[89], 0.f);
   EXPECT_EQ(statistics.cell[0], 5 * 20 + 5);
 }
 
@@ -194,10 +194,10 @@ TEST(MotionStatistics, FiveCellsIgnoreTheDiagonalAndScaleTheThreshold) {
   options.neighborhood = GridNeighborhood::kFive;
   EXPECT_EQ(scene.compute(options).score[0], 19);
   options.threshold_factor = 6;
-  EXPECT_FLOAT_EQ(scene.compute(options).support[0],
+  EXPECT_FLOAT_EQ(scene.compute(options).relative_score[0],
                   static_cast<float>(19 / (6 * std::sqrt(5.0 / 9) * std::sqrt(19.0 / 5))));
-  options.alpha_mode = AlphaMode::kRaw;
-  EXPECT_FLOAT_EQ(scene.compute(options).support[0], static_cast<float>(19 / (6 * std::sqrt(19.0 / 5))));
+  options.five_cell_factor = FiveCellFactor::kRaw;
+  EXPECT_FLOAT_EQ(scene.compute(options).relative_score[0], static_cast<float>(19 / (6 * std::sqrt(19.0 / 5))));
 }
 
 TEST(MotionStatistics, BordersDifferAsPublished) {
@@ -278,9 +278,9 @@ TEST(MotionStatistics, EvidenceDropsWhatTurnsOtherwiseAndOrdersByDescriptors) {
   EXPECT_EQ(statistics.accepted[3], 0);
   EXPECT_EQ(statistics.score[3], 0);
   EXPECT_EQ(statistics.score[0], 79);  // the turned one did not vote either
-  EXPECT_GE(statistics.support[5], 1.f);
-  EXPECT_GT(statistics.support[0], statistics.support[5]);  // ambiguous descriptor
-  EXPECT_GT(statistics.support[4], statistics.support[0]);  // closer descriptor
+  EXPECT_EQ(statistics.relative_score[0], statistics.relative_score[5]);
+  EXPECT_GT(statistics.log_odds[0], statistics.log_odds[5]);  // ambiguous descriptor
+  EXPECT_GT(statistics.log_odds[4], statistics.log_odds[0]);  // closer descriptor
 }
 
 TEST(MotionStatistics, EvidenceFollowsARollingCamera) {
@@ -297,7 +297,7 @@ TEST(MotionStatistics, EvidenceFollowsARollingCamera) {
   EXPECT_EQ(scene.compute(options).accepted_count, 40);
 }
 
-TEST(MotionStatisticsSettings, PapersKeepTheirsAndFastChooses) {
+TEST(MotionStatisticsSettings, PapersKeepTheirsAndLoProsacChooses) {
   const MotionStatisticsOptions open = MotionStatisticsOptions::methodsOwn();
   const MotionStatisticsOptions paper = publishedSettings(open);
   EXPECT_EQ(paper.grid_columns, 20);
@@ -305,9 +305,9 @@ TEST(MotionStatisticsSettings, PapersKeepTheirsAndFastChooses) {
   EXPECT_EQ(paper.threshold_factor, 6);
   EXPECT_EQ(paper.acceptance, Acceptance::kThreshold);
   EXPECT_EQ(publishedSettings(open, GridNeighborhood::kFive).neighborhood, GridNeighborhood::kFive);
-  const MotionStatisticsOptions fast = evidenceSettings(open);
-  EXPECT_EQ(fast.grid_columns, 0);
-  EXPECT_EQ(fast.acceptance, Acceptance::kEvidence);
+  const MotionStatisticsOptions chosen = evidenceSettings(open);
+  EXPECT_EQ(chosen.grid_columns, 0);
+  EXPECT_EQ(chosen.acceptance, Acceptance::kEvidence);
   MotionStatisticsOptions given = open;
   given.grid_columns = given.grid_rows = 30;
   given.threshold_factor = 5;

@@ -34,9 +34,9 @@ TEST(OutlierSweep, ConfidenceOrderNeedsFewerHypothesesAtEqualSuccess) {
   }
 }
 
-TEST(OutlierSweep, FastIsAsGoodAsAnExhaustiveSearchOnTheRenderedScene) {
+TEST(OutlierSweep, LoProsacIsAsGoodAsAnExhaustiveSearchOnTheRenderedScene) {
   OutlierSweepOptions options;
-  options.methods = {"ransac", "fast"};
+  options.methods = {"ransac", "lo_prosac"};
   options.robust.max_iterations = 100000;
   options.robust.confidence = 0.9999;
   options.repeat = 4;
@@ -45,10 +45,10 @@ TEST(OutlierSweep, FastIsAsGoodAsAnExhaustiveSearchOnTheRenderedScene) {
   for (const auto& [ratio, row] : table) {
     if (ratio > 0.75) continue;  // 10 to 70 percent
     SCOPED_TRACE(ratio);
-    EXPECT_GE(row.at("fast").successes, row.at("ransac").successes);
-    EXPECT_GE(row.at("fast").precision, row.at("ransac").precision - 0.01);
-    EXPECT_GE(row.at("fast").recall, row.at("ransac").recall - 0.01);
-    EXPECT_LT(row.at("fast").hypotheses, row.at("ransac").hypotheses);
+    EXPECT_GE(row.at("lo_prosac").successes, row.at("ransac").successes);
+    EXPECT_GE(row.at("lo_prosac").precision, row.at("ransac").precision - 0.01);
+    EXPECT_GE(row.at("lo_prosac").recall, row.at("ransac").recall - 0.01);
+    EXPECT_LT(row.at("lo_prosac").hypotheses, row.at("ransac").hypotheses);
   }
 }
 

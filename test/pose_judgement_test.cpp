@@ -126,7 +126,7 @@ std::string nameOf(const testing::TestParamInfo<Judgement::ParamType>& info) {
 }
 
 INSTANTIATE_TEST_SUITE_P(MethodsAndModels, Judgement,
-                         testing::Combine(testing::Values("ransac", "cp_ransac", "gms", "fast"),
+                         testing::Combine(testing::Values("ransac", "cp_ransac", "gms", "lo_prosac"),
                                           testing::Values(ModelType::kEssential, ModelType::kFundamental,
                                                           ModelType::kHomography)),
                          nameOf);

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "residual_answers.h"
+#include "residual_results.h"
 
 namespace {
 
@@ -29,10 +29,10 @@ bool check(SimdLevel level, int count, std::mt19937& random) {
       {0.9f, y, 0.3f},
       {-0.3f * b - y * a, -0.3f, y, 0.3f + 0.9f * a, -0.3f * b, 0.3f * a - 0.9f, 0.9f * b - y, 0.9f + y * b, -y * a}};
   const float inverse[9] = {1, b, -a, -b, 1, 0, a, 0, 1};
-  const auto expected = allAnswers(residualKernels(SimdLevel::kScalar), columns.view(), pose, pose.R, inverse);
-  const auto answers = allAnswers(residualKernels(level), columns.view(), pose, pose.R, inverse);
-  return expected.size() == answers.size() &&
-         std::memcmp(expected.data(), answers.data(), expected.size() * sizeof(float)) == 0;
+  const auto expected = allResults(residualKernels(SimdLevel::kScalar), columns.view(), pose, pose.R, inverse);
+  const auto results = allResults(residualKernels(level), columns.view(), pose, pose.R, inverse);
+  return expected.size() == results.size() &&
+         std::memcmp(expected.data(), results.data(), expected.size() * sizeof(float)) == 0;
 }
 
 }  // namespace

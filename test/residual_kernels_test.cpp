@@ -1,4 +1,4 @@
-// The SIMD kernels of the fast estimator: against a double loop, and bit for bit against each other.
+// The SIMD kernels of estimation: against a double loop, and bit for bit against each other.
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -10,7 +10,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "residual_answers.h"
+#include "residual_results.h"
 #include "two_view/kernels/residual_kernels.h"
 #include "two_view/minimal_sample.h"
 #include "two_view/pose_model.h"
@@ -60,21 +60,21 @@ std::vector<SimdLevel> supportedLevels() {
   return levels;
 }
 
-std::vector<float> allAnswers(const ResidualKernels& kernels, const Problem& problem) {
+std::vector<float> allResults(const ResidualKernels& kernels, const Problem& problem) {
   float H[9], G[9];
   toFloat(problem.H, H);
   toFloat(problem.H.inverse(), G);
-  return allAnswers(kernels, problem.columns.view(), problem.pose.parameters(), H, G);
+  return allResults(kernels, problem.columns.view(), problem.pose.parameters(), H, G);
 }
 
 TEST(ResidualKernels, EveryLevelReturnsTheSameBits) {
   for (int count : {0, 1, 7, 16, 33, 64, 65, 1003}) {
     const Problem problem(count, static_cast<uint64_t>(count));
-    const std::vector<float> expected = allAnswers(residualKernels(SimdLevel::kScalar), problem);
+    const std::vector<float> expected = allResults(residualKernels(SimdLevel::kScalar), problem);
     for (SimdLevel level : supportedLevels()) {
-      const std::vector<float> answers = allAnswers(residualKernels(level), problem);
-      ASSERT_EQ(expected.size(), answers.size());
-      EXPECT_EQ(0, std::memcmp(expected.data(), answers.data(), expected.size() * sizeof(float)))
+      const std::vector<float> results = allResults(residualKernels(level), problem);
+      ASSERT_EQ(expected.size(), results.size());
+      EXPECT_EQ(0, std::memcmp(expected.data(), results.data(), expected.size() * sizeof(float)))
           << toString(level) << ", " << count << " matches";
     }
   }
@@ -93,7 +93,7 @@ TEST(ResidualKernels, EpipolarScoreIsTheDoubleLoops) {
       inliers += e < 1;
     }
     for (SimdLevel level : supportedLevels()) {
-      Score score;
+      HypothesisScore score;
       residualKernels(level).scoreEpipolar(problem.columns.view(), problem.pose.parameters().E, 1e9f, score);
       EXPECT_NEAR(cost, score.cost, 1e-3 * (1 + cost));
       EXPECT_NEAR(inliers, score.inliers, 1);  // float may flip a match at the very threshold
@@ -113,7 +113,7 @@ TEST(ResidualKernels, HomographyScoreIsTheDoubleLoops) {
   float h[9], g[9];
   toFloat(problem.H, h);
   toFloat(G, g);
-  Score score;
+  HypothesisScore score;
   residualKernels(detectSimdLevel()).scoreHomography(problem.columns.view(), h, g, 1e9f, score);
   EXPECT_NEAR(cost, score.cost, 1e-3 * cost);
 }
@@ -122,7 +122,7 @@ TEST(ResidualKernels, PosesWithPointsBehindTheCameraLose) {
   Problem problem(500, 13);
   const ResidualKernels& kernels = residualKernels(detectSimdLevel());
   const TwoViewPose opposite = {problem.pose.R, -problem.pose.t};
-  Score right, wrong, epipolar;
+  HypothesisScore right, wrong, epipolar;
   kernels.scoreEpipolar(problem.columns.view(), opposite.parameters().E, 1e9f, epipolar);
   kernels.scorePose(problem.columns.view(), problem.pose.parameters(), {}, 1e9f, right);
   kernels.scorePose(problem.columns.view(), opposite.parameters(), {}, 1e9f, wrong);
@@ -135,7 +135,7 @@ TEST(ResidualKernels, PoseResidualsAreWhatThePoseScoreSumsUp) {
   const ResidualKernels& kernels = residualKernels(detectSimdLevel());
   for (const Eigen::Vector3d& t : {problem.pose.t, Eigen::Vector3d(-problem.pose.t)}) {
     const PoseParameters parameters = TwoViewPose{problem.pose.R, t}.parameters();
-    Score score;
+    HypothesisScore score;
     kernels.scorePose(problem.columns.view(), parameters, {}, 1e9f, score);
     std::vector<float> e(static_cast<size_t>(problem.columns.view().size));
     kernels.poseResiduals(problem.columns.view(), parameters, e.data());
@@ -154,7 +154,7 @@ TEST(ResidualKernels, StopsOnceTheBoundIsPassed) {
   const Problem problem(1000, 14);
   PoseParameters wrong = problem.pose.parameters();
   std::swap(wrong.E[1], wrong.E[5]);
-  Score score;
+  HypothesisScore score;
   residualKernels(detectSimdLevel()).scoreEpipolar(problem.columns.view(), wrong.E, 50, score);
   EXPECT_GT(score.cost, 50);
   EXPECT_LT(score.evaluated, 500);

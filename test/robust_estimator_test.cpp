@@ -172,7 +172,7 @@ TEST_P(EveryMethod, GivesRotationsToRounding) {
   EXPECT_GT(poses, 200);
 }
 
-TEST_P(EveryMethod, IsNotMisledByPointsThatAreNoPlaces) {
+TEST_P(EveryMethod, IsNotMisledByPointsWithoutCoordinates) {
   for (ModelType model : kModels) {
     TwoViewSceneOptions scene;
     scene.matches = 500;
@@ -238,7 +238,7 @@ TEST_P(EveryMethod, FindsNothingInDegenerateData) {
   }
 }
 
-TEST_P(EveryMethod, RefusesSupportFromTooFewPlacesToCheckIt) {
+TEST_P(EveryMethod, RejectsSupportFromTooFewSpotsToCheckIt) {
   TwoViewSceneOptions scene;
   scene.outlier_ratio = 0.1;
   TwoViewScene pair = makeTwoViewScene(scene);

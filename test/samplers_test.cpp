@@ -127,11 +127,11 @@ TEST(UniformSampler, DrawsFromAllMatchesUntilTheBound) {
   std::vector<int> times(100, 0);
   while (sampler.draw(random, sample)) {
     expectDistinctBelow(sample, 5, 100);
-    for (int place : sample) ++times[static_cast<size_t>(place)];
-    if (++draws == 1000) sampler.improve(inliersInFront(30, 100));
+    for (int rank : sample) ++times[static_cast<size_t>(rank)];
+    if (++draws == 1000) sampler.newBest(inliersInFront(30, 100));
   }
   EXPECT_EQ(draws, std::max(1000, requiredIterations(0.99, 0.3, 5, 2000)));
-  // 100 expected a place with a standard deviation of about 10.
+  // 100 expected for each rank with a standard deviation of about 10.
   EXPECT_GT(*std::min_element(times.begin(), times.end()), 50);
   EXPECT_LT(*std::max_element(times.begin(), times.end()), 150);
 }
@@ -142,7 +142,7 @@ TEST(UniformSampler, TakesTheTestsOfTddIntoItsBound) {
     options.extra_tests = d;
     UniformSampler sampler(options);
     sampler.begin({100, 5, 0.99, 100000});
-    sampler.improve(inliersInFront(60, 100));
+    sampler.newBest(inliersInFront(60, 100));
     Random random(1);
     int sample[5], draws = 0;
     while (sampler.draw(random, sample)) ++draws;
@@ -155,7 +155,7 @@ TEST(UniformSampler, OfTheSplitKnowsOnlyTheFirstFifth) {
   options.fraction = 0.2;
   UniformSampler sampler(options);
   sampler.begin({200, 5, 0.99, 5000});
-  sampler.improve(inliersInFront(20, 200));  // half of the forty
+  sampler.newBest(inliersInFront(20, 200));  // half of the forty
   Random random(1);
   int sample[5], draws = 0;
   while (sampler.draw(random, sample)) {
@@ -172,9 +172,9 @@ TEST(UniformSampler, StopsAtTheTargetRatio) {
   sampler.begin({100, 5, 0.99, 5000});
   Random random(1);
   int sample[5];
-  sampler.improve(inliersInFront(59, 100));
+  sampler.newBest(inliersInFront(59, 100));
   EXPECT_TRUE(sampler.draw(random, sample));
-  sampler.improve(inliersInFront(60, 100));
+  sampler.newBest(inliersInFront(60, 100));
   EXPECT_FALSE(sampler.draw(random, sample));
 }
 
@@ -217,7 +217,7 @@ TEST(ProsacSampler, DrawsFromThePrefixOnceItHasStoppedGrowing) {
   // Half of the first hundred are inliers, none of the others: n* is at most one hundred.
   std::vector<uint8_t> mask(N, 0);
   for (int i = 0; i < good; i += 2) mask[static_cast<size_t>(i)] = 1;
-  sampler.improve(mask);
+  sampler.newBest(mask);
   int stopped = 0, without_newest = 0, draws = 1;
   while (sampler.draw(random, sample)) {
     ++draws;
@@ -234,7 +234,7 @@ TEST(ProsacSampler, DrawsFromThePrefixOnceItHasStoppedGrowing) {
 TEST(ProsacSampler, IgnoresPrefixesThatChanceExplains) {
   ProsacSampler sampler;
   sampler.begin({1000, 5, 0.99, 1000});
-  sampler.improve(inliersInFront(5, 1000));  // the sample itself and nothing else
+  sampler.newBest(inliersInFront(5, 1000));  // the sample itself and nothing else
   Random random(3);
   int sample[5], draws = 0;
   while (sampler.draw(random, sample)) ++draws;
@@ -256,7 +256,7 @@ TEST(ConfidenceGroupSampler, DrawsOnlyFromTheTopGroupFirst) {
   while (sampler.draw(random, sample)) {
     ++draws;
     EXPECT_EQ(sampler.phase(), 1);
-    for (int place : sample) beyond = beyond || place > 100;
+    for (int rank : sample) beyond = beyond || rank > 100;
   }
   EXPECT_TRUE(beyond);
   EXPECT_EQ(draws, 1000);
@@ -267,7 +267,7 @@ TEST(ConfidenceGroupSampler, StopsAtTheBoundOfTheGroupItDrawsFrom) {
   sampler.begin({200, 5, 0.99, 1000});
   auto mask = inliersInFront(80, 200);  // 0.8 of the top group, 0.5 of all
   std::fill_n(mask.begin() + 100, 20, 1);
-  sampler.improve(mask);
+  sampler.newBest(mask);
   Random random(5);
   int sample[5], draws = 0;
   while (sampler.draw(random, sample)) ++draws;
@@ -280,7 +280,7 @@ TEST(ConfidenceGroupSampler, WidensWhenTheTopGroupIsTheWorse) {
   sampler.begin({200, 5, 0.99, 1000});
   std::vector<uint8_t> mask(200, 0);
   std::fill_n(mask.begin() + 60, 140, 1);  // 0.4 of the top group, 0.7 of all
-  sampler.improve(mask);
+  sampler.newBest(mask);
   Random random(5);
   int sample[5], draws = 0;
   while (sampler.draw(random, sample)) ++draws;
@@ -291,7 +291,7 @@ TEST(ConfidenceGroupSampler, WidensWhenTheTopGroupIsTheWorse) {
 TEST(ConfidenceGroupSampler, DoesNotStopOnSupportThatChanceExplains) {
   ConfidenceGroupSampler sampler(0.02, false);
   sampler.begin({500, 5, 0.99, 1000});
-  sampler.improve(inliersInFront(10, 500));  // all of the top group, but 10 of 500
+  sampler.newBest(inliersInFront(10, 500));  // all of the top group, but 10 of 500
   Random random(5);
   int sample[5], draws = 0;
   while (sampler.draw(random, sample)) ++draws;

@@ -149,7 +149,7 @@ TEST_P(OneToOne, LeavesAllAsThePapersDoWhenOff) {
   EXPECT_GT(result.inliers, currentPoints(result) + kDoubles / 2);
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, OneToOne, testing::Values("ransac", "gms", "lan", "cp_ransac", "fast"));
+INSTANTIATE_TEST_SUITE_P(Methods, OneToOne, testing::Values("ransac", "gms", "lan", "cp_ransac", "lo_prosac"));
 
 }  // namespace
 }  // namespace gms_ransac

@@ -132,11 +132,11 @@ TEST(ScalePropagator, FirstPairHasLengthOneAndTooFewCommonFeaturesKeepTheLast) {
   ScalePropagator propagator;
   ScaleEstimate estimate = propagator.update(points, exact.result, exact.camera);
   EXPECT_EQ(estimate.length, 1);
-  EXPECT_EQ(estimate.support, 0);
+  EXPECT_EQ(estimate.features, 0);
   propagator.advance();
   estimate = propagator.update(Triangulation(), exact.result, exact.camera);
   EXPECT_EQ(estimate.length, 1);
-  EXPECT_EQ(estimate.support, 0);
+  EXPECT_EQ(estimate.features, 0);
 }
 
 TEST(ScalePropagator, StaysFiniteWhereDepthsLieBeyondInfinity) {
@@ -152,7 +152,7 @@ TEST(ScalePropagator, StaysFiniteWhereDepthsLieBeyondInfinity) {
   propagator.advance();
   const ScaleEstimate unmeasured = propagator.update(points_beyond, beyond.result, beyond.camera);
   EXPECT_EQ(unmeasured.length, 1) << "the previous one";
-  EXPECT_EQ(unmeasured.support, 0);
+  EXPECT_EQ(unmeasured.features, 0);
   EXPECT_GE(unmeasured.relative_sigma, 1) << "a length that was not measured is not known";
   propagator.advance();
   for (int i = 0; i < 3; ++i) {
@@ -160,7 +160,7 @@ TEST(ScalePropagator, StaysFiniteWhereDepthsLieBeyondInfinity) {
     EXPECT_TRUE(std::isfinite(again.length) && again.length > 0) << again.length;
     propagator.advance();
   }
-  EXPECT_GT(propagator.update(points, seen.result, seen.camera).support, 0);
+  EXPECT_GT(propagator.update(points, seen.result, seen.camera).features, 0);
 }
 
 /// Runs the default pipeline over pairs `gap` apart and hands each pair with a pose to `visit`.
@@ -208,7 +208,7 @@ PropagationError propagationError(const Camera& camera, int frames, const Source
                 const double true_length = (truth[i].inverse() * truth[i + 1]).translation().norm();
                 travelled += true_length;
                 if (i > 0) {
-                  EXPECT_GT(scale.support, 0) << i;
+                  EXPECT_GT(scale.features, 0) << i;
                   ratio_errors.push_back(std::abs(scale.length / last_length / (true_length / last_true_length) - 1));
                 }
                 last_length = scale.length;
@@ -281,7 +281,7 @@ DepthErrors depthErrors(const Dataset& dataset, int frames, int gap) {
         RelativePose pose;
         const ScaleEstimate scale = poseFromDepth(points, a.features, b.features, result, camera, dataset.depth(i),
                                                   dataset.depth(i + gap), pose);
-        ASSERT_GT(scale.support, 50) << i;
+        ASSERT_GT(scale.features, 50) << i;
         const auto truth = dataset.frames()[i].pose->inverse() * *dataset.frames()[i + gap].pose;
         RelativePose true_pose;
         true_pose.R = truth.linear();
@@ -304,7 +304,7 @@ TEST(PoseFromDepth, IsMetricOnTheRenderedScene) {
         RelativePose pose;
         const ScaleEstimate scale = poseFromDepth(points, a.features, b.features, result, camera, scene.render(i).depth,
                                                   scene.render(j).depth, pose);
-        ASSERT_GT(scale.support, 100) << i;
+        ASSERT_GT(scale.features, 100) << i;
         EXPECT_NEAR(scale.length, pose.t.norm(), 1e-12);
         errors.add(pose, trueRelativePose(scene, i, j));
       });
@@ -388,7 +388,7 @@ TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
   RelativePose pose;
   const ScaleEstimate scale =
       poseFromDepth(points, exact.reference, exact.current, exact.result, exact.camera, cv::Mat(), depth, pose);
-  EXPECT_GT(scale.support, 250);
+  EXPECT_GT(scale.features, 250);
   EXPECT_LT((pose.t - truth.t).norm(), 0.02);
   EXPECT_LT(Eigen::AngleAxisd(pose.R.transpose() * truth.R).angle(), 1e-3);
 }
@@ -405,7 +405,7 @@ TEST(PoseFromDepth, TakesNoFewerThanEightInliersThoughBothImagesHaveDepth) {
     RelativePose pose;
     const ScaleEstimate scale =
         poseFromDepth(points, exact.reference, exact.current, exact.result, exact.camera, depth, depth, pose);
-    EXPECT_EQ(scale.support, inliers < 8 ? 0 : inliers);
+    EXPECT_EQ(scale.features, inliers < 8 ? 0 : inliers);
   }
 }
 
@@ -417,7 +417,7 @@ TEST(PoseFromDepth, LeavesThePoseAloneWithoutDepth) {
   pose.t = {7, 8, 9};
   const ScaleEstimate scale = poseFromDepth(points, exact.reference, exact.current, exact.result, exact.camera,
                                             cv::Mat(), cv::Mat_<float>(480, 640, std::nanf("")), pose);
-  EXPECT_EQ(scale.support, 0);
+  EXPECT_EQ(scale.features, 0);
   EXPECT_EQ(pose.t, Eigen::Vector3d(7, 8, 9));
 }
 

@@ -32,8 +32,8 @@ class DistanceConsistency {
   explicit DistanceConsistency(DistanceReading reading = DistanceReading::kDisplacement, uint64_t seed = 0)
       : reading_(reading), seed_(seed) {}
 
-  /// Rejects accepted matches of `statistics` (whose columns belong to `matches`): accepted, score and support become
-  /// 0. Same seed, same result.
+  /// Rejects accepted matches of `statistics` (whose columns belong to `matches`): accepted, score and relative_score
+  /// become 0. Same seed, same result.
   void apply(const Features& reference, const Features& current, const std::vector<Match>& matches,
              MotionStatistics& statistics);
 

@@ -12,14 +12,14 @@
 namespace gms_ransac {
 
 struct FeatureExtractorOptions {
-  std::string extractor = "fast";  ///< "fast": ours; "opencv": cv::ORB, what the paper used
-  int features = 2000;             ///< keypoints asked for per image, 1..100000
-  int levels = 8;                  ///< pyramid levels, 1..16
-  double scale_factor = 1.2;       ///< between levels, (1, 2]
-  /// FAST contrast in grey levels, 0..255; above 3000 features 0 is usual. "opencv" ignores fainter corners; "fast"
+  std::string extractor = "simd_orb";  ///< "simd_orb": ours; "opencv": cv::ORB, what the paper used
+  int features = 2000;                 ///< keypoints asked for per image, 1..100000
+  int levels = 8;                      ///< pyramid levels, 1..16
+  double scale_factor = 1.2;           ///< between levels, (1, 2]
+  /// FAST contrast in grey levels, 0..255; above 3000 features 0 is usual. "opencv" ignores fainter corners; "simd_orb"
   /// takes the strongest there are and stops only at 7, at 4 where texture is low, or here if this is less.
   int fast_threshold = 20;
-  /// "fast": 2 or more let a second thread share the pyramid levels; the result does not depend on it.
+  /// "simd_orb": 2 or more let a second thread share the pyramid levels; the result does not depend on it.
   int threads = 1;
   SimdLevel simd = detectSimdLevel();
 
@@ -34,6 +34,9 @@ class FeatureExtractor {
   /// Overwrites `features`, reusing its storage; descriptors are packed.
   virtual void extract(const cv::Mat& image, Features& features) = 0;
 };
+
+/// What an extractor of that name is called today: "simd_orb" for "fast", its name in earlier versions; else `name`.
+std::string currentExtractorName(const std::string& name);
 
 /// Validates the options and builds the extractor they name.
 std::unique_ptr<FeatureExtractor> makeFeatureExtractor(const FeatureExtractorOptions& options);

@@ -15,7 +15,7 @@
 
 namespace gms_ransac {
 
-/// Outcome of one pair of images. Values are those of gms_ransac/MatchStats.
+/// Outcome of one pair of images. Values are those of gms_ransac/MatchStats, which has more for the node.
 enum class Status : uint8_t {
   kOk = 0,
   kFirstFrame = 1,       ///< nothing to compare with yet
@@ -24,9 +24,7 @@ enum class Status : uint8_t {
   kGmsRejected = 4,      ///< fewer than kMinimumMatches left by the filter
   kRansacFailed = 5,     ///< no model that explains at least kMinimumMatches of the matches
   kLowParallax = 6,      ///< rotation is good, the direction of translation is not observable
-  kUncalibrated = 7,     ///< correspondences only, no pose
-  kTimeReset = 8,        ///< set by callers that watch a clock
-  kBadImage = 9          ///< not a usable image
+  kUncalibrated = 7      ///< correspondences only, no pose
 };
 std::string toString(Status status);  ///< "OK", "FIRST_FRAME", ...
 
@@ -36,7 +34,7 @@ constexpr int kMinimumMatches = 8;
 enum class MatchStage : uint8_t { kRaw = 0, kGms = 1, kInlier = 2 };
 
 struct MatchFilterOptions {
-  std::string method = "fast";
+  std::string method = "lo_prosac";
   FeatureExtractorOptions extractor;
   MotionStatisticsOptions motion_statistics = MotionStatisticsOptions::methodsOwn();
   RobustOptions robust;
@@ -67,7 +65,7 @@ struct StageTimes {
   double total() const { return detect + match + gms + ransac; }
 };
 
-/// The answer to one pair. `matches` holds every raw match; the columns beside it have one entry for each.
+/// The result of one pair. `matches` holds every raw match; the columns beside it have one entry for each.
 struct MatchResult {
   Status status = Status::kFirstFrame;
   int keypoints_reference = 0, keypoints_current = 0;
@@ -79,7 +77,7 @@ struct MatchResult {
   RobustResult robust;  ///< `inlier` there is indexed by surviving match; use `stage` here
   StageTimes times;
 
-  /// Empties the answer but keeps its storage.
+  /// Empties the result but keeps its storage.
   void clear(Status new_status);
 };
 

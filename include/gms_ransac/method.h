@@ -30,10 +30,10 @@ class Method {
   /// fundamental and there is no pose. Too few pairs or no acceptable model: model_found is false; never throws on
   /// data.
   virtual void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) = 0;
-  /// A last check of the inliers, where the method has one. `survivors`: the raw match of each pair.
-  virtual void confirm(const Features& /*reference*/, const Features& /*current*/,
-                       const std::vector<Match>& /*matches*/, const std::vector<int>& /*survivors*/,
-                       RobustResult& /*result*/) {}
+  /// A second filter, on the inliers, where the method has one. `survivors`: the raw match of each pair.
+  virtual void postFilter(const Features& /*reference*/, const Features& /*current*/,
+                          const std::vector<Match>& /*matches*/, const std::vector<int>& /*survivors*/,
+                          RobustResult& /*result*/) {}
   /// True when all survivors of the filter are inliers and the model gives only the pose.
   virtual bool filterDecides() const { return false; }
   /// Forgets what was learnt from earlier pairs, if anything.
@@ -53,7 +53,10 @@ struct MethodEntry {
 
 const std::vector<MethodEntry>& methods();
 
-/// Throws std::invalid_argument listing the known names.
+/// What a method of that name is called today: "lo_prosac" for "fast", its name in earlier versions; else `name`.
+std::string currentMethodName(const std::string& name);
+
+/// Takes earlier names too. Throws std::invalid_argument listing the known names.
 const MethodEntry& findMethod(const std::string& name);
 
 /// The method that the options name; validates them.

@@ -18,7 +18,7 @@ enum class GridBorder {
   kOpenCV     ///< xfeatures2d: they form cells of their own; sides rounded
 };
 enum class GridNeighborhood { kNine, kFive };  ///< 3x3 cells (Bian 2017) or centre + N/E/S/W (Chen 2018)
-enum class AlphaMode {
+enum class FiveCellFactor {
   kScaled,  ///< threshold_factor is the nine-cell one; sqrt(5/9) of it is used with five cells
   kRaw      ///< threshold_factor is used as it is
 };
@@ -26,7 +26,7 @@ enum class AlphaMode {
 enum class Acceptance {
   kMethodsOwn,  ///< for MatchFilterOptions only
   kThreshold,   ///< as published: the score of the cell pair reaches the threshold
-  kEvidence     ///< ours: that, and descriptors, turn and change of level make the match likely to be right
+  kEvidence     ///< ours: that, and descriptors, turn and change of octave make the match likely to be right
 };
 
 /// "own", "threshold", "evidence"; throws std::invalid_argument for another word.
@@ -40,11 +40,11 @@ struct MotionStatisticsOptions {
   bool scale = false;             ///< try right grids of 1/2, 1/sqrt2, sqrt2, 2 times the cells, not only 1
   GridBorder border = GridBorder::kOpenCV;
   GridNeighborhood neighborhood = GridNeighborhood::kNine;
-  AlphaMode alpha_mode = AlphaMode::kScaled;
+  FiveCellFactor five_cell_factor = FiveCellFactor::kScaled;
   Acceptance acceptance = Acceptance::kThreshold;
 
   /// For MatchFilterOptions: leaves grid (0), threshold_factor (0) and acceptance to the method. The papers' methods
-  /// have 20 x 20 cells, 6 and kThreshold, `fast` has square cells, 1 and kEvidence.
+  /// have 20 x 20 cells, 6 and kThreshold, `lo_prosac` has square cells, 1 and kEvidence.
   static MotionStatisticsOptions methodsOwn();
   /// Throws std::invalid_argument with a sentence that names the field, its value and its range.
   void validate() const;
@@ -52,13 +52,11 @@ struct MotionStatisticsOptions {
 
 /// Per raw match, in the order given; columns have as many entries as there are matches.
 struct MotionStatistics {
-  std::vector<uint8_t> accepted;  ///< 1: some shifted grid supports the match
+  std::vector<uint8_t> accepted;  ///< 1: some shifted grid accepts the match
   std::vector<int32_t> score;  ///< supporting matches in the neighbourhood, the largest over the shifts; 0 if rejected
-  /// 0 if rejected, >= 1 when accepted: score / threshold of that same cell pair; with kEvidence 1 + the log-odds that
-  /// the match is right above the least kept.
-  std::vector<float> support;
-  std::vector<int32_t> cell;     ///< cell of the reference keypoint in the unshifted grid, row * columns + column
-  bool weighs_evidence = false;  ///< what `support` is: true with kEvidence
+  std::vector<float> relative_score;  ///< score / threshold of that same cell pair, >= 1; 0 if rejected
+  std::vector<float> log_odds;  ///< that the match is right; of accepted ones, and with kEvidence only, else empty
+  std::vector<int32_t> cell;    ///< cell of the reference keypoint in the unshifted grid, row * columns + column
   int accepted_count = 0;
   int grid_columns = 0, grid_rows = 0;  ///< the grid that was used
   int rotation = 0;                     ///< winning rotation pattern in steps of 45 degrees anticlockwise, 0..7

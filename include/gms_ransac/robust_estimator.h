@@ -27,7 +27,7 @@ struct PointPairs {
   /// Pyramid levels: noise grows with them, as scale_factor^(octave / 2) (doc/estimator.md).
   std::vector<uint8_t> octave_reference, octave_current;
   std::vector<int32_t> score;                       ///< motion statistics score (0 where no filter ran)
-  std::vector<float> support;                       ///< score / threshold (0 where no filter ran)
+  std::vector<float> relative_score;                ///< score / threshold (0 where no filter ran)
   std::vector<uint16_t> distance, second_distance;  ///< Hamming
   cv::Size image_reference, image_current;          ///< pixels; spread over the images is judged by them
   float scale_factor = 1.2f;
@@ -36,7 +36,7 @@ struct PointPairs {
   void resize(int n);
   /// False of a match with a coordinate that no keypoint has: not finite, or a million pixels and more from the origin.
   /// Estimators take it for an outlier.
-  bool hasPlaces(size_t i) const;
+  bool hasCoordinates(size_t i) const;
 };
 
 enum class ModelType { kEssential, kFundamental, kHomography };
@@ -64,7 +64,8 @@ struct RobustOptions {
   /// Whether the answer is judged: enough inliers that are spread, parallax, other motions that explain the matches as
   /// well. Off: the model that was found stands, as in the papers, and its covariance is that of the matches alone.
   bool judge = true;
-  bool refine = true;  ///< robust least squares on the matches near the best model; off: textbook. `fast` always does
+  /// Robust least squares on the matches near the best model; off: textbook. `lo_prosac` always does.
+  bool refine = true;
   SimdLevel simd = detectSimdLevel();
 
   double inlierThreshold() const;  ///< threshold_px with its default filled in
@@ -94,10 +95,10 @@ struct RobustResult {
   double rms_error_px = 0;        ///< over inliers, of the model's residual (Sampson; transfer for a homography)
   Effort effort;
 
-  /// Empties the answer but keeps its storage.
+  /// Empties the result but keeps its storage.
   void clear();
   /// No model after all: no inliers and no pose. What the search cost stays.
-  void refuse();
+  void reject();
 };
 
 }  // namespace gms_ransac

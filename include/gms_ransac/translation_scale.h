@@ -21,7 +21,7 @@ ScaleMode parseScaleMode(const std::string& name);
 struct ScaleEstimate {
   double length = 1;          ///< of the translation; metres when it came from depth
   double relative_sigma = 0;  ///< standard deviation of `length` over `length`
-  int support = 0;            ///< features it rests on; 0: not measured, `length` is the previous one
+  int features = 0;           ///< that it rests on; 0: not measured, `length` is the previous one
 };
 
 /// `propagate`: features seen in three images have one depth in the middle one, so the translation of the second pair
@@ -63,8 +63,8 @@ class ScalePropagator {
 /// median of depth over triangulated depth. Depth cameras read their colour image row by row; a turn that grows with
 /// the row is estimated with the motion, which is that of the middle row. `reference_depth` and `current_depth` are
 /// CV_32FC1 metres of the images' size, not positive or not finite where unknown; either may be empty.
-/// Writes the pose with |t| in metres and its covariance to `pose`; support 0 (fewer than eight inliers with depth, or
-/// no convergence) leaves it alone.
+/// Writes the pose with |t| in metres and its covariance to `pose`; `features` 0 (fewer than eight inliers with depth,
+/// or no convergence) leaves it alone.
 ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference, const Features& current,
                             const MatchResult& result, const Camera& camera, const cv::Mat& reference_depth,
                             const cv::Mat& current_depth, RelativePose& pose);

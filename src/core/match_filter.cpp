@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "gms/method_settings.h"
+#include "gms/presets.h"
 #include "validation.h"
 
 namespace gms_ransac {
@@ -55,26 +55,23 @@ std::string toString(Status status) {
       return "LOW_PARALLAX";
     case Status::kUncalibrated:
       return "UNCALIBRATED";
-    case Status::kTimeReset:
-      return "TIME_RESET";
-    case Status::kBadImage:
-      return "BAD_IMAGE";
   }
   return "UNKNOWN";
 }
 
 void PointPairs::resize(int n) {
   const auto size = static_cast<size_t>(n);
-  for (auto* column : {&x_reference, &y_reference, &x_current, &y_current, &support}) column->resize(size);
+  for (auto* column : {&x_reference, &y_reference, &x_current, &y_current, &relative_score}) column->resize(size);
   for (auto* column : {&octave_reference, &octave_current}) column->resize(size);
   score.resize(size);
   for (auto* column : {&distance, &second_distance}) column->resize(size);
 }
 
-bool PointPairs::hasPlaces(size_t i) const {
+bool PointPairs::hasCoordinates(size_t i) const {
   constexpr float kFarthest = 1e6f;  // a fisheye lens of 10000 px reaches as far, 0.6 degrees short of a right angle
-  const auto isPlace = [](float value) { return std::abs(value) < kFarthest; };  // nor NaN
-  return isPlace(x_reference[i]) && isPlace(y_reference[i]) && isPlace(x_current[i]) && isPlace(y_current[i]);
+  const auto isCoordinate = [](float value) { return std::abs(value) < kFarthest; };  // nor NaN
+  return isCoordinate(x_reference[i]) && isCoordinate(y_reference[i]) && isCoordinate(x_current[i]) &&
+         isCoordinate(y_current[i]);
 }
 
 void MatchResult::clear(Status new_status) {
@@ -189,9 +186,9 @@ void MatchFilter::estimate(const Frame& reference, const Frame& current, MatchRe
   for (int match : survivors_) result.stage[match] = MatchStage::kGms;
   StopWatch watch;
   method_->estimate(pairs_, camera_, result.robust);
-  method_->confirm(reference.features, current.features, result.matches, survivors_, result.robust);
-  // What fewer agree on is no answer, whichever stage took the others away.
-  if (result.robust.inlier_count < kMinimumMatches) result.robust.refuse();
+  method_->postFilter(reference.features, current.features, result.matches, survivors_, result.robust);
+  // What fewer agree on is no model, whichever stage took the others away.
+  if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
   markInliers(result);
   result.times.ransac = watch.lap();
 }
@@ -207,13 +204,10 @@ void MatchFilter::selectSurvivors(const Features& reference, const Features& cur
 }
 
 void MatchFilter::keepOneForEachPoint(const MatchResult& result) {
-  // With kEvidence the support is the log-odds of being right, descriptors included; a score alone says which cell is
-  // the fullest.
-  const bool by_support = statistics_.weighs_evidence;
+  // The log-odds of being right include the descriptors; a score alone says which cell is the fullest.
+  const std::vector<float>& log_odds = statistics_.log_odds;
   const auto better = [&](int a, int b) {
-    if (by_support && statistics_.support[a] != statistics_.support[b]) {
-      return statistics_.support[a] > statistics_.support[b];
-    }
+    if (!log_odds.empty() && log_odds[a] != log_odds[b]) return log_odds[a] > log_odds[b];
     return result.matches[a].distance < result.matches[b].distance;
   };
   constexpr int kNone = -1;
@@ -248,7 +242,7 @@ void MatchFilter::describeSurvivors(const Features& reference, const Features& c
     pairs_.octave_reference[k] = static_cast<uint8_t>(a.octave);
     pairs_.octave_current[k] = static_cast<uint8_t>(b.octave);
     pairs_.score[k] = statistics_.score[i];
-    pairs_.support[k] = statistics_.support[i];
+    pairs_.relative_score[k] = statistics_.relative_score[i];
     pairs_.distance[k] = match.distance;
     pairs_.second_distance[k] = match.second_distance;
     result.stage[i] = MatchStage::kGms;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <set>
 #include <utility>
 
 #include <sys/wait.h>
@@ -40,6 +41,15 @@ int runProgram(const std::string& program, const std::function<int()>& body) {
     std::fprintf(stderr, "%s: %s\n", program.c_str(), error.what());
     return kBadInput;
   }
+}
+
+std::string currentName(const std::string& option, const std::string& given, const std::string& current) {
+  static std::set<std::string> said;
+  if (given != current && said.insert(option + " " + given).second) {
+    std::fprintf(stderr, "%s %s is now called %s; the old name still works\n", option.c_str(), given.c_str(),
+                 current.c_str());
+  }
+  return current;
 }
 
 Progress::Progress(std::string what, int total)

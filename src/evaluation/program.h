@@ -13,6 +13,9 @@ constexpr int kInterrupted = 130;  ///< exit status: what a shell reports for a 
 /// Runs `body` and returns its exit status; an exception becomes "<program>: <sentence>" on stderr and kBadInput.
 int runProgram(const std::string& program, const std::function<int()>& body);
 
+/// `current`; where `given`, the value of `option`, is an earlier name of it, says so on stderr, once for each name.
+std::string currentName(const std::string& option, const std::string& given, const std::string& current);
+
 /// "<what> 12/60" and a bar on stderr: rewritten in place on a terminal, else one line for each tenth of the work.
 class Progress {
  public:

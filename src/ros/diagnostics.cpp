@@ -30,7 +30,7 @@ Diagnostics::Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, 
 void Diagnostics::add(const MatchStats& stats) {
   std::lock_guard<std::mutex> lock(mutex_);
   last_ = stats;
-  ++answers_;
+  ++processed_;
   failures_ += failed(stats.status) ? 1 : 0;
   seconds_ += stats.time_total;
   latency_ += stats.latency;
@@ -100,7 +100,7 @@ void Diagnostics::describeMatches(diagnostic_updater::DiagnosticStatusWrapper& s
   status.add("inliers", last_.inliers);
   status.add("inlier ratio", last_.inlier_ratio);
   status.add("median parallax (px)", last_.median_parallax_px);
-  status.addf("failed", "%d of %d", failures_, answers_);
+  status.addf("failed", "%d of %d", failures_, processed_);
 }
 
 void Diagnostics::describeTiming(diagnostic_updater::DiagnosticStatusWrapper& status) {
@@ -108,19 +108,19 @@ void Diagnostics::describeTiming(diagnostic_updater::DiagnosticStatusWrapper& st
   const ros::WallTime now = ros::WallTime::now();
   const double period = std::max((now - last_report_).toSec(), 1e-3);
   const uint32_t dropped = last_.frames_dropped - dropped_before_;
-  const int answers = std::max(answers_, 1);
+  const int images = std::max(processed_, 1);
   if (dropped > 0) {
     status.summaryf(DiagnosticStatus::WARN, "%u images dropped: they come faster than they are processed", dropped);
   } else {
     status.summary(DiagnosticStatus::OK, "keeps up");
   }
-  status.addf("rate (Hz)", "%.1f", answers_ / period);
-  status.addf("time per image (ms)", "%.2f", 1e3 * seconds_ / answers);
-  status.addf("latency (ms)", "%.2f", 1e3 * latency_ / answers);
+  status.addf("rate (Hz)", "%.1f", processed_ / period);
+  status.addf("time per image (ms)", "%.2f", 1e3 * seconds_ / images);
+  status.addf("latency (ms)", "%.2f", 1e3 * latency_ / images);
   status.add("dropped", dropped);
   last_report_ = now;
   dropped_before_ = last_.frames_dropped;
-  answers_ = failures_ = 0;
+  processed_ = failures_ = 0;
   seconds_ = latency_ = 0;
 }
 

@@ -1,4 +1,4 @@
-// What /diagnostics says about the match filter: input, timing, the quality of the last answers, and
+// What /diagnostics says about the match filter: input, timing, the quality of the last matches, and
 // whether the ROS master knows it.
 #pragma once
 
@@ -15,7 +15,7 @@ class Diagnostics {
  public:
   Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& name);
 
-  /// From the worker: one answered image.
+  /// From the worker: one processed image.
   void add(const MatchStats& stats);
   /// What the input waits for (empty: nothing), and whether it is meant to deliver at all.
   void setInput(const std::string& waiting_for, bool subscribed, bool paused);
@@ -37,7 +37,7 @@ class Diagnostics {
   std::string waiting_for_, graph_problem_, calibration_doubt_;
   bool subscribed_ = false, paused_ = false;
   MatchStats last_;
-  int answers_ = 0, failures_ = 0;  ///< since the last report
+  int processed_ = 0, failures_ = 0;  ///< since the last report
   uint32_t dropped_before_ = 0;
   double seconds_ = 0, latency_ = 0;  ///< sums since the last report
   ros::WallTime last_report_;

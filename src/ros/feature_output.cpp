@@ -25,13 +25,13 @@ FeatureOutput::FeatureOutput(ros::NodeHandle& outputs, FeatureLayout layout,
       publisher_(outputs.advertise<sensor_msgs::PointCloud>("features", kPublisherQueue, listeners_changed,
                                                             listeners_changed)) {}
 
-void FeatureOutput::publish(const Answer& answer, const TrackSelectorOptions& options) {
+void FeatureOutput::publish(const ProcessedFrame& processed, const TrackSelectorOptions& options) {
   auto cloud = boost::make_shared<sensor_msgs::PointCloud>();
-  cloud->header = answer.current->header;
+  cloud->header = processed.current->header;
   const std::vector<std::string> names = channelNames(layout_);
   cloud->channels.resize(names.size());
   for (size_t c = 0; c < names.size(); ++c) cloud->channels[c].name = names[c];
-  for (const Feature& feature : selectFeatures(answer, options)) {
+  for (const Feature& feature : selectFeatures(processed, options)) {
     geometry_msgs::Point32 p;
     p.x = static_cast<float>(feature.ray.x());
     p.y = static_cast<float>(feature.ray.y());
@@ -48,44 +48,44 @@ void FeatureOutput::publish(const Answer& answer, const TrackSelectorOptions& op
   publisher_.publish(cloud);
 }
 
-std::vector<FeatureOutput::Feature> FeatureOutput::selectFeatures(const Answer& answer,
+std::vector<FeatureOutput::Feature> FeatureOutput::selectFeatures(const ProcessedFrame& processed,
                                                                   const TrackSelectorOptions& options) {
-  const MatchResult& result = *answer.result;
+  const MatchResult& result = *processed.result;
   std::vector<TrackedPoint> points;
   std::vector<int> match;
   for (size_t i = 0; i < result.matches.size(); ++i) {
-    const uint32_t id = (*answer.track_ids)[i];
+    const uint32_t id = (*processed.track_ids)[i];
     if (id == 0) continue;
-    const cv::Point2f& pixel = answer.current->frame.features.keypoints[result.matches[i].current].pt;
-    points.push_back({id, (*answer.track_lengths)[i], pixel});
+    const cv::Point2f& pixel = processed.current->frame.features.keypoints[result.matches[i].current].pt;
+    points.push_back({id, (*processed.track_lengths)[i], pixel});
     match.push_back(static_cast<int>(i));
   }
   std::vector<Feature> features;
   std::unordered_map<uint32_t, Eigen::Vector2d> rays;
-  for (const int i : selector_.select(points, answer.current->frame.features.image_size, options)) {
+  for (const int i : selector_.select(points, processed.current->frame.features.image_size, options)) {
     const TrackedPoint& point = points[i];
-    const Eigen::Vector2d ray = rayOf(answer.current->camera->camera, point.current);
-    features.push_back({point.id, point.current, ray, velocity(answer, match[i], point.id, ray)});
+    const Eigen::Vector2d ray = rayOf(processed.current->camera->camera, point.current);
+    features.push_back({point.id, point.current, ray, velocity(processed, match[i], point.id, ray)});
     rays.emplace(point.id, ray);
   }
   last_rays_.swap(rays);
-  last_stamp_ = answer.current->stamp();
+  last_stamp_ = processed.current->stamp();
   return features;
 }
 
-Eigen::Vector2d FeatureOutput::velocity(const Answer& answer, int match, uint32_t id,
+Eigen::Vector2d FeatureOutput::velocity(const ProcessedFrame& processed, int match, uint32_t id,
                                         const Eigen::Vector2d& ray) const {
   const auto last = last_rays_.find(id);
-  const double reference_stamp = answer.reference->stamp();
+  const double reference_stamp = processed.reference->stamp();
   Eigen::Vector2d before;
   double seconds;
   if (last != last_rays_.end()) {
     before = last->second;
-    seconds = answer.current->stamp() - last_stamp_;
+    seconds = processed.current->stamp() - last_stamp_;
   } else if (last_rays_.empty() || reference_stamp >= last_stamp_) {
-    const int keypoint = answer.result->matches[match].reference;
-    before = rayOf(answer.current->camera->camera, answer.reference->frame.features.keypoints[keypoint].pt);
-    seconds = answer.current->stamp() - reference_stamp;
+    const int keypoint = processed.result->matches[match].reference;
+    before = rayOf(processed.current->camera->camera, processed.reference->frame.features.keypoints[keypoint].pt);
+    seconds = processed.current->stamp() - reference_stamp;
   } else {
     // Over a reference that is held longer it would be an average; VINS's own tracker says 0 of new features, too.
     return Eigen::Vector2d::Zero();

@@ -21,8 +21,8 @@ class FeatureOutput {
   FeatureOutput(ros::NodeHandle& outputs, FeatureLayout layout, const ros::SubscriberStatusCallback& listeners_changed);
 
   int listeners() const { return static_cast<int>(publisher_.getNumSubscribers()); }
-  /// The answer must have inliers and a calibrated camera.
-  void publish(const Answer& answer, const TrackSelectorOptions& options);
+  /// The frame must have inliers and a calibrated camera.
+  void publish(const ProcessedFrame& processed, const TrackSelectorOptions& options);
   /// The stamps no longer go on from those before.
   void forgetStamps() { last_rays_.clear(); }
 
@@ -33,8 +33,8 @@ class FeatureOutput {
     Eigen::Vector2d ray;       ///< x, y at depth 1
     Eigen::Vector2d velocity;  ///< of the ray, 1/s
   };
-  std::vector<Feature> selectFeatures(const Answer& answer, const TrackSelectorOptions& options);
-  Eigen::Vector2d velocity(const Answer& answer, int match, uint32_t id, const Eigen::Vector2d& ray) const;
+  std::vector<Feature> selectFeatures(const ProcessedFrame& processed, const TrackSelectorOptions& options);
+  Eigen::Vector2d velocity(const ProcessedFrame& processed, int match, uint32_t id, const Eigen::Vector2d& ray) const;
 
   const FeatureLayout layout_;
   ros::Publisher publisher_;

@@ -71,6 +71,15 @@ std::string sizeText(const cv::Size& size) { return std::to_string(size.width) +
 
 }  // namespace
 
+static_assert(static_cast<int>(Status::kUncalibrated) == MatchStats::UNCALIBRATED,
+              "values of the core and the message");
+
+std::string statusName(uint8_t status) {
+  if (status == MatchStats::TIME_RESET) return "TIME_RESET";
+  if (status == MatchStats::BAD_IMAGE) return "BAD_IMAGE";
+  return toString(static_cast<Status>(status));
+}
+
 FrameProcessor::FrameProcessor(const Parameters& parameters, const std::string& image_topic,
                                const std::string& info_topic)
     : image_topic_(image_topic), parameters_(parameters), camera_source_(parameters, image_topic, info_topic) {}
@@ -126,7 +135,7 @@ void FrameProcessor::fill(PreparedFrame& frame) {
     }
     frame.filter->extract(frame.pair_reference->grey, frame.pair_reference->frame);
   } else {
-    frame.problem = judgeStamp(frame);
+    frame.problem = classifyStamp(frame);
     if (!frame.problem.empty()) return;
   }
   if (input.depth) {
@@ -138,7 +147,7 @@ void FrameProcessor::fill(PreparedFrame& frame) {
   frame.filter->extract(frame.grey, frame.frame);
 }
 
-std::string FrameProcessor::judgeStamp(PreparedFrame& frame) {
+std::string FrameProcessor::classifyStamp(PreparedFrame& frame) {
   const double late = stamps_.previousStamp() - frame.stamp();
   frame.stamp_verdict = stamps_.judge(frame.stamp(), frame.input.received.toSec(), options().max_frame_gap);
   if (frame.stamp_verdict != StampVerdict::kOutOfOrder) return std::string();
@@ -159,22 +168,22 @@ bool FrameProcessor::convert(const sensor_msgs::ImageConstPtr& image, PreparedFr
   return frame.problem.empty();
 }
 
-Answer FrameProcessor::answer(std::unique_ptr<PreparedFrame> frame) {
+ProcessedFrame FrameProcessor::process(std::unique_ptr<PreparedFrame> frame) {
   if (current_) {
     std::lock_guard<std::mutex> lock(mutex_);
     spare_ = std::move(current_);
   }
   current_ = std::move(frame);
-  Answer answer;
-  answer.current = current_.get();
+  ProcessedFrame processed;
+  processed.current = current_.get();
   if (!current_->problem.empty()) {
     keepPending(*current_);
-    answer.status = Status::kBadImage;
-    answer.text = "image on " + image_topic_ + " not used: " + current_->problem;
-    return answer;
+    processed.status = MatchStats::BAD_IMAGE;
+    processed.text = "image on " + image_topic_ + " not used: " + current_->problem;
+    return processed;
   }
   takePending(*current_);
-  return current_->pair_reference ? answerPair(answer) : answerStream(answer);
+  return current_->pair_reference ? processPair(processed) : processStream(processed);
 }
 
 void FrameProcessor::keepPending(const PreparedFrame& frame) {
@@ -189,34 +198,35 @@ void FrameProcessor::takePending(PreparedFrame& frame) {
   frame.stamp_verdict = std::max(frame.stamp_verdict, std::exchange(verdict_pending_, StampVerdict::kInOrder));
 }
 
-Answer FrameProcessor::answerStream(Answer answer) {
-  answer.text = startAnew(*current_, answer);
-  const bool compared = answer.text.empty();
+ProcessedFrame FrameProcessor::processStream(ProcessedFrame processed) {
+  processed.text = startAnew(*current_, processed);
+  const bool compared = processed.text.empty();
   const double interval = current_->stamp() - std::exchange(last_stamp_, current_->stamp());
   if (compared) {
-    compare(answer);
+    compare(processed);
     // An image without keypoints would make the next one fail too; the one before it is the better reference.
-    if (answer.status == Status::kTooFewKeypoints && current_->frame.features.size() < kMinimumMatches) return answer;
-    answer.reference_held = holdReference(answer, interval);
-    if (answer.reference_held) return answer;
+    if (processed.status == MatchStats::TOO_FEW_KEYPOINTS && current_->frame.features.size() < kMinimumMatches)
+      return processed;
+    processed.reference_held = holdReference(processed, interval);
+    if (processed.reference_held) return processed;
   }
   advance(compared);
-  return answer;
+  return processed;
 }
 
-Answer FrameProcessor::answerPair(Answer answer) {
+ProcessedFrame FrameProcessor::processPair(ProcessedFrame processed) {
   reference_ = std::move(current_->pair_reference);
   tracks_.reset();
-  if (current_->reset_requested) answer.continuity = Continuity::kRestarted;
+  if (current_->reset_requested) processed.continuity = Continuity::kRestarted;
   if (reference_->frame.features.image_size != current_->frame.features.image_size) {
-    answer.status = Status::kBadImage;
-    answer.text = "the two images differ in size: " + sizeText(reference_->frame.features.image_size) + " and " +
-                  sizeText(current_->frame.features.image_size);
-    return answer;
+    processed.status = MatchStats::BAD_IMAGE;
+    processed.text = "the two images differ in size: " + sizeText(reference_->frame.features.image_size) + " and " +
+                     sizeText(current_->frame.features.image_size);
+    return processed;
   }
-  compare(answer);
-  if (current_->reset_requested) answer.text = "reset on request; " + answer.text;
-  return answer;
+  compare(processed);
+  if (current_->reset_requested) processed.text = "reset on request; " + processed.text;
+  return processed;
 }
 
 void FrameProcessor::advance(bool compared) {
@@ -232,36 +242,36 @@ void FrameProcessor::advance(bool compared) {
   std::swap(reference_, current_);
 }
 
-std::string FrameProcessor::startAnew(const PreparedFrame& frame, Answer& answer) {
-  answer.status = Status::kTimeReset;
-  answer.continuity = Continuity::kBroken;
+std::string FrameProcessor::startAnew(const PreparedFrame& frame, ProcessedFrame& processed) {
+  processed.status = MatchStats::TIME_RESET;
+  processed.continuity = Continuity::kBroken;
   const std::string anew = "; this image is a new reference";
   std::string why;
   const double max_gap = options().max_frame_gap;
   if (frame.reset_requested) {
-    answer.status = Status::kFirstFrame;
-    answer.continuity = Continuity::kRestarted;
+    processed.status = MatchStats::FIRST_FRAME;
+    processed.continuity = Continuity::kRestarted;
     why = "reset on request" + anew;
   } else if (frame.stamp_verdict == StampVerdict::kClockReset) {
-    answer.continuity = Continuity::kRestarted;
+    processed.continuity = Continuity::kRestarted;
     why = "the clock went back" + anew;
   } else if (frame.stamp_verdict == StampVerdict::kJumpedBack) {
-    answer.continuity = Continuity::kRestarted;
+    processed.continuity = Continuity::kRestarted;
     why = "the stamps went back" + anew;
   } else if (frame.stamp_verdict == StampVerdict::kGap) {
     why = "more than ~max_frame_gap (" + seconds(max_gap) + ") since the image before" + anew;
   } else if (!reference_) {
-    answer.status = Status::kFirstFrame;
-    answer.continuity = Continuity::kContinuous;
+    processed.status = MatchStats::FIRST_FRAME;
+    processed.continuity = Continuity::kContinuous;
     return "first image; nothing to compare with yet";
   } else if (frame.frame.features.image_size != reference_->frame.features.image_size) {
-    answer.status = Status::kFirstFrame;
+    processed.status = MatchStats::FIRST_FRAME;
     why = "the image size changed from " + sizeText(reference_->frame.features.image_size) + " to " +
           sizeText(frame.frame.features.image_size) + anew;
   } else if (frame.stamp() - reference_->stamp() > max_gap) {
     why = "the last usable image is older than ~max_frame_gap (" + seconds(max_gap) + ")" + anew;
   } else {
-    answer.continuity = Continuity::kContinuous;
+    processed.continuity = Continuity::kContinuous;
     return std::string();
   }
   reference_.reset();
@@ -271,85 +281,86 @@ std::string FrameProcessor::startAnew(const PreparedFrame& frame, Answer& answer
   return why;
 }
 
-void FrameProcessor::compare(Answer& answer) {
-  answer.reference = reference_.get();
-  answer.result = &result_;
+void FrameProcessor::compare(ProcessedFrame& processed) {
+  processed.reference = reference_.get();
+  processed.result = &result_;
   const auto work = [&] {
     current_->filter->setCamera(current_->camera->camera);
     current_->filter->filter(reference_->frame, current_->frame, result_);
-    answer.status = result_.status;
-    answer.text = explain(result_.status, result_, *current_->camera);
+    processed.status = static_cast<uint8_t>(result_.status);
+    processed.text = explain(result_.status, result_, *current_->camera);
     tracks_.link(result_);
-    answer.track_ids = &tracks_.ids();
-    answer.track_lengths = &tracks_.lengths();
+    processed.track_ids = &tracks_.ids();
+    processed.track_lengths = &tracks_.lengths();
     scale_updated_ = false;
-    finishPose(answer);
+    finishPose(processed);
   };
   guarded(work, [&](const std::string& what) {
     result_.clear(Status::kRansacFailed);
     tracks_.reset();
-    answer.status = Status::kRansacFailed;
-    answer.text = what;
+    processed.status = MatchStats::RANSAC_FAILED;
+    processed.text = what;
   });
 }
 
-void FrameProcessor::finishPose(Answer& answer) {
-  if (!answer.poseValid()) return;
-  answer.pose = result_.robust.pose;
+void FrameProcessor::finishPose(ProcessedFrame& processed) {
+  if (!processed.poseValid()) return;
+  processed.pose = result_.robust.pose;
   const Camera& camera = current_->camera->camera;
   if (parameters_.scale == ScaleMode::kPropagate || parameters_.scale == ScaleMode::kDepth) {
     triangulateInliers(reference_->frame.features, current_->frame.features, result_, camera, triangulation_);
   }
-  bool translation_known = answer.status == Status::kOk;
+  bool translation_known = processed.status == MatchStats::OK;
   if (parameters_.scale == ScaleMode::kFixed && translation_known) {
-    answer.pose = withLength(answer.pose, {parameters_.fixed_scale, 0, 1});
-    answer.metric_scale = true;
+    processed.pose = withLength(processed.pose, {parameters_.fixed_scale, 0, 1});
+    processed.metric_scale = true;
   } else if (parameters_.scale == ScaleMode::kPropagate && translation_known) {
-    answer.pose = withLength(answer.pose, propagator_.update(triangulation_, result_, camera));
+    processed.pose = withLength(processed.pose, propagator_.update(triangulation_, result_, camera));
     scale_updated_ = true;
   } else if (parameters_.scale == ScaleMode::kPropagate) {
     propagator_.carryThroughTurn(triangulation_, result_);
     scale_updated_ = true;
   } else if (parameters_.scale == ScaleMode::kDepth) {
     const ScaleEstimate scale = poseFromDepth(triangulation_, reference_->frame.features, current_->frame.features,
-                                              result_, camera, reference_->depth, current_->depth, answer.pose);
-    answer.metric_scale = scale.support > 0;
-    if (answer.metric_scale && !translation_known) {
+                                              result_, camera, reference_->depth, current_->depth, processed.pose);
+    processed.metric_scale = scale.features > 0;
+    if (processed.metric_scale && !translation_known) {
       // Depth makes a translation observable that the images alone do not show.
-      answer.status = Status::kOk;
-      answer.text = explain(Status::kOk, result_, *current_->camera) +
-                    "; too little parallax, the translation is that of the depth";
+      processed.status = MatchStats::OK;
+      processed.text = explain(Status::kOk, result_, *current_->camera) +
+                       "; too little parallax, the translation is that of the depth";
       translation_known = true;
     }
-    if (!answer.metric_scale) {
+    if (!processed.metric_scale) {
       const std::string& problem =
           current_->depth_problem.empty() ? reference_->depth_problem : current_->depth_problem;
-      answer.text += "; no length: " + (problem.empty() ? "too few inliers have depth" : problem);
+      processed.text += "; no length: " + (problem.empty() ? "too few inliers have depth" : problem);
     }
   }
-  makePublishable(translation_known, options().sigma_floor, answer.pose);
-  stopUnfitPose(answer);
+  makePublishable(translation_known, options().sigma_floor, processed.pose);
+  stopUnfitPose(processed);
 }
 
-void FrameProcessor::stopUnfitPose(Answer& answer) {
-  const std::string defect = poseDefect(answer.pose);
+void FrameProcessor::stopUnfitPose(ProcessedFrame& processed) {
+  const std::string defect = poseDefect(processed.pose);
   if (defect.empty()) return;
-  answer.status = Status::kRansacFailed;
-  answer.text = "the pose was stopped before it was published: " + defect;
-  answer.pose = RelativePose();
-  answer.metric_scale = false;
+  processed.status = MatchStats::RANSAC_FAILED;
+  processed.text = "the pose was stopped before it was published: " + defect;
+  processed.pose = RelativePose();
+  processed.metric_scale = false;
   // What the propagator took from this pair may be as wrong: it starts anew.
   scale_updated_ = false;
 }
 
-bool FrameProcessor::holdReference(const Answer& answer, double interval) {
+bool FrameProcessor::holdReference(const ProcessedFrame& processed, double interval) {
   const ProcessorOptions options = this->options();
-  if (answer.status != Status::kLowParallax || answer.result == nullptr || !options.hold_reference) return false;
+  if (processed.status != MatchStats::LOW_PARALLAX || processed.result == nullptr || !options.hold_reference)
+    return false;
   // Standing still for long, the reference would grow too old to be compared with the next image.
   const double age = current_->stamp() - reference_->stamp();
   if (age + kLateImage * interval > options.max_frame_gap) return false;
   // Turning on, the reference would leave the view before there is parallax; so only while it is well seen.
-  return answer.result->inliers >= kWellSeen * answer.result->keypoints_reference;
+  return processed.result->inliers >= kWellSeen * processed.result->keypoints_reference;
 }
 
 }  // namespace gms_ransac

@@ -1,10 +1,12 @@
 // The stream's state: which image is compared with which, and what is said when one cannot be. Publishes nothing.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
 
+#include <gms_ransac/MatchStats.h>
 #include <std_msgs/Header.h>
 
 #include "camera_model.h"
@@ -44,9 +46,9 @@ enum class Continuity {
   kRestarted  ///< nothing before counts any more: the clock or the stamps went back, or a reset was asked for
 };
 
-/// What is to be published for one image. The pointers live until the next call of `answer`.
-struct Answer {
-  Status status = Status::kFirstFrame;
+/// What is to be published for one image. The pointers live until the next call of `process`.
+struct ProcessedFrame {
+  uint8_t status = MatchStats::FIRST_FRAME;
   std::string text;  ///< the status in words, with what to do where something can be done
   const PreparedFrame* current = nullptr;
   const PreparedFrame* reference = nullptr;  ///< null: not compared
@@ -59,8 +61,13 @@ struct Answer {
   const std::vector<uint16_t>* track_lengths = nullptr;
   bool reference_held = false;  ///< the next image will be compared with this reference again
 
-  bool poseValid() const { return result != nullptr && (status == Status::kOk || status == Status::kLowParallax); }
+  bool poseValid() const {
+    return result != nullptr && (status == MatchStats::OK || status == MatchStats::LOW_PARALLAX);
+  }
 };
+
+/// "OK", ..., "BAD_IMAGE": a value of MatchStats::status in words.
+std::string statusName(uint8_t status);
 
 struct ProcessorOptions {
   MatchFilterOptions core;
@@ -69,7 +76,7 @@ struct ProcessorOptions {
   SigmaFloor sigma_floor;
 };
 
-/// `prepare` and `answer` may run on two threads, each on one; the rest may be called from anywhere.
+/// `prepare` and `process` may run on two threads, each on one; the rest may be called from anywhere.
 class FrameProcessor {
  public:
   FrameProcessor(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic);
@@ -83,29 +90,29 @@ class FrameProcessor {
   std::unique_ptr<PreparedFrame> prepare(const ImageWithInfo& input);
   /// Comparison with the reference. Never throws. What asks for a new start and comes with an image that is of no use
   /// is kept for the next one.
-  Answer answer(std::unique_ptr<PreparedFrame> frame);
+  ProcessedFrame process(std::unique_ptr<PreparedFrame> frame);
 
  private:
   /// An empty frame for the input, with the options in force now.
   std::unique_ptr<PreparedFrame> beginFrame(const ImageWithInfo& input);
   void fill(PreparedFrame& frame);
   /// Sets the verdict; returns why the image is dropped, empty when it is not.
-  std::string judgeStamp(PreparedFrame& frame);
-  Answer answerStream(Answer answer);
+  std::string classifyStamp(PreparedFrame& frame);
+  ProcessedFrame processStream(ProcessedFrame processed);
   /// Forgets the reference where the stamps or the image size ask for it and says why; empty: compare.
-  std::string startAnew(const PreparedFrame& frame, Answer& answer);
+  std::string startAnew(const PreparedFrame& frame, ProcessedFrame& processed);
   /// Keeps what an unusable image asks for.
   void keepPending(const PreparedFrame& frame);
   /// Hands it to the next usable one.
   void takePending(PreparedFrame& frame);
-  void compare(Answer& answer);
+  void compare(ProcessedFrame& processed);
   /// `interval`: between this image and the one before.
-  bool holdReference(const Answer& answer, double interval);
-  Answer answerPair(Answer answer);
+  bool holdReference(const ProcessedFrame& processed, double interval);
+  ProcessedFrame processPair(ProcessedFrame processed);
   /// Fills the pose, and the length of its translation as ~scale says.
-  void finishPose(Answer& answer);
+  void finishPose(ProcessedFrame& processed);
   /// The last gate: a pose that is not fit to publish becomes RANSAC_FAILED, with what is wrong with it.
-  void stopUnfitPose(Answer& answer);
+  void stopUnfitPose(ProcessedFrame& processed);
   /// The current image becomes the reference.
   void advance(bool compared);
   /// The part of `prepare` that pairs and streams share; false, with `problem` set, when the image is of no use.
@@ -120,7 +127,7 @@ class FrameProcessor {
   CameraModelSource camera_source_;
   StampWatch stamps_;
 
-  // answer's
+  // process's
   std::unique_ptr<PreparedFrame> reference_, current_;
   MatchResult result_;
   TrackTable tracks_;
@@ -129,14 +136,14 @@ class FrameProcessor {
   bool reset_pending_ = false;  ///< asked for with an image that was of no use, as is the next one
   StampVerdict verdict_pending_ = StampVerdict::kInOrder;
   bool scale_updated_ = false;  ///< the propagator knows the features of the last pair
-  double last_stamp_ = 0;       ///< of the image answered before
+  double last_stamp_ = 0;       ///< of the image processed before
 
   // shared
   std::mutex mutex_;
   std::shared_ptr<MatchFilter> filter_;
   ProcessorOptions options_;
   bool reset_requested_ = false;
-  std::unique_ptr<PreparedFrame> spare_;  ///< answered; its storage serves the next image
+  std::unique_ptr<PreparedFrame> spare_;  ///< processed; its storage serves the next image
 };
 
 }  // namespace gms_ransac

@@ -5,6 +5,7 @@
 
 #include <opencv2/core/version.hpp>
 
+#include "former_names.h"
 #include "guard.h"
 
 namespace gms_ransac {
@@ -29,7 +30,7 @@ ProcessorOptions processorOptions(const MatchFilterConfig& config, int threads) 
 }  // namespace
 
 template <typename Work>
-void MatchFilterRos::survive(const Work& work) {
+void MatchFilterRos::guard(const Work& work) {
   guarded(work, [this](const std::string& what) { throttle_.warn("unexpected", name_ + ": " + what); });
 }
 
@@ -43,9 +44,10 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   for (const std::string& unknown : unknownParameters(pnh_, parameters_)) {
     ROS_WARN_STREAM(name_ << ": parameter " << pnh_.resolveName(unknown) << " is set but not known; misspelt?");
   }
+  for (const std::string& sentence : replaceFormerNames(pnh_)) ROS_WARN_STREAM(name_ << ": " << sentence);
   checkConfigOnServer(pnh_);
   input_ = std::make_unique<ImageInput>(nh_, pnh_, parameters_,
-                                        [this](const ImageWithInfo& input) { survive([&] { onImage(input); }); });
+                                        [this](const ImageWithInfo& input) { guard([&] { onImage(input); }); });
   input_->checkTransports();
   processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic());
 
@@ -63,7 +65,7 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   {
     // A listener may connect before `outputs_` is assigned.
     std::lock_guard<std::mutex> lock(subscription_mutex_);
-    outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, [this] { survive([&] { updateSubscription(); }); });
+    outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, [this] { guard([&] { updateSubscription(); }); });
   }
   diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, name_);
   master_watch_ = std::make_unique<MasterWatch>(name_);
@@ -75,10 +77,10 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   reset_service_ = pnh_.advertiseService("reset", &MatchFilterRos::reset, this);
   pause_service_ = pnh_.advertiseService("pause", &MatchFilterRos::pause, this);
   watch_timer_ = nh_.createWallTimer(ros::WallDuration(kWatchPeriod),
-                                     [this](const ros::WallTimerEvent& /*event*/) { survive([&] { watchInput(); }); });
+                                     [this](const ros::WallTimerEvent& /*event*/) { guard([&] { watchInput(); }); });
   // Last: were an exception to leave the constructor, nobody would join them.
   worker_ = std::thread([this] { work(); });
-  if (parameters_.threads > 1) second_worker_ = std::thread([this] { answerPrepared(); });
+  if (parameters_.threads > 1) second_worker_ = std::thread([this] { processPrepared(); });
 }
 
 MatchFilterRos::~MatchFilterRos() {
@@ -99,6 +101,7 @@ MatchFilterRos::~MatchFilterRos() {
 }
 
 void MatchFilterRos::reconfigure(UnclampedConfig& config) {
+  for (const std::string& sentence : config.renamed) throttle_.warnOnce(sentence, name_ + ": " + sentence);
   try {
     if (!config.problem.empty()) throw std::invalid_argument(config.problem);
     processor_->setOptions(processorOptions(config, parameters_.threads));
@@ -175,7 +178,7 @@ bool MatchFilterRos::pause(std_srvs::SetBool::Request& request, std_srvs::SetBoo
 void MatchFilterRos::work() {
   ImageWithInfo input;
   while (mailbox_.pop(input)) {
-    survive([&] { process(input); });
+    guard([&] { process(input); });
     input = ImageWithInfo();
   }
 }
@@ -185,29 +188,29 @@ void MatchFilterRos::process(const ImageWithInfo& input) {
   if (parameters_.threads > 1) {
     prepared_.pushWhenEmpty(std::move(frame));
   } else {
-    publish(processor_->answer(std::move(frame)));
+    publish(processor_->process(std::move(frame)));
   }
 }
 
-void MatchFilterRos::answerPrepared() {
+void MatchFilterRos::processPrepared() {
   std::unique_ptr<PreparedFrame> frame;
   while (prepared_.pop(frame)) {
-    survive([&] { publish(processor_->answer(std::move(frame))); });
+    guard([&] { publish(processor_->process(std::move(frame))); });
   }
 }
 
-void MatchFilterRos::publish(const Answer& answer) {
+void MatchFilterRos::publish(const ProcessedFrame& processed) {
   ++processed_;
-  if (answer.continuity != Continuity::kContinuous) ++resets_;
-  if (answer.current->camera) diagnostics_->setCalibrationDoubt(answer.current->camera->doubt);
-  if (answer.status == Status::kBadImage) throttle_.warn("bad image", name_ + ": " + answer.text);
-  if (answer.continuity != Continuity::kContinuous) throttle_.warn("reset", name_ + ": " + answer.text);
+  if (processed.continuity != Continuity::kContinuous) ++resets_;
+  if (processed.current->camera) diagnostics_->setCalibrationDoubt(processed.current->camera->doubt);
+  if (processed.status == MatchStats::BAD_IMAGE) throttle_.warn("bad image", name_ + ": " + processed.text);
+  if (processed.continuity != Continuity::kContinuous) throttle_.warn("reset", name_ + ": " + processed.text);
   OutputOptions options;
   {
     std::lock_guard<std::mutex> lock(options_mutex_);
     options = output_options_;
   }
-  diagnostics_->add(*outputs_->publish(answer, {received_, processed_, dropped_, resets_}, options));
+  diagnostics_->add(*outputs_->publish(processed, {received_, processed_, dropped_, resets_}, options));
 }
 
 void MatchFilterRos::watchInput() {

@@ -41,14 +41,14 @@ class MatchFilterRos {
   void onImage(const ImageWithInfo& input);
   bool reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool pause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
-  /// The worker: images from the mailbox to answers; with a second thread only up to the extraction.
+  /// The worker: images from the mailbox to outputs; with a second thread only up to the extraction.
   void work();
-  void answerPrepared();
+  void processPrepared();
   void process(const ImageWithInfo& input);
-  void publish(const Answer& answer);
+  void publish(const ProcessedFrame& processed);
   /// Runs what a callback or a worker does; an exception becomes a warning.
   template <typename Work>
-  void survive(const Work& work);
+  void guard(const Work& work);
   void watchInput();
 
   ros::NodeHandle nh_, pnh_;
@@ -61,7 +61,7 @@ class MatchFilterRos {
   MatchFilterConfig config_;  ///< in force; what a refused change falls back to
 
   std::atomic<uint32_t> received_{0}, dropped_{0};
-  uint32_t processed_ = 0, resets_ = 0;  ///< of the thread that answers
+  uint32_t processed_ = 0, resets_ = 0;  ///< of the thread that publishes
 
   std::mutex subscription_mutex_;
   std::atomic<bool> closing_{false}, paused_{false};

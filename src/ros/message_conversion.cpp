@@ -27,9 +27,9 @@ void reserveColumns(size_t n, bool with_stage, Correspondences& message) {
 
 }  // namespace
 
-void toMessage(const Answer& answer, bool with_rejected, Correspondences& message) {
-  const MatchResult& result = *answer.result;
-  const PreparedFrame &reference = *answer.reference, &current = *answer.current;
+void toMessage(const ProcessedFrame& processed, bool with_rejected, Correspondences& message) {
+  const MatchResult& result = *processed.result;
+  const PreparedFrame &reference = *processed.reference, &current = *processed.current;
   message.header = current.header;
   message.reference_header = reference.header;
   message.width = static_cast<uint32_t>(current.grey.cols);
@@ -53,29 +53,29 @@ void toMessage(const Answer& answer, bool with_rejected, Correspondences& messag
     message.current_points.insert(message.current_points.end(), {to.x, to.y});
     message.confidence.push_back(result.confidence[i]);
     message.distance.push_back(match.distance);
-    message.track_id.push_back((*answer.track_ids)[i]);
-    message.track_length.push_back((*answer.track_lengths)[i]);
+    message.track_id.push_back((*processed.track_ids)[i]);
+    message.track_length.push_back((*processed.track_lengths)[i]);
     if (with_rejected) message.stage.push_back(static_cast<uint8_t>(result.stage[i]));
   }
-  message.pose_valid = answer.poseValid();
-  message.metric_scale = answer.metric_scale;
+  message.pose_valid = processed.poseValid();
+  message.metric_scale = processed.metric_scale;
   message.current_in_reference = geometry_msgs::PoseWithCovariance();
   message.current_in_reference.pose.orientation.w = 1;
-  if (answer.poseValid()) message.current_in_reference = toPoseWithCovariance(answer.pose);
+  if (processed.poseValid()) message.current_in_reference = toPoseWithCovariance(processed.pose);
 }
 
-void toMessage(const Answer& answer, const FrameCounters& counters, MatchStats& message) {
+void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, MatchStats& message) {
   message = MatchStats();
-  message.header = answer.current->header;
-  message.status = static_cast<uint8_t>(answer.status);
-  message.status_text = answer.text;
-  message.keypoints_current = static_cast<uint32_t>(answer.current->frame.features.size());
-  message.time_convert = static_cast<float>(answer.current->convert_seconds);
-  message.time_detect = static_cast<float>(answer.current->frame.detect_seconds);
-  if (answer.status == Status::kBadImage) message.keypoints_current = 0;
-  if (answer.result != nullptr) {
-    const MatchResult& result = *answer.result;
-    message.reference_header = answer.reference->header;
+  message.header = processed.current->header;
+  message.status = processed.status;
+  message.status_text = processed.text;
+  message.keypoints_current = static_cast<uint32_t>(processed.current->frame.features.size());
+  message.time_convert = static_cast<float>(processed.current->convert_seconds);
+  message.time_detect = static_cast<float>(processed.current->frame.detect_seconds);
+  if (processed.status == MatchStats::BAD_IMAGE) message.keypoints_current = 0;
+  if (processed.result != nullptr) {
+    const MatchResult& result = *processed.result;
+    message.reference_header = processed.reference->header;
     message.keypoints_reference = static_cast<uint32_t>(result.keypoints_reference);
     message.matches_raw = static_cast<uint32_t>(result.matches.size());
     message.matches_gms = static_cast<uint32_t>(result.matches_gms);

@@ -1,4 +1,4 @@
-// Answers of the core -> messages.
+// What was found out about an image -> messages.
 #pragma once
 
 #include <gms_ransac/Correspondences.h>
@@ -12,10 +12,10 @@ struct FrameCounters {
   uint32_t received = 0, processed = 0, dropped = 0, resets = 0;
 };
 
-/// `answer` must have been compared. With `with_rejected` every raw match is written and `stage` filled.
-void toMessage(const Answer& answer, bool with_rejected, Correspondences& message);
+/// `processed` must have been compared. With `with_rejected` every raw match is written and `stage` filled.
+void toMessage(const ProcessedFrame& processed, bool with_rejected, Correspondences& message);
 
 /// Latency is left at zero.
-void toMessage(const Answer& answer, const FrameCounters& counters, MatchStats& message);
+void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, MatchStats& message);
 
 }  // namespace gms_ransac

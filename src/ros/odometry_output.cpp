@@ -44,20 +44,21 @@ int OdometryOutput::listeners() const {
   return static_cast<int>(odom_.getNumSubscribers() + twist_.getNumSubscribers());
 }
 
-bool OdometryOutput::integrate(const Answer& answer) {
-  if (answer.continuity == Continuity::kRestarted || answer.status == Status::kFirstFrame) odometry_.restart();
-  if (answer.continuity == Continuity::kBroken) odometry_.lose();
-  if (answer.result == nullptr) return false;
-  const double seconds = answer.current->stamp() - answer.reference->stamp();
-  if (!answer.poseValid() || seconds <= 0) {
+bool OdometryOutput::integrate(const ProcessedFrame& processed) {
+  if (processed.continuity == Continuity::kRestarted || processed.status == MatchStats::FIRST_FRAME)
+    odometry_.restart();
+  if (processed.continuity == Continuity::kBroken) odometry_.lose();
+  if (processed.result == nullptr) return false;
+  const double seconds = processed.current->stamp() - processed.reference->stamp();
+  if (!processed.poseValid() || seconds <= 0) {
     // An image that was only skipped leaves the reference, and with it the motion, where it was.
-    if (answer.status != Status::kTooFewKeypoints) odometry_.lose();
+    if (processed.status != MatchStats::TOO_FEW_KEYPOINTS) odometry_.lose();
     return false;
   }
-  const bool translation_known = answer.status == Status::kOk;
-  const bool length_missing = translation_known && parameters_.scale == ScaleMode::kDepth && !answer.metric_scale;
-  odometry_.add(length_missing ? withUsualLength(answer.pose) : answer.pose, translation_known, seconds,
-                answer.reference_held);
+  const bool translation_known = processed.status == MatchStats::OK;
+  const bool length_missing = translation_known && parameters_.scale == ScaleMode::kDepth && !processed.metric_scale;
+  odometry_.add(length_missing ? withUsualLength(processed.pose) : processed.pose, translation_known, seconds,
+                processed.reference_held);
   return true;
 }
 
@@ -80,11 +81,11 @@ void OdometryOutput::listen() {
   listening_since_ = ros::WallTime::now();
 }
 
-void OdometryOutput::publish(const Answer& answer, bool with_transform) {
+void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transform) {
   if (with_transform && !listener_) listen();
-  if (answer.continuity == Continuity::kRestarted) buffer_.clear();
-  if (!integrate(answer) || (listeners() == 0 && !with_transform)) return;
-  const std_msgs::Header& header = answer.current->header;
+  if (processed.continuity == Continuity::kRestarted) buffer_.clear();
+  if (!integrate(processed) || (listeners() == 0 && !with_transform)) return;
+  const std_msgs::Header& header = processed.current->header;
   const auto camera_in_base = cameraInBase(header);
   if (!camera_in_base) return;
 

@@ -20,12 +20,12 @@ class OdometryOutput {
                  const ros::SubscriberStatusCallback& listeners_changed);
 
   int listeners() const;
-  /// Integrates every answer; publishes only while the motion is known.
-  void publish(const Answer& answer, bool broadcast);
+  /// Integrates every motion; publishes only while the motion is known.
+  void publish(const ProcessedFrame& processed, bool broadcast);
 
  private:
   /// Integrates; false when there is nothing to publish.
-  bool integrate(const Answer& answer);
+  bool integrate(const ProcessedFrame& processed);
   /// A motion whose direction alone is known, where metres are expected: taken to be about as long as the one before.
   RelativePose withUsualLength(RelativePose motion) const;
   void listen();

@@ -18,12 +18,12 @@ namespace {
 
 constexpr uint32_t kPublisherQueue = 10;
 
-std::string caption(const Answer& answer) {
-  if (answer.result == nullptr) return toString(answer.status) + ": " + answer.text;
+std::string caption(const ProcessedFrame& processed) {
+  if (processed.result == nullptr) return statusName(processed.status) + ": " + processed.text;
   char text[160];
-  std::snprintf(text, sizeof(text), "%s   %zu matches > %d GMS > %d inliers   %.1f ms", toString(answer.status).c_str(),
-                answer.result->matches.size(), answer.result->matches_gms, answer.result->inliers,
-                1e3 * answer.result->times.total());
+  std::snprintf(text, sizeof(text), "%s   %zu matches > %d GMS > %d inliers   %.1f ms",
+                statusName(processed.status).c_str(), processed.result->matches.size(), processed.result->matches_gms,
+                processed.result->inliers, 1e3 * processed.result->times.total());
   return text;
 }
 
@@ -56,55 +56,57 @@ int Outputs::listeners() const {
   return count;
 }
 
-MatchStatsConstPtr Outputs::publish(const Answer& answer, const FrameCounters& counters, const OutputOptions& options) {
+MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const FrameCounters& counters,
+                                    const OutputOptions& options) {
   // The stats go out whatever becomes of the rest.
   const auto report = [&](const std::string& what) {
     throttle_.warn("answer", "an answer is published in part: " + what);
   };
-  guarded([&] { publishMotion(answer, options); }, report);
+  guarded([&] { publishMotion(processed, options); }, report);
   auto stats = boost::make_shared<MatchStats>();
-  toMessage(answer, counters, *stats);
+  toMessage(processed, counters, *stats);
   // In floating point: ros::Duration throws where stamp and clock are 68 years apart.
-  stats->latency = static_cast<float>(ros::Time::now().toSec() - answer.current->header.stamp.toSec());
+  stats->latency = static_cast<float>(ros::Time::now().toSec() - processed.current->header.stamp.toSec());
   stats_.publish(stats);
-  if (answer.continuity != Continuity::kContinuous) {
+  if (processed.continuity != Continuity::kContinuous) {
     std_msgs::Bool restart;
     restart.data = true;
     restart_.publish(restart);
   }
-  if (match_image_.getNumSubscribers() > 0 && answer.status != Status::kBadImage) {
-    guarded([&] { publishOverlay(answer); }, report);
+  if (match_image_.getNumSubscribers() > 0 && processed.status != MatchStats::BAD_IMAGE) {
+    guarded([&] { publishOverlay(processed); }, report);
   }
   return stats;
 }
 
-void Outputs::publishMotion(const Answer& answer, const OutputOptions& options) {
-  if (answer.result != nullptr) {
+void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions& options) {
+  if (processed.result != nullptr) {
     if (correspondences_.getNumSubscribers() > 0) {
       auto message = boost::make_shared<Correspondences>();
-      toMessage(answer, options.publish_rejected, *message);
+      toMessage(processed, options.publish_rejected, *message);
       correspondences_.publish(message);
     }
-    if (answer.poseValid()) publishPose(answer, options);
+    if (processed.poseValid()) publishPose(processed, options);
   }
-  odometry_->publish(answer, options.publish_odom_tf);
-  points_->publish(answer, options.features);
+  odometry_->publish(processed, options.publish_odom_tf);
+  points_->publish(processed, options.features);
 }
 
-void Outputs::publishPose(const Answer& answer, const OutputOptions& options) {
-  if (options.publish_relative_tf) broadcaster_.send(relativeTransform(answer.pose, answer.current->header));
+void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& options) {
+  if (options.publish_relative_tf) broadcaster_.send(relativeTransform(processed.pose, processed.current->header));
   if (relative_pose_.getNumSubscribers() == 0) return;
   auto message = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>();
-  message->header = answer.current->header;
-  message->header.frame_id = referenceFrame(answer.reference->header.frame_id);
-  message->pose = toPoseWithCovariance(answer.pose);
+  message->header = processed.current->header;
+  message->header.frame_id = referenceFrame(processed.reference->header.frame_id);
+  message->pose = toPoseWithCovariance(processed.pose);
   relative_pose_.publish(message);
 }
 
-void Outputs::publishOverlay(const Answer& answer) {
-  const Frame* reference = answer.reference != nullptr ? &answer.reference->frame : nullptr;
-  cv_bridge::CvImage picture(answer.current->header, sensor_msgs::image_encodings::BGR8);
-  picture.image = drawOverlay(answer.current->grey, reference, &answer.current->frame, answer.result, caption(answer));
+void Outputs::publishOverlay(const ProcessedFrame& processed) {
+  const Frame* reference = processed.reference != nullptr ? &processed.reference->frame : nullptr;
+  cv_bridge::CvImage picture(processed.current->header, sensor_msgs::image_encodings::BGR8);
+  picture.image =
+      drawOverlay(processed.current->grey, reference, &processed.current->frame, processed.result, caption(processed));
   match_image_.publish(picture.toImageMsg());
 }
 

@@ -32,12 +32,13 @@ class Outputs {
   int listeners() const;
 
   /// Returns the stats that were published.
-  MatchStatsConstPtr publish(const Answer& answer, const FrameCounters& counters, const OutputOptions& options);
+  MatchStatsConstPtr publish(const ProcessedFrame& processed, const FrameCounters& counters,
+                             const OutputOptions& options);
 
  private:
-  void publishMotion(const Answer& answer, const OutputOptions& options);
-  void publishPose(const Answer& answer, const OutputOptions& options);
-  void publishOverlay(const Answer& answer);
+  void publishMotion(const ProcessedFrame& processed, const OutputOptions& options);
+  void publishPose(const ProcessedFrame& processed, const OutputOptions& options);
+  void publishOverlay(const ProcessedFrame& processed);
 
   image_transport::ImageTransport transport_;
   WatchedBroadcaster broadcaster_;

@@ -1,4 +1,4 @@
-// The picture of one answer: matches drawn over the current image.
+// The picture of one pair: matches drawn over the current image.
 #pragma once
 
 #include <string>

@@ -7,6 +7,7 @@
 
 #include <XmlRpcValue.h>
 
+#include "former_names.h"
 #include "frames.h"
 
 namespace gms_ransac {
@@ -225,6 +226,7 @@ void checkConfigOnServer(const ros::NodeHandle& pnh) {
 
 void UnclampedConfig::__clamp__() {
   problem.clear();
+  renamed = replaceFormerNames(*this);
   for (const auto& description : __getParamDescriptions__()) {
     std::ostringstream asked;
     std::string accepted;

@@ -54,6 +54,7 @@ struct UnclampedConfig : MatchFilterConfig {
   /// Hides the one that dynamic_reconfigure generates; its server calls it with every request.
   void __clamp__();
 
+  std::vector<std::string> renamed;  ///< a sentence for each earlier name of a method or extractor, already replaced
   std::string problem;  ///< names every number out of range and every unknown word, and what is accepted; empty: none
 };
 

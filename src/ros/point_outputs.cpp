@@ -61,9 +61,9 @@ void addFrustum(const Camera& camera, const Eigen::Isometry3d& pose, double dept
 
 }  // namespace
 
-sensor_msgs::PointCloud2 pointsMessage(const Answer& answer, const Triangulation& points) {
+sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Triangulation& points) {
   sensor_msgs::PointCloud2 cloud;
-  cloud.header = answer.current->header;
+  cloud.header = processed.current->header;
   sensor_msgs::PointCloud2Modifier modifier(cloud);
   using sensor_msgs::PointField;
   modifier.setPointCloud2Fields(5, "x", 1, PointField::FLOAT32, "y", 1, PointField::FLOAT32, "z", 1,
@@ -71,13 +71,13 @@ sensor_msgs::PointCloud2 pointsMessage(const Answer& answer, const Triangulation
   modifier.resize(static_cast<size_t>(std::count(points.valid.begin(), points.valid.end(), uint8_t{1})));
   sensor_msgs::PointCloud2Iterator<float> xyz(cloud, "x"), intensity(cloud, "intensity");
   sensor_msgs::PointCloud2Iterator<uint32_t> id(cloud, "id");
-  const double scale = answer.pose.t.norm();
+  const double scale = processed.pose.t.norm();
   for (int i = 0; i < points.size(); ++i) {
     if (!points.valid[i]) continue;
     const Eigen::Vector3f p = (scale * points.point(i)).cast<float>();
     std::copy(p.data(), p.data() + 3, &xyz[0]);
-    *intensity = answer.result->confidence[points.match[i]];
-    *id = (*answer.track_ids)[points.match[i]];
+    *intensity = processed.result->confidence[points.match[i]];
+    *id = (*processed.track_ids)[points.match[i]];
     ++xyz;
     ++intensity;
     ++id;
@@ -85,31 +85,31 @@ sensor_msgs::PointCloud2 pointsMessage(const Answer& answer, const Triangulation
   return cloud;
 }
 
-visualization_msgs::MarkerArray markerMessage(const Answer& answer) {
-  const MatchResult& result = *answer.result;
-  const Camera& camera = answer.current->camera->camera;
+visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
+  const MatchResult& result = *processed.result;
+  const Camera& camera = processed.current->camera->camera;
   visualization_msgs::MarkerArray message;
-  visualization_msgs::Marker flow = lines(answer.current->header, "flow", kFlowWidth);
+  visualization_msgs::Marker flow = lines(processed.current->header, "flow", kFlowWidth);
   for (size_t i = 0; i < result.matches.size(); ++i) {
     if (result.stage[i] != MatchStage::kInlier) continue;
     const Eigen::Vector2d from =
-        rayOf(camera, answer.reference->frame.features.keypoints[result.matches[i].reference].pt);
-    const Eigen::Vector2d to = rayOf(camera, answer.current->frame.features.keypoints[result.matches[i].current].pt);
+        rayOf(camera, processed.reference->frame.features.keypoints[result.matches[i].reference].pt);
+    const Eigen::Vector2d to = rayOf(camera, processed.current->frame.features.keypoints[result.matches[i].current].pt);
     flow.points.push_back(point(from.homogeneous()));
     flow.points.push_back(point(to.homogeneous()));
     flow.colors.resize(flow.points.size(), color(result.confidence[i]));
   }
   message.markers.push_back(flow);
-  if (!answer.poseValid()) return message;
+  if (!processed.poseValid()) return message;
 
   Eigen::Isometry3d reference = Eigen::Isometry3d::Identity();
-  reference.linear() = answer.pose.R.transpose();
-  reference.translation() = -(answer.pose.R.transpose() * answer.pose.t);
-  const double step = answer.pose.t.norm() > 0 ? answer.pose.t.norm() : 1;
-  visualization_msgs::Marker current_view = lines(answer.current->header, "current", 0.02 * step);
+  reference.linear() = processed.pose.R.transpose();
+  reference.translation() = -(processed.pose.R.transpose() * processed.pose.t);
+  const double step = processed.pose.t.norm() > 0 ? processed.pose.t.norm() : 1;
+  visualization_msgs::Marker current_view = lines(processed.current->header, "current", 0.02 * step);
   current_view.color = color(1);
   addFrustum(camera, Eigen::Isometry3d::Identity(), kFrustumDepth * step, current_view);
-  visualization_msgs::Marker reference_view = lines(answer.current->header, "reference", 0.02 * step);
+  visualization_msgs::Marker reference_view = lines(processed.current->header, "reference", 0.02 * step);
   reference_view.color = color(0);
   addFrustum(camera, reference, kFrustumDepth * step, reference_view);
   message.markers.push_back(current_view);
@@ -128,17 +128,18 @@ int PointOutputs::listeners() const {
   return features_.listeners() + static_cast<int>(points_.getNumSubscribers() + markers_.getNumSubscribers());
 }
 
-void PointOutputs::publish(const Answer& answer, const TrackSelectorOptions& features) {
-  if (answer.continuity != Continuity::kContinuous) features_.forgetStamps();
-  if (answer.result == nullptr || answer.result->inliers == 0 || !answer.current->camera->camera.calibrated()) return;
-  if (features_.listeners() > 0) features_.publish(answer, features);
-  if (points_.getNumSubscribers() > 0 && answer.status == Status::kOk) {
-    triangulateInliers(answer.reference->frame.features, answer.current->frame.features, *answer.result,
-                       answer.current->camera->camera, triangulation_);
-    points_.publish(boost::make_shared<sensor_msgs::PointCloud2>(pointsMessage(answer, triangulation_)));
+void PointOutputs::publish(const ProcessedFrame& processed, const TrackSelectorOptions& features) {
+  if (processed.continuity != Continuity::kContinuous) features_.forgetStamps();
+  if (processed.result == nullptr || processed.result->inliers == 0 || !processed.current->camera->camera.calibrated())
+    return;
+  if (features_.listeners() > 0) features_.publish(processed, features);
+  if (points_.getNumSubscribers() > 0 && processed.status == MatchStats::OK) {
+    triangulateInliers(processed.reference->frame.features, processed.current->frame.features, *processed.result,
+                       processed.current->camera->camera, triangulation_);
+    points_.publish(boost::make_shared<sensor_msgs::PointCloud2>(pointsMessage(processed, triangulation_)));
   }
   if (markers_.getNumSubscribers() > 0) {
-    markers_.publish(boost::make_shared<visualization_msgs::MarkerArray>(markerMessage(answer)));
+    markers_.publish(boost::make_shared<visualization_msgs::MarkerArray>(markerMessage(processed)));
   }
 }
 

@@ -15,10 +15,10 @@ namespace gms_ransac {
 
 /// Valid points in the current optical frame: x, y, z in units of the published translation, intensity (confidence),
 /// track id.
-sensor_msgs::PointCloud2 pointsMessage(const Answer& answer, const Triangulation& points);
+sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Triangulation& points);
 
 /// Flow of the inliers at unit depth, coloured by confidence, and the frustums of both cameras; in the current frame.
-visualization_msgs::MarkerArray markerMessage(const Answer& answer);
+visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed);
 
 class PointOutputs {
  public:
@@ -26,7 +26,7 @@ class PointOutputs {
                const ros::SubscriberStatusCallback& listeners_changed);
 
   int listeners() const;
-  void publish(const Answer& answer, const TrackSelectorOptions& features);
+  void publish(const ProcessedFrame& processed, const TrackSelectorOptions& features);
 
  private:
   FeatureOutput features_;

@@ -17,10 +17,10 @@ def node_load(*options):
 
 class NodeLoad(unittest.TestCase):
     def check(self, process, *options):
-        status, rows, said = node_load("--seconds", "1", "--rate", "20", "0", "--extractor", "fast", "--features", "500", *options)
+        status, rows, said = node_load("--seconds", "1", "--rate", "20", "0", "--extractor", "simd_orb", "--features", "500", *options)
         self.assertEqual((status, len(rows)), (0, 2), said)
         for row in rows:
-            self.assertEqual(row[:3], [process, "fast", "2" if "--threads" in options else "1"])
+            self.assertEqual(row[:3], [process, "simd_orb", "2" if "--threads" in options else "1"])
             answered, sent = (int(n) for n in row[5].split(" of "))
             self.assertEqual(answered, sent, "every image is answered")
             self.assertGreater(answered, 5)

@@ -183,9 +183,9 @@ class OdometryTest(unittest.TestCase):
 
     def test_another_node_with_the_same_transform_is_noticed(self):
         said = []
-        logged = rospy.Subscriber("/rosout", Log, lambda m: said.append(m.msg) if m.name.endswith("rivalled") else None)
+        logged = rospy.Subscriber("/rosout", Log, lambda m: said.append(m.msg) if m.name.endswith("contested") else None)
         broadcaster = tf2_ros.TransformBroadcaster()
-        client = Client("rivalled", "rivalled/image", "rivalled/camera_info").connect()
+        client = Client("contested", "contested/image", "contested/camera_info").connect()
         client.wait(logged.get_num_connections, "log")
         i = 0
 
@@ -201,9 +201,9 @@ class OdometryTest(unittest.TestCase):
             noticed()
         # What it says last is read last: by then any other warning is here.
         last = "change refused"
-        Reconfigure("rivalled", timeout=30).update_configuration({"features": 0})
+        Reconfigure("contested", timeout=30).update_configuration({"features": 0})
         client.wait(lambda: [s for s in said if last in s], last)
-        self.assertEqual(len([s for s in said if "and so do we" in s]), 1, "it is not its own rival")
+        self.assertEqual(len([s for s in said if "and so do we" in s]), 1, "it does not contest itself")
 
     def test_refuses_to_give_a_frame_a_second_parent(self):
         buffer = tf2_ros.Buffer()

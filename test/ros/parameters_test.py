@@ -69,6 +69,31 @@ class Parameters(unittest.TestCase):
             process.terminate()
             process.wait()
 
+    def test_earlier_names(self):
+        rospy.set_param("earlier", {"method": "fast", "extractor": "fast"})
+        process = subprocess.Popen(["rosrun", "gms_ransac", "match_filter_node", "__name:=earlier"],
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        try:
+            now = Reconfigure("earlier", timeout=TIMEOUT).get_configuration()
+            self.assertEqual((now["method"], now["extractor"]), ("lo_prosac", "simd_orb"))
+        finally:
+            process.terminate()
+            said = process.communicate()[0]
+        for name, current in (("method", "lo_prosac"), ("extractor", "simd_orb")):
+            sentence = "parameter /earlier/%s is 'fast', which is now called '%s'" % (name, current)
+            self.assertEqual(said.count(sentence), 1, said)
+
+    def test_earlier_names_while_running(self):
+        reconfigure = Reconfigure("running", timeout=TIMEOUT)
+        client = Client("running", listen=False)
+        with self.said() as said:
+            for _ in range(2):
+                now = reconfigure.update_configuration({"method": "fast", "extractor": "fast"})
+                self.assertEqual((now["method"], now["extractor"]), ("lo_prosac", "simd_orb"))
+            for name, current in (("method", "lo_prosac"), ("extractor", "simd_orb")):
+                words = "~%s is 'fast', which is now called '%s'" % (name, current)
+                client.wait(lambda: sum(words in line for line in said) == 1, words)
+
     def test_wrong_types_and_values_of_every_kind(self):
         refused = [
             ("features", 1000.5, "whole number"), ("features", "many", "whole number"), ("features", True, "whole number"),
@@ -193,7 +218,7 @@ class Parameters(unittest.TestCase):
         self.assertEqual(answer["threshold_px"], 0)
 
         refused = reconfigure.update_configuration({"method": "magic", "features": 700})
-        self.assertEqual((refused["method"], refused["features"]), ("fast", 500), "the old parameters stay")
+        self.assertEqual((refused["method"], refused["features"]), ("lo_prosac", 500), "the old parameters stay")
         answer = client.ask(frames[3], 100.3)
         self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
 

@@ -21,7 +21,7 @@ from gms_ransac.msg import Correspondences, MatchStats
 from graph import Scene, camera_info, degrees_between, image_message, rotation_degrees, rotation_matrix, vector
 
 TIMEOUT = 120.0  # seconds of wall time for a replay, start of the launch file included
-SETTINGS = "method: fast, features: 2000, seed: 3, hold_reference: false"
+SETTINGS = "method: lo_prosac, features: 2000, seed: 3, hold_reference: false"
 
 
 def data_folder(name):
@@ -87,8 +87,8 @@ class Replay(unittest.TestCase):
     def check(self, name, images, launch):
         data, bag, count = self.make_bag(name, images)
         records = os.path.join(self.folder, "records.jsonl")
-        subprocess.check_call(["rosrun", "gms_ransac", "evaluate", "run", data, "--method", "fast", "--features", "2000",
-                               "--seed", "3", "--extractor", rospy.get_param("~extractor", "fast"), "--out", records])
+        subprocess.check_call(["rosrun", "gms_ransac", "evaluate", "run", data, "--method", "lo_prosac", "--features", "2000",
+                               "--seed", "3", "--extractor", rospy.get_param("~extractor", "simd_orb"), "--out", records])
         with open(records) as lines:
             expected = [json.loads(line) for line in lines]
         self.assertEqual(len(expected), count - 1)

@@ -2,15 +2,17 @@
 
 #include <stdexcept>
 
-#include "features/fast_extractor.h"
 #include "features/opencv_extractor.h"
+#include "features/simd_orb_extractor.h"
 #include "validation.h"
 
 namespace gms_ransac {
 
+std::string currentExtractorName(const std::string& name) { return name == "fast" ? "simd_orb" : name; }
+
 void FeatureExtractorOptions::validate() const {
-  if (extractor != "opencv" && extractor != "fast") {
-    throw std::invalid_argument("extractor is '" + extractor + "'; it must be 'fast' or 'opencv'");
+  if (extractor != "opencv" && currentExtractorName(extractor) != "simd_orb") {
+    throw std::invalid_argument("extractor is '" + extractor + "'; it must be 'simd_orb' or 'opencv'");
   }
   requireInRange("features", features, 1, 100000);
   requireInRange("levels", levels, 1, 16);
@@ -21,8 +23,8 @@ void FeatureExtractorOptions::validate() const {
 
 std::unique_ptr<FeatureExtractor> makeFeatureExtractor(const FeatureExtractorOptions& options) {
   options.validate();
-  if (options.extractor == "fast") return std::make_unique<FastExtractor>(options);
-  return std::make_unique<OpenCvExtractor>(options);
+  if (options.extractor == "opencv") return std::make_unique<OpenCvExtractor>(options);
+  return std::make_unique<SimdOrbExtractor>(options);
 }
 
 }  // namespace gms_ransac

@@ -21,7 +21,7 @@ void CellPairs::setLeftGrid(const CellGrid& left, int shift, const VotingRule& r
   if (left == left_) return;
   left_ = left;
   const size_t cells = left.size() + 1;
-  for (auto* column : {&neighbors_, &members_, &most_, &right_}) column->assign(cells, 0);
+  for (auto* column : {&neighbors_, &members_, &partner_votes_, &partner_}) column->assign(cells, 0);
   best_partner_.assign(cells, 0);
   full_threshold_.assign(cells, 0.0);
   accepted_.assign(cells, 0);
@@ -69,11 +69,11 @@ void CellPairs::decide(const MatchCells& matches, const std::vector<int32_t>& ha
   }
   for (int cell = left_.firstCell(); cell < left_.endCell(); ++cell) {
     accepted_[cell] = 0;
-    if (right_[cell] == 0) continue;
+    if (partner_[cell] == 0) continue;
     // No score exceeds the votes of the neighbours' best partners, whatever the rotation. (Not a bound at the border of
     // the right grid, where the threshold is another.)
-    const int bound = neighborhoodSum(&most_[cell], stride, rule_.five_cells);
-    if (bound < full_threshold_[cell] && right_inside_[right_[cell]]) continue;
+    const int bound = neighborhoodSum(&partner_votes_[cell], stride, rule_.five_cells);
+    if (bound < full_threshold_[cell] && right_inside_[partner_[cell]]) continue;
     scorePair(cell, matrix);
     unsigned accepted = 0;
     for (int rotation = 0; rotation < rotations; ++rotation) {
@@ -100,8 +100,8 @@ void CellPairs::countVotes(const MatchCells& matches, VoteMatrix& matrix) {
   }
   for (int cell = left_.firstCell(); cell < left_.endCell(); ++cell) {
     const bool any = best_partner[cell] != 0;
-    right_[cell] = any ? static_cast<int32_t>(~static_cast<uint32_t>(best_partner[cell])) : 0;
-    most_[cell] = matrix.count(static_cast<uint32_t>(best_partner[cell] >> 32));
+    partner_[cell] = any ? static_cast<int32_t>(~static_cast<uint32_t>(best_partner[cell])) : 0;
+    partner_votes_[cell] = matrix.count(static_cast<uint32_t>(best_partner[cell] >> 32));
   }
 }
 
@@ -114,7 +114,7 @@ void CellPairs::sumMembers(const std::vector<int32_t>& half_members) {
 void CellPairs::scorePair(int cell, VoteMatrix& matrix) {
   const int left_stride = left_.stride(), right_stride = right_grid_.stride();
   const int row_step = right_grid_.size();
-  const uint32_t* centre = matrix.row(cell) + right_[cell];
+  const uint32_t* centre = matrix.row(cell) + partner_[cell];
   const int own = matrix.count(*centre);
   int32_t* scores = &score_[static_cast<size_t>(cell) * rule_.rotations()];
   const int first = rule_.firstNeighbor(), step = rule_.ringStep();
@@ -142,17 +142,17 @@ void CellPairs::choose(int rotation) {
     pair_score_[cell] = {0, 0, 0.f};
     if (!(accepted_[cell] >> rotation & 1)) continue;
     const int votes = score(cell, rotation);
-    pair_score_[cell] = {right_[cell], votes, static_cast<float>(votes / threshold(cell, rotation))};
+    pair_score_[cell] = {partner_[cell], votes, static_cast<float>(votes / threshold(cell, rotation))};
   }
 }
 
 double CellPairs::threshold(int cell, int rotation) const {
-  return right_inside_[right_[cell]] ? full_threshold_[cell] : borderThreshold(cell, rotation);
+  return right_inside_[partner_[cell]] ? full_threshold_[cell] : borderThreshold(cell, rotation);
 }
 
 /// Threshold where some neighbours of the right cell are outside their grid: those pairs do not count.
 double CellPairs::borderThreshold(int cell, int rotation) const {
-  const int right = right_[cell];
+  const int right = partner_[cell];
   int members = members_[cell], pairs = 1;
   for (int k = rule_.firstNeighbor(); k < 8; k += rule_.ringStep()) {
     const int turned = turnedRing(k, rotation * rule_.ringStep());

@@ -22,7 +22,7 @@ struct VotingRule {
   int rotations() const { return rotation ? 8 / ringStep() : 1; }
 };
 
-/// Columns are indexed by cell of the padded left grid, and one past it for matches that take no part.
+/// Columns are indexed by cell of the padded left grid, and one past it for matches that do not vote.
 class CellPairs {
  public:
   /// `shift`: 0..kShifts-1. Of the rule only alpha may change while the grid stays.
@@ -35,12 +35,12 @@ class CellPairs {
               VoteMatrix& matrix);
 
   /// The rotations under which a match of this left cell to that right cell is accepted, one bit each.
-  unsigned accepted(int cell, int right) const { return right_[cell] == right ? accepted_[cell] : 0; }
-  /// What an accepted match is worth under the rotation given to `choose`.
+  unsigned accepted(int cell, int right) const { return partner_[cell] == right ? accepted_[cell] : 0; }
+  /// The score of an accepted match under the rotation given to `choose`.
   struct PairScore {
     int32_t right;  ///< right cell, 0 (a border cell) if the pair was not accepted
     int32_t score;
-    float support;  ///< score over threshold
+    float relative_score;  ///< score over threshold
   };
   void choose(int rotation);
   const PairScore& pairScore(int cell) const { return pair_score_[cell]; }
@@ -59,8 +59,8 @@ class CellPairs {
   std::vector<int32_t> neighbors_;      ///< voting cells inside the left grid, the cell itself included
   std::vector<int32_t> members_;        ///< matches
   std::vector<uint64_t> best_partner_;  ///< matches of the cell most voted for above, its index's complement below
-  std::vector<int32_t> most_;           ///< matches that go to the cell most voted for
-  std::vector<int32_t> right_;          ///< the cell most voted for
+  std::vector<int32_t> partner_votes_;  ///< matches that go to the cell most voted for
+  std::vector<int32_t> partner_;        ///< the cell most voted for
   std::vector<double> full_threshold_;  ///< threshold if all right neighbours are inside their grid
   std::vector<int32_t> score_;          ///< cells x rotations
   std::vector<uint8_t> accepted_;

@@ -109,7 +109,7 @@ void DistanceConsistency::reject(size_t survivor, MotionStatistics& statistics) 
   const int match = survivors_[survivor];
   statistics.accepted[match] = 0;
   statistics.score[match] = 0;
-  statistics.support[match] = 0.f;
+  statistics.relative_score[match] = 0.f;
   --statistics.accepted_count;
 }
 

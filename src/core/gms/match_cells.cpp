@@ -29,7 +29,7 @@ void divide(std::vector<float>& values, int divisor) {
 }  // namespace
 
 void MatchCells::setMatches(const Features& reference, const Features& current, const std::vector<Match>& matches,
-                            const std::vector<uint8_t>& takes_part, const CellGrid& left) {
+                            const std::vector<uint8_t>& voting, const CellGrid& left) {
   const size_t n = matches.size();
   left_ = left;
   for (auto* column : {&x_, &y_, &right_x_, &right_y_}) column->resize(n);
@@ -58,7 +58,7 @@ void MatchCells::setMatches(const Features& reference, const Features& current, 
     const bool inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows);
     left_half_[i] = inside ? y * columns + x : unassigned();
   }
-  for (size_t i = 0; i < takes_part.size(); ++i) left_half_[i] = takes_part[i] ? left_half_[i] : unassigned();
+  for (size_t i = 0; i < voting.size(); ++i) left_half_[i] = voting[i] ? left_half_[i] : unassigned();
 }
 
 void MatchCells::setRightGrid(const CellGrid& right) {

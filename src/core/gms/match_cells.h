@@ -14,14 +14,14 @@ namespace gms_ransac {
 class MatchCells {
  public:
   /// Normalises the keypoints of the matches by the size of their image and finds the reference half cells.
-  /// `takes_part`: 0 for matches to be left out, or empty for none.
+  /// `voting`: 0 for matches that do not vote; empty: all do.
   void setMatches(const Features& reference, const Features& current, const std::vector<Match>& matches,
-                  const std::vector<uint8_t>& takes_part, const CellGrid& left);
+                  const std::vector<uint8_t>& voting, const CellGrid& left);
   /// Finds the right cells; may be called again with another grid.
   void setRightGrid(const CellGrid& right);
 
   int size() const { return static_cast<int>(half_.size()); }
-  int unassigned() const { return 4 * left_.columns * left_.rows; }  ///< half cell of matches that take no part
+  int unassigned() const { return 4 * left_.columns * left_.rows; }  ///< half cell of matches that do not vote
   const std::vector<int32_t>& halfCells() const { return half_; }
   const std::vector<int32_t>& rightCells() const { return right_cell_; }  ///< of the padded right grid
   /// Cell of reference keypoints in the unshifted left grid, not padded; nearest cell if outside the image.

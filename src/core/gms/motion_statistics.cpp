@@ -7,7 +7,7 @@
 #include "gms/cell_pairs.h"
 #include "gms/match_cells.h"
 #include "gms/match_evidence.h"
-#include "gms/method_settings.h"
+#include "gms/presets.h"
 #include "validation.h"
 
 namespace gms_ransac {
@@ -29,7 +29,7 @@ VotingRule votingRule(const MotionStatisticsOptions& options) {
   rule.rotation = options.rotation;
   rule.drop_first = options.border == GridBorder::kOriginal;
   rule.alpha = options.threshold_factor;
-  if (rule.five_cells && options.alpha_mode == AlphaMode::kScaled) rule.alpha *= std::sqrt(5.0 / 9.0);
+  if (rule.five_cells && options.five_cell_factor == FiveCellFactor::kScaled) rule.alpha *= std::sqrt(5.0 / 9.0);
   return rule;
 }
 
@@ -112,16 +112,16 @@ int MotionStatisticsFilter::Workspace::mark(int rotation, MotionStatistics& stat
   for (int i = 0; i < cells.size(); ++i) {
     const int half = cells.halfCells()[i], right = cells.rightCells()[i];
     int score = 0;
-    float support = 0;
+    float relative_score = 0;
     for (const CellPairs& shifted : pairs) {
       const CellPairs::PairScore& pair = shifted.pairScore(shifted.cellOfHalf()[half]);
       const bool better = pair.right == right && pair.score > score;
       score = better ? pair.score : score;
-      support = better ? pair.support : support;
+      relative_score = better ? pair.relative_score : relative_score;
     }
     statistics.accepted[i] = score > 0;
     statistics.score[i] = score;
-    statistics.support[i] = support;
+    statistics.relative_score[i] = relative_score;
     accepted += score > 0;
   }
   return accepted;
@@ -131,14 +131,15 @@ int MotionStatisticsFilter::Workspace::mark(int rotation, MotionStatistics& stat
 void MotionStatisticsFilter::Workspace::weighEvidence(const std::vector<Match>& matches, double alpha,
                                                       MotionStatistics& statistics) const {
   statistics.accepted_count = 0;
+  statistics.log_odds.assign(matches.size(), 0.f);
   for (size_t i = 0; i < matches.size(); ++i) {
     if (!statistics.accepted[i]) continue;
-    const float votes = statistics.support[i] * static_cast<float>(alpha);
-    const float to_spare = evidence.logOddsToSpare(static_cast<int>(i), matches[i], votes);
-    const bool likely = to_spare >= 0;
+    const float votes = statistics.relative_score[i] * static_cast<float>(alpha);
+    statistics.log_odds[i] = evidence.logOdds(static_cast<int>(i), matches[i], votes);
+    const bool likely = statistics.log_odds[i] >= MatchEvidence::kLeastLogOdds;
     statistics.accepted[i] = likely;
     statistics.score[i] = likely ? statistics.score[i] : 0;
-    statistics.support[i] = likely ? 1 + to_spare : 0.f;
+    statistics.relative_score[i] = likely ? statistics.relative_score[i] : 0.f;
     statistics.accepted_count += likely;
   }
 }
@@ -160,12 +161,12 @@ void MotionStatisticsFilter::compute(const Features& reference, const Features& 
   statistics.grid_columns = work.left.columns;
   statistics.grid_rows = work.left.rows;
   statistics.accepted_count = statistics.rotation = statistics.scale = 0;
-  statistics.weighs_evidence = options_.acceptance == Acceptance::kEvidence;
   statistics.accepted.assign(matches.size(), 0);
   statistics.score.assign(matches.size(), 0);
-  statistics.support.assign(matches.size(), 0.f);
+  statistics.relative_score.assign(matches.size(), 0.f);
+  statistics.log_odds.clear();
   statistics.cell.resize(matches.size());
-  work.cells.setMatches(reference, current, matches, work.evidence.takesPart(), work.left);
+  work.cells.setMatches(reference, current, matches, work.evidence.voting(), work.left);
   work.cells.leftCells(statistics.cell);
 
   const VotingRule rule = votingRule(options_);

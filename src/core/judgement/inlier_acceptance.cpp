@@ -10,32 +10,32 @@ namespace gms_ransac {
 
 namespace {
 
-// A place is this share of the shorter side of the image away from the next (doc/estimator.md).
-constexpr float kPlaceDistance = 0.1f;
-constexpr int kMostPlaces = 7;
+// A spot is this share of the shorter side of the image away from the next (doc/estimator.md).
+constexpr float kSpotDistance = 0.1f;
+constexpr int kMostSpots = 7;
 
-/// Survivors of the filter come in groups of neighbours that move alike, so a place in the image counts once however
+/// Survivors of the filter come in groups of neighbours that move alike, so a spot in the image counts once however
 /// many inliers it holds. As many as the sample has points, but no more than the five degrees of freedom of a relative
-/// pose, determine the model; two more must check it. Poses of tum_fr3_cabinet from fewer places are wrong with few
+/// pose, determine the model; two more must check it. Poses of tum_fr3_cabinet from fewer spots are wrong with few
 /// exceptions (doc/estimator.md).
-int minimumPlaces(int sample_size) {
+int minimumSpots(int sample_size) {
   constexpr int kPoseFreedoms = 5;
-  constexpr int kCheckingPlaces = kMostPlaces - kPoseFreedoms;
-  return std::min(sample_size, kPoseFreedoms) + kCheckingPlaces;
+  constexpr int kCheckingSpots = kMostSpots - kPoseFreedoms;
+  return std::min(sample_size, kPoseFreedoms) + kCheckingSpots;
 }
 
-/// True when so many of the inliers lie further apart than a place, each from each, in one image.
-bool fillsPlaces(const std::vector<float>& x, const std::vector<float>& y, const cv::Size& image,
-                 const std::vector<uint8_t>& inlier, int needed) {
-  const float distance = kPlaceDistance * static_cast<float>(std::min(image.width, image.height));
-  std::array<cv::Point2f, kMostPlaces> places;
+/// True when so many of the inliers lie further apart than a spot, each from each, in one image.
+bool spansSpots(const std::vector<float>& x, const std::vector<float>& y, const cv::Size& image,
+                const std::vector<uint8_t>& inlier, int needed) {
+  const float distance = kSpotDistance * static_cast<float>(std::min(image.width, image.height));
+  std::array<cv::Point2f, kMostSpots> spots;
   int count = 0;
   for (size_t i = 0; i < inlier.size() && count < needed; ++i) {
     if (!inlier[i]) continue;
-    const auto near = [&](const cv::Point2f& place) {
-      return std::max(std::abs(x[i] - place.x), std::abs(y[i] - place.y)) < distance;
+    const auto near = [&](const cv::Point2f& spot) {
+      return std::max(std::abs(x[i] - spot.x), std::abs(y[i] - spot.y)) < distance;
     };
-    if (std::none_of(places.begin(), places.begin() + count, near)) places[count++] = {x[i], y[i]};
+    if (std::none_of(spots.begin(), spots.begin() + count, near)) spots[count++] = {x[i], y[i]};
   }
   return count >= needed;
 }
@@ -75,10 +75,10 @@ bool InlierAcceptance::accepts(const PointPairs& pairs, int sample_size, double 
       supported = inliers >= chance_.minimum(length);
     }
   }
-  const int places = minimumPlaces(sample_size);
+  const int spots = minimumSpots(sample_size);
   return supported &&
-         (fillsPlaces(pairs.x_reference, pairs.y_reference, pairs.image_reference, result.inlier, places) ||
-          fillsPlaces(pairs.x_current, pairs.y_current, pairs.image_current, result.inlier, places)) &&
+         (spansSpots(pairs.x_reference, pairs.y_reference, pairs.image_reference, result.inlier, spots) ||
+          spansSpots(pairs.x_current, pairs.y_current, pairs.image_current, result.inlier, spots)) &&
          !collinear(pairs.x_reference, pairs.y_reference, result.inlier, threshold_px) &&
          !collinear(pairs.x_current, pairs.y_current, result.inlier, threshold_px);
 }

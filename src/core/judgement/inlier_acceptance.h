@@ -11,7 +11,7 @@ namespace gms_ransac {
 class InlierAcceptance {
  public:
   /// Reads result.inlier and inlier_count; false when the support could be chance for a model of `sample_size` points,
-  /// when the inliers lie in too few places of the images to check the model, or when those of one image lie on
+  /// when the inliers lie in too few spots of the images to check the model, or when those of one image lie on
   /// a line up to the threshold. `order`: matches, most confident first, where there is such an order: then
   /// support among the first half, quarter or eighth of them that is no chance suffices, as in PROSAC (Chum & Matas
   /// 2005).

@@ -84,7 +84,7 @@ PoseRecovery::Explanation PoseRecovery::explain(const TwoViewPose& pose, bool re
     const int passes = model.refine(kRefinementLoss, kRefinementIterations, explanation.optimum, kEnough);
     effort.point_evaluations += static_cast<int64_t>(points_.count) * passes;
   }
-  Score score;
+  HypothesisScore score;
   model.score(points_, explanation.optimum, std::numeric_limits<float>::max(), score, effort.point_evaluations);
   explanation.cost = score.cost;
   return explanation;

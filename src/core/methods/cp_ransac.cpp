@@ -76,7 +76,7 @@ bool ConfidenceGroupSampler::draw(Random& random, int* sample) {
   return true;
 }
 
-void ConfidenceGroupSampler::improve(const std::vector<uint8_t>& inlier) {
+void ConfidenceGroupSampler::newBest(const std::vector<uint8_t>& inlier) {
   int inliers = 0;
   for (Group& group : groups_) {
     inliers = countPrefix(inlier, group.size);

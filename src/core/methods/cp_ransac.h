@@ -19,7 +19,7 @@ class ConfidenceGroupSampler : public Sampler {
   ConfidenceGroupSampler(double ratio, bool geometric) : ratio_(ratio), geometric_(geometric) {}
   void begin(const SamplingTask& task) override;
   bool draw(Random& random, int* sample) override;
-  void improve(const std::vector<uint8_t>& inlier) override;
+  void newBest(const std::vector<uint8_t>& inlier) override;
 
   int phase() const { return static_cast<int>(phase_); }
 

@@ -25,8 +25,8 @@ class Lan : public GmsMethod {
   }
 
   /// A survivor's verdict stands only if the motion statistics of the inliers alone support it, too.
-  void confirm(const Features& reference, const Features& current, const std::vector<Match>& matches,
-               const std::vector<int>& survivors, RobustResult& result) override {
+  void postFilter(const Features& reference, const Features& current, const std::vector<Match>& matches,
+                  const std::vector<int>& survivors, RobustResult& result) override {
     if (!result.model_found) return;
     inliers_.clear();
     for (size_t k = 0; k < survivors.size(); ++k) {

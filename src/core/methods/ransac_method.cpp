@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "gms/method_settings.h"
+#include "gms/presets.h"
 
 namespace gms_ransac {
 
@@ -72,7 +72,7 @@ bool RansacMethod::accept(const Eigen::Matrix3d& matrix, bool ordered) {
   result_->model_found =
       !options_.judge || acceptance_.accepts(*pairs_, model_->sampleSize(), options_.inlierThreshold(), *result_,
                                              ordered ? &match_order_ : nullptr);
-  if (!result_->model_found) result_->refuse();
+  if (!result_->model_found) result_->reject();
   return result_->model_found;
 }
 
@@ -88,8 +88,8 @@ void UnfilteredMethod::filter(const Features& reference, const Features& current
     gms_.compute(reference, current, matches, statistics);
   } else {
     statistics.score.assign(matches.size(), 0);
-    statistics.support.assign(matches.size(), 0.f);
-    statistics.weighs_evidence = false;
+    statistics.relative_score.assign(matches.size(), 0.f);
+    statistics.log_odds.clear();
   }
   statistics.accepted.assign(matches.size(), 1);
   statistics.accepted_count = static_cast<int>(matches.size());

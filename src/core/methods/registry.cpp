@@ -11,10 +11,13 @@ const std::vector<MethodEntry>& methods() {
   return table;
 }
 
+std::string currentMethodName(const std::string& name) { return name == "fast" ? kLoProsac.name : name; }
+
 const MethodEntry& findMethod(const std::string& name) {
   std::string known;
+  const std::string current = currentMethodName(name);
   for (const MethodEntry& method : methods()) {
-    if (name == method.name) return method;
+    if (current == method.name) return method;
     known += (known.empty() ? "" : ", ") + std::string(method.name);
   }
   throw std::invalid_argument("unknown method '" + name + "'; known are " + known);

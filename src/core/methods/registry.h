@@ -20,7 +20,7 @@
   entry(kLan)                    \
   entry(kGmsRansac)              \
   entry(kCpRansac)               \
-  entry(kFast)
+  entry(kLoProsac)
 // clang-format on
 
 namespace gms_ransac {

@@ -52,7 +52,7 @@ class SubsetRansac : public UnfilteredMethod {
     verifier_.begin(*model_, columns_.view(), subset_);
     ransac_.search(sampler_);
     if (!ransac_.found()) return;
-    Score score;
+    HypothesisScore score;
     model_->score(points_.view(), ransac_.best(), std::numeric_limits<float>::max(), score,
                   result_->effort.point_evaluations);
     if (score.cost >= best_cost_) return;

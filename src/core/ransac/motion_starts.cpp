@@ -18,7 +18,7 @@ constexpr int kSecondRound = 8;
 constexpr Loss kStartLoss = {1e4f, 1 / 4.f};
 // A dominant rotation this small is none: starts from both end in the same places (doc/estimator.md).
 constexpr double kNoRotation = 2 * M_PI / 180;
-// Directions closer than this are the same valley.
+// Cosine: directions closer than this (8 degrees) are the same local minimum.
 constexpr double kSameDirection = 0.99;
 
 struct Start {

@@ -21,9 +21,9 @@ uint32_t packKeys(const PointPairs& pairs, QualityKey key, size_t i) {
     case QualityKey::kScore:
       return score << 18 | distance << 9 | ratio;
     case QualityKey::kSupport: {
-      constexpr float kSteps = 256;  // per unit; support is rarely above 20
-      const float support = std::min(std::max(0.f, pairs.support[i]) * kSteps, static_cast<float>(kMaxScore));
-      return (kMaxScore - static_cast<uint32_t>(support)) << 18 | distance << 9 | ratio;
+      constexpr float kSteps = 256;  // per unit; a relative score is rarely above 20
+      const float steps = std::min(std::max(0.f, pairs.relative_score[i]) * kSteps, static_cast<float>(kMaxScore));
+      return (kMaxScore - static_cast<uint32_t>(steps)) << 18 | distance << 9 | ratio;
     }
     case QualityKey::kDistance:
       return distance << 23 | ratio << 14 | score;

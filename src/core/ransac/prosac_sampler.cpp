@@ -52,7 +52,7 @@ bool ProsacSampler::draw(Random& random, int* sample) {
   return true;
 }
 
-void ProsacSampler::improve(const std::vector<uint8_t>& inlier) {
+void ProsacSampler::newBest(const std::vector<uint8_t>& inlier) {
   // Maximality: the bound falls with the inlier ratio, so the non-random prefix of the largest ratio needs the fewest
   // draws; the longest of equals.
   const int all = std::accumulate(inlier.begin(), inlier.end(), 0);

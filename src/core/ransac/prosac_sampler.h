@@ -17,7 +17,7 @@ class ProsacSampler : public Sampler {
  public:
   void begin(const SamplingTask& task) override;
   bool draw(Random& random, int* sample) override;
-  void improve(const std::vector<uint8_t>& inlier) override;
+  void newBest(const std::vector<uint8_t>& inlier) override;
 
   int prefix() const { return prefix_; }  ///< n, the matches that are drawn from
   bool growing() const { return drawn_ <= growth_; }

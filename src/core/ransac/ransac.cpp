@@ -18,14 +18,14 @@ void Ransac::begin(const TwoViewModel& model, const PointColumnsView& points, co
 void Ransac::search(Sampler& sampler) {
   int sample[kMaxSampleSize];
   Hypothesis hypotheses[kMaxHypotheses];
-  if (found_) report(sampler);
+  if (found_) tellSampler(sampler);
   while (sampler.draw(*random_, sample)) {
     for (int k = 0; k < model_->sampleSize(); ++k) sample[k] = (*order_)[static_cast<size_t>(sample[k])];
     const int count = model_->solve(sample, hypotheses);
     ++effort_->hypotheses;
     bool improved = false;
     for (int h = 0; h < count; ++h) improved = offer(hypotheses[h]) || improved;
-    if (improved) report(sampler);
+    if (improved) tellSampler(sampler);
   }
 }
 
@@ -49,11 +49,11 @@ const std::vector<float>& Ransac::residuals() {
   return residuals_;
 }
 
-void Ransac::report(Sampler& sampler) {
+void Ransac::tellSampler(Sampler& sampler) {
   residuals();
   inlier_.resize(order_->size());
   for (size_t k = 0; k < inlier_.size(); ++k) inlier_[k] = residuals_[static_cast<size_t>((*order_)[k])] < 1;
-  sampler.improve(inlier_);
+  sampler.newBest(inlier_);
 }
 
 }  // namespace gms_ransac

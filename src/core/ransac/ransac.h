@@ -36,8 +36,8 @@ class Ransac {
   const std::vector<float>& residuals();
 
  private:
-  /// Tells the sampler which places of the order the best hypothesis explains.
-  void report(Sampler& sampler);
+  /// Tells the sampler which ranks the best hypothesis explains.
+  void tellSampler(Sampler& sampler);
 
   const TwoViewModel* model_ = nullptr;
   PointColumnsView points_ = {};
@@ -50,7 +50,7 @@ class Ransac {
   bool found_ = false;
   Hypothesis best_;
   std::vector<float> residuals_;
-  std::vector<uint8_t> inlier_;  ///< by place in the order
+  std::vector<uint8_t> inlier_;  ///< by rank
 };
 
 }  // namespace gms_ransac

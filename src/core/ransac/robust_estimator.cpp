@@ -48,7 +48,7 @@ void RobustResult::clear() {
   inlier.swap(storage);
 }
 
-void RobustResult::refuse() {
+void RobustResult::reject() {
   model_found = pose_found = translation_observable = ambiguous = false;
   std::fill(inlier.begin(), inlier.end(), 0);
   inlier_count = 0;

@@ -29,7 +29,7 @@ bool UniformSampler::draw(Random& random, int* sample) {
   return true;
 }
 
-void UniformSampler::improve(const std::vector<uint8_t>& inlier) {
+void UniformSampler::newBest(const std::vector<uint8_t>& inlier) {
   const double ratio = static_cast<double>(countPrefix(inlier, prefix_)) / prefix_;
   const bool reached = options_.target_ratio > 0 && ratio >= options_.target_ratio;
   const int exponent = task_.sample_size + options_.extra_tests;

@@ -1,5 +1,5 @@
 // Which matches the next hypothesis is made from, and when enough hypotheses have been made. A sampler sees matches
-// only as places in an order, most confident first.
+// only as ranks in an order, most confident first.
 #pragma once
 
 #include <cstdint>
@@ -22,10 +22,10 @@ class Sampler {
  public:
   virtual ~Sampler() = default;
   virtual void begin(const SamplingTask& task) = 0;
-  /// Fills `sample` with distinct places; false when the search is over.
+  /// Fills `sample` with distinct ranks; false when the search is over.
   virtual bool draw(Random& random, int* sample) = 0;
   /// A new best hypothesis: its inlier mask over all matches, in order.
-  virtual void improve(const std::vector<uint8_t>& inlier) = 0;
+  virtual void newBest(const std::vector<uint8_t>& inlier) = 0;
 };
 
 /// Uniform draws from the first matches of the order until the bound from the inlier ratio of those same matches.
@@ -40,7 +40,7 @@ class UniformSampler : public Sampler {
   explicit UniformSampler(const Options& options) : options_(options) {}
   void begin(const SamplingTask& task) override;
   bool draw(Random& random, int* sample) override;
-  void improve(const std::vector<uint8_t>& inlier) override;
+  void newBest(const std::vector<uint8_t>& inlier) override;
 
  private:
   Options options_;
@@ -48,10 +48,10 @@ class UniformSampler : public Sampler {
   int prefix_ = 0, drawn_ = 0, bound_ = 0;
 };
 
-/// Places 0 .. count-1 of the order that a share of n matches covers: ceil(fraction * n), at least `least`, at most n.
+/// How many ranks a share of n matches covers: ceil(fraction * n), at least `least`, at most n.
 int prefixLength(double fraction, int n, int least);
 
-/// Inliers among the first places of the order.
+/// Inliers among the first ranks.
 int countPrefix(const std::vector<uint8_t>& inlier, int prefix);
 
 }  // namespace gms_ransac

@@ -13,7 +13,7 @@ int requiredIterations(double confidence, double inlier_ratio, int exponent, int
 /// its own sample of m, each other match fits with probability 0.05.
 class ChanceSupport {
  public:
-  /// Forgets the answers if the sample size is another one.
+  /// Forgets the results if the sample size is another one.
   void setSampleSize(int sample_size);
   /// Smallest non-random number of inliers among n matches; n + 1 (never reached) when n is below the sample size.
   /// Answers are kept.

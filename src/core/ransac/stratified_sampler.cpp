@@ -13,8 +13,8 @@ namespace {
 constexpr int kFarCells = kSpreadGridSide / 5;
 constexpr int kAttempts = 8;
 
-/// Samples drawn at least. One clean sample is not enough: its model may start the local optimisation in the wrong
-/// valley (doc/estimator.md).
+/// Samples drawn at least. One clean sample is not enough: its model may start the local optimisation near the wrong
+/// minimum (doc/estimator.md).
 constexpr int kMinimumSamples = 8;
 
 // The first samples come from this share of the matches, and after this many samples all matches take part
@@ -36,13 +36,13 @@ void StratifiedSampler::begin(const SamplingTask& task) {
   prefix_ = std::min(n, std::max<double>(kFirstMultiple * task.sample_size, kFirstShare * n));
   growth_ = std::pow(n / prefix_, 1 / kGrowthSamples);
   drawn_from_ = static_cast<int>(prefix_);
-  judged_prefix_ = drawn_ = 0;
+  bound_prefix_ = drawn_ = 0;
   required_ = task.max_iterations;
   inlier_.clear();
 }
 
-int32_t StratifiedSampler::cellOf(int place) const {
-  return (*cells_)[static_cast<size_t>((*order_)[static_cast<size_t>(place)])];
+int32_t StratifiedSampler::cellOf(int rank) const {
+  return (*cells_)[static_cast<size_t>((*order_)[static_cast<size_t>(rank)])];
 }
 
 bool StratifiedSampler::spread(const int* sample) const {
@@ -60,7 +60,7 @@ bool StratifiedSampler::spread(const int* sample) const {
 }
 
 bool StratifiedSampler::draw(Random& random, int* sample) {
-  if (!inlier_.empty() && drawn_from_ != judged_prefix_) judgePrefix();
+  if (!inlier_.empty() && drawn_from_ != bound_prefix_) updateBound();
   if (drawn_ >= task_.max_iterations || drawn_ >= std::max(required_, kMinimumSamples)) return false;
   ++drawn_;
   drawn_from_ = static_cast<int>(prefix_);
@@ -72,14 +72,14 @@ bool StratifiedSampler::draw(Random& random, int* sample) {
   return true;
 }
 
-void StratifiedSampler::improve(const std::vector<uint8_t>& inlier) {
+void StratifiedSampler::newBest(const std::vector<uint8_t>& inlier) {
   inlier_ = inlier;
-  judged_prefix_ = 0;
+  bound_prefix_ = 0;
 }
 
-void StratifiedSampler::judgePrefix() {
-  judged_prefix_ = drawn_from_;
-  const double ratio = static_cast<double>(countPrefix(inlier_, judged_prefix_)) / std::max(1, judged_prefix_);
+void StratifiedSampler::updateBound() {
+  bound_prefix_ = drawn_from_;
+  const double ratio = static_cast<double>(countPrefix(inlier_, bound_prefix_)) / std::max(1, bound_prefix_);
   required_ = requiredIterations(task_.confidence, ratio, task_.sample_size, task_.max_iterations);
 }
 

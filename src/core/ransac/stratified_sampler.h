@@ -20,24 +20,24 @@ class StratifiedSampler : public Sampler {
   void begin(const SamplingTask& task) override;
   /// Draws from the current prefix, then widens it.
   bool draw(Random& random, int* sample) override;
-  void improve(const std::vector<uint8_t>& inlier) override;
+  void newBest(const std::vector<uint8_t>& inlier) override;
 
   /// Length of the prefix the last draw was made from.
   int prefix() const { return drawn_from_; }
 
  private:
-  int32_t cellOf(int place) const;
+  int32_t cellOf(int rank) const;
   bool spread(const int* sample) const;
   /// Puts required_ at the bound for the present prefix.
-  void judgePrefix();
+  void updateBound();
 
   const std::vector<int>* order_ = nullptr;
   const std::vector<int32_t>* cells_ = nullptr;
   SamplingTask task_;
   double prefix_ = 0, growth_ = 1;
-  int drawn_from_ = 0, judged_prefix_ = 0;
+  int drawn_from_ = 0, bound_prefix_ = 0;
   int drawn_ = 0, required_ = 0;
-  std::vector<uint8_t> inlier_;  ///< of the best hypothesis, by place; empty: none yet
+  std::vector<uint8_t> inlier_;  ///< of the best hypothesis, by rank; empty: none yet
 };
 
 }  // namespace gms_ransac

@@ -12,7 +12,7 @@ constexpr float kNoBound = std::numeric_limits<float>::max();
 
 int countInliers(const TwoViewModel& model, const PointColumnsView& points, const Hypothesis& hypothesis,
                  Effort& effort) {
-  Score score;
+  HypothesisScore score;
   if (points.count > 0) model.score(points, hypothesis, kNoBound, score, effort.point_evaluations);
   return score.inliers;
 }
@@ -23,22 +23,22 @@ void CountingVerifier::begin(const TwoViewModel& model, const PointColumnsView& 
   model_ = &model;
   points_ = points;
   order_ = &order;
-  most_ = 0;
+  best_inliers_ = 0;
 }
 
 bool CountingVerifier::beatsBest(const Hypothesis& hypothesis, Random& random, Effort& effort) {
   if (!passesRandomTests(hypothesis, random, effort)) return false;
   const int inliers = countInliers(*model_, points_, hypothesis, effort);
-  if (inliers <= most_) return false;
-  most_ = inliers;
+  if (inliers <= best_inliers_) return false;
+  best_inliers_ = inliers;
   return true;
 }
 
 bool CountingVerifier::passesRandomTests(const Hypothesis& hypothesis, Random& random, Effort& effort) const {
   for (int i = 0; i < tests_; ++i) {
     ++effort.point_evaluations;
-    const int place = random.below(static_cast<int>(order_->size()));
-    if (!model_->fits(hypothesis, (*order_)[static_cast<size_t>(place)])) return false;
+    const int rank = random.below(static_cast<int>(order_->size()));
+    if (!model_->fits(hypothesis, (*order_)[static_cast<size_t>(rank)])) return false;
   }
   return true;
 }
@@ -50,15 +50,15 @@ void HoldOutVerifier::begin(const TwoViewModel& model, const PointColumnsView& p
   if (sampled == n) sampled = 0;  // nothing is held out
   sampled_.gather(points, order.data(), sampled);
   held_out_.gather(points, order.data() + sampled, n - sampled);
-  most_ = most_sampled_ = 0;
+  best_inliers_ = best_sampled_inliers_ = 0;
 }
 
 bool HoldOutVerifier::beatsBest(const Hypothesis& hypothesis, Random& /*random*/, Effort& effort) {
   const int inliers = countInliers(*model_, held_out_.view(), hypothesis, effort);
   const int sampled = countInliers(*model_, sampled_.view(), hypothesis, effort);
-  if (inliers < most_ || (inliers == most_ && sampled <= most_sampled_)) return false;
-  most_ = inliers;
-  most_sampled_ = sampled;
+  if (inliers < best_inliers_ || (inliers == best_inliers_ && sampled <= best_sampled_inliers_)) return false;
+  best_inliers_ = inliers;
+  best_sampled_inliers_ = sampled;
   return true;
 }
 
@@ -66,13 +66,13 @@ void CostVerifier::begin(const TwoViewModel& model, const PointColumnsView& poin
   model_ = &model;
   points_ = points;
   // A hypothesis that explains nothing costs one for each match.
-  least_ = static_cast<float>(points.count);
+  best_cost_ = static_cast<float>(points.count);
 }
 
 bool CostVerifier::beatsBest(const Hypothesis& hypothesis, Random& /*random*/, Effort& effort) {
-  Score score;
-  if (!model_->score(points_, hypothesis, least_, score, effort.point_evaluations)) return false;
-  least_ = score.cost;
+  HypothesisScore score;
+  if (!model_->score(points_, hypothesis, best_cost_, score, effort.point_evaluations)) return false;
+  best_cost_ = score.cost;
   return true;
 }
 

@@ -33,7 +33,7 @@ class CountingVerifier : public Verifier {
   const TwoViewModel* model_ = nullptr;
   PointColumnsView points_ = {};
   const std::vector<int>* order_ = nullptr;
-  int most_ = 0;
+  int best_inliers_ = 0;
 };
 
 /// Inliers among the matches that samples do not come from, ties by those they come from (Ci et al. 2022);
@@ -49,7 +49,7 @@ class HoldOutVerifier : public Verifier {
   double fraction_;
   const TwoViewModel* model_ = nullptr;
   PointColumns held_out_, sampled_;
-  int most_ = 0, most_sampled_ = 0;
+  int best_inliers_ = 0, best_sampled_inliers_ = 0;
 };
 
 /// Truncated cost over all matches (MSAC, Torr & Zisserman 2000), given up as soon as it exceeds the best.
@@ -61,7 +61,7 @@ class CostVerifier : public Verifier {
  private:
   const TwoViewModel* model_ = nullptr;
   PointColumnsView points_ = {};
-  float least_ = 0;
+  float best_cost_ = 0;
 };
 
 }  // namespace gms_ransac

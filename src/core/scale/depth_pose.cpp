@@ -188,7 +188,7 @@ ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference
   estimate.relative_sigma =
       estimate.length > 0 ? std::sqrt(along.dot(refined.covariance.topLeftCorner<3, 3>() * along)) / estimate.length
                           : 0;
-  estimate.support = matches;
+  estimate.features = matches;
   pose = refined;
   return estimate;
 }

@@ -105,7 +105,7 @@ ScaleEstimate ScalePropagator::measure(const Triangulation& pair, const MatchRes
     information += r.known * r.known / variance;
   }
   estimate.relative_sigma = 1 / (estimate.length * std::sqrt(information));
-  estimate.support = static_cast<int>(ratios_.size());
+  estimate.features = static_cast<int>(ratios_.size());
   return estimate;
 }
 

@@ -10,7 +10,7 @@ namespace gms_ransac {
 
 class EpipolarModel : public TwoViewModel {
  public:
-  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, Score& score,
+  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, HypothesisScore& score,
              int64_t& evaluations) const override {
     float m[9];
     toFloat(hypothesis.matrix, m);

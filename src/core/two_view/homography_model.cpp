@@ -19,8 +19,8 @@ int HomographyModel::solve(const int* sample, Hypothesis* hypotheses) const {
   return positive == 0 || positive == sampleSize() ? 1 : 0;
 }
 
-bool HomographyModel::score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, Score& score,
-                            int64_t& evaluations) const {
+bool HomographyModel::score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound,
+                            HypothesisScore& score, int64_t& evaluations) const {
   float h[9], g[9];
   toFloat(hypothesis.matrix, h);
   toFloat(hypothesis.matrix.inverse(), g);

@@ -18,7 +18,7 @@ class HomographyModel : public TwoViewModel {
   int sampleSize() const override { return 4; }
   int solve(const int* sample, Hypothesis* hypotheses) const override;
   /// By the mean squared transfer distance of both directions.
-  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, Score& score,
+  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, HypothesisScore& score,
              int64_t& evaluations) const override;
   bool fits(const Hypothesis& hypothesis, int column) const override;
   void residuals(const Hypothesis& hypothesis, float* e) const override;

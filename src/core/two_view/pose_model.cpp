@@ -100,7 +100,7 @@ bool PoseModel::fits(const Hypothesis& hypothesis, int column) const {
   return epipolarFits(points_, hypothesis.pose.essential(), column);
 }
 
-bool PoseModel::score(const PointColumnsView& points, const TwoViewPose& pose, float bound, Score& score,
+bool PoseModel::score(const PointColumnsView& points, const TwoViewPose& pose, float bound, HypothesisScore& score,
                       int64_t& evaluations) const {
   const PoseParameters parameters = pose.parameters();
   if (bound < static_cast<float>(points.count)) {
@@ -117,7 +117,7 @@ bool PoseModel::score(const PointColumnsView& points, const TwoViewPose& pose, f
 TwoViewPose PoseModel::withBetterSign(const TwoViewPose& pose, float& cost, int64_t& evaluations) const {
   constexpr float kNoBound = std::numeric_limits<float>::max();
   const TwoViewPose opposite = {pose.R, -pose.t};
-  Score score, opposite_score;
+  HypothesisScore score, opposite_score;
   this->score(points_, pose, kNoBound, score, evaluations);
   this->score(points_, opposite, kNoBound, opposite_score, evaluations);
   cost = std::min(score.cost, opposite_score.cost);

@@ -28,7 +28,7 @@ class PoseModel : public TwoViewModel {
   int sampleSize() const override { return 5; }
   /// Poses of a sample whose points lie in front of both cameras, or so far that it cannot be told.
   int solve(const int* sample, Hypothesis* hypotheses) const override;
-  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, Score& score,
+  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, HypothesisScore& score,
              int64_t& evaluations) const override {
     return this->score(points, hypothesis.pose, bound, score, evaluations);
   }
@@ -40,7 +40,7 @@ class PoseModel : public TwoViewModel {
   Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const override { return hypothesis.pose.essential(); }
 
   /// TwoViewModel::score of a pose.
-  bool score(const PointColumnsView& points, const TwoViewPose& pose, float bound, Score& score,
+  bool score(const PointColumnsView& points, const TwoViewPose& pose, float bound, HypothesisScore& score,
              int64_t& evaluations) const;
   /// The pose or the one with the opposite t, which the Sampson distance cannot tell from it: the one of lower cost.
   TwoViewPose withBetterSign(const TwoViewPose& pose, float& cost, int64_t& evaluations) const;

@@ -27,7 +27,7 @@ struct Hypothesis {
 constexpr int kMaxSampleSize = 7;
 constexpr int kMaxHypotheses = 10;  ///< of one minimal sample
 
-/// Relative decreases of a cost that are not worth another pass over the matches: for the answer, and for a guess that
+/// Relative decreases of a cost that are not worth another pass over the matches: for the result, and for a guess that
 /// is compared with others (doc/estimator.md).
 constexpr float kEnough = 1e-5f;
 constexpr float kEnoughToCompare = 1e-3f;
@@ -42,7 +42,7 @@ class TwoViewModel {
   virtual int solve(const int* sample, Hypothesis* hypotheses) const = 0;
   /// Cost and inliers among `points`, which may be others than the model's own. False as soon as the cost is known to
   /// exceed `bound`; `evaluations` is raised by the residuals computed.
-  virtual bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, Score& score,
+  virtual bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, HypothesisScore& score,
                      int64_t& evaluations) const = 0;
   /// True when one match is within the threshold, computed in double.
   virtual bool fits(const Hypothesis& hypothesis, int column) const = 0;

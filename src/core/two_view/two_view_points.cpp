@@ -15,16 +15,17 @@ namespace {
 
 constexpr int kHighestOctave = 31;  ///< beyond it the noise is the same
 
-// Where matches without places are put, working coordinates: far from every line and from where any motion takes them.
-constexpr float kNowhere = 1e3f;
+// Where matches without coordinates are put, working coordinates: far from every line and from where any motion takes
+// them.
+constexpr float kInvalidCoordinate = 1e3f;
 
 using Column = std::vector<float> PointPairs::*;
 
-/// Moves the centre of the points that have places to the origin and divides by `scale`.
+/// Moves the centre of the points that have coordinates to the origin and divides by `scale`.
 Eigen::Matrix3d centring(const PointPairs& pairs, Column x, Column y, double scale) {
   double sum_x = 0, sum_y = 0, n = 0;
   for (size_t i = 0; i < pairs.x_reference.size(); ++i) {
-    if (!pairs.hasPlaces(i)) continue;
+    if (!pairs.hasCoordinates(i)) continue;
     sum_x += (pairs.*x)[i];
     sum_y += (pairs.*y)[i];
     ++n;
@@ -40,14 +41,14 @@ float transformed(const Eigen::Matrix3d& affine, int row, float x, float y) {
   return static_cast<float>(affine(row, 0) * x + affine(row, 1) * y + affine(row, 2));
 }
 
-/// Half the largest extent of the four columns, at least one pixel; of matches that have places.
+/// Half the largest extent of the four columns, at least one pixel; of matches that have coordinates.
 double halfExtent(const PointPairs& pairs) {
   double extent = 2;
   for (const Column column :
        {&PointPairs::x_reference, &PointPairs::y_reference, &PointPairs::x_current, &PointPairs::y_current}) {
     double low = std::numeric_limits<double>::max(), high = std::numeric_limits<double>::lowest();
     for (size_t i = 0; i < pairs.x_reference.size(); ++i) {
-      if (!pairs.hasPlaces(i)) continue;
+      if (!pairs.hasCoordinates(i)) continue;
       low = std::min<double>(low, (pairs.*column)[i]);
       high = std::max<double>(high, (pairs.*column)[i]);
     }
@@ -90,11 +91,11 @@ void TwoViewPoints::set(const PointPairs& pairs, const Camera& camera, ModelType
     column_of_[i] = static_cast<int>(column);
     const float xr = pairs.x_reference[i], yr = pairs.y_reference[i], xc = pairs.x_current[i], yc = pairs.y_current[i];
     // Finite in any case, since sums over all matches follow that zero weights do not save from NaN.
-    const bool placed = pairs.hasPlaces(i);
-    columns_.x1()[column] = placed ? transformed(to_working_reference_, 0, xr, yr) : 0;
-    columns_.y1()[column] = placed ? transformed(to_working_reference_, 1, xr, yr) : 0;
-    columns_.x2()[column] = placed ? transformed(to_working_current_, 0, xc, yc) : kNowhere;
-    columns_.y2()[column] = placed ? transformed(to_working_current_, 1, xc, yc) : -kNowhere;
+    const bool valid = pairs.hasCoordinates(i);
+    columns_.x1()[column] = valid ? transformed(to_working_reference_, 0, xr, yr) : 0;
+    columns_.y1()[column] = valid ? transformed(to_working_reference_, 1, xr, yr) : 0;
+    columns_.x2()[column] = valid ? transformed(to_working_current_, 0, xc, yc) : kInvalidCoordinate;
+    columns_.y2()[column] = valid ? transformed(to_working_current_, 1, xc, yc) : -kInvalidCoordinate;
     const double scale = 0.5 * (variance[pairs.octave_reference[i]] + variance[pairs.octave_current[i]]);
     columns_.weight()[column] = static_cast<float>(1 / (threshold * threshold * scale));
     cells_[column] = spreadCell({xr, yr}, pairs.image_reference);
@@ -125,7 +126,7 @@ void markFinalInliers(const PointPairs& pairs, const Camera& camera, double thre
   result.inlier_count = 0;
   double sum = 0;
   for (size_t i = 0; i < result.inlier.size(); ++i) {
-    if (!pairs.hasPlaces(i)) continue;
+    if (!pairs.hasCoordinates(i)) continue;
     const Eigen::Vector3d r = to_model * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1);
     const Eigen::Vector3d c = to_model * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1);
     const double squared = unit * unit *

@@ -1,4 +1,4 @@
-// Program: the stock chain of OpenCV's parts and ours, stage by stage, on the same images in the same run.
+// Program: the OpenCV baseline and ours, stage by stage, on the same images in the same run.
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -60,7 +60,7 @@ bool parse(int argc, char** argv, Arguments& arguments) {
   add("help,h", "this text");
   add("features", po::value(&arguments.features)->default_value(arguments.features), "keypoints asked for per image");
   add("threads", po::value(&arguments.threads)->default_value(arguments.threads), "threads of both chains");
-  add("method,m", po::value(&arguments.methods), "ours to run (default fast,cp_ransac,gms_ransac)");
+  add("method,m", po::value(&arguments.methods), "ours to run (default lo_prosac,cp_ransac,gms_ransac)");
   add("model", po::value(&arguments.model)->default_value(arguments.model), "of our methods: essential or fundamental");
   add("pairs", po::value(&arguments.pairs)->default_value(arguments.pairs), "pairs of images, spread over the set");
   add("gap", po::value(&arguments.gap)->default_value(arguments.gap), "frames between reference and current");
@@ -91,10 +91,12 @@ bool parse(int argc, char** argv, Arguments& arguments) {
   }
   arguments.options.model = parseModelType(arguments.model);
   if (arguments.options.model == ModelType::kHomography) {
-    throw std::invalid_argument("--model is homography; it must be essential or fundamental, as the peers are");
+    throw std::invalid_argument("--model is homography; it must be essential or fundamental, as in the baseline");
   }
   if (!arguments.methods.empty()) arguments.options.methods = split(arguments.methods);
-  for (const std::string& method : arguments.options.methods) findMethod(method);
+  for (std::string& method : arguments.options.methods) {
+    method = currentName("--method", method, findMethod(method).name);
+  }
   return true;
 }
 

@@ -6,7 +6,7 @@
 #include <time.h>
 
 #include "benchmark/dense_motion_statistics.h"
-#include "benchmark/stock_chain.h"
+#include "benchmark/opencv_baseline.h"
 #include "gms_ransac/match_filter.h"
 #include "run/pair_truth.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 const char kExtract[] = "extract", kMatch[] = "match", kGms[] = "GMS", kGmsAll[] = "GMS, rotation + scale",
            kRobust[] = "estimate", kFilter[] = "match + GMS + estimate", kFrame[] = "whole frame";
-const char kStockMatcher[] = "cv::BFMatcher", kStockGms[] = "dense GMS", kStockExtractor[] = "cv::ORB";
+const char kBaselineMatcher[] = "cv::BFMatcher", kBaselineGms[] = "dense GMS", kBaselineExtractor[] = "cv::ORB";
 
 /// Times work as BenchmarkOptions says.
 class Clock {
@@ -71,17 +71,18 @@ class Suite {
   void setCamera(cv::Size image_size);
   void addFilters(int extractor, const FeatureExtractorOptions& extractor_options);
 
-  void extract(const cv::Mat& image, bool judge);
-  void match(bool judge);
-  void filterByMotion(bool judge);
-  void estimateStock(bool judge);
-  void filterOurs(bool judge);
+  // The stages; `counting`: matches are counted, besides the times.
+  void extract(const cv::Mat& image, bool counting);
+  void match(bool counting);
+  void filterByMotion(bool counting);
+  void estimateBaseline(bool counting);
+  void filterOurs(bool counting);
 
   void count(BenchmarkRow& row, const std::vector<cv::DMatch>& matches, const std::vector<uint8_t>* kept) const;
   /// Those of the contender's matches that got at least as far as `stage`.
   void count(BenchmarkRow& row, const FilterContender& contender, MatchStage stage) const;
   bool isCorrect(const cv::Point2f& reference, const cv::Point2f& current) const;
-  bool canJudge() const { return truth_->hasEpipolar() || truth_->hasTransfer(); }
+  bool hasTruth() const { return truth_->hasEpipolar() || truth_->hasTransfer(); }
 
   const Dataset& dataset_;
   BenchmarkOptions options_;
@@ -90,18 +91,18 @@ class Suite {
   Camera camera_;
   std::unique_ptr<PairTruth> truth_;
 
-  cv::Ptr<cv::ORB> stock_extractor_;
-  std::vector<ExtractorContender> extractors_;  ///< opencv, fast; the first one's features are the stock chain's
+  cv::Ptr<cv::ORB> baseline_extractor_;
+  std::vector<ExtractorContender> extractors_;  ///< opencv, simd_orb; the first one's features are the baseline's
   std::vector<MatcherContender> matchers_;
   std::vector<std::unique_ptr<FilterContender>> filters_;
   MotionStatisticsOptions gms_all_options_;
   MotionStatisticsFilter gms_, gms_all_;
 
   /// Of the pair at hand.
-  std::vector<cv::DMatch> stock_matches_, stock_survivors_;
+  std::vector<cv::DMatch> baseline_matches_, baseline_survivors_;
   std::vector<Match> matches_;
   MotionStatistics statistics_;
-  double stock_extract_ms_ = 0, stock_match_ms_ = 0, stock_gms_ms_ = 0;
+  double baseline_extract_ms_ = 0, baseline_match_ms_ = 0, baseline_gms_ms_ = 0;
 };
 
 MotionStatisticsOptions withRotationAndScale() {
@@ -114,7 +115,7 @@ Suite::Suite(const Dataset& dataset, const BenchmarkOptions& options)
     : dataset_(dataset),
       options_(options),
       clock_(options.threads),
-      stock_extractor_(makeStockExtractor(options.features)),
+      baseline_extractor_(makeBaselineExtractor(options.features)),
       gms_all_options_(withRotationAndScale()),
       gms_all_(gms_all_options_) {
   const int matcher_threads = std::clamp(options.threads, 1, 2);
@@ -124,7 +125,7 @@ Suite::Suite(const Dataset& dataset, const BenchmarkOptions& options)
     matchers_.push_back({toString(level), level, HammingMatcher(nearest)});
     matchers_.push_back({toString(level) + ", mutual", level, HammingMatcher(mutual)});
   }
-  for (const char* name : {"opencv", "fast"}) {
+  for (const char* name : {"opencv", "simd_orb"}) {
     FeatureExtractorOptions extractor;
     extractor.extractor = name;
     extractor.features = options.features;
@@ -162,133 +163,134 @@ void Suite::run(const DatasetPair& pair) {
     contender.extractor->extract(reference, contender.reference.features);
   }
   for (int repeat = 0; repeat < options_.repeat; ++repeat) {
-    const bool judge = repeat == 0;
-    extract(current, judge);
-    match(judge);
-    filterByMotion(judge);
-    estimateStock(judge);
-    filterOurs(judge);
+    const bool counting = repeat == 0;
+    extract(current, counting);
+    match(counting);
+    filterByMotion(counting);
+    estimateBaseline(counting);
+    filterOurs(counting);
   }
 }
 
-void Suite::extract(const cv::Mat& image, bool judge) {
+void Suite::extract(const cv::Mat& image, bool counting) {
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
-  BenchmarkRow& stock = table_.row(kExtract, kStockExtractor);
-  stock_extract_ms_ =
-      clock_.milliseconds([&] { stock_extractor_->detectAndCompute(image, cv::noArray(), keypoints, descriptors); });
-  stock.ms.push_back(stock_extract_ms_);
-  if (judge) stock.count(static_cast<int>(keypoints.size()));
+  BenchmarkRow& baseline = table_.row(kExtract, kBaselineExtractor);
+  baseline_extract_ms_ =
+      clock_.milliseconds([&] { baseline_extractor_->detectAndCompute(image, cv::noArray(), keypoints, descriptors); });
+  baseline.ms.push_back(baseline_extract_ms_);
+  if (counting) baseline.count(static_cast<int>(keypoints.size()));
   for (ExtractorContender& contender : extractors_) {
-    BenchmarkRow& row = table_.row(kExtract, contender.name, kStockExtractor);
+    BenchmarkRow& row = table_.row(kExtract, contender.name, kBaselineExtractor);
     contender.ms = clock_.milliseconds([&] { contender.extractor->extract(image, contender.current.features); });
     row.ms.push_back(contender.ms);
-    if (judge) row.count(contender.current.features.size());
+    if (counting) row.count(contender.current.features.size());
   }
 }
 
-void Suite::match(bool judge) {
+void Suite::match(bool counting) {
   const Features& reference = extractors_[0].reference.features;
   Features& current = extractors_[0].current.features;
   const cv::Mat queries = reference.descriptors.asMat(), train = current.descriptors.asMat();
-  BenchmarkRow& stock = table_.row(kMatch, kStockMatcher);
-  stock_match_ms_ = clock_.milliseconds([&] { cv::BFMatcher(cv::NORM_HAMMING).match(queries, train, stock_matches_); });
-  stock.ms.push_back(stock_match_ms_);
-  if (judge) count(stock, stock_matches_, nullptr);
+  BenchmarkRow& baseline = table_.row(kMatch, kBaselineMatcher);
+  baseline_match_ms_ =
+      clock_.milliseconds([&] { cv::BFMatcher(cv::NORM_HAMMING).match(queries, train, baseline_matches_); });
+  baseline.ms.push_back(baseline_match_ms_);
+  if (counting) count(baseline, baseline_matches_, nullptr);
 
   for (MatcherContender& contender : matchers_) {
     current.descriptors.pack(contender.level);
-    BenchmarkRow& row = table_.row(kMatch, contender.name, kStockMatcher);
+    BenchmarkRow& row = table_.row(kMatch, contender.name, kBaselineMatcher);
     row.ms.push_back(
         clock_.milliseconds([&] { contender.matcher.match(reference.descriptors, current.descriptors, matches_); }));
-    if (!judge) continue;
+    if (!counting) continue;
     std::vector<cv::DMatch> matches;
     for (const Match& m : matches_) matches.emplace_back(m.reference, m.current, static_cast<float>(m.distance));
     count(row, matches, nullptr);
   }
   current.descriptors.pack();
   matches_.clear();
-  for (const cv::DMatch& m : stock_matches_) {
+  for (const cv::DMatch& m : baseline_matches_) {
     matches_.push_back({m.queryIdx, m.trainIdx, static_cast<uint16_t>(m.distance), 0});
   }
 }
 
-void Suite::filterByMotion(bool judge) {
+void Suite::filterByMotion(bool counting) {
   const Features& reference = extractors_[0].reference.features;
   const Features& current = extractors_[0].current.features;
-  const auto judgeAccepted = [&](BenchmarkRow& row) {
-    if (judge) count(row, stock_matches_, &statistics_.accepted);
+  const auto countAccepted = [&](BenchmarkRow& row) {
+    if (counting) count(row, baseline_matches_, &statistics_.accepted);
   };
-  BenchmarkRow& dense_all = table_.row(kGmsAll, kStockGms);
+  BenchmarkRow& dense_all = table_.row(kGmsAll, kBaselineGms);
   dense_all.ms.push_back(
       clock_.milliseconds([&] { denseMotionStatistics(gms_all_options_, reference, current, matches_, statistics_); }));
-  judgeAccepted(dense_all);
-  BenchmarkRow& ours_all = table_.row(kGmsAll, "sparse", kStockGms);
+  countAccepted(dense_all);
+  BenchmarkRow& ours_all = table_.row(kGmsAll, "sparse", kBaselineGms);
   ours_all.ms.push_back(clock_.milliseconds([&] { gms_all_.compute(reference, current, matches_, statistics_); }));
-  judgeAccepted(ours_all);
+  countAccepted(ours_all);
 
-  BenchmarkRow& dense = table_.row(kGms, kStockGms);
-  BenchmarkRow& ours = table_.row(kGms, "sparse", kStockGms);
+  BenchmarkRow& dense = table_.row(kGms, kBaselineGms);
+  BenchmarkRow& ours = table_.row(kGms, "sparse", kBaselineGms);
   ours.ms.push_back(clock_.milliseconds([&] { gms_.compute(reference, current, matches_, statistics_); }));
-  judgeAccepted(ours);
-  stock_gms_ms_ = clock_.milliseconds([&] { denseMotionStatistics({}, reference, current, matches_, statistics_); });
-  dense.ms.push_back(stock_gms_ms_);
-  judgeAccepted(dense);
-  stock_survivors_.clear();
-  for (size_t i = 0; i < stock_matches_.size(); ++i) {
-    if (statistics_.accepted[i]) stock_survivors_.push_back(stock_matches_[i]);
+  countAccepted(ours);
+  baseline_gms_ms_ = clock_.milliseconds([&] { denseMotionStatistics({}, reference, current, matches_, statistics_); });
+  dense.ms.push_back(baseline_gms_ms_);
+  countAccepted(dense);
+  baseline_survivors_.clear();
+  for (size_t i = 0; i < baseline_matches_.size(); ++i) {
+    if (statistics_.accepted[i]) baseline_survivors_.push_back(baseline_matches_[i]);
   }
 }
 
-std::string stockChainName(const StockEstimator& estimator) { return "stock with " + estimator.name; }
+std::string baselineName(const BaselineEstimator& estimator) { return "OpenCV with " + estimator.name; }
 
-void Suite::estimateStock(bool judge) {
+void Suite::estimateBaseline(bool counting) {
   const std::vector<cv::KeyPoint>& reference = extractors_[0].reference.features.keypoints;
   const std::vector<cv::KeyPoint>& current = extractors_[0].current.features.keypoints;
-  for (const StockEstimator& estimator : stockEstimators(camera_.calibrated())) {
-    std::vector<cv::DMatch> survivors = stock_survivors_;
+  for (const BaselineEstimator& estimator : baselineEstimators(camera_.calibrated())) {
+    std::vector<cv::DMatch> survivors = baseline_survivors_;
     std::vector<uint8_t> inlier;
     const double ms =
         clock_.milliseconds([&] { inlier = estimate(estimator, reference, current, camera_, survivors); });
-    const double filter_ms = stock_match_ms_ + stock_gms_ms_ + ms;
-    BenchmarkRow* rows[] = {&table_.row(kRobust, estimator.name), &table_.row(kFilter, stockChainName(estimator)),
-                            &table_.row(kFrame, stockChainName(estimator))};
+    const double filter_ms = baseline_match_ms_ + baseline_gms_ms_ + ms;
+    BenchmarkRow* rows[] = {&table_.row(kRobust, estimator.name), &table_.row(kFilter, baselineName(estimator)),
+                            &table_.row(kFrame, baselineName(estimator))};
     rows[0]->ms.push_back(ms);
     rows[1]->ms.push_back(filter_ms);
-    rows[2]->ms.push_back(stock_extract_ms_ + filter_ms);
-    if (!judge) continue;
+    rows[2]->ms.push_back(baseline_extract_ms_ + filter_ms);
+    if (!counting) continue;
     inlier.resize(survivors.size(), 0);
     for (BenchmarkRow* row : rows) count(*row, survivors, &inlier);
   }
 }
 
-void Suite::filterOurs(bool judge) {
-  const StockEstimator peer = stockEstimators(camera_.calibrated()).front();
+void Suite::filterOurs(bool counting) {
+  const BaselineEstimator baseline = baselineEstimators(camera_.calibrated()).front();
   std::vector<bool> first_of_extractor(extractors_.size(), true);
   for (auto& contender : filters_) {
     const ExtractorContender& extractor = extractors_[contender->extractor];
     contender->filter.reset();  // the estimator has seen this pair before and must not profit from it
     const double ms = clock_.milliseconds(
         [&] { contender->filter.filter(extractor.reference, extractor.current, contender->result); });
-    std::vector<BenchmarkRow*> rows = {&table_.row(kFilter, contender->name, stockChainName(peer)),
-                                       &table_.row(kFrame, contender->name, stockChainName(peer))};
+    std::vector<BenchmarkRow*> rows = {&table_.row(kFilter, contender->name, baselineName(baseline)),
+                                       &table_.row(kFrame, contender->name, baselineName(baseline))};
     rows[0]->ms.push_back(ms);
     rows[1]->ms.push_back(extractor.ms + ms);
-    if (contender->extractor == 0) {  // the survivors of the peers
-      rows.push_back(&table_.row(kRobust, contender->name, peer.name));
+    if (contender->extractor == 0) {  // the survivors of the baseline
+      rows.push_back(&table_.row(kRobust, contender->name, baseline.name));
       rows[2]->ms.push_back(contender->result.times.ransac * 1e3);  // by the wall clock: measured inside
     }
-    if (judge) {
+    if (counting) {
       for (BenchmarkRow* row : rows) count(*row, *contender, MatchStage::kInlier);
     }
     if (contender->extractor == 0 || !first_of_extractor[contender->extractor]) continue;
     first_of_extractor[contender->extractor] = false;
-    BenchmarkRow& raw = table_.row(kMatch, toString(detectSimdLevel()) + " on " + extractor.name, kStockMatcher);
+    BenchmarkRow& raw = table_.row(kMatch, toString(detectSimdLevel()) + " on " + extractor.name, kBaselineMatcher);
     raw.ms.push_back(clock_.milliseconds([&] {
       matchers_.front().matcher.match(extractor.reference.features.descriptors, extractor.current.features.descriptors,
                                       matches_);
     }));
-    if (judge) count(raw, *contender, MatchStage::kRaw);
+    if (counting) count(raw, *contender, MatchStage::kRaw);
   }
 }
 
@@ -303,11 +305,11 @@ void Suite::count(BenchmarkRow& row, const std::vector<cv::DMatch>& matches, con
   for (size_t i = 0; i < matches.size(); ++i) {
     if (kept && !(*kept)[i]) continue;
     ++kept_count;
-    correct += canJudge() && isCorrect(extractors_[0].reference.features.keypoints[matches[i].queryIdx].pt,
+    correct += hasTruth() && isCorrect(extractors_[0].reference.features.keypoints[matches[i].queryIdx].pt,
                                        extractors_[0].current.features.keypoints[matches[i].trainIdx].pt);
   }
   row.count(kept_count);
-  if (canJudge()) row.judge(correct);
+  if (hasTruth()) row.countCorrect(correct);
 }
 
 void Suite::count(BenchmarkRow& row, const FilterContender& contender, MatchStage stage) const {
@@ -317,11 +319,11 @@ void Suite::count(BenchmarkRow& row, const FilterContender& contender, MatchStag
     if (contender.result.stage[i] < stage) continue;
     ++kept;
     const Match& match = contender.result.matches[i];
-    correct += canJudge() && isCorrect(extractor.reference.features.keypoints[match.reference].pt,
+    correct += hasTruth() && isCorrect(extractor.reference.features.keypoints[match.reference].pt,
                                        extractor.current.features.keypoints[match.current].pt);
   }
   row.count(kept);
-  if (canJudge()) row.judge(correct);
+  if (hasTruth()) row.countCorrect(correct);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Runs the stock chain and ours over the same pairs, interleaved, and times each stage.
+// Runs the OpenCV baseline and ours over the same pairs, interleaved, and times each stage.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,7 @@ struct BenchmarkOptions {
   /// other programs hardly disturb; more by the wall clock.
   int threads = 1;
   int repeat = 3;  ///< times each pair is measured
-  std::vector<std::string> methods = {"fast", "cp_ransac", "gms_ransac"};
+  std::vector<std::string> methods = {"lo_prosac", "cp_ransac", "gms_ransac"};
   ModelType model = ModelType::kEssential;  ///< of our methods; without intrinsics they use a fundamental matrix
 };
 

@@ -14,12 +14,12 @@ const BenchmarkRow* BenchmarkTable::find(const std::string& stage, const std::st
   return nullptr;
 }
 
-BenchmarkRow& BenchmarkTable::row(const std::string& stage, const std::string& name, const std::string& peer) {
+BenchmarkRow& BenchmarkTable::row(const std::string& stage, const std::string& name, const std::string& baseline) {
   if (const BenchmarkRow* found = find(stage, name)) return const_cast<BenchmarkRow&>(*found);
   rows_.emplace_back();
   rows_.back().stage = stage;
   rows_.back().name = name;
-  rows_.back().peer = peer;
+  rows_.back().baseline = baseline;
   return rows_.back();
 }
 
@@ -41,12 +41,13 @@ void BenchmarkTable::print(std::ostream& out) const {
   out << "| stage | what | ms | p95 | times faster | kept | correct |\n|---|---|---|---|---|---|---|\n";
   const std::string* stage = nullptr;
   for (const BenchmarkRow* row : byStage()) {
-    const BenchmarkRow* peer = row->peer.empty() ? nullptr : find(row->stage, row->peer);
+    const BenchmarkRow* baseline = row->baseline.empty() ? nullptr : find(row->stage, row->baseline);
     char numbers[64], ratio[32] = "", kept[32] = "", correct[32] = "";
     std::snprintf(numbers, sizeof(numbers), "%.3f | %.3f", median(row->ms), percentile(row->ms, 95));
-    if (peer) std::snprintf(ratio, sizeof(ratio), "%.1f", median(peer->ms) / median(row->ms));
+    if (baseline) std::snprintf(ratio, sizeof(ratio), "%.1f", median(baseline->ms) / median(row->ms));
     if (row->pairs > 0) std::snprintf(kept, sizeof(kept), "%.0f", row->kept / row->pairs);
-    if (row->judged > 0) std::snprintf(correct, sizeof(correct), "%.0f", row->correct / row->judged);
+    const int with_truth = row->pairs_with_truth;
+    if (with_truth > 0) std::snprintf(correct, sizeof(correct), "%.0f", row->correct / with_truth);
     out << "| " << (stage && *stage == row->stage ? "" : row->stage) << " | " << row->name << " | " << numbers << " | "
         << ratio << " | " << kept << " | " << correct << " |\n";
     stage = &row->stage;

@@ -1,4 +1,4 @@
-// What the benchmark measured: rows of times with a peer each, and how they are written.
+// What the benchmark measured: rows of times with a baseline each, and how they are written.
 #pragma once
 
 #include <deque>
@@ -10,27 +10,28 @@ namespace gms_ransac {
 
 struct BenchmarkRow {
   std::string stage, name;
-  std::string peer;              ///< name of the row of the same stage that this one is compared with; "": none
-  std::vector<double> ms;        ///< one for each repetition on each pair
-  double kept = 0, correct = 0;  ///< sums over the pairs
-  int pairs = 0, judged = 0;     ///< how many pairs are in the sums
+  std::string baseline;                 ///< name of the row of the same stage that this one is compared with; "": none
+  std::vector<double> ms;               ///< one for each repetition on each pair
+  double kept = 0, correct = 0;         ///< sums over the pairs
+  int pairs = 0, pairs_with_truth = 0;  ///< how many pairs are in the sums
 
   void count(int kept_here) {
     kept += kept_here;
     ++pairs;
   }
-  void judge(int correct_here) {
+  void countCorrect(int correct_here) {
     correct += correct_here;
-    ++judged;
+    ++pairs_with_truth;
   }
 };
 
 class BenchmarkTable {
  public:
   /// The row of that stage and name; made at the end of the table when it is new. References stay valid.
-  BenchmarkRow& row(const std::string& stage, const std::string& name, const std::string& peer = "");
+  BenchmarkRow& row(const std::string& stage, const std::string& name, const std::string& baseline = "");
   const std::deque<BenchmarkRow>& rows() const { return rows_; }
-  /// As a Markdown table: median and 95th percentile of the milliseconds, peer's median over own, mean counts a pair.
+  /// As a Markdown table: median and 95th percentile of the milliseconds, the baseline's median over the own, mean
+  /// counts of a pair.
   void print(std::ostream& out) const;
 
  private:

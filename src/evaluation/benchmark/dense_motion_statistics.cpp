@@ -16,7 +16,7 @@ struct RunResult {
   int accepted_count = 0;
   std::vector<uint8_t> accepted;
   std::vector<int32_t> score;
-  std::vector<float> support;
+  std::vector<float> relative_score;
 };
 
 class DenseRuns {
@@ -30,7 +30,7 @@ class DenseRuns {
       right_points_.emplace_back(q.x / current.image_size.width, q.y / current.image_size.height);
     }
     alpha_ = options.threshold_factor;
-    if (options.neighborhood == GridNeighborhood::kFive && options.alpha_mode == AlphaMode::kScaled) {
+    if (options.neighborhood == GridNeighborhood::kFive && options.five_cell_factor == FiveCellFactor::kScaled) {
       alpha_ *= std::sqrt(5.0 / 9.0);
     }
   }
@@ -48,7 +48,7 @@ class DenseRuns {
     const size_t n = left_points_.size();
     result.accepted.assign(n, 0);
     result.score.assign(n, 0);
-    result.support.assign(n, 0.f);
+    result.relative_score.assign(n, 0.f);
     for (int shift = 0; shift < 4; ++shift) {
       countMatches(shift & 1, shift >> 1);
       choosePairs();
@@ -59,7 +59,7 @@ class DenseRuns {
         result.accepted[i] = 1;
         if (pair_score_[left] <= result.score[i]) continue;
         result.score[i] = pair_score_[left];
-        result.support[i] = static_cast<float>(pair_score_[left] / pair_threshold_[left]);
+        result.relative_score[i] = static_cast<float>(pair_score_[left] / pair_threshold_[left]);
       }
     }
     result.accepted_count = static_cast<int>(std::count(result.accepted.begin(), result.accepted.end(), 1));
@@ -164,7 +164,7 @@ void denseMotionStatistics(const MotionStatisticsOptions& options, const Feature
                            const std::vector<Match>& matches, MotionStatistics& statistics) {
   statistics.accepted.assign(matches.size(), 0);
   statistics.score.assign(matches.size(), 0);
-  statistics.support.assign(matches.size(), 0.f);
+  statistics.relative_score.assign(matches.size(), 0.f);
   statistics.accepted_count = statistics.rotation = statistics.scale = 0;
   statistics.grid_columns = options.grid_columns;
   statistics.grid_rows = options.grid_rows;
@@ -190,7 +190,7 @@ void denseMotionStatistics(const MotionStatisticsOptions& options, const Feature
       statistics.scale = scale;
       statistics.accepted = result.accepted;
       statistics.score = result.score;
-      statistics.support = result.support;
+      statistics.relative_score = result.relative_score;
     }
   }
 }

@@ -25,7 +25,7 @@ DescriptorSet randomDescriptors(int n, uint32_t seed, SimdLevel level) {
 }
 
 /// Items are pairs of descriptors.
-void matchStock(benchmark::State& state) {
+void matchBaseline(benchmark::State& state) {
   cv::setNumThreads(1);
   const int n = static_cast<int>(state.range(0));
   const DescriptorSet reference = randomDescriptors(n, 1, SimdLevel::kScalar);
@@ -82,7 +82,7 @@ void add(const std::string& name, const std::vector<int64_t>& sizes, Parameters.
 
 void addAll() {
   const std::vector<int64_t> features = {1000, 2000, 5000, 10000};
-  add("match/cv::BFMatcher", {1000, 2000}, matchStock);
+  add("match/cv::BFMatcher", {1000, 2000}, matchBaseline);
   for (SimdLevel level : {SimdLevel::kAvx512, SimdLevel::kAvx2, SimdLevel::kNeon, SimdLevel::kScalar}) {
     if (!simdLevelSupported(level)) continue;
     add("match/" + toString(level), features, match, level, false, 1);

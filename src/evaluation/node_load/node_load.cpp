@@ -26,6 +26,7 @@
 #include <sensor_msgs/Image.h>
 #include <boost/program_options.hpp>
 
+#include "gms_ransac/feature_extractor.h"
 #include "program.h"
 #include "run/metrics.h"
 #include "scenes/scene.h"
@@ -308,7 +309,7 @@ int nodeLoad(int argc, char** argv) {
   add("help,h", "this text");
   add("rate", po::value(&rates)->multitoken()->default_value({30, 100, 0}, "30 100 0"),
       "images per second, each in turn; 0: the next image as soon as one is answered");
-  add("extractor", po::value(&extractors)->multitoken()->default_value({"fast", "opencv"}, "fast opencv"),
+  add("extractor", po::value(&extractors)->multitoken()->default_value({"simd_orb", "opencv"}, "simd_orb opencv"),
       "each in turn");
   add("seconds", po::value(&load.seconds)->default_value(load.seconds), "measured for each");
   add("features", po::value(&load.features)->default_value(load.features), "keypoints asked for per image");
@@ -351,8 +352,8 @@ int nodeLoad(int argc, char** argv) {
                "load |\n|---|---|---|---|---|---|---|---|---|---|---|"
             << std::endl;
   for (const std::string& extractor : extractors) {
+    load.extractor = currentName("--extractor", extractor, currentExtractorName(extractor));
     for (const double rate : rates) {
-      load.extractor = extractor;
       load.rate = rate;
       measure(load, footage, nh);
     }

@@ -5,6 +5,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "program.h"
+
 namespace gms_ransac {
 
 namespace po = boost::program_options;
@@ -18,7 +20,7 @@ void PipelineArguments::addTo(po::options_description& description, const std::v
   add("paper", "the paper's method and settings, literally, where no option says otherwise");
   add("method,m", po::value(&methods)->composing(), "method, or several with commas between (see evaluate --list)");
   add("model", po::value(&model)->default_value(model), "essential, fundamental or homography");
-  add("extractor", po::value(&extractor.extractor)->default_value(extractor.extractor), "fast or opencv");
+  add("extractor", po::value(&extractor.extractor)->default_value(extractor.extractor), "simd_orb or opencv");
   add("features", po::value(&extractor.features)->default_value(extractor.features), "keypoints asked for per image");
   add("fast-threshold", po::value(&extractor.fast_threshold)->default_value(extractor.fast_threshold),
       "FAST contrast, grey levels; 0 is usual above 3000 features");
@@ -28,7 +30,7 @@ void PipelineArguments::addTo(po::options_description& description, const std::v
   add("alpha", po::value(&gms.threshold_factor)->default_value(gms.threshold_factor),
       "threshold factor of GMS; 0: the method's own");
   add("acceptance", po::value(&acceptance)->default_value(acceptance),
-      "matches GMS keeps: own (the method's), threshold (as published) or evidence (as fast)");
+      "matches GMS keeps: own (the method's), threshold (as published) or evidence (as lo_prosac)");
   add("distance-reading", po::value(&distance_reading)->default_value(distance_reading),
       "gms_dist_ransac: displacement or pairwise");
   add("one-to-one", po::value(&base.one_to_one)->default_value(base.one_to_one),
@@ -58,6 +60,8 @@ MatchFilterOptions PipelineArguments::options(const std::string& method) const {
   result.robust.model = parseModelType(model);
   result.motion_statistics.acceptance = parseAcceptance(acceptance);
   result.distance_reading = parseDistanceReading(distance_reading);
+  const std::string& extractor = base.extractor.extractor;
+  result.extractor.extractor = currentName("--extractor", extractor, currentExtractorName(extractor));
   result.extractor.threads = threads;
   result.matcher_threads = std::clamp(threads, 1, 2);
   if (!threshold.empty()) {
@@ -119,7 +123,8 @@ std::vector<std::string> parseMethodNames(const std::vector<std::string>& given)
   std::vector<std::string> names;
   for (const std::string& list : given) {
     if (list.empty()) findMethod(list);  // complains with the list of known names
-    for (const std::string& name : splitAtCommas(list)) names.push_back(findMethod(name).name);
+    for (const std::string& name : splitAtCommas(list))
+      names.push_back(currentName("--method", name, findMethod(name).name));
   }
   return names;
 }

@@ -181,7 +181,7 @@ void describeAsMeasured(bool looks_right, bool repeated, Random& random, size_t 
   columns.second_distance[i] = static_cast<uint16_t>(std::min(256., second));
   columns.score[i] = static_cast<int32_t>(
       std::clamp<double>(draw(looks_right ? kRightScore : kWrongScore, random), kScoreThreshold, kLargestScore));
-  columns.support[i] = static_cast<float>(columns.score[i]) / kScoreThreshold;
+  columns.relative_score[i] = static_cast<float>(columns.score[i]) / kScoreThreshold;
 }
 
 /// Columns of match i apart from its places.
@@ -191,7 +191,7 @@ void describeMatch(const TwoViewSceneOptions& options, bool outlier, Random& ran
   }
   const double quality = (options.informative && !outlier ? 1 : 0) + gaussian(random);
   columns.score[i] = std::max(0, static_cast<int>(30 + 10 * quality));
-  columns.support[i] = static_cast<float>(columns.score[i]) / 15;
+  columns.relative_score[i] = static_cast<float>(columns.score[i]) / 15;
   columns.distance[i] = static_cast<uint16_t>(std::min(256., std::max(0., 60 - 15 * quality)));
   columns.second_distance[i] = static_cast<uint16_t>(columns.distance[i] + random.below(20));
 }

@@ -94,7 +94,7 @@ std::vector<std::string> comparedMethods(const PipelineArguments& pipeline) {
   if (wanted.empty()) {
     for (const MethodEntry& method : methods()) {
       const std::string name = method.name;
-      if (name == "gms_ransac" || name == "lan" || name == "fast") wanted.push_back(name);
+      if (name == "gms_ransac" || name == "lan" || name == "lo_prosac") wanted.push_back(name);
     }
   }
   std::vector<std::string> others;

@@ -42,7 +42,7 @@ PointPairs toPointPairs(const SyntheticPair& pair, MotionStatisticsFilter& filte
     pairs.y_current[i] = b.y;
     pairs.octave_reference[i] = pairs.octave_current[i] = 0;
     pairs.score[i] = statistics.score[i];
-    pairs.support[i] = statistics.support[i];
+    pairs.relative_score[i] = statistics.relative_score[i];
     pairs.distance[i] = pair.matches[i].distance;
     pairs.second_distance[i] = pair.matches[i].second_distance;
   }

@@ -130,9 +130,9 @@ TextTable precisionTable(const MeasurementSet& all) {
   return table;
 }
 
-/// What is compared with which baseline, each two once; cp_ransac and fast are never a baseline.
+/// What is compared with which baseline, each two once; cp_ransac and lo_prosac are never a baseline.
 std::vector<std::pair<std::string, std::string>> comparisons(const MeasurementSet& set) {
-  const auto isBaseline = [](const std::string& name) { return name != "cp_ransac" && name != "fast"; };
+  const auto isBaseline = [](const std::string& name) { return name != "cp_ransac" && name != "lo_prosac"; };
   const std::vector<std::string> names = set.methods();
   std::vector<std::pair<std::string, std::string>> found;
   for (size_t i = 0; i < names.size(); ++i) {

@@ -1,4 +1,4 @@
-// The inner loops of the fast estimator over all matches, one table of functions for each instruction set. All levels
+// The inner loops of estimation over all matches, one table of functions for each instruction set. All levels
 // return the same bits: same operations in the same order, no fused multiply-add.
 #pragma once
 
@@ -9,7 +9,7 @@ namespace gms_ransac {
 
 /// Outcome of scoring one model. With e the squared residual over the squared threshold of a match, `cost` is the sum
 /// of min(e, 1) (MSAC, Torr & Zisserman 2000), prior included, and `inliers` the number of e < 1.
-struct Score {
+struct HypothesisScore {
   float cost = 0;
   int inliers = 0;
   int evaluated = 0;  ///< matches looked at: less than all when the cost passed the bound
@@ -47,14 +47,14 @@ struct NormalEquations {
 
 struct ResidualKernels {
   /// Sampson distance to x2^T M x1 = 0; stops once the cost exceeds `bound`.
-  void (*scoreEpipolar)(const PointColumnsView& points, const float (&M)[9], float bound, Score& score);
+  void (*scoreEpipolar)(const PointColumnsView& points, const float (&M)[9], float bound, HypothesisScore& score);
   /// The same for a pose. A match whose rays meet behind a camera can at best be at infinity: its residual is at
   /// least half the squared distance to the infinite point's projection.
   void (*scorePose)(const PointColumnsView& points, const PoseParameters& pose, const ParallaxPrior& prior, float bound,
-                    Score& score);
+                    HypothesisScore& score);
   /// Mean of the squared transfer distances of x2 ~ H x1, with G the inverse of H.
   void (*scoreHomography)(const PointColumnsView& points, const float (&H)[9], const float (&G)[9], float bound,
-                          Score& score);
+                          HypothesisScore& score);
   /// Linearised Sampson distance of a pose; parameters: rotation vector w of R <- exp(w) R, then steps of t along the
   /// two vectors of `basis`.
   void (*linearizePose)(const PointColumnsView& points, const PoseParameters& pose, const float (&basis)[2][3],

@@ -129,7 +129,7 @@ struct KernelsFor {
       cost = cost + V::minimum(e + prior, one);
       inliers = inliers + V::select(e, one, one, V::set(0));
     }
-    void finish(const PointColumnsView& points, int looked_at, Score& score) const {
+    void finish(const PointColumnsView& points, int looked_at, HypothesisScore& score) const {
       score.cost = cost.sum();
       score.evaluated = looked_at < points.count ? looked_at : points.count;
       score.inliers = static_cast<int>(inliers.sum()) - (looked_at - score.evaluated);  // padding counts as inliers
@@ -137,7 +137,7 @@ struct KernelsFor {
   };
 
   template <class Residual>
-  static void scoreAll(const PointColumnsView& points, float bound, Score& score, const Residual& residual) {
+  static void scoreAll(const PointColumnsView& points, float bound, HypothesisScore& score, const Residual& residual) {
     Sum sum;
     int i = 0;
     while (i < points.size) {
@@ -148,13 +148,13 @@ struct KernelsFor {
     sum.finish(points, i, score);
   }
 
-  static void scoreEpipolar(const PointColumnsView& points, const float (&M)[9], float bound, Score& score) {
+  static void scoreEpipolar(const PointColumnsView& points, const float (&M)[9], float bound, HypothesisScore& score) {
     const Matrix m(M);
     scoreAll(points, bound, score, [&m](const Point& p) { return Epipolar(m, p).residual(p.w); });
   }
 
   static void scorePose(const PointColumnsView& points, const PoseParameters& pose, const ParallaxPrior& parallax_prior,
-                        float bound, Score& score) {
+                        float bound, HypothesisScore& score) {
     const Matrix E(pose.E), R(pose.R);
     const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
     const Prior prior(parallax_prior);
@@ -181,7 +181,7 @@ struct KernelsFor {
   }
 
   static void scoreHomography(const PointColumnsView& points, const float (&H)[9], const float (&G)[9], float bound,
-                              Score& score) {
+                              HypothesisScore& score) {
     const Matrix h(H), g(G);
     scoreAll(points, bound, score, [&](const Point& p) {
       return V::set(0.5f) * p.w *

@@ -1,4 +1,4 @@
-// The method `fast` on scenes whose truth is known: accuracy, honesty about degenerate motion, determinism, cost.
+// The method `lo_prosac` on scenes whose truth is known: accuracy, honesty about degenerate motion, determinism, cost.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -49,12 +49,12 @@ TwoViewSceneOptions orbLike() {
   return options;
 }
 
-std::unique_ptr<Method> makeFast(const RobustOptions& options = {}) { return makeEstimator("fast", options); }
+std::unique_ptr<Method> makeLoProsac(const RobustOptions& options = {}) { return makeEstimator("lo_prosac", options); }
 
-std::unique_ptr<Method> makeFast(ModelType model) {
+std::unique_ptr<Method> makeLoProsac(ModelType model) {
   RobustOptions options;
   options.model = model;
-  return makeFast(options);
+  return makeLoProsac(options);
 }
 
 class OutlierShare : public testing::TestWithParam<double> {};
@@ -63,10 +63,10 @@ TEST_P(OutlierShare, IsAsGoodAsAnExhaustiveRansac) {
   RobustOptions exhaustive;
   exhaustive.max_iterations = 100000;
   exhaustive.confidence = 1 - 1e-9;
-  const auto fast = makeFast(), ransac = makeEstimator("ransac", exhaustive);
+  const auto lo_prosac = makeLoProsac(), ransac = makeEstimator("ransac", exhaustive);
   const Camera camera = sceneCamera();
-  double fast_rotation = 0, fast_direction = 0, ransac_rotation = 0, ransac_direction = 0;
-  int fast_kept = 0, ransac_kept = 0;
+  double lo_prosac_rotation = 0, lo_prosac_direction = 0, ransac_rotation = 0, ransac_direction = 0;
+  int lo_prosac_kept = 0, ransac_kept = 0;
   constexpr int kScenes = 40;
   for (int k = 0; k < kScenes; ++k) {
     TwoViewSceneOptions options = orbLike();
@@ -76,29 +76,29 @@ TEST_P(OutlierShare, IsAsGoodAsAnExhaustiveRansac) {
     options.translation = 0.3 * Eigen::Vector3d(std::cos(k), 0.3 * std::sin(k), std::sin(k));
     const TwoViewScene scene = makeTwoViewScene(options);
     RobustResult result;
-    fast->reset();
-    fast->estimate(scene.pairs, camera, result);
+    lo_prosac->reset();
+    lo_prosac->estimate(scene.pairs, camera, result);
     ASSERT_TRUE(result.pose_found);
     EXPECT_TRUE(result.translation_observable);
-    fast_rotation += poseErrors(result, scene).rotation / kScenes;
-    fast_direction += poseErrors(result, scene).direction / kScenes;
-    fast_kept += correctKept(result, scene);
+    lo_prosac_rotation += poseErrors(result, scene).rotation / kScenes;
+    lo_prosac_direction += poseErrors(result, scene).direction / kScenes;
+    lo_prosac_kept += correctKept(result, scene);
     ransac->estimate(scene.pairs, camera, result);
     ransac_rotation += poseErrors(result, scene).rotation / kScenes;
     ransac_direction += poseErrors(result, scene).direction / kScenes;
     ransac_kept += correctKept(result, scene);
   }
   // Where no match is far the prior of the parallax costs up to two hundredths of a degree, a sixth of a pixel.
-  EXPECT_LE(fast_rotation, ransac_rotation + 0.025);
-  EXPECT_LE(fast_direction, ransac_direction + 0.2);
-  EXPECT_LT(fast_rotation, 0.1);
-  EXPECT_LT(fast_direction, 0.8);
-  EXPECT_GE(fast_kept, 0.98 * ransac_kept);
+  EXPECT_LE(lo_prosac_rotation, ransac_rotation + 0.025);
+  EXPECT_LE(lo_prosac_direction, ransac_direction + 0.2);
+  EXPECT_LT(lo_prosac_rotation, 0.1);
+  EXPECT_LT(lo_prosac_direction, 0.8);
+  EXPECT_GE(lo_prosac_kept, 0.98 * ransac_kept);
 }
 
 INSTANTIATE_TEST_SUITE_P(From10To70Percent, OutlierShare, testing::Values(0.1, 0.3, 0.5, 0.7));
 
-TEST(FastEstimator, SurvivesNinetyPercentOutliers) {
+TEST(LoProsac, SurvivesNinetyPercentOutliers) {
   TwoViewSceneOptions options = orbLike();
   options.outlier_ratio = 0.9;
   options.matches = 1500;
@@ -106,24 +106,24 @@ TEST(FastEstimator, SurvivesNinetyPercentOutliers) {
   RobustOptions robust;
   robust.max_iterations = 20000;
   RobustResult result;
-  makeFast(robust)->estimate(scene.pairs, sceneCamera(), result);
+  makeLoProsac(robust)->estimate(scene.pairs, sceneCamera(), result);
   ASSERT_TRUE(result.pose_found);
   EXPECT_LE(result.effort.hypotheses, robust.max_iterations);
   EXPECT_LT(poseErrors(result, scene).rotation, 0.5);
   EXPECT_LT(poseErrors(result, scene).direction, 5);
 }
 
-TEST(FastEstimator, KeepsNoMoreHypothesesThanAllowed) {
+TEST(LoProsac, KeepsNoMoreHypothesesThanAllowed) {
   const TwoViewScene scene = makeTwoViewScene(orbLike());
   RobustOptions robust;
   robust.max_iterations = 3;
   RobustResult result;
-  makeFast(robust)->estimate(scene.pairs, sceneCamera(), result);
+  makeLoProsac(robust)->estimate(scene.pairs, sceneCamera(), result);
   EXPECT_LE(result.effort.hypotheses, 3);
   EXPECT_TRUE(result.model_found);
 }
 
-TEST(FastEstimator, InliersAreTheSameOnEveryInstructionSet) {
+TEST(LoProsac, InliersAreTheSameOnEveryInstructionSet) {
   for (ModelType model : {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography}) {
     TwoViewSceneOptions options = orbLike();
     if (model == ModelType::kHomography) options.shape = SceneShape::kPlane;
@@ -132,12 +132,12 @@ TEST(FastEstimator, InliersAreTheSameOnEveryInstructionSet) {
     robust.model = model;
     robust.simd = SimdLevel::kScalar;
     RobustResult expected, result;
-    makeFast(robust)->estimate(scene.pairs, sceneCamera(), expected);
+    makeLoProsac(robust)->estimate(scene.pairs, sceneCamera(), expected);
     ASSERT_TRUE(expected.model_found);
     for (SimdLevel level : {SimdLevel::kNeon, SimdLevel::kAvx2, SimdLevel::kAvx512}) {
       if (!simdLevelSupported(level)) continue;
       robust.simd = level;
-      makeFast(robust)->estimate(scene.pairs, sceneCamera(), result);
+      makeLoProsac(robust)->estimate(scene.pairs, sceneCamera(), result);
       EXPECT_EQ(expected.inlier, result.inlier) << toString(level);
       EXPECT_EQ(expected.model, result.model) << toString(level);
       EXPECT_EQ(expected.pose.R, result.pose.R) << toString(level);
@@ -145,12 +145,12 @@ TEST(FastEstimator, InliersAreTheSameOnEveryInstructionSet) {
   }
 }
 
-TEST(FastEstimator, RepeatsItselfAfterAReset) {
+TEST(LoProsac, RepeatsItselfAfterAReset) {
   const TwoViewScene first = makeTwoViewScene(orbLike());
   TwoViewSceneOptions options = orbLike();
   options.seed = 2;
   const TwoViewScene second = makeTwoViewScene(options);
-  const auto estimator = makeFast();
+  const auto estimator = makeLoProsac();
   RobustResult a, b, fresh;
   estimator->estimate(first.pairs, sceneCamera(), a);
   estimator->estimate(second.pairs, sceneCamera(), b);
@@ -163,13 +163,13 @@ TEST(FastEstimator, RepeatsItselfAfterAReset) {
   EXPECT_EQ(b.model, fresh.model);
 }
 
-TEST(FastEstimator, SaysThatAPureRotationShowsNoTranslation) {
+TEST(LoProsac, SaysThatAPureRotationShowsNoTranslation) {
   TwoViewSceneOptions options = orbLike();
   options.translation.setZero();
   options.rotation = {0.05, -0.1, 0.03};
   const TwoViewScene scene = makeTwoViewScene(options);
   RobustResult result;
-  makeFast()->estimate(scene.pairs, sceneCamera(), result);
+  makeLoProsac()->estimate(scene.pairs, sceneCamera(), result);
   ASSERT_TRUE(result.pose_found);
   EXPECT_FALSE(result.translation_observable);
   EXPECT_LT(result.median_parallax_px, 1);
@@ -178,7 +178,7 @@ TEST(FastEstimator, SaysThatAPureRotationShowsNoTranslation) {
   EXPECT_GT((result.pose.covariance.topLeftCorner<3, 3>().trace()), 0.5);
 }
 
-TEST(FastEstimator, FindsAMotionOfThePlane) {
+TEST(LoProsac, FindsAMotionOfThePlane) {
   for (ModelType model : {ModelType::kEssential, ModelType::kHomography}) {
     for (uint64_t seed = 0; seed < 5; ++seed) {
       TwoViewSceneOptions options = orbLike();
@@ -187,7 +187,7 @@ TEST(FastEstimator, FindsAMotionOfThePlane) {
       options.translation = {0.4, 0.1, 0.3};
       const TwoViewScene scene = makeTwoViewScene(options);
       RobustResult result;
-      makeFast(model)->estimate(scene.pairs, sceneCamera(), result);
+      makeLoProsac(model)->estimate(scene.pairs, sceneCamera(), result);
       ASSERT_TRUE(result.pose_found);
       EXPECT_LT(planePoseErrors(result, scene).rotation, 0.5) << toString(model) << ", seed " << seed;
       EXPECT_LT(planePoseErrors(result, scene).direction, 5) << toString(model) << ", seed " << seed;
@@ -196,7 +196,7 @@ TEST(FastEstimator, FindsAMotionOfThePlane) {
   }
 }
 
-TEST(FastEstimator, TellsTheMotionsOfAPlaneApartByWhatLiesBehindTheCamera) {
+TEST(LoProsac, TellsTheMotionsOfAPlaneApartByWhatLiesBehindTheCamera) {
   for (uint64_t seed = 0; seed < 20; ++seed) {
     TwoViewSceneOptions options = orbLike();
     options.shape = SceneShape::kPlane;
@@ -205,14 +205,14 @@ TEST(FastEstimator, TellsTheMotionsOfAPlaneApartByWhatLiesBehindTheCamera) {
     options.translation = {0.4 * std::cos(heading), 0.4 * std::sin(heading), 0.1};
     const TwoViewScene scene = makeTwoViewScene(options);
     RobustResult result;
-    makeFast()->estimate(scene.pairs, sceneCamera(), result);
+    makeLoProsac()->estimate(scene.pairs, sceneCamera(), result);
     ASSERT_TRUE(result.pose_found);
     EXPECT_LT(poseErrors(result, scene).direction, 5) << "seed " << seed;
     EXPECT_TRUE(result.translation_observable) << "seed " << seed;
   }
 }
 
-TEST(FastEstimator, SaysWhenBothMotionsOfAPlaneSeeAllOfIt) {
+TEST(LoProsac, SaysWhenBothMotionsOfAPlaneSeeAllOfIt) {
   for (uint64_t seed = 0; seed < 10; ++seed) {
     TwoViewSceneOptions options = orbLike();
     options.shape = SceneShape::kPlane;
@@ -220,7 +220,7 @@ TEST(FastEstimator, SaysWhenBothMotionsOfAPlaneSeeAllOfIt) {
     options.translation = {-0.25, 0.1, 0.4};
     const TwoViewScene scene = makeTwoViewScene(options);
     RobustResult result;
-    makeFast()->estimate(scene.pairs, sceneCamera(), result);
+    makeLoProsac()->estimate(scene.pairs, sceneCamera(), result);
     ASSERT_TRUE(result.pose_found);
     EXPECT_LT(planePoseErrors(result, scene).rotation, 0.5) << "seed " << seed;
     EXPECT_LT(planePoseErrors(result, scene).direction, 5) << "seed " << seed;
@@ -230,7 +230,7 @@ TEST(FastEstimator, SaysWhenBothMotionsOfAPlaneSeeAllOfIt) {
   }
 }
 
-TEST(FastEstimator, FindsForwardMotion) {
+TEST(LoProsac, FindsForwardMotion) {
   for (uint64_t seed = 0; seed < 5; ++seed) {
     TwoViewSceneOptions options = orbLike();
     options.rotation = {0.001, 0.004, -0.001};
@@ -240,17 +240,17 @@ TEST(FastEstimator, FindsForwardMotion) {
     options.nearest = 3;
     const TwoViewScene scene = makeTwoViewScene(options);
     RobustResult result;
-    makeFast()->estimate(scene.pairs, sceneCamera(), result);
+    makeLoProsac()->estimate(scene.pairs, sceneCamera(), result);
     ASSERT_TRUE(result.pose_found);
     EXPECT_LT(poseErrors(result, scene).rotation, 0.1) << seed;
     EXPECT_LT(poseErrors(result, scene).direction, 1) << seed;
   }
 }
 
-TEST(FastEstimator, FindsAFundamentalMatrixWithoutACamera) {
+TEST(LoProsac, FindsAFundamentalMatrixWithoutACamera) {
   const TwoViewScene scene = makeTwoViewScene(orbLike());
   RobustResult result;
-  makeFast()->estimate(scene.pairs, Camera(), result);
+  makeLoProsac()->estimate(scene.pairs, Camera(), result);
   ASSERT_TRUE(result.model_found);
   EXPECT_FALSE(result.pose_found);
   EXPECT_EQ(ModelType::kFundamental, result.model_type);
@@ -264,16 +264,16 @@ TEST(FastEstimator, FindsAFundamentalMatrixWithoutACamera) {
   }
 }
 
-TEST(FastEstimator, FundamentalMatrixGivesThePoseOfACalibratedCamera) {
+TEST(LoProsac, FundamentalMatrixGivesThePoseOfACalibratedCamera) {
   const TwoViewScene scene = makeTwoViewScene(orbLike());
   RobustResult result;
-  makeFast(ModelType::kFundamental)->estimate(scene.pairs, sceneCamera(), result);
+  makeLoProsac(ModelType::kFundamental)->estimate(scene.pairs, sceneCamera(), result);
   ASSERT_TRUE(result.pose_found);
   EXPECT_LT(poseErrors(result, scene).rotation, 0.5);
 }
 
-TEST(FastEstimator, RefusesWhatMeansNothing) {
-  const auto estimator = makeFast();
+TEST(LoProsac, RefusesWhatMeansNothing) {
+  const auto estimator = makeLoProsac();
   RobustResult result;
   PointPairs pairs;
   for (int count : {0, 1, 4, 5, 8, 100}) {
@@ -289,18 +289,18 @@ TEST(FastEstimator, RefusesWhatMeansNothing) {
   noise.matches = 300;
   for (ModelType model : {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography}) {
     const TwoViewScene scene = makeTwoViewScene(noise);
-    makeFast(model)->estimate(scene.pairs, sceneCamera(), result);
+    makeLoProsac(model)->estimate(scene.pairs, sceneCamera(), result);
     EXPECT_LT(result.inlier_count, 60);
   }
 }
 
-TEST(FastEstimator, AllocatesNothingOnceWarm) {
+TEST(LoProsac, AllocatesNothingOnceWarm) {
   TwoViewSceneOptions fewer = orbLike();
   fewer.matches = 700;
   fewer.seed = 3;
   const TwoViewScene scene = makeTwoViewScene(orbLike()), other = makeTwoViewScene(fewer);
   const Camera camera = sceneCamera();
-  const auto estimator = makeFast();
+  const auto estimator = makeLoProsac();
   RobustResult result;
   estimator->estimate(scene.pairs, camera, result);
   const long before = g_allocations;
@@ -310,9 +310,9 @@ TEST(FastEstimator, AllocatesNothingOnceWarm) {
 }
 
 /// The mean of the normalised squared errors over many draws of the noise is their number of degrees of freedom.
-TEST(FastEstimator, CovarianceIsThatOfTheErrors) {
+TEST(LoProsac, CovarianceIsThatOfTheErrors) {
   constexpr int kDraws = 600;
-  const auto estimator = makeFast();
+  const auto estimator = makeLoProsac();
   double rotation = 0, both = 0;
   for (int k = 0; k < kDraws; ++k) {
     TwoViewSceneOptions options = orbLike();
@@ -403,7 +403,7 @@ TEST(StratifiedSampler, BeginsWithTheMostConfident) {
   int sample[5];
   sampler.draw(random, sample);
   EXPECT_LT(sampler.prefix(), 400);
-  for (int place : sample) EXPECT_LT(place, sampler.prefix());
+  for (int rank : sample) EXPECT_LT(rank, sampler.prefix());
   for (int k = 0; k < 400; ++k) sampler.draw(random, sample);
   EXPECT_EQ(400, sampler.prefix());
 }

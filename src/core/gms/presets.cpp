@@ -1,4 +1,4 @@
-#include "gms/method_settings.h"
+#include "gms/presets.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
-// Every method's answers, bit by bit, against those recorded in answers.txt: the guard of every move inside the core,
-// and the proof that all instruction sets answer alike (CMakeLists.txt runs it with --simd LEVEL for each).
+// Every method's results, bit by bit, against the digests recorded in digests.txt: the guard of every move inside the
+// core, and the proof that all instruction sets agree (CMakeLists.txt runs it with --simd LEVEL for each).
 //
-// A change of an answer on purpose records anew, in a commit of its own that says why and by how much:
-//   answers_test --record
+// A change of results on purpose records anew, in a commit of its own that says why and by how much:
+//   digest_test --record
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
@@ -39,7 +39,7 @@ constexpr int kPairsOfASet = 2;
 constexpr int kStreamLength = 6;
 constexpr int kWidestGap = 5;
 
-const fs::path kRecords = fs::path(GMS_RANSAC_SOURCE_DIR) / "test/answers.txt";
+const fs::path kRecords = fs::path(GMS_RANSAC_SOURCE_DIR) / "test/digests.txt";
 
 /// 64-bit FNV-1a over the bytes of numbers.
 class Digest {
@@ -96,7 +96,7 @@ std::string describe(const MatchResult& result, const Digest& digest) {
   return digest.text() + " " + toString(result.status) + " " + std::to_string(result.inliers);
 }
 
-/// What answers depend on besides the code: a number of another library's is no mistake of ours.
+/// What results depend on besides the code: a number of another library's is no mistake of ours.
 std::string toolchain() {
   std::ostringstream text;
   text << "gcc " << __GNUC__ << ", glibc " << gnu_get_libc_version() << ", Eigen " << EIGEN_WORLD_VERSION << "."
@@ -104,7 +104,7 @@ std::string toolchain() {
   return text.str();
 }
 
-using Answers = std::map<std::string, std::string>;
+using Digests = std::map<std::string, std::string>;
 
 /// Images with what is known of them, from a folder or rendered.
 struct Sequence {
@@ -154,7 +154,7 @@ MatchFilterOptions optionsOf(const std::string& method, ModelType model) {
 }
 
 /// Neighbours and the widest gap, every method and model, each pair on its own.
-void answerPairs(const Sequence& sequence, Answers& answers) {
+void addPairs(const Sequence& sequence, Digests& digests) {
   const int last = static_cast<int>(sequence.images.size()) - 1;
   const int gaps[kPairsOfASet] = {1, std::min(kWidestGap, last)};
   for (const int gap : gaps) {
@@ -168,22 +168,22 @@ void answerPairs(const Sequence& sequence, Answers& answers) {
           filter.extract(sequence.images[static_cast<size_t>(gap)], current);
           Digest digest;
           addFeatures(current.features, digest);
-          answers[pair + "features"] = digest.text() + " " + std::to_string(current.features.size());
+          digests[pair + "features"] = digest.text() + " " + std::to_string(current.features.size());
         }
         filter.setCamera(sequence.camera);
         MatchResult result;
         filter.filter(reference, current, result);
         Digest digest;
         addResult(result, digest);
-        answers[pair + method.name + " " + toString(model)] = describe(result, digest);
+        digests[pair + method.name + " " + toString(model)] = describe(result, digest);
       }
     }
   }
 }
 
 /// What one image leaves for the next: the previous motion, tracks, the length of the translation.
-void answerStream(const Sequence& sequence, Answers& answers) {
-  for (const std::string method : {"fast", "cp_ransac"}) {
+void addStream(const Sequence& sequence, Digests& digests) {
+  for (const std::string method : {"lo_prosac", "cp_ransac"}) {
     MatchFilter filter(optionsOf(method, ModelType::kEssential));
     filter.setCamera(sequence.camera);
     TrackTable tracks;
@@ -207,29 +207,29 @@ void answerStream(const Sequence& sequence, Answers& answers) {
       }
       std::swap(reference, current);
     }
-    answers[sequence.name + " stream " + method] = describe(result, digest);
+    digests[sequence.name + " stream " + method] = describe(result, digest);
   }
 }
 
-Answers answersOf(const Sequence& sequence) {
-  Answers answers;
-  answerPairs(sequence, answers);
-  answerStream(sequence, answers);
-  return answers;
+Digests digestsOf(const Sequence& sequence) {
+  Digests digests;
+  addPairs(sequence, digests);
+  addStream(sequence, digests);
+  return digests;
 }
 
-Answers allAnswers() {
-  Answers answers;
-  for (const std::string scene : {"room", "street"}) answers.merge(answersOf(rendered(scene)));
-  for (const fs::path& path : dataFolders()) answers.merge(answersOf(recorded(path)));
-  return answers;
+Digests allDigests() {
+  Digests digests;
+  for (const std::string scene : {"room", "street"}) digests.merge(digestsOf(rendered(scene)));
+  for (const fs::path& path : dataFolders()) digests.merge(digestsOf(recorded(path)));
+  return digests;
 }
 
-/// The first line names the toolchain, every other an answer: "what: digest status inliers".
-Answers readRecords(std::string& recorded_with) {
+/// The first line names the toolchain, every other a digest: "what: digest status inliers".
+Digests readDigests(std::string& recorded_with) {
   std::ifstream file(kRecords);
   std::getline(file, recorded_with);
-  Answers records;
+  Digests records;
   for (std::string line; std::getline(file, line);) {
     const size_t colon = line.find(": ");
     if (colon != std::string::npos) records[line.substr(0, colon)] = line.substr(colon + 2);
@@ -237,17 +237,17 @@ Answers readRecords(std::string& recorded_with) {
   return records;
 }
 
-TEST(Answers, AreThoseRecorded) {
+TEST(Digests, AreThoseRecorded) {
   std::string recorded_with;
-  const Answers records = readRecords(recorded_with);
+  const Digests records = readDigests(recorded_with);
   ASSERT_FALSE(records.empty()) << kRecords;
   if (recorded_with != toolchain()) GTEST_SKIP() << "recorded with " << recorded_with << ", this is " << toolchain();
-  const Answers answers = allAnswers();
+  const Digests digests = allDigests();
   int compared = 0;
-  for (const auto& [what, answer] : answers) {
+  for (const auto& [what, digest] : digests) {
     const auto record = records.find(what);
     ASSERT_NE(record, records.end()) << what << " was never recorded";
-    EXPECT_EQ(answer, record->second) << what;
+    EXPECT_EQ(digest, record->second) << what;
     ++compared;
   }
   // The rendered scenes are always at hand, with every method and model.
@@ -257,10 +257,10 @@ TEST(Answers, AreThoseRecorded) {
 int record() {
   std::ofstream file(kRecords);
   file << toolchain() << "\n";
-  const Answers answers = allAnswers();
-  for (const auto& [what, answer] : answers) file << what << ": " << answer << "\n";
+  const Digests digests = allDigests();
+  for (const auto& [what, digest] : digests) file << what << ": " << digest << "\n";
   file.close();
-  std::cout << answers.size() << " answers written to " << kRecords << "\n";
+  std::cout << digests.size() << " digests written to " << kRecords << "\n";
   return file ? 0 : 1;
 }
 

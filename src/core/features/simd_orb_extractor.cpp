@@ -1,4 +1,4 @@
-#include "features/fast_extractor.h"
+#include "features/simd_orb_extractor.h"
 
 #include <algorithm>
 #include <atomic>
@@ -33,7 +33,7 @@ float vertex(int before, int at, int after) {
 
 }  // namespace
 
-FastExtractor::FastExtractor(const FeatureExtractorOptions& options)
+SimdOrbExtractor::SimdOrbExtractor(const FeatureExtractorOptions& options)
     : options_(options),
       kernels_(featureKernels(options.simd)),
       pyramid_(options.levels, options.scale_factor, 2 * kBorder + 1, kernels_),
@@ -45,7 +45,7 @@ FastExtractor::FastExtractor(const FeatureExtractorOptions& options)
   if (options.threads > 1) worker_ = std::make_unique<Worker>();
 }
 
-void FastExtractor::extract(const cv::Mat& image, Features& features) {
+void SimdOrbExtractor::extract(const cv::Mat& image, Features& features) {
   features.image_size = image.size();
   features.scale_factor = static_cast<float>(options_.scale_factor);
   pyramid_.build(image);
@@ -70,7 +70,7 @@ void FastExtractor::extract(const cv::Mat& image, Features& features) {
 }
 
 template <typename Task>
-void FastExtractor::forEachLevel(Order order, const Task& task) {
+void SimdOrbExtractor::forEachLevel(Order order, const Task& task) {
   std::atomic<int> next{0};
   const int count = pyramid_.levels();
   const bool reversed = order == Order::kSmallestFirst && !worker_;
@@ -87,7 +87,7 @@ void FastExtractor::forEachLevel(Order order, const Task& task) {
   }
 }
 
-void FastExtractor::reserveScratch() {
+void SimdOrbExtractor::reserveScratch() {
   if (pyramid_.levels() == 0) return;
   const Plane& largest = pyramid_.level(0);
   for (Scratch& scratch : scratch_) {
@@ -98,7 +98,7 @@ void FastExtractor::reserveScratch() {
   }
 }
 
-void FastExtractor::detect(int i) {
+void SimdOrbExtractor::detect(int i) {
   Level& level = levels_[i];
   for (int floor : {kContrastFloor, kFaintFloor}) {
     level.detector.detect(pyramid_.level(i), kBorder, std::min(options_.fast_threshold, floor), kernels_,
@@ -107,13 +107,13 @@ void FastExtractor::detect(int i) {
   }
 }
 
-size_t FastExtractor::cornerCount() const {
+size_t SimdOrbExtractor::cornerCount() const {
   size_t count = 0;  // levels beyond those of this image hold what an image before left
   for (int i = 0; i < pyramid_.levels(); ++i) count += levels_[i].corners.size();
   return count;
 }
 
-void FastExtractor::setQuotas() {
+void SimdOrbExtractor::setQuotas() {
   constexpr int kOpen = -1;
   const int count = pyramid_.levels();
   double weight = 0;
@@ -140,7 +140,7 @@ void FastExtractor::setQuotas() {
   }
 }
 
-void FastExtractor::describe(int i, Scratch& scratch, Features& features) {
+void SimdOrbExtractor::describe(int i, Scratch& scratch, Features& features) {
   Level& level = levels_[i];
   const Plane& image = pyramid_.level(i);
   scratch.selector.select(image.width(), image.height(), level.quota, level.corners);
@@ -171,8 +171,8 @@ void FastExtractor::describe(int i, Scratch& scratch, Features& features) {
   }
 }
 
-void FastExtractor::orient(const Plane& image, const std::vector<Corner>& corners, cv::KeyPoint* keypoints,
-                           std::vector<cv::Point2f>& directions) const {
+void SimdOrbExtractor::orient(const Plane& image, const std::vector<Corner>& corners, cv::KeyPoint* keypoints,
+                              std::vector<cv::Point2f>& directions) const {
   directions.resize(corners.size());
   for (size_t k = 0; k < corners.size(); ++k) {
     int m10, m01;
@@ -183,7 +183,7 @@ void FastExtractor::orient(const Plane& image, const std::vector<Corner>& corner
   }
 }
 
-cv::Point2f FastExtractor::refine(int level, const Corner& corner) const {
+cv::Point2f SimdOrbExtractor::refine(int level, const Corner& corner) const {
   const Plane& contrast = levels_[level].detector.contrast();
   const uint8_t* at = contrast.row(corner.y) + corner.x;
   const ptrdiff_t down = contrast.stride();

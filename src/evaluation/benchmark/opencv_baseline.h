@@ -1,4 +1,4 @@
-// The peers: the same stages made of OpenCV's parts, as visual front ends are usually built, for the benchmark.
+// The OpenCV baseline of the benchmark: the same stages made of OpenCV's parts, as visual front ends usually are.
 #pragma once
 
 #include <string>
@@ -15,13 +15,13 @@ namespace gms_ransac {
 /// Above this cv::ORB cannot reach the number at its usual contrast, and 0 is asked for instead.
 constexpr int kFeaturesAtUsualContrast = 3000;
 
-cv::Ptr<cv::ORB> makeStockExtractor(int features);
+cv::Ptr<cv::ORB> makeBaselineExtractor(int features);
 /// FAST contrast, grey levels, for that number of features.
 int fastThreshold(int features);
 
 /// One of OpenCV's robust estimators. Threshold 1 px; RANSAC for a fundamental matrix with probability 0.99, for an
 /// essential one 0.9999; at most 1000 samples each.
-struct StockEstimator {
+struct BaselineEstimator {
   std::string name;
   ModelType model;      ///< fundamental or essential
   int method;           ///< cv::RANSAC, cv::USAC_...
@@ -29,11 +29,11 @@ struct StockEstimator {
 };
 
 /// Those that this OpenCV has (USAC since 4.5); without a calibrated camera only the fundamental ones.
-std::vector<StockEstimator> stockEstimators(bool calibrated);
+std::vector<BaselineEstimator> baselineEstimators(bool calibrated);
 
 /// Which of the matches fit; empty when there are too few or no model is found. `camera` undistorts for an essential
 /// matrix, and its pose is recovered, too. The order of `matches` is changed for a sorted estimator.
-std::vector<uint8_t> estimate(const StockEstimator& estimator, const std::vector<cv::KeyPoint>& reference,
+std::vector<uint8_t> estimate(const BaselineEstimator& estimator, const std::vector<cv::KeyPoint>& reference,
                               const std::vector<cv::KeyPoint>& current, const Camera& camera,
                               std::vector<cv::DMatch>& matches);
 

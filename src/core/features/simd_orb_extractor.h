@@ -14,9 +14,9 @@
 
 namespace gms_ransac {
 
-class FastExtractor : public FeatureExtractor {
+class SimdOrbExtractor : public FeatureExtractor {
  public:
-  explicit FastExtractor(const FeatureExtractorOptions& options);
+  explicit SimdOrbExtractor(const FeatureExtractorOptions& options);
   void extract(const cv::Mat& image, Features& features) override;
 
  private:

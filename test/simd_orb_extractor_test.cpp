@@ -1,5 +1,6 @@
-// The fast extractor against OpenCV piece by piece (corners, pyramid, angle, descriptor), and as its callers see it.
-#include "features/fast_extractor.h"
+// The package's extractor against OpenCV piece by piece (corners, pyramid, angle, descriptor), and as its callers see
+// it.
+#include "features/simd_orb_extractor.h"
 
 #include <algorithm>
 #include <cmath>
@@ -122,7 +123,7 @@ TEST_P(CornerDetection, FindsTheCornersAndResponsesOfCvFast) {
   }
 }
 
-TEST(FastExtractor, AngleAndDescriptorAreCvOrbsOnItsKeypoints) {
+TEST(SimdOrbExtractor, AngleAndDescriptorAreCvOrbsOnItsKeypoints) {
   for (const cv::Mat& image : images()) {
     for (double scale_factor : {1.2, 1.44, 2.0}) {
       const int kLevels = 5;
@@ -172,7 +173,7 @@ TEST(FastExtractor, AngleAndDescriptorAreCvOrbsOnItsKeypoints) {
   }
 }
 
-TEST(FastExtractor, BlurReachesEveryPixelThatATestMayRead) {
+TEST(SimdOrbExtractor, BlurReachesEveryPixelThatATestMayRead) {
   // Every corner alone, where a block, the ring of rows or the side of the image might cut it off, and a few together.
   const cv::Mat image = noise(194, 155, 8);  // two columns more than whole blocks
   cv::Mat expected;
@@ -214,10 +215,10 @@ cv::Point2f levelPosition(const cv::KeyPoint& keypoint, const Pyramid& pyramid) 
   return {std::round((keypoint.pt.x + 0.5f) / scale.x - 0.5f), std::round((keypoint.pt.y + 0.5f) / scale.y - 0.5f)};
 }
 
-TEST(FastExtractor, ItsDescriptorsAreCvOrbsAtTheSamePositionLevelAndAngle) {
+TEST(SimdOrbExtractor, ItsDescriptorsAreCvOrbsAtTheSamePositionLevelAndAngle) {
   const cv::Mat image = drawnScene(640, 480, 4);
   FeatureExtractorOptions options;
-  FastExtractor extractor(options);
+  SimdOrbExtractor extractor(options);
   Features features;
   extractor.extract(image, features);
   Pyramid pyramid(options.levels, options.scale_factor, 1, featureKernels(options.simd));
@@ -253,19 +254,19 @@ void expectSame(const Features& a, const Features& b) {
   }
 }
 
-TEST(FastExtractor, IsTheSameOnEveryInstructionSetAndNumberOfThreads) {
+TEST(SimdOrbExtractor, IsTheSameOnEveryInstructionSetAndNumberOfThreads) {
   for (const cv::Mat& image : images()) {
     for (int features : {50, 2000, 10000}) {
       FeatureExtractorOptions options;
       options.features = features;
       options.simd = SimdLevel::kScalar;
       Features expected;
-      FastExtractor(options).extract(image, expected);
+      SimdOrbExtractor(options).extract(image, expected);
       for (SimdLevel simd : supportedLevels()) {
         for (int threads : {1, 2, 3}) {
           options.simd = simd;
           options.threads = threads;
-          FastExtractor extractor(options);
+          SimdOrbExtractor extractor(options);
           Features found;
           extractor.extract(noise(100, 80, 5), found);
           extractor.extract(image, found);
@@ -276,9 +277,9 @@ TEST(FastExtractor, IsTheSameOnEveryInstructionSetAndNumberOfThreads) {
   }
 }
 
-TEST(FastExtractor, GivesAsManyAsAskedAndCoversTheImage) {
+TEST(SimdOrbExtractor, GivesAsManyAsAskedAndCoversTheImage) {
   FeatureExtractorOptions options;
-  FastExtractor extractor(options);
+  SimdOrbExtractor extractor(options);
   Features features;
   const cv::Mat image = drawnScene(640, 480, 6);
   extractor.extract(image, features);
@@ -290,7 +291,7 @@ TEST(FastExtractor, GivesAsManyAsAskedAndCoversTheImage) {
   EXPECT_EQ(cv::countNonZero(cells), static_cast<int>(cells.total()));
 }
 
-TEST(FastExtractor, LocatesACornerBetweenPixels) {
+TEST(SimdOrbExtractor, LocatesACornerBetweenPixels) {
   // A blob whose centre moves in steps of a quarter pixel: the keypoint on it must follow on every level.
   for (int step = 0; step < 8; ++step) {
     const double x0 = 160 + 0.25 * step, y0 = 120 - 0.25 * step;
@@ -302,7 +303,7 @@ TEST(FastExtractor, LocatesACornerBetweenPixels) {
       }
     }
     FeatureExtractorOptions options;
-    FastExtractor extractor(options);
+    SimdOrbExtractor extractor(options);
     Features features;
     extractor.extract(image, features);
     ASSERT_GT(features.size(), 0);
@@ -313,9 +314,9 @@ TEST(FastExtractor, LocatesACornerBetweenPixels) {
   }
 }
 
-TEST(FastExtractor, AnswersAsAFreshOneAfterImagesOfOtherSizes) {
+TEST(SimdOrbExtractor, AnswersAsAFreshOneAfterImagesOfOtherSizes) {
   const FeatureExtractorOptions options;
-  FastExtractor used(options);
+  SimdOrbExtractor used(options);
   cv::RNG random(11);
   for (int i = 0; i < 60; ++i) {
     // Few corners or many, and as many levels as the size allows.
@@ -324,7 +325,7 @@ TEST(FastExtractor, AnswersAsAFreshOneAfterImagesOfOtherSizes) {
     if (i % 3 > 0) cv::GaussianBlur(image, image, cv::Size(), i % 3 * 3.0);
     Features answer, expected;
     used.extract(image, answer);
-    FastExtractor(options).extract(image, expected);
+    SimdOrbExtractor(options).extract(image, expected);
     ASSERT_EQ(answer.size(), expected.size()) << i;
     for (int k = 0; k < answer.size(); ++k) {
       ASSERT_EQ(answer.keypoints[k].pt, expected.keypoints[k].pt) << i;
@@ -334,9 +335,9 @@ TEST(FastExtractor, AnswersAsAFreshOneAfterImagesOfOtherSizes) {
   }
 }
 
-TEST(FastExtractor, TakesImagesOfAnySizeAndContents) {
+TEST(SimdOrbExtractor, TakesImagesOfAnySizeAndContents) {
   FeatureExtractorOptions options;
-  FastExtractor extractor(options);
+  SimdOrbExtractor extractor(options);
   Features features;
   const cv::Mat whole = noise(700, 300, 7);
   for (cv::Size size : {cv::Size(1, 1), cv::Size(700, 1), cv::Size(1, 300), cv::Size(36, 36), cv::Size(37, 37),

@@ -1,4 +1,4 @@
-#include "benchmark/stock_chain.h"
+#include "benchmark/opencv_baseline.h"
 
 #include <algorithm>
 
@@ -19,12 +19,12 @@ constexpr int kUsualContrast = 20;  ///< cv::ORB's default, grey levels
 
 int fastThreshold(int features) { return features > kFeaturesAtUsualContrast ? 0 : kUsualContrast; }
 
-cv::Ptr<cv::ORB> makeStockExtractor(int features) {
+cv::Ptr<cv::ORB> makeBaselineExtractor(int features) {
   return cv::ORB::create(features, 1.2f, 8, 31, 0, 2, cv::ORB::HARRIS_SCORE, 31, fastThreshold(features));
 }
 
-std::vector<StockEstimator> stockEstimators(bool calibrated) {
-  std::vector<StockEstimator> all = {{"cv::findFundamentalMat RANSAC", ModelType::kFundamental, cv::FM_RANSAC}};
+std::vector<BaselineEstimator> baselineEstimators(bool calibrated) {
+  std::vector<BaselineEstimator> all = {{"cv::findFundamentalMat RANSAC", ModelType::kFundamental, cv::FM_RANSAC}};
   if (calibrated) all.insert(all.begin(), {"cv::findEssentialMat RANSAC", ModelType::kEssential, cv::RANSAC});
 #if CV_VERSION_MAJOR > 4 || CV_VERSION_MINOR >= 5
   const ModelType model = calibrated ? ModelType::kEssential : ModelType::kFundamental;
@@ -35,7 +35,7 @@ std::vector<StockEstimator> stockEstimators(bool calibrated) {
   return all;
 }
 
-std::vector<uint8_t> estimate(const StockEstimator& estimator, const std::vector<cv::KeyPoint>& reference,
+std::vector<uint8_t> estimate(const BaselineEstimator& estimator, const std::vector<cv::KeyPoint>& reference,
                               const std::vector<cv::KeyPoint>& current, const Camera& camera,
                               std::vector<cv::DMatch>& matches) {
   if (estimator.sorted) std::stable_sort(matches.begin(), matches.end());
@@ -62,7 +62,7 @@ std::vector<uint8_t> estimate(const StockEstimator& estimator, const std::vector
       if (F.empty()) return {};
     }
   } catch (const cv::Exception&) {
-    return {};  // degenerate input is a failure of the peer, not of the benchmark
+    return {};  // degenerate input is a failure of the baseline, not of the benchmark
   }
   return inlier;
 }

@@ -1,5 +1,5 @@
-// Everything a table of residual kernels answers, as numbers to compare. Free of Eigen and of a test framework, so that
-// it can be cross-compiled.
+// Everything a table of residual kernels computes, as numbers to compare. Free of Eigen and of a test framework, so
+// that it can be cross-compiled.
 #pragma once
 
 #include <random>
@@ -9,7 +9,7 @@
 
 namespace gms_ransac {
 
-inline std::vector<float> allAnswers(const ResidualKernels& kernels, const PointColumnsView& points,
+inline std::vector<float> allResults(const ResidualKernels& kernels, const PointColumnsView& points,
                                      const PoseParameters& pose, const float (&H)[9], const float (&G)[9]) {
   float D[8][9];
   std::mt19937 generator(5);
@@ -17,18 +17,18 @@ inline std::vector<float> allAnswers(const ResidualKernels& kernels, const Point
   for (auto& row : D) {
     for (float& entry : row) entry = uniform(generator);
   }
-  std::vector<float> answers;
-  const auto add = [&answers](const auto& values) {
+  std::vector<float> results;
+  const auto add = [&results](const auto& values) {
     const auto* first = reinterpret_cast<const float*>(&values);
-    answers.insert(answers.end(), first, first + sizeof(values) / sizeof(float));
+    results.insert(results.end(), first, first + sizeof(values) / sizeof(float));
   };
   const ParallaxPrior prior = {0.03f, 0.05f};
   for (float bound : {1e9f, 0.3f * static_cast<float>(points.count)}) {
-    Score score;
+    HypothesisScore score;
     const auto addScore = [&] {
       add(score.cost);
-      answers.push_back(static_cast<float>(score.inliers));
-      answers.push_back(static_cast<float>(score.evaluated));
+      results.push_back(static_cast<float>(score.inliers));
+      results.push_back(static_cast<float>(score.evaluated));
     };
     kernels.scoreEpipolar(points, pose.E, bound, score);
     addScore();
@@ -53,12 +53,12 @@ inline std::vector<float> allAnswers(const ResidualKernels& kernels, const Point
   }
   std::vector<float> e(static_cast<size_t>(points.size));
   kernels.epipolarResiduals(points, pose.E, e.data());
-  answers.insert(answers.end(), e.begin(), e.begin() + points.count);
+  results.insert(results.end(), e.begin(), e.begin() + points.count);
   kernels.poseResiduals(points, pose, e.data());
-  answers.insert(answers.end(), e.begin(), e.begin() + points.count);
+  results.insert(results.end(), e.begin(), e.begin() + points.count);
   kernels.transferResiduals(points, H, e.data());
-  answers.insert(answers.end(), e.begin(), e.begin() + points.count);
-  return answers;
+  results.insert(results.end(), e.begin(), e.begin() + points.count);
+  return results;
 }
 
 }  // namespace gms_ransac

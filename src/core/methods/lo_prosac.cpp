@@ -1,9 +1,10 @@
-// `fast`, ours: GMS weighed with descriptors, starts without samples, spread samples of the most distinctive matches
-// first, local optimisation, and two refinements. What was chosen and what it was measured on: doc/estimator.md.
+// `lo_prosac`, ours: GMS weighed with descriptors, starts without samples, spread samples of the most distinctive
+// matches first (PROSAC), local optimisation (LO-RANSAC), and two refinements. The growth of the prefix, its stop and
+// the starts are neither paper's. What was chosen and what it was measured on: doc/estimator.md.
 #include <utility>
 #include <vector>
 
-#include "gms/method_settings.h"
+#include "gms/presets.h"
 #include "judgement/plane_motion.h"
 #include "judgement/pose_judge.h"
 #include "methods/ransac_method.h"
@@ -25,9 +26,9 @@ constexpr Loss kLoss = {4, 1};
 constexpr int kLocalIterations = 2;
 constexpr int kFinalIterations = 10;
 
-class Fast : public RansacMethod {
+class LoProsac : public RansacMethod {
  public:
-  explicit Fast(const MatchFilterOptions& options)
+  explicit LoProsac(const MatchFilterOptions& options)
       : RansacMethod(options), gms_(evidenceSettings(options.motion_statistics)), judge_(kernels_) {}
 
   void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
@@ -139,9 +140,9 @@ class Fast : public RansacMethod {
 
 }  // namespace
 
-const MethodEntry kFast = {
-    "fast", "this package",
+const MethodEntry kLoProsac = {
+    "lo_prosac", "this package",
     "GMS, starts from all directions of translation, spread samples of the most distinctive first, refinement", true,
-    &make<Fast>};
+    &make<LoProsac>};
 
 }  // namespace gms_ransac
