@@ -15,10 +15,11 @@ except ImportError:
     sys.exit("trust_report.py: numpy is missing; install python3-numpy")
 
 Z95 = 1.959964  # two-sided 95 % of a normal distribution
+ENOUGH = 20  # answers of one set or scene, for a share of them to mean something
 BEGIN, END = "<!-- begin of the tables -->", "<!-- end of the tables -->"
 FILES = ("trust.csv", "risk_coverage.csv", "risk_coverage.png", "reliability.csv", "reliability.png")
 AXES = ("rx", "ry", "rz")
-TITLES = {"set": "Sets of images", "drawn": "Drawn scenes"}
+TITLES = {"real": "Real images", "rendered": "Rendered scenes", "drawn": "Drawn scenes"}
 
 
 def wilson(events, trials):
@@ -165,14 +166,14 @@ def detail_table(rows):
 
 def summary_table(kinds, details):
     """One line for each kind of input and method; with both halves of the pairs, and the worst line of the details."""
-    head = ["", "method", "pairs", "OK", "OK and wrong", "even pairs", "odd pairs", "most in a row of it",
+    head = ["", "method", "pairs", "OK", "OK and wrong", "even pairs", "odd pairs", "worst line of %d OK or more" % ENOUGH,
             "refused though right", "NEES rotation", "NEES direction", "ECE"]
     lines = []
     for (kind, method), answers in kinds.items():
         row = figures(answers)
         halves = [wrong_cell(figures([a for a in answers if a.half == half])) for half in (0, 1)]
-        worst = max((r["wrong_percent"], name) for (name, m), r in details[kind].items()
-                    if m == method and r["ok"]) if row["ok"] else None
+        worst = max(((r["wrong_percent"], name) for (name, m), r in details[kind].items()
+                     if m == method and r["ok"] >= ENOUGH), default=None)
         lines.append([kind, method, number(row["pairs"]), number(row["ok"]), wrong_cell(row)] + halves +
                      ["%.0f %% %s" % worst if worst else "–", refused_cell(row), nees_cell(row, "rotation"),
                       nees_cell(row, "direction"), number(row["ece"], 3)])

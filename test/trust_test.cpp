@@ -35,7 +35,7 @@ RobustResult answer(const Matrix3d& R, const Vector3d& t) {
 
 TrustRow row(Status status, const RobustResult& result, const PoseTruth& truth) {
   TrustContext context;
-  context.kind = "set";
+  context.kind = "real";
   context.status = status;
   return makeTrustRow(context, result, &truth, Reliability());
 }
@@ -43,7 +43,7 @@ TrustRow row(Status status, const RobustResult& result, const PoseTruth& truth) 
 PoseTruth forward(double metres) {
   PoseTruth truth;
   truth.pose.translation() = Vector3d(0, 0, metres);
-  truth.limits = kDrawnLimits;
+  truth.limits = kExactLimits;
   return truth;
 }
 

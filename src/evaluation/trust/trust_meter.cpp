@@ -29,7 +29,8 @@ Reliability reliabilityOf(const Answer& answer, const TruthNoise& noise) {
 
 TrustRow rowOf(const Answer& answer, const std::string& set, const TruthNoise& noise) {
   TrustContext context;
-  context.kind = "set";
+  const bool exact = noise.rotation == 0 && noise.translation == 0;
+  context.kind = exact ? "rendered" : "real";
   context.set = set;
   context.gap = answer.context.gap;
   context.pair = answer.context.reference + ' ' + answer.context.current;
@@ -38,7 +39,7 @@ TrustRow rowOf(const Answer& answer, const std::string& set, const TruthNoise& n
   context.survivors = answer.result.matches_gms;
   PoseTruth truth;
   truth.noise = noise;
-  if (noise.rotation == 0 && noise.translation == 0) truth.limits = kDrawnLimits;
+  if (exact) truth.limits = kExactLimits;
   const bool known = answer.truth.currentInReference().has_value();
   if (known) truth.pose = *answer.truth.currentInReference();
   return makeTrustRow(context, answer.result.robust, known ? &truth : nullptr, reliabilityOf(answer, noise));
@@ -87,7 +88,7 @@ json measureScene(const TrustPlan& plan, const TrustUnit& unit) {
   for (int i = unit.first; i < unit.first + unit.count; ++i) {
     const TwoViewScene scene = drawPair(*drawn, i);
     PoseTruth truth;
-    truth.limits = kDrawnLimits;
+    truth.limits = kExactLimits;
     truth.pose.linear() = scene.R.transpose();
     truth.pose.translation() = -scene.R.transpose() * scene.t;
     for (size_t m = 0; m < methods.size(); ++m) {

@@ -16,7 +16,7 @@ namespace gms_ransac {
 struct ErrorLimits {
   double rotation, direction;
 };
-constexpr ErrorLimits kDrawnLimits = {1, 20};  ///< where the truth is exact
+constexpr ErrorLimits kExactLimits = {1, 20};  ///< where the truth is exact
 constexpr ErrorLimits kRealLimits = {3, 30};   ///< where it has noise of its own
 
 /// The true motion of a pair, current_in_reference.
@@ -58,7 +58,7 @@ struct Reliability {
 using TrustRow = nlohmann::json;
 
 struct TrustContext {
-  const char* kind;  ///< "set" or "drawn"
+  const char* kind;  ///< "real", "rendered" or "drawn"
   std::string set, pair, method;
   int gap = 0;  ///< 0: drawn, or a listed pair
   Status status = Status::kOk;
