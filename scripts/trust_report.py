@@ -71,6 +71,7 @@ class Answer:
         real = lambda key: float(row[key]) if row[key] else math.nan  # noqa: E731
         self.kind, self.set, self.gap, self.method = row["kind"], row["set"], int(row["gap"]), row["method"]
         self.half = number % 2
+        self.key = (row["kind"], row["set"], row["gap"], row["pair"], row["method"])
         self.has_truth, self.moved = row["has_truth"] == "1", row["moved"] == "1"
         self.right, self.wrong = row["right"] == "1", row["wrong"] == "1"
         self.ok, self.low = row["status"] == "OK", row["status"] == "LOW_PARALLAX"
@@ -184,6 +185,21 @@ def name_of(answer):
     return answer.set + (", gap %d" % answer.gap if answer.gap else "")
 
 
+def kept_table(answers, before):
+    """Of the answers that were OK and right in an earlier folder, those that still are."""
+    now = {answer.key: answer for answer in answers}
+    lines = []
+    for (kind, method), earlier in groups(before, lambda a: (a.kind, a.method)).items():
+        good = [a for a in earlier if a.ok and a.has_truth and not a.wrong and a.key in now]
+        kept = [a for a in good if now[a.key].ok and not now[a.key].wrong]
+        lost = groups([a for a in good if not (now[a.key].ok and not now[a.key].wrong)], name_of)
+        most = sorted(lost.items(), key=lambda item: -len(item[1]))[:3]
+        if good:
+            lines.append([kind, method, "%d of %d (%.1f %%)" % (len(kept), len(good), 100 * len(kept) / len(good)),
+                          "; ".join("%s: %d" % (name, len(group)) for name, group in most) or "–"])
+    return markdown(["", "method", "still OK and right", "most lost"], lines)
+
+
 def write_csv(path, head, rows):
     with open(path, "w", newline="") as stream:
         writer = csv.writer(stream)
@@ -191,7 +207,7 @@ def write_csv(path, head, rows):
         writer.writerows(rows)
 
 
-def write_tables(folder, answers, methods):
+def write_tables(folder, answers, methods, before):
     """trust.md, trust.csv; returns the Markdown."""
     details = OrderedDict()
     for kind, part in groups(answers, lambda a: a.kind).items():
@@ -202,6 +218,8 @@ def write_tables(folder, answers, methods):
               [[kind, name, method] + ["" if isinstance(v, float) and math.isnan(v) else v for v in row.values()]
                for kind, rows in details.items() for (name, method), row in rows.items()])
     text = "### All\n\n" + summary_table(groups(answers, lambda a: (a.kind, a.method)), details)
+    if before:
+        text += "### Of what was OK and right before\n\n" + kept_table(answers, before)
     for kind, rows in details.items():
         rows = OrderedDict((key, row) for key, row in rows.items() if not methods or key[1] in methods)
         text += "### %s\n\n" % TITLES[kind] + detail_table(rows)
@@ -279,13 +297,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", help="of evaluate trust")
     parser.add_argument("--detail", default="", help="methods, with commas, that get a line for each set and scene; all")
+    parser.add_argument("--before", help="an earlier folder of the same pairs: how many of its right answers are kept")
     parser.add_argument("--into", help="document whose marked tables are replaced")
     arguments = parser.parse_args()
     try:
         answers = read(arguments.folder)
         if not answers:
             sys.exit("trust_report.py: %s/pairs.csv holds no answer" % arguments.folder)
-        tables = write_tables(arguments.folder, answers, [m for m in arguments.detail.split(",") if m])
+        tables = write_tables(arguments.folder, answers, [m for m in arguments.detail.split(",") if m],
+                              read(arguments.before) if arguments.before else [])
         plot_all(arguments.folder, *write_curves(arguments.folder, answers))
         if arguments.into:
             insert(arguments.into, tables, arguments.folder)

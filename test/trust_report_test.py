@@ -51,6 +51,15 @@ class Statistics(unittest.TestCase):
         np.testing.assert_allclose(coverage, [1 / 3, 2 / 3])
         np.testing.assert_allclose(risk, [0, 1 / 2])
 
+    def test_what_was_right_before(self):
+        def answer(pair, ok, wrong=False):
+            return SimpleNamespace(key=pair, kind="drawn", method="m", set="s", gap=0, has_truth=True, ok=ok, wrong=wrong)
+
+        before = [answer(1, True), answer(2, True), answer(3, True, wrong=True), answer(4, False)]
+        now = [answer(1, True), answer(2, False), answer(3, False), answer(4, True)]
+        table = report.kept_table(now, before)
+        self.assertIn("| drawn | m | 1 of 2 (50.0 %) | s: 1 |", table)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -233,15 +233,18 @@ void addWrongCalibration(Scenes& scenes) {
 
 void addMovers(Scenes& scenes) {
   for (const CameraMotion& camera : kCameraMotions) {
-    for (const int percent : {10, 20, 30, 40, 60}) {
-      scenes.push_back(scene(
-          "body_" + std::to_string(percent) + "_" + camera.name,
-          std::string("camera ") + camera.summary + ", a body moves on " + std::to_string(percent) + " % of the view",
-          [percent, set = camera.set](Options& o, Random& random) {
-            set(o, random);
-            o.bodies.push_back(mover(percent / 100., random));
-          }));
-    }
+    const std::string sight = std::string("camera ") + camera.summary + ", a body moves on ";
+    const auto add = [&](int percent, double sigma, const std::string& suffix) {
+      scenes.push_back(scene("body_" + std::to_string(percent) + "_" + camera.name + suffix,
+                             sight + std::to_string(percent) + " % of the view, noise " + text(sigma) + " px",
+                             [percent, sigma, set = camera.set](Options& o, Random& random) {
+                               set(o, random);
+                               o.noise_px = sigma;
+                               o.bodies.push_back(mover(percent / 100., random));
+                             }));
+    };
+    for (const int percent : {10, 20, 30, 40, 60}) add(percent, 0.3, "");
+    add(40, 1, "_noise_1");
     scenes.push_back(scene(std::string("crowd_") + camera.name,
                            std::string("camera ") + camera.summary + ", twelve movers of 3 % of the view each",
                            [set = camera.set](Options& o, Random& random) {
