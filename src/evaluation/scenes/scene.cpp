@@ -185,7 +185,7 @@ Scene::Scene(const SceneOptions& options) : options_(options) {
                          kMoverWidth,
                          kMoverHeight,
                          1,
-                         TextureStyle::kCollage,
+                         TextureStyle::kBricks,
                          {1, 1, 1},
                          0.004};
   surfaces_.insert(surfaces_.end(), static_cast<size_t>(options_.movers), mover);
