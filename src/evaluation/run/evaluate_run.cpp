@@ -95,7 +95,8 @@ int evaluateRun(const Arguments& arguments) {
   {
     Progress progress("evaluating pair", static_cast<int>(pairs.size()));
     for (const DatasetPair& pair : pairs) {
-      experiment.run(pair, [&](const Record& record) {
+      experiment.run(pair, [&](const Answer& answer) {
+        const Record record = makeRecord(answer.context, answer.reference, answer.current, answer.result, answer.truth);
         if (records) *records << toJsonLine(record) << '\n';
         outcomes[record.context.method].push_back(outcomeOf(record));
       });

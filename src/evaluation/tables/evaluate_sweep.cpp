@@ -10,7 +10,7 @@
 #include "run/evaluate_commands.h"
 #include "run/pipeline_options.h"
 #include "tables/outlier_sweep.h"
-#include "tables/tables_folder.h"
+#include "tables/tables_report.h"
 
 namespace gms_ransac {
 

@@ -1,8 +1,6 @@
 #include "tables/tables_json.h"
 
-#include <nlohmann/json.hpp>
-
-#include "gms_ransac/parameter.h"
+#include "run/options_json.h"
 
 namespace gms_ransac {
 
@@ -67,42 +65,27 @@ Measurement measurementFromJson(const json& line) {
 }  // namespace
 
 std::string planText(const TablesPlan& plan) {
-  json options;
-  for (const auto& [name, value] : parametersOf(plan.base)) {
-    std::visit([&json_value = options[name]](const auto& typed) { json_value = typed; }, value);
-  }
-  const json text = {{"sequences", plan.sequences}, {"gap", plan.gap},
-                     {"pairs", plan.pairs},         {"repeats", plan.repeats},
-                     {"presets", plan.presets},     {"ratios", plan.ratios},
-                     {"methods", plan.methods},     {"threads", plan.base.extractor.threads},
-                     {"options", options}};
+  const json text = {{"sequences", plan.sequences},
+                     {"gap", plan.gap},
+                     {"pairs", plan.pairs},
+                     {"repeats", plan.repeats},
+                     {"presets", plan.presets},
+                     {"ratios", plan.ratios},
+                     {"methods", plan.methods},
+                     {"threads", plan.base.extractor.threads},
+                     {"options", optionsJson(plan.base)}};
   return text.dump();
 }
 
-std::optional<std::string> planFrom(const std::string& text) {
-  const json plan = json::parse(text, nullptr, false);
-  if (plan.is_discarded()) return std::nullopt;
-  return plan.dump();
-}
-
-std::string planForReading(const std::string& plan) { return json::parse(plan).dump(1); }
-
-std::string unitLine(int unit, const std::vector<Measurement>& measurements) {
+std::string runsText(const std::vector<Measurement>& measurements) {
   json runs = json::array();
   for (const Measurement& measurement : measurements) runs.push_back(toJson(measurement));
-  return json{{"unit", unit}, {"runs", runs}}.dump();
+  return runs.dump();
 }
 
-std::optional<int> unitOf(const std::string& line) {
-  const json entry = json::parse(line, nullptr, false);
-  if (entry.is_discarded() || !entry.is_object()) return std::nullopt;
-  return entry.at("unit").get<int>();
-}
-
-std::vector<Measurement> measurementsOf(const std::string& line) {
+std::vector<Measurement> measurementsOf(const std::string& runs) {
   std::vector<Measurement> measurements;
-  const json unit = json::parse(line);
-  for (const json& run : unit.at("runs")) measurements.push_back(measurementFromJson(run));
+  for (const json& run : json::parse(runs)) measurements.push_back(measurementFromJson(run));
   return measurements;
 }
 
