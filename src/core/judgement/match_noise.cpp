@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Core>
 
@@ -11,6 +12,7 @@ namespace gms_ransac {
 namespace {
 
 constexpr int kIterations = 8;
+constexpr double kSettled = 1e-3;  ///< relative step of sigma, far below what it is known to
 constexpr double kFirstSigma = 0.5, kFirstShare = 0.8;
 constexpr double kSmallestSigma = 0.02;  ///< coordinates are rounded to about that
 constexpr double kLargestShare = 1 - 1e-3;
@@ -90,7 +92,8 @@ void MatchNoise::fit(int count) {
     const auto right = static_cast<double>(probability.sum());
     const auto squares = static_cast<double>((probability * e).sum());
     if (!(right > 0)) break;
-    sigma_ = std::max(kSmallestSigma, std::sqrt(squares / right));
+    const double last = std::exchange(sigma_, std::max(kSmallestSigma, std::sqrt(squares / right)));
+    if (std::abs(sigma_ - last) < kSettled * sigma_) break;
     share = std::min(right / static_cast<double>(within), kLargestShare);
   }
   probabilities_.assign(static_cast<size_t>(count), 0.f);
