@@ -46,7 +46,7 @@ constexpr int kShifts = 7;       ///< of one image
 constexpr float kTiny = 1e-18f;  ///< keeps 0 / 0 out of padding and of matches at both epipoles
 constexpr int kCells = kSpreadGridSide * kSpreadGridSide;
 static_assert(kCells % kLanesAtOnce == 0, "whole steps of lanes");
-constexpr int kOfPose = 5, kOfShifts = 3;  ///< parameters; of a turn by the rows
+constexpr int kOfPose = 5, kOfRows = 3;  ///< parameters of the pose, and of a turn by the rows
 
 /// What a small step of each of the parameters does to a residual through the point (x, y) of the normalised image
 /// plane: a focal length, a principal point (x, y), a radial distortion, turns about x, y and z by y radians. (a, b):
@@ -104,17 +104,20 @@ class Derivatives {
     const Lanes a2 = unit * (line2.x - k * (E_(0, 0) * line1.x + E_(0, 1) * line1.y));
     const Lanes b2 = unit * (line2.y - k * (E_(1, 0) * line1.x + E_(1, 1) * line1.y));
     const Lanes share = residual / (a1 * a1 + b1 * b1 + a2 * a2 + b2 * b2 + kTiny);
-    const Shifts shifts1(a1, b1, p.x, p.y, share), shifts2(a2, b2, q.x, q.y, share);
-    float* unmodelled = J + kOfPose * stride;
-    for (int m = 0; m < kRowsReference; ++m) lanes(unmodelled + m * stride) = shifts1.effect[m] + shifts2.effect[m];
-    for (int m = 0; m < kOfShifts; ++m) {
-      lanes(unmodelled + (kRowsReference + m) * stride) = shifts1.effect[kRowsReference + m];
-      lanes(unmodelled + (kRowsCurrent + m) * stride) = shifts2.effect[kRowsReference + m];
-    }
+    putShifts(Shifts(a1, b1, p.x, p.y, share), Shifts(a2, b2, q.x, q.y, share), J + kOfPose * stride, stride);
     return residual;
   }
 
  private:
+  /// What the camera gets wrong moves the points of both images alike, but for the turns while their rows are read.
+  static void putShifts(const Shifts& reference, const Shifts& current, float* J, int stride) {
+    for (int m = 0; m < kRowsReference; ++m) lanes(J + m * stride) = reference.effect[m] + current.effect[m];
+    for (int m = 0; m < kOfRows; ++m) {
+      lanes(J + (kRowsReference + m) * stride) = reference.effect[kRowsReference + m];
+      lanes(J + (kRowsCurrent + m) * stride) = current.effect[kRowsReference + m];
+    }
+  }
+
   Eigen::Matrix3f R_, E_, Et_;
   VectorLanes t_, basis_[2];
 };
