@@ -42,11 +42,15 @@ class MatchNoise {
 
   void weighParallaxes(int count, float reach);
   void fit(int count);
+  /// Gathers the matches whose residuals lie within the window.
+  void collect(int count);
 
   double sigma_ = 1;
   std::vector<float> residuals_, parallaxes_, probabilities_;
   std::vector<float> odds_;  ///< how much likelier the parallax is for a wrong match
   std::vector<float> octaves_;
+  std::vector<int> within_;                                             ///< columns within the window
+  std::vector<float> near_residuals_, near_odds_, near_probabilities_;  ///< theirs
 };
 
 }  // namespace gms_ransac

@@ -59,22 +59,27 @@ void PoseJudge::measureNoise(const TwoViewPose& pose, Effort& effort) {
 void PoseJudge::refine(TwoViewPose& pose, Effort& effort) {
   measureNoise(pose, effort);
   const Loss loss = noise_.loss();
-  plausible_.resize(view_.count);
-  int dropped = 0;
-  for (int i = 0; i < view_.count; ++i) {
-    plausible_.x1()[i] = view_.x1[i];
-    plausible_.y1()[i] = view_.y1[i];
-    plausible_.x2()[i] = view_.x2[i];
-    plausible_.y2()[i] = view_.y2[i];
-    const bool plausible = noise_.plausible(i);
-    plausible_.weight()[i] = plausible ? view_.weight[i] : 0;
-    dropped += !plausible && noise_.residuals()[static_cast<size_t>(i)] < loss.cut;
-  }
-  const bool at_optimum = dropped == 0 && loss.inverse_softness == 1;
-  if (at_optimum) return;
+  if (loss.inverse_softness == 1 && !weighsImplausible(loss.cut)) return;  // it is at the optimum
+  keepPlausible();
   const int passes = PoseModel(kernels_, plausible_.view()).refine(loss, kIterations, pose, kEnough);
   effort.point_evaluations += static_cast<int64_t>(view_.count) * passes;
   measureNoise(pose, effort);
+}
+
+bool PoseJudge::weighsImplausible(float cut) const {
+  for (int i = 0; i < view_.count; ++i) {
+    if (noise_.residuals()[static_cast<size_t>(i)] < cut && !noise_.plausible(i)) return true;
+  }
+  return false;
+}
+
+void PoseJudge::keepPlausible() {
+  plausible_.resize(view_.count);
+  std::copy_n(view_.x1, view_.count, plausible_.x1());
+  std::copy_n(view_.y1, view_.count, plausible_.y1());
+  std::copy_n(view_.x2, view_.count, plausible_.x2());
+  std::copy_n(view_.y2, view_.count, plausible_.y2());
+  for (int i = 0; i < view_.count; ++i) plausible_.weight()[i] = noise_.plausible(i) ? view_.weight[i] : 0;
 }
 
 void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,

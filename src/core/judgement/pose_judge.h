@@ -39,6 +39,10 @@ class PoseJudge {
 
  private:
   void measureNoise(const TwoViewPose& pose, Effort& effort);
+  /// Whether a loss with that cut gives weight to an implausible match.
+  bool weighsImplausible(float cut) const;
+  /// Fills plausible_ with the matches, the implausible ones without weight.
+  void keepPlausible();
   /// Fits the best rotation alone, with the parallax that it leaves the inliers.
   RotationOnly fitRotation(const TwoViewPose& start, RobustResult& result);
   /// Puts the pose between `optimum` and `preferred` into the result, with its covariance.

@@ -7,6 +7,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "judgement/lanes.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -40,22 +42,85 @@ constexpr TestedTogether kTests[] = {{CameraParameter::kFocalLength, kFocalLengt
 constexpr double kFirstDoubt = 0.5, kFullDoubt = 0.9;
 constexpr double kLeastCurvature = 0.05;  ///< of the loss, of 1 at its bottom
 
-constexpr int kShifts = 7;  ///< of one image
+constexpr int kShifts = 7;       ///< of one image
+constexpr float kTiny = 1e-18f;  ///< keeps 0 / 0 out of padding and of matches at both epipoles
+constexpr int kCells = kSpreadGridSide * kSpreadGridSide;
+static_assert(kCells % kLanesAtOnce == 0, "whole steps of lanes");
+constexpr int kOfPose = 5, kOfRows = 3;  ///< parameters of the pose, and of a turn by the rows
 
-/// What a small step of each of the parameters does to a residual through the point `q` of the normalised image plane:
-/// a focal length, a principal point (x, y), a radial distortion, turns about x, y and z by y radians. `n`: derivative
-/// of the residual by the point; `share`: residual over the squared length of both such derivatives, because a shift
-/// that stretches the image stretches its noise. Derived in doc/uncertainty.md.
-Eigen::Matrix<double, kShifts, 1> byShifts(const Eigen::Vector2d& n, const Eigen::Vector2d& q, double share) {
-  const double x = q.x(), y = q.y(), a = n.x(), b = n.y();
-  const double aa = a * a, ab = a * b, bb = b * b, along = a * x + b * y, squared = x * x + y * y;
-  Eigen::Matrix<double, kShifts, 1> effect;
-  effect << -along + share * (aa + bb), -a, -b, squared * along - share * (squared * (aa + bb) + 2 * along * along),
-      -y * (a * x * y + b * (1 + y * y)) + share * (aa * y * y + 2 * ab * x * y + bb * (1 + 3 * y * y)),
-      y * (a * (1 + x * x) + b * x * y) - share * (2 * (aa + bb) * x * y + ab * (1 + squared)),
-      y * (b * x - a * y) - share * (bb * x - ab * y);
-  return effect;
-}
+/// What a small step of each of the parameters does to a residual through the point (x, y) of the normalised image
+/// plane: a focal length, a principal point (x, y), a radial distortion, turns about x, y and z by y radians. (a, b):
+/// derivative of the residual by the point; `share`: residual over the squared length of both such derivatives, because
+/// a shift that stretches the image stretches its noise. Derived in doc/uncertainty.md.
+struct Shifts {
+  Lanes effect[kShifts];
+
+  Shifts(const Lanes& a, const Lanes& b, const Lanes& x, const Lanes& y, const Lanes& share) {
+    const Lanes aa = a * a, ab = a * b, bb = b * b, both = aa + bb;
+    const Lanes xx = x * x, xy = x * y, yy = y * y, along = a * x + b * y, squared = xx + yy;
+    effect[0] = share * both - along;
+    effect[1] = -a;
+    effect[2] = -b;
+    effect[3] = squared * along - share * (squared * both + 2 * along * along);
+    effect[4] = share * (aa * yy + 2 * ab * xy + bb * (1 + 3 * yy)) - y * (a * xy + b * (1 + yy));
+    effect[5] = y * (a * (1 + xx) + b * xy) - share * (2 * both * xy + ab * (1 + squared));
+    effect[6] = y * (b * x - a * y) - share * (bb * x - ab * y);
+  }
+};
+
+/// Derivatives of the signed residual of matches, and that residual.
+class Derivatives {
+ public:
+  explicit Derivatives(const TwoViewPose& pose)
+      : R_(pose.R.cast<float>()), E_(pose.essential().cast<float>()), Et_(E_.transpose()), t_(pose.t.cast<float>()) {
+    Eigen::Vector3d basis[2];
+    PoseModel::tangent(pose.t, basis);
+    for (int i = 0; i < 2; ++i) basis_[i] = VectorLanes(basis[i].cast<float>());
+  }
+
+  /// Of the matches from column `i` on: each parameter into a column of its own, `stride` apart.
+  Lanes write(const PointColumnsView& points, int i, float* J, int stride) const {
+    // doc/residual_kernels.md: value C, squared gradient N, k = C / N; here divided by sqrt(N / w).
+    const VectorLanes p(points.x1 + i, points.y1 + i), q(points.x2 + i, points.y2 + i);
+    const VectorLanes turned = R_ * p, line2 = E_ * p, line1 = Et_ * q;
+    const Lanes N = line2.x * line2.x + line2.y * line2.y + line1.x * line1.x + line1.y * line1.y + kTiny;
+    const Lanes unit = (lanes(points.weight + i) / N).sqrt(), C = dot(q, line2), k = C / N, residual = unit * C;
+
+    // d(rho) = <G, dE> with G = q' p^T - q c^T.
+    const VectorLanes q_moved(q.x - k * line2.x, q.y - k * line2.y, q.z);
+    const VectorLanes c_moved = k * (R_ * VectorLanes(line1.x, line1.y, Lanes::Zero()));
+    // dE = [t]x [w]x R and [step]x R.
+    const VectorLanes by_w = cross(turned, cross(q_moved, t_)) - cross(c_moved, cross(q, t_));
+    const VectorLanes by_t = cross(turned, q_moved) - cross(c_moved, q);
+    const auto put = [&](int parameter, const Lanes& derivative) { lanes(J + parameter * stride) = derivative; };
+    put(0, unit * by_w.x);
+    put(1, unit * by_w.y);
+    put(2, unit * by_w.z);
+    for (int step = 0; step < 2; ++step) put(3 + step, unit * dot(basis_[step], by_t));
+
+    // Gradients by the two points, whose noise a shift stretches as well.
+    const Lanes a1 = unit * (line1.x - k * (E_(0, 0) * line2.x + E_(1, 0) * line2.y));
+    const Lanes b1 = unit * (line1.y - k * (E_(0, 1) * line2.x + E_(1, 1) * line2.y));
+    const Lanes a2 = unit * (line2.x - k * (E_(0, 0) * line1.x + E_(0, 1) * line1.y));
+    const Lanes b2 = unit * (line2.y - k * (E_(1, 0) * line1.x + E_(1, 1) * line1.y));
+    const Lanes share = residual / (a1 * a1 + b1 * b1 + a2 * a2 + b2 * b2 + kTiny);
+    putShifts(Shifts(a1, b1, p.x, p.y, share), Shifts(a2, b2, q.x, q.y, share), J + kOfPose * stride, stride);
+    return residual;
+  }
+
+ private:
+  /// What the camera gets wrong moves the points of both images alike, but for the turns while their rows are read.
+  static void putShifts(const Shifts& reference, const Shifts& current, float* J, int stride) {
+    for (int m = 0; m < kRowsReference; ++m) lanes(J + m * stride) = reference.effect[m] + current.effect[m];
+    for (int m = 0; m < kOfRows; ++m) {
+      lanes(J + (kRowsReference + m) * stride) = reference.effect[kRowsReference + m];
+      lanes(J + (kRowsCurrent + m) * stride) = current.effect[kRowsReference + m];
+    }
+  }
+
+  Eigen::Matrix3f R_, E_, Et_;
+  VectorLanes t_, basis_[2];
+};
 
 }  // namespace
 
@@ -65,74 +130,63 @@ double PoseSpread::directionSigma() const {
   return std::sqrt(half_trace + std::sqrt(std::max(0.0, half_trace * half_trace - direction.determinant())));
 }
 
-PoseUncertainty::Row PoseUncertainty::jacobian(const PointColumnsView& points, int column, const TwoViewPose& pose,
-                                               const Eigen::Matrix3d& E, const Eigen::Vector3d (&basis)[2],
-                                               double& residual) {
-  // doc/residual_kernels.md: value C, squared gradient N, k = C / N; here divided by sqrt(N / w).
-  const Eigen::Vector3d p(points.x1[column], points.y1[column], 1), q(points.x2[column], points.y2[column], 1);
-  const Eigen::Vector3d turned = pose.R * p, line2 = E * p, line1 = E.transpose() * q;
-  const double N = line2.head<2>().squaredNorm() + line1.head<2>().squaredNorm();
-  const double unit = std::sqrt(points.weight[column] / N), C = q.dot(line2), k = C / N;
-  residual = unit * C;
+void PoseUncertainty::collect(const PointColumnsView& points, const MatchNoise& noise, float cut) {
+  used_.clear();
+  for (int i = 0; i < points.count; ++i) {
+    if (noise.residuals()[static_cast<size_t>(i)] < cut && noise.plausible(i)) used_.push_back(i);
+  }
+  columns_.gather(points, used_.data(), static_cast<int>(used_.size()));
+}
 
-  // d(rho) = <G, dE> with G = q' p^T - q c^T.
-  const Eigen::Vector3d q_moved = q - k * Eigen::Vector3d(line2.x(), line2.y(), 0);
-  const Eigen::Vector3d c_moved = k * pose.R * Eigen::Vector3d(line1.x(), line1.y(), 0);
-  Row J;
-  // dE = [t]x [w]x R and [step]x R.
-  J.head<3>() = unit * (turned.cross(q_moved.cross(pose.t)) - c_moved.cross(q.cross(pose.t)));
-  const Eigen::Vector3d by_t = turned.cross(q_moved) - c_moved.cross(q);
-  for (int i = 0; i < 2; ++i) J[3 + i] = unit * basis[i].dot(by_t);
+double PoseUncertainty::differentiate(const TwoViewPose& pose, const Loss& loss) {
+  const PointColumnsView used = columns_.view();
+  const Derivatives derivatives(pose);
+  J_.resize(std::max(J_.size(), static_cast<size_t>(kAll) * used.size));
+  pulls_.resize(std::max(pulls_.size(), static_cast<size_t>(used.size)));
+  Lanes bend = Lanes::Zero();
+  for (int i = 0; i < used.size; i += kLanesAtOnce) {
+    const Lanes residual = derivatives.write(used, i, J_.data() + i, used.size);
+    const Lanes softened = residual * residual * loss.inverse_softness, falloff = (1 + softened).inverse();
+    const Lanes weight = falloff * falloff;
+    lanes(pulls_.data() + i) = weight * residual;
+    bend += weight * falloff * (1 - 3 * softened);
+  }
+  // Padding has no residual.
+  return (static_cast<double>(bend.sum()) - (used.size - used.count)) / used.count;
+}
 
-  // Gradients by the two points, whose noise a shift stretches as well.
-  const Eigen::Vector2d n1 = unit * (line1.head<2>() - k * E.topLeftCorner<2, 2>().transpose() * line2.head<2>());
-  const Eigen::Vector2d n2 = unit * (line2.head<2>() - k * E.topLeftCorner<2, 2>() * line1.head<2>());
-  const double share = residual / (n1.squaredNorm() + n2.squaredNorm());
-  const auto effect1 = byShifts(n1, p.head<2>(), share), effect2 = byShifts(n2, q.head<2>(), share);
-  J.segment<kRowsReference>(kPose) = effect1.head<kRowsReference>() + effect2.head<kRowsReference>();
-  J.segment<3>(kPose + kRowsReference) = effect1.tail<3>();
-  J.segment<3>(kPose + kRowsCurrent) = effect2.tail<3>();
-  return J;
+int PoseUncertainty::sumByCell(const std::vector<int32_t>& cells) {
+  const int stride = columns_.view().size;
+  gradients_.assign(static_cast<size_t>(kAll) * kCells, 0.0);
+  cluster_of_.assign(kCells, -1);
+  int clusters = 0;
+  for (size_t i = 0; i < used_.size(); ++i) {
+    int& cluster = cluster_of_[static_cast<size_t>(cells[static_cast<size_t>(used_[i])])];
+    if (cluster < 0) cluster = clusters++;
+    const float* J = J_.data() + i;
+    double* gradient = gradients_.data() + cluster;
+    for (int k = 0; k < kAll; ++k) gradient[k * kCells] += static_cast<double>(pulls_[i] * J[k * stride]);
+  }
+  return clusters;
 }
 
 int PoseUncertainty::sumUp(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
                            const std::vector<int32_t>& cells) {
   const Loss loss = noise.loss();
-  const Eigen::Matrix3d E = pose.essential();
-  Eigen::Vector3d basis[2];
-  PoseModel::tangent(pose.t, basis);
-  curvature_.setZero();
-  cell_gradients_.assign(static_cast<size_t>(kSpreadGridSide) * kSpreadGridSide, Row::Zero());
-  double bend = 0;
-  int used = 0;
-  for (int i = 0; i < points.count; ++i) {
-    const double e = noise.residuals()[static_cast<size_t>(i)];
-    if (!(e < loss.cut) || !noise.plausible(i)) continue;
-    double residual;
-    const Row J = jacobian(points, i, pose, E, basis, residual);
-    const double falloff = 1 / (1 + e * loss.inverse_softness), weight = falloff * falloff;
-    curvature_.selfadjointView<Eigen::Upper>().rankUpdate(J);
-    bend += weight * falloff * (1 - 3 * e * loss.inverse_softness);
-    cell_gradients_[static_cast<size_t>(cells[static_cast<size_t>(i)])] += weight * residual * J;
-    ++used;
-  }
-  if (used == 0) return 0;
-  curvature_.triangularView<Eigen::StrictlyLower>() = curvature_.transpose();
+  collect(points, noise, loss.cut);
+  if (used_.empty()) return 0;
   // The mean second derivative of the loss; each match's own is noisy, and negative in the tails.
-  curvature_ *= std::max(bend / used, kLeastCurvature);
+  const double bend = std::max(differentiate(pose, loss), kLeastCurvature);
+  const int size = columns_.view().size;
+  curvature_ = bend * sumProducts<kAll>(J_.data(), size, size);
 
-  scatter_.setZero();
-  gradient_.setZero();
-  int clusters = 0;
-  for (const Row& gradient : cell_gradients_) {
-    if (gradient.isZero()) continue;
-    scatter_.selfadjointView<Eigen::Upper>().rankUpdate(gradient);
-    gradient_ += gradient;
-    ++clusters;
-  }
-  scatter_.triangularView<Eigen::StrictlyLower>() = scatter_.transpose();
+  const int clusters = sumByCell(cells);
+  // In double: what the parameters do beside each other is a small difference of these sums.
+  const int rows = (clusters + kLanesAtOnce - 1) / kLanesAtOnce * kLanesAtOnce;
+  scatter_ = sumProducts<kAll>(gradients_.data(), kCells, rows);
   scatter_ *= static_cast<double>(clusters) / std::max(1, clusters - kPose);
-  return used;
+  gradient_ = Eigen::Map<const Eigen::Matrix<double, kCells, kAll>>(gradients_.data()).topRows(rows).colwise().sum();
+  return static_cast<int>(used_.size());
 }
 
 PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,

@@ -37,9 +37,12 @@ class PoseUncertainty {
   using Row = Eigen::Matrix<double, kAll, 1>;
   using Information = Eigen::Matrix<double, kAll, kAll>;
 
-  /// Derivatives of the signed residual of a match, and that residual.
-  static Row jacobian(const PointColumnsView& points, int column, const TwoViewPose& pose, const Eigen::Matrix3d& E,
-                      const Eigen::Vector3d (&basis)[2], double& residual);
+  /// Gathers the matches that take part.
+  void collect(const PointColumnsView& points, const MatchNoise& noise, float cut);
+  /// Fills J_ and pulls_; returns the mean second derivative of the loss.
+  double differentiate(const TwoViewPose& pose, const Loss& loss);
+  /// Fills gradients_; the matches of a cell are a cluster. Returns their number.
+  int sumByCell(const std::vector<int32_t>& cells);
   /// Fills the sums over the matches; returns how many took part.
   int sumUp(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
             const std::vector<int32_t>& cells);
@@ -52,7 +55,13 @@ class PoseUncertainty {
 
   Information curvature_, scatter_;
   Row gradient_;
-  std::vector<Row> cell_gradients_;
+  std::vector<int> used_;     ///< columns that take part
+  PointColumns columns_;      ///< these alone
+  std::vector<float> J_;      ///< derivatives of each match's residual, one parameter after the other
+  std::vector<float> pulls_;  ///< half the derivative of each match's loss by its residual
+  std::vector<double>
+      gradients_;  ///< of the loss, summed over the matches of each cluster, one parameter after the other
+  std::vector<int> cluster_of_;  ///< of each cell; -1: it has no match
 };
 
 /// The covariance in the project's convention (see RelativePose).
