@@ -39,6 +39,7 @@ Eigen::Vector3d rotationVector(const Eigen::Matrix3d& R) {
 void PoseJudge::begin(const TwoViewPoints& points) {
   points_ = &points;
   view_ = points.view();
+  plausible_.resize(view_.count);  // whether or not it is needed, so that a later pair allocates nothing
   measured_ = false;
 }
 
@@ -67,7 +68,6 @@ bool PoseJudge::weighsImplausible(float cut) const {
 }
 
 void PoseJudge::keepPlausible() {
-  plausible_.resize(view_.count);
   std::copy_n(view_.x1, view_.count, plausible_.x1());
   std::copy_n(view_.y1, view_.count, plausible_.y1());
   std::copy_n(view_.x2, view_.count, plausible_.x2());
