@@ -92,9 +92,11 @@ TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
       {"run " + path("set") + " --method nonsense", "unknown method 'nonsense'"},
       {"run " + path("set") + " --method lo_prosac,nonsense", "unknown method 'nonsense'"},
       {"sweep --method cp_ransac,nonsense", "unknown method 'nonsense'"},
-      {"run " + path("set") + " --model sphere", "unknown model 'sphere'"},
+      {"run " + path("set") + " --model sphere", "--model is 'sphere'; it must be one of 'essential'"},
       {"run " + path("set") + " --gap 0", "--gap must be at least 1"},
-      {"run " + path("set") + " --features 0", "features"},
+      {"run " + path("set") + " --features 0", "--features is '0'; it must be a whole number between 1 and 100000"},
+      {"run " + path("set") + " --quality beauty", "--sort-key is 'beauty'"},
+      {"sweep --gms-border nowhere", "--gms-border is 'nowhere'"},
       {"run " + path("set") + " --unheard-of", "unheard-of"},
       {"tables", "no folder or bag given"},
       {"tables " + path("set") + " --shard 3/2", "--shard is '3/2'"},
@@ -180,6 +182,34 @@ TEST_F(EvaluateTest, RecordsFollowTheFormatAndTheTruth) {
   for (size_t i = 0; i < records.size(); ++i) {
     again[i]["times_ms"] = records[i]["times_ms"];
     EXPECT_EQ(again[i], records[i]) << "same seed, same result";
+  }
+}
+
+TEST_F(EvaluateTest, OldOptionsAreTakenWithAWarning) {
+  writePlane(3, kStep);
+  const std::string command = "run " + path("set") + " --model homography --features 500 -m cp_ransac --out ";
+  const std::string old_names =
+      " --confidence 0.9 --ratio=0.25 --quality ratio --threshold 2 --alpha 4 --acceptance threshold --grid 16x12 "
+      "--levels 6 "
+      "--scale-factor 1.3 --rotation --scale";
+  const std::string new_names =
+      " --success-probability 0.9 --first-group-fraction 0.25 --sort-key lowe_ratio --inlier-threshold-px 2 "
+      "--gms-threshold-factor 4 --gms-criterion threshold --gms-grid-columns 16 --gms-grid-rows 12 --pyramid-levels 6 "
+      "--pyramid-scale 1.3 --gms-rotation 1 --gms-scale 1";
+  const Outcome old_run = evaluate(command + path("old.jsonl") + old_names);
+  ASSERT_EQ(old_run.status, 0) << old_run.text;
+  for (const char* warning : {"--confidence is now called --success-probability", "--ratio is now called --first",
+                              "--rotation is now called --gms-rotation", "--grid is now called --gms-grid-columns"}) {
+    EXPECT_NE(old_run.text.find(warning), std::string::npos) << warning << "\n" << old_run.text;
+  }
+  const Outcome new_run = evaluate(command + path("new.jsonl") + new_names);
+  ASSERT_EQ(new_run.status, 0) << new_run.text;
+  EXPECT_EQ(new_run.text.find("now called"), std::string::npos) << new_run.text;
+  auto old_records = readLines(path("old.jsonl")), new_records = readLines(path("new.jsonl"));
+  ASSERT_EQ(old_records.size(), 2u);
+  for (size_t i = 0; i < old_records.size(); ++i) {
+    old_records[i]["times_ms"] = new_records.at(i)["times_ms"];
+    EXPECT_EQ(old_records[i], new_records[i]);
   }
 }
 
@@ -280,6 +310,7 @@ TEST_F(EvaluateTest, TrustDoesNotDependOnJobsOrInterruptions) {
   write("resumed/measurements.jsonl", lines.substr(0, lines.size() - 200));
   EXPECT_EQ(evaluate(base + path("resumed")).status, 2) << "measurements are not overwritten";
   EXPECT_EQ(evaluate(base + path("resumed") + " --resume --seed 9").status, 2) << "another plan";
+  EXPECT_EQ(evaluate(base + path("resumed") + " --resume --ratio 0.4").status, 2) << "by an old name, too";
   ASSERT_EQ(evaluate(base + path("resumed") + " --resume --no-report").status, 0);
   EXPECT_EQ(textOf(path("resumed/pairs.csv")), pairs);
 }

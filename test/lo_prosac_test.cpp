@@ -62,7 +62,7 @@ class OutlierShare : public testing::TestWithParam<double> {};
 TEST_P(OutlierShare, IsAsGoodAsAnExhaustiveRansac) {
   RobustOptions exhaustive;
   exhaustive.max_iterations = 100000;
-  exhaustive.confidence = 1 - 1e-9;
+  exhaustive.success_probability = 0.999999999;
   const auto lo_prosac = makeLoProsac(), ransac = makeEstimator("ransac", exhaustive);
   const Camera camera = sceneCamera();
   double lo_prosac_rotation = 0, lo_prosac_direction = 0, ransac_rotation = 0, ransac_direction = 0;

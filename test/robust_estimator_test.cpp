@@ -16,7 +16,7 @@ constexpr ModelType kModels[] = {ModelType::kEssential, ModelType::kFundamental,
 RobustOptions optionsFor(ModelType model) {
   RobustOptions options;
   options.model = model;
-  options.confidence = 0.9999;
+  options.success_probability = 0.9999;
   options.seed = 7;
   return options;
 }
@@ -326,23 +326,12 @@ TEST(Quality, OfNoiseNeedsMoreHypothesesThanThatOfTheMatches) {
   const TwoViewScene informed = makeTwoViewScene(scene);
   scene.informative = false;
   const TwoViewScene uninformed = makeTwoViewScene(scene);
-  for (const char* quality : {"score", "support", "distance"}) {
+  for (const SortKey key : {SortKey::kScore, SortKey::kRelativeScore, SortKey::kDistance}) {
     RobustOptions options = optionsFor(ModelType::kEssential);
-    options.quality = quality;
+    options.sort_key = key;
     EXPECT_LT(estimate("cp_ransac", options, informed).effort.hypotheses,
               estimate("cp_ransac", options, uninformed).effort.hypotheses)
-        << quality;
-  }
-}
-
-TEST(RobustOptions, RefusesAnUnknownQualityWithTheKnownOnes) {
-  RobustOptions options;
-  options.quality = "beauty";
-  try {
-    makeEstimator("prosac", options);
-    FAIL() << "accepted an unknown quality";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("distance"), std::string::npos);
+        << static_cast<int>(key);
   }
 }
 

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
+#include "gms_ransac/parameter.h"
+#include "trust/trust_json.h"
 #include "trust/trust_plan.h"
 #include "trust/trust_row.h"
 
@@ -65,15 +67,15 @@ TEST(Trust, TangentErrorIsTheAngleAndTheCovarianceAcross) {
 TEST(Trust, ErrorsAreThoseOfTheEstimateAgainstTheTruth) {
   const TrustRow r = row(
       Status::kOk, answer(turn(0.3, Vector3d::UnitY()), turn(2, Vector3d::UnitX()) * Vector3d::UnitZ()), forward(1));
-  EXPECT_NEAR(r.at("ry_deg").get<double>(), 0.3, 1e-9);
-  EXPECT_NEAR(r.at("rotation_error_deg").get<double>(), 0.3, 1e-9);
-  EXPECT_NEAR(r.at("direction_error_deg").get<double>(), 2, 1e-9);
-  EXPECT_NEAR(r.at("nees_rotation").get<double>(), 9 / 3., 1e-9);
-  EXPECT_NEAR(r.at("nees_direction").get<double>(), 4 / 2., 1e-9);
-  EXPECT_NEAR(r.at("uncertainty_deg").get<double>(), 0.1 + 1, 1e-9);
-  EXPECT_TRUE(r.at("right").get<bool>());
-  EXPECT_FALSE(r.at("wrong").get<bool>());
-  EXPECT_EQ(r.at("covariance").size(), 36u);
+  EXPECT_NEAR(r.ry_deg, 0.3, 1e-9);
+  EXPECT_NEAR(r.rotation_error_deg, 0.3, 1e-9);
+  EXPECT_NEAR(r.direction_error_deg, 2, 1e-9);
+  EXPECT_NEAR(r.nees_rotation, 9 / 3., 1e-9);
+  EXPECT_NEAR(r.nees_direction, 4 / 2., 1e-9);
+  EXPECT_NEAR(r.uncertainty_deg, 0.1 + 1, 1e-9);
+  EXPECT_TRUE(r.right);
+  EXPECT_FALSE(r.wrong);
+  EXPECT_EQ(r.covariance.size(), 36u);
 }
 
 TEST(Trust, NoiseOfTheTruthIsAddedToTheCovariance) {
@@ -81,36 +83,35 @@ TEST(Trust, NoiseOfTheTruthIsAddedToTheCovariance) {
   truth.noise = {0.2 * kDegree, std::sqrt(3.) * kDegree};  // over a metre: that much of the direction
   const TrustRow r =
       row(Status::kOk, answer(turn(0.3, Vector3d::UnitY()), turn(2, Vector3d::UnitX()) * Vector3d::UnitZ()), truth);
-  EXPECT_NEAR(r.at("nees_rotation").get<double>(), 0.09 / (0.01 + 0.04) / 3, 1e-9);
-  EXPECT_NEAR(r.at("nees_direction").get<double>(), 4 / (1 + 3.) / 2, 1e-9);
+  EXPECT_NEAR(r.nees_rotation, 0.09 / (0.01 + 0.04) / 3, 1e-9);
+  EXPECT_NEAR(r.nees_direction, 4 / (1 + 3.) / 2, 1e-9);
 }
 
 TEST(Trust, WrongIsAnOkBeyondTheLimits) {
   const Matrix3d same = Matrix3d::Identity(), off = turn(1.2, Vector3d::UnitZ());
   const Vector3d ahead(0, 0, 1), aside(1, 0, 0);
-  EXPECT_TRUE(row(Status::kOk, answer(off, ahead), forward(1)).at("wrong").get<bool>());
-  EXPECT_TRUE(row(Status::kOk, answer(same, aside), forward(1)).at("wrong").get<bool>());
-  EXPECT_FALSE(row(Status::kLowParallax, answer(same, aside), forward(1)).at("wrong").get<bool>());
-  EXPECT_FALSE(row(Status::kLowParallax, answer(same, aside), forward(1)).at("right").get<bool>());
-  EXPECT_TRUE(row(Status::kLowParallax, answer(same, ahead), forward(1)).at("right").get<bool>())
-      << "refused though right";
+  EXPECT_TRUE(row(Status::kOk, answer(off, ahead), forward(1)).wrong);
+  EXPECT_TRUE(row(Status::kOk, answer(same, aside), forward(1)).wrong);
+  EXPECT_FALSE(row(Status::kLowParallax, answer(same, aside), forward(1)).wrong);
+  EXPECT_FALSE(row(Status::kLowParallax, answer(same, aside), forward(1)).right);
+  EXPECT_TRUE(row(Status::kLowParallax, answer(same, ahead), forward(1)).right) << "refused though right";
   // A camera that is known to have stood has no direction to be OK about; one that may have, is judged by its rotation.
-  EXPECT_TRUE(row(Status::kOk, answer(same, ahead), forward(0)).at("wrong").get<bool>());
-  EXPECT_FALSE(row(Status::kLowParallax, answer(same, ahead), forward(0)).at("wrong").get<bool>());
+  EXPECT_TRUE(row(Status::kOk, answer(same, ahead), forward(0)).wrong);
+  EXPECT_FALSE(row(Status::kLowParallax, answer(same, ahead), forward(0)).wrong);
   PoseTruth hardly = forward(0.01);
   hardly.noise.translation = 0.005;
-  EXPECT_FALSE(row(Status::kOk, answer(same, aside), hardly).at("moved").get<bool>());
-  EXPECT_FALSE(row(Status::kOk, answer(same, aside), hardly).at("wrong").get<bool>());
-  EXPECT_TRUE(row(Status::kOk, answer(same, aside), hardly).at("direction_error_deg").get<double>() != 0);
+  EXPECT_FALSE(row(Status::kOk, answer(same, aside), hardly).moved);
+  EXPECT_FALSE(row(Status::kOk, answer(same, aside), hardly).wrong);
+  EXPECT_TRUE(row(Status::kOk, answer(same, aside), hardly).direction_error_deg != 0);
 }
 
 TEST(Trust, AnswersThatWereNotGivenHaveNoFigures) {
   const TrustRow r = row(Status::kRansacFailed, RobustResult(), forward(1));
-  for (const char* figure : {"rotation_error_deg", "nees_rotation", "rotation_sigma_deg", "sigma_px"}) {
-    EXPECT_TRUE(std::isnan(r.at(figure).get<double>())) << figure;
+  for (const double figure : {r.rotation_error_deg, r.nees_rotation, r.rotation_sigma_deg, r.sigma_px}) {
+    EXPECT_TRUE(std::isnan(figure)) << figure;
   }
-  EXPECT_FALSE(r.at("right").get<bool>());
-  EXPECT_TRUE(r.at("covariance").empty());
+  EXPECT_FALSE(r.right);
+  EXPECT_TRUE(r.covariance.empty());
 }
 
 TEST(Trust, BinsHoldCountsSumsAndRightMatches) {
@@ -123,6 +124,30 @@ TEST(Trust, BinsHoldCountsSumsAndRightMatches) {
   EXPECT_EQ(reliability.bins[9].count, 3);
   EXPECT_NEAR(reliability.bins[9].probability, 2.86, 1e-12);
   EXPECT_EQ(reliability.bins[9].right, 2);
+}
+
+TEST(Trust, RowsAreReadAsTheyWereWritten) {
+  TrustRow answered = row(Status::kOk, answer(turn(0.3, Vector3d::UnitY()), Vector3d(0.1, 0, 1)), forward(1));
+  answered.pair = "a b";
+  answered.reliability.add(0.95, true);
+  const std::vector<TrustRow> rows = {answered, row(Status::kRansacFailed, RobustResult(), forward(1))};
+  const std::vector<TrustRow> read = trustRowsOf(runsText(rows));
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[0].pair, "a b");
+  EXPECT_EQ(read[0].ry_deg, answered.ry_deg);
+  EXPECT_EQ(read[0].covariance, answered.covariance);
+  EXPECT_EQ(read[0].reliability.bins[9].count, 1);
+  EXPECT_TRUE(std::isnan(read[1].sigma_px));
+  EXPECT_EQ(trustCsv(read), trustCsv(rows));
+  EXPECT_EQ(trustCsv(read).find("nan"), std::string::npos);
+}
+
+TEST(Trust, ThePlanHoldsEveryParameterOfTheCore) {
+  TrustPlan plan;
+  plan.pipelines.resize(1);
+  for (const Parameter& parameter : coreParameters()) {
+    EXPECT_NE(planText(plan).find('"' + parameter.name + '"'), std::string::npos) << parameter.name;
+  }
 }
 
 TEST(Trust, NoiseOfTheTruthFollowsTheKindOfSet) {

@@ -12,21 +12,12 @@
 #include <message_filters/sync_policies/exact_time.h>
 #include <message_filters/synchronizer.h>
 #include <ros/node_handle.h>
-#include <sensor_msgs/CameraInfo.h>
-#include <sensor_msgs/Image.h>
 
 #include "image_pairing.h"
+#include "image_with_info.h"
 #include "parameters.h"
 
 namespace gms_ransac {
-
-struct ImageWithInfo {
-  sensor_msgs::ImageConstPtr image;
-  sensor_msgs::CameraInfoConstPtr camera_info;  ///< null: none has arrived, or it was replaced by parameters
-  sensor_msgs::ImageConstPtr depth;             ///< with ~scale depth; null: none came with the image
-  sensor_msgs::ImageConstPtr reference;         ///< with ~input pair: what `image` is compared with
-  ros::Time received;
-};
 
 class ImageInput {
  public:

@@ -2,7 +2,8 @@
 
 #include <geometry_msgs/TwistWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
-#include <tf2_eigen/tf2_eigen.h>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
 #include <boost/make_shared.hpp>
 
 #include "frames.h"
@@ -33,12 +34,14 @@ geometry_msgs::TwistWithCovariance toMessage(const Vector6d& twist, const Matrix
 
 OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
                                const ros::SubscriberStatusCallback& changed)
-    : nh_(nh), parameters_(parameters) {
+    : nh_(nh), parameters_(parameters), buffer_(std::make_unique<tf2_ros::Buffer>()) {
   // From the start, or the first pairs would find no place of the camera on its base.
   if (!parameters_.base_frame.empty()) listen();
   odom_ = outputs.advertise<nav_msgs::Odometry>("odom", kPublisherQueue, changed, changed);
   twist_ = outputs.advertise<geometry_msgs::TwistWithCovarianceStamped>("twist", kPublisherQueue, changed, changed);
 }
+
+OdometryOutput::~OdometryOutput() = default;
 
 int OdometryOutput::listeners() const {
   return static_cast<int>(odom_.getNumSubscribers() + twist_.getNumSubscribers());
@@ -77,13 +80,13 @@ RelativePose OdometryOutput::withUsualLength(RelativePose motion) const {
 }
 
 void OdometryOutput::listen() {
-  listener_ = std::make_unique<tf2_ros::TransformListener>(buffer_, nh_);
+  listener_ = std::make_unique<tf2_ros::TransformListener>(*buffer_, nh_);
   listening_since_ = ros::WallTime::now();
 }
 
 void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transform) {
   if (with_transform && !listener_) listen();
-  if (processed.continuity == Continuity::kRestarted) buffer_.clear();
+  if (processed.continuity == Continuity::kRestarted) buffer_->clear();
   if (!integrate(processed) || (listeners() == 0 && !with_transform)) return;
   const std_msgs::Header& header = processed.current->header;
   const auto camera_in_base = cameraInBase(header);
@@ -96,7 +99,7 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
   odom->header.stamp = header.stamp;
   odom->header.frame_id = parameters_.odom_frame;
   odom->child_frame_id = moving_frame;
-  odom->pose.pose = tf2::toMsg(estimate.pose);
+  odom->pose.pose = toMessage(estimate.pose);
   Eigen::Map<RowMajor6d>(odom->pose.covariance.data()) = estimate.pose_covariance;
   odom->twist = toMessage(estimate.twist, estimate.twist_covariance);
   odom_.publish(odom);
@@ -115,7 +118,7 @@ std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::He
   std::string problem;
   for (const ros::Time& when : {camera.stamp, ros::Time(0)}) {
     try {
-      return tf2::transformToEigen(buffer_.lookupTransform(parameters_.base_frame, camera.frame_id, when));
+      return toIsometry(buffer_->lookupTransform(parameters_.base_frame, camera.frame_id, when));
     } catch (const tf2::TransformException& error) {
       problem = error.what();
     }
@@ -127,7 +130,7 @@ std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::He
 bool OdometryOutput::mayBroadcast(const std::string& parent, const std::string& child) {
   if (refused_ || (ros::WallTime::now() - listening_since_).toSec() < kSettlingSeconds) return false;
   std::string owner;
-  if (!buffer_._getParent(child, ros::Time(0), owner)) return true;
+  if (!buffer_->_getParent(child, ros::Time(0), owner)) return true;
   if (owner == parent && !last_broadcast_.isZero()) return true;
   refused_ = true;
   ROS_ERROR_STREAM("no odometry transform: another node gives " << child << " the parent " << owner
@@ -141,7 +144,7 @@ void OdometryOutput::broadcast(const Eigen::Isometry3d& pose, const ros::Time& s
   const std::string& parent = inverted ? moving_frame : parameters_.odom_frame;
   const std::string& child = inverted ? parameters_.odom_frame : moving_frame;
   if (stamp == last_broadcast_ || !mayBroadcast(parent, child)) return;
-  geometry_msgs::TransformStamped transform = tf2::eigenToTransform(inverted ? pose.inverse() : pose);
+  geometry_msgs::TransformStamped transform = toTransform(inverted ? pose.inverse() : pose);
   transform.header.stamp = stamp;
   transform.header.frame_id = parent;
   transform.child_frame_id = child;

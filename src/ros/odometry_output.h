@@ -1,16 +1,20 @@
 // Publishes the integrated motion as ~odom, ~twist and, if wanted, a transform.
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include <ros/node_handle.h>
-#include <tf2_ros/buffer.h>
-#include <tf2_ros/transform_listener.h>
 
 #include "frame_processor.h"
 #include "motion_integrator.h"
 #include "throttle.h"
 #include "watched_broadcaster.h"
+
+namespace tf2_ros {
+class Buffer;
+class TransformListener;
+}  // namespace tf2_ros
 
 namespace gms_ransac {
 
@@ -18,6 +22,7 @@ class OdometryOutput {
  public:
   OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
                  const ros::SubscriberStatusCallback& listeners_changed);
+  ~OdometryOutput();
 
   int listeners() const;
   /// Integrates every motion; publishes only while the motion is known.
@@ -41,7 +46,7 @@ class OdometryOutput {
   const Parameters parameters_;
   MotionIntegrator odometry_;
   ros::Publisher odom_, twist_;
-  tf2_ros::Buffer buffer_;
+  std::unique_ptr<tf2_ros::Buffer> buffer_;
   std::unique_ptr<tf2_ros::TransformListener> listener_;  ///< only where tf is needed: it is a busy topic
   WatchedBroadcaster broadcaster_;
   ros::WallTime listening_since_;

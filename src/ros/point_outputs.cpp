@@ -4,10 +4,10 @@
 #include <cstring>
 
 #include <sensor_msgs/point_cloud2_iterator.h>
-#include <tf2_eigen/tf2_eigen.h>
 #include <Eigen/Geometry>
 #include <boost/make_shared.hpp>
 
+#include "frames.h"
 #include "overlay.h"
 
 namespace gms_ransac {
@@ -17,8 +17,6 @@ namespace {
 constexpr uint32_t kPublisherQueue = 10;
 constexpr double kFrustumDepth = 0.3;  // of the drawn cameras, in units of the translation
 constexpr double kFlowWidth = 0.002;   // of the drawn lines at depth 1
-
-geometry_msgs::Point point(const Eigen::Vector3d& p) { return tf2::toMsg(p); }
 
 std_msgs::ColorRGBA color(float confidence) {
   const cv::Scalar bgr = confidenceColor(confidence);
@@ -52,10 +50,10 @@ void addFrustum(const Camera& camera, const Eigen::Isometry3d& pose, double dept
     corners[i] = pose * (depth * Eigen::Vector3d((pixels[i].x - k.cx) / k.fx, (pixels[i].y - k.cy) / k.fy, 1));
   }
   for (int i = 0; i < 4; ++i) {
-    marker.points.push_back(point(pose.translation()));
-    marker.points.push_back(point(corners[i]));
-    marker.points.push_back(point(corners[i]));
-    marker.points.push_back(point(corners[(i + 1) % 4]));
+    marker.points.push_back(toMessage(pose.translation()));
+    marker.points.push_back(toMessage(corners[i]));
+    marker.points.push_back(toMessage(corners[i]));
+    marker.points.push_back(toMessage(corners[(i + 1) % 4]));
   }
 }
 
@@ -95,8 +93,8 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
     const Eigen::Vector2d from =
         rayOf(camera, processed.reference->frame.features.keypoints[result.matches[i].reference].pt);
     const Eigen::Vector2d to = rayOf(camera, processed.current->frame.features.keypoints[result.matches[i].current].pt);
-    flow.points.push_back(point(from.homogeneous()));
-    flow.points.push_back(point(to.homogeneous()));
+    flow.points.push_back(toMessage(from.homogeneous()));
+    flow.points.push_back(toMessage(to.homogeneous()));
     flow.colors.resize(flow.points.size(), color(result.confidence[i]));
   }
   message.markers.push_back(flow);

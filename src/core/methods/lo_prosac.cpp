@@ -29,7 +29,7 @@ constexpr int kFinalIterations = 10;
 class LoProsac : public RansacMethod {
  public:
   explicit LoProsac(const MatchFilterOptions& options)
-      : RansacMethod(options), gms_(evidenceSettings(options.motion_statistics)), judge_(kernels_) {}
+      : RansacMethod(options), gms_(withDefaults(options.motion_statistics, Criterion::kEvidence)), judge_(kernels_) {}
 
   void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
               MotionStatistics& statistics) override {
@@ -40,7 +40,7 @@ class LoProsac : public RansacMethod {
     const bool enough = begin(pairs, camera, result, kNoiseExponent);
     const bool had_previous = std::exchange(has_previous_, false);
     if (!enough) return;
-    sort(QualityKey::kRatio);
+    sort(SortKey::kLoweRatio);
     sampler_.setCells(order_, points_.cells());
     sampler_.begin(task(points_.size(), options_.max_iterations));
     switch (result.model_type) {

@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
+#include <utility>
+
+#include <nlohmann/json.hpp>
 
 namespace gms_ransac {
 
@@ -15,9 +19,17 @@ using nlohmann::json;
 constexpr char kPlanFile[] = "plan.json";
 constexpr char kMeasurementsFile[] = "measurements.jsonl";
 
+/// The number of a line's unit; none when the line was cut off.
+std::optional<int> unitOf(const std::string& line) {
+  const json entry = json::parse(line, nullptr, false);
+  if (entry.is_discarded() || !entry.is_object()) return std::nullopt;
+  return entry.at("unit").get<int>();
+}
+
 }  // namespace
 
-void WorkFolder::begin(const json& plan, bool resume) {
+void WorkFolder::begin(const std::string& text, bool resume) {
+  const json plan = json::parse(text);
   std::error_code failure;
   fs::create_directories(path_, failure);
   if (failure) throw std::runtime_error(path_ + ": cannot be made (" + failure.message() + ")");
@@ -27,7 +39,7 @@ void WorkFolder::begin(const json& plan, bool resume) {
                                   ": already holds measurements; add --resume to go on, or choose another --out");
     }
     open();
-    if (plan_ != plan) {
+    if (plan_ != plan.dump()) {
       throw std::invalid_argument(path_ + ": was measured with other options or sets; choose another --out");
     }
     std::vector<std::string> whole;
@@ -35,7 +47,7 @@ void WorkFolder::begin(const json& plan, bool resume) {
     write(whole, false);
     return;
   }
-  plan_ = plan;
+  plan_ = plan.dump();
   std::ofstream stream(file(kPlanFile));
   if (!(stream << plan.dump(1) << '\n').flush()) throw std::runtime_error(file(kPlanFile) + ": cannot be written");
 }
@@ -43,11 +55,9 @@ void WorkFolder::begin(const json& plan, bool resume) {
 void WorkFolder::open() {
   std::ifstream stream(file(kPlanFile));
   if (!stream) throw std::invalid_argument(path_ + ": holds no " + kPlanFile + ", so it is no folder of measurements");
-  try {
-    stream >> plan_;
-  } catch (const json::exception&) {
-    throw std::invalid_argument(file(kPlanFile) + ": is not JSON");
-  }
+  const json plan = json::parse(stream, nullptr, false);
+  if (plan.is_discarded()) throw std::invalid_argument(file(kPlanFile) + ": is not JSON");
+  plan_ = plan.dump();
   done_.clear();
   for (const auto& line : lines()) done_.insert(line.first);
 }
@@ -56,8 +66,7 @@ std::vector<std::pair<int, std::string>> WorkFolder::lines() const {
   std::vector<std::pair<int, std::string>> whole;
   std::ifstream stream(file(kMeasurementsFile));
   for (std::string line; std::getline(stream, line);) {
-    const json entry = json::parse(line, nullptr, false);
-    if (!entry.is_discarded() && entry.is_object()) whole.emplace_back(entry.at("unit").get<int>(), line);
+    if (const std::optional<int> unit = unitOf(line)) whole.emplace_back(*unit, line);
   }
   return whole;
 }
@@ -68,8 +77,8 @@ void WorkFolder::write(const std::vector<std::string>& lines, bool append) const
   if (!stream.flush()) throw std::runtime_error(file(kMeasurementsFile) + ": cannot be written; is the disk full?");
 }
 
-void WorkFolder::append(int unit, const json& measurements) {
-  write({json{{"unit", unit}, {"runs", measurements}}.dump()}, true);
+void WorkFolder::append(int unit, const std::string& measurements) {
+  write({json{{"unit", unit}, {"runs", json::parse(measurements)}}.dump()}, true);
   done_.insert(unit);
 }
 
@@ -84,14 +93,12 @@ void WorkFolder::absorb(const WorkFolder& other) {
   write(fresh, true);
 }
 
-std::vector<json> WorkFolder::read() const {
+std::vector<std::string> WorkFolder::read() const {
   std::vector<std::pair<int, std::string>> all = lines();
   std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<json> measurements;
-  for (const auto& line : all) {
-    const json unit = json::parse(line.second);
-    for (const json& run : unit.at("runs")) measurements.push_back(run);
-  }
+  std::vector<std::string> measurements;
+  measurements.reserve(all.size());
+  for (const auto& line : all) measurements.push_back(json::parse(line.second).at("runs").dump());
   return measurements;
 }
 

@@ -13,6 +13,7 @@
 #include "run/evaluate_commands.h"
 #include "run/pipeline_options.h"
 #include "run/work_folder.h"
+#include "tables/tables_json.h"
 #include "tables/tables_report.h"
 
 namespace gms_ransac {
@@ -112,7 +113,8 @@ bool parse(const Arguments& arguments, TablesArguments& tables) {
   po::positional_options_description positional;
   positional.add("folder", -1);
   po::variables_map given;
-  po::store(po::command_line_parser(arguments).options(all).positional(positional).run(), given);
+  po::store(po::command_line_parser(arguments).extra_parser(parseOldOption).options(all).positional(positional).run(),
+            given);
   po::notify(given);
   if (given.count("help")) {
     std::cout << "evaluate tables DIR... [options]\n\nMakes the paper's Tables 1-5 and the data of its Figures 5, 6, 8 "
@@ -121,7 +123,7 @@ bool parse(const Arguments& arguments, TablesArguments& tables) {
     return false;
   }
   if (tables.folders.empty()) throw std::invalid_argument("no folder or bag given; see evaluate tables --help");
-  for (const char* fixed : {"features", "ratio"}) {
+  for (const char* fixed : {"features", "first-group-fraction"}) {
     if (!given[fixed].defaulted()) {
       throw std::invalid_argument(std::string("--") + fixed +
                                   " is varied by the tables; choose --presets and --ratios");
@@ -166,10 +168,12 @@ std::vector<Dataset> openAll(const TablesArguments& tables) {
 /// Tables and plots of everything the folder holds.
 void report(const WorkFolder& folder, bool plots) {
   std::vector<Measurement> measurements;
-  for (const nlohmann::json& run : folder.read()) measurements.push_back(measurementFromJson(run));
+  for (const std::string& runs : folder.read()) {
+    for (Measurement& measurement : measurementsOf(runs)) measurements.push_back(std::move(measurement));
+  }
   if (measurements.empty()) return;
   std::string heading = "# Tables\n\n" + std::to_string(folder.unitsDone()) + " pieces of work";
-  heading += folder.plan().is_object() ? ". Settings: `" + folder.plan().dump() + "`\n" : "\n";
+  heading += folder.plan().empty() ? "\n" : ". Settings: `" + folder.plan() + "`\n";
   writeTables(folder.path(), heading, makeTables(measurements));
   std::cout << "wrote " << folder.path() << "/tables.md and its .csv files\n";
   if (plots) plotTables(folder.path());
@@ -185,7 +189,7 @@ int evaluateTables(const Arguments& arguments) {
   for (const Dataset& dataset : datasets) tables.plan.sequences.push_back(dataset.name());
 
   WorkFolder folder(tables.out);
-  folder.begin(planJson(tables.plan), tables.resume);
+  folder.begin(planText(tables.plan), tables.resume);
   std::vector<TablesUnit> todo;
   for (const TablesUnit& unit : tablesUnits(tables.plan, datasets)) {
     if (shard.owns(unit) && !folder.isDone(unit.index)) todo.push_back(unit);
@@ -196,9 +200,7 @@ int evaluateTables(const Arguments& arguments) {
     Progress progress("measuring", static_cast<int>(todo.size()));
     for (const TablesUnit& unit : todo) {
       if (InterruptWatch::interrupted()) break;
-      nlohmann::json runs = nlohmann::json::array();
-      for (const Measurement& measurement : meter.measure(unit)) runs.push_back(toJson(measurement));
-      folder.append(unit.index, runs);
+      folder.append(unit.index, runsText(meter.measure(unit)));
       progress.advance();
     }
   }
@@ -219,7 +221,8 @@ int evaluateMerge(const Arguments& arguments) {
   po::positional_options_description positional;
   positional.add("part", -1);
   po::variables_map given;
-  po::store(po::command_line_parser(arguments).options(all).positional(positional).run(), given);
+  po::store(po::command_line_parser(arguments).extra_parser(parseOldOption).options(all).positional(positional).run(),
+            given);
   po::notify(given);
   if (given.count("help")) {
     std::cout << "evaluate merge PART... --out FOLDER\n\nJoins the folders that evaluate tables --shard i/n wrote with "

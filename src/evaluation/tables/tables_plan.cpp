@@ -4,22 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "run/pipeline_options.h"
-
 namespace gms_ransac {
-
-nlohmann::json planJson(const TablesPlan& plan) {
-  nlohmann::json json = pipelineJson(plan.base);
-  json.update({{"sequences", plan.sequences},
-               {"gap", plan.gap},
-               {"pairs", plan.pairs},
-               {"repeats", plan.repeats},
-               {"presets", plan.presets},
-               {"ratios", plan.ratios},
-               {"methods", plan.methods},
-               {"model", toString(plan.model)}});
-  return json;
-}
 
 std::vector<TablesUnit> tablesUnits(const TablesPlan& plan, const std::vector<Dataset>& datasets) {
   std::vector<TablesUnit> units;

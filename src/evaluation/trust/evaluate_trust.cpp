@@ -9,6 +9,7 @@
 #include <set>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include <boost/program_options.hpp>
 
@@ -17,8 +18,8 @@
 #include "run/pipeline_options.h"
 #include "run/work_folder.h"
 #include "scenes/drawn_scenes.h"
+#include "trust/trust_json.h"
 #include "trust/trust_meter.h"
-#include "trust/trust_row.h"
 
 namespace gms_ransac {
 
@@ -135,7 +136,8 @@ bool parse(const Arguments& arguments, TrustArguments& trust) {
   po::positional_options_description positional;
   positional.add("folder", -1);
   po::variables_map given;
-  po::store(po::command_line_parser(arguments).options(all).positional(positional).run(), given);
+  po::store(po::command_line_parser(arguments).extra_parser(parseOldOption).options(all).positional(positional).run(),
+            given);
   po::notify(given);
   if (given.count("help")) {
     std::cout
@@ -178,7 +180,7 @@ void measure(const TrustPlan& plan, const std::vector<TrustUnit>& units, int job
   const auto work = [&] {
     try {
       for (size_t i = next++; i < units.size() && !failed && !InterruptWatch::interrupted(); i = next++) {
-        const nlohmann::json rows = measureTrust(plan, units[i]);
+        const std::string rows = runsText(measureTrust(plan, units[i]));
         const std::lock_guard<std::mutex> lock(mutex);
         folder.append(units[i].index, rows);
         progress.advance();
@@ -196,7 +198,10 @@ void measure(const TrustPlan& plan, const std::vector<TrustUnit>& units, int job
 }
 
 void report(const WorkFolder& folder, bool with_tables) {
-  const std::vector<TrustRow> rows = folder.read();
+  std::vector<TrustRow> rows;
+  for (const std::string& runs : folder.read()) {
+    for (TrustRow& row : trustRowsOf(runs)) rows.push_back(std::move(row));
+  }
   if (rows.empty()) return;
   const std::string path = folder.path() + "/pairs.csv";
   std::ofstream file(path);
@@ -214,7 +219,7 @@ int evaluateTrust(const Arguments& arguments) {
   const std::vector<TrustUnit> units = trustUnits(trust.plan, notes);
   for (const std::string& note : notes) std::cerr << note << '\n';
   WorkFolder folder(trust.out);
-  folder.begin(planJson(trust.plan), trust.resume);
+  folder.begin(planText(trust.plan), trust.resume);
   std::vector<TrustUnit> todo;
   for (const TrustUnit& unit : units) {
     if (!folder.isDone(unit.index)) todo.push_back(unit);

@@ -6,13 +6,10 @@
 #include "run/experiment.h"
 #include "run/published.h"
 #include "scenes/drawn_scenes.h"
-#include "trust/trust_row.h"
 
 namespace gms_ransac {
 
 namespace {
-
-using nlohmann::json;
 
 Reliability reliabilityOf(const Answer& answer, const TruthNoise& noise) {
   Reliability reliability;
@@ -45,14 +42,14 @@ TrustRow rowOf(const Answer& answer, const std::string& set, const TruthNoise& n
   return makeTrustRow(context, answer.result.robust, known ? &truth : nullptr, reliabilityOf(answer, noise));
 }
 
-json measureSet(const TrustPlan& plan, const TrustUnit& unit) {
+std::vector<TrustRow> measureSet(const TrustPlan& plan, const TrustUnit& unit) {
   const TrustSet& set = plan.sets[static_cast<size_t>(unit.set)];
   const Dataset dataset = Dataset::open(set.path, plan.dataset);
   const std::vector<DatasetPair> pairs = dataset.pairs(std::max(1, unit.gap), plan.stride);
   std::vector<Contender> contenders;
   for (const MatchFilterOptions& pipeline : plan.pipelines) contenders.push_back({pipeline, 0});
   Experiment experiment(dataset, contenders, unit.gap);
-  json rows = json::array();
+  std::vector<TrustRow> rows;
   for (int i = unit.first; i < unit.first + unit.count; ++i) {
     experiment.run(pairs[static_cast<size_t>(i)],
                    [&](const Answer& answer) { rows.push_back(rowOf(answer, dataset.name(), set.noise)); });
@@ -77,14 +74,14 @@ Reliability reliabilityOf(const TwoViewScene& scene) {
   return reliability;
 }
 
-json measureScene(const TrustPlan& plan, const TrustUnit& unit) {
+std::vector<TrustRow> measureScene(const TrustPlan& plan, const TrustUnit& unit) {
   const std::string& name = plan.scenes[static_cast<size_t>(unit.scene)];
   const std::vector<DrawnScene>& all = drawnScenes();
   const auto drawn = std::find_if(all.begin(), all.end(), [&](const DrawnScene& scene) { return scene.name == name; });
   std::vector<std::unique_ptr<Method>> methods;
   for (const MatchFilterOptions& pipeline : plan.pipelines) methods.push_back(makeMethod(pipeline));
   RobustResult result;
-  json rows = json::array();
+  std::vector<TrustRow> rows;
   for (int i = unit.first; i < unit.first + unit.count; ++i) {
     const TwoViewScene scene = drawPair(*drawn, i);
     PoseTruth truth;
@@ -109,7 +106,7 @@ json measureScene(const TrustPlan& plan, const TrustUnit& unit) {
 
 }  // namespace
 
-json measureTrust(const TrustPlan& plan, const TrustUnit& unit) {
+std::vector<TrustRow> measureTrust(const TrustPlan& plan, const TrustUnit& unit) {
   return unit.set >= 0 ? measureSet(plan, unit) : measureScene(plan, unit);
 }
 

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "run/pipeline_options.h"
-
 namespace gms_ransac {
 
 namespace {
@@ -30,37 +28,12 @@ constexpr KindOfTruth kKinds[] = {
     {"freiburg", {0.2 * kDegree, 0.001}},
 };
 
-std::string nameOf(const std::string& path) {
-  const fs::path plain(path);
-  std::string name = (plain.has_filename() ? plain : plain.parent_path()).filename().string();
-  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-  return name;
-}
-
 bool isSet(const fs::path& path) {
   const auto holds = [&](const char* name) { return fs::exists(path / name); };
   return holds("rgb.txt") || holds("pairs.txt") || holds("image_0") || holds("image_l");
 }
 
 }  // namespace
-
-nlohmann::json planJson(const TrustPlan& plan) {
-  nlohmann::json json = pipelineJson(plan.pipelines.front());
-  json.update({{"gaps", plan.gaps},
-               {"stride", plan.stride},
-               {"scenes", plan.scenes},
-               {"drawn_pairs", plan.drawn_pairs},
-               {"features", plan.pipelines.front().extractor.features},
-               {"model", toString(plan.pipelines.front().robust.model)}});
-  json["sets"] = json["methods"] = nlohmann::json::array();
-  for (const TrustSet& set : plan.sets) {
-    json["sets"].push_back({{"name", nameOf(set.path)},
-                            {"truth_rotation_sigma_deg", set.noise.rotation / kDegree},
-                            {"truth_translation_sigma_m", set.noise.translation}});
-  }
-  for (const MatchFilterOptions& pipeline : plan.pipelines) json["methods"].push_back(pipeline.method);
-  return json;
-}
 
 std::vector<TrustUnit> trustUnits(const TrustPlan& plan, std::vector<std::string>& notes) {
   std::vector<TrustUnit> units;
@@ -94,8 +67,15 @@ std::vector<std::string> setsIn(const std::string& folder) {
   return sets;
 }
 
+std::string setName(const std::string& path) {
+  const fs::path plain(path);
+  std::string name = (plain.has_filename() ? plain : plain.parent_path()).filename().string();
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  return name;
+}
+
 TruthNoise defaultTruthNoise(const std::string& path) {
-  const std::string name = nameOf(path);
+  const std::string name = setName(path);
   for (const KindOfTruth& kind : kKinds) {
     if (name.find(kind.word) != std::string::npos) return kind.noise;
   }

@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "datasets/dataset.h"
 #include "gms_ransac/match_filter.h"
 #include "trust/match_label.h"
@@ -27,9 +25,6 @@ struct TrustPlan {
   DatasetOptions dataset;
 };
 
-/// Everything that decides the figures, for telling whether two folders of measurements belong together.
-nlohmann::json planJson(const TrustPlan& plan);
-
 /// One piece of work: some neighbouring pairs of a set at a gap, or all pairs of a drawn scene.
 struct TrustUnit {
   int index = 0;             ///< position in the plan, which orders the results
@@ -45,6 +40,9 @@ std::vector<TrustUnit> trustUnits(const TrustPlan& plan, std::vector<std::string
 /// The sets that a folder is or holds, itself or its subfolders in the order of their names. Throws DatasetError where
 /// there is none.
 std::vector<std::string> setsIn(const std::string& folder);
+
+/// The last part of a path, in small letters.
+std::string setName(const std::string& path);
 
 /// The noise of a data set's true motion from image to image, by what its name says of its kind (kitti, tum, freiburg,
 /// 7scenes, euroc, rendered), else by its layout; doc/trust.md tells where the figures are from.

@@ -2,10 +2,11 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <string>
+#include <vector>
 
 #include <Eigen/Geometry>
-#include <nlohmann/json.hpp>
 
 #include "gms_ransac/match_filter.h"
 #include "trust/match_label.h"
@@ -54,22 +55,33 @@ struct Reliability {
   void add(double probability, bool right);
 };
 
-/// A value for each column of pairs.csv; numbers that do not apply are null.
-using TrustRow = nlohmann::json;
-
 struct TrustContext {
-  const char* kind;  ///< "real", "rendered" or "drawn"
+  std::string kind;  ///< "real", "rendered" or "drawn"
   std::string set, pair, method;
   int gap = 0;  ///< 0: drawn, or a listed pair
   Status status = Status::kOk;
   int survivors = 0;
 };
 
+/// A line of pairs.csv; numbers that do not apply are NaN.
+struct TrustRow {
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+  std::string kind, set, pair, method, status;
+  int gap = 0, survivors = 0, inliers = 0;
+  bool has_truth = false, moved = false, right = false, wrong = false;
+  double baseline_m = kNone;
+  double rotation_error_deg = kNone, direction_error_deg = kNone;
+  double rx_deg = kNone, ry_deg = kNone, rz_deg = kNone;  ///< rotation of the estimate less that of the truth
+  double rotation_sigma_deg = kNone, direction_sigma_deg = kNone, uncertainty_deg = kNone;  ///< the sum
+  double nees_rotation = kNone, nees_direction = kNone;
+  double parallax_px = kNone, sigma_px = kNone;
+  std::vector<double> covariance;  ///< 6 x 6; empty without an answer
+  Reliability reliability;
+};
+
 /// The row of an answer; `truth` is null where there is none.
 TrustRow makeTrustRow(const TrustContext& context, const RobustResult& result, const PoseTruth* truth,
                       const Reliability& reliability);
-
-/// Header and a line for each row, cells of several numbers separated by blanks.
-std::string trustCsv(const std::vector<TrustRow>& rows);
 
 }  // namespace gms_ransac
