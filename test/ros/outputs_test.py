@@ -60,6 +60,17 @@ class Outputs(unittest.TestCase):
         self.assertGreaterEqual(max(pairs[-1].track_length), 4)
         self.assertGreaterEqual(min(n for i, n in zip(pairs[-1].track_id, pairs[-1].track_length) if i), 2)
 
+    def test_matches_carry_probability_and_noise(self):
+        for pair in self.send_all(self.client("mono").connect(), 150.0):
+            probability, reference, current = (np.array(c) for c in (pair.probability, pair.reference_sigma, pair.current_sigma))
+            for column in (probability, reference, current):
+                self.assertEqual(len(column), len(pair.confidence))
+            self.assertTrue(np.all((probability >= 0) & (probability <= 1)))
+            self.assertGreater(np.median(probability), 0.9)
+            self.assertTrue(np.all(reference > 0) and np.all(current > 0))
+            self.assertTrue(0.05 < np.median(current) < 1, "noise of a drawn scene")
+            self.assertGreater(reference.max() / reference.min(), 1.1, "coarse levels are less accurate")
+
     def check_features(self, name, names):
         client, clouds = self.client(name), []
         client.subscribe("features", PointCloud, clouds)
