@@ -274,6 +274,19 @@ class Outputs(unittest.TestCase):
         client.wait(report("timing", lambda s: {"rate (Hz)", "latency (ms)", "dropped"} <= {v.key for v in s.values}), "timing")
         client.wait(report("input", lambda s: "/fusion/image" in s.message and s.level == 1), "the silent topic's name")
 
+    def test_a_wrong_focal_length_is_doubted(self):
+        client, reports = self.client("mono"), []
+        client.subscribers.append(rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: reports.extend(m.status)))
+        client.connect()
+        # Nodding while moving sideways: where the optical axes lie in one plane, the focal length does not show.
+        there_and_back = [self.scene.draw(t=(shift, 0, 0), r=(angle, 0, 0)) for shift, angle in ((0, -0.08), (0.5, 0.08))]
+        wrong = np.array(K)
+        wrong[0, 0] = wrong[1, 1] = 1.05 * K[0, 0]
+        for i in range(32):
+            answer = client.ask(there_and_back[i % 2], 1100 + 0.1 * i, info=camera_info(0, k=wrong))
+        self.assertGreater(answer.camera_misfit, 1)
+        doubt = "pairs contradict the camera's focal length: fx and fy of camera_info"
+        client.wait(lambda: any(doubt in s.message and s.level == 1 for s in reports), "a word in diagnostics")
 
     def test_parameters_of_another_camera_are_doubted(self):
         client, reports, log = self.client("other_camera"), [], []
