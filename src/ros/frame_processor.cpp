@@ -19,8 +19,24 @@ constexpr double kWellSeen = 0.2;
 // The next image is expected within this many times the interval between the last two.
 constexpr double kLateImage = 2;
 
+/// Why there is a rotation and no translation.
+std::string explainLowParallax(const MatchResult& result, const RobustOptions& options) {
+  std::ostringstream text;
+  text.precision(3);
+  text << "the direction of translation cannot be observed: ";
+  if (result.robust.ambiguous) {
+    text << "another motion explains the " << result.matches_gms
+         << " filtered matches as well, or part of them; the rotation is as good as its covariance says";
+  } else {
+    text << std::fixed << result.robust.median_parallax_px << " px of parallax where keypoints are off by "
+         << result.robust.sigma_px << " px; a turn explains the matches as well, or leaves the direction more than "
+         << std::defaultfloat << "~max_direction_sigma (" << options.max_direction_sigma << " degrees) uncertain";
+  }
+  return text.str();
+}
+
 /// The outcome of a comparison in words, with what to do where something can be done.
-std::string explain(Status status, const MatchResult& result, const CameraModel& camera) {
+std::string explain(Status status, const MatchResult& result, const CameraModel& camera, const RobustOptions& options) {
   std::ostringstream text;
   switch (status) {
     case Status::kOk:
@@ -41,15 +57,7 @@ std::string explain(Status status, const MatchResult& result, const CameraModel&
       text << "no model explains the " << result.matches_gms << " filtered matches";
       break;
     case Status::kLowParallax:
-      if (result.robust.ambiguous) {
-        text << "two motions in different directions explain the " << result.matches_gms
-             << " filtered matches: the direction of translation cannot be told, the rotation as well as its "
-                "covariance says";
-        break;
-      }
-      text.precision(2);
-      text << "the rotation is good, the direction of translation cannot be observed: " << std::fixed
-           << result.robust.median_parallax_px << " px of parallax are too little";
+      text << explainLowParallax(result, options);
       break;
     case Status::kUncalibrated:
       text << "correspondences only, no pose: " << camera.problem;
@@ -284,11 +292,12 @@ std::string FrameProcessor::startAnew(const PreparedFrame& frame, ProcessedFrame
 void FrameProcessor::compare(ProcessedFrame& processed) {
   processed.reference = reference_.get();
   processed.result = &result_;
+  const RobustOptions& robust_options = current_->filter->options().robust;
   const auto work = [&] {
     current_->filter->setCamera(current_->camera->camera);
     current_->filter->filter(reference_->frame, current_->frame, result_);
     processed.status = static_cast<uint8_t>(result_.status);
-    processed.text = explain(result_.status, result_, *current_->camera);
+    processed.text = explain(result_.status, result_, *current_->camera, robust_options);
     tracks_.link(result_);
     processed.track_ids = &tracks_.ids();
     processed.track_lengths = &tracks_.lengths();
@@ -327,7 +336,7 @@ void FrameProcessor::finishPose(ProcessedFrame& processed) {
     if (processed.metric_scale && !translation_known) {
       // Depth makes a translation observable that the images alone do not show.
       processed.status = MatchStats::OK;
-      processed.text = explain(Status::kOk, result_, *current_->camera) +
+      processed.text = explain(Status::kOk, result_, *current_->camera, current_->filter->options().robust) +
                        "; too little parallax, the translation is that of the depth";
       translation_known = true;
     }

@@ -31,6 +31,8 @@ class OdometryOutput {
  private:
   /// Integrates; false when there is nothing to publish.
   bool integrate(const ProcessedFrame& processed);
+  /// The motion since the last image that was integrated is not known.
+  void lose(const ProcessedFrame& processed);
   /// A motion whose direction alone is known, where metres are expected: taken to be about as long as the one before.
   RelativePose withUsualLength(RelativePose motion) const;
   void listen();
@@ -45,6 +47,7 @@ class OdometryOutput {
   ros::NodeHandle nh_;
   const Parameters parameters_;
   MotionIntegrator odometry_;
+  double known_until_ = 0;  ///< stamp of the image whose place `odometry_` holds, seconds
   ros::Publisher odom_, twist_;
   std::unique_ptr<tf2_ros::Buffer> buffer_;
   std::unique_ptr<tf2_ros::TransformListener> listener_;  ///< only where tf is needed: it is a busy topic
