@@ -151,7 +151,9 @@ TEST(MatchFilter, EveryModelWeighsItsMatches) {
       for (size_t i = 0; i < result.matches.size(); ++i) {
         const float probability = result.probability[i];
         EXPECT_TRUE(probability >= 0 && probability <= 1) << what << " " << i;
-        if (result.stage[i] == MatchStage::kRaw) EXPECT_EQ(probability, 0) << what << " " << i << ": not weighed";
+        if (result.stage[i] == MatchStage::kRaw) {
+          EXPECT_EQ(probability, 0) << what << " " << i << ": not weighed";
+        }
         if (result.stage[i] == MatchStage::kInlier) right += probability > 0.5f;
       }
       EXPECT_GT(right, result.robust.inlier_count / 2) << what;
