@@ -13,11 +13,12 @@ namespace gms_ransac {
 
 namespace {
 
-// Of Vuong's statistics, in standard deviations, and the share of the inliers that need a translation: where fewer do,
-// a moving body may be all that has one (doc/uncertainty.md).
+// Of Vuong's statistics, in standard deviations.
 constexpr double kLeastAgainstRotation = 2.5;
 constexpr double kLeastAgainstRows = 0;
-constexpr double kLeastShare = 0.45;
+/// Of the inliers, without parallax. Where more are still, a body that moves by itself may be all that moves
+/// (doc/uncertainty.md).
+constexpr double kMostStill = 0.5;
 /// Below this a turn with rows explains the matches so much better that it is the answer.
 constexpr double kRowsExplainBetter = -2;
 /// Motions that are closer in direction, in standard deviations or radians, are the same that has not converged.
@@ -149,7 +150,7 @@ bool PoseJudge::movesInTwo(int64_t& evaluations) {
 }
 
 bool PoseJudge::showsTranslation(const RotationVerdict& verdict) {
-  return verdict.share >= kLeastShare && verdict.against_rotation >= kLeastAgainstRotation &&
+  return verdict.still <= kMostStill && verdict.against_rotation >= kLeastAgainstRotation &&
          verdict.against_rows >= kLeastAgainstRows;
 }
 

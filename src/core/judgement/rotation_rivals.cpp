@@ -19,6 +19,7 @@ namespace {
 constexpr float kFreedomOfDepth = 1.3863f;
 constexpr float kMostCost = 9;
 constexpr float kInlierCost = 9;
+constexpr float kFurther = 2.5f * 2.5f;
 
 /// Softness of the loss of each iteration, squared standard deviations: near points of a translating camera drop out.
 constexpr float kRowSoftness[] = {100, 100, 30, 30, 9};
@@ -104,6 +105,14 @@ class RowEquations {
   Lanes blocks_[6][6], gradient_[3][3];
 };
 
+/// How many matches have no parallax, by how many have less than one deviation of it along their epipolar lines, and
+/// how many between one and 2.5. Noise alone puts 68.3 and 30.5 % there; parallaxes that are spread over more than the
+/// noise put them there as the widths of the two, 1 to 1.5.
+double stillMatches(int near, int further) {
+  constexpr double kNear = 0.683, kBetween = 0.305, kSpread = 1 / 1.5;
+  return std::max(0.0, (near - kSpread * further) / (kNear - kSpread * kBetween));
+}
+
 }  // namespace
 
 RotationVerdict RotationRivals::compare(const PointColumnsView& points, const MatchNoise& noise,
@@ -114,7 +123,7 @@ RotationVerdict RotationRivals::compare(const PointColumnsView& points, const Ma
   const auto count = static_cast<size_t>(points.count);
   pose_costs_.resize(count);
   costs_.resize(count);
-  int inliers = 0, preferring = 0;
+  int inliers = 0, near = 0, further = 0;
   for (size_t i = 0; i < count; ++i) {
     const float e = noise.residuals()[i] * per_variance;
     pose_costs_[i] = std::min(e, kMostCost) + kFreedomOfDepth;
@@ -122,10 +131,12 @@ RotationVerdict RotationRivals::compare(const PointColumnsView& points, const Ma
     costs_[i] = std::min(0.5f * rotation_residuals[i] * per_variance, kMostCost + kFreedomOfDepth);
     if (!(e < kInlierCost)) continue;
     ++inliers;
-    preferring += costs_[i] > pose_costs_[i];
+    const float along = costs_[i] - e;  // squared, without the part across the epipolar line
+    near += along < 1;
+    further += along >= 1 && along < kFurther;
   }
   RotationVerdict verdict;
-  verdict.share = inliers > 0 ? static_cast<double>(preferring) / inliers : 0;
+  verdict.still = inliers > 0 ? stillMatches(near, further) / inliers : 0;
   verdict.against_rotation = vuong(cells);
   fitRows(points, R, variance);
   verdict.against_rows = vuong(cells);

@@ -13,7 +13,7 @@ namespace gms_ransac {
 struct RotationVerdict {
   double against_rotation = 0;  ///< the best rotation alone
   double against_rows = 0;      ///< one that goes on while the rows of either image are read (rolling shutter)
-  double share = 0;             ///< of the pose's inliers that prefer the pose to the rotation alone
+  double still = 0;             ///< estimated share of the pose's inliers that the rotation alone leaves no parallax
 };
 
 class RotationRivals {
