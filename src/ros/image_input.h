@@ -17,16 +17,10 @@
 
 #include "image_pairing.h"
 #include "parameters.h"
+#include "throttle.h"
+#include "waiting_images.h"
 
 namespace gms_ransac {
-
-struct ImageWithInfo {
-  sensor_msgs::ImageConstPtr image;
-  sensor_msgs::CameraInfoConstPtr camera_info;  ///< null: none has arrived, or it was replaced by parameters
-  sensor_msgs::ImageConstPtr depth;             ///< with ~scale depth; null: none came with the image
-  sensor_msgs::ImageConstPtr reference;         ///< with ~input pair: what `image` is compared with
-  ros::Time received;
-};
 
 class ImageInput {
  public:
@@ -76,6 +70,8 @@ class ImageInput {
   void deliverPairs();
   void countImage(const sensor_msgs::ImageConstPtr& image);
   void deliver(ImageWithInfo input);
+  /// Hands over the images that need wait no longer.
+  void deliverSettled();
 
   ros::NodeHandle nh_, pnh_;
   image_transport::ImageTransport transport_;
@@ -92,11 +88,12 @@ class ImageInput {
   std::unique_ptr<message_filters::Synchronizer<ExactPolicy>> synchronizer_;
   // input: pair, or scale: depth
   image_transport::Subscriber second_subscriber_;
-  ros::WallTimer pairing_timer_;
+  ros::WallTimer waiting_timer_;
+  Throttle throttle_;
 
   std::mutex mutex_;      ///< guards what follows
   ImagePairing pairing_;  ///< after the subscribers: a transport's plugin may have to free what it holds
-  sensor_msgs::CameraInfoConstPtr latest_info_;
+  WaitingImages waiting_;
   int images_ = 0, infos_ = 0;  ///< since the last call of waitingFor
   int complete_ = 0;            ///< delivered since then with all that belongs to them
   ros::Time last_image_stamp_, last_info_stamp_;

@@ -46,6 +46,14 @@ class Outputs(unittest.TestCase):
         self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
         return [client.correspondence(start + 0.1 * i) for i in range(1, len(self.frames))]
 
+    def test_the_first_images_wait_for_camera_info(self):
+        client = self.client("late").connect()
+        for i, frame in enumerate(self.frames[:3]):
+            client.image.publish(image_message(frame, 100 + 0.1 * i))
+        client.info.publish(camera_info(100))
+        client.answer(3)
+        self.assertEqual([s.status for s in client.stats], [MatchStats.FIRST_FRAME, MatchStats.OK, MatchStats.OK])
+
     def test_track_ids_persist(self):
         pairs = self.send_all(self.client("mono").connect())
         for before, after in zip(pairs, pairs[1:]):

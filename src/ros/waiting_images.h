@@ -1,0 +1,61 @@
+// Images that wait until what belongs to them has come. Knows no topic.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <vector>
+
+#include <ros/time.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+
+namespace gms_ransac {
+
+/// An image with all that belongs to it.
+struct ImageWithInfo {
+  sensor_msgs::ImageConstPtr image;
+  sensor_msgs::CameraInfoConstPtr camera_info;  ///< null: none has arrived, or it was replaced by parameters
+  sensor_msgs::ImageConstPtr depth;             ///< with ~scale depth; null: none came with the image
+  sensor_msgs::ImageConstPtr reference;         ///< with ~input pair: what `image` is compared with
+  ros::Time received;
+};
+
+struct WaitingOptions {
+  bool for_camera_info = false;  ///< the first images wait until any camera_info has come
+  double patience = 1;           ///< seconds of the caller's clock that an image waits
+  size_t capacity = 10;          ///< images that wait
+};
+
+/// Every image comes out once, in the order it came in. One that need not wait comes out at once.
+class WaitingImages {
+ public:
+  explicit WaitingImages(const WaitingOptions& options) : options_(options) {}
+
+  /// `now`: seconds of a clock that never goes back. An image that has a camera_info keeps it.
+  void add(const ImageWithInfo& input, double now);
+  /// Goes with every image that comes out from now on without one of its own.
+  void setCameraInfo(const sensor_msgs::CameraInfoConstPtr& info);
+  /// What is decided by now; each is returned once.
+  std::vector<ImageWithInfo> settled(double now);
+  /// An image waited in vain for the first camera_info; none waits for it again.
+  bool gaveUpCameraInfo() const { return gave_up_camera_info_; }
+  /// Forgets the images that wait.
+  void clear() { waiting_.clear(); }
+
+ private:
+  struct Waiting {
+    ImageWithInfo input;
+    double since;
+  };
+
+  bool lacksCameraInfo(const ImageWithInfo& input) const;
+  /// The oldest need wait no longer.
+  bool overdue(double now) const;
+
+  const WaitingOptions options_;
+  std::deque<Waiting> waiting_;
+  sensor_msgs::CameraInfoConstPtr latest_info_;
+  bool gave_up_camera_info_ = false;
+};
+
+}  // namespace gms_ransac
