@@ -17,7 +17,7 @@ namespace {
 // Every parameter that is fixed at start; the one list that `unknownParameters` knows besides cfg/MatchFilter.cfg.
 // clang-format off
 const std::vector<std::string> kStaticNames = {
-    "depth_image_transport",
+    "depth_image_transport", "mask_file", "mask_sync",
     "camera_info_sync", "input_is_rectified", "image_transport", "drop_frames", "queue_size", "always_subscribe",
     "threads", "diagnostic_period", "input", "feature_layout", "scale", "fixed_scale", "odom_frame", "base_frame", "invert_odom_tf",
     "camera/fx", "camera/fy", "camera/cx", "camera/cy", "camera/k1", "camera/k2", "camera/p1", "camera/p2",
@@ -165,6 +165,9 @@ Parameters Parameters::read(const ros::NodeHandle& pnh) {
   parameters.input_is_rectified =
       rectified == "auto" ? Rectified::kAuto : (rectified == "true" ? Rectified::kYes : Rectified::kNo);
   parameters.camera = readCamera(pnh);
+  gms_ransac::read(pnh, "mask_file", "the path of an image", parameters.mask_file);
+  parameters.mask_sync =
+      readChoice(pnh, "mask_sync", "latest", {"latest", "exact"}) == "exact" ? MaskSync::kExact : MaskSync::kLatest;
   gms_ransac::read(pnh, "image_transport", "the name of an image transport", parameters.image_transport);
   gms_ransac::read(pnh, "depth_image_transport", "the name of an image transport", parameters.depth_image_transport);
   gms_ransac::read(pnh, "diagnostic_period", "a number of seconds above 0", parameters.diagnostic_period);

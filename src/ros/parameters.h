@@ -14,6 +14,7 @@
 namespace gms_ransac {
 
 enum class CameraInfoSync { kLatest, kExact };
+enum class MaskSync { kLatest, kExact };
 enum class Rectified { kAuto, kYes, kNo };
 
 enum class FeatureLayout { kVinsMono, kVinsFusion };
@@ -25,6 +26,8 @@ struct Parameters {
   CameraInfoSync camera_info_sync = CameraInfoSync::kLatest;  ///< latest | exact: which camera_info goes with an image
   Rectified input_is_rectified = Rectified::kAuto;            ///< auto | true | false
   CameraIntrinsics camera;  ///< ~camera/fx fy cx cy k1 k2 p1 p2 k3: replaces camera_info when fx is given
+  std::string mask_file;    ///< image whose zeros are masked until one comes on ~mask; empty: none
+  MaskSync mask_sync = MaskSync::kLatest;  ///< latest | exact: which ~mask goes with an image
   std::string image_transport = "raw", depth_image_transport = "raw";
   ScaleMode scale = ScaleMode::kUnit;  ///< unit | propagate | depth | fixed: length of the translations
   double fixed_scale = 1;              ///< metres of every translation with scale fixed, 1e-6..1e6
