@@ -11,7 +11,8 @@
 namespace gms_ransac {
 namespace {
 
-/// Feeds images and writes down what comes out: the stamp in hundredths of a second, and "i" for a camera_info.
+/// Feeds images and writes down what comes out: the stamp in hundredths of a second, "i" for a camera_info and "m" with
+/// the stamp of a mask.
 class Bench {
  public:
   explicit Bench(const WaitingOptions& options) : images_(options) {}
@@ -29,6 +30,12 @@ class Bench {
     images_.setCameraInfo(boost::make_shared<sensor_msgs::CameraInfo>());
     return collect();
   }
+  Bench& mask(double stamp) {
+    auto mask = boost::make_shared<sensor_msgs::Image>();
+    mask->header.stamp = ros::Time(stamp);
+    images_.addMask(mask);
+    return collect();
+  }
   Bench& wait(double seconds) {
     now_ += seconds;
     return collect();
@@ -41,7 +48,8 @@ class Bench {
   Bench& collect() {
     for (const ImageWithInfo& input : images_.settled(now_)) {
       out_ += (out_.empty() ? "" : " ") + std::to_string(std::lround(100 * input.image->header.stamp.toSec())) +
-              (input.camera_info ? "i" : "");
+              (input.camera_info ? "i" : "") +
+              (input.mask ? "m" + std::to_string(std::lround(100 * input.mask->header.stamp.toSec())) : "");
     }
     return *this;
   }
@@ -90,6 +98,47 @@ TEST(WaitingImages, DoNotWaitWhenTooManyDo) {
 TEST(WaitingImages, KeepTheirOwnCameraInfo) {
   Bench bench(forCameraInfo());
   EXPECT_EQ(bench.image(1, true).out(), "100i");
+}
+
+TEST(WaitingImages, TakeTheNewestMask) {
+  Bench bench{WaitingOptions()};
+  EXPECT_EQ(bench.image(1).out(), "100");
+  EXPECT_EQ(bench.mask(0).image(2).image(3).out(), "200m0 300m0");
+  EXPECT_EQ(bench.mask(1).mask(2.5).image(4).out(), "400m250");
+}
+
+WaitingOptions forMask() {
+  WaitingOptions options;
+  options.for_mask = true;
+  options.capacity = 3;
+  return options;
+}
+
+TEST(WaitingImages, WaitForTheMaskOfTheirStamp) {
+  Bench bench(forMask());
+  EXPECT_EQ(bench.image(1).image(2).out(), "");
+  EXPECT_EQ(bench.mask(1).out(), "100m100");
+  EXPECT_EQ(bench.mask(2).mask(3).out(), "200m200");
+  EXPECT_EQ(bench.image(3).out(), "300m300") << "the mask came first";
+}
+
+TEST(WaitingImages, DoNotWaitForAMaskThatWasSkipped) {
+  Bench bench(forMask());
+  EXPECT_EQ(bench.image(1).image(2).mask(2).out(), "100 200m200");
+}
+
+TEST(WaitingImages, DoNotWaitLongForAMask) {
+  Bench bench(forMask());
+  EXPECT_EQ(bench.image(1).wait(0.5).image(2).wait(0.5).out(), "100");
+  EXPECT_EQ(bench.image(3).image(4).image(5).out(), "200");
+  EXPECT_EQ(bench.mask(5).out(), "300 400 500m500");
+}
+
+TEST(WaitingImages, WaitAgainWhereTheStampsGoBack) {
+  Bench bench(forMask());
+  EXPECT_EQ(bench.image(9).mask(9).out(), "900m900");
+  EXPECT_EQ(bench.mask(1).image(1).image(2).out(), "100m100");
+  EXPECT_EQ(bench.mask(2).out(), "200m200");
 }
 
 TEST(WaitingImages, AreForgottenOnRequest) {

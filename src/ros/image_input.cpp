@@ -31,7 +31,8 @@ PairingOptions pairingOptions(const Parameters& parameters) {
 }
 
 WaitingOptions waitingOptions(const Parameters& parameters) {
-  return {!parameters.camera.calibrated(), kPatience, static_cast<size_t>(parameters.queue_size)};
+  return {!parameters.camera.calibrated(), parameters.mask_sync == MaskSync::kExact, kPatience,
+          static_cast<size_t>(parameters.queue_size)};
 }
 
 }  // namespace
@@ -70,6 +71,7 @@ void ImageInput::start() {
   const auto queue = static_cast<uint32_t>(parameters_.queue_size);
   // Without the private handle the transport would be looked up in the nodelet manager's namespace.
   const image_transport::TransportHints hints(parameters_.image_transport, ros::TransportHints().tcpNoDelay(), pnh_);
+  mask_subscriber_ = pnh_.subscribe("mask", queue, &ImageInput::onMask, this);
   if (needsInfo() && parameters_.camera_info_sync == CameraInfoSync::kExact) {
     startExact(queue, hints);
   } else {
@@ -116,6 +118,7 @@ void ImageInput::stop() {
   image_subscriber_.shutdown();
   second_subscriber_.shutdown();
   info_subscriber_.shutdown();
+  mask_subscriber_.shutdown();
   image_filter_.unsubscribe();
   info_filter_.unsubscribe();
   synchronizer_.reset();
@@ -182,6 +185,14 @@ void ImageInput::onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
     ++infos_;
     last_info_stamp_ = info->header.stamp;
     waiting_.setCameraInfo(info);
+  }
+  deliverSettled();
+}
+
+void ImageInput::onMask(const sensor_msgs::ImageConstPtr& mask) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    waiting_.addMask(mask);
   }
   deliverSettled();
 }

@@ -26,7 +26,8 @@ class ImageInput {
  public:
   using Callback = std::function<void(const ImageWithInfo&)>;
 
-  /// `nh`: the inputs are relative to it; `pnh`: where ~image_transport and its options are looked up.
+  /// `nh`: the inputs are relative to it; `pnh`: that of ~mask, and where ~image_transport and its options are looked
+  /// up.
   ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters, Callback callback);
 
   /// Throws std::invalid_argument with a sentence when ~image_transport, or ~depth_image_transport where depth is
@@ -63,6 +64,7 @@ class ImageInput {
   bool needsInfo() const { return !parameters_.camera.calibrated(); }
   void onImage(const sensor_msgs::ImageConstPtr& image);
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
+  void onMask(const sensor_msgs::ImageConstPtr& mask);
   void onPair(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
   void onFirst(const sensor_msgs::ImageConstPtr& image);
   void onSecond(const sensor_msgs::ImageConstPtr& image);
@@ -78,6 +80,7 @@ class ImageInput {
   Parameters parameters_;
   Callback callback_;
   bool started_ = false;
+  ros::Subscriber mask_subscriber_;
 
   // camera_info_sync: latest
   image_transport::Subscriber image_subscriber_;

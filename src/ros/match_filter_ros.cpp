@@ -204,6 +204,8 @@ void MatchFilterRos::publish(const ProcessedFrame& processed) {
   if (processed.continuity != Continuity::kContinuous) ++resets_;
   if (processed.current->camera) diagnostics_->setCalibrationDoubt(processed.current->camera->doubt);
   if (processed.status == MatchStats::BAD_IMAGE) throttle_.warn("bad image", name_ + ": " + processed.text);
+  const std::string& mask_problem = processed.current->mask_problem;
+  if (!mask_problem.empty()) throttle_.warn("mask", name_ + ": an image is answered without mask: " + mask_problem);
   if (processed.continuity != Continuity::kContinuous) throttle_.warn("reset", name_ + ": " + processed.text);
   OutputOptions options;
   {
