@@ -1,7 +1,10 @@
 #include "odometry_output.h"
 
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <geometry_msgs/TransformStamped.h>
 #include <geometry_msgs/TwistWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
+#include <nav_msgs/Path.h>
 #include <tf2_eigen/tf2_eigen.h>
 #include <boost/make_shared.hpp>
 
@@ -14,8 +17,16 @@ namespace {
 constexpr uint32_t kPublisherQueue = 10;
 // Before the first broadcast tf is listened to for this long, to learn of another node that owns the frame.
 constexpr double kSettlingSeconds = 1;
+constexpr size_t kPathPoses = 2000;  // a minute of a 30 Hz camera, in messages of 200 kB; then every second one
 
 using RowMajor6d = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+
+geometry_msgs::PoseWithCovariance toMessage(const Eigen::Isometry3d& pose, const Matrix6d& covariance) {
+  geometry_msgs::PoseWithCovariance message;
+  message.pose = tf2::toMsg(pose);
+  Eigen::Map<RowMajor6d>(message.covariance.data()) = covariance;
+  return message;
+}
 
 geometry_msgs::TwistWithCovariance toMessage(const Vector6d& twist, const Matrix6d& covariance) {
   geometry_msgs::TwistWithCovariance message;
@@ -33,20 +44,29 @@ geometry_msgs::TwistWithCovariance toMessage(const Vector6d& twist, const Matrix
 
 OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
                                const ros::SubscriberStatusCallback& changed)
-    : nh_(nh), parameters_(parameters) {
+    : nh_(nh), parameters_(parameters), path_(kPathPoses) {
   // From the start, or the first pairs would find no place of the camera on its base.
   if (!parameters_.base_frame.empty()) listen();
   odom_ = outputs.advertise<nav_msgs::Odometry>("odom", kPublisherQueue, changed, changed);
   twist_ = outputs.advertise<geometry_msgs::TwistWithCovarianceStamped>("twist", kPublisherQueue, changed, changed);
+  pose_ = outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", kPublisherQueue, changed, changed);
+  transform_ = outputs.advertise<geometry_msgs::TransformStamped>("transform", kPublisherQueue, changed, changed);
+  path_publisher_ = outputs.advertise<nav_msgs::Path>("path", 1, changed, changed);
 }
 
 int OdometryOutput::listeners() const {
-  return static_cast<int>(odom_.getNumSubscribers() + twist_.getNumSubscribers());
+  uint32_t count = 0;
+  for (const ros::Publisher* publisher : {&odom_, &twist_, &pose_, &transform_, &path_publisher_}) {
+    count += publisher->getNumSubscribers();
+  }
+  return static_cast<int>(count);
 }
 
 bool OdometryOutput::integrate(const ProcessedFrame& processed) {
-  if (processed.continuity == Continuity::kRestarted || processed.status == MatchStats::FIRST_FRAME)
+  if (processed.continuity == Continuity::kRestarted || processed.status == MatchStats::FIRST_FRAME) {
     odometry_.restart();
+    path_.clear();
+  }
   if (processed.continuity == Continuity::kBroken) odometry_.lose();
   if (processed.result == nullptr) return false;
   const double seconds = processed.current->stamp() - processed.reference->stamp();
@@ -92,21 +112,55 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
   const bool of_camera = parameters_.base_frame.empty();
   const OdometryEstimate estimate = of_camera ? odometry_.camera() : odometry_.base(*camera_in_base);
   const std::string moving_frame = of_camera ? header.frame_id : parameters_.base_frame;
-  auto odom = boost::make_shared<nav_msgs::Odometry>();
-  odom->header.stamp = header.stamp;
-  odom->header.frame_id = parameters_.odom_frame;
-  odom->child_frame_id = moving_frame;
-  odom->pose.pose = tf2::toMsg(estimate.pose);
-  Eigen::Map<RowMajor6d>(odom->pose.covariance.data()) = estimate.pose_covariance;
-  odom->twist = toMessage(estimate.twist, estimate.twist_covariance);
-  odom_.publish(odom);
-
-  auto twist = boost::make_shared<geometry_msgs::TwistWithCovarianceStamped>();
-  twist->header.stamp = header.stamp;
-  twist->header.frame_id = moving_frame;
-  twist->twist = odom->twist;
-  twist_.publish(twist);
+  std_msgs::Header in_odom = header;
+  in_odom.frame_id = parameters_.odom_frame;
+  publishPose(estimate, in_odom, moving_frame);
+  publishTwist(estimate, header.stamp, moving_frame);
+  publishPath(estimate, in_odom);
   if (with_transform) broadcast(estimate.pose, header.stamp, moving_frame);
+}
+
+void OdometryOutput::publishPose(const OdometryEstimate& estimate, const std_msgs::Header& header,
+                                 const std::string& moving_frame) {
+  auto odom = boost::make_shared<nav_msgs::Odometry>();
+  odom->header = header;
+  odom->child_frame_id = moving_frame;
+  odom->pose = toMessage(estimate.pose, estimate.pose_covariance);
+  odom->twist = toMessage(estimate.twist, estimate.twist_covariance);
+  if (pose_.getNumSubscribers() > 0) {
+    auto pose = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>();
+    pose->header = header;
+    pose->pose = odom->pose;
+    pose_.publish(pose);
+  }
+  if (transform_.getNumSubscribers() > 0) {
+    auto transform = boost::make_shared<geometry_msgs::TransformStamped>(tf2::eigenToTransform(estimate.pose));
+    transform->header = header;
+    transform->child_frame_id = moving_frame;
+    transform_.publish(transform);
+  }
+  odom_.publish(odom);
+}
+
+void OdometryOutput::publishTwist(const OdometryEstimate& estimate, const ros::Time& stamp,
+                                  const std::string& moving_frame) {
+  auto twist = boost::make_shared<geometry_msgs::TwistWithCovarianceStamped>();
+  twist->header.stamp = stamp;
+  twist->header.frame_id = moving_frame;
+  twist->twist = toMessage(estimate.twist, estimate.twist_covariance);
+  twist_.publish(twist);
+}
+
+void OdometryOutput::publishPath(const OdometryEstimate& estimate, const std_msgs::Header& header) {
+  geometry_msgs::PoseStamped pose;
+  pose.header = header;
+  pose.pose = tf2::toMsg(estimate.pose);
+  path_.add(pose);
+  if (path_publisher_.getNumSubscribers() == 0) return;
+  auto path = boost::make_shared<nav_msgs::Path>();
+  path->header = header;
+  path->poses = path_.poses();
+  path_publisher_.publish(path);
 }
 
 std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::Header& camera) {

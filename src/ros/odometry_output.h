@@ -1,4 +1,4 @@
-// Publishes the integrated motion as ~odom, ~twist and, if wanted, a transform.
+// Publishes the integrated motion: ~odom, ~twist, ~pose, ~transform, ~path and, if wanted, on tf.
 #pragma once
 
 #include <optional>
@@ -9,6 +9,7 @@
 
 #include "frame_processor.h"
 #include "motion_integrator.h"
+#include "path_history.h"
 #include "throttle.h"
 #include "watched_broadcaster.h"
 
@@ -35,12 +36,17 @@ class OdometryOutput {
   /// False while tf has not been listened to long enough, and for good, with a sentence, once another node gives the
   /// child frame another parent, or gave it any before us.
   bool mayBroadcast(const std::string& parent, const std::string& child);
+  /// `header`: stamp of the image, odometry frame.
+  void publishPose(const OdometryEstimate& estimate, const std_msgs::Header& header, const std::string& moving_frame);
+  void publishTwist(const OdometryEstimate& estimate, const ros::Time& stamp, const std::string& moving_frame);
+  void publishPath(const OdometryEstimate& estimate, const std_msgs::Header& header);
   void broadcast(const Eigen::Isometry3d& pose, const ros::Time& stamp, const std::string& moving_frame);
 
   ros::NodeHandle nh_;
   const Parameters parameters_;
   MotionIntegrator odometry_;
-  ros::Publisher odom_, twist_;
+  PathHistory path_;
+  ros::Publisher odom_, twist_, pose_, transform_, path_publisher_;
   tf2_ros::Buffer buffer_;
   std::unique_ptr<tf2_ros::TransformListener> listener_;  ///< only where tf is needed: it is a busy topic
   WatchedBroadcaster broadcaster_;
