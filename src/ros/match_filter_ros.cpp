@@ -67,6 +67,7 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
     std::lock_guard<std::mutex> lock(subscription_mutex_);
     outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, [this] { guard([&] { updateSubscription(); }); });
   }
+  if (config_.publish_odom_tf) outputs_->expectOdomTf();
   diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, name_);
   master_watch_ = std::make_unique<MasterWatch>(name_);
   ROS_INFO_STREAM(name_ << ": method " << config_.method << ", model " << config_.model << ", OpenCV " << CV_VERSION

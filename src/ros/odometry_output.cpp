@@ -97,12 +97,13 @@ RelativePose OdometryOutput::withUsualLength(RelativePose motion) const {
 }
 
 void OdometryOutput::listen() {
+  if (listener_) return;
   listener_ = std::make_unique<tf2_ros::TransformListener>(buffer_, nh_);
   listening_since_ = ros::WallTime::now();
 }
 
 void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transform) {
-  if (with_transform && !listener_) listen();
+  if (with_transform) listen();
   if (processed.continuity == Continuity::kRestarted) buffer_.clear();
   if (!integrate(processed) || (listeners() == 0 && !with_transform)) return;
   const std_msgs::Header& header = processed.current->header;

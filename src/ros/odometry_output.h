@@ -21,6 +21,8 @@ class OdometryOutput {
                  const ros::SubscriberStatusCallback& listeners_changed);
 
   int listeners() const;
+  /// tf is needed soon. Before the first `publish`, or from its thread.
+  void listen();
   /// Integrates every motion; publishes only while the motion is known.
   void publish(const ProcessedFrame& processed, bool broadcast);
 
@@ -29,7 +31,6 @@ class OdometryOutput {
   bool integrate(const ProcessedFrame& processed);
   /// A motion whose direction alone is known, where metres are expected: taken to be about as long as the one before.
   RelativePose withUsualLength(RelativePose motion) const;
-  void listen();
   /// Of the camera in ~base_frame, looked up at the image's stamp; identity when ~base_frame is empty. None, with a
   /// throttled sentence, while tf does not know it.
   std::optional<Eigen::Isometry3d> cameraInBase(const std_msgs::Header& camera);

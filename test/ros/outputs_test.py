@@ -141,7 +141,8 @@ class Outputs(unittest.TestCase):
             # Four percent of the farthest board is half a pixel of disparity.
             self.assertLess(np.median(off), 0.04)
             self.assertTrue(np.all((points[:, 3] >= 0) & (points[:, 3] <= 1)))
-        self.assertEqual([m.ns for m in markers[-1].markers], ["flow", "current", "reference"])
+        self.assertEqual([m.ns for m in markers[-1].markers], ["flow", "current", "reference", "note"])
+        self.assertEqual(markers[-1].markers[3].text, "", "lengths are metres")
         self.assertEqual(len(markers[-1].markers[0].points), len(markers[-1].markers[0].colors))
 
     def depth_frame(self, t):
