@@ -23,7 +23,7 @@ sensor_msgs::CameraInfo calibrated(uint32_t width = 640, uint32_t height = 480) 
 }
 
 std::shared_ptr<const CameraModel> model(const sensor_msgs::CameraInfo& info, cv::Size size,
-                                         Rectified rectified = Rectified::kNo, const std::string& topic = "/image") {
+                                         Rectified rectified = Rectified::kFalse, const std::string& topic = "/image") {
   Parameters parameters;
   parameters.input_is_rectified = rectified;
   return CameraModelSource(parameters, topic, "/camera_info")
@@ -46,7 +46,7 @@ TEST(CameraModel, ShiftsThePrincipalPointToTheRegionOfInterest) {
   info.roi.width = 400;
   info.roi.height = 300;
   expectIntrinsics(*model(info, {400, 300}), 500, 502, 221, 183);
-  expectIntrinsics(*model(info, {400, 300}, Rectified::kYes), 480, 481, 210, 190);
+  expectIntrinsics(*model(info, {400, 300}, Rectified::kTrue), 480, 481, 210, 190);
 }
 
 TEST(CameraModel, DividesByTheBinning) {
@@ -156,7 +156,7 @@ TEST(CameraModel, AFisheyeLensWithoutCoefficientsIsNoPinhole) {
   sensor_msgs::CameraInfo info = calibrated();
   info.distortion_model = "equidistant";
   info.D.assign(4, 0);
-  const auto raw = model(info, {640, 480}, Rectified::kNo);
+  const auto raw = model(info, {640, 480}, Rectified::kFalse);
   EXPECT_FALSE(raw->rectified);
   EXPECT_NEAR(raw->camera.undistort({621, 243}).x, 321 + 500 * std::tan(300 / 500.0), 0.01);
 }
@@ -241,7 +241,7 @@ TEST(CameraModel, NoMessageThrows) {
   const std::vector<double> numbers = {0, -1, 500, 1e300, nan, std::numeric_limits<double>::infinity()};
   const std::vector<uint32_t> counts = {0, 1, 640, kLeastInt, kMost};
   const auto check = [](const sensor_msgs::CameraInfo& info) {
-    for (const Rectified rectified : {Rectified::kAuto, Rectified::kYes, Rectified::kNo}) {
+    for (const Rectified rectified : {Rectified::kAuto, Rectified::kTrue, Rectified::kFalse}) {
       std::shared_ptr<const CameraModel> answer;
       ASSERT_NO_THROW(answer = model(info, {640, 480}, rectified)) << info;
       EXPECT_NE(answer->problem.empty(), !answer->camera.calibrated()) << info;

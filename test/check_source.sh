@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks of the source itself: check_source.sh ros_free|floors|format|lint|tidy [BUILD_DIR]. Exit status 77 means skipped.
+# Checks of the source itself: check_source.sh ros_free|floors|parameters|format|lint|tidy [BUILD_DIR]. Exit status 77 means skipped.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 SKIPPED=77
@@ -18,6 +18,9 @@ case ${1:-} in
   floors)
     /usr/bin/python3 test/check_floors.py
     ;;
+  parameters)
+    /usr/bin/python3 scripts/generate_parameters.py --check
+    ;;
   format)
     require_version_14 clang-format
     # Not git: the source may have come without it.
@@ -33,7 +36,7 @@ case ${1:-} in
     /usr/bin/python3 test/check_tidy.py "$2"
     ;;
   *)
-    echo "usage: check_source.sh ros_free|floors|format|lint|tidy [BUILD_DIR]" >&2
+    echo "usage: check_source.sh ros_free|floors|parameters|format|lint|tidy [BUILD_DIR]" >&2
     exit 2
     ;;
 esac

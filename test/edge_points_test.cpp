@@ -96,7 +96,7 @@ TEST(EdgePoints, SparseImageYieldsItsCornersAlone) {
   ASSERT_GE(features.size(), 4);
   for (const cv::KeyPoint& keypoint : features.keypoints) {
     const double nearest = distanceToEnd(keypoint);
-    const double reach = (kEdgeRadius + 2) * std::pow(options.scale_factor, keypoint.octave) * std::sqrt(2.0);
+    const double reach = (kEdgeRadius + 2) * std::pow(options.pyramid_scale, keypoint.octave) * std::sqrt(2.0);
     EXPECT_LT(nearest, reach) << "a keypoint at " << keypoint.pt << " on level " << keypoint.octave;
   }
 }

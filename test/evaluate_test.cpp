@@ -92,15 +92,22 @@ TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
       {"run " + path("set") + " --method nonsense", "unknown method 'nonsense'"},
       {"run " + path("set") + " --method lo_prosac,nonsense", "unknown method 'nonsense'"},
       {"sweep --method cp_ransac,nonsense", "unknown method 'nonsense'"},
-      {"run " + path("set") + " --model sphere", "unknown model 'sphere'"},
+      {"run " + path("set") + " --model sphere", "--model is 'sphere'; it must be one of 'essential'"},
       {"run " + path("set") + " --gap 0", "--gap must be at least 1"},
-      {"run " + path("set") + " --features 0", "features"},
+      {"run " + path("set") + " --features 0", "--features is '0'; it must be a whole number between 1 and 100000"},
+      {"run " + path("set") + " --quality beauty", "--sort-key is 'beauty'"},
+      {"sweep --gms-border nowhere", "--gms-border is 'nowhere'"},
       {"run " + path("set") + " --unheard-of", "unheard-of"},
       {"tables", "no folder or bag given"},
       {"tables " + path("set") + " --shard 3/2", "--shard is '3/2'"},
       {"tables " + path("set") + " --presets 10,many", "--presets holds 'many'"},
       {"tables " + path("set") + " --ratios 1/2,3/2", "--ratios holds '3/2'"},
       {"tables " + path("set") + " --features 500", "--features is varied by the tables"},
+      {"trust", "neither a folder nor --scenes given"},
+      {"trust " + path("empty"), "holds neither rgb.txt (TUM), image_0/ (KITTI) nor pairs.txt"},
+      {"trust --scenes unheard_of", "--scenes holds 'unheard_of'"},
+      {"trust --scenes general --gaps 1,x", "--gaps holds 'x'"},
+      {"trust --scenes general --truth-rotation-sigma -1", "--truth-rotation-sigma must not be negative"},
       {"merge " + path("empty"), "holds no plan.json"},
   };
   for (const auto& [arguments, complaint] : complaints) {
@@ -130,7 +137,7 @@ TEST_F(EvaluateTest, ListsEveryMethodAndExplainsItself) {
   for (const char* method : {"ransac", "gms_ransac", "cp_ransac", "lo_prosac"}) {
     EXPECT_NE(list.text.find(method), std::string::npos);
   }
-  for (const char* command : {"", "run ", "tables ", "merge "}) {
+  for (const char* command : {"", "run ", "tables ", "trust ", "merge "}) {
     const Outcome help = evaluate(std::string(command) + "--help");
     EXPECT_EQ(help.status, 0);
     EXPECT_NE(help.text.find("evaluate"), std::string::npos);
@@ -155,9 +162,14 @@ TEST_F(EvaluateTest, RecordsFollowTheFormatAndTheTruth) {
     EXPECT_TRUE(record["R"].is_null()) << "no intrinsics, no pose";
     EXPECT_EQ(record["status"], "UNCALIBRATED");
     EXPECT_EQ(record["correspondences"].size(), record["inliers"].get<size_t>());
+    EXPECT_TRUE(record["covariance"].is_null());
+    EXPECT_GT(record["sigma_px"].get<double>(), 0);
     ASSERT_GT(record["inliers"].get<int>(), 50);
     int correct = 0;
     for (const auto& row : record["correspondences"]) {
+      ASSERT_EQ(row.size(), 6u);
+      EXPECT_GE(row[5].get<double>(), 0);
+      EXPECT_LE(row[5].get<double>(), 1);
       const cv::Vec3d p(row[0], row[1], 1), q = kStep * p;
       correct += std::hypot(q[0] / q[2] - row[2].get<double>(), q[1] / q[2] - row[3].get<double>()) < 3;
     }
@@ -170,6 +182,34 @@ TEST_F(EvaluateTest, RecordsFollowTheFormatAndTheTruth) {
   for (size_t i = 0; i < records.size(); ++i) {
     again[i]["times_ms"] = records[i]["times_ms"];
     EXPECT_EQ(again[i], records[i]) << "same seed, same result";
+  }
+}
+
+TEST_F(EvaluateTest, OldOptionsAreTakenWithAWarning) {
+  writePlane(3, kStep);
+  const std::string command = "run " + path("set") + " --model homography --features 500 -m cp_ransac --out ";
+  const std::string old_names =
+      " --confidence 0.9 --ratio=0.25 --quality ratio --threshold 2 --alpha 4 --acceptance threshold --grid 16x12 "
+      "--levels 6 "
+      "--scale-factor 1.3 --rotation --scale";
+  const std::string new_names =
+      " --success-probability 0.9 --first-group-fraction 0.25 --sort-key lowe_ratio --inlier-threshold-px 2 "
+      "--gms-threshold-factor 4 --gms-criterion threshold --gms-grid-columns 16 --gms-grid-rows 12 --pyramid-levels 6 "
+      "--pyramid-scale 1.3 --gms-rotation 1 --gms-scale 1";
+  const Outcome old_run = evaluate(command + path("old.jsonl") + old_names);
+  ASSERT_EQ(old_run.status, 0) << old_run.text;
+  for (const char* warning : {"--confidence is now called --success-probability", "--ratio is now called --first",
+                              "--rotation is now called --gms-rotation", "--grid is now called --gms-grid-columns"}) {
+    EXPECT_NE(old_run.text.find(warning), std::string::npos) << warning << "\n" << old_run.text;
+  }
+  const Outcome new_run = evaluate(command + path("new.jsonl") + new_names);
+  ASSERT_EQ(new_run.status, 0) << new_run.text;
+  EXPECT_EQ(new_run.text.find("now called"), std::string::npos) << new_run.text;
+  auto old_records = readLines(path("old.jsonl")), new_records = readLines(path("new.jsonl"));
+  ASSERT_EQ(old_records.size(), 2u);
+  for (size_t i = 0; i < old_records.size(); ++i) {
+    old_records[i]["times_ms"] = new_records.at(i)["times_ms"];
+    EXPECT_EQ(old_records[i], new_records[i]);
   }
 }
 
@@ -239,6 +279,52 @@ TEST_F(EvaluateTest, TablesDoNotDependOnShardsOrInterruptions) {
   EXPECT_TRUE(fs::exists(folder_ / "merged/tables.md"));
 }
 
+std::string textOf(const std::string& file) {
+  std::ifstream stream(file);
+  std::stringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+TEST_F(EvaluateTest, TrustDoesNotDependOnJobsOrInterruptions) {
+  const std::string base = "trust --scenes general,rotation_noise_0.3 --method ransac,cp_ransac --pairs 4 --out ";
+  const Outcome whole = evaluate(base + path("whole"));
+  ASSERT_EQ(whole.status, 0) << whole.text;
+  const std::string pairs = textOf(path("whole/pairs.csv"));
+  // Scenes whose name begins so, a header, a line for each pair and method.
+  EXPECT_EQ(std::count(pairs.begin(), pairs.end(), '\n'), 1 + 3 * 4 * 2) << pairs;
+  for (const char* file : {"trust.md", "trust.csv", "risk_coverage.csv", "reliability.csv"}) {
+    EXPECT_TRUE(fs::exists(folder_ / "whole" / file)) << whole.text;
+  }
+  const std::string table = textOf(path("whole/trust.md"));
+  EXPECT_NE(table.find("| general | ransac | 4 | 4 | 0 (0.0 %"), std::string::npos) << table;
+  EXPECT_NE(table.find("| rotation_noise_0.3 | cp_ransac | 4 | 0 | –"), std::string::npos) << table;
+
+  ASSERT_EQ(evaluate(base + path("jobs") + " --jobs 2 --no-report").status, 0);
+  EXPECT_EQ(textOf(path("jobs/pairs.csv")), pairs);
+
+  // An interrupted run: its last line is cut off in the middle.
+  fs::create_directories(folder_ / "resumed");
+  fs::copy_file(folder_ / "whole/plan.json", folder_ / "resumed/plan.json");
+  const std::string lines = textOf(path("whole/measurements.jsonl"));
+  write("resumed/measurements.jsonl", lines.substr(0, lines.size() - 200));
+  EXPECT_EQ(evaluate(base + path("resumed")).status, 2) << "measurements are not overwritten";
+  EXPECT_EQ(evaluate(base + path("resumed") + " --resume --seed 9").status, 2) << "another plan";
+  EXPECT_EQ(evaluate(base + path("resumed") + " --resume --ratio 0.4").status, 2) << "by an old name, too";
+  ASSERT_EQ(evaluate(base + path("resumed") + " --resume --no-report").status, 0);
+  EXPECT_EQ(textOf(path("resumed/pairs.csv")), pairs);
+}
+
+TEST_F(EvaluateTest, TrustLabelsTheMatchesOfListedPairs) {
+  writePlane(4, kStep);
+  const Outcome outcome = evaluate("trust " + path("") + " --method cp_ransac --features 800 --out " + path("trust"));
+  ASSERT_EQ(outcome.status, 0) << outcome.text;
+  const std::string table = textOf(path("trust/trust.csv"));
+  EXPECT_NE(table.find("real,set,cp_ransac,0,0,0"), std::string::npos) << "no pose, no pairs to judge\n" << table;
+  const std::string bins = textOf(path("trust/reliability.csv"));
+  EXPECT_GT(std::count(bins.begin(), bins.end(), '\n'), 2) << bins;
+}
+
 std::string realData() {
   const char* given = std::getenv("GMS_RANSAC_DATA");
   return given ? given : std::string(GMS_RANSAC_SOURCE_DIR) + "/../shared/data";
@@ -250,6 +336,11 @@ TEST_F(EvaluateTest, FiguresAgreeWithAnIndependentScorer) {
   if (!fs::exists(scorer) || !fs::exists(data)) GTEST_SKIP() << "needs the scorer and " << data;
   const Outcome ours = evaluate("run " + data + " --method cp_ransac --stride 5 --out " + path("records.jsonl"));
   ASSERT_EQ(ours.status, 0) << ours.text;
+  for (const auto& record : readLines(path("records.jsonl"))) {
+    if (record["R"].is_null()) continue;
+    ASSERT_EQ(record["covariance"].size(), 36u);
+    for (int i = 0; i < 6; ++i) EXPECT_GE(record["covariance"][7 * i].get<double>(), 0);
+  }
   const Outcome theirs = run("/usr/bin/python3 " + scorer + " " + data + " " + path("records.jsonl"));
   ASSERT_EQ(theirs.status, 0) << theirs.text;
   // Both print a row that starts with the method: pairs, [posed,] AUC5, AUC10, AUC20, RAUC2, median R, ...

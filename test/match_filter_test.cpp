@@ -9,6 +9,8 @@
 #include <set>
 #include <utility>
 
+#include "gms_ransac/parameter.h"
+
 namespace gms_ransac {
 namespace {
 
@@ -25,8 +27,8 @@ TEST(MatchFilter, RefusesAnUnknownMethodWithTheKnownOnes) {
 
 TEST(MatchFilter, TakesEarlierNames) {
   EXPECT_STREQ(findMethod("fast").name, "lo_prosac");
-  EXPECT_EQ(currentMethodName("gms"), "gms");
-  EXPECT_EQ(currentExtractorName("opencv"), "opencv");
+  EXPECT_EQ(currentWord("method", "gms"), "gms");
+  EXPECT_EQ(currentWord("extractor", "fast"), "simd_orb");
   MatchFilterOptions earlier;
   earlier.method = earlier.extractor.extractor = "fast";
   EXPECT_NO_THROW(MatchFilter{earlier});
@@ -40,12 +42,13 @@ TEST(MatchFilter, RefusesWhatIsNoNumberAndThreadsItDoesNotHave) {
     EXPECT_THROW(MatchFilter{options}, std::invalid_argument);
   };
   for (const double value : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
-    refuses([=](MatchFilterOptions& o) { o.extractor.scale_factor = value; });
+    refuses([=](MatchFilterOptions& o) { o.extractor.pyramid_scale = value; });
     refuses([=](MatchFilterOptions& o) { o.motion_statistics.threshold_factor = value; });
-    refuses([=](MatchFilterOptions& o) { o.second_alpha = value; });
-    for (double RobustOptions::*field :
-         {&RobustOptions::threshold_px, &RobustOptions::confidence, &RobustOptions::ratio,
-          &RobustOptions::subset_fraction, &RobustOptions::split, &RobustOptions::target_ratio}) {
+    refuses([=](MatchFilterOptions& o) { o.lan_second_threshold_factor = value; });
+    refuses([=](MatchFilterOptions& o) { o.robust.inlier_threshold_px = value; });
+    refuses([=](MatchFilterOptions& o) { o.robust.target_inlier_ratio = value; });
+    for (double RobustOptions::*field : {&RobustOptions::success_probability, &RobustOptions::first_group_fraction,
+                                         &RobustOptions::subset_fraction, &RobustOptions::split_fraction}) {
       refuses([=](MatchFilterOptions& o) { o.robust.*field = value; });
     }
   }
@@ -148,7 +151,7 @@ TEST(MatchFilter, MotionStatisticsRunOnlyForMethodsThatUseThem) {
   EXPECT_GT(tells(resultOf("gms_ransac")).size(), 1u);
   MatchFilterOptions by_score;
   by_score.method = "prosac";
-  by_score.robust.quality = "score";
+  by_score.robust.sort_key = SortKey::kScore;
   EXPECT_GT(tells(resultOf(by_score)).size(), 1u) << "sorted by scores that are not there";
 }
 
@@ -165,7 +168,7 @@ TEST(MatchFilter, AllMatchesMayBeSampled) {
   MatchFilterOptions options;
   options.method = "split2080";
   options.robust.model = ModelType::kHomography;
-  options.robust.split = 1;
+  options.robust.split_fraction = 1;
   const MatchResult result = resultOf(options);
   EXPECT_TRUE(result.robust.model_found);
   EXPECT_GT(result.inliers, 100);
@@ -206,11 +209,11 @@ TEST(MatchFilter, LanChecksItsInliersAgain) {
   const MatchResult mutual = resultOf(options);
   EXPECT_LT(mutual.matches.size(), static_cast<size_t>(mutual.keypoints_reference));
   EXPECT_GT(mutual.inliers, 100);
-  options.second_alpha = 100;  // nothing can have so much support
+  options.lan_second_threshold_factor = 100;  // nothing can have so much support
   EXPECT_EQ(resultOf(options).inliers, 0);
   EXPECT_EQ(resultOf(options).status, Status::kRansacFailed);
   EXPECT_FALSE(resultOf(options).robust.pose_found);
-  options.second_alpha = 0;
+  options.lan_second_threshold_factor.reset();
   options.lan_mutual = false;
   EXPECT_EQ(resultOf(options).matches.size(), static_cast<size_t>(resultOf(options).keypoints_reference));
 }

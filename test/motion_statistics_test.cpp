@@ -78,7 +78,7 @@ class RandomScenes {
     const int flags = integer(0, 15);
     options.rotation = flags == 0 || flags == 1;
     options.scale = flags == 0 || flags == 2;
-    options.border = coin() ? GridBorder::kOpenCV : GridBorder::kOriginal;
+    options.border = coin() ? GridBorder::kOpencv : GridBorder::kOriginal;
     options.neighborhood = coin() ? GridNeighborhood::kNine : GridNeighborhood::kFive;
     options.five_cell_factor = coin() ? FiveCellFactor::kScaled : FiveCellFactor::kRaw;
     return options;
@@ -271,8 +271,8 @@ TEST(MotionStatistics, EvidenceDropsWhatTurnsOtherwiseAndOrdersByDescriptors) {
     scene.matches[i].second_distance = i == 5 ? 41 : 80;
   }
   MotionStatisticsOptions options;
-  options.acceptance = Acceptance::kEvidence;
-  options.threshold_factor = 1;
+  options.criterion = Criterion::kEvidence;
+  options.grid_columns = options.grid_rows = 20;
   const MotionStatistics statistics = scene.compute(options);
   EXPECT_EQ(statistics.accepted_count, 79);
   EXPECT_EQ(statistics.accepted[3], 0);
@@ -292,35 +292,33 @@ TEST(MotionStatistics, EvidenceFollowsARollingCamera) {
     scene.matches[i].second_distance = 100;
   }
   MotionStatisticsOptions options;
-  options.acceptance = Acceptance::kEvidence;
-  options.threshold_factor = 1;
+  options.criterion = Criterion::kEvidence;
+  options.grid_columns = options.grid_rows = 20;
   EXPECT_EQ(scene.compute(options).accepted_count, 40);
 }
 
-TEST(MotionStatisticsSettings, PapersKeepTheirsAndLoProsacChooses) {
-  const MotionStatisticsOptions open = MotionStatisticsOptions::methodsOwn();
-  const MotionStatisticsOptions paper = publishedSettings(open);
+TEST(MotionStatisticsSettings, FollowTheCriterionWhereTheyAreOpen) {
+  const MotionStatisticsOptions paper = withDefaults({});
+  EXPECT_EQ(paper.criterion, Criterion::kThreshold);
   EXPECT_EQ(paper.grid_columns, 20);
   EXPECT_EQ(paper.grid_rows, 20);
   EXPECT_EQ(paper.threshold_factor, 6);
-  EXPECT_EQ(paper.acceptance, Acceptance::kThreshold);
-  EXPECT_EQ(publishedSettings(open, GridNeighborhood::kFive).neighborhood, GridNeighborhood::kFive);
-  const MotionStatisticsOptions chosen = evidenceSettings(open);
-  EXPECT_EQ(chosen.grid_columns, 0);
-  EXPECT_EQ(chosen.acceptance, Acceptance::kEvidence);
-  MotionStatisticsOptions given = open;
+  const MotionStatisticsOptions ours = withDefaults({}, Criterion::kEvidence);
+  EXPECT_EQ(ours.criterion, Criterion::kEvidence);
+  EXPECT_EQ(ours.grid_columns, std::nullopt);
+  EXPECT_EQ(ours.threshold_factor, 1);
+  MotionStatisticsOptions given;
   given.grid_columns = given.grid_rows = 30;
   given.threshold_factor = 5;
-  given.acceptance = Acceptance::kThreshold;
-  const MotionStatisticsOptions kept = evidenceSettings(given);
+  given.criterion = Criterion::kThreshold;
+  const MotionStatisticsOptions kept = withDefaults(given, Criterion::kEvidence);
   EXPECT_EQ(kept.grid_columns, 30);
   EXPECT_EQ(kept.threshold_factor, 5);
-  EXPECT_EQ(kept.acceptance, Acceptance::kThreshold);
+  EXPECT_EQ(kept.criterion, Criterion::kThreshold);
 }
 
 TEST(MotionStatisticsSettings, AutomaticGridHasSquareCellsFewForFewMatches) {
   MotionStatisticsOptions options;
-  options.grid_columns = options.grid_rows = 0;
   const CellGrid kitti = chooseGrid(options, {1241, 376}, 5000), few = chooseGrid(options, {1241, 376}, 300);
   EXPECT_NEAR(1241.0 / kitti.columns, 376.0 / kitti.rows, 2.0);
   EXPECT_NEAR(kitti.columns * kitti.rows, 400, 20);
@@ -338,11 +336,8 @@ TEST(MotionStatisticsOptions, RefusesWhatIsOutOfRange) {
   EXPECT_THROW(options.validate(), std::invalid_argument);
   options.grid_columns = 101;
   EXPECT_THROW(options.validate(), std::invalid_argument);
-  options.grid_columns = 0;
+  options.grid_columns.reset();
   EXPECT_NO_THROW(options.validate());
-  options.acceptance = Acceptance::kMethodsOwn;
-  EXPECT_THROW(options.validate(), std::invalid_argument);
-  options.acceptance = Acceptance::kThreshold;
   options.threshold_factor = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(MotionStatisticsFilter{options}, std::invalid_argument);
 }

@@ -38,7 +38,7 @@ TEST(OutlierSweep, LoProsacIsAsGoodAsAnExhaustiveSearchOnTheRenderedScene) {
   OutlierSweepOptions options;
   options.methods = {"ransac", "lo_prosac"};
   options.robust.max_iterations = 100000;
-  options.robust.confidence = 0.9999;
+  options.robust.success_probability = 0.9999;
   options.repeat = 4;
   std::map<double, std::map<std::string, OutlierSweepRow>> table;
   for (const OutlierSweepRow& row : sweepOutliers(options, [] {})) table[row.outlier_ratio][row.method] = row;

@@ -1,132 +1,128 @@
-// The list of reconfigurable parameters says the same as the core: defaults, and the words a choice knows. Whatever it
-// offers works, or is refused with a sentence.
+// The table of parameters binds each name to an option of its own, with the core's default and the words the core
+// knows. Whatever it offers works, or is refused with a sentence.
 #include "parameters.h"
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include <algorithm>
+#include <cmath>
 #include <fstream>
-#include <functional>
 #include <random>
 #include <set>
 #include <sstream>
 #include <string>
 #include <utility>
 
+#include "gms_ransac/parameter_binding.h"
 #include "gms_ransac/track_selector.h"
+#include "match_filter_config.h"
 
 namespace gms_ransac {
 namespace {
 
-/// The words that cfg/MatchFilter.cfg offers for a parameter: its menu is a Python literal, read as a whole, unlike
-/// parameters.cpp, which searches it.
-std::set<std::string> offered(const std::string& parameter) {
-  std::set<std::string> words;
-  for (const auto& description : MatchFilterConfig::__getParamDescriptions__()) {
-    if (description->name != parameter || description->edit_method.empty()) continue;
-    std::string menu = description->edit_method;
-    std::replace(menu.begin(), menu.end(), '\'', '"');
-    const nlohmann::json constants = nlohmann::json::parse(menu).at("enum");
-    for (const nlohmann::json& constant : constants) words.insert(constant.at("value"));
-  }
-  return words;
-}
+const Parameter& row(const std::string& name) { return findParameter(coreParameters(), name); }
 
 TEST(Parameters, OffersEveryMethodAndNoOther) {
   std::set<std::string> known;
   for (const MethodEntry& method : methods()) known.insert(method.name);
-  EXPECT_EQ(offered("method"), known) << "cfg/MatchFilter.cfg and the table of methods differ";
+  const std::vector<std::string>& offered = row("method").choices;
+  EXPECT_EQ(std::set<std::string>(offered.begin(), offered.end()), known);
 }
 
 TEST(Parameters, OffersOnlyWordsTheCoreTakes) {
-  for (const char* parameter : {"extractor", "model", "gms_border", "method", "quality"}) {
-    ASSERT_FALSE(offered(parameter).empty()) << parameter;
-    for (const std::string& word : offered(parameter)) {
-      MatchFilterConfig config = MatchFilterConfig::__getDefault__();
-      if (std::string(parameter) == "extractor") config.extractor = word;
-      if (std::string(parameter) == "model") config.model = word;
-      if (std::string(parameter) == "gms_border") config.gms_border = word;
-      if (std::string(parameter) == "method") config.method = word;
-      if (std::string(parameter) == "quality") config.quality = word;
-      EXPECT_NO_THROW(MatchFilter{coreOptions(config)}) << parameter << " " << word;
+  for (const Parameter& parameter : coreParameters()) {
+    for (const std::string& word : parameter.choices) {
+      MatchFilterOptions options;
+      setParameters({{parameter.name, word}}, options);
+      EXPECT_NO_THROW(MatchFilter{options}) << parameter.name << " " << word;
+      EXPECT_EQ(parametersOf(options).at(parameter.name), ParameterValue(word)) << parameter.name;
     }
   }
 }
 
-TEST(Parameters, DefaultsAreTheCores) {
-  const MatchFilterOptions node = coreOptions(MatchFilterConfig::__getDefault__()), core;
-  EXPECT_EQ(node.method, core.method);
-  EXPECT_EQ(node.extractor.extractor, core.extractor.extractor);
-  EXPECT_EQ(node.extractor.features, core.extractor.features);
-  EXPECT_EQ(node.extractor.levels, core.extractor.levels);
-  EXPECT_EQ(node.extractor.scale_factor, core.extractor.scale_factor);
-  EXPECT_EQ(node.extractor.fast_threshold, core.extractor.fast_threshold);
-  EXPECT_EQ(node.motion_statistics.grid_columns, core.motion_statistics.grid_columns);
-  EXPECT_EQ(node.motion_statistics.grid_rows, core.motion_statistics.grid_rows);
-  EXPECT_EQ(node.motion_statistics.threshold_factor, core.motion_statistics.threshold_factor);
-  EXPECT_EQ(node.motion_statistics.rotation, core.motion_statistics.rotation);
-  EXPECT_EQ(node.motion_statistics.scale, core.motion_statistics.scale);
-  EXPECT_EQ(node.motion_statistics.border, core.motion_statistics.border);
-  EXPECT_EQ(node.motion_statistics.acceptance, core.motion_statistics.acceptance);
-  EXPECT_EQ(node.distance_reading, core.distance_reading);
-  EXPECT_EQ(node.one_to_one, core.one_to_one);
-  EXPECT_EQ(node.lan_mutual, core.lan_mutual);
-  EXPECT_EQ(node.second_alpha, core.second_alpha);
-  EXPECT_EQ(node.robust.model, core.robust.model);
-  EXPECT_EQ(node.robust.threshold_px, core.robust.threshold_px);
-  EXPECT_EQ(node.robust.confidence, core.robust.confidence);
-  EXPECT_EQ(node.robust.max_iterations, core.robust.max_iterations);
-  EXPECT_EQ(node.robust.seed, core.robust.seed);
-  EXPECT_EQ(node.robust.ratio, core.robust.ratio);
-  EXPECT_EQ(node.robust.geometric_groups, core.robust.geometric_groups);
-  EXPECT_EQ(node.robust.tdd_d, core.robust.tdd_d);
-  EXPECT_EQ(node.robust.subset_count, core.robust.subset_count);
-  EXPECT_EQ(node.robust.subset_fraction, core.robust.subset_fraction);
-  EXPECT_EQ(node.robust.split, core.robust.split);
-  EXPECT_EQ(node.robust.target_ratio, core.robust.target_ratio);
-  EXPECT_EQ(node.robust.quality, core.robust.quality);
-  EXPECT_EQ(node.robust.judge, core.robust.judge);
-  EXPECT_EQ(node.robust.refine, core.robust.refine);
+TEST(Parameters, DefaultsAreTheCoresAndTheReconfigureFiles) {
+  const ParameterValues core = parametersOf(MatchFilterOptions());
+  const ParameterValues node = parametersOf(coreOptions(MatchFilterConfig::__getDefault__()));
+  for (const Parameter& parameter : coreParameters()) {
+    EXPECT_EQ(core.at(parameter.name), parameter.default_value) << parameter.name;
+    EXPECT_EQ(node.at(parameter.name), parameter.default_value) << parameter.name;
+  }
   EXPECT_EQ(MatchFilterConfig::__getDefault__().feature_limit, TrackSelectorOptions().limit);
   EXPECT_EQ(MatchFilterConfig::__getDefault__().feature_distance, TrackSelectorOptions().distance);
 }
 
-/// One thing to be asked for: a parameter, as text for messages, and how it is set.
-struct Setting {
-  std::string text;
-  std::function<void(MatchFilterConfig&)> apply;
-};
-
-template <typename Value>
-Setting setting(const MatchFilterConfig::AbstractParamDescriptionConstPtr& description, Value value) {
-  std::ostringstream text;
-  text << description->name << " " << value;
-  return {text.str(), [description, value](MatchFilterConfig& config) {
-            const auto& of_type = static_cast<const MatchFilterConfig::ParamDescription<Value>&>(*description);
-            config.*of_type.field = value;
-          }};
+TEST(Parameters, EachSetsAnOptionOfItsOwn) {
+  for (const Parameter& parameter : coreParameters()) {
+    ParameterValue value = parameter.default_value;
+    if (auto* flag = std::get_if<bool>(&value)) *flag = !*flag;
+    if (auto* whole = std::get_if<int>(&value)) *whole = static_cast<int>(parameter.high);
+    if (auto* number = std::get_if<double>(&value)) *number = parameter.high;
+    if (auto* word = std::get_if<std::string>(&value)) {
+      *word = parameter.choices.front() == *word ? parameter.choices.back() : parameter.choices.front();
+    }
+    MatchFilterOptions options;
+    setParameters({{parameter.name, value}}, options);
+    ParameterValues expected = parametersOf(MatchFilterOptions());
+    expected[parameter.name] = value;
+    EXPECT_EQ(parametersOf(options), expected) << parameter.name;
+    EXPECT_NO_THROW(options.validate()) << parameter.name;
+  }
 }
 
-/// The ends of every range and every word, parameter by parameter.
-std::vector<std::vector<Setting>> corners() {
-  std::vector<std::vector<Setting>> all;
-  const MatchFilterConfig &low = MatchFilterConfig::__getMin__(), &high = MatchFilterConfig::__getMax__();
-  for (const auto& description : MatchFilterConfig::__getParamDescriptions__()) {
-    all.emplace_back();
-    if (description->type == "bool") all.back() = {setting(description, false), setting(description, true)};
-    if (description->type == "str") {
-      for (const std::string& word : offered(description->name)) all.back().push_back(setting(description, word));
+TEST(Parameters, NotSetAndTheGapBeforeTheRange) {
+  MatchFilterOptions options;
+  setParameters({{"gms_grid_columns", 30}, {"inlier_threshold_px", 2.5}, {"sort_key", std::string("score")}}, options);
+  EXPECT_EQ(options.motion_statistics.grid_columns, 30);
+  EXPECT_EQ(options.robust.inlier_threshold_px, 2.5);
+  EXPECT_EQ(options.robust.sort_key, SortKey::kScore);
+  setParameters({{"gms_grid_columns", 0}, {"inlier_threshold_px", 0.}, {"sort_key", std::string()}}, options);
+  EXPECT_EQ(options.motion_statistics.grid_columns, std::nullopt);
+  EXPECT_EQ(options.robust.inlier_threshold_px, std::nullopt);
+  EXPECT_EQ(options.robust.sort_key, std::nullopt);
+  EXPECT_EQ(row("gms_grid_columns").accepted(), "a whole number between 2 and 100, or 0");
+  EXPECT_FALSE(row("gms_grid_columns").accepts(1));
+  EXPECT_FALSE(row("inlier_threshold_px").accepts(std::nan("")));
+  options.motion_statistics.grid_columns = 0;  // the core has no word for "not set"
+  EXPECT_THROW(options.validate(), std::invalid_argument);
+}
+
+TEST(Parameters, TypesAndOldWords) {
+  EXPECT_EQ(row("inlier_threshold_px").convert(2), ParameterValue(2.0)) << "a whole number is a number";
+  EXPECT_EQ(row("features").convert(2.0), std::nullopt);
+  EXPECT_EQ(row("refine").parse("0"), ParameterValue(false));
+  EXPECT_EQ(row("refine").parse("maybe"), std::nullopt);
+  EXPECT_EQ(row("features").parse("500x"), std::nullopt);
+  EXPECT_EQ(row("sort_key").parse("support"), ParameterValue(std::string("relative_score")));
+  EXPECT_EQ(row("sort_key").parse("ratio"), ParameterValue(std::string("lowe_ratio")));
+}
+
+TEST(Parameters, RefusesByName) {
+  const auto complaint = [](const std::string& name, const ParameterValue& value) -> std::string {
+    try {
+      MatchFilterOptions options;
+      setParameters({{name, value}}, options);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
     }
-    for (const MatchFilterConfig* end : {&low, &high}) {
-      boost::any value;
-      description->getValue(*end, value);
-      if (description->type == "int") all.back().push_back(setting(description, boost::any_cast<int>(value)));
-      if (description->type == "double") all.back().push_back(setting(description, boost::any_cast<double>(value)));
-    }
+    return "";
+  };
+  EXPECT_EQ(complaint("gms_border", std::string("somewhere")),
+            "gms_border is 'somewhere'; it must be one of 'opencv' 'original'");
+  EXPECT_EQ(complaint("features", 0), "features is '0'; it must be a whole number between 1 and 100000");
+  EXPECT_EQ(complaint("seed", true), "seed is 'true'; it must be a whole number between 0 and 2147483647");
+  EXPECT_EQ(complaint("featuers", 100), "there is no parameter 'featuers'");
+}
+
+/// The ends of the range, what stands for "not set", and every word.
+std::vector<ParameterValue> corners(const Parameter& parameter) {
+  std::vector<ParameterValue> values(parameter.choices.begin(), parameter.choices.end());
+  if (std::holds_alternative<bool>(parameter.default_value)) values = {false, true};
+  for (const double end : {parameter.low, parameter.high}) {
+    if (std::holds_alternative<int>(parameter.default_value)) values.emplace_back(static_cast<int>(end));
+    if (std::holds_alternative<double>(parameter.default_value)) values.emplace_back(end);
   }
-  return all;
+  values.push_back(parameter.default_value);
+  return values;
 }
 
 /// Two views of drawn rectangles at two depths.
@@ -145,10 +141,11 @@ std::pair<cv::Mat, cv::Mat> drawnPair() {
 }
 
 /// Answers the pair under these options, or refuses them; whatever else it does is a failure.
-void expectAnAnswer(const MatchFilterConfig& config, const std::pair<cv::Mat, cv::Mat>& images) {
+void expectAnAnswer(const ParameterValues& values, const std::pair<cv::Mat, cv::Mat>& images) {
   MatchFilterOptions options;
   try {
-    options = coreOptions(config);
+    setParameters(values, options);
+    options.validate();
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find(" must "), std::string::npos) << error.what();
     return;
@@ -171,14 +168,12 @@ void expectAnAnswer(const MatchFilterConfig& config, const std::pair<cv::Mat, cv
 TEST(Parameters, EveryCornerOfEveryRangeIsAnsweredOrRefused) {
   const auto images = drawnPair();
   for (const MethodEntry& method : methods()) {
-    for (const auto& parameter : corners()) {
-      for (const Setting& corner : parameter) {
-        SCOPED_TRACE(method.name + std::string(", ") + corner.text);
-        MatchFilterConfig config = MatchFilterConfig::__getDefault__();
-        config.features = 500;
-        config.method = method.name;
-        corner.apply(config);
-        expectAnAnswer(config, images);
+    for (const Parameter& parameter : coreParameters()) {
+      for (const ParameterValue& corner : corners(parameter)) {
+        SCOPED_TRACE(method.name + (", " + parameter.name) + " " + toText(corner));
+        ParameterValues values = {{"features", 500}, {"method", std::string(method.name)}};
+        values[parameter.name] = corner;
+        expectAnAnswer(values, images);
       }
     }
   }
@@ -188,32 +183,30 @@ TEST(Parameters, CornersOfSeveralRangesAtOnceAreAnsweredOrRefused) {
   constexpr int kCombinations = 400, kParameters = 4;
   constexpr int kFewIterations = 500;  // none of this is about patience
   const auto images = drawnPair();
-  const auto all = corners();
   std::mt19937 random(3);
+  const auto draw = [&](const auto& items) -> const auto& { return items[random() % items.size()]; };
   for (int i = 0; i < kCombinations; ++i) {
-    MatchFilterConfig config = MatchFilterConfig::__getDefault__();
-    config.features = 500;
-    config.method = methods()[random() % methods().size()].name;
-    std::string text = config.method;
+    ParameterValues values = {{"features", 500}, {"method", std::string(draw(methods()).name)}};
     for (int k = 0; k < kParameters; ++k) {
-      const auto& parameter = all[random() % all.size()];
-      const Setting& corner = parameter[random() % parameter.size()];
-      corner.apply(config);
-      text += ", " + corner.text;
+      const Parameter& parameter = draw(coreParameters());
+      const std::vector<ParameterValue> ends = corners(parameter);
+      values[parameter.name] = draw(ends);
     }
-    config.max_iterations = std::min(config.max_iterations, kFewIterations);
+    values["max_iterations"] = kFewIterations;
+    std::string text;
+    for (const auto& [name, value] : values) text += name + " " + toText(value) + ", ";
     SCOPED_TRACE(text);
-    expectAnAnswer(config, images);
+    expectAnAnswer(values, images);
   }
 }
 
 TEST(Parameters, AnyPyramidOfTheOpenCvExtractorWorksOnAnyImage) {
-  MatchFilterConfig config = MatchFilterConfig::__getDefault__();
-  config.extractor = "opencv";
+  FeatureExtractorOptions options;
+  options.extractor = "opencv";
   for (const auto& [levels, factor] : {std::pair(11, 2.0), std::pair(16, 1.6), std::pair(16, 2.0), std::pair(8, 1.2)}) {
-    config.pyramid_levels = levels;
-    config.pyramid_scale = factor;
-    const auto extractor = makeFeatureExtractor(coreOptions(config).extractor);
+    options.pyramid_levels = levels;
+    options.pyramid_scale = factor;
+    const auto extractor = makeFeatureExtractor(options);
     const cv::Mat image = drawnPair().first;
     for (const cv::Size& size : {cv::Size(640, 480), cv::Size(63, 700), cv::Size(97, 131), cv::Size(320, 240)}) {
       cv::Mat resized;
@@ -227,41 +220,17 @@ TEST(Parameters, AnyPyramidOfTheOpenCvExtractorWorksOnAnyImage) {
 
 TEST(Parameters, ThePapersFileIsThePapersPreset) {
   std::ifstream file(GMS_RANSAC_SOURCE_DIR "/cfg/paper.yaml");
-  dynamic_reconfigure::Config message;
-  MatchFilterConfig config = MatchFilterConfig::__getDefault__();
-  config.__toMessage__(message);
-  int set = 0;
+  MatchFilterOptions options;
   for (std::string line; std::getline(file, line);) {
     std::istringstream words(line.substr(0, line.find('#')));
     std::string name, value;
     if (!(words >> name >> value)) continue;
     name.pop_back();  // the colon
-    for (auto& each : message.strs) set += each.name == name ? (each.value = value, 1) : 0;
-    for (auto& each : message.bools) set += each.name == name ? (each.value = value == "true", 1) : 0;
-    for (auto& each : message.doubles) set += each.name == name ? (each.value = std::stod(value), 1) : 0;
+    const std::optional<ParameterValue> parsed = row(name).parse(value);
+    ASSERT_TRUE(parsed) << line;
+    setParameters({{name, *parsed}}, options);
   }
-  EXPECT_EQ(set, 7) << "every line of the file is a parameter";
-  ASSERT_TRUE(config.__fromMessage__(message));
-  const MatchFilterOptions file_options = coreOptions(config), paper = MatchFilterOptions::paper();
-  EXPECT_EQ(file_options.method, paper.method);
-  EXPECT_EQ(file_options.extractor.extractor, paper.extractor.extractor);
-  EXPECT_EQ(file_options.one_to_one, paper.one_to_one);
-  EXPECT_EQ(file_options.robust.quality, paper.robust.quality);
-  EXPECT_EQ(file_options.robust.ratio, paper.robust.ratio);
-  EXPECT_EQ(file_options.robust.refine, paper.robust.refine);
-  EXPECT_EQ(file_options.robust.judge, paper.robust.judge);
-  EXPECT_EQ(file_options.robust.threshold_px, paper.robust.threshold_px);
-}
-
-TEST(Parameters, RefusesAnUnknownWordByName) {
-  MatchFilterConfig config = MatchFilterConfig::__getDefault__();
-  config.gms_border = "somewhere";
-  try {
-    coreOptions(config);
-    FAIL() << "accepted an unknown border rule";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("gms_border is 'somewhere'"), std::string::npos) << error.what();
-  }
+  EXPECT_EQ(parametersOf(options), parametersOf(MatchFilterOptions::paper()));
 }
 
 }  // namespace

@@ -101,13 +101,13 @@ TEST(Ordering, SortsByItsKeyThenTheOthersThenTheIndex) {
   const auto ratio = [&](int i) {
     return pairs.second_distance[i] ? pairs.distance[i] * 511 / pairs.second_distance[i] : 511;
   };
-  const auto keys = [&](QualityKey key, int i) -> std::array<int, 4> {
-    if (key == QualityKey::kScore) return {-pairs.score[i], pairs.distance[i], std::min(511, ratio(i)), i};
-    if (key == QualityKey::kDistance) return {pairs.distance[i], std::min(511, ratio(i)), -pairs.score[i], i};
+  const auto keys = [&](SortKey key, int i) -> std::array<int, 4> {
+    if (key == SortKey::kScore) return {-pairs.score[i], pairs.distance[i], std::min(511, ratio(i)), i};
+    if (key == SortKey::kDistance) return {pairs.distance[i], std::min(511, ratio(i)), -pairs.score[i], i};
     return {std::min(511, ratio(i)), pairs.distance[i], -pairs.score[i], i};
   };
   Ordering ordering;
-  for (QualityKey key : {QualityKey::kScore, QualityKey::kDistance, QualityKey::kRatio}) {
+  for (SortKey key : {SortKey::kScore, SortKey::kDistance, SortKey::kLoweRatio}) {
     std::vector<int> order, expected(static_cast<size_t>(pairs.size()));
     ordering.sort(pairs, key, order);
     std::iota(expected.begin(), expected.end(), 0);
@@ -115,7 +115,7 @@ TEST(Ordering, SortsByItsKeyThenTheOthersThenTheIndex) {
     EXPECT_EQ(order, expected);
   }
   std::vector<int> order;
-  ordering.sort(pairs, QualityKey::kNone, order);
+  ordering.sort(pairs, std::nullopt, order);
   EXPECT_TRUE(std::is_sorted(order.begin(), order.end()));
 }
 
@@ -167,7 +167,7 @@ TEST(UniformSampler, OfTheSplitKnowsOnlyTheFirstFifth) {
 
 TEST(UniformSampler, StopsAtTheTargetRatio) {
   UniformSampler::Options options;
-  options.target_ratio = 0.6;
+  options.target_inlier_ratio = 0.6;
   UniformSampler sampler(options);
   sampler.begin({100, 5, 0.99, 5000});
   Random random(1);

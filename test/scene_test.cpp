@@ -205,6 +205,79 @@ TEST(Scene, ShowsEnoughCornersAndParallax) {
   }
 }
 
+SceneOptions standing(double turn) {
+  SceneOptions options = noiseless("room");
+  options.step = options.sway = 0;
+  options.turn = turn;
+  return options;
+}
+
+TEST(Scene, MoversMoveByThemselvesAndAreWhereTheirPictureIs) {
+  SceneOptions options = standing(0);
+  const Scene empty(options);
+  options.movers = 2;
+  const Scene scene(options);
+  const int i = 4, j = 10;
+  const RenderedFrame a = scene.render(i), b = scene.render(j);
+  int moved = 0;
+  double difference = 0, shifted = 0;
+  for (int y = 9; y < 480; y += 10) {
+    for (int x = 9; x < 640; x += 10) {
+      const cv::Point2d pixel(x, y);
+      cv::Point2d position;
+      const bool mover = scene.depth(i, pixel) < empty.depth(i, pixel) - 1e-6;
+      EXPECT_NEAR(a.depth(y, x), scene.depth(i, pixel), 1e-3);
+      if (!scene.correspondence(i, pixel, j, position)) continue;
+      EXPECT_EQ(cv::norm(position - pixel) > 1e-6, mover) << pixel;
+      if (!mover) continue;
+      ++moved;
+      difference += std::abs(bilinear(a.image, pixel) - bilinear(b.image, position));
+      shifted += std::abs(bilinear(a.image, pixel) - bilinear(b.image, pixel));
+    }
+  }
+  EXPECT_GT(moved, 100);
+  EXPECT_LT(difference, 0.5 * shifted);
+}
+
+TEST(Scene, EachRowOfARollingShutterIsThatOfItsTime) {
+  SceneOptions options = standing(4);
+  options.readout = 0.8;
+  const RenderedFrame rolling = Scene(options).render(1);
+  for (const int row : {0, 120, 400}) {
+    // A global shutter at frame 1 of a camera that has turned as far as the other has when it reads this row.
+    const SceneOptions same_heading = standing(4 * (1 + options.readout * ((row + 0.5) / 480 - 0.5)));
+    const RenderedFrame instant = Scene(same_heading).render(1);
+    EXPECT_LT(cv::norm(rolling.depth.row(row), instant.depth.row(row), cv::NORM_INF), 1e-4) << row;
+    EXPECT_GT(cv::norm(rolling.depth.row(row), instant.depth.row(row + (row < 200 ? 40 : -40)), cv::NORM_INF), 1e-2);
+  }
+}
+
+TEST(Scene, AnOpenShutterBlursWhatMoves) {
+  const auto sharpness = [](const SceneOptions& options) {
+    cv::Mat edges;
+    cv::Laplacian(Scene(options).render(2).image, edges, CV_32F);
+    return cv::norm(edges);
+  };
+  SceneOptions options = standing(0);
+  const double at_rest = sharpness(options);
+  options.exposure = 0.5;
+  EXPECT_NEAR(sharpness(options), at_rest, 0.01 * at_rest) << "what stands still stays sharp";
+  options.turn = 2;
+  const double blurred = sharpness(options);
+  options.exposure = 0;
+  EXPECT_LT(blurred, 0.5 * sharpness(options));
+}
+
+TEST(Scene, TexturesRepeatAndImagesDarken) {
+  SceneOptions options = standing(0);
+  const cv::Mat plain = Scene(options).render(0).image;
+  options.brightness = 0.25;
+  EXPECT_NEAR(cv::mean(Scene(options).render(0).image)[0], 0.25 * cv::mean(plain)[0], 1);
+  options.brightness = 1;
+  options.repetition = 1.5;
+  EXPECT_GT(cv::norm(plain, Scene(options).render(0).image, cv::NORM_L1) / plain.total(), 5);
+}
+
 TEST(Scene, RefusesNonsense) {
   SceneOptions options;
   options.scene = "moon";

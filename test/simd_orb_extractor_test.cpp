@@ -221,7 +221,7 @@ TEST(SimdOrbExtractor, ItsDescriptorsAreCvOrbsAtTheSamePositionLevelAndAngle) {
   SimdOrbExtractor extractor(options);
   Features features;
   extractor.extract(image, features);
-  Pyramid pyramid(options.levels, options.scale_factor, 1, featureKernels(options.simd));
+  Pyramid pyramid(options.pyramid_levels, options.pyramid_scale, 1, featureKernels(options.simd));
   pyramid.build(image);
 
   std::vector<cv::KeyPoint> keypoints = features.keypoints;
@@ -231,7 +231,7 @@ TEST(SimdOrbExtractor, ItsDescriptorsAreCvOrbsAtTheSamePositionLevelAndAngle) {
     keypoints[i].class_id = static_cast<int>(i);
   }
   // No border in cv::ORB, which would drop keypoints that lie nearer to the sides than it likes.
-  auto orb = cv::ORB::create(500, 1.2f, options.levels, 1);
+  auto orb = cv::ORB::create(500, 1.2f, options.pyramid_levels, 1);
   cv::Mat descriptors;
   orb->compute(image, keypoints, descriptors);
   ASSERT_EQ(keypoints.size(), features.keypoints.size());

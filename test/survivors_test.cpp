@@ -71,7 +71,8 @@ class Grid : public testing::TestWithParam<int> {};
 
 TEST_P(Grid, DoesNotDecideWhetherTheMatchesAreSpread) {
   MatchFilterOptions options;
-  options.motion_statistics.grid_columns = options.motion_statistics.grid_rows = GetParam();
+  MotionStatisticsOptions& gms = options.motion_statistics;
+  if (GetParam() > 0) gms.grid_columns = gms.grid_rows = GetParam();
   for (const int count : {40, 80}) {
     for (uint64_t seed = 0; seed < 20; ++seed) {
       DrawnPair pair = drawPair(count, 0.5, seed);

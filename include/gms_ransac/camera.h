@@ -6,7 +6,7 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
 
 namespace gms_ransac {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
 
 #include "gms_ransac/simd.h"
 

@@ -3,10 +3,9 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
-#include <opencv2/core.hpp>
+#include <opencv2/core/types.hpp>
 
 #include "gms_ransac/features.h"
 #include "gms_ransac/hamming_matcher.h"
@@ -23,9 +22,6 @@ enum class DistanceReading {
   /// lies within 20 % of the median over all matches.
   kPairwise
 };
-
-/// "displacement", "pairwise"; throws std::invalid_argument for another word.
-DistanceReading parseDistanceReading(const std::string& name);
 
 class DistanceConsistency {
  public:

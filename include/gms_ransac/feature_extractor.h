@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
 
 #include "gms_ransac/features.h"
 #include "gms_ransac/simd.h"
@@ -13,17 +13,18 @@ namespace gms_ransac {
 
 struct FeatureExtractorOptions {
   std::string extractor = "simd_orb";  ///< "simd_orb": ours; "opencv": cv::ORB, what the paper used
-  int features = 2000;                 ///< keypoints asked for per image, 1..100000
-  int levels = 8;                      ///< pyramid levels, 1..16
-  double scale_factor = 1.2;           ///< between levels, (1, 2]
-  /// FAST contrast in grey levels, 0..255; above 3000 features 0 is usual. "opencv" ignores fainter corners; "simd_orb"
+  int features = 2000;                 ///< keypoints asked for per image
+  int pyramid_levels = 8;
+  double pyramid_scale = 1.2;  ///< between levels
+  /// FAST contrast in grey levels; above 3000 features 0 is usual. "opencv" ignores fainter corners; "simd_orb"
   /// takes the strongest there are and stops only at 7, at 4 where texture is low, or here if this is less.
   int fast_threshold = 20;
   /// "simd_orb": 2 or more let a second thread share the pyramid levels; the result does not depend on it.
   int threads = 1;
   SimdLevel simd = detectSimdLevel();
 
-  /// Throws std::invalid_argument with a sentence that names the field, its value and its range.
+  /// Throws std::invalid_argument with a sentence that names the parameter, its value and its range
+  /// (cfg/parameters.py).
   void validate() const;
 };
 
@@ -41,10 +42,7 @@ class FeatureExtractor {
   virtual void extractWhere(const cv::Mat& mask, const cv::Mat& image, Features& features) = 0;
 };
 
-/// What an extractor of that name is called today: "simd_orb" for "fast", its name in earlier versions; else `name`.
-std::string currentExtractorName(const std::string& name);
-
-/// Validates the options and builds the extractor they name.
+/// Validates the options and builds the extractor they name; takes earlier names too.
 std::unique_ptr<FeatureExtractor> makeFeatureExtractor(const FeatureExtractorOptions& options);
 
 }  // namespace gms_ransac

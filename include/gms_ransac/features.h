@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <opencv2/core.hpp>
+#include <opencv2/core/types.hpp>
 
 #include "gms_ransac/descriptor_set.h"
 

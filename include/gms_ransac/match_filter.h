@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,7 +37,7 @@ enum class MatchStage : uint8_t { kRaw = 0, kGms = 1, kInlier = 2 };
 struct MatchFilterOptions {
   std::string method = "lo_prosac";
   FeatureExtractorOptions extractor;
-  MotionStatisticsOptions motion_statistics = MotionStatisticsOptions::methodsOwn();
+  MotionStatisticsOptions motion_statistics;
   RobustOptions robust;
   int matcher_threads = 1;
   DistanceReading distance_reading = DistanceReading::kDisplacement;  ///< gms_dist_ransac
@@ -44,8 +45,9 @@ struct MatchFilterOptions {
   /// filter weighs evidence, else that of least descriptor distance; the first of equals. Off: as in the papers, where
   /// several reference points may share a current one.
   bool one_to_one = true;
-  bool lan_mutual = true;   ///< lan: match in both directions; false: feed it the same matches as the other methods
-  double second_alpha = 0;  ///< lan: threshold factor of the final check; 0: the first times sqrt(kept fraction)
+  bool lan_mutual = true;  ///< lan: match in both directions; false: feed it the same matches as the other methods
+  /// lan: of the final check; not set: the first times the square root of the share kept.
+  std::optional<double> lan_second_threshold_factor;
 
   void validate() const;
 

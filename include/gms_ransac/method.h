@@ -53,9 +53,6 @@ struct MethodEntry {
 
 const std::vector<MethodEntry>& methods();
 
-/// What a method of that name is called today: "lo_prosac" for "fast", its name in earlier versions; else `name`.
-std::string currentMethodName(const std::string& name);
-
 /// Takes earlier names too. Throws std::invalid_argument listing the known names.
 const MethodEntry& findMethod(const std::string& name);
 

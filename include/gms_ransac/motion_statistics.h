@@ -3,7 +3,7 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
+#include <optional>
 #include <vector>
 
 #include "gms_ransac/features.h"
@@ -15,7 +15,7 @@ namespace gms_ransac {
 /// the sides of a scaled right grid become whole numbers.
 enum class GridBorder {
   kOriginal,  ///< Bian's: the half cells at the left and the top take no part in a shifted grid; sides truncated
-  kOpenCV     ///< xfeatures2d: they form cells of their own; sides rounded
+  kOpencv     ///< xfeatures2d: they form cells of their own; sides rounded
 };
 enum class GridNeighborhood { kNine, kFive };  ///< 3x3 cells (Bian 2017) or centre + N/E/S/W (Chen 2018)
 enum class FiveCellFactor {
@@ -23,30 +23,26 @@ enum class FiveCellFactor {
   kRaw      ///< threshold_factor is used as it is
 };
 
-enum class Acceptance {
-  kMethodsOwn,  ///< for MatchFilterOptions only
-  kThreshold,   ///< as published: the score of the cell pair reaches the threshold
-  kEvidence     ///< ours: that, and descriptors, turn and change of octave make the match likely to be right
+/// What makes a match accepted.
+enum class Criterion {
+  kThreshold,  ///< as published: the score of the cell pair reaches the threshold
+  kEvidence    ///< ours: that, and descriptors, turn and change of octave make the match likely to be right
 };
 
-/// "own", "threshold", "evidence"; throws std::invalid_argument for another word.
-Acceptance parseAcceptance(const std::string& name);
-
 struct MotionStatisticsOptions {
-  int grid_columns = 20;  ///< cells across the reference image, 2..100; 0: square cells, few where matches are few
-  int grid_rows = 20;     ///< cells down the reference image, 2..100; 0: likewise
-  double threshold_factor = 6.0;  ///< alpha of the paper, (0, 100]
-  bool rotation = false;          ///< try all rotations of the neighbourhood, not only the identity
-  bool scale = false;             ///< try right grids of 1/2, 1/sqrt2, sqrt2, 2 times the cells, not only 1
-  GridBorder border = GridBorder::kOpenCV;
+  std::optional<Criterion> criterion;  ///< not set: the method's own; of a filter by itself kThreshold
+  /// Cells across and down the reference image. Neither set: 20 x 20 as published, with kEvidence square cells, few
+  /// where matches are few; one set: square cells.
+  std::optional<int> grid_columns, grid_rows;
+  std::optional<double> threshold_factor;  ///< alpha of the paper; not set: 6 as published, 1 with kEvidence
+  bool rotation = false;                   ///< try all rotations of the neighbourhood, not only the identity
+  bool scale = false;                      ///< try right grids of 1/2, 1/sqrt2, sqrt2, 2 times the cells, not only 1
+  GridBorder border = GridBorder::kOpencv;
   GridNeighborhood neighborhood = GridNeighborhood::kNine;
   FiveCellFactor five_cell_factor = FiveCellFactor::kScaled;
-  Acceptance acceptance = Acceptance::kThreshold;
 
-  /// For MatchFilterOptions: leaves grid (0), threshold_factor (0) and acceptance to the method. The papers' methods
-  /// have 20 x 20 cells, 6 and kThreshold, `lo_prosac` has square cells, 1 and kEvidence.
-  static MotionStatisticsOptions methodsOwn();
-  /// Throws std::invalid_argument with a sentence that names the field, its value and its range.
+  /// Throws std::invalid_argument with a sentence that names the parameter, its value and its range
+  /// (cfg/parameters.py).
   void validate() const;
 };
 
@@ -75,6 +71,7 @@ class MotionStatisticsFilter {
   /// wins, the first of equals. Reuses the storage of `statistics`; no allocation once warm.
   void compute(const Features& reference, const Features& current, const std::vector<Match>& matches,
                MotionStatistics& statistics);
+  /// With nothing left open.
   const MotionStatisticsOptions& options() const { return options_; }
   /// Replaces threshold_factor from the next call on; must be positive.
   void setThresholdFactor(double threshold_factor) { options_.threshold_factor = threshold_factor; }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,32 +46,57 @@ enum class ModelType { kEssential, kFundamental, kHomography };
 ModelType parseModelType(const std::string& name);
 std::string toString(ModelType model);
 
+/// Standard deviations of what a calibration says. They widen the covariance and are not estimated.
+struct CalibrationSigma {
+  double focal_length = 0;     ///< relative
+  double principal_point = 0;  ///< in focal lengths
+};
+
+/// What makes a match trustworthy. Ties fall to the next key of: score (high), distance (low), Lowe ratio (low), index.
+enum class SortKey {
+  kScore,          ///< motion statistics: matches in support of it in the neighbourhood
+  kRelativeScore,  ///< score over the threshold of its neighbourhood, which takes out the density of the texture
+  kDistance,       ///< Hamming distance
+  kLoweRatio,      ///< distance over second-nearest distance, in steps of 1/511
+};
+
 struct RobustOptions {
   ModelType model = ModelType::kEssential;
-  double threshold_px = 0;        ///< inlier threshold in pixels; 0: 1 for essential and fundamental, 3 for homography
-  double confidence = 0.99;       ///< probability of having drawn an uncontaminated sample, (0, 1)
-  int max_iterations = 2000;      ///< cap on hypotheses, >= 1
-  uint64_t seed = 0;              ///< same seed, same result
-  double ratio = 0.5;             ///< cp_ransac: share of the matches in the confident group, (0, 1]
-  bool geometric_groups = false;  ///< cp_ransac: further groups of `ratio` of the rest each, instead of one of all
-  int tdd_d = 1;                  ///< rransac_tdd: matches tested before a full verification, >= 1
+  std::optional<double> inlier_threshold_px;  ///< not set: 1 for essential and fundamental, 3 for homography
+  double success_probability = 0.99;          ///< of having drawn a sample without outliers
+  int max_iterations = 2000;                  ///< cap on samples
+  uint64_t seed = 0;                          ///< same seed, same result
+  double first_group_fraction =
+      0.5;                        ///< cp_ransac: share of the matches in the first confidence group, the paper's ratio
+  bool geometric_groups = false;  ///< cp_ransac: every further group that share of the rest, instead of one of all
+  int tdd_d = 1;                  ///< rransac_tdd: matches tested before a full verification
   int subset_count = 5;           ///< subset_ransac: random subsets
   double subset_fraction = 0.2;   ///< subset_ransac: share of the matches in each
-  double split = 0.2;             ///< split2080: share of the matches that are sampled; 1: all, and all verify
-  double target_ratio = 0;        ///< gms_ransac: stop at this inlier ratio; 0: off
-  /// What methods that order the matches order them by: score, support (score over threshold), distance, ratio; empty:
-  /// the method's own.
-  std::string quality;
+  double split_fraction = 0.2;    ///< split2080: share of the matches that are sampled; 1: all, and all verify
+  std::optional<double> target_inlier_ratio;  ///< gms_ransac: stop at this inlier ratio
+  std::optional<SortKey> sort_key;            ///< of methods that order the matches; not set: the method's own
   /// Whether the answer is judged: enough inliers that are spread, parallax, other motions that explain the matches as
   /// well. Off: the model that was found stands, as in the papers, and its covariance is that of the matches alone.
   bool judge = true;
+  /// The direction of translation counts as known when its standard deviation, along its widest axis, is at most this:
+  /// degrees, (0, 90]. 95 % of directions err by less than 2.45 of them.
+  double max_direction_sigma = 10;
+  double calibration_sigma = 0;  ///< relative uncertainty of the focal length, and of the principal point in focal
+                                 ///< lengths: widens the covariance
   /// Robust least squares on the matches near the best model; off: textbook. `lo_prosac` always does.
   bool refine = true;
   SimdLevel simd = detectSimdLevel();
 
-  double inlierThreshold() const;  ///< threshold_px with its default filled in
+  double inlierThreshold() const;  ///< inlier_threshold_px with its default filled in
+  /// Throws std::invalid_argument with a sentence that names the parameter, its value and its range
+  /// (cfg/parameters.py).
   void validate() const;
 };
+
+/// What a camera model may get wrong.
+enum class CameraParameter : uint8_t { kFocalLength, kPrincipalPoint, kRadialDistortion, kRollingShutter };
+/// "focal length", "principal point", "radial distortion", "rolling shutter".
+std::string toString(CameraParameter parameter);
 
 /// What an estimate cost.
 struct Effort {
@@ -88,11 +114,18 @@ struct RobustResult {
   std::vector<uint8_t> inlier;  ///< N entries; every inlier is within the threshold of `model`
   int inlier_count = 0;
   bool pose_found = false;              ///< needs a calibrated camera
-  bool translation_observable = false;  ///< false: parallax too small or ambiguous; `pose.t` is a guess (zero: none)
-  bool ambiguous = false;               ///< a motion in another direction explains the matches as well (Vuong's test)
+  bool translation_observable = false;  ///< false: no direction known; `pose.t` is a guess (zero: none)
+  bool ambiguous = false;               ///< another motion explains the matches as well (Vuong's test)
   RelativePose pose;
-  double median_parallax_px = 0;  ///< median over inliers of the displacement that no rotation undoes
-  double rms_error_px = 0;        ///< over inliers, of the model's residual (Sampson; transfer for a homography)
+  double median_parallax_px = 0;   ///< median over inliers of the displacement that no rotation undoes
+  std::vector<float> probability;  ///< N entries, that a match is right; empty without a pose
+  /// Estimated standard deviation of the coordinates of keypoints of level 0; 0 without a pose.
+  double sigma_px = 0;
+  /// How far the residuals contradict the camera model: 1 is where chance alone would bring one pair in a hundred. And
+  /// the parameter that they contradict most.
+  double camera_misfit = 0;
+  CameraParameter misfit_parameter = CameraParameter::kFocalLength;
+  double rms_error_px = 0;  ///< over inliers, of the model's residual (Sampson; transfer for a homography)
   Effort effort;
 
   /// Empties the result but keeps its storage.

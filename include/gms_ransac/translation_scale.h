@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
 
 #include "gms_ransac/camera.h"
 #include "gms_ransac/match_filter.h"
@@ -14,9 +14,6 @@
 namespace gms_ransac {
 
 enum class ScaleMode { kUnit, kPropagate, kDepth, kFixed };
-
-/// "unit", "propagate", "depth", "fixed"; throws std::invalid_argument for another word.
-ScaleMode parseScaleMode(const std::string& name);
 
 struct ScaleEstimate {
   double length = 1;          ///< of the translation; metres when it came from depth

@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "gms/presets.h"
 #include "validation.h"
 
 namespace gms_ransac {
@@ -87,11 +86,11 @@ void MatchResult::clear(Status new_status) {
 void MatchFilterOptions::validate() const {
   findMethod(method);
   extractor.validate();
-  publishedSettings(motion_statistics).validate();  // what is open, a method fills with values in range
+  motion_statistics.validate();
   HammingMatcherOptions matcher;
   matcher.threads = matcher_threads;
   matcher.validate();
-  requireInRange("second_alpha", second_alpha, 0.0, 100.0);
+  requireInRanges(*this);
   robust.validate();
 }
 
@@ -100,8 +99,8 @@ MatchFilterOptions MatchFilterOptions::paper() {
   options.method = "cp_ransac";
   options.extractor.extractor = "opencv";
   options.one_to_one = false;
-  options.robust.quality = "score";
-  options.robust.ratio = 0.5;
+  options.robust.sort_key = SortKey::kScore;
+  options.robust.first_group_fraction = 0.5;
   options.robust.refine = options.robust.judge = false;
   return options;
 }

@@ -1,4 +1,4 @@
-// How option structs refuse a value: one sentence with the field, the value and the range.
+// How option structs refuse a value: one sentence with the name, the value and the range.
 #pragma once
 
 #include <sstream>
@@ -14,5 +14,10 @@ void requireInRange(const char* field, Value value, Bound low, Bound high) {
   sentence << field << " is " << value << "; it must be between " << low << " and " << high;
   throw std::invalid_argument(sentence.str());
 }
+
+/// The same for every option that has a row in cfg/parameters.py: of FeatureExtractorOptions, MotionStatisticsOptions,
+/// RobustOptions, and those of MatchFilterOptions itself.
+template <class Options>
+void requireInRanges(const Options& options);
 
 }  // namespace gms_ransac

@@ -1,4 +1,5 @@
-// What every offline program shares: one clear line and exit status 2 for bad input, and a progress line.
+// What every offline program shares: one clear line and exit status 2 for bad input, a progress line, an end by Ctrl-C
+// that loses nothing, and the scripts that draw.
 #pragma once
 
 #include <functional>
@@ -6,7 +7,8 @@
 
 namespace gms_ransac {
 
-constexpr int kBadInput = 2;  ///< exit status
+constexpr int kBadInput = 2;       ///< exit status
+constexpr int kInterrupted = 130;  ///< exit status: what a shell reports for a program ended by Ctrl-C
 
 /// Runs `body` and returns its exit status; an exception becomes "<program>: <sentence>" on stderr and kBadInput.
 int runProgram(const std::string& program, const std::function<int()>& body);
@@ -28,5 +30,22 @@ class Progress {
   int total_, done_ = 0;
   bool terminal_;
 };
+
+/// While it lives, Ctrl-C does not end the program but is noted.
+class InterruptWatch {
+ public:
+  InterruptWatch();
+  ~InterruptWatch();
+  InterruptWatch(const InterruptWatch&) = delete;
+  InterruptWatch& operator=(const InterruptWatch&) = delete;
+  static bool interrupted();
+
+ private:
+  void (*previous_)(int);
+};
+
+/// Runs an installed Python script (in scripts/ of the source when run from a build) on one argument. A script that is
+/// missing or fails costs a line on stderr, which says `without` what the rest is.
+bool runScript(const std::string& script, const std::string& argument, const std::string& without);
 
 }  // namespace gms_ransac

@@ -127,7 +127,7 @@ std::shared_ptr<const CameraModel> CameraModelSource::get(const sensor_msgs::Cam
 }
 
 bool CameraModelSource::isRectified(const sensor_msgs::CameraInfo& info) const {
-  if (input_is_rectified_ != Rectified::kAuto) return input_is_rectified_ == Rectified::kYes;
+  if (input_is_rectified_ != Rectified::kAuto) return input_is_rectified_ == Rectified::kTrue;
   // "image_rect", "/rect/image"; but not "/direct/image".
   for (const char* word : {"_rect", "/rect"}) {
     if (image_topic_.find(word) != std::string::npos) return true;
@@ -162,7 +162,7 @@ CameraModel CameraModelSource::make(const sensor_msgs::CameraInfo* info, cv::Siz
     if (override_.calibrated()) {
       CameraModel model;
       CameraIntrinsics intrinsics = override_;
-      if (input_is_rectified_ == Rectified::kYes) intrinsics.distortion.clear();
+      if (input_is_rectified_ == Rectified::kTrue) intrinsics.distortion.clear();
       model.camera = Camera(intrinsics, image_size);
       model.rectified = !model.camera.distorts();
       return model;

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <ros/node_handle.h>
+
 namespace gms_ransac {
 
 namespace {
@@ -19,13 +22,17 @@ bool failed(uint8_t status) {
 }  // namespace
 
 Diagnostics::Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& name)
-    : updater_(nh, pnh, name), last_report_(ros::WallTime::now()) {
-  updater_.setHardwareID("none");
-  updater_.add("input", this, &Diagnostics::describeInput);
-  updater_.add("matches", this, &Diagnostics::describeMatches);
-  updater_.add("graph", this, &Diagnostics::describeGraph);
-  updater_.add("timing", this, &Diagnostics::describeTiming);  // last: it starts the next period
+    : updater_(std::make_unique<diagnostic_updater::Updater>(nh, pnh, name)), last_report_(ros::WallTime::now()) {
+  updater_->setHardwareID("none");
+  updater_->add("input", this, &Diagnostics::describeInput);
+  updater_->add("matches", this, &Diagnostics::describeMatches);
+  updater_->add("graph", this, &Diagnostics::describeGraph);
+  updater_->add("timing", this, &Diagnostics::describeTiming);  // last: it starts the next period
 }
+
+Diagnostics::~Diagnostics() = default;
+
+void Diagnostics::update() { updater_->force_update(); }
 
 void Diagnostics::add(const MatchStats& stats) {
   std::lock_guard<std::mutex> lock(mutex_);

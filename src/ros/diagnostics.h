@@ -2,18 +2,27 @@
 // whether the ROS master knows it.
 #pragma once
 
+#include <memory>
 #include <mutex>
 #include <string>
 
-#include <diagnostic_updater/diagnostic_updater.h>
 #include <gms_ransac/MatchStats.h>
-#include <ros/node_handle.h>
+#include <ros/time.h>
+
+namespace diagnostic_updater {
+class DiagnosticStatusWrapper;
+class Updater;
+}  // namespace diagnostic_updater
+namespace ros {
+class NodeHandle;
+}
 
 namespace gms_ransac {
 
 class Diagnostics {
  public:
   Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& name);
+  ~Diagnostics();
 
   /// From the worker: one processed image.
   void add(const MatchStats& stats);
@@ -24,7 +33,7 @@ class Diagnostics {
   /// What is wrong with the node's registration; empty: nothing.
   void setGraph(const std::string& problem);
   /// Publishes; called about once a second.
-  void update() { updater_.force_update(); }
+  void update();
 
  private:
   void describeInput(diagnostic_updater::DiagnosticStatusWrapper& status);
@@ -32,7 +41,7 @@ class Diagnostics {
   void describeTiming(diagnostic_updater::DiagnosticStatusWrapper& status);
   void describeMatches(diagnostic_updater::DiagnosticStatusWrapper& status);
 
-  diagnostic_updater::Updater updater_;
+  std::unique_ptr<diagnostic_updater::Updater> updater_;
   std::mutex mutex_;  ///< guards what follows
   std::string waiting_for_, graph_problem_, calibration_doubt_;
   bool subscribed_ = false, paused_ = false;

@@ -5,6 +5,8 @@
 #include <sstream>
 #include <utility>
 
+#include <opencv2/core.hpp>
+
 #include "depth_conversion.h"
 #include "frames.h"
 #include "guard.h"

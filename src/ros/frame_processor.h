@@ -14,7 +14,7 @@
 #include "gms_ransac/track_table.h"
 #include "gms_ransac/translation_scale.h"
 #include "image_conversion.h"
-#include "image_input.h"
+#include "image_with_info.h"
 #include "mask_source.h"
 #include "publishable_pose.h"
 #include "stamp_watch.h"

@@ -1,7 +1,6 @@
 #include "frames.h"
 
 #include <tf2_eigen/tf2_eigen.h>
-#include <Eigen/Geometry>
 
 namespace gms_ransac {
 
@@ -11,6 +10,18 @@ std::string withoutLeadingSlash(const std::string& frame) {
 }
 
 std::string referenceFrame(const std::string& camera_frame) { return camera_frame + "_reference"; }
+
+geometry_msgs::Point toMessage(const Eigen::Vector3d& point) { return tf2::toMsg(point); }
+
+geometry_msgs::Pose toMessage(const Eigen::Isometry3d& pose) { return tf2::toMsg(pose); }
+
+geometry_msgs::TransformStamped toTransform(const Eigen::Isometry3d& transform) {
+  return tf2::eigenToTransform(transform);
+}
+
+Eigen::Isometry3d toIsometry(const geometry_msgs::TransformStamped& transform) {
+  return tf2::transformToEigen(transform);
+}
 
 geometry_msgs::PoseWithCovariance toPoseWithCovariance(const RelativePose& pose) {
   Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();

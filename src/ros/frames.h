@@ -6,6 +6,7 @@
 #include <geometry_msgs/PoseWithCovariance.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <std_msgs/Header.h>
+#include <Eigen/Geometry>
 
 #include "gms_ransac/relative_pose.h"
 
@@ -16,6 +17,12 @@ std::string withoutLeadingSlash(const std::string& frame);
 
 /// The child of the relative transform: "<camera frame>_reference".
 std::string referenceFrame(const std::string& camera_frame);
+
+// As tf2_eigen has them, whose header costs every file that includes it more than the rest of the file.
+geometry_msgs::Point toMessage(const Eigen::Vector3d& point);
+geometry_msgs::Pose toMessage(const Eigen::Isometry3d& pose);
+geometry_msgs::TransformStamped toTransform(const Eigen::Isometry3d& transform);
+Eigen::Isometry3d toIsometry(const geometry_msgs::TransformStamped& transform);
 
 geometry_msgs::PoseWithCovariance toPoseWithCovariance(const RelativePose& pose);
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include <sensor_msgs/Image.h>
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
 
 namespace gms_ransac {
 

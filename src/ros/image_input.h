@@ -12,10 +12,9 @@
 #include <message_filters/sync_policies/exact_time.h>
 #include <message_filters/synchronizer.h>
 #include <ros/node_handle.h>
-#include <sensor_msgs/CameraInfo.h>
-#include <sensor_msgs/Image.h>
 
 #include "image_pairing.h"
+#include "image_with_info.h"
 #include "parameters.h"
 #include "throttle.h"
 #include "waiting_images.h"

@@ -1,12 +1,16 @@
 #include "match_filter_ros.h"
 
 #include <exception>
-#include <stdexcept>
 
 #include <opencv2/core/version.hpp>
 
-#include "former_names.h"
+#include "diagnostics.h"
+#include "frame_processor.h"
 #include "guard.h"
+#include "image_input.h"
+#include "master_watch.h"
+#include "outputs.h"
+#include "reconfigure.h"
 
 namespace gms_ransac {
 
@@ -14,18 +18,6 @@ namespace {
 
 constexpr double kWatchPeriod = 1;  // seconds
 constexpr int kSilentPeriods = 5;   // without an image before the log says which topic is silent
-
-ProcessorOptions processorOptions(const MatchFilterConfig& config, int threads) {
-  ProcessorOptions options;
-  options.core = coreOptions(config);
-  // The second thread runs beside the first, image after image; the third and the fourth share the work of each.
-  options.core.extractor.threads = threads >= 3 ? 2 : 1;
-  options.core.matcher_threads = threads >= 4 ? 2 : 1;
-  options.max_frame_gap = config.max_frame_gap;
-  options.hold_reference = config.hold_reference;
-  options.sigma_floor = {config.translation_sigma_floor, config.rotation_sigma_floor};
-  return options;
-}
 
 }  // namespace
 
@@ -38,39 +30,32 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
     : nh_(nh),
       pnh_(pnh),
       name_(name),
-      parameters_(Parameters::read(pnh)),
+      parameters_(Parameters::read(pnh, name)),
       mailbox_(parameters_.drop_frames ? 1 : static_cast<size_t>(parameters_.queue_size)),
       prepared_(1) {
   for (const std::string& unknown : unknownParameters(pnh_, parameters_)) {
     ROS_WARN_STREAM(name_ << ": parameter " << pnh_.resolveName(unknown) << " is set but not known; misspelt?");
   }
-  for (const std::string& sentence : replaceFormerNames(pnh_)) ROS_WARN_STREAM(name_ << ": " << sentence);
-  checkConfigOnServer(pnh_);
   input_ = std::make_unique<ImageInput>(nh_, pnh_, parameters_,
                                         [this](const ImageWithInfo& input) { guard([&] { onImage(input); }); });
   input_->checkTransports();
   processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic());
 
-  reconfigure_server_ = std::make_unique<dynamic_reconfigure::Server<UnclampedConfig>>(reconfigure_mutex_, pnh_);
-  {
-    // The values the node starts with are refused here, with a sentence; dynamic_reconfigure would only log them.
-    MatchFilterConfig config = MatchFilterConfig::__getDefault__();
-    config.__fromServer__(pnh_);
-    processor_->setOptions(processorOptions(config, parameters_.threads));
-    config_ = config;
-  }
-  // Deadlock ahead: the server holds its mutex while it calls back, so nothing here may wait for it with another held.
-  reconfigure_server_->setCallback([this](UnclampedConfig& config, uint32_t /*level*/) { reconfigure(config); });
+  reconfigure_ = std::make_unique<Reconfigure>(pnh_, name_, parameters_.threads);
+  const RuntimeOptions start = reconfigure_->startOptions();
+  processor_->setOptions(start.processor);
+  reconfigure_->serve([this](const RuntimeOptions& options) { setOptions(options); });
 
   {
     // A listener may connect before `outputs_` is assigned.
     std::lock_guard<std::mutex> lock(subscription_mutex_);
     outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, [this] { guard([&] { updateSubscription(); }); });
   }
-  if (config_.publish_odom_tf) outputs_->expectOdomTf();
+  if (start.outputs.publish_odom_tf) outputs_->expectOdomTf();
   diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, name_);
   master_watch_ = std::make_unique<MasterWatch>(name_);
-  ROS_INFO_STREAM(name_ << ": method " << config_.method << ", model " << config_.model << ", OpenCV " << CV_VERSION
+  ROS_INFO_STREAM(name_ << ": method " << start.processor.core.method << ", model "
+                        << toString(start.processor.core.robust.model) << ", OpenCV " << CV_VERSION
                         << "; subscribes to " << input_->imageTopic()
                         << (parameters_.always_subscribe ? " always (~always_subscribe)"
                                                          : " only while someone listens or a transform is published"));
@@ -89,7 +74,7 @@ MatchFilterRos::~MatchFilterRos() {
   watch_timer_.stop();
   reset_service_.shutdown();
   pause_service_.shutdown();
-  reconfigure_server_.reset();
+  reconfigure_.reset();
   {
     std::lock_guard<std::mutex> lock(subscription_mutex_);
     input_->stop();
@@ -101,24 +86,11 @@ MatchFilterRos::~MatchFilterRos() {
   }
 }
 
-void MatchFilterRos::reconfigure(UnclampedConfig& config) {
-  for (const std::string& sentence : config.renamed) throttle_.warnOnce(sentence, name_ + ": " + sentence);
-  try {
-    if (!config.problem.empty()) throw std::invalid_argument(config.problem);
-    processor_->setOptions(processorOptions(config, parameters_.threads));
-  } catch (const std::exception& error) {
-    ROS_ERROR_STREAM(name_ << ": change refused, the old parameters stay: " << error.what());
-    std::lock_guard<std::mutex> lock(options_mutex_);
-    config = config_;
-    return;
-  }
+void MatchFilterRos::setOptions(const RuntimeOptions& options) {
+  processor_->setOptions(options.processor);
   {
     std::lock_guard<std::mutex> lock(options_mutex_);
-    config_ = config;
-    output_options_.publish_rejected = config.publish_rejected;
-    output_options_.publish_relative_tf = config.publish_relative_tf;
-    output_options_.publish_odom_tf = config.publish_odom_tf;
-    output_options_.features = {config.feature_limit, config.feature_distance};
+    output_options_ = options.outputs;
   }
   updateSubscription();
 }

@@ -8,23 +8,27 @@
 #include <string>
 #include <thread>
 
-#include <dynamic_reconfigure/server.h>
-#include <gms_ransac/MatchFilterConfig.h>
 #include <ros/node_handle.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
-#include <boost/thread/recursive_mutex.hpp>
 
-#include "diagnostics.h"
-#include "frame_processor.h"
-#include "image_input.h"
+#include "image_with_info.h"
 #include "mailbox.h"
-#include "master_watch.h"
-#include "outputs.h"
+#include "output_options.h"
 #include "parameters.h"
 #include "throttle.h"
 
 namespace gms_ransac {
+
+class Diagnostics;
+class FrameProcessor;
+class ImageInput;
+class MasterWatch;
+class Outputs;
+class Reconfigure;
+struct PreparedFrame;
+struct ProcessedFrame;
+struct RuntimeOptions;
 
 class MatchFilterRos {
  public:
@@ -34,8 +38,8 @@ class MatchFilterRos {
   ~MatchFilterRos();
 
  private:
-  /// Takes a change, or refuses it as a whole with a sentence and gives back the parameters in force.
-  void reconfigure(UnclampedConfig& config);
+  /// Throws std::invalid_argument and changes nothing where they contradict each other.
+  void setOptions(const RuntimeOptions& options);
   /// Subscribes while someone listens, unsubscribes when nobody does.
   void updateSubscription();
   void onImage(const ImageWithInfo& input);
@@ -58,7 +62,6 @@ class MatchFilterRos {
 
   std::mutex options_mutex_;
   OutputOptions output_options_;
-  MatchFilterConfig config_;  ///< in force; what a refused change falls back to
 
   std::atomic<uint32_t> received_{0}, dropped_{0};
   uint32_t processed_ = 0, resets_ = 0;  ///< of the thread that publishes
@@ -72,8 +75,7 @@ class MatchFilterRos {
   Mailbox<std::unique_ptr<PreparedFrame>> prepared_;  ///< between the two threads, if there are two
   std::unique_ptr<FrameProcessor> processor_;
   std::unique_ptr<Outputs> outputs_;
-  boost::recursive_mutex reconfigure_mutex_;
-  std::unique_ptr<dynamic_reconfigure::Server<UnclampedConfig>> reconfigure_server_;
+  std::unique_ptr<Reconfigure> reconfigure_;
   std::unique_ptr<Diagnostics> diagnostics_;
   std::unique_ptr<MasterWatch> master_watch_;
   ros::ServiceServer reset_service_, pause_service_;

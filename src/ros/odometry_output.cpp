@@ -5,7 +5,8 @@
 #include <geometry_msgs/TwistWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
-#include <tf2_eigen/tf2_eigen.h>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
 #include <boost/make_shared.hpp>
 
 #include "frames.h"
@@ -23,7 +24,7 @@ using RowMajor6d = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 
 geometry_msgs::PoseWithCovariance toMessage(const Eigen::Isometry3d& pose, const Matrix6d& covariance) {
   geometry_msgs::PoseWithCovariance message;
-  message.pose = tf2::toMsg(pose);
+  message.pose = gms_ransac::toMessage(pose);
   Eigen::Map<RowMajor6d>(message.covariance.data()) = covariance;
   return message;
 }
@@ -44,7 +45,7 @@ geometry_msgs::TwistWithCovariance toMessage(const Vector6d& twist, const Matrix
 
 OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
                                const ros::SubscriberStatusCallback& changed)
-    : nh_(nh), parameters_(parameters), path_(kPathPoses) {
+    : nh_(nh), parameters_(parameters), path_(kPathPoses), buffer_(std::make_unique<tf2_ros::Buffer>()) {
   // From the start, or the first pairs would find no place of the camera on its base.
   if (!parameters_.base_frame.empty()) listen();
   odom_ = outputs.advertise<nav_msgs::Odometry>("odom", kPublisherQueue, changed, changed);
@@ -53,6 +54,8 @@ OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outpu
   transform_ = outputs.advertise<geometry_msgs::TransformStamped>("transform", kPublisherQueue, changed, changed);
   path_publisher_ = outputs.advertise<nav_msgs::Path>("path", 1, changed, changed);
 }
+
+OdometryOutput::~OdometryOutput() = default;
 
 int OdometryOutput::listeners() const {
   uint32_t count = 0;
@@ -98,13 +101,13 @@ RelativePose OdometryOutput::withUsualLength(RelativePose motion) const {
 
 void OdometryOutput::listen() {
   if (listener_) return;
-  listener_ = std::make_unique<tf2_ros::TransformListener>(buffer_, nh_);
+  listener_ = std::make_unique<tf2_ros::TransformListener>(*buffer_, nh_);
   listening_since_ = ros::WallTime::now();
 }
 
 void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transform) {
   if (with_transform) listen();
-  if (processed.continuity == Continuity::kRestarted) buffer_.clear();
+  if (processed.continuity == Continuity::kRestarted) buffer_->clear();
   if (!integrate(processed) || (listeners() == 0 && !with_transform)) return;
   const std_msgs::Header& header = processed.current->header;
   const auto camera_in_base = cameraInBase(header);
@@ -135,7 +138,7 @@ void OdometryOutput::publishPose(const OdometryEstimate& estimate, const std_msg
     pose_.publish(pose);
   }
   if (transform_.getNumSubscribers() > 0) {
-    auto transform = boost::make_shared<geometry_msgs::TransformStamped>(tf2::eigenToTransform(estimate.pose));
+    auto transform = boost::make_shared<geometry_msgs::TransformStamped>(toTransform(estimate.pose));
     transform->header = header;
     transform->child_frame_id = moving_frame;
     transform_.publish(transform);
@@ -155,7 +158,7 @@ void OdometryOutput::publishTwist(const OdometryEstimate& estimate, const ros::T
 void OdometryOutput::publishPath(const OdometryEstimate& estimate, const std_msgs::Header& header) {
   geometry_msgs::PoseStamped pose;
   pose.header = header;
-  pose.pose = tf2::toMsg(estimate.pose);
+  pose.pose = toMessage(estimate.pose);
   path_.add(pose);
   if (path_publisher_.getNumSubscribers() == 0) return;
   auto path = boost::make_shared<nav_msgs::Path>();
@@ -170,7 +173,7 @@ std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::He
   std::string problem;
   for (const ros::Time& when : {camera.stamp, ros::Time(0)}) {
     try {
-      return tf2::transformToEigen(buffer_.lookupTransform(parameters_.base_frame, camera.frame_id, when));
+      return toIsometry(buffer_->lookupTransform(parameters_.base_frame, camera.frame_id, when));
     } catch (const tf2::TransformException& error) {
       problem = error.what();
     }
@@ -182,7 +185,7 @@ std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::He
 bool OdometryOutput::mayBroadcast(const std::string& parent, const std::string& child) {
   if (refused_ || (ros::WallTime::now() - listening_since_).toSec() < kSettlingSeconds) return false;
   std::string owner;
-  if (!buffer_._getParent(child, ros::Time(0), owner)) return true;
+  if (!buffer_->_getParent(child, ros::Time(0), owner)) return true;
   if (owner == parent && !last_broadcast_.isZero()) return true;
   refused_ = true;
   ROS_ERROR_STREAM("no odometry transform: another node gives " << child << " the parent " << owner
@@ -196,7 +199,7 @@ void OdometryOutput::broadcast(const Eigen::Isometry3d& pose, const ros::Time& s
   const std::string& parent = inverted ? moving_frame : parameters_.odom_frame;
   const std::string& child = inverted ? parameters_.odom_frame : moving_frame;
   if (stamp == last_broadcast_ || !mayBroadcast(parent, child)) return;
-  geometry_msgs::TransformStamped transform = tf2::eigenToTransform(inverted ? pose.inverse() : pose);
+  geometry_msgs::TransformStamped transform = toTransform(inverted ? pose.inverse() : pose);
   transform.header.stamp = stamp;
   transform.header.frame_id = parent;
   transform.child_frame_id = child;

@@ -1,11 +1,10 @@
 // Publishes the integrated motion: ~odom, ~twist, ~pose, ~transform, ~path and, if wanted, on tf.
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include <ros/node_handle.h>
-#include <tf2_ros/buffer.h>
-#include <tf2_ros/transform_listener.h>
 
 #include "frame_processor.h"
 #include "motion_integrator.h"
@@ -13,12 +12,18 @@
 #include "throttle.h"
 #include "watched_broadcaster.h"
 
+namespace tf2_ros {
+class Buffer;
+class TransformListener;
+}  // namespace tf2_ros
+
 namespace gms_ransac {
 
 class OdometryOutput {
  public:
   OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
                  const ros::SubscriberStatusCallback& listeners_changed);
+  ~OdometryOutput();
 
   int listeners() const;
   /// tf is needed soon. Before the first `publish`, or from its thread.
@@ -48,7 +53,7 @@ class OdometryOutput {
   MotionIntegrator odometry_;
   PathHistory path_;
   ros::Publisher odom_, twist_, pose_, transform_, path_publisher_;
-  tf2_ros::Buffer buffer_;
+  std::unique_ptr<tf2_ros::Buffer> buffer_;
   std::unique_ptr<tf2_ros::TransformListener> listener_;  ///< only where tf is needed: it is a busy topic
   WatchedBroadcaster broadcaster_;
   ros::WallTime listening_since_;

@@ -10,7 +10,10 @@
 
 #include "frames.h"
 #include "guard.h"
+#include "odometry_output.h"
 #include "overlay.h"
+#include "point_outputs.h"
+#include "watched_broadcaster.h"
 
 namespace gms_ransac {
 
@@ -31,7 +34,7 @@ std::string caption(const ProcessedFrame& processed) {
 
 Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
                  const std::function<void()>& listeners_changed)
-    : transport_(pnh) {
+    : transport_(pnh), broadcaster_(std::make_unique<WatchedBroadcaster>()) {
   ros::NodeHandle outputs(pnh);
   const ros::SubscriberStatusCallback changed = [listeners_changed](const ros::SingleSubscriberPublisher&) {
     listeners_changed();
@@ -48,6 +51,8 @@ Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Pa
   match_image_ = transport_.advertise("match_image", 1, image_changed, image_changed);
 }
 
+Outputs::~Outputs() = default;
+
 int Outputs::listeners() const {
   int count = static_cast<int>(match_image_.getNumSubscribers()) + odometry_->listeners() + points_->listeners();
   for (const ros::Publisher* publisher : {&correspondences_, &stats_, &relative_pose_}) {
@@ -55,6 +60,8 @@ int Outputs::listeners() const {
   }
   return count;
 }
+
+void Outputs::expectOdomTf() { odometry_->listen(); }
 
 MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const FrameCounters& counters,
                                     const OutputOptions& options) {
@@ -93,7 +100,7 @@ void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions
 }
 
 void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& options) {
-  if (options.publish_relative_tf) broadcaster_.send(relativeTransform(processed.pose, processed.current->header));
+  if (options.publish_relative_tf) broadcaster_->send(relativeTransform(processed.pose, processed.current->header));
   if (relative_pose_.getNumSubscribers() == 0) return;
   auto message = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>();
   message->header = processed.current->header;

@@ -8,31 +8,27 @@
 #include <ros/node_handle.h>
 
 #include "message_conversion.h"
-#include "odometry_output.h"
-#include "point_outputs.h"
-#include "watched_broadcaster.h"
+#include "output_options.h"
+#include "throttle.h"
 
 namespace gms_ransac {
 
-/// What of the outputs can change at run time.
-struct OutputOptions {
-  bool publish_rejected = false;
-  bool publish_relative_tf = true;
-  bool publish_odom_tf = false;
-  TrackSelectorOptions features;
-};
+class OdometryOutput;
+class PointOutputs;
+class WatchedBroadcaster;
 
 class Outputs {
  public:
   /// Topics are relative to `pnh`. `listeners_changed` is called whenever a subscriber comes or goes.
   Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
           const std::function<void()>& listeners_changed);
+  ~Outputs();
 
   /// Subscribers of all topics together. Transforms have no subscribers to count; the caller knows whether they are on.
   int listeners() const;
   /// ~publish_odom_tf is on from the start: tf is listened to at once, so that the first pair's motion is broadcast.
   /// Before the first `publish`.
-  void expectOdomTf() { odometry_->listen(); }
+  void expectOdomTf();
 
   /// Returns the stats that were published.
   MatchStatsConstPtr publish(const ProcessedFrame& processed, const FrameCounters& counters,
@@ -44,7 +40,7 @@ class Outputs {
   void publishOverlay(const ProcessedFrame& processed);
 
   image_transport::ImageTransport transport_;
-  WatchedBroadcaster broadcaster_;
+  std::unique_ptr<WatchedBroadcaster> broadcaster_;
   ros::Publisher correspondences_, stats_, relative_pose_, restart_;
   image_transport::Publisher match_image_;
   std::unique_ptr<OdometryOutput> odometry_;

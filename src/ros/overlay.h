@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
 
 #include "gms_ransac/match_filter.h"
 

@@ -4,10 +4,10 @@
 #include <cstring>
 
 #include <sensor_msgs/point_cloud2_iterator.h>
-#include <tf2_eigen/tf2_eigen.h>
 #include <Eigen/Geometry>
 #include <boost/make_shared.hpp>
 
+#include "frames.h"
 #include "overlay.h"
 
 namespace gms_ransac {
@@ -19,8 +19,6 @@ constexpr double kFrustumDepth = 1;     // of the drawn cameras, in units of the
 constexpr double kFlowWidth = 0.002;    // of the drawn lines at depth 1
 constexpr double kFrustumWidth = 0.06;  // of its lines, likewise
 constexpr double kNoteHeight = 0.8;     // of a letter, in units of the translation
-
-geometry_msgs::Point point(const Eigen::Vector3d& p) { return tf2::toMsg(p); }
 
 std_msgs::ColorRGBA color(float confidence) {
   const cv::Scalar bgr = confidenceColor(confidence);
@@ -54,10 +52,10 @@ void addFrustum(const Camera& camera, const Eigen::Isometry3d& pose, double dept
     corners[i] = pose * (depth * Eigen::Vector3d((pixels[i].x - k.cx) / k.fx, (pixels[i].y - k.cy) / k.fy, 1));
   }
   for (int i = 0; i < 4; ++i) {
-    marker.points.push_back(point(pose.translation()));
-    marker.points.push_back(point(corners[i]));
-    marker.points.push_back(point(corners[i]));
-    marker.points.push_back(point(corners[(i + 1) % 4]));
+    marker.points.push_back(toMessage(pose.translation()));
+    marker.points.push_back(toMessage(corners[i]));
+    marker.points.push_back(toMessage(corners[i]));
+    marker.points.push_back(toMessage(corners[(i + 1) % 4]));
   }
 }
 
@@ -67,7 +65,7 @@ visualization_msgs::Marker note(const std_msgs::Header& header, const std::strin
   marker.type = visualization_msgs::Marker::TEXT_VIEW_FACING;
   marker.text = text;
   marker.scale.z = kNoteHeight * step;
-  marker.pose.position = point({6 * step, step, 0});
+  marker.pose.position = toMessage(Eigen::Vector3d(6 * step, step, 0));
   marker.color = color(1);
   return marker;
 }
@@ -108,8 +106,8 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
     const Eigen::Vector2d from =
         rayOf(camera, processed.reference->frame.features.keypoints[result.matches[i].reference].pt);
     const Eigen::Vector2d to = rayOf(camera, processed.current->frame.features.keypoints[result.matches[i].current].pt);
-    flow.points.push_back(point(from.homogeneous()));
-    flow.points.push_back(point(to.homogeneous()));
+    flow.points.push_back(toMessage(from.homogeneous()));
+    flow.points.push_back(toMessage(to.homogeneous()));
     flow.colors.resize(flow.points.size(), color(result.confidence[i]));
   }
   message.markers.push_back(flow);

@@ -6,20 +6,10 @@
 #include <vector>
 
 #include <ros/time.h>
-#include <sensor_msgs/CameraInfo.h>
-#include <sensor_msgs/Image.h>
+
+#include "image_with_info.h"
 
 namespace gms_ransac {
-
-/// An image with all that belongs to it.
-struct ImageWithInfo {
-  sensor_msgs::ImageConstPtr image;
-  sensor_msgs::CameraInfoConstPtr camera_info;  ///< null: none has arrived, or it was replaced by parameters
-  sensor_msgs::ImageConstPtr depth;             ///< with ~scale depth; null: none came with the image
-  sensor_msgs::ImageConstPtr mask;              ///< null: none has arrived, or none with the image's stamp
-  sensor_msgs::ImageConstPtr reference;         ///< with ~input pair: what `image` is compared with
-  ros::Time received;
-};
 
 struct WaitingOptions {
   bool for_camera_info = false;  ///< the first images wait until any camera_info has come

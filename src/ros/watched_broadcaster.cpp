@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <tf2_ros/transform_broadcaster.h>
+
 namespace gms_ransac {
 
 namespace {
@@ -12,6 +14,10 @@ constexpr uint32_t kQueue = 100;
 constexpr size_t kRecent = 500;
 
 }  // namespace
+
+WatchedBroadcaster::WatchedBroadcaster() : broadcaster_(std::make_unique<tf2_ros::TransformBroadcaster>()) {}
+
+WatchedBroadcaster::~WatchedBroadcaster() = default;
 
 void WatchedBroadcaster::send(const geometry_msgs::TransformStamped& transform) {
   const std::string &parent = transform.header.frame_id, &child = transform.child_frame_id;
@@ -27,7 +33,7 @@ void WatchedBroadcaster::send(const geometry_msgs::TransformStamped& transform) 
     return;
   }
   remember(transform);
-  broadcaster_.sendTransform(transform);
+  broadcaster_->sendTransform(transform);
 }
 
 void WatchedBroadcaster::remember(const geometry_msgs::TransformStamped& transform) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <string>
@@ -10,9 +11,12 @@
 #include <ros/message_event.h>
 #include <ros/node_handle.h>
 #include <tf2_msgs/TFMessage.h>
-#include <tf2_ros/transform_broadcaster.h>
 
 #include "throttle.h"
+
+namespace tf2_ros {
+class TransformBroadcaster;
+}
 
 namespace gms_ransac {
 
@@ -20,6 +24,9 @@ namespace gms_ransac {
 /// started last notices the other.
 class WatchedBroadcaster {
  public:
+  WatchedBroadcaster();
+  ~WatchedBroadcaster();
+
   /// A frame without a name, or one that would be its own parent, is not broadcast and warned about once.
   void send(const geometry_msgs::TransformStamped& transform);
 
@@ -28,7 +35,7 @@ class WatchedBroadcaster {
   void onTransforms(const ros::MessageEvent<tf2_msgs::TFMessage const>& event);
 
   ros::NodeHandle nh_;  ///< as TransformBroadcaster has it, not the nodelet's
-  tf2_ros::TransformBroadcaster broadcaster_;
+  std::unique_ptr<tf2_ros::TransformBroadcaster> broadcaster_;
   Throttle throttle_;
 
   std::mutex mutex_;  ///< guards what follows

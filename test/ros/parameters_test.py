@@ -38,7 +38,7 @@ class Parameters(unittest.TestCase):
         self.assert_refused("_features:=0", "/refused/features", "'0'", "between 1 and 100000")
 
     def test_fraction_out_of_range(self):
-        self.assert_refused("_confidence:=1.5", "/refused/confidence", "1.5", "between 0.5 and")
+        self.assert_refused("_success_probability:=1.5", "/refused/success_probability", "1.5", "between 0.01 and")
 
     def test_word_for_a_number(self):
         self.assert_refused("_max_iterations:=many", "/refused/max_iterations", "'many'", "whole number")
@@ -101,24 +101,26 @@ class Parameters(unittest.TestCase):
     def test_wrong_types_and_values_of_every_kind(self):
         refused = [
             ("features", 1000.5, "whole number"), ("features", "many", "whole number"), ("features", True, "whole number"),
-            ("confidence", "high", "a number between"), ("confidence", float("nan"), "a number between"),
-            ("threshold_px", float("inf"), "between 0 and 50"), ("threshold_px", [1.0], "a number between"),
+            ("success_probability", "high", "a number between"),
+            ("success_probability", float("nan"), "a number between"),
+            ("inlier_threshold_px", float("inf"), "between 0.001 and 100 pixels, or 0"),
+            ("inlier_threshold_px", [1.0], "a number between"), ("gms_grid_columns", 1, "between 2 and 100, or 0"),
             ("lan_mutual", "yes", "true or false"), ("lan_mutual", 1, "true or false"),
             ("one_to_one", "both", "true or false"), ("judge", "fairly", "true or false"),
             ("method", 5, "'cp_ransac'"), ("method", "", "one of"), ("gms_border", "somewhere", "'opencv' 'original'"),
-            ("quality", "taste", "'' 'score' 'support'"),
+            ("sort_key", "taste", "'' 'score' 'relative_score'"),
             ("feature_limit", -1, "between 0 and 100000"), ("feature_distance", "far", "between 0 and 1000"),
             ("queue_size", 10.6, "whole number"), ("queue_size", "ten", "whole number"), ("threads", 17, "between 1 and 16"),
             ("drop_frames", "no", "true or false"), ("drop_frames", 0, "true or false"),
             ("scale", 3, "one of 'unit'"), ("input", "stereo", "'stream' 'pair'"),
             ("image_transport", 7, "the name of an image transport"),
             ("depth_image_transport", False, "the name of an image transport"),
-            ("fixed_scale", "long", "a number of metres"), ("fixed_scale", float("nan"), "between"),
-            ("diagnostic_period", 0.0, "above 0"), ("diagnostic_period", "often", "above 0"),
+            ("fixed_scale", "long", "between 1e-06 and 1000000 metres"), ("fixed_scale", float("nan"), "between"),
+            ("diagnostic_period", 0.0, "between 0.001"), ("diagnostic_period", "often", "seconds"),
             ("odom_frame", 5, "a frame"), ("input_is_rectified", "maybe", "'auto' 'true' 'false'"),
-            ("camera", {"fx": "wide", "fy": 500.0, "cx": 320.0, "cy": 240.0}, "a number of pixels"),
-            ("camera", {"fx": float("nan"), "fy": 500.0, "cx": 320.0, "cy": 240.0}, "finite"),
-            ("camera", {"fx": -500.0, "fy": 500.0, "cx": 320.0, "cy": 240.0}, "above 0"),
+            ("camera", {"fx": "wide", "fy": 500.0, "cx": 320.0, "cy": 240.0}, "a number between"),
+            ("camera", {"fx": float("nan"), "fy": 500.0, "cx": 320.0, "cy": 240.0}, "between 0.001 and"),
+            ("camera", {"fx": -500.0, "fy": 500.0, "cx": 320.0, "cy": 240.0}, "between 0.001 and"),
         ]
         wrong = []
         for name, value, words in refused:
@@ -133,7 +135,7 @@ class Parameters(unittest.TestCase):
 
     def test_whole_numbers_are_numbers(self):
         """YAML's 1 is as good as 1.0 where any number is wanted."""
-        for name, value in (("confidence", 0.9), ("max_frame_gap", 2), ("fixed_scale", 3), ("diagnostic_period", 2),
+        for name, value in (("inlier_threshold_px", 2), ("max_frame_gap", 2), ("fixed_scale", 3), ("diagnostic_period", 2),
                             ("featuers", 100), ("camera", {"fx": 500, "fy": 500, "cx": 320, "cy": 240})):
             rospy.set_param("whole/" + name, value)
         process = subprocess.Popen(["rosrun", "gms_ransac", "match_filter_node", "__name:=whole"],
@@ -147,6 +149,23 @@ class Parameters(unittest.TestCase):
         unknown = [line for line in said.splitlines() if "is set but not known" in line]
         self.assertEqual(len(unknown), 1, said)
         self.assertIn("/whole/featuers", unknown[0])
+
+    def test_old_names_and_words_are_taken(self):
+        for name, value in (("confidence", 0.9), ("quality", "ratio")):
+            rospy.set_param("renamed/" + name, value)
+        process = subprocess.Popen(["rosrun", "gms_ransac", "match_filter_node", "__name:=renamed"],
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        try:
+            taken = Reconfigure("renamed", timeout=TIMEOUT).get_configuration()
+        finally:
+            process.terminate()
+            said = process.communicate()[0]
+        self.assertEqual((taken["success_probability"], taken["sort_key"]), (0.9, "lowe_ratio"))
+        for sentence in ("/renamed/confidence is now called /renamed/success_probability",
+                         "/renamed/quality is now called /renamed/sort_key",
+                         "/renamed/sort_key is 'ratio', which is now called 'lowe_ratio'"):
+            self.assertEqual(said.count(sentence), 1, said)
+        self.assertFalse(rospy.has_param("renamed/confidence"), "it would go before the new name for ever")
 
     @contextlib.contextmanager
     def said(self):
@@ -168,7 +187,7 @@ class Parameters(unittest.TestCase):
             documented = yaml.safe_load(yaml_file)
         with open(package + "/README.md") as readme:
             rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in readme if line.startswith("| `~")]
-        table = {row[0].strip("`~"): row for row in rows}
+        table = {name.strip("`~"): row for row in rows for name in row[0].split(", ")}
         for described in Reconfigure("running", timeout=TIMEOUT).get_parameter_descriptions():
             name = described["name"]
             self.assertEqual(documented.pop(name, "not in the YAML"), described["default"], name)
@@ -212,14 +231,14 @@ class Parameters(unittest.TestCase):
         self.assertEqual(list(message.stage).count(2), answer.inliers)
 
         with self.said() as said:
-            answer = reconfigure.update_configuration({"confidence": 1.5, "max_iterations": 0, "features": 600})
-            self.assertEqual((answer["confidence"], answer["max_iterations"], answer["features"]), (0.99, 2000, 500),
+            answer = reconfigure.update_configuration({"success_probability": 1.5, "max_iterations": 0, "features": 600})
+            self.assertEqual((answer["success_probability"], answer["max_iterations"], answer["features"]), (0.99, 2000, 500),
                              "the old parameters stay")
-            for words in ("~confidence is '1.5'; it must be a number between 0.5 and 0.99999",
+            for words in ("~success_probability is '1.5'; it must be a number between 0.01 and 0.999999999",
                           "~max_iterations is '0'; it must be a whole number between 1 and 1000000"):
                 client.wait(lambda: any(words in line for line in said), words)
-        answer = reconfigure.update_configuration({"threshold_px": float("nan")})
-        self.assertEqual(answer["threshold_px"], 0)
+        answer = reconfigure.update_configuration({"inlier_threshold_px": float("nan")})
+        self.assertEqual(answer["inlier_threshold_px"], 0)
 
         refused = reconfigure.update_configuration({"method": "magic", "features": 700})
         self.assertEqual((refused["method"], refused["features"]), ("lo_prosac", 500), "the old parameters stay")

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
 
 #include "features/kernels.h"
 #include "features/plane.h"

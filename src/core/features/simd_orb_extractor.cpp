@@ -4,6 +4,8 @@
 #include <atomic>
 #include <cmath>
 
+#include <opencv2/core.hpp>
+
 #include "features/edge_points.h"
 
 namespace gms_ransac {
@@ -36,18 +38,19 @@ float vertex(int before, int at, int after) {
 SimdOrbExtractor::SimdOrbExtractor(const FeatureExtractorOptions& options)
     : options_(options),
       kernels_(featureKernels(options.simd)),
-      pyramid_(options.levels, options.scale_factor, 2 * kBorder + 1, kernels_),
-      levels_(options.levels),
+      pyramid_(options.pyramid_levels, options.pyramid_scale, 2 * kBorder + 1, kernels_),
+      levels_(options.pyramid_levels),
       scratch_(options.threads > 1 ? 2 : 1) {
   double sum = 0;
-  for (int i = 0; i < options.levels; ++i) sum += levels_[i].weight = std::pow(pyramid_.nominalScale(i), -kLevelPower);
+  for (int i = 0; i < options.pyramid_levels; ++i)
+    sum += levels_[i].weight = std::pow(pyramid_.nominalScale(i), -kLevelPower);
   for (Level& level : levels_) level.weight /= sum;
   if (options.threads > 1) worker_ = std::make_unique<Worker>();
 }
 
 void SimdOrbExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, Features& features) {
   features.image_size = image.size();
-  features.scale_factor = static_cast<float>(options_.scale_factor);
+  features.scale_factor = static_cast<float>(options_.pyramid_scale);
   pyramid_.build(image);
   // The levels built last are still in the cache; so are, afterwards, the level and the contrasts searched last.
   forEachLevel(Order::kSmallestFirst, [&](int i, Scratch&) { detect(i, mask); });

@@ -25,12 +25,6 @@ float median(std::vector<float>& values) {
 
 }  // namespace
 
-DistanceReading parseDistanceReading(const std::string& name) {
-  if (name == "displacement") return DistanceReading::kDisplacement;
-  if (name == "pairwise") return DistanceReading::kPairwise;
-  throw std::invalid_argument("unknown distance reading '" + name + "'; known are displacement, pairwise");
-}
-
 void DistanceConsistency::apply(const Features& reference, const Features& current, const std::vector<Match>& matches,
                                 MotionStatistics& statistics) {
   survivors_.clear();

@@ -28,7 +28,7 @@ VotingRule votingRule(const MotionStatisticsOptions& options) {
   rule.five_cells = options.neighborhood == GridNeighborhood::kFive;
   rule.rotation = options.rotation;
   rule.drop_first = options.border == GridBorder::kOriginal;
-  rule.alpha = options.threshold_factor;
+  rule.alpha = *options.threshold_factor;
   if (rule.five_cells && options.five_cell_factor == FiveCellFactor::kScaled) rule.alpha *= std::sqrt(5.0 / 9.0);
   return rule;
 }
@@ -61,15 +61,7 @@ class BitCounts {
 
 }  // namespace
 
-void MotionStatisticsOptions::validate() const {
-  if (grid_columns != 0) requireInRange("grid_columns", grid_columns, 2, 100);
-  if (grid_rows != 0) requireInRange("grid_rows", grid_rows, 2, 100);
-  requireInRange("threshold_factor", threshold_factor, 0.01, 100.0);
-  if (acceptance == Acceptance::kMethodsOwn) {
-    throw std::invalid_argument(
-        "acceptance is left to the method, but no method was named; choose kThreshold or kEvidence");
-  }
-}
+void MotionStatisticsOptions::validate() const { requireInRanges(*this); }
 
 struct MotionStatisticsFilter::Workspace {
   CellGrid left;
@@ -145,7 +137,7 @@ void MotionStatisticsFilter::Workspace::weighEvidence(const std::vector<Match>& 
 }
 
 MotionStatisticsFilter::MotionStatisticsFilter(const MotionStatisticsOptions& options)
-    : options_(options), workspace_(std::make_unique<Workspace>()) {
+    : options_(withDefaults(options)), workspace_(std::make_unique<Workspace>()) {
   options_.validate();
 }
 MotionStatisticsFilter::~MotionStatisticsFilter() = default;
@@ -156,7 +148,7 @@ void MotionStatisticsFilter::compute(const Features& reference, const Features& 
                                      const std::vector<Match>& matches, MotionStatistics& statistics) {
   Workspace& work = *workspace_;
   int voters = static_cast<int>(matches.size());
-  if (options_.acceptance == Acceptance::kEvidence) voters = work.evidence.prepare(reference, current, matches);
+  if (options_.criterion == Criterion::kEvidence) voters = work.evidence.prepare(reference, current, matches);
   work.left = chooseGrid(options_, reference.image_size, voters);
   statistics.grid_columns = work.left.columns;
   statistics.grid_rows = work.left.rows;
@@ -186,7 +178,7 @@ void MotionStatisticsFilter::compute(const Features& reference, const Features& 
     statistics.rotation = rotation * rule.ringStep();
     statistics.scale = scale;
   }
-  if (options_.acceptance == Acceptance::kEvidence) work.weighEvidence(matches, rule.alpha, statistics);
+  if (options_.criterion == Criterion::kEvidence) work.weighEvidence(matches, rule.alpha, statistics);
 }
 
 }  // namespace gms_ransac

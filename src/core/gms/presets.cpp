@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace gms_ransac {
 
@@ -26,54 +25,22 @@ int automaticSide(double cells) {
 
 }  // namespace
 
-Acceptance parseAcceptance(const std::string& name) {
-  if (name == "own") return Acceptance::kMethodsOwn;
-  if (name == "threshold") return Acceptance::kThreshold;
-  if (name == "evidence") return Acceptance::kEvidence;
-  throw std::invalid_argument("unknown acceptance '" + name + "'; known are own, threshold, evidence");
-}
-
-MotionStatisticsOptions MotionStatisticsOptions::methodsOwn() {
-  MotionStatisticsOptions options;
-  options.grid_columns = options.grid_rows = 0;
-  options.threshold_factor = 0;
-  options.acceptance = Acceptance::kMethodsOwn;
-  return options;
-}
-
-namespace {
-
-/// Fills in what is left open once it is known what makes a match accepted.
-MotionStatisticsOptions complete(MotionStatisticsOptions given, Acceptance own) {
-  if (given.acceptance == Acceptance::kMethodsOwn) given.acceptance = own;
-  const bool weighs = given.acceptance == Acceptance::kEvidence;
-  if (given.threshold_factor == 0) given.threshold_factor = weighs ? kEvidenceThresholdFactor : kPaperThresholdFactor;
-  if (!weighs && given.grid_columns == 0 && given.grid_rows == 0) given.grid_columns = given.grid_rows = kPaperGrid;
+MotionStatisticsOptions withDefaults(MotionStatisticsOptions given, Criterion own) {
+  given.criterion = given.criterion.value_or(own);
+  const bool weighs = given.criterion == Criterion::kEvidence;
+  given.threshold_factor = given.threshold_factor.value_or(weighs ? kEvidenceThresholdFactor : kPaperThresholdFactor);
+  if (!weighs && !given.grid_columns && !given.grid_rows) given.grid_columns = given.grid_rows = kPaperGrid;
   return given;
-}
-
-}  // namespace
-
-MotionStatisticsOptions publishedSettings(MotionStatisticsOptions given, GridNeighborhood neighborhood) {
-  given = complete(given, Acceptance::kThreshold);
-  if (neighborhood == GridNeighborhood::kFive) given.neighborhood = neighborhood;
-  return given;
-}
-
-MotionStatisticsOptions evidenceSettings(MotionStatisticsOptions given) {
-  return complete(given, Acceptance::kEvidence);
 }
 
 CellGrid chooseGrid(const MotionStatisticsOptions& options, cv::Size image, int matches) {
-  CellGrid grid = {options.grid_columns, options.grid_rows};
   const double width = std::max(image.width, 1), height = std::max(image.height, 1);
   const double cells = std::min(std::max(matches / kMatchesPerCell, 1.0), kMostCells);
   double side = std::sqrt(width * height / cells);  // of a cell, pixels
-  if (grid.rows > 0) side = height / grid.rows;
-  if (grid.columns > 0) side = width / grid.columns;
-  if (grid.columns == 0) grid.columns = automaticSide(width / side);
-  if (grid.rows == 0) grid.rows = automaticSide(height / side);
-  return grid;
+  if (options.grid_rows) side = height / *options.grid_rows;
+  if (options.grid_columns) side = width / *options.grid_columns;
+  return {options.grid_columns.value_or(automaticSide(width / side)),
+          options.grid_rows.value_or(automaticSide(height / side))};
 }
 
 }  // namespace gms_ransac

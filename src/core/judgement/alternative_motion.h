@@ -4,6 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include <Eigen/Core>
+
+#include "judgement/match_noise.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
@@ -20,14 +23,22 @@ struct AlternativeBuffers {
   std::vector<double> by_cell;
 };
 
-/// True when a motion in another direction explains the matches as well as `pose`. Refines each of `alternatives`, on a
-/// part of the matches first, and compares it with `pose` by the non-nested test of Vuong (Econometrica 1989) on the
-/// truncated costs, each cell of the spread grid counted as one observation, because its matches err together.
-/// `residuals`: of `pose`; `cells`: of each column; `rotation_spread`: angle in radians to the rotation of the
-/// alternative, 0 without one.
-bool findAlternativeMotion(const ResidualKernels& kernels, const PointColumnsView& points, const TwoViewPose& pose,
-                           const std::vector<float>& residuals, const std::vector<AlternativeMotion>& alternatives,
-                           const std::vector<int32_t>& cells, AlternativeBuffers& work, double& rotation_spread,
-                           int64_t& evaluations);
+constexpr double kOtherDirection = 20 * M_PI / 180;
+
+/// What the alternatives that explain the matches as well leave open.
+struct Ambiguity {
+  bool other_direction = false;  ///< one of them has t more than kOtherDirection away
+  /// Covariance to be added to that of the pose, in the parameters of PoseModel::linearize: any of them may be true.
+  Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
+};
+
+/// Refines each of `alternatives`, on a part of the matches first, and compares it with `pose` by the non-nested test
+/// of Vuong (Econometrica 1989) on the truncated costs, each cell of the spread grid counted as one observation,
+/// because its matches err together. `noise`: measured at `pose`; `cells`: of each column; `same_within`: directions of
+/// translation that are closer, in radians, are the same local minimum of the cost.
+Ambiguity findAlternativeMotion(const ResidualKernels& kernels, const PointColumnsView& points, const TwoViewPose& pose,
+                                const MatchNoise& noise, const std::vector<AlternativeMotion>& alternatives,
+                                const std::vector<int32_t>& cells, double same_within, AlternativeBuffers& work,
+                                int64_t& evaluations);
 
 }  // namespace gms_ransac

@@ -1,7 +1,9 @@
 #include "judgement/plane_motion.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -12,11 +14,15 @@ namespace {
 
 constexpr int kPlaneMatches = 128;
 constexpr int kFewestMatches = 16;
-constexpr int kFitIterations = 4;
-constexpr double kNear = 4;             ///< squared thresholds within which a match lies on the plane
-constexpr double kLeastShare = 0.6;     ///< of the matches, for the plane to be the scene
-constexpr double kHopelessShare = 0.3;  ///< after the first fit to all
-constexpr double kLeastSpread = 1e-8;   ///< of the squared singular values; below it the homography is a rotation
+constexpr int kFitIterations = 5;
+constexpr double kTypicalDeviations = 3;                          ///< median deviations, in the first fit
+constexpr double kWidening[kFitIterations] = {0, 100, 10, 1, 1};  ///< of that, so that a first fit may be rough
+// A match lies on the plane within so many variances of the residuals, and no further than two thresholds.
+constexpr double kNearVariances = 16, kFarthestNear = 4;
+constexpr double kMedianOfSquare = 0.455;  ///< of a standard normal variable's
+constexpr double kLeastShare = 0.6;        ///< of the matches, for the plane to be the scene
+constexpr double kHopelessShare = 0.3;     ///< after the first fit to all
+constexpr double kLeastSpread = 1e-8;      ///< of the squared singular values; below it the homography is a rotation
 
 /// Homography R + t n^T of the plane n^T X = 1 (in units of the translation) that most of the inliers lie on.
 struct PlaneFit {
@@ -24,31 +30,79 @@ struct PlaneFit {
   int inliers = 0, on_plane = 0;
 };
 
-/// Reweighted least squares on q x (R + t n^T) p = 0, which is linear in n.
+/// What the plane's normal gets from a match: q x (R + t n^T) p = 0 is rotated + shift (n . p) = 0, linear in n.
+struct PlaneRow {
+  Eigen::Vector3d p, rotated, shift;
+  double weight;
+
+  PlaneRow(const PointColumnsView& points, int i, const TwoViewPose& pose)
+      : p(points.x1[i], points.y1[i], 1), weight(points.weight[i]) {
+    const Eigen::Vector3d q(points.x2[i], points.y2[i], 1);
+    rotated = q.cross(pose.R * p);
+    shift = q.cross(pose.t);
+  }
+  double inverseDepth() const { return -shift.dot(rotated) / shift.squaredNorm(); }
+};
+
+/// Squared distance from the plane within which a match lies on it.
+double nearPlane(const PointColumnsView& points, const std::vector<float>& residuals) {
+  std::array<float, kPlaneMatches> squares;
+  size_t count = 0;
+  for (int i = 0; i < points.count; ++i) {
+    if (residuals[static_cast<size_t>(i)] < 1) squares[count++] = residuals[static_cast<size_t>(i)];
+  }
+  if (count == 0) return kFarthestNear;
+  const auto middle = squares.begin() + static_cast<int>(count / 2);
+  std::nth_element(squares.begin(), middle, squares.begin() + static_cast<int>(count));
+  return std::min(kFarthestNear, kNearVariances * static_cast<double>(*middle) / kMedianOfSquare);
+}
+
+/// Median and median deviation of the inverse depths, by which wrong matches with long displacements stand out.
+std::pair<double, double> typicalInverseDepth(const PointColumnsView& points, const TwoViewPose& pose,
+                                              const std::vector<float>& residuals) {
+  std::array<double, kPlaneMatches> depths;
+  size_t count = 0;
+  for (int i = 0; i < points.count; ++i) {
+    if (residuals[static_cast<size_t>(i)] < 1) depths[count++] = PlaneRow(points, i, pose).inverseDepth();
+  }
+  if (count == 0) return {0, 1};
+  const auto middle = depths.begin() + static_cast<int>(count / 2), end = depths.begin() + static_cast<int>(count);
+  std::nth_element(depths.begin(), middle, end);
+  const double median = *middle;
+  for (auto depth = depths.begin(); depth != end; ++depth) *depth = std::abs(*depth - median);
+  std::nth_element(depths.begin(), middle, end);
+  return {median, std::max(*middle, 1e-12)};
+}
+
+/// Reweighted least squares: first by how typical the depths are, then by the distance from the plane.
 PlaneFit fitPlane(const PointColumnsView& points, const TwoViewPose& pose, const std::vector<float>& residuals,
                   int64_t& evaluations) {
   PlaneFit plane;
+  const double near = nearPlane(points, residuals);
+  const auto [median, deviation] = typicalInverseDepth(points, pose, residuals);
   for (int iteration = 0; iteration < kFitIterations; ++iteration) {
     Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
     plane.inliers = plane.on_plane = 0;
     for (int i = 0; i < points.count; ++i) {
       if (!(residuals[static_cast<size_t>(i)] < 1)) continue;
-      const Eigen::Vector3d p(points.x1[i], points.y1[i], 1), q(points.x2[i], points.y2[i], 1);
-      const Eigen::Vector3d rotated = q.cross(pose.R * p), shift = q.cross(pose.t);
-      double weight = 1;
-      if (iteration > 0) {
-        const Eigen::Vector3d transfer = rotated + shift * plane.normal.dot(p);
-        const double e = points.weight[i] * transfer.squaredNorm();
-        weight = 1 / ((1 + e / kNear) * (1 + e / kNear));
-        plane.on_plane += e < kNear;
+      const PlaneRow row(points, i, pose);
+      double falloff;
+      if (iteration == 0) {
+        const double deviations = (row.inverseDepth() - median) / (kTypicalDeviations * deviation);
+        falloff = 1 / (1 + deviations * deviations);
+      } else {
+        const double e = row.weight * (row.rotated + row.shift * plane.normal.dot(row.p)).squaredNorm();
+        falloff = 1 / (1 + e / (near * kWidening[iteration]));
+        plane.on_plane += e < near;
       }
-      A += weight * shift.squaredNorm() * p * p.transpose();
-      b -= weight * shift.dot(rotated) * p;
+      const double weight = falloff * falloff;
+      A += weight * row.shift.squaredNorm() * row.p * row.p.transpose();
+      b -= weight * row.shift.dot(row.rotated) * row.p;
       ++plane.inliers;
     }
     evaluations += points.count;
-    if (iteration > 0 && plane.on_plane < kHopelessShare * plane.inliers) break;
+    if (iteration > 1 && plane.on_plane < kHopelessShare * plane.inliers) break;
     plane.normal = A.ldlt().solve(b);
   }
   return plane;

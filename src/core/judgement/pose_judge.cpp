@@ -1,65 +1,214 @@
 #include "judgement/pose_judge.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+
+#include "ransac/motion_starts.h"
+
 namespace gms_ransac {
 
-void PoseJudge::judge(const JudgedMatches& matches, const TwoViewPose& optimum, const TwoViewPose& pose,
-                      const std::vector<AlternativeMotion>& alternatives, RobustResult& result) {
-  const PoseModel model(*kernels_, matches.points);
-  residuals_.resize(static_cast<size_t>(matches.points.size));
-  model.residuals(optimum, residuals_.data());
-  const RotationOnly rotation = fitRotation(matches, optimum, result);
-  if (!(result.median_parallax_px > kObservableParallaxPx)) {
-    result.pose = fromReferenceToCurrent(optimum.R, optimum.t);
-    return settleForRotation(rotation, result);
-  }
-  double rotation_spread;
-  alternative_buffers_.by_cell.reserve(static_cast<size_t>(kSpreadGridSide) * kSpreadGridSide);
-  alternative_buffers_.residuals.resize(residuals_.size());
-  result.ambiguous = findAlternativeMotion(*kernels_, matches.points, optimum, residuals_, alternatives, *matches.cells,
-                                           alternative_buffers_, rotation_spread, result.effort.point_evaluations);
-  result.translation_observable = !result.ambiguous;
-  result.pose = fromReferenceToCurrent(pose.R, pose.t);
-  result.pose.covariance = poseCovariance(model, matches.points.count, optimum);
-  if (result.ambiguous) {
-    result.pose.covariance.topLeftCorner<3, 3>() = rotation.covariance.topLeftCorner<3, 3>();
-    result.pose.covariance.bottomRightCorner<3, 3>() += rotation_spread * rotation_spread * Eigen::Matrix3d::Identity();
-  }
+namespace {
+
+// Of Vuong's statistics, in standard deviations, and the share of the inliers that need a translation: where fewer do,
+// a moving body may be all that has one (doc/uncertainty.md).
+constexpr double kLeastAgainstRotation = 2.5;
+constexpr double kLeastAgainstRows = 0;
+constexpr double kLeastShare = 0.45;
+/// Below this a turn with rows explains the matches so much better that it is the answer.
+constexpr double kRowsExplainBetter = -2;
+/// Motions that are closer in direction, in standard deviations or radians, are the same that has not converged.
+constexpr double kSameSigmas = 5, kLeastApart = 3 * M_PI / 180;
+/// Among what the pose does not explain another motion may explain this share of what the pose does; more is a second
+/// body as likely to be the world as the first.
+constexpr double kSecondBody = 0.6;
+constexpr int kIterations = 10;
+/// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
+constexpr double kHalfWay = 4;
+
+Eigen::Vector3d rotationVector(const Eigen::Matrix3d& R) {
+  const Eigen::AngleAxisd turn(R);
+  return turn.angle() * turn.axis();
 }
 
-void PoseJudge::takeAsItIs(const JudgedMatches& matches, const TwoViewPose& optimum, const TwoViewPose& pose,
-                           RobustResult& result) {
-  const PoseModel model(*kernels_, matches.points);
-  residuals_.resize(static_cast<size_t>(matches.points.size));
-  model.residuals(optimum, residuals_.data());
-  fitRotation(matches, optimum, result);
+void leaveDirectionOpen(Eigen::Matrix<double, 6, 6>& covariance) {
+  const Eigen::Matrix3d rotation = covariance.bottomRightCorner<3, 3>();
+  covariance.setZero();
+  covariance.topLeftCorner<3, 3>() = anyDirection();
+  covariance.bottomRightCorner<3, 3>() = rotation;
+}
+
+}  // namespace
+
+void PoseJudge::begin(const TwoViewPoints& points) {
+  points_ = &points;
+  view_ = points.view();
+  measured_ = false;
+}
+
+void PoseJudge::measureNoise(const TwoViewPose& pose, Effort& effort) {
+  if (measured_ && pose.R == measured_at_.R && pose.t == measured_at_.t) return;
+  noise_.measure(PoseModel(kernels_, view_), view_, pose, effort.point_evaluations);
+  measured_ = true;
+  measured_at_ = pose;
+}
+
+void PoseJudge::refine(TwoViewPose& pose, Effort& effort) {
+  measureNoise(pose, effort);
+  const Loss loss = noise_.loss();
+  if (loss.inverse_softness == 1 && !weighsImplausible(loss.cut)) return;  // it is at the optimum
+  keepPlausible();
+  const int passes = PoseModel(kernels_, plausible_.view()).refine(loss, kIterations, pose, kEnough);
+  effort.point_evaluations += static_cast<int64_t>(view_.count) * passes;
+  measureNoise(pose, effort);
+}
+
+bool PoseJudge::weighsImplausible(float cut) const {
+  for (int i = 0; i < view_.count; ++i) {
+    if (noise_.residuals()[static_cast<size_t>(i)] < cut && !noise_.plausible(i)) return true;
+  }
+  return false;
+}
+
+void PoseJudge::keepPlausible() {
+  plausible_.resize(view_.count);
+  std::copy_n(view_.x1, view_.count, plausible_.x1());
+  std::copy_n(view_.y1, view_.count, plausible_.y1());
+  std::copy_n(view_.x2, view_.count, plausible_.x2());
+  std::copy_n(view_.y2, view_.count, plausible_.y2());
+  for (int i = 0; i < view_.count; ++i) plausible_.weight()[i] = noise_.plausible(i) ? view_.weight[i] : 0;
+}
+
+void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
+                      const std::vector<AlternativeMotion>& alternatives, RobustResult& result) {
+  measureNoise(optimum, result.effort);
+  const RotationOnly rotation = fitRotation(optimum, result);
+  PoseSpread spread = measureSpread(optimum, result);
+  const RotationVerdict verdict = rivals_.compare(view_, noise_, rotation.R, rotation_residuals_, points_->cells());
+  const bool shown = showsTranslation(verdict) && closeEnough(spread);
+  if (shown) weighAlternatives(optimum, alternatives, spread, result);
+  result.translation_observable = shown && !result.ambiguous;
+
+  const bool turn_in_question = verdict.against_rotation < kLeastAgainstRotation;
+  const bool turn_alone = verdict.against_rotation < 0 || verdict.against_rows < kRowsExplainBetter;
+  if (turn_in_question || turn_alone) {
+    // With and without a translation are both in question, so the rotation is no better known than they agree.
+    const Eigen::Vector3d apart = rotationVector(rotation.R * optimum.R.transpose());
+    spread.covariance.topLeftCorner<3, 3>() += apart * apart.transpose();
+  }
+  if (turn_alone) {
+    const TwoViewPose turn = {rotation.R, optimum.t};
+    settle(turn, turn, spread, result);
+  } else {
+    settle(optimum, preferred, spread, result);
+  }
+  if (!result.translation_observable) leaveDirectionOpen(result.pose.covariance);
+  describeMatches(result);
+}
+
+PoseSpread PoseJudge::measureSpread(const TwoViewPose& optimum, RobustResult& result) {
+  const CalibrationSigma calibration = {options_.calibration_sigma, options_.calibration_sigma};
+  const PoseSpread spread = uncertainty_.measure(view_, optimum, noise_, points_->cells(), calibration);
+  result.camera_misfit = spread.contradiction;
+  result.misfit_parameter = spread.contradicted;
+  return spread;
+}
+
+void PoseJudge::weighAlternatives(const TwoViewPose& optimum, const std::vector<AlternativeMotion>& alternatives,
+                                  PoseSpread& spread, RobustResult& result) {
+  alternative_buffers_.by_cell.reserve(static_cast<size_t>(kSpreadGridSide) * kSpreadGridSide);
+  alternative_buffers_.residuals.resize(noise_.residuals().size());
+  const double same_within = std::clamp(kSameSigmas * spread.directionSigma(), kLeastApart, kOtherDirection);
+  const Ambiguity ambiguity = findAlternativeMotion(kernels_, view_, optimum, noise_, alternatives, points_->cells(),
+                                                    same_within, alternative_buffers_, result.effort.point_evaluations);
+  spread.covariance += ambiguity.covariance;
+  result.ambiguous = ambiguity.other_direction || !closeEnough(spread) || movesInTwo(result.effort.point_evaluations);
+}
+
+bool PoseJudge::movesInTwo(int64_t& evaluations) {
+  rest_.clear();
+  for (int i = 0; i < view_.count; ++i) {
+    if (noise_.probabilities()[static_cast<size_t>(i)] < 0.5f) rest_.push_back(i);
+  }
+  const auto explained = view_.count - static_cast<int>(rest_.size());
+  const double least = kSecondBody * explained;
+  if (static_cast<double>(rest_.size()) < least) return false;
+  rest_points_.gather(view_, rest_.data(), static_cast<int>(rest_.size()));
+  const PoseModel model(kernels_, rest_points_.view());
+  findMotionStarts(kernels_, rest_points_.view(), rest_starts_, evaluations);
+  for (TwoViewPose& start : rest_starts_) {
+    model.refine({4, 1}, kIterations, start);
+    HypothesisScore score;
+    model.score(rest_points_.view(), start, std::numeric_limits<float>::max(), score, evaluations);
+    if (score.inliers >= least) return true;
+  }
+  return false;
+}
+
+bool PoseJudge::showsTranslation(const RotationVerdict& verdict) {
+  return verdict.share >= kLeastShare && verdict.against_rotation >= kLeastAgainstRotation &&
+         verdict.against_rows >= kLeastAgainstRows;
+}
+
+bool PoseJudge::closeEnough(const PoseSpread& spread) const {
+  return spread.directionSigma() <= options_.max_direction_sigma * M_PI / 180;
+}
+
+void PoseJudge::takeAsItIs(const TwoViewPose& optimum, const TwoViewPose& preferred, RobustResult& result) {
+  measureNoise(optimum, result.effort);
+  fitRotation(optimum, result);
+  PoseSpread spread = measureSpread(optimum, result);
   result.ambiguous = false;
   result.translation_observable = true;
-  result.pose = fromReferenceToCurrent(pose.R, pose.t);
-  result.pose.covariance = poseCovariance(model, matches.points.count, optimum);
+  settle(optimum, preferred, spread, result);
+  describeMatches(result);
 }
 
-void PoseJudge::judgeRotation(const JudgedMatches& matches, const Eigen::Matrix3d& R, RobustResult& result) {
-  residuals_.resize(static_cast<size_t>(matches.points.size));
-  PoseModel(*kernels_, matches.points).rotationResiduals(R, residuals_.data());
-  const RotationOnly rotation = fitRotation(matches, {R, Eigen::Vector3d::Zero()}, result);
-  result.pose = fromReferenceToCurrent(R, Eigen::Vector3d::Zero());
-  settleForRotation(rotation, result);
+void PoseJudge::judgeRotation(const Eigen::Matrix3d& R, RobustResult& result) {
+  const TwoViewPose pose = {R, Eigen::Vector3d::UnitZ()};
+  measureNoise(pose, result.effort);
+  const RotationOnly rotation = fitRotation(pose, result);
+  result.translation_observable = result.ambiguous = false;
+  result.pose = fromReferenceToCurrent(rotation.R, Eigen::Vector3d::Zero());
+  result.pose.covariance = rotation.covariance;
+  describeMatches(result);
 }
 
-RotationOnly PoseJudge::fitRotation(const JudgedMatches& matches, const TwoViewPose& start, RobustResult& result) {
-  rotation_residuals_.resize(residuals_.size());
-  const PoseModel model(*kernels_, matches.points);
-  RotationOnly rotation =
-      fitRotationOnly(model, matches.points, start, residuals_, rotation_residuals_, result.effort.point_evaluations);
+RotationOnly PoseJudge::fitRotation(const TwoViewPose& start, RobustResult& result) {
+  rotation_residuals_.resize(noise_.residuals().size());
+  const RotationOnly rotation = fitRotationOnly(PoseModel(kernels_, view_), view_, start, noise_.residuals(),
+                                                rotation_residuals_, sorted_, result.effort.point_evaluations);
   result.pose_found = true;
-  result.median_parallax_px = rotation.median_residual * matches.unit_px;
+  result.median_parallax_px = rotation.median_residual * points_->pixelsPerUnit();
   return rotation;
 }
 
-void PoseJudge::settleForRotation(const RotationOnly& rotation, RobustResult& result) {
-  result.translation_observable = result.ambiguous = false;
-  result.pose.R = rotation.R.transpose();
-  result.pose.covariance = rotation.covariance;
+void PoseJudge::settle(const TwoViewPose& optimum, const TwoViewPose& preferred, PoseSpread& spread,
+                       RobustResult& result) const {
+  // The reason for the preferred rotation is a guess about the scene, which a clear optimum overrules: it is followed
+  // the less the further it is from the optimum in terms of the optimum's own covariance. How far that goes may all be
+  // error.
+  auto rotation = spread.covariance.topLeftCorner<3, 3>();
+  Eigen::Vector3d step = rotationVector(preferred.R * optimum.R.transpose());
+  const double distance = step.dot(Eigen::Matrix3d(rotation).ldlt().solve(step)) / 3;
+  step = std::isfinite(distance) ? Eigen::Vector3d(step / (1 + distance / kHalfWay)) : Eigen::Vector3d::Zero();
+  rotation += step * step.transpose();
+  const Eigen::Matrix3d R = rotationFromVector(step) * optimum.R;
+  // The direction in the reference camera stays that of the optimum.
+  result.pose = fromReferenceToCurrent(R, R * optimum.R.transpose() * optimum.t);
+  result.pose.covariance = relativeCovariance(optimum, spread.covariance);
+}
+
+void PoseJudge::describeMatches(RobustResult& result) const {
+  result.sigma_px = noise_.sigma() * options_.inlierThreshold();
+  result.probability.resize(static_cast<size_t>(view_.count));
+  for (int column = 0; column < view_.count; ++column) {
+    result.probability[static_cast<size_t>(points_->matchOf(column))] =
+        noise_.probabilities()[static_cast<size_t>(column)];
+  }
 }
 
 }  // namespace gms_ransac

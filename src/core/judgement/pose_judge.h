@@ -1,5 +1,5 @@
-// What the matches of a pair can tell of its motion, whichever estimator found it: parallax, other motions that explain
-// them as well, uncertainty.
+// What the matches of a pair can tell of its motion, whichever estimator found it: noise, uncertainty, parallax, other
+// motions that explain them as well.
 #pragma once
 
 #include <cstdint>
@@ -7,47 +7,73 @@
 
 #include "gms_ransac/robust_estimator.h"
 #include "judgement/alternative_motion.h"
+#include "judgement/match_noise.h"
 #include "judgement/pose_uncertainty.h"
+#include "judgement/rotation_only.h"
+#include "judgement/rotation_rivals.h"
 #include "two_view/pose_model.h"
+#include "two_view/two_view_points.h"
 
 namespace gms_ransac {
 
-/// The direction of translation is taken as measured when the displacement that no rotation explains exceeds this many
-/// pixels in the median. Below it the direction is off by 17 degrees in the median and 40 in the upper quarter on
-/// real sequences (doc/estimator.md).
-constexpr double kObservableParallaxPx = 1.5;
-
-/// All matches of a pair on the normalised image plane, in an order unrelated to the image's, so that the first of them
-/// are a random part.
-struct JudgedMatches {
-  PointColumnsView points;
-  const std::vector<int32_t>* cells = nullptr;  ///< spreadCell of each column
-  double unit_px = 1;                           ///< pixels per working unit
-};
-
 class PoseJudge {
  public:
-  explicit PoseJudge(const ResidualKernels& kernels) : kernels_(&kernels) {}
+  explicit PoseJudge(const RobustOptions& options) : kernels_(residualKernels(options.simd)), options_(options) {}
 
-  /// Fills all that `result` says of the pose. `optimum`: the pose at the optimum of the matches, which `others` are
-  /// compared with; `pose`: the estimator's own, which stands where the pair shows a translation.
-  void judge(const JudgedMatches& matches, const TwoViewPose& optimum, const TwoViewPose& pose,
+  /// Takes up a pair: its matches on the normalised image plane, which must outlive what follows.
+  void begin(const TwoViewPoints& points);
+
+  /// Moves a pose at the optimum of the usual loss to that of one as wide as the noise, without the matches that are
+  /// implausible however near their epipolar line they lie.
+  void refine(TwoViewPose& pose, Effort& effort);
+
+  /// Fills all that `result` says of the pose. `optimum`: the pose at the optimum of the matches, which `alternatives`
+  /// are compared with; `preferred`: the rotation that the estimator would rather have, where it has a reason beside
+  /// the matches. It is followed as far as the matches leave it open.
+  void judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
              const std::vector<AlternativeMotion>& alternatives, RobustResult& result);
-  /// The same without a verdict: the pose stands, with the covariance that the matches give it.
-  void takeAsItIs(const JudgedMatches& matches, const TwoViewPose& optimum, const TwoViewPose& pose,
-                  RobustResult& result);
+  /// The same without a verdict: the preferred pose stands, with the covariance that the matches give it.
+  void takeAsItIs(const TwoViewPose& optimum, const TwoViewPose& preferred, RobustResult& result);
   /// Likewise for a model that has no translation; `pose.t` is zero.
-  void judgeRotation(const JudgedMatches& matches, const Eigen::Matrix3d& R, RobustResult& result);
+  void judgeRotation(const Eigen::Matrix3d& R, RobustResult& result);
 
  private:
-  /// Fits the best rotation alone, with the parallax that it leaves those matches whose residuals_ are below 1.
-  RotationOnly fitRotation(const JudgedMatches& matches, const TwoViewPose& start, RobustResult& result);
-  /// Puts the rotation alone in place of the pose that `result` holds; its translation stays as the likeliest.
-  static void settleForRotation(const RotationOnly& rotation, RobustResult& result);
+  void measureNoise(const TwoViewPose& pose, Effort& effort);
+  /// Whether a loss with that cut gives weight to an implausible match.
+  bool weighsImplausible(float cut) const;
+  /// Fills plausible_ with the matches, the implausible ones without weight.
+  void keepPlausible();
+  /// Fits the best rotation alone, with the parallax that it leaves the inliers.
+  RotationOnly fitRotation(const TwoViewPose& start, RobustResult& result);
+  /// Puts the pose between `optimum` and `preferred` into the result, with its covariance.
+  void settle(const TwoViewPose& optimum, const TwoViewPose& preferred, PoseSpread& spread, RobustResult& result) const;
+  PoseSpread measureSpread(const TwoViewPose& optimum, RobustResult& result);
+  static bool showsTranslation(const RotationVerdict& verdict);
+  /// Whether the direction of translation is as well known as the user wants it.
+  bool closeEnough(const PoseSpread& spread) const;
+  /// Widens the covariance to hold the other motions that explain the matches as well; ambiguous where that leaves the
+  /// direction open.
+  void weighAlternatives(const TwoViewPose& optimum, const std::vector<AlternativeMotion>& alternatives,
+                         PoseSpread& spread, RobustResult& result);
+  /// Whether what the pose does not explain moves as one, and is nearly as much.
+  bool movesInTwo(int64_t& evaluations);
+  void describeMatches(RobustResult& result) const;
 
-  const ResidualKernels* kernels_;
-  std::vector<float> residuals_, rotation_residuals_;
+  const ResidualKernels& kernels_;
+  RobustOptions options_;
+  const TwoViewPoints* points_ = nullptr;
+  PointColumnsView view_ = {};
+  MatchNoise noise_;
+  bool measured_ = false;
+  TwoViewPose measured_at_;
+  PoseUncertainty uncertainty_;
+  RotationRivals rivals_;
+  PointColumns plausible_;
+  std::vector<float> rotation_residuals_, sorted_;
   AlternativeBuffers alternative_buffers_;
+  std::vector<int> rest_;  ///< columns that the pose does not explain
+  PointColumns rest_points_;
+  std::vector<TwoViewPose> rest_starts_;
 };
 
 }  // namespace gms_ransac

@@ -43,17 +43,18 @@ void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, const 
   if (!normalized) normalized_.set(pairs, camera, ModelType::kEssential, options.threshold_px, 0);
   const TwoViewPoints& judged = normalized ? points : normalized_;
   points_ = judged.view();
-  const JudgedMatches matches = {points_, &judged.cells(), judged.pixelsPerUnit()};
-  if (best->pose.t.isZero()) return judge_.judgeRotation(matches, best->pose.R, result);
+  judge_.begin(judged);
+  if (best->pose.t.isZero()) return judge_.judgeRotation(best->pose.R, result);
   Explanation chosen = explain(best->pose, options.refine, result.effort);
   if (options.judge) weighAlternatives(best->in_front, options.refine, chosen, result);
+  if (options.refine) judge_.refine(chosen.optimum, result.effort);
   if (options.refine && !homography) chosen.pose = chosen.optimum;
   if (options.refine && result.model_type == ModelType::kEssential) {
     result.model = chosen.optimum.essential().normalized();
     markFinalInliers(pairs, camera, options.threshold_px, result);
   }
-  if (!options.judge) return judge_.takeAsItIs(matches, chosen.optimum, chosen.pose, result);
-  judge_.judge(matches, chosen.optimum, chosen.pose, alternatives_, result);
+  if (!options.judge) return judge_.takeAsItIs(chosen.optimum, chosen.pose, result);
+  judge_.judge(chosen.optimum, chosen.pose, alternatives_, result);
 }
 
 void PoseRecovery::propose(const PointPairs& pairs, const Camera& camera, const RobustResult& result) {

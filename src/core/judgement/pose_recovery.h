@@ -26,7 +26,7 @@ struct PoseRecoveryOptions {
 
 class PoseRecovery {
  public:
-  explicit PoseRecovery(SimdLevel level = detectSimdLevel()) : kernels_(&residualKernels(level)), judge_(*kernels_) {}
+  explicit PoseRecovery(const RobustOptions& options) : kernels_(&residualKernels(options.simd)), judge_(options) {}
   /// Reads result.model, model_type and inlier; fills all that the result says of the pose, as PoseJudge does with the
   /// motions of findMotionStarts and, where the matches lie on a plane, its other motion to compare with. Of the poses
   /// that a model allows the one with most inliers in front of both cameras is taken; of the two motions of a plane the

@@ -4,41 +4,250 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+
+#include "judgement/lanes.h"
 
 namespace gms_ransac {
 
 namespace {
 
-// Inliers within this many squared thresholds make the estimate of the noise and the information.
-constexpr float kInlierCut = 1;
+/// What the camera model may get wrong: focal length, principal point (x, y), radial distortion, turns about x, y and z
+/// while the rows of the reference and of the current image are read.
+enum Unmodelled { kFocalLength, kPrincipalPoint, kRadialDistortion = 3, kRowsReference, kRowsCurrent = 7, kCount = 10 };
 
-template <int P>
-Eigen::Matrix<double, P, P> inverseOf(const NormalEquations<P>& equations) {
-  Eigen::Matrix<double, P, P> A;
-  int k = 0;
-  for (int i = 0; i < P; ++i) {
-    for (int j = i; j < P; ++j) A(i, j) = A(j, i) = equations.matrix[k++];
+constexpr double kDegree = M_PI / 180;
+constexpr double kRowsSigma = 2 * kDegree;
+/// What cameras in use are off by where they are: relative focal length, principal point in focal lengths, the first
+/// coefficient of radial distortion, radians by a focal length's worth of rows.
+const Eigen::Matrix<double, kCount, 1> kUnmodelledSigma =
+    (Eigen::Matrix<double, kCount, 1>() << 0.03, 0.01, 0.01, 0.03, kRowsSigma, kRowsSigma, kRowsSigma, kRowsSigma,
+     kRowsSigma, kRowsSigma)
+        .finished();
+
+/// Parameters that are tested together, and what chi-square with as many degrees of freedom exceeds in 1 % of cases.
+struct TestedTogether {
+  CameraParameter parameter;
+  Unmodelled first;
+  int count;
+  double limit;
+};
+constexpr TestedTogether kTests[] = {{CameraParameter::kFocalLength, kFocalLength, 1, 6.63},
+                                     {CameraParameter::kPrincipalPoint, kPrincipalPoint, 2, 9.21},
+                                     {CameraParameter::kRadialDistortion, kRadialDistortion, 1, 6.63},
+                                     {CameraParameter::kRollingShutter, kRowsReference, 6, 16.81}};
+
+// From here on the doubt about the camera model grows until the model without doubt is left (doc/uncertainty.md).
+constexpr double kFirstDoubt = 0.5, kFullDoubt = 0.9;
+constexpr double kLeastCurvature = 0.05;  ///< of the loss, of 1 at its bottom
+
+constexpr int kShifts = 7;       ///< of one image
+constexpr float kTiny = 1e-18f;  ///< keeps 0 / 0 out of padding and of matches at both epipoles
+constexpr int kCells = kSpreadGridSide * kSpreadGridSide;
+static_assert(kCells % kLanesAtOnce == 0, "whole steps of lanes");
+constexpr int kOfPose = 5, kOfRows = 3;  ///< parameters of the pose, and of a turn by the rows
+
+/// What a small step of each of the parameters does to a residual through the point (x, y) of the normalised image
+/// plane: a focal length, a principal point (x, y), a radial distortion, turns about x, y and z by y radians. (a, b):
+/// derivative of the residual by the point; `share`: residual over the squared length of both such derivatives, because
+/// a shift that stretches the image stretches its noise. Derived in doc/uncertainty.md.
+struct Shifts {
+  Lanes effect[kShifts];
+
+  Shifts(const Lanes& a, const Lanes& b, const Lanes& x, const Lanes& y, const Lanes& share) {
+    const Lanes aa = a * a, ab = a * b, bb = b * b, both = aa + bb;
+    const Lanes xx = x * x, xy = x * y, yy = y * y, along = a * x + b * y, squared = xx + yy;
+    effect[0] = share * both - along;
+    effect[1] = -a;
+    effect[2] = -b;
+    effect[3] = squared * along - share * (squared * both + 2 * along * along);
+    effect[4] = share * (aa * yy + 2 * ab * xy + bb * (1 + 3 * yy)) - y * (a * xy + b * (1 + yy));
+    effect[5] = y * (a * (1 + xx) + b * xy) - share * (2 * both * xy + ab * (1 + squared));
+    effect[6] = y * (b * x - a * y) - share * (bb * x - ab * y);
   }
-  const Eigen::LDLT<Eigen::Matrix<double, P, P>> factors(A);
-  if (factors.info() != Eigen::Success || !factors.isPositive()) return Eigen::Matrix<double, P, P>::Identity();
-  return factors.solve(Eigen::Matrix<double, P, P>::Identity());
-}
+};
 
-/// Variance of a residual in squared thresholds, from the truncated cost.
-template <int P>
-double noiseVariance(const NormalEquations<P>& equations, int count, int components) {
-  const double inliers = equations.weight;
-  const double squares = equations.cost - kInlierCut * (count - inliers);
-  return std::max(squares, 1e-12) / std::max(1.0, components * inliers - P);
-}
+/// Derivatives of the signed residual of matches, and that residual.
+class Derivatives {
+ public:
+  explicit Derivatives(const TwoViewPose& pose)
+      : R_(pose.R.cast<float>()), E_(pose.essential().cast<float>()), Et_(E_.transpose()), t_(pose.t.cast<float>()) {
+    Eigen::Vector3d basis[2];
+    PoseModel::tangent(pose.t, basis);
+    for (int i = 0; i < 2; ++i) basis_[i] = VectorLanes(basis[i].cast<float>());
+  }
+
+  /// Of the matches from column `i` on: each parameter into a column of its own, `stride` apart.
+  Lanes write(const PointColumnsView& points, int i, float* J, int stride) const {
+    // doc/residual_kernels.md: value C, squared gradient N, k = C / N; here divided by sqrt(N / w).
+    const VectorLanes p(points.x1 + i, points.y1 + i), q(points.x2 + i, points.y2 + i);
+    const VectorLanes turned = R_ * p, line2 = E_ * p, line1 = Et_ * q;
+    const Lanes N = line2.x * line2.x + line2.y * line2.y + line1.x * line1.x + line1.y * line1.y + kTiny;
+    const Lanes unit = (lanes(points.weight + i) / N).sqrt(), C = dot(q, line2), k = C / N, residual = unit * C;
+
+    // d(rho) = <G, dE> with G = q' p^T - q c^T.
+    const VectorLanes q_moved(q.x - k * line2.x, q.y - k * line2.y, q.z);
+    const VectorLanes c_moved = k * (R_ * VectorLanes(line1.x, line1.y, Lanes::Zero()));
+    // dE = [t]x [w]x R and [step]x R.
+    const VectorLanes by_w = cross(turned, cross(q_moved, t_)) - cross(c_moved, cross(q, t_));
+    const VectorLanes by_t = cross(turned, q_moved) - cross(c_moved, q);
+    const auto put = [&](int parameter, const Lanes& derivative) { lanes(J + parameter * stride) = derivative; };
+    put(0, unit * by_w.x);
+    put(1, unit * by_w.y);
+    put(2, unit * by_w.z);
+    for (int step = 0; step < 2; ++step) put(3 + step, unit * dot(basis_[step], by_t));
+
+    // Gradients by the two points, whose noise a shift stretches as well.
+    const Lanes a1 = unit * (line1.x - k * (E_(0, 0) * line2.x + E_(1, 0) * line2.y));
+    const Lanes b1 = unit * (line1.y - k * (E_(0, 1) * line2.x + E_(1, 1) * line2.y));
+    const Lanes a2 = unit * (line2.x - k * (E_(0, 0) * line1.x + E_(0, 1) * line1.y));
+    const Lanes b2 = unit * (line2.y - k * (E_(1, 0) * line1.x + E_(1, 1) * line1.y));
+    const Lanes share = residual / (a1 * a1 + b1 * b1 + a2 * a2 + b2 * b2 + kTiny);
+    putShifts(Shifts(a1, b1, p.x, p.y, share), Shifts(a2, b2, q.x, q.y, share), J + kOfPose * stride, stride);
+    return residual;
+  }
+
+ private:
+  /// What the camera gets wrong moves the points of both images alike, but for the turns while their rows are read.
+  static void putShifts(const Shifts& reference, const Shifts& current, float* J, int stride) {
+    for (int m = 0; m < kRowsReference; ++m) lanes(J + m * stride) = reference.effect[m] + current.effect[m];
+    for (int m = 0; m < kOfRows; ++m) {
+      lanes(J + (kRowsReference + m) * stride) = reference.effect[kRowsReference + m];
+      lanes(J + (kRowsCurrent + m) * stride) = current.effect[kRowsReference + m];
+    }
+  }
+
+  Eigen::Matrix3f R_, E_, Et_;
+  VectorLanes t_, basis_[2];
+};
 
 }  // namespace
 
-Eigen::Matrix<double, 6, 6> poseCovariance(const PoseModel& model, int count, const TwoViewPose& pose) {
-  NormalEquations<5> equations;
-  model.linearize(pose, {kInlierCut, 0}, equations);
-  // Parameters: rotation vector w with R <- exp(w) R, and the steps of t along the tangent vectors. With
-  // R' = R^T and t' = -R^T t: R' <- exp(-R^T w) R', and t' <- t' - R^T [t]x w - R^T (step).
+double PoseSpread::directionSigma() const {
+  const Eigen::Matrix2d direction = covariance.bottomRightCorner<2, 2>();
+  const double half_trace = 0.5 * direction.trace();
+  return std::sqrt(half_trace + std::sqrt(std::max(0.0, half_trace * half_trace - direction.determinant())));
+}
+
+void PoseUncertainty::collect(const PointColumnsView& points, const MatchNoise& noise, float cut) {
+  used_.clear();
+  for (int i = 0; i < points.count; ++i) {
+    if (noise.residuals()[static_cast<size_t>(i)] < cut && noise.plausible(i)) used_.push_back(i);
+  }
+  columns_.gather(points, used_.data(), static_cast<int>(used_.size()));
+}
+
+double PoseUncertainty::differentiate(const TwoViewPose& pose, const Loss& loss) {
+  const PointColumnsView used = columns_.view();
+  const Derivatives derivatives(pose);
+  J_.resize(std::max(J_.size(), static_cast<size_t>(kAll) * used.size));
+  pulls_.resize(std::max(pulls_.size(), static_cast<size_t>(used.size)));
+  Lanes bend = Lanes::Zero();
+  for (int i = 0; i < used.size; i += kLanesAtOnce) {
+    const Lanes residual = derivatives.write(used, i, J_.data() + i, used.size);
+    const Lanes softened = residual * residual * loss.inverse_softness, falloff = (1 + softened).inverse();
+    const Lanes weight = falloff * falloff;
+    lanes(pulls_.data() + i) = weight * residual;
+    bend += weight * falloff * (1 - 3 * softened);
+  }
+  // Padding has no residual.
+  return (static_cast<double>(bend.sum()) - (used.size - used.count)) / used.count;
+}
+
+int PoseUncertainty::sumByCell(const std::vector<int32_t>& cells) {
+  const int stride = columns_.view().size;
+  gradients_.assign(static_cast<size_t>(kAll) * kCells, 0.0);
+  cluster_of_.assign(kCells, -1);
+  int clusters = 0;
+  for (size_t i = 0; i < used_.size(); ++i) {
+    int& cluster = cluster_of_[static_cast<size_t>(cells[static_cast<size_t>(used_[i])])];
+    if (cluster < 0) cluster = clusters++;
+    const float* J = J_.data() + i;
+    double* gradient = gradients_.data() + cluster;
+    for (int k = 0; k < kAll; ++k) gradient[k * kCells] += static_cast<double>(pulls_[i] * J[k * stride]);
+  }
+  return clusters;
+}
+
+int PoseUncertainty::sumUp(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
+                           const std::vector<int32_t>& cells) {
+  const Loss loss = noise.loss();
+  collect(points, noise, loss.cut);
+  if (used_.empty()) return 0;
+  // The mean second derivative of the loss; each match's own is noisy, and negative in the tails.
+  const double bend = std::max(differentiate(pose, loss), kLeastCurvature);
+  const int size = columns_.view().size;
+  curvature_ = bend * sumProducts<kAll>(J_.data(), size, size);
+
+  const int clusters = sumByCell(cells);
+  // In double: what the parameters do beside each other is a small difference of these sums.
+  const int rows = (clusters + kLanesAtOnce - 1) / kLanesAtOnce * kLanesAtOnce;
+  scatter_ = sumProducts<kAll>(gradients_.data(), kCells, rows);
+  scatter_ *= static_cast<double>(clusters) / std::max(1, clusters - kPose);
+  gradient_ = Eigen::Map<const Eigen::Matrix<double, kCells, kAll>>(gradients_.data()).topRows(rows).colwise().sum();
+  return static_cast<int>(used_.size());
+}
+
+PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
+                                    const std::vector<int32_t>& cells, const CalibrationSigma& calibration) {
+  PoseSpread spread;
+  if (sumUp(points, pose, noise, cells) < kAll) return spread;
+  const Eigen::LDLT<Eigen::Matrix<double, kPose, kPose>> factors(curvature_.topLeftCorner<kPose, kPose>());
+  if (factors.info() != Eigen::Success || !factors.isPositive()) return spread;
+  const Eigen::Matrix<double, kPose, kPose> inverse = factors.solve(Eigen::Matrix<double, kPose, kPose>::Identity());
+  // Huber's sandwich, clustered (Liang & Zeger 1986): noise of one neighbourhood may be common to it. The pose may lie
+  // beside the optimum where nothing refined it.
+  const Eigen::Matrix<double, kPose, 1> step = inverse * gradient_.head<kPose>();
+  spread.covariance = inverse * scatter_.topLeftCorner<kPose, kPose>() * inverse + step * step.transpose();
+  testModel(inverse, spread);
+  const double doubt = std::clamp((spread.contradiction - kFirstDoubt) / (kFullDoubt - kFirstDoubt), 0.0, 1.0);
+  if (doubt > 0) {
+    const double variance = noise.sigma() * noise.sigma();
+    spread.covariance += doubt * (extendedCovariance(kUnmodelledSigma, variance) - spread.covariance);
+  }
+  const Eigen::Vector3d sigma(calibration.focal_length, calibration.principal_point, calibration.principal_point);
+  const Eigen::Matrix<double, kPose, 3> effect = inverse * curvature_.block<kPose, 3>(0, kPose) * sigma.asDiagonal();
+  spread.covariance += effect * effect.transpose();
+  if (!spread.covariance.allFinite()) spread.covariance.setIdentity();
+  return spread;
+}
+
+void PoseUncertainty::testModel(const Eigen::Matrix<double, kPose, kPose>& inverse, PoseSpread& spread) const {
+  // Rao's score test: what the pose does not explain of the gradient by the other parameters, over its own scatter.
+  Eigen::Matrix<double, kUnmodelledCount, kAll> unexplained;
+  unexplained << -curvature_.bottomLeftCorner<kUnmodelledCount, kPose>() * inverse,
+      Eigen::Matrix<double, kUnmodelledCount, kUnmodelledCount>::Identity();
+  const Eigen::Matrix<double, kUnmodelledCount, 1> score = unexplained * gradient_;
+  const Eigen::Matrix<double, kUnmodelledCount, kUnmodelledCount> covariance =
+      unexplained * scatter_ * unexplained.transpose();
+  for (const TestedTogether& test : kTests) {
+    using Scores = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kUnmodelledCount, 1>;
+    using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kUnmodelledCount, kUnmodelledCount>;
+    const Scores part = score.segment(test.first, test.count);
+    const Covariance block = covariance.block(test.first, test.first, test.count, test.count);
+    const double statistic = part.dot(block.ldlt().solve(part)) / test.limit;
+    if (!(statistic > spread.contradiction)) continue;
+    spread.contradiction = statistic;
+    spread.contradicted = test.parameter;
+  }
+}
+
+Eigen::Matrix<double, 5, 5> PoseUncertainty::extendedCovariance(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma,
+                                                                double variance) const {
+  Information information = curvature_, scatter = scatter_;
+  for (int i = 0; i < kUnmodelledCount; ++i) {
+    const double prior = variance / (sigma[i] * sigma[i]);
+    information(kPose + i, kPose + i) += prior;
+    scatter(kPose + i, kPose + i) += variance * prior;
+  }
+  const Information inverse = information.ldlt().solve(Information::Identity());
+  const Eigen::Matrix<double, kPose, 1> step = (inverse * gradient_).head<kPose>();
+  return (inverse * scatter * inverse).topLeftCorner<kPose, kPose>() + step * step.transpose();
+}
+
+Eigen::Matrix<double, 6, 6> relativeCovariance(const TwoViewPose& pose, const Eigen::Matrix<double, 5, 5>& covariance) {
+  // With R' = R^T and t' = -R^T t: R' <- exp(-R^T w) R', and t' <- t' - R^T [t]x w - R^T (step).
   Eigen::Vector3d basis[2];
   PoseModel::tangent(pose.t, basis);
   const Eigen::Matrix3d Rt = pose.R.transpose();
@@ -46,44 +255,7 @@ Eigen::Matrix<double, 6, 6> poseCovariance(const PoseModel& model, int count, co
   J.topLeftCorner<3, 3>() = -Rt * crossMatrix(pose.t);
   for (int k = 0; k < 2; ++k) J.block<3, 1>(0, 3 + k) = -Rt * basis[k];
   J.bottomLeftCorner<3, 3>() = -Rt;
-  Eigen::Matrix<double, 6, 6> covariance =
-      noiseVariance(equations, count, 1) * (J * inverseOf(equations) * J.transpose());
-  covariance.topRightCorner<3, 3>().setZero();
-  covariance.bottomLeftCorner<3, 3>().setZero();
-  return covariance;
-}
-
-RotationOnly fitRotationOnly(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& start,
-                             const std::vector<float>& inlier_residuals, std::vector<float>& residuals,
-                             int64_t& evaluations) {
-  constexpr int kIterations = 3;
-  RotationOnly result;
-  result.R = start.R;
-  // From ten pixels at a threshold of one to the threshold's own scale: near points of a translating camera drop out.
-  for (float softness : {100.f, 10.f, 2.f}) {
-    const Loss loss = {1e12f, 1 / softness};
-    evaluations += static_cast<int64_t>(points.count) * model.refineRotation(loss, kIterations, result.R);
-  }
-  model.rotationResiduals(result.R, residuals.data());
-  evaluations += points.count;
-  int inliers = 0;
-  for (int i = 0; i < points.count; ++i) {
-    if (inlier_residuals[static_cast<size_t>(i)] >= 1) continue;
-    residuals[static_cast<size_t>(inliers++)] = std::sqrt(residuals[static_cast<size_t>(i)] / points.weight[i]);
-  }
-  if (inliers > 0) {
-    std::nth_element(residuals.begin(), residuals.begin() + inliers / 2, residuals.begin() + inliers);
-    result.median_residual = residuals[static_cast<size_t>(inliers / 2)];
-  }
-
-  NormalEquations<3> equations;
-  model.linearizeRotation(result.R, {kInlierCut, 0}, equations);
-  const Eigen::Matrix3d Rt = result.R.transpose();
-  result.covariance.bottomRightCorner<3, 3>() =
-      noiseVariance(equations, points.count, 2) * (Rt * inverseOf(equations) * result.R);
-  // Uniform on the unit sphere has a variance of 1/3 in each coordinate.
-  result.covariance.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() / 3;
-  return result;
+  return J * covariance * J.transpose();
 }
 
 }  // namespace gms_ransac

@@ -1,4 +1,5 @@
-// How well the matches determine a pose: covariance from the normal equations, parallax from the best rotation alone.
+// How well the matches determine a pose: a covariance that holds for noise that neighbours share and for what the
+// camera model leaves out. Derived in doc/uncertainty.md.
 #pragma once
 
 #include <cstdint>
@@ -6,26 +7,64 @@
 
 #include <Eigen/Core>
 
-#include "gms_ransac/relative_pose.h"
+#include "gms_ransac/robust_estimator.h"
+#include "judgement/match_noise.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
 
-/// Covariance of `pose` in the project's convention (see RelativePose), to first order, with the noise estimated from
-/// the residuals of the inliers. Nothing along t, and nothing between t and the rotation: the estimator takes them from
-/// two optima, with and without the prior of the parallax, and the correlation at either is not theirs.
-Eigen::Matrix<double, 6, 6> poseCovariance(const PoseModel& model, int count, const TwoViewPose& pose);
+/// First-order uncertainty of a pose in the parameters of PoseModel::linearize: rotation vector w of R <- exp(w) R,
+/// then steps of t along PoseModel::tangent.
+struct PoseSpread {
+  Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Identity();
+  /// How far the residuals contradict the camera model, by the parameter that they contradict most: 1 is where chance
+  /// alone would bring one pair in a hundred.
+  double contradiction = 0;
+  CameraParameter contradicted = CameraParameter::kFocalLength;
 
-/// The motion as a rotation only.
-struct RotationOnly {
-  Eigen::Matrix3d R;           ///< from reference to current
-  double median_residual = 0;  ///< of the inliers, working units: the parallax that no rotation explains
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  ///< t anywhere on the sphere
+  /// Standard deviation of the direction of translation along its widest axis, radians.
+  double directionSigma() const;
 };
 
-/// `inlier_residuals`: Sampson distance of each column, an inlier below 1; `residuals`: room for all columns.
-RotationOnly fitRotationOnly(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& start,
-                             const std::vector<float>& inlier_residuals, std::vector<float>& residuals,
-                             int64_t& evaluations);
+class PoseUncertainty {
+ public:
+  /// `noise`: measured at `pose`; `cells`: of each column.
+  PoseSpread measure(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
+                     const std::vector<int32_t>& cells, const CalibrationSigma& calibration);
+
+ private:
+  static constexpr int kPose = 5, kUnmodelledCount = 10, kAll = kPose + kUnmodelledCount;
+  using Row = Eigen::Matrix<double, kAll, 1>;
+  using Information = Eigen::Matrix<double, kAll, kAll>;
+
+  /// Gathers the matches that take part.
+  void collect(const PointColumnsView& points, const MatchNoise& noise, float cut);
+  /// Fills J_ and pulls_; returns the mean second derivative of the loss.
+  double differentiate(const TwoViewPose& pose, const Loss& loss);
+  /// Fills gradients_; the matches of a cell are a cluster. Returns their number.
+  int sumByCell(const std::vector<int32_t>& cells);
+  /// Fills the sums over the matches; returns how many took part.
+  int sumUp(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
+            const std::vector<int32_t>& cells);
+  /// Test of the camera model by the scores of its parameters.
+  void testModel(const Eigen::Matrix<double, kPose, kPose>& inverse, PoseSpread& spread) const;
+  /// Covariance of the pose when the parameters beside it are unknown up to `sigma`, and the step that freeing them
+  /// would make.
+  Eigen::Matrix<double, kPose, kPose> extendedCovariance(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma,
+                                                         double variance) const;
+
+  Information curvature_, scatter_;
+  Row gradient_;
+  std::vector<int> used_;     ///< columns that take part
+  PointColumns columns_;      ///< these alone
+  std::vector<float> J_;      ///< derivatives of each match's residual, one parameter after the other
+  std::vector<float> pulls_;  ///< half the derivative of each match's loss by its residual
+  std::vector<double>
+      gradients_;  ///< of the loss, summed over the matches of each cluster, one parameter after the other
+  std::vector<int> cluster_of_;  ///< of each cell; -1: it has no match
+};
+
+/// The covariance in the project's convention (see RelativePose).
+Eigen::Matrix<double, 6, 6> relativeCovariance(const TwoViewPose& pose, const Eigen::Matrix<double, 5, 5>& covariance);
 
 }  // namespace gms_ransac

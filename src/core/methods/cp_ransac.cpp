@@ -15,7 +15,7 @@ constexpr double kSmallestRest = 0.05;
 class CpRansac : public GmsMethod {
  public:
   explicit CpRansac(const MatchFilterOptions& options)
-      : GmsMethod(options), groups_(options.robust.ratio, options.robust.geometric_groups) {}
+      : GmsMethod(options), groups_(options.robust.first_group_fraction, options.robust.geometric_groups) {}
 
   // "a coarse screening using the GMS algorithm": a match stays when enough others support it in its neighbourhood. How
   // many do is its confidence. (GmsMethod::filter.)
@@ -23,9 +23,9 @@ class CpRansac : public GmsMethod {
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
     if (!begin(pairs, camera, result)) return;
     // "sorting and grouping the matching pairs based on their neighborhood scores". Here by score over the threshold of
-    // the neighbourhood: the bare score, `quality: score`, is highest in the densest texture and gathers the samples
+    // the neighbourhood: the bare score, `sort_key: score`, is highest in the densest texture and gathers the samples
     // there (kitti_06, neighbouring frames, five seeds: AUC5/10/20 of 59.6/72.7/80.5 against 62.5/75.0/83.4).
-    sort(qualityKey(options_, QualityKey::kSupport));
+    sort(options_.sort_key.value_or(SortKey::kRelativeScore));
     // "The pairs with higher neighborhood scores are given priority as the initial set for solving the optimal model".
     search(groups_, verifier_);
     // Inliers of the best model; `refine` off leaves it as it was found.
@@ -39,15 +39,15 @@ class CpRansac : public GmsMethod {
 
 }  // namespace
 
-/// The groups: the first holds the share `ratio` of the matches, the second all, or with `geometric` again that share
-/// of what is left, and so on.
+/// The groups: the first holds the share `first_fraction` of the matches, the second all, or with `geometric` again
+/// that share of what is left, and so on.
 void ConfidenceGroupSampler::begin(const SamplingTask& task) {
   task_ = task;
   groups_.clear();
-  double covered = ratio_;
+  double covered = first_fraction_;
   while (covered < 1 - kSmallestRest) {
     groups_.push_back({prefixLength(covered, task.matches, task.sample_size), task.max_iterations});
-    covered = geometric_ ? covered + ratio_ * (1 - covered) : 1;
+    covered = geometric_ ? covered + first_fraction_ * (1 - covered) : 1;
   }
   groups_.push_back({task.matches, task.max_iterations});
   chance_.setSampleSize(task.sample_size);
@@ -82,7 +82,7 @@ void ConfidenceGroupSampler::newBest(const std::vector<uint8_t>& inlier) {
     inliers = countPrefix(inlier, group.size);
     const double ratio = static_cast<double>(inliers) / group.size;  // t of equation (1)
     // Equation (3), for the group that samples come from: "until the desired precision is achieved".
-    group.bound = requiredIterations(task_.confidence, ratio, task_.sample_size, task_.max_iterations);
+    group.bound = requiredIterations(task_.success_probability, ratio, task_.sample_size, task_.max_iterations);
   }
   supported_ = inliers >= chance_.minimum(task_.matches);
 }

@@ -14,9 +14,10 @@ namespace gms_ransac {
 /// than the next one, or than its share of the budget, gives way to the next. The last group holds all.
 class ConfidenceGroupSampler : public Sampler {
  public:
-  /// `ratio` in (0, 1]: share of the first group. Geometric: every further group adds that share of what is left, down
-  /// to kSmallestRest matches; otherwise the second group is all.
-  ConfidenceGroupSampler(double ratio, bool geometric) : ratio_(ratio), geometric_(geometric) {}
+  /// `first_fraction` in (0, 1]: share of the first group. Geometric: every further group adds that share of what is
+  /// left, down to kSmallestRest matches; otherwise the second group is all.
+  ConfidenceGroupSampler(double first_fraction, bool geometric)
+      : first_fraction_(first_fraction), geometric_(geometric) {}
   void begin(const SamplingTask& task) override;
   bool draw(Random& random, int* sample) override;
   void newBest(const std::vector<uint8_t>& inlier) override;
@@ -26,12 +27,12 @@ class ConfidenceGroupSampler : public Sampler {
  private:
   struct Group {
     int size;   ///< matches, from the first in the order
-    int bound;  ///< draws from this group that make its confidence
+    int bound;  ///< draws from this group that make the success probability
   };
   /// The current group asks for more draws than it may have, or than the next one would.
   bool phaseFailed() const;
 
-  double ratio_;
+  double first_fraction_;
   bool geometric_;
   SamplingTask task_;
   std::vector<Group> groups_;

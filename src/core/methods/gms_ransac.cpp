@@ -1,5 +1,5 @@
 // `gms_ransac` (Zhang et al. 2022): GMS, then RANSAC on its survivors; the baseline of the paper's 32 %. Only the
-// abstract could be read: "with the threshold" is taken for an early stop at target_ratio, off by default.
+// abstract could be read: "with the threshold" is taken for an early stop at target_inlier_ratio, off by default.
 #include "methods/ransac_method.h"
 #include "methods/registry.h"
 
@@ -20,7 +20,7 @@ class GmsRansac : public GmsMethod {
  private:
   static UniformSampler::Options stopOf(const RobustOptions& options) {
     UniformSampler::Options sampling;
-    sampling.target_ratio = options.target_ratio;
+    sampling.target_inlier_ratio = options.target_inlier_ratio;
     return sampling;
   }
 

@@ -13,7 +13,7 @@ class Lan : public GmsMethod {
   explicit Lan(const MatchFilterOptions& options)
       : GmsMethod(options),
         mutual_(options.lan_mutual),
-        second_alpha_(options.second_alpha),
+        second_threshold_factor_(options.lan_second_threshold_factor),
         second_gms_(gms_.options()) {}
 
   bool wantsMutualMatches() const override { return mutual_; }
@@ -35,8 +35,8 @@ class Lan : public GmsMethod {
     // The thinned set has fewer supporters for the same truth: without a lower threshold it would lose its sparse
     // cells.
     const double kept = static_cast<double>(inliers_.size()) / static_cast<double>(matches.size());
-    const double scaled_alpha = gms_.options().threshold_factor * std::sqrt(kept);
-    second_gms_.setThresholdFactor(second_alpha_ > 0 ? second_alpha_ : scaled_alpha);
+    const double scaled = *gms_.options().threshold_factor * std::sqrt(kept);
+    second_gms_.setThresholdFactor(second_threshold_factor_.value_or(scaled));
     second_gms_.compute(reference, current, inliers_, statistics_);
     size_t next = 0;
     for (uint8_t& inlier : result.inlier) {
@@ -47,7 +47,7 @@ class Lan : public GmsMethod {
 
  private:
   bool mutual_;
-  double second_alpha_;  ///< 0: the first times the square root of the share kept
+  std::optional<double> second_threshold_factor_;
   MotionStatisticsFilter second_gms_;
   std::vector<Match> inliers_;
   MotionStatistics statistics_;

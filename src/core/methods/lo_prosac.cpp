@@ -29,7 +29,9 @@ constexpr int kFinalIterations = 10;
 class LoProsac : public RansacMethod {
  public:
   explicit LoProsac(const MatchFilterOptions& options)
-      : RansacMethod(options), gms_(evidenceSettings(options.motion_statistics)), judge_(kernels_) {}
+      : RansacMethod(options),
+        gms_(withDefaults(options.motion_statistics, Criterion::kEvidence)),
+        judge_(options.robust) {}
 
   void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
               MotionStatistics& statistics) override {
@@ -40,7 +42,7 @@ class LoProsac : public RansacMethod {
     const bool enough = begin(pairs, camera, result, kNoiseExponent);
     const bool had_previous = std::exchange(has_previous_, false);
     if (!enough) return;
-    sort(QualityKey::kRatio);
+    sort(SortKey::kLoweRatio);
     sampler_.setCells(order_, points_.cells());
     sampler_.begin(task(points_.size(), options_.max_iterations));
     switch (result.model_type) {
@@ -84,14 +86,13 @@ class LoProsac : public RansacMethod {
     countPasses(model.refine(kLoss, kFinalIterations, pose, kEnough));
     TwoViewPose optimum = pose;
     countPasses(PoseModel(kernels_, points_.view()).refine(kLoss, kFinalIterations, optimum, kEnough));
+    judge_.begin(points_);
+    judge_.refine(optimum, result_->effort);
     if (!accept(optimum.essential(), true)) return;
-    // The direction in the reference camera is that of the optimum.
-    pose.t = pose.R * optimum.R.transpose() * optimum.t;
-    const JudgedMatches matches = {points_.view(), &points_.cells(), points_.pixelsPerUnit()};
     if (options_.judge) {
-      judge_.judge(matches, optimum, pose, alternatives_, *result_);
+      judge_.judge(optimum, pose, alternatives_, *result_);
     } else {
-      judge_.takeAsItIs(matches, optimum, pose, *result_);
+      judge_.takeAsItIs(optimum, pose, *result_);
     }
     previous_ = optimum;
     has_previous_ = true;

@@ -13,7 +13,7 @@ class Prosac : public UnfilteredMethod {
 
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
     if (!begin(pairs, camera, result)) return;
-    sort(qualityKey(options_, QualityKey::kDistance));
+    sort(options_.sort_key.value_or(SortKey::kDistance));
     // Growth function with T_N = 200000, non-randomness and maximality as in the paper (see ProsacSampler).
     search(sampler_, verifier_);
     conclude();

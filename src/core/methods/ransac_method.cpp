@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <numeric>
 
-#include "gms/presets.h"
-
 namespace gms_ransac {
 
 RansacMethod::RansacMethod(const MatchFilterOptions& options)
-    : options_(options.robust), kernels_(residualKernels(options_.simd)), pose_recovery_(options_.simd) {}
+    : options_(options.robust), kernels_(residualKernels(options_.simd)), pose_recovery_(options_) {}
 
 bool RansacMethod::begin(const PointPairs& pairs, const Camera& camera, RobustResult& result, double noise_exponent) {
   pairs_ = &pairs;
@@ -31,17 +29,17 @@ bool RansacMethod::begin(const PointPairs& pairs, const Camera& camera, RobustRe
       break;
   }
   random_ = Random(options_.seed);
-  sort(QualityKey::kNone);
+  sort(std::nullopt);
   return pairs.size() >= model_->sampleSize();
 }
 
-void RansacMethod::sort(QualityKey key) {
+void RansacMethod::sort(std::optional<SortKey> key) {
   ordering_.sort(*pairs_, key, match_order_);
   points_.columnsOf(match_order_, order_);
 }
 
 SamplingTask RansacMethod::task(int matches, int max_iterations) const {
-  return {matches, model_->sampleSize(), options_.confidence, max_iterations};
+  return {matches, model_->sampleSize(), options_.success_probability, max_iterations};
 }
 
 void RansacMethod::search(Sampler& sampler, Verifier& verifier) {
@@ -77,10 +75,9 @@ bool RansacMethod::accept(const Eigen::Matrix3d& matrix, bool ordered) {
 }
 
 UnfilteredMethod::UnfilteredMethod(const MatchFilterOptions& options)
-    : RansacMethod(options), gms_(publishedSettings(options.motion_statistics)) {
-  const QualityKey key = qualityKey(options_, QualityKey::kNone);
-  wants_scores_ = key == QualityKey::kScore || key == QualityKey::kSupport;
-}
+    : RansacMethod(options),
+      gms_(options.motion_statistics),
+      wants_scores_(options_.sort_key == SortKey::kScore || options_.sort_key == SortKey::kRelativeScore) {}
 
 void UnfilteredMethod::filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
                               MotionStatistics& statistics) {
@@ -95,11 +92,16 @@ void UnfilteredMethod::filter(const Features& reference, const Features& current
   statistics.accepted_count = static_cast<int>(matches.size());
 }
 
-GmsMethod::GmsMethod(const MatchFilterOptions& options, GridNeighborhood neighborhood)
-    : RansacMethod(options), gms_(publishedSettings(options.motion_statistics, neighborhood)) {}
+namespace {
 
-QualityKey qualityKey(const RobustOptions& options, QualityKey own) {
-  return options.quality.empty() ? own : parseQualityKey(options.quality);
+MotionStatisticsOptions withNeighborhood(MotionStatisticsOptions options, GridNeighborhood neighborhood) {
+  options.neighborhood = neighborhood;
+  return options;
 }
+
+}  // namespace
+
+GmsMethod::GmsMethod(const MatchFilterOptions& options, GridNeighborhood neighborhood)
+    : RansacMethod(options), gms_(withNeighborhood(options.motion_statistics, neighborhood)) {}
 
 }  // namespace gms_ransac

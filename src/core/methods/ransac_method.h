@@ -2,6 +2,7 @@
 // the filters they choose from. A method's own file says in which order they are used.
 #pragma once
 
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -28,7 +29,7 @@ class RansacMethod : public Method {
   /// Empties the result and takes the pair up; false when there are too few matches for the model.
   bool begin(const PointPairs& pairs, const Camera& camera, RobustResult& result, double noise_exponent = 0);
   /// Puts the matches in the order that samplers count by; until then it is the one given.
-  void sort(QualityKey key);
+  void sort(std::optional<SortKey> key);
   /// RANSAC as in the textbook: samples in that order, every solution of theirs, no local optimisation.
   void search(Sampler& sampler, Verifier& verifier);
   /// What a sampler is told of a search among so many matches.
@@ -89,8 +90,5 @@ class GmsMethod : public RansacMethod {
 
   MotionStatisticsFilter gms_;
 };
-
-/// What orders the matches: the method's own key unless the user names another.
-QualityKey qualityKey(const RobustOptions& options, QualityKey own);
 
 }  // namespace gms_ransac

@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include "gms_ransac/parameter.h"
+
 namespace gms_ransac {
 
 const std::vector<MethodEntry>& methods() {
@@ -11,11 +13,9 @@ const std::vector<MethodEntry>& methods() {
   return table;
 }
 
-std::string currentMethodName(const std::string& name) { return name == "fast" ? kLoProsac.name : name; }
-
 const MethodEntry& findMethod(const std::string& name) {
   std::string known;
-  const std::string current = currentMethodName(name);
+  const std::string current = currentWord("method", name);
   for (const MethodEntry& method : methods()) {
     if (current == method.name) return method;
     known += (known.empty() ? "" : ", ") + std::string(method.name);

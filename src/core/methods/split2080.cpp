@@ -11,11 +11,11 @@ namespace {
 class Split2080 : public UnfilteredMethod {
  public:
   explicit Split2080(const MatchFilterOptions& options)
-      : UnfilteredMethod(options), sampler_(firstOf(options.robust)), verifier_(options.robust.split) {}
+      : UnfilteredMethod(options), sampler_(firstOf(options.robust)), verifier_(options.robust.split_fraction) {}
 
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
     if (!begin(pairs, camera, result)) return;
-    sort(qualityKey(options_, QualityKey::kDistance));
+    sort(options_.sort_key.value_or(SortKey::kDistance));
     search(sampler_, verifier_);
     conclude();
   }
@@ -23,7 +23,7 @@ class Split2080 : public UnfilteredMethod {
  private:
   static UniformSampler::Options firstOf(const RobustOptions& options) {
     UniformSampler::Options sampling;
-    sampling.fraction = options.split;
+    sampling.fraction = options.split_fraction;
     return sampling;
   }
 

@@ -67,7 +67,7 @@ void ProsacSampler::newBest(const std::vector<uint8_t>& inlier) {
     best_ratio = ratio;
     stop_prefix_ = n;
   }
-  bound_ = requiredIterations(task_.confidence, best_ratio, task_.sample_size, task_.max_iterations);
+  bound_ = requiredIterations(task_.success_probability, best_ratio, task_.sample_size, task_.max_iterations);
 }
 
 }  // namespace gms_ransac

@@ -1,9 +1,7 @@
 #include "gms_ransac/robust_estimator.h"
 
 #include <algorithm>
-#include <stdexcept>
 
-#include "ransac/ordering.h"
 #include "validation.h"
 
 namespace gms_ransac {
@@ -23,55 +21,43 @@ int32_t spreadCell(const cv::Point2f& pixel, const cv::Size& image) {
 }
 
 double RobustOptions::inlierThreshold() const {
-  if (threshold_px > 0) return threshold_px;
-  return model == ModelType::kHomography ? 3.0 : 1.0;
+  return inlier_threshold_px.value_or(model == ModelType::kHomography ? 3.0 : 1.0);
 }
 
-void RobustOptions::validate() const {
-  requireInRange("threshold_px", threshold_px, 0.0, 100.0);
-  requireInRange("confidence", confidence, 0.01, 1 - 1e-9);
-  requireInRange("max_iterations", max_iterations, 1, 10000000);
-  requireInRange("ratio", ratio, 0.01, 1.0);
-  requireInRange("tdd_d", tdd_d, 1, 100);
-  requireInRange("subset_count", subset_count, 1, 1000);
-  requireInRange("subset_fraction", subset_fraction, 0.01, 1.0);
-  requireInRange("split", split, 0.01, 1.0);
-  requireInRange("target_ratio", target_ratio, 0.0, 1.0);
-  if (!quality.empty()) parseQualityKey(quality);
-}
+void RobustOptions::validate() const { requireInRanges(*this); }
 
 void RobustResult::clear() {
-  std::vector<uint8_t> storage;
-  storage.swap(inlier);
-  storage.clear();
+  std::vector<uint8_t> inliers;
+  std::vector<float> probabilities;
+  inliers.swap(inlier);
+  probabilities.swap(probability);
+  inliers.clear();
+  probabilities.clear();
   *this = RobustResult();
-  inlier.swap(storage);
+  inlier.swap(inliers);
+  probability.swap(probabilities);
 }
 
 void RobustResult::reject() {
   model_found = pose_found = translation_observable = ambiguous = false;
   std::fill(inlier.begin(), inlier.end(), 0);
   inlier_count = 0;
-  rms_error_px = 0;
+  rms_error_px = sigma_px = camera_misfit = 0;
+  probability.clear();
 }
 
-ModelType parseModelType(const std::string& name) {
-  for (ModelType model : {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography}) {
-    if (name == toString(model)) return model;
-  }
-  throw std::invalid_argument("unknown model '" + name + "'; known are essential, fundamental, homography");
-}
-
-std::string toString(ModelType model) {
-  switch (model) {
-    case ModelType::kEssential:
-      return "essential";
-    case ModelType::kFundamental:
-      return "fundamental";
-    case ModelType::kHomography:
+std::string toString(CameraParameter parameter) {
+  switch (parameter) {
+    case CameraParameter::kFocalLength:
+      return "focal length";
+    case CameraParameter::kPrincipalPoint:
+      return "principal point";
+    case CameraParameter::kRadialDistortion:
+      return "radial distortion";
+    case CameraParameter::kRollingShutter:
       break;
   }
-  return "homography";
+  return "rolling shutter";
 }
 
 }  // namespace gms_ransac

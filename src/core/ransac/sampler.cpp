@@ -31,9 +31,9 @@ bool UniformSampler::draw(Random& random, int* sample) {
 
 void UniformSampler::newBest(const std::vector<uint8_t>& inlier) {
   const double ratio = static_cast<double>(countPrefix(inlier, prefix_)) / prefix_;
-  const bool reached = options_.target_ratio > 0 && ratio >= options_.target_ratio;
+  const bool reached = options_.target_inlier_ratio && ratio >= *options_.target_inlier_ratio;
   const int exponent = task_.sample_size + options_.extra_tests;
-  bound_ = reached ? 0 : requiredIterations(task_.confidence, ratio, exponent, task_.max_iterations);
+  bound_ = reached ? 0 : requiredIterations(task_.success_probability, ratio, exponent, task_.max_iterations);
 }
 
 }  // namespace gms_ransac

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "random.h"
@@ -12,10 +13,10 @@ namespace gms_ransac {
 
 /// The task a sampler is started on.
 struct SamplingTask {
-  int matches = 0;         ///< at least the sample size
-  int sample_size = 0;     ///< 4, 5 or 7
-  double confidence = 0;   ///< of having drawn an uncontaminated sample
-  int max_iterations = 0;  ///< cap on samples
+  int matches = 0;                 ///< at least the sample size
+  int sample_size = 0;             ///< 4, 5 or 7
+  double success_probability = 0;  ///< of having drawn a sample without outliers
+  int max_iterations = 0;          ///< cap on samples
 };
 
 class Sampler {
@@ -32,9 +33,9 @@ class Sampler {
 class UniformSampler : public Sampler {
  public:
   struct Options {
-    double fraction = 1;      ///< share of the matches that is drawn from, rounded up; 1: textbook RANSAC
-    int extra_tests = 0;      ///< d of the T(d,d) test, which a good model passes only with w^d: the bound has n + d
-    double target_ratio = 0;  ///< over when the inlier ratio gets there; 0: off
+    double fraction = 1;  ///< share of the matches that is drawn from, rounded up; 1: textbook RANSAC
+    int extra_tests = 0;  ///< d of the T(d,d) test, which a good model passes only with w^d: the bound has n + d
+    std::optional<double> target_inlier_ratio;  ///< over when the inlier ratio gets there
   };
   UniformSampler() = default;
   explicit UniformSampler(const Options& options) : options_(options) {}

@@ -47,10 +47,10 @@ int smallestUnlikely(int n) {
 
 }  // namespace
 
-int requiredIterations(double confidence, double inlier_ratio, int exponent, int cap) {
+int requiredIterations(double success_probability, double inlier_ratio, int exponent, int cap) {
   const double good_sample = std::pow(std::min(1.0, std::max(0.0, inlier_ratio)), exponent);
   if (good_sample >= 1) return 1;
-  const double draws = std::log1p(-confidence) / std::log1p(-good_sample);
+  const double draws = std::log1p(-success_probability) / std::log1p(-good_sample);
   return draws < cap ? std::max(1, static_cast<int>(std::ceil(draws))) : cap;
 }
 

@@ -5,9 +5,9 @@
 
 namespace gms_ransac {
 
-/// k = log(1 - p) / log(1 - w^n), rounded up (Fischler & Bolles 1981): draws until, with probability `confidence`, one
+/// k = log(1 - p) / log(1 - w^n), rounded up (Fischler & Bolles 1981): draws until, with `success_probability`, one
 /// sample of n was free of outliers. At least 1, at most `cap`. `exponent`: sample size, plus d for the T(d,d) test.
-int requiredIterations(double confidence, double inlier_ratio, int exponent, int cap);
+int requiredIterations(double success_probability, double inlier_ratio, int exponent, int cap);
 
 /// Support that a wrong model gathers by chance with a probability below 5 % (Chum & Matas 2005, eq. 8 and 9): besides
 /// its own sample of m, each other match fits with probability 0.05.

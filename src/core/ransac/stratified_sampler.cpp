@@ -80,7 +80,7 @@ void StratifiedSampler::newBest(const std::vector<uint8_t>& inlier) {
 void StratifiedSampler::updateBound() {
   bound_prefix_ = drawn_from_;
   const double ratio = static_cast<double>(countPrefix(inlier_, bound_prefix_)) / std::max(1, bound_prefix_);
-  required_ = requiredIterations(task_.confidence, ratio, task_.sample_size, task_.max_iterations);
+  required_ = requiredIterations(task_.success_probability, ratio, task_.sample_size, task_.max_iterations);
 }
 
 }  // namespace gms_ransac

@@ -56,14 +56,6 @@ double minimiseInLog(double centre, double range, const std::function<double(dou
 
 }  // namespace
 
-ScaleMode parseScaleMode(const std::string& name) {
-  if (name == "unit") return ScaleMode::kUnit;
-  if (name == "propagate") return ScaleMode::kPropagate;
-  if (name == "depth") return ScaleMode::kDepth;
-  if (name == "fixed") return ScaleMode::kFixed;
-  throw std::invalid_argument("scale is '" + name + "'; it must be unit, propagate, depth or fixed");
-}
-
 ScaleEstimate ScalePropagator::measure(const Triangulation& pair, const MatchResult& result, double pixel) {
   ratios_.clear();
   const Eigen::Vector3d& t = result.robust.pose.t;

@@ -39,6 +39,15 @@ bool solveDamped(const float (&upper)[P * (P + 1) / 2], const float (&b)[P], dou
   return true;
 }
 
+/// By how much a step lowers the cost of the linearised model: -2 g^T s - s^T A s, which for s = -(A + damping)^-1 g is
+/// at least -g^T s.
+template <int P>
+double promisedDecrease(const float (&gradient)[P], const double (&step)[P]) {
+  double decrease = 0;
+  for (int i = 0; i < P; ++i) decrease -= static_cast<double>(gradient[i]) * step[i];
+  return decrease;
+}
+
 /// Lowers the robust cost of `state` in at most `iterations` trial steps, or until a step lowers it by less than
 /// `enough` of it. linearize(state, equations) fills the normal equations at a state, moved(state, step) returns the
 /// state after a step. Returns the passes over the matches.
@@ -47,6 +56,7 @@ int minimizeRobustCost(int iterations, float enough, State& state, NormalEquatio
                        const Linearize& linearize, const Moved& moved) {
   constexpr double kFirstDamping = 1e-3;
   constexpr double kLargestDamping = 1e3;
+  constexpr double kHopeless = 0.1;  ///< share of `enough` that a rejected step must have promised for shorter ones
   linearize(state, equations);
   int passes = 1;
   double damping = kFirstDamping;
@@ -68,6 +78,9 @@ int minimizeRobustCost(int iterations, float enough, State& state, NormalEquatio
       equations = candidate_equations;
       damping = damping > 1e-6 ? 0.1 * damping : damping;
       if (converged) break;
+    } else if (promisedDecrease<P>(equations.gradient, step) <
+               kHopeless * static_cast<double>(enough * equations.cost)) {
+      break;  // at the optimum, where sums in float no longer tell steps apart
     } else {
       damping *= 10;
     }

@@ -30,6 +30,8 @@ class TwoViewPoints {
   const std::vector<int32_t>& cells() const { return cells_; }
   /// The columns of matches, in the order of the matches.
   void columnsOf(const std::vector<int>& matches, std::vector<int>& columns) const;
+  /// The match that a column holds.
+  int matchOf(int column) const { return match_of_[static_cast<size_t>(column)]; }
   double pixelsPerUnit() const { return pixels_per_unit_; }
 
   /// A model in the units of RobustResult::model, of unit Frobenius norm.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gms/presets.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -23,13 +25,13 @@ class DenseRuns {
  public:
   DenseRuns(const MotionStatisticsOptions& options, const Features& reference, const Features& current,
             const std::vector<Match>& matches)
-      : options_(options), left_{options.grid_columns, options.grid_rows} {
+      : options_(options), left_{*options.grid_columns, *options.grid_rows} {
     for (const Match& match : matches) {
       const cv::Point2f p = reference.keypoints[match.reference].pt, q = current.keypoints[match.current].pt;
       left_points_.emplace_back(p.x / reference.image_size.width, p.y / reference.image_size.height);
       right_points_.emplace_back(q.x / current.image_size.width, q.y / current.image_size.height);
     }
-    alpha_ = options.threshold_factor;
+    alpha_ = *options.threshold_factor;
     if (options.neighborhood == GridNeighborhood::kFive && options.five_cell_factor == FiveCellFactor::kScaled) {
       alpha_ *= std::sqrt(5.0 / 9.0);
     }
@@ -160,21 +162,23 @@ class DenseRuns {
 
 }  // namespace
 
-void denseMotionStatistics(const MotionStatisticsOptions& options, const Features& reference, const Features& current,
+void denseMotionStatistics(const MotionStatisticsOptions& given, const Features& reference, const Features& current,
                            const std::vector<Match>& matches, MotionStatistics& statistics) {
+  const MotionStatisticsOptions options = withDefaults(given);
+  const int columns = *options.grid_columns, rows = *options.grid_rows;
   statistics.accepted.assign(matches.size(), 0);
   statistics.score.assign(matches.size(), 0);
   statistics.relative_score.assign(matches.size(), 0.f);
   statistics.accepted_count = statistics.rotation = statistics.scale = 0;
-  statistics.grid_columns = options.grid_columns;
-  statistics.grid_rows = options.grid_rows;
+  statistics.grid_columns = columns;
+  statistics.grid_rows = rows;
   statistics.cell.clear();
   for (const Match& match : matches) {
     const cv::Point2f p = reference.keypoints[match.reference].pt;
-    const float x = p.x / reference.image_size.width * options.grid_columns;
-    const float y = p.y / reference.image_size.height * options.grid_rows;
-    statistics.cell.push_back(std::min(static_cast<int>(y), options.grid_rows - 1) * options.grid_columns +
-                              std::min(static_cast<int>(x), options.grid_columns - 1));
+    const float x = p.x / reference.image_size.width * columns;
+    const float y = p.y / reference.image_size.height * rows;
+    statistics.cell.push_back(std::min(static_cast<int>(y), rows - 1) * columns +
+                              std::min(static_cast<int>(x), columns - 1));
   }
 
   DenseRuns runs(options, reference, current, matches);

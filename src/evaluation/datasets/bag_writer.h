@@ -6,7 +6,7 @@
 
 #include <rosbag/bag.h>
 #include <Eigen/Geometry>
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
 
 #include "gms_ransac/camera.h"
 

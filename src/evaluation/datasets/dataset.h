@@ -8,7 +8,7 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
 
 #include "gms_ransac/camera.h"
 

@@ -27,6 +27,7 @@
 #include <boost/program_options.hpp>
 
 #include "gms_ransac/feature_extractor.h"
+#include "gms_ransac/parameter.h"
 #include "program.h"
 #include "run/metrics.h"
 #include "scenes/scene.h"
@@ -352,7 +353,7 @@ int nodeLoad(int argc, char** argv) {
                "load |\n|---|---|---|---|---|---|---|---|---|---|---|"
             << std::endl;
   for (const std::string& extractor : extractors) {
-    load.extractor = currentName("--extractor", extractor, currentExtractorName(extractor));
+    load.extractor = currentName("--extractor", extractor, currentWord("extractor", extractor));
     for (const double rate : rates) {
       load.rate = rate;
       measure(load, footage, nh);

@@ -20,6 +20,8 @@ constexpr Command kCommands[] = {
     {"run", "work through a data set: a record for each pair and method, and a table", evaluateRun},
     {"sweep", "success and effort of each method against the outlier ratio, on the rendered scene", evaluateSweep},
     {"tables", "the paper's tables and figures on one's own images", evaluateTables},
+    {"trust", "how often OK is wrong, and whether covariances are true, on sets and on scenes that try to fool",
+     evaluateTrust},
     {"merge", "join the parts that evaluate tables --shard made", evaluateMerge},
 };
 

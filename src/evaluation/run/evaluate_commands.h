@@ -12,6 +12,7 @@ using Arguments = std::vector<std::string>;
 int evaluateRun(const Arguments& arguments);
 int evaluateSweep(const Arguments& arguments);
 int evaluateTables(const Arguments& arguments);
+int evaluateTrust(const Arguments& arguments);
 int evaluateMerge(const Arguments& arguments);
 
 }  // namespace gms_ransac

@@ -42,7 +42,8 @@ bool parse(const Arguments& arguments, RunArguments& run) {
   po::positional_options_description positional;
   positional.add("folder", 1);
   po::variables_map given;
-  po::store(po::command_line_parser(arguments).options(all).positional(positional).run(), given);
+  po::store(po::command_line_parser(arguments).extra_parser(parseOldOption).options(all).positional(positional).run(),
+            given);
   po::notify(given);
   if (given.count("help")) {
     std::cout << "evaluate run DIR [options]\n\nDIR: a TUM or KITTI odometry folder, a folder of image pairs "
@@ -94,7 +95,8 @@ int evaluateRun(const Arguments& arguments) {
   {
     Progress progress("evaluating pair", static_cast<int>(pairs.size()));
     for (const DatasetPair& pair : pairs) {
-      experiment.run(pair, [&](const Record& record) {
+      experiment.run(pair, [&](const Answer& answer) {
+        const Record record = makeRecord(answer.context, answer.reference, answer.current, answer.result, answer.truth);
         if (records) *records << toJsonLine(record) << '\n';
         outcomes[record.context.method].push_back(outcomeOf(record));
       });

@@ -45,7 +45,7 @@ void Experiment::run(const DatasetPair& pair, const Receiver& receive) {
     context.gap = gap_;
     context.repeat = contenders_[i].repeat;
     context.seed = options.robust.seed;
-    receive(makeRecord(context, reference.features, current.features, result_, truth));
+    receive({context, reference.features, current.features, camera_, result_, truth});
   }
 }
 

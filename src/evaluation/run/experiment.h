@@ -19,12 +19,21 @@ struct Contender {
   int repeat = 0;  ///< which repetition, for the record
 };
 
+/// One pipeline's answer to one pair, for as long as the call lasts.
+struct Answer {
+  const RecordContext& context;
+  const Features &reference, &current;
+  const Camera& camera;  ///< of both images; uncalibrated where the set has no intrinsics
+  const MatchResult& result;
+  const PairTruth& truth;
+};
+
 class Experiment {
  public:
   /// Validates the options. `gap` goes into the records (0: pairs of a list).
   Experiment(const Dataset& dataset, const std::vector<Contender>& contenders, int gap);
 
-  using Receiver = std::function<void(const Record&)>;
+  using Receiver = std::function<void(const Answer&)>;
   /// All contenders on one pair, in order. Throws DatasetError when an image cannot be read.
   void run(const DatasetPair& pair, const Receiver& receive);
 

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include <Eigen/Geometry>
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
 
 #include "datasets/dataset.h"
 #include "gms_ransac/camera.h"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iostream>
 #include <sstream>
 #include <stdexcept>
 
@@ -11,73 +12,70 @@ namespace gms_ransac {
 
 namespace po = boost::program_options;
 
+namespace {
+
+std::string helpText(const Parameter& parameter) {
+  std::string choices;
+  for (const std::string& choice : parameter.choices) {
+    if (!choice.empty()) choices += (choices.empty() ? ": " : ", ") + choice;
+  }
+  return parameter.sentence + choices;
+}
+
+bool hasOldOption(const Parameter& parameter, const std::string& name) {
+  const auto is_name = [&](const std::string& old_name) { return optionName(old_name) == name; };
+  return std::any_of(parameter.old_names.begin(), parameter.old_names.end(), is_name) ||
+         std::any_of(parameter.old_options.begin(), parameter.old_options.end(), is_name);
+}
+
+void warnOfOldName(const std::string& old_name, const std::string& names) {
+  std::cerr << "--" << old_name << " is now called " << names << "; the old name still works\n";
+}
+
+ParameterValues parseOldGrid(const std::string& text) {
+  warnOfOldName("grid", "--gms-grid-columns and --gms-grid-rows");
+  int columns = 0, rows = 0;
+  char end = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%c", &columns, &rows, &end) != 2) {
+    throw std::invalid_argument("--grid is '" + text + "'; it must look like 20x20");
+  }
+  return {{"gms_grid_columns", columns}, {"gms_grid_rows", rows}};
+}
+
+}  // namespace
+
 void PipelineArguments::addTo(po::options_description& description, const std::vector<std::string>& given) {
   if (std::find(given.begin(), given.end(), "--paper") != given.end()) base = MatchFilterOptions::paper();
-  FeatureExtractorOptions& extractor = base.extractor;
-  MotionStatisticsOptions& gms = base.motion_statistics;
-  RobustOptions& robust = base.robust;
   auto add = description.add_options();
   add("paper", "the paper's method and settings, literally, where no option says otherwise");
   add("method,m", po::value(&methods)->composing(), "method, or several with commas between (see evaluate --list)");
-  add("model", po::value(&model)->default_value(model), "essential, fundamental or homography");
-  add("extractor", po::value(&extractor.extractor)->default_value(extractor.extractor), "simd_orb or opencv");
-  add("features", po::value(&extractor.features)->default_value(extractor.features), "keypoints asked for per image");
-  add("fast-threshold", po::value(&extractor.fast_threshold)->default_value(extractor.fast_threshold),
-      "FAST contrast, grey levels; 0 is usual above 3000 features");
-  add("levels", po::value(&extractor.levels)->default_value(extractor.levels), "pyramid levels");
-  add("scale-factor", po::value(&extractor.scale_factor)->default_value(extractor.scale_factor), "between levels");
-  add("grid", po::value(&grid), "cells of the motion statistics, COLUMNSxROWS; 0x0: the method's own");
-  add("alpha", po::value(&gms.threshold_factor)->default_value(gms.threshold_factor),
-      "threshold factor of GMS; 0: the method's own");
-  add("acceptance", po::value(&acceptance)->default_value(acceptance),
-      "matches GMS keeps: own (the method's), threshold (as published) or evidence (as lo_prosac)");
-  add("distance-reading", po::value(&distance_reading)->default_value(distance_reading),
-      "gms_dist_ransac: displacement or pairwise");
-  add("one-to-one", po::value(&base.one_to_one)->default_value(base.one_to_one),
-      "keep one match of each current point; 0: all, as in the paper");
-  add("lan-mutual", po::value(&base.lan_mutual)->default_value(base.lan_mutual), "lan: match in both directions");
-  add("second-alpha", po::value(&base.second_alpha)->default_value(base.second_alpha),
-      "lan: threshold factor of the final check; 0: scaled by the share kept");
-  add("rotation", po::bool_switch(&gms.rotation), "GMS: try all rotations");
-  add("scale", po::bool_switch(&gms.scale), "GMS: try other scales");
-  add("threshold", po::value(&threshold), "inlier threshold, pixels (default 1; homography 3)");
-  add("confidence", po::value(&robust.confidence)->default_value(robust.confidence), "of a clean sample");
-  add("max-iterations", po::value(&robust.max_iterations)->default_value(robust.max_iterations), "cap on samples");
-  add("ratio", po::value(&robust.ratio)->default_value(robust.ratio), "cp_ransac: share of the confident group");
-  add("quality", po::value(&robust.quality)->default_value(robust.quality),
-      "ordered methods: score, support, distance or ratio instead of the method's own");
-  add("judge", po::value(&robust.judge)->default_value(robust.judge),
-      "judge the answer (spread, parallax, other motions); 0: what was found stands, as in the papers");
-  add("refine", po::value(&robust.refine)->default_value(robust.refine),
-      "robust least squares on the final model; 0: textbook");
-  add("seed", po::value(&robust.seed)->default_value(robust.seed), "same seed, same result");
+  const ParameterValues defaults = parametersOf(base);
+  for (const Parameter& parameter : coreParameters()) {
+    if (parameter.name == "method") continue;
+    const auto take = [this, &parameter](const std::string& text) {
+      const std::optional<ParameterValue> value = parameter.parse(text);
+      if (!value || !parameter.accepts(*value)) {
+        throw std::invalid_argument(refusal("--" + optionName(parameter.name), text, parameter.accepted()));
+      }
+      const auto* word = std::get_if<std::string>(&*value);
+      if (word) currentName("--" + optionName(parameter.name), text, *word);
+      values_[parameter.name] = *value;
+    };
+    add(optionName(parameter.name).c_str(),
+        po::value<std::string>()->default_value(toText(defaults.at(parameter.name)))->notifier(take),
+        helpText(parameter).c_str());
+  }
+  add("grid", po::value(&old_grid_), "old name: --gms-grid-columns and --gms-grid-rows, as in 20x20");
   add("threads", po::value(&threads)->default_value(threads), "of extraction and matching");
 }
 
 MatchFilterOptions PipelineArguments::options(const std::string& method) const {
   MatchFilterOptions result = base;
+  setParameters(values_, result);
+  if (!old_grid_.empty()) setParameters(parseOldGrid(old_grid_), result);
   result.method = method;
-  result.robust.model = parseModelType(model);
-  result.motion_statistics.acceptance = parseAcceptance(acceptance);
-  result.distance_reading = parseDistanceReading(distance_reading);
-  const std::string& extractor = base.extractor.extractor;
-  result.extractor.extractor = currentName("--extractor", extractor, currentExtractorName(extractor));
   result.extractor.threads = threads;
   result.matcher_threads = std::clamp(threads, 1, 2);
-  if (!threshold.empty()) {
-    std::istringstream stream(threshold);
-    if (!(stream >> result.robust.threshold_px) || !stream.eof() || result.robust.threshold_px <= 0) {
-      throw std::invalid_argument("--threshold is '" + threshold + "'; it must be a positive number of pixels");
-    }
-  }
-  if (!grid.empty()) {
-    int& columns = result.motion_statistics.grid_columns;
-    int& rows = result.motion_statistics.grid_rows;
-    char end = 0;
-    if (std::sscanf(grid.c_str(), "%dx%d%c", &columns, &rows, &end) != 2) {
-      throw std::invalid_argument("--grid is '" + grid + "'; it must look like 20x20");
-    }
-  }
   result.validate();
   return result;
 }
@@ -85,6 +83,26 @@ MatchFilterOptions PipelineArguments::options(const std::string& method) const {
 std::vector<std::string> PipelineArguments::methodNames() const {
   if (methods.empty()) return {base.method};
   return parseMethodNames(methods);
+}
+
+std::string optionName(const std::string& parameter) {
+  std::string name = parameter;
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
+std::pair<std::string, std::string> parseOldOption(const std::string& word) {
+  if (word.compare(0, 2, "--") != 0) return {};
+  const size_t equals = word.find('=');
+  const std::string name = word.substr(2, equals - 2);
+  for (const Parameter& parameter : coreParameters()) {
+    if (!hasOldOption(parameter, name)) continue;
+    warnOfOldName(name, "--" + optionName(parameter.name));
+    // Switches had no value.
+    const bool on = std::holds_alternative<bool>(parameter.default_value);
+    return {optionName(parameter.name), equals != std::string::npos ? word.substr(equals + 1) : on ? "1" : ""};
+  }
+  return {};
 }
 
 std::vector<std::string> splitAtCommas(const std::string& text) {

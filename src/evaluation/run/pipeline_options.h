@@ -1,24 +1,23 @@
-// The command-line options that choose a pipeline, shared by the subcommands of `evaluate`.
+// The command-line options that choose a pipeline, shared by the subcommands of `evaluate`: every parameter of the core
+// (cfg/parameters.py), `foo_bar` as --foo-bar.
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <boost/program_options.hpp>
 
 #include "gms_ransac/match_filter.h"
+#include "gms_ransac/parameter.h"
 
 namespace gms_ransac {
 
 /// What the user asked for; `options(method)` is what the pipeline gets.
 struct PipelineArguments {
   std::vector<std::string> methods;  ///< names or comma lists of names; empty: the default method
-  std::string model = "essential";
-  std::string grid;  ///< "COLUMNSxROWS"; "": the method's own
-  std::string acceptance = "own", distance_reading = "displacement";
-  std::string threshold;  ///< pixels; "": the model's own
   int threads = 1;
-  MatchFilterOptions base;
+  MatchFilterOptions base;  ///< the defaults; with --paper the paper's
 
   /// Adds the options to a description; the values land in this object, which must outlive the parsing. With --paper
   /// among the words `given` the defaults are the paper's.
@@ -26,7 +25,18 @@ struct PipelineArguments {
   /// Throws std::invalid_argument with a sentence when a value or a name is wrong.
   MatchFilterOptions options(const std::string& method) const;
   std::vector<std::string> methodNames() const;
+
+ private:
+  ParameterValues values_;
+  std::string old_grid_;  ///< "20x20"
 };
+
+/// "first_group_fraction" -> "first-group-fraction".
+std::string optionName(const std::string& parameter);
+
+/// For program_options (extra_parser): the option that a word with an old name stands for, {name, value if there is one
+/// in the word}, with a warning on standard error; {} for any other word.
+std::pair<std::string, std::string> parseOldOption(const std::string& word);
 
 /// "a,b,c" -> a, b, c.
 std::vector<std::string> splitAtCommas(const std::string& text);

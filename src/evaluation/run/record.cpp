@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "run/published.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -40,11 +42,12 @@ json toJson(const StageTimes& times) {
           {"total", 1e3 * times.total()}};
 }
 
-json correspondencesJson(const std::vector<float>& columns) {
+json correspondencesJson(const std::vector<std::array<float, 6>>& correspondences) {
   json rows = json::array();
-  for (size_t i = 0; i + 5 <= columns.size(); i += 5) {
-    rows.push_back({shortest(columns[i]), shortest(columns[i + 1]), shortest(columns[i + 2]), shortest(columns[i + 3]),
-                    shortest(columns[i + 4])});
+  for (const auto& correspondence : correspondences) {
+    json row = json::array();
+    for (const float value : correspondence) row.push_back(shortest(value));
+    rows.push_back(row);
   }
   return rows;
 }
@@ -55,7 +58,8 @@ void copyInliers(const Features& reference, const Features& current, const Match
     const Match& match = result.matches[i];
     const cv::Point2f& p = reference.keypoints[static_cast<size_t>(match.reference)].pt;
     const cv::Point2f& q = current.keypoints[static_cast<size_t>(match.current)].pt;
-    for (float value : {p.x, p.y, q.x, q.y, result.confidence[i]}) record.correspondences.push_back(value);
+    record.correspondences.push_back(
+        {p.x, p.y, q.x, q.y, result.confidence[i], static_cast<float>(probabilityOf(result, i))});
   }
 }
 
@@ -78,7 +82,9 @@ Record makeRecord(const RecordContext& context, const Features& reference, const
   record.R = result.robust.pose.R;
   record.t = result.robust.pose.t;
   record.median_parallax_px = result.robust.median_parallax_px;
+  record.covariance = result.robust.pose.covariance;
   record.rms_error_px = result.robust.rms_error_px;
+  record.sigma_px = sigmaOf(result.robust);
   record.times = result.times;
   copyInliers(reference, current, result, record);
 
@@ -113,16 +119,23 @@ std::string toJsonLine(const Record& record) {
                {"metric_scale", false},
                {"median_parallax_px", nullptr},
                {"rms_error_px", nullptr},
+               {"sigma_px", nullptr},
+               {"covariance", nullptr},
                {"times_ms", toJson(record.times)},
                {"truth", toJson(record.score)},
                {"correspondences", correspondencesJson(record.correspondences)}};
   if (record.context.gap > 0) line["gap"] = record.context.gap;
-  if (record.inliers > 0) line["rms_error_px"] = record.rms_error_px;
+  if (record.inliers > 0) {
+    line["rms_error_px"] = record.rms_error_px;
+    line["sigma_px"] = record.sigma_px;
+  }
   if (record.has_pose) {
     const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = record.R;
     line["R"] = std::vector<double>(R.data(), R.data() + 9);
     line["t"] = std::vector<double>(record.t.data(), record.t.data() + 3);
     line["median_parallax_px"] = record.median_parallax_px;
+    // Symmetric: by columns is by rows.
+    line["covariance"] = std::vector<double>(record.covariance.data(), record.covariance.data() + 36);
   }
   return line.dump();
 }

@@ -1,6 +1,7 @@
 // One answer of `evaluate run`: what was asked of a pair, what came out, and how it compares with the truth.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -37,11 +38,13 @@ struct Record {
   int hypotheses = 0, models_scored = 0;
   int64_t point_evaluations = 0;
   bool has_pose = false;
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  ///< current_in_reference
-  Eigen::Vector3d t = Eigen::Vector3d::Zero();      ///< unit length
-  double median_parallax_px = 0, rms_error_px = 0;
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();                               ///< current_in_reference
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();                                   ///< unit length
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  ///< RelativePose's
+  double median_parallax_px = 0, rms_error_px = 0, sigma_px = 0;
   StageTimes times;
-  std::vector<float> correspondences;  ///< u_reference v_reference u_current v_current confidence, per inlier
+  /// Of each inlier: u_reference v_reference u_current v_current confidence, and the probability that it is right.
+  std::vector<std::array<float, 6>> correspondences;
   PairScore score;
 };
 

@@ -51,6 +51,15 @@ int renderScene(int argc, char** argv) {
   add("grey", po::bool_switch(), "grey images instead of colour");
   add("noise", po::value(&scene_options.noise)->default_value(2), "standard deviation, grey levels");
   add("blur", po::value(&scene_options.blur)->default_value(0.5), "standard deviation, pixels");
+  add("movers", po::value(&scene_options.movers)->default_value(0), "boards that sway before the camera by themselves");
+  add("repetition", po::value(&scene_options.repetition)->default_value(0),
+      "textures repeat themselves after so many metres; 0: not");
+  add("readout", po::value(&scene_options.readout)->default_value(0),
+      "rolling shutter: share of the time between frames in which the rows are read");
+  add("exposure", po::value(&scene_options.exposure)->default_value(0),
+      "motion blur: share of the time between frames in which the shutter is open");
+  add("brightness", po::value(&scene_options.brightness)->default_value(1),
+      "factor on the image before its noise, 0..1");
   add("seed", po::value(&scene_options.seed)->default_value(0), "of textures, furniture and noise");
   po::options_description all;
   all.add(options).add_options()("out", po::value(&out));

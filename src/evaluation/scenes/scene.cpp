@@ -21,6 +21,9 @@ using Eigen::Vector3d;
 constexpr double kOpenNiFocalLength = 525.0 / 640;  // per pixel of width
 constexpr double kRoomStep = 0.08, kStreetStep = 0.3;
 constexpr double kStreetStart = 3, kStreetEnd = kStreetLength - 12;
+constexpr int kExposures = 8;  // instants that an exposure is made of
+constexpr double kMoverWidth = 0.7, kMoverHeight = 1.3, kMoverDistance = 2.2, kMoverGap = 1.1;  // metres
+constexpr double kMoverSway = 0.35, kMoverPeriod = 43;  // metres to each side, frames: at most 5 cm a frame
 constexpr int kSamplesPerSide = 2;        // of a pixel: 2 x 2 rays, so that silhouettes do not make stair-case corners
 constexpr double kNear = 0.05;            // metres; nothing in the scenes comes closer
 constexpr double kOcclusionSlack = 1e-4;  // relative depth: rounding, not geometry
@@ -156,6 +159,11 @@ void SceneOptions::validate() const {
   requireInRange("rate", rate, 0.1, 1000.0);
   requireInRange("noise", noise, 0.0, 100.0);
   requireInRange("blur", blur, 0.0, 20.0);
+  requireInRange("movers", movers, 0, 20);
+  requireInRange("repetition", repetition, 0.0, 100.0);
+  requireInRange("readout", readout, 0.0, 1.0);
+  requireInRange("exposure", exposure, 0.0, 1.0);
+  requireInRange("brightness", brightness, 0.0, 1.0);
 }
 
 Scene::Scene(const SceneOptions& options) : options_(options) {
@@ -170,6 +178,17 @@ Scene::Scene(const SceneOptions& options) : options_(options) {
   intrinsics_.validate();
 
   surfaces_ = options_.scene == "room" ? roomSurfaces(options_.seed) : streetSurfaces(options_.seed);
+  const Surface mover = {Vector3d::Zero(),
+                         Vector3d::Zero(),
+                         Vector3d::Zero(),
+                         Vector3d::Zero(),
+                         kMoverWidth,
+                         kMoverHeight,
+                         1,
+                         TextureStyle::kBricks,
+                         {1, 1, 1},
+                         0.004};
+  surfaces_.insert(surfaces_.end(), static_cast<size_t>(options_.movers), mover);
   for (size_t i = 0; i < surfaces_.size(); ++i) {
     const Surface& s = surfaces_[i];
     textures_.emplace_back(s.style, s.width, s.height, s.texel, options_.seed * 1000 + i + 1);
@@ -220,11 +239,15 @@ Isometry3d Scene::pose(int index) const {
     throw std::invalid_argument("frame " + std::to_string(index) + " is outside the scene's path of " +
                                 std::to_string(frameCount()) + " frames");
   }
+  return poseAt(index);
+}
+
+Isometry3d Scene::poseAt(double time) const {
   // Translation follows the path travelled, rotation the time: a camera that stands still still looks round.
-  const double s = index * options_.step, sway = options_.sway;
-  double heading = radians(options_.turn * index + sway * 2.5 * wave(index, 71));
-  double elevation = radians(sway * 2.0 * wave(index, 53, 0.1));
-  double roll = radians(sway * 2.0 * wave(index, 89, 0.3));
+  const double s = time * options_.step, sway = options_.sway;
+  double heading = radians(options_.turn * time + sway * 2.5 * wave(time, 71));
+  double elevation = radians(sway * 2.0 * wave(time, 53, 0.1));
+  double roll = radians(sway * 2.0 * wave(time, 89, 0.3));
   Vector3d position;
   if (options_.scene == "room") {
     const double angle = s / kRoomPathRadius;
@@ -244,20 +267,47 @@ Isometry3d Scene::pose(int index) const {
   return pose;
 }
 
-void Scene::shade(const Isometry3d& pose, const cv::Vec2f& ray, int surface, const cv::Vec3f& hit, uint8_t* out) const {
+Scene::View Scene::viewAt(double time) const {
+  View view = {poseAt(time), surfaces_};
+  placeMovers(time, view);
+  return view;
+}
+
+void Scene::placeMovers(double time, View& view) const {
+  const Vector3d down = -Vector3d::UnitZ();
+  Vector3d ahead = view.pose.linear().col(2);
+  ahead.z() = 0;
+  ahead.normalize();
+  const Vector3d right = ahead.cross(Vector3d::UnitZ());
+  const Vector3d middle(0, 0, kMoverHeight / 2);
+  for (int k = 0; k < options_.movers; ++k) {
+    Surface& mover = view.surfaces[view.surfaces.size() - static_cast<size_t>(options_.movers - k)];
+    const double aside = (k - 0.5 * (options_.movers - 1)) * kMoverGap + kMoverSway * wave(time, kMoverPeriod, 0.3 * k);
+    mover.u = right;
+    mover.v = down;
+    mover.normal = -ahead;
+    mover.corner =
+        view.pose.translation() + (kMoverDistance + 0.4 * k) * ahead + aside * right - kMoverWidth / 2 * right + middle;
+  }
+}
+
+void Scene::shade(const View& view, const cv::Vec2f& ray, int surface, const cv::Vec3f& hit, uint8_t* out) const {
   float grey;
   Eigen::Vector3f tint(1, 0.96f, 0.93f);
   if (surface < 0) {  // sky, brighter towards the horizon
-    const Vector3d d = pose.linear() * Vector3d(ray[0], ray[1], 1);
+    const Vector3d d = view.pose.linear() * Vector3d(ray[0], ray[1], 1);
     grey = 235 - 60 * static_cast<float>(std::clamp(d.z() / d.norm(), 0.0, 1.0));
   } else {
-    const Surface& s = surfaces_[surface];
+    const Surface& s = view.surfaces[surface];
     // Area of the surface that one ray stands for: the Jacobian of the plane's homography is depth^3 / distance.
-    const float distance = static_cast<float>(s.normal.dot(pose.translation() - s.corner));
+    const float distance = static_cast<float>(s.normal.dot(view.pose.translation() - s.corner));
     const float depth = 1 / hit[2];
     const float footprint =
         std::sqrt(depth * depth * depth / distance) / static_cast<float>(options_.focal_length * kSamplesPerSide);
-    grey = s.shade * textures_[surface].sample(hit[0], hit[1], footprint);
+    const auto repeated = [&](float length) {
+      return options_.repetition > 0 ? std::fmod(length, static_cast<float>(options_.repetition)) : length;
+    };
+    grey = s.shade * textures_[surface].sample(repeated(hit[0]), repeated(hit[1]), footprint);
     tint = s.tint;
   }
   if (!options_.colour) {
@@ -267,72 +317,95 @@ void Scene::shade(const Isometry3d& pose, const cv::Vec2f& ray, int surface, con
   for (int k = 0; k < 3; ++k) out[k] = cv::saturate_cast<uint8_t>(grey * tint[k]);
 }
 
-void Scene::castGrid(const Isometry3d& pose, const RayGrid& grid, cv::Mat_<float>* depth, cv::Mat* shading) const {
+void Scene::castGrid(double time, const RayGrid& grid, cv::Mat_<float>* depth, cv::Mat* shading) const {
+  View view;
   std::vector<ProjectedSurface> visible;
-  for (size_t i = 0; i < surfaces_.size(); ++i) {
-    ProjectedSurface projected;
-    projected.index = static_cast<int>(i);
-    if (projectSurface(surfaces_[i], pose, projected)) visible.push_back(projected);
-  }
+  const auto look = [&](double at) {
+    view = viewAt(at);
+    visible.clear();
+    for (size_t i = 0; i < view.surfaces.size(); ++i) {
+      ProjectedSurface projected;
+      projected.index = static_cast<int>(i);
+      if (projectSurface(view.surfaces[i], view.pose, projected)) visible.push_back(projected);
+    }
+  };
   const int rows = grid.rays.rows, columns = grid.rays.cols;
   if (depth) depth->create(rows, columns);
   if (shading) shading->create(rows, columns, options_.colour ? CV_8UC3 : CV_8UC1);
   RowHits hits(columns);
+  look(time);
   for (int r = 0; r < rows; ++r) {
+    if (options_.readout > 0) look(time + options_.readout * ((r + 0.5) / rows - 0.5));
     const cv::Vec2f* rays = grid.rays[r];
     castRow(visible, rays, columns, grid.y_range[r], hits);
     for (int c = 0; c < columns; ++c) {
       const bool hit = hits.surface[c] >= 0;
       if (depth) (*depth)(r, c) = hit ? 1 / hits.inverse_depth[c] : 0;
       if (shading) {
-        shade(pose, rays[c], hit ? visible[hits.surface[c]].index : -1, {hits.u[c], hits.v[c], hits.inverse_depth[c]},
+        shade(view, rays[c], hit ? visible[hits.surface[c]].index : -1, {hits.u[c], hits.v[c], hits.inverse_depth[c]},
               shading->ptr(r) + c * shading->elemSize());
       }
     }
   }
 }
 
+cv::Mat Scene::exposed(int index) const {
+  cv::Mat samples;
+  if (options_.exposure == 0) {
+    castGrid(index, samples_, nullptr, &samples);
+    return samples;
+  }
+  cv::Mat sum;
+  for (int k = 0; k < kExposures; ++k) {
+    castGrid(index + options_.exposure * ((k + 0.5) / kExposures - 0.5), samples_, nullptr, &samples);
+    if (sum.empty()) sum = cv::Mat::zeros(samples.size(), CV_MAKETYPE(CV_32F, samples.channels()));
+    cv::accumulate(samples, sum);
+  }
+  sum.convertTo(samples, samples.depth(), 1.0 / kExposures);
+  return samples;
+}
+
 RenderedFrame Scene::render(int index) const {
   RenderedFrame frame;
   frame.camera_pose = pose(index);
   frame.stamp = kSceneStart + index / options_.rate;
-  cv::Mat samples;
-  castGrid(frame.camera_pose, samples_, nullptr, &samples);
-  castGrid(frame.camera_pose, centres_, &frame.depth, nullptr);
-  cv::resize(samples, frame.image, options_.size, 0, 0, cv::INTER_AREA);
+  castGrid(index, centres_, &frame.depth, nullptr);
+  cv::resize(exposed(index), frame.image, options_.size, 0, 0, cv::INTER_AREA);
   if (options_.blur > 0) cv::GaussianBlur(frame.image, frame.image, {}, options_.blur);
+  if (options_.brightness < 1) frame.image.convertTo(frame.image, -1, options_.brightness);
   addNoise(options_.noise, (options_.seed << 32) + index + 1, frame.image);
   return frame;
 }
 
-double Scene::cast(const Isometry3d& pose, const Vector2d& ray) const {
-  const Vector3d centre = pose.translation(), direction = pose.linear() * ray.homogeneous();
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Surface& s : surfaces_) {
+Scene::Hit Scene::cast(const View& view, const Vector2d& ray) {
+  const Vector3d centre = view.pose.translation(), direction = view.pose.linear() * ray.homogeneous();
+  Hit nearest;
+  for (size_t i = 0; i < view.surfaces.size(); ++i) {
+    const Surface& s = view.surfaces[i];
     const double towards = s.normal.dot(direction), distance = s.normal.dot(s.corner - centre);
     if (distance >= 0 || towards >= 0) continue;
     const double depth = distance / towards;
-    if (depth >= nearest) continue;
+    if (nearest.depth > 0 && depth >= nearest.depth) continue;
     const Vector3d p = centre + depth * direction - s.corner;
     const double u = s.u.dot(p), v = s.v.dot(p);
-    if (u >= 0 && v >= 0 && u <= s.width && v <= s.height) nearest = depth;
+    if (u >= 0 && v >= 0 && u <= s.width && v <= s.height) nearest = {depth, i, u, v};
   }
-  return std::isfinite(nearest) ? nearest : 0;
+  return nearest;
 }
 
-double Scene::depth(int index, const cv::Point2d& pixel) const { return cast(pose(index), ray(pixel)); }
+double Scene::depth(int index, const cv::Point2d& pixel) const { return cast(viewAt(index), ray(pixel)).depth; }
 
 bool Scene::correspondence(int reference, const cv::Point2d& pixel, int current, cv::Point2d& position) const {
-  const Isometry3d reference_pose = pose(reference), current_pose = pose(current);
-  const Vector2d direction = ray(pixel);
-  const double depth = cast(reference_pose, direction);
-  if (depth <= 0) return false;
-  const Vector3d point = current_pose.inverse() * (reference_pose * Vector3d(depth * direction.homogeneous()));
+  const View before = viewAt(reference), now = viewAt(current);
+  const Hit hit = cast(before, ray(pixel));
+  if (hit.depth <= 0) return false;
+  const Surface& s = now.surfaces[hit.surface];
+  const Vector3d point = now.pose.inverse() * Vector3d(s.corner + hit.u * s.u + hit.v * s.v);
   if (point.z() < kNear) return false;
   position = project(point);
   const cv::Rect2d inside(0, 0, options_.size.width - 1, options_.size.height - 1);
   if (!inside.contains(position)) return false;
-  return cast(current_pose, point.head<2>() / point.z()) > point.z() * (1 - kOcclusionSlack);
+  return cast(now, point.head<2>() / point.z()).depth > point.z() * (1 - kOcclusionSlack);
 }
 
 }  // namespace gms_ransac

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <opencv2/core.hpp>
+#include <opencv2/core/mat.hpp>
 
 #include "gms_ransac/camera.h"
 #include "scenes/scene_layout.h"
@@ -27,6 +27,13 @@ struct SceneOptions {
   double noise = 2;                ///< standard deviation of the image noise, grey levels
   double blur = 0.5;               ///< standard deviation of the lens blur, pixels
   uint64_t seed = 0;               ///< of textures, furniture and noise
+
+  // What tries to fool a filter. Poses are those of the middle row in the middle of the exposure.
+  int movers = 0;         ///< boards that keep before the camera and sway from side to side by themselves
+  double repetition = 0;  ///< every texture repeats itself after so many metres; 0: not
+  double readout = 0;     ///< rows are read one after another, for this share of the time between frames; 0: at once
+  double exposure = 0;    ///< the shutter is open for this share of the time between frames; 0: an instant
+  double brightness = 1;  ///< factor on the image before its noise
 
   /// Throws std::invalid_argument with a sentence that names the field, its value and its range.
   void validate() const;
@@ -60,7 +67,8 @@ class Scene {
   /// Depth along the optical axis seen at `pixel` of frame `index`; 0 when the ray leaves the scene.
   double depth(int index, const cv::Point2d& pixel) const;
   /// Where the surface point seen at `pixel` of frame `reference` appears in frame `current`; false when it is
-  /// hidden there, outside the image or behind the camera. Exact up to rounding: no image is involved.
+  /// hidden there, outside the image or behind the camera. Exact up to rounding: no image is involved. Of all rows at
+  /// once: `readout` is left out.
   bool correspondence(int reference, const cv::Point2d& pixel, int current, cv::Point2d& position) const;
   /// Pixel of a point in the camera frame, distortion included.
   cv::Point2d project(const Eigen::Vector3d& point) const;
@@ -72,12 +80,27 @@ class Scene {
     std::vector<cv::Vec2f> y_range;  ///< smallest and largest y of each row
   };
   RayGrid makeRays(int samples_per_pixel_side) const;
+  /// The camera and all surfaces at one time.
+  struct View {
+    Eigen::Isometry3d pose;
+    std::vector<Surface> surfaces;
+  };
+  /// Where a ray meets a surface first.
+  struct Hit {
+    double depth = 0;  ///< along the optical axis; 0: nowhere
+    size_t surface = 0;
+    double u = 0, v = 0;  ///< on that surface, metres
+  };
+  Eigen::Isometry3d poseAt(double time) const;  ///< in frames
+  View viewAt(double time) const;
+  void placeMovers(double time, View& view) const;
   Eigen::Vector2d ray(const cv::Point2d& pixel) const;
-  double cast(const Eigen::Isometry3d& pose, const Eigen::Vector2d& ray) const;
+  static Hit cast(const View& view, const Eigen::Vector2d& ray);
   /// Depth at the grid's rays and, where `shading` is given, its grey levels or colours.
-  void castGrid(const Eigen::Isometry3d& pose, const RayGrid& grid, cv::Mat_<float>* depth, cv::Mat* shading) const;
-  void shade(const Eigen::Isometry3d& pose, const cv::Vec2f& ray, int surface, const cv::Vec3f& hit,
-             uint8_t* out) const;
+  void castGrid(double time, const RayGrid& grid, cv::Mat_<float>* depth, cv::Mat* shading) const;
+  /// The image's samples, averaged over the exposure.
+  cv::Mat exposed(int index) const;
+  void shade(const View& view, const cv::Vec2f& ray, int surface, const cv::Vec3f& hit, uint8_t* out) const;
 
   SceneOptions options_;
   CameraIntrinsics intrinsics_;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <Eigen/Geometry>
+#include <opencv2/core.hpp>
 
 namespace gms_ransac {
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include <opencv2/core.hpp>
+
 #include "validation.h"
 
 namespace gms_ransac {

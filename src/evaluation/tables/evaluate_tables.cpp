@@ -1,6 +1,5 @@
 // `evaluate tables` and `evaluate merge`: the paper's tables on one's own images, in pieces that can be interrupted,
 // resumed and spread over machines.
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -13,7 +12,8 @@
 #include "program.h"
 #include "run/evaluate_commands.h"
 #include "run/pipeline_options.h"
-#include "tables/tables_folder.h"
+#include "run/work_folder.h"
+#include "tables/tables_json.h"
 #include "tables/tables_report.h"
 
 namespace gms_ransac {
@@ -21,10 +21,6 @@ namespace gms_ransac {
 namespace {
 
 namespace po = boost::program_options;
-
-constexpr int kInterrupted = 130;  // what a shell reports for a program ended by Ctrl-C
-volatile std::sig_atomic_t interrupted = 0;
-void noteInterrupt(int) { interrupted = 1; }
 
 /// Share i of n of the work, i from 1.
 struct Shard {
@@ -117,7 +113,8 @@ bool parse(const Arguments& arguments, TablesArguments& tables) {
   po::positional_options_description positional;
   positional.add("folder", -1);
   po::variables_map given;
-  po::store(po::command_line_parser(arguments).options(all).positional(positional).run(), given);
+  po::store(po::command_line_parser(arguments).extra_parser(parseOldOption).options(all).positional(positional).run(),
+            given);
   po::notify(given);
   if (given.count("help")) {
     std::cout << "evaluate tables DIR... [options]\n\nMakes the paper's Tables 1-5 and the data of its Figures 5, 6, 8 "
@@ -126,7 +123,7 @@ bool parse(const Arguments& arguments, TablesArguments& tables) {
     return false;
   }
   if (tables.folders.empty()) throw std::invalid_argument("no folder or bag given; see evaluate tables --help");
-  for (const char* fixed : {"features", "ratio"}) {
+  for (const char* fixed : {"features", "first-group-fraction"}) {
     if (!given[fixed].defaulted()) {
       throw std::invalid_argument(std::string("--") + fixed +
                                   " is varied by the tables; choose --presets and --ratios");
@@ -169,11 +166,14 @@ std::vector<Dataset> openAll(const TablesArguments& tables) {
 }
 
 /// Tables and plots of everything the folder holds.
-void report(const TablesFolder& folder, bool plots) {
-  const std::vector<Measurement> measurements = folder.read();
+void report(const WorkFolder& folder, bool plots) {
+  std::vector<Measurement> measurements;
+  for (const std::string& runs : folder.read()) {
+    for (Measurement& measurement : measurementsOf(runs)) measurements.push_back(std::move(measurement));
+  }
   if (measurements.empty()) return;
   std::string heading = "# Tables\n\n" + std::to_string(folder.unitsDone()) + " pieces of work";
-  heading += folder.plan().is_object() ? ". Settings: `" + folder.plan().dump() + "`\n" : "\n";
+  heading += folder.plan().empty() ? "\n" : ". Settings: `" + folder.plan() + "`\n";
   writeTables(folder.path(), heading, makeTables(measurements));
   std::cout << "wrote " << folder.path() << "/tables.md and its .csv files\n";
   if (plots) plotTables(folder.path());
@@ -188,25 +188,24 @@ int evaluateTables(const Arguments& arguments) {
   const std::vector<Dataset> datasets = openAll(tables);
   for (const Dataset& dataset : datasets) tables.plan.sequences.push_back(dataset.name());
 
-  TablesFolder folder(tables.out);
-  folder.begin(planJson(tables.plan), tables.resume);
+  WorkFolder folder(tables.out);
+  folder.begin(planText(tables.plan), tables.resume);
   std::vector<TablesUnit> todo;
   for (const TablesUnit& unit : tablesUnits(tables.plan, datasets)) {
     if (shard.owns(unit) && !folder.isDone(unit.index)) todo.push_back(unit);
   }
-  const auto previous = std::signal(SIGINT, noteInterrupt);
+  const InterruptWatch watch;
   if (!todo.empty()) {
     TablesMeter meter(tables.plan, datasets);
     Progress progress("measuring", static_cast<int>(todo.size()));
     for (const TablesUnit& unit : todo) {
-      if (interrupted) break;
-      folder.append(unit.index, meter.measure(unit));
+      if (InterruptWatch::interrupted()) break;
+      folder.append(unit.index, runsText(meter.measure(unit)));
       progress.advance();
     }
   }
-  std::signal(SIGINT, previous);
   report(folder, tables.plots);
-  if (!interrupted) return 0;
+  if (!InterruptWatch::interrupted()) return 0;
   std::cerr << "interrupted; go on with the same command and --resume\n";
   return kInterrupted;
 }
@@ -222,7 +221,8 @@ int evaluateMerge(const Arguments& arguments) {
   po::positional_options_description positional;
   positional.add("part", -1);
   po::variables_map given;
-  po::store(po::command_line_parser(arguments).options(all).positional(positional).run(), given);
+  po::store(po::command_line_parser(arguments).extra_parser(parseOldOption).options(all).positional(positional).run(),
+            given);
   po::notify(given);
   if (given.count("help")) {
     std::cout << "evaluate merge PART... --out FOLDER\n\nJoins the folders that evaluate tables --shard i/n wrote with "
@@ -231,9 +231,9 @@ int evaluateMerge(const Arguments& arguments) {
     return 0;
   }
   if (parts.empty()) throw std::invalid_argument("no folder to merge given; see evaluate merge --help");
-  TablesFolder merged(out);
+  WorkFolder merged(out);
   for (size_t i = 0; i < parts.size(); ++i) {
-    TablesFolder part(parts[i]);
+    WorkFolder part(parts[i]);
     part.open();
     if (i == 0) merged.begin(part.plan(), false);
     merged.absorb(part);

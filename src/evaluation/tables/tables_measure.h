@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "tables/tables_plan.h"
 
 namespace gms_ransac {
@@ -28,10 +26,6 @@ struct Measurement {
   std::vector<double> hypotheses, models_scored, point_evaluations, ransac_ms;  ///< processor time
   std::vector<double> rotation_error, pose_error;  ///< degrees, 180 without a pose; empty without a true pose
 };
-
-nlohmann::json toJson(const Measurement& measurement);
-/// Throws nlohmann::json::exception when a key is missing.
-Measurement measurementFromJson(const nlohmann::json& line);
 
 class TablesMeter {
  public:

@@ -6,39 +6,6 @@
 
 namespace gms_ransac {
 
-nlohmann::json planJson(const TablesPlan& plan) {
-  const MatchFilterOptions& base = plan.base;
-  const MotionStatisticsOptions& gms = base.motion_statistics;
-  return {{"sequences", plan.sequences},
-          {"gap", plan.gap},
-          {"pairs", plan.pairs},
-          {"repeats", plan.repeats},
-          {"presets", plan.presets},
-          {"ratios", plan.ratios},
-          {"methods", plan.methods},
-          {"model", toString(plan.model)},
-          {"extractor", base.extractor.extractor},
-          {"levels", base.extractor.levels},
-          {"scale_factor", base.extractor.scale_factor},
-          {"fast_threshold", base.extractor.fast_threshold},
-          {"grid", {gms.grid_columns, gms.grid_rows}},
-          {"alpha", gms.threshold_factor},
-          {"rotation", gms.rotation},
-          {"scale", gms.scale},
-          {"threshold_px", base.robust.threshold_px},
-          {"confidence", base.robust.confidence},
-          {"max_iterations", base.robust.max_iterations},
-          {"refine", base.robust.refine},
-          {"quality", base.robust.quality},
-          {"acceptance", static_cast<int>(gms.acceptance)},
-          {"distance_reading", static_cast<int>(base.distance_reading)},
-          {"one_to_one", base.one_to_one},
-          {"lan_mutual", base.lan_mutual},
-          {"second_alpha", base.second_alpha},
-          {"threads", base.extractor.threads},
-          {"seed", base.robust.seed}};
-}
-
 std::vector<TablesUnit> tablesUnits(const TablesPlan& plan, const std::vector<Dataset>& datasets) {
   std::vector<TablesUnit> units;
   for (size_t s = 0; s < datasets.size(); ++s) {

@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "datasets/dataset.h"
 #include "gms_ransac/match_filter.h"
 
@@ -27,9 +25,6 @@ struct TablesPlan {
   ModelType model = ModelType::kEssential;
   MatchFilterOptions base;  ///< extractor, grid, threshold, seed, ... of every run
 };
-
-/// Everything that decides the figures, for telling whether two folders of measurements belong together.
-nlohmann::json planJson(const TablesPlan& plan);
 
 /// One piece of work: a pair of images at one preset.
 struct TablesUnit {

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "program.h"
 #include "tables/measurement_set.h"
 #include "tables/paper_figures.h"
 
@@ -329,6 +330,10 @@ void writeTables(const std::string& folder, const std::string& heading, const st
     markdown += "\n## " + table.title + "\n\n" + toMarkdown(table);
   }
   writeFile(folder + "/tables.md", markdown);
+}
+
+void plotTables(const std::string& folder_or_sweep) {
+  runScript("plot_tables.py", folder_or_sweep, "no plots, but the tables are complete");
 }
 
 }  // namespace gms_ransac

@@ -27,4 +27,7 @@ std::string toMarkdown(const TextTable& table);
 /// written.
 void writeTables(const std::string& folder, const std::string& heading, const std::vector<TextTable>& tables);
 
+/// Draws the figures of a folder of tables, or of the CSV file of a sweep; failing costs only a line on stderr.
+void plotTables(const std::string& folder_or_sweep);
+
 }  // namespace gms_ransac

@@ -1,0 +1,184 @@
+#!/usr/bin/env python3
+"""From the table in cfg/parameters.py:
+  generate_parameters.py core FILE    the C++ header that binds names to the options of the core
+  generate_parameters.py node FILE    likewise the rest, for src/ros
+  generate_parameters.py --write      cfg/match_filter.yaml and the tables of README.md
+  generate_parameters.py --check      exit status 1 if these two are not as --write would leave them"""
+import itertools
+import json
+import re
+import sys
+import textwrap
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "cfg"))
+from parameters import GROUPS
+
+WIDTH, INDENT = 120, 27  # of match_filter.yaml: of a line, and of most comments
+OWNERS = {"": "MatchFilterOptions", "extractor": "FeatureExtractorOptions", "motion_statistics": "MotionStatisticsOptions",
+          "robust": "RobustOptions"}
+
+
+def of_core(group, row):
+    return group.live and row.field is not None
+
+
+def in_yaml(value):
+    """As YAML and C++ write it, too."""
+    return json.dumps(value)
+
+
+# C++
+
+def braced(items):
+    return "{" + ", ".join(items) + "}"
+
+
+def in_cpp(value):
+    return "std::string(%s)" % in_yaml(value) if isinstance(value, str) else in_yaml(value)
+
+
+def cpp_row(row):
+    low, high = row.range or (0, 0)
+    renamed = ("{%s, %s}" % (in_yaml(old), in_yaml(new)) for old, new in row.old_words.items())
+    default = row.example if row.default is None else row.default
+    return "    {%s, %s, %s, %s, %s, %s, %s, %s, %s, %s}," % (
+        in_yaml(row.name), in_cpp(default), low, high, in_yaml(row.unit), in_yaml(row.sentence),
+        braced(map(in_yaml, row.choices)), braced(map(in_yaml, row.old_names)), braced(map(in_yaml, row.old_options)),
+        braced(renamed))
+
+
+def cpp_words(row):
+    """The enumeration's words; the one that stands for "not set" is none of them."""
+    words = [word for word in row.choices if not (row.open and word == row.default)]
+    enumerators = ("k" + word.title().replace("_", "") for word in words)
+    pairs = ("{%s, %s::%s}" % (in_yaml(word), row.enum, enumerator) for word, enumerator in zip(words, enumerators))
+    return ["template <>", "struct Words<%s> {" % row.enum,
+            "  static constexpr std::pair<const char*, %s> kAll[] = {%s};" % (row.enum, ", ".join(pairs)), "};"]
+
+
+def cpp_visit(owner, rows):
+    return ["template <class Visitor>", "void visitFields(%s& options, Visitor&& visit) {" % owner] + [
+        "  visit(%s, options.%s);" % (in_yaml(row.name), row.field.split(".")[-1]) for row in rows] + ["}"]
+
+
+def cpp(rows, header, table, owners):
+    lines = ["// Generated from cfg/parameters.py.", "#pragma once", '#include "%s"' % header,
+             '#include "gms_ransac/parameter_binding.h"', "namespace gms_ransac {"]
+    for row in rows:
+        if row.enum:
+            lines += cpp_words(row)
+    for prefix, owner in owners.items():
+        lines += cpp_visit(owner, [row for row in rows if row.field and row.field.rpartition(".")[0] == prefix])
+    lines += ["inline const std::vector<Parameter>& %s() {" % table, "  static const std::vector<Parameter> table = {"]
+    lines += [cpp_row(row) for row in rows]
+    return "\n".join(lines + ["  };", "  return table;", "}", "}  // namespace gms_ransac", ""])
+
+
+def core():
+    return cpp([row for group in GROUPS for row in group.parameters if of_core(group, row)],
+               "gms_ransac/match_filter.h", "coreTable", OWNERS)
+
+
+def node():
+    rows = [row for group in GROUPS for row in group.parameters if not of_core(group, row)]
+    return cpp(rows, "parameters.h", "nodeTable", {"": "Parameters"})
+
+
+# Documents
+
+def range_text(row):
+    if row.choices:
+        return ", ".join(map(plain, row.choices))
+    if not row.range:
+        return ""
+    bounds = " .. ".join("%d" % bound if bound == int(bound) else "%r" % bound for bound in row.range)
+    return "%d, %s" % (row.default, bounds) if row.open else bounds
+
+
+def plain(value):
+    """As a reader of YAML or Markdown expects it: words without quotes."""
+    return value if isinstance(value, str) and value else in_yaml(value)
+
+
+def alike_in(row):
+    """Neighbours with the same of these differ in nothing but the name, and are explained once."""
+    return row.sentence, row.range
+
+
+def setting_in_yaml(row):
+    return "# %s: %s" % (row.name, row.example) if row.default is None else "%s: %s" % (row.name, plain(row.default))
+
+
+def yaml_row(row):
+    setting = setting_in_yaml(row)
+    allowed = "" if row.name == "method" else range_text(row)
+    comment = row.sentence + ("; " + allowed if allowed else "")
+    indent = max(INDENT, len(setting) + 1)
+    lines = textwrap.wrap(comment, WIDTH - indent - 2)
+    return [setting.ljust(indent) + "# " + lines[0]] + [" " * indent + "# " + line for line in lines[1:]]
+
+
+def match_filter_yaml():
+    lines = [
+        "# Parameters of gms_ransac/MatchFilter, all at their defaults; made from parameters.py.",
+        "#   roslaunch gms_ransac match_filter.launch parameters:=/path/to/a/copy.yaml",
+        "# Those under \"can change\" also while running (rosrun rqt_reconfigure rqt_reconfigure), the others only at start.",
+        "# A value out of its range, of another type, or a word no choice knows is refused with a sentence: at start the node "
+        "does", "# not run, while running all parameters stay as they were."]
+    for group in GROUPS:
+        lines += ["", "# --- %s (%s)" % (group.title, "can change" if group.live else "fixed at start")]
+        for _, alike in itertools.groupby(group.parameters, alike_in):
+            rows = list(alike)
+            lines += yaml_row(rows[0]) + [setting_in_yaml(row) for row in rows[1:]]
+    return "\n".join(lines) + "\n"
+
+
+def readme_row(rows):
+    row = rows[0]
+    value = row.example if row.default is None else row.default
+    kind = {bool: "bool", int: "int", float: "double", str: "string"}[type(value)]
+    allowed = "true, false" if kind == "bool" else "see `evaluate --list`" if row.name == "method" else range_text(row)
+    cells = (", ".join("`~%s`" % each.name for each in rows), kind, "" if row.default is None else plain(row.default),
+             allowed, row.sentence)
+    return "| %s |" % " | ".join(cells)
+
+
+def readme_table(live):
+    rows = (row for group in GROUPS if group.live == live for row in group.parameters)
+    lines = [readme_row(list(alike)) for _, alike in itertools.groupby(rows, alike_in)]
+    return "\n".join(["| parameter | type | default | range | meaning |", "|---|---|---|---|---|"] + lines)
+
+
+def readme(text):
+    """Both tables replaced, in the order in which they stand: what can change, what is fixed at start."""
+    tables = iter((readme_table(True), readme_table(False)))
+    return re.sub(r"\| parameter \| type \|.*\n(?:\|.*\n)+", lambda _: next(tables) + "\n", text)
+
+
+def documents():
+    yaml_file, readme_file = ROOT / "cfg/match_filter.yaml", ROOT / "README.md"
+    return {yaml_file: match_filter_yaml(), readme_file: readme(readme_file.read_text())}
+
+
+def main(arguments):
+    if arguments == ["--write"]:
+        for path, text in documents().items():
+            path.write_text(text)
+    elif arguments == ["--check"]:
+        stale = [path.name for path, text in documents().items() if path.read_text() != text]
+        if stale:
+            print("%s: not what cfg/parameters.py says; run scripts/generate_parameters.py --write" % ", ".join(stale))
+        return 1 if stale else 0
+    elif len(arguments) == 2 and arguments[0] in ("core", "node"):
+        Path(arguments[1]).write_text({"core": core, "node": node}[arguments[0]]())
+    else:
+        print(__doc__, file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,118 @@
+#include "judgement/match_noise.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Core>
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr int kIterations = 8;
+constexpr double kSettled = 1e-3;  ///< relative step of sigma, far below what it is known to
+constexpr double kFirstSigma = 0.5, kFirstShare = 0.8;
+constexpr double kSmallestSigma = 0.02;  ///< coordinates are rounded to about that
+constexpr double kLargestShare = 1 - 1e-3;
+constexpr float kLeastParallax = 0.01f;    ///< squared; below it is noise
+constexpr float kNarrowestSpread = 0.25f;  ///< of the parallaxes, octaves
+constexpr float kImageExtent = 2;          ///< longest displacement that an image allows, focal lengths
+constexpr double kSoftnessSigmas =
+    2;  ///< softness of the loss; at 1 or more the optimum is nearly that of least squares
+
+constexpr auto kLn2 = static_cast<float>(M_LN2), kRoot2 = static_cast<float>(M_SQRT2);
+constexpr float kHalfLog2 = 0.5f / kLn2;  ///< of the natural logarithm of a square, octaves
+
+/// What 16, 50 and 84 % of the values lie below: middle and one deviation to either side. Rearranges the values.
+std::array<float, 3> quantiles(std::vector<float>& values) {
+  const auto last = static_cast<double>(values.size() - 1);
+  const auto place = [&](double share) { return values.begin() + static_cast<int>(share * last); };
+  const auto low = place(0.16), middle = place(0.5), high = place(0.84);
+  std::nth_element(values.begin(), middle, values.end());
+  std::nth_element(values.begin(), low, middle);
+  if (high > middle) std::nth_element(middle + 1, high, values.end());
+  return {*low, *middle, *high};
+}
+
+}  // namespace
+
+void MatchNoise::measure(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& pose,
+                         int64_t& evaluations) {
+  residuals_.resize(static_cast<size_t>(points.size));
+  parallaxes_.resize(residuals_.size());
+  model.residuals(pose, residuals_.data());
+  model.rotationResiduals(pose.R, parallaxes_.data());
+  evaluations += 2 * static_cast<int64_t>(points.count);
+  weighParallaxes(points.count, points.count > 0 ? kImageExtent * std::sqrt(points.weight[0]) : 1);
+  fit(points.count);
+}
+
+void MatchNoise::measure(const std::vector<float>& squared_residuals, int count) {
+  residuals_ = squared_residuals;
+  odds_.assign(static_cast<size_t>(count), 1.f);
+  fit(count);
+}
+
+Loss MatchNoise::loss() const {
+  const auto softness = static_cast<float>(std::max(1.0, kSoftnessSigmas * kSoftnessSigmas * sigma_ * sigma_));
+  return {4 * softness, 1 / softness};
+}
+
+void MatchNoise::weighParallaxes(int count, float reach) {
+  const auto size = static_cast<Eigen::Index>(count);
+  odds_.resize(static_cast<size_t>(count));
+  Eigen::Map<Eigen::ArrayXf> odds(odds_.data(), size);
+  odds = kHalfLog2 * Eigen::Map<const Eigen::ArrayXf>(parallaxes_.data(), size).max(kLeastParallax).log();
+  octaves_.clear();
+  for (size_t i = 0; i < odds_.size(); ++i) {
+    if (residuals_[i] < 1) octaves_.push_back(odds_[i]);
+  }
+  if (octaves_.empty()) return odds_.assign(odds_.size(), 1.f);
+  const auto [low, centre, high] = quantiles(octaves_);
+  const float spread = std::max(kNarrowestSpread, 0.5f * (high - low));
+  // Laplace's distribution of the logarithm: tails, but falling ones.
+  const float slope = kRoot2 / spread, scale = 0.5f * kLn2 * kRoot2 * spread / reach;
+  odds = 0.5f + scale * (kLn2 * odds + slope * (odds - centre).abs()).exp();
+}
+
+void MatchNoise::fit(int count) {
+  collect(count);
+  const auto within = static_cast<Eigen::Index>(within_.size());
+  const Eigen::Map<const Eigen::ArrayXf> e(near_residuals_.data(), within), odds(near_odds_.data(), within);
+  Eigen::Map<Eigen::ArrayXf> probability(near_probabilities_.data(), within);
+  sigma_ = kFirstSigma;
+  double share = kFirstShare;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    const auto exponent = static_cast<float>(-0.5 / (sigma_ * sigma_));
+    const auto wrong = static_cast<float>((1 - share) / kWindow / (share * std::sqrt(2 / M_PI) / sigma_));
+    probability = (exponent * e).exp();
+    probability /= probability + wrong * odds;
+    const auto right = static_cast<double>(probability.sum());
+    const auto squares = static_cast<double>((probability * e).sum());
+    if (!(right > 0)) break;
+    const double last = std::exchange(sigma_, std::max(kSmallestSigma, std::sqrt(squares / right)));
+    if (std::abs(sigma_ - last) < kSettled * sigma_) break;
+    share = std::min(right / static_cast<double>(within), kLargestShare);
+  }
+  probabilities_.assign(static_cast<size_t>(count), 0.f);
+  for (size_t k = 0; k < within_.size(); ++k) probabilities_[static_cast<size_t>(within_[k])] = near_probabilities_[k];
+}
+
+void MatchNoise::collect(int count) {
+  constexpr float kSquaredWindow = kWindow * kWindow;
+  within_.clear();
+  near_residuals_.clear();
+  near_odds_.clear();
+  for (int i = 0; i < count; ++i) {
+    const auto column = static_cast<size_t>(i);
+    if (!(residuals_[column] < kSquaredWindow)) continue;
+    within_.push_back(i);
+    near_residuals_.push_back(residuals_[column]);
+    near_odds_.push_back(odds_[column]);
+  }
+  near_probabilities_.resize(within_.size());
+}
+
+}  // namespace gms_ransac

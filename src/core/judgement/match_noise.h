@@ -1,0 +1,56 @@
+// What the matches of a pair say of their own noise, without the threshold that chose the inliers, and with what
+// probability each of them is right.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "two_view/pose_model.h"
+
+namespace gms_ransac {
+
+/// The matches under a pose as a mixture; lengths in thresholds. Residuals of right matches are normal, and their
+/// parallaxes (what the rotation leaves of the displacement) spread about a typical one. Residuals of wrong matches are
+/// even up to kWindow; half of these matches end anywhere in the image, so that those which hit their epipolar line by
+/// chance have mostly more parallax than the scene. Derived in doc/uncertainty.md.
+class MatchNoise {
+ public:
+  static constexpr float kWindow = 5;  ///< a residual beyond it is a wrong match's
+
+  /// Fits the mixture to the matches under a pose, by expectation and maximisation (Dempster, Laird & Rubin 1977).
+  void measure(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& pose, int64_t& evaluations);
+  /// The same where no pose is known: squared residuals of `count` matches alone.
+  void measure(const std::vector<float>& squared_residuals, int count);
+
+  /// Standard deviation of a right match's signed residual, which for the Sampson distance is that of a keypoint's
+  /// coordinates.
+  double sigma() const { return sigma_; }
+  /// Squared residual and squared parallax of each column, padding included.
+  const std::vector<float>& residuals() const { return residuals_; }
+  const std::vector<float>& parallaxes() const { return parallaxes_; }
+  /// That the match of each column is right.
+  const std::vector<float>& probabilities() const { return probabilities_; }
+  /// False of a match whose parallax is so far from the scene's that a wrong match is the likelier explanation, even if
+  /// it lies on its epipolar line: one of these can outweigh hundreds of others in the direction of translation.
+  bool plausible(int column) const { return odds_[static_cast<size_t>(column)] < kMostOdds; }
+
+  /// A loss as wide as this noise needs, and no narrower than that of the search.
+  Loss loss() const;
+
+ private:
+  static constexpr float kMostOdds = 5;
+
+  void weighParallaxes(int count, float reach);
+  void fit(int count);
+  /// Gathers the matches whose residuals lie within the window.
+  void collect(int count);
+
+  double sigma_ = 1;
+  std::vector<float> residuals_, parallaxes_, probabilities_;
+  std::vector<float> odds_;  ///< how much likelier the parallax is for a wrong match
+  std::vector<float> octaves_;
+  std::vector<int> within_;                                             ///< columns within the window
+  std::vector<float> near_residuals_, near_odds_, near_probabilities_;  ///< theirs
+};
+
+}  // namespace gms_ransac

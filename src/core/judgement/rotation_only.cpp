@@ -1,0 +1,70 @@
+#include "judgement/rotation_only.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+namespace gms_ransac {
+
+namespace {
+
+// Inliers within this many squared thresholds make the estimate of the noise and the information.
+constexpr float kInlierCut = 1;
+
+template <int P>
+Eigen::Matrix<double, P, P> inverseOf(const NormalEquations<P>& equations) {
+  Eigen::Matrix<double, P, P> A;
+  int k = 0;
+  for (int i = 0; i < P; ++i) {
+    for (int j = i; j < P; ++j) A(i, j) = A(j, i) = equations.matrix[k++];
+  }
+  const Eigen::LDLT<Eigen::Matrix<double, P, P>> factors(A);
+  if (factors.info() != Eigen::Success || !factors.isPositive()) return Eigen::Matrix<double, P, P>::Identity();
+  return factors.solve(Eigen::Matrix<double, P, P>::Identity());
+}
+
+/// Variance of a residual in squared thresholds, from the truncated cost.
+template <int P>
+double noiseVariance(const NormalEquations<P>& equations, int count, int components) {
+  const double inliers = equations.weight;
+  const double squares = equations.cost - kInlierCut * (count - inliers);
+  return std::max(squares, 1e-12) / std::max(1.0, components * inliers - P);
+}
+
+}  // namespace
+
+RotationOnly fitRotationOnly(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& start,
+                             const std::vector<float>& inlier_residuals, std::vector<float>& residuals,
+                             std::vector<float>& sorted, int64_t& evaluations) {
+  constexpr int kIterations = 3;
+  RotationOnly result;
+  result.R = start.R;
+  // From ten pixels at a threshold of one to the threshold's own scale: near points of a translating camera drop out.
+  for (float softness : {100.f, 10.f, 2.f}) {
+    const Loss loss = {1e12f, 1 / softness};
+    evaluations += static_cast<int64_t>(points.count) * model.refineRotation(loss, kIterations, result.R);
+  }
+  model.rotationResiduals(result.R, residuals.data());
+  evaluations += points.count;
+  sorted.clear();
+  for (int i = 0; i < points.count; ++i) {
+    if (inlier_residuals[static_cast<size_t>(i)] >= 1) continue;
+    sorted.push_back(std::sqrt(residuals[static_cast<size_t>(i)] / points.weight[i]));
+  }
+  if (!sorted.empty()) {
+    const auto middle = sorted.begin() + static_cast<int>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    result.median_residual = *middle;
+  }
+
+  NormalEquations<3> equations;
+  model.linearizeRotation(result.R, {kInlierCut, 0}, equations);
+  const Eigen::Matrix3d Rt = result.R.transpose();
+  result.covariance.bottomRightCorner<3, 3>() =
+      noiseVariance(equations, points.count, 2) * (Rt * inverseOf(equations) * result.R);
+  result.covariance.topLeftCorner<3, 3>() = anyDirection();
+  return result;
+}
+
+}  // namespace gms_ransac

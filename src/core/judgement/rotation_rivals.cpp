@@ -1,0 +1,169 @@
+#include "judgement/rotation_rivals.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+
+#include "gms_ransac/robust_estimator.h"
+#include "judgement/lanes.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// Costs are squared standard deviations. A pose gives each match a depth of its own, and that freedom costs it log r
+// for coordinates of dimension r = 4 (Torr 1998, lambda_1). A wrong match costs no more than three deviations.
+constexpr float kFreedomOfDepth = 1.3863f;
+constexpr float kMostCost = 9;
+constexpr float kInlierCost = 9;
+
+/// Softness of the loss of each iteration, squared standard deviations: near points of a translating camera drop out.
+constexpr float kRowSoftness[] = {100, 100, 30, 30, 9};
+
+constexpr int kFittedMatches = 256;  ///< a random part
+constexpr float kTiny = 1e-18f;      ///< keeps points on the line at infinity finite
+
+/// A turn, its rate by the row of the reference image, and that by how far the match moves over the rows (instead of
+/// by the row of the current image, which is nearly the same); radians.
+using RowTurn = Eigen::Matrix3f;
+
+/// What a turn leaves of matches.
+struct TurnedMatches {
+  VectorLanes flow_x, flow_y;  ///< derivative of the place by a small turn
+  Lanes dx, dy;                ///< displacement
+  Lanes row, rows_moved, weight;
+
+  TurnedMatches(const PointColumnsView& points, int i, const Eigen::Matrix3f& R) {
+    const VectorLanes turned = R * VectorLanes(points.x1 + i, points.y1 + i);
+    const Lanes inverse_z = turned.z / (turned.z * turned.z + kTiny);
+    const Lanes x = turned.x * inverse_z, y = turned.y * inverse_z, xy = x * y;
+    flow_x = {-xy, 1 + x * x, -y};
+    flow_y = {-(1 + y * y), xy, x};
+    dx = lanes(points.x2 + i) - x;
+    dy = lanes(points.y2 + i) - y;
+    row = lanes(points.y1 + i);
+    rows_moved = lanes(points.y2 + i) - row;
+    weight = lanes(points.weight + i);
+  }
+
+  /// Squared deviations from the turn with rows.
+  Lanes cost(const RowTurn& turn, float inverse_variance) const {
+    const VectorLanes at_row(turn(0, 0) + row * turn(0, 1) + rows_moved * turn(0, 2),
+                             turn(1, 0) + row * turn(1, 1) + rows_moved * turn(1, 2),
+                             turn(2, 0) + row * turn(2, 1) + rows_moved * turn(2, 2));
+    const Lanes rx = dx - dot(flow_x, at_row), ry = dy - dot(flow_y, at_row);
+    return 0.5f * inverse_variance * weight * (rx * rx + ry * ry);
+  }
+};
+
+/// Normal equations of the turn with rows. The derivative of a match by its parameters is (1, row, rows_moved) times
+/// its flow, so that the matrix is that of (1, row, rows_moved) with blocks of the flow's for entries.
+class RowEquations {
+ public:
+  RowEquations() {
+    for (auto& block : blocks_) std::fill(std::begin(block), std::end(block), Lanes::Zero());
+    for (auto& part : gradient_) std::fill(std::begin(part), std::end(part), Lanes::Zero());
+  }
+
+  void add(const TurnedMatches& m, const Lanes& weight) {
+    const VectorLanes x = weight * m.flow_x, y = weight * m.flow_y;
+    const Lanes flow[] = {x.x * m.flow_x.x + y.x * m.flow_y.x, x.x * m.flow_x.y + y.x * m.flow_y.y,
+                          x.x * m.flow_x.z + y.x * m.flow_y.z, x.y * m.flow_x.y + y.y * m.flow_y.y,
+                          x.y * m.flow_x.z + y.y * m.flow_y.z, x.z * m.flow_x.z + y.z * m.flow_y.z};
+    const Lanes along[] = {x.x * m.dx + y.x * m.dy, x.y * m.dx + y.y * m.dy, x.z * m.dx + y.z * m.dy};
+    const Lanes rows[] = {
+        Lanes::Ones(), m.row, m.rows_moved, m.row * m.row, m.row * m.rows_moved, m.rows_moved * m.rows_moved};
+    for (int b = 0; b < 6; ++b) {
+      for (int k = 0; k < 6; ++k) blocks_[b][k] += rows[b] * flow[k];
+    }
+    for (int b = 0; b < 3; ++b) {
+      for (int k = 0; k < 3; ++k) gradient_[b][k] += rows[b] * along[k];
+    }
+  }
+
+  RowTurn solve() const {
+    // Upper triangles by rows.
+    constexpr int kPlace[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+    Eigen::Matrix<double, 9, 9> A;
+    Eigen::Matrix<double, 9, 1> b;
+    for (int i = 0; i < 9; ++i) {
+      for (int j = 0; j < 9; ++j) {
+        A(i, j) = static_cast<double>(blocks_[kPlace[i / 3][j / 3]][kPlace[i % 3][j % 3]].sum());
+      }
+      b[i] = static_cast<double>(gradient_[i / 3][i % 3].sum());
+      A(i, i) += 1e-9;
+    }
+    const Eigen::Matrix<double, 9, 1> turn = A.ldlt().solve(b);
+    return Eigen::Map<const Eigen::Matrix3d>(turn.data()).cast<float>();
+  }
+
+ private:
+  Lanes blocks_[6][6], gradient_[3][3];
+};
+
+}  // namespace
+
+RotationVerdict RotationRivals::compare(const PointColumnsView& points, const MatchNoise& noise,
+                                        const Eigen::Matrix3d& R, const std::vector<float>& rotation_residuals,
+                                        const std::vector<int32_t>& cells) {
+  const double variance = noise.sigma() * noise.sigma();
+  const auto per_variance = static_cast<float>(1 / variance);
+  const auto count = static_cast<size_t>(points.count);
+  pose_costs_.resize(count);
+  costs_.resize(count);
+  int inliers = 0, preferring = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const float e = noise.residuals()[i] * per_variance;
+    pose_costs_[i] = std::min(e, kMostCost) + kFreedomOfDepth;
+    // A transfer distance has the noise of both images.
+    costs_[i] = std::min(0.5f * rotation_residuals[i] * per_variance, kMostCost + kFreedomOfDepth);
+    if (!(e < kInlierCost)) continue;
+    ++inliers;
+    preferring += costs_[i] > pose_costs_[i];
+  }
+  RotationVerdict verdict;
+  verdict.share = inliers > 0 ? static_cast<double>(preferring) / inliers : 0;
+  verdict.against_rotation = vuong(cells);
+  fitRows(points, R, variance);
+  verdict.against_rows = vuong(cells);
+  return verdict;
+}
+
+void RotationRivals::fitRows(const PointColumnsView& points, const Eigen::Matrix3d& R, double variance) {
+  const auto turned_by = R.cast<float>().eval();
+  const auto inverse_variance = static_cast<float>(1 / variance);
+  const PointColumnsView part = firstColumns(points, kFittedMatches);
+  RowTurn turn = RowTurn::Zero();
+  for (const float softness : kRowSoftness) {
+    RowEquations equations;
+    for (int i = 0; i < part.size; i += kLanesAtOnce) {
+      const TurnedMatches matches(part, i, turned_by);
+      const Lanes falloff = (1 + matches.cost(turn, inverse_variance) / softness).inverse();
+      equations.add(matches, matches.weight * falloff * falloff);
+    }
+    turn = equations.solve();
+  }
+  costs_.resize(static_cast<size_t>(points.size));
+  for (int i = 0; i < points.size; i += kLanesAtOnce) {
+    const Lanes cost = TurnedMatches(points, i, turned_by).cost(turn, inverse_variance);
+    lanes(costs_.data() + i) = cost.min(kMostCost + kFreedomOfDepth);
+  }
+  costs_.resize(static_cast<size_t>(points.count));
+}
+
+double RotationRivals::vuong(const std::vector<int32_t>& cells) {
+  by_cell_.assign(static_cast<size_t>(kSpreadGridSide) * kSpreadGridSide, 0.0);
+  double sum = 0, squares = 0;
+  for (size_t i = 0; i < costs_.size(); ++i) {
+    const auto difference = static_cast<double>(costs_[i] - pose_costs_[i]);
+    by_cell_[static_cast<size_t>(cells[i])] += difference;
+    sum += difference;
+  }
+  for (const double difference : by_cell_) squares += difference * difference;
+  return squares > 0 ? sum / std::sqrt(squares) : 0;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,34 @@
+// Whether the matches need a translation at all, or a camera that only turns explains them as well.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "judgement/match_noise.h"
+
+namespace gms_ransac {
+
+/// How far a pose explains the matches better than a turn. Statistics of Vuong's test (Econometrica 1989) on costs by
+/// the geometric robust information criterion (Torr 1998), each cell of the spread grid one observation.
+struct RotationVerdict {
+  double against_rotation = 0;  ///< the best rotation alone
+  double against_rows = 0;      ///< one that goes on while the rows of either image are read (rolling shutter)
+  double share = 0;             ///< of the pose's inliers that prefer the pose to the rotation alone
+};
+
+class RotationRivals {
+ public:
+  /// `R`: the rotation alone; `rotation_residuals`: squared transfer distance of each column under it.
+  RotationVerdict compare(const PointColumnsView& points, const MatchNoise& noise, const Eigen::Matrix3d& R,
+                          const std::vector<float>& rotation_residuals, const std::vector<int32_t>& cells);
+
+ private:
+  /// Fills costs_ of the turn with rows that fits best, by reweighted least squares.
+  void fitRows(const PointColumnsView& points, const Eigen::Matrix3d& R, double variance);
+  double vuong(const std::vector<int32_t>& cells);
+
+  std::vector<float> pose_costs_, costs_;
+  std::vector<double> by_cell_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,105 @@
+#include "run/work_folder.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+namespace gms_ransac {
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr char kPlanFile[] = "plan.json";
+constexpr char kMeasurementsFile[] = "measurements.jsonl";
+
+/// The number of a line's unit; none when the line was cut off.
+std::optional<int> unitOf(const std::string& line) {
+  const json entry = json::parse(line, nullptr, false);
+  if (entry.is_discarded() || !entry.is_object()) return std::nullopt;
+  return entry.at("unit").get<int>();
+}
+
+}  // namespace
+
+void WorkFolder::begin(const std::string& text, bool resume) {
+  const json plan = json::parse(text);
+  std::error_code failure;
+  fs::create_directories(path_, failure);
+  if (failure) throw std::runtime_error(path_ + ": cannot be made (" + failure.message() + ")");
+  if (fs::exists(file(kMeasurementsFile))) {
+    if (!resume) {
+      throw std::invalid_argument(path_ +
+                                  ": already holds measurements; add --resume to go on, or choose another --out");
+    }
+    open();
+    if (plan_ != plan.dump()) {
+      throw std::invalid_argument(path_ + ": was measured with other options or sets; choose another --out");
+    }
+    std::vector<std::string> whole;
+    for (const auto& line : lines()) whole.push_back(line.second);
+    write(whole, false);
+    return;
+  }
+  plan_ = plan.dump();
+  std::ofstream stream(file(kPlanFile));
+  if (!(stream << plan.dump(1) << '\n').flush()) throw std::runtime_error(file(kPlanFile) + ": cannot be written");
+}
+
+void WorkFolder::open() {
+  std::ifstream stream(file(kPlanFile));
+  if (!stream) throw std::invalid_argument(path_ + ": holds no " + kPlanFile + ", so it is no folder of measurements");
+  const json plan = json::parse(stream, nullptr, false);
+  if (plan.is_discarded()) throw std::invalid_argument(file(kPlanFile) + ": is not JSON");
+  plan_ = plan.dump();
+  done_.clear();
+  for (const auto& line : lines()) done_.insert(line.first);
+}
+
+std::vector<std::pair<int, std::string>> WorkFolder::lines() const {
+  std::vector<std::pair<int, std::string>> whole;
+  std::ifstream stream(file(kMeasurementsFile));
+  for (std::string line; std::getline(stream, line);) {
+    if (const std::optional<int> unit = unitOf(line)) whole.emplace_back(*unit, line);
+  }
+  return whole;
+}
+
+void WorkFolder::write(const std::vector<std::string>& lines, bool append) const {
+  std::ofstream stream(file(kMeasurementsFile), append ? std::ios::app : std::ios::trunc);
+  for (const std::string& line : lines) stream << line << '\n';
+  if (!stream.flush()) throw std::runtime_error(file(kMeasurementsFile) + ": cannot be written; is the disk full?");
+}
+
+void WorkFolder::append(int unit, const std::string& measurements) {
+  write({json{{"unit", unit}, {"runs", json::parse(measurements)}}.dump()}, true);
+  done_.insert(unit);
+}
+
+void WorkFolder::absorb(const WorkFolder& other) {
+  if (other.plan_ != plan_) {
+    throw std::invalid_argument(other.path_ + ": was measured with other options or sets than the first folder");
+  }
+  std::vector<std::string> fresh;
+  for (const auto& line : other.lines()) {
+    if (done_.insert(line.first).second) fresh.push_back(line.second);
+  }
+  write(fresh, true);
+}
+
+std::vector<std::string> WorkFolder::read() const {
+  std::vector<std::pair<int, std::string>> all = lines();
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::string> measurements;
+  measurements.reserve(all.size());
+  for (const auto& line : all) measurements.push_back(json::parse(line.second).at("runs").dump());
+  return measurements;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,354 @@
+#include "scenes/two_view_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "random.h"
+
+namespace gms_ransac {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kWidth = 640, kHeight = 480;  // pixels
+constexpr double kFocalLength = 500;        // pixels
+constexpr int kLevels = 8;
+constexpr double kLevelScale = 1.2, kNoiseExponent = 0.5;  // noise of a keypoint by octave, doc/estimator.md
+// Hamming distance to the nearest and the second, and score, of right and wrong matches that GMS kept: mean and
+// deviation over KITTI, Oxford and Middlebury pairs, labelled by their truth within 3 px.
+struct Normal {
+  double mean, deviation;
+};
+constexpr Normal kRightDistance = {34, 14}, kWrongDistance = {51, 13};
+constexpr Normal kRightSecond = {53, 14}, kWrongSecond = {56, 12};
+constexpr Normal kRightScore = {22, 12}, kWrongScore = {18, 12};
+constexpr int kScoreThreshold = 10, kLargestScore = 50;
+constexpr int kOutlier = -1, kStill = 0;
+constexpr int kRowIterations = 4;      // until a point knows its row: the error falls by a hundred in each
+constexpr int kScalingIterations = 3;  // displacement is nearly proportional to the translation
+constexpr int kMeasuredMatches = 1000;
+
+bool isInside(const Vector2d& pixel) {
+  return pixel.x() >= 0 && pixel.x() < kWidth && pixel.y() >= 0 && pixel.y() < kHeight;
+}
+
+/// The lens that draws, which the calibration may be wrong about.
+class Lens {
+ public:
+  explicit Lens(const TwoViewSceneOptions& options) : radial_(options.radial) {
+    K_ = sceneCamera().K();
+    K_.topLeftCorner<2, 2>() *= 1 + options.focal_error;
+    K_inverse_ = K_.inverse();
+  }
+  /// The ray that an undistorted lens would see at that pixel.
+  Vector3d ray(const Vector2d& pixel) const { return K_inverse_ * pixel.homogeneous(); }
+  Vector2d project(const Vector3d& point) const {
+    const Vector2d ideal = point.hnormalized();
+    const double r2 = ideal.squaredNorm();
+    const Vector2d distorted = ideal * (1 + r2 * (radial_[0] + r2 * radial_[1]));
+    return (K_ * distorted.homogeneous()).head<2>();
+  }
+
+ private:
+  Matrix3d K_, K_inverse_;
+  Vector2d radial_;
+};
+
+/// The motion from image to image, X_current = R X_reference + t.
+struct Motion {
+  Matrix3d R = Matrix3d::Identity();
+  Vector3d t{0, 0, 0};
+  Vector3d rotation{0, 0, 0};  ///< rotation vector of R
+
+  Motion(const Vector3d& rotation_vector, const Vector3d& translation)
+      : R(rotationOf(rotation_vector)), t(translation), rotation(rotation_vector) {}
+  Motion(const Matrix3d& matrix, const Vector3d& translation) : R(matrix), t(translation) {
+    const Eigen::AngleAxisd turn(matrix);
+    rotation = turn.angle() * turn.axis();
+  }
+  /// Where a point is, that was at X when this motion began, after a share of it.
+  Vector3d after(double share, const Vector3d& X) const { return rotationOf(share * rotation) * X + share * t; }
+  /// The reverse.
+  Vector3d before(double share, const Vector3d& X) const {
+    return rotationOf(share * rotation).transpose() * (X - share * t);
+  }
+};
+
+/// What stands still and the bodies, each with its motion before the camera.
+class Layout {
+ public:
+  explicit Layout(const TwoViewSceneOptions& options) : options_(options), random_(~options.seed) {
+    motions_.emplace_back(options.rotation, options.translation);
+    for (const MovingBody& body : options.bodies) add(body);
+  }
+
+  const Motion& motion(int body) const { return motions_[static_cast<size_t>(body)]; }
+
+  int bodyAt(const Vector2d& pixel) {
+    for (size_t k = 0; k < options_.bodies.size(); ++k) {
+      const MovingBody& body = options_.bodies[k];
+      const Vector2d off = (pixel - centres_[k]).cwiseAbs();
+      const double side = std::sqrt(body.share) / 2;
+      const bool covers =
+          body.everywhere ? random_.uniform() < body.share : off.x() < side * kWidth && off.y() < side * kHeight;
+      if (covers) return static_cast<int>(k) + 1;
+    }
+    return kStill;
+  }
+
+  /// Whether it is before the scene; else it is a part of it.
+  bool isBefore(int body) const { return body != kStill && !options_.bodies[static_cast<size_t>(body) - 1].everywhere; }
+
+  /// Depth of the volume or of a body, `share` of the way from the nearest to the farthest.
+  double depthIn(int body, double share) const {
+    if (isBefore(body)) {
+      const MovingBody& moving = options_.bodies[static_cast<size_t>(body) - 1];
+      return moving.nearest + share * (moving.farthest - moving.nearest);
+    }
+    if (!options_.mostly_near) return options_.nearest + share * (options_.farthest - options_.nearest);
+    return 1 / (1 / options_.nearest + share * (1 / options_.farthest - 1 / options_.nearest));
+  }
+
+ private:
+  void add(const MovingBody& body) {
+    const double side = std::sqrt(body.share);
+    const double x = kWidth * (side / 2 + (1 - side) * random_.uniform());
+    const double y = kHeight * (side / 2 + (1 - side) * random_.uniform());
+    centres_.emplace_back(x, y);
+    const Vector3d centre = Lens(options_).ray(centres_.back()) * (body.nearest + body.farthest) / 2;
+    const Matrix3d R = rotationOf(body.rotation);
+    const Motion& camera = motions_.front();
+    motions_.emplace_back(Matrix3d(camera.R * R), camera.R * (centre - R * centre + body.translation) + camera.t);
+  }
+
+  const TwoViewSceneOptions& options_;
+  Random random_;                  ///< of its own: scenes without bodies do not depend on it
+  std::vector<Motion> motions_;    ///< of what stands still, then of each body
+  std::vector<Vector2d> centres_;  ///< of each body's window, pixels
+};
+
+/// When the rows of the images are read, as the share of the motion that is then done.
+class Shutter {
+ public:
+  explicit Shutter(const TwoViewSceneOptions& options)
+      : readout_(options.readout), acceleration_(options.acceleration) {}
+
+  bool isGlobal() const { return readout_ == 0; }
+  double shareAtReference(double row) const { return shareAt(delay(row)); }
+  double shareAtCurrent(double row) const { return shareAt(1 + delay(row)); }
+
+ private:
+  double delay(double row) const { return readout_ * (row / kHeight - 0.5); }
+  double shareAt(double time) const { return time * (1 + acceleration_ * (time - 1)); }
+
+  double readout_, acceleration_;
+};
+
+/// Where the point, in the reference camera's frame when its row is read, is seen in the current image; false: behind.
+bool seenByCurrent(const Lens& lens, const Motion& motion, const Shutter& shutter, double row, const Vector3d& point,
+                   Vector2d& pixel) {
+  const Vector3d start = shutter.isGlobal() ? point : motion.before(shutter.shareAtReference(row), point);
+  double share = 1;
+  for (int i = 0; i < (shutter.isGlobal() ? 1 : kRowIterations); ++i) {
+    const Vector3d moved = motion.after(share, start);
+    if (moved.z() <= 0) return false;
+    pixel = lens.project(moved);
+    share = shutter.shareAtCurrent(pixel.y());
+  }
+  return true;
+}
+
+Vector2d outlierPlace(const TwoViewSceneOptions& options, const Vector2d& right, Random& random) {
+  if (options.outlier_reach == 0) return {kWidth * random.uniform(), kHeight * random.uniform()};
+  const Vector2d share{2 * random.uniform() - 1, 2 * random.uniform() - 1};
+  return right + options.outlier_reach * share;
+}
+
+double draw(const Normal& normal, Random& random) { return normal.mean + normal.deviation * gaussian(random); }
+
+void describeAsMeasured(bool looks_right, bool repeated, Random& random, size_t i, PointPairs& columns) {
+  const double distance = std::clamp(draw(looks_right ? kRightDistance : kWrongDistance, random), 0., 256.);
+  const double second = repeated ? distance * (1 + 0.1 * random.uniform())
+                                 : std::clamp(draw(looks_right ? kRightSecond : kWrongSecond, random), distance, 256.);
+  columns.distance[i] = static_cast<uint16_t>(distance);
+  columns.second_distance[i] = static_cast<uint16_t>(std::min(256., second));
+  columns.score[i] = static_cast<int32_t>(
+      std::clamp<double>(draw(looks_right ? kRightScore : kWrongScore, random), kScoreThreshold, kLargestScore));
+  columns.relative_score[i] = static_cast<float>(columns.score[i]) / kScoreThreshold;
+}
+
+/// Columns of match i apart from its places.
+void describeMatch(const TwoViewSceneOptions& options, bool outlier, Random& random, size_t i, PointPairs& columns) {
+  if (options.as_measured) {
+    return describeAsMeasured(!options.informative || !outlier, !options.informative, random, i, columns);
+  }
+  const double quality = (options.informative && !outlier ? 1 : 0) + gaussian(random);
+  columns.score[i] = std::max(0, static_cast<int>(30 + 10 * quality));
+  columns.relative_score[i] = static_cast<float>(columns.score[i]) / 15;
+  columns.distance[i] = static_cast<uint16_t>(std::min(256., std::max(0., 60 - 15 * quality)));
+  columns.second_distance[i] = static_cast<uint16_t>(columns.distance[i] + random.below(20));
+}
+
+/// Takes the motion that most matches follow for the truth.
+void settleTruth(const Layout& layout, size_t bodies, TwoViewScene& scene) {
+  std::vector<int> counts(bodies + 1, 0);
+  for (const int body : scene.body) {
+    if (body != kOutlier) ++counts[static_cast<size_t>(body)];
+  }
+  const auto largest = static_cast<int>(std::max_element(counts.begin(), counts.end()) - counts.begin());
+  scene.R = layout.motion(largest).R;
+  scene.t = layout.motion(largest).t;
+  for (size_t i = 0; i < scene.body.size(); ++i) scene.correct[i] = scene.body[i] == largest;
+}
+
+/// What stands still of the same scene, without error, seen by a camera that moves without turning.
+TwoViewScene translatedScene(TwoViewSceneOptions options) {
+  options.matches = kMeasuredMatches;
+  options.outlier_ratio = options.noise_px = options.readout = options.focal_error = 0;
+  options.radial.setZero();
+  options.rotation.setZero();
+  options.bodies.clear();
+  return makeTwoViewScene(options);
+}
+
+double medianLength(std::vector<Vector2d>& vectors) {
+  const auto middle = vectors.begin() + static_cast<std::ptrdiff_t>(vectors.size() / 2);
+  std::nth_element(vectors.begin(), middle, vectors.end(),
+                   [](const Vector2d& a, const Vector2d& b) { return a.squaredNorm() < b.squaredNorm(); });
+  return middle->norm();
+}
+
+std::vector<Vector2d> displacements(const PointPairs& pairs) {
+  std::vector<Vector2d> result;
+  for (size_t i = 0; i < pairs.x_reference.size(); ++i) {
+    result.emplace_back(pairs.x_current[i] - pairs.x_reference[i], pairs.y_current[i] - pairs.y_reference[i]);
+  }
+  return result;
+}
+
+/// Derivative of a pixel by a small turn of the point before the camera, from the normalised position (x, y).
+Eigen::Matrix<double, 2, 3> turnedPixel(double x, double y) {
+  Eigen::Matrix<double, 2, 3> J;
+  J << -x * y, 1 + x * x, -y, -(1 + y * y), x * y, x;
+  return kFocalLength * J;
+}
+
+/// Takes away what a small turn, that of least squares, explains.
+void undoBestRotation(const TwoViewScene& scene, std::vector<Vector2d>& displacement) {
+  std::vector<Eigen::Matrix<double, 2, 3>> derivatives;
+  Matrix3d A = Matrix3d::Zero();
+  Vector3d b = Vector3d::Zero();
+  for (size_t i = 0; i < displacement.size(); ++i) {
+    const Vector2d place = scene.points[i].hnormalized();
+    derivatives.push_back(turnedPixel(place.x(), place.y()));
+    A += derivatives[i].transpose() * derivatives[i];
+    b += derivatives[i].transpose() * displacement[i];
+  }
+  const Vector3d turn = A.ldlt().solve(b);
+  for (size_t i = 0; i < displacement.size(); ++i) displacement[i] -= derivatives[i] * turn;
+}
+
+template <typename Measure>
+TwoViewSceneOptions withMedian(TwoViewSceneOptions options, double pixels, const Measure& measure) {
+  for (int i = 0; i < kScalingIterations; ++i) options.translation *= pixels / measure(options);
+  return options;
+}
+
+}  // namespace
+
+Camera sceneCamera() {
+  CameraIntrinsics intrinsics;
+  intrinsics.fx = intrinsics.fy = kFocalLength;
+  intrinsics.cx = kWidth / 2.0;
+  intrinsics.cy = kHeight / 2.0;
+  return Camera(intrinsics, {kWidth, kHeight});
+}
+
+double gaussian(Random& random) {
+  const double u = random.uniform(), v = random.uniform();
+  return std::sqrt(-2 * std::log(1 - u)) * std::cos(2 * M_PI * v);
+}
+
+Matrix3d rotationOf(const Vector3d& rotation_vector) {
+  const double angle = rotation_vector.norm();
+  if (angle == 0) return Matrix3d::Identity();
+  return Eigen::AngleAxisd(angle, rotation_vector / angle).toRotationMatrix();
+}
+
+TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
+  TwoViewScene scene;
+  scene.camera = sceneCamera();
+  const bool planar = options.shape == SceneShape::kPlane;
+  scene.plane = planar ? Vector3d(options.plane_normal / options.plane_distance) : Vector3d(0, 0, 0);
+  PointPairs& columns = scene.pairs;
+  columns.resize(options.matches);
+  columns.image_reference = columns.image_current = {kWidth, kHeight};
+  scene.body.resize(static_cast<size_t>(options.matches));
+  scene.correct.resize(scene.body.size());
+  scene.points.resize(scene.body.size());
+
+  const Lens lens(options);
+  const Shutter shutter(options);
+  Layout layout(options);
+  Random random(options.seed);
+  const auto about = [&](double length) { return length * (0.5 + options.image_share * (random.uniform() - 0.5)); };
+  for (size_t i = 0; i < scene.body.size();) {
+    const bool outlier = random.uniform() < options.outlier_ratio;
+    const Vector2d place(about(kWidth), about(kHeight));
+    const Vector3d ray = lens.ray(place);
+    const int body = layout.bodyAt(place);
+    const bool on_plane =
+        planar && !layout.isBefore(body) && !(options.off_plane > 0 && random.uniform() < options.off_plane);
+    const double depth = on_plane ? 1 / scene.plane.dot(ray) : layout.depthIn(body, random.uniform());
+    const Vector2d reference = lens.project(ray);
+    Vector2d current;
+    if (!(depth > 0) || !isInside(reference) ||
+        !seenByCurrent(lens, layout.motion(body), shutter, reference.y(), depth * ray, current) || !isInside(current)) {
+      continue;
+    }
+    if (outlier) current = outlierPlace(options, current, random);
+    if (!isInside(current)) continue;
+    const int octave = options.octaves ? static_cast<int>(kLevels * random.uniform() * random.uniform()) : 0;
+    const double sigma = options.noise_px * std::pow(kLevelScale, kNoiseExponent * octave);
+    columns.x_reference[i] = static_cast<float>(reference.x() + sigma * gaussian(random));
+    columns.y_reference[i] = static_cast<float>(reference.y() + sigma * gaussian(random));
+    columns.x_current[i] = static_cast<float>(current.x() + sigma * gaussian(random));
+    columns.y_current[i] = static_cast<float>(current.y() + sigma * gaussian(random));
+    columns.octave_reference[i] = columns.octave_current[i] = static_cast<uint8_t>(octave);
+    describeMatch(options, outlier, random, i, columns);
+    scene.points[i] = depth * ray;
+    scene.body[i] = outlier ? kOutlier : body;
+    ++i;
+  }
+  settleTruth(layout, options.bodies.size(), scene);
+  return scene;
+}
+
+double medianDisplacement(const TwoViewSceneOptions& options) {
+  std::vector<Vector2d> displacement = displacements(translatedScene(options).pairs);
+  return medianLength(displacement);
+}
+
+double medianParallax(const TwoViewSceneOptions& options) {
+  const TwoViewScene scene = translatedScene(options);
+  std::vector<Vector2d> displacement = displacements(scene.pairs);
+  undoBestRotation(scene, displacement);
+  return medianLength(displacement);
+}
+
+TwoViewSceneOptions withMedianDisplacement(TwoViewSceneOptions options, double pixels) {
+  return withMedian(std::move(options), pixels, medianDisplacement);
+}
+
+TwoViewSceneOptions withMedianParallax(TwoViewSceneOptions options, double pixels) {
+  return withMedian(std::move(options), pixels, medianParallax);
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,87 @@
+// Two views of known points as an estimator meets them, drawn and not rendered: matches with exact truth, from
+// well-posed motions to what fools an estimator (moving bodies, repetition, rows read one after another, a wrong
+// calibration).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "gms_ransac/camera.h"
+#include "gms_ransac/robust_estimator.h"
+
+namespace gms_ransac {
+
+class Random;
+
+enum class SceneShape { kVolume, kPlane };
+
+/// Something rigid that moves by itself: X -> R (X - centre) + centre + translation, metres, in the reference frame.
+struct MovingBody {
+  double share = 0;                      ///< of the reference image: a window of its proportions, anywhere in it
+  Eigen::Vector3d translation{0, 0, 0};  ///< metres
+  Eigen::Vector3d rotation{0, 0, 0};     ///< rotation vector about the middle of the body, radians
+  double nearest = 3, farthest = 4.5;    ///< depths, metres; before what stands still
+  bool everywhere = false;               ///< no window: every point of the scene belongs to it with that probability
+};
+
+struct TwoViewSceneOptions {
+  int matches = 1000;
+  double outlier_ratio = 0.3;
+  double outlier_reach = 0;  ///< an outlier ends so far from its place at most, in x and in y, pixels; 0: anywhere
+  double noise_px = 0.3;     ///< standard deviation in each coordinate of each image
+  SceneShape shape = SceneShape::kVolume;
+  Eigen::Vector3d translation{0.4, -0.1, 0.25};  ///< X_current = R X_reference + translation, metres
+  Eigen::Vector3d rotation{0.02, -0.06, 0.03};   ///< rotation vector of that R, radians
+  Eigen::Vector3d plane_normal{0.3, -0.2, 1};    ///< in the reference frame; tilted: its homography is no similarity
+  double plane_distance = 8;                     ///< metres along that normal, whatever its length
+  double off_plane = 0;                          ///< share of the points of a plane scene that the volume has instead
+  double nearest = 4, farthest = 12;             ///< depths of the volume, metres
+  bool mostly_near = false;                      ///< these are uniform in the inverse of the depth, not in the depth
+  double image_share = 1;  ///< of each side of the reference image that shows points, about its middle
+  bool octaves = false;  ///< keypoints of all eight levels of a pyramid, the coarse less accurate; otherwise of level 0
+  bool informative = true;   ///< score and distance tell outliers from the rest, with overlap; otherwise they are noise
+  bool as_measured = false;  ///< by as much as ORB's do among the matches that GMS keeps of real images; else by more
+  std::vector<MovingBody> bodies;  ///< their matches are as good as others; where windows overlap the first is in front
+  /// Rows are read one after another, for this share of the time from image to image; rotation and translation are from
+  /// middle row to middle row. 0: a global shutter.
+  double readout = 0;
+  double acceleration = 0;  ///< the camera has 1 - this of its mean speed at the reference and 1 + this at the current
+  double focal_error = 0;   ///< the lens has the focal length of sceneCamera() times 1 + this
+  Eigen::Vector2d radial{0, 0};  ///< k1 and k2 of distortion that nobody has undone
+  uint64_t seed = 1;
+};
+
+struct TwoViewScene {
+  Camera camera;  ///< as it is calibrated, which `focal_error` and `radial` make wrong
+  PointPairs pairs;
+  std::vector<int> body;                ///< of each match: 0 stands still, k is options.bodies[k - 1], -1 an outlier
+  std::vector<uint8_t> correct;         ///< of each match: it follows R and t
+  std::vector<Eigen::Vector3d> points;  ///< what the reference sees at each match, in its frame
+  /// X_current = R X_reference + t of the points that most matches show: the camera's motion, or that relative to a
+  /// body which more of them show.
+  Eigen::Matrix3d R;
+  Eigen::Vector3d t;
+  Eigen::Vector3d plane;  ///< its points X have plane . X = 1, in the reference frame; zero for a volume
+};
+
+/// 640 x 480 pixels, f = 500 px.
+Camera sceneCamera();
+
+/// Points that both images of a sceneCamera() show.
+TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options);
+
+/// These options with the translation scaled until half of the points of what stands still are displaced by more than
+/// `pixels`: by the translation alone, or (parallax) by what remains of it after the rotation that undoes most of it,
+/// in the sense of least squares.
+TwoViewSceneOptions withMedianDisplacement(TwoViewSceneOptions options, double pixels);
+TwoViewSceneOptions withMedianParallax(TwoViewSceneOptions options, double pixels);
+/// What these two measure, pixels.
+double medianDisplacement(const TwoViewSceneOptions& options);
+double medianParallax(const TwoViewSceneOptions& options);
+
+double gaussian(Random& random);  ///< standard normal
+Eigen::Matrix3d rotationOf(const Eigen::Vector3d& rotation_vector);
+
+}  // namespace gms_ransac

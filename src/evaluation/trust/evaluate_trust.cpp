@@ -1,0 +1,235 @@
+// `evaluate trust`: how often an answer that says OK is wrong, and whether its covariance and its match probabilities
+// are true, on sets with truth and on scenes that try to fool it.
+#include <atomic>
+#include <exception>
+#include <fstream>
+#include <iostream>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include <boost/program_options.hpp>
+
+#include "program.h"
+#include "run/evaluate_commands.h"
+#include "run/pipeline_options.h"
+#include "run/work_folder.h"
+#include "scenes/drawn_scenes.h"
+#include "trust/trust_json.h"
+#include "trust/trust_meter.h"
+
+namespace gms_ransac {
+
+namespace {
+
+namespace po = boost::program_options;
+
+constexpr char kReportScript[] = "trust_report.py";
+
+struct TrustArguments {
+  std::vector<std::string> folders, gaps, scenes;
+  std::string out = "trust";
+  int jobs = 1;
+  bool resume = false, tables = true;
+  TrustPlan plan;
+  PipelineArguments pipeline;
+};
+
+po::options_description describe(TrustArguments& trust, const Arguments& arguments) {
+  po::options_description options("Options");
+  auto add = options.add_options();
+  add("help,h", "this text");
+  add("scenes", po::value(&trust.scenes)->composing(),
+      "drawn scenes, by name or the beginning of names, with commas between; drawn: all of them");
+  add("list-scenes", "names the drawn scenes and ends");
+  add("pairs", po::value(&trust.plan.drawn_pairs)->default_value(trust.plan.drawn_pairs), "of each drawn scene");
+  add("gaps", po::value(&trust.gaps)->composing(),
+      "frames between reference and current of the sets, with commas between; default 1");
+  add("stride", po::value(&trust.plan.stride)->default_value(trust.plan.stride),
+      "frames between one pair and the next");
+  add("truth-rotation-sigma", po::value<double>(),
+      "noise of the sets' true rotation from image to image, degrees for each axis; default: by the kind of the set");
+  add("truth-translation-sigma", po::value<double>(), "of their true translation, metres for each axis");
+  add("out,o", po::value(&trust.out)->default_value(trust.out), "folder for pairs.csv, trust.md, tables and plots");
+  add("resume", po::bool_switch(&trust.resume), "go on with what is in the folder already");
+  add("jobs,j", po::value(&trust.jobs)->default_value(trust.jobs), "pieces of work side by side");
+  add("no-report", "only pairs.csv");
+  add("intrinsics", po::value(&trust.plan.dataset.intrinsics),
+      "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]; overrides the sets' own");
+  add("topic", po::value(&trust.plan.dataset.topic), "bags: the image topic");
+  trust.pipeline.addTo(options, arguments);
+  return options;
+}
+
+std::string sceneList() {
+  std::string text;
+  for (const DrawnScene& scene : drawnScenes()) text += scene.name + "\n    " + scene.summary + "\n";
+  return text;
+}
+
+/// The scenes that a list asks for, in the order of the catalogue.
+std::vector<std::string> chosenScenes(const std::vector<std::string>& lists) {
+  std::set<std::string> wanted;
+  for (const std::string& list : lists) {
+    for (const std::string& word : splitAtCommas(list)) {
+      const size_t before = wanted.size();
+      for (const DrawnScene& scene : drawnScenes()) {
+        if (word == "drawn" || scene.name.compare(0, word.size(), word) == 0) wanted.insert(scene.name);
+      }
+      if (wanted.size() == before) {
+        throw std::invalid_argument("--scenes holds '" + word +
+                                    "', with which no scene's name begins; see --list-scenes");
+      }
+    }
+  }
+  std::vector<std::string> names;
+  for (const DrawnScene& scene : drawnScenes()) {
+    if (wanted.count(scene.name) > 0) names.push_back(scene.name);
+  }
+  return names;
+}
+
+std::vector<int> parseGaps(const std::vector<std::string>& lists) {
+  std::vector<int> gaps;
+  for (const std::string& list : lists) {
+    for (const std::string& word : splitAtCommas(list)) {
+      int gap = 0;
+      char end = 0;
+      if (std::sscanf(word.c_str(), "%d%c", &gap, &end) != 1 || gap < 1) {
+        throw std::invalid_argument("--gaps holds '" + word + "'; gaps are whole numbers of frames, at least 1");
+      }
+      gaps.push_back(gap);
+    }
+  }
+  return gaps.empty() ? std::vector<int>{1} : gaps;
+}
+
+/// The value of an option, times `factor`.
+std::optional<double> sigma(const po::variables_map& given, const char* option, double factor) {
+  if (given.count(option) == 0) return std::nullopt;
+  const double value = given[option].as<double>();
+  if (!(value >= 0)) throw std::invalid_argument(std::string("--") + option + " must not be negative");
+  return factor * value;
+}
+
+std::vector<TrustSet> chosenSets(const std::vector<std::string>& folders, const po::variables_map& given) {
+  const std::optional<double> rotation = sigma(given, "truth-rotation-sigma", M_PI / 180);
+  const std::optional<double> translation = sigma(given, "truth-translation-sigma", 1);
+  std::vector<TrustSet> sets;
+  for (const std::string& folder : folders) {
+    for (const std::string& path : setsIn(folder)) {
+      const TruthNoise kind = defaultTruthNoise(path);
+      sets.push_back({path, {rotation.value_or(kind.rotation), translation.value_or(kind.translation)}});
+    }
+  }
+  return sets;
+}
+
+/// False when only a text was asked for.
+bool parse(const Arguments& arguments, TrustArguments& trust) {
+  const po::options_description options = describe(trust, arguments);
+  po::options_description all;
+  all.add(options).add_options()("folder", po::value(&trust.folders));
+  po::positional_options_description positional;
+  positional.add("folder", -1);
+  po::variables_map given;
+  po::store(po::command_line_parser(arguments).extra_parser(parseOldOption).options(all).positional(positional).run(),
+            given);
+  po::notify(given);
+  if (given.count("help")) {
+    std::cout
+        << "evaluate trust [DIR...] [--scenes drawn] [options]\n\nDIR: a set with truth, as for evaluate run, or a "
+           "folder of such sets. Every method without --method.\n\n"
+        << options;
+    return false;
+  }
+  if (given.count("list-scenes")) {
+    std::cout << sceneList();
+    return false;
+  }
+  trust.tables = given.count("no-report") == 0;
+  TrustPlan& plan = trust.plan;
+  for (auto [name, value] :
+       {std::make_pair("--pairs", plan.drawn_pairs), {"--stride", plan.stride}, {"--jobs", trust.jobs}}) {
+    if (value < 1) throw std::invalid_argument(std::string(name) + " must be at least 1");
+  }
+  plan.gaps = parseGaps(trust.gaps);
+  plan.scenes = chosenScenes(trust.scenes);
+  plan.sets = chosenSets(trust.folders, given);
+  if (plan.sets.empty() && plan.scenes.empty()) {
+    throw std::invalid_argument("neither a folder nor --scenes given; see evaluate trust --help");
+  }
+  std::vector<std::string> names = parseMethodNames(trust.pipeline.methods);
+  if (names.empty()) {
+    for (const MethodEntry& method : methods()) names.push_back(method.name);
+  }
+  for (const std::string& name : names) plan.pipelines.push_back(trust.pipeline.options(name));
+  return true;
+}
+
+/// Works through the units, `jobs` at a time; what is finished is on disk at once. Rethrows the first failure.
+void measure(const TrustPlan& plan, const std::vector<TrustUnit>& units, int jobs, WorkFolder& folder) {
+  Progress progress("measuring", static_cast<int>(units.size()));
+  std::atomic<size_t> next{0};
+  std::atomic<bool> failed{false};
+  std::exception_ptr failure;
+  std::mutex mutex;
+  const auto work = [&] {
+    try {
+      for (size_t i = next++; i < units.size() && !failed && !InterruptWatch::interrupted(); i = next++) {
+        const std::string rows = runsText(measureTrust(plan, units[i]));
+        const std::lock_guard<std::mutex> lock(mutex);
+        folder.append(units[i].index, rows);
+        progress.advance();
+      }
+    } catch (...) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      if (!failed.exchange(true)) failure = std::current_exception();
+    }
+  };
+  std::vector<std::thread> workers;
+  for (int j = 1; j < jobs; ++j) workers.emplace_back(work);
+  work();
+  for (std::thread& worker : workers) worker.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+void report(const WorkFolder& folder, bool with_tables) {
+  std::vector<TrustRow> rows;
+  for (const std::string& runs : folder.read()) {
+    for (TrustRow& row : trustRowsOf(runs)) rows.push_back(std::move(row));
+  }
+  if (rows.empty()) return;
+  const std::string path = folder.path() + "/pairs.csv";
+  std::ofstream file(path);
+  if (!(file << trustCsv(rows)).flush()) throw std::runtime_error(path + ": cannot be written");
+  file.close();
+  if (with_tables) runScript(kReportScript, folder.path(), "no tables and plots, but pairs.csv is complete");
+}
+
+}  // namespace
+
+int evaluateTrust(const Arguments& arguments) {
+  TrustArguments trust;
+  if (!parse(arguments, trust)) return 0;
+  std::vector<std::string> notes;
+  const std::vector<TrustUnit> units = trustUnits(trust.plan, notes);
+  for (const std::string& note : notes) std::cerr << note << '\n';
+  WorkFolder folder(trust.out);
+  folder.begin(planText(trust.plan), trust.resume);
+  std::vector<TrustUnit> todo;
+  for (const TrustUnit& unit : units) {
+    if (!folder.isDone(unit.index)) todo.push_back(unit);
+  }
+  const InterruptWatch watch;
+  if (!todo.empty()) measure(trust.plan, todo, trust.jobs, folder);
+  report(folder, trust.tables);
+  if (!InterruptWatch::interrupted()) return 0;
+  std::cerr << "interrupted; go on with the same command and --resume\n";
+  return kInterrupted;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,60 @@
+#include "trust/match_label.h"
+
+#include <cmath>
+
+#include <Eigen/LU>
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr double kDeviations = 2;        // of the truth's noise that a label allows for
+constexpr double kMovedDeviations = 10;  // of the truth's noise, for a direction to mean something
+constexpr double kRounding = 1e-6;       // metres, of exact poses that were written as text
+constexpr double kNearest = 1;           // metres: what stands nearer to a camera that stands still is rare
+
+Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
+
+}  // namespace
+
+bool hasMoved(double baseline, const TruthNoise& noise) {
+  return baseline > kRounding && baseline >= kMovedDeviations * noise.translation;
+}
+
+MatchLabel::MatchLabel(const PairTruth& truth, const Camera& camera, const TruthNoise& noise)
+    : truth_(truth), camera_(camera), noise_(noise) {
+  if (truth.currentInReference()) baseline_ = truth.currentInReference()->translation().norm();
+}
+
+std::optional<bool> MatchLabel::within(double distance, double pose_noise_px) const {
+  const double limit = std::hypot(kCorrectWithin, kDeviations * pose_noise_px);
+  if (limit > kLoosestLabel) return std::nullopt;
+  return distance < limit;
+}
+
+double MatchLabel::parallax(const cv::Point2f& reference, const cv::Point2f& current) const {
+  const Eigen::Matrix3d K = camera_.K();
+  const Eigen::Matrix3d R = truth_.currentInReference()->linear().transpose();
+  const Eigen::Vector3d turned = K * R * K.inverse() * homogeneous(camera_.undistort(reference));
+  if (turned.z() <= 0) return kLoosestLabel;
+  return (turned - turned.z() * homogeneous(camera_.undistort(current))).head<2>().norm() / turned.z();
+}
+
+std::optional<bool> MatchLabel::operator()(const cv::Point2f& reference, const cv::Point2f& current) const {
+  const bool posed = truth_.currentInReference().has_value() && camera_.calibrated();
+  const double rotation_px = posed ? noise_.rotation * camera_.meanFocalLength() : 0;
+  if (truth_.hasTransfer()) {
+    const std::optional<double> distance = truth_.transferDistance(reference, current);
+    if (distance) return within(*distance, rotation_px);
+  }
+  if (!truth_.hasEpipolar()) return std::nullopt;
+  if (!posed) return within(truth_.epipolarDistance(reference, current), 0);
+  if (!hasMoved(baseline_, noise_)) {
+    const double translation_px = (baseline_ + noise_.translation) / kNearest * camera_.meanFocalLength();
+    return within(parallax(reference, current), std::hypot(rotation_px, translation_px));
+  }
+  const double direction_px = noise_.translation / baseline_ * parallax(reference, current);
+  return within(truth_.epipolarDistance(reference, current), std::hypot(rotation_px, direction_px));
+}
+
+}  // namespace gms_ransac

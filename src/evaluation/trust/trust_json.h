@@ -1,0 +1,22 @@
+// Plans and rows of `evaluate trust` as JSON, for their work folder, and as CSV.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "trust/trust_plan.h"
+#include "trust/trust_row.h"
+
+namespace gms_ransac {
+
+/// Everything that decides the figures, for telling whether two folders of measurements belong together.
+std::string planText(const TrustPlan& plan);
+
+std::string runsText(const std::vector<TrustRow>& rows);
+/// From what runsText made. Throws std::exception when a key is missing.
+std::vector<TrustRow> trustRowsOf(const std::string& runs);
+
+/// Header and a line for each row, cells of several numbers separated by blanks; numbers that are none are empty.
+std::string trustCsv(const std::vector<TrustRow>& rows);
+
+}  // namespace gms_ransac
