@@ -20,6 +20,7 @@ struct Message {
   std::vector<uint16_t> distance{1, 2, 3}, track_length{2, 2, 2};
   std::vector<uint32_t> track_id{4, 5, 6};
   std::vector<uint8_t> stage;
+  std::vector<float> probability{0.9f, 0.8f, 0.1f}, reference_sigma{0.5f, 0.6f, 0.7f}, current_sigma{0.6f, 0.5f, 0.5f};
   std::array<double, 9> K{{500, 0, 320, 0, 501, 240, 0, 0, 1}};
   struct {
     struct {
@@ -47,6 +48,9 @@ TEST(CorrespondencesView, ShowsTheColumnsWithoutACopy) {
   EXPECT_EQ(view.reference().col(2), Eigen::Vector2f(5, 6));
   EXPECT_EQ(view.current()(1, 0), 8);
   EXPECT_EQ(view.confidence()[2], 0.25f);
+  EXPECT_EQ(view.probability()[1], 0.8f);
+  EXPECT_EQ(view.referenceSigma()[2], 0.7f);
+  EXPECT_EQ(view.currentSigma().data(), message.current_sigma.data());
 }
 
 TEST(CorrespondencesView, GivesCameraAndPose) {
@@ -83,6 +87,9 @@ TEST(CorrespondencesView, NamesTheColumnThatDoesNotFit) {
   message = Message();
   message.track_id.push_back(1);
   EXPECT_NE(complaint(message).find("track_id"), std::string::npos);
+  message = Message();
+  message.probability.clear();
+  EXPECT_NE(complaint(message).find("probability has 0 entries"), std::string::npos);
   message = Message();
   message.stage = {2};
   EXPECT_NE(complaint(message).find("stage"), std::string::npos);

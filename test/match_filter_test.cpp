@@ -137,6 +137,32 @@ TEST(MatchFilter, GmsAloneKeepsItsSurvivorsWhateverTheModelSays) {
   EXPECT_EQ(resultOf("gms_ransac").inliers, resultOf("gms_ransac").robust.inlier_count);
 }
 
+TEST(MatchFilter, EveryModelWeighsItsMatches) {
+  for (const ModelType model : {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography}) {
+    for (const char* method : {"lo_prosac", "cp_ransac", "gms", "lan", "ransac"}) {
+      MatchFilterOptions options;
+      options.method = method;
+      options.robust.model = model;
+      const MatchResult result = resultOf(options);
+      const std::string what = toString(model) + std::string(" of ") + method;
+      ASSERT_TRUE(result.robust.model_found) << what;
+      ASSERT_EQ(result.probability.size(), result.matches.size()) << what;
+      int right = 0;
+      for (size_t i = 0; i < result.matches.size(); ++i) {
+        const float probability = result.probability[i];
+        EXPECT_TRUE(probability >= 0 && probability <= 1) << what << " " << i;
+        if (result.stage[i] == MatchStage::kRaw) {
+          EXPECT_EQ(probability, 0) << what << " " << i << ": not weighed";
+        }
+        if (result.stage[i] == MatchStage::kInlier) right += probability > 0.5f;
+      }
+      EXPECT_GT(right, result.robust.inlier_count / 2) << what;
+      EXPECT_GT(result.robust.sigma_px, 0) << what;
+      EXPECT_GE(result.robust.sigma(7, 1.2f), result.robust.sigma(0, 1.2f)) << what;
+    }
+  }
+}
+
 TEST(MatchFilter, MotionStatisticsRunOnlyForMethodsThatUseThem) {
   const auto tells = [](const MatchResult& result) {
     std::set<float> values;

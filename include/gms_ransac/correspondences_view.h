@@ -29,6 +29,9 @@ class CorrespondencesView {
     require("distance", message.distance.size(), n);
     require("track_id", message.track_id.size(), n);
     require("track_length", message.track_length.size(), n);
+    require("probability", message.probability.size(), n);
+    require("reference_sigma", message.reference_sigma.size(), n);
+    require("current_sigma", message.current_sigma.size(), n);
     if (!message.stage.empty()) require("stage", message.stage.size(), n);
   }
   explicit CorrespondencesView(Message&&) = delete;  // the view would outlive it
@@ -43,8 +46,12 @@ class CorrespondencesView {
   /// 2 x N, pixels.
   Points reference() const { return {message_.reference_points.data(), 2, size()}; }
   Points current() const { return {message_.current_points.data(), 2, size()}; }
-  /// N values in 0..1.
+  /// N values in 0..1: how much support a match has around it, and how probably it is right.
   Column confidence() const { return {message_.confidence.data(), size()}; }
+  Column probability() const { return {message_.probability.data(), size()}; }
+  /// N standard deviations of either coordinate, pixels; 0: not known.
+  Column referenceSigma() const { return {message_.reference_sigma.data(), size()}; }
+  Column currentSigma() const { return {message_.current_sigma.data(), size()}; }
 
   /// False: the points are pixels of the distorted image, which K alone does not describe.
   bool isRectified() const { return message_.pixel_space == Message::PIXELS_RECTIFIED; }

@@ -75,6 +75,9 @@ struct MatchResult {
   std::vector<MatchStage> stage;
   /// 0..1: motion-statistics score over the largest score of the pair; 1 where the method has no such scores.
   std::vector<float> confidence;
+  /// 0..1, that the match is right (RobustResult::probability); 0 where that was not weighed: the filter rejected the
+  /// match, or there is no model.
+  std::vector<float> probability;
   int matches_gms = 0, inliers = 0;
   RobustResult robust;  ///< `inlier` there is indexed by surviving match; use `stage` here
   StageTimes times;
@@ -122,6 +125,7 @@ class MatchFilter {
   bool hasRays(const Features& reference, const Features& current, const Match& match) const;
   /// Carries the estimator's verdict over to the raw matches and states the outcome.
   void markInliers(MatchResult& result);
+  void copyProbabilities(MatchResult& result) const;
 
   MatchFilterOptions options_;
   std::unique_ptr<Method> method_;

@@ -117,10 +117,13 @@ struct RobustResult {
   bool translation_observable = false;  ///< false: no direction known; `pose.t` is a guess (zero: none)
   bool ambiguous = false;               ///< another motion explains the matches as well (Vuong's test)
   RelativePose pose;
-  double median_parallax_px = 0;   ///< median over inliers of the displacement that no rotation undoes
-  std::vector<float> probability;  ///< N entries, that a match is right; empty without a pose
-  /// Estimated standard deviation of the coordinates of keypoints of level 0; 0 without a pose.
+  double median_parallax_px = 0;  ///< median over inliers of the displacement that no rotation undoes
+  /// N entries, that a match is right; empty without a model. By residual and parallax under the pose; without a pose
+  /// by the residual alone, so that a wrong match which hits its epipolar line by chance passes for a right one.
+  std::vector<float> probability;
+  /// Estimated standard deviation of the coordinates of keypoints of level 0; 0 without a model.
   double sigma_px = 0;
+  double noise_exponent = 0;  ///< how it grows with the level; 0: every keypoint has the same (see sigma)
   /// How far the residuals contradict the camera model: 1 is where chance alone would bring one pair in a hundred. And
   /// the parameter that they contradict most.
   double camera_misfit = 0;
@@ -128,6 +131,9 @@ struct RobustResult {
   double rms_error_px = 0;  ///< over inliers, of the model's residual (Sampson; transfer for a homography)
   Effort effort;
 
+  /// Standard deviation of the coordinates of a keypoint, in pixels of the image without distortion: sigma_px
+  /// scale_factor^(noise_exponent octave).
+  double sigma(int octave, float scale_factor) const;
   /// Empties the result but keeps its storage.
   void clear();
   /// No model after all: no inliers and no pose. What the search cost stays.

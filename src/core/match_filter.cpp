@@ -79,6 +79,7 @@ void MatchResult::clear(Status new_status) {
   matches.clear();
   stage.clear();
   confidence.clear();
+  probability.clear();
   robust.clear();
   times = StageTimes();
 }
@@ -155,6 +156,7 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
   matcher_.match(reference.features.descriptors, current.features.descriptors, result.matches);
   result.stage.assign(result.matches.size(), MatchStage::kRaw);
   result.confidence.assign(result.matches.size(), 0.f);
+  result.probability.assign(result.matches.size(), 0.f);
   result.times.match = watch.lap();
   if (result.matches.size() < kMinimumMatches) {
     result.status = Status::kTooFewMatches;
@@ -189,6 +191,7 @@ void MatchFilter::estimate(const Frame& reference, const Frame& current, MatchRe
   // What fewer agree on is no model, whichever stage took the others away.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
   markInliers(result);
+  copyProbabilities(result);
   result.times.ransac = watch.lap();
 }
 
@@ -279,6 +282,13 @@ void MatchFilter::markInliers(MatchResult& result) {
     result.status = Status::kRansacFailed;
   } else if (!robust.translation_observable) {
     result.status = Status::kLowParallax;
+  }
+}
+
+void MatchFilter::copyProbabilities(MatchResult& result) const {
+  const std::vector<float>& weighed = result.robust.probability;
+  for (size_t k = 0; k < survivors_.size(); ++k) {
+    result.probability[static_cast<size_t>(survivors_[k])] = weighed.empty() ? 0 : weighed[k];
   }
 }
 

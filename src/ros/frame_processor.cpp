@@ -25,6 +25,22 @@ int usedPercent(const cv::Mat& mask) {
   return cvRound(100.0 * cv::countNonZero(mask) / static_cast<double>(mask.total()));
 }
 
+/// Why there is a rotation and no translation.
+std::string explainLowParallax(const MatchResult& result, const RobustOptions& options) {
+  std::ostringstream text;
+  text.precision(3);
+  text << "the direction of translation cannot be observed: ";
+  if (result.robust.ambiguous) {
+    text << "another motion explains the " << result.matches_gms
+         << " filtered matches as well, or part of them; the rotation is as good as its covariance says";
+  } else {
+    text << std::fixed << result.robust.median_parallax_px << " px of parallax where keypoints are off by "
+         << result.robust.sigma_px << " px; a turn explains the matches as well, or leaves the direction more than "
+         << std::defaultfloat << "~max_direction_sigma (" << options.max_direction_sigma << " degrees) uncertain";
+  }
+  return text.str();
+}
+
 /// The outcome of a comparison in words, with what to do where something can be done.
 std::string explain(Status status, const MatchResult& result, const PreparedFrame& current) {
   std::ostringstream text;
@@ -48,15 +64,7 @@ std::string explain(Status status, const MatchResult& result, const PreparedFram
       text << "no model explains the " << result.matches_gms << " filtered matches";
       break;
     case Status::kLowParallax:
-      if (result.robust.ambiguous) {
-        text << "two motions in different directions explain the " << result.matches_gms
-             << " filtered matches: the direction of translation cannot be told, the rotation as well as its "
-                "covariance says";
-        break;
-      }
-      text.precision(2);
-      text << "the rotation is good, the direction of translation cannot be observed: " << std::fixed
-           << result.robust.median_parallax_px << " px of parallax are too little";
+      text << explainLowParallax(result, current.filter->options().robust);
       break;
     case Status::kUncalibrated:
       text << "correspondences only, no pose: " << current.camera->problem;

@@ -175,7 +175,7 @@ void MatchFilterRos::processPrepared() {
 void MatchFilterRos::publish(const ProcessedFrame& processed) {
   ++processed_;
   if (processed.continuity != Continuity::kContinuous) ++resets_;
-  if (processed.current->camera) diagnostics_->setCalibrationDoubt(processed.current->camera->doubt);
+  watchCalibration(processed);
   if (processed.status == MatchStats::BAD_IMAGE) throttle_.warn("bad image", name_ + ": " + processed.text);
   const std::string& mask_problem = processed.current->mask_problem;
   if (!mask_problem.empty()) throttle_.warn("mask", name_ + ": an image is answered without mask: " + mask_problem);
@@ -186,6 +186,17 @@ void MatchFilterRos::publish(const ProcessedFrame& processed) {
     options = output_options_;
   }
   diagnostics_->add(*outputs_->publish(processed, {received_, processed_, dropped_, resets_}, options));
+}
+
+void MatchFilterRos::watchCalibration(const ProcessedFrame& processed) {
+  const auto& camera = processed.current->camera;
+  if (!camera) return;
+  if (camera != watched_camera_) calibration_watch_.reset();
+  watched_camera_ = camera;
+  if (processed.poseValid()) calibration_watch_.add(processed.result->robust);
+  const std::string doubt = calibration_watch_.doubt();
+  if (!doubt.empty()) throttle_.warn("calibration", name_ + ": " + doubt);
+  diagnostics_->setCalibrationDoubt(camera->doubt.empty() ? doubt : camera->doubt);
 }
 
 void MatchFilterRos::watchInput() {

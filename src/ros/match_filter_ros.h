@@ -12,6 +12,7 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include "calibration_watch.h"
 #include "image_with_info.h"
 #include "mailbox.h"
 #include "output_options.h"
@@ -26,6 +27,7 @@ class ImageInput;
 class MasterWatch;
 class Outputs;
 class Reconfigure;
+struct CameraModel;
 struct PreparedFrame;
 struct ProcessedFrame;
 struct RuntimeOptions;
@@ -54,6 +56,8 @@ class MatchFilterRos {
   template <typename Work>
   void guard(const Work& work);
   void watchInput();
+  /// Tells diagnostics why the calibration may be wrong, if there is a reason.
+  void watchCalibration(const ProcessedFrame& processed);
 
   ros::NodeHandle nh_, pnh_;
   const std::string name_;
@@ -64,7 +68,10 @@ class MatchFilterRos {
   OutputOptions output_options_;
 
   std::atomic<uint32_t> received_{0}, dropped_{0};
-  uint32_t processed_ = 0, resets_ = 0;  ///< of the thread that publishes
+  // Of the thread that publishes.
+  uint32_t processed_ = 0, resets_ = 0;
+  CalibrationWatch calibration_watch_;
+  std::shared_ptr<const CameraModel> watched_camera_;
 
   std::mutex subscription_mutex_;
   std::atomic<bool> closing_{false}, paused_{false};

@@ -8,30 +8,48 @@ namespace gms_ransac {
 
 namespace {
 
-void reserveColumns(size_t n, bool with_stage, Correspondences& message) {
-  message.reference_points.clear();
-  message.current_points.clear();
-  message.confidence.clear();
-  message.distance.clear();
-  message.track_id.clear();
-  message.track_length.clear();
-  message.stage.clear();
-  message.reference_points.reserve(2 * n);
-  message.current_points.reserve(2 * n);
-  message.confidence.reserve(n);
-  message.distance.reserve(n);
-  message.track_id.reserve(n);
-  message.track_length.reserve(n);
-  if (with_stage) message.stage.reserve(n);
+template <typename Column>
+void restart(Column& column, size_t length) {
+  column.clear();
+  column.reserve(length);
+}
+
+void restartColumns(size_t n, bool with_stage, Correspondences& message) {
+  restart(message.reference_points, 2 * n);
+  restart(message.current_points, 2 * n);
+  restart(message.confidence, n);
+  restart(message.distance, n);
+  restart(message.track_id, n);
+  restart(message.track_length, n);
+  restart(message.stage, with_stage ? n : 0);
+  restart(message.probability, n);
+  restart(message.reference_sigma, n);
+  restart(message.current_sigma, n);
+}
+
+void appendMatch(const ProcessedFrame& processed, size_t i, Correspondences& message) {
+  const MatchResult& result = *processed.result;
+  const Match& match = result.matches[i];
+  const Features &reference = processed.reference->frame.features, &current = processed.current->frame.features;
+  const cv::KeyPoint &from = reference.keypoints[match.reference], &to = current.keypoints[match.current];
+  message.reference_points.insert(message.reference_points.end(), {from.pt.x, from.pt.y});
+  message.current_points.insert(message.current_points.end(), {to.pt.x, to.pt.y});
+  message.confidence.push_back(result.confidence[i]);
+  message.distance.push_back(match.distance);
+  message.track_id.push_back((*processed.track_ids)[i]);
+  message.track_length.push_back((*processed.track_lengths)[i]);
+  message.probability.push_back(result.probability[i]);
+  message.reference_sigma.push_back(static_cast<float>(result.robust.sigma(from.octave, reference.scale_factor)));
+  message.current_sigma.push_back(static_cast<float>(result.robust.sigma(to.octave, current.scale_factor)));
 }
 
 }  // namespace
 
 void toMessage(const ProcessedFrame& processed, bool with_rejected, Correspondences& message) {
   const MatchResult& result = *processed.result;
-  const PreparedFrame &reference = *processed.reference, &current = *processed.current;
+  const PreparedFrame& current = *processed.current;
   message.header = current.header;
-  message.reference_header = reference.header;
+  message.reference_header = processed.reference->header;
   message.width = static_cast<uint32_t>(current.grey.cols);
   message.height = static_cast<uint32_t>(current.grey.rows);
   const bool calibrated = current.camera->camera.calibrated();
@@ -43,18 +61,10 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
     std::copy(K.data(), K.data() + 9, message.K.begin());
   }
 
-  reserveColumns(with_rejected ? result.matches.size() : static_cast<size_t>(result.inliers), with_rejected, message);
+  restartColumns(with_rejected ? result.matches.size() : static_cast<size_t>(result.inliers), with_rejected, message);
   for (size_t i = 0; i < result.matches.size(); ++i) {
     if (!with_rejected && result.stage[i] != MatchStage::kInlier) continue;
-    const Match& match = result.matches[i];
-    const cv::Point2f from = reference.frame.features.keypoints[match.reference].pt;
-    const cv::Point2f to = current.frame.features.keypoints[match.current].pt;
-    message.reference_points.insert(message.reference_points.end(), {from.x, from.y});
-    message.current_points.insert(message.current_points.end(), {to.x, to.y});
-    message.confidence.push_back(result.confidence[i]);
-    message.distance.push_back(match.distance);
-    message.track_id.push_back((*processed.track_ids)[i]);
-    message.track_length.push_back((*processed.track_lengths)[i]);
+    appendMatch(processed, i, message);
     if (with_rejected) message.stage.push_back(static_cast<uint8_t>(result.stage[i]));
   }
   message.pose_valid = processed.poseValid();
@@ -84,6 +94,8 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
     message.inlier_ratio = result.matches_gms > 0 ? static_cast<float>(result.inliers) / result.matches_gms : 0.f;
     message.median_parallax_px = static_cast<float>(result.robust.median_parallax_px);
     message.rms_error_px = static_cast<float>(result.robust.rms_error_px);
+    message.sigma_px = static_cast<float>(result.robust.sigma_px);
+    message.camera_misfit = static_cast<float>(result.robust.camera_misfit);
     message.time_match = static_cast<float>(result.times.match);
     message.time_gms = static_cast<float>(result.times.gms);
     message.time_ransac = static_cast<float>(result.times.ransac);

@@ -20,26 +20,57 @@ struct OdometryEstimate {
   Matrix6d twist_covariance = Matrix6d::Zero();
 };
 
+/// The motion of one pair of images.
+struct PairMotion {
+  RelativePose current_in_reference;
+  double seconds = 0;             ///< between the two images, > 0
+  bool translation_known = true;  ///< false: t is zero, because the pair does not tell it
+  bool reference_held = false;    ///< the next pair starts from the same reference
+  double parallax_px = 0;         ///< median of the inliers; 0: not known
+};
+
+/// What a pair does not tell is not added, and its usual size goes into the covariance. Motions that were missed one
+/// after another go the same way, so that their sizes add up, not their variances.
 class MotionIntegrator {
  public:
+  /// `first_step`: length of a translation, in its unit, as long as none is known.
+  explicit MotionIntegrator(double first_step = 1) : first_step_(first_step) {}
+
   /// The odometry frame is the camera at the next image.
   void restart();
-  /// A motion was missed: it is taken to be about as large as the last one known, in any direction.
-  void lose();
-  /// Adds the motion of one pair; `seconds` (> 0) lie between the two images. With `hold_reference` the next pair
-  /// starts from the same reference as this one. `translation_known` is false when t is zero for want of parallax.
-  void add(const RelativePose& current_in_reference, bool translation_known, double seconds, bool hold_reference);
+  /// The motion of so many seconds was missed: it is taken to be about as fast as the last one known, in any direction.
+  void lose(double seconds);
+  /// Without parallax as much as usual the camera has moved less than it usually does: a translation that is not known
+  /// is taken to be as much shorter than the last known one.
+  void add(const PairMotion& motion);
 
   /// Length of the last known translation, in its unit; 0: none is known.
-  double step() const { return step_; }
+  double step() const { return known_.step; }
   /// Of the camera at the last image added.
-  const OdometryEstimate& camera() const { return current_; }
+  const OdometryEstimate& camera() const { return current_.estimate; }
   /// Of a base frame on the same rigid body. The odometry frame is then the base frame at the first image.
   OdometryEstimate base(const Eigen::Isometry3d& camera_in_base) const;
 
  private:
-  OdometryEstimate reference_, current_;
-  double step_ = 0, turn_ = 0;  ///< size of the last known motion: translation's unit, radians
+  /// The last translation and the last turn that a pair told.
+  struct Usual {
+    double step = 0, step_seconds = 0, parallax_px = 0;
+    double turn = 0, turn_seconds = 0;  ///< radians
+  };
+  /// An estimate, and what was missed since motion was last known.
+  struct Place {
+    OdometryEstimate estimate;
+    double missed_step = 0, missed_turn = 0;
+  };
+  /// How long a translation that leaves this parallax may be.
+  double unknownStep(double parallax_px) const;
+  /// Puts the current place one pair beyond the reference.
+  void chain(const RelativePose& pair);
+  void setTwist(const PairMotion& motion);
+
+  double first_step_;
+  Place reference_, current_;
+  Usual known_;
 };
 
 }  // namespace gms_ransac

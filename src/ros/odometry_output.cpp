@@ -1,5 +1,7 @@
 #include "odometry_output.h"
 
+#include <algorithm>
+
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <geometry_msgs/TwistWithCovarianceStamped.h>
@@ -45,7 +47,11 @@ geometry_msgs::TwistWithCovariance toMessage(const Vector6d& twist, const Matrix
 
 OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
                                const ros::SubscriberStatusCallback& changed)
-    : nh_(nh), parameters_(parameters), path_(kPathPoses), buffer_(std::make_unique<tf2_ros::Buffer>()) {
+    : nh_(nh),
+      parameters_(parameters),
+      odometry_(parameters.scale == ScaleMode::kFixed ? parameters.fixed_scale : 1),
+      path_(kPathPoses),
+      buffer_(std::make_unique<tf2_ros::Buffer>()) {
   // From the start, or the first pairs would find no place of the camera on its base.
   if (!parameters_.base_frame.empty()) listen();
   odom_ = outputs.advertise<nav_msgs::Odometry>("odom", kPublisherQueue, changed, changed);
@@ -66,23 +72,36 @@ int OdometryOutput::listeners() const {
 }
 
 bool OdometryOutput::integrate(const ProcessedFrame& processed) {
-  if (processed.continuity == Continuity::kRestarted || processed.status == MatchStats::FIRST_FRAME) {
+  const bool restarts = processed.continuity == Continuity::kRestarted || processed.status == MatchStats::FIRST_FRAME;
+  if (restarts) {
     odometry_.restart();
     path_.clear();
+    known_until_ = processed.current->stamp();
+  } else if (processed.continuity == Continuity::kBroken) {
+    lose(processed);
   }
-  if (processed.continuity == Continuity::kBroken) odometry_.lose();
   if (processed.result == nullptr) return false;
   const double seconds = processed.current->stamp() - processed.reference->stamp();
   if (!processed.poseValid() || seconds <= 0) {
     // An image that was only skipped leaves the reference, and with it the motion, where it was.
-    if (processed.status != MatchStats::TOO_FEW_KEYPOINTS) odometry_.lose();
+    if (processed.status != MatchStats::TOO_FEW_KEYPOINTS) lose(processed);
     return false;
   }
-  const bool translation_known = processed.status == MatchStats::OK;
-  const bool length_missing = translation_known && parameters_.scale == ScaleMode::kDepth && !processed.metric_scale;
-  odometry_.add(length_missing ? withUsualLength(processed.pose) : processed.pose, translation_known, seconds,
-                processed.reference_held);
+  PairMotion motion = {processed.pose, seconds, processed.status == MatchStats::OK, processed.reference_held,
+                       processed.result->robust.median_parallax_px};
+  if (motion.translation_known && parameters_.scale == ScaleMode::kDepth && !processed.metric_scale) {
+    motion.current_in_reference = withUsualLength(processed.pose);
+    motion.translation_known = odometry_.step() > 0;
+  }
+  odometry_.add(motion);
+  known_until_ = processed.current->stamp();
   return true;
+}
+
+void OdometryOutput::lose(const ProcessedFrame& processed) {
+  const double now = processed.current->stamp();
+  odometry_.lose(std::max(0.0, now - known_until_));
+  known_until_ = now;
 }
 
 RelativePose OdometryOutput::withUsualLength(RelativePose motion) const {

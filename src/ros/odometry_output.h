@@ -34,6 +34,8 @@ class OdometryOutput {
  private:
   /// Integrates; false when there is nothing to publish.
   bool integrate(const ProcessedFrame& processed);
+  /// The motion since the last image that was integrated is not known.
+  void lose(const ProcessedFrame& processed);
   /// A motion whose direction alone is known, where metres are expected: taken to be about as long as the one before.
   RelativePose withUsualLength(RelativePose motion) const;
   /// Of the camera in ~base_frame, looked up at the image's stamp; identity when ~base_frame is empty. None, with a
@@ -51,6 +53,7 @@ class OdometryOutput {
   ros::NodeHandle nh_;
   const Parameters parameters_;
   MotionIntegrator odometry_;
+  double known_until_ = 0;  ///< stamp of the image whose place `odometry_` holds, seconds
   PathHistory path_;
   ros::Publisher odom_, twist_, pose_, transform_, path_publisher_;
   std::unique_ptr<tf2_ros::Buffer> buffer_;

@@ -42,7 +42,7 @@ void shade(const cv::Mat& mask, cv::Mat& picture) {
 
 }  // namespace
 
-cv::Scalar confidenceColor(float confidence) {
+cv::Scalar probabilityColor(float probability) {
   static const std::array<cv::Scalar, 256> table = [] {
     cv::Mat ramp(1, 256, CV_8UC1), colors;
     for (int i = 0; i < 256; ++i) ramp.at<uint8_t>(i) = static_cast<uint8_t>(i);
@@ -55,7 +55,7 @@ cv::Scalar confidenceColor(float confidence) {
     return result;
   }();
   // The darkest quarter of the map would vanish on the dimmed image.
-  return table[64 + cvRound(191 * std::clamp(confidence, 0.f, 1.f))];
+  return table[64 + cvRound(191 * std::clamp(probability, 0.f, 1.f))];
 }
 
 cv::Mat drawOverlay(const cv::Mat& grey, const cv::Mat& mask, const Frame* reference, const Frame* current,
@@ -80,12 +80,12 @@ cv::Mat drawOverlay(const cv::Mat& grey, const cv::Mat& mask, const Frame* refer
       cv::line(rejected, from, to, cv::Scalar(150, 150, 150), 1, cv::LINE_AA, kSubpixelBits);
     }
     cv::addWeighted(rejected, kRejectedOpacity, picture, 1 - kRejectedOpacity, 0, picture);
-    // The most confident ones last, on top.
+    // The most probable ones last, on top.
     std::sort(inliers.begin(), inliers.end(),
-              [&](size_t a, size_t b) { return result->confidence[a] < result->confidence[b]; });
+              [&](size_t a, size_t b) { return result->probability[a] < result->probability[b]; });
     for (size_t i : inliers) {
       const auto [from, to] = ends(i);
-      const cv::Scalar color = confidenceColor(result->confidence[i]);
+      const cv::Scalar color = probabilityColor(result->probability[i]);
       cv::line(picture, from, to, color, 1, cv::LINE_AA, kSubpixelBits);
       cv::circle(picture, to, 2 << kSubpixelBits, color, cv::FILLED, cv::LINE_AA, kSubpixelBits);
     }

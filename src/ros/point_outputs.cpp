@@ -20,8 +20,8 @@ constexpr double kFlowWidth = 0.002;    // of the drawn lines at depth 1
 constexpr double kFrustumWidth = 0.06;  // of its lines, likewise
 constexpr double kNoteHeight = 0.8;     // of a letter, in units of the translation
 
-std_msgs::ColorRGBA color(float confidence) {
-  const cv::Scalar bgr = confidenceColor(confidence);
+std_msgs::ColorRGBA color(float probability) {
+  const cv::Scalar bgr = probabilityColor(probability);
   std_msgs::ColorRGBA rgba;
   rgba.r = static_cast<float>(bgr[2] / 255);
   rgba.g = static_cast<float>(bgr[1] / 255);
@@ -87,7 +87,7 @@ sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Tr
     if (!points.valid[i]) continue;
     const Eigen::Vector3f p = (scale * points.point(i)).cast<float>();
     std::copy(p.data(), p.data() + 3, &xyz[0]);
-    *intensity = processed.result->confidence[points.match[i]];
+    *intensity = processed.result->probability[points.match[i]];
     *id = (*processed.track_ids)[points.match[i]];
     ++xyz;
     ++intensity;
@@ -108,7 +108,7 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
     const Eigen::Vector2d to = rayOf(camera, processed.current->frame.features.keypoints[result.matches[i].current].pt);
     flow.points.push_back(toMessage(from.homogeneous()));
     flow.points.push_back(toMessage(to.homogeneous()));
-    flow.colors.resize(flow.points.size(), color(result.confidence[i]));
+    flow.colors.resize(flow.points.size(), color(result.probability[i]));
   }
   message.markers.push_back(flow);
   if (!processed.poseValid()) return message;

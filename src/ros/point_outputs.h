@@ -13,11 +13,11 @@
 
 namespace gms_ransac {
 
-/// Valid points in the current optical frame: x, y, z in units of the published translation, intensity (confidence),
+/// Valid points in the current optical frame: x, y, z in units of the published translation, intensity (probability),
 /// track id.
 sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Triangulation& points);
 
-/// Flow of the inliers at unit depth, coloured by confidence, and the frustums of both cameras; in the current frame.
+/// Flow of the inliers at unit depth, coloured by probability, and the frustums of both cameras; in the current frame.
 visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed);
 
 class PointOutputs {

@@ -181,6 +181,7 @@ class BadInput(unittest.TestCase):
         message = self.exact.correspondence(self.stamp)
         self.assertFalse(message.pose_valid)
         self.assertGreater(len(message.confidence), 100)
+        self.assertGreater(np.median(message.probability), 0.5, "weighed by the fundamental matrix")
         self.assertEqual(set(message.K), {0.0})
         self.assert_good_pair(self.exact)
 
@@ -202,6 +203,7 @@ class BadInput(unittest.TestCase):
             n = len(message.confidence)
             self.assertEqual([len(message.reference_points), len(message.current_points)], [2 * n, 2 * n])
             self.assertEqual([len(message.distance), len(message.track_id), len(message.track_length)], [n] * 3)
+            self.assertEqual([len(message.probability), len(message.reference_sigma), len(message.current_sigma)], [n] * 3)
             self.assertEqual(len(message.stage), 0)
             self.assertTrue(np.all(np.isfinite(message.current_in_reference.covariance)))
 

@@ -68,6 +68,17 @@ class Outputs(unittest.TestCase):
         self.assertGreaterEqual(max(pairs[-1].track_length), 4)
         self.assertGreaterEqual(min(n for i, n in zip(pairs[-1].track_id, pairs[-1].track_length) if i), 2)
 
+    def test_matches_carry_probability_and_noise(self):
+        for pair in self.send_all(self.client("mono").connect(), 150.0):
+            probability, reference, current = (np.array(c) for c in (pair.probability, pair.reference_sigma, pair.current_sigma))
+            for column in (probability, reference, current):
+                self.assertEqual(len(column), len(pair.confidence))
+            self.assertTrue(np.all((probability >= 0) & (probability <= 1)))
+            self.assertGreater(np.median(probability), 0.9)
+            self.assertTrue(np.all(reference > 0) and np.all(current > 0))
+            self.assertTrue(0.05 < np.median(current) < 1, "noise of a drawn scene")
+            self.assertGreater(reference.max() / reference.min(), 1.1, "coarse levels are less accurate")
+
     def check_features(self, name, names):
         client, clouds = self.client(name), []
         client.subscribe("features", PointCloud, clouds)
@@ -272,6 +283,19 @@ class Outputs(unittest.TestCase):
         client.wait(report("timing", lambda s: {"rate (Hz)", "latency (ms)", "dropped"} <= {v.key for v in s.values}), "timing")
         client.wait(report("input", lambda s: "/fusion/image" in s.message and s.level == 1), "the silent topic's name")
 
+    def test_a_wrong_focal_length_is_doubted(self):
+        client, reports = self.client("mono"), []
+        client.subscribers.append(rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: reports.extend(m.status)))
+        client.connect()
+        # Nodding while moving sideways: where the optical axes lie in one plane, the focal length does not show.
+        there_and_back = [self.scene.draw(t=(shift, 0, 0), r=(angle, 0, 0)) for shift, angle in ((0, -0.08), (0.5, 0.08))]
+        wrong = np.array(K)
+        wrong[0, 0] = wrong[1, 1] = 1.05 * K[0, 0]
+        for i in range(32):
+            answer = client.ask(there_and_back[i % 2], 1100 + 0.1 * i, info=camera_info(0, k=wrong))
+        self.assertGreater(answer.camera_misfit, 1)
+        doubt = "pairs contradict the camera's focal length: fx and fy of camera_info"
+        client.wait(lambda: any(doubt in s.message and s.level == 1 for s in reports), "a word in diagnostics")
 
     def test_parameters_of_another_camera_are_doubted(self):
         client, reports, log = self.client("other_camera"), [], []

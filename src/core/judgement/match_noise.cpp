@@ -105,6 +105,11 @@ void MatchNoise::collect(int count) {
   within_.clear();
   near_residuals_.clear();
   near_odds_.clear();
+  // Storage for all of them, so that how many there are allocates nothing.
+  within_.reserve(residuals_.size());
+  near_residuals_.reserve(residuals_.size());
+  near_odds_.reserve(residuals_.size());
+  near_probabilities_.reserve(residuals_.size());
   for (int i = 0; i < count; ++i) {
     const auto column = static_cast<size_t>(i);
     if (!(residuals_[column] < kSquaredWindow)) continue;

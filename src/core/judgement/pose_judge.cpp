@@ -46,6 +46,7 @@ void leaveDirectionOpen(Eigen::Matrix<double, 6, 6>& covariance) {
 void PoseJudge::begin(const TwoViewPoints& points) {
   points_ = &points;
   view_ = points.view();
+  plausible_.resize(view_.count);  // whether or not it is needed, so that a later pair allocates nothing
   measured_ = false;
 }
 
@@ -74,7 +75,6 @@ bool PoseJudge::weighsImplausible(float cut) const {
 }
 
 void PoseJudge::keepPlausible() {
-  plausible_.resize(view_.count);
   std::copy_n(view_.x1, view_.count, plausible_.x1());
   std::copy_n(view_.y1, view_.count, plausible_.y1());
   std::copy_n(view_.x2, view_.count, plausible_.x2());

@@ -131,6 +131,12 @@ double PoseSpread::directionSigma() const {
 }
 
 void PoseUncertainty::collect(const PointColumnsView& points, const MatchNoise& noise, float cut) {
+  // Storage for all of them, so that how many take part allocates nothing.
+  const auto size = static_cast<size_t>(points.size);
+  used_.reserve(size);
+  columns_.resize(points.count);
+  J_.resize(std::max(J_.size(), kAll * size));
+  pulls_.resize(std::max(pulls_.size(), size));
   used_.clear();
   for (int i = 0; i < points.count; ++i) {
     if (noise.residuals()[static_cast<size_t>(i)] < cut && noise.plausible(i)) used_.push_back(i);
@@ -141,8 +147,6 @@ void PoseUncertainty::collect(const PointColumnsView& points, const MatchNoise& 
 double PoseUncertainty::differentiate(const TwoViewPose& pose, const Loss& loss) {
   const PointColumnsView used = columns_.view();
   const Derivatives derivatives(pose);
-  J_.resize(std::max(J_.size(), static_cast<size_t>(kAll) * used.size));
-  pulls_.resize(std::max(pulls_.size(), static_cast<size_t>(used.size)));
   Lanes bend = Lanes::Zero();
   for (int i = 0; i < used.size; i += kLanesAtOnce) {
     const Lanes residual = derivatives.write(used, i, J_.data() + i, used.size);

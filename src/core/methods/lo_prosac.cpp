@@ -68,8 +68,7 @@ class LoProsac : public RansacMethod {
     if (!ransac_.found()) return;
     Hypothesis best = ransac_.best();
     countPasses(model.refine(kLoss, kFinalIterations, best));
-    if (!accept(best.matrix, true)) return;
-    pose_recovery_.recover(*pairs_, *camera_, points_, {options_.inlierThreshold(), true, options_.judge}, *result_);
+    if (accept(best.matrix, true)) recoverPose(model, best, true);
   }
 
   void estimatePose(bool had_previous) {

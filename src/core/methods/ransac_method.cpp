@@ -5,6 +5,14 @@
 
 namespace gms_ransac {
 
+namespace {
+
+/// Root mean square of a right match's transfer distance, in standard deviations of a coordinate: two coordinates, each
+/// the difference of two that have noise.
+constexpr double kTransferSigmas = 2;
+
+}  // namespace
+
 RansacMethod::RansacMethod(const MatchFilterOptions& options)
     : options_(options.robust), kernels_(residualKernels(options_.simd)), pose_recovery_(options_) {}
 
@@ -17,6 +25,7 @@ bool RansacMethod::begin(const PointPairs& pairs, const Camera& camera, RobustRe
       options_.model == ModelType::kEssential && !camera.calibrated() ? ModelType::kFundamental : options_.model;
   result.inlier.assign(static_cast<size_t>(pairs.size()), 0);
   points_.set(pairs, camera, result.model_type, options_.inlierThreshold(), noise_exponent);
+  result.noise_exponent = noise_exponent;
   switch (result.model_type) {
     case ModelType::kEssential:
       model_ = &model_storage_.emplace<EssentialModel>(kernels_, points_.view());
@@ -60,8 +69,28 @@ void RansacMethod::conclude(const Hypothesis& best) {
     const int passes = model_->refine(kRefinementLoss, kRefinementIterations, refined);
     result_->effort.point_evaluations += static_cast<int64_t>(points_.size()) * passes;
   }
-  if (!accept(model_->matrix(refined))) return;
+  if (accept(model_->matrix(refined))) recoverPose(*model_, refined, refine);
+}
+
+void RansacMethod::recoverPose(const TwoViewModel& model, const Hypothesis& best, bool refine) {
   pose_recovery_.recover(*pairs_, *camera_, points_, {options_.inlierThreshold(), refine, options_.judge}, *result_);
+  if (!result_->pose_found) return weighMatches(model, best);
+  // The pose of another model than its own is judged with keypoints of all levels alike.
+  if (result_->model_type != ModelType::kEssential) result_->noise_exponent = 0;
+}
+
+void RansacMethod::weighMatches(const TwoViewModel& model, const Hypothesis& best) {
+  const PointColumnsView view = points_.view();
+  residuals_.resize(static_cast<size_t>(view.size));
+  model.residuals(best, residuals_.data());
+  noise_.measure(residuals_, view.count);
+  result_->sigma_px = noise_.sigma() * options_.inlierThreshold();
+  if (result_->model_type == ModelType::kHomography) result_->sigma_px /= kTransferSigmas;
+  result_->probability.resize(static_cast<size_t>(view.count));
+  for (int column = 0; column < view.count; ++column) {
+    result_->probability[static_cast<size_t>(points_.matchOf(column))] =
+        noise_.probabilities()[static_cast<size_t>(column)];
+  }
 }
 
 bool RansacMethod::accept(const Eigen::Matrix3d& matrix, bool ordered) {

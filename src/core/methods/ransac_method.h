@@ -9,6 +9,7 @@
 #include "gms_ransac/match_filter.h"
 #include "gms_ransac/method.h"
 #include "judgement/inlier_acceptance.h"
+#include "judgement/match_noise.h"
 #include "judgement/pose_recovery.h"
 #include "ransac/ordering.h"
 #include "ransac/ransac.h"
@@ -41,6 +42,9 @@ class RansacMethod : public Method {
   /// Sets the model from a matrix in working coordinates, and its inliers. False, and no model, when these are not
   /// enough. `ordered`: support among the first of the order counts, too.
   bool accept(const Eigen::Matrix3d& matrix, bool ordered = false);
+  /// After that: the pose, if the camera is calibrated, and the probabilities of the matches in any case. `best` is the
+  /// accepted hypothesis of `model`.
+  void recoverPose(const TwoViewModel& model, const Hypothesis& best, bool refine);
 
   RobustOptions options_;
   const ResidualKernels& kernels_;
@@ -57,9 +61,14 @@ class RansacMethod : public Method {
   PoseRecovery pose_recovery_;
 
  private:
+  /// The probabilities of the matches, from nothing but their residuals.
+  void weighMatches(const TwoViewModel& model, const Hypothesis& best);
+
   std::variant<std::monostate, EssentialModel, FundamentalModel, HomographyModel> model_storage_;
   Ordering ordering_;
   InlierAcceptance acceptance_;
+  MatchNoise noise_;
+  std::vector<float> residuals_;
 };
 
 /// A method that keeps all raw matches. Motion statistics are computed only where the user has it sort by them.

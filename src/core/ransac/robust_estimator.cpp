@@ -1,6 +1,7 @@
 #include "gms_ransac/robust_estimator.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "validation.h"
 
@@ -25,6 +26,10 @@ double RobustOptions::inlierThreshold() const {
 }
 
 void RobustOptions::validate() const { requireInRanges(*this); }
+
+double RobustResult::sigma(int octave, float scale_factor) const {
+  return sigma_px * std::pow(static_cast<double>(scale_factor), noise_exponent * octave);
+}
 
 void RobustResult::clear() {
   std::vector<uint8_t> inliers;

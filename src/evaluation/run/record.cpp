@@ -5,8 +5,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "run/published.h"
-
 namespace gms_ransac {
 
 namespace {
@@ -58,8 +56,7 @@ void copyInliers(const Features& reference, const Features& current, const Match
     const Match& match = result.matches[i];
     const cv::Point2f& p = reference.keypoints[static_cast<size_t>(match.reference)].pt;
     const cv::Point2f& q = current.keypoints[static_cast<size_t>(match.current)].pt;
-    record.correspondences.push_back(
-        {p.x, p.y, q.x, q.y, result.confidence[i], static_cast<float>(probabilityOf(result, i))});
+    record.correspondences.push_back({p.x, p.y, q.x, q.y, result.confidence[i], result.probability[i]});
   }
 }
 
@@ -84,7 +81,7 @@ Record makeRecord(const RecordContext& context, const Features& reference, const
   record.median_parallax_px = result.robust.median_parallax_px;
   record.covariance = result.robust.pose.covariance;
   record.rms_error_px = result.robust.rms_error_px;
-  record.sigma_px = sigmaOf(result.robust);
+  record.sigma_px = result.robust.sigma_px;
   record.times = result.times;
   copyInliers(reference, current, result, record);
 

@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "run/experiment.h"
-#include "run/published.h"
 #include "scenes/drawn_scenes.h"
 
 namespace gms_ransac {
@@ -19,7 +18,7 @@ Reliability reliabilityOf(const Answer& answer, const TruthNoise& noise) {
     const Match& match = answer.result.matches[i];
     const std::optional<bool> right = label(answer.reference.keypoints[static_cast<size_t>(match.reference)].pt,
                                             answer.current.keypoints[static_cast<size_t>(match.current)].pt);
-    if (right) reliability.add(probabilityOf(answer.result, i), *right);
+    if (right) reliability.add(static_cast<double>(answer.result.probability[i]), *right);
   }
   return reliability;
 }
@@ -64,12 +63,10 @@ Status statusOf(const RobustResult& result) {
   return result.translation_observable ? Status::kOk : Status::kLowParallax;
 }
 
-Reliability reliabilityOf(const TwoViewScene& scene) {
+Reliability reliabilityOf(const TwoViewScene& scene, const RobustResult& result) {
   Reliability reliability;
-  const std::vector<int32_t>& score = scene.pairs.score;
-  const int32_t largest = score.empty() ? 0 : *std::max_element(score.begin(), score.end());
-  for (size_t i = 0; i < score.size(); ++i) {
-    reliability.add(probabilityOf(scene.pairs, largest, i), scene.correct[i] != 0);
+  for (size_t i = 0; i < result.probability.size(); ++i) {
+    reliability.add(static_cast<double>(result.probability[i]), scene.correct[i] != 0);
   }
   return reliability;
 }
@@ -98,7 +95,7 @@ std::vector<TrustRow> measureScene(const TrustPlan& plan, const TrustUnit& unit)
       context.method = plan.pipelines[m].method;
       context.status = statusOf(result);
       context.survivors = scene.pairs.size();
-      rows.push_back(makeTrustRow(context, result, &truth, reliabilityOf(scene)));
+      rows.push_back(makeTrustRow(context, result, &truth, reliabilityOf(scene, result)));
     }
   }
   return rows;

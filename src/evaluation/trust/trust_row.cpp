@@ -7,8 +7,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "run/published.h"
-
 namespace gms_ransac {
 
 namespace {
@@ -62,7 +60,7 @@ void state(const RobustResult& result, Status status, TrustRow& row) {
   if (status == Status::kOk) row.direction_sigma_deg = worstDeviation(Matrix3d(covariance.topLeftCorner<3, 3>()));
   row.uncertainty_deg = row.rotation_sigma_deg + row.direction_sigma_deg;
   row.parallax_px = result.median_parallax_px;
-  row.sigma_px = sigmaOf(result);
+  row.sigma_px = result.sigma_px;
   for (int i = 0; i < 36; ++i) row.covariance.push_back(covariance(i / 6, i % 6));
 }
 
