@@ -3,29 +3,26 @@
 
 Runs as a node beside the filter until every image of the bag was answered, then writes summary.txt, match_image.png and
 (where rviz is open) rviz.png to ~output_dir and ends. Poses are compared with the ground truth that the bag's /tf holds.
-The player starts paused and is let go once the filter takes images, or a short bag would be over before.
+The launch file has the player wait until this node listens, or a short bag would be over before.
 
 Parameters: ~bag, ~image_topic, ~output_dir, ~screenshot (bool). Topics: stats, correspondences, match_image.
 """
 import os
 import subprocess
 import threading
-import time
 
 import cv2
 import numpy as np
 import rosbag
-import rosgraph
 import rospy
 import tf2_ros
 from cv_bridge import CvBridge
 from gms_ransac.msg import Correspondences, MatchStats
 from sensor_msgs.msg import Image
-from std_srvs.srv import SetBool
 
 # Image frames that some converters leave out of the tree, and the frame of the tree that stands for them.
 FRAME_ALIASES = {"camera_gray_left": "camera_left", "camera_color_left": "camera_left"}
-START_UP = 120.0  # seconds of wall time the filter may take to subscribe
+START_UP = 120.0  # seconds of wall time until the first answer
 SILENCE = 15.0  # seconds of wall time without a new answer after which the replay is taken to be over
 
 
@@ -99,7 +96,7 @@ class DemoSummary:
         self.truth = GroundTruth(self.bag)
         self.stats, self.answers, self.overlay, self.most_inliers = [], [], None, -1
         self.changed = threading.Condition()
-        self.filter = rospy.Subscriber("stats", MatchStats, self.on_stats, queue_size=1000)
+        rospy.Subscriber("stats", MatchStats, self.on_stats, queue_size=1000)
         rospy.Subscriber("correspondences", Correspondences, self.on_correspondences, queue_size=1000)
         rospy.Subscriber("match_image", Image, self.on_overlay, queue_size=2)
 
@@ -114,28 +111,13 @@ class DemoSummary:
     def on_overlay(self, message):
         self.overlay = message
 
-    def filter_listens(self):
-        subscribers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1])
-        return self.filter.get_num_connections() > 0 and self.image_topic in subscribers
-
-    def start_replay(self):
-        end = time.monotonic() + START_UP
-        while not self.filter_listens():
-            if rospy.is_shutdown() or time.monotonic() > end:
-                rospy.logfatal("the match filter did not subscribe to %s within %.0f s", self.image_topic, START_UP)
-                raise SystemExit(2)
-            time.sleep(0.1)
-        rospy.wait_for_service("player/pause_playback")
-        rospy.ServiceProxy("player/pause_playback", SetBool)(False)
-
     def run(self):
-        """Starts the replay, waits for the last image and writes everything."""
-        self.start_replay()
+        """Waits for the last image and writes everything."""
         with self.changed:
             done = lambda: self.stats and self.stats[-1][1].frames_received >= self.expected
             while not rospy.is_shutdown() and not done():
                 seen = len(self.stats)
-                if not self.changed.wait(SILENCE) and seen == len(self.stats):
+                if not self.changed.wait(SILENCE if self.stats else START_UP) and seen == len(self.stats):
                     break
         if self.screenshot:
             self.capture_rviz()

@@ -98,13 +98,14 @@ class MatchFilter {
   const Camera& camera() const { return camera_; }
 
   /// The whole line for the next image of a sequence (CV_8UC1): extracts it once, compares it with the one before,
-  /// keeps it for the next. The result is valid until the next call.
-  const MatchResult& process(const cv::Mat& image);
+  /// keeps it for the next. `mask` as in FeatureExtractor::extract: keypoints are not taken where it is zero. The
+  /// result is valid until the next call.
+  const MatchResult& process(const cv::Mat& image, const cv::Mat& mask = cv::Mat());
   /// Forgets the previous frame: the next image is a first one.
   void reset();
 
   /// The two halves of `process`, for callers that choose the pairs themselves.
-  void extract(const cv::Mat& image, Frame& frame);
+  void extract(const cv::Mat& image, Frame& frame, const cv::Mat& mask = cv::Mat());
   void filter(const Frame& reference, const Frame& current, MatchResult& result);
 
   /// The robust stage alone, on what the last `filter` call kept; frames and `result` must be that call's. With

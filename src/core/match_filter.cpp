@@ -121,8 +121,8 @@ void MatchFilter::reset() {
   method_->reset();
 }
 
-const MatchResult& MatchFilter::process(const cv::Mat& image) {
-  extract(image, current_);
+const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mask) {
+  extract(image, current_, mask);
   if (have_reference_) {
     filter(reference_, current_, result_);
   } else {
@@ -135,10 +135,10 @@ const MatchResult& MatchFilter::process(const cv::Mat& image) {
   return result_;
 }
 
-void MatchFilter::extract(const cv::Mat& image, Frame& frame) {
+void MatchFilter::extract(const cv::Mat& image, Frame& frame, const cv::Mat& mask) {
   if (image.type() != CV_8UC1) throw std::invalid_argument("MatchFilter: the image must be CV_8UC1 (grey, 8 bit)");
   StopWatch watch;
-  extractor_->extract(image, frame.features);
+  extractor_->extract(image, frame.features, mask);
   frame.detect_seconds = watch.lap();
 }
 

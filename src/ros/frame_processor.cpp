@@ -5,6 +5,8 @@
 #include <sstream>
 #include <utility>
 
+#include <opencv2/core.hpp>
+
 #include "depth_conversion.h"
 #include "frames.h"
 #include "guard.h"
@@ -18,6 +20,10 @@ namespace {
 constexpr double kWellSeen = 0.2;
 // The next image is expected within this many times the interval between the last two.
 constexpr double kLateImage = 2;
+
+int usedPercent(const cv::Mat& mask) {
+  return cvRound(100.0 * cv::countNonZero(mask) / static_cast<double>(mask.total()));
+}
 
 /// Why there is a rotation and no translation.
 std::string explainLowParallax(const MatchResult& result, const RobustOptions& options) {
@@ -36,7 +42,7 @@ std::string explainLowParallax(const MatchResult& result, const RobustOptions& o
 }
 
 /// The outcome of a comparison in words, with what to do where something can be done.
-std::string explain(Status status, const MatchResult& result, const CameraModel& camera, const RobustOptions& options) {
+std::string explain(Status status, const MatchResult& result, const PreparedFrame& current) {
   std::ostringstream text;
   switch (status) {
     case Status::kOk:
@@ -45,6 +51,7 @@ std::string explain(Status status, const MatchResult& result, const CameraModel&
     case Status::kTooFewKeypoints:
       text << "only " << result.keypoints_current << " keypoints (the reference has " << result.keypoints_reference
            << "): the image is dark, blurred or plain; lower ~fast_threshold";
+      if (!current.mask.empty()) text << "; the mask leaves " << usedPercent(current.mask) << " % of it";
       break;
     case Status::kTooFewMatches:
       text << "only " << result.matches.size() << " matches; raise ~features";
@@ -57,10 +64,10 @@ std::string explain(Status status, const MatchResult& result, const CameraModel&
       text << "no model explains the " << result.matches_gms << " filtered matches";
       break;
     case Status::kLowParallax:
-      text << explainLowParallax(result, options);
+      text << explainLowParallax(result, current.filter->options().robust);
       break;
     case Status::kUncalibrated:
-      text << "correspondences only, no pose: " << camera.problem;
+      text << "correspondences only, no pose: " << current.camera->problem;
       break;
     default:
       text << toString(status);
@@ -90,7 +97,10 @@ std::string statusName(uint8_t status) {
 
 FrameProcessor::FrameProcessor(const Parameters& parameters, const std::string& image_topic,
                                const std::string& info_topic)
-    : image_topic_(image_topic), parameters_(parameters), camera_source_(parameters, image_topic, info_topic) {}
+    : image_topic_(image_topic),
+      parameters_(parameters),
+      camera_source_(parameters, image_topic, info_topic),
+      mask_source_(parameters) {}
 
 void FrameProcessor::setOptions(const ProcessorOptions& options) {
   auto filter = std::make_shared<MatchFilter>(options.core);
@@ -126,6 +136,8 @@ std::unique_ptr<PreparedFrame> FrameProcessor::beginFrame(const ImageWithInfo& i
   frame->input = input;
   frame->depth.release();
   frame->depth_problem.clear();
+  frame->mask.release();
+  frame->mask_problem.clear();
   frame->pair_reference.reset();
   frame->stamp_verdict = StampVerdict::kInOrder;
   return frame;
@@ -137,11 +149,12 @@ void FrameProcessor::fill(PreparedFrame& frame) {
   if (input.reference) {
     frame.pair_reference = std::make_unique<PreparedFrame>();
     frame.pair_reference->input.image = input.reference;
+    frame.pair_reference->input.mask = input.mask;
     if (!convert(input.reference, *frame.pair_reference)) {
       frame.problem = frame.pair_reference->problem;
       return;
     }
-    frame.filter->extract(frame.pair_reference->grey, frame.pair_reference->frame);
+    extract(*frame.filter, *frame.pair_reference);
   } else {
     frame.problem = classifyStamp(frame);
     if (!frame.problem.empty()) return;
@@ -152,7 +165,12 @@ void FrameProcessor::fill(PreparedFrame& frame) {
     frame.depth_problem = "no depth image of about its stamp came with the image";
   }
   frame.camera = camera_source_.get(input.camera_info, frame.grey.size());
-  frame.filter->extract(frame.grey, frame.frame);
+  extract(*frame.filter, frame);
+}
+
+void FrameProcessor::extract(MatchFilter& filter, PreparedFrame& frame) {
+  frame.mask_problem = mask_source_.get(frame.input.mask, frame.grey.size(), frame.mask);
+  filter.extract(frame.grey, frame.frame, frame.mask);
 }
 
 std::string FrameProcessor::classifyStamp(PreparedFrame& frame) {
@@ -191,7 +209,10 @@ ProcessedFrame FrameProcessor::process(std::unique_ptr<PreparedFrame> frame) {
     return processed;
   }
   takePending(*current_);
-  return current_->pair_reference ? processPair(processed) : processStream(processed);
+  processed = current_->pair_reference ? processPair(processed) : processStream(processed);
+  const std::string& problem = processed.current->mask_problem;
+  if (!problem.empty()) processed.text += "; no mask: " + problem;
+  return processed;
 }
 
 void FrameProcessor::keepPending(const PreparedFrame& frame) {
@@ -292,12 +313,11 @@ std::string FrameProcessor::startAnew(const PreparedFrame& frame, ProcessedFrame
 void FrameProcessor::compare(ProcessedFrame& processed) {
   processed.reference = reference_.get();
   processed.result = &result_;
-  const RobustOptions& robust_options = current_->filter->options().robust;
   const auto work = [&] {
     current_->filter->setCamera(current_->camera->camera);
     current_->filter->filter(reference_->frame, current_->frame, result_);
     processed.status = static_cast<uint8_t>(result_.status);
-    processed.text = explain(result_.status, result_, *current_->camera, robust_options);
+    processed.text = explain(result_.status, result_, *current_);
     tracks_.link(result_);
     processed.track_ids = &tracks_.ids();
     processed.track_lengths = &tracks_.lengths();
@@ -336,8 +356,8 @@ void FrameProcessor::finishPose(ProcessedFrame& processed) {
     if (processed.metric_scale && !translation_known) {
       // Depth makes a translation observable that the images alone do not show.
       processed.status = MatchStats::OK;
-      processed.text = explain(Status::kOk, result_, *current_->camera, current_->filter->options().robust) +
-                       "; too little parallax, the translation is that of the depth";
+      processed.text =
+          explain(Status::kOk, result_, *current_) + "; too little parallax, the translation is that of the depth";
       translation_known = true;
     }
     if (!processed.metric_scale) {

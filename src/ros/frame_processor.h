@@ -15,6 +15,7 @@
 #include "gms_ransac/translation_scale.h"
 #include "image_conversion.h"
 #include "image_with_info.h"
+#include "mask_source.h"
 #include "publishable_pose.h"
 #include "stamp_watch.h"
 
@@ -27,6 +28,8 @@ struct PreparedFrame {
   cv::Mat grey;
   cv::Mat depth;              ///< CV_32FC1 metres; empty: none
   std::string depth_problem;  ///< why the depth image is not used; empty when it is, or when there is none
+  cv::Mat mask;              ///< CV_8UC1, zero where no keypoint is taken; empty: none. May share the memory of `input`
+  std::string mask_problem;  ///< why there is no mask although there should be one; empty when there need not be
   Frame frame;
   std::unique_ptr<PreparedFrame> pair_reference;  ///< with ~input pair: what this image is compared with
   std::shared_ptr<const CameraModel> camera;
@@ -79,6 +82,7 @@ struct ProcessorOptions {
 /// `prepare` and `process` may run on two threads, each on one; the rest may be called from anywhere.
 class FrameProcessor {
  public:
+  /// Throws std::invalid_argument with a sentence when ~mask_file cannot be read.
   FrameProcessor(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic);
 
   /// Takes effect with the next image. Throws std::invalid_argument and keeps the old options if these are wrong.
@@ -117,6 +121,8 @@ class FrameProcessor {
   void advance(bool compared);
   /// The part of `prepare` that pairs and streams share; false, with `problem` set, when the image is of no use.
   bool convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame);
+  /// Finds the features where the mask lets them.
+  void extract(MatchFilter& filter, PreparedFrame& frame);
   ProcessorOptions options();
 
   const std::string image_topic_;
@@ -125,6 +131,7 @@ class FrameProcessor {
   // prepare's
   ImageConverter converter_;
   CameraModelSource camera_source_;
+  MaskSource mask_source_;
   StampWatch stamps_;
 
   // process's

@@ -12,8 +12,9 @@ namespace {
 // Colour and depth of one moment: half the period of a 30 Hz camera and some jitter.
 constexpr double kNear = 0.025;  // seconds
 // How long an image waits for its depth, by the wall clock; registering and decompressing depth takes several frames.
+// And for the first camera_info: connecting to its publisher takes some milliseconds, on a busy machine hundreds.
 constexpr double kPatience = 1;
-constexpr double kPairingPeriod = 0.1;  // seconds between two looks at what has waited long enough
+constexpr double kWaitingPeriod = 0.1;  // seconds between two looks at what has waited long enough
 
 /// Which package brings a transport, as advice.
 std::string whereToGet(const std::string& transport) {
@@ -29,6 +30,11 @@ PairingOptions pairingOptions(const Parameters& parameters) {
   return {kNear, kPatience, static_cast<size_t>(parameters.queue_size)};
 }
 
+WaitingOptions waitingOptions(const Parameters& parameters) {
+  return {!parameters.camera.calibrated(), parameters.mask_sync == MaskSync::kExact, kPatience,
+          static_cast<size_t>(parameters.queue_size)};
+}
+
 }  // namespace
 
 ImageInput::ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
@@ -38,7 +44,8 @@ ImageInput::ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, co
       transport_(nh),
       parameters_(parameters),
       callback_(std::move(callback)),
-      pairing_(pairingOptions(parameters)) {}
+      pairing_(pairingOptions(parameters)),
+      waiting_(waitingOptions(parameters)) {}
 
 void ImageInput::checkTransports() const {
   checkTransport("image_transport", parameters_.image_transport);
@@ -64,6 +71,7 @@ void ImageInput::start() {
   const auto queue = static_cast<uint32_t>(parameters_.queue_size);
   // Without the private handle the transport would be looked up in the nodelet manager's namespace.
   const image_transport::TransportHints hints(parameters_.image_transport, ros::TransportHints().tcpNoDelay(), pnh_);
+  mask_subscriber_ = pnh_.subscribe("mask", queue, &ImageInput::onMask, this);
   if (needsInfo() && parameters_.camera_info_sync == CameraInfoSync::kExact) {
     startExact(queue, hints);
   } else {
@@ -76,6 +84,10 @@ void ImageInput::start() {
                                                &ImageInput::onImage, this, hints);
     }
   }
+  waiting_timer_ = nh_.createWallTimer(ros::WallDuration(kWaitingPeriod), [this](const ros::WallTimerEvent&) {
+    deliverPairs();
+    deliverSettled();
+  });
   started_ = true;
 }
 
@@ -99,21 +111,21 @@ void ImageInput::startTwoImages(uint32_t queue, const image_transport::Transport
       toSubscribe(secondName(), pair ? parameters_.image_transport : parameters_.depth_image_transport), queue,
       &ImageInput::onSecond, this,
       pair ? hints : image_transport::TransportHints("raw", ros::TransportHints(), pnh_, "depth_image_transport"));
-  pairing_timer_ =
-      nh_.createWallTimer(ros::WallDuration(kPairingPeriod), [this](const ros::WallTimerEvent&) { deliverPairs(); });
 }
 
 void ImageInput::stop() {
-  pairing_timer_.stop();
+  waiting_timer_.stop();
   image_subscriber_.shutdown();
   second_subscriber_.shutdown();
   info_subscriber_.shutdown();
+  mask_subscriber_.shutdown();
   image_filter_.unsubscribe();
   info_filter_.unsubscribe();
   synchronizer_.reset();
   started_ = false;
   std::lock_guard<std::mutex> lock(mutex_);
   pairing_.clear();
+  waiting_.clear();
 }
 
 void ImageInput::countImage(const sensor_msgs::ImageConstPtr& image) {
@@ -168,10 +180,21 @@ void ImageInput::deliverPairs() {
 }
 
 void ImageInput::onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  ++infos_;
-  last_info_stamp_ = info->header.stamp;
-  latest_info_ = info;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    ++infos_;
+    last_info_stamp_ = info->header.stamp;
+    waiting_.setCameraInfo(info);
+  }
+  deliverSettled();
+}
+
+void ImageInput::onMask(const sensor_msgs::ImageConstPtr& mask) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    waiting_.addMask(mask);
+  }
+  deliverSettled();
 }
 
 void ImageInput::onPair(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info) {
@@ -182,13 +205,26 @@ void ImageInput::onPair(const sensor_msgs::ImageConstPtr& image, const sensor_ms
 }
 
 void ImageInput::deliver(ImageWithInfo input) {
+  input.received = ros::Time::now();
   {
     std::lock_guard<std::mutex> lock(mutex_);
     if (!twoImages() || input.depth || input.reference) ++complete_;
-    if (!input.camera_info) input.camera_info = latest_info_;
+    waiting_.add(input, ros::SteadyTime::now().toSec());
   }
-  input.received = ros::Time::now();
-  callback_(input);
+  deliverSettled();
+}
+
+void ImageInput::deliverSettled() {
+  std::vector<ImageWithInfo> settled;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    settled = waiting_.settled(ros::SteadyTime::now().toSec());
+    if (waiting_.gaveUpCameraInfo()) {
+      throttle_.warnOnce("camera_info", "no camera_info came on " + infoTopic() +
+                                            " with the first images: they are answered without a pose until one does");
+    }
+  }
+  for (const ImageWithInfo& input : settled) callback_(input);
 }
 
 std::string ImageInput::firstTopic() const { return nh_.resolveName(firstName()); }

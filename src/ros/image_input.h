@@ -16,6 +16,8 @@
 #include "image_pairing.h"
 #include "image_with_info.h"
 #include "parameters.h"
+#include "throttle.h"
+#include "waiting_images.h"
 
 namespace gms_ransac {
 
@@ -23,7 +25,8 @@ class ImageInput {
  public:
   using Callback = std::function<void(const ImageWithInfo&)>;
 
-  /// `nh`: the inputs are relative to it; `pnh`: where ~image_transport and its options are looked up.
+  /// `nh`: the inputs are relative to it; `pnh`: that of ~mask, and where ~image_transport and its options are looked
+  /// up.
   ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters, Callback callback);
 
   /// Throws std::invalid_argument with a sentence when ~image_transport, or ~depth_image_transport where depth is
@@ -60,6 +63,7 @@ class ImageInput {
   bool needsInfo() const { return !parameters_.camera.calibrated(); }
   void onImage(const sensor_msgs::ImageConstPtr& image);
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
+  void onMask(const sensor_msgs::ImageConstPtr& mask);
   void onPair(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
   void onFirst(const sensor_msgs::ImageConstPtr& image);
   void onSecond(const sensor_msgs::ImageConstPtr& image);
@@ -67,12 +71,15 @@ class ImageInput {
   void deliverPairs();
   void countImage(const sensor_msgs::ImageConstPtr& image);
   void deliver(ImageWithInfo input);
+  /// Hands over the images that need wait no longer.
+  void deliverSettled();
 
   ros::NodeHandle nh_, pnh_;
   image_transport::ImageTransport transport_;
   Parameters parameters_;
   Callback callback_;
   bool started_ = false;
+  ros::Subscriber mask_subscriber_;
 
   // camera_info_sync: latest
   image_transport::Subscriber image_subscriber_;
@@ -83,11 +90,12 @@ class ImageInput {
   std::unique_ptr<message_filters::Synchronizer<ExactPolicy>> synchronizer_;
   // input: pair, or scale: depth
   image_transport::Subscriber second_subscriber_;
-  ros::WallTimer pairing_timer_;
+  ros::WallTimer waiting_timer_;
+  Throttle throttle_;
 
   std::mutex mutex_;      ///< guards what follows
   ImagePairing pairing_;  ///< after the subscribers: a transport's plugin may have to free what it holds
-  sensor_msgs::CameraInfoConstPtr latest_info_;
+  WaitingImages waiting_;
   int images_ = 0, infos_ = 0;  ///< since the last call of waitingFor
   int complete_ = 0;            ///< delivered since then with all that belongs to them
   ros::Time last_image_stamp_, last_info_stamp_;

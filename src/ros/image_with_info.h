@@ -10,6 +10,7 @@ struct ImageWithInfo {
   sensor_msgs::ImageConstPtr image;
   sensor_msgs::CameraInfoConstPtr camera_info;  ///< null: none has arrived, or it was replaced by parameters
   sensor_msgs::ImageConstPtr depth;             ///< with ~scale depth; null: none came with the image
+  sensor_msgs::ImageConstPtr mask;              ///< null: none has arrived, or none with the image's stamp
   sensor_msgs::ImageConstPtr reference;         ///< with ~input pair: what `image` is compared with
   ros::Time received;
 };

@@ -51,6 +51,7 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
     std::lock_guard<std::mutex> lock(subscription_mutex_);
     outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, [this] { guard([&] { updateSubscription(); }); });
   }
+  if (start.outputs.publish_odom_tf) outputs_->expectOdomTf();
   diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, name_);
   master_watch_ = std::make_unique<MasterWatch>(name_);
   ROS_INFO_STREAM(name_ << ": method " << start.processor.core.method << ", model "
@@ -176,6 +177,8 @@ void MatchFilterRos::publish(const ProcessedFrame& processed) {
   if (processed.continuity != Continuity::kContinuous) ++resets_;
   watchCalibration(processed);
   if (processed.status == MatchStats::BAD_IMAGE) throttle_.warn("bad image", name_ + ": " + processed.text);
+  const std::string& mask_problem = processed.current->mask_problem;
+  if (!mask_problem.empty()) throttle_.warn("mask", name_ + ": an image is answered without mask: " + mask_problem);
   if (processed.continuity != Continuity::kContinuous) throttle_.warn("reset", name_ + ": " + processed.text);
   OutputOptions options;
   {

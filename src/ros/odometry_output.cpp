@@ -2,8 +2,11 @@
 
 #include <algorithm>
 
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <geometry_msgs/TransformStamped.h>
 #include <geometry_msgs/TwistWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
+#include <nav_msgs/Path.h>
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/transform_listener.h>
 #include <boost/make_shared.hpp>
@@ -17,8 +20,16 @@ namespace {
 constexpr uint32_t kPublisherQueue = 10;
 // Before the first broadcast tf is listened to for this long, to learn of another node that owns the frame.
 constexpr double kSettlingSeconds = 1;
+constexpr size_t kPathPoses = 2000;  // a minute of a 30 Hz camera, in messages of 200 kB; then every second one
 
 using RowMajor6d = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+
+geometry_msgs::PoseWithCovariance toMessage(const Eigen::Isometry3d& pose, const Matrix6d& covariance) {
+  geometry_msgs::PoseWithCovariance message;
+  message.pose = gms_ransac::toMessage(pose);
+  Eigen::Map<RowMajor6d>(message.covariance.data()) = covariance;
+  return message;
+}
 
 geometry_msgs::TwistWithCovariance toMessage(const Vector6d& twist, const Matrix6d& covariance) {
   geometry_msgs::TwistWithCovariance message;
@@ -39,23 +50,32 @@ OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outpu
     : nh_(nh),
       parameters_(parameters),
       odometry_(parameters.scale == ScaleMode::kFixed ? parameters.fixed_scale : 1),
+      path_(kPathPoses),
       buffer_(std::make_unique<tf2_ros::Buffer>()) {
   // From the start, or the first pairs would find no place of the camera on its base.
   if (!parameters_.base_frame.empty()) listen();
   odom_ = outputs.advertise<nav_msgs::Odometry>("odom", kPublisherQueue, changed, changed);
   twist_ = outputs.advertise<geometry_msgs::TwistWithCovarianceStamped>("twist", kPublisherQueue, changed, changed);
+  pose_ = outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", kPublisherQueue, changed, changed);
+  transform_ = outputs.advertise<geometry_msgs::TransformStamped>("transform", kPublisherQueue, changed, changed);
+  path_publisher_ = outputs.advertise<nav_msgs::Path>("path", 1, changed, changed);
 }
 
 OdometryOutput::~OdometryOutput() = default;
 
 int OdometryOutput::listeners() const {
-  return static_cast<int>(odom_.getNumSubscribers() + twist_.getNumSubscribers());
+  uint32_t count = 0;
+  for (const ros::Publisher* publisher : {&odom_, &twist_, &pose_, &transform_, &path_publisher_}) {
+    count += publisher->getNumSubscribers();
+  }
+  return static_cast<int>(count);
 }
 
 bool OdometryOutput::integrate(const ProcessedFrame& processed) {
   const bool restarts = processed.continuity == Continuity::kRestarted || processed.status == MatchStats::FIRST_FRAME;
   if (restarts) {
     odometry_.restart();
+    path_.clear();
     known_until_ = processed.current->stamp();
   } else if (processed.continuity == Continuity::kBroken) {
     lose(processed);
@@ -99,12 +119,13 @@ RelativePose OdometryOutput::withUsualLength(RelativePose motion) const {
 }
 
 void OdometryOutput::listen() {
+  if (listener_) return;
   listener_ = std::make_unique<tf2_ros::TransformListener>(*buffer_, nh_);
   listening_since_ = ros::WallTime::now();
 }
 
 void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transform) {
-  if (with_transform && !listener_) listen();
+  if (with_transform) listen();
   if (processed.continuity == Continuity::kRestarted) buffer_->clear();
   if (!integrate(processed) || (listeners() == 0 && !with_transform)) return;
   const std_msgs::Header& header = processed.current->header;
@@ -114,21 +135,55 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
   const bool of_camera = parameters_.base_frame.empty();
   const OdometryEstimate estimate = of_camera ? odometry_.camera() : odometry_.base(*camera_in_base);
   const std::string moving_frame = of_camera ? header.frame_id : parameters_.base_frame;
-  auto odom = boost::make_shared<nav_msgs::Odometry>();
-  odom->header.stamp = header.stamp;
-  odom->header.frame_id = parameters_.odom_frame;
-  odom->child_frame_id = moving_frame;
-  odom->pose.pose = toMessage(estimate.pose);
-  Eigen::Map<RowMajor6d>(odom->pose.covariance.data()) = estimate.pose_covariance;
-  odom->twist = toMessage(estimate.twist, estimate.twist_covariance);
-  odom_.publish(odom);
-
-  auto twist = boost::make_shared<geometry_msgs::TwistWithCovarianceStamped>();
-  twist->header.stamp = header.stamp;
-  twist->header.frame_id = moving_frame;
-  twist->twist = odom->twist;
-  twist_.publish(twist);
+  std_msgs::Header in_odom = header;
+  in_odom.frame_id = parameters_.odom_frame;
+  publishPose(estimate, in_odom, moving_frame);
+  publishTwist(estimate, header.stamp, moving_frame);
+  publishPath(estimate, in_odom);
   if (with_transform) broadcast(estimate.pose, header.stamp, moving_frame);
+}
+
+void OdometryOutput::publishPose(const OdometryEstimate& estimate, const std_msgs::Header& header,
+                                 const std::string& moving_frame) {
+  auto odom = boost::make_shared<nav_msgs::Odometry>();
+  odom->header = header;
+  odom->child_frame_id = moving_frame;
+  odom->pose = toMessage(estimate.pose, estimate.pose_covariance);
+  odom->twist = toMessage(estimate.twist, estimate.twist_covariance);
+  if (pose_.getNumSubscribers() > 0) {
+    auto pose = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>();
+    pose->header = header;
+    pose->pose = odom->pose;
+    pose_.publish(pose);
+  }
+  if (transform_.getNumSubscribers() > 0) {
+    auto transform = boost::make_shared<geometry_msgs::TransformStamped>(toTransform(estimate.pose));
+    transform->header = header;
+    transform->child_frame_id = moving_frame;
+    transform_.publish(transform);
+  }
+  odom_.publish(odom);
+}
+
+void OdometryOutput::publishTwist(const OdometryEstimate& estimate, const ros::Time& stamp,
+                                  const std::string& moving_frame) {
+  auto twist = boost::make_shared<geometry_msgs::TwistWithCovarianceStamped>();
+  twist->header.stamp = stamp;
+  twist->header.frame_id = moving_frame;
+  twist->twist = toMessage(estimate.twist, estimate.twist_covariance);
+  twist_.publish(twist);
+}
+
+void OdometryOutput::publishPath(const OdometryEstimate& estimate, const std_msgs::Header& header) {
+  geometry_msgs::PoseStamped pose;
+  pose.header = header;
+  pose.pose = toMessage(estimate.pose);
+  path_.add(pose);
+  if (path_publisher_.getNumSubscribers() == 0) return;
+  auto path = boost::make_shared<nav_msgs::Path>();
+  path->header = header;
+  path->poses = path_.poses();
+  path_publisher_.publish(path);
 }
 
 std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::Header& camera) {

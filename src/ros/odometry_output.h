@@ -1,4 +1,4 @@
-// Publishes the integrated motion as ~odom, ~twist and, if wanted, a transform.
+// Publishes the integrated motion: ~odom, ~twist, ~pose, ~transform, ~path and, if wanted, on tf.
 #pragma once
 
 #include <memory>
@@ -8,6 +8,7 @@
 
 #include "frame_processor.h"
 #include "motion_integrator.h"
+#include "path_history.h"
 #include "throttle.h"
 #include "watched_broadcaster.h"
 
@@ -25,6 +26,8 @@ class OdometryOutput {
   ~OdometryOutput();
 
   int listeners() const;
+  /// tf is needed soon. Before the first `publish`, or from its thread.
+  void listen();
   /// Integrates every motion; publishes only while the motion is known.
   void publish(const ProcessedFrame& processed, bool broadcast);
 
@@ -35,20 +38,24 @@ class OdometryOutput {
   void lose(const ProcessedFrame& processed);
   /// A motion whose direction alone is known, where metres are expected: taken to be about as long as the one before.
   RelativePose withUsualLength(RelativePose motion) const;
-  void listen();
   /// Of the camera in ~base_frame, looked up at the image's stamp; identity when ~base_frame is empty. None, with a
   /// throttled sentence, while tf does not know it.
   std::optional<Eigen::Isometry3d> cameraInBase(const std_msgs::Header& camera);
   /// False while tf has not been listened to long enough, and for good, with a sentence, once another node gives the
   /// child frame another parent, or gave it any before us.
   bool mayBroadcast(const std::string& parent, const std::string& child);
+  /// `header`: stamp of the image, odometry frame.
+  void publishPose(const OdometryEstimate& estimate, const std_msgs::Header& header, const std::string& moving_frame);
+  void publishTwist(const OdometryEstimate& estimate, const ros::Time& stamp, const std::string& moving_frame);
+  void publishPath(const OdometryEstimate& estimate, const std_msgs::Header& header);
   void broadcast(const Eigen::Isometry3d& pose, const ros::Time& stamp, const std::string& moving_frame);
 
   ros::NodeHandle nh_;
   const Parameters parameters_;
   MotionIntegrator odometry_;
   double known_until_ = 0;  ///< stamp of the image whose place `odometry_` holds, seconds
-  ros::Publisher odom_, twist_;
+  PathHistory path_;
+  ros::Publisher odom_, twist_, pose_, transform_, path_publisher_;
   std::unique_ptr<tf2_ros::Buffer> buffer_;
   std::unique_ptr<tf2_ros::TransformListener> listener_;  ///< only where tf is needed: it is a busy topic
   WatchedBroadcaster broadcaster_;

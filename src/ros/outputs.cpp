@@ -61,6 +61,8 @@ int Outputs::listeners() const {
   return count;
 }
 
+void Outputs::expectOdomTf() { odometry_->listen(); }
+
 MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const FrameCounters& counters,
                                     const OutputOptions& options) {
   // The stats go out whatever becomes of the rest.
@@ -110,8 +112,8 @@ void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& 
 void Outputs::publishOverlay(const ProcessedFrame& processed) {
   const Frame* reference = processed.reference != nullptr ? &processed.reference->frame : nullptr;
   cv_bridge::CvImage picture(processed.current->header, sensor_msgs::image_encodings::BGR8);
-  picture.image =
-      drawOverlay(processed.current->grey, reference, &processed.current->frame, processed.result, caption(processed));
+  picture.image = drawOverlay(processed.current->grey, processed.current->mask, reference, &processed.current->frame,
+                              processed.result, caption(processed));
   match_image_.publish(picture.toImageMsg());
 }
 

@@ -26,6 +26,9 @@ class Outputs {
 
   /// Subscribers of all topics together. Transforms have no subscribers to count; the caller knows whether they are on.
   int listeners() const;
+  /// ~publish_odom_tf is on from the start: tf is listened to at once, so that the first pair's motion is broadcast.
+  /// Before the first `publish`.
+  void expectOdomTf();
 
   /// Returns the stats that were published.
   MatchStatsConstPtr publish(const ProcessedFrame& processed, const FrameCounters& counters,

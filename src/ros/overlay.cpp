@@ -10,6 +10,7 @@ namespace gms_ransac {
 namespace {
 
 constexpr double kBackgroundGain = 0.55;  // so that the lines stand out of a bright scene
+constexpr double kMaskedGain = 0.6;
 constexpr double kRejectedOpacity = 0.35;
 constexpr int kSubpixelBits = 3;  // positions are drawn to 1/8 px, or slow motion would look like steps
 
@@ -26,6 +27,17 @@ void drawCaption(cv::Mat& picture, const std::string& caption) {
   top.convertTo(top, -1, 0.3);
   cv::putText(picture, caption, {6, size.height + 4}, cv::FONT_HERSHEY_SIMPLEX, scale, cv::Scalar(255, 255, 255), 1,
               cv::LINE_AA);
+}
+
+/// Slanted lines in dark blue, which no image and no match looks like.
+void shade(const cv::Mat& mask, cv::Mat& picture) {
+  constexpr int kStep = 8;  // pixels between the lines
+  cv::Mat hatched;
+  cv::addWeighted(picture, kMaskedGain, cv::Scalar(50, 25, 0), 1, 0, hatched);
+  for (int x = -picture.rows; x < picture.cols; x += kStep) {
+    cv::line(hatched, {x, picture.rows}, {x + picture.rows, 0}, cv::Scalar(120, 75, 30), 1, cv::LINE_AA);
+  }
+  hatched.copyTo(picture, mask == 0);
 }
 
 }  // namespace
@@ -46,11 +58,12 @@ cv::Scalar probabilityColor(float probability) {
   return table[64 + cvRound(191 * std::clamp(probability, 0.f, 1.f))];
 }
 
-cv::Mat drawOverlay(const cv::Mat& grey, const Frame* reference, const Frame* current, const MatchResult* result,
-                    const std::string& caption) {
+cv::Mat drawOverlay(const cv::Mat& grey, const cv::Mat& mask, const Frame* reference, const Frame* current,
+                    const MatchResult* result, const std::string& caption) {
   cv::Mat dimmed, picture;
   grey.convertTo(dimmed, CV_8U, kBackgroundGain);
   cv::cvtColor(dimmed, picture, cv::COLOR_GRAY2BGR);
+  if (!mask.empty()) shade(mask, picture);
   if (result != nullptr && reference != nullptr && current != nullptr) {
     const auto ends = [&](size_t i) {
       return std::make_pair(fixedPoint(reference->features.keypoints[result->matches[i].reference].pt),

@@ -15,6 +15,7 @@ class NodeHandle;
 namespace gms_ransac {
 
 enum class CameraInfoSync { kLatest, kExact };
+enum class MaskSync { kLatest, kExact };
 enum class Rectified { kAuto, kTrue, kFalse };
 
 enum class FeatureLayout { kVinsMono, kVinsFusion };
@@ -27,6 +28,8 @@ struct Parameters {
   Rectified input_is_rectified = Rectified::kAuto;
   CameraIntrinsics camera;  ///< replaces camera_info when fx is given
   std::string image_transport, depth_image_transport;
+  std::string mask_file;  ///< empty: none
+  MaskSync mask_sync = MaskSync::kLatest;
   ScaleMode scale = ScaleMode::kUnit;
   double fixed_scale = 1;
   FeatureLayout feature_layout = FeatureLayout::kVinsMono;

@@ -15,8 +15,10 @@ namespace gms_ransac {
 namespace {
 
 constexpr uint32_t kPublisherQueue = 10;
-constexpr double kFrustumDepth = 0.3;  // of the drawn cameras, in units of the translation
-constexpr double kFlowWidth = 0.002;   // of the drawn lines at depth 1
+constexpr double kFrustumDepth = 1;     // of the drawn cameras, in units of the translation
+constexpr double kFlowWidth = 0.002;    // of the drawn lines at depth 1
+constexpr double kFrustumWidth = 0.06;  // of its lines, likewise
+constexpr double kNoteHeight = 0.8;     // of a letter, in units of the translation
 
 std_msgs::ColorRGBA color(float probability) {
   const cv::Scalar bgr = probabilityColor(probability);
@@ -55,6 +57,17 @@ void addFrustum(const Camera& camera, const Eigen::Isometry3d& pose, double dept
     marker.points.push_back(toMessage(corners[i]));
     marker.points.push_back(toMessage(corners[(i + 1) % 4]));
   }
+}
+
+/// Says beside the camera what the view cannot show.
+visualization_msgs::Marker note(const std_msgs::Header& header, const std::string& text, double step) {
+  visualization_msgs::Marker marker = lines(header, "note", 0);
+  marker.type = visualization_msgs::Marker::TEXT_VIEW_FACING;
+  marker.text = text;
+  marker.scale.z = kNoteHeight * step;
+  marker.pose.position = toMessage(Eigen::Vector3d(6 * step, step, 0));
+  marker.color = color(1);
+  return marker;
 }
 
 }  // namespace
@@ -104,14 +117,16 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
   reference.linear() = processed.pose.R.transpose();
   reference.translation() = -(processed.pose.R.transpose() * processed.pose.t);
   const double step = processed.pose.t.norm() > 0 ? processed.pose.t.norm() : 1;
-  visualization_msgs::Marker current_view = lines(processed.current->header, "current", 0.02 * step);
+  visualization_msgs::Marker current_view = lines(processed.current->header, "current", kFrustumWidth * step);
   current_view.color = color(1);
   addFrustum(camera, Eigen::Isometry3d::Identity(), kFrustumDepth * step, current_view);
-  visualization_msgs::Marker reference_view = lines(processed.current->header, "reference", 0.02 * step);
+  visualization_msgs::Marker reference_view = lines(processed.current->header, "reference", kFrustumWidth * step);
   reference_view.color = color(0);
   addFrustum(camera, reference, kFrustumDepth * step, reference_view);
   message.markers.push_back(current_view);
   message.markers.push_back(reference_view);
+  message.markers.push_back(
+      note(processed.current->header, processed.metric_scale ? "" : "lengths have no scale", step));
   return message;
 }
 

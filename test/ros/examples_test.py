@@ -15,7 +15,7 @@ import rospkg
 import rospy
 import rostest
 import yaml
-from geometry_msgs.msg import TwistWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, TwistWithCovarianceStamped
 from gms_ransac.msg import MatchStats
 from nav_msgs.msg import Odometry
 
@@ -108,6 +108,25 @@ class Examples(unittest.TestCase):
             v = vector(twist.twist.twist.linear)
             self.assertGreater((v[0] if ahead else -v[0]) / np.linalg.norm(v), 0.99, "the camera looks along the base's x")
 
+    def test_absolute_poses_arrive_where_they_are_read(self):
+        client, poses, transforms = Client("/drone/match_filter", "/drone/image", "/drone/camera_info"), [], []
+        for topic, kind, into in (("/mavros/vision_pose/pose_cov", PoseWithCovarianceStamped, poses),
+                                  ("/transform", TransformStamped, transforms)):
+            client.subscribers.append(rospy.Subscriber(topic, kind, into.append, queue_size=500))
+        client.connect()
+        sent = itertools.count()
+
+        def walk():
+            i = next(sent)
+            client.ask(self.frames[(0, 1, 2, 1)[i % 4]], 100 + 0.1 * i, frame="camera_of_drone")
+            return len(poses) >= 2 and len(transforms) >= 2
+
+        client.wait(walk, "poses and transforms")
+        self.assertEqual(poses[0].header.frame_id, "odom")
+        self.assertEqual((transforms[0].header.frame_id, transforms[0].child_frame_id), ("odom", "drone"))
+        at = vector(poses[1].pose.pose.position) - vector(poses[0].pose.pose.position)
+        self.assertGreater(abs(at[0]) / np.linalg.norm(at), 0.99, "the camera looks along the base's x")
+
     def outputs_and_services(self):
         """{name below the filter's: type} of what a running filter really offers."""
         master = rosgraph.Master("/examples_test")
@@ -161,7 +180,7 @@ class Examples(unittest.TestCase):
                     named.setdefault(name, os.path.basename(path))
         self.assertGreater(len(named), 8)
         with open(PACKAGE + "/cfg/match_filter.yaml") as stream:
-            known = set(offered) | settings | set(yaml.safe_load(stream))
+            known = set(offered) | settings | set(yaml.safe_load(stream)) | {"mask"}  # subscribed to with the images
         self.assertEqual({name: where for name, where in named.items() if name not in known}, {})
 
     def test_every_topic_of_the_view_follows_the_filters_name(self):

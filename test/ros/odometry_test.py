@@ -10,7 +10,7 @@ import tf2_ros
 from dynamic_reconfigure.client import Client as Reconfigure
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, TwistWithCovarianceStamped
 from gms_ransac.msg import MatchStats
-from nav_msgs.msg import Odometry
+from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
@@ -72,6 +72,36 @@ class OdometryTest(unittest.TestCase):
         self.assertTrue(client.correspondence(100.4).metric_scale)
         variances = [m.pose.covariance[0] for m in odom]
         self.assertEqual(variances, sorted(variances), "uncertainty grows")
+
+    def test_absolute_pose_transform_and_path(self):
+        name, topics = "of_camera", (("pose", PoseWithCovarianceStamped), ("transform", TransformStamped), ("path", Path))
+        client = Client(name, name + "/image", name + "/camera_info")
+        received = {topic: [] for topic, _ in topics}
+        for topic, kind in topics:
+            client.subscribe(topic, kind, received[topic])
+        odom = []
+        client.subscribe("odom", Odometry, odom)
+        client.connect()
+        self.assertTrue(rospy.ServiceProxy(name + "/reset", Trigger)().success)
+        for i, frame in enumerate(self.frames):
+            client.ask(frame, 200 + 0.1 * i, frame="camera_p")
+        for messages in list(received.values()) + [odom]:
+            client.wait(lambda: len(messages) == len(self.frames) - 1, "every output of every pair")
+        for last, pose, transform, path in zip(odom, received["pose"], received["transform"], received["path"]):
+            for message in (pose, transform, path):
+                self.assertEqual(message.header.frame_id, "odom")
+                self.assertEqual(message.header.stamp, last.header.stamp)
+            self.assertEqual(pose.pose, last.pose)
+            self.assertEqual(transform.child_frame_id, "camera_p")
+            self.assertEqual(vector(transform.transform.translation).tolist(), vector(last.pose.pose.position).tolist())
+            self.assertEqual(transform.transform.rotation, last.pose.pose.orientation)
+            self.assertEqual(path.poses[-1].pose, last.pose.pose)
+        self.assertEqual([p.pose for p in received["path"][-1].poses], [m.pose.pose for m in odom])
+        self.assertTrue(rospy.ServiceProxy(name + "/reset", Trigger)().success)
+        for i in range(2):
+            client.ask(self.frames[i], 300 + 0.1 * i, frame="camera_p")
+        client.wait(lambda: len(received["path"]) == len(self.frames), "the path after a reset")
+        self.assertEqual(len(received["path"][-1].poses), 1, "it begins anew")
 
     def test_silent_when_lost(self):
         client, odom, twist = self.run_filter("of_camera_again", "camera_b", count=3)

@@ -46,6 +46,14 @@ class Outputs(unittest.TestCase):
         self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
         return [client.correspondence(start + 0.1 * i) for i in range(1, len(self.frames))]
 
+    def test_the_first_images_wait_for_camera_info(self):
+        client = self.client("late").connect()
+        for i, frame in enumerate(self.frames[:3]):
+            client.image.publish(image_message(frame, 100 + 0.1 * i))
+        client.info.publish(camera_info(100))
+        client.answer(3)
+        self.assertEqual([s.status for s in client.stats], [MatchStats.FIRST_FRAME, MatchStats.OK, MatchStats.OK])
+
     def test_track_ids_persist(self):
         pairs = self.send_all(self.client("mono").connect())
         for before, after in zip(pairs, pairs[1:]):
@@ -144,7 +152,8 @@ class Outputs(unittest.TestCase):
             # Four percent of the farthest board is half a pixel of disparity.
             self.assertLess(np.median(off), 0.04)
             self.assertTrue(np.all((points[:, 3] >= 0) & (points[:, 3] <= 1)))
-        self.assertEqual([m.ns for m in markers[-1].markers], ["flow", "current", "reference"])
+        self.assertEqual([m.ns for m in markers[-1].markers], ["flow", "current", "reference", "note"])
+        self.assertEqual(markers[-1].markers[3].text, "", "lengths are metres")
         self.assertEqual(len(markers[-1].markers[0].points), len(markers[-1].markers[0].colors))
 
     def depth_frame(self, t):

@@ -49,6 +49,10 @@ class Parameters(unittest.TestCase):
     def test_unknown_choice(self):
         self.assert_refused("_camera_info_sync:=sometimes", "/refused/camera_info_sync", "'sometimes'", "'exact'")
 
+    def test_mask_file(self):
+        self.assert_refused("_mask_file:=/nowhere/mask.png", "~mask_file", "'/nowhere/mask.png'", "must be the path of an image")
+        self.assert_refused("_mask_sync:=always", "/refused/mask_sync", "'always'", "'exact'")
+
     def test_queue_size(self):
         self.assert_refused("_queue_size:=0", "/refused/queue_size", "between 1 and 10000")
 

@@ -38,7 +38,7 @@ class Replay(unittest.TestCase):
         self.folder = tempfile.mkdtemp(prefix="gms_ransac_replay_")
         self.addCleanup(shutil.rmtree, self.folder)
 
-    def replay(self, launch, bag, count, settings=""):
+    def replay(self, launch, bag, count, settings="", arguments=()):
         """Returns ([stats], {stamp: correspondences}) of the launch file's replay of `count` images."""
         stats, correspondences, changed = [], {}, threading.Condition()
 
@@ -58,7 +58,8 @@ class Replay(unittest.TestCase):
         with open(settings_file, "w") as out:
             out.write("{%s%s}" % (SETTINGS, settings))
         process = subprocess.Popen(["roslaunch", "gms_ransac", launch, "bag:=" + bag, "rviz:=false", "drop_frames:=false",
-                                    "delay:=5", "parameters:=" + settings_file])
+                                    "await:=/match_filter/stats /match_filter/correspondences",
+                                    "parameters:=" + settings_file, *arguments])
         try:
             with changed:
                 end = time.monotonic() + TIMEOUT
@@ -147,6 +148,20 @@ class Replay(unittest.TestCase):
         self.assertEqual({answer.K[0] for answer in answers.values()}, {500.0})
         self.assertFalse(rospy.has_param("/match_filter/camera"))
         self.assertIs(rospy.get_param("/match_filter/publish_odom_tf"), True, "what the launch file sets stays")
+
+    def test_no_image_is_lost_before_the_node_listens(self):
+        """Images follow their camera_info's as they were recorded, the first one before any."""
+        path, scene, count = os.path.join(self.folder, "early.bag"), Scene(), 20
+        frames = [scene.draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(4)]
+        with rosbag.Bag(path, "w") as bag:
+            for i in range(count):
+                image = image_message(frames[(0, 1, 2, 3, 2, 1)[i % 6]], 100 + 0.05 * i)
+                bag.write("/camera/image", image, image.header.stamp)
+                bag.write("/camera/camera_info", camera_info(100 + 0.05 * i), image.header.stamp + rospy.Duration(0.001))
+                bag.write("/elsewhere", camera_info(100 + 0.05 * i), image.header.stamp)
+        stats = self.replay("replay.launch", path, count, arguments=["image:=/camera/image"])[0]
+        self.assertEqual(stats[-1].frames_received, count)
+        self.assertEqual([s.status for s in stats], [MatchStats.FIRST_FRAME] + [MatchStats.OK] * (count - 1))
 
     def test_propagated_scale(self):
         data, bag, count = self.make_bag("kitti_06", "image_0")

@@ -26,7 +26,7 @@ OpenCvExtractor::OpenCvExtractor(const FeatureExtractorOptions& options)
       orb_(cv::ORB::create(options.features, static_cast<float>(options.pyramid_scale), options.pyramid_levels,
                            kPatchSize, 0, 2, cv::ORB::HARRIS_SCORE, kPatchSize, options.fast_threshold)) {}
 
-void OpenCvExtractor::extract(const cv::Mat& image, Features& features) {
+void OpenCvExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, Features& features) {
   features.image_size = image.size();
   features.scale_factor = static_cast<float>(options_.pyramid_scale);
   features.keypoints.clear();
@@ -37,7 +37,10 @@ void OpenCvExtractor::extract(const cv::Mat& image, Features& features) {
     return;
   }
   orb_->setNLevels(levelsThatFit(image.size(), options_));
-  orb_->detectAndCompute(image, cv::noArray(), features.keypoints, descriptors_);
+  // cv::ORB scales the mask to its levels and uses what stays 255.
+  cv::Mat used;
+  if (!mask.empty()) used = mask != 0;
+  orb_->detectAndCompute(image, used, features.keypoints, descriptors_);
   features.descriptors.assign(descriptors_);
 }
 

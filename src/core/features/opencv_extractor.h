@@ -10,9 +10,10 @@ namespace gms_ransac {
 class OpenCvExtractor : public FeatureExtractor {
  public:
   explicit OpenCvExtractor(const FeatureExtractorOptions& options);
-  void extract(const cv::Mat& image, Features& features) override;
 
  private:
+  void extractWhere(const cv::Mat& mask, const cv::Mat& image, Features& features) override;
+
   FeatureExtractorOptions options_;
   cv::Ptr<cv::ORB> orb_;
   cv::Mat descriptors_;

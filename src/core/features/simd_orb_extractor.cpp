@@ -4,6 +4,8 @@
 #include <atomic>
 #include <cmath>
 
+#include <opencv2/core.hpp>
+
 #include "features/edge_points.h"
 
 namespace gms_ransac {
@@ -46,13 +48,14 @@ SimdOrbExtractor::SimdOrbExtractor(const FeatureExtractorOptions& options)
   if (options.threads > 1) worker_ = std::make_unique<Worker>();
 }
 
-void SimdOrbExtractor::extract(const cv::Mat& image, Features& features) {
+void SimdOrbExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, Features& features) {
   features.image_size = image.size();
   features.scale_factor = static_cast<float>(options_.pyramid_scale);
   pyramid_.build(image);
   // The levels built last are still in the cache; so are, afterwards, the level and the contrasts searched last.
-  forEachLevel(Order::kSmallestFirst, [&](int i, Scratch&) { detect(i); });
-  sparse_ = static_cast<double>(cornerCount()) < kSparse * static_cast<double>(image.total());
+  forEachLevel(Order::kSmallestFirst, [&](int i, Scratch&) { detect(i, mask); });
+  const auto used_pixels = static_cast<double>(mask.empty() ? image.total() : cv::countNonZero(mask));
+  sparse_ = static_cast<double>(cornerCount()) < kSparse * used_pixels;
   if (sparse_) {
     forEachLevel(Order::kLargestFirst,
                  [&](int i, Scratch&) { removeEdgePoints(pyramid_.level(i), levels_[i].corners); });
@@ -99,13 +102,23 @@ void SimdOrbExtractor::reserveScratch() {
   }
 }
 
-void SimdOrbExtractor::detect(int i) {
+void SimdOrbExtractor::detect(int i, const cv::Mat& mask) {
   Level& level = levels_[i];
   for (int floor : {kContrastFloor, kFaintFloor}) {
     level.detector.detect(pyramid_.level(i), kBorder, std::min(options_.fast_threshold, floor), kernels_,
                           level.corners);
+    if (!mask.empty()) removeMasked(i, mask);
     if (static_cast<double>(level.corners.size()) >= options_.features * level.weight) break;
   }
+}
+
+void SimdOrbExtractor::removeMasked(int i, const cv::Mat& mask) {
+  std::vector<Corner>& corners = levels_[i].corners;
+  const auto masked = [&](const Corner& corner) {
+    const cv::Point2f at = positionInImage(i, corner);
+    return mask.at<uint8_t>(cvRound(at.y), cvRound(at.x)) == 0;
+  };
+  corners.erase(std::remove_if(corners.begin(), corners.end(), masked), corners.end());
 }
 
 size_t SimdOrbExtractor::cornerCount() const {
@@ -157,14 +170,10 @@ void SimdOrbExtractor::describe(int i, Scratch& scratch, Features& features) {
     kernels_.describe(scratch.blurred.row(corner.y) + corner.x, scratch.blurred.stride(), scratch.directions[k].x,
                       scratch.directions[k].y, features.descriptors.row(level.first_keypoint + static_cast<int>(k)));
   }
-  const cv::Point2f scale = pyramid_.scale(i);
   const float size = kPatchSize * static_cast<float>(pyramid_.nominalScale(i));
   for (const Corner& corner : level.corners) {
     cv::KeyPoint& keypoint = *keypoints++;
-    const cv::Point2f position = refine(i, corner);
-    // Pixel centres: pixel x of a level covers x * scale .. (x + 1) * scale of the image. (cv::ORB takes x * scale, up
-    // to a pixel off at the upper levels.)
-    keypoint.pt = {(position.x + 0.5f) * scale.x - 0.5f, (position.y + 0.5f) * scale.y - 0.5f};
+    keypoint.pt = positionInImage(i, corner);
     keypoint.size = size;
     keypoint.response = static_cast<float>(corner.contrast - 1);
     keypoint.octave = i;
@@ -191,6 +200,13 @@ cv::Point2f SimdOrbExtractor::refine(int level, const Corner& corner) const {
   const auto column = [&](int x) { return at[x - down] + 2 * at[x] + at[x + down]; };
   const auto row = [&](int y) { return at[y * down - 1] + 2 * at[y * down] + at[y * down + 1]; };
   return {corner.x + vertex(column(-1), column(0), column(1)), corner.y + vertex(row(-1), row(0), row(1))};
+}
+
+cv::Point2f SimdOrbExtractor::positionInImage(int level, const Corner& corner) const {
+  const cv::Point2f position = refine(level, corner), scale = pyramid_.scale(level);
+  // Pixel centres: pixel x of a level covers x * scale .. (x + 1) * scale of the image. (cv::ORB takes x * scale, up to
+  // a pixel off at the upper levels.)
+  return {(position.x + 0.5f) * scale.x - 0.5f, (position.y + 0.5f) * scale.y - 0.5f};
 }
 
 }  // namespace gms_ransac

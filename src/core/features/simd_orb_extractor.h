@@ -17,9 +17,10 @@ namespace gms_ransac {
 class SimdOrbExtractor : public FeatureExtractor {
  public:
   explicit SimdOrbExtractor(const FeatureExtractorOptions& options);
-  void extract(const cv::Mat& image, Features& features) override;
 
  private:
+  void extractWhere(const cv::Mat& mask, const cv::Mat& image, Features& features) override;
+
   struct Level {
     CornerDetector detector;
     std::vector<Corner> corners;  ///< all of them, then the chosen ones
@@ -44,8 +45,10 @@ class SimdOrbExtractor : public FeatureExtractor {
   void forEachLevel(Order order, const Task& task);
   /// Makes room in every scratch for the largest level, whichever thread takes it, so that later frames need none.
   void reserveScratch();
-  /// Finds the corners of a level, the faint ones too if it has not enough others.
-  void detect(int level);
+  /// Finds the corners of a level where `mask`, unless it is empty, lets it; the faint ones too if it has not enough
+  /// others.
+  void detect(int level, const cv::Mat& mask);
+  void removeMasked(int level, const cv::Mat& mask);
   size_t cornerCount() const;
   /// Divides the features asked for among the levels, in proportion to their weights. What a level lacks in corners
   /// goes to the others.
@@ -57,6 +60,8 @@ class SimdOrbExtractor : public FeatureExtractor {
   /// Position in pixels of the level, by parabolas through the contrast of the corner and its neighbours, each
   /// smoothed across its direction.
   cv::Point2f refine(int level, const Corner& corner) const;
+  /// The same in pixels of the image.
+  cv::Point2f positionInImage(int level, const Corner& corner) const;
 
   FeatureExtractorOptions options_;
   const FeatureKernels& kernels_;

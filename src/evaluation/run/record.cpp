@@ -5,7 +5,6 @@
 
 #include <nlohmann/json.hpp>
 
-
 namespace gms_ransac {
 
 namespace {
@@ -57,8 +56,7 @@ void copyInliers(const Features& reference, const Features& current, const Match
     const Match& match = result.matches[i];
     const cv::Point2f& p = reference.keypoints[static_cast<size_t>(match.reference)].pt;
     const cv::Point2f& q = current.keypoints[static_cast<size_t>(match.current)].pt;
-    record.correspondences.push_back(
-        {p.x, p.y, q.x, q.y, result.confidence[i], result.probability[i]});
+    record.correspondences.push_back({p.x, p.y, q.x, q.y, result.confidence[i], result.probability[i]});
   }
 }
 

@@ -7,7 +7,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-
 namespace gms_ransac {
 
 namespace {
