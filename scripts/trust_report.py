@@ -17,7 +17,7 @@ except ImportError:
 Z95 = 1.959964  # two-sided 95 % of a normal distribution
 ENOUGH = 20  # answers of one set or scene, for a share of them to mean something
 BEGIN, END = "<!-- begin of the tables -->", "<!-- end of the tables -->"
-FILES = ("trust.csv", "risk_coverage.csv", "risk_coverage.png", "reliability.csv", "reliability.png")
+PLOTS = ("risk_coverage.png", "reliability.png")
 AXES = ("rx", "ry", "rz")
 TITLES = {"real": "Real images", "rendered": "Rendered scenes", "drawn": "Drawn scenes"}
 
@@ -278,7 +278,7 @@ def plot_all(folder, risks, bins):
 
 
 def insert(document, tables, folder):
-    """Puts the tables between the two marks of a document, and the files they came with into a folder of its name."""
+    """Puts the tables between the two marks of a document, and the plots into a folder of its name."""
     with open(document) as stream:
         text = stream.read()
     if BEGIN not in text or END not in text:
@@ -288,7 +288,7 @@ def insert(document, tables, folder):
         stream.write(before + BEGIN + "\n\n" + tables + END + after)
     beside = os.path.splitext(document)[0]
     os.makedirs(beside, exist_ok=True)
-    for name in FILES:
+    for name in PLOTS:
         if os.path.exists(os.path.join(folder, name)):
             shutil.copy(os.path.join(folder, name), beside)
 
