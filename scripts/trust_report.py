@@ -311,7 +311,7 @@ def main():
             insert(arguments.into, tables, arguments.folder)
     except OSError as error:
         sys.exit("trust_report.py: %s: %s" % (error.filename, error.strerror))
-    print("wrote %s/trust.md, %s" % (arguments.folder.rstrip("/"), ", ".join(FILES)))
+    print("wrote trust.md, trust.csv, risk_coverage and reliability (.csv, .png) in " + arguments.folder)
     return 0
 
 
