@@ -112,7 +112,7 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
 
 PoseSpread PoseJudge::measureSpread(const TwoViewPose& optimum, RobustResult& result) {
   const CalibrationSigma calibration = {options_.calibration_sigma, options_.calibration_sigma};
-  const PoseSpread spread = uncertainty_.measure(view_, optimum, noise_, points_->cells(), calibration);
+  PoseSpread spread = uncertainty_.measure(view_, optimum, noise_, points_->cells(), calibration);
   result.camera_misfit = spread.contradiction;
   result.misfit_parameter = spread.contradicted;
   return spread;
@@ -180,8 +180,8 @@ void PoseJudge::judgeRotation(const Eigen::Matrix3d& R, RobustResult& result) {
 
 RotationOnly PoseJudge::fitRotation(const TwoViewPose& start, RobustResult& result) {
   rotation_residuals_.resize(noise_.residuals().size());
-  const RotationOnly rotation = fitRotationOnly(PoseModel(kernels_, view_), view_, start, noise_.residuals(),
-                                                rotation_residuals_, sorted_, result.effort.point_evaluations);
+  RotationOnly rotation = fitRotationOnly(PoseModel(kernels_, view_), view_, start, noise_.residuals(),
+                                          rotation_residuals_, sorted_, result.effort.point_evaluations);
   result.pose_found = true;
   result.median_parallax_px = rotation.median_residual * points_->pixelsPerUnit();
   return rotation;

@@ -84,7 +84,8 @@ class Derivatives {
     const VectorLanes p(points.x1 + i, points.y1 + i), q(points.x2 + i, points.y2 + i);
     const VectorLanes turned = R_ * p, line2 = E_ * p, line1 = Et_ * q;
     const Lanes N = line2.x * line2.x + line2.y * line2.y + line1.x * line1.x + line1.y * line1.y + kTiny;
-    const Lanes unit = (lanes(points.weight + i) / N).sqrt(), C = dot(q, line2), k = C / N, residual = unit * C;
+    const Lanes unit = (lanes(points.weight + i) / N).sqrt(), C = dot(q, line2), k = C / N;
+    Lanes residual = unit * C;
 
     // d(rho) = <G, dE> with G = q' p^T - q c^T.
     const VectorLanes q_moved(q.x - k * line2.x, q.y - k * line2.y, q.z);
