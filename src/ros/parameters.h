@@ -27,13 +27,13 @@ struct Parameters {
   CameraInfoSync camera_info_sync = CameraInfoSync::kLatest;
   Rectified input_is_rectified = Rectified::kAuto;
   CameraIntrinsics camera;  ///< replaces camera_info when fx is given
-  std::string image_transport, depth_image_transport;
+  std::string image_transport = "raw", depth_image_transport = "raw";
   std::string mask_file;  ///< empty: none
   MaskSync mask_sync = MaskSync::kLatest;
   ScaleMode scale = ScaleMode::kUnit;
   double fixed_scale = 1;
   FeatureLayout feature_layout = FeatureLayout::kVinsMono;
-  std::string odom_frame, base_frame;
+  std::string odom_frame = "odom", base_frame;
   bool invert_odom_tf = false, drop_frames = true, always_subscribe = false;
   int queue_size = 10, threads = 1;
   double diagnostic_period = 1;  ///< diagnostic_updater reads it, too
