@@ -46,12 +46,6 @@ enum class ModelType { kEssential, kFundamental, kHomography };
 ModelType parseModelType(const std::string& name);
 std::string toString(ModelType model);
 
-/// Standard deviations of what a calibration says. They widen the covariance and are not estimated.
-struct CalibrationSigma {
-  double focal_length = 0;     ///< relative
-  double principal_point = 0;  ///< in focal lengths
-};
-
 /// What makes a match trustworthy. Ties fall to the next key of: score (high), distance (low), Lowe ratio (low), index.
 enum class SortKey {
   kScore,          ///< motion statistics: matches in support of it in the neighbourhood

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 
 #include "ransac/motion_starts.h"
 
@@ -29,11 +28,6 @@ constexpr double kSecondBody = 0.6;
 constexpr int kIterations = 10;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
-
-Eigen::Vector3d rotationVector(const Eigen::Matrix3d& R) {
-  const Eigen::AngleAxisd turn(R);
-  return turn.angle() * turn.axis();
-}
 
 void leaveDirectionOpen(Eigen::Matrix<double, 6, 6>& covariance) {
   const Eigen::Matrix3d rotation = covariance.bottomRightCorner<3, 3>();
@@ -111,8 +105,7 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
 }
 
 PoseSpread PoseJudge::measureSpread(const TwoViewPose& optimum, RobustResult& result) {
-  const CalibrationSigma calibration = {options_.calibration_sigma, options_.calibration_sigma};
-  PoseSpread spread = uncertainty_.measure(view_, optimum, noise_, points_->cells(), calibration);
+  PoseSpread spread = uncertainty_.measure(view_, optimum, noise_, points_->cells(), options_.calibration_sigma);
   result.camera_misfit = spread.contradiction;
   result.misfit_parameter = spread.contradicted;
   return spread;
@@ -120,7 +113,6 @@ PoseSpread PoseJudge::measureSpread(const TwoViewPose& optimum, RobustResult& re
 
 void PoseJudge::weighAlternatives(const TwoViewPose& optimum, const std::vector<AlternativeMotion>& alternatives,
                                   PoseSpread& spread, RobustResult& result) {
-  alternative_buffers_.by_cell.reserve(static_cast<size_t>(kSpreadGridSide) * kSpreadGridSide);
   alternative_buffers_.residuals.resize(noise_.residuals().size());
   const double same_within = std::clamp(kSameSigmas * spread.directionSigma(), kLeastApart, kOtherDirection);
   const Ambiguity ambiguity = findAlternativeMotion(kernels_, view_, optimum, noise_, alternatives, points_->cells(),
@@ -141,7 +133,7 @@ bool PoseJudge::movesInTwo(int64_t& evaluations) {
   const PoseModel model(kernels_, rest_points_.view());
   findMotionStarts(kernels_, rest_points_.view(), rest_starts_, evaluations);
   for (TwoViewPose& start : rest_starts_) {
-    model.refine({4, 1}, kIterations, start);
+    model.refine(kRobustLoss, kIterations, start);
     HypothesisScore score;
     model.score(rest_points_.view(), start, std::numeric_limits<float>::max(), score, evaluations);
     if (score.inliers >= least) return true;

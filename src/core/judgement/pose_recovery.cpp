@@ -82,7 +82,7 @@ PoseRecovery::Explanation PoseRecovery::explain(const TwoViewPose& pose, bool re
   const PoseModel model(*kernels_, points_);
   Explanation explanation = {pose, pose, 0};
   if (refine) {
-    const int passes = model.refine(kRefinementLoss, kRefinementIterations, explanation.optimum, kEnough);
+    const int passes = model.refine(kRobustLoss, kRefinementIterations, explanation.optimum, kEnough);
     effort.point_evaluations += static_cast<int64_t>(points_.count) * passes;
   }
   HypothesisScore score;

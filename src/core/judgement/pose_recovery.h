@@ -13,9 +13,7 @@
 
 namespace gms_ransac {
 
-/// Refinement of a model found by sampling: matches up to twice the threshold, weights falling from the threshold on
-/// (Geman-McClure); it converges in four to eight iterations on the scenes of the tests.
-constexpr Loss kRefinementLoss = {4, 1};
+/// Of a model found by sampling; it converges in four to eight on the scenes of the tests.
 constexpr int kRefinementIterations = 15;
 
 struct PoseRecoveryOptions {

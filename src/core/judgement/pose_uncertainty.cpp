@@ -195,7 +195,7 @@ int PoseUncertainty::sumUp(const PointColumnsView& points, const TwoViewPose& po
 }
 
 PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
-                                    const std::vector<int32_t>& cells, const CalibrationSigma& calibration) {
+                                    const std::vector<int32_t>& cells, double calibration_sigma) {
   PoseSpread spread;
   if (sumUp(points, pose, noise, cells) < kAll) return spread;
   const Eigen::LDLT<Eigen::Matrix<double, kPose, kPose>> factors(curvature_.topLeftCorner<kPose, kPose>());
@@ -211,8 +211,7 @@ PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoVie
     const double variance = noise.sigma() * noise.sigma();
     spread.covariance += doubt * (extendedCovariance(kUnmodelledSigma, variance) - spread.covariance);
   }
-  const Eigen::Vector3d sigma(calibration.focal_length, calibration.principal_point, calibration.principal_point);
-  const Eigen::Matrix<double, kPose, 3> effect = inverse * curvature_.block<kPose, 3>(0, kPose) * sigma.asDiagonal();
+  const Eigen::Matrix<double, kPose, 3> effect = calibration_sigma * inverse * curvature_.block<kPose, 3>(0, kPose);
   spread.covariance += effect * effect.transpose();
   if (!spread.covariance.allFinite()) spread.covariance.setIdentity();
   return spread;

@@ -28,9 +28,9 @@ struct PoseSpread {
 
 class PoseUncertainty {
  public:
-  /// `noise`: measured at `pose`; `cells`: of each column.
+  /// `noise`: measured at `pose`; `cells`: of each column; `calibration_sigma`: RobustOptions::calibration_sigma.
   PoseSpread measure(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
-                     const std::vector<int32_t>& cells, const CalibrationSigma& calibration);
+                     const std::vector<int32_t>& cells, double calibration_sigma);
 
  private:
   static constexpr int kPose = 5, kUnmodelledCount = 10, kAll = kPose + kUnmodelledCount;

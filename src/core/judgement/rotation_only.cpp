@@ -12,24 +12,23 @@ namespace {
 // Inliers within this many squared thresholds make the estimate of the noise and the information.
 constexpr float kInlierCut = 1;
 
-template <int P>
-Eigen::Matrix<double, P, P> inverseOf(const NormalEquations<P>& equations) {
-  Eigen::Matrix<double, P, P> A;
+Eigen::Matrix3d inverseOf(const NormalEquations<3>& equations) {
+  Eigen::Matrix3d A;
   int k = 0;
-  for (int i = 0; i < P; ++i) {
-    for (int j = i; j < P; ++j) A(i, j) = A(j, i) = equations.matrix[k++];
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) A(i, j) = A(j, i) = equations.matrix[k++];
   }
-  const Eigen::LDLT<Eigen::Matrix<double, P, P>> factors(A);
-  if (factors.info() != Eigen::Success || !factors.isPositive()) return Eigen::Matrix<double, P, P>::Identity();
-  return factors.solve(Eigen::Matrix<double, P, P>::Identity());
+  const Eigen::LDLT<Eigen::Matrix3d> factors(A);
+  if (factors.info() != Eigen::Success || !factors.isPositive()) return Eigen::Matrix3d::Identity();
+  return factors.solve(Eigen::Matrix3d::Identity());
 }
 
 /// Variance of a residual in squared thresholds, from the truncated cost.
-template <int P>
-double noiseVariance(const NormalEquations<P>& equations, int count, int components) {
+double noiseVariance(const NormalEquations<3>& equations, int count) {
+  constexpr int kComponents = 2, kFreedoms = 3;
   const double inliers = equations.weight;
   const double squares = equations.cost - kInlierCut * (count - inliers);
-  return std::max(squares, 1e-12) / std::max(1.0, components * inliers - P);
+  return std::max(squares, 1e-12) / std::max(1.0, kComponents * inliers - kFreedoms);
 }
 
 }  // namespace
@@ -62,7 +61,7 @@ RotationOnly fitRotationOnly(const PoseModel& model, const PointColumnsView& poi
   model.linearizeRotation(result.R, {kInlierCut, 0}, equations);
   const Eigen::Matrix3d Rt = result.R.transpose();
   result.covariance.bottomRightCorner<3, 3>() =
-      noiseVariance(equations, points.count, 2) * (Rt * inverseOf(equations) * result.R);
+      noiseVariance(equations, points.count) * (Rt * inverseOf(equations) * result.R);
   result.covariance.topLeftCorner<3, 3>() = anyDirection();
   return result;
 }

@@ -9,6 +9,7 @@
 
 #include "gms_ransac/robust_estimator.h"
 #include "judgement/lanes.h"
+#include "judgement/vuong.h"
 
 namespace gms_ransac {
 
@@ -166,15 +167,8 @@ void RotationRivals::fitRows(const PointColumnsView& points, const Eigen::Matrix
 }
 
 double RotationRivals::vuong(const std::vector<int32_t>& cells) {
-  by_cell_.assign(static_cast<size_t>(kSpreadGridSide) * kSpreadGridSide, 0.0);
-  double sum = 0, squares = 0;
-  for (size_t i = 0; i < costs_.size(); ++i) {
-    const auto difference = static_cast<double>(costs_[i] - pose_costs_[i]);
-    by_cell_[static_cast<size_t>(cells[i])] += difference;
-    sum += difference;
-  }
-  for (const double difference : by_cell_) squares += difference * difference;
-  return squares > 0 ? sum / std::sqrt(squares) : 0;
+  return vuongStatistic(static_cast<int>(costs_.size()), cells, by_cell_,
+                        [&](size_t i) { return costs_[i] - pose_costs_[i]; });
 }
 
 }  // namespace gms_ransac

@@ -20,9 +20,6 @@ namespace {
 // rounded on its own level overstates it (doc/estimator.md).
 constexpr double kNoiseExponent = 0.5;
 
-/// Matches up to twice the threshold, weights falling from the threshold on (Geman-McClure). Wide enough to pull a
-/// model of five noisy points to the optimum of all.
-constexpr Loss kLoss = {4, 1};
 constexpr int kLocalIterations = 2;
 constexpr int kFinalIterations = 10;
 
@@ -59,7 +56,7 @@ class LoProsac : public RansacMethod {
 
  private:
   void start(const TwoViewModel& model) {
-    ransac_.begin(model, points_.view(), order_, verifier_, {kLoss, kLocalIterations}, random_, result_->effort);
+    ransac_.begin(model, points_.view(), order_, verifier_, {kRobustLoss, kLocalIterations}, random_, result_->effort);
   }
 
   void estimateMatrix(const TwoViewModel& model) {
@@ -67,7 +64,7 @@ class LoProsac : public RansacMethod {
     ransac_.search(sampler_);
     if (!ransac_.found()) return;
     Hypothesis best = ransac_.best();
-    countPasses(model.refine(kLoss, kFinalIterations, best));
+    countPasses(model.refine(kRobustLoss, kFinalIterations, best));
     if (accept(best.matrix, true)) recoverPose(model, best, true);
   }
 
@@ -82,9 +79,9 @@ class LoProsac : public RansacMethod {
 
     // With the prior of the parallax for the rotation, without it for the model and the direction of translation.
     TwoViewPose pose = ransac_.best().pose;
-    countPasses(model.refine(kLoss, kFinalIterations, pose, kEnough));
+    countPasses(model.refine(kRobustLoss, kFinalIterations, pose, kEnough));
     TwoViewPose optimum = pose;
-    countPasses(PoseModel(kernels_, points_.view()).refine(kLoss, kFinalIterations, optimum, kEnough));
+    countPasses(PoseModel(kernels_, points_.view()).refine(kRobustLoss, kFinalIterations, optimum, kEnough));
     judge_.begin(points_);
     judge_.refine(optimum, result_->effort);
     if (!accept(optimum.essential(), true)) return;

@@ -66,7 +66,7 @@ void RansacMethod::conclude(const Hypothesis& best) {
   const bool refine = options_.refine || filterDecides();
   Hypothesis refined = best;
   if (refine) {
-    const int passes = model_->refine(kRefinementLoss, kRefinementIterations, refined);
+    const int passes = model_->refine(kRobustLoss, kRefinementIterations, refined);
     result_->effort.point_evaluations += static_cast<int64_t>(points_.size()) * passes;
   }
   if (accept(model_->matrix(refined))) recoverPose(*model_, refined, refine);

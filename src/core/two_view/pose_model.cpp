@@ -52,6 +52,11 @@ Eigen::Matrix3d rotationFromVector(const Eigen::Vector3d& v) {
   return Eigen::AngleAxisd(angle, v / angle).toRotationMatrix();
 }
 
+Eigen::Vector3d rotationVector(const Eigen::Matrix3d& R) {
+  const Eigen::AngleAxisd turn(R);
+  return turn.angle() * turn.axis();
+}
+
 bool makeRotation(Eigen::Matrix3d& R) {
   // Newton and Schulz's iteration for the polar factor: the error is squared each time, so from where the first step is
   // allowed to start the fifth ends in rounding.

@@ -14,6 +14,8 @@ namespace gms_ransac {
 /// [v]x, and the rotation by |v| about v.
 Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& v);
 Eigen::Matrix3d rotationFromVector(const Eigen::Vector3d& v);
+/// The inverse: axis times angle.
+Eigen::Vector3d rotationVector(const Eigen::Matrix3d& R);
 /// Replaces R by the nearest rotation, to rounding; false, with R undefined, when it is far from any.
 bool makeRotation(Eigen::Matrix3d& R);
 

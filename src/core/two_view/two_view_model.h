@@ -27,6 +27,10 @@ struct Hypothesis {
 constexpr int kMaxSampleSize = 7;
 constexpr int kMaxHypotheses = 10;  ///< of one minimal sample
 
+/// The loss of every refinement: matches up to twice the threshold, weights falling from the threshold on
+/// (Geman-McClure). Wide enough to pull a model of five noisy points to the optimum of all.
+constexpr Loss kRobustLoss = {4, 1};
+
 /// Relative decreases of a cost that are not worth another pass over the matches: for the result, and for a guess that
 /// is compared with others (doc/estimator.md).
 constexpr float kEnough = 1e-5f;
