@@ -13,6 +13,7 @@
 #include "gms_ransac/method.h"
 #include "gms_ransac/motion_statistics.h"
 #include "gms_ransac/robust_estimator.h"
+#include "gms_ransac/rotation_prior.h"
 
 namespace gms_ransac {
 
@@ -106,7 +107,8 @@ class MatchFilter {
 
   /// The two halves of `process`, for callers that choose the pairs themselves.
   void extract(const cv::Mat& image, Frame& frame, const cv::Mat& mask = cv::Mat());
-  void filter(const Frame& reference, const Frame& current, MatchResult& result);
+  /// `prior`: how the camera turned, as another sensor says; null: none does. A wrong one costs time, not accuracy.
+  void filter(const Frame& reference, const Frame& current, MatchResult& result, const RotationPrior* prior = nullptr);
 
   /// The robust stage alone, on what the last `filter` call kept; frames and `result` must be that call's. With
   /// `setSeed` and `reset` for statistics over seeds, where matching again would cost most of the time.

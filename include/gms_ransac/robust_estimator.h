@@ -11,6 +11,7 @@
 
 #include "gms_ransac/camera.h"
 #include "gms_ransac/relative_pose.h"
+#include "gms_ransac/rotation_prior.h"
 #include "gms_ransac/simd.h"
 
 namespace gms_ransac {
@@ -32,6 +33,7 @@ struct PointPairs {
   std::vector<uint16_t> distance, second_distance;  ///< Hamming
   cv::Size image_reference, image_current;          ///< pixels; spread over the images is judged by them
   float scale_factor = 1.2f;
+  std::optional<RotationPrior> rotation_prior;  ///< how the camera turned, where another sensor says so
 
   int size() const { return static_cast<int>(x_reference.size()); }
   void resize(int n);

@@ -142,7 +142,8 @@ void MatchFilter::extract(const cv::Mat& image, Frame& frame, const cv::Mat& mas
   frame.detect_seconds = watch.lap();
 }
 
-void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResult& result) {
+void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResult& result,
+                         const RotationPrior* prior) {
   result.clear(Status::kOk);
   result.keypoints_reference = reference.features.size();
   result.keypoints_current = current.features.size();
@@ -166,6 +167,8 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
   method_->filter(reference.features, current.features, result.matches, statistics_);
   selectSurvivors(reference.features, current.features, result);
   describeSurvivors(reference.features, current.features, result);
+  pairs_.rotation_prior.reset();
+  if (prior != nullptr) pairs_.rotation_prior = *prior;
   result.times.gms = watch.lap();
   if (result.matches_gms < kMinimumMatches) {
     result.status = Status::kGmsRejected;

@@ -1,0 +1,17 @@
+// What another sensor says about how the camera turned between the two images of a pair.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace gms_ransac {
+
+/// A turn from a gyro, an odometry or tf. Estimators take it as a proposal: it wins only where the matches support it,
+/// and is never averaged into the pose.
+struct RotationPrior {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  ///< X_reference = R X_current, as RelativePose::R
+  /// Of the rotation vector of exp(rotation vector) R, about the reference camera's axes, rad^2; as in
+  /// RelativePose::covariance.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
+}  // namespace gms_ransac
