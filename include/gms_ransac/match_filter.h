@@ -17,6 +17,8 @@
 
 namespace gms_ransac {
 
+class SurvivorSelector;
+
 /// Outcome of one pair of images. Values are those of gms_ransac/MatchStats, which has more for the node.
 enum class Status : uint8_t {
   kOk = 0,
@@ -68,6 +70,17 @@ struct StageTimes {
   double total() const { return detect + match + gms + ransac; }
 };
 
+/// What the filter hands to the estimator: the matches that it keeps.
+struct Survivors {
+  std::vector<int> match;  ///< indices into the raw matches, ascending
+  PointPairs pairs;        ///< beside `match`
+
+  int size() const { return static_cast<int>(match.size()); }
+};
+
+/// The outcome that an estimate with this camera stands for, from kOk, kRansacFailed, kLowParallax, kUncalibrated.
+Status statusOf(const RobustResult& result, const Camera& camera);
+
 /// The result of one pair. `matches` holds every raw match; the columns beside it have one entry for each.
 struct MatchResult {
   Status status = Status::kFirstFrame;
@@ -80,18 +93,23 @@ struct MatchResult {
   /// match, or there is no model.
   std::vector<float> probability;
   int matches_gms = 0, inliers = 0;
-  RobustResult robust;  ///< `inlier` there is indexed by surviving match; use `stage` here
+  Survivors survivors;
+  RobustResult robust;  ///< columns are beside those of `survivors`; `stage` and `probability` are for the raw matches
   StageTimes times;
 
   /// Empties the result but keeps its storage.
   void clear(Status new_status);
 };
 
-/// Owns every stage and the previous frame. Not thread-safe, except that `extract` may run on another thread than
-/// `filter`: they share no state.
+/// The line: extract -> match -> filter -> estimate -> judge. Owns its stages, which keep nothing but scratch storage
+/// from pair to pair (a method may also remember the last motion), and the previous frame. Not thread-safe, except that
+/// `extract` may run on another thread than `filter`: they share no state.
 class MatchFilter {
  public:
   explicit MatchFilter(const MatchFilterOptions& options = {});
+  ~MatchFilter();
+  MatchFilter(MatchFilter&&) noexcept;
+  MatchFilter& operator=(MatchFilter&&) noexcept;
 
   const MatchFilterOptions& options() const { return options_; }
   /// An uncalibrated camera is fine: correspondences without pose.
@@ -110,36 +128,27 @@ class MatchFilter {
   /// `prior`: how the camera turned, as another sensor says; null: none does. A wrong one costs time, not accuracy.
   void filter(const Frame& reference, const Frame& current, MatchResult& result, const RotationPrior* prior = nullptr);
 
-  /// The robust stage alone, on what the last `filter` call kept; frames and `result` must be that call's. With
-  /// `setSeed` and `reset` for statistics over seeds, where matching again would cost most of the time.
+  /// The end of the line alone, estimate -> judge, on the survivors in `result`, which `filter` filled for the same
+  /// frames. With `setSeed` and `reset` for statistics over seeds, where matching again would cost most of the time.
   void estimate(const Frame& reference, const Frame& current, MatchResult& result);
   void setSeed(uint64_t seed);
 
  private:
-  /// Fills `survivors_` with the matches that the method's filter keeps, one for each current point unless that is not
-  /// wanted.
-  void selectSurvivors(const Features& reference, const Features& current, MatchResult& result);
-  /// Leaves one of the survivors that share a current point (see one_to_one).
-  void keepOneForEachPoint(const MatchResult& result);
-  /// Fills `pairs_` and the result's columns with the survivors.
-  void describeSurvivors(const Features& reference, const Features& current, MatchResult& result);
-  /// False where the calibration does not say which ray a keypoint of the match lies on (Camera::undistort).
-  bool hasRays(const Features& reference, const Features& current, const Match& match) const;
-  /// Carries the estimator's verdict over to the raw matches and states the outcome.
-  void markInliers(MatchResult& result);
-  void copyProbabilities(MatchResult& result) const;
+  /// From match on; ends with the first stage that leaves too few.
+  Status compare(const Features& reference, const Features& current, MatchResult& result);
+  Status estimate(const Features& reference, const Features& current, MatchResult& result);
 
   MatchFilterOptions options_;
-  std::unique_ptr<Method> method_;
   Camera camera_;
+
+  // The stages. A method has two, or three: filter, estimate (which ends with the judgement), post-filter.
+  std::unique_ptr<Method> method_;
   std::unique_ptr<FeatureExtractor> extractor_;
   HammingMatcher matcher_;
+  std::unique_ptr<SurvivorSelector> selector_;
+
   Frame reference_, current_;
   bool have_reference_ = false;
-  MotionStatistics statistics_;
-  PointPairs pairs_;
-  std::vector<int> survivors_;   ///< indices into the raw matches
-  std::vector<int> best_match_;  ///< of each current point
   MatchResult result_;
 };
 

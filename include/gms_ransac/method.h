@@ -23,9 +23,9 @@ class Method {
 
   /// Whether it wants only matches that are each other's nearest neighbours.
   virtual bool wantsMutualMatches() const { return false; }
-  /// Verdict and score of every raw match; only accepted ones are estimated from.
-  virtual void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
-                      MotionStatistics& statistics) = 0;
+  /// Verdict and score of every raw match; only accepted ones are estimated from. Valid until the next call.
+  virtual const MotionStatistics& filter(const Features& reference, const Features& current,
+                                         const std::vector<Match>& matches) = 0;
   /// Model, inliers and pose from the survivors. `camera` may be uncalibrated: then model essential falls back to
   /// fundamental and there is no pose. Too few pairs or no acceptable model: model_found is false; never throws on
   /// data.

@@ -1,3 +1,4 @@
+// The line, and what it says of the raw matches.
 #include "gms_ransac/match_filter.h"
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "survivors.h"
 #include "validation.h"
 
 namespace gms_ransac {
@@ -34,6 +36,36 @@ HammingMatcherOptions matcherOptions(const MatchFilterOptions& options, const Me
   return matcher;
 }
 
+// The columns beside the raw matches, as far as each stage knows them.
+
+void markRaw(MatchResult& result) {
+  result.stage.assign(result.matches.size(), MatchStage::kRaw);
+  result.confidence.assign(result.matches.size(), 0.f);
+  result.probability.assign(result.matches.size(), 0.f);
+}
+
+void markSurvivors(MatchResult& result) {
+  const std::vector<int32_t>& score = result.survivors.pairs.score;
+  const int32_t largest = score.empty() ? 0 : *std::max_element(score.begin(), score.end());
+  for (size_t k = 0; k < score.size(); ++k) {
+    const auto i = static_cast<size_t>(result.survivors.match[k]);
+    result.stage[i] = MatchStage::kGms;
+    result.confidence[i] = largest > 0 ? static_cast<float>(score[k]) / static_cast<float>(largest) : 1.f;
+  }
+  result.matches_gms = result.survivors.size();
+}
+
+/// `all`: the filter alone decides, whatever the model says.
+void markInliers(bool all, MatchResult& result) {
+  const RobustResult& robust = result.robust;
+  for (size_t k = 0; k < result.survivors.match.size(); ++k) {
+    const auto i = static_cast<size_t>(result.survivors.match[k]);
+    result.stage[i] = all || robust.inlier[k] ? MatchStage::kInlier : MatchStage::kGms;
+    result.probability[i] = robust.probability.empty() ? 0 : robust.probability[k];
+  }
+  result.inliers = all ? result.matches_gms : robust.inlier_count;
+}
+
 }  // namespace
 
 std::string toString(Status status) {
@@ -58,6 +90,13 @@ std::string toString(Status status) {
   return "UNKNOWN";
 }
 
+Status statusOf(const RobustResult& result, const Camera& camera) {
+  if (!result.model_found || result.inlier_count < kMinimumMatches) return Status::kRansacFailed;
+  if (!camera.calibrated()) return Status::kUncalibrated;
+  if (!result.pose_found) return Status::kRansacFailed;
+  return result.translation_observable ? Status::kOk : Status::kLowParallax;
+}
+
 void PointPairs::resize(int n) {
   const auto size = static_cast<size_t>(n);
   for (auto* column : {&x_reference, &y_reference, &x_current, &y_current, &relative_score}) column->resize(size);
@@ -80,6 +119,9 @@ void MatchResult::clear(Status new_status) {
   stage.clear();
   confidence.clear();
   probability.clear();
+  survivors.match.clear();
+  survivors.pairs.resize(0);
+  survivors.pairs.rotation_prior.reset();
   robust.clear();
   times = StageTimes();
 }
@@ -110,7 +152,12 @@ MatchFilter::MatchFilter(const MatchFilterOptions& options)
     : options_(options),
       method_(makeMethod(options)),
       extractor_(makeFeatureExtractor(options.extractor)),
-      matcher_(matcherOptions(options, *method_)) {}
+      matcher_(matcherOptions(options, *method_)),
+      selector_(std::make_unique<SurvivorSelector>(options.one_to_one)) {}
+
+MatchFilter::~MatchFilter() = default;
+MatchFilter::MatchFilter(MatchFilter&&) noexcept = default;
+MatchFilter& MatchFilter::operator=(MatchFilter&&) noexcept = default;
 
 void MatchFilter::setCamera(const Camera& camera) {
   if (camera_ != camera) camera_ = camera;
@@ -148,151 +195,48 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
   result.keypoints_reference = reference.features.size();
   result.keypoints_current = current.features.size();
   result.times.detect = current.detect_seconds;
-  if (std::min(result.keypoints_reference, result.keypoints_current) < kMinimumMatches) {
-    result.status = Status::kTooFewKeypoints;
-    return;
-  }
+  if (prior != nullptr) result.survivors.pairs.rotation_prior = *prior;
+  result.status = compare(reference.features, current.features, result);
+}
+
+Status MatchFilter::compare(const Features& reference, const Features& current, MatchResult& result) {
+  if (std::min(reference.size(), current.size()) < kMinimumMatches) return Status::kTooFewKeypoints;
 
   StopWatch watch;
-  matcher_.match(reference.features.descriptors, current.features.descriptors, result.matches);
-  result.stage.assign(result.matches.size(), MatchStage::kRaw);
-  result.confidence.assign(result.matches.size(), 0.f);
-  result.probability.assign(result.matches.size(), 0.f);
+  matcher_.match(reference.descriptors, current.descriptors, result.matches);
+  markRaw(result);
   result.times.match = watch.lap();
-  if (result.matches.size() < kMinimumMatches) {
-    result.status = Status::kTooFewMatches;
-    return;
-  }
+  if (result.matches.size() < kMinimumMatches) return Status::kTooFewMatches;
 
-  method_->filter(reference.features, current.features, result.matches, statistics_);
-  selectSurvivors(reference.features, current.features, result);
-  describeSurvivors(reference.features, current.features, result);
-  pairs_.rotation_prior.reset();
-  if (prior != nullptr) pairs_.rotation_prior = *prior;
+  const MotionStatistics& statistics = method_->filter(reference, current, result.matches);
+  selector_->select(reference, current, result.matches, statistics, camera_, result.survivors);
+  markSurvivors(result);
   result.times.gms = watch.lap();
-  if (result.matches_gms < kMinimumMatches) {
-    result.status = Status::kGmsRejected;
-    return;
-  }
+  if (result.survivors.size() < kMinimumMatches) return Status::kGmsRejected;
 
-  estimate(reference, current, result);
+  return estimate(reference, current, result);
+}
+
+void MatchFilter::estimate(const Frame& reference, const Frame& current, MatchResult& result) {
+  if (result.survivors.size() < kMinimumMatches) return;
+  result.status = estimate(reference.features, current.features, result);
+}
+
+Status MatchFilter::estimate(const Features& reference, const Features& current, MatchResult& result) {
+  StopWatch watch;
+  const Survivors& survivors = result.survivors;
+  method_->estimate(survivors.pairs, camera_, result.robust);
+  method_->postFilter(reference, current, result.matches, survivors.match, result.robust);
+  // What fewer agree on is no model, whichever stage took the others away.
+  if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
+  markInliers(method_->filterDecides(), result);
+  result.times.ransac = watch.lap();
+  return statusOf(result.robust, camera_);
 }
 
 void MatchFilter::setSeed(uint64_t seed) {
   options_.robust.seed = seed;
   method_->setSeed(seed);
-}
-
-void MatchFilter::estimate(const Frame& reference, const Frame& current, MatchResult& result) {
-  if (result.matches_gms < kMinimumMatches) return;
-  result.status = Status::kOk;
-  result.inliers = 0;
-  for (int match : survivors_) result.stage[match] = MatchStage::kGms;
-  StopWatch watch;
-  method_->estimate(pairs_, camera_, result.robust);
-  method_->postFilter(reference.features, current.features, result.matches, survivors_, result.robust);
-  // What fewer agree on is no model, whichever stage took the others away.
-  if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
-  markInliers(result);
-  copyProbabilities(result);
-  result.times.ransac = watch.lap();
-}
-
-void MatchFilter::selectSurvivors(const Features& reference, const Features& current, MatchResult& result) {
-  survivors_.clear();
-  for (size_t i = 0; i < result.matches.size(); ++i) {
-    if (!statistics_.accepted[i]) continue;
-    if (hasRays(reference, current, result.matches[i])) survivors_.push_back(static_cast<int>(i));
-  }
-  if (options_.one_to_one) keepOneForEachPoint(result);
-  result.matches_gms = static_cast<int>(survivors_.size());
-}
-
-void MatchFilter::keepOneForEachPoint(const MatchResult& result) {
-  // The log-odds of being right include the descriptors; a score alone says which cell is the fullest.
-  const std::vector<float>& log_odds = statistics_.log_odds;
-  const auto better = [&](int a, int b) {
-    if (!log_odds.empty() && log_odds[a] != log_odds[b]) return log_odds[a] > log_odds[b];
-    return result.matches[a].distance < result.matches[b].distance;
-  };
-  constexpr int kNone = -1;
-  best_match_.assign(static_cast<size_t>(result.keypoints_current), kNone);
-  for (const int i : survivors_) {
-    int& best = best_match_[result.matches[i].current];
-    if (best == kNone || better(i, best)) best = i;
-  }
-  const auto beaten = [&](int i) { return best_match_[result.matches[i].current] != i; };
-  survivors_.erase(std::remove_if(survivors_.begin(), survivors_.end(), beaten), survivors_.end());
-}
-
-void MatchFilter::describeSurvivors(const Features& reference, const Features& current, MatchResult& result) {
-  int largest_score = 0;
-  for (const int i : survivors_) largest_score = std::max(largest_score, statistics_.score[i]);
-
-  const int n = static_cast<int>(survivors_.size());
-  pairs_.resize(n);
-  pairs_.image_reference = reference.image_size;
-  pairs_.image_current = current.image_size;
-  pairs_.scale_factor = current.scale_factor;
-  for (int k = 0; k < n; ++k) {
-    const int i = survivors_[k];
-    const Match& match = result.matches[i];
-    const cv::KeyPoint& a = reference.keypoints[match.reference];
-    const cv::KeyPoint& b = current.keypoints[match.current];
-    const cv::Point2f p = camera_.undistort(a.pt), q = camera_.undistort(b.pt);
-    pairs_.x_reference[k] = p.x;
-    pairs_.y_reference[k] = p.y;
-    pairs_.x_current[k] = q.x;
-    pairs_.y_current[k] = q.y;
-    pairs_.octave_reference[k] = static_cast<uint8_t>(a.octave);
-    pairs_.octave_current[k] = static_cast<uint8_t>(b.octave);
-    pairs_.score[k] = statistics_.score[i];
-    pairs_.relative_score[k] = statistics_.relative_score[i];
-    pairs_.distance[k] = match.distance;
-    pairs_.second_distance[k] = match.second_distance;
-    result.stage[i] = MatchStage::kGms;
-    result.confidence[i] =
-        largest_score > 0 ? static_cast<float>(statistics_.score[i]) / static_cast<float>(largest_score) : 1.f;
-  }
-}
-
-bool MatchFilter::hasRays(const Features& reference, const Features& current, const Match& match) const {
-  if (camera_.pixelsWithoutInverse() == 0) return true;
-  const cv::Point2f p = camera_.undistort(reference.keypoints[match.reference].pt);
-  const cv::Point2f q = camera_.undistort(current.keypoints[match.current].pt);
-  return !std::isnan(p.x) && !std::isnan(q.x);
-}
-
-void MatchFilter::markInliers(MatchResult& result) {
-  const RobustResult& robust = result.robust;
-  if (method_->filterDecides()) {
-    for (const int match : survivors_) result.stage[match] = MatchStage::kInlier;
-    result.inliers = result.matches_gms;
-  }
-  if (!robust.model_found) {
-    result.status = Status::kRansacFailed;
-    return;
-  }
-  if (!method_->filterDecides()) {
-    for (size_t k = 0; k < survivors_.size(); ++k) {
-      if (robust.inlier[k]) result.stage[survivors_[k]] = MatchStage::kInlier;
-    }
-    result.inliers = robust.inlier_count;
-  }
-  if (!camera_.calibrated()) {
-    result.status = Status::kUncalibrated;
-  } else if (!robust.pose_found) {
-    result.status = Status::kRansacFailed;
-  } else if (!robust.translation_observable) {
-    result.status = Status::kLowParallax;
-  }
-}
-
-void MatchFilter::copyProbabilities(MatchResult& result) const {
-  const std::vector<float>& weighed = result.robust.probability;
-  for (size_t k = 0; k < survivors_.size(); ++k) {
-    result.probability[static_cast<size_t>(survivors_[k])] = weighed.empty() ? 0 : weighed[k];
-  }
 }
 
 }  // namespace gms_ransac

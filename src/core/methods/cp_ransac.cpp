@@ -20,16 +20,14 @@ class CpRansac : public GmsMethod {
   // "a coarse screening using the GMS algorithm": a match stays when enough others support it in its neighbourhood. How
   // many do is its confidence. (GmsMethod::filter.)
 
-  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
-    if (!begin(pairs, camera, result)) return;
+  std::optional<Hypothesis> findBest() override {
     // "sorting and grouping the matching pairs based on their neighborhood scores". Here by score over the threshold of
     // the neighbourhood: the bare score, `sort_key: score`, is highest in the densest texture and gathers the samples
     // there (kitti_06, neighbouring frames, five seeds: AUC5/10/20 of 59.6/72.7/80.5 against 62.5/75.0/83.4).
     sort(options_.sort_key.value_or(SortKey::kRelativeScore));
     // "The pairs with higher neighborhood scores are given priority as the initial set for solving the optimal model".
-    search(groups_, verifier_);
-    // Inliers of the best model; `refine` off leaves it as it was found.
-    conclude();
+    // Inliers of the best are the answer; `refine` off leaves it as it was found.
+    return search(groups_, verifier_);
   }
 
  private:

@@ -12,11 +12,7 @@ class Gms : public GmsMethod {
   explicit Gms(const MatchFilterOptions& options, GridNeighborhood neighborhood = GridNeighborhood::kNine)
       : GmsMethod(options, neighborhood) {}
 
-  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
-    if (!begin(pairs, camera, result)) return;
-    search(sampler_, verifier_);
-    conclude();
-  }
+  std::optional<Hypothesis> findBest() override { return search(sampler_, verifier_); }
   bool filterDecides() const override { return true; }
 
  private:

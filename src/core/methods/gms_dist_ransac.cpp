@@ -13,17 +13,14 @@ class GmsDistanceRansac : public GmsMethod {
   explicit GmsDistanceRansac(const MatchFilterOptions& options)
       : GmsMethod(options), distance_consistency_(options.distance_reading, options.robust.seed) {}
 
-  void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
-              MotionStatistics& statistics) override {
-    gms_.compute(reference, current, matches, statistics);
-    distance_consistency_.apply(reference, current, matches, statistics);
+  const MotionStatistics& filter(const Features& reference, const Features& current,
+                                 const std::vector<Match>& matches) override {
+    gms_.compute(reference, current, matches, statistics_);
+    distance_consistency_.apply(reference, current, matches, statistics_);
+    return statistics_;
   }
 
-  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
-    if (!begin(pairs, camera, result)) return;
-    search(sampler_, verifier_);
-    conclude();
-  }
+  std::optional<Hypothesis> findBest() override { return search(sampler_, verifier_); }
 
  private:
   DistanceConsistency distance_consistency_;

@@ -11,11 +11,7 @@ class GmsRansac : public GmsMethod {
  public:
   explicit GmsRansac(const MatchFilterOptions& options) : GmsMethod(options), sampler_(stopOf(options.robust)) {}
 
-  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
-    if (!begin(pairs, camera, result)) return;
-    search(sampler_, verifier_);
-    conclude();
-  }
+  std::optional<Hypothesis> findBest() override { return search(sampler_, verifier_); }
 
  private:
   static UniformSampler::Options stopOf(const RobustOptions& options) {

@@ -18,11 +18,7 @@ class Lan : public GmsMethod {
 
   bool wantsMutualMatches() const override { return mutual_; }
 
-  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
-    if (!begin(pairs, camera, result)) return;
-    search(sampler_, verifier_);
-    conclude();
-  }
+  std::optional<Hypothesis> findBest() override { return search(sampler_, verifier_); }
 
   /// A survivor's verdict stands only if the motion statistics of the inliers alone support it, too.
   void postFilter(const Features& reference, const Features& current, const std::vector<Match>& matches,
@@ -37,12 +33,12 @@ class Lan : public GmsMethod {
     const double kept = static_cast<double>(inliers_.size()) / static_cast<double>(matches.size());
     const double scaled = *gms_.options().threshold_factor * std::sqrt(kept);
     second_gms_.setThresholdFactor(second_threshold_factor_.value_or(scaled));
-    second_gms_.compute(reference, current, inliers_, statistics_);
+    second_gms_.compute(reference, current, inliers_, of_inliers_);
     size_t next = 0;
     for (uint8_t& inlier : result.inlier) {
-      if (inlier) inlier = statistics_.accepted[next++];
+      if (inlier) inlier = of_inliers_.accepted[next++];
     }
-    result.inlier_count = statistics_.accepted_count;
+    result.inlier_count = of_inliers_.accepted_count;
   }
 
  private:
@@ -50,7 +46,7 @@ class Lan : public GmsMethod {
   std::optional<double> second_threshold_factor_;
   MotionStatisticsFilter second_gms_;
   std::vector<Match> inliers_;
-  MotionStatistics statistics_;
+  MotionStatistics of_inliers_;
   UniformSampler sampler_;
   CountingVerifier verifier_;
 };

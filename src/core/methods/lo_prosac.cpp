@@ -30,21 +30,22 @@ class LoProsac : public RansacMethod {
         gms_(withDefaults(options.motion_statistics, Criterion::kEvidence)),
         judge_(options.robust) {}
 
-  void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
-              MotionStatistics& statistics) override {
-    gms_.compute(reference, current, matches, statistics);
+  const MotionStatistics& filter(const Features& reference, const Features& current,
+                                 const std::vector<Match>& matches) override {
+    gms_.compute(reference, current, matches, statistics_);
+    return statistics_;
   }
 
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
     const bool enough = begin(pairs, camera, result, kNoiseExponent);
-    const bool had_previous = std::exchange(has_previous_, false);
+    const std::optional<TwoViewPose> previous = std::exchange(previous_, std::nullopt);
     if (!enough) return;
     sort(SortKey::kLoweRatio);
     sampler_.setCells(order_, points_.cells());
     sampler_.begin(task(points_.size(), options_.max_iterations));
     switch (result.model_type) {
       case ModelType::kEssential:
-        return estimatePose(had_previous);
+        return estimatePose(previous);
       case ModelType::kFundamental:
         return estimateMatrix(FundamentalModel(kernels_, points_.view(), true));
       case ModelType::kHomography:
@@ -52,7 +53,7 @@ class LoProsac : public RansacMethod {
     }
   }
 
-  void reset() override { has_previous_ = false; }
+  void reset() override { previous_.reset(); }
 
  private:
   void start(const TwoViewModel& model) {
@@ -62,26 +63,23 @@ class LoProsac : public RansacMethod {
   void estimateMatrix(const TwoViewModel& model) {
     start(model);
     ransac_.search(sampler_);
-    if (!ransac_.found()) return;
-    Hypothesis best = ransac_.best();
-    countPasses(model.refine(kRobustLoss, kFinalIterations, best));
-    if (accept(best.matrix, true)) recoverPose(model, best, true);
+    if (!ransac_.best()) return;
+    const Hypothesis answer = refined(model, *ransac_.best(), kFinalIterations);
+    if (accept(model.matrix(answer), true)) recoverPose(model, answer, true);
   }
 
-  void estimatePose(bool had_previous) {
+  void estimatePose(const std::optional<TwoViewPose>& previous) {
     const PoseModel model(kernels_, points_.view(), kParallaxPrior);
     start(model);
-    if (had_previous) offer(previous_);
+    if (previous) offer(*previous);
     offerStarts();
     ransac_.search(sampler_);
-    if (!ransac_.found()) return;
+    if (!ransac_.best()) return;
     offerOtherPlaneMotion(model);
 
     // With the prior of the parallax for the rotation, without it for the model and the direction of translation.
-    TwoViewPose pose = ransac_.best().pose;
-    countPasses(model.refine(kRobustLoss, kFinalIterations, pose, kEnough));
-    TwoViewPose optimum = pose;
-    countPasses(PoseModel(kernels_, points_.view()).refine(kRobustLoss, kFinalIterations, optimum, kEnough));
+    const TwoViewPose pose = refined(model, ransac_.best()->pose);
+    TwoViewPose optimum = refined(PoseModel(kernels_, points_.view()), pose);
     judge_.begin(points_);
     judge_.refine(optimum, result_->effort);
     if (!accept(optimum.essential(), true)) return;
@@ -91,7 +89,12 @@ class LoProsac : public RansacMethod {
       judge_.takeAsItIs(optimum, pose, *result_);
     }
     previous_ = optimum;
-    has_previous_ = true;
+  }
+
+  using RansacMethod::refined;
+  TwoViewPose refined(const PoseModel& model, TwoViewPose pose) {
+    countPasses(model.refine(kRobustLoss, kFinalIterations, pose, kEnough));
+    return pose;
   }
 
   void offer(const TwoViewPose& pose) {
@@ -112,7 +115,7 @@ class LoProsac : public RansacMethod {
 
   /// Where most of the matches lie on a plane, the other motion that explains it (Faugeras & Lustman 1988).
   void offerOtherPlaneMotion(const PoseModel& model) {
-    const TwoViewPose best = ransac_.best().pose;
+    const TwoViewPose best = ransac_.best()->pose;
     int64_t& evaluations = result_->effort.point_evaluations;
     TwoViewPose other;
     if (!findOtherPlaneMotion(points_.view(), best, ransac_.residuals(), other, evaluations)) return;
@@ -123,16 +126,13 @@ class LoProsac : public RansacMethod {
     offer(other);
   }
 
-  void countPasses(int passes) { result_->effort.point_evaluations += static_cast<int64_t>(points_.size()) * passes; }
-
   MotionStatisticsFilter gms_;
   StratifiedSampler sampler_;
   CostVerifier verifier_;
   PoseJudge judge_;
   std::vector<TwoViewPose> starts_;
   std::vector<AlternativeMotion> alternatives_;
-  bool has_previous_ = false;
-  TwoViewPose previous_;
+  std::optional<TwoViewPose> previous_;  ///< the motion of the last pair
 };
 
 }  // namespace

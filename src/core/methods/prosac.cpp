@@ -11,12 +11,10 @@ class Prosac : public UnfilteredMethod {
  public:
   explicit Prosac(const MatchFilterOptions& options) : UnfilteredMethod(options) {}
 
-  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
-    if (!begin(pairs, camera, result)) return;
+  std::optional<Hypothesis> findBest() override {
     sort(options_.sort_key.value_or(SortKey::kDistance));
     // Growth function with T_N = 200000, non-randomness and maximality as in the paper (see ProsacSampler).
-    search(sampler_, verifier_);
-    conclude();
+    return search(sampler_, verifier_);
   }
 
  private:

@@ -10,12 +10,10 @@ class PlainRansac : public UnfilteredMethod {
  public:
   explicit PlainRansac(const MatchFilterOptions& options) : UnfilteredMethod(options) {}
 
-  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
-    if (!begin(pairs, camera, result)) return;
+  std::optional<Hypothesis> findBest() override {
     // Uniform samples until the bound k = log(1 - p) / log(1 - w^n) from the best inlier ratio w; every hypothesis is
     // verified on all matches.
-    search(sampler_, verifier_);
-    conclude();
+    return search(sampler_, verifier_);
   }
 
  private:

@@ -51,25 +51,9 @@ SamplingTask RansacMethod::task(int matches, int max_iterations) const {
   return {matches, model_->sampleSize(), options_.success_probability, max_iterations};
 }
 
-void RansacMethod::search(Sampler& sampler, Verifier& verifier) {
-  sampler.begin(task(points_.size(), options_.max_iterations));
-  ransac_.begin(*model_, points_.view(), order_, verifier, {}, random_, result_->effort);
-  ransac_.search(sampler);
-}
-
-void RansacMethod::conclude() {
-  if (ransac_.found()) conclude(ransac_.best());
-}
-
-void RansacMethod::conclude(const Hypothesis& best) {
-  // A method whose inliers are the filter's has the model for the pose's sake alone, so it may as well be a good one.
-  const bool refine = options_.refine || filterDecides();
-  Hypothesis refined = best;
-  if (refine) {
-    const int passes = model_->refine(kRobustLoss, kRefinementIterations, refined);
-    result_->effort.point_evaluations += static_cast<int64_t>(points_.size()) * passes;
-  }
-  if (accept(model_->matrix(refined))) recoverPose(*model_, refined, refine);
+Hypothesis RansacMethod::refined(const TwoViewModel& model, Hypothesis hypothesis, int iterations) {
+  countPasses(model.refine(kRobustLoss, iterations, hypothesis));
+  return hypothesis;
 }
 
 void RansacMethod::recoverPose(const TwoViewModel& model, const Hypothesis& best, bool refine) {
@@ -103,22 +87,39 @@ bool RansacMethod::accept(const Eigen::Matrix3d& matrix, bool ordered) {
   return result_->model_found;
 }
 
+void TextbookMethod::estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
+  if (!begin(pairs, camera, result)) return;
+  const std::optional<Hypothesis> best = findBest();
+  if (!best) return;
+  // A method whose inliers are the filter's has the model for the pose's sake alone, so it may as well be a good one.
+  const bool refine = options_.refine || filterDecides();
+  const Hypothesis answer = refine ? refined(*model_, *best, kRefinementIterations) : *best;
+  if (accept(model_->matrix(answer))) recoverPose(*model_, answer, refine);
+}
+
+std::optional<Hypothesis> TextbookMethod::search(Sampler& sampler, Verifier& verifier) {
+  sampler.begin(task(points_.size(), options_.max_iterations));
+  ransac_.begin(*model_, points_.view(), order_, verifier, {}, random_, result_->effort);
+  ransac_.search(sampler);
+  return ransac_.best();
+}
+
 UnfilteredMethod::UnfilteredMethod(const MatchFilterOptions& options)
-    : RansacMethod(options),
+    : TextbookMethod(options),
       gms_(options.motion_statistics),
       wants_scores_(options_.sort_key == SortKey::kScore || options_.sort_key == SortKey::kRelativeScore) {}
 
-void UnfilteredMethod::filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
-                              MotionStatistics& statistics) {
+const MotionStatistics& UnfilteredMethod::filter(const Features& reference, const Features& current,
+                                                 const std::vector<Match>& matches) {
   if (wants_scores_) {
-    gms_.compute(reference, current, matches, statistics);
+    gms_.compute(reference, current, matches, statistics_);
   } else {
-    statistics.score.assign(matches.size(), 0);
-    statistics.relative_score.assign(matches.size(), 0.f);
-    statistics.log_odds.clear();
+    statistics_.score.assign(matches.size(), 0);
+    statistics_.relative_score.assign(matches.size(), 0.f);
   }
-  statistics.accepted.assign(matches.size(), 1);
-  statistics.accepted_count = static_cast<int>(matches.size());
+  statistics_.accepted.assign(matches.size(), 1);
+  statistics_.accepted_count = static_cast<int>(matches.size());
+  return statistics_;
 }
 
 namespace {
@@ -131,6 +132,6 @@ MotionStatisticsOptions withNeighborhood(MotionStatisticsOptions options, GridNe
 }  // namespace
 
 GmsMethod::GmsMethod(const MatchFilterOptions& options, GridNeighborhood neighborhood)
-    : RansacMethod(options), gms_(withNeighborhood(options.motion_statistics, neighborhood)) {}
+    : TextbookMethod(options), gms_(withNeighborhood(options.motion_statistics, neighborhood)) {}
 
 }  // namespace gms_ransac

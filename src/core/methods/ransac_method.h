@@ -31,13 +31,12 @@ class RansacMethod : public Method {
   bool begin(const PointPairs& pairs, const Camera& camera, RobustResult& result, double noise_exponent = 0);
   /// Puts the matches in the order that samplers count by; until then it is the one given.
   void sort(std::optional<SortKey> key);
-  /// RANSAC as in the textbook: samples in that order, every solution of theirs, no local optimisation.
-  void search(Sampler& sampler, Verifier& verifier);
   /// What a sampler is told of a search among so many matches.
   SamplingTask task(int matches, int max_iterations) const;
-  /// With the best hypothesis, if one was found: refinement if the options ask for it, final mask, acceptance, pose.
-  void conclude(const Hypothesis& best);
-  void conclude();
+  /// The robust optimum near the hypothesis.
+  Hypothesis refined(const TwoViewModel& model, Hypothesis hypothesis, int iterations);
+  /// Counts what a refinement cost.
+  void countPasses(int passes) { result_->effort.point_evaluations += static_cast<int64_t>(points_.size()) * passes; }
 
   /// Sets the model from a matrix in working coordinates, and its inliers. False, and no model, when these are not
   /// enough. `ordered`: support among the first of the order counts, too.
@@ -58,7 +57,7 @@ class RansacMethod : public Method {
   const TwoViewModel* model_ = nullptr;   ///< the textbook's
   std::vector<int> match_order_, order_;  ///< most confident first: matches, and their columns
   Ransac ransac_;
-  PoseRecovery pose_recovery_;
+  MotionStatistics statistics_;  ///< what `filter` returns
 
  private:
   /// The probabilities of the matches, from nothing but their residuals.
@@ -67,15 +66,31 @@ class RansacMethod : public Method {
   std::variant<std::monostate, EssentialModel, FundamentalModel, HomographyModel> model_storage_;
   Ordering ordering_;
   InlierAcceptance acceptance_;
+  PoseRecovery pose_recovery_;
   MatchNoise noise_;
   std::vector<float> residuals_;
 };
 
-/// A method that keeps all raw matches. Motion statistics are computed only where the user has it sort by them.
-class UnfilteredMethod : public RansacMethod {
+/// A method whose search alone is its own; what follows on it is the same for all.
+class TextbookMethod : public RansacMethod {
  public:
-  void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
-              MotionStatistics& statistics) override;
+  /// Takes the pair up, searches, refines, judges.
+  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override;
+
+ protected:
+  using RansacMethod::RansacMethod;
+
+  /// The best hypothesis of `model_`; nothing where none was found.
+  virtual std::optional<Hypothesis> findBest() = 0;
+  /// RANSAC as in the textbook: samples in the order of the matches, every solution of theirs, no local optimisation.
+  std::optional<Hypothesis> search(Sampler& sampler, Verifier& verifier);
+};
+
+/// A method that keeps all raw matches. Motion statistics are computed only where the user has it sort by them.
+class UnfilteredMethod : public TextbookMethod {
+ public:
+  const MotionStatistics& filter(const Features& reference, const Features& current,
+                                 const std::vector<Match>& matches) override;
 
  protected:
   explicit UnfilteredMethod(const MatchFilterOptions& options);
@@ -87,11 +102,12 @@ class UnfilteredMethod : public RansacMethod {
 
 /// A method that estimates from what Grid-based Motion Statistics keep (Bian et al. 2017), with the published settings
 /// where the user leaves them open.
-class GmsMethod : public RansacMethod {
+class GmsMethod : public TextbookMethod {
  public:
-  void filter(const Features& reference, const Features& current, const std::vector<Match>& matches,
-              MotionStatistics& statistics) override {
-    gms_.compute(reference, current, matches, statistics);
+  const MotionStatistics& filter(const Features& reference, const Features& current,
+                                 const std::vector<Match>& matches) override {
+    gms_.compute(reference, current, matches, statistics_);
+    return statistics_;
   }
 
  protected:

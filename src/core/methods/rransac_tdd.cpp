@@ -11,11 +11,9 @@ class RansacTdd : public UnfilteredMethod {
   explicit RansacTdd(const MatchFilterOptions& options)
       : UnfilteredMethod(options), sampler_(boundFor(options.robust)), verifier_(options.robust.tdd_d) {}
 
-  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
-    if (!begin(pairs, camera, result)) return;
+  std::optional<Hypothesis> findBest() override {
     // A hypothesis is verified on all matches only if tdd_d random ones fit.
-    search(sampler_, verifier_);
-    conclude();
+    return search(sampler_, verifier_);
   }
 
  private:

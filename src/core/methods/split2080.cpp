@@ -13,11 +13,9 @@ class Split2080 : public UnfilteredMethod {
   explicit Split2080(const MatchFilterOptions& options)
       : UnfilteredMethod(options), sampler_(firstOf(options.robust)), verifier_(options.robust.split_fraction) {}
 
-  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
-    if (!begin(pairs, camera, result)) return;
+  std::optional<Hypothesis> findBest() override {
     sort(options_.sort_key.value_or(SortKey::kDistance));
-    search(sampler_, verifier_);
-    conclude();
+    return search(sampler_, verifier_);
   }
 
  private:

@@ -19,16 +19,24 @@ class SubsetRansac : public UnfilteredMethod {
  public:
   explicit SubsetRansac(const MatchFilterOptions& options) : UnfilteredMethod(options) {}
 
-  void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
-    if (!begin(pairs, camera, result)) return;
+  std::optional<Hypothesis> findBest() override {
     const int n = points_.size();
     const int size = prefixLength(options_.subset_fraction, n, kMatchesPerSampleMember * model_->sampleSize());
-    best_cost_ = std::numeric_limits<float>::infinity();
+    std::optional<Hypothesis> best;
+    float best_cost = std::numeric_limits<float>::infinity();  // truncated, on all matches (MSAC)
     for (int s = 0; s < options_.subset_count; ++s) {
       drawSubset(size);
-      searchSubset(std::max(1, options_.max_iterations / options_.subset_count));
+      const std::optional<Hypothesis> found =
+          searchSubset(std::max(1, options_.max_iterations / options_.subset_count));
+      if (!found) continue;
+      HypothesisScore score;
+      model_->score(points_.view(), *found, std::numeric_limits<float>::max(), score,
+                    result_->effort.point_evaluations);
+      if (score.cost >= best_cost) continue;
+      best = found;
+      best_cost = score.cost;
     }
-    if (best_cost_ < std::numeric_limits<float>::infinity()) conclude(best_);
+    return best;
   }
 
  private:
@@ -43,29 +51,21 @@ class SubsetRansac : public UnfilteredMethod {
     subset_.resize(static_cast<size_t>(size));
   }
 
-  /// RANSAC with its own bound and an equal share of the samples; the winner is compared on all matches.
-  void searchSubset(int max_iterations) {
+  /// RANSAC with its own bound and an equal share of the samples.
+  std::optional<Hypothesis> searchSubset(int max_iterations) {
     columns_.gather(points_.view(), subset_.data(), static_cast<int>(subset_.size()));
     sampler_.begin(task(static_cast<int>(subset_.size()), max_iterations));
     // The subset's own matches judge: solutions are found among all columns, support is counted in the copy.
     ransac_.begin(*model_, points_.view(), subset_, verifier_, {}, random_, result_->effort);
     verifier_.begin(*model_, columns_.view(), subset_);
     ransac_.search(sampler_);
-    if (!ransac_.found()) return;
-    HypothesisScore score;
-    model_->score(points_.view(), ransac_.best(), std::numeric_limits<float>::max(), score,
-                  result_->effort.point_evaluations);
-    if (score.cost >= best_cost_) return;
-    best_ = ransac_.best();
-    best_cost_ = score.cost;
+    return ransac_.best();
   }
 
   UniformSampler sampler_;
   CountingVerifier verifier_;
   std::vector<int> subset_;
   PointColumns columns_;  ///< of the subset
-  Hypothesis best_;
-  float best_cost_ = 0;  ///< truncated, on all matches (MSAC)
 };
 
 }  // namespace

@@ -11,14 +11,14 @@ void Ransac::begin(const TwoViewModel& model, const PointColumnsView& points, co
   optimization_ = optimization;
   random_ = &random;
   effort_ = &effort;
-  found_ = false;
+  best_.reset();
   verifier.begin(model, points, order);
 }
 
 void Ransac::search(Sampler& sampler) {
   int sample[kMaxSampleSize];
   Hypothesis hypotheses[kMaxHypotheses];
-  if (found_) tellSampler(sampler);
+  if (best_) tellSampler(sampler);
   while (sampler.draw(*random_, sample)) {
     for (int k = 0; k < model_->sampleSize(); ++k) sample[k] = (*order_)[static_cast<size_t>(sample[k])];
     const int count = model_->solve(sample, hypotheses);
@@ -33,7 +33,6 @@ bool Ransac::offer(const Hypothesis& hypothesis) {
   ++effort_->models_scored;
   if (!verifier_->beatsBest(hypothesis, *random_, *effort_)) return false;
   best_ = hypothesis;
-  found_ = true;
   if (optimization_.iterations > 0) {
     Hypothesis optimized = hypothesis;
     const int passes = model_->refine(optimization_.loss, optimization_.iterations, optimized);
@@ -45,7 +44,7 @@ bool Ransac::offer(const Hypothesis& hypothesis) {
 
 const std::vector<float>& Ransac::residuals() {
   residuals_.resize(static_cast<size_t>(points_.size));
-  model_->residuals(best_, residuals_.data());
+  model_->residuals(*best_, residuals_.data());
   return residuals_;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "gms_ransac/robust_estimator.h"
@@ -30,8 +31,8 @@ class Ransac {
   /// Draws samples until the sampler has enough.
   void search(Sampler& sampler);
 
-  bool found() const { return found_; }
-  const Hypothesis& best() const { return best_; }
+  /// Nothing while none was found.
+  const std::optional<Hypothesis>& best() const { return best_; }
   /// Of the best hypothesis, by column.
   const std::vector<float>& residuals();
 
@@ -47,8 +48,7 @@ class Ransac {
   Random* random_ = nullptr;
   Effort* effort_ = nullptr;
 
-  bool found_ = false;
-  Hypothesis best_;
+  std::optional<Hypothesis> best_;
   std::vector<float> residuals_;
   std::vector<uint8_t> inlier_;  ///< by rank
 };

@@ -56,13 +56,6 @@ std::vector<TrustRow> measureSet(const TrustPlan& plan, const TrustUnit& unit) {
   return rows;
 }
 
-/// The outcome in the words of the whole line, for an estimator that was run alone (MatchFilter states it the same
-/// way).
-Status statusOf(const RobustResult& result) {
-  if (!result.model_found || !result.pose_found || result.inlier_count < kMinimumMatches) return Status::kRansacFailed;
-  return result.translation_observable ? Status::kOk : Status::kLowParallax;
-}
-
 Reliability reliabilityOf(const TwoViewScene& scene, const RobustResult& result) {
   Reliability reliability;
   for (size_t i = 0; i < result.probability.size(); ++i) {
@@ -93,7 +86,7 @@ std::vector<TrustRow> measureScene(const TrustPlan& plan, const TrustUnit& unit)
       context.set = name;
       context.pair = std::to_string(i);
       context.method = plan.pipelines[m].method;
-      context.status = statusOf(result);
+      context.status = statusOf(result, scene.camera);
       context.survivors = scene.pairs.size();
       rows.push_back(makeTrustRow(context, result, &truth, reliabilityOf(scene, result)));
     }

@@ -1,0 +1,76 @@
+#include "survivors.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gms_ransac {
+
+namespace {
+
+/// False where the calibration does not say which ray a keypoint of the match lies on (Camera::undistort).
+bool hasRays(const Features& reference, const Features& current, const Match& match, const Camera& camera) {
+  if (camera.pixelsWithoutInverse() == 0) return true;
+  const cv::Point2f p = camera.undistort(reference.keypoints[match.reference].pt);
+  const cv::Point2f q = camera.undistort(current.keypoints[match.current].pt);
+  return !std::isnan(p.x) && !std::isnan(q.x);
+}
+
+void describe(const Features& reference, const Features& current, const std::vector<Match>& matches,
+              const MotionStatistics& statistics, const Camera& camera, const std::vector<int>& survivors,
+              PointPairs& pairs) {
+  pairs.resize(static_cast<int>(survivors.size()));
+  pairs.image_reference = reference.image_size;
+  pairs.image_current = current.image_size;
+  pairs.scale_factor = current.scale_factor;
+  for (size_t k = 0; k < survivors.size(); ++k) {
+    const auto i = static_cast<size_t>(survivors[k]);
+    const Match& match = matches[i];
+    const cv::KeyPoint& a = reference.keypoints[match.reference];
+    const cv::KeyPoint& b = current.keypoints[match.current];
+    const cv::Point2f p = camera.undistort(a.pt), q = camera.undistort(b.pt);
+    pairs.x_reference[k] = p.x;
+    pairs.y_reference[k] = p.y;
+    pairs.x_current[k] = q.x;
+    pairs.y_current[k] = q.y;
+    pairs.octave_reference[k] = static_cast<uint8_t>(a.octave);
+    pairs.octave_current[k] = static_cast<uint8_t>(b.octave);
+    pairs.score[k] = statistics.score[i];
+    pairs.relative_score[k] = statistics.relative_score[i];
+    pairs.distance[k] = match.distance;
+    pairs.second_distance[k] = match.second_distance;
+  }
+}
+
+}  // namespace
+
+void SurvivorSelector::select(const Features& reference, const Features& current, const std::vector<Match>& matches,
+                              const MotionStatistics& statistics, const Camera& camera, Survivors& survivors) {
+  std::vector<int>& kept = survivors.match;
+  kept.clear();
+  for (size_t i = 0; i < matches.size(); ++i) {
+    if (!statistics.accepted[i]) continue;
+    if (hasRays(reference, current, matches[i], camera)) kept.push_back(static_cast<int>(i));
+  }
+  if (one_to_one_) keepOneForEachPoint(current.keypoints.size(), matches, statistics, kept);
+  describe(reference, current, matches, statistics, camera, kept, survivors.pairs);
+}
+
+void SurvivorSelector::keepOneForEachPoint(size_t current_points, const std::vector<Match>& matches,
+                                           const MotionStatistics& statistics, std::vector<int>& survivors) {
+  // The log-odds of being right include the descriptors; a score alone says which cell is the fullest.
+  const std::vector<float>& log_odds = statistics.log_odds;
+  const auto better = [&](int a, int b) {
+    if (!log_odds.empty() && log_odds[a] != log_odds[b]) return log_odds[a] > log_odds[b];
+    return matches[a].distance < matches[b].distance;
+  };
+  constexpr int kNone = -1;
+  best_.assign(current_points, kNone);
+  for (const int i : survivors) {
+    int& best = best_[matches[i].current];
+    if (best == kNone || better(i, best)) best = i;
+  }
+  const auto beaten = [&](int i) { return best_[matches[i].current] != i; };
+  survivors.erase(std::remove_if(survivors.begin(), survivors.end(), beaten), survivors.end());
+}
+
+}  // namespace gms_ransac
