@@ -9,7 +9,7 @@ from collections import OrderedDict
 try:
     import matplotlib
 except ImportError:
-    sys.exit("plot_tables.py: matplotlib is missing; install python3-matplotlib (the tables themselves need nothing)")
+    sys.exit("plot_tables.py: matplotlib is missing; install python3-matplotlib (the tables are complete without)")
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (the backend has to be chosen first)
 

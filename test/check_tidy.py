@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """clang-tidy over every file of src: check_tidy.py BUILD_DIR. A file that passed is looked at again only when it, a header
-of the project that it includes, its flags or the list of checks changed; BUILD_DIR/clang_tidy remembers."""
+of the project that it includes, written or generated, its flags or the list of checks changed; BUILD_DIR/clang_tidy
+remembers."""
 import concurrent.futures
 import hashlib
 import json
@@ -13,20 +14,21 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
 INCLUDE_FOLDERS = [ROOT / folder for folder in ("include", "src/core", "src/ros", "src/evaluation")]
+GENERATED_FOLDERS = ["generated", "devel/include"]  # of the build
 # The headers of ROS are long, and these look at every node of them: two thirds of the time for what the core shows alone.
 SLOW_CHECKS = ["performance-unnecessary-value-param", "bugprone-reserved-identifier", "bugprone-stringview-nullptr",
                "misc-unused-using-decls", "bugprone-assert-side-effect", "modernize-use-nullptr"]
 
 
-def files_read(file, seen):
-    """The file and the project's own headers behind its includes, in one set."""
+def files_read(file, folders, seen):
+    """The file and the headers in the folders behind its includes, in one set."""
     seen.add(file)
     for name in INCLUDE.findall(file.read_text()):
-        for folder in [file.parent] + INCLUDE_FOLDERS:
+        for folder in [file.parent] + folders:
             header = (folder / name).resolve()
             if header.is_file():
                 if header not in seen:
-                    files_read(header, seen)
+                    files_read(header, folders, seen)
                 break
     return seen
 
@@ -40,7 +42,8 @@ def command_of(file, build):
 
 def digest(file, build, flags):
     text = hashlib.sha256(repr((command_of(file, build), flags)).encode())
-    for part in sorted(files_read(file, set())) + [ROOT / ".clang-tidy"]:
+    folders = INCLUDE_FOLDERS + [build / folder for folder in GENERATED_FOLDERS]
+    for part in sorted(files_read(file, folders, set())) + [ROOT / ".clang-tidy"]:
         text.update(part.read_bytes())
     return text.hexdigest()
 

@@ -93,7 +93,7 @@ TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
       {"run " + path("set") + " --method lo_prosac,nonsense", "unknown method 'nonsense'"},
       {"sweep --method cp_ransac,nonsense", "unknown method 'nonsense'"},
       {"run " + path("set") + " --model sphere", "--model is 'sphere'; it must be one of 'essential'"},
-      {"run " + path("set") + " --gap 0", "--gap must be at least 1"},
+      {"run " + path("set") + " --gap 0", "--gap is 0; it must be at least 1"},
       {"run " + path("set") + " --features 0", "--features is '0'; it must be a whole number between 1 and 100000"},
       {"run " + path("set") + " --quality beauty", "--sort-key is 'beauty'"},
       {"sweep --gms-border nowhere", "--gms-border is 'nowhere'"},

@@ -120,8 +120,6 @@ TEST(TranslationScale, WithLengthScalesTheCovarianceAndFillsItAlongTheMotion) {
   EXPECT_NEAR(pose.covariance(3, 3), 1e-4, 1e-15);
 }
 
-TEST(TranslationScale, KnowsItsModes) {}
-
 TEST(ScalePropagator, FirstPairHasLengthOneAndTooFewCommonFeaturesKeepTheLast) {
   const ExactPair exact({1, 0, 0});
   Triangulation points;

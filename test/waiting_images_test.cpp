@@ -18,10 +18,8 @@ class Bench {
   explicit Bench(const WaitingOptions& options) : images_(options) {}
 
   Bench& image(double stamp, bool with_info = false) {
-    auto image = boost::make_shared<sensor_msgs::Image>();
-    image->header.stamp = ros::Time(stamp);
     ImageWithInfo input;
-    input.image = image;
+    input.image = stamped(stamp);
     if (with_info) input.camera_info = boost::make_shared<sensor_msgs::CameraInfo>();
     images_.add(input, now_);
     return collect();
@@ -31,9 +29,7 @@ class Bench {
     return collect();
   }
   Bench& mask(double stamp) {
-    auto mask = boost::make_shared<sensor_msgs::Image>();
-    mask->header.stamp = ros::Time(stamp);
-    images_.addMask(mask);
+    images_.addMask(stamped(stamp));
     return collect();
   }
   Bench& wait(double seconds) {
@@ -45,6 +41,11 @@ class Bench {
   WaitingImages* operator->() { return &images_; }
 
  private:
+  static sensor_msgs::ImageConstPtr stamped(double stamp) {
+    auto image = boost::make_shared<sensor_msgs::Image>();
+    image->header.stamp = ros::Time(stamp);
+    return image;
+  }
   Bench& collect() {
     for (const ImageWithInfo& input : images_.settled(now_)) {
       out_ += (out_.empty() ? "" : " ") + std::to_string(std::lround(100 * input.image->header.stamp.toSec())) +
@@ -59,90 +60,81 @@ class Bench {
   std::string out_;
 };
 
-WaitingOptions forCameraInfo() {
+/// Three at most wait for that.
+WaitingOptions waitFor(bool WaitingOptions::*what) {
   WaitingOptions options;
-  options.for_camera_info = true;
+  options.*what = true;
   options.capacity = 3;
   return options;
 }
 
-TEST(WaitingImages, ThatNeedNothingComeOutAtOnce) {
+struct WaitForNothing : testing::Test {
   Bench bench{WaitingOptions()};
+};
+struct WaitForCameraInfo : testing::Test {
+  Bench bench{waitFor(&WaitingOptions::for_camera_info)};
+};
+struct WaitForMask : testing::Test {
+  Bench bench{waitFor(&WaitingOptions::for_mask)};
+};
+
+TEST_F(WaitForNothing, ImagesComeOutAtOnce) {
   EXPECT_EQ(bench.image(1).out(), "100");
   EXPECT_EQ(bench.info().image(2).out(), "200i");
   EXPECT_FALSE(bench->gaveUpCameraInfo());
 }
 
-TEST(WaitingImages, TheFirstWaitForCameraInfo) {
-  Bench bench(forCameraInfo());
+TEST_F(WaitForCameraInfo, TheFirstImagesWait) {
   EXPECT_EQ(bench.image(1).image(2).wait(0.9).out(), "");
   EXPECT_EQ(bench.info().out(), "100i 200i");
   EXPECT_EQ(bench.image(3).out(), "300i");
   EXPECT_FALSE(bench->gaveUpCameraInfo());
 }
 
-TEST(WaitingImages, WaitInVainForCameraInfoOnlyOnce) {
-  Bench bench(forCameraInfo());
+TEST_F(WaitForCameraInfo, ImagesWaitInVainOnlyOnce) {
   EXPECT_EQ(bench.image(1).wait(0.5).image(2).wait(0.5).out(), "100 200");
   EXPECT_TRUE(bench->gaveUpCameraInfo());
   EXPECT_EQ(bench.image(3).out(), "300");
   EXPECT_EQ(bench.info().image(4).out(), "400i") << "it is taken when it comes after all";
 }
 
-TEST(WaitingImages, DoNotWaitWhenTooManyDo) {
-  Bench bench(forCameraInfo());
+TEST_F(WaitForCameraInfo, NoImageWaitsWhenTooManyDo) {
   EXPECT_EQ(bench.image(1).image(2).image(3).out(), "");
   EXPECT_EQ(bench.image(4).out(), "100 200 300 400");
 }
 
-TEST(WaitingImages, KeepTheirOwnCameraInfo) {
-  Bench bench(forCameraInfo());
-  EXPECT_EQ(bench.image(1, true).out(), "100i");
-}
+TEST_F(WaitForCameraInfo, ImagesKeepTheirOwn) { EXPECT_EQ(bench.image(1, true).out(), "100i"); }
 
-TEST(WaitingImages, TakeTheNewestMask) {
-  Bench bench{WaitingOptions()};
+TEST_F(WaitForNothing, ImagesTakeTheNewestMask) {
   EXPECT_EQ(bench.image(1).out(), "100");
   EXPECT_EQ(bench.mask(0).image(2).image(3).out(), "200m0 300m0");
   EXPECT_EQ(bench.mask(1).mask(2.5).image(4).out(), "400m250");
 }
 
-WaitingOptions forMask() {
-  WaitingOptions options;
-  options.for_mask = true;
-  options.capacity = 3;
-  return options;
-}
-
-TEST(WaitingImages, WaitForTheMaskOfTheirStamp) {
-  Bench bench(forMask());
+TEST_F(WaitForMask, ImagesWaitForThatOfTheirStamp) {
   EXPECT_EQ(bench.image(1).image(2).out(), "");
   EXPECT_EQ(bench.mask(1).out(), "100m100");
   EXPECT_EQ(bench.mask(2).mask(3).out(), "200m200");
   EXPECT_EQ(bench.image(3).out(), "300m300") << "the mask came first";
 }
 
-TEST(WaitingImages, DoNotWaitForAMaskThatWasSkipped) {
-  Bench bench(forMask());
+TEST_F(WaitForMask, NoImageWaitsForOneThatWasSkipped) {
   EXPECT_EQ(bench.image(1).image(2).mask(2).out(), "100 200m200");
 }
 
-TEST(WaitingImages, DoNotWaitLongForAMask) {
-  Bench bench(forMask());
+TEST_F(WaitForMask, NoImageWaitsLong) {
   EXPECT_EQ(bench.image(1).wait(0.5).image(2).wait(0.5).out(), "100");
   EXPECT_EQ(bench.image(3).image(4).image(5).out(), "200");
   EXPECT_EQ(bench.mask(5).out(), "300 400 500m500");
 }
 
-TEST(WaitingImages, WaitAgainWhereTheStampsGoBack) {
-  Bench bench(forMask());
+TEST_F(WaitForMask, ImagesWaitAgainWhereTheStampsGoBack) {
   EXPECT_EQ(bench.image(9).mask(9).out(), "900m900");
   EXPECT_EQ(bench.mask(1).image(1).image(2).out(), "100m100");
   EXPECT_EQ(bench.mask(2).out(), "200m200");
 }
 
-TEST(WaitingImages, AreForgottenOnRequest) {
-  Bench bench(forCameraInfo());
+TEST_F(WaitForCameraInfo, ImagesAreForgottenOnRequest) {
   bench.image(1)->clear();
   EXPECT_EQ(bench.info().out(), "");
 }

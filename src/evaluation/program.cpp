@@ -94,4 +94,8 @@ bool runScript(const std::string& name, const std::string& argument, const std::
   return false;
 }
 
+void plotTables(const std::string& folder_or_sweep) {
+  runScript("plot_tables.py", folder_or_sweep, "no plots, but the tables are complete");
+}
+
 }  // namespace gms_ransac

@@ -47,5 +47,7 @@ class InterruptWatch {
 /// Runs an installed Python script (in scripts/ of the source when run from a build) on one argument. A script that is
 /// missing or fails costs a line on stderr, which says `without` what the rest is.
 bool runScript(const std::string& script, const std::string& argument, const std::string& without);
+/// Draws the figures of a folder of tables, or of the CSV file of a sweep.
+void plotTables(const std::string& folder_or_sweep);
 
 }  // namespace gms_ransac

@@ -11,6 +11,7 @@
 #include <opencv2/core/version.hpp>
 
 #include "benchmark/benchmark_suite.h"
+#include "command_line.h"
 #include "gms_ransac/simd.h"
 #include "program.h"
 #include "scenes/scene_writer.h"
@@ -21,40 +22,26 @@ namespace po = boost::program_options;
 namespace fs = std::filesystem;
 using namespace gms_ransac;
 
-struct Arguments {
+struct BenchmarkArguments {
   std::string folder, features = "1000,2000,3000,5000,10000", threads = "1,all", methods, model = "essential", out;
   int pairs = 12, gap = 1;
   BenchmarkOptions options;
   DatasetOptions dataset;
 };
 
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> words;
-  std::istringstream stream(text);
-  for (std::string word; std::getline(stream, word, ',');) words.push_back(word);
-  return words;
-}
-
-int parsePositive(const std::string& word, const std::string& option) {
-  size_t used = 0;
-  int value = 0;
-  try {
-    value = std::stoi(word, &used);
-  } catch (const std::exception&) {
+/// "1,all" -> 1 and the number of cores; what follows upon its like is left out.
+std::vector<int> parseThreads(const std::string& list) {
+  std::vector<int> threads;
+  for (const std::string& word : splitAtCommas(list)) {
+    const int all = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    const int count = word == "all" ? all : parsePositives(word, "--threads").front();
+    if (threads.empty() || threads.back() != count) threads.push_back(count);
   }
-  if (used == 0 || used != word.size() || value < 1) {
-    throw std::invalid_argument(option + ": '" + word + "' is not a positive whole number");
-  }
-  return value;
-}
-
-int threadCount(const std::string& word) {
-  if (word == "all") return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  return parsePositive(word, "--threads");
+  return threads;
 }
 
 /// False when only help was asked for.
-bool parse(int argc, char** argv, Arguments& arguments) {
+bool parse(const Arguments& words, BenchmarkArguments& arguments) {
   po::options_description options("Options");
   auto add = options.add_options();
   add("help,h", "this text");
@@ -66,34 +53,21 @@ bool parse(int argc, char** argv, Arguments& arguments) {
   add("gap", po::value(&arguments.gap)->default_value(arguments.gap), "frames between reference and current");
   add("repeat", po::value(&arguments.options.repeat)->default_value(arguments.options.repeat),
       "times each pair is run");
-  add("intrinsics", po::value(&arguments.dataset.intrinsics),
-      "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]; overrides the set's own");
+  addDatasetOptions(options, arguments.dataset);
   add("out,o", po::value(&arguments.out), "file for the tables (Markdown), besides the screen");
-  po::options_description all;
-  all.add(options).add_options()("folder", po::value(&arguments.folder));
-  po::positional_options_description positional;
-  positional.add("folder", 1);
-  po::variables_map given;
-  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), given);
-  po::notify(given);
-  if (given.count("help")) {
-    std::cout
-        << "benchmark [DIR] [options]\n\nTimes cv::ORB, cv::BFMatcher, a dense GMS and OpenCV's robust estimators "
-           "against this\npackage, stage by stage and interleaved. DIR: a TUM or KITTI odometry folder, a folder "
-           "of\nimage pairs (pairs.txt), or a .bag; without it a rendered scene. Lists are separated by "
-           "commas.\nThe FAST threshold is 20 up to 3000 features and 0 above.\n\n"
-        << options;
-    return false;
-  }
-  for (auto [name, value] :
-       {std::make_pair("--pairs", arguments.pairs), {"--gap", arguments.gap}, {"--repeat", arguments.options.repeat}}) {
-    if (value < 1) throw std::invalid_argument(std::string(name) + " must be at least 1");
-  }
+  const char* usage =
+      "benchmark [DIR] [options]\n\nTimes cv::ORB, cv::BFMatcher, a dense GMS and OpenCV's robust estimators against "
+      "this\npackage, stage by stage and interleaved. DIR: a TUM or KITTI odometry folder, a folder of\nimage pairs "
+      "(pairs.txt), or a .bag; without it a rendered scene. Lists are separated by commas.\nThe FAST threshold is 20 "
+      "up "
+      "to 3000 features and 0 above.";
+  if (!parseCommandLine(words, usage, options, {{"folder", 1, po::value(&arguments.folder)}})) return false;
+  requireAtLeastOne({{"--pairs", arguments.pairs}, {"--gap", arguments.gap}, {"--repeat", arguments.options.repeat}});
   arguments.options.model = parseModelType(arguments.model);
   if (arguments.options.model == ModelType::kHomography) {
     throw std::invalid_argument("--model is homography; it must be essential or fundamental, as in the baseline");
   }
-  if (!arguments.methods.empty()) arguments.options.methods = split(arguments.methods);
+  if (!arguments.methods.empty()) arguments.options.methods = splitAtCommas(arguments.methods);
   for (std::string& method : arguments.options.methods) {
     method = currentName("--method", method, findMethod(method).name);
   }
@@ -139,15 +113,11 @@ std::string processorName() {
   return "unknown processor";
 }
 
-int benchmark(int argc, char** argv) {
-  Arguments arguments;
-  if (!parse(argc, argv, arguments)) return 0;
-  std::vector<int> features, threads;
-  for (const std::string& word : split(arguments.features)) features.push_back(parsePositive(word, "--features"));
-  for (const std::string& word : split(arguments.threads)) {
-    const int count = threadCount(word);
-    if (threads.empty() || threads.back() != count) threads.push_back(count);
-  }
+int benchmark(const Arguments& words) {
+  BenchmarkArguments arguments;
+  if (!parse(words, arguments)) return 0;
+  const std::vector<int> features = parsePositives(arguments.features, "--features");
+  const std::vector<int> threads = parseThreads(arguments.threads);
   std::ofstream file;
   if (!arguments.out.empty()) {
     file.open(arguments.out);
@@ -188,5 +158,5 @@ int benchmark(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return gms_ransac::runProgram("benchmark", [&] { return benchmark(argc, argv); });
+  return gms_ransac::runProgram("benchmark", [&] { return benchmark(Arguments(argv + 1, argv + argc)); });
 }

@@ -1,10 +1,10 @@
 // Program: writes a TUM or KITTI folder as a bag with the topic names of the official TUM bags or of kitti2bag.
-#include <iostream>
 #include <stdexcept>
 #include <string>
 
 #include <boost/program_options.hpp>
 
+#include "command_line.h"
 #include "datasets/dataset_export.h"
 #include "program.h"
 
@@ -13,7 +13,7 @@ namespace {
 namespace po = boost::program_options;
 using namespace gms_ransac;
 
-int datasetToBag(int argc, char** argv) {
+int datasetToBag(const Arguments& arguments) {
   BagExportOptions export_options;
   DatasetOptions dataset_options;
   std::string folder, bag, camera_info;
@@ -28,21 +28,13 @@ int datasetToBag(int argc, char** argv) {
       "TUM: grey values of the depth images per metre");
   add("start", po::value(&export_options.kitti_start)->default_value(export_options.kitti_start, "1317042272"),
       "KITTI: time of the first image, seconds");
-  po::options_description all;
-  all.add(options).add_options()("folder", po::value(&folder))("bag", po::value(&bag));
-  po::positional_options_description positional;
-  positional.add("folder", 1).add("bag", 1);
-  po::variables_map given;
-  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), given);
-  po::notify(given);
-  if (given.count("help")) {
-    std::cout << "dataset_to_bag DIR OUT.bag [options]\n\nWrites a TUM RGB-D folder (rgb.txt, optional depth.txt and "
-                 "groundtruth.txt) or a KITTI odometry\nfolder (image_0/, calib.txt, optional poses.txt and times.txt) "
-                 "as a bag with the topics, frames,\ncamera_info and ground-truth tf of the official TUM bags or of "
-                 "kitti2bag's odometry bags.\n\n"
-              << options;
-    return 0;
-  }
+  const char* usage =
+      "dataset_to_bag DIR OUT.bag [options]\n\nWrites a TUM RGB-D folder (rgb.txt, optional depth.txt and "
+      "groundtruth.txt) or a KITTI odometry\nfolder (image_0/, calib.txt, optional poses.txt and times.txt) as a bag "
+      "with the topics, frames,\ncamera_info and ground-truth tf of the official TUM bags or of kitti2bag's odometry "
+      "bags.";
+  const std::vector<Positional> positional = {{"folder", 1, po::value(&folder)}, {"bag", 1, po::value(&bag)}};
+  if (!parseCommandLine(arguments, usage, options, positional)) return 0;
   if (folder.empty() || bag.empty()) {
     throw std::invalid_argument("a folder and a bag to write are needed; see dataset_to_bag --help");
   }
@@ -62,5 +54,5 @@ int datasetToBag(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return gms_ransac::runProgram("dataset_to_bag", [&] { return datasetToBag(argc, argv); });
+  return gms_ransac::runProgram("dataset_to_bag", [&] { return datasetToBag(Arguments(argv + 1, argv + argc)); });
 }

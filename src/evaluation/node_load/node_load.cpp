@@ -26,6 +26,7 @@
 #include <sensor_msgs/Image.h>
 #include <boost/program_options.hpp>
 
+#include "command_line.h"
 #include "gms_ransac/feature_extractor.h"
 #include "gms_ransac/parameter.h"
 #include "program.h"
@@ -300,7 +301,7 @@ void measure(const LoadOptions& options, const Footage& footage, ros::NodeHandle
   ros::param::del(kFilter);
 }
 
-int nodeLoad(int argc, char** argv) {
+int nodeLoad(const Arguments& arguments) {
   LoadOptions load;
   cv::Size size;
   std::vector<double> rates;
@@ -320,17 +321,12 @@ int nodeLoad(int argc, char** argv) {
       "match_filter_node in a process of its own; default: the nodelet in the publisher's process");
   add("width", po::value(&size.width)->default_value(640), "pixels");
   add("height", po::value(&size.height)->default_value(480), "pixels");
-  po::variables_map given;
-  po::store(po::parse_command_line(argc, argv, options), given);
-  po::notify(given);
-  if (given.count("help")) {
-    std::cout << "node_load [options]\n\nPublishes rendered images to the match filter and prints, for each extractor "
-                 "and rate, a row of:\nimages answered per second, latency from the image's stamp to ~correspondences "
-                 "(ms), processor time\nof the filter's process in percent of one core (in the manager with the "
-                 "publisher in it), its peak\nmemory and the load average of the machine. Needs a ROS master.\n\n"
-              << options;
-    return 0;
-  }
+  const char* usage =
+      "node_load [options]\n\nPublishes rendered images to the match filter and prints, for each extractor and rate, a "
+      "row of:\nimages answered per second, latency from the image's stamp to ~correspondences (ms), processor "
+      "time\nof the filter's process in percent of one core (in the manager with the publisher in it), its "
+      "peak\nmemory and the load average of the machine. Needs a ROS master.";
+  if (!parseCommandLine(arguments, usage, options)) return 0;
   for (const double rate : rates) {
     if (!(rate >= 0 && rate <= 10000)) {
       throw std::invalid_argument("--rate is " + std::to_string(rate) + "; it must be between 0 and 10000");
@@ -367,5 +363,5 @@ int nodeLoad(int argc, char** argv) {
 int main(int argc, char** argv) {
   // Another node of this name may run beside it; Ctrl-C ends the program and not only its ROS part.
   ros::init(argc, argv, "node_load", ros::init_options::AnonymousName | ros::init_options::NoSigintHandler);
-  return gms_ransac::runProgram("node_load", [&] { return nodeLoad(argc, argv); });
+  return gms_ransac::runProgram("node_load", [&] { return nodeLoad(Arguments(argv + 1, argv + argc)); });
 }

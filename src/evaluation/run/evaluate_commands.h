@@ -2,12 +2,9 @@
 // exception with one clear sentence.
 #pragma once
 
-#include <string>
-#include <vector>
+#include "command_line.h"
 
 namespace gms_ransac {
-
-using Arguments = std::vector<std::string>;
 
 int evaluateRun(const Arguments& arguments);
 int evaluateSweep(const Arguments& arguments);

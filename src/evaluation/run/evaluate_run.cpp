@@ -34,27 +34,16 @@ bool parse(const Arguments& arguments, RunArguments& run) {
   add("stride", po::value(&run.stride)->default_value(run.stride), "frames between one pair and the next");
   add("repeat", po::value(&run.repeat)->default_value(run.repeat), "repetitions, each with the next seed");
   add("out,o", po::value(&run.out), "file for the records, one JSON object a line; - for standard output");
-  add("intrinsics", po::value(&run.dataset.intrinsics), "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]; overrides the set's own");
-  add("topic", po::value(&run.dataset.topic), "bags: the image topic");
+  addDatasetOptions(options, run.dataset);
   run.pipeline.addTo(options, arguments);
-  po::options_description all;
-  all.add(options).add_options()("folder", po::value(&run.folder));
-  po::positional_options_description positional;
-  positional.add("folder", 1);
-  po::variables_map given;
-  po::store(po::command_line_parser(arguments).extra_parser(parseOldOption).options(all).positional(positional).run(),
-            given);
-  po::notify(given);
-  if (given.count("help")) {
-    std::cout << "evaluate run DIR [options]\n\nDIR: a TUM or KITTI odometry folder, a folder of image pairs "
-                 "(pairs.txt), or a .bag.\nWrites a record for each pair and method, and prints a table.\n\n"
-              << options;
+  const char* usage =
+      "evaluate run DIR [options]\n\nDIR: a TUM or KITTI odometry folder, a folder of image pairs (pairs.txt), or a "
+      ".bag.\nWrites a record for each pair and method, and prints a table.";
+  if (!parseCommandLine(arguments, usage, options, {{"folder", 1, po::value(&run.folder)}}, parseOldOption)) {
     return false;
   }
   if (run.folder.empty()) throw std::invalid_argument("no folder or bag given; see evaluate run --help");
-  for (auto [name, value] : {std::make_pair("--gap", run.gap), {"--stride", run.stride}, {"--repeat", run.repeat}}) {
-    if (value < 1) throw std::invalid_argument(std::string(name) + " must be at least 1");
-  }
+  requireAtLeastOne({{"--gap", run.gap}, {"--stride", run.stride}, {"--repeat", run.repeat}});
   return true;
 }
 

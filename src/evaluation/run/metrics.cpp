@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <random>
-#include <stdexcept>
 
 namespace gms_ransac {
 
@@ -54,46 +52,10 @@ double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-Spread spread(const std::vector<double>& values) {
-  return {percentile(values, 50), percentile(values, 10), percentile(values, 90)};
-}
-
 double paperPrecision(double kept, double gms_survivors) {
   return gms_survivors > 0 ? 100.0 * kept / gms_survivors : kNone;
 }
 
 double paperRecall(double kept, double preset_features) { return 100.0 * kept / preset_features; }
-
-double reduction(double base, double ours) { return 100.0 * (base - ours) / base; }
-
-PairedDifference bootstrapOverPairs(size_t pairs, const PairFigure& figure, int resamples, uint64_t seed) {
-  std::vector<size_t> picks(pairs);
-  std::iota(picks.begin(), picks.end(), size_t{0});
-  PairedDifference result{figure(picks), kNone, kNone};
-  if (pairs == 0) return result;
-  std::mt19937_64 random(seed);
-  std::vector<double> figures;
-  for (int round = 0; round < resamples; ++round) {
-    for (size_t& pick : picks) pick = random() % pairs;
-    figures.push_back(figure(picks));
-  }
-  result.low = percentile(figures, 2.5);
-  result.high = percentile(figures, 97.5);
-  return result;
-}
-
-PairedDifference pairedBootstrap(const std::vector<double>& a, const std::vector<double>& b, const Statistic& statistic,
-                                 int resamples, uint64_t seed) {
-  if (a.size() != b.size()) throw std::invalid_argument("paired bootstrap: the two columns differ in length");
-  std::vector<double> picked_a(a.size()), picked_b(b.size());
-  const PairFigure difference = [&](const std::vector<size_t>& picks) {
-    for (size_t i = 0; i < picks.size(); ++i) {
-      picked_a[i] = a[picks[i]];
-      picked_b[i] = b[picks[i]];
-    }
-    return statistic(picked_a) - statistic(picked_b);
-  };
-  return bootstrapOverPairs(a.size(), difference, resamples, seed);
-}
 
 }  // namespace gms_ransac

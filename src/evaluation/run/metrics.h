@@ -1,9 +1,6 @@
-// Figures of merit over many pairs: pose error curves, the paper's ratios, spreads and paired differences.
+// Figures of merit over many pairs: pose error curves, the paper's ratios, medians.
 #pragma once
 
-#include <cstdint>
-#include <functional>
-#include <string>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -32,32 +29,10 @@ double percentile(std::vector<double> values, double percent);
 inline double median(const std::vector<double>& values) { return percentile(values, 50); }
 double mean(const std::vector<double>& values);  ///< NaN without values
 
-/// Median with the range that holds the middle 80 % of the values.
-struct Spread {
-  double median = 0, p10 = 0, p90 = 0;
-};
-Spread spread(const std::vector<double>& values);
-
 /// The paper's "precision": matches that survive RANSAC over those that survive GMS, percent (its Table 4, proven by
 /// its numbers: 897 / 1188 = 75.5051 %). No ground truth is involved. NaN when nothing survived GMS.
 double paperPrecision(double kept, double gms_survivors);
 /// The paper's "recall": matches that survive RANSAC over the preset number of features, percent.
 double paperRecall(double kept, double preset_features);
-/// The paper's Table 5: (base - ours) / base, percent.
-double reduction(double base, double ours);
-
-/// Difference of a statistic between two columns that belong to the same pairs, with its 95 % bootstrap interval.
-struct PairedDifference {
-  double difference = 0, low = 0, high = 0;
-  bool significant() const { return low > 0 || high < 0; }
-};
-/// A figure made from the pairs with the given indices (some of them several times).
-using PairFigure = std::function<double(const std::vector<size_t>&)>;
-/// The figure over all pairs and its interval when pairs are drawn with replacement, `resamples` times.
-PairedDifference bootstrapOverPairs(size_t pairs, const PairFigure& figure, int resamples = 2000, uint64_t seed = 0);
-using Statistic = std::function<double(const std::vector<double>&)>;
-/// statistic(a) - statistic(b); a and b have one entry per pair. Pairs are drawn with replacement, `resamples` times.
-PairedDifference pairedBootstrap(const std::vector<double>& a, const std::vector<double>& b, const Statistic& statistic,
-                                 int resamples = 2000, uint64_t seed = 0);
 
 }  // namespace gms_ransac

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "command_line.h"
 #include "program.h"
 
 namespace gms_ransac {
@@ -103,13 +104,6 @@ std::pair<std::string, std::string> parseOldOption(const std::string& word) {
     return {optionName(parameter.name), equals != std::string::npos ? word.substr(equals + 1) : on ? "1" : ""};
   }
   return {};
-}
-
-std::vector<std::string> splitAtCommas(const std::string& text) {
-  std::vector<std::string> parts;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
-  return parts;
 }
 
 std::vector<std::string> parseMethodNames(const std::vector<std::string>& given) {

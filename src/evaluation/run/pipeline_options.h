@@ -38,9 +38,6 @@ std::string optionName(const std::string& parameter);
 /// in the word}, with a warning on standard error; {} for any other word.
 std::pair<std::string, std::string> parseOldOption(const std::string& word);
 
-/// "a,b,c" -> a, b, c.
-std::vector<std::string> splitAtCommas(const std::string& text);
-
 /// Names given one by one, as comma lists or both, in order. Throws std::invalid_argument for one that is unknown.
 std::vector<std::string> parseMethodNames(const std::vector<std::string>& given);
 

@@ -1,11 +1,11 @@
 // Program: renders a textured 3-D scene with exact poses and depth, to a folder in TUM layout or to a bag.
 #include <iostream>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 
 #include <boost/program_options.hpp>
 
+#include "command_line.h"
 #include "program.h"
 #include "scenes/scene_writer.h"
 
@@ -16,8 +16,7 @@ using namespace gms_ransac;
 
 std::vector<double> parseNumbers(const std::string& text, const std::string& option) {
   std::vector<double> numbers;
-  std::istringstream stream(text);
-  for (std::string word; std::getline(stream, word, ',');) {
+  for (const std::string& word : splitAtCommas(text)) {
     size_t used = 0;
     try {
       numbers.push_back(std::stod(word, &used));
@@ -30,7 +29,7 @@ std::vector<double> parseNumbers(const std::string& text, const std::string& opt
 
 bool isBag(const std::string& path) { return path.size() > 4 && path.compare(path.size() - 4, 4, ".bag") == 0; }
 
-int renderScene(int argc, char** argv) {
+int renderScene(const Arguments& arguments) {
   SceneOptions scene_options;
   int frames = 0;
   std::string out, distortion;
@@ -61,24 +60,15 @@ int renderScene(int argc, char** argv) {
   add("brightness", po::value(&scene_options.brightness)->default_value(1),
       "factor on the image before its noise, 0..1");
   add("seed", po::value(&scene_options.seed)->default_value(0), "of textures, furniture and noise");
-  po::options_description all;
-  all.add(options).add_options()("out", po::value(&out));
-  po::positional_options_description positional;
-  positional.add("out", 1);
-  po::variables_map given;
-  po::store(po::command_line_parser(argc, argv).options(all).positional(positional).run(), given);
-  po::notify(given);
-  if (given.count("help")) {
-    std::cout
-        << "render_scene OUT [options]\n\nRenders a textured 3-D scene seen from a moving camera. OUT is a folder "
-           "(TUM layout:\nrgb.txt, depth.txt, groundtruth.txt, camera.txt) or a file that ends in .bag (topics "
-           "of the\nofficial TUM bags). Poses, depth and intrinsics are exact.\n\n"
-        << options;
-    return 0;
-  }
+  const char* usage =
+      "render_scene OUT [options]\n\nRenders a textured 3-D scene seen from a moving camera. OUT is a folder (TUM "
+      "layout:\nrgb.txt, depth.txt, groundtruth.txt, camera.txt) or a file that ends in .bag (topics of the\nofficial "
+      "TUM bags). Poses, depth and intrinsics are exact.";
+  const auto given = parseCommandLine(arguments, usage, options, {{"out", 1, po::value(&out)}});
+  if (!given) return 0;
   if (out.empty()) throw std::invalid_argument("no output given; see render_scene --help");
-  if (frames < 1) throw std::invalid_argument("--frames is " + std::to_string(frames) + "; it must be at least 1");
-  scene_options.colour = !given["grey"].as<bool>();
+  requireAtLeastOne({{"--frames", frames}});
+  scene_options.colour = !(*given)["grey"].as<bool>();
   scene_options.distortion = parseNumbers(distortion, "--distortion");
 
   const Scene scene(scene_options);
@@ -94,5 +84,5 @@ int renderScene(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return gms_ransac::runProgram("render_scene", [&] { return renderScene(argc, argv); });
+  return gms_ransac::runProgram("render_scene", [&] { return renderScene(Arguments(argv + 1, argv + argc)); });
 }

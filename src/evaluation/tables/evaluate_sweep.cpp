@@ -10,7 +10,6 @@
 #include "run/evaluate_commands.h"
 #include "run/pipeline_options.h"
 #include "tables/outlier_sweep.h"
-#include "tables/tables_report.h"
 
 namespace gms_ransac {
 
@@ -46,22 +45,13 @@ int evaluateSweep(const Arguments& arguments) {
   add("out,o", po::value(&out), "file for the table, CSV, with the plot beside it; standard output without");
   add("no-plots", "only CSV");
   pipeline.addTo(options, arguments);
-  po::variables_map given;
-  po::store(po::command_line_parser(arguments)
-                .extra_parser(parseOldOption)
-                .options(options)
-                .positional(po::positional_options_description())
-                .run(),
-            given);
-  po::notify(given);
-  if (given.count("help")) {
-    std::cout << "evaluate sweep [options]\n\nSuccess rate and effort of each method's estimator at outlier ratios "
-                 "of 0.1 to 0.9, on correspondences of the\nrendered scene. Success: rotation within "
-              << kSweepRotationLimit << " degree and direction within " << kSweepDirectionLimit
-              << " degrees. Without --method all;\noptions of extraction, matching and filter have no effect.\n\n"
-              << options;
-    return 0;
-  }
+  std::ostringstream usage;
+  usage << "evaluate sweep [options]\n\nSuccess rate and effort of each method's estimator at outlier ratios of 0.1 to "
+           "0.9, on correspondences of the\nrendered scene. Success: rotation within "
+        << kSweepRotationLimit << " degree and direction within " << kSweepDirectionLimit
+        << " degrees. Without --method all;\noptions of extraction, matching and filter have no effect.";
+  const auto given = parseCommandLine(arguments, usage.str(), options, {}, parseOldOption);
+  if (!given) return 0;
   sweep.methods = parseMethodNames(pipeline.methods);
   sweep.robust = pipeline.options(pipeline.base.method).robust;
   if (sweep.robust.model == ModelType::kHomography) {
@@ -79,7 +69,7 @@ int evaluateSweep(const Arguments& arguments) {
     csv = toCsv(sweepOutliers(sweep, [&] { progress.advance(); }));
   }
   if (!((out.empty() ? std::cout : file) << csv).flush()) throw std::runtime_error(out + ": writing failed");
-  if (!out.empty() && !given.count("no-plots")) plotTables(out);
+  if (!out.empty() && !given->count("no-plots")) plotTables(out);
   return 0;
 }
 

@@ -4,7 +4,6 @@
 #include <fstream>
 #include <iostream>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 
 #include <boost/program_options.hpp>
@@ -14,13 +13,15 @@
 #include "run/pipeline_options.h"
 #include "run/work_folder.h"
 #include "tables/tables_json.h"
-#include "tables/tables_report.h"
+#include "tables/tables_measure.h"
 
 namespace gms_ransac {
 
 namespace {
 
 namespace po = boost::program_options;
+
+constexpr int kNoTables = 1;  // exit status
 
 /// Share i of n of the work, i from 1.
 struct Shard {
@@ -45,15 +46,6 @@ Shard parseShard(const std::string& text) {
     throw std::invalid_argument("--shard is '" + text + "'; it must look like 2/5, from 1/5 to 5/5");
   }
   return shard;
-}
-
-int parsePreset(const std::string& text) {
-  std::istringstream stream(text);
-  int preset = 0;
-  if (!(stream >> preset) || !stream.eof() || preset < 1) {
-    throw std::invalid_argument("--presets holds '" + text + "'; presets are whole numbers of features");
-  }
-  return preset;
 }
 
 /// "1/3" or "0.4".
@@ -83,8 +75,7 @@ po::options_description describe(TablesArguments& tables, const Arguments& argum
   add("presets", po::value(&tables.presets), "numbers of features, separated by commas; default: the paper's twelve");
   add("ratios", po::value<std::string>(), "grouping ratios, separated by commas; default: the paper's seven");
   add("no-plots", "only CSV and Markdown");
-  add("intrinsics", po::value(&tables.dataset.intrinsics), "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]; overrides the sets' own");
-  add("topic", po::value(&tables.dataset.topic), "bags: the image topic");
+  addDatasetOptions(options, tables.dataset);
   tables.pipeline.addTo(options, arguments);
   return options;
 }
@@ -108,20 +99,13 @@ std::vector<std::string> comparedMethods(const PipelineArguments& pipeline) {
 /// False when only help was asked for.
 bool parse(const Arguments& arguments, TablesArguments& tables) {
   const po::options_description options = describe(tables, arguments);
-  po::options_description all;
-  all.add(options).add_options()("folder", po::value(&tables.folders));
-  po::positional_options_description positional;
-  positional.add("folder", -1);
-  po::variables_map given;
-  po::store(po::command_line_parser(arguments).extra_parser(parseOldOption).options(all).positional(positional).run(),
-            given);
-  po::notify(given);
-  if (given.count("help")) {
-    std::cout << "evaluate tables DIR... [options]\n\nMakes the paper's Tables 1-5 and the data of its Figures 5, 6, 8 "
-                 "and 9 on each set.\nOptions of the pipeline hold for every method.\n\n"
-              << options;
-    return false;
-  }
+  const char* usage =
+      "evaluate tables DIR... [options]\n\nMakes the paper's Tables 1-5 and the data of its Figures 5, 6, 8 and 9 on "
+      "each set.\nOptions of the pipeline hold for every method.";
+  const auto words =
+      parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&tables.folders)}}, parseOldOption);
+  if (!words) return false;
+  const po::variables_map& given = *words;
   if (tables.folders.empty()) throw std::invalid_argument("no folder or bag given; see evaluate tables --help");
   for (const char* fixed : {"features", "first-group-fraction"}) {
     if (!given[fixed].defaulted()) {
@@ -130,13 +114,8 @@ bool parse(const Arguments& arguments, TablesArguments& tables) {
     }
   }
   TablesPlan& plan = tables.plan;
-  for (auto [name, value] : {std::make_pair("--gap", plan.gap), {"--pairs", plan.pairs}, {"--repeat", plan.repeats}}) {
-    if (value < 1) throw std::invalid_argument(std::string(name) + " must be at least 1");
-  }
-  if (!tables.presets.empty()) {
-    plan.presets.clear();
-    for (const std::string& text : splitAtCommas(tables.presets)) plan.presets.push_back(parsePreset(text));
-  }
+  requireAtLeastOne({{"--gap", plan.gap}, {"--pairs", plan.pairs}, {"--repeat", plan.repeats}});
+  if (!tables.presets.empty()) plan.presets = parsePositives(tables.presets, "--presets");
   if (given.count("ratios")) {
     plan.ratios.clear();
     for (const std::string& text : splitAtCommas(given["ratios"].as<std::string>())) {
@@ -165,18 +144,12 @@ std::vector<Dataset> openAll(const TablesArguments& tables) {
   return datasets;
 }
 
-/// Tables and plots of everything the folder holds.
-void report(const WorkFolder& folder, bool plots) {
-  std::vector<Measurement> measurements;
-  for (const std::string& runs : folder.read()) {
-    for (Measurement& measurement : measurementsOf(runs)) measurements.push_back(std::move(measurement));
-  }
-  if (measurements.empty()) return;
-  std::string heading = "# Tables\n\n" + std::to_string(folder.unitsDone()) + " pieces of work";
-  heading += folder.plan().empty() ? "\n" : ". Settings: `" + folder.plan() + "`\n";
-  writeTables(folder.path(), heading, makeTables(measurements));
-  std::cout << "wrote " << folder.path() << "/tables.md and its .csv files\n";
+/// Tables and plots of everything the folder holds. Returns the exit status.
+int report(const WorkFolder& folder, bool plots) {
+  if (folder.unitsDone() == 0) return 0;
+  if (!runScript("tables_report.py", folder.path(), "no tables, but the measurements are complete")) return kNoTables;
   if (plots) plotTables(folder.path());
+  return 0;
 }
 
 }  // namespace
@@ -204,8 +177,8 @@ int evaluateTables(const Arguments& arguments) {
       progress.advance();
     }
   }
-  report(folder, tables.plots);
-  if (!InterruptWatch::interrupted()) return 0;
+  const int status = report(folder, tables.plots);
+  if (!InterruptWatch::interrupted()) return status;
   std::cerr << "interrupted; go on with the same command and --resume\n";
   return kInterrupted;
 }
@@ -216,20 +189,11 @@ int evaluateMerge(const Arguments& arguments) {
   po::options_description options("Options");
   options.add_options()("help,h", "this text")("out,o", po::value(&out)->default_value(out), "folder to write")(
       "no-plots", "only CSV and Markdown");
-  po::options_description all;
-  all.add(options).add_options()("part", po::value(&parts));
-  po::positional_options_description positional;
-  positional.add("part", -1);
-  po::variables_map given;
-  po::store(po::command_line_parser(arguments).extra_parser(parseOldOption).options(all).positional(positional).run(),
-            given);
-  po::notify(given);
-  if (given.count("help")) {
-    std::cout << "evaluate merge PART... --out FOLDER\n\nJoins the folders that evaluate tables --shard i/n wrote with "
-                 "the same options, and makes\nthe tables of all.\n\n"
-              << options;
-    return 0;
-  }
+  const char* usage =
+      "evaluate merge PART... --out FOLDER\n\nJoins the folders that evaluate tables --shard i/n wrote with the same "
+      "options, and makes\nthe tables of all.";
+  const auto given = parseCommandLine(arguments, usage, options, {{"part", -1, po::value(&parts)}});
+  if (!given) return 0;
   if (parts.empty()) throw std::invalid_argument("no folder to merge given; see evaluate merge --help");
   WorkFolder merged(out);
   for (size_t i = 0; i < parts.size(); ++i) {
@@ -238,8 +202,7 @@ int evaluateMerge(const Arguments& arguments) {
     if (i == 0) merged.begin(part.plan(), false);
     merged.absorb(part);
   }
-  report(merged, given.count("no-plots") == 0);
-  return 0;
+  return report(merged, given->count("no-plots") == 0);
 }
 
 }  // namespace gms_ransac

@@ -1,4 +1,4 @@
-// Plans and measurements of the tables as JSON, for their work folder.
+// Plans and measurements of the tables as JSON, for their work folder, which scripts/tables_report.py reads.
 #pragma once
 
 #include <string>
@@ -11,8 +11,7 @@ namespace gms_ransac {
 /// Everything that decides the figures, for telling whether two folders of measurements belong together.
 std::string planText(const TablesPlan& plan);
 
+/// A JSON array, an object each.
 std::string runsText(const std::vector<Measurement>& measurements);
-/// From what runsText made. Throws std::exception when a key is missing.
-std::vector<Measurement> measurementsOf(const std::string& runs);
 
 }  // namespace gms_ransac

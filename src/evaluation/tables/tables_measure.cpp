@@ -69,7 +69,7 @@ TablesMeter::TablesMeter(const TablesPlan& plan, const std::vector<Dataset>& dat
     : plan_(plan), datasets_(datasets) {}
 
 MatchFilter& TablesMeter::filterFor(const TablesRun& run) {
-  auto& filter = filters_[run.method + " " + toString(run.model) + " " + ratioName(run.ratio)];
+  auto& filter = filters_[{run.method, run.model, run.ratio}];
   if (!filter) {
     MatchFilterOptions options = plan_.base;
     options.method = run.method;

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "tables/tables_plan.h"
@@ -38,7 +39,8 @@ class TablesMeter {
 
   const TablesPlan& plan_;
   const std::vector<Dataset>& datasets_;
-  std::map<std::string, std::unique_ptr<MatchFilter>> filters_;  ///< kept, so that stages are warm
+  /// By method, model and ratio; kept, so that stages are warm.
+  std::map<std::tuple<std::string, ModelType, double>, std::unique_ptr<MatchFilter>> filters_;
 };
 
 }  // namespace gms_ransac

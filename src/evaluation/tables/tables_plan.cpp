@@ -1,8 +1,6 @@
 #include "tables/tables_plan.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 
 namespace gms_ransac {
 
@@ -36,17 +34,6 @@ std::vector<TablesRun> tablesRuns(const TablesPlan& plan, int preset) {
     for (const std::string& method : plan.methods) runs.push_back({method, model, kPaperRatio});
   }
   return runs;
-}
-
-std::string ratioName(double ratio) {
-  for (int denominator = 1; denominator <= 10; ++denominator) {
-    const double numerator = ratio * denominator;
-    if (std::abs(numerator - std::round(numerator)) > 1e-9) continue;
-    return std::to_string(static_cast<int>(std::round(numerator))) + "/" + std::to_string(denominator);
-  }
-  char text[32];
-  std::snprintf(text, sizeof(text), "%g", ratio);
-  return text;
 }
 
 }  // namespace gms_ransac

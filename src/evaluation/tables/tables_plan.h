@@ -47,7 +47,4 @@ struct TablesRun {
 /// cp_ransac at every ratio, every other method once, and at Table 4's preset the other models too.
 std::vector<TablesRun> tablesRuns(const TablesPlan& plan, int preset);
 
-/// "1/5" for 0.2 and so on for the paper's ratios, else the number.
-std::string ratioName(double ratio);
-
 }  // namespace gms_ransac

@@ -57,9 +57,7 @@ po::options_description describe(TrustArguments& trust, const Arguments& argumen
   add("resume", po::bool_switch(&trust.resume), "go on with what is in the folder already");
   add("jobs,j", po::value(&trust.jobs)->default_value(trust.jobs), "pieces of work side by side");
   add("no-report", "only pairs.csv");
-  add("intrinsics", po::value(&trust.plan.dataset.intrinsics),
-      "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]; overrides the sets' own");
-  add("topic", po::value(&trust.plan.dataset.topic), "bags: the image topic");
+  addDatasetOptions(options, trust.plan.dataset);
   trust.pipeline.addTo(options, arguments);
   return options;
 }
@@ -92,21 +90,6 @@ std::vector<std::string> chosenScenes(const std::vector<std::string>& lists) {
   return names;
 }
 
-std::vector<int> parseGaps(const std::vector<std::string>& lists) {
-  std::vector<int> gaps;
-  for (const std::string& list : lists) {
-    for (const std::string& word : splitAtCommas(list)) {
-      int gap = 0;
-      char end = 0;
-      if (std::sscanf(word.c_str(), "%d%c", &gap, &end) != 1 || gap < 1) {
-        throw std::invalid_argument("--gaps holds '" + word + "'; gaps are whole numbers of frames, at least 1");
-      }
-      gaps.push_back(gap);
-    }
-  }
-  return gaps.empty() ? std::vector<int>{1} : gaps;
-}
-
 /// The value of an option, times `factor`.
 std::optional<double> sigma(const po::variables_map& given, const char* option, double factor) {
   if (given.count(option) == 0) return std::nullopt;
@@ -131,32 +114,25 @@ std::vector<TrustSet> chosenSets(const std::vector<std::string>& folders, const 
 /// False when only a text was asked for.
 bool parse(const Arguments& arguments, TrustArguments& trust) {
   const po::options_description options = describe(trust, arguments);
-  po::options_description all;
-  all.add(options).add_options()("folder", po::value(&trust.folders));
-  po::positional_options_description positional;
-  positional.add("folder", -1);
-  po::variables_map given;
-  po::store(po::command_line_parser(arguments).extra_parser(parseOldOption).options(all).positional(positional).run(),
-            given);
-  po::notify(given);
-  if (given.count("help")) {
-    std::cout
-        << "evaluate trust [DIR...] [--scenes drawn] [options]\n\nDIR: a set with truth, as for evaluate run, or a "
-           "folder of such sets. Every method without --method.\n\n"
-        << options;
-    return false;
-  }
+  const char* usage =
+      "evaluate trust [DIR...] [--scenes drawn] [options]\n\nDIR: a set with truth, as for evaluate run, or a folder "
+      "of "
+      "such sets. Every method without --method.";
+  const auto words =
+      parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&trust.folders)}}, parseOldOption);
+  if (!words) return false;
+  const po::variables_map& given = *words;
   if (given.count("list-scenes")) {
     std::cout << sceneList();
     return false;
   }
   trust.tables = given.count("no-report") == 0;
   TrustPlan& plan = trust.plan;
-  for (auto [name, value] :
-       {std::make_pair("--pairs", plan.drawn_pairs), {"--stride", plan.stride}, {"--jobs", trust.jobs}}) {
-    if (value < 1) throw std::invalid_argument(std::string(name) + " must be at least 1");
+  requireAtLeastOne({{"--pairs", plan.drawn_pairs}, {"--stride", plan.stride}, {"--jobs", trust.jobs}});
+  if (!trust.gaps.empty()) plan.gaps.clear();
+  for (const std::string& list : trust.gaps) {
+    for (const int gap : parsePositives(list, "--gaps")) plan.gaps.push_back(gap);
   }
-  plan.gaps = parseGaps(trust.gaps);
   plan.scenes = chosenScenes(trust.scenes);
   plan.sets = chosenSets(trust.folders, given);
   if (plan.sets.empty() && plan.scenes.empty()) {

@@ -7,6 +7,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "two_view/pose_model.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -29,7 +31,7 @@ double worstDeviation(const Matrix& covariance) {
 void judge(const RobustResult& result, Status status, const PoseTruth& truth, TrustRow& row) {
   if (!result.pose_found) return;
   const RelativePose& pose = result.pose;
-  const Vector3d error = rotationVector(truth.pose.linear(), pose.R);
+  const Vector3d error = rotationVector(pose.R * truth.pose.linear().transpose());
   row.rx_deg = kDegrees * error.x();
   row.ry_deg = kDegrees * error.y();
   row.rz_deg = kDegrees * error.z();
@@ -65,11 +67,6 @@ void state(const RobustResult& result, Status status, TrustRow& row) {
 }
 
 }  // namespace
-
-Vector3d rotationVector(const Matrix3d& from, const Matrix3d& to) {
-  const Eigen::AngleAxisd turn(Matrix3d(to * from.transpose()));
-  return turn.angle() * turn.axis();
-}
 
 double normalizedSquare(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance) {
   const Eigen::LDLT<Eigen::MatrixXd> factors(covariance);

@@ -27,9 +27,6 @@ struct PoseTruth {
   ErrorLimits limits = kRealLimits;
 };
 
-/// Rotation vector of `to` relative to `from`: to = exp(vector) from. Radians.
-Eigen::Vector3d rotationVector(const Eigen::Matrix3d& from, const Eigen::Matrix3d& to);
-
 /// e^T S^-1 e over the dimension: 1 on average where S is the covariance of e. NaN where S has no inverse.
 double normalizedSquare(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance);
 
