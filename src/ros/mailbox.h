@@ -65,9 +65,13 @@ class Mailbox {
 
   /// Throws away what is waiting and returns how much that was.
   int clear() {
-    std::lock_guard<std::mutex> lock(mutex_);
-    const int waiting = static_cast<int>(items_.size());
-    items_.clear();
+    int waiting;
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      waiting = static_cast<int>(items_.size());
+      items_.clear();
+    }
+    emptied_.notify_one();
     return waiting;
   }
 

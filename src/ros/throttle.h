@@ -1,6 +1,8 @@
 // Says the same thing at most once in a while; one clock per sentence, so that one complaint cannot hide another.
 #pragma once
 
+#include <cstddef>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -11,9 +13,13 @@
 
 namespace gms_ransac {
 
-/// Wall time, because simulated time may stand still or go back. May be used from any thread.
+/// By the steady clock: simulated time may stand still or go back, wall time be set. May be used from any thread.
 class Throttle {
  public:
+  /// Said within the period at most; more than there are kinds of complaints. Sentences hold numbers out of messages,
+  /// and a zooming camera has another focal length in each.
+  static constexpr size_t kSentences = 32;
+
   explicit Throttle(double period_seconds = 10) : period_(period_seconds) {}
 
   /// Logs a warning unless one with this key was logged within the period.
@@ -30,19 +36,37 @@ class Throttle {
     if (due(key, period_)) ROS_INFO_STREAM(sentence);
   }
 
+  /// How many sentences are waiting for their time, or were said for good.
+  size_t remembered() {
+    std::lock_guard<std::mutex> lock(mutex_);
+    return silent_until_.size();
+  }
+
  private:
   bool due(const std::string& key, double period) {
     std::lock_guard<std::mutex> lock(mutex_);
-    const double now = ros::WallTime::now().toSec();
-    const auto [entry, is_new] = last_.emplace(key, now);
-    if (!is_new && now - entry->second < period) return false;
-    entry->second = now;
+    const double now = ros::SteadyTime::now().toSec();
+    const auto known = silent_until_.find(key);
+    if (known != silent_until_.end()) {
+      if (now < known->second) return false;
+      known->second = now + period;
+      return true;
+    }
+    if (silent_until_.size() >= kSentences) forgetBefore(now);
+    if (silent_until_.size() >= kSentences) return false;
+    silent_until_[key] = now + period;
     return true;
+  }
+
+  void forgetBefore(double now) {
+    for (auto each = silent_until_.begin(); each != silent_until_.end();) {
+      each = each->second <= now ? silent_until_.erase(each) : std::next(each);
+    }
   }
 
   const double period_;
   std::mutex mutex_;
-  std::map<std::string, double> last_;  ///< key -> wall time, seconds
+  std::map<std::string, double> silent_until_;  ///< key -> steady time, seconds
 };
 
 }  // namespace gms_ransac

@@ -1,0 +1,35 @@
+#!/usr/bin/env python3
+"""Manager and node are killed, as soon as they run, and come back by themselves every time (respawn of match_filter.launch)."""
+import os
+import signal
+
+import rospy
+import rostest
+
+from processes import GraphTest
+
+# The moment that matters, between the first and the second sign of life of nodelet's bond, is a second long.
+KILLS = int(os.environ.get("GMS_RANSAC_KILLS", "2"))
+SAYS_IT_RUNS = "/match_filter: method"
+
+
+class Respawn(GraphTest):
+    def kill(self, name, log, sentence):
+        """Kills the process of a node; returns when the launch says once more that the filter runs."""
+        pid, before = self.wait(lambda: self.pid(name), name), self.count(log, sentence)
+        os.kill(pid, signal.SIGKILL)
+        self.wait(lambda: self.count(log, sentence) > before, "%s to come back" % name)
+        self.assertNotEqual(self.pid(name), pid)
+
+    def test_comes_back(self):
+        log = self.launch(os.path.join(os.path.dirname(os.path.abspath(__file__)), "respawn.launch"))
+        self.says(log, SAYS_IT_RUNS)
+        self.says(log, "/node: method")
+        for _ in range(KILLS):
+            self.kill("/manager", log, SAYS_IT_RUNS)
+        self.kill("/node", log, "/node: method")
+
+
+if __name__ == "__main__":
+    rospy.init_node("respawn_test")
+    rostest.rosrun("gms_ransac", "respawn", Respawn)

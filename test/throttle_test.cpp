@@ -1,0 +1,67 @@
+// The same sentence once in a while, different ones side by side, and what a neighbour can make of it: no endless log
+// and no endless memory.
+#include "throttle.h"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <ros/console.h>
+
+namespace gms_ransac {
+namespace {
+
+/// Collects what is logged while it lives.
+class Log : public ros::console::LogAppender {
+ public:
+  Log() { ros::console::register_appender(this); }
+  ~Log() override { ros::console::deregister_appender(this); }
+  void log(ros::console::Level /*level*/, const char* text, const char* /*file*/, const char* /*function*/,
+           int /*line*/) override {
+    lines.emplace_back(text);
+  }
+  std::vector<std::string> lines;
+};
+
+TEST(Throttle, SaysTheSameOnceAndOthersBeside) {
+  Log log;
+  Throttle throttle(1000);
+  for (int i = 0; i < 3; ++i) {
+    throttle.warn("dark", "too dark");
+    throttle.info("bright", "too bright");
+    throttle.warnOnce("first", "first");
+  }
+  EXPECT_EQ(log.lines, (std::vector<std::string>{"too dark", "too bright", "first"}));
+}
+
+TEST(Throttle, SaysItAgainAfterAWhile) {
+  Log log;
+  Throttle throttle(0);
+  for (int i = 0; i < 3; ++i) {
+    throttle.warn("dark", "too dark");
+    throttle.warnOnce("first", "first");
+  }
+  EXPECT_EQ(log.lines.size(), 4u);
+}
+
+TEST(Throttle, SentencesThatAreAllDifferentAreBounded) {
+  Log log;
+  Throttle throttle(1000);
+  for (int i = 0; i < 100000; ++i) {
+    const std::string sentence = "fx is " + std::to_string(i);
+    throttle.warn(sentence, sentence);
+  }
+  EXPECT_EQ(log.lines.size(), Throttle::kSentences);
+  EXPECT_EQ(throttle.remembered(), Throttle::kSentences);
+}
+
+TEST(Throttle, RoomIsMadeByWhatMayBeSaidAgain) {
+  Log log;
+  Throttle throttle(0);
+  for (int i = 0; i < 1000; ++i) throttle.warn(std::to_string(i), "varies");
+  EXPECT_EQ(log.lines.size(), 1000u);
+  EXPECT_LE(throttle.remembered(), Throttle::kSentences);
+}
+
+}  // namespace
+}  // namespace gms_ransac
