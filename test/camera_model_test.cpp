@@ -235,6 +235,22 @@ TEST(CameraModel, NamesTheFocalLengthThatIsNone) {
 }
 
 /// No content of a camera_info ends the process; what cannot be used is refused with a sentence.
+TEST(CameraModel, TwoThatAlternateAreMadeOnce) {
+  CameraModelSource source(Parameters(), "/image", "/camera_info");
+  const auto one = boost::make_shared<sensor_msgs::CameraInfo>(calibrated());
+  const auto other = boost::make_shared<sensor_msgs::CameraInfo>(calibrated());
+  other->P[0] = other->K[0] = 800;
+  const auto of_one = source.get(one, {640, 480}), of_other = source.get(other, {640, 480}),
+             of_none = source.get(nullptr, {640, 480});
+  EXPECT_EQ(of_one->camera.intrinsics().fx, 480);
+  EXPECT_EQ(of_other->camera.intrinsics().fx, 800);
+  EXPECT_NE(of_none->problem, "");
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(source.get(other, {640, 480}), of_other);
+    EXPECT_EQ(source.get(nullptr, {640, 480}), of_none);
+  }
+}
+
 TEST(CameraModel, NoMessageThrows) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   constexpr uint32_t kMost = std::numeric_limits<uint32_t>::max(), kLeastInt = 0x80000000;

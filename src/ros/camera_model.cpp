@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace gms_ransac {
 
@@ -95,18 +96,41 @@ CameraModelSource::CameraModelSource(const Parameters& parameters, const std::st
       image_topic_(image_topic),
       info_topic_(info_topic) {}
 
+bool CameraModelSource::Known::describes(const sensor_msgs::CameraInfo* other, cv::Size other_size) const {
+  if (!model || other_size != size || had_info != (other != nullptr)) return false;
+  return !had_info || sameCalibration(*other, info);
+}
+
 std::shared_ptr<const CameraModel> CameraModelSource::get(const sensor_msgs::CameraInfoConstPtr& info,
                                                           cv::Size image_size) {
-  const bool had_info = info != nullptr;
-  const bool same = model_ && image_size == last_size_ && had_info == last_had_info_ &&
-                    (!had_info || sameCalibration(*info, last_info_));
-  if (same) return model_;
+  if (last_.describes(info.get(), image_size)) return last_.model;
+  std::swap(last_, before_);
+  if (last_.describes(info.get(), image_size)) {
+    noteReturn();
+    return last_.model;
+  }
+  returns_ = 0;
+  last_.size = image_size;
+  last_.had_info = info != nullptr;
+  if (info) last_.info = *info;
+  last_.model = makeAndTell(info.get(), image_size);
+  return last_.model;
+}
 
-  last_size_ = image_size;
-  last_had_info_ = had_info;
-  if (had_info) last_info_ = *info;
-  auto model = std::make_shared<CameraModel>(make(info.get(), image_size));
-  if (override_.calibrated() && had_info) model->doubt = contradiction(*info, image_size);
+void CameraModelSource::noteReturn() {
+  // Sizes that alternate are those of the images, and told with them. A zoom may go back once.
+  if (last_.size != before_.size || !last_.had_info || !before_.had_info || ++returns_ < 2) return;
+  std::ostringstream text;
+  text << "the camera_info on " << info_topic_ << " goes back and forth between fx "
+       << before_.model->camera.intrinsics().fx << " and fx " << last_.model->camera.intrinsics().fx
+       << ": two cameras publish there, and one is not that of " << image_topic_ << "; remap one of them";
+  throttle_.warn("two cameras", text.str());
+}
+
+std::shared_ptr<const CameraModel> CameraModelSource::makeAndTell(const sensor_msgs::CameraInfo* info,
+                                                                  cv::Size image_size) {
+  auto model = std::make_shared<CameraModel>(make(info, image_size));
+  if (override_.calibrated() && info != nullptr) model->doubt = contradiction(*info, image_size);
   if (!model->doubt.empty()) throttle_.warn(model->doubt, model->doubt);
   const CameraIntrinsics& k = model->camera.intrinsics();
   // The sentence itself is the key: sizes that alternate say two things, not one per image.
@@ -122,8 +146,7 @@ std::shared_ptr<const CameraModel> CameraModelSource::get(const sensor_msgs::Cam
   }
   model->warning = missingRays(model->camera);
   if (!model->warning.empty()) throttle_.warn(model->warning, "images on " + image_topic_ + ": " + model->warning);
-  model_ = model;
-  return model_;
+  return model;
 }
 
 bool CameraModelSource::isRectified(const sensor_msgs::CameraInfo& info) const {

@@ -25,16 +25,29 @@ struct CameraModel {
 /// x and y at depth 1 of a received pixel, without the distortion. The camera must be calibrated.
 Eigen::Vector2d rayOf(const Camera& camera, const cv::Point2f& pixel);
 
-/// Remembers the last model, because a camera_info seldom changes and a table of distortion takes milliseconds.
+/// Remembers the last two models, because a camera_info seldom changes, a table of distortion takes milliseconds, and
+/// two cameras may publish on one topic.
 class CameraModelSource {
  public:
   CameraModelSource(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic);
 
   /// The model for an image of this size; `info` may be null. The four numbers are logged whenever they change,
-  /// the same ones at most once in a while.
+  /// the same ones at most once in a while; that two cameras alternate is warned about.
   std::shared_ptr<const CameraModel> get(const sensor_msgs::CameraInfoConstPtr& info, cv::Size image_size);
 
  private:
+  struct Known {
+    bool describes(const sensor_msgs::CameraInfo* other, cv::Size other_size) const;
+
+    std::shared_ptr<const CameraModel> model;  ///< null: nothing yet
+    cv::Size size;
+    bool had_info = false;
+    sensor_msgs::CameraInfo info;
+  };
+
+  std::shared_ptr<const CameraModel> makeAndTell(const sensor_msgs::CameraInfo* info, cv::Size image_size);
+  /// `last_` is what was known before the one before it.
+  void noteReturn();
   CameraModel make(const sensor_msgs::CameraInfo* info, cv::Size image_size) const;
   CameraModel fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
   bool isRectified(const sensor_msgs::CameraInfo& info) const;
@@ -45,10 +58,8 @@ class CameraModelSource {
   CameraIntrinsics override_;
   Rectified input_is_rectified_;
   std::string image_topic_, info_topic_;
-  sensor_msgs::CameraInfo last_info_;
-  bool last_had_info_ = false;
-  cv::Size last_size_;
-  std::shared_ptr<const CameraModel> model_;
+  Known last_, before_;
+  int returns_ = 0;  ///< in a row
   Throttle throttle_;
 };
 
