@@ -1,9 +1,15 @@
 // What is compared with what, and what is said of an image: resets, stamps and depth that come with images of no use.
 #include "frame_processor.h"
 
+#include <atomic>
+#include <thread>
+#include <vector>
+
 #include <gtest/gtest.h>
 #include <boost/make_shared.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include "mailbox.h"
 
 namespace gms_ransac {
 namespace {
@@ -130,6 +136,85 @@ TEST(FrameProcessor, APairWithoutDepthHasNoLength) {
   EXPECT_FALSE(processed.metric_scale);
   EXPECT_TRUE(processed.poseValid()) << processed.text;
   EXPECT_NE(processed.text.find("no length: no depth image"), std::string::npos) << processed.text;
+}
+
+TEST(FrameProcessor, FramesDoNotHoldTheFilterOnceTheyAreAnswered) {
+  Processor processor;
+  EXPECT_EQ(processor.ask(image(1.0)).current->filter, nullptr);
+  const ProcessedFrame compared = processor.ask(image(1.1, 5));
+  EXPECT_EQ(compared.current->filter, nullptr);
+  EXPECT_EQ(compared.reference->filter, nullptr);
+  EXPECT_EQ(processor.ask(badImage(1.2)).current->filter, nullptr);
+}
+
+ProcessorOptions optionsOf(int threads, int features) {
+  ProcessorOptions options;
+  options.core.extractor.features = features;
+  options.core.extractor.threads = threads >= 3 ? 2 : 1;
+  options.core.matcher_threads = threads >= 4 ? 2 : 1;
+  return options;
+}
+
+// The node's threads around one processor, at full rate, while options change and resets are asked for; ended when so
+// many answers came.
+void runPipeline(int threads, int answers) {
+  Processor processor;
+  Mailbox<ImageWithInfo> images(1);
+  Mailbox<std::unique_ptr<PreparedFrame>> prepared(1);
+  std::atomic<int> answered{0};
+  std::atomic<bool> closing{false};
+  const auto answer = [&](std::unique_ptr<PreparedFrame> frame) {
+    const ProcessedFrame processed = processor->process(std::move(frame));
+    EXPECT_NE(processed.status, MatchStats::BAD_IMAGE) << processed.text;
+    EXPECT_NE(processed.current, nullptr);
+    ++answered;
+  };
+  std::vector<std::thread> workers;
+  workers.emplace_back([&] {
+    const std::vector<sensor_msgs::ImagePtr> views = {image(0), image(0, 5), image(0, 10)};
+    for (size_t i = 0; !closing; ++i) {
+      ImageWithInfo input;
+      const auto message = boost::make_shared<sensor_msgs::Image>(*views[i % views.size()]);
+      input.received = message->header.stamp = ros::Time(1.0 + 0.01 * static_cast<double>(i));
+      input.image = message;
+      images.push(input);
+      std::this_thread::yield();
+    }
+  });
+  workers.emplace_back([&] {
+    ImageWithInfo input;
+    while (images.pop(input)) {
+      auto frame = processor->prepare(input);
+      if (threads == 1) {
+        answer(std::move(frame));
+      } else {
+        prepared.pushWhenEmpty(std::move(frame));
+      }
+    }
+  });
+  workers.emplace_back([&] {
+    std::unique_ptr<PreparedFrame> frame;
+    while (prepared.pop(frame)) answer(std::move(frame));
+  });
+  workers.emplace_back([&] {
+    for (int i = 0; !closing; ++i) {
+      processor->setOptions(optionsOf(threads, 200 + 100 * (i % 3)));
+      if (i % 3 == 0) processor->requestReset();
+      if (i % 5 == 0) images.clear();
+      std::this_thread::yield();
+    }
+  });
+  while (answered < answers) std::this_thread::yield();
+  closing = true;
+  images.close();
+  prepared.close();
+  for (std::thread& worker : workers) worker.join();
+}
+
+TEST(FrameProcessor, ThreadsGoOnAndEndAtEveryStage) {
+  for (const int threads : {1, 2, 3, 4}) {
+    for (const int answers : {0, 1, 2, 3, 10}) runPipeline(threads, answers);
+  }
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ std::shared_ptr<const CameraModel> CameraModelSource::get(const sensor_msgs::Cam
 
 void CameraModelSource::noteReturn() {
   // Sizes that alternate are those of the images, and told with them. A zoom may go back once.
-  if (last_.size != before_.size || ++returns_ < 2) return;
+  if (last_.size != before_.size || !last_.had_info || !before_.had_info || ++returns_ < 2) return;
   std::ostringstream text;
   text << "the camera_info on " << info_topic_ << " goes back and forth between fx "
        << before_.model->camera.intrinsics().fx << " and fx " << last_.model->camera.intrinsics().fx

@@ -200,6 +200,14 @@ ProcessedFrame FrameProcessor::process(std::unique_ptr<PreparedFrame> frame) {
     spare_ = std::move(current_);
   }
   current_ = std::move(frame);
+  PreparedFrame& answered = *current_;
+  const ProcessedFrame processed = answer();
+  // Frames outlive options; three of them would keep three filters that are no longer in force, megabytes each.
+  answered.filter.reset();
+  return processed;
+}
+
+ProcessedFrame FrameProcessor::answer() {
   ProcessedFrame processed;
   processed.current = current_.get();
   if (!current_->problem.empty()) {

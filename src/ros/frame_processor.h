@@ -102,6 +102,8 @@ class FrameProcessor {
   void fill(PreparedFrame& frame);
   /// Sets the verdict; returns why the image is dropped, empty when it is not.
   std::string classifyStamp(PreparedFrame& frame);
+  /// Of the current image.
+  ProcessedFrame answer();
   ProcessedFrame processStream(ProcessedFrame processed);
   /// Forgets the reference where the stamps or the image size ask for it and says why; empty: compare.
   std::string startAnew(const PreparedFrame& frame, ProcessedFrame& processed);

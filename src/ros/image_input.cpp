@@ -231,6 +231,12 @@ std::string ImageInput::firstTopic() const { return nh_.resolveName(firstName())
 
 std::string ImageInput::secondTopic() const { return nh_.resolveName(secondName()); }
 
+std::vector<std::string> ImageInput::imageTopics() const {
+  std::vector<std::string> topics = {firstTopic(), pnh_.resolveName("mask")};
+  if (twoImages()) topics.push_back(secondTopic());
+  return topics;
+}
+
 std::string ImageInput::toSubscribe(const std::string& name, const std::string& transport) const {
   // A transport appends its name to the topic first, and "image/compressed" is not what was remapped. Raw images are
   // subscribed to as they are named: a resolved name would be remapped a second time.

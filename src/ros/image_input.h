@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include <image_transport/image_transport.h>
 #include <image_transport/subscriber_filter.h>
@@ -42,6 +43,8 @@ class ImageInput {
     return nh_.resolveName(parameters_.input == InputKind::kPair ? "current/image" : "image");
   }
   std::string infoTopic() const { return nh_.resolveName("camera_info"); }
+  /// All from which images come, depth and masks included.
+  std::vector<std::string> imageTopics() const;
   /// What has not arrived, as a sentence that names the topics; empty while images come. Call it every few seconds: it
   /// judges the time since the last call.
   std::string waitingFor();

@@ -1,6 +1,9 @@
 #include "match_filter_ros.h"
 
+#include <algorithm>
 #include <exception>
+#include <stdexcept>
+#include <vector>
 
 #include <opencv2/core/version.hpp>
 
@@ -18,6 +21,12 @@ namespace {
 
 constexpr double kWatchPeriod = 1;  // seconds
 constexpr int kSilentPeriods = 5;   // without an image before the log says which topic is silent
+
+/// Alone the node would wait for itself for ever, as its own listener; beside a camera every image would come twice.
+void refuseOwnOutput(const std::vector<std::string>& inputs, const std::string& overlay) {
+  if (std::find(inputs.begin(), inputs.end(), overlay) == inputs.end()) return;
+  throw std::invalid_argument("the input " + overlay + " is this node's own output; remap it to the topic of a camera");
+}
 
 }  // namespace
 
@@ -38,6 +47,7 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   }
   input_ = std::make_unique<ImageInput>(nh_, pnh_, parameters_,
                                         [this](const ImageWithInfo& input) { guard([&] { onImage(input); }); });
+  refuseOwnOutput(input_->imageTopics(), Outputs::overlayTopic(pnh_));
   input_->checkTransports();
   processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic());
 

@@ -20,6 +20,7 @@ namespace gms_ransac {
 namespace {
 
 constexpr uint32_t kPublisherQueue = 10;
+const std::string kOverlay = "match_image";
 
 std::string caption(const ProcessedFrame& processed) {
   if (processed.result == nullptr) return statusName(processed.status) + ": " + processed.text;
@@ -48,10 +49,12 @@ Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Pa
   restart_ = outputs.advertise<std_msgs::Bool>("restart", kPublisherQueue);  // worth no subscription of its own
   odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, changed);
   points_ = std::make_unique<PointOutputs>(outputs, parameters, changed);
-  match_image_ = transport_.advertise("match_image", 1, image_changed, image_changed);
+  match_image_ = transport_.advertise(kOverlay, 1, image_changed, image_changed);
 }
 
 Outputs::~Outputs() = default;
+
+std::string Outputs::overlayTopic(const ros::NodeHandle& pnh) { return pnh.resolveName(kOverlay); }
 
 int Outputs::listeners() const {
   int count = static_cast<int>(match_image_.getNumSubscribers()) + odometry_->listeners() + points_->listeners();

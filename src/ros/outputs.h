@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 
 #include <image_transport/image_transport.h>
 #include <ros/node_handle.h>
@@ -23,6 +24,9 @@ class Outputs {
   Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
           const std::function<void()>& listeners_changed);
   ~Outputs();
+
+  /// Of the only image among them, as remapped.
+  static std::string overlayTopic(const ros::NodeHandle& pnh);
 
   /// Subscribers of all topics together. Transforms have no subscribers to count; the caller knows whether they are on.
   int listeners() const;

@@ -6,10 +6,11 @@ import signal
 import rospy
 import rostest
 
+from graph import FULL
 from processes import GraphTest
 
 # The moment that matters, between the first and the second sign of life of nodelet's bond, is a second long.
-KILLS = int(os.environ.get("GMS_RANSAC_KILLS", "2"))
+KILLS = 6 if FULL else 2
 SAYS_IT_RUNS = "/match_filter: method"
 
 

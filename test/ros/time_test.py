@@ -4,6 +4,7 @@ import unittest
 
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray
 from gms_ransac.msg import MatchStats
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
@@ -47,6 +48,18 @@ class Time(unittest.TestCase):
         self.assertEqual(answer.status, MatchStats.BAD_IMAGE)
         self.assertIn("out of order", answer.status_text)
         self.assertEqual(client.ask(self.frames[2], base + 5.4).status, ok)
+
+    def test_clock_that_stands(self):
+        """The images go on: they are answered as if nothing were wrong, and the node still reports."""
+        client = Client("latest", "latest/image", "latest/camera_info").connect()
+        self.play(client, 3000.0)
+        reports = []
+        client.subscribers.append(rospy.Subscriber("/diagnostics", DiagnosticArray, reports.append))
+        for i in range(1, 20):
+            answer = client.ask(self.frames[i % 4], 3000.3 + 0.1 * i)
+            self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+        count = len(reports)
+        client.wait(lambda: len(reports) > count + 2, "reports while the clock stands")
 
     def test_latest_camera_info(self):
         self.check("latest", 1000.0)
