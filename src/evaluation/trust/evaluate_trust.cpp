@@ -174,14 +174,11 @@ void measure(const TrustPlan& plan, const std::vector<TrustUnit>& units, int job
 }
 
 void report(const WorkFolder& folder, bool with_tables) {
-  std::vector<TrustRow> rows;
-  for (const std::string& runs : folder.read()) {
-    for (TrustRow& row : trustRowsOf(runs)) rows.push_back(std::move(row));
-  }
-  if (rows.empty()) return;
+  const std::vector<std::string> runs = folder.read();
+  if (runs.empty()) return;
   const std::string path = folder.path() + "/pairs.csv";
   std::ofstream file(path);
-  if (!(file << trustCsv(rows)).flush()) throw std::runtime_error(path + ": cannot be written");
+  if (!(file << trustCsv(runs)).flush()) throw std::runtime_error(path + ": cannot be written");
   file.close();
   if (with_tables) runScript(kReportScript, folder.path(), "no tables and plots, but pairs.csv is complete");
 }
