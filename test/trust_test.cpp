@@ -1,4 +1,5 @@
 // What `evaluate trust` says of one answer, against values worked out by hand.
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -126,20 +127,19 @@ TEST(Trust, BinsHoldCountsSumsAndRightMatches) {
   EXPECT_EQ(reliability.bins[9].right, 2);
 }
 
-TEST(Trust, RowsAreReadAsTheyWereWritten) {
+TEST(Trust, RowsBecomeLinesOfOneFile) {
   TrustRow answered = row(Status::kOk, answer(turn(0.3, Vector3d::UnitY()), Vector3d(0.1, 0, 1)), forward(1));
   answered.pair = "a b";
+  answered.survivors = 4321;
   answered.reliability.add(0.95, true);
-  const std::vector<TrustRow> rows = {answered, row(Status::kRansacFailed, RobustResult(), forward(1))};
-  const std::vector<TrustRow> read = trustRowsOf(runsText(rows));
-  ASSERT_EQ(read.size(), 2u);
-  EXPECT_EQ(read[0].pair, "a b");
-  EXPECT_EQ(read[0].ry_deg, answered.ry_deg);
-  EXPECT_EQ(read[0].covariance, answered.covariance);
-  EXPECT_EQ(read[0].reliability.bins[9].count, 1);
-  EXPECT_TRUE(std::isnan(read[1].sigma_px));
-  EXPECT_EQ(trustCsv(read), trustCsv(rows));
-  EXPECT_EQ(trustCsv(read).find("nan"), std::string::npos);
+  const std::string csv = trustCsv({runsText({answered}), runsText({row(Status::kRansacFailed, {}, forward(1))})});
+  EXPECT_EQ(csv.compare(0, 9, "kind,set,"), 0) << csv;
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
+  EXPECT_NE(csv.find(",\"a b\","), std::string::npos) << csv;
+  EXPECT_NE(csv.find(",4321,"), std::string::npos) << csv;
+  EXPECT_NE(csv.find(" 1 0.95 1\n"), std::string::npos) << "the last bin ends the line\n" << csv;
+  EXPECT_NE(csv.find(",,,,"), std::string::npos) << "what was not answered has no figures\n" << csv;
+  for (const char* none : {"nan", "null"}) EXPECT_EQ(csv.find(none), std::string::npos) << csv;
 }
 
 TEST(Trust, ThePlanHoldsEveryParameterOfTheCore) {

@@ -76,6 +76,12 @@ InterruptWatch::~InterruptWatch() { std::signal(SIGINT, previous_); }
 
 bool InterruptWatch::interrupted() { return noted_interrupt != 0; }
 
+int statusOrInterrupted(int status) {
+  if (!InterruptWatch::interrupted()) return status;
+  std::fputs("interrupted; go on with the same command and --resume\n", stderr);
+  return kInterrupted;
+}
+
 bool runScript(const std::string& name, const std::string& argument, const std::string& without) {
   const std::string script = findScript(name);
   if (script.empty()) {

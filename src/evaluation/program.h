@@ -44,6 +44,9 @@ class InterruptWatch {
   void (*previous_)(int);
 };
 
+/// `status`; after Ctrl-C kInterrupted, with a sentence on stderr about how to go on.
+int statusOrInterrupted(int status);
+
 /// Runs an installed Python script (in scripts/ of the source when run from a build) on one argument. A script that is
 /// missing or fails costs a line on stderr, which says `without` what the rest is.
 bool runScript(const std::string& script, const std::string& argument, const std::string& without);

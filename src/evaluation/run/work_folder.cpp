@@ -1,13 +1,20 @@
 #include "run/work_folder.h"
 
 #include <algorithm>
+#include <atomic>
+#include <exception>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 #include <nlohmann/json.hpp>
+
+#include "program.h"
 
 namespace gms_ransac {
 
@@ -100,6 +107,36 @@ std::vector<std::string> WorkFolder::read() const {
   measurements.reserve(all.size());
   for (const auto& line : all) measurements.push_back(json::parse(line.second).at("runs").dump());
   return measurements;
+}
+
+void workThrough(WorkFolder& folder, const std::vector<int>& units, int jobs,
+                 const std::function<std::string(int)>& measure) {
+  std::vector<int> todo;
+  std::copy_if(units.begin(), units.end(), std::back_inserter(todo), [&](int unit) { return !folder.isDone(unit); });
+  if (todo.empty()) return;
+  Progress progress("measuring", static_cast<int>(todo.size()));
+  std::atomic<size_t> next{0};
+  std::atomic<bool> failed{false};
+  std::exception_ptr failure;
+  std::mutex mutex;
+  const auto work = [&] {
+    try {
+      for (size_t i = next++; i < todo.size() && !failed && !InterruptWatch::interrupted(); i = next++) {
+        const std::string measurements = measure(todo[i]);
+        const std::lock_guard<std::mutex> lock(mutex);
+        folder.append(todo[i], measurements);
+        progress.advance();
+      }
+    } catch (...) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      if (!failed.exchange(true)) failure = std::current_exception();
+    }
+  };
+  std::vector<std::thread> workers;
+  for (int j = 1; j < jobs; ++j) workers.emplace_back(work);
+  work();
+  for (std::thread& worker : workers) worker.join();
+  if (failure) std::rethrow_exception(failure);
 }
 
 }  // namespace gms_ransac

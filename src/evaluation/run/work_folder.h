@@ -2,6 +2,7 @@
 // whatever ends the program costs at most the pieces at hand.
 #pragma once
 
+#include <functional>
 #include <set>
 #include <string>
 #include <utility>
@@ -44,5 +45,10 @@ class WorkFolder {
   std::string plan_;
   std::set<int> done_;
 };
+
+/// Appends what `measure` makes of each of the units that the folder lacks, `jobs` of them side by side, with a line of
+/// progress, until Ctrl-C (InterruptWatch). Rethrows the first failure.
+void workThrough(WorkFolder& folder, const std::vector<int>& units, int jobs,
+                 const std::function<std::string(int)>& measure);
 
 }  // namespace gms_ransac

@@ -163,24 +163,16 @@ int evaluateTables(const Arguments& arguments) {
 
   WorkFolder folder(tables.out);
   folder.begin(planText(tables.plan), tables.resume);
-  std::vector<TablesUnit> todo;
-  for (const TablesUnit& unit : tablesUnits(tables.plan, datasets)) {
-    if (shard.owns(unit) && !folder.isDone(unit.index)) todo.push_back(unit);
+  const std::vector<TablesUnit> units = tablesUnits(tables.plan, datasets);
+  std::vector<int> numbers;
+  for (const TablesUnit& unit : units) {
+    if (shard.owns(unit)) numbers.push_back(unit.index);
   }
+  TablesMeter meter(tables.plan, datasets);
+  const auto measure = [&](int index) { return runsText(meter.measure(units[static_cast<size_t>(index)])); };
   const InterruptWatch watch;
-  if (!todo.empty()) {
-    TablesMeter meter(tables.plan, datasets);
-    Progress progress("measuring", static_cast<int>(todo.size()));
-    for (const TablesUnit& unit : todo) {
-      if (InterruptWatch::interrupted()) break;
-      folder.append(unit.index, runsText(meter.measure(unit)));
-      progress.advance();
-    }
-  }
-  const int status = report(folder, tables.plots);
-  if (!InterruptWatch::interrupted()) return status;
-  std::cerr << "interrupted; go on with the same command and --resume\n";
-  return kInterrupted;
+  workThrough(folder, numbers, 1, measure);  // one at a time, for the times' sake
+  return statusOrInterrupted(report(folder, tables.plots));
 }
 
 int evaluateMerge(const Arguments& arguments) {

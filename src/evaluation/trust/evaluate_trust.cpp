@@ -1,14 +1,10 @@
 // `evaluate trust`: how often an answer that says OK is wrong, and whether its covariance and its match probabilities
 // are true, on sets with truth and on scenes that try to fool it.
-#include <atomic>
-#include <exception>
 #include <fstream>
 #include <iostream>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <stdexcept>
-#include <thread>
 #include <utility>
 
 #include <boost/program_options.hpp>
@@ -146,42 +142,12 @@ bool parse(const Arguments& arguments, TrustArguments& trust) {
   return true;
 }
 
-/// Works through the units, `jobs` at a time; what is finished is on disk at once. Rethrows the first failure.
-void measure(const TrustPlan& plan, const std::vector<TrustUnit>& units, int jobs, WorkFolder& folder) {
-  Progress progress("measuring", static_cast<int>(units.size()));
-  std::atomic<size_t> next{0};
-  std::atomic<bool> failed{false};
-  std::exception_ptr failure;
-  std::mutex mutex;
-  const auto work = [&] {
-    try {
-      for (size_t i = next++; i < units.size() && !failed && !InterruptWatch::interrupted(); i = next++) {
-        const std::string rows = runsText(measureTrust(plan, units[i]));
-        const std::lock_guard<std::mutex> lock(mutex);
-        folder.append(units[i].index, rows);
-        progress.advance();
-      }
-    } catch (...) {
-      const std::lock_guard<std::mutex> lock(mutex);
-      if (!failed.exchange(true)) failure = std::current_exception();
-    }
-  };
-  std::vector<std::thread> workers;
-  for (int j = 1; j < jobs; ++j) workers.emplace_back(work);
-  work();
-  for (std::thread& worker : workers) worker.join();
-  if (failure) std::rethrow_exception(failure);
-}
-
 void report(const WorkFolder& folder, bool with_tables) {
-  std::vector<TrustRow> rows;
-  for (const std::string& runs : folder.read()) {
-    for (TrustRow& row : trustRowsOf(runs)) rows.push_back(std::move(row));
-  }
-  if (rows.empty()) return;
+  const std::vector<std::string> runs = folder.read();
+  if (runs.empty()) return;
   const std::string path = folder.path() + "/pairs.csv";
   std::ofstream file(path);
-  if (!(file << trustCsv(rows)).flush()) throw std::runtime_error(path + ": cannot be written");
+  if (!(file << trustCsv(runs)).flush()) throw std::runtime_error(path + ": cannot be written");
   file.close();
   if (with_tables) runScript(kReportScript, folder.path(), "no tables and plots, but pairs.csv is complete");
 }
@@ -196,16 +162,13 @@ int evaluateTrust(const Arguments& arguments) {
   for (const std::string& note : notes) std::cerr << note << '\n';
   WorkFolder folder(trust.out);
   folder.begin(planText(trust.plan), trust.resume);
-  std::vector<TrustUnit> todo;
-  for (const TrustUnit& unit : units) {
-    if (!folder.isDone(unit.index)) todo.push_back(unit);
-  }
+  std::vector<int> numbers;
+  for (const TrustUnit& unit : units) numbers.push_back(unit.index);
+  const auto measure = [&](int index) { return runsText(measureTrust(trust.plan, units[static_cast<size_t>(index)])); };
   const InterruptWatch watch;
-  if (!todo.empty()) measure(trust.plan, todo, trust.jobs, folder);
+  workThrough(folder, numbers, trust.jobs, measure);
   report(folder, trust.tables);
-  if (!InterruptWatch::interrupted()) return 0;
-  std::cerr << "interrupted; go on with the same command and --resume\n";
-  return kInterrupted;
+  return statusOrInterrupted(0);
 }
 
 }  // namespace gms_ransac

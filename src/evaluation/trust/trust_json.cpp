@@ -1,7 +1,6 @@
 #include "trust/trust_json.h"
 
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "run/options_json.h"
@@ -14,50 +13,7 @@ using nlohmann::json;
 
 constexpr double kDegrees = 180 / M_PI;
 
-/// visit(name, field) for each column, in order.
-template <typename Row, typename Visit>
-void forEachColumn(Row& row, const Visit& visit) {
-  visit("kind", row.kind);
-  visit("set", row.set);
-  visit("gap", row.gap);
-  visit("pair", row.pair);
-  visit("method", row.method);
-  visit("status", row.status);
-  visit("survivors", row.survivors);
-  visit("inliers", row.inliers);
-  visit("has_truth", row.has_truth);
-  visit("baseline_m", row.baseline_m);
-  visit("moved", row.moved);
-  visit("right", row.right);
-  visit("wrong", row.wrong);
-  visit("rotation_error_deg", row.rotation_error_deg);
-  visit("direction_error_deg", row.direction_error_deg);
-  visit("rx_deg", row.rx_deg);
-  visit("ry_deg", row.ry_deg);
-  visit("rz_deg", row.rz_deg);
-  visit("rotation_sigma_deg", row.rotation_sigma_deg);
-  visit("direction_sigma_deg", row.direction_sigma_deg);
-  visit("uncertainty_deg", row.uncertainty_deg);
-  visit("nees_rotation", row.nees_rotation);
-  visit("nees_direction", row.nees_direction);
-  visit("parallax_px", row.parallax_px);
-  visit("sigma_px", row.sigma_px);
-  visit("covariance", row.covariance);
-  visit("reliability", row.reliability);
-}
-
-template <typename T>
-json toJson(const T& value) {
-  return value;
-}
-
-json toJson(double number) { return std::isfinite(number) ? json(number) : json(); }
-
-json toJson(const std::vector<double>& numbers) {
-  json values = json::array();
-  for (const double number : numbers) values.push_back(toJson(number));
-  return values;
-}
+using Columns = std::vector<std::pair<const char*, json>>;
 
 json toJson(const Reliability& reliability) {
   json numbers = json::array();
@@ -69,25 +25,37 @@ json toJson(const Reliability& reliability) {
   return numbers;
 }
 
-template <typename T>
-void fromJson(const json& value, T& field) {
-  value.get_to(field);
-}
-
-void fromJson(const json& value, double& number) { number = value.is_null() ? TrustRow::kNone : value.get<double>(); }
-
-void fromJson(const json& values, std::vector<double>& numbers) {
-  numbers.resize(values.size());
-  for (size_t i = 0; i < numbers.size(); ++i) fromJson(values[i], numbers[i]);
-}
-
-void fromJson(const json& numbers, Reliability& reliability) {
-  size_t i = 0;
-  for (Reliability::Bin& bin : reliability.bins) {
-    numbers.at(i++).get_to(bin.count);
-    numbers.at(i++).get_to(bin.probability);
-    numbers.at(i++).get_to(bin.right);
-  }
+/// In the order of the file. What is no number becomes null in text.
+Columns columnsOf(const TrustRow& row) {
+  return {
+      {"kind", row.kind},
+      {"set", row.set},
+      {"gap", row.gap},
+      {"pair", row.pair},
+      {"method", row.method},
+      {"status", row.status},
+      {"survivors", row.survivors},
+      {"inliers", row.inliers},
+      {"has_truth", row.has_truth},
+      {"baseline_m", row.baseline_m},
+      {"moved", row.moved},
+      {"right", row.right},
+      {"wrong", row.wrong},
+      {"rotation_error_deg", row.rotation_error_deg},
+      {"direction_error_deg", row.direction_error_deg},
+      {"rx_deg", row.rx_deg},
+      {"ry_deg", row.ry_deg},
+      {"rz_deg", row.rz_deg},
+      {"rotation_sigma_deg", row.rotation_sigma_deg},
+      {"direction_sigma_deg", row.direction_sigma_deg},
+      {"uncertainty_deg", row.uncertainty_deg},
+      {"nees_rotation", row.nees_rotation},
+      {"nees_direction", row.nees_direction},
+      {"parallax_px", row.parallax_px},
+      {"sigma_px", row.sigma_px},
+      {"covariance", row.covariance},
+      {"reliability", toJson(row.reliability)},
+  };
 }
 
 std::string cell(const json& value) {
@@ -122,33 +90,26 @@ std::string runsText(const std::vector<TrustRow>& rows) {
   json runs = json::array();
   for (const TrustRow& row : rows) {
     json run;
-    forEachColumn(row, [&run](const char* name, const auto& field) { run[name] = toJson(field); });
+    for (auto& [name, value] : columnsOf(row)) run[name] = std::move(value);
     runs.push_back(std::move(run));
   }
   return runs.dump();
 }
 
-std::vector<TrustRow> trustRowsOf(const std::string& runs) {
-  std::vector<TrustRow> rows;
-  for (const json& run : json::parse(runs)) {
-    TrustRow row;
-    forEachColumn(row, [&run](const char* name, auto& field) { fromJson(run.at(name), field); });
-    rows.push_back(std::move(row));
+std::string trustCsv(const std::vector<std::string>& runs) {
+  const Columns columns = columnsOf(TrustRow());
+  std::string csv;
+  for (const auto& column : columns) csv += (csv.empty() ? "" : ",") + std::string(column.first);
+  for (const std::string& text : runs) {
+    for (const json& run : json::parse(text)) {
+      char separator = '\n';
+      for (const auto& column : columns) {
+        csv += separator + cell(run.at(column.first));
+        separator = ',';
+      }
+    }
   }
-  return rows;
-}
-
-std::string trustCsv(const std::vector<TrustRow>& rows) {
-  std::ostringstream csv;
-  const auto separator = [](const char* name) { return name == std::string("kind") ? "" : ","; };
-  const TrustRow columns{};
-  forEachColumn(columns, [&](const char* name, const auto&) { csv << separator(name) << name; });
-  csv << '\n';
-  for (const TrustRow& row : rows) {
-    forEachColumn(row, [&](const char* name, const auto& field) { csv << separator(name) << cell(toJson(field)); });
-    csv << '\n';
-  }
-  return csv.str();
+  return csv + '\n';
 }
 
 }  // namespace gms_ransac

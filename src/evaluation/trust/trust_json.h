@@ -12,11 +12,11 @@ namespace gms_ransac {
 /// Everything that decides the figures, for telling whether two folders of measurements belong together.
 std::string planText(const TrustPlan& plan);
 
+/// A JSON array, an object each.
 std::string runsText(const std::vector<TrustRow>& rows);
-/// From what runsText made. Throws std::exception when a key is missing.
-std::vector<TrustRow> trustRowsOf(const std::string& runs);
 
-/// Header and a line for each row, cells of several numbers separated by blanks; numbers that are none are empty.
-std::string trustCsv(const std::vector<TrustRow>& rows);
+/// Header and a line for each row of what runsText made, cells of several numbers separated by blanks; numbers that are
+/// none are empty. Throws std::exception when a key is missing.
+std::string trustCsv(const std::vector<std::string>& runs);
 
 }  // namespace gms_ransac
