@@ -1,6 +1,8 @@
 // Says the same thing at most once in a while; one clock per sentence, so that one complaint cannot hide another.
 #pragma once
 
+#include <cstddef>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -11,7 +13,8 @@
 
 namespace gms_ransac {
 
-/// Wall time, because simulated time may stand still or go back. May be used from any thread.
+/// Wall time, because simulated time may stand still or go back. May be used from any thread. What is remembered is
+/// bounded: a sentence may quote a message, and messages may say something new each time.
 class Throttle {
  public:
   explicit Throttle(double period_seconds = 10) : period_(period_seconds) {}
@@ -26,6 +29,12 @@ class Throttle {
     if (due(key, std::numeric_limits<double>::infinity())) ROS_WARN_STREAM(sentence);
   }
 
+  /// How many sentences are remembered.
+  size_t size() {
+    std::lock_guard<std::mutex> lock(mutex_);
+    return quiet_until_.size();
+  }
+
   void info(const std::string& key, const std::string& sentence) {
     if (due(key, period_)) ROS_INFO_STREAM(sentence);
   }
@@ -34,15 +43,30 @@ class Throttle {
   bool due(const std::string& key, double period) {
     std::lock_guard<std::mutex> lock(mutex_);
     const double now = ros::WallTime::now().toSec();
-    const auto [entry, is_new] = last_.emplace(key, now);
-    if (!is_new && now - entry->second < period) return false;
-    entry->second = now;
+    const auto said = quiet_until_.find(key);
+    if (said != quiet_until_.end()) {
+      if (now < said->second) return false;
+      said->second = now + period;
+      return true;
+    }
+    if (quiet_until_.size() >= kMostSentences) forgetExpired(now);
+    if (quiet_until_.size() >= kMostSentences) return false;
+    quiet_until_.emplace(key, now + period);
     return true;
   }
 
+  void forgetExpired(double now) {
+    for (auto entry = quiet_until_.begin(); entry != quiet_until_.end();) {
+      entry = now < entry->second ? std::next(entry) : quiet_until_.erase(entry);
+    }
+  }
+
+  // Of a period. The code has some twenty sentences; a stream of new ones would fill the log as well as the memory.
+  static constexpr size_t kMostSentences = 100;
+
   const double period_;
   std::mutex mutex_;
-  std::map<std::string, double> last_;  ///< key -> wall time, seconds
+  std::map<std::string, double> quiet_until_;  ///< by key: wall time, seconds
 };
 
 }  // namespace gms_ransac
