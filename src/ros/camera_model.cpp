@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstddef>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
+
+#include "excerpt.h"
 
 namespace gms_ransac {
 
@@ -14,6 +18,9 @@ namespace {
 // factory values in TUM's bags by 3 at most; another camera, zoom, or size of the image makes more.
 constexpr double kOtherCamera = 0.1;
 
+// No model has as many; a message may claim any number, and its own copy is enough.
+constexpr std::ptrdiff_t kMostCoefficients = 100;
+
 bool sameCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo& b) {
   return a.width == b.width && a.height == b.height && a.distortion_model == b.distortion_model && a.D == b.D &&
          a.K == b.K && a.P == b.P && a.binning_x == b.binning_x && a.binning_y == b.binning_y &&
@@ -21,12 +28,13 @@ bool sameCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::Camera
          a.roi.height == b.roi.height;
 }
 
-/// Some drivers use Kalibr's or their own words for the models of sensor_msgs/distortion_models.h.
+/// Some drivers use Kalibr's or their own words for the models of sensor_msgs/distortion_models.h. One that is unknown
+/// will be quoted.
 std::string coreName(const std::string& model) {
   if (model == "fisheye") return "equidistant";
   if (model == "radtan") return "plumb_bob";
   if (model == "none") return "";
-  return model;
+  return excerpt(model);
 }
 
 std::string sizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
@@ -97,16 +105,13 @@ CameraModelSource::CameraModelSource(const Parameters& parameters, const std::st
 
 std::shared_ptr<const CameraModel> CameraModelSource::get(const sensor_msgs::CameraInfoConstPtr& info,
                                                           cv::Size image_size) {
-  const bool had_info = info != nullptr;
-  const bool same = model_ && image_size == last_size_ && had_info == last_had_info_ &&
-                    (!had_info || sameCalibration(*info, last_info_));
-  if (same) return model_;
+  const bool same_info = info == last_info_ || (info && last_info_ && sameCalibration(*info, *last_info_));
+  if (model_ && image_size == last_size_ && same_info) return model_;
 
   last_size_ = image_size;
-  last_had_info_ = had_info;
-  if (had_info) last_info_ = *info;
+  last_info_ = info;
   auto model = std::make_shared<CameraModel>(make(info.get(), image_size));
-  if (override_.calibrated() && had_info) model->doubt = contradiction(*info, image_size);
+  if (override_.calibrated() && info) model->doubt = contradiction(*info, image_size);
   if (!model->doubt.empty()) throttle_.warn(model->doubt, model->doubt);
   const CameraIntrinsics& k = model->camera.intrinsics();
   // The sentence itself is the key: sizes that alternate say two things, not one per image.
@@ -206,7 +211,8 @@ CameraModel CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv:
   applyRegionAndBinning(info, intrinsics);
   if (!model.rectified) {
     intrinsics.distortion_model = coreName(info.distortion_model);
-    intrinsics.distortion = info.D;
+    intrinsics.distortion.assign(
+        info.D.begin(), info.D.begin() + std::min(std::distance(info.D.begin(), info.D.end()), kMostCoefficients));
   }
   model.camera = Camera(intrinsics, image_size);
   model.rectified = !model.camera.distorts();

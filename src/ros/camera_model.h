@@ -45,8 +45,7 @@ class CameraModelSource {
   CameraIntrinsics override_;
   Rectified input_is_rectified_;
   std::string image_topic_, info_topic_;
-  sensor_msgs::CameraInfo last_info_;
-  bool last_had_info_ = false;
+  sensor_msgs::CameraInfoConstPtr last_info_;  ///< not a copy: its coefficients may be any number
   cv::Size last_size_;
   std::shared_ptr<const CameraModel> model_;
   Throttle throttle_;
