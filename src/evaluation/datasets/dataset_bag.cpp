@@ -52,7 +52,9 @@ class BagImages : public ImageSource {
     const MessageKey& key = keys_.at(static_cast<size_t>(frame));
     std::lock_guard<std::mutex> lock(mutex_);
     try {
-      return find(key, colour);
+      const cv::Mat found = find(key, colour);
+      if (found.empty()) throw DatasetError(where(key.stamp) + ": it has no pixels");
+      return found;
     } catch (const DatasetError&) {
       throw;
     } catch (const std::exception& error) {  // a damaged message may make any layer throw
