@@ -138,6 +138,15 @@ TEST(CameraModel, RefusesAModelItDoesNotKnowAndSaysWhere) {
   EXPECT_NE(refused->problem.find("omnidirectional"), std::string::npos) << refused->problem;
 }
 
+TEST(CameraModel, QuotesAMessageInPart) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.distortion_model = std::string(100000, 'x') + "\n\x1b[2J";
+  info.D.assign(1000000, 0.1);
+  const auto refused = model(info, {640, 480});
+  EXPECT_FALSE(refused->camera.calibrated());
+  EXPECT_LT(refused->problem.size(), 500U);
+}
+
 TEST(CameraModel, SaysOnceHowManyPixelsHaveNoRay) {
   sensor_msgs::CameraInfo info = calibrated();
   info.D = {-0.4, 0, 0, 0, 0};

@@ -131,6 +131,13 @@ TEST(Camera, GivesNoPlaceWhereTheModelHasNoInverse) {
   }
 }
 
+TEST(Camera, EstimatesOfALargeImageHowManyPixelsHaveNoInverse) {
+  // The same lens before a sensor of nine times the pixels, of which every third in either direction is looked at.
+  const Camera small({250, 250, 320, 240, "plumb_bob", {-0.4, 0, 0, 0, 0}}, {640, 480});
+  const Camera large({750, 750, 960, 720, "plumb_bob", {-0.4, 0, 0, 0, 0}}, {1920, 1440});
+  EXPECT_NEAR(large.pixelsWithoutInverse() / 9.0, small.pixelsWithoutInverse(), 1000);
+}
+
 TEST(Camera, TakesAnyPixelAndAnyCalibration) {
   // Whatever is asked, the answer is a place that is right, or none.
   const std::vector<double> values = {-1e6, -3, -0.5, 0, 0.3, 2, 1e6};
@@ -172,6 +179,10 @@ TEST(Camera, RefusesWhatIsNoCalibrationAndSaysWhy) {
   };
   EXPECT_NE(complaint({NAN, 500, 320, 240, "", {}}).find("finite"), std::string::npos);
   EXPECT_NE(complaint({-500, 500, 320, 240, "", {}}).find("negative"), std::string::npos);
+  // In single precision the square of what they make of a pixel would be infinite.
+  EXPECT_NE(complaint({1e-110, 500, 320, 240, "", {}}).find("between 0.001 and 1e6"), std::string::npos);
+  EXPECT_NE(complaint({500, 1e300, 320, 240, "", {}}).find("between 0.001 and 1e6"), std::string::npos);
+  EXPECT_NE(complaint({500, 500, -1e9, 240, "", {}}).find("within 1e6"), std::string::npos);
   EXPECT_NE(complaint({500, 500, 320, 240, "plumb_bob", {1, 2, 3}}).find("plumb_bob takes 4 or 5"), std::string::npos);
   EXPECT_NE(complaint({500, 500, 320, 240, "thin_prism", {}}).find("'thin_prism'"), std::string::npos);
   EXPECT_EQ(complaint({500, 500, 320, 240, "", {}}), "");

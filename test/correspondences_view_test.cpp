@@ -141,6 +141,12 @@ TEST(CorrespondencesView, RefusesRawPointsWithoutTheirDistortion) {
   message.pixel_space = Message::PIXELS_RAW;
   const CorrespondencesView<Message> view(message);
   EXPECT_THROW(view.normalized(view.currentPoints()), std::invalid_argument);
+  // OpenCV's own assertion is no sentence, and no std::invalid_argument.
+  for (const auto& [model, count] : {std::make_pair("plumb_bob", 3), std::make_pair("fisheye", 5)}) {
+    EXPECT_THROW(view.normalized(view.currentPoints(), model, std::vector<double>(static_cast<size_t>(count), 0.1)),
+                 std::invalid_argument)
+        << model;
+  }
   message.K.fill(0);
   EXPECT_THROW(view.normalized(view.currentPoints(), "plumb_bob", {-0.3, 0.1, 0, 0, 0}), std::invalid_argument);
 }

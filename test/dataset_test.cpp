@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include <sys/stat.h>
+
 #include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
@@ -141,6 +143,21 @@ TEST_F(TumTest, ComplainsWithFileAndLine) {
   DatasetOptions options;
   options.intrinsics = "1,2";
   EXPECT_EQ(complaint("", options), "--intrinsics: expected fx fy cx cy [k1 k2 p1 p2 [k3]], found 2 numbers");
+}
+
+TEST_F(TumTest, RefusesAQuaternionWhoseSquaresNoDoubleHolds) {
+  write("rgb.txt", "1 a.png\n");
+  write("groundtruth.txt", "1 0 0 0 1e200 0 0 0\n");
+  EXPECT_EQ(complaint(), "groundtruth.txt:1: the quaternion is not of unit length");
+}
+
+TEST_F(TumTest, OpensNoPipeAndNoDevice) {
+  // One would wait for the other end of the pipe, and read the device until the memory is full.
+  ASSERT_EQ(mkfifo(path("rgb.txt").c_str(), 0600), 0);
+  EXPECT_NE(complaint().find("holds neither rgb.txt"), std::string::npos);
+  fs::remove(path("rgb.txt"));
+  fs::create_symlink("/dev/zero", path("rgb.txt"));
+  EXPECT_NE(complaint().find("holds neither rgb.txt"), std::string::npos);
 }
 
 TEST_F(TumTest, ComplainsAboutImagesWhenTheyAreRead) {

@@ -194,6 +194,16 @@ void expectSentence(const std::string& problem, const sensor_msgs::Image& image)
   EXPECT_EQ(problem.find('\n'), std::string::npos) << describe(image) << ": " << problem;
 }
 
+TEST(ImageConversion, QuotesAnEncodingInPart) {
+  sensor_msgs::Image image = message(cv::Mat(96, 128, CV_8UC1, cv::Scalar(0)), "mono8");
+  image.encoding = std::string(100000, 'x');
+  cv::Mat converted;
+  EXPECT_LT(ImageConverter().toGrey(image, converted).size(), 300U);
+  EXPECT_LT(toDepth(image, {128, 96}, converted).size(), 300U);
+  image.encoding = "\x1b[2Jmono\n";
+  EXPECT_NE(ImageConverter().toGrey(image, converted).find("'?[2Jmono?'"), std::string::npos);
+}
+
 TEST(ImageConversion, NoMessageThrows) {
   int used = 0, refused = 0;
   forEveryMessage([&](const sensor_msgs::Image& image) {

@@ -2,6 +2,7 @@
 // and no endless memory.
 #include "throttle.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -61,6 +62,15 @@ TEST(Throttle, RoomIsMadeByWhatMayBeSaidAgain) {
   for (int i = 0; i < 1000; ++i) throttle.warn(std::to_string(i), "varies");
   EXPECT_EQ(log.lines.size(), 1000u);
   EXPECT_LE(throttle.remembered(), Throttle::kSentences);
+}
+
+TEST(Throttle, KeepsWhatIsSaidOnce) {
+  Log log;
+  Throttle throttle(0);
+  throttle.warnOnce("once", "once");
+  for (int i = 0; i < 1000; ++i) throttle.warn(std::to_string(i), "often");
+  throttle.warnOnce("once", "once");
+  EXPECT_EQ(std::count(log.lines.begin(), log.lines.end(), "once"), 1);
 }
 
 }  // namespace

@@ -57,7 +57,8 @@ class CorrespondencesView {
   bool isRectified() const { return message_.pixel_space == Message::PIXELS_RECTIFIED; }
   /// Where the rays of referencePoints() or currentPoints() meet the plane z = 1: N x 1 CV_32FC2. Points that are not
   /// rectified need the distortion, which the message has no field for: `distortion_model` and `D` of the images'
-  /// camera_info. Throws std::invalid_argument without it or without K.
+  /// camera_info. Throws std::invalid_argument without it or without K, or where no such model has as many
+  /// coefficients.
   cv::Mat normalized(const cv::Mat& points, const std::string& distortion_model = "",
                      const std::vector<double>& D = {}) const {
     if (!calibrated()) throw std::invalid_argument("Correspondences: the camera is not calibrated (K is zero)");
@@ -66,10 +67,12 @@ class CorrespondencesView {
           "Correspondences: the points are pixels of a distorted image; give the distortion of its camera_info, or "
           "rectified images to the node");
     }
+    const bool fisheye = distortion_model == "equidistant" || distortion_model == "fisheye";
+    if (!isRectified()) requireCoefficients(fisheye, D.size());
     cv::Mat rays;
     if (points.empty()) return rays;
     const cv::Matx33d K(&message_.K[0]);
-    if (!isRectified() && (distortion_model == "equidistant" || distortion_model == "fisheye")) {
+    if (!isRectified() && fisheye) {
       cv::fisheye::undistortPoints(points, rays, K, D);
     } else {
       // The default of five iterations leaves pixels of error in the corners of strongly distorted images.
@@ -95,6 +98,12 @@ class CorrespondencesView {
     if (length == expected) return;
     throw std::invalid_argument("Correspondences: " + std::string(column) + " has " + std::to_string(length) +
                                 " entries, but " + std::to_string(expected) + " belong to this many confidences");
+  }
+  /// OpenCV would throw an assertion of its own.
+  static void requireCoefficients(bool fisheye, size_t n) {
+    if (n == 4 || (!fisheye && (n == 5 || n == 8 || n == 12 || n == 14))) return;
+    throw std::invalid_argument("Correspondences: " + std::to_string(n) + " distortion coefficients; " +
+                                (fisheye ? "a fisheye lens has 4" : "there must be 4, 5, 8, 12 or 14"));
   }
   template <typename Vector>
   cv::Mat asMat(const Vector& interleaved) const {

@@ -16,6 +16,11 @@ namespace {
 constexpr int kTableStep = 8;
 // Of the round trip, pixels: a hundredth of what a keypoint is located to.
 constexpr double kTolerance = 0.005;
+// Pixels that are looked at for one without inverse; of larger images every second, third, ... up to every eighth.
+constexpr double kMostCounted = 640 * 480;
+
+// Pixels, as for ~camera in cfg/parameters.py. What follows is computed in single precision, which has room for these.
+constexpr double kSmallestFocalLength = 1e-3, kLargest = 1e6;
 
 /// Weights of the four samples around a fraction in [0, 1): Catmull-Rom.
 void cubicWeights(float f, float (&weights)[4]) {
@@ -38,6 +43,10 @@ void CameraIntrinsics::validate() const {
     if (!std::isfinite(value)) throw std::invalid_argument("intrinsics: fx, fy, cx and cy must be finite numbers");
   }
   if (fx < 0 || fy < 0) throw std::invalid_argument("intrinsics: fx and fy must not be negative");
+  const auto isFocalLength = [](double f) { return f == 0 || (f >= kSmallestFocalLength && f <= kLargest); };
+  if (!isFocalLength(fx) || !isFocalLength(fy) || std::abs(cx) > kLargest || std::abs(cy) > kLargest) {
+    throw std::invalid_argument("intrinsics: fx and fy must be between 0.001 and 1e6 pixels, cx and cy within 1e6");
+  }
   for (double value : distortion) {
     if (!std::isfinite(value)) throw std::invalid_argument("intrinsics: distortion coefficients must be finite");
   }
@@ -99,14 +108,17 @@ bool Camera::roundTripHolds(int r, int c) const {
 }
 
 int Camera::countPixelsWithoutInverse() const {
-  int count = 0;
-  for (int y = 0; y < image_size_.height; ++y) {
-    for (int x = 0; x < image_size_.width; ++x) {
+  // Every one of them takes microseconds where the calibration is senseless, and each camera_info asks anew.
+  const double pixels = static_cast<double>(image_size_.width) * image_size_.height;
+  const int step = std::clamp(static_cast<int>(std::ceil(std::sqrt(pixels / kMostCounted))), 1, kTableStep);
+  int64_t count = 0;
+  for (int y = step / 2; y < image_size_.height; y += step) {
+    for (int x = step / 2; x < image_size_.width; x += step) {
       if (interpolates_(y / kTableStep, x / kTableStep)) continue;
       count += std::isnan(solve(cv::Point2d(x, y)).x);
     }
   }
-  return count;
+  return static_cast<int>(std::min<int64_t>(count * step * step, image_size_.area()));
 }
 
 cv::Point2d Camera::solve(const cv::Point2d& pixel) const {

@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstddef>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
+
+#include "excerpt.h"
 
 namespace gms_ransac {
 
@@ -15,6 +19,9 @@ namespace {
 // factory values in TUM's bags by 3 at most; another camera, zoom, or size of the image makes more.
 constexpr double kOtherCamera = 0.1;
 
+// No model has as many; a message may claim any number, and its own copy is enough.
+constexpr std::ptrdiff_t kMostCoefficients = 100;
+
 bool sameCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo& b) {
   return a.width == b.width && a.height == b.height && a.distortion_model == b.distortion_model && a.D == b.D &&
          a.K == b.K && a.P == b.P && a.binning_x == b.binning_x && a.binning_y == b.binning_y &&
@@ -22,12 +29,13 @@ bool sameCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::Camera
          a.roi.height == b.roi.height;
 }
 
-/// Some drivers use Kalibr's or their own words for the models of sensor_msgs/distortion_models.h.
+/// Some drivers use Kalibr's or their own words for the models of sensor_msgs/distortion_models.h. One that is unknown
+/// will be quoted.
 std::string coreName(const std::string& model) {
   if (model == "fisheye") return "equidistant";
   if (model == "radtan") return "plumb_bob";
   if (model == "none") return "";
-  return model;
+  return excerpt(model);
 }
 
 std::string sizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
@@ -96,30 +104,29 @@ CameraModelSource::CameraModelSource(const Parameters& parameters, const std::st
       image_topic_(image_topic),
       info_topic_(info_topic) {}
 
-bool CameraModelSource::Known::describes(const sensor_msgs::CameraInfo* other, cv::Size other_size) const {
-  if (!model || other_size != size || had_info != (other != nullptr)) return false;
-  return !had_info || sameCalibration(*other, info);
+bool CameraModelSource::Known::describes(const sensor_msgs::CameraInfoConstPtr& other, cv::Size other_size) const {
+  if (!model || other_size != size) return false;
+  return other == info || (other && info && sameCalibration(*other, *info));
 }
 
 std::shared_ptr<const CameraModel> CameraModelSource::get(const sensor_msgs::CameraInfoConstPtr& info,
                                                           cv::Size image_size) {
-  if (last_.describes(info.get(), image_size)) return last_.model;
+  if (last_.describes(info, image_size)) return last_.model;
   std::swap(last_, before_);
-  if (last_.describes(info.get(), image_size)) {
+  if (last_.describes(info, image_size)) {
     noteReturn();
     return last_.model;
   }
   returns_ = 0;
   last_.size = image_size;
-  last_.had_info = info != nullptr;
-  if (info) last_.info = *info;
+  last_.info = info;
   last_.model = makeAndTell(info.get(), image_size);
   return last_.model;
 }
 
 void CameraModelSource::noteReturn() {
   // Sizes that alternate are those of the images, and told with them. A zoom may go back once.
-  if (last_.size != before_.size || !last_.had_info || !before_.had_info || ++returns_ < 2) return;
+  if (last_.size != before_.size || !last_.info || !before_.info || ++returns_ < 2) return;
   std::ostringstream text;
   text << "the camera_info on " << info_topic_ << " goes back and forth between fx "
        << before_.model->camera.intrinsics().fx << " and fx " << last_.model->camera.intrinsics().fx
@@ -229,7 +236,8 @@ CameraModel CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv:
   applyRegionAndBinning(info, intrinsics);
   if (!model.rectified) {
     intrinsics.distortion_model = coreName(info.distortion_model);
-    intrinsics.distortion = info.D;
+    intrinsics.distortion.assign(
+        info.D.begin(), info.D.begin() + std::min(std::distance(info.D.begin(), info.D.end()), kMostCoefficients));
   }
   model.camera = Camera(intrinsics, image_size);
   model.rectified = !model.camera.distorts();

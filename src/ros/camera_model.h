@@ -37,12 +37,11 @@ class CameraModelSource {
 
  private:
   struct Known {
-    bool describes(const sensor_msgs::CameraInfo* other, cv::Size other_size) const;
+    bool describes(const sensor_msgs::CameraInfoConstPtr& other, cv::Size other_size) const;
 
     std::shared_ptr<const CameraModel> model;  ///< null: nothing yet
     cv::Size size;
-    bool had_info = false;
-    sensor_msgs::CameraInfo info;
+    sensor_msgs::CameraInfoConstPtr info;  ///< null: there was none. Not a copy: its coefficients may be any number
   };
 
   std::shared_ptr<const CameraModel> makeAndTell(const sensor_msgs::CameraInfo* info, cv::Size image_size);

@@ -1,5 +1,6 @@
 #include "depth_conversion.h"
 
+#include "excerpt.h"
 #include "guard.h"
 #include "image_conversion.h"
 
@@ -14,7 +15,7 @@ constexpr double kMetresPerUnit = 0.001;  // of 16-bit depth, REP 118
 std::string toDepth(const sensor_msgs::Image& image, cv::Size expected, cv::Mat& depth) {
   const bool metres = image.encoding == "32FC1", millimetres = image.encoding == "16UC1" || image.encoding == "mono16";
   if (!metres && !millimetres) {
-    return "the depth image has the encoding '" + image.encoding +
+    return "the depth image has the encoding '" + excerpt(image.encoding) +
            "'; it must be 32FC1 (metres) or 16UC1 (millimetres)";
   }
   if (static_cast<int>(image.width) != expected.width || static_cast<int>(image.height) != expected.height) {

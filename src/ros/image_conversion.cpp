@@ -4,6 +4,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "excerpt.h"
 #include "guard.h"
 
 namespace gms_ransac {
@@ -109,7 +110,7 @@ cv::Mat pixelsOf(const sensor_msgs::Image& image, int type) {
 std::string ImageConverter::toGrey(const sensor_msgs::Image& image, cv::Mat& grey) {
   const Encoding* encoding = findEncoding(image.encoding);
   if (encoding == nullptr) {
-    return "the encoding '" + image.encoding +
+    return "the encoding '" + excerpt(image.encoding) +
            "' is not supported; send mono8, mono16, bgr8, rgb8, bgra8, rgba8, yuv422 or a bayer_* one";
   }
   std::string problem = layoutProblem(image, encoding->type);

@@ -1,11 +1,14 @@
 #include "mask_source.h"
 
 #include <cstdlib>
+#include <filesystem>
 #include <stdexcept>
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "excerpt.h"
+#include "guard.h"
 #include "image_conversion.h"
 
 namespace gms_ransac {
@@ -14,7 +17,12 @@ namespace {
 
 cv::Mat readFile(const std::string& path) {
   if (path.empty()) return {};
-  cv::Mat mask = cv::imread(path, cv::IMREAD_GRAYSCALE);
+  cv::Mat mask;
+  // Of a pipe or a device one would read for ever. What claims to be larger than OpenCV takes makes it throw.
+  std::error_code none;
+  if (std::filesystem::is_regular_file(path, none)) {
+    guarded([&] { mask = cv::imread(path, cv::IMREAD_GRAYSCALE); }, [](const std::string&) {});
+  }
   if (mask.empty()) {
     throw std::invalid_argument("parameter ~mask_file is '" + path +
                                 "'; it must be the path of an image, and none can "
@@ -43,7 +51,8 @@ std::string scale(cv::Size size, cv::Mat& mask) {
 /// The pixels of a message; returns what is wrong with it.
 std::string pixels(const sensor_msgs::Image& message, cv::Mat& mask) {
   if (message.encoding != "mono8" && message.encoding != "8UC1") {
-    return "the encoding of the mask is '" + message.encoding + "'; send mono8, zero where no keypoint is to be taken";
+    return "the encoding of the mask is '" + excerpt(message.encoding) +
+           "'; send mono8, zero where no keypoint is to be taken";
   }
   const std::string problem = layoutProblem(message, CV_8UC1);
   if (!problem.empty()) return "the mask cannot be used: " + problem;

@@ -158,7 +158,8 @@ void PoseRecovery::proposeFromHomography(const Eigen::Matrix3d& H, const Eigen::
     cv::cv2eigen(rotations[i], motion.R);
     cv::cv2eigen(translations[i], motion.t);
     if (!motion.R.allFinite() || !motion.t.allFinite()) continue;
-    motion.R = nearestOrthogonal(motion.R);  // OpenCV's is off by 1e-3 when the homography is nearly a rotation
+    motion.R = nearestOrthogonal(motion.R);       // OpenCV's is off by 1e-3 when the homography is nearly a rotation
+    if (!(motion.R.determinant() > 0)) continue;  // and a mirror when it is nearly singular
     const double length = motion.t.norm();
     motion.t = length > kSmallestTranslation ? Eigen::Vector3d(motion.t / length) : Eigen::Vector3d::Zero();
     propose(motion);

@@ -40,6 +40,8 @@ constexpr TestedTogether kTests[] = {{CameraParameter::kFocalLength, kFocalLengt
 
 // From here on the doubt about the camera model grows until the model without doubt is left (doc/uncertainty.md).
 constexpr double kFirstDoubt = 0.5, kFullDoubt = 0.9;
+// Of a correlation matrix: what the rounding of an inverse may leave of asymmetry and of negative eigenvalues.
+constexpr double kInversionTolerance = 1e-8;
 constexpr double kLeastCurvature = 0.05;  ///< of the loss, of 1 at its bottom
 
 constexpr int kShifts = 7;       ///< of one image
@@ -122,6 +124,21 @@ class Derivatives {
   Eigen::Matrix3f R_, E_, Et_;
   VectorLanes t_, basis_[2];
 };
+
+/// False of what the inverse of an ill-conditioned curvature makes: then rounding alone says what the pose is known to.
+bool isCovariance(const Eigen::Matrix<double, kOfPose, kOfPose>& matrix) {
+  if (!matrix.allFinite() || matrix.diagonal().minCoeff() < 0) return false;
+  const Eigen::Matrix<double, kOfPose, 1> sigma = matrix.diagonal().cwiseSqrt();
+  Eigen::Matrix<double, kOfPose, kOfPose> correlation = Eigen::Matrix<double, kOfPose, kOfPose>::Identity();
+  for (int i = 0; i < kOfPose; ++i) {
+    for (int j = 0; j < kOfPose; ++j) {
+      if (sigma[i] * sigma[j] > 0) correlation(i, j) = matrix(i, j) / (sigma[i] * sigma[j]);
+    }
+  }
+  if (!((correlation - correlation.transpose()).cwiseAbs().maxCoeff() < kInversionTolerance)) return false;
+  const Eigen::LDLT<Eigen::Matrix<double, kOfPose, kOfPose>> factors(correlation);
+  return factors.info() == Eigen::Success && factors.vectorD().minCoeff() > -kInversionTolerance;
+}
 
 }  // namespace
 
@@ -213,7 +230,7 @@ PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoVie
   }
   const Eigen::Matrix<double, kPose, 3> effect = calibration_sigma * inverse * curvature_.block<kPose, 3>(0, kPose);
   spread.covariance += effect * effect.transpose();
-  if (!spread.covariance.allFinite()) spread.covariance.setIdentity();
+  if (!isCovariance(spread.covariance)) spread.covariance.setIdentity();
   return spread;
 }
 
@@ -231,7 +248,7 @@ void PoseUncertainty::testModel(const Eigen::Matrix<double, kPose, kPose>& inver
     const Scores part = score.segment(test.first, test.count);
     const Covariance block = covariance.block(test.first, test.first, test.count, test.count);
     const double statistic = part.dot(block.ldlt().solve(part)) / test.limit;
-    if (!(statistic > spread.contradiction)) continue;
+    if (!(statistic > spread.contradiction) || !std::isfinite(statistic)) continue;  // a scatter may be singular
     spread.contradiction = statistic;
     spread.contradicted = test.parameter;
   }

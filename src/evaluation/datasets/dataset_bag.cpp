@@ -51,6 +51,19 @@ class BagImages : public ImageSource {
   cv::Mat image(int frame, bool colour) const override {
     const MessageKey& key = keys_.at(static_cast<size_t>(frame));
     std::lock_guard<std::mutex> lock(mutex_);
+    try {
+      const cv::Mat found = find(key, colour);
+      if (found.empty()) throw DatasetError(where(key.stamp) + ": it has no pixels");
+      return found;
+    } catch (const DatasetError&) {
+      throw;
+    } catch (const std::exception& error) {  // a damaged message may make any layer throw
+      throw DatasetError(where(key.stamp) + ": " + error.what());
+    }
+  }
+
+ private:
+  cv::Mat find(const MessageKey& key, bool colour) const {
     rosbag::View view(bag_, rosbag::TopicQuery(topic_), key.received, key.received);
     for (const rosbag::MessageInstance& message : view) {
       if (const auto raw = message.instantiate<sensor_msgs::Image>()) {
@@ -62,17 +75,12 @@ class BagImages : public ImageSource {
     throw DatasetError(where(key.stamp) + ": the message cannot be found again");
   }
 
- private:
   std::string where(const ros::Time& stamp) const {
     return bag_.getFileName() + ": image of " + topic_ + " at " + std::to_string(stamp.toSec());
   }
 
   cv::Mat convert(const sensor_msgs::Image& message, bool colour) const {
-    try {
-      return cv_bridge::toCvCopy(message, colour ? "bgr8" : "mono8")->image;
-    } catch (const std::exception& error) {
-      throw DatasetError(where(message.header.stamp) + ": " + error.what());
-    }
+    return cv_bridge::toCvCopy(message, colour ? "bgr8" : "mono8")->image;
   }
 
   cv::Mat decode(const sensor_msgs::CompressedImage& message, bool colour) const {
@@ -237,10 +245,12 @@ Dataset openBag(const std::string& file, const DatasetOptions& options) {
     addPoses(bag, camera_frame, options.truth_frame, keys, dataset.frames_);
     bag.close();
     dataset.source_ = std::make_shared<BagImages>(file, topic, std::move(keys));
-  } catch (const rosbag::BagException& error) {
-    throw DatasetError(file + ": cannot be read as a bag (" + error.what() + ")");
+  } catch (const DatasetError&) {
+    throw;
   } catch (const tf2::TransformException& error) {
     throw DatasetError(file + ": its transforms are inconsistent (" + error.what() + ")");
+  } catch (const std::exception& error) {  // a damaged bag makes rosbag, the messages and boost throw, each its own
+    throw DatasetError(file + ": cannot be read as a bag (" + error.what() + ")");
   }
   return dataset;
 }

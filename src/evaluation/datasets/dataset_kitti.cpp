@@ -22,7 +22,10 @@ bool hasImageSuffix(const std::string& name) {
 /// Paths relative to the set's folder, sorted by name.
 std::vector<std::string> listImages(const std::string& folder, const std::string& subfolder) {
   std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(joinPath(folder, subfolder))) {
+  std::error_code problem;
+  const std::filesystem::directory_iterator entries(joinPath(folder, subfolder), problem);
+  if (problem) throw DatasetError(joinPath(folder, subfolder) + ": " + problem.message());
+  for (const auto& entry : entries) {
     const std::string name = entry.path().filename().string();
     if (hasImageSuffix(name)) names.push_back(subfolder + "/" + name);
   }

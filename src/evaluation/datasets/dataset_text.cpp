@@ -49,8 +49,10 @@ class FolderImages : public ImageSource {
 }  // namespace
 
 std::vector<TextLine> readLines(const std::string& file) {
-  std::ifstream stream(file);
-  if (!stream || !isFile(file)) throw DatasetError(file + ": cannot be opened");
+  // In this order: to open a pipe waits for whoever writes to it.
+  std::ifstream stream;
+  if (isFile(file)) stream.open(file);
+  if (!stream.is_open()) throw DatasetError(file + ": cannot be opened");
   std::vector<TextLine> lines;
   TextLine line;
   while (std::getline(stream, line.text)) {
@@ -136,7 +138,7 @@ Eigen::Matrix3d readMatrixFile(const std::string& file) {
 
 bool isFile(const std::string& path) {
   struct stat status {};
-  return stat(path.c_str(), &status) == 0 && !S_ISDIR(status.st_mode);
+  return stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode);
 }
 
 bool isFolder(const std::string& path) {

@@ -15,6 +15,9 @@ constexpr double kDepthAssociation = 0.02;
 // A longer hole in the ground truth (TUM's motion capture runs at 100 Hz) is not interpolated across, seconds.
 constexpr double kLongestPoseGap = 0.1;
 
+// Files have four digits; what is further from unit length is no quaternion, and squares of it may be beyond a double.
+constexpr double kQuaternionRounding = 0.5;
+
 struct StampedFile {
   double stamp;
   std::string file;
@@ -37,7 +40,8 @@ std::vector<StampedPose> readTrajectory(const std::string& file) {
   for (const TextLine& line : readLines(file)) {
     const std::vector<double> v = numbersAt(file, line, 0, 8, "a pose (stamp tx ty tz qx qy qz qw)");
     const Eigen::Quaterniond quaternion(v[7], v[4], v[5], v[6]);
-    if (quaternion.norm() < 0.5) failAt(file, line, "the quaternion is not of unit length");
+    if (std::abs(quaternion.norm() - 1) > kQuaternionRounding)
+      failAt(file, line, "the quaternion is not of unit length");
     StampedPose pose{v[0], Eigen::Isometry3d(quaternion.normalized())};
     pose.pose.translation() = Eigen::Vector3d(v[1], v[2], v[3]);
     if (!trajectory.empty() && pose.stamp < trajectory.back().stamp)
