@@ -187,6 +187,10 @@ GROUPS = [
     Group("time", "time", True, [
         Row("max_frame_gap", 1.0, "Seconds between two images above which they are not compared", range=(0.001, 3600.0),
             unit="seconds"),
+        Row("recovery_frames", 0, "Images kept from before a loss (dark, blurred, covered, no image), from which the stream goes "
+            "on when it sees the same again; 0: a loss is final. Each takes 240 kB at 2000 features", range=(0, 100)),
+        Row("max_recovery_gap", 10.0, "Seconds after which a kept image is of no use any more", range=(0.001, 3600.0),
+            unit="seconds"),
         Row("hold_reference", True, "Keep comparing with the same image while the parallax is too small for a translation"),
     ]),
     Group("output", "output", True, [

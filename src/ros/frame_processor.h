@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -17,6 +18,7 @@
 #include "image_with_info.h"
 #include "mask_source.h"
 #include "publishable_pose.h"
+#include "recovery.h"
 #include "stamp_watch.h"
 
 namespace gms_ransac {
@@ -63,10 +65,18 @@ struct ProcessedFrame {
   const std::vector<uint32_t>* track_ids = nullptr;
   const std::vector<uint16_t>* track_lengths = nullptr;
   bool reference_held = false;  ///< the next image will be compared with this reference again
+  /// After a loss the reference is an image from before it. `status` is what it would be without the loss.
+  bool recovered = false;
+  /// Only with `recovered`: how far the camera moved is not known, `pose.t` says the direction alone.
+  bool length_missing = false;
+  double oldest_reference = kNoReference;  ///< no image of an earlier stamp will be a reference again, seconds
+  static constexpr double kNoReference = std::numeric_limits<double>::infinity();
 
   bool poseValid() const {
     return result != nullptr && (status == MatchStats::OK || status == MatchStats::LOW_PARALLAX);
   }
+  /// As ~stats has it.
+  uint8_t publishedStatus() const { return recovered ? static_cast<uint8_t>(MatchStats::RECOVERED) : status; }
 };
 
 /// "OK", ..., "BAD_IMAGE": a value of MatchStats::status in words.
@@ -77,6 +87,7 @@ struct ProcessorOptions {
   double max_frame_gap = 1;    ///< seconds
   bool hold_reference = true;  ///< keep the reference while the parallax is too small
   SigmaFloor sigma_floor;
+  RecoveryOptions recovery;
 };
 
 /// `prepare` and `process` may run on two threads, each on one; the rest may be called from anywhere.
@@ -110,6 +121,27 @@ class FrameProcessor {
   /// Hands it to the next usable one.
   void takePending(PreparedFrame& frame);
   void compare(ProcessedFrame& processed);
+  /// Matches, filters, estimates.
+  void match(const PreparedFrame& reference, MatchResult& result);
+  /// What follows from `result_`, which is that of the reference: status, tracks, pose.
+  void conclude(ProcessedFrame& processed);
+  void fail(const std::string& what, ProcessedFrame& processed);
+  /// After a loss: goes on from a kept image, or says why not. False: the rest of processStream is to be done, as
+  /// without ~recovery_frames.
+  bool reenter(ProcessedFrame& processed);
+  /// The way back is looked for in an image of which camera and options allow it.
+  bool mayReenter(const PreparedFrame& frame) const;
+  /// Compares with the kept images; false: it is answered by a comparison with the image before, which belongs to the
+  /// loss.
+  bool compareWithKept(ProcessedFrame& processed);
+  /// Index of the kept image that shows the same, with its `result_`; as many as there are, with that of the newest.
+  size_t findKept();
+  void goOnFrom(size_t index, ProcessedFrame& processed);
+  /// The reference is kept if its place is known; there is none any more.
+  void retireReference();
+  /// The same of a reference that the current image takes the place of.
+  void keepReference(const ProcessedFrame& processed);
+  double oldestReference() const;
   /// `interval`: between this image and the one before.
   bool holdReference(const ProcessedFrame& processed, double interval);
   ProcessedFrame processPair(ProcessedFrame processed);
@@ -118,7 +150,7 @@ class FrameProcessor {
   /// The last gate: a pose that is not fit to publish becomes RANSAC_FAILED, with what is wrong with it.
   void stopUnfitPose(ProcessedFrame& processed);
   /// The current image becomes the reference.
-  void advance(bool compared);
+  void advance(const ProcessedFrame& processed, bool compared);
   /// The part of `prepare` that pairs and streams share; false, with `problem` set, when the image is of no use.
   bool convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame);
   /// Finds the features where the mask lets them.
@@ -136,7 +168,10 @@ class FrameProcessor {
 
   // process's
   std::unique_ptr<PreparedFrame> reference_, current_;
-  MatchResult result_;
+  MatchResult result_, kept_result_;
+  Recovery recovery_;
+  std::unique_ptr<PreparedFrame> dropped_;  ///< kept no longer; may serve the next image
+  bool retired_ = false;                    ///< there was a reference, and there is none until an image is of use
   TrackTable tracks_;
   ScalePropagator propagator_;
   Triangulation triangulation_;

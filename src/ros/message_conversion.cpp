@@ -77,7 +77,7 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
 void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, MatchStats& message) {
   message = MatchStats();
   message.header = processed.current->header;
-  message.status = processed.status;
+  message.status = processed.publishedStatus();
   message.status_text = processed.text;
   message.keypoints_current = static_cast<uint32_t>(processed.current->frame.features.size());
   message.time_convert = static_cast<float>(processed.current->convert_seconds);

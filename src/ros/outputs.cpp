@@ -25,7 +25,7 @@ std::string caption(const ProcessedFrame& processed) {
   if (processed.result == nullptr) return statusName(processed.status) + ": " + processed.text;
   char text[160];
   std::snprintf(text, sizeof(text), "%s   %zu matches > %d GMS > %d inliers   %.1f ms",
-                statusName(processed.status).c_str(), processed.result->matches.size(), processed.result->matches_gms,
+                statusName(processed.publishedStatus()).c_str(), processed.result->matches.size(), processed.result->matches_gms,
                 processed.result->inliers, 1e3 * processed.result->times.total());
   return text;
 }
