@@ -10,6 +10,7 @@
 
 #include "frames.h"
 #include "guard.h"
+#include "keypoint_output.h"
 #include "odometry_output.h"
 #include "overlay.h"
 #include "point_outputs.h"
@@ -25,8 +26,8 @@ std::string caption(const ProcessedFrame& processed) {
   if (processed.result == nullptr) return statusName(processed.status) + ": " + processed.text;
   char text[160];
   std::snprintf(text, sizeof(text), "%s   %zu matches > %d GMS > %d inliers   %.1f ms",
-                statusName(processed.publishedStatus()).c_str(), processed.result->matches.size(), processed.result->matches_gms,
-                processed.result->inliers, 1e3 * processed.result->times.total());
+                statusName(processed.publishedStatus()).c_str(), processed.result->matches.size(),
+                processed.result->matches_gms, processed.result->inliers, 1e3 * processed.result->times.total());
   return text;
 }
 
@@ -48,13 +49,15 @@ Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Pa
   restart_ = outputs.advertise<std_msgs::Bool>("restart", kPublisherQueue);  // worth no subscription of its own
   odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, changed);
   points_ = std::make_unique<PointOutputs>(outputs, parameters, changed);
+  keypoints_ = std::make_unique<KeypointOutput>(outputs, changed);
   match_image_ = transport_.advertise("match_image", 1, image_changed, image_changed);
 }
 
 Outputs::~Outputs() = default;
 
 int Outputs::listeners() const {
-  int count = static_cast<int>(match_image_.getNumSubscribers()) + odometry_->listeners() + points_->listeners();
+  int count = static_cast<int>(match_image_.getNumSubscribers()) + odometry_->listeners() + points_->listeners() +
+              keypoints_->listeners();
   for (const ros::Publisher* publisher : {&correspondences_, &stats_, &relative_pose_}) {
     count += static_cast<int>(publisher->getNumSubscribers());
   }
@@ -97,6 +100,7 @@ void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions
   }
   odometry_->publish(processed, options.publish_odom_tf);
   points_->publish(processed, options.features);
+  keypoints_->publish(processed);
 }
 
 void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& options) {

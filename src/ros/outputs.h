@@ -13,6 +13,7 @@
 
 namespace gms_ransac {
 
+class KeypointOutput;
 class OdometryOutput;
 class PointOutputs;
 class WatchedBroadcaster;
@@ -45,6 +46,7 @@ class Outputs {
   image_transport::Publisher match_image_;
   std::unique_ptr<OdometryOutput> odometry_;
   std::unique_ptr<PointOutputs> points_;
+  std::unique_ptr<KeypointOutput> keypoints_;
   Throttle throttle_;
 };
 

@@ -8,7 +8,7 @@ import rostest
 import sensor_msgs.point_cloud2
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped, TwistWithCovarianceStamped
-from gms_ransac.msg import MatchStats
+from gms_ransac.msg import Keypoints, MatchStats
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image, PointCloud, PointCloud2
@@ -249,6 +249,27 @@ class Outputs(unittest.TestCase):
         for message in client.correspondences[:3]:
             self.assertAlmostEqual((message.header.stamp - message.reference_header.stamp).to_sec(), 0.005, 3)
             self.assertLess(degrees_between(vector(message.current_in_reference.pose.position), STEP), 5)
+
+    def test_keypoints_are_what_the_correspondences_are_made_of(self):
+        client, images = self.client("mono"), []
+        client.subscribe("keypoints", Keypoints, images)
+        pairs = self.send_all(client.connect(), 1200.0)
+        client.wait(lambda: len(images) == len(self.frames), "keypoints of every image")
+        for image, pair in zip(images[1:], pairs):
+            n = len(image.u)
+            self.assertEqual((image.header.stamp, image.header.frame_id), (pair.header.stamp, pair.header.frame_id))
+            self.assertEqual((image.width, image.height, image.pixel_space, image.K), (640, 480, pair.pixel_space, pair.K))
+            self.assertEqual({len(c) for c in (image.v, image.octave, image.size, image.angle, image.response, image.sigma,
+                                               image.track_id)}, {n})
+            self.assertEqual((len(image.descriptors), len(image.depth)), (32 * n, 0))
+            where = {i: (u, v) for i, u, v in zip(image.track_id, image.u, image.v) if i}
+            self.assertEqual(where, {i: tuple(p) for i, p in zip(pair.track_id, np.reshape(pair.current_points, (-1, 2))) if i})
+            self.assertGreater(min(image.sigma), 0)
+        # The descriptors of a track hardly change.
+        rows = [{i: d for i, d in zip(m.track_id, np.frombuffer(m.descriptors, np.uint8).reshape(-1, 32)) if i} for m in images[1:]]
+        bits = [np.unpackbits(rows[0][i] ^ rows[1][i]).sum() for i in rows[0] if i in rows[1]]
+        self.assertGreater(len(bits), 100)
+        self.assertLess(np.median(bits), 40)
 
     def test_reset_and_pause(self):
         client, restarts = self.client("mono"), []
