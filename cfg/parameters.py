@@ -32,8 +32,8 @@ class Group(NamedTuple):
 
 GROUPS = [
     Group("input", "input", False, [
-        Row("input", "stream", "Images of one camera one after another, or reference/image with current/image",
-            choices=("stream", "pair"), field="input", enum="InputKind"),
+        Row("input", "stream", "Images of one camera one after another, reference/image with current/image, or left/image with "
+            "right/image", choices=("stream", "pair", "stereo"), field="input", enum="InputKind"),
         Row("image_transport", "raw", "How the images travel: compressed reads image/compressed; remap `image` alone",
             unit="the name of an image transport", field="image_transport"),
         Row("depth_image_transport", "raw", "The same for depth/image; lossy ones spoil depth",

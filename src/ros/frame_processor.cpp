@@ -9,6 +9,7 @@
 
 #include "depth_conversion.h"
 #include "frames.h"
+#include "gms_ransac/keypoint_depth.h"
 #include "guard.h"
 
 namespace gms_ransac {
@@ -116,11 +117,13 @@ std::string statusName(uint8_t status) {
 }
 
 FrameProcessor::FrameProcessor(const Parameters& parameters, const std::string& image_topic,
-                               const std::string& info_topic)
+                               const std::string& info_topic, const std::string& right_topic,
+                               const std::string& right_info_topic)
     : image_topic_(image_topic),
       parameters_(parameters),
       camera_source_(parameters, image_topic, info_topic),
-      mask_source_(parameters) {}
+      mask_source_(parameters),
+      stereo_depth_(parameters, right_topic, right_info_topic) {}
 
 void FrameProcessor::setOptions(const ProcessorOptions& options) {
   auto filter = std::make_shared<MatchFilter>(options.core);
@@ -156,6 +159,7 @@ std::unique_ptr<PreparedFrame> FrameProcessor::beginFrame(const ImageWithInfo& i
   frame->input = input;
   frame->depth.release();
   frame->depth_problem.clear();
+  frame->stereo.clear();
   frame->mask.release();
   frame->mask_problem.clear();
   frame->pair_reference.reset();
@@ -179,13 +183,21 @@ void FrameProcessor::fill(PreparedFrame& frame) {
     frame.problem = classifyStamp(frame);
     if (!frame.problem.empty()) return;
   }
-  if (input.depth) {
+  frame.camera = camera_source_.get(input.camera_info, frame.grey.size());
+  extract(*frame.filter, frame);
+  findDepth(frame);
+}
+
+void FrameProcessor::findDepth(PreparedFrame& frame) {
+  const ImageWithInfo& input = frame.input;
+  if (parameters_.input == InputKind::kStereo) {
+    frame.depth_problem = stereo_depth_.fill(input, frame.frame.features, *frame.camera, *frame.filter, frame.stereo);
+    if (frame.depth_problem.empty()) frame.frame.detect_seconds += stereo_depth_.detectSeconds();
+  } else if (input.depth) {
     frame.depth_problem = toDepth(*input.depth, frame.grey.size(), frame.depth);
   } else if (parameters_.scale == ScaleMode::kDepth) {
     frame.depth_problem = "no depth image of about its stamp came with the image";
   }
-  frame.camera = camera_source_.get(input.camera_info, frame.grey.size());
-  extract(*frame.filter, frame);
 }
 
 void FrameProcessor::extract(MatchFilter& filter, PreparedFrame& frame) {
@@ -494,7 +506,7 @@ void FrameProcessor::finishPose(ProcessedFrame& processed) {
   if (!processed.poseValid()) return;
   processed.pose = result_.robust.pose;
   const Camera& camera = current_->camera->camera;
-  if (parameters_.scale == ScaleMode::kPropagate || parameters_.scale == ScaleMode::kDepth) {
+  if (parameters_.scale == ScaleMode::kPropagate || parameters_.measuresDepth()) {
     triangulateInliers(reference_->frame.features, current_->frame.features, result_, camera, triangulation_);
   }
   bool translation_known = processed.status == MatchStats::OK;
@@ -510,27 +522,35 @@ void FrameProcessor::finishPose(ProcessedFrame& processed) {
   } else if (parameters_.scale == ScaleMode::kPropagate) {
     propagator_.carryThroughTurn(triangulation_, result_);
     scale_updated_ = true;
-  } else if (parameters_.scale == ScaleMode::kDepth) {
-    const ScaleEstimate scale = poseFromDepth(triangulation_, reference_->frame.features, current_->frame.features,
-                                              result_, camera, reference_->depth, current_->depth, processed.pose);
-    processed.metric_scale = scale.features > 0;
-    processed.length_missing &= !processed.metric_scale;
-    if (processed.metric_scale && !translation_known) {
-      // Depth makes a translation observable that the images alone do not show.
-      processed.status = MatchStats::OK;
-      processed.text =
-          explain(Status::kOk, result_, *current_) + "; too little parallax, the translation is that of the depth";
-      translation_known = true;
-    }
-    if (!processed.metric_scale) {
-      const std::string& problem =
-          current_->depth_problem.empty() ? reference_->depth_problem : current_->depth_problem;
-      processed.text += "; no length: " + (problem.empty() ? "too few inliers have depth" : problem);
-    }
+  } else if (parameters_.measuresDepth()) {
+    takeDepth(processed, translation_known);
   }
   if (processed.length_missing) processed.text += "; how far the camera moved meanwhile is not known";
   makePublishable(translation_known, options().sigma_floor, processed.pose);
   stopUnfitPose(processed);
+}
+
+void FrameProcessor::takeDepth(ProcessedFrame& processed, bool& translation_known) {
+  const bool stereo = parameters_.input == InputKind::kStereo;
+  const auto depthOf = [stereo](const PreparedFrame& frame) {
+    return stereo ? frame.stereo.depth : keypointDepth(frame.frame.features, frame.depth);
+  };
+  const ScaleEstimate scale =
+      poseFromKeypointDepth(triangulation_, reference_->frame.features, current_->frame.features, result_,
+                            current_->camera->camera, depthOf(*reference_), depthOf(*current_),
+                            stereo ? DepthSource::kTriggeredPair : DepthSource::kRollingCamera, processed.pose);
+  processed.metric_scale = scale.features > 0;
+  processed.length_missing &= !processed.metric_scale;
+  if (processed.metric_scale && !translation_known) {
+    // Depth makes a translation observable that the images alone do not show.
+    processed.status = MatchStats::OK;
+    processed.text = explain(Status::kOk, result_, *current_) +
+                     "; too little parallax, the translation is that of the " + (stereo ? "two cameras" : "depth");
+    translation_known = true;
+  }
+  if (processed.metric_scale) return;
+  const std::string& problem = current_->depth_problem.empty() ? reference_->depth_problem : current_->depth_problem;
+  processed.text += "; no length: " + (problem.empty() ? "too few inliers have depth" : problem);
 }
 
 void FrameProcessor::stopUnfitPose(ProcessedFrame& processed) {

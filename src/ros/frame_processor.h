@@ -20,6 +20,7 @@
 #include "publishable_pose.h"
 #include "recovery.h"
 #include "stamp_watch.h"
+#include "stereo_depth.h"
 
 namespace gms_ransac {
 
@@ -29,6 +30,7 @@ struct PreparedFrame {
   std_msgs::Header header;
   cv::Mat grey;
   cv::Mat depth;              ///< CV_32FC1 metres; empty: none
+  StereoColumns stereo;       ///< with ~input stereo; empty where the right image is of no use
   std::string depth_problem;  ///< why the depth image is not used; empty when it is, or when there is none
   cv::Mat mask;              ///< CV_8UC1, zero where no keypoint is taken; empty: none. May share the memory of `input`
   std::string mask_problem;  ///< why there is no mask although there should be one; empty when there need not be
@@ -94,7 +96,10 @@ struct ProcessorOptions {
 class FrameProcessor {
  public:
   /// Throws std::invalid_argument with a sentence when ~mask_file cannot be read.
-  FrameProcessor(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic);
+  /// The topics of the right camera are for what is said of them, with ~input stereo.
+  FrameProcessor(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic,
+                 const std::string& right_topic = "right/image",
+                 const std::string& right_info_topic = "right/camera_info");
 
   /// Takes effect with the next image. Throws std::invalid_argument and keeps the old options if these are wrong.
   void setOptions(const ProcessorOptions& options);
@@ -145,6 +150,8 @@ class FrameProcessor {
   /// `interval`: between this image and the one before.
   bool holdReference(const ProcessedFrame& processed, double interval);
   ProcessedFrame processPair(ProcessedFrame processed);
+  /// The metric pose of depth or of a second camera, where enough is known; says why not where it is not.
+  void takeDepth(ProcessedFrame& processed, bool& translation_known);
   /// Fills the pose, and the length of its translation as ~scale says.
   void finishPose(ProcessedFrame& processed);
   /// The last gate: a pose that is not fit to publish becomes RANSAC_FAILED, with what is wrong with it.
@@ -153,6 +160,8 @@ class FrameProcessor {
   void advance(const ProcessedFrame& processed, bool compared);
   /// The part of `prepare` that pairs and streams share; false, with `problem` set, when the image is of no use.
   bool convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame);
+  /// What else than the image tells how far things are.
+  void findDepth(PreparedFrame& frame);
   /// Finds the features where the mask lets them.
   void extract(MatchFilter& filter, PreparedFrame& frame);
   ProcessorOptions options();
@@ -164,6 +173,7 @@ class FrameProcessor {
   ImageConverter converter_;
   CameraModelSource camera_source_;
   MaskSource mask_source_;
+  StereoDepth stereo_depth_;
   StampWatch stamps_;
 
   // process's

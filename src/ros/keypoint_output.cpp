@@ -51,7 +51,7 @@ Keypoints keypointsMessage(const ProcessedFrame& processed) {
     message.sigma.push_back(static_cast<float>(sigma));
   }
   message.track_id = trackIds(processed);
-  message.depth = keypointDepth(features, current.depth);
+  message.depth = current.depth.empty() ? current.stereo.depth : keypointDepth(features, current.depth);
   if (n > 0)
     message.descriptors.assign(features.descriptors.row(0), features.descriptors.row(0) + n * kDescriptorBytes);
   return message;

@@ -39,7 +39,8 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   input_ = std::make_unique<ImageInput>(nh_, pnh_, parameters_,
                                         [this](const ImageWithInfo& input) { guard([&] { onImage(input); }); });
   input_->checkTransports();
-  processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic());
+  processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic(),
+                                                input_->rightTopic(), input_->rightInfoTopic());
 
   reconfigure_ = std::make_unique<Reconfigure>(pnh_, name_, parameters_.threads);
   const RuntimeOptions start = reconfigure_->startOptions();

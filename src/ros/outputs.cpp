@@ -14,6 +14,7 @@
 #include "odometry_output.h"
 #include "overlay.h"
 #include "point_outputs.h"
+#include "stereo_output.h"
 #include "watched_broadcaster.h"
 
 namespace gms_ransac {
@@ -50,6 +51,7 @@ Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Pa
   odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, changed);
   points_ = std::make_unique<PointOutputs>(outputs, parameters, changed);
   keypoints_ = std::make_unique<KeypointOutput>(outputs, changed);
+  if (parameters.input == InputKind::kStereo) stereo_ = std::make_unique<StereoOutput>(outputs, changed);
   match_image_ = transport_.advertise("match_image", 1, image_changed, image_changed);
 }
 
@@ -57,7 +59,7 @@ Outputs::~Outputs() = default;
 
 int Outputs::listeners() const {
   int count = static_cast<int>(match_image_.getNumSubscribers()) + odometry_->listeners() + points_->listeners() +
-              keypoints_->listeners();
+              keypoints_->listeners() + (stereo_ ? stereo_->listeners() : 0);
   for (const ros::Publisher* publisher : {&correspondences_, &stats_, &relative_pose_}) {
     count += static_cast<int>(publisher->getNumSubscribers());
   }
@@ -101,6 +103,7 @@ void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions
   odometry_->publish(processed, options.publish_odom_tf);
   points_->publish(processed, options.features);
   keypoints_->publish(processed);
+  if (stereo_) stereo_->publish(processed);
 }
 
 void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& options) {

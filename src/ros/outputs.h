@@ -16,6 +16,7 @@ namespace gms_ransac {
 class KeypointOutput;
 class OdometryOutput;
 class PointOutputs;
+class StereoOutput;
 class WatchedBroadcaster;
 
 class Outputs {
@@ -47,6 +48,7 @@ class Outputs {
   std::unique_ptr<OdometryOutput> odometry_;
   std::unique_ptr<PointOutputs> points_;
   std::unique_ptr<KeypointOutput> keypoints_;
+  std::unique_ptr<StereoOutput> stereo_;  ///< with ~input stereo
   Throttle throttle_;
 };
 

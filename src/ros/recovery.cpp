@@ -25,6 +25,7 @@ std::unique_ptr<PreparedFrame> Recovery::keep(KeptFrame kept) {
   // Pixels may belong to the driver's buffers; a comparison needs features alone.
   kept.frame->input = ImageWithInfo();
   for (cv::Mat* pixels : {&kept.frame->grey, &kept.frame->depth, &kept.frame->mask}) pixels->release();
+  kept.frame->stereo.right_ray.clear();
   std::unique_ptr<PreparedFrame> dropped;
   if (kept_.size() > 1 && kept_[0].frame->stamp() - kept_[1].frame->stamp() < kApart) {
     dropped = std::move(kept_.front().frame);

@@ -195,7 +195,7 @@ class Examples(unittest.TestCase):
                     named.setdefault(name, os.path.basename(path))
         self.assertGreater(len(named), 8)
         with open(PACKAGE + "/cfg/match_filter.yaml") as stream:
-            known = set(offered) | settings | set(yaml.safe_load(stream)) | {"mask"}  # subscribed to with the images
+            known = set(offered) | settings | set(yaml.safe_load(stream)) | {"mask", "stereo_features"}  # of ~input stereo
         self.assertEqual({name: where for name, where in named.items() if name not in known}, {})
 
     def test_every_topic_of_the_view_follows_the_filters_name(self):
