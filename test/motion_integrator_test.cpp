@@ -168,6 +168,30 @@ TEST(MotionIntegrator, BeforeTheFirstStepNothingIsCertain) {
   EXPECT_GT(lost.camera().pose_covariance(4, 4), 0.1);
 }
 
+TEST(MotionIntegrator, ReturnsToAPlaceAsIfNothingHadCome) {
+  MotionIntegrator odometry, other;
+  for (MotionIntegrator* each : {&odometry, &other}) {
+    each->restart();
+    each->add({kStep, 0.1});
+    each->remember(1);
+  }
+  odometry.add({kStep, 0.1});
+  odometry.remember(2);
+  odometry.lose(0.5);
+  const RelativePose far = motion({1, 0, 3}, {0.02, 0.4, 0});
+  EXPECT_FALSE(odometry.returnTo(1.5));
+  EXPECT_TRUE(odometry.returnTo(1));
+  EXPECT_FALSE(odometry.returnTo(2)) << "that was another course";
+  for (MotionIntegrator* each : {&odometry, &other}) each->add({far, 2, true, false, 0, true});
+  EXPECT_TRUE(odometry.camera().pose.isApprox(isometry(kStep) * isometry(far), 1e-12));
+  EXPECT_EQ(odometry.camera().pose_covariance, other.camera().pose_covariance);
+  EXPECT_EQ(odometry.camera().twist_covariance(0, 0), 1e3) << "an average over a loss is no velocity";
+  EXPECT_EQ(odometry.step(), kStep.t.norm()) << "nor a usual motion";
+  EXPECT_NEAR(odometry.stepOf(0.5), 5 * kStep.t.norm(), 1e-12);
+  odometry.forgetBefore(1.5);
+  EXPECT_FALSE(odometry.returnTo(1));
+}
+
 TEST(MotionIntegrator, CovariancesStayFiniteAndBounded) {
   MotionIntegrator odometry;
   odometry.restart();

@@ -8,12 +8,10 @@
 #include <optional>
 
 #include <gtest/gtest.h>
-#include <sensor_msgs/image_encodings.h>
 #include <Eigen/Eigenvalues>
-#include <boost/make_shared.hpp>
 
 #include "datasets/dataset.h"
-#include "frame_processor.h"
+#include "processor_stream.h"
 #include "scenes/scene.h"
 
 namespace gms_ransac {
@@ -92,60 +90,6 @@ TEST(MakePublishable, MakesDegenerateCovariancesDefinite) {
     }
   }
 }
-
-sensor_msgs::ImageConstPtr imageMessage(const cv::Mat& grey, double stamp) {
-  auto message = boost::make_shared<sensor_msgs::Image>();
-  message->header.stamp = ros::Time(stamp);
-  message->header.frame_id = "camera";
-  message->width = static_cast<uint32_t>(grey.cols);
-  message->height = static_cast<uint32_t>(grey.rows);
-  message->step = message->width;
-  message->encoding = sensor_msgs::image_encodings::MONO8;
-  message->data.assign(grey.datastart, grey.dataend);
-  return message;
-}
-
-sensor_msgs::ImageConstPtr depthMessage(const cv::Mat_<float>& metres, double stamp) {
-  auto message = boost::make_shared<sensor_msgs::Image>();
-  message->header.stamp = ros::Time(stamp);
-  message->width = static_cast<uint32_t>(metres.cols);
-  message->height = static_cast<uint32_t>(metres.rows);
-  message->step = message->width * sizeof(float);
-  message->encoding = sensor_msgs::image_encodings::TYPE_32FC1;
-  message->data.assign(metres.datastart, metres.dataend);
-  return message;
-}
-
-/// A stream of images of one camera, as the node processes it.
-class Stream {
- public:
-  Stream(ScaleMode scale, const CameraIntrinsics& camera, const ProcessorOptions& options, double fixed_scale = 1)
-      : processor_(parameters(scale, camera, fixed_scale), "image", "camera_info") {
-    processor_.setOptions(options);
-  }
-
-  ProcessedFrame process(const cv::Mat& grey, const cv::Mat_<float>& depth = {}) {
-    constexpr double kPeriod = 0.04;
-    stamp_ += kPeriod;
-    ImageWithInfo input;
-    input.image = imageMessage(grey, stamp_);
-    if (!depth.empty()) input.depth = depthMessage(depth, stamp_);
-    input.received = ros::Time(stamp_);
-    return processor_.process(processor_.prepare(input));
-  }
-
- private:
-  static Parameters parameters(ScaleMode scale, const CameraIntrinsics& camera, double fixed_scale) {
-    Parameters parameters;
-    parameters.scale = scale;
-    parameters.camera = camera;
-    parameters.fixed_scale = fixed_scale;
-    return parameters;
-  }
-
-  FrameProcessor processor_;
-  double stamp_ = 100;
-};
 
 void expectFitOrNoPose(const ProcessedFrame& processed) {
   if (!processed.poseValid()) return;

@@ -11,8 +11,8 @@
 namespace gms_ransac {
 namespace {
 
-/// Feeds images and writes down what comes out: the stamp in hundredths of a second, "i" for a camera_info and "m" with
-/// the stamp of a mask.
+/// Feeds images and writes down what comes out: the stamp in hundredths of a second, "i" for a camera_info, "r" for
+/// that of the right camera, and "m" with the stamp of a mask.
 class Bench {
  public:
   explicit Bench(const WaitingOptions& options) : images_(options) {}
@@ -26,6 +26,10 @@ class Bench {
   }
   Bench& info() {
     images_.setCameraInfo(boost::make_shared<sensor_msgs::CameraInfo>());
+    return collect();
+  }
+  Bench& rightInfo() {
+    images_.setRightInfo(boost::make_shared<sensor_msgs::CameraInfo>());
     return collect();
   }
   Bench& mask(double stamp) {
@@ -49,7 +53,7 @@ class Bench {
   Bench& collect() {
     for (const ImageWithInfo& input : images_.settled(now_)) {
       out_ += (out_.empty() ? "" : " ") + std::to_string(std::lround(100 * input.image->header.stamp.toSec())) +
-              (input.camera_info ? "i" : "") +
+              (input.camera_info ? "i" : "") + (input.right_info ? "r" : "") +
               (input.mask ? "m" + std::to_string(std::lround(100 * input.mask->header.stamp.toSec())) : "");
     }
     return *this;
@@ -82,6 +86,17 @@ TEST_F(WaitForNothing, ImagesComeOutAtOnce) {
   EXPECT_EQ(bench.image(1).out(), "100");
   EXPECT_EQ(bench.info().image(2).out(), "200i");
   EXPECT_FALSE(bench->gaveUpCameraInfo());
+}
+
+TEST_F(WaitForCameraInfo, TheFirstOfAStereoPairWaitForBothCameras) {
+  WaitingOptions options = waitFor(&WaitingOptions::for_camera_info);
+  options.for_right_info = true;
+  Bench both(options);
+  EXPECT_EQ(both.image(1).info().image(2).out(), "");
+  EXPECT_EQ(both.rightInfo().out(), "100ir 200ir");
+  Bench left_alone(options);
+  EXPECT_EQ(left_alone.info().image(1).wait(1).out(), "100i");
+  EXPECT_EQ(left_alone.image(2).out(), "200i") << "not again";
 }
 
 TEST_F(WaitForCameraInfo, TheFirstImagesWait) {

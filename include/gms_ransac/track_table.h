@@ -26,18 +26,24 @@ class TrackTable {
   /// Nothing is followed any more; the next ids are new ones.
   void reset();
 
-  /// Columns beside MatchResult::matches of the last `link`; 0 where the match is not an inlier.
-  const std::vector<uint32_t>& ids() const { return ids_; }
-  /// Images that hold the id, the current one and the one it was first matched from included: 2 or more.
-  const std::vector<uint16_t>& lengths() const { return lengths_; }
-
- private:
   /// Of one keypoint.
   struct Track {
     uint32_t id = 0;
     uint16_t length = 0;
     uint32_t link = 0;  ///< number of the last link that found it
   };
+  /// Of the reference's keypoints, to go back to that image with.
+  const std::vector<Track>& tracks() const { return reference_; }
+  /// An earlier image, whose tracks these are, is the reference of the next `link`. Those go on that were not missed by
+  /// an image since: they are among `newest`, the tracks of the last image that held any, and no link has found others.
+  void goBack(const std::vector<Track>& tracks, const std::vector<Track>& newest);
+
+  /// Columns beside MatchResult::matches of the last `link`; 0 where the match is not an inlier.
+  const std::vector<uint32_t>& ids() const { return ids_; }
+  /// Images that hold the id, the current one and the one it was first matched from included: 2 or more.
+  const std::vector<uint16_t>& lengths() const { return lengths_; }
+
+ private:
   /// Of the inliers that end on each current keypoint the best; false: there is no inlier.
   bool findOwners(const MatchResult& result);
 

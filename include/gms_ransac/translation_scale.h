@@ -26,8 +26,10 @@ struct ScaleEstimate {
 /// averaged on, which slows the drift.
 class ScalePropagator {
  public:
-  /// Length of the translation of this pair, whose inliers these are (`pose.t` of unit length).
-  ScaleEstimate update(const Triangulation& pair, const MatchResult& result, const Camera& camera);
+  /// Length of the translation of this pair, whose inliers these are (`pose.t` of unit length). `after_loss`: it may be
+  /// many times longer than others.
+  ScaleEstimate update(const Triangulation& pair, const MatchResult& result, const Camera& camera,
+                       bool after_loss = false);
   /// Instead of `update` where the camera turned on the spot (`pose.t` is not looked at): depths are carried over, and
   /// the length stays for the next pair that has one.
   void carryThroughTurn(const Triangulation& pair, const MatchResult& result);
@@ -41,7 +43,7 @@ class ScalePropagator {
   struct InverseDepth {
     double value = 0, variance = 0;  ///< variance 0: unknown
   };
-  ScaleEstimate measure(const Triangulation& pair, const MatchResult& result, double pixel);
+  ScaleEstimate measure(const Triangulation& pair, const MatchResult& result, double pixel, bool after_loss);
   /// Median ratio of those that are seen best; not positive where these lie beyond infinity.
   double startingLength() const;
   void carryOn(const Triangulation& pair, const MatchResult& result, double pixel, double length);

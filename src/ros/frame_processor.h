@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -17,7 +18,9 @@
 #include "image_with_info.h"
 #include "mask_source.h"
 #include "publishable_pose.h"
+#include "recovery.h"
 #include "stamp_watch.h"
+#include "stereo_depth.h"
 
 namespace gms_ransac {
 
@@ -27,6 +30,7 @@ struct PreparedFrame {
   std_msgs::Header header;
   cv::Mat grey;
   cv::Mat depth;              ///< CV_32FC1 metres; empty: none
+  StereoColumns stereo;       ///< with ~input stereo; empty where the right image is of no use
   std::string depth_problem;  ///< why the depth image is not used; empty when it is, or when there is none
   cv::Mat mask;              ///< CV_8UC1, zero where no keypoint is taken; empty: none. May share the memory of `input`
   std::string mask_problem;  ///< why there is no mask although there should be one; empty when there need not be
@@ -63,10 +67,18 @@ struct ProcessedFrame {
   const std::vector<uint32_t>* track_ids = nullptr;
   const std::vector<uint16_t>* track_lengths = nullptr;
   bool reference_held = false;  ///< the next image will be compared with this reference again
+  /// After a loss the reference is an image from before it. `status` is what it would be without the loss.
+  bool recovered = false;
+  /// Only with `recovered`: how far the camera moved is not known, `pose.t` says the direction alone.
+  bool length_missing = false;
+  double oldest_reference = kNoReference;  ///< no image of an earlier stamp will be a reference again, seconds
+  static constexpr double kNoReference = std::numeric_limits<double>::infinity();
 
   bool poseValid() const {
     return result != nullptr && (status == MatchStats::OK || status == MatchStats::LOW_PARALLAX);
   }
+  /// As ~stats has it.
+  uint8_t publishedStatus() const { return recovered ? static_cast<uint8_t>(MatchStats::RECOVERED) : status; }
 };
 
 /// "OK", ..., "BAD_IMAGE": a value of MatchStats::status in words.
@@ -77,13 +89,17 @@ struct ProcessorOptions {
   double max_frame_gap = 1;    ///< seconds
   bool hold_reference = true;  ///< keep the reference while the parallax is too small
   SigmaFloor sigma_floor;
+  RecoveryOptions recovery;
 };
 
 /// `prepare` and `process` may run on two threads, each on one; the rest may be called from anywhere.
 class FrameProcessor {
  public:
   /// Throws std::invalid_argument with a sentence when ~mask_file cannot be read.
-  FrameProcessor(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic);
+  /// The topics of the right camera are for what is said of them, with ~input stereo.
+  FrameProcessor(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic,
+                 const std::string& right_topic = "right/image",
+                 const std::string& right_info_topic = "right/camera_info");
 
   /// Takes effect with the next image. Throws std::invalid_argument and keeps the old options if these are wrong.
   void setOptions(const ProcessorOptions& options);
@@ -112,17 +128,42 @@ class FrameProcessor {
   /// Hands it to the next usable one.
   void takePending(PreparedFrame& frame);
   void compare(ProcessedFrame& processed);
+  /// Matches, filters, estimates.
+  void match(const PreparedFrame& reference, MatchResult& result);
+  /// What follows from `result_`, which is that of the reference: status, tracks, pose.
+  void conclude(ProcessedFrame& processed);
+  void fail(const std::string& what, ProcessedFrame& processed);
+  /// After a loss: goes on from a kept image, or says why not. False: the rest of processStream is to be done, as
+  /// without ~recovery_frames.
+  bool reenter(ProcessedFrame& processed);
+  /// The way back is looked for in an image of which camera and options allow it.
+  bool mayReenter(const PreparedFrame& frame) const;
+  /// Compares with the kept images; false: it is answered by a comparison with the image before, which belongs to the
+  /// loss.
+  bool compareWithKept(ProcessedFrame& processed);
+  /// Index of the kept image that shows the same, with its `result_`; as many as there are, with that of the newest.
+  size_t findKept();
+  void goOnFrom(size_t index, ProcessedFrame& processed);
+  /// The reference is kept if its place is known; there is none any more.
+  void retireReference();
+  /// The same of a reference that the current image takes the place of.
+  void keepReference(const ProcessedFrame& processed);
+  double oldestReference() const;
   /// `interval`: between this image and the one before.
   bool holdReference(const ProcessedFrame& processed, double interval);
   ProcessedFrame processPair(ProcessedFrame processed);
+  /// The metric pose of depth or of a second camera, where enough is known; says why not where it is not.
+  void takeDepth(ProcessedFrame& processed, bool& translation_known);
   /// Fills the pose, and the length of its translation as ~scale says.
   void finishPose(ProcessedFrame& processed);
   /// The last gate: a pose that is not fit to publish becomes RANSAC_FAILED, with what is wrong with it.
   void stopUnfitPose(ProcessedFrame& processed);
   /// The current image becomes the reference.
-  void advance(bool compared);
+  void advance(const ProcessedFrame& processed, bool compared);
   /// The part of `prepare` that pairs and streams share; false, with `problem` set, when the image is of no use.
   bool convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame);
+  /// What else than the image tells how far things are.
+  void findDepth(PreparedFrame& frame);
   /// Finds the features where the mask lets them.
   void extract(MatchFilter& filter, PreparedFrame& frame);
   ProcessorOptions options();
@@ -134,11 +175,15 @@ class FrameProcessor {
   ImageConverter converter_;
   CameraModelSource camera_source_;
   MaskSource mask_source_;
+  StereoDepth stereo_depth_;
   StampWatch stamps_;
 
   // process's
   std::unique_ptr<PreparedFrame> reference_, current_;
-  MatchResult result_;
+  MatchResult result_, kept_result_;
+  Recovery recovery_;
+  std::unique_ptr<PreparedFrame> dropped_;  ///< kept no longer; may serve the next image
+  bool retired_ = false;                    ///< there was a reference, and there is none until an image is of use
   TrackTable tracks_;
   ScalePropagator propagator_;
   Triangulation triangulation_;

@@ -11,6 +11,9 @@ namespace {
 
 // Colour and depth of one moment: half the period of a 30 Hz camera and some jitter.
 constexpr double kNear = 0.025;  // seconds
+// The cameras of a stereo pair are triggered together; what the camera does in more time than this passes for
+// disparity.
+constexpr double kTogether = 0.003;  // seconds
 // How long an image waits for its depth, by the wall clock; registering and decompressing depth takes several frames.
 // And for the first camera_info: connecting to its publisher takes some milliseconds, on a busy machine hundreds.
 constexpr double kPatience = 1;
@@ -26,13 +29,15 @@ std::string whereToGet(const std::string& transport) {
          "-image-transport (where there is none, build image_transport_plugins)";
 }
 
+double tolerance(const Parameters& parameters) { return parameters.input == InputKind::kStereo ? kTogether : kNear; }
+
 PairingOptions pairingOptions(const Parameters& parameters) {
-  return {kNear, kPatience, static_cast<size_t>(parameters.queue_size)};
+  return {tolerance(parameters), kPatience, static_cast<size_t>(parameters.queue_size)};
 }
 
 WaitingOptions waitingOptions(const Parameters& parameters) {
-  return {!parameters.camera.calibrated(), parameters.mask_sync == MaskSync::kExact, kPatience,
-          static_cast<size_t>(parameters.queue_size)};
+  return {!parameters.camera.calibrated(), parameters.input == InputKind::kStereo,
+          parameters.mask_sync == MaskSync::kExact, kPatience, static_cast<size_t>(parameters.queue_size)};
 }
 
 }  // namespace
@@ -76,7 +81,7 @@ void ImageInput::start() {
     startExact(queue, hints);
   } else {
     // Where ~camera replaces it, it still tells when that is of another camera.
-    info_subscriber_ = nh_.subscribe("camera_info", queue, &ImageInput::onInfo, this);
+    info_subscriber_ = nh_.subscribe(infoName(), queue, &ImageInput::onInfo, this);
     if (twoImages()) {
       startTwoImages(queue, hints);
     } else {
@@ -103,14 +108,17 @@ void ImageInput::startExact(uint32_t queue, const image_transport::TransportHint
 }
 
 void ImageInput::startTwoImages(uint32_t queue, const image_transport::TransportHints& hints) {
-  const bool pair = parameters_.input == InputKind::kPair;
+  const bool alike = parameters_.input != InputKind::kStream;
+  if (parameters_.input == InputKind::kStereo) {
+    right_info_subscriber_ = nh_.subscribe("right/camera_info", queue, &ImageInput::onRightInfo, this);
+  }
   image_subscriber_ = transport_.subscribe(toSubscribe(firstName(), parameters_.image_transport), queue,
                                            &ImageInput::onFirst, this, hints);
   // Depth is never sent through the transport of the images: lossy ones spoil it.
   second_subscriber_ = transport_.subscribe(
-      toSubscribe(secondName(), pair ? parameters_.image_transport : parameters_.depth_image_transport), queue,
+      toSubscribe(secondName(), alike ? parameters_.image_transport : parameters_.depth_image_transport), queue,
       &ImageInput::onSecond, this,
-      pair ? hints : image_transport::TransportHints("raw", ros::TransportHints(), pnh_, "depth_image_transport"));
+      alike ? hints : image_transport::TransportHints("raw", ros::TransportHints(), pnh_, "depth_image_transport"));
 }
 
 void ImageInput::stop() {
@@ -119,6 +127,7 @@ void ImageInput::stop() {
   second_subscriber_.shutdown();
   info_subscriber_.shutdown();
   mask_subscriber_.shutdown();
+  right_info_subscriber_.shutdown();
   image_filter_.unsubscribe();
   info_filter_.unsubscribe();
   synchronizer_.reset();
@@ -169,6 +178,9 @@ void ImageInput::deliverPairs() {
     if (parameters_.input == InputKind::kStream) {
       input.image = pair.first;
       input.depth = pair.second;
+    } else if (parameters_.input == InputKind::kStereo) {
+      input.image = pair.first;
+      input.right = pair.second;
     } else if (pair.second) {
       input.reference = pair.first;
       input.image = pair.second;
@@ -185,6 +197,14 @@ void ImageInput::onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
     ++infos_;
     last_info_stamp_ = info->header.stamp;
     waiting_.setCameraInfo(info);
+  }
+  deliverSettled();
+}
+
+void ImageInput::onRightInfo(const sensor_msgs::CameraInfoConstPtr& info) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    waiting_.setRightInfo(info);
   }
   deliverSettled();
 }
@@ -208,7 +228,7 @@ void ImageInput::deliver(ImageWithInfo input) {
   input.received = ros::Time::now();
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    if (!twoImages() || input.depth || input.reference) ++complete_;
+    if (!twoImages() || input.depth || input.reference || input.right) ++complete_;
     waiting_.add(input, ros::SteadyTime::now().toSec());
   }
   deliverSettled();
@@ -225,6 +245,28 @@ void ImageInput::deliverSettled() {
     }
   }
   for (const ImageWithInfo& input : settled) callback_(input);
+}
+
+const char* ImageInput::firstName() const {
+  switch (parameters_.input) {
+    case InputKind::kPair:
+      return "reference/image";
+    case InputKind::kStereo:
+      return "left/image";
+    default:
+      return "image";
+  }
+}
+
+const char* ImageInput::secondName() const {
+  switch (parameters_.input) {
+    case InputKind::kPair:
+      return "current/image";
+    case InputKind::kStereo:
+      return "right/image";
+    default:
+      return "depth/image";
+  }
 }
 
 std::string ImageInput::firstTopic() const { return nh_.resolveName(firstName()); }
@@ -253,9 +295,9 @@ std::string ImageInput::waitingFor() {
   if (images == 0) return "no image arrives on " + image_topic + (raw ? "" : "/" + parameters_.image_transport);
   std::ostringstream text;
   if (twoImages()) {
-    text << "no image of " << image_topic << " (last stamp " << last_image_stamp_ << ") has a partner within " << kNear
-         << " s on " << secondTopic();
-    if (parameters_.input == InputKind::kStream) text << "; they are answered without a length";
+    text << "no image of " << image_topic << " (last stamp " << last_image_stamp_ << ") has a partner within "
+         << tolerance(parameters_) << " s on " << secondTopic();
+    if (parameters_.input != InputKind::kPair) text << "; they are answered without a length";
     return text.str();
   }
   text << "no image of " << image_topic << " has a camera_info of the same stamp on " << info_topic << ": " << images

@@ -40,11 +40,14 @@ class ImageInput {
 
   /// The current one of a pair; what is subscribed to lies below it when ~image_transport is not raw.
   std::string imageTopic() const {
-    return nh_.resolveName(parameters_.input == InputKind::kPair ? "current/image" : "image");
+    return nh_.resolveName(parameters_.input == InputKind::kPair ? "current/image" : firstName());
   }
-  std::string infoTopic() const { return nh_.resolveName("camera_info"); }
   /// All from which images come, depth and masks included.
   std::vector<std::string> imageTopics() const;
+  std::string infoTopic() const { return nh_.resolveName(infoName()); }
+  /// Of the right camera, with ~input stereo.
+  std::string rightTopic() const { return nh_.resolveName("right/image"); }
+  std::string rightInfoTopic() const { return nh_.resolveName("right/camera_info"); }
   /// What has not arrived, as a sentence that names the topics; empty while images come. Call it every few seconds: it
   /// judges the time since the last call.
   std::string waitingFor();
@@ -55,10 +58,11 @@ class ImageInput {
   void checkTransport(const std::string& parameter, const std::string& transport) const;
   void startExact(uint32_t queue, const image_transport::TransportHints& hints);
   void startTwoImages(uint32_t queue, const image_transport::TransportHints& hints);
-  bool twoImages() const { return parameters_.input == InputKind::kPair || parameters_.scale == ScaleMode::kDepth; }
-  /// The reference of a pair, else the image.
-  const char* firstName() const { return parameters_.input == InputKind::kPair ? "reference/image" : "image"; }
-  const char* secondName() const { return parameters_.input == InputKind::kPair ? "current/image" : "depth/image"; }
+  bool twoImages() const { return parameters_.input != InputKind::kStream || parameters_.scale == ScaleMode::kDepth; }
+  /// The reference of a pair, the left one of two cameras, else the image.
+  const char* firstName() const;
+  const char* secondName() const;
+  const char* infoName() const { return parameters_.input == InputKind::kStereo ? "left/camera_info" : "camera_info"; }
   std::string firstTopic() const;
   std::string secondTopic() const;
   /// The name to hand to image_transport.
@@ -66,6 +70,7 @@ class ImageInput {
   bool needsInfo() const { return !parameters_.camera.calibrated(); }
   void onImage(const sensor_msgs::ImageConstPtr& image);
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
+  void onRightInfo(const sensor_msgs::CameraInfoConstPtr& info);
   void onMask(const sensor_msgs::ImageConstPtr& mask);
   void onPair(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
   void onFirst(const sensor_msgs::ImageConstPtr& image);
@@ -82,7 +87,7 @@ class ImageInput {
   Parameters parameters_;
   Callback callback_;
   bool started_ = false;
-  ros::Subscriber mask_subscriber_;
+  ros::Subscriber mask_subscriber_, right_info_subscriber_;
 
   // camera_info_sync: latest
   image_transport::Subscriber image_subscriber_;
@@ -91,7 +96,7 @@ class ImageInput {
   image_transport::SubscriberFilter image_filter_;
   message_filters::Subscriber<sensor_msgs::CameraInfo> info_filter_;
   std::unique_ptr<message_filters::Synchronizer<ExactPolicy>> synchronizer_;
-  // input: pair, or scale: depth
+  // input: pair or stereo, or scale: depth
   image_transport::Subscriber second_subscriber_;
   ros::WallTimer waiting_timer_;
   Throttle throttle_;

@@ -12,6 +12,8 @@ struct ImageWithInfo {
   sensor_msgs::ImageConstPtr depth;             ///< with ~scale depth; null: none came with the image
   sensor_msgs::ImageConstPtr mask;              ///< null: none has arrived, or none with the image's stamp
   sensor_msgs::ImageConstPtr reference;         ///< with ~input pair: what `image` is compared with
+  sensor_msgs::ImageConstPtr right;             ///< with ~input stereo; null: none came with the image
+  sensor_msgs::CameraInfoConstPtr right_info;   ///< of `right`; null: none has arrived
   ros::Time received;
 };
 

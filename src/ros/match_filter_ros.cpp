@@ -49,7 +49,8 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
                                         [this](const ImageWithInfo& input) { guard([&] { onImage(input); }); });
   refuseOwnOutput(input_->imageTopics(), Outputs::overlayTopic(pnh_));
   input_->checkTransports();
-  processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic());
+  processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic(),
+                                                input_->rightTopic(), input_->rightInfoTopic());
 
   reconfigure_ = std::make_unique<Reconfigure>(pnh_, name_, parameters_.threads);
   const RuntimeOptions start = reconfigure_->startOptions();

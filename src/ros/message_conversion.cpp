@@ -1,7 +1,5 @@
 #include "message_conversion.h"
 
-#include <algorithm>
-
 #include "frames.h"
 
 namespace gms_ransac {
@@ -52,14 +50,7 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
   message.reference_header = processed.reference->header;
   message.width = static_cast<uint32_t>(current.grey.cols);
   message.height = static_cast<uint32_t>(current.grey.rows);
-  const bool calibrated = current.camera->camera.calibrated();
-  message.pixel_space =
-      calibrated && current.camera->rectified ? Correspondences::PIXELS_RECTIFIED : Correspondences::PIXELS_RAW;
-  message.K.fill(0);
-  if (calibrated) {
-    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> K = current.camera->camera.K();
-    std::copy(K.data(), K.data() + 9, message.K.begin());
-  }
+  setCamera(*current.camera, message);
 
   restartColumns(with_rejected ? result.matches.size() : static_cast<size_t>(result.inliers), with_rejected, message);
   for (size_t i = 0; i < result.matches.size(); ++i) {
@@ -77,7 +68,7 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
 void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, MatchStats& message) {
   message = MatchStats();
   message.header = processed.current->header;
-  message.status = processed.status;
+  message.status = processed.publishedStatus();
   message.status_text = processed.text;
   message.keypoints_current = static_cast<uint32_t>(processed.current->frame.features.size());
   message.time_convert = static_cast<float>(processed.current->convert_seconds);

@@ -1,5 +1,7 @@
 #include "motion_integrator.h"
 
+#include <algorithm>
+
 #include "publishable_pose.h"
 
 namespace gms_ransac {
@@ -36,6 +38,22 @@ Matrix6d leverTransform(const Eigen::Matrix3d& R, const Eigen::Vector3d& lever) 
 void MotionIntegrator::restart() {
   reference_ = current_ = Place();
   known_ = Usual();
+  remembered_.clear();
+}
+
+void MotionIntegrator::remember(double stamp) { remembered_.emplace_back(stamp, current_); }
+
+void MotionIntegrator::forgetBefore(double stamp) {
+  while (!remembered_.empty() && remembered_.front().first < stamp) remembered_.pop_front();
+}
+
+bool MotionIntegrator::returnTo(double stamp) {
+  const auto found =
+      std::find_if(remembered_.begin(), remembered_.end(), [stamp](const auto& place) { return place.first == stamp; });
+  if (found == remembered_.end()) return false;
+  reference_ = current_ = found->second;
+  remembered_.erase(found + 1, remembered_.end());
+  return true;
 }
 
 void MotionIntegrator::lose(double seconds) {
@@ -58,12 +76,8 @@ void MotionIntegrator::add(const PairMotion& motion) {
   const RelativePose& pair = motion.current_in_reference;
   current_ = reference_;
   current_.missed_turn = 0;
-  known_.turn = Eigen::AngleAxisd(pair.R).angle();
-  known_.turn_seconds = motion.seconds;
+  if (!motion.after_loss) learn(motion);
   if (motion.translation_known) {
-    known_.step = pair.t.norm();
-    known_.step_seconds = motion.seconds;
-    known_.parallax_px = motion.parallax_px;
     current_.missed_step = 0;
     chain(pair);
   } else {
@@ -74,6 +88,15 @@ void MotionIntegrator::add(const PairMotion& motion) {
   }
   setTwist(motion);
   if (!motion.reference_held) reference_ = current_;
+}
+
+void MotionIntegrator::learn(const PairMotion& motion) {
+  known_.turn = Eigen::AngleAxisd(motion.current_in_reference.R).angle();
+  known_.turn_seconds = motion.seconds;
+  if (!motion.translation_known) return;
+  known_.step = motion.current_in_reference.t.norm();
+  known_.step_seconds = motion.seconds;
+  known_.parallax_px = motion.parallax_px;
 }
 
 void MotionIntegrator::chain(const RelativePose& pair) {
@@ -96,8 +119,11 @@ void MotionIntegrator::setTwist(const PairMotion& motion) {
   estimate.twist.tail<3>() = turn.axis() * turn.angle() / motion.seconds;
   const Matrix6d C = leverTransform(pair.R.transpose(), Eigen::Vector3d::Zero()) / motion.seconds;
   estimate.twist_covariance = C * pair.covariance * C.transpose();
-  // The twist is that of the pair alone: of a translation that it does not tell it says nothing.
-  if (!motion.translation_known) {
+  // The twist is that of the pair alone: of a translation that it does not tell it says nothing, nor of the velocity
+  // now after a loss.
+  if (motion.after_loss) {
+    estimate.twist_covariance = Matrix6d::Identity() * kLargestVariance;
+  } else if (!motion.translation_known) {
     estimate.twist_covariance.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() * kLargestVariance;
   }
   boundCovariance(estimate.twist_covariance);

@@ -2,6 +2,9 @@
 // the camera. Knows no topic.
 #pragma once
 
+#include <deque>
+#include <utility>
+
 #include <Eigen/Geometry>
 
 #include "gms_ransac/relative_pose.h"
@@ -27,6 +30,7 @@ struct PairMotion {
   bool translation_known = true;  ///< false: t is zero, because the pair does not tell it
   bool reference_held = false;    ///< the next pair starts from the same reference
   double parallax_px = 0;         ///< median of the inliers; 0: not known
+  bool after_loss = false;        ///< much may have happened between the two images: no measure of usual motions
 };
 
 /// What a pair does not tell is not added, and its usual size goes into the covariance. Motions that were missed one
@@ -44,8 +48,17 @@ class MotionIntegrator {
   /// is taken to be as much shorter than the last known one.
   void add(const PairMotion& motion);
 
+  /// The place of the last image added, whose stamp this is, can be returned to.
+  void remember(double stamp);
+  /// ... those of earlier stamps no more.
+  void forgetBefore(double stamp);
+  /// The next motion starts from there, as if nothing had come since; false: it is not remembered.
+  bool returnTo(double stamp);
+
   /// Length of the last known translation, in its unit; 0: none is known.
   double step() const { return known_.step; }
+  /// Of a translation of so many seconds as fast as the last known one; 0: none is known.
+  double stepOf(double seconds) const { return known_.step > 0 ? known_.step * seconds / known_.step_seconds : 0; }
   /// Of the camera at the last image added.
   const OdometryEstimate& camera() const { return current_.estimate; }
   /// Of a base frame on the same rigid body. The odometry frame is then the base frame at the first image.
@@ -64,12 +77,15 @@ class MotionIntegrator {
   };
   /// How long a translation that leaves this parallax may be.
   double unknownStep(double parallax_px) const;
+  /// Takes the motion for what is usual.
+  void learn(const PairMotion& motion);
   /// Puts the current place one pair beyond the reference.
   void chain(const RelativePose& pair);
   void setTwist(const PairMotion& motion);
 
   double first_step_;
   Place reference_, current_;
+  std::deque<std::pair<double, Place>> remembered_;  ///< by stamp
   Usual known_;
 };
 

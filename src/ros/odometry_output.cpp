@@ -72,11 +72,17 @@ int OdometryOutput::listeners() const {
 }
 
 bool OdometryOutput::integrate(const ProcessedFrame& processed) {
+  const bool known = addMotion(processed);
+  odometry_.forgetBefore(processed.oldest_reference);
+  return known;
+}
+
+bool OdometryOutput::addMotion(const ProcessedFrame& processed) {
   const bool restarts = processed.continuity == Continuity::kRestarted || processed.status == MatchStats::FIRST_FRAME;
   if (restarts) {
     odometry_.restart();
     path_.clear();
-    known_until_ = processed.current->stamp();
+    knowUntil(processed.current->stamp());
   } else if (processed.continuity == Continuity::kBroken) {
     lose(processed);
   }
@@ -87,25 +93,39 @@ bool OdometryOutput::integrate(const ProcessedFrame& processed) {
     if (processed.status != MatchStats::TOO_FEW_KEYPOINTS) lose(processed);
     return false;
   }
-  PairMotion motion = {processed.pose, seconds, processed.status == MatchStats::OK, processed.reference_held,
-                       processed.result->robust.median_parallax_px};
-  if (motion.translation_known && parameters_.scale == ScaleMode::kDepth && !processed.metric_scale) {
-    motion.current_in_reference = withUsualLength(processed.pose);
-    motion.translation_known = odometry_.step() > 0;
+  if (processed.recovered && !odometry_.returnTo(processed.reference->stamp())) {
+    lose(processed);
+    return false;
+  }
+  PairMotion motion = {processed.pose,
+                       seconds,
+                       processed.status == MatchStats::OK,
+                       processed.reference_held,
+                       processed.result->robust.median_parallax_px,
+                       processed.recovered};
+  const bool without_metres = parameters_.measuresDepth() && !processed.metric_scale;
+  if (motion.translation_known && (without_metres || processed.length_missing)) {
+    const double length = processed.recovered ? odometry_.stepOf(seconds) : odometry_.step();
+    motion.current_in_reference = withUsualLength(processed.pose, length);
+    motion.translation_known = length > 0;
   }
   odometry_.add(motion);
-  known_until_ = processed.current->stamp();
+  knowUntil(processed.current->stamp());
   return true;
+}
+
+void OdometryOutput::knowUntil(double stamp) {
+  known_until_ = stamp;
+  odometry_.remember(stamp);
 }
 
 void OdometryOutput::lose(const ProcessedFrame& processed) {
   const double now = processed.current->stamp();
   odometry_.lose(std::max(0.0, now - known_until_));
-  known_until_ = now;
+  knowUntil(now);
 }
 
-RelativePose OdometryOutput::withUsualLength(RelativePose motion) const {
-  const double length = odometry_.step();
+RelativePose OdometryOutput::withUsualLength(RelativePose motion, double length) const {
   const SigmaFloor none{0, 0};
   if (length == 0) {
     makePublishable(false, none, motion);

@@ -34,10 +34,13 @@ class OdometryOutput {
  private:
   /// Integrates; false when there is nothing to publish.
   bool integrate(const ProcessedFrame& processed);
+  bool addMotion(const ProcessedFrame& processed);
+  /// `odometry_` holds the place of the image with that stamp.
+  void knowUntil(double stamp);
   /// The motion since the last image that was integrated is not known.
   void lose(const ProcessedFrame& processed);
-  /// A motion whose direction alone is known, where metres are expected: taken to be about as long as the one before.
-  RelativePose withUsualLength(RelativePose motion) const;
+  /// A motion whose direction alone is known: taken to be about so long; 0: that is not known either.
+  RelativePose withUsualLength(RelativePose motion, double length) const;
   /// Of the camera in ~base_frame, looked up at the image's stamp; identity when ~base_frame is empty. None, with a
   /// throttled sentence, while tf does not know it.
   std::optional<Eigen::Isometry3d> cameraInBase(const std_msgs::Header& camera);

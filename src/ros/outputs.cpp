@@ -10,9 +10,11 @@
 
 #include "frames.h"
 #include "guard.h"
+#include "keypoint_output.h"
 #include "odometry_output.h"
 #include "overlay.h"
 #include "point_outputs.h"
+#include "stereo_output.h"
 #include "watched_broadcaster.h"
 
 namespace gms_ransac {
@@ -26,8 +28,8 @@ std::string caption(const ProcessedFrame& processed) {
   if (processed.result == nullptr) return statusName(processed.status) + ": " + processed.text;
   char text[160];
   std::snprintf(text, sizeof(text), "%s   %zu matches > %d GMS > %d inliers   %.1f ms",
-                statusName(processed.status).c_str(), processed.result->matches.size(), processed.result->matches_gms,
-                processed.result->inliers, 1e3 * processed.result->times.total());
+                statusName(processed.publishedStatus()).c_str(), processed.result->matches.size(),
+                processed.result->matches_gms, processed.result->inliers, 1e3 * processed.result->times.total());
   return text;
 }
 
@@ -49,6 +51,8 @@ Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Pa
   restart_ = outputs.advertise<std_msgs::Bool>("restart", kPublisherQueue);  // worth no subscription of its own
   odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, changed);
   points_ = std::make_unique<PointOutputs>(outputs, parameters, changed);
+  keypoints_ = std::make_unique<KeypointOutput>(outputs, changed);
+  if (parameters.input == InputKind::kStereo) stereo_ = std::make_unique<StereoOutput>(outputs, changed);
   match_image_ = transport_.advertise(kOverlay, 1, image_changed, image_changed);
 }
 
@@ -57,7 +61,8 @@ Outputs::~Outputs() = default;
 std::string Outputs::overlayTopic(const ros::NodeHandle& pnh) { return pnh.resolveName(kOverlay); }
 
 int Outputs::listeners() const {
-  int count = static_cast<int>(match_image_.getNumSubscribers()) + odometry_->listeners() + points_->listeners();
+  int count = static_cast<int>(match_image_.getNumSubscribers()) + odometry_->listeners() + points_->listeners() +
+              keypoints_->listeners() + (stereo_ ? stereo_->listeners() : 0);
   for (const ros::Publisher* publisher : {&correspondences_, &stats_, &relative_pose_}) {
     count += static_cast<int>(publisher->getNumSubscribers());
   }
@@ -100,6 +105,8 @@ void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions
   }
   odometry_->publish(processed, options.publish_odom_tf);
   points_->publish(processed, options.features);
+  keypoints_->publish(processed);
+  if (stereo_) stereo_->publish(processed);
 }
 
 void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& options) {

@@ -14,8 +14,10 @@
 
 namespace gms_ransac {
 
+class KeypointOutput;
 class OdometryOutput;
 class PointOutputs;
+class StereoOutput;
 class WatchedBroadcaster;
 
 class Outputs {
@@ -49,6 +51,8 @@ class Outputs {
   image_transport::Publisher match_image_;
   std::unique_ptr<OdometryOutput> odometry_;
   std::unique_ptr<PointOutputs> points_;
+  std::unique_ptr<KeypointOutput> keypoints_;
+  std::unique_ptr<StereoOutput> stereo_;  ///< with ~input stereo
   Throttle throttle_;
 };
 

@@ -135,8 +135,18 @@ Parameters Parameters::read(const ros::NodeHandle& pnh, const std::string& name)
   parameters.odom_frame = withoutLeadingSlash(parameters.odom_frame);
   parameters.base_frame = withoutLeadingSlash(parameters.base_frame);
   const bool pair = parameters.input == InputKind::kPair;
-  if (parameters.camera_info_sync == CameraInfoSync::kExact && (parameters.scale == ScaleMode::kDepth || pair)) {
-    refuse(pnh, "camera_info_sync", "exact", "'latest' with ~scale depth or ~input pair, whose stamps differ");
+  const bool stereo = parameters.input == InputKind::kStereo;
+  if (parameters.camera_info_sync == CameraInfoSync::kExact &&
+      (parameters.scale == ScaleMode::kDepth || pair || stereo)) {
+    refuse(pnh, "camera_info_sync", "exact", "'latest' with ~scale depth, ~input pair or ~input stereo");
+  }
+  if (stereo && parameters.scale != ScaleMode::kUnit) {
+    refuse(pnh, "scale", toText(values["scale"]),
+           "unit, the default, with ~input stereo, which measures metres itself");
+  }
+  if (stereo && parameters.camera.calibrated()) {
+    throw std::invalid_argument("parameters " + pnh.resolveName("camera") +
+                                " describe one camera; with ~input stereo both are described by their camera_info");
   }
   if (pair && parameters.scale != ScaleMode::kUnit && parameters.scale != ScaleMode::kFixed) {
     refuse(pnh, "scale", toText(values["scale"]), "unit or fixed with ~input pair");

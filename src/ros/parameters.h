@@ -19,7 +19,7 @@ enum class MaskSync { kLatest, kExact };
 enum class Rectified { kAuto, kTrue, kFalse };
 
 enum class FeatureLayout { kVinsMono, kVinsFusion };
-enum class InputKind { kStream, kPair };
+enum class InputKind { kStream, kPair, kStereo };
 
 /// Read once from the private namespace. What each means, its range and its default: cfg/parameters.py.
 struct Parameters {
@@ -37,6 +37,9 @@ struct Parameters {
   bool invert_odom_tf = false, drop_frames = true, always_subscribe = false;
   int queue_size = 10, threads = 1;
   double diagnostic_period = 1;  ///< diagnostic_updater reads it, too
+
+  /// Depth images or a second camera tell metres.
+  bool measuresDepth() const { return scale == ScaleMode::kDepth || input == InputKind::kStereo; }
 
   /// Checks every parameter that is set, those that can change while the node runs, too. Old names and words are taken,
   /// replaced on the server and warned about; `name` stands in front of these log lines. Throws std::invalid_argument

@@ -38,6 +38,7 @@ ProcessorOptions processorOptions(const MatchFilterConfig& config, int threads) 
   options.core.matcher_threads = threads >= 4 ? 2 : 1;
   options.max_frame_gap = config.max_frame_gap;
   options.hold_reference = config.hold_reference;
+  options.recovery = {config.recovery_frames, config.max_recovery_gap};
   options.sigma_floor = {config.translation_sigma_floor, config.rotation_sigma_floor};
   return options;
 }

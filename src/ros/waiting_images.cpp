@@ -29,6 +29,7 @@ std::vector<ImageWithInfo> WaitingImages::settled(double now) {
     input.mask = maskOf(*input.image);
     if (options_.for_mask && !input.mask && !masksPassed(input.image->header.stamp) && !overdue(now)) break;
     if (!input.camera_info) input.camera_info = latest_info_;
+    input.right_info = latest_right_info_;
     ready.push_back(input);
     waiting_.pop_front();
   }
@@ -36,7 +37,9 @@ std::vector<ImageWithInfo> WaitingImages::settled(double now) {
 }
 
 bool WaitingImages::lacksCameraInfo(const ImageWithInfo& input) const {
-  return options_.for_camera_info && !gave_up_camera_info_ && !input.camera_info && !latest_info_;
+  const bool left = options_.for_camera_info && !input.camera_info && !latest_info_;
+  const bool right = options_.for_right_info && !latest_right_info_;
+  return (left || right) && !gave_up_camera_info_;
 }
 
 sensor_msgs::ImageConstPtr WaitingImages::maskOf(const sensor_msgs::Image& image) const {

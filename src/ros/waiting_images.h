@@ -13,6 +13,7 @@ namespace gms_ransac {
 
 struct WaitingOptions {
   bool for_camera_info = false;  ///< the first images wait until any camera_info has come
+  bool for_right_info = false;   ///< ... and until any of the right camera has
   bool for_mask = false;         ///< an image waits for the mask of its stamp; else the newest goes with it
   double patience = 1;           ///< seconds of the caller's clock that an image waits
   size_t capacity = 10;          ///< images that wait, and masks
@@ -27,6 +28,7 @@ class WaitingImages {
   void add(const ImageWithInfo& input, double now);
   /// Goes with every image that comes out from now on without one of its own.
   void setCameraInfo(const sensor_msgs::CameraInfoConstPtr& info);
+  void setRightInfo(const sensor_msgs::CameraInfoConstPtr& info) { latest_right_info_ = info; }
   void addMask(const sensor_msgs::ImageConstPtr& mask);
   /// What is decided by now; each is returned once.
   std::vector<ImageWithInfo> settled(double now);
@@ -52,7 +54,7 @@ class WaitingImages {
   const WaitingOptions options_;
   std::deque<Waiting> waiting_;
   std::deque<sensor_msgs::ImageConstPtr> masks_;  ///< in the order they came
-  sensor_msgs::CameraInfoConstPtr latest_info_;
+  sensor_msgs::CameraInfoConstPtr latest_info_, latest_right_info_;
   bool gave_up_camera_info_ = false;
 };
 

@@ -16,10 +16,10 @@ import rospy
 import rostest
 import yaml
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, TwistWithCovarianceStamped
-from gms_ransac.msg import MatchStats
+from gms_ransac.msg import Correspondences, MatchStats
 from nav_msgs.msg import Odometry
 
-from graph import Client, Scene, vector
+from graph import HEIGHT, WIDTH, Client, Scene, texture, vector
 
 STEP = np.array((0.0, 0.0, 0.2))  # ahead
 PACKAGE = rospkg.RosPack().get_path("gms_ransac")
@@ -127,6 +127,21 @@ class Examples(unittest.TestCase):
         at = vector(poses[1].pose.pose.position) - vector(poses[0].pose.pose.position)
         self.assertGreater(abs(at[0]) / np.linalg.norm(at), 0.99, "the camera looks along the base's x")
 
+    def test_a_loop_is_found_and_nothing_else(self):
+        client, loops = Client("/loops/match_filter", "/loops/image", "/loops/camera_info"), []
+        client.subscribers.append(rospy.Subscriber("/loops/find_loops/loops", Correspondences, loops.append, queue_size=50))
+        client.connect()
+        elsewhere = [texture(WIDTH, 50 + i)[:HEIGHT] for i in range(4)]
+        for i, frame in enumerate(self.frames + elsewhere + self.frames):
+            client.ask(frame, 100 + 0.1 * i)
+        client.wait(lambda: loops, "the loop")
+        for loop in loops:
+            now, then = loop.header.stamp.to_sec(), loop.reference_header.stamp.to_sec()
+            self.assertGreater(now, 100.65)
+            self.assertLess(then, 100.25)
+            self.assertGreaterEqual(len(loop.distance), 60)
+            self.assertEqual(len(loop.reference_points), 2 * len(loop.distance))
+
     def outputs_and_services(self):
         """{name below the filter's: type} of what a running filter really offers."""
         master = rosgraph.Master("/examples_test")
@@ -180,7 +195,7 @@ class Examples(unittest.TestCase):
                     named.setdefault(name, os.path.basename(path))
         self.assertGreater(len(named), 8)
         with open(PACKAGE + "/cfg/match_filter.yaml") as stream:
-            known = set(offered) | settings | set(yaml.safe_load(stream)) | {"mask"}  # subscribed to with the images
+            known = set(offered) | settings | set(yaml.safe_load(stream)) | {"mask", "stereo_features"}  # of ~input stereo
         self.assertEqual({name: where for name, where in named.items() if name not in known}, {})
 
     def test_every_topic_of_the_view_follows_the_filters_name(self):

@@ -272,6 +272,26 @@ class OdometryTest(unittest.TestCase):
         self.assertTrue(buffer.can_transform("wall", "camera_d", rospy.Time(0)))
         del listener, logged
 
+    def test_goes_on_after_a_covered_lens(self):
+        client, odom, _ = self.run_filter("recovering", "camera", count=4)
+        restarts = []
+        client.subscribe("restart", Bool, restarts)
+        step, dark = vector(odom[-1].pose.pose.position) / 3, np.zeros_like(self.frames[0])
+        for i in range(20):
+            answer = client.ask(dark, 100.4 + 0.1 * i)
+            self.assertEqual(answer.status, MatchStats.TOO_FEW_KEYPOINTS)
+        answer = client.ask(self.frames[4], 102.4)
+        self.assertEqual(answer.status, MatchStats.RECOVERED, answer.status_text)
+        self.assertAlmostEqual(answer.reference_header.stamp.to_sec(), 100.3, 3)
+        self.assertIn("2.1 s and 20 lost images ago", answer.status_text)
+        client.wait(lambda: len(odom) == 4, "odometry")
+        self.assertLess(np.linalg.norm(vector(odom[-1].pose.pose.position) - 4 * step), 0.1 * np.linalg.norm(step))
+        self.assertEqual(odom[-1].twist.covariance[0], 1000, "the velocity now is not known")
+        before, after = client.correspondence(100.3), client.correspondence(102.4)
+        same = set(before.track_id) & set(after.track_id)
+        self.assertGreater(len(same), 0.5 * len(after.track_id), "the same tracks")
+        self.assertEqual(restarts, [])
+
 
 if __name__ == "__main__":
     rospy.init_node("odometry_test")

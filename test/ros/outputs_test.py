@@ -8,10 +8,10 @@ import rostest
 import sensor_msgs.point_cloud2
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped, TwistWithCovarianceStamped
-from gms_ransac.msg import MatchStats
+from gms_ransac.msg import Keypoints, MatchStats, StereoFeatures
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
-from sensor_msgs.msg import Image, PointCloud, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image, PointCloud, PointCloud2
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
@@ -249,6 +249,64 @@ class Outputs(unittest.TestCase):
         for message in client.correspondences[:3]:
             self.assertAlmostEqual((message.header.stamp - message.reference_header.stamp).to_sec(), 0.005, 3)
             self.assertLess(degrees_between(vector(message.current_in_reference.pose.position), STEP), 5)
+
+    def test_keypoints_are_what_the_correspondences_are_made_of(self):
+        client, images = self.client("mono"), []
+        client.subscribe("keypoints", Keypoints, images)
+        pairs = self.send_all(client.connect(), 1200.0)
+        client.wait(lambda: len(images) == len(self.frames), "keypoints of every image")
+        for image, pair in zip(images[1:], pairs):
+            n = len(image.u)
+            self.assertEqual((image.header.stamp, image.header.frame_id), (pair.header.stamp, pair.header.frame_id))
+            self.assertEqual((image.width, image.height, image.pixel_space, image.K), (640, 480, pair.pixel_space, pair.K))
+            self.assertEqual({len(c) for c in (image.v, image.octave, image.size, image.angle, image.response, image.sigma,
+                                               image.track_id)}, {n})
+            self.assertEqual((len(image.descriptors), len(image.depth)), (32 * n, 0))
+            where = {i: (u, v) for i, u, v in zip(image.track_id, image.u, image.v) if i}
+            self.assertEqual(where, {i: tuple(p) for i, p in zip(pair.track_id, np.reshape(pair.current_points, (-1, 2))) if i})
+            self.assertGreater(min(image.sigma), 0)
+        # The descriptors of a track hardly change.
+        rows = [{i: d for i, d in zip(m.track_id, np.frombuffer(m.descriptors, np.uint8).reshape(-1, 32)) if i} for m in images[1:]]
+        bits = [np.unpackbits(rows[0][i] ^ rows[1][i]).sum() for i in rows[0] if i in rows[1]]
+        self.assertGreater(len(bits), 100)
+        self.assertLess(np.median(bits), 40)
+
+    def test_two_cameras_see_metres(self):
+        baseline = 0.2
+        client, features, relayed = Client("stereo", "stereo/left/image", "stereo/left/camera_info"), [], []
+        right = rospy.Publisher("stereo/right/image", Image, queue_size=10)
+        right_info = rospy.Publisher("stereo/right/camera_info", CameraInfo, queue_size=10)
+        client.subscribe("stereo_features", StereoFeatures, features)
+        client.subscribers.append(rospy.Subscriber("relayed", StereoFeatures, relayed.append))
+        client.connect()
+        client.wait(lambda: right.get_num_connections() and right_info.get_num_connections(), "the filter to listen to the right")
+        calibration = camera_info(0)
+        calibration.P = calibration.P[:3] + [-K[0, 0] * baseline] + calibration.P[4:]
+        right_info.publish(calibration)
+        for i, frame in enumerate(self.frames):
+            right.publish(image_message(self.scene.draw(t=STEP * i + (baseline, 0, 0)), 1300 + 0.1 * i))
+            answer = client.ask(frame, 1300 + 0.1 * i)
+        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+        lengths = []
+        for i in range(1, len(self.frames)):
+            pair = client.correspondence(1300 + 0.1 * i)
+            self.assertTrue(pair.metric_scale)
+            lengths.append(np.linalg.norm(vector(pair.current_in_reference.pose.position)))
+        self.assertLess(abs(np.median(lengths) / np.linalg.norm(STEP) - 1), 0.03, lengths)
+        client.wait(lambda: len(features) == len(lengths) and len(relayed) == len(lengths), "features and the relay's")
+        self.assertEqual([(m.header.stamp, m.features) for m in features], [(m.header.stamp, m.features) for m in relayed])
+        for message in features:
+            disparity = np.array([f.u0 - f.u1 for f in message.features])
+            rows = np.array([f.v0 - f.v1 for f in message.features])
+            self.assertGreater(len(rows), 100)
+            self.assertLess(np.median(np.abs(rows)) * K[0, 0], 0.5)
+            depths = np.array([board[0] for board in self.scene.boards])
+            off = np.min(np.abs(baseline / disparity[:, None] / depths - 1), axis=1)
+            self.assertLess(np.median(off), 0.04)
+
+        for i in range(2):  # no right image comes: answered, and, as one of a pair is enough, the second without a length
+            client.send(self.frames[i], 1301 + 0.1 * i)
+        client.wait(lambda: any("no length: no right image" in s.status_text for s in client.stats), "an answer without metres")
 
     def test_reset_and_pause(self):
         client, restarts = self.client("mono"), []

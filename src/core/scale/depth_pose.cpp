@@ -4,7 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-#include "gms_ransac/translation_scale.h"
+#include "gms_ransac/keypoint_depth.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
@@ -27,6 +27,7 @@ constexpr double kRim = 0.05;
 // Standard deviation assumed of the row turn, radians. On tum_fr1_desk (a Kinect in the hand, 25 ms from the first row
 // to the last) it is half a degree to one degree; the prior only keeps it in bounds where the points say little.
 constexpr double kRowTurnSigma = 3.14159265358979323846 / 180;
+constexpr double kNoRowTurnSigma = 1e-6;  // where all rows are read at once
 
 /// A point of one image with metric depth and where the other image shows it, normalised coordinates.
 struct DepthPoint {
@@ -64,14 +65,15 @@ double depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
 }
 
 std::vector<DepthPoint> gatherPoints(const Triangulation& pair, const Features& reference, const Features& current,
-                                     const MatchResult& result, const cv::Mat& reference_depth,
-                                     const cv::Mat& current_depth, int& matches) {
+                                     const MatchResult& result, const std::vector<float>& reference_depth,
+                                     const std::vector<float>& current_depth, int& matches) {
   std::vector<DepthPoint> points;
   matches = 0;
   for (int i = 0; i < pair.size(); ++i) {
     const Match& match = result.matches[pair.match[i]];
     const cv::Point2f pixel_r = reference.keypoints[match.reference].pt, pixel_c = current.keypoints[match.current].pt;
-    const double zr = depthAt(reference_depth, pixel_r), zc = depthAt(current_depth, pixel_c);
+    const double zr = reference_depth.empty() ? 0 : reference_depth[match.reference];
+    const double zc = current_depth.empty() ? 0 : current_depth[match.current];
     const double row_r = pixel_r.y / reference.image_size.height - 0.5;
     const double row_c = pixel_c.y / current.image_size.height - 0.5;
     const Vector3d ray_r(pair.x_reference[i], pair.y_reference[i], 1), ray_c(pair.x_current[i], pair.y_current[i], 1);
@@ -111,8 +113,9 @@ struct DepthEquations {
   double weighted_squares = 0, weight = 0;
 
   /// `loss`: where the robust loss bends, also the noise that the prior of the row turn is weighed against.
-  DepthEquations(const std::vector<DepthPoint>& points, const RowwiseMotion& motion, double loss) {
-    const double prior = loss * loss / (kRowTurnSigma * kRowTurnSigma);
+  DepthEquations(const std::vector<DepthPoint>& points, const RowwiseMotion& motion, double loss,
+                 double row_turn_sigma) {
+    const double prior = loss * loss / (row_turn_sigma * row_turn_sigma);
     H.bottomRightCorner<3, 3>().diagonal().setConstant(prior);
     b.tail<3>() = -prior * motion.row_turn;
     for (const DepthPoint& p : points) add(p, motion, loss);
@@ -151,9 +154,27 @@ struct DepthEquations {
 
 }  // namespace
 
+std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth) {
+  std::vector<float> column;
+  if (depth.empty()) return column;
+  column.reserve(features.keypoints.size());
+  for (const cv::KeyPoint& keypoint : features.keypoints) {
+    column.push_back(static_cast<float>(depthAt(depth, keypoint.pt)));
+  }
+  return column;
+}
+
 ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference, const Features& current,
                             const MatchResult& result, const Camera& camera, const cv::Mat& reference_depth,
                             const cv::Mat& current_depth, RelativePose& pose) {
+  return poseFromKeypointDepth(pair, reference, current, result, camera, keypointDepth(reference, reference_depth),
+                               keypointDepth(current, current_depth), DepthSource::kRollingCamera, pose);
+}
+
+ScaleEstimate poseFromKeypointDepth(const Triangulation& pair, const Features& reference, const Features& current,
+                                    const MatchResult& result, const Camera& camera,
+                                    const std::vector<float>& reference_depth, const std::vector<float>& current_depth,
+                                    DepthSource source, RelativePose& pose) {
   ScaleEstimate estimate;
   int matches = 0;
   const std::vector<DepthPoint> points =
@@ -165,8 +186,9 @@ ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference
   refined = result.robust.pose;
   refined.t *= startingLength(points);
   const double loss = kLossPixels / camera.meanFocalLength();
+  const double row_turn_sigma = source == DepthSource::kRollingCamera ? kRowTurnSigma : kNoRowTurnSigma;
   for (int i = 0; i < kIterations; ++i) {
-    const DepthEquations equations(points, motion, loss);
+    const DepthEquations equations(points, motion, loss, row_turn_sigma);
     const Vector9d step = equations.H.ldlt().solve(equations.b);
     if (!step.allFinite()) return estimate;
     refined.t += step.head<3>();
@@ -175,7 +197,7 @@ ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference
     motion.row_turn += step.tail<3>();
     if (step.norm() < 1e-9) break;
   }
-  const DepthEquations equations(points, motion, loss);
+  const DepthEquations equations(points, motion, loss, row_turn_sigma);
   // A match that is projected both ways makes two residuals of one pair of keypoints, which err together.
   const double projections = static_cast<double>(points.size()) / matches;
   const double freedom = std::max(2 * equations.weight / projections - kUnknowns, 1.0);

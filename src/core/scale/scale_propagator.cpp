@@ -20,6 +20,10 @@ constexpr double kLossScale = 2.0;
 // The search: a factor of kSearchRange either way of the start, in log steps, then golden section.
 constexpr double kSearchRange = 1.6;
 constexpr int kSearchSteps = 24;
+// After a loss: few features, most of them far, so that the start may be wrong by several times (13 instead of 3 after
+// 13 images of kitti_06).
+constexpr double kWideRange = 16;
+constexpr int kWideSteps = 142;  // of the same width
 constexpr int kGoldenSteps = 24;
 // A carried inverse depth never counts as better known than by this many fresh measurements: what links the pairs is
 // correlated and drifts.
@@ -35,10 +39,10 @@ double sineToBaseline(const Eigen::Vector3d& t, const Eigen::Vector3d& ray) {
 }
 
 /// `centre` must be positive.
-double minimiseInLog(double centre, double range, const std::function<double(double)>& cost) {
+double minimiseInLog(double centre, double range, int steps, const std::function<double(double)>& cost) {
   double best = centre, best_cost = cost(centre);
-  const double step = std::log(range) / kSearchSteps;
-  for (int k = -kSearchSteps; k <= kSearchSteps; ++k) {
+  const double step = std::log(range) / steps;
+  for (int k = -steps; k <= steps; ++k) {
     const double s = centre * std::exp(k * step), c = cost(s);
     if (c < best_cost) {
       best_cost = c;
@@ -56,7 +60,8 @@ double minimiseInLog(double centre, double range, const std::function<double(dou
 
 }  // namespace
 
-ScaleEstimate ScalePropagator::measure(const Triangulation& pair, const MatchResult& result, double pixel) {
+ScaleEstimate ScalePropagator::measure(const Triangulation& pair, const MatchResult& result, double pixel,
+                                       bool after_loss) {
   ratios_.clear();
   const Eigen::Vector3d& t = result.robust.pose.t;
   for (int i = 0; i < pair.size(); ++i) {
@@ -90,7 +95,8 @@ ScaleEstimate ScalePropagator::measure(const Triangulation& pair, const MatchRes
     estimate.relative_sigma = kUnmeasured;
     return estimate;
   }
-  estimate.length = minimiseInLog(start, kSearchRange, cost);
+  estimate.length = after_loss ? minimiseInLog(start, kWideRange, kWideSteps, cost)
+                               : minimiseInLog(start, kSearchRange, kSearchSteps, cost);
   double information = 0;
   for (const Ratio& r : ratios_) {
     const double variance = r.unit_variance + estimate.length * estimate.length * r.known_variance;
@@ -149,9 +155,10 @@ void ScalePropagator::carryOn(const Triangulation& pair, const MatchResult& resu
   }
 }
 
-ScaleEstimate ScalePropagator::update(const Triangulation& pair, const MatchResult& result, const Camera& camera) {
+ScaleEstimate ScalePropagator::update(const Triangulation& pair, const MatchResult& result, const Camera& camera,
+                                      bool after_loss) {
   const double pixel = camera.calibrated() ? 1 / camera.meanFocalLength() : 1;
-  const ScaleEstimate estimate = measure(pair, result, pixel);
+  const ScaleEstimate estimate = measure(pair, result, pixel, after_loss);
   length_ = estimate.length;
   carryOn(pair, result, pixel, length_);
   return estimate;

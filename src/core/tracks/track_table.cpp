@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <unordered_set>
 
 namespace gms_ransac {
 
@@ -44,6 +45,17 @@ bool TrackTable::findOwners(const MatchResult& result) {
 void TrackTable::advance() {
   reference_.swap(current_);
   current_.clear();
+}
+
+void TrackTable::goBack(const std::vector<Track>& tracks, const std::vector<Track>& newest) {
+  std::unordered_set<uint32_t> alive;
+  for (const Track& track : newest) {
+    if (track.id != 0 && track.link == link_) alive.insert(track.id);
+  }
+  reference_ = tracks;
+  for (Track& track : reference_) {
+    track = alive.count(track.id) > 0 ? Track{track.id, track.length, link_} : Track();
+  }
 }
 
 void TrackTable::reset() {

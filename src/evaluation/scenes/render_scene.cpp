@@ -46,6 +46,8 @@ int renderScene(const Arguments& arguments) {
       "metres of path per frame; negative: 0.08 in the room, 0.3 in the street; 0: the camera only rotates");
   add("turn", po::value(&scene_options.turn)->default_value(0), "additional heading per frame, degrees");
   add("sway", po::value(&scene_options.sway)->default_value(1), "factor on the slow hand motion, 0..3");
+  add("offset", po::value(&scene_options.offset)->default_value(0),
+      "metres that the camera is moved to its right: once without and once with it, a stereo pair");
   add("rate", po::value(&scene_options.rate)->default_value(30), "frames per second");
   add("grey", po::bool_switch(), "grey images instead of colour");
   add("noise", po::value(&scene_options.noise)->default_value(2), "standard deviation, grey levels");

@@ -156,6 +156,7 @@ void SceneOptions::validate() const {
   requireInRange("step", step, -1.0, 10.0);
   requireInRange("turn", turn, -180.0, 180.0);
   requireInRange("sway", sway, 0.0, 3.0);
+  requireInRange("offset", offset, -0.5, 0.5);  // of the way that is free of furniture
   requireInRange("rate", rate, 0.1, 1000.0);
   requireInRange("noise", noise, 0.0, 100.0);
   requireInRange("blur", blur, 0.0, 20.0);
@@ -263,7 +264,7 @@ Isometry3d Scene::poseAt(double time) const {
   }
   Isometry3d pose = Isometry3d::Identity();
   pose.linear() = lookAlong(heading, elevation, roll);
-  pose.translation() = position;
+  pose.translation() = position + options_.offset * pose.linear().col(0);
   return pose;
 }
 
@@ -373,7 +374,8 @@ RenderedFrame Scene::render(int index) const {
   cv::resize(exposed(index), frame.image, options_.size, 0, 0, cv::INTER_AREA);
   if (options_.blur > 0) cv::GaussianBlur(frame.image, frame.image, {}, options_.blur);
   if (options_.brightness < 1) frame.image.convertTo(frame.image, -1, options_.brightness);
-  addNoise(options_.noise, (options_.seed << 32) + index + 1, frame.image);
+  const uint64_t camera = options_.offset == 0 ? 0 : uint64_t{1} << 31;  // two cameras have noise of their own
+  addNoise(options_.noise, (options_.seed << 32) + camera + index + 1, frame.image);
   return frame;
 }
 

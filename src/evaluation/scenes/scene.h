@@ -22,6 +22,7 @@ struct SceneOptions {
   double step = -1;                ///< camera path per frame, metres; negative: 0.08 in the room, 0.3 in the street
   double turn = 0;                 ///< additional heading per frame, degrees (with step 0: pure rotation)
   double sway = 1;                 ///< factor on the hand's slow translation and rotation; 0: none
+  double offset = 0;               ///< metres that the camera is moved to its right: the right one of a stereo pair
   double rate = 30;                ///< frames per second
   bool colour = false;             ///< BGR instead of grey images
   double noise = 2;                ///< standard deviation of the image noise, grey levels

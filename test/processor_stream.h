@@ -1,0 +1,68 @@
+// A stream of images without a graph: what the tests of the node's decisions give to FrameProcessor.
+#pragma once
+
+#include <sensor_msgs/image_encodings.h>
+#include <boost/make_shared.hpp>
+
+#include "frame_processor.h"
+
+namespace gms_ransac {
+
+inline sensor_msgs::ImageConstPtr imageMessage(const cv::Mat& grey, double stamp) {
+  auto message = boost::make_shared<sensor_msgs::Image>();
+  message->header.stamp = ros::Time(stamp);
+  message->header.frame_id = "camera";
+  message->width = static_cast<uint32_t>(grey.cols);
+  message->height = static_cast<uint32_t>(grey.rows);
+  message->step = message->width;
+  message->encoding = sensor_msgs::image_encodings::MONO8;
+  message->data.assign(grey.datastart, grey.dataend);
+  return message;
+}
+
+inline sensor_msgs::ImageConstPtr depthMessage(const cv::Mat_<float>& metres, double stamp) {
+  auto message = boost::make_shared<sensor_msgs::Image>();
+  message->header.stamp = ros::Time(stamp);
+  message->width = static_cast<uint32_t>(metres.cols);
+  message->height = static_cast<uint32_t>(metres.rows);
+  message->step = message->width * sizeof(float);
+  message->encoding = sensor_msgs::image_encodings::TYPE_32FC1;
+  message->data.assign(metres.datastart, metres.dataend);
+  return message;
+}
+
+/// A stream of images of one camera, as the node processes it.
+class Stream {
+ public:
+  Stream(ScaleMode scale, const CameraIntrinsics& camera, const ProcessorOptions& options, double fixed_scale = 1,
+         double period = 0.04)
+      : processor_(parameters(scale, camera, fixed_scale), "image", "camera_info"), period_(period) {
+    processor_.setOptions(options);
+  }
+
+  ProcessedFrame process(const cv::Mat& grey, const cv::Mat_<float>& depth = {}) {
+    stamp_ += period_;
+    ImageWithInfo input;
+    input.image = imageMessage(grey, stamp_);
+    if (!depth.empty()) input.depth = depthMessage(depth, stamp_);
+    input.received = ros::Time(stamp_);
+    return processor_.process(processor_.prepare(input));
+  }
+  /// No image comes for that long, seconds.
+  void wait(double seconds) { stamp_ += seconds; }
+  double stamp() const { return stamp_; }
+
+ private:
+  static Parameters parameters(ScaleMode scale, const CameraIntrinsics& camera, double fixed_scale) {
+    Parameters parameters;
+    parameters.scale = scale;
+    parameters.camera = camera;
+    parameters.fixed_scale = fixed_scale;
+    return parameters;
+  }
+
+  FrameProcessor processor_;
+  double period_, stamp_ = 100;  // seconds
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,169 @@
+// Two cameras: depth of keypoints against that of the rendered room, and motions in metres with a true covariance.
+#include "stereo_depth.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <gtest/gtest.h>
+#include <Eigen/Cholesky>
+
+#include "processor_stream.h"
+#include "scenes/scene.h"
+#include "scenes/synthetic_pair.h"
+#include "stereo_output.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr double kBaseline = 0.12;
+using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+SceneOptions roomOptions(double offset, const std::vector<double>& distortion) {
+  SceneOptions options;
+  options.offset = offset;
+  options.distortion = distortion;
+  return options;
+}
+
+/// The room seen by two cameras, as a calibration describes them. Their rectified cameras look `tilt` higher.
+class StereoRoom {
+ public:
+  explicit StereoRoom(std::vector<double> distortion = {}, double tilt = 0)
+      : left(roomOptions(0, distortion)), right(roomOptions(kBaseline, distortion)), tilt_(tilt) {}
+
+  ImageWithInfo input(int frame) const {
+    ImageWithInfo input;
+    const double stamp = 100 + 0.1 * frame;
+    input.image = imageMessage(left.render(frame).image, stamp);
+    input.right = imageMessage(right.render(frame).image, stamp);
+    input.camera_info = info(0);
+    input.right_info = info(kBaseline);
+    input.received = ros::Time(stamp);
+    return input;
+  }
+  sensor_msgs::CameraInfoPtr info(double offset) const {
+    auto message = boost::make_shared<sensor_msgs::CameraInfo>();
+    const CameraIntrinsics& k = left.intrinsics();
+    message->width = 640;
+    message->height = 480;
+    message->distortion_model = "plumb_bob";
+    message->D = k.distortion;
+    message->D.resize(5, 0);
+    message->K = {k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1};
+    const RowMajor3d R(Eigen::AngleAxisd(tilt_, Eigen::Vector3d::UnitX()).toRotationMatrix());
+    std::copy(R.data(), R.data() + 9, message->R.begin());
+    const double f = tilt_ == 0 ? k.fx : 0.9 * k.fx;  // rectified cameras have a focal length of their own
+    message->P = {f, 0, k.cx, -f * offset, 0, f, k.cy, 0, 0, 0, 1, 0};
+    return message;
+  }
+
+  const Scene left, right;
+
+ private:
+  double tilt_;
+};
+
+Parameters stereo() {
+  Parameters parameters;
+  parameters.input = InputKind::kStereo;
+  return parameters;
+}
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+double nees(const RelativePose& pose, const RelativePose& truth) {
+  Eigen::Matrix<double, 6, 1> error;
+  const Eigen::AngleAxisd turn(truth.R * pose.R.transpose());
+  error << truth.t - pose.t, turn.angle() * turn.axis();
+  return error.dot(pose.covariance.llt().solve(error)) / 6;
+}
+
+void expectTrueDepth(const StereoRoom& room) {
+  FrameProcessor processor(stereo(), "left/image", "left/camera_info");
+  processor.setOptions(ProcessorOptions());
+  const auto frame = processor.prepare(room.input(0));
+  ASSERT_EQ(frame->depth_problem, "");
+  std::vector<double> off;  // of the disparity, pixels
+  int wrong = 0;
+  for (int i = 0; i < frame->frame.features.size(); ++i) {
+    const float depth = frame->stereo.depth[i];
+    if (depth == 0) continue;
+    const double truth = room.left.depth(0, frame->frame.features.keypoints[i].pt);
+    off.push_back(kBaseline * room.left.intrinsics().fx * std::abs(1 / truth - 1 / depth));
+    wrong += off.back() > 3;
+  }
+  EXPECT_GT(off.size(), 600u);
+  EXPECT_LT(median(off), 0.4);
+  EXPECT_LT(wrong, 0.1 * static_cast<double>(off.size()));
+  ::testing::Test::RecordProperty("points", static_cast<int>(off.size()));
+  ::testing::Test::RecordProperty("median_disparity_error", std::to_string(median(off)));
+  ::testing::Test::RecordProperty("wrong", wrong);
+}
+
+TEST(StereoDepth, OfRectifiedImages) { expectTrueDepth(StereoRoom()); }
+
+TEST(StereoDepth, OfImagesThatTheCalibrationRectifies) { expectTrueDepth(StereoRoom({-0.2, 0.05, 0, 0, 0}, 0.1)); }
+
+TEST(StereoDepth, MotionsAreMetric) {
+  const StereoRoom room;
+  std::vector<double> errors, normalized;
+  constexpr int kPairs = 6;
+  for (int i = 0; i < 10 * kPairs; i += 10) {
+    FrameProcessor processor(stereo(), "left/image", "left/camera_info");
+    processor.setOptions(ProcessorOptions());
+    processor.process(processor.prepare(room.input(i)));
+    const ProcessedFrame processed = processor.process(processor.prepare(room.input(i + 1)));
+    ASSERT_EQ(processed.status, MatchStats::OK) << processed.text;
+    ASSERT_TRUE(processed.metric_scale) << processed.text;
+    const RelativePose truth = trueRelativePose(room.left, i, i + 1);
+    errors.push_back((processed.pose.t - truth.t).norm() / truth.t.norm());
+    normalized.push_back(nees(processed.pose, truth));
+    const StereoFeatures features = stereoFeaturesMessage(processed);
+    EXPECT_GT(features.features.size(), 300u);
+    for (const StereoFeature& feature : features.features) {
+      EXPECT_NE(feature.id, 0u);
+      EXPECT_GT(feature.u0, feature.u1);
+      EXPECT_NEAR(feature.v0, feature.v1, 0.02);
+    }
+  }
+  RecordProperty("median_error", std::to_string(median(errors)));
+  RecordProperty("mean_nees", std::to_string(std::accumulate(normalized.begin(), normalized.end(), 0.) / kPairs));
+  EXPECT_LT(median(errors), 0.03);
+  EXPECT_LT(median(normalized), 4);
+}
+
+TEST(StereoDepth, SaysWhatIsMissing) {
+  const StereoRoom room;
+  FrameProcessor processor(stereo(), "left/image", "left/camera_info");
+  processor.setOptions(ProcessorOptions());
+  const ImageWithInfo seen = room.input(0);
+  int images = 0;
+  const auto problem = [&](auto&& spoil) {
+    ImageWithInfo input = seen;
+    spoil(input);
+    auto image = boost::make_shared<sensor_msgs::Image>(*input.image);
+    image->header.stamp = ros::Time(200 + 0.1 * ++images);
+    input.image = image;
+    return processor.prepare(input)->depth_problem;
+  };
+  EXPECT_NE(problem([](ImageWithInfo& i) { i.right.reset(); }).find("no right image"), std::string::npos);
+  EXPECT_NE(problem([](ImageWithInfo& i) { i.right_info.reset(); }).find("right/camera_info"), std::string::npos);
+  EXPECT_NE(problem([&](ImageWithInfo& i) { i.right_info = room.info(0); }).find("no distance between"),
+            std::string::npos);
+  EXPECT_NE(problem([&](ImageWithInfo& i) { i.right_info = room.info(-0.1); }).find("exchanged"), std::string::npos);
+  EXPECT_NE(problem([&](ImageWithInfo& i) {
+              auto bent = room.info(kBaseline);
+              bent->D[0] = 0.1;
+              bent->R[0] = 2;
+              i.right_info = bent;
+            }).find("no rotation"),
+            std::string::npos);
+  EXPECT_EQ(problem([](ImageWithInfo&) {}), "");
+}
+
+}  // namespace
+}  // namespace gms_ransac
