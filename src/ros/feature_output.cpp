@@ -1,5 +1,7 @@
 #include "feature_output.h"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 #include <boost/make_shared.hpp>
@@ -13,84 +15,76 @@ constexpr uint32_t kPublisherQueue = 10;
 constexpr uint32_t kFloatIds = 1u << 24;
 
 std::vector<std::string> channelNames(FeatureLayout layout) {
-  if (layout == FeatureLayout::kVinsMono) return {"id", "u", "v", "velocity_x", "velocity_y"};
-  return {"id", "camera_id", "u", "v", "velocity_x", "velocity_y", "gx", "gy", "gz"};
+  switch (layout) {
+    case FeatureLayout::kVinsFusion:
+      return {"id", "camera_id", "u", "v", "velocity_x", "velocity_y", "gx", "gy", "gz"};
+    case FeatureLayout::kLviSam:
+      return {"id", "u", "v", "velocity_x", "velocity_y", "depth"};
+    default:
+      return {"id", "u", "v", "velocity_x", "velocity_y"};
+  }
+}
+
+/// Metres; -1: not known, as LVI-SAM has it.
+float depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
+  const cv::Point at(cvRound(pixel.x), cvRound(pixel.y));
+  if (depth.empty() || !cv::Rect(cv::Point(), depth.size()).contains(at)) return -1;
+  const float metres = depth.at<float>(at);
+  return std::isfinite(metres) && metres > 0 ? metres : -1;
+}
+
+FeatureAges agesOf(const std::vector<Feature>& features) {
+  std::vector<double> ages;
+  for (const Feature& feature : features) ages.push_back(feature.age);
+  std::sort(ages.begin(), ages.end());
+  return ages.empty() ? FeatureAges() : FeatureAges{ages[ages.size() / 2], ages[ages.size() * 9 / 10]};
 }
 
 }  // namespace
 
-FeatureOutput::FeatureOutput(ros::NodeHandle& outputs, FeatureLayout layout,
-                             const ros::SubscriberStatusCallback& listeners_changed)
-    : layout_(layout),
-      publisher_(outputs.advertise<sensor_msgs::PointCloud>("features", kPublisherQueue, listeners_changed,
-                                                            listeners_changed)) {}
-
-void FeatureOutput::publish(const ProcessedFrame& processed, const TrackSelectorOptions& options) {
-  auto cloud = boost::make_shared<sensor_msgs::PointCloud>();
-  cloud->header = processed.current->header;
-  const std::vector<std::string> names = channelNames(layout_);
-  cloud->channels.resize(names.size());
-  for (size_t c = 0; c < names.size(); ++c) cloud->channels[c].name = names[c];
-  for (const Feature& feature : selectFeatures(processed, options)) {
+sensor_msgs::PointCloud featureMessage(const PreparedFrame& current, const std::vector<Feature>& features,
+                                       FeatureLayout layout) {
+  sensor_msgs::PointCloud cloud;
+  cloud.header = current.header;
+  const std::vector<std::string> names = channelNames(layout);
+  cloud.channels.resize(names.size());
+  for (size_t c = 0; c < names.size(); ++c) cloud.channels[c].name = names[c];
+  for (const Feature& feature : features) {
     geometry_msgs::Point32 p;
     p.x = static_cast<float>(feature.ray.x());
     p.y = static_cast<float>(feature.ray.y());
     p.z = 1;
-    cloud->points.push_back(p);
+    cloud.points.push_back(p);
     std::vector<float> values = {static_cast<float>(feature.id % kFloatIds), feature.pixel.x, feature.pixel.y,
                                  static_cast<float>(feature.velocity.x()), static_cast<float>(feature.velocity.y())};
-    if (layout_ == FeatureLayout::kVinsFusion) {
+    if (layout == FeatureLayout::kLviSam) values.push_back(depthAt(current.depth, feature.pixel));
+    if (layout == FeatureLayout::kVinsFusion) {
       values.insert(values.begin() + 1, 0.f);
       values.resize(names.size(), 0.f);
     }
-    for (size_t c = 0; c < values.size(); ++c) cloud->channels[c].values.push_back(values[c]);
+    for (size_t c = 0; c < values.size(); ++c) cloud.channels[c].values.push_back(values[c]);
   }
-  publisher_.publish(cloud);
+  return cloud;
 }
 
-std::vector<FeatureOutput::Feature> FeatureOutput::selectFeatures(const ProcessedFrame& processed,
-                                                                  const TrackSelectorOptions& options) {
-  const MatchResult& result = *processed.result;
-  std::vector<TrackedPoint> points;
-  std::vector<int> match;
-  for (size_t i = 0; i < result.matches.size(); ++i) {
-    const uint32_t id = (*processed.track_ids)[i];
-    if (id == 0) continue;
-    const cv::Point2f& pixel = processed.current->frame.features.keypoints[result.matches[i].current].pt;
-    points.push_back({id, (*processed.track_lengths)[i], pixel});
-    match.push_back(static_cast<int>(i));
-  }
-  std::vector<Feature> features;
-  std::unordered_map<uint32_t, Eigen::Vector2d> rays;
-  for (const int i : selector_.select(points, processed.current->frame.features.image_size, options)) {
-    const TrackedPoint& point = points[i];
-    const Eigen::Vector2d ray = rayOf(processed.current->camera->camera, point.current);
-    features.push_back({point.id, point.current, ray, velocity(processed, match[i], point.id, ray)});
-    rays.emplace(point.id, ray);
-  }
-  last_rays_.swap(rays);
-  last_stamp_ = processed.current->stamp();
-  return features;
-}
+FeatureOutput::FeatureOutput(ros::NodeHandle& outputs, const Parameters& parameters,
+                             const ros::SubscriberStatusCallback& listeners_changed)
+    : layout_(parameters.feature_layout),
+      publisher_(outputs.advertise<sensor_msgs::PointCloud>("features", kPublisherQueue, listeners_changed,
+                                                            listeners_changed)),
+      stream_(parameters.input) {}
 
-Eigen::Vector2d FeatureOutput::velocity(const ProcessedFrame& processed, int match, uint32_t id,
-                                        const Eigen::Vector2d& ray) const {
-  const auto last = last_rays_.find(id);
-  const double reference_stamp = processed.reference->stamp();
-  Eigen::Vector2d before;
-  double seconds;
-  if (last != last_rays_.end()) {
-    before = last->second;
-    seconds = processed.current->stamp() - last_stamp_;
-  } else if (last_rays_.empty() || reference_stamp >= last_stamp_) {
-    const int keypoint = processed.result->matches[match].reference;
-    before = rayOf(processed.current->camera->camera, processed.reference->frame.features.keypoints[keypoint].pt);
-    seconds = processed.current->stamp() - reference_stamp;
-  } else {
-    // Over a reference that is held longer it would be an average; VINS's own tracker says 0 of new features, too.
-    return Eigen::Vector2d::Zero();
+void FeatureOutput::publish(const ProcessedFrame& processed, const FeatureOptions& options) {
+  if (listeners() == 0) {
+    stream_.reset();
+    ages_ = FeatureAges();
+    return;
   }
-  return seconds > 0 ? Eigen::Vector2d((ray - before) / seconds) : Eigen::Vector2d::Zero();
+  const auto features = stream_.next(processed, options);
+  if (!features) return;
+  ages_ = agesOf(*features);
+  publisher_.publish(
+      boost::make_shared<sensor_msgs::PointCloud>(featureMessage(*processed.current, *features, layout_)));
 }
 
 }  // namespace gms_ransac

@@ -1,46 +1,42 @@
-// ~features: the tracked inliers as VINS-Mono and VINS-Fusion take them.
+// ~features: what FeatureStream chose, in the layouts that estimators read.
 #pragma once
 
-#include <unordered_map>
 #include <vector>
 
 #include <ros/node_handle.h>
 #include <sensor_msgs/PointCloud.h>
-#include <Eigen/Core>
 
-#include "frame_processor.h"
-#include "gms_ransac/track_selector.h"
+#include "feature_stream.h"
 
 namespace gms_ransac {
 
-/// Layouts: VINS-Mono has 5 channels (id, u, v, and the velocity of x, y), VINS-Fusion 9 (id, camera id, u, v,
-/// velocity, and three that it reads but does not need). Points are the current, ideal (x, y, 1); u, v are its received
-/// pixels.
+/// Points are the current, ideal (x, y, 1); u, v their received pixels. The channels of a layout, in its order:
+/// VINS-Mono id, u, v and the velocity of x, y; LVI-SAM these and the depth, metres along the optical axis, -1 where it
+/// is not known; VINS-Fusion id, camera id, u, v, velocity and three that it reads but does not need.
+sensor_msgs::PointCloud featureMessage(const PreparedFrame& current, const std::vector<Feature>& features,
+                                       FeatureLayout layout);
+
+/// How long the features of the last message have been sent, seconds.
+struct FeatureAges {
+  double median = 0, p90 = 0;
+};
+
 class FeatureOutput {
  public:
-  FeatureOutput(ros::NodeHandle& outputs, FeatureLayout layout, const ros::SubscriberStatusCallback& listeners_changed);
+  FeatureOutput(ros::NodeHandle& outputs, const Parameters& parameters,
+                const ros::SubscriberStatusCallback& listeners_changed);
 
   int listeners() const { return static_cast<int>(publisher_.getNumSubscribers()); }
-  /// The frame must have inliers and a calibrated camera.
-  void publish(const ProcessedFrame& processed, const TrackSelectorOptions& options);
-  /// The stamps no longer go on from those before.
-  void forgetStamps() { last_rays_.clear(); }
+  /// For every image, whether anyone listens or not.
+  void publish(const ProcessedFrame& processed, const FeatureOptions& options);
+  /// Zero while nobody listens.
+  const FeatureAges& ages() const { return ages_; }
 
  private:
-  struct Feature {
-    uint32_t id;
-    cv::Point2f pixel;
-    Eigen::Vector2d ray;       ///< x, y at depth 1
-    Eigen::Vector2d velocity;  ///< of the ray, 1/s
-  };
-  std::vector<Feature> selectFeatures(const ProcessedFrame& processed, const TrackSelectorOptions& options);
-  Eigen::Vector2d velocity(const ProcessedFrame& processed, int match, uint32_t id, const Eigen::Vector2d& ray) const;
-
   const FeatureLayout layout_;
   ros::Publisher publisher_;
-  TrackSelector selector_;
-  std::unordered_map<uint32_t, Eigen::Vector2d> last_rays_;  ///< of the last message
-  double last_stamp_ = 0;
+  FeatureStream stream_;
+  FeatureAges ages_;
 };
 
 }  // namespace gms_ransac

@@ -41,6 +41,18 @@ void appendMatch(const ProcessedFrame& processed, size_t i, Correspondences& mes
   message.current_sigma.push_back(static_cast<float>(result.robust.sigma(to.octave, current.scale_factor)));
 }
 
+/// Sets both fields to quantiles of the lengths of what is followed.
+void summarize(const std::vector<uint16_t>& track_lengths, MatchStats& message) {
+  std::vector<uint16_t> lengths;
+  for (const uint16_t length : track_lengths) {
+    if (length > 0) lengths.push_back(length);
+  }
+  if (lengths.empty()) return;
+  std::sort(lengths.begin(), lengths.end());
+  message.track_length_median = lengths[lengths.size() / 2];
+  message.track_length_p90 = lengths[lengths.size() * 9 / 10];
+}
+
 }  // namespace
 
 void toMessage(const ProcessedFrame& processed, bool with_rejected, Correspondences& message) {
@@ -91,6 +103,7 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
     message.time_gms = static_cast<float>(result.times.gms);
     message.time_ransac = static_cast<float>(result.times.ransac);
   }
+  if (processed.track_lengths != nullptr) summarize(*processed.track_lengths, message);
   message.time_total =
       message.time_convert + message.time_detect + message.time_match + message.time_gms + message.time_ransac;
   message.frames_received = counters.received;

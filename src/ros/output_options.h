@@ -1,7 +1,7 @@
 // What of the outputs can change at run time.
 #pragma once
 
-#include "gms_ransac/track_selector.h"
+#include "feature_stream.h"
 
 namespace gms_ransac {
 
@@ -9,7 +9,7 @@ struct OutputOptions {
   bool publish_rejected = false;
   bool publish_relative_tf = true;
   bool publish_odom_tf = false;
-  TrackSelectorOptions features;
+  FeatureOptions features;
 };
 
 }  // namespace gms_ransac

@@ -80,6 +80,8 @@ MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const Frame
   guarded([&] { publishMotion(processed, options); }, report);
   auto stats = boost::make_shared<MatchStats>();
   toMessage(processed, counters, *stats);
+  stats->feature_age_median = static_cast<float>(points_->featureAges().median);
+  stats->feature_age_p90 = static_cast<float>(points_->featureAges().p90);
   // In floating point: ros::Duration throws where stamp and clock are 68 years apart.
   stats->latency = static_cast<float>(ros::Time::now().toSec() - processed.current->header.stamp.toSec());
   stats_.publish(stats);

@@ -18,7 +18,7 @@ enum class CameraInfoSync { kLatest, kExact };
 enum class MaskSync { kLatest, kExact };
 enum class Rectified { kAuto, kTrue, kFalse };
 
-enum class FeatureLayout { kVinsMono, kVinsFusion };
+enum class FeatureLayout { kVinsMono, kVinsFusion, kLviSam };
 enum class InputKind { kStream, kPair, kStereo };
 
 /// Read once from the private namespace. What each means, its range and its default: cfg/parameters.py.

@@ -132,7 +132,7 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
 
 PointOutputs::PointOutputs(ros::NodeHandle& outputs, const Parameters& parameters,
                            const ros::SubscriberStatusCallback& changed)
-    : features_(outputs, parameters.feature_layout, changed) {
+    : features_(outputs, parameters, changed) {
   points_ = outputs.advertise<sensor_msgs::PointCloud2>("inlier_points", kPublisherQueue, changed, changed);
   markers_ = outputs.advertise<visualization_msgs::MarkerArray>("match_markers", kPublisherQueue, changed, changed);
 }
@@ -141,11 +141,10 @@ int PointOutputs::listeners() const {
   return features_.listeners() + static_cast<int>(points_.getNumSubscribers() + markers_.getNumSubscribers());
 }
 
-void PointOutputs::publish(const ProcessedFrame& processed, const TrackSelectorOptions& features) {
-  if (processed.continuity != Continuity::kContinuous) features_.forgetStamps();
+void PointOutputs::publish(const ProcessedFrame& processed, const FeatureOptions& features) {
+  features_.publish(processed, features);
   if (processed.result == nullptr || processed.result->inliers == 0 || !processed.current->camera->camera.calibrated())
     return;
-  if (features_.listeners() > 0) features_.publish(processed, features);
   if (points_.getNumSubscribers() > 0 && processed.status == MatchStats::OK) {
     triangulateInliers(processed.reference->frame.features, processed.current->frame.features, *processed.result,
                        processed.current->camera->camera, triangulation_);

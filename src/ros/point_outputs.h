@@ -26,7 +26,8 @@ class PointOutputs {
                const ros::SubscriberStatusCallback& listeners_changed);
 
   int listeners() const;
-  void publish(const ProcessedFrame& processed, const TrackSelectorOptions& features);
+  const FeatureAges& featureAges() const { return features_.ages(); }
+  void publish(const ProcessedFrame& processed, const FeatureOptions& features);
 
  private:
   FeatureOutput features_;

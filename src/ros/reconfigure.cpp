@@ -49,7 +49,7 @@ RuntimeOptions runtimeOptions(const MatchFilterConfig& config, int threads) {
   options.outputs.publish_rejected = config.publish_rejected;
   options.outputs.publish_relative_tf = config.publish_relative_tf;
   options.outputs.publish_odom_tf = config.publish_odom_tf;
-  options.outputs.features = {config.feature_limit, config.feature_distance};
+  options.outputs.features = {{config.feature_limit, config.feature_distance}, config.feature_rate};
   return options;
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Track ids, features in both VINS layouts, triangulated points, markers, scale, pairs, services and diagnostics."""
+"""Track ids, triangulated points, markers, scale, pairs, services and diagnostics."""
 import unittest
 
 import numpy as np
@@ -11,7 +11,7 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, TwistWithCovarianceStam
 from gms_ransac.msg import Keypoints, MatchStats, StereoFeatures
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
-from sensor_msgs.msg import CameraInfo, Image, PointCloud, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
@@ -19,16 +19,6 @@ from visualization_msgs.msg import MarkerArray
 from graph import Client, K, Scene, camera_info, degrees_between, image_message, vector
 
 STEP = np.array((0.15, 0.05, 0.0))
-
-
-def ids_that_came_back(clouds):
-    """How many features of each message were in an earlier one, but not in the one before it."""
-    ever, last, counts = set(), set(), []
-    for cloud in clouds:
-        ids = set(cloud.channels[0].values)
-        counts.append(len((ids & ever) - last))
-        ever, last = ever | ids, ids
-    return counts
 
 
 class Outputs(unittest.TestCase):
@@ -78,63 +68,6 @@ class Outputs(unittest.TestCase):
             self.assertTrue(np.all(reference > 0) and np.all(current > 0))
             self.assertTrue(0.05 < np.median(current) < 1, "noise of a drawn scene")
             self.assertGreater(reference.max() / reference.min(), 1.1, "coarse levels are less accurate")
-
-    def check_features(self, name, names):
-        client, clouds = self.client(name), []
-        client.subscribe("features", PointCloud, clouds)
-        pairs = self.send_all(client.connect(), 200.0)
-        client.wait(lambda: len(clouds) == len(pairs), "features of every pair")
-        self.assertEqual(sum(ids_that_came_back(clouds)), 0)
-        for cloud, pair in zip(clouds, pairs):
-            self.assertEqual([c.name for c in cloud.channels], names)
-            columns = {c.name: np.array(c.values) for c in cloud.channels}
-            for values in columns.values():
-                self.assertEqual(len(values), len(cloud.points))
-            column_of = {track: i for i, track in enumerate(pair.track_id) if track}
-            at = [column_of[track] for track in columns["id"]]
-            pixels, before = np.reshape(pair.current_points, (-1, 2))[at], np.reshape(pair.reference_points, (-1, 2))[at]
-            self.assertTrue(np.allclose(np.column_stack([columns["u"], columns["v"]]), pixels))
-            self.assertTrue(100 < len(pixels) <= 220, "~feature_limit")
-            apart = np.linalg.norm(pixels[:, None] - pixels, axis=2) + 1e3 * np.eye(len(pixels))
-            self.assertGreaterEqual(apart.min(), 15, "~feature_distance")
-            points = np.array([(p.x, p.y, p.z) for p in cloud.points])
-            self.assertTrue(np.all(points[:, 2] == 1), "VINS-Mono stops when z is not exactly 1")
-            ideal = (pixels - K[:2, 2]) / K[0, 0]
-            self.assertTrue(np.allclose(points[:, :2], ideal, atol=1e-5))
-            velocity = np.column_stack([columns["velocity_x"], columns["velocity_y"]])
-            self.assertTrue(np.allclose(velocity, (pixels - before) / K[0, 0] / 0.1, atol=1e-3))
-        return clouds
-
-    def test_features_while_the_reference_is_held(self):
-        """Turning on the spot, in noise that hides a feature now and then."""
-        client, clouds, noise = self.client("mono"), [], np.random.RandomState(0)
-        client.subscribe("features", PointCloud, clouds)
-        client.connect()
-        for i in range(20):
-            picture = self.scene.draw(r=(0, 0.002 * i, 0)) + noise.normal(0, 8, self.frames[0].shape)
-            answer = client.ask(np.clip(picture, 0, 255).astype(np.uint8), 900 + 0.04 * i)
-        self.assertEqual(answer.status, MatchStats.LOW_PARALLAX, answer.status_text)
-        client.wait(lambda: len(clouds) == 19, "features of every pair")
-        references = {m.reference_header.stamp for m in client.correspondences}
-        self.assertLess(len(references), 8, "the reference is held")
-        self.assertEqual(sum(ids_that_came_back(clouds)), 0)
-        for before, cloud in zip(clouds, clouds[1:]):
-            self.assertLessEqual(len(cloud.points), 220)
-            rays = {i: (p.x, p.y) for i, p in zip(before.channels[0].values, before.points)}
-            seconds = (cloud.header.stamp - before.header.stamp).to_sec()
-            stay = [k for k, i in enumerate(cloud.channels[0].values) if i in rays]
-            self.assertGreater(len(stay), 100)
-            for k in stay:
-                ray = np.array((cloud.points[k].x, cloud.points[k].y))
-                velocity = [cloud.channels[c].values[k] for c in (3, 4)]
-                self.assertTrue(np.allclose(velocity, (ray - rays[cloud.channels[0].values[k]]) / seconds, atol=1e-3))
-
-    def test_features_for_vins_mono(self):
-        self.check_features("mono", ["id", "u", "v", "velocity_x", "velocity_y"])
-
-    def test_features_for_vins_fusion(self):
-        clouds = self.check_features("fusion", ["id", "camera_id", "u", "v", "velocity_x", "velocity_y", "gx", "gy", "gz"])
-        self.assertEqual(set(clouds[-1].channels[1].values), {0.0})
 
     def test_points_lie_on_the_boards(self):
         client, clouds, markers = self.client("fusion"), [], []

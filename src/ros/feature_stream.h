@@ -1,0 +1,64 @@
+// Which features ~features sends, and when: at most so many messages a second, with tracks that span them.
+#pragma once
+
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "frame_processor.h"
+#include "gms_ransac/track_follower.h"
+#include "gms_ransac/track_selector.h"
+
+namespace gms_ransac {
+
+struct FeatureOptions {
+  TrackSelectorOptions selection;
+  double rate = 10;  ///< messages a second at most; 0: one for every image
+};
+
+struct Feature {
+  uint32_t id = 0;           ///< that of ~correspondences when it was first sent
+  cv::Point2f pixel;         ///< of the received image
+  Eigen::Vector2d ray;       ///< x, y at depth 1
+  Eigen::Vector2d velocity;  ///< of the ray since the last message, or since the pair's reference, 1/s
+  double age = 0;            ///< seconds since it was first sent
+};
+
+/// Made of the answers to all images, one after another; asked of none, it costs nothing.
+class FeatureStream {
+ public:
+  explicit FeatureStream(InputKind input) : input_(input) {}
+
+  /// What is to be sent with this image, in order of preference; nothing: no message is due, or there is nothing that
+  /// could be sent.
+  std::optional<std::vector<Feature>> next(const ProcessedFrame& processed, const FeatureOptions& options);
+  /// Nothing is followed any more.
+  void reset();
+
+ private:
+  struct Sent {
+    Eigen::Vector2d ray;
+    double first_stamp;
+  };
+
+  /// Whether a message goes with an image of this stamp.
+  bool due(double stamp, double rate) const;
+  void scheduleAfter(double stamp, double rate);
+  /// The inliers that carry an id, with their pixels in the current image; fills `match_of_`.
+  const std::vector<TrackedPoint>& matchedPoints(const ProcessedFrame& processed);
+  Feature describe(const ProcessedFrame& processed, const TrackedPoint& point) const;
+  Eigen::Vector2d velocityInPair(const ProcessedFrame& processed, uint32_t id, const Eigen::Vector2d& ray) const;
+
+  const InputKind input_;
+  TrackFollower follower_;
+  TrackSelector selector_;
+  std::vector<TrackedPoint> matched_;
+  std::unordered_map<uint32_t, int> match_of_;  ///< index of the match by id
+  std::unordered_map<uint32_t, Sent> sent_;     ///< with the last message
+  std::optional<double> next_stamp_;            ///< from which on the next message is due
+  double last_stamp_ = 0;                       ///< of the last message
+};
+
+}  // namespace gms_ransac

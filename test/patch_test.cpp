@@ -1,0 +1,123 @@
+// Where a patch is found again, against images whose every pixel is known exactly.
+#include "tracks/patch.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <Eigen/LU>
+
+#include "random.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr int kWidth = 120, kHeight = 100;
+constexpr double kSpread = 3.4641;  // width of a uniform distribution of standard deviation 1
+
+/// A smooth texture, defined between the pixels, too.
+float texture(const Eigen::Vector2f& p) {
+  return 128 + 40 * std::sin(0.45F * p.x() + 0.2F * p.y()) + 35 * std::cos(0.5F * p.y() - 0.15F * p.x()) +
+         20 * std::sin(0.23F * p.x() * std::cos(0.05F * p.y()));
+}
+
+/// What is at d from `from` in the texture is at `to.centre` + `to.shape` d here, times `gain` plus `offset`.
+cv::Mat view(const Eigen::Vector2f& from, const PatchPlace& to, float gain = 1, float offset = 0, double noise = 0) {
+  cv::Mat image(kHeight, kWidth, CV_8UC1);
+  const Eigen::Matrix2f back = to.shape.inverse();
+  Random random(7);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const Eigen::Vector2f here(static_cast<float>(x), static_cast<float>(y));
+      const double value =
+          gain * texture(from + back * (here - to.centre)) + offset + noise * kSpread * (random.uniform() - 0.5);
+      image.at<uint8_t>(y, x) = cv::saturate_cast<uint8_t>(value);
+    }
+  }
+  return image;
+}
+
+class PatchTest : public testing::Test {
+ protected:
+  const Eigen::Vector2f centre_{52.3F, 47.8F};
+
+  Patch taken(double noise = 0) const {
+    Patch patch;
+    PatchPlace identity;
+    identity.centre = centre_;
+    EXPECT_TRUE(patch.take(view(centre_, identity, 1, 0, noise), centre_));
+    return patch;
+  }
+};
+
+TEST_F(PatchTest, IsFoundToAHundredthOfAPixel) {
+  const Patch patch = taken();
+  for (const float shift : {0.F, 0.25F, -0.5F, 1.7F}) {
+    PatchPlace truth, guess;
+    truth.centre = centre_ + Eigen::Vector2f(shift, -0.6F * shift);
+    guess.centre = centre_;
+    const auto found = patch.find(view(centre_, truth), guess, 3);
+    ASSERT_TRUE(found);
+    EXPECT_LT((found->centre - truth.centre).norm(), 0.02) << shift;
+  }
+}
+
+TEST_F(PatchTest, IsFoundTurnedLeaningAndBrighter) {
+  const Patch patch = taken();
+  PatchPlace truth, guess;
+  truth.centre = centre_ + Eigen::Vector2f(0.8F, 0.5F);
+  truth.shape << 1.1F, -0.12F, 0.15F, 0.95F;
+  guess.centre = centre_;
+  const auto found = patch.find(view(centre_, truth, 0.7F, 30), guess, 3);
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->centre - truth.centre).norm(), 0.03);
+  EXPECT_LT((found->shape - truth.shape).norm(), 0.02);
+}
+
+TEST_F(PatchTest, NoiseMovesItByLittle) {
+  const Patch patch = taken(3);
+  PatchPlace truth, guess;
+  truth.centre = centre_ + Eigen::Vector2f(-0.7F, 0.4F);
+  guess.centre = centre_;
+  const auto found = patch.find(view(centre_, truth, 1, 0, 3), guess, 3);
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->centre - truth.centre).norm(), 0.1);
+}
+
+TEST_F(PatchTest, IsNotFoundWhereItIsNot) {
+  const Patch patch = taken();
+  PatchPlace elsewhere, guess;
+  elsewhere.centre = centre_;
+  guess.centre = centre_;
+  EXPECT_FALSE(patch.find(view(centre_ + Eigen::Vector2f(400, 900), elsewhere), guess, 3));
+  EXPECT_FALSE(patch.find(cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(128)), guess, 3));
+}
+
+TEST_F(PatchTest, IsNotFoundFartherThanItsReach) {
+  const Patch patch = taken();
+  PatchPlace truth, guess;
+  truth.centre = centre_ + Eigen::Vector2f(1.7F, 0);
+  guess.centre = centre_;
+  EXPECT_FALSE(patch.find(view(centre_, truth), guess, 1));
+}
+
+TEST_F(PatchTest, StaysWithinTheImage) {
+  PatchPlace identity;
+  identity.centre = centre_;
+  const cv::Mat image = view(centre_, identity);
+  Patch patch;
+  EXPECT_FALSE(patch.take(image, {3, 50}));
+  EXPECT_FALSE(patch.take(image, {60, kHeight - 4}));
+  EXPECT_FALSE(patch.take(image, {NAN, 50}));
+  PatchPlace guess;
+  guess.centre = Eigen::Vector2f(kWidth - 4, 50);
+  EXPECT_FALSE(taken().find(image, guess, 3));
+  guess.centre.x() = NAN;
+  EXPECT_FALSE(taken().find(image, guess, 3));
+}
+
+TEST(Patch, OfAPlainImageIsOfNoUse) {
+  EXPECT_FALSE(Patch().take(cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(90)), {50, 50}));
+}
+
+}  // namespace
+}  // namespace gms_ransac
