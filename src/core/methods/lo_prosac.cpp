@@ -74,6 +74,8 @@ class LoProsac : public RansacMethod {
     if (had_previous) offer(previous_);
     offerStarts();
     ransac_.search(sampler_);
+    Hypothesis proposal;
+    if (proposeFromPrior(proposal)) ransac_.offer(proposal);
     if (!ransac_.found()) return;
     offerOtherPlaneMotion(model);
 

@@ -55,6 +55,16 @@ void RansacMethod::search(Sampler& sampler, Verifier& verifier) {
   sampler.begin(task(points_.size(), options_.max_iterations));
   ransac_.begin(*model_, points_.view(), order_, verifier, {}, random_, result_->effort);
   ransac_.search(sampler);
+  Hypothesis proposal;
+  if (proposeFromPrior(proposal)) ransac_.offer(proposal);
+}
+
+bool RansacMethod::proposeFromPrior(Hypothesis& hypothesis) {
+  const std::optional<RotationPrior>& prior = pairs_->rotation_prior;
+  if (!prior || result_->model_type != ModelType::kEssential) return false;
+  hypothesis.pose = rotation_proposal_.find(kernels_, points_.view(), *prior, result_->effort.point_evaluations);
+  hypothesis.matrix = hypothesis.pose.essential();
+  return hypothesis.matrix.allFinite();
 }
 
 void RansacMethod::conclude() {

@@ -13,6 +13,7 @@
 #include "judgement/pose_recovery.h"
 #include "ransac/ordering.h"
 #include "ransac/ransac.h"
+#include "ransac/rotation_proposal.h"
 #include "two_view/fundamental_model.h"
 #include "two_view/homography_model.h"
 #include "two_view/pose_model.h"
@@ -33,6 +34,10 @@ class RansacMethod : public Method {
   void sort(std::optional<SortKey> key);
   /// RANSAC as in the textbook: samples in that order, every solution of theirs, no local optimisation.
   void search(Sampler& sampler, Verifier& verifier);
+  /// The motion with the rotation that another sensor tells; false where none does, or the model is no pose. It is
+  /// offered when the samples have had their say: what they find and when they stop does not depend on it, so a wrong
+  /// prior leaves the answer as it would have been.
+  bool proposeFromPrior(Hypothesis& hypothesis);
   /// What a sampler is told of a search among so many matches.
   SamplingTask task(int matches, int max_iterations) const;
   /// With the best hypothesis, if one was found: refinement if the options ask for it, final mask, acceptance, pose.
@@ -66,6 +71,7 @@ class RansacMethod : public Method {
 
   std::variant<std::monostate, EssentialModel, FundamentalModel, HomographyModel> model_storage_;
   Ordering ordering_;
+  RotationProposal rotation_proposal_;
   InlierAcceptance acceptance_;
   MatchNoise noise_;
   std::vector<float> residuals_;

@@ -28,6 +28,8 @@ class SubsetRansac : public UnfilteredMethod {
       drawSubset(size);
       searchSubset(std::max(1, options_.max_iterations / options_.subset_count));
     }
+    Hypothesis proposal;
+    if (proposeFromPrior(proposal)) compare(proposal);
     if (best_cost_ < std::numeric_limits<float>::infinity()) conclude(best_);
   }
 
@@ -51,12 +53,16 @@ class SubsetRansac : public UnfilteredMethod {
     ransac_.begin(*model_, points_.view(), subset_, verifier_, {}, random_, result_->effort);
     verifier_.begin(*model_, columns_.view(), subset_);
     ransac_.search(sampler_);
-    if (!ransac_.found()) return;
+    if (ransac_.found()) compare(ransac_.best());
+  }
+
+  /// On all matches.
+  void compare(const Hypothesis& hypothesis) {
     HypothesisScore score;
-    model_->score(points_.view(), ransac_.best(), std::numeric_limits<float>::max(), score,
+    model_->score(points_.view(), hypothesis, std::numeric_limits<float>::max(), score,
                   result_->effort.point_evaluations);
     if (score.cost >= best_cost_) return;
-    best_ = ransac_.best();
+    best_ = hypothesis;
     best_cost_ = score.cost;
   }
 
