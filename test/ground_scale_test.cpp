@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include <gtest/gtest.h>
+#include <opencv2/core.hpp>
 
 #include "datasets/dataset.h"
 #include "random.h"

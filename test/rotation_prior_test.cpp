@@ -186,7 +186,7 @@ TEST(RotationPrior, DISABLED_Table) {
                         {"turn and walk", 1, 0},
                         {"turn and walk, rolling shutter", 1, 0.5}};
   constexpr int kScenes = 100;
-  for (const double outliers : {0.3, 0.6}) {
+  for (const double outliers : {0.3, 0.6, 0.85}) {
     for (const Kind& kind : kinds) {
       for (const std::string method : {"lo_prosac", "cp_ransac"}) {
         for (const bool with : {false, true}) {
