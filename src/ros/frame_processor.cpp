@@ -96,9 +96,10 @@ std::string statusName(uint8_t status) {
 }
 
 FrameProcessor::FrameProcessor(const Parameters& parameters, const std::string& image_topic,
-                               const std::string& info_topic)
+                               const std::string& info_topic, std::shared_ptr<MotionPriors> priors)
     : image_topic_(image_topic),
       parameters_(parameters),
+      priors_(std::move(priors)),
       camera_source_(parameters, image_topic, info_topic),
       mask_source_(parameters) {}
 
@@ -315,9 +316,9 @@ void FrameProcessor::compare(ProcessedFrame& processed) {
   processed.result = &result_;
   const auto work = [&] {
     current_->filter->setCamera(current_->camera->camera);
-    current_->filter->filter(reference_->frame, current_->frame, result_);
+    const std::string without_prior = matchWithPriors();
     processed.status = static_cast<uint8_t>(result_.status);
-    processed.text = explain(result_.status, result_, *current_);
+    processed.text = explain(result_.status, result_, *current_) + without_prior;
     tracks_.link(result_);
     processed.track_ids = &tracks_.ids();
     processed.track_lengths = &tracks_.lengths();
@@ -332,11 +333,30 @@ void FrameProcessor::compare(ProcessedFrame& processed) {
   });
 }
 
+std::string FrameProcessor::matchWithPriors() {
+  std::string problem;
+  std::optional<RotationPrior> prior;
+  if (priors_) prior = priors_->rotation(reference_->header, current_->header, problem);
+  current_->filter->filter(reference_->frame, current_->frame, result_, prior ? &*prior : nullptr);
+  if (priors_ && result_.robust.pose_found) priors_->learn(result_.robust);
+  return problem.empty() ? problem : "; no rotation prior: " + problem;
+}
+
+void FrameProcessor::measureLength(ProcessedFrame& processed) {
+  std::string problem;
+  const PairSeen pair = {reference_->header, current_->header,         result_.robust,
+                         triangulation_,     current_->camera->camera, {reference_->grey, current_->grey}};
+  const ScaleEstimate length = priors_->length(pair, problem);
+  processed.metric_scale = length.features > 0 && processed.status == MatchStats::OK;
+  if (processed.metric_scale) processed.pose = withLength(processed.pose, length);
+  if (!problem.empty()) processed.text += "; no length: " + problem;
+}
+
 void FrameProcessor::finishPose(ProcessedFrame& processed) {
   if (!processed.poseValid()) return;
   processed.pose = result_.robust.pose;
   const Camera& camera = current_->camera->camera;
-  if (parameters_.scale == ScaleMode::kPropagate || parameters_.scale == ScaleMode::kDepth) {
+  if (parameters_.scale != ScaleMode::kUnit && parameters_.scale != ScaleMode::kFixed) {
     triangulateInliers(reference_->frame.features, current_->frame.features, result_, camera, triangulation_);
   }
   bool translation_known = processed.status == MatchStats::OK;
@@ -349,6 +369,8 @@ void FrameProcessor::finishPose(ProcessedFrame& processed) {
   } else if (parameters_.scale == ScaleMode::kPropagate) {
     propagator_.carryThroughTurn(triangulation_, result_);
     scale_updated_ = true;
+  } else if (priors_ && (parameters_.scale == ScaleMode::kOdometry || parameters_.scale == ScaleMode::kGround)) {
+    measureLength(processed);
   } else if (parameters_.scale == ScaleMode::kDepth) {
     const ScaleEstimate scale = poseFromDepth(triangulation_, reference_->frame.features, current_->frame.features,
                                               result_, camera, reference_->depth, current_->depth, processed.pose);

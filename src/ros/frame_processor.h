@@ -16,6 +16,7 @@
 #include "image_conversion.h"
 #include "image_with_info.h"
 #include "mask_source.h"
+#include "motion_priors.h"
 #include "publishable_pose.h"
 #include "stamp_watch.h"
 
@@ -83,7 +84,9 @@ struct ProcessorOptions {
 class FrameProcessor {
  public:
   /// Throws std::invalid_argument with a sentence when ~mask_file cannot be read.
-  FrameProcessor(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic);
+  /// `priors`: other sensors to ask; null: none.
+  FrameProcessor(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic,
+                 std::shared_ptr<MotionPriors> priors = nullptr);
 
   /// Takes effect with the next image. Throws std::invalid_argument and keeps the old options if these are wrong.
   void setOptions(const ProcessorOptions& options);
@@ -113,6 +116,10 @@ class FrameProcessor {
   /// `interval`: between this image and the one before.
   bool holdReference(const ProcessedFrame& processed, double interval);
   ProcessedFrame processPair(ProcessedFrame processed);
+  /// The comparison itself, with what other sensors say of it. Returns what is to be said of them; empty: nothing.
+  std::string matchWithPriors();
+  /// With a length that other sensors or the ground tell; says why there is none.
+  void measureLength(ProcessedFrame& processed);
   /// Fills the pose, and the length of its translation as ~scale says.
   void finishPose(ProcessedFrame& processed);
   /// The last gate: a pose that is not fit to publish becomes RANSAC_FAILED, with what is wrong with it.
@@ -127,6 +134,7 @@ class FrameProcessor {
 
   const std::string image_topic_;
   const Parameters parameters_;
+  const std::shared_ptr<MotionPriors> priors_;
 
   // prepare's
   ImageConverter converter_;

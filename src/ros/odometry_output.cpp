@@ -89,7 +89,7 @@ bool OdometryOutput::integrate(const ProcessedFrame& processed) {
   }
   PairMotion motion = {processed.pose, seconds, processed.status == MatchStats::OK, processed.reference_held,
                        processed.result->robust.median_parallax_px};
-  if (motion.translation_known && parameters_.scale == ScaleMode::kDepth && !processed.metric_scale) {
+  if (motion.translation_known && measuresMetres(parameters_.scale) && !processed.metric_scale) {
     motion.current_in_reference = withUsualLength(processed.pose);
     motion.translation_known = odometry_.step() > 0;
   }
