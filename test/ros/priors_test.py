@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""What other sensors say of the motion: a gyro that is right, mirrored or late, wheels that roll or slip, tf."""
+"""What other sensors say of the motion: a gyro that is right, mirrored or late, wheels that roll or slip, tf; and the
+ground, on a real road."""
+import os
 import unittest
 
 import cv2
@@ -13,7 +15,7 @@ from gms_ransac.msg import MatchStats
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from graph import Client, Scene, vector
+from graph import Client, Scene, camera_info, data_folder, vector
 
 PERIOD, STILL, MOVING = 1 / 30.0, 8, 36  # seconds; images before and while the camera moves
 RATE = 200.0  # Hz, of the gyro
@@ -180,6 +182,28 @@ class PriorsTest(unittest.TestCase):
             self.assertNotIn("no rotation prior", text)
         text = client.ask(self.frames[i + 3], self.stamp(self.times[i + 3]), frame="camera_t").status_text
         self.assertIn("no rotation prior: tf does not know camera_t in map", text)
+
+    def test_ground(self):
+        folder = data_folder("kitti_06")
+        if folder is None:
+            self.skipTest("no kitti_06")
+        with open(os.path.join(folder, "calib.txt")) as calibration:
+            P = np.array([float(x) for x in calibration.readline().split()[1:]]).reshape(3, 4)
+        truth = np.loadtxt(os.path.join(folder, "poses.txt")).reshape(-1, 3, 4)[:, :, 3]
+        client, poses = Client("ground", "ground/image", "ground/camera_info"), []
+        client.subscribe("relative_pose", PoseWithCovarianceStamped, poses)
+        client.connect()
+        count = 20
+        for i in range(count):
+            image = cv2.imread(os.path.join(folder, "image_0", "%06d.png" % i), cv2.IMREAD_GRAYSCALE)
+            info = camera_info(START + 0.1 * i, k=P[:, :3], size=image.shape[::-1])
+            text = client.ask(image, START + 0.1 * i, info=info).status_text
+            self.assertNotIn("no length", text)
+        client.wait(lambda: len(poses) >= count - 1, "poses")
+        lengths = np.array([np.linalg.norm(vector(p.pose.pose.position)) for p in poses])
+        errors = lengths / np.linalg.norm(np.diff(truth[:count], axis=0), axis=1) - 1
+        self.assertLess(np.median(np.abs(errors)), 0.05)
+        self.assertLess(np.abs(errors).max(), 0.12)
 
 
 if __name__ == "__main__":
