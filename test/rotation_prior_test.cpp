@@ -1,8 +1,9 @@
 // A rotation from another sensor as a proposal: it helps where it is right, and costs nothing where it is wrong.
 #include "gms_ransac/rotation_prior.h"
 
-#include <chrono>
+#include <algorithm>
 #include <cstdio>
+#include <ctime>
 
 #include <gtest/gtest.h>
 
@@ -186,7 +187,7 @@ TEST(RotationPrior, DISABLED_Table) {
                         {"turn and walk", 1, 0},
                         {"turn and walk, rolling shutter", 1, 0.5}};
   constexpr int kScenes = 100;
-  for (const double outliers : {0.3, 0.6, 0.85}) {
+  for (const double outliers : {0.3, 0.6}) {
     for (const Kind& kind : kinds) {
       for (const std::string method : {"lo_prosac", "cp_ransac"}) {
         for (const bool with : {false, true}) {
@@ -208,9 +209,9 @@ TEST(RotationPrior, DISABLED_Table) {
             if (with) pairs.rotation_prior = priorOf(scene, noise);
             const auto estimator = makeEstimator(method, {});
             RobustResult result;
-            const auto start = std::chrono::steady_clock::now();
+            const std::clock_t start = std::clock();
             estimator->estimate(pairs, scene.camera, result);
-            seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            seconds += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
             const PoseErrors errors = result.pose_found ? poseErrors(result, scene) : PoseErrors{180, 180};
             rotation.push_back(errors.rotation);
             if (kind.translation == 1) direction.push_back(errors.direction);

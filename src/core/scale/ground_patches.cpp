@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Geometry>
 #include <opencv2/imgproc.hpp>
 
 namespace gms_ransac {
@@ -15,6 +16,9 @@ constexpr int kStep = 2, kApart = 18;
 // scores.
 constexpr int kMostPatches = 240, kMostScored = 80;
 constexpr double kSmoothing = 1.2;
+// Ground farther to the side of the way than so many heights of the camera may be another: gutters, kerbs, grass. On
+// kitti_06 the median error of lengths between neighbouring images falls from 4.4 % to 0.8 % by leaving it out.
+constexpr double kAside = 1.5;
 // Grey levels of contrast below which a patch is noise.
 constexpr float kContrast = 1.5f;
 // Correlation above which a patch lies on the plane.
@@ -54,6 +58,7 @@ void GroundPatches::set(const cv::Mat& reference, const cv::Mat& current, const 
   smooth(reference, reference_);
   smooth(current, current_);
   const CameraIntrinsics& k = camera.intrinsics();
+  const Eigen::Vector3d sideways = down.cross(R_.transpose() * t_).normalized();
   constexpr int kMargin = kStep * (kSide / 2) + 1;
   // Half of the image is below the horizon, or about that.
   const int apart = std::max(kApart, static_cast<int>(std::sqrt(0.5 * current.cols * current.rows / kMostPatches)));
@@ -61,7 +66,7 @@ void GroundPatches::set(const cv::Mat& reference, const cv::Mat& current, const 
   for (int y = current.rows - 1 - kMargin; y >= kMargin; y -= apart) {
     for (int x = kMargin; x + kMargin < current.cols; x += apart) {
       const Eigen::Vector3d ray((x - k.cx) / k.fx, (y - k.cy) / k.fy, 1);
-      if (down.dot(ray) < smallest_dip * ray.norm()) continue;
+      if (down.dot(ray) < smallest_dip * ray.norm() || std::abs(sideways.dot(ray)) > kAside * down.dot(ray)) continue;
       if (cut(current_, camera, x, y, patch)) patches_.push_back(patch);
     }
   }

@@ -38,7 +38,7 @@ constexpr double kMinimumShare = 0.2;
 constexpr double kLargestSigma = 0.15;
 // Standard deviation of the camera's height above the plane that fits best, as a share of it: springs, and roads that
 // are no planes. What kitti_06 has (doc/priors.md).
-constexpr double kHeightSigma = 0.035;
+constexpr double kHeightSigma = 0.015;
 
 /// Sine of the angle between the translation and a ray: how much of the baseline moves that point in the image.
 double sineToBaseline(const Vector3d& t, const Vector3d& ray) { return t.cross(ray).norm() / ray.norm(); }
