@@ -70,10 +70,24 @@ GROUPS = [
     ]),
     Group("scale", "scale of the translation", False, [
         Row("scale", "unit", "Length of the translations: 1, direction only; carried from pair to pair through features seen "
-            "three times; metres from a registered depth/image; fixed_scale metres",
-            choices=("unit", "propagate", "depth", "fixed"), field="scale", enum="ScaleMode"),
+            "three times; metres from a registered depth/image; fixed_scale metres; metres from prior_odom (nav_msgs/Odometry); metres "
+            "from the ground that camera_height is above", choices=("unit", "propagate", "depth", "fixed", "odometry", "ground"),
+            field="scale", enum="ScaleMode"),
         Row("fixed_scale", 1.0, "Length of every translation with scale fixed, metres", range=(1e-6, 1e6), unit="metres",
             field="fixed_scale"),
+        Row("camera_height", 0.0, "Of the camera above the ground with scale ground, metres; with base_frame the ground's normal "
+            "is its z axis", range=(0.0, 1000.0), unit="metres", field="camera_height"),
+    ]),
+    Group("priors", "what other sensors say of the motion", False, [
+        Row("rotation_prior", "none", "Who says how the camera turned: imu (sensor_msgs/Imu), tf (the camera in prior_frame) or "
+            "odom (prior_odom, nav_msgs/Odometry). A proposal and a check; it never enters the pose",
+            choices=("none", "imu", "tf", "odom"), field="rotation_prior", enum="RotationPriorKind"),
+        Row("imu_frame", "", "Frame of the gyro's axes; empty: that of the messages. Its place on the camera must be in tf",
+            unit="a frame", field="imu_frame"),
+        Row("prior_frame", "", "Fixed frame in which tf knows the camera, with rotation_prior tf", unit="a frame",
+            field="prior_frame"),
+        Row("image_time_offset", 0.0, "Seconds added to the images' stamps when another sensor is asked; diagnostics estimate it",
+            range=(-1.0, 1.0), unit="seconds", field="image_time_offset"),
     ]),
     Group("frames", "frames and messages", False, [
         Row("odom_frame", "odom", "Parent frame of ~odom", unit="a frame", field="odom_frame"),

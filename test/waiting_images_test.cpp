@@ -149,6 +149,35 @@ TEST_F(WaitForMask, ImagesWaitAgainWhereTheStampsGoBack) {
   EXPECT_EQ(bench.mask(2).out(), "200m200");
 }
 
+TEST(WaitForSensors, ButNotForLong) {
+  double reached = 0;
+  WaitingOptions options;
+  options.sensors_reach = [&](const std_msgs::Header& image) { return image.stamp.toSec() <= reached; };
+  options.sensor_patience = 0.2;
+  options.capacity = 3;
+  Bench bench(options);
+  EXPECT_EQ(bench.image(1).wait(0.1).out(), "");
+  reached = 1;
+  EXPECT_EQ(bench.wait(0).out(), "100");
+  EXPECT_EQ(bench.image(2).wait(0.1).image(3).wait(0.15).out(), "200 300") << "what follows one in vain does not wait";
+  EXPECT_TRUE(bench->gaveUpSensors());
+  EXPECT_EQ(bench.wait(1).image(4).out(), "400");
+  reached = 4;  // within the patience of image 4: late no more
+  EXPECT_EQ(bench.wait(0.1).image(5).out(), "");
+  EXPECT_FALSE(bench->gaveUpSensors());
+  reached = 5;
+  EXPECT_EQ(bench.wait(0.1).out(), "500");
+}
+
+TEST(WaitForSensors, WithoutPilingUp) {
+  WaitingOptions options;
+  options.sensors_reach = [](const std_msgs::Header&) { return false; };
+  options.capacity = 2;
+  Bench bench(options);
+  EXPECT_EQ(bench.image(1).image(2).out(), "");
+  EXPECT_EQ(bench.image(3).out(), "100 200 300");
+}
+
 TEST_F(WaitForCameraInfo, ImagesAreForgottenOnRequest) {
   bench.image(1)->clear();
   EXPECT_EQ(bench.info().out(), "");

@@ -13,7 +13,12 @@
 
 namespace gms_ransac {
 
-enum class ScaleMode { kUnit, kPropagate, kDepth, kFixed };
+enum class ScaleMode { kUnit, kPropagate, kDepth, kFixed, kOdometry, kGround };
+
+/// Whether lengths are in metres once they are known, which is not so for every pair.
+inline bool measuresMetres(ScaleMode mode) {
+  return mode == ScaleMode::kDepth || mode == ScaleMode::kOdometry || mode == ScaleMode::kGround;
+}
 
 struct ScaleEstimate {
   double length = 1;          ///< of the translation; metres when it came from depth

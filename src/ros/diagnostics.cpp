@@ -55,6 +55,22 @@ void Diagnostics::setCalibrationDoubt(const std::string& doubt) {
   calibration_doubt_ = doubt;
 }
 
+void Diagnostics::setPriors(const PriorReport& report) {
+  bool first;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    first = !priors_;
+    priors_ = report;
+  }
+  if (first) updater_->add("priors", this, &Diagnostics::describePriors);
+}
+
+void Diagnostics::describePriors(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  status.summary(priors_->doubtful ? DiagnosticStatus::WARN : DiagnosticStatus::OK, priors_->summary);
+  for (const auto& [key, value] : priors_->values) status.add(key, value);
+}
+
 void Diagnostics::setGraph(const std::string& problem) {
   std::lock_guard<std::mutex> lock(mutex_);
   graph_problem_ = problem;

@@ -4,10 +4,13 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include <gms_ransac/MatchStats.h>
 #include <ros/time.h>
+
+#include "motion_priors.h"
 
 namespace diagnostic_updater {
 class DiagnosticStatusWrapper;
@@ -32,11 +35,14 @@ class Diagnostics {
   void setCalibrationDoubt(const std::string& doubt);
   /// What is wrong with the node's registration; empty: nothing.
   void setGraph(const std::string& problem);
+  /// What became of the priors; without a call there is no such status.
+  void setPriors(const PriorReport& report);
   /// Publishes; called about once a second.
   void update();
 
  private:
   void describeInput(diagnostic_updater::DiagnosticStatusWrapper& status);
+  void describePriors(diagnostic_updater::DiagnosticStatusWrapper& status);
   void describeGraph(diagnostic_updater::DiagnosticStatusWrapper& status);
   void describeTiming(diagnostic_updater::DiagnosticStatusWrapper& status);
   void describeMatches(diagnostic_updater::DiagnosticStatusWrapper& status);
@@ -44,6 +50,7 @@ class Diagnostics {
   std::unique_ptr<diagnostic_updater::Updater> updater_;
   std::mutex mutex_;  ///< guards what follows
   std::string waiting_for_, graph_problem_, calibration_doubt_;
+  std::optional<PriorReport> priors_;
   bool subscribed_ = false, paused_ = false;
   MatchStats last_;
   int processed_ = 0, failures_ = 0;  ///< since the last report

@@ -117,10 +117,11 @@ std::string statusName(uint8_t status) {
 }
 
 FrameProcessor::FrameProcessor(const Parameters& parameters, const std::string& image_topic,
-                               const std::string& info_topic, const std::string& right_topic,
-                               const std::string& right_info_topic)
+                               const std::string& info_topic, std::shared_ptr<MotionPriors> priors,
+                               const std::string& right_topic, const std::string& right_info_topic)
     : image_topic_(image_topic),
       parameters_(parameters),
+      priors_(std::move(priors)),
       camera_source_(parameters, image_topic, info_topic),
       mask_source_(parameters),
       stereo_depth_(parameters, right_topic, right_info_topic) {}
@@ -368,8 +369,9 @@ void FrameProcessor::compare(ProcessedFrame& processed) {
   processed.reference = reference_.get();
   processed.result = &result_;
   const auto work = [&] {
-    match(*reference_, result_);
+    const std::string without_prior = matchWithPriors();
     conclude(processed);
+    processed.text += without_prior;
   };
   guarded(work, [&](const std::string& what) { fail(what, processed); });
 }
@@ -381,9 +383,9 @@ void FrameProcessor::fail(const std::string& what, ProcessedFrame& processed) {
   processed.text = what;
 }
 
-void FrameProcessor::match(const PreparedFrame& reference, MatchResult& result) {
+void FrameProcessor::match(const PreparedFrame& reference, MatchResult& result, const RotationPrior* prior) {
   current_->filter->setCamera(current_->camera->camera);
-  current_->filter->filter(reference.frame, current_->frame, result);
+  current_->filter->filter(reference.frame, current_->frame, result, prior);
 }
 
 void FrameProcessor::conclude(ProcessedFrame& processed) {
@@ -510,11 +512,30 @@ double FrameProcessor::oldestReference() const {
   return reference_ ? std::min(kept, reference_->stamp()) : kept;
 }
 
+std::string FrameProcessor::matchWithPriors() {
+  std::string problem;
+  std::optional<RotationPrior> prior;
+  if (priors_) prior = priors_->rotation(reference_->header, current_->header, problem);
+  match(*reference_, result_, prior ? &*prior : nullptr);
+  if (priors_ && result_.robust.pose_found) priors_->learn(result_.robust);
+  return problem.empty() ? problem : "; no rotation prior: " + problem;
+}
+
+void FrameProcessor::measureLength(ProcessedFrame& processed) {
+  std::string problem;
+  const PairSeen pair = {reference_->header, current_->header,         result_.robust,
+                         triangulation_,     current_->camera->camera, {reference_->grey, current_->grey}};
+  const ScaleEstimate length = priors_->length(pair, problem);
+  processed.metric_scale = length.features > 0 && processed.status == MatchStats::OK;
+  if (processed.metric_scale) processed.pose = withLength(processed.pose, length);
+  if (!problem.empty()) processed.text += "; no length: " + problem;
+}
+
 void FrameProcessor::finishPose(ProcessedFrame& processed) {
   if (!processed.poseValid()) return;
   processed.pose = result_.robust.pose;
   const Camera& camera = current_->camera->camera;
-  if (parameters_.scale == ScaleMode::kPropagate || parameters_.measuresDepth()) {
+  if (parameters_.scale == ScaleMode::kPropagate || parameters_.measuresMetres()) {
     triangulateInliers(reference_->frame.features, current_->frame.features, result_, camera, triangulation_);
   }
   bool translation_known = processed.status == MatchStats::OK;
@@ -530,6 +551,8 @@ void FrameProcessor::finishPose(ProcessedFrame& processed) {
   } else if (parameters_.scale == ScaleMode::kPropagate) {
     propagator_.carryThroughTurn(triangulation_, result_);
     scale_updated_ = true;
+  } else if (priors_ && (parameters_.scale == ScaleMode::kOdometry || parameters_.scale == ScaleMode::kGround)) {
+    measureLength(processed);
   } else if (parameters_.measuresDepth()) {
     takeDepth(processed, translation_known);
   }

@@ -17,6 +17,7 @@
 #include "image_conversion.h"
 #include "image_with_info.h"
 #include "mask_source.h"
+#include "motion_priors.h"
 #include "publishable_pose.h"
 #include "recovery.h"
 #include "stamp_watch.h"
@@ -96,9 +97,10 @@ struct ProcessorOptions {
 class FrameProcessor {
  public:
   /// Throws std::invalid_argument with a sentence when ~mask_file cannot be read.
-  /// The topics of the right camera are for what is said of them, with ~input stereo.
+  /// `priors`: other sensors to ask; null: none. The topics of the right camera are for what is said of them, with
+  /// ~input stereo.
   FrameProcessor(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic,
-                 const std::string& right_topic = "right/image",
+                 std::shared_ptr<MotionPriors> priors = nullptr, const std::string& right_topic = "right/image",
                  const std::string& right_info_topic = "right/camera_info");
 
   /// Takes effect with the next image. Throws std::invalid_argument and keeps the old options if these are wrong.
@@ -129,7 +131,7 @@ class FrameProcessor {
   void takePending(PreparedFrame& frame);
   void compare(ProcessedFrame& processed);
   /// Matches, filters, estimates.
-  void match(const PreparedFrame& reference, MatchResult& result);
+  void match(const PreparedFrame& reference, MatchResult& result, const RotationPrior* prior = nullptr);
   /// What follows from `result_`, which is that of the reference: status, tracks, pose.
   void conclude(ProcessedFrame& processed);
   void fail(const std::string& what, ProcessedFrame& processed);
@@ -154,6 +156,10 @@ class FrameProcessor {
   ProcessedFrame processPair(ProcessedFrame processed);
   /// The metric pose of depth or of a second camera, where enough is known; says why not where it is not.
   void takeDepth(ProcessedFrame& processed, bool& translation_known);
+  /// The comparison itself, with what other sensors say of it. Returns what is to be said of them; empty: nothing.
+  std::string matchWithPriors();
+  /// With a length that other sensors or the ground tell; says why there is none.
+  void measureLength(ProcessedFrame& processed);
   /// Fills the pose, and the length of its translation as ~scale says.
   void finishPose(ProcessedFrame& processed);
   /// The last gate: a pose that is not fit to publish becomes RANSAC_FAILED, with what is wrong with it.
@@ -170,6 +176,7 @@ class FrameProcessor {
 
   const std::string image_topic_;
   const Parameters parameters_;
+  const std::shared_ptr<MotionPriors> priors_;
 
   // prepare's
   ImageConverter converter_;

@@ -35,22 +35,29 @@ PairingOptions pairingOptions(const Parameters& parameters) {
   return {tolerance(parameters), kPatience, static_cast<size_t>(parameters.queue_size)};
 }
 
-WaitingOptions waitingOptions(const Parameters& parameters) {
-  return {!parameters.camera.calibrated(), parameters.input == InputKind::kStereo,
-          parameters.mask_sync == MaskSync::kExact, kPatience, static_cast<size_t>(parameters.queue_size)};
+WaitingOptions waitingOptions(const Parameters& parameters, const std::shared_ptr<MotionPriors>& priors) {
+  WaitingOptions options;
+  options.for_camera_info = !parameters.camera.calibrated();
+  options.for_right_info = parameters.input == InputKind::kStereo;
+  options.for_mask = parameters.mask_sync == MaskSync::kExact;
+  options.patience = kPatience;
+  options.capacity = static_cast<size_t>(parameters.queue_size);
+  if (priors) options.sensors_reach = [priors](const std_msgs::Header& image) { return priors->reaches(image); };
+  return options;
 }
 
 }  // namespace
 
 ImageInput::ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
-                       Callback callback)
+                       Callback callback, std::shared_ptr<MotionPriors> priors)
     : nh_(nh),
       pnh_(pnh),
       transport_(nh),
       parameters_(parameters),
       callback_(std::move(callback)),
+      priors_(std::move(priors)),
       pairing_(pairingOptions(parameters)),
-      waiting_(waitingOptions(parameters)) {}
+      waiting_(waitingOptions(parameters, priors_)) {}
 
 void ImageInput::checkTransports() const {
   checkTransport("image_transport", parameters_.image_transport);
@@ -73,6 +80,7 @@ void ImageInput::checkTransport(const std::string& parameter, const std::string&
 
 void ImageInput::start() {
   if (started_) return;
+  if (priors_) priors_->start([this] { deliverSettled(); });
   const auto queue = static_cast<uint32_t>(parameters_.queue_size);
   // Without the private handle the transport would be looked up in the nodelet manager's namespace.
   const image_transport::TransportHints hints(parameters_.image_transport, ros::TransportHints().tcpNoDelay(), pnh_);
@@ -123,6 +131,7 @@ void ImageInput::startTwoImages(uint32_t queue, const image_transport::Transport
 
 void ImageInput::stop() {
   waiting_timer_.stop();
+  if (priors_) priors_->stop();
   image_subscriber_.shutdown();
   second_subscriber_.shutdown();
   info_subscriber_.shutdown();

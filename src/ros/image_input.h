@@ -16,6 +16,7 @@
 
 #include "image_pairing.h"
 #include "image_with_info.h"
+#include "motion_priors.h"
 #include "parameters.h"
 #include "throttle.h"
 #include "waiting_images.h"
@@ -27,8 +28,9 @@ class ImageInput {
   using Callback = std::function<void(const ImageWithInfo&)>;
 
   /// `nh`: the inputs are relative to it; `pnh`: that of ~mask, and where ~image_transport and its options are looked
-  /// up.
-  ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters, Callback callback);
+  /// up. `priors`: what images wait for, started and stopped with them; null: nothing.
+  ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters, Callback callback,
+             std::shared_ptr<MotionPriors> priors);
 
   /// Throws std::invalid_argument with a sentence when ~image_transport, or ~depth_image_transport where depth is
   /// read, is not installed.
@@ -86,6 +88,7 @@ class ImageInput {
   image_transport::ImageTransport transport_;
   Parameters parameters_;
   Callback callback_;
+  const std::shared_ptr<MotionPriors> priors_;
   bool started_ = false;
   ros::Subscriber mask_subscriber_, right_info_subscriber_;
 

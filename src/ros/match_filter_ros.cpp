@@ -12,6 +12,7 @@
 #include "guard.h"
 #include "image_input.h"
 #include "master_watch.h"
+#include "motion_priors.h"
 #include "outputs.h"
 #include "reconfigure.h"
 
@@ -45,11 +46,12 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   for (const std::string& unknown : unknownParameters(pnh_, parameters_)) {
     ROS_WARN_STREAM(name_ << ": parameter " << pnh_.resolveName(unknown) << " is set but not known; misspelt?");
   }
-  input_ = std::make_unique<ImageInput>(nh_, pnh_, parameters_,
-                                        [this](const ImageWithInfo& input) { guard([&] { onImage(input); }); });
+  priors_ = MotionPriors::make(nh_, parameters_);
+  input_ = std::make_unique<ImageInput>(
+      nh_, pnh_, parameters_, [this](const ImageWithInfo& input) { guard([&] { onImage(input); }); }, priors_);
   refuseOwnOutput(input_->imageTopics(), Outputs::overlayTopic(pnh_));
   input_->checkTransports();
-  processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic(),
+  processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic(), priors_,
                                                 input_->rightTopic(), input_->rightInfoTopic());
 
   reconfigure_ = std::make_unique<Reconfigure>(pnh_, name_, parameters_.threads);
@@ -221,6 +223,7 @@ void MatchFilterRos::watchInput() {
   silent_seconds_ = waiting.empty() ? 0 : silent_seconds_ + 1;
   if (silent_seconds_ >= kSilentPeriods) ROS_WARN_STREAM_THROTTLE(30, name_ << ": " << waiting);
   diagnostics_->setInput(silent_seconds_ >= kSilentPeriods ? waiting : std::string(), subscribed, paused_);
+  if (priors_) diagnostics_->setPriors(priors_->report());
   diagnostics_->setGraph(master_watch_->problem());
   diagnostics_->update();
 }

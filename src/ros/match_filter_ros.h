@@ -25,6 +25,7 @@ class Diagnostics;
 class FrameProcessor;
 class ImageInput;
 class MasterWatch;
+class MotionPriors;
 class Outputs;
 class Reconfigure;
 struct CameraModel;
@@ -77,6 +78,7 @@ class MatchFilterRos {
   std::atomic<bool> closing_{false}, paused_{false};
   // Members go in reverse order. The code that made an image, and that frees it, may belong to a plugin of the input's
   // (image_transport), which is unloaded with it: whatever holds images comes after the input, so as to go before it.
+  std::shared_ptr<MotionPriors> priors_;  ///< null: no other sensor is asked
   std::unique_ptr<ImageInput> input_;
   Mailbox<ImageWithInfo> mailbox_;
   Mailbox<std::unique_ptr<PreparedFrame>> prepared_;  ///< between the two threads, if there are two

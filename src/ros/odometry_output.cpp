@@ -103,7 +103,7 @@ bool OdometryOutput::addMotion(const ProcessedFrame& processed) {
                        processed.reference_held,
                        processed.result->robust.median_parallax_px,
                        processed.recovered};
-  const bool without_metres = parameters_.measuresDepth() && !processed.metric_scale;
+  const bool without_metres = parameters_.measuresMetres() && !processed.metric_scale;
   if (motion.translation_known && (without_metres || processed.length_missing)) {
     const double length = processed.recovered ? odometry_.stepOf(seconds) : odometry_.step();
     motion.current_in_reference = withUsualLength(processed.pose, length);

@@ -134,6 +134,14 @@ Parameters Parameters::read(const ros::NodeHandle& pnh, const std::string& name)
   parameters.camera = cameraFrom(given, pnh);
   parameters.odom_frame = withoutLeadingSlash(parameters.odom_frame);
   parameters.base_frame = withoutLeadingSlash(parameters.base_frame);
+  parameters.imu_frame = withoutLeadingSlash(parameters.imu_frame);
+  parameters.prior_frame = withoutLeadingSlash(parameters.prior_frame);
+  if (parameters.rotation_prior == RotationPriorKind::kTf && parameters.prior_frame.empty()) {
+    refuse(pnh, "prior_frame", "", "with ~rotation_prior tf the fixed frame that tf knows the camera's turns in");
+  }
+  if (parameters.scale == ScaleMode::kGround && parameters.camera_height == 0) {
+    refuse(pnh, "camera_height", "0", "with ~scale ground the camera's height above the ground, metres");
+  }
   const bool pair = parameters.input == InputKind::kPair;
   const bool stereo = parameters.input == InputKind::kStereo;
   if (parameters.camera_info_sync == CameraInfoSync::kExact &&

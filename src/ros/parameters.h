@@ -20,6 +20,7 @@ enum class Rectified { kAuto, kTrue, kFalse };
 
 enum class FeatureLayout { kVinsMono, kVinsFusion, kLviSam };
 enum class InputKind { kStream, kPair, kStereo };
+enum class RotationPriorKind { kNone, kImu, kTf, kOdom };
 
 /// Read once from the private namespace. What each means, its range and its default: cfg/parameters.py.
 struct Parameters {
@@ -32,6 +33,10 @@ struct Parameters {
   MaskSync mask_sync = MaskSync::kLatest;
   ScaleMode scale = ScaleMode::kUnit;
   double fixed_scale = 1;
+  double camera_height = 0;  ///< metres above the ground; 0: not known
+  RotationPriorKind rotation_prior = RotationPriorKind::kNone;
+  std::string imu_frame, prior_frame;  ///< empty: that of the messages; none
+  double image_time_offset = 0;        ///< seconds
   FeatureLayout feature_layout = FeatureLayout::kVinsMono;
   std::string odom_frame = "odom", base_frame;
   bool invert_odom_tf = false, drop_frames = true, always_subscribe = false;
@@ -40,6 +45,8 @@ struct Parameters {
 
   /// Depth images or a second camera tell metres.
   bool measuresDepth() const { return scale == ScaleMode::kDepth || input == InputKind::kStereo; }
+  /// Each pair has a length of its own, or none.
+  bool measuresMetres() const { return measuresDepth() || gms_ransac::measuresMetres(scale); }
 
   /// Checks every parameter that is set, those that can change while the node runs, too. Old names and words are taken,
   /// replaced on the server and warned about; `name` stands in front of these log lines. Throws std::invalid_argument

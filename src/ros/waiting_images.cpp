@@ -15,10 +15,12 @@ void WaitingImages::addMask(const sensor_msgs::ImageConstPtr& mask) {
 
 void WaitingImages::clear() {
   waiting_.clear();
+  passed_.reset();
   if (options_.for_mask) masks_.clear();
 }
 
 std::vector<ImageWithInfo> WaitingImages::settled(double now) {
+  watchSensors(now);
   std::vector<ImageWithInfo> ready;
   while (!waiting_.empty()) {
     ImageWithInfo& input = waiting_.front().input;
@@ -26,6 +28,7 @@ std::vector<ImageWithInfo> WaitingImages::settled(double now) {
       if (!overdue(now)) break;
       gave_up_camera_info_ = true;
     }
+    if (waitsForSensors(now)) break;
     input.mask = maskOf(*input.image);
     if (options_.for_mask && !input.mask && !masksPassed(input.image->header.stamp) && !overdue(now)) break;
     if (!input.camera_info) input.camera_info = latest_info_;
@@ -34,6 +37,27 @@ std::vector<ImageWithInfo> WaitingImages::settled(double now) {
     waiting_.pop_front();
   }
   return ready;
+}
+
+bool WaitingImages::waitsForSensors(double now) {
+  if (!options_.sensors_reach) return false;
+  const Waiting& oldest = waiting_.front();
+  if (options_.sensors_reach(oldest.input.image->header)) {
+    gave_up_sensors_ = false;
+    return false;
+  }
+  if (waiting_.size() > options_.capacity || now - oldest.since >= options_.sensor_patience) gave_up_sensors_ = true;
+  if (!gave_up_sensors_) return true;
+  if (!passed_) passed_ = {oldest.input.image->header, oldest.since};
+  return false;
+}
+
+void WaitingImages::watchSensors(double now) {
+  if (!passed_) return;
+  const bool late = now - passed_->since >= options_.sensor_patience;
+  const bool reached = options_.sensors_reach(passed_->header);
+  if (reached && !late) gave_up_sensors_ = false;
+  if (reached || late) passed_.reset();
 }
 
 bool WaitingImages::lacksCameraInfo(const ImageWithInfo& input) const {

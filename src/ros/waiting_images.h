@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <deque>
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include <ros/time.h>
@@ -16,7 +18,11 @@ struct WaitingOptions {
   bool for_right_info = false;   ///< ... and until any of the right camera has
   bool for_mask = false;         ///< an image waits for the mask of its stamp; else the newest goes with it
   double patience = 1;           ///< seconds of the caller's clock that an image waits
-  size_t capacity = 10;          ///< images that wait, and masks
+  /// Whether other sensors have reached an image's stamp; not set: none is asked.
+  std::function<bool(const std_msgs::Header&)> sensors_reach;
+  /// Seconds that an image waits for them. Once one has waited in vain none does, until they are so late no more.
+  double sensor_patience = 0.2;
+  size_t capacity = 10;  ///< images that wait, and masks
 };
 
 /// Every image comes out once, in the order it came in. One that need not wait comes out at once.
@@ -34,6 +40,8 @@ class WaitingImages {
   std::vector<ImageWithInfo> settled(double now);
   /// An image waited in vain for the first camera_info; none waits for it again.
   bool gaveUpCameraInfo() const { return gave_up_camera_info_; }
+  /// The sensors are behind: an image waited for them in vain.
+  bool gaveUpSensors() const { return gave_up_sensors_; }
   /// Forgets the images that wait.
   void clear();
 
@@ -43,7 +51,17 @@ class WaitingImages {
     double since;
   };
 
+  /// An image that did not wait for the sensors.
+  struct Passed {
+    std_msgs::Header header;
+    double since;
+  };
+
   bool lacksCameraInfo(const ImageWithInfo& input) const;
+  /// The oldest has to wait for sensors.
+  bool waitsForSensors(double now);
+  /// Whether an image that did not wait for the sensors would have waited long enough.
+  void watchSensors(double now);
   /// The mask that goes with the image; null: none.
   sensor_msgs::ImageConstPtr maskOf(const sensor_msgs::Image& image) const;
   /// The mask of an image with that stamp can come no more: a later one has.
@@ -55,7 +73,8 @@ class WaitingImages {
   std::deque<Waiting> waiting_;
   std::deque<sensor_msgs::ImageConstPtr> masks_;  ///< in the order they came
   sensor_msgs::CameraInfoConstPtr latest_info_, latest_right_info_;
-  bool gave_up_camera_info_ = false;
+  bool gave_up_camera_info_ = false, gave_up_sensors_ = false;
+  std::optional<Passed> passed_;
 };
 
 }  // namespace gms_ransac

@@ -5,6 +5,7 @@ import time
 
 import cv2
 import numpy as np
+import rospkg
 import rospy
 from gms_ransac.msg import Correspondences, MatchStats
 from sensor_msgs.msg import CameraInfo, Image
@@ -16,6 +17,15 @@ FULL = os.environ.get("GMS_RANSAC_FULL") == "1"
 
 WIDTH, HEIGHT = 640, 480
 K = np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]])
+
+
+def data_folder(name):
+    """The folder of a real sequence, or None: most machines have none."""
+    source = os.path.realpath(rospkg.RosPack().get_path("gms_ransac"))
+    for root in (os.environ.get("GMS_RANSAC_DATA"), os.path.join(source, "..", "shared", "data")):
+        if root and os.path.isdir(os.path.join(root, name)):
+            return os.path.join(root, name)
+    return None
 
 
 def texture(size, seed):

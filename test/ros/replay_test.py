@@ -13,24 +13,15 @@ import unittest
 
 import numpy as np
 import rosbag
-import rospkg
 import rospy
 import rostest
 from gms_ransac.msg import Correspondences, MatchStats
 
-from graph import Scene, camera_info, degrees_between, image_message, rotation_degrees, rotation_matrix, vector
+from graph import (Scene, camera_info, data_folder, degrees_between, image_message, rotation_degrees, rotation_matrix,
+                   vector)
 
 TIMEOUT = 120.0  # seconds of wall time for a replay, start of the launch file included
 SETTINGS = "method: lo_prosac, features: 2000, seed: 3, hold_reference: false"
-
-
-def data_folder(name):
-    """The folder of a real sequence, or None: most machines have none."""
-    source = os.path.realpath(rospkg.RosPack().get_path("gms_ransac"))
-    for root in (os.environ.get("GMS_RANSAC_DATA"), os.path.join(source, "..", "shared", "data")):
-        if root and os.path.isdir(os.path.join(root, name)):
-            return os.path.join(root, name)
-    return None
 
 
 class Replay(unittest.TestCase):

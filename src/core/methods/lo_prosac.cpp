@@ -74,6 +74,7 @@ class LoProsac : public RansacMethod {
     if (previous) offer(*previous);
     offerStarts();
     ransac_.search(sampler_);
+    if (const auto proposal = motionOfPrior()) ransac_.offer(*proposal);
     if (!ransac_.best()) return;
     offerOtherPlaneMotion(model);
 

@@ -56,6 +56,16 @@ Hypothesis RansacMethod::refined(const TwoViewModel& model, Hypothesis hypothesi
   return hypothesis;
 }
 
+std::optional<Hypothesis> RansacMethod::motionOfPrior() {
+  const std::optional<RotationPrior>& prior = pairs_->rotation_prior;
+  if (!prior || result_->model_type != ModelType::kEssential) return std::nullopt;
+  Hypothesis hypothesis;
+  hypothesis.pose = rotation_proposal_.find(kernels_, points_.view(), *prior, result_->effort.point_evaluations);
+  hypothesis.matrix = hypothesis.pose.essential();
+  if (!hypothesis.matrix.allFinite()) return std::nullopt;
+  return hypothesis;
+}
+
 void RansacMethod::recoverPose(const TwoViewModel& model, const Hypothesis& best, bool refine) {
   pose_recovery_.recover(*pairs_, *camera_, points_, {options_.inlierThreshold(), refine, options_.judge}, *result_);
   if (!result_->pose_found) return weighMatches(model, best);
@@ -101,6 +111,7 @@ std::optional<Hypothesis> TextbookMethod::search(Sampler& sampler, Verifier& ver
   sampler.begin(task(points_.size(), options_.max_iterations));
   ransac_.begin(*model_, points_.view(), order_, verifier, {}, random_, result_->effort);
   ransac_.search(sampler);
+  if (const auto proposal = motionOfPrior()) ransac_.offer(*proposal);
   return ransac_.best();
 }
 

@@ -13,6 +13,7 @@
 #include "judgement/pose_recovery.h"
 #include "ransac/ordering.h"
 #include "ransac/ransac.h"
+#include "ransac/rotation_proposal.h"
 #include "two_view/fundamental_model.h"
 #include "two_view/homography_model.h"
 #include "two_view/pose_model.h"
@@ -31,6 +32,10 @@ class RansacMethod : public Method {
   bool begin(const PointPairs& pairs, const Camera& camera, RobustResult& result, double noise_exponent = 0);
   /// Puts the matches in the order that samplers count by; until then it is the one given.
   void sort(std::optional<SortKey> key);
+  /// The motion with the rotation that another sensor tells; nothing where none does, or the model is no pose. It is
+  /// offered when the samples have had their say: what they find and when they stop does not depend on it, so a wrong
+  /// prior leaves the answer as it would have been.
+  std::optional<Hypothesis> motionOfPrior();
   /// What a sampler is told of a search among so many matches.
   SamplingTask task(int matches, int max_iterations) const;
   /// The robust optimum near the hypothesis.
@@ -65,6 +70,7 @@ class RansacMethod : public Method {
 
   std::variant<std::monostate, EssentialModel, FundamentalModel, HomographyModel> model_storage_;
   Ordering ordering_;
+  RotationProposal rotation_proposal_;
   InlierAcceptance acceptance_;
   PoseRecovery pose_recovery_;
   MatchNoise noise_;

@@ -22,21 +22,14 @@ class SubsetRansac : public UnfilteredMethod {
   std::optional<Hypothesis> findBest() override {
     const int n = points_.size();
     const int size = prefixLength(options_.subset_fraction, n, kMatchesPerSampleMember * model_->sampleSize());
-    std::optional<Hypothesis> best;
-    float best_cost = std::numeric_limits<float>::infinity();  // truncated, on all matches (MSAC)
+    best_.reset();
+    best_cost_ = std::numeric_limits<float>::infinity();
     for (int s = 0; s < options_.subset_count; ++s) {
       drawSubset(size);
-      const std::optional<Hypothesis> found =
-          searchSubset(std::max(1, options_.max_iterations / options_.subset_count));
-      if (!found) continue;
-      HypothesisScore score;
-      model_->score(points_.view(), *found, std::numeric_limits<float>::max(), score,
-                    result_->effort.point_evaluations);
-      if (score.cost >= best_cost) continue;
-      best = found;
-      best_cost = score.cost;
+      compare(searchSubset(std::max(1, options_.max_iterations / options_.subset_count)));
     }
-    return best;
+    compare(motionOfPrior());
+    return best_;
   }
 
  private:
@@ -62,10 +55,23 @@ class SubsetRansac : public UnfilteredMethod {
     return ransac_.best();
   }
 
+  /// On all matches.
+  void compare(const std::optional<Hypothesis>& hypothesis) {
+    if (!hypothesis) return;
+    HypothesisScore score;
+    model_->score(points_.view(), *hypothesis, std::numeric_limits<float>::max(), score,
+                  result_->effort.point_evaluations);
+    if (score.cost >= best_cost_) return;
+    best_ = hypothesis;
+    best_cost_ = score.cost;
+  }
+
   UniformSampler sampler_;
   CountingVerifier verifier_;
   std::vector<int> subset_;
   PointColumns columns_;  ///< of the subset
+  std::optional<Hypothesis> best_;
+  float best_cost_ = 0;  ///< truncated, on all matches (MSAC)
 };
 
 }  // namespace

@@ -1,0 +1,68 @@
+#include "ransac/rotation_proposal.h"
+
+#include <algorithm>
+#include <limits>
+
+#include <Eigen/Geometry>
+
+namespace gms_ransac {
+
+namespace {
+
+// Matches that judge a direction, as for the starts (motion_starts.cpp), and directions: with half of the matches wrong
+// all of so many are with probability 1e-4.
+constexpr int kPart = 256;
+constexpr int kDirections = 32;
+constexpr int kFirstIterations = 6;
+constexpr int kIterations = 10;
+
+/// Normal of the epipolar plane of a column, which t lies in. `R`: from reference to current.
+Eigen::Vector3d planeNormal(const PointColumnsView& points, int column, const Eigen::Matrix3d& R) {
+  const Eigen::Vector3d turned = R * Eigen::Vector3d(points.x1[column], points.y1[column], 1);
+  return turned.cross(Eigen::Vector3d(points.x2[column], points.y2[column], 1));
+}
+
+/// Direction of two planes' line; zero where they are the same.
+Eigen::Vector3d directionOf(const PointColumnsView& points, int first, int second, const Eigen::Matrix3d& R) {
+  return planeNormal(points, first, R).cross(planeNormal(points, second, R)).stableNormalized();
+}
+
+}  // namespace
+
+PointColumnsView RotationProposal::widen(const PointColumnsView& points, const RotationPrior& prior) {
+  const PointColumnsView part = firstColumns(points, kPart);
+  widened_.resize(part.count);
+  std::copy_n(part.x1, part.count, widened_.x1());
+  std::copy_n(part.y1, part.count, widened_.y1());
+  std::copy_n(part.x2, part.count, widened_.x2());
+  std::copy_n(part.y2, part.count, widened_.y2());
+  // Near the optical axis a turn moves points by its angle, on the normalised image plane.
+  const auto moved = static_cast<float>(prior.covariance.diagonal().maxCoeff());
+  std::transform(part.weight, part.weight + part.count, widened_.weight(),
+                 [moved](float weight) { return weight / (1 + weight * std::max(0.f, moved)); });
+  return widened_.view();
+}
+
+TwoViewPose RotationProposal::find(const ResidualKernels& kernels, const PointColumnsView& points,
+                                   const RotationPrior& prior, int64_t& evaluations) {
+  const PointColumnsView part = widen(points, prior);
+  const PoseModel coarse(kernels, part, kParallaxPrior);
+  TwoViewPose best = {prior.R.transpose(), Eigen::Vector3d::UnitZ()};
+  float best_cost = std::numeric_limits<float>::infinity();
+  // The order of the columns has nothing to do with the image's, so neighbours are as good as any two.
+  for (int column = 0; column + 1 < std::min(part.count, 2 * kDirections); column += 2) {
+    const Eigen::Vector3d t = directionOf(part, column, column + 1, best.R);
+    if (!(t.squaredNorm() > 0.5)) continue;
+    float cost;
+    const TwoViewPose pose = coarse.withBetterSign({best.R, t}, cost, evaluations);
+    if (cost >= best_cost) continue;
+    best = pose;
+    best_cost = cost;
+  }
+  evaluations += static_cast<int64_t>(part.count) * coarse.refine(kRobustLoss, kFirstIterations, best);
+  const PoseModel model(kernels, points, kParallaxPrior);
+  evaluations += static_cast<int64_t>(points.count) * model.refine(kRobustLoss, kIterations, best);
+  return model.withBetterSign(best, best_cost, evaluations);
+}
+
+}  // namespace gms_ransac

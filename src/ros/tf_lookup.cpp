@@ -1,0 +1,33 @@
+#include "tf_lookup.h"
+
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
+
+#include "frames.h"
+
+namespace gms_ransac {
+
+TfLookup::TfLookup(const ros::NodeHandle& nh)
+    : buffer_(std::make_unique<tf2_ros::Buffer>()),
+      listener_(std::make_unique<tf2_ros::TransformListener>(*buffer_, nh)) {}
+
+TfLookup::~TfLookup() = default;
+
+std::string TfLookup::get(const std::string& target, const std::string& source, double stamp,
+                          Eigen::Isometry3d& transform) {
+  transform.setIdentity();
+  if (target == source) return std::string();
+  try {
+    transform = toIsometry(buffer_->lookupTransform(target, source, ros::Time(stamp)));
+    return std::string();
+  } catch (const std::exception& error) {  // ros::Time throws where a stamp is none
+    return "tf does not know " + source + " in " + target + ": " + error.what();
+  }
+}
+
+bool TfLookup::knows(const std::string& target, const std::string& source, double stamp) {
+  Eigen::Isometry3d unused;
+  return get(target, source, stamp, unused).empty();
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,66 @@
+// What the images and another sensor say of the same turns, pair after pair: whether they contradict each other, and
+// what would explain it. Knows no topic.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include <Eigen/Core>
+
+namespace gms_ransac {
+
+/// One pair, in the axes of the reference camera.
+struct ComparedTurn {
+  double from = 0, to = 0;                               ///< seconds, as the other sensor was asked
+  Eigen::Vector3d visual = Eigen::Vector3d::Zero();      ///< rotation vector of X_reference = R X_current
+  Eigen::Vector3d prior = Eigen::Vector3d::Zero();       ///< the same as the other sensor has it
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of their difference
+};
+
+/// What has to be added to the images' stamps, beyond what is added already, for both to say the same.
+struct TimeOffset {
+  double seconds = 0, sigma = 0;
+  bool explains = false;  ///< with it most pairs do not contradict any more
+};
+
+class TurnComparison {
+ public:
+  /// The other sensor's rotation vector between two times; none where it does not know.
+  using TurnBetween = std::function<std::optional<Eigen::Vector3d>(double from, double to)>;
+
+  static constexpr size_t kPairs = 100;          ///< last ones that are compared
+  static constexpr size_t kFewest = 30;          ///< before as many nothing is said
+  static constexpr double kDoubtful = 0.5;       ///< share of the pairs that contradict above which something is wrong
+  static constexpr double kLargestOffset = 0.2;  ///< seconds either way that are searched
+
+  /// Of pairs with the same start, as while the reference is held, the last alone counts.
+  void add(const ComparedTurn& turn);
+  void reset() { turns_.clear(); }
+  size_t pairs() const { return turns_.size(); }
+  /// Share of the pairs whose Mahalanobis distance chance would bring once in a hundred.
+  double contradicting() const;
+  /// Least squares over shift and a constant rate between the two, which a bias is; none while there is too little
+  /// turning, or turning too even, to tell a shift by.
+  std::optional<TimeOffset> timeOffset(const TurnBetween& prior) const;
+  /// Why the two contradict each other, as one sentence that says what to look at; empty: they do not, or it is too
+  /// early to say. `offset`: as timeOffset() has it.
+  std::string doubt(const std::optional<TimeOffset>& offset) const;
+
+ private:
+  struct Axes {
+    Eigen::Matrix3d matrix;  ///< prior -> visual
+    double contradicting;
+  };
+  double contradicting(const Eigen::Matrix3d& axes) const;
+  /// The signed permutation that leaves fewest contradictions; of equals the one that changes fewest axes.
+  Axes bestAxes() const;
+  /// The rotation that leaves the smallest weighted differences (Kabsch 1976).
+  Axes bestRotation() const;
+  double usualTurn() const;
+
+  std::deque<ComparedTurn> turns_;
+};
+
+}  // namespace gms_ransac

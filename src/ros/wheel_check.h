@@ -1,0 +1,32 @@
+// Whether the length that wheels tell goes with what the images show, or they slip. Knows no topic.
+#pragma once
+
+#include <deque>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "gms_ransac/robust_estimator.h"
+
+namespace gms_ransac {
+
+class WheelCheck {
+ public:
+  static constexpr double kStanding = 0.002;  ///< metres between two images that are none: a tick of most encoders
+  static constexpr double kSlip = 4;          ///< times that parallax over length may change from what it usually is
+  static constexpr size_t kPairs = 30, kFewest = 10;  ///< that say what is usual
+  static constexpr double kOtherWay = 0.5;            ///< cosine: more than 60 degrees off
+
+  /// `travelled`: the camera's translation by the odometry, metres, in the reference camera's frame. Returns why its
+  /// length is not to be used, as the end of a sentence; empty: it is.
+  std::string problem(const Eigen::Vector3d& travelled, const RobustResult& seen);
+  void reset() { usual_.clear(); }
+
+ private:
+  /// Pixels of parallax for a metre; 0: not known.
+  double usual() const;
+
+  std::deque<double> usual_;
+};
+
+}  // namespace gms_ransac
