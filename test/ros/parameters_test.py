@@ -112,7 +112,7 @@ class Parameters(unittest.TestCase):
             ("feature_limit", -1, "between 0 and 100000"), ("feature_distance", "far", "between 0 and 1000"),
             ("queue_size", 10.6, "whole number"), ("queue_size", "ten", "whole number"), ("threads", 17, "between 1 and 16"),
             ("drop_frames", "no", "true or false"), ("drop_frames", 0, "true or false"),
-            ("scale", 3, "one of 'unit'"), ("input", "stereo", "'stream' 'pair'"),
+            ("scale", 3, "one of 'unit'"), ("input", "triple", "'stream' 'pair' 'stereo'"),
             ("image_transport", 7, "the name of an image transport"),
             ("depth_image_transport", False, "the name of an image transport"),
             ("fixed_scale", "long", "between 1e-06 and 1000000 metres"), ("fixed_scale", float("nan"), "between"),
