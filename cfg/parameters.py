@@ -111,6 +111,13 @@ GROUPS = [
         Row("fast_threshold", 20, "FAST contrast, grey levels; lower where texture is weak, 0 is usual above 3000 features",
             range=(0, 255), unit="grey levels", field="extractor.fast_threshold"),
     ]),
+    Group("matching", "matching", True, [
+        Row("search", "full", "guided: most points are looked for only where their surroundings moved, which takes a fraction "
+            "of the time with thousands of features", choices={
+                "full": "every point is compared with all of the other image",
+                "guided": "with those near where its surroundings moved; with all where that is not known"},
+            field="search", enum="SearchMode"),
+    ]),
     Group("motion_statistics", "motion statistics", True, [
         Row("gms_grid_columns", 0, "Cells across the image; 0: as the method has it (20; lo_prosac: square cells)",
             range=(2, 100), open=True, field="motion_statistics.grid_columns"),

@@ -2,6 +2,7 @@
 // buffers of OpenCV have an allocator of their own and are not counted.
 #include <cstdlib>
 #include <new>
+#include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -44,7 +45,7 @@ TEST(Allocation, CountsNewAndAlignedNew) {
   EXPECT_EQ(0U, reinterpret_cast<uintptr_t>(aligned.data()) % 64);
 }
 
-class PerFrameAllocation : public testing::TestWithParam<int> {};
+class PerFrameAllocation : public testing::TestWithParam<std::tuple<int, SearchMode>> {};
 
 TEST_P(PerFrameAllocation, IsNoneOnceWarm) {
   constexpr int kFrames = 4;
@@ -55,7 +56,8 @@ TEST_P(PerFrameAllocation, IsNoneOnceWarm) {
   MatchFilterOptions options;
   options.method = "lo_prosac";
   options.extractor.extractor = "simd_orb";
-  options.extractor.threads = options.matcher_threads = GetParam();
+  options.extractor.threads = options.matcher_threads = std::get<int>(GetParam());
+  options.search = std::get<SearchMode>(GetParam());
   MatchFilter filter(options);
   filter.setCamera(Camera(scene.intrinsics(), images[0].size()));
   for (int round = 0; round < 2; ++round) {
@@ -66,7 +68,9 @@ TEST_P(PerFrameAllocation, IsNoneOnceWarm) {
   EXPECT_EQ(before, g_allocations);
 }
 
-INSTANTIATE_TEST_SUITE_P(Threads, PerFrameAllocation, testing::Values(1, 2));
+INSTANTIATE_TEST_SUITE_P(Threads, PerFrameAllocation,
+                         testing::Combine(testing::Values(1, 2),
+                                          testing::Values(SearchMode::kFull, SearchMode::kGuided)));
 
 }  // namespace
 }  // namespace gms_ransac

@@ -181,6 +181,23 @@ void addPairs(const Sequence& sequence, Digests& digests) {
   }
 }
 
+/// The default method on the matches of a guided search.
+void addGuided(const Sequence& sequence, Digests& digests) {
+  MatchFilterOptions options = optionsOf("lo_prosac", ModelType::kEssential);
+  options.search = SearchMode::kGuided;
+  options.extractor.features = 2 * kFeatures;  // fewer are searched in full
+  MatchFilter filter(options);
+  filter.setCamera(sequence.camera);
+  Digest digest;
+  MatchResult result;
+  for (const cv::Mat& image : sequence.images) {
+    result = filter.process(image);
+    addResult(result, digest);
+    for (const Match& match : result.matches) digest.add(match.second_distance);
+  }
+  digests[sequence.name + " stream guided"] = describe(result, digest);
+}
+
 /// What one image leaves for the next: the previous motion, tracks, the length of the translation.
 void addStream(const Sequence& sequence, Digests& digests) {
   for (const std::string method : {"lo_prosac", "cp_ransac"}) {
@@ -215,6 +232,7 @@ Digests digestsOf(const Sequence& sequence) {
   Digests digests;
   addPairs(sequence, digests);
   addStream(sequence, digests);
+  addGuided(sequence, digests);
   return digests;
 }
 

@@ -1,5 +1,6 @@
 // Compares every matching kernel that this processor can run with a double loop. Free of OpenCV and of a test
 // framework, so that it can be cross-compiled; prints what it compared and exits with 1 at the first difference.
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -80,6 +81,40 @@ bool check(const HammingKernel& kernel, int queries, int train_count, int bits, 
   return true;
 }
 
+/// Runs of any length, the rows in another order than their indices.
+bool checkRuns(const HammingKernel& kernel, int rows, int bits, std::mt19937& random) {
+  const std::vector<uint8_t> query = descriptors(1, bits, true, random);
+  const std::vector<uint8_t> train = descriptors(rows + kRowsReadPast, bits, false, random);
+  std::vector<int32_t> index(static_cast<size_t>(rows) + kRowsReadPast);
+  for (int j = 0; j < rows; ++j) index[j] = rows - 1 - j;
+  std::vector<RowRun> runs;
+  for (int32_t first = 0; first < rows; first = runs.back().last + static_cast<int32_t>(random() % 5)) {
+    const int32_t length = random() % 4 == 0 ? 300 : static_cast<int32_t>(random() % 20);
+    runs.push_back({first, std::min(first + length, rows)});
+  }
+  NearestTwo expected;
+  for (int i = 0; i < rows; ++i) {  // by index, so that the lowest of equals is the first
+    const int row = rows - 1 - i;
+    const auto held = [&](const RowRun& run) { return run.first <= row && row < run.last; };
+    if (std::none_of(runs.begin(), runs.end(), held)) continue;
+    int distance = 0;
+    for (int b = 0; b < kHammingBytes; ++b) {
+      distance += __builtin_popcount(query[b] ^ train[static_cast<size_t>(row) * kHammingBytes + b]);
+    }
+    if (distance < expected.distance) {
+      expected.second_distance = expected.distance;
+      expected.distance = static_cast<uint16_t>(distance);
+      expected.index = i;
+    } else if (distance < expected.second_distance) {
+      expected.second_distance = static_cast<uint16_t>(distance);
+    }
+  }
+  const NearestTwo found =
+      kernel.searchRuns(query.data(), train.data(), index.data(), runs.data(), static_cast<int>(runs.size()));
+  return found.index == expected.index && found.distance == expected.distance &&
+         found.second_distance == expected.second_distance;
+}
+
 bool checkKernel(const char* name, const HammingKernel& kernel) {
   std::mt19937 random(11);
   int cases = 0;
@@ -97,6 +132,15 @@ bool checkKernel(const char* name, const HammingKernel& kernel) {
   if (!check(kernel, 4097, 40, 1, random) || !check(kernel, 3, 17000, 1, random)) {
     std::printf("%s differs from the double loop beyond one run\n", name);
     return false;
+  }
+  for (int bits = 0; bits < 4; ++bits) {
+    for (int rows : {0, 1, 2, 9, 100, 1000}) {
+      if (!checkRuns(kernel, rows, bits, random)) {
+        std::printf("%s differs from the double loop over runs of %d rows, bits %d\n", name, rows, bits);
+        return false;
+      }
+      ++cases;
+    }
   }
   std::printf("%s equals the double loop in %d cases\n", name, cases + 2);
   return true;

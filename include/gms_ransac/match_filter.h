@@ -9,6 +9,7 @@
 #include "gms_ransac/camera.h"
 #include "gms_ransac/distance_consistency.h"
 #include "gms_ransac/feature_extractor.h"
+#include "gms_ransac/guided_search.h"
 #include "gms_ransac/hamming_matcher.h"
 #include "gms_ransac/method.h"
 #include "gms_ransac/motion_statistics.h"
@@ -43,6 +44,7 @@ struct MatchFilterOptions {
   MotionStatisticsOptions motion_statistics;
   RobustOptions robust;
   int matcher_threads = 1;
+  SearchMode search = SearchMode::kFull;  ///< of methods that want mutual neighbours always full
   DistanceReading distance_reading = DistanceReading::kDisplacement;  ///< gms_dist_ransac
   /// Of the filter's matches with one current point only the best goes on to the estimator: the likeliest where the
   /// filter weighs evidence, else that of least descriptor distance; the first of equals. Off: as in the papers, where
@@ -145,6 +147,7 @@ class MatchFilter {
   std::unique_ptr<Method> method_;
   std::unique_ptr<FeatureExtractor> extractor_;
   HammingMatcher matcher_;
+  std::optional<GuidedSearch> guided_search_;  ///< where it is wanted, in place of the matcher
   std::unique_ptr<SurvivorSelector> selector_;
 
   Frame reference_, current_;

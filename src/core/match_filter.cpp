@@ -153,7 +153,12 @@ MatchFilter::MatchFilter(const MatchFilterOptions& options)
       method_(makeMethod(options)),
       extractor_(makeFeatureExtractor(options.extractor)),
       matcher_(matcherOptions(options, *method_)),
-      selector_(std::make_unique<SurvivorSelector>(options.one_to_one)) {}
+      selector_(std::make_unique<SurvivorSelector>(options.one_to_one)) {
+  const HammingMatcherOptions matcher = matcherOptions(options, *method_);
+  if (options.search == SearchMode::kGuided && !matcher.mutual) {
+    guided_search_.emplace(matcher, options.motion_statistics);
+  }
+}
 
 MatchFilter::~MatchFilter() = default;
 MatchFilter::MatchFilter(MatchFilter&&) noexcept = default;
@@ -203,7 +208,11 @@ Status MatchFilter::compare(const Features& reference, const Features& current, 
   if (std::min(reference.size(), current.size()) < kMinimumMatches) return Status::kTooFewKeypoints;
 
   StopWatch watch;
-  matcher_.match(reference.descriptors, current.descriptors, result.matches);
+  if (guided_search_) {
+    guided_search_->match(reference, current, result.matches);
+  } else {
+    matcher_.match(reference.descriptors, current.descriptors, result.matches);
+  }
   markRaw(result);
   result.times.match = watch.lap();
   if (result.matches.size() < kMinimumMatches) return Status::kTooFewMatches;

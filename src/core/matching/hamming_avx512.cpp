@@ -299,9 +299,48 @@ struct Avx512 {
   }
 };
 
+/// Differing bits of eight consecutive rows, one in each 64-bit lane.
+inline __m512i eightDistances(__m512i query, const uint8_t* rows) {
+  const auto pair = [&](int i) {
+    return _mm512_popcnt_epi64(_mm512_xor_si512(query, _mm512_loadu_si512(rows + i * kVectorBytes)));
+  };
+  const auto addNeighbors = [](__m512i a, __m512i b) {
+    return _mm512_add_epi64(_mm512_unpacklo_epi64(a, b), _mm512_unpackhi_epi64(a, b));
+  };
+  const __m512i low = addNeighbors(pair(0), pair(1)), high = addNeighbors(pair(2), pair(3));
+  const __m512i sums = _mm512_add_epi64(_mm512_shuffle_i64x2(low, high, 0x88), _mm512_shuffle_i64x2(low, high, 0xdd));
+  const __m512i place_of_row = _mm512_setr_epi64(0, 2, 1, 3, 4, 6, 5, 7);
+  return _mm512_permutexvar_epi64(place_of_row, sums);
+}
+
+/// Distance and index in one number each, sorted without branches.
+NearestTwo searchRuns(const uint8_t* query, const uint8_t* rows, const int32_t* index, const RowRun* runs,
+                      int run_count) {
+  constexpr int kRows = kRowsReadPast + 1, kIndexBits = 32;
+  const __m512i none = _mm512_set1_epi64((static_cast<int64_t>(kNoDistance) << kIndexBits) | UINT32_MAX);
+  const __m512i both = _mm512_broadcast_i64x4(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(query)));
+  __m512i best = none, second = none;
+  for (int run = 0; run < run_count; ++run) {
+    for (int32_t j = runs[run].first; j < runs[run].last; j += kRows) {
+      const auto held = static_cast<__mmask8>((1 << std::min(runs[run].last - j, kRows)) - 1);
+      const __m512i distances = eightDistances(both, rows + static_cast<size_t>(j) * kHammingBytes);
+      const __m256i indices = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(index + j));
+      const __m512i key =
+          _mm512_mask_or_epi64(none, held, _mm512_slli_epi64(distances, kIndexBits), _mm512_cvtepu32_epi64(indices));
+      second = _mm512_min_epu64(second, _mm512_max_epu64(best, key));
+      best = _mm512_min_epu64(best, key);
+    }
+  }
+  const uint64_t nearest = _mm512_reduce_min_epu64(best);
+  const __mmask8 others = _mm512_cmpneq_epu64_mask(best, _mm512_set1_epi64(static_cast<int64_t>(nearest)));
+  const uint64_t next = _mm512_reduce_min_epu64(_mm512_min_epu64(second, _mm512_mask_mov_epi64(none, others, best)));
+  return {static_cast<int32_t>(nearest), static_cast<uint16_t>(nearest >> kIndexBits),
+          static_cast<uint16_t>(next >> kIndexBits)};
+}
+
 }  // namespace
 
-const HammingKernel kHammingKernelAvx512 = Blocked<Avx512>::kernel();
+const HammingKernel kHammingKernelAvx512 = Blocked<Avx512>::kernel(searchRuns);
 
 }  // namespace gms_ransac
 #endif

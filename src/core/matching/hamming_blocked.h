@@ -174,7 +174,9 @@ struct Blocked {
 
   static int distance(const uint8_t* a, const uint8_t* b) { return hammingDistance(a, b); }
 
-  static constexpr HammingKernel kernel() { return {kQueryGroup, packedBytes, pack, scratchBytes, search, distance}; }
+  static constexpr HammingKernel kernel(decltype(HammingKernel::searchRuns) searchRuns = searchRunsRowwise) {
+    return {kQueryGroup, packedBytes, pack, scratchBytes, search, distance, searchRuns};
+  }
 };
 
 /// For lane `lane` of vector `vector` of a block of `vectors`, with `left` descriptors: whether it holds none.

@@ -40,6 +40,12 @@ struct HammingSearch {
   uint8_t* scratch = nullptr;  ///< HammingKernel::scratchBytes, aligned to 64 bytes; unused without `reverse`
 };
 
+/// Consecutive rows, half-open.
+struct RowRun {
+  int32_t first, last;
+};
+constexpr int kRowsReadPast = 7;
+
 struct HammingKernel {
   int query_group;  ///< resolution of NearestQueryGroup::first_query
   size_t (*packedBytes)(int train_count);
@@ -47,6 +53,10 @@ struct HammingKernel {
   size_t (*scratchBytes)(int train_count);
   void (*search)(const HammingSearch& search);
   int (*distance)(const uint8_t* a, const uint8_t* b);
+  /// One query against a few runs of rows. `index` names each row; of rows equally near the lowest index is the
+  /// nearest. May read kRowsReadPast rows and indices past a run, but does not look at them.
+  NearestTwo (*searchRuns)(const uint8_t* query, const uint8_t* rows, const int32_t* index, const RowRun* runs,
+                           int run_count);
 };
 
 /// The kernel of that level; the processor must support it.
@@ -66,6 +76,27 @@ static inline int hammingDistance(const uint8_t* a, const uint8_t* b) {
     distance += __builtin_popcountll(x ^ y);
   }
   return distance;
+}
+
+/// HammingKernel::searchRuns with 64-bit words; likewise inlined into every kernel's file.
+static inline NearestTwo searchRunsRowwise(const uint8_t* query, const uint8_t* rows, const int32_t* index,
+                                           const RowRun* runs, int run_count) {
+  int best = kNoDistance, second = kNoDistance, nearest = -1;
+  for (int run = 0; run < run_count; ++run) {
+    const uint8_t* row = rows + static_cast<size_t>(runs[run].first) * kHammingBytes;
+    for (int32_t j = runs[run].first; j < runs[run].last; ++j, row += kHammingBytes) {
+      const int distance = hammingDistance(query, row);
+      if (__builtin_expect(distance > second, 1)) continue;
+      if (distance < best || (distance == best && index[j] < nearest)) {
+        second = best;
+        best = distance;
+        nearest = index[j];
+      } else {
+        second = distance;
+      }
+    }
+  }
+  return {nearest, static_cast<uint16_t>(best), static_cast<uint16_t>(second)};
 }
 
 }  // namespace gms_ransac

@@ -45,7 +45,8 @@ size_t noBytes(int) { return 0; }
 void packNothing(const uint8_t*, int, uint8_t*) {}
 int distanceRowwise(const uint8_t* a, const uint8_t* b) { return hammingDistance(a, b); }
 
-constexpr HammingKernel kRowwiseKernel = {1, noBytes, packNothing, noBytes, searchRowwise, distanceRowwise};
+constexpr HammingKernel kRowwiseKernel = {
+    1, noBytes, packNothing, noBytes, searchRowwise, distanceRowwise, searchRunsRowwise};
 
 }  // namespace
 }  // namespace gms_ransac

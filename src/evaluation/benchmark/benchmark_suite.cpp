@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <set>
 
 #include <time.h>
 
@@ -16,6 +17,7 @@ namespace {
 
 const char kExtract[] = "extract", kMatch[] = "match", kGms[] = "GMS", kGmsAll[] = "GMS, rotation + scale",
            kRobust[] = "estimate", kFilter[] = "match + GMS + estimate", kFrame[] = "whole frame";
+const char kGuided[] = ", guided";
 const char kBaselineMatcher[] = "cv::BFMatcher", kBaselineGms[] = "dense GMS", kBaselineExtractor[] = "cv::ORB";
 
 /// Times work as BenchmarkOptions says.
@@ -50,6 +52,7 @@ struct MatcherContender {
 struct FilterContender {
   std::string name;
   int extractor;  ///< index into Suite::extractors_
+  SearchMode search;
   MatchFilter filter;
   MatchResult result;
 };
@@ -69,7 +72,7 @@ class Suite {
 
  private:
   void setCamera(cv::Size image_size);
-  void addFilters(int extractor, const FeatureExtractorOptions& extractor_options);
+  void addFilters(int extractor, const FeatureExtractorOptions& extractor_options, SearchMode search);
 
   // The stages; `counting`: matches are counted, besides the times.
   void extract(const cv::Mat& image, bool counting);
@@ -77,6 +80,7 @@ class Suite {
   void filterByMotion(bool counting);
   void estimateBaseline(bool counting);
   void filterOurs(bool counting);
+  void matchOurs(bool counting);
 
   void count(BenchmarkRow& row, const std::vector<cv::DMatch>& matches, const std::vector<uint8_t>* kept) const;
   /// Those of the contender's matches that got at least as far as `stage`.
@@ -94,6 +98,7 @@ class Suite {
   cv::Ptr<cv::ORB> baseline_extractor_;
   std::vector<ExtractorContender> extractors_;  ///< opencv, simd_orb; the first one's features are the baseline's
   std::vector<MatcherContender> matchers_;
+  GuidedSearch guided_search_;
   std::vector<std::unique_ptr<FilterContender>> filters_;
   MotionStatisticsOptions gms_all_options_;
   MotionStatisticsFilter gms_, gms_all_;
@@ -116,6 +121,7 @@ Suite::Suite(const Dataset& dataset, const BenchmarkOptions& options)
       options_(options),
       clock_(options.threads),
       baseline_extractor_(makeBaselineExtractor(options.features)),
+      guided_search_({false, std::clamp(options.threads, 1, 2)}, {}),
       gms_all_options_(withRotationAndScale()),
       gms_all_(gms_all_options_) {
   const int matcher_threads = std::clamp(options.threads, 1, 2);
@@ -132,20 +138,24 @@ Suite::Suite(const Dataset& dataset, const BenchmarkOptions& options)
     extractor.fast_threshold = fastThreshold(options.features);
     extractor.threads = options.threads;
     extractors_.push_back({std::string("extractor ") + name, makeFeatureExtractor(extractor), {}, {}, 0});
-    addFilters(static_cast<int>(extractors_.size()) - 1, extractor);
+    const int index = static_cast<int>(extractors_.size()) - 1;
+    addFilters(index, extractor, SearchMode::kFull);
+    if (index > 0) addFilters(index, extractor, SearchMode::kGuided);
   }
 }
 
-void Suite::addFilters(int extractor, const FeatureExtractorOptions& extractor_options) {
+void Suite::addFilters(int extractor, const FeatureExtractorOptions& extractor_options, SearchMode search) {
   for (const std::string& method : options_.methods) {
     MatchFilterOptions options;
     options.method = method;
     options.extractor = extractor_options;
     options.robust.model = options_.model;
+    options.search = search;
     options.matcher_threads = std::clamp(options_.threads, 1, 2);
     options.validate();
-    const std::string name = method + (extractor == 0 ? "" : " on " + extractors_[extractor].name);
-    filters_.emplace_back(new FilterContender{name, extractor, MatchFilter(options), {}});
+    const std::string name = method + (extractor == 0 ? "" : " on " + extractors_[extractor].name) +
+                             (search == SearchMode::kGuided ? kGuided : "");
+    filters_.emplace_back(new FilterContender{name, extractor, search, MatchFilter(options), {}});
   }
 }
 
@@ -266,7 +276,6 @@ void Suite::estimateBaseline(bool counting) {
 
 void Suite::filterOurs(bool counting) {
   const BaselineEstimator baseline = baselineEstimators(camera_.calibrated()).front();
-  std::vector<bool> first_of_extractor(extractors_.size(), true);
   for (auto& contender : filters_) {
     const ExtractorContender& extractor = extractors_[contender->extractor];
     contender->filter.reset();  // the estimator has seen this pair before and must not profit from it
@@ -283,14 +292,25 @@ void Suite::filterOurs(bool counting) {
     if (counting) {
       for (BenchmarkRow* row : rows) count(*row, *contender, MatchStage::kInlier);
     }
-    if (contender->extractor == 0 || !first_of_extractor[contender->extractor]) continue;
-    first_of_extractor[contender->extractor] = false;
-    BenchmarkRow& raw = table_.row(kMatch, toString(detectSimdLevel()) + " on " + extractor.name, kBaselineMatcher);
-    raw.ms.push_back(clock_.milliseconds([&] {
-      matchers_.front().matcher.match(extractor.reference.features.descriptors, extractor.current.features.descriptors,
-                                      matches_);
+  }
+  matchOurs(counting);
+}
+
+/// The raw matches of our own extractor, by full and by guided search.
+void Suite::matchOurs(bool counting) {
+  std::set<SearchMode> seen;
+  for (const auto& contender : filters_) {
+    if (contender->extractor == 0 || !seen.insert(contender->search).second) continue;
+    const ExtractorContender& extractor = extractors_[contender->extractor];
+    const Features &reference = extractor.reference.features, &current = extractor.current.features;
+    const bool guided = contender->search == SearchMode::kGuided;
+    const std::string name = toString(detectSimdLevel()) + " on " + extractor.name + (guided ? kGuided : "");
+    BenchmarkRow& row = table_.row(kMatch, name, kBaselineMatcher);
+    row.ms.push_back(clock_.milliseconds([&] {
+      guided ? guided_search_.match(reference, current, matches_)
+             : matchers_.front().matcher.match(reference.descriptors, current.descriptors, matches_);
     }));
-    if (counting) count(raw, *contender, MatchStage::kRaw);
+    if (counting) count(row, *contender, MatchStage::kRaw);
   }
 }
 
