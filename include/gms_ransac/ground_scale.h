@@ -27,7 +27,6 @@ struct GroundImages {
 };
 
 class GroundPatches;
-struct PlaneEquations;
 
 /// The ground is a plane, on which inverse depth is linear over the image: 1 / depth = m . (x, y, 1), with m its normal
 /// over its distance. m is fitted to the inliers below the horizon, each weighed by its parallax, and to patches of the
@@ -53,10 +52,10 @@ class GroundScale {
     Eigen::Vector3d ray;  ///< (x, y, 1) in the current image
     double inverse_depth, sigma;
   };
-  /// Normal equations of m at the end of the fit, and what supports it.
+  /// A plane, and what supports it.
   struct Fit {
     Eigen::Vector3d m = Eigen::Vector3d::Zero();
-    Eigen::Matrix3d information = Eigen::Matrix3d::Zero(), covariance = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     double points = 0;  ///< sum of their weights
     int patches = 0;
   };

@@ -1,5 +1,6 @@
 #include "imu_rotation.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 

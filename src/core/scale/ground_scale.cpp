@@ -145,7 +145,6 @@ GroundScale::Fit GroundScale::fit(Vector3d m, const Vector3d& t, const GroundPri
     m += step;
     if (!m.allFinite()) break;
     fit.m = m;
-    fit.information = information;
     const Matrix3d inverse = information.inverse();
     fit.covariance = inverse * spread * inverse;
     if (step.norm() < kEnoughOfAStep * m.norm()) break;
