@@ -1,9 +1,11 @@
-# Shared by scripts/demo and scripts/test: installs what is missing, builds, and enters the ROS environment.
+# Shared by scripts/demo, scripts/test and scripts/fuzz: installs what is missing, builds, and enters the ROS environment.
 # Sourced, not run. Everything happens inside the project folder but the system packages.
 
 project_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # Not $project_dir/build: rosrun overlooks programs in a folder of that name.
 build_dir=${GMS_RANSAC_BUILD_DIR:-$project_dir/out/build}
+# What a script wants besides: packages beyond the list, settings of CMake, targets (none: all).
+packages=() cmake_options=() build_targets=()
 # Another python3 may come first on the PATH; ROS and its Python modules belong to the system's.
 export PATH=/usr/bin:$PATH
 python=/usr/bin/python3
@@ -67,7 +69,7 @@ install_missing_packages() {
   list=$(package_list) || exit 1
   while read -r package; do
     dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q '^install ok installed' || missing+=("$package")
-  done < <(grep -v -e '^#' -e '^$' "$list")
+  done < <({ cat "$list"; printf '%s\n' "${packages[@]}"; } | grep -v -e '^#' -e '^$')
   [ ${#missing[@]} -eq 0 ] && return
   say "installing ${#missing[@]} missing packages"
   local as_root=()
@@ -88,8 +90,9 @@ build_project() {
   local jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-}
   [ -n "$jobs" ] || jobs=$(compilers "$(nproc)" "$(awk '/^MemAvailable:/ { print $2 }' /proc/meminfo)")
   {
-    cmake -G Ninja -S "$project_dir" -B "$build_dir" -DPYTHON_EXECUTABLE=$python -DCATKIN_ENABLE_TESTING="$1" &&
-      cmake --build "$build_dir" --parallel "$jobs"
+    cmake -G Ninja -S "$project_dir" -B "$build_dir" -DPYTHON_EXECUTABLE=$python -DCATKIN_ENABLE_TESTING="$1" \
+      "${cmake_options[@]}" &&
+      cmake --build "$build_dir" --parallel "$jobs" ${build_targets[0]:+--target "${build_targets[@]}"}
   } 2>&1 | show_progress "$build_dir/build.log" || { tail -n 40 "$build_dir/build.log" >&2; die "the build failed; the whole log is $build_dir/build.log"; }
 }
 

@@ -138,6 +138,16 @@ TEST(CameraModel, RefusesAModelItDoesNotKnowAndSaysWhere) {
   EXPECT_NE(refused->problem.find("omnidirectional"), std::string::npos) << refused->problem;
 }
 
+TEST(CameraModel, SaysWhatBinningMakesOfATinyFocalLength) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.K[0] = info.K[4] = info.P[0] = info.P[5] = std::numeric_limits<double>::denorm_min();
+  info.binning_x = info.binning_y = 4;
+  info.width = info.height = 0;
+  const auto refused = model(info, {640, 480});
+  EXPECT_FALSE(refused->camera.calibrated());
+  EXPECT_FALSE(refused->problem.empty());
+}
+
 TEST(CameraModel, QuotesAMessageInPart) {
   sensor_msgs::CameraInfo info = calibrated();
   info.distortion_model = std::string(100000, 'x') + "\n\x1b[2J";

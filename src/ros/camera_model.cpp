@@ -234,6 +234,8 @@ CameraModel CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv:
     intrinsics = {info.K[0], info.K[4], info.K[2], info.K[5], "", {}};
   }
   applyRegionAndBinning(info, intrinsics);
+  // So small a number that binning makes 0 of it, which would pass for a camera that is not calibrated.
+  if (!intrinsics.calibrated()) throw std::invalid_argument("fx and fy are 0 after binning");
   if (!model.rectified) {
     intrinsics.distortion_model = coreName(info.distortion_model);
     intrinsics.distortion.assign(

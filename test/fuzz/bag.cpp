@@ -1,0 +1,118 @@
+// Bags: as bytes of the input, or written of fuzzed messages and then cut and bit-flipped. They are read, or refused
+// with a DatasetError that names the file.
+#include <cmath>
+#include <iterator>
+
+#include <rosbag/bag.h>
+#include <std_msgs/String.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include "datasets/dataset.h"
+#include "demand.h"
+#include "fuzz_messages.h"
+#include "quiet_ros.h"
+#include "scratch_folder.h"
+
+namespace gms_ransac {
+namespace {
+
+tf2_msgs::TFMessage fuzzedTransforms(FuzzInput& input) {
+  static const std::array<const char*, 5> kFrames = {"world", "camera", "camera_left", "/base", ""};
+  tf2_msgs::TFMessage message;
+  for (int n = input.between(0, 4); n > 0; --n) {
+    geometry_msgs::TransformStamped transform;
+    transform.header.stamp = fuzzedStamp(input);
+    transform.header.frame_id = input.oneOf(kFrames);
+    transform.child_frame_id = input.oneOf(kFrames);
+    transform.transform.translation.x = input.number(-10, 10);
+    transform.transform.rotation.w = input.number(0, 1);
+    transform.transform.rotation.x = input.number(0, 1);
+    message.transforms.push_back(transform);
+  }
+  return message;
+}
+
+void writeBag(FuzzInput& input, const std::string& file) {
+  static const std::vector<std::string> kEncodings = {"mono8", "bgr8", "mono16", "bayer_rggb8"};
+  rosbag::Bag bag(file, rosbag::bagmode::Write);
+  bag.setCompression(static_cast<rosbag::CompressionType>(input.between(0, 2)));
+  for (int n = input.between(1, 6); n > 0; --n) {
+    const ros::Time received(1 + input.byte(), input.byte());
+    switch (input.between(0, 5)) {
+      case 0:
+        bag.write("/camera/camera_info", received, *fuzzedCameraInfo(input, 64, 64));
+        break;
+      case 1:
+        bag.write(input.flag() ? "/tf" : "/tf_static", received, fuzzedTransforms(input));
+        break;
+      case 2:
+        bag.write(input.flag() ? "/camera/image_raw" : "/camera/camera_info", received, std_msgs::String());
+        break;
+      default: {
+        const sensor_msgs::ImagePtr image = fuzzedImage(input, kEncodings, 70);
+        image->header.frame_id = "camera";
+        bag.write("/camera/image_raw", received, *image);
+      }
+    }
+  }
+}
+
+std::string contentOf(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+void damage(FuzzInput& input, std::string& bytes) {
+  for (int n = input.between(0, 8); n > 0 && !bytes.empty(); --n) {
+    const size_t at = input.raw<uint32_t>() % bytes.size();
+    switch (input.between(0, 3)) {
+      case 0:
+        bytes[at] = static_cast<char>(bytes[at] ^ (1 << input.between(0, 7)));
+        break;
+      case 1:
+        bytes[at] = static_cast<char>(input.byte());
+        break;
+      case 2:  // lengths are of four bytes
+        for (size_t i = at; i < std::min(at + 4, bytes.size()); ++i) bytes[i] = static_cast<char>(0xff);
+        break;
+      default:
+        bytes.resize(at);
+    }
+  }
+}
+
+void check(FuzzInput input) {
+  quietRos();
+  static const ScratchFolder folder;
+  std::string file = folder.path() + "/fuzzed.bag";
+  if (input.flag()) {
+    try {
+      writeBag(input, file);
+    } catch (const rosbag::BagException&) {
+      return;  // it was not to be written, so there is nothing to read
+    }
+    std::string bytes = contentOf(file);
+    damage(input, bytes);
+    folder.write("fuzzed.bag", bytes);
+  } else {
+    folder.write("fuzzed.bag", input.rest());
+  }
+  try {
+    const Dataset set = Dataset::open(file);
+    for (const DatasetFrame& frame : set.frames()) {
+      demand(!frame.pose || frame.pose->matrix().allFinite(), "a pose is finite");
+    }
+    if (set.intrinsics()) set.intrinsics()->validate();
+    for (int i = 0; i < static_cast<int>(set.frames().size()); ++i) demand(!set.image(i).empty(), "an image is one");
+  } catch (const DatasetError& error) {
+    demand(std::string(error.what()).find(file) != std::string::npos, "a complaint names the file");
+  }
+}
+
+}  // namespace
+}  // namespace gms_ransac
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  gms_ransac::check({data, size});
+  return 0;
+}

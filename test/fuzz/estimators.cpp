@@ -1,0 +1,80 @@
+// Every method's estimator and the judgement, on every set of matches.
+#include "demand.h"
+#include "fuzz_pairs.h"
+#include "gms_ransac/method.h"
+#include "invariants.h"
+
+namespace gms_ransac {
+namespace {
+
+RobustOptions fuzzedOptions(FuzzInput& input) {
+  RobustOptions options;
+  options.model = static_cast<ModelType>(input.between(0, 2));
+  if (input.flag()) options.inlier_threshold_px = input.byte() > 200 ? input.within(0.001, 100) : input.within(0.1, 5);
+  options.success_probability = input.within(0.01, 0.999);
+  options.max_iterations = input.between(1, 100);  // a fuzzer has no patience
+  options.seed = input.byte();
+  options.first_group_fraction = input.within(0.01, 1);
+  options.geometric_groups = input.flag();
+  options.tdd_d = input.between(1, 100);
+  options.subset_count = input.between(1, 5);
+  options.subset_fraction = input.within(0.01, 1);
+  options.split_fraction = input.within(0.01, 1);
+  if (input.flag()) options.target_inlier_ratio = input.within(0.01, 1);
+  if (input.flag()) options.sort_key = static_cast<SortKey>(input.between(0, 3));
+  options.judge = input.byte() < 192;
+  options.max_direction_sigma = input.within(0.01, 90);
+  options.calibration_sigma = input.flag() ? input.within(0, 0.2) : 0;
+  options.refine = input.flag();
+  return options;
+}
+
+PointPairs columnsOf(FuzzInput& input, const FuzzedPair& pair) {
+  PointPairs pairs;
+  pairs.resize(static_cast<int>(pair.matches.size()));
+  pairs.image_reference = pair.reference.features.image_size;
+  pairs.image_current = pair.current.features.image_size;
+  if (input.byte() > 200) pairs.scale_factor = static_cast<float>(input.within(1.01, 2));
+  Random random = input.random();
+  const int highest_score = input.between(0, 200);
+  for (size_t i = 0; i < pair.matches.size(); ++i) {
+    const Match& match = pair.matches[i];
+    const cv::KeyPoint& from = pair.reference.features.keypoints[static_cast<size_t>(match.reference)];
+    const cv::KeyPoint& to = pair.current.features.keypoints[static_cast<size_t>(match.current)];
+    pairs.x_reference[i] = from.pt.x;
+    pairs.y_reference[i] = from.pt.y;
+    pairs.x_current[i] = to.pt.x;
+    pairs.y_current[i] = to.pt.y;
+    pairs.octave_reference[i] = static_cast<uint8_t>(from.octave);
+    pairs.octave_current[i] = static_cast<uint8_t>(to.octave);
+    pairs.score[i] = random.below(highest_score + 1);
+    pairs.relative_score[i] = static_cast<float>(random.uniform() * highest_score);
+    pairs.distance[i] = match.distance;
+    pairs.second_distance[i] = match.second_distance;
+  }
+  return pairs;
+}
+
+void check(FuzzInput input) {
+  MatchFilterOptions options;
+  options.method = input.oneOf(methods()).name;
+  options.robust = fuzzedOptions(input);
+  options.validate();
+  const std::unique_ptr<Method> method = makeMethod(options);
+  RobustResult result;
+  // Twice, since storage and what was learnt are kept from pair to pair.
+  for (int i = 0; i < 2; ++i) {
+    const FuzzedPair pair = fuzzedPair(input, 20000);
+    const PointPairs pairs = columnsOf(input, pair);
+    method->estimate(pairs, pair.camera, result);
+    demandEmpty(brokenEstimate(pairs, pair.camera, options.robust, result));
+  }
+}
+
+}  // namespace
+}  // namespace gms_ransac
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  gms_ransac::check({data, size});
+  return 0;
+}

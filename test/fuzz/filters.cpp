@@ -1,0 +1,51 @@
+// Every filter on every set of matches: the motion statistics in all their settings, the distance consistency behind
+// them.
+#include "demand.h"
+#include "fuzz_pairs.h"
+#include "gms_ransac/distance_consistency.h"
+#include "invariants.h"
+
+namespace gms_ransac {
+namespace {
+
+MotionStatisticsOptions fuzzedOptions(FuzzInput& input) {
+  MotionStatisticsOptions options;
+  if (input.flag()) options.criterion = input.flag() ? Criterion::kEvidence : Criterion::kThreshold;
+  if (input.flag()) options.grid_columns = input.between(2, 100);
+  if (input.flag()) options.grid_rows = input.between(2, 100);
+  if (input.flag()) options.threshold_factor = input.within(0.01, 100);
+  options.rotation = input.flag();
+  options.scale = input.flag();
+  options.border = input.flag() ? GridBorder::kOriginal : GridBorder::kOpencv;
+  options.neighborhood = input.flag() ? GridNeighborhood::kFive : GridNeighborhood::kNine;
+  options.five_cell_factor = input.flag() ? FiveCellFactor::kRaw : FiveCellFactor::kScaled;
+  return options;
+}
+
+void check(FuzzInput input) {
+  const MotionStatisticsOptions options = fuzzedOptions(input);
+  options.validate();
+  MotionStatisticsFilter filter(options);
+  const DistanceReading reading = input.flag() ? DistanceReading::kPairwise : DistanceReading::kDisplacement;
+  DistanceConsistency consistency(reading, input.byte());
+  MotionStatistics statistics;
+  // Twice, since storage is kept from pair to pair.
+  for (int i = 0; i < 2; ++i) {
+    const FuzzedPair pair = fuzzedPair(input, 100000);
+    const Features &reference = pair.reference.features, &current = pair.current.features;
+    filter.compute(reference, current, pair.matches, statistics);
+    demandEmpty(brokenStatistics(statistics, pair.matches.size()));
+    const std::vector<uint8_t> before = statistics.accepted;
+    consistency.apply(reference, current, pair.matches, statistics);
+    for (size_t k = 0; k < before.size(); ++k) demand(statistics.accepted[k] <= before[k], "a filter only rejects");
+    demandEmpty(brokenStatistics(statistics, pair.matches.size()));
+  }
+}
+
+}  // namespace
+}  // namespace gms_ransac
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  gms_ransac::check({data, size});
+  return 0;
+}

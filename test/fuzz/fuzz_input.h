@@ -1,0 +1,109 @@
+// What a fuzzed input is read through: numbers, words and lengths off its bytes, so that most inputs mean something and
+// small changes of the bytes are small changes of the meaning. After the end everything is zero.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "random.h"
+
+namespace gms_ransac {
+
+class FuzzInput {
+ public:
+  FuzzInput(const uint8_t* data, size_t size) : data_(data), size_(size) {}
+
+  bool empty() const { return size_ == 0; }
+  size_t left() const { return size_; }
+
+  template <typename Value>
+  Value raw() {
+    Value value{};
+    const size_t n = std::min(size_, sizeof(value));
+    std::memcpy(&value, data_, n);
+    skip(n);
+    return value;
+  }
+  uint8_t byte() { return raw<uint8_t>(); }
+  bool flag() { return byte() & 1; }
+
+  /// In [low, high].
+  int between(int low, int high) {
+    const auto choices = static_cast<uint64_t>(int64_t{high} - low + 1);
+    const uint64_t drawn = choices <= 256 ? byte() : choices <= 65536 ? raw<uint16_t>() : raw<uint32_t>();
+    return static_cast<int>(low + static_cast<int64_t>(drawn % choices));
+  }
+  double within(double low, double high) { return low + (high - low) * raw<uint16_t>() / 65535; }
+
+  template <typename Container>
+  const auto& oneOf(const Container& container) {
+    return container[static_cast<size_t>(between(0, static_cast<int>(container.size()) - 1))];
+  }
+
+  /// Mostly within the bounds; now and then what nobody expects.
+  double number(double low, double high) {
+    const uint8_t kind = byte();
+    if (kind < 192) return within(low, high);
+    if (kind < 208) return raw<double>();
+    if (kind < 216) return raw<int32_t>();
+    if (kind < 224) return low;
+    if (kind < 232) return high;
+    static const std::array<double, 13> kOdd = {0.,
+                                                -0.,
+                                                1.,
+                                                -1.,
+                                                std::numeric_limits<double>::quiet_NaN(),
+                                                std::numeric_limits<double>::infinity(),
+                                                -std::numeric_limits<double>::infinity(),
+                                                std::numeric_limits<double>::max(),
+                                                std::numeric_limits<double>::lowest(),
+                                                std::numeric_limits<double>::min(),
+                                                std::numeric_limits<double>::denorm_min(),
+                                                1e9,
+                                                -1e-9};
+    return oneOf(kOdd);
+  }
+  float number32(float low, float high) {
+    const double value = number(low, high);
+    // Out of range the conversion is undefined.
+    if (std::abs(value) > std::numeric_limits<float>::max() && std::isfinite(value)) {
+      return std::copysign(std::numeric_limits<float>::max(), static_cast<float>(std::copysign(1, value)));
+    }
+    return static_cast<float>(value);
+  }
+
+  std::vector<uint8_t> bytes(size_t most) {
+    const size_t n = std::min(size_, most);
+    std::vector<uint8_t> taken(data_, data_ + n);
+    skip(n);
+    return taken;
+  }
+  std::string text(size_t most) {
+    const std::vector<uint8_t> taken = bytes(std::min<size_t>(byte(), most));
+    return std::string(taken.begin(), taken.end());
+  }
+  std::string rest() {
+    const std::vector<uint8_t> taken = bytes(size_);
+    return std::string(taken.begin(), taken.end());
+  }
+
+  /// For what is too long to be spelt out, such as the pixels of an image.
+  Random random() { return Random(raw<uint16_t>()); }
+
+ private:
+  void skip(size_t n) {
+    data_ += n;
+    size_ -= n;
+  }
+
+  const uint8_t* data_;
+  size_t size_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,47 @@
+// An image message becomes a grey image of its size, or is refused with a sentence; the message stays as it is.
+#include <opencv2/core.hpp>
+
+#include "demand.h"
+#include "fuzz_messages.h"
+#include "image_conversion.h"
+#include "quiet_ros.h"
+
+namespace gms_ransac {
+namespace {
+
+const std::vector<std::string>& encodings() {
+  static const std::vector<std::string> all = {
+      "mono8",        "8UC1",        "bgr8",        "8UC3",        "rgb8",         "bgra8",        "8UC4",
+      "rgba8",        "bayer_rggb8", "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8",  "mono16",       "16UC1",
+      "bgr16",        "rgb16",       "bgra16",      "rgba16",      "bayer_rggb16", "bayer_bggr16", "bayer_gbrg16",
+      "bayer_grbg16", "yuv422",      "yuv422_yuy2", "32FC1",       "jpeg"};
+  return all;
+}
+
+void check(FuzzInput input) {
+  quietRos();
+  ImageConverter converter;
+  // Several images, since the converter remembers how many bits are in use.
+  while (!input.empty()) {
+    const sensor_msgs::ImagePtr image = fuzzedImage(input, encodings(), 200);
+    const sensor_msgs::Image before = *image;
+    cv::Mat grey;
+    const std::string problem = converter.toGrey(*image, grey);
+    demand(image->data == before.data, "the message is only read");
+    demand(problem.size() < 1000, "a refusal is short whatever the message says");
+    demand(problem.empty() != grey.empty(), "an image or a sentence");
+    if (!problem.empty()) continue;
+    demand(grey.type() == CV_8UC1, "the image is grey");
+    demand(grey.cols == static_cast<int>(image->width) && grey.rows == static_cast<int>(image->height),
+           "the image has the message's size");
+    demand(cv::sum(grey)[0] >= 0, "every pixel can be read");
+  }
+}
+
+}  // namespace
+}  // namespace gms_ransac
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  gms_ransac::check({data, size});
+  return 0;
+}

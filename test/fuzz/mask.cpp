@@ -1,0 +1,66 @@
+// A mask message goes with an image or is refused with a sentence; keypoints lie where it lets them, whatever extracts.
+#include <opencv2/core.hpp>
+
+#include "demand.h"
+#include "fuzz_messages.h"
+#include "gms_ransac/feature_extractor.h"
+#include "image_conversion.h"
+#include "invariants.h"
+#include "mask_source.h"
+#include "quiet_ros.h"
+
+namespace gms_ransac {
+namespace {
+
+FeatureExtractorOptions fuzzedOptions(FuzzInput& input) {
+  FeatureExtractorOptions options;
+  if (input.byte() > 224) options.extractor = "opencv";
+  options.features = input.byte() > 250 ? 100000 : input.between(1, 500);
+  options.pyramid_levels = input.between(1, 16);
+  options.pyramid_scale = input.within(1.01, 2);
+  options.fast_threshold = input.between(0, 255);
+  return options;
+}
+
+void check(FuzzInput input) {
+  quietRos();
+  static const std::vector<std::string> kMasks = {"mono8", "8UC1", "bgr8"}, kImages = {"mono8", "mono16", "rgb8"};
+  Parameters parameters;
+  if (input.flag()) parameters.mask_sync = MaskSync::kExact;
+  MaskSource source(parameters);
+  ImageConverter converter;
+  const FeatureExtractorOptions options = fuzzedOptions(input);
+  const std::unique_ptr<FeatureExtractor> extractor = makeFeatureExtractor(options);
+  Features features;
+  for (int i = 0; i < 2; ++i) {
+    const sensor_msgs::ImagePtr image = fuzzedImage(input, kImages, 220);
+    const sensor_msgs::ImagePtr message = input.byte() > 240 ? nullptr : fuzzedImage(input, kMasks, 220);
+    if (message && input.flag()) {
+      message->width = message->step = image->width;
+      message->height = image->height;
+      message->data.resize(std::min<size_t>(size_t{message->step} * message->height, 1 << 20), 255);
+    }
+    cv::Mat grey, mask;
+    if (!converter.toGrey(*image, grey).empty()) continue;
+    const std::string problem = source.get(message, grey.size(), mask);
+    demand(problem.size() < 1000, "a refusal is short whatever the message says");
+    demand(mask.empty() || (mask.type() == CV_8UC1 && mask.size() == grey.size()), "a mask has the image's size");
+    demand(problem.empty() || mask.empty(), "a mask or a sentence");
+    extractor->extract(grey, features, mask);
+    demandEmpty(brokenFeatures(features, options));
+    if (mask.empty() || options.extractor == "opencv") continue;
+    for (const cv::KeyPoint& keypoint : features.keypoints) {
+      const int x = std::min(cvRound(keypoint.pt.x), mask.cols - 1),
+                y = std::min(cvRound(keypoint.pt.y), mask.rows - 1);
+      demand(mask.at<uint8_t>(y, x) != 0, "a keypoint lies where the mask lets it");
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gms_ransac
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  gms_ransac::check({data, size});
+  return 0;
+}

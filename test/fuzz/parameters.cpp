@@ -1,0 +1,119 @@
+// Values of parameters, as text, by type and through dynamic_reconfigure: taken, or refused with a sentence that names
+// the parameter.
+#include <stdexcept>
+
+#include "demand.h"
+#include "fuzz_input.h"
+#include "gms_ransac/match_filter.h"
+#include "gms_ransac/parameter.h"
+#include "match_filter_config.h"
+
+namespace gms_ransac {
+namespace {
+
+ParameterValue fuzzedValue(FuzzInput& input, const Parameter& parameter) {
+  switch (input.between(0, 6)) {
+    case 0:
+      return input.flag();
+    case 1:
+      return input.raw<int32_t>();
+    case 2:
+      return input.number(parameter.low, parameter.high);
+    case 3:
+      return input.text(40);
+    case 4:
+      return parameter.default_value;
+    case 5:
+      return parameter.choices.empty() ? ParameterValue(std::string()) : ParameterValue(input.oneOf(parameter.choices));
+    default:
+      return static_cast<int>(std::clamp(input.number(parameter.low, parameter.high), -1e9, 1e9) == 0);
+  }
+}
+
+void checkText(FuzzInput& input, const Parameter& parameter) {
+  const std::string text = input.text(40);
+  const std::optional<ParameterValue> value = parameter.parse(text);
+  if (!value) return;
+  demand(value->index() == parameter.default_value.index(), "what is parsed has the parameter's type");
+  if (!parameter.accepts(*value)) return;
+  MatchFilterOptions options;
+  setParameters({{parameter.name, *value}}, options);
+}
+
+void checkValues(FuzzInput& input) {
+  ParameterValues values;
+  for (int n = input.between(0, 8); n > 0; --n) {
+    const Parameter& parameter = input.oneOf(coreParameters());
+    values[input.byte() > 250 ? input.text(20) : parameter.name] = fuzzedValue(input, parameter);
+  }
+  MatchFilterOptions options;
+  try {
+    setParameters(values, options);
+    options.validate();
+  } catch (const std::invalid_argument& error) {
+    demand(std::string(error.what()).find(" is ") != std::string::npos,
+           std::string("a refusal is a sentence: ") + error.what());
+    return;
+  }
+  // What is taken works.
+  makeMethod(options);
+  const ParameterValues in_force = parametersOf(options);
+  for (const auto& [name, value] : in_force) {
+    const auto* number = std::get_if<double>(&value);
+    demand(number == nullptr || std::isfinite(*number), name + " is finite");
+  }
+}
+
+void checkReconfigure(FuzzInput& input) {
+  UnclampedConfig config(MatchFilterConfig::__getDefault__());
+  dynamic_reconfigure::Config message;
+  for (int n = input.between(0, 8); n > 0; --n) {
+    const Parameter& parameter = input.oneOf(coreParameters());
+    const ParameterValue value = fuzzedValue(input, parameter);
+    if (const auto* flag = std::get_if<bool>(&value)) {
+      message.bools.emplace_back();
+      message.bools.back().name = parameter.name;
+      message.bools.back().value = *flag;
+    } else if (const auto* whole = std::get_if<int>(&value)) {
+      message.ints.emplace_back();
+      message.ints.back().name = parameter.name;
+      message.ints.back().value = *whole;
+    } else if (const auto* number = std::get_if<double>(&value)) {
+      message.doubles.emplace_back();
+      message.doubles.back().name = parameter.name;
+      message.doubles.back().value = *number;
+    } else {
+      message.strs.emplace_back();
+      message.strs.back().name = parameter.name;
+      message.strs.back().value = std::get<std::string>(value);
+    }
+  }
+  config.__fromMessage__(message);
+  config.__clamp__();
+  if (!config.problem.empty()) return;
+  try {
+    coreOptions(config);
+  } catch (const std::invalid_argument& error) {
+    demand(std::string(error.what()).find(" is ") != std::string::npos,
+           std::string("a refusal is a sentence: ") + error.what());
+  }
+}
+
+void check(FuzzInput input) {
+  switch (input.between(0, 2)) {
+    case 0:
+      return checkText(input, input.oneOf(coreParameters()));
+    case 1:
+      return checkValues(input);
+    default:
+      return checkReconfigure(input);
+  }
+}
+
+}  // namespace
+}  // namespace gms_ransac
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  gms_ransac::check({data, size});
+  return 0;
+}

@@ -1,0 +1,236 @@
+// A schedule of images, resets, clock jumps and reconfigurations against the node's frame processor: one answer for
+// each image, every one of them sound and fit to publish.
+#include <cmath>
+
+#include <opencv2/imgproc.hpp>
+
+#include "demand.h"
+#include "frame_processor.h"
+#include "fuzz_messages.h"
+#include "invariants.h"
+#include "message_conversion.h"
+#include "motion_integrator.h"
+#include "overlay.h"
+#include "point_outputs.h"
+#include "quiet_ros.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr int kWidth = 128, kHeight = 96;
+
+/// The view of a wall from a camera that moves sideways, as an image message.
+sensor_msgs::ImagePtr view(int shift, int noise) {
+  static const cv::Mat wall = [] {
+    cv::Mat squares(kHeight / 4, (kWidth + 256) / 4, CV_8UC1), large;
+    cv::RNG(7).fill(squares, cv::RNG::UNIFORM, 0, 256);
+    cv::resize(squares, large, cv::Size(), 4, 4, cv::INTER_LINEAR);
+    return large;
+  }();
+  cv::Mat image = wall(cv::Rect(shift, 0, kWidth, kHeight)).clone();
+  cv::Mat grain(image.size(), CV_8UC1);
+  cv::RNG(static_cast<uint64_t>(noise)).fill(grain, cv::RNG::UNIFORM, 0, 1 + noise);
+  image += grain;
+  auto message = boost::make_shared<sensor_msgs::Image>();
+  message->encoding = "mono8";
+  message->width = message->step = kWidth;
+  message->height = kHeight;
+  message->data.assign(image.data, image.data + image.total());
+  return message;
+}
+
+class Schedule {
+ public:
+  explicit Schedule(FuzzInput& input)
+      : input_(input), parameters_(fuzzedParameters(input)), processor_(parameters_, "/image", "/camera_info") {
+    reconfigure();
+  }
+
+  void step() {
+    switch (input_.between(0, 15)) {
+      case 0:
+        processor_.requestReset();
+        reset_ = true;
+        break;
+      case 1:
+        clock_ += input_.number(-100, 100);
+        if (!(clock_ > 0 && clock_ < 4e9)) clock_ = 1000;
+        break;
+      case 2:
+        stamp_ += input_.number(-5, 5);
+        if (!(stamp_ > 0 && stamp_ < 4e9)) stamp_ = 1000;
+        break;
+      case 3:
+        reconfigure();
+        break;
+      default:
+        image();
+    }
+  }
+
+ private:
+  static Parameters fuzzedParameters(FuzzInput& input) {
+    Parameters parameters;
+    parameters.scale = static_cast<ScaleMode>(input.between(0, 3));
+    parameters.input = input.byte() > 224 ? InputKind::kPair : InputKind::kStream;
+    if (input.flag()) parameters.camera = {100, 100, kWidth / 2.0, kHeight / 2.0, "", {}};
+    return parameters;
+  }
+
+  void reconfigure() {
+    ProcessorOptions options;
+    options.core.method = input_.oneOf(methods()).name;
+    options.core.extractor.features = input_.between(1, 300);
+    options.core.extractor.pyramid_levels = input_.between(1, 4);
+    options.core.robust.max_iterations = input_.between(1, 50);
+    options.core.robust.model = static_cast<ModelType>(input_.between(0, 2));
+    options.core.robust.judge = input_.byte() < 192;
+    options.core.one_to_one = input_.flag();
+    options.max_frame_gap = input_.number(0.001, 5);
+    options.hold_reference = input_.flag();
+    if (input_.byte() > 240) options.core.extractor.features = input_.raw<int32_t>();
+    try {
+      processor_.setOptions(options);
+    } catch (const std::invalid_argument&) {
+      // The old options stay; there are none yet at the start.
+      if (!configured_) processor_.setOptions(ProcessorOptions());
+    }
+    configured_ = true;
+  }
+
+  sensor_msgs::ImagePtr nextImage() {
+    static const std::vector<std::string> kEncodings = {"mono8", "bgr8", "mono16", "yuv422", "bayer_rggb8"};
+    const uint8_t kind = input_.byte();
+    if (kind > 224) return fuzzedImage(input_, kEncodings, 160);
+    const sensor_msgs::ImagePtr image = view(input_.byte(), input_.between(0, 3) * 8);
+    if (kind > 208) image->data.resize(image->data.size() / 2);
+    return image;
+  }
+
+  void image() {
+    ImageWithInfo with_info;
+    const sensor_msgs::ImagePtr image = nextImage();
+    stamp_ += input_.within(0, 0.2);
+    clock_ += 0.1;
+    image->header.stamp = ros::Time(stamp_);
+    image->header.frame_id = input_.byte() > 240 ? input_.text(20) : "camera";
+    with_info.image = image;
+    if (input_.byte() > 128) with_info.camera_info = fuzzedCameraInfo(input_, kWidth, kHeight);
+    if (input_.byte() > 200) with_info.mask = fuzzedImage(input_, std::vector<std::string>{"mono8"}, 160);
+    if (parameters_.scale == ScaleMode::kDepth && input_.flag()) with_info.depth = depth();
+    if (parameters_.input == InputKind::kPair) with_info.reference = nextImage();
+    with_info.received = ros::Time(clock_);
+    auto prepared = processor_.prepare(with_info);
+    demand(prepared != nullptr, "an image is prepared");
+    check(processor_.process(std::move(prepared)), *image);
+  }
+
+  sensor_msgs::ImagePtr depth() {
+    auto message = boost::make_shared<sensor_msgs::Image>();
+    message->encoding = "32FC1";
+    message->width = kWidth;
+    message->height = kHeight;
+    message->step = 4 * kWidth;
+    const float metres = input_.number32(0.1f, 10);
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      const float value = i % 11 == 0 ? 0 : metres;
+      const auto* bytes = reinterpret_cast<const uint8_t*>(&value);
+      message->data.insert(message->data.end(), bytes, bytes + 4);
+    }
+    return message;
+  }
+
+  void check(const ProcessedFrame& processed, const sensor_msgs::Image& image) {
+    demand(processed.current != nullptr, "an answer is about an image");
+    demand(processed.current->header.stamp == image.header.stamp, "about the image that was given");
+    demand(!processed.text.empty(), "an answer has a sentence");
+    demand(processed.text.size() < 2000, "and a short one");
+    demand(processed.status <= MatchStats::BAD_IMAGE, "a status is known");
+    if (processed.status != MatchStats::BAD_IMAGE) checkOrder(processed);
+    MatchStats stats;
+    toMessage(processed, {}, stats);
+    demand(std::isfinite(stats.time_total) && std::isfinite(stats.rms_error_px) && std::isfinite(stats.inlier_ratio) &&
+               std::isfinite(stats.median_parallax_px) && std::isfinite(stats.sigma_px) &&
+               std::isfinite(stats.camera_misfit),
+           "every figure is finite");
+    if (processed.result == nullptr) {
+      demand(!processed.poseValid(), "no pose without a comparison");
+      return;
+    }
+    checkCompared(processed);
+  }
+
+  /// Stamps grow, or a restart is said.
+  void checkOrder(const ProcessedFrame& processed) {
+    const double stamp = processed.current->stamp();
+    if (parameters_.input == InputKind::kStream) {
+      const bool new_start = processed.continuity == Continuity::kRestarted;
+      demand(new_start || !(stamp <= last_used_), "stamps grow, or a restart is said");
+      if (reset_) demand(new_start, "a reset is done");
+      last_used_ = stamp;
+    }
+    reset_ = false;
+  }
+
+  void checkCompared(const ProcessedFrame& processed) {
+    const MatchResult& result = *processed.result;
+    const Features &reference = processed.reference->frame.features, &current = processed.current->frame.features;
+    if (result.matches.empty()) return;
+    demandEmpty(brokenResult(reference, current, result));
+    if (processed.track_ids == nullptr) return;
+    for (const bool with_rejected : {false, true}) {
+      Correspondences message;
+      toMessage(processed, with_rejected, message);
+      const size_t n = with_rejected ? result.matches.size() : static_cast<size_t>(result.inliers);
+      demand(message.confidence.size() == n && message.reference_points.size() == 2 * n &&
+                 message.track_id.size() == n && message.current_sigma.size() == n,
+             "columns of the message agree in length");
+      for (const float sigma : message.current_sigma) demand(std::isfinite(sigma) && sigma >= 0, "a sigma is finite");
+      for (const double k : message.K) demand(std::isfinite(k), "K is finite");
+      if (message.pose_valid) {
+        for (const double c : message.current_in_reference.covariance)
+          demand(std::isfinite(c), "a covariance is finite");
+      }
+    }
+    drawOverlay(processed.current->grey, processed.current->mask, &processed.reference->frame,
+                &processed.current->frame, processed.result, "caption");
+    if (processed.current->camera->camera.calibrated()) markerMessage(processed);
+    if (!processed.poseValid()) return;
+    demandEmpty(brokenPose(processed.pose, kPublishedRounding));
+    demandEmpty(poseDefect(processed.pose));
+    integrate(processed);
+  }
+
+  void integrate(const ProcessedFrame& processed) {
+    if (processed.continuity != Continuity::kContinuous) integrator_.restart();
+    const double seconds = processed.current->stamp() - processed.reference->stamp();
+    if (!(seconds > 0)) return;
+    integrator_.add({processed.pose, seconds, processed.status == MatchStats::OK, processed.reference_held,
+                     processed.result->robust.median_parallax_px});
+    const OdometryEstimate& camera = integrator_.camera();
+    demand(camera.pose.matrix().allFinite() && camera.twist.allFinite(), "odometry is finite");
+    demandEmpty(brokenCovariance(camera.pose_covariance, kPublishedRounding));
+    demandEmpty(brokenCovariance(camera.twist_covariance, kPublishedRounding));
+  }
+
+  FuzzInput& input_;
+  const Parameters parameters_;
+  FrameProcessor processor_;
+  MotionIntegrator integrator_;
+  double clock_ = 1000, stamp_ = 1000, last_used_ = 0;
+  bool reset_ = false, configured_ = false;
+};
+
+void check(FuzzInput input) {
+  quietRos();
+  Schedule schedule(input);
+  for (int i = 0; i < 12 && !input.empty(); ++i) schedule.step();
+}
+
+}  // namespace
+}  // namespace gms_ransac
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  gms_ransac::check({data, size});
+  return 0;
+}
