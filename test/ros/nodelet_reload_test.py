@@ -30,6 +30,10 @@ class NodeletReload(unittest.TestCase):
         stages = (lambda answers: True, lambda answers: answers, lambda answers: any(m.status == MatchStats.OK for m in answers))
         seconds = []
         for i in range(ROUNDS):
+            # Anew: rospy takes a connection that is still closing for one to the nodelet that is loaded next.
+            while client.subscribers:
+                client.subscribers.pop().unregister()
+            client.listen()
             before = len(client.stats)
             rospy.set_param(name + "/threads", 1 + i % 4)
             request = NodeletLoadRequest(name=name, type="gms_ransac/MatchFilter")
@@ -40,8 +44,6 @@ class NodeletReload(unittest.TestCase):
             self.assertTrue(unload(name=name).success, "unload %d" % i)
             seconds.append(time.monotonic() - start)
             self.assertEqual(loaded().nodelets, [])
-            # rospy takes a connection that is still closing for one to the nodelet that is loaded next.
-            client.wait(lambda: not any(s.get_num_connections() for s in client.subscribers), "the end of its topics")
         stream.stop()
         print("unloaded %d times, in %.3f s on average, %.3f s at most" % (ROUNDS, sum(seconds) / ROUNDS, max(seconds)))
 
