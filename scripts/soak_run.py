@@ -149,7 +149,7 @@ class Disturbance(threading.Thread):
 
     def stop(self):
         self.stopping.set()
-        self.join()
+        self.join(10)  # seconds; a service of a filter that has died is not waited for
 
 
 class Record:
