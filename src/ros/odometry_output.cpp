@@ -7,6 +7,7 @@
 #include <geometry_msgs/TwistWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
+#include <ros/master.h>
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/transform_listener.h>
 #include <boost/make_shared.hpp>
@@ -145,7 +146,8 @@ void OdometryOutput::listen() {
 }
 
 void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transform) {
-  if (with_transform) listen();
+  // Without a master to listen waits for one, and the images would with it.
+  if (with_transform && !listener_ && ros::master::check()) listen();
   if (processed.continuity == Continuity::kRestarted) buffer_->clear();
   if (!integrate(processed) || (listeners() == 0 && !with_transform)) return;
   const std_msgs::Header& header = processed.current->header;
@@ -222,7 +224,7 @@ std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::He
 }
 
 bool OdometryOutput::mayBroadcast(const std::string& parent, const std::string& child) {
-  if (refused_ || (ros::WallTime::now() - listening_since_).toSec() < kSettlingSeconds) return false;
+  if (refused_ || !listener_ || (ros::WallTime::now() - listening_since_).toSec() < kSettlingSeconds) return false;
   std::string owner;
   if (!buffer_->_getParent(child, ros::Time(0), owner)) return true;
   if (owner == parent && !last_broadcast_.isZero()) return true;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include <ros/master.h>
 #include <tf2_ros/transform_broadcaster.h>
 
 namespace gms_ransac {
@@ -40,6 +41,8 @@ void WatchedBroadcaster::remember(const geometry_msgs::TransformStamped& transfo
   ros::Subscriber done;  // let go without the lock, for which its callback may be waiting
   std::lock_guard<std::mutex> lock(mutex_);
   if (listening_since_.isZero()) {
+    // To subscribe waits for a master, and the images would with it; what is connected goes on without.
+    if (!ros::master::check()) return;
     listening_since_ = ros::SteadyTime::now();
     tf_ = nh_.subscribe("/tf", kQueue, &WatchedBroadcaster::onTransforms, this);
   }

@@ -7,7 +7,6 @@ import subprocess
 import tempfile
 import unittest
 import xmlrpc.client
-from io import BytesIO
 
 import numpy as np
 import rospy
@@ -22,17 +21,11 @@ from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
 
 from graph import FULL, Client, Scene, Stream, camera_info, image_message
-from tcpros import DeafSubscriber, RawPublisher
+from tcpros import RawPublisher, RawSubscriber, serialized
 
 RECONFIGURATIONS = 1000 if FULL else 100
 # Images that nobody reads wait at the publisher, ten an output; far less than these would take.
 UNREAD, UNREAD_MB = 100, 30
-
-
-def serialized(message):
-    buffer = BytesIO()
-    message.serialize(buffer)
-    return struct.pack("<I", buffer.tell()) + buffer.getvalue()
 
 
 def resident_mb(pid):
@@ -118,7 +111,7 @@ class Faults(unittest.TestCase):
             publisher.close()
 
     def test_subscriber_that_never_reads(self):
-        deaf = [DeafSubscriber("/deaf_%d" % i, "/match_filter/" + topic, kind) for i, (topic, kind) in
+        deaf = [RawSubscriber("/deaf_%d" % i, "/match_filter/" + topic, kind) for i, (topic, kind) in
                 enumerate((("match_image", Image), ("correspondences", Correspondences), ("stats", MatchStats)))]
         before = resident_mb(pid_of("/manager"))
         for i in range(UNREAD):

@@ -1,12 +1,16 @@
 #!/usr/bin/env python3
-"""The ROS master is killed, and started again: the node goes on and says both, in the log and in its diagnostics."""
+"""The ROS master is killed, and started again: the node goes on and says both, in the log and in its diagnostics. What is
+connected is served without a master from the first image on."""
 import signal
 
 import rospy
 import rostest
+from gms_ransac.msg import MatchStats
+from sensor_msgs.msg import Image
 
-from graph import TIMEOUT
+from graph import TIMEOUT, Scene, image_message
 from processes import GraphTest
+from tcpros import RawPublisher, RawSubscriber
 
 
 class Master(GraphTest):
@@ -31,6 +35,23 @@ class Master(GraphTest):
         self.assertEqual(self.count(log, "was restarted"), 1, "said once")
         node.send_signal(signal.SIGINT)
         self.assertEqual(node.wait(TIMEOUT), 0)
+
+    def test_killed_before_the_first_image(self):
+        master = self.start_master()
+        _, log = self.start("rosrun", "gms_ransac", "match_filter_node", "__name:=filter", "_drop_frames:=false",
+                            "_camera/fx:=500.0", "_camera/fy:=500.0", "_camera/cx:=319.5",
+                            "_camera/cy:=239.5")
+        self.says(log, "subscribes to /image")
+        camera = RawPublisher("/camera", "/image", Image, master_uri=self.uri)
+        listener = RawSubscriber("/listener", "/filter/stats", MatchStats, self.uri)
+        self.wait(lambda: camera.served, "the filter to connect")
+        master.kill()
+        master.wait()
+        scene = Scene()
+        for i, status in enumerate((MatchStats.FIRST_FRAME, MatchStats.OK, MatchStats.OK)):
+            camera.publish(image_message(scene.draw(t=(0.15 * i, 0.05 * i, 0)), 100 + 0.1 * i))
+            self.assertEqual(listener.read().status, status)
+        listener.close()
 
 
 if __name__ == "__main__":

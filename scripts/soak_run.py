@@ -1,0 +1,299 @@
+#!/usr/bin/env python3
+"""What scripts/soak runs: starts a graph of its own, disturbs it, watches it, and judges.
+
+Two filters take the same images: the nodelet in a manager (every image, one thread) and the node (the newest, two threads).
+"""
+import argparse
+import csv
+import json
+import os
+import random
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+
+import rospy
+from dynamic_reconfigure.client import Client as Reconfigure
+from std_srvs.srv import SetBool, Trigger
+
+FILTERS = ("/nodelet_filter", "/node_filter")
+SETTLED = 60.0  # seconds after which memory has to stay what it is
+GROWTH_MB = 2.0
+WINDOW = 30  # samples, one a second, at the beginning and at the end of what is judged
+SMALL = {"features": 300, "fast_threshold": 10, "pyramid_levels": 4}
+
+# Each is set on top of what is in force, so that most pairs of them occur.
+CHANGES = ([{"method": name} for name in ("lo_prosac", "gms_ransac", "cp_ransac", "prosac", "ransac", "lan", "subset_ransac")] +
+           [{"extractor": name} for name in ("opencv", "simd_orb", "simd_orb")] +
+           [{"features": count} for count in (100, 200, 300)] +
+           [{"model": name} for name in ("fundamental", "homography", "essential", "essential")] +
+           [{"gms_rotation": True}, {"gms_rotation": False}, {"gms_scale": True}, {"gms_scale": False},
+            {"hold_reference": False}, {"hold_reference": True}, {"publish_rejected": True}, {"publish_rejected": False},
+            {"publish_odom_tf": True}, {"publish_odom_tf": False}, {"judge": False}, {"judge": True}, {"feature_limit": 0}, {"feature_limit": 220}])
+OUTPUTS = ("correspondences", "match_image", "odom", "path", "features", "match_markers", "inlier_points", "relative_pose", "twist")
+
+
+def free_port():
+    with socket.socket() as chosen:
+        chosen.bind(("", 0))
+        return chosen.getsockname()[1]
+
+
+class Graph:
+    """The processes; ended with `stop`."""
+
+    def __init__(self, out):
+        self.out, self.processes = out, {}
+        os.environ["ROS_MASTER_URI"] = "http://localhost:%d" % free_port()
+
+    def start(self, name, *command, stdout=None):
+        log = open(os.path.join(self.out, name + ".log"), "w")
+        self.processes[name] = subprocess.Popen(command, stdout=stdout or log, stderr=log, text=True)
+        return self.processes[name]
+
+    def start_filters(self):
+        self.start("master", "roscore", "-p", os.environ["ROS_MASTER_URI"].rsplit(":", 1)[1])
+        while not master_answers():
+            time.sleep(0.1)
+        rospy.set_param(FILTERS[0], dict(SMALL, drop_frames=False, always_subscribe=True))
+        # With frames of its own: else the two would broadcast the same transforms.
+        rospy.set_param(FILTERS[1], dict(SMALL, threads=2, always_subscribe=True, publish_relative_tf=False, invert_odom_tf=True,
+                                         odom_frame="node_odom"))
+        # rosrun becomes the program: these are the processes that hold the filters.
+        self.start("manager", "rosrun", "nodelet", "nodelet", "manager", "__name:=manager")
+        self.start("loader", "rosrun", "nodelet", "nodelet", "load", "gms_ransac/MatchFilter", "/manager", "__name:=" + FILTERS[0][1:])
+        self.start("node", "rosrun", "gms_ransac", "match_filter_node", "__name:=" + FILTERS[1][1:])
+        for name in FILTERS:
+            rospy.wait_for_service(name + "/reset")
+
+    def dead(self):
+        return [name for name, process in self.processes.items() if process.poll() is not None]
+
+    def stop(self):
+        for process in reversed(list(self.processes.values())):
+            process.send_signal(signal.SIGINT)
+            try:
+                process.wait(20)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+
+def master_answers():
+    try:
+        rospy.get_master().getPid()
+        return True
+    except OSError:
+        return False
+
+
+def held(pid):
+    """(resident MB, threads, file descriptors) of a process (proc(5))."""
+    with open("/proc/%d/status" % pid) as lines:
+        fields = dict(line.split(":", 1) for line in lines)
+    return int(fields["VmRSS"].split()[0]) / 1024, int(fields["Threads"]), len(os.listdir("/proc/%d/fd" % pid))
+
+
+class Disturbance(threading.Thread):
+    """Does something to one of the filters every now and then; the first minute holds all changes of parameters once."""
+
+    def __init__(self, seed, steady):
+        super().__init__(daemon=True)
+        self.steady = steady
+        self.random, self.stopping, self.done = random.Random(seed), threading.Event(), {}
+        self.reconfigure = {name: Reconfigure(name, timeout=30) for name in FILTERS}
+        self.listeners = []
+
+    def run(self):
+        every = [] if self.steady else [(name, change) for name in FILTERS for change in CHANGES]
+        for name, change in every:
+            if self.stopping.wait(0.8 * SETTLED / len(every)):
+                return
+            self.change(name, change)
+            self.listen(name)
+        actions = (self.listen, self.listen, self.reset, self.pause) + (() if self.steady else (self.change, self.change))
+        while not self.stopping.wait(self.random.uniform(0.1, 1.5)):
+            name, action = self.random.choice(FILTERS), self.random.choice(actions)
+            try:
+                action(name)
+            except (rospy.ROSException, rospy.ServiceException) as error:
+                self.count("failed: %s" % error)
+
+    def count(self, what):
+        self.done[what] = self.done.get(what, 0) + 1
+
+    def change(self, name, change=None):
+        self.reconfigure[name].update_configuration(change or self.random.choice(CHANGES))
+        self.count("reconfigurations")
+
+    def reset(self, name):
+        rospy.ServiceProxy(name + "/reset", Trigger)()
+        self.count("resets")
+
+    def pause(self, name):
+        pause = rospy.ServiceProxy(name + "/pause", SetBool)
+        pause(True)
+        self.stopping.wait(self.random.uniform(0, 1))
+        pause(False)
+        self.count("pauses")
+
+    def listen(self, name):
+        """One more listener; the oldest leaves."""
+        topic = "%s/%s" % (name, self.random.choice(OUTPUTS))
+        self.listeners.append(rospy.Subscriber(topic, rospy.AnyMsg, lambda message: None, queue_size=1))
+        if len(self.listeners) > 3:
+            self.listeners.pop(0).unregister()
+        self.count("listeners")
+
+    def stop(self):
+        self.stopping.set()
+        self.join(10)  # seconds; a service of a filter that has died is not waited for
+
+
+class Record:
+    """One row a second, in soak.csv as it comes."""
+
+    def __init__(self, path):
+        self.rows, self.file = [], open(path, "w", newline="")
+        self.writer = None
+
+    def add(self, row):
+        if self.writer is None:
+            self.writer = csv.DictWriter(self.file, list(row))
+            self.writer.writeheader()
+        self.writer.writerow(row)
+        self.file.flush()
+        self.rows.append(row)
+
+    def settled(self, column):
+        return [row[column] for row in self.rows if row["seconds"] >= SETTLED]
+
+
+def row_of(report, graph):
+    row = {"seconds": report["seconds"], "sent": report["sent"], "loops": report["loops"]}
+    for name, process in zip(FILTERS, ("manager", "node")):
+        answer = report["filters"][name]
+        for column in ("answered", "received", "processed", "dropped", "resets"):
+            row[process + "_" + column] = answer[column]
+        row[process + "_p50_ms"], row[process + "_p99_ms"] = answer.get("p50_ms", ""), answer.get("p99_ms", "")
+        row[process + "_wrong"] = json.dumps(answer["wrong"]) if answer["wrong"] else ""
+        row[process + "_statuses"] = json.dumps(answer["statuses"])
+        for column, value in zip(("mb", "threads", "files"), held(graph.processes[process].pid)):
+            row["%s_%s" % (process, column)] = value
+    return row
+
+
+def growth(memory, steady):
+    """MB. One set of parameters needs more than another, so what counts is the least of a quarter of the time where they change."""
+    if steady:
+        return max(memory) - memory[0]
+    quarter = len(memory) // 4
+    return min(memory[-quarter:]) - min(memory[:quarter])
+
+
+def judge(record, died, steady):
+    """(lines of a summary, complaints)"""
+    complaints = ["%s ended by itself" % name for name in died]
+    if not record.rows or record.rows[-1]["seconds"] < SETTLED + 2 * WINDOW:
+        return ["ended before there is anything to judge"], complaints + ["too short: two minutes at least"]
+    last = record.rows[-1]
+    lines = ["%d images sent in %.0f s, %d loops of the bag" % (last["sent"], last["seconds"], last["loops"])]
+    for process in ("manager", "node"):
+        value = lambda column: last["%s_%s" % (process, column)]
+        memory, threads, files = (record.settled("%s_%s" % (process, column)) for column in ("mb", "threads", "files"))
+        grown = growth(memory, steady)
+        latency = sorted(v for v in record.settled(process + "_p99_ms") if v != "")
+        lines.append("%s: %d answered, %d dropped, %d resets; memory %.1f MB after a minute, at most %+.2f MB after that, grown by %.2f MB; "
+                     "threads %d to %d, files %d to %d; p99 of a second: median %.1f ms, worst %.1f ms; statuses %s" %
+                     (process, value("processed"), value("dropped"), value("resets"), memory[0], max(memory) - memory[0], grown,
+                      min(threads), max(threads), min(files), max(files), latency[len(latency) // 2], latency[-1], value("statuses")))
+        if grown > GROWTH_MB:
+            complaints.append("%s grew by %.2f MB after the first minute, more than %g" % (process, grown, GROWTH_MB))
+        # Listeners come and go, so what counts is the least of a while.
+        for what, values in (("threads", threads), ("files", files)):
+            if min(values[-WINDOW:]) > max(values[:WINDOW]):
+                complaints.append("%s holds %d %s at the end and %d after a minute" % (process, min(values[-WINDOW:]), what, max(values[:WINDOW])))
+        if value("wrong"):
+            complaints.append("%s: %s" % (process, value("wrong")))
+        if value("received") - value("processed") - value("dropped") not in range(0, 20):
+            complaints.append("%s: %d received, %d processed and %d dropped do not add up" % (process, value("received"), value("processed"), value("dropped")))
+    return lines, complaints
+
+
+def plot(record, path):
+    try:
+        import matplotlib
+        matplotlib.use("Agg")
+        from matplotlib import pyplot
+    except ImportError as error:
+        print("no plot: %s" % error)
+        return
+    panels = (("resident memory (MB)", "mb"), ("threads", "threads"), ("file descriptors", "files"), ("latency p99 (ms)", "p99_ms"),
+              ("images answered", "processed"), ("images dropped", "dropped"), ("resets", "resets"))
+    figure, axes = pyplot.subplots(len(panels), sharex=True, figsize=(9, 2 * len(panels)))
+    hours = [row["seconds"] / 3600 for row in record.rows]
+    for axis, (title, column) in zip(axes, panels):
+        for process in ("manager", "node"):
+            axis.plot(hours, [float(row["%s_%s" % (process, column)] or "nan") for row in record.rows], label=process, linewidth=0.8)
+        axis.set_ylabel(title, fontsize=8)
+        axis.grid(alpha=0.3)
+    axes[3].set_yscale("log")
+    axes[0].legend()
+    axes[-1].set_xlabel("hours")
+    figure.tight_layout()
+    figure.savefig(path, dpi=80)
+
+
+def enough(row, images):
+    return images > 0 and min(row["manager_processed"], row["node_processed"]) >= images
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("hours", type=float)
+    parser.add_argument("bag")
+    parser.add_argument("out")
+    parser.add_argument("--images", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--steady", action="store_true")
+    options = parser.parse_args()
+    graph, record, died = Graph(options.out), Record(os.path.join(options.out, "soak.csv")), []
+    end = time.monotonic() + 3600 * options.hours
+    disturbance = None
+    for number in (signal.SIGINT, signal.SIGTERM):  # a shell ignores the first for what it starts in the background
+        signal.signal(number, signal.default_int_handler)
+    try:
+        graph.start_filters()
+        rospy.init_node("soak", disable_signals=True)
+        player = graph.start("player", "rosrun", "gms_ransac", "soak_player", "--bag", options.bag, "--filters", *FILTERS, stdout=subprocess.PIPE)
+        disturbance = Disturbance(options.seed, options.steady)
+        disturbance.start()
+        for line in player.stdout:
+            died = graph.dead()
+            if died:
+                break
+            record.add(row_of(json.loads(line), graph))
+            if time.monotonic() > end or enough(record.rows[-1], options.images):
+                break
+        died = died or graph.dead()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        if disturbance:
+            disturbance.stop()
+        graph.stop()
+    lines, complaints = judge(record, died, options.steady)
+    if disturbance:
+        lines.append("done to them: " + ", ".join("%d %s" % (n, what) for what, n in sorted(disturbance.done.items())))
+    text = "\n".join(lines + ["FAILED: " + complaint for complaint in complaints] + ([] if complaints else ["passed"]))
+    print(text)
+    with open(os.path.join(options.out, "summary.txt"), "w") as out:
+        out.write(text + "\n")
+    plot(record, os.path.join(options.out, "soak.png"))
+    sys.exit(1 if complaints else 0)
+
+
+if __name__ == "__main__":
+    main()
