@@ -199,7 +199,7 @@ void PoseJudge::judgeRotation(const Eigen::Matrix3d& R, RobustResult& result) {
 
 RotationOnly PoseJudge::fitRotation(const TwoViewPose& start, RobustResult& result) {
   rotation_residuals_.resize(noise_.residuals().size());
-  RotationOnly rotation = fitRotationOnly(PoseModel(kernels_, view_), view_, start, noise_.residuals(),
+  RotationOnly rotation = fitRotationOnly(PoseModel(kernels_, view_), view_, start, noise_.residuals(), noise_.sigma(),
                                           rotation_residuals_, sorted_, result.effort.point_evaluations);
   result.pose_found = true;
   result.median_parallax_px = rotation.median_residual * points_->pixelsPerUnit();
