@@ -209,12 +209,13 @@ RotationOnly PoseJudge::fitRotation(const TwoViewPose& start, RobustResult& resu
 void PoseJudge::settle(const TwoViewPose& optimum, const TwoViewPose& preferred, PoseSpread& spread,
                        RobustResult& result) const {
   // The reason for the preferred rotation is a guess about the scene, which a clear optimum overrules: it is followed
-  // the less the further it is from the optimum in terms of the optimum's own covariance. How far that goes may all be
-  // error.
+  // the less the further it is from the optimum in terms of the optimum's own covariance, whatever other motions there
+  // are. How far that goes may all be error.
   auto rotation = spread.covariance.topLeftCorner<3, 3>();
   // And where two bodies have been parted, the preference is that of both.
   Eigen::Vector3d step = parted_ ? Eigen::Vector3d(0, 0, 0) : rotationVector(preferred.R * optimum.R.transpose());
-  const double distance = step.dot(Eigen::Matrix3d(rotation).ldlt().solve(step)) / 3;
+  const Eigen::Matrix3d own = spread_.covariance.topLeftCorner<3, 3>();
+  const double distance = step.dot(own.ldlt().solve(step)) / 3;
   step = std::isfinite(distance) ? Eigen::Vector3d(step / (1 + distance / kHalfWay)) : Eigen::Vector3d::Zero();
   rotation += step * step.transpose();
   const Eigen::Matrix3d R = rotationFromVector(step) * optimum.R;
