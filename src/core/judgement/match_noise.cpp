@@ -18,6 +18,7 @@ constexpr double kSmallestSigma = 0.02;  ///< coordinates are rounded to about t
 constexpr double kLargestShare = 1 - 1e-3;
 constexpr float kLeastParallax = 0.01f;    ///< squared; below it is noise
 constexpr float kNarrowestSpread = 0.25f;  ///< of the parallaxes, octaves
+constexpr float kOddsApart = 100;          ///< of a match that another motion explains
 constexpr float kImageExtent = 2;          ///< longest displacement that an image allows, focal lengths
 constexpr double kSoftnessSigmas =
     2;  ///< softness of the loss; at 1 or more the optimum is nearly that of least squares
@@ -46,6 +47,9 @@ void MatchNoise::measure(const PoseModel& model, const PointColumnsView& points,
   model.rotationResiduals(pose.R, parallaxes_.data());
   evaluations += 2 * static_cast<int64_t>(points.count);
   weighParallaxes(points.count, points.count > 0 ? kImageExtent * std::sqrt(points.weight[0]) : 1);
+  for (size_t i = 0; i < apart_.size(); ++i) {
+    if (apart_[i]) odds_[i] = std::max(odds_[i], kOddsApart);
+  }
   fit(points.count);
 }
 

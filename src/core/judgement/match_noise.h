@@ -22,6 +22,11 @@ class MatchNoise {
   /// The same where no pose is known: squared residuals of `count` matches alone.
   void measure(const std::vector<float>& squared_residuals, int count);
 
+  /// Matches that are known to belong to something else, one flag for each column; none until they are named, and after
+  /// forgetApart().
+  void setApart(const std::vector<uint8_t>& apart) { apart_ = apart; }
+  void forgetApart() { apart_.clear(); }
+
   /// Standard deviation of a right match's signed residual, which for the Sampson distance is that of a keypoint's
   /// coordinates.
   double sigma() const { return sigma_; }
@@ -49,6 +54,7 @@ class MatchNoise {
   std::vector<float> residuals_, parallaxes_, probabilities_;
   std::vector<float> odds_;  ///< how much likelier the parallax is for a wrong match
   std::vector<float> octaves_;
+  std::vector<uint8_t> apart_;
   std::vector<int> within_;                                             ///< columns within the window
   std::vector<float> near_residuals_, near_odds_, near_probabilities_;  ///< theirs
 };

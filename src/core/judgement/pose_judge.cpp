@@ -42,17 +42,35 @@ void PoseJudge::begin(const TwoViewPoints& points) {
   points_ = &points;
   view_ = points.view();
   plausible_.resize(view_.count);  // whether or not it is needed, so that a later pair allocates nothing
-  measured_ = false;
+  measured_ = parted_ = false;
+  noise_.forgetApart();
 }
 
 void PoseJudge::measureNoise(const TwoViewPose& pose, Effort& effort) {
   if (measured_ && pose.R == measured_at_.R && pose.t == measured_at_.t) return;
   noise_.measure(PoseModel(kernels_, view_), view_, pose, effort.point_evaluations);
   measured_ = true;
+  spread_known_ = false;
   measured_at_ = pose;
 }
 
 void PoseJudge::refine(TwoViewPose& pose, Effort& effort) {
+  followNoise(pose, effort);
+  if (options_.judge) followLargerBody(pose, effort);
+}
+
+void PoseJudge::followLargerBody(TwoViewPose& pose, Effort& effort) {
+  const PoseBreak& pose_break = spreadAt(pose).pose_break;
+  if (!pose_break.found()) return;
+  parted_ =
+      bodies_.part(kernels_, view_, points_->cells(), pose_break, noise_.residuals(), pose, effort.point_evaluations);
+  if (!parted_) return;
+  noise_.setApart(bodies_.apart());
+  measured_ = false;
+  followNoise(pose, effort);
+}
+
+void PoseJudge::followNoise(TwoViewPose& pose, Effort& effort) {
   measureNoise(pose, effort);
   const Loss loss = noise_.loss();
   if (loss.inverse_softness == 1 && !weighsImplausible(loss.cut)) return;  // it is at the optimum
@@ -81,7 +99,7 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
                       const std::vector<AlternativeMotion>& alternatives, RobustResult& result) {
   measureNoise(optimum, result.effort);
   const RotationOnly rotation = fitRotation(optimum, result);
-  PoseSpread spread = measureSpread(optimum, result);
+  PoseSpread spread = describeSpread(optimum, result);
   const RotationVerdict verdict = rivals_.compare(view_, noise_, rotation.R, rotation_residuals_, points_->cells());
   const bool shown = showsTranslation(verdict) && closeEnough(spread);
   if (shown) weighAlternatives(optimum, alternatives, spread, result);
@@ -104,8 +122,16 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
   describeMatches(result);
 }
 
-PoseSpread PoseJudge::measureSpread(const TwoViewPose& optimum, RobustResult& result) {
-  PoseSpread spread = uncertainty_.measure(view_, optimum, noise_, points_->cells(), options_.calibration_sigma);
+const PoseSpread& PoseJudge::spreadAt(const TwoViewPose& pose) {
+  if (!spread_known_) {
+    spread_ = uncertainty_.measure(view_, pose, noise_, points_->cells(), options_.calibration_sigma);
+  }
+  spread_known_ = true;
+  return spread_;
+}
+
+PoseSpread PoseJudge::describeSpread(const TwoViewPose& optimum, RobustResult& result) {
+  const PoseSpread& spread = spreadAt(optimum);
   result.camera_misfit = spread.contradiction;
   result.misfit_parameter = spread.contradicted;
   return spread;
@@ -118,7 +144,8 @@ void PoseJudge::weighAlternatives(const TwoViewPose& optimum, const std::vector<
   const Ambiguity ambiguity = findAlternativeMotion(kernels_, view_, optimum, noise_, alternatives, points_->cells(),
                                                     same_within, alternative_buffers_, result.effort.point_evaluations);
   spread.covariance += ambiguity.covariance;
-  result.ambiguous = ambiguity.other_direction || !closeEnough(spread) || movesInTwo(result.effort.point_evaluations);
+  result.ambiguous = ambiguity.other_direction || !closeEnough(spread) ||
+                     (parted_ && bodies_.smallerShare() > kSecondBody) || movesInTwo(result.effort.point_evaluations);
 }
 
 bool PoseJudge::movesInTwo(int64_t& evaluations) {
@@ -153,7 +180,7 @@ bool PoseJudge::closeEnough(const PoseSpread& spread) const {
 void PoseJudge::takeAsItIs(const TwoViewPose& optimum, const TwoViewPose& preferred, RobustResult& result) {
   measureNoise(optimum, result.effort);
   fitRotation(optimum, result);
-  PoseSpread spread = measureSpread(optimum, result);
+  PoseSpread spread = describeSpread(optimum, result);
   result.ambiguous = false;
   result.translation_observable = true;
   settle(optimum, preferred, spread, result);
@@ -172,7 +199,7 @@ void PoseJudge::judgeRotation(const Eigen::Matrix3d& R, RobustResult& result) {
 
 RotationOnly PoseJudge::fitRotation(const TwoViewPose& start, RobustResult& result) {
   rotation_residuals_.resize(noise_.residuals().size());
-  RotationOnly rotation = fitRotationOnly(PoseModel(kernels_, view_), view_, start, noise_.residuals(),
+  RotationOnly rotation = fitRotationOnly(PoseModel(kernels_, view_), view_, start, noise_.residuals(), noise_.sigma(),
                                           rotation_residuals_, sorted_, result.effort.point_evaluations);
   result.pose_found = true;
   result.median_parallax_px = rotation.median_residual * points_->pixelsPerUnit();
@@ -182,11 +209,13 @@ RotationOnly PoseJudge::fitRotation(const TwoViewPose& start, RobustResult& resu
 void PoseJudge::settle(const TwoViewPose& optimum, const TwoViewPose& preferred, PoseSpread& spread,
                        RobustResult& result) const {
   // The reason for the preferred rotation is a guess about the scene, which a clear optimum overrules: it is followed
-  // the less the further it is from the optimum in terms of the optimum's own covariance. How far that goes may all be
-  // error.
+  // the less the further it is from the optimum in terms of the optimum's own covariance, whatever other motions there
+  // are. How far that goes may all be error.
   auto rotation = spread.covariance.topLeftCorner<3, 3>();
-  Eigen::Vector3d step = rotationVector(preferred.R * optimum.R.transpose());
-  const double distance = step.dot(Eigen::Matrix3d(rotation).ldlt().solve(step)) / 3;
+  // And where two bodies have been parted, the preference is that of both.
+  Eigen::Vector3d step = parted_ ? Eigen::Vector3d(0, 0, 0) : rotationVector(preferred.R * optimum.R.transpose());
+  const Eigen::Matrix3d own = spread_.covariance.topLeftCorner<3, 3>();
+  const double distance = step.dot(own.ldlt().solve(step)) / 3;
   step = std::isfinite(distance) ? Eigen::Vector3d(step / (1 + distance / kHalfWay)) : Eigen::Vector3d::Zero();
   rotation += step * step.transpose();
   const Eigen::Matrix3d R = rotationFromVector(step) * optimum.R;

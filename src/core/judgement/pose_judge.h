@@ -7,6 +7,7 @@
 
 #include "gms_ransac/robust_estimator.h"
 #include "judgement/alternative_motion.h"
+#include "judgement/body_parting.h"
 #include "judgement/match_noise.h"
 #include "judgement/pose_uncertainty.h"
 #include "judgement/rotation_only.h"
@@ -24,7 +25,8 @@ class PoseJudge {
   void begin(const TwoViewPoints& points);
 
   /// Moves a pose at the optimum of the usual loss to that of one as wide as the noise, without the matches that are
-  /// implausible however near their epipolar line they lie.
+  /// implausible however near their epipolar line they lie. Where one part of the view contradicts the rest, to that of
+  /// the larger of two bodies.
   void refine(TwoViewPose& pose, Effort& effort);
 
   /// Fills all that `result` says of the pose. `optimum`: the pose at the optimum of the matches, which `alternatives`
@@ -39,6 +41,12 @@ class PoseJudge {
 
  private:
   void measureNoise(const TwoViewPose& pose, Effort& effort);
+  /// To the optimum of the loss that the noise asks for.
+  void followNoise(TwoViewPose& pose, Effort& effort);
+  /// Where one part of the view contradicts the rest and two motions explain both: to that of the larger part.
+  void followLargerBody(TwoViewPose& pose, Effort& effort);
+  /// The spread at the pose that the noise was measured at last.
+  const PoseSpread& spreadAt(const TwoViewPose& pose);
   /// Whether a loss with that cut gives weight to an implausible match.
   bool weighsImplausible(float cut) const;
   /// Fills plausible_ with the matches, the implausible ones without weight.
@@ -47,7 +55,7 @@ class PoseJudge {
   RotationOnly fitRotation(const TwoViewPose& start, RobustResult& result);
   /// Puts the pose between `optimum` and `preferred` into the result, with its covariance.
   void settle(const TwoViewPose& optimum, const TwoViewPose& preferred, PoseSpread& spread, RobustResult& result) const;
-  PoseSpread measureSpread(const TwoViewPose& optimum, RobustResult& result);
+  PoseSpread describeSpread(const TwoViewPose& optimum, RobustResult& result);
   static bool showsTranslation(const RotationVerdict& verdict);
   /// Whether the direction of translation is as well known as the user wants it.
   bool closeEnough(const PoseSpread& spread) const;
@@ -66,6 +74,10 @@ class PoseJudge {
   MatchNoise noise_;
   bool measured_ = false;
   TwoViewPose measured_at_;
+  bool spread_known_ = false;  ///< at measured_at_
+  PoseSpread spread_;
+  BodyParting bodies_;
+  bool parted_ = false;  ///< bodies_ found two
   PoseUncertainty uncertainty_;
   RotationRivals rivals_;
   PointColumns plausible_;

@@ -207,8 +207,26 @@ int PoseUncertainty::sumUp(const PointColumnsView& points, const TwoViewPose& po
   const int rows = (clusters + kLanesAtOnce - 1) / kLanesAtOnce * kLanesAtOnce;
   scatter_ = sumProducts<kAll>(gradients_.data(), kCells, rows);
   scatter_ *= static_cast<double>(clusters) / std::max(1, clusters - kPose);
-  gradient_ = Eigen::Map<const Eigen::Matrix<double, kCells, kAll>>(gradients_.data()).topRows(rows).colwise().sum();
+  const Eigen::Map<const Eigen::Matrix<double, kCells, kAll>> gradients(gradients_.data());
+  gradient_ = gradients.topRows(rows).colwise().sum();
+  sumUpBlocks(cells, bend);
   return static_cast<int>(used_.size());
+}
+
+void PoseUncertainty::sumUpBlocks(const std::vector<int32_t>& cells, double bend) {
+  break_test_.clear();
+  const int stride = columns_.view().size;
+  const auto root = static_cast<float>(std::sqrt(bend));
+  for (size_t i = 0; i < used_.size(); ++i) {
+    const Eigen::Map<const Eigen::Matrix<float, kAll, 1>, 0, Eigen::InnerStride<>> J(J_.data() + i,
+                                                                                     Eigen::InnerStride<>(stride));
+    break_test_.addMatch(cells[static_cast<size_t>(used_[i])], root * J);
+  }
+  for (int cell = 0; cell < kCells; ++cell) {
+    const int cluster = cluster_of_[static_cast<size_t>(cell)];
+    if (cluster < 0) continue;
+    break_test_.addCell(cell, Eigen::Map<const Row, 0, Eigen::InnerStride<kCells>>(gradients_.data() + cluster));
+  }
 }
 
 PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
@@ -223,6 +241,8 @@ PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoVie
   const Eigen::Matrix<double, kPose, 1> step = inverse * gradient_.head<kPose>();
   spread.covariance = inverse * scatter_.topLeftCorner<kPose, kPose>() * inverse + step * step.transpose();
   testModel(inverse, spread);
+  spread.pose_break =
+      break_test_.find(extendedInverse(kUnmodelledSigma, noise.sigma() * noise.sigma()), scatter_, gradient_);
   const double doubt = std::clamp((spread.contradiction - kFirstDoubt) / (kFullDoubt - kFirstDoubt), 0.0, 1.0);
   if (doubt > 0) {
     const double variance = noise.sigma() * noise.sigma();
@@ -254,15 +274,20 @@ void PoseUncertainty::testModel(const Eigen::Matrix<double, kPose, kPose>& inver
   }
 }
 
+PoseUncertainty::Information PoseUncertainty::extendedInverse(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma,
+                                                              double variance) const {
+  Information information = curvature_;
+  for (int i = 0; i < kUnmodelledCount; ++i) information(kPose + i, kPose + i) += variance / (sigma[i] * sigma[i]);
+  return information.ldlt().solve(Information::Identity());
+}
+
 Eigen::Matrix<double, 5, 5> PoseUncertainty::extendedCovariance(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma,
                                                                 double variance) const {
-  Information information = curvature_, scatter = scatter_;
+  const Information inverse = extendedInverse(sigma, variance);
+  Information scatter = scatter_;
   for (int i = 0; i < kUnmodelledCount; ++i) {
-    const double prior = variance / (sigma[i] * sigma[i]);
-    information(kPose + i, kPose + i) += prior;
-    scatter(kPose + i, kPose + i) += variance * prior;
+    scatter(kPose + i, kPose + i) += variance * variance / (sigma[i] * sigma[i]);
   }
-  const Information inverse = information.ldlt().solve(Information::Identity());
   const Eigen::Matrix<double, kPose, 1> step = (inverse * gradient_).head<kPose>();
   return (inverse * scatter * inverse).topLeftCorner<kPose, kPose>() + step * step.transpose();
 }

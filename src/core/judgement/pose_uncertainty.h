@@ -9,6 +9,7 @@
 
 #include "gms_ransac/robust_estimator.h"
 #include "judgement/match_noise.h"
+#include "judgement/pose_break.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
@@ -21,6 +22,8 @@ struct PoseSpread {
   /// alone would bring one pair in a hundred.
   double contradiction = 0;
   CameraParameter contradicted = CameraParameter::kFocalLength;
+  /// The part of the view whose matches contradict the rest most.
+  PoseBreak pose_break;
 
   /// Standard deviation of the direction of translation along its widest axis, radians.
   double directionSigma() const;
@@ -48,6 +51,10 @@ class PoseUncertainty {
             const std::vector<int32_t>& cells);
   /// Test of the camera model by the scores of its parameters.
   void testModel(const Eigen::Matrix<double, kPose, kPose>& inverse, PoseSpread& spread) const;
+  /// Sums of the used matches for the test of breaks.
+  void sumUpBlocks(const std::vector<int32_t>& cells, double bend);
+  /// The inverse of the information with the parameters beside the pose unknown up to `sigma`.
+  Information extendedInverse(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma, double variance) const;
   /// Covariance of the pose when the parameters beside it are unknown up to `sigma`, and the step that freeing them
   /// would make.
   Eigen::Matrix<double, kPose, kPose> extendedCovariance(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma,
@@ -55,6 +62,7 @@ class PoseUncertainty {
 
   Information curvature_, scatter_;
   Row gradient_;
+  PoseBreakTest break_test_;
   std::vector<int> used_;     ///< columns that take part
   PointColumns columns_;      ///< these alone
   std::vector<float> J_;      ///< derivatives of each match's residual, one parameter after the other

@@ -11,6 +11,8 @@ namespace {
 
 // Inliers within this many squared thresholds make the estimate of the noise and the information.
 constexpr float kInlierCut = 1;
+// Of a coordinate: a transfer distance has the noise of both images, and two of its deviations are let in.
+constexpr double kSoftnessVariances = 2 * 2 * 2;
 
 Eigen::Matrix3d inverseOf(const NormalEquations<3>& equations) {
   Eigen::Matrix3d A;
@@ -34,13 +36,15 @@ double noiseVariance(const NormalEquations<3>& equations, int count) {
 }  // namespace
 
 RotationOnly fitRotationOnly(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& start,
-                             const std::vector<float>& inlier_residuals, std::vector<float>& residuals,
+                             const std::vector<float>& inlier_residuals, double sigma, std::vector<float>& residuals,
                              std::vector<float>& sorted, int64_t& evaluations) {
   constexpr int kIterations = 3;
   RotationOnly result;
   result.R = start.R;
-  // From ten pixels at a threshold of one to the threshold's own scale: near points of a translating camera drop out.
-  for (float softness : {100.f, 10.f, 2.f}) {
+  // From ten pixels at a threshold of one to the threshold's own scale, or twice what noise of both images amounts to:
+  // near points of a translating camera drop out.
+  const auto noise = static_cast<float>(kSoftnessVariances * sigma * sigma);
+  for (float softness : {100.f, 10.f, 2.f, std::min(2.f, noise)}) {
     const Loss loss = {1e12f, 1 / softness};
     evaluations += static_cast<int64_t>(points.count) * model.refineRotation(loss, kIterations, result.R);
   }

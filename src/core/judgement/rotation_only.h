@@ -19,10 +19,10 @@ struct RotationOnly {
 /// Uniform on the unit sphere has a variance of 1/3 in each coordinate.
 inline Eigen::Matrix3d anyDirection() { return Eigen::Matrix3d::Identity() / 3; }
 
-/// `inlier_residuals`: Sampson distance of each column, an inlier below 1. Fills `residuals`, the squared transfer
-/// distance of each column under the rotation; `sorted`: storage.
+/// `inlier_residuals`: Sampson distance of each column, an inlier below 1; `sigma`: of a coordinate, thresholds. Fills
+/// `residuals`, the squared transfer distance of each column under the rotation; `sorted`: storage.
 RotationOnly fitRotationOnly(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& start,
-                             const std::vector<float>& inlier_residuals, std::vector<float>& residuals,
+                             const std::vector<float>& inlier_residuals, double sigma, std::vector<float>& residuals,
                              std::vector<float>& sorted, int64_t& evaluations);
 
 }  // namespace gms_ransac

@@ -20,7 +20,8 @@ namespace {
 constexpr float kFreedomOfDepth = 1.3863f;
 constexpr float kMostCost = 9;
 constexpr float kInlierCost = 9;
-constexpr float kFurther = 2.5f * 2.5f;
+// Parallax along the epipolar line, squared standard deviations: what noise mostly stays below, and hardly goes beyond.
+constexpr float kNear = 1.5f * 1.5f, kFurther = 3.5f * 3.5f;
 
 /// Softness of the loss of each iteration, squared standard deviations: near points of a translating camera drop out.
 constexpr float kRowSoftness[] = {100, 100, 30, 30, 9};
@@ -106,12 +107,12 @@ class RowEquations {
   Lanes blocks_[6][6], gradient_[3][3];
 };
 
-/// How many matches have no parallax, by how many have less than one deviation of it along their epipolar lines, and
-/// how many between one and 2.5. Noise alone puts 68.3 and 30.5 % there; parallaxes that are spread over more than the
-/// noise put them there as the widths of the two, 1 to 1.5.
+/// How many matches have no parallax, by how many have less than 1.5 deviations of it along their epipolar lines, and
+/// how many between that and 3.5. Noise alone puts 86.6 and 13.3 % there; parallaxes that are spread over more than the
+/// noise put them there as the widths of the two, 1.5 to 2.
 double stillMatches(int near, int further) {
-  constexpr double kNear = 0.683, kBetween = 0.305, kSpread = 1 / 1.5;
-  return std::max(0.0, (near - kSpread * further) / (kNear - kSpread * kBetween));
+  constexpr double kNoiseNear = 0.866, kNoiseFurther = 0.133, kSpread = 1.5 / 2;
+  return std::max(0.0, (near - kSpread * further) / (kNoiseNear - kSpread * kNoiseFurther));
 }
 
 }  // namespace
@@ -132,9 +133,10 @@ RotationVerdict RotationRivals::compare(const PointColumnsView& points, const Ma
     costs_[i] = std::min(0.5f * rotation_residuals[i] * per_variance, kMostCost + kFreedomOfDepth);
     if (!(e < kInlierCost)) continue;
     ++inliers;
-    const float along = costs_[i] - e;  // squared, without the part across the epipolar line
-    near += along < 1;
-    further += along >= 1 && along < kFurther;
+    // Squared, without the part across the epipolar line.
+    const float along = 0.5f * rotation_residuals[i] * per_variance - e;
+    near += along < kNear;
+    further += along >= kNear && along < kFurther;
   }
   RotationVerdict verdict;
   verdict.still = inliers > 0 ? stillMatches(near, further) / inliers : 0;

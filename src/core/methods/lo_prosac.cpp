@@ -1,6 +1,7 @@
 // `lo_prosac`, ours: GMS weighed with descriptors, starts without samples, spread samples of the most distinctive
 // matches first (PROSAC), local optimisation (LO-RANSAC), and two refinements. The growth of the prefix, its stop and
 // the starts are neither paper's. What was chosen and what it was measured on: doc/estimator.md.
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -22,6 +23,9 @@ constexpr double kNoiseExponent = 0.5;
 
 constexpr int kLocalIterations = 2;
 constexpr int kFinalIterations = 10;
+/// A pose that leaves more of the matches unexplained is not beyond doubt, and the prior may have chosen it.
+constexpr double kMostUnexplained = 1. / 3;
+constexpr float kBetterCost = 0.95f;  ///< of the other's, to be another optimum and worth the change
 
 class LoProsac : public RansacMethod {
  public:
@@ -79,8 +83,10 @@ class LoProsac : public RansacMethod {
     offerOtherPlaneMotion(model);
 
     // With the prior of the parallax for the rotation, without it for the model and the direction of translation.
-    const TwoViewPose pose = refined(model, ransac_.best()->pose);
-    TwoViewPose optimum = refined(PoseModel(kernels_, points_.view()), pose);
+    const PoseModel plain(kernels_, points_.view());
+    TwoViewPose pose = refined(model, ransac_.best()->pose);
+    TwoViewPose optimum = refined(plain, pose);
+    if (leavesMuch(plain, optimum) && findBetter(plain, optimum)) pose = refined(model, optimum);
     judge_.begin(points_);
     judge_.refine(optimum, result_->effort);
     if (!accept(optimum.essential(), true)) return;
@@ -96,6 +102,32 @@ class LoProsac : public RansacMethod {
   TwoViewPose refined(const PoseModel& model, TwoViewPose pose) {
     countPasses(model.refine(kRobustLoss, kFinalIterations, pose, kEnough));
     return pose;
+  }
+
+  HypothesisScore scoreOf(const PoseModel& model, const TwoViewPose& pose) {
+    HypothesisScore score;
+    model.score(points_.view(), pose, std::numeric_limits<float>::max(), score, result_->effort.point_evaluations);
+    return score;
+  }
+
+  bool leavesMuch(const PoseModel& plain, const TwoViewPose& pose) {
+    return scoreOf(plain, pose).inliers < (1 - kMostUnexplained) * points_.size();
+  }
+
+  /// Searches once more, without the prior, with the samples that are left; true when that comes to an optimum of less
+  /// cost, which `optimum` then is.
+  bool findBetter(const PoseModel& plain, TwoViewPose& optimum) {
+    const int left = options_.max_iterations - result_->effort.hypotheses;
+    if (left <= 0) return false;
+    sampler_.begin(task(points_.size(), left));
+    start(plain);
+    offer(optimum);
+    ransac_.search(sampler_);
+    if (!ransac_.best()) return false;
+    const TwoViewPose other = refined(plain, ransac_.best()->pose);
+    if (!(scoreOf(plain, other).cost < kBetterCost * scoreOf(plain, optimum).cost)) return false;
+    optimum = other;
+    return true;
   }
 
   void offer(const TwoViewPose& pose) {

@@ -1,0 +1,130 @@
+#include "judgement/pose_break.h"
+
+#include <algorithm>
+
+#include <Eigen/Cholesky>
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr int kSide = PoseBreak::kSide, kCellsOfBlock = kSpreadGridSide / kSide;
+static_assert(kSpreadGridSide % kSide == 0, "blocks of whole cells");
+constexpr double kLeastShare = 0.1;  ///< of the matches, in the region and outside
+constexpr int kFewest = 15;          ///< matches
+
+int blockRow(int32_t cell) { return cell / kSpreadGridSide / kCellsOfBlock; }
+int blockColumn(int32_t cell) { return cell % kSpreadGridSide / kCellsOfBlock; }
+
+/// The squared Mahalanobis distance from 0 of what a region's gradient is beyond its share of the whole's step. Of N
+/// parameters, the pose first.
+template <int N, class Sums>
+double statistic(const Sums& region, const Eigen::Matrix<double, N, N>& inverse,
+                 const Eigen::Matrix<double, N, N>& spread, const Eigen::Matrix<double, N, 1>& step) {
+  constexpr int kPose = PoseBreakTest::kPose;
+  using Pose = Eigen::Matrix<double, kPose, 1>;
+  using Square = Eigen::Matrix<double, kPose, kPose>;
+  using Rows = Eigen::Matrix<double, kPose, N>;
+  const Rows information = region.information.template leftCols<N>(), scatter = region.scatter.template leftCols<N>();
+  const Pose excess = region.gradient - information * step;
+  const Rows moved = information * inverse;
+  const Square shared = moved * scatter.transpose();
+  const Square covariance =
+      scatter.template leftCols<kPose>() - shared - shared.transpose() + information * spread * information.transpose();
+  return excess.dot(covariance.ldlt().solve(excess));
+}
+
+}  // namespace
+
+bool PoseBreak::holds(int32_t cell) const {
+  const int row = blockRow(cell), column = blockColumn(cell);
+  return row >= top && row < bottom && column >= left && column < right;
+}
+
+PoseBreakTest::Sums& PoseBreakTest::Sums::operator+=(const Sums& other) {
+  count += other.count;
+  information += other.information;
+  scatter += other.scatter;
+  gradient += other.gradient;
+  return *this;
+}
+
+PoseBreakTest::Sums& PoseBreakTest::Sums::operator-=(const Sums& other) {
+  count -= other.count;
+  information -= other.information;
+  scatter -= other.scatter;
+  gradient -= other.gradient;
+  return *this;
+}
+
+void PoseBreakTest::clear() {
+  for (auto& row : table_) row.fill(Sums());
+}
+
+PoseBreakTest::Sums& PoseBreakTest::block(int32_t cell) {
+  return table_[static_cast<size_t>(blockRow(cell) + 1)][static_cast<size_t>(blockColumn(cell) + 1)];
+}
+
+void PoseBreakTest::addMatch(int32_t cell, const Eigen::Matrix<float, kAll, 1>& derivatives) {
+  Sums& sums = block(cell);
+  ++sums.count;
+  sums.information += (derivatives.head<kPose>() * derivatives.transpose()).cast<double>();
+}
+
+void PoseBreakTest::addCell(int32_t cell, const Parameters& gradient) {
+  Sums& sums = block(cell);
+  sums.scatter += gradient.head<kPose>() * gradient.transpose();
+  sums.gradient += gradient.head<kPose>();
+}
+
+void PoseBreakTest::sumUp() {
+  for (size_t y = 1; y <= kSide; ++y) {
+    for (size_t x = 1; x <= kSide; ++x) {
+      table_[y][x] += table_[y - 1][x];
+      table_[y][x] += table_[y][x - 1];
+      table_[y][x] -= table_[y - 1][x - 1];
+    }
+  }
+}
+
+PoseBreakTest::Sums PoseBreakTest::within(const PoseBreak& region) const {
+  const auto at = [&](int y, int x) -> const Sums& { return table_[static_cast<size_t>(y)][static_cast<size_t>(x)]; };
+  Sums sums = at(region.bottom, region.right);
+  sums -= at(region.top, region.right);
+  sums -= at(region.bottom, region.left);
+  sums += at(region.top, region.left);
+  return sums;
+}
+
+PoseBreak PoseBreakTest::find(const Whole& inverse, const Whole& scatter, const Parameters& gradient) {
+  sumUp();
+  const Parameters step = inverse * gradient;
+  const Whole spread = inverse * scatter * inverse;
+  const Sums& all = table_[kSide][kSide];
+  // Without the camera's parameters first, which takes a tenth of the time and mostly settles it.
+  using Pose = Eigen::Matrix<double, kPose, 1>;
+  using Square = Eigen::Matrix<double, kPose, kPose>;
+  const Square pose_inverse = Square(all.information.leftCols<kPose>()).ldlt().solve(Square::Identity());
+  const Square pose_spread = pose_inverse * scatter.topLeftCorner<kPose, kPose>() * pose_inverse;
+  const Pose pose_step = pose_inverse * gradient.head<kPose>();
+
+  PoseBreak best, region;
+  for (region.top = 0; region.top < kSide; ++region.top) {
+    for (region.bottom = region.top + 1; region.bottom <= kSide; ++region.bottom) {
+      for (region.left = 0; region.left < kSide; ++region.left) {
+        for (region.right = region.left + 1; region.right <= kSide; ++region.right) {
+          const Sums part = within(region);
+          const int fewer = std::min(part.count, all.count - part.count);
+          if (fewer < kFewest || fewer < kLeastShare * all.count) continue;
+          region.statistic = statistic<kPose>(part, pose_inverse, pose_spread, pose_step);
+          if (!region.found()) continue;
+          region.statistic = statistic<kAll>(part, inverse, spread, step);
+          if (region.statistic > best.statistic) best = region;
+        }
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace gms_ransac
