@@ -192,7 +192,9 @@ TEST(TurnComparison, FindsTheTimeOffset) {
     EXPECT_NEAR(offset->seconds, delay, 4 * offset->sigma + 1e-4) << delay;
     EXPECT_LT(offset->sigma, 0.002);
     EXPECT_TRUE(offset->explains);
-    if (std::abs(delay) > 0.02) EXPECT_NE(seen.doubt().find("time offset"), std::string::npos) << seen.doubt();
+    if (std::abs(delay) > 0.02) {
+      EXPECT_NE(seen.doubt().find("time offset"), std::string::npos) << seen.doubt();
+    }
   }
 }
 
