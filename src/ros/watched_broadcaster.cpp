@@ -9,7 +9,7 @@ namespace gms_ransac {
 namespace {
 
 constexpr double kListenSeconds = 10;
-constexpr uint32_t kQueue = 100;
+constexpr uint32_t kTransformQueue = 100;
 // Of ours on their way through tf; far more than a fast camera sends in the time a message takes.
 constexpr size_t kRecent = 500;
 
@@ -41,7 +41,7 @@ void WatchedBroadcaster::remember(const geometry_msgs::TransformStamped& transfo
   std::lock_guard<std::mutex> lock(mutex_);
   if (listening_since_.isZero()) {
     listening_since_ = ros::SteadyTime::now();
-    tf_ = nh_.subscribe("/tf", kQueue, &WatchedBroadcaster::onTransforms, this);
+    tf_ = nh_.subscribe("/tf", kTransformQueue, &WatchedBroadcaster::onTransforms, this);
   }
   if ((ros::SteadyTime::now() - listening_since_).toSec() > kListenSeconds) std::swap(done, tf_);
   if (!tf_) return;
