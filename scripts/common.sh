@@ -59,7 +59,7 @@ show_progress() {
 
 # compilers CORES FREE_KB: how many to run at once. A board with many cores and little memory would swap, or kill one.
 compilers() {
-  local by_memory=$(($2 / 900000))  # the largest file of the project takes 0.7 GB (GCC 12), and some is left over
+  local by_memory=$(($2 / 1100000))  # the largest compiler takes 0.95 GB (GCC 12), and some is left over
   [ "$by_memory" -ge 1 ] || by_memory=1
   echo $(($1 < by_memory ? $1 : by_memory))
 }

@@ -13,6 +13,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
+UNITY_INCLUDE = re.compile(r'^#include "(/[^"]+\.cpp)"', re.MULTILINE)
 INCLUDE_FOLDERS = [ROOT / folder for folder in ("include", "src/core", "src/ros", "src/evaluation")]
 GENERATED_FOLDERS = ["generated", "devel/include"]  # of the build
 # The headers of ROS are long, and these look at every node of them: two thirds of the time for what the core shows alone.
@@ -33,28 +34,44 @@ def files_read(file, folders, seen):
     return seen
 
 
-def command_of(file, build):
-    command = ["clang-tidy", "--quiet", "-p", str(build), "--header-filter=^%s/(include|src)/" % re.escape(str(ROOT))]
+def compilations(build):
+    """{file: (folder of the compile_commands.json that names it, its flags)}. CMake's own names the unity files; what
+    these include gets one in BUILD_DIR/clang_tidy, as if it were compiled alone."""
+    found, united = {}, []
+    for entry in json.loads((build / "compile_commands.json").read_text()):
+        found[entry["file"]] = (build, entry["command"])
+        if "/Unity/" in entry["file"]:
+            for file in UNITY_INCLUDE.findall(Path(entry["file"]).read_text()):
+                united.append(dict(entry, file=file, command=entry["command"].replace(entry["file"], file)))
+                found[file] = (build / "clang_tidy", united[-1]["command"])
+    (build / "clang_tidy").mkdir(exist_ok=True)
+    (build / "clang_tidy" / "compile_commands.json").write_text(json.dumps(united, indent=1))
+    return found
+
+
+def command_of(file, database):
+    headers = "--header-filter=^%s/(include|src)/" % re.escape(str(ROOT))
+    command = ["clang-tidy", "--quiet", "-p", str(database), headers]
     if "core" not in file.relative_to(ROOT / "src").parts[:1]:
         command.append("--checks=" + ",".join("-" + check for check in SLOW_CHECKS))
     return command + [str(file)]
 
 
-def digest(file, build, flags):
-    text = hashlib.sha256(repr((command_of(file, build), flags)).encode())
+def digest(file, build, database, flags):
+    text = hashlib.sha256(repr((command_of(file, database), flags)).encode())
     folders = INCLUDE_FOLDERS + [build / folder for folder in GENERATED_FOLDERS]
     for part in sorted(files_read(file, folders, set())) + [ROOT / ".clang-tidy"]:
         text.update(part.read_bytes())
     return text.hexdigest()
 
 
-def check(file, build, flags):
+def check(file, build, database, flags):
     """What clang-tidy says of a file that does not pass; None for one that does."""
     stamp = build / "clang_tidy" / str(file.relative_to(ROOT)).replace("/", "_")
-    now = digest(file, build, flags)
+    now = digest(file, build, database, flags)
     if stamp.is_file() and stamp.read_text() == now:
         return None
-    done = subprocess.run(command_of(file, build), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    done = subprocess.run(command_of(file, database), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     if done.returncode:
         return done.stdout + done.stderr
     stamp.write_text(now)
@@ -62,12 +79,10 @@ def check(file, build, flags):
 
 
 def main(build):
-    with open(build / "compile_commands.json") as stream:
-        flags = {entry["file"]: entry["command"] for entry in json.load(stream)}
-    (build / "clang_tidy").mkdir(exist_ok=True)
+    compiled = compilations(build)
     files = sorted((ROOT / "src").rglob("*.cpp"))
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        said = list(pool.map(lambda file: check(file, build, flags.get(str(file))), files))
+        said = list(pool.map(lambda file: check(file, build, *compiled.get(str(file), (build, None))), files))
     for complaint in filter(None, said):
         print(complaint)
     return 1 if any(said) else 0

@@ -30,7 +30,7 @@ command -v script >/dev/null && expect "on a terminal" "$(
 ! (exit 3) | show_progress "$work/log" || fail "a failure was lost"
 
 expect "cores decide" "$(compilers 4 16000000)" 4
-expect "memory decides" "$(compilers 8 4000000)" 4
+expect "memory decides" "$(compilers 8 4000000)" 3
 expect "at least one" "$(compilers 4 300000)" 1
 
 # Styles are judged by the tools that they were written for.

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "excerpt.h"
+#include "quantity_text.h"
 
 namespace gms_ransac {
 
@@ -37,8 +38,6 @@ std::string coreName(const std::string& model) {
   if (model == "none") return "";
   return excerpt(model);
 }
-
-std::string sizeText(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
 
 /// The size of the image that `info` describes, after region of interest and binning; 0x0 when it does not say.
 cv::Size describedSize(const sensor_msgs::CameraInfo& info) {
@@ -168,8 +167,8 @@ bool CameraModelSource::isRectified(const sensor_msgs::CameraInfo& info) const {
 std::string CameraModelSource::sizeMismatch(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {
   const cv::Size described = describedSize(info);
   if (described == cv::Size() || described == image_size) return std::string();
-  return "the camera_info on " + info_topic_ + " is for " + sizeText(described.width, described.height) +
-         " images, but the image is " + sizeText(image_size.width, image_size.height);
+  return "the camera_info on " + info_topic_ + " is for " + sizeText(described) + " images, but the image is " +
+         sizeText(image_size);
 }
 
 std::string CameraModelSource::contradiction(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {

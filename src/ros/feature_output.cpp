@@ -6,11 +6,12 @@
 
 #include <boost/make_shared.hpp>
 
+#include "publisher_queue.h"
+
 namespace gms_ransac {
 
 namespace {
 
-constexpr uint32_t kPublisherQueue = 10;
 // The layouts carry ids as float32, which is exact up to here.
 constexpr uint32_t kFloatIds = 1u << 24;
 

@@ -11,6 +11,7 @@
 #include "frames.h"
 #include "gms_ransac/keypoint_depth.h"
 #include "guard.h"
+#include "quantity_text.h"
 
 namespace gms_ransac {
 
@@ -94,15 +95,6 @@ void rejectModel(MatchResult& result) {
   result.robust.reject();
   result.status = Status::kRansacFailed;
 }
-
-std::string seconds(double value) {
-  std::ostringstream text;
-  text.precision(3);
-  text << value << " s";
-  return text.str();
-}
-
-std::string sizeText(const cv::Size& size) { return std::to_string(size.width) + "x" + std::to_string(size.height); }
 
 }  // namespace
 
@@ -214,7 +206,8 @@ std::string FrameProcessor::classifyStamp(PreparedFrame& frame) {
     return "the stamp is the same as that of the image before it; the image is dropped as out of order. Do all images "
            "have this stamp, the camera driver does not set it";
   }
-  return "the stamp is " + seconds(late) + " before that of the image before it; the image is dropped as out of order";
+  return "the stamp is " + secondsText(late) +
+         " before that of the image before it; the image is dropped as out of order";
 }
 
 bool FrameProcessor::convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame) {
@@ -339,10 +332,10 @@ std::string FrameProcessor::startAnew(const PreparedFrame& frame, ProcessedFrame
     processed.continuity = Continuity::kRestarted;
     why = "the stamps went back" + anew;
   } else if (frame.stamp_verdict == StampVerdict::kGap) {
-    why = "more than ~max_frame_gap (" + seconds(max_gap) + ") since the image before" + anew;
+    why = "more than ~max_frame_gap (" + secondsText(max_gap) + ") since the image before" + anew;
   } else if (!reference_ && retired_) {
     why = "it follows on no image from before the loss: they are of another size, or older than ~max_recovery_gap (" +
-          seconds(options().recovery.seconds) + ")" + anew;
+          secondsText(options().recovery.seconds) + ")" + anew;
   } else if (!reference_) {
     processed.status = MatchStats::FIRST_FRAME;
     processed.continuity = Continuity::kContinuous;
@@ -352,7 +345,7 @@ std::string FrameProcessor::startAnew(const PreparedFrame& frame, ProcessedFrame
     why = "the image size changed from " + sizeText(reference_->frame.features.image_size) + " to " +
           sizeText(frame.frame.features.image_size) + anew;
   } else if (frame.stamp() - reference_->stamp() > max_gap) {
-    why = "the last usable image is older than ~max_frame_gap (" + seconds(max_gap) + ")" + anew;
+    why = "the last usable image is older than ~max_frame_gap (" + secondsText(max_gap) + ")" + anew;
   } else {
     processed.continuity = Continuity::kContinuous;
     return std::string();
@@ -475,7 +468,7 @@ void FrameProcessor::goOnFrom(size_t index, ProcessedFrame& processed) {
   conclude(processed);
   std::ostringstream text;
   text << "goes on from the image of " << reference_->header.stamp << ", "
-       << seconds(current_->stamp() - reference_->stamp()) << " and " << missed
+       << secondsText(current_->stamp() - reference_->stamp()) << " and " << missed
        << " lost images ago: " << processed.text;
   processed.text = text.str();
 }

@@ -5,19 +5,19 @@
 
 #include <Eigen/LU>
 
+#include "turns.h"
+
 namespace gms_ransac {
 
 namespace {
 
-/// Of Mahalanobis' distance with three freedoms: what chance exceeds once in a hundred.
-constexpr double kChi2 = 11.34;
 /// Least standard deviation of a visual rotation, radians: what is common to pairs, as the lens, is in no covariance.
 constexpr double kVisualFloor = 2e-4;
 
 bool isStill(const StillObservation& observation, const Eigen::Matrix3d& covariance) {
   const double seconds = observation.to - observation.from;
   return observation.visual.norm() < GyroBias::kStillRate * seconds ||
-         observation.visual.dot(covariance.inverse() * observation.visual) < kChi2;
+         observation.visual.dot(covariance.inverse() * observation.visual) < kTurnChi2;
 }
 
 Eigen::Matrix3d floored(Eigen::Matrix3d covariance) {

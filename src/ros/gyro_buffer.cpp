@@ -2,22 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include <Eigen/Geometry>
 
+#include "quantity_text.h"
 #include "turns.h"
 
 namespace gms_ransac {
 
 namespace {
-
-std::string secondsText(double seconds) {
-  std::ostringstream text;
-  text.precision(3);
-  text << seconds << " s";
-  return text.str();
-}
 
 double sigma(const GyroSample& sample) {
   return sample.variance > 0 ? std::sqrt(sample.variance) : GyroBuffer::kUsualSigma;

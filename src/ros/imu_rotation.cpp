@@ -11,7 +11,7 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr uint32_t kQueue = 1000;  // a second of a fast IMU
+constexpr uint32_t kImuQueue = 1000;  // a second of a fast IMU
 // Of extrinsics that were measured with a ruler, radians; and of the stamps of two drivers, seconds.
 constexpr double kMountSigma = 0.01, kStampSigma = 0.002;
 
@@ -26,7 +26,7 @@ void ImuRotation::start() {
     std::lock_guard<std::mutex> lock(mutex_);
     gyro_.clear();
   }
-  subscriber_ = nh_.subscribe("imu", kQueue, &ImuRotation::onImu, this, ros::TransportHints().tcpNoDelay());
+  subscriber_ = nh_.subscribe("imu", kImuQueue, &ImuRotation::onImu, this, ros::TransportHints().tcpNoDelay());
 }
 
 void ImuRotation::stop() { subscriber_.shutdown(); }

@@ -6,12 +6,11 @@
 
 #include "gms_ransac/keypoint_depth.h"
 #include "message_conversion.h"
+#include "publisher_queue.h"
 
 namespace gms_ransac {
 
 namespace {
-
-constexpr uint32_t kPublisherQueue = 10;
 
 /// Ids of the keypoints that are tracked from the reference, 0 of the others.
 std::vector<uint32_t> trackIds(const ProcessedFrame& processed) {

@@ -10,6 +10,7 @@
 #include "excerpt.h"
 #include "guard.h"
 #include "image_conversion.h"
+#include "quantity_text.h"
 
 namespace gms_ransac {
 
@@ -30,8 +31,6 @@ cv::Mat readFile(const std::string& path) {
   }
   return mask;
 }
-
-std::string sizeText(cv::Size size) { return std::to_string(size.width) + "x" + std::to_string(size.height); }
 
 /// Brings `mask` to the size; returns what is wrong when it has another shape.
 std::string scale(cv::Size size, cv::Mat& mask) {

@@ -1,22 +1,11 @@
 #include "odometry_buffer.h"
 
 #include <algorithm>
-#include <sstream>
 
+#include "quantity_text.h"
 #include "turns.h"
 
 namespace gms_ransac {
-
-namespace {
-
-std::string secondsText(double seconds) {
-  std::ostringstream text;
-  text.precision(3);
-  text << seconds << " s";
-  return text.str();
-}
-
-}  // namespace
 
 void OdometryBuffer::add(const OdometrySample& sample) {
   if (!sample.pose.matrix().allFinite() || !sample.velocity.allFinite() || !sample.angular.allFinite()) return;

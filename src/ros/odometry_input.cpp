@@ -9,7 +9,7 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr uint32_t kQueue = 200;  // a second of fast wheels
+constexpr uint32_t kOdometryQueue = 200;  // a second of fast wheels
 
 OdometrySample toSample(const nav_msgs::Odometry& odometry) {
   OdometrySample sample;
@@ -40,7 +40,7 @@ void OdometryInput::start() {
     samples_.clear();
   }
   subscriber_ =
-      nh_.subscribe("prior_odom", kQueue, &OdometryInput::onOdometry, this, ros::TransportHints().tcpNoDelay());
+      nh_.subscribe("prior_odom", kOdometryQueue, &OdometryInput::onOdometry, this, ros::TransportHints().tcpNoDelay());
 }
 
 void OdometryInput::stop() { subscriber_.shutdown(); }

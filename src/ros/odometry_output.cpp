@@ -13,12 +13,12 @@
 #include <boost/make_shared.hpp>
 
 #include "frames.h"
+#include "publisher_queue.h"
 
 namespace gms_ransac {
 
 namespace {
 
-constexpr uint32_t kPublisherQueue = 10;
 // Before the first broadcast tf is listened to for this long, to learn of another node that owns the frame.
 constexpr double kSettlingSeconds = 1;
 constexpr size_t kPathPoses = 2000;  // a minute of a 30 Hz camera, in messages of 200 kB; then every second one

@@ -14,6 +14,7 @@
 #include "odometry_output.h"
 #include "overlay.h"
 #include "point_outputs.h"
+#include "publisher_queue.h"
 #include "stereo_output.h"
 #include "watched_broadcaster.h"
 
@@ -21,7 +22,6 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr uint32_t kPublisherQueue = 10;
 const std::string kOverlay = "match_image";
 
 std::string caption(const ProcessedFrame& processed) {

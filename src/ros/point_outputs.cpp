@@ -9,12 +9,12 @@
 
 #include "frames.h"
 #include "overlay.h"
+#include "publisher_queue.h"
 
 namespace gms_ransac {
 
 namespace {
 
-constexpr uint32_t kPublisherQueue = 10;
 constexpr double kFrustumDepth = 1;     // of the drawn cameras, in units of the translation
 constexpr double kFlowWidth = 0.002;    // of the drawn lines at depth 1
 constexpr double kFrustumWidth = 0.06;  // of its lines, likewise

@@ -2,13 +2,9 @@
 
 #include <boost/make_shared.hpp>
 
+#include "publisher_queue.h"
+
 namespace gms_ransac {
-
-namespace {
-
-constexpr uint32_t kPublisherQueue = 10;
-
-}  // namespace
 
 StereoFeatures stereoFeaturesMessage(const ProcessedFrame& processed) {
   const PreparedFrame& current = *processed.current;

@@ -21,8 +21,6 @@ using Eigen::Vector3d;
 using Matrix4d = Eigen::Matrix4d;
 using Vector4d = Eigen::Vector4d;
 
-/// Of three freedoms: what chance exceeds once in a hundred.
-constexpr double kChi2 = 11.34;
 /// Differences of so many standard deviations and more pull no further (Geman & McClure).
 constexpr double kLossSigmas = 3;
 /// A shift is searched in steps of a sample of a 100 Hz gyro, then by Gauss-Newton.
@@ -87,7 +85,7 @@ ShiftEquations linearize(const std::deque<ComparedTurn>& turns, const TurnCompar
     equations.b += weight * J.transpose() * (information * difference);
     equations.weighted_squares += weight * squared;
     equations.weight += weight;
-    equations.contradicting += squared > kChi2;
+    equations.contradicting += squared > kTurnChi2;
     ++equations.pairs;
   }
   return equations;
@@ -142,7 +140,7 @@ double TurnComparison::contradicting() const { return contradicting(Matrix3d::Id
 double TurnComparison::contradicting(const Matrix3d& axes) const {
   if (turns_.empty()) return 0;
   const auto contradicts = [&](const ComparedTurn& turn) {
-    return squaredDistance(turn.visual - axes * turn.prior, turn.covariance) > kChi2;
+    return squaredDistance(turn.visual - axes * turn.prior, turn.covariance) > kTurnChi2;
   };
   return static_cast<double>(std::count_if(turns_.begin(), turns_.end(), contradicts)) /
          static_cast<double>(turns_.size());

@@ -1,9 +1,13 @@
-// Rotation vectors, for what compares turns. (The core has its own in two_view/, which is not for others to include.)
+// Rotation vectors and their limit, for what compares turns. (The core has its own in two_view/, which is not for
+// others to include.)
 #pragma once
 
 #include <Eigen/Geometry>
 
 namespace gms_ransac {
+
+/// Of the squared Mahalanobis distance of two turns, three freedoms: what chance exceeds once in a hundred.
+constexpr double kTurnChi2 = 11.34;
 
 /// The rotation by |v| about v.
 inline Eigen::Matrix3d turnOf(const Eigen::Vector3d& v) {

@@ -10,7 +10,7 @@ namespace gms_ransac {
 namespace {
 
 constexpr double kListenSeconds = 10;
-constexpr uint32_t kQueue = 100;
+constexpr uint32_t kTransformQueue = 100;
 // Of ours on their way through tf; far more than a fast camera sends in the time a message takes.
 constexpr size_t kRecent = 500;
 
@@ -44,7 +44,7 @@ void WatchedBroadcaster::remember(const geometry_msgs::TransformStamped& transfo
     // To subscribe waits for a master, and the images would with it; what is connected goes on without.
     if (!ros::master::check()) return;
     listening_since_ = ros::SteadyTime::now();
-    tf_ = nh_.subscribe("/tf", kQueue, &WatchedBroadcaster::onTransforms, this);
+    tf_ = nh_.subscribe("/tf", kTransformQueue, &WatchedBroadcaster::onTransforms, this);
   }
   if ((ros::SteadyTime::now() - listening_since_).toSec() > kListenSeconds) std::swap(done, tf_);
   if (!tf_) return;

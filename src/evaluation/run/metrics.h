@@ -1,11 +1,14 @@
 // Figures of merit over many pairs: pose error curves, the paper's ratios, medians.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 namespace gms_ransac {
+
+constexpr double kDegrees = 180 / M_PI;  ///< in a radian
 
 /// Error given to a pair without a pose, degrees.
 constexpr double kFailedPoseError = 180.0;

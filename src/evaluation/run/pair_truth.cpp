@@ -17,8 +17,6 @@ double symmetricDistance(const Eigen::Matrix3d& M, const Eigen::Vector3d& p, con
   return std::max(residual / line_p.head<2>().norm(), residual / line_q.head<2>().norm());
 }
 
-Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
-
 /// Value at the nearest pixel; absent outside and at 0.
 std::optional<double> valueAt(const cv::Mat& map, const cv::Point2f& p) {
   const int x = cvRound(p.x), y = cvRound(p.y);

@@ -15,6 +15,8 @@ namespace gms_ransac {
 /// A match is correct when it lies this close to the truth, pixels.
 constexpr double kCorrectWithin = 3.0;
 
+inline Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
+
 class PairTruth {
  public:
   /// Reads depth or disparity when the set has it. `camera` may be uncalibrated: poses then say nothing of pixels.

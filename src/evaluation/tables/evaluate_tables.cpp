@@ -145,7 +145,7 @@ std::vector<Dataset> openAll(const TablesArguments& tables) {
 }
 
 /// Tables and plots of everything the folder holds. Returns the exit status.
-int report(const WorkFolder& folder, bool plots) {
+int reportTables(const WorkFolder& folder, bool plots) {
   if (folder.unitsDone() == 0) return 0;
   if (!runScript("tables_report.py", folder.path(), "no tables, but the measurements are complete")) return kNoTables;
   if (plots) plotTables(folder.path());
@@ -172,7 +172,7 @@ int evaluateTables(const Arguments& arguments) {
   const auto measure = [&](int index) { return runsText(meter.measure(units[static_cast<size_t>(index)])); };
   const InterruptWatch watch;
   workThrough(folder, numbers, 1, measure);  // one at a time, for the times' sake
-  return statusOrInterrupted(report(folder, tables.plots));
+  return statusOrInterrupted(reportTables(folder, tables.plots));
 }
 
 int evaluateMerge(const Arguments& arguments) {
@@ -194,7 +194,7 @@ int evaluateMerge(const Arguments& arguments) {
     if (i == 0) merged.begin(part.plan(), false);
     merged.absorb(part);
   }
-  return report(merged, given->count("no-plots") == 0);
+  return reportTables(merged, given->count("no-plots") == 0);
 }
 
 }  // namespace gms_ransac

@@ -18,7 +18,6 @@ namespace {
 
 constexpr int kFrameGap = 3;  ///< of the room: about 0.25 m of motion at 3 m distance
 constexpr double kRatios[] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9};
-constexpr double kDegrees = 180 / 3.14159265358979323846;
 
 std::vector<std::string> methodNames(const OutlierSweepOptions& options) {
   if (!options.methods.empty()) return options.methods;

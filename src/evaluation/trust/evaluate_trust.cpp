@@ -142,7 +142,7 @@ bool parse(const Arguments& arguments, TrustArguments& trust) {
   return true;
 }
 
-void report(const WorkFolder& folder, bool with_tables) {
+void reportTrust(const WorkFolder& folder, bool with_tables) {
   const std::vector<std::string> runs = folder.read();
   if (runs.empty()) return;
   const std::string path = folder.path() + "/pairs.csv";
@@ -167,7 +167,7 @@ int evaluateTrust(const Arguments& arguments) {
   const auto measure = [&](int index) { return runsText(measureTrust(trust.plan, units[static_cast<size_t>(index)])); };
   const InterruptWatch watch;
   workThrough(folder, numbers, trust.jobs, measure);
-  report(folder, trust.tables);
+  reportTrust(folder, trust.tables);
   return statusOrInterrupted(0);
 }
 

@@ -13,8 +13,6 @@ constexpr double kMovedDeviations = 10;  // of the truth's noise, for a directio
 constexpr double kRounding = 1e-6;       // metres, of exact poses that were written as text
 constexpr double kNearest = 1;           // metres: what stands nearer to a camera that stands still is rare
 
-Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
-
 }  // namespace
 
 bool hasMoved(double baseline, const TruthNoise& noise) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "run/metrics.h"
 #include "run/options_json.h"
 
 namespace gms_ransac {
@@ -10,8 +11,6 @@ namespace gms_ransac {
 namespace {
 
 using nlohmann::json;
-
-constexpr double kDegrees = 180 / M_PI;
 
 using Columns = std::vector<std::pair<const char*, json>>;
 

@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "run/metrics.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
@@ -17,8 +18,6 @@ using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kDegrees = 180 / M_PI;
 
 /// Standard deviation along the worst axis, degrees.
 template <typename Matrix>
