@@ -16,17 +16,24 @@ constexpr int kFewest = 15;          ///< matches
 int blockRow(int32_t cell) { return cell / kSpreadGridSide / kCellsOfBlock; }
 int blockColumn(int32_t cell) { return cell % kSpreadGridSide / kCellsOfBlock; }
 
+template <class Table>
+auto& blockOf(int32_t cell, Table& table) {
+  return table[static_cast<size_t>(blockRow(cell) + 1)][static_cast<size_t>(blockColumn(cell) + 1)];
+}
+
 /// The squared Mahalanobis distance from 0 of what a region's gradient is beyond its share of the whole's step. Of N
 /// parameters, the pose first.
-template <int N, class Sums>
-double statistic(const Sums& region, const Eigen::Matrix<double, N, N>& inverse,
-                 const Eigen::Matrix<double, N, N>& spread, const Eigen::Matrix<double, N, 1>& step) {
+template <int N>
+double statistic(const Eigen::Matrix<double, PoseBreakTest::kPose, N>& information,
+                 const Eigen::Matrix<double, PoseBreakTest::kPose, N>& scatter,
+                 const Eigen::Matrix<double, PoseBreakTest::kPose, 1>& gradient,
+                 const Eigen::Matrix<double, N, N>& inverse, const Eigen::Matrix<double, N, N>& spread,
+                 const Eigen::Matrix<double, N, 1>& step) {
   constexpr int kPose = PoseBreakTest::kPose;
   using Pose = Eigen::Matrix<double, kPose, 1>;
   using Square = Eigen::Matrix<double, kPose, kPose>;
   using Rows = Eigen::Matrix<double, kPose, N>;
-  const Rows information = region.information.template leftCols<N>(), scatter = region.scatter.template leftCols<N>();
-  const Pose excess = region.gradient - information * step;
+  const Pose excess = gradient - information * step;
   const Rows moved = information * inverse;
   const Square shared = moved * scatter.transpose();
   const Square covariance =
@@ -59,27 +66,24 @@ PoseBreakTest::Sums& PoseBreakTest::Sums::operator-=(const Sums& other) {
 
 void PoseBreakTest::clear() {
   for (auto& row : table_) row.fill(Sums());
-}
-
-PoseBreakTest::Sums& PoseBreakTest::block(int32_t cell) {
-  return table_[static_cast<size_t>(blockRow(cell) + 1)][static_cast<size_t>(blockColumn(cell) + 1)];
+  for (auto& row : information_) row.fill(Eigen::Matrix<float, kPose, kAll>::Zero());
 }
 
 void PoseBreakTest::addMatch(int32_t cell, const Eigen::Matrix<float, kAll, 1>& derivatives) {
-  Sums& sums = block(cell);
-  ++sums.count;
-  sums.information += (derivatives.head<kPose>() * derivatives.transpose()).cast<double>();
+  ++blockOf(cell, table_).count;
+  blockOf(cell, information_).noalias() += derivatives.head<kPose>() * derivatives.transpose();
 }
 
 void PoseBreakTest::addCell(int32_t cell, const Parameters& gradient) {
-  Sums& sums = block(cell);
-  sums.scatter += gradient.head<kPose>() * gradient.transpose();
+  Sums& sums = blockOf(cell, table_);
+  sums.scatter.noalias() += gradient.head<kPose>() * gradient.transpose();
   sums.gradient += gradient.head<kPose>();
 }
 
 void PoseBreakTest::sumUp() {
   for (size_t y = 1; y <= kSide; ++y) {
     for (size_t x = 1; x <= kSide; ++x) {
+      table_[y][x].information = information_[y][x].cast<double>();
       table_[y][x] += table_[y - 1][x];
       table_[y][x] += table_[y][x - 1];
       table_[y][x] -= table_[y - 1][x - 1];
@@ -87,13 +91,25 @@ void PoseBreakTest::sumUp() {
   }
 }
 
-PoseBreakTest::Sums PoseBreakTest::within(const PoseBreak& region) const {
-  const auto at = [&](int y, int x) -> const Sums& { return table_[static_cast<size_t>(y)][static_cast<size_t>(x)]; };
-  Sums sums = at(region.bottom, region.right);
-  sums -= at(region.top, region.right);
-  sums -= at(region.bottom, region.left);
-  sums += at(region.top, region.left);
-  return sums;
+template <class Value, class Take>
+Value PoseBreakTest::within(const PoseBreak& region, const Take& take) const {
+  const auto at = [&](int y, int x) -> decltype(auto) {
+    return take(table_[static_cast<size_t>(y)][static_cast<size_t>(x)]);
+  };
+  return at(region.bottom, region.right) - at(region.top, region.right) - at(region.bottom, region.left) +
+         at(region.top, region.left);
+}
+
+template <int N>
+double PoseBreakTest::statisticOf(const PoseBreak& region, const Eigen::Matrix<double, N, N>& inverse,
+                                  const Eigen::Matrix<double, N, N>& spread,
+                                  const Eigen::Matrix<double, N, 1>& step) const {
+  using Rows = Eigen::Matrix<double, kPose, N>;
+  using Pose = Eigen::Matrix<double, kPose, 1>;
+  return statistic<N>(within<Rows>(region, [](const Sums& sums) { return sums.information.leftCols<N>(); }),
+                      within<Rows>(region, [](const Sums& sums) { return sums.scatter.leftCols<N>(); }),
+                      within<Pose>(region, [](const Sums& sums) -> const Pose& { return sums.gradient; }), inverse,
+                      spread, step);
 }
 
 PoseBreak PoseBreakTest::find(const Whole& inverse, const Whole& scatter, const Parameters& gradient) {
@@ -113,12 +129,12 @@ PoseBreak PoseBreakTest::find(const Whole& inverse, const Whole& scatter, const 
     for (region.bottom = region.top + 1; region.bottom <= kSide; ++region.bottom) {
       for (region.left = 0; region.left < kSide; ++region.left) {
         for (region.right = region.left + 1; region.right <= kSide; ++region.right) {
-          const Sums part = within(region);
-          const int fewer = std::min(part.count, all.count - part.count);
+          const int count = within<int>(region, [](const Sums& sums) { return sums.count; });
+          const int fewer = std::min(count, all.count - count);
           if (fewer < kFewest || fewer < kLeastShare * all.count) continue;
-          region.statistic = statistic<kPose>(part, pose_inverse, pose_spread, pose_step);
+          region.statistic = statisticOf<kPose>(region, pose_inverse, pose_spread, pose_step);
           if (!region.found()) continue;
-          region.statistic = statistic<kAll>(part, inverse, spread, step);
+          region.statistic = statisticOf<kAll>(region, inverse, spread, step);
           if (region.statistic > best.statistic) best = region;
         }
       }

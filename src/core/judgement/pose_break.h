@@ -54,13 +54,20 @@ class PoseBreakTest {
     Sums& operator+=(const Sums& other);
     Sums& operator-=(const Sums& other);
   };
-  using Table = std::array<std::array<Sums, PoseBreak::kSide + 1>, PoseBreak::kSide + 1>;
+  template <class Value>
+  using Table = std::array<std::array<Value, PoseBreak::kSide + 1>, PoseBreak::kSide + 1>;
 
-  Sums& block(int32_t cell);
   void sumUp();
-  Sums within(const PoseBreak& region) const;
+  /// Over the blocks of a rectangle: what `take` returns of their sums.
+  template <class Value, class Take>
+  Value within(const PoseBreak& region, const Take& take) const;
+  template <int N>
+  double statisticOf(const PoseBreak& region, const Eigen::Matrix<double, N, N>& inverse,
+                     const Eigen::Matrix<double, N, N>& spread, const Eigen::Matrix<double, N, 1>& step) const;
 
-  Table table_;  ///< of blocks; after sumUp of all blocks above and to the left
+  Table<Sums> table_;  ///< of blocks; after sumUp of all blocks above and to the left
+  /// Of each block its information so far: some hundred matches, for which single precision does.
+  Table<Eigen::Matrix<float, kPose, kAll>> information_;
 };
 
 }  // namespace gms_ransac
