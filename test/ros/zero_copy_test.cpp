@@ -17,7 +17,8 @@ TEST(ZeroCopy, FromThePublishersHandsToTheExtractor) {
   image_transport::ImageTransport transport(nh);
   image_transport::Publisher publisher = transport.advertise("image", 1);
   ImageWithInfo received;
-  ImageInput input(nh, pnh, Parameters(), [&](const ImageWithInfo& image) { received = image; }, nullptr);
+  ImageInput input(
+      nh, pnh, Parameters(), [&](const ImageWithInfo& image) { received = image; }, nullptr);
   input.start();
 
   auto sent = boost::make_shared<sensor_msgs::Image>();
