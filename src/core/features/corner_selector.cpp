@@ -35,6 +35,7 @@ RankWeights makeRankWeights() {
 void CornerSelector::reserve(size_t corners, int features) {
   order_.reserve(corners);
   priority_.reserve(corners);
+  histogram_.reserve(1 << kPriorityBits);
   cell_count_.reserve(static_cast<size_t>(static_cast<float>(features) / kFeaturesPerCell) + 1);
 }
 
