@@ -35,10 +35,10 @@ struct MotionPrediction {
     if (cells.empty()) return nullptr;
     const auto place = [](float position, int side, int count) {
       const float cell = std::floor(position * static_cast<float>(count) / static_cast<float>(std::max(side, 1)));
-      return static_cast<int>(std::min(std::max(cell, 0.f), static_cast<float>(count - 1)));
+      return static_cast<size_t>(std::min(std::max(cell, 0.f), static_cast<float>(count - 1)));
     };
-    return &cells[static_cast<size_t>(place(point.y, image.height, rows) * columns +
-                                      place(point.x, image.width, columns))];
+    return &cells[place(point.y, image.height, rows) * static_cast<size_t>(columns) +
+                  place(point.x, image.width, columns)];
   }
 };
 

@@ -36,6 +36,7 @@ float depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
 
 FeatureAges agesOf(const std::vector<Feature>& features) {
   std::vector<double> ages;
+  ages.reserve(features.size());
   for (const Feature& feature : features) ages.push_back(feature.age);
   std::sort(ages.begin(), ages.end());
   return ages.empty() ? FeatureAges() : FeatureAges{ages[ages.size() / 2], ages[ages.size() * 9 / 10]};

@@ -227,7 +227,7 @@ ProcessedFrame FrameProcessor::process(std::unique_ptr<PreparedFrame> frame) {
   }
   current_ = std::move(frame);
   PreparedFrame& answered = *current_;
-  const ProcessedFrame processed = answer();
+  ProcessedFrame processed = answer();
   // Frames outlive options; three of them would keep three filters that are no longer in force, megabytes each.
   answered.filter.reset();
   return processed;

@@ -56,7 +56,7 @@ std::string ImuRotation::extrinsics(const std::string& camera_frame, Eigen::Matr
   if (frame_.empty()) return "the messages on " + nh_.resolveName("imu") + " have no frame_id; set ~imu_frame";
   Eigen::Isometry3d transform;
   // Both are screwed to one body: the latest is as good as any.
-  const std::string problem = tf_->get(camera_frame, frame_, 0, transform);
+  std::string problem = tf_->get(camera_frame, frame_, 0, transform);
   imu_in_camera = transform.linear();
   return problem;
 }

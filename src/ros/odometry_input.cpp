@@ -71,7 +71,7 @@ std::string OdometryInput::between(const std::string& camera_frame, double from,
   }
   if (body_frame.empty()) return "the messages on " + topic + " have no child_frame_id, which says what moves";
   Eigen::Isometry3d camera_in_body;
-  const std::string problem = tf_->get(body_frame, camera_frame, 0, camera_in_body);
+  std::string problem = tf_->get(body_frame, camera_frame, 0, camera_in_body);
   motion.motion = camera_in_body.inverse() * motion.motion * camera_in_body;
   return problem;
 }

@@ -43,7 +43,7 @@ bool OdometryRotation::reaches(const std::string& /*camera_frame*/, double stamp
 
 std::string OdometryRotation::between(const std::string& camera_frame, double from, double to, RotationPrior& prior) {
   OdometryMotion motion;
-  const std::string problem = input_->between(camera_frame, from, to, motion);
+  std::string problem = input_->between(camera_frame, from, to, motion);
   if (problem.empty()) prior = priorOf(motion.motion.linear());
   return problem;
 }

@@ -18,7 +18,7 @@ int blockColumn(int32_t cell) { return cell % kSpreadGridSide / kCellsOfBlock; }
 
 template <class Table>
 auto& blockOf(int32_t cell, Table& table) {
-  return table[static_cast<size_t>(blockRow(cell) + 1)][static_cast<size_t>(blockColumn(cell) + 1)];
+  return table[static_cast<size_t>(blockRow(cell)) + 1][static_cast<size_t>(blockColumn(cell)) + 1];
 }
 
 /// The squared Mahalanobis distance from 0 of what a region's gradient is beyond its share of the whole's step. Of N

@@ -52,7 +52,7 @@ class BagImages : public ImageSource {
     const MessageKey& key = keys_.at(static_cast<size_t>(frame));
     std::lock_guard<std::mutex> lock(mutex_);
     try {
-      const cv::Mat found = find(key, colour);
+      cv::Mat found = find(key, colour);
       if (found.empty()) throw DatasetError(where(key.stamp) + ": it has no pixels");
       return found;
     } catch (const DatasetError&) {

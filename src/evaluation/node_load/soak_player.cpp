@@ -209,6 +209,7 @@ int play(int argc, char** argv) {
   ros::NodeHandle nh;
   Sent sent;
   std::vector<std::unique_ptr<Listener>> listeners;
+  listeners.reserve(filters.size());
   for (const std::string& filter : filters) listeners.push_back(std::make_unique<Listener>(nh, filter, sent));
   ros::AsyncSpinner spinner(1);
   spinner.start();

@@ -163,6 +163,7 @@ int evaluateTrust(const Arguments& arguments) {
   WorkFolder folder(trust.out);
   folder.begin(planText(trust.plan), trust.resume);
   std::vector<int> numbers;
+  numbers.reserve(units.size());
   for (const TrustUnit& unit : units) numbers.push_back(unit.index);
   const auto measure = [&](int index) { return runsText(measureTrust(trust.plan, units[static_cast<size_t>(index)])); };
   const InterruptWatch watch;
