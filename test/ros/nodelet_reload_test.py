@@ -30,10 +30,12 @@ class NodeletReload(unittest.TestCase):
         stages = (lambda answers: True, lambda answers: answers, lambda answers: any(m.status == MatchStats.OK for m in answers))
         seconds = []
         for i in range(ROUNDS):
-            # Anew: rospy takes a connection that is still closing for one to the nodelet that is loaded next.
+            # Anew, and none that is still connecting when the nodelet goes: rospy would take either for a connection to the
+            # nodelet that is loaded next.
             while client.subscribers:
                 client.subscribers.pop().unregister()
-            client.listen()
+            if i % len(stages):
+                client.listen()
             before = len(client.stats)
             rospy.set_param(name + "/threads", 1 + i % 4)
             request = NodeletLoadRequest(name=name, type="gms_ransac/MatchFilter")
