@@ -26,6 +26,14 @@ void* countedAllocation(size_t size, size_t alignment) {
 [[gnu::noinline]] void* operator new(size_t size, std::align_val_t alignment) {
   return countedAllocation(size, static_cast<size_t>(alignment));
 }
+// AddressSanitizer's would not call ours, and what it hands out must not reach std::free; std::stable_sort asks for it.
+[[gnu::noinline]] void* operator new(size_t size, const std::nothrow_t&) noexcept {
+  try {
+    return operator new(size);
+  } catch (const std::bad_alloc&) {
+    return nullptr;
+  }
+}
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }

@@ -3,6 +3,7 @@
 #include "gms_ransac/ground_scale.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -176,6 +177,30 @@ TEST(GroundScale, FindsAGroundWithoutCornersInTheImages) {
     ASSERT_GT(scale.features, 0) << ground.problem();
     EXPECT_NEAR(scale.length, length, 0.02 * length);
     EXPECT_NEAR(ground.normal().dot(down), 1, 1e-3);
+  }
+}
+
+// A sample that the search for a ground moves to where the lens has no inverse is no index into the image.
+TEST(GroundScale, LooksNowhereThatTheLensDoesNotReach) {
+  CameraIntrinsics intrinsics = sceneCamera().intrinsics();
+  intrinsics.distortion_model = "plumb_bob";
+  intrinsics.distortion = {-0.9, 0, 0, 0};
+  const Camera camera(intrinsics, {640, 480});
+  ASSERT_GT(camera.pixelsWithoutInverse(), 0);
+  cv::Mat noise[2];
+  for (int i = 0; i < 2; ++i) {
+    noise[i].create(480, 640, CV_8UC1);
+    cv::RNG(static_cast<uint64_t>(i + 1)).fill(noise[i], cv::RNG::UNIFORM, 0, 256);
+  }
+  GroundPrior prior;
+  prior.camera_height = kHeight;
+  for (const Eigen::Vector3d& t : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(1, 0, 0)}) {
+    RelativePose pose;
+    pose.t = t;
+    GroundScale ground;
+    const ScaleEstimate scale = ground.measure(Triangulation(), pose, camera, prior, {noise[0], noise[1]});
+    EXPECT_TRUE(std::isfinite(scale.length) && std::isfinite(scale.relative_sigma));
+    EXPECT_TRUE(scale.features > 0 || !ground.problem().empty());
   }
 }
 

@@ -26,7 +26,7 @@ class FuzzInput {
   Value raw() {
     Value value{};
     const size_t n = std::min(size_, sizeof(value));
-    std::memcpy(&value, data_, n);
+    if (n > 0) std::memcpy(&value, data_, n);  // an empty input may have no address
     skip(n);
     return value;
   }

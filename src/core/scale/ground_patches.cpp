@@ -96,8 +96,11 @@ bool GroundPatches::look(const Eigen::Vector3d& m, const Eigen::Vector3d& ray, f
   const Eigen::Vector2d at = seen.head<2>() / seen.z();
   const cv::Point2f pixel =
       toReceived(cv::Point2f(static_cast<float>(k.fx * at.x() + k.cx), static_cast<float>(k.fy * at.y() + k.cy)));
-  const int u = static_cast<int>(std::floor(pixel.x)), v = static_cast<int>(std::floor(pixel.y));
-  if (!(u >= 0 && v >= 0 && u + 1 < reference_.cols && v + 1 < reference_.rows)) return false;
+  // Asked of the numbers as they are: NaN, where the lens has no inverse, and what is far away are no index.
+  const bool inside = pixel.x >= 0 && pixel.y >= 0 && pixel.x < static_cast<float>(reference_.cols - 1) &&
+                      pixel.y < static_cast<float>(reference_.rows - 1);
+  if (!inside) return false;
+  const int u = static_cast<int>(pixel.x), v = static_cast<int>(pixel.y);
   const float a = pixel.x - static_cast<float>(u), b = pixel.y - static_cast<float>(v);
   const float* top = reference_.ptr<float>(v) + u;
   const float* bottom = reference_.ptr<float>(v + 1) + u;
