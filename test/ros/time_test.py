@@ -16,6 +16,8 @@ class Time(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.clock = rospy.Publisher("/clock", Clock, queue_size=10, latch=True)
+        cls.reports = []
+        cls.listener = rospy.Subscriber("/diagnostics", DiagnosticArray, cls.reports.append)
         scene = Scene()
         cls.frames = [scene.draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(4)]
 
@@ -25,8 +27,16 @@ class Time(unittest.TestCase):
         for i in range(count):
             self.clock.publish(Clock(rospy.Time.from_sec(start + 0.1 * i)))
             client.wait(lambda: abs(rospy.get_time() - start - 0.1 * i) < 1e-6, "the clock")
+            if i == 0:
+                # message_filters forgets what it holds when the clock goes back: half of a pair, if the node learns of
+                # that between the two.
+                client.wait(lambda: self.has_reported(client, start), "the clock of %s" % client.name)
             statuses.append(client.ask(self.frames[i], start + 0.1 * i - offset).status)
         return statuses
+
+    def has_reported(self, client, time):
+        reports = [r for r in self.reports if any(client.name in status.name for status in r.status)]
+        return reports and abs(reports[-1].header.stamp.to_sec() - time) < 1e-6
 
     def check(self, name, base):
         client, restarts = Client(name, name + "/image", name + "/camera_info"), []
@@ -53,13 +63,11 @@ class Time(unittest.TestCase):
         """The images go on: they are answered as if nothing were wrong, and the node still reports."""
         client = Client("latest", "latest/image", "latest/camera_info").connect()
         self.play(client, 3000.0)
-        reports = []
-        client.subscribers.append(rospy.Subscriber("/diagnostics", DiagnosticArray, reports.append))
         for i in range(1, 20):
             answer = client.ask(self.frames[i % 4], 3000.3 + 0.1 * i)
             self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
-        count = len(reports)
-        client.wait(lambda: len(reports) > count + 2, "reports while the clock stands")
+        count = len(self.reports)
+        client.wait(lambda: len(self.reports) > count + 4, "reports while the clock stands")
 
     def test_latest_camera_info(self):
         self.check("latest", 1000.0)
