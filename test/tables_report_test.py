@@ -1,19 +1,16 @@
 #!/usr/bin/env python3
 """The statistics of scripts/tables_report.py against values worked out by hand and against the arithmetic of the paper."""
-import importlib.util
 import math
 import unittest
-from pathlib import Path
 
 try:
     import numpy as np
 except ImportError:
     raise SystemExit(77)  # skipped
 
-SCRIPT = Path(__file__).resolve().parent.parent / "scripts/tables_report.py"
-specification = importlib.util.spec_from_file_location("tables_report", str(SCRIPT))
-report = importlib.util.module_from_spec(specification)
-specification.loader.exec_module(report)
+import script_module
+
+report = script_module.load("tables_report")
 
 
 def run(method, pair="p0", preset=2000, ratio=0.5, survivors=1000, **columns):

@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
 """The statistics of scripts/trust_report.py against values worked out by hand."""
-import importlib.util
 import math
 import unittest
-from pathlib import Path
 from types import SimpleNamespace
 
 try:
@@ -11,10 +9,9 @@ try:
 except ImportError:
     raise SystemExit(77)  # skipped
 
-SCRIPT = Path(__file__).resolve().parent.parent / "scripts/trust_report.py"
-specification = importlib.util.spec_from_file_location("trust_report", str(SCRIPT))
-report = importlib.util.module_from_spec(specification)
-specification.loader.exec_module(report)
+import script_module
+
+report = script_module.load("trust_report")
 
 
 class Statistics(unittest.TestCase):

@@ -1,8 +1,8 @@
 #include "feature_output.h"
 
-#include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include <boost/make_shared.hpp>
 
@@ -34,12 +34,11 @@ float depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
   return std::isfinite(metres) && metres > 0 ? metres : -1;
 }
 
-FeatureAges agesOf(const std::vector<Feature>& features) {
+Quantiles<double> agesOf(const std::vector<Feature>& features) {
   std::vector<double> ages;
   ages.reserve(features.size());
   for (const Feature& feature : features) ages.push_back(feature.age);
-  std::sort(ages.begin(), ages.end());
-  return ages.empty() ? FeatureAges() : FeatureAges{ages[ages.size() / 2], ages[ages.size() * 9 / 10]};
+  return quantilesOf(std::move(ages));
 }
 
 }  // namespace
@@ -79,7 +78,7 @@ FeatureOutput::FeatureOutput(ros::NodeHandle& outputs, const Parameters& paramet
 void FeatureOutput::publish(const ProcessedFrame& processed, const FeatureOptions& options) {
   if (listeners() == 0) {
     stream_.reset();
-    ages_ = FeatureAges();
+    ages_ = {};
     return;
   }
   const auto features = stream_.next(processed, options);

@@ -7,6 +7,7 @@
 #include <sensor_msgs/PointCloud.h>
 
 #include "feature_stream.h"
+#include "quantiles.h"
 
 namespace gms_ransac {
 
@@ -15,11 +16,6 @@ namespace gms_ransac {
 /// is not known; VINS-Fusion id, camera id, u, v, velocity and three that it reads but does not need.
 sensor_msgs::PointCloud featureMessage(const PreparedFrame& current, const std::vector<Feature>& features,
                                        FeatureLayout layout);
-
-/// How long the features of the last message have been sent, seconds.
-struct FeatureAges {
-  double median = 0, p90 = 0;
-};
 
 class FeatureOutput {
  public:
@@ -30,13 +26,14 @@ class FeatureOutput {
   /// For every image, whether anyone listens or not.
   void publish(const ProcessedFrame& processed, const FeatureOptions& options);
   /// Zero while nobody listens.
-  const FeatureAges& ages() const { return ages_; }
+  /// How long the features of the last message have been sent, seconds.
+  const Quantiles<double>& ages() const { return ages_; }
 
  private:
   const FeatureLayout layout_;
   ros::Publisher publisher_;
   FeatureStream stream_;
-  FeatureAges ages_;
+  Quantiles<double> ages_;
 };
 
 }  // namespace gms_ransac

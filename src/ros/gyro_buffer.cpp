@@ -5,7 +5,6 @@
 
 #include <Eigen/Geometry>
 
-#include "quantity_text.h"
 #include "turns.h"
 
 namespace gms_ransac {
@@ -19,13 +18,7 @@ double sigma(const GyroSample& sample) {
 }  // namespace
 
 void GyroBuffer::add(const GyroSample& sample) {
-  if (!std::isfinite(sample.stamp) || !sample.rate.allFinite()) return;
-  if (!samples_.empty() && sample.stamp <= samples_.back().stamp) {
-    if (samples_.back().stamp - sample.stamp < kRestart) return;
-    samples_.clear();
-  }
-  samples_.push_back(sample);
-  while (samples_.front().stamp < sample.stamp - kSeconds) samples_.pop_front();
+  if (std::isfinite(sample.stamp) && sample.rate.allFinite()) SampleBuffer::add(sample);
 }
 
 Eigen::Vector3d GyroBuffer::rateAt(size_t after, double stamp) const {
@@ -35,9 +28,8 @@ Eigen::Vector3d GyroBuffer::rateAt(size_t after, double stamp) const {
 
 std::string GyroBuffer::integrate(double from, double to, const Eigen::Vector3d& bias, GyroTurn& turn) const {
   if (samples_.empty()) return "no sample has come";
-  if (samples_.back().stamp < to) return "the newest sample is " + secondsText(to - samples_.back().stamp) + " too old";
-  if (samples_.front().stamp > from)
-    return "the samples start " + secondsText(samples_.front().stamp - from) + " later";
+  std::string problem = missing(from, to);
+  if (!problem.empty()) return problem;
   turn = GyroTurn();
   const auto first = std::upper_bound(samples_.begin(), samples_.end(), from,
                                       [](double stamp, const GyroSample& sample) { return stamp < sample.stamp; });
@@ -49,7 +41,7 @@ std::string GyroBuffer::integrate(double from, double to, const Eigen::Vector3d&
   double variance = 0;
   for (double stamp = from; stamp < to; ++after) {
     const double step = samples_[after].stamp - samples_[after - 1].stamp;
-    if (step > kLongestStep) return "no sample came for " + secondsText(step) + " between them";
+    if (step > kLongestStep) return missingStep(step);
     const double end = std::min(to, samples_[after].stamp);
     const Eigen::Vector3d end_rate = rateAt(after, end);
     turn.R = turn.R * turnOf((end - stamp) * (0.5 * (rate + end_rate) - bias));

@@ -1,10 +1,11 @@
 // Gyro rates of the last seconds, and the turn between two times that they add up to. Knows no topic.
 #pragma once
 
-#include <deque>
 #include <string>
 
 #include <Eigen/Core>
+
+#include "sample_buffer.h"
 
 namespace gms_ransac {
 
@@ -21,29 +22,20 @@ struct GyroTurn {
   double rate_change = 0;  ///< between its ends, rad/s: what a stamp that is wrong by a second would cost
 };
 
-class GyroBuffer {
+class GyroBuffer : public SampleBuffer<GyroSample> {
  public:
-  /// Takes samples in the order of their stamps: one that is not newer is left out, one of an earlier stream that
-  /// starts again (kRestart before the newest) empties the buffer first.
+  /// As SampleBuffer::add; one that is not finite is left out.
   void add(const GyroSample& sample);
-  void clear() { samples_.clear(); }
-  bool empty() const { return samples_.empty(); }
-  /// Everything up to this time has come.
-  bool reaches(double stamp) const { return !samples_.empty() && samples_.back().stamp >= stamp; }
   /// Integrates rates less `bias`, linear between samples. Returns an empty string, or what is missing, as the end of
   /// a sentence that begins with what is asked for.
   std::string integrate(double from, double to, const Eigen::Vector3d& bias, GyroTurn& turn) const;
 
-  static constexpr double kRestart = 1;        ///< seconds
-  static constexpr double kSeconds = 30;       ///< kept
   static constexpr double kLongestStep = 0.1;  ///< seconds between samples that are one motion; a tenth of a turn a
                                                ///< second at 10 Hz, and ten times what an IMU leaves out
   static constexpr double kUsualSigma = 0.01;  ///< rad/s, of a sample where nothing is told; a cheap MEMS gyro's
 
  private:
   Eigen::Vector3d rateAt(size_t after, double stamp) const;
-
-  std::deque<GyroSample> samples_;
 };
 
 }  // namespace gms_ransac

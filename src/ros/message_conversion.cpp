@@ -1,6 +1,9 @@
 #include "message_conversion.h"
 
+#include <utility>
+
 #include "frames.h"
+#include "quantiles.h"
 
 namespace gms_ransac {
 
@@ -47,10 +50,9 @@ void summarize(const std::vector<uint16_t>& track_lengths, MatchStats& message) 
   for (const uint16_t length : track_lengths) {
     if (length > 0) lengths.push_back(length);
   }
-  if (lengths.empty()) return;
-  std::sort(lengths.begin(), lengths.end());
-  message.track_length_median = lengths[lengths.size() / 2];
-  message.track_length_p90 = lengths[lengths.size() * 9 / 10];
+  const auto [median, p90] = quantilesOf(std::move(lengths));
+  message.track_length_median = median;
+  message.track_length_p90 = p90;
 }
 
 }  // namespace

@@ -2,19 +2,13 @@
 
 #include <algorithm>
 
-#include "quantity_text.h"
 #include "turns.h"
 
 namespace gms_ransac {
 
 void OdometryBuffer::add(const OdometrySample& sample) {
   if (!sample.pose.matrix().allFinite() || !sample.velocity.allFinite() || !sample.angular.allFinite()) return;
-  if (!samples_.empty() && sample.stamp <= samples_.back().stamp) {
-    if (samples_.back().stamp - sample.stamp < kRestart) return;
-    samples_.clear();
-  }
-  samples_.push_back(sample);
-  while (samples_.front().stamp < sample.stamp - kSeconds) samples_.pop_front();
+  SampleBuffer::add(sample);
 }
 
 bool OdometryBuffer::posesMove() const {
@@ -53,9 +47,8 @@ Eigen::Isometry3d OdometryBuffer::integrateTwist(size_t after, double from, doub
 
 std::string OdometryBuffer::between(double from, double to, OdometryMotion& motion) const {
   if (samples_.size() < 2) return "no two samples have come";
-  if (samples_.back().stamp < to) return "the newest sample is " + secondsText(to - samples_.back().stamp) + " too old";
-  if (samples_.front().stamp > from)
-    return "the samples start " + secondsText(samples_.front().stamp - from) + " later";
+  std::string problem = missing(from, to);
+  if (!problem.empty()) return problem;
   const auto later = [](double stamp, const OdometrySample& sample) { return stamp < sample.stamp; };
   const auto after = [&](double stamp) {
     const auto found = std::upper_bound(samples_.begin(), samples_.end(), stamp, later);
@@ -65,7 +58,7 @@ std::string OdometryBuffer::between(double from, double to, OdometryMotion& moti
   motion = OdometryMotion();
   for (size_t i = first; i <= last; ++i) {
     const double step = samples_[i].stamp - samples_[i - 1].stamp;
-    if (step > kLongestStep) return "no sample came for " + secondsText(step) + " between them";
+    if (step > kLongestStep) return missingStep(step);
     motion.velocity_variance += samples_[i].velocity_variance / static_cast<double>(last - first + 1);
   }
   motion.motion = posesMove() ? poseAt(first, from).inverse() * poseAt(last, to) : integrateTwist(first, from, to);

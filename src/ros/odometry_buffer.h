@@ -1,10 +1,11 @@
 // Poses and velocities of another odometry, and the motion between two times. Knows no topic.
 #pragma once
 
-#include <deque>
 #include <string>
 
 #include <Eigen/Geometry>
+
+#include "sample_buffer.h"
 
 namespace gms_ransac {
 
@@ -22,27 +23,21 @@ struct OdometryMotion {
   double velocity_variance = 0;  ///< mean over the samples, (m/s)^2; 0: not told
 };
 
-class OdometryBuffer {
+class OdometryBuffer : public SampleBuffer<OdometrySample> {
  public:
-  /// As GyroBuffer::add.
+  /// As SampleBuffer::add; one that is not finite is left out.
   void add(const OdometrySample& sample);
-  void clear() { samples_.clear(); }
-  bool empty() const { return samples_.empty(); }
-  bool reaches(double stamp) const { return !samples_.empty() && samples_.back().stamp >= stamp; }
   /// Poses interpolated at both times; where no pose ever changes although there is speed, as of an odometry that only
   /// fills its twist, that integrated. Returns an empty string, or what is missing, as the end of a sentence.
   std::string between(double from, double to, OdometryMotion& motion) const;
 
-  static constexpr double kRestart = 1, kSeconds = 30;  ///< as GyroBuffer's
-  static constexpr double kLongestStep = 0.5;           ///< seconds between samples; wheels are read at 10 Hz and more
+  static constexpr double kLongestStep = 0.5;  ///< seconds between samples; wheels are read at 10 Hz and more
 
  private:
   bool posesMove() const;
   /// Of the pose at a time within the samples; `after`: the first sample that is later.
   Eigen::Isometry3d poseAt(size_t after, double stamp) const;
   Eigen::Isometry3d integrateTwist(size_t after, double from, double to) const;
-
-  std::deque<OdometrySample> samples_;
 };
 
 }  // namespace gms_ransac

@@ -26,7 +26,7 @@ class PointOutputs {
                const ros::SubscriberStatusCallback& listeners_changed);
 
   int listeners() const;
-  const FeatureAges& featureAges() const { return features_.ages(); }
+  const Quantiles<double>& featureAges() const { return features_.ages(); }
   void publish(const ProcessedFrame& processed, const FeatureOptions& features);
 
  private:

@@ -49,10 +49,8 @@ void Recovery::addPair(bool good) {
   if (good_pairs_ >= kNewBeginning) clear();
 }
 
-bool Recovery::giveUpAt(double stamp) {
-  if (!lost_ || stamp - kept_.front().frame->stamp() <= options_.seconds) return false;
-  clear();
-  return true;
+void Recovery::giveUpAt(double stamp) {
+  if (lost_ && stamp - kept_.front().frame->stamp() > options_.seconds) clear();
 }
 
 void Recovery::clear() {

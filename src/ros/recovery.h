@@ -43,8 +43,8 @@ class Recovery {
   int missed() const { return missed_; }
   /// While lost: two images that follow on each other were compared. So many good ones in a row are a new beginning.
   void addPair(bool good);
-  /// Gives up when the newest kept image is older than they may be at `stamp`. True: it just did.
-  bool giveUpAt(double stamp);
+  /// Gives up when the newest kept image is older than they may be at `stamp`.
+  void giveUpAt(double stamp);
   void clear();
 
   /// Newest first.

@@ -4,12 +4,14 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
+#include "quantiles.h"
 #include "turns.h"
 
 namespace gms_ransac {
@@ -200,8 +202,7 @@ TurnComparison::Axes TurnComparison::bestRotation() const {
 double TurnComparison::usualTurn() const {
   std::vector<double> angles;
   for (const ComparedTurn& turn : turns_) angles.push_back(turn.visual.norm());
-  std::nth_element(angles.begin(), angles.begin() + static_cast<int>(angles.size() / 2), angles.end());
-  return angles[angles.size() / 2];
+  return quantilesOf(std::move(angles)).median;
 }
 
 std::string TurnComparison::doubt(const std::optional<TimeOffset>& offset) const {

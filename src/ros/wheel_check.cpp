@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "quantiles.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -16,9 +18,7 @@ constexpr double kNoiseSigmas = 2;
 
 double WheelCheck::usual() const {
   if (usual_.size() < kFewest) return 0;
-  std::vector<double> sorted(usual_.begin(), usual_.end());
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<int>(sorted.size() / 2), sorted.end());
-  return sorted[sorted.size() / 2];
+  return quantilesOf(std::vector<double>(usual_.begin(), usual_.end())).median;
 }
 
 std::string WheelCheck::problem(const Eigen::Vector3d& travelled, const RobustResult& seen) {

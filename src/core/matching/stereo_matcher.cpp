@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <numeric>
+
+#include "matching/hamming_kernels.h"
 
 namespace gms_ransac {
 
@@ -13,17 +14,6 @@ namespace {
 // (test/stereo_test.cpp).
 constexpr int kMostDistance = 60;
 constexpr int kNone = -1;
-
-int hamming(const uint8_t* a, const uint8_t* b) {
-  int bits = 0;
-  for (int word = 0; word < kDescriptorBytes; word += 8) {
-    uint64_t x, y;
-    std::memcpy(&x, a + word, 8);
-    std::memcpy(&y, b + word, 8);
-    bits += __builtin_popcountll(x ^ y);
-  }
-  return bits;
-}
 
 /// Keypoints of an image by their row.
 struct Rows {
@@ -60,7 +50,7 @@ void matchRows(const Features& left, const RectifiedRays& left_rays, const Featu
       const int j = rows.order[k];
       const double disparity = ray.x() - right_rays[j].x();
       if (std::abs(right.keypoints[j].octave - octave) > 1 || disparity <= 0 || disparity > most) continue;
-      const auto distance = static_cast<uint16_t>(hamming(left.descriptors.row(i), right.descriptors.row(j)));
+      const auto distance = static_cast<uint16_t>(hammingDistance(left.descriptors.row(i), right.descriptors.row(j)));
       if (distance < best.distance) best = {i, j, distance};
       if (distance < best_of_right[j].distance) best_of_right[j] = {i, j, distance};
     }

@@ -42,13 +42,13 @@ bool Patch::sample(const cv::Mat& image, const PatchPlace& place, Samples& sampl
   return true;
 }
 
-bool Patch::normalize(Samples& samples) {
+float Patch::normalize(Samples& samples) {
   Eigen::Map<Eigen::Array<float, kPixels, 1>> values(samples.data());
   values -= values.mean();
   const float length = std::sqrt(values.square().sum());
-  if (length < kLeastContrast * kSide) return false;
+  if (length < kLeastContrast * kSide) return 0;
   values /= length;
-  return true;
+  return length;
 }
 
 bool Patch::take(const cv::Mat& image, const Eigen::Vector2f& centre) {
@@ -60,11 +60,9 @@ bool Patch::take(const cv::Mat& image, const Eigen::Vector2f& centre) {
   Samples right, left, below, above;
   if (!at(1, 0, right) || !at(-1, 0, left) || !at(0, 1, below) || !at(0, -1, above) || !at(0, 0, intensity_))
     return false;
-  Samples bare = intensity_;
-  if (!normalize(intensity_)) return false;
+  const float length = normalize(intensity_);
+  if (length == 0) return false;
   using Column = Eigen::Map<Eigen::Array<float, kPixels, 1>>;
-  const Column before(bare.data());
-  const float length = std::sqrt((before - before.mean()).square().sum());
   Column(gradient_x_.data()) = (Column(right.data()) - Column(left.data())) / (2 * length);
   Column(gradient_y_.data()) = (Column(below.data()) - Column(above.data())) / (2 * length);
   weighGradients();
@@ -117,7 +115,7 @@ std::optional<PatchPlace> Patch::find(const cv::Mat& image, const PatchPlace& gu
   Samples seen;
   bool affine = false;
   for (int i = 0; i < kShiftSteps + kAffineSteps; ++i) {
-    if (!sample(image, place, seen) || !normalize(seen)) return std::nullopt;
+    if (!sample(image, place, seen) || normalize(seen) == 0) return std::nullopt;
     Column(seen.data()) -= ConstColumn(intensity_.data());
     const Vector6f sums = project(seen);
     Vector6f step = Vector6f::Zero();
@@ -139,7 +137,7 @@ std::optional<PatchPlace> Patch::find(const cv::Mat& image, const PatchPlace& gu
     if (affine && length < kLastStep) break;
     affine = affine || length < kNearStep || i + 1 >= kShiftSteps;
   }
-  if (!sample(image, place, seen) || !normalize(seen)) return std::nullopt;
+  if (!sample(image, place, seen) || normalize(seen) == 0) return std::nullopt;
   const float likeness = (ConstColumn(seen.data()) * ConstColumn(intensity_.data())).sum();
   return likeness >= kLikeness ? std::optional(place) : std::nullopt;
 }

@@ -35,8 +35,8 @@ class Patch {
   using Vector6f = Eigen::Matrix<float, 6, 1>;
 
   static bool sample(const cv::Mat& image, const PatchPlace& place, Samples& samples);
-  /// To mean 0 and length 1; false where they are all alike.
-  static bool normalize(Samples& samples);
+  /// To mean 0 and length 1; returns the length before, 0 where they are all alike.
+  static float normalize(Samples& samples);
   /// The normal equations, from the gradients.
   void weighGradients();
   /// Right side of the normal equations.

@@ -1,0 +1,50 @@
+// Stamped samples of the last seconds, in order, and whether they cover a time between two images.
+#pragma once
+
+#include <deque>
+#include <string>
+
+#include "quantity_text.h"
+
+namespace gms_ransac {
+
+/// `Sample` has a `stamp` in seconds.
+template <typename Sample>
+class SampleBuffer {
+ public:
+  /// Takes samples in the order of their stamps: one that is not newer is left out, one of an earlier stream that
+  /// starts again (kRestart before the newest) empties the buffer first.
+  void add(const Sample& sample) {
+    if (!samples_.empty() && sample.stamp <= samples_.back().stamp) {
+      if (samples_.back().stamp - sample.stamp < kRestart) return;
+      samples_.clear();
+    }
+    samples_.push_back(sample);
+    while (samples_.front().stamp < sample.stamp - kSeconds) samples_.pop_front();
+  }
+  void clear() { samples_.clear(); }
+  bool empty() const { return samples_.empty(); }
+  /// Everything up to this time has come.
+  bool reaches(double stamp) const { return !empty() && samples_.back().stamp >= stamp; }
+
+  static constexpr double kRestart = 1;   ///< seconds
+  static constexpr double kSeconds = 30;  ///< kept
+
+ protected:
+  /// What is missing of the time, as the end of a sentence; empty: nothing at its ends. Of samples that there are.
+  std::string missing(double from, double to) const {
+    if (samples_.back().stamp < to)
+      return "the newest sample is " + secondsText(to - samples_.back().stamp) + " too old";
+    if (samples_.front().stamp > from)
+      return "the samples start " + secondsText(samples_.front().stamp - from) + " later";
+    return std::string();
+  }
+  /// The same of a step between two samples that is too long.
+  static std::string missingStep(double seconds) {
+    return "no sample came for " + secondsText(seconds) + " between them";
+  }
+
+  std::deque<Sample> samples_;
+};
+
+}  // namespace gms_ransac
