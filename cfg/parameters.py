@@ -44,7 +44,7 @@ GROUPS = [
             "more than queue_size wait", field="drop_frames"),
         Row("always_subscribe", False, "Take images even while nobody listens to any output", field="always_subscribe"),
         Row("threads", 1, "2: the next image is extracted while this one is matched; 3: two share the extraction; 4: and two "
-            "the matching. The results are the same", range=(1, 16), field="threads"),
+            "the matching; and so on. Helpers are shared by all nodelets of a manager. The results are the same", range=(1, 16), field="threads"),
         Row("mask_file", "", "Image whose zeros say where no keypoint is taken, until one comes on ~mask; empty: none",
             unit="the path of an image", field="mask_file"),
         Row("mask_sync", "latest", "Which ~mask goes with an image: the newest, or the one of the same stamp, for which it waits "

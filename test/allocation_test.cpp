@@ -77,7 +77,7 @@ TEST_P(PerFrameAllocation, IsNoneOnceWarm) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, PerFrameAllocation,
-                         testing::Combine(testing::Values(1, 2),
+                         testing::Combine(testing::Values(1, 2, 4),
                                           testing::Values(SearchMode::kFull, SearchMode::kGuided)));
 
 }  // namespace

@@ -1,6 +1,7 @@
 // What is compared with what, and what is said of an image: resets, stamps and depth that come with images of no use.
 #include "frame_processor.h"
 
+#include <algorithm>
 #include <atomic>
 #include <thread>
 #include <vector>
@@ -150,8 +151,8 @@ TEST(FrameProcessor, FramesDoNotHoldTheFilterOnceTheyAreAnswered) {
 ProcessorOptions optionsOf(int threads, int features) {
   ProcessorOptions options;
   options.core.extractor.features = features;
-  options.core.extractor.threads = threads >= 3 ? 2 : 1;
-  options.core.matcher_threads = threads >= 4 ? 2 : 1;
+  options.core.extractor.threads = std::max(1, (threads + 1) / 2);
+  options.core.matcher_threads = std::max(1, threads / 2);
   return options;
 }
 
@@ -212,7 +213,7 @@ void runPipeline(int threads, int answers) {
 }
 
 TEST(FrameProcessor, ThreadsGoOnAndEndAtEveryStage) {
-  for (const int threads : {1, 2, 3, 4}) {
+  for (const int threads : {1, 2, 4, 8}) {
     for (const int answers : {0, 1, 2, 3, 10}) runPipeline(threads, answers);
   }
 }

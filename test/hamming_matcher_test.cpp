@@ -89,7 +89,7 @@ class HammingMatcherTest : public testing::TestWithParam<SimdLevel> {
     DescriptorSet current = makeDescriptors(currents, bits, seed + 1);
     current.pack(GetParam());
     const Truth truth = doubleLoop(reference, current);
-    for (int threads : {1, 2}) {
+    for (int threads : {1, 2, 5}) {
       std::vector<Match> found;
       HammingMatcher({false, threads, GetParam()}).match(reference, current, found);
       expectEqual(truth.nearest, found);
@@ -184,7 +184,7 @@ TEST(HammingMatcher, PortableKernelEqualsDoubleLoop) {
 
 TEST(HammingMatcher, RefusesBadOptionsAndDescriptors) {
   HammingMatcherOptions options;
-  options.threads = 3;
+  options.threads = 65;
   EXPECT_THROW(HammingMatcher{options}, std::invalid_argument);
   DescriptorSet set;
   EXPECT_THROW(set.assign(cv::Mat(3, 31, CV_8U)), std::invalid_argument);

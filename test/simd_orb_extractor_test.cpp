@@ -263,7 +263,7 @@ TEST(SimdOrbExtractor, IsTheSameOnEveryInstructionSetAndNumberOfThreads) {
       Features expected;
       SimdOrbExtractor(options).extract(image, expected);
       for (SimdLevel simd : supportedLevels()) {
-        for (int threads : {1, 2, 3}) {
+        for (int threads : {1, 2, 3, 8}) {
           options.simd = simd;
           options.threads = threads;
           SimdOrbExtractor extractor(options);

@@ -19,7 +19,7 @@ struct FeatureExtractorOptions {
   /// FAST contrast in grey levels; above 3000 features 0 is usual. "opencv" ignores fainter corners; "simd_orb"
   /// takes the strongest there are and stops only at 7, at 4 where texture is low, or here if this is less.
   int fast_threshold = 20;
-  /// "simd_orb": 2 or more let a second thread share the pyramid levels; the result does not depend on it.
+  /// "simd_orb": so many threads share the pyramid levels; the result does not depend on it.
   int threads = 1;
   SimdLevel simd = detectSimdLevel();
 

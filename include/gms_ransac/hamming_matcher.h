@@ -20,7 +20,7 @@ struct Match {
 
 struct HammingMatcherOptions {
   bool mutual = false;  ///< keep only pairs that are each other's nearest neighbour, the lowest on ties (Lan 2020)
-  int threads = 1;      ///< 1 or 2; the result does not depend on it
+  int threads = 1;      ///< 1 to 64, of a pool that the whole process shares; the result does not depend on it
   SimdLevel simd = detectSimdLevel();
 
   /// Throws std::invalid_argument with a sentence that names the field, its value and its range.

@@ -1,5 +1,6 @@
 #include "reconfigure.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -33,9 +34,9 @@ ParameterValues valuesOf(const MatchFilterConfig& config) {
 ProcessorOptions processorOptions(const MatchFilterConfig& config, int threads) {
   ProcessorOptions options;
   options.core = coreOptions(config);
-  // The second thread runs beside the first, image after image; the third and the fourth share the work of each.
-  options.core.extractor.threads = threads >= 3 ? 2 : 1;
-  options.core.matcher_threads = threads >= 4 ? 2 : 1;
+  // The second thread runs beside the first, image after image; all others help one of the two in turn.
+  options.core.extractor.threads = std::max(1, (threads + 1) / 2);
+  options.core.matcher_threads = std::max(1, threads / 2);
   options.max_frame_gap = config.max_frame_gap;
   options.hold_reference = config.hold_reference;
   options.recovery = {config.recovery_frames, config.max_recovery_gap};

@@ -3,12 +3,13 @@
 #include "features/opencv_extractor.h"
 #include "features/simd_orb_extractor.h"
 #include "validation.h"
+#include "worker_pool.h"
 
 namespace gms_ransac {
 
 void FeatureExtractorOptions::validate() const {
   requireInRanges(*this);
-  requireInRange("threads", threads, 1, 64);
+  requireInRange("threads", threads, 1, kMostThreads);
 }
 
 void FeatureExtractor::extract(const cv::Mat& image, Features& features, const cv::Mat& mask) {

@@ -1,7 +1,6 @@
 #include "features/simd_orb_extractor.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include <opencv2/core.hpp>
@@ -40,12 +39,12 @@ SimdOrbExtractor::SimdOrbExtractor(const FeatureExtractorOptions& options)
       kernels_(featureKernels(options.simd)),
       pyramid_(options.pyramid_levels, options.pyramid_scale, 2 * kBorder + 1, kernels_),
       levels_(options.pyramid_levels),
-      scratch_(options.threads > 1 ? 2 : 1) {
+      scratch_(std::min(options.threads, options.pyramid_levels)) {
   double sum = 0;
   for (int i = 0; i < options.pyramid_levels; ++i)
     sum += levels_[i].weight = std::pow(pyramid_.nominalScale(i), -kLevelPower);
   for (Level& level : levels_) level.weight /= sum;
-  if (options.threads > 1) worker_ = std::make_unique<Worker>();
+  if (scratch_.size() > 1) pool_ = WorkerPool::shared(static_cast<int>(scratch_.size()) - 1);
 }
 
 void SimdOrbExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, Features& features) {
@@ -75,20 +74,13 @@ void SimdOrbExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, F
 
 template <typename Task>
 void SimdOrbExtractor::forEachLevel(Order order, const Task& task) {
-  std::atomic<int> next{0};
   const int count = pyramid_.levels();
-  const bool reversed = order == Order::kSmallestFirst && !worker_;
-  const auto work = [&](Scratch& scratch) {
-    for (int i = next++; i < count; i = next++) task(reversed ? count - 1 - i : i, scratch);
-  };
-  if (worker_) {
-    auto second = [&] { work(scratch_[1]); };
-    worker_->start(second);
-    work(scratch_[0]);
-    worker_->wait();
-  } else {
-    work(scratch_[0]);
+  if (!pool_) {
+    const bool reversed = order == Order::kSmallestFirst;
+    for (int i = 0; i < count; ++i) task(reversed ? count - 1 - i : i, scratch_.front());
+    return;
   }
+  pool_->forEach(count, static_cast<int>(scratch_.size()), [&](int i, int seat) { task(i, scratch_[seat]); });
 }
 
 void SimdOrbExtractor::reserveScratch() {

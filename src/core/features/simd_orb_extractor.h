@@ -10,7 +10,7 @@
 #include "features/kernels.h"
 #include "features/pyramid.h"
 #include "gms_ransac/feature_extractor.h"
-#include "worker.h"
+#include "worker_pool.h"
 
 namespace gms_ransac {
 
@@ -39,8 +39,8 @@ class SimdOrbExtractor : public FeatureExtractor {
 
   enum class Order { kLargestFirst, kSmallestFirst };
 
-  /// Calls task(level, scratch) for every level of the image, on both threads if there are two. One thread keeps the
-  /// order; two take the largest levels first, so that they end together.
+  /// Calls task(level, scratch) for every level of the image, on all threads. One thread keeps the order; several take
+  /// the largest levels first, so that they end together.
   template <typename Task>
   void forEachLevel(Order order, const Task& task);
   /// Makes room in every scratch for the largest level, whichever thread takes it, so that later frames need none.
@@ -67,9 +67,9 @@ class SimdOrbExtractor : public FeatureExtractor {
   const FeatureKernels& kernels_;
   Pyramid pyramid_;
   std::vector<Level> levels_;
-  bool sparse_ = false;           ///< the image has few corners
-  std::vector<Scratch> scratch_;  ///< of each thread
-  std::unique_ptr<Worker> worker_;
+  bool sparse_ = false;               ///< the image has few corners
+  std::vector<Scratch> scratch_;      ///< of each thread
+  std::shared_ptr<WorkerPool> pool_;  ///< where there are several
 };
 
 }  // namespace gms_ransac

@@ -5,7 +5,7 @@
 
 #include "matching/hamming_kernels.h"
 #include "validation.h"
-#include "worker.h"
+#include "worker_pool.h"
 
 namespace gms_ransac {
 
@@ -34,7 +34,7 @@ struct Share {
   AlignedBytes scratch;
 };
 
-/// Below this many pairs waking the second thread takes longer than it saves (measured: 20 us, 0.2 ns a pair).
+/// Below this many pairs waking another thread takes longer than it saves (measured: 20 us, 0.2 ns a pair).
 constexpr int64_t kPairsWorthAThread = 250000;
 
 /// The shares hold consecutive queries, so on equal distances the earlier share has the lower query.
@@ -50,8 +50,8 @@ struct HammingMatcher::Workspace {
   const HammingKernel* kernel = nullptr;
   DescriptorSet repacked;
   std::vector<NearestTwo> nearest;
-  Share shares[2];
-  std::unique_ptr<Worker> worker;
+  std::vector<Share> shares;         ///< at most so many, one for each thread
+  std::shared_ptr<WorkerPool> pool;  ///< where there are several
 
   /// Fills `nearest`, and `shares[0].reverse` if `mutual`.
   void search(const DescriptorSet& reference, const DescriptorSet& current, const uint8_t* packed, bool mutual);
@@ -61,37 +61,37 @@ struct HammingMatcher::Workspace {
 
 void HammingMatcher::Workspace::search(const DescriptorSet& reference, const DescriptorSet& current,
                                        const uint8_t* packed, bool mutual) {
-  const int queries = reference.size();
+  const int queries = reference.size(), group = kernel->query_group;
   nearest.resize(queries);
-  const bool split = worker && static_cast<int64_t>(queries) * current.size() >= kPairsWorthAThread;
-  const int group = kernel->query_group;
-  const int middle = split ? (queries / 2 + group - 1) / group * group : queries;
+  const int64_t worth = static_cast<int64_t>(queries) * current.size() / kPairsWorthAThread;
+  const int count = static_cast<int>(std::clamp<int64_t>(worth, 1, static_cast<int64_t>(shares.size())));
+  const int groups = (queries + group - 1) / group;
+  const auto firstOf = [&](int share) { return std::min(queries, groups * share / count * group); };
 
-  for (Share& share : shares) {
-    HammingSearch& search = share.search;
-    const bool first = &share == &shares[0];
+  for (int i = 0; i < count; ++i) {
+    HammingSearch& search = shares[i].search;
     search.queries = reference.row(0);
-    search.first_query = first ? 0 : middle;
-    search.last_query = first ? middle : queries;
+    search.first_query = firstOf(i);
+    search.last_query = firstOf(i + 1);
     search.train = current.row(0);
     search.packed_train = packed;
     search.train_count = current.size();
     search.nearest = nearest.data();
     search.reverse = nullptr;
-    if (mutual && search.first_query < search.last_query) {
-      share.reverse.assign(current.size(), NearestQueryGroup());
-      search.reverse = share.reverse.data();
-      search.scratch = share.scratch.reserve(kernel->scratchBytes(current.size()));
+    if (mutual) {
+      shares[i].reverse.assign(current.size(), NearestQueryGroup());
+      search.reverse = shares[i].reverse.data();
+      search.scratch = shares[i].scratch.reserve(kernel->scratchBytes(current.size()));
     }
   }
 
-  auto second_half = [this] { kernel->search(shares[1].search); };
-  if (split) worker->start(second_half);
-  kernel->search(shares[0].search);
-  if (split) {
-    worker->wait();
-    if (mutual) mergeReverse(shares[1].reverse, shares[0].reverse);
+  const auto searchShare = [this](int i, int /*seat*/) { kernel->search(shares[i].search); };
+  if (count == 1) {
+    searchShare(0, 0);
+  } else {
+    pool->forEach(count, count, searchShare);
   }
+  for (int i = 1; mutual && i < count; ++i) mergeReverse(shares[i].reverse, shares[0].reverse);
 }
 
 bool HammingMatcher::Workspace::isNearestQuery(const DescriptorSet& reference, int i, const DescriptorSet& current,
@@ -114,7 +114,7 @@ bool HammingMatcher::Workspace::isNearestQuery(const DescriptorSet& reference, i
 }
 
 void HammingMatcherOptions::validate() const {
-  requireInRange("matcher_threads", threads, 1, 2);
+  requireInRange("matcher_threads", threads, 1, kMostThreads);
   if (!simdLevelSupported(simd)) {
     throw std::invalid_argument("simd is " + toString(simd) + ", which this processor does not have");
   }
@@ -124,7 +124,8 @@ HammingMatcher::HammingMatcher(const HammingMatcherOptions& options)
     : options_(options), workspace_(std::make_unique<Workspace>()) {
   options_.validate();
   workspace_->kernel = &hammingKernel(options_.simd);
-  if (options_.threads > 1) workspace_->worker = std::make_unique<Worker>();
+  workspace_->shares.resize(options_.threads);
+  if (options_.threads > 1) workspace_->pool = WorkerPool::shared(options_.threads - 1);
 }
 
 HammingMatcher::~HammingMatcher() = default;

@@ -1,6 +1,5 @@
 #include "benchmark/benchmark_suite.h"
 
-#include <algorithm>
 #include <memory>
 #include <set>
 
@@ -121,13 +120,12 @@ Suite::Suite(const Dataset& dataset, const BenchmarkOptions& options)
       options_(options),
       clock_(options.threads),
       baseline_extractor_(makeBaselineExtractor(options.features)),
-      guided_search_({false, std::clamp(options.threads, 1, 2)}, {}),
+      guided_search_({false, options.threads}, {}),
       gms_all_options_(withRotationAndScale()),
       gms_all_(gms_all_options_) {
-  const int matcher_threads = std::clamp(options.threads, 1, 2);
   for (SimdLevel level : {SimdLevel::kAvx512, SimdLevel::kAvx2, SimdLevel::kNeon, SimdLevel::kScalar}) {
     if (!simdLevelSupported(level)) continue;
-    const HammingMatcherOptions nearest{false, matcher_threads, level}, mutual{true, matcher_threads, level};
+    const HammingMatcherOptions nearest{false, options.threads, level}, mutual{true, options.threads, level};
     matchers_.push_back({toString(level), level, HammingMatcher(nearest)});
     matchers_.push_back({toString(level) + ", mutual", level, HammingMatcher(mutual)});
   }
@@ -151,7 +149,7 @@ void Suite::addFilters(int extractor, const FeatureExtractorOptions& extractor_o
     options.extractor = extractor_options;
     options.robust.model = options_.model;
     options.search = search;
-    options.matcher_threads = std::clamp(options_.threads, 1, 2);
+    options.matcher_threads = options_.threads;
     options.validate();
     const std::string name = method + (extractor == 0 ? "" : " on " + extractors_[extractor].name) +
                              (search == SearchMode::kGuided ? kGuided : "");

@@ -13,8 +13,8 @@ namespace gms_ransac {
 
 struct BenchmarkOptions {
   int features = 2000;
-  /// Of OpenCV, and of our extractor and matcher (two at most there). One thread is timed by its processor time, which
-  /// other programs hardly disturb; more by the wall clock.
+  /// Of OpenCV, and of our extractor and matcher. One thread is timed by its processor time, which other programs
+  /// hardly disturb; more by the wall clock.
   int threads = 1;
   int repeat = 3;  ///< times each pair is measured
   std::vector<std::string> methods = {"lo_prosac", "cp_ransac", "gms_ransac"};

@@ -1,6 +1,5 @@
 #include "run/pipeline_options.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <sstream>
@@ -76,7 +75,7 @@ MatchFilterOptions PipelineArguments::options(const std::string& method) const {
   if (!old_grid_.empty()) setParameters(parseOldGrid(old_grid_), result);
   result.method = method;
   result.extractor.threads = threads;
-  result.matcher_threads = std::clamp(threads, 1, 2);
+  result.matcher_threads = threads;
   result.validate();
   return result;
 }
