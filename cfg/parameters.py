@@ -24,7 +24,7 @@ class Row(NamedTuple):
 
 
 class Group(NamedTuple):
-    name: str
+    name: str  # of a live one that of no parameter: rqt_reconfigure would take one for the other, and crash
     title: str  # in match_filter.yaml
     live: bool  # dynamic_reconfigure can change them; else they are read at start
     parameters: list
@@ -100,7 +100,7 @@ GROUPS = [
         Row("diagnostic_period", 1.0, "Seconds between messages on /diagnostics", range=(0.001, 86400.0), unit="seconds",
             field="diagnostic_period"),
     ]),
-    Group("features", "features", True, [
+    Group("extraction", "features", True, [
         Row("extractor", "simd_orb", "Feature extractor", field="extractor.extractor", old_words={"fast": "simd_orb"},
             choices={"opencv": "cv::ORB, what the paper used", "simd_orb": "the ORB of this package"}),
         Row("features", 2000, "Keypoints asked for per image", range=(1, 100000), field="extractor.features"),

@@ -163,6 +163,12 @@ def documents():
     return {yaml_file: match_filter_yaml(), readme_file: readme(readme_file.read_text())}
 
 
+def ambiguous_groups():
+    """Names that rqt_reconfigure would look for among the groups and find among the parameters."""
+    live = [group for group in GROUPS if group.live]
+    return sorted({group.name for group in live} & {row.name for group in live for row in group.parameters})
+
+
 def main(arguments):
     if arguments == ["--write"]:
         for path, text in documents().items():
@@ -171,7 +177,9 @@ def main(arguments):
         stale = [path.name for path, text in documents().items() if path.read_text() != text]
         if stale:
             print("%s: not what cfg/parameters.py says; run scripts/generate_parameters.py --write" % ", ".join(stale))
-        return 1 if stale else 0
+        for name in ambiguous_groups():
+            print("cfg/parameters.py: a group and a parameter are both called %s; rqt_reconfigure would crash" % name)
+        return 1 if stale or ambiguous_groups() else 0
     elif len(arguments) == 2 and arguments[0] in ("core", "node"):
         Path(arguments[1]).write_text({"core": core, "node": node}[arguments[0]]())
     else:

@@ -100,6 +100,7 @@ void Diagnostics::describeInput(diagnostic_updater::DiagnosticStatusWrapper& sta
   }
   status.add("frames received", last_.frames_received);
   status.add("frames processed", last_.frames_processed);
+  status.add("frames passed over", last_.frames_passed_over);
   status.add("frames dropped", last_.frames_dropped);
   status.add("resets", last_.resets);
 }

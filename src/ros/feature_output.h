@@ -23,10 +23,13 @@ class FeatureOutput {
                 const ros::SubscriberStatusCallback& listeners_changed);
 
   int listeners() const { return static_cast<int>(publisher_.getNumSubscribers()); }
-  /// For every image, whether anyone listens or not.
+  /// As FeatureStream has it.
+  bool passesOver(const PreparedFrame& frame, const FeatureOptions& options) {
+    return stream_.passesOver(frame, options);
+  }
+  /// For every image that is not passed over, whether anyone listens or not.
   void publish(const ProcessedFrame& processed, const FeatureOptions& options);
-  /// Zero while nobody listens.
-  /// How long the features of the last message have been sent, seconds.
+  /// How long the features of the last message have been sent, seconds; zero while nobody listens.
   const Quantiles<double>& ages() const { return ages_; }
 
  private:

@@ -1,5 +1,6 @@
 #include "feature_stream.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace gms_ransac {
@@ -8,14 +9,32 @@ namespace {
 
 // Share of the time between two messages by which an image may come early: its stamp is not exact.
 constexpr double kEarly = 0.1;
+// Images that carry no message are passed over up to so many seconds, and as long as this share of the keypoints are
+// inliers (doc/tracks.md).
+constexpr double kLongestStep = 0.16;
+constexpr double kWellSeen = 0.4;
+
+bool wellSeen(const MatchResult* result) {
+  return result != nullptr && result->inliers >= kWellSeen * std::max(result->keypoints_reference, 1);
+}
 
 }  // namespace
+
+bool FeatureStream::passesOver(const PreparedFrame& frame, const FeatureOptions& options) {
+  const double stamp = frame.stamp(), interval = stamp - std::exchange(image_stamp_, stamp);
+  const bool in_order =
+      frame.problem.empty() && !frame.reset_requested && frame.stamp_verdict == StampVerdict::kInOrder;
+  if (!in_order || input_ == InputKind::kPair || sent_.empty() || due(stamp, options.rate)) return false;
+  return well_seen_ && stamp + interval <= compared_stamp_ + kLongestStep;
+}
 
 std::optional<std::vector<Feature>> FeatureStream::next(const ProcessedFrame& processed,
                                                         const FeatureOptions& options) {
   // The images of a pair need not be those of the pair before.
   if (processed.continuity != Continuity::kContinuous || input_ == InputKind::kPair) reset();
   const double stamp = processed.current->stamp();
+  compared_stamp_ = image_stamp_ = stamp;
+  well_seen_ = wellSeen(processed.result);
   if (processed.result == nullptr || !processed.current->camera->camera.calibrated() || !due(stamp, options.rate))
     return std::nullopt;
   const Camera& camera = processed.current->camera->camera;
@@ -40,6 +59,7 @@ void FeatureStream::reset() {
   follower_.reset();
   sent_.clear();
   next_stamp_.reset();
+  well_seen_ = false;
 }
 
 bool FeatureStream::due(double stamp, double rate) const {

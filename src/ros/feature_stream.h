@@ -26,10 +26,14 @@ struct Feature {
   double age = 0;            ///< seconds since it was first sent
 };
 
-/// Made of the answers to all images, one after another; asked of none, it costs nothing.
+/// Made of the answers to the images, one after another; asked of none, it costs nothing.
 class FeatureStream {
  public:
   explicit FeatureStream(InputKind input) : input_(input) {}
+
+  /// Whether the tracks can do without the image, which has not been compared yet: no message is due with it, what is
+  /// followed was well seen the last time, and the next image will come soon enough after that.
+  bool passesOver(const PreparedFrame& frame, const FeatureOptions& options);
 
   /// What is to be sent with this image, in order of preference; nothing: no message is due, or there is nothing that
   /// could be sent.
@@ -59,6 +63,9 @@ class FeatureStream {
   std::unordered_map<uint32_t, Sent> sent_;     ///< with the last message
   std::optional<double> next_stamp_;            ///< from which on the next message is due
   double last_stamp_ = 0;                       ///< of the last message
+  double compared_stamp_ = 0;                   ///< of the last image that was compared
+  double image_stamp_ = 0;                      ///< of the last image, passed over or not
+  bool well_seen_ = false;                      ///< the image compared last showed what the one before it did
 };
 
 }  // namespace gms_ransac

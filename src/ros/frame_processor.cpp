@@ -135,9 +135,10 @@ void FrameProcessor::requestReset() {
   reset_requested_ = true;
 }
 
-std::unique_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& input) {
+std::unique_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& input, Extraction extraction) {
   auto frame = beginFrame(input);
-  guarded([&] { fill(*frame); }, [&](const std::string& what) { frame->problem = what; });
+  guarded([&] { receive(*frame); }, [&](const std::string& what) { frame->problem = what; });
+  if (extraction == Extraction::kNow) findFeatures(*frame);
   return frame;
 }
 
@@ -150,6 +151,7 @@ std::unique_ptr<PreparedFrame> FrameProcessor::beginFrame(const ImageWithInfo& i
     frame->reset_requested = std::exchange(reset_requested_, false);
   }
   frame->input = input;
+  frame->extracted = false;
   frame->depth.release();
   frame->depth_problem.clear();
   frame->stereo.clear();
@@ -160,7 +162,7 @@ std::unique_ptr<PreparedFrame> FrameProcessor::beginFrame(const ImageWithInfo& i
   return frame;
 }
 
-void FrameProcessor::fill(PreparedFrame& frame) {
+void FrameProcessor::receive(PreparedFrame& frame) {
   const ImageWithInfo& input = frame.input;
   if (!convert(input.image, frame)) return;
   if (input.reference) {
@@ -171,14 +173,23 @@ void FrameProcessor::fill(PreparedFrame& frame) {
       frame.problem = frame.pair_reference->problem;
       return;
     }
-    extract(*frame.filter, *frame.pair_reference);
   } else {
     frame.problem = classifyStamp(frame);
     if (!frame.problem.empty()) return;
   }
   frame.camera = camera_source_.get(input.camera_info, frame.grey.size());
-  extract(*frame.filter, frame);
-  findDepth(frame);
+}
+
+void FrameProcessor::findFeatures(PreparedFrame& frame) {
+  if (frame.extracted || !frame.problem.empty()) return;
+  frame.extracted = true;
+  const auto work = [&] {
+    std::lock_guard<std::mutex> lock(features_mutex_);
+    if (frame.pair_reference) extract(*frame.filter, *frame.pair_reference);
+    extract(*frame.filter, frame);
+    findDepth(frame);
+  };
+  guarded(work, [&](const std::string& what) { frame.problem = what; });
 }
 
 void FrameProcessor::findDepth(PreparedFrame& frame) {
@@ -227,10 +238,17 @@ ProcessedFrame FrameProcessor::process(std::unique_ptr<PreparedFrame> frame) {
   }
   current_ = std::move(frame);
   PreparedFrame& answered = *current_;
+  findFeatures(answered);
   ProcessedFrame processed = answer();
   // Frames outlive options; three of them would keep three filters that are no longer in force, megabytes each.
   answered.filter.reset();
   return processed;
+}
+
+void FrameProcessor::passOver(std::unique_ptr<PreparedFrame> frame) {
+  frame->filter.reset();
+  std::lock_guard<std::mutex> lock(mutex_);
+  spare_ = std::move(frame);
 }
 
 ProcessedFrame FrameProcessor::answer() {

@@ -39,6 +39,7 @@ struct PreparedFrame {
   std::unique_ptr<PreparedFrame> pair_reference;  ///< with ~input pair: what this image is compared with
   std::shared_ptr<const CameraModel> camera;
   std::shared_ptr<MatchFilter> filter;  ///< with the options in force when the image came
+  bool extracted = false;               ///< else the features, and what is made of them, are not found yet
   StampVerdict stamp_verdict = StampVerdict::kFirst;
   bool reset_requested = false;
   std::string problem;  ///< why the image is not used; empty when it is
@@ -93,6 +94,12 @@ struct ProcessorOptions {
   RecoveryOptions recovery;
 };
 
+/// When the features of an image are found.
+enum class Extraction {
+  kNow,
+  kPutOff  ///< to `process`: the image may be passed over
+};
+
 /// `prepare` and `process` may run on two threads, each on one; the rest may be called from anywhere.
 class FrameProcessor {
  public:
@@ -109,15 +116,21 @@ class FrameProcessor {
   void requestReset();
 
   /// Conversion, stamp rules, extraction. Never throws.
-  std::unique_ptr<PreparedFrame> prepare(const ImageWithInfo& input);
+  std::unique_ptr<PreparedFrame> prepare(const ImageWithInfo& input, Extraction extraction = Extraction::kNow);
   /// Comparison with the reference. Never throws. What asks for a new start and comes with an image that is of no use
   /// is kept for the next one.
   ProcessedFrame process(std::unique_ptr<PreparedFrame> frame);
+  /// In place of `process`: the stream goes on as if the image had not come. It must be in order, ask for no reset and
+  /// have no problem.
+  void passOver(std::unique_ptr<PreparedFrame> frame);
 
  private:
   /// An empty frame for the input, with the options in force now.
   std::unique_ptr<PreparedFrame> beginFrame(const ImageWithInfo& input);
-  void fill(PreparedFrame& frame);
+  /// All but the features.
+  void receive(PreparedFrame& frame);
+  /// The features, and what is made of them, of an image that is of use; a problem where that fails.
+  void findFeatures(PreparedFrame& frame);
   /// Sets the verdict; returns why the image is dropped, empty when it is not.
   std::string classifyStamp(PreparedFrame& frame);
   /// Of the current image.
@@ -181,9 +194,11 @@ class FrameProcessor {
   // prepare's
   ImageConverter converter_;
   CameraModelSource camera_source_;
+  StampWatch stamps_;
+
+  std::mutex features_mutex_;  ///< guards what follows: process finds the features that were put off
   MaskSource mask_source_;
   StereoDepth stereo_depth_;
-  StampWatch stamps_;
 
   // process's
   std::unique_ptr<PreparedFrame> reference_, current_;

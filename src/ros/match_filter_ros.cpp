@@ -111,11 +111,8 @@ void MatchFilterRos::setOptions(const RuntimeOptions& options) {
 void MatchFilterRos::updateSubscription() {
   std::lock_guard<std::mutex> lock(subscription_mutex_);
   if (!outputs_ || closing_) return;
-  bool transforms;
-  {
-    std::lock_guard<std::mutex> options_lock(options_mutex_);
-    transforms = output_options_.publish_relative_tf || output_options_.publish_odom_tf;
-  }
+  const OutputOptions options = outputOptions();
+  const bool transforms = options.publish_relative_tf || options.publish_odom_tf;
   const bool wanted = !paused_ && (parameters_.always_subscribe || transforms || outputs_->listeners() > 0);
   if (wanted == input_->started()) return;
   if (!wanted) {
@@ -170,22 +167,38 @@ void MatchFilterRos::work() {
 }
 
 void MatchFilterRos::process(const ImageWithInfo& input) {
-  auto frame = processor_->prepare(input);
+  const bool may_pass = outputs_->featuresSuffice(outputOptions());
+  auto frame = processor_->prepare(input, may_pass ? Extraction::kPutOff : Extraction::kNow);
   if (parameters_.threads > 1) {
     prepared_.pushWhenEmpty(std::move(frame));
   } else {
-    publish(processor_->process(std::move(frame)));
+    answer(std::move(frame));
   }
 }
 
 void MatchFilterRos::processPrepared() {
   std::unique_ptr<PreparedFrame> frame;
   while (prepared_.pop(frame)) {
-    guard([&] { publish(processor_->process(std::move(frame))); });
+    guard([&] { answer(std::move(frame)); });
   }
 }
 
-void MatchFilterRos::publish(const ProcessedFrame& processed) {
+void MatchFilterRos::answer(std::unique_ptr<PreparedFrame> frame) {
+  const OutputOptions options = outputOptions();
+  if (!frame->extracted && outputs_->passesOver(*frame, options)) {
+    ++passed_over_;
+    processor_->passOver(std::move(frame));
+  } else {
+    publish(processor_->process(std::move(frame)), options);
+  }
+}
+
+OutputOptions MatchFilterRos::outputOptions() {
+  std::lock_guard<std::mutex> lock(options_mutex_);
+  return output_options_;
+}
+
+void MatchFilterRos::publish(const ProcessedFrame& processed, const OutputOptions& options) {
   ++processed_;
   if (processed.continuity != Continuity::kContinuous) ++resets_;
   watchCalibration(processed);
@@ -193,12 +206,8 @@ void MatchFilterRos::publish(const ProcessedFrame& processed) {
   const std::string& mask_problem = processed.current->mask_problem;
   if (!mask_problem.empty()) throttle_.warn("mask", name_ + ": an image is answered without mask: " + mask_problem);
   if (processed.continuity != Continuity::kContinuous) throttle_.warn("reset", name_ + ": " + processed.text);
-  OutputOptions options;
-  {
-    std::lock_guard<std::mutex> lock(options_mutex_);
-    options = output_options_;
-  }
-  diagnostics_->add(*outputs_->publish(processed, {received_, processed_, dropped_, resets_}, options));
+  const FrameCounters counters = {received_, processed_, passed_over_, dropped_, resets_};
+  diagnostics_->add(*outputs_->publish(processed, counters, options));
 }
 
 void MatchFilterRos::watchCalibration(const ProcessedFrame& processed) {

@@ -52,7 +52,10 @@ class MatchFilterRos {
   void work();
   void processPrepared();
   void process(const ImageWithInfo& input);
-  void publish(const ProcessedFrame& processed);
+  /// Compares and publishes, or passes over what ~features can do without while nobody listens to anything else.
+  void answer(std::unique_ptr<PreparedFrame> frame);
+  void publish(const ProcessedFrame& processed, const OutputOptions& options);
+  OutputOptions outputOptions();
   /// Runs what a callback or a worker does; an exception becomes a warning.
   template <typename Work>
   void guard(const Work& work);
@@ -70,7 +73,7 @@ class MatchFilterRos {
 
   std::atomic<uint32_t> received_{0}, dropped_{0};
   // Of the thread that publishes.
-  uint32_t processed_ = 0, resets_ = 0;
+  uint32_t processed_ = 0, passed_over_ = 0, resets_ = 0;
   CalibrationWatch calibration_watch_;
   std::shared_ptr<const CameraModel> watched_camera_;
 

@@ -110,6 +110,7 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
       message.time_convert + message.time_detect + message.time_match + message.time_gms + message.time_ransac;
   message.frames_received = counters.received;
   message.frames_processed = counters.processed;
+  message.frames_passed_over = counters.passed_over;
   message.frames_dropped = counters.dropped;
   message.resets = counters.resets;
 }

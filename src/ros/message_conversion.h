@@ -11,7 +11,7 @@
 namespace gms_ransac {
 
 struct FrameCounters {
-  uint32_t received = 0, processed = 0, dropped = 0, resets = 0;
+  uint32_t received = 0, processed = 0, passed_over = 0, dropped = 0, resets = 0;
 };
 
 /// The fields that say which camera the pixels of a message are of: pixel_space and K.

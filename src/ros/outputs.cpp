@@ -69,6 +69,16 @@ int Outputs::listeners() const {
   return count;
 }
 
+bool Outputs::featuresSuffice(const OutputOptions& options) const {
+  const bool transforms = options.publish_odom_tf || (options.publish_relative_tf && broadcaster_->listened());
+  const int features = points_->features().listeners();
+  return features > 0 && features == listeners() && !transforms;
+}
+
+bool Outputs::passesOver(const PreparedFrame& frame, const OutputOptions& options) {
+  return points_->features().passesOver(frame, options.features);
+}
+
 void Outputs::expectOdomTf() { odometry_->listen(); }
 
 MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const FrameCounters& counters,
@@ -80,8 +90,9 @@ MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const Frame
   guarded([&] { publishMotion(processed, options); }, report);
   auto stats = boost::make_shared<MatchStats>();
   toMessage(processed, counters, *stats);
-  stats->feature_age_median = static_cast<float>(points_->featureAges().median);
-  stats->feature_age_p90 = static_cast<float>(points_->featureAges().p90);
+  const Quantiles<double>& ages = points_->features().ages();
+  stats->feature_age_median = static_cast<float>(ages.median);
+  stats->feature_age_p90 = static_cast<float>(ages.p90);
   // In floating point: ros::Duration throws where stamp and clock are 68 years apart.
   stats->latency = static_cast<float>(ros::Time::now().toSec() - processed.current->header.stamp.toSec());
   stats_.publish(stats);

@@ -32,6 +32,10 @@ class Outputs {
 
   /// Subscribers of all topics together. Transforms have no subscribers to count; the caller knows whether they are on.
   int listeners() const;
+  /// Nobody listens to anything but ~features, which needs not every image.
+  bool featuresSuffice(const OutputOptions& options) const;
+  /// Whether that is such an image, which comes after all that were published or passed over.
+  bool passesOver(const PreparedFrame& frame, const OutputOptions& options);
   /// ~publish_odom_tf is on from the start: tf is listened to at once, so that the first pair's motion is broadcast.
   /// Before the first `publish`.
   void expectOdomTf();

@@ -26,7 +26,8 @@ class PointOutputs {
                const ros::SubscriberStatusCallback& listeners_changed);
 
   int listeners() const;
-  const Quantiles<double>& featureAges() const { return features_.ages(); }
+  FeatureOutput& features() { return features_; }
+  const FeatureOutput& features() const { return features_; }
   void publish(const ProcessedFrame& processed, const FeatureOptions& features);
 
  private:

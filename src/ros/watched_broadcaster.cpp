@@ -3,24 +3,22 @@
 #include <algorithm>
 
 #include <ros/master.h>
-#include <tf2_ros/transform_broadcaster.h>
 
 namespace gms_ransac {
 
 namespace {
 
 constexpr double kListenSeconds = 10;
-constexpr uint32_t kTransformQueue = 100;
+constexpr uint32_t kTransformQueue = 100;  // of tf2_ros::TransformBroadcaster
 // Of ours on their way through tf; far more than a fast camera sends in the time a message takes.
 constexpr size_t kRecent = 500;
 
 }  // namespace
 
-WatchedBroadcaster::WatchedBroadcaster() : broadcaster_(std::make_unique<tf2_ros::TransformBroadcaster>()) {}
-
-WatchedBroadcaster::~WatchedBroadcaster() = default;
+WatchedBroadcaster::WatchedBroadcaster() : broadcaster_(nh_.advertise<tf2_msgs::TFMessage>("/tf", kTransformQueue)) {}
 
 void WatchedBroadcaster::send(const geometry_msgs::TransformStamped& transform) {
+  if (!listened()) return;
   const std::string &parent = transform.header.frame_id, &child = transform.child_frame_id;
   if (parent.empty() || child.empty()) {
     throttle_.warnOnce("no name",
@@ -34,7 +32,9 @@ void WatchedBroadcaster::send(const geometry_msgs::TransformStamped& transform) 
     return;
   }
   remember(transform);
-  broadcaster_->sendTransform(transform);
+  tf2_msgs::TFMessage message;
+  message.transforms.push_back(transform);
+  broadcaster_.publish(message);
 }
 
 void WatchedBroadcaster::remember(const geometry_msgs::TransformStamped& transform) {

@@ -1,8 +1,8 @@
-// Broadcasts transforms, refuses those that tf would, and notices another node that broadcasts the same ones.
+// Broadcasts transforms that somebody listens to, refuses those that tf would, and notices another node that broadcasts
+// the same ones.
 #pragma once
 
 #include <deque>
-#include <memory>
 #include <mutex>
 #include <set>
 #include <string>
@@ -14,28 +14,26 @@
 
 #include "throttle.h"
 
-namespace tf2_ros {
-class TransformBroadcaster;
-}
-
 namespace gms_ransac {
 
-/// tf is a busy topic, so it is listened to only for a while after the first transform: of two nodes the one that was
-/// started last notices the other.
+/// tf is a busy topic, so it is listened to only for a while after the first transform that is sent: of two nodes the
+/// one that was started last notices the other.
 class WatchedBroadcaster {
  public:
   WatchedBroadcaster();
-  ~WatchedBroadcaster();
 
-  /// A frame without a name, or one that would be its own parent, is not broadcast and warned about once.
+  /// Whether anyone listens to tf, this object and others of the process included.
+  bool listened() const { return broadcaster_.getNumSubscribers() > 0; }
+  /// Sends nothing while nobody listens. A frame without a name, or one that would be its own parent, is not broadcast
+  /// and warned about once.
   void send(const geometry_msgs::TransformStamped& transform);
 
  private:
   void remember(const geometry_msgs::TransformStamped& transform);
   void onTransforms(const ros::MessageEvent<tf2_msgs::TFMessage const>& event);
 
-  ros::NodeHandle nh_;  ///< as TransformBroadcaster has it, not the nodelet's
-  std::unique_ptr<tf2_ros::TransformBroadcaster> broadcaster_;
+  ros::NodeHandle nh_;  ///< as tf2_ros::TransformBroadcaster has it, not the nodelet's
+  ros::Publisher broadcaster_;
   Throttle throttle_;
 
   std::mutex mutex_;  ///< guards what follows

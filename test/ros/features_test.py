@@ -133,6 +133,23 @@ class Features(unittest.TestCase):
         self.assertGreater(answers[-1].feature_age_p90, 0.5)
         self.assertGreater(answers[-1].feature_age_median, 0.2)
 
+    def test_images_between_two_messages_are_passed_over(self):
+        """As long as nobody listens to anything else."""
+        client, clouds = Client("alone", "alone/image", "alone/camera_info", listen=False), []
+        client.subscribe("features", PointCloud, clouds)
+        client.connect()
+        for i in range(10):
+            client.send(self.scene.draw(t=0.2 * STEP * i), 100 + 0.05 * i)
+        client.wait(lambda: len(clouds) == 5, "features of every second image")
+        self.assertEqual([round((c.header.stamp.to_sec() - 100) / 0.05) for c in clouds], [1, 3, 5, 7, 9])
+        self.assertEqual(ids_that_came_back(clouds), 0)
+        self.assertGreater(share_kept(clouds[0], clouds[-1]), 0.7)
+        client.listen()
+        client.connect()
+        for i in range(10, 13):
+            answer = client.ask(self.scene.draw(t=0.2 * STEP * i), 100 + 0.05 * i)
+            self.assertEqual((answer.frames_received, answer.frames_processed, answer.frames_passed_over), (i + 1, i - 3, 4))
+
     def test_every_image_while_the_reference_is_held(self):
         """Turning on the spot, in noise that hides a keypoint now and then."""
         client, clouds = self.client("every")
