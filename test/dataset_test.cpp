@@ -2,8 +2,10 @@
 #include "datasets/dataset.h"
 
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 
 #include <sys/stat.h>
 
@@ -337,6 +339,71 @@ TEST_F(BagTest, ComplainsInASentence) {
   EXPECT_EQ(complaint("two.bag", options), "two.bag: topic /none holds no image");
   options.topic = "/a/image";
   EXPECT_EQ(Dataset::open(path("two.bag"), options).image(0).at<uint8_t>(0, 0), 2);
+}
+
+/// A bag with one image, and what is changed in its bytes.
+class DamagedBagTest : public DatasetTest {
+ protected:
+  void SetUp() override {
+    DatasetTest::SetUp();
+    rewrite(rosbag::compression::Uncompressed);
+  }
+  void rewrite(rosbag::CompressionType compression) {
+    {
+      rosbag::Bag bag(path("set.bag"), rosbag::bagmode::Write);
+      bag.setCompression(compression);
+      bag.write("/image", ros::Time(10), grayMessage(5, 50));
+    }
+    std::ifstream stream(path("set.bag"), std::ios::binary);
+    bytes_ = {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  }
+  /// The complaint once the four bytes at `place` are these, little-endian.
+  std::string complaintWith(size_t place, uint32_t value) {
+    std::string bytes = bytes_;
+    for (size_t i = 0; i < 4; ++i) bytes.at(place + i) = static_cast<char>(value >> 8 * i);
+    write("set.bag", bytes);
+    return complaint("set.bag");
+  }
+  /// Behind the first `name`, where the value of a field begins.
+  size_t behind(const std::string& name) const { return bytes_.find(name) + name.size(); }
+
+  static constexpr uint32_t kFourGigabytes = 0xffffffff;
+  std::string bytes_;
+};
+
+TEST_F(DamagedBagTest, IsReadAsLongAsItIsSound) {
+  EXPECT_EQ(Dataset::open(path("set.bag")).image(0).at<uint8_t>(0, 0), 50);
+}
+
+TEST_F(DamagedBagTest, AChunkThatClaimsFourGigabytesIsNotUnpacked) {
+  rewrite(rosbag::compression::BZ2);
+  EXPECT_NE(complaintWith(behind("size="), kFourGigabytes).find("claims to unpack to 4294967295 bytes"),
+            std::string::npos);
+}
+
+TEST_F(DamagedBagTest, NothingIsLongerThanTheFile) {
+  const size_t first_record = behind("#ROSBAG V2.0\n");
+  EXPECT_NE(complaintWith(first_record, kFourGigabytes).find("a length of 4294967295 bytes, and"), std::string::npos);
+  // The length of a message of the chunk, four bytes behind the last field of its header.
+  const size_t time_of_message = bytes_.find("time=", behind("compression=none"));
+  EXPECT_NE(complaintWith(time_of_message + 13, kFourGigabytes).find("a length of 4294967295 bytes, and"),
+            std::string::npos);
+}
+
+TEST_F(DamagedBagTest, TheIndexPointsAtRecordsAlone) {
+  EXPECT_NE(complaintWith(behind("index_pos="), 99).find("byte 99: the index should be here"), std::string::npos);
+  EXPECT_NE(complaintWith(behind("chunk_pos="), 99).find("byte 99: a chunk should be here"), std::string::npos);
+  // The place of the only entry of the index: the last four bytes before the first record of the index proper.
+  uint32_t index = 0;
+  std::memcpy(&index, bytes_.data() + behind("index_pos="), sizeof(index));
+  EXPECT_NE(complaintWith(index - 4, 1 << 30).find("points at no message"), std::string::npos);
+}
+
+TEST_F(DamagedBagTest, MayEndAnywhere) {
+  for (size_t length = 0; length < bytes_.size(); length += 7) {
+    write("set.bag", bytes_.substr(0, length));
+    EXPECT_EQ(complaint("set.bag").rfind("set.bag: cannot be read as a bag (", 0), 0u) << length;
+  }
 }
 
 }  // namespace

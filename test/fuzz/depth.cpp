@@ -32,8 +32,8 @@ cv::Mat fuzzedDepth(FuzzInput& input, cv::Size size, sensor_msgs::ImagePtr& mess
       if (metres) {
         std::memcpy(&message->data[4 * i], &value, 4);
       } else {
-        const auto millimetres = static_cast<uint16_t>(std::clamp(1000 * value, 0.f, 65535.f));
-        std::memcpy(&message->data[2 * i], std::isnan(value) ? "\0" : reinterpret_cast<const char*>(&millimetres), 2);
+        const auto millimetres = static_cast<uint16_t>(std::isnan(value) ? 0 : std::clamp(1000 * value, 0.f, 65535.f));
+        std::memcpy(&message->data[2 * i], &millimetres, 2);
       }
     }
   }

@@ -152,8 +152,8 @@ struct Blocked {
   static void searchAll(const HammingSearch& search) {
     std::fill(search.nearest + search.first_query, search.nearest + search.last_query, NearestTwo());
     const size_t padded = static_cast<size_t>(blocks(search.train_count)) * kBlock;
-    uint8_t* minimum = search.scratch;
-    uint8_t* groups = search.scratch + padded;
+    uint8_t* minimum = search.scratch;  // null unless reverse
+    uint8_t* groups = kReverse ? minimum + padded : nullptr;
     for (int run = search.first_query; run < search.last_query; run += kIndexRange * kQueryGroup) {
       if (kReverse) std::memset(minimum, 255, padded);
       const int run_last = std::min(search.last_query, run + kIndexRange * kQueryGroup);

@@ -48,9 +48,9 @@ struct RowwiseMotion {
 
 /// Metres at a pixel of the received image, 0 where unknown or at a rim.
 double depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
-  if (depth.empty()) return 0;
+  // Asked before it is cast: a keypoint may lie where no int is.
+  if (!(pixel.x >= 0 && pixel.x < depth.cols - 1 && pixel.y >= 0 && pixel.y < depth.rows - 1)) return 0;
   const int x = static_cast<int>(pixel.x), y = static_cast<int>(pixel.y);
-  if (x < 0 || y < 0 || x + 1 >= depth.cols || y + 1 >= depth.rows) return 0;
   const float z[4] = {depth.at<float>(y, x), depth.at<float>(y, x + 1), depth.at<float>(y + 1, x),
                       depth.at<float>(y + 1, x + 1)};
   const auto [low, high] = std::minmax_element(z, z + 4);

@@ -15,6 +15,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "datasets/bag_check.h"
 #include "datasets/dataset_layouts.h"
 #include "datasets/dataset_text.h"
 
@@ -219,6 +220,7 @@ Dataset openBag(const std::string& file, const DatasetOptions& options) {
   Dataset dataset;
   dataset.kind_ = DatasetKind::kBag;
   try {
+    checkBag(file);
     rosbag::Bag bag(file, rosbag::bagmode::Read);
     const std::string topic = chooseTopic(file, bag, options.topic);
     std::vector<MessageKey> keys;
