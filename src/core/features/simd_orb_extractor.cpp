@@ -159,9 +159,11 @@ void SimdOrbExtractor::describe(int i, Scratch& scratch, Features& features) {
   const Plane& image = pyramid_.level(i);
   scratch.selector.select(image.width(), image.height(), level.quota, level.corners);
   if (level.corners.empty()) return;
-  scratch.blur.apply(image, level.corners, kernels_, scratch.blurred);
-  // One step after the other for all corners: the steps of one corner wait for each other, those of many do not.
+  // One step after the other for all corners: the steps of one corner wait for each other, those of many do not. The
+  // positions first, while the contrasts are in the cache.
   cv::KeyPoint* keypoints = features.keypoints.data() + level.first_keypoint;
+  locate(i, keypoints);
+  scratch.blur.apply(image, level.corners, kernels_, scratch.blurred);
   // The centroid of the blurred disc turns more truly with the image than that of cv::ORB's sharp one, which has a hard
   // rim; but not where corners are faint. Measured in doc/extractor.md.
   orient(sparse_ ? image : scratch.blurred, level.corners, keypoints, scratch.directions);
@@ -170,8 +172,11 @@ void SimdOrbExtractor::describe(int i, Scratch& scratch, Features& features) {
     kernels_.describe(scratch.blurred.row(corner.y) + corner.x, scratch.blurred.stride(), scratch.directions[k].x,
                       scratch.directions[k].y, features.descriptors.row(level.first_keypoint + static_cast<int>(k)));
   }
+}
+
+void SimdOrbExtractor::locate(int i, cv::KeyPoint* keypoints) const {
   const float size = kPatchSize * static_cast<float>(pyramid_.nominalScale(i));
-  for (const Corner& corner : level.corners) {
+  for (const Corner& corner : levels_[i].corners) {
     cv::KeyPoint& keypoint = *keypoints++;
     keypoint.pt = positionInImage(i, corner);
     keypoint.size = size;

@@ -54,6 +54,8 @@ class SimdOrbExtractor : public FeatureExtractor {
   /// goes to the others.
   void setQuotas();
   void describe(int level, Scratch& scratch, Features& features);
+  /// Fills in all of the keypoints of a level but their angles.
+  void locate(int level, cv::KeyPoint* keypoints) const;
   /// Fills in the keypoints' angles, by the intensity centroid in `image`, and their directions.
   void orient(const Plane& image, const std::vector<Corner>& corners, cv::KeyPoint* keypoints,
               std::vector<cv::Point2f>& directions) const;
