@@ -48,7 +48,8 @@ SimdOrbExtractor::SimdOrbExtractor(const FeatureExtractorOptions& options)
   if (options.threads > 1) worker_ = std::make_unique<Worker>();
 }
 
-void SimdOrbExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, Features& features) {
+void SimdOrbExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, int at_most, Features& features) {
+  wanted_ = std::min(options_.features, at_most);
   features.image_size = image.size();
   features.scale_factor = static_cast<float>(options_.pyramid_scale);
   pyramid_.build(image);
@@ -108,7 +109,7 @@ void SimdOrbExtractor::detect(int i, const cv::Mat& mask) {
     level.detector.detect(pyramid_.level(i), kBorder, std::min(options_.fast_threshold, floor), kernels_,
                           level.corners);
     if (!mask.empty()) removeMasked(i, mask);
-    if (static_cast<double>(level.corners.size()) >= options_.features * level.weight) break;
+    if (static_cast<double>(level.corners.size()) >= wanted_ * level.weight) break;
   }
 }
 
@@ -135,7 +136,7 @@ void SimdOrbExtractor::setQuotas() {
     weight += levels_[i].weight;
     levels_[i].quota = kOpen;
   }
-  int left = options_.features;
+  int left = wanted_;
   for (int i = 0; i < count; ++i) {
     Level& level = levels_[i];
     if (level.quota != kOpen || static_cast<double>(level.corners.size()) > left * levels_[i].weight / weight) continue;

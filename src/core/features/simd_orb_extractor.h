@@ -19,7 +19,7 @@ class SimdOrbExtractor : public FeatureExtractor {
   explicit SimdOrbExtractor(const FeatureExtractorOptions& options);
 
  private:
-  void extractWhere(const cv::Mat& mask, const cv::Mat& image, Features& features) override;
+  void extractWhere(const cv::Mat& mask, const cv::Mat& image, int at_most, Features& features) override;
 
   struct Level {
     CornerDetector detector;
@@ -69,6 +69,7 @@ class SimdOrbExtractor : public FeatureExtractor {
   const FeatureKernels& kernels_;
   Pyramid pyramid_;
   std::vector<Level> levels_;
+  int wanted_ = 0;                ///< keypoints of this image
   bool sparse_ = false;           ///< the image has few corners
   std::vector<Scratch> scratch_;  ///< of each thread
   std::unique_ptr<Worker> worker_;
