@@ -206,6 +206,9 @@ GROUPS = [
             field="robust.refine"),
     ]),
     Group("time", "time", True, [
+        Row("max_milliseconds", 0.0, "Most an image may take (time_total of ~stats), milliseconds, kept by 99 % of them: fewer "
+            "features, samples and steps where it is short; 0: no limit", range=(0.0, 10000.0), unit="milliseconds",
+            field="max_milliseconds"),
         Row("max_frame_gap", 1.0, "Seconds between two images above which they are not compared", range=(0.001, 3600.0),
             unit="seconds"),
         Row("recovery_frames", 0, "Images kept from before a loss (dark, blurred, covered, no image), from which the stream goes "

@@ -158,5 +158,14 @@ int main() {
     }
     std::printf("%s equals scalar\n", toString(level).c_str());
   }
+#if defined(__x86_64__)
+  for (const bool gather : {false, true}) {  // whichever this processor prefers
+    if (!simdLevelSupported(SimdLevel::kAvx512)) break;
+    std::mt19937 random(2);
+    if (checkDescription(detail::avx512FeatureKernels(gather), scalar, image(200, 60, random), random)) continue;
+    std::printf("avx512, %s, differs from scalar\n", gather ? "gathering" : "one by one");
+    return 1;
+  }
+#endif
   return 0;
 }

@@ -1,6 +1,7 @@
 // First stage, image -> features: ORB keypoints and descriptors.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -34,12 +35,13 @@ class FeatureExtractor {
   /// `image`: CV_8UC1, any size (too small for a keypoint, or beyond 65535 pixels a side: no features, not an error).
   /// `mask`: empty, or CV_8UC1 of the image's size: keypoints are taken where it is not zero, all that are asked for.
   /// The pixel nearest to a keypoint of "simd_orb" is never masked; "opencv" is less exact, by half a pixel of the
-  /// level. Overwrites `features`, reusing its storage; descriptors are packed. Throws std::invalid_argument when the
-  /// mask is of another type or size.
-  void extract(const cv::Mat& image, Features& features, const cv::Mat& mask = cv::Mat());
+  /// level. `at_most`: keypoints, where fewer than the options ask for are wanted. Overwrites `features`, reusing its
+  /// storage; descriptors are packed. Throws std::invalid_argument when the mask is of another type or size.
+  void extract(const cv::Mat& image, Features& features, const cv::Mat& mask = cv::Mat(),
+               int at_most = std::numeric_limits<int>::max());
 
  private:
-  virtual void extractWhere(const cv::Mat& mask, const cv::Mat& image, Features& features) = 0;
+  virtual void extractWhere(const cv::Mat& mask, const cv::Mat& image, int at_most, Features& features) = 0;
 };
 
 /// Validates the options and builds the extractor they name; takes earlier names too.

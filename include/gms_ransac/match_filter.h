@@ -15,10 +15,12 @@
 #include "gms_ransac/motion_statistics.h"
 #include "gms_ransac/robust_estimator.h"
 #include "gms_ransac/rotation_prior.h"
+#include "gms_ransac/time_limit.h"
 
 namespace gms_ransac {
 
 class SurvivorSelector;
+class TimeBudget;
 
 /// Outcome of one pair of images. Values are those of gms_ransac/MatchStats, which has more for the node.
 enum class Status : uint8_t {
@@ -54,6 +56,11 @@ struct MatchFilterOptions {
   /// lan: of the final check; not set: the first times the square root of the share kept.
   std::optional<double> lan_second_threshold_factor;
 
+  /// For an image from extraction to judgement: where it would take more, fewer features are asked for than the options
+  /// say, fewer samples drawn and fewer steps refined, so that 99 % of the images keep it. 0: no limit, and the results
+  /// do not depend on the machine.
+  double max_milliseconds = 0;
+
   void validate() const;
 
   /// The paper's method as it is written: cv::ORB, all matches of GMS sorted by their bare score, ratio 1/2, the model
@@ -65,6 +72,8 @@ struct MatchFilterOptions {
 struct Frame {
   Features features;
   double detect_seconds = 0;
+  double seconds_before = 0;  ///< set by the caller: what it took for the image itself; counts towards max_milliseconds
+  int features_asked = 0;     ///< fewer than in the options where max_milliseconds wants it
 };
 
 struct StageTimes {
@@ -134,13 +143,18 @@ class MatchFilter {
   /// frames. With `setSeed` and `reset` for statistics over seeds, where matching again would cost most of the time.
   void estimate(const Frame& reference, const Frame& current, MatchResult& result);
   void setSeed(uint64_t seed);
+  /// For tests: the clock of `times` and of max_milliseconds, whose experience it empties. Not beside another call.
+  void setClock(const Clock& clock);
 
  private:
   /// From match on; ends with the first stage that leaves too few.
-  Status compare(const Features& reference, const Features& current, MatchResult& result);
+  Status compare(const Frame& reference, const Frame& current, MatchResult& result);
   Status estimate(const Features& reference, const Features& current, MatchResult& result);
+  /// Tells the budget what the pair took.
+  void learn(const Frame& reference, const Frame& current, const MatchResult& result);
 
   MatchFilterOptions options_;
+  Clock clock_;
   Camera camera_;
 
   // The stages. A method has two, or three: filter, estimate (which ends with the judgement), post-filter.
@@ -150,6 +164,7 @@ class MatchFilter {
   std::optional<GuidedSearch> guided_search_;  ///< where it is wanted, in place of the matcher
   std::unique_ptr<SurvivorSelector> selector_;
 
+  std::unique_ptr<TimeBudget> budget_;  ///< null: none
   Frame reference_, current_;
   bool have_reference_ = false;
   MatchResult result_;

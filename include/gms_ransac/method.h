@@ -11,6 +11,7 @@
 #include "gms_ransac/hamming_matcher.h"
 #include "gms_ransac/motion_statistics.h"
 #include "gms_ransac/robust_estimator.h"
+#include "gms_ransac/time_limit.h"
 
 namespace gms_ransac {
 
@@ -40,6 +41,8 @@ class Method {
   virtual void reset() {}
   /// Replaces RobustOptions::seed from the next call on.
   virtual void setSeed(uint64_t seed) = 0;
+  /// Outlives the method; asked while it estimates. Null, as at first: no limit, and no clock is read.
+  virtual void setTimeLimit(const TimeLimit* limit) = 0;
 };
 
 /// One row of the table of methods.

@@ -99,6 +99,10 @@ struct Effort {
   int hypotheses = 0;             ///< minimal samples drawn
   int models_scored = 0;          ///< hypotheses that were verified
   int64_t point_evaluations = 0;  ///< residuals computed
+  // Under a time limit alone:
+  double search_seconds = 0;    ///< in samples
+  bool search_cut = false;      ///< samples would have gone on
+  bool refinement_cut = false;  ///< fewer steps than otherwise
 };
 
 struct RobustResult {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "survivors.h"
+#include "time_budget.h"
 #include "validation.h"
 
 namespace gms_ransac {
@@ -17,17 +18,20 @@ namespace {
 /// Seconds since construction or the last lap.
 class StopWatch {
  public:
+  explicit StopWatch(const Clock& clock) : clock_(clock), last_(clock()) {}
   double lap() {
-    const auto now = Clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return seconds;
+    const double before = std::exchange(last_, clock_());
+    return last_ - before;
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-  Clock::time_point last_ = Clock::now();
+  const Clock& clock_;
+  double last_;
 };
+
+double steadySeconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 HammingMatcherOptions matcherOptions(const MatchFilterOptions& options, const Method& method) {
   HammingMatcherOptions matcher;
@@ -158,6 +162,7 @@ MatchFilter::MatchFilter(const MatchFilterOptions& options)
   if (options.search == SearchMode::kGuided && !matcher.mutual) {
     guided_search_.emplace(matcher, options.motion_statistics);
   }
+  setClock(steadySeconds);
 }
 
 MatchFilter::~MatchFilter() = default;
@@ -189,8 +194,9 @@ const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mas
 
 void MatchFilter::extract(const cv::Mat& image, Frame& frame, const cv::Mat& mask) {
   if (image.type() != CV_8UC1) throw std::invalid_argument("MatchFilter: the image must be CV_8UC1 (grey, 8 bit)");
-  StopWatch watch;
-  extractor_->extract(image, frame.features, mask);
+  StopWatch watch(clock_);
+  frame.features_asked = budget_ ? budget_->features(image.size()) : options_.extractor.features;
+  extractor_->extract(image, frame.features, mask, frame.features_asked);
   frame.detect_seconds = watch.lap();
 }
 
@@ -201,13 +207,30 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
   result.keypoints_current = current.features.size();
   result.times.detect = current.detect_seconds;
   if (prior != nullptr) result.survivors.pairs.rotation_prior = *prior;
-  result.status = compare(reference.features, current.features, result);
+  result.status = compare(reference, current, result);
+  if (budget_) learn(reference, current, result);
 }
 
-Status MatchFilter::compare(const Features& reference, const Features& current, MatchResult& result) {
+void MatchFilter::learn(const Frame& reference, const Frame& current, const MatchResult& result) {
+  PairCost cost;
+  cost.pixels = current.features.image_size.area();
+  cost.asked = current.features_asked;
+  cost.reference = reference.features.size();
+  cost.current = current.features.size();
+  cost.before = current.seconds_before;
+  cost.extract = current.detect_seconds;
+  cost.match = result.times.match;
+  cost.filter = result.times.gms;
+  cost.search = result.robust.effort.search_seconds;
+  cost.estimate = result.times.ransac - cost.search;
+  budget_->learn(cost);
+}
+
+Status MatchFilter::compare(const Frame& reference_frame, const Frame& current_frame, MatchResult& result) {
+  const Features &reference = reference_frame.features, &current = current_frame.features;
   if (std::min(reference.size(), current.size()) < kMinimumMatches) return Status::kTooFewKeypoints;
 
-  StopWatch watch;
+  StopWatch watch(clock_);
   if (guided_search_) {
     guided_search_->match(reference, current, result.matches);
   } else {
@@ -223,6 +246,7 @@ Status MatchFilter::compare(const Features& reference, const Features& current, 
   result.times.gms = watch.lap();
   if (result.survivors.size() < kMinimumMatches) return Status::kGmsRejected;
 
+  if (budget_) budget_->limitSearch(current_frame.seconds_before + result.times.total(), current.size());
   return estimate(reference, current, result);
 }
 
@@ -232,7 +256,7 @@ void MatchFilter::estimate(const Frame& reference, const Frame& current, MatchRe
 }
 
 Status MatchFilter::estimate(const Features& reference, const Features& current, MatchResult& result) {
-  StopWatch watch;
+  StopWatch watch(clock_);
   const Survivors& survivors = result.survivors;
   method_->estimate(survivors.pairs, camera_, result.robust);
   method_->postFilter(reference, current, result.matches, survivors.match, result.robust);
@@ -241,6 +265,13 @@ Status MatchFilter::estimate(const Features& reference, const Features& current,
   markInliers(method_->filterDecides(), result);
   result.times.ransac = watch.lap();
   return statusOf(result.robust, camera_);
+}
+
+void MatchFilter::setClock(const Clock& clock) {
+  clock_ = clock;
+  if (options_.max_milliseconds <= 0) return;
+  budget_ = std::make_unique<TimeBudget>(1e-3 * options_.max_milliseconds, options_.extractor.features, clock);
+  method_->setTimeLimit(&budget_->limit());
 }
 
 void MatchFilter::setSeed(uint64_t seed) {

@@ -14,6 +14,9 @@ using diagnostic_msgs::DiagnosticStatus;
 // Below this share of inliers among the filtered matches the motion is doubtful: half the matches disagree with it.
 constexpr float kDoubtfulInlierRatio = 0.5f;
 
+// Of a second's images; one late among them is no more than what ~max_milliseconds allows now and then.
+constexpr double kMostLate = 0.1;
+
 bool failed(uint8_t status) {
   return status == MatchStats::TOO_FEW_KEYPOINTS || status == MatchStats::TOO_FEW_MATCHES ||
          status == MatchStats::GMS_REJECTED || status == MatchStats::RANSAC_FAILED || status == MatchStats::BAD_IMAGE;
@@ -39,6 +42,8 @@ void Diagnostics::add(const MatchStats& stats) {
   last_ = stats;
   ++processed_;
   failures_ += failed(stats.status) ? 1 : 0;
+  late_ += stats.time_budget > 0 && stats.time_total > stats.time_budget ? 1 : 0;
+  asked_ += stats.features_asked;
   seconds_ += stats.time_total;
   latency_ += stats.latency;
 }
@@ -135,6 +140,12 @@ void Diagnostics::describeTiming(diagnostic_updater::DiagnosticStatusWrapper& st
   const int images = std::max(processed_, 1);
   if (dropped > 0) {
     status.summaryf(DiagnosticStatus::WARN, "%u images dropped: they come faster than they are processed", dropped);
+  } else if (late_ > kMostLate * images) {
+    status.summaryf(
+        DiagnosticStatus::WARN,
+        "%d of %d images took longer than ~max_milliseconds (%g), with %.0f features asked for: the image is "
+        "too large for it, or the machine has other work",
+        late_, processed_, 1e3 * last_.time_budget, asked_ / images);
   } else {
     status.summary(DiagnosticStatus::OK, "keeps up");
   }
@@ -142,10 +153,14 @@ void Diagnostics::describeTiming(diagnostic_updater::DiagnosticStatusWrapper& st
   status.addf("time per image (ms)", "%.2f", 1e3 * seconds_ / images);
   status.addf("latency (ms)", "%.2f", 1e3 * latency_ / images);
   status.add("dropped", dropped);
+  if (last_.time_budget > 0) {
+    status.addf("beyond ~max_milliseconds", "%d of %d", late_, processed_);
+    status.addf("features asked for", "%.0f", asked_ / images);
+  }
   last_report_ = now;
   dropped_before_ = last_.frames_dropped;
-  processed_ = failures_ = 0;
-  seconds_ = latency_ = 0;
+  processed_ = failures_ = late_ = 0;
+  seconds_ = latency_ = asked_ = 0;
 }
 
 }  // namespace gms_ransac

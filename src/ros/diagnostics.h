@@ -53,7 +53,8 @@ class Diagnostics {
   std::optional<PriorReport> priors_;
   bool subscribed_ = false, paused_ = false;
   MatchStats last_;
-  int processed_ = 0, failures_ = 0;  ///< since the last report
+  int processed_ = 0, failures_ = 0, late_ = 0;  ///< since the last report; late: beyond ~max_milliseconds
+  double asked_ = 0;                             ///< features, their sum
   uint32_t dropped_before_ = 0;
   double seconds_ = 0, latency_ = 0;  ///< sums since the last report
   ros::WallTime last_report_;

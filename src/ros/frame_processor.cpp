@@ -148,6 +148,7 @@ std::unique_ptr<PreparedFrame> FrameProcessor::beginFrame(const ImageWithInfo& i
     std::lock_guard<std::mutex> lock(mutex_);
     frame = spare_ ? std::move(spare_) : std::make_unique<PreparedFrame>();
     frame->filter = filter_;
+    frame->time_budget = 1e-3 * options_.core.max_milliseconds;
     frame->reset_requested = std::exchange(reset_requested_, false);
   }
   frame->input = input;
@@ -228,6 +229,7 @@ bool FrameProcessor::convert(const sensor_msgs::ImageConstPtr& image, PreparedFr
   const auto start = std::chrono::steady_clock::now();
   frame.problem = converter_.toGrey(*image, frame.grey);
   frame.convert_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  frame.frame.seconds_before = frame.convert_seconds;
   return frame.problem.empty();
 }
 

@@ -44,6 +44,7 @@ struct PreparedFrame {
   bool reset_requested = false;
   std::string problem;  ///< why the image is not used; empty when it is
   double convert_seconds = 0;
+  double time_budget = 0;  ///< ~max_milliseconds in seconds
 
   double stamp() const { return header.stamp.toSec(); }
 };

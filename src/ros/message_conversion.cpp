@@ -87,7 +87,9 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
   message.keypoints_current = static_cast<uint32_t>(processed.current->frame.features.size());
   message.time_convert = static_cast<float>(processed.current->convert_seconds);
   message.time_detect = static_cast<float>(processed.current->frame.detect_seconds);
-  if (processed.status == MatchStats::BAD_IMAGE) message.keypoints_current = 0;
+  message.time_budget = static_cast<float>(processed.current->time_budget);
+  message.features_asked = static_cast<uint32_t>(processed.current->frame.features_asked);
+  if (processed.status == MatchStats::BAD_IMAGE) message.keypoints_current = message.features_asked = 0;
   if (processed.result != nullptr) {
     const MatchResult& result = *processed.result;
     message.reference_header = processed.reference->header;
@@ -96,6 +98,8 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
     message.matches_gms = static_cast<uint32_t>(result.matches_gms);
     message.inliers = static_cast<uint32_t>(result.inliers);
     message.hypotheses = static_cast<uint32_t>(result.robust.effort.hypotheses);
+    message.search_cut = result.robust.effort.search_cut;
+    message.refinement_cut = result.robust.effort.refinement_cut;
     message.inlier_ratio = result.matches_gms > 0 ? static_cast<float>(result.inliers) / result.matches_gms : 0.f;
     message.median_parallax_px = static_cast<float>(result.robust.median_parallax_px);
     message.rms_error_px = static_cast<float>(result.robust.rms_error_px);

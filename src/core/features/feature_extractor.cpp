@@ -12,11 +12,11 @@ void FeatureExtractorOptions::validate() const {
   requireInRange("threads", threads, 1, kMostThreads);
 }
 
-void FeatureExtractor::extract(const cv::Mat& image, Features& features, const cv::Mat& mask) {
+void FeatureExtractor::extract(const cv::Mat& image, Features& features, const cv::Mat& mask, int at_most) {
   if (!mask.empty() && (mask.type() != CV_8UC1 || mask.size() != image.size())) {
     throw std::invalid_argument("FeatureExtractor: the mask must be CV_8UC1 and as large as the image");
   }
-  extractWhere(mask, image, features);
+  extractWhere(mask, image, at_most, features);
 }
 
 std::unique_ptr<FeatureExtractor> makeFeatureExtractor(const FeatureExtractorOptions& options) {

@@ -1,7 +1,9 @@
 #include "features/kernels.h"
 
 #include <cmath>
+#include <map>
 #include <stdexcept>
+#include <utility>
 
 #include "features/orb_pattern.h"
 
@@ -96,10 +98,28 @@ PatternCoordinates separatePattern() {
   return separate;
 }
 
+DistinctPattern numberPoints() {
+  DistinctPattern pattern{};
+  std::map<std::pair<int, int>, int> numbers;
+  for (int i = 0; i < kOrbTests; ++i) {
+    const OrbTest& test = kOrbPattern[i];
+    const std::pair<int, int> ends[2] = {{test.x0, test.y0}, {test.x1, test.y1}};
+    for (int end = 0; end < 2; ++end) {
+      const int number = numbers.emplace(ends[end], static_cast<int>(numbers.size())).first->second;
+      pattern.x[number] = static_cast<float>(ends[end].first);
+      pattern.y[number] = static_cast<float>(ends[end].second);
+      pattern.place[end][i] = static_cast<uint8_t>(number % DistinctPattern::kTable);
+      pattern.in_table[end][number / DistinctPattern::kTable][i / 64] |= uint64_t{1} << i % 64;
+    }
+  }
+  return pattern;
+}
+
 }  // namespace
 
 const Disc kDisc = makeDisc();
 const PatternCoordinates kPatternCoordinates = separatePattern();
+const DistinctPattern kDistinctPattern = numberPoints();
 
 }  // namespace detail
 

@@ -89,6 +89,19 @@ struct PatternCoordinates {
   alignas(64) float y[2][kOrbTests];
 };
 extern const PatternCoordinates kPatternCoordinates;
+/// The same for kernels that look at each point once: the ends of the 256 tests share 375 points.
+struct DistinctPattern {
+  static constexpr int kPoints = 384;  ///< 375, and the centre as padding to whole vectors
+  static constexpr int kTable = 128;   ///< points among which one byte permutation chooses
+  static constexpr int kTables = kPoints / kTable;
+  alignas(64) float x[kPoints];
+  alignas(64) float y[kPoints];
+  alignas(64) uint8_t place[2][kOrbTests];        ///< of the point of each end in its table
+  uint64_t in_table[2][kTables][kOrbTests / 64];  ///< a bit for each test
+};
+extern const DistinctPattern kDistinctPattern;
+/// The AVX-512 kernels that read pixels by gather instructions, or one by one.
+const FeatureKernels& avx512FeatureKernels(bool gather);
 }  // namespace detail
 
 }  // namespace gms_ransac

@@ -10,7 +10,6 @@ namespace {
 struct Avx2 {
   static constexpr int kBytes = 32, kHalves = 16, kFloats = 8;
   static constexpr bool kShuffles = true;
-  static constexpr bool kGathers = false;
   using U8 = __m256i;
   using I16 = __m256i;
   using F32 = __m256;
@@ -35,10 +34,6 @@ struct Avx2 {
   }
   static U8 keepGreater(U8 a, U8 b) { return _mm256_andnot_si256(notGreater(a, b), a); }
   static uint64_t greaterMask(U8 a, U8 b) { return ~static_cast<uint32_t>(_mm256_movemask_epi8(notGreater(a, b))); }
-  static void storeMask(uint8_t* bits, int i, uint64_t mask) {
-    const auto word = static_cast<uint32_t>(mask);
-    std::memcpy(bits + i / 8, &word, sizeof word);
-  }
 
   static int storeColumns(uint64_t mask, int x, uint16_t* columns) { return storeSetBits(mask, x, columns); }
 

@@ -207,37 +207,53 @@ void moments(const uint8_t* centre, ptrdiff_t stride, int& m10, int& m01) {
   }
 }
 
+/// Offsets from the keypoint of points that are turned with it, as cv::ORB's compiled code computes them: two roundings
+/// each, never fused.
+template <typename V>
+inline auto rotate(const float* x, const float* y, typename V::F32 cosine, typename V::F32 sine, ptrdiff_t stride) {
+  using F32 = typename V::F32;
+  const F32 from_x = V::loadFloats(x), from_y = V::loadFloats(y);
+  const F32 column = V::subtractFloats(V::multiply(from_x, cosine), V::multiply(from_y, sine));
+  const F32 row = V::add(V::multiply(from_x, sine), V::multiply(from_y, cosine));
+  return V::offsets(column, row, static_cast<int>(stride));
+}
+
 template <typename V>
 void describe(const uint8_t* centre, ptrdiff_t stride, float cosine, float sine, uint8_t* descriptor) {
-  using F32 = typename V::F32;
-  const F32 c = V::setFloat(cosine), s = V::setFloat(sine);
-  const auto rotated = [&](int end, int i) {
-    const F32 x = V::loadFloats(detail::kPatternCoordinates.x[end] + i);
-    const F32 y = V::loadFloats(detail::kPatternCoordinates.y[end] + i);
-    // Two roundings each, never fused: as cv::ORB's compiled code computes them.
-    const F32 column = V::subtractFloats(V::multiply(x, c), V::multiply(y, s));
-    const F32 row = V::add(V::multiply(x, s), V::multiply(y, c));
-    return V::offsets(column, row, static_cast<int>(stride));
-  };
-  if constexpr (V::kGathers) {
-    for (int i = 0; i < kOrbTests; i += V::kFloats) {
-      V::storeTests(descriptor, i, V::less(V::gather(centre, rotated(0, i)), V::gather(centre, rotated(1, i))));
-    }
-  } else {
-    alignas(64) int32_t offset[2][kOrbTests];
-    for (int end = 0; end < 2; ++end) {
-      for (int i = 0; i < kOrbTests; i += V::kFloats) V::storeOffsets(offset[end] + i, rotated(end, i));
-    }
-    for (int i = 0; i < kOrbTests; i += 8) {
-      unsigned bits = 0;
-      for (int j = 7; j >= 0; --j) bits = 2 * bits + (centre[offset[0][i + j]] < centre[offset[1][i + j]]);
-      descriptor[i / 8] = static_cast<uint8_t>(bits);
-    }
+  const auto c = V::setFloat(cosine), s = V::setFloat(sine);
+  alignas(64) int32_t offset[2][kOrbTests];
+  for (int end = 0; end < 2; ++end) {
+    const float *x = detail::kPatternCoordinates.x[end], *y = detail::kPatternCoordinates.y[end];
+    for (int i = 0; i < kOrbTests; i += V::kFloats)
+      V::storeOffsets(offset[end] + i, rotate<V>(x + i, y + i, c, s, stride));
+  }
+  for (int i = 0; i < kOrbTests; i += 8) {
+    unsigned bits = 0;
+    for (int j = 7; j >= 0; --j) bits = 2 * bits + (centre[offset[0][i + j]] < centre[offset[1][i + j]]);
+    descriptor[i / 8] = static_cast<uint8_t>(bits);
+  }
+}
+
+/// The same for a V that can look up bytes in registers: reads each point of the pattern once.
+template <typename V, typename Read>
+inline void describeByLookUp(ptrdiff_t stride, float cosine, float sine, uint8_t* descriptor, const Read& read) {
+  using detail::DistinctPattern;
+  using detail::kDistinctPattern;
+  const auto c = V::setFloat(cosine), s = V::setFloat(sine);
+  alignas(64) int32_t offset[DistinctPattern::kPoints];
+  for (int i = 0; i < DistinctPattern::kPoints; i += V::kFloats) {
+    V::storeOffsets(offset + i, rotate<V>(kDistinctPattern.x + i, kDistinctPattern.y + i, c, s, stride));
+  }
+  typename V::U8 pixels[DistinctPattern::kPoints / V::kBytes];
+  for (int i = 0; i < DistinctPattern::kPoints / V::kBytes; ++i) pixels[i] = read(offset + i * V::kBytes);
+  for (int i = 0; i < kOrbTests; i += V::kBytes) {
+    const uint64_t bits = V::lessMask(V::lookUp(pixels, 0, i), V::lookUp(pixels, 1, i));
+    std::memcpy(descriptor + i / 8, &bits, sizeof bits);
   }
 }
 
 template <typename V>
-FeatureKernels kernelsOf() {
+FeatureKernels kernelsOf(decltype(FeatureKernels::describe) describe_keypoint = describe<V>) {
   FeatureKernels kernels;
   kernels.resizeRow = resizeRow<V>;
   kernels.blendRows = blendRows<V>;
@@ -248,7 +264,7 @@ FeatureKernels kernelsOf() {
   kernels.blurColumns = blurColumns<V>;
   kernels.blurTwoRows = blurTwoRows<V>;
   kernels.moments = moments<V>;
-  kernels.describe = describe<V>;
+  kernels.describe = describe_keypoint;
   return kernels;
 }
 

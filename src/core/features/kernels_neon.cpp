@@ -10,7 +10,6 @@ namespace {
 struct Neon {
   static constexpr int kBytes = 16, kHalves = 8, kFloats = 4;
   static constexpr bool kShuffles = true;
-  static constexpr bool kGathers = false;
   using U8 = uint8x16_t;
   using I16 = int16x8_t;
   using F32 = float32x4_t;
@@ -32,10 +31,6 @@ struct Neon {
     const uint8x16_t bits = vandq_u8(vcgtq_u8(a, b), vld1q_u8(kBits));
     return static_cast<uint64_t>(vaddv_u8(vget_low_u8(bits))) | static_cast<uint64_t>(vaddv_u8(vget_high_u8(bits)))
                                                                     << 8;
-  }
-  static void storeMask(uint8_t* bits, int i, uint64_t mask) {
-    const auto word = static_cast<uint16_t>(mask);
-    std::memcpy(bits + i / 8, &word, sizeof word);
   }
 
   static int storeColumns(uint64_t mask, int x, uint16_t* columns) { return storeSetBits(mask, x, columns); }

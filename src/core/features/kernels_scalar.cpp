@@ -9,7 +9,6 @@ namespace {
 struct Scalar {
   static constexpr int kBytes = 1, kHalves = 1, kFloats = 1;
   static constexpr bool kShuffles = false;
-  static constexpr bool kGathers = false;
   using U8 = uint8_t;
   using I16 = int16_t;
   using F32 = float;
@@ -27,10 +26,6 @@ struct Scalar {
   static bool anyGreater(U8 a, U8 b) { return a > b; }
   static U8 keepGreater(U8 a, U8 b) { return a > b ? a : 0; }
   static uint64_t greaterMask(U8 a, U8 b) { return a > b; }
-  static void storeMask(uint8_t* bits, int i, uint64_t mask) {
-    if (i % 8 == 0) bits[i / 8] = 0;
-    bits[i / 8] |= static_cast<uint8_t>(mask << i % 8);
-  }
 
   static int storeColumns(uint64_t mask, int x, uint16_t* columns) { return storeSetBits(mask, x, columns); }
 

@@ -26,7 +26,7 @@ OpenCvExtractor::OpenCvExtractor(const FeatureExtractorOptions& options)
       orb_(cv::ORB::create(options.features, static_cast<float>(options.pyramid_scale), options.pyramid_levels,
                            kPatchSize, 0, 2, cv::ORB::HARRIS_SCORE, kPatchSize, options.fast_threshold)) {}
 
-void OpenCvExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, Features& features) {
+void OpenCvExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, int at_most, Features& features) {
   features.image_size = image.size();
   features.scale_factor = static_cast<float>(options_.pyramid_scale);
   features.keypoints.clear();
@@ -36,6 +36,7 @@ void OpenCvExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, Fe
     features.descriptors.pack();
     return;
   }
+  orb_->setMaxFeatures(std::min(options_.features, at_most));
   orb_->setNLevels(levelsThatFit(image.size(), options_));
   // cv::ORB scales the mask to its levels and uses what stays 255.
   cv::Mat used;

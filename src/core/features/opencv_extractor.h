@@ -12,7 +12,7 @@ class OpenCvExtractor : public FeatureExtractor {
   explicit OpenCvExtractor(const FeatureExtractorOptions& options);
 
  private:
-  void extractWhere(const cv::Mat& mask, const cv::Mat& image, Features& features) override;
+  void extractWhere(const cv::Mat& mask, const cv::Mat& image, int at_most, Features& features) override;
 
   FeatureExtractorOptions options_;
   cv::Ptr<cv::ORB> orb_;

@@ -47,7 +47,8 @@ SimdOrbExtractor::SimdOrbExtractor(const FeatureExtractorOptions& options)
   if (scratch_.size() > 1) pool_ = WorkerPool::shared(static_cast<int>(scratch_.size()) - 1);
 }
 
-void SimdOrbExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, Features& features) {
+void SimdOrbExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, int at_most, Features& features) {
+  wanted_ = std::min(options_.features, at_most);
   features.image_size = image.size();
   features.scale_factor = static_cast<float>(options_.pyramid_scale);
   pyramid_.build(image);
@@ -100,7 +101,7 @@ void SimdOrbExtractor::detect(int i, const cv::Mat& mask) {
     level.detector.detect(pyramid_.level(i), kBorder, std::min(options_.fast_threshold, floor), kernels_,
                           level.corners);
     if (!mask.empty()) removeMasked(i, mask);
-    if (static_cast<double>(level.corners.size()) >= options_.features * level.weight) break;
+    if (static_cast<double>(level.corners.size()) >= wanted_ * level.weight) break;
   }
 }
 
@@ -127,7 +128,7 @@ void SimdOrbExtractor::setQuotas() {
     weight += levels_[i].weight;
     levels_[i].quota = kOpen;
   }
-  int left = options_.features;
+  int left = wanted_;
   for (int i = 0; i < count; ++i) {
     Level& level = levels_[i];
     if (level.quota != kOpen || static_cast<double>(level.corners.size()) > left * levels_[i].weight / weight) continue;
@@ -151,9 +152,11 @@ void SimdOrbExtractor::describe(int i, Scratch& scratch, Features& features) {
   const Plane& image = pyramid_.level(i);
   scratch.selector.select(image.width(), image.height(), level.quota, level.corners);
   if (level.corners.empty()) return;
-  scratch.blur.apply(image, level.corners, kernels_, scratch.blurred);
-  // One step after the other for all corners: the steps of one corner wait for each other, those of many do not.
+  // One step after the other for all corners: the steps of one corner wait for each other, those of many do not. The
+  // positions first, while the contrasts are in the cache.
   cv::KeyPoint* keypoints = features.keypoints.data() + level.first_keypoint;
+  locate(i, keypoints);
+  scratch.blur.apply(image, level.corners, kernels_, scratch.blurred);
   // The centroid of the blurred disc turns more truly with the image than that of cv::ORB's sharp one, which has a hard
   // rim; but not where corners are faint. Measured in doc/extractor.md.
   orient(sparse_ ? image : scratch.blurred, level.corners, keypoints, scratch.directions);
@@ -162,8 +165,11 @@ void SimdOrbExtractor::describe(int i, Scratch& scratch, Features& features) {
     kernels_.describe(scratch.blurred.row(corner.y) + corner.x, scratch.blurred.stride(), scratch.directions[k].x,
                       scratch.directions[k].y, features.descriptors.row(level.first_keypoint + static_cast<int>(k)));
   }
+}
+
+void SimdOrbExtractor::locate(int i, cv::KeyPoint* keypoints) const {
   const float size = kPatchSize * static_cast<float>(pyramid_.nominalScale(i));
-  for (const Corner& corner : level.corners) {
+  for (const Corner& corner : levels_[i].corners) {
     cv::KeyPoint& keypoint = *keypoints++;
     keypoint.pt = positionInImage(i, corner);
     keypoint.size = size;

@@ -19,7 +19,7 @@ class SimdOrbExtractor : public FeatureExtractor {
   explicit SimdOrbExtractor(const FeatureExtractorOptions& options);
 
  private:
-  void extractWhere(const cv::Mat& mask, const cv::Mat& image, Features& features) override;
+  void extractWhere(const cv::Mat& mask, const cv::Mat& image, int at_most, Features& features) override;
 
   struct Level {
     CornerDetector detector;
@@ -54,6 +54,8 @@ class SimdOrbExtractor : public FeatureExtractor {
   /// goes to the others.
   void setQuotas();
   void describe(int level, Scratch& scratch, Features& features);
+  /// Fills in all of the keypoints of a level but their angles.
+  void locate(int level, cv::KeyPoint* keypoints) const;
   /// Fills in the keypoints' angles, by the intensity centroid in `image`, and their directions.
   void orient(const Plane& image, const std::vector<Corner>& corners, cv::KeyPoint* keypoints,
               std::vector<cv::Point2f>& directions) const;
@@ -67,6 +69,7 @@ class SimdOrbExtractor : public FeatureExtractor {
   const FeatureKernels& kernels_;
   Pyramid pyramid_;
   std::vector<Level> levels_;
+  int wanted_ = 0;                    ///< keypoints of this image
   bool sparse_ = false;               ///< the image has few corners
   std::vector<Scratch> scratch_;      ///< of each thread
   std::shared_ptr<WorkerPool> pool_;  ///< where there are several

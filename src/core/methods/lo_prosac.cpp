@@ -68,7 +68,7 @@ class LoProsac : public RansacMethod {
     start(model);
     ransac_.search(sampler_);
     if (!ransac_.best()) return;
-    const Hypothesis answer = refined(model, *ransac_.best(), kFinalIterations);
+    const Hypothesis answer = refined(model, *ransac_.best(), finalIterations());
     if (accept(model.matrix(answer), true)) recoverPose(model, answer, true);
   }
 
@@ -86,7 +86,7 @@ class LoProsac : public RansacMethod {
     const PoseModel plain(kernels_, points_.view());
     TwoViewPose pose = refined(model, ransac_.best()->pose);
     TwoViewPose optimum = refined(plain, pose);
-    if (leavesMuch(plain, optimum) && findBetter(plain, optimum)) pose = refined(model, optimum);
+    if (!hurried() && leavesMuch(plain, optimum) && findBetter(plain, optimum)) pose = refined(model, optimum);
     judge_.begin(points_);
     judge_.refine(optimum, result_->effort);
     if (!accept(optimum.essential(), true)) return;
@@ -98,9 +98,11 @@ class LoProsac : public RansacMethod {
     previous_ = optimum;
   }
 
+  int finalIterations() { return hurried() ? kHastyIterations : kFinalIterations; }
+
   using RansacMethod::refined;
   TwoViewPose refined(const PoseModel& model, TwoViewPose pose) {
-    countPasses(model.refine(kRobustLoss, kFinalIterations, pose, kEnough));
+    countPasses(model.refine(kRobustLoss, finalIterations(), pose, kEnough));
     return pose;
   }
 

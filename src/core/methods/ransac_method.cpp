@@ -51,6 +51,11 @@ SamplingTask RansacMethod::task(int matches, int max_iterations) const {
   return {matches, model_->sampleSize(), options_.success_probability, max_iterations};
 }
 
+bool RansacMethod::hurried() {
+  if (limit_ == nullptr || !limit_->late()) return false;
+  return result_->effort.refinement_cut = true;
+}
+
 Hypothesis RansacMethod::refined(const TwoViewModel& model, Hypothesis hypothesis, int iterations) {
   countPasses(model.refine(kRobustLoss, iterations, hypothesis));
   return hypothesis;
@@ -103,7 +108,8 @@ void TextbookMethod::estimate(const PointPairs& pairs, const Camera& camera, Rob
   if (!best) return;
   // A method whose inliers are the filter's has the model for the pose's sake alone, so it may as well be a good one.
   const bool refine = options_.refine || filterDecides();
-  const Hypothesis answer = refine ? refined(*model_, *best, kRefinementIterations) : *best;
+  const Hypothesis answer =
+      refine ? refined(*model_, *best, hurried() ? kHastyIterations : kRefinementIterations) : *best;
   if (accept(model_->matrix(answer))) recoverPose(*model_, answer, refine);
 }
 

@@ -21,9 +21,12 @@
 
 namespace gms_ransac {
 
+constexpr int kHastyIterations = 3;  ///< of a refinement when time is up
+
 class RansacMethod : public Method {
  public:
   void setSeed(uint64_t seed) override { options_.seed = seed; }
+  void setTimeLimit(const TimeLimit* limit) override { ransac_.setTimeLimit(limit_ = limit); }
 
  protected:
   explicit RansacMethod(const MatchFilterOptions& options);
@@ -40,6 +43,8 @@ class RansacMethod : public Method {
   SamplingTask task(int matches, int max_iterations) const;
   /// The robust optimum near the hypothesis.
   Hypothesis refined(const TwoViewModel& model, Hypothesis hypothesis, int iterations);
+  /// Whether the search ended so late that what follows must be short; then counted as such.
+  bool hurried();
   /// Counts what a refinement cost.
   void countPasses(int passes) { result_->effort.point_evaluations += static_cast<int64_t>(points_.size()) * passes; }
 
@@ -53,6 +58,7 @@ class RansacMethod : public Method {
   RobustOptions options_;
   const ResidualKernels& kernels_;
   Random random_;
+  const TimeLimit* limit_ = nullptr;
 
   // The pair at hand.
   const PointPairs* pairs_ = nullptr;

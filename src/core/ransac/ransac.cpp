@@ -2,6 +2,10 @@
 
 namespace gms_ransac {
 
+namespace {
+constexpr int kFewestSamples = 8;  ///< drawn however late it is: one clean sample may slide into the wrong minimum
+}
+
 void Ransac::begin(const TwoViewModel& model, const PointColumnsView& points, const std::vector<int>& order,
                    Verifier& verifier, const LocalOptimization& optimization, Random& random, Effort& effort) {
   model_ = &model;
@@ -16,17 +20,27 @@ void Ransac::begin(const TwoViewModel& model, const PointColumnsView& points, co
 }
 
 void Ransac::search(Sampler& sampler) {
+  if (best_) tellSampler(sampler);
+  const double begin = limit_ != nullptr ? limit_->now() : 0;
+  for (int drawn = 1; drawOne(sampler); ++drawn) {
+    if (limit_ == nullptr || drawn < kFewestSamples || limit_->now() < limit_->search_until) continue;
+    effort_->search_cut = true;
+    break;
+  }
+  if (limit_ != nullptr) effort_->search_seconds += limit_->now() - begin;
+}
+
+bool Ransac::drawOne(Sampler& sampler) {
   int sample[kMaxSampleSize];
   Hypothesis hypotheses[kMaxHypotheses];
-  if (best_) tellSampler(sampler);
-  while (sampler.draw(*random_, sample)) {
-    for (int k = 0; k < model_->sampleSize(); ++k) sample[k] = (*order_)[static_cast<size_t>(sample[k])];
-    const int count = model_->solve(sample, hypotheses);
-    ++effort_->hypotheses;
-    bool improved = false;
-    for (int h = 0; h < count; ++h) improved = offer(hypotheses[h]) || improved;
-    if (improved) tellSampler(sampler);
-  }
+  if (!sampler.draw(*random_, sample)) return false;
+  for (int k = 0; k < model_->sampleSize(); ++k) sample[k] = (*order_)[static_cast<size_t>(sample[k])];
+  const int count = model_->solve(sample, hypotheses);
+  ++effort_->hypotheses;
+  bool improved = false;
+  for (int h = 0; h < count; ++h) improved = offer(hypotheses[h]) || improved;
+  if (improved) tellSampler(sampler);
+  return true;
 }
 
 bool Ransac::offer(const Hypothesis& hypothesis) {

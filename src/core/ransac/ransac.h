@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gms_ransac/robust_estimator.h"
+#include "gms_ransac/time_limit.h"
 #include "ransac/sampler.h"
 #include "ransac/verifier.h"
 #include "two_view/two_view_model.h"
@@ -28,8 +29,11 @@ class Ransac {
   /// Verifies a hypothesis from elsewhere: the previous motion, a start, another motion of a plane. True if it became
   /// the best.
   bool offer(const Hypothesis& hypothesis);
-  /// Draws samples until the sampler has enough.
+  /// Draws samples until the sampler has enough, or it is time.
   void search(Sampler& sampler);
+
+  /// Of searches from now on; null: none.
+  void setTimeLimit(const TimeLimit* limit) { limit_ = limit; }
 
   /// Nothing while none was found.
   const std::optional<Hypothesis>& best() const { return best_; }
@@ -37,6 +41,8 @@ class Ransac {
   const std::vector<float>& residuals();
 
  private:
+  /// Draws and verifies one sample; false when the sampler has enough.
+  bool drawOne(Sampler& sampler);
   /// Tells the sampler which ranks the best hypothesis explains.
   void tellSampler(Sampler& sampler);
 
@@ -47,6 +53,7 @@ class Ransac {
   LocalOptimization optimization_;
   Random* random_ = nullptr;
   Effort* effort_ = nullptr;
+  const TimeLimit* limit_ = nullptr;
 
   std::optional<Hypothesis> best_;
   std::vector<float> residuals_;
