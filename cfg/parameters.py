@@ -80,7 +80,8 @@ GROUPS = [
     ]),
     Group("priors", "what other sensors say of the motion", False, [
         Row("rotation_prior", "none", "Who says how the camera turned: imu (sensor_msgs/Imu), tf (the camera in prior_frame) or "
-            "odom (prior_odom, nav_msgs/Odometry). A proposal and a check; it never enters the pose",
+            "odom (prior_odom, nav_msgs/Odometry). A proposal, a check and, with search guided, where points are looked for; "
+            "it never enters the pose",
             choices=("none", "imu", "tf", "odom"), field="rotation_prior", enum="RotationPriorKind"),
         Row("imu_frame", "", "Frame of the gyro's axes; empty: that of the messages. Its place on the camera must be in tf",
             unit="a frame", field="imu_frame"),

@@ -5,14 +5,19 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 #include <boost/make_shared.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "mailbox.h"
+#include "processor_stream.h"
+#include "scenes/scene.h"
+#include "scenes/synthetic_pair.h"
 
 namespace gms_ransac {
 namespace {
@@ -260,6 +265,39 @@ TEST(FrameProcessor, ThreadsGoOnAndEndAtEveryStage) {
   for (const int threads : {1, 2, 4, 8}) {
     for (const int answers : {0, 1, 2, 3, 10}) runPipeline(threads, answers);
   }
+}
+
+/// The room through a lens of that focal length, with its camera_info.
+ImageWithInfo roomThrough(double focal_length, const std::vector<double>& distortion, int frame) {
+  SceneOptions options;
+  options.focal_length = focal_length;
+  options.distortion = distortion;
+  const Scene scene(options);
+  const CameraIntrinsics& k = scene.intrinsics();
+  auto info = boost::make_shared<sensor_msgs::CameraInfo>();
+  info->width = kWidth;
+  info->height = kHeight;
+  info->distortion_model = "plumb_bob";
+  info->D = distortion;
+  info->K = {k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1};
+  ImageWithInfo input;
+  input.image = imageMessage(scene.render(frame).image, 100 + 0.1 * frame);
+  input.camera_info = info;
+  input.received = input.image->header.stamp;
+  return input;
+}
+
+TEST(Calibration, OfEachImageIsItsOwn) {
+  const std::vector<double> wide = {-0.2, 0.05, 0, 0, 0}, narrow = {-0.1, 0.02, 0, 0, 0};
+  const RelativePose truth = trueRelativePose(Scene(SceneOptions()), 0, 2);
+  FrameProcessor processor(Parameters(), "/image", "/camera_info");
+  processor.setOptions(ProcessorOptions());
+  processor.process(processor.prepare(roomThrough(500, wide, 0)));
+  const ProcessedFrame processed = processor.process(processor.prepare(roomThrough(560, narrow, 2)));
+  ASSERT_EQ(processed.status, MatchStats::OK) << processed.text;
+  EXPECT_LT(Eigen::AngleAxisd(processed.pose.R * truth.R.transpose()).angle(), 0.1 * M_PI / 180);
+  EXPECT_GT(processed.pose.t.normalized().dot(truth.t.normalized()), std::cos(2 * M_PI / 180));
+  EXPECT_LT(processed.result->robust.camera_misfit, 1);
 }
 
 }  // namespace

@@ -1,16 +1,21 @@
 // Guided search: no fewer right matches than a full one, the same as a full one where there is no common motion, and
 // the same on every instruction set.
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include "gms_ransac/guided_search.h"
 #include "gms_ransac/match_filter.h"
 #include "gms_ransac/motion_prediction.h"
+#include "matching/turn_prediction.h"
 #include "scenes/scene.h"
+#include "scenes/synthetic_pair.h"
 
 namespace gms_ransac {
 namespace {
@@ -137,12 +142,138 @@ TEST(GuidedSearch, DoesNotBelieveAPriorThatTheMatchesContradict) {
   EXPECT_GE(countRight(matchGuided(reference, current, {}, &prior), reference, current, 0, 4), 0.99 * without);
 }
 
-TEST(GuidedSearch, SearchesInFullWhatIsNotWhereAPriorSays) {
+TEST(GuidedSearch, DoesNotBelieveAPriorThatNothingConfirms) {
   const Features reference = extract(room().render(0).image), other = extract(otherRoom().render(0).image);
   const MotionPrediction prior = standstill();
-  const std::vector<Match> matches = matchGuided(reference, other, {}, &prior);
-  EXPECT_EQ(static_cast<size_t>(reference.size()), matches.size());
-  EXPECT_FALSE(same(matchFully(reference, other), matches));
+  EXPECT_TRUE(same(matchFully(reference, other), matchGuided(reference, other, {}, &prior)));
+}
+
+// A gyro says how the camera turned.
+
+/// The room, turning on the spot so many degrees a frame.
+Scene turningRoom(double degrees, const std::vector<double>& distortion = {}) {
+  SceneOptions options = sceneOptions("room");
+  options.step = options.sway = 0;
+  options.turn = degrees;
+  options.distortion = distortion;
+  return Scene(options);
+}
+
+Camera cameraOf(const Scene& scene) { return Camera(scene.intrinsics(), scene.options().size); }
+
+RotationPrior gyroOf(const Scene& scene, int from, int to) {
+  constexpr double kSigma = 0.1 * M_PI / 180;
+  RotationPrior prior;
+  prior.R = trueRelativePose(scene, from, to).R;
+  prior.covariance = kSigma * kSigma * Eigen::Matrix3d::Identity();
+  return prior;
+}
+
+/// What the wrong gyro says when the true one says `right`.
+std::vector<RotationPrior> wrongGyros(const RotationPrior& right) {
+  const Eigen::AngleAxisd turn(right.R);
+  const Eigen::Vector3d axis = turn.axis();
+  std::vector<RotationPrior> wrong(3, right);
+  wrong[0].R = Eigen::AngleAxisd(turn.angle(), Eigen::Vector3d(axis.y(), axis.z(), axis.x())).toRotationMatrix();
+  wrong[1].R = Eigen::Matrix3d::Identity();  // delayed: it has not turned yet
+  wrong[2].R = right.R.transpose();
+  return wrong;
+}
+
+int countRight(const Scene& scene, const Frame& reference, const Frame& current, const std::vector<Match>& matches) {
+  return static_cast<int>(std::count_if(matches.begin(), matches.end(), [&](const Match& match) {
+    const cv::Point2f& a = reference.features.keypoints[static_cast<size_t>(match.reference)].pt;
+    const cv::Point2f& b = current.features.keypoints[static_cast<size_t>(match.current)].pt;
+    cv::Point2d truth;
+    return scene.correspondence(0, cv::Point2d(a), 1, truth) && cv::norm(truth - cv::Point2d(b)) < 3;
+  }));
+}
+
+TEST(TurnPrediction, SaysWhereATurnTakesPoints) {
+  for (const auto& distortion : {std::vector<double>(), std::vector<double>{-0.28, 0.07, 0.0002, 0.00002, 0}}) {
+    const Scene scene = turningRoom(10, distortion);
+    MotionPrediction prediction;
+    predictTurn(gyroOf(scene, 0, 1), cameraOf(scene), prediction);
+    int points = 0;
+    for (int y = 0; y < 480; y += 16) {
+      for (int x = 0; x < 640; x += 16) {
+        const cv::Point2f from(static_cast<float>(x), static_cast<float>(y));
+        cv::Point2d truth;
+        const CellMotion* motion = prediction.at(from, scene.options().size);
+        if (!motion->known || !scene.correspondence(0, from, 1, truth)) continue;
+        EXPECT_LT(cv::norm(cv::Point2d(motion->predict(from)) - truth), 4) << x << ", " << y;
+        ++points;
+      }
+    }
+    EXPECT_GT(points, 600);
+  }
+}
+
+/// Two images of a turning camera, compared with and without what a gyro says.
+class Turning : public testing::TestWithParam<double> {
+ protected:
+  Turning() : scene_(turningRoom(GetParam())) {
+    for (MatchFilter* filter : {&full_, &guided_}) filter->setCamera(cameraOf(scene_));
+    full_.extract(scene_.render(0).image, reference_);
+    full_.extract(scene_.render(1).image, current_);
+  }
+  static MatchFilterOptions optionsOf(SearchMode search) {
+    MatchFilterOptions options;
+    options.search = search;
+    return options;
+  }
+  MatchResult compare(MatchFilter& filter, const RotationPrior* prior) {
+    filter.reset();
+    MatchResult result;
+    filter.filter(reference_, current_, result, prior);
+    return result;
+  }
+  int right(const MatchResult& result) const { return countRight(scene_, reference_, current_, result.matches); }
+
+  Scene scene_;
+  MatchFilter full_{optionsOf(SearchMode::kFull)}, guided_{optionsOf(SearchMode::kGuided)};
+  Frame reference_, current_;
+};
+
+TEST_P(Turning, FindsNoFewerMatchesWithAGyro) {
+  const RotationPrior gyro = gyroOf(scene_, 0, 1);
+  const int with = right(compare(guided_, &gyro));
+  EXPECT_GE(with, right(compare(guided_, nullptr)));
+  EXPECT_GE(with, 0.99 * right(compare(full_, nullptr)));
+}
+
+TEST_P(Turning, FindsTheSameWithAGyroThatIsWrong) {
+  const std::vector<Match> alone = compare(guided_, nullptr).matches;
+  for (const RotationPrior& wrong : wrongGyros(gyroOf(scene_, 0, 1))) {
+    EXPECT_TRUE(same(alone, compare(guided_, &wrong).matches));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Degrees, Turning, testing::Values(5, 25, 35, 45));
+
+/// The table of doc/guided_search.md: --gtest_also_run_disabled_tests --gtest_filter=*Table*
+TEST_P(Turning, DISABLED_Table) {
+  const RotationPrior gyro = gyroOf(scene_, 0, 1);
+  const auto report = [&](const char* name, MatchFilter& filter, const RotationPrior* prior) {
+    constexpr int kCalls = 15;
+    std::vector<double> milliseconds;
+    MatchResult result;
+    for (int i = 0; i < kCalls; ++i) {
+      result = compare(filter, prior);
+      milliseconds.push_back(1e3 * result.times.match);
+    }
+    std::sort(milliseconds.begin(), milliseconds.end());
+    const double error =
+        result.robust.pose_found
+            ? Eigen::AngleAxisd(result.robust.pose.R * trueRelativePose(scene_, 0, 1).R.transpose()).angle() * 180 /
+                  M_PI
+            : 180;
+    std::printf("| %.0f | %s | %zu | %d | %d | %s | %.3f | %.3f |\n", GetParam(), name, result.matches.size(),
+                right(result), result.inliers, toString(result.status).c_str(), error, milliseconds.front());
+  };
+  report("full", full_, nullptr);
+  report("guided", guided_, nullptr);
+  report("guided, gyro", guided_, &gyro);
 }
 
 /// Statuses and poses of a stream, once with each search.

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
+#include <opencv2/imgproc.hpp>
 
 #include "processor_stream.h"
 #include "scenes/scene.h"
@@ -150,7 +151,8 @@ TEST(StereoDepth, SaysWhatIsMissing) {
     input.image = image;
     return processor.prepare(input)->depth_problem;
   };
-  EXPECT_NE(problem([](ImageWithInfo& i) { i.right.reset(); }).find("no right image"), std::string::npos);
+  EXPECT_NE(problem([](ImageWithInfo& i) { i.right.reset(); }).find("no image on right/image has about its stamp"),
+            std::string::npos);
   EXPECT_NE(problem([](ImageWithInfo& i) { i.right_info.reset(); }).find("right/camera_info"), std::string::npos);
   EXPECT_NE(problem([&](ImageWithInfo& i) { i.right_info = room.info(0); }).find("no distance between"),
             std::string::npos);
@@ -162,7 +164,36 @@ TEST(StereoDepth, SaysWhatIsMissing) {
               i.right_info = bent;
             }).find("no rotation"),
             std::string::npos);
+  EXPECT_NE(problem([&](ImageWithInfo& i) {
+              i.right = imageMessage(cv::Mat::zeros(240, 320, CV_8UC1), 100);
+            }).find("the left image is 640x480, that on right/image 320x240"),
+            std::string::npos);
+  const std::string uncalibrated = problem([&](ImageWithInfo& i) {
+    auto info = room.info(kBaseline);
+    info->K.fill(0);
+    info->P.fill(0);
+    i.right_info = info;
+  });
+  EXPECT_NE(uncalibrated.find("right/camera_info is not calibrated"), std::string::npos) << uncalibrated;
+  EXPECT_EQ(uncalibrated.find("~camera"), std::string::npos) << "it describes one camera, and is refused";
   EXPECT_EQ(problem([](ImageWithInfo&) {}), "");
+}
+
+TEST(StereoDepth, SaysThatImagesAreNotRectified) {
+  // Images of distorting lenses, one of which looks higher, with the calibration of rectified ones.
+  const StereoRoom rectified;
+  ImageWithInfo input = StereoRoom({-0.2, 0.05, 0, 0, 0}).input(0);
+  input.camera_info = rectified.info(0);
+  input.right_info = rectified.info(kBaseline);
+  cv::Mat lower;
+  const cv::Mat_<double> down = (cv::Mat_<double>(2, 3) << 1, 0, 0, 0, 1, 12);
+  cv::warpAffine(rectified.right.render(0).image, lower, down, {640, 480});
+  input.right = imageMessage(lower, 100);
+  FrameProcessor processor(stereo(), "left/image", "left/camera_info");
+  processor.setOptions(ProcessorOptions());
+  const std::string problem = processor.prepare(input)->depth_problem;
+  EXPECT_NE(problem.find("px beside their rows on right/image: the images are not rectified"), std::string::npos)
+      << problem;
 }
 
 }  // namespace

@@ -40,6 +40,8 @@ class Camera {
   /// Pixel of the received image -> pixel of the ideal pinhole camera with the same K; NaN where the model of the
   /// distortion has no inverse (beyond the radius up to which it is monotone, or a right angle off the axis).
   cv::Point2f undistort(const cv::Point2f& pixel) const;
+  /// Pixel of that pinhole camera -> pixel of the received image; NaN where `undistort` does not lead back.
+  cv::Point2f distort(const cv::Point2f& ideal) const;
   /// Pixels of the image of which that is so: a calibration that does not hold for the whole image.
   int pixelsWithoutInverse() const { return pixels_without_inverse_; }
   bool operator==(const Camera& other) const;
@@ -51,7 +53,7 @@ class Camera {
   bool roundTripHolds(int r, int c) const;
   int countPixelsWithoutInverse() const;
   cv::Point2d solve(const cv::Point2d& pixel) const;
-  cv::Point2d distort(const cv::Point2d& ideal) const;
+  cv::Point2d distortByModel(const cv::Point2d& ideal) const;
   cv::Point2f interpolate(int r, int c, const cv::Point2f& pixel) const;
 
   CameraIntrinsics intrinsics_;

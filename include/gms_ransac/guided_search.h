@@ -31,8 +31,9 @@ class GuidedSearch {
   /// At most one match per reference descriptor, in reference order; none where the motion of the surroundings is known
   /// and nothing alike is found there. Of a match that was searched so, `second_distance` is that of the second nearest
   /// where it was searched, at most what the second nearest of a full search usually has. Images without common motion
-  /// get exactly what HammingMatcher gives. `prior` is believed only where the first matches do not show the motion,
-  /// and what is not found where it says is searched in full. Identical on every SIMD level and for any number of
+  /// get exactly what HammingMatcher gives. `prior` is used only if more of the first matches lie where it says than do
+  /// by chance, and there only for points whose surroundings do not show their motion; what is not found where it says
+  /// is searched in full, what is out of view there not at all. Identical on every SIMD level and for any number of
   /// threads; no allocation once warm.
   void match(const Features& reference, const Features& current, std::vector<Match>& matches,
              const MotionPrediction* prior = nullptr);

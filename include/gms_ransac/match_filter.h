@@ -12,6 +12,7 @@
 #include "gms_ransac/guided_search.h"
 #include "gms_ransac/hamming_matcher.h"
 #include "gms_ransac/method.h"
+#include "gms_ransac/motion_prediction.h"
 #include "gms_ransac/motion_statistics.h"
 #include "gms_ransac/robust_estimator.h"
 #include "gms_ransac/rotation_prior.h"
@@ -136,7 +137,8 @@ class MatchFilter {
 
   /// The two halves of `process`, for callers that choose the pairs themselves.
   void extract(const cv::Mat& image, Frame& frame, const cv::Mat& mask = cv::Mat());
-  /// `prior`: how the camera turned, as another sensor says; null: none does. A wrong one costs time, not accuracy.
+  /// `prior`: how the camera turned, as another sensor says; null: none does. Guided searches look where it turns the
+  /// points if the first matches say the same. A wrong one costs time, not accuracy.
   void filter(const Frame& reference, const Frame& current, MatchResult& result, const RotationPrior* prior = nullptr);
 
   /// The end of the line alone, estimate -> judge, on the survivors in `result`, which `filter` filled for the same
@@ -162,6 +164,7 @@ class MatchFilter {
   std::unique_ptr<FeatureExtractor> extractor_;
   HammingMatcher matcher_;
   std::optional<GuidedSearch> guided_search_;  ///< where it is wanted, in place of the matcher
+  MotionPrediction turn_;                      ///< what it is told of a prior
   std::unique_ptr<SurvivorSelector> selector_;
 
   std::unique_ptr<TimeBudget> budget_;  ///< null: none

@@ -16,6 +16,8 @@ namespace {
 constexpr int kTableStep = 8;
 // Of the round trip, pixels: a hundredth of what a keypoint is located to.
 constexpr double kTolerance = 0.005;
+// Of what is distorted and undone again: more, and the model does not grow there.
+constexpr double kThereAndBack = 0.1;  // pixels
 // Pixels that are looked at for one without inverse; of larger images every second, third, ... up to every eighth.
 constexpr double kMostCounted = 640 * 480;
 
@@ -100,7 +102,7 @@ bool Camera::roundTripHolds(int r, int c) const {
     for (const float across : {1 / 6.f, 0.5f, 5 / 6.f}) {
       const cv::Point2f pixel(kTableStep * (static_cast<float>(c) + across),
                               kTableStep * (static_cast<float>(r) + down));
-      const cv::Point2d error = distort(interpolate(r, c, pixel)) - cv::Point2d(pixel);
+      const cv::Point2d error = distortByModel(interpolate(r, c, pixel)) - cv::Point2d(pixel);
       if (!(std::hypot(error.x, error.y) < kTolerance)) return false;
     }
   }
@@ -131,7 +133,7 @@ cv::Point2d Camera::solve(const cv::Point2d& pixel) const {
   return {k.fx * ideal.x() + k.cx, k.fy * ideal.y() + k.cy};
 }
 
-cv::Point2d Camera::distort(const cv::Point2d& ideal) const {
+cv::Point2d Camera::distortByModel(const cv::Point2d& ideal) const {
   const CameraIntrinsics& k = intrinsics_;
   const Eigen::Vector2d distorted = distortion_->distort({(ideal.x - k.cx) / k.fx, (ideal.y - k.cy) / k.fy});
   return {k.fx * distorted.x() + k.cx, k.fy * distorted.y() + k.cy};
@@ -150,6 +152,14 @@ cv::Point2f Camera::undistort(const cv::Point2f& pixel) const {
                       y < static_cast<float>(interpolates_.rows);  // not of NaN
   if (!inside || !interpolates_(static_cast<int>(y), static_cast<int>(x))) return solve(pixel);
   return interpolate(static_cast<int>(y), static_cast<int>(x), pixel);
+}
+
+cv::Point2f Camera::distort(const cv::Point2f& ideal) const {
+  if (!distortion_) return ideal;
+  const cv::Point2f pixel = distortByModel(ideal), back = undistort(pixel) - ideal;
+  if (std::hypot(back.x, back.y) < kThereAndBack) return pixel;
+  constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+  return {kNone, kNone};
 }
 
 cv::Point2f Camera::interpolate(int r, int c, const cv::Point2f& pixel) const {

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "matching/turn_prediction.h"
 #include "survivors.h"
 #include "time_budget.h"
 #include "validation.h"
@@ -232,7 +233,10 @@ Status MatchFilter::compare(const Frame& reference_frame, const Frame& current_f
 
   StopWatch watch(clock_);
   if (guided_search_) {
-    guided_search_->match(reference, current, result.matches);
+    const std::optional<RotationPrior>& prior = result.survivors.pairs.rotation_prior;
+    const bool predicts = prior && camera_.calibrated() && camera_.imageSize() == reference.image_size;
+    if (predicts) predictTurn(*prior, camera_, turn_);
+    guided_search_->match(reference, current, result.matches, predicts ? &turn_ : nullptr);
   } else {
     matcher_.match(reference.descriptors, current.descriptors, result.matches);
   }

@@ -48,11 +48,11 @@ cv::Size describedSize(const sensor_msgs::CameraInfo& info) {
 }
 
 /// Both are 0 where the matrix is not given; a single one, a negative one and NaN are mistakes.
-void requireFocalLengths(const char* matrix, double fx, double fy) {
+void requireFocalLengths(const char* matrix, double fx, double fy, const std::string& or_set) {
   if ((fx == 0 && fy == 0) || (fx > 0 && fy > 0 && std::isfinite(fx) && std::isfinite(fy))) return;
   std::ostringstream text;
-  text << "fx is " << fx << " and fy is " << fy << " in " << matrix
-       << ", both must be above 0; calibrate the camera or set ~camera/fx, fy, cx and cy";
+  text << "fx is " << fx << " and fy is " << fy << " in " << matrix << ", both must be above 0; calibrate the camera"
+       << or_set;
   throw std::invalid_argument(text.str());
 }
 
@@ -100,6 +100,7 @@ CameraModelSource::CameraModelSource(const Parameters& parameters, const std::st
                                      const std::string& info_topic)
     : override_(parameters.camera),
       input_is_rectified_(parameters.input_is_rectified),
+      or_set_(parameters.input == InputKind::kStereo ? "" : " or set ~camera/fx, fy, cx and cy"),
       image_topic_(image_topic),
       info_topic_(info_topic) {}
 
@@ -203,25 +204,24 @@ CameraModel CameraModelSource::make(const sensor_msgs::CameraInfo* info, cv::Siz
     return model;
   }
   CameraModel model;
-  model.problem =
-      "no camera_info has arrived on " + info_topic_ + " yet; publish or remap one, or set ~camera/fx, fy, cx and cy";
+  model.problem = "no camera_info has arrived on " + info_topic_ + " yet; publish or remap one" + or_set_;
   return model;
 }
 
 CameraModel CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {
-  requireFocalLengths("K", info.K[0], info.K[4]);
+  requireFocalLengths("K", info.K[0], info.K[4], or_set_);
   const bool has_k = info.K[0] > 0, rectified = !has_k || isRectified(info);
-  if (rectified) requireFocalLengths("P", info.P[0], info.P[5]);
+  if (rectified) requireFocalLengths("P", info.P[0], info.P[5], or_set_);
   const bool has_p = info.P[0] > 0;
   CameraModel model;
   if (!has_k && !has_p) {
     model.problem = "the camera_info on " + info_topic_ +
-                    " is not calibrated (fx is 0 in K and in P); calibrate the camera or set ~camera/fx, fy, cx and cy";
+                    " is not calibrated (fx is 0 in K and in P); calibrate the camera" + or_set_;
     return model;
   }
   model.problem = sizeMismatch(info, image_size);
   if (!model.problem.empty()) {
-    model.problem += "; remap the matching camera_info or set ~camera/fx, fy, cx and cy";
+    model.problem += "; remap the matching camera_info" + or_set_;
     return model;
   }
   // kitti2bag leaves K at zero and fills P alone; only a rectified image is described by P.

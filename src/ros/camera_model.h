@@ -56,6 +56,7 @@ class CameraModelSource {
 
   CameraIntrinsics override_;
   Rectified input_is_rectified_;
+  std::string or_set_;  ///< how sentences end that advise to calibrate, where ~camera may replace camera_info
   std::string image_topic_, info_topic_;
   Known last_, before_;
   int returns_ = 0;  ///< in a row

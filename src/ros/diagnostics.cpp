@@ -55,6 +55,11 @@ void Diagnostics::setInput(const std::string& waiting_for, bool subscribed, bool
   paused_ = paused;
 }
 
+void Diagnostics::setUnpaired(int images) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  unpaired_ = images;
+}
+
 void Diagnostics::setCalibrationDoubt(const std::string& doubt) {
   std::lock_guard<std::mutex> lock(mutex_);
   calibration_doubt_ = doubt;
@@ -107,6 +112,7 @@ void Diagnostics::describeInput(diagnostic_updater::DiagnosticStatusWrapper& sta
   status.add("frames processed", last_.frames_processed);
   status.add("frames passed over", last_.frames_passed_over);
   status.add("frames dropped", last_.frames_dropped);
+  if (unpaired_) status.add("frames without camera_info of their stamp", *unpaired_);
   status.add("resets", last_.resets);
 }
 

@@ -31,6 +31,8 @@ class Diagnostics {
   void add(const MatchStats& stats);
   /// What the input waits for (empty: nothing), and whether it is meant to deliver at all.
   void setInput(const std::string& waiting_for, bool subscribed, bool paused);
+  /// Images that were left out because no camera_info had their stamp; without a call they are not mentioned.
+  void setUnpaired(int images);
   /// Why the calibration in use may be of another camera; empty: no reason.
   void setCalibrationDoubt(const std::string& doubt);
   /// What is wrong with the node's registration; empty: nothing.
@@ -51,6 +53,7 @@ class Diagnostics {
   std::mutex mutex_;  ///< guards what follows
   std::string waiting_for_, graph_problem_, calibration_doubt_;
   std::optional<PriorReport> priors_;
+  std::optional<int> unpaired_;
   bool subscribed_ = false, paused_ = false;
   MatchStats last_;
   int processed_ = 0, failures_ = 0, late_ = 0;  ///< since the last report; late: beyond ~max_milliseconds

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <sstream>
 #include <utility>
 
@@ -396,7 +397,24 @@ void FrameProcessor::fail(const std::string& what, ProcessedFrame& processed) {
   processed.text = what;
 }
 
-void FrameProcessor::match(const PreparedFrame& reference, MatchResult& result, const RotationPrior* prior) {
+void FrameProcessor::adoptCalibration(PreparedFrame& reference) const {
+  if (!reference.camera || reference.camera == current_->camera) return;
+  const Camera &before = reference.camera->camera, &now = current_->camera->camera;
+  if (!before.calibrated() || !now.calibrated() || before == now) return;
+  // The depth image stays as it is.
+  if (!reference.depth.empty()) reference.stereo.depth = keypointDepth(reference.frame.features, reference.depth);
+  for (cv::KeyPoint& keypoint : reference.frame.features.keypoints) {
+    const Eigen::Vector2d ray = rayOf(before, keypoint.pt);
+    const CameraIntrinsics& k = now.intrinsics();
+    const cv::Point2f pixel =
+        now.distort({static_cast<float>(k.fx * ray.x() + k.cx), static_cast<float>(k.fy * ray.y() + k.cy)});
+    if (std::isfinite(pixel.x) && std::isfinite(pixel.y)) keypoint.pt = pixel;
+  }
+  reference.camera = current_->camera;
+}
+
+void FrameProcessor::match(PreparedFrame& reference, MatchResult& result, const RotationPrior* prior) {
+  adoptCalibration(reference);
   current_->filter->setCamera(current_->camera->camera);
   current_->filter->filter(reference.frame, current_->frame, result, prior);
 }
@@ -577,7 +595,8 @@ void FrameProcessor::finishPose(ProcessedFrame& processed) {
 void FrameProcessor::takeDepth(ProcessedFrame& processed, bool& translation_known) {
   const bool stereo = parameters_.input == InputKind::kStereo;
   const auto depthOf = [stereo](const PreparedFrame& frame) {
-    return stereo ? frame.stereo.depth : keypointDepth(frame.frame.features, frame.depth);
+    const bool known = stereo || !frame.stereo.depth.empty();
+    return known ? frame.stereo.depth : keypointDepth(frame.frame.features, frame.depth);
   };
   const ScaleEstimate scale =
       poseFromKeypointDepth(triangulation_, reference_->frame.features, current_->frame.features, result_,

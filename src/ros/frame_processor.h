@@ -30,8 +30,10 @@ struct PreparedFrame {
   ImageWithInfo input;  ///< kept, because `grey` may share its memory
   std_msgs::Header header;
   cv::Mat grey;
-  cv::Mat depth;              ///< CV_32FC1 metres; empty: none
-  StereoColumns stereo;       ///< with ~input stereo; empty where the right image is of no use
+  cv::Mat depth;  ///< CV_32FC1 metres; empty: none
+  /// With ~input stereo; empty where the right image is of no use. Its depth is also that of an image with registered
+  /// depth whose keypoints were moved (adoptCalibration).
+  StereoColumns stereo;
   std::string depth_problem;  ///< why the depth image is not used; empty when it is, or when there is none
   cv::Mat mask;              ///< CV_8UC1, zero where no keypoint is taken; empty: none. May share the memory of `input`
   std::string mask_problem;  ///< why there is no mask although there should be one; empty when there need not be
@@ -144,8 +146,10 @@ class FrameProcessor {
   /// Hands it to the next usable one.
   void takePending(PreparedFrame& frame);
   void compare(ProcessedFrame& processed);
+  /// Where the calibration changed since the reference, its keypoints go to where this image's camera shows them.
+  void adoptCalibration(PreparedFrame& reference) const;
   /// Matches, filters, estimates.
-  void match(const PreparedFrame& reference, MatchResult& result, const RotationPrior* prior = nullptr);
+  void match(PreparedFrame& reference, MatchResult& result, const RotationPrior* prior = nullptr);
   /// What follows from `result_`, which is that of the reference: status, tracks, pose.
   void conclude(ProcessedFrame& processed);
   void fail(const std::string& what, ProcessedFrame& processed);

@@ -11,9 +11,6 @@ namespace {
 
 // Colour and depth of one moment: half the period of a 30 Hz camera and some jitter.
 constexpr double kNear = 0.025;  // seconds
-// The cameras of a stereo pair are triggered together; what the camera does in more time than this passes for
-// disparity.
-constexpr double kTogether = 0.003;  // seconds
 // How long an image waits for its depth, by the wall clock; registering and decompressing depth takes several frames.
 // And for the first camera_info: connecting to its publisher takes some milliseconds, on a busy machine hundreds.
 constexpr double kPatience = 1;
@@ -29,7 +26,9 @@ std::string whereToGet(const std::string& transport) {
          "-image-transport (where there is none, build image_transport_plugins)";
 }
 
-double tolerance(const Parameters& parameters) { return parameters.input == InputKind::kStereo ? kTogether : kNear; }
+double tolerance(const Parameters& parameters) {
+  return parameters.input == InputKind::kStereo ? kStereoTolerance : kNear;
+}
 
 PairingOptions pairingOptions(const Parameters& parameters) {
   return {tolerance(parameters), kPatience, static_cast<size_t>(parameters.queue_size)};
@@ -85,7 +84,7 @@ void ImageInput::start() {
   // Without the private handle the transport would be looked up in the nodelet manager's namespace.
   const image_transport::TransportHints hints(parameters_.image_transport, ros::TransportHints().tcpNoDelay(), pnh_);
   mask_subscriber_ = pnh_.subscribe("mask", queue, &ImageInput::onMask, this);
-  if (needsInfo() && parameters_.camera_info_sync == CameraInfoSync::kExact) {
+  if (exactInfo()) {
     startExact(queue, hints);
   } else {
     // Where ~camera replaces it, it still tells when that is of another camera.
@@ -113,6 +112,7 @@ void ImageInput::startExact(uint32_t queue, const image_transport::TransportHint
       std::make_unique<message_filters::Synchronizer<ExactPolicy>>(ExactPolicy(queue), image_filter_, info_filter_);
   synchronizer_->setReset(true);  // or pairing stops for good when a bag loops
   synchronizer_->registerCallback(&ImageInput::onPair, this);
+  synchronizer_->getPolicy()->registerDropCallback(&ImageInput::onUnpaired, this);
 }
 
 void ImageInput::startTwoImages(uint32_t queue, const image_transport::TransportHints& hints) {
@@ -231,6 +231,21 @@ void ImageInput::onPair(const sensor_msgs::ImageConstPtr& image, const sensor_ms
   input.image = image;
   input.camera_info = info;
   deliver(input);
+}
+
+void ImageInput::onUnpaired(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& /*info*/) {
+  if (!image) return;
+  std::lock_guard<std::mutex> lock(mutex_);
+  ++unpaired_;
+  throttle_.warn("unpaired", "images on " + firstTopic() + " have no camera_info of their stamp on " + infoTopic() +
+                                 " and are left out (" + std::to_string(unpaired_) +
+                                 " so far); set ~camera_info_sync to latest if their stamps differ");
+}
+
+std::optional<int> ImageInput::unpaired() {
+  if (!exactInfo()) return std::nullopt;
+  std::lock_guard<std::mutex> lock(mutex_);
+  return unpaired_;
 }
 
 void ImageInput::deliver(ImageWithInfo input) {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -50,6 +51,8 @@ class ImageInput {
   /// Of the right camera, with ~input stereo.
   std::string rightTopic() const { return nh_.resolveName("right/image"); }
   std::string rightInfoTopic() const { return nh_.resolveName("right/camera_info"); }
+  /// Images that were left out because no camera_info had their stamp; none: that is not asked of them.
+  std::optional<int> unpaired();
   /// What has not arrived, as a sentence that names the topics; empty while images come. Call it every few seconds: it
   /// judges the time since the last call.
   std::string waitingFor();
@@ -69,12 +72,15 @@ class ImageInput {
   std::string secondTopic() const;
   /// The name to hand to image_transport.
   std::string toSubscribe(const std::string& name, const std::string& transport) const;
+  bool exactInfo() const { return needsInfo() && parameters_.camera_info_sync == CameraInfoSync::kExact; }
   bool needsInfo() const { return !parameters_.camera.calibrated(); }
   void onImage(const sensor_msgs::ImageConstPtr& image);
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
   void onRightInfo(const sensor_msgs::CameraInfoConstPtr& info);
   void onMask(const sensor_msgs::ImageConstPtr& mask);
   void onPair(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
+  /// One of the two is null.
+  void onUnpaired(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
   void onFirst(const sensor_msgs::ImageConstPtr& image);
   void onSecond(const sensor_msgs::ImageConstPtr& image);
   /// Hands over the pairs that are settled. An image without depth goes alone; half of a pair is of no use.
@@ -109,6 +115,7 @@ class ImageInput {
   WaitingImages waiting_;
   int images_ = 0, infos_ = 0;  ///< since the last call of waitingFor
   int complete_ = 0;            ///< delivered since then with all that belongs to them
+  int unpaired_ = 0;            ///< since the start
   ros::Time last_image_stamp_, last_info_stamp_;
 };
 

@@ -9,6 +9,10 @@
 
 namespace gms_ransac {
 
+/// The cameras of a stereo pair are triggered together; what the camera does in more time than this passes for
+/// disparity.
+constexpr double kStereoTolerance = 0.003;  // seconds
+
 struct ImagePair {
   sensor_msgs::ImageConstPtr first;
   sensor_msgs::ImageConstPtr second;  ///< null: there is none

@@ -232,6 +232,7 @@ void MatchFilterRos::watchInput() {
   silent_seconds_ = waiting.empty() ? 0 : silent_seconds_ + 1;
   if (silent_seconds_ >= kSilentPeriods) ROS_WARN_STREAM_THROTTLE(30, name_ << ": " << waiting);
   diagnostics_->setInput(silent_seconds_ >= kSilentPeriods ? waiting : std::string(), subscribed, paused_);
+  if (const auto unpaired = input_->unpaired()) diagnostics_->setUnpaired(*unpaired);
   if (priors_) diagnostics_->setPriors(priors_->report());
   diagnostics_->setGraph(master_watch_->problem());
   diagnostics_->update();

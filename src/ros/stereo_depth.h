@@ -1,6 +1,7 @@
 // The right image of a stereo pair -> depth of the left image's keypoints, and where the right camera sees them.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -44,10 +45,16 @@ class StereoDepth {
   double detectSeconds() const { return right_.detect_seconds; }
 
  private:
-  const std::string right_info_topic_;
+  /// The right image in `grey_`, and `right_model_`; returns why it is of no use.
+  std::string takeRight(const ImageWithInfo& input, const Features& left, const CameraModel& left_model);
+  /// Why so few keypoints find their like on their row, if they do beside it.
+  std::string doubtOfRows(const Features& left, double focal_length) const;
+
+  const std::string right_topic_, right_info_topic_;
   ImageConverter converter_;
   CameraModelSource camera_source_;
   cv::Mat grey_;
+  std::shared_ptr<const CameraModel> right_model_;
   Frame right_;
   RectifiedRays left_rays_, right_rays_;
   std::vector<StereoMatch> matches_;

@@ -5,6 +5,7 @@ import unittest
 import numpy as np
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray
 from gms_ransac.msg import MatchStats
 from std_srvs.srv import Trigger
 
@@ -98,6 +99,18 @@ class BadInput(unittest.TestCase):
             self.assertEqual(answer.status, MatchStats.UNCALIBRATED, answer.status_text)
             self.assertIn(words, answer.status_text)
         self.assert_good_pair(self.exact)
+
+    def test_images_without_camera_info_of_their_stamp_are_counted(self):
+        reports = []
+        self.exact.subscribers.append(rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: reports.extend(m.status)))
+        self.exact.send(self.frames[0], self.next_stamp(), info=camera_info(self.stamp + 0.05))
+        self.assert_good_pair(self.exact)
+
+        def counted():
+            values = [dict((v.key, v.value) for v in s.values) for s in reports if s.name.endswith("exact: input")]
+            return values and int(values[-1]["frames without camera_info of their stamp"]) > 0
+
+        self.exact.wait(counted, "diagnostics to count the image")
 
     def test_stamps_beyond_what_a_duration_holds(self):
         # The clock is at some 1.8e9 s; a difference of more than 2.1e9 s is none that ros::Duration can hold.

@@ -239,7 +239,15 @@ class Outputs(unittest.TestCase):
 
         for i in range(2):  # no right image comes: answered, and, as one of a pair is enough, the second without a length
             client.send(self.frames[i], 1301 + 0.1 * i)
-        client.wait(lambda: any("no length: no right image" in s.status_text for s in client.stats), "an answer without metres")
+        client.wait(lambda: any("no length: no image on /stereo/right/image" in s.status_text for s in client.stats),
+                    "an answer without metres")
+        before = len(client.stats)
+        for i in range(3):  # the right camera is triggered later
+            client.send(self.frames[i], 1302 + 0.1 * i)
+            right.publish(image_message(self.scene.draw(t=STEP * i + (baseline, 0, 0)), 1302.01 + 0.1 * i))
+        client.wait(lambda: len(client.stats) == before + 3, "the answers")
+        for answer in client.stats[before + 1:]:
+            self.assertIn("no length: no image on /stereo/right/image has about its stamp (within 0.003 s)", answer.status_text)
 
     def test_reset_and_pause(self):
         client, restarts = self.client("mono"), []

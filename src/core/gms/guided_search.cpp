@@ -30,6 +30,13 @@ constexpr int kBitsAboveSecond = 25;
 /// Share of the image above which a window is not worth it.
 constexpr float kLargestWindow = 0.1f;
 
+// A prediction from outside is believed if so many times, and standard deviations, more of the first matches lie where
+// it says than would by chance. Wrong matches crowd where keypoints do.
+constexpr double kTimesChance = 3, kSigmasAboveChance = 5;
+// What it says is out of view is not searched at all, unless more than this share of the first matches there is
+// accepted, which of unrelated images it is at most (doc/guided_search.md).
+constexpr double kMostOutOfView = 0.1;
+
 constexpr int kNoMatch = -1;
 
 /// Keeps the strongest of a part in order, the first of equals first.
@@ -40,6 +47,14 @@ void insertByStrength(const std::vector<cv::KeyPoint>& keypoints, int i, int* st
   if (rank == kSeedsAPart) return;
   std::copy_backward(strongest + rank, strongest + kSeedsAPart - 1, strongest + kSeedsAPart);
   strongest[rank] = i;
+}
+
+/// Whether no part of the window is in the image.
+bool outOfView(const CellMotion& motion, const cv::Point2f& point, const cv::Size& image) {
+  const cv::Point2f there = motion.predict(point);
+  return there.x + motion.reach.x < 0 || there.y + motion.reach.y < 0 ||
+         there.x - motion.reach.x > static_cast<float>(image.width) ||
+         there.y - motion.reach.y > static_cast<float>(image.height);
 }
 
 /// In a window there are few to be second; a full search would mostly have found one at the usual distance.
@@ -79,6 +94,10 @@ struct GuidedSearch::Workspace {
   /// Compares the chosen ones with all.
   void searchAll(const DescriptorSet& reference, const DescriptorSet& current);
   int usualSecondDistance() const;
+  /// Whether the seeds' matches lie where the prediction says.
+  bool confirm(const MotionPrediction& prior, const Features& current) const;
+  /// Whether what it says is out of view has no matches but by chance.
+  bool nothingOutOfView(const MotionPrediction& prior, const cv::Size& image) const;
   void searchWindows(const Features& reference, const Features& current, const MotionPrediction& prediction,
                      const MotionPrediction* prior);
 };
@@ -135,6 +154,32 @@ int GuidedSearch::Workspace::usualSecondDistance() const {
   return distance;
 }
 
+bool GuidedSearch::Workspace::confirm(const MotionPrediction& prior, const Features& current) const {
+  const auto area = static_cast<double>(current.image_size.area());
+  double inside = 0, chance = 0;
+  for (const Match& match : found) {
+    const cv::Point2f& from = seeds.keypoints[static_cast<size_t>(match.reference)].pt;
+    const CellMotion* motion = prior.at(from, seeds.image_size);
+    if (!motion || !motion->known) continue;
+    const cv::Point2f apart = current.keypoints[static_cast<size_t>(match.current)].pt - motion->predict(from);
+    chance += 4 * motion->reach.x * motion->reach.y / area;
+    inside += std::abs(apart.x) <= motion->reach.x && std::abs(apart.y) <= motion->reach.y;
+  }
+  return inside > kTimesChance * chance && inside > chance + kSigmasAboveChance * std::sqrt(std::max(chance, 1.));
+}
+
+bool GuidedSearch::Workspace::nothingOutOfView(const MotionPrediction& prior, const cv::Size& image) const {
+  int out = 0, accepted = 0;
+  for (size_t i = 0; i < found.size(); ++i) {
+    const cv::Point2f& point = seeds.keypoints[static_cast<size_t>(found[i].reference)].pt;
+    const CellMotion* motion = prior.at(point, seeds.image_size);
+    if (!motion || !motion->known || !outOfView(*motion, point, image)) continue;
+    ++out;
+    accepted += statistics.accepted[i];
+  }
+  return accepted <= kMostOutOfView * out;
+}
+
 /// Leaves in `chosen` what remains to be searched in full.
 void GuidedSearch::Workspace::searchWindows(const Features& reference, const Features& current,
                                             const MotionPrediction& prediction, const MotionPrediction* prior) {
@@ -143,6 +188,7 @@ void GuidedSearch::Workspace::searchWindows(const Features& reference, const Fea
   const auto usable = [&](const CellMotion* motion) {
     return motion && motion->known && 4 * motion->reach.x * motion->reach.y <= largest;
   };
+  const bool leaves_out = prior && nothingOutOfView(*prior, current.image_size);
   windows.setCurrent(current, kernel);
   chosen.clear();
   for (int i = 0; i < reference.size(); ++i) {
@@ -152,9 +198,12 @@ void GuidedSearch::Workspace::searchWindows(const Features& reference, const Fea
     const CellMotion* motion = prediction.at(point, reference.image_size);
     const bool seen = usable(motion);
     if (!seen && prior) motion = prior->at(point, reference.image_size);
+    if (!seen && leaves_out && motion && motion->known && outOfView(*motion, point, current.image_size)) continue;
     if (usable(motion)) {
       const NearestTwo nearest = windows.search(reference.descriptors.row(i), motion->predict(point), motion->reach);
-      if (nearest.distance <= std::min(usual_second + kBitsAboveSecond, 8 * kDescriptorBytes)) {
+      // What is no better than the second of a full search that may be had elsewhere.
+      const int farthest = seen ? usual_second + kBitsAboveSecond : usual_second;
+      if (nearest.distance <= std::min(farthest, 8 * kDescriptorBytes)) {
         match = {i, nearest.index, nearest.distance, secondDistance(nearest, usual_second)};
         continue;
       }
@@ -183,7 +232,8 @@ void GuidedSearch::match(const Features& reference, const Features& current, std
   work.searchAll(reference.descriptors, current.descriptors);
   work.gms.compute(work.seeds, current, work.found, work.statistics);
   const MotionPrediction& prediction = work.predictor.predict(work.seeds, current, work.found, work.statistics);
-  work.searchWindows(reference, current, prediction, prior);
+  const bool confirmed = prior && work.confirm(*prior, current);
+  work.searchWindows(reference, current, prediction, confirmed ? prior : nullptr);
   work.searchAll(reference.descriptors, current.descriptors);
 
   matches.clear();

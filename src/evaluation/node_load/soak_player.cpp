@@ -134,7 +134,8 @@ class Listener {
   void judge(const MatchStats& stats, bool was_sent) {
     if (!was_sent) wrong("answers to images that were never sent");
     if (stats.frames_processed <= last_.frames_processed) wrong("counts of processed images that did not rise");
-    if (stats.frames_received < stats.frames_processed + stats.frames_dropped) wrong("more images answered than came");
+    if (stats.frames_received < stats.frames_processed + stats.frames_passed_over + stats.frames_dropped)
+      wrong("more images answered than came");
     if (stats.inliers > stats.matches_gms || stats.matches_gms > stats.matches_raw) wrong("more inliers than matches");
     for (const float value : {stats.inlier_ratio, stats.median_parallax_px, stats.rms_error_px, stats.time_total}) {
       if (!std::isfinite(value)) wrong("numbers that are not finite");
