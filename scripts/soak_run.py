@@ -20,7 +20,8 @@ from dynamic_reconfigure.client import Client as Reconfigure
 from std_srvs.srv import SetBool, Trigger
 
 FILTERS = ("/nodelet_filter", "/node_filter")
-SETTLED = 60.0  # seconds after which memory has to stay what it is
+SETTLED = 60.0  # seconds after which memory has to stay what it is,
+SETTLED_IMAGES = 20000  # and images: a starved machine answers few in a minute, an idle one about so many
 GROWTH_MB = 2.0
 WINDOW = 30  # samples, one a second, at the beginning and at the end of what is judged
 SMALL = {"features": 300, "fast_threshold": 10, "pyramid_levels": 4}
@@ -152,6 +153,10 @@ class Disturbance(threading.Thread):
         self.join(10)  # seconds; a service of a filter that has died is not waited for
 
 
+def is_settled(row):
+    return row["seconds"] >= SETTLED and enough(row, SETTLED_IMAGES)
+
+
 class Record:
     """One row a second, in soak.csv as it comes."""
 
@@ -168,7 +173,7 @@ class Record:
         self.rows.append(row)
 
     def settled(self, column):
-        return [row[column] for row in self.rows if row["seconds"] >= SETTLED]
+        return [row[column] for row in self.rows if is_settled(row)]
 
 
 def row_of(report, graph):
@@ -196,8 +201,9 @@ def growth(memory, steady):
 def judge(record, died, steady):
     """(lines of a summary, complaints)"""
     complaints = ["%s ended by itself" % name for name in died]
-    if not record.rows or record.rows[-1]["seconds"] < SETTLED + 2 * WINDOW:
-        return ["ended before there is anything to judge"], complaints + ["too short: two minutes at least"]
+    if len(record.settled("seconds")) < 2 * WINDOW:
+        return ["ended before there is anything to judge"], complaints + [
+            "too short: a minute beyond the first, and beyond %d images of each" % SETTLED_IMAGES]
     last = record.rows[-1]
     lines = ["%d images sent in %.0f s, %d loops of the bag" % (last["sent"], last["seconds"], last["loops"])]
     for process in ("manager", "node"):
@@ -205,7 +211,7 @@ def judge(record, died, steady):
         memory, threads, files = (record.settled("%s_%s" % (process, column)) for column in ("mb", "threads", "files"))
         grown = growth(memory, steady)
         latency = sorted(v for v in record.settled(process + "_p99_ms") if v != "")
-        lines.append("%s: %d answered, %d dropped, %d resets; memory %.1f MB after a minute, at most %+.2f MB after that, grown by %.2f MB; "
+        lines.append("%s: %d answered, %d dropped, %d resets; memory %.1f MB once settled, at most %+.2f MB after that, grown by %.2f MB; "
                      "threads %d to %d, files %d to %d; p99 of a second: median %.1f ms, worst %.1f ms; statuses %s" %
                      (process, value("processed"), value("dropped"), value("resets"), memory[0], max(memory) - memory[0], grown,
                       min(threads), max(threads), min(files), max(files), latency[len(latency) // 2], latency[-1], value("statuses")))
@@ -247,7 +253,7 @@ def plot(record, path):
 
 
 def enough(row, images):
-    return images > 0 and min(row["manager_processed"], row["node_processed"]) >= images
+    return min(row["manager_processed"], row["node_processed"]) >= images
 
 
 def main():
@@ -275,7 +281,7 @@ def main():
             if died:
                 break
             record.add(row_of(json.loads(line), graph))
-            if time.monotonic() > end or enough(record.rows[-1], options.images):
+            if time.monotonic() > end or (options.images > 0 and enough(record.rows[-1], options.images)):
                 break
         died = died or graph.dead()
     except KeyboardInterrupt:

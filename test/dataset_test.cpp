@@ -399,6 +399,10 @@ TEST_F(DamagedBagTest, TheIndexPointsAtRecordsAlone) {
   EXPECT_NE(complaintWith(index - 4, 1 << 30).find("points at no message"), std::string::npos);
 }
 
+TEST_F(DamagedBagTest, WithoutAnIndexItIsSaidToBeUnindexed) {
+  EXPECT_NE(complaintWith(behind("index_pos="), 0).find("unindexed"), std::string::npos);
+}
+
 TEST_F(DamagedBagTest, MayEndAnywhere) {
   for (size_t length = 0; length < bytes_.size(); length += 7) {
     write("set.bag", bytes_.substr(0, length));
