@@ -18,6 +18,7 @@
 #include "processor_stream.h"
 #include "scenes/scene.h"
 #include "scenes/synthetic_pair.h"
+#include "sigma_by_octave.h"
 
 namespace gms_ransac {
 namespace {
@@ -84,6 +85,15 @@ class Processor {
   FrameProcessor processor_;
   double clock_ = 1000;  // the node's, seconds
 };
+
+TEST(SigmaByOctave, IsThatOfTheResult) {
+  RobustResult result;
+  result.sigma_px = 0.7;
+  result.noise_exponent = 0.5;
+  const SigmaByOctave sigma(result, 1.2f);
+  for (int octave = 0; octave < 16; ++octave) EXPECT_EQ(sigma[octave], static_cast<float>(result.sigma(octave, 1.2f)));
+  EXPECT_EQ(SigmaByOctave(RobustResult(), 1.2f)[3], 0);
+}
 
 TEST(StatusName, IsThatOfTheMessage) {
   EXPECT_EQ(statusName(MatchStats::OK), "OK");

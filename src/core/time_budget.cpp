@@ -9,15 +9,21 @@ namespace {
 
 /// Describing a feature takes as long as finding corners in so many pixels: 79 with simd_orb, 66 with cv::ORB.
 constexpr double kPixelsOfFeature = 75;
-constexpr double kSmoothing = 0.1;  ///< weight of the newest pair in the unit costs
+/// By which a pair moves a unit cost towards its own: a constant step, so that the cost is a median, whatever a stalled
+/// image took. The first steps are larger.
+constexpr double kStep = 0.03, kFirstStep = 1;
 constexpr double kGrowth = 1.25;    ///< of the features from image to image at most; down they go at once
 constexpr double kDeadBand = 0.05;  ///< they are not raised by less
 /// Share of the budget that is set aside for samples at most. Most pairs are done after a fraction of it.
 constexpr double kSearchShare = 0.2;
-constexpr int kFirstPairs = 2;  ///< that are not learnt from: their storage is new
+constexpr double kLastSample = 0.01;  ///< likewise, for the sample during which time is up
+constexpr int kFirstPairs = 2;        ///< that are not learnt from: their storage is new
 /// Until the spread of the times is known.
 constexpr double kFirstMargin = 1.25;
 constexpr int kSpreadKnown = 20;  ///< pairs
+
+/// Without samples, whose time has a limit of its own.
+double takenBy(const PairCost& cost) { return cost.before + cost.extract + cost.match + cost.filter + cost.estimate; }
 
 double extractionWork(double pixels, double features) { return pixels + kPixelsOfFeature * features; }
 
@@ -40,6 +46,14 @@ double TimeBudget::margin() const {
 double TimeBudget::expected(const PairCost& pair) const {
   return costs_.before + costs_.extract * extractionWork(pair.pixels, pair.asked) +
          costs_.match * pair.reference * pair.current + (costs_.filter + costs_.estimate) * pair.current;
+}
+
+bool TimeBudget::hopeless(const PairCost& cost) const {
+  PairCost fewest = cost;
+  fewest.asked = std::min(kFewest, most_);
+  fewest.reference = fewest.current = fewest.asked;
+  const double stall = takenBy(cost) - expected(cost);
+  return expected(fewest) + stall > seconds_;
 }
 
 int TimeBudget::features(const cv::Size& image) {
@@ -71,7 +85,7 @@ void TimeBudget::limitSearch(double spent, int features) {
   std::lock_guard<std::mutex> lock(mutex_);
   const double now = limit_.now(), left = seconds_ - spent;
   const double after = margin() * costs_.estimate * features;
-  limit_.search_until = now + left - after;
+  limit_.search_until = now + left - after - kLastSample * seconds_;
   limit_.hurry_from = now + left - 0.5 * after;
 }
 
@@ -79,13 +93,15 @@ void TimeBudget::learn(const PairCost& cost) {
   std::lock_guard<std::mutex> lock(mutex_);
   const int known = pairs_++ - kFirstPairs;
   if (known < 0) return;
-  if (known > 0 && cost.estimate > 0) {
-    const double taken = cost.before + cost.extract + cost.match + cost.filter + cost.estimate;
+  if (known > 0 && cost.estimate > 0 && !hopeless(cost)) {
+    const double taken = takenBy(cost);
     ratios_[static_cast<size_t>(ratio_count_++ % kWindow)] = taken / expected(cost);
   }
-  const double weight = known == 0 ? 1 : kSmoothing;
-  const auto follow = [weight](double taken, double work, double& unit_cost) {
-    if (taken > 0 && work > 0) unit_cost += weight * (taken / work - unit_cost);
+  const double step = 1 + std::max(kStep, kFirstStep / (known + 1));
+  const auto follow = [step](double taken, double work, double& unit_cost) {
+    if (!(taken > 0 && work > 0)) return;
+    const double unit = taken / work;
+    unit_cost = unit_cost > 0 ? std::clamp(unit, unit_cost / step, unit_cost * step) : unit;
   };
   follow(cost.before, 1, costs_.before);
   follow(cost.extract, extractionWork(cost.pixels, cost.asked), costs_.extract);

@@ -41,13 +41,16 @@ class TimeBudget {
   void learn(const PairCost& cost);
 
  private:
-  /// By the stages' own measures of work, smoothed.
+  /// By the stages' own measures of work, their medians.
   struct UnitCosts {
     double before = 0, extract = 0, match = 0, filter = 0, search = 0, estimate = 0;
   };
   /// What took less than the share of all images that may be late.
   double margin() const;
   double expected(const PairCost& pair) const;
+  /// It was late, and would have been with the fewest features, too: a stall, which says nothing of how many to ask
+  /// for.
+  bool hopeless(const PairCost& cost) const;
 
   const double seconds_;
   const int most_;

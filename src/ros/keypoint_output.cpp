@@ -7,6 +7,7 @@
 #include "gms_ransac/keypoint_depth.h"
 #include "message_conversion.h"
 #include "publisher_queue.h"
+#include "sigma_by_octave.h"
 
 namespace gms_ransac {
 
@@ -39,6 +40,8 @@ Keypoints keypointsMessage(const ProcessedFrame& processed) {
     column->reserve(n);
   }
   const bool has_model = processed.result != nullptr && processed.result->robust.model_found;
+  const RobustResult no_model;
+  const SigmaByOctave sigma(has_model ? processed.result->robust : no_model, features.scale_factor);
   for (const cv::KeyPoint& keypoint : features.keypoints) {
     message.u.push_back(keypoint.pt.x);
     message.v.push_back(keypoint.pt.y);
@@ -46,8 +49,7 @@ Keypoints keypointsMessage(const ProcessedFrame& processed) {
     message.size.push_back(keypoint.size);
     message.angle.push_back(keypoint.angle);
     message.response.push_back(keypoint.response);
-    const double sigma = has_model ? processed.result->robust.sigma(keypoint.octave, features.scale_factor) : 0;
-    message.sigma.push_back(static_cast<float>(sigma));
+    message.sigma.push_back(sigma[keypoint.octave]);
   }
   message.track_id = trackIds(processed);
   message.depth = current.depth.empty() ? current.stereo.depth : keypointDepth(features, current.depth);

@@ -4,6 +4,7 @@
 
 #include "frames.h"
 #include "quantiles.h"
+#include "sigma_by_octave.h"
 
 namespace gms_ransac {
 
@@ -28,7 +29,8 @@ void restartColumns(size_t n, bool with_stage, Correspondences& message) {
   restart(message.current_sigma, n);
 }
 
-void appendMatch(const ProcessedFrame& processed, size_t i, Correspondences& message) {
+void appendMatch(const ProcessedFrame& processed, size_t i, const SigmaByOctave& reference_sigma,
+                 const SigmaByOctave& current_sigma, Correspondences& message) {
   const MatchResult& result = *processed.result;
   const Match& match = result.matches[i];
   const Features &reference = processed.reference->frame.features, &current = processed.current->frame.features;
@@ -40,8 +42,8 @@ void appendMatch(const ProcessedFrame& processed, size_t i, Correspondences& mes
   message.track_id.push_back((*processed.track_ids)[i]);
   message.track_length.push_back((*processed.track_lengths)[i]);
   message.probability.push_back(result.probability[i]);
-  message.reference_sigma.push_back(static_cast<float>(result.robust.sigma(from.octave, reference.scale_factor)));
-  message.current_sigma.push_back(static_cast<float>(result.robust.sigma(to.octave, current.scale_factor)));
+  message.reference_sigma.push_back(reference_sigma[from.octave]);
+  message.current_sigma.push_back(current_sigma[to.octave]);
 }
 
 /// Sets both fields to quantiles of the lengths of what is followed.
@@ -67,9 +69,11 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
   setCamera(*current.camera, message);
 
   restartColumns(with_rejected ? result.matches.size() : static_cast<size_t>(result.inliers), with_rejected, message);
+  const SigmaByOctave reference_sigma(result.robust, processed.reference->frame.features.scale_factor),
+      current_sigma(result.robust, current.frame.features.scale_factor);
   for (size_t i = 0; i < result.matches.size(); ++i) {
     if (!with_rejected && result.stage[i] != MatchStage::kInlier) continue;
-    appendMatch(processed, i, message);
+    appendMatch(processed, i, reference_sigma, current_sigma, message);
     if (with_rejected) message.stage.push_back(static_cast<uint8_t>(result.stage[i]));
   }
   message.pose_valid = processed.poseValid();

@@ -51,10 +51,11 @@ bool collinear(const std::vector<float>& x, const std::vector<float>& y, const s
     sum += Eigen::Vector2d(x[i], y[i]);
     ++n;
   }
+  const Eigen::Vector2d centre = sum / n;
   Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
   for (size_t i = 0; i < inlier.size(); ++i) {
     if (!inlier[i]) continue;
-    const Eigen::Vector2d d = Eigen::Vector2d(x[i], y[i]) - sum / n;
+    const Eigen::Vector2d d = Eigen::Vector2d(x[i], y[i]) - centre;
     scatter += d * d.transpose();
   }
   const double half_trace = 0.5 * scatter.trace();

@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 
+#include "order_statistics.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -29,12 +31,8 @@ constexpr float kHalfLog2 = 0.5f / kLn2;  ///< of the natural logarithm of a squ
 /// What 16, 50 and 84 % of the values lie below: middle and one deviation to either side. Rearranges the values.
 std::array<float, 3> quantiles(std::vector<float>& values) {
   const auto last = static_cast<double>(values.size() - 1);
-  const auto place = [&](double share) { return values.begin() + static_cast<int>(share * last); };
-  const auto low = place(0.16), middle = place(0.5), high = place(0.84);
-  std::nth_element(values.begin(), middle, values.end());
-  std::nth_element(values.begin(), low, middle);
-  if (high > middle) std::nth_element(middle + 1, high, values.end());
-  return {*low, *middle, *high};
+  const auto quantile = [&](double share) { return nthSmallest(values, static_cast<size_t>(share * last)); };
+  return {quantile(0.16), quantile(0.5), quantile(0.84)};
 }
 
 }  // namespace

@@ -66,12 +66,12 @@ PoseBreakTest::Sums& PoseBreakTest::Sums::operator-=(const Sums& other) {
 
 void PoseBreakTest::clear() {
   for (auto& row : table_) row.fill(Sums());
-  for (auto& row : information_) row.fill(Eigen::Matrix<float, kPose, kAll>::Zero());
+  for (auto& row : information_) row.fill(BlockInformation::Zero());
 }
 
-void PoseBreakTest::addMatch(int32_t cell, const Eigen::Matrix<float, kAll, 1>& derivatives) {
+void PoseBreakTest::addMatch(int32_t cell, const Derivatives& derivatives) {
   ++blockOf(cell, table_).count;
-  blockOf(cell, information_).noalias() += derivatives.head<kPose>() * derivatives.transpose();
+  for (int row = 0; row < kPose; ++row) blockOf(cell, information_).row(row) += derivatives[row] * derivatives;
 }
 
 void PoseBreakTest::addCell(int32_t cell, const Parameters& gradient) {
@@ -83,7 +83,7 @@ void PoseBreakTest::addCell(int32_t cell, const Parameters& gradient) {
 void PoseBreakTest::sumUp() {
   for (size_t y = 1; y <= kSide; ++y) {
     for (size_t x = 1; x <= kSide; ++x) {
-      table_[y][x].information = information_[y][x].cast<double>();
+      table_[y][x].information = information_[y][x].leftCols<kAll>().cast<double>();
       table_[y][x] += table_[y - 1][x];
       table_[y][x] += table_[y][x - 1];
       table_[y][x] -= table_[y - 1][x - 1];

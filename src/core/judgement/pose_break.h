@@ -35,8 +35,10 @@ class PoseBreakTest {
   using Parameters = Eigen::Matrix<double, kAll, 1>;
 
   void clear();
-  /// A match: its cell, derivatives of its residual times the root of the loss's second derivative.
-  void addMatch(int32_t cell, const Eigen::Matrix<float, kAll, 1>& derivatives);
+  /// A match: its cell, derivatives of its residual times the root of the loss's second derivative; 0 beyond kAll.
+  static constexpr int kPadded = 16;  ///< whole vectors
+  using Derivatives = Eigen::Matrix<float, 1, kPadded>;
+  void addMatch(int32_t cell, const Derivatives& derivatives);
   /// The gradients of the matches of a cell, summed.
   void addCell(int32_t cell, const Parameters& gradient);
 
@@ -66,8 +68,9 @@ class PoseBreakTest {
                      const Eigen::Matrix<double, N, N>& spread, const Eigen::Matrix<double, N, 1>& step) const;
 
   Table<Sums> table_;  ///< of blocks; after sumUp of all blocks above and to the left
-  /// Of each block its information so far: some hundred matches, for which single precision does.
-  Table<Eigen::Matrix<float, kPose, kAll>> information_;
+  /// Of each block its information so far by rows: some hundred matches, for which single precision does.
+  using BlockInformation = Eigen::Matrix<float, kPose, kPadded, Eigen::RowMajor>;
+  Table<BlockInformation> information_;
 };
 
 }  // namespace gms_ransac

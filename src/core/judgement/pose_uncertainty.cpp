@@ -217,10 +217,10 @@ void PoseUncertainty::sumUpBlocks(const std::vector<int32_t>& cells, double bend
   break_test_.clear();
   const int stride = columns_.view().size;
   const auto root = static_cast<float>(std::sqrt(bend));
+  PoseBreakTest::Derivatives derivatives = PoseBreakTest::Derivatives::Zero();
   for (size_t i = 0; i < used_.size(); ++i) {
-    const Eigen::Map<const Eigen::Matrix<float, kAll, 1>, 0, Eigen::InnerStride<>> J(J_.data() + i,
-                                                                                     Eigen::InnerStride<>(stride));
-    break_test_.addMatch(cells[static_cast<size_t>(used_[i])], root * J);
+    for (int k = 0; k < kAll; ++k) derivatives[k] = root * J_[i + static_cast<size_t>(k * stride)];
+    break_test_.addMatch(cells[static_cast<size_t>(used_[i])], derivatives);
   }
   for (int cell = 0; cell < kCells; ++cell) {
     const int cluster = cluster_of_[static_cast<size_t>(cell)];

@@ -5,6 +5,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "order_statistics.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -55,11 +57,7 @@ RotationOnly fitRotationOnly(const PoseModel& model, const PointColumnsView& poi
     if (inlier_residuals[static_cast<size_t>(i)] >= 1) continue;
     sorted.push_back(std::sqrt(residuals[static_cast<size_t>(i)] / points.weight[i]));
   }
-  if (!sorted.empty()) {
-    const auto middle = sorted.begin() + static_cast<int>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    result.median_residual = *middle;
-  }
+  if (!sorted.empty()) result.median_residual = nthSmallest(sorted, sorted.size() / 2);
 
   NormalEquations<3> equations;
   model.linearizeRotation(result.R, {kInlierCut, 0}, equations);

@@ -76,11 +76,11 @@ void TwoViewPoints::set(const PointPairs& pairs, const Camera& camera, ModelType
   }
   const double threshold = threshold_px / pixels_per_unit_;
   std::array<double, 256> variance;  // by octave, in squared thresholds
-  for (size_t octave = 0; octave < variance.size(); ++octave) {
+  for (size_t octave = 0; octave <= kHighestOctave; ++octave) {
     variance[octave] =
-        std::pow(static_cast<double>(pairs.scale_factor),
-                 2 * noise_exponent * std::min(static_cast<double>(octave), static_cast<double>(kHighestOctave)));
+        std::pow(static_cast<double>(pairs.scale_factor), 2 * noise_exponent * static_cast<double>(octave));
   }
+  std::fill(variance.begin() + kHighestOctave + 1, variance.end(), variance[kHighestOctave]);
 
   strideOver(pairs.size(), match_of_);
   columns_.resize(pairs.size());

@@ -1,0 +1,44 @@
+// The n-th smallest of many values, faster than std::nth_element, whose comparisons cannot be predicted.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+namespace gms_ransac {
+
+namespace detail {
+
+constexpr int kOrderBits = 11;  ///< sign, exponent and the first two bits of the mantissa
+
+/// Rises with the value.
+inline uint32_t orderKey(float value) {
+  uint32_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  constexpr uint32_t kSign = 0x80000000;
+  const uint32_t rising = (bits & kSign) != 0 ? ~bits : bits | kSign;
+  return rising >> (32 - kOrderBits);
+}
+
+}  // namespace detail
+
+/// The value that would stand at place n < size if they were sorted; NaN is no value. Rearranges them.
+inline float nthSmallest(std::vector<float>& values, size_t n) {
+  std::array<uint32_t, 1 << detail::kOrderBits> count{};
+  for (const float value : values) ++count[detail::orderKey(value)];
+  uint32_t key = 0;
+  while (n >= count[key]) n -= count[key++];
+  // Those of the key to the front; who they are is seldom predicted wrong.
+  auto end = values.begin();
+  for (float& value : values) {
+    if (detail::orderKey(value) == key) std::swap(value, *end++);
+  }
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(n);
+  std::nth_element(values.begin(), place, end);
+  return *place;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,23 @@
+// RobustResult::sigma for thousands of keypoints: one power an octave instead of one a keypoint.
+#pragma once
+
+#include <array>
+
+#include "gms_ransac/robust_estimator.h"
+
+namespace gms_ransac {
+
+class SigmaByOctave {
+ public:
+  SigmaByOctave(const RobustResult& result, float scale_factor) {
+    for (size_t octave = 0; octave < sigma_.size(); ++octave) {
+      sigma_[octave] = static_cast<float>(result.sigma(static_cast<int>(octave), scale_factor));
+    }
+  }
+  float operator[](int octave) const { return sigma_.at(static_cast<size_t>(octave)); }
+
+ private:
+  std::array<float, 16> sigma_;  ///< the most that ~pyramid_levels takes
+};
+
+}  // namespace gms_ransac
