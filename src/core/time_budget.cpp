@@ -21,6 +21,7 @@ constexpr int kFirstPairs = 2;        ///< that are not learnt from: their stora
 /// Until the spread of the times is known.
 constexpr double kFirstMargin = 1.25;
 constexpr int kSpreadKnown = 20;  ///< pairs
+constexpr double kDrift = 1.04;   ///< by which a machine becomes slower before it is noticed
 
 /// Without samples, whose time has a limit of its own.
 double takenBy(const PairCost& cost) { return cost.before + cost.extract + cost.match + cost.filter + cost.estimate; }
@@ -40,7 +41,7 @@ double TimeBudget::margin() const {
   // One pair in a hundred may be late: of two hundred the largest ratio is left out, and its neighbour is met.
   auto* at = sorted.begin() + (known - 1 - known / kWindow);
   std::nth_element(sorted.begin(), at, sorted.begin() + known);
-  return std::max(1.0, *at);
+  return kDrift * std::max(1.0, *at);
 }
 
 double TimeBudget::expected(const PairCost& pair) const {
