@@ -203,6 +203,9 @@ GROUPS = [
             "its widest axis, degrees", range=(0.01, 90), unit="degrees", field="robust.max_direction_sigma"),
         Row("calibration_sigma", 0.0, "Relative uncertainty of the focal length, and of the principal point in focal lengths: "
             "widens the covariance", range=(0, 0.2), field="robust.calibration_sigma"),
+        Row("rolling_shutter_readout", 0.0, "Seconds from the first row of an image to the last, which are read one after "
+            "another (0.03 or so for a webcam): points are moved by the turn meanwhile; 0: all at once",
+            range=(0, 0.2), unit="seconds", field="robust.rolling_shutter_readout"),
         Row("refine", True, "Robust least squares on the final model; false: as in the textbook (lo_prosac always does)",
             field="robust.refine"),
     ]),

@@ -53,7 +53,7 @@ TEST(Allocation, CountsNewAndAlignedNew) {
   EXPECT_EQ(0U, reinterpret_cast<uintptr_t>(aligned.data()) % 64);
 }
 
-class PerFrameAllocation : public testing::TestWithParam<std::tuple<int, SearchMode>> {};
+class PerFrameAllocation : public testing::TestWithParam<std::tuple<int, SearchMode, double>> {};
 
 TEST_P(PerFrameAllocation, IsNoneOnceWarm) {
   constexpr int kFrames = 4;
@@ -66,19 +66,23 @@ TEST_P(PerFrameAllocation, IsNoneOnceWarm) {
   options.extractor.extractor = "simd_orb";
   options.extractor.threads = options.matcher_threads = std::get<int>(GetParam());
   options.search = std::get<SearchMode>(GetParam());
+  options.robust.rolling_shutter_readout = std::get<double>(GetParam());
   MatchFilter filter(options);
   filter.setCamera(Camera(scene.intrinsics(), images[0].size()));
+  double stamp = 0;
+  const auto status = [&](const cv::Mat& image) { return filter.process(image, cv::Mat(), stamp += 1 / 30.0).status; };
   for (int round = 0; round < 2; ++round) {
-    for (const cv::Mat& image : images) filter.process(image);
+    for (const cv::Mat& image : images) status(image);
   }
   const long before = g_allocations;
-  for (const cv::Mat& image : images) EXPECT_EQ(Status::kOk, filter.process(image).status);
+  for (const cv::Mat& image : images) EXPECT_EQ(Status::kOk, status(image));
   EXPECT_EQ(before, g_allocations);
 }
 
 INSTANTIATE_TEST_SUITE_P(Threads, PerFrameAllocation,
                          testing::Combine(testing::Values(1, 2, 4),
-                                          testing::Values(SearchMode::kFull, SearchMode::kGuided)));
+                                          testing::Values(SearchMode::kFull, SearchMode::kGuided),
+                                          testing::Values(0, 0.02)));
 
 }  // namespace
 }  // namespace gms_ransac

@@ -21,7 +21,7 @@ LEVEL = {room: level for level, rooms in enumerate(FLOORS) for room in rooms}
 # Files beside the rooms.
 ROOM_OF_FILE = {name: "match_filter" for name in ("match_filter.cpp", "survivors.cpp", "survivors.h")}
 # What a method's own file is made of; every other file of the room is a method.
-SHARED_BY_METHODS = {"ransac_method", "registry"}
+SHARED_BY_METHODS = {"ransac_method", "registry", "rolling_shutter"}
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
 
 

@@ -75,6 +75,7 @@ struct Frame {
   double detect_seconds = 0;
   double seconds_before = 0;  ///< set by the caller: what it took for the image itself; counts towards max_milliseconds
   int features_asked = 0;     ///< fewer than in the options where max_milliseconds wants it
+  std::optional<double> stamp;  ///< seconds, of the middle row; not set: not known
 };
 
 struct StageTimes {
@@ -129,14 +130,16 @@ class MatchFilter {
   const Camera& camera() const { return camera_; }
 
   /// The whole line for the next image of a sequence (CV_8UC1): extracts it once, compares it with the one before,
-  /// keeps it for the next. `mask` as in FeatureExtractor::extract: keypoints are not taken where it is zero. The
-  /// result is valid until the next call.
-  const MatchResult& process(const cv::Mat& image, const cv::Mat& mask = cv::Mat());
+  /// keeps it for the next. `mask` as in FeatureExtractor::extract: keypoints are not taken where it is zero. `stamp`
+  /// is needed with RobustOptions::rolling_shutter_readout alone. The result is valid until the next call.
+  const MatchResult& process(const cv::Mat& image, const cv::Mat& mask = cv::Mat(),
+                             std::optional<double> stamp = std::nullopt);
   /// Forgets the previous frame: the next image is a first one.
   void reset();
 
   /// The two halves of `process`, for callers that choose the pairs themselves.
-  void extract(const cv::Mat& image, Frame& frame, const cv::Mat& mask = cv::Mat());
+  void extract(const cv::Mat& image, Frame& frame, const cv::Mat& mask = cv::Mat(),
+               std::optional<double> stamp = std::nullopt);
   /// `prior`: how the camera turned, as another sensor says; null: none does. Guided searches look where it turns the
   /// points if the first matches say the same. A wrong one costs time, not accuracy.
   void filter(const Frame& reference, const Frame& current, MatchResult& result, const RotationPrior* prior = nullptr);

@@ -34,6 +34,9 @@ struct PointPairs {
   cv::Size image_reference, image_current;          ///< pixels; spread over the images is judged by them
   float scale_factor = 1.2f;
   std::optional<RotationPrior> rotation_prior;  ///< how the camera turned, where another sensor says so
+  std::optional<double> seconds;                ///< from the reference to the current image, where that is known
+  /// Of the images as they were received, where these are distorted and rows are read one after another; empty: y.
+  std::vector<float> row_reference, row_current;
 
   int size() const { return static_cast<int>(x_reference.size()); }
   void resize(int n);
@@ -79,6 +82,9 @@ struct RobustOptions {
   double max_direction_sigma = 10;
   double calibration_sigma = 0;  ///< relative uncertainty of the focal length, and of the principal point in focal
                                  ///< lengths: widens the covariance
+  /// Seconds from the first row of an image to the last, which are read one after another; 0: all at once. Points are
+  /// moved to where the camera would have seen them when it read the middle row (doc/uncertainty.md).
+  double rolling_shutter_readout = 0;
   /// Robust least squares on the matches near the best model; off: textbook. `lo_prosac` always does.
   bool refine = true;
   SimdLevel simd = detectSimdLevel();
@@ -94,6 +100,15 @@ enum class CameraParameter : uint8_t { kFocalLength, kPrincipalPoint, kRadialDis
 /// "focal length", "principal point", "radial distortion", "rolling shutter".
 std::string toString(CameraParameter parameter);
 
+/// By which turn the points of a pair were moved to where a camera that reads all rows at once would have seen them.
+enum class RowCorrection : uint8_t {
+  kNone,         ///< none: not asked for, or one that hardly moves a point
+  kPair,         ///< that of the pair itself, at an even rate
+  kPrior,        ///< rates that another sensor tells
+  kUnknownTime,  ///< none: the time between the images is not known, or less than the readout
+  kUnlikely      ///< none: the matches fit a motion better as they are
+};
+
 /// What an estimate cost.
 struct Effort {
   int hypotheses = 0;             ///< minimal samples drawn
@@ -103,13 +118,15 @@ struct Effort {
   double search_seconds = 0;    ///< in samples
   bool search_cut = false;      ///< samples would have gone on
   bool refinement_cut = false;  ///< fewer steps than otherwise
+
+  Effort& operator+=(const Effort& other);
 };
 
 struct RobustResult {
   bool model_found = false;
   ModelType model_type = ModelType::kEssential;
   /// x_current^T M x_reference = 0 (E: normalised coordinates; F: the pixels of PointPairs), or
-  /// x_current ~ M x_reference (H: the pixels of PointPairs).
+  /// x_current ~ M x_reference (H: the pixels of PointPairs). Of the points as `row_correction` moved them.
   Eigen::Matrix3d model = Eigen::Matrix3d::Zero();
   std::vector<uint8_t> inlier;  ///< N entries; every inlier is within the threshold of `model`
   int inlier_count = 0;
@@ -128,6 +145,7 @@ struct RobustResult {
   /// the parameter that they contradict most.
   double camera_misfit = 0;
   CameraParameter misfit_parameter = CameraParameter::kFocalLength;
+  RowCorrection row_correction = RowCorrection::kNone;  ///< what RobustOptions::rolling_shutter_readout did
   double rms_error_px = 0;  ///< over inliers, of the model's residual (Sampson; transfer for a homography)
   Effort effort;
 

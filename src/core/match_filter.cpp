@@ -127,6 +127,7 @@ void MatchResult::clear(Status new_status) {
   survivors.match.clear();
   survivors.pairs.resize(0);
   survivors.pairs.rotation_prior.reset();
+  survivors.pairs.seconds.reset();
   robust.clear();
   times = StageTimes();
 }
@@ -158,7 +159,7 @@ MatchFilter::MatchFilter(const MatchFilterOptions& options)
       method_(makeMethod(options)),
       extractor_(makeFeatureExtractor(options.extractor)),
       matcher_(matcherOptions(options, *method_)),
-      selector_(std::make_unique<SurvivorSelector>(options.one_to_one)) {
+      selector_(std::make_unique<SurvivorSelector>(options.one_to_one, options.robust.rolling_shutter_readout > 0)) {
   const HammingMatcherOptions matcher = matcherOptions(options, *method_);
   if (options.search == SearchMode::kGuided && !matcher.mutual) {
     guided_search_.emplace(matcher, options.motion_statistics);
@@ -179,8 +180,8 @@ void MatchFilter::reset() {
   method_->reset();
 }
 
-const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mask) {
-  extract(image, current_, mask);
+const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mask, std::optional<double> stamp) {
+  extract(image, current_, mask, stamp);
   if (have_reference_) {
     filter(reference_, current_, result_);
   } else {
@@ -193,12 +194,13 @@ const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mas
   return result_;
 }
 
-void MatchFilter::extract(const cv::Mat& image, Frame& frame, const cv::Mat& mask) {
+void MatchFilter::extract(const cv::Mat& image, Frame& frame, const cv::Mat& mask, std::optional<double> stamp) {
   if (image.type() != CV_8UC1) throw std::invalid_argument("MatchFilter: the image must be CV_8UC1 (grey, 8 bit)");
   StopWatch watch(clock_);
   frame.features_asked = budget_ ? budget_->features(image.size()) : options_.extractor.features;
   extractor_->extract(image, frame.features, mask, frame.features_asked);
   frame.detect_seconds = watch.lap();
+  frame.stamp = stamp;
 }
 
 void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResult& result,
@@ -208,6 +210,7 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
   result.keypoints_current = current.features.size();
   result.times.detect = current.detect_seconds;
   if (prior != nullptr) result.survivors.pairs.rotation_prior = *prior;
+  if (reference.stamp && current.stamp) result.survivors.pairs.seconds = *current.stamp - *reference.stamp;
   result.status = compare(reference, current, result);
   if (budget_) learn(reference, current, result);
 }

@@ -41,6 +41,18 @@ void describe(const Features& reference, const Features& current, const std::vec
   }
 }
 
+void describeRows(const Features& reference, const Features& current, const std::vector<Match>& matches,
+                  const Camera& camera, const std::vector<int>& survivors, PointPairs& pairs) {
+  pairs.row_reference.clear();
+  pairs.row_current.clear();
+  if (!camera.distorts()) return;
+  for (const int i : survivors) {
+    const Match& match = matches[static_cast<size_t>(i)];
+    pairs.row_reference.push_back(reference.keypoints[match.reference].pt.y);
+    pairs.row_current.push_back(current.keypoints[match.current].pt.y);
+  }
+}
+
 }  // namespace
 
 void SurvivorSelector::select(const Features& reference, const Features& current, const std::vector<Match>& matches,
@@ -53,6 +65,7 @@ void SurvivorSelector::select(const Features& reference, const Features& current
   }
   if (one_to_one_) keepOneForEachPoint(current.keypoints.size(), matches, statistics, kept);
   describe(reference, current, matches, statistics, camera, kept, survivors.pairs);
+  if (with_rows_) describeRows(reference, current, matches, camera, kept, survivors.pairs);
 }
 
 void SurvivorSelector::keepOneForEachPoint(size_t current_points, const std::vector<Match>& matches,

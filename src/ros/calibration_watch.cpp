@@ -17,8 +17,8 @@ std::string whereToLook(CameraParameter parameter) {
     case CameraParameter::kRollingShutter:
       break;
   }
-  return "rows are read one after another while the camera turns; use a global shutter, a shorter readout or slower "
-         "turns";
+  return "rows are read one after another while the camera turns; set ~rolling_shutter_readout to the seconds from the "
+         "first row to the last, or use a global shutter or slower turns";
 }
 
 }  // namespace

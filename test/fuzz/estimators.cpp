@@ -55,6 +55,23 @@ PointPairs columnsOf(FuzzInput& input, const FuzzedPair& pair) {
   return pairs;
 }
 
+/// The points are then others than those of the pair, so that only the pose can be held to something.
+void checkRollingShutter(FuzzInput& input, MatchFilterOptions options) {
+  options.robust.rolling_shutter_readout = input.within(0.001, 0.2);
+  const FuzzedPair pair = fuzzedPair(input, 2000);
+  PointPairs pairs = columnsOf(input, pair);
+  pairs.seconds = input.number(-1, 1);
+  pairs.rotation_prior.emplace();
+  pairs.rotation_prior->rates.emplace();
+  for (int k = 0; k < 3; ++k) {
+    pairs.rotation_prior->rates->reference[k] = input.number(-10, 10);
+    pairs.rotation_prior->rates->current[k] = input.number(-10, 10);
+  }
+  RobustResult result;
+  makeMethod(options)->estimate(pairs, pair.camera, result);
+  if (result.pose_found) demandEmpty(brokenPose(result.pose));
+}
+
 void check(FuzzInput input) {
   MatchFilterOptions options;
   options.method = input.oneOf(methods()).name;
@@ -69,6 +86,7 @@ void check(FuzzInput input) {
     method->estimate(pairs, pair.camera, result);
     demandEmpty(brokenEstimate(pairs, pair.camera, options.robust, result));
   }
+  if (input.flag()) checkRollingShutter(input, options);
 }
 
 }  // namespace

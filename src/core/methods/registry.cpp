@@ -1,8 +1,10 @@
 #include "methods/registry.h"
 
 #include <stdexcept>
+#include <utility>
 
 #include "gms_ransac/parameter.h"
+#include "methods/rolling_shutter.h"
 
 namespace gms_ransac {
 
@@ -25,7 +27,9 @@ const MethodEntry& findMethod(const std::string& name) {
 
 std::unique_ptr<Method> makeMethod(const MatchFilterOptions& options) {
   options.validate();
-  return findMethod(options.method).make(options);
+  std::unique_ptr<Method> method = findMethod(options.method).make(options);
+  if (options.robust.rolling_shutter_readout == 0) return method;
+  return std::make_unique<RollingShutter>(std::move(method), options.robust);
 }
 
 }  // namespace gms_ransac

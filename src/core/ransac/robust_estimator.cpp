@@ -25,6 +25,16 @@ double RobustOptions::inlierThreshold() const {
   return inlier_threshold_px.value_or(model == ModelType::kHomography ? 3.0 : 1.0);
 }
 
+Effort& Effort::operator+=(const Effort& other) {
+  hypotheses += other.hypotheses;
+  models_scored += other.models_scored;
+  point_evaluations += other.point_evaluations;
+  search_seconds += other.search_seconds;
+  search_cut = search_cut || other.search_cut;
+  refinement_cut = refinement_cut || other.refinement_cut;
+  return *this;
+}
+
 void RobustOptions::validate() const { requireInRanges(*this); }
 
 double RobustResult::sigma(int octave, float scale_factor) const {

@@ -117,22 +117,42 @@ Eigen::Matrix3d TwoViewPoints::inResultUnits(const Eigen::Matrix3d& model) const
   return result / result.norm();
 }
 
+FinalResidual::FinalResidual(const Camera& camera, ModelType type, const Eigen::Matrix3d& model,
+                             double stretch_reference, double stretch_current)
+    : type_(type), model_(model) {
+  const bool essential = type == ModelType::kEssential;
+  unit_ = essential ? camera.meanFocalLength() : 1;
+  to_reference_ = to_current_ = essential ? Eigen::Matrix3d(camera.K().inverse()) : Eigen::Matrix3d::Identity();
+  if (stretch_reference != 1 || stretch_current != 1) {
+    const Eigen::Vector3d reference(1, stretch_reference, 1), current(1, stretch_current, 1);
+    to_reference_ = reference.cwiseInverse().asDiagonal() * to_reference_;
+    to_current_ = current.cwiseInverse().asDiagonal() * to_current_;
+    model_ = model_ * reference.asDiagonal();
+    if (type == ModelType::kHomography) {
+      model_ = current.cwiseInverse().asDiagonal() * model_;
+    } else {
+      model_ = current.asDiagonal() * model_;
+    }
+  }
+  inverse_ = inverseIfHomography(type, model_);
+}
+
+double FinalResidual::squared(const PointPairs& pairs, size_t i) const {
+  const Eigen::Vector3d r = to_reference_ * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1);
+  const Eigen::Vector3d c = to_current_ * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1);
+  return unit_ * unit_ *
+         (type_ == ModelType::kHomography ? transferSquared(model_, inverse_, r.x(), r.y(), c.x(), c.y())
+                                          : sampsonSquared(model_, r.x(), r.y(), c.x(), c.y()));
+}
+
 void markFinalInliers(const PointPairs& pairs, const Camera& camera, double threshold_px, RobustResult& result) {
-  const bool essential = result.model_type == ModelType::kEssential;
-  const double unit = essential ? camera.meanFocalLength() : 1;  ///< pixels per unit of the residual
-  const Eigen::Matrix3d to_model = essential ? Eigen::Matrix3d(camera.K().inverse()) : Eigen::Matrix3d::Identity();
-  const Eigen::Matrix3d inverse = inverseIfHomography(result.model_type, result.model);
+  const FinalResidual residual(camera, result.model_type, result.model);
   result.inlier.assign(static_cast<size_t>(pairs.size()), 0);
   result.inlier_count = 0;
   double sum = 0;
   for (size_t i = 0; i < result.inlier.size(); ++i) {
     if (!pairs.hasCoordinates(i)) continue;
-    const Eigen::Vector3d r = to_model * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1);
-    const Eigen::Vector3d c = to_model * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1);
-    const double squared = unit * unit *
-                           (result.model_type == ModelType::kHomography
-                                ? transferSquared(result.model, inverse, r.x(), r.y(), c.x(), c.y())
-                                : sampsonSquared(result.model, r.x(), r.y(), c.x(), c.y()));
+    const double squared = residual.squared(pairs, i);
     if (!(squared < threshold_px * threshold_px)) continue;
     result.inlier[i] = 1;
     ++result.inlier_count;

@@ -46,6 +46,23 @@ class TwoViewPoints {
   double pixels_per_unit_ = 1;
 };
 
+/// The residual of a model in the units of RobustResult::model, in double.
+class FinalResidual {
+ public:
+  /// Where points were moved and their noise is y-stretched by that, its stretch in either image: residuals are in
+  /// pixels before it.
+  FinalResidual(const Camera& camera, ModelType type, const Eigen::Matrix3d& model, double stretch_reference = 1,
+                double stretch_current = 1);
+  /// Squared, pixels; of a match that has coordinates.
+  double squared(const PointPairs& pairs, size_t match) const;
+
+ private:
+  ModelType type_;
+  double unit_;                                ///< pixels per unit of the residual
+  Eigen::Matrix3d to_reference_, to_current_;  ///< of pixels
+  Eigen::Matrix3d model_, inverse_;            ///< the latter of a homography alone
+};
+
 /// Fills result.inlier, inlier_count and rms_error_px with the verdict of result.model on the pairs, in double.
 void markFinalInliers(const PointPairs& pairs, const Camera& camera, double threshold_px, RobustResult& result);
 

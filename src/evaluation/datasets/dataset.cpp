@@ -72,6 +72,11 @@ std::vector<DatasetPair> Dataset::pairs(int gap, int stride) const {
   return chosen;
 }
 
+std::optional<double> Dataset::stamp(int frame) const {
+  if (kind_ == DatasetKind::kImagePairs) return std::nullopt;
+  return frames_.at(static_cast<size_t>(frame)).stamp;
+}
+
 cv::Mat Dataset::depth(int frame) const {
   const std::string& file = frames_.at(static_cast<size_t>(frame)).depth;
   return file.empty() ? cv::Mat() : readScaled(joinPath(path_, file), 1.0 / depth_scale_);

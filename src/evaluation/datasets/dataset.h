@@ -85,6 +85,8 @@ class Dataset {
   /// whatever the gap.
   std::vector<DatasetPair> pairs(int gap, int stride) const;
 
+  /// Seconds; not set in a list of image pairs, which has none.
+  std::optional<double> stamp(int frame) const;
   cv::Mat image(int frame, bool colour = false) const { return source_->image(frame, colour); }
   /// CV_32FC1, metres along the optical axis, 0 where unknown; empty when the frame has no depth.
   cv::Mat depth(int frame) const;

@@ -13,7 +13,7 @@ const Frame& Experiment::frame(int index) {
   const auto known = frames_.find(index);
   if (known != frames_.end()) return known->second;
   Frame& frame = frames_[index];
-  filters_.front()->extract(dataset_.image(index), frame);
+  filters_.front()->extract(dataset_.image(index), frame, cv::Mat(), dataset_.stamp(index));
   return frame;
 }
 

@@ -193,11 +193,17 @@ void addRotations(Scenes& scenes) {
                            driveForward(o, random);
                            roll(o, random);
                          }));
-  scenes.push_back(scene("rolling_driving_faster", "the same, 1 degree and 3", [roll](Options& o, Random& random) {
+  scenes.push_back(scene("rolling_straight", "the same on a straight way", [roll](Options& o, Random& random) {
     driveForward(o, random);
     roll(o, random);
-    o.acceleration = 0.5;
+    o.straight = true;
   }));
+  scenes.push_back(
+      scene("rolling_driving_faster", "rolling_driving with 1 degree and 3", [roll](Options& o, Random& random) {
+        driveForward(o, random);
+        roll(o, random);
+        o.acceleration = 0.5;
+      }));
 }
 
 void addPlanes(Scenes& scenes) {

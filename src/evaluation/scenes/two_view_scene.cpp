@@ -66,6 +66,7 @@ struct Motion {
   Matrix3d R = Matrix3d::Identity();
   Vector3d t{0, 0, 0};
   Vector3d rotation{0, 0, 0};  ///< rotation vector of R
+  bool straight = false;       ///< TwoViewSceneOptions::straight
 
   Motion(const Vector3d& rotation_vector, const Vector3d& translation)
       : R(rotationOf(rotation_vector)), t(translation), rotation(rotation_vector) {}
@@ -74,11 +75,17 @@ struct Motion {
     rotation = turn.angle() * turn.axis();
   }
   /// Where a point is, that was at X when this motion began, after a share of it.
-  Vector3d after(double share, const Vector3d& X) const { return rotationOf(share * rotation) * X + share * t; }
+  Vector3d after(double share, const Vector3d& X) const {
+    return rotationOf(share * rotation) * X + share * wayAfter(share);
+  }
   /// The reverse.
   Vector3d before(double share, const Vector3d& X) const {
-    return rotationOf(share * rotation).transpose() * (X - share * t);
+    return rotationOf(share * rotation).transpose() * (X - share * wayAfter(share));
   }
+
+ private:
+  /// The way of the whole motion, in the axes that the camera has after a share of it.
+  Vector3d wayAfter(double share) const { return straight ? rotationOf((share - 1) * rotation) * t : t; }
 };
 
 /// What stands still and the bodies, each with its motion before the camera.
@@ -86,6 +93,7 @@ class Layout {
  public:
   explicit Layout(const TwoViewSceneOptions& options) : options_(options), random_(~options.seed) {
     motions_.emplace_back(options.rotation, options.translation);
+    motions_.front().straight = options.straight;
     for (const MovingBody& body : options.bodies) add(body);
   }
 
@@ -290,6 +298,7 @@ TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
   PointPairs& columns = scene.pairs;
   columns.resize(options.matches);
   columns.image_reference = columns.image_current = {kWidth, kHeight};
+  columns.seconds = kSceneInterval;
   scene.body.resize(static_cast<size_t>(options.matches));
   scene.correct.resize(scene.body.size());
   scene.points.resize(scene.body.size());

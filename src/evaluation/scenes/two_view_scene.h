@@ -45,8 +45,9 @@ struct TwoViewSceneOptions {
   bool as_measured = false;  ///< by as much as ORB's do among the matches that GMS keeps of real images; else by more
   std::vector<MovingBody> bodies;  ///< their matches are as good as others; where windows overlap the first is in front
   /// Rows are read one after another, for this share of the time from image to image; rotation and translation are from
-  /// middle row to middle row. 0: a global shutter.
+  /// middle row to middle row. 0: a global shutter. Of kSceneInterval seconds.
   double readout = 0;
+  bool straight = false;    ///< the camera goes a straight way meanwhile; else one that bends with its turn
   double acceleration = 0;  ///< the camera has 1 - this of its mean speed at the reference and 1 + this at the current
   double focal_error = 0;   ///< the lens has the focal length of sceneCamera() times 1 + this
   Eigen::Vector2d radial{0, 0};  ///< k1 and k2 of distortion that nobody has undone
@@ -65,6 +66,8 @@ struct TwoViewScene {
   Eigen::Vector3d t;
   Eigen::Vector3d plane;  ///< its points X have plane . X = 1, in the reference frame; zero for a volume
 };
+
+constexpr double kSceneInterval = 1 / 30.;  ///< from the reference to the current image, seconds
 
 /// 640 x 480 pixels, f = 500 px.
 Camera sceneCamera();

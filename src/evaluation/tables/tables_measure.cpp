@@ -20,7 +20,7 @@ Frame extracted(const Dataset& dataset, int index, MatchFilter& extractor) {
   Frame frame;
   double fastest = std::numeric_limits<double>::infinity();
   for (int run = 0; run < kStageRuns; ++run) {
-    extractor.extract(image, frame);
+    extractor.extract(image, frame, cv::Mat(), dataset.stamp(index));
     fastest = std::min(fastest, frame.detect_seconds);
   }
   frame.detect_seconds = fastest;

@@ -1,0 +1,166 @@
+#include "methods/rolling_shutter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+#include "judgement/vuong.h"
+#include "two_view/pose_model.h"
+#include "two_view/two_view_points.h"
+
+namespace gms_ransac {
+
+namespace {
+
+using Eigen::Vector3d;
+
+/// A turn that moves no point by more is not worth another estimate, pixels: a third of what keypoints are off by, and
+/// what both images have in common of it hardly changes the pose.
+constexpr double kLeastMoved = 0.1;
+/// Each leaves of the error in the turn as much as points move in image heights, times readout over time: a tenth.
+constexpr int kMostPasses = 3;
+/// Of Vuong's statistic: the moved points fit so much worse that the turn or the readout must be wrong.
+constexpr double kContradicted = -2;
+/// They fit so much better that it must be right.
+constexpr double kConfirmed = 2;
+/// Of a transfer distance, which has the noise of two images, in thresholds.
+constexpr double kTransferThreshold = 2;
+/// Chi-square with three degrees of freedom exceeds it in 1 % of cases.
+constexpr double kAgrees = 11.34;
+
+/// Moves the points of one image.
+void moveImage(const std::vector<float>& row, int height, const Camera& camera, double readout, const Vector3d& rate,
+               std::vector<float>& x, std::vector<float>& y) {
+  const CameraIntrinsics& k = camera.intrinsics();
+  const double rows = std::max(1, height - 1);
+  for (size_t i = 0; i < x.size(); ++i) {
+    const double pixel_row = static_cast<double>(row.size() == x.size() ? row[i] : y[i]);
+    const Vector3d turn = readout * (pixel_row / rows - 0.5) * rate;
+    const Vector3d ray((static_cast<double>(x[i]) - k.cx) / k.fx, (static_cast<double>(y[i]) - k.cy) / k.fy, 1);
+    // To second order: of a turn of three degrees the third moves a point by 0.01 px.
+    const Vector3d step = turn.cross(ray), moved = ray + step + 0.5 * turn.cross(step);
+    if (!(moved.z() > 0)) {  // turned behind the image plane, from a right angle off the axis: has no coordinates
+      x[i] = y[i] = std::numeric_limits<float>::quiet_NaN();
+      continue;
+    }
+    x[i] = static_cast<float>(k.fx * moved.x() / moved.z() + k.cx);
+    y[i] = static_cast<float>(k.fy * moved.y() / moved.z() + k.cy);
+  }
+}
+
+/// By how much that draws rows apart, and the noise of points with them, in the middle of the image.
+double stretch(const Camera& camera, double readout, const Vector3d& rate, int height) {
+  return 1 - camera.intrinsics().fy * readout * rate.x() / std::max(1, height - 1);
+}
+
+/// Whether the other sensor's turn may be that of the images.
+bool agree(const RotationPrior& prior, const RobustResult& seen) {
+  if (!seen.pose_found) return false;
+  const Vector3d apart = rotationVector(prior.R * seen.pose.R.transpose());
+  const Eigen::Matrix3d covariance = prior.covariance + seen.pose.covariance.bottomRightCorner<3, 3>();
+  return apart.dot(covariance.ldlt().solve(apart)) < kAgrees;
+}
+
+}  // namespace
+
+void moveToMiddleRow(const PointPairs& pairs, const Camera& camera, double readout, const TurnRates& rates,
+                     PointPairs& moved) {
+  moved = pairs;
+  moveImage(pairs.row_reference, pairs.image_reference.height, camera, readout, rates.reference, moved.x_reference,
+            moved.y_reference);
+  moveImage(pairs.row_current, pairs.image_current.height, camera, readout, rates.current, moved.x_current,
+            moved.y_current);
+}
+
+RollingShutter::RollingShutter(std::unique_ptr<Method> method, const RobustOptions& options)
+    : method_(std::move(method)), readout_(options.rolling_shutter_readout), threshold_px_(options.inlierThreshold()) {}
+
+void RollingShutter::estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
+  method_->estimate(pairs, camera, result);
+  if (!camera.calibrated()) return;
+  costs_.model.clear();
+  followPair(pairs, camera, result);
+  followPrior(pairs, camera, result);
+}
+
+void RollingShutter::followPair(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
+  // A camera reads one image before the next.
+  if (!(std::abs(pairs.seconds.value_or(0)) >= readout_)) {
+    result.row_correction = RowCorrection::kUnknownTime;
+    return;
+  }
+  Vector3d rate(0, 0, 0);
+  for (int pass = 0; pass < kMostPasses && result.pose_found; ++pass) {
+    const Vector3d shown = rotationVector(result.pose.R) / *pairs.seconds;
+    if (moves(shown - rate, camera) < kLeastMoved) return;
+    rate = shown;
+    if (tryMoved(pairs, camera, {rate, rate}, result) < kContradicted) {
+      if (pass == 0) result.row_correction = RowCorrection::kUnlikely;
+      return;
+    }
+    take(RowCorrection::kPair, result);
+  }
+}
+
+void RollingShutter::followPrior(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
+  if (!pairs.rotation_prior || !pairs.rotation_prior->rates) return;
+  const RotationPrior& prior = *pairs.rotation_prior;
+  if (std::max(moves(prior.rates->reference, camera), moves(prior.rates->current, camera)) < kLeastMoved) return;
+  const double better = tryMoved(pairs, camera, *prior.rates, result);
+  // Where the matches do not tell, its turn from image to image must be the one that they show without it.
+  if (better > kConfirmed || (better > kContradicted && agree(prior, result))) take(RowCorrection::kPrior, result);
+}
+
+double RollingShutter::tryMoved(const PointPairs& pairs, const Camera& camera, const TurnRates& rates,
+                                RobustResult& result) {
+  constexpr double kCertain = std::numeric_limits<double>::infinity();
+  if (costs_.model.empty()) weigh(pairs, camera, {}, result, costs_);
+  moveToMiddleRow(pairs, camera, readout_, rates, moved_);
+  method_->estimate(moved_, camera, candidate_);
+  result.effort += candidate_.effort;
+  if (result.pose_found != candidate_.pose_found) return candidate_.pose_found ? kCertain : -kCertain;
+  weigh(moved_, camera, rates, candidate_, candidate_costs_);
+  cells_.resize(static_cast<size_t>(pairs.size()));
+  for (size_t i = 0; i < cells_.size(); ++i) {
+    cells_[i] = spreadCell({pairs.x_reference[i], pairs.y_reference[i]}, pairs.image_reference);
+  }
+  // Where there is no translation to see, a model with one takes up most of what the rows do.
+  const auto costs = result.translation_observable || candidate_.translation_observable ? &Costs::model : &Costs::turn;
+  return vuongStatistic(pairs.size(), cells_, by_cell_,
+                        [&](size_t i) { return (costs_.*costs)[i] - (candidate_costs_.*costs)[i]; });
+}
+
+void RollingShutter::take(RowCorrection correction, RobustResult& result) {
+  candidate_.effort = result.effort;
+  candidate_.row_correction = correction;
+  std::swap(result, candidate_);
+  std::swap(costs_, candidate_costs_);
+}
+
+void RollingShutter::weigh(const PointPairs& pairs, const Camera& camera, const TurnRates& rates,
+                           const RobustResult& result, Costs& costs) const {
+  const double stretch_reference = stretch(camera, readout_, rates.reference, pairs.image_reference.height);
+  const double stretch_current = stretch(camera, readout_, rates.current, pairs.image_current.height);
+  const auto fill = [&](ModelType type, const Eigen::Matrix3d& model, double threshold, std::vector<float>& column) {
+    const FinalResidual residual(camera, type, model, stretch_reference, stretch_current);
+    for (size_t i = 0; i < column.size(); ++i) {
+      const double cost = pairs.hasCoordinates(i) ? residual.squared(pairs, i) / (threshold * threshold) : 1;
+      if (cost < 1) column[i] = static_cast<float>(cost);
+    }
+  };
+  for (auto* column : {&costs.model, &costs.turn}) column->assign(static_cast<size_t>(pairs.size()), 1.f);
+  if (!result.pose_found) return;
+  const Eigen::Matrix3d K = camera.K();
+  fill(result.model_type, result.model, threshold_px_, costs.model);
+  fill(ModelType::kHomography, K * result.pose.R.transpose() * K.inverse(), kTransferThreshold * threshold_px_,
+       costs.turn);
+}
+
+double RollingShutter::moves(const Vector3d& rate, const Camera& camera) const {
+  return 0.5 * readout_ * rate.norm() * camera.meanFocalLength();
+}
+
+}  // namespace gms_ransac
