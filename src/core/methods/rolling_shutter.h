@@ -29,6 +29,7 @@ class RollingShutter : public Method {
   bool filterDecides() const override { return method_->filterDecides(); }
   void reset() override { method_->reset(); }
   void setSeed(uint64_t seed) override { method_->setSeed(seed); }
+  void setTimeLimit(const TimeLimit* limit) override { method_->setTimeLimit(limit); }
 
  private:
   /// With the turn of the pair itself, taken for even.
