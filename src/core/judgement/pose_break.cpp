@@ -80,6 +80,25 @@ void PoseBreakTest::addCell(int32_t cell, const Parameters& gradient) {
   sums.gradient += gradient.head<kPose>();
 }
 
+Eigen::Matrix<double, PoseBreakTest::kPose, PoseBreakTest::kPose> PoseBreakTest::jackknife(
+    const Eigen::Matrix<double, kPose, kPose>& curvature, const Eigen::Matrix<double, kPose, 1>& step) const {
+  using Square = Eigen::Matrix<double, kPose, kPose>;
+  Square sum = Square::Zero();
+  int blocks = 0;
+  for (size_t y = 1; y <= kSide; ++y) {
+    for (size_t x = 1; x <= kSide; ++x) {
+      if (table_[y][x].count == 0) continue;
+      ++blocks;
+      const Square own = information_[y][x].leftCols<kPose>().cast<double>();
+      const Eigen::LDLT<Square> others(curvature - own);
+      if (others.info() != Eigen::Success || !others.isPositive()) return Square::Identity();  // nothing without it
+      const Eigen::Matrix<double, kPose, 1> change = others.solve(table_[y][x].gradient - own * step);
+      sum += change * change.transpose();
+    }
+  }
+  return (blocks - 1.) / std::max(1, blocks) * sum;
+}
+
 void PoseBreakTest::sumUp() {
   for (size_t y = 1; y <= kSide; ++y) {
     for (size_t x = 1; x <= kSide; ++x) {

@@ -40,6 +40,11 @@ class PoseBreakTest {
   /// The gradients of the matches of a cell, summed.
   void addCell(int32_t cell, const Parameters& gradient);
 
+  /// Covariance of the pose by the steps that leaving out one block after the other makes (jackknife; for clusters
+  /// Bell & McCaffrey 2002). `curvature`: of all matches; `step`: that the pose lacks to the optimum. Before find().
+  Eigen::Matrix<double, kPose, kPose> jackknife(const Eigen::Matrix<double, kPose, kPose>& curvature,
+                                                const Eigen::Matrix<double, kPose, 1>& step) const;
+
   /// `inverse`: of the information of all matches, with what is known of the camera; `scatter`: of the cells'
   /// gradients; `gradient`: their sum.
   PoseBreak find(const Whole& inverse, const Whole& scatter, const Parameters& gradient);

@@ -1,8 +1,8 @@
 #include "judgement/pose_judge.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Cholesky>
 
@@ -18,16 +18,50 @@ constexpr double kLeastAgainstRows = 0;
 /// Of the inliers, without parallax. Where more are still, a body that moves by itself may be all that moves
 /// (doc/uncertainty.md).
 constexpr double kMostStill = 0.5;
+/// The same of those that the pose itself puts at infinity, where noise alone decides on which side of it they lie.
+constexpr double kMostAtInfinity = 0.4;
+/// Of the three axes together: a rotation that is known worse is of no use, whatever the direction.
+constexpr double kMostRotationSigma = M_PI / 180;
+/// From such a contradiction on what the camera model leaves out is more than what cameras in use are off by: the pose
+/// must be known even so.
+constexpr double kBeyondCameras = 10;
 /// Below this a turn with rows explains the matches so much better that it is the answer.
 constexpr double kRowsExplainBetter = -2;
 /// Motions that are closer in direction, in standard deviations or radians, are the same that has not converged.
 constexpr double kSameSigmas = 5, kLeastApart = 3 * M_PI / 180;
 /// Among what the pose does not explain another motion may explain this share of what the pose does; more is a second
 /// body as likely to be the world as the first.
-constexpr double kSecondBody = 0.6;
+constexpr double kSecondBody = 0.8;
+/// Less where the pose may join both: its matches contradict the camera model, as those of one body do by chance in one
+/// pair of a hundred, or the second's lie among the first's, as those of a pattern that repeats itself.
+constexpr double kSecondJoined = 0.6, kByChance = 1;
+/// Of the second's matches, in blocks that are the first's for the most part: as a pattern's, and hardly as a body's.
+constexpr double kMostAmong = 0.4;
+constexpr int kCellsOfBlock = 2, kBlockSide = kSpreadGridSide / kCellsOfBlock;
 constexpr int kIterations = 10;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
+
+/// Whether the matches of a second motion lie among those of the first, as those of a repeated pattern do, and not in a
+/// part of the view of their own. `first`: the probability of each column; `second`: whether it is the second's.
+bool lieAmong(const std::vector<int32_t>& cells, const std::vector<float>& first, const std::vector<uint8_t>& second) {
+  struct Block {
+    int first = 0, second = 0;
+  };
+  std::array<Block, kBlockSide * kBlockSide> blocks;
+  for (size_t i = 0; i < second.size(); ++i) {
+    const int row = cells[i] / kSpreadGridSide / kCellsOfBlock, column = cells[i] % kSpreadGridSide / kCellsOfBlock;
+    Block& block = blocks[static_cast<size_t>(row * kBlockSide + column)];
+    block.first += first[i] >= 0.5f;
+    block.second += second[i];
+  }
+  int all = 0, among = 0;
+  for (const Block& block : blocks) {
+    all += block.second;
+    if (block.first > block.second) among += block.second;
+  }
+  return among > kMostAmong * all;
+}
 
 void leaveDirectionOpen(Eigen::Matrix<double, 6, 6>& covariance) {
   const Eigen::Matrix3d rotation = covariance.bottomRightCorner<3, 3>();
@@ -100,8 +134,9 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
   measureNoise(optimum, result.effort);
   const RotationOnly rotation = fitRotation(optimum, result);
   PoseSpread spread = describeSpread(optimum, result);
-  const RotationVerdict verdict = rivals_.compare(view_, noise_, rotation.R, rotation_residuals_, points_->cells());
-  const bool shown = showsTranslation(verdict) && closeEnough(spread);
+  const RotationVerdict verdict =
+      rivals_.compare(view_, optimum, noise_, rotation.R, rotation_residuals_, points_->cells());
+  const bool shown = showsTranslation(verdict) && knowsRotation(spread) && closeEnough(spread);
   if (shown) weighAlternatives(optimum, alternatives, spread, result);
   result.translation_observable = shown && !result.ambiguous;
 
@@ -145,7 +180,14 @@ void PoseJudge::weighAlternatives(const TwoViewPose& optimum, const std::vector<
                                                     same_within, alternative_buffers_, result.effort.point_evaluations);
   spread.covariance += ambiguity.covariance;
   result.ambiguous = ambiguity.other_direction || !closeEnough(spread) ||
-                     (parted_ && bodies_.smallerShare() > kSecondBody) || movesInTwo(result.effort.point_evaluations);
+                     (parted_ && isRival(bodies_.smallerShare(), bodies_.apart())) ||
+                     movesInTwo(result.effort.point_evaluations);
+}
+
+bool PoseJudge::isRival(double share, const std::vector<uint8_t>& second) const {
+  if (share <= kSecondJoined) return false;
+  return share > kSecondBody || spread_.contradiction > kByChance ||
+         lieAmong(points_->cells(), noise_.probabilities(), second);
 }
 
 bool PoseJudge::movesInTwo(int64_t& evaluations) {
@@ -154,23 +196,33 @@ bool PoseJudge::movesInTwo(int64_t& evaluations) {
     if (noise_.probabilities()[static_cast<size_t>(i)] < 0.5f) rest_.push_back(i);
   }
   const auto explained = view_.count - static_cast<int>(rest_.size());
-  const double least = kSecondBody * explained;
-  if (static_cast<double>(rest_.size()) < least) return false;
+  if (static_cast<double>(rest_.size()) < kSecondJoined * explained) return false;
   rest_points_.gather(view_, rest_.data(), static_cast<int>(rest_.size()));
   const PoseModel model(kernels_, rest_points_.view());
   findMotionStarts(kernels_, rest_points_.view(), rest_starts_, evaluations);
+  rest_residuals_.resize(noise_.residuals().size());
   for (TwoViewPose& start : rest_starts_) {
     model.refine(kRobustLoss, kIterations, start);
-    HypothesisScore score;
-    model.score(rest_points_.view(), start, std::numeric_limits<float>::max(), score, evaluations);
-    if (score.inliers >= least) return true;
+    model.residualsInFront(start, rest_residuals_.data());
+    evaluations += static_cast<int64_t>(rest_.size());
+    second_.assign(static_cast<size_t>(view_.count), 0);
+    int count = 0;
+    for (size_t k = 0; k < rest_.size(); ++k) {
+      count += second_[static_cast<size_t>(rest_[k])] = rest_residuals_[k] < 1;
+    }
+    if (isRival(static_cast<double>(count) / explained, second_)) return true;
   }
   return false;
 }
 
 bool PoseJudge::showsTranslation(const RotationVerdict& verdict) {
-  return verdict.still <= kMostStill && verdict.against_rotation >= kLeastAgainstRotation &&
-         verdict.against_rows >= kLeastAgainstRows;
+  return verdict.still <= kMostStill && verdict.at_infinity <= kMostAtInfinity &&
+         verdict.against_rotation >= kLeastAgainstRotation && verdict.against_rows >= kLeastAgainstRows;
+}
+
+bool PoseJudge::knowsRotation(const PoseSpread& spread) {
+  const auto& covariance = spread.contradiction < kBeyondCameras ? spread.of_matches : spread.covariance;
+  return covariance.topLeftCorner<3, 3>().trace() <= kMostRotationSigma * kMostRotationSigma;
 }
 
 bool PoseJudge::closeEnough(const PoseSpread& spread) const {
@@ -214,7 +266,7 @@ void PoseJudge::settle(const TwoViewPose& optimum, const TwoViewPose& preferred,
   auto rotation = spread.covariance.topLeftCorner<3, 3>();
   // And where two bodies have been parted, the preference is that of both.
   Eigen::Vector3d step = parted_ ? Eigen::Vector3d(0, 0, 0) : rotationVector(preferred.R * optimum.R.transpose());
-  const Eigen::Matrix3d own = spread_.covariance.topLeftCorner<3, 3>();
+  const Eigen::Matrix3d own = spread_.sandwich.topLeftCorner<3, 3>();
   const double distance = step.dot(own.ldlt().solve(step)) / 3;
   step = std::isfinite(distance) ? Eigen::Vector3d(step / (1 + distance / kHalfWay)) : Eigen::Vector3d::Zero();
   rotation += step * step.transpose();

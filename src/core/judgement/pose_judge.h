@@ -57,6 +57,7 @@ class PoseJudge {
   void settle(const TwoViewPose& optimum, const TwoViewPose& preferred, PoseSpread& spread, RobustResult& result) const;
   PoseSpread describeSpread(const TwoViewPose& optimum, RobustResult& result);
   static bool showsTranslation(const RotationVerdict& verdict);
+  static bool knowsRotation(const PoseSpread& spread);
   /// Whether the direction of translation is as well known as the user wants it.
   bool closeEnough(const PoseSpread& spread) const;
   /// Widens the covariance to hold the other motions that explain the matches as well; ambiguous where that leaves the
@@ -65,6 +66,9 @@ class PoseJudge {
                          PoseSpread& spread, RobustResult& result);
   /// Whether what the pose does not explain moves as one, and is nearly as much.
   bool movesInTwo(int64_t& evaluations);
+  /// Whether a second motion may be the world as well as the pose. `share`: of what it explains in what the pose does;
+  /// `second`: which columns.
+  bool isRival(double share, const std::vector<uint8_t>& second) const;
   void describeMatches(RobustResult& result) const;
 
   const ResidualKernels& kernels_;
@@ -86,6 +90,8 @@ class PoseJudge {
   std::vector<int> rest_;  ///< columns that the pose does not explain
   PointColumns rest_points_;
   std::vector<TwoViewPose> rest_starts_;
+  std::vector<float> rest_residuals_;
+  std::vector<uint8_t> second_;  ///< columns of the rest that another motion explains
 };
 
 }  // namespace gms_ransac

@@ -43,6 +43,7 @@ constexpr double kFirstDoubt = 0.5, kFullDoubt = 0.9;
 // Of a correlation matrix: what the rounding of an inverse may leave of asymmetry and of negative eigenvalues.
 constexpr double kInversionTolerance = 1e-8;
 constexpr double kLeastCurvature = 0.05;  ///< of the loss, of 1 at its bottom
+constexpr int kEnoughCells = 100;         ///< for the sandwich to hold, of 400
 
 constexpr int kShifts = 7;       ///< of one image
 constexpr float kTiny = 1e-18f;  ///< keeps 0 / 0 out of padding and of matches at both epipoles
@@ -202,11 +203,11 @@ int PoseUncertainty::sumUp(const PointColumnsView& points, const TwoViewPose& po
   const int size = columns_.view().size;
   curvature_ = bend * sumProducts<kAll>(J_.data(), size, size);
 
-  const int clusters = sumByCell(cells);
+  clusters_ = sumByCell(cells);
   // In double: what the parameters do beside each other is a small difference of these sums.
-  const int rows = (clusters + kLanesAtOnce - 1) / kLanesAtOnce * kLanesAtOnce;
+  const int rows = (clusters_ + kLanesAtOnce - 1) / kLanesAtOnce * kLanesAtOnce;
   scatter_ = sumProducts<kAll>(gradients_.data(), kCells, rows);
-  scatter_ *= static_cast<double>(clusters) / std::max(1, clusters - kPose);
+  scatter_ *= static_cast<double>(clusters_) / std::max(1, clusters_ - kPose);
   const Eigen::Map<const Eigen::Matrix<double, kCells, kAll>> gradients(gradients_.data());
   gradient_ = gradients.topRows(rows).colwise().sum();
   sumUpBlocks(cells, bend);
@@ -239,19 +240,37 @@ PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoVie
   // Huber's sandwich, clustered (Liang & Zeger 1986): noise of one neighbourhood may be common to it. The pose may lie
   // beside the optimum where nothing refined it.
   const Eigen::Matrix<double, kPose, 1> step = inverse * gradient_.head<kPose>();
-  spread.covariance = inverse * scatter_.topLeftCorner<kPose, kPose>() * inverse + step * step.transpose();
+  spread.sandwich = inverse * scatter_.topLeftCorner<kPose, kPose>() * inverse + step * step.transpose();
+  spread.covariance = spread.of_matches = widened(spread.sandwich, step);
   testModel(inverse, spread);
   spread.pose_break =
       break_test_.find(extendedInverse(kUnmodelledSigma, noise.sigma() * noise.sigma()), scatter_, gradient_);
   const double doubt = std::clamp((spread.contradiction - kFirstDoubt) / (kFullDoubt - kFirstDoubt), 0.0, 1.0);
   if (doubt > 0) {
     const double variance = noise.sigma() * noise.sigma();
-    spread.covariance += doubt * (extendedCovariance(kUnmodelledSigma, variance) - spread.covariance);
+    const Eigen::Matrix<double, kPose, kPose> extended = extendedCovariance(kUnmodelledSigma, variance);
+    for (auto* covariance : {&spread.covariance, &spread.sandwich}) *covariance += doubt * (extended - *covariance);
   }
   const Eigen::Matrix<double, kPose, 3> effect = calibration_sigma * inverse * curvature_.block<kPose, 3>(0, kPose);
-  spread.covariance += effect * effect.transpose();
-  if (!isCovariance(spread.covariance)) spread.covariance.setIdentity();
+  for (auto* covariance : {&spread.covariance, &spread.sandwich}) {
+    *covariance += effect * effect.transpose();
+    if (!isCovariance(*covariance)) covariance->setIdentity();
+  }
   return spread;
+}
+
+Eigen::Matrix<double, 5, 5> PoseUncertainty::widened(const Eigen::Matrix<double, kPose, kPose>& sandwich,
+                                                     const Eigen::Matrix<double, kPose, 1>& step) const {
+  if (clusters_ >= kEnoughCells) return sandwich;
+  const Eigen::Matrix<double, kPose, kPose> others =
+      break_test_.jackknife(curvature_.topLeftCorner<kPose, kPose>(), step);
+  const auto widening = [&](int first, int count) {
+    return std::sqrt(
+        std::max(1., others.diagonal().segment(first, count).sum() / sandwich.diagonal().segment(first, count).sum()));
+  };
+  Eigen::Matrix<double, kPose, 1> scale;
+  scale << Eigen::Vector3d::Constant(widening(0, 3)), Eigen::Vector2d::Constant(widening(3, 2));
+  return scale.asDiagonal() * sandwich * scale.asDiagonal();
 }
 
 void PoseUncertainty::testModel(const Eigen::Matrix<double, kPose, kPose>& inverse, PoseSpread& spread) const {

@@ -18,6 +18,11 @@ namespace gms_ransac {
 /// then steps of t along PoseModel::tangent.
 struct PoseSpread {
   Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Identity();
+  /// What it would be if the camera model were beyond doubt.
+  Eigen::Matrix<double, 5, 5> of_matches = Eigen::Matrix<double, 5, 5>::Identity();
+  /// What it would be without the jackknife: what a preferred rotation is weighed against, which a wider one would
+  /// follow further than errors do.
+  Eigen::Matrix<double, 5, 5> sandwich = Eigen::Matrix<double, 5, 5>::Identity();
   /// How far the residuals contradict the camera model, by the parameter that they contradict most: 1 is where chance
   /// alone would bring one pair in a hundred.
   double contradiction = 0;
@@ -53,6 +58,10 @@ class PoseUncertainty {
   void testModel(const Eigen::Matrix<double, kPose, kPose>& inverse, PoseSpread& spread) const;
   /// Sums of the used matches for the test of breaks.
   void sumUpBlocks(const std::vector<int32_t>& cells, double bend);
+  /// Scales a sandwich of few cells up to what leaving out parts of the view changes; `step`: what the pose lacks to
+  /// the optimum.
+  Eigen::Matrix<double, kPose, kPose> widened(const Eigen::Matrix<double, kPose, kPose>& sandwich,
+                                              const Eigen::Matrix<double, kPose, 1>& step) const;
   /// The inverse of the information with the parameters beside the pose unknown up to `sigma`.
   Information extendedInverse(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma, double variance) const;
   /// Covariance of the pose when the parameters beside it are unknown up to `sigma`, and the step that freeing them
@@ -62,6 +71,7 @@ class PoseUncertainty {
 
   Information curvature_, scatter_;
   Row gradient_;
+  int clusters_ = 0;
   PoseBreakTest break_test_;
   std::vector<int> used_;     ///< columns that take part
   PointColumns columns_;      ///< these alone

@@ -36,13 +36,16 @@ using RowTurn = Eigen::Matrix3f;
 /// What a turn leaves of matches.
 struct TurnedMatches {
   VectorLanes flow_x, flow_y;  ///< derivative of the place by a small turn
-  Lanes dx, dy;                ///< displacement
+  Lanes x, y;                  ///< the place after the turn
+  Lanes dx, dy;                ///< displacement from there
   Lanes row, rows_moved, weight;
 
   TurnedMatches(const PointColumnsView& points, int i, const Eigen::Matrix3f& R) {
     const VectorLanes turned = R * VectorLanes(points.x1 + i, points.y1 + i);
     const Lanes inverse_z = turned.z / (turned.z * turned.z + kTiny);
-    const Lanes x = turned.x * inverse_z, y = turned.y * inverse_z, xy = x * y;
+    x = turned.x * inverse_z;
+    y = turned.y * inverse_z;
+    const Lanes xy = x * y;
     flow_x = {-xy, 1 + x * x, -y};
     flow_y = {-(1 + y * y), xy, x};
     dx = lanes(points.x2 + i) - x;
@@ -115,10 +118,30 @@ double stillMatches(int near, int further) {
   return std::max(0.0, (near - kSpread * further) / (kNoiseNear - kSpread * kNoiseFurther));
 }
 
+/// How many of the inliers a pose moves against its translation, by noise and not by more: half of those at infinity.
+int movedBackwards(const PointColumnsView& points, const TwoViewPose& pose, const std::vector<float>& residuals,
+                   float variance) {
+  const auto R = pose.R.cast<float>().eval();
+  const Eigen::Vector3f t = pose.t.cast<float>();
+  int count = 0;
+  for (int i = 0; i < points.size; i += kLanesAtOnce) {
+    const TurnedMatches match(points, i, R);
+    // The way of a point that comes from infinity, times a depth.
+    const Lanes way_x = t.x() - match.x * t.z(), way_y = t.y() - match.y * t.z();
+    const Lanes along = match.weight * (match.dx * way_x + match.dy * way_y);  // padding has no weight
+    // A displacement has the noise of both images.
+    const Lanes farthest = 2 * kFurther * variance * match.weight * (way_x * way_x + way_y * way_y);
+    count += static_cast<int>(
+        (along < 0 && along * along < farthest && lanes(residuals.data() + i) < kInlierCost * variance).count());
+  }
+  return count;
+}
+
 }  // namespace
 
-RotationVerdict RotationRivals::compare(const PointColumnsView& points, const MatchNoise& noise,
-                                        const Eigen::Matrix3d& R, const std::vector<float>& rotation_residuals,
+RotationVerdict RotationRivals::compare(const PointColumnsView& points, const TwoViewPose& pose,
+                                        const MatchNoise& noise, const Eigen::Matrix3d& R,
+                                        const std::vector<float>& rotation_residuals,
                                         const std::vector<int32_t>& cells) {
   const double variance = noise.sigma() * noise.sigma();
   const auto per_variance = static_cast<float>(1 / variance);
@@ -139,7 +162,10 @@ RotationVerdict RotationRivals::compare(const PointColumnsView& points, const Ma
     further += along >= kNear && along < kFurther;
   }
   RotationVerdict verdict;
-  verdict.still = inliers > 0 ? stillMatches(near, further) / inliers : 0;
+  if (inliers > 0) {
+    verdict.still = stillMatches(near, further) / inliers;
+    verdict.at_infinity = 2. * movedBackwards(points, pose, noise.residuals(), static_cast<float>(variance)) / inliers;
+  }
   verdict.against_rotation = vuong(cells);
   fitRows(points, R, variance);
   verdict.against_rows = vuong(cells);

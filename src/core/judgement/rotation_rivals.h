@@ -14,13 +14,16 @@ struct RotationVerdict {
   double against_rotation = 0;  ///< the best rotation alone
   double against_rows = 0;      ///< one that goes on while the rows of either image are read (rolling shutter)
   double still = 0;             ///< estimated share of the pose's inliers that the rotation alone leaves no parallax
+  double at_infinity = 0;       ///< and of those that the pose's own rotation leaves none
 };
 
 class RotationRivals {
  public:
-  /// `R`: the rotation alone; `rotation_residuals`: squared transfer distance of each column under it.
-  RotationVerdict compare(const PointColumnsView& points, const MatchNoise& noise, const Eigen::Matrix3d& R,
-                          const std::vector<float>& rotation_residuals, const std::vector<int32_t>& cells);
+  /// `noise`: measured at `pose`; `R`: the rotation alone; `rotation_residuals`: squared transfer distance of each
+  /// column under it.
+  RotationVerdict compare(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
+                          const Eigen::Matrix3d& R, const std::vector<float>& rotation_residuals,
+                          const std::vector<int32_t>& cells);
 
  private:
   /// Fills costs_ of the turn with rows that fits best, by reweighted least squares.
