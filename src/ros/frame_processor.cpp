@@ -48,6 +48,15 @@ std::string explainLowParallax(const MatchResult& result, const RobustOptions& o
   return text.str();
 }
 
+/// What ~rolling_shutter_readout could not do for the pair, as the end of a sentence; empty: nothing to say.
+std::string explainRows(const RobustResult& result, double readout) {
+  const bool unknown = result.row_correction == RowCorrection::kUnknownTime;
+  if (!unknown && result.row_correction != RowCorrection::kUnlikely) return std::string();
+  return "; its rows count as read at once: " +
+         (unknown ? "the images are less than ~rolling_shutter_readout (" + secondsText(readout) + ") apart"
+                  : "the matches fit worse with ~rolling_shutter_readout (" + secondsText(readout) + ")");
+}
+
 /// The outcome of a comparison in words, with what to do where something can be done.
 std::string explain(Status status, const MatchResult& result, const PreparedFrame& current) {
   std::ostringstream text;
@@ -79,6 +88,7 @@ std::string explain(Status status, const MatchResult& result, const PreparedFram
     default:
       text << toString(status);
   }
+  text << explainRows(result.robust, current.filter->options().robust.rolling_shutter_readout);
   return text.str();
 }
 
@@ -121,6 +131,7 @@ FrameProcessor::FrameProcessor(const Parameters& parameters, const std::string& 
 
 void FrameProcessor::setOptions(const ProcessorOptions& options) {
   auto filter = std::make_shared<MatchFilter>(options.core);
+  if (priors_) priors_->setReadout(options.core.robust.rolling_shutter_readout);
   std::lock_guard<std::mutex> lock(mutex_);
   filter_ = std::move(filter);
   options_ = options;
@@ -208,7 +219,7 @@ void FrameProcessor::findDepth(PreparedFrame& frame) {
 
 void FrameProcessor::extract(MatchFilter& filter, PreparedFrame& frame) {
   frame.mask_problem = mask_source_.get(frame.input.mask, frame.grey.size(), frame.mask);
-  filter.extract(frame.grey, frame.frame, frame.mask);
+  filter.extract(frame.grey, frame.frame, frame.mask, frame.stamp());
 }
 
 std::string FrameProcessor::classifyStamp(PreparedFrame& frame) {
@@ -549,7 +560,7 @@ std::string FrameProcessor::matchWithPriors() {
   if (priors_) prior = priors_->rotation(reference_->header, current_->header, problem);
   match(*reference_, result_, prior ? &*prior : nullptr);
   if (priors_ && result_.robust.pose_found) priors_->learn(result_.robust);
-  return problem.empty() ? problem : "; no rotation prior: " + problem;
+  return problem.empty() ? problem : "; " + problem;
 }
 
 void FrameProcessor::measureLength(ProcessedFrame& processed) {

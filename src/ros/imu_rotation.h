@@ -27,6 +27,7 @@ class ImuRotation : public RotationSource {
   void stop() override;
   bool reaches(const std::string& camera_frame, double stamp) override;
   std::string between(const std::string& camera_frame, double from, double to, RotationPrior& prior) override;
+  bool tellsRates() const override { return true; }
   void learn(const std::string& camera_frame, double from, double to, const RotationPrior& visual) override;
   std::string learnt() override;
 

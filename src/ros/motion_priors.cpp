@@ -72,7 +72,8 @@ void MotionPriors::stop() {
 
 bool MotionPriors::reaches(const std_msgs::Header& image) {
   const double stamp = timeOf(image);
-  if (source_ && !source_->reaches(withoutLeadingSlash(image.frame_id), stamp)) return false;
+  const double last_row = source_ && source_->tellsRates() ? stamp + 0.5 * readout_ : stamp;
+  if (source_ && !source_->reaches(withoutLeadingSlash(image.frame_id), last_row)) return false;
   return parameters_.scale != ScaleMode::kOdometry || odometry_->reaches(stamp);
 }
 
@@ -87,18 +88,43 @@ std::optional<RotationPrior> MotionPriors::rotation(const std_msgs::Header& refe
   } else {
     problem = source_->between(asked_.camera_frame, asked_.from, asked_.to, prior);
   }
-  if (problem.empty()) asked_.prior = prior;
+  if (problem.empty()) {
+    problem = fillRates(prior);
+    asked_.prior = prior;
+  } else {
+    problem = "no rotation prior: " + problem;
+  }
   std::lock_guard<std::mutex> lock(mutex_);
   problem_ = problem;
   camera_frame_ = current.frame_id;
   return asked_.prior;
 }
 
+std::string MotionPriors::fillRates(RotationPrior& prior) {
+  const double readout = readout_;
+  if (readout == 0 || !source_->tellsRates()) return std::string();
+  const auto rateAt = [&](double stamp, Eigen::Vector3d& rate) {
+    RotationPrior turn;
+    std::string problem = source_->between(asked_.camera_frame, stamp - 0.5 * readout, stamp + 0.5 * readout, turn);
+    if (problem.empty()) rate = vectorOf(turn.R) / readout;
+    return problem;
+  };
+  TurnRates rates;
+  std::string problem = rateAt(asked_.from, rates.reference);
+  if (problem.empty()) problem = rateAt(asked_.to, rates.current);
+  if (!problem.empty()) return "no turn while the rows were read: " + problem;
+  prior.rates = rates;
+  return std::string();
+}
+
 void MotionPriors::learn(const RobustResult& seen) {
   if (!asked_.prior) return;
-  const RotationPrior visual = {seen.pose.R, seen.pose.covariance.bottomRightCorner<3, 3>()};
+  RotationPrior visual;
+  visual.R = seen.pose.R;
+  visual.covariance = seen.pose.covariance.bottomRightCorner<3, 3>();
   source_->learn(asked_.camera_frame, asked_.from, asked_.to, visual);
   std::lock_guard<std::mutex> lock(mutex_);
+  pairs_by_rates_ += seen.row_correction == RowCorrection::kPrior;
   turns_.add({asked_.from, asked_.to, vectorOf(visual.R), vectorOf(asked_.prior->R),
               visual.covariance + asked_.prior->covariance});
 }
@@ -158,12 +184,14 @@ TurnComparison::TurnBetween MotionPriors::turnBetween(const std::string& camera_
 PriorReport MotionPriors::report() {
   TurnComparison turns;
   std::string camera_frame;
+  int pairs_by_rates = 0;
   PriorReport report;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     turns = turns_;
     camera_frame = camera_frame_;
-    if (!problem_.empty()) report.summary = "no rotation prior: " + problem_;
+    pairs_by_rates = pairs_by_rates_;
+    report.summary = problem_;
     if (report.summary.empty() && !length_problem_.empty()) report.summary = "no length: " + length_problem_;
   }
   report.doubtful = !report.summary.empty();
@@ -178,6 +206,7 @@ PriorReport MotionPriors::report() {
   const std::string learnt = source_->learnt();
   if (!learnt.empty()) report.values.emplace_back("learnt", learnt);
   report.values.emplace_back("pairs compared", std::to_string(turns.pairs()));
+  if (readout_ > 0) report.values.emplace_back("pairs whose rows it turned", std::to_string(pairs_by_rates));
   report.values.emplace_back("contradicting", std::to_string(std::lround(100 * turns.contradicting())) + " %");
   report.values.emplace_back("~image_time_offset (s)", offset ? offsetText(*offset, parameters_.image_time_offset)
                                                               : "too little turning to tell");

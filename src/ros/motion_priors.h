@@ -2,6 +2,7 @@
 // wrong with them, and what is learnt from comparing them with the images.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -52,10 +53,13 @@ class MotionPriors {
   /// `arrived`: called when something came that an image may wait for.
   void start(std::function<void()> arrived);
   void stop();
+  /// RobustOptions::rolling_shutter_readout: how long a gyro is asked about each image.
+  void setReadout(double seconds) { readout_ = seconds; }
   /// All that an image of this stamp asks for has come.
   bool reaches(const std_msgs::Header& image);
 
-  /// How the camera turned from the one image to the other. None, with `problem` set where there should be one.
+  /// How the camera turned from the one image to the other, and while their rows were read. What should be there and
+  /// is not is said in `problem`, a sentence.
   std::optional<RotationPrior> rotation(const std_msgs::Header& reference, const std_msgs::Header& current,
                                         std::string& problem);
   /// What the images said of the pair that rotation() was last asked about; `seen` has a pose.
@@ -73,6 +77,8 @@ class MotionPriors {
     double from = 0, to = 0;
     std::optional<RotationPrior> prior;
   };
+  /// Of the pair that is asked about; says what is missing.
+  std::string fillRates(RotationPrior& prior);
   double timeOf(const std_msgs::Header& image) const { return image.stamp.toSec() + parameters_.image_time_offset; }
   ScaleEstimate lengthOfOdometry(const std::string& camera_frame, double from, double to, const RobustResult& seen,
                                  std::string& problem);
@@ -82,6 +88,7 @@ class MotionPriors {
   std::unique_ptr<RotationSource> makeSource(const ros::NodeHandle& nh);
 
   const Parameters parameters_;
+  std::atomic<double> readout_{0};
   std::function<void()> arrived_ = [] {};
   std::shared_ptr<TfLookup> tf_;
   std::shared_ptr<OdometryInput> odometry_;
@@ -96,6 +103,7 @@ class MotionPriors {
   TurnComparison turns_;
   std::string camera_frame_;
   std::string problem_, length_problem_;  ///< of the last pair
+  int pairs_by_rates_ = 0;                ///< of which the rows were turned back by what a gyro says
 };
 
 }  // namespace gms_ransac

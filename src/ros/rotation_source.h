@@ -20,6 +20,8 @@ class RotationSource {
   virtual bool reaches(const std::string& camera_frame, double stamp) = 0;
   /// The camera's turn between two times. Returns an empty string, or why there is none, as the end of a sentence.
   virtual std::string between(const std::string& camera_frame, double from, double to, RotationPrior& prior) = 0;
+  /// Whether turns between times as near as the rows of one image are told, too.
+  virtual bool tellsRates() const { return false; }
   /// What the images made of it, for a source that learns from them.
   virtual void learn(const std::string& /*camera_frame*/, double /*from*/, double /*to*/,
                      const RotationPrior& /*visual*/) {}

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What other sensors say of the motion: a gyro that is right, mirrored or late, wheels that roll or slip, tf; and the
-ground, on a real road."""
+"""What other sensors say of the motion: a gyro that is right, mirrored or late, one beside a rolling shutter, wheels that
+roll or slip, tf; and the ground, on a real road."""
 import os
 import unittest
 
@@ -15,7 +15,7 @@ from gms_ransac.msg import MatchStats
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from graph import Client, Scene, camera_info, data_folder, vector
+from graph import HEIGHT, WIDTH, Client, Scene, camera_info, data_folder, vector
 
 PERIOD, STILL, MOVING = 1 / 30.0, 8, 36  # seconds; images before and while the camera moves
 RATE = 200.0  # Hz, of the gyro
@@ -23,6 +23,7 @@ BIAS = np.array([0.02, -0.03, 0.01])  # rad/s, in the gyro's axes
 LATE = 0.05  # seconds
 TO_IMU = np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])  # camera axes in imu_link
 START = 100.0
+READOUT, BANDS = 0.02, 12  # seconds from the first row to the last, which are drawn in bands
 
 
 def turn(seconds):
@@ -128,6 +129,40 @@ class PriorsTest(unittest.TestCase):
         self.assertIn("no rotation prior: the newest sample is", text)
         self.assertIn("/gyro/imu", text)
 
+    def roll(self, scene, seconds):
+        """What a camera sees that reads its middle row at that time."""
+        picture = np.empty((HEIGHT, WIDTH), np.uint8)
+        rows = HEIGHT // BANDS
+        for band in range(BANDS):
+            time = seconds + READOUT * ((band + 0.5) / BANDS - 0.5)
+            picture[band * rows:(band + 1) * rows] = scene.draw(t=place(time), r=turn(time))[band * rows:(band + 1) * rows]
+        return picture
+
+    def test_rolling_shutter(self):
+        client, reports, scene = Client("rolling", "rolling/image", "rolling/camera_info"), [], Scene()
+        gyro = rospy.Publisher("rolling/imu", Imu, queue_size=2000)
+        listening = rospy.Subscriber("/diagnostics", DiagnosticArray, reports.append)
+        client.connect()
+        client.wait(lambda: listening.get_num_connections() > 0, "diagnostics")
+        client.wait(gyro.get_num_connections, "the filter to want a gyro")
+        times = self.times[STILL:STILL + 14]
+        for i in range(int((times[-1] + 0.2) * RATE)):
+            message = Imu()
+            message.header.frame_id = "imu_link"
+            message.header.stamp = rospy.Time.from_sec(self.stamp(i / RATE - 0.05))
+            w = message.angular_velocity
+            w.x, w.y, w.z = TO_IMU @ rate(i / RATE - 0.05)
+            gyro.publish(message)
+        for seconds in times:
+            text = client.ask(self.roll(scene, seconds), self.stamp(seconds)).status_text
+            self.assertNotIn("no rotation prior", text)
+
+        def turned():
+            values = [v.value for report in reports for status in report.status for v in status.values
+                      if status.name.strip("/").startswith("rolling: priors") and v.key == "pairs whose rows it turned"]
+            return values and int(values[-1]) > len(times) / 2
+        client.wait(turned, "rows that the gyro turned")
+
     def send_wheels(self, publisher, seconds, slip=False):
         message = Odometry()
         message.header.stamp = rospy.Time.from_sec(self.stamp(seconds))
@@ -170,7 +205,7 @@ class PriorsTest(unittest.TestCase):
     def test_tf(self):
         client = Client("by_tf", "by_tf/image", "by_tf/camera_info").connect()
         broadcaster = tf2_ros.TransformBroadcaster()
-        client.wait(lambda: broadcaster.pub_tf.get_num_connections() >= 5, "all five filters to listen to tf")
+        client.wait(lambda: broadcaster.pub_tf.get_num_connections() >= 6, "all six filters to listen to tf")
         for i in range(STILL, STILL + 9, 3):
             message = TransformStamped()
             message.header.stamp = rospy.Time.from_sec(self.stamp(self.times[i]))
