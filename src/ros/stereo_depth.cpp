@@ -96,7 +96,7 @@ std::string StereoDepth::takeRight(const ImageWithInfo& input, const Features& l
 std::string StereoDepth::fill(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
                               MatchFilter& filter, StereoColumns& columns) {
   columns.clear();
-  const std::string problem = takeRight(input, left, left_model);
+  std::string problem = takeRight(input, left, left_model);
   if (!problem.empty()) return problem;
   const StereoRig rig(left_model, *input.camera_info, *right_model_, *input.right_info);
   if (!rig.problem.empty()) return rig.problem;
@@ -106,7 +106,7 @@ std::string StereoDepth::fill(const ImageWithInfo& input, const Features& left, 
   right_rays_ = rectifiedRays(right_.features, right_model_->camera, rig.right);
   const double focal_length = left_model.camera.meanFocalLength();
   matchRows(left, left_rays_, right_.features, right_rays_, focal_length, {}, matches_);
-  const std::string doubt = doubtOfRows(left, focal_length);
+  std::string doubt = doubtOfRows(left, focal_length);
   if (!doubt.empty()) return doubt;
 
   const double nan = std::numeric_limits<double>::quiet_NaN();

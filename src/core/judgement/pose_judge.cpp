@@ -50,8 +50,9 @@ bool lieAmong(const std::vector<int32_t>& cells, const std::vector<float>& first
   };
   std::array<Block, kBlockSide * kBlockSide> blocks;
   for (size_t i = 0; i < second.size(); ++i) {
-    const int row = cells[i] / kSpreadGridSide / kCellsOfBlock, column = cells[i] % kSpreadGridSide / kCellsOfBlock;
-    Block& block = blocks[static_cast<size_t>(row * kBlockSide + column)];
+    const auto row = static_cast<size_t>(cells[i] / kSpreadGridSide / kCellsOfBlock);
+    const auto column = static_cast<size_t>(cells[i] % kSpreadGridSide / kCellsOfBlock);
+    Block& block = blocks[row * kBlockSide + column];
     block.first += first[i] >= 0.5f;
     block.second += second[i];
   }
