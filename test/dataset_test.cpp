@@ -222,6 +222,8 @@ TEST_F(KittiTest, ComplainsWithFileAndLine) {
   EXPECT_EQ(complaint(), "poses.txt:1: expected twelve numbers of a 3 x 4 pose, but 'one' is not a finite number");
   write("poses.txt", "1 0 0 0 0 2 0 0 0 0 1 0\n");
   EXPECT_EQ(complaint(), "poses.txt:1: the left 3 x 3 part is not a rotation");
+  write("poses.txt", "1 0 0 0 0 -1 0 0 0 0 1 0\n");
+  EXPECT_EQ(complaint(), "poses.txt:1: the left 3 x 3 part is not a rotation") << "a mirror";
   fs::remove(folder_ / "poses.txt");
   write("times.txt", "0.0\n");
   EXPECT_EQ(complaint(), "times.txt:1: the file ends after 1 lines, but there are 2 images");

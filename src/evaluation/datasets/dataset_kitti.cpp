@@ -57,8 +57,9 @@ std::vector<Eigen::Isometry3d> readPoses(const std::string& file) {
     const std::vector<double> v = numbersAt(file, line, 0, 12, "twelve numbers of a 3 x 4 pose");
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.matrix().topRows<3>() = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(v.data());
-    // Orthonormal to the digits printed; a swapped column or row order is not.
-    if ((pose.linear() * pose.linear().transpose() - Eigen::Matrix3d::Identity()).norm() > 0.01) {
+    // Orthonormal to the digits printed, which a swapped column or row order is not, and no mirror.
+    const Eigen::Matrix3d R = pose.linear();
+    if ((R * R.transpose() - Eigen::Matrix3d::Identity()).norm() > 0.01 || R.determinant() < 0) {
       failAt(file, line, "the left 3 x 3 part is not a rotation");
     }
     poses.push_back(pose);
