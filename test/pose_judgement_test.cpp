@@ -147,68 +147,59 @@ TwoViewScene makeTwoBodies(uint64_t seed, double share, const Eigen::Vector3d& t
                        between(0.1, 0.3, random) * Eigen::Vector3d(std::cos(heading), 0, std::sin(heading)));
 }
 
-class TwoBodies : public testing::TestWithParam<std::string> {};
+class TwoBodies : public testing::TestWithParam<std::string> {
+ protected:
+  static constexpr int kScenes = 40;
+
+  /// How many of the scenes that `make` draws of a seed are answered; `look` is shown each of these with its result.
+  template <typename Make, typename Look>
+  static int countAnswers(const Make& make, const Look& look) {
+    const auto estimator = makeEstimator(GetParam(), RobustOptions());
+    RobustResult result;
+    int answers = 0;
+    for (uint64_t seed = 0; seed < kScenes; ++seed) {
+      const TwoViewScene scene = make(seed);
+      estimator->reset();
+      estimator->estimate(scene.pairs, scene.camera, result);
+      if (!result.translation_observable) continue;
+      ++answers;
+      look(scene, result);
+    }
+    return answers;
+  }
+  template <typename Make>
+  static int countAnswers(const Make& make) {
+    return countAnswers(make, [](const TwoViewScene&, const RobustResult&) {});
+  }
+};
 
 TEST_P(TwoBodies, DoNotBendThePose) {
-  constexpr int kScenes = 40;
-  const auto estimator = makeEstimator(GetParam(), RobustOptions());
-  RobustResult result;
-  int ok = 0, bent = 0;
-  for (uint64_t seed = 0; seed < kScenes; ++seed) {
-    const TwoViewScene scene = makeTwoBodies(seed, 0.3, {0.05, 0, 1}, {0.005, 0.02, 0.005});
-    estimator->reset();
-    estimator->estimate(scene.pairs, scene.camera, result);
-    if (!result.translation_observable) continue;
-    ++ok;
+  int bent = 0;
+  const auto make = [](uint64_t seed) { return makeTwoBodies(seed, 0.3, {0.05, 0, 1}, {0.005, 0.02, 0.005}); };
+  const int ok = countAnswers(make, [&](const TwoViewScene& scene, const RobustResult& result) {
     bent += Eigen::AngleAxisd(result.pose.R * scene.R).angle() > 0.3 * kDegree;
-  }
+  });
   EXPECT_GE(ok, kScenes / 2);
   EXPECT_LE(bent, kScenes / 20);  // without the test of breaks a seventh of them
 }
 
 TEST_P(TwoBodies, OneThatMovesBeforeATurningCameraIsNoTranslation) {
-  constexpr int kScenes = 40;
-  const auto estimator = makeEstimator(GetParam(), RobustOptions());
-  RobustResult result;
-  int ok = 0;
-  for (uint64_t seed = 0; seed < kScenes; ++seed) {
-    const TwoViewScene scene = makeTwoBodies(seed, 0.4, {0, 0, 0}, {0.01, 0.06, -0.02});
-    estimator->reset();
-    estimator->estimate(scene.pairs, scene.camera, result);
-    ok += result.translation_observable;
-  }
-  EXPECT_LE(ok, kScenes / 10);
+  const auto make = [](uint64_t seed) { return makeTwoBodies(seed, 0.4, {0, 0, 0}, {0.01, 0.06, -0.02}); };
+  EXPECT_LE(countAnswers(make), kScenes / 10);
 }
 
 TEST_P(TwoBodies, OneThatComesSlowlyBeforeAStandingCameraIsNoTranslation) {
   // By a few deviations of the noise, like parallax: but three fifths of the matches lie at infinity.
-  constexpr int kScenes = 40;
-  const auto estimator = makeEstimator(GetParam(), RobustOptions());
-  RobustResult result;
-  int ok = 0;
-  for (uint64_t seed = 0; seed < kScenes; ++seed) {
-    const Eigen::Vector3d step(0, 0.002, -0.04);
-    const TwoViewScene scene = makeTwoBodies(seed, 0.4, {0, 0, 0}, {0, 0, 0}, step);
-    estimator->reset();
-    estimator->estimate(scene.pairs, scene.camera, result);
-    ok += result.translation_observable;
-  }
-  EXPECT_LE(ok, kScenes / 20);
+  const auto make = [](uint64_t seed) { return makeTwoBodies(seed, 0.4, {0, 0, 0}, {0, 0, 0}, {0, 0.002, -0.04}); };
+  EXPECT_LE(countAnswers(make), kScenes / 20);
 }
 
 TEST_P(TwoBodies, TheLargerIsTheAnswer) {
-  constexpr int kScenes = 40;
-  const auto estimator = makeEstimator(GetParam(), RobustOptions());
-  RobustResult result;
-  int ok = 0, wrong = 0;
-  for (uint64_t seed = 0; seed < kScenes; ++seed) {
-    const TwoViewScene scene = makeTwoBodies(seed, 0.4, {0.05, 0, 1}, {0.005, 0.02, 0.005});
-    estimator->reset();
-    estimator->estimate(scene.pairs, scene.camera, result);
-    if (!result.translation_observable) continue;
-    ++ok;
+  int wrong = 0;
+  const auto make = [](uint64_t seed) { return makeTwoBodies(seed, 0.4, {0.05, 0, 1}, {0.005, 0.02, 0.005}); };
+  const int ok = countAnswers(make, [&](const TwoViewScene& scene, const RobustResult& result) {
     wrong += directionError(result.pose.t, -(scene.R.transpose() * scene.t)) > kWrongDirection;
-  }
+  });
   EXPECT_GE(ok, kScenes / 2);
   EXPECT_LE(wrong, kScenes / 40);
 }
