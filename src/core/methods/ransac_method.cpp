@@ -52,7 +52,7 @@ SamplingTask RansacMethod::task(int matches, int max_iterations) const {
 }
 
 bool RansacMethod::hurried() {
-  if (limit_ == nullptr || !limit_->late()) return false;
+  if (!ransac_.late()) return false;
   return result_->effort.refinement_cut = true;
 }
 

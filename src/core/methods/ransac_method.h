@@ -26,7 +26,7 @@ constexpr int kHastyIterations = 3;  ///< of a refinement when time is up
 class RansacMethod : public Method {
  public:
   void setSeed(uint64_t seed) override { options_.seed = seed; }
-  void setTimeLimit(const TimeLimit* limit) override { ransac_.setTimeLimit(limit_ = limit); }
+  void setTimeLimit(const TimeLimit* limit) override { ransac_.setTimeLimit(limit); }
 
  protected:
   explicit RansacMethod(const MatchFilterOptions& options);
@@ -58,7 +58,6 @@ class RansacMethod : public Method {
   RobustOptions options_;
   const ResidualKernels& kernels_;
   Random random_;
-  const TimeLimit* limit_ = nullptr;
 
   // The pair at hand.
   const PointPairs* pairs_ = nullptr;

@@ -34,6 +34,8 @@ class Ransac {
 
   /// Of searches from now on; null: none.
   void setTimeLimit(const TimeLimit* limit) { limit_ = limit; }
+  /// Whether the limit, if there is one, leaves little time for what follows.
+  bool late() const { return limit_ != nullptr && limit_->late(); }
 
   /// Nothing while none was found.
   const std::optional<Hypothesis>& best() const { return best_; }
