@@ -90,12 +90,6 @@ std::string missingRays(const Camera& camera) {
 
 }  // namespace
 
-Eigen::Vector2d rayOf(const Camera& camera, const cv::Point2f& pixel) {
-  const CameraIntrinsics& k = camera.intrinsics();
-  const cv::Point2f ideal = camera.undistort(pixel);
-  return {(ideal.x - k.cx) / k.fx, (ideal.y - k.cy) / k.fy};
-}
-
 CameraModelSource::CameraModelSource(const Parameters& parameters, const std::string& image_topic,
                                      const std::string& info_topic)
     : override_(parameters.camera),

@@ -5,7 +5,6 @@
 #include <string>
 
 #include <sensor_msgs/CameraInfo.h>
-#include <Eigen/Core>
 
 #include "gms_ransac/camera.h"
 #include "parameters.h"
@@ -21,9 +20,6 @@ struct CameraModel {
   std::string doubt;      ///< why ~camera, which is used, may be of another camera, and what to do; empty: no reason
   std::string warning;    ///< how much of the image the calibration does not cover; empty when it covers all of it
 };
-
-/// x and y at depth 1 of a received pixel, without the distortion. The camera must be calibrated.
-Eigen::Vector2d rayOf(const Camera& camera, const cv::Point2f& pixel);
 
 /// Remembers the last two models, because a camera_info seldom changes, a table of distortion takes milliseconds, and
 /// two cameras may publish on one topic.

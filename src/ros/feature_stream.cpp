@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "gms_ransac/rays.h"
+
 namespace gms_ransac {
 
 namespace {

@@ -11,6 +11,7 @@
 #include "depth_conversion.h"
 #include "frames.h"
 #include "gms_ransac/keypoint_depth.h"
+#include "gms_ransac/rays.h"
 #include "guard.h"
 #include "quantity_text.h"
 
@@ -415,10 +416,7 @@ void FrameProcessor::adoptCalibration(PreparedFrame& reference) const {
   // The depth image stays as it is.
   if (!reference.depth.empty()) reference.stereo.depth = keypointDepth(reference.frame.features, reference.depth);
   for (cv::KeyPoint& keypoint : reference.frame.features.keypoints) {
-    const Eigen::Vector2d ray = rayOf(before, keypoint.pt);
-    const CameraIntrinsics& k = now.intrinsics();
-    const cv::Point2f pixel =
-        now.distort({static_cast<float>(k.fx * ray.x() + k.cx), static_cast<float>(k.fy * ray.y() + k.cy)});
+    const cv::Point2f pixel = pixelOf(now, rayOf(before, keypoint.pt));
     if (std::isfinite(pixel.x) && std::isfinite(pixel.y)) keypoint.pt = pixel;
   }
   reference.camera = current_->camera;

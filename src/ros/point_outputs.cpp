@@ -8,6 +8,7 @@
 #include <boost/make_shared.hpp>
 
 #include "frames.h"
+#include "gms_ransac/rays.h"
 #include "overlay.h"
 #include "publisher_queue.h"
 

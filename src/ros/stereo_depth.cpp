@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "gms_ransac/rays.h"
 #include "image_pairing.h"
 #include "quantiles.h"
 #include "quantity_text.h"

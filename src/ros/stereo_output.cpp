@@ -2,6 +2,7 @@
 
 #include <boost/make_shared.hpp>
 
+#include "gms_ransac/rays.h"
 #include "publisher_queue.h"
 
 namespace gms_ransac {

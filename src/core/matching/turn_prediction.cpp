@@ -5,6 +5,9 @@
 #include <optional>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+
+#include "gms_ransac/rays.h"
 
 namespace gms_ransac {
 
@@ -18,18 +21,12 @@ constexpr double kSigmas = 3, kParallax = 0.05;
 /// A ray this far off the axis after the turn (the tangent) is out of any view that windows make sense in.
 constexpr double kFarthest = 4;
 
-Eigen::Vector3d rayOf(const Camera& camera, const cv::Point2f& pixel) {
-  const CameraIntrinsics& k = camera.intrinsics();
-  const cv::Point2f ideal = camera.undistort(pixel);
-  return {(ideal.x - k.cx) / k.fx, (ideal.y - k.cy) / k.fy, 1};
-}
-
-/// The pixel that shows the ray; none where it is out of view.
-std::optional<cv::Point2f> pixelOf(const Camera& camera, const Eigen::Vector3d& ray) {
-  const double x = ray.x() / ray.z(), y = ray.y() / ray.z();
-  if (!(ray.z() > 0) || !(std::hypot(x, y) < kFarthest)) return std::nullopt;
-  const CameraIntrinsics& k = camera.intrinsics();
-  const cv::Point2f pixel = camera.distort({static_cast<float>(k.fx * x + k.cx), static_cast<float>(k.fy * y + k.cy)});
+/// Where the camera sees a pixel after the turn; none where that is out of view.
+std::optional<cv::Point2f> turned(const Camera& camera, const Eigen::Matrix3d& to_current, const cv::Point2f& from) {
+  const Eigen::Vector3d direction = to_current * rayOf(camera, from).homogeneous();
+  const Eigen::Vector2d ray = direction.hnormalized();
+  if (!(direction.z() > 0) || !(ray.norm() < kFarthest)) return std::nullopt;
+  const cv::Point2f pixel = pixelOf(camera, ray);
   return std::isnan(pixel.x) ? std::nullopt : std::optional(pixel);
 }
 
@@ -41,7 +38,6 @@ void predictTurn(const RotationPrior& prior, const Camera& camera, MotionPredict
                          static_cast<float>(image.height) / (2 * kRows));
   const auto parallax = static_cast<float>(kParallax * std::sqrt(static_cast<double>(image.area())));
   const Eigen::Matrix3d to_current = prior.R.transpose();
-  const auto turned = [&](const cv::Point2f& pixel) { return pixelOf(camera, to_current * rayOf(camera, pixel)); };
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(prior.covariance, Eigen::EigenvaluesOnly);
   const double sigma = std::sqrt(std::max(axes.eigenvalues().maxCoeff(), 0.0));
   const auto reach = static_cast<float>(kSigmas * sigma * camera.meanFocalLength());
@@ -52,8 +48,9 @@ void predictTurn(const RotationPrior& prior, const Camera& camera, MotionPredict
     for (int column = 0; column < kColumns; ++column) {
       CellMotion& motion = prediction.cells[static_cast<size_t>(row) * kColumns + column];
       const cv::Point2f center(static_cast<float>(2 * column + 1) * half.x, static_cast<float>(2 * row + 1) * half.y);
-      const auto there = turned(center), right = turned(center + cv::Point2f(half.x, 0)),
-                 below = turned(center + cv::Point2f(0, half.y));
+      const auto there = turned(camera, to_current, center),
+                 right = turned(camera, to_current, center + cv::Point2f(half.x, 0)),
+                 below = turned(camera, to_current, center + cv::Point2f(0, half.y));
       if (!there || !right || !below) continue;
       motion.known = true;
       motion.center = center;
