@@ -206,7 +206,10 @@ void MatchFilterRos::publish(const ProcessedFrame& processed, const OutputOption
   const std::string& mask_problem = processed.current->mask_problem;
   if (!mask_problem.empty()) throttle_.warn("mask", name_ + ": an image is answered without mask: " + mask_problem);
   if (processed.continuity != Continuity::kContinuous) throttle_.warn("reset", name_ + ": " + processed.text);
-  const FrameCounters counters = {received_, processed_, passed_over_, dropped_, resets_};
+  // An image is counted as dropped after it was counted as received, so here it is the other way round: else one that
+  // comes meanwhile and pushes out another would make more answers than images.
+  const uint32_t dropped = dropped_, received = received_;
+  const FrameCounters counters = {received, processed_, passed_over_, dropped, resets_};
   diagnostics_->add(*outputs_->publish(processed, counters, options));
 }
 
