@@ -187,7 +187,7 @@ class Faults(unittest.TestCase):
     def test_reconfigured_all_the_time(self):
         rospy.wait_for_service("match_filter/set_parameters")
         reconfigure = rospy.ServiceProxy("match_filter/set_parameters", Reconfigure, persistent=True)
-        stream = Stream(self.client, self.frames)
+        stream = Stream(self.client, self.frames, ahead=100)  # half of ~queue_size: every image is answered, on a slow day too
         before = len(self.client.stats)
         stream.start()
         for i in range(RECONFIGURATIONS):

@@ -1,4 +1,5 @@
 """What the rostests share: a drawn scene with known motion, and a client that sends an image and awaits its answer."""
+import math
 import os
 import threading
 import time
@@ -161,17 +162,20 @@ class Client:
 
 
 class Stream(threading.Thread):
-    """Sends the frames over and over with rising stamps, until it is stopped."""
+    """Sends the frames over and over with rising stamps, until it is stopped; pauses while `ahead` have no answer."""
 
     PERIOD = 0.02  # seconds; a camera of 50 Hz
 
-    def __init__(self, client, frames):
+    def __init__(self, client, frames, ahead=math.inf):
         super().__init__(daemon=True)
-        self.client, self.frames = client, frames
+        self.client, self.frames, self.ahead = client, frames, ahead
         self.stopping, self.sent = threading.Event(), 0
 
     def run(self):
+        before = len(self.client.stats)
         while not self.stopping.wait(self.PERIOD):
+            if before + self.sent - len(self.client.stats) >= self.ahead:
+                continue
             self.client.send(self.frames[self.sent % len(self.frames)], 100 + self.PERIOD * self.sent)
             self.sent += 1
 
