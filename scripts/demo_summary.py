@@ -111,11 +111,18 @@ class DemoSummary:
     def on_overlay(self, message):
         self.overlay = message
 
+    def is_over(self):
+        """Whether every image of the bag has come, and none waits for its answer."""
+        if not self.stats:
+            return False
+        last = self.stats[-1][1]
+        answered = last.frames_processed + last.frames_passed_over + last.frames_dropped
+        return last.frames_received >= self.expected and answered >= last.frames_received
+
     def run(self):
         """Waits for the last image and writes everything."""
         with self.changed:
-            done = lambda: self.stats and self.stats[-1][1].frames_received >= self.expected
-            while not rospy.is_shutdown() and not done():
+            while not rospy.is_shutdown() and not self.is_over():
                 seen = len(self.stats)
                 if not self.changed.wait(SILENCE if self.stats else START_UP) and seen == len(self.stats):
                     break
