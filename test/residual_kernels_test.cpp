@@ -174,6 +174,26 @@ TEST(ResidualKernels, ThePriorCostsNothingWhereAMatchIsIgnored) {
   EXPECT_EQ(with.cost, without.cost);
 }
 
+TEST(ResidualKernels, CostsAloneAreThoseOfTheNormalEquations) {
+  const Problem problem(1003, 20);
+  const PointColumnsView points = problem.columns.view();
+  const PoseParameters pose = problem.pose.parameters();
+  const float basis[2][3] = {{1, 0, 0}, {0, 1, 0}}, D[3][9] = {};
+  for (const SimdLevel level : supportedLevels()) {
+    const ResidualKernels& kernels = residualKernels(level);
+    for (const Loss& loss : {Loss{1, 0}, Loss{4, 1}}) {
+      for (const ParallaxPrior& prior : {ParallaxPrior{}, ParallaxPrior{0.1f, 0.05f}}) {
+        NormalEquations<5> equations;
+        kernels.linearizePose(points, pose, basis, loss, prior, equations);
+        EXPECT_EQ(equations.cost, kernels.poseCost(points, pose, loss, prior)) << toString(level);
+      }
+      NormalEquations<3> equations;
+      kernels.linearizeRotation(points, pose.R, D, loss, equations);
+      EXPECT_EQ(equations.cost, kernels.transferCost(points, pose.R, loss)) << toString(level);
+    }
+  }
+}
+
 TEST(PoseModel, CrossMatrixMultipliesAsTheCrossProduct) {
   const Eigen::Vector3d a(1, -2, 3), b(0.5, 4, -1);
   EXPECT_EQ(crossMatrix(a) * b, a.cross(b));

@@ -50,6 +50,9 @@ inline std::vector<float> allResults(const ResidualKernels& kernels, const Point
     NormalEquations<3> three;
     kernels.linearizeRotation(points, pose.R, reinterpret_cast<const float(&)[3][9]>(D), loss, three);
     add(three);
+    add(kernels.poseCost(points, pose, loss, prior));
+    add(kernels.poseCost(points, pose, loss, {}));
+    add(kernels.transferCost(points, H, loss));
   }
   std::vector<float> e(static_cast<size_t>(points.size));
   kernels.epipolarResiduals(points, pose.E, e.data());

@@ -9,6 +9,7 @@
 
 #include "gms/motion_predictor.h"
 #include "matching/guided_windows.h"
+#include "worker_pool.h"
 
 namespace gms_ransac {
 
@@ -29,6 +30,7 @@ constexpr int kLeastKeypointsASeed = 3;
 constexpr int kBitsAboveSecond = 25;
 /// Share of the image above which a window is not worth it.
 constexpr float kLargestWindow = 0.1f;
+constexpr int kFeaturesAShare = 256;  ///< that one thread looks for in a row: 0.1 ms
 
 // A prediction from outside is believed if so many times, and standard deviations, more of the first matches lie where
 // it says than would by chance. Wrong matches crowd where keypoints do.
@@ -74,16 +76,23 @@ MotionStatisticsOptions seedStatistics(MotionStatisticsOptions options) {
 
 struct GuidedSearch::Workspace {
   Workspace(const HammingMatcherOptions& options, const MotionStatisticsOptions& statistics_options)
-      : kernel(hammingKernel(options.simd)), matcher(options), gms(seedStatistics(statistics_options)) {}
+      : kernel(hammingKernel(options.simd)),
+        matcher(options),
+        gms(seedStatistics(statistics_options)),
+        seats(options.threads),
+        pool(seats > 1 ? WorkerPool::shared(seats - 1) : nullptr) {}
 
   const HammingKernel& kernel;
   HammingMatcher matcher;
   MotionStatisticsFilter gms;
   MotionPredictor predictor;
   GuidedWindows windows;
+  int seats;
+  std::shared_ptr<WorkerPool> pool;  ///< where there are several
 
   std::vector<int> strongest;  ///< kSeedsAPart of each part, the strongest first
   std::vector<int> chosen;     ///< reference features to be compared with all
+  std::vector<uint8_t> left;   ///< of each reference feature, whether it is yet to be compared with all
   Features seeds;
   DescriptorSet rows;
   MotionStatistics statistics;
@@ -180,7 +189,7 @@ bool GuidedSearch::Workspace::nothingOutOfView(const MotionPrediction& prior, co
   return accepted <= kMostOutOfView * out;
 }
 
-/// Leaves in `chosen` what remains to be searched in full.
+/// Leaves in `chosen` what remains to be searched in full. The features are shared out to the threads.
 void GuidedSearch::Workspace::searchWindows(const Features& reference, const Features& current,
                                             const MotionPrediction& prediction, const MotionPrediction* prior) {
   const int usual_second = usualSecondDistance();
@@ -189,26 +198,38 @@ void GuidedSearch::Workspace::searchWindows(const Features& reference, const Fea
     return motion && motion->known && 4 * motion->reach.x * motion->reach.y <= largest;
   };
   const bool leaves_out = prior && nothingOutOfView(*prior, current.image_size);
-  windows.setCurrent(current, kernel);
-  chosen.clear();
-  for (int i = 0; i < reference.size(); ++i) {
+  windows.setCurrent(current, kernel, seats);
+  const auto isLeft = [&](int i, int seat) {
     Match& match = matches[static_cast<size_t>(i)];
-    if (match.reference != kNoMatch) continue;
+    if (match.reference != kNoMatch) return false;
     const cv::Point2f& point = reference.keypoints[static_cast<size_t>(i)].pt;
     const CellMotion* motion = prediction.at(point, reference.image_size);
     const bool seen = usable(motion);
     if (!seen && prior) motion = prior->at(point, reference.image_size);
-    if (!seen && leaves_out && motion && motion->known && outOfView(*motion, point, current.image_size)) continue;
-    if (usable(motion)) {
-      const NearestTwo nearest = windows.search(reference.descriptors.row(i), motion->predict(point), motion->reach);
-      // What is no better than the second of a full search that may be had elsewhere.
-      const int farthest = seen ? usual_second + kBitsAboveSecond : usual_second;
-      if (nearest.distance <= std::min(farthest, 8 * kDescriptorBytes)) {
-        match = {i, nearest.index, nearest.distance, secondDistance(nearest, usual_second)};
-        continue;
-      }
-    }
-    if (!seen) chosen.push_back(i);
+    if (!seen && leaves_out && motion && motion->known && outOfView(*motion, point, current.image_size)) return false;
+    if (!usable(motion)) return !seen;
+    const NearestTwo nearest =
+        windows.search(reference.descriptors.row(i), motion->predict(point), motion->reach, seat);
+    // What is no better than the second of a full search that may be had elsewhere.
+    const int farthest = seen ? usual_second + kBitsAboveSecond : usual_second;
+    if (nearest.distance > std::min(farthest, 8 * kDescriptorBytes)) return !seen;
+    match = {i, nearest.index, nearest.distance, secondDistance(nearest, usual_second)};
+    return false;
+  };
+  left.resize(static_cast<size_t>(reference.size()));
+  const auto searchShare = [&](int share, int seat) {
+    const int end = std::min(reference.size(), (share + 1) * kFeaturesAShare);
+    for (int i = share * kFeaturesAShare; i < end; ++i) left[static_cast<size_t>(i)] = isLeft(i, seat);
+  };
+  const int shares = (reference.size() + kFeaturesAShare - 1) / kFeaturesAShare;
+  if (pool) {
+    pool->forEach(shares, seats, searchShare);
+  } else {
+    for (int share = 0; share < shares; ++share) searchShare(share, 0);
+  }
+  chosen.clear();
+  for (int i = 0; i < reference.size(); ++i) {
+    if (left[static_cast<size_t>(i)]) chosen.push_back(i);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
 
 #include <Eigen/Core>
 
@@ -43,23 +44,34 @@ inline VectorLanes cross(const VectorLanes& a, const VectorLanes& b) {
 inline Lanes dot(const VectorLanes& a, const VectorLanes& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 /// Sums of the products of `P` columns with each other, of `size` rows (a multiple of kLanesAtOnce) and `stride` apart.
-/// Blocks are summed as T, their sums in double.
+/// Blocks are summed as T, their sums in double. By tiles of columns: what is loaded is used more than once.
 template <int P, class T>
 Eigen::Matrix<double, P, P> sumProducts(const T* columns, int stride, int size) {
-  constexpr int kBlock = 4 * kLanes;
+  constexpr int kBlock = 4 * kLanes, kTile = 3;
+  static_assert(P % kTile == 0, "whole tiles");
   using Entries = Eigen::Array<T, kLanesAtOnce, 1>;
   const auto entries = [&](int column, int row) {
     return Eigen::Map<const Entries>(columns + static_cast<ptrdiff_t>(column) * stride + row);
   };
   Eigen::Matrix<double, P, P> sums = Eigen::Matrix<double, P, P>::Zero();
+  const auto addTile = [&](int k, int l, int first, int end) {
+    Entries tile[kTile][kTile];
+    for (auto& row : tile) std::fill(std::begin(row), std::end(row), Entries::Zero());
+    for (int i = first; i < end; i += kLanesAtOnce) {
+      const Entries left[kTile] = {entries(k, i), entries(k + 1, i), entries(k + 2, i)};
+      for (int b = 0; b < kTile; ++b) {
+        const Entries right = entries(l + b, i);
+        for (int a = 0; a < kTile; ++a) tile[a][b] += left[a] * right;
+      }
+    }
+    for (int a = 0; a < kTile; ++a) {
+      for (int b = 0; b < kTile; ++b) sums(k + a, l + b) += static_cast<double>(tile[a][b].sum());
+    }
+  };
   for (int first = 0; first < size; first += kBlock) {
     const int end = std::min(first + kBlock, size);
-    for (int k = 0; k < P; ++k) {
-      for (int l = 0; l <= k; ++l) {
-        Entries sum = Entries::Zero();
-        for (int i = first; i < end; i += kLanesAtOnce) sum += entries(k, i) * entries(l, i);
-        sums(k, l) += static_cast<double>(sum.sum());
-      }
+    for (int k = 0; k < P; k += kTile) {
+      for (int l = 0; l <= k; l += kTile) addTile(k, l, first, end);
     }
   }
   sums.template triangularView<Eigen::StrictlyUpper>() = sums.transpose();

@@ -180,16 +180,20 @@ double PoseUncertainty::differentiate(const TwoViewPose& pose, const Loss& loss)
 
 int PoseUncertainty::sumByCell(const std::vector<int32_t>& cells) {
   const int stride = columns_.view().size;
-  gradients_.assign(static_cast<size_t>(kAll) * kCells, 0.0);
+  gradients_.resize(static_cast<size_t>(kAll) * kCells);
+  const auto clear = [this](int cluster) {
+    for (int k = 0; k < kAll; ++k) gradients_[static_cast<size_t>(k * kCells + cluster)] = 0;
+  };
   cluster_of_.assign(kCells, -1);
   int clusters = 0;
   for (size_t i = 0; i < used_.size(); ++i) {
     int& cluster = cluster_of_[static_cast<size_t>(cells[static_cast<size_t>(used_[i])])];
-    if (cluster < 0) cluster = clusters++;
+    if (cluster < 0) clear(cluster = clusters++);
     const float* J = J_.data() + i;
     double* gradient = gradients_.data() + cluster;
     for (int k = 0; k < kAll; ++k) gradient[k * kCells] += static_cast<double>(pulls_[i] * J[k * stride]);
   }
+  for (int padding = clusters; padding % kLanesAtOnce != 0; ++padding) clear(padding);
   return clusters;
 }
 
@@ -199,9 +203,9 @@ int PoseUncertainty::sumUp(const PointColumnsView& points, const TwoViewPose& po
   collect(points, noise, loss.cut);
   if (used_.empty()) return 0;
   // The mean second derivative of the loss; each match's own is noisy, and negative in the tails.
-  const double bend = std::max(differentiate(pose, loss), kLeastCurvature);
+  bend_ = std::max(differentiate(pose, loss), kLeastCurvature);
   const int size = columns_.view().size;
-  curvature_ = bend * sumProducts<kAll>(J_.data(), size, size);
+  curvature_ = bend_ * sumProducts<kAll>(J_.data(), size, size);
 
   clusters_ = sumByCell(cells);
   // In double: what the parameters do beside each other is a small difference of these sums.
@@ -210,24 +214,35 @@ int PoseUncertainty::sumUp(const PointColumnsView& points, const TwoViewPose& po
   scatter_ *= static_cast<double>(clusters_) / std::max(1, clusters_ - kPose);
   const Eigen::Map<const Eigen::Matrix<double, kCells, kAll>> gradients(gradients_.data());
   gradient_ = gradients.topRows(rows).colwise().sum();
-  sumUpBlocks(cells, bend);
+  sumUpBlocks(cells, pose_blocks_);
   return static_cast<int>(used_.size());
 }
 
-void PoseUncertainty::sumUpBlocks(const std::vector<int32_t>& cells, double bend) {
-  break_test_.clear();
+template <int N>
+void PoseUncertainty::sumUpBlocks(const std::vector<int32_t>& cells, BlockSums<N>& blocks) const {
+  blocks.clear();
   const int stride = columns_.view().size;
-  const auto root = static_cast<float>(std::sqrt(bend));
-  PoseBreakTest::Derivatives derivatives = PoseBreakTest::Derivatives::Zero();
+  const auto root = static_cast<float>(std::sqrt(bend_));
+  typename BlockSums<N>::Derivatives derivatives = BlockSums<N>::Derivatives::Zero();
   for (size_t i = 0; i < used_.size(); ++i) {
-    for (int k = 0; k < kAll; ++k) derivatives[k] = root * J_[i + static_cast<size_t>(k * stride)];
-    break_test_.addMatch(cells[static_cast<size_t>(used_[i])], derivatives);
+    for (int k = 0; k < N; ++k) derivatives[k] = root * J_[i + static_cast<size_t>(k * stride)];
+    blocks.addMatch(cells[static_cast<size_t>(used_[i])], derivatives);
   }
+  using Gradient = Eigen::Map<const typename BlockSums<N>::Parameters, 0, Eigen::InnerStride<kCells>>;
   for (int cell = 0; cell < kCells; ++cell) {
     const int cluster = cluster_of_[static_cast<size_t>(cell)];
-    if (cluster < 0) continue;
-    break_test_.addCell(cell, Eigen::Map<const Row, 0, Eigen::InnerStride<kCells>>(gradients_.data() + cluster));
+    if (cluster >= 0) blocks.addCell(cell, Gradient(gradients_.data() + cluster));
   }
+}
+
+PoseBreak PoseUncertainty::findBreak(const std::vector<int32_t>& cells, double variance) {
+  constexpr size_t kSpans = PoseBreak::kSide * (PoseBreak::kSide + 1) / 2;
+  suspects_.reserve(kSpans * kSpans);
+  // Without the camera's parameters first, which takes a tenth of the time and mostly settles it.
+  pose_blocks_.findSuspects(scatter_.topLeftCorner<kPose, kPose>(), gradient_.head<kPose>(), suspects_);
+  if (suspects_.empty()) return {};
+  sumUpBlocks(cells, all_blocks_);
+  return all_blocks_.worstOf(suspects_, extendedInverse(kUnmodelledSigma, variance), scatter_, gradient_);
 }
 
 PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
@@ -243,11 +258,10 @@ PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoVie
   spread.sandwich = inverse * scatter_.topLeftCorner<kPose, kPose>() * inverse + step * step.transpose();
   spread.covariance = spread.of_matches = widened(spread.sandwich, step);
   testModel(inverse, spread);
-  spread.pose_break =
-      break_test_.find(extendedInverse(kUnmodelledSigma, noise.sigma() * noise.sigma()), scatter_, gradient_);
+  const double variance = noise.sigma() * noise.sigma();
+  spread.pose_break = findBreak(cells, variance);
   const double doubt = std::clamp((spread.contradiction - kFirstDoubt) / (kFullDoubt - kFirstDoubt), 0.0, 1.0);
   if (doubt > 0) {
-    const double variance = noise.sigma() * noise.sigma();
     const Eigen::Matrix<double, kPose, kPose> extended = extendedCovariance(kUnmodelledSigma, variance);
     for (auto* covariance : {&spread.covariance, &spread.sandwich}) *covariance += doubt * (extended - *covariance);
   }
@@ -263,7 +277,7 @@ Eigen::Matrix<double, 5, 5> PoseUncertainty::widened(const Eigen::Matrix<double,
                                                      const Eigen::Matrix<double, kPose, 1>& step) const {
   if (clusters_ >= kEnoughCells) return sandwich;
   const Eigen::Matrix<double, kPose, kPose> others =
-      break_test_.jackknife(curvature_.topLeftCorner<kPose, kPose>(), step);
+      pose_blocks_.jackknife(curvature_.topLeftCorner<kPose, kPose>(), step);
   const auto widening = [&](int first, int count) {
     return std::sqrt(
         std::max(1., others.diagonal().segment(first, count).sum() / sandwich.diagonal().segment(first, count).sum()));

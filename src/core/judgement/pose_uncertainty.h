@@ -57,7 +57,9 @@ class PoseUncertainty {
   /// Test of the camera model by the scores of its parameters.
   void testModel(const Eigen::Matrix<double, kPose, kPose>& inverse, PoseSpread& spread) const;
   /// Sums of the used matches for the test of breaks.
-  void sumUpBlocks(const std::vector<int32_t>& cells, double bend);
+  template <int N>
+  void sumUpBlocks(const std::vector<int32_t>& cells, BlockSums<N>& blocks) const;
+  PoseBreak findBreak(const std::vector<int32_t>& cells, double variance);
   /// Scales a sandwich of few cells up to what leaving out parts of the view changes; `step`: what the pose lacks to
   /// the optimum.
   Eigen::Matrix<double, kPose, kPose> widened(const Eigen::Matrix<double, kPose, kPose>& sandwich,
@@ -71,8 +73,11 @@ class PoseUncertainty {
 
   Information curvature_, scatter_;
   Row gradient_;
+  double bend_ = 1;  ///< mean second derivative of the loss
   int clusters_ = 0;
-  PoseBreakTest break_test_;
+  BlockSums<kPose> pose_blocks_;
+  BlockSums<kAll> all_blocks_;
+  std::vector<PoseBreak> suspects_;
   std::vector<int> used_;     ///< columns that take part
   PointColumns columns_;      ///< these alone
   std::vector<float> J_;      ///< derivatives of each match's residual, one parameter after the other

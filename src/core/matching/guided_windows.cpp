@@ -21,7 +21,7 @@ int clampedFloor(float value, int count) {
 int GuidedWindows::column(float x) const { return clampedFloor(x * buckets_per_pixel_, columns_); }
 int GuidedWindows::row(float y) const { return clampedFloor(y * buckets_per_pixel_, rows_); }
 
-void GuidedWindows::setCurrent(const Features& current, const HammingKernel& kernel) {
+void GuidedWindows::setCurrent(const Features& current, const HammingKernel& kernel, int seats) {
   kernel_ = &kernel;
   const auto n = static_cast<size_t>(current.size());
   const cv::Size image = current.image_size;
@@ -46,19 +46,20 @@ void GuidedWindows::setCurrent(const Features& current, const HammingKernel& ker
     index_[place] = static_cast<int32_t>(i);
     std::memcpy(&descriptors_[place * kHammingBytes], current.descriptors.row(static_cast<int>(i)), kHammingBytes);
   }
-  runs_.resize(static_cast<size_t>(rows_));
+  runs_.resize(static_cast<size_t>(rows_) * static_cast<size_t>(seats));
 }
 
-NearestTwo GuidedWindows::search(const uint8_t* query, const cv::Point2f& center, const cv::Point2f& reach) {
+NearestTwo GuidedWindows::search(const uint8_t* query, const cv::Point2f& center, const cv::Point2f& reach, int seat) {
   const int left = column(center.x - reach.x), right = column(center.x + reach.x);
   const int top = row(center.y - reach.y), bottom = row(center.y + reach.y);
+  RowRun* runs = &runs_[static_cast<size_t>(rows_) * static_cast<size_t>(seat)];
   int run_count = 0;
   for (int y = top; y <= bottom; ++y) {
     const int32_t* buckets = &first_[static_cast<size_t>(y) * columns_];
     const RowRun run = {buckets[left], buckets[right + 1]};
-    if (run.first < run.last) runs_[static_cast<size_t>(run_count++)] = run;
+    if (run.first < run.last) runs[run_count++] = run;
   }
-  return kernel_->searchRuns(query, descriptors_.data(), index_.data(), runs_.data(), run_count);
+  return kernel_->searchRuns(query, descriptors_.data(), index_.data(), runs, run_count);
 }
 
 }  // namespace gms_ransac

@@ -69,12 +69,16 @@ int FundamentalModel::refine(const Loss& loss, int iterations, Hypothesis& hypot
     toFloat(at.U.col(1) * at.V.col(1).transpose(), D[6]);
     kernels_.linearizeFundamental(points_, m, D, loss, result);
   };
+  const auto cost = [&](const RankTwo& at) {
+    NormalEquations<7> equations;
+    linearize(at, equations);
+    return equations.cost;
+  };
   const auto moved = [](const RankTwo& from, const double(&step)[7]) {
     return RankTwo{rotationFromVector({step[0], step[1], step[2]}) * from.U,
                    rotationFromVector({step[3], step[4], step[5]}) * from.V, from.s + step[6]};
   };
-  NormalEquations<7> equations;
-  const int passes = minimizeRobustCost<7>(iterations, kEnough, state, equations, linearize, moved);
+  const int passes = minimizeRobustCost<7>(iterations, kEnough, state, linearize, cost, moved);
   const Eigen::Matrix3d matrix = state.matrix();
   F = matrix / matrix.norm();
   return passes;

@@ -55,13 +55,17 @@ int HomographyModel::refine(const Loss& loss, int iterations, Hypothesis& hypoth
     for (int k = 0; k < 8; ++k) D[k][entry(k)] = 1;
     kernels_.linearizeHomography(points_, m, D, loss, result);
   };
+  const auto cost = [&](const Eigen::Matrix3d& at) {
+    float m[9];
+    toFloat(at, m);
+    return kernels_.transferCost(points_, m, loss);
+  };
   const auto moved = [&entry](const Eigen::Matrix3d& from, const double(&step)[8]) {
     Eigen::Matrix3d to = from;
     for (int k = 0; k < 8; ++k) to(entry(k) / 3, entry(k) % 3) += step[k];
     return to;
   };
-  NormalEquations<8> equations;
-  const int passes = minimizeRobustCost<8>(iterations, kEnough, H, equations, linearize, moved);
+  const int passes = minimizeRobustCost<8>(iterations, kEnough, H, linearize, cost, moved);
   H /= H.norm();
   return passes;
 }

@@ -49,29 +49,34 @@ double promisedDecrease(const float (&gradient)[P], const double (&step)[P]) {
 }
 
 /// Lowers the robust cost of `state` in at most `iterations` trial steps, or until a step lowers it by less than
-/// `enough` of it. linearize(state, equations) fills the normal equations at a state, moved(state, step) returns the
-/// state after a step. Returns the passes over the matches.
-template <int P, class State, class Linearize, class Moved>
-int minimizeRobustCost(int iterations, float enough, State& state, NormalEquations<P>& equations,
-                       const Linearize& linearize, const Moved& moved) {
+/// `enough` of it. linearize(state, equations) fills the normal equations at a state, cost(state) returns their cost
+/// alone, moved(state, step) the state after a step. Returns the passes over the matches.
+template <int P, class State, class Linearize, class Cost, class Moved>
+int minimizeRobustCost(int iterations, float enough, State& state, const Linearize& linearize, const Cost& cost,
+                       const Moved& moved) {
   constexpr double kFirstDamping = 1e-3;
   constexpr double kLargestDamping = 1e3;
   constexpr double kHopeless = 0.1;  ///< share of `enough` that a rejected step must have promised for shorter ones
+  NormalEquations<P> equations;
   linearize(state, equations);
   int passes = 1;
   double damping = kFirstDamping;
   while (passes <= iterations && damping < kLargestDamping) {
+    const bool last = passes == iterations;
+    ++passes;
     double step[P];
     if (!solveDamped<P>(equations.matrix, equations.gradient, damping, step)) {
       damping *= 10;
-      ++passes;
       continue;
     }
     for (double& s : step) s = -s;
     const State candidate = moved(state, step);
+    if (last) {  // nothing steps on from there
+      if (cost(candidate) < equations.cost) state = candidate;
+      break;
+    }
     NormalEquations<P> candidate_equations;
     linearize(candidate, candidate_equations);
-    ++passes;
     if (candidate_equations.cost < equations.cost) {
       const bool converged = equations.cost - candidate_equations.cost < enough * equations.cost;
       state = candidate;

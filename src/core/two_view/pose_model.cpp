@@ -154,10 +154,9 @@ void PoseModel::linearize(const TwoViewPose& pose, const Loss& loss, NormalEquat
 
 int PoseModel::refine(const Loss& loss, int iterations, TwoViewPose& pose, float enough) const {
   makeRotation(pose.R);  // steps keep what it is, errors included
-  NormalEquations<5> equations;
   return minimizeRobustCost<5>(
-      iterations, enough, pose, equations,
-      [&](const TwoViewPose& at, NormalEquations<5>& result) { linearize(at, loss, result); },
+      iterations, enough, pose, [&](const TwoViewPose& at, NormalEquations<5>& result) { linearize(at, loss, result); },
+      [&](const TwoViewPose& at) { return kernels_.poseCost(points_, at.parameters(), loss, prior_); },
       [](const TwoViewPose& from, const double(&step)[5]) {
         Eigen::Vector3d basis[2];
         tangent(from.t, basis);
@@ -174,10 +173,14 @@ void PoseModel::linearizeRotation(const Eigen::Matrix3d& R, const Loss& loss, No
 }
 
 int PoseModel::refineRotation(const Loss& loss, int iterations, Eigen::Matrix3d& R) const {
-  NormalEquations<3> equations;
   return minimizeRobustCost<3>(
-      iterations, kEnoughToCompare, R, equations,
+      iterations, kEnoughToCompare, R,
       [&](const Eigen::Matrix3d& at, NormalEquations<3>& result) { linearizeRotation(at, loss, result); },
+      [&](const Eigen::Matrix3d& at) {
+        float H[9];
+        toFloat(at, H);
+        return kernels_.transferCost(points_, H, loss);
+      },
       [](const Eigen::Matrix3d& from, const double(&step)[3]) {
         return Eigen::Matrix3d(rotationFromVector({step[0], step[1], step[2]}) * from);
       });

@@ -356,6 +356,29 @@ struct KernelsFor {
     sums.finish(points, equations);
   }
 
+  static float poseCost(const PointColumnsView& points, const PoseParameters& pose, const Loss& loss,
+                        const ParallaxPrior& parallax_prior) {
+    const Matrix E(pose.E), R(pose.R);
+    const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])}, cut = V::set(loss.cut);
+    const Prior prior(parallax_prior);
+    V cost = V::set(0);
+    for (int i = 0; i < points.size; i += kLanes) {
+      const Point p(points, i);
+      const Epipolar s(E, p);
+      const Parallax parallax(R, p, s);
+      const V e = poseResidual(parallax, RayTimesTranslation(t, p), s, p);
+      V q, slope;
+      if (parallax_prior.weight > 0) {
+        const V counts = V::select(e, cut, V::set(1), V::set(0));
+        cost = cost + counts * prior.cost(parallax, lossDivisor(loss, e), slope, q);
+      } else {
+        q = V::set(1) / lossDivisor(loss, e);
+      }
+      cost = cost + V::minimum(e, cut) * q;
+    }
+    return cost.sum();
+  }
+
   static void linearizeFundamental(const PointColumnsView& points, const float (&F)[9], const float (&D)[7][9],
                                    const Loss& loss, NormalEquations<7>& equations) {
     const Matrix M(F);
@@ -370,6 +393,31 @@ struct KernelsFor {
     sums.finish(points, equations);
   }
 
+  /// The image of a point beside its match.
+  struct Transfer {
+    V inverse_z, u, v, rx, ry;
+    Transfer(const Matrix& h, const Point& p) {
+      const V z = h.row(2, p.x1, p.y1);
+      inverse_z = z / (z * z + V::set(kTiny));
+      u = h.row(0, p.x1, p.y1) * inverse_z;
+      v = h.row(1, p.x1, p.y1) * inverse_z;
+      rx = u - p.x2;
+      ry = v - p.y2;
+    }
+    V residual(V w) const { return w * (rx * rx + ry * ry); }
+  };
+
+  static float transferCost(const PointColumnsView& points, const float (&H)[9], const Loss& loss) {
+    const Matrix h(H);
+    V cost = V::set(0);
+    for (int i = 0; i < points.size; i += kLanes) {
+      const Point p(points, i);
+      const V e = Transfer(h, p).residual(p.w);
+      cost = cost + V::minimum(e, V::set(loss.cut)) * (V::set(1) / lossDivisor(loss, e));
+    }
+    return cost.sum();
+  }
+
   template <int P>
   static void linearizeTransfer(const PointColumnsView& points, const float (&H)[9], const float (&D)[P][9],
                                 const Loss& loss, NormalEquations<P>& equations) {
@@ -379,30 +427,25 @@ struct KernelsFor {
     Equations<P> sums;
     for (int i = 0; i < points.size; i += kLanes) {
       const Point p(points, i);
-      const V z = h.row(2, p.x1, p.y1);
-      const V inverse_z = z / (z * z + V::set(kTiny));
-      const V u = h.row(0, p.x1, p.y1) * inverse_z, v = h.row(1, p.x1, p.y1) * inverse_z;
-      const V rx = u - p.x2, ry = v - p.y2;
-      const V weight = p.w * lossWeight(loss, p.w * (rx * rx + ry * ry), sums);
+      const Transfer moved(h, p);
+      const V weight = p.w * lossWeight(loss, moved.residual(p.w), sums);
       V Jx[P], Jy[P];
       for (int k = 0; k < P; ++k) {
         const V a = d[k][0] * p.x1 + d[k][1] * p.y1 + d[k][2], b = d[k][3] * p.x1 + d[k][4] * p.y1 + d[k][5];
         const V c = d[k][6] * p.x1 + d[k][7] * p.y1 + d[k][8];
-        Jx[k] = (a - u * c) * inverse_z;
-        Jy[k] = (b - v * c) * inverse_z;
+        Jx[k] = (a - moved.u * c) * moved.inverse_z;
+        Jy[k] = (b - moved.v * c) * moved.inverse_z;
       }
-      sums.add(Jx, rx, weight);
-      sums.add(Jy, ry, weight);
+      sums.add(Jx, moved.rx, weight);
+      sums.add(Jy, moved.ry, weight);
     }
     sums.finish(points, equations);
   }
 
   static const ResidualKernels& table() {
-    static const ResidualKernels kernels = {scoreEpipolar,        scorePose,
-                                            scoreHomography,      linearizePose,
-                                            linearizeFundamental, linearizeTransfer<8>,
-                                            linearizeTransfer<3>, epipolarResiduals,
-                                            poseResiduals,        transferResiduals};
+    static const ResidualKernels kernels = {
+        scoreEpipolar,        scorePose, scoreHomography, linearizePose,     linearizeFundamental, linearizeTransfer<8>,
+        linearizeTransfer<3>, poseCost,  transferCost,    epipolarResiduals, poseResiduals,        transferResiduals};
     return kernels;
   }
 };
