@@ -4,6 +4,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "run/experiment.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -44,8 +46,8 @@ std::vector<TrustUnit> trustUnits(const TrustPlan& plan, std::vector<std::string
   for (size_t s = 0; s < plan.sets.size(); ++s) {
     const Dataset dataset = Dataset::open(plan.sets[s].path, plan.dataset);
     const bool listed = dataset.kind() == DatasetKind::kImagePairs;
-    if (listed && !plan.pipelines.empty() && plan.pipelines.front().robust.rolling_shutter_readout > 0) {
-      notes.push_back(dataset.name() + " has no stamps, so --rolling-shutter-readout is not applied to it");
+    if (!plan.pipelines.empty()) {
+      if (const auto note = unappliedOption(dataset, plan.pipelines.front())) notes.push_back(*note);
     }
     for (const int gap : listed ? std::vector<int>{0} : plan.gaps) {
       const int pairs = static_cast<int>(dataset.pairs(std::max(1, gap), plan.stride).size());
