@@ -17,17 +17,20 @@ constexpr double kDegree = M_PI / 180;
 /// lose little to an interruption.
 constexpr int kPairsOfUnit = 24;
 
+/// The stamp of a camera of 30 Hz that nothing triggers may be of any time between two frames, seconds.
+const double kFrameClock = 1 / 30. / std::sqrt(12.);
+
 struct KindOfTruth {
   const char* word;  ///< in the set's name, in small letters
   TruthNoise noise;
 };
-constexpr KindOfTruth kKinds[] = {
-    {"rendered", {0, 0}},
-    {"kitti", {0.01 * kDegree, 0.005}},
-    {"euroc", {0.05 * kDegree, 0.001}},
-    {"7scenes", {0.2 * kDegree, 0.01}},
-    {"tum", {0.2 * kDegree, 0.001}},
-    {"freiburg", {0.2 * kDegree, 0.001}},
+const KindOfTruth kKinds[] = {
+    {"rendered", {0, 0, 0, 0}},
+    {"kitti", {0.01 * kDegree, 0.005, 0, 0.1 * kDegree}},
+    {"euroc", {0.05 * kDegree, 0.001, 0, 0}},
+    {"7scenes", {0.2 * kDegree, 0.01, kFrameClock, 0}},
+    {"tum", {0.2 * kDegree, 0.001, kFrameClock, 0}},
+    {"freiburg", {0.2 * kDegree, 0.001, kFrameClock, 0}},
 };
 
 bool isSet(const fs::path& path) {
