@@ -131,6 +131,19 @@ TEST_F(EvaluateTest, TakesEarlierNamesAndSaysOnceWhatTheyAreNow) {
   EXPECT_EQ(readLines(path("records.jsonl")).front().at("method"), "lo_prosac");
 }
 
+TEST_F(EvaluateTest, SaysThatRowsAreLeftAsTheyAreWhereThereAreNoStamps) {
+  writePlane(2, kStep);
+  for (const std::string command :
+       {"run " + path("set"), "trust " + path("set") + " --no-report --out " + path("trust"),
+        "tables " + path("set") + " --presets 300 --repeat 1 --pairs 1 --no-plots --out " + path("tables")}) {
+    const std::string sentence = "has no stamps, so --rolling-shutter-readout is not applied";
+    const Outcome asked = evaluate(command + " --method lo_prosac --rolling-shutter-readout 0.02");
+    const size_t at = asked.text.find(sentence);
+    ASSERT_NE(at, std::string::npos) << command << "\n" << asked.text;
+    EXPECT_EQ(asked.text.find(sentence, at + 1), std::string::npos) << "once";
+  }
+}
+
 TEST_F(EvaluateTest, ListsEveryMethodAndExplainsItself) {
   const Outcome list = evaluate("--list");
   EXPECT_EQ(list.status, 0);

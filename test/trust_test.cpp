@@ -88,6 +88,28 @@ TEST(Trust, NoiseOfTheTruthIsAddedToTheCovariance) {
   EXPECT_NEAR(r.nees_direction, 4 / (1 + 3.) / 2, 1e-9);
 }
 
+TEST(Trust, AClockThatIsOffMovesTheTruthOneWay) {
+  PoseTruth truth = forward(1);
+  truth.clock_step = {Vector3d(0, 0.2 * kDegree, 0), Vector3d(std::tan(2 * kDegree), 0, 0)};
+  const Vector3d aside = turn(2, Vector3d::UnitY()) * Vector3d::UnitZ();
+  const TrustRow along = row(Status::kOk, answer(turn(0.3, Vector3d::UnitY()), aside), truth);
+  EXPECT_NEAR(along.nees_rotation, 0.09 / (0.01 + 0.04) / 3, 1e-9);
+  EXPECT_NEAR(along.nees_direction, 4 / (1 + 4.) / 2, 1e-2);
+  const TrustRow across = row(Status::kOk, answer(turn(0.3, Vector3d::UnitX()), aside), truth);
+  EXPECT_NEAR(across.nees_rotation, 0.09 / 0.01 / 3, 1e-9);
+}
+
+TEST(Trust, AxesThatAreTurnedTurnTheDirectionAndLittleOfTheRotation) {
+  PoseTruth truth = forward(5);
+  truth.noise.alignment = 0.2 * kDegree;
+  truth.pose.linear() = turn(1, Vector3d::UnitZ());
+  const PairNoise noise(truth.noise, {}, truth.pose);
+  EXPECT_NEAR(std::sqrt(noise.translation(0, 0)), 5 * 0.2 * kDegree, 1e-9) << "whatever the length";
+  EXPECT_NEAR(noise.translation(2, 2), 0, 1e-12);
+  EXPECT_NEAR(std::sqrt(noise.rotation(1, 1)), kDegree * 0.2 * kDegree, 1e-9);
+  EXPECT_NEAR(noise.rotation(2, 2), 0, 1e-12);
+}
+
 TEST(Trust, WrongIsAnOkBeyondTheLimits) {
   const Matrix3d same = Matrix3d::Identity(), off = turn(1.2, Vector3d::UnitZ());
   const Vector3d ahead(0, 0, 1), aside(1, 0, 0);

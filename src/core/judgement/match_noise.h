@@ -33,8 +33,10 @@ class MatchNoise {
   /// Squared residual and squared parallax of each column, padding included.
   const std::vector<float>& residuals() const { return residuals_; }
   const std::vector<float>& parallaxes() const { return parallaxes_; }
-  /// That the match of each column is right.
+  /// That the match of each column is one of those whose noise this is. What others are told: MatchProbability.
   const std::vector<float>& probabilities() const { return probabilities_; }
+  /// How much likelier the parallax of each column is for a wrong match; 1 where no pose is known.
+  const std::vector<float>& odds() const { return odds_; }
   /// False of a match whose parallax is so far from the scene's that a wrong match is the likelier explanation, even if
   /// it lies on its epipolar line: one of these can outweigh hundreds of others in the direction of translation.
   bool plausible(int column) const { return odds_[static_cast<size_t>(column)] < kMostOdds; }

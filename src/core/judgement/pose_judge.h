@@ -9,6 +9,7 @@
 #include "judgement/alternative_motion.h"
 #include "judgement/body_parting.h"
 #include "judgement/match_noise.h"
+#include "judgement/match_probability.h"
 #include "judgement/pose_uncertainty.h"
 #include "judgement/rotation_only.h"
 #include "judgement/rotation_rivals.h"
@@ -69,7 +70,7 @@ class PoseJudge {
   /// Whether a second motion may be the world as well as the pose. `share`: of what it explains in what the pose does;
   /// `second`: which columns.
   bool isRival(double share, const std::vector<uint8_t>& second) const;
-  void describeMatches(RobustResult& result) const;
+  void describeMatches(RobustResult& result);
 
   const ResidualKernels& kernels_;
   RobustOptions options_;
@@ -82,6 +83,7 @@ class PoseJudge {
   PoseSpread spread_;
   BodyParting bodies_;
   bool parted_ = false;  ///< bodies_ found two
+  MatchProbability probability_;
   PoseUncertainty uncertainty_;
   RotationRivals rivals_;
   PointColumns plausible_;

@@ -79,6 +79,7 @@ class RansacMethod : public Method {
   InlierAcceptance acceptance_;
   PoseRecovery pose_recovery_;
   MatchNoise noise_;
+  MatchProbability probability_;
   std::vector<float> residuals_;
 };
 

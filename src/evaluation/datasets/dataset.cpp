@@ -11,6 +11,9 @@ namespace gms_ransac {
 
 namespace {
 
+// A longer hole in the ground truth (TUM's motion capture runs at 100 Hz) is not interpolated across, seconds.
+constexpr double kLongestPoseGap = 0.1;
+
 bool endsWith(const std::string& text, const std::string& suffix) {
   return text.size() >= suffix.size() && text.compare(text.size() - suffix.size(), suffix.size(), suffix) == 0;
 }
@@ -75,6 +78,21 @@ std::vector<DatasetPair> Dataset::pairs(int gap, int stride) const {
 std::optional<double> Dataset::stamp(int frame) const {
   if (kind_ == DatasetKind::kImagePairs) return std::nullopt;
   return frames_.at(static_cast<size_t>(frame)).stamp;
+}
+
+std::optional<Eigen::Isometry3d> Dataset::truthAt(double stamp) const {
+  const auto after = std::lower_bound(trajectory_.begin(), trajectory_.end(), stamp,
+                                      [](const StampedPose& pose, double t) { return pose.stamp < t; });
+  if (after == trajectory_.end()) return std::nullopt;
+  if (after->stamp == stamp) return after->pose;
+  if (after == trajectory_.begin()) return std::nullopt;
+  const StampedPose &a = *(after - 1), &b = *after;
+  if (b.stamp - a.stamp > kLongestPoseGap) return std::nullopt;
+  const double weight = (stamp - a.stamp) / (b.stamp - a.stamp);
+  const Eigen::Quaterniond from(a.pose.linear()), to(b.pose.linear());
+  Eigen::Isometry3d pose(from.slerp(weight, to));
+  pose.translation() = (1 - weight) * a.pose.translation() + weight * b.pose.translation();
+  return pose;
 }
 
 cv::Mat Dataset::depth(int frame) const {

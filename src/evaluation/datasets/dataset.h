@@ -78,6 +78,8 @@ class Dataset {
   const std::vector<DatasetFrame>& frames() const { return frames_; }
   /// The truth of a folder as it was recorded, at its own rate; empty for bags and image pairs.
   const std::vector<StampedPose>& trajectory() const { return trajectory_; }
+  /// Between the two samples of the trajectory around a time; absent outside it and across long holes.
+  std::optional<Eigen::Isometry3d> truthAt(double stamp) const;
   /// Absent when the set says nothing and none were given: then only uncalibrated models apply.
   const std::optional<CameraIntrinsics>& intrinsics() const { return intrinsics_; }
 

@@ -12,9 +12,6 @@ namespace {
 
 // TUM's own association script pairs colour and depth that are at most this far apart, seconds.
 constexpr double kDepthAssociation = 0.02;
-// A longer hole in the ground truth (TUM's motion capture runs at 100 Hz) is not interpolated across, seconds.
-constexpr double kLongestPoseGap = 0.1;
-
 // Files have four digits; what is further from unit length is no quaternion, and squares of it may be beyond a double.
 constexpr double kQuaternionRounding = 0.5;
 
@@ -51,22 +48,6 @@ std::vector<StampedPose> readTrajectory(const std::string& file) {
   return trajectory;
 }
 
-/// Pose between the two samples around `stamp`; absent outside the trajectory and across long holes.
-std::optional<Eigen::Isometry3d> poseAt(const std::vector<StampedPose>& trajectory, double stamp) {
-  const auto after = std::lower_bound(trajectory.begin(), trajectory.end(), stamp,
-                                      [](const StampedPose& pose, double t) { return pose.stamp < t; });
-  if (after == trajectory.end()) return std::nullopt;
-  if (after->stamp == stamp) return after->pose;
-  if (after == trajectory.begin()) return std::nullopt;
-  const StampedPose &a = *(after - 1), &b = *after;
-  if (b.stamp - a.stamp > kLongestPoseGap) return std::nullopt;
-  const double weight = (stamp - a.stamp) / (b.stamp - a.stamp);
-  const Eigen::Quaterniond from(a.pose.linear()), to(b.pose.linear());
-  Eigen::Isometry3d pose(from.slerp(weight, to));
-  pose.translation() = (1 - weight) * a.pose.translation() + weight * b.pose.translation();
-  return pose;
-}
-
 /// Entry of the list nearest in time, or null.
 const StampedFile* nearestFile(const std::vector<StampedFile>& sorted, double stamp) {
   const auto after = std::lower_bound(sorted.begin(), sorted.end(), stamp,
@@ -98,7 +79,7 @@ Dataset openTum(const std::string& folder, const DatasetOptions& options) {
     DatasetFrame frame;
     frame.name = entry.file;
     frame.stamp = entry.stamp;
-    frame.pose = poseAt(dataset.trajectory_, entry.stamp);
+    frame.pose = dataset.truthAt(entry.stamp);
     if (const StampedFile* nearest = nearestFile(depth, entry.stamp)) {
       frame.depth = nearest->file;
       frame.depth_stamp = nearest->stamp;

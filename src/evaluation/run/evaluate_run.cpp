@@ -78,9 +78,7 @@ int evaluateRun(const Arguments& arguments) {
   }
   std::ostream* records = run.out.empty() ? nullptr : run.out == "-" ? &std::cout : &file;
   if (!dataset.intrinsics()) std::cerr << run.folder << ": no intrinsics, so no poses (see --intrinsics)\n";
-  if (!dataset.stamp(0) && all.front().options.robust.rolling_shutter_readout > 0) {
-    std::cerr << run.folder << ": a list of pairs has no stamps, so --rolling-shutter-readout is not applied\n";
-  }
+  if (const auto note = unappliedOption(dataset, all.front().options)) std::cerr << *note << '\n';
 
   Experiment experiment(dataset, all, dataset.kind() == DatasetKind::kImagePairs ? 0 : run.gap);
   std::map<std::string, std::vector<PairOutcome>> outcomes;

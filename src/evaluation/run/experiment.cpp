@@ -4,6 +4,11 @@
 
 namespace gms_ransac {
 
+std::optional<std::string> unappliedOption(const Dataset& dataset, const MatchFilterOptions& options) {
+  if (dataset.stamp(0) || options.robust.rolling_shutter_readout == 0) return std::nullopt;
+  return dataset.path() + ": a list of pairs has no stamps, so --rolling-shutter-readout is not applied";
+}
+
 Experiment::Experiment(const Dataset& dataset, const std::vector<Contender>& contenders, int gap)
     : dataset_(dataset), contenders_(contenders), gap_(gap) {
   for (const Contender& contender : contenders_) filters_.push_back(std::make_unique<MatchFilter>(contender.options));

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,9 @@ struct Answer {
   const MatchResult& result;
   const PairTruth& truth;
 };
+
+/// A sentence on what the options ask for and the set cannot give; nothing where it gives all.
+std::optional<std::string> unappliedOption(const Dataset& dataset, const MatchFilterOptions& options);
 
 class Experiment {
  public:

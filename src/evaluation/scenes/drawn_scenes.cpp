@@ -114,6 +114,11 @@ void addWellPosed(Scenes& scenes) {
                            driveForward(o, random);
                            o.image_share = 0.3;
                          }));
+  for (const int percent : {20, 30, 40}) {
+    scenes.push_back(scene("background_" + std::to_string(percent),
+                           "a general motion, " + std::to_string(percent) + " % of the points 300 to 1000 m away",
+                           [percent](Options& o, Random&) { o.background = percent / 100.; }));
+  }
   scenes.push_back(scene("outliers_90", "a general motion, 90 % outliers anywhere", [](Options& o, Random&) {
     o.outlier_ratio = 0.9;
     o.outlier_reach = 0;

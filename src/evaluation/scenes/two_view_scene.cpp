@@ -20,7 +20,8 @@ using Eigen::Vector3d;
 constexpr int kWidth = 640, kHeight = 480;  // pixels
 constexpr double kFocalLength = 500;        // pixels
 constexpr int kLevels = 8;
-constexpr double kLevelScale = 1.2, kNoiseExponent = 0.5;  // noise of a keypoint by octave, doc/estimator.md
+constexpr double kBackground = 300, kBackgroundEnd = 1000;  // metres: hills and clouds behind a scene
+constexpr double kLevelScale = 1.2, kNoiseExponent = 0.5;   // noise of a keypoint by octave, doc/estimator.md
 // Hamming distance to the nearest and the second, and score, of right and wrong matches that GMS kept: mean and
 // deviation over KITTI, Oxford and Middlebury pairs, labelled by their truth within 3 px.
 struct Normal {
@@ -120,6 +121,11 @@ class Layout {
       const MovingBody& moving = options_.bodies[static_cast<size_t>(body) - 1];
       return moving.nearest + share * (moving.farthest - moving.nearest);
     }
+    if (share < options_.background) {
+      const double farther = share / options_.background;
+      return kBackground + farther * (kBackgroundEnd - kBackground);
+    }
+    share = (share - options_.background) / (1 - options_.background);
     if (!options_.mostly_near) return options_.nearest + share * (options_.farthest - options_.nearest);
     return 1 / (1 / options_.nearest + share * (1 / options_.farthest - 1 / options_.nearest));
   }

@@ -39,6 +39,7 @@ struct TwoViewSceneOptions {
   double off_plane = 0;                          ///< share of the points of a plane scene that the volume has instead
   double nearest = 4, farthest = 12;             ///< depths of the volume, metres
   bool mostly_near = false;                      ///< these are uniform in the inverse of the depth, not in the depth
+  double background = 0;                         ///< share of the points that lie 300 to 1000 m away, behind the volume
   double image_share = 1;  ///< of each side of the reference image that shows points, about its middle
   bool octaves = false;  ///< keypoints of all eight levels of a pyramid, the coarse less accurate; otherwise of level 0
   bool informative = true;   ///< score and distance tell outliers from the rest, with overlap; otherwise they are noise

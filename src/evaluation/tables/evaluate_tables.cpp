@@ -10,6 +10,7 @@
 
 #include "program.h"
 #include "run/evaluate_commands.h"
+#include "run/experiment.h"
 #include "run/pipeline_options.h"
 #include "run/work_folder.h"
 #include "tables/tables_json.h"
@@ -140,6 +141,7 @@ std::vector<Dataset> openAll(const TablesArguments& tables) {
     if (datasets.back().pairs(tables.plan.gap, 1).empty()) {
       throw std::invalid_argument(folder + ": no pair of images " + std::to_string(tables.plan.gap) + " apart");
     }
+    if (const auto note = unappliedOption(datasets.back(), tables.plan.base)) std::cerr << *note << '\n';
   }
   return datasets;
 }

@@ -49,6 +49,9 @@ po::options_description describe(TrustArguments& trust, const Arguments& argumen
   add("truth-rotation-sigma", po::value<double>(),
       "noise of the sets' true rotation from image to image, degrees for each axis; default: by the kind of the set");
   add("truth-translation-sigma", po::value<double>(), "of their true translation, metres for each axis");
+  add("truth-clock-sigma", po::value<double>(), "of the images' stamps against those of the truth, seconds");
+  add("truth-alignment-sigma", po::value<double>(),
+      "of the truth's axes against those of the camera, degrees about each");
   add("out,o", po::value(&trust.out)->default_value(trust.out), "folder for pairs.csv, trust.md, tables and plots");
   add("resume", po::bool_switch(&trust.resume), "go on with what is in the folder already");
   add("jobs,j", po::value(&trust.jobs)->default_value(trust.jobs), "pieces of work side by side");
@@ -97,11 +100,15 @@ std::optional<double> sigma(const po::variables_map& given, const char* option, 
 std::vector<TrustSet> chosenSets(const std::vector<std::string>& folders, const po::variables_map& given) {
   const std::optional<double> rotation = sigma(given, "truth-rotation-sigma", M_PI / 180);
   const std::optional<double> translation = sigma(given, "truth-translation-sigma", 1);
+  const std::optional<double> clock = sigma(given, "truth-clock-sigma", 1);
+  const std::optional<double> alignment = sigma(given, "truth-alignment-sigma", M_PI / 180);
   std::vector<TrustSet> sets;
   for (const std::string& folder : folders) {
     for (const std::string& path : setsIn(folder)) {
       const TruthNoise kind = defaultTruthNoise(path);
-      sets.push_back({path, {rotation.value_or(kind.rotation), translation.value_or(kind.translation)}});
+      sets.push_back({path,
+                      {rotation.value_or(kind.rotation), translation.value_or(kind.translation),
+                       clock.value_or(kind.clock), alignment.value_or(kind.alignment)}});
     }
   }
   return sets;

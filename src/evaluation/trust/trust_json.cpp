@@ -79,7 +79,9 @@ std::string planText(const TrustPlan& plan) {
   for (const TrustSet& set : plan.sets) {
     text["sets"].push_back({{"name", setName(set.path)},
                             {"truth_rotation_sigma_deg", kDegrees * set.noise.rotation},
-                            {"truth_translation_sigma_m", set.noise.translation}});
+                            {"truth_translation_sigma_m", set.noise.translation},
+                            {"truth_clock_sigma_s", set.noise.clock},
+                            {"truth_alignment_sigma_deg", kDegrees * set.noise.alignment}});
   }
   for (const MatchFilterOptions& pipeline : plan.pipelines) text["methods"].push_back(pipeline.method);
   return text.dump();

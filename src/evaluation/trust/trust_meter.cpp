@@ -10,9 +10,9 @@ namespace gms_ransac {
 
 namespace {
 
-Reliability reliabilityOf(const Answer& answer, const TruthNoise& noise) {
+Reliability reliabilityOf(const Answer& answer, const TruthNoise& noise, const ClockStep& step) {
   Reliability reliability;
-  const MatchLabel label(answer.truth, answer.camera, noise);
+  const MatchLabel label(answer.truth, answer.camera, noise, step);
   for (size_t i = 0; i < answer.result.matches.size(); ++i) {
     if (answer.result.stage[i] == MatchStage::kRaw) continue;
     const Match& match = answer.result.matches[i];
@@ -23,10 +23,9 @@ Reliability reliabilityOf(const Answer& answer, const TruthNoise& noise) {
   return reliability;
 }
 
-TrustRow rowOf(const Answer& answer, const std::string& set, const TruthNoise& noise) {
+TrustRow rowOf(const Answer& answer, const std::string& set, const TruthNoise& noise, const ClockStep& step) {
   TrustContext context;
-  const bool exact = noise.rotation == 0 && noise.translation == 0;
-  context.kind = exact ? "rendered" : "real";
+  context.kind = noise.exact() ? "rendered" : "real";
   context.set = set;
   context.gap = answer.context.gap;
   context.pair = answer.context.reference + ' ' + answer.context.current;
@@ -35,10 +34,11 @@ TrustRow rowOf(const Answer& answer, const std::string& set, const TruthNoise& n
   context.survivors = answer.result.matches_gms;
   PoseTruth truth;
   truth.noise = noise;
-  if (exact) truth.limits = kExactLimits;
+  truth.clock_step = step;
+  if (noise.exact()) truth.limits = kExactLimits;
   const bool known = answer.truth.currentInReference().has_value();
   if (known) truth.pose = *answer.truth.currentInReference();
-  return makeTrustRow(context, answer.result.robust, known ? &truth : nullptr, reliabilityOf(answer, noise));
+  return makeTrustRow(context, answer.result.robust, known ? &truth : nullptr, reliabilityOf(answer, noise, step));
 }
 
 std::vector<TrustRow> measureSet(const TrustPlan& plan, const TrustUnit& unit) {
@@ -50,8 +50,9 @@ std::vector<TrustRow> measureSet(const TrustPlan& plan, const TrustUnit& unit) {
   Experiment experiment(dataset, contenders, unit.gap);
   std::vector<TrustRow> rows;
   for (int i = unit.first; i < unit.first + unit.count; ++i) {
-    experiment.run(pairs[static_cast<size_t>(i)],
-                   [&](const Answer& answer) { rows.push_back(rowOf(answer, dataset.name(), set.noise)); });
+    const DatasetPair& pair = pairs[static_cast<size_t>(i)];
+    const ClockStep step = clockStep(dataset, pair, set.noise.clock);
+    experiment.run(pair, [&](const Answer& answer) { rows.push_back(rowOf(answer, dataset.name(), set.noise, step)); });
   }
   return rows;
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "run/experiment.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -15,17 +17,20 @@ constexpr double kDegree = M_PI / 180;
 /// lose little to an interruption.
 constexpr int kPairsOfUnit = 24;
 
+/// The stamp of a camera of 30 Hz that nothing triggers may be of any time between two frames, seconds.
+const double kFrameClock = 1 / 30. / std::sqrt(12.);
+
 struct KindOfTruth {
   const char* word;  ///< in the set's name, in small letters
   TruthNoise noise;
 };
-constexpr KindOfTruth kKinds[] = {
-    {"rendered", {0, 0}},
-    {"kitti", {0.01 * kDegree, 0.005}},
-    {"euroc", {0.05 * kDegree, 0.001}},
-    {"7scenes", {0.2 * kDegree, 0.01}},
-    {"tum", {0.2 * kDegree, 0.001}},
-    {"freiburg", {0.2 * kDegree, 0.001}},
+const KindOfTruth kKinds[] = {
+    {"rendered", {0, 0, 0, 0}},
+    {"kitti", {0.01 * kDegree, 0.005, 0, 0.1 * kDegree}},
+    {"euroc", {0.05 * kDegree, 0.001, 0, 0}},
+    {"7scenes", {0.2 * kDegree, 0.01, kFrameClock, 0}},
+    {"tum", {0.2 * kDegree, 0.001, kFrameClock, 0}},
+    {"freiburg", {0.2 * kDegree, 0.001, kFrameClock, 0}},
 };
 
 bool isSet(const fs::path& path) {
@@ -44,8 +49,8 @@ std::vector<TrustUnit> trustUnits(const TrustPlan& plan, std::vector<std::string
   for (size_t s = 0; s < plan.sets.size(); ++s) {
     const Dataset dataset = Dataset::open(plan.sets[s].path, plan.dataset);
     const bool listed = dataset.kind() == DatasetKind::kImagePairs;
-    if (listed && !plan.pipelines.empty() && plan.pipelines.front().robust.rolling_shutter_readout > 0) {
-      notes.push_back(dataset.name() + " has no stamps, so --rolling-shutter-readout is not applied to it");
+    if (!plan.pipelines.empty()) {
+      if (const auto note = unappliedOption(dataset, plan.pipelines.front())) notes.push_back(*note);
     }
     for (const int gap : listed ? std::vector<int>{0} : plan.gaps) {
       const int pairs = static_cast<int>(dataset.pairs(std::max(1, gap), plan.stride).size());

@@ -35,17 +35,17 @@ void judge(const RobustResult& result, Status status, const PoseTruth& truth, Tr
   row.ry_deg = kDegrees * error.y();
   row.rz_deg = kDegrees * error.z();
   row.rotation_error_deg = (kDegrees * error).norm();
-  const Matrix3d rotation_noise = std::pow(truth.noise.rotation, 2) * Matrix3d::Identity();
-  row.nees_rotation = normalizedSquare(error, pose.covariance.bottomRightCorner<3, 3>() + rotation_noise);
+  const PairNoise noise(truth.noise, truth.clock_step, truth.pose);
+  row.nees_rotation = normalizedSquare(error, pose.covariance.bottomRightCorner<3, 3>() + noise.rotation);
 
   const bool ok = status == Status::kOk;
   if (row.moved && !pose.t.isZero()) {
     const Vector3d t = pose.t.normalized();
     const TangentError tangent =
-        tangentError(t, truth.pose.translation() / row.baseline_m, pose.covariance.topLeftCorner<3, 3>());
+        tangentError(t, truth.pose.translation() / row.baseline_m,
+                     pose.covariance.topLeftCorner<3, 3>() + noise.translation / std::pow(row.baseline_m, 2));
     row.direction_error_deg = kDegrees * tangent.error.norm();
-    const Matrix2d noise = std::pow(truth.noise.translation / row.baseline_m, 2) * Matrix2d::Identity();
-    if (ok) row.nees_direction = normalizedSquare(tangent.error, tangent.covariance + noise);
+    if (ok) row.nees_direction = normalizedSquare(tangent.error, tangent.covariance);
   }
   const bool rotation_right = row.rotation_error_deg <= truth.limits.rotation;
   row.right = rotation_right && (!row.moved || row.direction_error_deg <= truth.limits.direction);

@@ -24,6 +24,7 @@ constexpr ErrorLimits kRealLimits = {3, 30};   ///< where it has noise of its ow
 struct PoseTruth {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   TruthNoise noise;
+  ClockStep clock_step;
   ErrorLimits limits = kRealLimits;
 };
 

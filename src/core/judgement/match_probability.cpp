@@ -1,0 +1,96 @@
+#include "judgement/match_probability.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Core>
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr float kRightWithin = 3;  ///< thresholds from its true place
+/// Of keypoints that are right, but not where most are: one threshold, for a corner that was found on the pixel beside
+/// its own, or twice the noise where that is more.
+constexpr float kBesideSigma = 1, kBesideSigmas = 2;
+constexpr float kFirstNear = 0.75f, kFirstWide = 0.05f;
+constexpr float kLeastWrong = 1e-3f;  ///< of the matches
+constexpr int kIterations = 15;
+constexpr float kSettled = 1e-3f;
+constexpr float kCertain = 4;  ///< from here on the error function is 1 for a float
+
+/// Maps a column of numbers.
+Eigen::Map<Eigen::ArrayXf> array(std::vector<float>& values) {
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
+
+/// That a normal variable is within a limit; `deviations`: the limit over the square root of 2 standard deviations.
+float within(float deviations) { return deviations < kCertain ? std::erf(deviations) : 1.f; }
+
+}  // namespace
+
+const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const PointColumnsView& points,
+                                                  float finest_weight) {
+  collect(noise, points.count);
+  fitShares();
+  probabilities_.assign(static_cast<size_t>(points.count), 0.f);
+  for (size_t k = 0; k < within_.size(); ++k) {
+    // The residual is that of either keypoint: across the line the two are sqrt(2) as far apart, and as much noise is
+    // along it, which cannot be seen.
+    const float stretch = finest_weight / points.weight[within_[k]];
+    const float left = kRightWithin * kRightWithin - 2 * squares_[k] * stretch;
+    if (!(left > 0)) continue;
+    const float reach = 0.5f * std::sqrt(left / stretch);
+    probabilities_[static_cast<size_t>(within_[k])] =
+        std::min(1.f, near_[k] * within(reach / near_sigma_) + wide_[k] * within(reach / wide_sigma_));
+  }
+  return probabilities_;
+}
+
+void MatchProbability::collect(const MatchNoise& noise, int count) {
+  constexpr float kSquaredWindow = MatchNoise::kWindow * MatchNoise::kWindow;
+  // Storage for all of them, so that how many there are allocates nothing.
+  const auto size = static_cast<size_t>(count);
+  for (auto* column : {&squares_, &near_density_, &wide_density_, &wrong_density_, &near_, &wide_}) {
+    column->clear();
+    column->reserve(size);
+  }
+  within_.clear();
+  within_.reserve(size);
+  probabilities_.reserve(size);
+  for (int i = 0; i < count; ++i) {
+    const float square = noise.residuals()[static_cast<size_t>(i)];
+    if (!(square < kSquaredWindow)) continue;
+    within_.push_back(i);
+    squares_.push_back(square);
+    wrong_density_.push_back(noise.odds()[static_cast<size_t>(i)] / MatchNoise::kWindow);
+  }
+  for (auto* column : {&near_density_, &wide_density_, &near_, &wide_}) column->resize(within_.size());
+  near_sigma_ = static_cast<float>(noise.sigma());
+  wide_sigma_ = std::max(kBesideSigma, kBesideSigmas * near_sigma_);
+  const auto density = [&](float sigma) {
+    return static_cast<float>(std::sqrt(2 / M_PI)) / sigma * (-0.5f / (sigma * sigma) * array(squares_)).exp();
+  };
+  array(near_density_) = density(near_sigma_);
+  array(wide_density_) = density(wide_sigma_);
+}
+
+void MatchProbability::fitShares() {
+  const auto count = static_cast<float>(within_.size());
+  auto near = array(near_), wide = array(wide_);
+  const auto near_density = array(near_density_), wide_density = array(wide_density_), wrong = array(wrong_density_);
+  float near_share = kFirstNear, wide_share = kFirstWide;
+  for (int iteration = 0; iteration < kIterations && count > 0; ++iteration) {
+    // `wide` holds what all components say together until it is known.
+    const float wrong_share = std::max(kLeastWrong, 1 - near_share - wide_share);
+    wide = near_share * near_density + wide_share * wide_density + wrong_share * wrong;
+    near = near_share * near_density / wide;
+    wide = wide_share * wide_density / wide;
+    const float last = std::exchange(near_share, near.sum() / count);
+    wide_share = wide.sum() / count;
+    if (std::abs(near_share - last) < kSettled) break;
+  }
+}
+
+}  // namespace gms_ransac

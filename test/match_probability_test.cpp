@@ -1,0 +1,107 @@
+// The probability of a match is the share of such matches that are right: on drawn keypoints of which most are where
+// their corner is, some beside it, and some anywhere.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "judgement/match_probability.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr double kRightWithin = 3;  ///< thresholds
+
+struct Keypoints {
+  double sigma = 0.3, beside = 0.1, wrong = 0.2;  ///< noise in thresholds; shares
+  double coarse = 1;                              ///< of every second match, times the noise
+};
+
+/// Expected calibration error of drawn matches, ten bins.
+double calibrationError(const Keypoints& drawn) {
+  constexpr int kMatches = 4000, kBins = 10;
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform;
+  std::vector<float> squares;
+  std::vector<bool> right;
+  PointColumns columns;
+  columns.resize(kMatches);
+  for (int i = 0; i < kMatches; ++i) {
+    const double stretch = i % 2 == 0 ? 1 : drawn.coarse, kind = uniform(random);
+    const double sigma = kind < drawn.beside ? std::max(1., 2 * drawn.sigma) : drawn.sigma;
+    // Of one keypoint against the other, across the epipolar line and along it.
+    double across = std::sqrt(2) * sigma * stretch * normal(random);
+    const double along = std::sqrt(2) * sigma * stretch * normal(random);
+    right.push_back(kind < 1 - drawn.wrong && std::hypot(across, along) < kRightWithin);
+    if (kind >= 1 - drawn.wrong) across = 20 * (2 * uniform(random) - 1) * stretch;
+    squares.push_back(static_cast<float>(0.5 * across * across / (stretch * stretch)));
+    columns.weight()[i] = static_cast<float>(1 / (stretch * stretch));
+  }
+  MatchNoise noise;
+  noise.measure(squares, kMatches);
+  MatchProbability probability;
+  const std::vector<float>& answers = probability.weigh(noise, columns.view(), 1);
+  std::array<double, kBins> excess = {};
+  for (size_t i = 0; i < right.size(); ++i) {
+    const auto p = static_cast<double>(answers[i]);
+    EXPECT_TRUE(p >= 0 && p <= 1) << p;
+    excess[std::min<size_t>(kBins - 1, static_cast<size_t>(kBins * p))] += p - (right[i] ? 1 : 0);
+  }
+  double error = 0;
+  for (const double bin : excess) error += std::abs(bin) / kMatches;
+  return error;
+}
+
+TEST(MatchProbability, IsTheShareOfRightMatches) {
+  for (const double sigma : {0.2, 0.5, 1.0}) {
+    for (const double wrong : {0.0, 0.2, 0.5}) {
+      for (const double coarse : {1.0, 2.0}) {
+        const std::string what = std::to_string(sigma) + " " + std::to_string(wrong) + " " + std::to_string(coarse);
+        EXPECT_LT(calibrationError({sigma, 0.1, wrong, coarse}), 0.04) << what;
+        RecordProperty("error_" + what, std::to_string(calibrationError({sigma, 0.1, wrong, coarse})));
+      }
+    }
+  }
+}
+
+TEST(MatchProbability, AKeypointBesideItsCornerIsStillRight) {
+  MatchNoise noise;
+  std::vector<float> squares(500, 0.04f);
+  for (int i = 0; i < 50; ++i) squares.push_back(1 + 0.01f * static_cast<float>(i));
+  squares.push_back(20);
+  const auto count = static_cast<int>(squares.size());
+  PointColumns columns;
+  columns.resize(count);
+  std::fill_n(columns.weight(), count, 1.f);
+  noise.measure(squares, count);
+  MatchProbability probability;
+  const std::vector<float>& answers = probability.weigh(noise, columns.view(), 1);
+  EXPECT_LT(noise.probabilities()[520], 0.1) << "is none of those whose noise that is";
+  EXPECT_GT(answers[520], 0.8);
+  EXPECT_GT(answers[0], 0.99);
+  EXPECT_EQ(answers.back(), 0) << "further away than a right match may be";
+}
+
+TEST(MatchProbability, MatchesWithoutCoordinatesOrWithoutNumberAreNone) {
+  MatchNoise noise;
+  MatchProbability probability;
+  PointColumns columns;
+  columns.resize(0);
+  noise.measure({}, 0);
+  EXPECT_TRUE(probability.weigh(noise, columns.view(), 1).empty());
+  columns.resize(2);
+  columns.weight()[0] = 1;
+  columns.weight()[1] = 0;
+  noise.measure({0, 0}, 2);
+  const std::vector<float>& answers = probability.weigh(noise, columns.view(), 1);
+  EXPECT_GT(answers[0], 0.5);
+  EXPECT_EQ(answers[1], 0);
+}
+
+}  // namespace
+}  // namespace gms_ransac
