@@ -3,17 +3,26 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <limits>
+#include <optional>
+#include <random>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
+#include "datasets/dataset.h"
 #include "gms_ransac/guided_search.h"
 #include "gms_ransac/match_filter.h"
 #include "gms_ransac/motion_prediction.h"
 #include "matching/turn_prediction.h"
+#include "run/metrics.h"
+#include "run/pair_truth.h"
 #include "scenes/scene.h"
 #include "scenes/synthetic_pair.h"
 
@@ -274,6 +283,155 @@ TEST_P(Turning, DISABLED_Table) {
   report("full", full_, nullptr);
   report("guided", guided_, nullptr);
   report("guided, gyro", guided_, &gyro);
+}
+
+// Real images, whose turn a gyro is drawn from that is as wrong as the truth may be.
+
+std::optional<Dataset> openSet(const std::string& name) {
+  const char* given = std::getenv("GMS_RANSAC_DATA");
+  const std::string folder = given ? std::string(given) : GMS_RANSAC_SOURCE_DIR "/../shared/data";
+  try {
+    return Dataset::open(folder + "/" + name);
+  } catch (const DatasetError&) {
+    return std::nullopt;
+  }
+}
+
+RotationPrior gyroOf(const Eigen::Isometry3d& current_in_reference, double degrees, std::mt19937& random) {
+  const double sigma = degrees / kDegrees;
+  std::normal_distribution<double> error(0, sigma);
+  const Eigen::Vector3d drawn(error(random), error(random), error(random));
+  RotationPrior prior;
+  prior.R = Eigen::AngleAxisd(drawn.norm(), drawn.normalized()) * current_in_reference.rotation();
+  prior.covariance = sigma * sigma * Eigen::Matrix3d::Identity();
+  return prior;
+}
+
+/// What one search found in all pairs of a set.
+struct SearchScore {
+  double raw = 0, right = 0, inliers = 0, right_inliers = 0;
+  std::vector<double> rotation_errors, milliseconds;
+};
+
+double threadSeconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// One pair after another of a set of images, searched in one way.
+class SearchOfSet {
+ public:
+  SearchOfSet(const Dataset& dataset, SearchMode search) : dataset_(dataset), filter_(optionsOf(search)) {
+    filter_.setClock(threadSeconds);
+  }
+
+  void compare(const DatasetPair& pair, const Frame& reference, const Frame& current, const RotationPrior* prior,
+               int calls = 1) {
+    const Camera camera(*dataset_.intrinsics(), reference.features.image_size);
+    filter_.setCamera(camera);
+    double fastest = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < calls; ++i) {
+      filter_.reset();
+      filter_.filter(reference, current, result_, prior);
+      fastest = std::min(fastest, result_.times.match);
+    }
+    score_.milliseconds.push_back(1e3 * fastest);
+    const PairTruth truth(dataset_, pair, camera);
+    const MatchCounts counts = countEpipolar(truth, reference.features, current.features, result_);
+    score_.raw += static_cast<double>(result_.matches.size());
+    score_.right += counts.raw_correct;
+    score_.inliers += result_.inliers;
+    score_.right_inliers += counts.kept_correct;
+    const RelativePose& pose = result_.robust.pose;
+    score_.rotation_errors.push_back(
+        result_.robust.pose_found ? poseError(*truth.currentInReference(), pose.R, pose.t).rotation : kFailedPoseError);
+  }
+  MatchFilter& filter() { return filter_; }
+  const std::vector<Match>& matches() const { return result_.matches; }
+  const SearchScore& score() const { return score_; }
+
+ private:
+  static MatchFilterOptions optionsOf(SearchMode search) {
+    MatchFilterOptions options;
+    options.search = search;
+    return options;
+  }
+  const Dataset& dataset_;
+  MatchFilter filter_;
+  MatchResult result_;
+  SearchScore score_;
+};
+
+/// Calls `see` with each pair, its frames and what the gyro says.
+template <typename See>
+void forEachPair(const Dataset& dataset, int gap, int stride, double gyro_degrees, MatchFilter& extractor,
+                 const See& see) {
+  std::mt19937 random(1);
+  for (const DatasetPair& pair : dataset.pairs(gap, stride)) {
+    const PairTruth truth(dataset, pair, Camera());
+    if (!truth.currentInReference()) continue;
+    Frame reference, current;
+    extractor.extract(dataset.image(pair.reference), reference);
+    extractor.extract(dataset.image(pair.current), current);
+    see(pair, reference, current, gyroOf(*truth.currentInReference(), gyro_degrees, random));
+  }
+}
+
+TEST(RealTurns, AGyroLosesNoRightMatches) {
+  const std::optional<Dataset> dataset = openSet("tum_fr1_rpy");
+  if (!dataset) GTEST_SKIP() << "needs tum_fr1_rpy";
+  SearchOfSet alone(*dataset, SearchMode::kGuided), with(*dataset, SearchMode::kGuided);
+  SearchOfSet mirrored(*dataset, SearchMode::kGuided);
+  forEachPair(*dataset, 10, 10, 0.3, alone.filter(),
+              [&](const DatasetPair& pair, const Frame& reference, const Frame& current, RotationPrior gyro) {
+                alone.compare(pair, reference, current, nullptr);
+                with.compare(pair, reference, current, &gyro);
+                gyro.R.transposeInPlace();
+                mirrored.compare(pair, reference, current, &gyro);
+                EXPECT_TRUE(same(alone.matches(), mirrored.matches()));
+              });
+  EXPECT_EQ(5u, alone.score().milliseconds.size());
+  EXPECT_GE(with.score().right, 0.99 * alone.score().right);
+  EXPECT_GE(with.score().right_inliers, 0.99 * alone.score().right_inliers);
+}
+
+/// The second table of doc/guided_search.md.
+TEST(RealTurns, DISABLED_Table) {
+  struct Row {
+    const char* set;
+    int gap, stride;
+    double gyro_degrees;
+  };
+  constexpr int kCalls = 4;
+  for (const Row& row :
+       {Row{"kitti_06", 5, 1, 0.1}, Row{"kitti_06", 10, 1, 0.1}, Row{"tum_fr1_rpy", 5, 1, 0.3},
+        Row{"tum_fr1_rpy", 10, 1, 0.3}, Row{"tum_fr1_rpy", 15, 1, 0.3}, Row{"7scenes_redkitchen", 5, 4, 1},
+        Row{"7scenes_redkitchen", 10, 4, 1}, Row{"7scenes_redkitchen", 25, 4, 1}}) {
+    const std::optional<Dataset> dataset = openSet(row.set);
+    if (!dataset) continue;
+    SearchOfSet full(*dataset, SearchMode::kFull), full_gyro(*dataset, SearchMode::kFull);
+    SearchOfSet guided(*dataset, SearchMode::kGuided), guided_gyro(*dataset, SearchMode::kGuided);
+    forEachPair(*dataset, row.gap, row.stride, row.gyro_degrees, full.filter(),
+                [&](const DatasetPair& pair, const Frame& reference, const Frame& current, const RotationPrior& gyro) {
+                  full.compare(pair, reference, current, nullptr, kCalls);
+                  full_gyro.compare(pair, reference, current, &gyro, kCalls);
+                  guided.compare(pair, reference, current, nullptr, kCalls);
+                  guided_gyro.compare(pair, reference, current, &gyro, kCalls);
+                });
+    const auto report = [&](const char* name, const SearchScore& score) {
+      const auto pairs = static_cast<double>(score.milliseconds.size());
+      std::printf("| %s, %d | %.0f | %s | %.0f | %.0f | %.0f | %.1f | %.3f | %.1f | %.3f |\n", row.set, row.gap, pairs,
+                  name, score.raw / pairs, score.right / pairs, score.right_inliers / pairs,
+                  100 * score.right_inliers / score.inliers, median(score.rotation_errors),
+                  areaUnderRecallCurve(score.rotation_errors, 2), median(score.milliseconds));
+      std::fflush(stdout);
+    };
+    report("full", full.score());
+    report("full, gyro", full_gyro.score());
+    report("guided", guided.score());
+    report("guided, gyro", guided_gyro.score());
+  }
 }
 
 /// Statuses and poses of a stream, once with each search.

@@ -39,7 +39,8 @@ std::string CalibrationWatch::doubt() const {
   if (contradicted_.size() < kPairs || *most <= kDoubtAbove) return std::string();
   const auto parameter = static_cast<CameraParameter>(most - contradictions_.begin());
   return "the matches of " + std::to_string(*most) + " of the last " + std::to_string(kPairs) +
-         " pairs contradict the camera's " + toString(parameter) + ": " + whereToLook(parameter);
+         " pairs contradict the camera's " + toString(parameter) + ": " + whereToLook(parameter) +
+         "; things that move by themselves in much of the view can look the same";
 }
 
 }  // namespace gms_ransac

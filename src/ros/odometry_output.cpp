@@ -14,6 +14,7 @@
 
 #include "frames.h"
 #include "publisher_queue.h"
+#include "tf_lookup.h"
 
 namespace gms_ransac {
 
@@ -216,7 +217,7 @@ std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::He
     try {
       return toIsometry(buffer_->lookupTransform(parameters_.base_frame, camera.frame_id, when));
     } catch (const tf2::TransformException& error) {
-      problem = error.what();
+      problem = whatTfLacks(*buffer_, parameters_.base_frame, camera.frame_id, error.what());
     }
   }
   throttle_.warn("base frame", "no ~odom: the camera's place on ~base_frame is not known to tf: " + problem);

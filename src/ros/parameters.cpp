@@ -137,10 +137,10 @@ Parameters Parameters::read(const ros::NodeHandle& pnh, const std::string& name)
   parameters.imu_frame = withoutLeadingSlash(parameters.imu_frame);
   parameters.prior_frame = withoutLeadingSlash(parameters.prior_frame);
   if (parameters.rotation_prior == RotationPriorKind::kTf && parameters.prior_frame.empty()) {
-    refuse(pnh, "prior_frame", "", "with ~rotation_prior tf the fixed frame that tf knows the camera's turns in");
+    refuse(pnh, "prior_frame", "", "the fixed frame that tf knows the camera's turns in, with ~rotation_prior tf");
   }
   if (parameters.scale == ScaleMode::kGround && parameters.camera_height == 0) {
-    refuse(pnh, "camera_height", "0", "with ~scale ground the camera's height above the ground, metres");
+    refuse(pnh, "camera_height", "0", "the camera's height above the ground in metres, with ~scale ground");
   }
   const bool pair = parameters.input == InputKind::kPair;
   const bool stereo = parameters.input == InputKind::kStereo;

@@ -7,6 +7,16 @@
 
 namespace gms_ransac {
 
+std::string whatTfLacks(const tf2_ros::Buffer& buffer, const std::string& target, const std::string& source,
+                        const std::string& error) {
+  for (const std::string& frame : {source, target}) {
+    if (!buffer._frameExists(frame)) {
+      return "no transform names " + frame + "; the robot's model or a static_transform_publisher has to";
+    }
+  }
+  return error;
+}
+
 TfLookup::TfLookup(const ros::NodeHandle& nh)
     : buffer_(std::make_unique<tf2_ros::Buffer>()),
       listener_(std::make_unique<tf2_ros::TransformListener>(*buffer_, nh)) {}
@@ -21,7 +31,7 @@ std::string TfLookup::get(const std::string& target, const std::string& source, 
     transform = toIsometry(buffer_->lookupTransform(target, source, ros::Time(stamp)));
     return std::string();
   } catch (const std::exception& error) {  // ros::Time throws where a stamp is none
-    return "tf does not know " + source + " in " + target + ": " + error.what();
+    return "tf does not know " + source + " in " + target + ": " + whatTfLacks(*buffer_, target, source, error.what());
   }
 }
 

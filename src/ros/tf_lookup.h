@@ -14,6 +14,10 @@ class TransformListener;
 
 namespace gms_ransac {
 
+/// Why a lookup failed with `error`: which frame nobody publishes, else what tf2 says.
+std::string whatTfLacks(const tf2_ros::Buffer& buffer, const std::string& target, const std::string& source,
+                        const std::string& error);
+
 class TfLookup {
  public:
   explicit TfLookup(const ros::NodeHandle& nh);
