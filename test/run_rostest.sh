@@ -18,6 +18,7 @@ case $(sed -n 's/^GMS_RANSAC_SANITIZE:STRING=//p' "$build/CMakeCache.txt") in
   *thread*) runtime=libtsan.so ;;
 esac
 if [ -n "${runtime:-}" ]; then
+  export GMS_RANSAC_PATIENCE=5
   export ASAN_OPTIONS=detect_leaks=0:quarantine_size_mb=8:${ASAN_OPTIONS:-}
   export LD_PRELOAD="$(g++ -print-file-name="$runtime") $(g++ -print-file-name=libstdc++.so.6)"
 fi
