@@ -182,7 +182,7 @@ int PoseUncertainty::sumByCell(const std::vector<int32_t>& cells) {
   const int stride = columns_.view().size;
   gradients_.resize(static_cast<size_t>(kAll) * kCells);
   const auto clear = [this](int cluster) {
-    for (int k = 0; k < kAll; ++k) gradients_[static_cast<size_t>(k * kCells + cluster)] = 0;
+    for (size_t k = 0; k < kAll; ++k) gradients_[k * kCells + static_cast<size_t>(cluster)] = 0;
   };
   cluster_of_.assign(kCells, -1);
   int clusters = 0;
