@@ -181,6 +181,19 @@ def summary_table(kinds, details):
     return markdown(head, lines)
 
 
+def halves_table(answers):
+    """What may be tuned on, the even pairs, beside what may not, the odd ones."""
+    head = ["", "method", "half", "pairs", "OK", "OK and wrong", "refused though right", "NEES rotation",
+            "NEES direction", "ECE"]
+    lines = []
+    for (kind, method), part in groups(answers, lambda a: (a.kind, a.method)).items():
+        for half, name in enumerate(("even", "odd")):
+            row = figures([a for a in part if a.half == half])
+            lines.append([kind, method, name, number(row["pairs"]), number(row["ok"]), wrong_cell(row), refused_cell(row),
+                          nees_cell(row, "rotation"), nees_cell(row, "direction"), number(row["ece"], 3)])
+    return markdown(head, lines)
+
+
 def name_of(answer):
     return answer.set + (", gap %d" % answer.gap if answer.gap else "")
 
@@ -218,6 +231,7 @@ def write_tables(folder, answers, methods, before):
               [[kind, name, method] + ["" if isinstance(v, float) and math.isnan(v) else v for v in row.values()]
                for kind, rows in details.items() for (name, method), row in rows.items()])
     text = "### All\n\n" + summary_table(groups(answers, lambda a: (a.kind, a.method)), details)
+    text += "### The two halves\n\n" + halves_table([a for a in answers if not methods or a.method in methods])
     if before:
         text += "### Of what was OK and right before\n\n" + kept_table(answers, before)
     for kind, rows in details.items():

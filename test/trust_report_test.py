@@ -48,6 +48,16 @@ class Statistics(unittest.TestCase):
         np.testing.assert_allclose(coverage, [1 / 3, 2 / 3])
         np.testing.assert_allclose(risk, [0, 1 / 2])
 
+    def test_halves_are_apart(self):
+        def answer(half, wrong):
+            return SimpleNamespace(kind="drawn", method="m", half=half, has_truth=True, moved=True, ok=True, low=False,
+                                   right=not wrong, wrong=wrong, nees_rotation=1., nees_direction=1., rotation=[0.] * 3,
+                                   bins=np.zeros((10, 3)))
+
+        even, odd = report.halves_table([answer(0, False), answer(0, False), answer(1, True)]).splitlines()[2:4]
+        self.assertIn("| drawn | m | even | 2 | 2 | 0 (0.0 %", even)
+        self.assertIn("| drawn | m | odd | 1 | 1 | 1 (100.0 %", odd)
+
     def test_what_was_right_before(self):
         def answer(pair, ok, wrong=False):
             return SimpleNamespace(key=pair, kind="drawn", method="m", set="s", gap=0, has_truth=True, ok=ok, wrong=wrong)

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <memory>
 
+#include <Eigen/Geometry>
+
 #include "run/experiment.h"
 #include "scenes/drawn_scenes.h"
 
@@ -12,6 +14,7 @@ namespace {
 
 Reliability reliabilityOf(const Answer& answer, const TruthNoise& noise, const ClockStep& step) {
   Reliability reliability;
+  if (answer.result.robust.probability.empty()) return reliability;  // without a model nothing was weighed
   const MatchLabel label(answer.truth, answer.camera, noise, step);
   for (size_t i = 0; i < answer.result.matches.size(); ++i) {
     if (answer.result.stage[i] == MatchStage::kRaw) continue;
@@ -57,10 +60,22 @@ std::vector<TrustRow> measureSet(const TrustPlan& plan, const TrustUnit& unit) {
   return rows;
 }
 
+/// Whether a drawn match follows the motion, and noise leaves its points within kCorrectWithin of one another's places.
+bool isRight(const TwoViewScene& scene, size_t match) {
+  if (!scene.correct[match]) return false;
+  const Eigen::Matrix3d K = scene.camera.K();
+  const Eigen::Vector3d& point = scene.points[match];
+  const PointPairs& pairs = scene.pairs;
+  const Eigen::Vector2d reference(pairs.x_reference[match], pairs.y_reference[match]);
+  const Eigen::Vector2d current(pairs.x_current[match], pairs.y_current[match]);
+  const Eigen::Vector2d moved = (K * (scene.R * point + scene.t)).hnormalized() - (K * point).hnormalized();
+  return (current - reference - moved).norm() < kCorrectWithin;
+}
+
 Reliability reliabilityOf(const TwoViewScene& scene, const RobustResult& result) {
   Reliability reliability;
   for (size_t i = 0; i < result.probability.size(); ++i) {
-    reliability.add(static_cast<double>(result.probability[i]), scene.correct[i] != 0);
+    reliability.add(static_cast<double>(result.probability[i]), isRight(scene, i));
   }
   return reliability;
 }
