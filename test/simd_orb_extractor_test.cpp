@@ -356,6 +356,38 @@ TEST(SimdOrbExtractor, AnswersAsAFreshOneAfterImagesOfOtherSizes) {
   }
 }
 
+TEST(CornerSelector, KnowsWhenMissingWeakCornersMightHaveBeenKept) {
+  const int kWidth = 800, kHeight = 400, kQuota = 300;  // two cells
+  cv::RNG random(3);
+  // Few corners on the left, of which weak ones are kept; then as many as on the right.
+  for (int left : {30, 2000}) {
+    std::vector<Corner> all;
+    for (int i = 0; i < left + 2000; ++i) {
+      const int x = i < left ? random.uniform(0, kWidth / 2) : random.uniform(kWidth / 2, kWidth);
+      const auto strength = static_cast<uint8_t>(random.uniform(1, 256));
+      all.push_back({static_cast<uint16_t>(x), static_cast<uint16_t>(random.uniform(0, kHeight)), 1, strength});
+    }
+    CornerSelector selector;
+    std::vector<Corner> expected = all;
+    ASSERT_TRUE(selector.select(kWidth, kHeight, kQuota, 0, expected));
+    int certain = 0;
+    for (int floor = 1; floor < 255; ++floor) {
+      std::vector<Corner> strong;
+      for (const Corner& corner : all) {
+        if (corner.strength > floor) strong.push_back(corner);
+      }
+      if (!selector.select(kWidth, kHeight, kQuota, floor, strong)) continue;
+      ++certain;
+      ASSERT_EQ(strong.size(), expected.size()) << floor;
+      for (size_t i = 0; i < strong.size(); ++i) {
+        ASSERT_TRUE(strong[i].x == expected[i].x && strong[i].y == expected[i].y) << left << " " << floor;
+      }
+    }
+    EXPECT_GT(certain, 20);
+    EXPECT_LT(certain, 254);
+  }
+}
+
 TEST(SimdOrbExtractor, PassesOverWeakCornersOnlyWhereItChangesNothing) {
   // What an image forecasts holds for the next or does not: contrast that falls and rises, parts that lose their
   // texture, a mask, other numbers of features.
