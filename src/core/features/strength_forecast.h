@@ -18,7 +18,7 @@ class StrengthForecast {
   void fail() { pause_ = kPause; }
 
  private:
-  static constexpr float kShare = 0.85;  ///< measured in doc/extractor.md
+  static constexpr float kShare = 0.85;  ///< the only one tried; holds for kitti_06 (doc/extractor.md)
   static constexpr int kPause = 8;       ///< images; bounds what images that are not alike cost
   int floor_ = 0;
   int pause_ = 0;
