@@ -35,33 +35,56 @@ bool same(const char* name, bool equal) {
 
 template <typename T>
 bool sameRow(const char* name, const T* a, const T* b, int n) {
-  return same(name, std::vector<T>(a, a + n) == std::vector<T>(b, b + n));
+  return same(name, std::equal(a, a + n, b));
 }
 
-bool checkCorners(const FeatureKernels& kernels, const FeatureKernels& scalar, const Plane& plane, int floor) {
-  const int width = plane.width(), height = plane.height();
-  Plane contrast[2];
-  for (Plane& target : contrast) target.resize(width, height);
-  for (int y = 3; y < height - 3; ++y) {
-    kernels.contrastRow(plane.row(y), plane.stride(), width - 3, floor, contrast[0].row(y));
-    scalar.contrastRow(plane.row(y), plane.stride(), width - 3, floor, contrast[1].row(y));
-    if (!sameRow("contrastRow", contrast[0].row(y) + 3, contrast[1].row(y) + 3, width - 6)) return false;
-  }
-  for (int y = 4; y < height - 4; ++y) {
-    std::vector<uint16_t> columns[2];
-    std::vector<uint8_t> strength[2];
-    int count[2];
-    for (int i = 0; i < 2; ++i) {
-      columns[i].resize(width + 16);
-      strength[i].resize(width + Plane::kSlack);
-      count[i] =
-          (i ? scalar : kernels)
-              .maximaRow(contrast[1].row(y), plane.stride(), 4, width - 4, columns[i].data(), strength[i].data());
+/// The contrasts of a whole image, then the maxima of its rows with their strengths, in order.
+struct CornerRows {
+  CornerRows(const FeatureKernels& kernels, const Plane& plane, const CornerFloors& floors) {
+    const int width = plane.width(), height = plane.height();
+    contrast.resize(width, height);
+    std::vector<std::vector<uint8_t>> passed_over(height, std::vector<uint8_t>(width + 2));
+    for (int y = 3; y < height - 3; ++y) {
+      kernels.contrastRow(plane.row(y), plane.stride(), width - 3, floors, contrast.row(y), &passed_over[y][1]);
     }
-    if (!same("maximaRow", count[0] == count[1])) return false;
-    if (!sameRow("maximaRow", columns[0].data(), columns[1].data(), count[0])) return false;
-    for (int i = 0; i < count[0]; ++i) {
-      if (!same("strength", strength[0][columns[0][i]] == strength[1][columns[0][i]])) return false;
+    std::vector<uint16_t> columns(width + 16);
+    std::vector<uint8_t> strength(width + Plane::kSlack);
+    for (int y = 4; y < height - 4; ++y) {
+      uint8_t* const about[3] = {&passed_over[y - 1][1], &passed_over[y][1], &passed_over[y + 1][1]};
+      const int count = kernels
+                            .maximaRow(plane.row(y), contrast.row(y), plane.stride(), about, floors, 4, width - 4,
+                                       columns.data(), strength.data())
+                            .strong;
+      for (int i = 0; i < count; ++i) {
+        const int x = columns[i];
+        corners.insert(corners.end(), {x, y, strength[x]});
+        for (int row = -1; row <= 1; ++row) {
+          corners.insert(corners.end(), contrast.row(y + row) + x - 1, contrast.row(y + row) + x + 2);
+        }
+      }
+    }
+  }
+
+  Plane contrast;
+  std::vector<int> corners;  ///< column, row, strength and the contrasts about it of each
+};
+
+bool checkCorners(const FeatureKernels& kernels, const FeatureKernels& scalar, const Plane& plane, int floor) {
+  const CornerRows all(scalar, plane, {floor, 0}), found(kernels, plane, {floor, 0});
+  for (int y = 3; y < plane.height() - 3; ++y) {
+    if (!sameRow("contrastRow", found.contrast.row(y) + 3, all.contrast.row(y) + 3, plane.width() - 6)) return false;
+  }
+  if (!same("maximaRow", found.corners == all.corners)) return false;
+  // What is stronger than a floor of the strength is found with all that belongs to it, whichever blocks are passed
+  // over.
+  constexpr size_t kNumbers = 3 + 9;
+  for (int strength : {1, 10, 30, 60, 100, 200, 254}) {
+    std::vector<int> strong;
+    for (auto corner = all.corners.begin(); corner != all.corners.end(); corner += kNumbers) {
+      if (corner[2] > strength) strong.insert(strong.end(), corner, corner + kNumbers);
+    }
+    for (const FeatureKernels* used : {&kernels, &scalar}) {
+      if (!same("strong corners", CornerRows(*used, plane, {floor, strength}).corners == strong)) return false;
     }
   }
   return true;

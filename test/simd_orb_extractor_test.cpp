@@ -94,7 +94,7 @@ TEST_P(CornerDetection, FindsTheCornersAndResponsesOfCvFast) {
       std::vector<Corner> corners;
       CornerDetector detector;
       const Plane plane = planeOf(image);
-      detector.detect(plane, kBorder, threshold, featureKernels(GetParam()), corners);
+      detector.detect(plane, kBorder, {threshold, 0}, featureKernels(GetParam()), corners);
 
       std::vector<cv::KeyPoint> expected, plain;
       cv::FAST(image, expected, threshold, true, cv::FastFeatureDetector::TYPE_9_16);
@@ -352,6 +352,78 @@ TEST(SimdOrbExtractor, AnswersAsAFreshOneAfterImagesOfOtherSizes) {
       ASSERT_EQ(answer.keypoints[k].pt, expected.keypoints[k].pt) << i;
       ASSERT_EQ(answer.keypoints[k].angle, expected.keypoints[k].angle) << i;
       ASSERT_TRUE(std::equal(answer.descriptors.row(k), answer.descriptors.row(k) + 32, expected.descriptors.row(k)));
+    }
+  }
+}
+
+TEST(CornerSelector, KnowsWhenMissingWeakCornersMightHaveBeenKept) {
+  const int kWidth = 800, kHeight = 400, kQuota = 300;  // two cells
+  cv::RNG random(3);
+  // Few corners on the left, of which weak ones are kept; then as many as on the right.
+  for (int left : {30, 2000}) {
+    std::vector<Corner> all;
+    for (int i = 0; i < left + 2000; ++i) {
+      const int x = i < left ? random.uniform(0, kWidth / 2) : random.uniform(kWidth / 2, kWidth);
+      const auto strength = static_cast<uint8_t>(random.uniform(1, 256));
+      all.push_back({static_cast<uint16_t>(x), static_cast<uint16_t>(random.uniform(0, kHeight)), 1, strength});
+    }
+    CornerSelector selector;
+    std::vector<Corner> expected = all;
+    ASSERT_TRUE(selector.select(kWidth, kHeight, kQuota, 0, expected));
+    int certain = 0;
+    for (int floor = 1; floor < 255; ++floor) {
+      std::vector<Corner> strong;
+      for (const Corner& corner : all) {
+        if (corner.strength > floor) strong.push_back(corner);
+      }
+      if (!selector.select(kWidth, kHeight, kQuota, floor, strong)) continue;
+      ++certain;
+      ASSERT_EQ(strong.size(), expected.size()) << floor;
+      for (size_t i = 0; i < strong.size(); ++i) {
+        ASSERT_TRUE(strong[i].x == expected[i].x && strong[i].y == expected[i].y) << left << " " << floor;
+      }
+    }
+    EXPECT_GT(certain, 20);
+    EXPECT_LT(certain, 254);
+  }
+}
+
+TEST(SimdOrbExtractor, PassesOverWeakCornersOnlyWhereItChangesNothing) {
+  // What an image forecasts holds for the next or does not: contrast that falls and rises, parts that lose their
+  // texture, a mask, other numbers of features.
+  const cv::Size size(320, 240);
+  const cv::Mat scene = drawnScene(size.width, size.height, 12);
+  cv::Mat faint, half_flat = scene.clone(), flat_half = half_flat.colRange(0, size.width / 2), mask(size, CV_8UC1, 255);
+  scene.convertTo(faint, -1, 0.2, 90);
+  flat_half.convertTo(flat_half, -1, 0.1, 100);
+  mask(cv::Rect(0, 0, 250, 150)).setTo(0);
+  struct Frame {
+    cv::Mat image, mask;
+    int at_most;
+  };
+  const std::vector<Frame> frames = {{scene, {}, 400},
+                                     {scene, {}, 200},
+                                     {scene, {}, 80},
+                                     {scene, mask, 100},
+                                     {half_flat, {}, 200},
+                                     {faint, {}, 200},
+                                     {noise(320, 240, 13), {}, 200},
+                                     {cv::Mat(size, CV_8UC1, cv::Scalar(9)), {}, 200}};
+  constexpr int kUntilTrusted = 10;  // images after a forecast that failed
+  FeatureExtractorOptions options;
+  for (SimdLevel simd : supportedLevels()) {
+    options.simd = simd;
+    SimdOrbExtractor used(options);
+    for (const Frame& before : {frames[1], frames[6]}) {
+      for (const Frame& frame : frames) {
+        Features answer, expected;
+        SimdOrbExtractor(options).extract(frame.image, expected, frame.mask, frame.at_most);
+        for (int i = 0; i < kUntilTrusted; ++i) used.extract(before.image, answer, before.mask, before.at_most);
+        for (int i = 0; i < 2; ++i) {
+          used.extract(frame.image, answer, frame.mask, frame.at_most);
+          expectSame(answer, expected);
+        }
+      }
     }
   }
 }

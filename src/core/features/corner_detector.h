@@ -16,17 +16,21 @@ struct Corner {
 
 class CornerDetector {
  public:
-  /// Finds every corner at least `border` (>= 4) pixels from the sides whose contrast is above `floor`: what cv::FAST
-  /// finds there at threshold `floor` with suppression. Row by row, left to right.
-  void detect(const Plane& image, int border, int floor, const FeatureKernels& kernels, std::vector<Corner>& corners);
+  /// Finds every corner at least `border` (>= 4) pixels from the sides whose contrast and strength are above `floors`:
+  /// with no floor of the strength what cv::FAST finds there at threshold floors.contrast with suppression. Row by row,
+  /// left to right. Returns how many it met, weaker ones included: not all that there are.
+  size_t detect(const Plane& image, int border, const CornerFloors& floors, const FeatureKernels& kernels,
+                std::vector<Corner>& corners);
 
-  /// Contrast of every pixel after detect(), zero where not above the floor; valid one pixel beyond the border.
+  /// Contrasts after detect(), zero where not above the floor: of the corners and their neighbours, and of every other
+  /// pixel where strength has no floor; valid one pixel beyond the border.
   const Plane& contrast() const { return contrast_; }
 
  private:
   Plane contrast_;
-  std::vector<uint16_t> columns_;  ///< of one row
-  std::vector<uint8_t> strength_;  ///< of one row
+  std::vector<uint16_t> columns_;     ///< of one row
+  std::vector<uint8_t> strength_;     ///< of one row
+  std::vector<uint8_t> passed_over_;  ///< of three rows, a ring; see FeatureKernels::contrastRow
 };
 
 }  // namespace gms_ransac

@@ -30,6 +30,15 @@ RankWeights makeRankWeights() {
   return weights;
 }
 
+const RankWeights& rankWeights() {
+  static const RankWeights weights = makeRankWeights();
+  return weights;
+}
+
+uint16_t priorityOf(int strength, int rank_weight) {
+  return static_cast<uint16_t>(strength * rank_weight >> (16 - kPriorityBits));
+}
+
 }  // namespace
 
 void CornerSelector::reserve(size_t corners, int features) {
@@ -39,11 +48,15 @@ void CornerSelector::reserve(size_t corners, int features) {
   cell_count_.reserve(static_cast<size_t>(static_cast<float>(features) / kFeaturesPerCell) + 1);
 }
 
-void CornerSelector::select(int width, int height, int quota, std::vector<Corner>& corners) {
-  if (corners.size() <= static_cast<size_t>(quota)) return;
+bool CornerSelector::select(int width, int height, int quota, int strength_floor, std::vector<Corner>& corners) {
+  if (corners.size() <= static_cast<size_t>(quota)) return strength_floor == 0;
   sortByStrength(width, height, quota, corners);
   rankWithinCells();
-  keepBest(quota, corners);
+  const Cut cut = cutAt(quota);
+  // A missing corner ranks behind all that are there: it would change no priority but have one of its own.
+  if (strength_floor > 0 && priorityBehindOthers(strength_floor) >= cut.priority) return false;
+  keepBest(quota, cut, corners);
+  return true;
 }
 
 void CornerSelector::sortByStrength(int width, int height, int quota, const std::vector<Corner>& corners) {
@@ -68,29 +81,36 @@ void CornerSelector::sortByStrength(int width, int height, int quota, const std:
 }
 
 void CornerSelector::rankWithinCells() {
-  static const RankWeights weights = makeRankWeights();
+  const RankWeights& weights = rankWeights();
   priority_.resize(order_.size());
   histogram_.assign(1 << kPriorityBits, 0);
   for (const Candidate& candidate : order_) {
     uint16_t& rank = cell_count_[candidate.cell];
-    const auto priority = static_cast<uint16_t>(candidate.strength * weights[rank] >> (16 - kPriorityBits));
+    const uint16_t priority = priorityOf(candidate.strength, weights[rank]);
     priority_[candidate.index] = priority;
     rank = static_cast<uint16_t>(rank + (rank < kRanks - 1));
     ++histogram_[priority];
   }
 }
 
-void CornerSelector::keepBest(int quota, std::vector<Corner>& corners) const {
-  uint32_t above = 0;
-  int cut = (1 << kPriorityBits) - 1;
-  while (above + histogram_[cut] <= static_cast<uint32_t>(quota)) above += histogram_[cut--];
+CornerSelector::Cut CornerSelector::cutAt(int quota) const {
+  Cut cut = {(1 << kPriorityBits) - 1, 0};
+  while (cut.above + histogram_[cut.priority] <= static_cast<uint32_t>(quota)) cut.above += histogram_[cut.priority--];
+  return cut;
+}
+
+int CornerSelector::priorityBehindOthers(int strength) const {
+  return priorityOf(strength, rankWeights()[*std::min_element(cell_count_.begin(), cell_count_.end())]);
+}
+
+void CornerSelector::keepBest(int quota, const Cut& cut, std::vector<Corner>& corners) const {
   // Of the priority at which the quota ends only some fit: every so many-th, so that they too are spread.
-  const uint64_t wanted = quota - above, available = histogram_[cut];
+  const uint64_t wanted = quota - cut.above, available = histogram_[cut.priority];
   uint64_t phase = 0;
   size_t kept = 0;
   for (size_t i = 0; i < corners.size(); ++i) {
-    bool keep = priority_[i] > cut;
-    if (priority_[i] == cut) {
+    bool keep = priority_[i] > cut.priority;
+    if (priority_[i] == cut.priority) {
       phase += wanted;
       keep = phase >= available;
       if (keep) phase -= available;

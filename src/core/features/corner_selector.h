@@ -14,7 +14,10 @@ class CornerSelector {
   /// Keeps `quota` of the corners, in their order, and drops the rest. A corner competes with its strength times a
   /// weight that falls with its rank among those of its cell: the best of every cell come first, however faint, and
   /// only then does a strongly textured cell get more. Linear in the number of corners.
-  void select(int width, int height, int quota, std::vector<Corner>& corners);
+  ///
+  /// `corners` may lack those that are not stronger than `strength_floor` (0: it lacks none). False, and nothing is
+  /// dropped, if one of them might have been kept.
+  bool select(int width, int height, int quota, int strength_floor, std::vector<Corner>& corners);
 
   /// Makes room for so many corners and features, so that select() allocates nothing.
   void reserve(size_t corners, int features);
@@ -29,7 +32,15 @@ class CornerSelector {
 
   void sortByStrength(int width, int height, int quota, const std::vector<Corner>& corners);
   void rankWithinCells();
-  void keepBest(int quota, std::vector<Corner>& corners) const;
+  /// The priority at which the quota ends, and the number of corners above it.
+  struct Cut {
+    int priority;
+    uint32_t above;
+  };
+  Cut cutAt(int quota) const;
+  /// The greatest priority that a corner of this strength would have behind all others of its cell.
+  int priorityBehindOthers(int strength) const;
+  void keepBest(int quota, const Cut& cut, std::vector<Corner>& corners) const;
 
   std::vector<Candidate> order_;      ///< corners by falling strength
   std::vector<uint16_t> cell_count_;  ///< corners met so far in each cell

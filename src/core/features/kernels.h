@@ -1,6 +1,7 @@
 // The inner loops of the extractor, one table of functions for each instruction set. All levels compute the same bits.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -33,6 +34,26 @@ constexpr int kBlurRadius = 3;
 constexpr int kAngleRadius = 15;       ///< of the disc of the intensity centroid
 constexpr int kDescriptorRadius = 18;  ///< largest rounded coordinate of a rotated test point
 
+/// Below which corners need not be found.
+struct CornerFloors {
+  int contrast = 0;  ///< lower contrasts, and this one, count as none
+  int strength = 0;  ///< corners may be passed over that are not stronger
+
+  /// Whether blocks of pixels are passed over as well, which costs more than it saves where the strength is low.
+  bool passBlocks() const { return (strength + 1) / 2 >= std::max(contrast + 1, kWorthPassing); }
+  /// A corner of this contrast or less may be passed over: its neighbours have less, so that its strength is less than
+  /// twice the contrast.
+  int passedContrast() const { return passBlocks() ? (strength + 1) / 2 : contrast; }
+
+ private:
+  static constexpr int kWorthPassing = 15;  ///< 11 saves nothing, 31 does; between them not tried: doc/extractor.md
+};
+
+struct MaximaCount {
+  int all = 0;     ///< whose contrast is above CornerFloors::passedContrast()
+  int strong = 0;  ///< of these, whose strength is above the floor
+};
+
 struct FeatureKernels {
   /// One row of the horizontal pass, 8.8 fixed point. Writes up to ResizeTable::kPadding entries past `width`.
   void (*resizeRow)(const uint8_t* source, const ResizeTable& table, int width, uint16_t* target);
@@ -42,12 +63,18 @@ struct FeatureKernels {
   /// FAST-9/16 contrast of pixels 0..width-1 of a row: the largest c such that nine contiguous pixels of the circle are
   /// all brighter or all darker than the centre by c or more; 0 where that is not above `floor`. A pixel is a corner of
   /// cv::FAST at threshold t when its contrast exceeds t, and cv::FAST's response is the contrast minus one.
-  void (*contrastRow)(const uint8_t* image, ptrdiff_t stride, int width, int floor, uint8_t* contrast);
-  /// Columns in [begin, end) whose contrast is strictly above that of all eight neighbours, in order; their number.
-  /// Writes up to 15 entries past them. `strength` of those columns becomes 3/2 of the neighbours' mean plus half the
-  /// corner's own contrast, at most 255: a corner that several pixels confirm is found again more often than a lone
-  /// one.
-  int (*maximaRow)(const uint8_t* contrast, ptrdiff_t stride, int begin, int end, uint16_t* columns, uint8_t* strength);
+  /// A block of pixels (a vector's) in which none exceeds floors.passedContrast() is zero. Where blocks may be passed
+  /// over, `passed_over` of each becomes 1 if zero need not be the contrast, else 0.
+  void (*contrastRow)(const uint8_t* image, ptrdiff_t stride, int width, const CornerFloors& floors, uint8_t* contrast,
+                      uint8_t* passed_over);
+  /// Columns in [begin, end) of a row whose contrast is strictly above that of all eight neighbours, and whose strength
+  /// is above floors.strength, in order. Writes up to 15 entries past them. `strength` of those columns becomes 3/2 of
+  /// the neighbours' mean plus half the corner's own contrast, at most 255: a corner that several pixels confirm is
+  /// found again more often than a lone one. The rows above and below in `image` and `contrast`, which have one stride,
+  /// belong to it. Of blocks that contrastRow() passed over those that touch a maximum are searched now; `passed_over`,
+  /// of the three rows, is read from one before the first block to one after the last.
+  MaximaCount (*maximaRow)(const uint8_t* image, uint8_t* contrast, ptrdiff_t stride, uint8_t* const passed_over[3],
+                           const CornerFloors& floors, int begin, int end, uint16_t* columns, uint8_t* strength);
 
   void (*widenRow)(const uint8_t* source, int width, float* target);
   /// Horizontal pass of the 7-tap Gaussian; the three pixels on either side of the row are its reflection.

@@ -34,7 +34,6 @@ struct Avx512 {
   static uint64_t lessMask(U8 a, U8 b) { return _mm512_cmplt_epu8_mask(a, b); }
 
   static int storeColumns(uint64_t mask, int x, uint16_t* columns) {
-    if (!mask) return 0;
     const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
     int count = 0;
     for (int i = 0; i < kBytes; i += 16, mask >>= 16) {

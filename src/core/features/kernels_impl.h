@@ -32,33 +32,72 @@ inline U8 extremeOfArcs(const U8 (&p)[16], Worse worse, Better better, OtherWors
   return best;
 }
 
+/// Finds the contrasts of a block, V::kBytes adjacent pixels.
 template <typename V>
-void contrastRow(const uint8_t* image, ptrdiff_t stride, int width, int floor, uint8_t* contrast) {
+class ContrastSearch {
+ public:
   using U8 = typename V::U8;
-  ptrdiff_t offset[16];
-  for (int i = 0; i < 16; ++i) offset[i] = kCircleY[i] * stride + kCircleX[i];
-  const U8 floor_vector = V::set(static_cast<uint8_t>(floor));
-  for (int x = 0; x < width; x += V::kBytes) {
-    const uint8_t* pixel = image + x;
+
+  ContrastSearch(ptrdiff_t stride, int floor) : floor_(V::set(static_cast<uint8_t>(floor))) {
+    for (int i = 0; i < 16; ++i) offset_[i] = kCircleY[i] * stride + kCircleX[i];
+  }
+
+  /// With kPass stores zeros where no contrast can exceed `passed`; false if they need not be the contrasts.
+  template <bool kPass>
+  bool search(const uint8_t* pixel, U8 passed, uint8_t* contrast) const {
     const U8 centre = V::load(pixel);
     U8 p[16];
-    for (int i = 0; i < 16; i += 4) p[i] = V::load(pixel + offset[i]);
+    for (int i = 0; i < 16; i += 4) p[i] = V::load(pixel + offset_[i]);
     // Nine contiguous pixels hold at least two adjacent ones of these four, which bounds the contrast from above.
-    const U8 bright_bound = V::min(V::max(p[0], p[8]), V::max(p[4], p[12]));
-    const U8 dark_bound = V::max(V::min(p[0], p[8]), V::min(p[4], p[12]));
-    const bool bright = V::anyGreater(V::subtract(bright_bound, centre), floor_vector);
-    const bool dark = V::anyGreater(V::subtract(centre, dark_bound), floor_vector);
-    if (!bright && !dark) {
-      V::store(contrast + x, V::set(0));
-      continue;
+    const U8 bright_bound = V::subtract(V::min(V::max(p[0], p[8]), V::max(p[4], p[12])), centre);
+    const U8 dark_bound = V::subtract(centre, V::max(V::min(p[0], p[8]), V::min(p[4], p[12])));
+    const bool bright = V::anyGreater(bright_bound, floor_), dark = V::anyGreater(dark_bound, floor_);
+    if ((!bright && !dark) || (kPass && !V::anyGreater(V::max(bright_bound, dark_bound), passed))) {
+      V::store(contrast, V::set(0));
+      return !bright && !dark;
     }
     for (int i = 0; i < 16; ++i) {
-      if (i % 4 != 0) p[i] = V::load(pixel + offset[i]);
+      if (i % 4 != 0) p[i] = V::load(pixel + offset_[i]);
     }
     U8 value = V::set(0);
     if (bright) value = V::subtract(extremeOfArcs(p, V::min, V::max, V::otherMin, V::set(0)), centre);
     if (dark) value = V::max(value, V::subtract(centre, extremeOfArcs(p, V::max, V::min, V::otherMax, V::set(255))));
-    V::store(contrast + x, V::keepGreater(value, floor_vector));
+    V::store(contrast, V::keepGreater(value, floor_));
+    return true;
+  }
+
+ private:
+  ptrdiff_t offset_[16];
+  U8 floor_;
+};
+
+template <typename V>
+void contrastRow(const uint8_t* image, ptrdiff_t stride, int width, const CornerFloors& floors, uint8_t* contrast,
+                 uint8_t* passed_over) {
+  const ContrastSearch<V> contrasts(stride, floors.contrast);
+  const auto passed = V::set(static_cast<uint8_t>(floors.passedContrast()));
+  if (floors.passBlocks()) {
+    for (int x = 0; x < width; x += V::kBytes) {
+      *passed_over++ = !contrasts.template search<true>(image + x, passed, contrast + x);
+    }
+  } else {
+    for (int x = 0; x < width; x += V::kBytes) contrasts.template search<false>(image + x, passed, contrast + x);
+  }
+}
+
+/// Searches a block of `image`, those above and below, and `left` and `right` of these, where they were passed over.
+/// Seldom called, so that its loop stays out of the caller's.
+template <typename V>
+[[gnu::noinline]] void searchPassedOver(int block, int left, int right, const uint8_t* image, uint8_t* contrast,
+                                        ptrdiff_t stride, uint8_t* const passed_over[3], int floor) {
+  const ContrastSearch<V> contrasts(stride, floor);
+  for (int row = 0; row < 3; ++row) {
+    for (int i = block - left; i <= block + right; ++i) {
+      if (!passed_over[row][i]) continue;
+      const ptrdiff_t at = (row - 1) * stride + (i - block) * V::kBytes;
+      contrasts.template search<false>(image + at, V::set(0), contrast + at);
+      passed_over[row][i] = 0;
+    }
   }
 }
 
@@ -69,30 +108,70 @@ inline int storeSetBits(uint64_t mask, int x, uint16_t* columns) {
   return count;
 }
 
+/// The pixels about those of a block.
 template <typename V>
-int maximaRow(const uint8_t* contrast, ptrdiff_t stride, int begin, int end, uint16_t* columns, uint8_t* strength) {
+struct Neighbours {
   using U8 = typename V::U8;
-  int count = 0;
-  for (int x = begin; x < end; x += V::kBytes) {
+  U8 west, east, north_west, north, north_east, south_west, south, south_east;
+
+  Neighbours(const uint8_t* at, ptrdiff_t stride)
+      : west(V::load(at - 1)),
+        east(V::load(at + 1)),
+        north_west(V::load(at - stride - 1)),
+        north(V::load(at - stride)),
+        north_east(V::load(at - stride + 1)),
+        south_west(V::load(at + stride - 1)),
+        south(V::load(at + stride)),
+        south_east(V::load(at + stride + 1)) {}
+
+  U8 greatest() const {
+    return V::max(V::max(V::max(west, east), V::max(north, south)),
+                  V::max(V::max(north_west, north_east), V::max(south_west, south_east)));
+  }
+  U8 mean() const {
+    return V::average(V::average(V::average(west, east), V::average(north, south)),
+                      V::average(V::average(north_west, north_east), V::average(south_west, south_east)));
+  }
+};
+
+template <typename V, bool kPass>
+MaximaCount maximaRowOf(const uint8_t* image, uint8_t* contrast, ptrdiff_t stride, uint8_t* const passed_over[3],
+                        const CornerFloors& floors, int begin, int end, uint16_t* columns, uint8_t* strength) {
+  using U8 = typename V::U8;
+  const U8 passed = V::set(static_cast<uint8_t>(floors.passedContrast()));
+  const U8 strength_floor = V::set(static_cast<uint8_t>(floors.strength));
+  const auto passedOver = [&](int i) { return passed_over[0][i] | passed_over[1][i] | passed_over[2][i]; };
+  MaximaCount count;
+  for (int x = kPass ? begin / V::kBytes * V::kBytes : begin; x < end; x += V::kBytes) {
     const uint8_t* row = contrast + x;
     const U8 centre = V::load(row);
-    if (!V::anyGreater(centre, V::set(0))) continue;
-    const U8 west = V::load(row - 1), east = V::load(row + 1);
-    const U8 north_west = V::load(row - stride - 1), north = V::load(row - stride),
-             north_east = V::load(row - stride + 1);
-    const U8 south_west = V::load(row + stride - 1), south = V::load(row + stride),
-             south_east = V::load(row + stride + 1);
-    const U8 around = V::max(V::max(V::max(west, east), V::max(north, south)),
-                             V::max(V::max(north_west, north_east), V::max(south_west, south_east)));
-    uint64_t mask = V::greaterMask(centre, around);
+    if (!V::anyGreater(centre, passed)) continue;
+    Neighbours<V> neighbours(row, stride);
+    uint64_t mask = V::greaterMask(centre, V::max(neighbours.greatest(), passed));
+    if (kPass && x < begin) mask &= ~uint64_t{0} << (begin - x);
     if (end - x < V::kBytes) mask &= (uint64_t{1} << (end - x)) - 1;
     if (!mask) continue;
-    const U8 mean = V::average(V::average(V::average(west, east), V::average(north, south)),
-                               V::average(V::average(north_west, north_east), V::average(south_west, south_east)));
-    V::store(strength + x, V::addSaturated(mean, V::average(mean, centre)));
-    count += V::storeColumns(mask, x, columns + count);
+    if (kPass) {
+      // The blocks that the maxima touch: this one, and those beside it where they lie at its ends.
+      const int block = x / V::kBytes, left = static_cast<int>(mask & 1), right = mask >> (V::kBytes - 1) & 1;
+      if (passedOver(block) | (passedOver(block - 1) & left) | (passedOver(block + 1) & right)) {
+        searchPassedOver<V>(block, left, right, image + x, contrast + x, stride, passed_over, floors.contrast);
+        neighbours = Neighbours<V>(row, stride);
+      }
+    }
+    const U8 mean = neighbours.mean(), value = V::addSaturated(mean, V::average(mean, centre));
+    V::store(strength + x, value);
+    count.all += __builtin_popcountll(mask);
+    count.strong += V::storeColumns(mask & V::greaterMask(value, strength_floor), x, columns + count.strong);
   }
   return count;
+}
+
+template <typename V>
+MaximaCount maximaRow(const uint8_t* image, uint8_t* contrast, ptrdiff_t stride, uint8_t* const passed_over[3],
+                      const CornerFloors& floors, int begin, int end, uint16_t* columns, uint8_t* strength) {
+  auto* const row = floors.passBlocks() ? maximaRowOf<V, true> : maximaRowOf<V, false>;
+  return row(image, contrast, stride, passed_over, floors, begin, end, columns, strength);
 }
 
 template <typename V>

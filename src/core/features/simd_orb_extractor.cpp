@@ -32,6 +32,12 @@ float vertex(int before, int at, int after) {
   return std::max(-kFarthest, std::min(kFarthest, x));
 }
 
+int weakest(const std::vector<Corner>& corners) {
+  int least = corners.empty() ? 0 : corners.front().strength;
+  for (const Corner& corner : corners) least = std::min<int>(least, corner.strength);
+  return least;
+}
+
 }  // namespace
 
 SimdOrbExtractor::SimdOrbExtractor(const FeatureExtractorOptions& options)
@@ -54,13 +60,15 @@ void SimdOrbExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, i
   pyramid_.build(image);
   // The levels built last are still in the cache; so are, afterwards, the level and the contrasts searched last.
   forEachLevel(Order::kSmallestFirst, [&](int i, Scratch&) { detect(i, mask); });
-  const auto used_pixels = static_cast<double>(mask.empty() ? image.total() : cv::countNonZero(mask));
-  sparse_ = static_cast<double>(cornerCount()) < kSparse * used_pixels;
+  sparse_ = isSparse(mask, image.total());
   if (sparse_) {
     forEachLevel(Order::kLargestFirst,
                  [&](int i, Scratch&) { removeEdgePoints(pyramid_.level(i), levels_[i].corners); });
   }
   setQuotas();
+  // A level that gives all its corners may have more. Those of the others become fewer then, so that none joins it.
+  const auto exhausted = [](const Level& level) { return level.corners.size() <= static_cast<size_t>(level.quota); };
+  if (completeWhere(mask, exhausted)) setQuotas();
   int total = 0;
   for (int i = 0; i < pyramid_.levels(); ++i) {
     levels_[i].first_keypoint = total;
@@ -69,7 +77,10 @@ void SimdOrbExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, i
   features.keypoints.resize(total);
   features.descriptors.resize(total);
   reserveScratch();
-  forEachLevel(Order::kLargestFirst, [&](int i, Scratch& scratch) { describe(i, scratch, features); });
+  forEachLevel(Order::kLargestFirst, [&](int i, Scratch& scratch) {
+    select(i, mask, scratch.selector);
+    describe(i, scratch, features);
+  });
   features.descriptors.pack();
 }
 
@@ -96,13 +107,44 @@ void SimdOrbExtractor::reserveScratch() {
 }
 
 void SimdOrbExtractor::detect(int i, const cv::Mat& mask) {
+  const int strength_floor = levels_[i].forecast.floor();
+  if (strength_floor == 0) return detectAll(i, mask);
+  search(i, {kContrastFloor, strength_floor}, mask);
+  if (!hasEnough(levels_[i])) complete(i, mask);
+}
+
+void SimdOrbExtractor::detectAll(int i, const cv::Mat& mask) {
+  search(i, {kContrastFloor, 0}, mask);
+  if (!hasEnough(levels_[i])) search(i, {kFaintFloor, 0}, mask);
+}
+
+void SimdOrbExtractor::complete(int i, const cv::Mat& mask) {
+  levels_[i].forecast.fail();
+  detectAll(i, mask);
+}
+
+template <typename Lacking>
+bool SimdOrbExtractor::completeWhere(const cv::Mat& mask, const Lacking& lacking) {
+  const auto incomplete = [&](const Level& level) { return level.strength_floor > 0 && lacking(level); };
+  if (std::none_of(levels_.begin(), levels_.begin() + pyramid_.levels(), incomplete)) return false;
+  forEachLevel(Order::kSmallestFirst, [&](int i, Scratch&) {
+    if (incomplete(levels_[i])) complete(i, mask);
+  });
+  return true;
+}
+
+void SimdOrbExtractor::search(int i, const CornerFloors& floors, const cv::Mat& mask) {
   Level& level = levels_[i];
-  for (int floor : {kContrastFloor, kFaintFloor}) {
-    level.detector.detect(pyramid_.level(i), kBorder, std::min(options_.fast_threshold, floor), kernels_,
-                          level.corners);
-    if (!mask.empty()) removeMasked(i, mask);
-    if (static_cast<double>(level.corners.size()) >= wanted_ * level.weight) break;
-  }
+  const CornerFloors used = {std::min(options_.fast_threshold, floors.contrast), floors.strength};
+  level.met = level.detector.detect(pyramid_.level(i), kBorder, used, kernels_, level.corners);
+  level.strength_floor = floors.strength;
+  if (mask.empty()) return;
+  removeMasked(i, mask);
+  level.met = level.corners.size();
+}
+
+bool SimdOrbExtractor::hasEnough(const Level& level) const {
+  return static_cast<double>(level.corners.size()) >= wanted_ * level.weight;
 }
 
 void SimdOrbExtractor::removeMasked(int i, const cv::Mat& mask) {
@@ -116,8 +158,14 @@ void SimdOrbExtractor::removeMasked(int i, const cv::Mat& mask) {
 
 size_t SimdOrbExtractor::cornerCount() const {
   size_t count = 0;  // levels beyond those of this image hold what an image before left
-  for (int i = 0; i < pyramid_.levels(); ++i) count += levels_[i].corners.size();
+  for (int i = 0; i < pyramid_.levels(); ++i) count += levels_[i].met;
   return count;
+}
+
+bool SimdOrbExtractor::isSparse(const cv::Mat& mask, size_t pixels) {
+  if (!mask.empty()) pixels = cv::countNonZero(mask);
+  const auto few = [&] { return static_cast<double>(cornerCount()) < kSparse * static_cast<double>(pixels); };
+  return few() && (!completeWhere(mask, [](const Level&) { return true; }) || few());
 }
 
 void SimdOrbExtractor::setQuotas() {
@@ -147,10 +195,25 @@ void SimdOrbExtractor::setQuotas() {
   }
 }
 
-void SimdOrbExtractor::describe(int i, Scratch& scratch, Features& features) {
+void SimdOrbExtractor::select(int i, const cv::Mat& mask, CornerSelector& selector) {
   Level& level = levels_[i];
   const Plane& image = pyramid_.level(i);
-  scratch.selector.select(image.width(), image.height(), level.quota, level.corners);
+  const auto trySelection = [&] {
+    return selector.select(image.width(), image.height(), level.quota, level.strength_floor, level.corners);
+  };
+  size_t found = level.corners.size();
+  if (!trySelection()) {
+    complete(i, mask);
+    found = level.corners.size();
+    trySelection();
+  }
+  const bool all_kept = found == level.corners.size();
+  level.forecast.learn(all_kept || sparse_ ? 0 : weakest(level.corners));
+}
+
+void SimdOrbExtractor::describe(int i, Scratch& scratch, Features& features) {
+  const Level& level = levels_[i];
+  const Plane& image = pyramid_.level(i);
   if (level.corners.empty()) return;
   // One step after the other for all corners: the steps of one corner wait for each other, those of many do not. The
   // positions first, while the contrasts are in the cache.

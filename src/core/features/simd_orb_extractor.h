@@ -9,6 +9,7 @@
 #include "features/corner_selector.h"
 #include "features/kernels.h"
 #include "features/pyramid.h"
+#include "features/strength_forecast.h"
 #include "gms_ransac/feature_extractor.h"
 #include "worker_pool.h"
 
@@ -25,6 +26,9 @@ class SimdOrbExtractor : public FeatureExtractor {
     CornerDetector detector;
     std::vector<Corner> corners;  ///< all of them, then the chosen ones
     double weight = 0;            ///< share of the features asked for
+    StrengthForecast forecast;
+    int strength_floor = 0;  ///< corners that are not stronger were passed over; 0: none were
+    size_t met = 0;          ///< corners met, weaker ones included
     int quota = 0;
     int first_keypoint = 0;
   };
@@ -45,14 +49,27 @@ class SimdOrbExtractor : public FeatureExtractor {
   void forEachLevel(Order order, const Task& task);
   /// Makes room in every scratch for the largest level, whichever thread takes it, so that later frames need none.
   void reserveScratch();
-  /// Finds the corners of a level where `mask`, unless it is empty, lets it; the faint ones too if it has not enough
-  /// others.
+  /// Finds the corners of a level where `mask`, unless it is empty, lets it: those that may become keypoints, as the
+  /// image before forecasts, or all.
   void detect(int level, const cv::Mat& mask);
+  /// Finds all corners of a level, the faint ones too if it has not enough others.
+  void detectAll(int level, const cv::Mat& mask);
+  /// The same where corners were passed over that may become keypoints after all.
+  void complete(int level, const cv::Mat& mask);
+  /// Completes those of the incomplete levels of which `lacking` says so. False if there are none.
+  template <typename Lacking>
+  bool completeWhere(const cv::Mat& mask, const Lacking& lacking);
+  void search(int level, const CornerFloors& floors, const cv::Mat& mask);
   void removeMasked(int level, const cv::Mat& mask);
+  /// Whether a level has as many corners as its share of the features.
+  bool hasEnough(const Level& level) const;
+  bool isSparse(const cv::Mat& mask, size_t pixels);
   size_t cornerCount() const;
   /// Divides the features asked for among the levels, in proportion to their weights. What a level lacks in corners
   /// goes to the others.
   void setQuotas();
+  /// Takes the best corners of a level.
+  void select(int level, const cv::Mat& mask, CornerSelector& selector);
   void describe(int level, Scratch& scratch, Features& features);
   /// Fills in all of the keypoints of a level but their angles.
   void locate(int level, cv::KeyPoint* keypoints) const;
