@@ -80,7 +80,7 @@ struct GuidedSearch::Workspace {
         matcher(options),
         gms(seedStatistics(statistics_options)),
         seats(options.threads),
-        pool(seats > 1 ? WorkerPool::shared(seats - 1) : nullptr) {}
+        pool(WorkerPool::shared(seats - 1)) {}
 
   const HammingKernel& kernel;
   HammingMatcher matcher;
@@ -88,7 +88,7 @@ struct GuidedSearch::Workspace {
   MotionPredictor predictor;
   GuidedWindows windows;
   int seats;
-  std::shared_ptr<WorkerPool> pool;  ///< where there are several
+  std::shared_ptr<WorkerPool> pool;
 
   std::vector<int> strongest;  ///< kSeedsAPart of each part, the strongest first
   std::vector<int> chosen;     ///< reference features to be compared with all
@@ -222,11 +222,7 @@ void GuidedSearch::Workspace::searchWindows(const Features& reference, const Fea
     for (int i = share * kFeaturesAShare; i < end; ++i) left[static_cast<size_t>(i)] = isLeft(i, seat);
   };
   const int shares = (reference.size() + kFeaturesAShare - 1) / kFeaturesAShare;
-  if (pool) {
-    pool->forEach(shares, seats, searchShare);
-  } else {
-    for (int share = 0; share < shares; ++share) searchShare(share, 0);
-  }
+  pool->forEach(shares, seats, searchShare);
   chosen.clear();
   for (int i = 0; i < reference.size(); ++i) {
     if (left[static_cast<size_t>(i)]) chosen.push_back(i);
