@@ -280,13 +280,7 @@ void PoseJudge::settle(const TwoViewPose& optimum, const TwoViewPose& preferred,
 
 void PoseJudge::describeMatches(RobustResult& result) {
   result.sigma_px = noise_.sigma() * options_.inlierThreshold();
-  const double threshold = options_.inlierThreshold() / points_->pixelsPerUnit();
-  const std::vector<float>& probabilities =
-      probability_.weigh(noise_, view_, static_cast<float>(1 / (threshold * threshold)));
-  result.probability.resize(static_cast<size_t>(view_.count));
-  for (int column = 0; column < view_.count; ++column) {
-    result.probability[static_cast<size_t>(points_->matchOf(column))] = probabilities[static_cast<size_t>(column)];
-  }
+  points_->inOrderOfMatches(probability_.weigh(noise_, view_, points_->finestWeight()), result.probability);
 }
 
 }  // namespace gms_ransac

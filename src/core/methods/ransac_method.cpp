@@ -87,14 +87,8 @@ void RansacMethod::weighMatches(const TwoViewModel& model, const Hypothesis& bes
   const bool on_lines = result_->model_type != ModelType::kHomography;
   if (!on_lines) result_->sigma_px /= kTransferSigmas;
   // A homography says where the point itself belongs, so what is near it needs no further question.
-  const double threshold = options_.inlierThreshold() / points_.pixelsPerUnit();
-  const std::vector<float>& probabilities =
-      on_lines ? probability_.weigh(noise_, view, static_cast<float>(1 / (threshold * threshold)))
-               : noise_.probabilities();
-  result_->probability.resize(static_cast<size_t>(view.count));
-  for (int column = 0; column < view.count; ++column) {
-    result_->probability[static_cast<size_t>(points_.matchOf(column))] = probabilities[static_cast<size_t>(column)];
-  }
+  points_.inOrderOfMatches(on_lines ? probability_.weigh(noise_, view, points_.finestWeight()) : noise_.probabilities(),
+                           result_->probability);
 }
 
 bool RansacMethod::accept(const Eigen::Matrix3d& matrix, bool ordered) {

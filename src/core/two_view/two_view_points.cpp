@@ -75,6 +75,7 @@ void TwoViewPoints::set(const PointPairs& pairs, const Camera& camera, ModelType
     to_working_current_ = centring(pairs, &PointPairs::x_current, &PointPairs::y_current, pixels_per_unit_);
   }
   const double threshold = threshold_px / pixels_per_unit_;
+  finest_weight_ = static_cast<float>(1 / (threshold * threshold));
   std::array<double, 256> variance;  // by octave, in squared thresholds
   for (size_t octave = 0; octave <= kHighestOctave; ++octave) {
     variance[octave] =
@@ -105,6 +106,13 @@ void TwoViewPoints::set(const PointPairs& pairs, const Camera& camera, ModelType
 void TwoViewPoints::columnsOf(const std::vector<int>& matches, std::vector<int>& columns) const {
   columns.resize(matches.size());
   for (size_t k = 0; k < matches.size(); ++k) columns[k] = column_of_[static_cast<size_t>(matches[k])];
+}
+
+void TwoViewPoints::inOrderOfMatches(const std::vector<float>& of_columns, std::vector<float>& of_matches) const {
+  of_matches.resize(match_of_.size());
+  for (size_t column = 0; column < match_of_.size(); ++column) {
+    of_matches[static_cast<size_t>(match_of_[column])] = of_columns[column];
+  }
 }
 
 Eigen::Matrix3d TwoViewPoints::inResultUnits(const Eigen::Matrix3d& model) const {

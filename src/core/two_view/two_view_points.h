@@ -30,9 +30,11 @@ class TwoViewPoints {
   const std::vector<int32_t>& cells() const { return cells_; }
   /// The columns of matches, in the order of the matches.
   void columnsOf(const std::vector<int>& matches, std::vector<int>& columns) const;
-  /// The match that a column holds.
-  int matchOf(int column) const { return match_of_[static_cast<size_t>(column)]; }
   double pixelsPerUnit() const { return pixels_per_unit_; }
+  /// The weight of a match whose keypoints are both of the finest level.
+  float finestWeight() const { return finest_weight_; }
+  /// A number of each column, as one of each match.
+  void inOrderOfMatches(const std::vector<float>& of_columns, std::vector<float>& of_matches) const;
 
   /// A model in the units of RobustResult::model, of unit Frobenius norm.
   Eigen::Matrix3d inResultUnits(const Eigen::Matrix3d& model) const;
@@ -44,6 +46,7 @@ class TwoViewPoints {
   std::vector<int> match_of_, column_of_;
   Eigen::Matrix3d to_working_reference_, to_working_current_;  ///< pixels -> working coordinates
   double pixels_per_unit_ = 1;
+  float finest_weight_ = 1;
 };
 
 /// The residual of a model in the units of RobustResult::model, in double.
