@@ -1,5 +1,6 @@
 // The per-frame path of the core allocates nothing once it has seen a frame of each kind. Counts operator new; pixel
 // buffers of OpenCV have an allocator of their own and are not counted.
+#include <atomic>
 #include <cstdlib>
 #include <new>
 #include <tuple>
@@ -11,10 +12,10 @@
 #include "scenes/scene.h"
 
 namespace {
-long g_allocations = 0;
+std::atomic<long> g_allocations{0};  // OpenCV's threads allocate as well
 
 void* countedAllocation(size_t size, size_t alignment) {
-  __atomic_fetch_add(&g_allocations, 1, __ATOMIC_RELAXED);
+  g_allocations.fetch_add(1, std::memory_order_relaxed);
   void* memory = nullptr;
   if (posix_memalign(&memory, alignment, size) != 0) throw std::bad_alloc();
   return memory;
