@@ -6,18 +6,22 @@ import unittest
 import rospy
 import rostest
 
+from graph import PATIENCE, TIMEOUT
+
 
 def node_load(*options):
     """Runs the program to its end; returns (exit status, rows of its table as lists of cells, stderr)."""
     done = subprocess.run(["rosrun", "gms_ransac", "node_load"] + list(options), stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True, timeout=90)
+                          stderr=subprocess.PIPE, text=True, timeout=3 * TIMEOUT)
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in done.stdout.splitlines() if line.startswith("|")]
     return done.returncode, rows[2:], done.stderr
 
 
 class NodeLoad(unittest.TestCase):
     def check(self, process, *options):
-        status, rows, said = node_load("--seconds", "1", "--rate", "20", "0", "--extractor", "simd_orb", "--features", "500", *options)
+        # A rate that the node cannot keep makes it drop images.
+        status, rows, said = node_load("--seconds", str(PATIENCE), "--rate", str(20 / PATIENCE), "0", "--extractor",
+                                       "simd_orb", "--features", "500", *options)
         self.assertEqual((status, len(rows)), (0, 2), said)
         for row in rows:
             self.assertEqual(row[:3], [process, "simd_orb", "2" if "--threads" in options else "1"])
