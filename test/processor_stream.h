@@ -41,13 +41,17 @@ class Stream {
   }
 
   ProcessedFrame process(const cv::Mat& grey, const cv::Mat_<float>& depth = {}) {
-    stamp_ += period_;
     ImageWithInfo input;
-    input.image = imageMessage(grey, stamp_);
+    input.image = message(grey);
     if (!depth.empty()) input.depth = depthMessage(depth, stamp_);
+    return process(input);
+  }
+  ProcessedFrame process(ImageWithInfo input) {
     input.received = ros::Time(stamp_);
     return processor_.process(processor_.prepare(input));
   }
+  /// The next image of the stream.
+  sensor_msgs::ImageConstPtr message(const cv::Mat& grey) { return imageMessage(grey, stamp_ += period_); }
   /// No image comes for that long, seconds.
   void wait(double seconds) { stamp_ += seconds; }
   double stamp() const { return stamp_; }

@@ -84,13 +84,13 @@ std::string layoutProblem(const sensor_msgs::Image& image, int type) {
   if (image.width == 0 || image.height == 0 || image.data.empty()) return "it is empty (" + sizeText(image) + ")";
   if (image.width > kMaximumSide || image.height > kMaximumSide) return "it is " + sizeText(image) + ", too large";
   const size_t row = static_cast<size_t>(image.width) * CV_ELEM_SIZE(type), value = CV_ELEM_SIZE1(type);
-  const std::string step = "step is " + std::to_string(image.step) + " bytes, ";
+  const auto step = [&image] { return "step is " + std::to_string(image.step) + " bytes, "; };
   if (image.step < row) {
-    return step + "but a row of " + std::to_string(image.width) + " " + image.encoding + " pixels takes " +
+    return step() + "but a row of " + std::to_string(image.width) + " " + image.encoding + " pixels takes " +
            std::to_string(row);
   }
   if (image.step % value != 0) {
-    return step + "no multiple of the " + std::to_string(value) + " bytes that a value of " + image.encoding +
+    return step() + "no multiple of the " + std::to_string(value) + " bytes that a value of " + image.encoding +
            " takes; rows may be padded by whole values only";
   }
   const size_t expected = static_cast<size_t>(image.step) * image.height;

@@ -14,7 +14,9 @@ constexpr double kNear = 0.025;  // seconds
 // How long an image waits for its depth, by the wall clock; registering and decompressing depth takes several frames.
 // And for the first camera_info: connecting to its publisher takes some milliseconds, on a busy machine hundreds.
 constexpr double kPatience = 1;
-constexpr double kWaitingPeriod = 0.1;  // seconds between two looks at what has waited long enough
+// Seconds between two looks at what has waited long enough. Where only the first images wait, for a camera_info, ten
+// looks a second were a hundredth of the node's processor time.
+constexpr double kWaitingPeriod = 0.1, kFirstImagesPeriod = 0.5;
 
 /// Which package brings a transport, as advice.
 std::string whereToGet(const std::string& transport) {
@@ -96,7 +98,9 @@ void ImageInput::start() {
                                                &ImageInput::onImage, this, hints);
     }
   }
-  waiting_timer_ = nh_.createWallTimer(ros::WallDuration(kWaitingPeriod), [this](const ros::WallTimerEvent&) {
+  const bool any_may_wait = priors_ || twoImages() || parameters_.mask_sync == MaskSync::kExact;
+  const ros::WallDuration period(any_may_wait ? kWaitingPeriod : kFirstImagesPeriod);
+  waiting_timer_ = nh_.createWallTimer(period, [this](const ros::WallTimerEvent&) {
     deliverPairs();
     deliverSettled();
   });

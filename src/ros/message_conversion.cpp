@@ -1,5 +1,6 @@
 #include "message_conversion.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "frames.h"
@@ -10,45 +11,44 @@ namespace gms_ransac {
 
 namespace {
 
-template <typename Column>
-void restart(Column& column, size_t length) {
-  column.clear();
-  column.reserve(length);
+/// Every column at its length, at once: it is written by index, and nothing is allocated on the way.
+void setLength(size_t n, bool with_stage, Correspondences& message) {
+  message.reference_points.resize(2 * n);
+  message.current_points.resize(2 * n);
+  message.confidence.resize(n);
+  message.distance.resize(n);
+  message.track_id.resize(n);
+  message.track_length.resize(n);
+  message.stage.resize(with_stage ? n : 0);
+  message.probability.resize(n);
+  message.reference_sigma.resize(n);
+  message.current_sigma.resize(n);
 }
 
-void restartColumns(size_t n, bool with_stage, Correspondences& message) {
-  restart(message.reference_points, 2 * n);
-  restart(message.current_points, 2 * n);
-  restart(message.confidence, n);
-  restart(message.distance, n);
-  restart(message.track_id, n);
-  restart(message.track_length, n);
-  restart(message.stage, with_stage ? n : 0);
-  restart(message.probability, n);
-  restart(message.reference_sigma, n);
-  restart(message.current_sigma, n);
-}
-
-void appendMatch(const ProcessedFrame& processed, size_t i, const SigmaByOctave& reference_sigma,
-                 const SigmaByOctave& current_sigma, Correspondences& message) {
+/// Row k of the message: match i.
+void setMatch(const ProcessedFrame& processed, size_t i, size_t k, const SigmaByOctave& reference_sigma,
+              const SigmaByOctave& current_sigma, Correspondences& message) {
   const MatchResult& result = *processed.result;
   const Match& match = result.matches[i];
   const Features &reference = processed.reference->frame.features, &current = processed.current->frame.features;
   const cv::KeyPoint &from = reference.keypoints[match.reference], &to = current.keypoints[match.current];
-  message.reference_points.insert(message.reference_points.end(), {from.pt.x, from.pt.y});
-  message.current_points.insert(message.current_points.end(), {to.pt.x, to.pt.y});
-  message.confidence.push_back(result.confidence[i]);
-  message.distance.push_back(match.distance);
-  message.track_id.push_back((*processed.track_ids)[i]);
-  message.track_length.push_back((*processed.track_lengths)[i]);
-  message.probability.push_back(result.probability[i]);
-  message.reference_sigma.push_back(reference_sigma[from.octave]);
-  message.current_sigma.push_back(current_sigma[to.octave]);
+  message.reference_points[2 * k] = from.pt.x;
+  message.reference_points[2 * k + 1] = from.pt.y;
+  message.current_points[2 * k] = to.pt.x;
+  message.current_points[2 * k + 1] = to.pt.y;
+  message.confidence[k] = result.confidence[i];
+  message.distance[k] = match.distance;
+  message.track_id[k] = (*processed.track_ids)[i];
+  message.track_length[k] = (*processed.track_lengths)[i];
+  message.probability[k] = result.probability[i];
+  message.reference_sigma[k] = reference_sigma[from.octave];
+  message.current_sigma[k] = current_sigma[to.octave];
 }
 
 /// Sets both fields to quantiles of the lengths of what is followed.
 void summarize(const std::vector<uint16_t>& track_lengths, MatchStats& message) {
   std::vector<uint16_t> lengths;
+  lengths.reserve(track_lengths.size());
   for (const uint16_t length : track_lengths) {
     if (length > 0) lengths.push_back(length);
   }
@@ -68,13 +68,15 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
   message.height = static_cast<uint32_t>(current.grey.rows);
   setCamera(*current.camera, message);
 
-  restartColumns(with_rejected ? result.matches.size() : static_cast<size_t>(result.inliers), with_rejected, message);
+  const auto inliers = std::count(result.stage.begin(), result.stage.end(), MatchStage::kInlier);
+  setLength(with_rejected ? result.matches.size() : static_cast<size_t>(inliers), with_rejected, message);
   const SigmaByOctave reference_sigma(result.robust, processed.reference->frame.features.scale_factor),
       current_sigma(result.robust, current.frame.features.scale_factor);
+  size_t row = 0;
   for (size_t i = 0; i < result.matches.size(); ++i) {
     if (!with_rejected && result.stage[i] != MatchStage::kInlier) continue;
-    appendMatch(processed, i, reference_sigma, current_sigma, message);
-    if (with_rejected) message.stage.push_back(static_cast<uint8_t>(result.stage[i]));
+    if (with_rejected) message.stage[row] = static_cast<uint8_t>(result.stage[i]);
+    setMatch(processed, i, row++, reference_sigma, current_sigma, message);
   }
   message.pose_valid = processed.poseValid();
   message.metric_scale = processed.metric_scale;

@@ -1,0 +1,74 @@
+// What the node allocates for an answer: a message's columns once each, at their length, and else no more than some
+// short texts. Both are counted, and neither grows with the number of matches.
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "allocation_counter.h"
+#include "gms_ransac/Correspondences.h"
+#include "message_conversion.h"
+#include "processor_stream.h"
+#include "scenes/scene.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr int kColumns = 9;  // of Correspondences; `stage`, the tenth, is empty unless rejected matches are published
+
+/// A stream that has seen each of its images, and what is allocated when it sees them again.
+class AnswerAllocation : public testing::TestWithParam<int> {
+ protected:
+  AnswerAllocation() {
+    ProcessorOptions options;
+    options.core.extractor.features = GetParam();
+    const Scene scene{SceneOptions()};
+    stream_ = std::make_unique<Stream>(ScaleMode::kUnit, scene.intrinsics(), options);
+    for (int i = 0; i < kImages; ++i) images_.push_back(scene.render(i).image);
+    for (int round = 0; round < 2; ++round) {
+      for (const cv::Mat& image : images_) stream_->process(image);
+    }
+  }
+
+  static constexpr int kImages = 4;
+  std::vector<cv::Mat> images_;
+  std::unique_ptr<Stream> stream_;
+};
+
+TEST_P(AnswerAllocation, OfCorrespondencesIsOneAColumn) {
+  for (const bool with_rejected : {false, true}) {
+    const ProcessedFrame processed = stream_->process(images_[0]);
+    ASSERT_TRUE(processed.poseValid()) << processed.text;
+    Correspondences message;
+    const long before = g_allocations;
+    toMessage(processed, with_rejected, message);
+    EXPECT_EQ(before + kColumns + with_rejected, g_allocations);
+    const size_t rows = with_rejected ? processed.result->matches.size() : size_t(processed.result->inliers);
+    EXPECT_EQ(rows, message.track_id.size());
+    EXPECT_EQ(2 * rows, message.current_points.size());
+    EXPECT_EQ(with_rejected ? rows : 0, message.stage.size());
+  }
+}
+
+TEST_P(AnswerAllocation, OfStatsIsTheTextAndTheTrackLengths) {
+  const ProcessedFrame processed = stream_->process(images_[0]);
+  MatchStats message;
+  const long before = g_allocations;
+  toMessage(processed, {}, message);
+  EXPECT_EQ(before + 2, g_allocations);
+}
+
+TEST_P(AnswerAllocation, OfAnImageIsSomeShortTexts) {
+  for (const cv::Mat& image : images_) {
+    ImageWithInfo input;
+    input.image = stream_->message(image);
+    const long before = g_allocations;
+    stream_->process(input);
+    EXPECT_GE(before + 3, g_allocations);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Features, AnswerAllocation, testing::Values(500, 2000));
+
+}  // namespace
+}  // namespace gms_ransac
