@@ -146,10 +146,10 @@ void RollingShutter::weigh(const PointPairs& pairs, const Camera& camera, const 
   const double stretch_current = stretch(camera, readout_, rates.current, pairs.image_current.height);
   const auto fill = [&](ModelType type, const Eigen::Matrix3d& model, double threshold, std::vector<float>& column) {
     const FinalResidual residual(camera, type, model, stretch_reference, stretch_current);
-    for (size_t i = 0; i < column.size(); ++i) {
-      const double cost = pairs.hasCoordinates(i) ? residual.squared(pairs, i) / (threshold * threshold) : 1;
+    residual.forEach(pairs, [&](size_t i, double squared) {
+      const double cost = pairs.hasCoordinates(i) ? squared / (threshold * threshold) : 1;
       if (cost < 1) column[i] = static_cast<float>(cost);
-    }
+    });
   };
   for (auto* column : {&costs.model, &costs.turn}) column->assign(static_cast<size_t>(pairs.size()), 1.f);
   if (!result.pose_found) return;

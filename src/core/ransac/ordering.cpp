@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <utility>
 
 namespace gms_ransac {
 
@@ -10,6 +11,11 @@ namespace {
 
 constexpr uint32_t kMaxScore = (1u << 14) - 1;  ///< what is left of 32 bits; larger scores tie
 constexpr uint32_t kMaxRatio = (1u << 9) - 1;
+
+// The packed keys are sorted by one byte after the other.
+constexpr int kDigits = 4, kDigitValues = 256;
+
+size_t digit(uint32_t key, int d) { return key >> 8 * d & (kDigitValues - 1); }
 
 /// The keys of one match packed so that a smaller number is a better match.
 uint32_t packKeys(const PointPairs& pairs, SortKey key, size_t i) {
@@ -37,22 +43,29 @@ uint32_t packKeys(const PointPairs& pairs, SortKey key, size_t i) {
 void Ordering::sort(const PointPairs& pairs, std::optional<SortKey> key, std::vector<int>& order) {
   const auto n = static_cast<size_t>(pairs.size());
   order.resize(n);
-  std::iota(order.begin(), order.end(), 0);
-  if (!key) return;
-
-  keys_.resize(n);
-  scratch_.resize(n);
-  for (size_t i = 0; i < n; ++i) keys_[i] = packKeys(pairs, *key, i);
-  // Least significant digit first: each pass is stable, so equal keys stay in the order of their indices.
-  constexpr int kDigitBits = 11;
-  for (int shift = 0; shift < 32; shift += kDigitBits) {
-    std::array<int, (1 << kDigitBits) + 1> first{};
-    const auto digit = [&](int i) { return keys_[static_cast<size_t>(i)] >> shift & ((1u << kDigitBits) - 1); };
-    for (int i : order) ++first[digit(i) + 1];
-    std::partial_sum(first.begin(), first.end(), first.begin());
-    for (int i : order) scratch_[static_cast<size_t>(first[digit(i)]++)] = i;
-    order.swap(scratch_);
+  if (!key || n == 0) {
+    std::iota(order.begin(), order.end(), 0);
+    return;
   }
+
+  entries_.resize(n);
+  scratch_.resize(n);
+  std::array<std::array<uint32_t, kDigitValues>, kDigits> first{};
+  for (size_t i = 0; i < n; ++i) {
+    const uint32_t packed = packKeys(pairs, *key, i);
+    entries_[i] = {packed, static_cast<int>(i)};
+    for (int d = 0; d < kDigits; ++d) ++first[d][digit(packed, d)];
+  }
+  // Least significant digit first: each pass is stable, so equal keys stay in the order of their indices.
+  for (int d = 0; d < kDigits; ++d) {
+    std::array<uint32_t, kDigitValues>& place = first[d];
+    if (place[digit(entries_.front().key, d)] == n) continue;  // all alike
+    uint32_t sum = 0;
+    for (uint32_t& count : place) sum += std::exchange(count, sum);
+    for (const Entry& entry : entries_) scratch_[place[digit(entry.key, d)]++] = entry;
+    entries_.swap(scratch_);
+  }
+  for (size_t i = 0; i < n; ++i) order[i] = entries_[i].match;
 }
 
 }  // namespace gms_ransac

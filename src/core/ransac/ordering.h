@@ -16,8 +16,12 @@ class Ordering {
   void sort(const PointPairs& pairs, std::optional<SortKey> key, std::vector<int>& order);
 
  private:
-  std::vector<uint32_t> keys_;
-  std::vector<int> scratch_;
+  struct Entry {
+    uint32_t key;
+    int match;
+  };
+
+  std::vector<Entry> entries_, scratch_;
 };
 
 }  // namespace gms_ransac

@@ -120,13 +120,16 @@ bool PoseModel::score(const PointColumnsView& points, const TwoViewPose& pose, f
 }
 
 TwoViewPose PoseModel::withBetterSign(const TwoViewPose& pose, float& cost, int64_t& evaluations) const {
-  constexpr float kNoBound = std::numeric_limits<float>::max();
-  const TwoViewPose opposite = {pose.R, -pose.t};
-  HypothesisScore score, opposite_score;
-  this->score(points_, pose, kNoBound, score, evaluations);
-  this->score(points_, opposite, kNoBound, opposite_score, evaluations);
-  cost = std::min(score.cost, opposite_score.cost);
-  return opposite_score.cost < score.cost ? opposite : pose;
+  HypothesisScore score, opposite;
+  PoseParameters parameters = pose.parameters();
+  kernels_.scorePose(points_, parameters, prior_, std::numeric_limits<float>::max(), score);
+  for (float& x : parameters.E) x = -x;
+  for (float& x : parameters.t) x = -x;
+  // The wrong one has the matches behind a camera, and is given up after the first of them.
+  kernels_.scorePose(points_, parameters, prior_, score.cost, opposite);
+  evaluations += score.evaluated + opposite.evaluated;
+  cost = std::min(score.cost, opposite.cost);
+  return opposite.cost < score.cost ? TwoViewPose{pose.R, -pose.t} : pose;
 }
 
 void PoseModel::residuals(const TwoViewPose& pose, float* e) const {

@@ -145,12 +145,30 @@ FinalResidual::FinalResidual(const Camera& camera, ModelType type, const Eigen::
   inverse_ = inverseIfHomography(type, model_);
 }
 
-double FinalResidual::squared(const PointPairs& pairs, size_t i) const {
-  const Eigen::Vector3d r = to_reference_ * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1);
-  const Eigen::Vector3d c = to_current_ * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1);
-  return unit_ * unit_ *
-         (type_ == ModelType::kHomography ? transferSquared(model_, inverse_, r.x(), r.y(), c.x(), c.y())
-                                          : sampsonSquared(model_, r.x(), r.y(), c.x(), c.y()));
+void FinalResidual::squared(const PointPairs& pairs, size_t first, size_t last, double* residuals) const {
+  if (type_ == ModelType::kHomography) {
+    fill(pairs, first, last, residuals, [H = model_, G = inverse_](double xr, double yr, double xc, double yc) {
+      return transferSquared(H, G, xr, yr, xc, yc);
+    });
+  } else {
+    fill(pairs, first, last, residuals,
+         [M = model_](double xr, double yr, double xc, double yc) { return sampsonSquared(M, xr, yr, xc, yc); });
+  }
+}
+
+template <typename Distance>
+void FinalResidual::fill(const PointPairs& pairs, size_t first, size_t last, double* residuals,
+                         const Distance& distance) const {
+  // Copies, which stores to `residuals` cannot change: so the compiler takes several matches at a time.
+  const Eigen::Matrix3d to_reference = to_reference_, to_current = to_current_;
+  const double squared_unit = unit_ * unit_;
+  const float *xr = pairs.x_reference.data(), *yr = pairs.y_reference.data();
+  const float *xc = pairs.x_current.data(), *yc = pairs.y_current.data();
+  for (size_t i = first; i < last; ++i) {
+    const Eigen::Vector3d r = to_reference * Eigen::Vector3d(xr[i], yr[i], 1);
+    const Eigen::Vector3d c = to_current * Eigen::Vector3d(xc[i], yc[i], 1);
+    residuals[i - first] = squared_unit * distance(r.x(), r.y(), c.x(), c.y());
+  }
 }
 
 void markFinalInliers(const PointPairs& pairs, const Camera& camera, double threshold_px, RobustResult& result) {
@@ -158,14 +176,12 @@ void markFinalInliers(const PointPairs& pairs, const Camera& camera, double thre
   result.inlier.assign(static_cast<size_t>(pairs.size()), 0);
   result.inlier_count = 0;
   double sum = 0;
-  for (size_t i = 0; i < result.inlier.size(); ++i) {
-    if (!pairs.hasCoordinates(i)) continue;
-    const double squared = residual.squared(pairs, i);
-    if (!(squared < threshold_px * threshold_px)) continue;
+  residual.forEach(pairs, [&](size_t i, double squared) {
+    if (!pairs.hasCoordinates(i) || !(squared < threshold_px * threshold_px)) return;
     result.inlier[i] = 1;
     ++result.inlier_count;
     sum += squared;
-  }
+  });
   result.rms_error_px = result.inlier_count > 0 ? std::sqrt(sum / result.inlier_count) : 0;
 }
 

@@ -1,6 +1,8 @@
 // The matches of a pair as all that estimates sees them: one set of aligned columns, built once from the survivors.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -56,10 +58,24 @@ class FinalResidual {
   /// pixels before it.
   FinalResidual(const Camera& camera, ModelType type, const Eigen::Matrix3d& model, double stretch_reference = 1,
                 double stretch_current = 1);
-  /// Squared, pixels; of a match that has coordinates.
-  double squared(const PointPairs& pairs, size_t match) const;
+  /// Calls visit(match, squared residual in pixels) for every match; of one without coordinates the residual is any.
+  template <typename Visit>
+  void forEach(const PointPairs& pairs, const Visit& visit) const {
+    constexpr size_t kBlock = 64;
+    double residuals[kBlock];
+    const auto n = static_cast<size_t>(pairs.size());
+    for (size_t first = 0; first < n; first += kBlock) {
+      const size_t last = std::min(n, first + kBlock);
+      squared(pairs, first, last, residuals);
+      for (size_t i = first; i < last; ++i) visit(i, residuals[i - first]);
+    }
+  }
 
  private:
+  void squared(const PointPairs& pairs, size_t first, size_t last, double* residuals) const;
+  template <typename Distance>
+  void fill(const PointPairs& pairs, size_t first, size_t last, double* residuals, const Distance& distance) const;
+
   ModelType type_;
   double unit_;                                ///< pixels per unit of the residual
   Eigen::Matrix3d to_reference_, to_current_;  ///< of pixels
