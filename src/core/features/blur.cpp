@@ -79,9 +79,11 @@ void Blur::apply(const Plane& source, const std::vector<Corner>& corners, const 
     for (const Run& run : runs_) {
       for (int k = 0; k < 2; ++k) widen(y + kBlurRadius + k, run, pixels[k]);
     }
+    float* ring_rows[kBlurTaps + 1];
+    for (int k = 0; k <= kBlurTaps; ++k) ring_rows[k] = ringRow(y + k - kBlurRadius);
     for (const Run& run : runs_) {
       float* rows[kBlurTaps + 1];
-      for (int k = 0; k <= kBlurTaps; ++k) rows[k] = ringRow(y + k - kBlurRadius) + run.first;
+      for (int k = 0; k <= kBlurTaps; ++k) rows[k] = ring_rows[k] + run.first;
       const float* const starts[2] = {pixels[0] + run.first, pixels[1] + run.first};
       uint8_t* const targets[2] = {target.row(y) + run.first, target.row(y + 1) + run.first};
       kernels.blurTwoRows(starts, rows, run.last - run.first, targets);
