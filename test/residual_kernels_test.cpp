@@ -178,7 +178,7 @@ TEST(ResidualKernels, CostsAloneAreThoseOfTheNormalEquations) {
   const Problem problem(1003, 20);
   const PointColumnsView points = problem.columns.view();
   const PoseParameters pose = problem.pose.parameters();
-  const float basis[2][3] = {{1, 0, 0}, {0, 1, 0}}, D[3][9] = {};
+  const float basis[2][3] = {{1, 0, 0}, {0, 1, 0}}, D[7][9] = {};
   for (const SimdLevel level : supportedLevels()) {
     const ResidualKernels& kernels = residualKernels(level);
     for (const Loss& loss : {Loss{1, 0}, Loss{4, 1}}) {
@@ -187,9 +187,12 @@ TEST(ResidualKernels, CostsAloneAreThoseOfTheNormalEquations) {
         kernels.linearizePose(points, pose, basis, loss, prior, equations);
         EXPECT_EQ(equations.cost, kernels.poseCost(points, pose, loss, prior)) << toString(level);
       }
-      NormalEquations<3> equations;
-      kernels.linearizeRotation(points, pose.R, D, loss, equations);
-      EXPECT_EQ(equations.cost, kernels.transferCost(points, pose.R, loss)) << toString(level);
+      NormalEquations<7> of_lines;
+      kernels.linearizeFundamental(points, pose.E, D, loss, of_lines);
+      EXPECT_EQ(of_lines.cost, kernels.epipolarCost(points, pose.E, loss)) << toString(level);
+      NormalEquations<3> of_transfer;
+      kernels.linearizeRotation(points, pose.R, reinterpret_cast<const float(&)[3][9]>(D), loss, of_transfer);
+      EXPECT_EQ(of_transfer.cost, kernels.transferCost(points, pose.R, loss)) << toString(level);
     }
   }
 }

@@ -52,6 +52,7 @@ inline std::vector<float> allResults(const ResidualKernels& kernels, const Point
     add(three);
     add(kernels.poseCost(points, pose, loss, prior));
     add(kernels.poseCost(points, pose, loss, {}));
+    add(kernels.epipolarCost(points, pose.E, loss));
     add(kernels.transferCost(points, H, loss));
   }
   std::vector<float> e(static_cast<size_t>(points.size));

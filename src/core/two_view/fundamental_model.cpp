@@ -70,9 +70,9 @@ int FundamentalModel::refine(const Loss& loss, int iterations, Hypothesis& hypot
     kernels_.linearizeFundamental(points_, m, D, loss, result);
   };
   const auto cost = [&](const RankTwo& at) {
-    NormalEquations<7> equations;
-    linearize(at, equations);
-    return equations.cost;
+    float m[9];
+    toFloat(at.matrix(), m);
+    return kernels_.epipolarCost(points_, m, loss);
   };
   const auto moved = [](const RankTwo& from, const double(&step)[7]) {
     return RankTwo{rotationFromVector({step[0], step[1], step[2]}) * from.U,

@@ -68,10 +68,11 @@ struct ResidualKernels {
   /// The same for the homography of a pure rotation.
   void (*linearizeRotation)(const PointColumnsView& points, const float (&R)[9], const float (&D)[3][9],
                             const Loss& loss, NormalEquations<3>& equations);
-  /// The cost of the normal equations of linearizePose and of linearizeHomography or linearizeRotation alone, bit by
-  /// bit.
+  /// The cost of the normal equations of linearizePose, of linearizeFundamental, and of linearizeHomography or
+  /// linearizeRotation alone, bit by bit.
   float (*poseCost)(const PointColumnsView& points, const PoseParameters& pose, const Loss& loss,
                     const ParallaxPrior& prior);
+  float (*epipolarCost)(const PointColumnsView& points, const float (&M)[9], const Loss& loss);
   float (*transferCost)(const PointColumnsView& points, const float (&H)[9], const Loss& loss);
   /// e[i] of every match, padding included: the Sampson distance, the same for a pose as scorePose counts it, and the
   /// transfer distance in the current image.

@@ -407,15 +407,24 @@ struct KernelsFor {
     V residual(V w) const { return w * (rx * rx + ry * ry); }
   };
 
-  static float transferCost(const PointColumnsView& points, const float (&H)[9], const Loss& loss) {
-    const Matrix h(H);
+  template <class Residual>
+  static float costAlone(const PointColumnsView& points, const Loss& loss, const Residual& residual) {
     V cost = V::set(0);
     for (int i = 0; i < points.size; i += kLanes) {
-      const Point p(points, i);
-      const V e = Transfer(h, p).residual(p.w);
+      const V e = residual(Point(points, i));
       cost = cost + V::minimum(e, V::set(loss.cut)) * (V::set(1) / lossDivisor(loss, e));
     }
     return cost.sum();
+  }
+
+  static float epipolarCost(const PointColumnsView& points, const float (&M)[9], const Loss& loss) {
+    const Matrix m(M);
+    return costAlone(points, loss, [&m](const Point& p) { return Epipolar(m, p).residual(p.w); });
+  }
+
+  static float transferCost(const PointColumnsView& points, const float (&H)[9], const Loss& loss) {
+    const Matrix h(H);
+    return costAlone(points, loss, [&h](const Point& p) { return Transfer(h, p).residual(p.w); });
   }
 
   template <int P>
@@ -444,8 +453,9 @@ struct KernelsFor {
 
   static const ResidualKernels& table() {
     static const ResidualKernels kernels = {
-        scoreEpipolar,        scorePose, scoreHomography, linearizePose,     linearizeFundamental, linearizeTransfer<8>,
-        linearizeTransfer<3>, poseCost,  transferCost,    epipolarResiduals, poseResiduals,        transferResiduals};
+        scoreEpipolar,        scorePose, scoreHomography, linearizePose, linearizeFundamental, linearizeTransfer<8>,
+        linearizeTransfer<3>, poseCost,  epipolarCost,    transferCost,  epipolarResiduals,    poseResiduals,
+        transferResiduals};
     return kernels;
   }
 };
