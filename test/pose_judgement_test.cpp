@@ -4,10 +4,12 @@
 #include <cmath>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/LU>
 
+#include "two_view/pose_model.h"
 #include "two_view_scene.h"
 
 namespace gms_ransac {
@@ -231,7 +233,68 @@ TEST_P(FewMatches, KnowHowLittleTheyKnow) {
   EXPECT_LE(outside, ok / 20);  // 2.9 % of normal errors are; without the jackknife a seventh
 }
 
+class DirectionCovariance : public testing::TestWithParam<std::string> {
+ protected:
+  /// NEES of the direction over its two degrees of freedom, of each scene that is answered, sorted.
+  template <typename Make>
+  static std::vector<double> sortedNees(int scenes, const Make& make) {
+    const auto estimator = makeEstimator(GetParam(), RobustOptions());
+    RobustResult result;
+    std::vector<double> nees;
+    for (int seed = 0; seed < scenes; ++seed) {
+      const TwoViewScene scene = makeTwoViewScene(make(static_cast<uint64_t>(seed)));
+      estimator->reset();
+      estimator->estimate(scene.pairs, scene.camera, result);
+      if (!result.translation_observable) continue;
+      Eigen::Vector3d basis[2];
+      PoseModel::tangent(result.pose.t, basis);
+      Eigen::Matrix<double, 2, 3> across;
+      across << basis[0].transpose(), basis[1].transpose();
+      const Eigen::Vector2d error = across * (scene.R.transpose() * scene.t).normalized();
+      const Eigen::Matrix2d covariance = across * result.pose.covariance.topLeftCorner<3, 3>() * across.transpose();
+      nees.push_back(error.dot(covariance.inverse() * error) / 2);
+    }
+    std::sort(nees.begin(), nees.end());
+    return nees;
+  }
+};
+
+TEST_P(DirectionCovariance, CountsNoNoiseOfThePointsAsParallax) {
+  // Half a pixel of parallax at 0.3 px of noise: most of the displacements along the epipolar lines is noise.
+  constexpr int kScenes = 200;
+  const std::vector<double> nees = sortedNees(kScenes, [](uint64_t seed) {
+    TwoViewSceneOptions options;
+    options.seed = seed;
+    options.outlier_ratio = 0;
+    options.noise_px = 0.3;
+    return withMedianParallax(options, 0.5);
+  });
+  ASSERT_GE(nees.size(), kScenes * 3u / 4);
+  EXPECT_LT(nees[nees.size() / 2], 1.3);  // chi-square has 0.7
+  EXPECT_GT(nees[nees.size() / 2], 0.4);
+}
+
+TEST_P(DirectionCovariance, HoldsWhatOneMatchDecides) {
+  // Near the epipole a single match with the noise of a coarse level, or a wrong one on its line, turns the direction.
+  constexpr int kScenes = 200;
+  const std::vector<double> nees = sortedNees(kScenes, [](uint64_t seed) {
+    TwoViewSceneOptions options;
+    options.seed = seed;
+    options.outlier_ratio = 0.1;
+    options.outlier_reach = 48;
+    options.octaves = options.as_measured = true;
+    options.translation = {0.05, 0, 1};
+    options.rotation = {0.005, 0.02, 0.005};
+    options.image_share = 0.3;
+    return options;
+  });
+  ASSERT_GE(nees.size(), kScenes * 19u / 20);
+  EXPECT_LT(nees[nees.size() * 9 / 10], 6);  // chi-square has 2.3
+}
+
 INSTANTIATE_TEST_SUITE_P(Methods, TwoBodies, testing::Values("cp_ransac", "lo_prosac"),
+                         [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Methods, DirectionCovariance, testing::Values("cp_ransac", "lo_prosac"),
                          [](const auto& info) { return info.param; });
 INSTANTIATE_TEST_SUITE_P(Methods, FewMatches, testing::Values("cp_ransac", "lo_prosac"),
                          [](const auto& info) { return info.param; });

@@ -1,11 +1,13 @@
 #include "judgement/pose_uncertainty.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include "judgement/lanes.h"
 
@@ -44,7 +46,14 @@ constexpr double kFirstDoubt = 0.5, kFullDoubt = 0.9;
 constexpr double kInversionTolerance = 1e-8;
 constexpr double kLeastCurvature = 0.05;  ///< of the loss, of 1 at its bottom
 constexpr int kEnoughCells = 100;         ///< for the sandwich to hold, of 400
+/// Noise is taken to be at most this share of what the matches seem to tell of the direction: how much it is, is itself
+/// known to a few percent only.
+constexpr double kMostNoise = 0.9;
+/// Of a cell, from which on its gradient is that at the pose without it. What it hides is no more than a fifth below.
+constexpr double kHighLeverage = 0.2;
 
+/// Thresholds from the epipole, below which noise turns a match's line by so much that nothing of first order holds.
+constexpr float kBesideEpipole = 3;
 constexpr int kShifts = 7;       ///< of one image
 constexpr float kTiny = 1e-18f;  ///< keeps 0 / 0 out of padding and of matches at both epipoles
 constexpr int kCells = kSpreadGridSide * kSpreadGridSide;
@@ -81,13 +90,17 @@ class Derivatives {
     for (int i = 0; i < 2; ++i) basis_[i] = VectorLanes(basis[i].cast<float>());
   }
 
-  /// Of the matches from column `i` on: each parameter into a column of its own, `stride` apart.
-  Lanes write(const PointColumnsView& points, int i, float* J, int stride) const {
+  /// Of the matches from column `i` on: each parameter into a column of its own, `stride` apart. `turns`: likewise how
+  /// far each of the two steps of t turns the epipolar line.
+  Lanes write(const PointColumnsView& points, int i, float* J, float* turns, int stride) const {
     // doc/residual_kernels.md: value C, squared gradient N, k = C / N; here divided by sqrt(N / w).
     const VectorLanes p(points.x1 + i, points.y1 + i), q(points.x2 + i, points.y2 + i);
     const VectorLanes turned = R_ * p, line2 = E_ * p, line1 = Et_ * q;
     const Lanes N = line2.x * line2.x + line2.y * line2.y + line1.x * line1.x + line1.y * line1.y + kTiny;
-    const Lanes unit = (lanes(points.weight + i) / N).sqrt(), C = dot(q, line2), k = C / N;
+    // N is twice the squared distance from the epipole. Padding is beside it, too.
+    const auto apart = N * lanes(points.weight + i) > 2 * kBesideEpipole * kBesideEpipole;
+    const Lanes none = Lanes::Zero(), unit = apart.select((lanes(points.weight + i) / N).sqrt(), none);
+    const Lanes C = dot(q, line2), k = C / N;
     Lanes residual = unit * C;
 
     // d(rho) = <G, dE> with G = q' p^T - q c^T.
@@ -101,6 +114,11 @@ class Derivatives {
     put(1, unit * by_w.y);
     put(2, unit * by_w.z);
     for (int step = 0; step < 2; ++step) put(3 + step, unit * dot(basis_[step], by_t));
+    // Of a step b the line t x Rp turns by -z Rp . (b x t) / |line|^2, of which N is twice as much where both lines are
+    // alike; b x t is the other step but for its sign.
+    const Lanes per_length = apart.select(2 * turned.z / N, none);
+    lanes(turns + i) = per_length * dot(basis_[1], turned);
+    lanes(turns + stride + i) = -per_length * dot(basis_[0], turned);
 
     // Gradients by the two points, whose noise a shift stretches as well.
     const Lanes a1 = unit * (line1.x - k * (E_(0, 0) * line2.x + E_(1, 0) * line2.y));
@@ -126,18 +144,27 @@ class Derivatives {
   VectorLanes t_, basis_[2];
 };
 
+using PoseSquare = Eigen::Matrix<double, kOfPose, kOfPose>;
+
+/// Not finite where the information does not suffice.
+PoseSquare inverseOf(const PoseSquare& information) {
+  const Eigen::LDLT<PoseSquare> factors(information);
+  if (factors.info() != Eigen::Success || !factors.isPositive()) return PoseSquare::Constant(NAN);
+  return factors.solve(PoseSquare::Identity());
+}
+
 /// False of what the inverse of an ill-conditioned curvature makes: then rounding alone says what the pose is known to.
-bool isCovariance(const Eigen::Matrix<double, kOfPose, kOfPose>& matrix) {
+bool isCovariance(const PoseSquare& matrix) {
   if (!matrix.allFinite() || matrix.diagonal().minCoeff() < 0) return false;
   const Eigen::Matrix<double, kOfPose, 1> sigma = matrix.diagonal().cwiseSqrt();
-  Eigen::Matrix<double, kOfPose, kOfPose> correlation = Eigen::Matrix<double, kOfPose, kOfPose>::Identity();
+  PoseSquare correlation = PoseSquare::Identity();
   for (int i = 0; i < kOfPose; ++i) {
     for (int j = 0; j < kOfPose; ++j) {
       if (sigma[i] * sigma[j] > 0) correlation(i, j) = matrix(i, j) / (sigma[i] * sigma[j]);
     }
   }
   if (!((correlation - correlation.transpose()).cwiseAbs().maxCoeff() < kInversionTolerance)) return false;
-  const Eigen::LDLT<Eigen::Matrix<double, kOfPose, kOfPose>> factors(correlation);
+  const Eigen::LDLT<PoseSquare> factors(correlation);
   return factors.info() == Eigen::Success && factors.vectorD().minCoeff() > -kInversionTolerance;
 }
 
@@ -155,6 +182,7 @@ void PoseUncertainty::collect(const PointColumnsView& points, const MatchNoise& 
   used_.reserve(size);
   columns_.resize(points.count);
   J_.resize(std::max(J_.size(), kAll * size));
+  turns_.resize(std::max(turns_.size(), 2 * size));
   pulls_.resize(std::max(pulls_.size(), size));
   used_.clear();
   for (int i = 0; i < points.count; ++i) {
@@ -168,7 +196,7 @@ double PoseUncertainty::differentiate(const TwoViewPose& pose, const Loss& loss)
   const Derivatives derivatives(pose);
   Lanes bend = Lanes::Zero();
   for (int i = 0; i < used.size; i += kLanesAtOnce) {
-    const Lanes residual = derivatives.write(used, i, J_.data() + i, used.size);
+    const Lanes residual = derivatives.write(used, i, J_.data() + i, turns_.data(), used.size);
     const Lanes softened = residual * residual * loss.inverse_softness, falloff = (1 + softened).inverse();
     const Lanes weight = falloff * falloff;
     lanes(pulls_.data() + i) = weight * residual;
@@ -249,21 +277,30 @@ PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoVie
                                     const std::vector<int32_t>& cells, double calibration_sigma) {
   PoseSpread spread;
   if (sumUp(points, pose, noise, cells) < kAll) return spread;
-  const Eigen::LDLT<Eigen::Matrix<double, kPose, kPose>> factors(curvature_.topLeftCorner<kPose, kPose>());
-  if (factors.info() != Eigen::Success || !factors.isPositive()) return spread;
-  const Eigen::Matrix<double, kPose, kPose> inverse = factors.solve(Eigen::Matrix<double, kPose, kPose>::Identity());
+  const double variance = noise.sigma() * noise.sigma();
+  const Square seeming = inverseOf(curvature_.topLeftCorner<kPose, kPose>()),
+               inverse = inverseOf(information(variance));
+  if (!seeming.allFinite() || !inverse.allFinite()) return spread;
   // Huber's sandwich, clustered (Liang & Zeger 1986): noise of one neighbourhood may be common to it. The pose may lie
   // beside the optimum where nothing refined it.
-  const Eigen::Matrix<double, kPose, 1> step = inverse * gradient_.head<kPose>();
-  spread.sandwich = inverse * scatter_.topLeftCorner<kPose, kPose>() * inverse + step * step.transpose();
-  spread.covariance = spread.of_matches = widened(spread.sandwich, step);
+  const auto sandwich = [&](const Square& bread, const Square& scatter) -> Square {
+    const Pose step = bread * gradient_.head<kPose>();
+    return bread * scatter * bread + step * step.transpose();
+  };
+  spread.sandwich = sandwich(seeming, scatter_.topLeftCorner<kPose, kPose>());
+  const Square scatter = scatterWithoutLeverage(cells, seeming), seeming_sandwich = sandwich(seeming, scatter);
+  const Pose scale = widening(seeming_sandwich, seeming * gradient_.head<kPose>());
+  const auto widened = [&](const Square& covariance) -> Square {
+    return scale.asDiagonal() * covariance * scale.asDiagonal();
+  };
+  spread.covariance = spread.of_matches = widened(sandwich(inverse, scatter));
   testModel(inverse, spread);
-  const double variance = noise.sigma() * noise.sigma();
   spread.pose_break = findBreak(cells, variance);
   const double doubt = std::clamp((spread.contradiction - kFirstDoubt) / (kFullDoubt - kFirstDoubt), 0.0, 1.0);
   if (doubt > 0) {
-    const Eigen::Matrix<double, kPose, kPose> extended = extendedCovariance(kUnmodelledSigma, variance);
-    for (auto* covariance : {&spread.covariance, &spread.sandwich}) *covariance += doubt * (extended - *covariance);
+    const Square extended = extendedCovariance(kUnmodelledSigma, variance);
+    spread.covariance += doubt * (extended - widened(seeming_sandwich));
+    spread.sandwich += doubt * (extended - spread.sandwich);
   }
   const Eigen::Matrix<double, kPose, 3> effect = calibration_sigma * inverse * curvature_.block<kPose, 3>(0, kPose);
   for (auto* covariance : {&spread.covariance, &spread.sandwich}) {
@@ -273,21 +310,75 @@ PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoVie
   return spread;
 }
 
-Eigen::Matrix<double, 5, 5> PoseUncertainty::widened(const Eigen::Matrix<double, kPose, kPose>& sandwich,
-                                                     const Eigen::Matrix<double, kPose, 1>& step) const {
-  if (clusters_ >= kEnoughCells) return sandwich;
-  const Eigen::Matrix<double, kPose, kPose> others =
-      pose_blocks_.jackknife(curvature_.topLeftCorner<kPose, kPose>(), step);
-  const auto widening = [&](int first, int count) {
+PoseUncertainty::Square PoseUncertainty::information(double variance) const {
+  const PointColumnsView used = columns_.view();
+  const Eigen::Map<const Eigen::VectorXf> first(turns_.data(), used.count),
+      second(turns_.data() + used.size, used.count);
+  Eigen::Matrix2d noise;
+  noise << first.dot(first), first.dot(second), second.dot(first), second.dot(second);
+  noise *= bend_ * variance;
+  // What is told of the direction with the rotation unknown.
+  Square told = curvature_.topLeftCorner<kPose, kPose>();
+  auto of_direction = told.bottomRightCorner<2, 2>();
+  const Eigen::Matrix<double, 3, 2> shared = told.topRightCorner<3, 2>();
+  const Eigen::Matrix2d alone = of_direction - shared.transpose() * told.topLeftCorner<3, 3>().ldlt().solve(shared);
+  const double share =
+      Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix2d>(noise, alone, Eigen::EigenvaluesOnly).eigenvalues()[1];
+  if (share > 0) of_direction -= std::min(1.0, kMostNoise / share) * noise;
+  return told;
+}
+
+PoseUncertainty::Square PoseUncertainty::scatterWithoutLeverage(const std::vector<int32_t>& cells,
+                                                                const Square& inverse) const {
+  const PointColumnsView used = columns_.view();
+  const auto clusterOf = [&](int i) {
+    return static_cast<size_t>(
+        cluster_of_[static_cast<size_t>(cells[static_cast<size_t>(used_[static_cast<size_t>(i)])])]);
+  };
+  const Eigen::Matrix<float, kPose, kPose> root =
+      Eigen::LLT<Square>(bend_ * inverse).matrixU().toDenseMatrix().cast<float>();
+  std::array<float, kCells> leverages = {};
+  for (int i = 0; i < used.count; i += kLanesAtOnce) {
+    Lanes leverage = Lanes::Zero();
+    for (int row = 0; row < kPose; ++row) {
+      Lanes entry = Lanes::Zero();
+      for (int k = row; k < kPose; ++k) entry += root(row, k) * lanes(J_.data() + k * used.size + i);
+      leverage += entry * entry;
+    }
+    for (int lane = 0; lane < std::min(kLanesAtOnce, used.count - i); ++lane) {
+      leverages[clusterOf(i + lane)] += leverage[lane];
+    }
+  }
+  Square scatter = scatter_.topLeftCorner<kPose, kPose>();
+  for (size_t cluster = 0; cluster < static_cast<size_t>(clusters_); ++cluster) {
+    if (!(leverages[cluster] > kHighLeverage)) continue;
+    Square own = Square::Zero();
+    for (int i = 0; i < used.count; ++i) {
+      if (clusterOf(i) != cluster) continue;
+      Pose derivatives;
+      for (int k = 0; k < kPose; ++k) derivatives[k] = static_cast<double>(J_[static_cast<size_t>(k * used.size + i)]);
+      own += bend_ * derivatives * derivatives.transpose();
+    }
+    const Pose gradient = Eigen::Map<const Pose, 0, Eigen::InnerStride<kCells>>(gradients_.data() + cluster);
+    const Pose without = (Square::Identity() - own * inverse).partialPivLu().solve(gradient);
+    scatter += without * without.transpose() - gradient * gradient.transpose();
+  }
+  return scatter;
+}
+
+PoseUncertainty::Pose PoseUncertainty::widening(const Square& sandwich, const Pose& step) const {
+  if (clusters_ >= kEnoughCells) return Pose::Ones();
+  const Square others = pose_blocks_.jackknife(curvature_.topLeftCorner<kPose, kPose>(), step);
+  const auto of = [&](int first, int count) {
     return std::sqrt(
         std::max(1., others.diagonal().segment(first, count).sum() / sandwich.diagonal().segment(first, count).sum()));
   };
-  Eigen::Matrix<double, kPose, 1> scale;
-  scale << Eigen::Vector3d::Constant(widening(0, 3)), Eigen::Vector2d::Constant(widening(3, 2));
-  return scale.asDiagonal() * sandwich * scale.asDiagonal();
+  Pose scale;
+  scale << Eigen::Vector3d::Constant(of(0, 3)), Eigen::Vector2d::Constant(of(3, 2));
+  return scale;
 }
 
-void PoseUncertainty::testModel(const Eigen::Matrix<double, kPose, kPose>& inverse, PoseSpread& spread) const {
+void PoseUncertainty::testModel(const Square& inverse, PoseSpread& spread) const {
   // Rao's score test: what the pose does not explain of the gradient by the other parameters, over its own scatter.
   Eigen::Matrix<double, kUnmodelledCount, kAll> unexplained;
   unexplained << -curvature_.bottomLeftCorner<kUnmodelledCount, kPose>() * inverse,
@@ -321,7 +412,7 @@ Eigen::Matrix<double, 5, 5> PoseUncertainty::extendedCovariance(const Eigen::Mat
   for (int i = 0; i < kUnmodelledCount; ++i) {
     scatter(kPose + i, kPose + i) += variance * variance / (sigma[i] * sigma[i]);
   }
-  const Eigen::Matrix<double, kPose, 1> step = (inverse * gradient_).head<kPose>();
+  const Pose step = (inverse * gradient_).head<kPose>();
   return (inverse * scatter * inverse).topLeftCorner<kPose, kPose>() + step * step.transpose();
 }
 
