@@ -10,35 +10,32 @@
 #include <Eigen/LU>
 
 #include "judgement/lanes.h"
+#include "judgement/residual_derivatives.h"
 
 namespace gms_ransac {
 
 namespace {
 
-/// What the camera model may get wrong: focal length, principal point (x, y), radial distortion, turns about x, y and z
-/// while the rows of the reference and of the current image are read.
-enum Unmodelled { kFocalLength, kPrincipalPoint, kRadialDistortion = 3, kRowsReference, kRowsCurrent = 7, kCount = 10 };
-
 constexpr double kDegree = M_PI / 180;
 constexpr double kRowsSigma = 2 * kDegree;
 /// What cameras in use are off by where they are: relative focal length, principal point in focal lengths, the first
 /// coefficient of radial distortion, radians by a focal length's worth of rows.
-const Eigen::Matrix<double, kCount, 1> kUnmodelledSigma =
-    (Eigen::Matrix<double, kCount, 1>() << 0.03, 0.01, 0.01, 0.03, kRowsSigma, kRowsSigma, kRowsSigma, kRowsSigma,
-     kRowsSigma, kRowsSigma)
+const Eigen::Matrix<double, Unmodelled::kCount, 1> kUnmodelledSigma =
+    (Eigen::Matrix<double, Unmodelled::kCount, 1>() << 0.03, 0.01, 0.01, 0.03, kRowsSigma, kRowsSigma, kRowsSigma,
+     kRowsSigma, kRowsSigma, kRowsSigma)
         .finished();
 
 /// Parameters that are tested together, and what chi-square with as many degrees of freedom exceeds in 1 % of cases.
 struct TestedTogether {
   CameraParameter parameter;
-  Unmodelled first;
+  Unmodelled::Parameter first;
   int count;
   double limit;
 };
-constexpr TestedTogether kTests[] = {{CameraParameter::kFocalLength, kFocalLength, 1, 6.63},
-                                     {CameraParameter::kPrincipalPoint, kPrincipalPoint, 2, 9.21},
-                                     {CameraParameter::kRadialDistortion, kRadialDistortion, 1, 6.63},
-                                     {CameraParameter::kRollingShutter, kRowsReference, 6, 16.81}};
+constexpr TestedTogether kTests[] = {{CameraParameter::kFocalLength, Unmodelled::kFocalLength, 1, 6.63},
+                                     {CameraParameter::kPrincipalPoint, Unmodelled::kPrincipalPoint, 2, 9.21},
+                                     {CameraParameter::kRadialDistortion, Unmodelled::kRadialDistortion, 1, 6.63},
+                                     {CameraParameter::kRollingShutter, Unmodelled::kRowsReference, 6, 16.81}};
 
 // From here on the doubt about the camera model grows until the model without doubt is left (doc/uncertainty.md).
 constexpr double kFirstDoubt = 0.5, kFullDoubt = 0.9;
@@ -51,98 +48,9 @@ constexpr int kEnoughCells = 100;         ///< for the sandwich to hold, of 400
 constexpr double kMostNoise = 0.9;
 /// Of a cell, from which on its gradient is that at the pose without it. What it hides is no more than a fifth below.
 constexpr double kHighLeverage = 0.2;
-
-/// Thresholds from the epipole, below which noise turns a match's line by so much that nothing of first order holds.
-constexpr float kBesideEpipole = 3;
-constexpr int kShifts = 7;       ///< of one image
-constexpr float kTiny = 1e-18f;  ///< keeps 0 / 0 out of padding and of matches at both epipoles
 constexpr int kCells = kSpreadGridSide * kSpreadGridSide;
 static_assert(kCells % kLanesAtOnce == 0, "whole steps of lanes");
-constexpr int kOfPose = 5, kOfRows = 3;  ///< parameters of the pose, and of a turn by the rows
-
-/// What a small step of each of the parameters does to a residual through the point (x, y) of the normalised image
-/// plane: a focal length, a principal point (x, y), a radial distortion, turns about x, y and z by y radians. (a, b):
-/// derivative of the residual by the point; `share`: residual over the squared length of both such derivatives, because
-/// a shift that stretches the image stretches its noise. Derived in doc/uncertainty.md.
-struct Shifts {
-  Lanes effect[kShifts];
-
-  Shifts(const Lanes& a, const Lanes& b, const Lanes& x, const Lanes& y, const Lanes& share) {
-    const Lanes aa = a * a, ab = a * b, bb = b * b, both = aa + bb;
-    const Lanes xx = x * x, xy = x * y, yy = y * y, along = a * x + b * y, squared = xx + yy;
-    effect[0] = share * both - along;
-    effect[1] = -a;
-    effect[2] = -b;
-    effect[3] = squared * along - share * (squared * both + 2 * along * along);
-    effect[4] = share * (aa * yy + 2 * ab * xy + bb * (1 + 3 * yy)) - y * (a * xy + b * (1 + yy));
-    effect[5] = y * (a * (1 + xx) + b * xy) - share * (2 * both * xy + ab * (1 + squared));
-    effect[6] = y * (b * x - a * y) - share * (bb * x - ab * y);
-  }
-};
-
-/// Derivatives of the signed residual of matches, and that residual.
-class Derivatives {
- public:
-  explicit Derivatives(const TwoViewPose& pose)
-      : R_(pose.R.cast<float>()), E_(pose.essential().cast<float>()), Et_(E_.transpose()), t_(pose.t.cast<float>()) {
-    Eigen::Vector3d basis[2];
-    PoseModel::tangent(pose.t, basis);
-    for (int i = 0; i < 2; ++i) basis_[i] = VectorLanes(basis[i].cast<float>());
-  }
-
-  /// Of the matches from column `i` on: each parameter into a column of its own, `stride` apart. `turns`: likewise how
-  /// far each of the two steps of t turns the epipolar line.
-  Lanes write(const PointColumnsView& points, int i, float* J, float* turns, int stride) const {
-    // doc/residual_kernels.md: value C, squared gradient N, k = C / N; here divided by sqrt(N / w).
-    const VectorLanes p(points.x1 + i, points.y1 + i), q(points.x2 + i, points.y2 + i);
-    const VectorLanes turned = R_ * p, line2 = E_ * p, line1 = Et_ * q;
-    const Lanes N = line2.x * line2.x + line2.y * line2.y + line1.x * line1.x + line1.y * line1.y + kTiny;
-    // N is twice the squared distance from the epipole. Padding is beside it, too.
-    const auto apart = N * lanes(points.weight + i) > 2 * kBesideEpipole * kBesideEpipole;
-    const Lanes none = Lanes::Zero(), unit = apart.select((lanes(points.weight + i) / N).sqrt(), none);
-    const Lanes C = dot(q, line2), k = C / N;
-    Lanes residual = unit * C;
-
-    // d(rho) = <G, dE> with G = q' p^T - q c^T.
-    const VectorLanes q_moved(q.x - k * line2.x, q.y - k * line2.y, q.z);
-    const VectorLanes c_moved = k * (R_ * VectorLanes(line1.x, line1.y, Lanes::Zero()));
-    // dE = [t]x [w]x R and [step]x R.
-    const VectorLanes by_w = cross(turned, cross(q_moved, t_)) - cross(c_moved, cross(q, t_));
-    const VectorLanes by_t = cross(turned, q_moved) - cross(c_moved, q);
-    const auto put = [&](int parameter, const Lanes& derivative) { lanes(J + parameter * stride) = derivative; };
-    put(0, unit * by_w.x);
-    put(1, unit * by_w.y);
-    put(2, unit * by_w.z);
-    for (int step = 0; step < 2; ++step) put(3 + step, unit * dot(basis_[step], by_t));
-    // Of a step b the line t x Rp turns by -z Rp . (b x t) / |line|^2, of which N is twice as much where both lines are
-    // alike; b x t is the other step but for its sign.
-    const Lanes per_length = apart.select(2 * turned.z / N, none);
-    lanes(turns + i) = per_length * dot(basis_[1], turned);
-    lanes(turns + stride + i) = -per_length * dot(basis_[0], turned);
-
-    // Gradients by the two points, whose noise a shift stretches as well.
-    const Lanes a1 = unit * (line1.x - k * (E_(0, 0) * line2.x + E_(1, 0) * line2.y));
-    const Lanes b1 = unit * (line1.y - k * (E_(0, 1) * line2.x + E_(1, 1) * line2.y));
-    const Lanes a2 = unit * (line2.x - k * (E_(0, 0) * line1.x + E_(0, 1) * line1.y));
-    const Lanes b2 = unit * (line2.y - k * (E_(1, 0) * line1.x + E_(1, 1) * line1.y));
-    const Lanes share = residual / (a1 * a1 + b1 * b1 + a2 * a2 + b2 * b2 + kTiny);
-    putShifts(Shifts(a1, b1, p.x, p.y, share), Shifts(a2, b2, q.x, q.y, share), J + kOfPose * stride, stride);
-    return residual;
-  }
-
- private:
-  /// What the camera gets wrong moves the points of both images alike, but for the turns while their rows are read.
-  static void putShifts(const Shifts& reference, const Shifts& current, float* J, int stride) {
-    for (int m = 0; m < kRowsReference; ++m) lanes(J + m * stride) = reference.effect[m] + current.effect[m];
-    for (int m = 0; m < kOfRows; ++m) {
-      lanes(J + (kRowsReference + m) * stride) = reference.effect[kRowsReference + m];
-      lanes(J + (kRowsCurrent + m) * stride) = current.effect[kRowsReference + m];
-    }
-  }
-
-  Eigen::Matrix3f R_, E_, Et_;
-  VectorLanes t_, basis_[2];
-};
+constexpr int kOfPose = ResidualDerivatives::kOfPose;
 
 using PoseSquare = Eigen::Matrix<double, kOfPose, kOfPose>;
 
@@ -193,7 +101,7 @@ void PoseUncertainty::collect(const PointColumnsView& points, const MatchNoise& 
 
 double PoseUncertainty::differentiate(const TwoViewPose& pose, const Loss& loss) {
   const PointColumnsView used = columns_.view();
-  const Derivatives derivatives(pose);
+  const ResidualDerivatives derivatives(pose);
   Lanes bend = Lanes::Zero();
   for (int i = 0; i < used.size; i += kLanesAtOnce) {
     const Lanes residual = derivatives.write(used, i, J_.data() + i, turns_.data(), used.size);
