@@ -2,10 +2,12 @@
 #include "frame_processor.h"
 
 #include <malloc.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <fstream>
 #include <thread>
 #include <vector>
 
@@ -205,6 +207,33 @@ TEST(FrameProcessor, ReconfigurationsLeaveNothingBehind) {
   for (int again = 0; again < 3; ++again) reconfigureThroughAll(processor, stamp);
   // What containers of another size keep; one filter that stays is some hundred kilobytes.
   EXPECT_LT(heldBytes(), before + 50000);
+}
+
+/// Bytes of memory that the process has pages for.
+size_t residentBytes() {
+  std::ifstream statm("/proc/self/statm");
+  size_t all = 0, resident = 0;
+  statm >> all >> resident;
+  return resident * static_cast<size_t>(sysconf(_SC_PAGESIZE));
+}
+
+TEST(FrameProcessor, AReplacedFilterGivesItsPagesBack) {
+  if (heldBytes() == 0) GTEST_SKIP() << "an allocator of its own decides what goes back";
+  Processor processor;
+  double stamp = 1;
+  const auto runWith = [&](int features) {
+    ProcessorOptions options;
+    options.core.extractor.features = features;
+    options.core.extractor.fast_threshold = 0;
+    processor->setOptions(options);
+    for (const int shift : {0, 5, 10}) processor.ask(image(stamp += 0.1, shift));
+  };
+  runWith(20000);
+  const size_t held = heldBytes(), resident = residentBytes();
+  runWith(300);
+  const size_t given_back = held - heldBytes();  // to the allocator: all but what frames keep room for
+  ASSERT_GT(given_back, 1000000u);
+  EXPECT_GT(resident - std::min(resident, residentBytes()), given_back / 2);
 }
 
 ProcessorOptions optionsOf(int threads, int features) {

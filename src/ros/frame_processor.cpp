@@ -1,5 +1,7 @@
 #include "frame_processor.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -108,6 +110,14 @@ void rejectModel(MatchResult& result) {
   result.status = Status::kRansacFailed;
 }
 
+/// Of what a filter held, megabytes with many features, the allocator would keep the pages for the thread that asked
+/// for them, and a process whose options change now and then would grow.
+void giveBackMemory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
+
 }  // namespace
 
 static_assert(static_cast<int>(Status::kUncalibrated) == MatchStats::UNCALIBRATED,
@@ -131,10 +141,14 @@ FrameProcessor::FrameProcessor(const Parameters& parameters, const std::string& 
       stereo_depth_(parameters, right_topic, right_info_topic) {}
 
 void FrameProcessor::setOptions(const ProcessorOptions& options) {
-  auto filter = std::make_shared<MatchFilter>(options.core);
+  const auto end = [](MatchFilter* replaced) {
+    delete replaced;
+    giveBackMemory();
+  };
+  std::shared_ptr<MatchFilter> filter(new MatchFilter(options.core), end);
   if (priors_) priors_->setReadout(options.core.robust.rolling_shutter_readout);
   std::lock_guard<std::mutex> lock(mutex_);
-  filter_ = std::move(filter);
+  filter_.swap(filter);  // the replaced one ends without the lock
   options_ = options;
 }
 
