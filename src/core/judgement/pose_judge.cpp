@@ -17,10 +17,11 @@ constexpr double kLeastAgainstRotation = 2.5;
 constexpr double kLeastAgainstRows = 0;
 /// Of the inliers, without parallax. Where more are still, a body that moves by itself may be all that moves
 /// (doc/uncertainty.md).
-constexpr double kMostStill = 0.5;
-/// The same of those that the pose itself puts at infinity, where noise alone decides on which side of it they lie. Six
-/// of seven views of which two fifths are background show less (doc/trust.md).
-constexpr double kMostAtInfinity = 0.25;
+constexpr double kMostStill = 0.45;
+/// The same of those that the pose itself puts at infinity, where noise alone decides on which side of it they lie.
+/// Nearly all views of which two fifths are background show less, and real ones with more are wrong no more often
+/// (doc/trust.md).
+constexpr double kMostAtInfinity = 0.4;
 /// Of the three axes together: a rotation that is known worse is of no use, whatever the direction.
 constexpr double kMostRotationSigma = M_PI / 180;
 /// From such a contradiction on what the camera model leaves out is more than what cameras in use are off by: the pose
