@@ -264,7 +264,7 @@ PoseUncertainty::Square PoseUncertainty::scatterWithoutLeverage(const std::vecto
     for (int i = 0; i < used.count; ++i) {
       if (clusterOf(i) != cluster) continue;
       Pose derivatives;
-      for (int k = 0; k < kPose; ++k) derivatives[k] = static_cast<double>(J_[static_cast<size_t>(k * used.size + i)]);
+      for (int k = 0; k < kPose; ++k) derivatives[k] = static_cast<double>(J_.data()[k * used.size + i]);
       own += bend_ * derivatives * derivatives.transpose();
     }
     const Pose gradient = Eigen::Map<const Pose, 0, Eigen::InnerStride<kCells>>(gradients_.data() + cluster);
