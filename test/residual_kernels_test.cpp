@@ -178,7 +178,7 @@ TEST(ResidualKernels, CostsAloneAreThoseOfTheNormalEquations) {
   const Problem problem(1003, 20);
   const PointColumnsView points = problem.columns.view();
   const PoseParameters pose = problem.pose.parameters();
-  const float basis[2][3] = {{1, 0, 0}, {0, 1, 0}}, D[7][9] = {};
+  const float basis[2][3] = {{1, 0, 0}, {0, 1, 0}}, of_matrix[7][9] = {}, of_rotation[3][9] = {};
   for (const SimdLevel level : supportedLevels()) {
     const ResidualKernels& kernels = residualKernels(level);
     for (const Loss& loss : {Loss{1, 0}, Loss{4, 1}}) {
@@ -188,10 +188,10 @@ TEST(ResidualKernels, CostsAloneAreThoseOfTheNormalEquations) {
         EXPECT_EQ(equations.cost, kernels.poseCost(points, pose, loss, prior)) << toString(level);
       }
       NormalEquations<7> of_lines;
-      kernels.linearizeFundamental(points, pose.E, D, loss, of_lines);
+      kernels.linearizeFundamental(points, pose.E, of_matrix, loss, of_lines);
       EXPECT_EQ(of_lines.cost, kernels.epipolarCost(points, pose.E, loss)) << toString(level);
       NormalEquations<3> of_transfer;
-      kernels.linearizeRotation(points, pose.R, reinterpret_cast<const float(&)[3][9]>(D), loss, of_transfer);
+      kernels.linearizeRotation(points, pose.R, of_rotation, loss, of_transfer);
       EXPECT_EQ(of_transfer.cost, kernels.transferCost(points, pose.R, loss)) << toString(level);
     }
   }

@@ -48,11 +48,6 @@ constexpr int kEnoughCells = 100;         ///< for the sandwich to hold, of 400
 constexpr double kMostNoise = 0.9;
 /// Of a cell, from which on its gradient is that at the pose without it. What it hides is no more than a fifth below.
 constexpr double kHighLeverage = 0.2;
-constexpr int kCells = kSpreadGridSide * kSpreadGridSide;
-static_assert(kCells % kLanesAtOnce == 0, "whole steps of lanes");
-constexpr int kOfPose = ResidualDerivatives::kOfPose;
-
-using PoseSquare = Eigen::Matrix<double, kOfPose, kOfPose>;
 
 /// Not finite where the information does not suffice.
 PoseSquare inverseOf(const PoseSquare& information) {
@@ -64,10 +59,10 @@ PoseSquare inverseOf(const PoseSquare& information) {
 /// False of what the inverse of an ill-conditioned curvature makes: then rounding alone says what the pose is known to.
 bool isCovariance(const PoseSquare& matrix) {
   if (!matrix.allFinite() || matrix.diagonal().minCoeff() < 0) return false;
-  const Eigen::Matrix<double, kOfPose, 1> sigma = matrix.diagonal().cwiseSqrt();
+  const Eigen::Matrix<double, kPoseParameters, 1> sigma = matrix.diagonal().cwiseSqrt();
   PoseSquare correlation = PoseSquare::Identity();
-  for (int i = 0; i < kOfPose; ++i) {
-    for (int j = 0; j < kOfPose; ++j) {
+  for (int i = 0; i < kPoseParameters; ++i) {
+    for (int j = 0; j < kPoseParameters; ++j) {
       if (sigma[i] * sigma[j] > 0) correlation(i, j) = matrix(i, j) / (sigma[i] * sigma[j]);
     }
   }
@@ -104,7 +99,7 @@ double PoseUncertainty::differentiate(const TwoViewPose& pose, const Loss& loss)
   const ResidualDerivatives derivatives(pose);
   Lanes bend = Lanes::Zero();
   for (int i = 0; i < used.size; i += kLanesAtOnce) {
-    const Lanes residual = derivatives.write(used, i, J_.data() + i, turns_.data(), used.size);
+    const Lanes residual = derivatives.write(used, i, J_.data() + i, turns_.data() + i, used.size);
     const Lanes softened = residual * residual * loss.inverse_softness, falloff = (1 + softened).inverse();
     const Lanes weight = falloff * falloff;
     lanes(pulls_.data() + i) = weight * residual;
@@ -186,19 +181,19 @@ PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoVie
   PoseSpread spread;
   if (sumUp(points, pose, noise, cells) < kAll) return spread;
   const double variance = noise.sigma() * noise.sigma();
-  const Square seeming = inverseOf(curvature_.topLeftCorner<kPose, kPose>()),
-               inverse = inverseOf(information(variance));
+  const PoseSquare seeming = inverseOf(curvature_.topLeftCorner<kPose, kPose>()),
+                   inverse = inverseOf(information(variance));
   if (!seeming.allFinite() || !inverse.allFinite()) return spread;
   // Huber's sandwich, clustered (Liang & Zeger 1986): noise of one neighbourhood may be common to it. The pose may lie
   // beside the optimum where nothing refined it.
-  const auto sandwich = [&](const Square& bread, const Square& scatter) -> Square {
+  const auto sandwich = [&](const PoseSquare& bread, const PoseSquare& scatter) -> PoseSquare {
     const Pose step = bread * gradient_.head<kPose>();
     return bread * scatter * bread + step * step.transpose();
   };
   spread.sandwich = sandwich(seeming, scatter_.topLeftCorner<kPose, kPose>());
-  const Square scatter = scatterWithoutLeverage(cells, seeming), seeming_sandwich = sandwich(seeming, scatter);
+  const PoseSquare scatter = scatterWithoutLeverage(cells, seeming), seeming_sandwich = sandwich(seeming, scatter);
   const Pose scale = widening(seeming_sandwich, seeming * gradient_.head<kPose>());
-  const auto widened = [&](const Square& covariance) -> Square {
+  const auto widened = [&](const PoseSquare& covariance) -> PoseSquare {
     return scale.asDiagonal() * covariance * scale.asDiagonal();
   };
   spread.covariance = spread.of_matches = widened(sandwich(inverse, scatter));
@@ -206,7 +201,7 @@ PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoVie
   spread.pose_break = findBreak(cells, variance);
   const double doubt = std::clamp((spread.contradiction - kFirstDoubt) / (kFullDoubt - kFirstDoubt), 0.0, 1.0);
   if (doubt > 0) {
-    const Square extended = extendedCovariance(kUnmodelledSigma, variance);
+    const PoseSquare extended = extendedCovariance(kUnmodelledSigma, variance);
     spread.covariance += doubt * (extended - widened(seeming_sandwich));
     spread.sandwich += doubt * (extended - spread.sandwich);
   }
@@ -218,7 +213,7 @@ PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoVie
   return spread;
 }
 
-PoseUncertainty::Square PoseUncertainty::information(double variance) const {
+PoseSquare PoseUncertainty::information(double variance) const {
   const PointColumnsView used = columns_.view();
   const Eigen::Map<const Eigen::VectorXf> first(turns_.data(), used.count),
       second(turns_.data() + used.size, used.count);
@@ -226,7 +221,7 @@ PoseUncertainty::Square PoseUncertainty::information(double variance) const {
   noise << first.dot(first), first.dot(second), second.dot(first), second.dot(second);
   noise *= bend_ * variance;
   // What is told of the direction with the rotation unknown.
-  Square told = curvature_.topLeftCorner<kPose, kPose>();
+  PoseSquare told = curvature_.topLeftCorner<kPose, kPose>();
   auto of_direction = told.bottomRightCorner<2, 2>();
   const Eigen::Matrix<double, 3, 2> shared = told.topRightCorner<3, 2>();
   const Eigen::Matrix2d alone = of_direction - shared.transpose() * told.topLeftCorner<3, 3>().ldlt().solve(shared);
@@ -236,15 +231,16 @@ PoseUncertainty::Square PoseUncertainty::information(double variance) const {
   return told;
 }
 
-PoseUncertainty::Square PoseUncertainty::scatterWithoutLeverage(const std::vector<int32_t>& cells,
-                                                                const Square& inverse) const {
+size_t PoseUncertainty::clusterOf(const std::vector<int32_t>& cells, int used) const {
+  return static_cast<size_t>(
+      cluster_of_[static_cast<size_t>(cells[static_cast<size_t>(used_[static_cast<size_t>(used)])])]);
+}
+
+std::array<float, PoseUncertainty::kCells> PoseUncertainty::leverages(const std::vector<int32_t>& cells,
+                                                                      const PoseSquare& inverse) const {
   const PointColumnsView used = columns_.view();
-  const auto clusterOf = [&](int i) {
-    return static_cast<size_t>(
-        cluster_of_[static_cast<size_t>(cells[static_cast<size_t>(used_[static_cast<size_t>(i)])])]);
-  };
   const Eigen::Matrix<float, kPose, kPose> root =
-      Eigen::LLT<Square>(bend_ * inverse).matrixU().toDenseMatrix().cast<float>();
+      Eigen::LLT<PoseSquare>(bend_ * inverse).matrixU().toDenseMatrix().cast<float>();
   std::array<float, kCells> leverages = {};
   for (int i = 0; i < used.count; i += kLanesAtOnce) {
     Lanes leverage = Lanes::Zero();
@@ -254,29 +250,40 @@ PoseUncertainty::Square PoseUncertainty::scatterWithoutLeverage(const std::vecto
       leverage += entry * entry;
     }
     for (int lane = 0; lane < std::min(kLanesAtOnce, used.count - i); ++lane) {
-      leverages[clusterOf(i + lane)] += leverage[lane];
+      leverages[clusterOf(cells, i + lane)] += leverage[lane];
     }
   }
-  Square scatter = scatter_.topLeftCorner<kPose, kPose>();
+  return leverages;
+}
+
+PoseSquare PoseUncertainty::curvatureOf(size_t cluster, const std::vector<int32_t>& cells) const {
+  const PointColumnsView used = columns_.view();
+  PoseSquare curvature = PoseSquare::Zero();
+  for (int i = 0; i < used.count; ++i) {
+    if (clusterOf(cells, i) != cluster) continue;
+    Pose derivatives;
+    for (int k = 0; k < kPose; ++k) derivatives[k] = static_cast<double>(J_.data()[k * used.size + i]);
+    curvature += bend_ * derivatives * derivatives.transpose();
+  }
+  return curvature;
+}
+
+PoseSquare PoseUncertainty::scatterWithoutLeverage(const std::vector<int32_t>& cells, const PoseSquare& inverse) const {
+  const std::array<float, kCells> leverage = leverages(cells, inverse);
+  PoseSquare scatter = scatter_.topLeftCorner<kPose, kPose>();
   for (size_t cluster = 0; cluster < static_cast<size_t>(clusters_); ++cluster) {
-    if (!(leverages[cluster] > kHighLeverage)) continue;
-    Square own = Square::Zero();
-    for (int i = 0; i < used.count; ++i) {
-      if (clusterOf(i) != cluster) continue;
-      Pose derivatives;
-      for (int k = 0; k < kPose; ++k) derivatives[k] = static_cast<double>(J_.data()[k * used.size + i]);
-      own += bend_ * derivatives * derivatives.transpose();
-    }
+    if (!(leverage[cluster] > kHighLeverage)) continue;
     const Pose gradient = Eigen::Map<const Pose, 0, Eigen::InnerStride<kCells>>(gradients_.data() + cluster);
-    const Pose without = (Square::Identity() - own * inverse).partialPivLu().solve(gradient);
+    const PoseSquare kept = PoseSquare::Identity() - curvatureOf(cluster, cells) * inverse;
+    const Pose without = kept.partialPivLu().solve(gradient);
     scatter += without * without.transpose() - gradient * gradient.transpose();
   }
   return scatter;
 }
 
-PoseUncertainty::Pose PoseUncertainty::widening(const Square& sandwich, const Pose& step) const {
+PoseUncertainty::Pose PoseUncertainty::widening(const PoseSquare& sandwich, const Pose& step) const {
   if (clusters_ >= kEnoughCells) return Pose::Ones();
-  const Square others = pose_blocks_.jackknife(curvature_.topLeftCorner<kPose, kPose>(), step);
+  const PoseSquare others = pose_blocks_.jackknife(curvature_.topLeftCorner<kPose, kPose>(), step);
   const auto of = [&](int first, int count) {
     return std::sqrt(
         std::max(1., others.diagonal().segment(first, count).sum() / sandwich.diagonal().segment(first, count).sum()));
@@ -286,7 +293,7 @@ PoseUncertainty::Pose PoseUncertainty::widening(const Square& sandwich, const Po
   return scale;
 }
 
-void PoseUncertainty::testModel(const Square& inverse, PoseSpread& spread) const {
+void PoseUncertainty::testModel(const PoseSquare& inverse, PoseSpread& spread) const {
   // Rao's score test: what the pose does not explain of the gradient by the other parameters, over its own scatter.
   Eigen::Matrix<double, kUnmodelledCount, kAll> unexplained;
   unexplained << -curvature_.bottomLeftCorner<kUnmodelledCount, kPose>() * inverse,
@@ -313,8 +320,8 @@ PoseUncertainty::Information PoseUncertainty::extendedInverse(const Eigen::Matri
   return information.ldlt().solve(Information::Identity());
 }
 
-Eigen::Matrix<double, 5, 5> PoseUncertainty::extendedCovariance(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma,
-                                                                double variance) const {
+PoseSquare PoseUncertainty::extendedCovariance(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma,
+                                               double variance) const {
   const Information inverse = extendedInverse(sigma, variance);
   Information scatter = scatter_;
   for (int i = 0; i < kUnmodelledCount; ++i) {
@@ -324,7 +331,7 @@ Eigen::Matrix<double, 5, 5> PoseUncertainty::extendedCovariance(const Eigen::Mat
   return (inverse * scatter * inverse).topLeftCorner<kPose, kPose>() + step * step.transpose();
 }
 
-Eigen::Matrix<double, 6, 6> relativeCovariance(const TwoViewPose& pose, const Eigen::Matrix<double, 5, 5>& covariance) {
+Eigen::Matrix<double, 6, 6> relativeCovariance(const TwoViewPose& pose, const PoseSquare& covariance) {
   // With R' = R^T and t' = -R^T t: R' <- exp(-R^T w) R', and t' <- t' - R^T [t]x w - R^T (step).
   Eigen::Vector3d basis[2];
   PoseModel::tangent(pose.t, basis);

@@ -2,6 +2,8 @@
 // camera model leaves out. Derived in doc/uncertainty.md.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -10,19 +12,23 @@
 #include "gms_ransac/robust_estimator.h"
 #include "judgement/match_noise.h"
 #include "judgement/pose_break.h"
+#include "judgement/residual_derivatives.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
 
+constexpr int kPoseParameters = ResidualDerivatives::kOfPose;
+using PoseSquare = Eigen::Matrix<double, kPoseParameters, kPoseParameters>;
+
 /// First-order uncertainty of a pose in the parameters of PoseModel::linearize: rotation vector w of R <- exp(w) R,
 /// then steps of t along PoseModel::tangent.
 struct PoseSpread {
-  Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Identity();
+  PoseSquare covariance = PoseSquare::Identity();
   /// What it would be if the camera model were beyond doubt.
-  Eigen::Matrix<double, 5, 5> of_matches = Eigen::Matrix<double, 5, 5>::Identity();
+  PoseSquare of_matches = PoseSquare::Identity();
   /// What it seems at first, with noise counted as parallax and no heed of leverage: what a preferred rotation is
   /// weighed against, which a wider one would follow further than errors do.
-  Eigen::Matrix<double, 5, 5> sandwich = Eigen::Matrix<double, 5, 5>::Identity();
+  PoseSquare sandwich = PoseSquare::Identity();
   /// How far the residuals contradict the camera model, by the parameter that they contradict most: 1 is where chance
   /// alone would bring one pair in a hundred.
   double contradiction = 0;
@@ -41,11 +47,12 @@ class PoseUncertainty {
                      const std::vector<int32_t>& cells, double calibration_sigma);
 
  private:
-  static constexpr int kPose = 5, kUnmodelledCount = 10, kAll = kPose + kUnmodelledCount;
+  static constexpr int kPose = kPoseParameters, kUnmodelledCount = Unmodelled::kCount, kAll = kPose + kUnmodelledCount;
+  static constexpr int kCells = kSpreadGridSide * kSpreadGridSide;
+  static_assert(kCells % kLanesAtOnce == 0, "whole steps of lanes");
   using Row = Eigen::Matrix<double, kAll, 1>;
   using Information = Eigen::Matrix<double, kAll, kAll>;
   using Pose = Eigen::Matrix<double, kPose, 1>;
-  using Square = Eigen::Matrix<double, kPose, kPose>;
 
   /// Gathers the matches that take part.
   void collect(const PointColumnsView& points, const MatchNoise& noise, float cut);
@@ -57,25 +64,30 @@ class PoseUncertainty {
   int sumUp(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
             const std::vector<int32_t>& cells);
   /// Test of the camera model by the scores of its parameters.
-  void testModel(const Square& inverse, PoseSpread& spread) const;
+  void testModel(const PoseSquare& inverse, PoseSpread& spread) const;
   /// Sums of the used matches for the test of breaks.
   template <int N>
   void sumUpBlocks(const std::vector<int32_t>& cells, BlockSums<N>& blocks) const;
   PoseBreak findBreak(const std::vector<int32_t>& cells, double variance);
   /// That of the matches on the pose, less what noise of the points feigns of the direction.
-  Square information(double variance) const;
+  PoseSquare information(double variance) const;
+  /// Of the cell that a used match lies in.
+  size_t clusterOf(const std::vector<int32_t>& cells, int used) const;
+  /// Of each cluster, its part of the trace of the hat matrix. `inverse`: of the curvature.
+  std::array<float, kCells> leverages(const std::vector<int32_t>& cells, const PoseSquare& inverse) const;
+  /// What the matches of one cluster add to the curvature.
+  PoseSquare curvatureOf(size_t cluster, const std::vector<int32_t>& cells) const;
   /// Scatter of the gradients of the cells, of one with much leverage that at the pose without it. `inverse`: of the
   /// curvature.
-  Square scatterWithoutLeverage(const std::vector<int32_t>& cells, const Square& inverse) const;
+  PoseSquare scatterWithoutLeverage(const std::vector<int32_t>& cells, const PoseSquare& inverse) const;
   /// What a sandwich of few cells must be scaled by to reach what leaving out parts of the view changes; `step`: what
   /// the pose lacks to the optimum.
-  Pose widening(const Square& sandwich, const Pose& step) const;
+  Pose widening(const PoseSquare& sandwich, const Pose& step) const;
   /// The inverse of the information with the parameters beside the pose unknown up to `sigma`.
   Information extendedInverse(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma, double variance) const;
   /// Covariance of the pose when the parameters beside it are unknown up to `sigma`, and the step that freeing them
   /// would make.
-  Eigen::Matrix<double, kPose, kPose> extendedCovariance(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma,
-                                                         double variance) const;
+  PoseSquare extendedCovariance(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma, double variance) const;
 
   Information curvature_, scatter_;
   Row gradient_;
@@ -95,6 +107,6 @@ class PoseUncertainty {
 };
 
 /// The covariance in the project's convention (see RelativePose).
-Eigen::Matrix<double, 6, 6> relativeCovariance(const TwoViewPose& pose, const Eigen::Matrix<double, 5, 5>& covariance);
+Eigen::Matrix<double, 6, 6> relativeCovariance(const TwoViewPose& pose, const PoseSquare& covariance);
 
 }  // namespace gms_ransac

@@ -80,8 +80,8 @@ class ResidualDerivatives {
     // Of a step b the line t x Rp turns by -z Rp . (b x t) / |line|^2, of which N is twice as much where both lines are
     // alike; b x t is the other step but for its sign.
     const Lanes per_length = apart.select(2 * turned.z / N, none);
-    lanes(turns + i) = per_length * dot(basis_[1], turned);
-    lanes(turns + stride + i) = -per_length * dot(basis_[0], turned);
+    lanes(turns) = per_length * dot(basis_[1], turned);
+    lanes(turns + stride) = -per_length * dot(basis_[0], turned);
 
     // Gradients by the two points, whose noise a shift stretches as well.
     const Lanes a1 = unit * (line1.x - k * (E_(0, 0) * line2.x + E_(1, 0) * line2.y));
@@ -101,8 +101,9 @@ class ResidualDerivatives {
 
   /// What the camera gets wrong moves the points of both images alike, but for the turns while their rows are read.
   static void putShifts(const Shifts& reference, const Shifts& current, float* J, int stride) {
-    for (int m = 0; m < Unmodelled::kRowsReference; ++m)
+    for (int m = 0; m < Unmodelled::kRowsReference; ++m) {
       lanes(J + m * stride) = reference.effect[m] + current.effect[m];
+    }
     for (int m = 0; m < kOfRows; ++m) {
       lanes(J + (Unmodelled::kRowsReference + m) * stride) = reference.effect[Unmodelled::kRowsReference + m];
       lanes(J + (Unmodelled::kRowsCurrent + m) * stride) = current.effect[Unmodelled::kRowsReference + m];

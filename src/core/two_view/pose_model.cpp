@@ -120,16 +120,14 @@ bool PoseModel::score(const PointColumnsView& points, const TwoViewPose& pose, f
 }
 
 TwoViewPose PoseModel::withBetterSign(const TwoViewPose& pose, float& cost, int64_t& evaluations) const {
-  HypothesisScore score, opposite;
-  PoseParameters parameters = pose.parameters();
-  kernels_.scorePose(points_, parameters, prior_, std::numeric_limits<float>::max(), score);
-  for (float& x : parameters.E) x = -x;
-  for (float& x : parameters.t) x = -x;
+  const TwoViewPose opposite = {pose.R, -pose.t};
+  HypothesisScore score, opposite_score;
+  kernels_.scorePose(points_, pose.parameters(), prior_, std::numeric_limits<float>::max(), score);
   // The wrong one has the matches behind a camera, and is given up after the first of them.
-  kernels_.scorePose(points_, parameters, prior_, score.cost, opposite);
-  evaluations += score.evaluated + opposite.evaluated;
-  cost = std::min(score.cost, opposite.cost);
-  return opposite.cost < score.cost ? TwoViewPose{pose.R, -pose.t} : pose;
+  kernels_.scorePose(points_, opposite.parameters(), prior_, score.cost, opposite_score);
+  evaluations += score.evaluated + opposite_score.evaluated;
+  cost = std::min(score.cost, opposite_score.cost);
+  return opposite_score.cost < score.cost ? opposite : pose;
 }
 
 void PoseModel::residuals(const TwoViewPose& pose, float* e) const {
