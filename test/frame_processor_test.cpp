@@ -21,6 +21,7 @@
 #include "scenes/scene.h"
 #include "scenes/synthetic_pair.h"
 #include "sigma_by_octave.h"
+#include "status_text.h"
 
 namespace gms_ransac {
 namespace {

@@ -13,6 +13,7 @@
 #include "datasets/dataset.h"
 #include "processor_stream.h"
 #include "scenes/scene.h"
+#include "status_text.h"
 
 namespace gms_ransac {
 namespace {

@@ -7,9 +7,9 @@
 
 #include <Eigen/Core>
 
-#include "frame_processor.h"
 #include "gms_ransac/track_follower.h"
 #include "gms_ransac/track_selector.h"
+#include "processed_frame.h"
 
 namespace gms_ransac {
 

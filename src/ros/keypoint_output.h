@@ -4,7 +4,7 @@
 #include <gms_ransac/Keypoints.h>
 #include <ros/node_handle.h>
 
-#include "frame_processor.h"
+#include "processed_frame.h"
 
 namespace gms_ransac {
 

@@ -6,7 +6,7 @@
 #include <gms_ransac/Correspondences.h>
 #include <gms_ransac/MatchStats.h>
 
-#include "frame_processor.h"
+#include "processed_frame.h"
 
 namespace gms_ransac {
 

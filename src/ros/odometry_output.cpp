@@ -13,6 +13,7 @@
 #include <boost/make_shared.hpp>
 
 #include "frames.h"
+#include "publishable_pose.h"
 #include "publisher_queue.h"
 #include "tf_lookup.h"
 

@@ -6,9 +6,9 @@
 
 #include <ros/node_handle.h>
 
-#include "frame_processor.h"
 #include "motion_integrator.h"
 #include "path_history.h"
+#include "processed_frame.h"
 #include "throttle.h"
 #include "watched_broadcaster.h"
 

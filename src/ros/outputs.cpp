@@ -15,6 +15,7 @@
 #include "overlay.h"
 #include "point_outputs.h"
 #include "publisher_queue.h"
+#include "status_text.h"
 #include "stereo_output.h"
 #include "watched_broadcaster.h"
 

@@ -8,8 +8,8 @@
 #include <visualization_msgs/MarkerArray.h>
 
 #include "feature_output.h"
-#include "frame_processor.h"
 #include "gms_ransac/triangulation.h"
+#include "processed_frame.h"
 
 namespace gms_ransac {
 

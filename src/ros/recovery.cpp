@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "frame_processor.h"
+#include "prepared_frame.h"
 
 namespace gms_ransac {
 
