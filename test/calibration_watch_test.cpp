@@ -1,5 +1,5 @@
 // A calibration is doubted while most pairs contradict the same parameter of it, and only then.
-#include "calibration_watch.h"
+#include "node/calibration_watch.h"
 
 #include <gtest/gtest.h>
 
