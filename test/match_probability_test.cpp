@@ -87,6 +87,34 @@ TEST(MatchProbability, AKeypointBesideItsCornerIsStillRight) {
   EXPECT_EQ(answers.back(), 0) << "further away than a right match may be";
 }
 
+TEST(MatchProbability, UnderATurnItIsThePlaceThatCounts) {
+  // On the same line all of them, and a tenth not where the turn takes it.
+  constexpr int kMatches = 500, kMoved = 50;
+  std::mt19937 random(7);
+  std::normal_distribution<float> normal(0, 0.3f);
+  std::vector<float> squares, places;
+  PointColumns columns;
+  columns.resize(kMatches);
+  for (int i = 0; i < kMatches; ++i) {
+    const float across = normal(random), along = normal(random) + (i < kMoved ? 10.f : 0.f);
+    squares.push_back(across * across);
+    places.push_back(2 * (across * across + along * along));
+    columns.weight()[i] = 1;
+  }
+  MatchNoise noise;
+  noise.measure(squares, kMatches);
+  MatchProbability probability;
+  for (const float p : probability.weigh(noise, columns.view(), 1)) EXPECT_GT(p, 0.9);
+  const std::vector<float>& answers = probability.weighTurned(noise, places, columns.view(), 1);
+  for (int i = 0; i < kMatches; ++i) {
+    if (i < kMoved) {
+      EXPECT_EQ(answers[static_cast<size_t>(i)], 0);
+    } else {
+      EXPECT_GT(answers[static_cast<size_t>(i)], 0.9);
+    }
+  }
+}
+
 TEST(MatchProbability, MatchesWithoutCoordinatesOrWithoutNumberAreNone) {
   MatchNoise noise;
   MatchProbability probability;
