@@ -33,10 +33,21 @@ float within(float deviations) { return deviations < kCertain ? std::erf(deviati
 
 const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const PointColumnsView& points,
                                                   float finest_weight) {
+  probabilities_.assign(static_cast<size_t>(points.count), 0.f);
+  weighOnLines(noise, points, finest_weight, false);
+  if (noise.knowsApart()) weighOnLines(noise, points, finest_weight, true);
+  return probabilities_;
+}
+
+void MatchProbability::weighOnLines(const MatchNoise& noise, const PointColumnsView& points, float finest_weight,
+                                    bool apart) {
   clear(points.count);
   for (int i = 0; i < points.count; ++i) {
+    if (noise.isApart(i) != apart) continue;
     const auto column = static_cast<size_t>(i);
-    add(i, noise.residuals()[column], noise.odds()[column] / MatchNoise::kWindow);
+    // Of what another motion explains it is not known which parallaxes it should have.
+    const float odds = apart ? 1.f : noise.odds()[column];
+    add(i, noise.residuals()[column], odds / MatchNoise::kWindow);
   }
   fit(noise.sigma(), [](float sigma) { return static_cast<float>(std::sqrt(2 / M_PI)) / sigma; });
   for (size_t k = 0; k < within_.size(); ++k) {
@@ -49,12 +60,12 @@ const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const
     probabilities_[static_cast<size_t>(within_[k])] =
         std::min(1.f, near_[k] * within(reach / near_sigma_) + wide_[k] * within(reach / wide_sigma_));
   }
-  return probabilities_;
 }
 
 const std::vector<float>& MatchProbability::weighTurned(const MatchNoise& noise,
                                                         const std::vector<float>& rotation_residuals,
                                                         const PointColumnsView& points, float finest_weight) {
+  probabilities_.assign(static_cast<size_t>(points.count), 0.f);
   clear(points.count);
   for (int i = 0; i < points.count; ++i) {
     // A transfer distance has the noise of both images.
@@ -77,7 +88,6 @@ void MatchProbability::clear(int count) {
   }
   within_.clear();
   within_.reserve(size);
-  probabilities_.assign(size, 0.f);
 }
 
 void MatchProbability::add(int column, float square, float wrong_density) {

@@ -22,7 +22,7 @@ class MatchProbability {
                                         const PointColumnsView& points, float finest_weight);
 
  private:
-  /// Forgets the matches of before; storage for `count` of them, so that how many there are allocates nothing.
+  /// Begins another set of matches; storage for `count` of them, so that how many there are allocates nothing.
   void clear(int count);
   /// Takes in a match by its squared residual and its density if it is wrong, where it lies within the window.
   void add(int column, float square, float wrong_density);
@@ -32,6 +32,8 @@ class MatchProbability {
   void fit(double sigma, const Scale& scale);
   /// The share of each component, by expectation and maximisation.
   void fitShares();
+  /// Of the matches that are another motion's, or of the others.
+  void weighOnLines(const MatchNoise& noise, const PointColumnsView& points, float finest_weight, bool apart);
 
   std::vector<int> within_;  ///< columns within the window
   std::vector<float> squares_;
