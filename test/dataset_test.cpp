@@ -18,6 +18,8 @@
 #include <tf2_msgs/TFMessage.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "run/pair_truth.h"
+
 namespace gms_ransac {
 namespace {
 
@@ -229,6 +231,20 @@ TEST_F(KittiTest, ComplainsWithFileAndLine) {
   EXPECT_EQ(complaint(), "times.txt:1: the file ends after 1 lines, but there are 2 images");
   write("times.txt", "0.0\nlater\n");
   EXPECT_EQ(complaint(), "times.txt:2: expected one time stamp, but 'later' is not a finite number");
+}
+
+TEST_F(PairsTest, ACornerAtAnEdgeMayBelongToEitherSurface) {
+  write("pairs.txt", "a.png b.png DISP=disp.png SCALE=1\n");
+  cv::Mat disparity(20, 40, CV_8UC1, cv::Scalar(5));
+  disparity.colRange(20, 40) = 15;
+  cv::imwrite(path() + "/disp.png", disparity);
+  const Dataset dataset = Dataset::open(path());
+  const PairTruth truth(dataset, dataset.pairs(1, 1).front(), Camera());
+  EXPECT_NEAR(*truth.transferDistance({18, 10}, {13, 10}), 0, 1e-6) << "of the left surface";
+  EXPECT_NEAR(*truth.transferDistance({18, 10}, {3, 10}), 10, 1e-6);
+  EXPECT_NEAR(*truth.transferDistance({18, 10}, {3, 10}, 3), 0, 1e-6) << "of the right one, two pixels beside it";
+  EXPECT_NEAR(*truth.transferDistance({16, 10}, {1, 10}, 3), 10, 1e-6) << "four pixels";
+  EXPECT_FALSE(truth.transferDistance({-5, 10}, {3, 10}, 3));
 }
 
 TEST_F(PairsTest, ReadsHomographyFundamentalAndDisparity) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
@@ -85,6 +87,62 @@ TEST(MatchProbability, AKeypointBesideItsCornerIsStillRight) {
   EXPECT_GT(answers[520], 0.8);
   EXPECT_GT(answers[0], 0.99);
   EXPECT_EQ(answers.back(), 0) << "further away than a right match may be";
+}
+
+TEST(MatchProbability, WhatAnotherMotionExplainsHasSharesOfItsOwn) {
+  // Cells went to another motion: the matches of most of them follow it, or it explains this motion's as well.
+  constexpr int kMatches = 1000, kApart = 300;
+  for (const double right_apart : {0.1, 0.5, 0.9}) {
+    std::mt19937 random(7);
+    std::normal_distribution<float> normal(0, 0.3f);
+    std::uniform_real_distribution<float> uniform;
+    std::vector<float> squares;
+    std::vector<uint8_t> apart;
+    PointColumns columns;
+    columns.resize(kMatches);
+    for (int i = 0; i < kMatches; ++i) {
+      const bool is_right = uniform(random) < (i < kApart ? right_apart : 0.95);
+      const float rho = is_right ? normal(random) : 20 * (2 * uniform(random) - 1);
+      squares.push_back(rho * rho);
+      apart.push_back(i < kApart);
+      columns.weight()[i] = 1;
+    }
+    MatchNoise noise;
+    noise.setApart(apart);
+    noise.measure(squares, kMatches);
+    MatchProbability probability;
+    const std::vector<float>& answers = probability.weigh(noise, columns.view(), 1);
+    EXPECT_NEAR(std::accumulate(answers.begin(), answers.begin() + kApart, 0.) / kApart, right_apart, 0.06);
+    EXPECT_NEAR(std::accumulate(answers.begin() + kApart, answers.end(), 0.) / (kMatches - kApart), 0.95, 0.03);
+  }
+}
+
+TEST(MatchProbability, UnderATurnItIsThePlaceThatCounts) {
+  // On the same line all of them, and a tenth not where the turn takes it.
+  constexpr int kMatches = 500, kMoved = 50;
+  std::mt19937 random(7);
+  std::normal_distribution<float> normal(0, 0.3f);
+  std::vector<float> squares, places;
+  PointColumns columns;
+  columns.resize(kMatches);
+  for (int i = 0; i < kMatches; ++i) {
+    const float across = normal(random), along = normal(random) + (i < kMoved ? 10.f : 0.f);
+    squares.push_back(across * across);
+    places.push_back(2 * (across * across + along * along));
+    columns.weight()[i] = 1;
+  }
+  MatchNoise noise;
+  noise.measure(squares, kMatches);
+  MatchProbability probability;
+  for (const float p : probability.weigh(noise, columns.view(), 1)) EXPECT_GT(p, 0.9);
+  const std::vector<float>& answers = probability.weighTurned(noise, places, columns.view(), 1);
+  for (int i = 0; i < kMatches; ++i) {
+    if (i < kMoved) {
+      EXPECT_EQ(answers[static_cast<size_t>(i)], 0);
+    } else {
+      EXPECT_GT(answers[static_cast<size_t>(i)], 0.9);
+    }
+  }
 }
 
 TEST(MatchProbability, MatchesWithoutCoordinatesOrWithoutNumberAreNone) {

@@ -228,6 +228,65 @@ TEST_P(TwoBodies, TheLargerIsTheAnswer) {
   EXPECT_LE(wrong, kScenes / 40);
 }
 
+/// Probabilities of the matches of some scenes, on average: of those that `counts` chooses.
+template <typename Make, typename Counts>
+double meanProbability(const std::string& method, const Make& make, const Counts& counts) {
+  constexpr int kScenes = 40;
+  const auto estimator = makeEstimator(method, RobustOptions());
+  RobustResult result;
+  double sum = 0;
+  int count = 0;
+  for (uint64_t seed = 0; seed < kScenes; ++seed) {
+    const TwoViewScene scene = make(seed);
+    estimator->reset();
+    estimator->estimate(scene.pairs, scene.camera, result);
+    for (size_t i = 0; i < result.probability.size(); ++i) {
+      if (!counts(scene, i)) continue;
+      sum += static_cast<double>(result.probability[i]);
+      ++count;
+    }
+  }
+  return sum / count;
+}
+
+constexpr double kNearBy = 50;  ///< metres: all but a background
+
+bool isRightAndNear(const TwoViewScene& scene, size_t match) {
+  return scene.correct[match] && scene.points[match].z() < kNearBy;
+}
+
+/// A camera that moves by half a metre, before points of which a share is too far away to show it.
+TwoViewScene makeBackground(uint64_t seed, double share) {
+  TwoViewSceneOptions options;
+  options.seed = seed;
+  options.outlier_ratio = 0.1;
+  options.outlier_reach = 48;
+  options.octaves = options.as_measured = true;
+  options.background = share;
+  return makeTwoViewScene(options);
+}
+
+TEST_P(TwoBodies, MatchesOfWhatMovesBeforeACameraThatOnlyTurnsAreNotRight) {
+  for (const Eigen::Vector3d& turn : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0.01, 0.06, -0.02)}) {
+    const auto make = [&](uint64_t seed) { return makeTwoBodies(seed, 0.4, {0, 0, 0}, turn, {0.15, 0.02, 0.1}); };
+    const auto isOfTheBody = [](const TwoViewScene& scene, size_t match) { return scene.body[match] == 1; };
+    const auto isOfTheWorld = [](const TwoViewScene& scene, size_t match) { return scene.body[match] == 0; };
+    EXPECT_LT(meanProbability(GetParam(), make, isOfTheBody), 0.05);
+    EXPECT_GT(meanProbability(GetParam(), make, isOfTheWorld), 0.95);
+  }
+}
+
+TEST_P(TwoBodies, ABackgroundIsNoReasonToDoubtWhatIsNear) {
+  const auto make = [](uint64_t seed) { return makeBackground(seed, 0.4); };
+  EXPECT_GT(meanProbability(GetParam(), make, isRightAndNear), 0.95);
+}
+
+TEST_P(TwoBodies, WhatMostMatchesShowIsTakenForTheWorld) {
+  // Two images cannot tell a background with something near before it from a view with something that moves.
+  const auto make = [](uint64_t seed) { return makeBackground(seed, 0.65); };
+  EXPECT_LT(meanProbability(GetParam(), make, isRightAndNear), 0.1);
+}
+
 class FewMatches : public testing::TestWithParam<std::string> {};
 
 TEST_P(FewMatches, KnowHowLittleTheyKnow) {

@@ -170,6 +170,26 @@ TEST(TwoViewScene, AWrongCalibrationIsUndoneByTheTrueOne) {
   }
 }
 
+TEST(TwoViewScene, WhatFollowsTheMotionIsDisplacedAsItShouldBeThroughAnyLensAndShutter) {
+  TwoViewSceneOptions options = clean();
+  options.readout = 0.8;
+  options.acceleration = 0.5;
+  options.radial = {-0.2, 0.05};
+  MovingBody body;
+  body.share = 0.2;
+  body.translation = {0.3, 0, 0};
+  options.bodies.push_back(body);
+  const TwoViewScene scene = makeTwoViewScene(options);
+  for (size_t i = 0; i < scene.points.size(); ++i) {
+    const double error = (currentOf(scene, i) - referenceOf(scene, i) - scene.displacements[i]).norm();
+    if (scene.body[i] == 0) {
+      EXPECT_LT(error, 1e-3);
+    } else {
+      EXPECT_GT(error, 10);  // 30 cm at most 4.5 m away
+    }
+  }
+}
+
 TEST(TwoViewScene, DisplacementAndParallaxAreTheMediansThatWereAskedFor) {
   for (const double pixels : {0.1, 1.5, 10.}) {
     EXPECT_NEAR(medianDisplacement(withMedianDisplacement({}, pixels)), pixels, 0.02 * pixels);

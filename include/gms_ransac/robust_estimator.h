@@ -135,7 +135,8 @@ struct RobustResult {
   bool ambiguous = false;               ///< another motion explains the matches as well (Vuong's test)
   RelativePose pose;
   double median_parallax_px = 0;  ///< median over inliers of the displacement that no rotation undoes
-  /// N entries, that a match is right; empty without a model. By residual and parallax under the pose; without a pose
+  /// N entries, that a match is right; empty without a model. By residual and parallax under the pose, or where the
+  /// camera is taken to have turned and no more by how far the match ends from where the turn takes it; without a pose
   /// by the residual alone, so that a wrong match which hits its epipolar line by chance passes for a right one.
   std::vector<float> probability;
   /// Estimated standard deviation of the coordinates of keypoints of level 0; 0 without a model.

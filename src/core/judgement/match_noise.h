@@ -26,6 +26,8 @@ class MatchNoise {
   /// forgetApart().
   void setApart(const std::vector<uint8_t>& apart) { apart_ = apart; }
   void forgetApart() { apart_.clear(); }
+  bool isApart(int column) const { return !apart_.empty() && apart_[static_cast<size_t>(column)]; }
+  bool knowsApart() const { return !apart_.empty(); }
 
   /// Standard deviation of a right match's signed residual, which for the Sampson distance is that of a keypoint's
   /// coordinates.

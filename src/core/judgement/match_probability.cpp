@@ -10,6 +10,7 @@ namespace gms_ransac {
 
 namespace {
 
+constexpr float kSquaredWindow = MatchNoise::kWindow * MatchNoise::kWindow;
 constexpr float kRightWithin = 3;  ///< thresholds from its true place
 /// Of keypoints that are right, but not where most are: one threshold, for a corner that was found on the pixel beside
 /// its own, or twice the noise where that is more.
@@ -32,9 +33,23 @@ float within(float deviations) { return deviations < kCertain ? std::erf(deviati
 
 const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const PointColumnsView& points,
                                                   float finest_weight) {
-  collect(noise, points.count);
-  fitShares();
   probabilities_.assign(static_cast<size_t>(points.count), 0.f);
+  weighOnLines(noise, points, finest_weight, false);
+  if (noise.knowsApart()) weighOnLines(noise, points, finest_weight, true);
+  return probabilities_;
+}
+
+void MatchProbability::weighOnLines(const MatchNoise& noise, const PointColumnsView& points, float finest_weight,
+                                    bool apart) {
+  clear(points.count);
+  for (int i = 0; i < points.count; ++i) {
+    if (noise.isApart(i) != apart) continue;
+    const auto column = static_cast<size_t>(i);
+    // Of what another motion explains it is not known which parallaxes it should have.
+    const float odds = apart ? 1.f : noise.odds()[column];
+    add(i, noise.residuals()[column], odds / MatchNoise::kWindow);
+  }
+  fit(noise.sigma(), [](float sigma) { return static_cast<float>(std::sqrt(2 / M_PI)) / sigma; });
   for (size_t k = 0; k < within_.size(); ++k) {
     // The residual is that of either keypoint: across the line the two are sqrt(2) as far apart, and as much noise is
     // along it, which cannot be seen.
@@ -45,12 +60,27 @@ const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const
     probabilities_[static_cast<size_t>(within_[k])] =
         std::min(1.f, near_[k] * within(reach / near_sigma_) + wide_[k] * within(reach / wide_sigma_));
   }
+}
+
+const std::vector<float>& MatchProbability::weighTurned(const MatchNoise& noise,
+                                                        const std::vector<float>& rotation_residuals,
+                                                        const PointColumnsView& points, float finest_weight) {
+  probabilities_.assign(static_cast<size_t>(points.count), 0.f);
+  clear(points.count);
+  for (int i = 0; i < points.count; ++i) {
+    // A transfer distance has the noise of both images.
+    add(i, 0.5f * rotation_residuals[static_cast<size_t>(i)], 1 / kSquaredWindow);
+  }
+  fit(noise.sigma(), [](float sigma) { return 0.5f / (sigma * sigma); });
+  for (size_t k = 0; k < within_.size(); ++k) {
+    const float stretch = finest_weight / points.weight[within_[k]];
+    const bool is_close = 2 * squares_[k] * stretch < kRightWithin * kRightWithin;
+    if (is_close) probabilities_[static_cast<size_t>(within_[k])] = std::min(1.f, near_[k] + wide_[k]);
+  }
   return probabilities_;
 }
 
-void MatchProbability::collect(const MatchNoise& noise, int count) {
-  constexpr float kSquaredWindow = MatchNoise::kWindow * MatchNoise::kWindow;
-  // Storage for all of them, so that how many there are allocates nothing.
+void MatchProbability::clear(int count) {
   const auto size = static_cast<size_t>(count);
   for (auto* column : {&squares_, &near_density_, &wide_density_, &wrong_density_, &near_, &wide_}) {
     column->clear();
@@ -58,22 +88,26 @@ void MatchProbability::collect(const MatchNoise& noise, int count) {
   }
   within_.clear();
   within_.reserve(size);
-  probabilities_.reserve(size);
-  for (int i = 0; i < count; ++i) {
-    const float square = noise.residuals()[static_cast<size_t>(i)];
-    if (!(square < kSquaredWindow)) continue;
-    within_.push_back(i);
-    squares_.push_back(square);
-    wrong_density_.push_back(noise.odds()[static_cast<size_t>(i)] / MatchNoise::kWindow);
-  }
+}
+
+void MatchProbability::add(int column, float square, float wrong_density) {
+  if (!(square < kSquaredWindow)) return;
+  within_.push_back(column);
+  squares_.push_back(square);
+  wrong_density_.push_back(wrong_density);
+}
+
+template <class Scale>
+void MatchProbability::fit(double sigma, const Scale& scale) {
   for (auto* column : {&near_density_, &wide_density_, &near_, &wide_}) column->resize(within_.size());
-  near_sigma_ = static_cast<float>(noise.sigma());
+  near_sigma_ = static_cast<float>(sigma);
   wide_sigma_ = std::max(kBesideSigma, kBesideSigmas * near_sigma_);
-  const auto density = [&](float sigma) {
-    return static_cast<float>(std::sqrt(2 / M_PI)) / sigma * (-0.5f / (sigma * sigma) * array(squares_)).exp();
+  const auto density = [&](float deviation) {
+    return scale(deviation) * (-0.5f / (deviation * deviation) * array(squares_)).exp();
   };
   array(near_density_) = density(near_sigma_);
   array(wide_density_) = density(wide_sigma_);
+  fitShares();
 }
 
 void MatchProbability::fitShares() {

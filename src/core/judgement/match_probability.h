@@ -16,12 +16,24 @@ class MatchProbability {
   /// Of each column, by the noise, residuals and parallaxes that were measured. `finest_weight`: that of columns whose
   /// keypoints are of the finest level. Valid until the next call.
   const std::vector<float>& weigh(const MatchNoise& noise, const PointColumnsView& points, float finest_weight);
+  /// The same where the camera only turned, which says of each match where it ends and not only on which line.
+  /// `rotation_residuals`: squared transfer distance of each column under the turn.
+  const std::vector<float>& weighTurned(const MatchNoise& noise, const std::vector<float>& rotation_residuals,
+                                        const PointColumnsView& points, float finest_weight);
 
  private:
-  /// Densities of the matches within the window under each component, one column after the other.
-  void collect(const MatchNoise& noise, int count);
-  /// The share of each component, by expectation and maximisation; fills near_ and wide_ with the posteriors.
+  /// Begins another set of matches; storage for `count` of them, so that how many there are allocates nothing.
+  void clear(int count);
+  /// Takes in a match by its squared residual and its density if it is wrong, where it lies within the window.
+  void add(int column, float square, float wrong_density);
+  /// Fits the components to the matches taken in and fills near_ and wide_ with the posteriors. `scale`: of the density
+  /// of a squared residual whose standard deviation is the argument.
+  template <class Scale>
+  void fit(double sigma, const Scale& scale);
+  /// The share of each component, by expectation and maximisation.
   void fitShares();
+  /// Of the matches that are another motion's, or of the others.
+  void weighOnLines(const MatchNoise& noise, const PointColumnsView& points, float finest_weight, bool apart);
 
   std::vector<int> within_;  ///< columns within the window
   std::vector<float> squares_;

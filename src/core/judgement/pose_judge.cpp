@@ -159,7 +159,7 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
     settle(optimum, preferred, spread, result);
   }
   if (!result.translation_observable) leaveDirectionOpen(result.pose.covariance);
-  describeMatches(result);
+  describeMatches(onlyTurns(verdict), result);
 }
 
 const PoseSpread& PoseJudge::spreadAt(const TwoViewPose& pose) {
@@ -224,6 +224,10 @@ bool PoseJudge::showsTranslation(const RotationVerdict& verdict) {
          verdict.against_rotation >= kLeastAgainstRotation && verdict.against_rows >= kLeastAgainstRows;
 }
 
+bool PoseJudge::onlyTurns(const RotationVerdict& verdict) {
+  return verdict.still > kMostStill || verdict.against_rotation < 0;
+}
+
 bool PoseJudge::knowsRotation(const PoseSpread& spread) {
   const auto& covariance = spread.contradiction < kBeyondCameras ? spread.of_matches : spread.covariance;
   return covariance.topLeftCorner<3, 3>().trace() <= kMostRotationSigma * kMostRotationSigma;
@@ -240,7 +244,7 @@ void PoseJudge::takeAsItIs(const TwoViewPose& optimum, const TwoViewPose& prefer
   result.ambiguous = false;
   result.translation_observable = true;
   settle(optimum, preferred, spread, result);
-  describeMatches(result);
+  describeMatches(false, result);
 }
 
 void PoseJudge::judgeRotation(const Eigen::Matrix3d& R, RobustResult& result) {
@@ -250,7 +254,7 @@ void PoseJudge::judgeRotation(const Eigen::Matrix3d& R, RobustResult& result) {
   result.translation_observable = result.ambiguous = false;
   result.pose = fromReferenceToCurrent(rotation.R, Eigen::Vector3d::Zero());
   result.pose.covariance = rotation.covariance;
-  describeMatches(result);
+  describeMatches(true, result);
 }
 
 RotationOnly PoseJudge::fitRotation(const TwoViewPose& start, RobustResult& result) {
@@ -280,9 +284,12 @@ void PoseJudge::settle(const TwoViewPose& optimum, const TwoViewPose& preferred,
   result.pose.covariance = relativeCovariance(optimum, spread.covariance);
 }
 
-void PoseJudge::describeMatches(RobustResult& result) {
+void PoseJudge::describeMatches(bool turned, RobustResult& result) {
   result.sigma_px = noise_.sigma() * options_.inlierThreshold();
-  points_->inOrderOfMatches(probability_.weigh(noise_, view_, points_->finestWeight()), result.probability);
+  const float finest = points_->finestWeight();
+  points_->inOrderOfMatches(turned ? probability_.weighTurned(noise_, rotation_residuals_, view_, finest)
+                                   : probability_.weigh(noise_, view_, finest),
+                            result.probability);
 }
 
 }  // namespace gms_ransac

@@ -58,6 +58,9 @@ class PoseJudge {
   void settle(const TwoViewPose& optimum, const TwoViewPose& preferred, PoseSpread& spread, RobustResult& result) const;
   PoseSpread describeSpread(const TwoViewPose& optimum, RobustResult& result);
   static bool showsTranslation(const RotationVerdict& verdict);
+  /// Whether the camera is taken to have turned and no more: a turn explains the matches better, or most of them, so
+  /// that what moves beside it moves by itself.
+  static bool onlyTurns(const RotationVerdict& verdict);
   static bool knowsRotation(const PoseSpread& spread);
   /// Whether the direction of translation is as well known as the user wants it.
   bool closeEnough(const PoseSpread& spread) const;
@@ -70,7 +73,8 @@ class PoseJudge {
   /// Whether a second motion may be the world as well as the pose. `share`: of what it explains in what the pose does;
   /// `second`: which columns.
   bool isRival(double share, const std::vector<uint8_t>& second) const;
-  void describeMatches(RobustResult& result);
+  /// `turned`: by the rotation that fitRotation found, instead of by the pose.
+  void describeMatches(bool turned, RobustResult& result);
 
   const ResidualKernels& kernels_;
   RobustOptions options_;

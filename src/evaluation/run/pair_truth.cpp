@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <vector>
 
 #include "two_view/pose_model.h"
 
@@ -17,13 +18,20 @@ double symmetricDistance(const Eigen::Matrix3d& M, const Eigen::Vector3d& p, con
   return std::max(residual / line_p.head<2>().norm(), residual / line_q.head<2>().norm());
 }
 
-/// Value at the nearest pixel; absent outside and at 0.
-std::optional<double> valueAt(const cv::Mat& map, const cv::Point2f& p) {
-  const int x = cvRound(p.x), y = cvRound(p.y);
-  if (x < 0 || y < 0 || x >= map.cols || y >= map.rows) return std::nullopt;
-  const float value = map.at<float>(y, x);
-  if (!(value > 0)) return std::nullopt;
-  return value;
+/// Values within `reach` of the nearest pixel, but those outside and at 0; none where there is none at that pixel.
+std::vector<float> valuesNear(const cv::Mat& map, const cv::Point2f& p, int reach) {
+  const cv::Point nearest(cvRound(p.x), cvRound(p.y));
+  const cv::Rect inside(0, 0, map.cols, map.rows);
+  if (!inside.contains(nearest) || !(map.at<float>(nearest) > 0)) return {};
+  std::vector<float> values;
+  for (int y = -reach; y <= reach; ++y) {
+    for (int x = -reach; x <= reach; ++x) {
+      const cv::Point pixel = nearest + cv::Point(x, y);
+      if (x * x + y * y > reach * reach || !inside.contains(pixel)) continue;
+      if (const float value = map.at<float>(pixel); value > 0) values.push_back(value);
+    }
+  }
+  return values;
 }
 
 double distance(const Eigen::Vector2d& a, const cv::Point2f& b) { return std::hypot(a.x() - b.x, a.y() - b.y); }
@@ -77,21 +85,22 @@ double PairTruth::epipolarDistance(const cv::Point2f& reference, const cv::Point
                                                        K_inverse * homogeneous(camera_.undistort(current)));
 }
 
-std::optional<double> PairTruth::transferDistance(const cv::Point2f& reference, const cv::Point2f& current) const {
+std::optional<double> PairTruth::transferDistance(const cv::Point2f& reference, const cv::Point2f& current,
+                                                  int reach) const {
   if (pair_.homography) return distance((*pair_.homography * homogeneous(reference)).hnormalized(), current);
-  if (!disparity_.empty()) {
-    const std::optional<double> shift = valueAt(disparity_, reference);
-    if (!shift) return std::nullopt;
-    return distance({reference.x - *shift, reference.y}, current);
+  std::optional<double> least;
+  for (const float value : valuesNear(disparity_.empty() ? depth_ : disparity_, reference, reach)) {
+    const std::optional<double> candidate = distanceAt(static_cast<double>(value), reference, current);
+    if (candidate && !(least && *least < *candidate)) least = candidate;
   }
-  return depthTransferDistance(reference, current);
+  return least;
 }
 
-std::optional<double> PairTruth::depthTransferDistance(const cv::Point2f& reference, const cv::Point2f& current) const {
-  const std::optional<double> z = valueAt(depth_, reference);
-  if (!z) return std::nullopt;
+std::optional<double> PairTruth::distanceAt(double value, const cv::Point2f& reference,
+                                            const cv::Point2f& current) const {
+  if (!disparity_.empty()) return distance({reference.x - value, reference.y}, current);
   const Eigen::Matrix3d K = camera_.K();
-  const Eigen::Vector3d point = K.inverse() * homogeneous(camera_.undistort(reference)) * *z;
+  const Eigen::Vector3d point = K.inverse() * homogeneous(camera_.undistort(reference)) * value;
   const Eigen::Vector3d seen = current_in_reference_->inverse() * point;
   if (seen.z() <= 0) return std::nullopt;
   return distance((K * seen).hnormalized(), camera_.undistort(current));

@@ -30,11 +30,13 @@ class PairTruth {
 
   bool hasTransfer() const { return pair_.homography || !disparity_.empty() || !depth_.empty(); }
   /// Distance of the current point from where homography, disparity or depth sends the reference point; absent where
-  /// the truth has a hole.
-  std::optional<double> transferDistance(const cv::Point2f& reference, const cv::Point2f& current) const;
+  /// the truth has a hole. The least over the disparities or depths within `reach` pixels of the reference point: a
+  /// corner at the edge of a near surface belongs to it, on whichever side of the edge it was found.
+  std::optional<double> transferDistance(const cv::Point2f& reference, const cv::Point2f& current, int reach = 0) const;
 
  private:
-  std::optional<double> depthTransferDistance(const cv::Point2f& reference, const cv::Point2f& current) const;
+  /// From where one value of the disparity or the depth sends the reference point; absent behind the camera.
+  std::optional<double> distanceAt(double value, const cv::Point2f& reference, const cv::Point2f& current) const;
 
   DatasetPair pair_;
   Camera camera_;

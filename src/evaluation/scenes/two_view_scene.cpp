@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -211,7 +212,7 @@ void describeMatch(const TwoViewSceneOptions& options, bool outlier, Random& ran
 }
 
 /// Takes the motion that most matches follow for the truth.
-void settleTruth(const Layout& layout, size_t bodies, TwoViewScene& scene) {
+void settleTruth(const Layout& layout, const Lens& lens, const Shutter& shutter, size_t bodies, TwoViewScene& scene) {
   std::vector<int> counts(bodies + 1, 0);
   for (const int body : scene.body) {
     if (body != kOutlier) ++counts[static_cast<size_t>(body)];
@@ -219,7 +220,14 @@ void settleTruth(const Layout& layout, size_t bodies, TwoViewScene& scene) {
   const auto largest = static_cast<int>(std::max_element(counts.begin(), counts.end()) - counts.begin());
   scene.R = layout.motion(largest).R;
   scene.t = layout.motion(largest).t;
-  for (size_t i = 0; i < scene.body.size(); ++i) scene.correct[i] = scene.body[i] == largest;
+  const Vector2d nowhere = Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+  for (size_t i = 0; i < scene.body.size(); ++i) {
+    scene.correct[i] = scene.body[i] == largest;
+    const Vector2d reference = lens.project(scene.points[i]);
+    Vector2d current;
+    const bool seen = seenByCurrent(lens, layout.motion(largest), shutter, reference.y(), scene.points[i], current);
+    scene.displacements[i] = seen ? Vector2d(current - reference) : nowhere;
+  }
 }
 
 /// What stands still of the same scene, without error, seen by a camera that moves without turning.
@@ -308,6 +316,7 @@ TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
   scene.body.resize(static_cast<size_t>(options.matches));
   scene.correct.resize(scene.body.size());
   scene.points.resize(scene.body.size());
+  scene.displacements.resize(scene.body.size());
 
   const Lens lens(options);
   const Shutter shutter(options);
@@ -342,7 +351,7 @@ TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
     scene.body[i] = outlier ? kOutlier : body;
     ++i;
   }
-  settleTruth(layout, options.bodies.size(), scene);
+  settleTruth(layout, lens, shutter, options.bodies.size(), scene);
   return scene;
 }
 

@@ -61,6 +61,9 @@ struct TwoViewScene {
   std::vector<int> body;                ///< of each match: 0 stands still, k is options.bodies[k - 1], -1 an outlier
   std::vector<uint8_t> correct;         ///< of each match: it follows R and t
   std::vector<Eigen::Vector3d> points;  ///< what the reference sees at each match, in its frame
+  /// From where the reference sees each of these to where the current image does if it follows R and t, pixels: through
+  /// the lens that draws, at the times of its rows, without noise. NaN where that is behind the camera.
+  std::vector<Eigen::Vector2d> displacements;
   /// X_current = R X_reference + t of the points that most matches show: the camera's motion, or that relative to a
   /// body which more of them show.
   Eigen::Matrix3d R;

@@ -10,8 +10,9 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr double kDeviations = 2;  // of the truth's noise that a label allows for
-constexpr double kNearest = 1;     // metres: what stands nearer to a camera that stands still is rare
+constexpr double kDeviations = 2;                         // of the truth's noise that a label allows for
+constexpr int kReach = static_cast<int>(kCorrectWithin);  // of surfaces about a keypoint, pixels
+constexpr double kNearest = 1;  // metres: what stands nearer to a camera that stands still is rare
 
 /// Standard deviation along the worst axis.
 double worst(const Eigen::Matrix3d& covariance) {
@@ -49,7 +50,7 @@ std::optional<bool> MatchLabel::operator()(const cv::Point2f& reference, const c
   const bool posed = truth_.currentInReference().has_value() && camera_.calibrated();
   const double rotation_px = posed ? rotation_sigma_ * camera_.meanFocalLength() : 0;
   if (truth_.hasTransfer()) {
-    const std::optional<double> distance = truth_.transferDistance(reference, current);
+    const std::optional<double> distance = truth_.transferDistance(reference, current, kReach);
     if (distance) return within(*distance, rotation_px);
   }
   if (!truth_.hasEpipolar()) return std::nullopt;

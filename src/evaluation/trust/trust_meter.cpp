@@ -60,16 +60,12 @@ std::vector<TrustRow> measureSet(const TrustPlan& plan, const TrustUnit& unit) {
   return rows;
 }
 
-/// Whether a drawn match follows the motion, and noise leaves its points within kCorrectWithin of one another's places.
+/// Whether the points of a drawn match are within kCorrectWithin of one another's true places.
 bool isRight(const TwoViewScene& scene, size_t match) {
-  if (!scene.correct[match]) return false;
-  const Eigen::Matrix3d K = scene.camera.K();
-  const Eigen::Vector3d& point = scene.points[match];
   const PointPairs& pairs = scene.pairs;
   const Eigen::Vector2d reference(pairs.x_reference[match], pairs.y_reference[match]);
   const Eigen::Vector2d current(pairs.x_current[match], pairs.y_current[match]);
-  const Eigen::Vector2d moved = (K * (scene.R * point + scene.t)).hnormalized() - (K * point).hnormalized();
-  return (current - reference - moved).norm() < kCorrectWithin;
+  return (current - reference - scene.displacements[match]).norm() < kCorrectWithin;
 }
 
 Reliability reliabilityOf(const TwoViewScene& scene, const RobustResult& result) {
