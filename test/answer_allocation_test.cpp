@@ -7,7 +7,7 @@
 
 #include "allocation_counter.h"
 #include "gms_ransac/Correspondences.h"
-#include "message_conversion.h"
+#include "output/message_conversion.h"
 #include "processor_stream.h"
 #include "scenes/scene.h"
 

@@ -1,5 +1,5 @@
 // A calibration is doubted while most pairs contradict the camera model and ask for the same correction, and only then.
-#include "calibration_watch.h"
+#include "node/calibration_watch.h"
 
 #include <stdexcept>
 #include <string>

@@ -1,6 +1,6 @@
 // camera_info -> camera: region of interest, binning, every distortion model, K or P, and what is refused with a
 // sentence.
-#include "camera_model.h"
+#include "input/camera_model.h"
 
 #include <limits>
 

@@ -4,7 +4,7 @@
 
 #include "drive_scene.h"
 #include "gms_ransac/translation_scale.h"
-#include "motion_integrator.h"
+#include "output/motion_integrator.h"
 
 namespace gms_ransac {
 namespace {

@@ -1,5 +1,5 @@
 // ~features: what each estimator reads where, and which images the tracks can do without.
-#include "feature_stream.h"
+#include "output/feature_stream.h"
 
 #include <map>
 #include <string>
@@ -9,7 +9,7 @@
 #include <boost/make_shared.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "feature_output.h"
+#include "output/feature_output.h"
 #include "processor_stream.h"
 
 namespace gms_ransac {

@@ -1,5 +1,5 @@
 // What is compared with what, and what is said of an image: resets, stamps and depth that come with images of no use.
-#include "frame_processor.h"
+#include "stream/frame_processor.h"
 
 #include <malloc.h>
 #include <unistd.h>
@@ -16,11 +16,12 @@
 #include <boost/make_shared.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "mailbox.h"
+#include "node/mailbox.h"
+#include "output/sigma_by_octave.h"
 #include "processor_stream.h"
 #include "scenes/scene.h"
 #include "scenes/synthetic_pair.h"
-#include "sigma_by_octave.h"
+#include "stream/status_text.h"
 
 namespace gms_ransac {
 namespace {

@@ -1,7 +1,7 @@
 // Every encoding becomes the same grey picture; malformed messages are refused with a sentence.
-#include "image_conversion.h"
+#include "input/image_conversion.h"
 
-#include "depth_conversion.h"
+#include "input/depth_conversion.h"
 
 #include <limits>
 #include <set>

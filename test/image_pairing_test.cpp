@@ -1,5 +1,5 @@
 // Images and their partners of about the same stamp: nothing is lost, kept for ever or taken twice.
-#include "image_pairing.h"
+#include "input/image_pairing.h"
 
 #include <cmath>
 #include <string>

@@ -1,5 +1,5 @@
 // What waits between two threads: bounded, in order, counted where it is dropped.
-#include "mailbox.h"
+#include "node/mailbox.h"
 
 #include <atomic>
 #include <thread>

@@ -1,5 +1,5 @@
 // ~mask_file is the file of an image, or the node does not start and says so.
-#include "mask_source.h"
+#include "input/mask_source.h"
 
 #include <filesystem>
 #include <fstream>

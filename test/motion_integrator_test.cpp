@@ -1,5 +1,5 @@
 // Chained poses against exact ones, and their covariance against a Monte Carlo run.
-#include "motion_integrator.h"
+#include "output/motion_integrator.h"
 
 #include <gtest/gtest.h>
 

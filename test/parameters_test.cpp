@@ -15,7 +15,7 @@
 
 #include "gms_ransac/parameter_binding.h"
 #include "gms_ransac/track_selector.h"
-#include "match_filter_config.h"
+#include "node/match_filter_config.h"
 
 namespace gms_ransac {
 namespace {

@@ -1,5 +1,5 @@
 // What ~path keeps of a journey: its ends, evenly spread poses between them, and never more than fit.
-#include "path_history.h"
+#include "output/path_history.h"
 
 #include <gtest/gtest.h>
 

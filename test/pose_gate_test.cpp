@@ -1,6 +1,6 @@
 // The last gate before publishing: no pose passes it that is not finite, with a rotation and a covariance, in no scale
 // mode and on no sequence.
-#include "publishable_pose.h"
+#include "stream/publishable_pose.h"
 
 #include <cmath>
 #include <cstdlib>
@@ -13,6 +13,7 @@
 #include "datasets/dataset.h"
 #include "processor_stream.h"
 #include "scenes/scene.h"
+#include "stream/status_text.h"
 
 namespace gms_ransac {
 namespace {

@@ -4,7 +4,7 @@
 #include <sensor_msgs/image_encodings.h>
 #include <boost/make_shared.hpp>
 
-#include "frame_processor.h"
+#include "stream/frame_processor.h"
 
 namespace gms_ransac {
 

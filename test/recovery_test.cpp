@@ -1,5 +1,5 @@
 // Going on after a loss from an image before it: same tracks, true motion and covariance; and never from another place.
-#include "recovery.h"
+#include "stream/recovery.h"
 
 #include <algorithm>
 #include <cstdlib>

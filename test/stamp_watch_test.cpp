@@ -1,5 +1,5 @@
 // Stamps and clocks that jump.
-#include "stamp_watch.h"
+#include "input/stamp_watch.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Two cameras: depth of keypoints against that of the rendered room, and motions in metres with a true covariance.
-#include "stereo_depth.h"
+#include "input/stereo_depth.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +9,10 @@
 #include <Eigen/Cholesky>
 #include <opencv2/imgproc.hpp>
 
+#include "output/stereo_output.h"
 #include "processor_stream.h"
 #include "scenes/scene.h"
 #include "scenes/synthetic_pair.h"
-#include "stereo_output.h"
 
 namespace gms_ransac {
 namespace {

@@ -1,5 +1,5 @@
 // Gyro rates against the turns that images see, on exact motions: integration, bias, contradictions and time offset.
-#include "turn_comparison.h"
+#include "priors/turn_comparison.h"
 
 #include <cmath>
 #include <cstdlib>
@@ -12,15 +12,15 @@
 
 #include "datasets/dataset.h"
 #include "gms_ransac/match_filter.h"
-#include "gyro_bias.h"
-#include "gyro_buffer.h"
-#include "motion_integrator.h"
-#include "odometry_buffer.h"
-#include "publishable_pose.h"
+#include "output/motion_integrator.h"
+#include "priors/gyro_bias.h"
+#include "priors/gyro_buffer.h"
+#include "priors/odometry_buffer.h"
+#include "priors/turns.h"
+#include "priors/wheel_check.h"
 #include "random.h"
 #include "scenes/two_view_scene.h"
-#include "turns.h"
-#include "wheel_check.h"
+#include "stream/publishable_pose.h"
 
 namespace gms_ransac {
 namespace {

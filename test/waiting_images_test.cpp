@@ -1,5 +1,5 @@
 // Images that wait for what belongs to them: in order, each once, and never for long.
-#include "waiting_images.h"
+#include "input/waiting_images.h"
 
 #include <cmath>
 #include <string>

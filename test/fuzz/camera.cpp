@@ -4,10 +4,10 @@
 #include <limits>
 #include <sstream>
 
-#include "camera_model.h"
 #include "demand.h"
 #include "distortion.h"
 #include "fuzz_messages.h"
+#include "input/camera_model.h"
 #include "quiet_ros.h"
 
 namespace gms_ransac {

@@ -1,14 +1,14 @@
 // A depth image goes with an image or is refused with a sentence; the pose and the length that come of it are fit to
 // publish, and so are the length from features seen three times, the triangulated points and the tracks.
 #include "demand.h"
-#include "depth_conversion.h"
 #include "fuzz_messages.h"
 #include "fuzz_pairs.h"
 #include "gms_ransac/method.h"
 #include "gms_ransac/translation_scale.h"
+#include "input/depth_conversion.h"
 #include "invariants.h"
-#include "publishable_pose.h"
 #include "quiet_ros.h"
+#include "stream/publishable_pose.h"
 
 namespace gms_ransac {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "demand.h"
 #include "fuzz_messages.h"
-#include "image_conversion.h"
+#include "input/image_conversion.h"
 #include "quiet_ros.h"
 
 namespace gms_ransac {

@@ -4,9 +4,9 @@
 #include "demand.h"
 #include "fuzz_messages.h"
 #include "gms_ransac/feature_extractor.h"
-#include "image_conversion.h"
+#include "input/image_conversion.h"
+#include "input/mask_source.h"
 #include "invariants.h"
-#include "mask_source.h"
 #include "quiet_ros.h"
 
 namespace gms_ransac {

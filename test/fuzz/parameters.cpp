@@ -6,7 +6,7 @@
 #include "fuzz_input.h"
 #include "gms_ransac/match_filter.h"
 #include "gms_ransac/parameter.h"
-#include "match_filter_config.h"
+#include "node/match_filter_config.h"
 
 namespace gms_ransac {
 namespace {

@@ -5,14 +5,14 @@
 #include <opencv2/imgproc.hpp>
 
 #include "demand.h"
-#include "frame_processor.h"
 #include "fuzz_messages.h"
 #include "invariants.h"
-#include "message_conversion.h"
-#include "motion_integrator.h"
-#include "overlay.h"
-#include "point_outputs.h"
+#include "output/message_conversion.h"
+#include "output/motion_integrator.h"
+#include "output/overlay.h"
+#include "output/point_outputs.h"
 #include "quiet_ros.h"
+#include "stream/frame_processor.h"
 
 namespace gms_ransac {
 namespace {

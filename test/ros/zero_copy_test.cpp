@@ -6,8 +6,8 @@
 #include <ros/ros.h>
 #include <sensor_msgs/Image.h>
 
-#include "image_conversion.h"
-#include "image_input.h"
+#include "input/image_conversion.h"
+#include "input/image_input.h"
 
 namespace gms_ransac {
 namespace {

@@ -40,8 +40,8 @@ Ambiguity findAlternativeMotion(const ResidualKernels& kernels, const PointColum
   const auto per_cost =
       static_cast<float>(std::max(1.0, 1 / (kMostDeviations * kMostDeviations * noise.sigma() * noise.sigma())));
   const auto cost = [&](float residual) { return std::min(per_cost * residual, 1.f); };
-  // The sign of t does not matter here: a pose with the wrong one has the matches behind the cameras and loses.
-  const auto apart = [&](const TwoViewPose& other) { return std::acos(std::min(1.0, std::abs(other.t.dot(pose.t)))); };
+  // Of the opposite direction, with a turn that makes up for it, is another motion: near and far changed places.
+  const auto apart = [&](const TwoViewPose& other) { return std::acos(std::clamp(other.t.dot(pose.t), -1.0, 1.0)); };
   // Refines an alternative on some of the matches; false where Vuong's statistic of the pose against it reaches `most`,
   // or it came to be much the same motion.
   const auto isNoWorse = [&](const PointColumnsView& part, int iterations, double most, TwoViewPose& alternative) {

@@ -139,12 +139,14 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
   PoseSpread spread = describeSpread(optimum, result);
   const RotationVerdict verdict =
       rivals_.compare(view_, optimum, noise_, rotation.R, rotation_residuals_, points_->cells());
-  const bool shown = showsTranslation(verdict) && knowsRotation(spread) && closeEnough(spread);
-  if (shown) weighAlternatives(optimum, alternatives, spread, result);
-  result.translation_observable = shown && !result.ambiguous;
-
   const bool turn_in_question = verdict.against_rotation < kLeastAgainstRotation;
   const bool turn_alone = verdict.against_rotation < 0 || verdict.against_rows < kRowsExplainBetter;
+  const bool shown = showsTranslation(verdict) && knowsRotation(spread) && closeEnough(spread);
+  // A motion whose direction is not known may still be the wrong one of two, with another rotation.
+  const bool other_direction = !turn_alone && takeInAlternatives(optimum, alternatives, spread, result.effort);
+  result.ambiguous = shown && (other_direction || !closeEnough(spread) || movesInTwo(result.effort.point_evaluations));
+  result.translation_observable = shown && !result.ambiguous;
+
   if (turn_in_question || turn_alone) {
     // With and without a translation are both in question, so the rotation is no better known than they agree.
     const Eigen::Vector3d apart = rotationVector(rotation.R * optimum.R.transpose());
@@ -176,16 +178,14 @@ PoseSpread PoseJudge::describeSpread(const TwoViewPose& optimum, RobustResult& r
   return spread;
 }
 
-void PoseJudge::weighAlternatives(const TwoViewPose& optimum, const std::vector<AlternativeMotion>& alternatives,
-                                  PoseSpread& spread, RobustResult& result) {
+bool PoseJudge::takeInAlternatives(const TwoViewPose& optimum, const std::vector<AlternativeMotion>& alternatives,
+                                   PoseSpread& spread, Effort& effort) {
   alternative_buffers_.residuals.resize(noise_.residuals().size());
   const double same_within = std::clamp(kSameSigmas * spread.directionSigma(), kLeastApart, kOtherDirection);
   const Ambiguity ambiguity = findAlternativeMotion(kernels_, view_, optimum, noise_, alternatives, points_->cells(),
-                                                    same_within, alternative_buffers_, result.effort.point_evaluations);
+                                                    same_within, alternative_buffers_, effort.point_evaluations);
   spread.covariance += ambiguity.covariance;
-  result.ambiguous = ambiguity.other_direction || !closeEnough(spread) ||
-                     (parted_ && isRival(bodies_.smallerShare(), bodies_.apart())) ||
-                     movesInTwo(result.effort.point_evaluations);
+  return ambiguity.other_direction;
 }
 
 bool PoseJudge::isRival(double share, const std::vector<uint8_t>& second) const {
@@ -195,6 +195,7 @@ bool PoseJudge::isRival(double share, const std::vector<uint8_t>& second) const 
 }
 
 bool PoseJudge::movesInTwo(int64_t& evaluations) {
+  if (parted_ && isRival(bodies_.smallerShare(), bodies_.apart())) return true;
   rest_.clear();
   for (int i = 0; i < view_.count; ++i) {
     if (noise_.probabilities()[static_cast<size_t>(i)] < 0.5f) rest_.push_back(i);

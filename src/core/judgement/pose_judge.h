@@ -61,11 +61,11 @@ class PoseJudge {
   static bool knowsRotation(const PoseSpread& spread);
   /// Whether the direction of translation is as well known as the user wants it.
   bool closeEnough(const PoseSpread& spread) const;
-  /// Widens the covariance to hold the other motions that explain the matches as well; ambiguous where that leaves the
-  /// direction open.
-  void weighAlternatives(const TwoViewPose& optimum, const std::vector<AlternativeMotion>& alternatives,
-                         PoseSpread& spread, RobustResult& result);
-  /// Whether what the pose does not explain moves as one, and is nearly as much.
+  /// Widens the covariance to hold the other motions that explain the matches as well; whether one of them has another
+  /// direction.
+  bool takeInAlternatives(const TwoViewPose& optimum, const std::vector<AlternativeMotion>& alternatives,
+                          PoseSpread& spread, Effort& effort);
+  /// Whether what the pose does not explain, or was parted from it, moves as one and is nearly as much.
   bool movesInTwo(int64_t& evaluations);
   /// Whether a second motion may be the world as well as the pose. `share`: of what it explains in what the pose does;
   /// `second`: which columns.

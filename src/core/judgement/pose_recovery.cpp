@@ -22,6 +22,12 @@ namespace {
 /// tenth of a pixel.
 constexpr double kSmallestTranslation = 2e-4;
 
+/// Where the parallax is little more than the noise the cost is a valley between turning and moving aside, along which
+/// Gauss and Newton's steps are short: they take the noise of the points for curvature. A step gains less than kEnough
+/// long before the optimum (doc/estimator.md).
+constexpr int kPoseIterations = 100;
+constexpr float kEnoughInAValley = 1e-6f;
+
 /// In the least-squares sense.
 Eigen::Matrix3d nearestOrthogonal(const Eigen::Matrix3d& matrix) {
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -82,7 +88,7 @@ PoseRecovery::Explanation PoseRecovery::explain(const TwoViewPose& pose, bool re
   const PoseModel model(*kernels_, points_);
   Explanation explanation = {pose, pose, 0};
   if (refine) {
-    const int passes = model.refine(kRobustLoss, kRefinementIterations, explanation.optimum, kEnough);
+    const int passes = model.refine(kRobustLoss, kPoseIterations, explanation.optimum, kEnoughInAValley);
     effort.point_evaluations += static_cast<int64_t>(points_.count) * passes;
   }
   HypothesisScore score;

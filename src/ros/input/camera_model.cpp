@@ -1,0 +1,242 @@
+#include "input/camera_model.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include "excerpt.h"
+#include "quantity_text.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// Focal lengths that differ by more are not of one camera. Two calibrations of one camera differ by a few percent, the
+// factory values in TUM's bags by 3 at most; another camera, zoom, or size of the image makes more.
+constexpr double kOtherCamera = 0.1;
+
+// No model has as many; a message may claim any number, and its own copy is enough.
+constexpr std::ptrdiff_t kMostCoefficients = 100;
+
+bool sameCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo& b) {
+  return a.width == b.width && a.height == b.height && a.distortion_model == b.distortion_model && a.D == b.D &&
+         a.K == b.K && a.P == b.P && a.binning_x == b.binning_x && a.binning_y == b.binning_y &&
+         a.roi.x_offset == b.roi.x_offset && a.roi.y_offset == b.roi.y_offset && a.roi.width == b.roi.width &&
+         a.roi.height == b.roi.height;
+}
+
+/// Some drivers use Kalibr's or their own words for the models of sensor_msgs/distortion_models.h. One that is unknown
+/// will be quoted.
+std::string coreName(const std::string& model) {
+  if (model == "fisheye") return "equidistant";
+  if (model == "radtan") return "plumb_bob";
+  if (model == "none") return "";
+  return excerpt(model);
+}
+
+/// The size of the image that `info` describes, after region of interest and binning; 0x0 when it does not say.
+cv::Size describedSize(const sensor_msgs::CameraInfo& info) {
+  const bool has_region = info.roi.width != 0 && info.roi.height != 0;
+  // Divided as they came, unsigned: the least int over -1 would end the process.
+  return {static_cast<int>((has_region ? info.roi.width : info.width) / std::max(info.binning_x, 1u)),
+          static_cast<int>((has_region ? info.roi.height : info.height) / std::max(info.binning_y, 1u))};
+}
+
+/// Both are 0 where the matrix is not given; a single one, a negative one and NaN are mistakes.
+void requireFocalLengths(const char* matrix, double fx, double fy, const std::string& or_set) {
+  if ((fx == 0 && fy == 0) || (fx > 0 && fy > 0 && std::isfinite(fx) && std::isfinite(fy))) return;
+  std::ostringstream text;
+  text << "fx is " << fx << " and fy is " << fy << " in " << matrix << ", both must be above 0; calibrate the camera"
+       << or_set;
+  throw std::invalid_argument(text.str());
+}
+
+/// K and P are those of the full-resolution image (sensor_msgs/CameraInfo): shift to the region, then bin.
+void applyRegionAndBinning(const sensor_msgs::CameraInfo& info, CameraIntrinsics& intrinsics) {
+  const double bx = std::max(info.binning_x, 1u), by = std::max(info.binning_y, 1u);
+  intrinsics.cx = (intrinsics.cx - info.roi.x_offset) / bx;
+  intrinsics.cy = (intrinsics.cy - info.roi.y_offset) / by;
+  intrinsics.fx /= bx;
+  intrinsics.fy /= by;
+}
+
+/// What `info` holds: K, P, or both.
+std::vector<CameraIntrinsics> calibrations(const sensor_msgs::CameraInfo& info) {
+  std::vector<CameraIntrinsics> given;
+  if (info.K[0] > 0 && info.K[4] > 0) given.push_back({info.K[0], info.K[4], info.K[2], info.K[5], "", {}});
+  if (info.P[0] > 0 && info.P[5] > 0) given.push_back({info.P[0], info.P[5], info.P[2], info.P[6], "", {}});
+  for (CameraIntrinsics& intrinsics : given) applyRegionAndBinning(info, intrinsics);
+  return given;
+}
+
+bool mayBeOneCamera(const CameraIntrinsics& a, const CameraIntrinsics& b) {
+  return std::abs(std::log(a.fx / b.fx)) <= kOtherCamera && std::abs(std::log(a.fy / b.fy)) <= kOtherCamera;
+}
+
+std::string missingRays(const Camera& camera) {
+  const int missing = camera.pixelsWithoutInverse();
+  if (missing == 0) return std::string();
+  std::ostringstream text;
+  text << "the distortion coefficients do not say which rays " << missing << " pixels ("
+       << std::lround(100.0 * missing / camera.imageSize().area())
+       << " %) lie on; matches there are left out. Calibrate with views that reach the corners";
+  return text.str();
+}
+
+}  // namespace
+
+CameraModelSource::CameraModelSource(const Parameters& parameters, const std::string& image_topic,
+                                     const std::string& info_topic)
+    : override_(parameters.camera),
+      input_is_rectified_(parameters.input_is_rectified),
+      or_set_(parameters.input == InputKind::kStereo ? "" : " or set ~camera/fx, fy, cx and cy"),
+      image_topic_(image_topic),
+      info_topic_(info_topic) {}
+
+bool CameraModelSource::Known::describes(const sensor_msgs::CameraInfoConstPtr& other, cv::Size other_size) const {
+  if (!model || other_size != size) return false;
+  return other == info || (other && info && sameCalibration(*other, *info));
+}
+
+std::shared_ptr<const CameraModel> CameraModelSource::get(const sensor_msgs::CameraInfoConstPtr& info,
+                                                          cv::Size image_size) {
+  if (last_.describes(info, image_size)) return last_.model;
+  std::swap(last_, before_);
+  if (last_.describes(info, image_size)) {
+    noteReturn();
+    return last_.model;
+  }
+  returns_ = 0;
+  last_.size = image_size;
+  last_.info = info;
+  last_.model = makeAndTell(info.get(), image_size);
+  return last_.model;
+}
+
+void CameraModelSource::noteReturn() {
+  // Sizes that alternate are those of the images, and told with them. A zoom may go back once.
+  if (last_.size != before_.size || !last_.info || !before_.info || ++returns_ < 2) return;
+  std::ostringstream text;
+  text << "the camera_info on " << info_topic_ << " goes back and forth between fx "
+       << before_.model->camera.intrinsics().fx << " and fx " << last_.model->camera.intrinsics().fx
+       << ": two cameras publish there, and one is not that of " << image_topic_ << "; remap one of them";
+  throttle_.warn("two cameras", text.str());
+}
+
+std::shared_ptr<const CameraModel> CameraModelSource::makeAndTell(const sensor_msgs::CameraInfo* info,
+                                                                  cv::Size image_size) {
+  auto model = std::make_shared<CameraModel>(make(info, image_size));
+  if (override_.calibrated() && info != nullptr) model->doubt = contradiction(*info, image_size);
+  if (!model->doubt.empty()) throttle_.warn(model->doubt, model->doubt);
+  const CameraIntrinsics& k = model->camera.intrinsics();
+  // The sentence itself is the key: sizes that alternate say two things, not one per image.
+  std::ostringstream text;
+  if (!model->problem.empty()) {
+    text << "no pose for images on " << image_topic_ << ": " << model->problem;
+    throttle_.warn(text.str(), text.str());
+  } else {
+    text << "images on " << image_topic_ << " are taken as " << (model->rectified ? "rectified" : "raw")
+         << " (~input_is_rectified), with fx " << k.fx << ", fy " << k.fy << ", cx " << k.cx << ", cy " << k.cy
+         << " from " << (override_.calibrated() ? "the parameters ~camera" : info_topic_);
+    throttle_.info(text.str(), text.str());
+  }
+  model->warning = missingRays(model->camera);
+  if (!model->warning.empty()) throttle_.warn(model->warning, "images on " + image_topic_ + ": " + model->warning);
+  return model;
+}
+
+bool CameraModelSource::isRectified(const sensor_msgs::CameraInfo& info) const {
+  if (input_is_rectified_ != Rectified::kAuto) return input_is_rectified_ == Rectified::kTrue;
+  // "image_rect", "/rect/image"; but not "/direct/image".
+  for (const char* word : {"_rect", "/rect"}) {
+    if (image_topic_.find(word) != std::string::npos) return true;
+  }
+  return std::all_of(info.D.begin(), info.D.end(), [](double d) { return d == 0; });
+}
+
+std::string CameraModelSource::sizeMismatch(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {
+  const cv::Size described = describedSize(info);
+  if (described == cv::Size() || described == image_size) return std::string();
+  return "the camera_info on " + info_topic_ + " is for " + sizeText(described) + " images, but the image is " +
+         sizeText(image_size);
+}
+
+std::string CameraModelSource::contradiction(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {
+  const std::string advice = "; ~camera is used: remove it from the parameter server if another launch left it there";
+  const std::string mismatch = sizeMismatch(info, image_size);
+  if (!mismatch.empty()) return mismatch + advice;
+  // Which of the two describes the images is as little known as whether the parameters do.
+  const std::vector<CameraIntrinsics> given = calibrations(info);
+  const bool fits = std::any_of(given.begin(), given.end(),
+                                [this](const CameraIntrinsics& each) { return mayBeOneCamera(each, override_); });
+  if (given.empty() || fits) return std::string();
+  std::ostringstream text;
+  text << "the parameters ~camera say fx " << override_.fx << ", fy " << override_.fy << ", but the camera_info on "
+       << info_topic_ << " says fx " << given[0].fx << ", fy " << given[0].fy << ": that is another camera" << advice;
+  return text.str();
+}
+
+CameraModel CameraModelSource::make(const sensor_msgs::CameraInfo* info, cv::Size image_size) const {
+  try {
+    if (override_.calibrated()) {
+      CameraModel model;
+      CameraIntrinsics intrinsics = override_;
+      if (input_is_rectified_ == Rectified::kTrue) intrinsics.distortion.clear();
+      model.camera = Camera(intrinsics, image_size);
+      model.rectified = !model.camera.distorts();
+      return model;
+    }
+    if (info != nullptr) return fromInfo(*info, image_size);
+  } catch (const std::exception& error) {
+    CameraModel model;
+    model.problem = "the camera_info on " + info_topic_ + " cannot be used: " + error.what();
+    return model;
+  }
+  CameraModel model;
+  model.problem = "no camera_info has arrived on " + info_topic_ + " yet; publish or remap one" + or_set_;
+  return model;
+}
+
+CameraModel CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {
+  requireFocalLengths("K", info.K[0], info.K[4], or_set_);
+  const bool has_k = info.K[0] > 0, rectified = !has_k || isRectified(info);
+  if (rectified) requireFocalLengths("P", info.P[0], info.P[5], or_set_);
+  const bool has_p = info.P[0] > 0;
+  CameraModel model;
+  if (!has_k && !has_p) {
+    model.problem = "the camera_info on " + info_topic_ +
+                    " is not calibrated (fx is 0 in K and in P); calibrate the camera" + or_set_;
+    return model;
+  }
+  model.problem = sizeMismatch(info, image_size);
+  if (!model.problem.empty()) {
+    model.problem += "; remap the matching camera_info" + or_set_;
+    return model;
+  }
+  // kitti2bag leaves K at zero and fills P alone; only a rectified image is described by P.
+  model.rectified = rectified;
+  CameraIntrinsics intrinsics;
+  if (model.rectified && has_p) {
+    intrinsics = {info.P[0], info.P[5], info.P[2], info.P[6], "", {}};
+  } else {
+    intrinsics = {info.K[0], info.K[4], info.K[2], info.K[5], "", {}};
+  }
+  applyRegionAndBinning(info, intrinsics);
+  // So small a number that binning makes 0 of it, which would pass for a camera that is not calibrated.
+  if (!intrinsics.calibrated()) throw std::invalid_argument("fx and fy are 0 after binning");
+  if (!model.rectified) {
+    intrinsics.distortion_model = coreName(info.distortion_model);
+    intrinsics.distortion.assign(
+        info.D.begin(), info.D.begin() + std::min(std::distance(info.D.begin(), info.D.end()), kMostCoefficients));
+  }
+  model.camera = Camera(intrinsics, image_size);
+  model.rectified = !model.camera.distorts();
+  return model;
+}
+
+}  // namespace gms_ransac

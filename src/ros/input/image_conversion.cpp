@@ -1,0 +1,149 @@
+#include "input/image_conversion.h"
+
+#include <array>
+
+#include <opencv2/imgproc.hpp>
+
+#include "excerpt.h"
+#include "guard.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// A keypoint needs the 31-pixel patch of its descriptor; below twice that an image cannot hold a useful set.
+constexpr uint32_t kMinimumSide = 64;
+constexpr uint32_t kMaximumSide = 32768;
+
+constexpr int kNoConversion = -1;
+
+/// How an encoding of sensor_msgs/image_encodings.h becomes grey.
+struct Encoding {
+  const char* name;
+  int type;           ///< OpenCV type of the received pixels
+  int color_to_grey;  ///< cv::ColorConversionCodes, kNoConversion when it is grey already
+};
+
+// ROS names a Bayer pattern by its first row, OpenCV by the second and third pixel of the second: rggb is "BG".
+constexpr std::array<Encoding, 24> kEncodings = {{
+    {"mono8", CV_8UC1, kNoConversion},
+    {"8UC1", CV_8UC1, kNoConversion},
+    {"bgr8", CV_8UC3, cv::COLOR_BGR2GRAY},
+    {"8UC3", CV_8UC3, cv::COLOR_BGR2GRAY},
+    {"rgb8", CV_8UC3, cv::COLOR_RGB2GRAY},
+    {"bgra8", CV_8UC4, cv::COLOR_BGRA2GRAY},
+    {"8UC4", CV_8UC4, cv::COLOR_BGRA2GRAY},
+    {"rgba8", CV_8UC4, cv::COLOR_RGBA2GRAY},
+    {"bayer_rggb8", CV_8UC1, cv::COLOR_BayerBG2GRAY},
+    {"bayer_bggr8", CV_8UC1, cv::COLOR_BayerRG2GRAY},
+    {"bayer_gbrg8", CV_8UC1, cv::COLOR_BayerGR2GRAY},
+    {"bayer_grbg8", CV_8UC1, cv::COLOR_BayerGB2GRAY},
+    {"mono16", CV_16UC1, kNoConversion},
+    {"16UC1", CV_16UC1, kNoConversion},
+    {"bgr16", CV_16UC3, cv::COLOR_BGR2GRAY},
+    {"rgb16", CV_16UC3, cv::COLOR_RGB2GRAY},
+    {"bgra16", CV_16UC4, cv::COLOR_BGRA2GRAY},
+    {"rgba16", CV_16UC4, cv::COLOR_RGBA2GRAY},
+    {"bayer_rggb16", CV_16UC1, cv::COLOR_BayerBG2GRAY},
+    {"bayer_bggr16", CV_16UC1, cv::COLOR_BayerRG2GRAY},
+    {"bayer_gbrg16", CV_16UC1, cv::COLOR_BayerGR2GRAY},
+    {"bayer_grbg16", CV_16UC1, cv::COLOR_BayerGB2GRAY},
+    {"yuv422", CV_8UC2, cv::COLOR_YUV2GRAY_UYVY},
+    {"yuv422_yuy2", CV_8UC2, cv::COLOR_YUV2GRAY_YUY2},
+}};
+
+const Encoding* findEncoding(const std::string& name) {
+  for (const Encoding& encoding : kEncodings) {
+    if (name == encoding.name) return &encoding;
+  }
+  return nullptr;
+}
+
+std::string sizeText(const sensor_msgs::Image& image) {
+  return std::to_string(image.width) + "x" + std::to_string(image.height);
+}
+
+bool hostIsBigEndian() {
+  const uint16_t one = 1;
+  return *reinterpret_cast<const uint8_t*>(&one) == 0;
+}
+
+cv::Mat swapBytes(const cv::Mat& wide) {
+  cv::Mat swapped = wide.clone();
+  for (int r = 0; r < swapped.rows; ++r) {
+    auto* row = swapped.ptr<uint16_t>(r);
+    for (int c = 0; c < swapped.cols * swapped.channels(); ++c)
+      row[c] = static_cast<uint16_t>(row[c] << 8 | row[c] >> 8);
+  }
+  return swapped;
+}
+
+}  // namespace
+
+std::string layoutProblem(const sensor_msgs::Image& image, int type) {
+  if (image.width == 0 || image.height == 0 || image.data.empty()) return "it is empty (" + sizeText(image) + ")";
+  if (image.width > kMaximumSide || image.height > kMaximumSide) return "it is " + sizeText(image) + ", too large";
+  const size_t row = static_cast<size_t>(image.width) * CV_ELEM_SIZE(type), value = CV_ELEM_SIZE1(type);
+  const auto step = [&image] { return "step is " + std::to_string(image.step) + " bytes, "; };
+  if (image.step < row) {
+    return step() + "but a row of " + std::to_string(image.width) + " " + image.encoding + " pixels takes " +
+           std::to_string(row);
+  }
+  if (image.step % value != 0) {
+    return step() + "no multiple of the " + std::to_string(value) + " bytes that a value of " + image.encoding +
+           " takes; rows may be padded by whole values only";
+  }
+  const size_t expected = static_cast<size_t>(image.step) * image.height;
+  if (image.data.size() != expected) {
+    return "data holds " + std::to_string(image.data.size()) + " bytes, but step * height is " +
+           std::to_string(expected);
+  }
+  return std::string();
+}
+
+cv::Mat pixelsOf(const sensor_msgs::Image& image, int type) {
+  // cv::Mat has no view of constant memory.
+  return {static_cast<int>(image.height), static_cast<int>(image.width), type, const_cast<uint8_t*>(image.data.data()),
+          image.step};
+}
+
+std::string ImageConverter::toGrey(const sensor_msgs::Image& image, cv::Mat& grey) {
+  const Encoding* encoding = findEncoding(image.encoding);
+  if (encoding == nullptr) {
+    return "the encoding '" + excerpt(image.encoding) +
+           "' is not supported; send mono8, mono16, bgr8, rgb8, bgra8, rgba8, yuv422 or a bayer_* one";
+  }
+  std::string problem = layoutProblem(image, encoding->type);
+  if (!problem.empty()) return problem;
+  if (image.width < kMinimumSide || image.height < kMinimumSide) {
+    return "the image is " + sizeText(image) + "; both sides must be at least " + std::to_string(kMinimumSide) +
+           " pixels";
+  }
+  guarded([&] { grey = convert(image, encoding->type, encoding->color_to_grey); },
+          [&](const std::string& what) { problem = "converting " + image.encoding + " failed: " + what; });
+  return problem;
+}
+
+cv::Mat ImageConverter::convert(const sensor_msgs::Image& image, int type, int color_to_grey) {
+  cv::Mat received = pixelsOf(image, type);
+  const bool wide = CV_MAT_DEPTH(type) == CV_16U;
+  if (wide && (image.is_bigendian != 0) != hostIsBigEndian()) received = swapBytes(received);
+  cv::Mat one_channel;  // never in place: the message is shared with other subscribers
+  if (color_to_grey == kNoConversion) {
+    one_channel = received;
+  } else {
+    cv::cvtColor(received, one_channel, color_to_grey);
+  }
+  return wide ? greyFromWide(one_channel) : one_channel;
+}
+
+cv::Mat ImageConverter::greyFromWide(const cv::Mat& wide) {
+  double brightest = 0;
+  cv::minMaxLoc(wide, nullptr, &brightest);
+  while (wide_bits_ < 16 && brightest >= (1 << wide_bits_)) ++wide_bits_;
+  cv::Mat grey;
+  wide.convertTo(grey, CV_8U, 255.0 / ((1 << wide_bits_) - 1));
+  return grey;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,122 @@
+// Subscribes to the images and their camera_info, and hands over what belongs together.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <image_transport/image_transport.h>
+#include <image_transport/subscriber_filter.h>
+#include <message_filters/subscriber.h>
+#include <message_filters/sync_policies/exact_time.h>
+#include <message_filters/synchronizer.h>
+#include <ros/node_handle.h>
+
+#include "input/image_pairing.h"
+#include "input/image_with_info.h"
+#include "input/waiting_images.h"
+#include "parameters.h"
+#include "priors/motion_priors.h"
+#include "throttle.h"
+
+namespace gms_ransac {
+
+class ImageInput {
+ public:
+  using Callback = std::function<void(const ImageWithInfo&)>;
+
+  /// `nh`: the inputs are relative to it; `pnh`: that of ~mask, and where ~image_transport and its options are looked
+  /// up. `priors`: what images wait for, started and stopped with them; null: nothing.
+  ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters, Callback callback,
+             std::shared_ptr<MotionPriors> priors);
+
+  /// Throws std::invalid_argument with a sentence when ~image_transport, or ~depth_image_transport where depth is
+  /// read, is not installed.
+  void checkTransports() const;
+  /// Throws image_transport::TransportLoadException when ~image_transport names a transport that is not installed.
+  void start();
+  void stop();
+  bool started() const { return started_; }
+
+  /// The current one of a pair; what is subscribed to lies below it when ~image_transport is not raw.
+  std::string imageTopic() const {
+    return nh_.resolveName(parameters_.input == InputKind::kPair ? "current/image" : firstName());
+  }
+  /// All from which images come, depth and masks included.
+  std::vector<std::string> imageTopics() const;
+  std::string infoTopic() const { return nh_.resolveName(infoName()); }
+  /// Of the right camera, with ~input stereo.
+  std::string rightTopic() const { return nh_.resolveName("right/image"); }
+  std::string rightInfoTopic() const { return nh_.resolveName("right/camera_info"); }
+  /// Images that were left out because no camera_info had their stamp; none: that is not asked of them.
+  std::optional<int> unpaired();
+  /// What has not arrived, as a sentence that names the topics; empty while images come. Call it every few seconds: it
+  /// judges the time since the last call.
+  std::string waitingFor();
+
+ private:
+  using ExactPolicy = message_filters::sync_policies::ExactTime<sensor_msgs::Image, sensor_msgs::CameraInfo>;
+
+  void checkTransport(const std::string& parameter, const std::string& transport) const;
+  void startExact(uint32_t queue, const image_transport::TransportHints& hints);
+  void startTwoImages(uint32_t queue, const image_transport::TransportHints& hints);
+  bool twoImages() const { return parameters_.input != InputKind::kStream || parameters_.scale == ScaleMode::kDepth; }
+  /// The reference of a pair, the left one of two cameras, else the image.
+  const char* firstName() const;
+  const char* secondName() const;
+  const char* infoName() const { return parameters_.input == InputKind::kStereo ? "left/camera_info" : "camera_info"; }
+  std::string firstTopic() const;
+  std::string secondTopic() const;
+  /// The name to hand to image_transport.
+  std::string toSubscribe(const std::string& name, const std::string& transport) const;
+  bool exactInfo() const { return needsInfo() && parameters_.camera_info_sync == CameraInfoSync::kExact; }
+  bool needsInfo() const { return !parameters_.camera.calibrated(); }
+  void onImage(const sensor_msgs::ImageConstPtr& image);
+  void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
+  void onRightInfo(const sensor_msgs::CameraInfoConstPtr& info);
+  void onMask(const sensor_msgs::ImageConstPtr& mask);
+  void onPair(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
+  /// One of the two is null.
+  void onUnpaired(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
+  void onFirst(const sensor_msgs::ImageConstPtr& image);
+  void onSecond(const sensor_msgs::ImageConstPtr& image);
+  /// Hands over the pairs that are settled. An image without depth goes alone; half of a pair is of no use.
+  void deliverPairs();
+  void countImage(const sensor_msgs::ImageConstPtr& image);
+  void deliver(ImageWithInfo input);
+  /// Hands over the images that need wait no longer.
+  void deliverSettled();
+
+  ros::NodeHandle nh_, pnh_;
+  image_transport::ImageTransport transport_;
+  Parameters parameters_;
+  Callback callback_;
+  const std::shared_ptr<MotionPriors> priors_;
+  bool started_ = false;
+  ros::Subscriber mask_subscriber_, right_info_subscriber_;
+
+  // camera_info_sync: latest
+  image_transport::Subscriber image_subscriber_;
+  ros::Subscriber info_subscriber_;
+  // camera_info_sync: exact
+  image_transport::SubscriberFilter image_filter_;
+  message_filters::Subscriber<sensor_msgs::CameraInfo> info_filter_;
+  std::unique_ptr<message_filters::Synchronizer<ExactPolicy>> synchronizer_;
+  // input: pair or stereo, or scale: depth
+  image_transport::Subscriber second_subscriber_;
+  ros::WallTimer waiting_timer_;
+  Throttle throttle_;
+
+  std::mutex mutex_;      ///< guards what follows
+  ImagePairing pairing_;  ///< after the subscribers: a transport's plugin may have to free what it holds
+  WaitingImages waiting_;
+  int images_ = 0, infos_ = 0;  ///< since the last call of waitingFor
+  int complete_ = 0;            ///< delivered since then with all that belongs to them
+  int unpaired_ = 0;            ///< since the start
+  ros::Time last_image_stamp_, last_info_stamp_;
+};
+
+}  // namespace gms_ransac

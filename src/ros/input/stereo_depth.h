@@ -1,0 +1,63 @@
+// The right image of a stereo pair -> depth of the left image's keypoints, and where the right camera sees them.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <sensor_msgs/CameraInfo.h>
+#include <Eigen/Core>
+
+#include "gms_ransac/match_filter.h"
+#include "gms_ransac/stereo_matcher.h"
+#include "input/camera_model.h"
+#include "input/image_conversion.h"
+#include "input/image_with_info.h"
+
+namespace gms_ransac {
+
+/// How two cameras stand to each other, by R and P of their camera_infos (sensor_msgs/CameraInfo, stereo pairs).
+struct StereoRig {
+  /// Rays of the camera that took the image -> rays of the rectified camera; identity for rectified images.
+  Eigen::Matrix3d left = Eigen::Matrix3d::Identity(), right = Eigen::Matrix3d::Identity();
+  double baseline = 0;  ///< metres, the right camera's x in the left one's rectified frame
+  std::string problem;  ///< why there is no such thing, as a sentence; empty when there is
+
+  StereoRig(const CameraModel& left_model, const sensor_msgs::CameraInfo& left_info, const CameraModel& right_model,
+            const sensor_msgs::CameraInfo& right_info);
+};
+
+/// Of every keypoint of the left image.
+struct StereoColumns {
+  std::vector<float> depth;                ///< metres along the left camera's optical axis; 0: not known
+  std::vector<Eigen::Vector2d> right_ray;  ///< x, y at depth 1 in the right camera; NaN: it does not show the point
+  void clear();
+};
+
+class StereoDepth {
+ public:
+  StereoDepth(const Parameters& parameters, const std::string& right_topic, const std::string& right_info_topic);
+
+  /// Extracts the right image as the left one was and fills the columns. Returns why it does not, empty when it does.
+  std::string fill(const ImageWithInfo& input, const Features& left, const CameraModel& left_model, MatchFilter& filter,
+                   StereoColumns& columns);
+  /// What the extraction of the right image took the last time.
+  double detectSeconds() const { return right_.detect_seconds; }
+
+ private:
+  /// The right image in `grey_`, and `right_model_`; returns why it is of no use.
+  std::string takeRight(const ImageWithInfo& input, const Features& left, const CameraModel& left_model);
+  /// Why so few keypoints find their like on their row, if they do beside it.
+  std::string doubtOfRows(const Features& left, double focal_length) const;
+
+  const std::string right_topic_, right_info_topic_;
+  ImageConverter converter_;
+  CameraModelSource camera_source_;
+  cv::Mat grey_;
+  std::shared_ptr<const CameraModel> right_model_;
+  Frame right_;
+  RectifiedRays left_rays_, right_rays_;
+  std::vector<StereoMatch> matches_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,172 @@
+#include "node/diagnostics.h"
+
+#include <algorithm>
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <ros/node_handle.h>
+
+namespace gms_ransac {
+
+namespace {
+
+using diagnostic_msgs::DiagnosticStatus;
+
+// Below this share of inliers among the filtered matches the motion is doubtful: half the matches disagree with it.
+constexpr float kDoubtfulInlierRatio = 0.5f;
+
+// Of a second's images; one late among them is no more than what ~max_milliseconds allows now and then.
+constexpr double kMostLate = 0.1;
+
+bool failed(uint8_t status) {
+  return status == MatchStats::TOO_FEW_KEYPOINTS || status == MatchStats::TOO_FEW_MATCHES ||
+         status == MatchStats::GMS_REJECTED || status == MatchStats::RANSAC_FAILED || status == MatchStats::BAD_IMAGE;
+}
+
+}  // namespace
+
+Diagnostics::Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& name)
+    : updater_(std::make_unique<diagnostic_updater::Updater>(nh, pnh, name)), last_report_(ros::WallTime::now()) {
+  updater_->setHardwareID("none");
+  updater_->add("input", this, &Diagnostics::describeInput);
+  updater_->add("matches", this, &Diagnostics::describeMatches);
+  updater_->add("graph", this, &Diagnostics::describeGraph);
+  updater_->add("timing", this, &Diagnostics::describeTiming);  // last: it starts the next period
+}
+
+Diagnostics::~Diagnostics() = default;
+
+void Diagnostics::update() { updater_->force_update(); }
+
+void Diagnostics::add(const MatchStats& stats) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  last_ = stats;
+  ++processed_;
+  failures_ += failed(stats.status) ? 1 : 0;
+  late_ += stats.time_budget > 0 && stats.time_total > stats.time_budget ? 1 : 0;
+  asked_ += stats.features_asked;
+  seconds_ += stats.time_total;
+  latency_ += stats.latency;
+}
+
+void Diagnostics::setInput(const std::string& waiting_for, bool subscribed, bool paused) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  waiting_for_ = waiting_for;
+  subscribed_ = subscribed;
+  paused_ = paused;
+}
+
+void Diagnostics::setUnpaired(int images) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  unpaired_ = images;
+}
+
+void Diagnostics::setCalibrationDoubt(const std::string& doubt) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  calibration_doubt_ = doubt;
+}
+
+void Diagnostics::setPriors(const PriorReport& report) {
+  bool first;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    first = !priors_;
+    priors_ = report;
+  }
+  if (first) updater_->add("priors", this, &Diagnostics::describePriors);
+}
+
+void Diagnostics::describePriors(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  status.summary(priors_->doubtful ? DiagnosticStatus::WARN : DiagnosticStatus::OK, priors_->summary);
+  for (const auto& [key, value] : priors_->values) status.add(key, value);
+}
+
+void Diagnostics::setGraph(const std::string& problem) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  graph_problem_ = problem;
+}
+
+void Diagnostics::describeGraph(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (graph_problem_.empty()) {
+    status.summary(DiagnosticStatus::OK, "known to the ROS master");
+  } else {
+    status.summary(DiagnosticStatus::ERROR, graph_problem_);
+  }
+}
+
+void Diagnostics::describeInput(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (paused_) {
+    status.summary(DiagnosticStatus::OK, "paused (~pause)");
+  } else if (!subscribed_) {
+    status.summary(DiagnosticStatus::OK, "not subscribed: nobody listens");
+  } else if (!waiting_for_.empty()) {
+    status.summary(DiagnosticStatus::WARN, waiting_for_);
+  } else if (!calibration_doubt_.empty()) {
+    status.summary(DiagnosticStatus::WARN, calibration_doubt_);
+  } else {
+    status.summary(DiagnosticStatus::OK, "images arrive");
+  }
+  status.add("frames received", last_.frames_received);
+  status.add("frames processed", last_.frames_processed);
+  status.add("frames passed over", last_.frames_passed_over);
+  status.add("frames dropped", last_.frames_dropped);
+  if (unpaired_) status.add("frames without camera_info of their stamp", *unpaired_);
+  status.add("resets", last_.resets);
+}
+
+void Diagnostics::describeMatches(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (last_.frames_processed == 0) {
+    status.summary(DiagnosticStatus::OK, "no image yet");
+  } else if (last_.status == MatchStats::UNCALIBRATED) {
+    status.summary(DiagnosticStatus::WARN, "uncalibrated: " + last_.status_text);
+  } else if (failed(last_.status)) {
+    status.summary(DiagnosticStatus::ERROR, last_.status_text);
+  } else if (last_.status == MatchStats::OK && last_.inlier_ratio < kDoubtfulInlierRatio) {
+    status.summary(DiagnosticStatus::WARN, "few of the filtered matches agree on one motion");
+  } else {
+    status.summary(DiagnosticStatus::OK, last_.status_text);
+  }
+  status.add("keypoints", last_.keypoints_current);
+  status.add("raw matches", last_.matches_raw);
+  status.add("filtered matches", last_.matches_gms);
+  status.add("inliers", last_.inliers);
+  status.add("inlier ratio", last_.inlier_ratio);
+  status.add("median parallax (px)", last_.median_parallax_px);
+  status.addf("failed", "%d of %d", failures_, processed_);
+}
+
+void Diagnostics::describeTiming(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const ros::WallTime now = ros::WallTime::now();
+  const double period = std::max((now - last_report_).toSec(), 1e-3);
+  const uint32_t dropped = last_.frames_dropped - dropped_before_;
+  const int images = std::max(processed_, 1);
+  if (dropped > 0) {
+    status.summaryf(DiagnosticStatus::WARN, "%u images dropped: they come faster than they are processed", dropped);
+  } else if (late_ > kMostLate * images) {
+    status.summaryf(
+        DiagnosticStatus::WARN,
+        "%d of %d images took longer than ~max_milliseconds (%g), with %.0f features asked for: the image is "
+        "too large for it, or the machine has other work",
+        late_, processed_, 1e3 * last_.time_budget, asked_ / images);
+  } else {
+    status.summary(DiagnosticStatus::OK, "keeps up");
+  }
+  status.addf("rate (Hz)", "%.1f", processed_ / period);
+  status.addf("time per image (ms)", "%.2f", 1e3 * seconds_ / images);
+  status.addf("latency (ms)", "%.2f", 1e3 * latency_ / images);
+  status.add("dropped", dropped);
+  if (last_.time_budget > 0) {
+    status.addf("beyond ~max_milliseconds", "%d of %d", late_, processed_);
+    status.addf("features asked for", "%.0f", asked_ / images);
+  }
+  last_report_ = now;
+  dropped_before_ = last_.frames_dropped;
+  processed_ = failures_ = late_ = 0;
+  seconds_ = latency_ = asked_ = 0;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,121 @@
+#include "output/feature_stream.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "gms_ransac/rays.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// Share of the time between two messages by which an image may come early: its stamp is not exact.
+constexpr double kEarly = 0.1;
+// Images that carry no message are passed over up to so many seconds, and as long as this share of the keypoints are
+// inliers (doc/tracks.md).
+constexpr double kLongestStep = 0.16;
+constexpr double kWellSeen = 0.4;
+
+bool wellSeen(const MatchResult* result) {
+  return result != nullptr && result->inliers >= kWellSeen * std::max(result->keypoints_reference, 1);
+}
+
+}  // namespace
+
+bool FeatureStream::passesOver(const PreparedFrame& frame, const FeatureOptions& options) {
+  const double stamp = frame.stamp(), interval = stamp - std::exchange(image_stamp_, stamp);
+  const bool in_order =
+      frame.problem.empty() && !frame.reset_requested && frame.stamp_verdict == StampVerdict::kInOrder;
+  if (!in_order || input_ == InputKind::kPair || sent_.empty() || due(stamp, options.rate)) return false;
+  return well_seen_ && stamp + interval <= compared_stamp_ + kLongestStep;
+}
+
+std::optional<std::vector<Feature>> FeatureStream::next(const ProcessedFrame& processed,
+                                                        const FeatureOptions& options) {
+  // The images of a pair need not be those of the pair before.
+  if (processed.continuity != Continuity::kContinuous || input_ == InputKind::kPair) reset();
+  const double stamp = processed.current->stamp();
+  compared_stamp_ = image_stamp_ = stamp;
+  well_seen_ = wellSeen(processed.result);
+  if (processed.result == nullptr || !processed.current->camera->camera.calibrated() || !due(stamp, options.rate))
+    return std::nullopt;
+  const Camera& camera = processed.current->camera->camera;
+  const auto& points = follower_.follow(processed.current->grey, camera, matchedPoints(processed));
+  if (points.empty()) return std::nullopt;
+  const std::vector<int>& picked =
+      selector_.select(points, processed.current->frame.features.image_size, options.selection);
+  std::vector<Feature> features;
+  std::unordered_map<uint32_t, Sent> sent;
+  for (const int i : picked) {
+    features.push_back(describe(processed, points[i]));
+    sent.emplace(points[i].id, Sent{features.back().ray, stamp - features.back().age});
+  }
+  follower_.keep(picked);
+  sent_.swap(sent);
+  last_stamp_ = stamp;
+  scheduleAfter(stamp, options.rate);
+  return features;
+}
+
+void FeatureStream::reset() {
+  follower_.reset();
+  sent_.clear();
+  next_stamp_.reset();
+  well_seen_ = false;
+}
+
+bool FeatureStream::due(double stamp, double rate) const {
+  return rate <= 0 || !next_stamp_ || stamp >= *next_stamp_ - kEarly / rate;
+}
+
+void FeatureStream::scheduleAfter(double stamp, double rate) {
+  if (rate <= 0) return;
+  // On the beat, so that images at 25 Hz give 10 messages a second and not 8; after a pause the beat is a new one.
+  const bool late = !next_stamp_ || stamp >= *next_stamp_ + 1 / rate;
+  next_stamp_ = (late ? stamp : *next_stamp_) + 1 / rate;
+}
+
+const std::vector<TrackedPoint>& FeatureStream::matchedPoints(const ProcessedFrame& processed) {
+  matched_.clear();
+  match_of_.clear();
+  if (processed.track_ids == nullptr) return matched_;
+  const MatchResult& result = *processed.result;
+  for (size_t i = 0; i < result.matches.size(); ++i) {
+    const uint32_t id = (*processed.track_ids)[i];
+    if (id == 0) continue;
+    const cv::Point2f& pixel = processed.current->frame.features.keypoints[result.matches[i].current].pt;
+    matched_.push_back({id, (*processed.track_lengths)[i], pixel});
+    match_of_.emplace(id, static_cast<int>(i));
+  }
+  return matched_;
+}
+
+Feature FeatureStream::describe(const ProcessedFrame& processed, const TrackedPoint& point) const {
+  Feature feature;
+  feature.id = point.id;
+  feature.pixel = point.current;
+  feature.ray = rayOf(processed.current->camera->camera, point.current);
+  const auto before = sent_.find(point.id);
+  if (before == sent_.end()) {
+    feature.velocity = velocityInPair(processed, point.id, feature.ray);
+    return feature;
+  }
+  const double stamp = processed.current->stamp();
+  feature.velocity = (feature.ray - before->second.ray) / (stamp - last_stamp_);
+  feature.age = stamp - before->second.first_stamp;
+  return feature;
+}
+
+Eigen::Vector2d FeatureStream::velocityInPair(const ProcessedFrame& processed, uint32_t id,
+                                              const Eigen::Vector2d& ray) const {
+  const auto match = match_of_.find(id);
+  const double reference_stamp = processed.reference->stamp(), seconds = processed.current->stamp() - reference_stamp;
+  // Over a reference that is held longer it would be an average; VINS's own tracker says 0 of new features, too.
+  const bool held = !sent_.empty() && reference_stamp < last_stamp_;
+  if (match == match_of_.end() || held || seconds <= 0) return Eigen::Vector2d::Zero();
+  const int keypoint = processed.result->matches[match->second].reference;
+  const cv::Point2f& before = processed.reference->frame.features.keypoints[keypoint].pt;
+  return (ray - rayOf(processed.current->camera->camera, before)) / seconds;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,71 @@
+// Which features ~features sends, and when: at most so many messages a second, with tracks that span them.
+#pragma once
+
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "gms_ransac/track_follower.h"
+#include "gms_ransac/track_selector.h"
+#include "stream/processed_frame.h"
+
+namespace gms_ransac {
+
+struct FeatureOptions {
+  TrackSelectorOptions selection;
+  double rate = 10;  ///< messages a second at most; 0: one for every image
+};
+
+struct Feature {
+  uint32_t id = 0;           ///< that of ~correspondences when it was first sent
+  cv::Point2f pixel;         ///< of the received image
+  Eigen::Vector2d ray;       ///< x, y at depth 1
+  Eigen::Vector2d velocity;  ///< of the ray since the last message, or since the pair's reference, 1/s
+  double age = 0;            ///< seconds since it was first sent
+};
+
+/// Made of the answers to the images, one after another; asked of none, it costs nothing.
+class FeatureStream {
+ public:
+  explicit FeatureStream(InputKind input) : input_(input) {}
+
+  /// Whether the tracks can do without the image, which has not been compared yet: no message is due with it, what is
+  /// followed was well seen the last time, and the next image will come soon enough after that.
+  bool passesOver(const PreparedFrame& frame, const FeatureOptions& options);
+
+  /// What is to be sent with this image, in order of preference; nothing: no message is due, or there is nothing that
+  /// could be sent.
+  std::optional<std::vector<Feature>> next(const ProcessedFrame& processed, const FeatureOptions& options);
+  /// Nothing is followed any more.
+  void reset();
+
+ private:
+  struct Sent {
+    Eigen::Vector2d ray;
+    double first_stamp;
+  };
+
+  /// Whether a message goes with an image of this stamp.
+  bool due(double stamp, double rate) const;
+  void scheduleAfter(double stamp, double rate);
+  /// The inliers that carry an id, with their pixels in the current image; fills `match_of_`.
+  const std::vector<TrackedPoint>& matchedPoints(const ProcessedFrame& processed);
+  Feature describe(const ProcessedFrame& processed, const TrackedPoint& point) const;
+  Eigen::Vector2d velocityInPair(const ProcessedFrame& processed, uint32_t id, const Eigen::Vector2d& ray) const;
+
+  const InputKind input_;
+  TrackFollower follower_;
+  TrackSelector selector_;
+  std::vector<TrackedPoint> matched_;
+  std::unordered_map<uint32_t, int> match_of_;  ///< index of the match by id
+  std::unordered_map<uint32_t, Sent> sent_;     ///< with the last message
+  std::optional<double> next_stamp_;            ///< from which on the next message is due
+  double last_stamp_ = 0;                       ///< of the last message
+  double compared_stamp_ = 0;                   ///< of the last image that was compared
+  double image_stamp_ = 0;                      ///< of the last image, passed over or not
+  bool well_seen_ = false;                      ///< the image compared last showed what the one before it did
+};
+
+}  // namespace gms_ransac

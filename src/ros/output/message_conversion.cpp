@@ -1,0 +1,128 @@
+#include "output/message_conversion.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "frames.h"
+#include "output/sigma_by_octave.h"
+#include "quantiles.h"
+
+namespace gms_ransac {
+
+namespace {
+
+/// Every column at its length, at once: it is written by index, and nothing is allocated on the way.
+void setLength(size_t n, bool with_stage, Correspondences& message) {
+  message.reference_points.resize(2 * n);
+  message.current_points.resize(2 * n);
+  message.confidence.resize(n);
+  message.distance.resize(n);
+  message.track_id.resize(n);
+  message.track_length.resize(n);
+  message.stage.resize(with_stage ? n : 0);
+  message.probability.resize(n);
+  message.reference_sigma.resize(n);
+  message.current_sigma.resize(n);
+}
+
+/// Row k of the message: match i.
+void setMatch(const ProcessedFrame& processed, size_t i, size_t k, const SigmaByOctave& reference_sigma,
+              const SigmaByOctave& current_sigma, Correspondences& message) {
+  const MatchResult& result = *processed.result;
+  const Match& match = result.matches[i];
+  const Features &reference = processed.reference->frame.features, &current = processed.current->frame.features;
+  const cv::KeyPoint &from = reference.keypoints[match.reference], &to = current.keypoints[match.current];
+  message.reference_points[2 * k] = from.pt.x;
+  message.reference_points[2 * k + 1] = from.pt.y;
+  message.current_points[2 * k] = to.pt.x;
+  message.current_points[2 * k + 1] = to.pt.y;
+  message.confidence[k] = result.confidence[i];
+  message.distance[k] = match.distance;
+  message.track_id[k] = (*processed.track_ids)[i];
+  message.track_length[k] = (*processed.track_lengths)[i];
+  message.probability[k] = result.probability[i];
+  message.reference_sigma[k] = reference_sigma[from.octave];
+  message.current_sigma[k] = current_sigma[to.octave];
+}
+
+/// Sets both fields to quantiles of the lengths of what is followed.
+void summarize(const std::vector<uint16_t>& track_lengths, MatchStats& message) {
+  std::vector<uint16_t> lengths;
+  lengths.reserve(track_lengths.size());
+  for (const uint16_t length : track_lengths) {
+    if (length > 0) lengths.push_back(length);
+  }
+  const auto [median, p90] = quantilesOf(std::move(lengths));
+  message.track_length_median = median;
+  message.track_length_p90 = p90;
+}
+
+}  // namespace
+
+void toMessage(const ProcessedFrame& processed, bool with_rejected, Correspondences& message) {
+  const MatchResult& result = *processed.result;
+  const PreparedFrame& current = *processed.current;
+  message.header = current.header;
+  message.reference_header = processed.reference->header;
+  message.width = static_cast<uint32_t>(current.grey.cols);
+  message.height = static_cast<uint32_t>(current.grey.rows);
+  setCamera(*current.camera, message);
+
+  const auto inliers = std::count(result.stage.begin(), result.stage.end(), MatchStage::kInlier);
+  setLength(with_rejected ? result.matches.size() : static_cast<size_t>(inliers), with_rejected, message);
+  const SigmaByOctave reference_sigma(result.robust, processed.reference->frame.features.scale_factor),
+      current_sigma(result.robust, current.frame.features.scale_factor);
+  size_t row = 0;
+  for (size_t i = 0; i < result.matches.size(); ++i) {
+    if (!with_rejected && result.stage[i] != MatchStage::kInlier) continue;
+    if (with_rejected) message.stage[row] = static_cast<uint8_t>(result.stage[i]);
+    setMatch(processed, i, row++, reference_sigma, current_sigma, message);
+  }
+  message.pose_valid = processed.poseValid();
+  message.metric_scale = processed.metric_scale;
+  message.current_in_reference = geometry_msgs::PoseWithCovariance();
+  message.current_in_reference.pose.orientation.w = 1;
+  if (processed.poseValid()) message.current_in_reference = toPoseWithCovariance(processed.pose);
+}
+
+void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, MatchStats& message) {
+  message = MatchStats();
+  message.header = processed.current->header;
+  message.status = processed.publishedStatus();
+  message.status_text = processed.text;
+  message.keypoints_current = static_cast<uint32_t>(processed.current->frame.features.size());
+  message.time_convert = static_cast<float>(processed.current->convert_seconds);
+  message.time_detect = static_cast<float>(processed.current->frame.detect_seconds);
+  message.time_budget = static_cast<float>(processed.current->time_budget);
+  message.features_asked = static_cast<uint32_t>(processed.current->frame.features_asked);
+  if (processed.status == MatchStats::BAD_IMAGE) message.keypoints_current = message.features_asked = 0;
+  if (processed.result != nullptr) {
+    const MatchResult& result = *processed.result;
+    message.reference_header = processed.reference->header;
+    message.keypoints_reference = static_cast<uint32_t>(result.keypoints_reference);
+    message.matches_raw = static_cast<uint32_t>(result.matches.size());
+    message.matches_gms = static_cast<uint32_t>(result.matches_gms);
+    message.inliers = static_cast<uint32_t>(result.inliers);
+    message.hypotheses = static_cast<uint32_t>(result.robust.effort.hypotheses);
+    message.search_cut = result.robust.effort.search_cut;
+    message.refinement_cut = result.robust.effort.refinement_cut;
+    message.inlier_ratio = result.matches_gms > 0 ? static_cast<float>(result.inliers) / result.matches_gms : 0.f;
+    message.median_parallax_px = static_cast<float>(result.robust.median_parallax_px);
+    message.rms_error_px = static_cast<float>(result.robust.rms_error_px);
+    message.sigma_px = static_cast<float>(result.robust.sigma_px);
+    message.camera_misfit = static_cast<float>(result.robust.camera_misfit);
+    message.time_match = static_cast<float>(result.times.match);
+    message.time_gms = static_cast<float>(result.times.gms);
+    message.time_ransac = static_cast<float>(result.times.ransac);
+  }
+  if (processed.track_lengths != nullptr) summarize(*processed.track_lengths, message);
+  message.time_total =
+      message.time_convert + message.time_detect + message.time_match + message.time_gms + message.time_ransac;
+  message.frames_received = counters.received;
+  message.frames_processed = counters.processed;
+  message.frames_passed_over = counters.passed_over;
+  message.frames_dropped = counters.dropped;
+  message.resets = counters.resets;
+}
+
+}  // namespace gms_ransac

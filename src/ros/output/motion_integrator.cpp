@@ -1,0 +1,147 @@
+#include "output/motion_integrator.h"
+
+#include <algorithm>
+
+#include "stream/publishable_pose.h"
+
+namespace gms_ransac {
+
+namespace {
+
+Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+/// Of a motion of which nothing is known, before any was seen; radians. Half the view of a usual camera.
+constexpr double kFirstTurn = 0.5;
+
+/// What a further motion in the same direction adds to the variance; `missed` grows by it.
+double addInLine(double size, double& missed) {
+  const double before = missed * missed;
+  missed += size;
+  return missed * missed - before;
+}
+
+/// [R, -R [lever]x; 0, R]: how a perturbation at one point of a rigid body moves another, `lever` away, in axes
+/// turned by R.
+Matrix6d leverTransform(const Eigen::Matrix3d& R, const Eigen::Vector3d& lever) {
+  Matrix6d m = Matrix6d::Zero();
+  m.topLeftCorner<3, 3>() = m.bottomRightCorner<3, 3>() = R;
+  m.topRightCorner<3, 3>() = -R * skew(lever);
+  return m;
+}
+
+}  // namespace
+
+void MotionIntegrator::restart() {
+  reference_ = current_ = Place();
+  known_ = Usual();
+  remembered_.clear();
+}
+
+void MotionIntegrator::remember(double stamp) { remembered_.emplace_back(stamp, current_); }
+
+void MotionIntegrator::forgetBefore(double stamp) {
+  while (!remembered_.empty() && remembered_.front().first < stamp) remembered_.pop_front();
+}
+
+bool MotionIntegrator::returnTo(double stamp) {
+  const auto found =
+      std::find_if(remembered_.begin(), remembered_.end(), [stamp](const auto& place) { return place.first == stamp; });
+  if (found == remembered_.end()) return false;
+  reference_ = current_ = found->second;
+  remembered_.erase(found + 1, remembered_.end());
+  return true;
+}
+
+void MotionIntegrator::lose(double seconds) {
+  const double usual_step = known_.step > 0 ? known_.step * seconds / known_.step_seconds : first_step_;
+  const double usual_turn = known_.turn_seconds > 0 ? known_.turn * seconds / known_.turn_seconds : kFirstTurn;
+  Matrix6d& covariance = current_.estimate.pose_covariance;
+  covariance.diagonal().head<3>().array() += addInLine(usual_step, current_.missed_step);
+  covariance.diagonal().tail<3>().array() += addInLine(usual_turn, current_.missed_turn);
+  boundCovariance(covariance);
+  reference_ = current_;
+}
+
+double MotionIntegrator::unknownStep(double parallax_px) const {
+  if (!(known_.step > 0)) return first_step_;
+  const bool comparable = parallax_px > 0 && known_.parallax_px > 0;
+  return comparable ? known_.step * parallax_px / known_.parallax_px : known_.step;
+}
+
+void MotionIntegrator::add(const PairMotion& motion) {
+  const RelativePose& pair = motion.current_in_reference;
+  current_ = reference_;
+  current_.missed_turn = 0;
+  if (!motion.after_loss) learn(motion);
+  if (motion.translation_known) {
+    current_.missed_step = 0;
+    chain(pair);
+  } else {
+    RelativePose widened = pair;
+    widened.covariance.topLeftCorner<3, 3>().setIdentity();
+    widened.covariance.topLeftCorner<3, 3>() *= addInLine(unknownStep(motion.parallax_px), current_.missed_step);
+    chain(widened);
+  }
+  setTwist(motion);
+  if (!motion.reference_held) reference_ = current_;
+}
+
+void MotionIntegrator::learn(const PairMotion& motion) {
+  known_.turn = Eigen::AngleAxisd(motion.current_in_reference.R).angle();
+  known_.turn_seconds = motion.seconds;
+  if (!motion.translation_known) return;
+  known_.step = motion.current_in_reference.t.norm();
+  known_.step_seconds = motion.seconds;
+  known_.parallax_px = motion.parallax_px;
+}
+
+void MotionIntegrator::chain(const RelativePose& pair) {
+  const OdometryEstimate& from = reference_.estimate;
+  OdometryEstimate& to = current_.estimate;
+  const Eigen::Matrix3d R = from.pose.linear();
+  to.pose.linear() = Eigen::Quaterniond(R * pair.R).normalized().toRotationMatrix();
+  to.pose.translation() = from.pose.translation() + R * pair.t;
+  const Matrix6d A = leverTransform(Eigen::Matrix3d::Identity(), R * pair.t);
+  const Matrix6d B = leverTransform(R, Eigen::Vector3d::Zero());
+  to.pose_covariance = A * from.pose_covariance * A.transpose() + B * pair.covariance * B.transpose();
+  boundCovariance(to.pose_covariance);
+}
+
+void MotionIntegrator::setTwist(const PairMotion& motion) {
+  const RelativePose& pair = motion.current_in_reference;
+  OdometryEstimate& estimate = current_.estimate;
+  const Eigen::AngleAxisd turn(pair.R);
+  estimate.twist.head<3>() = pair.R.transpose() * pair.t / motion.seconds;
+  estimate.twist.tail<3>() = turn.axis() * turn.angle() / motion.seconds;
+  const Matrix6d C = leverTransform(pair.R.transpose(), Eigen::Vector3d::Zero()) / motion.seconds;
+  estimate.twist_covariance = C * pair.covariance * C.transpose();
+  // The twist is that of the pair alone: of a translation that it does not tell it says nothing, nor of the velocity
+  // now after a loss.
+  if (motion.after_loss) {
+    estimate.twist_covariance = Matrix6d::Identity() * kLargestVariance;
+  } else if (!motion.translation_known) {
+    estimate.twist_covariance.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() * kLargestVariance;
+  }
+  boundCovariance(estimate.twist_covariance);
+}
+
+OdometryEstimate MotionIntegrator::base(const Eigen::Isometry3d& camera_in_base) const {
+  const Eigen::Isometry3d base_in_camera = camera_in_base.inverse();
+  const Eigen::Matrix3d& X = camera_in_base.linear();
+  OdometryEstimate base;
+  base.pose = camera_in_base * current_.estimate.pose * base_in_camera;
+  const Matrix6d P = leverTransform(X, current_.estimate.pose.linear() * base_in_camera.translation());
+  base.pose_covariance = P * current_.estimate.pose_covariance * P.transpose();
+  boundCovariance(base.pose_covariance);
+  const Matrix6d V = leverTransform(X, base_in_camera.translation());
+  base.twist = V * current_.estimate.twist;
+  base.twist_covariance = V * current_.estimate.twist_covariance * V.transpose();
+  boundCovariance(base.twist_covariance);
+  return base;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,253 @@
+#include "output/odometry_output.h"
+
+#include <algorithm>
+
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <geometry_msgs/TransformStamped.h>
+#include <geometry_msgs/TwistWithCovarianceStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <nav_msgs/Path.h>
+#include <ros/master.h>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
+#include <boost/make_shared.hpp>
+
+#include "frames.h"
+#include "output/publisher_queue.h"
+#include "stream/publishable_pose.h"
+#include "tf_lookup.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// Before the first broadcast tf is listened to for this long, to learn of another node that owns the frame.
+constexpr double kSettlingSeconds = 1;
+constexpr size_t kPathPoses = 2000;  // a minute of a 30 Hz camera, in messages of 200 kB; then every second one
+
+using RowMajor6d = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+
+geometry_msgs::PoseWithCovariance toMessage(const Eigen::Isometry3d& pose, const Matrix6d& covariance) {
+  geometry_msgs::PoseWithCovariance message;
+  message.pose = gms_ransac::toMessage(pose);
+  Eigen::Map<RowMajor6d>(message.covariance.data()) = covariance;
+  return message;
+}
+
+geometry_msgs::TwistWithCovariance toMessage(const Vector6d& twist, const Matrix6d& covariance) {
+  geometry_msgs::TwistWithCovariance message;
+  message.twist.linear.x = twist(0);
+  message.twist.linear.y = twist(1);
+  message.twist.linear.z = twist(2);
+  message.twist.angular.x = twist(3);
+  message.twist.angular.y = twist(4);
+  message.twist.angular.z = twist(5);
+  Eigen::Map<RowMajor6d>(message.covariance.data()) = covariance;
+  return message;
+}
+
+}  // namespace
+
+OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
+                               const ros::SubscriberStatusCallback& changed)
+    : nh_(nh),
+      parameters_(parameters),
+      odometry_(parameters.scale == ScaleMode::kFixed ? parameters.fixed_scale : 1),
+      path_(kPathPoses),
+      buffer_(std::make_unique<tf2_ros::Buffer>()) {
+  // From the start, or the first pairs would find no place of the camera on its base.
+  if (!parameters_.base_frame.empty()) listen();
+  odom_ = outputs.advertise<nav_msgs::Odometry>("odom", kPublisherQueue, changed, changed);
+  twist_ = outputs.advertise<geometry_msgs::TwistWithCovarianceStamped>("twist", kPublisherQueue, changed, changed);
+  pose_ = outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", kPublisherQueue, changed, changed);
+  transform_ = outputs.advertise<geometry_msgs::TransformStamped>("transform", kPublisherQueue, changed, changed);
+  path_publisher_ = outputs.advertise<nav_msgs::Path>("path", 1, changed, changed);
+}
+
+OdometryOutput::~OdometryOutput() = default;
+
+int OdometryOutput::listeners() const {
+  uint32_t count = 0;
+  for (const ros::Publisher* publisher : {&odom_, &twist_, &pose_, &transform_, &path_publisher_}) {
+    count += publisher->getNumSubscribers();
+  }
+  return static_cast<int>(count);
+}
+
+bool OdometryOutput::integrate(const ProcessedFrame& processed) {
+  const bool known = addMotion(processed);
+  odometry_.forgetBefore(processed.oldest_reference);
+  return known;
+}
+
+bool OdometryOutput::addMotion(const ProcessedFrame& processed) {
+  const bool restarts = processed.continuity == Continuity::kRestarted || processed.status == MatchStats::FIRST_FRAME;
+  if (restarts) {
+    odometry_.restart();
+    path_.clear();
+    knowUntil(processed.current->stamp());
+  } else if (processed.continuity == Continuity::kBroken) {
+    lose(processed);
+  }
+  if (processed.result == nullptr) return false;
+  const double seconds = processed.current->stamp() - processed.reference->stamp();
+  if (!processed.poseValid() || seconds <= 0) {
+    // An image that was only skipped leaves the reference, and with it the motion, where it was.
+    if (processed.status != MatchStats::TOO_FEW_KEYPOINTS) lose(processed);
+    return false;
+  }
+  if (processed.recovered && !odometry_.returnTo(processed.reference->stamp())) {
+    lose(processed);
+    return false;
+  }
+  PairMotion motion = {processed.pose,
+                       seconds,
+                       processed.status == MatchStats::OK,
+                       processed.reference_held,
+                       processed.result->robust.median_parallax_px,
+                       processed.recovered};
+  const bool without_metres = parameters_.measuresMetres() && !processed.metric_scale;
+  if (motion.translation_known && (without_metres || processed.length_missing)) {
+    const double length = processed.recovered ? odometry_.stepOf(seconds) : odometry_.step();
+    motion.current_in_reference = withUsualLength(processed.pose, length);
+    motion.translation_known = length > 0;
+  }
+  odometry_.add(motion);
+  knowUntil(processed.current->stamp());
+  return true;
+}
+
+void OdometryOutput::knowUntil(double stamp) {
+  known_until_ = stamp;
+  odometry_.remember(stamp);
+}
+
+void OdometryOutput::lose(const ProcessedFrame& processed) {
+  const double now = processed.current->stamp();
+  odometry_.lose(std::max(0.0, now - known_until_));
+  knowUntil(now);
+}
+
+RelativePose OdometryOutput::withUsualLength(RelativePose motion, double length) const {
+  const SigmaFloor none{0, 0};
+  if (length == 0) {
+    makePublishable(false, none, motion);
+    return motion;
+  }
+  motion.t *= length / motion.t.norm();
+  motion.covariance.topRows<3>().setZero();
+  motion.covariance.leftCols<3>().setZero();
+  motion.covariance.topLeftCorner<3, 3>().diagonal().setConstant(length * length);
+  return motion;
+}
+
+void OdometryOutput::listen() {
+  if (listener_) return;
+  listener_ = std::make_unique<tf2_ros::TransformListener>(*buffer_, nh_);
+  listening_since_ = ros::WallTime::now();
+}
+
+void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transform) {
+  // Without a master to listen waits for one, and the images would with it.
+  if (with_transform && !listener_ && ros::master::check()) listen();
+  if (processed.continuity == Continuity::kRestarted) buffer_->clear();
+  if (!integrate(processed) || (listeners() == 0 && !with_transform)) return;
+  const std_msgs::Header& header = processed.current->header;
+  const auto camera_in_base = cameraInBase(header);
+  if (!camera_in_base) return;
+
+  const bool of_camera = parameters_.base_frame.empty();
+  const OdometryEstimate estimate = of_camera ? odometry_.camera() : odometry_.base(*camera_in_base);
+  const std::string moving_frame = of_camera ? header.frame_id : parameters_.base_frame;
+  std_msgs::Header in_odom = header;
+  in_odom.frame_id = parameters_.odom_frame;
+  publishPose(estimate, in_odom, moving_frame);
+  publishTwist(estimate, header.stamp, moving_frame);
+  publishPath(estimate, in_odom);
+  if (with_transform) broadcast(estimate.pose, header.stamp, moving_frame);
+}
+
+void OdometryOutput::publishPose(const OdometryEstimate& estimate, const std_msgs::Header& header,
+                                 const std::string& moving_frame) {
+  auto odom = boost::make_shared<nav_msgs::Odometry>();
+  odom->header = header;
+  odom->child_frame_id = moving_frame;
+  odom->pose = toMessage(estimate.pose, estimate.pose_covariance);
+  odom->twist = toMessage(estimate.twist, estimate.twist_covariance);
+  if (pose_.getNumSubscribers() > 0) {
+    auto pose = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>();
+    pose->header = header;
+    pose->pose = odom->pose;
+    pose_.publish(pose);
+  }
+  if (transform_.getNumSubscribers() > 0) {
+    auto transform = boost::make_shared<geometry_msgs::TransformStamped>(toTransform(estimate.pose));
+    transform->header = header;
+    transform->child_frame_id = moving_frame;
+    transform_.publish(transform);
+  }
+  odom_.publish(odom);
+}
+
+void OdometryOutput::publishTwist(const OdometryEstimate& estimate, const ros::Time& stamp,
+                                  const std::string& moving_frame) {
+  auto twist = boost::make_shared<geometry_msgs::TwistWithCovarianceStamped>();
+  twist->header.stamp = stamp;
+  twist->header.frame_id = moving_frame;
+  twist->twist = toMessage(estimate.twist, estimate.twist_covariance);
+  twist_.publish(twist);
+}
+
+void OdometryOutput::publishPath(const OdometryEstimate& estimate, const std_msgs::Header& header) {
+  geometry_msgs::PoseStamped pose;
+  pose.header = header;
+  pose.pose = toMessage(estimate.pose);
+  path_.add(pose);
+  if (path_publisher_.getNumSubscribers() == 0) return;
+  auto path = boost::make_shared<nav_msgs::Path>();
+  path->header = header;
+  path->poses = path_.poses();
+  path_publisher_.publish(path);
+}
+
+std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::Header& camera) {
+  if (parameters_.base_frame.empty() || parameters_.base_frame == camera.frame_id) return Eigen::Isometry3d::Identity();
+  // A camera moves little on its body within the moment that tf is late: the latest is the next best.
+  std::string problem;
+  for (const ros::Time& when : {camera.stamp, ros::Time(0)}) {
+    try {
+      return toIsometry(buffer_->lookupTransform(parameters_.base_frame, camera.frame_id, when));
+    } catch (const tf2::TransformException& error) {
+      problem = whatTfLacks(*buffer_, parameters_.base_frame, camera.frame_id, error.what());
+    }
+  }
+  throttle_.warn("base frame", "no ~odom: the camera's place on ~base_frame is not known to tf: " + problem);
+  return std::nullopt;
+}
+
+bool OdometryOutput::mayBroadcast(const std::string& parent, const std::string& child) {
+  if (refused_ || !listener_ || (ros::WallTime::now() - listening_since_).toSec() < kSettlingSeconds) return false;
+  std::string owner;
+  if (!buffer_->_getParent(child, ros::Time(0), owner)) return true;
+  if (owner == parent && !last_broadcast_.isZero()) return true;
+  refused_ = true;
+  ROS_ERROR_STREAM("no odometry transform: another node gives " << child << " the parent " << owner
+                                                                << " already, and a frame can have only one; set "
+                                                                   "~invert_odom_tf, or stop the other node");
+  return false;
+}
+
+void OdometryOutput::broadcast(const Eigen::Isometry3d& pose, const ros::Time& stamp, const std::string& moving_frame) {
+  const bool inverted = parameters_.invert_odom_tf;
+  const std::string& parent = inverted ? moving_frame : parameters_.odom_frame;
+  const std::string& child = inverted ? parameters_.odom_frame : moving_frame;
+  if (stamp == last_broadcast_ || !mayBroadcast(parent, child)) return;
+  geometry_msgs::TransformStamped transform = toTransform(inverted ? pose.inverse() : pose);
+  transform.header.stamp = stamp;
+  transform.header.frame_id = parent;
+  transform.child_frame_id = child;
+  broadcaster_.send(transform);
+  last_broadcast_ = stamp;
+}
+
+}  // namespace gms_ransac

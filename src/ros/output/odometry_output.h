@@ -1,0 +1,71 @@
+// Publishes the integrated motion: ~odom, ~twist, ~pose, ~transform, ~path and, if wanted, on tf.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include <ros/node_handle.h>
+
+#include "output/motion_integrator.h"
+#include "output/path_history.h"
+#include "output/watched_broadcaster.h"
+#include "stream/processed_frame.h"
+#include "throttle.h"
+
+namespace tf2_ros {
+class Buffer;
+class TransformListener;
+}  // namespace tf2_ros
+
+namespace gms_ransac {
+
+class OdometryOutput {
+ public:
+  OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
+                 const ros::SubscriberStatusCallback& listeners_changed);
+  ~OdometryOutput();
+
+  int listeners() const;
+  /// tf is needed soon. Before the first `publish`, or from its thread.
+  void listen();
+  /// Integrates every motion; publishes only while the motion is known.
+  void publish(const ProcessedFrame& processed, bool broadcast);
+
+ private:
+  /// Integrates; false when there is nothing to publish.
+  bool integrate(const ProcessedFrame& processed);
+  bool addMotion(const ProcessedFrame& processed);
+  /// `odometry_` holds the place of the image with that stamp.
+  void knowUntil(double stamp);
+  /// The motion since the last image that was integrated is not known.
+  void lose(const ProcessedFrame& processed);
+  /// A motion whose direction alone is known: taken to be about so long; 0: that is not known either.
+  RelativePose withUsualLength(RelativePose motion, double length) const;
+  /// Of the camera in ~base_frame, looked up at the image's stamp; identity when ~base_frame is empty. None, with a
+  /// throttled sentence, while tf does not know it.
+  std::optional<Eigen::Isometry3d> cameraInBase(const std_msgs::Header& camera);
+  /// False while tf has not been listened to long enough, and for good, with a sentence, once another node gives the
+  /// child frame another parent, or gave it any before us.
+  bool mayBroadcast(const std::string& parent, const std::string& child);
+  /// `header`: stamp of the image, odometry frame.
+  void publishPose(const OdometryEstimate& estimate, const std_msgs::Header& header, const std::string& moving_frame);
+  void publishTwist(const OdometryEstimate& estimate, const ros::Time& stamp, const std::string& moving_frame);
+  void publishPath(const OdometryEstimate& estimate, const std_msgs::Header& header);
+  void broadcast(const Eigen::Isometry3d& pose, const ros::Time& stamp, const std::string& moving_frame);
+
+  ros::NodeHandle nh_;
+  const Parameters parameters_;
+  MotionIntegrator odometry_;
+  double known_until_ = 0;  ///< stamp of the image whose place `odometry_` holds, seconds
+  PathHistory path_;
+  ros::Publisher odom_, twist_, pose_, transform_, path_publisher_;
+  std::unique_ptr<tf2_ros::Buffer> buffer_;
+  std::unique_ptr<tf2_ros::TransformListener> listener_;  ///< only where tf is needed: it is a busy topic
+  WatchedBroadcaster broadcaster_;
+  ros::WallTime listening_since_;
+  bool refused_ = false;
+  ros::Time last_broadcast_;
+  Throttle throttle_;
+};
+
+}  // namespace gms_ransac

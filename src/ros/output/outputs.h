@@ -1,0 +1,63 @@
+// Every topic and transform the node gives out; costly ones are made only while someone listens.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include <image_transport/image_transport.h>
+#include <ros/node_handle.h>
+
+#include "output/message_conversion.h"
+#include "output/output_options.h"
+#include "throttle.h"
+
+namespace gms_ransac {
+
+class KeypointOutput;
+class OdometryOutput;
+class PointOutputs;
+class StereoOutput;
+class WatchedBroadcaster;
+
+class Outputs {
+ public:
+  /// Topics are relative to `pnh`. `listeners_changed` is called whenever a subscriber comes or goes.
+  Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
+          const std::function<void()>& listeners_changed);
+  ~Outputs();
+
+  /// Of the only image among them, as remapped.
+  static std::string overlayTopic(const ros::NodeHandle& pnh);
+
+  /// Subscribers of all topics together. Transforms have no subscribers to count; the caller knows whether they are on.
+  int listeners() const;
+  /// Nobody listens to anything but ~features, which needs not every image.
+  bool featuresSuffice(const OutputOptions& options) const;
+  /// Whether that is such an image, which comes after all that were published or passed over.
+  bool passesOver(const PreparedFrame& frame, const OutputOptions& options);
+  /// ~publish_odom_tf is on from the start: tf is listened to at once, so that the first pair's motion is broadcast.
+  /// Before the first `publish`.
+  void expectOdomTf();
+
+  /// Returns the stats that were published.
+  MatchStatsConstPtr publish(const ProcessedFrame& processed, const FrameCounters& counters,
+                             const OutputOptions& options);
+
+ private:
+  void publishMotion(const ProcessedFrame& processed, const OutputOptions& options);
+  void publishPose(const ProcessedFrame& processed, const OutputOptions& options);
+  void publishOverlay(const ProcessedFrame& processed);
+
+  image_transport::ImageTransport transport_;
+  std::unique_ptr<WatchedBroadcaster> broadcaster_;
+  ros::Publisher correspondences_, stats_, relative_pose_, restart_;
+  image_transport::Publisher match_image_;
+  std::unique_ptr<OdometryOutput> odometry_;
+  std::unique_ptr<PointOutputs> points_;
+  std::unique_ptr<KeypointOutput> keypoints_;
+  std::unique_ptr<StereoOutput> stereo_;  ///< with ~input stereo
+  Throttle throttle_;
+};
+
+}  // namespace gms_ransac

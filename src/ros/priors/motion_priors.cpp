@@ -1,0 +1,216 @@
+#include "priors/motion_priors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "frames.h"
+#include "priors/imu_rotation.h"
+#include "priors/pose_rotation.h"
+#include "priors/turns.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// Standard deviation of a length that wheels tell: a share of it, for their radius and the ground, and a tick, metres.
+constexpr double kWheelShare = 0.03, kWheelTick = 0.001;
+// Of the direction down, radians: a robot's springs where tf has the camera on its base, else a camera held level.
+constexpr double kSpringSigma = 0.02, kLevelSigma = 0.17;
+
+bool wanted(const Parameters& parameters) {
+  return parameters.rotation_prior != RotationPriorKind::kNone || parameters.scale == ScaleMode::kOdometry ||
+         parameters.scale == ScaleMode::kGround;
+}
+
+std::string offsetText(const TimeOffset& offset, double given) {
+  char text[120];
+  std::snprintf(text, sizeof(text), "%.4f, standard deviation %.4f", given + offset.seconds, offset.sigma);
+  return text;
+}
+
+}  // namespace
+
+std::shared_ptr<MotionPriors> MotionPriors::make(const ros::NodeHandle& nh, const Parameters& parameters) {
+  return wanted(parameters) ? std::make_shared<MotionPriors>(nh, parameters) : nullptr;
+}
+
+MotionPriors::MotionPriors(const ros::NodeHandle& nh, const Parameters& parameters) : parameters_(parameters) {
+  const bool asks_tf = parameters.scale != ScaleMode::kGround || !parameters.base_frame.empty() ||
+                       parameters.rotation_prior != RotationPriorKind::kNone;
+  if (asks_tf) tf_ = std::make_shared<TfLookup>(nh);
+  if (parameters.scale == ScaleMode::kOdometry || parameters.rotation_prior == RotationPriorKind::kOdom) {
+    odometry_ = std::make_shared<OdometryInput>(nh, tf_, [this] { arrived_(); });
+  }
+  source_ = makeSource(nh);
+}
+
+std::unique_ptr<RotationSource> MotionPriors::makeSource(const ros::NodeHandle& nh) {
+  switch (parameters_.rotation_prior) {
+    case RotationPriorKind::kImu:
+      return std::make_unique<ImuRotation>(nh, parameters_.imu_frame, tf_, [this] { arrived_(); });
+    case RotationPriorKind::kTf:
+      return std::make_unique<TfRotation>(parameters_.prior_frame, tf_);
+    case RotationPriorKind::kOdom:
+      return std::make_unique<OdometryRotation>(odometry_);
+    case RotationPriorKind::kNone:
+      break;
+  }
+  return nullptr;
+}
+
+void MotionPriors::start(std::function<void()> arrived) {
+  arrived_ = std::move(arrived);
+  if (odometry_) odometry_->start();
+  if (source_) source_->start();
+}
+
+void MotionPriors::stop() {
+  if (odometry_) odometry_->stop();
+  if (source_) source_->stop();
+}
+
+bool MotionPriors::reaches(const std_msgs::Header& image) {
+  const double stamp = timeOf(image);
+  const double last_row = source_ && source_->tellsRates() ? stamp + 0.5 * readout_ : stamp;
+  if (source_ && !source_->reaches(withoutLeadingSlash(image.frame_id), last_row)) return false;
+  return parameters_.scale != ScaleMode::kOdometry || odometry_->reaches(stamp);
+}
+
+std::optional<RotationPrior> MotionPriors::rotation(const std_msgs::Header& reference, const std_msgs::Header& current,
+                                                    std::string& problem) {
+  problem.clear();
+  asked_ = {current.frame_id, timeOf(reference), timeOf(current), std::nullopt};
+  if (!source_) return std::nullopt;
+  RotationPrior prior;
+  if (!(asked_.from < asked_.to)) {
+    problem = "the reference is not before the current image";
+  } else {
+    problem = source_->between(asked_.camera_frame, asked_.from, asked_.to, prior);
+  }
+  if (problem.empty()) {
+    problem = fillRates(prior);
+    asked_.prior = prior;
+  } else {
+    problem = "no rotation prior: " + problem;
+  }
+  std::lock_guard<std::mutex> lock(mutex_);
+  problem_ = problem;
+  camera_frame_ = current.frame_id;
+  return asked_.prior;
+}
+
+std::string MotionPriors::fillRates(RotationPrior& prior) {
+  const double readout = readout_;
+  if (readout == 0 || !source_->tellsRates()) return std::string();
+  const auto rateAt = [&](double stamp, Eigen::Vector3d& rate) {
+    RotationPrior turn;
+    std::string problem = source_->between(asked_.camera_frame, stamp - 0.5 * readout, stamp + 0.5 * readout, turn);
+    if (problem.empty()) rate = vectorOf(turn.R) / readout;
+    return problem;
+  };
+  TurnRates rates;
+  std::string problem = rateAt(asked_.from, rates.reference);
+  if (problem.empty()) problem = rateAt(asked_.to, rates.current);
+  if (!problem.empty()) return "no turn while the rows were read: " + problem;
+  prior.rates = rates;
+  return std::string();
+}
+
+void MotionPriors::learn(const RobustResult& seen) {
+  if (!asked_.prior) return;
+  RotationPrior visual;
+  visual.R = seen.pose.R;
+  visual.covariance = seen.pose.covariance.bottomRightCorner<3, 3>();
+  source_->learn(asked_.camera_frame, asked_.from, asked_.to, visual);
+  std::lock_guard<std::mutex> lock(mutex_);
+  pairs_by_rates_ += seen.row_correction == RowCorrection::kPrior;
+  turns_.add({asked_.from, asked_.to, vectorOf(visual.R), vectorOf(asked_.prior->R),
+              visual.covariance + asked_.prior->covariance});
+}
+
+ScaleEstimate MotionPriors::length(const PairSeen& pair, std::string& problem) {
+  ScaleEstimate estimate;
+  problem.clear();
+  if (parameters_.scale == ScaleMode::kOdometry) {
+    estimate =
+        lengthOfOdometry(pair.current.frame_id, timeOf(pair.reference), timeOf(pair.current), pair.seen, problem);
+  } else if (pair.seen.translation_observable) {
+    estimate =
+        ground_.measure(pair.points, pair.seen.pose, pair.camera, groundPrior(pair.current.frame_id), pair.images);
+    problem = ground_.problem();
+  }
+  std::lock_guard<std::mutex> lock(mutex_);
+  length_problem_ = problem;
+  return estimate;
+}
+
+ScaleEstimate MotionPriors::lengthOfOdometry(const std::string& camera_frame, double from, double to,
+                                             const RobustResult& seen, std::string& problem) {
+  OdometryMotion odometry;
+  problem = from < to ? odometry_->between(camera_frame, from, to, odometry)
+                      : "the reference is not before the current image";
+  if (problem.empty()) problem = wheels_.problem(odometry.motion.translation(), seen);
+  ScaleEstimate estimate;
+  if (!problem.empty()) return estimate;
+  estimate.length = odometry.motion.translation().norm();
+  const double seconds = to - from, share = kWheelShare * estimate.length;
+  const double variance = std::max(share * share, odometry.velocity_variance * seconds * seconds);
+  estimate.relative_sigma = std::sqrt(variance + kWheelTick * kWheelTick) / std::max(estimate.length, kWheelTick);
+  estimate.features = 1;
+  return estimate;
+}
+
+GroundPrior MotionPriors::groundPrior(const std::string& camera_frame) {
+  GroundPrior prior;
+  prior.camera_height = parameters_.camera_height;
+  prior.down_sigma = kLevelSigma;
+  Eigen::Isometry3d base_in_camera;
+  if (!parameters_.base_frame.empty() && tf_->get(camera_frame, parameters_.base_frame, 0, base_in_camera).empty()) {
+    prior.down = -base_in_camera.linear().col(2);
+    prior.down_sigma = kSpringSigma;
+  }
+  return prior;
+}
+
+TurnComparison::TurnBetween MotionPriors::turnBetween(const std::string& camera_frame) {
+  return [this, camera_frame](double from, double to) -> std::optional<Eigen::Vector3d> {
+    RotationPrior prior;
+    if (!source_->between(camera_frame, from, to, prior).empty()) return std::nullopt;
+    return vectorOf(prior.R);
+  };
+}
+
+PriorReport MotionPriors::report() {
+  TurnComparison turns;
+  std::string camera_frame;
+  int pairs_by_rates = 0;
+  PriorReport report;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    turns = turns_;
+    camera_frame = camera_frame_;
+    pairs_by_rates = pairs_by_rates_;
+    report.summary = problem_;
+    if (report.summary.empty() && !length_problem_.empty()) report.summary = "no length: " + length_problem_;
+  }
+  report.doubtful = !report.summary.empty();
+  if (report.summary.empty()) report.summary = turns.pairs() > 0 ? "agrees with the images" : "nothing compared yet";
+  if (!source_) return report;
+  const std::optional<TimeOffset> offset = turns.timeOffset(turnBetween(camera_frame));
+  const std::string doubt = turns.doubt(offset);
+  if (!doubt.empty()) {
+    report.summary = doubt;
+    report.doubtful = true;
+  }
+  const std::string learnt = source_->learnt();
+  if (!learnt.empty()) report.values.emplace_back("learnt", learnt);
+  report.values.emplace_back("pairs compared", std::to_string(turns.pairs()));
+  if (readout_ > 0) report.values.emplace_back("pairs whose rows it turned", std::to_string(pairs_by_rates));
+  report.values.emplace_back("contradicting", std::to_string(std::lround(100 * turns.contradicting())) + " %");
+  report.values.emplace_back("~image_time_offset (s)", offset ? offsetText(*offset, parameters_.image_time_offset)
+                                                              : "too little turning to tell");
+  return report;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,109 @@
+// What other sensors say of the motion between two images, as ~rotation_prior and ~scale ask for it: answers, what is
+// wrong with them, and what is learnt from comparing them with the images.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <ros/node_handle.h>
+#include <std_msgs/Header.h>
+
+#include "gms_ransac/ground_scale.h"
+#include "gms_ransac/match_filter.h"
+#include "gms_ransac/rotation_prior.h"
+#include "gms_ransac/translation_scale.h"
+#include "parameters.h"
+#include "priors/odometry_input.h"
+#include "priors/rotation_source.h"
+#include "priors/turn_comparison.h"
+#include "priors/wheel_check.h"
+#include "tf_lookup.h"
+
+namespace gms_ransac {
+
+/// For diagnostics.
+struct PriorReport {
+  bool doubtful = false;
+  std::string summary;
+  std::vector<std::pair<std::string, std::string>> values;
+};
+
+/// A pair as the images tell it.
+struct PairSeen {
+  const std_msgs::Header &reference, &current;
+  const RobustResult& seen;
+  const Triangulation& points;
+  const Camera& camera;
+  GroundImages images;
+};
+
+/// `reaches` may be called from any thread, `report` from one other than the rest.
+class MotionPriors {
+ public:
+  /// Null where no parameter asks for a prior.
+  static std::shared_ptr<MotionPriors> make(const ros::NodeHandle& nh, const Parameters& parameters);
+  MotionPriors(const ros::NodeHandle& nh, const Parameters& parameters);
+
+  /// `arrived`: called when something came that an image may wait for.
+  void start(std::function<void()> arrived);
+  void stop();
+  /// RobustOptions::rolling_shutter_readout: how long a gyro is asked about each image.
+  void setReadout(double seconds) { readout_ = seconds; }
+  /// All that an image of this stamp asks for has come.
+  bool reaches(const std_msgs::Header& image);
+
+  /// How the camera turned from the one image to the other, and while their rows were read. What should be there and
+  /// is not is said in `problem`, a sentence.
+  std::optional<RotationPrior> rotation(const std_msgs::Header& reference, const std_msgs::Header& current,
+                                        std::string& problem);
+  /// What the images said of the pair that rotation() was last asked about; `seen` has a pose.
+  void learn(const RobustResult& seen);
+  /// The length of that pair's translation, with ~scale odometry or ground. `features` 0: it is not known, and
+  /// `problem` says why.
+  ScaleEstimate length(const PairSeen& pair, std::string& problem);
+
+  PriorReport report();
+
+ private:
+  /// One comparison, as both were asked.
+  struct Asked {
+    std::string camera_frame;
+    double from = 0, to = 0;
+    std::optional<RotationPrior> prior;
+  };
+  /// Of the pair that is asked about; says what is missing.
+  std::string fillRates(RotationPrior& prior);
+  double timeOf(const std_msgs::Header& image) const { return image.stamp.toSec() + parameters_.image_time_offset; }
+  ScaleEstimate lengthOfOdometry(const std::string& camera_frame, double from, double to, const RobustResult& seen,
+                                 std::string& problem);
+  GroundPrior groundPrior(const std::string& camera_frame);
+  TurnComparison::TurnBetween turnBetween(const std::string& camera_frame);
+  /// The source of ~rotation_prior; null for none.
+  std::unique_ptr<RotationSource> makeSource(const ros::NodeHandle& nh);
+
+  const Parameters parameters_;
+  std::atomic<double> readout_{0};
+  std::function<void()> arrived_ = [] {};
+  std::shared_ptr<TfLookup> tf_;
+  std::shared_ptr<OdometryInput> odometry_;
+  std::unique_ptr<RotationSource> source_;
+
+  // Of the thread that asks.
+  Asked asked_;
+  WheelCheck wheels_;
+  GroundScale ground_;
+
+  std::mutex mutex_;  ///< guards what follows
+  TurnComparison turns_;
+  std::string camera_frame_;
+  std::string problem_, length_problem_;  ///< of the last pair
+  int pairs_by_rates_ = 0;                ///< of which the rows were turned back by what a gyro says
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,239 @@
+#include "priors/turn_comparison.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+
+#include "priors/turns.h"
+#include "quantiles.h"
+
+namespace gms_ransac {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Matrix4d = Eigen::Matrix4d;
+using Vector4d = Eigen::Vector4d;
+
+/// Differences of so many standard deviations and more pull no further (Geman & McClure).
+constexpr double kLossSigmas = 3;
+/// A shift is searched in steps of a sample of a 100 Hz gyro, then by Gauss-Newton.
+constexpr double kShiftStep = 0.01;
+constexpr int kShiftIterations = 8;
+/// An offset less certain than this is none: a third of a frame of a 30 Hz camera.
+constexpr double kLargestOffsetSigma = 0.01;
+/// What explains contradictions leaves at most this share of them.
+constexpr double kExplained = 0.2;
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+double squaredDistance(const Vector3d& difference, const Matrix3d& covariance) {
+  return difference.dot(covariance.ldlt().solve(difference));
+}
+
+double weightOf(double squared) {
+  const double bend = kLossSigmas * kLossSigmas;
+  const double root = bend / (bend + squared);
+  return root * root;
+}
+
+/// Sums over the pairs at one shift: the normal equations of shift and constant rate.
+struct ShiftEquations {
+  Matrix4d H = Matrix4d::Zero();
+  Vector4d b = Vector4d::Zero();
+  double weighted_squares = 0, weight = 0;
+  size_t pairs = 0, contradicting = 0;
+};
+
+/// The robust cost of a shift over the pairs that it leaves samples for; infinite where these are less than half.
+double costOf(const std::deque<ComparedTurn>& turns, const TurnComparison::TurnBetween& prior, double shift) {
+  double cost = 0;
+  size_t pairs = 0;
+  for (const ComparedTurn& turn : turns) {
+    const auto there = prior(turn.from + shift, turn.to + shift);
+    if (!there) continue;
+    const double squared = squaredDistance(turn.visual - *there, turn.covariance);
+    cost += kLossSigmas * kLossSigmas * squared / (kLossSigmas * kLossSigmas + squared);
+    ++pairs;
+  }
+  if (2 * pairs < turns.size()) return std::numeric_limits<double>::infinity();
+  return cost / static_cast<double>(pairs);
+}
+
+ShiftEquations linearize(const std::deque<ComparedTurn>& turns, const TurnComparison::TurnBetween& prior, double shift,
+                         const Vector3d& rate) {
+  constexpr double kDifference = 1e-3;  // seconds, for the derivative
+  ShiftEquations equations;
+  for (const ComparedTurn& turn : turns) {
+    const auto here = prior(turn.from + shift, turn.to + shift);
+    const auto later = prior(turn.from + shift + kDifference, turn.to + shift + kDifference);
+    if (!here || !later) continue;
+    const double seconds = turn.to - turn.from;
+    const Vector3d difference = turn.visual - *here - seconds * rate;
+    Eigen::Matrix<double, 3, 4> J;
+    J.col(0) = (*later - *here) / kDifference;
+    J.rightCols<3>() = seconds * Matrix3d::Identity();
+    const Matrix3d information = turn.covariance.inverse();
+    const double squared = difference.dot(information * difference);
+    const double weight = weightOf(squared);
+    equations.H += weight * J.transpose() * information * J;
+    equations.b += weight * J.transpose() * (information * difference);
+    equations.weighted_squares += weight * squared;
+    equations.weight += weight;
+    equations.contradicting += squared > kTurnChi2;
+    ++equations.pairs;
+  }
+  return equations;
+}
+
+std::string axisName(int axis, double sign) { return std::string(sign < 0 ? "-" : "") + "xyz"[axis]; }
+
+/// "(x, y, z) of the camera are (x, -z, y)" of what the prior takes for the camera's axes.
+std::string describeAxes(const Matrix3d& axes) {
+  std::string text = "(";
+  for (int row = 0; row < 3; ++row) {
+    int column;
+    axes.row(row).cwiseAbs().maxCoeff(&column);
+    text += axisName(column, axes(row, column)) + (row < 2 ? ", " : ")");
+  }
+  return text;
+}
+
+std::vector<Matrix3d> signedPermutations() {
+  std::vector<Matrix3d> all;
+  int order[3] = {0, 1, 2};
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      Matrix3d axes = Matrix3d::Zero();
+      for (int row = 0; row < 3; ++row) axes(row, order[row]) = (signs >> row & 1) != 0 ? -1 : 1;
+      all.push_back(axes);
+    }
+  } while (std::next_permutation(order, order + 3));
+  // Of those that explain as much, the one that changes least is the likeliest mistake.
+  std::stable_sort(all.begin(), all.end(), [](const Matrix3d& a, const Matrix3d& b) { return a.trace() > b.trace(); });
+  return all;
+}
+
+template <typename... Values>
+std::string formatted(const char* format, Values... values) {
+  char text[512];
+  std::snprintf(text, sizeof(text), format, values...);
+  return text;
+}
+
+}  // namespace
+
+void TurnComparison::add(const ComparedTurn& turn) {
+  if (!turn.visual.allFinite() || !turn.prior.allFinite() || !turn.covariance.allFinite()) return;
+  if (!turns_.empty() && turns_.back().from == turn.from) turns_.pop_back();
+  turns_.push_back(turn);
+  if (turns_.size() > kPairs) turns_.pop_front();
+}
+
+double TurnComparison::contradicting() const { return contradicting(Matrix3d::Identity()); }
+
+double TurnComparison::contradicting(const Matrix3d& axes) const {
+  if (turns_.empty()) return 0;
+  const auto contradicts = [&](const ComparedTurn& turn) {
+    return squaredDistance(turn.visual - axes * turn.prior, turn.covariance) > kTurnChi2;
+  };
+  return static_cast<double>(std::count_if(turns_.begin(), turns_.end(), contradicts)) /
+         static_cast<double>(turns_.size());
+}
+
+std::optional<TimeOffset> TurnComparison::timeOffset(const TurnBetween& prior) const {
+  if (turns_.size() < kFewest) return std::nullopt;
+  double shift = 0, lowest = std::numeric_limits<double>::infinity();
+  const int steps = static_cast<int>(std::lround(kLargestOffset / kShiftStep));
+  for (int k = -steps; k <= steps; ++k) {
+    const double cost = costOf(turns_, prior, k * kShiftStep);
+    if (cost >= lowest) continue;
+    lowest = cost;
+    shift = k * kShiftStep;
+  }
+  Vector3d rate = Vector3d::Zero();
+  ShiftEquations equations = linearize(turns_, prior, shift, rate);
+  for (int i = 0; i < kShiftIterations; ++i) {
+    const Vector4d step = equations.H.ldlt().solve(equations.b);
+    if (!step.allFinite() || std::abs(step[0]) > kLargestOffset) return std::nullopt;
+    shift += step[0];
+    rate += step.tail<3>();
+    equations = linearize(turns_, prior, shift, rate);
+    if (std::abs(step[0]) < 1e-6) break;
+  }
+  if (equations.pairs < kFewest || std::abs(shift) > kLargestOffset) return std::nullopt;
+  // The residuals say how good the covariances are; what fits better than they promise is chance.
+  const double scale = std::max(1.0, equations.weighted_squares / std::max(1.0, 3 * equations.weight - 4));
+  TimeOffset offset;
+  offset.seconds = shift;
+  offset.sigma = std::sqrt(scale * equations.H.inverse()(0, 0));
+  if (!(offset.sigma <= kLargestOffsetSigma)) return std::nullopt;
+  offset.explains = static_cast<double>(equations.contradicting) <= kExplained * static_cast<double>(equations.pairs);
+  return offset;
+}
+
+TurnComparison::Axes TurnComparison::bestAxes() const {
+  static const std::vector<Matrix3d> all = signedPermutations();
+  Axes best = {Matrix3d::Identity(), contradicting()};
+  for (const Matrix3d& axes : all) {
+    const double left = contradicting(axes);
+    if (left < best.contradicting) best = {axes, left};
+  }
+  return best;
+}
+
+TurnComparison::Axes TurnComparison::bestRotation() const {
+  Matrix3d sum = Matrix3d::Zero();
+  for (const ComparedTurn& turn : turns_) sum += turn.visual * turn.prior.transpose() / turn.covariance.trace();
+  const Eigen::JacobiSVD<Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Vector3d signs = Vector3d::Ones();
+  signs.z() = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  const Matrix3d R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  return {R, contradicting(R)};
+}
+
+double TurnComparison::usualTurn() const {
+  std::vector<double> angles;
+  for (const ComparedTurn& turn : turns_) angles.push_back(turn.visual.norm());
+  return quantilesOf(std::move(angles)).median;
+}
+
+std::string TurnComparison::doubt(const std::optional<TimeOffset>& offset) const {
+  if (turns_.size() < kFewest) return std::string();
+  const double share = contradicting();
+  if (share <= kDoubtful) return std::string();
+  const std::string what = formatted("the rotation prior contradicts the images in %.0f %% of the last %zu pairs",
+                                     100 * share, turns_.size());
+  if (offset && offset->explains) {
+    return what + formatted(
+                      ": a time offset explains it; add %+.4f s (standard deviation %.4f s) to "
+                      "~image_time_offset",
+                      offset->seconds, offset->sigma);
+  }
+  const Axes axes = bestAxes();
+  if (axes.contradicting <= kExplained) {
+    return what + ": its axes explain it; what tf makes (x, y, z) of the camera is " + describeAxes(axes.matrix) +
+           "; look at the tf from the camera's optical frame to the sensor, and at how the sensor is mounted";
+  }
+  const Axes rotation = bestRotation();
+  if (rotation.contradicting <= kExplained) {
+    const Vector3d turn = vectorOf(rotation.matrix) / kDegree;
+    return what + formatted(
+                      ": its extrinsics explain it; turned by (%.1f, %.1f, %.1f) degrees about the camera's x, y "
+                      "and z it would agree; look at the tf from the camera's optical frame to the sensor",
+                      turn.x(), turn.y(), turn.z());
+  }
+  return what + formatted(
+                    " (of %.2f degrees usually); neither axes, extrinsics nor a time offset explain it: is it the "
+                    "sensor of another body, in other units (degrees), or the camera's calibration?",
+                    usualTurn() / kDegree);
+}
+
+}  // namespace gms_ransac

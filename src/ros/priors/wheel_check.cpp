@@ -1,0 +1,60 @@
+#include "priors/wheel_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "quantiles.h"
+
+namespace gms_ransac {
+
+namespace {
+
+/// Parallax below so many standard deviations of a keypoint is noise.
+constexpr double kNoiseSigmas = 2;
+
+}  // namespace
+
+double WheelCheck::usual() const {
+  if (usual_.size() < kFewest) return 0;
+  return quantilesOf(std::vector<double>(usual_.begin(), usual_.end())).median;
+}
+
+std::string WheelCheck::problem(const Eigen::Vector3d& travelled, const RobustResult& seen) {
+  const double length = travelled.norm(), parallax = seen.median_parallax_px;
+  char text[200] = "";
+  if (seen.translation_observable && length < kStanding) {
+    std::snprintf(
+        text, sizeof(text),
+        "the odometry says that the camera stood (%.4f m) and the images that it moved (%.1f px of parallax): "
+        "do the wheels slip, or does its topic lag?",
+        length, parallax);
+    return text;
+  }
+  const double expected = length * usual();
+  const double noise = kNoiseSigmas * seen.sigma_px;
+  const bool too_little = expected > kSlip * std::max(parallax, noise);
+  const bool too_much = expected > 0 && parallax > kSlip * std::max(expected, noise);
+  // A view whose depth changed for good, as behind a door, becomes what is usual.
+  if (length >= kStanding) usual_.push_back(parallax / length);
+  if (usual_.size() > kPairs) usual_.pop_front();
+  if (too_little || too_much) {
+    std::snprintf(text, sizeof(text),
+                  "the odometry says %.3f m, which usually leaves %.1f px of parallax, and the images have %.1f px: do "
+                  "the wheels slip?",
+                  length, expected, parallax);
+    return text;
+  }
+  if (seen.translation_observable && travelled.dot(seen.pose.t) < kOtherWay * length * seen.pose.t.norm()) {
+    std::snprintf(text, sizeof(text),
+                  "the odometry moves the camera %.0f degrees away from where the images say it moved: look at the tf "
+                  "from its body to the camera",
+                  std::acos(std::clamp(travelled.dot(seen.pose.t) / (length * seen.pose.t.norm()), -1.0, 1.0)) * 180 /
+                      3.14159265358979323846);
+    return text;
+  }
+  return std::string();
+}
+
+}  // namespace gms_ransac

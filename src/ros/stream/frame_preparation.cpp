@@ -1,0 +1,103 @@
+#include "stream/frame_preparation.h"
+
+#include <chrono>
+
+#include "frames.h"
+#include "guard.h"
+#include "input/depth_conversion.h"
+#include "quantity_text.h"
+
+namespace gms_ransac {
+
+FramePreparation::FramePreparation(const Parameters& parameters, const std::string& image_topic,
+                                   const std::string& info_topic, const std::string& right_topic,
+                                   const std::string& right_info_topic)
+    : parameters_(parameters),
+      camera_source_(parameters, image_topic, info_topic),
+      mask_source_(parameters),
+      stereo_depth_(parameters, right_topic, right_info_topic) {}
+
+void FramePreparation::receive(const ImageWithInfo& input, double max_gap, PreparedFrame& frame) {
+  frame.input = input;
+  frame.extracted = false;
+  frame.depth.release();
+  frame.depth_problem.clear();
+  frame.stereo.clear();
+  frame.mask.release();
+  frame.mask_problem.clear();
+  frame.pair_reference.reset();
+  frame.stamp_verdict = StampVerdict::kInOrder;
+  guarded([&] { receiveChecked(max_gap, frame); }, [&](const std::string& what) { frame.problem = what; });
+}
+
+void FramePreparation::receiveChecked(double max_gap, PreparedFrame& frame) {
+  const ImageWithInfo& input = frame.input;
+  if (!convert(input.image, frame)) return;
+  if (input.reference) {
+    frame.pair_reference = std::make_unique<PreparedFrame>();
+    frame.pair_reference->input.image = input.reference;
+    frame.pair_reference->input.mask = input.mask;
+    if (!convert(input.reference, *frame.pair_reference)) {
+      frame.problem = frame.pair_reference->problem;
+      return;
+    }
+  } else {
+    frame.problem = classifyStamp(max_gap, frame);
+    if (!frame.problem.empty()) return;
+  }
+  frame.camera = camera_source_.get(input.camera_info, frame.grey.size());
+}
+
+bool FramePreparation::convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame) {
+  frame.header = image->header;
+  frame.header.frame_id = withoutLeadingSlash(frame.header.frame_id);
+  frame.frame.detect_seconds = 0;
+  const auto start = std::chrono::steady_clock::now();
+  frame.problem = converter_.toGrey(*image, frame.grey);
+  frame.convert_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  frame.frame.seconds_before = frame.convert_seconds;
+  return frame.problem.empty();
+}
+
+std::string FramePreparation::classifyStamp(double max_gap, PreparedFrame& frame) {
+  const double late = stamps_.previousStamp() - frame.stamp();
+  frame.stamp_verdict = stamps_.judge(frame.stamp(), frame.input.received.toSec(), max_gap);
+  if (frame.stamp_verdict != StampVerdict::kOutOfOrder) return std::string();
+  if (late == 0) {
+    return "the stamp is the same as that of the image before it; the image is dropped as out of order. Do all images "
+           "have this stamp, the camera driver does not set it";
+  }
+  return "the stamp is " + secondsText(late) +
+         " before that of the image before it; the image is dropped as out of order";
+}
+
+void FramePreparation::findFeatures(PreparedFrame& frame) {
+  if (frame.extracted || !frame.problem.empty()) return;
+  frame.extracted = true;
+  const auto work = [&] {
+    std::lock_guard<std::mutex> lock(features_mutex_);
+    if (frame.pair_reference) extract(*frame.filter, *frame.pair_reference);
+    extract(*frame.filter, frame);
+    findDepth(frame);
+  };
+  guarded(work, [&](const std::string& what) { frame.problem = what; });
+}
+
+void FramePreparation::extract(MatchFilter& filter, PreparedFrame& frame) {
+  frame.mask_problem = mask_source_.get(frame.input.mask, frame.grey.size(), frame.mask);
+  filter.extract(frame.grey, frame.frame, frame.mask, frame.stamp());
+}
+
+void FramePreparation::findDepth(PreparedFrame& frame) {
+  const ImageWithInfo& input = frame.input;
+  if (parameters_.input == InputKind::kStereo) {
+    frame.depth_problem = stereo_depth_.fill(input, frame.frame.features, *frame.camera, *frame.filter, frame.stereo);
+    if (frame.depth_problem.empty()) frame.frame.detect_seconds += stereo_depth_.detectSeconds();
+  } else if (input.depth) {
+    frame.depth_problem = toDepth(*input.depth, frame.grey.size(), frame.depth);
+  } else if (parameters_.scale == ScaleMode::kDepth) {
+    frame.depth_problem = "no depth image of about its stamp came with the image";
+  }
+}
+
+}  // namespace gms_ransac

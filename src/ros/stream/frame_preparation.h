@@ -1,0 +1,52 @@
+// Image message -> grey image, features, depth: the part of the work that needs no other image.
+#pragma once
+
+#include <mutex>
+#include <string>
+
+#include "input/camera_model.h"
+#include "input/image_conversion.h"
+#include "input/mask_source.h"
+#include "input/stamp_watch.h"
+#include "input/stereo_depth.h"
+#include "parameters.h"
+#include "stream/prepared_frame.h"
+
+namespace gms_ransac {
+
+/// `receive` on one thread, in the order in which images come; `findFeatures` on any.
+class FramePreparation {
+ public:
+  /// Throws std::invalid_argument with a sentence when ~mask_file cannot be read.
+  /// The topics are for what is said of them; those of the right camera with ~input stereo.
+  FramePreparation(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic,
+                   const std::string& right_topic, const std::string& right_info_topic);
+
+  /// Conversion, stamp rules, camera: all but the features. `frame` may have served another image; its filter and what
+  /// is asked of it are set already. `max_gap`: ~max_frame_gap, seconds. Never throws.
+  void receive(const ImageWithInfo& input, double max_gap, PreparedFrame& frame);
+  /// The features, and what is made of them, of an image that is of use and has none yet; a problem where that fails.
+  void findFeatures(PreparedFrame& frame);
+
+ private:
+  void receiveChecked(double max_gap, PreparedFrame& frame);
+  /// Of one image, with `problem` set and false when it is of no use.
+  bool convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame);
+  /// Sets the verdict; returns why the image is dropped, empty when it is not.
+  std::string classifyStamp(double max_gap, PreparedFrame& frame);
+  /// Finds the features where the mask lets them.
+  void extract(MatchFilter& filter, PreparedFrame& frame);
+  /// What else than the image tells how far things are.
+  void findDepth(PreparedFrame& frame);
+
+  const Parameters parameters_;
+  ImageConverter converter_;
+  CameraModelSource camera_source_;
+  StampWatch stamps_;
+
+  std::mutex features_mutex_;  ///< guards what follows
+  MaskSource mask_source_;
+  StereoDepth stereo_depth_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,427 @@
+#include "stream/frame_processor.h"
+
+#include <malloc.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "gms_ransac/keypoint_depth.h"
+#include "gms_ransac/rays.h"
+#include "guard.h"
+#include "quantity_text.h"
+#include "stream/status_text.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// Share of the reference's keypoints that must be inliers for it to be kept. Successive images of a handheld camera
+// have 0.4 to 0.7 (TUM freiburg1, 2000 keypoints), so the view has shifted by about half when it falls below.
+constexpr double kWellSeen = 0.2;
+// The next image is expected within this many times the interval between the last two.
+constexpr double kLateImage = 2;
+// After a loss image after image is compared with every kept one, which may show another place: that many tries leave
+// more to chance than one pair of neighbours does. Of 5000 pairs of images of different places (four real sets, three
+// rendered rooms) 83 pass for the same place, with 17 inliers at most.
+constexpr int kSureInliers = 30;
+
+/// Without keypoints nothing can be compared with the image.
+bool isUseless(const ProcessedFrame& processed) {
+  return processed.status == MatchStats::TOO_FEW_KEYPOINTS &&
+         processed.current->frame.features.size() < kMinimumMatches;
+}
+
+/// No model, as far as anyone is told.
+void rejectModel(MatchResult& result) {
+  std::replace(result.stage.begin(), result.stage.end(), MatchStage::kInlier, MatchStage::kGms);
+  std::fill(result.probability.begin(), result.probability.end(), 0.f);
+  result.inliers = 0;
+  result.robust.reject();
+  result.status = Status::kRansacFailed;
+}
+
+/// Of what a filter held, megabytes with many features, the allocator would keep the pages for the thread that asked
+/// for them, and a process whose options change now and then would grow.
+void giveBackMemory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
+
+}  // namespace
+
+FrameProcessor::FrameProcessor(const Parameters& parameters, const std::string& image_topic,
+                               const std::string& info_topic, std::shared_ptr<MotionPriors> priors,
+                               const std::string& right_topic, const std::string& right_info_topic)
+    : image_topic_(image_topic),
+      priors_(std::move(priors)),
+      preparation_(parameters, image_topic, info_topic, right_topic, right_info_topic),
+      pair_pose_(parameters, priors_) {}
+
+void FrameProcessor::setOptions(const ProcessorOptions& options) {
+  const auto end = [](MatchFilter* replaced) {
+    delete replaced;
+    giveBackMemory();
+  };
+  std::shared_ptr<MatchFilter> filter(new MatchFilter(options.core), end);
+  if (priors_) priors_->setReadout(options.core.robust.rolling_shutter_readout);
+  std::lock_guard<std::mutex> lock(mutex_);
+  filter_.swap(filter);  // the replaced one ends without the lock
+  options_ = options;
+}
+
+void FrameProcessor::requestReset() {
+  std::lock_guard<std::mutex> lock(mutex_);
+  reset_requested_ = true;
+}
+
+std::unique_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& input, Extraction extraction) {
+  std::unique_ptr<PreparedFrame> frame;
+  double max_gap;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    frame = spare_ ? std::move(spare_) : std::make_unique<PreparedFrame>();
+    frame->filter = filter_;
+    frame->time_budget = 1e-3 * options_.core.max_milliseconds;
+    frame->reset_requested = std::exchange(reset_requested_, false);
+    max_gap = options_.max_frame_gap;
+  }
+  preparation_.receive(input, max_gap, *frame);
+  if (extraction == Extraction::kNow) preparation_.findFeatures(*frame);
+  return frame;
+}
+
+ProcessedFrame FrameProcessor::process(std::unique_ptr<PreparedFrame> frame) {
+  if (current_) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    spare_ = std::move(current_);
+  }
+  current_ = std::move(frame);
+  PreparedFrame& answered = *current_;
+  preparation_.findFeatures(answered);
+  ProcessedFrame processed = answer();
+  // Frames outlive options; three of them would keep three filters that are no longer in force, megabytes each.
+  answered.filter.reset();
+  return processed;
+}
+
+void FrameProcessor::passOver(std::unique_ptr<PreparedFrame> frame) {
+  frame->filter.reset();
+  std::lock_guard<std::mutex> lock(mutex_);
+  spare_ = std::move(frame);
+}
+
+ProcessorOptions FrameProcessor::options() {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return options_;
+}
+
+ProcessedFrame FrameProcessor::answer() {
+  ProcessedFrame processed;
+  processed.current = current_.get();
+  if (!current_->problem.empty()) {
+    keepPending(*current_);
+    processed.status = MatchStats::BAD_IMAGE;
+    processed.text = "image on " + image_topic_ + " not used: " + current_->problem;
+    processed.oldest_reference = oldestReference();
+    return processed;
+  }
+  takePending(*current_);
+  processed = current_->pair_reference ? processPair(processed) : processStream(processed);
+  const std::string& problem = processed.current->mask_problem;
+  if (!problem.empty()) processed.text += "; no mask: " + problem;
+  processed.oldest_reference = oldestReference();
+  return processed;
+}
+
+void FrameProcessor::keepPending(const PreparedFrame& frame) {
+  reset_pending_ |= frame.reset_requested;
+  if (frame.stamp_verdict != StampVerdict::kOutOfOrder) {
+    verdict_pending_ = std::max(verdict_pending_, frame.stamp_verdict);
+  }
+}
+
+void FrameProcessor::takePending(PreparedFrame& frame) {
+  frame.reset_requested |= std::exchange(reset_pending_, false);
+  frame.stamp_verdict = std::max(frame.stamp_verdict, std::exchange(verdict_pending_, StampVerdict::kInOrder));
+}
+
+ProcessedFrame FrameProcessor::processStream(ProcessedFrame processed) {
+  const double interval = current_->stamp() - std::exchange(last_stamp_, current_->stamp());
+  if (reenter(processed)) return processed;
+  processed.text = startAnew(*current_, processed);
+  const bool compared = processed.text.empty();
+  if (compared) {
+    compare(processed);
+    // It would make the next one fail too; the one before it is the better reference.
+    if (isUseless(processed)) {
+      if (!mayReenter(*current_)) return processed;
+      retireReference();
+      recovery_.miss();
+      return processed;
+    }
+    processed.reference_held = holdReference(processed, interval);
+    if (processed.reference_held) return processed;
+  }
+  advance(processed, compared);
+  return processed;
+}
+
+ProcessedFrame FrameProcessor::processPair(ProcessedFrame processed) {
+  reference_ = std::move(current_->pair_reference);
+  tracks_.reset();
+  if (current_->reset_requested) processed.continuity = Continuity::kRestarted;
+  if (reference_->frame.features.image_size != current_->frame.features.image_size) {
+    processed.status = MatchStats::BAD_IMAGE;
+    processed.text = "the two images differ in size: " + sizeText(reference_->frame.features.image_size) + " and " +
+                     sizeText(current_->frame.features.image_size);
+    return processed;
+  }
+  compare(processed);
+  if (current_->reset_requested) processed.text = "reset on request; " + processed.text;
+  return processed;
+}
+
+std::string FrameProcessor::startAnew(const PreparedFrame& frame, ProcessedFrame& processed) {
+  const std::optional<NewStart> start = newStart(frame);
+  if (!start) return std::string();
+  processed.status = start->status;
+  processed.continuity = start->continuity;
+  reference_.reset();
+  recovery_.clear();
+  tracks_.reset();
+  pair_pose_.reset();
+  frame.filter->reset();
+  return start->continuity == Continuity::kContinuous ? start->why : start->why + "; this image is a new reference";
+}
+
+std::optional<FrameProcessor::NewStart> FrameProcessor::newStart(const PreparedFrame& frame) {
+  const ProcessorOptions options = this->options();
+  const std::string max_gap = "~max_frame_gap (" + secondsText(options.max_frame_gap) + ")";
+  const auto verdict = frame.stamp_verdict;
+  if (frame.reset_requested) return NewStart{MatchStats::FIRST_FRAME, Continuity::kRestarted, "reset on request"};
+  if (verdict == StampVerdict::kClockReset) {
+    return NewStart{MatchStats::TIME_RESET, Continuity::kRestarted, "the clock went back"};
+  }
+  if (verdict == StampVerdict::kJumpedBack) {
+    return NewStart{MatchStats::TIME_RESET, Continuity::kRestarted, "the stamps went back"};
+  }
+  if (verdict == StampVerdict::kGap) {
+    return NewStart{MatchStats::TIME_RESET, Continuity::kBroken, "more than " + max_gap + " since the image before"};
+  }
+  if (!reference_ && retired_) {
+    return NewStart{MatchStats::TIME_RESET, Continuity::kBroken,
+                    "it follows on no image from before the loss: they are of another size, or older than "
+                    "~max_recovery_gap (" +
+                        secondsText(options.recovery.seconds) + ")"};
+  }
+  if (!reference_) {
+    return NewStart{MatchStats::FIRST_FRAME, Continuity::kContinuous, "first image; nothing to compare with yet"};
+  }
+  const cv::Size before = reference_->frame.features.image_size, now = frame.frame.features.image_size;
+  if (now != before) {
+    return NewStart{MatchStats::FIRST_FRAME, Continuity::kBroken,
+                    "the image size changed from " + sizeText(before) + " to " + sizeText(now)};
+  }
+  if (frame.stamp() - reference_->stamp() > options.max_frame_gap) {
+    return NewStart{MatchStats::TIME_RESET, Continuity::kBroken, "the last usable image is older than " + max_gap};
+  }
+  return std::nullopt;
+}
+
+bool FrameProcessor::holdReference(const ProcessedFrame& processed, double interval) {
+  const ProcessorOptions options = this->options();
+  if (processed.status != MatchStats::LOW_PARALLAX || processed.result == nullptr || !options.hold_reference)
+    return false;
+  // Standing still for long, the reference would grow too old to be compared with the next image.
+  const double age = current_->stamp() - reference_->stamp();
+  if (age + kLateImage * interval > options.max_frame_gap) return false;
+  // Turning on, the reference would leave the view before there is parallax; so only while it is well seen.
+  return processed.result->inliers >= kWellSeen * processed.result->keypoints_reference;
+}
+
+void FrameProcessor::advance(const ProcessedFrame& processed, bool compared) {
+  if (compared) {
+    keepReference(processed);
+    tracks_.advance();
+    pair_pose_.advance();
+  }
+  // After the swap the old reference, if it is not kept, rests in `current_`, alive until the next call.
+  std::swap(reference_, current_);
+  if (!current_) current_ = std::move(dropped_);
+  retired_ = false;
+}
+
+void FrameProcessor::compare(ProcessedFrame& processed) {
+  processed.reference = reference_.get();
+  processed.result = &result_;
+  const auto work = [&] {
+    const std::string without_prior = matchWithPriors();
+    conclude(processed);
+    processed.text += without_prior;
+  };
+  guarded(work, [&](const std::string& what) { fail(what, processed); });
+}
+
+std::string FrameProcessor::matchWithPriors() {
+  std::string problem;
+  std::optional<RotationPrior> prior;
+  if (priors_) prior = priors_->rotation(reference_->header, current_->header, problem);
+  match(*reference_, result_, prior ? &*prior : nullptr);
+  if (priors_ && result_.robust.pose_found) priors_->learn(result_.robust);
+  return problem.empty() ? problem : "; " + problem;
+}
+
+void FrameProcessor::match(PreparedFrame& reference, MatchResult& result, const RotationPrior* prior) {
+  adoptCalibration(reference);
+  current_->filter->setCamera(current_->camera->camera);
+  current_->filter->filter(reference.frame, current_->frame, result, prior);
+}
+
+void FrameProcessor::adoptCalibration(PreparedFrame& reference) const {
+  if (!reference.camera || reference.camera == current_->camera) return;
+  const Camera &before = reference.camera->camera, &now = current_->camera->camera;
+  if (!before.calibrated() || !now.calibrated() || before == now) return;
+  // The depth image stays as it is.
+  if (!reference.depth.empty()) reference.stereo.depth = keypointDepth(reference.frame.features, reference.depth);
+  for (cv::KeyPoint& keypoint : reference.frame.features.keypoints) {
+    const cv::Point2f pixel = pixelOf(now, rayOf(before, keypoint.pt));
+    if (std::isfinite(pixel.x) && std::isfinite(pixel.y)) keypoint.pt = pixel;
+  }
+  reference.camera = current_->camera;
+}
+
+void FrameProcessor::conclude(ProcessedFrame& processed) {
+  processed.status = static_cast<uint8_t>(result_.status);
+  processed.text = explain(result_.status, result_, *current_);
+  tracks_.link(result_);
+  processed.track_ids = &tracks_.ids();
+  processed.track_lengths = &tracks_.lengths();
+  pair_pose_.finish(options().sigma_floor, processed);
+}
+
+void FrameProcessor::fail(const std::string& what, ProcessedFrame& processed) {
+  result_.clear(Status::kRansacFailed);
+  tracks_.reset();
+  pair_pose_.reset();
+  processed.status = MatchStats::RANSAC_FAILED;
+  processed.text = what;
+}
+
+bool FrameProcessor::reenter(ProcessedFrame& processed) {
+  const PreparedFrame& frame = *current_;
+  const ProcessorOptions options = this->options();
+  recovery_.setOptions(options.recovery);
+  if (!mayReenter(frame)) return false;
+  const bool late = frame.stamp_verdict == StampVerdict::kGap ||
+                    (reference_ && frame.stamp() - reference_->stamp() > options.max_frame_gap);
+  if (late && reference_) retireReference();
+  recovery_.giveUpAt(frame.stamp());
+  if (!recovery_.lost()) return false;
+  const PreparedFrame& newest = *recovery_.kept().front().frame;
+  if (frame.frame.features.image_size != newest.frame.features.image_size) return false;
+
+  ProcessedFrame answer = processed;
+  answer.result = &result_;
+  answer.reference = &newest;
+  bool answered = true;
+  guarded([&] { answered = compareWithKept(answer); }, [&](const std::string& what) { fail(what, answer); });
+  if (!answered) return false;
+  processed = answer;
+  const bool found = answer.recovered;
+  processed.recovered = found && answer.poseValid();  // the last gate may have stopped it
+  if (!isUseless(processed)) {
+    advance(processed, found);
+    if (!found) tracks_.reset();
+  }
+  return true;
+}
+
+bool FrameProcessor::mayReenter(const PreparedFrame& frame) const {
+  return recovery_.enabled() && frame.camera->camera.calibrated() && !frame.reset_requested &&
+         frame.stamp_verdict <= StampVerdict::kGap;
+}
+
+bool FrameProcessor::compareWithKept(ProcessedFrame& processed) {
+  const size_t index = findKept();
+  if (index < recovery_.kept().size()) {
+    goOnFrom(index, processed);
+    return true;
+  }
+  recovery_.miss();
+  if (reference_) return false;
+  tracks_.reset();
+  conclude(processed);
+  processed.text += "; images from before the loss are kept: " + std::to_string(recovery_.kept().size());
+  return true;
+}
+
+size_t FrameProcessor::findKept() {
+  const auto& kept = recovery_.kept();
+  for (size_t index = 0; index < kept.size(); ++index) {
+    MatchResult& result = index == 0 ? result_ : kept_result_;
+    match(*kept[index].frame, result);
+    if (result.status == Status::kOk || result.status == Status::kLowParallax) {
+      if (result.inliers >= kSureInliers) {
+        if (index > 0) std::swap(result_, kept_result_);
+        return index;
+      }
+      rejectModel(result);
+    }
+    if (result.status == Status::kTooFewKeypoints) break;
+  }
+  return kept.size();
+}
+
+void FrameProcessor::goOnFrom(size_t index, ProcessedFrame& processed) {
+  const std::vector<TrackTable::Track> newest = recovery_.kept().front().tracks;
+  const int missed = recovery_.missed();
+  KeptFrame kept = recovery_.takeOut(index);
+  reference_ = std::move(kept.frame);
+  tracks_.goBack(kept.tracks, newest);
+  pair_pose_.goOnFrom(std::move(kept.scale));
+  processed.recovered = true;
+  processed.reference = reference_.get();
+  conclude(processed);
+  std::ostringstream text;
+  text << "goes on from the image of " << reference_->header.stamp << ", "
+       << secondsText(current_->stamp() - reference_->stamp()) << " and " << missed
+       << " lost images ago: " << processed.text;
+  processed.text = text.str();
+}
+
+void FrameProcessor::retireReference() {
+  if (!recovery_.lost()) {
+    dropped_ = recovery_.keep({std::move(reference_), tracks_.tracks(), pair_pose_.scale()});
+    recovery_.lose();
+  }
+  reference_.reset();
+  tracks_.reset();
+  pair_pose_.reset();
+  retired_ = true;
+}
+
+void FrameProcessor::keepReference(const ProcessedFrame& processed) {
+  if (!mayReenter(*current_)) return;
+  // Blurred images often agree on a little; what is published of such a pair need not be what comes next starts from.
+  const bool sure =
+      processed.poseValid() && result_.inliers >= kSureInliers && 2 * result_.inliers >= result_.matches_gms;
+  if (recovery_.lost()) {
+    recovery_.addPair(sure);
+    return;
+  }
+  dropped_ = recovery_.keep({std::move(reference_), tracks_.tracks(), pair_pose_.scale()});
+  if (sure || processed.recovered) return;
+  recovery_.lose();
+  recovery_.miss();
+}
+
+double FrameProcessor::oldestReference() const {
+  if (!recovery_.enabled()) return ProcessedFrame::kNoReference;
+  const double kept = recovery_.kept().empty() ? ProcessedFrame::kNoReference : recovery_.kept().back().frame->stamp();
+  return reference_ ? std::min(kept, reference_->stamp()) : kept;
+}
+
+}  // namespace gms_ransac

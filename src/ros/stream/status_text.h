@@ -1,0 +1,20 @@
+// The outcome of an image in words, as a user reads it in ~stats, on the overlay and in the log.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "gms_ransac/match_filter.h"
+
+namespace gms_ransac {
+
+struct PreparedFrame;
+
+/// "OK", ..., "BAD_IMAGE": a value of MatchStats::status.
+std::string statusName(uint8_t status);
+
+/// The outcome of a comparison, with what to do where something can be done. `result` may have another status:
+/// `status` is what is said of it.
+std::string explain(Status status, const MatchResult& result, const PreparedFrame& current);
+
+}  // namespace gms_ransac
