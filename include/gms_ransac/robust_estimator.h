@@ -1,6 +1,8 @@
 // Fourth stage, filtered matches -> robust model and pose: what goes in and what comes out.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -100,6 +102,22 @@ enum class CameraParameter : uint8_t { kFocalLength, kPrincipalPoint, kRadialDis
 /// "focal length", "principal point", "radial distortion", "rolling shutter".
 std::string toString(CameraParameter parameter);
 
+/// By how much a camera model seems to be wrong in each of its parameters alone, given less true, as one pair tells.
+/// Over many pairs the mean tells more: what moves by itself pulls now this way and now that (doc/uncertainty.md).
+struct CameraErrors {
+  enum Parameter {
+    kFocalLength,   ///< relative
+    kPrincipalX,    ///< focal lengths
+    kPrincipalY,    ///< focal lengths
+    kRadial,        ///< first coefficient of the distortion
+    kTurnWhileRead  ///< of that from image to image, share that goes on while a focal length's worth of rows is read
+  };
+  static constexpr size_t kCount = 5;
+
+  std::array<double, kCount> value{};
+  std::array<double, kCount> information{};  ///< inverse of the variance; 0: the pair tells nothing
+};
+
 /// By which turn the points of a pair were moved to where a camera that reads all rows at once would have seen them.
 enum class RowCorrection : uint8_t {
   kNone,         ///< none: not asked for, or one that hardly moves a point
@@ -146,6 +164,7 @@ struct RobustResult {
   /// the parameter that they contradict most.
   double camera_misfit = 0;
   CameraParameter misfit_parameter = CameraParameter::kFocalLength;
+  CameraErrors camera_errors;
   RowCorrection row_correction = RowCorrection::kNone;  ///< what RobustOptions::rolling_shutter_readout did
   double rms_error_px = 0;  ///< over inliers, of the model's residual (Sampson; transfer for a homography)
   Effort effort;

@@ -174,6 +174,7 @@ PoseSpread PoseJudge::describeSpread(const TwoViewPose& optimum, RobustResult& r
   const PoseSpread& spread = spreadAt(optimum);
   result.camera_misfit = spread.contradiction;
   result.misfit_parameter = spread.contradicted;
+  result.camera_errors = spread.camera_errors;
   return spread;
 }
 

@@ -71,6 +71,36 @@ bool isCovariance(const PoseSquare& matrix) {
   return factors.info() == Eigen::Success && factors.vectorD().minCoeff() > -kInversionTolerance;
 }
 
+using UnmodelledSquare = Eigen::Matrix<double, Unmodelled::kCount, Unmodelled::kCount>;
+
+/// One step of Newton's from each error alone to the optimum, and how well it is known by the sandwich. `score`,
+/// `information` and `scatter`: of the unmodelled parameters with the pose unknown.
+CameraErrors cameraErrors(const Eigen::Matrix<double, Unmodelled::kCount, 1>& score,
+                          const UnmodelledSquare& information, const UnmodelledSquare& scatter,
+                          const TwoViewPose& pose) {
+  // What an error of 1 takes back of the parameters.
+  Eigen::Matrix<double, Unmodelled::kCount, CameraErrors::kCount> correction =
+      Eigen::Matrix<double, Unmodelled::kCount, CameraErrors::kCount>::Zero();
+  correction(Unmodelled::kFocalLength, CameraErrors::kFocalLength) = -1;
+  correction(Unmodelled::kPrincipalPoint, CameraErrors::kPrincipalX) = -1;
+  correction(Unmodelled::kPrincipalPoint + 1, CameraErrors::kPrincipalY) = -1;
+  correction(Unmodelled::kRadialDistortion, CameraErrors::kRadial) = 1;  // undistorting goes the other way
+  const Eigen::Vector3d turn = rotationVector(pose.R);
+  correction.block<3, 1>(Unmodelled::kRowsReference, CameraErrors::kTurnWhileRead) = turn;
+  correction.block<3, 1>(Unmodelled::kRowsCurrent, CameraErrors::kTurnWhileRead) = turn;
+
+  CameraErrors errors;
+  for (size_t k = 0; k < CameraErrors::kCount; ++k) {
+    const auto direction = correction.col(static_cast<int>(k));
+    const double told = direction.dot(information * direction), value = -direction.dot(score) / told;
+    const double inverse_variance = told * told / direction.dot(scatter * direction);
+    if (!std::isfinite(value) || !std::isfinite(inverse_variance)) continue;
+    errors.value[k] = value;
+    errors.information[k] = inverse_variance;
+  }
+  return errors;
+}
+
 }  // namespace
 
 double PoseSpread::directionSigma() const {
@@ -197,7 +227,7 @@ PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoVie
     return scale.asDiagonal() * covariance * scale.asDiagonal();
   };
   spread.covariance = spread.of_matches = widened(sandwich(inverse, scatter));
-  testModel(inverse, spread);
+  testModel(pose, inverse, spread);
   spread.pose_break = findBreak(cells, variance);
   const double doubt = std::clamp((spread.contradiction - kFirstDoubt) / (kFullDoubt - kFirstDoubt), 0.0, 1.0);
   if (doubt > 0) {
@@ -293,14 +323,14 @@ PoseUncertainty::Pose PoseUncertainty::widening(const PoseSquare& sandwich, cons
   return scale;
 }
 
-void PoseUncertainty::testModel(const PoseSquare& inverse, PoseSpread& spread) const {
+void PoseUncertainty::testModel(const TwoViewPose& pose, const PoseSquare& inverse, PoseSpread& spread) const {
   // Rao's score test: what the pose does not explain of the gradient by the other parameters, over its own scatter.
   Eigen::Matrix<double, kUnmodelledCount, kAll> unexplained;
   unexplained << -curvature_.bottomLeftCorner<kUnmodelledCount, kPose>() * inverse,
       Eigen::Matrix<double, kUnmodelledCount, kUnmodelledCount>::Identity();
   const Eigen::Matrix<double, kUnmodelledCount, 1> score = unexplained * gradient_;
-  const Eigen::Matrix<double, kUnmodelledCount, kUnmodelledCount> covariance =
-      unexplained * scatter_ * unexplained.transpose();
+  const UnmodelledSquare covariance = unexplained * scatter_ * unexplained.transpose();
+  spread.camera_errors = cameraErrors(score, unexplained * curvature_.rightCols<kUnmodelledCount>(), covariance, pose);
   for (const TestedTogether& test : kTests) {
     using Scores = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kUnmodelledCount, 1>;
     using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kUnmodelledCount, kUnmodelledCount>;

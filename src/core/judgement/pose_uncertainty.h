@@ -33,6 +33,7 @@ struct PoseSpread {
   /// alone would bring one pair in a hundred.
   double contradiction = 0;
   CameraParameter contradicted = CameraParameter::kFocalLength;
+  CameraErrors camera_errors;
   /// The part of the view whose matches contradict the rest most.
   PoseBreak pose_break;
 
@@ -63,8 +64,8 @@ class PoseUncertainty {
   /// Fills the sums over the matches; returns how many took part.
   int sumUp(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
             const std::vector<int32_t>& cells);
-  /// Test of the camera model by the scores of its parameters.
-  void testModel(const PoseSquare& inverse, PoseSpread& spread) const;
+  /// Test of the camera model by the scores of its parameters, and what it seems to be wrong by.
+  void testModel(const TwoViewPose& pose, const PoseSquare& inverse, PoseSpread& spread) const;
   /// Sums of the used matches for the test of breaks.
   template <int N>
   void sumUpBlocks(const std::vector<int32_t>& cells, BlockSums<N>& blocks) const;

@@ -218,7 +218,7 @@ void MatchFilterRos::watchCalibration(const ProcessedFrame& processed) {
   if (!camera) return;
   if (camera != watched_camera_) calibration_watch_.reset();
   watched_camera_ = camera;
-  if (processed.poseValid()) calibration_watch_.add(processed.result->robust);
+  if (processed.poseValid()) calibration_watch_.add(processed.result->robust, camera->camera);
   const std::string doubt = calibration_watch_.doubt();
   if (!doubt.empty()) throttle_.warn("calibration", name_ + ": " + doubt);
   diagnostics_->setCalibrationDoubt(camera->doubt.empty() ? doubt : camera->doubt);
