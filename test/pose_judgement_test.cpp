@@ -373,6 +373,46 @@ TEST_P(DirectionCovariance, HoldsWhatOneMatchDecides) {
   EXPECT_LT(nees[nees.size() * 9 / 10], 6);  // chi-square has 2.3
 }
 
+class CameraDoubt : public testing::TestWithParam<std::string> {
+ protected:
+  /// Mean NEES of the rotation over its degrees of freedom, of a general motion with that error of the focal length.
+  static double meanNees(double focal_error) {
+    constexpr int kScenes = 100;
+    const auto estimator = makeEstimator(GetParam(), RobustOptions());
+    RobustResult result;
+    double sum = 0;
+    int ok = 0;
+    for (uint64_t seed = 0; seed < kScenes; ++seed) {
+      TwoViewSceneOptions options;
+      options.seed = seed;
+      options.outlier_ratio = 0;
+      options.noise_px = 0.3;
+      options.focal_error = focal_error;
+      const TwoViewScene scene = makeTwoViewScene(options);
+      estimator->reset();
+      estimator->estimate(scene.pairs, scene.camera, result);
+      if (!result.translation_observable) continue;
+      ++ok;
+      const Eigen::AngleAxisd off(result.pose.R * scene.R);
+      const Eigen::Vector3d error = off.angle() * off.axis();
+      const Eigen::Matrix3d covariance = result.pose.covariance.bottomRightCorner<3, 3>();
+      sum += error.dot(covariance.inverse() * error) / 3;
+    }
+    EXPECT_GE(ok, kScenes * 9 / 10);
+    return sum / ok;
+  }
+};
+
+TEST_P(CameraDoubt, WidensNothingByChance) { EXPECT_GT(meanNees(0), 0.8); }
+
+TEST_P(CameraDoubt, IsAsFarOffAsTheMatchesShow) {
+  const double nees = meanNees(0.03);
+  EXPECT_GT(nees, 0.4);
+  EXPECT_LT(nees, 1.5);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, CameraDoubt, testing::Values("cp_ransac", "lo_prosac"),
+                         [](const auto& info) { return info.param; });
 INSTANTIATE_TEST_SUITE_P(Methods, TwoBodies, testing::Values("cp_ransac", "lo_prosac"),
                          [](const auto& info) { return info.param; });
 INSTANTIATE_TEST_SUITE_P(Methods, DirectionCovariance, testing::Values("cp_ransac", "lo_prosac"),

@@ -16,28 +16,7 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-constexpr double kRowsSigma = 2 * kDegree;
-/// What cameras in use are off by where they are: relative focal length, principal point in focal lengths, the first
-/// coefficient of radial distortion, radians by a focal length's worth of rows.
-const Eigen::Matrix<double, Unmodelled::kCount, 1> kUnmodelledSigma =
-    (Eigen::Matrix<double, Unmodelled::kCount, 1>() << 0.03, 0.01, 0.01, 0.03, kRowsSigma, kRowsSigma, kRowsSigma,
-     kRowsSigma, kRowsSigma, kRowsSigma)
-        .finished();
-
-/// Parameters that are tested together, and what chi-square with as many degrees of freedom exceeds in 1 % of cases.
-struct TestedTogether {
-  CameraParameter parameter;
-  Unmodelled::Parameter first;
-  int count;
-  double limit;
-};
-constexpr TestedTogether kTests[] = {{CameraParameter::kFocalLength, Unmodelled::kFocalLength, 1, 6.63},
-                                     {CameraParameter::kPrincipalPoint, Unmodelled::kPrincipalPoint, 2, 9.21},
-                                     {CameraParameter::kRadialDistortion, Unmodelled::kRadialDistortion, 1, 6.63},
-                                     {CameraParameter::kRollingShutter, Unmodelled::kRowsReference, 6, 16.81}};
-
-// From here on the doubt about the camera model grows until the model without doubt is left (doc/uncertainty.md).
+// Between them the camera's parameters become free, where a preferred rotation is weighed (doc/uncertainty.md).
 constexpr double kFirstDoubt = 0.5, kFullDoubt = 0.9;
 // Of a correlation matrix: what the rounding of an inverse may leave of asymmetry and of negative eigenvalues.
 constexpr double kInversionTolerance = 1e-8;
@@ -69,36 +48,6 @@ bool isCovariance(const PoseSquare& matrix) {
   if (!((correlation - correlation.transpose()).cwiseAbs().maxCoeff() < kInversionTolerance)) return false;
   const Eigen::LDLT<PoseSquare> factors(correlation);
   return factors.info() == Eigen::Success && factors.vectorD().minCoeff() > -kInversionTolerance;
-}
-
-using UnmodelledSquare = Eigen::Matrix<double, Unmodelled::kCount, Unmodelled::kCount>;
-
-/// One step of Newton's from each error alone to the optimum, and how well it is known by the sandwich. `score`,
-/// `information` and `scatter`: of the unmodelled parameters with the pose unknown.
-CameraErrors cameraErrors(const Eigen::Matrix<double, Unmodelled::kCount, 1>& score,
-                          const UnmodelledSquare& information, const UnmodelledSquare& scatter,
-                          const TwoViewPose& pose) {
-  // What an error of 1 takes back of the parameters.
-  Eigen::Matrix<double, Unmodelled::kCount, CameraErrors::kCount> correction =
-      Eigen::Matrix<double, Unmodelled::kCount, CameraErrors::kCount>::Zero();
-  correction(Unmodelled::kFocalLength, CameraErrors::kFocalLength) = -1;
-  correction(Unmodelled::kPrincipalPoint, CameraErrors::kPrincipalX) = -1;
-  correction(Unmodelled::kPrincipalPoint + 1, CameraErrors::kPrincipalY) = -1;
-  correction(Unmodelled::kRadialDistortion, CameraErrors::kRadial) = 1;  // undistorting goes the other way
-  const Eigen::Vector3d turn = rotationVector(pose.R);
-  correction.block<3, 1>(Unmodelled::kRowsReference, CameraErrors::kTurnWhileRead) = turn;
-  correction.block<3, 1>(Unmodelled::kRowsCurrent, CameraErrors::kTurnWhileRead) = turn;
-
-  CameraErrors errors;
-  for (size_t k = 0; k < CameraErrors::kCount; ++k) {
-    const auto direction = correction.col(static_cast<int>(k));
-    const double told = direction.dot(information * direction), value = -direction.dot(score) / told;
-    const double inverse_variance = told * told / direction.dot(scatter * direction);
-    if (!std::isfinite(value) || !std::isfinite(inverse_variance)) continue;
-    errors.value[k] = value;
-    errors.information[k] = inverse_variance;
-  }
-  return errors;
 }
 
 }  // namespace
@@ -203,7 +152,7 @@ PoseBreak PoseUncertainty::findBreak(const std::vector<int32_t>& cells, double v
   pose_blocks_.findSuspects(scatter_.topLeftCorner<kPose, kPose>(), gradient_.head<kPose>(), suspects_);
   if (suspects_.empty()) return {};
   sumUpBlocks(cells, all_blocks_);
-  return all_blocks_.worstOf(suspects_, extendedInverse(kUnmodelledSigma, variance), scatter_, gradient_);
+  return all_blocks_.worstOf(suspects_, extendedInverse(unmodelledSigma(), variance), scatter_, gradient_);
 }
 
 PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
@@ -227,13 +176,18 @@ PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoVie
     return scale.asDiagonal() * covariance * scale.asDiagonal();
   };
   spread.covariance = spread.of_matches = widened(sandwich(inverse, scatter));
-  testModel(pose, inverse, spread);
+  const CameraScores camera = cameraScores(inverse);
+  const CameraContradiction contradiction = testCamera(camera);
+  spread.contradiction = contradiction.statistic;
+  spread.contradicted = contradiction.parameter;
+  spread.camera_errors = cameraErrors(camera, pose);
+  const Eigen::Matrix<double, kPose, kUnmodelledCount> by_camera =
+      seeming * curvature_.block<kPose, kUnmodelledCount>(0, kPose);
+  spread.covariance += by_camera * cameraError(cameraScores(seeming)) * by_camera.transpose();
   spread.pose_break = findBreak(cells, variance);
   const double doubt = std::clamp((spread.contradiction - kFirstDoubt) / (kFullDoubt - kFirstDoubt), 0.0, 1.0);
   if (doubt > 0) {
-    const PoseSquare extended = extendedCovariance(kUnmodelledSigma, variance);
-    spread.covariance += doubt * (extended - widened(seeming_sandwich));
-    spread.sandwich += doubt * (extended - spread.sandwich);
+    spread.sandwich += doubt * (extendedCovariance(unmodelledSigma(), variance) - spread.sandwich);
   }
   const Eigen::Matrix<double, kPose, 3> effect = calibration_sigma * inverse * curvature_.block<kPose, 3>(0, kPose);
   for (auto* covariance : {&spread.covariance, &spread.sandwich}) {
@@ -323,35 +277,20 @@ PoseUncertainty::Pose PoseUncertainty::widening(const PoseSquare& sandwich, cons
   return scale;
 }
 
-void PoseUncertainty::testModel(const TwoViewPose& pose, const PoseSquare& inverse, PoseSpread& spread) const {
-  // Rao's score test: what the pose does not explain of the gradient by the other parameters, over its own scatter.
+CameraScores PoseUncertainty::cameraScores(const PoseSquare& inverse) const {
   Eigen::Matrix<double, kUnmodelledCount, kAll> unexplained;
-  unexplained << -curvature_.bottomLeftCorner<kUnmodelledCount, kPose>() * inverse,
-      Eigen::Matrix<double, kUnmodelledCount, kUnmodelledCount>::Identity();
-  const Eigen::Matrix<double, kUnmodelledCount, 1> score = unexplained * gradient_;
-  const UnmodelledSquare covariance = unexplained * scatter_ * unexplained.transpose();
-  spread.camera_errors = cameraErrors(score, unexplained * curvature_.rightCols<kUnmodelledCount>(), covariance, pose);
-  for (const TestedTogether& test : kTests) {
-    using Scores = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kUnmodelledCount, 1>;
-    using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kUnmodelledCount, kUnmodelledCount>;
-    const Scores part = score.segment(test.first, test.count);
-    const Covariance block = covariance.block(test.first, test.first, test.count, test.count);
-    const double statistic = part.dot(block.ldlt().solve(part)) / test.limit;
-    if (!(statistic > spread.contradiction) || !std::isfinite(statistic)) continue;  // a scatter may be singular
-    spread.contradiction = statistic;
-    spread.contradicted = test.parameter;
-  }
+  unexplained << -curvature_.bottomLeftCorner<kUnmodelledCount, kPose>() * inverse, CameraSquare::Identity();
+  return {unexplained * gradient_, unexplained * curvature_.rightCols<kUnmodelledCount>(),
+          unexplained * scatter_ * unexplained.transpose()};
 }
 
-PoseUncertainty::Information PoseUncertainty::extendedInverse(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma,
-                                                              double variance) const {
+PoseUncertainty::Information PoseUncertainty::extendedInverse(const CameraParameters& sigma, double variance) const {
   Information information = curvature_;
   for (int i = 0; i < kUnmodelledCount; ++i) information(kPose + i, kPose + i) += variance / (sigma[i] * sigma[i]);
   return information.ldlt().solve(Information::Identity());
 }
 
-PoseSquare PoseUncertainty::extendedCovariance(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma,
-                                               double variance) const {
+PoseSquare PoseUncertainty::extendedCovariance(const CameraParameters& sigma, double variance) const {
   const Information inverse = extendedInverse(sigma, variance);
   Information scatter = scatter_;
   for (int i = 0; i < kUnmodelledCount; ++i) {

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "gms_ransac/robust_estimator.h"
+#include "judgement/camera_doubt.h"
 #include "judgement/match_noise.h"
 #include "judgement/pose_break.h"
 #include "judgement/residual_derivatives.h"
@@ -64,8 +65,8 @@ class PoseUncertainty {
   /// Fills the sums over the matches; returns how many took part.
   int sumUp(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
             const std::vector<int32_t>& cells);
-  /// Test of the camera model by the scores of its parameters, and what it seems to be wrong by.
-  void testModel(const TwoViewPose& pose, const PoseSquare& inverse, PoseSpread& spread) const;
+  /// `inverse`: of the pose's information.
+  CameraScores cameraScores(const PoseSquare& inverse) const;
   /// Sums of the used matches for the test of breaks.
   template <int N>
   void sumUpBlocks(const std::vector<int32_t>& cells, BlockSums<N>& blocks) const;
@@ -85,10 +86,10 @@ class PoseUncertainty {
   /// the pose lacks to the optimum.
   Pose widening(const PoseSquare& sandwich, const Pose& step) const;
   /// The inverse of the information with the parameters beside the pose unknown up to `sigma`.
-  Information extendedInverse(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma, double variance) const;
+  Information extendedInverse(const CameraParameters& sigma, double variance) const;
   /// Covariance of the pose when the parameters beside it are unknown up to `sigma`, and the step that freeing them
   /// would make.
-  PoseSquare extendedCovariance(const Eigen::Matrix<double, kUnmodelledCount, 1>& sigma, double variance) const;
+  PoseSquare extendedCovariance(const CameraParameters& sigma, double variance) const;
 
   Information curvature_, scatter_;
   Row gradient_;
