@@ -177,10 +177,12 @@ PoseSpread PoseJudge::describeSpread(const TwoViewPose& optimum, RobustResult& r
 
 void PoseJudge::weighAlternatives(const TwoViewPose& optimum, const std::vector<AlternativeMotion>& alternatives,
                                   PoseSpread& spread, RobustResult& result) {
+  keepPlausible();
   alternative_buffers_.residuals.resize(noise_.residuals().size());
-  const double same_within = std::clamp(kSameSigmas * spread.directionSigma(), kLeastApart, kOtherDirection);
-  const Ambiguity ambiguity = findAlternativeMotion(kernels_, view_, optimum, noise_, alternatives, points_->cells(),
-                                                    same_within, alternative_buffers_, result.effort.point_evaluations);
+  const double same_within = std::clamp(kSameSigmas * directionSigma(spread.of_matches), kLeastApart, kOtherDirection);
+  const Ambiguity ambiguity =
+      findAlternativeMotion(kernels_, view_, plausible_.view(), optimum, noise_, alternatives, points_->cells(),
+                            same_within, alternative_buffers_, result.effort.point_evaluations);
   spread.covariance += ambiguity.covariance;
   result.ambiguous = ambiguity.other_direction || !closeEnough(spread) ||
                      (parted_ && isRival(bodies_.smallerShare(), bodies_.apart())) ||
@@ -229,7 +231,7 @@ bool PoseJudge::knowsRotation(const PoseSpread& spread) {
 }
 
 bool PoseJudge::closeEnough(const PoseSpread& spread) const {
-  return spread.directionSigma() <= options_.max_direction_sigma * M_PI / 180;
+  return directionSigma(spread.covariance) <= options_.max_direction_sigma * M_PI / 180;
 }
 
 void PoseJudge::takeAsItIs(const TwoViewPose& optimum, const TwoViewPose& preferred, RobustResult& result) {
