@@ -31,37 +31,40 @@ Eigen::Matrix<double, 5, 1> poseStep(const TwoViewPose& from, const TwoViewPose&
 
 }  // namespace
 
-Ambiguity findAlternativeMotion(const ResidualKernels& kernels, const PointColumnsView& points, const TwoViewPose& pose,
-                                const MatchNoise& noise, const std::vector<AlternativeMotion>& alternatives,
-                                const std::vector<int32_t>& cells, double same_within, AlternativeBuffers& work,
-                                int64_t& evaluations) {
+Ambiguity findAlternativeMotion(const ResidualKernels& kernels, const PointColumnsView& points,
+                                const PointColumnsView& plausible, const TwoViewPose& pose, const MatchNoise& noise,
+                                const std::vector<AlternativeMotion>& alternatives, const std::vector<int32_t>& cells,
+                                double same_within, AlternativeBuffers& work, int64_t& evaluations) {
   Ambiguity ambiguity;
   // Costs end at the threshold, or at three deviations of the noise where that is less.
   const auto per_cost =
       static_cast<float>(std::max(1.0, 1 / (kMostDeviations * kMostDeviations * noise.sigma() * noise.sigma())));
   const auto cost = [&](float residual) { return std::min(per_cost * residual, 1.f); };
+  const auto excess = [&](size_t i) {
+    return noise.plausible(static_cast<int>(i)) ? cost(work.residuals[i]) - cost(noise.residuals()[i]) : 0.f;
+  };
+  const Loss loss = noise.loss();
   // Of the opposite direction, with a turn that makes up for it, is another motion: near and far changed places.
   const auto apart = [&](const TwoViewPose& other) { return std::acos(std::clamp(other.t.dot(pose.t), -1.0, 1.0)); };
   // Refines an alternative on some of the matches; false where Vuong's statistic of the pose against it reaches `most`,
   // or it came to be much the same motion.
-  const auto isNoWorse = [&](const PointColumnsView& part, int iterations, double most, TwoViewPose& alternative) {
-    const PoseModel model(kernels, part);
-    evaluations += static_cast<int64_t>(part.count) * (model.refine(kRobustLoss, iterations, alternative) + 1);
+  const auto isNoWorse = [&](int count, int iterations, double most, TwoViewPose& alternative) {
+    const int passes = PoseModel(kernels, firstColumns(plausible, count)).refine(loss, iterations, alternative);
+    evaluations += static_cast<int64_t>(count) * (passes + 1);
     if (apart(alternative) < same_within) return false;
-    model.residualsInFront(alternative, work.residuals.data());
-    return vuongStatistic(part.count, cells, work.by_cell,
-                          [&](size_t i) { return cost(work.residuals[i]) - cost(noise.residuals()[i]); }) < most;
+    PoseModel(kernels, firstColumns(points, count)).residualsInFront(alternative, work.residuals.data());
+    return vuongStatistic(count, cells, work.by_cell, excess) < most;
   };
   for (const AlternativeMotion& candidate : alternatives) {
     const double least = candidate.of_plane ? kLeastVuongOnPlane : kLeastVuong;
     TwoViewPose alternative = candidate.pose;
     if (apart(alternative) < same_within ||
-        !isNoWorse(firstColumns(points, kFirstMatches), kFirstIterations, kDropBeyond, alternative) ||
-        !isNoWorse(points, kFurtherIterations, least, alternative)) {
+        !isNoWorse(std::min(kFirstMatches, points.count), kFirstIterations, kDropBeyond, alternative) ||
+        !isNoWorse(points.count, kFurtherIterations, least, alternative)) {
       continue;
     }
     evaluations += static_cast<int64_t>(points.count) *
-                   PoseModel(kernels, points).refine(kRobustLoss, kFinalIterations, alternative, kEnough);
+                   PoseModel(kernels, plausible).refine(loss, kFinalIterations, alternative, kEnough);
     ambiguity.other_direction |= apart(alternative) > kOtherDirection;
     const Eigen::Matrix<double, 5, 1> step = poseStep(pose, alternative);
     ambiguity.covariance += step * step.transpose();

@@ -32,13 +32,14 @@ struct Ambiguity {
   Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
 };
 
-/// Refines each of `alternatives`, on a part of the matches first, and compares it with `pose` by the non-nested test
-/// of Vuong (Econometrica 1989) on the truncated costs, each cell of the spread grid counted as one observation,
-/// because its matches err together. `noise`: measured at `pose`; `cells`: of each column; `same_within`: directions of
-/// translation that are closer, in radians, are the same local minimum of the cost.
-Ambiguity findAlternativeMotion(const ResidualKernels& kernels, const PointColumnsView& points, const TwoViewPose& pose,
-                                const MatchNoise& noise, const std::vector<AlternativeMotion>& alternatives,
-                                const std::vector<int32_t>& cells, double same_within, AlternativeBuffers& work,
-                                int64_t& evaluations);
+/// Refines each of `alternatives` as `pose` was, on a part of the matches first, and compares it with `pose` by the
+/// non-nested test of Vuong (Econometrica 1989) on the truncated costs, each cell of the spread grid counted as one
+/// observation, because its matches err together. `plausible`: `points` with the implausible ones of `noise` weighing
+/// nothing, which have no part in either; `noise`: measured at `pose`; `cells`: of each column; `same_within`:
+/// directions of translation that are closer, in radians, are the same local minimum of the cost.
+Ambiguity findAlternativeMotion(const ResidualKernels& kernels, const PointColumnsView& points,
+                                const PointColumnsView& plausible, const TwoViewPose& pose, const MatchNoise& noise,
+                                const std::vector<AlternativeMotion>& alternatives, const std::vector<int32_t>& cells,
+                                double same_within, AlternativeBuffers& work, int64_t& evaluations);
 
 }  // namespace gms_ransac

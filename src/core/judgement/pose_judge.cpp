@@ -180,10 +180,12 @@ PoseSpread PoseJudge::describeSpread(const TwoViewPose& optimum, RobustResult& r
 
 bool PoseJudge::takeInAlternatives(const TwoViewPose& optimum, const std::vector<AlternativeMotion>& alternatives,
                                    PoseSpread& spread, Effort& effort) {
+  keepPlausible();
   alternative_buffers_.residuals.resize(noise_.residuals().size());
-  const double same_within = std::clamp(kSameSigmas * spread.directionSigma(), kLeastApart, kOtherDirection);
-  const Ambiguity ambiguity = findAlternativeMotion(kernels_, view_, optimum, noise_, alternatives, points_->cells(),
-                                                    same_within, alternative_buffers_, effort.point_evaluations);
+  const double same_within = std::clamp(kSameSigmas * directionSigma(spread.of_matches), kLeastApart, kOtherDirection);
+  const Ambiguity ambiguity =
+      findAlternativeMotion(kernels_, view_, plausible_.view(), optimum, noise_, alternatives, points_->cells(),
+                            same_within, alternative_buffers_, effort.point_evaluations);
   spread.covariance += ambiguity.covariance;
   return ambiguity.other_direction;
 }
@@ -235,7 +237,7 @@ bool PoseJudge::knowsRotation(const PoseSpread& spread) {
 }
 
 bool PoseJudge::closeEnough(const PoseSpread& spread) const {
-  return spread.directionSigma() <= options_.max_direction_sigma * M_PI / 180;
+  return directionSigma(spread.covariance) <= options_.max_direction_sigma * M_PI / 180;
 }
 
 void PoseJudge::takeAsItIs(const TwoViewPose& optimum, const TwoViewPose& preferred, RobustResult& result) {

@@ -52,7 +52,7 @@ bool isCovariance(const PoseSquare& matrix) {
 
 }  // namespace
 
-double PoseSpread::directionSigma() const {
+double directionSigma(const PoseSquare& covariance) {
   const Eigen::Matrix2d direction = covariance.bottomRightCorner<2, 2>();
   const double half_trace = 0.5 * direction.trace();
   return std::sqrt(half_trace + std::sqrt(std::max(0.0, half_trace * half_trace - direction.determinant())));

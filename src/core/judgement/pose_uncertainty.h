@@ -37,10 +37,10 @@ struct PoseSpread {
   CameraErrors camera_errors;
   /// The part of the view whose matches contradict the rest most.
   PoseBreak pose_break;
-
-  /// Standard deviation of the direction of translation along its widest axis, radians.
-  double directionSigma() const;
 };
+
+/// Standard deviation of the direction of translation along its widest axis, radians.
+double directionSigma(const PoseSquare& covariance);
 
 class PoseUncertainty {
  public:
