@@ -427,5 +427,21 @@ TEST(StratifiedSampler, BeginsWithTheMostConfident) {
   EXPECT_EQ(400, sampler.prefix());
 }
 
+TEST(StratifiedSampler, BeginsWithTheShareThatIsAskedFor) {
+  std::vector<int> order(400);
+  std::vector<int32_t> cells(400);
+  for (int i = 0; i < 400; ++i) order[i] = cells[i] = i;
+  StratifiedSampler sampler;
+  sampler.setCells(order, cells);
+  sampler.begin({400, 5, 0.99, 64}, 0.5);
+  Random random(1);
+  int sample[5];
+  sampler.draw(random, sample);
+  EXPECT_EQ(200, sampler.prefix());
+  int drawn = 1;
+  while (sampler.draw(random, sample)) ++drawn;
+  EXPECT_EQ(64, drawn);
+}
+
 }  // namespace
 }  // namespace gms_ransac

@@ -25,6 +25,9 @@ constexpr int kLocalIterations = 2;
 constexpr int kFinalIterations = 10;
 /// A pose that leaves more of the matches unexplained is not beyond doubt, and the prior may have chosen it.
 constexpr double kMostUnexplained = 1. / 3;
+/// Where it does, a share of the matches that the search goes on among, and samples at most.
+constexpr double kWideShare = 0.5;
+constexpr int kWideSamples = 64;
 constexpr float kBetterCost = 0.95f;  ///< of the other's, to be another optimum and worth the change
 
 class LoProsac : public RansacMethod {
@@ -78,6 +81,7 @@ class LoProsac : public RansacMethod {
     if (previous) offer(*previous);
     offerStarts();
     ransac_.search(sampler_);
+    searchWider();
     if (const auto proposal = motionOfPrior()) ransac_.offer(*proposal);
     if (!ransac_.best()) return;
     offerOtherPlaneMotion(model);
@@ -96,6 +100,16 @@ class LoProsac : public RansacMethod {
       judge_.takeAsItIs(optimum, pose, *result_);
     }
     previous_ = optimum;
+  }
+
+  /// The search ends when it is sure of the first matches of the order, which are few where few have survived: a wrong
+  /// motion may explain most of them (doc/estimator.md).
+  void searchWider() {
+    const int left = std::min(kWideSamples, options_.max_iterations - result_->effort.hypotheses);
+    if (!ransac_.best() || left <= 0 || hurried()) return;
+    if (!leavesMuch(PoseModel(kernels_, points_.view()), ransac_.best()->pose)) return;
+    sampler_.begin(task(points_.size(), left), kWideShare);
+    ransac_.search(sampler_);
   }
 
   int finalIterations() { return hurried() ? kHastyIterations : kFinalIterations; }

@@ -30,10 +30,12 @@ void StratifiedSampler::setCells(const std::vector<int>& order, const std::vecto
   cells_ = &cells;
 }
 
-void StratifiedSampler::begin(const SamplingTask& task) {
+void StratifiedSampler::begin(const SamplingTask& task) { begin(task, kFirstShare); }
+
+void StratifiedSampler::begin(const SamplingTask& task, double first_share) {
   task_ = task;
   const auto n = static_cast<double>(task.matches);
-  prefix_ = std::min(n, std::max<double>(kFirstMultiple * task.sample_size, kFirstShare * n));
+  prefix_ = std::min(n, std::max<double>(kFirstMultiple * task.sample_size, first_share * n));
   growth_ = std::pow(n / prefix_, 1 / kGrowthSamples);
   drawn_from_ = static_cast<int>(prefix_);
   bound_prefix_ = drawn_ = 0;

@@ -18,6 +18,8 @@ class StratifiedSampler : public Sampler {
   /// by reference.
   void setCells(const std::vector<int>& order, const std::vector<int32_t>& cells);
   void begin(const SamplingTask& task) override;
+  /// The same, with the first samples from this share of the matches.
+  void begin(const SamplingTask& task, double first_share);
   /// Draws from the current prefix, then widens it.
   bool draw(Random& random, int* sample) override;
   void newBest(const std::vector<uint8_t>& inlier) override;
