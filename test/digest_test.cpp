@@ -92,7 +92,7 @@ void addResult(const MatchResult& result, Digest& digest) {
   for (const Match& match : result.matches) digest.add(match.reference).add(match.current).add(match.distance);
   const RobustResult& robust = result.robust;
   digest.add(robust.model_found).add(robust.model_type).add(robust.model).add(robust.inlier);
-  digest.add(robust.pose_found).add(robust.translation_observable).add(robust.ambiguous);
+  digest.add(robust.pose_found).add(robust.translation_observable).add(robust.doubt == DirectionDoubt::kOtherMotion);
   digest.add(robust.pose.R).add(robust.pose.t).add(robust.pose.covariance);
   digest.add(robust.median_parallax_px).add(robust.rms_error_px);
 }

@@ -229,7 +229,7 @@ TEST(LoProsac, SaysWhenBothMotionsOfAPlaneSeeAllOfIt) {
     ASSERT_TRUE(result.pose_found);
     EXPECT_LT(planePoseErrors(result, scene).rotation, 0.5) << "seed " << seed;
     EXPECT_LT(planePoseErrors(result, scene).direction, 5) << "seed " << seed;
-    EXPECT_TRUE(result.ambiguous) << "seed " << seed;
+    EXPECT_TRUE(result.doubt == DirectionDoubt::kOtherMotion) << "seed " << seed;
     EXPECT_FALSE(result.translation_observable) << "seed " << seed;
     EXPECT_GT(result.median_parallax_px, 10) << "seed " << seed;
   }

@@ -74,9 +74,10 @@ TEST_P(EveryMethod, FindsTheModelAndThePose) {
       SCOPED_TRACE(toString(model) + ", outliers " + std::to_string(limit.outliers));
       ASSERT_TRUE(result.model_found);
       ASSERT_TRUE(result.pose_found);
-      EXPECT_NE(result.translation_observable, result.ambiguous);
+      EXPECT_NE(result.translation_observable, result.doubt == DirectionDoubt::kOtherMotion);
       EXPECT_TRUE(result.translation_observable || model == ModelType::kHomography);
-      const PoseErrors errors = result.ambiguous ? planePoseErrors(result, pair) : poseErrors(result, pair);
+      const PoseErrors errors =
+          result.doubt == DirectionDoubt::kOtherMotion ? planePoseErrors(result, pair) : poseErrors(result, pair);
       EXPECT_LT(errors.rotation, limit.rotation);
       EXPECT_LT(errors.direction, limit.direction);
       const auto correct = static_cast<double>(std::count(pair.correct.begin(), pair.correct.end(), 1));
@@ -192,8 +193,8 @@ TEST_P(EveryMethod, IsNotMisledByPointsWithoutCoordinates) {
         EXPECT_GT(result.inlier_count, 0.8 * expected.inlier_count);
         EXPECT_TRUE(result.pose.R.allFinite() && result.pose.t.allFinite() && result.pose.covariance.allFinite());
         EXPECT_TRUE(std::isfinite(result.rms_error_px) && std::isfinite(result.median_parallax_px));
-        EXPECT_EQ(result.ambiguous, expected.ambiguous);
-        if (!result.ambiguous) {
+        EXPECT_EQ(result.doubt, expected.doubt);
+        if (result.doubt != DirectionDoubt::kOtherMotion) {
           EXPECT_LT(rotationError(result.pose.R, clean.R.transpose()), 2.0);
         }
       }

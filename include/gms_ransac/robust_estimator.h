@@ -118,6 +118,16 @@ struct CameraErrors {
   std::array<double, kCount> information{};  ///< inverse of the variance; 0: the pair tells nothing
 };
 
+/// Why a pair tells no direction of translation: the first of these that holds (doc/uncertainty.md).
+enum class DirectionDoubt : uint8_t {
+  kNone,
+  kTurn,        ///< a turn explains the matches as well, alone or going on while rows are read
+  kStill,       ///< most matches show no translation, and what does may move by itself
+  kRotation,    ///< the rotation is known worse than to a degree
+  kDirection,   ///< the direction is known worse than RobustOptions::max_direction_sigma
+  kOtherMotion  ///< another motion explains the matches as well, or a second body nearly as many
+};
+
 /// By which turn the points of a pair were moved to where a camera that reads all rows at once would have seen them.
 enum class RowCorrection : uint8_t {
   kNone,         ///< none: not asked for, or one that hardly moves a point
@@ -150,7 +160,7 @@ struct RobustResult {
   int inlier_count = 0;
   bool pose_found = false;              ///< needs a calibrated camera
   bool translation_observable = false;  ///< false: no direction known; `pose.t` is a guess (zero: none)
-  bool ambiguous = false;               ///< another motion explains the matches as well (Vuong's test)
+  DirectionDoubt doubt = DirectionDoubt::kNone;
   RelativePose pose;
   double median_parallax_px = 0;  ///< median over inliers of the displacement that no rotation undoes
   /// N entries, that a match is right; empty without a model. By residual and parallax under the pose, or where the

@@ -141,11 +141,14 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
       rivals_.compare(view_, optimum, noise_, rotation.R, rotation_residuals_, points_->cells());
   const bool turn_in_question = verdict.against_rotation < kLeastAgainstRotation;
   const bool turn_alone = verdict.against_rotation < 0 || verdict.against_rows < kRowsExplainBetter;
-  const bool shown = showsTranslation(verdict) && knowsRotation(spread) && closeEnough(spread);
+  result.doubt = doubtOf(verdict, spread);
   // A motion whose direction is not known may still be the wrong one of two, with another rotation.
   const bool other_direction = !turn_alone && takeInAlternatives(optimum, alternatives, spread, result.effort);
-  result.ambiguous = shown && (other_direction || !closeEnough(spread) || movesInTwo(result.effort.point_evaluations));
-  result.translation_observable = shown && !result.ambiguous;
+  if (result.doubt == DirectionDoubt::kNone &&
+      (other_direction || !closeEnough(spread) || movesInTwo(result.effort.point_evaluations))) {
+    result.doubt = DirectionDoubt::kOtherMotion;
+  }
+  result.translation_observable = result.doubt == DirectionDoubt::kNone;
 
   if (turn_in_question || turn_alone) {
     // With and without a translation are both in question, so the rotation is no better known than they agree.
@@ -222,9 +225,13 @@ bool PoseJudge::movesInTwo(int64_t& evaluations) {
   return false;
 }
 
-bool PoseJudge::showsTranslation(const RotationVerdict& verdict) {
-  return verdict.still <= kMostStill && verdict.at_infinity <= kMostAtInfinity &&
-         verdict.against_rotation >= kLeastAgainstRotation && verdict.against_rows >= kLeastAgainstRows;
+DirectionDoubt PoseJudge::doubtOf(const RotationVerdict& verdict, const PoseSpread& spread) const {
+  if (verdict.against_rotation < kLeastAgainstRotation || verdict.against_rows < kLeastAgainstRows) {
+    return DirectionDoubt::kTurn;
+  }
+  if (verdict.still > kMostStill || verdict.at_infinity > kMostAtInfinity) return DirectionDoubt::kStill;
+  if (!knowsRotation(spread)) return DirectionDoubt::kRotation;
+  return closeEnough(spread) ? DirectionDoubt::kNone : DirectionDoubt::kDirection;
 }
 
 bool PoseJudge::onlyTurns(const RotationVerdict& verdict) {
@@ -244,7 +251,7 @@ void PoseJudge::takeAsItIs(const TwoViewPose& optimum, const TwoViewPose& prefer
   measureNoise(optimum, result.effort);
   fitRotation(optimum, result);
   PoseSpread spread = describeSpread(optimum, result);
-  result.ambiguous = false;
+  result.doubt = DirectionDoubt::kNone;
   result.translation_observable = true;
   settle(optimum, preferred, spread, result);
   describeMatches(false, result);
@@ -254,7 +261,8 @@ void PoseJudge::judgeRotation(const Eigen::Matrix3d& R, RobustResult& result) {
   const TwoViewPose pose = {R, Eigen::Vector3d::UnitZ()};
   measureNoise(pose, result.effort);
   const RotationOnly rotation = fitRotation(pose, result);
-  result.translation_observable = result.ambiguous = false;
+  result.doubt = DirectionDoubt::kTurn;
+  result.translation_observable = false;
   result.pose = fromReferenceToCurrent(rotation.R, Eigen::Vector3d::Zero());
   result.pose.covariance = rotation.covariance;
   describeMatches(true, result);

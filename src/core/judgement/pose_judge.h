@@ -57,7 +57,8 @@ class PoseJudge {
   /// Puts the pose between `optimum` and `preferred` into the result, with its covariance.
   void settle(const TwoViewPose& optimum, const TwoViewPose& preferred, PoseSpread& spread, RobustResult& result) const;
   PoseSpread describeSpread(const TwoViewPose& optimum, RobustResult& result);
-  static bool showsTranslation(const RotationVerdict& verdict);
+  /// Before other motions are looked at.
+  DirectionDoubt doubtOf(const RotationVerdict& verdict, const PoseSpread& spread) const;
   /// Whether the camera is taken to have turned and no more: a turn explains the matches better, or most of them, so
   /// that what moves beside it moves by itself.
   static bool onlyTurns(const RotationVerdict& verdict);

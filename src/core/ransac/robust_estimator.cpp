@@ -54,7 +54,8 @@ void RobustResult::clear() {
 }
 
 void RobustResult::reject() {
-  model_found = pose_found = translation_observable = ambiguous = false;
+  model_found = pose_found = translation_observable = false;
+  doubt = DirectionDoubt::kNone;
   std::fill(inlier.begin(), inlier.end(), 0);
   inlier_count = 0;
   rms_error_px = sigma_px = camera_misfit = 0;

@@ -21,13 +21,23 @@ std::string explainLowParallax(const MatchResult& result, const RobustOptions& o
   std::ostringstream text;
   text.precision(3);
   text << "the direction of translation cannot be observed: ";
-  if (result.robust.ambiguous) {
-    text << "another motion explains the " << result.matches_gms
-         << " filtered matches as well, or part of them; the rotation is as good as its covariance says";
-  } else {
-    text << std::fixed << result.robust.median_parallax_px << " px of parallax where keypoints are off by "
-         << result.robust.sigma_px << " px; a turn explains the matches as well, or leaves the direction more than "
-         << std::defaultfloat << "~max_direction_sigma (" << options.max_direction_sigma << " degrees) uncertain";
+  switch (result.robust.doubt) {
+    case DirectionDoubt::kStill:
+      text << "most matches show none, and what moves may move by itself before a camera that stands or turns";
+      break;
+    case DirectionDoubt::kRotation:
+      text << "the rotation itself is known worse than to a degree, as its covariance says";
+      break;
+    case DirectionDoubt::kDirection:
+      text << "it is known worse than ~max_direction_sigma (" << options.max_direction_sigma << " degrees) asks";
+      break;
+    case DirectionDoubt::kOtherMotion:
+      text << "another motion explains the " << result.matches_gms
+           << " filtered matches as well, or part of them; the rotation is as good as its covariance says";
+      break;
+    default:
+      text << std::fixed << result.robust.median_parallax_px << " px of parallax where keypoints are off by "
+           << result.robust.sigma_px << " px; a turn explains the matches as well";
   }
   return text.str();
 }
