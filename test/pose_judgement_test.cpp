@@ -78,6 +78,14 @@ struct Tally {
   int rotation_outside = 0;  ///< not OK, with a rotation more than three standard deviations off
 };
 
+/// The squared error of the rotation in units of its covariance: chi-square of three degrees where that is true.
+double rotationSquare(const RobustResult& result, const TwoViewScene& scene) {
+  const Eigen::AngleAxisd off(result.pose.R * scene.R);
+  const Eigen::Vector3d error = off.angle() * off.axis();
+  const Eigen::Matrix3d covariance = result.pose.covariance.bottomRightCorner<3, 3>();
+  return error.dot(covariance.inverse() * error);
+}
+
 using MakeScene = TwoViewScene (*)(uint64_t);
 
 Tally tallyScenes(const std::string& method, ModelType model, MakeScene make_scene, int scenes, bool judge = true) {
@@ -97,10 +105,7 @@ Tally tallyScenes(const std::string& method, ModelType model, MakeScene make_sce
       tally.ok_wrong += directionError(result.pose.t, truth) > kWrongDirection;
     } else {
       ++(result.doubt == DirectionDoubt::kOtherMotion ? tally.ambiguous : tally.other);
-      const Eigen::AngleAxisd off(result.pose.R * scene.R);
-      const Eigen::Vector3d error = off.angle() * off.axis();
-      const Eigen::Matrix3d covariance = result.pose.covariance.bottomRightCorner<3, 3>();
-      tally.rotation_outside += error.dot(covariance.inverse() * error) > 9;
+      tally.rotation_outside += rotationSquare(result, scene) > 9;
     }
   }
   return tally;
@@ -305,10 +310,7 @@ TEST_P(FewMatches, KnowHowLittleTheyKnow) {
     estimator->estimate(scene.pairs, scene.camera, result);
     if (!result.translation_observable) continue;
     ++ok;
-    const Eigen::AngleAxisd off(result.pose.R * scene.R);
-    const Eigen::Vector3d error = off.angle() * off.axis();
-    const Eigen::Matrix3d covariance = result.pose.covariance.bottomRightCorner<3, 3>();
-    outside += error.dot(covariance.inverse() * error) > 9;
+    outside += rotationSquare(result, scene) > 9;
   }
   EXPECT_GE(ok, kScenes / 2);
   EXPECT_LE(outside, ok / 20);  // 2.9 % of normal errors are; without the jackknife a seventh
@@ -415,10 +417,7 @@ class CameraDoubt : public testing::TestWithParam<std::string> {
       estimator->estimate(scene.pairs, scene.camera, result);
       if (!result.translation_observable) continue;
       ++ok;
-      const Eigen::AngleAxisd off(result.pose.R * scene.R);
-      const Eigen::Vector3d error = off.angle() * off.axis();
-      const Eigen::Matrix3d covariance = result.pose.covariance.bottomRightCorner<3, 3>();
-      sum += error.dot(covariance.inverse() * error) / 3;
+      sum += rotationSquare(result, scene) / 3;
     }
     EXPECT_GE(ok, kScenes * 9 / 10);
     return sum / ok;

@@ -99,9 +99,6 @@ struct RobustOptions {
 
 /// What a camera model may get wrong.
 enum class CameraParameter : uint8_t { kFocalLength, kPrincipalPoint, kRadialDistortion, kRollingShutter };
-/// "focal length", "principal point", "radial distortion", "rolling shutter".
-std::string toString(CameraParameter parameter);
-
 /// By how much a camera model seems to be wrong in each of its parameters alone, given less true, as one pair tells.
 /// Over many pairs the mean tells more: what moves by itself pulls now this way and now that (doc/uncertainty.md).
 struct CameraErrors {

@@ -40,6 +40,7 @@ using SomeSquare = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Unmo
 /// The model in which some groups are off by their sigmas: what the scores say of it, in units of these.
 class OffModel {
  public:
+  OffModel() = default;
   OffModel(unsigned groups, const CameraScores& scores) {
     for (size_t k = 0; k < kGroups.size(); ++k) {
       if (!(groups >> k & 1)) continue;
@@ -139,22 +140,22 @@ CameraErrors cameraErrors(const CameraScores& scores, const TwoViewPose& pose) {
 
 CameraSquare cameraError(const CameraScores& scores) {
   // Factors in units of the largest, so that none overflows.
-  std::array<double, kModels> log_factor = {};
+  std::array<OffModel, kModels> models;
   double largest = 0;
   for (unsigned groups = 1; groups < kModels; ++groups) {
-    log_factor[groups] = OffModel(groups, scores).logFactor();
-    largest = std::max(largest, log_factor[groups]);
+    models[groups] = OffModel(groups, scores);
+    largest = std::max(largest, models[groups].logFactor());
   }
   CameraSquare moment = CameraSquare::Zero();
   const double none = std::exp(-largest);
   double off = 0;
   for (unsigned groups = 1; groups < kModels; ++groups) {
     // What the scores do not tell from none is none.
-    const double weight = std::max(0., std::exp(log_factor[groups] - largest) - none);
+    const double weight = std::max(0., std::exp(models[groups].logFactor() - largest) - none);
     off += weight;
-    if (weight > 0) OffModel(groups, scores).addMoment((1 - kOtherCause) * weight, moment);
+    models[groups].addMoment((1 - kOtherCause) * weight, moment);
   }
-  if (off > 0) OffModel(kAllOff, scores).addMoment(kOtherCause * off, moment);
+  models[kAllOff].addMoment(kOtherCause * off, moment);
   return moment / (none + off);
 }
 

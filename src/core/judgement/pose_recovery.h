@@ -13,9 +13,6 @@
 
 namespace gms_ransac {
 
-/// Of a model found by sampling; it converges in four to eight on the scenes of the tests.
-constexpr int kRefinementIterations = 15;
-
 struct PoseRecoveryOptions {
   double threshold_px = 1;
   bool refine = true;  ///< move the pose to the robust optimum near it

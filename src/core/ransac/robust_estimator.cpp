@@ -63,18 +63,4 @@ void RobustResult::reject() {
   probability.clear();
 }
 
-std::string toString(CameraParameter parameter) {
-  switch (parameter) {
-    case CameraParameter::kFocalLength:
-      return "focal length";
-    case CameraParameter::kPrincipalPoint:
-      return "principal point";
-    case CameraParameter::kRadialDistortion:
-      return "radial distortion";
-    case CameraParameter::kRollingShutter:
-      break;
-  }
-  return "rolling shutter";
-}
-
 }  // namespace gms_ransac

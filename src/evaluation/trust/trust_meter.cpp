@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <memory>
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 
 #include "run/experiment.h"
 #include "scenes/drawn_scenes.h"
