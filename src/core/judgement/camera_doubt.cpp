@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -40,7 +41,7 @@ using SomeSquare = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Unmo
 /// The model in which some groups are off by their sigmas: what the scores say of it, in units of these.
 class OffModel {
  public:
-  OffModel() = default;
+  /// @param groups  those that are off, as bits of places in kGroups
   OffModel(unsigned groups, const CameraScores& scores) {
     for (size_t k = 0; k < kGroups.size(); ++k) {
       if (!(groups >> k & 1)) continue;
@@ -93,6 +94,14 @@ class OffModel {
   double log_factor_ = 0;
 };
 
+/// Each model, at the place that its groups are as bits. Made in place: Eigen's factors can't be moved before they are
+/// computed.
+template <size_t... kGroupsOff>
+std::array<OffModel, sizeof...(kGroupsOff)> eachModel(const CameraScores& scores,
+                                                      std::index_sequence<kGroupsOff...> /*groups*/) {
+  return {{OffModel(kGroupsOff, scores)...}};
+}
+
 }  // namespace
 
 const CameraParameters& unmodelledSigma() {
@@ -140,12 +149,9 @@ CameraErrors cameraErrors(const CameraScores& scores, const TwoViewPose& pose) {
 
 CameraSquare cameraError(const CameraScores& scores) {
   // Factors in units of the largest, so that none overflows.
-  std::array<OffModel, kModels> models;
+  const auto models = eachModel(scores, std::make_index_sequence<kModels>());
   double largest = 0;
-  for (unsigned groups = 1; groups < kModels; ++groups) {
-    models[groups] = OffModel(groups, scores);
-    largest = std::max(largest, models[groups].logFactor());
-  }
+  for (const OffModel& model : models) largest = std::max(largest, model.logFactor());
   CameraSquare moment = CameraSquare::Zero();
   const double none = std::exp(-largest);
   double off = 0;
