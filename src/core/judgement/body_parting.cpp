@@ -14,7 +14,7 @@ constexpr double kMostCost = 0.9;
 
 }  // namespace
 
-bool BodyParting::part(const ResidualKernels& kernels, const PointColumnsView& points,
+void BodyParting::part(const ResidualKernels& kernels, const PointColumnsView& points,
                        const std::vector<int32_t>& cells, const PoseBreak& pose_break,
                        const std::vector<float>& residuals, TwoViewPose& pose, int64_t& evaluations) {
   apart_.resize(static_cast<size_t>(points.count));
@@ -32,14 +32,14 @@ bool BodyParting::part(const ResidualKernels& kernels, const PointColumnsView& p
     two += static_cast<double>(std::min(e, 1.f));
     explained[apart_[i]] += e < 1;
   }
-  if (!(two < kMostCost * one)) return false;
+  found_ = two < kMostCost * one;
+  if (!found_) return;
   const int larger = explained[1] > explained[0];
   if (larger == 1) {
     for (uint8_t& apart : apart_) apart = 1 - apart;
   }
   pose = bodies_[larger];
   smaller_share_ = static_cast<double>(explained[1 - larger]) / std::max(1, explained[larger]);
-  return true;
 }
 
 void BodyParting::refine(const ResidualKernels& kernels, const PointColumnsView& points, int64_t& evaluations) {

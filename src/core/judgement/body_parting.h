@@ -11,13 +11,16 @@ namespace gms_ransac {
 
 class BodyParting {
  public:
+  /// Takes up a pair.
+  void begin() { found_ = false; }
   /// From the two sides of a break, each refined by itself; then every cell of the spread grid goes to the motion that
-  /// explains it better, and so on. False where the two do not explain the matches much better than the one pose did.
-  /// `residuals`: of the columns under that pose; `pose` becomes the motion of the larger body.
-  bool part(const ResidualKernels& kernels, const PointColumnsView& points, const std::vector<int32_t>& cells,
+  /// explains it better, and so on. Found are two bodies where they explain the matches much better than the one pose
+  /// did. `residuals`: of the columns under that pose; `pose` becomes the motion of the larger body.
+  void part(const ResidualKernels& kernels, const PointColumnsView& points, const std::vector<int32_t>& cells,
             const PoseBreak& pose_break, const std::vector<float>& residuals, TwoViewPose& pose, int64_t& evaluations);
-
-  /// After success: of each column whether it is the smaller body's, and how many that explains for one of the
+  /// That there are two in this pair.
+  bool found() const { return found_; }
+  /// Where there are: of each column whether it is the smaller body's, and how many that explains for one of the
   /// larger's.
   const std::vector<uint8_t>& apart() const { return apart_; }
   double smallerShare() const { return smaller_share_; }
@@ -35,6 +38,7 @@ class BodyParting {
   std::vector<int> columns_;
   PointColumns own_;
   double smaller_share_ = 0;
+  bool found_ = false;
 };
 
 }  // namespace gms_ransac

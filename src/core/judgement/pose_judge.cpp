@@ -1,12 +1,9 @@
 #include "judgement/pose_judge.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <Eigen/Cholesky>
-
-#include "ransac/motion_starts.h"
 
 namespace gms_ransac {
 
@@ -31,40 +28,9 @@ constexpr double kBeyondCameras = 10;
 constexpr double kRowsExplainBetter = -2;
 /// Motions that are closer in direction, in standard deviations or radians, are the same that has not converged.
 constexpr double kSameSigmas = 5, kLeastApart = 3 * M_PI / 180;
-/// Among what the pose does not explain another motion may explain this share of what the pose does; more is a second
-/// body as likely to be the world as the first.
-constexpr double kSecondBody = 0.8;
-/// Less where the pose may join both: its matches contradict the camera model, as those of one body do by chance in one
-/// pair of a hundred, or the second's lie among the first's, as those of a pattern that repeats itself.
-constexpr double kSecondJoined = 0.6, kByChance = 1;
-/// Of the second's matches, in blocks that are the first's for the most part: as a pattern's, and hardly as a body's.
-constexpr double kMostAmong = 0.4;
-constexpr int kCellsOfBlock = 2, kBlockSide = kSpreadGridSide / kCellsOfBlock;
 constexpr int kIterations = 10;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
-
-/// Whether the matches of a second motion lie among those of the first, as those of a repeated pattern do, and not in a
-/// part of the view of their own. `first`: the probability of each column; `second`: whether it is the second's.
-bool lieAmong(const std::vector<int32_t>& cells, const std::vector<float>& first, const std::vector<uint8_t>& second) {
-  struct Block {
-    int first = 0, second = 0;
-  };
-  std::array<Block, kBlockSide * kBlockSide> blocks;
-  for (size_t i = 0; i < second.size(); ++i) {
-    const auto row = static_cast<size_t>(cells[i] / kSpreadGridSide / kCellsOfBlock);
-    const auto column = static_cast<size_t>(cells[i] % kSpreadGridSide / kCellsOfBlock);
-    Block& block = blocks[row * kBlockSide + column];
-    block.first += first[i] >= 0.5f;
-    block.second += second[i];
-  }
-  int all = 0, among = 0;
-  for (const Block& block : blocks) {
-    all += block.second;
-    if (block.first > block.second) among += block.second;
-  }
-  return among > kMostAmong * all;
-}
 
 void leaveDirectionOpen(Eigen::Matrix<double, 6, 6>& covariance) {
   const Eigen::Matrix3d rotation = covariance.bottomRightCorner<3, 3>();
@@ -79,7 +45,8 @@ void PoseJudge::begin(const TwoViewPoints& points) {
   points_ = &points;
   view_ = points.view();
   plausible_.resize(view_.count);  // whether or not it is needed, so that a later pair allocates nothing
-  measured_ = parted_ = false;
+  measured_ = false;
+  bodies_.begin();
   noise_.forgetApart();
 }
 
@@ -99,9 +66,8 @@ void PoseJudge::refine(TwoViewPose& pose, Effort& effort) {
 void PoseJudge::followLargerBody(TwoViewPose& pose, Effort& effort) {
   const PoseBreak& pose_break = spreadAt(pose).pose_break;
   if (!pose_break.found()) return;
-  parted_ =
-      bodies_.part(kernels_, view_, points_->cells(), pose_break, noise_.residuals(), pose, effort.point_evaluations);
-  if (!parted_) return;
+  bodies_.part(kernels_, view_, points_->cells(), pose_break, noise_.residuals(), pose, effort.point_evaluations);
+  if (!bodies_.found()) return;
   noise_.setApart(bodies_.apart());
   measured_ = false;
   followNoise(pose, effort);
@@ -134,6 +100,7 @@ void PoseJudge::keepPlausible() {
 
 void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
                       const std::vector<AlternativeMotion>& alternatives, RobustResult& result) {
+  int64_t& evaluations = result.effort.point_evaluations;
   measureNoise(optimum, result.effort);
   const RotationOnly rotation = fitRotation(optimum, result);
   PoseSpread spread = describeSpread(optimum, result);
@@ -145,7 +112,7 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
   // A motion whose direction is not known may still be the wrong one of two, with another rotation.
   const bool other_direction = !turn_alone && takeInAlternatives(optimum, alternatives, spread, result.effort);
   if (result.doubt == DirectionDoubt::kNone &&
-      (other_direction || !closeEnough(spread) || movesInTwo(result.effort.point_evaluations))) {
+      (other_direction || !closeEnough(spread) || second_body_.isRival(judged(), bodies_, evaluations))) {
     result.doubt = DirectionDoubt::kOtherMotion;
   }
   result.translation_observable = result.doubt == DirectionDoubt::kNone;
@@ -191,38 +158,6 @@ bool PoseJudge::takeInAlternatives(const TwoViewPose& optimum, const std::vector
                             same_within, alternative_buffers_, effort.point_evaluations);
   spread.covariance += ambiguity.covariance;
   return ambiguity.other_direction;
-}
-
-bool PoseJudge::isRival(double share, const std::vector<uint8_t>& second) const {
-  if (share <= kSecondJoined) return false;
-  return share > kSecondBody || spread_.contradiction > kByChance ||
-         lieAmong(points_->cells(), noise_.probabilities(), second);
-}
-
-bool PoseJudge::movesInTwo(int64_t& evaluations) {
-  if (parted_ && isRival(bodies_.smallerShare(), bodies_.apart())) return true;
-  rest_.clear();
-  for (int i = 0; i < view_.count; ++i) {
-    if (noise_.probabilities()[static_cast<size_t>(i)] < 0.5f) rest_.push_back(i);
-  }
-  const auto explained = view_.count - static_cast<int>(rest_.size());
-  if (static_cast<double>(rest_.size()) < kSecondJoined * explained) return false;
-  rest_points_.gather(view_, rest_.data(), static_cast<int>(rest_.size()));
-  const PoseModel model(kernels_, rest_points_.view());
-  findMotionStarts(kernels_, rest_points_.view(), rest_starts_, evaluations);
-  rest_residuals_.resize(noise_.residuals().size());
-  for (TwoViewPose& start : rest_starts_) {
-    model.refine(kRobustLoss, kIterations, start);
-    model.residualsInFront(start, rest_residuals_.data());
-    evaluations += static_cast<int64_t>(rest_.size());
-    second_.assign(static_cast<size_t>(view_.count), 0);
-    int count = 0;
-    for (size_t k = 0; k < rest_.size(); ++k) {
-      count += second_[static_cast<size_t>(rest_[k])] = rest_residuals_[k] < 1;
-    }
-    if (isRival(static_cast<double>(count) / explained, second_)) return true;
-  }
-  return false;
 }
 
 DirectionDoubt PoseJudge::doubtOf(const RotationVerdict& verdict, const PoseSpread& spread) const {
@@ -283,8 +218,8 @@ void PoseJudge::settle(const TwoViewPose& optimum, const TwoViewPose& preferred,
   // the less the further it is from the optimum in terms of the optimum's own covariance, whatever other motions there
   // are. How far that goes may all be error.
   auto rotation = spread.covariance.topLeftCorner<3, 3>();
-  // And where two bodies have been parted, the preference is that of both.
-  Eigen::Vector3d step = parted_ ? Eigen::Vector3d(0, 0, 0) : rotationVector(preferred.R * optimum.R.transpose());
+  Eigen::Vector3d step = rotationVector(preferred.R * optimum.R.transpose());
+  if (bodies_.found()) step.setZero();  // the preference is that of both
   const Eigen::Matrix3d own = spread_.sandwich.topLeftCorner<3, 3>();
   const double distance = step.dot(own.ldlt().solve(step)) / 3;
   step = std::isfinite(distance) ? Eigen::Vector3d(step / (1 + distance / kHalfWay)) : Eigen::Vector3d::Zero();
