@@ -26,8 +26,6 @@ constexpr double kMostRotationSigma = M_PI / 180;
 constexpr double kBeyondCameras = 10;
 /// Below this a turn with rows explains the matches so much better that it is the answer.
 constexpr double kRowsExplainBetter = -2;
-/// Motions that are closer in direction, in standard deviations or radians, are the same that has not converged.
-constexpr double kSameSigmas = 5, kLeastApart = 3 * M_PI / 180;
 constexpr int kIterations = 10;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
@@ -64,10 +62,10 @@ void PoseJudge::refine(TwoViewPose& pose, Effort& effort) {
 }
 
 void PoseJudge::followLargerBody(TwoViewPose& pose, Effort& effort) {
-  const PoseBreak& pose_break = spreadAt(pose).pose_break;
-  if (!pose_break.found()) return;
-  bodies_.part(kernels_, view_, points_->cells(), pose_break, noise_.residuals(), pose, effort.point_evaluations);
+  if (!measuredSpread().pose_break.found()) return;
+  bodies_.part(judged(), effort.point_evaluations);
   if (!bodies_.found()) return;
+  pose = bodies_.larger();
   noise_.setApart(bodies_.apart());
   measured_ = false;
   followNoise(pose, effort);
@@ -103,14 +101,13 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
   int64_t& evaluations = result.effort.point_evaluations;
   measureNoise(optimum, result.effort);
   const RotationOnly rotation = fitRotation(optimum, result);
-  PoseSpread spread = describeSpread(optimum, result);
-  const RotationVerdict verdict =
-      rivals_.compare(view_, optimum, noise_, rotation.R, rotation_residuals_, points_->cells());
+  PoseSpread spread = describeSpread(result);
+  const RotationVerdict verdict = rivals_.compare(judged(), rotation.R, rotation_residuals_);
   const bool turn_in_question = verdict.against_rotation < kLeastAgainstRotation;
   const bool turn_alone = verdict.against_rotation < 0 || verdict.against_rows < kRowsExplainBetter;
   result.doubt = doubtOf(verdict, spread);
   // A motion whose direction is not known may still be the wrong one of two, with another rotation.
-  const bool other_direction = !turn_alone && takeInAlternatives(optimum, alternatives, spread, result.effort);
+  const bool other_direction = !turn_alone && takeInAlternatives(alternatives, spread, result.effort);
   if (result.doubt == DirectionDoubt::kNone &&
       (other_direction || !closeEnough(spread) || second_body_.isRival(judged(), bodies_, evaluations))) {
     result.doubt = DirectionDoubt::kOtherMotion;
@@ -132,30 +129,27 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
   describeMatches(onlyTurns(verdict), result);
 }
 
-const PoseSpread& PoseJudge::spreadAt(const TwoViewPose& pose) {
+const PoseSpread& PoseJudge::measuredSpread() {
   if (!spread_known_) {
-    spread_ = uncertainty_.measure(view_, pose, noise_, points_->cells(), options_.calibration_sigma);
+    spread_ = uncertainty_.measure(view_, measured_at_, noise_, points_->cells(), options_.calibration_sigma);
   }
   spread_known_ = true;
   return spread_;
 }
 
-PoseSpread PoseJudge::describeSpread(const TwoViewPose& optimum, RobustResult& result) {
-  const PoseSpread& spread = spreadAt(optimum);
+PoseSpread PoseJudge::describeSpread(RobustResult& result) {
+  const PoseSpread& spread = measuredSpread();
   result.camera_misfit = spread.contradiction;
   result.misfit_parameter = spread.contradicted;
   result.camera_errors = spread.camera_errors;
   return spread;
 }
 
-bool PoseJudge::takeInAlternatives(const TwoViewPose& optimum, const std::vector<AlternativeMotion>& alternatives,
-                                   PoseSpread& spread, Effort& effort) {
+bool PoseJudge::takeInAlternatives(const std::vector<AlternativeMotion>& alternatives, PoseSpread& spread,
+                                   Effort& effort) {
   keepPlausible();
-  alternative_buffers_.residuals.resize(noise_.residuals().size());
-  const double same_within = std::clamp(kSameSigmas * directionSigma(spread.of_matches), kLeastApart, kOtherDirection);
   const Ambiguity ambiguity =
-      findAlternativeMotion(kernels_, view_, plausible_.view(), optimum, noise_, alternatives, points_->cells(),
-                            same_within, alternative_buffers_, effort.point_evaluations);
+      other_motions_.compare(judged(), plausible_.view(), alternatives, effort.point_evaluations);
   spread.covariance += ambiguity.covariance;
   return ambiguity.other_direction;
 }
@@ -185,7 +179,7 @@ bool PoseJudge::closeEnough(const PoseSpread& spread) const {
 void PoseJudge::takeAsItIs(const TwoViewPose& optimum, const TwoViewPose& preferred, RobustResult& result) {
   measureNoise(optimum, result.effort);
   fitRotation(optimum, result);
-  PoseSpread spread = describeSpread(optimum, result);
+  PoseSpread spread = describeSpread(result);
   result.doubt = DirectionDoubt::kNone;
   result.translation_observable = true;
   settle(optimum, preferred, spread, result);
@@ -220,7 +214,7 @@ void PoseJudge::settle(const TwoViewPose& optimum, const TwoViewPose& preferred,
   auto rotation = spread.covariance.topLeftCorner<3, 3>();
   Eigen::Vector3d step = rotationVector(preferred.R * optimum.R.transpose());
   if (bodies_.found()) step.setZero();  // the preference is that of both
-  const Eigen::Matrix3d own = spread_.sandwich.topLeftCorner<3, 3>();
+  const Eigen::Matrix3d own = spread.sandwich.topLeftCorner<3, 3>();
   const double distance = step.dot(own.ldlt().solve(step)) / 3;
   step = std::isfinite(distance) ? Eigen::Vector3d(step / (1 + distance / kHalfWay)) : Eigen::Vector3d::Zero();
   rotation += step * step.transpose();

@@ -22,7 +22,11 @@ namespace gms_ransac {
 class PoseJudge {
  public:
   explicit PoseJudge(const RobustOptions& options)
-      : kernels_(residualKernels(options.simd)), options_(options), second_body_(kernels_) {}
+      : kernels_(residualKernels(options.simd)),
+        options_(options),
+        bodies_(kernels_),
+        other_motions_(kernels_),
+        second_body_(kernels_) {}
 
   /// Takes up a pair: its matches on the normalised image plane, which must outlive what follows.
   void begin(const TwoViewPoints& points);
@@ -48,10 +52,9 @@ class PoseJudge {
   void followNoise(TwoViewPose& pose, Effort& effort);
   /// Where one part of the view contradicts the rest and two motions explain both: to that of the larger part.
   void followLargerBody(TwoViewPose& pose, Effort& effort);
-  /// The spread at the pose that the noise was measured at last.
-  const PoseSpread& spreadAt(const TwoViewPose& pose);
-  /// The pose that the noise was measured at last, after spreadAt().
-  JudgedPose judged() const { return {*points_, noise_, spread_}; }
+  /// At the pose that the noise was measured at last.
+  const PoseSpread& measuredSpread();
+  JudgedPose judged() { return {measured_at_, *points_, noise_, measuredSpread()}; }
   /// Whether a loss with that cut gives weight to an implausible match.
   bool weighsImplausible(float cut) const;
   /// Fills plausible_ with the matches, the implausible ones without weight.
@@ -60,7 +63,7 @@ class PoseJudge {
   RotationOnly fitRotation(const TwoViewPose& start, RobustResult& result);
   /// Puts the pose between `optimum` and `preferred` into the result, with its covariance.
   void settle(const TwoViewPose& optimum, const TwoViewPose& preferred, PoseSpread& spread, RobustResult& result) const;
-  PoseSpread describeSpread(const TwoViewPose& optimum, RobustResult& result);
+  PoseSpread describeSpread(RobustResult& result);
   /// Before other motions are looked at.
   DirectionDoubt doubtOf(const RotationVerdict& verdict, const PoseSpread& spread) const;
   /// Whether the camera is taken to have turned and no more: a turn explains the matches better, or most of them, so
@@ -71,8 +74,7 @@ class PoseJudge {
   bool closeEnough(const PoseSpread& spread) const;
   /// Widens the covariance to hold the other motions that explain the matches as well; whether one of them has another
   /// direction.
-  bool takeInAlternatives(const TwoViewPose& optimum, const std::vector<AlternativeMotion>& alternatives,
-                          PoseSpread& spread, Effort& effort);
+  bool takeInAlternatives(const std::vector<AlternativeMotion>& alternatives, PoseSpread& spread, Effort& effort);
   /// `turned`: by the rotation that fitRotation found, instead of by the pose.
   void describeMatches(bool turned, RobustResult& result);
 
@@ -91,7 +93,7 @@ class PoseJudge {
   RotationRivals rivals_;
   PointColumns plausible_;
   std::vector<float> rotation_residuals_, sorted_;
-  AlternativeBuffers alternative_buffers_;
+  AlternativeMotions other_motions_;
   SecondBody second_body_;
 };
 

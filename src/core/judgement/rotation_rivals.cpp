@@ -139,10 +139,10 @@ int movedBackwards(const PointColumnsView& points, const TwoViewPose& pose, cons
 
 }  // namespace
 
-RotationVerdict RotationRivals::compare(const PointColumnsView& points, const TwoViewPose& pose,
-                                        const MatchNoise& noise, const Eigen::Matrix3d& R,
-                                        const std::vector<float>& rotation_residuals,
-                                        const std::vector<int32_t>& cells) {
+RotationVerdict RotationRivals::compare(const JudgedPose& judged, const Eigen::Matrix3d& R,
+                                        const std::vector<float>& rotation_residuals) {
+  const PointColumnsView points = judged.points.view();
+  const MatchNoise& noise = judged.noise;
   const double variance = noise.sigma() * noise.sigma();
   const auto per_variance = static_cast<float>(1 / variance);
   const auto count = static_cast<size_t>(points.count);
@@ -164,11 +164,12 @@ RotationVerdict RotationRivals::compare(const PointColumnsView& points, const Tw
   RotationVerdict verdict;
   if (inliers > 0) {
     verdict.still = stillMatches(near, further) / inliers;
-    verdict.at_infinity = 2. * movedBackwards(points, pose, noise.residuals(), static_cast<float>(variance)) / inliers;
+    verdict.at_infinity =
+        2. * movedBackwards(points, judged.pose, noise.residuals(), static_cast<float>(variance)) / inliers;
   }
-  verdict.against_rotation = vuong(cells);
+  verdict.against_rotation = vuong(judged.points.cells());
   fitRows(points, R, variance);
-  verdict.against_rows = vuong(cells);
+  verdict.against_rows = vuong(judged.points.cells());
   return verdict;
 }
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "judgement/match_noise.h"
+#include "judgement/judged_pose.h"
 
 namespace gms_ransac {
 
@@ -19,11 +19,9 @@ struct RotationVerdict {
 
 class RotationRivals {
  public:
-  /// `noise`: measured at `pose`; `R`: the rotation alone; `rotation_residuals`: squared transfer distance of each
-  /// column under it.
-  RotationVerdict compare(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
-                          const Eigen::Matrix3d& R, const std::vector<float>& rotation_residuals,
-                          const std::vector<int32_t>& cells);
+  /// `R`: the rotation alone; `rotation_residuals`: squared transfer distance of each column under it.
+  RotationVerdict compare(const JudgedPose& judged, const Eigen::Matrix3d& R,
+                          const std::vector<float>& rotation_residuals);
 
  private:
   /// Fills costs_ of the turn with rows that fits best, by reweighted least squares.
