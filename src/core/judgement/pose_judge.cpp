@@ -9,23 +9,11 @@ namespace gms_ransac {
 
 namespace {
 
-// Of Vuong's statistics, in standard deviations.
-constexpr double kLeastAgainstRotation = 2.5;
-constexpr double kLeastAgainstRows = 0;
-/// Of the inliers, without parallax. Where more are still, a body that moves by itself may be all that moves
-/// (doc/uncertainty.md).
-constexpr double kMostStill = 0.45;
-/// The same of those that the pose itself puts at infinity, where noise alone decides on which side of it they lie.
-/// Nearly all views of which two fifths are background show less, and real ones with more are wrong no more often
-/// (doc/trust.md).
-constexpr double kMostAtInfinity = 0.4;
 /// Of the three axes together: a rotation that is known worse is of no use, whatever the direction.
 constexpr double kMostRotationSigma = M_PI / 180;
 /// From such a contradiction on what the camera model leaves out is more than what cameras in use are off by: the pose
 /// must be known even so.
 constexpr double kBeyondCameras = 10;
-/// Below this a turn with rows explains the matches so much better that it is the answer.
-constexpr double kRowsExplainBetter = -2;
 constexpr int kIterations = 10;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
@@ -103,8 +91,7 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
   const RotationOnly rotation = fitRotation(optimum, result);
   PoseSpread spread = describeSpread(result);
   const RotationVerdict verdict = rivals_.compare(judged(), rotation.R, rotation_residuals_);
-  const bool turn_in_question = verdict.against_rotation < kLeastAgainstRotation;
-  const bool turn_alone = verdict.against_rotation < 0 || verdict.against_rows < kRowsExplainBetter;
+  const bool turn_alone = verdict.believed() == BelievedRotation::kOfTurn;
   result.doubt = doubtOf(verdict, spread);
   // A motion whose direction is not known may still be the wrong one of two, with another rotation.
   const bool other_direction = !turn_alone && takeInAlternatives(alternatives, spread, result.effort);
@@ -114,7 +101,7 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
   }
   result.translation_observable = result.doubt == DirectionDoubt::kNone;
 
-  if (turn_in_question || turn_alone) {
+  if (verdict.believed() != BelievedRotation::kOfPose) {
     // With and without a translation are both in question, so the rotation is no better known than they agree.
     const Eigen::Vector3d apart = rotationVector(rotation.R * optimum.R.transpose());
     spread.covariance.topLeftCorner<3, 3>() += apart * apart.transpose();
@@ -126,7 +113,7 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
     settle(optimum, preferred, spread, result);
   }
   if (!result.translation_observable) leaveDirectionOpen(result.pose.covariance);
-  describeMatches(onlyTurns(verdict), result);
+  describeMatches(verdict.onlyTurned(), result);
 }
 
 const PoseSpread& PoseJudge::measuredSpread() {
@@ -155,16 +142,9 @@ bool PoseJudge::takeInAlternatives(const std::vector<AlternativeMotion>& alterna
 }
 
 DirectionDoubt PoseJudge::doubtOf(const RotationVerdict& verdict, const PoseSpread& spread) const {
-  if (verdict.against_rotation < kLeastAgainstRotation || verdict.against_rows < kLeastAgainstRows) {
-    return DirectionDoubt::kTurn;
-  }
-  if (verdict.still > kMostStill || verdict.at_infinity > kMostAtInfinity) return DirectionDoubt::kStill;
+  if (verdict.doubt() != DirectionDoubt::kNone) return verdict.doubt();
   if (!knowsRotation(spread)) return DirectionDoubt::kRotation;
   return closeEnough(spread) ? DirectionDoubt::kNone : DirectionDoubt::kDirection;
-}
-
-bool PoseJudge::onlyTurns(const RotationVerdict& verdict) {
-  return verdict.still > kMostStill || verdict.against_rotation < 0;
 }
 
 bool PoseJudge::knowsRotation(const PoseSpread& spread) {

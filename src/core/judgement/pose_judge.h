@@ -66,9 +66,6 @@ class PoseJudge {
   PoseSpread describeSpread(RobustResult& result);
   /// Before other motions are looked at.
   DirectionDoubt doubtOf(const RotationVerdict& verdict, const PoseSpread& spread) const;
-  /// Whether the camera is taken to have turned and no more: a turn explains the matches better, or most of them, so
-  /// that what moves beside it moves by itself.
-  static bool onlyTurns(const RotationVerdict& verdict);
   static bool knowsRotation(const PoseSpread& spread);
   /// Whether the direction of translation is as well known as the user wants it.
   bool closeEnough(const PoseSpread& spread) const;
