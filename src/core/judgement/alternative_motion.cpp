@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "judgement/vuong.h"
 
@@ -11,7 +12,8 @@ namespace {
 
 // What the statistic of Vuong's test must reach for the pose to count as better; measured in doc/estimator.md.
 constexpr double kLeastVuong = 0.75;
-constexpr double kLeastVuongOnPlane = 2.5;
+/// Of what chance, or an error of the camera, makes fit better: the other motion of a plane; near and far exchanged.
+constexpr double kLeastVuongByChance = 2.5;
 // A few steps on a part of the matches show which cannot come near: those that lose by so much there.
 constexpr int kFirstMatches = 256;
 constexpr int kFirstIterations = 2;
@@ -39,16 +41,21 @@ double AlternativeMotions::Comparison::apart(const TwoViewPose& motion) const {
   return std::acos(std::clamp(motion.t.dot(judged.pose.t), -1.0, 1.0));
 }
 
-Ambiguity AlternativeMotions::compare(const JudgedPose& judged, const PointColumnsView& plausible,
+double AlternativeMotions::Comparison::least(const TwoViewPose& motion, bool of_plane) const {
+  const bool exchanged = apart(motion) > M_PI / 2;
+  return of_plane || (exchanged && camera_decides) ? kLeastVuongByChance : kLeastVuong;
+}
+
+Ambiguity AlternativeMotions::compare(const JudgedPose& judged, const PointColumnsView& plausible, bool camera_decides,
                                       const std::vector<AlternativeMotion>& alternatives, int64_t& evaluations) {
   residuals_.resize(judged.noise.residuals().size());
   const double same_within =
       std::clamp(kSameSigmas * directionSigma(judged.spread.of_matches), kLeastApart, kOtherDirection);
-  const Comparison comparison = {judged, plausible, same_within, evaluations};
+  const Comparison comparison = {judged, plausible, camera_decides, same_within, evaluations};
   Ambiguity ambiguity;
   for (const AlternativeMotion& alternative : alternatives) {
     TwoViewPose motion = alternative.pose;
-    if (!explainsAsWell(comparison, alternative.of_plane ? kLeastVuongOnPlane : kLeastVuong, motion)) continue;
+    if (!explainsAsWell(comparison, alternative.of_plane, motion)) continue;
     ambiguity.other_direction |= comparison.apart(motion) > kOtherDirection;
     const Eigen::Matrix<double, 5, 1> step = poseStep(judged.pose, motion);
     ambiguity.covariance += step * step.transpose();
@@ -56,11 +63,11 @@ Ambiguity AlternativeMotions::compare(const JudgedPose& judged, const PointColum
   return ambiguity;
 }
 
-bool AlternativeMotions::explainsAsWell(const Comparison& comparison, double least, TwoViewPose& motion) {
+bool AlternativeMotions::explainsAsWell(const Comparison& comparison, bool of_plane, TwoViewPose& motion) {
   const int count = comparison.plausible.count;
   if (comparison.isSame(motion) ||
-      !isNoWorse(comparison, std::min(kFirstMatches, count), kFirstIterations, kDropBeyond, motion) ||
-      !isNoWorse(comparison, count, kFurtherIterations, least, motion)) {
+      against(comparison, std::min(kFirstMatches, count), kFirstIterations, motion) >= kDropBeyond ||
+      against(comparison, count, kFurtherIterations, motion) >= comparison.least(motion, of_plane)) {
     return false;
   }
   const Loss loss = comparison.judged.noise.loss();
@@ -69,15 +76,14 @@ bool AlternativeMotions::explainsAsWell(const Comparison& comparison, double lea
   return true;
 }
 
-bool AlternativeMotions::isNoWorse(const Comparison& comparison, int count, int iterations, double least,
-                                   TwoViewPose& motion) {
+double AlternativeMotions::against(const Comparison& comparison, int count, int iterations, TwoViewPose& motion) {
   const JudgedPose& judged = comparison.judged;
   const PointColumnsView plausible = firstColumns(comparison.plausible, count);
   const int passes = PoseModel(kernels_, plausible).refine(judged.noise.loss(), iterations, motion);
   comparison.evaluations += static_cast<int64_t>(count) * (passes + 1);
-  if (comparison.isSame(motion)) return false;
+  if (comparison.isSame(motion)) return std::numeric_limits<double>::infinity();
   PoseModel(kernels_, firstColumns(judged.points.view(), count)).residualsInFront(motion, residuals_.data());
-  return vuong(judged, count) < least;
+  return vuong(judged, count);
 }
 
 double AlternativeMotions::vuong(const JudgedPose& judged, int count) {

@@ -33,8 +33,9 @@ class AlternativeMotions {
   /// Refines each of `alternatives` as the pose was, on a part of the matches first, and compares it with the pose by
   /// the non-nested test of Vuong (Econometrica 1989) on the truncated costs, each cell of the spread grid counted as
   /// one observation, because its matches err together. `plausible`: the points with the implausible ones weighing
-  /// nothing, which have no part in either.
-  Ambiguity compare(const JudgedPose& judged, const PointColumnsView& plausible,
+  /// nothing, which have no part in either; `camera_decides`: the direction hangs on errors of the camera that are
+  /// within what those in use are off by, and so may do whether near and far are exchanged.
+  Ambiguity compare(const JudgedPose& judged, const PointColumnsView& plausible, bool camera_decides,
                     const std::vector<AlternativeMotion>& alternatives, int64_t& evaluations);
 
  private:
@@ -42,18 +43,21 @@ class AlternativeMotions {
   struct Comparison {
     const JudgedPose& judged;
     PointColumnsView plausible;
+    bool camera_decides;
     double same_within;  ///< directions of translation that are closer, radians, are one minimum of the cost
     int64_t& evaluations;
 
     double apart(const TwoViewPose& motion) const;
     bool isSame(const TwoViewPose& motion) const { return apart(motion) < same_within; }
+    /// What Vuong's statistic must reach for the pose to be better than a motion.
+    double least(const TwoViewPose& motion, bool of_plane) const;
   };
 
-  /// Whether a motion, once it is refined, explains the matches as well as the pose does. `least`: Vuong's statistic
-  /// from which on the pose is better.
-  bool explainsAsWell(const Comparison& comparison, double least, TwoViewPose& motion);
-  /// Refines a motion on the first `count` matches; whether it is still another one, and the statistic there less.
-  bool isNoWorse(const Comparison& comparison, int count, int iterations, double least, TwoViewPose& motion);
+  /// Whether a motion, once it is refined, explains the matches as well as the pose does.
+  bool explainsAsWell(const Comparison& comparison, bool of_plane, TwoViewPose& motion);
+  /// Refines a motion on the first `count` matches; Vuong's statistic there for the pose against it, which is above all
+  /// limits where it is no other motion any more.
+  double against(const Comparison& comparison, int count, int iterations, TwoViewPose& motion);
   /// Vuong's statistic for the pose against the motion whose residuals_ are those of the first `count` matches.
   double vuong(const JudgedPose& judged, int count);
 

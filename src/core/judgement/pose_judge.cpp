@@ -96,7 +96,7 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
   // A motion whose direction is not known may still be the wrong one of two, with another rotation.
   const bool other_direction = !turn_alone && takeInAlternatives(alternatives, spread, result.effort);
   if (result.doubt == DirectionDoubt::kNone &&
-      (other_direction || !closeEnough(spread) || second_body_.isRival(judged(), bodies_, evaluations))) {
+      (other_direction || !closeEnough(spread.covariance) || second_body_.isRival(judged(), bodies_, evaluations))) {
     result.doubt = DirectionDoubt::kOtherMotion;
   }
   result.translation_observable = result.doubt == DirectionDoubt::kNone;
@@ -135,8 +135,8 @@ PoseSpread PoseJudge::describeSpread(RobustResult& result) {
 bool PoseJudge::takeInAlternatives(const std::vector<AlternativeMotion>& alternatives, PoseSpread& spread,
                                    Effort& effort) {
   keepPlausible();
-  const Ambiguity ambiguity =
-      other_motions_.compare(judged(), plausible_.view(), alternatives, effort.point_evaluations);
+  const Ambiguity ambiguity = other_motions_.compare(judged(), plausible_.view(), !closeEnough(spread.of_any_camera),
+                                                     alternatives, effort.point_evaluations);
   spread.covariance += ambiguity.covariance;
   return ambiguity.other_direction;
 }
@@ -144,7 +144,7 @@ bool PoseJudge::takeInAlternatives(const std::vector<AlternativeMotion>& alterna
 DirectionDoubt PoseJudge::doubtOf(const RotationVerdict& verdict, const PoseSpread& spread) const {
   if (verdict.doubt() != DirectionDoubt::kNone) return verdict.doubt();
   if (!knowsRotation(spread)) return DirectionDoubt::kRotation;
-  return closeEnough(spread) ? DirectionDoubt::kNone : DirectionDoubt::kDirection;
+  return closeEnough(spread.covariance) ? DirectionDoubt::kNone : DirectionDoubt::kDirection;
 }
 
 bool PoseJudge::knowsRotation(const PoseSpread& spread) {
@@ -152,8 +152,8 @@ bool PoseJudge::knowsRotation(const PoseSpread& spread) {
   return covariance.topLeftCorner<3, 3>().trace() <= kMostRotationSigma * kMostRotationSigma;
 }
 
-bool PoseJudge::closeEnough(const PoseSpread& spread) const {
-  return directionSigma(spread.covariance) <= options_.max_direction_sigma * M_PI / 180;
+bool PoseJudge::closeEnough(const PoseSquare& covariance) const {
+  return directionSigma(covariance) <= options_.max_direction_sigma * M_PI / 180;
 }
 
 void PoseJudge::takeAsItIs(const TwoViewPose& optimum, const TwoViewPose& preferred, RobustResult& result) {

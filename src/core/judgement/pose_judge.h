@@ -68,7 +68,7 @@ class PoseJudge {
   DirectionDoubt doubtOf(const RotationVerdict& verdict, const PoseSpread& spread) const;
   static bool knowsRotation(const PoseSpread& spread);
   /// Whether the direction of translation is as well known as the user wants it.
-  bool closeEnough(const PoseSpread& spread) const;
+  bool closeEnough(const PoseSquare& covariance) const;
   /// Widens the covariance to hold the other motions that explain the matches as well; whether one of them has another
   /// direction.
   bool takeInAlternatives(const std::vector<AlternativeMotion>& alternatives, PoseSpread& spread, Effort& effort);

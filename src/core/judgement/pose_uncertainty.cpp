@@ -185,12 +185,11 @@ PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoVie
       seeming * curvature_.block<kPose, kUnmodelledCount>(0, kPose);
   spread.covariance += by_camera * cameraError(cameraScores(seeming)) * by_camera.transpose();
   spread.pose_break = findBreak(cells, variance);
+  spread.of_any_camera = extendedCovariance(unmodelledSigma(), variance);
   const double doubt = std::clamp((spread.contradiction - kFirstDoubt) / (kFullDoubt - kFirstDoubt), 0.0, 1.0);
-  if (doubt > 0) {
-    spread.sandwich += doubt * (extendedCovariance(unmodelledSigma(), variance) - spread.sandwich);
-  }
+  if (doubt > 0) spread.sandwich += doubt * (spread.of_any_camera - spread.sandwich);
   const Eigen::Matrix<double, kPose, 3> effect = calibration_sigma * inverse * curvature_.block<kPose, 3>(0, kPose);
-  for (auto* covariance : {&spread.covariance, &spread.sandwich}) {
+  for (auto* covariance : {&spread.covariance, &spread.of_any_camera, &spread.sandwich}) {
     *covariance += effect * effect.transpose();
     if (!isCovariance(*covariance)) covariance->setIdentity();
   }

@@ -27,6 +27,8 @@ struct PoseSpread {
   PoseSquare covariance = PoseSquare::Identity();
   /// What it would be if the camera model were beyond doubt.
   PoseSquare of_matches = PoseSquare::Identity();
+  /// What it would be if nothing were known of the camera but that it is off by no more than those in use are.
+  PoseSquare of_any_camera = PoseSquare::Identity();
   /// What it seems at first, with noise counted as parallax and no heed of leverage: what a preferred rotation is
   /// weighed against, which a wider one would follow further than errors do.
   PoseSquare sandwich = PoseSquare::Identity();
