@@ -267,9 +267,11 @@ void ImageInput::deliverSettled() {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     settled = waiting_.settled(ros::SteadyTime::now().toSec());
-    if (waiting_.gaveUpCameraInfo()) {
-      throttle_.warnOnce("camera_info", "no camera_info came on " + infoTopic() +
-                                            " with the first images: they are answered without a pose until one does");
+    // That the left or only camera has none is said with the first pair, with what else may be wrong of it.
+    if (waiting_.gaveUpCameraInfo() && waiting_.lacksRightInfo()) {
+      throttle_.warnOnce("right camera_info", "no camera_info came on " + rightInfoTopic() +
+                                                  " with the first images: they are answered without a length until "
+                                                  "one does");
     }
   }
   for (const ImageWithInfo& input : settled) callback_(input);
@@ -313,14 +315,21 @@ std::string ImageInput::toSubscribe(const std::string& name, const std::string& 
   return transport == "raw" ? name : nh_.resolveName(name);
 }
 
+std::string ImageInput::whyNoImage() const {
+  const bool raw = parameters_.image_transport == "raw";
+  const std::string topic = firstTopic() + (raw ? "" : "/" + parameters_.image_transport);
+  const auto publishers = exactInfo() ? image_filter_.getNumPublishers() : image_subscriber_.getNumPublishers();
+  if (publishers > 0) return "no image arrives on " + topic + ", although it is published";
+  return "nobody publishes " + topic + "; start the camera, or remap '" + firstName() + "' to its topic";
+}
+
 std::string ImageInput::waitingFor() {
   std::lock_guard<std::mutex> lock(mutex_);
   const int images = images_, infos = infos_, complete = complete_;
   images_ = infos_ = complete_ = 0;
   if (!started_ || complete > 0) return std::string();
+  if (images == 0) return whyNoImage();
   const std::string image_topic = firstTopic(), info_topic = infoTopic();
-  const bool raw = parameters_.image_transport == "raw";
-  if (images == 0) return "no image arrives on " + image_topic + (raw ? "" : "/" + parameters_.image_transport);
   std::ostringstream text;
   if (twoImages()) {
     text << "no image of " << image_topic << " (last stamp " << last_image_stamp_ << ") has a partner within "

@@ -23,6 +23,14 @@ namespace {
 constexpr double kWatchPeriod = 1;  // seconds
 constexpr int kSilentPeriods = 5;   // without an image before the log says which topic is silent
 
+/// As the end of a sentence.
+std::string whenSubscribed(bool always, const OutputOptions& options) {
+  if (always) return " always (~always_subscribe)";
+  if (options.publish_relative_tf) return " while it broadcasts a transform (~publish_relative_tf)";
+  if (options.publish_odom_tf) return " while it broadcasts a transform (~publish_odom_tf)";
+  return " only while someone listens to an output";
+}
+
 /// Alone the node would wait for itself for ever, as its own listener; beside a camera every image would come twice.
 void refuseOwnOutput(const std::vector<std::string>& inputs, const std::string& overlay) {
   if (std::find(inputs.begin(), inputs.end(), overlay) == inputs.end()) return;
@@ -70,8 +78,7 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   ROS_INFO_STREAM(name_ << ": method " << start.processor.core.method << ", model "
                         << toString(start.processor.core.robust.model) << ", OpenCV " << CV_VERSION
                         << "; subscribes to " << input_->imageTopic()
-                        << (parameters_.always_subscribe ? " always (~always_subscribe)"
-                                                         : " only while someone listens or a transform is published"));
+                        << whenSubscribed(parameters_.always_subscribe, start.outputs));
   updateSubscription();
   reset_service_ = pnh_.advertiseService("reset", &MatchFilterRos::reset, this);
   pause_service_ = pnh_.advertiseService("pause", &MatchFilterRos::pause, this);
