@@ -28,6 +28,10 @@ std::string whereToGet(const std::string& transport) {
          "-image-transport (where there is none, build image_transport_plugins)";
 }
 
+std::string nobodyPublishes(const std::string& topic, const char* name) {
+  return "nobody publishes " + topic + "; start the camera, or remap '" + name + "' to its topic";
+}
+
 double tolerance(const Parameters& parameters) {
   return parameters.input == InputKind::kStereo ? kStereoTolerance : kNear;
 }
@@ -320,7 +324,19 @@ std::string ImageInput::whyNoImage() const {
   const std::string topic = firstTopic() + (raw ? "" : "/" + parameters_.image_transport);
   const auto publishers = exactInfo() ? image_filter_.getNumPublishers() : image_subscriber_.getNumPublishers();
   if (publishers > 0) return "no image arrives on " + topic + ", although it is published";
-  return "nobody publishes " + topic + "; start the camera, or remap '" + firstName() + "' to its topic";
+  return nobodyPublishes(topic, firstName());
+}
+
+std::string ImageInput::whyNoPartner() const {
+  std::ostringstream text;
+  if (second_subscriber_.getNumPublishers() == 0) {
+    text << nobodyPublishes(secondTopic(), secondName());
+  } else {
+    text << "no image of " << firstTopic() << " (last stamp " << last_image_stamp_ << ") has a partner within "
+         << tolerance(parameters_) << " s on " << secondTopic();
+  }
+  if (parameters_.input != InputKind::kPair) text << "; images are answered without a length";
+  return text.str();
 }
 
 std::string ImageInput::waitingFor() {
@@ -329,15 +345,9 @@ std::string ImageInput::waitingFor() {
   images_ = infos_ = complete_ = 0;
   if (!started_ || complete > 0) return std::string();
   if (images == 0) return whyNoImage();
-  const std::string image_topic = firstTopic(), info_topic = infoTopic();
+  if (twoImages()) return whyNoPartner();
   std::ostringstream text;
-  if (twoImages()) {
-    text << "no image of " << image_topic << " (last stamp " << last_image_stamp_ << ") has a partner within "
-         << tolerance(parameters_) << " s on " << secondTopic();
-    if (parameters_.input != InputKind::kPair) text << "; they are answered without a length";
-    return text.str();
-  }
-  text << "no image of " << image_topic << " has a camera_info of the same stamp on " << info_topic << ": " << images
+  text << "no image of " << firstTopic() << " has a camera_info of the same stamp on " << infoTopic() << ": " << images
        << " images (last stamp " << last_image_stamp_ << ") and " << infos << " camera_info (last stamp "
        << last_info_stamp_ << ") came; set ~camera_info_sync to latest if their stamps differ";
   return text.str();
