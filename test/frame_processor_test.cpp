@@ -115,7 +115,17 @@ TEST(FrameProcessor, AResetOutlivesImagesOfNoUse) {
   const ProcessedFrame processed = processor.ask(image(1.3, 10));
   EXPECT_EQ(processed.status, MatchStats::FIRST_FRAME);
   EXPECT_EQ(processed.continuity, Continuity::kRestarted);
+  EXPECT_NE(processed.text.find("reset on request"), std::string::npos) << processed.text;
   EXPECT_EQ(processor.ask(image(1.4, 15)).continuity, Continuity::kContinuous) << "once";
+}
+
+TEST(FrameProcessor, SaysThatNobodyListenedForAWhile) {
+  Processor processor;
+  processor.ask(image(1.0));
+  processor->requestReset(Reset::kUnsubscribed);
+  const ProcessedFrame processed = processor.ask(image(1.1, 5));
+  EXPECT_EQ(processed.status, MatchStats::FIRST_FRAME);
+  EXPECT_NE(processed.text.find("nobody listened"), std::string::npos) << processed.text;
 }
 
 TEST(FrameProcessor, AResetRestartsPairsToo) {

@@ -147,8 +147,10 @@ std::shared_ptr<const CameraModel> CameraModelSource::makeAndTell(const sensor_m
     throttle_.warn(text.str(), text.str());
   } else {
     text << "images on " << image_topic_ << " are taken as " << (model->rectified ? "rectified" : "raw")
-         << " (~input_is_rectified), with fx " << k.fx << ", fy " << k.fy << ", cx " << k.cx << ", cy " << k.cy
-         << " from " << (override_.calibrated() ? "the parameters ~camera" : info_topic_);
+         << (input_is_rectified_ == Rectified::kAuto ? " (set ~input_is_rectified if they are not)"
+                                                     : " (~input_is_rectified)")
+         << ", with fx " << k.fx << ", fy " << k.fy << ", cx " << k.cx << ", cy " << k.cy << " from "
+         << (override_.calibrated() ? "the parameters ~camera" : info_topic_);
     throttle_.info(text.str(), text.str());
   }
   model->warning = missingRays(model->camera);

@@ -126,7 +126,7 @@ void MatchFilterRos::updateSubscription() {
     input_->stop();
     // What comes when someone listens again has nothing to do with what came before.
     dropped_ += static_cast<uint32_t>(mailbox_.clear());
-    processor_->requestReset();
+    processor_->requestReset(Reset::kUnsubscribed);
     return;
   }
   try {
@@ -212,7 +212,11 @@ void MatchFilterRos::publish(const ProcessedFrame& processed, const OutputOption
   if (processed.status == MatchStats::BAD_IMAGE) throttle_.warn("bad image", name_ + ": " + processed.text);
   const std::string& mask_problem = processed.current->mask_problem;
   if (!mask_problem.empty()) throttle_.warn("mask", name_ + ": an image is answered without mask: " + mask_problem);
-  if (processed.continuity != Continuity::kContinuous) throttle_.warn("reset", name_ + ": " + processed.text);
+  if (processed.current->reset != Reset::kNone) {
+    throttle_.info("wanted reset", name_ + ": " + processed.text);
+  } else if (processed.continuity != Continuity::kContinuous) {
+    throttle_.warn("reset", name_ + ": " + processed.text);
+  }
   // An image is counted as dropped after it was counted as received, so here it is the other way round: else one that
   // comes meanwhile and pushes out another would make more answers than images.
   const uint32_t dropped = dropped_, received = received_;

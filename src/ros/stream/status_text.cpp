@@ -84,6 +84,17 @@ std::string statusName(uint8_t status) {
   return toString(static_cast<Status>(status));
 }
 
+std::string explain(Reset reset) {
+  switch (reset) {
+    case Reset::kRequested:
+      return "reset on request";
+    case Reset::kUnsubscribed:
+      return "no images were taken for a while (~pause, or nobody listened)";
+    default:
+      return std::string();
+  }
+}
+
 std::string explain(Status status, const MatchResult& result, const PreparedFrame& current) {
   std::ostringstream text;
   switch (status) {
