@@ -146,10 +146,10 @@ std::shared_ptr<const CameraModel> CameraModelSource::makeAndTell(const sensor_m
     text << "no pose for images on " << image_topic_ << ": " << model->problem;
     throttle_.warn(text.str(), text.str());
   } else {
-    text << "images on " << image_topic_ << " are taken as " << (model->rectified ? "rectified" : "raw")
-         << (input_is_rectified_ == Rectified::kAuto ? " (set ~input_is_rectified if they are not)"
-                                                     : " (~input_is_rectified)")
-         << ", with fx " << k.fx << ", fy " << k.fy << ", cx " << k.cx << ", cy " << k.cy << " from "
+    const bool guessed = input_is_rectified_ == Rectified::kAuto && !override_.calibrated();
+    text << "images on " << image_topic_ << " are taken as " << (model->rectified ? "free of distortion" : "distorted")
+         << (guessed ? " (set ~input_is_rectified if that is wrong)" : "") << ", with fx " << k.fx << ", fy " << k.fy
+         << ", cx " << k.cx << ", cy " << k.cy << " from "
          << (override_.calibrated() ? "the parameters ~camera" : info_topic_);
     throttle_.info(text.str(), text.str());
   }
