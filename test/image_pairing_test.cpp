@@ -37,6 +37,7 @@ class Bench {
   }
   /// What came out since the last call.
   std::string out() { return std::exchange(out_, std::string()); }
+  ImagePairing* operator->() { return &pairing_; }
 
  private:
   Bench& collect() {
@@ -81,7 +82,9 @@ TEST(ImagePairing, OrOnceItHasWaitedLongEnough) {
   Bench bench;
   EXPECT_EQ(bench.first(1.00).wait(0.9).out(), "");
   EXPECT_EQ(bench.first(1.03).wait(0.2).out(), "100");
+  EXPECT_TRUE(bench->pending()) << "somebody has to ask again";
   EXPECT_EQ(bench.wait(0.9).out(), "103");
+  EXPECT_FALSE(bench->pending());
   EXPECT_EQ(bench.second(1.00).second(1.03).first(1.07).second(1.07).out(), "107+107") << "too late for two";
 }
 

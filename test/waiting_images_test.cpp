@@ -107,7 +107,10 @@ TEST_F(WaitForCameraInfo, TheFirstImagesWait) {
 }
 
 TEST_F(WaitForCameraInfo, ImagesWaitInVainOnlyOnce) {
-  EXPECT_EQ(bench.image(1).wait(0.5).image(2).wait(0.5).out(), "100 200");
+  EXPECT_EQ(bench.image(1).wait(0.5).image(2).wait(0.4).out(), "");
+  EXPECT_TRUE(bench->pending()) << "somebody has to ask again";
+  EXPECT_EQ(bench.wait(0.1).out(), "100 200");
+  EXPECT_FALSE(bench->pending());
   EXPECT_TRUE(bench->gaveUpCameraInfo());
   EXPECT_EQ(bench.image(3).out(), "300");
   EXPECT_EQ(bench.info().image(4).out(), "400i") << "it is taken when it comes after all";
@@ -161,12 +164,14 @@ TEST(WaitForSensors, ButNotForLong) {
   EXPECT_EQ(bench.wait(0).out(), "100");
   EXPECT_EQ(bench.image(2).wait(0.1).image(3).wait(0.15).out(), "200 300") << "what follows one in vain does not wait";
   EXPECT_TRUE(bench->gaveUpSensors());
+  EXPECT_TRUE(bench->pending()) << "whether they are late still";
   EXPECT_EQ(bench.wait(1).image(4).out(), "400");
   reached = 4;  // within the patience of image 4: late no more
   EXPECT_EQ(bench.wait(0.1).image(5).out(), "");
   EXPECT_FALSE(bench->gaveUpSensors());
   reached = 5;
   EXPECT_EQ(bench.wait(0.1).out(), "500");
+  EXPECT_FALSE(bench->pending());
 }
 
 TEST(WaitForSensors, WithoutPilingUp) {

@@ -44,6 +44,11 @@ class Outputs(unittest.TestCase):
         client.answer(3)
         self.assertEqual([s.status for s in client.stats], [MatchStats.FIRST_FRAME, MatchStats.OK, MatchStats.OK])
 
+    def test_an_image_waits_in_vain_for_camera_info_though_nothing_follows_it(self):
+        client = Client("uncalibrated", "uncalibrated/image", camera=False).connect()
+        for i, status in enumerate((MatchStats.FIRST_FRAME, MatchStats.UNCALIBRATED)):
+            self.assertEqual(client.ask(self.frames[i], 100 + 0.1 * i).status, status)
+
     def test_track_ids_persist(self):
         pairs = self.send_all(self.client("mono").connect())
         for before, after in zip(pairs, pairs[1:]):

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "judgement/match_noise.h"
+#include "judgement/judged_pose.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
@@ -15,12 +15,6 @@ namespace gms_ransac {
 struct AlternativeMotion {
   TwoViewPose pose;
   bool of_plane = false;  ///< explains a plane just as well, so that chance decides which of the two fits better
-};
-
-/// Kept from pair to pair, so that nothing is allocated; residuals with room for all columns.
-struct AlternativeBuffers {
-  std::vector<float> residuals;
-  std::vector<double> by_cell;
 };
 
 constexpr double kOtherDirection = 20 * M_PI / 180;
@@ -32,14 +26,40 @@ struct Ambiguity {
   Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
 };
 
-/// Refines each of `alternatives` as `pose` was, on a part of the matches first, and compares it with `pose` by the
-/// non-nested test of Vuong (Econometrica 1989) on the truncated costs, each cell of the spread grid counted as one
-/// observation, because its matches err together. `plausible`: `points` with the implausible ones of `noise` weighing
-/// nothing, which have no part in either; `noise`: measured at `pose`; `cells`: of each column; `same_within`:
-/// directions of translation that are closer, in radians, are the same local minimum of the cost.
-Ambiguity findAlternativeMotion(const ResidualKernels& kernels, const PointColumnsView& points,
-                                const PointColumnsView& plausible, const TwoViewPose& pose, const MatchNoise& noise,
-                                const std::vector<AlternativeMotion>& alternatives, const std::vector<int32_t>& cells,
-                                double same_within, AlternativeBuffers& work, int64_t& evaluations);
+class AlternativeMotions {
+ public:
+  explicit AlternativeMotions(const ResidualKernels& kernels) : kernels_(kernels) {}
+
+  /// Refines each of `alternatives` as the pose was, on a part of the matches first, and compares it with the pose by
+  /// the non-nested test of Vuong (Econometrica 1989) on the truncated costs, each cell of the spread grid counted as
+  /// one observation, because its matches err together. `plausible`: the points with the implausible ones weighing
+  /// nothing, which have no part in either.
+  Ambiguity compare(const JudgedPose& judged, const PointColumnsView& plausible,
+                    const std::vector<AlternativeMotion>& alternatives, int64_t& evaluations);
+
+ private:
+  /// What each of them is compared with, and on.
+  struct Comparison {
+    const JudgedPose& judged;
+    PointColumnsView plausible;
+    double same_within;  ///< directions of translation that are closer, radians, are one minimum of the cost
+    int64_t& evaluations;
+
+    double apart(const TwoViewPose& motion) const;
+    bool isSame(const TwoViewPose& motion) const { return apart(motion) < same_within; }
+  };
+
+  /// Whether a motion, once it is refined, explains the matches as well as the pose does. `least`: Vuong's statistic
+  /// from which on the pose is better.
+  bool explainsAsWell(const Comparison& comparison, double least, TwoViewPose& motion);
+  /// Refines a motion on the first `count` matches; whether it is still another one, and the statistic there less.
+  bool isNoWorse(const Comparison& comparison, int count, int iterations, double least, TwoViewPose& motion);
+  /// Vuong's statistic for the pose against the motion whose residuals_ are those of the first `count` matches.
+  double vuong(const JudgedPose& judged, int count);
+
+  const ResidualKernels& kernels_;
+  std::vector<float> residuals_;
+  std::vector<double> by_cell_;
+};
 
 }  // namespace gms_ransac

@@ -14,35 +14,34 @@ constexpr double kMostCost = 0.9;
 
 }  // namespace
 
-bool BodyParting::part(const ResidualKernels& kernels, const PointColumnsView& points,
-                       const std::vector<int32_t>& cells, const PoseBreak& pose_break,
-                       const std::vector<float>& residuals, TwoViewPose& pose, int64_t& evaluations) {
-  apart_.resize(static_cast<size_t>(points.count));
-  for (size_t i = 0; i < apart_.size(); ++i) apart_[i] = pose_break.holds(cells[i]);
-  bodies_[0] = bodies_[1] = pose;
+void BodyParting::part(const JudgedPose& judged, int64_t& evaluations) {
+  const std::vector<int32_t>& cells = judged.points.cells();
+  apart_.resize(static_cast<size_t>(judged.points.size()));
+  for (size_t i = 0; i < apart_.size(); ++i) apart_[i] = judged.spread.pose_break.holds(cells[i]);
+  bodies_[0] = bodies_[1] = judged.pose;
   for (int round = 0; round < kRounds; ++round) {
-    refine(kernels, points, evaluations);
+    refine(judged.points.view(), evaluations);
     assign(cells);
   }
   double one = 0, two = 0;
   int explained[2] = {0, 0};
   for (size_t i = 0; i < apart_.size(); ++i) {
     const float e = residuals_[apart_[i]][i];
-    one += static_cast<double>(std::min(residuals[i], 1.f));
+    one += static_cast<double>(std::min(judged.noise.residuals()[i], 1.f));
     two += static_cast<double>(std::min(e, 1.f));
     explained[apart_[i]] += e < 1;
   }
-  if (!(two < kMostCost * one)) return false;
-  const int larger = explained[1] > explained[0];
-  if (larger == 1) {
+  found_ = two < kMostCost * one;
+  if (!found_) return;
+  if (explained[1] > explained[0]) {
     for (uint8_t& apart : apart_) apart = 1 - apart;
+    std::swap(bodies_[0], bodies_[1]);
+    std::swap(explained[0], explained[1]);
   }
-  pose = bodies_[larger];
-  smaller_share_ = static_cast<double>(explained[1 - larger]) / std::max(1, explained[larger]);
-  return true;
+  smaller_share_ = static_cast<double>(explained[1]) / std::max(1, explained[0]);
 }
 
-void BodyParting::refine(const ResidualKernels& kernels, const PointColumnsView& points, int64_t& evaluations) {
+void BodyParting::refine(const PointColumnsView& points, int64_t& evaluations) {
   columns_.reserve(apart_.size());
   own_.resize(points.count);  // storage for all of them, so that how many there are allocates nothing
   for (int k = 0; k < 2; ++k) {
@@ -52,9 +51,9 @@ void BodyParting::refine(const ResidualKernels& kernels, const PointColumnsView&
     }
     const auto count = static_cast<int>(columns_.size());
     own_.gather(points, columns_.data(), count);
-    const int passes = PoseModel(kernels, own_.view()).refine(kRobustLoss, kIterations, bodies_[k], kEnough);
+    const int passes = PoseModel(kernels_, own_.view()).refine(kRobustLoss, kIterations, bodies_[k], kEnough);
     residuals_[k].resize(static_cast<size_t>(points.size));
-    PoseModel(kernels, points).residualsInFront(bodies_[k], residuals_[k].data());
+    PoseModel(kernels_, points).residualsInFront(bodies_[k], residuals_[k].data());
     evaluations += static_cast<int64_t>(count) * passes + points.count;
   }
 }

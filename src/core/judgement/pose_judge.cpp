@@ -1,70 +1,22 @@
 #include "judgement/pose_judge.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <Eigen/Cholesky>
-
-#include "ransac/motion_starts.h"
 
 namespace gms_ransac {
 
 namespace {
 
-// Of Vuong's statistics, in standard deviations.
-constexpr double kLeastAgainstRotation = 2.5;
-constexpr double kLeastAgainstRows = 0;
-/// Of the inliers, without parallax. Where more are still, a body that moves by itself may be all that moves
-/// (doc/uncertainty.md).
-constexpr double kMostStill = 0.45;
-/// The same of those that the pose itself puts at infinity, where noise alone decides on which side of it they lie.
-/// Nearly all views of which two fifths are background show less, and real ones with more are wrong no more often
-/// (doc/trust.md).
-constexpr double kMostAtInfinity = 0.4;
 /// Of the three axes together: a rotation that is known worse is of no use, whatever the direction.
 constexpr double kMostRotationSigma = M_PI / 180;
 /// From such a contradiction on what the camera model leaves out is more than what cameras in use are off by: the pose
 /// must be known even so.
 constexpr double kBeyondCameras = 10;
-/// Below this a turn with rows explains the matches so much better that it is the answer.
-constexpr double kRowsExplainBetter = -2;
-/// Motions that are closer in direction, in standard deviations or radians, are the same that has not converged.
-constexpr double kSameSigmas = 5, kLeastApart = 3 * M_PI / 180;
-/// Among what the pose does not explain another motion may explain this share of what the pose does; more is a second
-/// body as likely to be the world as the first.
-constexpr double kSecondBody = 0.8;
-/// Less where the pose may join both: its matches contradict the camera model, as those of one body do by chance in one
-/// pair of a hundred, or the second's lie among the first's, as those of a pattern that repeats itself.
-constexpr double kSecondJoined = 0.6, kByChance = 1;
-/// Of the second's matches, in blocks that are the first's for the most part: as a pattern's, and hardly as a body's.
-constexpr double kMostAmong = 0.4;
-constexpr int kCellsOfBlock = 2, kBlockSide = kSpreadGridSide / kCellsOfBlock;
 constexpr int kIterations = 10;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
-
-/// Whether the matches of a second motion lie among those of the first, as those of a repeated pattern do, and not in a
-/// part of the view of their own. `first`: the probability of each column; `second`: whether it is the second's.
-bool lieAmong(const std::vector<int32_t>& cells, const std::vector<float>& first, const std::vector<uint8_t>& second) {
-  struct Block {
-    int first = 0, second = 0;
-  };
-  std::array<Block, kBlockSide * kBlockSide> blocks;
-  for (size_t i = 0; i < second.size(); ++i) {
-    const auto row = static_cast<size_t>(cells[i] / kSpreadGridSide / kCellsOfBlock);
-    const auto column = static_cast<size_t>(cells[i] % kSpreadGridSide / kCellsOfBlock);
-    Block& block = blocks[row * kBlockSide + column];
-    block.first += first[i] >= 0.5f;
-    block.second += second[i];
-  }
-  int all = 0, among = 0;
-  for (const Block& block : blocks) {
-    all += block.second;
-    if (block.first > block.second) among += block.second;
-  }
-  return among > kMostAmong * all;
-}
 
 void leaveDirectionOpen(Eigen::Matrix<double, 6, 6>& covariance) {
   const Eigen::Matrix3d rotation = covariance.bottomRightCorner<3, 3>();
@@ -79,7 +31,8 @@ void PoseJudge::begin(const TwoViewPoints& points) {
   points_ = &points;
   view_ = points.view();
   plausible_.resize(view_.count);  // whether or not it is needed, so that a later pair allocates nothing
-  measured_ = parted_ = false;
+  measured_ = false;
+  bodies_.begin();
   noise_.forgetApart();
 }
 
@@ -97,11 +50,10 @@ void PoseJudge::refine(TwoViewPose& pose, Effort& effort) {
 }
 
 void PoseJudge::followLargerBody(TwoViewPose& pose, Effort& effort) {
-  const PoseBreak& pose_break = spreadAt(pose).pose_break;
-  if (!pose_break.found()) return;
-  parted_ =
-      bodies_.part(kernels_, view_, points_->cells(), pose_break, noise_.residuals(), pose, effort.point_evaluations);
-  if (!parted_) return;
+  if (!measuredSpread().pose_break.found()) return;
+  bodies_.part(judged(), effort.point_evaluations);
+  if (!bodies_.found()) return;
+  pose = bodies_.larger();
   noise_.setApart(bodies_.apart());
   measured_ = false;
   followNoise(pose, effort);
@@ -134,23 +86,22 @@ void PoseJudge::keepPlausible() {
 
 void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
                       const std::vector<AlternativeMotion>& alternatives, RobustResult& result) {
+  int64_t& evaluations = result.effort.point_evaluations;
   measureNoise(optimum, result.effort);
   const RotationOnly rotation = fitRotation(optimum, result);
-  PoseSpread spread = describeSpread(optimum, result);
-  const RotationVerdict verdict =
-      rivals_.compare(view_, optimum, noise_, rotation.R, rotation_residuals_, points_->cells());
-  const bool turn_in_question = verdict.against_rotation < kLeastAgainstRotation;
-  const bool turn_alone = verdict.against_rotation < 0 || verdict.against_rows < kRowsExplainBetter;
+  PoseSpread spread = describeSpread(result);
+  const RotationVerdict verdict = rivals_.compare(judged(), rotation.R, rotation_residuals_);
+  const bool turn_alone = verdict.believed() == BelievedRotation::kOfTurn;
   result.doubt = doubtOf(verdict, spread);
   // A motion whose direction is not known may still be the wrong one of two, with another rotation.
-  const bool other_direction = !turn_alone && takeInAlternatives(optimum, alternatives, spread, result.effort);
+  const bool other_direction = !turn_alone && takeInAlternatives(alternatives, spread, result.effort);
   if (result.doubt == DirectionDoubt::kNone &&
-      (other_direction || !closeEnough(spread) || movesInTwo(result.effort.point_evaluations))) {
+      (other_direction || !closeEnough(spread) || second_body_.isRival(judged(), bodies_, evaluations))) {
     result.doubt = DirectionDoubt::kOtherMotion;
   }
   result.translation_observable = result.doubt == DirectionDoubt::kNone;
 
-  if (turn_in_question || turn_alone) {
+  if (verdict.believed() != BelievedRotation::kOfPose) {
     // With and without a translation are both in question, so the rotation is no better known than they agree.
     const Eigen::Vector3d apart = rotationVector(rotation.R * optimum.R.transpose());
     spread.covariance.topLeftCorner<3, 3>() += apart * apart.transpose();
@@ -162,80 +113,38 @@ void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
     settle(optimum, preferred, spread, result);
   }
   if (!result.translation_observable) leaveDirectionOpen(result.pose.covariance);
-  describeMatches(onlyTurns(verdict), result);
+  describeMatches(verdict.onlyTurned(), result);
 }
 
-const PoseSpread& PoseJudge::spreadAt(const TwoViewPose& pose) {
+const PoseSpread& PoseJudge::measuredSpread() {
   if (!spread_known_) {
-    spread_ = uncertainty_.measure(view_, pose, noise_, points_->cells(), options_.calibration_sigma);
+    spread_ = uncertainty_.measure(view_, measured_at_, noise_, points_->cells(), options_.calibration_sigma);
   }
   spread_known_ = true;
   return spread_;
 }
 
-PoseSpread PoseJudge::describeSpread(const TwoViewPose& optimum, RobustResult& result) {
-  const PoseSpread& spread = spreadAt(optimum);
+PoseSpread PoseJudge::describeSpread(RobustResult& result) {
+  const PoseSpread& spread = measuredSpread();
   result.camera_misfit = spread.contradiction;
   result.misfit_parameter = spread.contradicted;
   result.camera_errors = spread.camera_errors;
   return spread;
 }
 
-bool PoseJudge::takeInAlternatives(const TwoViewPose& optimum, const std::vector<AlternativeMotion>& alternatives,
-                                   PoseSpread& spread, Effort& effort) {
+bool PoseJudge::takeInAlternatives(const std::vector<AlternativeMotion>& alternatives, PoseSpread& spread,
+                                   Effort& effort) {
   keepPlausible();
-  alternative_buffers_.residuals.resize(noise_.residuals().size());
-  const double same_within = std::clamp(kSameSigmas * directionSigma(spread.of_matches), kLeastApart, kOtherDirection);
   const Ambiguity ambiguity =
-      findAlternativeMotion(kernels_, view_, plausible_.view(), optimum, noise_, alternatives, points_->cells(),
-                            same_within, alternative_buffers_, effort.point_evaluations);
+      other_motions_.compare(judged(), plausible_.view(), alternatives, effort.point_evaluations);
   spread.covariance += ambiguity.covariance;
   return ambiguity.other_direction;
 }
 
-bool PoseJudge::isRival(double share, const std::vector<uint8_t>& second) const {
-  if (share <= kSecondJoined) return false;
-  return share > kSecondBody || spread_.contradiction > kByChance ||
-         lieAmong(points_->cells(), noise_.probabilities(), second);
-}
-
-bool PoseJudge::movesInTwo(int64_t& evaluations) {
-  if (parted_ && isRival(bodies_.smallerShare(), bodies_.apart())) return true;
-  rest_.clear();
-  for (int i = 0; i < view_.count; ++i) {
-    if (noise_.probabilities()[static_cast<size_t>(i)] < 0.5f) rest_.push_back(i);
-  }
-  const auto explained = view_.count - static_cast<int>(rest_.size());
-  if (static_cast<double>(rest_.size()) < kSecondJoined * explained) return false;
-  rest_points_.gather(view_, rest_.data(), static_cast<int>(rest_.size()));
-  const PoseModel model(kernels_, rest_points_.view());
-  findMotionStarts(kernels_, rest_points_.view(), rest_starts_, evaluations);
-  rest_residuals_.resize(noise_.residuals().size());
-  for (TwoViewPose& start : rest_starts_) {
-    model.refine(kRobustLoss, kIterations, start);
-    model.residualsInFront(start, rest_residuals_.data());
-    evaluations += static_cast<int64_t>(rest_.size());
-    second_.assign(static_cast<size_t>(view_.count), 0);
-    int count = 0;
-    for (size_t k = 0; k < rest_.size(); ++k) {
-      count += second_[static_cast<size_t>(rest_[k])] = rest_residuals_[k] < 1;
-    }
-    if (isRival(static_cast<double>(count) / explained, second_)) return true;
-  }
-  return false;
-}
-
 DirectionDoubt PoseJudge::doubtOf(const RotationVerdict& verdict, const PoseSpread& spread) const {
-  if (verdict.against_rotation < kLeastAgainstRotation || verdict.against_rows < kLeastAgainstRows) {
-    return DirectionDoubt::kTurn;
-  }
-  if (verdict.still > kMostStill || verdict.at_infinity > kMostAtInfinity) return DirectionDoubt::kStill;
+  if (verdict.doubt() != DirectionDoubt::kNone) return verdict.doubt();
   if (!knowsRotation(spread)) return DirectionDoubt::kRotation;
   return closeEnough(spread) ? DirectionDoubt::kNone : DirectionDoubt::kDirection;
-}
-
-bool PoseJudge::onlyTurns(const RotationVerdict& verdict) {
-  return verdict.still > kMostStill || verdict.against_rotation < 0;
 }
 
 bool PoseJudge::knowsRotation(const PoseSpread& spread) {
@@ -250,7 +159,7 @@ bool PoseJudge::closeEnough(const PoseSpread& spread) const {
 void PoseJudge::takeAsItIs(const TwoViewPose& optimum, const TwoViewPose& preferred, RobustResult& result) {
   measureNoise(optimum, result.effort);
   fitRotation(optimum, result);
-  PoseSpread spread = describeSpread(optimum, result);
+  PoseSpread spread = describeSpread(result);
   result.doubt = DirectionDoubt::kNone;
   result.translation_observable = true;
   settle(optimum, preferred, spread, result);
@@ -283,9 +192,9 @@ void PoseJudge::settle(const TwoViewPose& optimum, const TwoViewPose& preferred,
   // the less the further it is from the optimum in terms of the optimum's own covariance, whatever other motions there
   // are. How far that goes may all be error.
   auto rotation = spread.covariance.topLeftCorner<3, 3>();
-  // And where two bodies have been parted, the preference is that of both.
-  Eigen::Vector3d step = parted_ ? Eigen::Vector3d(0, 0, 0) : rotationVector(preferred.R * optimum.R.transpose());
-  const Eigen::Matrix3d own = spread_.sandwich.topLeftCorner<3, 3>();
+  Eigen::Vector3d step = rotationVector(preferred.R * optimum.R.transpose());
+  if (bodies_.found()) step.setZero();  // the preference is that of both
+  const Eigen::Matrix3d own = spread.sandwich.topLeftCorner<3, 3>();
   const double distance = step.dot(own.ldlt().solve(step)) / 3;
   step = std::isfinite(distance) ? Eigen::Vector3d(step / (1 + distance / kHalfWay)) : Eigen::Vector3d::Zero();
   rotation += step * step.transpose();

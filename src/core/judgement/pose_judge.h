@@ -2,17 +2,18 @@
 // motions that explain them as well.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "gms_ransac/robust_estimator.h"
 #include "judgement/alternative_motion.h"
 #include "judgement/body_parting.h"
+#include "judgement/judged_pose.h"
 #include "judgement/match_noise.h"
 #include "judgement/match_probability.h"
 #include "judgement/pose_uncertainty.h"
 #include "judgement/rotation_only.h"
 #include "judgement/rotation_rivals.h"
+#include "judgement/second_body.h"
 #include "two_view/pose_model.h"
 #include "two_view/two_view_points.h"
 
@@ -20,7 +21,12 @@ namespace gms_ransac {
 
 class PoseJudge {
  public:
-  explicit PoseJudge(const RobustOptions& options) : kernels_(residualKernels(options.simd)), options_(options) {}
+  explicit PoseJudge(const RobustOptions& options)
+      : kernels_(residualKernels(options.simd)),
+        options_(options),
+        bodies_(kernels_),
+        other_motions_(kernels_),
+        second_body_(kernels_) {}
 
   /// Takes up a pair: its matches on the normalised image plane, which must outlive what follows.
   void begin(const TwoViewPoints& points);
@@ -46,8 +52,9 @@ class PoseJudge {
   void followNoise(TwoViewPose& pose, Effort& effort);
   /// Where one part of the view contradicts the rest and two motions explain both: to that of the larger part.
   void followLargerBody(TwoViewPose& pose, Effort& effort);
-  /// The spread at the pose that the noise was measured at last.
-  const PoseSpread& spreadAt(const TwoViewPose& pose);
+  /// At the pose that the noise was measured at last.
+  const PoseSpread& measuredSpread();
+  JudgedPose judged() { return {measured_at_, *points_, noise_, measuredSpread()}; }
   /// Whether a loss with that cut gives weight to an implausible match.
   bool weighsImplausible(float cut) const;
   /// Fills plausible_ with the matches, the implausible ones without weight.
@@ -56,24 +63,15 @@ class PoseJudge {
   RotationOnly fitRotation(const TwoViewPose& start, RobustResult& result);
   /// Puts the pose between `optimum` and `preferred` into the result, with its covariance.
   void settle(const TwoViewPose& optimum, const TwoViewPose& preferred, PoseSpread& spread, RobustResult& result) const;
-  PoseSpread describeSpread(const TwoViewPose& optimum, RobustResult& result);
+  PoseSpread describeSpread(RobustResult& result);
   /// Before other motions are looked at.
   DirectionDoubt doubtOf(const RotationVerdict& verdict, const PoseSpread& spread) const;
-  /// Whether the camera is taken to have turned and no more: a turn explains the matches better, or most of them, so
-  /// that what moves beside it moves by itself.
-  static bool onlyTurns(const RotationVerdict& verdict);
   static bool knowsRotation(const PoseSpread& spread);
   /// Whether the direction of translation is as well known as the user wants it.
   bool closeEnough(const PoseSpread& spread) const;
   /// Widens the covariance to hold the other motions that explain the matches as well; whether one of them has another
   /// direction.
-  bool takeInAlternatives(const TwoViewPose& optimum, const std::vector<AlternativeMotion>& alternatives,
-                          PoseSpread& spread, Effort& effort);
-  /// Whether what the pose does not explain, or was parted from it, moves as one and is nearly as much.
-  bool movesInTwo(int64_t& evaluations);
-  /// Whether a second motion may be the world as well as the pose. `share`: of what it explains in what the pose does;
-  /// `second`: which columns.
-  bool isRival(double share, const std::vector<uint8_t>& second) const;
+  bool takeInAlternatives(const std::vector<AlternativeMotion>& alternatives, PoseSpread& spread, Effort& effort);
   /// `turned`: by the rotation that fitRotation found, instead of by the pose.
   void describeMatches(bool turned, RobustResult& result);
 
@@ -87,18 +85,13 @@ class PoseJudge {
   bool spread_known_ = false;  ///< at measured_at_
   PoseSpread spread_;
   BodyParting bodies_;
-  bool parted_ = false;  ///< bodies_ found two
   MatchProbability probability_;
   PoseUncertainty uncertainty_;
   RotationRivals rivals_;
   PointColumns plausible_;
   std::vector<float> rotation_residuals_, sorted_;
-  AlternativeBuffers alternative_buffers_;
-  std::vector<int> rest_;  ///< columns that the pose does not explain
-  PointColumns rest_points_;
-  std::vector<TwoViewPose> rest_starts_;
-  std::vector<float> rest_residuals_;
-  std::vector<uint8_t> second_;  ///< columns of the rest that another motion explains
+  AlternativeMotions other_motions_;
+  SecondBody second_body_;
 };
 
 }  // namespace gms_ransac

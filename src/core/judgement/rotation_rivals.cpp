@@ -7,13 +7,25 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-#include "gms_ransac/robust_estimator.h"
 #include "judgement/lanes.h"
 #include "judgement/vuong.h"
 
 namespace gms_ransac {
 
 namespace {
+
+// Of Vuong's statistics, in standard deviations: what a translation needs.
+constexpr double kLeastAgainstRotation = 2.5;
+constexpr double kLeastAgainstRows = 0;
+/// Below these a turn explains the matches so much better that it is the answer.
+constexpr double kRotationExplainsBetter = 0, kRowsExplainBetter = -2;
+/// Of the inliers, without parallax. Where more are still, a body that moves by itself may be all that moves
+/// (doc/uncertainty.md).
+constexpr double kMostStill = 0.45;
+/// The same of those that the pose itself puts at infinity, where noise alone decides on which side of it they lie.
+/// Nearly all views of which two fifths are background show less, and real ones with more are wrong no more often
+/// (doc/trust.md).
+constexpr double kMostAtInfinity = 0.4;
 
 // Costs are squared standard deviations. A pose gives each match a depth of its own, and that freedom costs it log r
 // for coordinates of dimension r = 4 (Torr 1998, lambda_1). A wrong match costs no more than three deviations.
@@ -139,10 +151,23 @@ int movedBackwards(const PointColumnsView& points, const TwoViewPose& pose, cons
 
 }  // namespace
 
-RotationVerdict RotationRivals::compare(const PointColumnsView& points, const TwoViewPose& pose,
-                                        const MatchNoise& noise, const Eigen::Matrix3d& R,
-                                        const std::vector<float>& rotation_residuals,
-                                        const std::vector<int32_t>& cells) {
+DirectionDoubt RotationVerdict::doubt() const {
+  if (against_rotation < kLeastAgainstRotation || against_rows < kLeastAgainstRows) return DirectionDoubt::kTurn;
+  if (still > kMostStill || at_infinity > kMostAtInfinity) return DirectionDoubt::kStill;
+  return DirectionDoubt::kNone;
+}
+
+BelievedRotation RotationVerdict::believed() const {
+  if (against_rotation < kRotationExplainsBetter || against_rows < kRowsExplainBetter) return BelievedRotation::kOfTurn;
+  return against_rotation < kLeastAgainstRotation ? BelievedRotation::kOfEither : BelievedRotation::kOfPose;
+}
+
+bool RotationVerdict::onlyTurned() const { return still > kMostStill || against_rotation < kRotationExplainsBetter; }
+
+RotationVerdict RotationRivals::compare(const JudgedPose& judged, const Eigen::Matrix3d& R,
+                                        const std::vector<float>& rotation_residuals) {
+  const PointColumnsView points = judged.points.view();
+  const MatchNoise& noise = judged.noise;
   const double variance = noise.sigma() * noise.sigma();
   const auto per_variance = static_cast<float>(1 / variance);
   const auto count = static_cast<size_t>(points.count);
@@ -164,11 +189,12 @@ RotationVerdict RotationRivals::compare(const PointColumnsView& points, const Tw
   RotationVerdict verdict;
   if (inliers > 0) {
     verdict.still = stillMatches(near, further) / inliers;
-    verdict.at_infinity = 2. * movedBackwards(points, pose, noise.residuals(), static_cast<float>(variance)) / inliers;
+    verdict.at_infinity =
+        2. * movedBackwards(points, judged.pose, noise.residuals(), static_cast<float>(variance)) / inliers;
   }
-  verdict.against_rotation = vuong(cells);
+  verdict.against_rotation = vuong(judged.points.cells());
   fitRows(points, R, variance);
-  verdict.against_rows = vuong(cells);
+  verdict.against_rows = vuong(judged.points.cells());
   return verdict;
 }
 

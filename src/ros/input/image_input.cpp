@@ -14,9 +14,10 @@ constexpr double kNear = 0.025;  // seconds
 // How long an image waits for its depth, by the wall clock; registering and decompressing depth takes several frames.
 // And for the first camera_info: connecting to its publisher takes some milliseconds, on a busy machine hundreds.
 constexpr double kPatience = 1;
-// Seconds between two looks at what has waited long enough. Where only the first images wait, for a camera_info, ten
-// looks a second were a hundredth of the node's processor time.
-constexpr double kWaitingPeriod = 0.1, kFirstImagesPeriod = 0.5;
+// Seconds between two looks at images that wait. Looking always would be a hundredth of the node's processor time, so
+// the timer rests while none does: it looks once an hour then. Stopped it is by stop() alone, which has to wait for its
+// callback.
+constexpr double kLookPeriod = 0.1, kRest = 3600;
 
 /// Which package brings a transport, as advice.
 std::string whereToGet(const std::string& transport) {
@@ -85,6 +86,8 @@ void ImageInput::checkTransport(const std::string& parameter, const std::string&
 
 void ImageInput::start() {
   if (started_) return;
+  looking_ = false;
+  look_timer_ = nh_.createSteadyTimer(ros::WallDuration(kRest), [this](const ros::SteadyTimerEvent&) { lookAgain(); });
   if (priors_) priors_->start([this] { deliverSettled(); });
   const auto queue = static_cast<uint32_t>(parameters_.queue_size);
   // Without the private handle the transport would be looked up in the nodelet manager's namespace.
@@ -102,12 +105,6 @@ void ImageInput::start() {
                                                &ImageInput::onImage, this, hints);
     }
   }
-  const bool any_may_wait = priors_ || twoImages() || parameters_.mask_sync == MaskSync::kExact;
-  const ros::WallDuration period(any_may_wait ? kWaitingPeriod : kFirstImagesPeriod);
-  waiting_timer_ = nh_.createWallTimer(period, [this](const ros::WallTimerEvent&) {
-    deliverPairs();
-    deliverSettled();
-  });
   started_ = true;
 }
 
@@ -138,7 +135,6 @@ void ImageInput::startTwoImages(uint32_t queue, const image_transport::Transport
 }
 
 void ImageInput::stop() {
-  waiting_timer_.stop();
   if (priors_) priors_->stop();
   image_subscriber_.shutdown();
   second_subscriber_.shutdown();
@@ -148,6 +144,7 @@ void ImageInput::stop() {
   image_filter_.unsubscribe();
   info_filter_.unsubscribe();
   synchronizer_.reset();
+  look_timer_.stop();  // after all that makes it run
   started_ = false;
   std::lock_guard<std::mutex> lock(mutex_);
   pairing_.clear();
@@ -189,6 +186,7 @@ void ImageInput::deliverPairs() {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     pairs = pairing_.settled(ros::SteadyTime::now().toSec());
+    if (pairing_.pending()) keepLooking(true);
   }
   for (const ImagePair& pair : pairs) {
     ImageWithInfo input;
@@ -271,6 +269,7 @@ void ImageInput::deliverSettled() {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     settled = waiting_.settled(ros::SteadyTime::now().toSec());
+    if (waiting_.pending()) keepLooking(true);
     // That the left or only camera has none is said with the first pair, with what else may be wrong of it.
     if (waiting_.gaveUpCameraInfo() && waiting_.lacksRightInfo()) {
       throttle_.warnOnce("right camera_info", "no camera_info came on " + rightInfoTopic() +
@@ -279,6 +278,19 @@ void ImageInput::deliverSettled() {
     }
   }
   for (const ImageWithInfo& input : settled) callback_(input);
+}
+
+void ImageInput::lookAgain() {
+  deliverPairs();
+  deliverSettled();
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (!pairing_.pending() && !waiting_.pending()) keepLooking(false);
+}
+
+void ImageInput::keepLooking(bool looking) {
+  if (looking == looking_) return;
+  looking_ = looking;
+  look_timer_.setPeriod(ros::WallDuration(looking ? kLookPeriod : kRest));
 }
 
 const char* ImageInput::firstName() const {

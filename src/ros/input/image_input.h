@@ -91,6 +91,10 @@ class ImageInput {
   void deliver(ImageWithInfo input);
   /// Hands over the images that need wait no longer.
   void deliverSettled();
+  /// Called by the timer while images wait: some may have waited long enough, or tf come as far as they are.
+  void lookAgain();
+  /// Lets the timer run, or rest; with mutex_ held.
+  void keepLooking(bool looking);
 
   ros::NodeHandle nh_, pnh_;
   image_transport::ImageTransport transport_;
@@ -109,12 +113,13 @@ class ImageInput {
   std::unique_ptr<message_filters::Synchronizer<ExactPolicy>> synchronizer_;
   // input: pair or stereo, or scale: depth
   image_transport::Subscriber second_subscriber_;
-  ros::WallTimer waiting_timer_;
+  ros::SteadyTimer look_timer_;
   Throttle throttle_;
 
   std::mutex mutex_;      ///< guards what follows
   ImagePairing pairing_;  ///< after the subscribers: a transport's plugin may have to free what it holds
   WaitingImages waiting_;
+  bool looking_ = false;        ///< look_timer_ runs
   int images_ = 0, infos_ = 0;  ///< since the last call of waitingFor
   int complete_ = 0;            ///< delivered since then with all that belongs to them
   int unpaired_ = 0;            ///< since the start

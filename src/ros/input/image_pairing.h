@@ -36,6 +36,8 @@ class ImagePairing {
   void addSecond(const sensor_msgs::ImageConstPtr& image);
   /// What is decided by now; each is returned once.
   std::vector<ImagePair> settled(double now);
+  /// Time alone will decide something: ask settled() again, whether or not anything comes.
+  bool pending() const { return !first_.empty(); }
   /// Forgets all that waits.
   void clear();
 

@@ -38,6 +38,8 @@ class WaitingImages {
   void addMask(const sensor_msgs::ImageConstPtr& mask);
   /// What is decided by now; each is returned once.
   std::vector<ImageWithInfo> settled(double now);
+  /// Time alone will decide something: ask settled() again, whether or not anything comes.
+  bool pending() const { return !waiting_.empty() || passed_; }
   /// An image waited in vain for the first camera_info; none waits for it again.
   bool gaveUpCameraInfo() const { return gave_up_camera_info_; }
   /// No camera_info of the right camera has come, and one is needed.

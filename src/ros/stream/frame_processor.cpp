@@ -42,8 +42,8 @@ void rejectModel(MatchResult& result) {
   result.status = Status::kRansacFailed;
 }
 
-/// Of what a filter held, megabytes with many features, the allocator would keep the pages for the thread that asked
-/// for them, and a process whose options change now and then would grow.
+/// Of what a filter or a frame held, megabytes with many features, the allocator would keep the pages for the thread
+/// that asked for them, and a process whose options change now and then would grow.
 void giveBackMemory() {
 #ifdef __GLIBC__
   malloc_trim(0);
@@ -67,8 +67,10 @@ void FrameProcessor::setOptions(const ProcessorOptions& options) {
   };
   std::shared_ptr<MatchFilter> filter(new MatchFilter(options.core), end);
   if (priors_) priors_->setReadout(options.core.robust.rolling_shutter_readout);
+  std::unique_ptr<PreparedFrame> spare;
   std::lock_guard<std::mutex> lock(mutex_);
-  filter_.swap(filter);  // the replaced one ends without the lock
+  filter_.swap(filter);  // the replaced one ends without the lock, after its frame
+  spare_.swap(spare);
   options_ = options;
 }
 
@@ -84,6 +86,7 @@ std::unique_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& inpu
     std::lock_guard<std::mutex> lock(mutex_);
     frame = spare_ ? std::move(spare_) : std::make_unique<PreparedFrame>();
     frame->filter = filter_;
+    frame->filled_by = filter_;
     frame->time_budget = 1e-3 * options_.core.max_milliseconds;
     frame->reset = std::exchange(reset_requested_, Reset::kNone);
     max_gap = options_.max_frame_gap;
@@ -94,10 +97,7 @@ std::unique_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& inpu
 }
 
 ProcessedFrame FrameProcessor::process(std::unique_ptr<PreparedFrame> frame) {
-  if (current_) {
-    std::lock_guard<std::mutex> lock(mutex_);
-    spare_ = std::move(current_);
-  }
+  if (current_) keepSpare(std::move(current_));
   current_ = std::move(frame);
   PreparedFrame& answered = *current_;
   preparation_.findFeatures(answered);
@@ -109,8 +109,17 @@ ProcessedFrame FrameProcessor::process(std::unique_ptr<PreparedFrame> frame) {
 
 void FrameProcessor::passOver(std::unique_ptr<PreparedFrame> frame) {
   frame->filter.reset();
-  std::lock_guard<std::mutex> lock(mutex_);
-  spare_ = std::move(frame);
+  keepSpare(std::move(frame));
+}
+
+void FrameProcessor::keepSpare(std::unique_ptr<PreparedFrame> frame) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (frame->filled_by.lock() == filter_) spare_ = std::move(frame);
+  }
+  if (!frame) return;
+  frame.reset();
+  giveBackMemory();
 }
 
 ProcessorOptions FrameProcessor::options() {

@@ -67,6 +67,9 @@ class FrameProcessor {
   };
 
   ProcessorOptions options();
+  /// Keeps a frame that has served, for the next image; not one of a replaced filter, which may have found far more
+  /// features.
+  void keepSpare(std::unique_ptr<PreparedFrame> frame);
   /// Of the current image.
   ProcessedFrame answer();
   /// Keeps what an unusable image asks for.

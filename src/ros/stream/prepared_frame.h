@@ -38,8 +38,9 @@ struct PreparedFrame {
   Frame frame;
   std::unique_ptr<PreparedFrame> pair_reference;  ///< with ~input pair: what this image is compared with
   std::shared_ptr<const CameraModel> camera;
-  std::shared_ptr<MatchFilter> filter;  ///< with the options in force when the image came
-  bool extracted = false;               ///< else the features, and what is made of them, are not found yet
+  std::shared_ptr<MatchFilter> filter;   ///< with the options in force when the image came
+  std::weak_ptr<MatchFilter> filled_by;  ///< the same, still once the image is answered: what there is room for
+  bool extracted = false;                ///< else the features, and what is made of them, are not found yet
   StampVerdict stamp_verdict = StampVerdict::kFirst;
   Reset reset = Reset::kNone;
   std::string problem;  ///< why the image is not used; empty when it is
