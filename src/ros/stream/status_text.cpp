@@ -57,8 +57,10 @@ std::string explainLowParallax(const MatchResult& result, const RobustOptions& o
       text << "another motion explains the " << result.matches_gms << " filtered matches as well, or part of them";
       break;
     default:
-      text << std::fixed << "a turn explains the matches as well (" << result.robust.median_parallax_px
-           << " px of parallax where keypoints are off by " << result.robust.sigma_px << " px)";
+      text << std::fixed
+           << "a turn, or one that goes on while the rows of an image are read, explains the matches as well ("
+           << result.robust.median_parallax_px << " px of parallax where keypoints are off by "
+           << result.robust.sigma_px << " px)";
   }
   return text.str();
 }
