@@ -30,7 +30,7 @@ std::string whereToGet(const std::string& transport) {
 }
 
 std::string nobodyPublishes(const std::string& topic, const char* name) {
-  return "nobody publishes " + topic + "; start the camera, or remap '" + name + "' to its topic";
+  return "nobody publishes " + topic + "; start the camera or the bag, or remap '" + name + "' to its topic";
 }
 
 double tolerance(const Parameters& parameters) {

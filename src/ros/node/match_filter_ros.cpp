@@ -31,6 +31,13 @@ std::string whenSubscribed(bool always, const OutputOptions& options) {
   return " only while someone listens to an output";
 }
 
+/// What a replay leaves behind for a live camera; empty: nothing.
+std::string clockProblem() {
+  if (!ros::Time::isSimTime() || !ros::Time::now().isZero()) return std::string();
+  return "/use_sim_time is true and no /clock has come, so latency and lookups in tf are wrong; for a live camera "
+         "`rosparam set use_sim_time false` and start all nodes again";
+}
+
 /// Alone the node would wait for itself for ever, as its own listener; beside a camera every image would come twice.
 void refuseOwnOutput(const std::vector<std::string>& inputs, const std::string& overlay) {
   if (std::find(inputs.begin(), inputs.end(), overlay) == inputs.end()) return;
@@ -248,7 +255,9 @@ void MatchFilterRos::watchInput() {
   diagnostics_->setInput(silent_seconds_ >= kSilentPeriods ? waiting : std::string(), subscribed, paused_);
   if (const auto unpaired = input_->unpaired()) diagnostics_->setUnpaired(*unpaired);
   if (priors_) diagnostics_->setPriors(priors_->report());
-  diagnostics_->setGraph(master_watch_->problem());
+  const std::string registration = master_watch_->problem(), clock = received_ > 0 ? clockProblem() : std::string();
+  if (!clock.empty()) throttle_.warn("clock", name_ + ": " + clock);
+  diagnostics_->setGraph(registration.empty() ? clock : registration);
   diagnostics_->update();
 }
 
