@@ -64,7 +64,7 @@ class PoseJudge {
   /// Puts the pose between `optimum` and `preferred` into the result, with its covariance.
   void settle(const TwoViewPose& optimum, const TwoViewPose& preferred, PoseSpread& spread, RobustResult& result) const;
   PoseSpread describeSpread(RobustResult& result);
-  /// Before other motions are looked at.
+  /// The first four questions of doc/uncertainty.md, "Status"; the fifth is that of other motions.
   DirectionDoubt doubtOf(const RotationVerdict& verdict, const PoseSpread& spread) const;
   static bool knowsRotation(const PoseSpread& spread);
   /// Whether the direction of translation is as well known as the user wants it.
