@@ -13,6 +13,13 @@ python=/usr/bin/python3
 say() { printf '\n== %s\n' "$*"; }
 die() { printf '%s: %s\n' "$(basename "$0")" "$*" >&2; exit 1; }
 
+# help_if_asked "$@": with --help the comment that the script opens with, and nothing else is done.
+help_if_asked() {
+  case ${1:-} in -h | --help) ;; *) return 0 ;; esac
+  sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"
+  exit 0
+}
+
 # The list of packages for this system: Debian 12 has ROS 1 itself, Ubuntu 20.04 takes it from /opt/ros/noetic.
 package_list() {
   if [ -d /opt/ros/noetic ]; then

@@ -253,7 +253,18 @@ TEST(CameraModel, NamesTheFocalLengthThatIsNone) {
   EXPECT_NE(problem(std::numeric_limits<double>::infinity(), 500, 500).find("inf"), std::string::npos);
 }
 
-/// No content of a camera_info ends the process; what cannot be used is refused with a sentence.
+TEST(CameraModel, RefusesAPrincipalPointThatWasNotFilledIn) {
+  const auto problem = [](double cx, double cy, Rectified rectified) {
+    sensor_msgs::CameraInfo info = calibrated();
+    info.K[2] = info.P[2] = cx;
+    info.K[5] = info.P[6] = cy;
+    return model(info, {640, 480}, rectified)->problem;
+  };
+  EXPECT_NE(problem(0, 0, Rectified::kFalse).find("cx and cy are 0 in K"), std::string::npos);
+  EXPECT_NE(problem(0, 0, Rectified::kTrue).find("cx and cy are 0 in P"), std::string::npos);
+  EXPECT_EQ(problem(0, 240, Rectified::kFalse), "");
+}
+
 TEST(CameraModel, TwoThatAlternateAreMadeOnce) {
   CameraModelSource source(Parameters(), "/image", "/camera_info");
   const auto one = boost::make_shared<sensor_msgs::CameraInfo>(calibrated());
@@ -270,6 +281,7 @@ TEST(CameraModel, TwoThatAlternateAreMadeOnce) {
   }
 }
 
+/// No content of a camera_info ends the process; what cannot be used is refused with a sentence.
 TEST(CameraModel, NoMessageThrows) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   constexpr uint32_t kMost = std::numeric_limits<uint32_t>::max(), kLeastInt = 0x80000000;

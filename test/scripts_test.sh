@@ -33,6 +33,12 @@ expect "cores decide" "$(compilers 4 16000000)" 4
 expect "memory decides" "$(compilers 8 4000000)" 3
 expect "at least one" "$(compilers 4 300000)" 1
 
+# Who asks for help gets it, and neither packages nor a build.
+for script in demo test fuzz soak trust arm64; do
+  help=$("$here/../scripts/$script" --help) || fail "scripts/$script --help failed"
+  case $help in *"scripts/$script "*) ;; *) fail "scripts/$script --help says '$help'" ;; esac
+done
+
 # Styles are judged by the tools that they were written for.
 for tool in clang-format clang-tidy; do
   printf '#!/bin/sh\n[ "$1" = --version ] && echo "Debian %s version 11.0.1-2" && exit\nexit 1\n' "$tool" >"$work/$tool"

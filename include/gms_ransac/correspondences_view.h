@@ -84,7 +84,8 @@ class CorrespondencesView {
   }
   bool calibrated() const { return message_.K[0] > 0 && message_.K[4] > 0; }
   Eigen::Matrix3d K() const { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&message_.K[0]); }
-  /// X_reference = pose * X_current; meaningless unless the message says pose_valid, |t| is 1 unless metric_scale.
+  /// X_reference = pose * X_current; meaningless unless the message says pose_valid. t is zero where it is not known;
+  /// its length is metres with metric_scale, else 1, or what ~scale propagate carries from pair to pair.
   Eigen::Isometry3d currentInReference() const {
     const auto& pose = message_.current_in_reference.pose;
     const auto& q = pose.orientation;

@@ -5,6 +5,7 @@ import unittest
 import rosgraph
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client as Reconfigure
 from sensor_msgs.msg import Image
 from tf2_msgs.msg import TFMessage
@@ -13,6 +14,16 @@ from graph import Client, Scene
 
 
 class Lazy(unittest.TestCase):
+    def test_a_silent_topic_is_named(self):
+        client, said = Client("eager_filter", image="elsewhere", info="elsewhere_info", listen=False), []
+        diagnostics = rospy.Subscriber(
+            "/diagnostics", DiagnosticArray,
+            lambda m: said.extend(s.message for s in m.status if s.name.endswith("input") and "eager_filter" in s.name))
+        silent = "nobody publishes %s;" % rospy.resolve_name("eager_image")
+        client.wait(lambda: any(silent in text for text in said), "the silent topic's name")
+        diagnostics.unregister()
+        self.assertNotIn("images arrive", said)
+
     def connections(self, client):
         return client.image.get_num_connections()
 

@@ -71,7 +71,7 @@ class Mask(unittest.TestCase):
         self.await_mask(client, lambda answer: answer.keypoints_current == 0)
         nothing = client.ask(self.frames[1], self.start + 0.9)
         self.assertEqual(nothing.status, MatchStats.TOO_FEW_KEYPOINTS)
-        self.assertIn("the mask leaves 0 % of it", nothing.status_text)
+        self.assertIn("the mask leaves 0 % of the image", nothing.status_text)
 
         for k, mask in enumerate((half_mask(value=1), half_mask(HEIGHT // 4, WIDTH // 4))):
             self.start += 10

@@ -225,7 +225,7 @@ class OdometryTest(unittest.TestCase):
             client.ask(self.frames[i % 4 if (i // 4) % 2 == 0 else 3 - i % 4], 300 + 0.1 * i, frame="camera_e")
             broadcaster.sendTransform(optical_mount(rospy.Time.from_sec(300 + 0.1 * i), "camera_e", "camera_e_reference"))
             i += 1
-            return [s for s in said if "camera_e -> camera_e_reference, and so do we" in s]
+            return [s for s in said if "camera_e -> camera_e_reference, and so does" in s]
 
         self.assertIn(rospy.get_name(), client.wait(noticed, "the warning")[0])
         for _ in range(5):
@@ -234,7 +234,7 @@ class OdometryTest(unittest.TestCase):
         last = "change refused"
         Reconfigure("contested", timeout=30).update_configuration({"features": 0})
         client.wait(lambda: [s for s in said if last in s], last)
-        self.assertEqual(len([s for s in said if "and so do we" in s]), 1, "it does not contest itself")
+        self.assertEqual(len([s for s in said if "and so does" in s]), 1, "it does not contest itself")
 
     def test_refuses_to_give_a_frame_a_second_parent(self):
         buffer = tf2_ros.Buffer()

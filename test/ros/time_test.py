@@ -61,6 +61,13 @@ class Time(unittest.TestCase):
         self.assertIn("out of order", answer.status_text)
         self.assertEqual(client.ask(self.frames[2], base + 5.4).status, ok)
 
+    def test_a_clock_that_never_came(self):
+        """First of all, in the order of names: what a replay leaves for a live camera, /use_sim_time and no /clock."""
+        client = Client("latest", "latest/image", "latest/camera_info").connect()
+        client.ask(self.frames[0], 100.0)
+        client.wait(lambda: any("/clock" in status.message and "latest" in status.name
+                                for report in self.reports for status in report.status), "a word on the clock")
+
     def test_clock_that_stands(self):
         """The images go on: they are answered as if nothing were wrong, and the node still reports."""
         client = Client("latest", "latest/image", "latest/camera_info").connect()

@@ -56,6 +56,12 @@ void requireFocalLengths(const char* matrix, double fx, double fy, const std::st
   throw std::invalid_argument(text.str());
 }
 
+/// A principal point in the corner is one that was not filled in, and poses from it are wrong.
+void requirePrincipalPoint(const char* matrix, const CameraIntrinsics& intrinsics, const std::string& or_set) {
+  if (intrinsics.cx != 0 || intrinsics.cy != 0) return;
+  throw std::invalid_argument(std::string("cx and cy are 0 in ") + matrix + "; calibrate the camera" + or_set);
+}
+
 /// K and P are those of the full-resolution image (sensor_msgs/CameraInfo): shift to the region, then bin.
 void applyRegionAndBinning(const sensor_msgs::CameraInfo& info, CameraIntrinsics& intrinsics) {
   const double bx = std::max(info.binning_x, 1u), by = std::max(info.binning_y, 1u);
@@ -140,9 +146,11 @@ std::shared_ptr<const CameraModel> CameraModelSource::makeAndTell(const sensor_m
     text << "no pose for images on " << image_topic_ << ": " << model->problem;
     throttle_.warn(text.str(), text.str());
   } else {
-    text << "images on " << image_topic_ << " are taken as " << (model->rectified ? "rectified" : "raw")
-         << " (~input_is_rectified), with fx " << k.fx << ", fy " << k.fy << ", cx " << k.cx << ", cy " << k.cy
-         << " from " << (override_.calibrated() ? "the parameters ~camera" : info_topic_);
+    const bool guessed = input_is_rectified_ == Rectified::kAuto && !override_.calibrated();
+    text << "images on " << image_topic_ << " are taken as " << (model->rectified ? "free of distortion" : "distorted")
+         << (guessed ? " (set ~input_is_rectified if that is wrong)" : "") << ", with fx " << k.fx << ", fy " << k.fy
+         << ", cx " << k.cx << ", cy " << k.cy << " from "
+         << (override_.calibrated() ? "the parameters ~camera" : info_topic_);
     throttle_.info(text.str(), text.str());
   }
   model->warning = missingRays(model->camera);
@@ -220,12 +228,14 @@ CameraModel CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv:
   }
   // kitti2bag leaves K at zero and fills P alone; only a rectified image is described by P.
   model.rectified = rectified;
+  const bool from_p = rectified && has_p;
   CameraIntrinsics intrinsics;
-  if (model.rectified && has_p) {
+  if (from_p) {
     intrinsics = {info.P[0], info.P[5], info.P[2], info.P[6], "", {}};
   } else {
     intrinsics = {info.K[0], info.K[4], info.K[2], info.K[5], "", {}};
   }
+  requirePrincipalPoint(from_p ? "P" : "K", intrinsics, or_set_);
   applyRegionAndBinning(info, intrinsics);
   // So small a number that binning makes 0 of it, which would pass for a camera that is not calibrated.
   if (!intrinsics.calibrated()) throw std::invalid_argument("fx and fy are 0 after binning");

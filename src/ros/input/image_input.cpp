@@ -29,6 +29,10 @@ std::string whereToGet(const std::string& transport) {
          "-image-transport (where there is none, build image_transport_plugins)";
 }
 
+std::string nobodyPublishes(const std::string& topic, const char* name) {
+  return "nobody publishes " + topic + "; start the camera or the bag, or remap '" + name + "' to its topic";
+}
+
 double tolerance(const Parameters& parameters) {
   return parameters.input == InputKind::kStereo ? kStereoTolerance : kNear;
 }
@@ -266,9 +270,11 @@ void ImageInput::deliverSettled() {
     std::lock_guard<std::mutex> lock(mutex_);
     settled = waiting_.settled(ros::SteadyTime::now().toSec());
     if (waiting_.pending()) keepLooking(true);
-    if (waiting_.gaveUpCameraInfo()) {
-      throttle_.warnOnce("camera_info", "no camera_info came on " + infoTopic() +
-                                            " with the first images: they are answered without a pose until one does");
+    // That the left or only camera has none is said with the first pair, with what else may be wrong of it.
+    if (waiting_.gaveUpCameraInfo() && waiting_.lacksRightInfo()) {
+      throttle_.warnOnce("right camera_info", "no camera_info came on " + rightInfoTopic() +
+                                                  " with the first images: they are answered without a length until "
+                                                  "one does");
     }
   }
   for (const ImageWithInfo& input : settled) callback_(input);
@@ -325,22 +331,35 @@ std::string ImageInput::toSubscribe(const std::string& name, const std::string& 
   return transport == "raw" ? name : nh_.resolveName(name);
 }
 
+std::string ImageInput::whyNoImage() const {
+  const bool raw = parameters_.image_transport == "raw";
+  const std::string topic = firstTopic() + (raw ? "" : "/" + parameters_.image_transport);
+  const auto publishers = exactInfo() ? image_filter_.getNumPublishers() : image_subscriber_.getNumPublishers();
+  if (publishers > 0) return "no image arrives on " + topic + ", although it is published";
+  return nobodyPublishes(topic, firstName());
+}
+
+std::string ImageInput::whyNoPartner() const {
+  std::ostringstream text;
+  if (second_subscriber_.getNumPublishers() == 0) {
+    text << nobodyPublishes(secondTopic(), secondName());
+  } else {
+    text << "no image of " << firstTopic() << " (last stamp " << last_image_stamp_ << ") has a partner within "
+         << tolerance(parameters_) << " s on " << secondTopic();
+  }
+  if (parameters_.input != InputKind::kPair) text << "; images are answered without a length";
+  return text.str();
+}
+
 std::string ImageInput::waitingFor() {
   std::lock_guard<std::mutex> lock(mutex_);
   const int images = images_, infos = infos_, complete = complete_;
   images_ = infos_ = complete_ = 0;
   if (!started_ || complete > 0) return std::string();
-  const std::string image_topic = firstTopic(), info_topic = infoTopic();
-  const bool raw = parameters_.image_transport == "raw";
-  if (images == 0) return "no image arrives on " + image_topic + (raw ? "" : "/" + parameters_.image_transport);
+  if (images == 0) return whyNoImage();
+  if (twoImages()) return whyNoPartner();
   std::ostringstream text;
-  if (twoImages()) {
-    text << "no image of " << image_topic << " (last stamp " << last_image_stamp_ << ") has a partner within "
-         << tolerance(parameters_) << " s on " << secondTopic();
-    if (parameters_.input != InputKind::kPair) text << "; they are answered without a length";
-    return text.str();
-  }
-  text << "no image of " << image_topic << " has a camera_info of the same stamp on " << info_topic << ": " << images
+  text << "no image of " << firstTopic() << " has a camera_info of the same stamp on " << infoTopic() << ": " << images
        << " images (last stamp " << last_image_stamp_ << ") and " << infos << " camera_info (last stamp "
        << last_info_stamp_ << ") came; set ~camera_info_sync to latest if their stamps differ";
   return text.str();

@@ -85,6 +85,8 @@ class ImageInput {
   void onSecond(const sensor_msgs::ImageConstPtr& image);
   /// Hands over the pairs that are settled. An image without depth goes alone; half of a pair is of no use.
   void deliverPairs();
+  std::string whyNoImage() const;
+  std::string whyNoPartner() const;
   void countImage(const sensor_msgs::ImageConstPtr& image);
   void deliver(ImageWithInfo input);
   /// Hands over the images that need wait no longer.

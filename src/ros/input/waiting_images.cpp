@@ -62,8 +62,7 @@ void WaitingImages::watchSensors(double now) {
 
 bool WaitingImages::lacksCameraInfo(const ImageWithInfo& input) const {
   const bool left = options_.for_camera_info && !input.camera_info && !latest_info_;
-  const bool right = options_.for_right_info && !latest_right_info_;
-  return (left || right) && !gave_up_camera_info_;
+  return (left || lacksRightInfo()) && !gave_up_camera_info_;
 }
 
 sensor_msgs::ImageConstPtr WaitingImages::maskOf(const sensor_msgs::Image& image) const {

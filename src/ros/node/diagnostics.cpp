@@ -105,6 +105,8 @@ void Diagnostics::describeInput(diagnostic_updater::DiagnosticStatusWrapper& sta
     status.summary(DiagnosticStatus::WARN, waiting_for_);
   } else if (!calibration_doubt_.empty()) {
     status.summary(DiagnosticStatus::WARN, calibration_doubt_);
+  } else if (last_.frames_received == 0) {
+    status.summary(DiagnosticStatus::OK, "no image yet");
   } else {
     status.summary(DiagnosticStatus::OK, "images arrive");
   }
@@ -145,7 +147,10 @@ void Diagnostics::describeTiming(diagnostic_updater::DiagnosticStatusWrapper& st
   const uint32_t dropped = last_.frames_dropped - dropped_before_;
   const int images = std::max(processed_, 1);
   if (dropped > 0) {
-    status.summaryf(DiagnosticStatus::WARN, "%u images dropped: they come faster than they are processed", dropped);
+    status.summaryf(DiagnosticStatus::WARN,
+                    "%u images dropped: newer ones came before they were processed; fewer ~features or "
+                    "~max_milliseconds take less time",
+                    dropped);
   } else if (late_ > kMostLate * images) {
     status.summaryf(
         DiagnosticStatus::WARN,

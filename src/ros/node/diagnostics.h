@@ -35,7 +35,7 @@ class Diagnostics {
   void setUnpaired(int images);
   /// Why the calibration in use may be of another camera; empty: no reason.
   void setCalibrationDoubt(const std::string& doubt);
-  /// What is wrong with the node's registration; empty: nothing.
+  /// What is wrong with the node's registration or its clock; empty: nothing.
   void setGraph(const std::string& problem);
   /// What became of the priors; without a call there is no such status.
   void setPriors(const PriorReport& report);

@@ -12,7 +12,7 @@ int main(int argc, char** argv) {
     gms_ransac::MatchFilterRos filter(nh, pnh, ros::this_node::getName());
     ros::spin();
   } catch (const std::exception& error) {
-    ROS_FATAL_STREAM(error.what());
+    ROS_FATAL_STREAM(ros::this_node::getName() << ": " << error.what());
     return 2;
   }
   return 0;

@@ -15,7 +15,7 @@ class MatchFilterNodelet : public nodelet::Nodelet {
       // The single-threaded handle keeps images in order; the heavy work has its own thread.
       filter_ = std::make_unique<MatchFilterRos>(getNodeHandle(), getPrivateNodeHandle(), getName());
     } catch (const std::exception& error) {
-      NODELET_FATAL("%s", error.what());
+      NODELET_FATAL("%s: %s", getName().c_str(), error.what());
       throw;
     }
   }

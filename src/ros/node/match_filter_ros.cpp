@@ -23,6 +23,21 @@ namespace {
 constexpr double kWatchPeriod = 1;  // seconds
 constexpr int kSilentPeriods = 5;   // without an image before the log says which topic is silent
 
+/// As the end of a sentence.
+std::string whenSubscribed(bool always, const OutputOptions& options) {
+  if (always) return " always (~always_subscribe)";
+  if (options.publish_relative_tf) return " while it broadcasts a transform (~publish_relative_tf)";
+  if (options.publish_odom_tf) return " while it broadcasts a transform (~publish_odom_tf)";
+  return " only while someone listens to an output";
+}
+
+/// What a replay leaves behind for a live camera; empty: nothing.
+std::string clockProblem() {
+  if (!ros::Time::isSimTime() || !ros::Time::now().isZero()) return std::string();
+  return "/use_sim_time is true and no /clock has come, so latency and lookups in tf are wrong; for a live camera "
+         "`rosparam set use_sim_time false` and start all nodes again";
+}
+
 /// Alone the node would wait for itself for ever, as its own listener; beside a camera every image would come twice.
 void refuseOwnOutput(const std::vector<std::string>& inputs, const std::string& overlay) {
   if (std::find(inputs.begin(), inputs.end(), overlay) == inputs.end()) return;
@@ -70,8 +85,7 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   ROS_INFO_STREAM(name_ << ": method " << start.processor.core.method << ", model "
                         << toString(start.processor.core.robust.model) << ", OpenCV " << CV_VERSION
                         << "; subscribes to " << input_->imageTopic()
-                        << (parameters_.always_subscribe ? " always (~always_subscribe)"
-                                                         : " only while someone listens or a transform is published"));
+                        << whenSubscribed(parameters_.always_subscribe, start.outputs));
   updateSubscription();
   reset_service_ = pnh_.advertiseService("reset", &MatchFilterRos::reset, this);
   pause_service_ = pnh_.advertiseService("pause", &MatchFilterRos::pause, this);
@@ -119,7 +133,7 @@ void MatchFilterRos::updateSubscription() {
     input_->stop();
     // What comes when someone listens again has nothing to do with what came before.
     dropped_ += static_cast<uint32_t>(mailbox_.clear());
-    processor_->requestReset();
+    processor_->requestReset(Reset::kUnsubscribed);
     return;
   }
   try {
@@ -205,7 +219,11 @@ void MatchFilterRos::publish(const ProcessedFrame& processed, const OutputOption
   if (processed.status == MatchStats::BAD_IMAGE) throttle_.warn("bad image", name_ + ": " + processed.text);
   const std::string& mask_problem = processed.current->mask_problem;
   if (!mask_problem.empty()) throttle_.warn("mask", name_ + ": an image is answered without mask: " + mask_problem);
-  if (processed.continuity != Continuity::kContinuous) throttle_.warn("reset", name_ + ": " + processed.text);
+  if (processed.current->reset != Reset::kNone) {
+    throttle_.info("wanted reset", name_ + ": " + processed.text);
+  } else if (processed.continuity != Continuity::kContinuous) {
+    throttle_.warn("reset", name_ + ": " + processed.text);
+  }
   // An image is counted as dropped after it was counted as received, so here it is the other way round: else one that
   // comes meanwhile and pushes out another would make more answers than images.
   const uint32_t dropped = dropped_, received = received_;
@@ -237,7 +255,9 @@ void MatchFilterRos::watchInput() {
   diagnostics_->setInput(silent_seconds_ >= kSilentPeriods ? waiting : std::string(), subscribed, paused_);
   if (const auto unpaired = input_->unpaired()) diagnostics_->setUnpaired(*unpaired);
   if (priors_) diagnostics_->setPriors(priors_->report());
-  diagnostics_->setGraph(master_watch_->problem());
+  const std::string registration = master_watch_->problem(), clock = received_ > 0 ? clockProblem() : std::string();
+  if (!clock.empty()) throttle_.warn("clock", name_ + ": " + clock);
+  diagnostics_->setGraph(registration.empty() ? clock : registration);
   diagnostics_->update();
 }
 

@@ -25,7 +25,7 @@ bool wellSeen(const MatchResult* result) {
 bool FeatureStream::passesOver(const PreparedFrame& frame, const FeatureOptions& options) {
   const double stamp = frame.stamp(), interval = stamp - std::exchange(image_stamp_, stamp);
   const bool in_order =
-      frame.problem.empty() && !frame.reset_requested && frame.stamp_verdict == StampVerdict::kInOrder;
+      frame.problem.empty() && frame.reset == Reset::kNone && frame.stamp_verdict == StampVerdict::kInOrder;
   if (!in_order || input_ == InputKind::kPair || sent_.empty() || due(stamp, options.rate)) return false;
   return well_seen_ && stamp + interval <= compared_stamp_ + kLongestStep;
 }

@@ -54,7 +54,8 @@ OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outpu
       parameters_(parameters),
       odometry_(parameters.scale == ScaleMode::kFixed ? parameters.fixed_scale : 1),
       path_(kPathPoses),
-      buffer_(std::make_unique<tf2_ros::Buffer>()) {
+      buffer_(std::make_unique<tf2_ros::Buffer>()),
+      broadcaster_(outputs.getNamespace()) {
   // From the start, or the first pairs would find no place of the camera on its base.
   if (!parameters_.base_frame.empty()) listen();
   odom_ = outputs.advertise<nav_msgs::Odometry>("odom", kPublisherQueue, changed, changed);

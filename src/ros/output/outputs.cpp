@@ -38,7 +38,7 @@ std::string caption(const ProcessedFrame& processed) {
 
 Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
                  const std::function<void()>& listeners_changed)
-    : transport_(pnh), broadcaster_(std::make_unique<WatchedBroadcaster>()) {
+    : transport_(pnh), broadcaster_(std::make_unique<WatchedBroadcaster>(pnh.getNamespace())) {
   ros::NodeHandle outputs(pnh);
   const ros::SubscriberStatusCallback changed = [listeners_changed](const ros::SingleSubscriberPublisher&) {
     listeners_changed();

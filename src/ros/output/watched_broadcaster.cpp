@@ -1,8 +1,10 @@
 #include "output/watched_broadcaster.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <ros/master.h>
+#include <ros/this_node.h>
 
 namespace gms_ransac {
 
@@ -15,19 +17,21 @@ constexpr size_t kRecent = 500;
 
 }  // namespace
 
-WatchedBroadcaster::WatchedBroadcaster() : broadcaster_(nh_.advertise<tf2_msgs::TFMessage>("/tf", kTransformQueue)) {}
+WatchedBroadcaster::WatchedBroadcaster(std::string name)
+    : name_(std::move(name)), broadcaster_(nh_.advertise<tf2_msgs::TFMessage>("/tf", kTransformQueue)) {}
 
 void WatchedBroadcaster::send(const geometry_msgs::TransformStamped& transform) {
   if (!listened()) return;
   const std::string &parent = transform.header.frame_id, &child = transform.child_frame_id;
   if (parent.empty() || child.empty()) {
     throttle_.warnOnce("no name",
-                       "no transform of the camera is broadcast: the images have no frame_id; set it where "
-                       "they are published");
+                       name_ +
+                           ": no transform of the camera is broadcast: the images have no frame_id; set it where "
+                           "they are published");
     return;
   }
   if (parent == child) {
-    throttle_.warnOnce("itself", "no transform is broadcast: " + child +
+    throttle_.warnOnce("itself", name_ + ": no transform is broadcast: " + child +
                                      " would be its own parent; set ~odom_frame and ~base_frame to different frames");
     return;
   }
@@ -54,14 +58,16 @@ void WatchedBroadcaster::remember(const geometry_msgs::TransformStamped& transfo
 }
 
 void WatchedBroadcaster::onTransforms(const ros::MessageEvent<tf2_msgs::TFMessage const>& event) {
+  const bool same_process = event.getPublisherName() == ros::this_node::getName();
+  const std::string publisher = (same_process ? "another nodelet of " : "") + event.getPublisherName();
   std::lock_guard<std::mutex> lock(mutex_);
   for (const geometry_msgs::TransformStamped& transform : event.getConstMessage()->transforms) {
     const std::string &parent = transform.header.frame_id, &child = transform.child_frame_id;
     if (children_.count(child) == 0 || std::find(recent_.begin(), recent_.end(), transform) != recent_.end()) continue;
-    throttle_.warnOnce(child,
-                       event.getPublisherName() + " broadcasts a transform " + parent + " -> " + child +
-                           ", and so do we: one of the two must stop (~publish_odom_tf, ~publish_relative_tf), or "
-                           "tf jumps between them");
+    throttle_.warnOnce(child, publisher + " broadcasts a transform " + parent + " -> " + child + ", and so does " +
+                                  name_ +
+                                  ": one of the two must stop (~publish_odom_tf, ~publish_relative_tf), or "
+                                  "tf jumps between them");
   }
 }
 

@@ -20,7 +20,8 @@ namespace gms_ransac {
 /// one that was started last notices the other.
 class WatchedBroadcaster {
  public:
-  WatchedBroadcaster();
+  /// `name`: of the node, for the log; a manager's process holds several.
+  explicit WatchedBroadcaster(std::string name);
 
   /// Whether anyone listens to tf, this object and others of the process included.
   bool listened() const { return broadcaster_.getNumSubscribers() > 0; }
@@ -32,6 +33,7 @@ class WatchedBroadcaster {
   void remember(const geometry_msgs::TransformStamped& transform);
   void onTransforms(const ros::MessageEvent<tf2_msgs::TFMessage const>& event);
 
+  const std::string name_;
   ros::NodeHandle nh_;  ///< as tf2_ros::TransformBroadcaster has it, not the nodelet's
   ros::Publisher broadcaster_;
   Throttle throttle_;

@@ -64,11 +64,10 @@ std::string FramePreparation::classifyStamp(double max_gap, PreparedFrame& frame
   frame.stamp_verdict = stamps_.judge(frame.stamp(), frame.input.received.toSec(), max_gap);
   if (frame.stamp_verdict != StampVerdict::kOutOfOrder) return std::string();
   if (late == 0) {
-    return "the stamp is the same as that of the image before it; the image is dropped as out of order. Do all images "
-           "have this stamp, the camera driver does not set it";
+    return "the stamp is the same as that of the image before it: out of order; if all images have this stamp, the "
+           "camera driver does not set it";
   }
-  return "the stamp is " + secondsText(late) +
-         " before that of the image before it; the image is dropped as out of order";
+  return "the stamp is " + secondsText(late) + " older than that of the image before it: out of order";
 }
 
 void FramePreparation::findFeatures(PreparedFrame& frame) {

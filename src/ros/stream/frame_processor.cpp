@@ -74,9 +74,9 @@ void FrameProcessor::setOptions(const ProcessorOptions& options) {
   options_ = options;
 }
 
-void FrameProcessor::requestReset() {
+void FrameProcessor::requestReset(Reset why) {
   std::lock_guard<std::mutex> lock(mutex_);
-  reset_requested_ = true;
+  reset_requested_ = std::max(reset_requested_, why);
 }
 
 std::unique_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& input, Extraction extraction) {
@@ -88,7 +88,7 @@ std::unique_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& inpu
     frame->filter = filter_;
     frame->filled_by = filter_;
     frame->time_budget = 1e-3 * options_.core.max_milliseconds;
-    frame->reset_requested = std::exchange(reset_requested_, false);
+    frame->reset = std::exchange(reset_requested_, Reset::kNone);
     max_gap = options_.max_frame_gap;
   }
   preparation_.receive(input, max_gap, *frame);
@@ -146,14 +146,14 @@ ProcessedFrame FrameProcessor::answer() {
 }
 
 void FrameProcessor::keepPending(const PreparedFrame& frame) {
-  reset_pending_ |= frame.reset_requested;
+  reset_pending_ = std::max(reset_pending_, frame.reset);
   if (frame.stamp_verdict != StampVerdict::kOutOfOrder) {
     verdict_pending_ = std::max(verdict_pending_, frame.stamp_verdict);
   }
 }
 
 void FrameProcessor::takePending(PreparedFrame& frame) {
-  frame.reset_requested |= std::exchange(reset_pending_, false);
+  frame.reset = std::max(frame.reset, std::exchange(reset_pending_, Reset::kNone));
   frame.stamp_verdict = std::max(frame.stamp_verdict, std::exchange(verdict_pending_, StampVerdict::kInOrder));
 }
 
@@ -181,7 +181,7 @@ ProcessedFrame FrameProcessor::processStream(ProcessedFrame processed) {
 ProcessedFrame FrameProcessor::processPair(ProcessedFrame processed) {
   reference_ = std::move(current_->pair_reference);
   tracks_.reset();
-  if (current_->reset_requested) processed.continuity = Continuity::kRestarted;
+  if (current_->reset != Reset::kNone) processed.continuity = Continuity::kRestarted;
   if (reference_->frame.features.image_size != current_->frame.features.image_size) {
     processed.status = MatchStats::BAD_IMAGE;
     processed.text = "the two images differ in size: " + sizeText(reference_->frame.features.image_size) + " and " +
@@ -189,7 +189,7 @@ ProcessedFrame FrameProcessor::processPair(ProcessedFrame processed) {
     return processed;
   }
   compare(processed);
-  if (current_->reset_requested) processed.text = "reset on request; " + processed.text;
+  if (current_->reset != Reset::kNone) processed.text = explain(current_->reset) + "; " + processed.text;
   return processed;
 }
 
@@ -210,7 +210,9 @@ std::optional<FrameProcessor::NewStart> FrameProcessor::newStart(const PreparedF
   const ProcessorOptions options = this->options();
   const std::string max_gap = "~max_frame_gap (" + secondsText(options.max_frame_gap) + ")";
   const auto verdict = frame.stamp_verdict;
-  if (frame.reset_requested) return NewStart{MatchStats::FIRST_FRAME, Continuity::kRestarted, "reset on request"};
+  if (frame.reset != Reset::kNone) {
+    return NewStart{MatchStats::FIRST_FRAME, Continuity::kRestarted, explain(frame.reset)};
+  }
   if (verdict == StampVerdict::kClockReset) {
     return NewStart{MatchStats::TIME_RESET, Continuity::kRestarted, "the clock went back"};
   }
@@ -349,7 +351,7 @@ bool FrameProcessor::reenter(ProcessedFrame& processed) {
 }
 
 bool FrameProcessor::mayReenter(const PreparedFrame& frame) const {
-  return recovery_.enabled() && frame.camera->camera.calibrated() && !frame.reset_requested &&
+  return recovery_.enabled() && frame.camera->camera.calibrated() && frame.reset == Reset::kNone &&
          frame.stamp_verdict <= StampVerdict::kGap;
 }
 

@@ -47,7 +47,7 @@ class FrameProcessor {
   /// Takes effect with the next image. Throws std::invalid_argument and keeps the old options if these are wrong.
   void setOptions(const ProcessorOptions& options);
   /// The next image has nothing to be compared with.
-  void requestReset();
+  void requestReset(Reset why = Reset::kRequested);
 
   /// Conversion, stamp rules, extraction. Never throws.
   std::unique_ptr<PreparedFrame> prepare(const ImageWithInfo& input, Extraction extraction = Extraction::kNow);
@@ -129,7 +129,7 @@ class FrameProcessor {
   bool retired_ = false;                    ///< there was a reference, and there is none until an image is of use
   TrackTable tracks_;
   PairPose pair_pose_;
-  bool reset_pending_ = false;  ///< asked for with an image that was of no use, as is the next one
+  Reset reset_pending_ = Reset::kNone;  ///< asked for with an image that was of no use, as is the next one
   StampVerdict verdict_pending_ = StampVerdict::kInOrder;
   double last_stamp_ = 0;  ///< of the image processed before
 
@@ -137,7 +137,7 @@ class FrameProcessor {
   std::mutex mutex_;
   std::shared_ptr<MatchFilter> filter_;
   ProcessorOptions options_;
-  bool reset_requested_ = false;
+  Reset reset_requested_ = Reset::kNone;
   std::unique_ptr<PreparedFrame> spare_;  ///< processed; its storage serves the next image
 };
 

@@ -1,6 +1,7 @@
 // An image of the stream on its way: what is known of it before it is compared with another.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -14,6 +15,13 @@
 #include "input/stereo_depth.h"
 
 namespace gms_ransac {
+
+/// Why an image is not to be compared with what came before it; the greater one is said.
+enum class Reset : uint8_t {
+  kNone,
+  kUnsubscribed,  ///< images were not taken for a while: ~pause, or nobody listened
+  kRequested      ///< ~reset
+};
 
 /// One received image after the part of the work that needs no other image.
 struct PreparedFrame {
@@ -34,7 +42,7 @@ struct PreparedFrame {
   std::weak_ptr<MatchFilter> filled_by;  ///< the same, still once the image is answered: what there is room for
   bool extracted = false;                ///< else the features, and what is made of them, are not found yet
   StampVerdict stamp_verdict = StampVerdict::kFirst;
-  bool reset_requested = false;
+  Reset reset = Reset::kNone;
   std::string problem;  ///< why the image is not used; empty when it is
   double convert_seconds = 0;
   double time_budget = 0;  ///< ~max_milliseconds in seconds

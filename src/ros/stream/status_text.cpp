@@ -16,28 +16,51 @@ int usedPercent(const cv::Mat& mask) {
   return cvRound(100.0 * cv::countNonZero(mask) / static_cast<double>(mask.total()));
 }
 
+// Of the image; where a mask leaves less, it is the reason for few keypoints.
+constexpr int kLittlePercent = 20;
+
+/// Which of the two images has too few keypoints, and why.
+std::string explainFewKeypoints(const MatchResult& result, const cv::Mat& mask) {
+  std::ostringstream text;
+  if (result.keypoints_current > result.keypoints_reference) {
+    text << "only " << result.keypoints_reference << " keypoints in the reference image (this one has "
+         << result.keypoints_current << "): it was dark, blurred, plain or masked";
+    return text.str();
+  }
+  text << "only " << result.keypoints_current << " keypoints (the reference has " << result.keypoints_reference
+       << "): ";
+  const int used = mask.empty() ? 100 : usedPercent(mask);
+  if (used < kLittlePercent) {
+    text << "the mask leaves " << used << " % of the image (no keypoint is taken where it is zero)";
+  } else {
+    text << "the image is dark, blurred or plain; lower ~fast_threshold";
+  }
+  return text.str();
+}
+
 /// Why there is a rotation and no translation.
 std::string explainLowParallax(const MatchResult& result, const RobustOptions& options) {
   std::ostringstream text;
   text.precision(3);
-  text << "the direction of translation cannot be observed: ";
+  text << "rotation only, the direction of translation is not known: ";
   switch (result.robust.doubt) {
     case DirectionDoubt::kStill:
-      text << "most matches show none, and what moves may move by itself before a camera that stands or turns";
+      text << "most matches show no translation, and what does may move by itself";
       break;
     case DirectionDoubt::kRotation:
-      text << "the rotation itself is known worse than to a degree, as its covariance says";
+      text << "the rotation is uncertain by more than a degree, as its covariance says";
       break;
     case DirectionDoubt::kDirection:
-      text << "it is known worse than ~max_direction_sigma (" << options.max_direction_sigma << " degrees) asks";
+      text << "its standard deviation is above ~max_direction_sigma (" << options.max_direction_sigma << " degrees)";
       break;
     case DirectionDoubt::kOtherMotion:
-      text << "another motion explains the " << result.matches_gms
-           << " filtered matches as well, or part of them; the rotation is as good as its covariance says";
+      text << "another motion explains the " << result.matches_gms << " filtered matches as well, or part of them";
       break;
     default:
-      text << std::fixed << result.robust.median_parallax_px << " px of parallax where keypoints are off by "
-           << result.robust.sigma_px << " px; a turn explains the matches as well";
+      text << std::fixed
+           << "a turn, or one that goes on while the rows of an image are read, explains the matches as well ("
+           << result.robust.median_parallax_px << " px of parallax where keypoints are off by "
+           << result.robust.sigma_px << " px)";
   }
   return text.str();
 }
@@ -63,6 +86,17 @@ std::string statusName(uint8_t status) {
   return toString(static_cast<Status>(status));
 }
 
+std::string explain(Reset reset) {
+  switch (reset) {
+    case Reset::kRequested:
+      return "reset on request";
+    case Reset::kUnsubscribed:
+      return "no images were taken for a while (~pause, or nobody listened)";
+    default:
+      return std::string();
+  }
+}
+
 std::string explain(Status status, const MatchResult& result, const PreparedFrame& current) {
   std::ostringstream text;
   switch (status) {
@@ -70,9 +104,7 @@ std::string explain(Status status, const MatchResult& result, const PreparedFram
       text << result.inliers << " of " << result.matches_gms << " filtered matches agree on one motion";
       break;
     case Status::kTooFewKeypoints:
-      text << "only " << result.keypoints_current << " keypoints (the reference has " << result.keypoints_reference
-           << "): the image is dark, blurred or plain; lower ~fast_threshold";
-      if (!current.mask.empty()) text << "; the mask leaves " << usedPercent(current.mask) << " % of it";
+      text << explainFewKeypoints(result, current.mask);
       break;
     case Status::kTooFewMatches:
       text << "only " << result.matches.size() << " matches; raise ~features";
@@ -82,7 +114,8 @@ std::string explain(Status status, const MatchResult& result, const PreparedFram
            << " matches have support around them: the views differ too much, or ~features is too small for the grid";
       break;
     case Status::kRansacFailed:
-      text << "no model explains the " << result.matches_gms << " filtered matches";
+      text << "no model explains enough of the " << result.matches_gms
+           << " filtered matches: the views differ too much, or little of what is seen is rigid";
       break;
     case Status::kLowParallax:
       text << explainLowParallax(result, current.filter->options().robust);

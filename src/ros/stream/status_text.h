@@ -9,9 +9,13 @@
 namespace gms_ransac {
 
 struct PreparedFrame;
+enum class Reset : uint8_t;
 
 /// "OK", ..., "BAD_IMAGE": a value of MatchStats::status.
 std::string statusName(uint8_t status);
+
+/// As the beginning of a sentence; empty: no reset.
+std::string explain(Reset reset);
 
 /// The outcome of a comparison, with what to do where something can be done. `result` may have another status:
 /// `status` is what is said of it.
