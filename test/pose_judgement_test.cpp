@@ -63,7 +63,7 @@ TwoViewScene makeVolumeScene(uint64_t seed) {
 
 /// A narrow view of points 4 to 12 m away, from a camera that moves aside. Turned by a degree or two and moved the
 /// other way it would see nearly the same, with near and far in each other's place, and a search may end there.
-TwoViewScene makeNarrowScene(uint64_t seed, TwoViewSceneOptions options = {}) {
+TwoViewScene makeNarrowScene(uint64_t seed, TwoViewSceneOptions options) {
   options.seed = seed;
   options.image_share = 0.5;
   options.outlier_ratio = 0.1;
@@ -72,6 +72,7 @@ TwoViewScene makeNarrowScene(uint64_t seed, TwoViewSceneOptions options = {}) {
   options.translation = Eigen::Vector3d(std::cos(way), std::sin(way), between(-0.3, 0.3, random));
   return makeTwoViewScene(withMedianParallax(options, 3));
 }
+TwoViewScene makeNarrowScene(uint64_t seed) { return makeNarrowScene(seed, {}); }
 
 struct Tally {
   int ok = 0, ok_wrong = 0, ambiguous = 0, other = 0;
@@ -144,8 +145,7 @@ TEST_P(Judgement, TellsNoMotionWithNearAndFarExchanged) {
   constexpr int kScenes = 200;
   const auto [method, model] = GetParam();
   if (model == ModelType::kHomography) return;  // no model of a volume
-  const Tally tally = tallyScenes(
-      method, model, [](uint64_t seed) { return makeNarrowScene(seed); }, kScenes);
+  const Tally tally = tallyScenes(method, model, makeNarrowScene, kScenes);
   EXPECT_GE(tally.ok, kScenes * 4 / 5);
   EXPECT_EQ(tally.ok_wrong, 0) << "of " << tally.ok << " that are told";
   EXPECT_LE(tally.rotation_outside, 2) << "of " << tally.ambiguous + tally.other;

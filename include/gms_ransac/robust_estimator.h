@@ -99,6 +99,7 @@ struct RobustOptions {
 
 /// What a camera model may get wrong.
 enum class CameraParameter : uint8_t { kFocalLength, kPrincipalPoint, kRadialDistortion, kRollingShutter };
+
 /// By how much a camera model seems to be wrong in each of its parameters alone, given less true, as one pair tells.
 /// Over many pairs the mean tells more: what moves by itself pulls now this way and now that (doc/uncertainty.md).
 struct CameraErrors {

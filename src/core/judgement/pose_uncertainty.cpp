@@ -145,14 +145,14 @@ void PoseUncertainty::sumUpBlocks(const std::vector<int32_t>& cells, BlockSums<N
   }
 }
 
-PoseBreak PoseUncertainty::findBreak(const std::vector<int32_t>& cells, double variance) {
+PoseBreak PoseUncertainty::findBreak(const std::vector<int32_t>& cells, const Information& extended_inverse) {
   constexpr size_t kSpans = PoseBreak::kSide * (PoseBreak::kSide + 1) / 2;
   suspects_.reserve(kSpans * kSpans);
   // Without the camera's parameters first, which takes a tenth of the time and mostly settles it.
   pose_blocks_.findSuspects(scatter_.topLeftCorner<kPose, kPose>(), gradient_.head<kPose>(), suspects_);
   if (suspects_.empty()) return {};
   sumUpBlocks(cells, all_blocks_);
-  return all_blocks_.worstOf(suspects_, extendedInverse(unmodelledSigma(), variance), scatter_, gradient_);
+  return all_blocks_.worstOf(suspects_, extended_inverse, scatter_, gradient_);
 }
 
 PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoViewPose& pose, const MatchNoise& noise,
@@ -184,8 +184,9 @@ PoseSpread PoseUncertainty::measure(const PointColumnsView& points, const TwoVie
   const Eigen::Matrix<double, kPose, kUnmodelledCount> by_camera =
       seeming * curvature_.block<kPose, kUnmodelledCount>(0, kPose);
   spread.covariance += by_camera * cameraError(cameraScores(seeming)) * by_camera.transpose();
-  spread.pose_break = findBreak(cells, variance);
-  spread.of_any_camera = extendedCovariance(unmodelledSigma(), variance);
+  const Information extended_inverse = extendedInverse(variance);
+  spread.pose_break = findBreak(cells, extended_inverse);
+  spread.of_any_camera = extendedCovariance(extended_inverse, variance);
   const double doubt = std::clamp((spread.contradiction - kFirstDoubt) / (kFullDoubt - kFirstDoubt), 0.0, 1.0);
   if (doubt > 0) spread.sandwich += doubt * (spread.of_any_camera - spread.sandwich);
   const Eigen::Matrix<double, kPose, 3> effect = calibration_sigma * inverse * curvature_.block<kPose, 3>(0, kPose);
@@ -283,20 +284,21 @@ CameraScores PoseUncertainty::cameraScores(const PoseSquare& inverse) const {
           unexplained * scatter_ * unexplained.transpose()};
 }
 
-PoseUncertainty::Information PoseUncertainty::extendedInverse(const CameraParameters& sigma, double variance) const {
+PoseUncertainty::Information PoseUncertainty::extendedInverse(double variance) const {
+  const CameraParameters& sigma = unmodelledSigma();
   Information information = curvature_;
   for (int i = 0; i < kUnmodelledCount; ++i) information(kPose + i, kPose + i) += variance / (sigma[i] * sigma[i]);
   return information.ldlt().solve(Information::Identity());
 }
 
-PoseSquare PoseUncertainty::extendedCovariance(const CameraParameters& sigma, double variance) const {
-  const Information inverse = extendedInverse(sigma, variance);
+PoseSquare PoseUncertainty::extendedCovariance(const Information& extended_inverse, double variance) const {
+  const CameraParameters& sigma = unmodelledSigma();
   Information scatter = scatter_;
   for (int i = 0; i < kUnmodelledCount; ++i) {
     scatter(kPose + i, kPose + i) += variance * variance / (sigma[i] * sigma[i]);
   }
-  const Pose step = (inverse * gradient_).head<kPose>();
-  return (inverse * scatter * inverse).topLeftCorner<kPose, kPose>() + step * step.transpose();
+  const Pose step = (extended_inverse * gradient_).head<kPose>();
+  return (extended_inverse * scatter * extended_inverse).topLeftCorner<kPose, kPose>() + step * step.transpose();
 }
 
 Eigen::Matrix<double, 6, 6> relativeCovariance(const TwoViewPose& pose, const PoseSquare& covariance) {

@@ -72,7 +72,8 @@ class PoseUncertainty {
   /// Sums of the used matches for the test of breaks.
   template <int N>
   void sumUpBlocks(const std::vector<int32_t>& cells, BlockSums<N>& blocks) const;
-  PoseBreak findBreak(const std::vector<int32_t>& cells, double variance);
+  /// `extended_inverse`: of extendedInverse.
+  PoseBreak findBreak(const std::vector<int32_t>& cells, const Information& extended_inverse);
   /// That of the matches on the pose, less what noise of the points feigns of the direction.
   PoseSquare information(double variance) const;
   /// Of the cell that a used match lies in.
@@ -87,11 +88,10 @@ class PoseUncertainty {
   /// What a sandwich of few cells must be scaled by to reach what leaving out parts of the view changes; `step`: what
   /// the pose lacks to the optimum.
   Pose widening(const PoseSquare& sandwich, const Pose& step) const;
-  /// The inverse of the information with the parameters beside the pose unknown up to `sigma`.
-  Information extendedInverse(const CameraParameters& sigma, double variance) const;
-  /// Covariance of the pose when the parameters beside it are unknown up to `sigma`, and the step that freeing them
-  /// would make.
-  PoseSquare extendedCovariance(const CameraParameters& sigma, double variance) const;
+  /// The inverse of the information with the parameters beside the pose unknown up to unmodelledSigma().
+  Information extendedInverse(double variance) const;
+  /// Covariance of the pose when they are, and the step that freeing them would make.
+  PoseSquare extendedCovariance(const Information& extended_inverse, double variance) const;
 
   Information curvature_, scatter_;
   Row gradient_;

@@ -15,7 +15,7 @@ constexpr double kNear = 0.025;  // seconds
 // And for the first camera_info: connecting to its publisher takes some milliseconds, on a busy machine hundreds.
 constexpr double kPatience = 1;
 // Seconds between two looks at images that wait. Looking always would be a hundredth of the node's processor time, so
-// the timer rests while none does: it looks once an hour then. Stopped it is by stop() alone, which has to wait for its
+// the timer rests while none does: it looks once an hour then. To rest it is not stopped, which would wait for its own
 // callback.
 constexpr double kLookPeriod = 0.1, kRest = 3600;
 
