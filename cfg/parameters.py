@@ -1,148 +1,130 @@
-"""Every parameter: the one table from which scripts/generate_parameters.py makes what speaks of them. While building: the
-binding of names to the options of the core and of the node, the checks of values, the options of `evaluate` (`foo_bar` is
-`--foo-bar`); MatchFilter.cfg reads it, too. With --write: match_filter.yaml and README's tables."""
+"""The table of all parameters. scripts/generate_parameters.py makes from it: the binding of names to the options of the core
+and of the node, the checks of values, the options of `evaluate` (`foo_bar` is `--foo-bar`), and with --write
+match_filter.yaml and the tables of the documents. MatchFilter.cfg reads it, too."""
 from typing import Any, NamedTuple, Optional
 
 
 class Row(NamedTuple):
     name: str  # of the node's parameter, below its private namespace
-    default: Any  # says of which type the parameter is; None: not set
-    sentence: str  # what a user reads everywhere; says the unit
+    default: Any  # its type is the parameter's type; None: not set
+    sentence: str  # shown to users everywhere; says the unit
     range: Optional[tuple] = None  # (least, greatest) of a number
     # The default stands for "not set": it is outside the range, the field is a std::optional, and its reader decides.
     open: bool = False
-    # The words, or {word: what the menu of rqt_reconfigure says}. Those of an enumeration are its enumerators: lowe_ratio
-    # is kLoweRatio.
+    # The words, or {word: text in the menu of rqt_reconfigure}. The enumerator of lowe_ratio is kLoweRatio.
     choices: Any = ()
-    unit: str = ""  # of a number; of a word without choices what it must be
-    field: Optional[str] = None  # of MatchFilterOptions; in a group that is not live of Parameters (src/ros/parameters.h)
+    unit: str = ""  # of a number; of a word without choices: what it must be
+    field: Optional[str] = None  # of the struct that the group names
     enum: Optional[str] = None  # type of that field where it is an enumeration
-    old_names: tuple = ()  # still taken, with a warning; as are
-    old_options: tuple = ()  # ... these by `evaluate`, and
-    old_words: dict = {}  # ... {old choice: new choice}
     example: Any = None  # where the default is None
 
 
 class Group(NamedTuple):
-    name: str  # of a live one that of no parameter: rqt_reconfigure would take one for the other, and crash
+    name: str  # not the name of a parameter: rqt_reconfigure would crash
     title: str  # in match_filter.yaml
-    live: bool  # dynamic_reconfigure can change them; else they are read at start
+    live: bool  # dynamic_reconfigure can change them; the others are read at start
+    core: bool  # the fields are of MatchFilterOptions; else of Parameters (src/ros/parameters.h)
     parameters: list
 
 
+START = dict(live=False, core=False)
+LIVE = dict(live=True, core=True)
+START_CORE = dict(live=False, core=True)
+
 GROUPS = [
-    Group("input", "input", False, [
-        Row("input", "stream", "Images of one camera one after another, reference/image with current/image, or left/image with "
-            "right/image", choices=("stream", "pair", "stereo"), field="input", enum="InputKind"),
-        Row("image_transport", "raw", "How the images travel: compressed reads image/compressed; remap `image` alone",
+    Group("inputs", "input", **START, parameters=[
+        Row("input", "stream", "stream: images of one camera, each compared with an earlier one; pair: reference/image with "
+            "current/image; stereo: left/image with right/image", choices=("stream", "pair", "stereo"), field="input",
+            enum="InputKind"),
+        Row("image_transport", "raw", "Transport of the images; compressed reads image/compressed. Remap `image` only",
             unit="the name of an image transport", field="image_transport"),
-        Row("depth_image_transport", "raw", "The same for depth/image; lossy ones spoil depth",
+        Row("depth_image_transport", "raw", "Transport of depth/image; lossy ones spoil depth",
             unit="the name of an image transport", field="depth_image_transport"),
-        Row("queue_size", 10, "Messages kept by each subscriber, and images that wait with drop_frames false; beyond it the "
-            "oldest is dropped, counted in ~stats and warned about", range=(1, 10000), field="queue_size"),
-        Row("drop_frames", True, "true: only the newest waiting image is processed (live); false: every image (replay), unless "
-            "more than queue_size wait", field="drop_frames"),
-        Row("always_subscribe", False, "Take images even while nobody listens to any output", field="always_subscribe"),
-        Row("threads", 1, "2: the next image is extracted while this one is matched; 3: two share the extraction; 4: and two "
-            "the matching; and so on. Helpers are shared by all nodelets of a manager. The results are the same", range=(1, 16), field="threads"),
-        Row("mask_file", "", "Image whose zeros say where no keypoint is taken, until one comes on ~mask; empty: none",
+        Row("queue_size", 10, "Messages that each subscriber keeps, and images that wait with drop_frames false. When it is "
+            "full the oldest is dropped, counted in ~stats and logged", range=(1, 10000), field="queue_size"),
+        Row("drop_frames", True, "true: only the newest waiting image is processed (live camera); false: every image (replay), "
+            "unless more than queue_size wait", field="drop_frames"),
+        Row("always_subscribe", False, "Subscribe to the images even while no output has a subscriber",
+            field="always_subscribe"),
+        Row("threads", 1, "2: the next image is extracted while this one is matched; from 3 on threads also share extraction "
+            "and matching. All nodelets of a manager share the helpers. The results do not depend on it", range=(1, 16),
+            field="threads"),
+        Row("mask_file", "", "Image that is zero where no keypoint may be taken; used until a mask arrives on ~mask; empty: none",
             unit="the path of an image", field="mask_file"),
-        Row("mask_sync", "latest", "Which ~mask goes with an image: the newest, or the one of the same stamp, for which it waits "
-            "(a second at most)", choices=("latest", "exact"), field="mask_sync", enum="MaskSync"),
+        Row("mask_sync", "latest", "latest: the newest ~mask applies to every image; exact: the one of the same stamp, for which "
+            "the image waits up to a second", choices=("latest", "exact"), field="mask_sync", enum="MaskSync"),
     ]),
-    Group("camera", "camera", False, [
-        Row("camera_info_sync", "latest", "Which camera_info goes with an image: the newest, or that of the same stamp",
+    Group("camera", "camera", **START, parameters=[
+        Row("camera_info_sync", "latest", "latest: the newest camera_info applies to every image; exact: the one of the same stamp",
             choices=("latest", "exact"), field="camera_info_sync", enum="CameraInfoSync"),
-        Row("input_is_rectified", "auto", "true: P is used; false: K and D; auto: decided from D, K and the topic's name, and "
-            "logged", choices=("auto", "true", "false"), field="input_is_rectified", enum="Rectified"),
+        Row("input_is_rectified", "auto", "true: the images have no distortion and P is used; false: K and D are used; auto: "
+            "decided from D, K and the topic's name, and logged", choices=("auto", "true", "false"),
+            field="input_is_rectified", enum="Rectified"),
     ] + [
-        Row("camera/" + name, None, "Focal length, pixels; fx, fy, cx, cy together replace camera_info. Log and diagnostics say "
-            "when they describe another camera", range=(0.001, 1e6), unit="pixels", example=525.0) for name in ("fx", "fy")
+        Row("camera/" + name, None, "Focal length, pixels; fx, fy, cx, cy together replace camera_info. Log and diagnostics "
+            "report where they contradict it", range=(0.001, 1e6), unit="pixels", example=525.0) for name in ("fx", "fy")
     ] + [
-        Row("camera/" + name, None, "Principal point, pixels, with fx and fy", range=(-1e6, 1e6), unit="pixels",
+        Row("camera/" + name, None, "Principal point, pixels; given together with fx and fy", range=(-1e6, 1e6), unit="pixels",
             example=example) for name, example in (("cx", 319.5), ("cy", 239.5))
     ] + [
-        Row("camera/" + name, None, "Distortion that goes with them; plumb_bob has k1, k2, p1, p2, k3, equidistant k1 to k4",
+        Row("camera/" + name, None, "Distortion coefficient; plumb_bob has k1, k2, p1, p2, k3, equidistant k1 to k4",
             range=(-1e6, 1e6), example=0.0) for name in ("k1", "k2", "p1", "p2", "k3", "k4")
     ] + [
-        Row("camera/distortion_model", None, "Of those coefficients; not set: plumb_bob",
+        Row("camera/distortion_model", None, "Model of those coefficients; not set: plumb_bob",
             choices=("plumb_bob", "equidistant"), example="plumb_bob"),
     ]),
-    Group("scale", "scale of the translation", False, [
-        Row("scale", "unit", "Length of the translations: 1, direction only; carried from pair to pair through features seen "
-            "three times; metres from a registered depth/image; fixed_scale metres; metres from prior_odom (nav_msgs/Odometry); metres "
-            "from the ground that camera_height is above", choices=("unit", "propagate", "depth", "fixed", "odometry", "ground"),
-            field="scale", enum="ScaleMode"),
-        Row("fixed_scale", 1.0, "Length of every translation with scale fixed, metres", range=(1e-6, 1e6), unit="metres",
+    Group("translation_scale", "scale of the translation", **START, parameters=[
+        Row("scale", "unit", "Length of the translations. unit: 1, the direction only; propagate: relative, carried from pair to "
+            "pair through features seen three times; depth: metres from a registered depth/image; fixed: always fixed_scale; "
+            "odometry: metres from prior_odom (nav_msgs/Odometry); ground: metres from camera_height and the ground in view",
+            choices=("unit", "propagate", "depth", "fixed", "odometry", "ground"), field="scale", enum="ScaleMode"),
+        Row("fixed_scale", 1.0, "Length of every translation, metres; used when scale is fixed", range=(1e-6, 1e6), unit="metres",
             field="fixed_scale"),
-        Row("camera_height", 0.0, "Of the camera above the ground with scale ground, metres; with base_frame the ground's normal "
-            "is its z axis", range=(0.0, 1000.0), unit="metres", field="camera_height"),
+        Row("camera_height", 0.0, "Height of the camera above the ground, metres; used when scale is ground. The normal of the "
+            "ground is the z axis of base_frame, if that is set", range=(0.0, 1000.0), unit="metres", field="camera_height"),
     ]),
-    Group("priors", "what other sensors say of the motion", False, [
-        Row("rotation_prior", "none", "Who says how the camera turned: imu (sensor_msgs/Imu), tf (the camera in prior_frame) or "
-            "odom (prior_odom, nav_msgs/Odometry). A proposal, a check and, with search guided, where points are looked for; "
-            "it never enters the pose",
+    Group("priors", "other motion sensors", **START, parameters=[
+        Row("rotation_prior", "none", "Source of a prior of the camera's rotation: imu (sensor_msgs/Imu), tf (the camera in "
+            "prior_frame) or odom (prior_odom, nav_msgs/Odometry). It proposes, checks and, with search guided, predicts "
+            "positions; it never enters the pose",
             choices=("none", "imu", "tf", "odom"), field="rotation_prior", enum="RotationPriorKind"),
-        Row("imu_frame", "", "Frame of the gyro's axes; empty: that of the messages. Its place on the camera must be in tf",
+        Row("imu_frame", "", "Frame of the gyroscope's axes; empty: the frame_id of the messages. tf must know the camera in it",
             unit="a frame", field="imu_frame"),
-        Row("prior_frame", "", "Fixed frame in which tf knows the camera, with rotation_prior tf", unit="a frame",
+        Row("prior_frame", "", "Fixed frame in which tf knows the camera; used when rotation_prior is tf", unit="a frame",
             field="prior_frame"),
-        Row("image_time_offset", 0.0, "Seconds added to the images' stamps when another sensor is asked; diagnostics estimate it",
+        Row("image_time_offset", 0.0, "Added to image stamps before another sensor is asked, seconds; diagnostics estimate it",
             range=(-1.0, 1.0), unit="seconds", field="image_time_offset"),
     ]),
-    Group("frames", "frames and messages", False, [
+    Group("frames", "frames and messages", **START, parameters=[
         Row("odom_frame", "odom", "Parent frame of ~odom", unit="a frame", field="odom_frame"),
-        Row("base_frame", "", "Frame that ~odom moves; empty: the camera's optical frame. Its place must be in tf otherwise",
+        Row("base_frame", "", "Child frame of ~odom; empty: the camera's optical frame. tf must know the camera in it",
             unit="a frame", field="base_frame"),
-        Row("invert_odom_tf", False, "Broadcast base -> odom, where another node owns the parent of the base frame",
+        Row("invert_odom_tf", False, "Broadcast base_frame -> odom_frame; for bases that have another parent in tf already",
             field="invert_odom_tf"),
-        Row("feature_layout", "vins_mono", "Channels of ~features: five, nine, or six, the last of which is the depth (with scale depth; else -1)",
-            choices=("vins_mono", "vins_fusion", "lvi_sam"), field="feature_layout", enum="FeatureLayout"),
+        Row("feature_layout", "vins_mono", "Channels of ~features. vins_mono: 5; vins_fusion: 9; lvi_sam: 6, the last is the depth "
+            "(with scale depth; else -1)", choices=("vins_mono", "vins_fusion", "lvi_sam"), field="feature_layout",
+            enum="FeatureLayout"),
         Row("diagnostic_period", 1.0, "Seconds between messages on /diagnostics", range=(0.001, 86400.0), unit="seconds",
             field="diagnostic_period"),
     ]),
-    Group("extraction", "features", True, [
-        Row("extractor", "simd_orb", "Feature extractor", field="extractor.extractor", old_words={"fast": "simd_orb"},
-            choices={"opencv": "cv::ORB, what the paper used", "simd_orb": "the ORB of this package"}),
-        Row("features", 2000, "Keypoints asked for per image", range=(1, 100000), field="extractor.features"),
-        Row("pyramid_levels", 8, "Levels of the image pyramid", range=(1, 16), field="extractor.pyramid_levels",
-            old_options=("levels",)),
-        Row("pyramid_scale", 1.2, "Scale between pyramid levels", range=(1.01, 2.0), field="extractor.pyramid_scale",
-            old_options=("scale-factor",)),
-        Row("fast_threshold", 20, "FAST contrast, grey levels; lower where texture is weak, 0 is usual above 3000 features",
-            range=(0, 255), unit="grey levels", field="extractor.fast_threshold"),
-    ]),
-    Group("matching", "matching", True, [
-        Row("search", "full", "guided: most points are looked for only where their surroundings moved, which takes a fraction "
-            "of the time with thousands of features", choices={
-                "full": "every point is compared with all of the other image",
-                "guided": "with those near where its surroundings moved; with all where that is not known"},
+    Group("matching", "features and matching", **LIVE, parameters=[
+        Row("features", 2000, "Keypoints per image", range=(1, 100000), field="extractor.features"),
+        Row("fast_threshold", 20, "Least contrast of a FAST corner, grey levels; lower it where texture is weak; use 0 above 3000 "
+            "features", range=(0, 255), unit="grey levels", field="extractor.fast_threshold"),
+        Row("search", "full", "Where matches are searched. guided needs a fraction of the time with thousands of features; "
+            "methods lan, gms and gms5 always search in full",
+            choices={"full": "every point is compared with all points of the other image",
+                     "guided": "points are compared near where the motion of their neighbourhood predicts them; with all points "
+                               "where it predicts nothing"},
             field="search", enum="SearchMode"),
+        Row("gms_rotation", False, "Motion statistics try all rotations of the neighbourhood (rolling camera)",
+            field="motion_statistics.rotation"),
+        Row("gms_scale", False, "Motion statistics try five scales of the neighbourhood (zooming camera)",
+            field="motion_statistics.scale"),
     ]),
-    Group("motion_statistics", "motion statistics", True, [
-        Row("gms_grid_columns", 0, "Cells across the image; 0: as the method has it (20; lo_prosac: square cells)",
-            range=(2, 100), open=True, field="motion_statistics.grid_columns"),
-        Row("gms_grid_rows", 0, "Cells down the image; 0: as the method has it (20; lo_prosac: square cells)", range=(2, 100),
-            open=True, field="motion_statistics.grid_rows"),
-        Row("gms_threshold_factor", 0.0, "Matches in support of it that a match needs, in standard deviations (alpha); 0: as "
-            "the method has it (6; lo_prosac: 1)", range=(0.01, 100.0), open=True, field="motion_statistics.threshold_factor",
-            old_options=("alpha",)),
-        Row("gms_criterion", "own", "What makes a match accepted", open=True, choices={
-            "own": "as the method has it",
-            "threshold": "score above the threshold, as published",
-            "evidence": "that, and descriptors, turn and change of octave"},
-            field="motion_statistics.criterion", enum="Criterion", old_names=("gms_acceptance",), old_options=("acceptance",)),
-        Row("gms_rotation", False, "Search all rotations of the neighbourhood (rolling camera)",
-            field="motion_statistics.rotation", old_options=("rotation",)),
-        Row("gms_scale", False, "Search five scales of the neighbourhood (zooming camera)", field="motion_statistics.scale",
-            old_options=("scale",)),
-        Row("gms_border", "opencv", "Which published implementation to follow at the image border",
-            choices={"opencv": "OpenCV contrib", "original": "Bian et al."}, field="motion_statistics.border",
-            enum="GridBorder"),
-    ]),
-    Group("robust_estimation", "robust estimation", True, [
-        Row("method", "lo_prosac", "Named choice for every stage (rosrun gms_ransac evaluate --list explains them)",
-            field="method", old_words={"fast": "lo_prosac"}, choices={
+    Group("robust_estimation", "robust estimation", **LIVE, parameters=[
+        Row("method", "lo_prosac", "Method of every stage (rosrun gms_ransac evaluate --list explains them)",
+            field="method", choices={
                 "lo_prosac": "the most accurate and the fastest: the default",
                 "ransac": "uniform samples from all nearest neighbours",
                 "rransac_tdd": "Matas and Chum: few matches tested first",
@@ -155,85 +137,113 @@ GROUPS = [
                 "lan": "Lan 2020: mutual neighbours, GMS twice",
                 "gms_ransac": "GMS, then uniform samples from its survivors",
                 "cp_ransac": "the paper: confident matches sampled first"}),
-        Row("model", "essential", "Model; without intrinsics essential falls back to fundamental", choices={
+        Row("model", "essential", "Two-view model; without intrinsics essential becomes fundamental", choices={
             "essential": "calibrated camera",
             "fundamental": "any camera",
             "homography": "planar scene or rotating camera"}, field="robust.model", enum="ModelType"),
-        Row("inlier_threshold_px", 0.0, "Residual below which a match is an inlier, pixels; 0: 1 for essential and fundamental, "
-            "3 for homography", range=(0.001, 100.0), open=True, unit="pixels", field="robust.inlier_threshold_px",
-            old_names=("threshold_px",), old_options=("threshold",)),
-        Row("success_probability", 0.99, "Probability of having drawn a sample without outliers", range=(0.01, 0.999999999),
-            field="robust.success_probability", old_names=("confidence",)),
+        Row("inlier_threshold_px", 0.0, "Largest residual of an inlier, pixels; 0: 1 for essential and fundamental, 3 for homography",
+            range=(0.001, 100.0), open=True, unit="pixels", field="robust.inlier_threshold_px"),
+        Row("success_probability", 0.99, "Sampling stops when a sample without outliers was drawn with this probability",
+            range=(0.01, 0.999999999), field="robust.success_probability"),
         Row("max_iterations", 2000, "Most samples drawn for one pair", range=(1, 1000000), field="robust.max_iterations"),
+        Row("max_direction_sigma", 10.0, "Status OK needs a direction of translation with at most this standard deviation along "
+            "its widest axis, degrees", range=(0.01, 90), unit="degrees", field="robust.max_direction_sigma"),
+        Row("calibration_sigma", 0.0, "Relative uncertainty of the focal length, and of the principal point in focal lengths; "
+            "widens the covariance", range=(0, 0.2), field="robust.calibration_sigma"),
+        Row("rolling_shutter_readout", 0.0, "Rolling shutter: seconds from the first row of an image to the last (webcams: about "
+            "0.03); points are corrected for the rotation meanwhile; 0: global shutter", range=(0, 0.2), unit="seconds",
+            field="robust.rolling_shutter_readout"),
+    ]),
+    Group("time", "time and losses", **LIVE, parameters=[
+        Row("max_milliseconds", 0.0, "Time limit of an image (time_total of ~stats), milliseconds, kept by 99 % of them; fewer "
+            "features, samples and steps when it is short; 0: no limit", range=(0.0, 10000.0), unit="milliseconds",
+            field="max_milliseconds"),
+        Row("max_frame_gap", 1.0, "Images further apart are not compared, seconds", range=(0.001, 3600.0), unit="seconds"),
+        Row("recovery_frames", 0, "Images kept from before a loss (dark, blurred, covered or no images), to continue from when "
+            "the camera sees the same scene again; 0: none. Each takes 240 kB at 2000 features", range=(0, 100)),
+        Row("max_recovery_gap", 10.0, "Age at which a kept image is dropped, seconds", range=(0.001, 3600.0), unit="seconds"),
+        Row("hold_reference", True, "Keep comparing with the same image while the parallax is too small for a translation"),
+    ]),
+    Group("output", "output", **LIVE, parameters=[
+        Row("publish_rejected", False, "Add the rejected matches to ~correspondences and fill its column `stage`"),
+        Row("overlay_colour", "residual", "Colour of the arrows in ~match_image; stage shows the rejected matches, too", enum="OverlayColour", choices={
+            "residual": "distance from the estimated motion, in standard deviations",
+            "probability": "probability that the match is right",
+            "track": "length of the track, images",
+            "depth": "depth of the triangulated point",
+            "stage": "inliers, and the matches that the filter or the model rejected"}),
+        Row("overlay_layout", "flow", "Images in ~match_image: the current one, or reference and current joined by lines", enum="OverlayLayout", choices={
+            "flow": "the current image, with an arrow from the position of each point in the reference",
+            "side_by_side": "reference and current image, joined by at most 150 lines"}),
+        Row("publish_relative_tf", True, "Broadcast the transform <camera frame> -> <camera frame>_reference; the node then "
+            "subscribes to images all the time"),
+        Row("publish_odom_tf", False, "Broadcast the integrated motion, odom_frame -> base_frame; the node then subscribes to "
+            "images all the time"),
+        Row("feature_limit", 220, "Most features in ~features, longest tracks first; 0: no limit. VINS-Mono holds 1000 over its "
+            "window without a check and can crash above 222", range=(0, 100000)),
+        Row("feature_distance", 15.0, "Least distance between two features in ~features, pixels; 0: none", range=(0.0, 1000.0),
+            unit="pixels"),
+        Row("feature_rate", 10.0, "Most messages of ~features a second; tracks span the images between them; 0: one for every "
+            "image", range=(0.0, 1000.0), unit="hertz"),
+        Row("rotation_sigma_floor", 0.0005, "Least standard deviation about a rotation axis, radians", range=(0.00004, 3.0),
+            unit="radians"),
+        Row("translation_sigma_floor", 0.005, "Least standard deviation along a translation axis, in lengths of the translation",
+            range=(0.00004, 30.0)),
+    ]),
+    Group("experiments", "for experiments: every method", **START_CORE, parameters=[
+        Row("extractor", "simd_orb", "Feature extractor", field="extractor.extractor",
+            choices={"opencv": "cv::ORB, used in the paper", "simd_orb": "the ORB of this package"}),
+        Row("pyramid_levels", 8, "Levels of the image pyramid", range=(1, 16), field="extractor.pyramid_levels"),
+        Row("pyramid_scale", 1.2, "Scale between pyramid levels", range=(1.01, 2.0), field="extractor.pyramid_scale"),
+        Row("one_to_one", True, "Keep the likeliest of the matches that share a current point; false: all, as in the papers",
+            field="one_to_one"),
+        Row("gms_grid_columns", 0, "Cells across the image; 0: the method's own (20; lo_prosac: square cells)",
+            range=(2, 100), open=True, field="motion_statistics.grid_columns"),
+        Row("gms_grid_rows", 0, "Cells down the image; 0: the method's own (20; lo_prosac: square cells)", range=(2, 100),
+            open=True, field="motion_statistics.grid_rows"),
+        Row("gms_threshold_factor", 0.0, "Supporting matches that a match needs, in standard deviations (alpha); 0: the method's "
+            "own (6; lo_prosac: 1)", range=(0.01, 100.0), open=True, field="motion_statistics.threshold_factor"),
+        Row("gms_criterion", "own", "Criterion that accepts a match", open=True, choices={
+            "own": "the method's own",
+            "threshold": "score above the threshold, as published",
+            "evidence": "score, descriptors, rotation and change of octave"},
+            field="motion_statistics.criterion", enum="Criterion"),
+        Row("gms_border", "opencv", "Published implementation to follow at the image border",
+            choices={"opencv": "OpenCV contrib", "original": "Bian et al."}, field="motion_statistics.border",
+            enum="GridBorder"),
         Row("seed", 0, "Seed of the random samples: same seed and images, same result", range=(0, 2147483647),
             field="robust.seed"),
+        Row("judge", True, "Require enough spread inliers, parallax and no alternative model; false: accept the model found, as "
+            "in the papers", field="robust.judge"),
+        Row("refine", True, "Robust least squares on the final model; false: as in the textbook (lo_prosac always refines)",
+            field="robust.refine"),
+    ]),
+    Group("comparison", "for experiments: single methods", **START_CORE, parameters=[
+        Row("sort_key", "", "prosac, split2080, cp_ransac: order of the matches; empty: the method's own", open=True,
+            choices={
+                "": "the method's own",
+                "score": "supporting matches in the neighbourhood",
+                "relative_score": "score over the threshold of its neighbourhood",
+                "distance": "Hamming distance",
+                "lowe_ratio": "distance over second-nearest distance"},
+            field="robust.sort_key", enum="SortKey"),
         Row("first_group_fraction", 0.5, "cp_ransac: share of the matches in the first confidence group, the paper's ratio",
-            range=(0.01, 1.0), field="robust.first_group_fraction", old_names=("ratio",)),
+            range=(0.01, 1.0), field="robust.first_group_fraction"),
         Row("geometric_groups", False, "cp_ransac: widen by first_group_fraction of the rest each time, instead of to all at "
             "once", field="robust.geometric_groups"),
         Row("tdd_d", 1, "rransac_tdd: matches tested before a full verification", range=(1, 100), field="robust.tdd_d"),
         Row("subset_count", 5, "subset_ransac: random subsets", range=(1, 100), field="robust.subset_count"),
-        Row("subset_fraction", 0.2, "subset_ransac: share of the matches in each", range=(0.01, 1.0),
+        Row("subset_fraction", 0.2, "subset_ransac: share of the matches in each subset", range=(0.01, 1.0),
             field="robust.subset_fraction"),
         Row("split_fraction", 0.2, "split2080: share of the matches that is sampled; 1: all, and all verify",
-            range=(0.01, 1.0), field="robust.split_fraction", old_names=("split",)),
-        Row("distance_reading", "displacement", "gms_dist_ransac: how its distance criterion is read", choices={
+            range=(0.01, 1.0), field="robust.split_fraction"),
+        Row("distance_reading", "displacement", "gms_dist_ransac: interpretation of its distance criterion", choices={
             "displacement": "lengths of displacements, locally",
             "pairwise": "ratios of distances between matches"}, field="distance_reading", enum="DistanceReading"),
-        Row("one_to_one", True, "Keep one match of each current point, the likeliest; false: all, as in the papers",
-            field="one_to_one"),
         Row("lan_mutual", True, "lan: match in both directions", field="lan_mutual"),
         Row("lan_second_threshold_factor", 0.0, "lan: threshold factor of its final check; 0: the first times the root of the "
-            "share kept", range=(0.01, 100.0), open=True, field="lan_second_threshold_factor",
-            old_names=("lan_second_alpha",), old_options=("second-alpha",)),
+            "share kept", range=(0.01, 100.0), open=True, field="lan_second_threshold_factor"),
         Row("target_inlier_ratio", 0.0, "gms_ransac: stop at this inlier ratio; 0: never", range=(0.01, 1.0), open=True,
-            field="robust.target_inlier_ratio", old_names=("target_ratio",)),
-        Row("sort_key", "", "prosac, split2080, cp_ransac: what orders the matches; empty: as the method has it", open=True,
-            choices={
-                "": "as the method has it",
-                "score": "matches in support of it in the neighbourhood",
-                "relative_score": "score over the threshold of its neighbourhood",
-                "distance": "Hamming distance",
-                "lowe_ratio": "distance over second-nearest distance"},
-            field="robust.sort_key", enum="SortKey", old_names=("quality",),
-            old_words={"support": "relative_score", "ratio": "lowe_ratio"}),
-        Row("judge", True, "Judge the result: enough spread inliers, parallax, no other motion as likely; false: the model found "
-            "stands, as in the papers", field="robust.judge"),
-        Row("max_direction_sigma", 10.0, "OK needs the direction of translation known with at most this standard deviation along "
-            "its widest axis, degrees", range=(0.01, 90), unit="degrees", field="robust.max_direction_sigma"),
-        Row("calibration_sigma", 0.0, "Relative uncertainty of the focal length, and of the principal point in focal lengths: "
-            "widens the covariance", range=(0, 0.2), field="robust.calibration_sigma"),
-        Row("rolling_shutter_readout", 0.0, "Seconds from the first row of an image to the last, which are read one after "
-            "another (0.03 or so for a webcam): points are moved by the turn meanwhile; 0: all at once",
-            range=(0, 0.2), unit="seconds", field="robust.rolling_shutter_readout"),
-        Row("refine", True, "Robust least squares on the final model; false: as in the textbook (lo_prosac always does)",
-            field="robust.refine"),
-    ]),
-    Group("time", "time", True, [
-        Row("max_milliseconds", 0.0, "Most an image may take (time_total of ~stats), milliseconds, kept by 99 % of them: fewer "
-            "features, samples and steps where it is short; 0: no limit", range=(0.0, 10000.0), unit="milliseconds",
-            field="max_milliseconds"),
-        Row("max_frame_gap", 1.0, "Seconds between two images above which they are not compared", range=(0.001, 3600.0),
-            unit="seconds"),
-        Row("recovery_frames", 0, "Images kept from before a loss (dark, blurred, covered, no image), from which the stream goes "
-            "on when it sees the same again; 0: a loss is final. Each takes 240 kB at 2000 features", range=(0, 100)),
-        Row("max_recovery_gap", 10.0, "Seconds after which a kept image is of no use any more", range=(0.001, 3600.0),
-            unit="seconds"),
-        Row("hold_reference", True, "Keep comparing with the same image while the parallax is too small for a translation"),
-    ]),
-    Group("output", "output", True, [
-        Row("publish_rejected", False, "Add the rejected matches to ~correspondences and fill its column `stage`"),
-        Row("publish_relative_tf", True, "Broadcast <camera frame> -> <camera frame>_reference; counts as a listener"),
-        Row("publish_odom_tf", False, "Broadcast the integrated motion: odom_frame -> base_frame; counts as a listener"),
-        Row("feature_limit", 220, "Most features in ~features, longest tracks first; 0: all. Above 222 VINS-Mono, which holds "
-            "1000 over its window and does not check, can crash", range=(0, 100000)),
-        Row("feature_distance", 15.0, "Least distance between two features in ~features, pixels; 0: any", range=(0.0, 1000.0),
-            unit="pixels"),
-        Row("feature_rate", 10.0, "Messages of ~features a second at most; tracks span the images between them; 0: one for every "
-            "image", range=(0.0, 1000.0), unit="hertz"),
-        Row("rotation_sigma_floor", 0.0005, "Least standard deviation of a rotation axis, radians", range=(0.00004, 3.0),
-            unit="radians"),
-        Row("translation_sigma_floor", 0.005, "Least standard deviation of a translation axis, in units of the translation",
-            range=(0.00004, 30.0)),
+            field="robust.target_inlier_ratio"),
     ]),
 ]

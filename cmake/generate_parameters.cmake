@@ -8,5 +8,6 @@ function(generate_parameters part)
   add_custom_command(OUTPUT ${header}
     COMMAND ${PYTHON_EXECUTABLE} ${parameter_generator} ${part} ${header}
     DEPENDS ${parameter_table} ${parameter_generator})
+  add_custom_target(${PROJECT_NAME}_${part}_parameters DEPENDS ${header})  # scripts/lint wants the headers alone
   set(${part}_parameters ${header} PARENT_SCOPE)
 endfunction()

@@ -2,6 +2,8 @@
 // A loop goes out on ~loops as gms_ransac/Correspondences: reference is the keyframe, current the image.
 //   rosrun gms_ransac find_loops keypoints:=/match_filter/keypoints
 #include <algorithm>
+#include <cstdio>
+#include <string>
 
 #include <ros/ros.h>
 
@@ -75,6 +77,12 @@ class LoopFinder {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc > 1 && argv[1] == std::string("--help")) {
+    std::puts(
+        "find_loops keypoints:=/match_filter/keypoints\n\nReports when the camera sees a place again, and publishes "
+        "the loop on ~loops.");
+    return 0;
+  }
   ros::init(argc, argv, "find_loops");
   LoopFinder finder;
   ros::spin();

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """Example subscriber: how many keypoints an image has, on which octaves, how many are tracked, and the first descriptor.
     rosrun gms_ransac print_keypoints.py keypoints:=/match_filter/keypoints"""
+import argparse
+
 import numpy as np
 import rospy
 from rospy.numpy_msg import numpy_msg
@@ -16,6 +18,8 @@ def on_keypoints(message):
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args(
+        rospy.myargv()[1:])
     rospy.init_node("print_keypoints", anonymous=True)
     rospy.Subscriber("keypoints", numpy_msg(Keypoints), on_keypoints)
     rospy.spin()

@@ -2,12 +2,16 @@
 """Example relay: ~stereo_features under the type that another package calls the same fields by, which ROS takes for
 another one. For msckf_vio:
     rosrun gms_ransac relay_stereo_features.py in:=/match_filter/stereo_features out:=/firefly_sbx/vio/features"""
+import argparse
+
 import roslib.message
 import rospy
 
 from gms_ransac.msg import StereoFeatures
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args(
+        rospy.myargv()[1:])
     rospy.init_node("relay_stereo_features", anonymous=True)
     kind = rospy.get_param("~type", "msckf_vio/CameraMeasurement")
     measurement = roslib.message.get_message_class(kind)

@@ -3,6 +3,9 @@
 // from camera_info.
 //   rosrun gms_ransac triangulate_inliers correspondences:=/match_filter/correspondences
 //   camera_info:=/camera/camera_info
+#include <cstdio>
+#include <string>
+
 #include <ros/ros.h>
 #include <sensor_msgs/CameraInfo.h>
 
@@ -50,6 +53,12 @@ void onCorrespondences(const gms_ransac::Correspondences& message) try {
 }
 
 int main(int argc, char** argv) {
+  if (argc > 1 && argv[1] == std::string("--help")) {
+    std::puts(
+        "triangulate_inliers correspondences:=/match_filter/correspondences"
+        " camera_info:=/camera/camera_info\n\nPrints the triangulated inliers of every pair.");
+    return 0;
+  }
   ros::init(argc, argv, "triangulate_inliers");
   ros::NodeHandle node;
   const ros::Subscriber info_subscriber = node.subscribe("camera_info", 1, onCameraInfo);

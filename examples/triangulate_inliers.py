@@ -3,10 +3,15 @@
 baseline (metres when the message says metric_scale). The distortion of images that are not rectified comes from
 camera_info.
     rosrun gms_ransac triangulate_inliers.py correspondences:=/match_filter/correspondences camera_info:=/camera/camera_info"""
+import argparse
 import collections
+import sys
 
-import cv2
-import numpy as np
+try:
+    import cv2
+    import numpy as np
+except ImportError as error:
+    sys.exit("triangulate_inliers.py: %s; install python3-opencv and python3-numpy" % error)
 import rospy
 from rospy.numpy_msg import numpy_msg
 
@@ -59,6 +64,8 @@ def on_correspondences(message):
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args(
+        rospy.myargv()[1:])
     rospy.init_node("triangulate_inliers", anonymous=True)
     infos = collections.deque(maxlen=1)  # the latest
     rospy.Subscriber("camera_info", CameraInfo, infos.append)

@@ -4,8 +4,9 @@
 project_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # Not $project_dir/build: rosrun overlooks programs in a folder of that name.
 build_dir=${GMS_RANSAC_BUILD_DIR:-$project_dir/out/build}
-# What a script wants besides: packages beyond the list, settings of CMake, targets (none: all).
-packages=() cmake_options=() build_targets=()
+# What a script wants besides: groups of packages (scripts/packages.*) that are needed to build, and to run, packages
+# beyond the list, settings of CMake, targets.
+groups_to_build=(build) groups_to_run=(run) packages=() cmake_options=() build_targets=(all)
 # Another python3 may come first on the PATH; ROS and its Python modules belong to the system's.
 export PATH=/usr/bin:$PATH
 python=/usr/bin/python3
@@ -71,46 +72,62 @@ compilers() {
   echo $(($1 < by_memory ? $1 : by_memory))
 }
 
+# missing_packages LIST GROUP...: those of the groups that are not installed.
+missing_packages() {
+  local list=$1 package
+  shift
+  awk -v groups=" $* " '/^# / { on = index(groups, " " substr($0, 3) " ") } !/^#/ && on' "$list" |
+    cat - <(printf '%s\n' "${packages[@]}") | while read -r package; do
+      [ -z "$package" ] || dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q '^install ok installed' ||
+        echo "$package"
+    done
+}
+
+# install_missing_packages LOG GROUP...
 install_missing_packages() {
-  local list missing=() package
+  local log=$1 list missing as_root=() count
+  shift
   list=$(package_list) || exit 1
-  while read -r package; do
-    dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q '^install ok installed' || missing+=("$package")
-  done < <({ cat "$list"; printf '%s\n' "${packages[@]}"; } | grep -v -e '^#' -e '^$')
+  mapfile -t missing < <(missing_packages "$list" "$@")
   [ ${#missing[@]} -eq 0 ] && return
   say "installing ${#missing[@]} missing packages"
-  local as_root=()
   if [ "$(id -u)" -ne 0 ]; then
     command -v sudo >/dev/null || die "these packages are missing and need root to install: ${missing[*]}"
     as_root=(sudo)
   fi
-  "${as_root[@]}" apt-get update -qq || die "apt-get update failed; is the network up?"
-  local install=(apt-get install -y -q --no-install-recommends) count
+  [ -n "${updated:-}" ] || "${as_root[@]}" apt-get update -qq || die "apt-get update failed; is the network up?"
+  updated=yes
+  local install=(apt-get install -y -q --no-install-recommends)
   count=$("${install[@]}" --simulate "${missing[@]}" 2>/dev/null | grep -c '^Inst ' || true)
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive "${install[@]}" "${missing[@]}" 2>&1 |
-    show_progress "$build_dir/install.log" "$count" || { tail -n 20 "$build_dir/install.log" >&2; die "apt-get install failed; the whole log is $build_dir/install.log"; }
+    show_progress "$log" "$count" || { tail -n 20 "$log" >&2; die "apt-get install failed; the whole log is $log"; }
 }
 
+# One configuration for all scripts, or one would compile again what another has.
 build_project() {
   [ -f /opt/ros/noetic/setup.bash ] && source_ros /opt/ros/noetic/setup.bash
   say "building in $build_dir"
   local jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-}
   [ -n "$jobs" ] || jobs=$(compilers "$(nproc)" "$(awk '/^MemAvailable:/ { print $2 }' /proc/meminfo)")
   {
-    cmake -G Ninja -S "$project_dir" -B "$build_dir" -DPYTHON_EXECUTABLE=$python -DCATKIN_ENABLE_TESTING="$1" \
-      "${cmake_options[@]}" &&
-      cmake --build "$build_dir" --parallel "$jobs" ${build_targets[0]:+--target "${build_targets[@]}"}
+    cmake -G Ninja -S "$project_dir" -B "$build_dir" -DPYTHON_EXECUTABLE=$python -DCATKIN_ENABLE_TESTING=ON \
+      -DGMS_RANSAC_EVALUATION=ON "${cmake_options[@]}" &&
+      cmake --build "$build_dir" --parallel "$jobs" --target "${build_targets[@]}"
   } 2>&1 | show_progress "$build_dir/build.log" || { tail -n 40 "$build_dir/build.log" >&2; die "the build failed; the whole log is $build_dir/build.log"; }
 }
 
 # ROS's set-up files read unset variables.
 source_ros() { set +u; . "$1"; set -u; }
 
-# prepare ON|OFF: everything above, with or without the tests.
+# Everything above. What is needed only to run is installed while the compilers work.
 prepare() {
+  local installing
   mkdir -p "$build_dir"
-  install_missing_packages
-  build_project "$1"
+  install_missing_packages "$build_dir/install.log" "${groups_to_build[@]}"
+  install_missing_packages "$build_dir/install_more.log" "${groups_to_run[@]}" >"$build_dir/install_more.txt" &
+  installing=$!
+  build_project
+  wait "$installing" || { cat "$build_dir/install_more.txt" >&2; exit 1; }
   source_ros "$build_dir/devel/setup.bash"
   export ROS_MASTER_URI=${ROS_MASTER_URI:-http://localhost:11311} ROS_HOME=$build_dir/ros_home
 }

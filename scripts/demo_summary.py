@@ -9,10 +9,14 @@ Parameters: ~bag, ~image_topic, ~output_dir, ~screenshot (bool). Topics: stats, 
 """
 import os
 import subprocess
+import sys
 import threading
 
-import cv2
-import numpy as np
+try:
+    import cv2
+    import numpy as np
+except ImportError as error:
+    sys.exit("demo_summary.py: %s; install python3-opencv and python3-numpy" % error)
 import rosbag
 import rospy
 import tf2_ros
@@ -94,7 +98,7 @@ class DemoSummary:
             rospy.logfatal("%s has no images on %s", self.bag, self.image_topic)
             raise SystemExit(2)
         self.truth = GroundTruth(self.bag)
-        self.stats, self.answers, self.overlay, self.most_inliers = [], [], None, -1
+        self.stats, self.answers, self.overlay = [], [], None
         self.changed = threading.Condition()
         rospy.Subscriber("stats", MatchStats, self.on_stats, queue_size=1000)
         rospy.Subscriber("correspondences", Correspondences, self.on_correspondences, queue_size=1000)

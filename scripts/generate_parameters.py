@@ -2,8 +2,9 @@
 """From the table in cfg/parameters.py:
   generate_parameters.py core FILE    the C++ header that binds names to the options of the core
   generate_parameters.py node FILE    likewise the rest, for src/ros
-  generate_parameters.py --write      cfg/match_filter.yaml and the tables of README.md
-  generate_parameters.py --check      exit status 1 if these two are not as --write would leave them"""
+  generate_parameters.py --write      cfg/match_filter.yaml and the tables in README.md and doc/parameters.md
+  generate_parameters.py --check      exit status 1 if --write would change one of these
+A table stands below a line `<!-- parameters: WORDS -->`: the names of groups, or of parameters, in the order wanted."""
 import itertools
 import json
 import re
@@ -22,7 +23,7 @@ OWNERS = {"": "MatchFilterOptions", "extractor": "FeatureExtractorOptions", "mot
 
 
 def of_core(group, row):
-    return group.live and row.field is not None
+    return group.core and row.field is not None
 
 
 def in_yaml(value):
@@ -42,12 +43,10 @@ def in_cpp(value):
 
 def cpp_row(row):
     low, high = row.range or (0, 0)
-    renamed = ("{%s, %s}" % (in_yaml(old), in_yaml(new)) for old, new in row.old_words.items())
     default = row.example if row.default is None else row.default
-    return "    {%s, %s, %s, %s, %s, %s, %s, %s, %s, %s}," % (
+    return "    {%s, %s, %s, %s, %s, %s, %s}," % (
         in_yaml(row.name), in_cpp(default), low, high, in_yaml(row.unit), in_yaml(row.sentence),
-        braced(map(in_yaml, row.choices)), braced(map(in_yaml, row.old_names)), braced(map(in_yaml, row.old_options)),
-        braced(renamed))
+        braced(map(in_yaml, row.choices)))
 
 
 def cpp_words(row):
@@ -66,7 +65,7 @@ def cpp_visit(owner, rows):
 
 def cpp(rows, header, table, owners):
     lines = ["// Generated from cfg/parameters.py.", "#pragma once", '#include "%s"' % header,
-             '#include "gms_ransac/parameter_binding.h"', "namespace gms_ransac {"]
+             '#include "parameter_binding.h"', "namespace gms_ransac {"]
     for row in rows:
         if row.enum:
             lines += cpp_words(row)
@@ -125,9 +124,9 @@ def match_filter_yaml():
     lines = [
         "# Parameters of gms_ransac/MatchFilter, all at their defaults; made from parameters.py.",
         "#   roslaunch gms_ransac match_filter.launch parameters:=/path/to/a/copy.yaml",
-        "# Those under \"can change\" also while running (rosrun rqt_reconfigure rqt_reconfigure), the others only at start.",
-        "# A value out of its range, of another type, or a word no choice knows is refused with a sentence: at start the node "
-        "does", "# not run, while running all parameters stay as they were."]
+        "# Those under \"can change\" also change while running (rosrun rqt_reconfigure rqt_reconfigure), the others at start only.",
+        "# A wrong type, a number out of its range or an unknown word is refused with a sentence: at start the node ends, while",
+        "# running all parameters keep their values."]
     for group in GROUPS:
         lines += ["", "# --- %s (%s)" % (group.title, "can change" if group.live else "fixed at start")]
         for _, alike in itertools.groupby(group.parameters, alike_in):
@@ -136,7 +135,7 @@ def match_filter_yaml():
     return "\n".join(lines) + "\n"
 
 
-def readme_row(rows):
+def table_row(rows):
     row = rows[0]
     value = row.example if row.default is None else row.default
     kind = {bool: "bool", int: "int", float: "double", str: "string"}[type(value)]
@@ -146,27 +145,29 @@ def readme_row(rows):
     return "| %s |" % " | ".join(cells)
 
 
-def readme_table(live):
-    rows = (row for group in GROUPS if group.live == live for row in group.parameters)
-    lines = [readme_row(list(alike)) for _, alike in itertools.groupby(rows, alike_in)]
+def rows_named(words):
+    groups = {group.name: group.parameters for group in GROUPS}
+    parameters = {row.name: row for group in GROUPS for row in group.parameters}
+    return [row for word in words for row in ([parameters[word]] if word in parameters else groups[word])]
+
+
+def table(words):
+    lines = [table_row(list(alike)) for _, alike in itertools.groupby(rows_named(words), alike_in)]
     return "\n".join(["| parameter | type | default | range | meaning |", "|---|---|---|---|---|"] + lines)
 
 
-def readme(text):
-    """Both tables replaced, in the order in which they stand: what can change, what is fixed at start."""
-    tables = iter((readme_table(True), readme_table(False)))
-    return re.sub(r"\| parameter \| type \|.*\n(?:\|.*\n)+", lambda _: next(tables) + "\n", text)
+def with_tables(text):
+    return re.sub(r"(<!-- parameters: (.*?) -->\n)(?:\|.*\n)*", lambda found: found[1] + table(found[2].split()) + "\n", text)
 
 
 def documents():
-    yaml_file, readme_file = ROOT / "cfg/match_filter.yaml", ROOT / "README.md"
-    return {yaml_file: match_filter_yaml(), readme_file: readme(readme_file.read_text())}
+    texts = {path: with_tables(path.read_text()) for path in (ROOT / "README.md", ROOT / "doc/parameters.md")}
+    return {ROOT / "cfg/match_filter.yaml": match_filter_yaml(), **texts}
 
 
 def ambiguous_groups():
-    """Names that rqt_reconfigure would look for among the groups and find among the parameters."""
-    live = [group for group in GROUPS if group.live]
-    return sorted({group.name for group in live} & {row.name for group in live for row in group.parameters})
+    """Names of a group and of a parameter: rqt_reconfigure crashes, and a table cannot tell which is meant."""
+    return sorted({group.name for group in GROUPS} & {row.name for group in GROUPS for row in group.parameters})
 
 
 def main(arguments):
@@ -178,7 +179,7 @@ def main(arguments):
         if stale:
             print("%s: not what cfg/parameters.py says; run scripts/generate_parameters.py --write" % ", ".join(stale))
         for name in ambiguous_groups():
-            print("cfg/parameters.py: a group and a parameter are both called %s; rqt_reconfigure would crash" % name)
+            print("cfg/parameters.py: a group and a parameter are both called %s" % name)
         return 1 if stale or ambiguous_groups() else 0
     elif len(arguments) == 2 and arguments[0] in ("core", "node"):
         Path(arguments[1]).write_text({"core": core, "node": node}[arguments[0]]())

@@ -6,6 +6,7 @@ Two filters take the same images: the nodelet in a manager (every image, one thr
 import argparse
 import csv
 import json
+import math
 import os
 import random
 import signal
@@ -15,8 +16,11 @@ import sys
 import threading
 import time
 
+import rosbag
 import rospy
 from dynamic_reconfigure.client import Client as Reconfigure
+from gms_ransac.msg import MatchStats
+from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import SetBool, Trigger
 
 FILTERS = ("/nodelet_filter", "/node_filter")
@@ -29,12 +33,11 @@ SMALL = {"features": 300, "fast_threshold": 10, "pyramid_levels": 4}
 
 # Each is set on top of what is in force, so that most pairs of them occur.
 CHANGES = ([{"method": name} for name in ("lo_prosac", "gms_ransac", "cp_ransac", "prosac", "ransac", "lan", "subset_ransac")] +
-           [{"extractor": name} for name in ("opencv", "simd_orb", "simd_orb")] +
            [{"features": count} for count in (100, 200, 300)] +
            [{"model": name} for name in ("fundamental", "homography", "essential", "essential")] +
            [{"gms_rotation": True}, {"gms_rotation": False}, {"gms_scale": True}, {"gms_scale": False},
             {"hold_reference": False}, {"hold_reference": True}, {"publish_rejected": True}, {"publish_rejected": False},
-            {"publish_odom_tf": True}, {"publish_odom_tf": False}, {"judge": False}, {"judge": True}, {"feature_limit": 0}, {"feature_limit": 220}])
+            {"publish_odom_tf": True}, {"publish_odom_tf": False}, {"feature_limit": 0}, {"feature_limit": 220}])
 OUTPUTS = ("correspondences", "match_image", "odom", "path", "features", "match_markers", "inlier_points", "relative_pose", "twist")
 
 
@@ -51,10 +54,9 @@ class Graph:
         self.out, self.processes = out, {}
         os.environ["ROS_MASTER_URI"] = "http://localhost:%d" % free_port()
 
-    def start(self, name, *command, stdout=None):
+    def start(self, name, *command):
         log = open(os.path.join(self.out, name + ".log"), "w")
-        self.processes[name] = subprocess.Popen(command, stdout=stdout or log, stderr=log, text=True)
-        return self.processes[name]
+        self.processes[name] = subprocess.Popen(command, stdout=log, stderr=log)
 
     def start_filters(self):
         self.start("master", "roscore", "-p", os.environ["ROS_MASTER_URI"].rsplit(":", 1)[1])
@@ -96,6 +98,79 @@ def held(pid):
     with open("/proc/%d/status" % pid) as lines:
         fields = dict(line.split(":", 1) for line in lines)
     return int(fields["VmRSS"].split()[0]) / 1024, int(fields["Threads"]), len(os.listdir("/proc/%d/fd" % pid))
+
+
+class Player(threading.Thread):
+    """Plays the images of a bag over and over, as fast as the faster of the filters answers, and judges the answers. Stamps are
+    those of the bag: they go back with every loop."""
+    TOPICS = ("/camera/rgb/image_color", "/camera/rgb/camera_info")
+    AHEAD = 3  # images that wait at the filter that answers first
+    PATIENCE = 0.02  # seconds; while all filters are paused, an image is sent so often
+
+    def __init__(self, path):
+        super().__init__(daemon=True)
+        with rosbag.Bag(path) as bag:
+            messages = {topic: [message for _, message, _ in bag.read_messages(topic)] for topic in self.TOPICS}
+        self.images, infos = messages.values()
+        if len(self.images) < 2 or not infos:
+            sys.exit("soak: %s needs two images on %s and their camera_info" % (path, self.TOPICS[0]))
+        self.info, self.start_time = infos[0], time.monotonic()
+        self.publishers = [rospy.Publisher(name, kind, queue_size=10) for name, kind in (("image", Image), ("camera_info", CameraInfo))]
+        self.changed, self.sent, self.count, self.newest, self.stopping = threading.Condition(), {}, 0, 0, False
+        self.answers = {name: dict(answered=0, wrong={}, statuses={}, latencies=[], last=MatchStats()) for name in FILTERS}
+        self.subscribers = [rospy.Subscriber(name + "/stats", MatchStats, self.on_stats, name, queue_size=1000) for name in FILTERS]
+
+    def run(self):
+        while not self.stopping:
+            image = self.images[self.count % len(self.images)]
+            with self.changed:
+                self.count += 1
+                self.changed.wait_for(lambda: self.newest + self.AHEAD >= self.count, self.PATIENCE)
+                self.sent[image.header.stamp] = self.count, time.monotonic()
+            self.info.header.stamp = image.header.stamp
+            self.publishers[1].publish(self.info)
+            self.publishers[0].publish(image)
+
+    def on_stats(self, stats, name):
+        with self.changed:
+            number, when = self.sent.get(stats.header.stamp, (0, math.nan))
+            answer = self.answers[name]
+            for complaint in self.complaints(stats, answer["last"], number > 0):
+                answer["wrong"][complaint] = answer["wrong"].get(complaint, 0) + 1
+            answer["answered"] += 1
+            answer["statuses"][stats.status] = answer["statuses"].get(stats.status, 0) + 1
+            answer["latencies"].append(1e3 * (time.monotonic() - when))
+            answer["last"] = stats
+            self.newest = max(self.newest, number)
+            self.changed.notify_all()
+
+    @staticmethod
+    def complaints(stats, last, was_sent):
+        """What no answer may be."""
+        if not was_sent:
+            yield "answers to images that were never sent"
+        if stats.frames_processed <= last.frames_processed:
+            yield "counts of processed images that did not rise"
+        if stats.frames_received < stats.frames_processed + stats.frames_passed_over + stats.frames_dropped:
+            yield "more images answered than came"
+        if not stats.inliers <= stats.matches_gms <= stats.matches_raw:
+            yield "more inliers than matches"
+        if not all(map(math.isfinite, (stats.inlier_ratio, stats.median_parallax_px, stats.rms_error_px, stats.time_total))):
+            yield "numbers that are not finite"
+
+    def report(self):
+        """Of the time since the last report."""
+        with self.changed:
+            filters = {}
+            for name, answer in self.answers.items():
+                latencies, last = sorted(answer["latencies"]), answer["last"]
+                answer["latencies"] = []
+                filters[name] = dict(answered=answer["answered"], received=last.frames_received, processed=last.frames_processed,
+                                     dropped=last.frames_dropped, resets=last.resets, statuses=dict(answer["statuses"]),
+                                     wrong=dict(answer["wrong"]))
+                if latencies:
+                    filters[name].update(p50_ms=latencies[len(latencies) // 2], p99_ms=latencies[int(0.99 * (len(latencies) - 1))])
+            return dict(seconds=time.monotonic() - self.start_time, sent=self.count, loops=self.count // len(self.images), filters=filters)
 
 
 class Disturbance(threading.Thread):
@@ -281,20 +356,22 @@ def main():
     options = parser.parse_args()
     graph, record, died = Graph(options.out), Record(os.path.join(options.out, "soak.csv")), []
     end = time.monotonic() + 3600 * options.hours
-    disturbance = None
+    disturbance = player = None
     for number in (signal.SIGINT, signal.SIGTERM):  # a shell ignores the first for what it starts in the background
         signal.signal(number, signal.default_int_handler)
     try:
         graph.start_filters()
         rospy.init_node("soak", disable_signals=True)
-        player = graph.start("player", "rosrun", "gms_ransac", "soak_player", "--bag", options.bag, "--filters", *FILTERS, stdout=subprocess.PIPE)
+        player = Player(options.bag)
+        player.start()
         disturbance = Disturbance(options.seed, options.steady)
         disturbance.start()
-        for line in player.stdout:
+        while True:
+            time.sleep(1)
             died = graph.dead()
             if died:
                 break
-            record.add(row_of(json.loads(line), graph, disturbance.resting))
+            record.add(row_of(player.report(), graph, disturbance.resting))
             if time.monotonic() > end or (options.images > 0 and enough(record.rows[-1], options.images)):
                 break
         died = died or graph.dead()
@@ -303,6 +380,8 @@ def main():
     finally:
         if disturbance:
             disturbance.stop()
+        if player:
+            player.stopping = True
         graph.stop()
     lines, complaints = judge(record, died)
     if disturbance:

@@ -1,14 +1,21 @@
 #!/usr/bin/env python3
-"""Lets a paused `rosbag play --clock` go once everybody listens, so that the beginning of the bag is not lost.
+"""Starts a paused `rosbag play --clock` once every subscriber is connected, so that the beginning of the bag is not lost.
 
-Awaits a connected subscriber on each of ~played (those of them that the bag holds) and of ~outputs, for at most
-~patience seconds; then plays anyway and says which of them nobody listens to. Ends when the bag plays.
+Waits at most ~patience seconds for a subscriber on each of ~played (those of them that the bag holds) and of ~outputs, then
+plays anyway and logs the topics without one. With ~paused the bag stays paused. Ends with an error, and the launch with it,
+when the file ~bag does not exist or has no images on ~image; the message lists the images it has and the arguments that read
+them.
 
-Parameters: ~played and ~outputs (topics, separated by blanks), ~patience. Service: player/pause_playback.
+Parameters: ~bag, ~image, ~image_transport, ~played and ~outputs (topics, separated by blanks), ~paused, ~patience. Service:
+player/pause_playback.
 """
+import os
+import re
+import sys
 import time
 import xmlrpc.client
 
+import rosbag
 import rosgraph
 import rospy
 from std_srvs.srv import SetBool
@@ -16,8 +23,8 @@ from std_srvs.srv import SetBool
 LOOK_AGAIN = 0.05  # seconds of wall time; simulated time stands still
 
 
-class Listeners:
-    """Who is connected to what, asked of the nodes that publish: a registration at the master alone receives nothing."""
+class Subscribers:
+    """Connections, asked of the nodes that publish: a registration at the master does not mean a connection."""
 
     def __init__(self):
         self.master = rosgraph.Master(rospy.get_name())
@@ -38,36 +45,72 @@ class Listeners:
         return any(direction == "o" and name == topic for _, _, direction, _, name, *_ in connections)
 
 
+def arguments_for(topic, kind):
+    """The launch file and the arguments that read images of this topic."""
+    kitti = re.fullmatch(r"/kitti/camera_(\w+)/image_(raw|rect)", topic)
+    if kitti:
+        return "kitti.launch camera:=%s variant:=%s" % (kitti[1], "raw" if kitti[2] == "raw" else "odom")
+    compressed = "CompressedImage" in kind
+    base = re.sub("/compressed$", "", topic) if compressed else topic
+    launch = "tum.launch" if base == "/camera/rgb/image_color" else "replay.launch image:=" + base
+    return launch + (" image_transport:=compressed" if compressed else "")
+
+
+def problem_of(bag, topic):
+    """Why this bag cannot be replayed with images of this topic, and the remedy; empty: it can."""
+    if not os.path.isfile(bag):
+        return "there is no file %s; give bag:= the path of a bag" % bag
+    try:
+        with rosbag.Bag(bag) as opened:
+            kinds = {name: info.msg_type for name, info in opened.get_type_and_topic_info().topics.items()}
+    except rosbag.ROSBagException as error:
+        return "%s cannot be read: %s" % (bag, error)
+    if topic in kinds:
+        return ""
+    images = ["%s (%s)" % (name, arguments_for(name, kind)) for name, kind in sorted(kinds.items())
+              if kind in ("sensor_msgs/Image", "sensor_msgs/CompressedImage")]
+    return "%s has no messages on %s; %s" % (bag, topic, "its images: " + ", ".join(images) if images else "it has no images")
+
+
 def topics(parameter):
     return [rospy.resolve_name(topic) for topic in rospy.get_param(parameter, "").split()]
 
 
-def unheard(listeners, played, outputs):
-    """The topics that somebody should listen to and nobody does."""
-    publishers = listeners.publishers()
+def unheard(subscribers, played, outputs):
+    """The topics that should have a subscriber and have none."""
+    publishers = subscribers.publishers()
     expected = [topic for topic in played if topic in publishers] + outputs
-    return [topic for topic in expected if not listeners.has(topic, publishers.get(topic, []))]
+    return [topic for topic in expected if not subscribers.has(topic, publishers.get(topic, []))]
 
 
 def run():
+    transport = rospy.get_param("~image_transport", "raw")
+    image = rospy.get_param("~image") + ("" if transport == "raw" else "/" + transport)
+    problem = problem_of(rospy.get_param("~bag"), image)
+    if problem:
+        rospy.logfatal("%s", problem)
+        return 1
     played, outputs, patience = topics("~played"), topics("~outputs"), rospy.get_param("~patience", 30.0)
-    # The paused player's clock stands, but it is told: from then on every topic of the bag is advertised.
+    # The paused player's clock stands still, but it is published: from then on every topic of the bag is advertised.
     while rospy.get_rostime().is_zero() and not rospy.is_shutdown():
         time.sleep(LOOK_AGAIN)
-    listeners, end = Listeners(), time.monotonic() + patience
-    missing = unheard(listeners, played, outputs)
+    subscribers, end = Subscribers(), time.monotonic() + patience
+    missing = unheard(subscribers, played, outputs)
     while missing and time.monotonic() < end and not rospy.is_shutdown():
         time.sleep(LOOK_AGAIN)
-        missing = unheard(listeners, played, outputs)
+        missing = unheard(subscribers, played, outputs)
     if missing:
-        rospy.logwarn("nobody has listened to %s for %g s; the bag is played all the same", " or ".join(missing), patience)
-    rospy.wait_for_service("player/pause_playback")
-    rospy.ServiceProxy("player/pause_playback", SetBool)(False)
+        rospy.logwarn("no subscriber on %s after %g s; the bag is played all the same", " or ".join(missing), patience)
+    if not rospy.get_param("~paused", False):
+        rospy.wait_for_service("player/pause_playback")
+        rospy.ServiceProxy("player/pause_playback", SetBool)(False)
+    rospy.spin()
+    return 0
 
 
 if __name__ == "__main__":
     rospy.init_node("start_replay")
     try:
-        run()
+        sys.exit(run())
     except (rospy.ROSInterruptException, rospy.ServiceException):
         pass  # the launch is being ended

@@ -8,32 +8,53 @@ from pathlib import Path
 
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
 # What a method's own file is made of; every other file of the room is a method.
-SHARED_BY_METHODS = {"ransac_method", "registry", "rolling_shutter"}
+SHARED_BY_METHODS = {"ransac_method", "method", "rolling_shutter"}
+
+
+PUBLIC = "gms_ransac"
+# The rooms of the core that the public headers belong to.
+PUBLIC_ROOMS = {
+    "camera.h": "common", "simd.h": "common", "features.h": "common", "relative_pose.h": "common",
+    "feature_extractor.h": "features", "hamming_matcher.h": "matching", "motion_statistics.h": "gms",
+    "point_pairs.h": "two_view", "robust_options.h": "two_view", "robust_result.h": "two_view",
+    "match_result.h": "ransac", "match_filter_options.h": "ransac", "match_filter.h": "match_filter",
+    "triangulation.h": "scale", "correspondences_view.h": "common", "keypoints_view.h": "common"}
 
 
 class House:
     """A folder of rooms. `floors`: from the ground up; rooms of one line are neighbours and do not see each other.
-    `beside`: files beside the rooms that are not of the ground floor."""
+    `beside`: files beside the rooms that are not of the ground floor. `public`: the folder of headers for users."""
 
-    def __init__(self, folder, floors, beside):
+    def __init__(self, folder, floors, beside, public=None):
         self.folder = folder
+        self.public = public
         self.levels = {room: level for level, rooms in enumerate(floors) for room in rooms}
         self.beside = beside
         self.headers = {file.relative_to(folder) for file in sources(folder) if file.suffix == ".h"}
+        if public:
+            self.headers |= {Path(PUBLIC) / file.name for file in sources(public)}
 
     def room_of(self, path):
+        if path.parts[0] == PUBLIC:
+            return PUBLIC_ROOMS.get(path.name, "nowhere")
         return path.parts[0] if len(path.parts) > 1 else self.beside.get(path.name, "common")
+
+    def files(self):
+        """(file, its name in the house)"""
+        for file in sources(self.folder):
+            yield file, file.relative_to(self.folder)
+        for file in sources(self.public) if self.public else ():
+            yield file, Path(PUBLIC) / file.name
 
     def includes(self):
         """(file, header), as the house names them."""
-        for file in sources(self.folder):
+        for file, path in self.files():
             for name in INCLUDE.findall(file.read_text()):
-                if not name.startswith("gms_ransac/"):
-                    yield file.relative_to(self.folder), Path(name)
+                if not name.startswith(PUBLIC) or Path(name).name in PUBLIC_ROOMS:
+                    yield path, Path(name)
 
     def complaints(self):
-        for file in sources(self.folder):
-            path = file.relative_to(self.folder)
+        for _, path in self.files():
             if self.room_of(path) not in self.levels:
                 yield "%s is in no room that doc/architecture.md knows" % path
         for path, header in self.includes():
@@ -66,7 +87,10 @@ def complaints(root):
         root / "src/core",
         [["common"], ["features"], ["matching"], ["gms"], ["two_view"], ["ransac"], ["judgement", "scale", "tracks"],
          ["methods"], ["match_filter"]],
-        {name: "match_filter" for name in ("match_filter.cpp", "survivors.cpp", "survivors.h")})
+        {name: "match_filter" for name in
+         ("match_filter.cpp", "match_result.cpp", "parameter.cpp", "parameter.h", "parameter_binding.h", "survivors.cpp",
+          "survivors.h")},
+        root / "include/gms_ransac")
     ros = House(root / "src/ros", [["common"], ["priors"], ["input"], ["stream"], ["output"], ["node"]], {})
     evaluation = House(root / "src/evaluation", [], {})
     yield from core.complaints()

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Checks of the source itself: check_source.sh ros_free|floors|parameters|format|lint|tidy [BUILD_DIR]. Exit status 77 means skipped.
+# Checks of the source itself: check_source.sh ros_free|floors|parameters|format|lint|tidy [BUILD_DIR [FILE...]]: format and
+# tidy look at these files, or at all. Exit status 77 means skipped. scripts/lint runs format, lint and tidy.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 SKIPPED=77
@@ -23,6 +24,10 @@ case ${1:-} in
     ;;
   format)
     require_version_14 clang-format
+    if [ $# -gt 2 ]; then
+      clang-format --dry-run --Werror "${@:3}"
+      exit
+    fi
     # Not git: the source may have come without it.
     find include src test examples \( -name '*.h' -o -name '*.cpp' \) -print0 | xargs -0 clang-format --dry-run --Werror
     ;;
@@ -33,10 +38,10 @@ case ${1:-} in
   tidy)
     require_version_14 clang-tidy
     # Files for one instruction set need its flags, which the compilation database has.
-    /usr/bin/python3 test/check_tidy.py "$2"
+    /usr/bin/python3 test/check_tidy.py "${@:2}"
     ;;
   *)
-    echo "usage: check_source.sh ros_free|floors|parameters|format|lint|tidy [BUILD_DIR]" >&2
+    echo "usage: check_source.sh ros_free|floors|parameters|format|lint|tidy [BUILD_DIR [FILE...]]" >&2
     exit 2
     ;;
 esac

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""clang-tidy over every file of src: check_tidy.py BUILD_DIR. Files that are compiled as one (CMake's unity build) are looked
-at as one, a third of the time of each by itself. What passed is looked at again only when it, a header of the project that
-it includes, written or generated, its flags or the list of checks changed; BUILD_DIR/clang_tidy remembers."""
+"""clang-tidy over the files of src: check_tidy.py BUILD_DIR [FILE...]; without files over all. A file that passed is looked at
+again only when it, a header of the project that it includes, its flags or the list of checks changed;
+BUILD_DIR/clang_tidy remembers. Where most files of a CMake unity build are due they are looked at as one, in a third of the
+time; else each by itself."""
 import concurrent.futures
 import hashlib
 import json
@@ -34,18 +35,16 @@ def files_read(file, folders, seen):
     return seen
 
 
-def translation_units(build):
-    """{what to compile: its flags}, for everything of src: a file, or the unity file that includes it."""
+def sources(build):
+    """{file of src: (its flags, the unity file that includes it or None)}"""
     commands = {Path(entry["file"]): entry["command"] for entry in json.loads((build / "compile_commands.json").read_text())}
-    units, alone = {}, set((ROOT / "src").rglob("*.cpp"))
-    for file, command in commands.items():
-        if file.parent.name == "Unity":
-            parts = {Path(name) for name in UNITY_INCLUDE.findall(file.read_text())} & alone
-            if parts:
-                units[file] = command
-                alone -= parts
-    units.update((file, commands.get(file, "")) for file in alone)
-    return units
+    found = {file: (commands.get(file, ""), None) for file in (ROOT / "src").rglob("*.cpp")}
+    for unity, command in commands.items():
+        if unity.parent.name == "Unity":
+            for file in map(Path, UNITY_INCLUDE.findall(unity.read_text())):
+                if file in found:
+                    found[file] = (command.replace(str(unity), ""), unity)
+    return found
 
 
 def command_of(file, build):
@@ -66,28 +65,56 @@ def digest(file, build, flags):
     return text.hexdigest()
 
 
-def check(file, build, flags):
-    """What clang-tidy says of a file that does not pass; None for one that does."""
-    stamp = build / "clang_tidy" / str(file.relative_to(ROOT)).replace("/", "_")
-    now = digest(file, build, flags)
-    if stamp.is_file() and stamp.read_text() == now:
-        return None
+def due_files(found, build):
+    """{file: the digest that it has when it passes}, of those that have not passed as they are."""
+    due = {}
+    for file, (flags, _) in found.items():
+        now = digest(file, build, flags)
+        if not stamp(file, build).is_file() or stamp(file, build).read_text() != now:
+            due[file] = now
+    return due
+
+
+def stamp(file, build):
+    return build / "clang_tidy" / str(file.relative_to(ROOT)).replace("/", "_")
+
+
+def jobs(found, due):
+    """[(what clang-tidy reads, files that this looks at)]"""
+    together = {}
+    for file, (_, unity) in found.items():
+        if unity:
+            together.setdefault(unity, []).append(file)
+    listed = []
+    for unity, files in together.items():
+        if 2 * sum(file in due for file in files) > len(files):
+            listed.append((unity, [file for file in files if file in due]))
+    alone = set(due).difference(*(files for _, files in listed))
+    return listed + [(file, [file]) for file in sorted(alone)]
+
+
+def check(job, due, build):
+    """What clang-tidy says of files that do not pass; None for those that do."""
+    file, looked_at = job
     done = subprocess.run(command_of(file, build), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     if done.returncode:
         return done.stdout + done.stderr
-    stamp.write_text(now)
+    for each in looked_at:
+        stamp(each, build).write_text(due[each])
     return None
 
 
-def main(build):
+def main(build, files):
     (build / "clang_tidy").mkdir(exist_ok=True)
-    units = translation_units(build)
+    found = sources(build)
+    due = due_files({file: found[file] for file in found if not files or file in files}, build)
+    print("clang-tidy: %d of %d files to look at" % (len(due), len(found)))
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        said = list(pool.map(lambda file: check(file, build, units[file]), sorted(units)))
+        said = list(pool.map(lambda job: check(job, due, build), jobs(found, due)))
     for complaint in filter(None, said):
         print(complaint)
     return 1 if any(said) else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1]).resolve()))
+    sys.exit(main(Path(sys.argv[1]).resolve(), {Path(name).resolve() for name in sys.argv[2:]}))

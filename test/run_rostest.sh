@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# run_rostest.sh BUILD_DIR NAME [PACKAGES]: runs test/ros/NAME.test under a ROS master of its own, with the ROS packages
-# below PACKAGES, and leaves the cases of its test node in BUILD_DIR/test_results/rostest_NAME.xml. Exit status 77 when
+# run_rostest.sh BUILD_DIR NAME [PACKAGES]: runs test/ros/rostest/NAME.test under a ROS master of its own, with the ROS
+# packages below PACKAGES, and leaves the cases of its test node in BUILD_DIR/test_results/rostest_NAME.xml. Exit status 77 when
 # every case was skipped.
 set -eo pipefail
 export PATH=/usr/bin:$PATH  # another python3 may come first; ROS's modules belong to the system's
@@ -8,7 +8,7 @@ build=$1 name=$2 packages=$3
 results=$build/test_results
 source_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 . "$build/devel/setup.bash"
-export ROS_HOME=$results/ros_home ROS_IP=127.0.0.1 PYTHONDONTWRITEBYTECODE=1
+export ROS_HOME=$results/ros_home/$name ROS_IP=127.0.0.1 PYTHONDONTWRITEBYTECODE=1
 [ -z "$packages" ] || export ROS_PACKAGE_PATH=$packages:$ROS_PACKAGE_PATH
 mkdir -p "$ROS_HOME"
 # A nodelet manager and Python load our libraries, and are not built with the sanitizer these need. Both leak on purpose.
@@ -25,7 +25,7 @@ fi
 rm -f "$results/gms_ransac/"*"-$name.xml" "$results/rostest_$name.xml"
 status=0
 rostest --pkgdir="$source_dir" --package=gms_ransac --results-filename="$name.xml" --results-base-dir="$results" \
-  "$source_dir/test/ros/$name.test" || status=$?
+  "$source_dir/test/ros/rostest/$name.test" || status=$?
 cases=$results/gms_ransac/rosunit-$name.xml
 [ -f "$cases" ] || exit $((status ? status : 1))
 cp "$cases" "$results/rostest_$name.xml"

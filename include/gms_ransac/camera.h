@@ -10,7 +10,7 @@
 
 namespace gms_ransac {
 
-/// Intrinsics as ROS and OpenCV define them. An all-zero K means "not calibrated".
+/// Intrinsics as ROS and OpenCV define them. An all-zero K: not calibrated.
 struct CameraIntrinsics {
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels
   std::string distortion_model;           ///< "" or "plumb_bob", "rational_polynomial", "equidistant"
@@ -23,9 +23,8 @@ struct CameraIntrinsics {
 
 class Distortion;
 
-/// Undoes the distortion through a table built once, so that a frame's keypoints cost microseconds; distorting again
-/// what comes out gives the pixel back within 0.005 px, as the table is checked when it is built. Where it fails that,
-/// the model is solved point by point.
+/// Undoes the distortion through a table built once. Where distorting again misses the pixel by more than 0.005 px the
+/// model is solved point by point.
 class Camera {
  public:
   Camera() = default;  ///< not calibrated: points pass through unchanged
@@ -37,19 +36,18 @@ class Camera {
   Eigen::Matrix3d K() const;
   double meanFocalLength() const { return 0.5 * (intrinsics_.fx + intrinsics_.fy); }  ///< pixels
   bool distorts() const { return distortion_ != nullptr; }  ///< if not, `undistort` returns the pixel
-  /// Pixel of the received image -> pixel of the ideal pinhole camera with the same K; NaN where the model of the
-  /// distortion has no inverse (beyond the radius up to which it is monotone, or a right angle off the axis).
+  /// Received pixel -> pixel of the ideal pinhole camera with the same K; NaN where the model has no inverse.
   cv::Point2f undistort(const cv::Point2f& pixel) const;
   /// Pixel of that pinhole camera -> pixel of the received image; NaN where `undistort` does not lead back.
   cv::Point2f distort(const cv::Point2f& ideal) const;
-  /// Pixels of the image of which that is so: a calibration that does not hold for the whole image.
+  /// Pixels for which `undistort` has no answer: the calibration does not hold for the whole image.
   int pixelsWithoutInverse() const { return pixels_without_inverse_; }
   bool operator==(const Camera& other) const;
   bool operator!=(const Camera& other) const { return !(*this == other); }
 
  private:
   void buildTable();
-  /// The verdict on one cell, whose four by four samples begin at (r, c).
+  /// True if the cell of four by four samples from (r, c) may be interpolated in.
   bool roundTripHolds(int r, int c) const;
   int countPixelsWithoutInverse() const;
   cv::Point2d solve(const cv::Point2d& pixel) const;
@@ -63,5 +61,17 @@ class Camera {
   cv::Mat_<uint8_t> interpolates_;                ///< of each cell of that table: it may be interpolated in
   int pixels_without_inverse_ = 0;
 };
+
+/// (x, y) of the ray (x, y, 1) of a received pixel of a calibrated camera; NaN where `undistort` has none.
+inline Eigen::Vector2d rayOf(const Camera& camera, const cv::Point2f& pixel) {
+  const CameraIntrinsics& k = camera.intrinsics();
+  const cv::Point2f ideal = camera.undistort(pixel);
+  return {(ideal.x - k.cx) / k.fx, (ideal.y - k.cy) / k.fy};
+}
+
+inline cv::Point2f pixelOf(const Camera& camera, const Eigen::Vector2d& ray) {
+  const CameraIntrinsics& k = camera.intrinsics();
+  return camera.distort({static_cast<float>(k.fx * ray.x() + k.cx), static_cast<float>(k.fy * ray.y() + k.cy)});
+}
 
 }  // namespace gms_ransac

@@ -1,5 +1,4 @@
-// A gms_ransac/Correspondences message as matrices, without a copy. Header-only; includes no ROS header, so that code
-// with its own struct of the same fields can use it as well.
+// A gms_ransac/Correspondences message as matrices, without a copy. Header-only, without ROS headers.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +12,8 @@
 
 namespace gms_ransac {
 
-/// Reads the columns of a message in place: the message must outlive the view, and the matrices are for reading only.
-/// Usage: `const CorrespondencesView view(*message); cv::Mat points = view.currentPoints();`
+/// Reads the columns of a message in place: the message must outlive the view. Usage: `const CorrespondencesView
+/// view(*message); cv::Mat points = view.currentPoints();`
 template <typename Message>
 class CorrespondencesView {
  public:
@@ -55,10 +54,8 @@ class CorrespondencesView {
 
   /// False: the points are pixels of the distorted image, which K alone does not describe.
   bool isRectified() const { return message_.pixel_space == Message::PIXELS_RECTIFIED; }
-  /// Where the rays of referencePoints() or currentPoints() meet the plane z = 1: N x 1 CV_32FC2. Points that are not
-  /// rectified need the distortion, which the message has no field for: `distortion_model` and `D` of the images'
-  /// camera_info. Throws std::invalid_argument without it or without K, or where no such model has as many
-  /// coefficients.
+  /// Rays of the points on the plane z = 1: N x 1 CV_32FC2. Points that are not rectified need `distortion_model` and
+  /// `D` of the images' camera_info. Throws std::invalid_argument without them or without K.
   cv::Mat normalized(const cv::Mat& points, const std::string& distortion_model = "",
                      const std::vector<double>& D = {}) const {
     if (!calibrated()) throw std::invalid_argument("Correspondences: the camera is not calibrated (K is zero)");
@@ -84,8 +81,8 @@ class CorrespondencesView {
   }
   bool calibrated() const { return message_.K[0] > 0 && message_.K[4] > 0; }
   Eigen::Matrix3d K() const { return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&message_.K[0]); }
-  /// X_reference = pose * X_current; meaningless unless the message says pose_valid. t is zero where it is not known;
-  /// its length is metres with metric_scale, else 1, or what ~scale propagate carries from pair to pair.
+  /// X_reference = pose * X_current, where the message says pose_valid. t is zero where unknown; its length is in
+  /// metres with metric_scale, else 1 or that of `~scale: propagate`.
   Eigen::Isometry3d currentInReference() const {
     const auto& pose = message_.current_in_reference.pose;
     const auto& q = pose.orientation;

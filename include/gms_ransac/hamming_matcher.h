@@ -5,12 +5,11 @@
 #include <memory>
 #include <vector>
 
-#include "gms_ransac/descriptor_set.h"
+#include "gms_ransac/features.h"
 #include "gms_ransac/simd.h"
 
 namespace gms_ransac {
 
-/// Nearest neighbour of one reference descriptor among the current ones.
 struct Match {
   int32_t reference;         ///< index into the reference features (the query)
   int32_t current;           ///< index into the current features; the lowest on ties, as in cv::BFMatcher
@@ -23,7 +22,6 @@ struct HammingMatcherOptions {
   int threads = 1;      ///< 1 to 64, of a pool that the whole process shares; the result does not depend on it
   SimdLevel simd = detectSimdLevel();
 
-  /// Throws std::invalid_argument with a sentence that names the field, its value and its range.
   void validate() const;
 };
 
@@ -34,10 +32,9 @@ class HammingMatcher {
   HammingMatcher(HammingMatcher&&) noexcept;
   HammingMatcher& operator=(HammingMatcher&&) noexcept;
 
-  /// One match per reference descriptor in reference order (fewer with `mutual`; none when either side is empty).
-  /// `current` should be packed for the level of the options; if it is not, a copy is packed at every call.
-  /// Identical on every SIMD level and for any number of threads. Reuses the storage of `matches`; no allocation once
-  /// warm.
+  /// One match per reference descriptor in its order; fewer with `mutual`. `current` should be packed for the level of
+  /// the options, else a copy is packed at every call. The result depends neither on level nor threads. No allocation
+  /// once warm.
   void match(const DescriptorSet& reference, const DescriptorSet& current, std::vector<Match>& matches);
 
  private:

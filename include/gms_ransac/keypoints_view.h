@@ -1,5 +1,5 @@
-// A gms_ransac/Keypoints message as matrices, without a copy, or as the core's Features. Header-only; includes no ROS
-// header, so that code with its own struct of the same fields can use it as well.
+// A gms_ransac/Keypoints message as matrices, without a copy, or as the core's Features. Header-only, without ROS
+// headers.
 #pragma once
 
 #include <cmath>
@@ -15,8 +15,8 @@
 
 namespace gms_ransac {
 
-/// Reads the columns of a message in place: the message must outlive the view, and the matrices are for reading only.
-/// Usage: `const KeypointsView view(*message); cv::Mat descriptors = view.descriptors();`
+/// Reads the columns of a message in place: the message must outlive the view. Usage: `const KeypointsView
+/// view(*message); cv::Mat descriptors = view.descriptors();`
 template <typename Message>
 class KeypointsView {
  public:
@@ -24,8 +24,7 @@ class KeypointsView {
   static constexpr size_t kLargestSide = 65535;  ///< pixels; larger images have no features
   static constexpr int kOctaves = 16;            ///< as many as there can be
 
-  /// Checks once that all columns have the length of `u` and that every keypoint lies in the image, on an octave that
-  /// there is. Throws std::invalid_argument with one sentence that names the first that does not.
+  /// Throws std::invalid_argument naming the first column or keypoint that cannot be.
   explicit KeypointsView(const Message& message) : message_(message) {
     const size_t n = message.u.size();
     require("v", message.v.size(), n);
@@ -70,7 +69,7 @@ class KeypointsView {
             message_.octave[k],
             static_cast<int>(message_.track_id[k])};
   }
-  /// What HammingMatcher and MotionStatisticsFilter take: a copy, packed for matching. Needs gms_ransac_core.
+  /// A copy for HammingMatcher and MotionStatisticsFilter, packed. Needs gms_ransac_core.
   Features features() const {
     Features features;
     features.image_size = {static_cast<int>(message_.width), static_cast<int>(message_.height)};

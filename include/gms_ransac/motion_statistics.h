@@ -11,8 +11,8 @@
 
 namespace gms_ransac {
 
-/// The two published implementations differ where a shifted grid leaves the image at the left or the top, and in how
-/// the sides of a scaled right grid become whole numbers.
+/// The published implementations differ where a shifted grid leaves the image at the left or top, and in rounding the
+/// sides of a scaled grid.
 enum class GridBorder {
   kOriginal,  ///< Bian's: the half cells at the left and the top take no part in a shifted grid; sides truncated
   kOpencv     ///< xfeatures2d: they form cells of their own; sides rounded
@@ -23,16 +23,24 @@ enum class FiveCellFactor {
   kRaw      ///< threshold_factor is used as it is
 };
 
-/// What makes a match accepted.
 enum class Criterion {
   kThreshold,  ///< as published: the score of the cell pair reaches the threshold
-  kEvidence    ///< ours: that, and descriptors, turn and change of octave make the match likely to be right
+  kEvidence    ///< ours: also likely to be right by descriptors, rotation and change of octave
+};
+
+/// Readings of the second filter of Zhu et al. 2019, whose criterion the paper does not print.
+enum class DistanceReading {
+  /// The length of the displacement is within 3 robust standard deviations (1.4826 MAD), at least 3 px, of the median
+  /// over the 3 x 3 reference cells around it.
+  kDisplacement,
+  /// The median ratio of distances to 8 random partners, after over before, is within 20 % of the median of all
+  /// matches.
+  kPairwise
 };
 
 struct MotionStatisticsOptions {
   std::optional<Criterion> criterion;  ///< not set: the method's own; of a filter by itself kThreshold
-  /// Cells across and down the reference image. Neither set: 20 x 20 as published, with kEvidence square cells, few
-  /// where matches are few; one set: square cells.
+  /// Cells across and down the reference image. Neither: 20 x 20, with kEvidence square cells; one: square cells.
   std::optional<int> grid_columns, grid_rows;
   std::optional<double> threshold_factor;  ///< alpha of the paper; not set: 6 as published, 1 with kEvidence
   bool rotation = false;                   ///< try all rotations of the neighbourhood, not only the identity
@@ -41,12 +49,10 @@ struct MotionStatisticsOptions {
   GridNeighborhood neighborhood = GridNeighborhood::kNine;
   FiveCellFactor five_cell_factor = FiveCellFactor::kScaled;
 
-  /// Throws std::invalid_argument with a sentence that names the parameter, its value and its range
-  /// (cfg/parameters.py).
   void validate() const;
 };
 
-/// Per raw match, in the order given; columns have as many entries as there are matches.
+/// One entry per raw match, in the order given.
 struct MotionStatistics {
   std::vector<uint8_t> accepted;  ///< 1: some shifted grid accepts the match
   std::vector<int32_t> score;  ///< supporting matches in the neighbourhood, the largest over the shifts; 0 if rejected
@@ -66,12 +72,10 @@ class MotionStatisticsFilter {
   MotionStatisticsFilter(MotionStatisticsFilter&&) noexcept;
   MotionStatisticsFilter& operator=(MotionStatisticsFilter&&) noexcept;
 
-  /// Any number of matches, including none; the images may differ in size. Reference keypoints outside their image
-  /// take no part. Bit-exact with the published algorithm: the run (scale, rotation) with the most accepted matches
-  /// wins, the first of equals. Reuses the storage of `statistics`; no allocation once warm.
+  /// Any number of matches; keypoints outside their image take no part. Bit-exact with the published algorithm: the
+  /// (scale, rotation) with the most accepted matches wins, the first of equals. No allocation once warm.
   void compute(const Features& reference, const Features& current, const std::vector<Match>& matches,
                MotionStatistics& statistics);
-  /// With nothing left open.
   const MotionStatisticsOptions& options() const { return options_; }
   /// Replaces threshold_factor from the next call on; must be positive.
   void setThresholdFactor(double threshold_factor) { options_.threshold_factor = threshold_factor; }

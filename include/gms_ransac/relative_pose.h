@@ -1,22 +1,42 @@
-// Last stage, model -> relative pose. The convention of the whole project is fixed here.
+// The relative pose of two images, and a rotation measured by another sensor. The convention of the whole project
+// is fixed here.
 #pragma once
+
+#include <optional>
 
 #include <Eigen/Core>
 
 namespace gms_ransac {
 
-/// Pose of the current camera in the reference camera frame: X_reference = R X_current + t, both optical frames
-/// (x right, y down, z forward). cv::recoverPose(reference, current) gives the inverse; `fromReferenceToCurrent`
-/// is the one place where that is turned round.
+/// Pose of the current camera in the reference camera frame: X_reference = R X_current + t, optical frames.
+/// cv::recoverPose gives the inverse.
 struct RelativePose {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::Zero();  ///< unit length unless a scale is known
-  /// Covariance of (t, rotation vector), order x y z rx ry rz as in geometry_msgs/PoseWithCovariance, perturbing
-  /// t additively and R as exp(rotation vector) R; for the unit-length t it has no extent along t.
+  /// Covariance of (t, rotation vector), order x y z rx ry rz, perturbing t additively and R as exp(rotation vector) R;
+  /// a unit-length t has no extent along t.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
-/// From X_current = R X_reference + t to the project's convention. Covariance is left at zero.
-RelativePose fromReferenceToCurrent(const Eigen::Matrix3d& R, const Eigen::Vector3d& t);
+/// From X_current = R X_reference + t to the project's convention, without covariance.
+inline RelativePose fromReferenceToCurrent(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
+  RelativePose pose;
+  pose.R = R.transpose();
+  pose.t = -(pose.R * t);
+  return pose;
+}
+
+/// Angular velocities while the rows of the images were read: rotation vectors, rad/s, each in that camera's axes.
+struct TurnRates {
+  Eigen::Vector3d reference{0, 0, 0}, current{0, 0, 0};
+};
+
+/// Rotation from a gyro, an odometry or tf. A proposal for estimators: it wins only where the matches support it.
+struct RotationPrior {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  ///< X_reference = R X_current, as RelativePose::R
+  /// Of the rotation vector of exp(rotation vector) R, reference camera's axes, rad^2.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  std::optional<TurnRates> rates;  ///< if the sensor measures them; used with RobustOptions::rolling_shutter_readout
+};
 
 }  // namespace gms_ransac

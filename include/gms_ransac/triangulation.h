@@ -6,11 +6,11 @@
 #include <Eigen/Core>
 
 #include "gms_ransac/camera.h"
-#include "gms_ransac/match_filter.h"
+#include "gms_ransac/match_result.h"
 
 namespace gms_ransac {
 
-/// The inliers of one pair as columns of N entries, in the order of the matches. Lengths are in multiples of |t|.
+/// The inliers of one pair as columns, in the order of the matches. Lengths in multiples of |t|.
 struct Triangulation {
   std::vector<int> match;                        ///< index into MatchResult::matches
   std::vector<double> x_reference, y_reference;  ///< undistorted normalised image coordinates
@@ -28,9 +28,8 @@ struct Triangulation {
 // Below this the depth of a point is mostly noise: at 500 px focal length it is 1.7 px of displacement.
 constexpr double kMinimumParallax = 0.2 * 3.14159265358979323846 / 180;
 
-/// Rays of the inliers of `result`, whose features and camera these are, intersected: least-squares depths along both
-/// rays (the mid-point method; Hartley and Sturm 1997, section 5.1). Reuses the storage of `out`. Without a pose or
-/// with an uncalibrated camera `out` is empty.
+/// Least-squares depths along the two rays of each inlier (mid-point method; Hartley & Sturm 1997). Empty without a
+/// pose or calibration.
 void triangulateInliers(const Features& reference, const Features& current, const MatchResult& result,
                         const Camera& camera, Triangulation& out, double minimum_parallax = kMinimumParallax);
 

@@ -14,14 +14,14 @@ namespace {
 // Table spacing in pixels, with one row and column more on each side than the image needs. At this spacing cubic
 // interpolation meets the tolerance everywhere for the calibrations of the usual benchmark sets (camera_test.cpp).
 constexpr int kTableStep = 8;
-// Of the round trip, pixels: a hundredth of what a keypoint is located to.
+// Largest error of the round trip, pixels: a hundredth of a keypoint's.
 constexpr double kTolerance = 0.005;
-// Of what is distorted and undone again: more, and the model does not grow there.
+// Round-trip error, pixels, above which the model has no inverse.
 constexpr double kThereAndBack = 0.1;  // pixels
 // Pixels that are looked at for one without inverse; of larger images every second, third, ... up to every eighth.
 constexpr double kMostCounted = 640 * 480;
 
-// Pixels, as for ~camera in cfg/parameters.py. What follows is computed in single precision, which has room for these.
+// Pixels, as for ~camera in cfg/parameters.py. Single precision can hold these.
 constexpr double kSmallestFocalLength = 1e-3, kLargest = 1e6;
 
 /// Weights of the four samples around a fraction in [0, 1): Catmull-Rom.
@@ -52,25 +52,23 @@ void CameraIntrinsics::validate() const {
   for (double value : distortion) {
     if (!std::isfinite(value)) throw std::invalid_argument("intrinsics: distortion coefficients must be finite");
   }
+  struct Model {
+    const char* name;
+    std::vector<size_t> counts;
+    const char* accepted;
+  };
+  const std::string name = distortion_model.empty() ? "plumb_bob" : distortion_model;
   const size_t n = distortion.size();
-  if (distortion_model.empty() || distortion_model == "plumb_bob") {
-    if (n != 0 && n != 4 && n != 5) {
-      throw std::invalid_argument("intrinsics: plumb_bob takes 4 or 5 distortion coefficients, not " +
-                                  std::to_string(n));
-    }
-  } else if (distortion_model == "rational_polynomial") {
-    if (n != 0 && n != 8 && n != 12 && n != 14) {
-      throw std::invalid_argument("intrinsics: rational_polynomial takes 8, 12 or 14 distortion coefficients, not " +
-                                  std::to_string(n));
-    }
-  } else if (distortion_model == "equidistant") {
-    if (n != 0 && n != 4) {
-      throw std::invalid_argument("intrinsics: equidistant takes 4 distortion coefficients, not " + std::to_string(n));
-    }
-  } else {
-    throw std::invalid_argument("intrinsics: unknown distortion model '" + distortion_model +
-                                "'; use plumb_bob, rational_polynomial or equidistant");
+  for (const Model& model :
+       {Model{"plumb_bob", {0, 4, 5}, "4 or 5"}, Model{"rational_polynomial", {0, 8, 12, 14}, "8, 12 or 14"},
+        Model{"equidistant", {0, 4}, "4"}}) {
+    if (name != model.name) continue;
+    if (std::count(model.counts.begin(), model.counts.end(), n) > 0) return;
+    throw std::invalid_argument("intrinsics: " + name + " takes " + model.accepted + " distortion coefficients, not " +
+                                std::to_string(n));
   }
+  throw std::invalid_argument("intrinsics: unknown distortion model '" + distortion_model +
+                              "'; use plumb_bob, rational_polynomial or equidistant");
 }
 
 Camera::Camera(const CameraIntrinsics& intrinsics, cv::Size image_size)
@@ -97,7 +95,6 @@ void Camera::buildTable() {
 }
 
 bool Camera::roundTripHolds(int r, int c) const {
-  // Across the cell and down it, between the samples.
   for (const float down : {1 / 6.f, 0.5f, 5 / 6.f}) {
     for (const float across : {1 / 6.f, 0.5f, 5 / 6.f}) {
       const cv::Point2f pixel(kTableStep * (static_cast<float>(c) + across),

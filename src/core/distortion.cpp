@@ -15,7 +15,7 @@ namespace {
 constexpr double kWidestRadius = 100;
 // Steps of the search for the end of growth, even in the angle to the axis.
 constexpr int kAngleSteps = 2000;
-// What the distortion of the answer may be off the point given, normalised: less than 1e-7 px at any focal length.
+// Largest residual of the inverse, normalised: less than 1e-7 px at any focal length.
 constexpr double kResidual = 1e-11;
 constexpr int kNewtonSteps = 40;
 
@@ -31,7 +31,7 @@ double derivativeOf(const double* c, int degree, double x) {
   return value;
 }
 
-/// What a sensor that is turned about x, then about y, makes of the image on the plane square to the axis.
+/// Projection onto a sensor rotated about x, then about y.
 Eigen::Matrix3d sensorTilt(double about_x, double about_y) {
   const Eigen::Matrix3d R =
       (Eigen::AngleAxisd(-about_y, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(-about_x, Eigen::Vector3d::UnitX()))
@@ -100,8 +100,8 @@ double Distortion::farthestOnRim() const {
   double farthest = 0;
   Eigen::Matrix2d unused;
   for (int i = 0; i < kDirections; ++i) {
-    const Eigen::Rotation2Dd turn(2 * M_PI * i / kDirections);
-    farthest = std::max(farthest, distortOnLens(turn * Eigen::Vector2d(largest_radius_, 0), unused).norm());
+    const Eigen::Rotation2Dd rotation(2 * M_PI * i / kDirections);
+    farthest = std::max(farthest, distortOnLens(rotation * Eigen::Vector2d(largest_radius_, 0), unused).norm());
   }
   return kBetweenDirections * farthest;
 }

@@ -11,7 +11,6 @@ namespace gms_ransac {
 /// OpenCV's calibration. For a fisheye lens r_d(r) is a polynomial of the angle atan(r).
 class Distortion {
  public:
-  /// `intrinsics` must be valid.
   explicit Distortion(const CameraIntrinsics& intrinsics);
 
   Eigen::Vector2d distort(const Eigen::Vector2d& ideal) const;
@@ -30,9 +29,8 @@ class Distortion {
   /// Newton's step, or the largest half of it that brings `ideal` closer to its target; false when none does.
   bool stepCloser(Eigen::Vector2d step, const Eigen::Vector2d& target, Eigen::Vector2d& ideal,
                   Eigen::Matrix2d& derivative, Eigen::Vector2d& residual) const;
-  /// Up to where r_d grows.
   double radiusOfGrowth() const;
-  /// What lies farther out than that, distorted, is not worth a search.
+  /// Distorted radius beyond which the search stops.
   double farthestOnRim() const;
 
   bool fisheye_;

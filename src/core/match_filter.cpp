@@ -1,4 +1,4 @@
-// The line, and what it says of the raw matches.
+// The pipeline, stage by stage.
 #include "gms_ransac/match_filter.h"
 
 #include <algorithm>
@@ -7,16 +7,16 @@
 #include <stdexcept>
 #include <utility>
 
-#include "matching/turn_prediction.h"
+#include "gms/guided_search.h"
+#include "gms/motion_prediction.h"
+#include "methods/method.h"
 #include "survivors.h"
 #include "time_budget.h"
-#include "validation.h"
 
 namespace gms_ransac {
 
 namespace {
 
-/// Seconds since construction or the last lap.
 class StopWatch {
  public:
   explicit StopWatch(const Clock& clock) : clock_(clock), last_(clock()) {}
@@ -41,8 +41,6 @@ HammingMatcherOptions matcherOptions(const MatchFilterOptions& options, const Me
   return matcher;
 }
 
-// The columns beside the raw matches, as far as each stage knows them.
-
 void markRaw(MatchResult& result) {
   result.stage.assign(result.matches.size(), MatchStage::kRaw);
   result.confidence.assign(result.matches.size(), 0.f);
@@ -60,7 +58,7 @@ void markSurvivors(MatchResult& result) {
   result.matches_gms = result.survivors.size();
 }
 
-/// `all`: the filter alone decides, whatever the model says.
+/// `all`: the filter alone decides.
 void markInliers(bool all, MatchResult& result) {
   const RobustResult& robust = result.robust;
   for (size_t k = 0; k < result.survivors.match.size(); ++k) {
@@ -71,82 +69,28 @@ void markInliers(bool all, MatchResult& result) {
   result.inliers = all ? result.matches_gms : robust.inlier_count;
 }
 
+void learn(const Frame& reference, const Frame& current, const MatchResult& result, TimeBudget& budget) {
+  PairCost cost;
+  cost.pixels = current.features.image_size.area();
+  cost.asked = current.features_asked;
+  cost.reference = reference.features.size();
+  cost.current = current.features.size();
+  cost.before = current.seconds_before;
+  cost.extract = current.detect_seconds;
+  cost.match = result.times.match;
+  cost.filter = result.times.gms;
+  cost.search = result.robust.effort.search_seconds;
+  cost.estimate = result.times.ransac - cost.search;
+  budget.learn(cost);
+}
+
 }  // namespace
-
-std::string toString(Status status) {
-  switch (status) {
-    case Status::kOk:
-      return "OK";
-    case Status::kFirstFrame:
-      return "FIRST_FRAME";
-    case Status::kTooFewKeypoints:
-      return "TOO_FEW_KEYPOINTS";
-    case Status::kTooFewMatches:
-      return "TOO_FEW_MATCHES";
-    case Status::kGmsRejected:
-      return "GMS_REJECTED";
-    case Status::kRansacFailed:
-      return "RANSAC_FAILED";
-    case Status::kLowParallax:
-      return "LOW_PARALLAX";
-    case Status::kUncalibrated:
-      return "UNCALIBRATED";
-  }
-  return "UNKNOWN";
-}
-
-Status statusOf(const RobustResult& result, const Camera& camera) {
-  if (!result.model_found || result.inlier_count < kMinimumMatches) return Status::kRansacFailed;
-  if (!camera.calibrated()) return Status::kUncalibrated;
-  if (!result.pose_found) return Status::kRansacFailed;
-  return result.translation_observable ? Status::kOk : Status::kLowParallax;
-}
-
-void PointPairs::resize(int n) {
-  const auto size = static_cast<size_t>(n);
-  for (auto* column : {&x_reference, &y_reference, &x_current, &y_current, &relative_score}) column->resize(size);
-  for (auto* column : {&octave_reference, &octave_current}) column->resize(size);
-  score.resize(size);
-  for (auto* column : {&distance, &second_distance}) column->resize(size);
-}
-
-bool PointPairs::hasCoordinates(size_t i) const {
-  constexpr float kFarthest = 1e6f;  // a fisheye lens of 10000 px reaches as far, 0.6 degrees short of a right angle
-  const auto isCoordinate = [](float value) { return std::abs(value) < kFarthest; };  // nor NaN
-  return isCoordinate(x_reference[i]) && isCoordinate(y_reference[i]) && isCoordinate(x_current[i]) &&
-         isCoordinate(y_current[i]);
-}
-
-void MatchResult::clear(Status new_status) {
-  status = new_status;
-  keypoints_reference = keypoints_current = matches_gms = inliers = 0;
-  matches.clear();
-  stage.clear();
-  confidence.clear();
-  probability.clear();
-  survivors.match.clear();
-  survivors.pairs.resize(0);
-  survivors.pairs.rotation_prior.reset();
-  survivors.pairs.seconds.reset();
-  robust.clear();
-  times = StageTimes();
-}
-
-void MatchFilterOptions::validate() const {
-  findMethod(method);
-  extractor.validate();
-  motion_statistics.validate();
-  HammingMatcherOptions matcher;
-  matcher.threads = matcher_threads;
-  matcher.validate();
-  requireInRanges(*this);
-  robust.validate();
-}
 
 MatchFilterOptions MatchFilterOptions::paper() {
   MatchFilterOptions options;
   options.method = "cp_ransac";
   options.extractor.extractor = "opencv";
+  options.search = SearchMode::kFull;
   options.one_to_one = false;
   options.robust.sort_key = SortKey::kScore;
   options.robust.first_group_fraction = 0.5;
@@ -154,16 +98,31 @@ MatchFilterOptions MatchFilterOptions::paper() {
   return options;
 }
 
-MatchFilter::MatchFilter(const MatchFilterOptions& options)
-    : options_(options),
-      method_(makeMethod(options)),
-      extractor_(makeFeatureExtractor(options.extractor)),
-      matcher_(matcherOptions(options, *method_)),
-      selector_(std::make_unique<SurvivorSelector>(options.one_to_one, options.robust.rolling_shutter_readout > 0)) {
-  const HammingMatcherOptions matcher = matcherOptions(options, *method_);
-  if (options.search == SearchMode::kGuided && !matcher.mutual) {
-    guided_search_.emplace(matcher, options.motion_statistics);
+/// Each stage keeps nothing but storage from pair to pair; a method may also remember the last motion.
+struct MatchFilter::Stages {
+  explicit Stages(const MatchFilterOptions& options)
+      : method(makeMethod(options)),
+        extractor(makeFeatureExtractor(options.extractor)),
+        matcher(matcherOptions(options, *method)),
+        selector(options.one_to_one, options.robust.rolling_shutter_readout > 0) {
+    // A filter that decides alone would take every match that agrees with the predicted motion for an inlier.
+    if (options.search == SearchMode::kGuided && !method->wantsMutualMatches() && !method->filterDecides()) {
+      guided_search.emplace(matcherOptions(options, *method), options.motion_statistics);
+    }
   }
+
+  Clock clock = steadySeconds;
+  std::unique_ptr<Method> method;
+  std::unique_ptr<FeatureExtractor> extractor;
+  HammingMatcher matcher;
+  std::optional<GuidedSearch> guided_search;  ///< replaces the matcher
+  MotionPrediction rotation_prediction;
+  SurvivorSelector selector;
+  std::unique_ptr<TimeBudget> budget;  ///< null: no limit
+};
+
+MatchFilter::MatchFilter(const MatchFilterOptions& options)
+    : options_(options), stages_(std::make_unique<Stages>(options)) {
   setClock(steadySeconds);
 }
 
@@ -177,7 +136,7 @@ void MatchFilter::setCamera(const Camera& camera) {
 
 void MatchFilter::reset() {
   have_reference_ = false;
-  method_->reset();
+  stages_->method->reset();
 }
 
 const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mask, std::optional<double> stamp) {
@@ -195,10 +154,11 @@ const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mas
 }
 
 void MatchFilter::extract(const cv::Mat& image, Frame& frame, const cv::Mat& mask, std::optional<double> stamp) {
+  Stages& stages = *stages_;
   if (image.type() != CV_8UC1) throw std::invalid_argument("MatchFilter: the image must be CV_8UC1 (grey, 8 bit)");
-  StopWatch watch(clock_);
-  frame.features_asked = budget_ ? budget_->features(image.size()) : options_.extractor.features;
-  extractor_->extract(image, frame.features, mask, frame.features_asked);
+  StopWatch watch(stages.clock);
+  frame.features_asked = stages.budget ? stages.budget->features(image.size()) : options_.extractor.features;
+  stages.extractor->extract(image, frame.features, mask, frame.features_asked);
   frame.detect_seconds = watch.lap();
   frame.stamp = stamp;
 }
@@ -212,48 +172,34 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
   if (prior != nullptr) result.survivors.pairs.rotation_prior = *prior;
   if (reference.stamp && current.stamp) result.survivors.pairs.seconds = *current.stamp - *reference.stamp;
   result.status = compare(reference, current, result);
-  if (budget_) learn(reference, current, result);
-}
-
-void MatchFilter::learn(const Frame& reference, const Frame& current, const MatchResult& result) {
-  PairCost cost;
-  cost.pixels = current.features.image_size.area();
-  cost.asked = current.features_asked;
-  cost.reference = reference.features.size();
-  cost.current = current.features.size();
-  cost.before = current.seconds_before;
-  cost.extract = current.detect_seconds;
-  cost.match = result.times.match;
-  cost.filter = result.times.gms;
-  cost.search = result.robust.effort.search_seconds;
-  cost.estimate = result.times.ransac - cost.search;
-  budget_->learn(cost);
+  if (stages_->budget) learn(reference, current, result, *stages_->budget);
 }
 
 Status MatchFilter::compare(const Frame& reference_frame, const Frame& current_frame, MatchResult& result) {
+  Stages& stages = *stages_;
   const Features &reference = reference_frame.features, &current = current_frame.features;
   if (std::min(reference.size(), current.size()) < kMinimumMatches) return Status::kTooFewKeypoints;
 
-  StopWatch watch(clock_);
-  if (guided_search_) {
+  StopWatch watch(stages.clock);
+  if (stages.guided_search) {
     const std::optional<RotationPrior>& prior = result.survivors.pairs.rotation_prior;
     const bool predicts = prior && camera_.calibrated() && camera_.imageSize() == reference.image_size;
-    if (predicts) predictTurn(*prior, camera_, turn_);
-    guided_search_->match(reference, current, result.matches, predicts ? &turn_ : nullptr);
+    if (predicts) predictRotation(*prior, camera_, stages.rotation_prediction);
+    stages.guided_search->match(reference, current, result.matches, predicts ? &stages.rotation_prediction : nullptr);
   } else {
-    matcher_.match(reference.descriptors, current.descriptors, result.matches);
+    stages.matcher.match(reference.descriptors, current.descriptors, result.matches);
   }
   markRaw(result);
   result.times.match = watch.lap();
   if (result.matches.size() < kMinimumMatches) return Status::kTooFewMatches;
 
-  const MotionStatistics& statistics = method_->filter(reference, current, result.matches);
-  selector_->select(reference, current, result.matches, statistics, camera_, result.survivors);
+  const MotionStatistics& statistics = stages.method->filter(reference, current, result.matches);
+  stages.selector.select(reference, current, result.matches, statistics, camera_, result.survivors);
   markSurvivors(result);
   result.times.gms = watch.lap();
   if (result.survivors.size() < kMinimumMatches) return Status::kGmsRejected;
 
-  if (budget_) budget_->limitSearch(current_frame.seconds_before + result.times.total(), current.size());
+  if (stages.budget) stages.budget->limitSearch(current_frame.seconds_before + result.times.total(), current.size());
   return estimate(reference, current, result);
 }
 
@@ -263,27 +209,29 @@ void MatchFilter::estimate(const Frame& reference, const Frame& current, MatchRe
 }
 
 Status MatchFilter::estimate(const Features& reference, const Features& current, MatchResult& result) {
-  StopWatch watch(clock_);
+  Stages& stages = *stages_;
+  StopWatch watch(stages.clock);
   const Survivors& survivors = result.survivors;
-  method_->estimate(survivors.pairs, camera_, result.robust);
-  method_->postFilter(reference, current, result.matches, survivors.match, result.robust);
-  // What fewer agree on is no model, whichever stage took the others away.
+  stages.method->estimate(survivors.pairs, camera_, result.robust);
+  stages.method->postFilter(reference, current, result.matches, survivors.match, result.robust);
+  // Fewer inliers are no model.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
-  markInliers(method_->filterDecides(), result);
+  markInliers(stages.method->filterDecides(), result);
   result.times.ransac = watch.lap();
   return statusOf(result.robust, camera_);
 }
 
-void MatchFilter::setClock(const Clock& clock) {
-  clock_ = clock;
+void MatchFilter::setClock(const std::function<double()>& seconds) {
+  Stages& stages = *stages_;
+  stages.clock = seconds;
   if (options_.max_milliseconds <= 0) return;
-  budget_ = std::make_unique<TimeBudget>(1e-3 * options_.max_milliseconds, options_.extractor.features, clock);
-  method_->setTimeLimit(&budget_->limit());
+  stages.budget = std::make_unique<TimeBudget>(1e-3 * options_.max_milliseconds, options_.extractor.features, seconds);
+  stages.method->setTimeLimit(&stages.budget->limit());
 }
 
 void MatchFilter::setSeed(uint64_t seed) {
   options_.robust.seed = seed;
-  method_->setSeed(seed);
+  stages_->method->setSeed(seed);
 }
 
 }  // namespace gms_ransac

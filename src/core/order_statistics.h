@@ -14,7 +14,6 @@ namespace detail {
 
 constexpr int kOrderBits = 11;  ///< sign, exponent and the first two bits of the mantissa
 
-/// Rises with the value.
 inline uint32_t orderKey(float value) {
   uint32_t bits;
   std::memcpy(&bits, &value, sizeof bits);
@@ -31,7 +30,6 @@ inline float nthSmallest(std::vector<float>& values, size_t n) {
   for (const float value : values) ++count[detail::orderKey(value)];
   uint32_t key = 0;
   while (n >= count[key]) n -= count[key++];
-  // Those of the key to the front; who they are is seldom predicted wrong.
   auto end = values.begin();
   for (float& value : values) {
     if (detail::orderKey(value) == key) std::swap(value, *end++);

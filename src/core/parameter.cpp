@@ -1,10 +1,12 @@
-#include "gms_ransac/parameter.h"
+#include "parameter.h"
 
 #include <algorithm>
 #include <sstream>
 
 #include "gms_ransac/core_parameters.h"
+#include "methods/method.h"
 #include "validation.h"
+#include "worker_pool.h"
 
 namespace gms_ransac {
 
@@ -19,7 +21,6 @@ std::string numberText(double number) {
   return text.str();
 }
 
-/// The number in the text and nothing else.
 template <class Number>
 std::optional<ParameterValue> parseNumber(const std::string& text) {
   std::istringstream stream(text);
@@ -78,9 +79,6 @@ std::string Parameter::accepted() const {
 std::optional<ParameterValue> Parameter::convert(const ParameterValue& value) const {
   if (std::holds_alternative<double>(default_value) && isNumber(value)) return numberOf(value);
   if (value.index() != default_value.index()) return std::nullopt;
-  for (const auto& [old_word, new_word] : old_choices) {
-    if (value == ParameterValue(old_word)) return new_word;
-  }
   return value;
 }
 
@@ -128,6 +126,20 @@ void visitAll(MatchFilterOptions& options, Visitor&& visit) {
   visitFields(options.robust, visit);
 }
 
+/// Visitor: collects the values of all fields.
+struct FieldReader {
+  ParameterValues& values;
+
+  template <class Field>
+  void operator()(const char* name, const Field& field) {
+    values[name] = binding::toValue(field);
+  }
+  template <class Field>
+  void operator()(const char* name, const std::optional<Field>& field) {
+    values[name] = field ? binding::toValue(*field) : findParameter(coreTable(), name).default_value;
+  }
+};
+
 /// Visitor: refuses a field out of its range, or a word that no choice knows.
 struct RangeCheck {
   template <class Field>
@@ -145,40 +157,52 @@ struct RangeCheck {
   }
 };
 
+/// Refuses an option that has a row in cfg/parameters.py and is out of its range.
+template <class Options>
+void requireInRanges(Options options) {
+  visitFields(options, RangeCheck());
+}
+
 }  // namespace
 
-template <class Options>
-void requireInRanges(const Options& options) {
-  Options copy = options;
-  visitFields(copy, RangeCheck());
+void FeatureExtractorOptions::validate() const {
+  requireInRanges(*this);
+  requireInRange("threads", threads, 1, kMostThreads);
 }
-template void requireInRanges(const MatchFilterOptions& options);
-template void requireInRanges(const FeatureExtractorOptions& options);
-template void requireInRanges(const MotionStatisticsOptions& options);
-template void requireInRanges(const RobustOptions& options);
+
+void MotionStatisticsOptions::validate() const { requireInRanges(*this); }
+
+void RobustOptions::validate() const { requireInRanges(*this); }
+
+void MatchFilterOptions::validate() const {
+  findMethod(method);
+  extractor.validate();
+  motion_statistics.validate();
+  HammingMatcherOptions matcher;
+  matcher.threads = matcher_threads;
+  matcher.validate();
+  requireInRanges(*this);
+  robust.validate();
+}
 
 ModelType parseModelType(const std::string& name) {
   RobustOptions options;
-  visitFields(options, FieldWriter(coreTable(), checked(coreTable(), {{"model", name}})));
+  visitFields(options, FieldWriter{coreTable(), checked(coreTable(), {{"model", name}})});
   return options.model;
 }
 
 std::string toString(ModelType model) { return toText(binding::toValue(model)); }
 
-std::string currentWord(const std::string& parameter, const std::string& word) {
-  return toText(findParameter(coreTable(), parameter).convert(word).value_or(word));
-}
-
 const std::vector<Parameter>& coreParameters() { return coreTable(); }
 
 void setParameters(const ParameterValues& values, MatchFilterOptions& options) {
-  visitAll(options, FieldWriter(coreTable(), checked(coreTable(), values)));
+  visitAll(options, FieldWriter{coreTable(), checked(coreTable(), values)});
 }
 
 ParameterValues parametersOf(const MatchFilterOptions& options) {
   ParameterValues values;
   MatchFilterOptions copy = options;
-  visitAll(copy, FieldReader(coreTable(), values));
+  visitAll(copy, FieldReader{values});
   return values;
 }
 

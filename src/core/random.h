@@ -21,7 +21,6 @@ class Random {
   /// An index in [0, n); n > 0. The bias of the multiply-shift is below n / 2^32.
   int below(int n) { return static_cast<int>(((next() >> 32) * static_cast<uint64_t>(n)) >> 32); }
 
-  /// A real number in [0, 1).
   double uniform() { return static_cast<double>(next() >> 11) * 0x1.0p-53; }
 
  private:

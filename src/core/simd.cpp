@@ -29,17 +29,8 @@ bool simdLevelSupported(SimdLevel level) {
 }
 
 std::string toString(SimdLevel level) {
-  switch (level) {
-    case SimdLevel::kNeon:
-      return "neon";
-    case SimdLevel::kAvx2:
-      return "avx2";
-    case SimdLevel::kAvx512:
-      return "avx512";
-    case SimdLevel::kScalar:
-      break;
-  }
-  return "scalar";
+  constexpr const char* kNames[] = {"scalar", "neon", "avx2", "avx512"};
+  return kNames[static_cast<int>(level)];
 }
 
 namespace {

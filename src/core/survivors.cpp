@@ -7,7 +7,6 @@ namespace gms_ransac {
 
 namespace {
 
-/// False where the calibration does not say which ray a keypoint of the match lies on (Camera::undistort).
 bool hasRays(const Features& reference, const Features& current, const Match& match, const Camera& camera) {
   if (camera.pixelsWithoutInverse() == 0) return true;
   const cv::Point2f p = camera.undistort(reference.keypoints[match.reference].pt);
@@ -70,7 +69,7 @@ void SurvivorSelector::select(const Features& reference, const Features& current
 
 void SurvivorSelector::keepOneForEachPoint(size_t current_points, const std::vector<Match>& matches,
                                            const MotionStatistics& statistics, std::vector<int>& survivors) {
-  // The log-odds of being right include the descriptors; a score alone says which cell is the fullest.
+  // The log-odds of being right include the descriptors; a score alone prefers the fullest cell.
   const std::vector<float>& log_odds = statistics.log_odds;
   const auto better = [&](int a, int b) {
     if (!log_odds.empty() && log_odds[a] != log_odds[b]) return log_odds[a] > log_odds[b];

@@ -9,8 +9,7 @@ namespace {
 
 /// Describing a feature takes as long as finding corners in so many pixels: 79 with simd_orb, 66 with cv::ORB.
 constexpr double kPixelsOfFeature = 75;
-/// By which a pair moves a unit cost towards its own: a constant step, so that the cost is a median, whatever a stalled
-/// image took. The first steps are larger.
+/// Step of a unit cost towards a pair's: constant, so that it becomes a median; larger at first.
 constexpr double kStep = 0.03, kFirstStep = 1;
 constexpr double kGrowth = 1.25;    ///< of the features from image to image at most; down they go at once
 constexpr double kDeadBand = 0.05;  ///< they are not raised by less
@@ -18,7 +17,6 @@ constexpr double kDeadBand = 0.05;  ///< they are not raised by less
 constexpr double kSearchShare = 0.2;
 constexpr double kLastSample = 0.01;  ///< likewise, for the sample during which time is up
 constexpr int kFirstPairs = 2;        ///< that are not learnt from: their storage is new
-/// Until the spread of the times is known.
 constexpr double kFirstMargin = 1.25;
 constexpr int kSpreadKnown = 20;  ///< pairs
 constexpr double kDrift = 1.04;   ///< by which a machine becomes slower before it is noticed
@@ -38,7 +36,7 @@ double TimeBudget::margin() const {
   const int known = std::min(ratio_count_, kWindow);
   if (known < kSpreadKnown) return kFirstMargin;
   std::array<double, kWindow> sorted = ratios_;
-  // One pair in a hundred may be late: of two hundred the largest ratio is left out, and its neighbour is met.
+  // One pair in a hundred may be late: leave out the largest ratio of two hundred.
   auto* at = sorted.begin() + (known - 1 - known / kWindow);
   std::nth_element(sorted.begin(), at, sorted.begin() + known);
   return kDrift * std::max(1.0, *at);

@@ -1,17 +1,25 @@
 // ~max_milliseconds: how many features are asked for and how long the search may last, so that the time for an image is
-// kept on a machine of unknown speed. What it rests on: doc/time_budget.md.
+// kept on a machine of unknown speed. See doc/time_budget.md.
 #pragma once
 
 #include <array>
+#include <functional>
 #include <mutex>
 
 #include <opencv2/core/types.hpp>
 
-#include "gms_ransac/time_limit.h"
-
 namespace gms_ransac {
 
-/// What one pair of images was and took, in seconds; 0: that stage was not reached.
+using Clock = std::function<double()>;
+
+struct TimeLimit {
+  Clock now;
+  double search_until = 0;  ///< no further sample is drawn from then on
+  double hurry_from = 0;    ///< what follows the search is cut short when it begins after that
+
+  bool late() const { return now() >= hurry_from; }
+};
+
 struct PairCost {
   double pixels = 0;                  ///< of the current image
   int asked = 0;                      ///< features of the current image
@@ -30,26 +38,20 @@ class TimeBudget {
 
   TimeBudget(double seconds, int features, Clock now);
 
-  double now() const { return limit_.now(); }
-  double seconds() const { return seconds_; }
-  /// How many to ask of the next image.
   int features(const cv::Size& image);
   /// Sets the limit for the estimator, which begins now, of a pair that has taken so many seconds so far.
   void limitSearch(double spent, int features);
   const TimeLimit& limit() const { return limit_; }
-  /// A pair is done.
   void learn(const PairCost& cost);
 
  private:
-  /// By the stages' own measures of work, their medians.
   struct UnitCosts {
     double before = 0, extract = 0, match = 0, filter = 0, search = 0, estimate = 0;
   };
-  /// What took less than the share of all images that may be late.
+  /// Ratio of time taken to expected that all but the late images keep.
   double margin() const;
   double expected(const PairCost& pair) const;
-  /// It was late, and would have been with the fewest features, too: a stall, which says nothing of how many to ask
-  /// for.
+  /// True of a stall: late even with the fewest features.
   bool hopeless(const PairCost& cost) const;
 
   const double seconds_;

@@ -15,9 +15,4 @@ void requireInRange(const char* field, Value value, Bound low, Bound high) {
   throw std::invalid_argument(sentence.str());
 }
 
-/// The same for every option that has a row in cfg/parameters.py: of FeatureExtractorOptions, MotionStatisticsOptions,
-/// RobustOptions, and those of MatchFilterOptions itself.
-template <class Options>
-void requireInRanges(const Options& options);
-
 }  // namespace gms_ransac

@@ -16,7 +16,7 @@ constexpr int kMostThreads = 64;  ///< that a stage may ask for
 
 class WorkerPool {
  public:
-  /// The pool of this process, with at least so many threads; it ends with the last who holds it.
+  /// The pool of this process, with at least so many threads.
   static std::shared_ptr<WorkerPool> shared(int threads);
 
   WorkerPool() = default;
@@ -24,9 +24,8 @@ class WorkerPool {
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  /// Calls task(i, seat) for every i in 0 .. count - 1 and returns when all are done: on this thread, whose seat is 0,
-  /// and on up to seats - 1 of the pool's that are idle, each with a seat of its own. The smaller i are begun first.
-  /// The task must not throw. Allocates nothing.
+  /// Calls task(i, seat) for every i below `count`, on this thread (seat 0) and up to seats - 1 idle ones. Smaller i
+  /// begin first. The task must not throw. Allocates nothing.
   template <typename Task>
   void forEach(int count, int seats, const Task& task) {
     Job job;

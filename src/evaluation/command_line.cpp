@@ -10,8 +10,7 @@ namespace po = boost::program_options;
 
 std::optional<po::variables_map> parseCommandLine(const Arguments& arguments, const std::string& usage,
                                                   const po::options_description& options,
-                                                  const std::vector<Positional>& positional,
-                                                  const po::ext_parser& old_names) {
+                                                  const std::vector<Positional>& positional) {
   po::options_description all;
   all.add(options);
   po::positional_options_description places;
@@ -21,7 +20,6 @@ std::optional<po::variables_map> parseCommandLine(const Arguments& arguments, co
   }
   po::command_line_parser parser(arguments);
   parser.options(all).positional(places);
-  if (old_names) parser.extra_parser(old_names);
   po::variables_map given;
   po::store(parser.run(), given);
   po::notify(given);

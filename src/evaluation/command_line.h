@@ -15,24 +15,23 @@ namespace gms_ransac {
 
 using Arguments = std::vector<std::string>;
 
-/// What words without an option's name stand for.
+/// An argument without an option name.
 struct Positional {
   const char* name;
-  int count;  ///< of words; -1: any number
+  int count;  ///< number of words; -1: any
   const boost::program_options::value_semantic* value;
 };
 
-/// Reads the words into what the options refer to. Nothing when help was asked for, which is then printed: `usage` and
-/// the options. `old_names`: as program_options' extra_parser. Throws std::exception with a sentence about a wrong
-/// word.
+/// Parses the arguments into the variables of the options. Returns nothing for --help, and prints `usage` and the
+/// options. Throws std::exception with a sentence about a wrong argument.
 std::optional<boost::program_options::variables_map> parseCommandLine(
     const Arguments& arguments, const std::string& usage, const boost::program_options::options_description& options,
-    const std::vector<Positional>& positional = {}, const boost::program_options::ext_parser& old_names = {});
+    const std::vector<Positional>& positional = {});
 
-/// Adds the options that every program has which reads a data set.
+/// Adds the options of a data set.
 void addDatasetOptions(boost::program_options::options_description& description, DatasetOptions& dataset);
 
-/// Throws std::invalid_argument about the first option whose value is not.
+/// Throws std::invalid_argument about the first option with a value below 1.
 void requireAtLeastOne(std::initializer_list<std::pair<const char*, int>> options);
 
 /// "a,b,c" -> a, b, c.

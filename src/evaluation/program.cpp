@@ -1,14 +1,12 @@
 #include "program.h"
 
+#include <algorithm>
+#include <cmath>
 #include <csignal>
-#include <cstdint>
-#include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <set>
 #include <utility>
 
-#include <sys/wait.h>
 #include <unistd.h>
 
 namespace gms_ransac {
@@ -16,58 +14,79 @@ namespace gms_ransac {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kBarWidth = 30;  // characters
+using std::chrono::milliseconds;
 
 volatile std::sig_atomic_t noted_interrupt = 0;
 void noteInterrupt(int) { noted_interrupt = 1; }
 
-/// Beside this program once installed; in scripts/ of the source when run from a build.
-std::string findScript(const std::string& name) {
+/// The script next to this program once installed, in scripts/ of the source when run from a build; "" without it.
+std::string findReporter() {
   std::error_code none;
   const fs::path here = fs::read_symlink("/proc/self/exe", none).parent_path();
-  for (const fs::path& candidate : {here / name, fs::path(GMS_RANSAC_SOURCE_DIR) / "scripts" / name}) {
-    if (fs::exists(candidate)) return candidate.string();
+  for (const fs::path& folder : {here, fs::path(GMS_RANSAC_SOURCE_DIR) / "scripts"}) {
+    const fs::path script = folder / "evaluate_report.py";
+    if (fs::exists(script)) return script.string();
   }
   return "";
+}
+
+std::string quoted(const std::string& word) {
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+std::string clockText(double seconds) {
+  const long whole = std::lround(seconds);
+  char text[32];
+  std::snprintf(text, sizeof(text), "%ld:%02ld:%02ld", whole / 3600, whole / 60 % 60, whole % 60);
+  return text;
 }
 
 }  // namespace
 
 int runProgram(const std::string& program, const std::function<int()>& body) {
+  std::signal(SIGPIPE, SIG_IGN);  // a reporter that has ended must not end the measurements
   try {
     return body();
+  } catch (const Interrupted&) {
+    std::fprintf(stderr, "%s: interrupted\n", program.c_str());
+    return kInterrupted;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: %s\n", program.c_str(), error.what());
     return kBadInput;
   }
 }
 
-std::string currentName(const std::string& option, const std::string& given, const std::string& current) {
-  static std::set<std::string> said;
-  if (given != current && said.insert(option + " " + given).second) {
-    std::fprintf(stderr, "%s %s is now called %s; the old name still works\n", option.c_str(), given.c_str(),
-                 current.c_str());
-  }
-  return current;
-}
-
 Progress::Progress(std::string what, int total)
-    : what_(std::move(what)), total_(total), terminal_(isatty(STDERR_FILENO) != 0) {}
+    : what_(std::move(what)), total_(total), terminal_(isatty(STDERR_FILENO) != 0), thread_([this] { repeat(); }) {}
 
 Progress::~Progress() {
-  if (terminal_ && done_ > 0) std::fputc('\n', stderr);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ended_ = true;
+  }
+  end_.notify_all();
+  thread_.join();
+  show();
+  if (terminal_) std::fputc('\n', stderr);
 }
 
-void Progress::advance() {
-  ++done_;
-  if (terminal_) {
-    const std::string bar(static_cast<size_t>(done_ * int64_t{kBarWidth} / total_), '#');
-    std::fprintf(stderr, "\r%s [%-*s] %d/%d", what_.c_str(), kBarWidth, bar.c_str(), done_, total_);
-    std::fflush(stderr);
-  } else if (done_ * 10LL / total_ != (done_ - 1) * 10LL / total_) {
-    std::fprintf(stderr, "%s %d/%d\n", what_.c_str(), done_, total_);
-  }
+void Progress::repeat() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (!end_.wait_for(lock, terminal_ ? milliseconds(500) : milliseconds(2000), [this] { return ended_; })) show();
+}
+
+void Progress::show() const {
+  const int done = done_;
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  const double rate = done / std::max(seconds, 1e-3);
+  const std::string rest = done == 0        ? ""
+                           : done == total_ ? ", " + clockText(seconds)
+                                            : ", " + clockText((total_ - done) / rate) + " left";
+  std::fprintf(stderr, terminal_ ? "\r%s %d/%d, %.1f a second%s\033[K" : "%s %d/%d, %.1f a second%s\n", what_.c_str(),
+               done, total_, rate, rest.c_str());
+  std::fflush(stderr);
 }
 
 InterruptWatch::InterruptWatch() : previous_(std::signal(SIGINT, noteInterrupt)) {}
@@ -76,32 +95,34 @@ InterruptWatch::~InterruptWatch() { std::signal(SIGINT, previous_); }
 
 bool InterruptWatch::interrupted() { return noted_interrupt != 0; }
 
-int statusOrInterrupted(int status) {
+int statusOrInterrupted(int status, const std::string& advice) {
   if (!InterruptWatch::interrupted()) return status;
-  std::fputs("interrupted; go on with the same command and --resume\n", stderr);
+  std::fprintf(stderr, "interrupted; %s\n", advice.c_str());
   return kInterrupted;
 }
 
-bool runScript(const std::string& name, const std::string& argument, const std::string& without) {
-  const std::string script = findScript(name);
-  if (script.empty()) {
-    std::fprintf(stderr, "%s: %s is not installed beside this program\n", without.c_str(), name.c_str());
-    return false;
-  }
+Reporter::Reporter(const std::vector<std::string>& arguments, bool to_stderr) {
+  std::string command = quoted(GMS_RANSAC_PYTHON) + ' ' + quoted(findReporter());
+  for (const std::string& argument : arguments) command += ' ' + quoted(argument);
   std::fflush(nullptr);
-  const pid_t child = fork();
-  if (child == 0) {
-    execl(script.c_str(), script.c_str(), argument.c_str(), static_cast<char*>(nullptr));
-    _exit(127);
-  }
-  int status = 0;
-  if (child >= 0 && waitpid(child, &status, 0) >= 0 && status == 0) return true;
-  std::fprintf(stderr, "%s: %s failed\n", without.c_str(), script.c_str());
-  return false;
+  const auto handler = std::signal(SIGINT, SIG_IGN);  // inherited: Ctrl-C ends the records, and then comes the report
+  pipe_ = popen((command + (to_stderr ? " 1>&2" : "")).c_str(), "w");
+  std::signal(SIGINT, handler);
 }
 
-void plotTables(const std::string& folder_or_sweep) {
-  runScript("plot_tables.py", folder_or_sweep, "no plots, but the tables are complete");
+Reporter::~Reporter() {
+  if (pipe_) pclose(pipe_);
+}
+
+void Reporter::add(const std::string& record) {
+  if (pipe_) std::fprintf(pipe_, "%s\n", record.c_str());
+}
+
+bool Reporter::finish() {
+  const bool reported = pipe_ && pclose(std::exchange(pipe_, nullptr)) == 0;
+  if (!reported)
+    std::fputs("no report: evaluate_report.py is missing or failed; the measurements are complete\n", stderr);
+  return reported;
 }
 
 }  // namespace gms_ransac

@@ -1,37 +1,55 @@
-// What every offline program shares: one clear line and exit status 2 for bad input, a progress line, an end by Ctrl-C
-// that loses nothing, and the scripts that draw.
+// Shared by the offline programs: errors as one sentence with exit status 2, progress, a clean end by Ctrl-C, and the
+// Python reporter that makes their tables and plots.
 #pragma once
 
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
 #include <functional>
+#include <mutex>
 #include <string>
+#include <thread>
+#include <vector>
 
 namespace gms_ransac {
 
+constexpr int kNoReport = 1;       ///< exit status of a command without its tables
 constexpr int kBadInput = 2;       ///< exit status
-constexpr int kInterrupted = 130;  ///< exit status: what a shell reports for a program ended by Ctrl-C
+constexpr int kInterrupted = 130;  ///< exit status that a shell reports after Ctrl-C
 
-/// Runs `body` and returns its exit status; an exception becomes "<program>: <sentence>" on stderr and kBadInput.
+/// Thrown to end a program after Ctrl-C.
+struct Interrupted {};
+
+/// Runs `body` and returns its exit status. An exception becomes "<program>: <sentence>" on stderr and kBadInput.
 int runProgram(const std::string& program, const std::function<int()>& body);
 
-/// `current`; where `given`, the value of `option`, is an earlier name of it, says so on stderr, once for each name.
-std::string currentName(const std::string& option, const std::string& given, const std::string& current);
-
-/// "<what> 12/60" and a bar on stderr: rewritten in place on a terminal, else one line for each tenth of the work.
+/// "<what> 12/60, 8.3 a second, 0:00:06 left" on stderr: rewritten every half second on a terminal, else a line every
+/// two seconds, and once at the end.
 class Progress {
  public:
   Progress(std::string what, int total);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  void advance();
+  void advance() { ++done_; }
 
  private:
-  std::string what_;
-  int total_, done_ = 0;
-  bool terminal_;
+  void repeat();
+  void show() const;
+
+  const std::string what_;
+  const int total_;
+  const bool terminal_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::atomic<int> done_{0};
+  bool ended_ = false;
+  std::mutex mutex_;
+  std::condition_variable end_;
+  std::thread thread_;
 };
 
-/// While it lives, Ctrl-C does not end the program but is noted.
+/// While it exists, Ctrl-C sets a flag and does not end the program.
 class InterruptWatch {
  public:
   InterruptWatch();
@@ -44,13 +62,25 @@ class InterruptWatch {
   void (*previous_)(int);
 };
 
-/// `status`; after Ctrl-C kInterrupted, with a sentence on stderr about how to go on.
-int statusOrInterrupted(int status);
+/// `status`; after Ctrl-C kInterrupted, with `advice` on stderr.
+int statusOrInterrupted(int status, const std::string& advice);
 
-/// Runs an installed Python script (in scripts/ of the source when run from a build) on one argument. A script that is
-/// missing or fails costs a line on stderr, which says `without` what the rest is.
-bool runScript(const std::string& script, const std::string& argument, const std::string& without);
-/// Draws the figures of a folder of tables, or of the CSV file of a sweep.
-void plotTables(const std::string& folder_or_sweep);
+/// scripts/evaluate_report.py in a process of its own, which may read records, a line each. Measurements do not depend
+/// on it: where the script is missing or fails, a sentence on stderr says so.
+class Reporter {
+ public:
+  /// `arguments`: of the script. `to_stderr`: its output goes there.
+  explicit Reporter(const std::vector<std::string>& arguments, bool to_stderr = false);
+  ~Reporter();
+  Reporter(const Reporter&) = delete;
+  Reporter& operator=(const Reporter&) = delete;
+
+  void add(const std::string& record);
+  /// Waits for the report. Returns false if there is none.
+  bool finish();
+
+ private:
+  std::FILE* pipe_ = nullptr;
+};
 
 }  // namespace gms_ransac

@@ -1,5 +1,4 @@
-// What a callback or a worker runs goes through here: an exception that left it would end the process, a nodelet's
-// manager with everything in it included.
+// An exception that leaves a callback or a worker ends the process, and with it every nodelet of the manager.
 #pragma once
 
 #include <exception>

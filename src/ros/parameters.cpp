@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include <XmlRpcValue.h>
-#include <ros/console.h>
 #include <ros/node_handle.h>
 
 #include "frames.h"
@@ -36,7 +35,7 @@ std::string textOf(XmlRpc::XmlRpcValue raw) {
   throw std::invalid_argument("parameter " + refusal(pnh.resolveName(name), value, accepted));
 }
 
-/// None for a list or a structure. YAML turns the words true and false into booleans; a choice has them back.
+/// Empty for a list or a structure. YAML reads the words true and false as booleans; a choice needs them as words.
 std::optional<ParameterValue> valueOf(XmlRpc::XmlRpcValue raw, const Parameter& parameter) {
   switch (raw.getType()) {
     case XmlRpc::XmlRpcValue::TypeBoolean:
@@ -53,33 +52,15 @@ std::optional<ParameterValue> valueOf(XmlRpc::XmlRpcValue raw, const Parameter& 
   }
 }
 
-/// An old name was set since the node last started, which removes it: it goes before the new one.
-void moveOldNames(const ros::NodeHandle& pnh, const std::string& log_name, const Parameter& parameter) {
-  for (const std::string& old_name : parameter.old_names) {
-    XmlRpc::XmlRpcValue raw;
-    if (!pnh.getParam(old_name, raw)) continue;
-    ROS_WARN_STREAM(log_name << ": parameter " << pnh.resolveName(old_name) << " is now called "
-                             << pnh.resolveName(parameter.name) << "; the old name still works");
-    pnh.setParam(parameter.name, raw);
-    pnh.deleteParam(old_name);
-  }
-}
-
-/// What is set, checked.
-ParameterValues readAll(const ros::NodeHandle& pnh, const std::string& log_name) {
+/// All parameters of the table that are set, checked.
+ParameterValues readAll(const ros::NodeHandle& pnh) {
   ParameterValues values;
   for (const Parameter& parameter : table()) {
-    moveOldNames(pnh, log_name, parameter);
     XmlRpc::XmlRpcValue raw;
     if (!pnh.getParam(parameter.name, raw)) continue;
     const std::optional<ParameterValue> value = valueOf(raw, parameter);
     if (!value || !parameter.accepts(*value)) refuse(pnh, parameter.name, textOf(raw), parameter.accepted());
     values[parameter.name] = *parameter.convert(*value);
-    const std::string given = toText(*value), current = toText(values[parameter.name]);
-    if (given != current) {
-      ROS_WARN_STREAM(log_name << ": " << renaming(pnh.resolveName(parameter.name), given, current));
-      pnh.setParam(parameter.name, current);  // for dynamic_reconfigure, which reads it again
-    }
   }
   return values;
 }
@@ -120,17 +101,18 @@ CameraIntrinsics cameraFrom(const ParameterValues& values, const ros::NodeHandle
 
 const Parameter& findParameter(const std::string& name) { return findParameter(table(), name); }
 
-std::string renaming(const std::string& name, const std::string& given, const std::string& current) {
-  return "parameter " + name + " is '" + given + "', which is now called '" + current + "'; the old name still works";
-}
-
-Parameters Parameters::read(const ros::NodeHandle& pnh, const std::string& name) {
+Parameters Parameters::read(const ros::NodeHandle& pnh) {
   ParameterValues values;
   for (const Parameter& parameter : nodeTable()) values[parameter.name] = parameter.default_value;
-  const ParameterValues given = readAll(pnh, name);
+  const ParameterValues given = readAll(pnh);
   for (const auto& [given_name, value] : given) values[given_name] = value;
   Parameters parameters;
-  visitFields(parameters, FieldWriter(nodeTable(), values));
+  parameters.name = pnh.getNamespace();
+  for (const Parameter& parameter : coreParameters()) {
+    const auto value = given.find(parameter.name);
+    if (value != given.end()) parameters.core.insert(*value);
+  }
+  visitFields(parameters, FieldWriter{nodeTable(), values});
   parameters.camera = cameraFrom(given, pnh);
   parameters.odom_frame = withoutLeadingSlash(parameters.odom_frame);
   parameters.base_frame = withoutLeadingSlash(parameters.base_frame);

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "gms_ransac/camera.h"
-#include "gms_ransac/parameter.h"
-#include "gms_ransac/translation_scale.h"
+#include "parameter.h"
+#include "scale/translation_scale.h"
 
 namespace ros {
 class NodeHandle;
@@ -19,11 +19,14 @@ enum class MaskSync { kLatest, kExact };
 enum class Rectified { kAuto, kTrue, kFalse };
 
 enum class FeatureLayout { kVinsMono, kVinsFusion, kLviSam };
+enum class OverlayColour { kResidual, kProbability, kTrack, kDepth, kStage };
+enum class OverlayLayout { kFlow, kSideBySide };
 enum class InputKind { kStream, kPair, kStereo };
 enum class RotationPriorKind { kNone, kImu, kTf, kOdom };
 
-/// Read once from the private namespace. What each means, its range and its default: cfg/parameters.py.
+/// Read once from the private namespace. cfg/parameters.py has the meaning, range and default of each.
 struct Parameters {
+  std::string name;  ///< of the node, the prefix of its log lines
   InputKind input = InputKind::kStream;
   CameraInfoSync camera_info_sync = CameraInfoSync::kLatest;
   Rectified input_is_rectified = Rectified::kAuto;
@@ -42,23 +45,21 @@ struct Parameters {
   bool invert_odom_tf = false, drop_frames = true, always_subscribe = false;
   int queue_size = 10, threads = 1;
   double diagnostic_period = 1;  ///< diagnostic_updater reads it, too
+  ParameterValues core;          ///< parameters of the core that are set; the reconfigurable ones may change later
 
   /// Depth images or a second camera tell metres.
   bool measuresDepth() const { return scale == ScaleMode::kDepth || input == InputKind::kStereo; }
   /// Each pair has a length of its own, or none.
   bool measuresMetres() const { return measuresDepth() || gms_ransac::measuresMetres(scale); }
+  bool givesMetres() const { return measuresMetres() || scale == ScaleMode::kFixed; }
 
-  /// Checks every parameter that is set, those that can change while the node runs, too. Old names and words are taken,
-  /// replaced on the server and warned about; `name` stands in front of these log lines. Throws std::invalid_argument
-  /// with a sentence that names the parameter, its value and what is accepted.
-  static Parameters read(const ros::NodeHandle& pnh, const std::string& name);
+  /// Checks every parameter that is set, including those that can change while the node runs. Throws
+  /// std::invalid_argument with a sentence that names the parameter, its value and what is accepted.
+  static Parameters read(const ros::NodeHandle& pnh);
 };
 
 /// All of the table; `read` and dynamic_reconfigure know no others.
 const Parameter& findParameter(const std::string& name);
-
-/// The sentence about an old word that was replaced.
-std::string renaming(const std::string& name, const std::string& given, const std::string& current);
 
 /// Names set in the private namespace that neither the node knows nor its image transports: misspelt, most likely.
 std::vector<std::string> unknownParameters(const ros::NodeHandle& pnh, const Parameters& parameters);

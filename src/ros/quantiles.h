@@ -1,4 +1,4 @@
-// What most of some numbers are: their median, and what a tenth of them exceeds.
+// Median and 90 % quantile.
 #pragma once
 
 #include <algorithm>

@@ -20,20 +20,22 @@ class Throttle {
   /// and a zooming camera has another focal length in each.
   static constexpr size_t kSentences = 32;
 
-  explicit Throttle(double period_seconds = 10) : period_(period_seconds) {}
+  /// `name`: of the node, the prefix of every line; empty: none.
+  explicit Throttle(const std::string& name, double period_seconds = 10)
+      : prefix_(name.empty() ? name : name + ": "), period_(period_seconds) {}
 
   /// Logs a warning unless one with this key was logged within the period.
   void warn(const std::string& key, const std::string& sentence) {
-    if (due(key, period_)) ROS_WARN_STREAM(sentence);
+    if (due(key, period_)) ROS_WARN_STREAM(prefix_ << sentence);
   }
 
   /// Logs a warning the first time this key comes.
   void warnOnce(const std::string& key, const std::string& sentence) {
-    if (due(key, std::numeric_limits<double>::infinity())) ROS_WARN_STREAM(sentence);
+    if (due(key, std::numeric_limits<double>::infinity())) ROS_WARN_STREAM(prefix_ << sentence);
   }
 
   void info(const std::string& key, const std::string& sentence) {
-    if (due(key, period_)) ROS_INFO_STREAM(sentence);
+    if (due(key, period_)) ROS_INFO_STREAM(prefix_ << sentence);
   }
 
   /// How many sentences are waiting for their time, or were said for good.
@@ -64,6 +66,7 @@ class Throttle {
     }
   }
 
+  const std::string prefix_;
   const double period_;
   std::mutex mutex_;
   std::map<std::string, double> silent_until_;  ///< key -> steady time, seconds

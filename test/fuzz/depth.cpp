@@ -3,11 +3,11 @@
 #include "demand.h"
 #include "fuzz_messages.h"
 #include "fuzz_pairs.h"
-#include "gms_ransac/method.h"
-#include "gms_ransac/translation_scale.h"
-#include "input/depth_conversion.h"
+#include "input/image_conversion.h"
 #include "invariants.h"
+#include "methods/method.h"
 #include "quiet_ros.h"
+#include "scale/translation_scale.h"
 #include "stream/publishable_pose.h"
 
 namespace gms_ransac {
@@ -120,8 +120,9 @@ void check(FuzzInput input) {
     propagator.advance();
 
     RelativePose pose = result.robust.pose;
-    const ScaleEstimate metric =
-        poseFromDepth(points, reference, current, result, pair.camera, reference_depth, current_depth, pose);
+    const ScaleEstimate metric = poseFromKeypointDepth(
+        points, reference, current, result, pair.camera, keypointDepth(reference, reference_depth),
+        keypointDepth(current, current_depth), DepthSource::kRollingCamera, pose);
     demand(metric.features >= 0, "features are counted");
     demandEmpty(brokenPose(pose));
     if (metric.features == 0) continue;

@@ -1,8 +1,8 @@
 // Every method's estimator and the judgement, on every set of matches.
 #include "demand.h"
 #include "fuzz_pairs.h"
-#include "gms_ransac/method.h"
 #include "invariants.h"
+#include "methods/method.h"
 
 namespace gms_ransac {
 namespace {

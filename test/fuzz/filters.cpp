@@ -2,7 +2,7 @@
 // them.
 #include "demand.h"
 #include "fuzz_pairs.h"
-#include "gms_ransac/distance_consistency.h"
+#include "gms/distance_consistency.h"
 #include "invariants.h"
 
 namespace gms_ransac {

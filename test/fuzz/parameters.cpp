@@ -5,8 +5,9 @@
 #include "demand.h"
 #include "fuzz_input.h"
 #include "gms_ransac/match_filter.h"
-#include "gms_ransac/parameter.h"
+#include "methods/method.h"
 #include "node/match_filter_config.h"
+#include "parameter.h"
 
 namespace gms_ransac {
 namespace {
@@ -92,7 +93,7 @@ void checkReconfigure(FuzzInput& input) {
   config.__clamp__();
   if (!config.problem.empty()) return;
   try {
-    coreOptions(config);
+    coreOptions({}, config);
   } catch (const std::invalid_argument& error) {
     demand(std::string(error.what()).find(" is ") != std::string::npos,
            std::string("a refusal is a sentence: ") + error.what());

@@ -7,6 +7,7 @@
 #include "demand.h"
 #include "fuzz_messages.h"
 #include "invariants.h"
+#include "methods/method.h"
 #include "output/message_conversion.h"
 #include "output/motion_integrator.h"
 #include "output/overlay.h"
@@ -192,8 +193,9 @@ class Schedule {
           demand(std::isfinite(c), "a covariance is finite");
       }
     }
-    drawOverlay(processed.current->grey, processed.current->mask, &processed.reference->frame,
-                &processed.current->frame, processed.result, "caption");
+    overlay_.add(processed);
+    overlay_.draw(processed,
+                  {static_cast<OverlayColour>(input_.between(0, 4)), static_cast<OverlayLayout>(input_.flag())});
     if (processed.current->camera->camera.calibrated()) markerMessage(processed);
     if (!processed.poseValid()) return;
     demandEmpty(brokenPose(processed.pose, kPublishedRounding));
@@ -214,6 +216,7 @@ class Schedule {
   }
 
   FuzzInput& input_;
+  Overlay overlay_;
   const Parameters parameters_;
   FrameProcessor processor_;
   MotionIntegrator integrator_;

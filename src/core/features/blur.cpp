@@ -10,8 +10,8 @@ constexpr int kLine = 16;        // floats in a cache line
 constexpr int kFloatSlack = 32;  // what vector code may overrun
 // Columns that are blurred together. 2000 features want about half of all such blocks on TUM and KITTI images.
 constexpr int kBlock = 32;
+constexpr int kRowsAhead = 8;  // prefetched: the processor does not predict narrow runs of a large image
 
-/// Floats from one row to the next.
 size_t strideOf(int width) { return (width + 2 * kFloatSlack + kLine - 1) / kLine * kLine; }
 
 int reflect(int i, int size) { return i < 0 ? -i : i >= size ? 2 * size - 2 - i : i; }
@@ -53,47 +53,46 @@ void Blur::apply(const Plane& source, const std::vector<Corner>& corners, const 
   float* const pixels[2] = {first + kFloatSlack, first + stride + kFloatSlack};
   float* ring = first + 2 * stride;
   const auto ringRow = [&](int y) { return ring + (reflect(y, height) % kRing) * stride; };
-  /// The pixels of a run and kBlurRadius more on either side.
+  // Converts the pixels of a run and kBlurRadius more on either side.
   const auto widen = [&](int y, const Run& run, float* row) {
     const int begin = std::max(0, run.first - kBlurRadius), end = std::min(width, run.last + kBlurRadius);
     kernels.widenRow(source.row(y) + begin, end - begin, row + begin);
     for (int i = 1; run.first == 0 && i <= kBlurRadius; ++i) row[-i] = row[i];
-    // A run that ends just before the side looks beyond it too.
     for (int i = 1; end == width && i <= kBlurRadius; ++i) row[width - 1 + i] = row[width - 1 - i];
   };
-  const auto filterRow = [&](int y) {
-    widen(y, {0, width}, pixels[0]);
-    kernels.blurRow(pixels[0], width, ringRow(y));
+  const auto fetch = [&](int y, const Run& run) {
+    constexpr int kCacheLine = 64;
+    for (int x = run.first - kBlurRadius; x < run.last + kBlurRadius + kCacheLine; x += kCacheLine) {
+      __builtin_prefetch(source.row(y) + x);
+      __builtin_prefetch(target.row(y) + x, 1);
+    }
   };
 
-  wanted_down_to_.assign((width + kBlock - 1) / kBlock, -1);
+  wanted_down_to_.assign((width + kBlock - 1) / kBlock, -kBlurTaps);
   auto corner = corners.begin();
-  for (int y = 0; y < kBlurRadius; ++y) filterRow(y);
-  int y = 0;
-  for (; y + kBlurRadius + 1 < height; y += 2) {
+  // Two rows at a time, from above the image: row 0 needs the filtered rows 0 to 3.
+  for (int step = -kBlurRadius - 1; step < height; step += 2) {
+    const int y = std::min(step, height - 2);
     // The new filtered rows, y + 3 and y + 4, serve the blurred rows down to y + 7.
-    const int reach = y + kBlurTaps;
-    for (; corner != corners.end() && corner->y - kDescriptorRadius <= reach; ++corner) want(*corner);
+    for (; corner != corners.end() && corner->y - kDescriptorRadius <= y + kBlurTaps; ++corner) want(*corner);
     collectRuns(y, width);
-    // First all of the pixels: reading them back at once, at other offsets, would wait for the stores.
+    // All pixels first: reading them back at once, at other offsets, would wait for the stores.
     for (const Run& run : runs_) {
-      for (int k = 0; k < 2; ++k) widen(y + kBlurRadius + k, run, pixels[k]);
+      for (int k = 0; k < 2; ++k) {
+        widen(reflect(y + kBlurRadius + k, height), run, pixels[k]);
+        fetch(std::min(y + k + kRowsAhead, height - 1), run);
+      }
     }
     float* ring_rows[kBlurTaps + 1];
     for (int k = 0; k <= kBlurTaps; ++k) ring_rows[k] = ringRow(y + k - kBlurRadius);
+    uint8_t* const target_rows[2] = {target.row(std::max(y, 0)), target.row(std::max(y, 0) + 1)};
     for (const Run& run : runs_) {
       float* rows[kBlurTaps + 1];
       for (int k = 0; k <= kBlurTaps; ++k) rows[k] = ring_rows[k] + run.first;
       const float* const starts[2] = {pixels[0] + run.first, pixels[1] + run.first};
-      uint8_t* const targets[2] = {target.row(y) + run.first, target.row(y + 1) + run.first};
+      uint8_t* const targets[2] = {target_rows[0] + run.first, target_rows[1] + run.first};
       kernels.blurTwoRows(starts, rows, run.last - run.first, targets);
     }
-  }
-  for (; y < height; ++y) {
-    if (y + kBlurRadius < height) filterRow(y + kBlurRadius);
-    const float* rows[kBlurTaps];
-    for (int k = 0; k < kBlurTaps; ++k) rows[k] = ringRow(y + k - kBlurRadius);
-    kernels.blurColumns(rows, width, target.row(y));
   }
 }
 

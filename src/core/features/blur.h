@@ -11,24 +11,19 @@ namespace gms_ransac {
 
 class Blur {
  public:
-  /// Blurs what the binary tests at `corners` may read, kDescriptorRadius pixels to each side, in blocks; elsewhere the
-  /// target is unspecified. `corners` are in the order of their rows, that far from the sides. Borders are reflected
-  /// without repeating the edge pixel (BORDER_REFLECT_101). The sums are fused float products in the order of OpenCV's
-  /// own build for processors with FMA: equal to it bit for bit.
+  /// Blurs what the binary tests at `corners` may read, in blocks; elsewhere the target is unspecified. `corners` are
+  /// in row order, kDescriptorRadius from the sides. Bit for bit OpenCV's result on processors with FMA
+  /// (BORDER_REFLECT_101).
   void apply(const Plane& source, const std::vector<Corner>& corners, const FeatureKernels& kernels, Plane& target);
 
-  /// Makes room for images of this width, so that apply() allocates nothing.
   void reserve(int width);
 
  private:
-  /// Columns first..last-1 of a row.
   struct Run {
     int first, last;
   };
 
-  /// Notes that the blocks of columns about a corner are wanted down to its last row.
   void want(const Corner& corner);
-  /// Collects in runs_ the blocks that are wanted in row `y` or below.
   void collectRuns(int y, int width);
 
   std::vector<float> storage_;       ///< two rows of pixels, then a ring of horizontally filtered rows, on cache lines

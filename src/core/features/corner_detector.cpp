@@ -1,10 +1,13 @@
 #include "features/corner_detector.h"
 
+#include <algorithm>
+#include <cstdint>
+
 namespace gms_ransac {
 
 namespace {
-constexpr int kColumnSlack = 16;  // what vector code may write past the last column
-constexpr int kRing = 3;          // rows of which it is known what was passed over
+constexpr int kColumnSlack = 16;  // vector code may write so many past the last column
+constexpr int kRing = 3;
 }  // namespace
 
 size_t CornerDetector::detect(const Plane& image, int border, const CornerFloors& floors, const FeatureKernels& kernels,
@@ -13,11 +16,10 @@ size_t CornerDetector::detect(const Plane& image, int border, const CornerFloors
   const int width = image.width(), height = image.height();
   if (width <= 2 * border || height <= 2 * border) return 0;
   contrast_.resize(width, height);
-  // No two of the maxima touch, so that at most one pixel in four is one.
   columns_.resize(width + kColumnSlack);
   strength_.resize(width + Plane::kSlack);
   passed_over_.resize(kRing * (width + 2));
-  corners.reserve(static_cast<size_t>(width + 1) * (height + 1) / 4);
+  corners.reserve(static_cast<size_t>(width + 1) * (height + 1) / 4);  // maxima never touch
 
   const int end = width - border;
   const auto passedOver = [&](int y) { return passed_over_.data() + y % kRing * (width + 2) + 1; };
@@ -40,6 +42,46 @@ size_t CornerDetector::detect(const Plane& image, int border, const CornerFloors
     }
   }
   return met;
+}
+
+namespace {
+
+constexpr double kLeastRatio = 0.05;  ///< of the eigenvalues; measured in doc/extractor.md
+
+/// Sums over the square of the products of Sobel's derivatives. At most 15 * 15 * 1020^2, so that 32 bits hold them.
+struct StructureTensor {
+  int32_t xx = 0, yy = 0, xy = 0;
+
+  StructureTensor(const uint8_t* centre, ptrdiff_t stride) {
+    for (int v = -kEdgeRadius; v <= kEdgeRadius; ++v) {
+      const uint8_t* row = centre + v * stride;
+      const uint8_t *above = row - stride, *below = row + stride;
+      for (int u = -kEdgeRadius; u <= kEdgeRadius; ++u) {
+        const int falling = below[u + 1] - above[u - 1], rising = above[u + 1] - below[u - 1];
+        const int x = 2 * (row[u + 1] - row[u - 1]) + falling + rising;
+        const int y = 2 * (below[u] - above[u]) + falling - rising;
+        xx += x * x;
+        yy += y * y;
+        xy += x * y;
+      }
+    }
+  }
+
+  /// With the eigenvalues a and r a: determinant / trace^2 = r / (1 + r)^2, which grows with r up to 1.
+  bool variesInEveryDirection() const {
+    const double trace = static_cast<double>(xx) + yy;
+    const double determinant = static_cast<double>(xx) * yy - static_cast<double>(xy) * xy;
+    return determinant * (1 + kLeastRatio) * (1 + kLeastRatio) >= kLeastRatio * trace * trace;
+  }
+};
+
+}  // namespace
+
+void removeEdgePoints(const Plane& image, std::vector<Corner>& corners) {
+  const auto edge_point = [&](const Corner& corner) {
+    return !StructureTensor(image.row(corner.y) + corner.x, image.stride()).variesInEveryDirection();
+  };
+  corners.erase(std::remove_if(corners.begin(), corners.end(), edge_point), corners.end());
 }
 
 }  // namespace gms_ransac

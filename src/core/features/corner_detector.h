@@ -16,9 +16,9 @@ struct Corner {
 
 class CornerDetector {
  public:
-  /// Finds every corner at least `border` (>= 4) pixels from the sides whose contrast and strength are above `floors`:
-  /// with no floor of the strength what cv::FAST finds there at threshold floors.contrast with suppression. Row by row,
-  /// left to right. Returns how many it met, weaker ones included: not all that there are.
+  /// Finds every corner at least `border` (>= 4) pixels from the sides above `floors`, row by row; with no floor of
+  /// strength those of cv::FAST at threshold floors.contrast with suppression. Returns how many it met, weaker ones
+  /// included.
   size_t detect(const Plane& image, int border, const CornerFloors& floors, const FeatureKernels& kernels,
                 std::vector<Corner>& corners);
 
@@ -32,5 +32,11 @@ class CornerDetector {
   std::vector<uint8_t> strength_;     ///< of one row
   std::vector<uint8_t> passed_over_;  ///< of three rows, a ring; see FeatureKernels::contrastRow
 };
+
+constexpr int kEdgeRadius = 7;  ///< pixels of the level, of the square in which directions are weighed
+
+/// Keeps corners where the image varies in every direction: the smaller eigenvalue of the structure tensor (Förstner &
+/// Gülch 1987) is at least a twentieth of the larger. Corners must lie more than kEdgeRadius from the sides.
+void removeEdgePoints(const Plane& image, std::vector<Corner>& corners);
 
 }  // namespace gms_ransac

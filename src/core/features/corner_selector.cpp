@@ -10,8 +10,7 @@ namespace gms_ransac {
 
 namespace {
 
-/// Mean number of keypoints in a cell, and the power of the rank by which the strength is divided: 0 would rank all
-/// corners of a level together, a large one would give every cell the same number. See doc/extractor.md.
+/// Mean number of keypoints in a cell, and the power of the rank by which the strength is divided (doc/extractor.md).
 constexpr float kFeaturesPerCell = 120;
 constexpr float kRankPower = 0.3;
 constexpr float kSmallestCell = 16;  ///< pixels
@@ -116,7 +115,7 @@ int CornerSelector::priorityBehindOthers(int strength) const {
 }
 
 void CornerSelector::keepBest(int quota, const Cut& cut, std::vector<Corner>& corners) const {
-  // Of the priority at which the quota ends only some fit: every so many-th, so that they too are spread.
+  // At the last priority the quota keeps every n-th corner, so that they are spread.
   const uint64_t wanted = quota - cut.above, available = histogram_[cut.priority];
   uint64_t phase = 0;
   size_t kept = 0;

@@ -11,19 +11,14 @@ namespace gms_ransac {
 
 class CornerSelector {
  public:
-  /// Keeps `quota` of the corners, in their order, and drops the rest. A corner competes with its strength times a
-  /// weight that falls with its rank among those of its cell: the best of every cell come first, however faint, and
-  /// only then does a strongly textured cell get more. Linear in the number of corners.
-  ///
-  /// `corners` may lack those that are not stronger than `strength_floor` (0: it lacks none). False, and nothing is
-  /// dropped, if one of them might have been kept.
+  /// Keeps `quota` of the corners, in their order. A corner competes with its strength times a weight that falls with
+  /// its rank in its cell, so the best of every cell come first. `corners` may lack those not stronger than
+  /// `strength_floor`; returns false, and drops nothing, if one of them might have been kept.
   bool select(int width, int height, int quota, int strength_floor, std::vector<Corner>& corners);
 
-  /// Makes room for so many corners and features, so that select() allocates nothing.
   void reserve(size_t corners, int features);
 
  private:
-  /// What ranking a corner takes, side by side for all of them.
   struct Candidate {
     uint32_t index;
     uint16_t cell;  ///< there is about one for every 120 features asked for

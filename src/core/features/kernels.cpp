@@ -5,8 +5,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "features/orb_pattern.h"
-
 namespace gms_ransac {
 
 namespace {

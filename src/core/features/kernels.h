@@ -6,10 +6,17 @@
 #include <cstdint>
 #include <vector>
 
-#include "features/orb_pattern.h"
 #include "gms_ransac/simd.h"
 
 namespace gms_ransac {
+
+/// One binary test: bit i of the descriptor is I(x0, y0) < I(x1, y1), in the keypoint's own, upright frame.
+struct OrbTest {
+  int8_t x0, y0, x1, y1;
+};
+
+constexpr int kOrbTests = 256;
+extern const OrbTest kOrbPattern[kOrbTests];
 
 /// Where each pixel of a resized row comes from: source[offset] * (256 - weight) + source[offset + 1] * weight, the
 /// 8.8 fixed point of OpenCV's INTER_LINEAR_EXACT.
@@ -20,8 +27,8 @@ struct ResizeTable {
 
   std::vector<uint16_t> offset;
   std::vector<uint16_t> weight;
-  // The same per group: first byte of the window, and for each output the position of its two pixels in the window, as
-  // byte shuffles that widen to 16 bit. Empty where a group does not fit in a window (scale near 2).
+  // The same per group, as byte shuffles that widen to 16 bit. Empty where a group does not fit in a window (scale near
+  // 2).
   std::vector<int32_t> window;
   std::vector<uint8_t> first;
   std::vector<uint8_t> second;
@@ -39,7 +46,7 @@ struct CornerFloors {
   int contrast = 0;  ///< lower contrasts, and this one, count as none
   int strength = 0;  ///< corners may be passed over that are not stronger
 
-  /// Whether blocks of pixels are passed over as well, which costs more than it saves where the strength is low.
+  /// True if skipping whole blocks of pixels saves time: not at low strength.
   bool passBlocks() const { return (strength + 1) / 2 >= std::max(contrast + 1, kWorthPassing); }
   /// A corner of this contrast or less may be passed over: its neighbours have less, so that its strength is less than
   /// twice the contrast.
@@ -60,40 +67,29 @@ struct FeatureKernels {
   /// Vertical pass: (upper * (256 - weight) + lower * weight) / 65536, rounded. May write Plane::kSlack past `width`.
   void (*blendRows)(const uint16_t* upper, const uint16_t* lower, int weight, int width, uint8_t* target);
 
-  /// FAST-9/16 contrast of pixels 0..width-1 of a row: the largest c such that nine contiguous pixels of the circle are
-  /// all brighter or all darker than the centre by c or more; 0 where that is not above `floor`. A pixel is a corner of
-  /// cv::FAST at threshold t when its contrast exceeds t, and cv::FAST's response is the contrast minus one.
-  /// A block of pixels (a vector's) in which none exceeds floors.passedContrast() is zero. Where blocks may be passed
-  /// over, `passed_over` of each becomes 1 if zero need not be the contrast, else 0.
+  /// FAST-9/16 contrast of a row: the largest c such that nine contiguous pixels of the circle are all brighter or
+  /// darker than the centre by c or more; 0 where not above `floor`. (cv::FAST's response is one less.) A vector of
+  /// pixels without any above floors.passedContrast() is zero and sets its `passed_over` to 1 if that need not be the
+  /// contrast.
   void (*contrastRow)(const uint8_t* image, ptrdiff_t stride, int width, const CornerFloors& floors, uint8_t* contrast,
                       uint8_t* passed_over);
-  /// Columns in [begin, end) of a row whose contrast is strictly above that of all eight neighbours, and whose strength
-  /// is above floors.strength, in order. Writes up to 15 entries past them. `strength` of those columns becomes 3/2 of
-  /// the neighbours' mean plus half the corner's own contrast, at most 255: a corner that several pixels confirm is
-  /// found again more often than a lone one. The rows above and below in `image` and `contrast`, which have one stride,
-  /// belong to it. Of blocks that contrastRow() passed over those that touch a maximum are searched now; `passed_over`,
-  /// of the three rows, is read from one before the first block to one after the last.
+  /// Columns in [begin, end) whose contrast exceeds that of all eight neighbours and whose strength is above
+  /// floors.strength. Writes up to 15 entries past them. Strength is 3/2 of the neighbours' mean plus half the
+  /// contrast, at most 255. Blocks that contrastRow() passed over are searched now if they touch a maximum;
+  /// `passed_over` is read from one before the first block to one after the last.
   MaximaCount (*maximaRow)(const uint8_t* image, uint8_t* contrast, ptrdiff_t stride, uint8_t* const passed_over[3],
                            const CornerFloors& floors, int begin, int end, uint16_t* columns, uint8_t* strength);
 
   void (*widenRow)(const uint8_t* source, int width, float* target);
-  /// Horizontal pass of the 7-tap Gaussian; the three pixels on either side of the row are its reflection.
-  void (*blurRow)(const float* pixels, int width, float* target);
-  /// Vertical pass over seven rows of blurRow, rounded half to even.
-  void (*blurColumns)(const float* const rows[kBlurTaps], int width, uint8_t* target);
-  /// Both passes for two adjacent rows of the image: filters `pixels` into rows[6] and rows[7], then the columns of
-  /// rows[0..6] and rows[1..7]. What two rows share is loaded once: loads, not sums, are what the passes alone wait
-  /// for.
+  /// The 7-tap Gaussian for two adjacent rows, which share loads: filters `pixels`, three more on either side, into
+  /// rows[6] and rows[7], then the columns of rows[0..6] and rows[1..7], rounded half to even.
   void (*blurTwoRows)(const float* const pixels[2], float* const rows[kBlurTaps + 1], int width,
                       uint8_t* const target[2]);
 
-  /// First moments of the disc of radius 15 round a pixel: sums of x * I and y * I.
   void (*moments)(const uint8_t* centre, ptrdiff_t stride, int& m10, int& m01);
-  /// The 256 tests of kOrbPattern, rotated by an angle of the given cosine and sine, on the blurred image.
   void (*describe)(const uint8_t* centre, ptrdiff_t stride, float cosine, float sine, uint8_t* descriptor);
 };
 
-/// Throws std::invalid_argument when the processor lacks the level.
 const FeatureKernels& featureKernels(SimdLevel level);
 
 namespace detail {
@@ -116,7 +112,6 @@ struct PatternCoordinates {
   alignas(64) float y[2][kOrbTests];
 };
 extern const PatternCoordinates kPatternCoordinates;
-/// The same for kernels that look at each point once: the ends of the 256 tests share 375 points.
 struct DistinctPattern {
   static constexpr int kPoints = 384;  ///< 375, and the centre as padding to whole vectors
   static constexpr int kTable = 128;   ///< points among which one byte permutation chooses
@@ -127,8 +122,8 @@ struct DistinctPattern {
   uint64_t in_table[2][kTables][kOrbTests / 64];  ///< a bit for each test
 };
 extern const DistinctPattern kDistinctPattern;
-/// The AVX-512 kernels that read pixels by gather instructions, or one by one.
-const FeatureKernels& avx512FeatureKernels(bool gather);
+/// The AVX-512 kernels as Intel's processors run them fastest, or AMD's.
+const FeatureKernels& avx512FeatureKernels(bool intel);
 }  // namespace detail
 
 }  // namespace gms_ransac

@@ -12,7 +12,6 @@
 namespace gms_ransac {
 namespace {
 
-/// Circle of FAST-9/16, clockwise from below the centre.
 constexpr int kCircleX[16] = {0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1};
 constexpr int kCircleY[16] = {3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1, 0, 1, 2, 3};
 
@@ -32,7 +31,6 @@ inline U8 extremeOfArcs(const U8 (&p)[16], Worse worse, Better better, OtherWors
   return best;
 }
 
-/// Finds the contrasts of a block, V::kBytes adjacent pixels.
 template <typename V>
 class ContrastSearch {
  public:
@@ -101,14 +99,12 @@ template <typename V>
   }
 }
 
-/// Writes x + i for every bit i that is set; their number.
 inline int storeSetBits(uint64_t mask, int x, uint16_t* columns) {
   int count = 0;
   for (; mask; mask &= mask - 1) columns[count++] = static_cast<uint16_t>(x + __builtin_ctzll(mask));
   return count;
 }
 
-/// The pixels about those of a block.
 template <typename V>
 struct Neighbours {
   using U8 = typename V::U8;
@@ -152,7 +148,7 @@ MaximaCount maximaRowOf(const uint8_t* image, uint8_t* contrast, ptrdiff_t strid
     if (end - x < V::kBytes) mask &= (uint64_t{1} << (end - x)) - 1;
     if (!mask) continue;
     if (kPass) {
-      // The blocks that the maxima touch: this one, and those beside it where they lie at its ends.
+      // Maxima touch this block, and its neighbours if they lie at its ends.
       const int block = x / V::kBytes, left = static_cast<int>(mask & 1), right = mask >> (V::kBytes - 1) & 1;
       if (passedOver(block) | (passedOver(block - 1) & left) | (passedOver(block + 1) & right)) {
         searchPassedOver<V>(block, left, right, image + x, contrast + x, stride, passed_over, floors.contrast);
@@ -205,7 +201,6 @@ void widenRow(const uint8_t* source, int width, float* target) {
   for (int x = 0; x < width; x += V::kFloats) V::storeFloats(target + x, V::loadAsFloats(source + x));
 }
 
-/// The Gaussian is symmetric: one half of it and the middle.
 template <typename V>
 struct BlurWeights {
   typename V::F32 at[kBlurRadius + 1];
@@ -232,22 +227,6 @@ inline typename V::F32 blurAlongColumn(const BlurWeights<V>& weights, const type
     sum = V::multiplyAdd(weights[k], V::add(rows[kBlurRadius + k], rows[kBlurRadius - k]), sum);
   }
   return sum;
-}
-
-template <typename V>
-void blurRow(const float* pixels, int width, float* target) {
-  const BlurWeights<V> weights;
-  for (int x = 0; x < width; x += V::kFloats) V::storeFloats(target + x, blurAlongRow(weights, pixels + x));
-}
-
-template <typename V>
-void blurColumns(const float* const rows[kBlurTaps], int width, uint8_t* target) {
-  const BlurWeights<V> weights;
-  for (int x = 0; x < width; x += V::kFloats) {
-    typename V::F32 column[kBlurTaps];
-    for (int k = 0; k < kBlurTaps; ++k) column[k] = V::loadFloats(rows[k] + x);
-    V::storeRounded(target + x, blurAlongColumn(weights, column));
-  }
 }
 
 template <typename V>
@@ -286,7 +265,7 @@ void moments(const uint8_t* centre, ptrdiff_t stride, int& m10, int& m01) {
   }
 }
 
-/// Offsets from the keypoint of points that are turned with it, as cv::ORB's compiled code computes them: two roundings
+/// Offsets from the keypoint of points rotated with it, as cv::ORB's compiled code computes them: two roundings
 /// each, never fused.
 template <typename V>
 inline auto rotate(const float* x, const float* y, typename V::F32 cosine, typename V::F32 sine, ptrdiff_t stride) {
@@ -339,8 +318,6 @@ FeatureKernels kernelsOf(decltype(FeatureKernels::describe) describe_keypoint = 
   kernels.contrastRow = contrastRow<V>;
   kernels.maximaRow = maximaRow<V>;
   kernels.widenRow = widenRow<V>;
-  kernels.blurRow = blurRow<V>;
-  kernels.blurColumns = blurColumns<V>;
   kernels.blurTwoRows = blurTwoRows<V>;
   kernels.moments = moments<V>;
   kernels.describe = describe_keypoint;

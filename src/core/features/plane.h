@@ -1,4 +1,4 @@
-// An 8-bit image whose rows vector code may overrun: every row starts on a cache line and slack lies round the whole.
+// An 8-bit image whose rows vector code may overrun: every row starts on a cache line, with slack around the whole.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ class Plane {
     width_ = width;
     height_ = height;
     stride_ = (width + kLine - 1) / kLine * kLine;
-    // Rows a multiple of 1024 bytes apart would compete for the same few cache sets.
+    // Rows a multiple of 1024 bytes apart would share a few cache sets.
     if (stride_ % 1024 == 0) stride_ += kLine;
     const size_t bytes = static_cast<size_t>(stride_) * height + 2 * kSlack + kLine;
     if (storage_.size() < bytes) storage_.resize(bytes);

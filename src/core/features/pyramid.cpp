@@ -10,7 +10,7 @@ namespace gms_ransac {
 
 Pyramid::Pyramid(int levels, double scale_factor, int smallest, const FeatureKernels& kernels)
     : kernels_(kernels), smallest_(smallest), levels_(levels) {
-  // Through float, as cv::ORB stores it: the sizes of the levels depend on the rounding.
+  // Rounded to float as in cv::ORB: the sizes of the levels depend on it.
   for (int i = 0; i < levels; ++i) {
     levels_[i].nominal_scale = static_cast<float>(std::pow(static_cast<double>(static_cast<float>(scale_factor)), i));
   }

@@ -12,15 +12,14 @@ namespace gms_ransac {
 
 class Pyramid {
  public:
-  /// `levels` at most; those too small for a patch of `smallest` pixels are left out.
+  /// At most `levels`; levels smaller than `smallest` pixels are left out.
   Pyramid(int levels, double scale_factor, int smallest, const FeatureKernels& kernels);
 
-  /// `image`: CV_8UC1, any size and step.
   void build(const cv::Mat& image);
 
   int levels() const { return static_cast<int>(used_); }
   const Plane& level(int i) const { return levels_[i].plane; }
-  /// Pixels of the image for one pixel of level i along x and y: the ratio of the true sizes.
+  /// Pixels of the image for one pixel of level i along x and y.
   cv::Point2f scale(int i) const { return levels_[i].scale; }
   double nominalScale(int i) const { return levels_[i].nominal_scale; }
 

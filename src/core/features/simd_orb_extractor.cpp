@@ -5,7 +5,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "features/edge_points.h"
+#include "features/corner_detector.h"
 
 namespace gms_ransac {
 
@@ -17,13 +17,14 @@ constexpr int kPatchSize = 31;  // side of the described patch, as cv::ORB state
 // Grey levels. Fainter corners are seldom found again, so the second holds only for levels that lack corners.
 constexpr int kContrastFloor = 7;  // measured in doc/extractor.md
 constexpr int kFaintFloor = 4;     // likewise
-// Corners per pixel of the image below which edge points are removed (where corners abound, better ones win anyway) and
-// orientations come from the sharp image.
-constexpr double kSparse = 0.01;     // tum_fr3_cabinet has at most 0.0093, every textured set more than 0.0127
+// An image is sparse if it has fewer corners per pixel: edge points are removed (where corners abound, better ones win
+// anyway) and orientations come from the sharp image. In a large image pixels count up to so many a keypoint: it shows
+// no more things than a small one.
+constexpr double kSparse = 0.01;  // tum_fr3_cabinet has at most 0.0093, every textured set more than 0.0127
+constexpr int kSparsePixels = 640 * 480, kSparsePixelsAKeypoint = 375;
 constexpr double kLevelPower = 1.4;  // features of a level fall with scale^-1.4 (cv::ORB: 1, area: 2); likewise
 
-/// Abscissa of the extremum of the parabola through (-1, before), (0, at), (1, after). Less than half a pixel, so that
-/// rounding gives the corner back.
+/// Abscissa of the extremum of the parabola through (-1, before), (0, at), (1, after), less than half a pixel.
 float vertex(int before, int at, int after) {
   constexpr float kFarthest = 0.49f;
   const int curvature = before - 2 * at + after;
@@ -60,7 +61,7 @@ void SimdOrbExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, i
   pyramid_.build(image);
   // The levels built last are still in the cache; so are, afterwards, the level and the contrasts searched last.
   forEachLevel(Order::kSmallestFirst, [&](int i, Scratch&) { detect(i, mask); });
-  sparse_ = isSparse(mask, image.total());
+  sparse_ = isSparse(mask, image);
   if (sparse_) {
     forEachLevel(Order::kLargestFirst,
                  [&](int i, Scratch&) { removeEdgePoints(pyramid_.level(i), levels_[i].corners); });
@@ -162,9 +163,10 @@ size_t SimdOrbExtractor::cornerCount() const {
   return count;
 }
 
-bool SimdOrbExtractor::isSparse(const cv::Mat& mask, size_t pixels) {
-  if (!mask.empty()) pixels = cv::countNonZero(mask);
-  const auto few = [&] { return static_cast<double>(cornerCount()) < kSparse * static_cast<double>(pixels); };
+bool SimdOrbExtractor::isSparse(const cv::Mat& mask, const cv::Mat& image) {
+  const int pixels = mask.empty() ? static_cast<int>(image.total()) : cv::countNonZero(mask);
+  const double least = kSparse * std::min(pixels, std::max(kSparsePixels, kSparsePixelsAKeypoint * wanted_));
+  const auto few = [&] { return static_cast<double>(cornerCount()) < least; };
   return few() && (!completeWhere(mask, [](const Level&) { return true; }) || few());
 }
 
@@ -215,13 +217,11 @@ void SimdOrbExtractor::describe(int i, Scratch& scratch, Features& features) {
   const Level& level = levels_[i];
   const Plane& image = pyramid_.level(i);
   if (level.corners.empty()) return;
-  // One step after the other for all corners: the steps of one corner wait for each other, those of many do not. The
-  // positions first, while the contrasts are in the cache.
+  // One step after the other for all corners, which do not wait for each other; positions while contrasts are cached.
   cv::KeyPoint* keypoints = features.keypoints.data() + level.first_keypoint;
   locate(i, keypoints);
   scratch.blur.apply(image, level.corners, kernels_, scratch.blurred);
-  // The centroid of the blurred disc turns more truly with the image than that of cv::ORB's sharp one, which has a hard
-  // rim; but not where corners are faint. Measured in doc/extractor.md.
+  // The centroid of the blurred disc is more stable than cv::ORB's, except where corners are faint (doc/extractor.md).
   orient(sparse_ ? image : scratch.blurred, level.corners, keypoints, scratch.directions);
   for (size_t k = 0; k < level.corners.size(); ++k) {
     const Corner& corner = level.corners[k];
@@ -265,8 +265,7 @@ cv::Point2f SimdOrbExtractor::refine(int level, const Corner& corner) const {
 
 cv::Point2f SimdOrbExtractor::positionInImage(int level, const Corner& corner) const {
   const cv::Point2f position = refine(level, corner), scale = pyramid_.scale(level);
-  // Pixel centres: pixel x of a level covers x * scale .. (x + 1) * scale of the image. (cv::ORB takes x * scale, up to
-  // a pixel off at the upper levels.)
+  // Pixel x of a level covers x * scale .. (x + 1) * scale of the image; cv::ORB takes x * scale.
   return {(position.x + 0.5f) * scale.x - 0.5f, (position.y + 0.5f) * scale.y - 0.5f};
 }
 

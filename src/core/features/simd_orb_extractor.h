@@ -9,11 +9,29 @@
 #include "features/corner_selector.h"
 #include "features/kernels.h"
 #include "features/pyramid.h"
-#include "features/strength_forecast.h"
 #include "gms_ransac/feature_extractor.h"
 #include "worker_pool.h"
 
 namespace gms_ransac {
+
+class StrengthForecast {
+ public:
+  int floor() const { return pause_ > 0 ? 0 : floor_; }
+
+  /// The strength of the weakest keypoint of an image, 0 where every corner became one.
+  void learn(int weakest) {
+    floor_ = static_cast<int>(kShare * static_cast<float>(weakest));
+    if (pause_ > 0) --pause_;
+  }
+  /// The floor was too high for an image, which was searched twice.
+  void fail() { pause_ = kPause; }
+
+ private:
+  static constexpr float kShare = 0.85;  ///< the only one tried; holds for kitti_06 (doc/extractor.md)
+  static constexpr int kPause = 8;       ///< images; bounds what images that are not alike cost
+  int floor_ = 0;
+  int pause_ = 0;
+};
 
 class SimdOrbExtractor : public FeatureExtractor {
  public:
@@ -43,43 +61,33 @@ class SimdOrbExtractor : public FeatureExtractor {
 
   enum class Order { kLargestFirst, kSmallestFirst };
 
-  /// Calls task(level, scratch) for every level of the image, on all threads. One thread keeps the order; several take
-  /// the largest levels first, so that they end together.
+  /// Calls task(level, scratch) for every level on all threads; several take the largest levels first.
   template <typename Task>
   void forEachLevel(Order order, const Task& task);
   /// Makes room in every scratch for the largest level, whichever thread takes it, so that later frames need none.
   void reserveScratch();
-  /// Finds the corners of a level where `mask`, unless it is empty, lets it: those that may become keypoints, as the
-  /// image before forecasts, or all.
+  /// Finds the corners of a level that may become keypoints, as the image before forecasts, or all.
   void detect(int level, const cv::Mat& mask);
-  /// Finds all corners of a level, the faint ones too if it has not enough others.
   void detectAll(int level, const cv::Mat& mask);
-  /// The same where corners were passed over that may become keypoints after all.
   void complete(int level, const cv::Mat& mask);
   /// Completes those of the incomplete levels of which `lacking` says so. False if there are none.
   template <typename Lacking>
   bool completeWhere(const cv::Mat& mask, const Lacking& lacking);
   void search(int level, const CornerFloors& floors, const cv::Mat& mask);
   void removeMasked(int level, const cv::Mat& mask);
-  /// Whether a level has as many corners as its share of the features.
   bool hasEnough(const Level& level) const;
-  bool isSparse(const cv::Mat& mask, size_t pixels);
+  bool isSparse(const cv::Mat& mask, const cv::Mat& image);
   size_t cornerCount() const;
-  /// Divides the features asked for among the levels, in proportion to their weights. What a level lacks in corners
-  /// goes to the others.
+  /// Divides the features among the levels by weight; what a level lacks goes to the others.
   void setQuotas();
-  /// Takes the best corners of a level.
   void select(int level, const cv::Mat& mask, CornerSelector& selector);
   void describe(int level, Scratch& scratch, Features& features);
-  /// Fills in all of the keypoints of a level but their angles.
   void locate(int level, cv::KeyPoint* keypoints) const;
   /// Fills in the keypoints' angles, by the intensity centroid in `image`, and their directions.
   void orient(const Plane& image, const std::vector<Corner>& corners, cv::KeyPoint* keypoints,
               std::vector<cv::Point2f>& directions) const;
-  /// Position in pixels of the level, by parabolas through the contrast of the corner and its neighbours, each
-  /// smoothed across its direction.
+  /// Position in pixels of the level, by parabolas through the smoothed contrasts around the corner.
   cv::Point2f refine(int level, const Corner& corner) const;
-  /// The same in pixels of the image.
   cv::Point2f positionInImage(int level, const Corner& corner) const;
 
   FeatureExtractorOptions options_;

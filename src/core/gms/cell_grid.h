@@ -3,6 +3,10 @@
 
 #include <array>
 
+#include <opencv2/core/types.hpp>
+
+#include "gms_ransac/motion_statistics.h"
+
 namespace gms_ransac {
 
 /// `columns` x `rows` cells inside a border of one; cells are numbered row by row, the border included.
@@ -21,16 +25,21 @@ struct CellGrid {
   bool operator==(const CellGrid& other) const { return columns == other.columns && rows == other.rows; }
 };
 
-/// The eight neighbours clockwise, starting at the upper left.
 constexpr std::array<int, 8> kRingColumn = {-1, 0, 1, 1, 1, 0, -1, -1};
 constexpr std::array<int, 8> kRingRow = {-1, -1, -1, 0, 1, 1, 1, 0};
 
-/// Ring position in the right image of the neighbour at position `k` of the left one, `turns` steps of 45 degrees.
-constexpr int turnedRing(int k, int turns) { return (k - turns) & 7; }
+/// Ring position in the right image of the neighbour at position `k` of the left one, `steps` of 45 degrees.
+constexpr int rotatedRing(int k, int steps) { return (k - steps) & 7; }
 
 /// The four grids of one run: the plain one, and shifted by half a cell in x, in y, in both.
 constexpr int kShifts = 4;
 constexpr int shiftX(int shift) { return shift & 1; }
 constexpr int shiftY(int shift) { return shift >> 1; }
+
+/// Fills in all but the grid: Bian's settings (20 x 20 cells, 6) or the measured ones for evidence (square cells, 1).
+MotionStatisticsOptions withDefaults(MotionStatisticsOptions given, Criterion own = Criterion::kThreshold);
+
+/// The grid of the options, or square cells that hold kMatchesPerCell voting matches.
+CellGrid chooseGrid(const MotionStatisticsOptions& options, cv::Size image, int matches);
 
 }  // namespace gms_ransac

@@ -7,7 +7,6 @@ namespace gms_ransac {
 
 namespace {
 
-/// Sum over a cell of the padded grid and its voting neighbours.
 int neighborhoodSum(const int32_t* column, int stride, bool five_cells) {
   const int direct = column[0] + column[-1] + column[1] + column[-stride] + column[stride];
   if (five_cells) return direct;
@@ -70,8 +69,7 @@ void CellPairs::decide(const MatchCells& matches, const std::vector<int32_t>& ha
   for (int cell = left_.firstCell(); cell < left_.endCell(); ++cell) {
     accepted_[cell] = 0;
     if (partner_[cell] == 0) continue;
-    // No score exceeds the votes of the neighbours' best partners, whatever the rotation. (Not a bound at the border of
-    // the right grid, where the threshold is another.)
+    // No score exceeds the votes of the neighbours' best partners (except at the border of the right grid).
     const int bound = neighborhoodSum(&partner_votes_[cell], stride, rule_.five_cells);
     if (bound < full_threshold_[cell] && right_inside_[partner_[cell]]) continue;
     scorePair(cell, matrix);
@@ -94,8 +92,7 @@ void CellPairs::countVotes(const MatchCells& matches, VoteMatrix& matrix) {
     const int cell = cell_of_half[half_cells[i]];
     const auto right = static_cast<uint32_t>(right_cells[i]);
     const uint64_t votes = matrix.increment(matrix.row(cell)[right]);
-    // Most votes first, then the lowest cell: one number, so that the maximum needs no branch. Each right cell passes
-    // here with its final count, so that the maximum over the counts on their way is the one over the final ones.
+    // Most votes first, then the lowest cell, in one number without a branch.
     best_partner[cell] = std::max(best_partner[cell], votes << 32 | ~right);
   }
   for (int cell = left_.firstCell(); cell < left_.endCell(); ++cell) {
@@ -127,14 +124,15 @@ void CellPairs::scorePair(int cell, VoteMatrix& matrix) {
     scores[0] = score;
     return;
   }
-  int by_turn[8] = {};
+  int by_rotation[8] = {};
   for (int k = first; k < 8; k += step) {
     const uint32_t* around = centre + static_cast<ptrdiff_t>(kRingRow[k] * left_stride + kRingColumn[k]) * row_step;
     for (int j = first; j < 8; j += step) {
-      by_turn[(k - j) & 7] += matrix.count(around[kRingRow[j] * right_stride + kRingColumn[j]]);
+      by_rotation[(k - j) & 7] += matrix.count(around[kRingRow[j] * right_stride + kRingColumn[j]]);
     }
   }
-  for (int rotation = 0; rotation < rule_.rotations(); ++rotation) scores[rotation] = own + by_turn[rotation * step];
+  for (int rotation = 0; rotation < rule_.rotations(); ++rotation)
+    scores[rotation] = own + by_rotation[rotation * step];
 }
 
 void CellPairs::choose(int rotation) {
@@ -155,9 +153,9 @@ double CellPairs::borderThreshold(int cell, int rotation) const {
   const int right = partner_[cell];
   int members = members_[cell], pairs = 1;
   for (int k = rule_.firstNeighbor(); k < 8; k += rule_.ringStep()) {
-    const int turned = turnedRing(k, rotation * rule_.ringStep());
+    const int rotated = rotatedRing(k, rotation * rule_.ringStep());
     const int neighbor = cell + kRingRow[k] * left_.stride() + kRingColumn[k];
-    const int right_neighbor = right + kRingRow[turned] * right_grid_.stride() + kRingColumn[turned];
+    const int right_neighbor = right + kRingRow[rotated] * right_grid_.stride() + kRingColumn[rotated];
     if (!left_.contains(neighbor) || !right_grid_.contains(right_neighbor)) continue;
     members += members_[neighbor];
     ++pairs;

@@ -2,19 +2,58 @@
 // CVPR 2017, section 3).
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <new>
 #include <vector>
 
 #include "gms/cell_grid.h"
 #include "gms/match_cells.h"
-#include "gms/vote_matrix.h"
 
 namespace gms_ransac {
+
+class VoteMatrix {
+ public:
+  /// Starts an all-zero matrix of `rows` x `columns` that can count up to `matches` in each entry.
+  void begin(int rows, int columns, int matches) {
+    columns_ = columns;
+    const size_t size = static_cast<size_t>(rows) * columns;
+    while (matches >> count_bits_) {
+      ++count_bits_;
+      capacity_ = 0;
+    }
+    const uint32_t step = 1u << count_bits_;
+    if (size > capacity_ || generation_ > UINT32_MAX - 2 * step) {
+      // calloc: of a large matrix the pages that no match falls into are never touched, nor taken from the system.
+      capacity_ = std::max(size, capacity_);
+      entries_.reset(static_cast<uint32_t*>(std::calloc(capacity_, sizeof(uint32_t))));
+      if (!entries_) throw std::bad_alloc();
+      generation_ = 0;
+    }
+    generation_ += step;
+  }
+
+  uint32_t* row(int row) { return entries_.get() + static_cast<size_t>(row) * columns_; }
+  uint32_t increment(uint32_t& entry) const { return entry = std::max(entry, generation_) + 1; }
+  int count(uint32_t entry) const { return static_cast<int>(std::max(entry, generation_) - generation_); }
+
+ private:
+  struct Free {
+    void operator()(uint32_t* entries) const { std::free(entries); }
+  };
+  std::unique_ptr<uint32_t, Free> entries_;
+  size_t capacity_ = 0;
+  int columns_ = 0;
+  int count_bits_ = 17;  ///< low bits of an entry; a pair of images has fewer matches than 2^17 as a rule
+  uint32_t generation_ = 0;
+};
 
 struct VotingRule {
   double alpha = 6.0;       ///< threshold = alpha * sqrt(mean number of matches in the neighbouring left cells)
   bool five_cells = false;  ///< the centre and its four direct neighbours vote, instead of all nine
-  bool rotation = false;    ///< also try the neighbourhood turned by 45 degrees (five cells: 90) and its multiples
+  bool rotation = false;    ///< also try the neighbourhood rotated by 45 degrees (five cells: 90) and its multiples
   bool drop_first = false;  ///< half cells that a shift leaves over at the left and the top take no part
 
   int firstNeighbor() const { return five_cells ? 1 : 0; }  ///< ring position
@@ -25,9 +64,8 @@ struct VotingRule {
 /// Columns are indexed by cell of the padded left grid, and one past it for matches that do not vote.
 class CellPairs {
  public:
-  /// `shift`: 0..kShifts-1. Of the rule only alpha may change while the grid stays.
+  /// `shift`: 0..kShifts-1. While the grid stays only alpha of the rule may change.
   void setLeftGrid(const CellGrid& left, int shift, const VotingRule& rule);
-  /// Matches whose reference keypoint lies in half cell h belong to cell `cellOfHalf()[h]`.
   const std::vector<int32_t>& cellOfHalf() const { return cell_of_half_; }
 
   /// Counts the matches and decides on every cell pair. The matrix is only used during the call.

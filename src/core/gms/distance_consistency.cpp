@@ -1,4 +1,4 @@
-#include "gms_ransac/distance_consistency.h"
+#include "gms/distance_consistency.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,6 @@ constexpr float kLeastTolerance = 3.f;  ///< pixels
 constexpr int kPartners = 8;
 constexpr float kRatioTolerance = 0.2f;
 
-/// The upper median; reorders the values. `values` is not empty.
 float median(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());

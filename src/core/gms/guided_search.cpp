@@ -1,4 +1,4 @@
-#include "gms_ransac/guided_search.h"
+#include "gms/guided_search.h"
 
 #include <algorithm>
 #include <array>
@@ -7,41 +7,43 @@
 #include <iterator>
 #include <stdexcept>
 
-#include "gms/motion_predictor.h"
-#include "matching/guided_windows.h"
+#include "gms/motion_prediction.h"
+#include "matching/hamming_kernels.h"
 #include "worker_pool.h"
 
 namespace gms_ransac {
 
 namespace {
 
-/// The first matches, which are searched in full, are those of the strongest keypoints in every part of the image. Of
-/// so many parts, or of one for so many keypoints: with fewer the windows grow, with more the first matches cost more.
+constexpr float kKeypointsABucket = 2;
+constexpr float kLeastSide = 2;  ///< of a bucket, pixels
+
+int clampedFloor(float value, int count) {
+  return static_cast<int>(std::min(std::max(std::floor(value), 0.f), static_cast<float>(count - 1)));
+}
+
+/// The first matches, searched in full, are those of the strongest keypoints in so many parts of the image, or of one
+/// part for so many keypoints.
 constexpr int kSeedsAPart = 4;
 constexpr int kFewestParts = 100;
 constexpr int kKeypointsAPart = 50;
-/// With fewer keypoints for each of the first all are searched in full: a guided search takes as long (0.16 ms of 0.17
-/// with 800 keypoints of tum_fr3_cabinet).
-constexpr int kLeastKeypointsASeed = 3;
+/// With fewer keypoints for each seed, in either image, the search is full: a guided one takes about as long, and poses
+/// of tum_fr3_cabinet were worse with it from 3 on.
+constexpr int kLeastKeypointsASeed = 4;
 
-/// Bits above the usual distance of the second nearest up to which the nearest in a window is taken. Of 0, 15 and 25
-/// the first at which no set has fewer right matches than with a full search (tum_fr1_desk: 1071, 1152 and 1173 of
-/// 1173).
+/// Bits above the usual second distance up to which a match is taken: the least of 0, 15, 25 that loses no right match.
 constexpr int kBitsAboveSecond = 25;
-/// Share of the image above which a window is not worth it.
+/// Largest window, as a share of the image.
 constexpr float kLargestWindow = 0.1f;
 constexpr int kFeaturesAShare = 256;  ///< that one thread looks for in a row: 0.1 ms
 
-// A prediction from outside is believed if so many times, and standard deviations, more of the first matches lie where
-// it says than would by chance. Wrong matches crowd where keypoints do.
+// A prior is believed if so many times, and standard deviations, more first matches lie where it says than by chance.
 constexpr double kTimesChance = 3, kSigmasAboveChance = 5;
-// What it says is out of view is not searched at all, unless more than this share of the first matches there is
-// accepted, which of unrelated images it is at most (doc/guided_search.md).
+// Largest share of first matches accepted out of view for the prior's view to be trusted (doc/guided_search.md).
 constexpr double kMostOutOfView = 0.1;
 
 constexpr int kNoMatch = -1;
 
-/// Keeps the strongest of a part in order, the first of equals first.
 void insertByStrength(const std::vector<cv::KeyPoint>& keypoints, int i, int* strongest) {
   const auto response = [&](int k) { return keypoints[static_cast<size_t>(k)].response; };
   int rank = kSeedsAPart;
@@ -51,7 +53,6 @@ void insertByStrength(const std::vector<cv::KeyPoint>& keypoints, int i, int* st
   strongest[rank] = i;
 }
 
-/// Whether no part of the window is in the image.
 bool outOfView(const CellMotion& motion, const cv::Point2f& point, const cv::Size& image) {
   const cv::Point2f there = motion.predict(point);
   return there.x + motion.reach.x < 0 || there.y + motion.reach.y < 0 ||
@@ -74,47 +75,54 @@ MotionStatisticsOptions seedStatistics(MotionStatisticsOptions options) {
 
 }  // namespace
 
-struct GuidedSearch::Workspace {
-  Workspace(const HammingMatcherOptions& options, const MotionStatisticsOptions& statistics_options)
-      : kernel(hammingKernel(options.simd)),
-        matcher(options),
-        gms(seedStatistics(statistics_options)),
-        seats(options.threads),
-        pool(WorkerPool::shared(seats - 1)) {}
+int GuidedWindows::column(float x) const { return clampedFloor(x * buckets_per_pixel_, columns_); }
+int GuidedWindows::row(float y) const { return clampedFloor(y * buckets_per_pixel_, rows_); }
 
-  const HammingKernel& kernel;
-  HammingMatcher matcher;
-  MotionStatisticsFilter gms;
-  MotionPredictor predictor;
-  GuidedWindows windows;
-  int seats;
-  std::shared_ptr<WorkerPool> pool;
+void GuidedWindows::setCurrent(const Features& current, const HammingKernel& kernel, int seats) {
+  kernel_ = &kernel;
+  const auto n = static_cast<size_t>(current.size());
+  const cv::Size image = current.image_size;
+  const float area_a_bucket = kKeypointsABucket * static_cast<float>(image.area()) / static_cast<float>(n);
+  buckets_per_pixel_ = 1 / std::max(std::sqrt(area_a_bucket), kLeastSide);
+  columns_ = static_cast<int>(static_cast<float>(image.width) * buckets_per_pixel_) + 1;
+  rows_ = static_cast<int>(static_cast<float>(image.height) * buckets_per_pixel_) + 1;
 
-  std::vector<int> strongest;  ///< kSeedsAPart of each part, the strongest first
-  std::vector<int> chosen;     ///< reference features to be compared with all
-  std::vector<uint8_t> left;   ///< of each reference feature, whether it is yet to be compared with all
-  Features seeds;
-  DescriptorSet rows;
-  MotionStatistics statistics;
-  std::vector<Match> found, matches;  ///< of `chosen`; of every reference feature
+  // Counting sort; keypoints of one bucket stay in order. first_[b + 1] is where the next one of bucket b goes.
+  first_.assign(static_cast<size_t>(columns_) * rows_ + 2, 0);
+  bucket_.resize(n);
+  for (size_t i = 0; i < n; ++i) {
+    const cv::Point2f& point = current.keypoints[i].pt;
+    bucket_[i] = row(point.y) * columns_ + column(point.x);
+    ++first_[static_cast<size_t>(bucket_[i]) + 2];
+  }
+  for (size_t b = 2; b < first_.size(); ++b) first_[b] += first_[b - 1];
+  index_.resize(n + kRowsReadPast);
+  descriptors_.resize((n + kRowsReadPast) * kHammingBytes);
+  for (size_t i = 0; i < n; ++i) {
+    const auto place = static_cast<size_t>(first_[static_cast<size_t>(bucket_[i]) + 1]++);
+    index_[place] = static_cast<int32_t>(i);
+    std::memcpy(&descriptors_[place * kHammingBytes], current.descriptors.row(static_cast<int>(i)), kHammingBytes);
+  }
+  runs_.resize(static_cast<size_t>(rows_) * static_cast<size_t>(seats));
+}
 
-  bool chooseSeeds(const Features& reference);
-  void takeSeeds(const Features& reference);
-  /// Compares the chosen ones with all.
-  void searchAll(const DescriptorSet& reference, const DescriptorSet& current);
-  int usualSecondDistance() const;
-  /// Whether the seeds' matches lie where the prediction says.
-  bool confirm(const MotionPrediction& prior, const Features& current) const;
-  /// Whether what it says is out of view has no matches but by chance.
-  bool nothingOutOfView(const MotionPrediction& prior, const cv::Size& image) const;
-  void searchWindows(const Features& reference, const Features& current, const MotionPrediction& prediction,
-                     const MotionPrediction* prior);
-};
+NearestTwo GuidedWindows::search(const uint8_t* query, const cv::Point2f& center, const cv::Point2f& reach, int seat) {
+  const int left = column(center.x - reach.x), right = column(center.x + reach.x);
+  const int top = row(center.y - reach.y), bottom = row(center.y + reach.y);
+  RowRun* runs = &runs_[static_cast<size_t>(rows_) * static_cast<size_t>(seat)];
+  int run_count = 0;
+  for (int y = top; y <= bottom; ++y) {
+    const int32_t* buckets = &first_[static_cast<size_t>(y) * columns_];
+    const RowRun run = {buckets[left], buckets[right + 1]};
+    if (run.first < run.last) runs[run_count++] = run;
+  }
+  return kernel_->searchRuns(query, descriptors_.data(), index_.data(), runs, run_count);
+}
 
-/// False where the seeds would be most of the keypoints.
-bool GuidedSearch::Workspace::chooseSeeds(const Features& reference) {
+/// Returns false if there are too few keypoints for a guided search.
+bool GuidedSearch::chooseSeeds(const Features& reference, const Features& current) {
   const int wanted = std::max(kFewestParts, reference.size() / kKeypointsAPart);
-  if (reference.size() < wanted * kSeedsAPart * kLeastKeypointsASeed) return false;
+  if (std::min(reference.size(), current.size()) < wanted * kSeedsAPart * kLeastKeypointsASeed) return false;
   const auto width = static_cast<float>(reference.image_size.width);
   const auto height = static_cast<float>(reference.image_size.height);
   const float side = std::sqrt(width * height / static_cast<float>(wanted));
@@ -124,51 +132,50 @@ bool GuidedSearch::Workspace::chooseSeeds(const Features& reference) {
     const float place = position * static_cast<float>(count) / length;
     return static_cast<int>(std::min(std::max(place, 0.f), static_cast<float>(count - 1)));
   };
-  strongest.assign(static_cast<size_t>(columns) * rows * kSeedsAPart, kNoMatch);
+  strongest_.assign(static_cast<size_t>(columns) * rows * kSeedsAPart, kNoMatch);
   for (int i = 0; i < reference.size(); ++i) {
     const cv::Point2f& point = reference.keypoints[static_cast<size_t>(i)].pt;
     const int place = part(point.y, height, rows) * columns + part(point.x, width, columns);
-    insertByStrength(reference.keypoints, i, &strongest[static_cast<size_t>(place) * kSeedsAPart]);
+    insertByStrength(reference.keypoints, i, &strongest_[static_cast<size_t>(place) * kSeedsAPart]);
   }
-  chosen.clear();
-  std::copy_if(strongest.begin(), strongest.end(), std::back_inserter(chosen), [](int i) { return i != kNoMatch; });
+  chosen_.clear();
+  std::copy_if(strongest_.begin(), strongest_.end(), std::back_inserter(chosen_), [](int i) { return i != kNoMatch; });
   return true;
 }
 
-void GuidedSearch::Workspace::takeSeeds(const Features& reference) {
-  seeds.image_size = reference.image_size;
-  seeds.scale_factor = reference.scale_factor;
-  seeds.keypoints.clear();
-  for (const int i : chosen) seeds.keypoints.push_back(reference.keypoints[static_cast<size_t>(i)]);
+void GuidedSearch::takeSeeds(const Features& reference) {
+  seeds_.image_size = reference.image_size;
+  seeds_.scale_factor = reference.scale_factor;
+  seeds_.keypoints.clear();
+  for (const int i : chosen_) seeds_.keypoints.push_back(reference.keypoints[static_cast<size_t>(i)]);
 }
 
-void GuidedSearch::Workspace::searchAll(const DescriptorSet& reference, const DescriptorSet& current) {
-  rows.resize(static_cast<int>(chosen.size()));
-  for (size_t k = 0; k < chosen.size(); ++k) {
-    std::memcpy(rows.row(static_cast<int>(k)), reference.row(chosen[k]), kDescriptorBytes);
+void GuidedSearch::searchAll(const DescriptorSet& reference, const DescriptorSet& current) {
+  rows_.resize(static_cast<int>(chosen_.size()));
+  for (size_t k = 0; k < chosen_.size(); ++k) {
+    std::memcpy(rows_.row(static_cast<int>(k)), reference.row(chosen_[k]), kDescriptorBytes);
   }
-  matcher.match(rows, current, found);
-  for (const Match& match : found) {
-    const int i = chosen[static_cast<size_t>(match.reference)];
-    matches[static_cast<size_t>(i)] = {i, match.current, match.distance, match.second_distance};
+  matcher_.match(rows_, current, found_);
+  for (const Match& match : found_) {
+    const int i = chosen_[static_cast<size_t>(match.reference)];
+    matches_[static_cast<size_t>(i)] = {i, match.current, match.distance, match.second_distance};
   }
 }
 
-/// The median of those found.
-int GuidedSearch::Workspace::usualSecondDistance() const {
+int GuidedSearch::usualSecondDistance() const {
   std::array<int, kNoDistance + 1> counts = {};
-  for (const Match& match : found) ++counts[match.second_distance];
+  for (const Match& match : found_) ++counts[match.second_distance];
   int distance = 0, below = 0;
-  while ((below += counts[static_cast<size_t>(distance)]) <= static_cast<int>(found.size()) / 2) ++distance;
+  while ((below += counts[static_cast<size_t>(distance)]) <= static_cast<int>(found_.size()) / 2) ++distance;
   return distance;
 }
 
-bool GuidedSearch::Workspace::confirm(const MotionPrediction& prior, const Features& current) const {
+bool GuidedSearch::confirm(const MotionPrediction& prior, const Features& current) const {
   const auto area = static_cast<double>(current.image_size.area());
   double inside = 0, chance = 0;
-  for (const Match& match : found) {
-    const cv::Point2f& from = seeds.keypoints[static_cast<size_t>(match.reference)].pt;
-    const CellMotion* motion = prior.at(from, seeds.image_size);
+  for (const Match& match : found_) {
+    const cv::Point2f& from = seeds_.keypoints[static_cast<size_t>(match.reference)].pt;
+    const CellMotion* motion = prior.at(from, seeds_.image_size);
     if (!motion || !motion->known) continue;
     const cv::Point2f apart = current.keypoints[static_cast<size_t>(match.current)].pt - motion->predict(from);
     chance += 4 * motion->reach.x * motion->reach.y / area;
@@ -177,30 +184,30 @@ bool GuidedSearch::Workspace::confirm(const MotionPrediction& prior, const Featu
   return inside > kTimesChance * chance && inside > chance + kSigmasAboveChance * std::sqrt(std::max(chance, 1.));
 }
 
-bool GuidedSearch::Workspace::nothingOutOfView(const MotionPrediction& prior, const cv::Size& image) const {
+bool GuidedSearch::nothingOutOfView(const MotionPrediction& prior, const cv::Size& image) const {
   int out = 0, accepted = 0;
-  for (size_t i = 0; i < found.size(); ++i) {
-    const cv::Point2f& point = seeds.keypoints[static_cast<size_t>(found[i].reference)].pt;
-    const CellMotion* motion = prior.at(point, seeds.image_size);
+  for (size_t i = 0; i < found_.size(); ++i) {
+    const cv::Point2f& point = seeds_.keypoints[static_cast<size_t>(found_[i].reference)].pt;
+    const CellMotion* motion = prior.at(point, seeds_.image_size);
     if (!motion || !motion->known || !outOfView(*motion, point, image)) continue;
     ++out;
-    accepted += statistics.accepted[i];
+    accepted += statistics_.accepted[i];
   }
   return accepted <= kMostOutOfView * out;
 }
 
-/// Leaves in `chosen` what remains to be searched in full. The features are shared out to the threads.
-void GuidedSearch::Workspace::searchWindows(const Features& reference, const Features& current,
-                                            const MotionPrediction& prediction, const MotionPrediction* prior) {
+/// Leaves in `chosen_` what remains to be searched in full. The features are shared out to the threads.
+void GuidedSearch::searchWindows(const Features& reference, const Features& current, const MotionPrediction& prediction,
+                                 const MotionPrediction* prior) {
   const int usual_second = usualSecondDistance();
   const float largest = kLargestWindow * static_cast<float>(current.image_size.area());
   const auto usable = [&](const CellMotion* motion) {
     return motion && motion->known && 4 * motion->reach.x * motion->reach.y <= largest;
   };
   const bool leaves_out = prior && nothingOutOfView(*prior, current.image_size);
-  windows.setCurrent(current, kernel, seats);
+  windows_.setCurrent(current, kernel_, seats_);
   const auto isLeft = [&](int i, int seat) {
-    Match& match = matches[static_cast<size_t>(i)];
+    Match& match = matches_[static_cast<size_t>(i)];
     if (match.reference != kNoMatch) return false;
     const cv::Point2f& point = reference.keypoints[static_cast<size_t>(i)].pt;
     const CellMotion* motion = prediction.at(point, reference.image_size);
@@ -209,53 +216,55 @@ void GuidedSearch::Workspace::searchWindows(const Features& reference, const Fea
     if (!seen && leaves_out && motion && motion->known && outOfView(*motion, point, current.image_size)) return false;
     if (!usable(motion)) return !seen;
     const NearestTwo nearest =
-        windows.search(reference.descriptors.row(i), motion->predict(point), motion->reach, seat);
-    // What is no better than the second of a full search that may be had elsewhere.
+        windows_.search(reference.descriptors.row(i), motion->predict(point), motion->reach, seat);
+    // A match no better than the usual second one may be chance.
     const int farthest = seen ? usual_second + kBitsAboveSecond : usual_second;
     if (nearest.distance > std::min(farthest, 8 * kDescriptorBytes)) return !seen;
     match = {i, nearest.index, nearest.distance, secondDistance(nearest, usual_second)};
     return false;
   };
-  left.resize(static_cast<size_t>(reference.size()));
+  left_.resize(static_cast<size_t>(reference.size()));
   const auto searchShare = [&](int share, int seat) {
     const int end = std::min(reference.size(), (share + 1) * kFeaturesAShare);
-    for (int i = share * kFeaturesAShare; i < end; ++i) left[static_cast<size_t>(i)] = isLeft(i, seat);
+    for (int i = share * kFeaturesAShare; i < end; ++i) left_[static_cast<size_t>(i)] = isLeft(i, seat);
   };
   const int shares = (reference.size() + kFeaturesAShare - 1) / kFeaturesAShare;
-  pool->forEach(shares, seats, searchShare);
-  chosen.clear();
+  pool_->forEach(shares, seats_, searchShare);
+  chosen_.clear();
   for (int i = 0; i < reference.size(); ++i) {
-    if (left[static_cast<size_t>(i)]) chosen.push_back(i);
+    if (left_[static_cast<size_t>(i)]) chosen_.push_back(i);
   }
 }
 
-GuidedSearch::GuidedSearch(const HammingMatcherOptions& matcher, const MotionStatisticsOptions& statistics)
-    : workspace_(std::make_unique<Workspace>(matcher, statistics)) {
-  if (matcher.mutual) throw std::invalid_argument("GuidedSearch finds no mutual neighbours; use HammingMatcher");
+GuidedSearch::GuidedSearch(const HammingMatcherOptions& matcher_options,
+                           const MotionStatisticsOptions& statistics_options)
+    : kernel_(hammingKernel(matcher_options.simd)),
+      matcher_(matcher_options),
+      gms_(seedStatistics(statistics_options)),
+      seats_(matcher_options.threads),
+      pool_(WorkerPool::shared(seats_ - 1)) {
+  if (matcher_options.mutual)
+    throw std::invalid_argument("GuidedSearch finds no mutual neighbours; use HammingMatcher");
 }
-GuidedSearch::~GuidedSearch() = default;
-GuidedSearch::GuidedSearch(GuidedSearch&&) noexcept = default;
-GuidedSearch& GuidedSearch::operator=(GuidedSearch&&) noexcept = default;
 
-void GuidedSearch::match(const Features& reference, const Features& current, std::vector<Match>& matches,
+void GuidedSearch::match(const Features& reference, const Features& current, std::vector<Match>& result,
                          const MotionPrediction* prior) {
-  Workspace& work = *workspace_;
-  if (current.size() == 0 || !work.chooseSeeds(reference)) {
-    return work.matcher.match(reference.descriptors, current.descriptors, matches);
+  if (!chooseSeeds(reference, current)) {
+    return matcher_.match(reference.descriptors, current.descriptors, result);
   }
 
-  work.matches.assign(static_cast<size_t>(reference.size()), Match{kNoMatch, kNoMatch, 0, 0});
-  work.takeSeeds(reference);
-  work.searchAll(reference.descriptors, current.descriptors);
-  work.gms.compute(work.seeds, current, work.found, work.statistics);
-  const MotionPrediction& prediction = work.predictor.predict(work.seeds, current, work.found, work.statistics);
-  const bool confirmed = prior && work.confirm(*prior, current);
-  work.searchWindows(reference, current, prediction, confirmed ? prior : nullptr);
-  work.searchAll(reference.descriptors, current.descriptors);
+  matches_.assign(static_cast<size_t>(reference.size()), Match{kNoMatch, kNoMatch, 0, 0});
+  takeSeeds(reference);
+  searchAll(reference.descriptors, current.descriptors);
+  gms_.compute(seeds_, current, found_, statistics_);
+  const MotionPrediction& prediction = predictor_.predict(seeds_, current, found_, statistics_);
+  const bool confirmed = prior && confirm(*prior, current);
+  searchWindows(reference, current, prediction, confirmed ? prior : nullptr);
+  searchAll(reference.descriptors, current.descriptors);
 
-  matches.clear();
-  for (const Match& match : work.matches) {
-    if (match.reference != kNoMatch) matches.push_back(match);
+  result.clear();
+  for (const Match& match : matches_) {
+    if (match.reference != kNoMatch) result.push_back(match);
   }
 }
 

@@ -67,8 +67,7 @@ void MatchCells::setRightGrid(const CellGrid& right) {
   floorOnGrid(right_y_, static_cast<float>(rows), rows + 1, right_row_);
   const size_t n = right_cell_.size();
   for (size_t i = 0; i < n; ++i) {
-    // The published code does not check the range here: on the right border of the image, column 20 is column 0 of
-    // the next row.
+    // As published: on the right border of the image, column 20 is column 0 of the next row.
     const int wraps = right_cell_[i] == columns;
     const int x = wraps ? 0 : right_cell_[i], y = right_row_[i] + wraps;
     const bool inside = (x >= 0) & (x < columns) & (y >= wraps) & (y < rows);

@@ -13,11 +13,9 @@ namespace gms_ransac {
 
 class MatchCells {
  public:
-  /// Normalises the keypoints of the matches by the size of their image and finds the reference half cells.
-  /// `voting`: 0 for matches that do not vote; empty: all do.
+  /// Finds the reference half cells of the matches. `voting`: 0 for matches that do not vote; empty: all do.
   void setMatches(const Features& reference, const Features& current, const std::vector<Match>& matches,
                   const std::vector<uint8_t>& voting, const CellGrid& left);
-  /// Finds the right cells; may be called again with another grid.
   void setRightGrid(const CellGrid& right);
 
   int size() const { return static_cast<int>(half_.size()); }

@@ -7,8 +7,6 @@
 #include "gms/cell_pairs.h"
 #include "gms/match_cells.h"
 #include "gms/match_evidence.h"
-#include "gms/presets.h"
-#include "validation.h"
 
 namespace gms_ransac {
 
@@ -16,7 +14,21 @@ namespace {
 
 constexpr int kScales = 5;
 
-/// Side of the right grid for one side of the left one.
+// Bian 2017.
+constexpr int kPaperGrid = 20;
+constexpr double kPaperThresholdFactor = 6.0;
+
+// Cells of 6 matches give the best poses where matches are few (doc/motion_statistics.md). The threshold only spares
+// what nobody votes for.
+constexpr double kMatchesPerCell = 6.0;
+constexpr double kEvidenceThresholdFactor = 1.0;
+constexpr double kMostCells = 400;  ///< as in the paper; with more, the vote matrix leaves the cache
+constexpr int kFewestOnSide = 4, kMostOnSide = 100;
+
+int automaticSide(double cells) {
+  return std::min(std::max(static_cast<int>(std::lround(cells)), kFewestOnSide), kMostOnSide);
+}
+
 int scaledSide(int side, int scale, GridBorder border) {
   const double ratios[kScales] = {1.0, 0.5, 1.0 / std::sqrt(2.0), std::sqrt(2.0), 2.0};
   const double scaled = side * ratios[scale];
@@ -33,35 +45,25 @@ VotingRule votingRule(const MotionStatisticsOptions& options) {
   return rule;
 }
 
-/// Number of set bits at each of eight positions over many bytes, eight counters in one word.
-class BitCounts {
- public:
-  void add(unsigned bits) {
-    word_ += kSpread[bits & 15] | static_cast<uint64_t>(kSpread[bits >> 4]) << 32;
-    if (++added_ == 255) flush();
-  }
-  const std::array<int, 8>& counts() {
-    flush();
-    return counts_;
-  }
-
- private:
-  static constexpr uint32_t kSpread[16] = {0x00000000, 0x00000001, 0x00000100, 0x00000101, 0x00010000, 0x00010001,
-                                           0x00010100, 0x00010101, 0x01000000, 0x01000001, 0x01000100, 0x01000101,
-                                           0x01010000, 0x01010001, 0x01010100, 0x01010101};
-  void flush() {
-    for (int bit = 0; bit < 8; ++bit) counts_[bit] += static_cast<int>(word_ >> (8 * bit) & 255);
-    word_ = 0;
-    added_ = 0;
-  }
-  std::array<int, 8> counts_ = {};
-  uint64_t word_ = 0;
-  int added_ = 0;
-};
-
 }  // namespace
 
-void MotionStatisticsOptions::validate() const { requireInRanges(*this); }
+MotionStatisticsOptions withDefaults(MotionStatisticsOptions given, Criterion own) {
+  given.criterion = given.criterion.value_or(own);
+  const bool weighs = given.criterion == Criterion::kEvidence;
+  given.threshold_factor = given.threshold_factor.value_or(weighs ? kEvidenceThresholdFactor : kPaperThresholdFactor);
+  if (!weighs && !given.grid_columns && !given.grid_rows) given.grid_columns = given.grid_rows = kPaperGrid;
+  return given;
+}
+
+CellGrid chooseGrid(const MotionStatisticsOptions& options, cv::Size image, int matches) {
+  const double width = std::max(image.width, 1), height = std::max(image.height, 1);
+  const double cells = std::min(std::max(matches / kMatchesPerCell, 1.0), kMostCells);
+  double side = std::sqrt(width * height / cells);  // of a cell, pixels
+  if (options.grid_rows) side = height / *options.grid_rows;
+  if (options.grid_columns) side = width / *options.grid_columns;
+  return {options.grid_columns.value_or(automaticSide(width / side)),
+          options.grid_rows.value_or(automaticSide(height / side))};
+}
 
 struct MotionStatisticsFilter::Workspace {
   CellGrid left;
@@ -77,7 +79,6 @@ struct MotionStatisticsFilter::Workspace {
   void weighEvidence(const std::vector<Match>& matches, double alpha, MotionStatistics& statistics) const;
 };
 
-/// Decides on the cell pairs of all four grids, for this right grid and every rotation.
 void MotionStatisticsFilter::Workspace::decide(const CellGrid& right) {
   cells.setRightGrid(right);
   half_members.assign(cells.unassigned() + 1, 0);
@@ -85,19 +86,17 @@ void MotionStatisticsFilter::Workspace::decide(const CellGrid& right) {
   for (CellPairs& shifted : pairs) shifted.decide(cells, half_members, right, matrix);
 }
 
-/// How many matches each rotation accepts.
 std::array<int, 8> MotionStatisticsFilter::Workspace::countAccepted() const {
-  BitCounts counts;
+  std::array<int, 8> counts{};
   for (int i = 0; i < cells.size(); ++i) {
     const int half = cells.halfCells()[i], right = cells.rightCells()[i];
     unsigned accepted = 0;
     for (const CellPairs& shifted : pairs) accepted |= shifted.accepted(shifted.cellOfHalf()[half], right);
-    counts.add(accepted);
+    for (size_t rotation = 0; rotation < 8; ++rotation) counts[rotation] += static_cast<int>(accepted >> rotation & 1);
   }
-  return counts.counts();
+  return counts;
 }
 
-/// Writes the columns of one run; returns how many matches it accepts.
 int MotionStatisticsFilter::Workspace::mark(int rotation, MotionStatistics& statistics) {
   for (CellPairs& shifted : pairs) shifted.choose(rotation);
   int accepted = 0;
@@ -119,7 +118,6 @@ int MotionStatisticsFilter::Workspace::mark(int rotation, MotionStatistics& stat
   return accepted;
 }
 
-/// Keeps of the accepted matches those that are likely to be right.
 void MotionStatisticsFilter::Workspace::weighEvidence(const std::vector<Match>& matches, double alpha,
                                                       MotionStatistics& statistics) const {
   statistics.accepted_count = 0;

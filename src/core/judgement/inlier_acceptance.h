@@ -3,8 +3,9 @@
 
 #include <vector>
 
-#include "gms_ransac/robust_estimator.h"
-#include "ransac/stopping.h"
+#include "gms_ransac/point_pairs.h"
+#include "gms_ransac/robust_result.h"
+#include "ransac/sampler.h"
 
 namespace gms_ransac {
 

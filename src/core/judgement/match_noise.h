@@ -2,6 +2,7 @@
 // probability each of them is right.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -12,7 +13,7 @@ namespace gms_ransac {
 /// The matches under a pose as a mixture; lengths in thresholds. Residuals of right matches are normal, and their
 /// parallaxes (what the rotation leaves of the displacement) spread about a typical one. Residuals of wrong matches are
 /// even up to kWindow; half of these matches end anywhere in the image, so that those which hit their epipolar line by
-/// chance have mostly more parallax than the scene. Derived in doc/uncertainty.md.
+/// chance have mostly more parallax than the scene. Derived in doc/judgement.md.
 class MatchNoise {
  public:
   static constexpr float kWindow = 5;  ///< a residual beyond it is a wrong match's
@@ -32,6 +33,10 @@ class MatchNoise {
   /// Standard deviation of a right match's signed residual, which for the Sampson distance is that of a keypoint's
   /// coordinates.
   double sigma() const { return sigma_; }
+  /// Turns squared residuals, times `share`, into residuals in standard deviations.
+  void toDeviations(double share, std::vector<float>& squared) const {
+    for (float& e : squared) e = std::sqrt(static_cast<float>(share) * e) / static_cast<float>(sigma_);
+  }
   /// Squared residual and squared parallax of each column, padding included.
   const std::vector<float>& residuals() const { return residuals_; }
   const std::vector<float>& parallaxes() const { return parallaxes_; }

@@ -10,7 +10,7 @@ namespace gms_ransac {
 
 /// A match is right when its points are within three thresholds of one another's true places. MatchNoise asks another
 /// question, what belongs to the noise of most matches: a keypoint that was found a pixel off its corner does not, but
-/// is right. Derived in doc/uncertainty.md.
+/// is right. Derived in doc/judgement.md.
 class MatchProbability {
  public:
   /// Of each column, by the noise, residuals and parallaxes that were measured. `finest_weight`: that of columns whose

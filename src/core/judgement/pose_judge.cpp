@@ -1,6 +1,5 @@
 #include "judgement/pose_judge.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -9,207 +8,188 @@ namespace gms_ransac {
 
 namespace {
 
-/// Of the three axes together: a rotation that is known worse is of no use, whatever the direction.
-constexpr double kMostRotationSigma = M_PI / 180;
-/// From such a contradiction on what the camera model leaves out is more than what cameras in use are off by: the pose
-/// must be known even so.
+constexpr double kDegree = M_PI / 180;
+/// A rotation that is known worse, its three axes together, is of no use, whatever the direction.
+constexpr double kMostRotationSigma = 1 * kDegree;
+/// From such a contradiction on the errors of the camera are larger than typical ones: the rotation must be known even
+/// so.
 constexpr double kBeyondCameras = 10;
 constexpr int kIterations = 10;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
 
-void leaveDirectionOpen(Eigen::Matrix<double, 6, 6>& covariance) {
-  const Eigen::Matrix3d rotation = covariance.bottomRightCorner<3, 3>();
-  covariance.setZero();
-  covariance.topLeftCorner<3, 3>() = anyDirection();
+/// Covariance of a pose whose direction of translation is any: 1/3 in each coordinate on the unit sphere.
+Eigen::Matrix<double, 6, 6> withAnyDirection(const Eigen::Matrix3d& rotation) {
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  covariance.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() / 3;
   covariance.bottomRightCorner<3, 3>() = rotation;
+  return covariance;
 }
 
 }  // namespace
 
-void PoseJudge::begin(const TwoViewPoints& points) {
+PoseJudge::PoseJudge(const RobustOptions& options)
+    : kernels_(residualKernels(options.simd)),
+      options_(options),
+      segmenter_(kernels_),
+      other_motions_(kernels_),
+      second_motion_(kernels_) {}
+
+void PoseJudge::refine(const TwoViewPoints& points, TwoViewPose& pose, Effort& effort) {
   points_ = &points;
-  view_ = points.view();
-  plausible_.resize(view_.count);  // whether or not it is needed, so that a later pair allocates nothing
-  measured_ = false;
-  bodies_.begin();
+  segmentation_.found = false;
   noise_.forgetApart();
+  measureNoise(pose, effort);
+  followNoise(pose, effort);
+  measureCovariance();
+  if (!options_.judge) return;
+  segmenter_.segment(points, pose, noise_, findBreak(summation_, spread_.with_camera), segmentation_,
+                     effort.point_evaluations);
+  if (!segmentation_.found) return;
+  pose = segmentation_.larger;
+  noise_.setApart(segmentation_.apart);
+  measureNoise(pose, effort);
+  followNoise(pose, effort);
+  measureCovariance();
+}
+
+void PoseJudge::take(const TwoViewPoints& points, const TwoViewPose& pose, Effort& effort) {
+  points_ = &points;
+  segmentation_.found = false;
+  noise_.forgetApart();
+  measureNoise(pose, effort);
+  measureCovariance();
 }
 
 void PoseJudge::measureNoise(const TwoViewPose& pose, Effort& effort) {
-  if (measured_ && pose.R == measured_at_.R && pose.t == measured_at_.t) return;
-  noise_.measure(PoseModel(kernels_, view_), view_, pose, effort.point_evaluations);
-  measured_ = true;
-  spread_known_ = false;
-  measured_at_ = pose;
-}
-
-void PoseJudge::refine(TwoViewPose& pose, Effort& effort) {
-  followNoise(pose, effort);
-  if (options_.judge) followLargerBody(pose, effort);
-}
-
-void PoseJudge::followLargerBody(TwoViewPose& pose, Effort& effort) {
-  if (!measuredSpread().pose_break.found()) return;
-  bodies_.part(judged(), effort.point_evaluations);
-  if (!bodies_.found()) return;
-  pose = bodies_.larger();
-  noise_.setApart(bodies_.apart());
-  measured_ = false;
-  followNoise(pose, effort);
+  pose_ = pose;
+  noise_.measure(PoseModel(kernels_, points_->view()), points_->view(), pose, effort.point_evaluations);
+  plausible_.copy(points_->view(), [this](int column) { return noise_.plausible(column); });
 }
 
 void PoseJudge::followNoise(TwoViewPose& pose, Effort& effort) {
-  measureNoise(pose, effort);
   const Loss loss = noise_.loss();
-  if (loss.inverse_softness == 1 && !weighsImplausible(loss.cut)) return;  // it is at the optimum
-  keepPlausible();
+  bool is_optimum = loss.inverse_softness == 1;
+  for (int i = 0; i < points_->size() && is_optimum; ++i) {
+    is_optimum = noise_.plausible(i) || !(noise_.residuals()[static_cast<size_t>(i)] < loss.cut);
+  }
+  if (is_optimum) return;
   const int passes = PoseModel(kernels_, plausible_.view()).refine(loss, kIterations, pose, kEnough);
-  effort.point_evaluations += static_cast<int64_t>(view_.count) * passes;
+  effort.point_evaluations += static_cast<int64_t>(points_->size()) * passes;
   measureNoise(pose, effort);
 }
 
-bool PoseJudge::weighsImplausible(float cut) const {
-  for (int i = 0; i < view_.count; ++i) {
-    if (noise_.residuals()[static_cast<size_t>(i)] < cut && !noise_.plausible(i)) return true;
-  }
-  return false;
+void PoseJudge::measureCovariance() {
+  const PoseInformation& information =
+      summation_.sum(kernels_, plausible_.view(), pose_, noise_.loss(), points_->cells());
+  spread_ = poseCovariance(information, pose_, noise_.sigma(), options_.calibration_sigma);
 }
 
-void PoseJudge::keepPlausible() {
-  std::copy_n(view_.x1, view_.count, plausible_.x1());
-  std::copy_n(view_.y1, view_.count, plausible_.y1());
-  std::copy_n(view_.x2, view_.count, plausible_.x2());
-  std::copy_n(view_.y2, view_.count, plausible_.y2());
-  for (int i = 0; i < view_.count; ++i) plausible_.weight()[i] = noise_.plausible(i) ? view_.weight[i] : 0;
-}
-
-void PoseJudge::judge(const TwoViewPose& optimum, const TwoViewPose& preferred,
-                      const std::vector<AlternativeMotion>& alternatives, RobustResult& result) {
+void PoseJudge::judge(const TwoViewPose& preferred, const std::vector<AlternativeMotion>& alternatives,
+                      RobustResult& result) {
   int64_t& evaluations = result.effort.point_evaluations;
-  measureNoise(optimum, result.effort);
-  const RotationOnly rotation = fitRotation(optimum, result);
-  PoseSpread spread = describeSpread(result);
-  const RotationVerdict verdict = rivals_.compare(judged(), rotation.R, rotation_residuals_);
-  const bool turn_alone = verdict.believed() == BelievedRotation::kOfTurn;
-  result.doubt = doubtOf(verdict, spread);
-  // A motion whose direction is not known may still be the wrong one of two, with another rotation.
-  const bool other_direction = !turn_alone && takeInAlternatives(alternatives, spread, result.effort);
-  if (result.doubt == DirectionDoubt::kNone &&
-      (other_direction || !closeEnough(spread.covariance) || second_body_.isRival(judged(), bodies_, evaluations))) {
-    result.doubt = DirectionDoubt::kOtherMotion;
+  const RotationOnly& rotation = rotation_explanation_.fit(kernels_, points_->view(), pose_, noise_, evaluations);
+  result.pose_found = true;
+  result.median_parallax_px = rotation.median_parallax * points_->pixelsPerUnit();
+  result.camera_misfit = spread_.camera.statistic;
+  result.misfit_parameter = spread_.camera.parameter;
+  result.camera_errors = spread_.camera.errors;
+  result.doubt = DirectionDoubt::kNone;
+  PoseSquare covariance = spread_.covariance;
+  RotationVerdict verdict;
+  if (options_.judge) {
+    verdict = rotation_explanation_.compare(*points_, pose_, noise_);
+    result.doubt = compare(verdict, alternatives, covariance, result.effort);
   }
   result.translation_observable = result.doubt == DirectionDoubt::kNone;
-
-  if (verdict.believed() != BelievedRotation::kOfPose) {
-    // With and without a translation are both in question, so the rotation is no better known than they agree.
-    const Eigen::Vector3d apart = rotationVector(rotation.R * optimum.R.transpose());
-    spread.covariance.topLeftCorner<3, 3>() += apart * apart.transpose();
-  }
-  if (turn_alone) {
-    const TwoViewPose turn = {rotation.R, optimum.t};
-    settle(turn, turn, spread, result);
+  if (options_.judge && verdict.rotationIsBetter()) {
+    // With and without a translation are both in question, so the rotation is no better known than the two agree.
+    const Eigen::Vector3d apart = rotationVector(rotation.R * pose_.R.transpose());
+    covariance.topLeftCorner<3, 3>() += apart * apart.transpose();
+    pose_.R = rotation.R;
+    result.pose = publish(pose_, covariance);
   } else {
-    settle(optimum, preferred, spread, result);
+    result.pose = publish(preferred, covariance);
   }
-  if (!result.translation_observable) leaveDirectionOpen(result.pose.covariance);
-  describeMatches(verdict.onlyTurned(), result);
-}
-
-const PoseSpread& PoseJudge::measuredSpread() {
-  if (!spread_known_) {
-    spread_ = uncertainty_.measure(view_, measured_at_, noise_, points_->cells(), options_.calibration_sigma);
+  if (!result.translation_observable) {
+    result.pose.covariance = withAnyDirection(result.pose.covariance.bottomRightCorner<3, 3>());
   }
-  spread_known_ = true;
-  return spread_;
+  weighMatches(options_.judge && verdict.onlyRotated() ? &rotation.residuals : nullptr, result);
 }
 
-PoseSpread PoseJudge::describeSpread(RobustResult& result) {
-  const PoseSpread& spread = measuredSpread();
-  result.camera_misfit = spread.contradiction;
-  result.misfit_parameter = spread.contradicted;
-  result.camera_errors = spread.camera_errors;
-  return spread;
-}
-
-bool PoseJudge::takeInAlternatives(const std::vector<AlternativeMotion>& alternatives, PoseSpread& spread,
-                                   Effort& effort) {
-  keepPlausible();
-  const Ambiguity ambiguity = other_motions_.compare(judged(), plausible_.view(), !closeEnough(spread.of_any_camera),
-                                                     alternatives, effort.point_evaluations);
-  spread.covariance += ambiguity.covariance;
-  return ambiguity.other_direction;
-}
-
-DirectionDoubt PoseJudge::doubtOf(const RotationVerdict& verdict, const PoseSpread& spread) const {
-  if (verdict.doubt() != DirectionDoubt::kNone) return verdict.doubt();
-  if (!knowsRotation(spread)) return DirectionDoubt::kRotation;
-  return closeEnough(spread.covariance) ? DirectionDoubt::kNone : DirectionDoubt::kDirection;
-}
-
-bool PoseJudge::knowsRotation(const PoseSpread& spread) {
-  const auto& covariance = spread.contradiction < kBeyondCameras ? spread.of_matches : spread.covariance;
-  return covariance.topLeftCorner<3, 3>().trace() <= kMostRotationSigma * kMostRotationSigma;
-}
-
-bool PoseJudge::closeEnough(const PoseSquare& covariance) const {
-  return directionSigma(covariance) <= options_.max_direction_sigma * M_PI / 180;
-}
-
-void PoseJudge::takeAsItIs(const TwoViewPose& optimum, const TwoViewPose& preferred, RobustResult& result) {
-  measureNoise(optimum, result.effort);
-  fitRotation(optimum, result);
-  PoseSpread spread = describeSpread(result);
-  result.doubt = DirectionDoubt::kNone;
-  result.translation_observable = true;
-  settle(optimum, preferred, spread, result);
-  describeMatches(false, result);
-}
-
-void PoseJudge::judgeRotation(const Eigen::Matrix3d& R, RobustResult& result) {
-  const TwoViewPose pose = {R, Eigen::Vector3d::UnitZ()};
-  measureNoise(pose, result.effort);
-  const RotationOnly rotation = fitRotation(pose, result);
+void PoseJudge::judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R, RobustResult& result) {
+  points_ = &points;
+  noise_.forgetApart();
+  measureNoise({R, Eigen::Vector3d::UnitZ()}, result.effort);
+  const RotationOnly& rotation =
+      rotation_explanation_.fit(kernels_, points.view(), pose_, noise_, result.effort.point_evaluations);
+  result.pose_found = true;
+  result.median_parallax_px = rotation.median_parallax * points.pixelsPerUnit();
   result.doubt = DirectionDoubt::kTurn;
   result.translation_observable = false;
   result.pose = fromReferenceToCurrent(rotation.R, Eigen::Vector3d::Zero());
-  result.pose.covariance = rotation.covariance;
-  describeMatches(true, result);
+  result.pose.covariance = withAnyDirection(rotation.covariance);
+  weighMatches(&rotation.residuals, result);
 }
 
-RotationOnly PoseJudge::fitRotation(const TwoViewPose& start, RobustResult& result) {
-  rotation_residuals_.resize(noise_.residuals().size());
-  RotationOnly rotation = fitRotationOnly(PoseModel(kernels_, view_), view_, start, noise_.residuals(), noise_.sigma(),
-                                          rotation_residuals_, sorted_, result.effort.point_evaluations);
-  result.pose_found = true;
-  result.median_parallax_px = rotation.median_residual * points_->pixelsPerUnit();
-  return rotation;
+DirectionDoubt PoseJudge::compare(const RotationVerdict& verdict, const std::vector<AlternativeMotion>& alternatives,
+                                  PoseSquare& covariance, Effort& effort) {
+  DirectionDoubt doubt = verdict.doubt();
+  if (doubt == DirectionDoubt::kNone && !rotationIsKnown()) doubt = DirectionDoubt::kRotation;
+  if (doubt == DirectionDoubt::kNone && !directionIsKnown(directionSigma(covariance))) {
+    doubt = DirectionDoubt::kDirection;
+  }
+  if (verdict.rotationIsBetter()) return doubt;
+  // A motion whose direction is not known may still be the wrong one of two, with another rotation.
+  const bool camera_decides = !directionIsKnown(spread_.direction_sigma_any_camera);
+  const Ambiguity ambiguity = other_motions_.compare(refined(), directionSigma(spread_.of_matches), camera_decides,
+                                                     alternatives, effort.point_evaluations);
+  covariance += ambiguity.covariance;
+  if (doubt != DirectionDoubt::kNone) return doubt;
+  if (ambiguity.other_direction || !directionIsKnown(directionSigma(covariance))) return DirectionDoubt::kOtherMotion;
+  const double most = mostOfSecondMotion(spread_.camera.statistic);
+  const bool second = (segmentation_.found && segmentation_.smaller_share > most) ||
+                      second_motion_.share(points_->view(), noise_, most, effort.point_evaluations) > most;
+  return second ? DirectionDoubt::kOtherMotion : DirectionDoubt::kNone;
 }
 
-void PoseJudge::settle(const TwoViewPose& optimum, const TwoViewPose& preferred, PoseSpread& spread,
-                       RobustResult& result) const {
+bool PoseJudge::rotationIsKnown() const {
+  const PoseSquare& covariance = spread_.camera.statistic < kBeyondCameras ? spread_.of_matches : spread_.covariance;
+  return covariance.topLeftCorner<3, 3>().trace() <= kMostRotationSigma * kMostRotationSigma;
+}
+
+bool PoseJudge::directionIsKnown(double direction_sigma) const {
+  return direction_sigma <= options_.max_direction_sigma * kDegree;
+}
+
+RelativePose PoseJudge::publish(const TwoViewPose& preferred, PoseSquare covariance) const {
   // The reason for the preferred rotation is a guess about the scene, which a clear optimum overrules: it is followed
-  // the less the further it is from the optimum in terms of the optimum's own covariance, whatever other motions there
-  // are. How far that goes may all be error.
-  auto rotation = spread.covariance.topLeftCorner<3, 3>();
-  Eigen::Vector3d step = rotationVector(preferred.R * optimum.R.transpose());
-  if (bodies_.found()) step.setZero();  // the preference is that of both
-  const Eigen::Matrix3d own = spread.sandwich.topLeftCorner<3, 3>();
-  const double distance = step.dot(own.ldlt().solve(step)) / 3;
+  // the less the further it is from the optimum in terms of the optimum's own covariance. How far that goes may all be
+  // error.
+  Eigen::Vector3d step = rotationVector(preferred.R * pose_.R.transpose());
+  if (segmentation_.found) step.setZero();  // the preference is that of both bodies
+  const Eigen::Matrix3d own = spread_.naive.topLeftCorner<3, 3>();
+  const double distance = step.dot(own.llt().solve(step)) / 3;
   step = std::isfinite(distance) ? Eigen::Vector3d(step / (1 + distance / kHalfWay)) : Eigen::Vector3d::Zero();
-  rotation += step * step.transpose();
-  const Eigen::Matrix3d R = rotationFromVector(step) * optimum.R;
+  covariance.topLeftCorner<3, 3>() += step * step.transpose();
+  const Eigen::Matrix3d R = rotationFromVector(step) * pose_.R;
   // The direction in the reference camera stays that of the optimum.
-  result.pose = fromReferenceToCurrent(R, R * optimum.R.transpose() * optimum.t);
-  result.pose.covariance = relativeCovariance(optimum, spread.covariance);
+  RelativePose pose = fromReferenceToCurrent(R, R * pose_.R.transpose() * pose_.t);
+  pose.covariance = relativeCovariance(pose_, covariance);
+  return pose;
 }
 
-void PoseJudge::describeMatches(bool turned, RobustResult& result) {
+void PoseJudge::weighMatches(const std::vector<float>* rotation_residuals, RobustResult& result) {
   result.sigma_px = noise_.sigma() * options_.inlierThreshold();
+  const PointColumnsView view = points_->view();
   const float finest = points_->finestWeight();
-  points_->inOrderOfMatches(turned ? probability_.weighTurned(noise_, rotation_residuals_, view_, finest)
-                                   : probability_.weigh(noise_, view_, finest),
+  points_->inOrderOfMatches(rotation_residuals != nullptr
+                                ? probability_.weighTurned(noise_, *rotation_residuals, view, finest)
+                                : probability_.weigh(noise_, view, finest),
                             result.probability);
+  points_->inOrderOfMatches(rotation_residuals != nullptr ? *rotation_residuals : noise_.residuals(), result.residual);
+  // A transfer distance has the noise of both images.
+  noise_.toDeviations(rotation_residuals != nullptr ? 0.5 : 1, result.residual);
 }
 
 }  // namespace gms_ransac

@@ -12,7 +12,7 @@
 
 #include "judgement/plane_motion.h"
 #include "ransac/motion_starts.h"
-#include "two_view/solvers/essential_5pt.h"
+#include "two_view/solvers/minimal_solvers.h"
 
 namespace gms_ransac {
 
@@ -49,18 +49,20 @@ void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, const 
   if (!normalized) normalized_.set(pairs, camera, ModelType::kEssential, options.threshold_px, 0);
   const TwoViewPoints& judged = normalized ? points : normalized_;
   points_ = judged.view();
-  judge_.begin(judged);
-  if (best->pose.t.isZero()) return judge_.judgeRotation(best->pose.R, result);
+  if (best->pose.t.isZero()) return judge_.judgeRotation(judged, best->pose.R, result);
   Explanation chosen = explain(best->pose, options.refine, result.effort);
   if (options.judge) weighAlternatives(best->in_front, options.refine, chosen, result);
-  if (options.refine) judge_.refine(chosen.optimum, result.effort);
+  if (options.refine) {
+    judge_.refine(judged, chosen.optimum, result.effort);
+  } else {
+    judge_.take(judged, chosen.optimum, result.effort);
+  }
   if (options.refine && !homography) chosen.pose = chosen.optimum;
   if (options.refine && result.model_type == ModelType::kEssential) {
     result.model = chosen.optimum.essential().normalized();
     markFinalInliers(pairs, camera, options.threshold_px, result);
   }
-  if (!options.judge) return judge_.takeAsItIs(chosen.optimum, chosen.pose, result);
-  judge_.judge(chosen.optimum, chosen.pose, alternatives_, result);
+  judge_.judge(chosen.pose, alternatives_, result);
 }
 
 void PoseRecovery::propose(const PointPairs& pairs, const Camera& camera, const RobustResult& result) {

@@ -6,7 +6,9 @@
 #include <Eigen/Core>
 
 #include "gms_ransac/camera.h"
-#include "gms_ransac/robust_estimator.h"
+#include "gms_ransac/point_pairs.h"
+#include "gms_ransac/robust_options.h"
+#include "gms_ransac/robust_result.h"
 #include "judgement/pose_judge.h"
 #include "two_view/kernels/residual_kernels.h"
 #include "two_view/two_view_points.h"

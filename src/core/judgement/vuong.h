@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "gms_ransac/robust_estimator.h"
+#include "gms_ransac/point_pairs.h"
 
 namespace gms_ransac {
 

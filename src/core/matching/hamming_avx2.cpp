@@ -45,7 +45,6 @@ struct Avx2 {
     }
   }
 
-  /// Differing bits of a 4-bit number with every 4-bit number.
   static __m128i differences(int number) {
     const __m128i bits = _mm_setr_epi8(0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4);
     const __m128i numbers = _mm_setr_epi8(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
@@ -68,11 +67,10 @@ struct Avx2 {
   static Vector upperHalves(Vector v, Vector low_half) { return _mm256_and_si256(_mm256_srli_epi16(v, 4), low_half); }
 
   template <bool kReverse>
-  static void distances(const Tables& tables, const uint8_t* packed, int left, int group, uint8_t* minimum,
-                        uint8_t* groups, Vector* block_minimum) {
+  static void distances(const Tables& tables, const uint8_t* packed, int left, Vector* block_minimum,
+                        Vector* smallest) {
     constexpr int kRow = kVectors * kLanes;
     const Vector low_half = _mm256_set1_epi8(15);
-    Vector smallest[kVectors];
 #pragma GCC unroll 4
     for (int v = 0; v < kVectors; ++v) smallest[v] = _mm256_set1_epi8(-1);
 #pragma GCC unroll 1
@@ -104,7 +102,7 @@ struct Avx2 {
         first = _mm256_adds_epu8(first, _mm256_and_si256(both, low_half));
         Vector second = _mm256_adds_epu8(upper[v], upperHalves(both, low_half));
         if (left < kVectors * kLanes) {
-          const Vector padding = paddingLanes(v, left);
+          const Vector padding = paddingLanes<Avx2>(v, left);
           first = _mm256_or_si256(first, padding);
           second = _mm256_or_si256(second, padding);
         }
@@ -113,22 +111,6 @@ struct Avx2 {
         if (kReverse) smallest[v] = min(smallest[v], min(first, second));
       }
     }
-    if (!kReverse) return;
-#pragma GCC unroll 4
-    for (int v = 0; v < kVectors; ++v) {
-      uint8_t* lane_minimum = minimum + v * kLanes;
-      uint8_t* lane_group = groups + v * kLanes;
-      const Vector old = load(lane_minimum);
-      store(lane_group, selectLess(smallest[v], old, broadcast(group), load(lane_group)));
-      store(lane_minimum, min(smallest[v], old));
-    }
-  }
-
-  /// 255 in the lanes of one vector of a block with `left` descriptors that hold none.
-  static Vector paddingLanes(int vector, int left) {
-    alignas(32) uint8_t padding[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) padding[lane] = isPadding(lane, vector, kVectors, left) ? 255 : 0;
-    return load(padding);
   }
 
   static int smallestByte(Vector v) {
@@ -136,7 +118,6 @@ struct Avx2 {
     return _mm_cvtsi128_si32(_mm_minpos_epu16(_mm_min_epu8(half, _mm_srli_epi16(half, 8)))) & 255;
   }
 
-  /// Smallest of `best`, on ties the one with the lowest block, then lane; `second` is the next in any lane.
   static int reduce(const uint8_t* best, const uint8_t* second_best, const uint8_t* block, int& lane, int& second) {
     const Vector bests = load(best);
     const int smallest = smallestByte(bests);

@@ -35,7 +35,6 @@ constexpr TripleOffsets kTripleOffsets;
 inline __m512i sumBit(__m512i a, __m512i b, __m512i c) { return _mm512_ternarylogic_epi64(a, b, c, 0x96); }
 inline __m512i carryBit(__m512i a, __m512i b, __m512i c) { return _mm512_ternarylogic_epi64(a, b, c, 0xe8); }
 
-/// Adds two vectors of one weight to `sum`; what is carried to the next weight.
 inline __m512i add(__m512i& sum, __m512i a, __m512i b) {
   const __m512i carry = carryBit(sum, a, b);
   sum = sumBit(sum, a, b);
@@ -56,8 +55,7 @@ struct Carries {
   __m512i a, b, c;
 };
 
-/// Adds 4 * 2^kLevel triples from `first` on to the bit planes; what they carry to plane kLevel + 2. Vectors of one
-/// weight are added as soon as there are two, so that few are alive.
+/// Adds 4 * 2^kLevel triples to the bit planes; returns the carries to plane kLevel + 2.
 template <int kLevel>
 inline Carries addTriples(const Triples& triples, int first, __m512i* planes) {
   if constexpr (kLevel == 0) {
@@ -98,8 +96,7 @@ struct Avx512 {
     return _mm512_mask_mov_epi8(otherwise, _mm512_cmplt_epu8_mask(a, b), less);
   }
 
-  /// Bit of a plane that stands for train descriptor `i` of a block: such that spread() puts it in lane i / kVectors of
-  /// vector i % kVectors.
+  /// Bit of a plane for train descriptor `i`, which spread() puts in lane i / kVectors of vector i % kVectors.
   static int bitOf(int i) {
     const int vector = i % kVectors, lane = i / kVectors;
     return lane / 16 * 128 + vector * 16 + lane % 16;
@@ -201,7 +198,6 @@ struct Avx512 {
     const Carries c64 = addTriples<4>(triples, 0, planes);
     const Carries c16 = addTriples<2>(triples, 64, planes);
     const Carries c4 = addTriples<0>(triples, 80, planes);
-    // The 85th has one sum and one carry bit.
     const __m512i no = _mm512_setzero_si512();
     const __m512i to1 = add(planes[0], triples.sum(84), no);
     const __m512i to2 = add(planes[1], triples.carry(84), to1);
@@ -220,7 +216,6 @@ struct Avx512 {
     }
   }
 
-  /// Turns bit planes into bytes.
   static void spread(const Vector* planes, Vector* bytes) {
     // Bytes of the planes side by side, the highest first: eight by eight bits, which one instruction transposes.
     Vector pairs[2][4], fours[4][2];
@@ -246,9 +241,8 @@ struct Avx512 {
   }
 
   template <bool kReverse>
-  static void distances(const Tables& tables, const uint8_t* packed, int left, int group, uint8_t* minimum,
-                        uint8_t* groups, Vector* block_minimum) {
-    Vector smallest[kVectors];
+  static void distances(const Tables& tables, const uint8_t* packed, int left, Vector* block_minimum,
+                        Vector* smallest) {
     const Vector padding = left >= kVectors * kLanes ? _mm512_setzero_si512() : paddingPlane(left);
 #pragma GCC unroll 1
     for (int q = 0; q < kQueryGroup; ++q) {
@@ -263,16 +257,8 @@ struct Avx512 {
         for (int v = 0; v < kVectors; ++v) smallest[v] = q == 0 ? bytes[v] : min(smallest[v], bytes[v]);
       }
     }
-    for (int v = 0; kReverse && v < kVectors; ++v) {
-      uint8_t* lane_minimum = minimum + v * kLanes;
-      uint8_t* lane_group = groups + v * kLanes;
-      const Vector old = load(lane_minimum);
-      store(lane_group, selectLess(smallest[v], old, broadcast(group), load(lane_group)));
-      store(lane_minimum, min(smallest[v], old));
-    }
   }
 
-  /// A one for every lane of a block with `left` descriptors that holds none.
   static Vector paddingPlane(int left) {
     alignas(64) uint64_t plane[kVectorBytes / 8] = {};
     for (int i = left; i < kVectors * kLanes; ++i) plane[bitOf(i) / 64] |= uint64_t{1} << bitOf(i) % 64;
@@ -285,7 +271,6 @@ struct Avx512 {
     return _mm_cvtsi128_si32(_mm_minpos_epu16(_mm_min_epu8(quarter, _mm_srli_epi16(quarter, 8)))) & 255;
   }
 
-  /// Smallest of `best`, on ties the one with the lowest block, then lane; `second` is the next in any lane.
   static int reduce(const uint8_t* best, const uint8_t* second_best, const uint8_t* block, int& lane, int& second) {
     const Vector bests = load(best);
     const int smallest = smallestByte(bests);
@@ -299,7 +284,6 @@ struct Avx512 {
   }
 };
 
-/// Differing bits of eight consecutive rows, one in each 64-bit lane.
 inline __m512i eightDistances(__m512i query, const uint8_t* rows) {
   const auto pair = [&](int i) {
     return _mm512_popcnt_epi64(_mm512_xor_si512(query, _mm512_loadu_si512(rows + i * kVectorBytes)));

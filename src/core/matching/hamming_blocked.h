@@ -20,6 +20,14 @@ namespace {
 constexpr int kQueryGroup = 8;    ///< queries compared with a block while it is in the nearest cache
 constexpr int kIndexRange = 256;  ///< block and group numbers are bytes; longer inputs are cut into runs of so many
 
+/// 255 in the lanes of one vector of a block with `left` descriptors that hold none.
+template <class Isa>
+typename Isa::Vector paddingLanes(int vector, int left) {
+  alignas(64) uint8_t padding[Isa::kLanes];
+  for (int lane = 0; lane < Isa::kLanes; ++lane) padding[lane] = lane * Isa::kVectors + vector >= left ? 255 : 0;
+  return Isa::load(padding);
+}
+
 template <class Isa>
 struct Blocked {
   using Vector = typename Isa::Vector;
@@ -83,7 +91,6 @@ struct Blocked {
     }
   }
 
-  /// Adds a run of queries to the reverse result; `minimum` and `group` are in lane order.
   static void mergeReverse(const HammingSearch& search, int run_first, const uint8_t* minimum, const uint8_t* group) {
     for (int block = 0, j = 0; j < search.train_count; ++block) {
       const size_t base = static_cast<size_t>(block) * kBlock;
@@ -98,7 +105,6 @@ struct Blocked {
     }
   }
 
-  /// What a few groups of queries hold while a run of blocks passes by.
   struct Tile {
     typename Isa::Tables tables[Isa::kTileGroups];
     Running running[Isa::kTileGroups * kQueryGroup];
@@ -130,8 +136,14 @@ struct Blocked {
       const Vector number = Isa::broadcast(block - first_block);
       for (int g = 0; g < tile_groups; ++g) {
         Vector block_minimum[kQueryGroup];
-        Isa::template distances<kReverse>(tile.tables[g], packed, left, group + g, kReverse ? minimum + lanes : nullptr,
-                                          kReverse ? groups + lanes : nullptr, block_minimum);
+        Vector smallest[kVectors];  // of the group's queries
+        Isa::template distances<kReverse>(tile.tables[g], packed, left, block_minimum, smallest);
+        for (int v = 0; kReverse && v < kVectors; ++v) {
+          uint8_t *lane_minimum = minimum + lanes + v * kLanes, *lane_group = groups + lanes + v * kLanes;
+          const Vector old = Isa::load(lane_minimum);
+          Isa::store(lane_group, Isa::selectLess(smallest[v], old, Isa::broadcast(group + g), Isa::load(lane_group)));
+          Isa::store(lane_minimum, Isa::min(smallest[v], old));
+        }
         Running* running = tile.running + g * kQueryGroup;
         for (int q = 0; q < kQueryGroup; ++q) {
           const Vector old_best = Isa::load(running[q].best);
@@ -178,9 +190,6 @@ struct Blocked {
     return {kQueryGroup, packedBytes, pack, scratchBytes, search, distance, searchRuns};
   }
 };
-
-/// For lane `lane` of vector `vector` of a block of `vectors`, with `left` descriptors: whether it holds none.
-inline bool isPadding(int lane, int vector, int vectors, int left) { return lane * vectors + vector >= left; }
 
 }  // namespace
 }  // namespace gms_ransac

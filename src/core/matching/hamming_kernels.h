@@ -14,7 +14,6 @@ constexpr int kHammingBytes = 32;         ///< per descriptor
 constexpr int kNoDistance = 257;          ///< larger than any distance of 256 bits
 constexpr int kExactDistanceLimit = 255;  ///< kernels that count in bytes cannot tell 255 from 256
 
-/// Nearest and second-nearest train descriptor of one query.
 struct NearestTwo {
   int32_t index = -1;                      ///< of the nearest; the lowest on ties
   uint16_t distance = kNoDistance;         ///< exact
@@ -40,7 +39,6 @@ struct HammingSearch {
   uint8_t* scratch = nullptr;  ///< HammingKernel::scratchBytes, aligned to 64 bytes; unused without `reverse`
 };
 
-/// Consecutive rows, half-open.
 struct RowRun {
   int32_t first, last;
 };
@@ -53,13 +51,12 @@ struct HammingKernel {
   size_t (*scratchBytes)(int train_count);
   void (*search)(const HammingSearch& search);
   int (*distance)(const uint8_t* a, const uint8_t* b);
-  /// One query against a few runs of rows. `index` names each row; of rows equally near the lowest index is the
-  /// nearest. May read kRowsReadPast rows and indices past a run, but does not look at them.
+  /// One query against runs of rows; of equal distances the lowest `index` wins. May read kRowsReadPast rows past a
+  /// run.
   NearestTwo (*searchRuns)(const uint8_t* query, const uint8_t* rows, const int32_t* index, const RowRun* runs,
                            int run_count);
 };
 
-/// The kernel of that level; the processor must support it.
 const HammingKernel& hammingKernel(SimdLevel level);
 
 // Defined where the target has them; use hammingKernel().

@@ -1,6 +1,7 @@
 #include "gms_ransac/hamming_matcher.h"
 
 #include <algorithm>
+#include <cstring>
 #include <stdexcept>
 
 #include "matching/hamming_kernels.h"
@@ -11,7 +12,6 @@ namespace gms_ransac {
 
 namespace {
 
-/// Starts at a cache line, as the kernels ask. Only grows.
 class AlignedBytes {
  public:
   uint8_t* reserve(size_t bytes) {
@@ -27,7 +27,7 @@ class AlignedBytes {
   std::vector<Line> lines_;
 };
 
-/// What one thread writes besides its share of the nearest neighbours.
+/// Storage of one thread.
 struct Share {
   HammingSearch search;
   std::vector<NearestQueryGroup> reverse;
@@ -150,6 +150,37 @@ void HammingMatcher::match(const DescriptorSet& reference, const DescriptorSet& 
     if (options_.mutual && !workspace_->isNearestQuery(reference, i, current, nearest.index)) continue;
     matches.push_back({i, nearest.index, nearest.distance, nearest.second_distance});
   }
+}
+
+static_assert(kDescriptorBytes == kHammingBytes, "the kernels compare whole descriptors");
+
+void DescriptorSet::resize(int n) {
+  size_ = n;
+  is_packed_ = false;
+  const size_t bytes = static_cast<size_t>(n) * kDescriptorBytes;
+  if (rows_.size() < bytes) rows_.resize(bytes);
+}
+
+cv::Mat DescriptorSet::asMat() const {
+  return cv::Mat(size_, kDescriptorBytes, CV_8U, const_cast<uint8_t*>(rows_.data()));
+}
+
+void DescriptorSet::assign(const cv::Mat& rows) {
+  if (!rows.empty() && (rows.type() != CV_8UC1 || rows.cols != kDescriptorBytes)) {
+    throw std::invalid_argument("descriptors must be an N x 32 matrix of bytes");
+  }
+  resize(rows.rows);
+  for (int i = 0; i < size_; ++i) std::memcpy(row(i), rows.ptr(i), kDescriptorBytes);
+  pack();
+}
+
+void DescriptorSet::pack(SimdLevel level) {
+  const HammingKernel& kernel = hammingKernel(level);
+  const size_t lines = (kernel.packedBytes(size_) + sizeof(CacheLine) - 1) / sizeof(CacheLine);
+  if (packed_.size() < lines) packed_.resize(lines);
+  if (lines > 0) kernel.pack(rows_.data(), size_, packed_.front().bytes);
+  is_packed_ = true;
+  packed_level_ = level;
 }
 
 }  // namespace gms_ransac

@@ -44,10 +44,9 @@ struct Neon {
   }
 
   template <bool kReverse>
-  static void distances(const Tables& tables, const uint8_t* packed, int left, int group, uint8_t* minimum,
-                        uint8_t* groups, Vector* block_minimum) {
+  static void distances(const Tables& tables, const uint8_t* packed, int left, Vector* block_minimum,
+                        Vector* smallest) {
     constexpr int kRow = kVectors * kLanes;
-    Vector smallest[kVectors];
 #pragma GCC unroll 4
     for (int v = 0; v < kVectors; ++v) smallest[v] = broadcast(255);
     for (int q = 0; q < kQueryGroup; q += 2) {
@@ -67,7 +66,7 @@ struct Neon {
 #pragma GCC unroll 4
       for (int v = 0; v < kVectors; ++v) {
         if (left < kVectors * kLanes) {
-          const Vector padding = paddingLanes(v, left);
+          const Vector padding = paddingLanes<Neon>(v, left);
           first[v] = vorrq_u8(first[v], padding);
           second[v] = vorrq_u8(second[v], padding);
         }
@@ -76,25 +75,8 @@ struct Neon {
         if (kReverse) smallest[v] = min(smallest[v], min(first[v], second[v]));
       }
     }
-    if (!kReverse) return;
-#pragma GCC unroll 4
-    for (int v = 0; v < kVectors; ++v) {
-      uint8_t* lane_minimum = minimum + v * kLanes;
-      uint8_t* lane_group = groups + v * kLanes;
-      const Vector old = load(lane_minimum);
-      store(lane_group, selectLess(smallest[v], old, broadcast(group), load(lane_group)));
-      store(lane_minimum, min(smallest[v], old));
-    }
   }
 
-  /// 255 in the lanes of one vector of a block with `left` descriptors that hold none.
-  static Vector paddingLanes(int vector, int left) {
-    uint8_t padding[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane) padding[lane] = isPadding(lane, vector, kVectors, left) ? 255 : 0;
-    return load(padding);
-  }
-
-  /// Smallest of `best`, on ties the one with the lowest block, then lane; `second` is the next in any lane.
   static int reduce(const uint8_t* best, const uint8_t* second_best, const uint8_t* block, int& lane, int& second) {
     const Vector bests = load(best);
     const int smallest = vminvq_u8(bests);

@@ -1,4 +1,4 @@
-#include "gms_ransac/stereo_matcher.h"
+#include "matching/stereo_matcher.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,12 +10,10 @@ namespace gms_ransac {
 
 namespace {
 
-// Of 256 bits, half of which differ by chance. In the rendered room one match in a hundred is wrong
-// (test/stereo_test.cpp).
+// Largest distance, of 256 bits; one match in a hundred is wrong.
 constexpr int kMostDistance = 60;
 constexpr int kNone = -1;
 
-/// Keypoints of an image by their row.
 struct Rows {
   std::vector<int> order;  ///< keypoints, upper ones first
   std::vector<double> y;   ///< rows of these

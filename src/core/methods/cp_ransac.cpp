@@ -3,13 +3,12 @@
 #include "methods/cp_ransac.h"
 
 #include "methods/ransac_method.h"
-#include "methods/registry.h"
 
 namespace gms_ransac {
 
 namespace {
 
-/// A rest below this share of the matches is not worth a group of its own.
+/// Smallest share of the matches that forms a group of its own.
 constexpr double kSmallestRest = 0.05;
 
 class CpRansac : public GmsMethod {
@@ -17,28 +16,25 @@ class CpRansac : public GmsMethod {
   explicit CpRansac(const MatchFilterOptions& options)
       : GmsMethod(options), groups_(options.robust.first_group_fraction, options.robust.geometric_groups) {}
 
-  // "a coarse screening using the GMS algorithm": a match stays when enough others support it in its neighbourhood. How
-  // many do is its confidence. (GmsMethod::filter.)
+  // "a coarse screening using the GMS algorithm": GmsMethod::filter.
 
   std::optional<Hypothesis> findBest() override {
-    // "sorting and grouping the matching pairs based on their neighborhood scores". Here by score over the threshold of
-    // the neighbourhood: the bare score, `sort_key: score`, is highest in the densest texture and gathers the samples
-    // there (kitti_06, neighbouring frames, five seeds: AUC5/10/20 of 59.6/72.7/80.5 against 62.5/75.0/83.4).
+    // "sorting and grouping the matching pairs based on their neighborhood scores". Here by score over threshold: the
+    // bare score (`sort_key: score`) gathers the samples in the densest texture and costs three points of AUC on
+    // kitti_06.
     sort(options_.sort_key.value_or(SortKey::kRelativeScore));
     // "The pairs with higher neighborhood scores are given priority as the initial set for solving the optimal model".
-    // Inliers of the best are the answer; `refine` off leaves it as it was found.
+    // All survivors judge a hypothesis, whichever group it came from.
     return search(groups_, verifier_);
   }
 
  private:
   ConfidenceGroupSampler groups_;
-  CountingVerifier verifier_;  ///< all survivors judge a hypothesis, whichever group it came from
 };
 
 }  // namespace
 
-/// The groups: the first holds the share `first_fraction` of the matches, the second all, or with `geometric` again
-/// that share of what is left, and so on.
+/// First group: share `first_fraction` of the matches; then all, or with `geometric` that share of the rest, and so on.
 void ConfidenceGroupSampler::begin(const SamplingTask& task) {
   task_ = task;
   groups_.clear();

@@ -9,13 +9,12 @@
 
 namespace gms_ransac {
 
-/// Confidence groups of the paper: group g holds the matches up to a cumulative share of N. Draws come from group g
-/// alone until its own bound is met with a support over all matches that is no chance; a group that asks for more draws
-/// than the next one, or than its share of the budget, gives way to the next. The last group holds all.
+/// Confidence groups of the paper: draws come from group g until its bound is met with support beyond chance. A group
+/// that asks for more draws than the next, or than its share of the budget, gives way. The last group holds all.
 class ConfidenceGroupSampler : public Sampler {
  public:
-  /// `first_fraction` in (0, 1]: share of the first group. Geometric: every further group adds that share of what is
-  /// left, down to kSmallestRest matches; otherwise the second group is all.
+  /// `first_fraction` in (0, 1]: share of the first group. `geometric`: each further group takes that share of the
+  /// rest, down to kSmallestRest.
   ConfidenceGroupSampler(double first_fraction, bool geometric)
       : first_fraction_(first_fraction), geometric_(geometric) {}
   void begin(const SamplingTask& task) override;
@@ -29,7 +28,6 @@ class ConfidenceGroupSampler : public Sampler {
     int size;   ///< matches, from the first in the order
     int bound;  ///< draws from this group that make the success probability
   };
-  /// The current group asks for more draws than it may have, or than the next one would.
   bool phaseFailed() const;
 
   double first_fraction_;

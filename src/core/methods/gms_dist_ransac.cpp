@@ -1,8 +1,8 @@
 // `gms_dist_ransac` (Zhu et al. 2019): GMS, then matches that move as far as their neighbours, then RANSAC. The
 // criterion of distance is not in the paper; distance_reading chooses between two readings (see DistanceConsistency).
-#include "gms_ransac/distance_consistency.h"
+#include "gms/distance_consistency.h"
+
 #include "methods/ransac_method.h"
-#include "methods/registry.h"
 
 namespace gms_ransac {
 
@@ -20,12 +20,8 @@ class GmsDistanceRansac : public GmsMethod {
     return statistics_;
   }
 
-  std::optional<Hypothesis> findBest() override { return search(sampler_, verifier_); }
-
  private:
   DistanceConsistency distance_consistency_;
-  UniformSampler sampler_;
-  CountingVerifier verifier_;
 };
 
 }  // namespace

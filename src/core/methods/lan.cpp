@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "methods/ransac_method.h"
-#include "methods/registry.h"
 
 namespace gms_ransac {
 
@@ -18,8 +17,6 @@ class Lan : public GmsMethod {
 
   bool wantsMutualMatches() const override { return mutual_; }
 
-  std::optional<Hypothesis> findBest() override { return search(sampler_, verifier_); }
-
   /// A survivor's verdict stands only if the motion statistics of the inliers alone support it, too.
   void postFilter(const Features& reference, const Features& current, const std::vector<Match>& matches,
                   const std::vector<int>& survivors, RobustResult& result) override {
@@ -28,8 +25,7 @@ class Lan : public GmsMethod {
     for (size_t k = 0; k < survivors.size(); ++k) {
       if (result.inlier[k]) inliers_.push_back(matches[static_cast<size_t>(survivors[k])]);
     }
-    // The thinned set has fewer supporters for the same truth: without a lower threshold it would lose its sparse
-    // cells.
+    // The thinned set has fewer supporters: without a lower threshold it would lose its sparse cells.
     const double kept = static_cast<double>(inliers_.size()) / static_cast<double>(matches.size());
     const double scaled = *gms_.options().threshold_factor * std::sqrt(kept);
     second_gms_.setThresholdFactor(second_threshold_factor_.value_or(scaled));
@@ -47,8 +43,6 @@ class Lan : public GmsMethod {
   MotionStatisticsFilter second_gms_;
   std::vector<Match> inliers_;
   MotionStatistics of_inliers_;
-  UniformSampler sampler_;
-  CountingVerifier verifier_;
 };
 
 }  // namespace

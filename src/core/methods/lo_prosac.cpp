@@ -5,11 +5,10 @@
 #include <utility>
 #include <vector>
 
-#include "gms/presets.h"
+#include "gms/cell_grid.h"
 #include "judgement/plane_motion.h"
 #include "judgement/pose_judge.h"
 #include "methods/ransac_method.h"
-#include "methods/registry.h"
 #include "ransac/motion_starts.h"
 #include "ransac/stratified_sampler.h"
 
@@ -91,14 +90,9 @@ class LoProsac : public RansacMethod {
     TwoViewPose pose = refined(model, ransac_.best()->pose);
     TwoViewPose optimum = refined(plain, pose);
     if (!hurried() && leavesMuch(plain, optimum) && findBetter(plain, optimum)) pose = refined(model, optimum);
-    judge_.begin(points_);
-    judge_.refine(optimum, result_->effort);
+    judge_.refine(points_, optimum, result_->effort);
     if (!accept(optimum.essential(), true)) return;
-    if (options_.judge) {
-      judge_.judge(optimum, pose, alternatives_, *result_);
-    } else {
-      judge_.takeAsItIs(optimum, pose, *result_);
-    }
+    judge_.judge(pose, alternatives_, *result_);
     previous_ = optimum;
   }
 

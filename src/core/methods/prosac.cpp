@@ -1,6 +1,7 @@
 // `prosac` (Chum & Matas 2005): samples from growing prefixes of the matches, the best by descriptor first.
+
 #include "methods/ransac_method.h"
-#include "methods/registry.h"
+
 #include "ransac/prosac_sampler.h"
 
 namespace gms_ransac {
@@ -9,17 +10,16 @@ namespace {
 
 class Prosac : public UnfilteredMethod {
  public:
-  explicit Prosac(const MatchFilterOptions& options) : UnfilteredMethod(options) {}
+  using UnfilteredMethod::UnfilteredMethod;
 
   std::optional<Hypothesis> findBest() override {
     sort(options_.sort_key.value_or(SortKey::kDistance));
     // Growth function with T_N = 200000, non-randomness and maximality as in the paper (see ProsacSampler).
-    return search(sampler_, verifier_);
+    return search(prosac_, verifier_);
   }
 
  private:
-  ProsacSampler sampler_;
-  CountingVerifier verifier_;
+  ProsacSampler prosac_;
 };
 
 }  // namespace

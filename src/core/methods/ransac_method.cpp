@@ -3,20 +3,25 @@
 #include <algorithm>
 #include <numeric>
 
+#include "judgement/pose_recovery.h"
+
 namespace gms_ransac {
 
 namespace {
 
-/// Root mean square of a right match's transfer distance, in standard deviations of a coordinate: two coordinates, each
-/// the difference of two that have noise.
+/// Root mean square of a right match's transfer distance, in standard deviations of a coordinate.
 constexpr double kTransferSigmas = 2;
-/// Of a model found by sampling; it converges in four to eight on the scenes of the tests.
+/// Iterations for a model found by sampling, which converges in four to eight.
 constexpr int kRefinementIterations = 15;
 
 }  // namespace
 
 RansacMethod::RansacMethod(const MatchFilterOptions& options)
-    : options_(options.robust), kernels_(residualKernels(options_.simd)), pose_recovery_(options_) {}
+    : options_(options.robust),
+      kernels_(residualKernels(options_.simd)),
+      pose_recovery_(std::make_unique<PoseRecovery>(options_)) {}
+
+RansacMethod::~RansacMethod() = default;
 
 bool RansacMethod::begin(const PointPairs& pairs, const Camera& camera, RobustResult& result, double noise_exponent) {
   pairs_ = &pairs;
@@ -74,7 +79,7 @@ std::optional<Hypothesis> RansacMethod::motionOfPrior() {
 }
 
 void RansacMethod::recoverPose(const TwoViewModel& model, const Hypothesis& best, bool refine) {
-  pose_recovery_.recover(*pairs_, *camera_, points_, {options_.inlierThreshold(), refine, options_.judge}, *result_);
+  pose_recovery_->recover(*pairs_, *camera_, points_, {options_.inlierThreshold(), refine, options_.judge}, *result_);
   if (!result_->pose_found) return weighMatches(model, best);
   // The pose of another model than its own is judged with keypoints of all levels alike.
   if (result_->model_type != ModelType::kEssential) result_->noise_exponent = 0;
@@ -91,6 +96,8 @@ void RansacMethod::weighMatches(const TwoViewModel& model, const Hypothesis& bes
   // A homography says where the point itself belongs, so what is near it needs no further question.
   points_.inOrderOfMatches(on_lines ? probability_.weigh(noise_, view, points_.finestWeight()) : noise_.probabilities(),
                            result_->probability);
+  points_.inOrderOfMatches(noise_.residuals(), result_->residual);
+  noise_.toDeviations(1, result_->residual);
 }
 
 bool RansacMethod::accept(const Eigen::Matrix3d& matrix, bool ordered) {
@@ -122,8 +129,9 @@ std::optional<Hypothesis> TextbookMethod::search(Sampler& sampler, Verifier& ver
   return ransac_.best();
 }
 
-UnfilteredMethod::UnfilteredMethod(const MatchFilterOptions& options)
-    : TextbookMethod(options),
+UnfilteredMethod::UnfilteredMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling,
+                                   int tests)
+    : TextbookMethod(options, sampling, tests),
       gms_(options.motion_statistics),
       wants_scores_(options_.sort_key == SortKey::kScore || options_.sort_key == SortKey::kRelativeScore) {}
 
@@ -139,17 +147,5 @@ const MotionStatistics& UnfilteredMethod::filter(const Features& reference, cons
   statistics_.accepted_count = static_cast<int>(matches.size());
   return statistics_;
 }
-
-namespace {
-
-MotionStatisticsOptions withNeighborhood(MotionStatisticsOptions options, GridNeighborhood neighborhood) {
-  options.neighborhood = neighborhood;
-  return options;
-}
-
-}  // namespace
-
-GmsMethod::GmsMethod(const MatchFilterOptions& options, GridNeighborhood neighborhood)
-    : TextbookMethod(options), gms_(withNeighborhood(options.motion_statistics, neighborhood)) {}
 
 }  // namespace gms_ransac

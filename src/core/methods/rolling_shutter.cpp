@@ -17,32 +17,30 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// A turn that moves no point by more is not worth another estimate, pixels: a third of what keypoints are off by, and
-/// what both images have in common of it hardly changes the pose.
+/// Pixels by which a rotation must move points to need another estimate.
 constexpr double kLeastMoved = 0.1;
-/// Each leaves of the error in the turn as much as points move in image heights, times readout over time: a tenth.
+/// Each pass leaves a tenth of the error in the rotation.
 constexpr int kMostPasses = 3;
-/// Of Vuong's statistic: the moved points fit so much worse that the turn or the readout must be wrong.
+/// Vuong's statistic: the moved points fit so much worse that rotation or readout must be wrong.
 constexpr double kContradicted = -2;
-/// They fit so much better that it must be right.
+/// Vuong's statistic: they fit so much better that it must be right.
 constexpr double kConfirmed = 2;
-/// Of a transfer distance, which has the noise of two images, in thresholds.
+/// Threshold of a transfer distance, which has the noise of two images.
 constexpr double kTransferThreshold = 2;
 /// Chi-square with three degrees of freedom exceeds it in 1 % of cases.
 constexpr double kAgrees = 11.34;
 
-/// Moves the points of one image.
 void moveImage(const std::vector<float>& row, int height, const Camera& camera, double readout, const Vector3d& rate,
                std::vector<float>& x, std::vector<float>& y) {
   const CameraIntrinsics& k = camera.intrinsics();
   const double rows = std::max(1, height - 1);
   for (size_t i = 0; i < x.size(); ++i) {
     const double pixel_row = static_cast<double>(row.size() == x.size() ? row[i] : y[i]);
-    const Vector3d turn = readout * (pixel_row / rows - 0.5) * rate;
+    const Vector3d rotation = readout * (pixel_row / rows - 0.5) * rate;
     const Vector3d ray((static_cast<double>(x[i]) - k.cx) / k.fx, (static_cast<double>(y[i]) - k.cy) / k.fy, 1);
-    // To second order: of a turn of three degrees the third moves a point by 0.01 px.
-    const Vector3d step = turn.cross(ray), moved = ray + step + 0.5 * turn.cross(step);
-    if (!(moved.z() > 0)) {  // turned behind the image plane, from a right angle off the axis: has no coordinates
+    // To second order: the third moves a point by 0.01 px for three degrees.
+    const Vector3d step = rotation.cross(ray), moved = ray + step + 0.5 * rotation.cross(step);
+    if (!(moved.z() > 0)) {  // rotated behind the image plane: no coordinates
       x[i] = y[i] = std::numeric_limits<float>::quiet_NaN();
       continue;
     }
@@ -51,12 +49,12 @@ void moveImage(const std::vector<float>& row, int height, const Camera& camera, 
   }
 }
 
-/// By how much that draws rows apart, and the noise of points with them, in the middle of the image.
+/// Stretch of the rows, and of the noise, in the middle of the image.
 double stretch(const Camera& camera, double readout, const Vector3d& rate, int height) {
   return 1 - camera.intrinsics().fy * readout * rate.x() / std::max(1, height - 1);
 }
 
-/// Whether the other sensor's turn may be that of the images.
+/// True if the other sensor's rotation may be that of the images.
 bool agree(const RotationPrior& prior, const RobustResult& seen) {
   if (!seen.pose_found) return false;
   const Vector3d apart = rotationVector(prior.R * seen.pose.R.transpose());
@@ -110,7 +108,7 @@ void RollingShutter::followPrior(const PointPairs& pairs, const Camera& camera, 
   const RotationPrior& prior = *pairs.rotation_prior;
   if (std::max(moves(prior.rates->reference, camera), moves(prior.rates->current, camera)) < kLeastMoved) return;
   const double better = tryMoved(pairs, camera, *prior.rates, result);
-  // Where the matches do not tell, its turn from image to image must be the one that they show without it.
+  // Where the matches cannot tell, the prior's rotation must agree with the images'.
   if (better > kConfirmed || (better > kContradicted && agree(prior, result))) take(RowCorrection::kPrior, result);
 }
 
@@ -127,7 +125,7 @@ double RollingShutter::tryMoved(const PointPairs& pairs, const Camera& camera, c
   for (size_t i = 0; i < cells_.size(); ++i) {
     cells_[i] = spreadCell({pairs.x_reference[i], pairs.y_reference[i]}, pairs.image_reference);
   }
-  // Where there is no translation to see, a model with one takes up most of what the rows do.
+  // Without observable translation a model with one absorbs the effect of the rows: compare rotations alone.
   const auto costs = result.translation_observable || candidate_.translation_observable ? &Costs::model : &Costs::turn;
   return vuongStatistic(pairs.size(), cells_, by_cell_,
                         [&](size_t i) { return (costs_.*costs)[i] - (candidate_costs_.*costs)[i]; });

@@ -1,12 +1,11 @@
-// ~rolling_shutter_readout: any method, for a camera that reads its rows one after another while it turns. The points
-// of both images are moved to where the camera would have seen them when it read its middle row, so that the pose is
-// that between the times of the middle rows. Derived and measured in doc/uncertainty.md.
+// ~rolling_shutter_readout: any method for a rolling shutter. The points of both images are moved to where the camera
+// saw them when it read its middle row, whose times the pose belongs to (doc/judgement.md).
 #pragma once
 
 #include <memory>
 #include <vector>
 
-#include "gms_ransac/method.h"
+#include "methods/method.h"
 
 namespace gms_ransac {
 
@@ -19,8 +18,8 @@ class RollingShutter : public Method {
                                  const std::vector<Match>& matches) override {
     return method_->filter(reference, current, matches);
   }
-  /// The method's estimate as it is, then by the turn that it shows until that changes no more, then by what another
-  /// sensor says; the one that the matches fit best.
+  /// Estimates as is, then corrected by the rotation found until that converges, then by another sensor's rates; keeps
+  /// the best fit.
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override;
   void postFilter(const Features& reference, const Features& current, const std::vector<Match>& matches,
                   const std::vector<int>& survivors, RobustResult& result) override {
@@ -32,23 +31,18 @@ class RollingShutter : public Method {
   void setTimeLimit(const TimeLimit* limit) override { method_->setTimeLimit(limit); }
 
  private:
-  /// With the turn of the pair itself, taken for even.
   void followPair(const PointPairs& pairs, const Camera& camera, RobustResult& result);
-  /// With the rates of another sensor, where its turn is that of the images.
   void followPrior(const PointPairs& pairs, const Camera& camera, RobustResult& result);
-  /// Estimates with the points moved, into candidate_. Returns how far the matches fit that better than `result`, by
-  /// Vuong's statistic; infinite where only one of the two has a pose.
+  /// Estimates into candidate_ with the points moved. Returns Vuong's statistic of its fit over `result`'s; infinite
+  /// where only one has a pose.
   double tryMoved(const PointPairs& pairs, const Camera& camera, const TurnRates& rates, RobustResult& result);
-  /// The candidate becomes the result.
   void take(RowCorrection correction, RobustResult& result);
-  /// Truncated squared residuals of each match, in squared thresholds: under the model, and under the turn alone.
+  /// Truncated squared residuals of the matches, in squared thresholds, under the model and under the rotation alone.
   struct Costs {
     std::vector<float> model, turn;
   };
-  /// `rates`: what the points were moved by.
   void weigh(const PointPairs& pairs, const Camera& camera, const TurnRates& rates, const RobustResult& result,
              Costs& costs) const;
-  /// How far such a turn moves a point of the first or last row, pixels.
   double moves(const Eigen::Vector3d& rate, const Camera& camera) const;
 
   std::unique_ptr<Method> method_;
@@ -60,8 +54,8 @@ class RollingShutter : public Method {
   std::vector<double> by_cell_;
 };
 
-/// Moves the points of both images to where the camera would have seen them when it read the middle row. `readout`:
-/// seconds from the first row to the last. `moved` becomes the pairs, those points apart; it keeps its storage.
+/// Moves the points of both images to where the camera saw them when it read the middle row. `readout`: seconds from
+/// the first row to the last. `moved` keeps its storage.
 void moveToMiddleRow(const PointPairs& pairs, const Camera& camera, double readout, const TurnRates& rates,
                      PointPairs& moved);
 

@@ -1,6 +1,6 @@
 // `rransac_tdd` (Matas & Chum 2004): RANSAC with the T(d,d) test before every full verification.
+
 #include "methods/ransac_method.h"
-#include "methods/registry.h"
 
 namespace gms_ransac {
 
@@ -8,24 +8,10 @@ namespace {
 
 class RansacTdd : public UnfilteredMethod {
  public:
+  /// A hypothesis is verified on all matches only if d random ones fit. A good one passes with w^d, so the bound has
+  /// n + d for n.
   explicit RansacTdd(const MatchFilterOptions& options)
-      : UnfilteredMethod(options), sampler_(boundFor(options.robust)), verifier_(options.robust.tdd_d) {}
-
-  std::optional<Hypothesis> findBest() override {
-    // A hypothesis is verified on all matches only if tdd_d random ones fit.
-    return search(sampler_, verifier_);
-  }
-
- private:
-  /// A good hypothesis passes the test with w^d, so the bound has n + d for n.
-  static UniformSampler::Options boundFor(const RobustOptions& options) {
-    UniformSampler::Options sampling;
-    sampling.extra_tests = options.tdd_d;
-    return sampling;
-  }
-
-  UniformSampler sampler_;
-  CountingVerifier verifier_;
+      : UnfilteredMethod(options, {1, options.robust.tdd_d, {}}, options.robust.tdd_d) {}
 };
 
 }  // namespace

@@ -1,8 +1,8 @@
 // `split2080` (Ci et al. 2022): samples from the best fifth by descriptor distance, verified on the others. Their "form
 // a new sample set" is read as cross-validation: support is counted on the matches that are not sampled, ties by those
 // that are; inliers come from both.
+
 #include "methods/ransac_method.h"
-#include "methods/registry.h"
 
 namespace gms_ransac {
 
@@ -11,22 +11,15 @@ namespace {
 class Split2080 : public UnfilteredMethod {
  public:
   explicit Split2080(const MatchFilterOptions& options)
-      : UnfilteredMethod(options), sampler_(firstOf(options.robust)), verifier_(options.robust.split_fraction) {}
+      : UnfilteredMethod(options, {options.robust.split_fraction, 0, {}}), hold_out_(options.robust.split_fraction) {}
 
   std::optional<Hypothesis> findBest() override {
     sort(options_.sort_key.value_or(SortKey::kDistance));
-    return search(sampler_, verifier_);
+    return search(sampler_, hold_out_);
   }
 
  private:
-  static UniformSampler::Options firstOf(const RobustOptions& options) {
-    UniformSampler::Options sampling;
-    sampling.fraction = options.split_fraction;
-    return sampling;
-  }
-
-  UniformSampler sampler_;
-  HoldOutVerifier verifier_;
+  HoldOutVerifier hold_out_;
 };
 
 }  // namespace

@@ -5,19 +5,17 @@
 #include <utility>
 
 #include "methods/ransac_method.h"
-#include "methods/registry.h"
 
 namespace gms_ransac {
 
 namespace {
 
-/// Large enough that a bound from the subset's own inlier ratio means something (algorithms of the field ask for about
-/// twenty times the sample).
+/// Subset size for a meaningful bound from its own inlier ratio.
 constexpr int kMatchesPerSampleMember = 20;
 
 class SubsetRansac : public UnfilteredMethod {
  public:
-  explicit SubsetRansac(const MatchFilterOptions& options) : UnfilteredMethod(options) {}
+  using UnfilteredMethod::UnfilteredMethod;
 
   std::optional<Hypothesis> findBest() override {
     const int n = points_.size();
@@ -33,7 +31,6 @@ class SubsetRansac : public UnfilteredMethod {
   }
 
  private:
-  /// `size` columns in random order (Fisher & Yates).
   void drawSubset(int size) {
     subset_ = order_;
     const int n = static_cast<int>(subset_.size());
@@ -48,14 +45,13 @@ class SubsetRansac : public UnfilteredMethod {
   std::optional<Hypothesis> searchSubset(int max_iterations) {
     columns_.gather(points_.view(), subset_.data(), static_cast<int>(subset_.size()));
     sampler_.begin(task(static_cast<int>(subset_.size()), max_iterations));
-    // The subset's own matches judge: solutions are found among all columns, support is counted in the copy.
+    // Solutions come from all columns, support is counted in the copy of the subset.
     ransac_.begin(*model_, points_.view(), subset_, verifier_, {}, random_, result_->effort);
     verifier_.begin(*model_, columns_.view(), subset_);
     ransac_.search(sampler_);
     return ransac_.best();
   }
 
-  /// On all matches.
   void compare(const std::optional<Hypothesis>& hypothesis) {
     if (!hypothesis) return;
     HypothesisScore score;
@@ -66,8 +62,6 @@ class SubsetRansac : public UnfilteredMethod {
     best_cost_ = score.cost;
   }
 
-  UniformSampler sampler_;
-  CountingVerifier verifier_;
   std::vector<int> subset_;
   PointColumns columns_;  ///< of the subset
   std::optional<Hypothesis> best_;

@@ -5,14 +5,14 @@
 #include <optional>
 #include <vector>
 
-#include "gms_ransac/robust_estimator.h"
+#include "gms_ransac/point_pairs.h"
+#include "gms_ransac/robust_options.h"
 
 namespace gms_ransac {
 
 class Ordering {
  public:
-  /// Fills `order` with the indices of the matches, most trustworthy first; without a key as they are. The result is
-  /// one and the same everywhere.
+  /// Fills `order` with the matches, most trustworthy first; without a key as they are.
   void sort(const PointPairs& pairs, std::optional<SortKey> key, std::vector<int>& order);
 
  private:

@@ -11,9 +11,8 @@ namespace {
 /// T_N: after so many draws PROSAC is RANSAC (Chum & Matas 2005, section 2.2).
 constexpr double kDrawsToRansac = 200000;
 
-/// Share of the inliers of all matches that a prefix must hold to end the search. The paper has no such rule, and a
-/// noisy model ends it by fitting the first handful (on the scenes of the tests, 8 of 8 with 29 % of the true inliers);
-/// OpenCV's implementation refuses prefixes in the same way.
+/// Share of all inliers that a prefix must hold to end the search. Not in the paper: a noisy model would end it by
+/// fitting the first handful.
 constexpr double kSmallestShare = 0.2;
 
 }  // namespace
@@ -53,8 +52,7 @@ bool ProsacSampler::draw(Random& random, int* sample) {
 }
 
 void ProsacSampler::newBest(const std::vector<uint8_t>& inlier) {
-  // Maximality: the bound falls with the inlier ratio, so the non-random prefix of the largest ratio needs the fewest
-  // draws; the longest of equals.
+  // Maximality: the non-random prefix of the largest inlier ratio needs the fewest draws; the longest of equals.
   const int all = std::accumulate(inlier.begin(), inlier.end(), 0);
   double best_ratio = 0;
   int inliers = 0;

@@ -7,12 +7,8 @@
 
 namespace gms_ransac {
 
-/// Draws as RANSAC would from ever longer prefixes of the order, the best matches first, and stops on the prefix that
-/// makes further draws pointless.
-///
-/// The printed Algorithm 1 of the paper has the two branches of the draw exchanged. Here: while the prefix of n grows,
-/// the n-th match is in the sample and the others come from the n - 1 before it; once it has stopped growing, all come
-/// from the prefix.
+/// Draws from ever longer prefixes of the order, and stops on the one that makes further draws pointless. The printed
+/// Algorithm 1 has the two branches of the draw exchanged; here the n-th match is in the sample while the prefix grows.
 class ProsacSampler : public Sampler {
  public:
   void begin(const SamplingTask& task) override;

@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
-#include "gms_ransac/robust_estimator.h"
-#include "gms_ransac/time_limit.h"
+#include "gms_ransac/robust_result.h"
 #include "ransac/sampler.h"
 #include "ransac/verifier.h"
+#include "time_budget.h"
 #include "two_view/two_view_model.h"
 
 namespace gms_ransac {
@@ -22,30 +22,22 @@ struct LocalOptimization {
 /// The search for the best-supported hypothesis over the columns of one pair. Keeps its storage from pair to pair.
 class Ransac {
  public:
-  /// Starts anew. `order`: the columns, most confident first, as the sampler counts them. What is referred to must
-  /// outlive the search; `effort` counts what it costs.
+  /// Starts anew. `order`: columns, most confident first. All must outlive the search.
   void begin(const TwoViewModel& model, const PointColumnsView& points, const std::vector<int>& order,
              Verifier& verifier, const LocalOptimization& optimization, Random& random, Effort& effort);
-  /// Verifies a hypothesis from elsewhere: the previous motion, a start, another motion of a plane. True if it became
-  /// the best.
+  /// Verifies a hypothesis from elsewhere; true if it became the best.
   bool offer(const Hypothesis& hypothesis);
-  /// Draws samples until the sampler has enough, or it is time.
   void search(Sampler& sampler);
 
-  /// Of searches from now on; null: none.
   void setTimeLimit(const TimeLimit* limit) { limit_ = limit; }
-  /// Whether the limit, if there is one, leaves little time for what follows.
+  /// True if the limit, if any, leaves little time for refinement.
   bool late() const { return limit_ != nullptr && limit_->late(); }
 
-  /// Nothing while none was found.
   const std::optional<Hypothesis>& best() const { return best_; }
-  /// Of the best hypothesis, by column.
   const std::vector<float>& residuals();
 
  private:
-  /// Draws and verifies one sample; false when the sampler has enough.
   bool drawOne(Sampler& sampler);
-  /// Tells the sampler which ranks the best hypothesis explains.
   void tellSampler(Sampler& sampler);
 
   const TwoViewModel* model_ = nullptr;

@@ -9,20 +9,17 @@ namespace gms_ransac {
 
 namespace {
 
-// Matches that judge a direction, as for the starts (motion_starts.cpp), and directions: with half of the matches wrong
-// all of so many are with probability 1e-4.
+// Matches that judge a direction, and directions.
 constexpr int kPart = 256;
 constexpr int kDirections = 32;
 constexpr int kFirstIterations = 6;
 constexpr int kIterations = 10;
 
-/// Normal of the epipolar plane of a column, which t lies in. `R`: from reference to current.
 Eigen::Vector3d planeNormal(const PointColumnsView& points, int column, const Eigen::Matrix3d& R) {
   const Eigen::Vector3d turned = R * Eigen::Vector3d(points.x1[column], points.y1[column], 1);
   return turned.cross(Eigen::Vector3d(points.x2[column], points.y2[column], 1));
 }
 
-/// Direction of two planes' line; zero where they are the same.
 Eigen::Vector3d directionOf(const PointColumnsView& points, int first, int second, const Eigen::Matrix3d& R) {
   return planeNormal(points, first, R).cross(planeNormal(points, second, R)).stableNormalized();
 }
@@ -36,7 +33,7 @@ PointColumnsView RotationProposal::widen(const PointColumnsView& points, const R
   std::copy_n(part.y1, part.count, widened_.y1());
   std::copy_n(part.x2, part.count, widened_.x2());
   std::copy_n(part.y2, part.count, widened_.y2());
-  // Near the optical axis a turn moves points by its angle, on the normalised image plane.
+  // Near the optical axis a rotation moves points by its angle, on the normalised image plane.
   const auto moved = static_cast<float>(prior.covariance.diagonal().maxCoeff());
   std::transform(part.weight, part.weight + part.count, widened_.weight(),
                  [moved](float weight) { return weight / (1 + weight * std::max(0.f, moved)); });

@@ -1,16 +1,15 @@
-// The motion that another sensor's rotation and the matches say together: a proposal for the loop.
+// A proposal for the loop from another sensor's rotation and the matches.
 #pragma once
 
 #include <cstdint>
 
-#include "gms_ransac/rotation_prior.h"
+#include "gms_ransac/relative_pose.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
 
-/// With the rotation known the epipolar constraint is linear in t, and two matches give a direction. Of some drawn
-/// without chance the one that most matches support is taken, then both are moved to the optimum near them: the
-/// rotation, too, since the prior's has noise. Nothing of the prior but the place where it starts is in the result.
+/// With the rotation known two matches give a direction of translation. The direction with the most support is refined
+/// together with the rotation: the prior is only where it starts.
 class RotationProposal {
  public:
   TwoViewPose find(const ResidualKernels& kernels, const PointColumnsView& points, const RotationPrior& prior,

@@ -1,5 +1,5 @@
-// Which matches the next hypothesis is made from, and when enough hypotheses have been made. A sampler sees matches
-// only as ranks in an order, most confident first.
+// Samplers choose the matches of the next hypothesis and end the search. They see matches as ranks in an order, most
+// confident first.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +7,25 @@
 #include <vector>
 
 #include "random.h"
-#include "ransac/stopping.h"
 
 namespace gms_ransac {
+
+/// k = log(1 - p) / log(1 - w^n), rounded up (Fischler & Bolles 1981), within 1 and `cap`. `exponent`: sample size,
+/// plus d for the T(d,d) test.
+int requiredIterations(double success_probability, double inlier_ratio, int exponent, int cap);
+
+/// Support that a wrong model gathers by chance with probability below 5 % (Chum & Matas 2005, eq. 8 and 9): besides
+/// its sample each match fits with probability 0.05.
+class ChanceSupport {
+ public:
+  void setSampleSize(int sample_size);
+  /// Smallest non-random number of inliers among n matches; n + 1 below the sample size. Answers are kept.
+  int minimum(int n);
+
+ private:
+  int sample_size_ = 0;
+  std::vector<int> minimum_;  ///< by the number of other matches; 0: not asked for yet
+};
 
 /// The task a sampler is started on.
 struct SamplingTask {
@@ -52,7 +68,6 @@ class UniformSampler : public Sampler {
 /// How many ranks a share of n matches covers: ceil(fraction * n), at least `least`, at most n.
 int prefixLength(double fraction, int n, int least);
 
-/// Inliers among the first ranks.
 int countPrefix(const std::vector<uint8_t>& inlier, int prefix);
 
 }  // namespace gms_ransac

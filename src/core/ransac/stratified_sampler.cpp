@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "gms_ransac/robust_estimator.h"
+#include "gms_ransac/point_pairs.h"
 
 namespace gms_ransac {
 
@@ -13,12 +13,10 @@ namespace {
 constexpr int kFarCells = kSpreadGridSide / 5;
 constexpr int kAttempts = 8;
 
-/// Samples drawn at least. One clean sample is not enough: its model may start the local optimisation near the wrong
-/// minimum (doc/estimator.md).
+/// One clean sample is not enough: its model may start the local optimisation near the wrong minimum.
 constexpr int kMinimumSamples = 8;
 
-// The first samples come from this share of the matches, and after this many samples all matches take part
-// (doc/estimator.md has the measurement).
+// Share of the matches that the first samples come from, and samples after which all take part (doc/estimator.md).
 constexpr double kFirstShare = 0.02;
 constexpr double kGrowthSamples = 300;
 constexpr int kFirstMultiple = 4;  // of the sample size: the shortest prefix

@@ -65,7 +65,6 @@ bool HoldOutVerifier::beatsBest(const Hypothesis& hypothesis, Random& /*random*/
 void CostVerifier::begin(const TwoViewModel& model, const PointColumnsView& points, const std::vector<int>& /*order*/) {
   model_ = &model;
   points_ = points;
-  // A hypothesis that explains nothing costs one for each match.
   best_cost_ = static_cast<float>(points.count);
 }
 

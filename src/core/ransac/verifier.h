@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "gms_ransac/robust_estimator.h"
+#include "gms_ransac/robust_result.h"
 #include "random.h"
 #include "two_view/two_view_model.h"
 
@@ -18,8 +18,8 @@ class Verifier {
   virtual bool beatsBest(const Hypothesis& hypothesis, Random& random, Effort& effort) = 0;
 };
 
-/// Inliers among all matches, the textbook's support. With `tests` d above 0 the T(d,d) test of Matas & Chum 2004: all
-/// matches are looked at only once d random ones have fitted.
+/// Inliers among all matches. With `tests` d above 0 the T(d,d) test of Matas & Chum 2004: d random matches must fit
+/// before all are looked at.
 class CountingVerifier : public Verifier {
  public:
   explicit CountingVerifier(int tests = 0) : tests_(tests) {}
@@ -36,11 +36,10 @@ class CountingVerifier : public Verifier {
   int best_inliers_ = 0;
 };
 
-/// Inliers among the matches that samples do not come from, ties by those they come from (Ci et al. 2022);
-/// all where none are left.
+/// Inliers among the matches that samples do not come from, ties by the others (Ci et al. 2022); all where none are
+/// left.
 class HoldOutVerifier : public Verifier {
  public:
-  /// Samples come from the first `fraction` of the order.
   explicit HoldOutVerifier(double fraction) : fraction_(fraction) {}
   void begin(const TwoViewModel& model, const PointColumnsView& points, const std::vector<int>& order) override;
   bool beatsBest(const Hypothesis& hypothesis, Random& random, Effort& effort) override;

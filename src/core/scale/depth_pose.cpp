@@ -4,7 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-#include "gms_ransac/keypoint_depth.h"
+#include "scale/translation_scale.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-// Unknowns: the step of t, the rotation vector w, and the row turn.
+// Unknowns: the step of t, the rotation vector w, and the row rotation.
 constexpr int kUnknowns = 9;
 using Matrix9d = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 using Vector9d = Eigen::Matrix<double, kUnknowns, 1>;
@@ -24,10 +24,9 @@ constexpr int kIterations = 15;
 constexpr double kLossPixels = 1.0;
 // Depth beyond this share of difference between the four pixels around a point lies on a rim, relative.
 constexpr double kRim = 0.05;
-// Standard deviation assumed of the row turn, radians. On tum_fr1_desk (a Kinect in the hand, 25 ms from the first row
-// to the last) it is half a degree to one degree; the prior only keeps it in bounds where the points say little.
-constexpr double kRowTurnSigma = 3.14159265358979323846 / 180;
-constexpr double kNoRowTurnSigma = 1e-6;  // where all rows are read at once
+// Prior standard deviation of the row rotation, radians: half a degree to one degree on a hand-held Kinect.
+constexpr double kRowRotationSigma = 3.14159265358979323846 / 180;
+constexpr double kNoRowRotationSigma = 1e-6;  // global shutter
 
 /// A point of one image with metric depth and where the other image shows it, normalised coordinates.
 struct DepthPoint {
@@ -38,17 +37,15 @@ struct DepthPoint {
   double triangulated_depth;  ///< of `point`, in multiples of the baseline; 0: unknown
 };
 
-/// A motion between cameras that read their rows one after the other. While the rows are read the camera turns; what
-/// is common to both images cancels out of the comparison, the rest is a turn that grows with the row. Left out, it is
-/// taken for translation: points on a floor or a table are the nearer the lower they appear.
+/// Motion of rolling-shutter cameras. The rotation while rows are read that the images do not share grows with the row;
+/// left out, it is taken for translation.
 struct RowwiseMotion {
-  RelativePose pose;                     ///< of the middle rows
-  Vector3d row_turn = Vector3d::Zero();  ///< rotation vector, current minus reference, from the top row to the bottom
+  RelativePose pose;  ///< of the middle rows
+  Vector3d row_rotation =
+      Vector3d::Zero();  ///< rotation vector, current minus reference, from the top row to the bottom
 };
 
-/// Metres at a pixel of the received image, 0 where unknown or at a rim.
 double depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
-  // Asked before it is cast: a keypoint may lie where no int is.
   if (!(pixel.x >= 0 && pixel.x < depth.cols - 1 && pixel.y >= 0 && pixel.y < depth.rows - 1)) return 0;
   const int x = static_cast<int>(pixel.x), y = static_cast<int>(pixel.y);
   const float z[4] = {depth.at<float>(y, x), depth.at<float>(y, x + 1), depth.at<float>(y + 1, x),
@@ -59,7 +56,6 @@ double depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
   }
   if (*high - *low > kRim * *low) return 0;
   const double a = pixel.x - x, b = pixel.y - y;
-  // Inverse depth is what is linear on a plane.
   const double top = (1 - a) / z[0] + a / z[1], bottom = (1 - a) / z[2] + a / z[3];
   return 1 / ((1 - b) * top + b * bottom);
 }
@@ -86,8 +82,7 @@ std::vector<DepthPoint> gatherPoints(const Triangulation& pair, const Features& 
   return points;
 }
 
-/// Weighted median of metric over triangulated depth. Inverse triangulated depth has the same noise everywhere, so
-/// the ratio's standard deviation grows with the metric depth.
+/// Weighted median of metric over triangulated depth, whose ratio has a standard deviation that grows with depth.
 double startingLength(const std::vector<DepthPoint>& points) {
   std::vector<std::pair<double, double>> ratios;
   double total = 0;
@@ -106,38 +101,38 @@ double startingLength(const std::vector<DepthPoint>& points) {
   return ratios.back().first;
 }
 
-/// Normal equations at a motion for the perturbation (dt, w, du): t + dt, exp(w) R, row_turn + du.
+/// Normal equations at a motion for the perturbation (dt, w, du): t + dt, exp(w) R, row_rotation + du.
 struct DepthEquations {
   Matrix9d H = Matrix9d::Zero();
   Vector9d b = Vector9d::Zero();
   double weighted_squares = 0, weight = 0;
 
-  /// `loss`: where the robust loss bends, also the noise that the prior of the row turn is weighed against.
+  /// `loss`: where the robust loss bends, also the noise that its prior is weighed against.
   DepthEquations(const std::vector<DepthPoint>& points, const RowwiseMotion& motion, double loss,
-                 double row_turn_sigma) {
-    const double prior = loss * loss / (row_turn_sigma * row_turn_sigma);
+                 double row_rotation_sigma) {
+    const double prior = loss * loss / (row_rotation_sigma * row_rotation_sigma);
     H.bottomRightCorner<3, 3>().diagonal().setConstant(prior);
-    b.tail<3>() = -prior * motion.row_turn;
+    b.tail<3>() = -prior * motion.row_rotation;
     for (const DepthPoint& p : points) add(p, motion, loss);
   }
 
  private:
   void add(const DepthPoint& p, const RowwiseMotion& motion, double loss) {
     const RelativePose& pose = motion.pose;
-    // Half the row turn belongs to either image, with opposite signs; it is small enough to be applied to first order.
-    const Vector3d half_turn = (p.in_current ? 0.5 : -0.5) * motion.row_turn;
-    const Vector3d point = p.point + p.row * half_turn.cross(p.point);
-    const Matrix3d turn = p.in_current ? pose.R : Matrix3d(pose.R.transpose());
-    const Vector3d turned = turn * point;
-    const Vector3d moved = p.in_current ? Vector3d(turned + pose.t) : Vector3d(turn * (point - pose.t));
-    const Vector3d seen = moved + p.seen_row * half_turn.cross(moved);  // in the frame of the image that shows it
+    // Half the row rotation belongs to either image, with opposite signs, to first order.
+    const Vector3d half_rotation = (p.in_current ? 0.5 : -0.5) * motion.row_rotation;
+    const Vector3d point = p.point + p.row * half_rotation.cross(p.point);
+    const Matrix3d rotation = p.in_current ? pose.R : Matrix3d(pose.R.transpose());
+    const Vector3d rotated = rotation * point;
+    const Vector3d moved = p.in_current ? Vector3d(rotated + pose.t) : Vector3d(rotation * (point - pose.t));
+    const Vector3d seen = moved + p.seen_row * half_rotation.cross(moved);  // in the frame of the image that shows it
     if (seen.z() <= 0) return;
     Eigen::Matrix<double, 3, kUnknowns> derivative;  // of `seen`
-    const Matrix3d by_row_turn = p.row * turn * crossMatrix(p.point) + p.seen_row * crossMatrix(moved);
+    const Matrix3d by_row_rotation = p.row * rotation * crossMatrix(p.point) + p.seen_row * crossMatrix(moved);
     if (p.in_current) {
-      derivative << Matrix3d::Identity(), -crossMatrix(turned), -0.5 * by_row_turn;
+      derivative << Matrix3d::Identity(), -crossMatrix(rotated), -0.5 * by_row_rotation;
     } else {
-      derivative << -turn, turn * crossMatrix(point - pose.t), 0.5 * by_row_turn;
+      derivative << -rotation, rotation * crossMatrix(point - pose.t), 0.5 * by_row_rotation;
     }
     const double x = seen.x() / seen.z(), y = seen.y() / seen.z();
     Eigen::Matrix<double, 2, 3> projection;
@@ -164,13 +159,6 @@ std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth)
   return column;
 }
 
-ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference, const Features& current,
-                            const MatchResult& result, const Camera& camera, const cv::Mat& reference_depth,
-                            const cv::Mat& current_depth, RelativePose& pose) {
-  return poseFromKeypointDepth(pair, reference, current, result, camera, keypointDepth(reference, reference_depth),
-                               keypointDepth(current, current_depth), DepthSource::kRollingCamera, pose);
-}
-
 ScaleEstimate poseFromKeypointDepth(const Triangulation& pair, const Features& reference, const Features& current,
                                     const MatchResult& result, const Camera& camera,
                                     const std::vector<float>& reference_depth, const std::vector<float>& current_depth,
@@ -186,18 +174,18 @@ ScaleEstimate poseFromKeypointDepth(const Triangulation& pair, const Features& r
   refined = result.robust.pose;
   refined.t *= startingLength(points);
   const double loss = kLossPixels / camera.meanFocalLength();
-  const double row_turn_sigma = source == DepthSource::kRollingCamera ? kRowTurnSigma : kNoRowTurnSigma;
+  const double row_rotation_sigma = source == DepthSource::kRollingCamera ? kRowRotationSigma : kNoRowRotationSigma;
   for (int i = 0; i < kIterations; ++i) {
-    const DepthEquations equations(points, motion, loss, row_turn_sigma);
+    const DepthEquations equations(points, motion, loss, row_rotation_sigma);
     const Vector9d step = equations.H.ldlt().solve(equations.b);
     if (!step.allFinite()) return estimate;
     refined.t += step.head<3>();
     const Vector3d w = step.segment<3>(3);
     if (w.norm() > 0) refined.R = Eigen::AngleAxisd(w.norm(), w.normalized()).toRotationMatrix() * refined.R;
-    motion.row_turn += step.tail<3>();
+    motion.row_rotation += step.tail<3>();
     if (step.norm() < 1e-9) break;
   }
-  const DepthEquations equations(points, motion, loss, row_turn_sigma);
+  const DepthEquations equations(points, motion, loss, row_rotation_sigma);
   // A match that is projected both ways makes two residuals of one pair of keypoints, which err together.
   const double projections = static_cast<double>(points.size()) / matches;
   const double freedom = std::max(2 * equations.weight / projections - kUnknowns, 1.0);

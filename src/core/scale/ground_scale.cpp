@@ -1,4 +1,4 @@
-#include "gms_ransac/ground_scale.h"
+#include "scale/ground_scale.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "scale/ground_patches.h"
+#include "two_view/pose_model.h"
 
 namespace gms_ransac {
 
@@ -18,8 +18,7 @@ using Eigen::Vector3d;
 
 // Position noise of an inlier, pixels; residuals scale it where it is more.
 constexpr double kPixelNoise = 0.7;
-// Rays that dip less than this below the horizon tell of the ground's distance mostly by the pitch's error: the sine of
-// 3 degrees.
+// Sine of the dip below which a ray tells mostly of the pitch's error: 3 degrees.
 constexpr double kSmallestDip = 0.05;
 // Standard deviation of the angle between the translation and the ground, radians: a car's pitch and a kerb.
 constexpr double kClimbSigma = 0.02;
@@ -28,41 +27,21 @@ constexpr double kLossScale = 2;
 constexpr int kIterations = 20;
 constexpr double kEnoughOfAStep = 1e-4;
 constexpr int kMostStarts = 200;
-// Distances of the plane that are tried, in multiples of |t|, and by which factor they grow: two pixels between them
-// where the ground is nearest.
+// Plane distances to try, in multiples of |t|, and their growth: two pixels where the ground is nearest.
 constexpr double kNearest = 0.3, kFarthest = 60, kGrowth = 1.03;
-// A plane needs so many points, that share of those below the horizon, or so many patches and that share of them, and
-// must be known as well as this, or it is a guess.
+// Least support of a plane, by points or patches and their share, and its largest uncertainty.
 constexpr int kMinimumPoints = 12, kMinimumPatches = 6;
 constexpr double kMinimumShare = 0.2;
 constexpr double kLargestSigma = 0.15;
-// Standard deviation of the camera's height above the plane that fits best, as a share of it: springs, and roads that
-// are no planes. What kitti_06 has (doc/priors.md).
+// Standard deviation of the height above the best plane, as a share: springs, roads that are no planes.
 constexpr double kHeightSigma = 0.015;
-
-/// Sine of the angle between the translation and a ray: how much of the baseline moves that point in the image.
-double sineToBaseline(const Vector3d& t, const Vector3d& ray) { return t.cross(ray).norm() / ray.norm(); }
 
 double weightOf(double squared) {
   const double root = kLossScale * kLossScale / (kLossScale * kLossScale + squared);
   return root * root;
 }
 
-/// Two unit vectors that span the plane across n.
-Eigen::Matrix<double, 2, 3> across(const Vector3d& n) {
-  int smallest;
-  n.cwiseAbs().minCoeff(&smallest);
-  Eigen::Matrix<double, 2, 3> basis;
-  basis.row(0) = n.cross(Vector3d::Unit(smallest)).normalized();
-  basis.row(1) = n.cross(basis.row(0));
-  return basis;
-}
-
 }  // namespace
-
-GroundScale::GroundScale() : patches_(std::make_unique<GroundPatches>()) {}
-
-GroundScale::~GroundScale() = default;
 
 void GroundScale::gather(const Triangulation& pair, const RelativePose& pose, double pixel, const GroundPrior& prior) {
   points_.clear();
@@ -74,7 +53,7 @@ void GroundScale::gather(const Triangulation& pair, const RelativePose& pose, do
     if (prior.down.dot(ray) < kSmallestDip * ray.norm()) continue;
     const double depth = pair.depth_current[k];
     if (depth == 0 || !std::isfinite(depth)) continue;
-    const double sine = std::max(sineToBaseline(t, ray), 1e-3);
+    const double sine = std::max(t.cross(ray).norm() / ray.norm(), 1e-3);
     points_.push_back({ray, 1 / depth, kPixelNoise * pixel / sine});
   }
 }
@@ -106,7 +85,7 @@ Vector3d GroundScale::startFromPatches(const GroundPrior& prior) const {
   double best_score = 0;
   for (double distance = kNearest; distance < kFarthest; distance *= kGrowth) {
     const Vector3d m = prior.down / distance;
-    const double score = patches_->score(m);
+    const double score = patches_.score(m);
     if (score <= best_score) continue;
     best_score = score;
     best = m;
@@ -128,14 +107,18 @@ GroundScale::Fit GroundScale::fit(Vector3d m, const Vector3d& t, const GroundPri
       spread += std::pow(weight * residual, 2) * point.ray * point.ray.transpose();
       fit.points += weight * point.sigma * point.sigma;
     }
-    const PlaneEquations images = patches_->linearize(m);
+    const PlaneEquations images = patches_.linearize(m);
     fit.patches = images.patches;
     information += images.H;
     gradient += images.b;
     spread += images.spread;
-    // What is known of the direction of m, lengths in multiples of its own.
+    // Information on the direction of m, lengths in multiples of its own.
     const double length = m.norm();
-    const Eigen::Matrix<double, 2, 3> sideways = across(prior.down) / (length * prior.down_sigma);
+    Vector3d across[2];
+    PoseModel::tangent(prior.down, across);
+    const Eigen::Matrix<double, 2, 3> sideways =
+        (Eigen::Matrix<double, 2, 3>() << across[0].transpose(), across[1].transpose()).finished() /
+        (length * prior.down_sigma);
     const Vector3d along = t / (length * kClimbSigma);
     const Matrix3d known = sideways.transpose() * sideways + along * along.transpose();
     information += known;
@@ -156,10 +139,10 @@ GroundScale::Fit GroundScale::fit(Vector3d m, const Vector3d& t, const GroundPri
 std::string GroundScale::doubt(const Fit& fit, const GroundPrior& prior) const {
   const bool points_agree =
       fit.points >= kMinimumPoints && fit.points >= kMinimumShare * static_cast<double>(points_.size());
-  const bool patches_agree = fit.patches >= kMinimumPatches && fit.patches >= kMinimumShare * patches_->size();
+  const bool patches_agree = fit.patches >= kMinimumPatches && fit.patches >= kMinimumShare * patches_.size();
   if (!(fit.m.squaredNorm() > 0) || !(points_agree || patches_agree)) {
     return "no ground is seen: of " + std::to_string(points_.size()) + " inliers and " +
-           std::to_string(patches_->size()) + " patches below the horizon too few lie on one level plane";
+           std::to_string(patches_.size()) + " patches below the horizon too few lie on one level plane";
   }
   if (fit.m.normalized().dot(prior.down) < std::cos(std::min(1.0, 3 * prior.down_sigma))) {
     return "the plane below the camera is not level as the ground should lie";
@@ -179,9 +162,9 @@ ScaleEstimate GroundScale::measure(const Triangulation& pair, const RelativePose
     along.down = (prior.down - t.dot(prior.down) * t).normalized();
   }
   const bool seen = !images.reference.empty() && !images.current.empty();
-  patches_->set(seen ? images.reference : cv::Mat(), seen ? images.current : cv::Mat(), camera, pose, along.down,
-                kSmallestDip);
-  const Vector3d start = patches_->size() >= kMinimumPatches ? startFromPatches(along) : startFromPoints(along);
+  patches_.set(seen ? images.reference : cv::Mat(), seen ? images.current : cv::Mat(), camera, pose, along.down,
+               kSmallestDip);
+  const Vector3d start = patches_.size() >= kMinimumPatches ? startFromPatches(along) : startFromPoints(along);
   const Fit fit = this->fit(start, t, prior);
   problem_ = doubt(fit, prior);
   ScaleEstimate estimate;

@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-#include "gms_ransac/translation_scale.h"
+#include "scale/translation_scale.h"
 
 namespace gms_ransac {
 
@@ -20,13 +20,11 @@ constexpr double kLossScale = 2.0;
 // The search: a factor of kSearchRange either way of the start, in log steps, then golden section.
 constexpr double kSearchRange = 1.6;
 constexpr int kSearchSteps = 24;
-// After a loss: few features, most of them far, so that the start may be wrong by several times (13 instead of 3 after
-// 13 images of kitti_06).
+// After a loss the start may be wrong by several times.
 constexpr double kWideRange = 16;
 constexpr int kWideSteps = 142;  // of the same width
 constexpr int kGoldenSteps = 24;
-// A carried inverse depth never counts as better known than by this many fresh measurements: what links the pairs is
-// correlated and drifts.
+// A carried inverse depth counts at most as this many fresh measurements: what links pairs is correlated and drifts.
 constexpr double kMemory = 4;
 // Fresh and carried inverse depth that differ by more standard deviations than this belong to different things.
 constexpr double kGate = 3;
@@ -78,8 +76,7 @@ ScaleEstimate ScalePropagator::measure(const Triangulation& pair, const MatchRes
   estimate.length = length_;
   if (static_cast<int>(ratios_.size()) < kMinimumSupport) return estimate;
 
-  // Baseline 1 gives `unit`, the true one `known`: length = unit / known. Both carry noise, hence the variance of the
-  // difference below; ratios of single features would be biased where the parallax is small.
+  // length = unit / known. Both carry noise; single ratios would be biased.
   const auto cost = [this](double length) {
     double sum = 0;
     for (const Ratio& r : ratios_) {
@@ -91,7 +88,6 @@ ScaleEstimate ScalePropagator::measure(const Triangulation& pair, const MatchRes
   };
   const double start = startingLength();
   if (!(start > 0) || !std::isfinite(start)) {
-    // Most of what is seen lies beyond infinity: there is no parallax to measure a length by.
     estimate.relative_sigma = kUnmeasured;
     return estimate;
   }
@@ -171,7 +167,7 @@ void ScalePropagator::carryThroughTurn(const Triangulation& pair, const MatchRes
     const auto keypoint = static_cast<size_t>(match.reference);
     if (keypoint >= reference_.size() || reference_[keypoint].variance == 0) continue;
     const InverseDepth& old = reference_[keypoint];
-    // How much further along the axis the same point lies for the turned camera.
+    // Depth of the point in the rotated camera over the old one.
     const Eigen::Vector3d ray(pair.x_reference[i], pair.y_reference[i], 1);
     const double stretch = (result.robust.pose.R.transpose() * ray).z();
     if (stretch <= 0) continue;

@@ -22,7 +22,6 @@ bool Patch::sample(const cv::Mat& image, const PatchPlace& place, Samples& sampl
   const Eigen::Vector2f half(kRadius * place.shape.row(0).cwiseAbs().sum(),
                              kRadius * place.shape.row(1).cwiseAbs().sum());
   const Eigen::Vector2f first = place.centre - half, last = place.centre + half;
-  // Written so that NaN is outside, too.
   const bool inside = first.x() >= 0 && first.y() >= 0 && last.x() < static_cast<float>(image.cols - 1) &&
                       last.y() < static_cast<float>(image.rows - 1);
   if (!inside) return false;
@@ -84,7 +83,7 @@ void Patch::weighGradients() {
       gain += intensity_[i] * row;
     }
   }
-  // What normalizing takes out of the intensities tells nothing of place and shape.
+  // Normalizing removes mean and gain.
   normal -= sum * sum.transpose() / kPixels + gain * gain.transpose();
   inverse_shift_ = normal.topLeftCorner<2, 2>().inverse();
   inverse_affine_ = normal.inverse();
@@ -131,7 +130,6 @@ std::optional<PatchPlace> Patch::find(const cv::Mat& image, const PatchPlace& gu
     const Eigen::Matrix2f back = change.inverse();
     place.centre -= place.shape * back * step.head<2>();
     place.shape = (place.shape * back).eval();
-    // Written so that NaN is too far, too.
     if (!((place.centre - guess.centre).norm() <= reach)) return std::nullopt;
     const float length = step.head<2>().norm();
     if (affine && length < kLastStep) break;

@@ -1,5 +1,4 @@
-// A small patch of an image that is found again in later images to a fraction of a pixel, wherever it turned, leaned or
-// brightened meanwhile.
+// A small image patch that is found again in later images to a fraction of a pixel, also rotated, sheared or brighter.
 #pragma once
 
 #include <array>
@@ -16,15 +15,13 @@ struct PatchPlace {
   Eigen::Matrix2f shape = Eigen::Matrix2f::Identity();
 };
 
-/// Alignment by Gauss-Newton on the difference of intensities, the steps composed inversely (Baker & Matthews 2004):
-/// the patch is always compared with what it was when it was taken, so that errors do not add up from image to image.
+/// Inverse compositional Gauss-Newton alignment (Baker & Matthews 2004) with the patch as first taken, so that errors
+/// do not add up.
 class Patch {
  public:
-  /// Takes the patch around a pixel of `image` (CV_8UC1). False, and of no use, where it would reach beyond the image
-  /// or shows too little to be found again.
+  /// Takes the patch around a pixel of `image` (CV_8UC1); false if it leaves the image or shows too little.
   bool take(const cv::Mat& image, const Eigen::Vector2f& centre);
-  /// Where the patch is in `image`, searched from `guess` and no farther than `reach` pixels from there; nothing where
-  /// what is found does not look like it.
+  /// Finds the patch within `reach` pixels of `guess`; nothing if the result does not look like it.
   std::optional<PatchPlace> find(const cv::Mat& image, const PatchPlace& guess, float reach) const;
 
  private:
@@ -37,9 +34,7 @@ class Patch {
   static bool sample(const cv::Mat& image, const PatchPlace& place, Samples& samples);
   /// To mean 0 and length 1; returns the length before, 0 where they are all alike.
   static float normalize(Samples& samples);
-  /// The normal equations, from the gradients.
   void weighGradients();
-  /// Right side of the normal equations.
   Vector6f project(const Samples& difference) const;
 
   Samples intensity_;                ///< normalized

@@ -1,4 +1,4 @@
-#include "gms_ransac/track_follower.h"
+#include "tracks/track_follower.h"
 
 #include <algorithm>
 #include <array>
@@ -8,13 +8,11 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/video/tracking.hpp>
 
-#include "tracks/patch.h"
-
 namespace gms_ransac {
 
 namespace {
 
-// How far from the prediction a point may be, pixels: a keypoint is off by its noise, the flow by the relief.
+// How far from the prediction a point may be, pixels: by the noise of a keypoint or the relief around it.
 constexpr float kKeypointReach = 3, kFlowReach = 6, kPyramidReach = 3;
 // Neighbours that say where a point went, and features of an image without which that is not known.
 constexpr size_t kNeighbours = 5, kFewFlows = 20;
@@ -29,7 +27,7 @@ constexpr float kSamePoint = 3;
 constexpr float kMargin = 9;
 // Areas of a patch, of the one it was taken from, beyond which it is taken anew.
 constexpr float kLeastArea = 0.5F, kGreatestArea = 2;
-// Of the optical flow: it reaches over some fifty pixels.
+// Optical flow that reaches over some fifty pixels.
 const cv::Size kFlowWindow(21, 21);
 constexpr int kFlowLevels = 3;
 
@@ -42,21 +40,6 @@ float median(std::array<float, kNeighbours>& values) {
 }
 
 }  // namespace
-
-/// A point that is followed.
-struct TrackFollower::Track {
-  TrackedPoint point;      ///< in the last image; from `locate` on in this one
-  cv::Point2f last;        ///< pixel in the last image
-  Patch patch;             ///< what it looked like when it was chosen
-  PatchPlace place;        ///< of the patch, in the last image; from `locate` on in this one
-  cv::Point2f prediction;  ///< pixel of this image
-  float reach = 0;         ///< pixels about it that are searched
-  bool matched = false;    ///< a keypoint of this image carries the id
-  bool alive = true;
-};
-
-TrackFollower::TrackFollower() = default;
-TrackFollower::~TrackFollower() = default;
 
 const std::vector<TrackedPoint>& TrackFollower::follow(const cv::Mat& image, const Camera& camera,
                                                        const std::vector<TrackedPoint>& matched) {

@@ -1,4 +1,4 @@
-#include "gms_ransac/track_selector.h"
+#include "tracks/track_selector.h"
 
 #include <algorithm>
 #include <cmath>

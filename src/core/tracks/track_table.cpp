@@ -1,4 +1,4 @@
-#include "gms_ransac/track_table.h"
+#include "tracks/track_table.h"
 
 #include <algorithm>
 #include <limits>

@@ -7,8 +7,7 @@
 
 namespace gms_ransac {
 
-/// Solves A x = b for a symmetric positive definite A given as its upper triangle by rows, after multiplying the
-/// diagonal by 1 + damping. False: not positive definite.
+/// Solves A x = b, A positive definite given as its upper triangle, diagonal times 1 + damping. False: not definite.
 template <int P>
 bool solveDamped(const float (&upper)[P * (P + 1) / 2], const float (&b)[P], double damping, double (&x)[P]) {
   double L[P][P];
@@ -39,8 +38,7 @@ bool solveDamped(const float (&upper)[P * (P + 1) / 2], const float (&b)[P], dou
   return true;
 }
 
-/// By how much a step lowers the cost of the linearised model: -2 g^T s - s^T A s, which for s = -(A + damping)^-1 g is
-/// at least -g^T s.
+/// Decrease of the linearised cost by a step s = -(A + damping)^-1 g, at least -g^T s.
 template <int P>
 double promisedDecrease(const float (&gradient)[P], const double (&step)[P]) {
   double decrease = 0;
@@ -48,9 +46,8 @@ double promisedDecrease(const float (&gradient)[P], const double (&step)[P]) {
   return decrease;
 }
 
-/// Lowers the robust cost of `state` in at most `iterations` trial steps, or until a step lowers it by less than
-/// `enough` of it. linearize(state, equations) fills the normal equations at a state, cost(state) returns their cost
-/// alone, moved(state, step) the state after a step. Returns the passes over the matches.
+/// Lowers the robust cost in at most `iterations` steps, or until one lowers it by less than `enough` of it.
+/// linearize(state, equations), cost(state) and moved(state, step) define it. Returns the passes over the matches.
 template <int P, class State, class Linearize, class Cost, class Moved>
 int minimizeRobustCost(int iterations, float enough, State& state, const Linearize& linearize, const Cost& cost,
                        const Moved& moved) {

@@ -7,19 +7,17 @@
 #include <Eigen/Geometry>
 
 #include "two_view/levenberg_marquardt.h"
-#include "two_view/minimal_sample.h"
-#include "two_view/solvers/essential_5pt.h"
+#include "two_view/solvers/minimal_solvers.h"
+#include "two_view/two_view_model.h"
 
 namespace gms_ransac {
 
 namespace {
 
-// A sample point whose displacement beyond the rotation is within this many thresholds may count as infinitely far:
-// noise alone decides on which side of the cameras its rays meet.
+// Displacement beyond the rotation, in thresholds, within which a sample point may count as infinitely far.
 constexpr float kFarThresholds = 2;
 
-/// True when all sample points lie in front of both cameras for (R, t), sign 1, or for (R, -t), sign -1; points too far
-/// to tell agree with both.
+/// True when all sample points lie in front of both cameras for (R, sign t), or too far to tell.
 bool inFront(const PointColumnsView& points, const int* sample, int size, const Eigen::Matrix3d& R,
              const Eigen::Vector3d& t, double& sign) {
   bool plus = true, minus = true;
@@ -58,8 +56,7 @@ Eigen::Vector3d rotationVector(const Eigen::Matrix3d& R) {
 }
 
 bool makeRotation(Eigen::Matrix3d& R) {
-  // Newton and Schulz's iteration for the polar factor: the error is squared each time, so from where the first step is
-  // allowed to start the fifth ends in rounding.
+  // Newton and Schulz's iteration for the polar factor squares the error each time.
   constexpr double kReach = 0.5, kRounding = 1e-14;
   constexpr int kSteps = 6;
   for (int i = 0; i < kSteps; ++i) {
@@ -138,6 +135,12 @@ void PoseModel::residualsInFront(const TwoViewPose& pose, float* e) const {
   kernels_.poseResiduals(points_, pose.parameters(), e);
 }
 
+void PoseModel::tangent(const Eigen::Vector3d& t, float (&steps)[2][3]) {
+  Eigen::Vector3d basis[2];
+  tangent(t, basis);
+  for (int k = 0; k < 6; ++k) steps[k / 3][k % 3] = static_cast<float>(basis[k / 3][k % 3]);
+}
+
 void PoseModel::tangent(const Eigen::Vector3d& t, Eigen::Vector3d (&basis)[2]) {
   int smallest;
   t.cwiseAbs().minCoeff(&smallest);
@@ -146,11 +149,15 @@ void PoseModel::tangent(const Eigen::Vector3d& t, Eigen::Vector3d (&basis)[2]) {
 }
 
 void PoseModel::linearize(const TwoViewPose& pose, const Loss& loss, NormalEquations<5>& equations) const {
-  Eigen::Vector3d basis[2];
-  tangent(pose.t, basis);
   float steps[2][3];
-  for (int k = 0; k < 6; ++k) steps[k / 3][k % 3] = static_cast<float>(basis[k / 3][k % 3]);
+  tangent(pose.t, steps);
   kernels_.linearizePose(points_, pose.parameters(), steps, loss, prior_, equations);
+}
+
+DerivativeSums PoseModel::differentiate(const TwoViewPose& pose, const Loss& loss, float* columns) const {
+  float steps[2][3];
+  tangent(pose.t, steps);
+  return kernels_.differentiatePose(points_, pose.parameters(), steps, loss, columns);
 }
 
 int PoseModel::refine(const Loss& loss, int iterations, TwoViewPose& pose, float enough) const {

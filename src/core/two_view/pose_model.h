@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 
-#include "two_view/epipolar_model.h"
 #include "two_view/two_view_model.h"
 
 namespace gms_ransac {
@@ -41,7 +40,6 @@ class PoseModel : public TwoViewModel {
   }
   Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const override { return hypothesis.pose.essential(); }
 
-  /// TwoViewModel::score of a pose.
   bool score(const PointColumnsView& points, const TwoViewPose& pose, float bound, HypothesisScore& score,
              int64_t& evaluations) const;
   /// The pose or the one with the opposite t, which the Sampson distance cannot tell from it: the one of lower cost.
@@ -56,13 +54,16 @@ class PoseModel : public TwoViewModel {
   /// tangent().
   void linearize(const TwoViewPose& pose, const Loss& loss, NormalEquations<5>& equations) const;
 
+  /// ResidualKernels::differentiatePose at a pose.
+  DerivativeSums differentiate(const TwoViewPose& pose, const Loss& loss, float* columns) const;
+
   /// The same for a motion without translation, whose residual is the transfer distance in the current image.
   int refineRotation(const Loss& loss, int iterations, Eigen::Matrix3d& R) const;
   void linearizeRotation(const Eigen::Matrix3d& R, const Loss& loss, NormalEquations<3>& equations) const;
   void rotationResiduals(const Eigen::Matrix3d& R, float* e) const;
 
-  /// The two unit vectors that span the plane of steps of t.
   static void tangent(const Eigen::Vector3d& t, Eigen::Vector3d (&basis)[2]);
+  static void tangent(const Eigen::Vector3d& t, float (&steps)[2][3]);
 
  private:
   const ResidualKernels& kernels_;
@@ -70,8 +71,7 @@ class PoseModel : public TwoViewModel {
   ParallaxPrior prior_;
 };
 
-/// The essential matrix of the textbook: every solution of five points, scored by its epipolar lines alone, refined as
-/// a pose afterwards.
+/// The essential matrix of the textbook: scored by its epipolar lines alone, refined as a pose afterwards.
 class EssentialModel : public EpipolarModel {
  public:
   EssentialModel(const ResidualKernels& kernels, const PointColumnsView& points) : EpipolarModel(kernels, points) {}

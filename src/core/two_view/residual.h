@@ -6,8 +6,7 @@
 
 namespace gms_ransac {
 
-/// Squared Sampson distance of a correspondence to x_current^T M x_reference = 0 (Hartley & Zisserman, eq. 11.9), in
-/// the squared unit of the coordinates. NaN for a match at both epipoles, which no comparison accepts.
+/// Squared Sampson distance to x_current^T M x_reference = 0 (Hartley & Zisserman, eq. 11.9). NaN at both epipoles.
 inline double sampsonSquared(const Eigen::Matrix3d& M, double x_reference, double y_reference, double x_current,
                              double y_current) {
   const Eigen::Vector3d reference(x_reference, y_reference, 1), current(x_current, y_current, 1);
@@ -16,8 +15,7 @@ inline double sampsonSquared(const Eigen::Matrix3d& M, double x_reference, doubl
   return algebraic * algebraic / (line_current.head<2>().squaredNorm() + line_reference.head<2>().squaredNorm());
 }
 
-/// Mean of the two squared transfer distances of a homography (Hartley & Zisserman, eq. 4.7, halved so that its root
-/// is a distance in one image).
+/// Mean of the two squared transfer distances of a homography (Hartley & Zisserman, eq. 4.7, halved).
 inline double transferSquared(const Eigen::Matrix3d& H, const Eigen::Matrix3d& H_inverse, double x_reference,
                               double y_reference, double x_current, double y_current) {
   const Eigen::Vector3d forward = H * Eigen::Vector3d(x_reference, y_reference, 1);

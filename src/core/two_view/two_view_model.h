@@ -1,4 +1,4 @@
-// What RANSAC needs to know of a two-view model. Only the models know what the numbers of a hypothesis mean.
+// Interface of two-view models for RANSAC. Only the models know the meaning of a hypothesis.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "two_view/kernels/residual_kernels.h"
+#include "two_view/residual.h"
 
 namespace gms_ransac {
 
@@ -27,12 +28,10 @@ struct Hypothesis {
 constexpr int kMaxSampleSize = 7;
 constexpr int kMaxHypotheses = 10;  ///< of one minimal sample
 
-/// The loss of every refinement: matches up to twice the threshold, weights falling from the threshold on
-/// (Geman-McClure). Wide enough to pull a model of five noisy points to the optimum of all.
+/// Loss of every refinement (Geman-McClure), wide enough to pull a model of five noisy points to the optimum.
 constexpr Loss kRobustLoss = {4, 1};
 
-/// Relative decreases of a cost that are not worth another pass over the matches: for the result, and for a guess that
-/// is compared with others (doc/estimator.md).
+/// Relative decreases of a cost not worth another pass: of the result, and of a guess to compare with others.
 constexpr float kEnough = 1e-5f;
 constexpr float kEnoughToCompare = 1e-3f;
 
@@ -44,19 +43,76 @@ class TwoViewModel {
   virtual int sampleSize() const = 0;
   /// Hypotheses of a minimal sample, at most kMaxHypotheses of them, all finite. `sample`: columns.
   virtual int solve(const int* sample, Hypothesis* hypotheses) const = 0;
-  /// Cost and inliers among `points`, which may be others than the model's own. False as soon as the cost is known to
-  /// exceed `bound`; `evaluations` is raised by the residuals computed.
+  /// Cost and inliers among `points`. False as soon as the cost exceeds `bound`; adds the residuals computed to
+  /// `evaluations`.
   virtual bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, HypothesisScore& score,
                      int64_t& evaluations) const = 0;
   /// True when one match is within the threshold, computed in double.
   virtual bool fits(const Hypothesis& hypothesis, int column) const = 0;
-  /// The residual of every column, padding included.
   virtual void residuals(const Hypothesis& hypothesis, float* e) const = 0;
-  /// Moves the hypothesis to the robust optimum near it; returns the passes over the matches, 0 where the model has no
-  /// refinement of its own.
+  /// Moves the hypothesis to the robust optimum near it; returns the passes over the matches.
   virtual int refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const = 0;
-  /// The matrix of RobustResult::model, in working coordinates.
   virtual Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const = 0;
+};
+
+template <int kSize>
+struct MinimalSample {
+  double reference[kSize][2], current[kSize][2];
+
+  MinimalSample(const PointColumnsView& points, const int* sample) {
+    for (int k = 0; k < kSize; ++k) {
+      const int i = sample[k];
+      reference[k][0] = points.x1[i];
+      reference[k][1] = points.y1[i];
+      current[k][0] = points.x2[i];
+      current[k][1] = points.y2[i];
+    }
+  }
+};
+
+/// Copies the matrices that are finite; returns how many.
+inline int keepFinite(const Eigen::Matrix3d* matrices, int count, Hypothesis* hypotheses) {
+  int finite = 0;
+  for (int k = 0; k < count; ++k) {
+    if (matrices[k].allFinite()) hypotheses[finite++].matrix = matrices[k];
+  }
+  return finite;
+}
+
+/// Row-major copy in float.
+inline void toFloat(const Eigen::Matrix3d& m, float (&out)[9]) {
+  for (int i = 0; i < 9; ++i) out[i] = static_cast<float>(m(i / 3, i % 3));
+}
+
+inline bool epipolarFits(const PointColumnsView& points, const Eigen::Matrix3d& matrix, int i) {
+  return points.weight[i] * sampsonSquared(matrix, points.x1[i], points.y1[i], points.x2[i], points.y2[i]) < 1;
+}
+
+class EpipolarModel : public TwoViewModel {
+ public:
+  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, HypothesisScore& score,
+             int64_t& evaluations) const override {
+    float m[9];
+    toFloat(hypothesis.matrix, m);
+    kernels_.scoreEpipolar(points, m, bound, score);
+    evaluations += score.evaluated;
+    return score.cost < bound;
+  }
+  bool fits(const Hypothesis& hypothesis, int column) const override {
+    return epipolarFits(points_, hypothesis.matrix, column);
+  }
+  void residuals(const Hypothesis& hypothesis, float* e) const override {
+    float m[9];
+    toFloat(hypothesis.matrix, m);
+    kernels_.epipolarResiduals(points_, m, e);
+  }
+  Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const override { return hypothesis.matrix; }
+
+ protected:
+  EpipolarModel(const ResidualKernels& kernels, const PointColumnsView& points) : kernels_(kernels), points_(points) {}
+
+  const ResidualKernels& kernels_;
+  PointColumnsView points_;
 };
 
 }  // namespace gms_ransac

@@ -15,8 +15,7 @@ namespace {
 
 constexpr int kHighestOctave = 31;  ///< beyond it the noise is the same
 
-// Where matches without coordinates are put, working coordinates: far from every line and from where any motion takes
-// them.
+// Working coordinates of matches without: far from every line.
 constexpr float kInvalidCoordinate = 1e3f;
 
 using Column = std::vector<float> PointPairs::*;
@@ -36,7 +35,6 @@ Eigen::Matrix3d centring(const PointPairs& pairs, Column x, Column y, double sca
   return transform;
 }
 
-/// One coordinate of a point after an affine transform.
 float transformed(const Eigen::Matrix3d& affine, int row, float x, float y) {
   return static_cast<float>(affine(row, 0) * x + affine(row, 1) * y + affine(row, 2));
 }

@@ -9,26 +9,24 @@
 #include <Eigen/Core>
 
 #include "gms_ransac/camera.h"
-#include "gms_ransac/robust_estimator.h"
+#include "gms_ransac/point_pairs.h"
+#include "gms_ransac/robust_options.h"
+#include "gms_ransac/robust_result.h"
 #include "two_view/kernels/point_columns.h"
 
 namespace gms_ransac {
 
-/// Works in normalised coordinates for the essential matrix. For the others each image is moved to its centre and
-/// both are divided by one common scale: numbers near 1 for the solvers, and residuals that differ from pixels by that
-/// scale alone. The columns stand in an order that has nothing to do with the image's or with the confidence of the
-/// matches, so that the first of them are a random part.
+/// Normalised coordinates for the essential matrix; otherwise each image is centred and both are divided by one scale.
+/// The columns stand in a pseudo-random order, so that the first of them are a random part.
 class TwoViewPoints {
  public:
-  /// `camera` may be uncalibrated unless `type` is essential. The noise of a keypoint grows with its pyramid level as
-  /// scale_factor^(noise_exponent * octave), and the threshold with it. Keeps references to nothing; reuses its
-  /// storage.
+  /// The noise of a keypoint, and the threshold with it, grows as scale_factor^(noise_exponent * octave). `camera` may
+  /// be uncalibrated unless `type` is essential.
   void set(const PointPairs& pairs, const Camera& camera, ModelType type, double threshold_px, double noise_exponent);
 
   ModelType type() const { return type_; }
   int size() const { return columns_.count(); }
   PointColumnsView view() const { return columns_.view(); }
-  /// The cell of the spread grid of each column.
   const std::vector<int32_t>& cells() const { return cells_; }
   /// The columns of matches, in the order of the matches.
   void columnsOf(const std::vector<int>& matches, std::vector<int>& columns) const;
@@ -38,7 +36,6 @@ class TwoViewPoints {
   /// A number of each column, as one of each match.
   void inOrderOfMatches(const std::vector<float>& of_columns, std::vector<float>& of_matches) const;
 
-  /// A model in the units of RobustResult::model, of unit Frobenius norm.
   Eigen::Matrix3d inResultUnits(const Eigen::Matrix3d& model) const;
 
  private:
@@ -54,8 +51,7 @@ class TwoViewPoints {
 /// The residual of a model in the units of RobustResult::model, in double.
 class FinalResidual {
  public:
-  /// Where points were moved and their noise is y-stretched by that, its stretch in either image: residuals are in
-  /// pixels before it.
+  /// `stretch`: by which points and their noise were stretched along y; residuals are in pixels before it.
   FinalResidual(const Camera& camera, ModelType type, const Eigen::Matrix3d& model, double stretch_reference = 1,
                 double stretch_current = 1);
   /// Calls visit(match, squared residual in pixels) for every match; of one without coordinates the residual is any.

@@ -1,4 +1,6 @@
 // Program: the OpenCV baseline and ours, stage by stage, on the same images in the same run.
+#include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -11,8 +13,10 @@
 #include <opencv2/core/version.hpp>
 
 #include "benchmark/benchmark_suite.h"
+#include "benchmark/frame_benchmark.h"
 #include "command_line.h"
 #include "gms_ransac/simd.h"
+#include "methods/method.h"
 #include "program.h"
 #include "scenes/scene_writer.h"
 
@@ -23,13 +27,14 @@ namespace fs = std::filesystem;
 using namespace gms_ransac;
 
 struct BenchmarkArguments {
-  std::string folder, features = "1000,2000,3000,5000,10000", threads = "1,all", methods, model = "essential", out;
+  std::string folder, features = "1000,2000,3000,5000,10000", threads = "1,all", methods, sizes, model = "essential",
+                      out;
   int pairs = 12, gap = 1;
   BenchmarkOptions options;
   DatasetOptions dataset;
 };
 
-/// "1,all" -> 1 and the number of cores; what follows upon its like is left out.
+/// "1,all" -> 1 and the number of cores; repeated values count once.
 std::vector<int> parseThreads(const std::string& list) {
   std::vector<int> threads;
   for (const std::string& word : splitAtCommas(list)) {
@@ -53,6 +58,10 @@ bool parse(const Arguments& words, BenchmarkArguments& arguments) {
   add("gap", po::value(&arguments.gap)->default_value(arguments.gap), "frames between reference and current");
   add("repeat", po::value(&arguments.options.repeat)->default_value(arguments.options.repeat),
       "times each pair is run");
+  add("frames", po::value(&arguments.options.frames)->default_value(arguments.options.frames),
+      "frames of the sequence that are run one after the other as well");
+  add("sizes", po::value(&arguments.sizes),
+      "extraction alone, from rendered images of these sizes, as 640x480,1920x1080");
   addDatasetOptions(options, arguments.dataset);
   add("out,o", po::value(&arguments.out), "file for the tables (Markdown), besides the screen");
   const char* usage =
@@ -68,9 +77,7 @@ bool parse(const Arguments& words, BenchmarkArguments& arguments) {
     throw std::invalid_argument("--model is homography; it must be essential or fundamental, as in the baseline");
   }
   if (!arguments.methods.empty()) arguments.options.methods = splitAtCommas(arguments.methods);
-  for (std::string& method : arguments.options.methods) {
-    method = currentName("--method", method, findMethod(method).name);
-  }
+  for (const std::string& method : arguments.options.methods) findMethod(method);
   return true;
 }
 
@@ -96,6 +103,14 @@ class RenderedFolder {
   fs::path path_;
 };
 
+cv::Size parseSize(const std::string& text) {
+  int width = 0, height = 0;
+  if (std::sscanf(text.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1) {
+    throw std::invalid_argument("--sizes has " + text + "; a size is WIDTHxHEIGHT, as 640x480");
+  }
+  return {width, height};
+}
+
 /// At most `count` of them, evenly spread.
 std::vector<DatasetPair> spread(const std::vector<DatasetPair>& all, int count) {
   std::vector<DatasetPair> chosen;
@@ -113,6 +128,24 @@ std::string processorName() {
   return "unknown processor";
 }
 
+void printMachine(std::ostream& out) {
+  out << processorName() << ", " << std::thread::hardware_concurrency() << " cores, " << toString(detectSimdLevel())
+      << ", OpenCV " << CV_VERSION << "\n";
+}
+
+void benchmarkSizes(const BenchmarkArguments& arguments, const std::vector<int>& features, std::ostream& out) {
+  std::vector<cv::Size> sizes;
+  for (const std::string& word : splitAtCommas(arguments.sizes)) sizes.push_back(parseSize(word));
+  Progress progress("size", static_cast<int>(sizes.size() * features.size()));
+  printMachine(out);
+  for (const int feature_count : features) {
+    BenchmarkOptions options = arguments.options;
+    options.features = feature_count;
+    out << "\n" << feature_count << " features, 1 thread\n\n";
+    runSizes(sizes, options, [&progress] { progress.advance(); }).print(out);
+  }
+}
+
 int benchmark(const Arguments& words) {
   BenchmarkArguments arguments;
   if (!parse(words, arguments)) return 0;
@@ -124,18 +157,26 @@ int benchmark(const Arguments& words) {
     if (!file) throw std::runtime_error("cannot write " + arguments.out);
   }
 
+  std::ostringstream text;
+  if (!arguments.sizes.empty()) {
+    benchmarkSizes(arguments, features, text);
+    std::cout << text.str();
+    file << text.str();
+    return 0;
+  }
+
   std::unique_ptr<RenderedFolder> rendered;
-  if (arguments.folder.empty()) rendered = std::make_unique<RenderedFolder>(arguments.pairs + arguments.gap);
+  if (arguments.folder.empty()) {
+    rendered = std::make_unique<RenderedFolder>(std::max(arguments.pairs + arguments.gap, arguments.options.frames));
+  }
   const Dataset dataset = Dataset::open(rendered ? rendered->path() : arguments.folder, arguments.dataset);
   const std::vector<DatasetPair> pairs = spread(dataset.pairs(arguments.gap, 1), arguments.pairs);
   if (pairs.empty()) throw std::invalid_argument(dataset.path() + " has no pair of frames with that gap");
 
-  std::ostringstream text;
   const cv::Size size = dataset.image(pairs.front().current).size();
   text << (rendered ? "rendered scene" : dataset.name()) << ", " << size.width << "x" << size.height << ", "
-       << pairs.size() << " pairs, gap " << arguments.gap << ", " << arguments.options.repeat << " repetitions; "
-       << processorName() << ", " << std::thread::hardware_concurrency() << " cores, " << toString(detectSimdLevel())
-       << ", OpenCV " << CV_VERSION << "\n";
+       << pairs.size() << " pairs, gap " << arguments.gap << ", " << arguments.options.repeat << " repetitions; ";
+  printMachine(text);
   {
     Progress progress("pair", static_cast<int>(features.size() * threads.size() * pairs.size()));
     for (int thread_count : threads) {

@@ -1,12 +1,14 @@
 #include "benchmark/benchmark_suite.h"
 
+#include <algorithm>
 #include <memory>
 #include <set>
 
-#include <time.h>
-
 #include "benchmark/dense_motion_statistics.h"
+#include "benchmark/frame_benchmark.h"
 #include "benchmark/opencv_baseline.h"
+#include "benchmark/stage_clock.h"
+#include "gms/guided_search.h"
 #include "gms_ransac/match_filter.h"
 #include "run/pair_truth.h"
 
@@ -18,27 +20,6 @@ const char kExtract[] = "extract", kMatch[] = "match", kGms[] = "GMS", kGmsAll[]
            kRobust[] = "estimate", kFilter[] = "match + GMS + estimate", kFrame[] = "whole frame";
 const char kGuided[] = ", guided";
 const char kBaselineMatcher[] = "cv::BFMatcher", kBaselineGms[] = "dense GMS", kBaselineExtractor[] = "cv::ORB";
-
-/// Times work as BenchmarkOptions says.
-class Clock {
- public:
-  explicit Clock(int threads) : clock_(threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC) {}
-
-  template <typename Work>
-  double milliseconds(const Work& work) const {
-    const double start = now();
-    work();
-    return now() - start;
-  }
-
- private:
-  double now() const {
-    timespec time{};
-    clock_gettime(clock_, &time);
-    return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) * 1e-6;
-  }
-  clockid_t clock_;
-};
 
 /// Our matcher at one instruction set, with train descriptors packed for it.
 struct MatcherContender {
@@ -82,14 +63,14 @@ class Suite {
   void matchOurs(bool counting);
 
   void count(BenchmarkRow& row, const std::vector<cv::DMatch>& matches, const std::vector<uint8_t>* kept) const;
-  /// Those of the contender's matches that got at least as far as `stage`.
+  /// Counts the contender's matches that reached `stage`.
   void count(BenchmarkRow& row, const FilterContender& contender, MatchStage stage) const;
   bool isCorrect(const cv::Point2f& reference, const cv::Point2f& current) const;
   bool hasTruth() const { return truth_->hasEpipolar() || truth_->hasTransfer(); }
 
   const Dataset& dataset_;
   BenchmarkOptions options_;
-  Clock clock_;
+  StageClock clock_;
   BenchmarkTable table_;
   Camera camera_;
   std::unique_ptr<PairTruth> truth_;
@@ -102,7 +83,7 @@ class Suite {
   MotionStatisticsOptions gms_all_options_;
   MotionStatisticsFilter gms_, gms_all_;
 
-  /// Of the pair at hand.
+  /// Current pair.
   std::vector<cv::DMatch> baseline_matches_, baseline_survivors_;
   std::vector<Match> matches_;
   MotionStatistics statistics_;
@@ -354,6 +335,9 @@ BenchmarkTable runBenchmark(const Dataset& dataset, const std::vector<DatasetPai
     suite.run(pair);
     pair_done();
   }
+  const int first = pairs.front().reference;
+  const int count = std::min(options.frames, static_cast<int>(dataset.frames().size()) - first);
+  if (count > 2) runFrames(dataset, first, count, options, suite.table());
   return suite.table();
 }
 

@@ -7,16 +7,17 @@
 
 #include "benchmark/benchmark_table.h"
 #include "datasets/dataset.h"
-#include "gms_ransac/method.h"
+#include "methods/method.h"
 
 namespace gms_ransac {
 
 struct BenchmarkOptions {
   int features = 2000;
-  /// Of OpenCV, and of our extractor and matcher. One thread is timed by its processor time, which other programs
-  /// hardly disturb; more by the wall clock.
+  /// Threads of OpenCV, our extractor and our matcher. One thread is timed by its processor time, more by the wall
+  /// clock.
   int threads = 1;
   int repeat = 3;  ///< times each pair is measured
+  int frames = 0;  ///< of the sequence from the first pair on, measured one after the other; fewer than three: none
   std::vector<std::string> methods = {"lo_prosac", "cp_ransac", "gms_ransac"};
   ModelType model = ModelType::kEssential;  ///< of our methods; without intrinsics they use a fundamental matrix
 };

@@ -1,4 +1,4 @@
-// What the benchmark measured: rows of times with a baseline each, and how they are written.
+// Table of the benchmark: times of each row, compared with those of a baseline row.
 #pragma once
 
 #include <deque>

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gms/presets.h"
+#include "gms/cell_grid.h"
 
 namespace gms_ransac {
 
@@ -71,7 +71,7 @@ class DenseRuns {
   int leftCell(const cv::Point2f& point, int shift_x, int shift_y) const {
     const int x = static_cast<int>(std::floor(point.x * static_cast<float>(left_.columns) + 0.5 * shift_x));
     const int y = static_cast<int>(std::floor(point.y * static_cast<float>(left_.rows) + 0.5 * shift_y));
-    // What reaches the side unshifted does so shifted, too.
+    // A point at the border stays there when the grid is shifted.
     if (x >= left_.columns || y >= left_.rows || point.x >= 1.f || point.y >= 1.f) return -1;
     if (options_.border == GridBorder::kOriginal && ((shift_x && x < 1) || (shift_y && y < 1))) return -1;
     return x + y * left_.columns;

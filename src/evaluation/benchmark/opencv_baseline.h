@@ -8,11 +8,11 @@
 #include <opencv2/features2d.hpp>
 
 #include "gms_ransac/camera.h"
-#include "gms_ransac/method.h"
+#include "methods/method.h"
 
 namespace gms_ransac {
 
-/// Above this cv::ORB cannot reach the number at its usual contrast, and 0 is asked for instead.
+/// Above this, cv::ORB does not find enough features at its default contrast; the benchmark sets 0.
 constexpr int kFeaturesAtUsualContrast = 3000;
 
 cv::Ptr<cv::ORB> makeBaselineExtractor(int features);
@@ -31,8 +31,8 @@ struct BaselineEstimator {
 /// Those that this OpenCV has (USAC since 4.5); without a calibrated camera only the fundamental ones.
 std::vector<BaselineEstimator> baselineEstimators(bool calibrated);
 
-/// Which of the matches fit; empty when there are too few or no model is found. `camera` undistorts for an essential
-/// matrix, and its pose is recovered, too. The order of `matches` is changed for a sorted estimator.
+/// Returns the inlier mask; empty for too few matches or without a model. For an essential matrix `camera` undistorts
+/// the points, and the pose is recovered, too. A sorted estimator sorts `matches`.
 std::vector<uint8_t> estimate(const BaselineEstimator& estimator, const std::vector<cv::KeyPoint>& reference,
                               const std::vector<cv::KeyPoint>& current, const Camera& camera,
                               std::vector<cv::DMatch>& matches);

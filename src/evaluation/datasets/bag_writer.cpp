@@ -1,5 +1,6 @@
 #include "datasets/bag_writer.h"
 
+#include <filesystem>
 #include <limits>
 #include <stdexcept>
 
@@ -40,12 +41,17 @@ geometry_msgs::TransformStamped transform(double stamp, const std::string& paren
 }  // namespace
 
 BagWriter::BagWriter(const std::string& path, BagLayout layout, const CameraIntrinsics& intrinsics)
-    : layout_(layout), intrinsics_(intrinsics) {
+    : path_(path), active_(path + ".active"), layout_(layout), intrinsics_(intrinsics) {
   try {
-    bag_.open(path, rosbag::bagmode::Write);
+    bag_.open(active_, rosbag::bagmode::Write);
   } catch (const rosbag::BagException& error) {
     throw std::runtime_error(path + ": cannot be written (" + error.what() + ")");
   }
+}
+
+BagWriter::~BagWriter() {
+  std::error_code none;  // after close() there is no such file
+  std::filesystem::remove(active_, none);
 }
 
 void BagWriter::writeCameraInfo(const std::string& topic, double stamp, const std::string& frame, cv::Size size) {
@@ -101,6 +107,9 @@ void BagWriter::writeGroundTruth(double stamp, const Eigen::Isometry3d& camera_p
   bag_.write("/tf", ros::Time(stamp), message);
 }
 
-void BagWriter::close() { bag_.close(); }
+void BagWriter::close() {
+  bag_.close();
+  std::filesystem::rename(active_, path_);
+}
 
 }  // namespace gms_ransac

@@ -1,5 +1,4 @@
-// Writes images, depth and ground truth as a bag that looks like the official TUM bags or like kitti2bag's, so that
-// whatever replays those replays ours.
+// Writes images, depth and ground truth as a bag with the layout of the official TUM bags or of kitti2bag.
 #pragma once
 
 #include <string>
@@ -24,9 +23,13 @@ enum class BagLayout {
 
 class BagWriter {
  public:
-  /// Overwrites `path`; throws std::runtime_error with one sentence when it cannot be written. `intrinsics` go into
-  /// every camera_info.
+  /// Writes `path`.active, as rosbag record does. Throws std::runtime_error with one sentence when it cannot be
+  /// written. `intrinsics` go into every camera_info.
   BagWriter(const std::string& path, BagLayout layout, const CameraIntrinsics& intrinsics);
+  /// Removes the file unless it was closed.
+  ~BagWriter();
+  BagWriter(const BagWriter&) = delete;
+  BagWriter& operator=(const BagWriter&) = delete;
 
   /// CV_8UC1 or CV_8UC3 (BGR) with its camera_info. Stamps are in seconds, > 0.
   void writeImage(double stamp, const cv::Mat& image);
@@ -34,13 +37,14 @@ class BagWriter {
   void writeDepth(double stamp, const cv::Mat& depth);
   /// X_world = camera_pose * X_camera, optical frame of the colour camera.
   void writeGroundTruth(double stamp, const Eigen::Isometry3d& camera_pose);
-  /// Finishes the file.
+  /// Finishes the file and gives it its name; an earlier file of that name is replaced.
   void close();
 
  private:
   void writeCameraInfo(const std::string& topic, double stamp, const std::string& frame, cv::Size size);
 
   rosbag::Bag bag_;
+  const std::string path_, active_;
   BagLayout layout_;
   CameraIntrinsics intrinsics_;
 };

@@ -1,6 +1,7 @@
 #include "datasets/dataset.h"
 
 #include <algorithm>
+#include <sstream>
 
 #include <opencv2/imgcodecs.hpp>
 
@@ -45,19 +46,53 @@ cv::Mat readScaled(const std::string& path, double factor) {
   return scaled;
 }
 
+bool isOpenNiDefault(const CameraIntrinsics& k) {
+  const CameraIntrinsics factory = openNiIntrinsics();
+  return k.fx == factory.fx && k.fy == factory.fy && k.cx == factory.cx && k.cy == factory.cy;
+}
+
 }  // namespace
+
+CameraIntrinsics openNiIntrinsics() {
+  CameraIntrinsics intrinsics;
+  intrinsics.fx = intrinsics.fy = 525;
+  intrinsics.cx = 319.5;
+  intrinsics.cy = 239.5;
+  intrinsics.distortion_model = "plumb_bob";
+  return intrinsics;
+}
 
 Dataset Dataset::open(const std::string& path, const DatasetOptions& options) {
   const std::string clean = withoutTrailingSlashes(path);
   Dataset dataset = openLayout(clean, options);
   dataset.path_ = clean;
-  if (!options.intrinsics.empty()) dataset.intrinsics_ = parseIntrinsics(options.intrinsics, "--intrinsics");
+  if (!options.intrinsics.empty()) {
+    dataset.intrinsics_ = parseIntrinsics(options.intrinsics, "--intrinsics");
+    dataset.intrinsics_source_ = "--intrinsics";
+  }
   return dataset;
 }
 
 std::string Dataset::name() const {
   const auto slash = path_.rfind('/');
   return slash == std::string::npos || path_.size() == 1 ? path_ : path_.substr(slash + 1);
+}
+
+std::string Dataset::calibrationText() const {
+  if (!intrinsics_) return "no intrinsics, so no poses (see --intrinsics)";
+  const CameraIntrinsics& k = *intrinsics_;
+  std::ostringstream text;
+  text << "calibration of " << intrinsics_source_ << ": fx " << k.fx << ", fy " << k.fy << ", cx " << k.cx << ", cy "
+       << k.cy;
+  const bool distorted = std::any_of(k.distortion.begin(), k.distortion.end(), [](double d) { return d != 0; });
+  text << (distorted ? ", " + k.distortion_model : ", no distortion");
+  if (distorted) {
+    for (const double d : k.distortion) text << ' ' << d;
+  }
+  if (kind_ == DatasetKind::kBag && !distorted && isOpenNiDefault(k)) {
+    text << " (what the OpenNI driver reports of every camera; give a real camera's own with --intrinsics)";
+  }
+  return text.str();
 }
 
 std::vector<DatasetPair> Dataset::pairs(int gap, int stride) const {

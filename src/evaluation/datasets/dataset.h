@@ -58,7 +58,11 @@ struct DatasetOptions {
   double depth_scale = 5000;  ///< grey values per metre of 16-bit depth images (TUM's 5000)
 };
 
-/// Where a set's pictures come from: files or bag messages.
+/// Factory values of the OpenNI driver, the same for every camera and in all official TUM bags: 525, 525, 319.5, 239.5,
+/// no distortion.
+CameraIntrinsics openNiIntrinsics();
+
+/// Images of a set, from files or bag messages.
 class ImageSource {
  public:
   virtual ~ImageSource() = default;
@@ -82,9 +86,10 @@ class Dataset {
   std::optional<Eigen::Isometry3d> truthAt(double stamp) const;
   /// Absent when the set says nothing and none were given: then only uncalibrated models apply.
   const std::optional<CameraIntrinsics>& intrinsics() const { return intrinsics_; }
+  /// Names the calibration in use and its source.
+  std::string calibrationText() const;
 
-  /// Every `stride`-th pair of frames `gap` apart (gap, stride >= 1), in order; of a pair list every `stride`-th pair,
-  /// whatever the gap.
+  /// Every `stride`-th pair of frames that are `gap` apart (gap, stride >= 1). A pair list ignores the gap.
   std::vector<DatasetPair> pairs(int gap, int stride) const;
 
   /// Seconds; not set in a list of image pairs, which has none.
@@ -107,6 +112,7 @@ class Dataset {
   std::vector<StampedPose> trajectory_;
   std::vector<DatasetPair> listed_pairs_;
   std::optional<CameraIntrinsics> intrinsics_;
+  std::string intrinsics_source_;  ///< file, topic or option
   double depth_scale_ = 5000;
   std::shared_ptr<const ImageSource> source_;
 };

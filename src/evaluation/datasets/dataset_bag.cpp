@@ -1,5 +1,5 @@
-// ROS bags: an image topic (raw or compressed), the camera_info beside it, and the camera's true motion from tf when
-// the bag carries it. Read without a ROS master.
+// ROS bags: an image topic (raw or compressed), its camera_info, and the true motion of the camera from tf. Needs no
+// ROS master.
 #include <algorithm>
 #include <mutex>
 
@@ -15,7 +15,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "datasets/bag_check.h"
 #include "datasets/dataset_layouts.h"
 #include "datasets/dataset_text.h"
 
@@ -139,10 +138,13 @@ CameraIntrinsics fromCameraInfo(const sensor_msgs::CameraInfo& info) {
   return intrinsics;
 }
 
-std::optional<CameraIntrinsics> readCameraInfo(const std::string& file, rosbag::Bag& bag, const std::string& topic) {
+/// Puts the topic into `source`.
+std::optional<CameraIntrinsics> readCameraInfo(const std::string& file, rosbag::Bag& bag, const std::string& topic,
+                                               std::string& source) {
   // ".../image_raw/compressed" has its camera_info one level further up.
   for (const std::string& parent : {parentTopic(topic), parentTopic(parentTopic(topic))}) {
-    rosbag::View view(bag, rosbag::TopicQuery(parent + "/camera_info"));
+    source = parent + "/camera_info";
+    rosbag::View view(bag, rosbag::TopicQuery(source));
     for (const rosbag::MessageInstance& message : view) {
       const auto info = message.instantiate<sensor_msgs::CameraInfo>();
       if (!info) continue;
@@ -151,7 +153,7 @@ std::optional<CameraIntrinsics> readCameraInfo(const std::string& file, rosbag::
       try {
         intrinsics.validate();
       } catch (const std::invalid_argument& error) {
-        throw DatasetError(file + ": " + parent + "/camera_info: " + error.what());
+        throw DatasetError(file + ": " + source + ": " + error.what());
       }
       return intrinsics;
     }
@@ -220,7 +222,6 @@ Dataset openBag(const std::string& file, const DatasetOptions& options) {
   Dataset dataset;
   dataset.kind_ = DatasetKind::kBag;
   try {
-    checkBag(file);
     rosbag::Bag bag(file, rosbag::bagmode::Read);
     const std::string topic = chooseTopic(file, bag, options.topic);
     std::vector<MessageKey> keys;
@@ -243,7 +244,7 @@ Dataset openBag(const std::string& file, const DatasetOptions& options) {
       dataset.frames_.push_back(frame);
     }
     if (keys.empty()) throw DatasetError(file + ": topic " + topic + " holds no image");
-    dataset.intrinsics_ = readCameraInfo(file, bag, topic);
+    dataset.intrinsics_ = readCameraInfo(file, bag, topic, dataset.intrinsics_source_);
     addPoses(bag, camera_frame, options.truth_frame, keys, dataset.frames_);
     bag.close();
     dataset.source_ = std::make_shared<BagImages>(file, topic, std::move(keys));

@@ -1,36 +1,25 @@
 #include "datasets/dataset_export.h"
 
-#include <cstdio>
-
 #include "datasets/bag_writer.h"
 
 namespace gms_ransac {
 
 namespace {
 
-// Ground truth this long before the first and after the last image is left out, seconds: of a shortened sequence a
-// replay would otherwise show nothing but tf for most of its time.
+// Ground truth further than this from the first and last image is not written, seconds: a replay of a shortened
+// sequence would show only tf for most of its time.
 constexpr double kTruthMargin = 0.5;
 const cv::Size kOpenNiSize(640, 480);
 
-CameraIntrinsics openNiIntrinsics() {
-  CameraIntrinsics intrinsics;
-  intrinsics.fx = intrinsics.fy = 525;
-  intrinsics.cx = 319.5;
-  intrinsics.cy = 239.5;
-  intrinsics.distortion_model = "plumb_bob";
-  return intrinsics;
-}
-
-CameraIntrinsics folderIntrinsics(const Dataset& dataset) {
+CameraIntrinsics bagIntrinsics(const Dataset& dataset, const BagExportOptions& options) {
+  if (writesFactoryCalibration(dataset, options)) return openNiIntrinsics();
   if (dataset.intrinsics()) return *dataset.intrinsics();
   throw DatasetError(dataset.path() + ": has neither camera.txt nor calib.txt, so there is no camera_info to write");
 }
 
 void exportTum(const Dataset& dataset, const std::string& path, const BagExportOptions& options,
                const std::function<void()>& written) {
-  const bool driver = options.openni_camera_info && dataset.image(0, false).size() == kOpenNiSize;
-  BagWriter bag(path, BagLayout::kTum, driver ? openNiIntrinsics() : folderIntrinsics(dataset));
+  BagWriter bag(path, BagLayout::kTum, bagIntrinsics(dataset, options));
   const std::vector<DatasetFrame>& frames = dataset.frames();
   for (const StampedPose& sample : dataset.trajectory()) {
     if (sample.stamp < frames.front().stamp - kTruthMargin) continue;
@@ -53,7 +42,7 @@ void exportTum(const Dataset& dataset, const std::string& path, const BagExportO
 
 void exportKitti(const Dataset& dataset, const std::string& path, const BagExportOptions& options,
                  const std::function<void()>& written) {
-  BagWriter bag(path, BagLayout::kKitti, folderIntrinsics(dataset));
+  BagWriter bag(path, BagLayout::kKitti, bagIntrinsics(dataset, options));
   for (const StampedPose& sample : dataset.trajectory()) {
     bag.writeGroundTruth(options.kitti_start + sample.stamp, sample.pose);
   }
@@ -66,21 +55,21 @@ void exportKitti(const Dataset& dataset, const std::string& path, const BagExpor
 
 }  // namespace
 
+bool writesFactoryCalibration(const Dataset& dataset, const BagExportOptions& options) {
+  return dataset.kind() == DatasetKind::kTum && (options.openni_camera_info || !dataset.intrinsics()) &&
+         dataset.image(0).size() == kOpenNiSize;
+}
+
 void exportToBag(const Dataset& dataset, const std::string& path, const BagExportOptions& options,
                  const std::function<void()>& written) {
-  try {
-    switch (dataset.kind()) {
-      case DatasetKind::kTum:
-        return exportTum(dataset, path, options, written);
-      case DatasetKind::kKitti:
-        return exportKitti(dataset, path, options, written);
-      case DatasetKind::kImagePairs:
-      case DatasetKind::kBag:
-        throw DatasetError(dataset.path() + ": only TUM and KITTI folders can be turned into a bag");
-    }
-  } catch (const DatasetError&) {
-    std::remove(path.c_str());  // half a bag would look like a whole one
-    throw;
+  switch (dataset.kind()) {
+    case DatasetKind::kTum:
+      return exportTum(dataset, path, options, written);
+    case DatasetKind::kKitti:
+      return exportKitti(dataset, path, options, written);
+    case DatasetKind::kImagePairs:
+    case DatasetKind::kBag:
+      throw DatasetError(dataset.path() + ": only TUM and KITTI folders can be turned into a bag");
   }
 }
 

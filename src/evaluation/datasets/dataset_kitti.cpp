@@ -80,6 +80,7 @@ Dataset openKitti(const std::string& folder, const DatasetOptions&) {
   Dataset dataset;
   dataset.kind_ = DatasetKind::kKitti;
   dataset.intrinsics_ = readCameraFile(folder);
+  dataset.intrinsics_source_ = dataset.intrinsics_ ? "camera.txt" : "calib.txt";
   if (!dataset.intrinsics_) dataset.intrinsics_ = readCalibration(joinPath(folder, "calib.txt"));
   const std::vector<std::string> names =
       listImages(folder, isFolder(joinPath(folder, "image_0")) ? "image_0" : "image_l");

@@ -41,6 +41,7 @@ Dataset openImagePairs(const std::string& folder, const DatasetOptions&) {
   Dataset dataset;
   dataset.kind_ = DatasetKind::kImagePairs;
   dataset.intrinsics_ = readCameraFile(folder);
+  dataset.intrinsics_source_ = "camera.txt";
 
   const std::string list = joinPath(folder, "pairs.txt");
   std::vector<std::string> paths;

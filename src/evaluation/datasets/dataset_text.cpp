@@ -49,7 +49,7 @@ class FolderImages : public ImageSource {
 }  // namespace
 
 std::vector<TextLine> readLines(const std::string& file) {
-  // In this order: to open a pipe waits for whoever writes to it.
+  // Checked before opening: opening a pipe blocks until another process writes to it.
   std::ifstream stream;
   if (isFile(file)) stream.open(file);
   if (!stream.is_open()) throw DatasetError(file + ": cannot be opened");

@@ -37,7 +37,7 @@ std::optional<CameraIntrinsics> readCameraFile(const std::string& folder);
 /// Three lines of three numbers.
 Eigen::Matrix3d readMatrixFile(const std::string& file);
 
-/// A regular file: of a pipe or a device one would read for ever.
+/// Returns true for a regular file. Pipes and devices have no end.
 bool isFile(const std::string& path);
 bool isFolder(const std::string& path);
 std::string joinPath(const std::string& folder, const std::string& relative);

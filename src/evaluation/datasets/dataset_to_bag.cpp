@@ -1,4 +1,5 @@
 // Program: writes a TUM or KITTI folder as a bag with the topic names of the official TUM bags or of kitti2bag.
+#include <iostream>
 #include <stdexcept>
 #include <string>
 
@@ -20,8 +21,9 @@ int datasetToBag(const Arguments& arguments) {
   po::options_description options("Options");
   auto add = options.add_options();
   add("help,h", "this text");
-  add("camera-info", po::value(&camera_info)->default_value("openni"),
-      "TUM: openni (the driver's 525, 319.5, 239.5 without distortion, as the official bags) or folder (camera.txt)");
+  add("camera-info", po::value(&camera_info)->default_value("folder"),
+      "TUM: folder (camera.txt, or openni without that file) or openni (the driver's factory values 525, 319.5, 239.5, "
+      "no distortion, as in the official bags)");
   add("intrinsics", po::value(&dataset_options.intrinsics),
       "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]] for camera_info instead of the folder's");
   add("depth-scale", po::value(&dataset_options.depth_scale)->default_value(dataset_options.depth_scale),
@@ -46,8 +48,17 @@ int datasetToBag(const Arguments& arguments) {
   export_options.openni_camera_info = camera_info == "openni" && dataset_options.intrinsics.empty();
 
   const Dataset dataset = Dataset::open(folder, dataset_options);
+  if (writesFactoryCalibration(dataset, export_options)) {
+    std::cerr << folder << ": camera_info holds the OpenNI driver's factory values (525, 319.5, 239.5, no distortion)"
+              << (dataset.intrinsics() ? "" : ", since there is no camera.txt; give the camera's own with --intrinsics")
+              << '\n';
+  }
+  const InterruptWatch watch;
   Progress progress("writing frame", static_cast<int>(dataset.frames().size()));
-  exportToBag(dataset, bag, export_options, [&progress] { progress.advance(); });
+  exportToBag(dataset, bag, export_options, [&progress] {
+    if (InterruptWatch::interrupted()) throw Interrupted();
+    progress.advance();
+  });
   return 0;
 }
 

@@ -66,6 +66,7 @@ Dataset openTum(const std::string& folder, const DatasetOptions& options) {
   Dataset dataset;
   dataset.kind_ = DatasetKind::kTum;
   dataset.intrinsics_ = readCameraFile(folder);
+  dataset.intrinsics_source_ = "camera.txt";
   dataset.depth_scale_ = options.depth_scale;
 
   std::vector<StampedFile> depth;

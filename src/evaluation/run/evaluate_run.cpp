@@ -1,7 +1,6 @@
 // `evaluate run`: works through one data set, one record a pair and method, and a table of figures at the end.
 #include <fstream>
 #include <iostream>
-#include <map>
 #include <stdexcept>
 
 #include <boost/program_options.hpp>
@@ -10,7 +9,7 @@
 #include "run/evaluate_commands.h"
 #include "run/experiment.h"
 #include "run/pipeline_options.h"
-#include "run/summary.h"
+#include "run/record.h"
 
 namespace gms_ransac {
 
@@ -19,7 +18,7 @@ namespace {
 namespace po = boost::program_options;
 
 struct RunArguments {
-  std::string folder, out;
+  std::string folder, out, plot;
   int gap = 1, stride = 1, repeat = 1;
   DatasetOptions dataset;
   PipelineArguments pipeline;
@@ -34,12 +33,13 @@ bool parse(const Arguments& arguments, RunArguments& run) {
   add("stride", po::value(&run.stride)->default_value(run.stride), "frames between one pair and the next");
   add("repeat", po::value(&run.repeat)->default_value(run.repeat), "repetitions, each with the next seed");
   add("out,o", po::value(&run.out), "file for the records, one JSON object a line; - for standard output");
+  add("plot", po::value(&run.plot), "file for a plot (.png, .pdf) of errors and inliers over time");
   addDatasetOptions(options, run.dataset);
   run.pipeline.addTo(options, arguments);
   const char* usage =
       "evaluate run DIR [options]\n\nDIR: a TUM or KITTI odometry folder, a folder of image pairs (pairs.txt), or a "
       ".bag.\nWrites a record for each pair and method, and prints a table.";
-  if (!parseCommandLine(arguments, usage, options, {{"folder", 1, po::value(&run.folder)}}, parseOldOption)) {
+  if (!parseCommandLine(arguments, usage, options, {{"folder", 1, po::value(&run.folder)}})) {
     return false;
   }
   if (run.folder.empty()) throw std::invalid_argument("no folder or bag given; see evaluate run --help");
@@ -47,13 +47,13 @@ bool parse(const Arguments& arguments, RunArguments& run) {
   return true;
 }
 
-std::vector<Contender> contenders(const RunArguments& run) {
-  std::vector<Contender> all;
+/// Each method, repeated with the next seeds.
+std::vector<MatchFilterOptions> pipelines(const RunArguments& run) {
+  std::vector<MatchFilterOptions> all;
   for (const std::string& method : run.pipeline.methodNames()) {
     for (int repeat = 0; repeat < run.repeat; ++repeat) {
-      Contender contender{run.pipeline.options(method), repeat};
-      contender.options.robust.seed += static_cast<uint64_t>(repeat);
-      all.push_back(contender);
+      all.push_back(run.pipeline.options(method));
+      all.back().robust.seed += static_cast<uint64_t>(repeat);
     }
   }
   return all;
@@ -64,7 +64,7 @@ std::vector<Contender> contenders(const RunArguments& run) {
 int evaluateRun(const Arguments& arguments) {
   RunArguments run;
   if (!parse(arguments, run)) return 0;
-  const std::vector<Contender> all = contenders(run);
+  const std::vector<MatchFilterOptions> all = pipelines(run);
   const Dataset dataset = Dataset::open(run.folder, run.dataset);
   const std::vector<DatasetPair> pairs = dataset.pairs(run.gap, run.stride);
   if (pairs.empty()) {
@@ -77,28 +77,34 @@ int evaluateRun(const Arguments& arguments) {
     if (!file) throw std::invalid_argument(run.out + ": cannot be written");
   }
   std::ostream* records = run.out.empty() ? nullptr : run.out == "-" ? &std::cout : &file;
-  if (!dataset.intrinsics()) std::cerr << run.folder << ": no intrinsics, so no poses (see --intrinsics)\n";
-  if (const auto note = unappliedOption(dataset, all.front().options)) std::cerr << *note << '\n';
+  for (const std::string& remark : remarks(dataset, all.front())) std::cerr << remark << '\n';
 
-  Experiment experiment(dataset, all, dataset.kind() == DatasetKind::kImagePairs ? 0 : run.gap);
-  std::map<std::string, std::vector<PairOutcome>> outcomes;
+  std::vector<std::string> report = {"run"};
+  if (!run.plot.empty()) report.insert(report.end(), {"--plot", run.plot});
+  Reporter reporter(report, run.out == "-");
+  const InterruptWatch watch;
+  size_t done = 0;
   {
+    Experiment experiment(dataset, all);
     Progress progress("evaluating pair", static_cast<int>(pairs.size()));
-    for (const DatasetPair& pair : pairs) {
-      experiment.run(pair, [&](const Answer& answer) {
-        const Record record = makeRecord(answer.context, answer.reference, answer.current, answer.result, answer.truth);
-        if (records) *records << toJsonLine(record) << '\n';
-        outcomes[record.context.method].push_back(outcomeOf(record));
+    for (; done < pairs.size() && !InterruptWatch::interrupted(); ++done) {
+      experiment.run(pairs[done], [&](const Answer& answer) {
+        nlohmann::json record = answerRecord(answer.options, answer.result);
+        record.update(pairRecord(dataset, pairs[done], run.gap));
+        record["repeat"] = answer.pipeline % static_cast<size_t>(run.repeat);
+        record["truth"] = truthRecord(answer.truth, answer.reference, answer.current, answer.result);
+        reporter.add(record.dump());
+        if (!records) return;
+        record["correspondences"] = correspondencesRecord(answer.reference, answer.current, answer.result);
+        *records << record.dump() << '\n';
       });
       if (records && !records->flush()) throw std::runtime_error(run.out + ": writing failed; is the disk full?");
       progress.advance();
     }
   }
-
-  std::vector<std::pair<std::string, Summary>> rows;
-  for (const std::string& method : run.pipeline.methodNames()) rows.emplace_back(method, summarize(outcomes[method]));
-  (run.out == "-" ? std::cerr : std::cout) << summaryTable(rows);
-  return 0;
+  reporter.finish();
+  return statusOrInterrupted(
+      0, "the table is of the first " + std::to_string(done) + " of " + std::to_string(pairs.size()) + " pairs");
 }
 
 }  // namespace gms_ransac

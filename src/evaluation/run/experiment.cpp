@@ -1,34 +1,45 @@
 #include "run/experiment.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace gms_ransac {
 
-std::optional<std::string> unappliedOption(const Dataset& dataset, const MatchFilterOptions& options) {
-  if (dataset.stamp(0) || options.robust.rolling_shutter_readout == 0) return std::nullopt;
-  return dataset.path() + ": a list of pairs has no stamps, so --rolling-shutter-readout is not applied";
+std::vector<std::string> remarks(const Dataset& dataset, const MatchFilterOptions& options) {
+  std::vector<std::string> sentences = {dataset.path() + ": " + dataset.calibrationText()};
+  if (!dataset.stamp(0) && options.robust.rolling_shutter_readout != 0) {
+    sentences.push_back(dataset.path() +
+                        ": a list of pairs has no stamps, so --rolling-shutter-readout is not applied");
+  }
+  return sentences;
 }
 
-Experiment::Experiment(const Dataset& dataset, const std::vector<Contender>& contenders, int gap)
-    : dataset_(dataset), contenders_(contenders), gap_(gap) {
-  for (const Contender& contender : contenders_) filters_.push_back(std::make_unique<MatchFilter>(contender.options));
+nlohmann::json pairRecord(const Dataset& dataset, const DatasetPair& pair, int gap) {
+  nlohmann::json record = {{"set", dataset.name()},
+                           {"reference", dataset.frames()[static_cast<size_t>(pair.reference)].name},
+                           {"current", dataset.frames()[static_cast<size_t>(pair.current)].name},
+                           {"gap", nullptr},
+                           {"stamp", nullptr}};
+  if (const auto stamp = dataset.stamp(pair.current)) {
+    record["gap"] = gap;
+    record["stamp"] = *stamp;
+  }
+  return record;
+}
+
+Experiment::Experiment(const Dataset& dataset, std::vector<MatchFilterOptions> pipelines)
+    : dataset_(dataset), pipelines_(std::move(pipelines)) {
+  for (const MatchFilterOptions& options : pipelines_) filters_.push_back(std::make_unique<MatchFilter>(options));
 }
 
 const Frame& Experiment::frame(int index) {
-  const auto known = frames_.find(index);
-  if (known != frames_.end()) return known->second;
-  Frame& frame = frames_[index];
-  filters_.front()->extract(dataset_.image(index), frame, cv::Mat(), dataset_.stamp(index));
-  return frame;
+  const auto [place, is_new] = frames_.try_emplace(index);
+  if (is_new) filters_.front()->extract(dataset_.image(index), place->second, cv::Mat(), dataset_.stamp(index));
+  return place->second;
 }
 
-void Experiment::forgetFramesBefore(const DatasetPair& pair) {
-  const int first = std::min(pair.reference, pair.current);
-  frames_.erase(frames_.begin(), frames_.lower_bound(first));
-}
-
-void Experiment::run(const DatasetPair& pair, const Receiver& receive) {
-  forgetFramesBefore(pair);
+void Experiment::run(const DatasetPair& pair, const std::function<void(const Answer&)>& receive) {
+  frames_.erase(frames_.begin(), frames_.lower_bound(std::min(pair.reference, pair.current)));
   const Frame& reference = frame(pair.reference);
   const Frame& current = frame(pair.current);
   const cv::Size size = reference.features.image_size;
@@ -37,20 +48,9 @@ void Experiment::run(const DatasetPair& pair, const Receiver& receive) {
     for (auto& filter : filters_) filter->setCamera(camera_);
   }
   const PairTruth truth(dataset_, pair, camera_);
-
-  for (size_t i = 0; i < contenders_.size(); ++i) {
-    const MatchFilterOptions& options = contenders_[i].options;
+  for (size_t i = 0; i < pipelines_.size(); ++i) {
     filters_[i]->filter(reference, current, result_);
-    RecordContext context;
-    context.method = options.method;
-    context.model = options.robust.model;
-    context.reference = dataset_.frames()[static_cast<size_t>(pair.reference)].name;
-    context.current = dataset_.frames()[static_cast<size_t>(pair.current)].name;
-    context.features = options.extractor.features;
-    context.gap = gap_;
-    context.repeat = contenders_[i].repeat;
-    context.seed = options.robust.seed;
-    receive({context, reference.features, current.features, camera_, result_, truth});
+    receive({i, pipelines_[i], reference.features, current.features, camera_, result_, truth});
   }
 }
 

@@ -4,51 +4,47 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "datasets/dataset.h"
 #include "gms_ransac/match_filter.h"
-#include "run/record.h"
+#include "run/pair_truth.h"
 
 namespace gms_ransac {
 
-/// One pipeline of an experiment. All pipelines of an experiment share the extractor's options.
-struct Contender {
-  MatchFilterOptions options;
-  int repeat = 0;  ///< which repetition, for the record
-};
-
-/// One pipeline's answer to one pair, for as long as the call lasts.
+/// One pipeline's answer to one pair, valid during the call.
 struct Answer {
-  const RecordContext& context;
+  size_t pipeline;  ///< index into those of the experiment
+  const MatchFilterOptions& options;
   const Features &reference, &current;
   const Camera& camera;  ///< of both images; uncalibrated where the set has no intrinsics
   const MatchResult& result;
   const PairTruth& truth;
 };
 
-/// A sentence on what the options ask for and the set cannot give; nothing where it gives all.
-std::optional<std::string> unappliedOption(const Dataset& dataset, const MatchFilterOptions& options);
+/// Sentences for the user: the calibration in use, and options that do not apply to this set.
+std::vector<std::string> remarks(const Dataset& dataset, const MatchFilterOptions& options);
+
+/// The fields of a record that name a pair. `gap` is null for pairs of a list.
+nlohmann::json pairRecord(const Dataset& dataset, const DatasetPair& pair, int gap);
 
 class Experiment {
  public:
-  /// Validates the options. `gap` goes into the records (0: pairs of a list).
-  Experiment(const Dataset& dataset, const std::vector<Contender>& contenders, int gap);
+  /// Validates the options. All pipelines share the extractor of the first.
+  Experiment(const Dataset& dataset, std::vector<MatchFilterOptions> pipelines);
 
-  using Receiver = std::function<void(const Answer&)>;
-  /// All contenders on one pair, in order. Throws DatasetError when an image cannot be read.
-  void run(const DatasetPair& pair, const Receiver& receive);
+  /// All pipelines on one pair, in order. Throws DatasetError when an image cannot be read.
+  void run(const DatasetPair& pair, const std::function<void(const Answer&)>& receive);
 
  private:
   const Frame& frame(int index);
-  void forgetFramesBefore(const DatasetPair& pair);
 
   const Dataset& dataset_;
-  std::vector<Contender> contenders_;
-  std::vector<std::unique_ptr<MatchFilter>> filters_;  ///< one for each contender; the first extracts
-  int gap_;
+  std::vector<MatchFilterOptions> pipelines_;
+  std::vector<std::unique_ptr<MatchFilter>> filters_;
   std::map<int, Frame> frames_;  ///< extracted and still needed
   Camera camera_;
   MatchResult result_;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace gms_ransac {
 
@@ -46,16 +45,5 @@ double percentile(std::vector<double> values, double percent) {
   const size_t above = std::min(below + 1, values.size() - 1);
   return values[below] + (position - static_cast<double>(below)) * (values[above] - values[below]);
 }
-
-double mean(const std::vector<double>& values) {
-  if (values.empty()) return kNone;
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-double paperPrecision(double kept, double gms_survivors) {
-  return gms_survivors > 0 ? 100.0 * kept / gms_survivors : kNone;
-}
-
-double paperRecall(double kept, double preset_features) { return 100.0 * kept / preset_features; }
 
 }  // namespace gms_ransac

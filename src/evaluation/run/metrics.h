@@ -30,12 +30,5 @@ double areaUnderRecallCurve(std::vector<double> errors, double threshold);
 /// Linear interpolation between order statistics (numpy's default); NaN without values. `percent` 0..100.
 double percentile(std::vector<double> values, double percent);
 inline double median(const std::vector<double>& values) { return percentile(values, 50); }
-double mean(const std::vector<double>& values);  ///< NaN without values
-
-/// The paper's "precision": matches that survive RANSAC over those that survive GMS, percent (its Table 4, proven by
-/// its numbers: 897 / 1188 = 75.5051 %). No ground truth is involved. NaN when nothing survived GMS.
-double paperPrecision(double kept, double gms_survivors);
-/// The paper's "recall": matches that survive RANSAC over the preset number of features, percent.
-double paperRecall(double kept, double preset_features);
 
 }  // namespace gms_ransac

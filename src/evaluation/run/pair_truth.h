@@ -1,4 +1,4 @@
-// What the truth of an image pair says about a match: near its epipolar line, or at its place.
+// Truth of an image pair: distances of matches from their true epipolar lines or true positions.
 #pragma once
 
 #include <optional>

@@ -3,17 +3,16 @@
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <boost/program_options.hpp>
 
 #include "gms_ransac/match_filter.h"
-#include "gms_ransac/parameter.h"
+#include "parameter.h"
 
 namespace gms_ransac {
 
-/// What the user asked for; `options(method)` is what the pipeline gets.
+/// Options of the user; `options(method)` makes those of a pipeline.
 struct PipelineArguments {
   std::vector<std::string> methods;  ///< names or comma lists of names; empty: the default method
   int threads = 1;
@@ -28,15 +27,10 @@ struct PipelineArguments {
 
  private:
   ParameterValues values_;
-  std::string old_grid_;  ///< "20x20"
 };
 
 /// "first_group_fraction" -> "first-group-fraction".
 std::string optionName(const std::string& parameter);
-
-/// For program_options (extra_parser): the option that a word with an old name stands for, {name, value if there is one
-/// in the word}, with a warning on standard error; {} for any other word.
-std::pair<std::string, std::string> parseOldOption(const std::string& word);
 
 /// Names given one by one, as comma lists or both, in order. Throws std::invalid_argument for one that is unknown.
 std::vector<std::string> parseMethodNames(const std::vector<std::string>& given);

@@ -12,8 +12,6 @@
 #include <thread>
 #include <utility>
 
-#include <nlohmann/json.hpp>
-
 #include "program.h"
 
 namespace gms_ransac {
@@ -35,8 +33,7 @@ std::optional<int> unitOf(const std::string& line) {
 
 }  // namespace
 
-void WorkFolder::begin(const std::string& text, bool resume) {
-  const json plan = json::parse(text);
+void WorkFolder::begin(const json& plan, bool resume) {
   std::error_code failure;
   fs::create_directories(path_, failure);
   if (failure) throw std::runtime_error(path_ + ": cannot be made (" + failure.message() + ")");
@@ -46,7 +43,7 @@ void WorkFolder::begin(const std::string& text, bool resume) {
                                   ": already holds measurements; add --resume to go on, or choose another --out");
     }
     open();
-    if (plan_ != plan.dump()) {
+    if (plan_ != plan) {
       throw std::invalid_argument(path_ + ": was measured with other options or sets; choose another --out");
     }
     std::vector<std::string> whole;
@@ -54,7 +51,7 @@ void WorkFolder::begin(const std::string& text, bool resume) {
     write(whole, false);
     return;
   }
-  plan_ = plan.dump();
+  plan_ = plan;
   std::ofstream stream(file(kPlanFile));
   if (!(stream << plan.dump(1) << '\n').flush()) throw std::runtime_error(file(kPlanFile) + ": cannot be written");
 }
@@ -62,9 +59,8 @@ void WorkFolder::begin(const std::string& text, bool resume) {
 void WorkFolder::open() {
   std::ifstream stream(file(kPlanFile));
   if (!stream) throw std::invalid_argument(path_ + ": holds no " + kPlanFile + ", so it is no folder of measurements");
-  const json plan = json::parse(stream, nullptr, false);
-  if (plan.is_discarded()) throw std::invalid_argument(file(kPlanFile) + ": is not JSON");
-  plan_ = plan.dump();
+  plan_ = json::parse(stream, nullptr, false);
+  if (plan_.is_discarded()) throw std::invalid_argument(file(kPlanFile) + ": is not JSON");
   done_.clear();
   for (const auto& line : lines()) done_.insert(line.first);
 }
@@ -84,8 +80,8 @@ void WorkFolder::write(const std::vector<std::string>& lines, bool append) const
   if (!stream.flush()) throw std::runtime_error(file(kMeasurementsFile) + ": cannot be written; is the disk full?");
 }
 
-void WorkFolder::append(int unit, const std::string& measurements) {
-  write({json{{"unit", unit}, {"runs", json::parse(measurements)}}.dump()}, true);
+void WorkFolder::append(int unit, const json& records) {
+  write({json{{"unit", unit}, {"runs", records}}.dump()}, true);
   done_.insert(unit);
 }
 
@@ -100,17 +96,7 @@ void WorkFolder::absorb(const WorkFolder& other) {
   write(fresh, true);
 }
 
-std::vector<std::string> WorkFolder::read() const {
-  std::vector<std::pair<int, std::string>> all = lines();
-  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<std::string> measurements;
-  measurements.reserve(all.size());
-  for (const auto& line : all) measurements.push_back(json::parse(line.second).at("runs").dump());
-  return measurements;
-}
-
-void workThrough(WorkFolder& folder, const std::vector<int>& units, int jobs,
-                 const std::function<std::string(int)>& measure) {
+void workThrough(WorkFolder& folder, const std::vector<int>& units, int jobs, const std::function<json(int)>& measure) {
   std::vector<int> todo;
   std::copy_if(units.begin(), units.end(), std::back_inserter(todo), [&](int unit) { return !folder.isDone(unit); });
   if (todo.empty()) return;
@@ -122,9 +108,9 @@ void workThrough(WorkFolder& folder, const std::vector<int>& units, int jobs,
   const auto work = [&] {
     try {
       for (size_t i = next++; i < todo.size() && !failed && !InterruptWatch::interrupted(); i = next++) {
-        const std::string measurements = measure(todo[i]);
+        const json records = measure(todo[i]);
         const std::lock_guard<std::mutex> lock(mutex);
-        folder.append(todo[i], measurements);
+        folder.append(todo[i], records);
         progress.advance();
       }
     } catch (...) {

@@ -16,7 +16,7 @@ using Change = std::function<void(Options&, Random&)>;
 constexpr double kDegree = M_PI / 180;
 constexpr double kFilteredReach = 48;  // pixels: one and a half cells of the grid of motion statistics
 constexpr double kVariation = 0.25;    // of motions about those of the scene, as a share of their length
-constexpr double kTurn = 4 * kDegree;  // from image to image, of a camera that turns
+constexpr double kTurn = 4 * kDegree;  // between images, for a rotating camera
 constexpr double kShutterTurn = 2 * kDegree,
                  kReadout = 0.9;  // over the rows; of the time between images, as a Kinect's
 
@@ -83,7 +83,7 @@ void plane(Options& options, const Vector3d& normal, Random& random) {
   options.plane_normal = normal.normalized() + 0.1 * inCube(random);
 }
 
-/// A person or a vehicle near the camera: from a slow step to a car, of which every other one turns as well.
+/// A person or a vehicle near the camera: from a slow step to a car; half of them rotate as well.
 MovingBody mover(double share, Random& random) {
   MovingBody body;
   body.share = share;
@@ -130,8 +130,7 @@ void addWellPosed(Scenes& scenes) {
   }));
 }
 
-/// The model is exact and outliers are rare below the threshold: what the covariance says can be held against the
-/// truth.
+/// Exact model, few outliers below the threshold: the covariance can be checked against the truth.
 void addExact(Scenes& scenes) {
   for (const double sigma : {0.2, 0.5, 1., 2.}) {
     scenes.push_back(scene("exact_noise_" + text(sigma),

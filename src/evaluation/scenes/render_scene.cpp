@@ -78,8 +78,12 @@ int renderScene(const Arguments& arguments) {
     throw std::invalid_argument("--frames is " + std::to_string(frames) + "; the path ends after " +
                                 std::to_string(scene.frameCount()) + " frames of this step");
   }
+  const InterruptWatch watch;
   Progress progress("rendering frame", frames);
-  (isBag(out) ? writeBag : writeTumFolder)(scene, frames, out, [&progress] { progress.advance(); });
+  (isBag(out) ? writeBag : writeTumFolder)(scene, frames, out, [&progress] {
+    if (InterruptWatch::interrupted()) throw Interrupted();
+    progress.advance();
+  });
   return 0;
 }
 

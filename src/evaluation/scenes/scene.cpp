@@ -254,11 +254,11 @@ Isometry3d Scene::poseAt(double time) const {
     const double angle = s / kRoomPathRadius;
     const double radius = kRoomPathRadius + sway * 0.1 * wave(s, 4.1);
     position = {radius * std::cos(angle), radius * std::sin(angle), 1.5 + sway * 0.08 * wave(s, 3.3, 0.1)};
-    heading += angle + M_PI / 4;  // between straight ahead and the wall beside the path
+    heading += angle + M_PI / 4;  // between straight ahead and the wall
     elevation -= radians(5);
   } else {
     position = {kStreetStart + s, sway * 0.5 * wave(s, 45), 1.6 + sway * 0.02 * wave(s, 7)};
-    heading *= 0.6;  // a vehicle turns its nose less than a hand
+    heading *= 0.6;  // a vehicle rotates less than a hand-held camera
     elevation *= 0.3;
     roll *= 0.3;
   }

@@ -29,10 +29,10 @@ struct SceneOptions {
   double blur = 0.5;               ///< standard deviation of the lens blur, pixels
   uint64_t seed = 0;               ///< of textures, furniture and noise
 
-  // What tries to fool a filter. Poses are those of the middle row in the middle of the exposure.
+  // Difficulties. Poses are those of the middle row in the middle of the exposure.
   int movers = 0;         ///< boards that keep before the camera and sway from side to side by themselves
   double repetition = 0;  ///< every texture repeats itself after so many metres; 0: not
-  double readout = 0;     ///< rows are read one after another, for this share of the time between frames; 0: at once
+  double readout = 0;     ///< rolling shutter: share of the time between frames; 0: global shutter
   double exposure = 0;    ///< the shutter is open for this share of the time between frames; 0: an instant
   double brightness = 1;  ///< factor on the image before its noise
 
@@ -68,8 +68,8 @@ class Scene {
   /// Depth along the optical axis seen at `pixel` of frame `index`; 0 when the ray leaves the scene.
   double depth(int index, const cv::Point2d& pixel) const;
   /// Where the surface point seen at `pixel` of frame `reference` appears in frame `current`; false when it is
-  /// hidden there, outside the image or behind the camera. Exact up to rounding: no image is involved. Of all rows at
-  /// once: `readout` is left out.
+  /// hidden there, outside the image or behind the camera. Exact up to rounding: no image is involved. Global
+  /// shutter: ignores `readout`.
   bool correspondence(int reference, const cv::Point2d& pixel, int current, cv::Point2d& position) const;
   /// Pixel of a point in the camera frame, distortion included.
   cv::Point2d project(const Eigen::Vector3d& point) const;

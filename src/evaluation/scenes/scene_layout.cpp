@@ -85,7 +85,7 @@ std::vector<Surface> roomSurfaces(uint64_t seed) {
     const Vector3d crate = out * 4.7 + along * 4.3;  // crates standing free in the corners
     add(crate.x(), crate.y(), yaw + rng.uniform(0.2, 1.2), 0.7, 0.6, rng.uniform(0.5, 1.3));
   }
-  for (int i = 0; i < 20; ++i) {  // columns and crates standing free beside the path, near the camera
+  for (int i = 0; i < 20; ++i) {  // free-standing columns and crates next to the path
     const double angle = (i + rng.uniform(-0.25, 0.25)) * M_PI / 10, r = rng.uniform(4.7, 5.3);
     const double turn = rng.uniform(0.0, 1.5), width = rng.uniform(0.25, 0.55), height = rng.uniform(1.1, 2.4);
     add(r * std::cos(angle), r * std::sin(angle), turn, width, 0.8 * width, height);

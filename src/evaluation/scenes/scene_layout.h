@@ -1,4 +1,4 @@
-// What stands where in the rendered scenes: rectangles in the world, z up, in metres.
+// Layout of the rendered scenes: rectangles in the world, z up, in metres.
 #pragma once
 
 #include <cstdint>

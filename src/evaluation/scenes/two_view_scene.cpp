@@ -90,7 +90,7 @@ struct Motion {
   Vector3d wayAfter(double share) const { return straight ? rotationOf((share - 1) * rotation) * t : t; }
 };
 
-/// What stands still and the bodies, each with its motion before the camera.
+/// The static scene and the bodies, each with its motion relative to the camera.
 class Layout {
  public:
   explicit Layout(const TwoViewSceneOptions& options) : options_(options), random_(~options.seed) {
@@ -113,7 +113,7 @@ class Layout {
     return kStill;
   }
 
-  /// Whether it is before the scene; else it is a part of it.
+  /// Returns true for a body in front of the scene, false for a part of the scene.
   bool isBefore(int body) const { return body != kStill && !options_.bodies[static_cast<size_t>(body) - 1].everywhere; }
 
   /// Depth of the volume or of a body, `share` of the way from the nearest to the farthest.
@@ -166,7 +166,7 @@ class Shutter {
   double readout_, acceleration_;
 };
 
-/// Where the point, in the reference camera's frame when its row is read, is seen in the current image; false: behind.
+/// Position in the current image of a point in the frame of the reference camera at its row's time; false: behind.
 bool seenByCurrent(const Lens& lens, const Motion& motion, const Shutter& shutter, double row, const Vector3d& point,
                    Vector2d& pixel) {
   const Vector3d start = shutter.isGlobal() ? point : motion.before(shutter.shareAtReference(row), point);
@@ -230,7 +230,7 @@ void settleTruth(const Layout& layout, const Lens& lens, const Shutter& shutter,
   }
 }
 
-/// What stands still of the same scene, without error, seen by a camera that moves without turning.
+/// The static part of the same scene, without noise, for a camera that translates only.
 TwoViewScene translatedScene(TwoViewSceneOptions options) {
   options.matches = kMeasuredMatches;
   options.outlier_ratio = options.noise_px = options.readout = options.focal_error = 0;
@@ -255,14 +255,14 @@ std::vector<Vector2d> displacements(const PointPairs& pairs) {
   return result;
 }
 
-/// Derivative of a pixel by a small turn of the point before the camera, from the normalised position (x, y).
+/// Derivative of a pixel by a small rotation of its point about the camera; (x, y): normalised position.
 Eigen::Matrix<double, 2, 3> turnedPixel(double x, double y) {
   Eigen::Matrix<double, 2, 3> J;
   J << -x * y, 1 + x * x, -y, -(1 + y * y), x * y, x;
   return kFocalLength * J;
 }
 
-/// Takes away what a small turn, that of least squares, explains.
+/// Subtracts the displacement by the small rotation that fits best in the sense of least squares.
 void undoBestRotation(const TwoViewScene& scene, std::vector<Vector2d>& displacement) {
   std::vector<Eigen::Matrix<double, 2, 3>> derivatives;
   Matrix3d A = Matrix3d::Zero();

@@ -1,6 +1,5 @@
-// Two views of known points as an estimator meets them, drawn and not rendered: matches with exact truth, from
-// well-posed motions to what fools an estimator (moving bodies, repetition, rows read one after another, a wrong
-// calibration).
+// Two views of known points, drawn and not rendered: matches with exact truth, from well-posed motions to difficult
+// ones (moving bodies, repetition, rolling shutter, wrong calibration).
 #pragma once
 
 #include <cstdint>
@@ -9,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "gms_ransac/camera.h"
-#include "gms_ransac/robust_estimator.h"
+#include "gms_ransac/point_pairs.h"
 
 namespace gms_ransac {
 
@@ -35,7 +34,7 @@ struct TwoViewSceneOptions {
   Eigen::Vector3d translation{0.4, -0.1, 0.25};  ///< X_current = R X_reference + translation, metres
   Eigen::Vector3d rotation{0.02, -0.06, 0.03};   ///< rotation vector of that R, radians
   Eigen::Vector3d plane_normal{0.3, -0.2, 1};    ///< in the reference frame; tilted: its homography is no similarity
-  double plane_distance = 8;                     ///< metres along that normal, whatever its length
+  double plane_distance = 8;                     ///< metres along that normal
   double off_plane = 0;                          ///< share of the points of a plane scene that the volume has instead
   double nearest = 4, farthest = 12;             ///< depths of the volume, metres
   bool mostly_near = false;                      ///< these are uniform in the inverse of the depth, not in the depth
@@ -45,10 +44,10 @@ struct TwoViewSceneOptions {
   bool informative = true;   ///< score and distance tell outliers from the rest, with overlap; otherwise they are noise
   bool as_measured = false;  ///< by as much as ORB's do among the matches that GMS keeps of real images; else by more
   std::vector<MovingBody> bodies;  ///< their matches are as good as others; where windows overlap the first is in front
-  /// Rows are read one after another, for this share of the time from image to image; rotation and translation are from
-  /// middle row to middle row. 0: a global shutter. Of kSceneInterval seconds.
+  /// Rolling shutter: share of the time between images, kSceneInterval. Rotation and translation are from middle row to
+  /// middle row. 0: global shutter.
   double readout = 0;
-  bool straight = false;    ///< the camera goes a straight way meanwhile; else one that bends with its turn
+  bool straight = false;    ///< straight path between the images; else one that bends with the rotation
   double acceleration = 0;  ///< the camera has 1 - this of its mean speed at the reference and 1 + this at the current
   double focal_error = 0;   ///< the lens has the focal length of sceneCamera() times 1 + this
   Eigen::Vector2d radial{0, 0};  ///< k1 and k2 of distortion that nobody has undone
@@ -60,9 +59,9 @@ struct TwoViewScene {
   PointPairs pairs;
   std::vector<int> body;                ///< of each match: 0 stands still, k is options.bodies[k - 1], -1 an outlier
   std::vector<uint8_t> correct;         ///< of each match: it follows R and t
-  std::vector<Eigen::Vector3d> points;  ///< what the reference sees at each match, in its frame
-  /// From where the reference sees each of these to where the current image does if it follows R and t, pixels: through
-  /// the lens that draws, at the times of its rows, without noise. NaN where that is behind the camera.
+  std::vector<Eigen::Vector3d> points;  ///< point of each match, in the reference frame
+  /// True displacement of each point that follows R and t, pixels: through the true lens, at the times of its rows,
+  /// without noise. NaN behind the camera.
   std::vector<Eigen::Vector2d> displacements;
   /// X_current = R X_reference + t of the points that most matches show: the camera's motion, or that relative to a
   /// body which more of them show.
@@ -79,12 +78,11 @@ Camera sceneCamera();
 /// Points that both images of a sceneCamera() show.
 TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options);
 
-/// These options with the translation scaled until half of the points of what stands still are displaced by more than
-/// `pixels`: by the translation alone, or (parallax) by what remains of it after the rotation that undoes most of it,
-/// in the sense of least squares.
+/// Scales the translation to a median displacement of the static points of `pixels`: by the translation alone, or
+/// (parallax) after subtracting the best rotation in the sense of least squares.
 TwoViewSceneOptions withMedianDisplacement(TwoViewSceneOptions options, double pixels);
 TwoViewSceneOptions withMedianParallax(TwoViewSceneOptions options, double pixels);
-/// What these two measure, pixels.
+/// The two medians, pixels.
 double medianDisplacement(const TwoViewSceneOptions& options);
 double medianParallax(const TwoViewSceneOptions& options);
 

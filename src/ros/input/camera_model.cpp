@@ -9,8 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "excerpt.h"
-#include "quantity_text.h"
+#include "text.h"
 
 namespace gms_ransac {
 
@@ -71,7 +70,7 @@ void applyRegionAndBinning(const sensor_msgs::CameraInfo& info, CameraIntrinsics
   intrinsics.fy /= by;
 }
 
-/// What `info` holds: K, P, or both.
+/// Returns the calibrations in `info`: K, P, or both.
 std::vector<CameraIntrinsics> calibrations(const sensor_msgs::CameraInfo& info) {
   std::vector<CameraIntrinsics> given;
   if (info.K[0] > 0 && info.K[4] > 0) given.push_back({info.K[0], info.K[4], info.K[2], info.K[5], "", {}});
@@ -102,7 +101,8 @@ CameraModelSource::CameraModelSource(const Parameters& parameters, const std::st
       input_is_rectified_(parameters.input_is_rectified),
       or_set_(parameters.input == InputKind::kStereo ? "" : " or set ~camera/fx, fy, cx and cy"),
       image_topic_(image_topic),
-      info_topic_(info_topic) {}
+      info_topic_(info_topic),
+      throttle_(parameters.name) {}
 
 bool CameraModelSource::Known::describes(const sensor_msgs::CameraInfoConstPtr& other, cv::Size other_size) const {
   if (!model || other_size != size) return false;
@@ -112,32 +112,17 @@ bool CameraModelSource::Known::describes(const sensor_msgs::CameraInfoConstPtr& 
 std::shared_ptr<const CameraModel> CameraModelSource::get(const sensor_msgs::CameraInfoConstPtr& info,
                                                           cv::Size image_size) {
   if (last_.describes(info, image_size)) return last_.model;
-  std::swap(last_, before_);
-  if (last_.describes(info, image_size)) {
-    noteReturn();
-    return last_.model;
-  }
-  returns_ = 0;
   last_.size = image_size;
   last_.info = info;
   last_.model = makeAndTell(info.get(), image_size);
   return last_.model;
 }
 
-void CameraModelSource::noteReturn() {
-  // Sizes that alternate are those of the images, and told with them. A zoom may go back once.
-  if (last_.size != before_.size || !last_.info || !before_.info || ++returns_ < 2) return;
-  std::ostringstream text;
-  text << "the camera_info on " << info_topic_ << " goes back and forth between fx "
-       << before_.model->camera.intrinsics().fx << " and fx " << last_.model->camera.intrinsics().fx
-       << ": two cameras publish there, and one is not that of " << image_topic_ << "; remap one of them";
-  throttle_.warn("two cameras", text.str());
-}
-
 std::shared_ptr<const CameraModel> CameraModelSource::makeAndTell(const sensor_msgs::CameraInfo* info,
                                                                   cv::Size image_size) {
   auto model = std::make_shared<CameraModel>(make(info, image_size));
-  if (override_.calibrated() && info != nullptr) model->doubt = contradiction(*info, image_size);
+  model->source = override_.calibrated() ? "the parameters ~camera" : "camera_info on " + info_topic_;
+  if (info != nullptr) model->doubt = override_.calibrated() ? contradiction(*info, image_size) : factoryValues(*info);
   if (!model->doubt.empty()) throttle_.warn(model->doubt, model->doubt);
   const CameraIntrinsics& k = model->camera.intrinsics();
   // The sentence itself is the key: sizes that alternate say two things, not one per image.
@@ -149,8 +134,7 @@ std::shared_ptr<const CameraModel> CameraModelSource::makeAndTell(const sensor_m
     const bool guessed = input_is_rectified_ == Rectified::kAuto && !override_.calibrated();
     text << "images on " << image_topic_ << " are taken as " << (model->rectified ? "free of distortion" : "distorted")
          << (guessed ? " (set ~input_is_rectified if that is wrong)" : "") << ", with fx " << k.fx << ", fy " << k.fy
-         << ", cx " << k.cx << ", cy " << k.cy << " from "
-         << (override_.calibrated() ? "the parameters ~camera" : info_topic_);
+         << ", cx " << k.cx << ", cy " << k.cy << " from " << model->source;
     throttle_.info(text.str(), text.str());
   }
   model->warning = missingRays(model->camera);
@@ -178,7 +162,7 @@ std::string CameraModelSource::contradiction(const sensor_msgs::CameraInfo& info
   const std::string advice = "; ~camera is used: remove it from the parameter server if another launch left it there";
   const std::string mismatch = sizeMismatch(info, image_size);
   if (!mismatch.empty()) return mismatch + advice;
-  // Which of the two describes the images is as little known as whether the parameters do.
+  // Either matrix may describe the images: the parameters must fit one of them.
   const std::vector<CameraIntrinsics> given = calibrations(info);
   const bool fits = std::any_of(given.begin(), given.end(),
                                 [this](const CameraIntrinsics& each) { return mayBeOneCamera(each, override_); });
@@ -187,6 +171,17 @@ std::string CameraModelSource::contradiction(const sensor_msgs::CameraInfo& info
   text << "the parameters ~camera say fx " << override_.fx << ", fy " << override_.fy << ", but the camera_info on "
        << info_topic_ << " says fx " << given[0].fx << ", fy " << given[0].fy << ": that is another camera" << advice;
   return text.str();
+}
+
+std::string CameraModelSource::factoryValues(const sensor_msgs::CameraInfo& info) const {
+  // As in the official bags of TUM RGB-D.
+  const auto& K = info.K;
+  const bool distorts = std::any_of(info.D.begin(), info.D.end(), [](double d) { return d != 0; });
+  if (K[0] != 525 || K[4] != 525 || K[2] != 319.5 || K[5] != 239.5 || distorts) return std::string();
+  return "the camera_info on " + info_topic_ +
+         " holds the factory values of the OpenNI driver (fx 525, cx 319.5, cy 239.5, no distortion), not a "
+         "calibration: rotation and direction are less accurate; calibrate the camera" +
+         or_set_ + ", or replay a TUM bag with tum.launch calibration:=1, 2 or 3";
 }
 
 CameraModel CameraModelSource::make(const sensor_msgs::CameraInfo* info, cv::Size image_size) const {

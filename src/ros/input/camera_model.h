@@ -12,23 +12,22 @@
 
 namespace gms_ransac {
 
-/// A camera and how it was arrived at.
+/// A camera and how it was found.
 struct CameraModel {
   Camera camera;
+  std::string source;     ///< of the calibration, for sentences: "the parameters ~camera"
   bool rectified = true;  ///< the received pixels are free of distortion
   std::string problem;    ///< why the camera is not calibrated, and what to do; empty when it is
-  std::string doubt;      ///< why ~camera, which is used, may be of another camera, and what to do; empty: no reason
+  std::string doubt;      ///< why the calibration may be that of another camera, and what to do; empty: no reason
   std::string warning;    ///< how much of the image the calibration does not cover; empty when it covers all of it
 };
 
-/// Remembers the last two models, because a camera_info seldom changes, a table of distortion takes milliseconds, and
-/// two cameras may publish on one topic.
+/// Remembers the last model: camera_info seldom changes, and a table of distortion takes milliseconds.
 class CameraModelSource {
  public:
   CameraModelSource(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic);
 
-  /// The model for an image of this size; `info` may be null. The four numbers are logged whenever they change,
-  /// the same ones at most once in a while; that two cameras alternate is warned about.
+  /// The model for an image of this size; `info` may be null. Logs the four numbers when they change.
   std::shared_ptr<const CameraModel> get(const sensor_msgs::CameraInfoConstPtr& info, cv::Size image_size);
 
  private:
@@ -41,21 +40,20 @@ class CameraModelSource {
   };
 
   std::shared_ptr<const CameraModel> makeAndTell(const sensor_msgs::CameraInfo* info, cv::Size image_size);
-  /// `last_` is what was known before the one before it.
-  void noteReturn();
   CameraModel make(const sensor_msgs::CameraInfo* info, cv::Size image_size) const;
   CameraModel fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
   bool isRectified(const sensor_msgs::CameraInfo& info) const;
   /// Empty when `info` does not say a size.
   std::string sizeMismatch(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
+  /// Empty unless `info` is that of an uncalibrated Kinect.
+  std::string factoryValues(const sensor_msgs::CameraInfo& info) const;
   std::string contradiction(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
 
   CameraIntrinsics override_;
   Rectified input_is_rectified_;
   std::string or_set_;  ///< how sentences end that advise to calibrate, where ~camera may replace camera_info
   std::string image_topic_, info_topic_;
-  Known last_, before_;
-  int returns_ = 0;  ///< in a row
+  Known last_;
   Throttle throttle_;
 };
 

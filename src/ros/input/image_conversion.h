@@ -1,4 +1,4 @@
-// Image messages -> the 8-bit grey images the core takes; every malformed message is refused with a sentence.
+// Image messages -> 8-bit grey images, depth messages -> metres; a malformed message is refused with a sentence.
 #pragma once
 
 #include <string>
@@ -23,12 +23,16 @@ class ImageConverter {
   std::string toGrey(const sensor_msgs::Image& image, cv::Mat& grey);
 
  private:
-  /// Cameras put 10, 12 or 14 bits into 16. The brightest value seen so far tells how many are in use; that number
-  /// never shrinks, so that brightness does not jump from frame to frame.
+  /// Cameras put 10, 12 or 14 bits into 16. The number of bits in use is that of the brightest value so far; it never
+  /// shrinks, or the brightness would jump between frames.
   cv::Mat greyFromWide(const cv::Mat& wide);
   cv::Mat convert(const sensor_msgs::Image& image, int type, int color_to_grey);
 
   int wide_bits_ = 8;
 };
+
+/// 32FC1 (metres) or 16UC1 / mono16 (millimetres; 0: unknown) as CV_32FC1 metres, not positive or not finite where
+/// unknown. `depth` may share the message's memory. Returns an empty string or what is wrong; never throws.
+std::string toDepth(const sensor_msgs::Image& image, cv::Size expected_size, cv::Mat& depth);
 
 }  // namespace gms_ransac

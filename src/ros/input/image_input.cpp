@@ -19,7 +19,7 @@ constexpr double kPatience = 1;
 // callback.
 constexpr double kLookPeriod = 0.1, kRest = 3600;
 
-/// Which package brings a transport, as advice.
+/// Advice on the package that contains a transport.
 std::string whereToGet(const std::string& transport) {
   std::string package;
   if (transport == "compressed" || transport == "theora") package = transport;
@@ -27,10 +27,6 @@ std::string whereToGet(const std::string& transport) {
   if (package.empty()) return "check the spelling, or install the package that brings it";
   return "'" + transport + "' comes with the package ros-noetic-" + package +
          "-image-transport (where there is none, build image_transport_plugins)";
-}
-
-std::string nobodyPublishes(const std::string& topic, const char* name) {
-  return "nobody publishes " + topic + "; start the camera or the bag, or remap '" + name + "' to its topic";
 }
 
 double tolerance(const Parameters& parameters) {
@@ -62,6 +58,7 @@ ImageInput::ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, co
       parameters_(parameters),
       callback_(std::move(callback)),
       priors_(std::move(priors)),
+      throttle_(parameters.name),
       pairing_(pairingOptions(parameters)),
       waiting_(waitingOptions(parameters, priors_)) {}
 
@@ -270,7 +267,7 @@ void ImageInput::deliverSettled() {
     std::lock_guard<std::mutex> lock(mutex_);
     settled = waiting_.settled(ros::SteadyTime::now().toSec());
     if (waiting_.pending()) keepLooking(true);
-    // That the left or only camera has none is said with the first pair, with what else may be wrong of it.
+    // A missing camera_info of the left or only camera is reported with the first pair.
     if (waiting_.gaveUpCameraInfo() && waiting_.lacksRightInfo()) {
       throttle_.warnOnce("right camera_info", "no camera_info came on " + rightInfoTopic() +
                                                   " with the first images: they are answered without a length until "
@@ -319,10 +316,21 @@ std::string ImageInput::firstTopic() const { return nh_.resolveName(firstName())
 
 std::string ImageInput::secondTopic() const { return nh_.resolveName(secondName()); }
 
-std::vector<std::string> ImageInput::imageTopics() const {
-  std::vector<std::string> topics = {firstTopic(), pnh_.resolveName("mask")};
-  if (twoImages()) topics.push_back(secondTopic());
-  return topics;
+std::vector<InputTopic> ImageInput::inputs() const {
+  std::vector<InputTopic> inputs = {{infoName(), infoTopic(), "sensor_msgs/CameraInfo"},
+                                    {"~mask", pnh_.resolveName("mask"), "sensor_msgs/Image"}};
+  const auto addImages = [&](const std::string& name, const std::string& transport) {
+    const std::string topic = nh_.resolveName(name);
+    if (transport == "raw") inputs.push_back({name, topic, "sensor_msgs/Image"});
+    if (transport == "compressed") inputs.push_back({name, topic + "/compressed", "sensor_msgs/CompressedImage"});
+  };
+  const bool alike = parameters_.input != InputKind::kStream;
+  addImages(firstName(), parameters_.image_transport);
+  if (twoImages()) addImages(secondName(), alike ? parameters_.image_transport : parameters_.depth_image_transport);
+  if (parameters_.input == InputKind::kStereo) {
+    inputs.push_back({"right/camera_info", rightInfoTopic(), "sensor_msgs/CameraInfo"});
+  }
+  return inputs;
 }
 
 std::string ImageInput::toSubscribe(const std::string& name, const std::string& transport) const {
@@ -331,18 +339,23 @@ std::string ImageInput::toSubscribe(const std::string& name, const std::string& 
   return transport == "raw" ? name : nh_.resolveName(name);
 }
 
-std::string ImageInput::whyNoImage() const {
+std::string ImageInput::nobodyPublishes(const std::string& topic, const char* name, const Topics& published) const {
+  return "nobody publishes " + topic + "; start the camera or the bag, or remap '" + name +
+         "' to its topic: " + imagesElsewhere(published, parameters_.name);
+}
+
+std::string ImageInput::whyNoImage(const Topics& published) const {
   const bool raw = parameters_.image_transport == "raw";
   const std::string topic = firstTopic() + (raw ? "" : "/" + parameters_.image_transport);
   const auto publishers = exactInfo() ? image_filter_.getNumPublishers() : image_subscriber_.getNumPublishers();
   if (publishers > 0) return "no image arrives on " + topic + ", although it is published";
-  return nobodyPublishes(topic, firstName());
+  return nobodyPublishes(topic, firstName(), published);
 }
 
-std::string ImageInput::whyNoPartner() const {
+std::string ImageInput::whyNoPartner(const Topics& published) const {
   std::ostringstream text;
   if (second_subscriber_.getNumPublishers() == 0) {
-    text << nobodyPublishes(secondTopic(), secondName());
+    text << nobodyPublishes(secondTopic(), secondName(), published);
   } else {
     text << "no image of " << firstTopic() << " (last stamp " << last_image_stamp_ << ") has a partner within "
          << tolerance(parameters_) << " s on " << secondTopic();
@@ -351,13 +364,13 @@ std::string ImageInput::whyNoPartner() const {
   return text.str();
 }
 
-std::string ImageInput::waitingFor() {
+std::string ImageInput::waitingFor(const Topics& published) {
   std::lock_guard<std::mutex> lock(mutex_);
   const int images = images_, infos = infos_, complete = complete_;
   images_ = infos_ = complete_ = 0;
   if (!started_ || complete > 0) return std::string();
-  if (images == 0) return whyNoImage();
-  if (twoImages()) return whyNoPartner();
+  if (images == 0) return whyNoImage(published);
+  if (twoImages()) return whyNoPartner(published);
   std::ostringstream text;
   text << "no image of " << firstTopic() << " has a camera_info of the same stamp on " << infoTopic() << ": " << images
        << " images (last stamp " << last_image_stamp_ << ") and " << infos << " camera_info (last stamp "

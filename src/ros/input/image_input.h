@@ -17,6 +17,7 @@
 
 #include "input/image_pairing.h"
 #include "input/image_with_info.h"
+#include "input/topics.h"
 #include "input/waiting_images.h"
 #include "parameters.h"
 #include "priors/motion_priors.h"
@@ -45,17 +46,16 @@ class ImageInput {
   std::string imageTopic() const {
     return nh_.resolveName(parameters_.input == InputKind::kPair ? "current/image" : firstName());
   }
-  /// All from which images come, depth and masks included.
-  std::vector<std::string> imageTopics() const;
+  /// Everything subscribed to whose type is known.
+  std::vector<InputTopic> inputs() const;
   std::string infoTopic() const { return nh_.resolveName(infoName()); }
-  /// Of the right camera, with ~input stereo.
+  /// Topics of the right camera, with ~input stereo.
   std::string rightTopic() const { return nh_.resolveName("right/image"); }
   std::string rightInfoTopic() const { return nh_.resolveName("right/camera_info"); }
   /// Images that were left out because no camera_info had their stamp; none: that is not asked of them.
   std::optional<int> unpaired();
-  /// What has not arrived, as a sentence that names the topics; empty while images come. Call it every few seconds: it
-  /// judges the time since the last call.
-  std::string waitingFor();
+  /// Returns what has not arrived since the last call, and the remedy; empty while images come.
+  std::string waitingFor(const Topics& published);
 
  private:
   using ExactPolicy = message_filters::sync_policies::ExactTime<sensor_msgs::Image, sensor_msgs::CameraInfo>;
@@ -83,15 +83,16 @@ class ImageInput {
   void onUnpaired(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
   void onFirst(const sensor_msgs::ImageConstPtr& image);
   void onSecond(const sensor_msgs::ImageConstPtr& image);
-  /// Hands over the pairs that are settled. An image without depth goes alone; half of a pair is of no use.
+  /// Hands over the pairs that are settled. An image without depth goes alone; half of a pair is dropped.
   void deliverPairs();
-  std::string whyNoImage() const;
-  std::string whyNoPartner() const;
+  std::string nobodyPublishes(const std::string& topic, const char* name, const Topics& published) const;
+  std::string whyNoImage(const Topics& published) const;
+  std::string whyNoPartner(const Topics& published) const;
   void countImage(const sensor_msgs::ImageConstPtr& image);
   void deliver(ImageWithInfo input);
   /// Hands over the images that need wait no longer.
   void deliverSettled();
-  /// Called by the timer while images wait: some may have waited long enough, or tf come as far as they are.
+  /// Called by the timer while images wait for partners, other sensors or tf.
   void lookAgain();
   /// Lets the timer run, or rest; with mutex_ held.
   void keepLooking(bool looking);

@@ -34,7 +34,7 @@ class ImagePairing {
   /// `now`: seconds of a clock that never goes back.
   void addFirst(const sensor_msgs::ImageConstPtr& image, double now);
   void addSecond(const sensor_msgs::ImageConstPtr& image);
-  /// What is decided by now; each is returned once.
+  /// Returns the settled images, each once.
   std::vector<ImagePair> settled(double now);
   /// Time alone will decide something: ask settled() again, whether or not anything comes.
   bool pending() const { return !first_.empty(); }
@@ -49,7 +49,7 @@ class ImagePairing {
 
   /// The one in the second stream for the oldest of the first, or the end.
   std::deque<sensor_msgs::ImageConstPtr>::iterator nearest();
-  /// The second stream has come as far as the oldest of the first: what follows is no nearer to it.
+  /// True if the second stream has passed the oldest image of the first: no later partner can be nearer.
   bool passed() const;
   /// The oldest of the first stream need wait no longer.
   bool overdue(double now) const;

@@ -7,10 +7,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "excerpt.h"
 #include "guard.h"
 #include "input/image_conversion.h"
-#include "quantity_text.h"
+#include "text.h"
 
 namespace gms_ransac {
 
@@ -19,7 +18,7 @@ namespace {
 cv::Mat readFile(const std::string& path) {
   if (path.empty()) return {};
   cv::Mat mask;
-  // Of a pipe or a device one would read for ever. What claims to be larger than OpenCV takes makes it throw.
+  // Reading a pipe or a device would never end. OpenCV throws on images that claim to be too large.
   std::error_code none;
   if (std::filesystem::is_regular_file(path, none)) {
     guarded([&] { mask = cv::imread(path, cv::IMREAD_GRAYSCALE); }, [](const std::string&) {});

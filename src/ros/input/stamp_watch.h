@@ -1,4 +1,4 @@
-// Which images of a stream may be compared, judged by their stamps and the clock. Knows no topic.
+// Classifies the images of a stream by their stamps and the clock: comparable, late, or the start of a new stream.
 #pragma once
 
 #include <utility>
@@ -34,7 +34,7 @@ class StampWatch {
     if (step <= 0 && step >= -max_gap && !clock_restarted_) return StampVerdict::kOutOfOrder;
     previous_stamp_ = stamp;
     if (step <= 0) return restart();
-    // In order and not ahead of the new clock: nothing of the old stream is left.
+    // In order and not ahead of the new clock: the old stream has ended.
     if (stamp <= now) clock_restarted_ = false;
     return step > max_gap ? StampVerdict::kGap : StampVerdict::kInOrder;
   }

@@ -9,16 +9,16 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "gms_ransac/rays.h"
+#include "gms_ransac/camera.h"
 #include "input/image_pairing.h"
 #include "quantiles.h"
-#include "quantity_text.h"
+#include "text.h"
 
 namespace gms_ransac {
 
 namespace {
 
-// A match of smaller disparity says that something is far, not how far: half a pixel of noise is a sixth of three.
+// With a smaller disparity the depth is unknown: half a pixel of noise is a sixth of three pixels.
 constexpr double kLeastDisparity = 3;  // pixels
 // Intrinsics that differ by less are those of P, and the image is rectified.
 constexpr double kSameFocalLength = 1e-6;  // relative

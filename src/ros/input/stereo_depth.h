@@ -9,10 +9,10 @@
 #include <Eigen/Core>
 
 #include "gms_ransac/match_filter.h"
-#include "gms_ransac/stereo_matcher.h"
 #include "input/camera_model.h"
 #include "input/image_conversion.h"
 #include "input/image_with_info.h"
+#include "matching/stereo_matcher.h"
 
 namespace gms_ransac {
 
@@ -47,7 +47,7 @@ class StereoDepth {
  private:
   /// The right image in `grey_`, and `right_model_`; returns why it is of no use.
   std::string takeRight(const ImageWithInfo& input, const Features& left, const CameraModel& left_model);
-  /// Why so few keypoints find their like on their row, if they do beside it.
+  /// Returns why few keypoints have a match on their row, if many have one on other rows.
   std::string doubtOfRows(const Features& left, double focal_length) const;
 
   const std::string right_topic_, right_info_topic_;

@@ -36,7 +36,7 @@ class WaitingImages {
   void setCameraInfo(const sensor_msgs::CameraInfoConstPtr& info);
   void setRightInfo(const sensor_msgs::CameraInfoConstPtr& info) { latest_right_info_ = info; }
   void addMask(const sensor_msgs::ImageConstPtr& mask);
-  /// What is decided by now; each is returned once.
+  /// Returns the settled images, each once.
   std::vector<ImageWithInfo> settled(double now);
   /// Time alone will decide something: ask settled() again, whether or not anything comes.
   bool pending() const { return !waiting_.empty() || passed_; }
@@ -64,7 +64,7 @@ class WaitingImages {
   bool lacksCameraInfo(const ImageWithInfo& input) const;
   /// The oldest has to wait for sensors.
   bool waitsForSensors(double now);
-  /// Whether an image that did not wait for the sensors would have waited long enough.
+  /// True if an image that did not wait for the sensors would have waited long enough.
   void watchSensors(double now);
   /// The mask that goes with the image; null: none.
   sensor_msgs::ImageConstPtr maskOf(const sensor_msgs::Image& image) const;

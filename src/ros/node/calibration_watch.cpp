@@ -9,37 +9,19 @@ namespace gms_ransac {
 
 namespace {
 
-// What no scene of movers reaches in as many pairs, and a focal length that is 3 % off nearly always does
-// (doc/uncertainty.md). Neighbouring pairs see the same things move, so that fewer of them tell than there are.
+// Moving objects do not reach this in as many pairs, and a focal length with an error of 3 % nearly always does
+// (doc/judgement.md).
 constexpr double kLeastSignificance = 8;
-constexpr double kLeastAgreeing = 0.9;
-/// Of the most significant error: where another is as significant, the pairs hardly tell which of them it is.
+constexpr double kLeastAgreeing = 0.9;  // share of the pairs that have the sign of the mean
+/// Errors with this share of the largest significance cannot be told from that one.
 constexpr double kAsSignificant = 0.6;
-
-/// Smaller ones are not worth a warning.
+/// Smaller errors are not worth a warning.
 constexpr std::array<double, CameraErrors::kCount> kSmallest = {0.02, 0.02, 0.02, 0.02, 0.1};
-/// Of the time from image to image.
-constexpr double kLongestReadout = 1;
+constexpr double kLongestReadout = 1;  // of the time from image to image
 
 constexpr CameraErrors::Parameter kParameters[] = {CameraErrors::kFocalLength, CameraErrors::kPrincipalX,
                                                    CameraErrors::kPrincipalY, CameraErrors::kRadial,
                                                    CameraErrors::kTurnWhileRead};
-
-std::string whereToLook(CameraErrors::Parameter parameter) {
-  switch (parameter) {
-    case CameraErrors::kFocalLength:
-      return "fx and fy of camera_info, or ~camera/fx and fy, may be those of another resolution or zoom";
-    case CameraErrors::kPrincipalX:
-    case CameraErrors::kPrincipalY:
-      return "cx and cy of camera_info, or ~camera/cx and cy, may be those of another resolution or crop";
-    case CameraErrors::kRadial:
-      return "D of camera_info may be missing or of another lens, or ~input_is_rectified says the wrong thing";
-    case CameraErrors::kTurnWhileRead:
-      break;
-  }
-  return "rows are read one after another while the camera turns; set ~rolling_shutter_readout to the seconds from the "
-         "first row to the last, or use a global shutter or slower turns";
-}
 
 std::string format(const char* text, double value) {
   char buffer[100];
@@ -49,36 +31,37 @@ std::string format(const char* text, double value) {
 
 }  // namespace
 
-void CalibrationWatch::add(const RobustResult& result, const Camera& camera) {
-  const CameraIntrinsics& intrinsics = camera.intrinsics();
-  focal_ = {intrinsics.fx, intrinsics.fy};
-  rows_ = camera.imageSize().height / intrinsics.fy;
+void CalibrationWatch::add(const RobustResult& result, const std::shared_ptr<const CameraModel>& camera) {
+  if (camera != camera_) pairs_.clear();
+  camera_ = camera;
   pairs_.push_back({result.camera_misfit > kMisfit, result.camera_errors});
-  contradictions_ += pairs_.back().contradicts;
-  if (pairs_.size() <= kPairs) return;
-  contradictions_ -= pairs_.front().contradicts;
-  pairs_.pop_front();
+  if (pairs_.size() > kPairs) pairs_.pop_front();
 }
 
-void CalibrationWatch::reset() { *this = CalibrationWatch(); }
-
 std::string CalibrationWatch::doubt() const {
-  if (pairs_.size() < kPairs || contradictions_ <= kDoubtAbove) return std::string();
+  const auto contradictions =
+      std::count_if(pairs_.begin(), pairs_.end(), [](const Pair& pair) { return pair.contradicts; });
+  if (pairs_.size() < kPairs || contradictions <= kDoubtAbove) return std::string();
   std::array<Consensus, CameraErrors::kCount> errors;
-  std::array<double, CameraErrors::kCount> weights{};
-  for (const auto k : kParameters) weights[k] = weigh(k, errors[k] = consensus(k));
-  const auto most =
-      static_cast<CameraErrors::Parameter>(std::max_element(weights.begin(), weights.end()) - weights.begin());
-  if (!(weights[most] > 0)) return std::string();
-
-  std::string seems = describe(most, errors[most].mean), look = whereToLook(most);
+  double largest = 0;
   for (const auto k : kParameters) {
-    if (k == most || weights[k] < kAsSignificant * weights[most]) continue;
-    seems += ", or " + describe(k, errors[k].mean);
-    if (whereToLook(k) != whereToLook(most)) look += "; " + whereToLook(k);
+    errors[k] = consensus(k);
+    largest = std::max(largest, errors[k].weight);
   }
-  return "the matches of " + std::to_string(contradictions_) + " of the last " + std::to_string(kPairs) +
-         " pairs contradict the camera model, and all ask for the same correction, as if " + seems + ": " + look;
+  if (!(largest > 0)) return std::string();
+
+  std::string seems, remedies;
+  int causes = 0;
+  for (const auto k : kParameters) {
+    if (errors[k].weight < kAsSignificant * largest) continue;
+    seems += (seems.empty() ? "" : ", or ") + describe(k, errors[k].mean);
+    if (remedies.find(remedy(k)) != std::string::npos) continue;
+    remedies += (remedies.empty() ? "" : ", or ") + remedy(k);
+    ++causes;
+  }
+  return "the matches of " + std::to_string(contradictions) + " of the last " + std::to_string(kPairs) +
+         " pairs contradict the camera model in the same way, as if " + seems + ": " + remedies +
+         (causes > 1 ? "; these images cannot tell which" : "");
 }
 
 CalibrationWatch::Consensus CalibrationWatch::consensus(CameraErrors::Parameter parameter) const {
@@ -98,38 +81,52 @@ CalibrationWatch::Consensus CalibrationWatch::consensus(CameraErrors::Parameter 
     scatter += pull * pull;
     agreeing += value * consensus.mean > 0;
   }
-  consensus.significance = std::abs(sum) / std::sqrt(scatter);
-  consensus.agreeing = static_cast<double>(agreeing) / static_cast<double>(pairs_.size());
+  double size = std::abs(consensus.mean);
+  if (parameter == CameraErrors::kTurnWhileRead) {
+    size = -consensus.mean * rows();  // a readout that is too long is refused pair by pair
+    if (size > kLongestReadout) return consensus;
+  }
+  const double significance = std::abs(sum) / std::sqrt(scatter);
+  const bool holds = size >= kSmallest[parameter] && significance >= kLeastSignificance &&
+                     agreeing >= kLeastAgreeing * static_cast<double>(pairs_.size());
+  if (holds) consensus.weight = significance;
   return consensus;
 }
 
-double CalibrationWatch::weigh(CameraErrors::Parameter parameter, const Consensus& consensus) const {
-  double size = std::abs(consensus.mean);
-  if (parameter == CameraErrors::kTurnWhileRead) {
-    size = -consensus.mean * rows_;  // a readout that is said to be too long is refused pair by pair
-    if (size > kLongestReadout) return 0;
-  }
-  const bool holds = size >= kSmallest[parameter] && consensus.significance >= kLeastSignificance &&
-                     consensus.agreeing >= kLeastAgreeing;
-  return holds ? consensus.significance : 0;
-}
-
 std::string CalibrationWatch::describe(CameraErrors::Parameter parameter, double error) const {
+  const CameraIntrinsics& intrinsics = camera_->camera.intrinsics();
   const std::string by = error > 0 ? " too large" : " too small";
   switch (parameter) {
     case CameraErrors::kFocalLength:
       return format("fx and fy were %.0f %%", 100 * error) + by;
     case CameraErrors::kPrincipalX:
-      return format("cx were %.0f px", error * focal_.x()) + by;
+      return format("cx were %.0f px", error * intrinsics.fx) + by;
     case CameraErrors::kPrincipalY:
-      return format("cy were %.0f px", error * focal_.y()) + by;
+      return format("cy were %.0f px", error * intrinsics.fy) + by;
     case CameraErrors::kRadial:
-      return format("the first coefficient of D were %.2f", error) + by;
-    case CameraErrors::kTurnWhileRead:
-      break;
+      return format("the first distortion coefficient were %.2f", error) + by;
+    default:
+      return format("~rolling_shutter_readout were %.0f %% of the time from image to image", 100 * error * rows()) +
+             " too short";
   }
-  return format("~rolling_shutter_readout were %.0f %% of the time from image to image", 100 * error * rows_) +
-         " too short";
+}
+
+std::string CalibrationWatch::remedy(CameraErrors::Parameter parameter) const {
+  switch (parameter) {
+    case CameraErrors::kFocalLength:
+      return "check fx and fy of " + camera_->source + " (another resolution or zoom?)";
+    case CameraErrors::kPrincipalX:
+    case CameraErrors::kPrincipalY:
+      return "check cx and cy of " + camera_->source + " (another resolution or crop?)";
+    case CameraErrors::kRadial:
+      return camera_->camera.distorts() ? "check the distortion coefficients of " + camera_->source + " (another lens?)"
+                                        : camera_->source +
+                                              " says that the images have no distortion; calibrate the "
+                                              "lens, or set ~input_is_rectified";
+    default:
+      return "set ~rolling_shutter_readout to the seconds from the first row of an image to the last, or use a camera "
+             "with a global shutter";
+  }
 }
 
 }  // namespace gms_ransac

@@ -14,7 +14,7 @@ using diagnostic_msgs::DiagnosticStatus;
 // Below this share of inliers among the filtered matches the motion is doubtful: half the matches disagree with it.
 constexpr float kDoubtfulInlierRatio = 0.5f;
 
-// Of a second's images; one late among them is no more than what ~max_milliseconds allows now and then.
+// Share of a second's images; ~max_milliseconds allows a late one now and then.
 constexpr double kMostLate = 0.1;
 
 bool failed(uint8_t status) {
@@ -24,8 +24,10 @@ bool failed(uint8_t status) {
 
 }  // namespace
 
-Diagnostics::Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& name)
-    : updater_(std::make_unique<diagnostic_updater::Updater>(nh, pnh, name)), last_report_(ros::WallTime::now()) {
+Diagnostics::Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters)
+    : updater_(std::make_unique<diagnostic_updater::Updater>(nh, pnh, parameters.name)),
+      unit_(parameters.givesMetres() ? "metres" : "none; set ~scale to depth, fixed, odometry or ground for metres"),
+      last_report_(ros::WallTime::now()) {
   updater_->setHardwareID("none");
   updater_->add("input", this, &Diagnostics::describeInput);
   updater_->add("matches", this, &Diagnostics::describeMatches);
@@ -37,9 +39,10 @@ Diagnostics::~Diagnostics() = default;
 
 void Diagnostics::update() { updater_->force_update(); }
 
-void Diagnostics::add(const MatchStats& stats) {
+void Diagnostics::add(const MatchStats& stats, const std::string& problem) {
   std::lock_guard<std::mutex> lock(mutex_);
   last_ = stats;
+  output_problem_ = problem;
   ++processed_;
   failures_ += failed(stats.status) ? 1 : 0;
   late_ += stats.time_budget > 0 && stats.time_total > stats.time_budget ? 1 : 0;
@@ -48,16 +51,9 @@ void Diagnostics::add(const MatchStats& stats) {
   latency_ += stats.latency;
 }
 
-void Diagnostics::setInput(const std::string& waiting_for, bool subscribed, bool paused) {
+void Diagnostics::setInput(const InputReport& input) {
   std::lock_guard<std::mutex> lock(mutex_);
-  waiting_for_ = waiting_for;
-  subscribed_ = subscribed;
-  paused_ = paused;
-}
-
-void Diagnostics::setUnpaired(int images) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  unpaired_ = images;
+  input_ = input;
 }
 
 void Diagnostics::setCalibrationDoubt(const std::string& doubt) {
@@ -88,21 +84,23 @@ void Diagnostics::setGraph(const std::string& problem) {
 
 void Diagnostics::describeGraph(diagnostic_updater::DiagnosticStatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
-  if (graph_problem_.empty()) {
-    status.summary(DiagnosticStatus::OK, "known to the ROS master");
-  } else {
+  if (!graph_problem_.empty()) {
     status.summary(DiagnosticStatus::ERROR, graph_problem_);
+  } else if (!output_problem_.empty()) {
+    status.summary(DiagnosticStatus::WARN, output_problem_);
+  } else {
+    status.summary(DiagnosticStatus::OK, "known to the ROS master");
   }
 }
 
 void Diagnostics::describeInput(diagnostic_updater::DiagnosticStatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
-  if (paused_) {
-    status.summary(DiagnosticStatus::OK, "paused (~pause)");
-  } else if (!subscribed_) {
-    status.summary(DiagnosticStatus::OK, "not subscribed: nobody listens");
-  } else if (!waiting_for_.empty()) {
-    status.summary(DiagnosticStatus::WARN, waiting_for_);
+  if (!input_.error.empty()) {
+    status.summary(DiagnosticStatus::ERROR, input_.error);
+  } else if (!input_.idle.empty()) {
+    status.summary(DiagnosticStatus::OK, input_.idle);
+  } else if (!input_.waiting.empty()) {
+    status.summary(DiagnosticStatus::WARN, input_.waiting);
   } else if (!calibration_doubt_.empty()) {
     status.summary(DiagnosticStatus::WARN, calibration_doubt_);
   } else if (last_.frames_received == 0) {
@@ -114,20 +112,22 @@ void Diagnostics::describeInput(diagnostic_updater::DiagnosticStatusWrapper& sta
   status.add("frames processed", last_.frames_processed);
   status.add("frames passed over", last_.frames_passed_over);
   status.add("frames dropped", last_.frames_dropped);
-  if (unpaired_) status.add("frames without camera_info of their stamp", *unpaired_);
+  if (input_.unpaired) status.add("frames without camera_info of their stamp", *input_.unpaired);
   status.add("resets", last_.resets);
 }
 
 void Diagnostics::describeMatches(diagnostic_updater::DiagnosticStatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
-  if (last_.frames_processed == 0) {
+  if (!input_.idle.empty()) {
+    status.summary(DiagnosticStatus::OK, input_.idle);
+  } else if (last_.frames_processed == 0) {
     status.summary(DiagnosticStatus::OK, "no image yet");
   } else if (last_.status == MatchStats::UNCALIBRATED) {
     status.summary(DiagnosticStatus::WARN, "uncalibrated: " + last_.status_text);
   } else if (failed(last_.status)) {
     status.summary(DiagnosticStatus::ERROR, last_.status_text);
   } else if (last_.status == MatchStats::OK && last_.inlier_ratio < kDoubtfulInlierRatio) {
-    status.summary(DiagnosticStatus::WARN, "few of the filtered matches agree on one motion");
+    status.summary(DiagnosticStatus::WARN, "less than half of the filtered matches agree on one motion");
   } else {
     status.summary(DiagnosticStatus::OK, last_.status_text);
   }
@@ -138,6 +138,7 @@ void Diagnostics::describeMatches(diagnostic_updater::DiagnosticStatusWrapper& s
   status.add("inlier ratio", last_.inlier_ratio);
   status.add("median parallax (px)", last_.median_parallax_px);
   status.addf("failed", "%d of %d", failures_, processed_);
+  status.add("unit of the translations", unit_);
 }
 
 void Diagnostics::describeTiming(diagnostic_updater::DiagnosticStatusWrapper& status) {
@@ -148,8 +149,8 @@ void Diagnostics::describeTiming(diagnostic_updater::DiagnosticStatusWrapper& st
   const int images = std::max(processed_, 1);
   if (dropped > 0) {
     status.summaryf(DiagnosticStatus::WARN,
-                    "%u images dropped: newer ones came before they were processed; fewer ~features or "
-                    "~max_milliseconds take less time",
+                    "%u images dropped because newer ones arrived first; lower ~features or set ~max_milliseconds to "
+                    "need less time",
                     dropped);
   } else if (late_ > kMostLate * images) {
     status.summaryf(
@@ -158,7 +159,7 @@ void Diagnostics::describeTiming(diagnostic_updater::DiagnosticStatusWrapper& st
         "too large for it, or the machine has other work",
         late_, processed_, 1e3 * last_.time_budget, asked_ / images);
   } else {
-    status.summary(DiagnosticStatus::OK, "keeps up");
+    status.summary(DiagnosticStatus::OK, input_.idle.empty() ? "keeps up" : input_.idle);
   }
   status.addf("rate (Hz)", "%.1f", processed_ / period);
   status.addf("time per image (ms)", "%.2f", 1e3 * seconds_ / images);

@@ -1,5 +1,4 @@
-// What /diagnostics says about the match filter: input, timing, the quality of the last matches, and
-// whether the ROS master knows it.
+// Messages of the match filter on /diagnostics: input, matches, graph, timing and, with another sensor, priors.
 #pragma once
 
 #include <memory>
@@ -10,6 +9,7 @@
 #include <gms_ransac/MatchStats.h>
 #include <ros/time.h>
 
+#include "parameters.h"
 #include "priors/motion_priors.h"
 
 namespace diagnostic_updater {
@@ -22,22 +22,28 @@ class NodeHandle;
 
 namespace gms_ransac {
 
+/// State of the inputs.
+struct InputReport {
+  std::string error;            ///< why no image can arrive, and the remedy
+  std::string waiting;          ///< what does not arrive, and the remedy
+  std::string idle;             ///< why no image is expected: paused, no subscriber, end of the bag
+  std::optional<int> unpaired;  ///< images without a camera_info of their stamp; none: not asked for
+};
+
+/// May be called from any thread.
 class Diagnostics {
  public:
-  Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& name);
+  Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters);
   ~Diagnostics();
 
-  /// From the worker: one processed image.
-  void add(const MatchStats& stats);
-  /// What the input waits for (empty: nothing), and whether it is meant to deliver at all.
-  void setInput(const std::string& waiting_for, bool subscribed, bool paused);
-  /// Images that were left out because no camera_info had their stamp; without a call they are not mentioned.
-  void setUnpaired(int images);
-  /// Why the calibration in use may be of another camera; empty: no reason.
+  /// One processed image. `problem`: of an output.
+  void add(const MatchStats& stats, const std::string& problem);
+  void setInput(const InputReport& input);
+  /// Reason to doubt the calibration; empty: none.
   void setCalibrationDoubt(const std::string& doubt);
-  /// What is wrong with the node's registration or its clock; empty: nothing.
+  /// Problem of the registration or the clock; empty: none.
   void setGraph(const std::string& problem);
-  /// What became of the priors; without a call there is no such status.
+  /// The status "priors" appears with the first call.
   void setPriors(const PriorReport& report);
   /// Publishes; called about once a second.
   void update();
@@ -50,11 +56,11 @@ class Diagnostics {
   void describeMatches(diagnostic_updater::DiagnosticStatusWrapper& status);
 
   std::unique_ptr<diagnostic_updater::Updater> updater_;
-  std::mutex mutex_;  ///< guards what follows
-  std::string waiting_for_, graph_problem_, calibration_doubt_;
+  const std::string unit_;  ///< of the translations
+  std::mutex mutex_;        ///< guards what follows
+  InputReport input_;
+  std::string graph_problem_, output_problem_, calibration_doubt_;
   std::optional<PriorReport> priors_;
-  std::optional<int> unpaired_;
-  bool subscribed_ = false, paused_ = false;
   MatchStats last_;
   int processed_ = 0, failures_ = 0, late_ = 0;  ///< since the last report; late: beyond ~max_milliseconds
   double asked_ = 0;                             ///< features, their sum

@@ -1,4 +1,4 @@
-// Hands items from one thread to another, in order. What waits is bounded: beyond its capacity the oldest goes.
+// Hands items from one thread to another, in order. When the mailbox is full the oldest item is dropped.
 #pragma once
 
 #include <condition_variable>

@@ -13,7 +13,7 @@ class MatchFilterNodelet : public nodelet::Nodelet {
   void onInit() override {
     try {
       // The single-threaded handle keeps images in order; the heavy work has its own thread.
-      filter_ = std::make_unique<MatchFilterRos>(getNodeHandle(), getPrivateNodeHandle(), getName());
+      filter_ = std::make_unique<MatchFilterRos>(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& error) {
       NODELET_FATAL("%s: %s", getName().c_str(), error.what());
       throw;

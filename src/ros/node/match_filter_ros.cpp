@@ -10,7 +10,7 @@
 #include "guard.h"
 #include "input/image_input.h"
 #include "node/diagnostics.h"
-#include "node/master_watch.h"
+#include "node/graph_watch.h"
 #include "node/reconfigure.h"
 #include "output/outputs.h"
 #include "priors/motion_priors.h"
@@ -31,45 +31,48 @@ std::string whenSubscribed(bool always, const OutputOptions& options) {
   return " only while someone listens to an output";
 }
 
-/// What a replay leaves behind for a live camera; empty: nothing.
+/// Warns of simulated time without a clock, which a replay leaves behind for a live camera; empty: no problem.
 std::string clockProblem() {
   if (!ros::Time::isSimTime() || !ros::Time::now().isZero()) return std::string();
   return "/use_sim_time is true and no /clock has come, so latency and lookups in tf are wrong; for a live camera "
          "`rosparam set use_sim_time false` and start all nodes again";
 }
 
-/// Alone the node would wait for itself for ever, as its own listener; beside a camera every image would come twice.
-void refuseOwnOutput(const std::vector<std::string>& inputs, const std::string& overlay) {
-  if (std::find(inputs.begin(), inputs.end(), overlay) == inputs.end()) return;
-  throw std::invalid_argument("the input " + overlay + " is this node's own output; remap it to the topic of a camera");
+void refuseOwnOutput(const std::vector<InputTopic>& inputs, const std::string& overlay) {
+  for (const InputTopic& input : inputs) {
+    if (input.topic != overlay) continue;
+    throw std::invalid_argument("input '" + input.name + "' is remapped to " + overlay +
+                                ", an output of this node; remap it to the topic of a camera");
+  }
 }
 
 }  // namespace
 
 template <typename Work>
 void MatchFilterRos::guard(const Work& work) {
-  guarded(work, [this](const std::string& what) { throttle_.warn("unexpected", name_ + ": " + what); });
+  guarded(work, [this](const std::string& what) { throttle_.warn("unexpected", what); });
 }
 
-MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& name)
+MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh)
     : nh_(nh),
       pnh_(pnh),
-      name_(name),
-      parameters_(Parameters::read(pnh, name)),
+      parameters_(Parameters::read(pnh)),
+      throttle_(parameters_.name),
       mailbox_(parameters_.drop_frames ? 1 : static_cast<size_t>(parameters_.queue_size)),
       prepared_(1) {
   for (const std::string& unknown : unknownParameters(pnh_, parameters_)) {
-    ROS_WARN_STREAM(name_ << ": parameter " << pnh_.resolveName(unknown) << " is set but not known; misspelt?");
+    ROS_WARN_STREAM(parameters_.name << ": parameter " << pnh_.resolveName(unknown)
+                                     << " is set but not known; misspelt?");
   }
   priors_ = MotionPriors::make(nh_, parameters_);
   input_ = std::make_unique<ImageInput>(
       nh_, pnh_, parameters_, [this](const ImageWithInfo& input) { guard([&] { onImage(input); }); }, priors_);
-  refuseOwnOutput(input_->imageTopics(), Outputs::overlayTopic(pnh_));
+  refuseOwnOutput(input_->inputs(), Outputs::overlayTopic(pnh_));
   input_->checkTransports();
   processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic(), priors_,
                                                 input_->rightTopic(), input_->rightInfoTopic());
 
-  reconfigure_ = std::make_unique<Reconfigure>(pnh_, name_, parameters_.threads);
+  reconfigure_ = std::make_unique<Reconfigure>(pnh_, parameters_);
   const RuntimeOptions start = reconfigure_->startOptions();
   processor_->setOptions(start.processor);
   reconfigure_->serve([this](const RuntimeOptions& options) { setOptions(options); });
@@ -80,12 +83,12 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
     outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, [this] { guard([&] { updateSubscription(); }); });
   }
   if (start.outputs.publish_odom_tf) outputs_->expectOdomTf();
-  diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, name_);
-  master_watch_ = std::make_unique<MasterWatch>(name_);
-  ROS_INFO_STREAM(name_ << ": method " << start.processor.core.method << ", model "
-                        << toString(start.processor.core.robust.model) << ", OpenCV " << CV_VERSION
-                        << "; subscribes to " << input_->imageTopic()
-                        << whenSubscribed(parameters_.always_subscribe, start.outputs));
+  diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, parameters_);
+  graph_watch_ = std::make_unique<GraphWatch>(parameters_.name);
+  ROS_INFO_STREAM(parameters_.name << ": method " << start.processor.core.method << ", model "
+                                   << toString(start.processor.core.robust.model) << ", OpenCV " << CV_VERSION
+                                   << "; subscribes to " << input_->imageTopic()
+                                   << whenSubscribed(parameters_.always_subscribe, start.outputs));
   updateSubscription();
   reset_service_ = pnh_.advertiseService("reset", &MatchFilterRos::reset, this);
   pause_service_ = pnh_.advertiseService("pause", &MatchFilterRos::pause, this);
@@ -131,17 +134,19 @@ void MatchFilterRos::updateSubscription() {
   if (wanted == input_->started()) return;
   if (!wanted) {
     input_->stop();
-    // What comes when someone listens again has nothing to do with what came before.
+    // Later images have nothing in common with the earlier ones.
     dropped_ += static_cast<uint32_t>(mailbox_.clear());
     processor_->requestReset(Reset::kUnsubscribed);
     return;
   }
   try {
     input_->start();
+    subscribe_problem_.clear();
   } catch (const std::exception& error) {
     input_->stop();
-    ROS_ERROR_STREAM(name_ << ": cannot subscribe to " << input_->imageTopic() << " with ~image_transport '"
-                           << parameters_.image_transport << "': " << error.what());
+    subscribe_problem_ = "cannot subscribe to " + input_->imageTopic() + " with ~image_transport '" +
+                         parameters_.image_transport + "': " + error.what();
+    ROS_ERROR_STREAM(parameters_.name << ": " << subscribe_problem_);
   }
 }
 
@@ -150,7 +155,7 @@ void MatchFilterRos::onImage(const ImageWithInfo& input) {
   const int dropped = mailbox_.push(input);
   dropped_ += static_cast<uint32_t>(dropped);
   if (dropped == 0 || parameters_.drop_frames) return;
-  throttle_.warn("backlog", name_ + ": images of " + input_->imageTopic() +
+  throttle_.warn("backlog", "images of " + input_->imageTopic() +
                                 " come faster than they are processed: " + std::to_string(parameters_.queue_size) +
                                 " wait, the oldest is dropped although ~drop_frames is false; lower the replay rate "
                                 "or raise ~queue_size");
@@ -216,48 +221,56 @@ void MatchFilterRos::publish(const ProcessedFrame& processed, const OutputOption
   ++processed_;
   if (processed.continuity != Continuity::kContinuous) ++resets_;
   watchCalibration(processed);
-  if (processed.status == MatchStats::BAD_IMAGE) throttle_.warn("bad image", name_ + ": " + processed.text);
+  if (processed.status == MatchStats::BAD_IMAGE) throttle_.warn("bad image", processed.text);
   const std::string& mask_problem = processed.current->mask_problem;
-  if (!mask_problem.empty()) throttle_.warn("mask", name_ + ": an image is answered without mask: " + mask_problem);
+  if (!mask_problem.empty()) throttle_.warn("mask", "an image is answered without a mask: " + mask_problem);
   if (processed.current->reset != Reset::kNone) {
-    throttle_.info("wanted reset", name_ + ": " + processed.text);
+    throttle_.info("wanted reset", processed.text);
   } else if (processed.continuity != Continuity::kContinuous) {
-    throttle_.warn("reset", name_ + ": " + processed.text);
+    throttle_.warn("reset", processed.text);
   }
-  // An image is counted as dropped after it was counted as received, so here it is the other way round: else one that
-  // comes meanwhile and pushes out another would make more answers than images.
+  // `dropped_` is read first: an image is counted as received before it can be counted as dropped.
   const uint32_t dropped = dropped_, received = received_;
   const FrameCounters counters = {received, processed_, passed_over_, dropped, resets_};
-  diagnostics_->add(*outputs_->publish(processed, counters, options));
+  const MatchStatsConstPtr stats = outputs_->publish(processed, counters, options);
+  diagnostics_->add(*stats, outputs_->problem());
 }
 
 void MatchFilterRos::watchCalibration(const ProcessedFrame& processed) {
   const auto& camera = processed.current->camera;
   if (!camera) return;
-  if (camera != watched_camera_) calibration_watch_.reset();
-  watched_camera_ = camera;
-  if (processed.poseValid()) calibration_watch_.add(processed.result->robust, camera->camera);
+  if (processed.poseValid()) calibration_watch_.add(processed.result->robust, camera);
   const std::string doubt = calibration_watch_.doubt();
-  if (!doubt.empty()) throttle_.warn("calibration", name_ + ": " + doubt);
-  diagnostics_->setCalibrationDoubt(camera->doubt.empty() ? doubt : camera->doubt);
+  if (!doubt.empty()) throttle_.warn("calibration", doubt);
+  diagnostics_->setCalibrationDoubt(doubt + (doubt.empty() || camera->doubt.empty() ? "" : "; ") + camera->doubt);
 }
 
 void MatchFilterRos::watchInput() {
-  std::string waiting;
-  bool subscribed;
+  const Topics published = graph_watch_->topics();
+  InputReport report;
+  report.error = wrongTypes(input_->inputs(), published);
   {
     std::lock_guard<std::mutex> lock(subscription_mutex_);
-    waiting = input_->waitingFor();
-    subscribed = input_->started();
+    report.waiting = input_->waitingFor(published);
+    if (report.error.empty()) report.error = subscribe_problem_;
+    if (!input_->started()) report.idle = paused_ ? "paused by ~pause" : "not subscribed: no output has a subscriber";
   }
-  silent_seconds_ = waiting.empty() ? 0 : silent_seconds_ + 1;
-  if (silent_seconds_ >= kSilentPeriods) ROS_WARN_STREAM_THROTTLE(30, name_ << ": " << waiting);
-  diagnostics_->setInput(silent_seconds_ >= kSilentPeriods ? waiting : std::string(), subscribed, paused_);
-  if (const auto unpaired = input_->unpaired()) diagnostics_->setUnpaired(*unpaired);
+  // A bag that is paused or has ended stops the clock, and its images with it: no reason to warn.
+  const ros::Time clock = ros::Time::now();
+  if (ros::Time::isSimTime() && !clock.isZero() && clock == last_clock_ && report.idle.empty()) {
+    report.idle = "/clock stands still: the bag is paused or has ended";
+  }
+  last_clock_ = clock;
+  silent_seconds_ = report.waiting.empty() || !report.idle.empty() ? 0 : silent_seconds_ + 1;
+  if (silent_seconds_ < kSilentPeriods) report.waiting.clear();
+  if (!report.waiting.empty()) ROS_WARN_STREAM_THROTTLE(30, parameters_.name << ": " << report.waiting);
+  if (!report.error.empty()) throttle_.warn("input", report.error);
+  report.unpaired = input_->unpaired();
+  diagnostics_->setInput(report);
   if (priors_) diagnostics_->setPriors(priors_->report());
-  const std::string registration = master_watch_->problem(), clock = received_ > 0 ? clockProblem() : std::string();
-  if (!clock.empty()) throttle_.warn("clock", name_ + ": " + clock);
-  diagnostics_->setGraph(registration.empty() ? clock : registration);
+  const std::string registration = graph_watch_->problem(), no_clock = received_ > 0 ? clockProblem() : std::string();
+  if (!no_clock.empty()) throttle_.warn("clock", no_clock);
+  diagnostics_->setGraph(registration.empty() ? no_clock : registration);
   diagnostics_->update();
 }
 

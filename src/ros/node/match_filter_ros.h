@@ -23,21 +23,20 @@ namespace gms_ransac {
 
 class Diagnostics;
 class FrameProcessor;
+class GraphWatch;
 class ImageInput;
-class MasterWatch;
 class MotionPriors;
 class Outputs;
 class Reconfigure;
-struct CameraModel;
 struct PreparedFrame;
 struct ProcessedFrame;
 struct RuntimeOptions;
 
 class MatchFilterRos {
  public:
-  /// Inputs are relative to `nh`, outputs and parameters to `pnh`; `name` stands in front of log lines. Throws
-  /// std::invalid_argument with a sentence that names the parameter when one is wrong.
-  MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const std::string& name);
+  /// Inputs are relative to `nh`, outputs and parameters to `pnh`. Throws std::invalid_argument with a sentence that
+  /// names the parameter when one is wrong.
+  MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh);
   ~MatchFilterRos();
 
  private:
@@ -64,7 +63,6 @@ class MatchFilterRos {
   void watchCalibration(const ProcessedFrame& processed);
 
   ros::NodeHandle nh_, pnh_;
-  const std::string name_;
   const Parameters parameters_;
   Throttle throttle_;
 
@@ -72,15 +70,14 @@ class MatchFilterRos {
   OutputOptions output_options_;
 
   std::atomic<uint32_t> received_{0}, dropped_{0};
-  // Of the thread that publishes.
+  // Used by the publishing thread only.
   uint32_t processed_ = 0, passed_over_ = 0, resets_ = 0;
   CalibrationWatch calibration_watch_;
-  std::shared_ptr<const CameraModel> watched_camera_;
 
   std::mutex subscription_mutex_;
   std::atomic<bool> closing_{false}, paused_{false};
-  // Members go in reverse order. The code that made an image, and that frees it, may belong to a plugin of the input's
-  // (image_transport), which is unloaded with it: whatever holds images comes after the input, so as to go before it.
+  // Members are destroyed in reverse order. An image may be freed by code of an image_transport plugin that the input
+  // unloads: whatever holds images is declared after the input.
   std::shared_ptr<MotionPriors> priors_;  ///< null: no other sensor is asked
   std::unique_ptr<ImageInput> input_;
   Mailbox<ImageWithInfo> mailbox_;
@@ -89,10 +86,12 @@ class MatchFilterRos {
   std::unique_ptr<Outputs> outputs_;
   std::unique_ptr<Reconfigure> reconfigure_;
   std::unique_ptr<Diagnostics> diagnostics_;
-  std::unique_ptr<MasterWatch> master_watch_;
+  std::unique_ptr<GraphWatch> graph_watch_;
   ros::ServiceServer reset_service_, pause_service_;
   ros::WallTimer watch_timer_;
   int silent_seconds_ = 0;
+  ros::Time last_clock_;           ///< when `watchInput` ran
+  std::string subscribe_problem_;  ///< guarded by subscription_mutex_
   std::thread worker_, second_worker_;
 };
 

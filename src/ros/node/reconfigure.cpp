@@ -8,9 +8,10 @@
 #include <ros/node_handle.h>
 #include <boost/thread/recursive_mutex.hpp>
 
+#include "gms_ransac/node_parameters.h"
 #include "node/match_filter_config.h"
+#include "parameter.h"
 #include "parameters.h"
-#include "throttle.h"
 
 namespace gms_ransac {
 
@@ -31,10 +32,23 @@ ParameterValues valuesOf(const MatchFilterConfig& config) {
   return values;
 }
 
-ProcessorOptions processorOptions(const MatchFilterConfig& config, int threads) {
+/// " ~features 2000 -> 500, ~model ..."; empty: none.
+std::string differences(const MatchFilterConfig& before, const MatchFilterConfig& after) {
+  const ParameterValues old_values = valuesOf(before);
+  std::string text;
+  for (const auto& [name, value] : valuesOf(after)) {
+    const ParameterValue& old_value = old_values.at(name);
+    if (value == old_value) continue;
+    text += (text.empty() ? " ~" : ", ~") + name + " " + toText(old_value) + " -> " + toText(value);
+  }
+  return text;
+}
+
+ProcessorOptions processorOptions(const Parameters& at_start, const MatchFilterConfig& config) {
   ProcessorOptions options;
-  options.core = coreOptions(config);
-  // The second thread runs beside the first, image after image; all others help one of the two in turn.
+  options.core = coreOptions(at_start.core, config);
+  // Threads one and two work on different images; further ones help the first or the second alternately.
+  const int threads = at_start.threads;
   options.core.extractor.threads = std::max(1, (threads + 1) / 2);
   options.core.matcher_threads = std::max(1, threads / 2);
   options.max_frame_gap = config.max_frame_gap;
@@ -44,12 +58,14 @@ ProcessorOptions processorOptions(const MatchFilterConfig& config, int threads) 
   return options;
 }
 
-RuntimeOptions runtimeOptions(const MatchFilterConfig& config, int threads) {
+RuntimeOptions runtimeOptions(const Parameters& at_start, const MatchFilterConfig& config) {
   RuntimeOptions options;
-  options.processor = processorOptions(config, threads);
+  options.processor = processorOptions(at_start, config);
   options.outputs.publish_rejected = config.publish_rejected;
   options.outputs.publish_relative_tf = config.publish_relative_tf;
   options.outputs.publish_odom_tf = config.publish_odom_tf;
+  binding::fromValue(config.overlay_colour, options.outputs.overlay.colour);
+  binding::fromValue(config.overlay_layout, options.outputs.overlay.layout);
   options.outputs.features = {{config.feature_limit, config.feature_distance}, config.feature_rate};
   return options;
 }
@@ -58,28 +74,23 @@ RuntimeOptions runtimeOptions(const MatchFilterConfig& config, int threads) {
 
 void UnclampedConfig::__clamp__() {
   problem.clear();
-  renamed.clear();
   const ParameterValues values = valuesOf(*this);
   for (const auto& description : __getParamDescriptions__()) {
     const std::string& name = description->name;
     const Parameter& parameter = findParameter(name);
-    const std::string given = toText(values.at(name));
-    if (!parameter.accepts(values.at(name))) {
-      if (!problem.empty()) problem += "; ";
-      problem += "parameter " + refusal("~" + name, given, parameter.accepted());
-      continue;
-    }
-    const std::string current = toText(*parameter.convert(values.at(name)));
-    if (given == current) continue;
-    renamed.push_back(renaming("~" + name, given, current));
-    this->*static_cast<const ParamDescription<std::string>&>(*description).field = current;
+    if (parameter.accepts(values.at(name))) continue;
+    if (!problem.empty()) problem += "; ";
+    problem += "parameter " + refusal("~" + name, toText(values.at(name)), parameter.accepted());
   }
 }
 
-MatchFilterOptions coreOptions(const MatchFilterConfig& config) {
-  const ParameterValues all = valuesOf(config);
-  ParameterValues of_core;
-  for (const Parameter& parameter : coreParameters()) of_core[parameter.name] = all.at(parameter.name);
+MatchFilterOptions coreOptions(const ParameterValues& at_start, const MatchFilterConfig& config) {
+  const ParameterValues live = valuesOf(config);
+  ParameterValues of_core = at_start;
+  for (const Parameter& parameter : coreParameters()) {
+    const auto value = live.find(parameter.name);
+    if (value != live.end()) of_core[parameter.name] = value->second;
+  }
   MatchFilterOptions options;
   setParameters(of_core, options);
   options.validate();
@@ -87,34 +98,33 @@ MatchFilterOptions coreOptions(const MatchFilterConfig& config) {
 }
 
 struct Reconfigure::Server {
-  Server(const ros::NodeHandle& handle, const std::string& log_name, int threads_of_node)
-      : pnh(handle), name(log_name), threads(threads_of_node), server(mutex, handle) {}
+  Server(const ros::NodeHandle& handle, const Parameters& parameters)
+      : pnh(handle), at_start(parameters), server(mutex, handle) {}
 
   void change(UnclampedConfig& config) {
-    for (const std::string& sentence : config.renamed) throttle.warnOnce(sentence, name + ": " + sentence);
     try {
       if (!config.problem.empty()) throw std::invalid_argument(config.problem);
-      accept(runtimeOptions(config, threads));
+      accept(runtimeOptions(at_start, config));
     } catch (const std::exception& error) {
-      ROS_ERROR_STREAM(name << ": change refused, the old parameters stay: " << error.what());
+      ROS_ERROR_STREAM(at_start.name << ": change refused, the old parameters stay: " << error.what());
       config = in_force;
       return;
     }
+    const std::string changes = differences(in_force, config);
+    if (!changes.empty()) ROS_INFO_STREAM(at_start.name << ": changed" << changes);
     in_force = config;
   }
 
   const ros::NodeHandle pnh;
-  const std::string name;
-  const int threads;
-  Throttle throttle;
+  const Parameters at_start;
   Accept accept;
   MatchFilterConfig in_force;  ///< what a refused change falls back to; guarded by the mutex
   boost::recursive_mutex mutex;
   dynamic_reconfigure::Server<UnclampedConfig> server;
 };
 
-Reconfigure::Reconfigure(const ros::NodeHandle& pnh, const std::string& name, int threads)
-    : server_(std::make_unique<Server>(pnh, name, threads)) {}
+Reconfigure::Reconfigure(const ros::NodeHandle& pnh, const Parameters& at_start)
+    : server_(std::make_unique<Server>(pnh, at_start)) {}
 
 Reconfigure::~Reconfigure() = default;
 
@@ -122,7 +132,7 @@ RuntimeOptions Reconfigure::startOptions() {
   // Refused here, with a sentence; dynamic_reconfigure would only log them.
   MatchFilterConfig config = MatchFilterConfig::__getDefault__();
   config.__fromServer__(server_->pnh);
-  RuntimeOptions options = runtimeOptions(config, server_->threads);
+  RuntimeOptions options = runtimeOptions(server_->at_start, config);
   server_->in_force = config;
   return options;
 }

@@ -14,7 +14,9 @@ class NodeHandle;
 
 namespace gms_ransac {
 
-/// What the parameters of cfg/MatchFilter.cfg stand for.
+struct Parameters;
+
+/// Values of the parameters in cfg/MatchFilter.cfg.
 struct RuntimeOptions {
   ProcessorOptions processor;
   OutputOptions outputs;
@@ -25,8 +27,7 @@ class Reconfigure {
   /// Called with the values at start and with every change; what it throws refuses the change.
   using Accept = std::function<void(const RuntimeOptions&)>;
 
-  /// `name` stands in front of log lines; `threads`: ~threads.
-  Reconfigure(const ros::NodeHandle& pnh, const std::string& name, int threads);
+  Reconfigure(const ros::NodeHandle& pnh, const Parameters& at_start);
   ~Reconfigure();
 
   /// The values on the parameter server; throws std::invalid_argument when they contradict each other.

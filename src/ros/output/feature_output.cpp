@@ -6,7 +6,7 @@
 
 #include <boost/make_shared.hpp>
 
-#include "output/publisher_queue.h"
+#include "output/output_options.h"
 
 namespace gms_ransac {
 

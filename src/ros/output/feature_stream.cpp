@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "gms_ransac/rays.h"
+#include "gms_ransac/camera.h"
 
 namespace gms_ransac {
 

@@ -1,4 +1,4 @@
-// Which features ~features sends, and when: at most so many messages a second, with tracks that span them.
+// Selects the features that ~features sends, and limits the rate of messages; tracks span the images between them.
 #pragma once
 
 #include <optional>
@@ -7,9 +7,9 @@
 
 #include <Eigen/Core>
 
-#include "gms_ransac/track_follower.h"
-#include "gms_ransac/track_selector.h"
 #include "stream/processed_frame.h"
+#include "tracks/track_follower.h"
+#include "tracks/track_selector.h"
 
 namespace gms_ransac {
 
@@ -35,8 +35,7 @@ class FeatureStream {
   /// followed was well seen the last time, and the next image will come soon enough after that.
   bool passesOver(const PreparedFrame& frame, const FeatureOptions& options);
 
-  /// What is to be sent with this image, in order of preference; nothing: no message is due, or there is nothing that
-  /// could be sent.
+  /// Features to send with this image, in order of preference; empty: no message is due, or nothing can be sent.
   std::optional<std::vector<Feature>> next(const ProcessedFrame& processed, const FeatureOptions& options);
   /// Nothing is followed any more.
   void reset();
@@ -47,7 +46,7 @@ class FeatureStream {
     double first_stamp;
   };
 
-  /// Whether a message goes with an image of this stamp.
+  /// True if a message is due with an image of this stamp.
   bool due(double stamp, double rate) const;
   void scheduleAfter(double stamp, double rate);
   /// The inliers that carry an id, with their pixels in the current image; fills `match_of_`.

@@ -4,10 +4,10 @@
 
 #include <boost/make_shared.hpp>
 
-#include "gms_ransac/keypoint_depth.h"
 #include "output/message_conversion.h"
-#include "output/publisher_queue.h"
+#include "output/output_options.h"
 #include "output/sigma_by_octave.h"
+#include "scale/translation_scale.h"
 
 namespace gms_ransac {
 

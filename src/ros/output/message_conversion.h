@@ -1,4 +1,4 @@
-// What was found out about an image -> messages.
+// Results of an image -> messages.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ struct FrameCounters {
   uint32_t received = 0, processed = 0, passed_over = 0, dropped = 0, resets = 0;
 };
 
-/// The fields that say which camera the pixels of a message are of: pixel_space and K.
+/// Sets the fields pixel_space and K of a message.
 template <typename Message>
 void setCamera(const CameraModel& model, Message& message) {
   const bool calibrated = model.camera.calibrated();

@@ -14,18 +14,18 @@ Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
   return m;
 }
 
-/// Of a motion of which nothing is known, before any was seen; radians. Half the view of a usual camera.
+/// Size of an unknown rotation before any was seen, radians: half the view of a usual camera.
 constexpr double kFirstTurn = 0.5;
 
-/// What a further motion in the same direction adds to the variance; `missed` grows by it.
+/// Growth of the variance by a further motion in the same direction; adds `size` to `missed`.
 double addInLine(double size, double& missed) {
   const double before = missed * missed;
   missed += size;
   return missed * missed - before;
 }
 
-/// [R, -R [lever]x; 0, R]: how a perturbation at one point of a rigid body moves another, `lever` away, in axes
-/// turned by R.
+/// [R, -R [lever]x; 0, R]: maps a perturbation at one point of a rigid body to another one, `lever` away, in axes
+/// rotated by R.
 Matrix6d leverTransform(const Eigen::Matrix3d& R, const Eigen::Vector3d& lever) {
   Matrix6d m = Matrix6d::Zero();
   m.topLeftCorner<3, 3>() = m.bottomRightCorner<3, 3>() = R;
@@ -34,6 +34,14 @@ Matrix6d leverTransform(const Eigen::Matrix3d& R, const Eigen::Vector3d& lever) 
 }
 
 }  // namespace
+
+void forgetLength(OdometryEstimate& estimate) {
+  for (Matrix6d* covariance : {&estimate.pose_covariance, &estimate.twist_covariance}) {
+    covariance->topRows<3>().setZero();
+    covariance->leftCols<3>().setZero();
+    covariance->diagonal().head<3>().setConstant(kNoLengthVariance);
+  }
+}
 
 void MotionIntegrator::restart() {
   reference_ = current_ = Place();

@@ -23,6 +23,11 @@ struct OdometryEstimate {
   Matrix6d twist_covariance = Matrix6d::Zero();
 };
 
+/// Position and linear velocity are not in metres: a filter that fuses them must not move by them, not even when it
+/// does so for minutes. robot_localization warns of so large a variance.
+constexpr double kNoLengthVariance = 1e6;
+void forgetLength(OdometryEstimate& estimate);
+
 /// The motion of one pair of images.
 struct PairMotion {
   RelativePose current_in_reference;
@@ -33,8 +38,8 @@ struct PairMotion {
   bool after_loss = false;        ///< much may have happened between the two images: no measure of usual motions
 };
 
-/// What a pair does not tell is not added, and its usual size goes into the covariance. Motions that were missed one
-/// after another go the same way, so that their sizes add up, not their variances.
+/// An unknown motion adds its usual size to the covariance. Consecutive unknown motions may have the same direction:
+/// their sizes add up, not their variances.
 class MotionIntegrator {
  public:
   /// `first_step`: length of a translation, in its unit, as long as none is known.
@@ -57,15 +62,15 @@ class MotionIntegrator {
 
   /// Length of the last known translation, in its unit; 0: none is known.
   double step() const { return known_.step; }
-  /// Of a translation of so many seconds as fast as the last known one; 0: none is known.
+  /// Length of a translation of this duration at the last known speed; 0: none is known.
   double stepOf(double seconds) const { return known_.step > 0 ? known_.step * seconds / known_.step_seconds : 0; }
-  /// Of the camera at the last image added.
+  /// Pose of the camera at the last image added.
   const OdometryEstimate& camera() const { return current_.estimate; }
-  /// Of a base frame on the same rigid body. The odometry frame is then the base frame at the first image.
+  /// The same of a base frame on the same rigid body. The odometry frame is then the base frame at the first image.
   OdometryEstimate base(const Eigen::Isometry3d& camera_in_base) const;
 
  private:
-  /// The last translation and the last turn that a pair told.
+  /// The last known translation and rotation.
   struct Usual {
     double step = 0, step_seconds = 0, parallax_px = 0;
     double turn = 0, turn_seconds = 0;  ///< radians

@@ -13,7 +13,7 @@
 #include <boost/make_shared.hpp>
 
 #include "frames.h"
-#include "output/publisher_queue.h"
+#include "output/output_options.h"
 #include "stream/publishable_pose.h"
 #include "tf_lookup.h"
 
@@ -53,9 +53,9 @@ OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outpu
     : nh_(nh),
       parameters_(parameters),
       odometry_(parameters.scale == ScaleMode::kFixed ? parameters.fixed_scale : 1),
-      path_(kPathPoses),
       buffer_(std::make_unique<tf2_ros::Buffer>()),
-      broadcaster_(outputs.getNamespace()) {
+      broadcaster_(parameters.name),
+      throttle_(parameters.name) {
   // From the start, or the first pairs would find no place of the camera on its base.
   if (!parameters_.base_frame.empty()) listen();
   odom_ = outputs.advertise<nav_msgs::Odometry>("odom", kPublisherQueue, changed, changed);
@@ -156,10 +156,19 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
   const std_msgs::Header& header = processed.current->header;
   const auto camera_in_base = cameraInBase(header);
   if (!camera_in_base) return;
+  problem_.clear();
 
   const bool of_camera = parameters_.base_frame.empty();
-  const OdometryEstimate estimate = of_camera ? odometry_.camera() : odometry_.base(*camera_in_base);
+  OdometryEstimate estimate = of_camera ? odometry_.camera() : odometry_.base(*camera_in_base);
   const std::string moving_frame = of_camera ? header.frame_id : parameters_.base_frame;
+  if (!parameters_.givesMetres()) {
+    if (listeners() > static_cast<int>(path_publisher_.getNumSubscribers())) {
+      throttle_.warnOnce("no metres",
+                         "~odom, ~pose and ~twist are not in metres with ~scale unit or propagate: their "
+                         "velocities have variances of 1e6; set ~scale to depth, fixed, odometry or ground for metres");
+    }
+    forgetLength(estimate);
+  }
   std_msgs::Header in_odom = header;
   in_odom.frame_id = parameters_.odom_frame;
   publishPose(estimate, in_odom, moving_frame);
@@ -203,11 +212,15 @@ void OdometryOutput::publishPath(const OdometryEstimate& estimate, const std_msg
   geometry_msgs::PoseStamped pose;
   pose.header = header;
   pose.pose = toMessage(estimate.pose);
-  path_.add(pose);
+  if (path_.size() >= kPathPoses) {  // every second one stays
+    for (size_t i = 0; 2 * i < path_.size(); ++i) path_[i] = path_[2 * i];
+    path_.resize(path_.size() / 2);
+  }
+  path_.push_back(pose);
   if (path_publisher_.getNumSubscribers() == 0) return;
   auto path = boost::make_shared<nav_msgs::Path>();
   path->header = header;
-  path->poses = path_.poses();
+  path->poses = path_;
   path_publisher_.publish(path);
 }
 
@@ -222,7 +235,9 @@ std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::He
       problem = whatTfLacks(*buffer_, parameters_.base_frame, camera.frame_id, error.what());
     }
   }
-  throttle_.warn("base frame", "no ~odom: the camera's place on ~base_frame is not known to tf: " + problem);
+  problem_ =
+      "no ~odom: tf does not know " + camera.frame_id + " in ~base_frame '" + parameters_.base_frame + "': " + problem;
+  throttle_.warn("base frame", problem_);
   return std::nullopt;
 }
 
@@ -232,9 +247,10 @@ bool OdometryOutput::mayBroadcast(const std::string& parent, const std::string& 
   if (!buffer_->_getParent(child, ros::Time(0), owner)) return true;
   if (owner == parent && !last_broadcast_.isZero()) return true;
   refused_ = true;
-  ROS_ERROR_STREAM("no odometry transform: another node gives " << child << " the parent " << owner
-                                                                << " already, and a frame can have only one; set "
-                                                                   "~invert_odom_tf, or stop the other node");
+  ROS_ERROR_STREAM(parameters_.name << ": no odometry transform: another node broadcasts " << child
+                                    << " with the parent " << owner
+                                    << ", and a frame can have only one; set ~invert_odom_tf, or stop the "
+                                    << "other node");
   return false;
 }
 

@@ -3,11 +3,13 @@
 
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
+#include <geometry_msgs/PoseStamped.h>
 #include <ros/node_handle.h>
 
 #include "output/motion_integrator.h"
-#include "output/path_history.h"
 #include "output/watched_broadcaster.h"
 #include "stream/processed_frame.h"
 #include "throttle.h"
@@ -26,6 +28,8 @@ class OdometryOutput {
   ~OdometryOutput();
 
   int listeners() const;
+  /// Why ~odom could not be published, and the remedy; empty: no problem. From the thread of `publish`.
+  const std::string& problem() const { return problem_; }
   /// tf is needed soon. Before the first `publish`, or from its thread.
   void listen();
   /// Integrates every motion; publishes only while the motion is known.
@@ -41,8 +45,8 @@ class OdometryOutput {
   void lose(const ProcessedFrame& processed);
   /// A motion whose direction alone is known: taken to be about so long; 0: that is not known either.
   RelativePose withUsualLength(RelativePose motion, double length) const;
-  /// Of the camera in ~base_frame, looked up at the image's stamp; identity when ~base_frame is empty. None, with a
-  /// throttled sentence, while tf does not know it.
+  /// Pose of the camera in ~base_frame at the image's stamp; identity without ~base_frame. None, with a throttled
+  /// warning, while tf does not know it.
   std::optional<Eigen::Isometry3d> cameraInBase(const std_msgs::Header& camera);
   /// False while tf has not been listened to long enough, and for good, with a sentence, once another node gives the
   /// child frame another parent, or gave it any before us.
@@ -57,7 +61,7 @@ class OdometryOutput {
   const Parameters parameters_;
   MotionIntegrator odometry_;
   double known_until_ = 0;  ///< stamp of the image whose place `odometry_` holds, seconds
-  PathHistory path_;
+  std::vector<geometry_msgs::PoseStamped> path_;
   ros::Publisher odom_, twist_, pose_, transform_, path_publisher_;
   std::unique_ptr<tf2_ros::Buffer> buffer_;
   std::unique_ptr<tf2_ros::TransformListener> listener_;  ///< only where tf is needed: it is a busy topic
@@ -65,6 +69,7 @@ class OdometryOutput {
   ros::WallTime listening_since_;
   bool refused_ = false;
   ros::Time last_broadcast_;
+  std::string problem_;
   Throttle throttle_;
 };
 

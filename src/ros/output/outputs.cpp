@@ -1,10 +1,7 @@
 #include "output/outputs.h"
 
-#include <cstdio>
-
 #include <cv_bridge/cv_bridge.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
-#include <sensor_msgs/image_encodings.h>
 #include <std_msgs/Bool.h>
 #include <boost/make_shared.hpp>
 
@@ -12,12 +9,10 @@
 #include "guard.h"
 #include "output/keypoint_output.h"
 #include "output/odometry_output.h"
-#include "output/overlay.h"
+#include "output/output_options.h"
 #include "output/point_outputs.h"
-#include "output/publisher_queue.h"
 #include "output/stereo_output.h"
 #include "output/watched_broadcaster.h"
-#include "stream/status_text.h"
 
 namespace gms_ransac {
 
@@ -25,20 +20,11 @@ namespace {
 
 const std::string kOverlay = "match_image";
 
-std::string caption(const ProcessedFrame& processed) {
-  if (processed.result == nullptr) return statusName(processed.status) + ": " + processed.text;
-  char text[160];
-  std::snprintf(text, sizeof(text), "%s   %zu matches > %d GMS > %d inliers   %.1f ms",
-                statusName(processed.publishedStatus()).c_str(), processed.result->matches.size(),
-                processed.result->matches_gms, processed.result->inliers, 1e3 * processed.result->times.total());
-  return text;
-}
-
 }  // namespace
 
 Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
                  const std::function<void()>& listeners_changed)
-    : transport_(pnh), broadcaster_(std::make_unique<WatchedBroadcaster>(pnh.getNamespace())) {
+    : transport_(pnh), broadcaster_(std::make_unique<WatchedBroadcaster>(parameters.name)), throttle_(parameters.name) {
   ros::NodeHandle outputs(pnh);
   const ros::SubscriberStatusCallback changed = [listeners_changed](const ros::SingleSubscriberPublisher&) {
     listeners_changed();
@@ -49,7 +35,7 @@ Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Pa
   stats_ = outputs.advertise<MatchStats>("stats", kPublisherQueue, changed, changed);
   relative_pose_ =
       outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("relative_pose", kPublisherQueue, changed, changed);
-  restart_ = outputs.advertise<std_msgs::Bool>("restart", kPublisherQueue);  // worth no subscription of its own
+  restart_ = outputs.advertise<std_msgs::Bool>("restart", kPublisherQueue);  // does not cause a subscription
   odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, changed);
   points_ = std::make_unique<PointOutputs>(outputs, parameters, changed);
   keypoints_ = std::make_unique<KeypointOutput>(outputs, changed);
@@ -80,11 +66,13 @@ bool Outputs::passesOver(const PreparedFrame& frame, const OutputOptions& option
   return points_->features().passesOver(frame, options.features);
 }
 
+std::string Outputs::problem() const { return odometry_->problem(); }
+
 void Outputs::expectOdomTf() { odometry_->listen(); }
 
 MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const FrameCounters& counters,
                                     const OutputOptions& options) {
-  // The stats go out whatever becomes of the rest.
+  // The stats are published even if another output fails.
   const auto report = [&](const std::string& what) {
     throttle_.warn("answer", "an answer is published in part: " + what);
   };
@@ -102,8 +90,9 @@ MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const Frame
     restart.data = true;
     restart_.publish(restart);
   }
+  overlay_.add(processed);
   if (match_image_.getNumSubscribers() > 0 && processed.status != MatchStats::BAD_IMAGE) {
-    guarded([&] { publishOverlay(processed); }, report);
+    guarded([&] { publishOverlay(processed, options.overlay); }, report);
   }
   return stats;
 }
@@ -133,12 +122,9 @@ void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& 
   relative_pose_.publish(message);
 }
 
-void Outputs::publishOverlay(const ProcessedFrame& processed) {
-  const Frame* reference = processed.reference != nullptr ? &processed.reference->frame : nullptr;
-  cv_bridge::CvImage picture(processed.current->header, sensor_msgs::image_encodings::BGR8);
-  picture.image = drawOverlay(processed.current->grey, processed.current->mask, reference, &processed.current->frame,
-                              processed.result, caption(processed));
-  match_image_.publish(picture.toImageMsg());
+void Outputs::publishOverlay(const ProcessedFrame& processed, const OverlayOptions& options) {
+  const cv::Mat picture = overlay_.draw(processed, options);
+  match_image_.publish(cv_bridge::CvImage(processed.current->header, "bgr8", picture).toImageMsg());
 }
 
 }  // namespace gms_ransac

@@ -27,15 +27,17 @@ class Outputs {
           const std::function<void()>& listeners_changed);
   ~Outputs();
 
-  /// Of the only image among them, as remapped.
+  /// Topic of the match image, as remapped.
   static std::string overlayTopic(const ros::NodeHandle& pnh);
 
   /// Subscribers of all topics together. Transforms have no subscribers to count; the caller knows whether they are on.
   int listeners() const;
   /// Nobody listens to anything but ~features, which needs not every image.
   bool featuresSuffice(const OutputOptions& options) const;
-  /// Whether that is such an image, which comes after all that were published or passed over.
+  /// True if ~features can skip this frame.
   bool passesOver(const PreparedFrame& frame, const OutputOptions& options);
+  /// Why an output could not be published, and the remedy; empty: no problem. From the thread of `publish`.
+  std::string problem() const;
   /// ~publish_odom_tf is on from the start: tf is listened to at once, so that the first pair's motion is broadcast.
   /// Before the first `publish`.
   void expectOdomTf();
@@ -47,7 +49,7 @@ class Outputs {
  private:
   void publishMotion(const ProcessedFrame& processed, const OutputOptions& options);
   void publishPose(const ProcessedFrame& processed, const OutputOptions& options);
-  void publishOverlay(const ProcessedFrame& processed);
+  void publishOverlay(const ProcessedFrame& processed, const OverlayOptions& options);
 
   image_transport::ImageTransport transport_;
   std::unique_ptr<WatchedBroadcaster> broadcaster_;
@@ -57,6 +59,7 @@ class Outputs {
   std::unique_ptr<PointOutputs> points_;
   std::unique_ptr<KeypointOutput> keypoints_;
   std::unique_ptr<StereoOutput> stereo_;  ///< with ~input stereo
+  Overlay overlay_;
   Throttle throttle_;
 };
 

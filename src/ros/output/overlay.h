@@ -1,22 +1,52 @@
-// The picture of one pair: matches drawn over the current image.
+// ~match_image: matches over the image, with a header that says the outcome, a colour bar, and the last images'
+// outcomes.
 #pragma once
 
-#include <string>
+#include <cstdint>
+#include <deque>
 
 #include <opencv2/core/mat.hpp>
 
-#include "gms_ransac/match_filter.h"
+#include "parameters.h"
+#include "stream/processed_frame.h"
 
 namespace gms_ransac {
 
-/// From purple (0) to yellow (1); brighter means more probable, for colour-blind eyes too. BGR, 0..255.
-cv::Scalar probabilityColor(float probability);
+/// Colour of a quality from 0 (poor, purple) to 1 (good, yellow), BGR: a perceptual map, safe for the colour-blind.
+cv::Scalar qualityColor(float quality);
 
-/// BGR picture of the size of `grey` (CV_8UC1, the current image, dimmed; where `mask` is zero hatched, if it is not
-/// empty): each inlier is a line from where the feature was in the reference to a dot where it is now, coloured from
-/// purple (probability 0) to yellow (1); rejected matches are thin and grey. `caption` is one line of text at the top.
-/// `result` may be null: caption only.
-cv::Mat drawOverlay(const cv::Mat& grey, const cv::Mat& mask, const Frame* reference, const Frame* current,
-                    const MatchResult* result, const std::string& caption);
+/// Colour of a MatchStats status, BGR; black text on it is legible. From the palette of Okabe and Ito.
+cv::Scalar statusColor(uint8_t status);
+
+struct OverlayOptions {
+  OverlayColour colour = OverlayColour::kResidual;
+  OverlayLayout layout = OverlayLayout::kFlow;
+};
+
+class Overlay {
+ public:
+  static constexpr size_t kHistory = 200;  ///< images in the strip
+
+  /// Remembers the outcome of an image for the strip.
+  void add(const ProcessedFrame& processed);
+
+  /// The picture, BGR. Images far from VGA are enlarged or reduced by a whole factor, so that text and lines are
+  /// legible and the cost is bounded. Inliers are arrows from the reference position to a dot at the current one, the
+  /// poorest on top; without inliers, or with OverlayColour::kStage, rejected matches are shown too. Masked parts are
+  /// hatched.
+  cv::Mat draw(const ProcessedFrame& processed, const OverlayOptions& options) const;
+
+ private:
+  struct Outcome {
+    uint8_t status;
+    float inlier_ratio;  ///< of the filtered matches
+    float milliseconds;
+  };
+
+  /// The history in a pixel's width an image: inlier ratio, status, and milliseconds up to `highest`.
+  cv::Mat strip(float highest) const;
+
+  std::deque<Outcome> history_;  ///< oldest first
+};
 
 }  // namespace gms_ransac

@@ -8,21 +8,21 @@
 #include <boost/make_shared.hpp>
 
 #include "frames.h"
-#include "gms_ransac/rays.h"
+#include "gms_ransac/camera.h"
+#include "output/output_options.h"
 #include "output/overlay.h"
-#include "output/publisher_queue.h"
 
 namespace gms_ransac {
 
 namespace {
 
-constexpr double kFrustumDepth = 1;     // of the drawn cameras, in units of the translation
-constexpr double kFlowWidth = 0.002;    // of the drawn lines at depth 1
-constexpr double kFrustumWidth = 0.06;  // of its lines, likewise
-constexpr double kNoteHeight = 0.8;     // of a letter, in units of the translation
+constexpr double kFrustumDepth = 1;       // of the drawn cameras, in units of the translation
+constexpr double kLeastMetricStep = 0.1;  // metres: a smaller camera could not be seen
+constexpr double kFlowWidth = 0.002;      // of the drawn lines at depth 1
+constexpr double kFrustumWidth = 0.06;    // of its lines, likewise
 
-std_msgs::ColorRGBA color(float probability) {
-  const cv::Scalar bgr = probabilityColor(probability);
+std_msgs::ColorRGBA color(float quality) {
+  const cv::Scalar bgr = qualityColor(quality);
   std_msgs::ColorRGBA rgba;
   rgba.r = static_cast<float>(bgr[2] / 255);
   rgba.g = static_cast<float>(bgr[1] / 255);
@@ -58,17 +58,6 @@ void addFrustum(const Camera& camera, const Eigen::Isometry3d& pose, double dept
     marker.points.push_back(toMessage(corners[i]));
     marker.points.push_back(toMessage(corners[(i + 1) % 4]));
   }
-}
-
-/// Says beside the camera what the view cannot show.
-visualization_msgs::Marker note(const std_msgs::Header& header, const std::string& text, double step) {
-  visualization_msgs::Marker marker = lines(header, "note", 0);
-  marker.type = visualization_msgs::Marker::TEXT_VIEW_FACING;
-  marker.text = text;
-  marker.scale.z = kNoteHeight * step;
-  marker.pose.position = toMessage(Eigen::Vector3d(6 * step, step, 0));
-  marker.color = color(1);
-  return marker;
 }
 
 }  // namespace
@@ -117,7 +106,8 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
   Eigen::Isometry3d reference = Eigen::Isometry3d::Identity();
   reference.linear() = processed.pose.R.transpose();
   reference.translation() = -(processed.pose.R.transpose() * processed.pose.t);
-  const double step = processed.pose.t.norm() > 0 ? processed.pose.t.norm() : 1;
+  const double length = processed.pose.t.norm();
+  const double step = processed.metric_scale ? std::max(length, kLeastMetricStep) : length > 0 ? length : 1;
   visualization_msgs::Marker current_view = lines(processed.current->header, "current", kFrustumWidth * step);
   current_view.color = color(1);
   addFrustum(camera, Eigen::Isometry3d::Identity(), kFrustumDepth * step, current_view);
@@ -126,8 +116,6 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
   addFrustum(camera, reference, kFrustumDepth * step, reference_view);
   message.markers.push_back(current_view);
   message.markers.push_back(reference_view);
-  message.markers.push_back(
-      note(processed.current->header, processed.metric_scale ? "" : "lengths have no scale", step));
   return message;
 }
 

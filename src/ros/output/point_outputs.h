@@ -1,4 +1,4 @@
-// What is made of the points of a pair: features for VINS, triangulated inliers, and markers for rviz.
+// Outputs computed from the points of a pair: features for VINS, triangulated inliers, markers for rviz.
 #pragma once
 
 #include <functional>

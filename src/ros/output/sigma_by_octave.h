@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "gms_ransac/robust_estimator.h"
+#include "gms_ransac/robust_result.h"
 
 namespace gms_ransac {
 

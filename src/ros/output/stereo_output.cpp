@@ -2,8 +2,8 @@
 
 #include <boost/make_shared.hpp>
 
-#include "gms_ransac/rays.h"
-#include "output/publisher_queue.h"
+#include "gms_ransac/camera.h"
+#include "output/output_options.h"
 
 namespace gms_ransac {
 

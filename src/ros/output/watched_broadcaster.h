@@ -1,8 +1,7 @@
-// Broadcasts transforms that somebody listens to, refuses those that tf would, and notices another node that broadcasts
-// the same ones.
+// Broadcasts transforms while tf has a subscriber, and warns of another node that broadcasts the same ones.
 #pragma once
 
-#include <deque>
+#include <map>
 #include <mutex>
 #include <set>
 #include <string>
@@ -16,33 +15,31 @@
 
 namespace gms_ransac {
 
-/// tf is a busy topic, so it is listened to only for a while after the first transform that is sent: of two nodes the
-/// one that was started last notices the other.
+/// tf is a busy topic: it is subscribed to for some seconds after the first transform, so that of two nodes the one
+/// started last notices the other.
 class WatchedBroadcaster {
  public:
-  /// `name`: of the node, for the log; a manager's process holds several.
-  explicit WatchedBroadcaster(std::string name);
+  /// `name`: of the node, for the log; a nodelet manager's process holds several.
+  explicit WatchedBroadcaster(const std::string& name);
 
-  /// Whether anyone listens to tf, this object and others of the process included.
   bool listened() const { return broadcaster_.getNumSubscribers() > 0; }
-  /// Sends nothing while nobody listens. A frame without a name, or one that would be its own parent, is not broadcast
-  /// and warned about once.
+  /// Does nothing without a subscriber. A frame without a name or that would be its own parent is refused with a
+  /// warning.
   void send(const geometry_msgs::TransformStamped& transform);
 
  private:
-  void remember(const geometry_msgs::TransformStamped& transform);
+  void watch(const geometry_msgs::TransformStamped& sent);
   void onTransforms(const ros::MessageEvent<tf2_msgs::TFMessage const>& event);
 
   const std::string name_;
+  Throttle throttle_;
   ros::NodeHandle nh_;  ///< as tf2_ros::TransformBroadcaster has it, not the nodelet's
   ros::Publisher broadcaster_;
-  Throttle throttle_;
 
   std::mutex mutex_;  ///< guards what follows
-  ros::SteadyTime listening_since_;
-  std::set<std::string> children_;                      ///< of the transforms sent while tf is listened to
-  std::deque<geometry_msgs::TransformStamped> recent_;  ///< what comes back from tf and is ours
-  ros::Subscriber tf_;                                  ///< last: its callback may run until it is gone
+  ros::SteadyTime watching_since_;
+  std::map<std::string, std::set<ros::Time>> sent_;  ///< stamps by child, while tf is watched
+  ros::Subscriber tf_;                               ///< last: its callback may run until it is gone
 };
 
 }  // namespace gms_ransac

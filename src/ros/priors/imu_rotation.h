@@ -1,4 +1,4 @@
-// ~rotation_prior imu: the camera's turn from the rates of a gyro.
+// ~rotation_prior imu: rotation of the camera from the rates of a gyro.
 #pragma once
 
 #include <functional>
@@ -9,8 +9,7 @@
 #include <ros/node_handle.h>
 #include <sensor_msgs/Imu.h>
 
-#include "priors/gyro_bias.h"
-#include "priors/gyro_buffer.h"
+#include "priors/gyro.h"
 #include "priors/rotation_source.h"
 #include "tf_lookup.h"
 
@@ -33,7 +32,7 @@ class ImuRotation : public RotationSource {
 
  private:
   void onImu(const sensor_msgs::ImuConstPtr& imu);
-  /// Turns axes of the sensor into the camera's.
+  /// Rotation from the axes of the sensor to those of the camera.
   std::string extrinsics(const std::string& camera_frame, Eigen::Matrix3d& imu_in_camera);
 
   ros::NodeHandle nh_;

@@ -6,7 +6,7 @@
 
 #include "frames.h"
 #include "priors/imu_rotation.h"
-#include "priors/pose_rotation.h"
+#include "priors/rotation_source.h"
 #include "priors/turns.h"
 
 namespace gms_ransac {
@@ -15,7 +15,8 @@ namespace {
 
 // Standard deviation of a length that wheels tell: a share of it, for their radius and the ground, and a tick, metres.
 constexpr double kWheelShare = 0.03, kWheelTick = 0.001;
-// Of the direction down, radians: a robot's springs where tf has the camera on its base, else a camera held level.
+// Standard deviation of the direction down, radians: suspension of a robot if tf knows the camera on its base, else a
+// camera held level.
 constexpr double kSpringSigma = 0.02, kLevelSigma = 0.17;
 
 bool wanted(const Parameters& parameters) {

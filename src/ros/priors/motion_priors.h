@@ -1,5 +1,5 @@
-// What other sensors say of the motion between two images, as ~rotation_prior and ~scale ask for it: answers, what is
-// wrong with them, and what is learnt from comparing them with the images.
+// Priors of the motion between two images from other sensors (~rotation_prior, ~scale), what is wrong with them, and
+// what is learnt by comparing them with the images.
 #pragma once
 
 #include <atomic>
@@ -14,15 +14,15 @@
 #include <ros/node_handle.h>
 #include <std_msgs/Header.h>
 
-#include "gms_ransac/ground_scale.h"
 #include "gms_ransac/match_filter.h"
-#include "gms_ransac/rotation_prior.h"
-#include "gms_ransac/translation_scale.h"
+#include "gms_ransac/relative_pose.h"
 #include "parameters.h"
 #include "priors/odometry_input.h"
 #include "priors/rotation_source.h"
 #include "priors/turn_comparison.h"
 #include "priors/wheel_check.h"
+#include "scale/ground_scale.h"
+#include "scale/translation_scale.h"
 #include "tf_lookup.h"
 
 namespace gms_ransac {
@@ -53,16 +53,16 @@ class MotionPriors {
   /// `arrived`: called when something came that an image may wait for.
   void start(std::function<void()> arrived);
   void stop();
-  /// RobustOptions::rolling_shutter_readout: how long a gyro is asked about each image.
+  /// RobustOptions::rolling_shutter_readout: interval around each image for which the gyro is integrated.
   void setReadout(double seconds) { readout_ = seconds; }
   /// All that an image of this stamp asks for has come.
   bool reaches(const std_msgs::Header& image);
 
-  /// How the camera turned from the one image to the other, and while their rows were read. What should be there and
-  /// is not is said in `problem`, a sentence.
+  /// Rotation of the camera between two images, and during their readout. `problem` is a sentence that says what is
+  /// missing; empty: nothing.
   std::optional<RotationPrior> rotation(const std_msgs::Header& reference, const std_msgs::Header& current,
                                         std::string& problem);
-  /// What the images said of the pair that rotation() was last asked about; `seen` has a pose.
+  /// Compares the last answer of rotation() with the images; `seen` has a pose.
   void learn(const RobustResult& seen);
   /// The length of that pair's translation, with ~scale odometry or ground. `features` 0: it is not known, and
   /// `problem` says why.
@@ -77,7 +77,7 @@ class MotionPriors {
     double from = 0, to = 0;
     std::optional<RotationPrior> prior;
   };
-  /// Of the pair that is asked about; says what is missing.
+  /// Adds the rotation rates of the pair; returns what is missing.
   std::string fillRates(RotationPrior& prior);
   double timeOf(const std_msgs::Header& image) const { return image.stamp.toSec() + parameters_.image_time_offset; }
   ScaleEstimate lengthOfOdometry(const std::string& camera_frame, double from, double to, const RobustResult& seen,
@@ -94,7 +94,7 @@ class MotionPriors {
   std::shared_ptr<OdometryInput> odometry_;
   std::unique_ptr<RotationSource> source_;
 
-  // Of the thread that asks.
+  // Used by the asking thread only.
   Asked asked_;
   WheelCheck wheels_;
   GroundScale ground_;
@@ -103,7 +103,7 @@ class MotionPriors {
   TurnComparison turns_;
   std::string camera_frame_;
   std::string problem_, length_problem_;  ///< of the last pair
-  int pairs_by_rates_ = 0;                ///< of which the rows were turned back by what a gyro says
+  int pairs_by_rates_ = 0;                ///< corrected for the rolling shutter by the gyro
 };
 
 }  // namespace gms_ransac

@@ -1,9 +1,13 @@
-// Where a rotation prior comes from: one interface, a class for each of ~rotation_prior's words.
+// Sources of a rotation prior: one interface, a class for each word of ~rotation_prior. imu_rotation.h has the
+// gyroscope.
 #pragma once
 
+#include <memory>
 #include <string>
 
-#include "gms_ransac/rotation_prior.h"
+#include "gms_ransac/relative_pose.h"
+#include "priors/odometry_input.h"
+#include "tf_lookup.h"
 
 namespace gms_ransac {
 
@@ -14,19 +18,44 @@ class RotationSource {
   virtual ~RotationSource() = default;
 
   /// Subscribes, and forgets what came before.
-  virtual void start() = 0;
-  virtual void stop() = 0;
-  /// What comes later changes nothing at this time.
+  virtual void start() {}
+  virtual void stop() {}
+  /// Everything up to this time has arrived.
   virtual bool reaches(const std::string& camera_frame, double stamp) = 0;
-  /// The camera's turn between two times. Returns an empty string, or why there is none, as the end of a sentence.
+  /// Rotation of the camera between two times. Returns an empty string, or why it is unknown, as the end of a sentence.
   virtual std::string between(const std::string& camera_frame, double from, double to, RotationPrior& prior) = 0;
-  /// Whether turns between times as near as the rows of one image are told, too.
+  /// True if the source resolves the time between the rows of one image.
   virtual bool tellsRates() const { return false; }
-  /// What the images made of it, for a source that learns from them.
+  /// Gives the rotation that the images show to a source that learns from it.
   virtual void learn(const std::string& /*camera_frame*/, double /*from*/, double /*to*/,
                      const RotationPrior& /*visual*/) {}
-  /// What it learnt, in words for diagnostics; empty: nothing.
+  /// Summary of what was learnt, for diagnostics; empty: nothing.
   virtual std::string learnt() { return std::string(); }
+};
+
+/// The camera in a fixed frame, as tf has it at both stamps.
+class TfRotation : public RotationSource {
+ public:
+  TfRotation(const std::string& fixed_frame, std::shared_ptr<TfLookup> tf);
+
+  bool reaches(const std::string& camera_frame, double stamp) override;
+  std::string between(const std::string& camera_frame, double from, double to, RotationPrior& prior) override;
+
+ private:
+  const std::string fixed_frame_;
+  const std::shared_ptr<TfLookup> tf_;
+};
+
+/// Interpolates `prior_odom`. The owner of the input starts and stops it.
+class OdometryRotation : public RotationSource {
+ public:
+  explicit OdometryRotation(std::shared_ptr<OdometryInput> input);
+
+  bool reaches(const std::string& camera_frame, double stamp) override;
+  std::string between(const std::string& camera_frame, double from, double to, RotationPrior& prior) override;
+
+ private:
+  const std::shared_ptr<OdometryInput> input_;
 };
 
 }  // namespace gms_ransac

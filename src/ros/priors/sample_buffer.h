@@ -4,7 +4,7 @@
 #include <deque>
 #include <string>
 
-#include "quantity_text.h"
+#include "text.h"
 
 namespace gms_ransac {
 
@@ -12,8 +12,8 @@ namespace gms_ransac {
 template <typename Sample>
 class SampleBuffer {
  public:
-  /// Takes samples in the order of their stamps: one that is not newer is left out, one of an earlier stream that
-  /// starts again (kRestart before the newest) empties the buffer first.
+  /// Adds a sample in the order of stamps. Ignores one that is not newer; one more than kRestart older than the newest
+  /// starts a new stream and empties the buffer.
   void add(const Sample& sample) {
     if (!samples_.empty() && sample.stamp <= samples_.back().stamp) {
       if (samples_.back().stamp - sample.stamp < kRestart) return;
@@ -31,7 +31,7 @@ class SampleBuffer {
   static constexpr double kSeconds = 30;  ///< kept
 
  protected:
-  /// What is missing of the time, as the end of a sentence; empty: nothing at its ends. Of samples that there are.
+  /// Returns what is missing at the ends of the interval, as the end of a sentence; empty: nothing. Needs a sample.
   std::string missing(double from, double to) const {
     if (samples_.back().stamp < to)
       return "the newest sample is " + secondsText(to - samples_.back().stamp) + " too old";

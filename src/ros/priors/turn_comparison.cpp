@@ -30,7 +30,7 @@ constexpr double kShiftStep = 0.01;
 constexpr int kShiftIterations = 8;
 /// An offset less certain than this is none: a third of a frame of a 30 Hz camera.
 constexpr double kLargestOffsetSigma = 0.01;
-/// What explains contradictions leaves at most this share of them.
+/// An explanation leaves at most this share of the contradictions.
 constexpr double kExplained = 0.2;
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
@@ -116,7 +116,7 @@ std::vector<Matrix3d> signedPermutations() {
       all.push_back(axes);
     }
   } while (std::next_permutation(order, order + 3));
-  // Of those that explain as much, the one that changes least is the likeliest mistake.
+  // Among equal explanations the smallest change is the likeliest mistake.
   std::stable_sort(all.begin(), all.end(), [](const Matrix3d& a, const Matrix3d& b) { return a.trace() > b.trace(); });
   return all;
 }
@@ -169,7 +169,7 @@ std::optional<TimeOffset> TurnComparison::timeOffset(const TurnBetween& prior) c
     if (std::abs(step[0]) < 1e-6) break;
   }
   if (equations.pairs < kFewest || std::abs(shift) > kLargestOffset) return std::nullopt;
-  // The residuals say how good the covariances are; what fits better than they promise is chance.
+  // The residuals scale the covariances, but never down.
   const double scale = std::max(1.0, equations.weighted_squares / std::max(1.0, 3 * equations.weight - 4));
   TimeOffset offset;
   offset.seconds = shift;

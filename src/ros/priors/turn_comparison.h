@@ -1,5 +1,5 @@
-// What the images and another sensor say of the same turns, pair after pair: whether they contradict each other, and
-// what would explain it. Knows no topic.
+// Compares the rotations of pairs as images and another sensor measure them: contradictions, and what explains them.
+// Knows no topic.
 #pragma once
 
 #include <deque>
@@ -19,7 +19,7 @@ struct ComparedTurn {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of their difference
 };
 
-/// What has to be added to the images' stamps, beyond what is added already, for both to say the same.
+/// Correction of the image stamps, in addition to ~image_time_offset, that makes both agree.
 struct TimeOffset {
   double seconds = 0, sigma = 0;
   bool explains = false;  ///< with it most pairs do not contradict any more
@@ -35,17 +35,17 @@ class TurnComparison {
   static constexpr double kDoubtful = 0.5;       ///< share of the pairs that contradict above which something is wrong
   static constexpr double kLargestOffset = 0.2;  ///< seconds either way that are searched
 
-  /// Of pairs with the same start, as while the reference is held, the last alone counts.
+  /// Adds a pair; it replaces one with the same start, as while the reference is held.
   void add(const ComparedTurn& turn);
   void reset() { turns_.clear(); }
   size_t pairs() const { return turns_.size(); }
   /// Share of the pairs whose Mahalanobis distance chance would bring once in a hundred.
   double contradicting() const;
-  /// Least squares over shift and a constant rate between the two, which a bias is; none while there is too little
-  /// turning, or turning too even, to tell a shift by.
+  /// Least squares over a time shift and a constant rate, the bias. None if the rotation is too small or too even to
+  /// determine the shift.
   std::optional<TimeOffset> timeOffset(const TurnBetween& prior) const;
-  /// Why the two contradict each other, as one sentence that says what to look at; empty: they do not, or it is too
-  /// early to say. `offset`: as timeOffset() has it.
+  /// Returns why the two contradict each other and what to check; empty: no contradiction, or too few pairs. `offset`:
+  /// the result of timeOffset().
   std::string doubt(const std::optional<TimeOffset>& offset) const;
 
  private:

@@ -1,12 +1,11 @@
-// Rotation vectors and their limit, for what compares turns. (The core has its own in two_view/, which is not for
-// others to include.)
+// Rotation vectors. (The core has its own in two_view/.)
 #pragma once
 
 #include <Eigen/Geometry>
 
 namespace gms_ransac {
 
-/// Of the squared Mahalanobis distance of two turns, three freedoms: what chance exceeds once in a hundred.
+/// 99 % quantile of the squared Mahalanobis distance of two rotations, three degrees of freedom.
 constexpr double kTurnChi2 = 11.34;
 
 /// The rotation by |v| about v.

@@ -1,4 +1,4 @@
-// Whether the length that wheels tell goes with what the images show, or they slip. Knows no topic.
+// Checks the length measured by wheels against the parallax in the images: finds slip. Knows no topic.
 #pragma once
 
 #include <deque>
@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "gms_ransac/robust_estimator.h"
+#include "gms_ransac/robust_result.h"
 
 namespace gms_ransac {
 

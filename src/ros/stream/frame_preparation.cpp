@@ -4,8 +4,8 @@
 
 #include "frames.h"
 #include "guard.h"
-#include "input/depth_conversion.h"
-#include "quantity_text.h"
+#include "input/image_conversion.h"
+#include "text.h"
 
 namespace gms_ransac {
 

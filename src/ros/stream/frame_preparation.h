@@ -17,8 +17,8 @@ namespace gms_ransac {
 /// `receive` on one thread, in the order in which images come; `findFeatures` on any.
 class FramePreparation {
  public:
-  /// Throws std::invalid_argument with a sentence when ~mask_file cannot be read.
-  /// The topics are for what is said of them; those of the right camera with ~input stereo.
+  /// Throws std::invalid_argument with a sentence when ~mask_file cannot be read. The topics appear in messages; those
+  /// of the right camera with ~input stereo.
   FramePreparation(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic,
                    const std::string& right_topic, const std::string& right_info_topic);
 
@@ -30,13 +30,13 @@ class FramePreparation {
 
  private:
   void receiveChecked(double max_gap, PreparedFrame& frame);
-  /// Of one image, with `problem` set and false when it is of no use.
+  /// Converts one image; false, with `problem` set, if it is unusable.
   bool convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame);
   /// Sets the verdict; returns why the image is dropped, empty when it is not.
   std::string classifyStamp(double max_gap, PreparedFrame& frame);
   /// Finds the features where the mask lets them.
   void extract(MatchFilter& filter, PreparedFrame& frame);
-  /// What else than the image tells how far things are.
+  /// Depth of the keypoints, from a depth image or the right camera.
   void findDepth(PreparedFrame& frame);
 
   const Parameters parameters_;

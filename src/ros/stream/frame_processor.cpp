@@ -7,11 +7,11 @@
 #include <sstream>
 #include <utility>
 
-#include "gms_ransac/keypoint_depth.h"
-#include "gms_ransac/rays.h"
+#include "gms_ransac/camera.h"
 #include "guard.h"
-#include "quantity_text.h"
+#include "scale/translation_scale.h"
 #include "stream/status_text.h"
+#include "text.h"
 
 namespace gms_ransac {
 
@@ -33,7 +33,7 @@ bool isUseless(const ProcessedFrame& processed) {
          processed.current->frame.features.size() < kMinimumMatches;
 }
 
-/// No model, as far as anyone is told.
+/// Treats the pair as one without a model.
 void rejectModel(MatchResult& result) {
   std::replace(result.stage.begin(), result.stage.end(), MatchStage::kInlier, MatchStage::kGms);
   std::fill(result.probability.begin(), result.probability.end(), 0.f);
@@ -42,8 +42,7 @@ void rejectModel(MatchResult& result) {
   result.status = Status::kRansacFailed;
 }
 
-/// Of what a filter or a frame held, megabytes with many features, the allocator would keep the pages for the thread
-/// that asked for them, and a process whose options change now and then would grow.
+/// Returns freed pages to the system: glibc keeps them per arena otherwise.
 void giveBackMemory() {
 #ifdef __GLIBC__
   malloc_trim(0);

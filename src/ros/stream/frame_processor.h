@@ -1,4 +1,4 @@
-// The stream's state: which image is compared with which, and what is said when one cannot be. Publishes nothing.
+// State of the stream: selects the reference of each image, compares and explains. Publishes nothing.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,6 @@
 #include <string>
 
 #include "gms_ransac/match_filter.h"
-#include "gms_ransac/track_table.h"
 #include "input/image_with_info.h"
 #include "parameters.h"
 #include "priors/motion_priors.h"
@@ -17,6 +16,7 @@
 #include "stream/processed_frame.h"
 #include "stream/publishable_pose.h"
 #include "stream/recovery.h"
+#include "tracks/track_table.h"
 
 namespace gms_ransac {
 
@@ -37,9 +37,8 @@ enum class Extraction {
 /// `prepare` and `process` may run on two threads, each on one; the rest may be called from anywhere.
 class FrameProcessor {
  public:
-  /// Throws std::invalid_argument with a sentence when ~mask_file cannot be read.
-  /// `priors`: other sensors to ask; null: none. The topics of the right camera are for what is said of them, with
-  /// ~input stereo.
+  /// Throws std::invalid_argument with a sentence when ~mask_file cannot be read. `priors`: other sensors; null: none.
+  /// The topics appear in messages; those of the right camera with ~input stereo.
   FrameProcessor(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic,
                  std::shared_ptr<MotionPriors> priors = nullptr, const std::string& right_topic = "right/image",
                  const std::string& right_info_topic = "right/camera_info");
@@ -51,8 +50,8 @@ class FrameProcessor {
 
   /// Conversion, stamp rules, extraction. Never throws.
   std::unique_ptr<PreparedFrame> prepare(const ImageWithInfo& input, Extraction extraction = Extraction::kNow);
-  /// Comparison with the reference. Never throws. What asks for a new start and comes with an image that is of no use
-  /// is kept for the next one.
+  /// Comparison with the reference. Never throws. A reset that arrives with an unusable image applies to the next
+  /// usable one.
   ProcessedFrame process(std::unique_ptr<PreparedFrame> frame);
   /// In place of `process`: the stream goes on as if the image had not come. It must be in order, ask for no reset and
   /// have no problem.
@@ -70,7 +69,7 @@ class FrameProcessor {
   /// Keeps a frame that has served, for the next image; not one of a replaced filter, which may have found far more
   /// features.
   void keepSpare(std::unique_ptr<PreparedFrame> frame);
-  /// Of the current image.
+  /// Answer for the current image.
   ProcessedFrame answer();
   /// Keeps what an unusable image asks for.
   void keepPending(const PreparedFrame& frame);
@@ -90,13 +89,13 @@ class FrameProcessor {
 
   // One comparison.
   void compare(ProcessedFrame& processed);
-  /// With what other sensors say of it. Returns what is to be said of them; empty: nothing.
+  /// Matches with the priors of other sensors. Returns what is wrong with them; empty: nothing.
   std::string matchWithPriors();
   /// Matches, filters, estimates.
   void match(PreparedFrame& reference, MatchResult& result, const RotationPrior* prior = nullptr);
   /// Where the calibration changed since the reference, its keypoints go to where this image's camera shows them.
   void adoptCalibration(PreparedFrame& reference) const;
-  /// What follows from `result_`, which is that of the reference: status, tracks, pose.
+  /// Sets status, tracks and pose from `result_`.
   void conclude(ProcessedFrame& processed);
   void fail(const std::string& what, ProcessedFrame& processed);
 
@@ -129,7 +128,7 @@ class FrameProcessor {
   bool retired_ = false;                    ///< there was a reference, and there is none until an image is of use
   TrackTable tracks_;
   PairPose pair_pose_;
-  Reset reset_pending_ = Reset::kNone;  ///< asked for with an image that was of no use, as is the next one
+  Reset reset_pending_ = Reset::kNone;  ///< of an unusable image, for the next usable one
   StampVerdict verdict_pending_ = StampVerdict::kInOrder;
   double last_stamp_ = 0;  ///< of the image processed before
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <utility>
 
-#include "gms_ransac/keypoint_depth.h"
+#include "scale/translation_scale.h"
 #include "stream/status_text.h"
 
 namespace gms_ransac {
@@ -89,8 +89,8 @@ void PairPose::takeDepth(ProcessedFrame& processed) {
   if (processed.metric_scale && processed.status != MatchStats::OK) {
     // Depth makes a translation observable that the images alone do not show.
     processed.status = MatchStats::OK;
-    processed.text = explain(Status::kOk, *processed.result, current) +
-                     "; too little parallax, the translation is that of the " + (stereo ? "two cameras" : "depth");
+    processed.text = explain(Status::kOk, *processed.result, current) + "; the translation is measured by the " +
+                     (stereo ? "two cameras" : "depth image");
   }
   if (processed.metric_scale) return;
   const std::string& problem = current.depth_problem.empty() ? reference.depth_problem : current.depth_problem;
@@ -104,7 +104,7 @@ void PairPose::stopIfUnfit(ProcessedFrame& processed) {
   processed.text = "the pose was stopped before it was published: " + defect;
   processed.pose = RelativePose();
   processed.metric_scale = false;
-  // What the propagator took from this pair may be as wrong: it starts anew.
+  // The propagator may have taken wrong values from this pair: it starts anew.
   scale_updated_ = false;
 }
 

@@ -5,9 +5,9 @@
 #include <memory>
 #include <utility>
 
-#include "gms_ransac/translation_scale.h"
 #include "parameters.h"
 #include "priors/motion_priors.h"
+#include "scale/translation_scale.h"
 #include "stream/processed_frame.h"
 #include "stream/publishable_pose.h"
 
@@ -18,16 +18,15 @@ class PairPose {
   /// `priors`: other sensors to ask; null: none.
   PairPose(const Parameters& parameters, std::shared_ptr<MotionPriors> priors);
 
-  /// Fills what is said of the pose, from `reference`, `current`, `result`, `status`, `text` and `recovered`, which are
-  /// set. Depth may make an answer of LOW_PARALLAX one that is OK; a pose that is not fit to publish becomes
-  /// RANSAC_FAILED, with what is wrong with it.
+  /// Fills the pose and its length from `reference`, `current`, `result`, `status`, `text` and `recovered`. Depth may
+  /// turn LOW_PARALLAX into OK; a pose that is unfit to publish becomes RANSAC_FAILED with the reason.
   void finish(const SigmaFloor& floor, ProcessedFrame& processed);
   /// The current image of the last pair becomes the reference of the next.
   void advance();
   /// The next pair follows on none.
   void reset();
 
-  /// What is known of the reference's scale, to go on from later.
+  /// Scale state of the reference, to continue from later.
   const ScalePropagator& scale() const { return propagator_; }
   void goOnFrom(ScalePropagator scale) { propagator_ = std::move(scale); }
 
@@ -36,9 +35,9 @@ class PairPose {
   void findLength(ProcessedFrame& processed);
   /// In units of the first pair's.
   void propagate(ProcessedFrame& processed);
-  /// What other sensors or the ground tell; says why they tell none.
+  /// Length from odometry or the ground, or why there is none.
   void askPriors(ProcessedFrame& processed);
-  /// The metric pose of depth or of a second camera, where enough is known; says why not where it is not.
+  /// Metric pose from depth or a second camera, or why there is none.
   void takeDepth(ProcessedFrame& processed);
   void stopIfUnfit(ProcessedFrame& processed);
 

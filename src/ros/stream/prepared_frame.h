@@ -16,7 +16,7 @@
 
 namespace gms_ransac {
 
-/// Why an image is not to be compared with what came before it; the greater one is said.
+/// Reason to start anew with an image; the greatest one counts.
 enum class Reset : uint8_t {
   kNone,
   kUnsubscribed,  ///< images were not taken for a while: ~pause, or nobody listened

@@ -1,4 +1,4 @@
-// What is to be published for one image: the comparison it was part of, its status and its pose.
+// Answer for one image: the comparison, its status and its pose.
 #pragma once
 
 #include <cstdint>

@@ -10,10 +10,10 @@ namespace gms_ransac {
 
 namespace {
 
-// Largest entry of R^T R - 1. What the estimators leave is rounding; the quaternion of a message hides anything more.
+// Largest entry of R^T R - 1. Estimators leave rounding errors; a quaternion would hide larger ones.
 constexpr double kRotationTolerance = 1e-9;
-// Of the difference between two mirrored entries, in standard deviations of both: what the inversion of an
-// ill-conditioned matrix may leave, and what may be published.
+// Tolerance of mirrored entries, in standard deviations of both: after the inversion of an ill-conditioned matrix, and
+// for publishing.
 constexpr double kInversionTolerance = 1e-3;
 constexpr double kSymmetryTolerance = 1e-9;
 
@@ -44,7 +44,7 @@ void makePublishable(bool translation_known, const SigmaFloor& floor, RelativePo
   // Adding the floor keeps the matrix positive definite; raising single entries would not.
   pose.covariance.diagonal().head<3>().array() += floor.translation * floor.translation * pose.t.squaredNorm();
   pose.covariance.diagonal().tail<3>().array() += floor.rotation * floor.rotation;
-  // What is no covariance stays as it is: within bounds it would pass for one.
+  // An invalid covariance stays as it is: bounded, it would look valid.
   const Eigen::Matrix<double, 6, 6>& covariance = pose.covariance;
   if (covariance.allFinite() && covariance.diagonal().minCoeff() >= 0 && isSymmetric(covariance, kInversionTolerance)) {
     boundCovariance(pose.covariance);

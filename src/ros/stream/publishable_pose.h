@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "gms_ransac/robust_estimator.h"
+#include "gms_ransac/robust_result.h"
 
 namespace gms_ransac {
 
@@ -17,9 +17,9 @@ struct SigmaFloor {
   double rotation = 0.0005;    ///< radians
 };
 
-/// Leaves an unknown translation out (zero) and makes its variance large; floors the covariance and brings its diagonal
-/// within [kSmallestVariance, kLargestVariance]. What is no covariance (not finite, a negative variance, not symmetric)
-/// stays as it is, for poseDefect to find.
+/// Sets an unknown translation to zero with a large variance, adds the floors and bounds the diagonal to
+/// [kSmallestVariance, kLargestVariance]. An invalid covariance (not finite, negative, not symmetric) stays as it is,
+/// for poseDefect to find.
 void makePublishable(bool translation_known, const SigmaFloor& floor, RelativePose& pose);
 
 /// The last look at a pose before it leaves the process: why it must not, or empty. Fit is one that is finite, with a

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "gms_ransac/track_table.h"
-#include "gms_ransac/translation_scale.h"
+#include "scale/translation_scale.h"
+#include "tracks/track_table.h"
 
 namespace gms_ransac {
 
@@ -23,7 +23,7 @@ struct KeptFrame {
 
 struct RecoveryOptions {
   int frames = 0;       ///< that are kept; 0: a loss is final
-  double seconds = 10;  ///< a kept image that is older is of no use any more
+  double seconds = 10;  ///< age at which a kept image is dropped
 };
 
 /// While nothing is lost, images are kept as they cease to be the reference. From `lose` on the kept ones stay as they

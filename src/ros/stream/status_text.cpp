@@ -5,8 +5,8 @@
 #include <gms_ransac/MatchStats.h>
 #include <opencv2/core.hpp>
 
-#include "quantity_text.h"
 #include "stream/prepared_frame.h"
+#include "text.h"
 
 namespace gms_ransac {
 
@@ -16,10 +16,10 @@ int usedPercent(const cv::Mat& mask) {
   return cvRound(100.0 * cv::countNonZero(mask) / static_cast<double>(mask.total()));
 }
 
-// Of the image; where a mask leaves less, it is the reason for few keypoints.
+// Share of the image below which a mask is the reason for few keypoints, percent.
 constexpr int kLittlePercent = 20;
 
-/// Which of the two images has too few keypoints, and why.
+/// Names the image that has too few keypoints, and the reason.
 std::string explainFewKeypoints(const MatchResult& result, const cv::Mat& mask) {
   std::ostringstream text;
   if (result.keypoints_current > result.keypoints_reference) {
@@ -42,34 +42,38 @@ std::string explainFewKeypoints(const MatchResult& result, const cv::Mat& mask) 
 std::string explainLowParallax(const MatchResult& result, const RobustOptions& options) {
   std::ostringstream text;
   text.precision(3);
-  text << "rotation only, the direction of translation is not known: ";
+  text << "rotation only: ";
   switch (result.robust.doubt) {
     case DirectionDoubt::kStill:
-      text << "most matches show no translation, and what does may move by itself";
+      text << "most matches show no translation, and the others may lie on moving objects";
       break;
     case DirectionDoubt::kRotation:
-      text << "the rotation is uncertain by more than a degree, as its covariance says";
+      text << "the rotation has a standard deviation above one degree, too much for a translation";
       break;
     case DirectionDoubt::kDirection:
-      text << "its standard deviation is above ~max_direction_sigma (" << options.max_direction_sigma << " degrees)";
+      text << "the direction of translation has a standard deviation above ~max_direction_sigma ("
+           << options.max_direction_sigma << " degrees)";
       break;
     case DirectionDoubt::kOtherMotion:
-      text << "another motion explains the " << result.matches_gms << " filtered matches as well, or part of them";
+      text << "a second motion explains the " << result.matches_gms
+           << " filtered matches as well, or part of them; a scene with more depth, a larger motion or a ~mask over "
+              "moving "
+              "objects decides";
       break;
     default:
-      text << std::fixed
-           << "a turn, or one that goes on while the rows of an image are read, explains the matches as well ("
-           << result.robust.median_parallax_px << " px of parallax where keypoints are off by "
-           << result.robust.sigma_px << " px)";
+      text << std::fixed << "a rotation, with a rolling shutter or without, explains the matches as well ("
+           << result.robust.median_parallax_px << " px of parallax, " << result.robust.sigma_px
+           << " px of keypoint noise)";
   }
   return text.str();
 }
 
-/// What ~rolling_shutter_readout could not do for the pair, as the end of a sentence; empty: nothing to say.
+/// Why the pair was not corrected for the rolling shutter, as the end of a sentence; empty: it was, or no readout is
+/// set.
 std::string explainRows(const RobustResult& result, double readout) {
   const bool unknown = result.row_correction == RowCorrection::kUnknownTime;
   if (!unknown && result.row_correction != RowCorrection::kUnlikely) return std::string();
-  return "; its rows count as read at once: " +
+  return "; not corrected for the rolling shutter: " +
          (unknown ? "the images are less than ~rolling_shutter_readout (" + secondsText(readout) + ") apart"
                   : "the matches fit worse with ~rolling_shutter_readout (" + secondsText(readout) + ")");
 }
@@ -107,7 +111,7 @@ std::string explain(Status status, const MatchResult& result, const PreparedFram
       text << explainFewKeypoints(result, current.mask);
       break;
     case Status::kTooFewMatches:
-      text << "only " << result.matches.size() << " matches; raise ~features";
+      text << "only " << result.matches.size() << " matches: the views differ too much, or ~features is too small";
       break;
     case Status::kGmsRejected:
       text << "only " << result.matches_gms << " of " << result.matches.size()

@@ -17,8 +17,7 @@ std::string statusName(uint8_t status);
 /// As the beginning of a sentence; empty: no reset.
 std::string explain(Reset reset);
 
-/// The outcome of a comparison, with what to do where something can be done. `result` may have another status:
-/// `status` is what is said of it.
+/// Explains the outcome of a comparison, with the remedy. `status` may differ from that of `result`.
 std::string explain(Status status, const MatchResult& result, const PreparedFrame& current);
 
 }  // namespace gms_ransac

@@ -8,11 +8,11 @@
 
 namespace gms_ransac {
 
-/// Lanes of one step of a kernel. Every instruction set sums in this many partial sums, which are then added in one
-/// order, so that all levels return the same bits.
+/// Lanes of one step of a kernel. Every instruction set adds this many partial sums in one order, so that all return
+/// the same bits.
 constexpr int kLanes = 16;
 
-/// What a kernel reads. `size` is a multiple of kLanes; entries past `count` have weight 0, hence residual 0.
+/// Input of a kernel. `size` is a multiple of kLanes; entries past `count` have weight and residual 0.
 struct PointColumnsView {
   const float *x1, *y1, *x2, *y2;  ///< reference (1) and current (2) point, working coordinates
   const float* weight;             ///< 1 / squared threshold of the point, so that a residual of 1 is at the threshold
@@ -25,8 +25,7 @@ inline PointColumnsView firstColumns(PointColumnsView points, int count) {
   return points;
 }
 
-/// An order of `count` matches that has nothing to do with the image's, so that any part of it is a random part: every
-/// n-th match, with n about 0.618 of the count and coprime with it.
+/// A pseudo-random order of `count` matches: every n-th, n about 0.618 of the count and coprime with it.
 inline void strideOver(int count, std::vector<int>& arrangement) {
   int stride = std::max(1, static_cast<int>(0.618 * count));
   while (std::gcd(count, stride) != 1) ++stride;
@@ -39,7 +38,6 @@ inline void strideOver(int count, std::vector<int>& arrangement) {
   }
 }
 
-/// Owner of the columns; keeps its storage.
 class PointColumns {
  public:
   void resize(int count) {
@@ -55,12 +53,21 @@ class PointColumns {
       for (int i = count; i < size; ++i) column(c)[i] = 0;
     }
   }
-  /// Copies some columns of others, in the order given.
   void gather(const PointColumnsView& from, const int* columns, int count) {
     resize(count);
     const float* sources[] = {from.x1, from.y1, from.x2, from.y2, from.weight};
     for (int c = 0; c < 5; ++c) {
       for (int i = 0; i < count; ++i) column(c)[i] = sources[c][columns[i]];
+    }
+  }
+  /// Copies all columns of others; those that are not kept get no weight.
+  template <class Keep>
+  void copy(const PointColumnsView& from, const Keep& keep) {
+    resize(from.count);
+    const float* sources[] = {from.x1, from.y1, from.x2, from.y2, from.weight};
+    for (int c = 0; c < 5; ++c) std::copy_n(sources[c], from.count, column(c));
+    for (int i = 0; i < from.count; ++i) {
+      if (!keep(i)) column(4)[i] = 0;
     }
   }
   float* x1() { return column(0); }

@@ -7,8 +7,8 @@
 
 namespace gms_ransac {
 
-/// Outcome of scoring one model. With e the squared residual over the squared threshold of a match, `cost` is the sum
-/// of min(e, 1) (MSAC, Torr & Zisserman 2000), prior included, and `inliers` the number of e < 1.
+/// Score of one model; e is the squared residual over the squared threshold. `cost`: sum of min(e, 1) (MSAC, Torr &
+/// Zisserman 2000) with the prior, `inliers`: number of e < 1.
 struct HypothesisScore {
   float cost = 0;
   int inliers = 0;
@@ -27,10 +27,8 @@ struct Loss {
   float inverse_softness = 0;  ///< 0: plain truncated squares
 };
 
-/// Prior of the parallax of a match, the displacement d that its rotation leaves: weight * ((1 + d^2 / s^2)^(1/4) - 1)
-/// is added to its cost, which stays at most that of an outlier. Most of a scene is far, little of it is near: among
-/// poses that explain the matches equally well the one that needs less parallax is the likelier. Grows so slowly that
-/// near points hardly pull.
+/// Prior of the parallax d of a match: weight * ((1 + d^2 / s^2)^(1/4) - 1) is added to its cost. Of poses that explain
+/// the matches equally well the one with less parallax is likelier, as most of a scene is far.
 struct ParallaxPrior {
   float weight = 0;         ///< in squared thresholds; 0: none
   float inverse_scale = 0;  ///< squared threshold over s^2
@@ -45,20 +43,51 @@ struct NormalEquations {
   float weight;  ///< sum of the loss's weights, about the number of inliers
 };
 
+/// The columns that ResidualKernels::differentiatePose fills: derivatives of the signed Sampson distance of each match,
+/// in thresholds, and what its loss makes of them.
+struct DerivativeColumn {
+  enum : int {
+    kRotation,         ///< about x, y and z
+    kTranslation = 3,  ///< two steps of t along the basis
+    kPoseCount = 5,
+    kFocalLength = kPoseCount,  ///< relative
+    kPrincipalPoint,            ///< x and y, focal lengths
+    kRadialDistortion = 8,      ///< first coefficient
+    kRowsReference,             ///< rotation about x, y and z per focal length of rows of the reference image
+    kRowsCurrent = 12,          ///< the same of the current image
+    kParameterCount = 15,
+    kLineTurn = kParameterCount,  ///< angle by which either step of t turns the epipolar line
+    kPull = 17,                   ///< half the derivative of the loss by the residual
+    kCount
+  };
+};
+
+/// Sums over the matches that take part: those with weight, below the loss's cut and not beside the epipole.
+struct DerivativeSums {
+  float curvature = 0;  ///< second derivatives of the loss, half
+  int used = 0;
+};
+
 struct ResidualKernels {
   /// Sampson distance to x2^T M x1 = 0; stops once the cost exceeds `bound`.
   void (*scoreEpipolar)(const PointColumnsView& points, const float (&M)[9], float bound, HypothesisScore& score);
-  /// The same for a pose. A match whose rays meet behind a camera can at best be at infinity: its residual is at
-  /// least half the squared distance to the infinite point's projection.
+  /// The same for a pose. The residual of a match behind a camera is at least half the squared distance to infinity's
+  /// projection.
   void (*scorePose)(const PointColumnsView& points, const PoseParameters& pose, const ParallaxPrior& prior, float bound,
                     HypothesisScore& score);
   /// Mean of the squared transfer distances of x2 ~ H x1, with G the inverse of H.
   void (*scoreHomography)(const PointColumnsView& points, const float (&H)[9], const float (&G)[9], float bound,
                           HypothesisScore& score);
-  /// Linearised Sampson distance of a pose; parameters: rotation vector w of R <- exp(w) R, then steps of t along the
-  /// two vectors of `basis`.
+  /// Linearised Sampson distance of a pose: rotation vector w of R <- exp(w) R, then steps of t along `basis`.
   void (*linearizePose)(const PointColumnsView& points, const PoseParameters& pose, const float (&basis)[2][3],
                         const Loss& loss, const ParallaxPrior& prior, NormalEquations<5>& equations);
+  /// Derivatives of the residual of each match by pose and camera, doc/judgement.md. `columns`: kCount times `size`
+  /// entries, zero where a match takes no part.
+  DerivativeSums (*differentiatePose)(const PointColumnsView& points, const PoseParameters& pose,
+                                      const float (&basis)[2][3], const Loss& loss, float* columns);
+  /// Sums over the rows of the products of the first kParameterCount of these columns with each other: the lower
+  /// triangle by rows.
+  void (*sumProducts)(const float* columns, int size, double* sums);
   /// Linearised Sampson distance; D[p] is the derivative of the matrix with respect to parameter p.
   void (*linearizeFundamental)(const PointColumnsView& points, const float (&F)[9], const float (&D)[7][9],
                                const Loss& loss, NormalEquations<7>& equations);
@@ -68,20 +97,18 @@ struct ResidualKernels {
   /// The same for the homography of a pure rotation.
   void (*linearizeRotation)(const PointColumnsView& points, const float (&R)[9], const float (&D)[3][9],
                             const Loss& loss, NormalEquations<3>& equations);
-  /// The cost of the normal equations of linearizePose, of linearizeFundamental, and of linearizeHomography or
-  /// linearizeRotation alone, bit by bit.
+  /// The costs of those normal equations alone, bit by bit.
   float (*poseCost)(const PointColumnsView& points, const PoseParameters& pose, const Loss& loss,
                     const ParallaxPrior& prior);
   float (*epipolarCost)(const PointColumnsView& points, const float (&M)[9], const Loss& loss);
   float (*transferCost)(const PointColumnsView& points, const float (&H)[9], const Loss& loss);
-  /// e[i] of every match, padding included: the Sampson distance, the same for a pose as scorePose counts it, and the
-  /// transfer distance in the current image.
+  /// e[i] of every match, padding included: Sampson distance, that of scorePose, transfer distance in the current
+  /// image.
   void (*epipolarResiduals)(const PointColumnsView& points, const float (&M)[9], float* e);
   void (*poseResiduals)(const PointColumnsView& points, const PoseParameters& pose, float* e);
   void (*transferResiduals)(const PointColumnsView& points, const float (&H)[9], float* e);
 };
 
-/// The table for a level the processor supports; levels that were not built fall back to scalar.
 const ResidualKernels& residualKernels(SimdLevel level);
 
 }  // namespace gms_ransac

@@ -10,12 +10,10 @@ namespace gms_ransac {
 template <class V>
 struct KernelsFor {
   static constexpr int kBlock = 4 * kLanes;  // matches between two looks at the bound
-  // Keeps 0 / 0 out of padding and of matches at both epipoles; squared residuals are far above. Two of them multiply
-  // to a normal number.
+  // Keeps 0 / 0 out of padding and of matches at both epipoles.
   static constexpr float kTiny = 1e-18f;
 
-  // Cosine of the widest angle between the rays of a match: descriptors do not survive a greater change of view. Lets
-  // go of solutions that explain a forward motion by a great rotation about points right before the cameras.
+  // Cosine of the widest angle between the rays of a match: descriptors do not survive a greater change of view.
   static constexpr float kCosWidest = 0.7071f;
 
   struct Point {
@@ -33,7 +31,6 @@ struct KernelsFor {
     explicit Matrix(const float (&a)[9]) {
       for (int i = 0; i < 9; ++i) m[i] = V::set(a[i]);
     }
-    /// Row r times (x, y, 1).
     V row(int r, V x, V y) const { return m[3 * r] * x + m[3 * r + 1] * y + m[3 * r + 2]; }
     V column(int c, V x, V y) const { return m[c] * x + m[3 + c] * y + m[6 + c]; }
   };
@@ -173,7 +170,6 @@ struct KernelsFor {
     sum.finish(points, i, score);
   }
 
-  /// Squared distance of (x2, y2) to H (x1, y1); z * z guarded for points on the line at infinity.
   static V transferSquared(const Matrix& H, V x1, V y1, V x2, V y2) {
     const V z = H.row(2, x1, y1);
     const V dx = H.row(0, x1, y1) - x2 * z, dy = H.row(1, x1, y1) - y2 * z;
@@ -223,7 +219,6 @@ struct KernelsFor {
       for (V& v : matrix) v = V::set(0);
       for (V& v : gradient) v = V::set(0);
     }
-    /// One residual with derivative J and weight w.
     void add(const V (&J)[P], V residual, V w) {
       int k = 0;
       for (int i = 0; i < P; ++i) {
@@ -250,7 +245,6 @@ struct KernelsFor {
     return lossWeight(loss, e, V::set(1) / lossDivisor(loss, e), equations);
   }
 
-  /// The same with q, the inverse of lossDivisor(), given.
   template <int P>
   static V lossWeight(const Loss& loss, V e, V q, Equations<P>& equations) {
     const V cut = V::set(loss.cut);
@@ -309,32 +303,143 @@ struct KernelsFor {
     }
   }
 
-  /// As addEpipolar, for the entries of E = [t]x R. With x = q - k (a, b, 0) for the current ray q, r = R p for the
+  /// As in addEpipolar, for the entries of E = [t]x R. With x = q - k (a, b, 0) for the current ray q, r = R p for the
   /// reference ray p and s = R (d, f, 0), the derivative along dE is x . dE p - k q . dE (d, f, 0), where dE p is
   /// t x (w x r) for a rotation w and (step) x r for a step of t.
-  static void addPose(const Epipolar& s, const Parallax& d, const RayTimesTranslation& n, const Point& p,
-                      const Matrix& R, const V (&t)[3], const V (&basis)[2][3], V weight, Equations<5>& equations) {
+  static void poseDerivatives(const Epipolar& s, const Parallax& d, const RayTimesTranslation& n, const Point& p,
+                              const Matrix& R, const V (&t)[3], const V (&basis)[2][3], V (&J)[5]) {
     const V k = s.value * d.inverse_norm;
     const V ka = k * s.a, kb = k * s.b, kd = k * s.d, kf = k * s.f;
     const V x0 = p.x2 - ka, x1 = p.y2 - kb;
     const V s0 = R.m[0] * kd + R.m[1] * kf, s1 = R.m[3] * kd + R.m[4] * kf, s2 = R.m[6] * kd + R.m[7] * kf;
-    // x cross t.
     const V w0 = n.n0 - kb * t[2], w1 = n.n1 + ka * t[2], w2 = n.n2 - (ka * t[1] - kb * t[0]);
     const V m0 = (d.v - d.z * x1) - (s1 - s2 * p.y2), m1 = (d.z * x0 - d.u) - (s2 * p.x2 - s0);
     const V m2 = (d.u * x1 - d.v * x0) - (s0 * p.y2 - s1 * p.x2);
-    const V J[5] = {(d.v * w2 - d.z * w1) - (s1 * n.n2 - s2 * n.n1), (d.z * w0 - d.u * w2) - (s2 * n.n0 - s0 * n.n2),
-                    (d.u * w1 - d.v * w0) - (s0 * n.n1 - s1 * n.n0),
-                    basis[0][0] * m0 + basis[0][1] * m1 + basis[0][2] * m2,
-                    basis[1][0] * m0 + basis[1][1] * m1 + basis[1][2] * m2};
+    J[0] = (d.v * w2 - d.z * w1) - (s1 * n.n2 - s2 * n.n1);
+    J[1] = (d.z * w0 - d.u * w2) - (s2 * n.n0 - s0 * n.n2);
+    J[2] = (d.u * w1 - d.v * w0) - (s0 * n.n1 - s1 * n.n0);
+    J[3] = basis[0][0] * m0 + basis[0][1] * m1 + basis[0][2] * m2;
+    J[4] = basis[1][0] * m0 + basis[1][1] * m1 + basis[1][2] * m2;
+  }
+
+  static void addPose(const Epipolar& s, const Parallax& d, const RayTimesTranslation& n, const Point& p,
+                      const Matrix& R, const V (&t)[3], const V (&basis)[2][3], V weight, Equations<5>& equations) {
+    V J[5];
+    poseDerivatives(s, d, n, p, R, t, basis, J);
     equations.add(J, s.value, weight * p.w * d.inverse_norm);
+  }
+
+  /// A float for each coordinate and step.
+  static void broadcast(const float (&basis)[2][3], V (&steps)[2][3]) {
+    for (int i = 0; i < 6; ++i) steps[i / 3][i % 3] = V::set(basis[i / 3][i % 3]);
+  }
+
+  /// Derivatives of a residual by the parameters of the camera model, through the point (x, y) of one image. (a, b):
+  /// derivative of the residual by the point; `share`: residual over the squared length of both such derivatives,
+  /// because a shift that stretches the image stretches its noise.
+  struct Shifts {
+    V effect[7];
+    Shifts(V a, V b, V x, V y, V share) {
+      const V one = V::set(1), two = V::set(2), three = V::set(3), zero = V::set(0);
+      const V aa = a * a, ab = a * b, bb = b * b, both = aa + bb;
+      const V xx = x * x, xy = x * y, yy = y * y, along = a * x + b * y, squared = xx + yy;
+      effect[0] = share * both - along;
+      effect[1] = zero - a;
+      effect[2] = zero - b;
+      effect[3] = squared * along - share * (squared * both + two * along * along);
+      effect[4] = share * (aa * yy + two * ab * xy + bb * (one + three * yy)) - y * (a * xy + b * (one + yy));
+      effect[5] = y * (a * (one + xx) + b * xy) - share * (two * both * xy + ab * (one + squared));
+      effect[6] = y * (b * x - a * y) - share * (bb * x - ab * y);
+    }
+  };
+
+  static DerivativeSums differentiatePose(const PointColumnsView& points, const PoseParameters& pose,
+                                          const float (&basis)[2][3], const Loss& loss, float* columns) {
+    // A match that is so many thresholds from the epipole has a line that noise turns: nothing of first order holds.
+    constexpr float kBesideEpipole = 3;
+    using Column = DerivativeColumn;
+    const Matrix E(pose.E), R(pose.R);
+    const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
+    const V zero = V::set(0), one = V::set(1), softness = V::set(loss.inverse_softness), cut = V::set(loss.cut);
+    const V beside = V::set(2 * kBesideEpipole * kBesideEpipole);  // the norm is twice the squared distance
+    V steps[2][3];
+    broadcast(basis, steps);
+    V curvature = zero, used = zero;
+    for (int i = 0; i < points.size; i += kLanes) {
+      const Point p(points, i);
+      const Epipolar s(E, p);
+      const Parallax d(R, p, s);
+      const V counts = V::select(beside, s.norm * p.w, V::select(s.residual(p.w), cut, one, zero), zero);
+      const V k = s.value / s.norm, unit = counts * V::squareRoot(p.w / s.norm), residual = unit * s.value;
+      V by_pose[Column::kPoseCount], J[Column::kCount];
+      poseDerivatives(s, d, RayTimesTranslation(t, p), p, R, t, steps, by_pose);
+      for (int m = 0; m < Column::kPoseCount; ++m) J[m] = unit * by_pose[m];
+      // Of a step b the line t x Rp turns by -z Rp . (b x t) / |line|^2, of which the norm is twice as much where both
+      // lines are alike; b x t is the other step but for its sign.
+      const V per_length = counts * V::set(2) * d.z / s.norm;
+      J[Column::kLineTurn] = per_length * (steps[1][0] * d.u + steps[1][1] * d.v + steps[1][2] * d.z);
+      J[Column::kLineTurn + 1] = zero - per_length * (steps[0][0] * d.u + steps[0][1] * d.v + steps[0][2] * d.z);
+      // Derivatives by the two points, whose noise a shift stretches as well.
+      const V a1 = unit * (s.d - k * (E.m[0] * s.a + E.m[3] * s.b)),
+              b1 = unit * (s.f - k * (E.m[1] * s.a + E.m[4] * s.b));
+      const V a2 = unit * (s.a - k * (E.m[0] * s.d + E.m[1] * s.f)),
+              b2 = unit * (s.b - k * (E.m[3] * s.d + E.m[4] * s.f));
+      const V share = residual / ((a1 * a1 + b1 * b1) + (a2 * a2 + b2 * b2) + V::set(kTiny));
+      const Shifts reference(a1, b1, p.x1, p.y1, share), current(a2, b2, p.x2, p.y2, share);
+      for (int m = 0; m < 4; ++m) J[Column::kFocalLength + m] = reference.effect[m] + current.effect[m];
+      for (int m = 0; m < 3; ++m) {
+        J[Column::kRowsReference + m] = reference.effect[4 + m];
+        J[Column::kRowsCurrent + m] = current.effect[4 + m];
+      }
+      const V softened = residual * residual * softness, falloff = one / (one + softened), weight = falloff * falloff;
+      J[Column::kPull] = weight * residual;
+      curvature = curvature + counts * (weight * falloff * (one - V::set(3) * softened));
+      used = used + counts;
+      for (int m = 0; m < Column::kCount; ++m) J[m].store(columns + m * points.size + i);
+    }
+    DerivativeSums sums;
+    sums.curvature = curvature.sum();
+    sums.used = static_cast<int>(used.sum());
+    return sums;
+  }
+
+  static void sumProducts(const float* columns, int size, double* sums) {
+    // By blocks of rows, which single precision sums well enough, and tiles of columns: what is loaded is used thrice.
+    constexpr int kRows = 16 * kLanes, kTile = 3, kColumns = DerivativeColumn::kParameterCount;
+    static_assert(kColumns % kTile == 0, "whole tiles");
+    for (int k = 0; k < kColumns * (kColumns + 1) / 2; ++k) sums[k] = 0;
+    for (int first = 0; first < size; first += kRows) {
+      const int end = first + kRows < size ? first + kRows : size;
+      for (int k = 0; k < kColumns; k += kTile) {
+        for (int l = 0; l <= k; l += kTile) {
+          V tile[kTile][kTile];
+          for (auto& row : tile) {
+            for (V& entry : row) entry = V::set(0);
+          }
+          for (int i = first; i < end; i += kLanes) {
+            const float *left = columns + k * size + i, *right = columns + l * size + i;
+            const V a[kTile] = {V::load(left), V::load(left + size), V::load(left + 2 * size)};
+            for (int column = 0; column < kTile; ++column) {
+              const V b = V::load(right + column * size);
+              for (int row = 0; row < kTile; ++row) tile[row][column] = tile[row][column] + a[row] * b;
+            }
+          }
+          for (int row = k; row < k + kTile; ++row) {
+            for (int column = l; column < l + kTile && column <= row; ++column) {
+              sums[row * (row + 1) / 2 + column] += static_cast<double>(tile[row - k][column - l].sum());
+            }
+          }
+        }
+      }
+    }
   }
 
   static void linearizePose(const PointColumnsView& points, const PoseParameters& pose, const float (&basis)[2][3],
                             const Loss& loss, const ParallaxPrior& parallax_prior, NormalEquations<5>& equations) {
     const Matrix E(pose.E), R(pose.R);
     const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
-    const V steps[2][3] = {{V::set(basis[0][0]), V::set(basis[0][1]), V::set(basis[0][2])},
-                           {V::set(basis[1][0]), V::set(basis[1][1]), V::set(basis[1][2])}};
+    V steps[2][3];
+    broadcast(basis, steps);
     const Prior prior(parallax_prior);
     Equations<5> sums;
     for (int i = 0; i < points.size; i += kLanes) {
@@ -453,9 +558,10 @@ struct KernelsFor {
 
   static const ResidualKernels& table() {
     static const ResidualKernels kernels = {
-        scoreEpipolar,        scorePose, scoreHomography, linearizePose, linearizeFundamental, linearizeTransfer<8>,
-        linearizeTransfer<3>, poseCost,  epipolarCost,    transferCost,  epipolarResiduals,    poseResiduals,
-        transferResiduals};
+        scoreEpipolar,        scorePose,     scoreHomography,      linearizePose,
+        differentiatePose,    sumProducts,   linearizeFundamental, linearizeTransfer<8>,
+        linearizeTransfer<3>, poseCost,      epipolarCost,         transferCost,
+        epipolarResiduals,    poseResiduals, transferResiduals};
     return kernels;
   }
 };

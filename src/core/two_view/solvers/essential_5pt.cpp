@@ -1,12 +1,11 @@
-#include "two_view/solvers/essential_5pt.h"
+#include "two_view/solvers/minimal_solvers.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include <Eigen/Geometry>
 
-#include "two_view/solvers/null_space.h"
-#include "two_view/solvers/real_roots.h"
+#include "two_view/solvers/numerics.h"
 
 namespace gms_ransac {
 
@@ -41,7 +40,6 @@ using Linear = double[4];
 using Quadratic = double[10];
 using System = double[10][20];
 
-/// result += factor * a * b
 inline void addProduct(const Linear& a, const Linear& b, double factor, Quadratic& result) {
   const double a0 = factor * a[0], a1 = factor * a[1], a2 = factor * a[2], a3 = factor * a[3];
   result[0] += a0 * b[0];
@@ -56,7 +54,6 @@ inline void addProduct(const Linear& a, const Linear& b, double factor, Quadrati
   result[9] += a3 * b[3];
 }
 
-/// row += q * l
 inline void addProduct(const Quadratic& q, const Linear& l, double* row) {
   row[kXXX] += q[0] * l[0];
   row[kYYY] += q[4] * l[1];
@@ -148,7 +145,6 @@ Equation combine(const double* upper, const double* lower) {
           {u[kOne], u[kZ] - l[kOne], u[kZZ] - l[kZ], u[kZZZ] - l[kZZ], -l[kZZZ]}};
 }
 
-/// result (degree NA + NB - 2) += sign * a * b
 template <int NA, int NB>
 void addProduct(const double (&a)[NA], const double (&b)[NB], double sign, double (&result)[NA + NB - 1]) {
   for (int i = 0; i < NA; ++i) {
@@ -200,9 +196,7 @@ int solveEssential5(const double (&x1)[5][2], const double (&x2)[5][2], Eigen::M
   }
   double basis[4][9];
   nullSpace(rows, basis);
-  // W, whose coefficient is fixed to 1, must not be orthogonal to the solution. A plain basis vector or an even mixture
-  // of them often is (sideways or forward motion leaves E with few entries, of equal size); this rotation by a unit
-  // quaternion of unequal components hardly ever.
+  // W, whose coefficient is 1, must not be orthogonal to the solution: an uneven mixture of the basis hardly ever is.
   constexpr double kA = 0.73, kB = 0.55, kC = 0.37, kD = 0.18;
   Linear e[9];
   for (int k = 0; k < 9; ++k) {

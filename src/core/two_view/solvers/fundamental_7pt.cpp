@@ -1,10 +1,8 @@
-#include "two_view/solvers/fundamental_7pt.h"
+#include "two_view/solvers/minimal_solvers.h"
 
 #include <cmath>
 
-#include "two_view/solvers/normalization.h"
-#include "two_view/solvers/null_space.h"
-#include "two_view/solvers/real_roots.h"
+#include "two_view/solvers/numerics.h"
 
 namespace gms_ransac {
 

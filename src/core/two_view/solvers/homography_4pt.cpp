@@ -1,21 +1,19 @@
-#include "two_view/solvers/homography_4pt.h"
+#include "two_view/solvers/minimal_solvers.h"
 
 #include <cmath>
 
 #include <Eigen/LU>
 
-#include "two_view/solvers/normalization.h"
+#include "two_view/solvers/numerics.h"
 
 namespace gms_ransac {
 
 namespace {
 
-// Twice the area of a triangle of normalised points below which they count as collinear: points of mean squared
-// distance 2 span areas of order one, and double rounding is far below.
+// Twice the area of a triangle of normalised points below which they count as collinear.
 constexpr double kCollinear = 1e-9;
 
-/// The matrix whose columns are multiples of the first three points that add up to the fourth: it maps the unit
-/// vectors and (1, 1, 1) to the four points. False: three are collinear.
+/// Maps the unit vectors and (1, 1, 1) to the four points. False: three are collinear.
 bool projectiveBasis(const double (&x)[4][2], const PointNormalization& n, Eigen::Matrix3d& basis) {
   double p[4][2];
   for (int i = 0; i < 4; ++i) {

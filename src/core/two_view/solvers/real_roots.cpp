@@ -1,4 +1,4 @@
-#include "two_view/solvers/real_roots.h"
+#include "two_view/solvers/minimal_solvers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,8 +17,7 @@ double evaluate(const double* c, int degree, double x) {
   return value;
 }
 
-/// Sturm's sequence p, p', ... kept as the quotients of its divisions, f[i-1] = (a[i] x + b[i]) f[i] - f[i+1], so that
-/// all members are evaluated at a point in O(degree).
+/// Sturm's sequence as quotients, f[i-1] = (a[i] x + b[i]) f[i] - f[i+1], evaluated in O(degree).
 class SturmSequence {
  public:
   SturmSequence(const double* c, int degree) {
@@ -53,7 +52,6 @@ class SturmSequence {
     }
   }
 
-  /// False: `changes` means nothing.
   bool complete() const { return complete_; }
   /// Sign changes along the sequence at x; the roots in (a, b] number changes(a) - changes(b).
   int changes(double x) const {
@@ -88,8 +86,7 @@ class SturmSequence {
   bool complete_ = false;
 };
 
-/// The root in [low, high], where the polynomial changes sign once: Newton steps, bisection where they leave the
-/// bracket.
+/// The root in [low, high]: Newton steps, bisection where they leave the bracket.
 double refineRoot(const double* c, int degree, double low, double high) {
   double value_low = evaluate(c, degree, low);
   double x = 0.5 * (low + high);
@@ -123,8 +120,7 @@ double valueUpToRounding(const double* c, int degree, double x) {
   return std::abs(value) < kRounding * size ? 0 : value;
 }
 
-/// The distinct roots within `bound`, ascending, for any polynomial: from the linear derivative up, the roots of each
-/// lie between the roots of the next. Slower than Sturm's sequence.
+/// Roots of any polynomial: between the roots of its derivative, from the linear one up. Slower than Sturm's sequence.
 int rootsBetweenExtrema(const double* c, int degree, double bound, double (&roots)[10]) {
   double derivative[kMaxDegree + 1][kMaxDegree + 1];  // by degree
   std::copy(c, c + degree + 1, derivative[degree]);
@@ -161,7 +157,6 @@ int solvePolynomial(const double* c, int degree, double (&roots)[10]) {
   double p[kMaxDegree + 1];
   for (int i = 0; i <= degree; ++i) p[i] = c[i] / c[degree];
 
-  // Fujiwara's bound on the absolute value of every root.
   double bound = 0;
   for (int i = 0; i < degree; ++i) bound = std::max(bound, std::pow(std::abs(p[i]), 1.0 / (degree - i)));
   bound = 2 * bound + 1e-3;

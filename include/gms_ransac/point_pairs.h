@@ -1,0 +1,42 @@
+// The matches that an estimator works on, as columns.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <opencv2/core/types.hpp>
+
+#include "gms_ransac/relative_pose.h"
+
+namespace gms_ransac {
+
+/// Cells to a side of the grid on which matches count as neighbours.
+constexpr int kSpreadGridSide = 20;
+/// The cell of a pixel, row by row from 0; the nearest one for a pixel outside.
+int32_t spreadCell(const cv::Point2f& pixel, const cv::Size& image);
+
+/// The matches that survived the filter, as columns of N entries.
+struct PointPairs {
+  std::vector<float> x_reference, y_reference;  ///< pixels of the ideal pinhole camera; of the image if uncalibrated
+  std::vector<float> x_current, y_current;
+  /// Pyramid levels; noise grows as scale_factor^(octave / 2).
+  std::vector<uint8_t> octave_reference, octave_current;
+  std::vector<int32_t> score;                       ///< motion statistics score (0 where no filter ran)
+  std::vector<float> relative_score;                ///< score / threshold (0 where no filter ran)
+  std::vector<uint16_t> distance, second_distance;  ///< Hamming
+  cv::Size image_reference, image_current;          ///< pixels; spread over the images is judged by them
+  float scale_factor = 1.2f;
+  std::optional<RotationPrior> rotation_prior;  ///< rotation from another sensor
+  std::optional<double> seconds;                ///< from the reference to the current image, where that is known
+  /// Rows in the distorted images of a rolling shutter; empty: y.
+  std::vector<float> row_reference, row_current;
+
+  int size() const { return static_cast<int>(x_reference.size()); }
+  void resize(int n);
+  /// False if a coordinate is not finite or a million pixels and more from the origin; such a match is an outlier.
+  bool hasCoordinates(size_t i) const;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,105 @@
+// The result of a robust estimate: model, inliers, pose, and how far to trust them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "gms_ransac/relative_pose.h"
+#include "gms_ransac/robust_options.h"
+
+namespace gms_ransac {
+
+/// Parts of a camera model that may be wrong.
+enum class CameraParameter : uint8_t { kFocalLength, kPrincipalPoint, kRadialDistortion, kRollingShutter };
+
+/// Estimated error of each camera parameter alone, given less true, from one pair. Average over many pairs: moving
+/// objects pull in changing directions.
+struct CameraErrors {
+  enum Parameter {
+    kFocalLength,   ///< relative
+    kPrincipalX,    ///< focal lengths
+    kPrincipalY,    ///< focal lengths
+    kRadial,        ///< first coefficient of the distortion
+    kTurnWhileRead  ///< share of the rotation between the images that happens while the shutter reads one focal length
+                    ///< of rows
+  };
+  static constexpr size_t kCount = 5;
+
+  std::array<double, kCount> value{};
+  std::array<double, kCount> information{};  ///< inverse of the variance; 0: the pair tells nothing
+};
+
+/// Why the direction of translation is unknown: the first reason that holds (doc/judgement.md).
+enum class DirectionDoubt : uint8_t {
+  kNone,
+  kTurn,        ///< a rotation explains the matches as well, alone or with a rolling shutter
+  kStill,       ///< most matches show no translation, the others may be a moving object
+  kRotation,    ///< the rotation is known worse than to a degree
+  kDirection,   ///< the direction is known worse than RobustOptions::max_direction_sigma
+  kOtherMotion  ///< another motion explains the matches as well, or a second body nearly as many
+};
+
+/// The rotation by which rolling-shutter points were corrected.
+enum class RowCorrection : uint8_t {
+  kNone,         ///< none: not asked for, or one that hardly moves a point
+  kPair,         ///< that of the pair itself, at an even rate
+  kPrior,        ///< rates that another sensor tells
+  kUnknownTime,  ///< none: the time between the images is not known, or less than the readout
+  kUnlikely      ///< none: the matches fit a motion better as they are
+};
+
+/// Cost of an estimate.
+struct Effort {
+  int hypotheses = 0;             ///< minimal samples drawn
+  int models_scored = 0;          ///< hypotheses that were verified
+  int64_t point_evaluations = 0;  ///< residuals computed
+  // Under a time limit alone:
+  double search_seconds = 0;    ///< in samples
+  bool search_cut = false;      ///< samples would have gone on
+  bool refinement_cut = false;  ///< fewer steps than otherwise
+
+  Effort& operator+=(const Effort& other);
+};
+
+struct RobustResult {
+  bool model_found = false;
+  ModelType model_type = ModelType::kEssential;
+  /// x_current^T M x_reference = 0 (E: normalised coordinates; F: pixels), or x_current ~ M x_reference (H: pixels).
+  /// Points as `row_correction` moved them.
+  Eigen::Matrix3d model = Eigen::Matrix3d::Zero();
+  std::vector<uint8_t> inlier;  ///< N entries; every inlier is within the threshold of `model`
+  int inlier_count = 0;
+  bool pose_found = false;              ///< needs a calibrated camera
+  bool translation_observable = false;  ///< false: no direction known; `pose.t` is a guess (zero: none)
+  DirectionDoubt doubt = DirectionDoubt::kNone;
+  RelativePose pose;
+  double median_parallax_px = 0;  ///< median over inliers of the displacement that no rotation undoes
+  /// N entries, that a match is right; empty without a model. Without a pose by the residual alone, so that a wrong
+  /// match on its epipolar line passes for right.
+  std::vector<float> probability;
+  /// N entries: residual that `probability` is computed from, in standard deviations; empty without a model.
+  std::vector<float> residual;
+  /// Estimated standard deviation of the coordinates of keypoints of level 0; 0 without a model.
+  double sigma_px = 0;
+  double noise_exponent = 0;  ///< how it grows with the level; 0: every keypoint has the same (see sigma)
+  /// How far the residuals contradict the camera model (1: by chance in one pair of a hundred), and the parameter at
+  /// fault.
+  double camera_misfit = 0;
+  CameraParameter misfit_parameter = CameraParameter::kFocalLength;
+  CameraErrors camera_errors;
+  RowCorrection row_correction = RowCorrection::kNone;  ///< what RobustOptions::rolling_shutter_readout did
+  double rms_error_px = 0;  ///< over inliers, of the model's residual (Sampson; transfer for a homography)
+  Effort effort;
+
+  /// Standard deviation of a keypoint's coordinates, undistorted pixels: sigma_px scale_factor^(noise_exponent octave).
+  double sigma(int octave, float scale_factor) const;
+  void clear();
+  /// Drops model, inliers and pose; keeps the effort.
+  void reject();
+};
+
+}  // namespace gms_ransac

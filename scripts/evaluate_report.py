@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+"""The reports of `evaluate`: tables and plots of what its commands measured. `evaluate` calls it; call it to repeat a report.
+
+  evaluate_report.py run [--plot FILE] <RECORDS          the table of `evaluate run`, from the lines of its --out
+  evaluate_report.py sweep [--out FILE.csv] <RECORDS     the table of `evaluate sweep`, and its plot next to it
+  evaluate_report.py tables FOLDER [--no-plots]          tables and figures of `evaluate tables`
+  evaluate_report.py trust FOLDER [--no-tables] [--detail METHOD,METHOD] [--before FOLDER] [--into DOCUMENT]
+                                                         tables and plots of `evaluate trust`
+"""
+import argparse
+import sys
+
+try:
+    import numpy  # noqa: F401
+except ImportError:
+    sys.exit("evaluate_report.py: numpy is missing; install python3-numpy")
+
+from report import run, sweep, tables, trust
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    commands.required = True
+    option = commands.add_parser("run").add_argument
+    option("--plot", help="file for errors and inliers over time")
+    option = commands.add_parser("sweep").add_argument
+    option("--out", help="file for the table, CSV; standard output without")
+    option("--no-plots", action="store_true")
+    option = commands.add_parser("tables").add_argument
+    option("folder")
+    option("--no-plots", action="store_true")
+    option = commands.add_parser("trust").add_argument
+    option("folder")
+    option("--no-tables", action="store_true", help="only pairs.csv")
+    option("--detail", default="", help="methods, with commas, that get a line for each set and scene; default all")
+    option("--before", help="an earlier folder of the same pairs: how many of its right answers are kept")
+    option("--into", help="document whose marked tables are replaced")
+    given = parser.parse_args()
+    try:
+        if given.command == "run":
+            run.report(sys.stdin, given.plot)
+        elif given.command == "sweep":
+            sweep.report(sys.stdin, given.out, not given.no_plots)
+        elif given.command == "tables":
+            tables.report(given.folder.rstrip("/"), not given.no_plots)
+        else:
+            trust.report(given.folder.rstrip("/"), not given.no_tables, [m for m in given.detail.split(",") if m],
+                         given.before, given.into)
+    except OSError as error:
+        sys.exit("evaluate_report.py: %s: %s" % (error.filename, error.strerror))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

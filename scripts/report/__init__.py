@@ -1,0 +1,1 @@
+"""The reports of `evaluate`, one module for each command."""

@@ -1,0 +1,89 @@
+"""Statistics of records and what all reports write with."""
+import csv
+import json
+import math
+import os
+import sys
+
+import numpy as np
+
+FAILED = 180.0  # degrees; the error of a pair without a pose
+POSED = ("OK", "LOW_PARALLAX")
+
+
+def area(errors, limit):
+    """Exact area under the recall-error curve up to the limit over the limit, percent: sorted errors raise the recall by
+    1/n each, joined by straight lines (the convention of LoFTR's evaluation). NaN without errors."""
+    errors = np.asarray(errors, float)
+    if len(errors) == 0:
+        return math.nan
+    near = np.sort(errors[errors < limit])
+    recall = np.arange(len(near) + 1) / len(errors)
+    x, y = np.concatenate(([0], near, [limit])), np.append(recall, recall[-1])
+    return 50 * np.sum((y[1:] + y[:-1]) * np.diff(x)) / limit
+
+
+def median(values):
+    return float(np.median(values)) if len(values) else math.nan
+
+
+def mean(values):
+    return float(np.mean(values)) if len(values) else math.nan
+
+
+def match_truth(record):
+    """Counts of correct matches, by epipolar lines where the set has them, else by transfer; None without truth."""
+    truth = record["truth"] or {}
+    return truth.get("epipolar") or truth.get("transfer")
+
+
+def pose_errors(record):
+    """(rotation, direction), degrees; None where the true pose is unknown."""
+    truth = record["truth"]
+    if not truth or not truth["has_pose"]:
+        return None
+    error = truth["pose_error"]
+    return (error["rotation_deg"], error["direction_deg"]) if error else (FAILED, FAILED)
+
+
+def grouped(items, key):
+    """{key of an item: items that have it}, in order of appearance."""
+    found = {}
+    for item in items:
+        found.setdefault(key(item), []).append(item)
+    return found
+
+
+def read_units(folder):
+    """The records of each unit in a folder of measurements, in the order of the plan. A line that was cut off is left out."""
+    units = {}
+    with open(os.path.join(folder, "measurements.jsonl")) as stream:
+        for line in stream:
+            try:
+                unit = json.loads(line)
+            except ValueError:
+                continue
+            units[unit["unit"]] = unit["runs"]
+    return [units[number] for number in sorted(units)]
+
+
+def write_csv(path, head, rows):
+    with open(path, "w", newline="") as stream:
+        csv.writer(stream, lineterminator="\n").writerows([head] + rows)
+
+
+def markdown(head, rows):
+    lines = ["| %s |\n" % " | ".join(row) for row in [head] + rows]
+    return lines[0] + "|" + "---|" * len(head) + "\n" + "".join(lines[1:])
+
+
+def pyplot():
+    """matplotlib.pyplot for files, or None with a sentence."""
+    try:
+        import matplotlib
+    except ImportError:
+        print("evaluate_report.py: no plots without matplotlib; install python3-matplotlib", file=sys.stderr)
+        return None
+    matplotlib.use("Agg")
+    import matplotlib.pyplot
+    return matplotlib.pyplot

@@ -1,0 +1,92 @@
+"""`evaluate run`: a table with a row for each method, and a plot over time."""
+import json
+import math
+import sys
+
+import numpy as np
+
+from report.common import FAILED, POSED, area, grouped, match_truth, mean, median, pose_errors, pyplot
+
+LEGEND = """
+posed         pairs answered with a pose
+AUC5/10/20    area under the recall curve of the larger of rotation and direction error, up to so many degrees, %;
+              a missing pose counts as 180 degrees
+RAUC2         the same of the rotation error alone, up to 2 degrees, %
+R med deg     median rotation error of the posed pairs, degrees
+prec %        kept matches that are correct, by the truth; mean over the pairs
+recall %      points with a correct kept match, of the points with a correct raw match; mean over the pairs
+kept correct  matches kept in a pair, and those of them that are correct; medians
+hypoth.       hypotheses drawn, median
+detect ...    milliseconds of each stage, medians; total is their sum
+-             the set has no truth for it
+"""
+
+
+def summarize(records):
+    """The figures of one method. Matches are judged where there is a pose, or where the set has no poses."""
+    errors = [pose_errors(record) for record in records]
+    posed = [record["status"] in POSED for record in records]
+    known = [error for error in errors if error]
+    worst, rotation = [max(error) for error in known], [error[0] for error in known]
+    judged = [(record, match_truth(record)) for record, error, has_pose in zip(records, errors, posed)
+              if match_truth(record) and (has_pose or not error)]
+    times = {stage: median([record["times_ms"][stage] for record in records])
+             for stage in ("detect", "match", "gms", "ransac", "total")}
+    return dict(
+        times, pairs=len(records), posed=sum(posed), auc5=area(worst, 5), auc10=area(worst, 10), auc20=area(worst, 20),
+        rauc2=area(rotation, 2),
+        rotation=median([error[0] for error, has_pose in zip(errors, posed) if error and has_pose]),
+        precision=mean([100 * t["kept_correct"] / t["kept_known"] for _, t in judged if t["kept_known"]]),
+        recall=mean([100 * t["kept_points"] / t["raw_points"] for _, t in judged if t["raw_points"]]),
+        kept=median([record["inliers"] for record, _ in judged] or [record["inliers"] for record in records]),
+        correct=median([t["kept_correct"] for _, t in judged]),
+        hypotheses=median([record["hypotheses"] for record in records]))
+
+
+COLUMNS = (("auc5", "AUC5", 7, 1), ("auc10", "AUC10", 7, 1), ("auc20", "AUC20", 7, 1), ("rauc2", "RAUC2", 7, 1),
+               ("rotation", "R med deg", 11, 3), ("precision", "prec %", 8, 2), ("recall", "recall %", 10, 2),
+               ("kept", "kept", 7, 0), ("correct", "correct", 8, 0), ("hypotheses", "hypoth.", 9, 0),
+               ("detect", "detect", 8, 2), ("match", "match", 8, 2), ("gms", "gms", 8, 3), ("ransac", "ransac", 8, 3),
+               ("total", "total ms", 10, 2))
+
+
+def table(by_method):
+    lines = ["%-17s %5s %5s" % ("method", "pairs", "posed") + "".join("%*s" % (width, head) for _, head, width, _ in COLUMNS)]
+    for method, records in by_method.items():
+        row = summarize(records)
+        lines.append("%-17s %5d %5d" % (method, row["pairs"], row["posed"]) + "".join(
+            "%*s" % (width, "-" if math.isnan(row[key]) else "%.*f" % (digits, row[key]))
+            for key, _, width, digits in COLUMNS))
+    return "\n".join(lines) + "\n" + LEGEND
+
+
+def plot(by_method, path):
+    """Errors and inliers over time, or over the pairs where images have no stamps."""
+    plt = pyplot()
+    if not plt:
+        return
+    figure, axes = plt.subplots(3, sharex=True, figsize=(10, 8))
+    stamped = False
+    for method, records in by_method.items():
+        stamps = [record["stamp"] for record in records]
+        stamped = None not in stamps
+        x = np.asarray(stamps) - stamps[0] if stamped else np.arange(len(records))
+        errors = np.array([pose_errors(record) or (math.nan, math.nan) for record in records])
+        errors[errors == FAILED] = math.nan
+        for axis, values in zip(axes, (errors[:, 0], errors[:, 1], [record["inliers"] for record in records])):
+            axis.plot(x, values, marker=".", linewidth=0.8, label=method)
+    for axis, label in zip(axes, ("rotation error, degrees", "direction error, degrees", "inliers")):
+        axis.set_ylabel(label)
+        axis.grid(True, linewidth=0.3)
+    axes[0].legend(fontsize=8)
+    axes[-1].set_xlabel("seconds" if stamped else "pair")
+    figure.tight_layout()
+    figure.savefig(path, dpi=100)
+    print("wrote %s" % path, file=sys.stderr)
+
+
+def report(lines, plot_file):
+    by_method = grouped(map(json.loads, lines), lambda record: record["method"])
+    print(table(by_method), end="")
+    if plot_file and by_method:
+        plot(by_method, plot_file)

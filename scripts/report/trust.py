@@ -1,0 +1,429 @@
+"""`evaluate trust`: how often an answer that is OK is wrong, and whether covariances and match probabilities are true.
+pairs.csv, trust.md, trust.csv, risk_coverage.csv and .png, reliability.csv and .png; doc/trust.md says what each figure is."""
+import csv
+import math
+import os
+import shutil
+import sys
+
+import numpy as np
+
+from report.common import POSED, grouped, markdown, pyplot, read_units, write_csv
+
+Z95 = 1.959964  # two-sided 95 % of a normal distribution
+ENOUGH = 20  # answers of one set or scene, for a share of them to mean something
+BEGIN, END = "<!-- begin of the tables -->", "<!-- end of the tables -->"
+PLOTS = ("risk_coverage.png", "reliability.png")
+AXES = ("rx", "ry", "rz")
+LIMITS = {"real": (3, 30), "rendered": (1, 20), "drawn": (1, 20)}  # of rotation and direction, degrees: beyond is wrong
+TITLES = {"real": "Real images", "rendered": "Rendered scenes", "drawn": "Drawn scenes"}
+
+
+def wilson(events, trials):
+    """95 % interval of a share (Wilson 1927), percent; all of it without trials."""
+    if trials == 0:
+        return 0.0, 100.0
+    share, z2 = events / trials, Z95 * Z95
+    middle = (share + z2 / (2 * trials)) / (1 + z2 / trials)
+    half = Z95 / (1 + z2 / trials) * math.sqrt(share * (1 - share) / trials + z2 / (4 * trials * trials))
+    return 100 * max(0.0, middle - half), 100 * min(1.0, middle + half)
+
+
+def calibration_error(bins):
+    """Expected calibration error: the distance of each bin's mean probability from its share of right matches, weighed
+    by its matches (Naeini, Cooper & Hauskrecht 2015). `bins`: rows of count, sum of probabilities, right ones."""
+    total = bins[:, 0].sum()
+    return np.abs(bins[:, 1] - bins[:, 2]).sum() / total if total else math.nan
+
+
+def spread(values):
+    """Median, mean and 90th percentile."""
+    values = np.asarray([value for value in values if not math.isnan(value)])
+    if len(values) == 0:
+        return math.nan, math.nan, math.nan
+    return float(np.median(values)), float(np.mean(values)), float(np.percentile(values, 90))
+
+
+def bias(values):
+    """Signed mean and its z, the mean over its standard error."""
+    values = np.asarray([value for value in values if not math.isnan(value)])
+    if len(values) < 2:
+        return math.nan, math.nan
+    error = np.std(values, ddof=1) / math.sqrt(len(values))
+    return float(np.mean(values)), float(np.mean(values) / error) if error > 0 else math.nan
+
+
+def risk_coverage(answers):
+    """Share of all pairs that is answered OK, and share of these that is wrong, while the most certain come first."""
+    answered = sorted((a for a in answers if a.ok), key=lambda a: a.uncertainty)
+    wrong = np.cumsum([a.wrong for a in answered])
+    count = np.arange(1, len(answered) + 1)
+    return count / max(1, len(answers)), wrong / count
+
+
+def spreads(covariance):
+    """Standard deviation along the worst axis of 3 x 3 covariances, degrees."""
+    return np.degrees(np.sqrt(np.maximum(0, np.linalg.eigvalsh(covariance)[:, -1])))
+
+
+def normalized_squares(error, covariance):
+    """e^T S^-1 e over the dimension: 1 on average where S is the covariance of e. NaN where S has no inverse."""
+    usable = np.linalg.eigvalsh(covariance)[:, 0] > 0
+    result = np.full(len(error), math.nan)
+    solved = np.linalg.solve(covariance[usable], error[usable][..., None])[..., 0]
+    result[usable] = np.sum(error[usable] * solved, axis=1) / error.shape[1]
+    return result
+
+
+def tangent_errors(estimate, truth, covariance):
+    """In the tangent planes of unit vectors: the error of the estimate against the truth, radians, and the part of its
+    covariance that lies there."""
+    least = np.eye(3)[np.argmin(np.abs(estimate), axis=1)]
+    first = np.cross(estimate, least)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    basis = np.stack((first, np.cross(estimate, first)), axis=2)
+    angle = np.arctan2(np.linalg.norm(np.cross(estimate, truth), axis=1), np.sum(estimate * truth, axis=1))
+    across = np.einsum("nij,ni->nj", basis, truth)
+    length = np.linalg.norm(across, axis=1, keepdims=True)
+    side = np.divide(across, length, out=np.tile([1.0, 0], (len(across), 1)), where=length > 0)  # behind: any will do
+    return angle[:, None] * side, np.einsum("nji,njk,nkl->nil", basis, covariance, basis)
+
+
+COLUMNS = ("kind", "set", "gap", "pair", "method", "status", "survivors", "inliers", "has_truth", "baseline_m", "moved",
+           "right", "wrong", "rotation_error_deg", "direction_error_deg", "rx_deg", "ry_deg", "rz_deg",
+           "rotation_sigma_deg", "direction_sigma_deg", "uncertainty_deg", "nees_rotation", "nees_direction",
+           "parallax_px", "sigma_px", "covariance", "reliability")
+
+
+def row_of(record):
+    """A line of pairs.csv, as far as the record says it by itself."""
+    truth = record["truth"]
+    row = dict.fromkeys(COLUMNS)
+    row.update((key, record[key]) for key in ("kind", "set", "method", "status", "inliers", "reliability"))
+    row.update(gap=record["gap"] or 0, survivors=record["matches_gms"], has_truth=truth is not None, moved=False,
+               right=False, wrong=False, pair=(record["reference"] + " " + record["current"]).strip())
+    if truth:
+        row.update(baseline_m=float(np.linalg.norm(truth["translation_m"])), moved=truth["moved"])
+    if record["status"] in POSED:
+        row.update(covariance=record["covariance"], parallax_px=record["median_parallax_px"],
+                   sigma_px=record["sigma_px"] or 0.0)
+    return row
+
+
+def judge(records):
+    """The rows of records: each answer held against what it says of itself and against the truth."""
+    rows = [row_of(record) for record in records]
+    posed = [(row, record) for row, record in zip(rows, records) if row["covariance"]]
+    if not posed:
+        return rows
+    covariance = np.array([row["covariance"] for row, _ in posed]).reshape(-1, 6, 6)
+    ok = np.array([row["status"] == "OK" for row, _ in posed])
+    rotation_sigma = spreads(covariance[:, 3:, 3:])
+    direction_sigma = np.where(ok, spreads(covariance[:, :3, :3]), math.nan)
+    for (row, _), rotation, direction in zip(posed, rotation_sigma, direction_sigma):
+        row.update(rotation_sigma_deg=rotation, direction_sigma_deg=direction, uncertainty_deg=rotation + direction)
+
+    known = np.array([row["has_truth"] for row, _ in posed])
+    posed = [entry for entry, has_truth in zip(posed, known) if has_truth]
+    if not posed:
+        return rows
+    covariance, ok = covariance[known], ok[known]
+    truths = [record["truth"] for _, record in posed]
+    nothing = {"rotation": [0.0] * 9, "translation": [0.0] * 9, "translation_sigma": 0.0}
+    noises = [truth["noise"] or nothing for truth in truths]
+    noise = {key: np.array([n[key] for n in noises]).reshape(-1, 3, 3) for key in ("rotation", "translation")}
+    error = np.array([truth["pose_error"]["rotation_vector_deg"] for truth in truths])
+    nees_rotation = normalized_squares(np.radians(error), covariance[:, 3:, 3:] + noise["rotation"])
+
+    baseline = np.array([row["baseline_m"] for row, _ in posed])
+    t = np.array([record["t"] for _, record in posed])
+    length = np.linalg.norm(t, axis=1)
+    moved = np.array([row["moved"] for row, _ in posed])
+    directed = moved & (length > 0)
+    direction_error, nees_direction = np.full((2, len(posed)), math.nan)
+    if directed.any():
+        of_unit = noise["translation"][directed] / baseline[directed, None, None] ** 2
+        tangent, of_tangent = tangent_errors(
+            t[directed] / length[directed, None],
+            np.array([truth["translation_m"] for truth in truths])[directed] / baseline[directed, None],
+            covariance[directed, :3, :3] + of_unit)
+        direction_error[directed] = np.degrees(np.linalg.norm(tangent, axis=1))
+        nees_direction[directed] = np.where(ok[directed], normalized_squares(tangent, of_tangent), math.nan)
+
+    rotation_limit, direction_limit = np.array([LIMITS[row["kind"]] for row, _ in posed]).T
+    rotation_error = np.linalg.norm(error, axis=1)
+    right = (rotation_error <= rotation_limit) & (~moved | (direction_error <= direction_limit))
+    # An answer that is OK claims a direction; a camera that is known to be static has none.
+    static = ~moved & np.array([n["translation_sigma"] == 0 for n in noises])
+    wrong = ok & (~right | static)
+    for k, (row, _) in enumerate(posed):
+        row.update(zip(("rx_deg", "ry_deg", "rz_deg"), error[k]))
+        row.update(rotation_error_deg=rotation_error[k], direction_error_deg=direction_error[k],
+                   nees_rotation=nees_rotation[k], nees_direction=nees_direction[k], right=bool(right[k]),
+                   wrong=bool(wrong[k]))
+    return rows
+
+
+def cell(value):
+    """As in pairs.csv: booleans as 0 and 1, lists separated by blanks, nothing for what is no number."""
+    if value is None or isinstance(value, float) and math.isnan(value):
+        return ""
+    if isinstance(value, list):
+        return " ".join(cell(number) for number in value)
+    if isinstance(value, bool):
+        return str(int(value))
+    return value if isinstance(value, str) else "%.12g" % value
+
+
+def write_pairs(folder):
+    """pairs.csv, of the records of the folder. One of an earlier version holds rows already, and its pairs.csv stays."""
+    units = read_units(folder)
+    if not any("truth" in record for unit in units for record in unit):
+        return
+    with open(os.path.join(folder, "pairs.csv"), "w", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for unit in units:
+            writer.writerows([cell(row[key]) for key in COLUMNS] for row in judge(unit))
+
+
+class Answer:
+    """One line of pairs.csv."""
+
+    def __init__(self, row, number):
+        real = lambda key: float(row[key]) if row[key] else math.nan  # noqa: E731
+        self.kind, self.set, self.gap, self.method = row["kind"], row["set"], int(row["gap"]), row["method"]
+        self.half = number % 2
+        self.key = (row["kind"], row["set"], row["gap"], row["pair"], row["method"])
+        self.has_truth, self.moved = row["has_truth"] == "1", row["moved"] == "1"
+        self.right, self.wrong = row["right"] == "1", row["wrong"] == "1"
+        self.ok, self.low = row["status"] == "OK", row["status"] == "LOW_PARALLAX"
+        self.uncertainty = real("uncertainty_deg")
+        self.nees_rotation, self.nees_direction = real("nees_rotation"), real("nees_direction")
+        self.rotation = [real(axis + "_deg") for axis in AXES]
+        self.bins = np.asarray([float(x) for x in row["reliability"].split()]).reshape(-1, 3)
+
+
+def read(folder):
+    counts, answers = {}, []
+    with open(os.path.join(folder, "pairs.csv"), newline="") as stream:
+        for row in csv.DictReader(stream):
+            key = (row["set"], row["gap"], row["method"])
+            counts[key] = counts.get(key, -1) + 1
+            answers.append(Answer(row, counts[key]))
+    return answers
+
+
+def figures(answers):
+    """The figures of some answers of one method."""
+    posed = [a for a in answers if a.has_truth]
+    ok = [a for a in posed if a.ok]
+    low = [a for a in posed if a.low]
+    right = [a for a in posed if a.right and a.moved]
+    row = dict(pairs=len(posed), ok=len(ok), wrong=sum(a.wrong for a in ok))
+    row["wrong_percent"] = 100 * row["wrong"] / len(ok) if ok else math.nan
+    row["wrong_low"], row["wrong_high"] = wilson(row["wrong"], len(ok))
+    row["right"], row["refused"] = len(right), sum(not a.ok for a in right)
+    row["refused_percent"] = 100 * row["refused"] / len(right) if right else math.nan
+    for name, values in (("rotation", [a.nees_rotation for a in ok]), ("direction", [a.nees_direction for a in ok]),
+                         ("low", [a.nees_rotation for a in low])):
+        for statistic, value in zip(("median", "mean", "p90"), spread(values)):
+            row["nees_%s_%s" % (name, statistic)] = value
+    row["low_parallax"] = len(low)
+    for k, axis in enumerate(AXES):
+        row["bias_%s_deg" % axis], row["bias_%s_z" % axis] = bias([a.rotation[k] for a in ok])
+    bins = sum(a.bins for a in answers)
+    row["matches"], row["ece"] = int(bins[:, 0].sum()), calibration_error(bins)
+    return row
+
+
+def number(value, digits=2):
+    if isinstance(value, float) and math.isnan(value):
+        return "–"
+    if isinstance(value, float):
+        return "%.0f" % value if abs(value) >= 100 else "%.*f" % (digits, value)
+    return str(value)
+
+
+def wrong_cell(row):
+    if row["ok"] == 0:
+        return "–"
+    return "%d (%.1f %%, %.1f–%.1f)" % (row["wrong"], row["wrong_percent"], row["wrong_low"], row["wrong_high"])
+
+
+def refused_cell(row):
+    return "%d of %d" % (row["refused"], row["right"]) if row["right"] else "–"
+
+
+def nees_cell(row, name):
+    return " / ".join(number(row["nees_%s_%s" % (name, statistic)]) for statistic in ("median", "mean", "p90"))
+
+
+def bias_cell(row, axis):
+    if math.isnan(row["bias_%s_deg" % axis]):
+        return "–"
+    return "%+.3f (%+.1f)" % (row["bias_%s_deg" % axis], row["bias_%s_z" % axis])
+
+
+def table(head, lines):
+    return markdown(head, lines) + "\n"
+
+
+def detail_table(rows, axes=AXES):
+    head = ["", "method", "pairs", "OK", "OK and wrong", "refused though right", "NEES rotation", "NEES direction",
+            "LOW_PARALLAX", "its NEES rotation"] + ["mean %s (z)" % axis for axis in axes] + ["ECE"]
+    return table(head, [[name, method, number(row["pairs"]), number(row["ok"]), wrong_cell(row), refused_cell(row),
+                            nees_cell(row, "rotation"), nees_cell(row, "direction"), number(row["low_parallax"]),
+                            nees_cell(row, "low")] + [bias_cell(row, axis) for axis in axes] + [number(row["ece"], 3)]
+                           for (name, method), row in rows.items()])
+
+
+def summary_table(kinds, details, halves=(0, 1)):
+    """One line for each kind of input and method; with halves of the pairs, and the worst line of the details."""
+    head = ["", "method", "pairs", "OK", "OK and wrong"] + [("even pairs", "odd pairs")[half] for half in halves] + [
+        "worst line of %d OK or more" % ENOUGH, "refused though right", "NEES rotation", "NEES direction", "ECE"]
+    lines = []
+    for (kind, method), answers in kinds.items():
+        row = figures(answers)
+        wrong_of_half = [wrong_cell(figures([a for a in answers if a.half == half])) for half in halves]
+        worst = max(((r["wrong_percent"], name) for (name, m), r in details[kind].items()
+                     if m == method and r["ok"] >= ENOUGH), default=None)
+        lines.append([kind, method, number(row["pairs"]), number(row["ok"]), wrong_cell(row)] + wrong_of_half +
+                     ["%.0f %% %s" % worst if worst else "–", refused_cell(row), nees_cell(row, "rotation"),
+                      nees_cell(row, "direction"), number(row["ece"], 3)])
+    return table(head, lines)
+
+
+def halves_table(answers):
+    """What may be tuned on, the even pairs, beside what may not, the odd ones."""
+    head = ["", "method", "half", "pairs", "OK", "OK and wrong", "refused though right", "NEES rotation",
+            "NEES direction", "ECE"]
+    lines = []
+    for (kind, method), part in grouped(answers, lambda a: (a.kind, a.method)).items():
+        for half, name in enumerate(("even", "odd")):
+            row = figures([a for a in part if a.half == half])
+            lines.append([kind, method, name, number(row["pairs"]), number(row["ok"]), wrong_cell(row), refused_cell(row),
+                          nees_cell(row, "rotation"), nees_cell(row, "direction"), number(row["ece"], 3)])
+    return table(head, lines)
+
+
+def name_of(answer):
+    return answer.set + (", gap %d" % answer.gap if answer.gap else "")
+
+
+def kept_table(answers, before):
+    """Of the answers that were OK and right in an earlier folder, those that still are."""
+    now = {answer.key: answer for answer in answers}
+    lines = []
+    for (kind, method), earlier in grouped(before, lambda a: (a.kind, a.method)).items():
+        good = [a for a in earlier if a.ok and a.has_truth and not a.wrong and a.key in now]
+        kept = [a for a in good if now[a.key].ok and not now[a.key].wrong]
+        lost = grouped([a for a in good if not (now[a.key].ok and not now[a.key].wrong)], name_of)
+        most = sorted(lost.items(), key=lambda item: -len(item[1]))[:3]
+        if good:
+            lines.append([kind, method, "%d of %d (%.1f %%)" % (len(kept), len(good), 100 * len(kept) / len(good)),
+                          "; ".join("%s: %d" % (name, len(group)) for name, group in most) or "–"])
+    return table(["", "method", "still OK and right", "most lost"], lines)
+
+
+def write_tables(folder, answers, methods, before):
+    """Writes trust.md and trust.csv. Returns the tables for a document: all, or with `methods` a page of them."""
+    details = {}
+    for kind, part in grouped(answers, lambda a: a.kind).items():
+        details[kind] = dict((key, figures(group))
+                                    for key, group in grouped(part, lambda a: (name_of(a), a.method)).items())
+    head = list(next(iter(next(iter(details.values())).values())))
+    write_csv(os.path.join(folder, "trust.csv"), ["kind", "set", "method"] + head,
+              [[kind, name, method] + ["" if isinstance(v, float) and math.isnan(v) else v for v in row.values()]
+               for kind, rows in details.items() for (name, method), row in rows.items()])
+    text = "### All\n\n" + summary_table(grouped(answers, lambda a: (a.kind, a.method)), details)
+    text += "### The two halves\n\n" + halves_table([a for a in answers if not methods or a.method in methods])
+    if before:
+        text += "### Of what was OK and right before\n\n" + kept_table(answers, before)
+    for kind, rows in details.items():
+        rows = dict((key, row) for key, row in rows.items() if not methods or key[1] in methods)
+        text += "### %s\n\n" % TITLES[kind] + detail_table(rows)
+    with open(os.path.join(folder, "trust.md"), "w") as stream:
+        stream.write(text)
+    if not methods:
+        return text
+    chosen = [a for a in answers if a.method in methods]
+    text = "### All\n\n" + summary_table(grouped(chosen, lambda a: (a.kind, a.method)), details, halves=())
+    real = dict((key, row) for key, row in details.get("real", {}).items() if key[1] == methods[0])
+    return text + ("### %s\n\n" % TITLES["real"] + detail_table(real, axes=()) if real else "")
+
+
+def write_curves(folder, answers):
+    """risk_coverage.csv and reliability.csv; returns their rows by (kind, method)."""
+    kinds = grouped(answers, lambda a: (a.kind, a.method))
+    risks = dict((key, risk_coverage([a for a in group if a.has_truth])) for key, group in kinds.items())
+    write_csv(os.path.join(folder, "risk_coverage.csv"), ["kind", "method", "coverage", "risk"],
+              [key + ("%.5f" % c, "%.5f" % r) for key, curve in risks.items() for c, r in zip(*curve)])
+    bins = dict((key, sum(a.bins for a in group)) for key, group in kinds.items())
+    write_csv(os.path.join(folder, "reliability.csv"), ["kind", "method", "matches", "probability", "right"],
+              [key + (int(n), "%.4f" % (p / n), "%.4f" % (k / n))
+               for key, rows in bins.items() for n, p, k in rows if n])
+    return risks, bins
+
+
+def plot(plt, folder, name, curves, draw, labels):
+    """A panel for each kind of input, a line for each method."""
+    kinds = list(grouped(curves, lambda key: key[0]))
+    figure, axes = plt.subplots(1, len(kinds), figsize=(5 * len(kinds), 4), squeeze=False)
+    for axis, kind in zip(axes[0], kinds):
+        for number_of_method, (_, method) in enumerate(key for key in curves if key[0] == kind):
+            style = {"label": method, "linewidth": 1.2, "color": plt.get_cmap("tab20")(number_of_method % 20)}
+            draw(axis, curves[kind, method], style)
+        axis.set_title(TITLES[kind], fontsize=9)
+        axis.set_xlabel(labels[0], fontsize=9)
+        axis.grid(True, linewidth=0.3)
+    axes[0][0].set_ylabel(labels[1], fontsize=9)
+    axes[0][0].legend(fontsize=7)
+    figure.tight_layout()
+    figure.savefig(os.path.join(folder, name + ".png"), dpi=100)
+    plt.close(figure)
+
+
+def draw_reliability(axis, bins, style):
+    bins = bins[bins[:, 0] > 0]
+    axis.plot([0, 1], [0, 1], color="grey", linewidth=0.6)
+    axis.plot(bins[:, 1] / bins[:, 0], bins[:, 2] / bins[:, 0], marker="o", markersize=3, **style)
+
+
+def plot_all(folder, risks, bins):
+    plt = pyplot()
+    if not plt:
+        return
+    plot(plt, folder, "risk_coverage", risks, lambda axis, curve, style: axis.plot(curve[0], 100 * curve[1], **style),
+         ("share of pairs answered, the most certain first", "wrong of these, %"))
+    plot(plt, folder, "reliability", bins, draw_reliability, ("probability of a match", "share that is right"))
+
+
+def insert(document, tables, folder):
+    """Puts the tables between the two marks of a document, and the plots into a folder of its name."""
+    with open(document) as stream:
+        text = stream.read()
+    if BEGIN not in text or END not in text:
+        sys.exit("evaluate_report.py: %s lacks the lines '%s' and '%s'" % (document, BEGIN, END))
+    before, after = text.split(BEGIN)[0], text.split(END)[1]
+    with open(document, "w") as stream:
+        stream.write(before + BEGIN + "\n\n" + tables + END + after)
+    beside = os.path.splitext(document)[0]
+    os.makedirs(beside, exist_ok=True)
+    for name in PLOTS:
+        if os.path.exists(os.path.join(folder, name)):
+            shutil.copy(os.path.join(folder, name), beside)
+
+
+def report(folder, with_tables=True, detail=(), before=None, into=None):
+    write_pairs(folder)
+    answers = read(folder)
+    if not answers:
+        sys.exit("evaluate_report.py: %s/pairs.csv holds no answer" % folder)
+    if not with_tables:
+        return
+    tables = write_tables(folder, answers, detail, read(before) if before else [])
+    plot_all(folder, *write_curves(folder, answers))
+    if into:
+        insert(into, tables, folder)
+    print("wrote trust.md, trust.csv, risk_coverage and reliability (.csv, .png) in " + folder)

@@ -1,0 +1,35 @@
+// Whether the matches of a pair contradict the camera model, and how large its errors may be as far as they tell.
+// Derived in doc/judgement.md.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "gms_ransac/robust_result.h"
+#include "judgement/pose_information.h"
+
+namespace gms_ransac {
+
+using CameraVector = Eigen::Matrix<double, kCameraParameters, 1>;
+using CameraSquare = Eigen::Matrix<double, kCameraParameters, kCameraParameters>;
+
+/// Typical calibration error (prior sigma) of each parameter: relative focal length, principal point in focal lengths,
+/// first coefficient of radial distortion, rotation in radians per focal length of rows.
+const CameraVector& typicalCameraError();
+
+struct CameraTest {
+  /// Largest score statistic over the 99 % point of its chi-square: 1 is where chance alone brings one pair in a
+  /// hundred.
+  double statistic = 0;
+  CameraParameter parameter = CameraParameter::kFocalLength;  ///< the most contradicted
+  CameraErrors errors;
+  /// Second moment of the parameters' errors, averaged over models of which parameters err; zero where the matches do
+  /// not contradict them.
+  CameraSquare second_moment = CameraSquare::Zero();
+};
+
+/// `inverse`: of the information on the pose; `naive`: of the curvature by it, with noise counted as parallax, which
+/// the second moment is computed with because the camera leaves so little of the direction that noise cannot be told.
+CameraTest testCamera(const PoseInformation& information, const PoseSquare& inverse, const PoseSquare& naive,
+                      const TwoViewPose& pose);
+
+}  // namespace gms_ransac

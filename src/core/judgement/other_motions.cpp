@@ -1,0 +1,84 @@
+#include "judgement/other_motions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "judgement/vuong.h"
+
+namespace gms_ransac {
+
+namespace {
+
+/// What the statistic must reach for the pose to count as better; and where chance, or an error of the camera, may make
+/// the wrong one fit better: the other motion of a plane, near and far exchanged.
+constexpr double kLeastVuong = 0.75, kLeastVuongByChance = 2.5;
+/// A few steps on a part of the matches show which cannot come near: those that lose by so much there.
+constexpr double kDropBeyond = 3;
+constexpr int kFirstMatches = 256, kFirstIterations = 2, kFurtherIterations = 5, kFinalIterations = 10;
+/// Costs end at the threshold, or at so many deviations of the noise where that is less.
+constexpr double kMostDeviations = 3;
+/// Motions that are closer in direction, in standard deviations or radians, are one that has not converged.
+constexpr double kSameSigmas = 5, kLeastApart = 3 * M_PI / 180;
+constexpr double kOtherDirection = 20 * M_PI / 180;
+
+/// Of the opposite direction is another motion: with a rotation that makes up for it near and far change places.
+double angleBetween(const TwoViewPose& a, const TwoViewPose& b) {
+  return std::acos(std::clamp(a.t.dot(b.t), -1.0, 1.0));
+}
+
+/// From one pose to another in the parameters of PoseModel::linearize.
+PoseVector poseStep(const TwoViewPose& from, const TwoViewPose& to) {
+  const Eigen::Vector3d t = to.t.dot(from.t) < 0 ? Eigen::Vector3d(-to.t) : to.t;
+  Eigen::Vector3d basis[2];
+  PoseModel::tangent(from.t, basis);
+  PoseVector step;
+  step << rotationVector(to.R * from.R.transpose()), basis[0].dot(t), basis[1].dot(t);
+  return step;
+}
+
+}  // namespace
+
+Ambiguity OtherMotions::compare(const RefinedPose& refined, double direction_sigma, bool camera_decides,
+                                const std::vector<AlternativeMotion>& alternatives, int64_t& evaluations) {
+  const int count = refined.points.size();
+  residuals_.resize(refined.noise.residuals().size());
+  const double same_within = std::clamp(kSameSigmas * direction_sigma, kLeastApart, kOtherDirection);
+  Ambiguity ambiguity;
+  for (const AlternativeMotion& alternative : alternatives) {
+    TwoViewPose motion = alternative.pose;
+    if (angleBetween(motion, refined.pose) < same_within) continue;
+    if (against(refined, same_within, std::min(kFirstMatches, count), kFirstIterations, motion, evaluations) >=
+        kDropBeyond) {
+      continue;
+    }
+    const double better = against(refined, same_within, count, kFurtherIterations, motion, evaluations);
+    const bool by_chance = alternative.of_plane || (camera_decides && motion.t.dot(refined.pose.t) < 0);
+    if (better >= (by_chance ? kLeastVuongByChance : kLeastVuong)) continue;
+    const int passes =
+        PoseModel(kernels_, refined.plausible).refine(refined.noise.loss(), kFinalIterations, motion, kEnough);
+    evaluations += static_cast<int64_t>(count) * passes;
+    ambiguity.other_direction |= angleBetween(motion, refined.pose) > kOtherDirection;
+    const PoseVector step = poseStep(refined.pose, motion);
+    ambiguity.covariance += step * step.transpose();
+  }
+  return ambiguity;
+}
+
+double OtherMotions::against(const RefinedPose& refined, double same_within, int count, int iterations,
+                             TwoViewPose& motion, int64_t& evaluations) {
+  const MatchNoise& noise = refined.noise;
+  const int passes =
+      PoseModel(kernels_, firstColumns(refined.plausible, count)).refine(noise.loss(), iterations, motion);
+  evaluations += static_cast<int64_t>(count) * (passes + 1);
+  if (angleBetween(motion, refined.pose) < same_within) return std::numeric_limits<double>::infinity();
+  PoseModel(kernels_, firstColumns(refined.points.view(), count)).residualsInFront(motion, residuals_.data());
+  const auto per_cost =
+      static_cast<float>(std::max(1.0, 1 / (kMostDeviations * kMostDeviations * noise.sigma() * noise.sigma())));
+  const auto cost = [per_cost](float residual) { return std::min(per_cost * residual, 1.f); };
+  return vuongStatistic(count, refined.points.cells(), by_cell_, [&](size_t i) {
+    return noise.plausible(static_cast<int>(i)) ? cost(residuals_[i]) - cost(noise.residuals()[i]) : 0.f;
+  });
+}
+
+}  // namespace gms_ransac

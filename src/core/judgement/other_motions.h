@@ -1,0 +1,56 @@
+// Whether a different motion explains the matches as well as the one that was found.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "judgement/match_noise.h"
+#include "judgement/pose_covariance.h"
+#include "two_view/pose_model.h"
+#include "two_view/two_view_points.h"
+
+namespace gms_ransac {
+
+/// A motion that came into question besides the best one.
+struct AlternativeMotion {
+  TwoViewPose pose;
+  bool of_plane = false;  ///< explains a plane just as well, so that chance decides which of the two fits better
+};
+
+/// A refined pose with what is known of it.
+struct RefinedPose {
+  TwoViewPose pose;
+  const TwoViewPoints& points;
+  PointColumnsView plausible;  ///< the points, those without weight that the noise calls implausible
+  const MatchNoise& noise;     ///< at the pose
+};
+
+/// What the alternatives that explain the matches as well leave open.
+struct Ambiguity {
+  bool other_direction = false;  ///< one of them has a direction more than kOtherDirection away
+  /// To be added to the covariance of the pose: any of them may be true.
+  PoseSquare covariance = PoseSquare::Zero();
+};
+
+class OtherMotions {
+ public:
+  explicit OtherMotions(const ResidualKernels& kernels) : kernels_(kernels) {}
+
+  /// Refines each of `alternatives` as the pose was, on a part of the matches first, and compares it with the pose by
+  /// vuongStatistic on the truncated costs. `direction_sigma`: of the pose, radians; `camera_decides`: true if
+  /// plausible calibration errors could change the direction, and so whether near and far are exchanged.
+  Ambiguity compare(const RefinedPose& refined, double direction_sigma, bool camera_decides,
+                    const std::vector<AlternativeMotion>& alternatives, int64_t& evaluations);
+
+ private:
+  /// Refines a motion on the first `count` matches and returns Vuong's statistic there for the pose against it;
+  /// infinite where it has become the pose, whose direction it then has to within `same_within` radians.
+  double against(const RefinedPose& refined, double same_within, int count, int iterations, TwoViewPose& motion,
+                 int64_t& evaluations);
+
+  const ResidualKernels& kernels_;
+  std::vector<float> residuals_;
+  std::vector<double> by_cell_;
+};
+
+}  // namespace gms_ransac

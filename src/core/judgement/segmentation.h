@@ -1,0 +1,53 @@
+// Two bodies that move each by itself, where one pose was bent between them: found by a part of the view that asks for
+// another pose than the rest. Derived in doc/judgement.md.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "judgement/match_noise.h"
+#include "judgement/pose_information.h"
+#include "two_view/pose_model.h"
+#include "two_view/two_view_points.h"
+
+namespace gms_ransac {
+
+/// A rectangle of blocks of the image, and the statistic of the score test for a structural break (Andrews,
+/// Econometrica 1993): that the pose is the same in it and outside.
+struct PoseBreak {
+  double statistic = 0;  ///< chi-square with five degrees of freedom, the largest over all rectangles
+  int left = 0, top = 0, right = 0, bottom = 0;  ///< blocks, the last two beyond it
+
+  /// Returns true if a cell lies in it.
+  bool holds(int32_t cell) const;
+};
+
+/// The rectangle whose matches contradict the rest most. `inverse`: of the curvature by all parameters, so that what
+/// the camera's can take up is no break. Zero where the pose's own parameters show none.
+PoseBreak findBreak(PoseSummation& summation, const ParameterSquare& inverse);
+
+/// Two motions that share the matches.
+struct Segmentation {
+  bool found = false;
+  TwoViewPose larger;          ///< the motion that explains more matches
+  std::vector<uint8_t> apart;  ///< of each column: 1 where its cell follows the other motion
+  double smaller_share = 0;    ///< matches that the other explains, of those that the larger one does
+};
+
+class Segmenter {
+ public:
+  explicit Segmenter(const ResidualKernels& kernels) : kernels_(kernels) {}
+
+  /// Refines a motion on either side of the break, gives every cell to the one that explains it better, and so on.
+  /// Two motions are found where they explain the matches much better than `pose`, whose noise is given.
+  void segment(const TwoViewPoints& points, const TwoViewPose& pose, const MatchNoise& noise, const PoseBreak& at,
+               Segmentation& segmentation, int64_t& evaluations);
+
+ private:
+  const ResidualKernels& kernels_;
+  std::vector<float> residuals_[2];
+  std::vector<float> second_worse_;  ///< of each cell, by how much the second motion explains it worse than the first
+  PointColumns own_;
+};
+
+}  // namespace gms_ransac

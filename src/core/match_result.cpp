@@ -1,0 +1,36 @@
+#include "gms_ransac/match_result.h"
+
+#include <iterator>
+
+namespace gms_ransac {
+
+std::string toString(Status status) {
+  constexpr const char* kNames[] = {"OK",           "FIRST_FRAME",   "TOO_FEW_KEYPOINTS", "TOO_FEW_MATCHES",
+                                    "GMS_REJECTED", "RANSAC_FAILED", "LOW_PARALLAX",      "UNCALIBRATED"};
+  const auto i = static_cast<size_t>(status);
+  return i < std::size(kNames) ? kNames[i] : "UNKNOWN";
+}
+
+Status statusOf(const RobustResult& result, const Camera& camera) {
+  if (!result.model_found || result.inlier_count < kMinimumMatches) return Status::kRansacFailed;
+  if (!camera.calibrated()) return Status::kUncalibrated;
+  if (!result.pose_found) return Status::kRansacFailed;
+  return result.translation_observable ? Status::kOk : Status::kLowParallax;
+}
+
+void MatchResult::clear(Status new_status) {
+  status = new_status;
+  keypoints_reference = keypoints_current = matches_gms = inliers = 0;
+  matches.clear();
+  stage.clear();
+  confidence.clear();
+  probability.clear();
+  survivors.match.clear();
+  survivors.pairs.resize(0);
+  survivors.pairs.rotation_prior.reset();
+  survivors.pairs.seconds.reset();
+  robust.clear();
+  times = StageTimes();
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,33 @@
+#include "methods/method.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include "methods/rolling_shutter.h"
+
+namespace gms_ransac {
+
+const std::vector<MethodEntry>& methods() {
+#define COPY_ENTRY(name) name,
+  static const std::vector<MethodEntry> table = {GMS_RANSAC_METHODS(COPY_ENTRY)};
+#undef COPY_ENTRY
+  return table;
+}
+
+const MethodEntry& findMethod(const std::string& name) {
+  std::string known;
+  for (const MethodEntry& method : methods()) {
+    if (name == method.name) return method;
+    known += (known.empty() ? "" : ", ") + std::string(method.name);
+  }
+  throw std::invalid_argument("unknown method '" + name + "'; known are " + known);
+}
+
+std::unique_ptr<Method> makeMethod(const MatchFilterOptions& options) {
+  options.validate();
+  std::unique_ptr<Method> method = findMethod(options.method).make(options);
+  if (options.robust.rolling_shutter_readout == 0) return method;
+  return std::make_unique<RollingShutter>(std::move(method), options.robust);
+}
+
+}  // namespace gms_ransac

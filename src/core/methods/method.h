@@ -1,0 +1,87 @@
+// The methods: each composes matching, filtering and robust estimation in one file of src/core/methods.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gms_ransac/camera.h"
+#include "gms_ransac/features.h"
+#include "gms_ransac/hamming_matcher.h"
+#include "gms_ransac/match_filter_options.h"
+#include "gms_ransac/motion_statistics.h"
+#include "gms_ransac/point_pairs.h"
+#include "gms_ransac/robust_options.h"
+#include "gms_ransac/robust_result.h"
+#include "time_budget.h"
+
+/// Every method's entry, in the order in which they are listed to users.
+// clang-format off
+#define GMS_RANSAC_METHODS(entry) \
+  entry(kRansac)                 \
+  entry(kRransacTdd)             \
+  entry(kProsac)                 \
+  entry(kSubsetRansac)           \
+  entry(kSplit2080)              \
+  entry(kGms)                    \
+  entry(kGmsFive)                \
+  entry(kGmsDistanceRansac)      \
+  entry(kLan)                    \
+  entry(kGmsRansac)              \
+  entry(kCpRansac)               \
+  entry(kLoProsac)
+// clang-format on
+
+namespace gms_ransac {
+
+/// One method at work: what it does with the matches of a pair, stage by stage. Not thread-safe.
+class Method {
+ public:
+  virtual ~Method() = default;
+
+  virtual bool wantsMutualMatches() const { return false; }
+  /// Verdict and score of every raw match; only accepted ones are estimated from. Valid until the next call.
+  virtual const MotionStatistics& filter(const Features& reference, const Features& current,
+                                         const std::vector<Match>& matches) = 0;
+  /// Model, inliers and pose from the survivors. Without calibration essential becomes fundamental and there is no
+  /// pose. model_found is false if there is none; never throws on data.
+  virtual void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) = 0;
+  /// A second filter, on the inliers, where the method has one. `survivors`: the raw match of each pair.
+  virtual void postFilter(const Features& /*reference*/, const Features& /*current*/,
+                          const std::vector<Match>& /*matches*/, const std::vector<int>& /*survivors*/,
+                          RobustResult& /*result*/) {}
+  /// True when all survivors of the filter are inliers and the model gives only the pose.
+  virtual bool filterDecides() const { return false; }
+  virtual void reset() {}
+  /// Replaces RobustOptions::seed from the next call on.
+  virtual void setSeed(uint64_t seed) = 0;
+  /// Outlives the method; asked while it estimates. Null, as at first: no limit, and no clock is read.
+  virtual void setTimeLimit(const TimeLimit* limit) = 0;
+};
+
+struct MethodEntry {
+  const char* name;
+  const char* source;   ///< paper
+  const char* summary;  ///< our reading of it, one line
+  bool ordered;         ///< samples the most confident matches first
+  std::unique_ptr<Method> (*make)(const MatchFilterOptions& options);
+};
+
+const std::vector<MethodEntry>& methods();
+
+/// Takes earlier names too. Throws std::invalid_argument listing the known names.
+const MethodEntry& findMethod(const std::string& name);
+
+std::unique_ptr<Method> makeMethod(const MatchFilterOptions& options);
+
+#define DECLARE_ENTRY(name) extern const MethodEntry name;
+GMS_RANSAC_METHODS(DECLARE_ENTRY)
+#undef DECLARE_ENTRY
+
+template <class SomeMethod>
+std::unique_ptr<Method> make(const MatchFilterOptions& options) {
+  return std::make_unique<SomeMethod>(options);
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,80 @@
+// The length of the translation, which two images alone do not tell: carried on from pair to pair, or from depth.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include "gms_ransac/camera.h"
+#include "gms_ransac/match_result.h"
+#include "gms_ransac/triangulation.h"
+
+namespace gms_ransac {
+
+enum class ScaleMode { kUnit, kPropagate, kDepth, kFixed, kOdometry, kGround };
+
+/// True if known lengths are in metres.
+inline bool measuresMetres(ScaleMode mode) {
+  return mode == ScaleMode::kDepth || mode == ScaleMode::kOdometry || mode == ScaleMode::kGround;
+}
+
+struct ScaleEstimate {
+  double length = 1;          ///< of the translation; metres when it came from depth
+  double relative_sigma = 0;  ///< standard deviation of `length` over `length`
+  int features = 0;           ///< that it rests on; 0: not measured, `length` is the previous one
+};
+
+/// `propagate`: a feature in three images has one depth in the middle one, which gives the second translation in units
+/// of the first. Inverse depths of features seen longer are averaged to slow the drift.
+class ScalePropagator {
+ public:
+  /// Length of this pair's translation (`pose.t` of unit length). `after_loss`: it may be many times the last.
+  ScaleEstimate update(const Triangulation& pair, const MatchResult& result, const Camera& camera,
+                       bool after_loss = false);
+  /// Replaces `update` for a pure rotation: depths are carried over, the length stays.
+  void carryThroughTurn(const Triangulation& pair, const MatchResult& result);
+  void advance();
+  void reset();
+
+ private:
+  struct InverseDepth {
+    double value = 0, variance = 0;  ///< variance 0: unknown
+  };
+  ScaleEstimate measure(const Triangulation& pair, const MatchResult& result, double pixel, bool after_loss);
+  /// Median ratio of the best observed; not positive where they lie beyond infinity.
+  double startingLength() const;
+  void carryOn(const Triangulation& pair, const MatchResult& result, double pixel, double length);
+
+  struct Ratio {
+    double unit, unit_variance;    ///< inverse depth by this pair, baseline 1
+    double known, known_variance;  ///< inverse depth from before
+  };
+  std::vector<Ratio> ratios_;
+  std::vector<InverseDepth> reference_, current_;
+  double length_ = 1;
+};
+
+/// Depth at every keypoint, metres, 0 where unknown or at a depth edge. `depth`: CV_32FC1 metres, not positive or not
+/// finite where unknown; empty: no entries.
+std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth);
+
+enum class DepthSource {
+  kRollingCamera,  ///< depth cameras: their colour image is read row by row
+  kTriggeredPair   ///< two cameras: all rows at once
+};
+
+/// `depth`: metric motion from inliers of known depth, by Gauss-Newton on the robust reprojection error from
+/// `result.robust.pose`. For a rolling camera a rotation that grows with the row is estimated, too. Depths: metres, 0
+/// where unknown; either column may be empty. `features` 0 (fewer than eight inliers with depth, or no convergence)
+/// leaves `pose` alone.
+ScaleEstimate poseFromKeypointDepth(const Triangulation& pair, const Features& reference, const Features& current,
+                                    const MatchResult& result, const Camera& camera,
+                                    const std::vector<float>& reference_depth, const std::vector<float>& current_depth,
+                                    DepthSource source, RelativePose& pose);
+
+/// The pose scaled to that length, with the covariance of t.
+RelativePose withLength(const RelativePose& unit_pose, const ScaleEstimate& scale);
+
+}  // namespace gms_ransac

@@ -1,0 +1,49 @@
+// Persistent ids for features that are followed from pair to pair.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "gms_ransac/match_result.h"
+
+namespace gms_ransac {
+
+/// Inlier matches carry the id of the reference keypoint to the current one; a new match gets a new id. Ids start at 1
+/// and are never used twice, 0 is "not followed". An id's images follow on each other without a gap; only an image
+/// without any inlier ends no track.
+class TrackTable {
+ public:
+  /// Links reference to current keypoints. Of several inliers on one current keypoint the one of smallest Hamming
+  /// distance keeps its id. Call again without `advance` to compare the reference with another image.
+  void link(const MatchResult& result);
+  void advance();
+  void reset();
+
+  struct Track {
+    uint32_t id = 0;
+    uint16_t length = 0;
+    uint32_t link = 0;  ///< number of the last link that found it
+  };
+  const std::vector<Track>& tracks() const { return reference_; }
+  /// Makes an earlier image, whose tracks these are, the reference. Tracks go on that no image missed since: those
+  /// among `newest`, the tracks of the last image that held any.
+  void goBack(const std::vector<Track>& tracks, const std::vector<Track>& newest);
+
+  /// One id per match of the last `link`; 0 where it is no inlier.
+  const std::vector<uint32_t>& ids() const { return ids_; }
+  /// Number of images with the id, 2 or more.
+  const std::vector<uint16_t>& lengths() const { return lengths_; }
+
+ private:
+  /// Finds the best inlier of each current keypoint; false if there is none.
+  bool findOwners(const MatchResult& result);
+
+  std::vector<Track> reference_, current_;
+  std::vector<int32_t> owner_;  ///< match that holds each current keypoint, -1: none
+  std::vector<uint32_t> ids_;
+  std::vector<uint16_t> lengths_;
+  uint32_t next_id_ = 1;
+  uint32_t link_ = 0;  ///< number of the last link that found anything
+};
+
+}  // namespace gms_ransac

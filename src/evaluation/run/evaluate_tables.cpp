@@ -1,0 +1,370 @@
+// `evaluate tables` and `evaluate merge`: the paper's tables on one's own images, in pieces that can be interrupted,
+// resumed and spread over machines.
+#include <algorithm>
+#include <ctime>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <memory>
+#include <numeric>
+#include <set>
+#include <stdexcept>
+#include <tuple>
+
+#include <boost/program_options.hpp>
+
+#include "methods/method.h"
+#include "program.h"
+#include "run/evaluate_commands.h"
+#include "run/experiment.h"
+#include "run/pipeline_options.h"
+#include "run/record.h"
+#include "run/work_folder.h"
+
+namespace gms_ransac {
+
+namespace {
+
+namespace po = boost::program_options;
+using nlohmann::json;
+
+constexpr double kPaperRatio = 0.5;  // the paper's default: the confident half
+constexpr int kTable4Preset = 2000;
+/// Presets above this get FAST threshold 0: with OpenCV's default of 20 a VGA image does not hold that many corners.
+constexpr int kLastPresetOfDefaultFastThreshold = 3000;
+/// Runs of the stages before the robust one; the fastest counts. The first one pays for memory and caches.
+constexpr int kStageRuns = 3;
+
+struct TablesPlan {
+  std::vector<Dataset> datasets;
+  int gap = 1, pairs = 5, repeats = 20;
+  std::vector<int> presets = {1000, 2000, 2500, 3000, 3500, 4000, 5000, 6000, 7000, 8000, 9000, 10000};
+  std::vector<double> ratios = {1.0 / 5, 1.0 / 4, 1.0 / 3, 1.0 / 2, 2.0 / 3, 3.0 / 4, 4.0 / 5};
+  std::vector<std::string> methods;  ///< compared with cp_ransac, which is always there
+  ModelType model = ModelType::kEssential;
+  MatchFilterOptions base;  ///< extractor, grid, threshold, seed, ... of every run
+};
+
+/// One piece of work: a pair of images at one preset.
+struct TablesUnit {
+  const Dataset* dataset;
+  DatasetPair pair;
+  int preset;
+};
+
+/// One pipeline of the comparison.
+struct TablesRun {
+  std::string method;
+  ModelType model;
+  double ratio;
+};
+
+/// Share i of n of the work, i from 1.
+struct Shard {
+  int index = 1, count = 1;
+  bool owns(int unit) const { return unit % count == index - 1; }
+};
+
+struct TablesArguments {
+  std::vector<std::string> folders, ratios;
+  std::string out = "tables", shard = "1/1", presets;
+  bool resume = false, plots = true;
+  TablesPlan plan;
+  DatasetOptions dataset;
+  PipelineArguments pipeline;
+};
+
+Shard parseShard(const std::string& text) {
+  Shard shard;
+  char end = 0;
+  if (std::sscanf(text.c_str(), "%d/%d%c", &shard.index, &shard.count, &end) != 2 || shard.index < 1 ||
+      shard.count < shard.index) {
+    throw std::invalid_argument("--shard is '" + text + "'; it must look like 2/5, from 1/5 to 5/5");
+  }
+  return shard;
+}
+
+/// "1/3" or "0.4".
+double parseRatio(const std::string& text) {
+  double numerator = 0, denominator = 1;
+  char end = 0;
+  const int fields = std::sscanf(text.c_str(), "%lf/%lf%c", &numerator, &denominator, &end);
+  if (fields == 1 && text.find_first_not_of("0123456789.") != std::string::npos) numerator = 0;
+  if (fields < 1 || fields > 2 || !(numerator > 0) || !(numerator <= denominator)) {
+    throw std::invalid_argument("--ratios holds '" + text + "'; a ratio looks like 1/2 or 0.5 and is at most 1");
+  }
+  return numerator / denominator;
+}
+
+po::options_description describe(TablesArguments& tables, const Arguments& arguments) {
+  tables.pipeline.base.extractor.extractor = "opencv";  // what the paper used
+  tables.pipeline.base.one_to_one = false;              // likewise
+  tables.pipeline.base.search = SearchMode::kFull;      // likewise
+  po::options_description options("Options");
+  auto add = options.add_options();
+  add("help,h", "this text");
+  add("out,o", po::value(&tables.out)->default_value(tables.out), "folder for measurements, tables and plots");
+  add("resume", po::bool_switch(&tables.resume), "go on with what is in the folder already");
+  add("shard", po::value(&tables.shard)->default_value(tables.shard), "i/n: do the i-th of n parts (see merge)");
+  add("gap", po::value(&tables.plan.gap)->default_value(tables.plan.gap), "frames between reference and current");
+  add("pairs", po::value(&tables.plan.pairs)->default_value(tables.plan.pairs), "pairs a set, spread evenly over it");
+  add("repeat", po::value(&tables.plan.repeats)->default_value(tables.plan.repeats), "seeds for each pair");
+  add("presets", po::value(&tables.presets), "numbers of features, separated by commas; default: the paper's twelve");
+  add("ratios", po::value<std::string>(), "grouping ratios, separated by commas; default: the paper's seven");
+  add("no-plots", "only CSV and Markdown");
+  addDatasetOptions(options, tables.dataset);
+  tables.pipeline.addTo(options, arguments);
+  return options;
+}
+
+/// Methods in addition to cp_ransac: those asked for, else the paper's two baselines and the package's own.
+std::vector<std::string> comparedMethods(const PipelineArguments& pipeline) {
+  std::vector<std::string> wanted = parseMethodNames(pipeline.methods);
+  if (wanted.empty()) {
+    for (const MethodEntry& method : methods()) {
+      const std::string name = method.name;
+      if (name == "gms_ransac" || name == "lan" || name == "lo_prosac") wanted.push_back(name);
+    }
+  }
+  std::vector<std::string> others;
+  for (const std::string& name : wanted) {
+    if (name != "cp_ransac") others.push_back(name);
+  }
+  return others;
+}
+
+/// False when only help was asked for.
+bool parse(const Arguments& arguments, TablesArguments& tables) {
+  const po::options_description options = describe(tables, arguments);
+  const char* usage =
+      "evaluate tables DIR... [options]\n\nMakes the paper's Tables 1-5 and the data of its Figures 5, 6, 8 and 9 on "
+      "each set.\nOptions of the pipeline hold for every method.";
+  const auto words = parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&tables.folders)}});
+  if (!words) return false;
+  const po::variables_map& given = *words;
+  if (tables.folders.empty()) throw std::invalid_argument("no folder or bag given; see evaluate tables --help");
+  for (const char* fixed : {"features", "first-group-fraction"}) {
+    if (!given[fixed].defaulted()) {
+      throw std::invalid_argument(std::string("--") + fixed +
+                                  " is varied by the tables; choose --presets and --ratios");
+    }
+  }
+  TablesPlan& plan = tables.plan;
+  requireAtLeastOne({{"--gap", plan.gap}, {"--pairs", plan.pairs}, {"--repeat", plan.repeats}});
+  if (!tables.presets.empty()) plan.presets = parsePositives(tables.presets, "--presets");
+  if (given.count("ratios")) {
+    plan.ratios.clear();
+    for (const std::string& text : splitAtCommas(given["ratios"].as<std::string>())) {
+      plan.ratios.push_back(parseRatio(text));
+    }
+  }
+  tables.plots = given.count("no-plots") == 0;
+  plan.base = tables.pipeline.options("cp_ransac");
+  plan.model = plan.base.robust.model;
+  plan.methods = comparedMethods(tables.pipeline);
+  return true;
+}
+
+std::vector<Dataset> openAll(const TablesArguments& tables) {
+  std::vector<Dataset> datasets;
+  std::set<std::string> names;
+  for (const std::string& folder : tables.folders) {
+    datasets.push_back(Dataset::open(folder, tables.dataset));
+    if (!names.insert(datasets.back().name()).second) {
+      throw std::invalid_argument("two sets are called " + datasets.back().name() + "; their names tell them apart");
+    }
+    if (datasets.back().pairs(tables.plan.gap, 1).empty()) {
+      throw std::invalid_argument(folder + ": no pair of images " + std::to_string(tables.plan.gap) + " apart");
+    }
+    for (const std::string& remark : remarks(datasets.back(), tables.plan.base)) std::cerr << remark << '\n';
+  }
+  return datasets;
+}
+
+/// Everything that decides the figures, for telling whether two folders of measurements belong together.
+json planRecord(const TablesPlan& plan) {
+  json record = {{"format", kRecordFormat},
+                 {"gap", plan.gap},
+                 {"pairs", plan.pairs},
+                 {"repeats", plan.repeats},
+                 {"presets", plan.presets},
+                 {"ratios", plan.ratios},
+                 {"methods", plan.methods},
+                 {"threads", plan.base.extractor.threads},
+                 {"options", optionsRecord(plan.base)}};
+  for (const Dataset& dataset : plan.datasets) record["sequences"].push_back(dataset.name());
+  return record;
+}
+
+/// Units in order: set, preset, pair. The pairs of a set are spread evenly over it.
+std::vector<TablesUnit> tablesUnits(const TablesPlan& plan) {
+  std::vector<TablesUnit> units;
+  for (const Dataset& dataset : plan.datasets) {
+    const std::vector<DatasetPair> all = dataset.pairs(plan.gap, 1);
+    const size_t count = std::min(all.size(), static_cast<size_t>(plan.pairs));
+    for (const int preset : plan.presets) {
+      for (size_t k = 0; k < count; ++k) units.push_back({&dataset, all[k * all.size() / count], preset});
+    }
+  }
+  return units;
+}
+
+/// cp_ransac at every ratio, every other method once, and at Table 4's preset the other models too.
+std::vector<TablesRun> tablesRuns(const TablesPlan& plan, int preset) {
+  std::vector<TablesRun> runs;
+  for (const double ratio : plan.ratios) runs.push_back({"cp_ransac", plan.model, ratio});
+  for (const std::string& method : plan.methods) runs.push_back({method, plan.model, kPaperRatio});
+  if (preset != kTable4Preset) return runs;
+  for (const ModelType model : {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography}) {
+    if (model == plan.model) continue;
+    runs.push_back({"cp_ransac", model, kPaperRatio});
+    for (const std::string& method : plan.methods) runs.push_back({method, model, kPaperRatio});
+  }
+  return runs;
+}
+
+Frame extracted(const Dataset& dataset, int index, MatchFilter& extractor) {
+  const cv::Mat image = dataset.image(index);
+  Frame frame;
+  double fastest = std::numeric_limits<double>::infinity();
+  for (int run = 0; run < kStageRuns; ++run) {
+    extractor.extract(image, frame, cv::Mat(), dataset.stamp(index));
+    fastest = std::min(fastest, frame.detect_seconds);
+  }
+  frame.detect_seconds = fastest;
+  return frame;
+}
+
+/// Processor time of this thread: other programs on the machine do not count.
+double processorSeconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+class TablesMeter {
+ public:
+  explicit TablesMeter(const TablesPlan& plan) : plan_(plan) {}
+
+  /// A record for every run of the unit and every repetition of its robust stage. Rounds go over all runs, so that a
+  /// disturbance costs each at most one of its rounds.
+  json measure(const TablesUnit& unit) {
+    const Dataset& dataset = *unit.dataset;
+    MatchFilterOptions extraction = plan_.base;
+    extraction.extractor.features = unit.preset;
+    if (unit.preset > kLastPresetOfDefaultFastThreshold) extraction.extractor.fast_threshold = 0;
+    MatchFilter extractor(extraction);
+    const Frame reference = extracted(dataset, unit.pair.reference, extractor);
+    const Frame current = extracted(dataset, unit.pair.current, extractor);
+    const Camera camera =
+        dataset.intrinsics() ? Camera(*dataset.intrinsics(), reference.features.image_size) : Camera();
+    const PairTruth truth(dataset, unit.pair, camera);
+
+    const std::vector<TablesRun> runs = tablesRuns(plan_, unit.preset);
+    std::vector<MatchResult> results(runs.size());
+    std::vector<StageTimes> fastest(runs.size());
+    for (int round = 0; round < kStageRuns; ++round) {
+      for (size_t i = 0; i < runs.size(); ++i) {
+        MatchFilter& filter = filterFor(runs[i]);
+        filter.setCamera(camera);
+        filter.filter(reference, current, results[i]);
+        const StageTimes& times = results[i].times;
+        if (round == 0) fastest[i] = times;
+        fastest[i].match = std::min(fastest[i].match, times.match);
+        fastest[i].gms = std::min(fastest[i].gms, times.gms);
+      }
+    }
+    json records = json::array();
+    for (int repeat = 0; repeat < plan_.repeats; ++repeat) {
+      for (size_t i = 0; i < runs.size(); ++i) {
+        MatchFilter& filter = filterFor(runs[i]);
+        MatchFilterOptions options = filter.options();
+        options.extractor.features = unit.preset;
+        options.robust.seed = plan_.base.robust.seed + static_cast<uint64_t>(repeat);
+        filter.setSeed(options.robust.seed);
+        filter.reset();
+        const double start = processorSeconds();
+        filter.estimate(reference, current, results[i]);
+        fastest[i].ransac = processorSeconds() - start;
+        results[i].times = fastest[i];
+        json record = answerRecord(options, results[i]);
+        record.update(pairRecord(dataset, unit.pair, plan_.gap));
+        record["repeat"] = repeat;
+        record["truth"] = truthRecord(truth, reference.features, current.features, results[i]);
+        record.erase("covariance");
+        records.push_back(std::move(record));
+      }
+    }
+    return records;
+  }
+
+ private:
+  MatchFilter& filterFor(const TablesRun& run) {
+    auto& filter = filters_[{run.method, run.model, run.ratio}];
+    if (!filter) {
+      MatchFilterOptions options = plan_.base;
+      options.method = run.method;
+      options.robust.model = run.model;
+      options.robust.first_group_fraction = run.ratio;
+      filter = std::make_unique<MatchFilter>(options);
+    }
+    return *filter;
+  }
+
+  const TablesPlan& plan_;
+  /// By method, model and ratio; kept, so that stages are warm.
+  std::map<std::tuple<std::string, ModelType, double>, std::unique_ptr<MatchFilter>> filters_;
+};
+
+/// Tables and plots of everything the folder holds. Returns the exit status.
+int reportTables(const WorkFolder& folder, bool plots) {
+  if (folder.unitsDone() == 0) return 0;
+  std::vector<std::string> arguments = {"tables", folder.path()};
+  if (!plots) arguments.push_back("--no-plots");
+  return Reporter(arguments).finish() ? 0 : kNoReport;
+}
+
+}  // namespace
+
+int evaluateTables(const Arguments& arguments) {
+  TablesArguments tables;
+  if (!parse(arguments, tables)) return 0;
+  const Shard shard = parseShard(tables.shard);
+  tables.plan.datasets = openAll(tables);
+  WorkFolder folder(tables.out);
+  folder.begin(planRecord(tables.plan), tables.resume);
+  const std::vector<TablesUnit> units = tablesUnits(tables.plan);
+  std::vector<int> numbers;
+  for (int unit = 0; unit < static_cast<int>(units.size()); ++unit) {
+    if (shard.owns(unit)) numbers.push_back(unit);
+  }
+  TablesMeter meter(tables.plan);
+  const auto measure = [&](int unit) { return meter.measure(units[static_cast<size_t>(unit)]); };
+  const InterruptWatch watch;
+  workThrough(folder, numbers, 1, measure);  // one at a time, for the times' sake
+  return statusOrInterrupted(reportTables(folder, tables.plots), "go on with the same command and --resume");
+}
+
+int evaluateMerge(const Arguments& arguments) {
+  std::string out = "tables";
+  std::vector<std::string> parts;
+  po::options_description options("Options");
+  options.add_options()("help,h", "this text")("out,o", po::value(&out)->default_value(out), "folder to write")(
+      "no-plots", "only CSV and Markdown");
+  const char* usage =
+      "evaluate merge PART... --out FOLDER\n\nJoins the folders that evaluate tables --shard i/n wrote with the same "
+      "options, and makes\nthe tables of all.";
+  const auto given = parseCommandLine(arguments, usage, options, {{"part", -1, po::value(&parts)}});
+  if (!given) return 0;
+  if (parts.empty()) throw std::invalid_argument("no folder to merge given; see evaluate merge --help");
+  WorkFolder merged(out);
+  for (size_t i = 0; i < parts.size(); ++i) {
+    WorkFolder part(parts[i]);
+    part.open();
+    if (i == 0) merged.begin(part.plan(), false);
+    merged.absorb(part);
+  }
+  return reportTables(merged, given->count("no-plots") == 0);
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,367 @@
+// `evaluate trust`: answers on sets with truth and on drawn scenes. The reporter counts wrong answers among the OK
+// ones, and checks covariances and match probabilities against the truth.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <stdexcept>
+
+#include <boost/program_options.hpp>
+
+#include "methods/method.h"
+#include "program.h"
+#include "run/evaluate_commands.h"
+#include "run/experiment.h"
+#include "run/metrics.h"
+#include "run/pipeline_options.h"
+#include "run/record.h"
+#include "run/truth_noise.h"
+#include "run/work_folder.h"
+#include "scenes/drawn_scenes.h"
+
+namespace gms_ransac {
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace po = boost::program_options;
+using nlohmann::json;
+
+/// Neighbouring pairs share images: enough of them to extract few images twice, few enough to spread over cores.
+constexpr int kPairsOfUnit = 24;
+constexpr size_t kBins = 10;  ///< of the probability of a match, of equal width
+
+struct TrustSet {
+  std::string path;
+  TruthNoise noise;
+};
+
+struct TrustPlan {
+  std::vector<TrustSet> sets;
+  std::vector<int> gaps = {1};
+  int stride = 1;
+  std::vector<DrawnScene> scenes;
+  int drawn_pairs = 100;                      ///< of each scene
+  std::vector<MatchFilterOptions> pipelines;  ///< one for each method
+  DatasetOptions dataset;
+};
+
+/// One piece of work: some neighbouring pairs of a set at a gap, or all pairs of a drawn scene.
+struct TrustUnit {
+  const TrustSet* set;  ///< null: drawn
+  const DrawnScene* scene;
+  int gap;  ///< 0: of a list of pairs
+  int first, count;
+};
+
+struct TrustArguments {
+  std::vector<std::string> folders, gaps, scenes;
+  std::string out = "trust";
+  int jobs = 1;
+  bool resume = false, tables = true;
+  TrustPlan plan;
+  PipelineArguments pipeline;
+};
+
+po::options_description describe(TrustArguments& trust, const Arguments& arguments) {
+  po::options_description options("Options");
+  auto add = options.add_options();
+  add("help,h", "this text");
+  add("scenes", po::value(&trust.scenes)->composing(),
+      "drawn scenes, by name or the beginning of names, with commas between; drawn: all of them");
+  add("list-scenes", "names the drawn scenes and ends");
+  add("pairs", po::value(&trust.plan.drawn_pairs)->default_value(trust.plan.drawn_pairs), "of each drawn scene");
+  add("gaps", po::value(&trust.gaps)->composing(),
+      "frames between reference and current of the sets, with commas between; default 1");
+  add("stride", po::value(&trust.plan.stride)->default_value(trust.plan.stride),
+      "frames between one pair and the next");
+  add("truth-rotation-sigma", po::value<double>(),
+      "noise of the sets' true rotation from image to image, degrees for each axis; default: by the kind of the set");
+  add("truth-translation-sigma", po::value<double>(), "of their true translation, metres for each axis");
+  add("truth-clock-sigma", po::value<double>(), "of the images' stamps against those of the truth, seconds");
+  add("truth-alignment-sigma", po::value<double>(),
+      "of the truth's axes against those of the camera, degrees about each");
+  add("out,o", po::value(&trust.out)->default_value(trust.out), "folder for records, pairs.csv, trust.md and plots");
+  add("resume", po::bool_switch(&trust.resume), "go on with what is in the folder already");
+  add("jobs,j", po::value(&trust.jobs)->default_value(trust.jobs), "pieces of work side by side");
+  add("no-report", "only records and pairs.csv");
+  addDatasetOptions(options, trust.plan.dataset);
+  trust.pipeline.addTo(options, arguments);
+  return options;
+}
+
+/// The scenes that a list asks for, in the order of the catalogue.
+std::vector<DrawnScene> chosenScenes(const std::vector<std::string>& lists) {
+  std::set<std::string> wanted;
+  for (const std::string& list : lists) {
+    for (const std::string& word : splitAtCommas(list)) {
+      const size_t before = wanted.size();
+      for (const DrawnScene& scene : drawnScenes()) {
+        if (word == "drawn" || scene.name.compare(0, word.size(), word) == 0) wanted.insert(scene.name);
+      }
+      if (wanted.size() == before) {
+        throw std::invalid_argument("--scenes holds '" + word +
+                                    "', with which no scene's name begins; see --list-scenes");
+      }
+    }
+  }
+  std::vector<DrawnScene> scenes;
+  for (const DrawnScene& scene : drawnScenes()) {
+    if (wanted.count(scene.name) > 0) scenes.push_back(scene);
+  }
+  return scenes;
+}
+
+/// The sets that a folder is or holds: itself, or its subfolders in the order of their names.
+std::vector<std::string> setsIn(const std::string& folder) {
+  const auto is_set = [](const fs::path& path) {
+    const auto holds = [&](const char* name) { return fs::exists(path / name); };
+    return holds("rgb.txt") || holds("pairs.txt") || holds("image_0") || holds("image_l");
+  };
+  if (!fs::is_directory(folder) || is_set(folder)) return {folder};  // a bag, or a set
+  std::vector<std::string> sets;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.is_directory() && is_set(entry.path())) sets.push_back(entry.path().string());
+  }
+  std::sort(sets.begin(), sets.end());
+  if (sets.empty()) return {folder};  // opening it reports what is missing
+  return sets;
+}
+
+/// The value of an option, times `factor`.
+std::optional<double> sigma(const po::variables_map& given, const char* option, double factor) {
+  if (given.count(option) == 0) return std::nullopt;
+  const double value = given[option].as<double>();
+  if (!(value >= 0)) throw std::invalid_argument(std::string("--") + option + " must not be negative");
+  return factor * value;
+}
+
+std::vector<TrustSet> chosenSets(const std::vector<std::string>& folders, const po::variables_map& given) {
+  const std::optional<double> rotation = sigma(given, "truth-rotation-sigma", 1 / kDegrees),
+                              translation = sigma(given, "truth-translation-sigma", 1),
+                              clock = sigma(given, "truth-clock-sigma", 1),
+                              alignment = sigma(given, "truth-alignment-sigma", 1 / kDegrees);
+  std::vector<TrustSet> sets;
+  for (const std::string& folder : folders) {
+    for (const std::string& path : setsIn(folder)) {
+      const TruthNoise kind = defaultTruthNoise(path);
+      sets.push_back({path,
+                      {rotation.value_or(kind.rotation), translation.value_or(kind.translation),
+                       clock.value_or(kind.clock), alignment.value_or(kind.alignment)}});
+    }
+  }
+  return sets;
+}
+
+/// False when only a text was asked for.
+bool parse(const Arguments& arguments, TrustArguments& trust) {
+  const po::options_description options = describe(trust, arguments);
+  const char* usage =
+      "evaluate trust [DIR...] [--scenes drawn] [options]\n\nDIR: a set with truth, as for evaluate run, or a folder "
+      "of such sets. Every method without --method.";
+  const auto words = parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&trust.folders)}});
+  if (!words) return false;
+  const po::variables_map& given = *words;
+  if (given.count("list-scenes")) {
+    for (const DrawnScene& scene : drawnScenes()) std::cout << scene.name << "\n    " << scene.summary << '\n';
+    return false;
+  }
+  trust.tables = given.count("no-report") == 0;
+  TrustPlan& plan = trust.plan;
+  requireAtLeastOne({{"--pairs", plan.drawn_pairs}, {"--stride", plan.stride}, {"--jobs", trust.jobs}});
+  if (!trust.gaps.empty()) plan.gaps.clear();
+  for (const std::string& list : trust.gaps) {
+    for (const int gap : parsePositives(list, "--gaps")) plan.gaps.push_back(gap);
+  }
+  plan.scenes = chosenScenes(trust.scenes);
+  plan.sets = chosenSets(trust.folders, given);
+  if (plan.sets.empty() && plan.scenes.empty()) {
+    throw std::invalid_argument("neither a folder nor --scenes given; see evaluate trust --help");
+  }
+  std::vector<std::string> names = parseMethodNames(trust.pipeline.methods);
+  if (names.empty()) {
+    for (const MethodEntry& method : methods()) names.push_back(method.name);
+  }
+  for (const std::string& name : names) plan.pipelines.push_back(trust.pipeline.options(name));
+  return true;
+}
+
+/// Everything that decides the figures, for telling whether two folders of measurements belong together.
+json planRecord(const TrustPlan& plan) {
+  json record = {{"format", kRecordFormat},
+                 {"gaps", plan.gaps},
+                 {"stride", plan.stride},
+                 {"drawn_pairs", plan.drawn_pairs},
+                 {"options", optionsRecord(plan.pipelines.front())}};
+  record["scenes"] = record["sets"] = record["methods"] = json::array();
+  for (const DrawnScene& scene : plan.scenes) record["scenes"].push_back(scene.name);
+  for (const TrustSet& set : plan.sets) {
+    record["sets"].push_back({{"name", setName(set.path)},
+                              {"truth_rotation_sigma_deg", kDegrees * set.noise.rotation},
+                              {"truth_translation_sigma_m", set.noise.translation},
+                              {"truth_clock_sigma_s", set.noise.clock},
+                              {"truth_alignment_sigma_deg", kDegrees * set.noise.alignment}});
+  }
+  for (const MatchFilterOptions& pipeline : plan.pipelines) record["methods"].push_back(pipeline.method);
+  return record;
+}
+
+/// Units in order: set, gap, pairs; then scenes. Says on stderr what the user should know of the sets.
+std::vector<TrustUnit> trustUnits(const TrustPlan& plan) {
+  std::vector<TrustUnit> units;
+  for (const TrustSet& set : plan.sets) {
+    const Dataset dataset = Dataset::open(set.path, plan.dataset);
+    for (const std::string& remark : remarks(dataset, plan.pipelines.front())) std::cerr << remark << '\n';
+    const bool listed = dataset.kind() == DatasetKind::kImagePairs;
+    for (const int gap : listed ? std::vector<int>{0} : plan.gaps) {
+      const int pairs = static_cast<int>(dataset.pairs(std::max(1, gap), plan.stride).size());
+      if (pairs == 0) std::cerr << dataset.name() << " has no images " << gap << " apart\n";
+      for (int first = 0; first < pairs; first += kPairsOfUnit) {
+        units.push_back({&set, nullptr, gap, first, std::min(kPairsOfUnit, pairs - first)});
+      }
+    }
+  }
+  for (const DrawnScene& scene : plan.scenes) units.push_back({nullptr, &scene, 0, 0, plan.drawn_pairs});
+  return units;
+}
+
+/// Matches by their probability, in ten bins: count, sum of probabilities and count of right ones of each.
+class Reliability {
+ public:
+  void add(float probability, bool right) {
+    const double clamped = std::clamp(static_cast<double>(probability), 0.0, 1.0);
+    double* bin = &numbers_[3 * std::min(kBins - 1, static_cast<size_t>(clamped * kBins))];
+    ++bin[0];
+    bin[1] += clamped;
+    bin[2] += right;
+  }
+  json record() const {
+    json rounded = json::array();
+    for (const double number : numbers_) rounded.push_back(std::round(1e4 * number) / 1e4);
+    return rounded;
+  }
+
+ private:
+  std::array<double, 3 * kBins> numbers_{};
+};
+
+/// Returns true if the points of a drawn match are within kCorrectWithin of their true displacement.
+bool isRight(const TwoViewScene& scene, size_t match) {
+  const PointPairs& pairs = scene.pairs;
+  const Eigen::Vector2d reference(pairs.x_reference[match], pairs.y_reference[match]);
+  const Eigen::Vector2d current(pairs.x_current[match], pairs.y_current[match]);
+  return (current - reference - scene.displacements[match]).norm() < kCorrectWithin;
+}
+
+json reliabilityRecord(const Answer& answer, const TruthNoise& noise, const ClockStep& step) {
+  Reliability reliability;
+  if (answer.result.robust.probability.empty()) return reliability.record();  // without a model nothing was weighed
+  const MatchLabel label(answer.truth, answer.camera, noise, step);
+  for (size_t i = 0; i < answer.result.matches.size(); ++i) {
+    if (answer.result.stage[i] == MatchStage::kRaw) continue;
+    const Match& match = answer.result.matches[i];
+    const std::optional<bool> right = label(answer.reference.keypoints[static_cast<size_t>(match.reference)].pt,
+                                            answer.current.keypoints[static_cast<size_t>(match.current)].pt);
+    if (right) reliability.add(answer.result.probability[i], *right);
+  }
+  return reliability.record();
+}
+
+/// Covariances of the true motion, row by row, in radians and metres, and what of its noise is the translation's own.
+json noiseRecord(const TruthNoise& noise, const ClockStep& step, const Eigen::Isometry3d& truth) {
+  if (noise.exact()) return nullptr;
+  const PairNoise of_pair(noise, step, truth);
+  return {{"rotation", std::vector<double>(of_pair.rotation.data(), of_pair.rotation.data() + 9)},
+          {"translation", std::vector<double>(of_pair.translation.data(), of_pair.translation.data() + 9)},
+          {"translation_sigma", noise.translation}};
+}
+
+json measureSet(const TrustPlan& plan, const TrustUnit& unit) {
+  const TruthNoise& noise = unit.set->noise;
+  const Dataset dataset = Dataset::open(unit.set->path, plan.dataset);
+  const std::vector<DatasetPair> pairs = dataset.pairs(std::max(1, unit.gap), plan.stride);
+  Experiment experiment(dataset, plan.pipelines);
+  json records = json::array();
+  for (int i = unit.first; i < unit.first + unit.count; ++i) {
+    const DatasetPair& pair = pairs[static_cast<size_t>(i)];
+    const ClockStep step = clockStep(dataset, pair, noise.clock);
+    experiment.run(pair, [&](const Answer& answer) {
+      json record = answerRecord(answer.options, answer.result);
+      record.update(pairRecord(dataset, pair, unit.gap));
+      record["kind"] = noise.exact() ? "rendered" : "real";
+      record["reliability"] = reliabilityRecord(answer, noise, step);
+      record["truth"] = nullptr;
+      if (const auto& truth = answer.truth.currentInReference()) {
+        record["truth"] = poseRecord(*truth, answer.result);
+        record["truth"]["moved"] = hasMoved(truth->translation().norm(), noise);
+        record["truth"]["noise"] = noiseRecord(noise, step, *truth);
+      }
+      records.push_back(std::move(record));
+    });
+  }
+  return records;
+}
+
+json measureScene(const TrustPlan& plan, const TrustUnit& unit) {
+  std::vector<std::unique_ptr<Method>> methods;
+  for (const MatchFilterOptions& pipeline : plan.pipelines) methods.push_back(makeMethod(pipeline));
+  MatchResult result;
+  json records = json::array();
+  for (int i = unit.first; i < unit.first + unit.count; ++i) {
+    const TwoViewScene scene = drawPair(*unit.scene, i);
+    Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
+    truth.linear() = scene.R.transpose();
+    truth.translation() = -scene.R.transpose() * scene.t;
+    for (size_t m = 0; m < methods.size(); ++m) {
+      methods[m]->reset();  // each pair is of another world
+      methods[m]->estimate(scene.pairs, scene.camera, result.robust);
+      result.status = statusOf(result.robust, scene.camera);
+      result.matches_gms = scene.pairs.size();
+      result.inliers = result.robust.inlier_count;
+      Reliability reliability;
+      for (size_t match = 0; match < result.robust.probability.size(); ++match) {
+        reliability.add(result.robust.probability[match], isRight(scene, match));
+      }
+      json record = answerRecord(plan.pipelines[m], result);
+      record.update({{"kind", "drawn"}, {"set", unit.scene->name}, {"reference", ""}, {"current", std::to_string(i)}});
+      record["gap"] = record["stamp"] = nullptr;
+      record["reliability"] = reliability.record();
+      record["truth"] = poseRecord(truth, result);
+      record["truth"]["moved"] = hasMoved(truth.translation().norm(), {});
+      record["truth"]["noise"] = nullptr;
+      records.push_back(std::move(record));
+    }
+  }
+  return records;
+}
+
+}  // namespace
+
+int evaluateTrust(const Arguments& arguments) {
+  TrustArguments trust;
+  if (!parse(arguments, trust)) return 0;
+  const TrustPlan& plan = trust.plan;
+  const std::vector<TrustUnit> units = trustUnits(plan);
+  WorkFolder folder(trust.out);
+  folder.begin(planRecord(plan), trust.resume);
+  std::vector<int> numbers(units.size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  const InterruptWatch watch;
+  workThrough(folder, numbers, trust.jobs, [&](int index) {
+    const TrustUnit& unit = units[static_cast<size_t>(index)];
+    return unit.set ? measureSet(plan, unit) : measureScene(plan, unit);
+  });
+  if (folder.unitsDone() > 0) {
+    std::vector<std::string> report = {"trust", trust.out};
+    if (!trust.tables) report.push_back("--no-tables");
+    Reporter(report).finish();
+  }
+  return statusOrInterrupted(0, "go on with the same command and --resume");
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,147 @@
+#include "run/truth_noise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "two_view/pose_model.h"
+
+namespace gms_ransac {
+
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+namespace fs = std::filesystem;
+
+constexpr double kMovedDeviations = 10;                   // of the truth's noise
+constexpr double kRounding = 1e-6;                        // metres, of exact poses that were written as text
+constexpr double kDeviations = 2;                         // of the truth's noise that a label allows for
+constexpr int kReach = static_cast<int>(kCorrectWithin);  // of surfaces about a keypoint, pixels
+constexpr double kNearest = 1;                            // metres; closest point to a camera that has not moved
+constexpr double kDegree = M_PI / 180;
+
+/// A 30 Hz camera without a trigger: its stamp is uniform between two frames. Seconds.
+const double kFrameClock = 1 / 30. / std::sqrt(12.);
+
+struct KindOfTruth {
+  const char* word;  ///< in the set's name, in small letters
+  TruthNoise noise;
+};
+const KindOfTruth kKinds[] = {
+    {"rendered", {0, 0, 0, 0}},
+    {"kitti", {0.01 * kDegree, 0.005, 0, 0.1 * kDegree}},
+    {"euroc", {0.05 * kDegree, 0.001, 0, 0}},
+    {"7scenes", {0.2 * kDegree, 0.01, kFrameClock, 0}},
+    {"tum", {0.2 * kDegree, 0.001, kFrameClock, 0}},
+    {"freiburg", {0.2 * kDegree, 0.001, kFrameClock, 0}},
+};
+
+/// The true motion of a pair whose images were taken `later` seconds after their stamps.
+std::optional<Isometry3d> motion(const Dataset& dataset, const DatasetPair& pair, double later) {
+  const auto poseOf = [&](int frame) -> std::optional<Isometry3d> {
+    const std::optional<double> stamp = dataset.stamp(frame);
+    return stamp ? dataset.truthAt(*stamp + later) : std::nullopt;
+  };
+  const auto reference = poseOf(pair.reference), current = poseOf(pair.current);
+  if (!reference || !current) return std::nullopt;
+  return reference->inverse() * *current;
+}
+
+/// Covariance of a vector in axes that are rotated by `sigma` about each.
+Matrix3d byRotation(double sigma, const Vector3d& v) {
+  return sigma * sigma * (v.squaredNorm() * Matrix3d::Identity() - v * v.transpose());
+}
+
+/// Standard deviation along the worst axis.
+double worst(const Matrix3d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues().maxCoeff()));
+}
+
+}  // namespace
+
+std::string setName(const std::string& path) {
+  const fs::path plain(path);
+  std::string name = (plain.has_filename() ? plain : plain.parent_path()).filename().string();
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  return name;
+}
+
+TruthNoise defaultTruthNoise(const std::string& path) {
+  const std::string name = setName(path);
+  for (const KindOfTruth& kind : kKinds) {
+    if (name.find(kind.word) != std::string::npos) return kind.noise;
+  }
+  return defaultTruthNoise(fs::exists(fs::path(path) / "poses.txt") ? "kitti" : "tum");
+}
+
+ClockStep clockStep(const Dataset& dataset, const DatasetPair& pair, double clock) {
+  ClockStep step;
+  if (clock == 0) return step;
+  const auto sooner = motion(dataset, pair, -clock), later = motion(dataset, pair, clock);
+  if (!sooner || !later) return step;
+  step.rotation = 0.5 * rotationVector(later->linear() * sooner->linear().transpose());
+  step.translation = 0.5 * (later->translation() - sooner->translation());
+  return step;
+}
+
+PairNoise::PairNoise(const TruthNoise& noise, const ClockStep& step, const Isometry3d& truth)
+    : rotation(noise.rotation * noise.rotation * Matrix3d::Identity()),
+      translation(noise.translation * noise.translation * Matrix3d::Identity()) {
+  rotation += step.rotation * step.rotation.transpose();
+  translation += step.translation * step.translation.transpose();
+  rotation += byRotation(noise.alignment, rotationVector(truth.linear()));
+  translation += byRotation(noise.alignment, truth.translation());
+}
+
+bool hasMoved(double baseline, const TruthNoise& noise) {
+  return baseline > kRounding && baseline >= kMovedDeviations * noise.translation;
+}
+
+MatchLabel::MatchLabel(const PairTruth& truth, const Camera& camera, const TruthNoise& noise, const ClockStep& step)
+    : truth_(truth), camera_(camera) {
+  if (!truth.currentInReference()) return;
+  baseline_ = truth.currentInReference()->translation().norm();
+  moved_ = hasMoved(baseline_, noise);
+  const PairNoise of_pair(noise, step, *truth.currentInReference());
+  rotation_sigma_ = worst(of_pair.rotation);
+  translation_sigma_ = worst(of_pair.translation);
+}
+
+std::optional<bool> MatchLabel::within(double distance, double pose_noise_px) {
+  const double limit = std::hypot(kCorrectWithin, kDeviations * pose_noise_px);
+  if (limit > kLoosestLabel) return std::nullopt;
+  return distance < limit;
+}
+
+double MatchLabel::parallax(const cv::Point2f& reference, const cv::Point2f& current) const {
+  const Matrix3d K = camera_.K();
+  const Matrix3d R = truth_.currentInReference()->linear().transpose();
+  const Vector3d rotated = K * R * K.inverse() * homogeneous(camera_.undistort(reference));
+  if (rotated.z() <= 0) return kLoosestLabel;
+  return (rotated - rotated.z() * homogeneous(camera_.undistort(current))).head<2>().norm() / rotated.z();
+}
+
+std::optional<bool> MatchLabel::operator()(const cv::Point2f& reference, const cv::Point2f& current) const {
+  const bool posed = truth_.currentInReference().has_value() && camera_.calibrated();
+  const double rotation_px = posed ? rotation_sigma_ * camera_.meanFocalLength() : 0;
+  if (truth_.hasTransfer()) {
+    const std::optional<double> distance = truth_.transferDistance(reference, current, kReach);
+    if (distance) return within(*distance, rotation_px);
+  }
+  if (!truth_.hasEpipolar()) return std::nullopt;
+  if (!posed) return within(truth_.epipolarDistance(reference, current), 0);
+  if (!moved_) {
+    const double translation_px = (baseline_ + translation_sigma_) / kNearest * camera_.meanFocalLength();
+    return within(parallax(reference, current), std::hypot(rotation_px, translation_px));
+  }
+  const double direction_px = translation_sigma_ / baseline_ * parallax(reference, current);
+  return within(truth_.epipolarDistance(reference, current), std::hypot(rotation_px, direction_px));
+}
+
+}  // namespace gms_ransac

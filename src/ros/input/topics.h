@@ -1,0 +1,22 @@
+// The topics of the graph: inputs that are remapped to a topic of another type, and images published elsewhere.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace gms_ransac {
+
+using Topics = std::map<std::string, std::string>;  ///< published topics: type by name
+
+struct InputTopic {
+  std::string name, topic, type;  ///< as remapped from; resolved; "package/Message"
+};
+
+/// One sentence for every input whose topic has another type, with the remedy; empty: none.
+std::string wrongTypes(const std::vector<InputTopic>& inputs, const Topics& published);
+
+/// "images are published on /a (image:=/a)": the topics of images outside the namespace `own`.
+std::string imagesElsewhere(const Topics& published, const std::string& own);
+
+}  // namespace gms_ransac

@@ -1,0 +1,83 @@
+// Gyroscope rates of the last seconds: their integral, a rotation, and their bias, learnt while the images show no
+// rotation.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "priors/sample_buffer.h"
+
+namespace gms_ransac {
+
+struct GyroSample {
+  double stamp = 0;                                ///< seconds
+  Eigen::Vector3d rate = Eigen::Vector3d::Zero();  ///< rad/s, in the axes of the sensor
+  double variance = 0;                             ///< of each axis, (rad/s)^2; 0: not told
+};
+
+/// X_at_start = R X_at_end, both in the axes of the sensor.
+struct GyroTurn {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< rad^2, of exp(rotation vector) R; of the samples' noise
+  double rate_change = 0;  ///< between its ends, rad/s: what a stamp that is wrong by a second would cost
+};
+
+class GyroBuffer : public SampleBuffer<GyroSample> {
+ public:
+  /// As SampleBuffer::add; ignores samples that are not finite.
+  void add(const GyroSample& sample);
+  /// Integrates rates minus `bias`, linear between samples. Returns an empty string, or what is missing, as the end of
+  /// a sentence.
+  std::string integrate(double from, double to, const Eigen::Vector3d& bias, GyroTurn& turn) const;
+
+  static constexpr double kLongestStep = 0.1;  ///< seconds between samples that are one motion; a tenth of a turn a
+                                               ///< second at 10 Hz, and ten times what an IMU leaves out
+  static constexpr double kUsualSigma = 0.01;  ///< rad/s, of a sample where nothing is told; a cheap MEMS gyro's
+
+ private:
+  Eigen::Vector3d rateAt(size_t after, double stamp) const;
+};
+
+/// Rotations of gyro and images over one interval, in the axes of the gyro.
+struct StillObservation {
+  double from = 0, to = 0;                               ///< seconds
+  Eigen::Vector3d gyro = Eigen::Vector3d::Zero();        ///< rotation vector, without any bias taken off
+  Eigen::Vector3d visual = Eigen::Vector3d::Zero();      ///< the same of the images
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of their difference, rad^2
+};
+
+/// A Kalman filter on three numbers that drift slowly.
+class GyroBias {
+ public:
+  GyroBias() { reset(); }
+  void reset();
+  /// Uses the observation if the images show no rotation: then neither extrinsics nor stamps matter. Of observations
+  /// with the same start, as while the reference is held, only the last counts.
+  void add(const StillObservation& observation);
+
+  const Eigen::Vector3d& bias() const { return with_pending_.bias; }              ///< rad/s
+  const Eigen::Matrix3d& covariance() const { return with_pending_.covariance; }  ///< (rad/s)^2
+  bool known() const { return observations_ > 0; }
+  int observations() const { return observations_; }
+
+  static constexpr double kStillRate = 0.01;  ///< rad/s below which the images show no rotation: half a degree a second
+  static constexpr double kFirstSigma = 0.05;  ///< rad/s, before anything is seen: three degrees a second, a cheap MEMS
+                                               ///< gyro's zero-rate offset
+  static constexpr double kDrift = 1e-4;       ///< rad/s a square root of a second
+
+ private:
+  struct State {
+    Eigen::Vector3d bias;
+    Eigen::Matrix3d covariance;
+    double stamp;
+  };
+  static State updated(State state, const StillObservation& observation);
+
+  State settled_, with_pending_;
+  std::optional<StillObservation> pending_;
+  int observations_ = 0;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,51 @@
+#include "priors/rotation_source.h"
+
+#include <utility>
+
+#include "priors/turns.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// Standard deviation of a turn between two poses whose own covariances do not tell it, as they grow with the way from
+// the start: a floor, radians, and a share of the turn.
+constexpr double kFloor = 0.005, kShare = 0.05;
+
+RotationPrior priorOf(const Eigen::Matrix3d& R) {
+  const double turn = kShare * vectorOf(R).norm();
+  RotationPrior prior;
+  prior.R = R;
+  prior.covariance.diagonal().setConstant(kFloor * kFloor + turn * turn);
+  return prior;
+}
+
+}  // namespace
+
+TfRotation::TfRotation(const std::string& fixed_frame, std::shared_ptr<TfLookup> tf)
+    : fixed_frame_(fixed_frame), tf_(std::move(tf)) {}
+
+bool TfRotation::reaches(const std::string& camera_frame, double stamp) {
+  return tf_->knows(fixed_frame_, camera_frame, stamp);
+}
+
+std::string TfRotation::between(const std::string& camera_frame, double from, double to, RotationPrior& prior) {
+  Eigen::Isometry3d start, end;
+  std::string problem = tf_->get(fixed_frame_, camera_frame, from, start);
+  if (problem.empty()) problem = tf_->get(fixed_frame_, camera_frame, to, end);
+  if (problem.empty()) prior = priorOf(start.linear().transpose() * end.linear());
+  return problem;
+}
+
+OdometryRotation::OdometryRotation(std::shared_ptr<OdometryInput> input) : input_(std::move(input)) {}
+
+bool OdometryRotation::reaches(const std::string& /*camera_frame*/, double stamp) { return input_->reaches(stamp); }
+
+std::string OdometryRotation::between(const std::string& camera_frame, double from, double to, RotationPrior& prior) {
+  OdometryMotion motion;
+  std::string problem = input_->between(camera_frame, from, to, motion);
+  if (problem.empty()) prior = priorOf(motion.motion.linear());
+  return problem;
+}
+
+}  // namespace gms_ransac

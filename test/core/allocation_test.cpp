@@ -1,0 +1,76 @@
+// The per-frame path of the core allocates nothing once it has seen a frame of each kind.
+#include <tuple>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "allocation_counter.h"
+#include "gms_ransac/match_filter.h"
+#include "scenes/scene.h"
+#include "two_view_scene.h"
+
+namespace gms_ransac {
+namespace {
+
+TEST(Allocation, CountsNewAndAlignedNew) {
+  const long before = g_allocations;
+  std::vector<int> plain(100);
+  struct alignas(64) Line {
+    char bytes[64];
+  };
+  std::vector<Line> aligned(3);
+  EXPECT_EQ(before + 2, g_allocations);
+  EXPECT_EQ(0U, reinterpret_cast<uintptr_t>(aligned.data()) % 64);
+}
+
+TEST(Allocation, OfLoProsacIsNoneOnceWarm) {
+  TwoViewSceneOptions options;
+  options.matches = 800;
+  options.octaves = true;
+  const TwoViewScene scene = makeTwoViewScene(options);
+  options.matches = 700;
+  options.seed = 3;
+  const TwoViewScene other = makeTwoViewScene(options);
+  const Camera camera = sceneCamera();
+  const auto estimator = makeEstimator("lo_prosac", {});
+  RobustResult result;
+  estimator->estimate(scene.pairs, camera, result);
+  const long before = g_allocations;
+  estimator->estimate(other.pairs, camera, result);
+  estimator->estimate(scene.pairs, camera, result);
+  EXPECT_EQ(before, g_allocations);
+}
+
+class PerFrameAllocation : public testing::TestWithParam<std::tuple<int, SearchMode, double>> {};
+
+TEST_P(PerFrameAllocation, IsNoneOnceWarm) {
+  constexpr int kFrames = 4;
+  const Scene scene{SceneOptions()};
+  std::vector<cv::Mat> images;
+  for (int i = 0; i < kFrames; ++i) images.push_back(scene.render(i).image);
+
+  MatchFilterOptions options;
+  options.method = "lo_prosac";
+  options.extractor.extractor = "simd_orb";
+  options.extractor.threads = options.matcher_threads = std::get<int>(GetParam());
+  options.search = std::get<SearchMode>(GetParam());
+  options.robust.rolling_shutter_readout = std::get<double>(GetParam());
+  MatchFilter filter(options);
+  filter.setCamera(Camera(scene.intrinsics(), images[0].size()));
+  double stamp = 0;
+  const auto status = [&](const cv::Mat& image) { return filter.process(image, cv::Mat(), stamp += 1 / 30.0).status; };
+  for (int round = 0; round < 2; ++round) {
+    for (const cv::Mat& image : images) status(image);
+  }
+  const long before = g_allocations;
+  for (const cv::Mat& image : images) EXPECT_EQ(Status::kOk, status(image));
+  EXPECT_EQ(before, g_allocations);
+}
+
+INSTANTIATE_TEST_SUITE_P(Threads, PerFrameAllocation,
+                         testing::Combine(testing::Values(1, 2, 4),
+                                          testing::Values(SearchMode::kFull, SearchMode::kGuided),
+                                          testing::Values(0, 0.02)));
+
+}  // namespace
+}  // namespace gms_ransac

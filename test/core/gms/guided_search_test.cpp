@@ -1,0 +1,365 @@
+// Guided search: no fewer right matches than a full one, the same as a full one where there is no common motion, and
+// the same on every instruction set.
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <Eigen/Geometry>
+
+#include "datasets/dataset.h"
+#include "gms/guided_search.h"
+#include "gms/motion_prediction.h"
+#include "gms_ransac/match_filter.h"
+#include "run/metrics.h"
+#include "run/pair_truth.h"
+#include "scenes/scene.h"
+#include "scenes/synthetic_pair.h"
+#include "shared_data.h"
+#include "simd_levels.h"
+
+namespace gms_ransac {
+namespace {
+
+bool same(const std::vector<Match>& a, const std::vector<Match>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Match& x, const Match& y) {
+    return x.reference == y.reference && x.current == y.current && x.distance == y.distance &&
+           x.second_distance == y.second_distance;
+  });
+}
+
+SceneOptions sceneOptions(const std::string& name, uint64_t seed = 3) {
+  SceneOptions options;
+  options.scene = name;
+  options.seed = seed;
+  return options;
+}
+
+const Scene& room() {
+  static const Scene scene(sceneOptions("room"));
+  return scene;
+}
+
+const Scene& otherRoom() {
+  static const Scene scene(sceneOptions("room", 4));
+  return scene;
+}
+
+Features extract(const cv::Mat& image, int count = 2000) {
+  FeatureExtractorOptions options;
+  options.features = count;
+  Features features;
+  makeFeatureExtractor(options)->extract(image, features);
+  return features;
+}
+
+std::vector<Match> matchFully(const Features& reference, const Features& current) {
+  std::vector<Match> matches;
+  HammingMatcher().match(reference.descriptors, current.descriptors, matches);
+  return matches;
+}
+
+std::vector<Match> matchGuided(const Features& reference, const Features& current,
+                               const HammingMatcherOptions& options = {}, const MotionPrediction* prior = nullptr) {
+  std::vector<Match> matches;
+  GuidedSearch(options, {}).match(reference, current, matches, prior);
+  return matches;
+}
+
+/// Matches that end within 3 px of where the point is, of frames of the room.
+int countRight(const std::vector<Match>& matches, const Features& reference, const Features& current, int from,
+               int to) {
+  return static_cast<int>(std::count_if(matches.begin(), matches.end(), [&](const Match& match) {
+    const cv::Point2f& a = reference.keypoints[static_cast<size_t>(match.reference)].pt;
+    const cv::Point2f& b = current.keypoints[static_cast<size_t>(match.current)].pt;
+    cv::Point2d truth;
+    return room().correspondence(from, cv::Point2d(a), to, truth) && cv::norm(truth - cv::Point2d(b)) < 3;
+  }));
+}
+
+TEST(GuidedSearch, FindsNoFewerRightMatches) {
+  const Features reference = extract(room().render(0).image);
+  for (const int gap : {1, 4}) {
+    const Features current = extract(room().render(gap).image);
+    const std::vector<Match> full = matchFully(reference, current), guided = matchGuided(reference, current);
+    EXPECT_LT(guided.size(), full.size());  // it was guided
+    const int right = countRight(full, reference, current, 0, gap);
+    EXPECT_GT(right, 500);
+    EXPECT_GE(countRight(guided, reference, current, 0, gap), 0.99 * right) << "gap " << gap;
+  }
+}
+
+TEST(GuidedSearch, KeepsTheOrderOfTheReference) {
+  const std::vector<Match> matches = matchGuided(extract(room().render(0).image), extract(room().render(1).image));
+  for (size_t i = 1; i < matches.size(); ++i) EXPECT_LT(matches[i - 1].reference, matches[i].reference);
+  for (const Match& match : matches) EXPECT_GE(match.second_distance, match.distance);
+}
+
+TEST(GuidedSearch, IsFullWhereNothingMovesTogether) {
+  const Features reference = extract(room().render(0).image), other = extract(otherRoom().render(0).image);
+  EXPECT_TRUE(same(matchFully(reference, other), matchGuided(reference, other)));
+}
+
+TEST(GuidedSearch, IsFullWithFewKeypoints) {
+  const Features reference = extract(room().render(0).image, 500), current = extract(room().render(1).image, 500);
+  EXPECT_TRUE(same(matchFully(reference, current), matchGuided(reference, current)));
+}
+
+TEST(GuidedSearch, TakesImagesWithoutKeypoints) {
+  const Features some = extract(room().render(0).image), none = extract(cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)));
+  EXPECT_EQ(0, none.size());
+  EXPECT_TRUE(matchGuided(some, none).empty());
+  EXPECT_TRUE(matchGuided(none, some).empty());
+}
+
+TEST(GuidedSearch, IsTheSameOnEveryInstructionSetAndForAnyNumberOfThreads) {
+  const Features reference = extract(room().render(0).image), current = extract(room().render(4).image);
+  const std::vector<Match> expected = matchGuided(reference, current, {false, 1, SimdLevel::kScalar});
+  for (const SimdLevel level : supportedLevels()) {
+    for (const int threads : {1, 2, 5}) {
+      EXPECT_TRUE(same(expected, matchGuided(reference, current, {false, threads, level}))) << toString(level);
+    }
+  }
+}
+
+TEST(GuidedSearch, RefusesMutualNeighbours) { EXPECT_THROW(GuidedSearch({true}, {}), std::invalid_argument); }
+
+/// One cell for the whole image, which stands still.
+MotionPrediction standstill() {
+  MotionPrediction prior;
+  prior.columns = prior.rows = 1;
+  CellMotion motion;
+  motion.known = true;
+  motion.reach = {20, 20};
+  prior.cells = {motion};
+  return prior;
+}
+
+TEST(GuidedSearch, DoesNotBelieveAPriorThatTheMatchesContradict) {
+  const Features reference = extract(room().render(0).image), current = extract(room().render(4).image);
+  const MotionPrediction prior = standstill();
+  const int without = countRight(matchGuided(reference, current), reference, current, 0, 4);
+  EXPECT_GE(countRight(matchGuided(reference, current, {}, &prior), reference, current, 0, 4), 0.99 * without);
+}
+
+TEST(GuidedSearch, DoesNotBelieveAPriorThatNothingConfirms) {
+  const Features reference = extract(room().render(0).image), other = extract(otherRoom().render(0).image);
+  const MotionPrediction prior = standstill();
+  EXPECT_TRUE(same(matchFully(reference, other), matchGuided(reference, other, {}, &prior)));
+}
+
+// A gyro says how the camera turned.
+
+/// The room, turning on the spot so many degrees a frame.
+Scene turningRoom(double degrees, const std::vector<double>& distortion = {}) {
+  SceneOptions options = sceneOptions("room");
+  options.step = options.sway = 0;
+  options.turn = degrees;
+  options.distortion = distortion;
+  return Scene(options);
+}
+
+Camera cameraOf(const Scene& scene) { return Camera(scene.intrinsics(), scene.options().size); }
+
+RotationPrior gyroOf(const Scene& scene, int from, int to) {
+  constexpr double kSigma = 0.1 * M_PI / 180;
+  RotationPrior prior;
+  prior.R = trueRelativePose(scene, from, to).R;
+  prior.covariance = kSigma * kSigma * Eigen::Matrix3d::Identity();
+  return prior;
+}
+
+/// What the wrong gyro says when the true one says `right`.
+std::vector<RotationPrior> wrongGyros(const RotationPrior& right) {
+  const Eigen::AngleAxisd turn(right.R);
+  const Eigen::Vector3d axis = turn.axis();
+  std::vector<RotationPrior> wrong(3, right);
+  wrong[0].R = Eigen::AngleAxisd(turn.angle(), Eigen::Vector3d(axis.y(), axis.z(), axis.x())).toRotationMatrix();
+  wrong[1].R = Eigen::Matrix3d::Identity();  // delayed: it has not turned yet
+  wrong[2].R = right.R.transpose();
+  return wrong;
+}
+
+int countRight(const Scene& scene, const Frame& reference, const Frame& current, const std::vector<Match>& matches) {
+  return static_cast<int>(std::count_if(matches.begin(), matches.end(), [&](const Match& match) {
+    const cv::Point2f& a = reference.features.keypoints[static_cast<size_t>(match.reference)].pt;
+    const cv::Point2f& b = current.features.keypoints[static_cast<size_t>(match.current)].pt;
+    cv::Point2d truth;
+    return scene.correspondence(0, cv::Point2d(a), 1, truth) && cv::norm(truth - cv::Point2d(b)) < 3;
+  }));
+}
+
+TEST(RotationPrediction, SaysWhereARotationTakesPoints) {
+  for (const auto& distortion : {std::vector<double>(), std::vector<double>{-0.28, 0.07, 0.0002, 0.00002, 0}}) {
+    const Scene scene = turningRoom(10, distortion);
+    MotionPrediction prediction;
+    predictRotation(gyroOf(scene, 0, 1), cameraOf(scene), prediction);
+    int points = 0;
+    for (int y = 0; y < 480; y += 16) {
+      for (int x = 0; x < 640; x += 16) {
+        const cv::Point2f from(static_cast<float>(x), static_cast<float>(y));
+        cv::Point2d truth;
+        const CellMotion* motion = prediction.at(from, scene.options().size);
+        if (!motion->known || !scene.correspondence(0, from, 1, truth)) continue;
+        EXPECT_LT(cv::norm(cv::Point2d(motion->predict(from)) - truth), 4) << x << ", " << y;
+        ++points;
+      }
+    }
+    EXPECT_GT(points, 600);
+  }
+}
+
+MatchFilterOptions optionsOf(SearchMode search) {
+  MatchFilterOptions options;
+  options.search = search;
+  return options;
+}
+
+/// Two images of a turning camera, compared with and without what a gyro says.
+class Turning : public testing::TestWithParam<double> {
+ protected:
+  Turning() : scene_(turningRoom(GetParam())) {
+    for (MatchFilter* filter : {&full_, &guided_}) filter->setCamera(cameraOf(scene_));
+    full_.extract(scene_.render(0).image, reference_);
+    full_.extract(scene_.render(1).image, current_);
+  }
+  MatchResult compare(MatchFilter& filter, const RotationPrior* prior) {
+    filter.reset();
+    MatchResult result;
+    filter.filter(reference_, current_, result, prior);
+    return result;
+  }
+  int right(const MatchResult& result) const { return countRight(scene_, reference_, current_, result.matches); }
+
+  Scene scene_;
+  MatchFilter full_{optionsOf(SearchMode::kFull)}, guided_{optionsOf(SearchMode::kGuided)};
+  Frame reference_, current_;
+};
+
+TEST_P(Turning, FindsNoFewerMatchesWithAGyro) {
+  const RotationPrior gyro = gyroOf(scene_, 0, 1);
+  const int with = right(compare(guided_, &gyro));
+  EXPECT_GE(with, right(compare(guided_, nullptr)));
+  EXPECT_GE(with, 0.99 * right(compare(full_, nullptr)));
+}
+
+TEST_P(Turning, FindsTheSameWithAGyroThatIsWrong) {
+  const std::vector<Match> alone = compare(guided_, nullptr).matches;
+  for (const RotationPrior& wrong : wrongGyros(gyroOf(scene_, 0, 1))) {
+    EXPECT_TRUE(same(alone, compare(guided_, &wrong).matches));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Degrees, Turning, testing::Values(5, 25, 35, 45));
+
+// Real images, whose turn a gyro is drawn from that is as wrong as the truth may be.
+
+RotationPrior gyroOf(const Eigen::Isometry3d& current_in_reference, double degrees, std::mt19937& random) {
+  const double sigma = degrees / kDegrees;
+  std::normal_distribution<double> error(0, sigma);
+  const Eigen::Vector3d drawn(error(random), error(random), error(random));
+  RotationPrior prior;
+  prior.R = Eigen::AngleAxisd(drawn.norm(), drawn.normalized()) * current_in_reference.rotation();
+  prior.covariance = sigma * sigma * Eigen::Matrix3d::Identity();
+  return prior;
+}
+
+/// One pair after another of a set of images, searched in one way.
+class SearchOfSet {
+ public:
+  explicit SearchOfSet(const Dataset& dataset) : dataset_(dataset), filter_(optionsOf(SearchMode::kGuided)) {}
+
+  void compare(const DatasetPair& pair, const Frame& reference, const Frame& current, const RotationPrior* prior) {
+    const Camera camera(*dataset_.intrinsics(), reference.features.image_size);
+    filter_.setCamera(camera);
+    filter_.reset();
+    filter_.filter(reference, current, result_, prior);
+    ++pairs;
+    const PairTruth truth(dataset_, pair, camera);
+    const MatchCounts counts = countEpipolar(truth, reference.features, current.features, result_);
+    right += counts.raw_correct;
+    right_inliers += counts.kept_correct;
+  }
+  MatchFilter& filter() { return filter_; }
+  const std::vector<Match>& matches() const { return result_.matches; }
+
+  int pairs = 0;
+  double right = 0, right_inliers = 0;
+
+ private:
+  const Dataset& dataset_;
+  MatchFilter filter_;
+  MatchResult result_;
+};
+
+TEST(RealTurns, AGyroLosesNoRightMatches) {
+  OPEN_OR_SKIP(dataset, "tum_fr1_rpy");
+  SearchOfSet alone(*dataset), with(*dataset), mirrored(*dataset);
+  std::mt19937 random(1);
+  for (const DatasetPair& pair : dataset->pairs(10, 10)) {
+    const PairTruth truth(*dataset, pair, Camera());
+    if (!truth.currentInReference()) continue;
+    Frame reference, current;
+    alone.filter().extract(dataset->image(pair.reference), reference);
+    alone.filter().extract(dataset->image(pair.current), current);
+    RotationPrior gyro = gyroOf(*truth.currentInReference(), 0.3, random);
+    alone.compare(pair, reference, current, nullptr);
+    with.compare(pair, reference, current, &gyro);
+    gyro.R.transposeInPlace();
+    mirrored.compare(pair, reference, current, &gyro);
+    EXPECT_TRUE(same(alone.matches(), mirrored.matches()));
+  }
+  EXPECT_EQ(5, alone.pairs);
+  EXPECT_GE(with.right, 0.99 * alone.right);
+  EXPECT_GE(with.right_inliers, 0.99 * alone.right_inliers);
+}
+
+/// Statuses and poses of a stream, once with each search.
+class StreamOfBoth : public testing::Test {
+ protected:
+  StreamOfBoth() : full_(optionsOf(SearchMode::kFull)), guided_(optionsOf(SearchMode::kGuided)) {
+    const Camera camera(room().intrinsics(), room().options().size);
+    full_.setCamera(camera);
+    guided_.setCamera(camera);
+  }
+  /// Status of the pair that the image ends; the same with both.
+  Status see(const cv::Mat& image) {
+    const Status expected = full_.process(image).status;
+    const MatchResult& result = guided_.process(image);
+    EXPECT_EQ(expected, result.status);
+    return result.status;
+  }
+  MatchFilter full_, guided_;
+};
+
+TEST_F(StreamOfBoth, SurvivesACut) {
+  EXPECT_EQ(Status::kFirstFrame, see(room().render(0).image));
+  EXPECT_EQ(Status::kOk, see(room().render(1).image));
+  EXPECT_NE(Status::kOk, see(otherRoom().render(0).image));
+  EXPECT_EQ(Status::kOk, see(otherRoom().render(1).image));
+}
+
+TEST_F(StreamOfBoth, SurvivesAFlash) {
+  see(room().render(0).image);
+  cv::Mat flash;
+  room().render(1).image.convertTo(flash, CV_8U, 0.3, 170);
+  see(flash);
+  see(room().render(2).image);
+  see(cv::Mat(room().options().size, CV_8UC1, cv::Scalar(255)));
+  EXPECT_NE(Status::kOk, see(room().render(3).image));
+  EXPECT_EQ(Status::kOk, see(room().render(4).image));
+}
+
+TEST_F(StreamOfBoth, SurvivesAKidnapping) {
+  see(room().render(0).image);
+  EXPECT_EQ(Status::kOk, see(room().render(1).image));
+  constexpr int kElsewhere = 150;
+  EXPECT_NE(Status::kOk, see(room().render(kElsewhere).image));
+  EXPECT_EQ(Status::kOk, see(room().render(kElsewhere + 1).image));
+}
+
+}  // namespace
+}  // namespace gms_ransac

@@ -1,0 +1,299 @@
+// Each step of the judgement by itself, against numbers that a formula or a simulation gives.
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <Eigen/LU>
+
+#include "judgement/camera_test.h"
+#include "judgement/match_noise.h"
+#include "judgement/other_motions.h"
+#include "judgement/pose_covariance.h"
+#include "judgement/pose_information.h"
+#include "judgement/rotation_explanation.h"
+#include "judgement/segmentation.h"
+#include "judgement/vuong.h"
+#include "two_view_scene.h"
+
+namespace gms_ransac {
+namespace {
+
+const ResidualKernels& kernels() { return residualKernels(detectSimdLevel()); }
+
+/// A scene whose points are judged at the optimum near its true motion.
+struct JudgedScene {
+  TwoViewScene scene;
+  TwoViewPoints points;
+  TwoViewPose pose;
+  MatchNoise noise;
+  PoseSummation summation;
+
+  explicit JudgedScene(const TwoViewSceneOptions& options) : scene(makeTwoViewScene(options)) {
+    points.set(scene.pairs, scene.camera, ModelType::kEssential, RobustOptions().inlierThreshold(), 0);
+    // Without a translation any direction is as good; the optimum is found from one.
+    pose = {scene.R, scene.t.norm() > 0 ? Eigen::Vector3d(scene.t.normalized()) : Eigen::Vector3d::UnitX()};
+    int64_t evaluations = 0;
+    const PoseModel model(kernels(), points.view());
+    model.refine(kRobustLoss, 50, pose, kEnough);
+    noise.measure(model, points.view(), pose, evaluations);
+    summation.sum(kernels(), points.view(), pose, noise.loss(), points.cells());
+  }
+  PoseCovariance covariance() const { return poseCovariance(summation.information(), pose, noise.sigma(), 0); }
+};
+
+TwoViewSceneOptions exactScene(uint64_t seed) {
+  TwoViewSceneOptions options;
+  options.seed = seed;
+  options.outlier_ratio = 0;
+  return options;
+}
+
+TEST(MatchNoiseStep, FindsTheSigmaThatWasDrawn) {
+  for (const float sigma : {0.1f, 0.3f, 1.f}) {
+    std::mt19937 random(3);
+    std::normal_distribution<float> normal(0, sigma);
+    std::uniform_real_distribution<float> uniform(-MatchNoise::kWindow, MatchNoise::kWindow);
+    std::vector<float> squares;
+    for (int i = 0; i < 4000; ++i) {
+      const float residual = i % 5 == 0 ? uniform(random) : normal(random);
+      squares.push_back(residual * residual);
+    }
+    MatchNoise noise;
+    noise.measure(squares, 4000);
+    EXPECT_NEAR(noise.sigma(), sigma, 0.05 * sigma);
+  }
+}
+
+TEST(MatchNoiseStep, OfASceneIsThatOfItsKeypoints) {
+  for (const double sigma : {0.2, 0.5}) {
+    TwoViewSceneOptions options = exactScene(1);
+    options.noise_px = sigma;
+    EXPECT_NEAR(JudgedScene(options).noise.sigma(), sigma, 0.05 * sigma);
+  }
+}
+
+/// The residual of a match in thresholds, signed.
+double signedResidual(const TwoViewPose& pose, const PointColumnsView& points, int i) {
+  const Eigen::Matrix3d E = pose.essential();
+  const Eigen::Vector3d p(points.x1[i], points.y1[i], 1), q(points.x2[i], points.y2[i], 1);
+  const double norm = (E * p).head<2>().squaredNorm() + (E.transpose() * q).head<2>().squaredNorm();
+  return q.dot(E * p) * std::sqrt(static_cast<double>(points.weight[i]) / norm);
+}
+
+TEST(PoseDerivatives, AreThoseOfSmallSteps) {
+  const JudgedScene judged(exactScene(2));
+  const PointColumnsView points = judged.points.view();
+  PointColumns storage;  // for aligned columns
+  std::vector<float> columns(static_cast<size_t>(DerivativeColumn::kCount * points.size) + kLanes);
+  auto* first = columns.data();
+  while (reinterpret_cast<size_t>(first) % (kLanes * sizeof(float)) != 0) ++first;
+  PoseModel(kernels(), points).differentiate(judged.pose, kRobustLoss, first);
+  Eigen::Vector3d basis[2];
+  PoseModel::tangent(judged.pose.t, basis);
+  constexpr double kStep = 1e-4;
+  for (int i = 0; i < points.count; i += 50) {
+    for (int k = 0; k < DerivativeColumn::kPoseCount; ++k) {
+      TwoViewPose moved = judged.pose;
+      if (k < 3) {
+        moved.R = rotationFromVector(kStep * Eigen::Vector3d::Unit(k)) * moved.R;
+      } else {
+        moved.t = (moved.t + kStep * basis[k - 3]).normalized();
+      }
+      const double change = (signedResidual(moved, points, i) - signedResidual(judged.pose, points, i)) / kStep;
+      EXPECT_NEAR(first[k * points.size + i], change, 0.01 * std::abs(change) + 0.2) << i << " " << k;
+    }
+  }
+}
+
+TEST(PoseCovarianceStep, IsTheSpreadOfTheEstimates) {
+  // Scenes that differ by the noise of their points alone would need a seed of its own for it; with 1000 points each
+  // the geometry is nearly the same.
+  constexpr int kScenes = 200;
+  double squares = 0, variances = 0, directions = 0, direction_variances = 0;
+  for (uint64_t seed = 1; seed <= kScenes; ++seed) {
+    const JudgedScene judged(exactScene(seed));
+    const PoseSquare covariance = judged.covariance().of_matches;
+    squares += rotationVector(judged.pose.R * judged.scene.R.transpose()).squaredNorm();
+    variances += covariance.topLeftCorner<3, 3>().trace();
+    directions += (judged.pose.t - judged.scene.t.normalized()).squaredNorm();
+    direction_variances += covariance.bottomRightCorner<2, 2>().trace();
+  }
+  // The sum of 200 squares is known to a tenth.
+  EXPECT_NEAR(squares / variances, 1, 0.3);
+  EXPECT_NEAR(directions / direction_variances, 1, 0.3);
+}
+
+TEST(PoseCovarianceStep, GrowsWithTheSquareOfTheNoise) {
+  const auto variance = [](double sigma) {
+    double sum = 0;
+    for (uint64_t seed = 1; seed <= 10; ++seed) {
+      TwoViewSceneOptions options = exactScene(seed);
+      options.noise_px = sigma;
+      sum += JudgedScene(options).covariance().of_matches.trace();
+    }
+    return sum;
+  };
+  EXPECT_NEAR(variance(0.4) / variance(0.2), 4, 0.6);
+}
+
+TEST(PoseCovarianceStep, DirectionSigmaIsThatOfTheWidestAxis) {
+  PoseSquare covariance = PoseSquare::Identity();
+  covariance.bottomRightCorner<2, 2>() << 5, 3, 3, 5;  // eigenvalues 8 and 2
+  EXPECT_DOUBLE_EQ(directionSigma(covariance), std::sqrt(8));
+}
+
+TEST(CameraTestStep, FindsTheFocalLengthThatIsWrong) {
+  double error = 0, information = 0;
+  for (uint64_t seed = 1; seed <= 10; ++seed) {
+    TwoViewSceneOptions options = exactScene(seed);
+    options.focal_error = 0.03;
+    const CameraTest camera = JudgedScene(options).covariance().camera;
+    EXPECT_GT(camera.statistic, 1) << seed;
+    error += camera.errors.value[CameraErrors::kFocalLength] * camera.errors.information[CameraErrors::kFocalLength];
+    information += camera.errors.information[CameraErrors::kFocalLength];
+  }
+  EXPECT_NEAR(std::abs(error / information), 0.03, 0.006);
+}
+
+TEST(CameraTestStep, IsSeldomContradictedByChance) {
+  int contradicted = 0;
+  for (uint64_t seed = 1; seed <= 100; ++seed) {
+    const CameraTest camera = JudgedScene(exactScene(seed)).covariance().camera;
+    contradicted += camera.statistic > 1;
+    if (camera.statistic < 0.3) EXPECT_LT(camera.second_moment(0, 0), 0.015 * 0.015) << seed;
+  }
+  EXPECT_LE(contradicted, 10);  // each of four groups in one of a hundred
+}
+
+TEST(Vuong, IsTheSumOverTheRootOfTheSquaresOfCells) {
+  std::vector<double> by_cell;
+  const std::vector<int32_t> cells = {0, 0, 1, 2, 3};
+  const auto statistic = [&](const std::vector<double>& differences) {
+    return vuongStatistic(5, cells, by_cell, [&](size_t i) { return differences[i]; });
+  };
+  EXPECT_DOUBLE_EQ(statistic({0.5, 0.5, 1, 1, 1}), 2);  // four cells of one
+  EXPECT_DOUBLE_EQ(statistic({1, 1, -2, 3, -3}), 0);    // a tie
+  EXPECT_DOUBLE_EQ(statistic({0, 0, 0, 0, 0}), 0);
+  EXPECT_DOUBLE_EQ(statistic({3, 0, 4, 0, 0}), 7. / 5);
+}
+
+RotationVerdict verdictOf(const JudgedScene& judged) {
+  RotationExplanation explanation;
+  int64_t evaluations = 0;
+  explanation.fit(kernels(), judged.points.view(), judged.pose, judged.noise, evaluations);
+  return explanation.compare(judged.points, judged.pose, judged.noise);
+}
+
+TEST(RotationExplanationStep, WinsWhereTheCameraOnlyRotates) {
+  TwoViewSceneOptions options = exactScene(1);
+  options.translation.setZero();
+  const RotationVerdict verdict = verdictOf(JudgedScene(options));
+  EXPECT_LT(verdict.against_rotation, 0);
+  EXPECT_GT(verdict.static_share, 0.9);
+  EXPECT_TRUE(verdict.rotationIsBetter());
+  EXPECT_EQ(verdict.doubt(), DirectionDoubt::kTurn);
+}
+
+TEST(RotationExplanationStep, LosesWhereTheCameraMoves) {
+  const RotationVerdict verdict = verdictOf(JudgedScene(exactScene(1)));
+  EXPECT_GT(verdict.against_rotation, 10);
+  EXPECT_GT(verdict.against_rolling, 5);
+  EXPECT_LT(verdict.static_share, 0.1);
+  EXPECT_EQ(verdict.doubt(), DirectionDoubt::kNone);
+}
+
+TEST(RotationExplanationStep, RollingShutterIsNoTranslation) {
+  TwoViewSceneOptions options = exactScene(1);
+  options.translation.setZero();
+  options.rotation = {0.03, -0.06, 0.03};
+  options.readout = 0.9;
+  const RotationVerdict verdict = verdictOf(JudgedScene(options));
+  EXPECT_LT(verdict.against_rolling, 0);
+}
+
+TEST(RotationExplanationStep, StaticShareIsThatOfTheBackground) {
+  TwoViewSceneOptions options = exactScene(1);
+  options.background = 0.4;
+  EXPECT_NEAR(verdictOf(JudgedScene(options)).static_share, 0.4, 0.1);
+}
+
+/// A scene in which the matches of the upper left 8 x 12 cells follow another motion.
+TwoViewScene brokenScene(uint64_t seed, double step) {
+  TwoViewScene scene = makeTwoViewScene(exactScene(seed));
+  for (size_t i = 0; i < scene.body.size(); ++i) {
+    if (scene.pairs.x_reference[i] < 0.4f * 640 && scene.pairs.y_reference[i] < 0.6f * 480) {
+      scene.pairs.x_current[i] += static_cast<float>(step);
+      scene.pairs.y_current[i] += static_cast<float>(step);
+    }
+  }
+  return scene;
+}
+
+TEST(SegmentationStep, FindsABreakWhereItIs) {
+  JudgedScene judged(exactScene(1));
+  const TwoViewScene broken = brokenScene(1, 0.8);
+  judged.points.set(broken.pairs, broken.camera, ModelType::kEssential, RobustOptions().inlierThreshold(), 0);
+  const PoseModel model(kernels(), judged.points.view());
+  int64_t evaluations = 0;
+  model.refine(kRobustLoss, 50, judged.pose, kEnough);
+  judged.noise.measure(model, judged.points.view(), judged.pose, evaluations);
+  judged.summation.sum(kernels(), judged.points.view(), judged.pose, judged.noise.loss(), judged.points.cells());
+  const PoseBreak found = findBreak(judged.summation, judged.covariance().with_camera);
+  EXPECT_GT(found.statistic, 27);
+  EXPECT_TRUE(found.holds(0));                // the upper left corner is on one side,
+  EXPECT_FALSE(found.holds(kCellCount - 1));  // the lower right one on the other
+  EXPECT_TRUE(found.holds(3 * kCellSide + 3));
+  EXPECT_FALSE(found.holds((kCellSide - 3) * kCellSide + kCellSide - 3));
+}
+
+TEST(SegmentationStep, ARigidWorldSeldomBreaks) {
+  int breaks = 0;
+  for (uint64_t seed = 1; seed <= 100; ++seed) {
+    JudgedScene judged(exactScene(seed));
+    breaks += findBreak(judged.summation, judged.covariance().with_camera).statistic > 27;
+  }
+  EXPECT_LE(breaks, 3);
+}
+
+TEST(OtherMotionsStep, AMotionIsNoOtherThanItself) {
+  const JudgedScene judged(exactScene(1));
+  OtherMotions others(kernels());
+  int64_t evaluations = 0;
+  const RefinedPose refined = {judged.pose, judged.points, judged.points.view(), judged.noise};
+  const Ambiguity same = others.compare(refined, 0.01, false, {{judged.pose}}, evaluations);
+  EXPECT_FALSE(same.other_direction);
+  EXPECT_TRUE(same.covariance.isZero());
+}
+
+TEST(OtherMotionsStep, WhatExplainsNothingIsRejected) {
+  const JudgedScene judged(exactScene(1));
+  TwoViewPose other = judged.pose;
+  other.t = judged.pose.t.cross(Eigen::Vector3d::UnitY()).normalized();
+  OtherMotions others(kernels());
+  int64_t evaluations = 0;
+  const RefinedPose refined = {judged.pose, judged.points, judged.points.view(), judged.noise};
+  EXPECT_FALSE(others.compare(refined, 0.001, false, {{other}}, evaluations).other_direction);
+}
+
+TEST(OtherMotionsStep, WithoutParallaxTwoDirectionsTie) {
+  TwoViewSceneOptions options = exactScene(1);
+  options.translation.setZero();
+  const JudgedScene judged(options);
+  TwoViewPose other = judged.pose;
+  Eigen::Vector3d basis[2];
+  PoseModel::tangent(judged.pose.t, basis);
+  other.t = basis[0];
+  OtherMotions others(kernels());
+  int64_t evaluations = 0;
+  const RefinedPose refined = {judged.pose, judged.points, judged.points.view(), judged.noise};
+  int ties = 0;
+  for (const Eigen::Vector3d& t : {basis[0], basis[1], Eigen::Vector3d(-basis[0]), Eigen::Vector3d(-basis[1])}) {
+    ties += others.compare(refined, 0.001, false, {{{judged.pose.R, t}, true}}, evaluations).other_direction;
+  }
+  EXPECT_GE(ties, 1);
+}
+
+}  // namespace
+}  // namespace gms_ransac

@@ -1,0 +1,255 @@
+// The pipeline as its callers see it.
+#include "gms_ransac/match_filter.h"
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "methods/method.h"
+#include "parameter.h"
+
+namespace gms_ransac {
+namespace {
+
+TEST(MatchFilter, RefusesAnUnknownMethodWithTheKnownOnes) {
+  MatchFilterOptions options;
+  options.method = "nonsense";
+  try {
+    MatchFilter filter(options);
+    FAIL() << "accepted an unknown method";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("cp_ransac"), std::string::npos);
+  }
+}
+
+TEST(MatchFilter, RefusesWhatIsNoNumberAndThreadsItDoesNotHave) {
+  const auto refuses = [](auto&& spoil) {
+    MatchFilterOptions options;
+    spoil(options);
+    EXPECT_THROW(options.validate(), std::invalid_argument);
+    EXPECT_THROW(MatchFilter{options}, std::invalid_argument);
+  };
+  for (const double value : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+    refuses([=](MatchFilterOptions& o) { o.extractor.pyramid_scale = value; });
+    refuses([=](MatchFilterOptions& o) { o.motion_statistics.threshold_factor = value; });
+    refuses([=](MatchFilterOptions& o) { o.lan_second_threshold_factor = value; });
+    refuses([=](MatchFilterOptions& o) { o.robust.inlier_threshold_px = value; });
+    refuses([=](MatchFilterOptions& o) { o.robust.target_inlier_ratio = value; });
+    for (double RobustOptions::*field : {&RobustOptions::success_probability, &RobustOptions::first_group_fraction,
+                                         &RobustOptions::subset_fraction, &RobustOptions::split_fraction}) {
+      refuses([=](MatchFilterOptions& o) { o.robust.*field = value; });
+    }
+  }
+  for (const int threads : {-1, 0, 65, 1000}) {
+    refuses([=](MatchFilterOptions& o) { o.matcher_threads = threads; });
+  }
+  EXPECT_NO_THROW(MatchFilterOptions().validate());
+}
+
+TEST(MatchFilter, FirstImageHasNothingToCompareWith) {
+  MatchFilter filter;
+  EXPECT_EQ(filter.process(cv::Mat::zeros(480, 640, CV_8UC1)).status, Status::kFirstFrame);
+  EXPECT_EQ(filter.process(cv::Mat::zeros(480, 640, CV_8UC1)).status, Status::kTooFewKeypoints);
+}
+
+class EstimateAgain : public testing::TestWithParam<const char*> {};
+
+TEST_P(EstimateAgain, AsIfTheSeedHadBeenGivenFirst) {
+  cv::Mat texture(300, 400, CV_8UC1), image, moved;
+  cv::RNG(1).fill(texture, cv::RNG::UNIFORM, 0, 256);
+  cv::GaussianBlur(texture, texture, cv::Size(), 2.0);
+  cv::normalize(texture, image, 0, 255, cv::NORM_MINMAX);
+  const cv::Matx33d motion(0.98, -0.1, 30, 0.1, 0.98, -12, 1e-5, 2e-5, 1);
+  cv::warpPerspective(image, moved, motion, image.size());
+
+  MatchFilterOptions options;
+  options.method = GetParam();
+  options.robust.model = ModelType::kHomography;
+  options.robust.max_iterations = 5;  // few enough that seeds differ
+  options.robust.seed = 7;
+  MatchFilter expected_filter(options);
+  options.robust.seed = 0;
+  MatchFilter filter(options);
+  Frame reference, current;
+  filter.extract(image, reference);
+  filter.extract(moved, current);
+  MatchResult expected, result;
+  expected_filter.filter(reference, current, expected);
+  filter.filter(reference, current, result);
+  filter.setSeed(7);
+  filter.estimate(reference, current, result);
+  EXPECT_GT(expected.inliers, 0);
+  EXPECT_EQ(result.status, expected.status);
+  EXPECT_EQ(result.inliers, expected.inliers);
+  EXPECT_EQ(result.stage, expected.stage);
+  EXPECT_EQ(result.robust.model, expected.robust.model);
+
+  // All that the estimate needs is in the result: a filter that never saw the pair gives the same.
+  result.clear(result.status);
+  filter.filter(reference, current, result);
+  options.robust.seed = 7;
+  MatchFilter(options).estimate(reference, current, result);
+  EXPECT_EQ(result.stage, expected.stage);
+  EXPECT_EQ(result.probability, expected.probability);
+  EXPECT_EQ(result.robust.model, expected.robust.model);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, EstimateAgain, testing::Values("ransac", "gms", "lan"));
+
+/// Random rectangles, and the same seen from four pixels to the right with a strip that moves by itself.
+std::pair<cv::Mat, cv::Mat> shiftedPair() {
+  cv::Mat wide(480, 700, CV_8UC1, cv::Scalar(90));
+  cv::RNG random(5);
+  for (int i = 0; i < 900; ++i) {
+    const cv::Point corner(random.uniform(0, 690), random.uniform(0, 470));
+    const cv::Size size(random.uniform(5, 40), random.uniform(5, 40));
+    cv::rectangle(wide, cv::Rect(corner, size), cv::Scalar(random.uniform(0, 255)), cv::FILLED);
+  }
+  cv::Mat second = wide(cv::Rect(4, 0, 640, 480)).clone();
+  wide(cv::Rect(30, 400, 640, 60)).copyTo(second(cv::Rect(0, 400, 640, 60)));
+  return {wide(cv::Rect(0, 0, 640, 480)).clone(), second};
+}
+
+MatchResult resultOf(const MatchFilterOptions& options) {
+  MatchFilter filter(options);
+  const auto [first, second] = shiftedPair();
+  filter.process(first);
+  return filter.process(second);
+}
+
+MatchResult resultOf(const std::string& method) {
+  MatchFilterOptions options;
+  options.method = method;
+  options.robust.model = ModelType::kHomography;
+  return resultOf(options);
+}
+
+TEST(MatchFilter, GmsAloneKeepsItsSurvivorsWhateverTheModelSays) {
+  for (const char* method : {"gms", "gms5"}) {
+    const MatchResult result = resultOf(method);
+    EXPECT_GT(result.matches_gms, 200) << method;
+    EXPECT_EQ(result.inliers, result.matches_gms) << method;
+    EXPECT_GT(result.inliers, result.robust.inlier_count) << method;  // the strip breaks the homography
+  }
+  EXPECT_EQ(resultOf("gms_ransac").inliers, resultOf("gms_ransac").robust.inlier_count);
+}
+
+TEST(MatchFilter, EveryModelWeighsItsMatches) {
+  for (const ModelType model : {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography}) {
+    for (const char* method : {"lo_prosac", "cp_ransac", "gms", "lan", "ransac"}) {
+      MatchFilterOptions options;
+      options.method = method;
+      options.robust.model = model;
+      const MatchResult result = resultOf(options);
+      const std::string what = toString(model) + std::string(" of ") + method;
+      ASSERT_TRUE(result.robust.model_found) << what;
+      ASSERT_EQ(result.probability.size(), result.matches.size()) << what;
+      int right = 0;
+      for (size_t i = 0; i < result.matches.size(); ++i) {
+        const float probability = result.probability[i];
+        EXPECT_TRUE(probability >= 0 && probability <= 1) << what << " " << i;
+        if (result.stage[i] == MatchStage::kRaw) {
+          EXPECT_EQ(probability, 0) << what << " " << i << ": not weighed";
+        }
+        if (result.stage[i] == MatchStage::kInlier) right += probability > 0.5f;
+      }
+      EXPECT_GT(right, result.robust.inlier_count / 2) << what;
+      EXPECT_GT(result.robust.sigma_px, 0) << what;
+      EXPECT_GE(result.robust.sigma(7, 1.2f), result.robust.sigma(0, 1.2f)) << what;
+    }
+  }
+}
+
+TEST(MatchFilter, MotionStatisticsRunOnlyForMethodsThatUseThem) {
+  const auto tells = [](const MatchResult& result) {
+    std::set<float> values;
+    for (size_t i = 0; i < result.matches.size(); ++i) {
+      if (result.stage[i] != MatchStage::kRaw) values.insert(result.confidence[i]);
+    }
+    return values;
+  };
+  for (const char* method : {"ransac", "rransac_tdd", "prosac", "subset_ransac", "split2080"}) {
+    EXPECT_EQ(tells(resultOf(method)), std::set<float>{1.f}) << method << " has no scores";
+  }
+  EXPECT_GT(tells(resultOf("gms_ransac")).size(), 1u);
+  MatchFilterOptions by_score;
+  by_score.method = "prosac";
+  by_score.robust.sort_key = SortKey::kScore;
+  EXPECT_GT(tells(resultOf(by_score)).size(), 1u) << "sorted by scores that are not there";
+}
+
+TEST(MatchFilter, DistanceConsistencyOnlyTakesAway) {
+  MatchFilterOptions options;
+  options.one_to_one = false;
+  options.method = "gms_ransac";
+  const MatchResult plain = resultOf(options);
+  options.method = "gms_dist_ransac";
+  const MatchResult consistent = resultOf(options);
+  EXPECT_GT(consistent.matches_gms, plain.matches_gms / 2);
+  EXPECT_LT(consistent.matches_gms, plain.matches_gms);
+  for (size_t i = 0; i < plain.stage.size(); ++i) {
+    EXPECT_TRUE(consistent.stage[i] == MatchStage::kRaw || plain.stage[i] != MatchStage::kRaw);
+  }
+}
+
+TEST(MatchFilter, AllMatchesMayBeSampled) {
+  MatchFilterOptions options;
+  options.method = "split2080";
+  options.robust.model = ModelType::kHomography;
+  options.robust.split_fraction = 1;
+  const MatchResult result = resultOf(options);
+  EXPECT_TRUE(result.robust.model_found);
+  EXPECT_GT(result.inliers, 100);
+}
+
+TEST(MatchFilter, LeavesOutMatchesWhoseRayTheCalibrationDoesNotSay) {
+  // Grows up to 152 px from the centre only.
+  const Camera folding({250, 250, 320, 240, "plumb_bob", {-0.4, 0, 0, 0, 0}}, {640, 480});
+  const auto [first, second] = shiftedPair();
+  for (const MethodEntry& method : methods()) {
+    MatchFilterOptions options;
+    options.method = method.name;
+    options.robust.model = ModelType::kHomography;
+    MatchFilter filter(options);
+    filter.setCamera(folding);
+    Frame reference, current;
+    filter.extract(first, reference);
+    filter.extract(second, current);
+    MatchResult result;
+    filter.filter(reference, current, result);
+    int inside = 0;
+    for (size_t i = 0; i < result.matches.size(); ++i) {
+      if (result.stage[i] == MatchStage::kRaw) continue;
+      ++inside;
+      const cv::Point2f p = reference.features.keypoints[static_cast<size_t>(result.matches[i].reference)].pt;
+      const cv::Point2f q = current.features.keypoints[static_cast<size_t>(result.matches[i].current)].pt;
+      EXPECT_LT(std::max(std::hypot(p.x - 320, p.y - 240), std::hypot(q.x - 320, q.y - 240)), 153) << method.name;
+    }
+    EXPECT_GT(inside, 20) << method.name;
+    EXPECT_EQ(inside, result.matches_gms) << method.name;
+  }
+}
+
+TEST(MatchFilter, LanChecksItsInliersAgain) {
+  MatchFilterOptions options;
+  options.method = "lan";
+  options.robust.model = ModelType::kHomography;
+  const MatchResult mutual = resultOf(options);
+  EXPECT_LT(mutual.matches.size(), static_cast<size_t>(mutual.keypoints_reference));
+  EXPECT_GT(mutual.inliers, 100);
+  options.lan_second_threshold_factor = 100;  // nothing can have so much support
+  EXPECT_EQ(resultOf(options).inliers, 0);
+  EXPECT_EQ(resultOf(options).status, Status::kRansacFailed);
+  EXPECT_FALSE(resultOf(options).robust.pose_found);
+  options.lan_second_threshold_factor.reset();
+  options.lan_mutual = false;
+  options.search = SearchMode::kFull;
+  EXPECT_EQ(resultOf(options).matches.size(), static_cast<size_t>(resultOf(options).keypoints_reference));
+}
+
+}  // namespace
+}  // namespace gms_ransac

@@ -1,0 +1,180 @@
+// The matcher against a double loop: every instruction set, ties, odd sizes, both directions, two threads.
+#include "gms_ransac/hamming_matcher.h"
+
+#include <random>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/features2d.hpp>
+
+#include "matching/hamming_kernels.h"
+#include "simd_levels.h"
+
+namespace gms_ransac {
+namespace {
+
+/// How random the bits are decides how many ties there are.
+enum class Bits { kRandom, kTwoBytes, kAllEqual, kOpposite };
+
+DescriptorSet makeDescriptors(int n, Bits bits, uint32_t seed) {
+  std::mt19937 random(seed);
+  cv::Mat rows(n, kDescriptorBytes, CV_8U, cv::Scalar(0x5a));
+  for (int i = 0; i < n; ++i) {
+    uint8_t* row = rows.ptr(i);
+    if (bits == Bits::kRandom) {
+      for (int b = 0; b < kDescriptorBytes; ++b) row[b] = static_cast<uint8_t>(random());
+    } else if (bits == Bits::kTwoBytes) {
+      row[random() % kDescriptorBytes] = static_cast<uint8_t>(random());
+      row[random() % kDescriptorBytes] = static_cast<uint8_t>(random());
+    } else if (bits == Bits::kOpposite) {
+      // Two complementary patterns, sometimes one bit off: distances of 0, 1, 255 and 256.
+      for (int b = 0; b < kDescriptorBytes; ++b) row[b] = seed % 2 ? 0x0f : 0xf0;
+      if (random() % 16 == 0) row[random() % kDescriptorBytes] ^= 1;
+    }
+  }
+  DescriptorSet set;
+  set.assign(rows);
+  return set;
+}
+
+struct Truth {
+  std::vector<Match> nearest, mutual;
+};
+
+Truth doubleLoop(const DescriptorSet& reference, const DescriptorSet& current) {
+  Truth truth;
+  if (current.size() == 0) return truth;
+  std::vector<int> reverse_distance(current.size(), 257), reverse_index(current.size(), -1);
+  for (int i = 0; i < reference.size(); ++i) {
+    Match match{i, -1, 257, 257};
+    for (int j = 0; j < current.size(); ++j) {
+      const int distance = hammingDistance(reference.row(i), current.row(j));
+      if (distance < match.distance) {
+        match.second_distance = match.distance;
+        match.distance = static_cast<uint16_t>(distance);
+        match.current = j;
+      } else if (distance < match.second_distance) {
+        match.second_distance = static_cast<uint16_t>(distance);
+      }
+      if (distance < reverse_distance[j]) {
+        reverse_distance[j] = distance;
+        reverse_index[j] = i;
+      }
+    }
+    truth.nearest.push_back(match);
+  }
+  for (const Match& match : truth.nearest) {
+    if (reverse_index[match.current] == match.reference) truth.mutual.push_back(match);
+  }
+  return truth;
+}
+
+void expectEqual(const std::vector<Match>& expected, const std::vector<Match>& found) {
+  ASSERT_EQ(expected.size(), found.size());
+  for (size_t i = 0; i < expected.size(); ++i) {
+    ASSERT_EQ(expected[i].reference, found[i].reference) << "match " << i;
+    ASSERT_EQ(expected[i].current, found[i].current) << "match " << i;
+    ASSERT_EQ(expected[i].distance, found[i].distance) << "match " << i;
+    ASSERT_EQ(expected[i].second_distance, found[i].second_distance) << "match " << i;
+  }
+}
+
+class HammingMatcherTest : public testing::TestWithParam<SimdLevel> {
+ protected:
+  void compare(int references, int currents, Bits bits, uint32_t seed) {
+    SCOPED_TRACE(std::to_string(references) + " x " + std::to_string(currents) + ", bits " +
+                 std::to_string(static_cast<int>(bits)) + ", seed " + std::to_string(seed));
+    const DescriptorSet reference = makeDescriptors(references, bits, seed);
+    DescriptorSet current = makeDescriptors(currents, bits, seed + 1);
+    current.pack(GetParam());
+    const Truth truth = doubleLoop(reference, current);
+    for (int threads : {1, 2, 5}) {
+      std::vector<Match> found;
+      HammingMatcher({false, threads, GetParam()}).match(reference, current, found);
+      expectEqual(truth.nearest, found);
+      HammingMatcher({true, threads, GetParam()}).match(reference, current, found);
+      expectEqual(truth.mutual, found);
+      if (HasFatalFailure()) return;
+    }
+  }
+};
+
+TEST_P(HammingMatcherTest, EqualsDoubleLoopForEverySize) {
+  for (Bits bits : {Bits::kRandom, Bits::kTwoBytes, Bits::kAllEqual, Bits::kOpposite}) {
+    for (int references : {0, 1, 7, 33, 600}) {
+      for (int currents : {0, 1, 2, 7, 33, 127, 128, 129, 256, 600}) compare(references, currents, bits, 17);
+    }
+  }
+}
+
+TEST_P(HammingMatcherTest, EqualsDoubleLoopBeyondOneRunOfQueries) {
+  compare(4097, 4097, Bits::kRandom, 3);
+  compare(4097, 333, Bits::kTwoBytes, 4);
+  compare(4097, 65, Bits::kAllEqual, 4);
+}
+
+TEST_P(HammingMatcherTest, EqualsDoubleLoopBeyondOneRunOfTrainDescriptors) {
+  compare(9, 70000, Bits::kTwoBytes, 8);
+  compare(9, 140001, Bits::kRandom, 9);
+}
+
+TEST_P(HammingMatcherTest, StorageIsReusedAcrossSizes) {
+  HammingMatcher matcher({true, 1, GetParam()});
+  DescriptorSet reference, current;
+  std::vector<Match> found;
+  for (int n : {900, 1, 33, 0, 500}) {
+    reference = makeDescriptors(n, Bits::kTwoBytes, 1);
+    current = makeDescriptors(n + 5, Bits::kTwoBytes, 2);
+    matcher.match(reference, current, found);
+    expectEqual(doubleLoop(reference, current).mutual, found);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Levels, HammingMatcherTest, testing::ValuesIn(supportedLevels()),
+                         [](const auto& info) { return toString(info.param); });
+
+TEST(HammingMatcher, AgreesWithOpenCV) {
+  const DescriptorSet reference = makeDescriptors(500, Bits::kTwoBytes, 1);
+  const DescriptorSet current = makeDescriptors(400, Bits::kTwoBytes, 2);
+  std::vector<Match> found;
+  HammingMatcher().match(reference, current, found);
+  std::vector<cv::DMatch> expected;
+  cv::BFMatcher(cv::NORM_HAMMING).match(reference.asMat(), current.asMat(), expected);
+  ASSERT_EQ(expected.size(), found.size());
+  for (size_t i = 0; i < found.size(); ++i) {
+    EXPECT_EQ(expected[i].trainIdx, found[i].current);
+    EXPECT_EQ(expected[i].distance, static_cast<float>(found[i].distance));
+  }
+}
+
+TEST(HammingMatcher, PortableKernelEqualsDoubleLoop) {
+  const DescriptorSet reference = makeDescriptors(120, Bits::kTwoBytes, 1);
+  const DescriptorSet current = makeDescriptors(77, Bits::kTwoBytes, 2);
+  std::vector<NearestTwo> nearest(120);
+  HammingSearch search;
+  search.queries = reference.row(0);
+  search.last_query = 120;
+  search.train = current.row(0);
+  search.train_count = 77;
+  search.nearest = nearest.data();
+  kHammingKernelPortable.search(search);
+  const Truth truth = doubleLoop(reference, current);
+  for (int i = 0; i < 120; ++i) {
+    EXPECT_EQ(truth.nearest[i].current, nearest[i].index);
+    EXPECT_EQ(truth.nearest[i].second_distance, nearest[i].second_distance);
+  }
+}
+
+TEST(HammingMatcher, RefusesBadOptionsAndDescriptors) {
+  HammingMatcherOptions options;
+  options.threads = 65;
+  EXPECT_THROW(HammingMatcher{options}, std::invalid_argument);
+  DescriptorSet set;
+  EXPECT_THROW(set.assign(cv::Mat(3, 31, CV_8U)), std::invalid_argument);
+  EXPECT_THROW(set.assign(cv::Mat(3, 32, CV_32F)), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace gms_ransac

@@ -1,0 +1,362 @@
+// Every method on scenes whose truth is exact, and on data that has no model.
+#include "gms_ransac/point_pairs.h"
+#include "gms_ransac/robust_options.h"
+#include "gms_ransac/robust_result.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
+
+#include "simd_levels.h"
+#include "two_view_scene.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr ModelType kModels[] = {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography};
+
+RobustOptions optionsFor(ModelType model) {
+  RobustOptions options;
+  options.model = model;
+  options.success_probability = 0.9999;
+  options.seed = 7;
+  return options;
+}
+
+RobustResult estimate(const std::string& method, const RobustOptions& options, const TwoViewScene& pair) {
+  RobustResult result;
+  makeEstimator(method, options)->estimate(pair.pairs, pair.camera, result);
+  return result;
+}
+
+/// Residual in pixels, written independently of the core: Sampson, or the root mean square transfer of a homography.
+double residual(const RobustResult& result, const TwoViewScene& pair, size_t i) {
+  const double f = result.model_type == ModelType::kEssential ? pair.camera.meanFocalLength() : 1;
+  Eigen::Vector3d p(pair.pairs.x_reference[i], pair.pairs.y_reference[i], 1);
+  Eigen::Vector3d q(pair.pairs.x_current[i], pair.pairs.y_current[i], 1);
+  if (result.model_type == ModelType::kEssential) {
+    p = pair.camera.K().inverse() * p;
+    q = pair.camera.K().inverse() * q;
+  }
+  if (result.model_type == ModelType::kHomography) {
+    const double forward = ((result.model * p).hnormalized() - q.hnormalized()).norm();
+    const double backward = ((result.model.inverse() * q).hnormalized() - p.hnormalized()).norm();
+    return std::sqrt((forward * forward + backward * backward) / 2);
+  }
+  const Eigen::Vector3d line_q = result.model * p, line_p = result.model.transpose() * q;
+  return f * std::abs(q.dot(line_q)) / std::hypot(line_q.head<2>().norm(), line_p.head<2>().norm());
+}
+
+class EveryMethod : public testing::TestWithParam<std::string> {};
+
+/// What 0.3 px of noise in 1000 matches cost at a share of outliers: half as much again as the worst method has.
+struct AccuracyLimit {
+  double outliers, rotation, direction;  ///< the errors in degrees
+};
+constexpr AccuracyLimit kAccuracyLimits[] = {{0.1, 0.05, 1.5}, {0.4, 0.075, 0.85}, {0.7, 0.085, 1.2}};
+/// Of the correct matches, with six tenths or more of all correct; a fundamental matrix from three tenths is rougher.
+constexpr double kLeastRecall = 0.98, kLeastRecallOfRough = 0.8;
+
+TEST_P(EveryMethod, FindsTheModelAndThePose) {
+  for (ModelType model : kModels) {
+    for (const AccuracyLimit& limit : kAccuracyLimits) {
+      TwoViewSceneOptions scene;
+      scene.outlier_ratio = limit.outliers;
+      scene.shape = model == ModelType::kHomography ? SceneShape::kPlane : SceneShape::kVolume;
+      const TwoViewScene pair = makeTwoViewScene(scene);
+      RobustOptions options = optionsFor(model);
+      options.max_iterations = 20000;  // seven points at 70 % outliers ask for 42000 at full confidence
+      const RobustResult result = estimate(GetParam(), options, pair);
+      SCOPED_TRACE(toString(model) + ", outliers " + std::to_string(limit.outliers));
+      ASSERT_TRUE(result.model_found);
+      ASSERT_TRUE(result.pose_found);
+      EXPECT_NE(result.translation_observable, result.doubt == DirectionDoubt::kOtherMotion);
+      EXPECT_TRUE(result.translation_observable || model == ModelType::kHomography);
+      const PoseErrors errors =
+          result.doubt == DirectionDoubt::kOtherMotion ? planePoseErrors(result, pair) : poseErrors(result, pair);
+      EXPECT_LT(errors.rotation, limit.rotation);
+      EXPECT_LT(errors.direction, limit.direction);
+      const auto correct = static_cast<double>(std::count(pair.correct.begin(), pair.correct.end(), 1));
+      const bool rough = model == ModelType::kFundamental && limit.outliers > 0.5;
+      EXPECT_GT(correctKept(result, pair), (rough ? kLeastRecallOfRough : kLeastRecall) * correct);
+      EXPECT_GT(correctKept(result, pair), 0.96 * result.inlier_count);
+    }
+  }
+}
+
+/// What a model can be found in: a plane for a homography, points in depth for the others; three tenths are wrong.
+TwoViewScene sceneFor(ModelType model, int matches = 1000) {
+  TwoViewSceneOptions options;
+  options.matches = matches;
+  options.shape = model == ModelType::kHomography ? SceneShape::kPlane : SceneShape::kVolume;
+  return makeTwoViewScene(options);
+}
+
+/// Most of what sceneFor() offers was found.
+bool isAnswer(const RobustResult& result, const TwoViewScene& scene) {
+  return result.model_found && result.pose_found && result.inlier_count > 0.6 * scene.pairs.size();
+}
+
+TEST_P(EveryMethod, KeepsTheMatchesWithinItsThresholdAndNoOther) {
+  for (ModelType model : kModels) {
+    const TwoViewScene pair = sceneFor(model);
+    const RobustOptions options = optionsFor(model);
+    const RobustResult result = estimate(GetParam(), options, pair);
+    ASSERT_TRUE(isAnswer(result, pair));
+    ASSERT_EQ(result.inlier.size(), pair.correct.size());
+    int count = 0, beyond = 0, left_out = 0;
+    for (size_t i = 0; i < result.inlier.size(); ++i) {
+      const double relative = residual(result, pair, i) / options.inlierThreshold();
+      count += result.inlier[i];
+      beyond += result.inlier[i] && relative > 1 + 1e-6;
+      left_out += !result.inlier[i] && relative < 1 - 1e-6;
+    }
+    EXPECT_EQ(count, result.inlier_count);
+    EXPECT_EQ(beyond, 0);
+    EXPECT_EQ(left_out, 0);
+  }
+}
+
+TEST_P(EveryMethod, RepeatsItselfForASeed) {
+  for (ModelType model : kModels) {
+    const TwoViewScene pair = sceneFor(model), other = sceneFor(model, 500);
+    const auto estimator = makeEstimator(GetParam(), optionsFor(model));
+    RobustResult first, between, second;
+    estimator->estimate(pair.pairs, pair.camera, first);
+    estimator->estimate(other.pairs, other.camera, between);
+    estimator->reset();
+    estimator->estimate(pair.pairs, pair.camera, second);
+    ASSERT_TRUE(isAnswer(first, pair));
+    ASSERT_TRUE(isAnswer(between, other));
+    EXPECT_EQ(first.inlier, second.inlier);
+    EXPECT_EQ(first.model, second.model);
+    EXPECT_EQ(first.effort.hypotheses, second.effort.hypotheses);
+    EXPECT_EQ(first.effort.point_evaluations, second.effort.point_evaluations);
+    EXPECT_EQ(first.inlier, estimate(GetParam(), optionsFor(model), pair).inlier);
+  }
+}
+
+TEST_P(EveryMethod, StaysHonestOnPureRotation) {
+  TwoViewSceneOptions scene;
+  scene.translation.setZero();
+  const TwoViewScene pair = makeTwoViewScene(scene);
+  for (ModelType model : {ModelType::kEssential, ModelType::kHomography}) {
+    const RobustResult result = estimate(GetParam(), optionsFor(model), pair);
+    ASSERT_TRUE(result.model_found);
+    EXPECT_FALSE(result.translation_observable);
+    ASSERT_TRUE(result.pose_found);
+    EXPECT_LT(rotationError(result.pose.R, pair.R.transpose()), 1.0);
+  }
+}
+
+TEST_P(EveryMethod, GivesRotationsToRounding) {
+  // Little motion and few matches: where the roots of the five-point solver are least accurate.
+  TwoViewSceneOptions scene;
+  scene.matches = 60;
+  scene.outlier_ratio = 0.1;
+  int poses = 0;
+  for (scene.seed = 1; scene.seed <= 300; ++scene.seed) {
+    scene.translation = Eigen::Vector3d(0.02, -0.005, 0.01) * static_cast<double>(scene.seed % 3);
+    RobustOptions options = optionsFor(ModelType::kEssential);
+    options.max_iterations = 100;
+    const RobustResult result = estimate(GetParam(), options, makeTwoViewScene(scene));
+    if (!result.pose_found) continue;
+    ++poses;
+    const Eigen::Matrix3d& R = result.pose.R;
+    EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-12) << scene.seed;
+    EXPECT_GT(R.determinant(), 0) << scene.seed;
+  }
+  EXPECT_GT(poses, 200);
+}
+
+TEST_P(EveryMethod, IsNotMisledByPointsWithoutCoordinates) {
+  for (ModelType model : kModels) {
+    TwoViewSceneOptions scene;
+    scene.matches = 500;
+    scene.shape = model == ModelType::kHomography ? SceneShape::kPlane : SceneShape::kVolume;
+    const TwoViewScene clean = makeTwoViewScene(scene);
+    const RobustResult expected = estimate(GetParam(), optionsFor(model), clean);
+    for (const float value : {NAN, INFINITY, -INFINITY, 1e30f, -1e30f, 1e7f}) {
+      for (auto column :
+           {&PointPairs::x_reference, &PointPairs::y_reference, &PointPairs::x_current, &PointPairs::y_current}) {
+        TwoViewScene spoilt = clean;
+        (spoilt.pairs.*column)[77] = value;
+        SCOPED_TRACE(toString(model) + " " + std::to_string(value));
+        const RobustResult result = estimate(GetParam(), optionsFor(model), spoilt);
+        ASSERT_TRUE(result.model_found);
+        ASSERT_TRUE(result.pose_found);
+        EXPECT_FALSE(result.inlier[77]);
+        EXPECT_GT(result.inlier_count, 0.8 * expected.inlier_count);
+        EXPECT_TRUE(result.pose.R.allFinite() && result.pose.t.allFinite() && result.pose.covariance.allFinite());
+        EXPECT_TRUE(std::isfinite(result.rms_error_px) && std::isfinite(result.median_parallax_px));
+        EXPECT_EQ(result.doubt, expected.doubt);
+        if (result.doubt != DirectionDoubt::kOtherMotion) {
+          EXPECT_LT(rotationError(result.pose.R, clean.R.transpose()), 2.0);
+        }
+      }
+    }
+  }
+}
+
+/// Alters a scene into one that has no (single) model.
+using Spoil = void (*)(TwoViewScene&);
+
+TEST_P(EveryMethod, FindsNothingInDegenerateData) {
+  const Spoil spoilers[] = {
+      [](TwoViewScene& pair) { pair.pairs.resize(0); },
+      [](TwoViewScene& pair) { pair.pairs.resize(3); },
+      [](TwoViewScene& pair) { pair.pairs.resize(7); },
+      [](TwoViewScene& pair) {  // one match again and again
+        for (auto* column :
+             {&pair.pairs.x_reference, &pair.pairs.y_reference, &pair.pairs.x_current, &pair.pairs.y_current}) {
+          column->assign(column->size(), column->front());
+        }
+      },
+      [](TwoViewScene& pair) {  // on a line in both images
+        pair.pairs.y_reference = pair.pairs.x_reference;
+        pair.pairs.y_current = pair.pairs.x_current;
+      },
+      [](TwoViewScene& pair) {  // not a number
+        pair.pairs.x_current.assign(pair.pairs.x_current.size(), std::nanf(""));
+      },
+  };
+  TwoViewSceneOptions scene;
+  scene.matches = 200;
+  for (const Spoil spoil : spoilers) {
+    TwoViewScene pair = makeTwoViewScene(scene);
+    spoil(pair);
+    for (ModelType model : kModels) {
+      const RobustResult result = estimate(GetParam(), optionsFor(model), pair);
+      EXPECT_FALSE(result.model_found) << toString(model) << " in case " << &spoil - spoilers;
+      EXPECT_FALSE(result.pose_found);
+      EXPECT_EQ(result.inlier_count, 0);
+      EXPECT_EQ(result.inlier.size(), static_cast<size_t>(pair.pairs.size()));
+    }
+  }
+}
+
+TEST_P(EveryMethod, RejectsSupportFromTooFewSpotsToCheckIt) {
+  TwoViewSceneOptions scene;
+  scene.outlier_ratio = 0.1;
+  TwoViewScene pair = makeTwoViewScene(scene);
+  for (const int side : {640, 10000}) {  // of images that the matches fill, or lie in a corner of
+    pair.pairs.image_reference = pair.pairs.image_current = {side, side};
+    const RobustResult result = estimate(GetParam(), optionsFor(ModelType::kEssential), pair);
+    EXPECT_EQ(result.model_found, side == 640);
+    EXPECT_EQ(result.inlier_count > 0, side == 640);
+  }
+}
+
+TEST_P(EveryMethod, FallsBackToTheFundamentalMatrixWithoutACamera) {
+  const TwoViewScene pair = makeTwoViewScene({});
+  RobustResult result;
+  makeEstimator(GetParam(), optionsFor(ModelType::kEssential))->estimate(pair.pairs, Camera(), result);
+  EXPECT_TRUE(result.model_found);
+  EXPECT_EQ(result.model_type, ModelType::kFundamental);
+  EXPECT_FALSE(result.pose_found);
+}
+
+TEST_P(EveryMethod, GivesACovarianceThatItsErrorsFit) {
+  // Squared Mahalanobis distances of the five observable degrees of freedom have a mean of 5 if the covariance is that
+  // of an optimal estimate; methods that stop early are allowed more, but not orders of magnitude.
+  double sum = 0;
+  const int trials = 20;
+  for (int trial = 0; trial < trials; ++trial) {
+    TwoViewSceneOptions scene;
+    scene.seed = 100 + static_cast<uint64_t>(trial);
+    scene.outlier_ratio = 0.1;
+    const TwoViewScene pair = makeTwoViewScene(scene);
+    const RobustResult result = estimate(GetParam(), optionsFor(ModelType::kEssential), pair);
+    ASSERT_TRUE(result.translation_observable);
+    const Eigen::Matrix<double, 6, 6>& covariance = result.pose.covariance;
+    EXPECT_NEAR((covariance.topLeftCorner<3, 3>() * result.pose.t).norm(), 0, 1e-9);
+    Eigen::Matrix<double, 6, 1> error;
+    const Eigen::AngleAxisd turn(Eigen::Matrix3d(pair.R.transpose() * result.pose.R.transpose()));
+    error << (-pair.R.transpose() * pair.t).normalized() - result.pose.t, turn.angle() * turn.axis();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(covariance);
+    for (int k = 1; k < 6; ++k) {  // the smallest belongs to the direction of t
+      sum += std::pow(eigen.eigenvectors().col(k).dot(error), 2) / eigen.eigenvalues()(k);
+    }
+  }
+  EXPECT_LT(sum / trials, 15);
+  EXPECT_GT(sum / trials, 1.5);
+}
+
+TEST_P(EveryMethod, SaysTheSameOnEveryInstructionSet) {
+  for (ModelType model : kModels) {
+    const TwoViewScene pair = sceneFor(model);
+    RobustOptions options = optionsFor(model);
+    options.simd = SimdLevel::kScalar;
+    const RobustResult scalar = estimate(GetParam(), options, pair);
+    ASSERT_TRUE(isAnswer(scalar, pair));
+    for (const SimdLevel level : supportedLevels()) {
+      options.simd = level;
+      const RobustResult other = estimate(GetParam(), options, pair);
+      EXPECT_EQ(other.inlier, scalar.inlier) << toString(level);
+      EXPECT_EQ(other.model, scalar.model) << toString(level);
+      EXPECT_EQ(other.effort.hypotheses, scalar.effort.hypotheses) << toString(level);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod, testing::ValuesIn(methodNames()),
+                         [](const auto& info) { return info.param; });
+
+TEST(Refinement, BringsThePoseCloserThanTheTextbook) {
+  double textbook = 0, refined = 0;
+  for (uint64_t seed = 1; seed <= 10; ++seed) {
+    TwoViewSceneOptions scene;
+    scene.seed = seed;
+    const TwoViewScene pair = makeTwoViewScene(scene);
+    RobustOptions options = optionsFor(ModelType::kEssential);
+    refined += rotationError(estimate("gms_ransac", options, pair).pose.R, pair.R.transpose());
+    options.refine = false;
+    textbook += rotationError(estimate("gms_ransac", options, pair).pose.R, pair.R.transpose());
+  }
+  EXPECT_LT(refined, 0.5 * textbook);
+}
+
+TEST(Quality, OfNoiseNeedsMoreHypothesesThanThatOfTheMatches) {
+  TwoViewSceneOptions scene;
+  scene.outlier_ratio = 0.6;
+  const TwoViewScene informed = makeTwoViewScene(scene);
+  scene.informative = false;
+  const TwoViewScene uninformed = makeTwoViewScene(scene);
+  for (const SortKey key : {SortKey::kScore, SortKey::kRelativeScore, SortKey::kDistance}) {
+    RobustOptions options = optionsFor(ModelType::kEssential);
+    options.sort_key = key;
+    EXPECT_LT(estimate("cp_ransac", options, informed).effort.hypotheses,
+              estimate("cp_ransac", options, uninformed).effort.hypotheses)
+        << static_cast<int>(key);
+  }
+}
+
+TEST(PoseConvention, IsTheInverseOfRecoverPose) {
+  TwoViewSceneOptions scene;
+  scene.outlier_ratio = 0;
+  scene.noise_px = 0;
+  const TwoViewScene pair = makeTwoViewScene(scene);
+  const RobustResult result = estimate("ransac", optionsFor(ModelType::kEssential), pair);
+  ASSERT_TRUE(result.pose_found);
+  std::vector<cv::Point2d> reference, current;
+  for (int i = 0; i < pair.pairs.size(); ++i) {
+    reference.emplace_back(pair.pairs.x_reference[i], pair.pairs.y_reference[i]);
+    current.emplace_back(pair.pairs.x_current[i], pair.pairs.y_current[i]);
+  }
+  cv::Mat E, K, R_cv, t_cv;
+  cv::eigen2cv(result.model, E);
+  cv::eigen2cv(pair.camera.K(), K);
+  cv::recoverPose(E, reference, current, K, R_cv, t_cv);
+  Eigen::Matrix3d R;
+  Eigen::Vector3d t;
+  cv::cv2eigen(R_cv, R);
+  cv::cv2eigen(t_cv, t);
+  EXPECT_LT((result.pose.R - R.transpose()).norm(), 1e-6);
+  EXPECT_LT((result.pose.t + R.transpose() * t).norm(), 1e-6);
+  EXPECT_LT(rotationError(result.pose.R, pair.R.transpose()), 0.01);
+  EXPECT_LT(directionError(result.pose.t, -pair.R.transpose() * pair.t), 0.1);
+}
+
+}  // namespace
+}  // namespace gms_ransac

@@ -1,0 +1,172 @@
+// A rotation from another sensor as a proposal: it helps where it is right, and costs nothing where it is wrong.
+#include "gms_ransac/relative_pose.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "ransac/rotation_proposal.h"
+#include "two_view/two_view_points.h"
+#include "two_view_scene.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+constexpr double kPriorSigma = 0.1 * kDegree;
+
+/// The scene's rotation, turned by `error`, about the reference camera's axes.
+RotationPrior priorOf(const TwoViewScene& scene, const Eigen::Vector3d& error = Eigen::Vector3d::Zero()) {
+  RotationPrior prior;
+  prior.R = rotationOf(error) * scene.R.transpose();
+  prior.covariance = kPriorSigma * kPriorSigma * Eigen::Matrix3d::Identity();
+  return prior;
+}
+
+TwoViewScene turningScene(uint64_t seed, double outliers) {
+  TwoViewSceneOptions options;
+  options.seed = seed;
+  options.outlier_ratio = outliers;
+  options.rotation = {0.05, -0.12, 0.06};
+  return makeTwoViewScene(options);
+}
+
+RobustResult estimate(const std::string& method, const RobustOptions& options, const TwoViewScene& scene,
+                      const std::optional<RotationPrior>& prior) {
+  PointPairs pairs = scene.pairs;
+  pairs.rotation_prior = prior;
+  RobustResult result;
+  makeEstimator(method, options)->estimate(pairs, scene.camera, result);
+  return result;
+}
+
+/// Truncated squared Sampson distances of all matches, in squared thresholds.
+double costOf(const RobustResult& result, const TwoViewScene& scene) {
+  double cost = 0;
+  const Eigen::Matrix3d K_inverse = scene.camera.K().inverse();
+  const double f = scene.camera.meanFocalLength();
+  for (size_t i = 0; i < scene.correct.size(); ++i) {
+    const Eigen::Vector3d p = K_inverse * Eigen::Vector3d(scene.pairs.x_reference[i], scene.pairs.y_reference[i], 1);
+    const Eigen::Vector3d q = K_inverse * Eigen::Vector3d(scene.pairs.x_current[i], scene.pairs.y_current[i], 1);
+    const Eigen::Vector3d a = result.model * p, b = result.model.transpose() * q;
+    const double e = f * q.dot(a) / std::sqrt(a.head<2>().squaredNorm() + b.head<2>().squaredNorm());
+    cost += std::min(1.0, e * e);
+  }
+  return cost;
+}
+
+TEST(RotationProposal, FindsTheMotionOfAnExactScene) {
+  TwoViewSceneOptions options;
+  options.noise_px = 0;
+  options.outlier_ratio = 0.3;
+  const TwoViewScene scene = makeTwoViewScene(options);
+  TwoViewPoints points;
+  points.set(scene.pairs, scene.camera, ModelType::kEssential, 1, 0);
+  RotationProposal proposal;
+  int64_t evaluations = 0;
+  const TwoViewPose pose =
+      proposal.find(residualKernels(detectSimdLevel()), points.view(), priorOf(scene), evaluations);
+  EXPECT_LT(rotationError(pose.R, scene.R), 0.02);
+  EXPECT_LT(directionError(pose.t, scene.t), 0.3);
+  EXPECT_GT(evaluations, 0);
+}
+
+TEST(RotationProposal, TakesThePriorsNoiseOut) {
+  const TwoViewScene scene = turningScene(3, 0.5);
+  TwoViewPoints points;
+  points.set(scene.pairs, scene.camera, ModelType::kEssential, 1, 0);
+  RotationProposal proposal;
+  int64_t evaluations = 0;
+  const RotationPrior prior = priorOf(scene, {2 * kPriorSigma, -2 * kPriorSigma, kPriorSigma});
+  const TwoViewPose pose = proposal.find(residualKernels(detectSimdLevel()), points.view(), prior, evaluations);
+  EXPECT_LT(rotationError(pose.R, scene.R), 0.1);
+  EXPECT_LT(directionError(pose.t, scene.t), 2);
+}
+
+TEST(RotationProposal, OfNothingIsFinite) {
+  RotationProposal proposal;
+  int64_t evaluations = 0;
+  for (const int matches : {0, 1, 2, 5}) {
+    TwoViewScene scene = turningScene(1, 0);
+    scene.pairs.resize(matches);
+    TwoViewPoints points;
+    points.set(scene.pairs, scene.camera, ModelType::kEssential, 1, 0);
+    const TwoViewPose pose =
+        proposal.find(residualKernels(detectSimdLevel()), points.view(), priorOf(scene), evaluations);
+    EXPECT_TRUE(pose.R.allFinite() && pose.t.allFinite()) << matches;
+  }
+}
+
+class EveryMethodWithAPrior : public testing::TestWithParam<std::string> {};
+
+TEST_P(EveryMethodWithAPrior, FindsWithAPriorWhatTooFewSamplesDoNot) {
+  RobustOptions options;
+  options.max_iterations = 3;
+  int with = 0, without = 0;
+  for (uint64_t seed = 1; seed <= 8; ++seed) {
+    const TwoViewScene scene = turningScene(seed, 0.6);
+    const auto right = [&](const RobustResult& result) {
+      return result.pose_found && poseErrors(result, scene).rotation < 0.3 && poseErrors(result, scene).direction < 5;
+    };
+    without += right(estimate(GetParam(), options, scene, std::nullopt));
+    with += right(estimate(GetParam(), options, scene, priorOf(scene, {kPriorSigma, kPriorSigma, -kPriorSigma})));
+  }
+  EXPECT_GE(with, without);
+  // T(d,d) asks a match by chance first, and turns four of ten right proposals away.
+  EXPECT_GE(with, GetParam() == "rransac_tdd" ? 1 : 7);
+}
+
+TEST_P(EveryMethodWithAPrior, IsNotWorseForAPriorThatIsWrong) {
+  RobustOptions options;
+  // What the search found, and not what a refinement makes of it; judged or not, it may then be no better.
+  options.refine = options.judge = false;
+  for (uint64_t seed = 1; seed <= 6; ++seed) {
+    const TwoViewScene scene = turningScene(seed, 0.4);
+    const RobustResult alone = estimate(GetParam(), options, scene, std::nullopt);
+    const Eigen::Vector3d turn(0.05, -0.12, 0.06);
+    RotationPrior shuffled = priorOf(scene), delayed = shuffled, mirrored = shuffled;
+    shuffled.R = rotationOf({turn.z(), turn.x(), -turn.y()});
+    delayed.R = Eigen::Matrix3d::Identity();
+    mirrored.R = rotationOf(turn);
+    for (const RotationPrior& wrong : {shuffled, delayed, mirrored}) {
+      const RobustResult result = estimate(GetParam(), options, scene, wrong);
+      EXPECT_EQ(result.effort.hypotheses, alone.effort.hypotheses) << "the samples do not depend on it";
+      ASSERT_EQ(result.model_found, alone.model_found);
+      if (!alone.model_found) continue;
+      const bool same = result.model == alone.model;
+      EXPECT_TRUE(same || result.inlier_count >= alone.inlier_count || costOf(result, scene) <= costOf(alone, scene));
+      if (GetParam() != "lo_prosac") continue;
+      EXPECT_LT(poseErrors(result, scene).rotation, 0.1);
+    }
+  }
+}
+
+TEST_P(EveryMethodWithAPrior, TakesNoPriorForAnotherModel) {
+  for (const ModelType model : {ModelType::kFundamental, ModelType::kHomography}) {
+    RobustOptions options;
+    options.model = model;
+    const TwoViewScene scene = turningScene(2, 0.3);
+    const RobustResult alone = estimate(GetParam(), options, scene, std::nullopt);
+    const RobustResult with = estimate(GetParam(), options, scene, priorOf(scene));
+    EXPECT_EQ(with.model, alone.model);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, EveryMethodWithAPrior, testing::ValuesIn(methodNames()));
+
+TEST(RotationPrior, LeavesATurnOnTheSpotATurnOnTheSpot) {
+  TwoViewSceneOptions options;
+  options.translation = {0, 0, 1e-9};
+  options.rotation = {0.05, -0.12, 0.06};
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    options.seed = seed;
+    const TwoViewScene scene = makeTwoViewScene(options);
+    const RobustResult result = estimate("lo_prosac", {}, scene, priorOf(scene, {kPriorSigma, 0, 0}));
+    ASSERT_TRUE(result.pose_found);
+    EXPECT_FALSE(result.translation_observable);
+    EXPECT_LT(poseErrors(result, scene).rotation, 0.05);
+  }
+}
+
+}  // namespace
+}  // namespace gms_ransac

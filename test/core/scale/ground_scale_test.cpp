@@ -1,0 +1,274 @@
+// Length from the camera's height: on exact scenes, with things that stand on the ground, without any ground, and on
+// KITTI 06 through the whole pipeline.
+#include "scale/ground_scale.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include "datasets/dataset.h"
+#include "gms_ransac/match_filter.h"
+#include "random.h"
+#include "run/metrics.h"
+#include "scenes/two_view_scene.h"
+#include "shared_data.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr double kPixel = 1.0 / 500, kCameraHeight = 1.65;
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+/// A camera that drives 0.8 m over a plane and sees it, and what stands on it.
+class DrivingScene {
+ public:
+  explicit DrivingScene(double pitch = 0, double noise_px = 0) : noise_(noise_px) {
+    down_ = {0, std::cos(pitch), std::sin(pitch)};
+    forward_ = {0, -std::sin(pitch), std::cos(pitch)};
+    pose.R = rotationOf({0.002, 0.01, -0.003});
+    pose.t = pose.R * forward_;  // along the ground as the current camera has it
+  }
+  /// Points of the ground, from so near to so far, metres.
+  void addGround(int count, double near = 4, double far = 30) {
+    for (int i = 0; i < count; ++i) {
+      const double ahead = near + (far - near) * random_.uniform(), side = 8 * random_.uniform() - 4;
+      add(kCameraHeight * down_ + ahead * forward_ + side * Eigen::Vector3d::UnitX());
+    }
+  }
+  /// Points of a wall beside the road, or of what stands on it.
+  void addWall(int count, double side) {
+    for (int i = 0; i < count; ++i) {
+      const double ahead = 4 + 26 * random_.uniform(), up = 5 * random_.uniform() - kCameraHeight;
+      add(-up * down_ + ahead * forward_ + side * Eigen::Vector3d::UnitX());
+    }
+  }
+  const Triangulation& points() {
+    triangulate(pose, 0, points_);
+    return points_;
+  }
+  GroundPrior prior(double down_error = 0, double down_sigma = 0.17) const {
+    GroundPrior prior;
+    prior.camera_height = kCameraHeight;
+    prior.down = rotationOf({down_error, 0, 0}) * down_;
+    prior.down_sigma = down_sigma;
+    return prior;
+  }
+
+  static constexpr double kLength = 0.8;
+  RelativePose pose;
+
+ private:
+  void add(const Eigen::Vector3d& current) {
+    const Eigen::Vector3d reference = pose.R * current + kLength * pose.t;
+    points_.match.push_back(points_.size());
+    const auto off = [this] { return noise_ * kPixel * gaussian(random_); };
+    points_.x_reference.push_back(reference.x() / reference.z() + off());
+    points_.y_reference.push_back(reference.y() / reference.z() + off());
+    points_.x_current.push_back(current.x() / current.z() + off());
+    points_.y_current.push_back(current.y() / current.z() + off());
+  }
+
+  Random random_{5};
+  double noise_;
+  Eigen::Vector3d down_, forward_;
+  Triangulation points_;
+};
+
+TEST(GroundScale, IsExactOnAnExactPlane) {
+  for (const double pitch : {0.0, 10 * kDegree, 35 * kDegree}) {
+    DrivingScene scene(pitch);
+    scene.addGround(100);
+    GroundScale ground;
+    const ScaleEstimate scale = ground.measure(scene.points(), scene.pose, sceneCamera(), scene.prior());
+    ASSERT_GT(scale.features, 50) << ground.problem();
+    EXPECT_NEAR(scale.length, DrivingScene::kLength, 1e-6);
+    EXPECT_TRUE(ground.problem().empty());
+    EXPECT_NEAR(ground.normal().dot(scene.prior().down), 1, 1e-9);
+  }
+}
+
+TEST(GroundScale, FindsTheGroundAmongWalls) {
+  DrivingScene scene(2 * kDegree, 0.3);
+  scene.addGround(80);
+  scene.addWall(100, 3.5);
+  scene.addWall(100, -4);
+  GroundScale ground;
+  const ScaleEstimate scale = ground.measure(scene.points(), scene.pose, sceneCamera(), scene.prior(2 * kDegree));
+  ASSERT_GT(scale.features, 0) << ground.problem();
+  EXPECT_NEAR(scale.length, DrivingScene::kLength, 0.03 * DrivingScene::kLength);
+  EXPECT_NEAR(scale.length, DrivingScene::kLength, 3 * scale.relative_sigma * scale.length);
+}
+
+TEST(GroundScale, KnowsTheNormalFromTheMotionWhenThePriorIsTenDegreesOff) {
+  DrivingScene scene(0, 0.3);
+  scene.addGround(100);
+  GroundScale ground;
+  const ScaleEstimate scale = ground.measure(scene.points(), scene.pose, sceneCamera(), scene.prior(10 * kDegree));
+  ASSERT_GT(scale.features, 0) << ground.problem();
+  EXPECT_NEAR(scale.length, DrivingScene::kLength, 0.03 * DrivingScene::kLength);
+}
+
+TEST(GroundScale, RefusesWhereThereIsNoGround) {
+  GroundScale ground;
+  DrivingScene walls(0, 0.3);
+  walls.addWall(150, 3);
+  EXPECT_EQ(ground.measure(walls.points(), walls.pose, sceneCamera(), walls.prior()).features, 0);
+  EXPECT_FALSE(ground.problem().empty());
+  DrivingScene few(0, 0.3);
+  few.addGround(5);
+  EXPECT_EQ(ground.measure(few.points(), few.pose, sceneCamera(), few.prior()).features, 0);
+  EXPECT_NE(ground.problem().find("no ground is seen"), std::string::npos);
+  DrivingScene nothing;
+  EXPECT_EQ(ground.measure(nothing.points(), nothing.pose, sceneCamera(), nothing.prior()).features, 0);
+}
+
+TEST(GroundScale, ItsSigmaIsThatOfItsErrors) {
+  std::vector<double> normalized;
+  for (int k = 0; k < 60; ++k) {
+    DrivingScene scene(0, 0.5);
+    for (int skip = 0; skip <= k; ++skip) scene.addGround(1);  // other noise each time
+    scene.addGround(60);
+    GroundScale ground;
+    const ScaleEstimate scale = ground.measure(scene.points(), scene.pose, sceneCamera(), scene.prior(0, 1 * kDegree));
+    if (scale.features == 0) continue;
+    normalized.push_back(std::abs(scale.length / DrivingScene::kLength - 1) / scale.relative_sigma);
+  }
+  ASSERT_GT(normalized.size(), 50u);
+  EXPECT_LT(percentile(normalized, 90), 2.5);
+}
+
+/// What a camera sees of a ground with soft stains, `pose` in the frame of the current camera; sky is grey.
+cv::Mat drawGround(const Eigen::Isometry3d& pose, const Eigen::Vector3d& down) {
+  const Eigen::Matrix3d K_inverse = sceneCamera().K().inverse();
+  cv::Mat image(480, 640, CV_8UC1, cv::Scalar(128));
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      const Eigen::Vector3d ray = pose.linear() * (K_inverse * Eigen::Vector3d(x, y, 1));
+      const double dip = down.dot(ray);
+      if (dip < 0.02) continue;
+      const Eigen::Vector3d X = pose.translation() + (kCameraHeight - down.dot(pose.translation())) / dip * ray;
+      const double a = X.x(), b = X.z();
+      image.at<uint8_t>(y, x) = cv::saturate_cast<uint8_t>(
+          128 + 12 * (std::sin(7 * a + 2 * b) + std::sin(3 * a - 5 * b + 1) + std::sin(11 * b + std::sin(4 * a)) +
+                      std::sin(13 * a - std::cos(6 * b))));
+    }
+  }
+  return image;
+}
+
+TEST(GroundScale, FindsAGroundWithoutCornersInTheImages) {
+  const Eigen::Vector3d down = Eigen::Vector3d(0, std::cos(0.15), std::sin(0.15));
+  const Eigen::Vector3d forward(0, -std::sin(0.15), std::cos(0.15));
+  RelativePose pose;
+  pose.R = rotationOf({0.002, 0.01, -0.003});
+  pose.t = pose.R * forward;
+  Eigen::Isometry3d reference = Eigen::Isometry3d::Identity();  // in the current camera's frame
+  reference.linear() = pose.R.transpose();
+  for (const double length : {0.1, 0.3, 0.8}) {
+    reference.translation() = -length * forward;
+    const GroundImages images = {drawGround(reference, down), drawGround(Eigen::Isometry3d::Identity(), down)};
+    GroundPrior prior;
+    prior.camera_height = kCameraHeight;
+    GroundScale ground;
+    const ScaleEstimate scale = ground.measure(Triangulation(), pose, sceneCamera(), prior, images);
+    ASSERT_GT(scale.features, 0) << ground.problem();
+    EXPECT_NEAR(scale.length, length, 0.02 * length);
+    EXPECT_NEAR(ground.normal().dot(down), 1, 1e-3);
+  }
+}
+
+// A sample that the search for a ground moves to where the lens has no inverse is no index into the image.
+TEST(GroundScale, LooksNowhereThatTheLensDoesNotReach) {
+  CameraIntrinsics intrinsics = sceneCamera().intrinsics();
+  intrinsics.distortion_model = "plumb_bob";
+  intrinsics.distortion = {-0.9, 0, 0, 0};
+  const Camera camera(intrinsics, {640, 480});
+  ASSERT_GT(camera.pixelsWithoutInverse(), 0);
+  cv::Mat noise[2];
+  for (int i = 0; i < 2; ++i) {
+    noise[i].create(480, 640, CV_8UC1);
+    cv::RNG(static_cast<uint64_t>(i + 1)).fill(noise[i], cv::RNG::UNIFORM, 0, 256);
+  }
+  GroundPrior prior;
+  prior.camera_height = kCameraHeight;
+  for (const Eigen::Vector3d& t : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(1, 0, 0)}) {
+    RelativePose pose;
+    pose.t = t;
+    GroundScale ground;
+    const ScaleEstimate scale = ground.measure(Triangulation(), pose, camera, prior, {noise[0], noise[1]});
+    EXPECT_TRUE(std::isfinite(scale.length) && std::isfinite(scale.relative_sigma));
+    EXPECT_TRUE(scale.features > 0 || !ground.problem().empty());
+  }
+}
+
+TEST(GroundScale, RefusesImagesOfAnythingElse) {
+  cv::Mat noise[2];
+  for (int i = 0; i < 2; ++i) {
+    noise[i].create(480, 640, CV_8UC1);
+    cv::RNG(static_cast<uint64_t>(i + 1)).fill(noise[i], cv::RNG::UNIFORM, 0, 256);
+  }
+  RelativePose pose;
+  pose.t = {0, 0, 1};
+  GroundPrior prior;
+  prior.camera_height = kCameraHeight;
+  GroundScale ground;
+  for (const GroundImages& images :
+       {GroundImages{noise[0], noise[1]},
+        GroundImages{cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)), cv::Mat(480, 640, CV_8UC1, cv::Scalar(90))}}) {
+    EXPECT_EQ(ground.measure(Triangulation(), pose, sceneCamera(), prior, images).features, 0);
+    EXPECT_NE(ground.problem().find("no ground is seen"), std::string::npos);
+  }
+}
+
+TEST(GroundScale, MeasuresKitti06) {
+  OPEN_OR_SKIP(dataset, "kitti_06");
+  const Camera camera(*dataset->intrinsics(), dataset->image(0).size());
+  const int count = static_cast<int>(dataset->frames().size());
+  std::vector<cv::Mat> images;
+  for (int i = 0; i < count; ++i) images.push_back(dataset->image(i));
+  for (const int gap : {1, 2, 3}) {
+    MatchFilter filter;
+    filter.setCamera(camera);
+    std::vector<Frame> frames(static_cast<size_t>(count));
+    for (int i = 0; i < count; ++i) filter.extract(images[static_cast<size_t>(i)], frames[static_cast<size_t>(i)]);
+    std::vector<double> errors, normalized;
+    int pairs = 0;
+    for (int i = 0; i + gap < count; ++i) {
+      const Frame &reference = frames[static_cast<size_t>(i)], &current = frames[static_cast<size_t>(i + gap)];
+      MatchResult result;
+      filter.filter(reference, current, result);
+      ++pairs;
+      if (result.status != Status::kOk) continue;
+      Triangulation points;
+      triangulateInliers(reference.features, current.features, result, camera, points, 0);
+      GroundPrior prior;
+      prior.camera_height = kCameraHeight;
+      GroundScale ground;
+      const ScaleEstimate scale =
+          ground.measure(points, result.robust.pose, camera, prior,
+                         {images[static_cast<size_t>(i)], images[static_cast<size_t>(i + gap)]});
+      const auto& frame = dataset->frames();
+      const double truth = (frame[static_cast<size_t>(i)].pose->inverse() * *frame[static_cast<size_t>(i + gap)].pose)
+                               .translation()
+                               .norm();
+      if (scale.features == 0) continue;
+      errors.push_back(std::abs(scale.length / truth - 1));
+      normalized.push_back(errors.back() / scale.relative_sigma);
+    }
+    const std::string of_gap = "_gap" + std::to_string(gap);
+    RecordProperty("answered" + of_gap, static_cast<int>(errors.size()));
+    RecordProperty("pairs" + of_gap, pairs);
+    ASSERT_GT(errors.size(), static_cast<size_t>(pairs / 2));
+    RecordProperty("median_error" + of_gap, std::to_string(median(errors)));
+    RecordProperty("p90_error" + of_gap, std::to_string(percentile(errors, 90)));
+    RecordProperty("normalized_median" + of_gap, std::to_string(median(normalized)));
+    EXPECT_LT(median(errors), 0.02) << gap;
+    EXPECT_LT(percentile(errors, 90), 0.05) << gap;
+    EXPECT_LT(median(normalized), 1.2) << gap;
+  }
+}
+
+}  // namespace
+}  // namespace gms_ransac

@@ -1,0 +1,414 @@
+// Triangulation and the length of the translation: on exact points, on the rendered scene, and on real sequences
+// through the whole pipeline.
+#include "scale/translation_scale.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <Eigen/Geometry>
+
+#include "datasets/dataset.h"
+#include "run/metrics.h"
+#include "scenes/synthetic_pair.h"
+#include "shared_data.h"
+#include "two_view_scene.h"
+
+namespace gms_ransac {
+namespace {
+
+/// A camera that moved, points it saw, and the answer the pipeline would give without noise.
+struct ExactPair {
+  Camera camera;
+  Features reference, current;
+  MatchResult result;
+  std::vector<Eigen::Vector3d> points;  ///< in the current frame, multiples of the baseline
+
+  explicit ExactPair(const Eigen::Vector3d& t, double pixel_noise = 0) {
+    RelativePose& pose = result.robust.pose;
+    const Eigen::Vector3d turn = 0.03 * Eigen::Vector3d(1, 2, -1).normalized();
+    pose.R = rotationOf(turn);
+    pose.t = t.normalized();
+    result.robust.pose_found = true;
+    TwoViewSceneOptions options;
+    options.matches = 300;
+    options.outlier_ratio = 0;
+    options.noise_px = pixel_noise;
+    options.farthest = 15;
+    options.rotation = -turn;
+    options.translation = -pose.R.transpose() * pose.t;
+    const TwoViewScene scene = makeTwoViewScene(options);
+    camera = scene.camera;
+    for (int i = 0; i < options.matches; ++i) {
+      const auto k = static_cast<size_t>(i);
+      points.push_back(scene.R * scene.points[k] + scene.t);
+      reference.keypoints.emplace_back(scene.pairs.x_reference[k], scene.pairs.y_reference[k], 31.f);
+      current.keypoints.emplace_back(scene.pairs.x_current[k], scene.pairs.y_current[k], 31.f);
+      result.matches.push_back({i, i, 10, 50});
+      result.stage.push_back(MatchStage::kInlier);
+    }
+    result.keypoints_reference = result.keypoints_current = result.inliers = options.matches;
+  }
+};
+
+TEST(Triangulation, RecoversThePointsOfAnExactPair) {
+  const ExactPair exact({1, 0.2, 0.1});
+  Triangulation points;
+  triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
+  ASSERT_EQ(points.size(), 300);
+  for (int i = 0; i < points.size(); ++i) {
+    ASSERT_TRUE(points.valid[i]);
+    EXPECT_NEAR(points.depth_current[i], exact.points[i].z(), 2e-3 * exact.points[i].z());  // pixels are floats
+    EXPECT_LT((points.point(i) - exact.points[i]).norm(), 2e-3 * exact.points[i].norm());
+    const RelativePose& pose = exact.result.robust.pose;
+    EXPECT_NEAR(points.depth_reference[i], (pose.R * exact.points[i] + pose.t).z(), 2e-3 * exact.points[i].norm());
+    const Eigen::Vector3d from_reference = exact.points[i] + pose.R.transpose() * pose.t;
+    const double angle = std::acos(from_reference.normalized().dot(exact.points[i].normalized()));
+    EXPECT_NEAR(points.parallax[i], angle, 1e-4);
+  }
+}
+
+TEST(Triangulation, FlagsWhatCannotBeATrianglePoint) {
+  Triangulation points;
+  points.match = {0, 1, 2};
+  points.x_reference = {0.1, -0.1, 0.0};
+  points.y_reference = {0, 0, 0};
+  points.x_current = {0.0, 0.0, -1e-4};  // in front; behind both cameras (diverging rays); no parallax
+  points.y_current = {0, 0, 0};
+  RelativePose pose;
+  pose.t = {1, 0, 0};
+  triangulate(pose, kMinimumParallax, points);
+  EXPECT_EQ(points.valid, (std::vector<uint8_t>{1, 0, 0}));
+  EXPECT_NEAR(points.depth_current[0], 10, 1e-9);
+}
+
+TEST(Triangulation, NothingWithoutAPoseOrOfRejectedMatches) {
+  ExactPair exact({1, 0, 0});
+  Triangulation points;
+  std::fill(exact.result.stage.begin() + 10, exact.result.stage.end(), MatchStage::kGms);
+  triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
+  EXPECT_EQ(points.size(), 10);
+  triangulateInliers(exact.reference, exact.current, exact.result, Camera(), points);
+  EXPECT_EQ(points.size(), 0);
+  exact.result.robust.pose_found = false;
+  triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
+  EXPECT_EQ(points.size(), 0);
+}
+
+TEST(TranslationScale, WithLengthScalesTheCovarianceAndFillsItAlongTheMotion) {
+  RelativePose unit;
+  unit.t = {0, 0, 1};
+  unit.covariance.diagonal() << 0.01, 0.01, 0, 1e-4, 1e-4, 1e-4;
+  const RelativePose pose = withLength(unit, {2, 0.05, 100});
+  EXPECT_EQ(pose.t, Eigen::Vector3d(0, 0, 2));
+  EXPECT_NEAR(pose.covariance(0, 0), 0.04, 1e-12);
+  EXPECT_NEAR(pose.covariance(2, 2), 0.01, 1e-12);
+  EXPECT_NEAR(pose.covariance(3, 3), 1e-4, 1e-15);
+}
+
+TEST(ScalePropagator, FirstPairHasLengthOneAndTooFewCommonFeaturesKeepTheLast) {
+  const ExactPair exact({1, 0, 0});
+  Triangulation points;
+  triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
+  ScalePropagator propagator;
+  ScaleEstimate estimate = propagator.update(points, exact.result, exact.camera);
+  EXPECT_EQ(estimate.length, 1);
+  EXPECT_EQ(estimate.features, 0);
+  propagator.advance();
+  estimate = propagator.update(Triangulation(), exact.result, exact.camera);
+  EXPECT_EQ(estimate.length, 1);
+  EXPECT_EQ(estimate.features, 0);
+}
+
+TEST(ScalePropagator, StaysFiniteWhereDepthsLieBeyondInfinity) {
+  const ExactPair seen({1, 0, 0});
+  ExactPair beyond({1, 0, 0});
+  // The translation turned round: every point has a negative depth.
+  beyond.result.robust.pose.t = -beyond.result.robust.pose.t;
+  Triangulation points, points_beyond;
+  triangulateInliers(seen.reference, seen.current, seen.result, seen.camera, points);
+  triangulateInliers(beyond.reference, beyond.current, beyond.result, beyond.camera, points_beyond);
+  ScalePropagator propagator;
+  propagator.update(points, seen.result, seen.camera);
+  propagator.advance();
+  const ScaleEstimate unmeasured = propagator.update(points_beyond, beyond.result, beyond.camera);
+  EXPECT_EQ(unmeasured.length, 1) << "the previous one";
+  EXPECT_EQ(unmeasured.features, 0);
+  EXPECT_GE(unmeasured.relative_sigma, 1) << "a length that was not measured is not known";
+  propagator.advance();
+  for (int i = 0; i < 3; ++i) {
+    const ScaleEstimate again = propagator.update(points, seen.result, seen.camera);
+    EXPECT_TRUE(std::isfinite(again.length) && again.length > 0) << again.length;
+    propagator.advance();
+  }
+  EXPECT_GT(propagator.update(points, seen.result, seen.camera).features, 0);
+}
+
+/// Runs the default pipeline over pairs `gap` apart and hands each pair with a pose to `visit`.
+template <typename Source, typename Visit>
+void forEachPair(const Camera& camera, int frames, int gap, const Source& image, const Visit& visit) {
+  MatchFilter filter;
+  filter.setCamera(camera);
+  std::vector<Frame> extracted(static_cast<size_t>(frames));
+  for (int i = 0; i < frames; ++i) filter.extract(image(i), extracted[i]);
+  for (int i = 0; i + gap < frames; ++i) {
+    MatchResult result;
+    filter.filter(extracted[i], extracted[i + gap], result);
+    Triangulation points;
+    triangulateInliers(extracted[i].features, extracted[i + gap].features, result, camera, points);
+    visit(i, extracted[i], extracted[i + gap], result, points);
+  }
+}
+
+/// Lengths and path of a propagated sequence against the truth.
+struct PropagationError {
+  double median_ratio = 0;  ///< of successive lengths, relative
+  double end = 0;           ///< distance of the last position from the true one after one scale, over the path length
+};
+
+template <typename Source>
+PropagationError propagationError(const Camera& camera, int frames, const Source& image,
+                                  const std::vector<Eigen::Isometry3d>& truth) {
+  ScalePropagator propagator;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  std::vector<Eigen::Vector3d> path = {pose.translation()}, true_path = {Eigen::Vector3d::Zero()};
+  std::vector<double> ratio_errors;
+  double last_length = 0, last_true_length = 0, travelled = 0;
+  forEachPair(camera, frames, 1, image,
+              [&](int i, const Frame&, const Frame&, const MatchResult& result, const auto& points) {
+                ASSERT_TRUE(result.robust.pose_found) << i;
+                const ScaleEstimate scale = propagator.update(points, result, camera);
+                propagator.advance();
+                const RelativePose motion = withLength(result.robust.pose, scale);
+                Eigen::Isometry3d step = Eigen::Isometry3d::Identity();
+                step.linear() = motion.R;
+                step.translation() = motion.t;
+                pose = pose * step;
+                path.push_back(pose.translation());
+                true_path.push_back((truth[0].inverse() * truth[i + 1]).translation());
+                const double true_length = (truth[i].inverse() * truth[i + 1]).translation().norm();
+                travelled += true_length;
+                if (i > 0) {
+                  EXPECT_GT(scale.features, 0) << i;
+                  ratio_errors.push_back(std::abs(scale.length / last_length / (true_length / last_true_length) - 1));
+                }
+                last_length = scale.length;
+                last_true_length = true_length;
+              });
+  double numerator = 0, denominator = 0;  // the scale that fits all positions best, start fixed
+  for (size_t i = 0; i < path.size(); ++i) {
+    numerator += path[i].dot(true_path[i]);
+    denominator += path[i].squaredNorm();
+  }
+  PropagationError error;
+  error.median_ratio = median(ratio_errors);
+  error.end = (numerator / denominator * path.back() - true_path.back()).norm() / travelled;
+  return error;
+}
+
+TEST(ScalePropagator, CarriesTheScaleAlongKitti06) {
+  OPEN_OR_SKIP(dataset, "kitti_06");
+  const Camera camera(*dataset->intrinsics(), dataset->image(0).size());
+  std::vector<Eigen::Isometry3d> truth;
+  for (const DatasetFrame& frame : dataset->frames()) truth.push_back(*frame.pose);
+  const PropagationError error = propagationError(
+      camera, static_cast<int>(truth.size()), [&](int i) { return dataset->image(i); }, truth);
+  RecordProperty("median_ratio_error", std::to_string(error.median_ratio));
+  RecordProperty("end_error", std::to_string(error.end));
+  EXPECT_LT(error.median_ratio, 0.1);
+  EXPECT_LT(error.end, 0.05);
+}
+
+TEST(ScalePropagator, CarriesTheScaleThroughTheStreet) {
+  SceneOptions options;
+  options.scene = "street";
+  const Scene scene(options);
+  constexpr int kFrames = 30;
+  std::vector<Eigen::Isometry3d> truth;
+  for (int i = 0; i < kFrames; ++i) truth.push_back(scene.pose(i));
+  const PropagationError error = propagationError(
+      Camera(scene.intrinsics(), options.size), kFrames, [&](int i) { return scene.render(i).image; }, truth);
+  RecordProperty("median_ratio_error", std::to_string(error.median_ratio));
+  RecordProperty("end_error", std::to_string(error.end));
+  EXPECT_LT(error.median_ratio, 0.05);
+  EXPECT_LT(error.end, 0.05);
+}
+
+ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference, const Features& current,
+                            const MatchResult& result, const Camera& camera, const cv::Mat& reference_depth,
+                            const cv::Mat& current_depth, RelativePose& pose) {
+  return poseFromKeypointDepth(pair, reference, current, result, camera, keypointDepth(reference, reference_depth),
+                               keypointDepth(current, current_depth), DepthSource::kRollingCamera, pose);
+}
+
+/// Errors of poseFromDepth over pairs of one sequence.
+struct DepthErrors {
+  std::vector<double> vector, length;              ///< of t, over the true length
+  std::vector<double> metres;                      ///< of t
+  std::vector<double> normalized_t, normalized_R;  ///< squared, by the covariance, over its dimension
+
+  void add(const RelativePose& pose, const RelativePose& truth) {
+    const Eigen::Vector3d t = pose.t - truth.t;
+    metres.push_back(t.norm());
+    vector.push_back(t.norm() / truth.t.norm());
+    length.push_back(std::abs(pose.t.norm() / truth.t.norm() - 1));
+    const Eigen::AngleAxisd turn(truth.R * pose.R.transpose());
+    const Eigen::Vector3d w = turn.angle() * turn.axis();
+    normalized_t.push_back(t.dot(Eigen::Matrix3d(pose.covariance.topLeftCorner<3, 3>()).inverse() * t) / 3);
+    normalized_R.push_back(w.dot(Eigen::Matrix3d(pose.covariance.bottomRightCorner<3, 3>()).inverse() * w) / 3);
+  }
+};
+
+/// Of the pairs `gap` apart among the first `frames` of a set that has depth for them.
+DepthErrors depthErrors(const Dataset& dataset, int frames, int gap) {
+  const Camera camera(*dataset.intrinsics(), dataset.image(0).size());
+  DepthErrors errors;
+  forEachPair(
+      camera, frames, gap, [&](int i) { return dataset.image(i); },
+      [&](int i, const Frame& a, const Frame& b, const MatchResult& result, const Triangulation& points) {
+        RelativePose pose;
+        const ScaleEstimate scale = poseFromDepth(points, a.features, b.features, result, camera, dataset.depth(i),
+                                                  dataset.depth(i + gap), pose);
+        ASSERT_GT(scale.features, 50) << i;
+        const auto truth = dataset.frames()[i].pose->inverse() * *dataset.frames()[i + gap].pose;
+        RelativePose true_pose;
+        true_pose.R = truth.linear();
+        true_pose.t = truth.translation();
+        errors.add(pose, true_pose);
+      });
+  return errors;
+}
+
+TEST(PoseFromDepth, IsMetricOnTheRenderedScene) {
+  const SceneOptions options;
+  const Scene scene(options);
+  const Camera camera(scene.intrinsics(), options.size);
+  DepthErrors errors;
+  forEachPair(
+      camera, 16, 1, [&](int i) { return scene.render(10 * (i / 2) + i % 2).image; },
+      [&](int k, const Frame& a, const Frame& b, const MatchResult& result, const Triangulation& points) {
+        if (k % 2) return;  // pairs of neighbours: frames 0 1, 10 11, ...
+        const int i = 5 * k, j = i + 1;
+        RelativePose pose;
+        const ScaleEstimate scale = poseFromDepth(points, a.features, b.features, result, camera, scene.render(i).depth,
+                                                  scene.render(j).depth, pose);
+        ASSERT_GT(scale.features, 100) << i;
+        EXPECT_NEAR(scale.length, pose.t.norm(), 1e-12);
+        errors.add(pose, trueRelativePose(scene, i, j));
+      });
+  RecordProperty("median_error", std::to_string(median(errors.vector)));
+  EXPECT_LT(median(errors.vector), 0.02);
+  for (const auto* normalized : {&errors.normalized_t, &errors.normalized_R}) {
+    EXPECT_GT(median(*normalized), 0.3);
+    EXPECT_LT(median(*normalized), 3);
+  }
+}
+
+TEST(PoseFromDepth, IsMetricOnTumFr1Desk) {
+  OPEN_OR_SKIP(dataset, "tum_fr1_desk");
+  for (const int gap : {2, 4}) {
+    const DepthErrors errors = depthErrors(*dataset, static_cast<int>(dataset->frames().size()), gap);
+    RecordProperty("median_error_gap_" + std::to_string(gap), std::to_string(median(errors.vector)));
+    RecordProperty("median_length_error_gap_" + std::to_string(gap), std::to_string(median(errors.length)));
+    EXPECT_LT(median(errors.vector), 0.1) << gap;
+    EXPECT_LT(median(errors.length), 0.1) << gap;
+  }
+}
+
+TEST(PoseFromDepth, StaysWithinACentimetreWhereTheCameraOnlyTurns) {
+  OPEN_OR_SKIP(dataset, "tum_fr1_rpy");
+  constexpr int kFramesWithDepth = 20;
+  const DepthErrors errors = depthErrors(*dataset, kFramesWithDepth, 4);
+  RecordProperty("median_error_metres", std::to_string(median(errors.metres)));
+  EXPECT_LT(median(errors.metres), 0.01);
+}
+
+/// What a camera with a rolling shutter sees that turns differently in the two images: `row_turn` more, from the top
+/// row to the bottom, in the current one.
+void shiftRows(const Eigen::Vector3d& row_turn, const Camera& camera, std::vector<cv::KeyPoint>& keypoints) {
+  const CameraIntrinsics& k = camera.intrinsics();
+  const int height = camera.imageSize().height;
+  for (cv::KeyPoint& keypoint : keypoints) {
+    const Eigen::Vector3d ray((keypoint.pt.x - k.cx) / k.fx, (keypoint.pt.y - k.cy) / k.fy, 1);
+    float row = keypoint.pt.y;  // the row it falls on is the row it is read at
+    for (int i = 0; i < 5; ++i) {
+      const Eigen::Vector3d turn = (row / height - 0.5) * row_turn;
+      const Eigen::Vector3d seen = Eigen::AngleAxisd(-turn.norm(), turn.normalized()) * ray;
+      keypoint.pt.x = static_cast<float>(k.fx * seen.x() / seen.z() + k.cx);
+      keypoint.pt.y = static_cast<float>(k.fy * seen.y() / seen.z() + k.cy);
+      row = keypoint.pt.y;
+    }
+  }
+}
+
+TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
+  // A floor seen at a slant, where turning while the rows are read looks most like sideways motion.
+  ExactPair exact({1, 0.2, 0.1});
+  const RelativePose truth = exact.result.robust.pose;
+  const CameraIntrinsics& k = exact.camera.intrinsics();
+  const cv::Size size = exact.camera.imageSize();
+  exact.reference.image_size = exact.current.image_size = size;
+  const Eigen::Vector3d normal = Eigen::Vector3d(0.1, 0.8, 0.5).normalized();  // of the floor 8 baselines away
+  const auto floorDepth = [&](double x, double y) { return 8 / normal.dot(Eigen::Vector3d(x, y, 1)); };
+  for (int i = 0; i < 300; ++i) {
+    cv::Point2f& c = exact.current.keypoints[i].pt;
+    c.y = 280 + 0.3f * c.y;
+    const Eigen::Vector3d ray((c.x - k.cx) / k.fx, (c.y - k.cy) / k.fy, 1);
+    const Eigen::Vector3d point = truth.R * (floorDepth(ray.x(), ray.y()) * ray) + truth.t;
+    exact.reference.keypoints[i].pt = {static_cast<float>(k.fx * point.x() / point.z() + k.cx),
+                                       static_cast<float>(k.fy * point.y() / point.z() + k.cy)};
+  }
+  const Eigen::Vector3d row_turn(0.004, -0.01, 0.008);
+  shiftRows(row_turn / 2, exact.camera, exact.current.keypoints);
+  shiftRows(-row_turn / 2, exact.camera, exact.reference.keypoints);
+  cv::Mat_<float> depth(size);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      const Eigen::Vector3d turn = (y / static_cast<double>(size.height) - 0.5) * row_turn / 2;
+      const Eigen::Vector3d ray =
+          Eigen::AngleAxisd(turn.norm(), turn.normalized()) * Eigen::Vector3d((x - k.cx) / k.fx, (y - k.cy) / k.fy, 1);
+      const double z = floorDepth(ray.x() / ray.z(), ray.y() / ray.z());
+      depth(y, x) = z > 0 ? static_cast<float>(z / ray.z()) : 0;
+    }
+  }
+  Triangulation points;
+  triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
+  RelativePose pose;
+  const ScaleEstimate scale =
+      poseFromDepth(points, exact.reference, exact.current, exact.result, exact.camera, cv::Mat(), depth, pose);
+  EXPECT_GT(scale.features, 250);
+  EXPECT_LT((pose.t - truth.t).norm(), 0.02);
+  EXPECT_LT(Eigen::AngleAxisd(pose.R.transpose() * truth.R).angle(), 1e-3);
+}
+
+TEST(PoseFromDepth, TakesNoFewerThanEightInliersThoughBothImagesHaveDepth) {
+  ExactPair exact({1, 0, 0});
+  exact.reference.image_size = exact.current.image_size = exact.camera.imageSize();
+  const cv::Mat_<float> depth(480, 640, 8.f);
+  for (const int inliers : {4, 7, 8}) {
+    std::fill(exact.result.stage.begin(), exact.result.stage.end(), MatchStage::kGms);
+    std::fill(exact.result.stage.begin(), exact.result.stage.begin() + inliers, MatchStage::kInlier);
+    Triangulation points;
+    triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
+    RelativePose pose;
+    const ScaleEstimate scale =
+        poseFromDepth(points, exact.reference, exact.current, exact.result, exact.camera, depth, depth, pose);
+    EXPECT_EQ(scale.features, inliers < 8 ? 0 : inliers);
+  }
+}
+
+TEST(PoseFromDepth, LeavesThePoseAloneWithoutDepth) {
+  const ExactPair exact({1, 0, 0});
+  Triangulation points;
+  triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
+  RelativePose pose;
+  pose.t = {7, 8, 9};
+  const ScaleEstimate scale = poseFromDepth(points, exact.reference, exact.current, exact.result, exact.camera,
+                                            cv::Mat(), cv::Mat_<float>(480, 640, std::nanf("")), pose);
+  EXPECT_EQ(scale.features, 0);
+  EXPECT_EQ(pose.t, Eigen::Vector3d(7, 8, 9));
+}
+
+}  // namespace
+}  // namespace gms_ransac

@@ -1,0 +1,202 @@
+// Points that are followed on without keypoints, over images whose every displacement is known.
+#include "tracks/track_follower.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+namespace gms_ransac {
+namespace {
+
+constexpr int kImageWidth = 320, kImageHeight = 240;
+constexpr float kEdge = 60;         // pixels: what leaves the image is of no interest here
+constexpr double kTolerance = 0.2;  // pixels, of the worst point: drawing by interpolation is no better
+
+/// A texture that moves as a whole, by fractions of a pixel.
+class Wall {
+ public:
+  Wall() : texture_(2 * kImageHeight, 2 * kImageWidth, CV_8UC1) {
+    cv::RNG(5).fill(texture_, cv::RNG::UNIFORM, 0, 256);
+    cv::GaussianBlur(texture_, texture_, cv::Size(), 2);
+    cv::normalize(texture_, texture_, 0, 255, cv::NORM_MINMAX);
+  }
+
+  /// What was at p is at p + shift.
+  cv::Mat draw(const cv::Point2f& shift) const {
+    cv::Mat image;
+    const cv::Point2f middle(static_cast<float>(kImageWidth) - 0.5F - shift.x,
+                             static_cast<float>(kImageHeight) - 0.5F - shift.y);
+    cv::getRectSubPix(texture_, {kImageWidth, kImageHeight}, middle, image);
+    return image;
+  }
+
+ private:
+  cv::Mat texture_;
+};
+
+/// Ids 1, 2, ... on a grid.
+std::vector<TrackedPoint> grid(const cv::Point2f& shift = {}) {
+  std::vector<TrackedPoint> points;
+  uint32_t id = 0;
+  for (float y = kEdge; y <= kImageHeight - kEdge; y += 20) {
+    for (float x = kEdge; x <= kImageWidth - kEdge; x += 20) points.push_back({++id, 2, cv::Point2f(x, y) + shift});
+  }
+  return points;
+}
+
+std::vector<int> all(const std::vector<TrackedPoint>& points) {
+  std::vector<int> indices(points.size());
+  for (size_t i = 0; i < indices.size(); ++i) indices[i] = static_cast<int>(i);
+  return indices;
+}
+
+class TrackFollowerTest : public testing::Test {
+ protected:
+  /// Follows and keeps everything.
+  std::vector<TrackedPoint> see(const cv::Mat& image, const std::vector<TrackedPoint>& matched) {
+    const std::vector<TrackedPoint> points = follower_.follow(image, Camera(), matched);
+    if (!points.empty()) follower_.keep(all(points));
+    return points;
+  }
+  static std::optional<TrackedPoint> find(const std::vector<TrackedPoint>& points, uint32_t id) {
+    for (const TrackedPoint& point : points) {
+      if (point.id == id) return point;
+    }
+    return std::nullopt;
+  }
+  static double greatestError(const std::vector<TrackedPoint>& points, const cv::Point2f& shift) {
+    const std::vector<TrackedPoint> truth = grid(shift);
+    double error = 0;
+    for (const TrackedPoint& point : points)
+      error = std::max(error, cv::norm(point.current - truth[point.id - 1].current));
+    return error;
+  }
+  /// Every `step`-th id is matched.
+  static std::vector<TrackedPoint> some(const cv::Point2f& shift, uint32_t step) {
+    std::vector<TrackedPoint> points = grid(shift);
+    const auto missed = [&](const TrackedPoint& point) { return point.id % step != 0; };
+    points.erase(std::remove_if(points.begin(), points.end(), missed), points.end());
+    return points;
+  }
+
+  const Wall wall_;
+  TrackFollower follower_;
+};
+
+TEST_F(TrackFollowerTest, TheFirstImageHasWhatIsMatched) {
+  const std::vector<TrackedPoint> points = see(wall_.draw({}), grid());
+  EXPECT_EQ(points.size(), grid().size());
+  EXPECT_EQ(follower_.rescued(), 0);
+}
+
+TEST_F(TrackFollowerTest, WhatIsNotMatchedIsFollowedOnWithoutDrift) {
+  see(wall_.draw({}), grid());
+  cv::Point2f shift;
+  std::vector<TrackedPoint> points;
+  for (int i = 1; i <= 20; ++i) {
+    shift = cv::Point2f(2.3F, -1.1F) * static_cast<float>(i);
+    points = see(wall_.draw(shift), some(shift, 2));
+    EXPECT_GT(follower_.rescued(), 10);
+  }
+  EXPECT_GT(points.size(), 0.95 * static_cast<double>(grid().size()));
+  EXPECT_LT(greatestError(points, shift), kTolerance);
+  EXPECT_EQ(points.front().length, 22);
+}
+
+TEST_F(TrackFollowerTest, AKeypointsNoiseDoesNotShow) {
+  see(wall_.draw({}), grid());
+  const cv::Point2f shift(3.4F, 1.2F), noise(0.6F, -0.5F);
+  const std::vector<TrackedPoint> points = see(wall_.draw(shift), grid(shift + noise));
+  EXPECT_EQ(points.size(), grid().size());
+  EXPECT_LT(greatestError(points, shift), kTolerance);
+}
+
+TEST_F(TrackFollowerTest, APairThatFailedEndsNoTrack) {
+  see(wall_.draw({}), grid());
+  const cv::Point2f shift(17, -9);
+  const std::vector<TrackedPoint> points = see(wall_.draw(shift), {});
+  EXPECT_GT(points.size(), 0.9 * static_cast<double>(grid().size()));
+  EXPECT_LT(greatestError(points, shift), kTolerance);
+}
+
+TEST_F(TrackFollowerTest, AnImageThatShowsNothingEndsNoTrack) {
+  see(wall_.draw({}), grid());
+  EXPECT_TRUE(see(cv::Mat(kImageHeight, kImageWidth, CV_8UC1, cv::Scalar(5)), {}).empty());
+  const cv::Point2f shift(6.5F, 2);
+  const std::vector<TrackedPoint> points = see(wall_.draw(shift), {});
+  EXPECT_GT(points.size(), 0.9 * static_cast<double>(grid().size()));
+  EXPECT_LT(greatestError(points, shift), kTolerance);
+}
+
+TEST_F(TrackFollowerTest, WhatIsGivenUpDoesNotComeBack) {
+  see(wall_.draw({}), grid());
+  cv::Point2f shift(3, 0);
+  std::vector<TrackedPoint> matched = grid(shift);
+  matched[20].current += cv::Point2f(30, 30);  // a wrong match
+  EXPECT_FALSE(find(see(wall_.draw(shift), matched), matched[20].id));
+  shift.x = 6;
+  EXPECT_FALSE(find(see(wall_.draw(shift), grid(shift)), matched[20].id));
+}
+
+TEST_F(TrackFollowerTest, AFollowedPointGetsNoSecondId) {
+  see(wall_.draw({}), grid());
+  const cv::Point2f shift(3, 1);
+  std::vector<TrackedPoint> matched = grid(shift);
+  matched[20].id = 1000;  // the keypoint is matched anew, its first id was lost
+  const std::vector<TrackedPoint> points = see(wall_.draw(shift), matched);
+  EXPECT_FALSE(find(points, 1000));
+  EXPECT_TRUE(find(points, 21));
+}
+
+TEST_F(TrackFollowerTest, OnlyWhatIsKeptIsFollowed) {
+  const std::vector<TrackedPoint> points = follower_.follow(wall_.draw({}), Camera(), grid());
+  follower_.keep({3, 7});
+  const std::vector<TrackedPoint>& next = follower_.follow(wall_.draw({2, 0}), Camera(), {});
+  ASSERT_EQ(next.size(), 2u);
+  EXPECT_EQ(next[0].id, points[3].id);
+  EXPECT_EQ(next[1].id, points[7].id);
+}
+
+TEST_F(TrackFollowerTest, WhatMovesOtherThanTheRestIsGivenUp) {
+  // The wall moves to the right and four squares of it, which no pair carries on, each its own way besides. To a moving
+  // camera one of them may be a board before the wall.
+  const std::map<std::pair<int, int>, cv::Point> squares = {
+      {{70, 70}, {5, 0}}, {{190, 70}, {0, 5}}, {{70, 130}, {4, 4}}, {{190, 130}, {4, -4}}};
+  const cv::Mat start = wall_.draw({});
+  see(start, grid());
+  const cv::Point shift(4, 0);
+  cv::Mat image = wall_.draw(shift);
+  std::vector<TrackedPoint> matched = grid(shift);
+  const size_t on_wall = [&] {
+    for (const auto& [corner, motion] : squares) {
+      const cv::Rect square(corner.first, corner.second, 56, 56);
+      start(square).copyTo(image(square + shift + motion));
+      const auto inside = [&](const TrackedPoint& point) { return cv::Rect2f(square + shift).contains(point.current); };
+      matched.erase(std::remove_if(matched.begin(), matched.end(), inside), matched.end());
+    }
+    return matched.size();
+  }();
+  const size_t moved = grid().size() - on_wall;
+  const size_t followed = see(image, matched).size();
+  EXPECT_GT(moved, 20u);
+  EXPECT_LE(followed, on_wall + moved / 4);
+}
+
+TEST_F(TrackFollowerTest, AnotherImageSizeStartsAnew) {
+  see(wall_.draw({}), grid());
+  const cv::Mat half = wall_.draw({})(cv::Rect(0, 0, kImageWidth / 2, kImageHeight)).clone();
+  EXPECT_TRUE(see(half, {}).empty());
+}
+
+TEST_F(TrackFollowerTest, AfterAResetNothingIsFollowed) {
+  see(wall_.draw({}), grid());
+  follower_.reset();
+  EXPECT_TRUE(see(wall_.draw({}), {}).empty());
+}
+
+}  // namespace
+}  // namespace gms_ransac

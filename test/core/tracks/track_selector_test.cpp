@@ -1,0 +1,156 @@
+// Which followed features are passed on: limit, distance, long tracks first, spread, and ids that never come back.
+#include "tracks/track_selector.h"
+
+#include <algorithm>
+#include <map>
+#include <random>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "tracks/track_table.h"
+
+namespace gms_ransac {
+namespace {
+
+const cv::Size kImage(640, 480);
+
+/// Ids 1, 2, ... at random places; lengths 2 to 9.
+std::vector<TrackedPoint> randomPoints(int count, uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> x(0, 640), y(0, 480);
+  std::vector<TrackedPoint> points;
+  for (int i = 0; i < count; ++i) {
+    points.push_back({static_cast<uint32_t>(i + 1), 2 + static_cast<int>(random() % 8), {x(random), y(random)}});
+  }
+  return points;
+}
+
+double nearest(const std::vector<TrackedPoint>& points, const std::vector<int>& picked, const cv::Point2f& point) {
+  double least = 1e9;
+  for (const int i : picked) {
+    if (points[i].current != point) least = std::min(least, cv::norm(points[i].current - point));
+  }
+  return least;
+}
+
+TEST(TrackSelector, KeepsLimitAndDistance) {
+  const std::vector<TrackedPoint> points = randomPoints(2000, 1);
+  for (const TrackSelectorOptions options : {TrackSelectorOptions{}, {300, 15}, {50, 3}, {0, 40}, {10, 2000}}) {
+    TrackSelector selector;
+    const std::vector<int> picked = selector.select(points, kImage, options);
+    ASSERT_FALSE(picked.empty());
+    EXPECT_EQ(std::set<int>(picked.begin(), picked.end()).size(), picked.size());
+    if (options.limit > 0) {
+      EXPECT_LE(static_cast<int>(picked.size()), options.limit);
+    }
+    for (const int i : picked) EXPECT_GE(nearest(points, picked, points[i].current), options.distance);
+    // What is left out has a reason: the limit is reached, or a picked one is too near.
+    if (static_cast<int>(picked.size()) == options.limit) continue;
+    for (const TrackedPoint& point : points) {
+      const bool in = std::any_of(picked.begin(), picked.end(), [&](int i) { return points[i].id == point.id; });
+      if (!in) {
+        EXPECT_LT(nearest(points, picked, point.current), options.distance);
+      }
+    }
+  }
+}
+
+TEST(TrackSelector, WithoutLimitAndDistanceAllArePicked) {
+  const std::vector<TrackedPoint> points = randomPoints(500, 2);
+  TrackSelector selector;
+  EXPECT_EQ(selector.select(points, kImage, {0, 0}).size(), points.size());
+  EXPECT_TRUE(selector.select({}, kImage, {0, 0}).empty());
+}
+
+TEST(TrackSelector, TheLongestTracksComeFirst) {
+  const std::vector<TrackedPoint> points = randomPoints(2000, 3);
+  TrackSelector selector;
+  const std::vector<int> picked = selector.select(points, kImage, {100, 15});
+  for (size_t k = 1; k < picked.size(); ++k) EXPECT_GE(points[picked[k - 1]].length, points[picked[k]].length);
+  // A longer one is left out only for a picked one that is too near and at least as long.
+  const int shortest = points[picked.back()].length;
+  for (const TrackedPoint& point : points) {
+    if (point.length > shortest) {
+      EXPECT_LT(nearest(points, picked, point.current), 15);
+    }
+  }
+}
+
+TEST(TrackSelector, OfEqualTracksTheBestSpreadIsTaken) {
+  std::vector<TrackedPoint> points = randomPoints(2000, 4);
+  for (TrackedPoint& point : points) point.length = 2;
+  std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.current.y < b.current.y; });
+  TrackSelector selector;
+  const std::vector<int> picked = selector.select(points, kImage, {100, 15});
+  ASSERT_EQ(picked.size(), 100u);
+  std::map<std::pair<int, int>, int> counts;  // of 4 x 4 parts of the image
+  for (const int i : picked)
+    ++counts[{static_cast<int>(points[i].current.x / 160), static_cast<int>(points[i].current.y / 120)}];
+  EXPECT_EQ(counts.size(), 16u);
+  for (const auto& [part, count] : counts) EXPECT_NEAR(count, 100 / 16., 5) << part.first << " " << part.second;
+}
+
+TEST(TrackSelector, APickedOneStaysThoughLongerTracksCome) {
+  TrackSelector selector;
+  const TrackSelectorOptions options{1, 15};
+  ASSERT_EQ(selector.select({{1, 2, {100, 100}}}, kImage, options), std::vector<int>{0});
+  EXPECT_EQ(selector.select({{7, 9, {300, 300}}, {1, 3, {101, 100}}}, kImage, options), std::vector<int>{1});
+}
+
+TEST(TrackSelector, OneThatGaveWayIsNotPickedAgain) {
+  TrackSelector selector;
+  const TrackSelectorOptions options{10, 15};
+  ASSERT_EQ(selector.select({{1, 5, {100, 100}}, {2, 3, {120, 100}}}, kImage, options).size(), 2u);
+  EXPECT_EQ(selector.select({{1, 6, {100, 100}}, {2, 4, {110, 100}}}, kImage, options), std::vector<int>{0});
+  EXPECT_EQ(selector.select({{1, 7, {100, 100}}, {2, 5, {140, 100}}}, kImage, options), std::vector<int>{0});
+  EXPECT_EQ(selector.select({{2, 6, {140, 100}}, {3, 2, {300, 100}}}, kImage, options), std::vector<int>{1});
+}
+
+/// Some minutes of a camera whose features drift, are missed for an image or two, are found again while the reference
+/// is held, and now and then are all lost: tracks by TrackTable, picked with limits that change on the way.
+TEST(TrackSelector, NoIdComesBackAfterAGap) {
+  constexpr int kFeatures = 400;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> x(0, 640), y(0, 480), drift(-6, 6);
+  std::vector<cv::Point2f> places(kFeatures);
+  for (cv::Point2f& place : places) place = {x(random), y(random)};
+  TrackTable table;
+  TrackSelector selector;
+  std::set<uint32_t> last, ever;
+  int gone = 0, missed_in_a_row = 0, shown = 0;
+  for (int image = 0; image < 5000; ++image) {
+    if (random() % 500 == 0) table.reset();
+    MatchResult result;
+    result.keypoints_reference = result.keypoints_current = kFeatures;
+    const int seen_of_ten = image % 200 == 0 ? 0 : 9;  // a dark image now and then
+    for (int i = 0; i < kFeatures; ++i) {
+      places[i] += cv::Point2f(drift(random), drift(random));
+      if (!cv::Rect2f(0, 0, 640, 480).contains(places[i])) places[i] = {x(random), y(random)};
+      if (static_cast<int>(random() % 10) < seen_of_ten) result.matches.push_back({i, i, 10, 60});
+    }
+    result.stage.assign(result.matches.size(), MatchStage::kInlier);
+    table.link(result);
+    std::vector<TrackedPoint> points;
+    for (size_t m = 0; m < result.matches.size(); ++m) {
+      points.push_back({table.ids()[m], table.lengths()[m], places[result.matches[m].current]});
+    }
+    missed_in_a_row = points.empty() ? missed_in_a_row + 1 : 0;
+    if (random() % 3 == 0 && missed_in_a_row == 0) table.advance();
+    if (points.empty() || image % 700 < 30) continue;  // nothing to show; nobody listens
+    std::set<uint32_t> now;
+    for (const int i : selector.select(points, kImage, {image % 90 < 45 ? 150 : 60, 15})) now.insert(points[i].id);
+    for (const uint32_t id : now) {
+      EXPECT_TRUE(last.count(id) > 0 || ever.count(id) == 0) << "id " << id << " came back in image " << image;
+    }
+    for (const uint32_t id : last) gone += now.count(id) == 0 ? 1 : 0;
+    ever.insert(now.begin(), now.end());
+    last.swap(now);
+    ++shown;
+  }
+  EXPECT_GT(shown, 4000);
+  EXPECT_GT(gone, 10000) << "the sequence asks nothing of the rule";
+}
+
+}  // namespace
+}  // namespace gms_ransac

@@ -1,0 +1,268 @@
+// The SIMD kernels of estimation: against a double loop, and bit for bit against each other.
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "residual_results.h"
+#include "simd_levels.h"
+#include "two_view/kernels/residual_kernels.h"
+#include "two_view/pose_model.h"
+#include "two_view/residual.h"
+#include "two_view/two_view_model.h"
+#include "two_view_scene.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr double kFocal = 500;
+constexpr double kThreshold = 1 / kFocal;  // one pixel
+
+/// Matches in normalised coordinates with a motion that explains two thirds of them, and some homography.
+struct Problem {
+  PointColumns columns;
+  TwoViewPose pose;
+  Eigen::Matrix3d H;
+
+  Problem(int count, uint64_t seed) {
+    TwoViewSceneOptions options;
+    options.seed = seed;
+    options.matches = count;
+    options.outlier_ratio = 1 / 3.;
+    options.octaves = true;
+    const TwoViewScene scene = makeTwoViewScene(options);
+    pose = {scene.R, scene.t.normalized()};
+    H = pose.R + 0.1 * pose.t * Eigen::RowVector3d(0.1, -0.2, 1);
+    columns.resize(count);
+    const auto normalised = [](float pixel, double centre) { return static_cast<float>((pixel - centre) / kFocal); };
+    for (int i = 0; i < count; ++i) {
+      const auto k = static_cast<size_t>(i);
+      columns.x1()[i] = normalised(scene.pairs.x_reference[k], 320);
+      columns.y1()[i] = normalised(scene.pairs.y_reference[k], 240);
+      columns.x2()[i] = normalised(scene.pairs.x_current[k], 320);
+      columns.y2()[i] = normalised(scene.pairs.y_current[k], 240);
+      columns.weight()[i] =
+          static_cast<float>(std::pow(1.2, -scene.pairs.octave_current[k]) / (kThreshold * kThreshold));
+    }
+  }
+};
+
+std::vector<float> allResults(const ResidualKernels& kernels, const Problem& problem) {
+  float H[9], G[9];
+  toFloat(problem.H, H);
+  toFloat(problem.H.inverse(), G);
+  return allResults(kernels, problem.columns.view(), problem.pose.parameters(), H, G);
+}
+
+TEST(ResidualKernels, EveryLevelReturnsTheSameBits) {
+  for (int count : {0, 1, 7, 16, 33, 64, 65, 1003}) {
+    const Problem problem(count, static_cast<uint64_t>(count));
+    const std::vector<float> expected = allResults(residualKernels(SimdLevel::kScalar), problem);
+    for (SimdLevel level : supportedLevels()) {
+      const std::vector<float> results = allResults(residualKernels(level), problem);
+      ASSERT_EQ(expected.size(), results.size());
+      EXPECT_EQ(0, std::memcmp(expected.data(), results.data(), expected.size() * sizeof(float)))
+          << toString(level) << ", " << count << " matches";
+    }
+  }
+}
+
+TEST(ResidualKernels, EpipolarScoreIsTheDoubleLoops) {
+  for (int count : {1, 7, 33, 1003}) {
+    Problem problem(count, 11);
+    const Eigen::Matrix3d E = problem.pose.essential();
+    double cost = 0;
+    int inliers = 0;
+    for (int i = 0; i < count; ++i) {
+      PointColumns& c = problem.columns;
+      const double e = c.weight()[i] * sampsonSquared(E, c.x1()[i], c.y1()[i], c.x2()[i], c.y2()[i]);
+      cost += std::min(e, 1.0);
+      inliers += e < 1;
+    }
+    for (SimdLevel level : supportedLevels()) {
+      HypothesisScore score;
+      residualKernels(level).scoreEpipolar(problem.columns.view(), problem.pose.parameters().E, 1e9f, score);
+      EXPECT_NEAR(cost, score.cost, 1e-3 * (1 + cost));
+      EXPECT_NEAR(inliers, score.inliers, 1);  // float may flip a match at the very threshold
+      EXPECT_EQ(count, score.evaluated);
+    }
+  }
+}
+
+TEST(ResidualKernels, HomographyScoreIsTheDoubleLoops) {
+  Problem problem(1003, 12);
+  const Eigen::Matrix3d G = problem.H.inverse();
+  double cost = 0;
+  for (int i = 0; i < 1003; ++i) {
+    PointColumns& c = problem.columns;
+    cost += std::min(1.0, c.weight()[i] * transferSquared(problem.H, G, c.x1()[i], c.y1()[i], c.x2()[i], c.y2()[i]));
+  }
+  float h[9], g[9];
+  toFloat(problem.H, h);
+  toFloat(G, g);
+  HypothesisScore score;
+  residualKernels(detectSimdLevel()).scoreHomography(problem.columns.view(), h, g, 1e9f, score);
+  EXPECT_NEAR(cost, score.cost, 1e-3 * cost);
+}
+
+TEST(ResidualKernels, PosesWithPointsBehindTheCameraLose) {
+  Problem problem(500, 13);
+  const ResidualKernels& kernels = residualKernels(detectSimdLevel());
+  const TwoViewPose opposite = {problem.pose.R, -problem.pose.t};
+  HypothesisScore right, wrong, epipolar;
+  kernels.scoreEpipolar(problem.columns.view(), opposite.parameters().E, 1e9f, epipolar);
+  kernels.scorePose(problem.columns.view(), problem.pose.parameters(), {}, 1e9f, right);
+  kernels.scorePose(problem.columns.view(), opposite.parameters(), {}, 1e9f, wrong);
+  EXPECT_NEAR(epipolar.inliers, right.inliers, 10);
+  EXPECT_LT(wrong.inliers, right.inliers / 4);
+}
+
+TEST(ResidualKernels, PoseResidualsAreWhatThePoseScoreSumsUp) {
+  Problem problem(500, 16);
+  const ResidualKernels& kernels = residualKernels(detectSimdLevel());
+  for (const Eigen::Vector3d& t : {problem.pose.t, Eigen::Vector3d(-problem.pose.t)}) {
+    const PoseParameters parameters = TwoViewPose{problem.pose.R, t}.parameters();
+    HypothesisScore score;
+    kernels.scorePose(problem.columns.view(), parameters, {}, 1e9f, score);
+    std::vector<float> e(static_cast<size_t>(problem.columns.view().size));
+    kernels.poseResiduals(problem.columns.view(), parameters, e.data());
+    double cost = 0;
+    int inliers = 0;
+    for (int i = 0; i < 500; ++i) {
+      cost += std::min(1.f, e[static_cast<size_t>(i)]);
+      inliers += e[static_cast<size_t>(i)] < 1;
+    }
+    EXPECT_NEAR(cost, score.cost, 1e-4 * cost);
+    EXPECT_EQ(inliers, score.inliers);
+  }
+}
+
+TEST(ResidualKernels, StopsOnceTheBoundIsPassed) {
+  const Problem problem(1000, 14);
+  PoseParameters wrong = problem.pose.parameters();
+  std::swap(wrong.E[1], wrong.E[5]);
+  HypothesisScore score;
+  residualKernels(detectSimdLevel()).scoreEpipolar(problem.columns.view(), wrong.E, 50, score);
+  EXPECT_GT(score.cost, 50);
+  EXPECT_LT(score.evaluated, 500);
+}
+
+TEST(ResidualKernels, ThePriorCostsNothingWhereAMatchIsIgnored) {
+  Problem problem(200, 19);
+  for (int i = 0; i < 200; ++i) problem.columns.y2()[i] += 0.3f;  // off every epipolar line by far
+  problem.pose.t = {1, 0, 0};
+  const Loss loss = {4, 1};
+  NormalEquations<5> without, with;
+  PoseModel(residualKernels(detectSimdLevel()), problem.columns.view()).linearize(problem.pose, loss, without);
+  PoseModel(residualKernels(detectSimdLevel()), problem.columns.view(), {0.1f, 0.05f})
+      .linearize(problem.pose, loss, with);
+  ASSERT_EQ(without.weight, 0);
+  EXPECT_NEAR(without.cost, 200 * 4 / 5.0, 1e-2);
+  EXPECT_EQ(with.cost, without.cost);
+}
+
+TEST(ResidualKernels, CostsAloneAreThoseOfTheNormalEquations) {
+  const Problem problem(1003, 20);
+  const PointColumnsView points = problem.columns.view();
+  const PoseParameters pose = problem.pose.parameters();
+  const float basis[2][3] = {{1, 0, 0}, {0, 1, 0}}, of_matrix[7][9] = {}, of_rotation[3][9] = {};
+  for (const SimdLevel level : supportedLevels()) {
+    const ResidualKernels& kernels = residualKernels(level);
+    for (const Loss& loss : {Loss{1, 0}, Loss{4, 1}}) {
+      for (const ParallaxPrior& prior : {ParallaxPrior{}, ParallaxPrior{0.1f, 0.05f}}) {
+        NormalEquations<5> equations;
+        kernels.linearizePose(points, pose, basis, loss, prior, equations);
+        EXPECT_EQ(equations.cost, kernels.poseCost(points, pose, loss, prior)) << toString(level);
+      }
+      NormalEquations<7> of_lines;
+      kernels.linearizeFundamental(points, pose.E, of_matrix, loss, of_lines);
+      EXPECT_EQ(of_lines.cost, kernels.epipolarCost(points, pose.E, loss)) << toString(level);
+      NormalEquations<3> of_transfer;
+      kernels.linearizeRotation(points, pose.R, of_rotation, loss, of_transfer);
+      EXPECT_EQ(of_transfer.cost, kernels.transferCost(points, pose.R, loss)) << toString(level);
+    }
+  }
+}
+
+TEST(PoseModel, CrossMatrixMultipliesAsTheCrossProduct) {
+  const Eigen::Vector3d a(1, -2, 3), b(0.5, 4, -1);
+  EXPECT_EQ(crossMatrix(a) * b, a.cross(b));
+}
+
+TEST(PoseModel, HypothesesAreRotations) {
+  // Samples of a turning camera, whose roots are the least accurate.
+  constexpr int kSamples = 4000;
+  Problem problem(5 * kSamples, 16);
+  std::mt19937 generator(17);
+  std::normal_distribution<float> noise(0, 1e-3f);
+  for (int i = 0; i < 5 * kSamples; ++i) {
+    const Eigen::Vector3d turned =
+        problem.pose.R * Eigen::Vector3d(problem.columns.x1()[i], problem.columns.y1()[i], 1);
+    problem.columns.x2()[i] = static_cast<float>(turned.x() / turned.z()) + noise(generator);
+    problem.columns.y2()[i] = static_cast<float>(turned.y() / turned.z()) + noise(generator);
+  }
+  const PoseModel model(residualKernels(SimdLevel::kScalar), problem.columns.view());
+  int count = 0;
+  double worst = 0;
+  for (int k = 0; k < kSamples; ++k) {
+    const int sample[5] = {5 * k, 5 * k + 1, 5 * k + 2, 5 * k + 3, 5 * k + 4};
+    Hypothesis hypotheses[kMaxHypotheses];
+    const int found = model.solve(sample, hypotheses);
+    for (int h = 0; h < found; ++h) {
+      const Eigen::Matrix3d& R = hypotheses[h].pose.R;
+      worst = std::max(worst, (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff());
+      EXPECT_GT(R.determinant(), 0);
+    }
+    count += found;
+  }
+  EXPECT_GT(count, kSamples);
+  EXPECT_LT(worst, 1e-12);
+}
+
+TEST(PoseModel, RefinementEndsInARotationWhereverItStarts) {
+  const Problem problem(200, 18);
+  const PoseModel model(residualKernels(SimdLevel::kScalar), problem.columns.view());
+  for (const int iterations : {0, 10}) {
+    TwoViewPose pose = problem.pose;
+    pose.R(0, 1) += 2.5e-3;
+    model.refine({4, 1}, iterations, pose);
+    EXPECT_LT((pose.R * pose.R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-12);
+  }
+}
+
+/// The gradient of the linearised cost is that of the cost itself.
+TEST(ResidualKernels, GradientIsThatOfTheCost) {
+  Problem problem(400, 15);
+  for (const ParallaxPrior& prior : {ParallaxPrior{}, ParallaxPrior{0.1f, 0.05f}}) {
+    const PoseModel model(residualKernels(SimdLevel::kScalar), problem.columns.view(), prior);
+    TwoViewPose pose = problem.pose;
+    pose.R = rotationFromVector({2e-3, -1e-3, 1e-3}) * pose.R;
+    const Loss loss = {1e6f, 1};
+    NormalEquations<5> equations, plus, minus;
+    model.linearize(pose, loss, equations);
+    Eigen::Vector3d basis[2];
+    PoseModel::tangent(pose.t, basis);
+    for (int k = 0; k < 5; ++k) {
+      constexpr double kStep = 2e-4;
+      const auto moved = [&](double step) {
+        TwoViewPose to = pose;
+        if (k < 3) to.R = rotationFromVector(step * Eigen::Vector3d::Unit(k)) * pose.R;
+        if (k >= 3) to.t = (pose.t + step * basis[k - 3]).normalized();
+        return to;
+      };
+      model.linearize(moved(kStep), loss, plus);
+      model.linearize(moved(-kStep), loss, minus);
+      const double numeric = (plus.cost - minus.cost) / (2 * kStep);
+      EXPECT_NEAR(numeric, 2 * equations.gradient[k], 0.03 * std::abs(numeric) + 30) << "parameter " << k;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gms_ransac

@@ -1,0 +1,266 @@
+// The minimal solvers against known motions, and on samples that determine nothing.
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <Eigen/Geometry>
+
+#include "two_view/pose_model.h"
+#include "two_view/solvers/minimal_solvers.h"
+#include "two_view_scene.h"
+
+namespace gms_ransac {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr int kTrials = 2000;
+
+/// Distance of two matrices up to scale and sign.
+double distance(const Matrix3d& a, const Matrix3d& b) {
+  const Matrix3d u = a / a.norm(), v = b / b.norm();
+  return std::min((u - v).norm(), (u + v).norm());
+}
+
+double nearest(const Matrix3d* models, int count, const Matrix3d& truth) {
+  double best = 2;
+  for (int i = 0; i < count; ++i) best = std::min(best, distance(models[i], truth));
+  return best;
+}
+
+TEST(RealRoots, FindsTheRootsOfProductsOfFactors) {
+  std::mt19937_64 generator(3);
+  std::uniform_real_distribution<double> uniform(-3, 3);
+  for (int trial = 0; trial < 500; ++trial) {
+    double c[11] = {1}, expected[10];
+    const int degree = 1 + trial % 10;
+    for (int k = 0; k < degree; ++k) {
+      expected[k] = uniform(generator);
+      for (int i = k + 1; i >= 0; --i) c[i] = (i > 0 ? c[i - 1] : 0) - expected[k] * c[i];
+    }
+    std::sort(expected, expected + degree);
+    double gap = 1;
+    for (int k = 1; k < degree; ++k) gap = std::min(gap, expected[k] - expected[k - 1]);
+    if (gap < 0.05) continue;
+    double roots[10];
+    ASSERT_EQ(degree, solvePolynomial(c, degree, roots));
+    for (int k = 0; k < degree; ++k) EXPECT_NEAR(expected[k], roots[k], 1e-7);
+  }
+}
+
+TEST(RealRoots, HandlesMissingDegreesAndMultipleRoots) {
+  double roots[10], three[3];
+  const double zero[11] = {}, constant[2] = {1, 0}, no_real_root[3] = {1, 0, 1}, linear[4] = {-2, 1, 0, 0};
+  EXPECT_EQ(0, solvePolynomial(zero, 10, roots));
+  EXPECT_EQ(0, solvePolynomial(constant, 1, roots));
+  EXPECT_EQ(0, solvePolynomial(no_real_root, 2, roots));
+  ASSERT_EQ(1, solveCubic({linear[0], linear[1], linear[2], linear[3]}, three));
+  EXPECT_NEAR(2, three[0], 1e-12);
+  const double triple[4] = {-1, 3, -3, 1};
+  const int count = solvePolynomial(triple, 3, roots);
+  for (int i = 0; i < count; ++i) EXPECT_NEAR(1, roots[i], 1e-4);
+  const double nan[3] = {1, std::nan(""), 1};
+  EXPECT_EQ(0, solvePolynomial(nan, 2, roots));
+}
+
+TEST(RealRoots, FindsTheRootsOfPolynomialsWithMissingPowersAndRepeatedFactors) {
+  const struct {
+    std::vector<double> coefficients, roots;
+  } cases[] = {{{-1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}, {-1, 1}},  // x^10 - 1
+               {{1, 0, -2, 0, 1}, {-1, 1}},                    // (x^2 - 1)^2
+               {{1, 0, 2, 0, 1}, {}},                          // (x^2 + 1)^2
+               {{0, 0, 0, 0, 0, 0, 0, 1}, {0}},                // x^7
+               {{-8, 0, 0, 1}, {2}},                           // x^3 - 8
+               {{0, -1, 0, 0, 0, 1}, {-1, 0, 1}},              // x^5 - x
+               {{4, -4, -3, 2, 1}, {-2, 1}},                   // (x - 1)^2 (x + 2)^2
+               {{-1, 3, -3, 1}, {1}},                          // (x - 1)^3
+               {{0, 0, -4, 0, 1}, {-2, 0, 2}},                 // x^2 (x^2 - 4)
+               {{1, 0, 0, 0, 1}, {}},                          // x^4 + 1
+               {{-4, 12, -13, 6, -1}, {1, 2}}};                // -(x - 1)^2 (x - 2)^2
+  for (const auto& [coefficients, expected] : cases) {
+    double roots[10];
+    const int count = solvePolynomial(coefficients.data(), static_cast<int>(coefficients.size()) - 1, roots);
+    std::vector<double> found(roots, roots + count);
+    std::sort(found.begin(), found.end());
+    ASSERT_EQ(found.size(), expected.size()) << testing::PrintToString(coefficients);
+    for (size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], 1e-6);
+  }
+}
+
+TEST(Essential5, RecoversTheMotion) {
+  int accurate = 0, very_accurate = 0;
+  double solutions = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    ExactViews views(static_cast<uint64_t>(trial));
+    double x1[5][2], x2[5][2];
+    for (int i = 0; i < 5; ++i) views.project(views.point(), x1[i], x2[i]);
+    Matrix3d models[10];
+    const int count = solveEssential5(x1, x2, models);
+    solutions += count;
+    const double error = nearest(models, count, crossMatrix(views.t) * views.R);
+    accurate += error < 1e-6;
+    very_accurate += error < 1e-8;
+    for (int k = 0; k < count; ++k) {
+      EXPECT_NEAR(std::sqrt(2.0), models[k].norm(), 1e-9);
+      for (int i = 0; i < 5; ++i) {
+        const Vector3d p(x1[i][0], x1[i][1], 1), q(x2[i][0], x2[i][1], 1);
+        EXPECT_LT(std::abs(q.dot(models[k] * p)), 1e-8);
+      }
+    }
+  }
+  EXPECT_GT(accurate, 0.98 * kTrials);
+  EXPECT_GT(very_accurate, 0.95 * kTrials);
+  EXPECT_GT(solutions / kTrials, 2.5);
+}
+
+TEST(Essential5, RecoversSidewaysAndForwardMotionWithoutRotation) {
+  for (const Vector3d& t : {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, 1)}) {
+    int accurate = 0;
+    for (int trial = 0; trial < 200; ++trial) {
+      ExactViews views(static_cast<uint64_t>(trial));
+      views.R.setIdentity();
+      views.t = t;
+      double x1[5][2], x2[5][2];
+      for (int i = 0; i < 5; ++i) views.project(views.point(), x1[i], x2[i]);
+      Matrix3d models[10];
+      accurate += nearest(models, solveEssential5(x1, x2, models), crossMatrix(t)) < 1e-6;
+    }
+    EXPECT_GT(accurate, 190) << t.transpose();
+  }
+}
+
+TEST(Essential5, RecoversTheMotionFromAPlane) {
+  int accurate = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    ExactViews views(static_cast<uint64_t>(trial));
+    double x1[5][2], x2[5][2];
+    for (int i = 0; i < 5; ++i) views.project(views.pointOnPlane(), x1[i], x2[i]);
+    Matrix3d models[10];
+    accurate += nearest(models, solveEssential5(x1, x2, models), crossMatrix(views.t) * views.R) < 1e-6;
+  }
+  EXPECT_GT(accurate, 475);
+}
+
+TEST(Essential5, DecomposesIntoTheMotion) {
+  for (int trial = 0; trial < 500; ++trial) {
+    ExactViews views(static_cast<uint64_t>(trial));
+    const EssentialDecomposition d = decomposeEssential(-3.0 * crossMatrix(views.t) * views.R);
+    EXPECT_LT(std::min((d.R1 - views.R).norm(), (d.R2 - views.R).norm()), 1e-12);
+    EXPECT_LT(std::min((d.t - views.t).norm(), (d.t + views.t).norm()), 1e-12);
+    EXPECT_NEAR(1, d.R1.determinant(), 1e-12);
+    EXPECT_NEAR(1, d.R2.determinant(), 1e-12);
+  }
+}
+
+TEST(Fundamental7, RecoversTheMatrixInPixels) {
+  Matrix3d K;
+  K << 520, 0, 320, 0, 515, 240, 0, 0, 1;
+  const Matrix3d Ki = K.inverse();
+  int accurate = 0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    ExactViews views(static_cast<uint64_t>(trial));
+    double x1[7][2], x2[7][2];
+    for (int i = 0; i < 7; ++i) {
+      views.project(views.point(), x1[i], x2[i]);
+      for (auto* x : {x1[i], x2[i]}) {
+        x[0] = K(0, 0) * x[0] + K(0, 2);
+        x[1] = K(1, 1) * x[1] + K(1, 2);
+      }
+    }
+    Matrix3d models[3];
+    const int count = solveFundamental7(x1, x2, models);
+    accurate += nearest(models, count, Ki.transpose() * crossMatrix(views.t) * views.R * Ki) < 1e-6;
+    for (int k = 0; k < count; ++k) {
+      // Determinant of the matrix scaled back to order-one coordinates.
+      Matrix3d E = K.transpose() * models[k] * K;
+      E /= E.norm();
+      EXPECT_LT(std::abs(E.determinant()), 1e-8);
+    }
+  }
+  EXPECT_GT(accurate, 0.98 * kTrials);
+}
+
+TEST(Homography4, RecoversTheMatrixInPixels) {
+  std::mt19937_64 generator(7);
+  std::uniform_real_distribution<double> pixel(0, 640), small(-1e-1, 1e-1);
+  for (int trial = 0; trial < kTrials; ++trial) {
+    Matrix3d H;
+    H << 1 + small(generator), small(generator), 100 * small(generator), small(generator), 1 + small(generator),
+        100 * small(generator), 1e-3 * small(generator), 1e-3 * small(generator), 1;
+    double x1[4][2], x2[4][2];
+    for (int i = 0; i < 4; ++i) {
+      x1[i][0] = pixel(generator);
+      x1[i][1] = pixel(generator);
+      const Vector3d q = H * Vector3d(x1[i][0], x1[i][1], 1);
+      x2[i][0] = q.x() / q.z();
+      x2[i][1] = q.y() / q.z();
+    }
+    Matrix3d models[1];
+    ASSERT_EQ(1, solveHomography4(x1, x2, models));
+    EXPECT_LT(distance(models[0], H), 1e-6);
+  }
+}
+
+TEST(Homography4, RefusesCollinearAndRepeatedPoints) {
+  const double square[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, collinear[4][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}},
+               repeated[4][2] = {{0, 0}, {0, 0}, {1, 1}, {0, 1}}, same[4][2] = {{2, 3}, {2, 3}, {2, 3}, {2, 3}};
+  Matrix3d models[1];
+  EXPECT_EQ(1, solveHomography4(square, square, models));
+  EXPECT_EQ(0, solveHomography4(square, collinear, models));
+  EXPECT_EQ(0, solveHomography4(collinear, square, models));
+  EXPECT_EQ(0, solveHomography4(repeated, square, models));
+  EXPECT_EQ(0, solveHomography4(same, same, models));
+}
+
+enum class Degenerate { kCollinear, kRepeated, kAllEqual, kCoplanar, kPureRotation, kNoMotion, kInfinite };
+
+class DegenerateSample : public testing::TestWithParam<Degenerate> {
+ protected:
+  template <int N>
+  void fill(ExactViews& views, double (&x1)[N][2], double (&x2)[N][2]) {
+    const Degenerate kind = GetParam();
+    if (kind == Degenerate::kPureRotation || kind == Degenerate::kNoMotion) views.t.setZero();
+    if (kind == Degenerate::kNoMotion) views.R.setIdentity();
+    const Vector3d first = views.point(), second = views.point();
+    for (int i = 0; i < N; ++i) {
+      Vector3d X = views.point();
+      if (kind == Degenerate::kCollinear) X = first + 0.3 * i * (second - first);
+      if (kind == Degenerate::kRepeated && i % 2) X = first;
+      if (kind == Degenerate::kAllEqual) X = first;
+      if (kind == Degenerate::kCoplanar) X = views.pointOnPlane();
+      if (kind == Degenerate::kInfinite) X *= 1e12;
+      views.project(X, x1[i], x2[i]);
+    }
+  }
+};
+
+TEST_P(DegenerateSample, GivesFiniteModelsOnly) {
+  for (int trial = 0; trial < 300; ++trial) {
+    ExactViews views(static_cast<uint64_t>(trial));
+    double a5[5][2], b5[5][2], a7[7][2], b7[7][2], a4[4][2], b4[4][2];
+    fill(views, a5, b5);
+    fill(views, a7, b7);
+    fill(views, a4, b4);
+    Matrix3d models[10];
+    const int essential = solveEssential5(a5, b5, models);
+    ASSERT_LE(essential, 10);
+    for (int k = 0; k < essential; ++k) EXPECT_TRUE(models[k].allFinite());
+    const int fundamental = solveFundamental7(a7, b7, models);
+    ASSERT_LE(fundamental, 3);
+    for (int k = 0; k < fundamental; ++k) EXPECT_TRUE(models[k].allFinite());
+    const int homography = solveHomography4(a4, b4, models);
+    ASSERT_LE(homography, 1);
+    for (int k = 0; k < homography; ++k) EXPECT_TRUE(models[k].allFinite());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Samples, DegenerateSample,
+                         testing::Values(Degenerate::kCollinear, Degenerate::kRepeated, Degenerate::kAllEqual,
+                                         Degenerate::kCoplanar, Degenerate::kPureRotation, Degenerate::kNoMotion,
+                                         Degenerate::kInfinite));
+
+}  // namespace
+}  // namespace gms_ransac

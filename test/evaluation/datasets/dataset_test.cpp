@@ -1,0 +1,376 @@
+// The dataset reader on tiny folders and a bag written here: what is read, and every sentence of complaint.
+#include "datasets/dataset.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include <sys/stat.h>
+
+#include <geometry_msgs/TransformStamped.h>
+#include <gtest/gtest.h>
+#include <rosbag/bag.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/image_encodings.h>
+#include <tf2_msgs/TFMessage.h>
+#include <opencv2/imgcodecs.hpp>
+
+#include "run/pair_truth.h"
+
+namespace gms_ransac {
+namespace {
+
+namespace fs = std::filesystem;
+
+class DatasetTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::temp_directory_path() / ("gms_ransac_" + std::string(info->test_suite_name()) + "_" + info->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void write(const std::string& name, const std::string& text) {
+    fs::create_directories((folder_ / name).parent_path());
+    std::ofstream(folder_ / name) << text;
+  }
+  void writeImage(const std::string& name, int value, int type = CV_8UC1) {
+    fs::create_directories((folder_ / name).parent_path());
+    cv::imwrite((folder_ / name).string(), cv::Mat(4, 6, type, cv::Scalar::all(value)));
+  }
+  std::string path(const std::string& name = "") const {
+    return name.empty() ? folder_.string() : (folder_ / name).string();
+  }
+
+  std::string complaint(const std::string& name = "", const DatasetOptions& options = {}) const {
+    try {
+      Dataset::open(path(name), options);
+    } catch (const DatasetError& error) {
+      const std::string sentence = error.what();
+      const std::string prefix = path() + "/";
+      return sentence.rfind(prefix, 0) == 0 ? sentence.substr(prefix.size()) : sentence;
+    }
+    return "no complaint";
+  }
+
+  fs::path folder_;
+};
+
+using TumTest = DatasetTest;
+using KittiTest = DatasetTest;
+using PairsTest = DatasetTest;
+using BagTest = DatasetTest;
+
+TEST_F(TumTest, ReadsImagesDepthIntrinsicsAndInterpolatedPoses) {
+  write("rgb.txt", "# stamp file\n1.00 rgb/a.png\n1.05 rgb/b.png\n\n1.50 rgb/c.png\n");
+  write("depth.txt", "1.01 depth/a.png\n1.08 depth/b.png\n");
+  // A quarter turn about z between the first two samples, then a hole longer than is interpolated across.
+  write("groundtruth.txt",
+        "# tum\n1.01 0 0 0 0 0 0 1\n1.02 0 0 0 0 0 0 1\n1.10 8 0 0 0 0 0.7071067811865476 0.7071067811865476\n"
+        "1.60 9 0 0 0 0 0 1\n");
+  write("camera.txt", "500 501 320 240 0.1 -0.2 0.01 0.02 0.3\n");
+  writeImage("rgb/a.png", 7, CV_8UC3);
+  writeImage("rgb/b.png", 8);
+  writeImage("depth/a.png", 2500, CV_16UC1);
+
+  const Dataset dataset = Dataset::open(path() + "/");
+  EXPECT_EQ(dataset.kind(), DatasetKind::kTum);
+  EXPECT_EQ(dataset.path(), path());
+  ASSERT_EQ(dataset.frames().size(), 3u);
+  EXPECT_EQ(dataset.frames()[1].name, "rgb/b.png");
+  EXPECT_DOUBLE_EQ(dataset.frames()[1].stamp, 1.05);
+  EXPECT_EQ(dataset.frames()[0].depth, "depth/a.png");
+  EXPECT_EQ(dataset.frames()[1].depth, "") << "30 ms apart is another instant";
+  EXPECT_FALSE(dataset.frames()[0].pose) << "nothing before the first sample";
+  ASSERT_TRUE(dataset.frames()[1].pose);
+  EXPECT_FALSE(dataset.frames()[2].pose) << "inside a hole";
+  const Eigen::Isometry3d pose = *dataset.frames()[1].pose;
+  EXPECT_NEAR(pose.translation().x(), 3.0, 1e-9);
+  EXPECT_NEAR(std::atan2(pose(1, 0), pose(0, 0)), M_PI / 2 * 0.375, 1e-9);
+  ASSERT_TRUE(dataset.intrinsics());
+  EXPECT_DOUBLE_EQ(dataset.intrinsics()->fy, 501);
+  EXPECT_EQ(dataset.intrinsics()->distortion, (std::vector<double>{0.1, -0.2, 0.01, 0.02, 0.3}));
+  EXPECT_EQ(dataset.image(0).type(), CV_8UC1);
+  EXPECT_EQ(dataset.image(0, true).type(), CV_8UC3);
+  EXPECT_FLOAT_EQ(dataset.depth(0).at<float>(2, 2), 0.5f);
+  EXPECT_TRUE(dataset.depth(1).empty());
+
+  DatasetOptions options;
+  options.intrinsics = "1,2,3,4";
+  EXPECT_DOUBLE_EQ(Dataset::open(path(), options).intrinsics()->fy, 2);
+}
+
+TEST_F(TumTest, PairsFollowGapAndStride) {
+  write("rgb.txt", "1 a\n2 b\n3 c\n4 d\n5 e\n6 f\n");
+  const Dataset dataset = Dataset::open(path());
+  const auto pairs = dataset.pairs(2, 3);
+  ASSERT_EQ(pairs.size(), 2u);
+  EXPECT_EQ(pairs[1].reference, 3);
+  EXPECT_EQ(pairs[1].current, 5);
+  EXPECT_TRUE(dataset.pairs(6, 1).empty());
+}
+
+TEST_F(TumTest, ComplainsWithFileAndLine) {
+  write("rgb.txt", "# nothing\n");
+  EXPECT_EQ(complaint(), "rgb.txt: lists no image");
+  write("rgb.txt", "1.0 a.png\n# fine\n2.0\n");
+  EXPECT_EQ(complaint(), "rgb.txt:3: expected a time stamp and a file name");
+  write("rgb.txt", "1.0 a.png\nsoon b.png\n");
+  EXPECT_EQ(complaint(), "rgb.txt:2: expected a time stamp and a file name, but 'soon' is not a finite number");
+  write("rgb.txt", "1.0 a.png\n");
+  write("groundtruth.txt", "1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0\n");
+  EXPECT_EQ(complaint(), "groundtruth.txt:2: expected a pose (stamp tx ty tz qx qy qz qw), found 7 fields");
+  write("groundtruth.txt", "1 0 0 nan 0 0 0 1\n");
+  EXPECT_EQ(complaint(),
+            "groundtruth.txt:1: expected a pose (stamp tx ty tz qx qy qz qw), but 'nan' is not a finite number");
+  write("groundtruth.txt", "1 0 0 0 0 0 0 0\n");
+  EXPECT_EQ(complaint(), "groundtruth.txt:1: the quaternion is not of unit length");
+  write("groundtruth.txt", "2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n");
+  EXPECT_EQ(complaint(), "groundtruth.txt:2: the time stamps run backwards");
+  fs::remove(folder_ / "groundtruth.txt");
+  write("camera.txt", "500 500 320\n");
+  EXPECT_EQ(complaint(), "camera.txt:1: expected fx fy cx cy [k1 k2 p1 p2 [k3]], found 3 numbers");
+  write("camera.txt", "\n500 five 320 240\n");
+  EXPECT_EQ(complaint(), "camera.txt:2: 'five' is not a finite number");
+  write("camera.txt", "500 0 320 240\n");
+  EXPECT_EQ(complaint(), "camera.txt:1: the focal lengths fx and fy must be positive");
+  write("camera.txt", "");
+  EXPECT_EQ(complaint(), "camera.txt:1: expected fx fy cx cy [k1 k2 p1 p2 [k3]], but the file is empty");
+  write("camera.txt", "1 2 3 4\n5 6 7 8\n");
+  EXPECT_EQ(complaint(), "camera.txt:2: expected one line with fx fy cx cy [k1 k2 p1 p2 [k3]]");
+  write("camera.txt", "500 500 320 240\n");
+  DatasetOptions options;
+  options.intrinsics = "1,2";
+  EXPECT_EQ(complaint("", options), "--intrinsics: expected fx fy cx cy [k1 k2 p1 p2 [k3]], found 2 numbers");
+}
+
+TEST_F(TumTest, RefusesAQuaternionWhoseSquaresNoDoubleHolds) {
+  write("rgb.txt", "1 a.png\n");
+  write("groundtruth.txt", "1 0 0 0 1e200 0 0 0\n");
+  EXPECT_EQ(complaint(), "groundtruth.txt:1: the quaternion is not of unit length");
+}
+
+TEST_F(TumTest, OpensNoPipeAndNoDevice) {
+  // One would wait for the other end of the pipe, and read the device until the memory is full.
+  ASSERT_EQ(mkfifo(path("rgb.txt").c_str(), 0600), 0);
+  EXPECT_NE(complaint().find("holds neither rgb.txt"), std::string::npos);
+  fs::remove(path("rgb.txt"));
+  fs::create_symlink("/dev/zero", path("rgb.txt"));
+  EXPECT_NE(complaint().find("holds neither rgb.txt"), std::string::npos);
+}
+
+TEST_F(TumTest, ComplainsAboutImagesWhenTheyAreRead) {
+  write("rgb.txt", "1.0 gone.png\n2.0 text.png\n");
+  write("text.png", "not a picture");
+  const Dataset dataset = Dataset::open(path());
+  for (const auto& [frame, sentence] :
+       {std::pair<int, std::string>{0, "/gone.png: no such image"}, {1, "/text.png: cannot be read as an image"}}) {
+    try {
+      dataset.image(frame);
+      FAIL() << "read " << dataset.frames()[static_cast<size_t>(frame)].name;
+    } catch (const DatasetError& error) {
+      EXPECT_EQ(error.what(), path() + sentence);
+    }
+  }
+}
+
+TEST_F(KittiTest, ReadsImagesInNameOrderWithPosesTimesAndCalibration) {
+  for (const char* name : {"image_0/000001.png", "image_0/000000.png", "image_0/000002.png"}) writeImage(name, 1);
+  write("image_0/readme.txt", "not an image");
+  write("calib.txt", "P0: 700 0 600 0 0 701 180 0 0 0 1 0\nP1: 1 0 0 0 0 1 0 0 0 0 1 0\n");
+  write("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n0 0 1 5 0 1 0 6 -1 0 0 7\n");
+  write("times.txt", "0.0\n1.036e-01\n2.0e-01\n");
+  const Dataset dataset = Dataset::open(path());
+  EXPECT_EQ(dataset.kind(), DatasetKind::kKitti);
+  ASSERT_EQ(dataset.frames().size(), 3u);
+  EXPECT_EQ(dataset.frames()[1].name, "image_0/000001.png");
+  EXPECT_DOUBLE_EQ(dataset.frames()[1].stamp, 0.1036);
+  EXPECT_EQ(dataset.frames()[1].pose->translation(), Eigen::Vector3d(5, 6, 7));
+  EXPECT_EQ((*dataset.frames()[1].pose)(0, 2), 1);
+  EXPECT_FALSE(dataset.frames()[2].pose);
+  EXPECT_DOUBLE_EQ(dataset.intrinsics()->fy, 701);
+  write("camera.txt", "1 2 3 4");
+  EXPECT_DOUBLE_EQ(Dataset::open(path()).intrinsics()->fy, 2) << "camera.txt goes before calib.txt";
+}
+
+TEST_F(KittiTest, AcceptsTheOtherFolderNameAndMissingFiles) {
+  writeImage("image_l/000000.jpg", 1);
+  const Dataset dataset = Dataset::open(path());
+  EXPECT_EQ(dataset.frames().at(0).name, "image_l/000000.jpg");
+  EXPECT_FALSE(dataset.intrinsics());
+}
+
+TEST_F(KittiTest, ComplainsWithFileAndLine) {
+  EXPECT_EQ(complaint(), path() + ": holds neither rgb.txt (TUM), image_0/ (KITTI) nor pairs.txt (image pairs)");
+  fs::create_directories(folder_ / "image_0");
+  EXPECT_EQ(complaint(), "image_0: holds no .png, .jpg or .pgm image");
+  writeImage("image_0/000000.png", 1);
+  writeImage("image_0/000001.png", 1);
+  write("calib.txt", "P1: 1 0 0 0 0 1 0 0 0 0 1 0\n");
+  EXPECT_EQ(complaint(), "calib.txt: has no line that starts with 'P0:'");
+  write("calib.txt", "\nP0: 700 0 600 0 0 701\n");
+  EXPECT_EQ(complaint(), "calib.txt:2: expected P0: and twelve numbers of a 3 x 4 projection matrix, found 7 fields");
+  write("calib.txt", "P0: 0 0 600 0 0 701 180 0 0 0 1 0\n");
+  EXPECT_EQ(complaint(), "calib.txt:1: the focal lengths in P0 must be positive");
+  fs::remove(folder_ / "calib.txt");
+  write("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1\n");
+  EXPECT_EQ(complaint(), "poses.txt:2: expected twelve numbers of a 3 x 4 pose, found 11 fields");
+  write("poses.txt", "1 0 0 0 0 1 0 0 0 0 one 0\n");
+  EXPECT_EQ(complaint(), "poses.txt:1: expected twelve numbers of a 3 x 4 pose, but 'one' is not a finite number");
+  write("poses.txt", "1 0 0 0 0 2 0 0 0 0 1 0\n");
+  EXPECT_EQ(complaint(), "poses.txt:1: the left 3 x 3 part is not a rotation");
+  write("poses.txt", "1 0 0 0 0 -1 0 0 0 0 1 0\n");
+  EXPECT_EQ(complaint(), "poses.txt:1: the left 3 x 3 part is not a rotation") << "a mirror";
+  fs::remove(folder_ / "poses.txt");
+  write("times.txt", "0.0\n");
+  EXPECT_EQ(complaint(), "times.txt:1: the file ends after 1 lines, but there are 2 images");
+  write("times.txt", "0.0\nlater\n");
+  EXPECT_EQ(complaint(), "times.txt:2: expected one time stamp, but 'later' is not a finite number");
+}
+
+TEST_F(PairsTest, ACornerAtAnEdgeMayBelongToEitherSurface) {
+  write("pairs.txt", "a.png b.png DISP=disp.png SCALE=1\n");
+  cv::Mat disparity(20, 40, CV_8UC1, cv::Scalar(5));
+  disparity.colRange(20, 40) = 15;
+  cv::imwrite(path() + "/disp.png", disparity);
+  const Dataset dataset = Dataset::open(path());
+  const PairTruth truth(dataset, dataset.pairs(1, 1).front(), Camera());
+  EXPECT_NEAR(*truth.transferDistance({18, 10}, {13, 10}), 0, 1e-6) << "of the left surface";
+  EXPECT_NEAR(*truth.transferDistance({18, 10}, {3, 10}), 10, 1e-6);
+  EXPECT_NEAR(*truth.transferDistance({18, 10}, {3, 10}, 3), 0, 1e-6) << "of the right one, two pixels beside it";
+  EXPECT_NEAR(*truth.transferDistance({16, 10}, {1, 10}, 3), 10, 1e-6) << "four pixels";
+  EXPECT_FALSE(truth.transferDistance({-5, 10}, {3, 10}, 3));
+}
+
+TEST_F(PairsTest, ReadsHomographyFundamentalAndDisparity) {
+  write("pairs.txt",
+        "# list\na.png b.png H=ab\na.png c.png F=ac\na.png d.png DISP=disp.png SCALE=4\na.png e.png ab\nb.png c.png\n");
+  write("ab", "1 0 10\n0 1 20\n0 0 1\n");
+  write("ac", " 0 0 0 \n0 0 -1\n0 1 0\n");
+  writeImage("disp.png", 10);
+  const Dataset dataset = Dataset::open(path());
+  EXPECT_EQ(dataset.kind(), DatasetKind::kImagePairs);
+  EXPECT_EQ(dataset.frames().size(), 5u) << "shared images are listed once";
+  const auto pairs = dataset.pairs(7, 1);
+  ASSERT_EQ(pairs.size(), 5u);
+  EXPECT_EQ((*pairs[0].homography)(1, 2), 20);
+  EXPECT_EQ((*pairs[1].fundamental)(1, 2), -1);
+  EXPECT_FLOAT_EQ(dataset.disparity(pairs[2]).at<float>(1, 1), 2.5f);
+  EXPECT_TRUE(pairs[3].homography) << "a bare file is a homography";
+  EXPECT_FALSE(pairs[4].homography || pairs[4].fundamental || pairs[4].disparity);
+  EXPECT_TRUE(dataset.disparity(pairs[4]).empty());
+  EXPECT_EQ(pairs[2].reference, 0);
+  EXPECT_EQ(dataset.pairs(1, 2).size(), 3u);
+}
+
+TEST_F(PairsTest, ComplainsWithFileAndLine) {
+  write("pairs.txt", "# empty\n");
+  EXPECT_EQ(complaint(), "pairs.txt: lists no pair");
+  write("pairs.txt", "a.png\n");
+  EXPECT_EQ(complaint(), "pairs.txt:1: expected two image paths and, optionally, H=, F= or DISP= truth");
+  write("pairs.txt", "a.png b.png\na.png b.png Q=x\n");
+  EXPECT_EQ(complaint(), "pairs.txt:2: unknown key 'Q'; known are H, F, DISP and SCALE");
+  write("pairs.txt", "a.png b.png SCALE=3\n");
+  EXPECT_EQ(complaint(), "pairs.txt:1: SCALE= without DISP=");
+  write("pairs.txt", "a.png b.png DISP=d.png SCALE=0\n");
+  EXPECT_EQ(complaint(), "pairs.txt:1: SCALE must be positive");
+  write("pairs.txt", "a.png b.png DISP=d.png SCALE=x\n");
+  EXPECT_EQ(complaint(),
+            "pairs.txt:1: expected SCALE= and grey values per pixel of disparity, but 'x' is not a finite number");
+  write("pairs.txt", "a.png b.png H=h\n");
+  EXPECT_EQ(complaint(), "h: cannot be opened");
+  write("h", "1 0 0\n0 1\n");
+  EXPECT_EQ(complaint(), "h:2: expected three numbers of a 3 x 3 matrix, found 2 fields");
+  write("h", "1 0 0\n0 1 0\n");
+  EXPECT_EQ(complaint(), "h:2: expected a 3 x 3 matrix, but the file ends after 2 rows");
+  write("h", "1 0 0\n0 1 0\n0 0 1\n0 0 0\n");
+  EXPECT_EQ(complaint(), "h:4: expected a 3 x 3 matrix, found a fourth row");
+}
+
+sensor_msgs::Image grayMessage(double stamp, int value) {
+  sensor_msgs::Image message;
+  message.header.stamp = ros::Time(stamp);
+  message.header.frame_id = "/camera";
+  message.encoding = sensor_msgs::image_encodings::MONO8;
+  message.width = 6;
+  message.height = 4;
+  message.step = 6;
+  message.data.assign(24, static_cast<uint8_t>(value));
+  return message;
+}
+
+TEST_F(BagTest, ReadsImagesCameraInfoAndTransforms) {
+  {
+    rosbag::Bag bag(path("set.bag"), rosbag::bagmode::Write);
+    sensor_msgs::CameraInfo info;
+    info.P[0] = 700;
+    info.P[5] = 701;
+    bag.write("/cam/camera_info", ros::Time(10), info);
+    for (int i = 0; i < 3; ++i) {
+      // Received at the same instant: told apart by their own stamps.
+      bag.write("/cam/image_raw", ros::Time(10), grayMessage(5 + 0.1 * i, 50 + i));
+      tf2_msgs::TFMessage transforms;
+      transforms.transforms.resize(1);
+      transforms.transforms[0].header.frame_id = "/world";
+      transforms.transforms[0].header.stamp = ros::Time(5 + 0.2 * i);
+      transforms.transforms[0].child_frame_id = "/camera";
+      transforms.transforms[0].transform.translation.x = 2.0 * i;
+      transforms.transforms[0].transform.rotation.w = 1;
+      bag.write("/tf", ros::Time(10), transforms);
+    }
+  }
+  const Dataset dataset = Dataset::open(path("set.bag"));
+  EXPECT_EQ(dataset.kind(), DatasetKind::kBag);
+  ASSERT_EQ(dataset.frames().size(), 3u);
+  EXPECT_EQ(dataset.image(1).at<uint8_t>(2, 2), 51);
+  EXPECT_EQ(dataset.image(2, true).type(), CV_8UC3);
+  ASSERT_TRUE(dataset.frames()[1].pose);
+  EXPECT_NEAR(dataset.frames()[1].pose->translation().x(), 1.0, 1e-6);
+  ASSERT_TRUE(dataset.intrinsics()) << "K is zero, so P counts";
+  EXPECT_DOUBLE_EQ(dataset.intrinsics()->fy, 701);
+}
+
+TEST_F(BagTest, ComplainsInASentence) {
+  EXPECT_EQ(complaint("none.bag"), "none.bag: no such folder or bag");
+  write("text.bag", "not a bag");
+  EXPECT_EQ(complaint("text.bag").rfind("text.bag: cannot be read as a bag (", 0), 0u);
+  write("file.png", "");
+  EXPECT_EQ(complaint("file.png"), "file.png: is neither a folder nor a .bag file");
+  { rosbag::Bag(path("empty.bag"), rosbag::bagmode::Write); }
+  EXPECT_EQ(complaint("empty.bag"), "empty.bag: holds no image topic");
+  {
+    rosbag::Bag bag(path("two.bag"), rosbag::bagmode::Write);
+    bag.write("/b/image", ros::Time(10), grayMessage(1, 1));
+    bag.write("/a/image", ros::Time(10), grayMessage(1, 2));
+    bag.write("/info", ros::Time(10), sensor_msgs::CameraInfo());
+  }
+  EXPECT_EQ(complaint("two.bag"), "two.bag: holds several image topics (/a/image, /b/image); choose one with --topic");
+  DatasetOptions options;
+  options.topic = "/info";
+  EXPECT_EQ(complaint("two.bag", options), "two.bag: topic /info carries sensor_msgs/CameraInfo, not images");
+  options.topic = "/none";
+  EXPECT_EQ(complaint("two.bag", options), "two.bag: topic /none holds no image");
+  options.topic = "/a/image";
+  EXPECT_EQ(Dataset::open(path("two.bag"), options).image(0).at<uint8_t>(0, 0), 2);
+}
+
+TEST_F(BagTest, MayEndAnywhere) {
+  {
+    rosbag::Bag bag(path("set.bag"), rosbag::bagmode::Write);
+    bag.write("/image", ros::Time(10), grayMessage(5, 50));
+  }
+  EXPECT_EQ(Dataset::open(path("set.bag")).image(0).at<uint8_t>(0, 0), 50);
+  std::ifstream stream(path("set.bag"), std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  for (size_t length = 0; length < bytes.size(); length += 101) {
+    write("set.bag", bytes.substr(0, length));
+    EXPECT_EQ(complaint("set.bag").rfind("set.bag: cannot be read as a bag (", 0), 0u) << length;
+  }
+}
+
+}  // namespace
+}  // namespace gms_ransac

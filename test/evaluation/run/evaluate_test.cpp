@@ -1,0 +1,355 @@
+// The program `evaluate` as its users see it: exit status and sentence for bad input, records, scores, and tables that
+// do not depend on how their work was cut into pieces.
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "shared_data.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int status = -1;
+  std::string text;  ///< standard output and error
+};
+
+Outcome run(const std::string& command) {
+  Outcome outcome;
+  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  char buffer[4096];
+  while (std::fgets(buffer, sizeof(buffer), pipe)) outcome.text += buffer;
+  outcome.status = WEXITSTATUS(pclose(pipe));
+  return outcome;
+}
+
+class EvaluateTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() /
+              ("gms_ransac_evaluate_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_ / "set");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  Outcome evaluate(const std::string& arguments) const { return run(std::string(EVALUATE_PROGRAM) + " " + arguments); }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
+
+  /// Views of a textured plane: image k is image 0 moved by `step`^k; the list pairs neighbours with their homography.
+  void writePlane(int images, const cv::Matx33d& step) const {
+    cv::Mat noise(300, 400, CV_8UC1), texture;
+    cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
+    cv::GaussianBlur(noise, noise, cv::Size(), 2.0);
+    cv::normalize(noise, texture, 0, 255, cv::NORM_MINMAX);
+    std::ofstream list(folder_ / "set/pairs.txt"), H(folder_ / "set/H");
+    for (int row = 0; row < 3; ++row) H << step(row, 0) << ' ' << step(row, 1) << ' ' << step(row, 2) << '\n';
+    cv::Matx33d motion = cv::Matx33d::eye();
+    for (int k = 0; k < images; ++k) {
+      cv::Mat view;
+      cv::warpPerspective(texture, view, motion, texture.size());
+      cv::imwrite(path("set/" + std::to_string(k) + ".png"), view);
+      if (k > 0) list << k - 1 << ".png " << k << ".png H=H\n";
+      motion = step * motion;
+    }
+  }
+
+  fs::path folder_;
+};
+
+const cv::Matx33d kStep(0.995, -0.03, 9, 0.03, 0.995, -6, 0, 0, 1);
+
+std::vector<nlohmann::json> readLines(const std::string& file) {
+  std::vector<nlohmann::json> lines;
+  std::ifstream stream(file);
+  for (std::string line; std::getline(stream, line);) lines.push_back(nlohmann::json::parse(line));
+  return lines;
+}
+
+TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
+  write("set/pairs.txt", "a.png b.png\n");
+  write("set/a.png", "not a picture");
+  fs::create_directories(folder_ / "empty");
+  fs::create_directories(folder_ / "broken");
+  write("broken/rgb.txt", "1 a.png\n2 b.png\n");
+  write("broken/camera.txt", "500 500 x 240\n");
+  const std::map<std::string, std::string> complaints = {
+      {"", "no command given"},
+      {"fly", "unknown command 'fly'"},
+      {"run", "no folder or bag given"},
+      {"run " + path("none"), "none: no such folder or bag"},
+      {"run " + path("empty"), "holds neither rgb.txt (TUM), image_0/ (KITTI) nor pairs.txt"},
+      {"run " + path("set"), "a.png: cannot be read as an image"},
+      {"run " + path("broken"), "camera.txt:1: 'x' is not a finite number"},
+      {"run " + path("set") + " --method nonsense", "unknown method 'nonsense'"},
+      {"run " + path("set") + " --method lo_prosac,nonsense", "unknown method 'nonsense'"},
+      {"sweep --method cp_ransac,nonsense", "unknown method 'nonsense'"},
+      {"run " + path("set") + " --model sphere", "--model is 'sphere'; it must be one of 'essential'"},
+      {"run " + path("set") + " --gap 0", "--gap is 0; it must be at least 1"},
+      {"run " + path("set") + " --features 0", "--features is '0'; it must be a whole number between 1 and 100000"},
+      {"run " + path("set") + " --sort-key beauty", "--sort-key is 'beauty'"},
+      {"sweep --gms-border nowhere", "--gms-border is 'nowhere'"},
+      {"run " + path("set") + " --unheard-of", "unheard-of"},
+      {"tables", "no folder or bag given"},
+      {"tables " + path("set") + " --shard 3/2", "--shard is '3/2'"},
+      {"tables " + path("set") + " --presets 10,many", "--presets holds 'many'"},
+      {"tables " + path("set") + " --ratios 1/2,3/2", "--ratios holds '3/2'"},
+      {"tables " + path("set") + " --features 500", "--features is varied by the tables"},
+      {"trust", "neither a folder nor --scenes given"},
+      {"trust " + path("empty"), "holds neither rgb.txt (TUM), image_0/ (KITTI) nor pairs.txt"},
+      {"trust --scenes unheard_of", "--scenes holds 'unheard_of'"},
+      {"trust --scenes general --gaps 1,x", "--gaps holds 'x'"},
+      {"trust --scenes general --truth-rotation-sigma -1", "--truth-rotation-sigma must not be negative"},
+      {"merge " + path("empty"), "holds no plan.json"},
+  };
+  for (const auto& [arguments, complaint] : complaints) {
+    const Outcome outcome = evaluate(arguments);
+    EXPECT_EQ(outcome.status, 2) << arguments << "\n" << outcome.text;
+    EXPECT_NE(outcome.text.find(complaint), std::string::npos) << arguments << "\n" << outcome.text;
+  }
+}
+
+TEST_F(EvaluateTest, SaysThatRowsAreLeftAsTheyAreWhereThereAreNoStamps) {
+  writePlane(2, kStep);
+  for (const std::string command :
+       {"run " + path("set"), "trust " + path("set") + " --no-report --out " + path("trust"),
+        "tables " + path("set") + " --presets 300 --repeat 1 --pairs 1 --no-plots --out " + path("tables")}) {
+    const std::string sentence = "has no stamps, so --rolling-shutter-readout is not applied";
+    const Outcome asked = evaluate(command + " --method lo_prosac --rolling-shutter-readout 0.02");
+    const size_t at = asked.text.find(sentence);
+    ASSERT_NE(at, std::string::npos) << command << "\n" << asked.text;
+    EXPECT_EQ(asked.text.find(sentence, at + 1), std::string::npos) << "once";
+  }
+}
+
+TEST_F(EvaluateTest, RunTellsCalibrationProgressAndColumnsAndDraws) {
+  writePlane(3, kStep);
+  write("set/camera.txt", "400 401 200 150\n");
+  const Outcome outcome = evaluate("run " + path("set") + " --features 500 --plot " + path("plot.png"));
+  ASSERT_EQ(outcome.status, 0) << outcome.text;
+  for (const char* sentence :
+       {"calibration of camera.txt: fx 400, fy 401, cx 200, cy 150, no distortion", "evaluating pair 2/2, ",
+        " a second, 0:00:0", "posed         pairs answered with a pose"}) {
+    EXPECT_NE(outcome.text.find(sentence), std::string::npos) << outcome.text;
+  }
+  EXPECT_FALSE(cv::imread(path("plot.png")).empty());
+}
+
+TEST_F(EvaluateTest, AnInterruptedRunPrintsTheTableOfWhatIsThere) {
+  writePlane(30, kStep);
+  const Outcome outcome = run("timeout --preserve-status -s INT 5 " + std::string(EVALUATE_PROGRAM) + " run " +
+                              path("set") + " --repeat 5000");
+  EXPECT_EQ(outcome.status, 130) << outcome.text;
+  for (const char* text : {"left\n", "of 29 pairs\n", "\nlo_prosac "}) {
+    EXPECT_NE(outcome.text.find(text), std::string::npos) << outcome.text;
+  }
+}
+
+TEST_F(EvaluateTest, ListsEveryMethodAndExplainsItself) {
+  const Outcome list = evaluate("--list");
+  EXPECT_EQ(list.status, 0);
+  for (const char* method : {"ransac", "gms_ransac", "cp_ransac", "lo_prosac"}) {
+    EXPECT_NE(list.text.find(method), std::string::npos);
+  }
+  for (const char* command : {"", "run ", "tables ", "trust ", "merge "}) {
+    const Outcome help = evaluate(std::string(command) + "--help");
+    EXPECT_EQ(help.status, 0);
+    EXPECT_NE(help.text.find("evaluate"), std::string::npos);
+  }
+}
+
+TEST_F(EvaluateTest, RecordsFollowTheFormatAndTheTruth) {
+  writePlane(4, kStep);
+  const std::string command =
+      "run " + path("set") +
+      " --method gms_ransac,cp_ransac --model homography --features 800 --repeat 2 --seed 5 --out ";
+  const Outcome outcome = evaluate(command + path("a.jsonl"));
+  ASSERT_EQ(outcome.status, 0) << outcome.text;
+  const auto records = readLines(path("a.jsonl"));
+  ASSERT_EQ(records.size(), 3u * 2u * 2u) << "pairs, methods, repeats";
+  for (const auto& record : records) {
+    for (const char* key : {"method", "model", "reference", "current", "features", "keypoints_reference",
+                            "keypoints_current", "matches_raw", "matches_gms", "inliers", "hypotheses", "status", "R",
+                            "t", "metric_scale", "times_ms", "correspondences"}) {
+      EXPECT_TRUE(record.contains(key)) << key;
+    }
+    EXPECT_TRUE(record["R"].is_null()) << "no intrinsics, no pose";
+    EXPECT_EQ(record["status"], "UNCALIBRATED");
+    EXPECT_EQ(record["correspondences"].size(), record["inliers"].get<size_t>());
+    EXPECT_TRUE(record["covariance"].is_null());
+    EXPECT_GT(record["sigma_px"].get<double>(), 0);
+    ASSERT_GT(record["inliers"].get<int>(), 50);
+    int correct = 0;
+    for (const auto& row : record["correspondences"]) {
+      ASSERT_EQ(row.size(), 6u);
+      EXPECT_GE(row[5].get<double>(), 0);
+      EXPECT_LE(row[5].get<double>(), 1);
+      const cv::Vec3d p(row[0], row[1], 1), q = kStep * p;
+      correct += std::hypot(q[0] / q[2] - row[2].get<double>(), q[1] / q[2] - row[3].get<double>()) < 3;
+    }
+    EXPECT_EQ(record["truth"]["transfer"]["kept_correct"], correct);
+    EXPECT_GT(correct, 0.95 * record["inliers"].get<int>());
+  }
+  ASSERT_EQ(evaluate(command + path("b.jsonl")).status, 0);
+  auto again = readLines(path("b.jsonl"));
+  ASSERT_EQ(again.size(), records.size());
+  for (size_t i = 0; i < records.size(); ++i) {
+    again[i]["times_ms"] = records[i]["times_ms"];
+    EXPECT_EQ(again[i], records[i]) << "same seed, same result";
+  }
+}
+
+/// The CSV's columns that hold no time.
+std::string withoutTimes(const std::string& file) {
+  std::ifstream stream(file);
+  std::vector<bool> keep;
+  std::string text;
+  for (std::string line; std::getline(stream, line);) {
+    std::vector<std::string> cells;
+    std::string cell;
+    bool quoted = false;
+    for (const char c : line + ",") {
+      if (c == '"') quoted = !quoted;
+      if (c == ',' && !quoted) {
+        cells.push_back(cell);
+        cell.clear();
+      } else {
+        cell += c;
+      }
+    }
+    if (keep.empty()) {
+      for (const std::string& name : cells) keep.push_back(name.find("ms") == std::string::npos);
+    }
+    for (size_t i = 0; i < cells.size(); ++i) {
+      if (keep.at(i)) text += cells[i] + ";";
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+TEST_F(EvaluateTest, TablesDoNotDependOnShardsOrInterruptions) {
+  writePlane(5, kStep);
+  const std::string base = "tables " + path("set") +
+                           " --model homography --presets 300,2000 --ratios 1/4,1/2 --pairs 3 --repeat 3 --no-plots";
+  ASSERT_EQ(evaluate(base + " --out " + path("whole")).status, 0);
+  for (const char* shard : {"1/2", "2/2"}) {
+    const Outcome part = evaluate(base + " --shard " + shard + " --out " + path(std::string("part") + shard[0]));
+    ASSERT_EQ(part.status, 0) << part.text;
+  }
+  // The second part first: the plan's order decides, not the order of arrival.
+  ASSERT_EQ(evaluate("merge " + path("part2") + " " + path("part1") + " --no-plots --out " + path("merged")).status, 0);
+
+  // An interrupted run: its last line is cut off in the middle.
+  fs::create_directories(folder_ / "resumed");
+  fs::copy_file(folder_ / "part1/plan.json", folder_ / "resumed/plan.json");
+  {
+    std::ifstream in(folder_ / "part1/measurements.jsonl");
+    std::stringstream text;
+    text << in.rdbuf();
+    std::ofstream(folder_ / "resumed/measurements.jsonl") << text.str().substr(0, text.str().size() - 200);
+  }
+  EXPECT_EQ(evaluate(base + " --out " + path("resumed")).status, 2) << "measurements are not overwritten";
+  EXPECT_EQ(evaluate(base + " --resume --seed 9 --out " + path("resumed")).status, 2) << "another plan";
+  ASSERT_EQ(evaluate(base + " --resume --out " + path("resumed")).status, 0);
+  EXPECT_EQ(readLines(path("resumed/measurements.jsonl")).size(), 6u);
+
+  for (const char* table :
+       {"table1", "table2_3", "table4", "table4_differences", "fig8_9", "table5", "ratio_significance"}) {
+    const std::string expected = withoutTimes(path(std::string("whole/") + table + ".csv"));
+    EXPECT_GT(std::count(expected.begin(), expected.end(), '\n'), 1) << table;
+    for (const char* other : {"merged/", "resumed/"}) {
+      EXPECT_EQ(withoutTimes(path(other + std::string(table) + ".csv")), expected) << other << table;
+    }
+  }
+  EXPECT_TRUE(fs::exists(folder_ / "merged/tables.md"));
+}
+
+std::string textOf(const std::string& file) {
+  std::ifstream stream(file);
+  std::stringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+TEST_F(EvaluateTest, TrustDoesNotDependOnJobsOrInterruptions) {
+  const std::string base = "trust --scenes general,rotation_noise_0.3 --method ransac,cp_ransac --pairs 4 --out ";
+  const Outcome whole = evaluate(base + path("whole"));
+  ASSERT_EQ(whole.status, 0) << whole.text;
+  const std::string pairs = textOf(path("whole/pairs.csv"));
+  // Scenes whose name begins so, a header, a line for each pair and method.
+  EXPECT_EQ(std::count(pairs.begin(), pairs.end(), '\n'), 1 + 3 * 4 * 2) << pairs;
+  for (const char* file : {"trust.md", "trust.csv", "risk_coverage.csv", "reliability.csv"}) {
+    EXPECT_TRUE(fs::exists(folder_ / "whole" / file)) << whole.text;
+  }
+  const std::string table = textOf(path("whole/trust.md"));
+  EXPECT_NE(table.find("| general | ransac | 4 | 4 | 0 (0.0 %"), std::string::npos) << table;
+  EXPECT_NE(table.find("| rotation_noise_0.3 | cp_ransac | 4 | 0 | –"), std::string::npos) << table;
+
+  ASSERT_EQ(evaluate(base + path("jobs") + " --jobs 2 --no-report").status, 0);
+  EXPECT_EQ(textOf(path("jobs/pairs.csv")), pairs);
+
+  // An interrupted run: its last line is cut off in the middle.
+  fs::create_directories(folder_ / "resumed");
+  fs::copy_file(folder_ / "whole/plan.json", folder_ / "resumed/plan.json");
+  const std::string lines = textOf(path("whole/measurements.jsonl"));
+  write("resumed/measurements.jsonl", lines.substr(0, lines.size() - 200));
+  EXPECT_EQ(evaluate(base + path("resumed")).status, 2) << "measurements are not overwritten";
+  EXPECT_EQ(evaluate(base + path("resumed") + " --resume --seed 9").status, 2) << "another plan";
+  EXPECT_EQ(evaluate(base + path("resumed") + " --resume --first-group-fraction 0.4").status, 2);
+  ASSERT_EQ(evaluate(base + path("resumed") + " --resume --no-report").status, 0);
+  EXPECT_EQ(textOf(path("resumed/pairs.csv")), pairs);
+}
+
+TEST_F(EvaluateTest, TrustLabelsTheMatchesOfListedPairs) {
+  writePlane(4, kStep);
+  const Outcome outcome = evaluate("trust " + path("") + " --method cp_ransac --features 800 --out " + path("trust"));
+  ASSERT_EQ(outcome.status, 0) << outcome.text;
+  const std::string table = textOf(path("trust/trust.csv"));
+  EXPECT_NE(table.find("real,set,cp_ransac,0,0,0"), std::string::npos) << "no pose, no pairs to judge\n" << table;
+  const std::string bins = textOf(path("trust/reliability.csv"));
+  EXPECT_GT(std::count(bins.begin(), bins.end(), '\n'), 2) << bins;
+}
+
+TEST_F(EvaluateTest, FiguresAgreeWithAnIndependentScorer) {
+  const std::string scorer = std::string(GMS_RANSAC_SOURCE_DIR) + "/../shared/tools/score.py";
+  const std::string data = (gms_ransac::dataFolder() / "kitti_06").string();
+  if (!fs::exists(scorer) || !fs::exists(data)) GTEST_SKIP() << "needs the scorer and " << data;
+  const Outcome ours = evaluate("run " + data + " --method cp_ransac --stride 5 --out " + path("records.jsonl"));
+  ASSERT_EQ(ours.status, 0) << ours.text;
+  for (const auto& record : readLines(path("records.jsonl"))) {
+    if (record["R"].is_null()) continue;
+    ASSERT_EQ(record["covariance"].size(), 36u);
+    for (int i = 0; i < 6; ++i) EXPECT_GE(record["covariance"][7 * i].get<double>(), 0);
+  }
+  const Outcome theirs = run("/usr/bin/python3 " + scorer + " " + data + " " + path("records.jsonl"));
+  ASSERT_EQ(theirs.status, 0) << theirs.text;
+  // Both print a row that starts with the method: pairs, [posed,] AUC5, AUC10, AUC20, RAUC2, median R, ...
+  const auto figures = [](const std::string& text) {
+    std::istringstream row(text.substr(text.find("\ncp_ransac") + 10));
+    std::vector<double> values;
+    for (double value; values.size() < 11 && row >> value;) values.push_back(value);
+    return values;
+  };
+  const std::vector<double> a = figures(ours.text), b = figures(theirs.text);
+  ASSERT_EQ(a.size(), 11u) << ours.text;
+  ASSERT_GE(b.size(), 10u) << theirs.text;
+  EXPECT_EQ(a[0], b[0]) << "pairs";
+  for (int i = 1; i <= 4; ++i) EXPECT_NEAR(a[i + 1], b[i], 0.06) << "AUC5, AUC10, AUC20, RAUC2";
+  EXPECT_NEAR(a[6], b[5], 0.002) << "median rotation error";
+  EXPECT_NEAR(a[7], b[7], 0.02) << "precision";
+  EXPECT_NEAR(a[9], b[8], 1) << "kept";
+  EXPECT_NEAR(a[10], b[9], 1) << "correct";
+}
+
+}  // namespace

@@ -1,0 +1,42 @@
+// The figures of merit against values worked out by hand.
+#include "run/metrics.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace gms_ransac {
+namespace {
+
+TEST(Metrics, AreaUnderTheRecallCurveByHand) {
+  // Errors 1 and 3 of two pairs, up to 4: a triangle to (1, 1/2), a trapezoid to (3, 1), a rectangle to 4.
+  EXPECT_NEAR(areaUnderRecallCurve({3, 1}, 4), 100 * (0.25 + 1.5 + 1) / 4, 1e-12);
+  // Beyond the threshold the recall stays where the last error left it.
+  EXPECT_NEAR(areaUnderRecallCurve({1, 180}, 5), 100 * (0.25 + 0.5 * 4) / 5, 1e-12);
+  EXPECT_DOUBLE_EQ(areaUnderRecallCurve({180, 180}, 20), 0);
+  EXPECT_DOUBLE_EQ(areaUnderRecallCurve({0, 0}, 5), 100);
+  EXPECT_DOUBLE_EQ(areaUnderRecallCurve({}, 5), 0);
+}
+
+TEST(Metrics, PercentilesInterpolate) {
+  EXPECT_DOUBLE_EQ(median({3, 1, 2, 10}), 2.5);
+  EXPECT_DOUBLE_EQ(percentile({0, 10}, 90), 9);
+  EXPECT_TRUE(std::isnan(median({})));
+}
+
+TEST(Metrics, PoseErrorSeparatesRotationAndDirection) {
+  Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
+  truth.linear() = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  truth.translation() = Eigen::Vector3d(0, 0, 2.5);
+  const Eigen::Matrix3d R = truth.linear() * Eigen::AngleAxisd(M_PI / 90, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const PoseError error = poseError(truth, R, Eigen::Vector3d(0, 1, 1));
+  EXPECT_NEAR(error.rotation, 2, 1e-9);
+  EXPECT_NEAR(error.direction, 45, 1e-6);
+  EXPECT_NEAR(error.worst(), 45, 1e-6);
+  EXPECT_NEAR(poseError(truth, R, Eigen::Vector3d(0, 0, -1)).direction, 180, 1e-5) << "the sign counts";
+  EXPECT_DOUBLE_EQ(poseError(truth, R, Eigen::Vector3d::Zero()).direction, 90);
+  EXPECT_DOUBLE_EQ(PoseError().worst(), kFailedPoseError);
+}
+
+}  // namespace
+}  // namespace gms_ransac

@@ -1,0 +1,275 @@
+// camera_info -> camera: region of interest, binning, every distortion model, K or P, and what is refused with a
+// sentence.
+#include "input/camera_model.h"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+#include <boost/make_shared.hpp>
+#include <opencv2/calib3d.hpp>
+
+namespace gms_ransac {
+namespace {
+
+sensor_msgs::CameraInfo calibrated(uint32_t width = 640, uint32_t height = 480) {
+  sensor_msgs::CameraInfo info;
+  info.width = width;
+  info.height = height;
+  info.distortion_model = "plumb_bob";
+  info.D.assign(5, 0);
+  info.K = {500, 0, 321, 0, 502, 243, 0, 0, 1};
+  info.P = {480, 0, 310, 0, 0, 481, 250, 0, 0, 0, 1, 0};
+  return info;
+}
+
+std::shared_ptr<const CameraModel> model(const sensor_msgs::CameraInfo& info, cv::Size size,
+                                         Rectified rectified = Rectified::kFalse, const std::string& topic = "/image") {
+  Parameters parameters;
+  parameters.input_is_rectified = rectified;
+  return CameraModelSource(parameters, topic, "/camera_info")
+      .get(boost::make_shared<sensor_msgs::CameraInfo>(info), size);
+}
+
+void expectIntrinsics(const CameraModel& model, double fx, double fy, double cx, double cy) {
+  ASSERT_EQ(model.problem, "");
+  const CameraIntrinsics& k = model.camera.intrinsics();
+  EXPECT_DOUBLE_EQ(k.fx, fx);
+  EXPECT_DOUBLE_EQ(k.fy, fy);
+  EXPECT_DOUBLE_EQ(k.cx, cx);
+  EXPECT_DOUBLE_EQ(k.cy, cy);
+}
+
+TEST(CameraModel, NamesTheFactoryValuesOfAKinect) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.K = {525, 0, 319.5, 0, 525, 239.5, 0, 0, 1};
+  const std::string doubt = model(info, {640, 480}, Rectified::kAuto)->doubt;
+  for (const char* words : {"camera_info on /camera_info holds the factory values", "calibration:=1, 2 or 3"}) {
+    EXPECT_NE(doubt.find(words), std::string::npos) << doubt;
+  }
+  info.D[0] = 0.2;
+  EXPECT_EQ(model(info, {640, 480})->doubt, "") << "calibrated";
+  EXPECT_EQ(model(calibrated(), {640, 480})->doubt, "");
+  EXPECT_EQ(model(calibrated(), {640, 480})->source, "camera_info on /camera_info");
+}
+
+TEST(CameraModel, ShiftsThePrincipalPointToTheRegionOfInterest) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.roi.x_offset = 100;
+  info.roi.y_offset = 60;
+  info.roi.width = 400;
+  info.roi.height = 300;
+  expectIntrinsics(*model(info, {400, 300}), 500, 502, 221, 183);
+  expectIntrinsics(*model(info, {400, 300}, Rectified::kTrue), 480, 481, 210, 190);
+}
+
+TEST(CameraModel, DividesByTheBinning) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.binning_x = 2;
+  info.binning_y = 4;
+  expectIntrinsics(*model(info, {320, 120}), 250, 125.5, 160.5, 60.75);
+}
+
+TEST(CameraModel, CutsTheRegionBeforeItBins) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.roi.x_offset = 100;
+  info.roi.y_offset = 60;
+  info.roi.width = 400;
+  info.roi.height = 300;
+  info.binning_x = info.binning_y = 2;
+  expectIntrinsics(*model(info, {200, 150}), 250, 251, 110.5, 91.5);
+}
+
+TEST(CameraModel, TheSizeMustBeThatOfTheRegionOrTheBinnedImage) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.binning_x = info.binning_y = 2;
+  const auto wrong = model(info, {640, 480});
+  EXPECT_FALSE(wrong->camera.calibrated());
+  EXPECT_NE(wrong->problem.find("is for 320x240 images, but the image is 640x480"), std::string::npos)
+      << wrong->problem;
+}
+
+/// Undistorted pixels of the model against OpenCV's, on a grid over a 640x480 image.
+template <typename Reference>
+void expectUndistorts(const CameraModel& model, const Reference& reference) {
+  ASSERT_EQ(model.problem, "");
+  EXPECT_FALSE(model.rectified);
+  std::vector<cv::Point2d> pixels, expected;
+  for (double y = 20; y <= 460; y += 20) {
+    for (double x = 20; x <= 620; x += 20) pixels.emplace_back(x, y);
+  }
+  reference(pixels, expected);
+  for (size_t i = 0; i < pixels.size(); ++i) {
+    const cv::Point2f got = model.camera.undistort(cv::Point2f(pixels[i]));
+    EXPECT_NEAR(got.x, expected[i].x, 0.01) << pixels[i];
+    EXPECT_NEAR(got.y, expected[i].y, 0.01) << pixels[i];
+  }
+}
+
+const cv::Matx33d kMatrix(500, 0, 321, 0, 502, 243, 0, 0, 1);
+
+void expectLikeOpenCv(const sensor_msgs::CameraInfo& info) {
+  expectUndistorts(*model(info, {640, 480}, Rectified::kAuto), [&](const auto& pixels, auto& expected) {
+    cv::undistortPoints(pixels, expected, kMatrix, info.D, cv::noArray(), kMatrix,
+                        cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-10));
+  });
+}
+
+TEST(CameraModel, PlumbBobAndItsOtherName) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.D = {-0.28, 0.074, 0.0002, 0.00002, 0};
+  expectLikeOpenCv(info);
+  info.distortion_model = "radtan";
+  info.D.resize(4);
+  expectLikeOpenCv(info);
+}
+
+TEST(CameraModel, EquidistantAndItsOtherName) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.D = {-0.0066, 0.044, -0.042, 0.0077};
+  for (const char* name : {"equidistant", "fisheye"}) {
+    info.distortion_model = name;
+    expectUndistorts(*model(info, {640, 480}, Rectified::kAuto), [&](const auto& pixels, auto& expected) {
+      cv::fisheye::undistortPoints(pixels, expected, kMatrix, info.D, cv::noArray(), kMatrix);
+    });
+  }
+}
+
+TEST(CameraModel, RefusesAModelItDoesNotKnowAndSaysWhere) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.distortion_model = "omnidirectional";
+  info.D = {0.1, 0.1, 0, 0, 0};
+  const auto refused = model(info, {640, 480});
+  EXPECT_FALSE(refused->camera.calibrated());
+  EXPECT_NE(refused->problem.find("/camera_info"), std::string::npos) << refused->problem;
+  EXPECT_NE(refused->problem.find("omnidirectional"), std::string::npos) << refused->problem;
+}
+
+TEST(CameraModel, SaysWhatBinningMakesOfATinyFocalLength) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.K[0] = info.K[4] = info.P[0] = info.P[5] = std::numeric_limits<double>::denorm_min();
+  info.binning_x = info.binning_y = 4;
+  info.width = info.height = 0;
+  const auto refused = model(info, {640, 480});
+  EXPECT_FALSE(refused->camera.calibrated());
+  EXPECT_FALSE(refused->problem.empty());
+}
+
+TEST(CameraModel, QuotesAMessageInPart) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.distortion_model = std::string(100000, 'x') + "\n\x1b[2J";
+  info.D.assign(1000000, 0.1);
+  const auto refused = model(info, {640, 480});
+  EXPECT_FALSE(refused->camera.calibrated());
+  EXPECT_LT(refused->problem.size(), 500U);
+}
+
+TEST(CameraModel, SaysOnceHowManyPixelsHaveNoRay) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.D = {-0.4, 0, 0, 0, 0};
+  info.K = {250, 0, 320, 0, 250, 240, 0, 0, 1};
+  CameraModelSource source(Parameters(), "/image", "/camera_info");
+  const auto message = boost::make_shared<sensor_msgs::CameraInfo>(info);
+  const auto folding = source.get(message, {640, 480});
+  const std::string pixels = std::to_string(folding->camera.pixelsWithoutInverse()) + " pixels (76 %)";
+  EXPECT_NE(folding->warning.find(pixels), std::string::npos) << folding->warning;
+  EXPECT_EQ(source.get(message, {640, 480}), folding) << "made, and its warning logged, but once";
+  info.D = {-0.4, 0.15, 0, 0, 0};
+  EXPECT_EQ(source.get(boost::make_shared<sensor_msgs::CameraInfo>(info), {640, 480})->warning, "");
+}
+
+TEST(CameraModel, AFisheyeLensWithoutCoefficientsIsNoPinhole) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.distortion_model = "equidistant";
+  info.D.assign(4, 0);
+  const auto raw = model(info, {640, 480}, Rectified::kFalse);
+  EXPECT_FALSE(raw->rectified);
+  EXPECT_NEAR(raw->camera.undistort({621, 243}).x, 321 + 500 * std::tan(300 / 500.0), 0.01);
+}
+
+TEST(CameraModel, RectifiedImagesAreDescribedByP) {
+  sensor_msgs::CameraInfo info = calibrated();
+  info.D = {0.1, 0, 0, 0, 0};
+  expectIntrinsics(*model(info, {640, 480}, Rectified::kAuto, "/camera/image_rect"), 480, 481, 310, 250);
+  expectIntrinsics(*model(info, {640, 480}, Rectified::kAuto, "/direct/image_raw"), 500, 502, 321, 243);
+  info.K.fill(0);  // as kitti2bag leaves it
+  const auto from_p = model(info, {640, 480}, Rectified::kAuto, "/kitti/image_raw");
+  expectIntrinsics(*from_p, 480, 481, 310, 250);
+  EXPECT_TRUE(from_p->rectified);
+}
+
+/// What is thought of ~camera, with freiburg1's calibration in it, beside this camera_info.
+std::string doubt(const sensor_msgs::CameraInfo& info, cv::Size size) {
+  Parameters parameters;
+  parameters.camera = {517.306408, 516.469215, 318.643040, 255.313989, "plumb_bob", {0.26, -0.95, -0.005, 0.003, 1.16}};
+  const auto model = CameraModelSource(parameters, "/image", "/camera/camera_info")
+                         .get(boost::make_shared<sensor_msgs::CameraInfo>(info), size);
+  EXPECT_EQ(model->problem, "");
+  EXPECT_EQ(model->camera.intrinsics().fx, 517.306408) << "the parameters count";
+  return model->doubt;
+}
+
+TEST(CameraModel, ParametersOfAnotherCameraAreDoubted) {
+  sensor_msgs::CameraInfo kitti = calibrated(1226, 370);
+  kitti.K.fill(0);
+  kitti.P = {707.0912, 0, 601.8873, 0, 0, 707.0912, 183.1104, 0, 0, 0, 1, 0};
+  const std::string text = doubt(kitti, {1226, 370});
+  for (const char* word : {"~camera", "fx 517.306", "/camera/camera_info", "fx 707.091"}) {
+    EXPECT_NE(text.find(word), std::string::npos) << text;
+  }
+  EXPECT_NE(doubt(calibrated(1280, 960), {640, 480}).find("is for 1280x960 images, but the image is 640x480"),
+            std::string::npos);
+}
+
+TEST(CameraModel, AnotherCalibrationOfTheSameCameraIsNot) {
+  sensor_msgs::CameraInfo info = calibrated();  // 500: TUM's factory value is 525
+  EXPECT_EQ(doubt(info, {640, 480}), "");
+  info.K[0] = info.K[4] = 525;
+  info.P[0] = info.P[5] = 525;
+  EXPECT_EQ(doubt(info, {640, 480}), "");
+  info.P[0] = info.P[5] = 400;  // of a rectified image that shows all of a wide lens
+  EXPECT_EQ(doubt(info, {640, 480}), "");
+  info.K.fill(0);
+  info.P.fill(0);
+  EXPECT_EQ(doubt(info, {640, 480}), "") << "says nothing";
+  info = calibrated(0, 0);
+  EXPECT_EQ(doubt(info, {640, 480}), "") << "says no size";
+}
+
+TEST(CameraModel, DoubtsMindTheBinning) {
+  sensor_msgs::CameraInfo info = calibrated(1280, 960);
+  for (size_t i : {0, 4}) info.K[i] = 1030;
+  info.P.fill(0);
+  info.binning_x = info.binning_y = 2;
+  EXPECT_EQ(doubt(info, {640, 480}), "");
+}
+
+TEST(CameraModel, NamesTheFocalLengthThatIsNone) {
+  const auto problem = [](double fx, double fy, double px) {
+    sensor_msgs::CameraInfo info = calibrated();
+    info.K[0] = fx;
+    info.K[4] = fy;
+    info.P[0] = px;
+    return model(info, {640, 480}, Rectified::kAuto)->problem;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(problem(nan, 500, 500).find("fx is nan and fy is 500 in K"), std::string::npos);
+  EXPECT_NE(problem(-500, 500, 500).find("fx is -500 and fy is 500 in K"), std::string::npos);
+  EXPECT_NE(problem(500, 0, 500).find("fx is 500 and fy is 0 in K"), std::string::npos);
+  EXPECT_NE(problem(500, 500, -480).find("fx is -480 and fy is 481 in P"), std::string::npos);
+  EXPECT_NE(problem(std::numeric_limits<double>::infinity(), 500, 500).find("inf"), std::string::npos);
+}
+
+TEST(CameraModel, RefusesAPrincipalPointThatWasNotFilledIn) {
+  const auto problem = [](double cx, double cy, Rectified rectified) {
+    sensor_msgs::CameraInfo info = calibrated();
+    info.K[2] = info.P[2] = cx;
+    info.K[5] = info.P[6] = cy;
+    return model(info, {640, 480}, rectified)->problem;
+  };
+  EXPECT_NE(problem(0, 0, Rectified::kFalse).find("cx and cy are 0 in K"), std::string::npos);
+  EXPECT_NE(problem(0, 0, Rectified::kTrue).find("cx and cy are 0 in P"), std::string::npos);
+  EXPECT_EQ(problem(0, 240, Rectified::kFalse), "");
+}
+
+}  // namespace
+}  // namespace gms_ransac

@@ -1,0 +1,223 @@
+// Chained poses against exact ones, and their covariance against a Monte Carlo run.
+#include "output/motion_integrator.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace gms_ransac {
+namespace {
+
+RelativePose motion(const Eigen::Vector3d& t, const Eigen::Vector3d& rotation) {
+  RelativePose pose;
+  pose.t = t;
+  pose.R = Eigen::AngleAxisd(rotation.norm(), rotation.normalized()).toRotationMatrix();
+  return pose;
+}
+
+Eigen::Isometry3d isometry(const RelativePose& pose) {
+  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+  result.linear() = pose.R;
+  result.translation() = pose.t;
+  return result;
+}
+
+const RelativePose kStep = motion({0.3, -0.1, 0.8}, {0.02, 0.2, -0.05});
+
+TEST(MotionIntegrator, ChainsMotions) {
+  MotionIntegrator odometry;
+  odometry.restart();
+  Eigen::Isometry3d expected = Eigen::Isometry3d::Identity();
+  for (int i = 0; i < 10; ++i) {
+    odometry.add({kStep, 0.1});
+    expected = expected * isometry(kStep);
+  }
+  EXPECT_TRUE(odometry.camera().pose.isApprox(expected, 1e-12));
+}
+
+TEST(MotionIntegrator, AHeldReferenceIsNotLeft) {
+  MotionIntegrator odometry;
+  odometry.restart();
+  odometry.add({kStep, 0.1});
+  odometry.add({motion({0, 0, 0}, {0, 0.1, 0}), 0.1, false, true});
+  odometry.add({kStep, 0.2});
+  EXPECT_TRUE(odometry.camera().pose.isApprox(isometry(kStep) * isometry(kStep), 1e-12));
+}
+
+TEST(MotionIntegrator, WithoutMetresTheRotationStaysAsGood) {
+  OdometryEstimate estimate;
+  estimate.pose_covariance = estimate.twist_covariance = Matrix6d::Constant(0.01) + 0.03 * Matrix6d::Identity();
+  const OdometryEstimate before = estimate;
+  forgetLength(estimate);
+  for (const Matrix6d& covariance : {estimate.pose_covariance, estimate.twist_covariance}) {
+    EXPECT_EQ(covariance.topLeftCorner(3, 3), 1e6 * Eigen::Matrix3d::Identity());
+    EXPECT_EQ(covariance.topRightCorner(3, 3), Eigen::Matrix3d::Zero());
+    EXPECT_EQ(covariance.bottomRightCorner(3, 3), before.pose_covariance.bottomRightCorner(3, 3));
+  }
+}
+
+TEST(MotionIntegrator, TwistIsInTheMovingFrame) {
+  MotionIntegrator odometry;
+  odometry.restart();
+  // A quarter turn about y while moving along z: seen from where it ends up, the way led along x.
+  odometry.add({motion({0, 0, 2}, {0, M_PI / 2, 0}), 0.5});
+  EXPECT_TRUE(odometry.camera().twist.head<3>().isApprox(Eigen::Vector3d(-4, 0, 0), 1e-9))
+      << odometry.camera().twist.transpose();
+  EXPECT_TRUE(odometry.camera().twist.tail<3>().isApprox(Eigen::Vector3d(0, M_PI, 0), 1e-9));
+}
+
+TEST(MotionIntegrator, BaseMovesWithTheCamera) {
+  // Camera 0.5 m ahead of the base, looking along base x (optical axes).
+  Eigen::Isometry3d camera_in_base = Eigen::Isometry3d::Identity();
+  camera_in_base.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  camera_in_base.translation() << 0.5, 0, 0.2;
+  MotionIntegrator odometry;
+  odometry.restart();
+  odometry.add({motion({0, 0, 1}, {0, 1e-12, 0}), 0.5});
+  OdometryEstimate base = odometry.base(camera_in_base);
+  EXPECT_TRUE(base.pose.translation().isApprox(Eigen::Vector3d(1, 0, 0), 1e-9)) << "forward is base x";
+  EXPECT_NEAR(base.twist(0), 2, 1e-9);
+
+  // Turning about the base's origin moves the camera sideways and the base not at all.
+  odometry.restart();
+  Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
+  turn.linear() = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::Isometry3d camera = camera_in_base.inverse() * turn * camera_in_base;
+  RelativePose pose;
+  pose.R = camera.linear();
+  pose.t = camera.translation();
+  odometry.add({pose, 0.1});
+  base = odometry.base(camera_in_base);
+  EXPECT_TRUE(base.pose.isApprox(turn, 1e-12));
+}
+
+TEST(MotionIntegrator, CovarianceAgreesWithMonteCarlo) {
+  Eigen::Isometry3d camera_in_base = Eigen::Isometry3d::Identity();
+  camera_in_base.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  camera_in_base.translation() << 0.5, 0.1, 0.2;
+  Vector6d sigma;
+  sigma << 0.02, 0.01, 0.03, 0.004, 0.006, 0.002;
+  const int steps = 5, runs = 20000;
+  RelativePose exact = kStep;
+  // Shift and turn of a pair err together.
+  Matrix6d factor = Matrix6d::Identity();
+  factor.triangularView<Eigen::StrictlyLower>().setConstant(0.4);
+  factor = (sigma.asDiagonal() * factor).eval();
+  exact.covariance = factor * factor.transpose();
+  MotionIntegrator reference;
+  reference.restart();
+  for (int i = 0; i < steps; ++i) reference.add({exact, 0.1});
+  const OdometryEstimate camera = reference.camera(), base = reference.base(camera_in_base);
+
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  Matrix6d of_camera = Matrix6d::Zero(), of_base = Matrix6d::Zero();
+  const auto difference = [](const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+    const Eigen::AngleAxisd turn(Eigen::Matrix3d(a.linear() * b.linear().transpose()));
+    Vector6d d;
+    d << a.translation() - b.translation(), turn.angle() * turn.axis();
+    return d;
+  };
+  for (int run = 0; run < runs; ++run) {
+    MotionIntegrator odometry;
+    odometry.restart();
+    for (int i = 0; i < steps; ++i) {
+      RelativePose noisy = kStep;
+      Vector6d e;
+      for (int k = 0; k < 6; ++k) e(k) = normal(random);
+      e = (factor * e).eval();
+      noisy.t += e.head<3>();
+      noisy.R = Eigen::AngleAxisd(e.tail<3>().norm(), e.tail<3>().normalized()) * noisy.R;
+      odometry.add({noisy, 0.1});
+    }
+    const Vector6d c = difference(odometry.camera().pose, camera.pose);
+    const Vector6d b = difference(odometry.base(camera_in_base).pose, base.pose);
+    of_camera += c * c.transpose() / runs;
+    of_base += b * b.transpose() / runs;
+  }
+  // 20000 runs know a standard deviation to half a percent; linearisation costs as much again.
+  EXPECT_LT((of_camera - camera.pose_covariance).norm(), 0.03 * of_camera.norm());
+  EXPECT_LT((of_base - base.pose_covariance).norm(), 0.03 * of_base.norm());
+}
+
+TEST(MotionIntegrator, WhatWasMissedGoesOneWay) {
+  // Two metres a second, lost for a second and a half: the camera is about three metres from where it seems to be.
+  MotionIntegrator odometry;
+  odometry.restart();
+  const RelativePose step = motion({0, 0, 0.2}, {0, 0.02, 0});
+  odometry.add({step, 0.1});
+  for (int i = 0; i < 15; ++i) odometry.lose(0.1);
+  EXPECT_NEAR(std::sqrt(odometry.camera().pose_covariance(2, 2)), 3, 1e-3);
+  EXPECT_NEAR(std::sqrt(odometry.camera().pose_covariance(4, 4)), 0.3, 1e-3);
+  // What is missed later has nothing to do with it: variances add up.
+  odometry.add({step, 0.1});
+  const Matrix6d before = odometry.camera().pose_covariance;
+  odometry.lose(1.5);
+  const Matrix6d grown = odometry.camera().pose_covariance - before;
+  EXPECT_NEAR(grown(2, 2), 9, 1e-6);
+}
+
+TEST(MotionIntegrator, ATranslationThatIsNotKnownIsAsLongAsItsParallaxAllows) {
+  MotionIntegrator odometry;
+  odometry.restart();
+  odometry.add({motion({0, 0, 0.2}, {0, 0.02, 0}), 0.1, true, false, 10});
+  const RelativePose turn = motion({0, 0, 0}, {0, 0.02, 0});
+  for (int i = 0; i < 4; ++i) odometry.add({turn, 0.1, false, false, 2});
+  EXPECT_NEAR(std::sqrt(odometry.camera().pose_covariance(0, 0)), 4 * 0.2 * 2 / 10, 1e-4);
+  EXPECT_EQ(odometry.camera().twist_covariance(0, 0), 1e3) << "nothing is said of the velocity";
+  EXPECT_LT(odometry.camera().twist_covariance(4, 4), 1) << "but of the rate of turn";
+}
+
+TEST(MotionIntegrator, BeforeTheFirstStepNothingIsCertain) {
+  const RelativePose turn = motion({0, 0, 0}, {0, 0.02, 0});
+  MotionIntegrator standing(0.5), lost(0.5);
+  standing.restart();
+  standing.add({turn, 0.1, false, false, 0.2});
+  EXPECT_NEAR(std::sqrt(standing.camera().pose_covariance(2, 2)), 0.5, 1e-6);
+  lost.restart();
+  lost.lose(0.1);
+  EXPECT_NEAR(std::sqrt(lost.camera().pose_covariance(2, 2)), 0.5, 1e-6);
+  EXPECT_GT(lost.camera().pose_covariance(4, 4), 0.1);
+}
+
+TEST(MotionIntegrator, ReturnsToAPlaceAsIfNothingHadCome) {
+  MotionIntegrator odometry, other;
+  for (MotionIntegrator* each : {&odometry, &other}) {
+    each->restart();
+    each->add({kStep, 0.1});
+    each->remember(1);
+  }
+  odometry.add({kStep, 0.1});
+  odometry.remember(2);
+  odometry.lose(0.5);
+  const RelativePose far = motion({1, 0, 3}, {0.02, 0.4, 0});
+  EXPECT_FALSE(odometry.returnTo(1.5));
+  EXPECT_TRUE(odometry.returnTo(1));
+  EXPECT_FALSE(odometry.returnTo(2)) << "that was another course";
+  for (MotionIntegrator* each : {&odometry, &other}) each->add({far, 2, true, false, 0, true});
+  EXPECT_TRUE(odometry.camera().pose.isApprox(isometry(kStep) * isometry(far), 1e-12));
+  EXPECT_EQ(odometry.camera().pose_covariance, other.camera().pose_covariance);
+  EXPECT_EQ(odometry.camera().twist_covariance(0, 0), 1e3) << "an average over a loss is no velocity";
+  EXPECT_EQ(odometry.step(), kStep.t.norm()) << "nor a usual motion";
+  EXPECT_NEAR(odometry.stepOf(0.5), 5 * kStep.t.norm(), 1e-12);
+  odometry.forgetBefore(1.5);
+  EXPECT_FALSE(odometry.returnTo(1));
+}
+
+TEST(MotionIntegrator, CovariancesStayFiniteAndBounded) {
+  MotionIntegrator odometry;
+  odometry.restart();
+  RelativePose wild = kStep;
+  wild.covariance.setIdentity();
+  wild.covariance *= 1e3;
+  for (int i = 0; i < 1000; ++i) odometry.add({wild, 1e-3, i % 3 != 0});
+  odometry.lose(1e-3);
+  for (const Matrix6d& covariance : {odometry.camera().pose_covariance, odometry.camera().twist_covariance}) {
+    EXPECT_TRUE(covariance.allFinite());
+    EXPECT_LE(covariance.diagonal().maxCoeff(), 1e3 * (1 + 1e-9));
+    EXPECT_GE(covariance.diagonal().minCoeff(), 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace gms_ransac

@@ -1,0 +1,396 @@
+// Gyro rates against the turns that images see, on exact motions: integration, bias, contradictions and time offset.
+#include "priors/turn_comparison.h"
+
+#include <cmath>
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+#include <gtest/gtest.h>
+#include <Eigen/Geometry>
+
+#include "datasets/dataset.h"
+#include "gms_ransac/match_filter.h"
+#include "output/motion_integrator.h"
+#include "priors/gyro.h"
+#include "priors/odometry_input.h"
+#include "priors/turns.h"
+#include "priors/wheel_check.h"
+#include "random.h"
+#include "scenes/two_view_scene.h"
+#include "shared_data.h"
+#include "stream/publishable_pose.h"
+
+namespace gms_ransac {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kGyroRate = 200, kFrame = 1 / 30.0;
+
+/// A hand that shakes: no axis is like another.
+Vector3d rateOf(double stamp) {
+  return {0.8 * std::sin(5.1 * stamp), 0.6 * std::cos(3.3 * stamp + 1), 0.4 * std::sin(7.7 * stamp + 2)};
+}
+
+/// The true turn, integrated a hundred times as finely.
+Matrix3d turnBetween(double from, double to) {
+  constexpr int kSteps = 200;
+  Matrix3d R = Matrix3d::Identity();
+  const double step = (to - from) / kSteps;
+  for (int i = 0; i < kSteps; ++i) R = R * turnOf(step * rateOf(from + (i + 0.5) * step));
+  return R;
+}
+
+GyroBuffer gyroOf(double seconds, const Vector3d& bias = Vector3d::Zero(), double delay = 0) {
+  GyroBuffer gyro;
+  for (int i = 0; i < seconds * kGyroRate; ++i) {
+    const double stamp = i / kGyroRate;
+    gyro.add({stamp + delay, rateOf(stamp) + bias, 1e-6});
+  }
+  return gyro;
+}
+
+TEST(GyroBuffer, IntegratesWhatTheCameraTurned) {
+  const GyroBuffer gyro = gyroOf(2);
+  for (const double from : {0.0, 0.5, 1.2345}) {
+    for (const double seconds : {0.001, 0.0333, 0.5}) {
+      GyroTurn turn;
+      ASSERT_EQ(gyro.integrate(from, from + seconds, Vector3d::Zero(), turn), "");
+      EXPECT_LT(vectorOf(turn.R.transpose() * turnBetween(from, from + seconds)).norm(), 1e-4 * seconds);
+      EXPECT_NEAR(turn.covariance(0, 0), seconds / kGyroRate * 1e-6, 1e-12);
+    }
+  }
+}
+
+TEST(GyroBuffer, SaysWhatIsMissing) {
+  GyroBuffer gyro;
+  GyroTurn turn;
+  EXPECT_EQ(gyro.integrate(0, 1, Vector3d::Zero(), turn), "no sample has come");
+  gyro.add({1, Vector3d::Zero(), 0});
+  EXPECT_NE(gyro.integrate(0.9, 1, Vector3d::Zero(), turn), "");
+  EXPECT_NE(gyro.integrate(1, 1, Vector3d::Zero(), turn), "");
+  gyro.add({1.05, Vector3d::Zero(), 0});
+  EXPECT_EQ(gyro.integrate(1, 1.05, Vector3d::Zero(), turn), "");
+  EXPECT_EQ(gyro.integrate(1, 1.25, Vector3d::Zero(), turn), "the newest sample is 0.2 s too old");
+  EXPECT_EQ(gyro.integrate(0.5, 1.05, Vector3d::Zero(), turn), "the samples start 0.5 s later");
+  gyro.add({1.3, Vector3d::Zero(), 0});
+  EXPECT_EQ(gyro.integrate(1, 1.25, Vector3d::Zero(), turn), "no sample came for 0.25 s between them");
+}
+
+TEST(GyroBuffer, LeavesOutWhatIsLateAndStartsAnewWhereTheStreamDoes) {
+  GyroBuffer gyro = gyroOf(2);
+  gyro.add({1.9, Vector3d(100, 0, 0), 0});
+  gyro.add({3, Vector3d(NAN, 0, 0), 0});
+  GyroTurn turn;
+  ASSERT_EQ(gyro.integrate(1.8, 1.95, Vector3d::Zero(), turn), "");
+  EXPECT_LT(vectorOf(turn.R.transpose() * turnBetween(1.8, 1.95)).norm(), 1e-4);
+  EXPECT_FALSE(gyro.reaches(2.5));
+  gyro.add({0.2, Vector3d::Zero(), 0});
+  EXPECT_FALSE(gyro.reaches(1));
+  EXPECT_TRUE(gyro.reaches(0.2));
+}
+
+StillObservation observation(double from, double to, const Vector3d& gyro_rate, const Vector3d& visual_rate,
+                             double sigma = 5e-4) {
+  StillObservation seen;
+  seen.from = from;
+  seen.to = to;
+  seen.gyro = (to - from) * gyro_rate;
+  seen.visual = (to - from) * visual_rate;
+  seen.covariance = sigma * sigma * Matrix3d::Identity();
+  return seen;
+}
+
+TEST(GyroBias, IsFoundWhileNothingTurns) {
+  const Vector3d bias(0.02, -0.03, 0.01);
+  Random random(3);
+  GyroBias filter;
+  EXPECT_FALSE(filter.known());
+  for (int i = 0; i < 60; ++i) {
+    const Vector3d noise(gaussian(random), gaussian(random), gaussian(random));
+    filter.add(observation(i * kFrame, (i + 1) * kFrame, bias, 5e-4 / kFrame * noise));
+  }
+  ASSERT_TRUE(filter.known());
+  const Vector3d error = filter.bias() - bias;
+  EXPECT_LT(error.norm(), 0.01);
+  EXPECT_LT(error.dot(filter.covariance().inverse() * error), 14) << "beyond chance of one in a thousand";
+}
+
+TEST(GyroBias, LearnsNothingFromTurns) {
+  GyroBias filter;
+  for (int i = 0; i < 60; ++i) {
+    filter.add(observation(i * kFrame, (i + 1) * kFrame, {0.5, 0.2, 0}, {0.4, 0.2, 0}));
+  }
+  EXPECT_FALSE(filter.known());
+  EXPECT_EQ(filter.bias(), Vector3d::Zero());
+}
+
+TEST(GyroBias, CountsAHeldReferenceOnce) {
+  GyroBias held, once;
+  for (int i = 1; i <= 30; ++i) held.add(observation(0, i * kFrame, {0.01, 0, 0}, Vector3d::Zero()));
+  once.add(observation(0, 30 * kFrame, {0.01, 0, 0}, Vector3d::Zero()));
+  EXPECT_EQ(held.observations(), 1);
+  EXPECT_LT((held.covariance() - once.covariance()).norm(), 1e-12);
+  EXPECT_LT((held.bias() - once.bias()).norm(), 1e-12);
+}
+
+/// What a camera sees of the shaking hand, and what a gyro beside it says of the same.
+struct Seen {
+  TurnComparison turns;
+  GyroBuffer gyro;
+  Matrix3d gyro_axes;
+
+  /// `axes`: what the gyro's axes are taken for.
+  explicit Seen(const Matrix3d& axes, double delay = 0, const Vector3d& bias = Vector3d::Zero(), double amount = 1,
+                double seconds = 4)
+      : gyro_axes(axes) {
+    for (int i = 0; i < (seconds + 1) * kGyroRate; ++i) {
+      const double stamp = i / kGyroRate;
+      gyro.add({stamp + delay, amount * rateOf(stamp) + bias, 1e-6});
+    }
+    Random random(7);
+    for (double from = 0.4; from + kFrame < seconds; from += kFrame) {
+      const Vector3d noise(gaussian(random), gaussian(random), gaussian(random));
+      const Vector3d visual = amount * vectorOf(turnBetween(from, from + kFrame)) + 5e-4 * noise;
+      const auto prior = (*this)(from, from + kFrame);
+      if (prior) turns.add({from, from + kFrame, visual, *prior, 1e-6 * Matrix3d::Identity()});
+    }
+  }
+  std::optional<Vector3d> operator()(double from, double to) const {
+    GyroTurn turn;
+    if (!gyro.integrate(from, to, Vector3d::Zero(), turn).empty()) return std::nullopt;
+    return Vector3d(gyro_axes * vectorOf(turn.R));
+  }
+  std::optional<TimeOffset> offset() const { return turns.timeOffset(*this); }
+  std::string doubt() const { return turns.doubt(offset()); }
+};
+
+TEST(TurnComparison, SaysNothingWhereBothAgree) {
+  const Seen seen(Matrix3d::Identity());
+  EXPECT_LT(seen.turns.contradicting(), 0.05);
+  EXPECT_EQ(seen.doubt(), "");
+  ASSERT_TRUE(seen.offset());
+  EXPECT_NEAR(seen.offset()->seconds, 0, 4 * seen.offset()->sigma);
+  EXPECT_LT(seen.offset()->sigma, 0.002);
+}
+
+TEST(TurnComparison, FindsTheTimeOffset) {
+  for (const double delay : {-0.12, -0.013, 0.004, 0.03, 0.15}) {
+    const Seen seen(Matrix3d::Identity(), delay);
+    const auto offset = seen.offset();
+    ASSERT_TRUE(offset) << delay;
+    EXPECT_NEAR(offset->seconds, delay, 4 * offset->sigma + 1e-4) << delay;
+    EXPECT_LT(offset->sigma, 0.002);
+    EXPECT_TRUE(offset->explains);
+    if (std::abs(delay) > 0.02) {
+      EXPECT_NE(seen.doubt().find("time offset"), std::string::npos) << seen.doubt();
+    }
+  }
+}
+
+TEST(TurnComparison, FindsTheTimeOffsetBesideABias) {
+  const Seen seen(Matrix3d::Identity(), 0.03, {0.05, -0.03, 0.02});
+  ASSERT_TRUE(seen.offset());
+  EXPECT_NEAR(seen.offset()->seconds, 0.03, 4 * seen.offset()->sigma);
+}
+
+TEST(TurnComparison, NamesTheAxes) {
+  Matrix3d axes;
+  axes << 0, 0, 1, -1, 0, 0, 0, -1, 0;  // the gyro's x ahead, y left, z up taken for the camera's x, y, z
+  const Seen seen(axes);
+  EXPECT_NE(seen.doubt().find("axes explain it"), std::string::npos) << seen.doubt();
+  // What tf makes the camera's x is its z: camera x = -(what tf makes y).
+  EXPECT_NE(seen.doubt().find("(-y, -z, x)"), std::string::npos) << seen.doubt();
+}
+
+TEST(TurnComparison, NamesExtrinsicsThatAreTurned) {
+  const Seen seen(turnOf({0, 0, 0.4}));
+  EXPECT_NE(seen.doubt().find("extrinsics explain it"), std::string::npos) << seen.doubt();
+  // 0.4 rad are 22.9 degrees.
+  EXPECT_TRUE(std::regex_search(seen.doubt(), std::regex("-2[23]\\.[0-9]\\) degrees"))) << seen.doubt();
+}
+
+TEST(TurnComparison, SaysSoWhereNothingExplainsIt) {
+  const Seen degrees(57.3 * Matrix3d::Identity());
+  EXPECT_NE(degrees.doubt().find("neither"), std::string::npos) << degrees.doubt();
+}
+
+TEST(TurnComparison, SaysNothingOfAnOffsetWhereNothingTurns) {
+  const Seen still(Matrix3d::Identity(), 0.03, Vector3d::Zero(), 1e-3);
+  EXPECT_FALSE(still.offset());
+  EXPECT_EQ(still.doubt(), "");
+  const Seen early(Matrix3d::Identity(), 0.1, Vector3d::Zero(), 1, 1);
+  EXPECT_FALSE(early.offset());
+  EXPECT_EQ(early.doubt(), "");
+}
+
+OdometrySample wheels(double stamp, const Vector3d& position, double yaw, const Vector3d& velocity, double yaw_rate) {
+  OdometrySample sample;
+  sample.stamp = stamp;
+  sample.pose.translation() = position;
+  sample.pose.linear() = turnOf({0, 0, yaw});
+  sample.velocity = velocity;
+  sample.angular = {0, 0, yaw_rate};
+  return sample;
+}
+
+TEST(OdometryBuffer, InterpolatesPoses) {
+  OdometryBuffer buffer;
+  for (int i = 0; i < 20; ++i) buffer.add(wheels(0.1 * i, {0.1 * i, 0, 0}, 0, {1, 0, 0}, 0));
+  OdometryMotion motion;
+  ASSERT_EQ(buffer.between(0.33, 1.07, motion), "");
+  EXPECT_LT((motion.motion.translation() - Vector3d(0.74, 0, 0)).norm(), 1e-9);
+  EXPECT_NE(buffer.between(0.33, 2.07, motion), "");
+}
+
+TEST(OdometryBuffer, IntegratesATwistWithoutPoses) {
+  OdometryBuffer buffer;
+  constexpr double kYawRate = 0.5, kSpeed = 1.2;
+  for (int i = 0; i < 100; ++i) buffer.add(wheels(0.02 * i, Vector3d::Zero(), 0, {kSpeed, 0, 0}, kYawRate));
+  OdometryMotion motion;
+  ASSERT_EQ(buffer.between(0.205, 1.205, motion), "");
+  const double yaw = kYawRate, radius = kSpeed / kYawRate;
+  EXPECT_LT((motion.motion.translation() - radius * Vector3d(std::sin(yaw), 1 - std::cos(yaw), 0)).norm(), 1e-4);
+  EXPECT_LT(vectorOf(motion.motion.linear().transpose() * turnOf({0, 0, yaw})).norm(), 1e-9);
+}
+
+RobustResult seenWith(double parallax, bool observable = true) {
+  RobustResult seen;
+  seen.pose_found = true;
+  seen.translation_observable = observable;
+  seen.pose.t = {0, 0, 1};
+  seen.median_parallax_px = parallax;
+  seen.sigma_px = 0.3;
+  return seen;
+}
+
+TEST(WheelCheck, BelievesWheelsThatRoll) {
+  WheelCheck check;
+  for (int i = 0; i < 40; ++i) {
+    const double length = 0.05 + 0.001 * i;
+    EXPECT_EQ(check.problem({0, 0, length}, seenWith(100 * length)), "") << i;
+  }
+}
+
+TEST(WheelCheck, NoticesWheelsThatStandOrSpin) {
+  WheelCheck check;
+  EXPECT_NE(check.problem({0, 0, 0}, seenWith(5)).find("slip"), std::string::npos);
+  for (int i = 0; i < 20; ++i) check.problem({0, 0, 0.05}, seenWith(5));
+  EXPECT_NE(check.problem({0, 0, 0.05}, seenWith(0.2, false)).find("slip"), std::string::npos)
+      << "spinning on the spot";
+  EXPECT_NE(check.problem({0, 0, 0.01}, seenWith(20)).find("slip"), std::string::npos) << "sliding";
+  EXPECT_EQ(check.problem({0, 0, 0.05}, seenWith(6)), "");
+}
+
+TEST(WheelCheck, NoticesAnotherDirection) {
+  WheelCheck check;
+  EXPECT_NE(check.problem({0, 0, -0.05}, seenWith(5)).find("180 degrees"), std::string::npos);
+}
+
+TEST(WheelCheck, GetsUsedToAnotherDepth) {
+  WheelCheck check;
+  for (int i = 0; i < 30; ++i) check.problem({0, 0, 0.05}, seenWith(20));
+  for (int i = 0; i < 30; ++i) check.problem({0, 0, 0.05}, seenWith(2));
+  EXPECT_EQ(check.problem({0, 0, 0.05}, seenWith(2)), "");
+}
+
+/// EuRoC V1_01 from its start: a vehicle that stands still, its images and its gyro.
+class StandingStill : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string folder = (dataFolder() / "euroc_v101").string();
+    try {
+      dataset_ = Dataset::open(folder);
+    } catch (const DatasetError& error) {
+      GTEST_SKIP() << error.what();
+    }
+    std::ifstream mount(folder + "/camera_in_imu.txt"), rates(folder + "/imu.txt");
+    std::string line;
+    std::vector<double> numbers;
+    while (std::getline(mount, line)) {
+      if (line.empty() || line[0] == '#') continue;
+      std::istringstream text(line);
+      for (double number; text >> number;) numbers.push_back(number);
+    }
+    ASSERT_EQ(numbers.size(), 16u);
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) camera_in_imu_(i, j) = numbers[static_cast<size_t>(4 * i + j)];
+    }
+    while (std::getline(rates, line)) {
+      GyroSample sample;
+      std::istringstream text(line);
+      if (!(text >> sample.stamp >> sample.rate.x() >> sample.rate.y() >> sample.rate.z())) continue;
+      gyro_.add(sample);
+      mean_ += sample.rate;
+      ++samples_;
+    }
+    mean_ /= samples_;
+  }
+
+  std::optional<Dataset> dataset_;
+  Matrix3d camera_in_imu_;
+  GyroBuffer gyro_;
+  Vector3d mean_ = Vector3d::Zero();  ///< of the rates, which is the bias
+  int samples_ = 0;
+};
+
+TEST_F(StandingStill, FindsTheBiasAndDoesNotDrift) {
+  MatchFilter filter;
+  filter.setCamera(Camera(*dataset_->intrinsics(), dataset_->image(0).size()));
+  GyroBias bias;
+  MotionIntegrator odometry;
+  Frame reference, current;
+  const auto& frames = dataset_->frames();
+  double reference_stamp = 0;
+  int learnt = 0;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    filter.extract(dataset_->image(static_cast<int>(i)), current);
+    if (i == 0) {
+      std::swap(reference, current);
+      reference_stamp = frames[0].stamp;
+      continue;
+    }
+    MatchResult result;
+    filter.filter(reference, current, result);
+    ASSERT_TRUE(result.robust.pose_found) << i << ": " << toString(result.status);
+    const RelativePose& pose = result.robust.pose;
+    GyroTurn turn;
+    if (gyro_.integrate(reference_stamp, frames[i].stamp, Vector3d::Zero(), turn).empty()) {
+      bias.add(
+          {reference_stamp, frames[i].stamp, vectorOf(turn.R), camera_in_imu_ * vectorOf(pose.R),
+           turn.covariance + camera_in_imu_ * pose.covariance.bottomRightCorner<3, 3>() * camera_in_imu_.transpose()});
+      ++learnt;
+    }
+    PairMotion motion;
+    motion.current_in_reference = pose;
+    motion.seconds = frames[i].stamp - reference_stamp;
+    motion.translation_known = result.status == Status::kOk;
+    makePublishable(motion.translation_known, SigmaFloor(), motion.current_in_reference);
+    // As the node does by default (~hold_reference, ~max_frame_gap).
+    motion.reference_held = result.status == Status::kLowParallax && motion.seconds < 0.9;
+    motion.parallax_px = result.robust.median_parallax_px;
+    odometry.add(motion);
+    if (motion.reference_held) continue;
+    std::swap(reference, current);
+    reference_stamp = frames[i].stamp;
+  }
+  ASSERT_GT(learnt, 20);
+  ASSERT_TRUE(bias.known());
+  const Vector3d error = bias.bias() - mean_;
+  RecordProperty("bias_error", std::to_string(error.norm()));
+  RecordProperty("bias_sigma", std::to_string(std::sqrt(bias.covariance().trace() / 3)));
+  EXPECT_LT(error.norm(), 0.1 * mean_.norm());
+  EXPECT_LT(error.dot(bias.covariance().inverse() * error), 11.34);
+  const OdometryEstimate& end = odometry.camera();
+  const Vector3d drift = vectorOf(end.pose.linear());
+  RecordProperty("turned_degrees", std::to_string(drift.norm() * 180 / 3.14159265358979323846));
+  RecordProperty("moved", std::to_string(end.pose.translation().norm()));
+  EXPECT_LT(drift.dot(end.pose_covariance.bottomRightCorner<3, 3>().inverse() * drift), 11.34);
+  const Vector3d moved = end.pose.translation();
+  EXPECT_LT(moved.dot(end.pose_covariance.topLeftCorner<3, 3>().inverse() * moved), 11.34);
+}
+
+}  // namespace
+}  // namespace gms_ransac

@@ -1,0 +1,169 @@
+#!/usr/bin/env python3
+"""Neighbours that fail: after each the same processes answer the next good pair, ids and counts are sane, and what was
+wrong is said in a sentence. The processes are `required`: were one to end, the test would."""
+import os
+import struct
+import subprocess
+import tempfile
+import unittest
+import xmlrpc.client
+
+import numpy as np
+import rospy
+import rostest
+import tf2_msgs.msg
+from dynamic_reconfigure.msg import Config, IntParameter
+from dynamic_reconfigure.srv import Reconfigure
+from gms_ransac.msg import Correspondences, MatchStats
+from geometry_msgs.msg import TransformStamped
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import Image
+
+from graph import FULL, Client, Scene, Stream, camera_info, image_message
+from tcpros import RawPublisher, RawSubscriber, serialized
+
+RECONFIGURATIONS = 1000 if FULL else 100
+# Images that nobody reads wait at the publisher, ten an output; far less than these would take.
+UNREAD, UNREAD_MB = 100, 30
+
+
+def resident_mb(pid):
+    with open("/proc/%d/statm" % pid) as fields:
+        return int(fields.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def pid_of(node):
+    uri = rospy.get_master().lookupNode(node)[2]
+    return xmlrpc.client.ServerProxy(uri).getPid("/test")[2]
+
+
+class Faults(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.client = Client().connect()
+        cls.based = Client("based", "based/image", "based/camera_info")
+        cls.based.subscribe("odom", Odometry, [])  # or no one asks for the camera's place on its base
+        cls.based.connect()
+        cls.said = []
+        cls.rosout = rospy.Subscriber("/rosout", Log, lambda message: cls.said.append(message.msg), queue_size=1000)
+        scene = Scene()
+        cls.frames = [scene.draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(4)]
+        cls.stamp = 100.0
+
+    def setUp(self):
+        # What came before is no reference: its stamps may be anywhere.
+        self.assert_good_pair()
+        del self.client.correspondences[:]
+
+    def tearDown(self):
+        self.assert_good_pair()
+        last = self.client.stats[-1]
+        self.assertEqual(last.frames_received, last.frames_processed + last.frames_dropped)
+        self.assertEqual(last.frames_processed, len(self.client.stats), "one answer for each image")
+        for message in self.client.correspondences:
+            ids = [i for i in message.track_id if i != 0]
+            self.assertEqual(len(ids), len(set(ids)), "ids are unique")
+            self.assertGreater(message.header.stamp, message.reference_header.stamp)
+            self.assertTrue(np.all(np.isfinite(message.current_in_reference.covariance)))
+
+    def next_stamp(self):
+        Faults.stamp += 0.1
+        return self.stamp
+
+    def ask_pair(self, client=None):
+        client = client or self.client
+        client.ask(self.frames[0], self.next_stamp())
+        return client.ask(self.frames[1], self.next_stamp())
+
+    def assert_good_pair(self, client=None):
+        answer = self.ask_pair(client)
+        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+
+    def ask_message(self, message, info=None):
+        count = len(self.client.stats) + 1
+        if info:
+            self.client.info.publish(info)
+        self.client.image.publish(message)
+        return self.client.answer(count)
+
+    def test_publisher_that_dies_amid_a_message(self):
+        whole = serialized(image_message(self.frames[2], self.next_stamp()))
+        for i, payload in enumerate((whole[:len(whole) // 2], whole[:3], whole[:4], b"\xff" * 8, struct.pack("<I", 0),
+                                     struct.pack("<I", 20) + b"\xff" * 20)):
+            publisher = RawPublisher("/dying_%d" % i, rospy.resolve_name("image"), Image, payload)
+            self.client.wait(lambda: publisher.served, "the filter to connect")
+            self.assert_good_pair()
+            publisher.close()
+
+    def test_subscriber_that_never_reads(self):
+        deaf = [RawSubscriber("/deaf_%d" % i, "/match_filter/" + topic, kind) for i, (topic, kind) in
+                enumerate((("match_image", Image), ("correspondences", Correspondences), ("stats", MatchStats)))]
+        before = resident_mb(pid_of("/manager"))
+        for i in range(UNREAD):
+            answer = self.client.ask(self.frames[i % 4], self.next_stamp())
+            self.assertEqual(answer.frames_dropped, self.client.stats[0].frames_dropped)
+        self.assertLess(resident_mb(pid_of("/manager")) - before, UNREAD_MB)
+        for each in deaf:
+            each.close()
+
+    def test_everything_changes_every_time(self):
+        encodings = (("mono8", 1, np.uint8), ("bgr8", 3, np.uint8), ("rgba8", 4, np.uint8), ("mono16", 1, np.uint16),
+                     ("bayer_rggb8", 1, np.uint8), ("yuv422", 2, np.uint8), ("32FC1", 1, np.float32))
+        random = np.random.RandomState(1)
+        for i in range(21):
+            encoding, channels, kind = encodings[i % len(encodings)]
+            height, width = 2 * random.randint(40, 300, 2)
+            pixels = random.randint(0, 256, (height, width, channels)).astype(kind)
+            answer = self.client.ask(pixels, self.next_stamp(), encoding=encoding, frame="camera_%d" % i,
+                                     info=camera_info(self.stamp, "camera_%d" % i, size=(width, height)))
+            bad = encoding == "32FC1"
+            self.assertEqual(answer.status, MatchStats.BAD_IMAGE if bad else MatchStats.FIRST_FRAME, answer.status_text)
+            self.assertIn("32FC1" if bad else "the image size changed", answer.status_text)
+
+    def test_loop_in_tf(self):
+        loop = tf2_msgs.msg.TFMessage()
+        for parent, child in (("body", "base"), ("arm", "hand"), ("hand", "arm"), ("hand", "camera")):
+            transform = TransformStamped()
+            transform.header.frame_id, transform.child_frame_id = parent, child
+            transform.header.stamp, transform.transform.rotation.w = rospy.Time(1), 1
+            loop.transforms.append(transform)
+        tf = rospy.Publisher("/tf", tf2_msgs.msg.TFMessage, queue_size=1, latch=True)
+        tf.publish(loop)
+        self.client.wait(lambda: self.assert_good_pair(self.based) or self.said_of("tf", "contains a loop"),
+                         "the log to name the loop")
+
+    def said_of(self, *words):
+        return [text for text in self.said if all(word in text for word in words)]
+
+    def test_reconfigured_all_the_time(self):
+        rospy.wait_for_service("match_filter/set_parameters")
+        reconfigure = rospy.ServiceProxy("match_filter/set_parameters", Reconfigure, persistent=True)
+        stream = Stream(self.client, self.frames, ahead=100)  # half of ~queue_size: every image is answered, on a slow day too
+        before = len(self.client.stats)
+        stream.start()
+        for i in range(RECONFIGURATIONS):
+            config = reconfigure(Config(ints=[IntParameter("features", 300 + 100 * (i % 5)),
+                                             IntParameter("max_iterations", 2000 + i)])).config
+            self.assertIn(("max_iterations", 2000 + i), [(each.name, each.value) for each in config.ints])
+        stream.stop()
+        reconfigure(Config(ints=[IntParameter("features", 2000), IntParameter("max_iterations", 2000)]))
+        sent = before + stream.sent
+        self.client.answer(sent)
+        Faults.stamp = 1e6
+
+    def test_disk_full_under_rosbag_record(self):
+        with tempfile.TemporaryDirectory() as folder:
+            # 512-byte blocks: the file may not grow beyond 50 kB, as on a disk that is full.
+            recorder = subprocess.Popen(["bash", "-c", "ulimit -f 100; exec rosbag record -b 8 --chunksize=1 -O full "
+                                         "/match_filter/match_image __name:=recorder"], cwd=folder)
+            topic = "/match_filter/match_image"
+            subscribers = lambda: dict(rospy.get_master().getSystemState()[2][1]).get(topic, [])
+            self.client.wait(lambda: "/recorder" in subscribers(), "the recorder")
+            self.client.wait(lambda: self.client.ask(self.frames[0], self.next_stamp()) and recorder.poll() is not None,
+                             "the recorder to fail")
+
+
+if __name__ == "__main__":
+    rospy.init_node("faults_test")
+    rostest.rosrun("gms_ransac", "faults", Faults)

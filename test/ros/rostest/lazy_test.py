@@ -1,0 +1,105 @@
+#!/usr/bin/env python3
+"""Images are subscribed to only while somebody listens; transforms count as a listener, ~always_subscribe too."""
+import unittest
+
+import numpy as np
+import rosgraph
+import rospkg
+import rospy
+import rostest
+from diagnostic_msgs.msg import DiagnosticArray
+from dynamic_reconfigure.client import Client as Reconfigure
+from gms_ransac.msg import MatchStats
+from sensor_msgs.msg import Image
+from std_srvs.srv import SetBool
+from tf2_msgs.msg import TFMessage
+
+from graph import Client, Scene, rotation_matrix, vector
+
+
+class Lazy(unittest.TestCase):
+    def test_a_silent_topic_is_named(self):
+        client, said = Client("eager_filter", image="elsewhere", info="elsewhere_info", listen=False), []
+        diagnostics = rospy.Subscriber(
+            "/diagnostics", DiagnosticArray,
+            lambda m: said.extend(s.message for s in m.status if s.name.endswith("input") and "eager_filter" in s.name))
+        silent = "nobody publishes %s;" % rospy.resolve_name("eager_image")
+        client.wait(lambda: any(silent in text for text in said), "the silent topic's name")
+        diagnostics.unregister()
+        self.assertNotIn("images arrive", said)
+
+    def test_it_says_where_images_are_and_what_is_no_image(self):
+        client = Client("lazy_filter", image="elsewhere", info="elsewhere_info", listen=False)
+        levels = {}
+        diagnostics = rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: levels.update(
+            {(s.name, s.message): s.level for s in m.status}))
+        listener = rospy.Subscriber("mistaken_filter/stats", MatchStats, lambda message: None)
+
+        def said(name, *words):
+            return [level for (node, text), level in levels.items() if name in node and all(word in text for word in words)]
+
+        client.wait(lambda: said("eager_filter", "images are published on", rospy.resolve_name("elsewhere") + " (image:="),
+                    "the topic that has images")
+        topic = rospy.resolve_name("elsewhere_info")
+        client.wait(lambda: said("mistaken_filter", topic + ", which is a sensor_msgs/CameraInfo; it must be a sensor_msgs/Image"),
+                    "both types")
+        self.assertEqual(set(said("mistaken_filter", "must be a sensor_msgs/Image")), {2})
+        listener.unregister()
+        pause = rospy.ServiceProxy("lazy_filter/pause", SetBool)
+        pause(True)
+        for task in ("input", "matches", "timing"):
+            client.wait(lambda: said("lazy_filter: " + task, "paused by ~pause"), "a word on the pause in " + task)
+        pause(False)
+        diagnostics.unregister()
+
+    def connections(self, client):
+        return client.image.get_num_connections()
+
+    def test_no_listener_no_subscription(self):
+        client = Client("lazy_filter", image="lazy_image", info="lazy_info", listen=False)
+        Client("eager_filter", image="eager_image", info="eager_info", listen=False).connect()
+        # Offered once it has decided whether to subscribe; the master knows of a subscription from that moment on.
+        rospy.wait_for_service("lazy_filter/reset")
+        subscriptions = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1])
+        self.assertIn(rospy.resolve_name("eager_image"), subscriptions)
+        self.assertNotIn(rospy.resolve_name("lazy_image"), subscriptions)
+
+        listener = rospy.Subscriber("lazy_filter/match_image", Image, lambda message: None)
+        client.wait(lambda: self.connections(client) == 1, "the subscription that follows a listener")
+        listener.unregister()
+        client.wait(lambda: self.connections(client) == 0, "the end of the subscription")
+
+        reconfigure = Reconfigure("lazy_filter", timeout=30)
+        reconfigure.update_configuration({"publish_relative_tf": True})
+        client.wait(lambda: self.connections(client) == 1, "the subscription that follows the transform")
+        reconfigure.update_configuration({"publish_relative_tf": False})
+        client.wait(lambda: self.connections(client) == 0, "the end of the subscription")
+
+    def test_transform_is_a_leaf_of_its_own(self):
+        client = Client("eager_filter", image="eager_image", info="eager_info")
+        transforms = []
+        client.subscribers.append(rospy.Subscriber("/tf", TFMessage, lambda m: transforms.extend(m.transforms)))
+        client.connect()
+        scene = Scene()
+        for i in range(3):
+            client.ask(scene.draw(t=(0.15 * i, 0.05 * i, 0)), 100 + 0.1 * i, frame="/slashed/camera")
+        client.wait(lambda: transforms, "a transform")
+        for transform in transforms:
+            self.assertEqual(transform.header.frame_id, "slashed/camera")
+            self.assertEqual(transform.child_frame_id, "slashed/camera_reference")
+        message = client.correspondence(100.2)
+        self.assertEqual(message.header.frame_id, "slashed/camera")
+        self.assertAlmostEqual(message.reference_header.stamp.to_sec(), 100.1, 6)
+        # What Correspondences.msg says of tf.
+        with open(rospkg.RosPack().get_path("gms_ransac") + "/msg/Correspondences.msg") as text:
+            self.assertIn("tf holds the inverse of current_in_reference (~publish_relative_tf): parent <frame_id>, child "
+                          "<frame_id>_reference", text.read().replace("\n# ", " "))
+        pose = message.current_in_reference.pose
+        R, inverse = rotation_matrix(pose.orientation), transforms[-1].transform
+        self.assertTrue(np.allclose(rotation_matrix(inverse.rotation), R.T, atol=1e-6))
+        self.assertTrue(np.allclose(vector(inverse.translation), -R.T @ vector(pose.position), atol=1e-6))
+
+
+if __name__ == "__main__":
+    rospy.init_node("lazy_test")
+    rostest.rosrun("gms_ransac", "lazy", Lazy)

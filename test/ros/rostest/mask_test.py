@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""~mask latched, scaled and of each image, what the overlay shows of it, and masks that cannot be used."""
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+from gms_ransac.msg import MatchStats
+from sensor_msgs.msg import Image
+
+from graph import HEIGHT, WIDTH, Client, Scene, image_message
+
+ASKED = 2000  # ~features
+
+
+def half_mask(height=HEIGHT, width=WIDTH, value=255):
+    mask = np.zeros((height, width), np.uint8)
+    mask[:, :width // 2] = value
+    return mask
+
+
+class Mask(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.frames = [Scene().draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(3)]
+
+    def client(self, name):
+        client = Client(name, name + "/image", name + "/camera_info").connect()
+        self.start = max([0] + [s.header.stamp.to_sec() for s in client.stats]) + 100
+        return client
+
+    def send_mask(self, client, topic, message):
+        """Publishes a latched mask, once the filter listens to it."""
+        publisher = rospy.Publisher(topic, Image, queue_size=10, latch=True)
+        self.addCleanup(publisher.unregister)
+        client.wait(publisher.get_num_connections, "the filter to listen to " + topic)
+        publisher.publish(message)
+        return publisher
+
+    def await_mask(self, client, accepted):
+        """Sends the same image until an answer shows that the mask has arrived; it comes on a connection of its own."""
+        for attempt in range(200):
+            answer = client.ask(self.frames[0], self.start + 1e-3 * attempt)
+            if accepted(answer):
+                return answer
+        self.fail("the mask never arrived")
+
+    def assert_used_half_only(self, message):
+        points = np.reshape(message.current_points + message.reference_points, (-1, 2))
+        self.assertGreater(len(points), 0.5 * ASKED)
+        self.assertLess(points[:, 0].max(), WIDTH / 2)
+
+    def check_half(self, client, start):
+        for i, frame in enumerate(self.frames):
+            answer = client.ask(frame, start + 0.1 * i)
+        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+        self.assertEqual(answer.keypoints_current, ASKED, "all that are asked for come from the rest")
+        self.assert_used_half_only(client.correspondence(start + 0.2))
+
+    def test_latched_scaled_and_refused(self):
+        client = self.client("latest")
+        overlays = []
+        client.subscribe("match_image", Image, overlays)
+        client.wait(client.subscribers[-1].get_num_connections, "the match image")
+        publisher = self.send_mask(client, "latest/mask", image_message(np.zeros((HEIGHT, WIDTH), np.uint8), 0))
+        self.await_mask(client, lambda answer: answer.keypoints_current == 0)
+        nothing = client.ask(self.frames[1], self.start + 0.9)
+        self.assertEqual(nothing.status, MatchStats.TOO_FEW_KEYPOINTS)
+        self.assertIn("the mask leaves 0 % of the image", nothing.status_text)
+
+        for k, mask in enumerate((half_mask(value=1), half_mask(HEIGHT // 4, WIDTH // 4))):
+            self.start += 10
+            publisher.publish(image_message(mask, 0))
+            self.await_mask(client, lambda answer: answer.keypoints_current > 0)
+            self.check_half(client, self.start + 2)
+            count = len(client.stats)
+            client.wait(lambda: len(overlays) >= count, "a match image of each")
+            picture = np.frombuffer(overlays[-1].data, np.uint8).reshape(-1, WIDTH, 3)[50:50 + HEIGHT].astype(int)
+            blue = (picture[:, :, 0] - picture[:, :, 2]) > 20
+            self.assertGreater(blue[:, WIDTH // 2 + 1:].mean(), 0.9, "the masked half is shaded")
+            publisher.publish(image_message(np.zeros((HEIGHT, WIDTH), np.uint8), 0))
+            self.start += 10
+            self.await_mask(client, lambda answer: answer.keypoints_current == 0)
+
+        colour, square = np.zeros((HEIGHT, WIDTH, 3), np.uint8), half_mask(200, 200)
+        for message, words in ((image_message(colour, 0, encoding="bgr8"), ("'bgr8'", "send mono8")),
+                               (image_message(square, 0), ("the mask is 200x200 and the image 640x480", "shape"))):
+            self.start += 10
+            publisher.publish(message)
+            answer = self.await_mask(client, lambda answer: words[0] in answer.status_text)
+            for word in ("no mask",) + words:
+                self.assertIn(word, answer.status_text)
+            self.assertEqual(answer.keypoints_current, ASKED, "answered all the same")
+            self.assertEqual(answer.status_text.count("\n"), 0)
+
+    def test_of_each_image(self):
+        client = self.client("exact")
+        publisher = rospy.Publisher("segmentation", Image, queue_size=10)
+        self.addCleanup(publisher.unregister)
+        client.wait(publisher.get_num_connections, "the filter to listen to its mask")
+        for i, frame in enumerate(self.frames):
+            client.send(frame, 100 + 0.1 * i)
+            mask = half_mask() if i % 2 else np.full((HEIGHT, WIDTH), 255, np.uint8)
+            publisher.publish(image_message(mask, 100 + 0.1 * i))
+        client.answer(3)
+        for stamp, half in ((100.1, "current_points"), (100.2, "reference_points")):
+            points = np.reshape(getattr(client.correspondence(stamp), half), (-1, 2))
+            self.assertLess(points[:, 0].max(), WIDTH / 2)
+        client.send(self.frames[0], 100.3)
+        client.send(self.frames[1], 100.4)
+        publisher.publish(image_message(half_mask(), 100.4))
+        skipped, masked = client.answer(4), client.answer(5)
+        self.assertIn("no mask: none of its stamp came on ~mask", skipped.status_text)
+        self.assertNotIn("no mask", masked.status_text)
+
+
+
+if __name__ == "__main__":
+    rospy.init_node("mask_test")
+    rostest.rosrun("gms_ransac", "mask", Mask)

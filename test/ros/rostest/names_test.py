@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+"""Command lines: help without a master, two nodes of one name, and a node whose image is its own output."""
+import os
+import subprocess
+
+import rospy
+import rostest
+
+from graph import TIMEOUT
+from processes import GraphTest
+
+NODE = ("rosrun", "gms_ransac", "match_filter_node", "__name:=filter")
+
+
+class Names(GraphTest):
+    def setUp(self):
+        super().setUp()
+        self.start_master()
+
+    def test_help_needs_no_master(self):
+        master = dict(os.environ, ROS_MASTER_URI="http://localhost:1")
+        for program in ("match_filter_node", "find_loops", "triangulate_inliers", "print_keypoints.py"):
+            done = subprocess.run(["rosrun", "gms_ransac", program, "--help"], env=master, stdout=subprocess.PIPE, text=True,
+                                  timeout=TIMEOUT)
+            self.assertEqual(done.returncode, 0)
+            self.assertIn(":=/", done.stdout)
+
+    def test_two_of_one_name(self):
+        first, log = self.start(*NODE)
+        self.says(log, "/filter: method")
+        second, log = self.start(*NODE)
+        self.says(log, "/filter: method")
+        # The master's rule: the older one is told to end, and does.
+        self.assertEqual(first.wait(TIMEOUT), 0)
+        self.wait(lambda: self.pid("/filter") == second.pid, "the newer one to have the name")
+        self.assertIsNone(second.poll())
+
+    def test_fed_its_own_output(self):
+        for remapping in ("image:=filter/match_image", "~match_image:=image", "~mask:=filter/match_image",
+                          "depth/image:=/filter/match_image _scale:=depth"):
+            process, log = self.start(*NODE, *remapping.split())
+            self.assertEqual(process.wait(TIMEOUT), 2, remapping)
+            self.says(log, "an output of this node")
+
+
+if __name__ == "__main__":
+    rospy.init_node("names_test")
+    rostest.rosrun("gms_ransac", "names", Names)

@@ -1,0 +1,367 @@
+// Program: what the match filter costs as a node. Publishes rendered images at a rate, to the nodelet in its own
+// process or to match_filter_node in another, and prints latency, rate, processor share and peak memory as a table.
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gms_ransac/Correspondences.h>
+#include <gms_ransac/MatchStats.h>
+#include <nodelet/loader.h>
+#include <ros/ros.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <boost/program_options.hpp>
+
+#include "command_line.h"
+#include "gms_ransac/feature_extractor.h"
+#include "parameter.h"
+#include "program.h"
+#include "run/metrics.h"
+#include "scenes/scene.h"
+
+namespace {
+
+namespace po = boost::program_options;
+using namespace gms_ransac;
+using Clock = std::chrono::steady_clock;
+
+const std::string kNamespace = "/node_load_graph";
+const std::string kFilter = kNamespace + "/match_filter";
+constexpr int kWarmUp = 30;          // images before the measurement: buffers grow, the other process loads its code
+constexpr int kDistinctImages = 40;  // shown to and fro, so that the motion never jumps
+constexpr int kAhead = 4;            // images that wait at the filter when the rate is the filter's own
+constexpr double kPatience = 20;     // seconds without an answer after which something is wrong
+
+struct LoadOptions {
+  std::string extractor;
+  double rate = 30;  ///< images per second; 0: as fast as they are answered
+  double seconds = 15;
+  int features = 2000, threads = 1;
+  bool separate = false, drop = false;
+};
+
+/// The images and what goes with them, made before anything is measured.
+struct Footage {
+  std::vector<sensor_msgs::Image> images;
+  sensor_msgs::CameraInfo info;
+};
+
+Footage render(const cv::Size& size) {
+  SceneOptions options;
+  options.size = size;
+  const Scene scene(options);
+  Footage footage;
+  Progress progress("rendering image", kDistinctImages);
+  for (int i = 0; i < kDistinctImages; ++i) {
+    const cv::Mat pixels = scene.render(i).image;
+    sensor_msgs::Image image;
+    image.header.frame_id = "camera";
+    image.width = static_cast<uint32_t>(pixels.cols);
+    image.height = static_cast<uint32_t>(pixels.rows);
+    image.step = image.width;
+    image.encoding = "mono8";
+    for (int y = 0; y < pixels.rows; ++y) {
+      image.data.insert(image.data.end(), pixels.ptr<uint8_t>(y), pixels.ptr<uint8_t>(y) + pixels.cols);
+    }
+    footage.images.push_back(std::move(image));
+    progress.advance();
+  }
+  const CameraIntrinsics& k = scene.intrinsics();
+  footage.info.header.frame_id = "camera";
+  footage.info.width = footage.images[0].width;
+  footage.info.height = footage.images[0].height;
+  footage.info.distortion_model = "plumb_bob";
+  footage.info.D.assign(5, 0);
+  footage.info.K = {k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1};
+  footage.info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  footage.info.P = {k.fx, 0, k.cx, 0, 0, k.fy, k.cy, 0, 0, 0, 1, 0};
+  return footage;
+}
+
+/// match_filter_node in a process of its own, ended with this object.
+class NodeProcess {
+ public:
+  NodeProcess() : pid_(fork()) {
+    if (pid_ < 0) throw std::runtime_error("cannot start another process");
+    if (pid_ == 0) {
+      // rosrun replaces itself with the node, so this process id is the node's.
+      execlp("rosrun", "rosrun", "gms_ransac", "match_filter_node", ("__ns:=" + kNamespace).c_str(),
+             "__name:=match_filter", static_cast<char*>(nullptr));
+      _exit(127);
+    }
+  }
+  ~NodeProcess() {
+    kill(pid_, SIGINT);
+    waitpid(pid_, nullptr, 0);
+  }
+  NodeProcess(const NodeProcess&) = delete;
+  NodeProcess& operator=(const NodeProcess&) = delete;
+  pid_t pid() const { return pid_; }
+
+ private:
+  pid_t pid_;
+};
+
+/// User and system time of a process and all of its threads, seconds (proc(5), /proc/PID/stat, fields 14 and 15).
+double processorSeconds(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  std::istringstream rest(text.substr(text.rfind(')') + 1));  // the name before it may hold spaces
+  std::string skipped;
+  for (int field = 3; field < 14; ++field) rest >> skipped;
+  double user = 0, system = 0;
+  rest >> user >> system;
+  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+/// VmHWM, MB of 10^6 bytes; NaN where the kernel does not say.
+double peakMegabytes(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/status");
+  for (std::string line; std::getline(file, line);) {
+    if (line.compare(0, 6, "VmHWM:") == 0) return std::stod(line.substr(6)) * 1024 / 1e6;
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+double loadAverage() {
+  double load[1] = {0};
+  return getloadavg(load, 1) == 1 ? load[0] : std::numeric_limits<double>::quiet_NaN();
+}
+
+/// The consumer: when which image was answered.
+class Consumer {
+ public:
+  explicit Consumer(ros::NodeHandle& nh)
+      : stats_(nh.subscribe(kFilter + "/stats", 1000, &Consumer::onStats, this)),
+        correspondences_(nh.subscribe(kFilter + "/correspondences", 1000, &Consumer::onCorrespondences, this)) {}
+
+  bool connected() const { return stats_.getNumPublishers() > 0 && correspondences_.getNumPublishers() > 0; }
+
+  void startMeasurement() {
+    std::lock_guard<std::mutex> lock(mutex_);
+    latencies_ms_.clear();
+  }
+  int answered() {
+    std::lock_guard<std::mutex> lock(mutex_);
+    return answered_;
+  }
+  std::vector<double> latencies() {
+    std::lock_guard<std::mutex> lock(mutex_);
+    return latencies_ms_;
+  }
+  /// Waits until `count` images are answered or dropped; false when nothing happens for `patience` seconds.
+  bool waitFor(int count, double patience) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    while (handled_ < count) {
+      const int before = handled_;
+      const std::chrono::duration<double> limit(patience);
+      if (!arrived_.wait_for(lock, limit, [&] { return handled_ > before; })) return false;
+    }
+    return true;
+  }
+
+ private:
+  void onStats(const MatchStatsConstPtr& stats) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    ++answered_;
+    handled_ = static_cast<int>(stats->frames_processed + stats->frames_dropped);
+    arrived_.notify_all();
+  }
+  void onCorrespondences(const CorrespondencesConstPtr& message) {
+    const double milliseconds = 1e3 * (ros::Time::now() - message->header.stamp).toSec();
+    std::lock_guard<std::mutex> lock(mutex_);
+    latencies_ms_.push_back(milliseconds);
+  }
+
+  std::mutex mutex_;
+  std::condition_variable arrived_;
+  int answered_ = 0, handled_ = 0;
+  std::vector<double> latencies_ms_;
+  ros::Subscriber stats_, correspondences_;
+};
+
+/// The camera: publishes the footage to and fro, each image a new message with the time of its publication as stamp.
+class Camera {
+ public:
+  Camera(ros::NodeHandle& nh, const Footage& footage)
+      : footage_(footage),
+        info_(nh.advertise<sensor_msgs::CameraInfo>(kNamespace + "/camera_info", 10)),
+        image_(nh.advertise<sensor_msgs::Image>(kNamespace + "/image", 100)) {}
+
+  bool connected() const { return info_.getNumSubscribers() > 0 && image_.getNumSubscribers() > 0; }
+  int sent() const { return sent_; }
+
+  void publish() {
+    const int last = static_cast<int>(footage_.images.size()) - 1, phase = sent_++ % (2 * last);
+    auto image =
+        boost::make_shared<sensor_msgs::Image>(footage_.images[static_cast<size_t>(std::min(phase, 2 * last - phase))]);
+    auto info = boost::make_shared<sensor_msgs::CameraInfo>(footage_.info);
+    image->header.stamp = info->header.stamp = ros::Time::now();
+    info_.publish(sensor_msgs::CameraInfoConstPtr(info));
+    image_.publish(sensor_msgs::ImageConstPtr(image));
+  }
+
+ private:
+  const Footage& footage_;
+  int sent_ = 0;
+  ros::Publisher info_, image_;
+};
+
+/// Publishes one image after another for `seconds`, at the rate asked for or as fast as they are answered.
+void stream(const LoadOptions& options, double seconds, Camera& camera, Consumer& consumer) {
+  const auto start = Clock::now();
+  const auto end = start + std::chrono::duration<double>(seconds);
+  for (int i = 0; Clock::now() < end && ros::ok(); ++i) {
+    if (options.rate > 0) {
+      std::this_thread::sleep_until(start + std::chrono::duration<double>(i / options.rate));
+    } else if (!consumer.waitFor(camera.sent() + 1 - kAhead, kPatience)) {
+      throw std::runtime_error("the filter stopped answering");
+    }
+    camera.publish();
+  }
+}
+
+void measure(const LoadOptions& options, const Footage& footage, ros::NodeHandle& nh) {
+  ros::NodeHandle parameters(kFilter);
+  parameters.setParam("extractor", options.extractor);
+  parameters.setParam("features", options.features);
+  parameters.setParam("threads", options.threads);
+  parameters.setParam("drop_frames", options.drop);
+  Camera camera(nh, footage);
+  Consumer consumer(nh);
+  std::unique_ptr<NodeProcess> process;
+  std::unique_ptr<nodelet::Loader> manager;
+  if (options.separate) {
+    process = std::make_unique<NodeProcess>();
+  } else {
+    manager = std::make_unique<nodelet::Loader>(false);
+    if (!manager->load(kFilter, "gms_ransac/MatchFilter", {}, {})) throw std::runtime_error("the nodelet did not load");
+  }
+  const pid_t pid = process ? process->pid() : getpid();
+  const auto patience = Clock::now() + std::chrono::duration<double>(kPatience);
+  while (!(camera.connected() && consumer.connected())) {
+    if (Clock::now() > patience) throw std::runtime_error("the filter did not connect");
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  LoadOptions warm_up = options;
+  warm_up.rate = 30;
+  stream(warm_up, kWarmUp / warm_up.rate, camera, consumer);
+  consumer.waitFor(camera.sent(), kPatience);
+
+  consumer.startMeasurement();
+  const int sent_before = camera.sent(), answered_before = consumer.answered();
+  const double processor_before = processorSeconds(pid);
+  const auto start = Clock::now();
+  stream(options, options.seconds, camera, consumer);
+  consumer.waitFor(camera.sent(), kPatience);
+  const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  const double processor = processorSeconds(pid) - processor_before;
+  const std::vector<double> latencies = consumer.latencies();
+  const int sent = camera.sent() - sent_before, answered = consumer.answered() - answered_before;
+
+  std::ostringstream row;
+  row.setf(std::ios::fixed);
+  row.precision(1);
+  row << "| " << (options.separate ? "node" : "manager") << " | " << options.extractor << " | " << options.threads
+      << " | ";
+  if (options.rate > 0) {
+    row << options.rate;
+  } else {
+    row << "as answered";
+  }
+  row << " | " << answered / seconds << " | " << answered << " of " << sent << " | ";
+  row.precision(2);
+  row << percentile(latencies, 50) << " | " << percentile(latencies, 99) << " | ";
+  row.precision(1);
+  row << 100 * processor / seconds << " | ";
+  // In the manager's process most memory is that of the footage.
+  if (options.separate) {
+    row << peakMegabytes(pid);
+  } else {
+    row << "-";
+  }
+  row << " | " << loadAverage() << " |";
+  std::cout << row.str() << std::endl;
+  if (manager) manager->unload(kFilter);
+  ros::param::del(kFilter);
+}
+
+int nodeLoad(const Arguments& arguments) {
+  LoadOptions load;
+  cv::Size size;
+  std::vector<double> rates;
+  std::vector<std::string> extractors;
+  po::options_description options("Options");
+  auto add = options.add_options();
+  add("help,h", "this text");
+  add("rate", po::value(&rates)->multitoken()->default_value({30, 100, 0}, "30 100 0"),
+      "images per second, each in turn; 0: the next image as soon as one is answered");
+  add("extractor", po::value(&extractors)->multitoken()->default_value({"simd_orb", "opencv"}, "simd_orb opencv"),
+      "each in turn");
+  add("seconds", po::value(&load.seconds)->default_value(load.seconds), "measured for each");
+  add("features", po::value(&load.features)->default_value(load.features), "keypoints asked for per image");
+  add("threads", po::value(&load.threads)->default_value(load.threads), "~threads of the filter");
+  add("drop-frames", po::bool_switch(&load.drop), "let the filter skip images; default: every image is answered");
+  add("separate", po::bool_switch(&load.separate),
+      "match_filter_node in a process of its own; default: the nodelet in the publisher's process");
+  add("width", po::value(&size.width)->default_value(640), "pixels");
+  add("height", po::value(&size.height)->default_value(480), "pixels");
+  const char* usage =
+      "node_load [options]\n\nPublishes rendered images to the match filter and prints, for each extractor and rate, a "
+      "row of:\nimages answered per second, latency from the image's stamp to ~correspondences (ms), processor "
+      "time\nof the filter's process in percent of one core (in the manager with the publisher in it), its "
+      "peak\nmemory and the load average of the machine. Needs a ROS master.";
+  if (!parseCommandLine(arguments, usage, options)) return 0;
+  for (const double rate : rates) {
+    if (!(rate >= 0 && rate <= 10000)) {
+      throw std::invalid_argument("--rate is " + std::to_string(rate) + "; it must be between 0 and 10000");
+    }
+  }
+  if (!(load.seconds > 0)) throw std::invalid_argument("--seconds must be above 0");
+  if (!ros::master::check()) {
+    throw std::invalid_argument("no ROS master answers at " + ros::master::getURI() + "; start roscore first");
+  }
+  // The table is all that goes to stdout.
+  if (ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Warn)) {
+    ros::console::notifyLoggerLevelsChanged();
+  }
+  ros::NodeHandle nh;
+  ros::AsyncSpinner spinner(1);
+  spinner.start();
+  const Footage footage = render(size);
+  std::cout << "| process | extractor | threads | images/s sent | answered/s | answered | p50 ms | p99 ms | % of a "
+               "core | peak MB | "
+               "load |\n|---|---|---|---|---|---|---|---|---|---|---|"
+            << std::endl;
+  for (const std::string& extractor : extractors) {
+    load.extractor = extractor;
+    for (const double rate : rates) {
+      load.rate = rate;
+      measure(load, footage, nh);
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // Another node of this name may run beside it; Ctrl-C ends the program and not only its ROS part.
+  ros::init(argc, argv, "node_load", ros::init_options::AnonymousName | ros::init_options::NoSigintHandler);
+  return gms_ransac::runProgram("node_load", [&] { return nodeLoad(Arguments(argv + 1, argv + argc)); });
+}

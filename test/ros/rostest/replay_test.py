@@ -1,0 +1,197 @@
+#!/usr/bin/env python3
+"""Real sequences as bags through tum.launch and kitti.launch: every image is answered, with the inliers and the pose
+that `evaluate run` finds on the folder, and the same when replayed again, with one thread or two. Bags that do not fit."""
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy as np
+import rosbag
+import rospy
+import rostest
+from gms_ransac.msg import Correspondences, MatchStats
+from rosgraph_msgs.msg import Log
+
+from graph import (Scene, camera_info, data_folder, degrees_between, image_message, rotation_degrees, rotation_matrix,
+                   vector)
+
+TIMEOUT = 120.0  # seconds of wall time for a replay, start of the launch file included
+SETTINGS = "method: lo_prosac, features: 2000, seed: 3, hold_reference: false"
+
+
+class Replay(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="gms_ransac_replay_")
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def replay(self, launch, bag, count, settings="", arguments=()):
+        """Returns ([stats], {stamp: correspondences}) of the launch file's replay of `count` images."""
+        stats, correspondences, changed = [], {}, threading.Condition()
+
+        def on_stats(message):
+            with changed:
+                stats.append(message)
+                changed.notify_all()
+
+        def on_correspondences(message):
+            with changed:
+                correspondences[message.header.stamp.to_nsec()] = message
+                changed.notify_all()
+
+        subscribers = [rospy.Subscriber("/match_filter/stats", MatchStats, on_stats, queue_size=1000),
+                       rospy.Subscriber("/match_filter/correspondences", Correspondences, on_correspondences, queue_size=1000)]
+        settings_file = os.path.join(self.folder, "settings.yaml")
+        with open(settings_file, "w") as out:
+            out.write("{%s%s}" % (SETTINGS, settings))
+        process = subprocess.Popen(["roslaunch", "gms_ransac", launch, "bag:=" + bag, "rviz:=false", "drop_frames:=false",
+                                    "await:=/match_filter/stats /match_filter/correspondences",
+                                    "parameters:=" + settings_file, *arguments])
+        try:
+            with changed:
+                end = time.monotonic() + TIMEOUT
+                done = lambda: len(stats) >= count and len(correspondences) >= count - 1
+                while not done() and time.monotonic() < end:
+                    changed.wait(0.2)
+        finally:
+            process.terminate()
+            process.wait()
+            for subscriber in subscribers:
+                subscriber.unregister()
+        self.assertGreaterEqual(len(stats), count, "every image is answered")
+        self.assertEqual(stats[-1].frames_dropped, 0)
+        return stats, correspondences
+
+    def make_bag(self, name, images):
+        """Returns (folder of the data, bag made from it, how many images it holds); skips the test without data."""
+        data = data_folder(name)
+        if data is None:
+            self.skipTest("%s is not here (GMS_RANSAC_DATA, ../shared/data)" % name)
+        count = len([f for f in os.listdir(os.path.join(data, images)) if f.endswith(".png")])
+        bag = os.path.join(self.folder, name + ".bag")
+        subprocess.check_call(["rosrun", "gms_ransac", "dataset_to_bag", data, bag, "--camera-info", "folder"])
+        return data, bag, count
+
+    def check(self, name, images, launch):
+        data, bag, count = self.make_bag(name, images)
+        records = os.path.join(self.folder, "records.jsonl")
+        subprocess.check_call(["rosrun", "gms_ransac", "evaluate", "run", data, "--method", "lo_prosac", "--features", "2000",
+                               "--seed", "3", "--extractor", rospy.get_param("~extractor", "simd_orb"), "--out", records])
+        with open(records) as lines:
+            expected = [json.loads(line) for line in lines]
+        self.assertEqual(len(expected), count - 1)
+
+        stats, answers = self.replay(launch, bag, count)
+        self.assertEqual(len(stats), count)
+        answers = [answers[stamp] for stamp in sorted(answers)]
+        self.assertEqual(len(answers), len(expected))
+        for i, (answer, record, stat) in enumerate(zip(answers, expected, stats[1:])):
+            where = "%s, pair %d (%s)" % (name, i, stat.status_text)
+            self.assertEqual(MatchStatus[stat.status], record["status"], where)
+            self.assertEqual(stat.inliers, record["inliers"], where)
+            mine = np.column_stack([np.reshape(answer.reference_points, (-1, 2)), np.reshape(answer.current_points, (-1, 2))])
+            theirs = np.array(record["correspondences"])[:, :4] if record["correspondences"] else np.zeros((0, 4))
+            self.assertTrue(np.allclose(mine, theirs, atol=1e-3), where)
+            if not answer.pose_valid:
+                continue
+            pose = answer.current_in_reference.pose
+            R = np.reshape(record["R"], (3, 3))
+            self.assertLess(rotation_degrees(R.T @ rotation_matrix(pose.orientation)), 1e-4, where)
+            if stat.status == MatchStats.OK:
+                self.assertLess(degrees_between(vector(pose.position), np.array(record["t"])), 1e-3, where)
+
+        for settings in ("", ", threads: 2", ", threads: 4"):
+            again = self.replay(launch, bag, count, settings)[1]
+            for answer in answers:
+                other = again[answer.header.stamp.to_nsec()]
+                self.assertEqual(answer.current_points, other.current_points, settings)
+                self.assertEqual(answer.current_in_reference, other.current_in_reference, settings)
+
+    def test_kitti(self):
+        self.check("kitti_06", "image_0", "kitti.launch")
+
+    def test_tum(self):
+        self.check("tum_fr1_desk", "rgb", "tum.launch")
+
+    def drawn_bag(self, name, image_topic, info_topic, k=None):
+        """A bag of three images of the drawn scene."""
+        path, scene = os.path.join(self.folder, name), Scene()
+        with rosbag.Bag(path, "w") as bag:
+            for i in range(3):
+                image = image_message(scene.draw(t=(0.15 * i, 0.05 * i, 0)), 100 + 0.1 * i)
+                bag.write(info_topic, camera_info(100 + 0.1 * i, k=k), image.header.stamp)
+                bag.write(image_topic, image, image.header.stamp)
+        return path
+
+    def test_nothing_is_left_of_the_launch_before(self):
+        """TUM, whose calibration is a set of parameters, and then KITTI, whose camera_info counts, on one master."""
+        tum = self.drawn_bag("desk.bag", "/camera/rgb/image_color", "/camera/rgb/camera_info")
+        kitti = self.drawn_bag("drive.bag", "/kitti/camera_gray_left/image_raw", "/kitti/camera_gray_left/camera_info")
+        rospy.set_param("/match_filter/max_iterations", 7)
+        answers = self.replay("tum.launch", tum, 3, arguments=["calibration:=1"])[1]
+        self.assertEqual({answer.K[0] for answer in answers.values()}, {517.306408})
+        self.assertEqual(rospy.get_param("/match_filter/max_iterations"), 2000)
+        answers = self.replay("kitti.launch", kitti, 3)[1]
+        self.assertEqual({answer.K[0] for answer in answers.values()}, {500.0})
+        self.assertFalse(rospy.has_param("/match_filter/camera"))
+        self.assertIs(rospy.get_param("/match_filter/publish_odom_tf"), True, "what the launch file sets stays")
+
+    def said(self, launch, folder, *arguments):
+        """Runs the launch file until it ends; returns (exit status, what it printed)."""
+        done = subprocess.run(["roslaunch", "gms_ransac", launch, "rviz:=false", *arguments], cwd=folder,
+                              env=dict(os.environ, PWD=folder), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              timeout=TIMEOUT)
+        return done.stdout
+
+    def test_a_bag_that_holds_other_images_is_refused_with_the_arguments_that_read_it(self):
+        self.drawn_bag("drive.bag", "/kitti/camera_gray_left/image_rect", "/kitti/camera_gray_left/camera_info")
+        self.drawn_bag("desk.bag", "/camera/rgb/image_color", "/camera/rgb/camera_info")
+        for launch, arguments, remedy in (
+                ("kitti.launch", ["bag:=drive.bag", "variant:=raw"],
+                 "/kitti/camera_gray_left/image_rect (kitti.launch camera:=gray_left variant:=odom)"),
+                ("kitti.launch", ["bag:=drive.bag", "variant:=odometry"], "camera:=gray_left variant:=odom)"),
+                ("kitti.launch", ["bag:=desk.bag"], "/camera/rgb/image_color (tum.launch)"),
+                ("tum.launch", ["bag:=nowhere.bag"], "there is no file %s/nowhere.bag" % self.folder)):
+            self.assertIn(remedy, self.said(launch, self.folder, *arguments))
+
+    def test_camera_info_counts_whatever_the_name_of_the_bag(self):
+        """A calibration is used as it is; the factory's values are named, with the choice."""
+        log = []
+        logged = rospy.Subscriber("/rosout", Log, lambda m: log.append(m.msg))
+        bag = self.drawn_bag("rgbd_dataset_freiburg1_desk.bag", "/camera/rgb/image_color", "/camera/rgb/camera_info")
+        answers = self.replay("tum.launch", bag, 3)[1]
+        self.assertEqual({answer.K[0] for answer in answers.values()}, {500.0})
+        named = lambda: [line for line in log if "factory values" in line and "tum.launch calibration:=1, 2 or 3" in line]
+        self.assertEqual(named(), [])
+        bag = self.drawn_bag("desk.bag", "/camera/rgb/image_color", "/camera/rgb/camera_info",
+                             k=[[525, 0, 319.5], [0, 525, 239.5], [0, 0, 1]])
+        answers = self.replay("tum.launch", bag, 3)[1]
+        self.assertEqual({answer.K[0] for answer in answers.values()}, {525.0})
+        self.assertTrue(named(), log)
+        logged.unregister()
+
+    def test_no_image_is_lost_before_the_node_listens(self):
+        """Images follow their camera_info's as they were recorded, the first one before any."""
+        path, scene, count = os.path.join(self.folder, "early.bag"), Scene(), 20
+        frames = [scene.draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(4)]
+        with rosbag.Bag(path, "w") as bag:
+            for i in range(count):
+                image = image_message(frames[(0, 1, 2, 3, 2, 1)[i % 6]], 100 + 0.05 * i)
+                bag.write("/camera/image", image, image.header.stamp)
+                bag.write("/camera/camera_info", camera_info(100 + 0.05 * i), image.header.stamp + rospy.Duration(0.001))
+                bag.write("/elsewhere", camera_info(100 + 0.05 * i), image.header.stamp)
+        stats = self.replay("replay.launch", path, count, arguments=["image:=/camera/image"])[0]
+        self.assertEqual(stats[-1].frames_received, count)
+        self.assertEqual([s.status for s in stats], [MatchStats.FIRST_FRAME] + [MatchStats.OK] * (count - 1))
+
+
+
+MatchStatus = {value: name for name, value in vars(MatchStats).items() if name.isupper() and isinstance(value, int)}
+
+if __name__ == "__main__":
+    rospy.init_node("replay_test")
+    rostest.rosrun("gms_ransac", "replay", Replay)

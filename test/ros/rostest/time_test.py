@@ -1,0 +1,97 @@
+#!/usr/bin/env python3
+"""A simulated clock that restarts, gaps, late images, and exact pairing of camera_info through all of it."""
+import unittest
+
+import rospy
+import rostest
+from diagnostic_msgs.msg import DiagnosticArray
+from gms_ransac.msg import MatchStats
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Bool
+
+from graph import Client, Scene
+
+
+class Time(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.clock = rospy.Publisher("/clock", Clock, queue_size=10, latch=True)
+        cls.reports = []
+        cls.listener = rospy.Subscriber("/diagnostics", DiagnosticArray, cls.reports.append)
+        scene = Scene()
+        cls.frames = [scene.draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(4)]
+
+    def play(self, client, start, count=4, offset=0.0):
+        """Clock and images as `rosbag play --clock` sends them; returns the statuses."""
+        statuses = []
+        for i in range(count):
+            reported = len(self.reports)
+            self.clock.publish(Clock(rospy.Time.from_sec(start + 0.1 * i)))
+            client.wait(lambda: abs(rospy.get_time() - start - 0.1 * i) < 1e-6, "the clock")
+            if i == 0:
+                # message_filters forgets what it holds when the clock goes back: half of a pair, if the node learns of
+                # that between the two.
+                client.wait(lambda: self.has_reported(client, start, reported), "the clock of %s" % client.name)
+            statuses.append(client.ask(self.frames[i], start + 0.1 * i - offset).status)
+        return statuses
+
+    def has_reported(self, client, time, since):
+        """Whether the node's last report, of those after the first `since`, is of this time."""
+        reports = [r for r in self.reports[since:] if any(client.name in status.name for status in r.status)]
+        return reports and abs(reports[-1].header.stamp.to_sec() - time) < 1e-6
+
+    def check(self, name, base):
+        client, restarts = Client(name, name + "/image", name + "/camera_info"), []
+        client.subscribe("restart", Bool, restarts)
+        client.connect()
+        ok = MatchStats.OK
+        first = self.play(client, base)
+        self.assertEqual(first[1:], [ok] * 3)
+        # The bag starts again: stamps and clock go back.
+        again = self.play(client, base)
+        self.assertEqual(again, [MatchStats.TIME_RESET] + [ok] * 3)
+        client.wait(lambda: restarts, "~restart")
+        resets = client.stats[-1].resets
+        # Five seconds without an image.
+        self.assertEqual(self.play(client, base + 5), [MatchStats.TIME_RESET] + [ok] * 3)
+        self.assertEqual(client.stats[-1].resets, resets + 1)
+        # An image that was overtaken is dropped, and the next one compared with the last in order.
+        answer = client.ask(self.frames[1], base + 5.15)
+        self.assertEqual(answer.status, MatchStats.BAD_IMAGE)
+        self.assertIn("out of order", answer.status_text)
+        self.assertEqual(client.ask(self.frames[2], base + 5.4).status, ok)
+
+    def test_a_clock_that_never_came(self):
+        """First of all, in the order of names: what a replay leaves for a live camera, /use_sim_time and no /clock."""
+        client = Client("latest", "latest/image", "latest/camera_info").connect()
+        client.ask(self.frames[0], 100.0)
+        client.wait(lambda: any("/clock" in status.message and "latest" in status.name
+                                for report in self.reports for status in report.status), "a word on the clock")
+
+    def test_clock_that_stands(self):
+        """The images go on: they are answered as if nothing were wrong, and the node still reports."""
+        client = Client("latest", "latest/image", "latest/camera_info").connect()
+        self.play(client, 3000.0)
+        for i in range(1, 20):
+            answer = client.ask(self.frames[i % 4], 3000.3 + 0.1 * i)
+            self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+        count = len(self.reports)
+        client.wait(lambda: len(self.reports) > count + 4, "reports while the clock stands")
+        # As at the end of a bag: no image, and no warning.
+        client.image.unregister()
+        client.wait(lambda: any("/clock stands still" in s.message and s.level == 0 for s in self.reports[-1].status),
+                    "a word on the clock")
+        count = len(self.reports)
+        client.wait(lambda: len(self.reports) > count + 15, "reports after the end")
+        self.assertFalse([s for report in self.reports[count:] for s in report.status if s.level and "latest" in s.name])
+
+    def test_latest_camera_info(self):
+        self.check("latest", 1000.0)
+
+    def test_exact_camera_info(self):
+        self.check("exact", 500.0)
+
+
+if __name__ == "__main__":
+    rospy.init_node("time_test")
+    rostest.rosrun("gms_ransac", "time", Time)

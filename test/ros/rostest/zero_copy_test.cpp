@@ -1,0 +1,94 @@
+// Images between nodelets of one manager are shared, not copied: what the publisher sent and what a subscriber in the
+// same process got is one object, and the converter's grey image is that object's memory. The match image is drawn only
+// for a subscriber.
+#include <gtest/gtest.h>
+#include <image_transport/image_transport.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <sensor_msgs/Image.h>
+
+#include "input/image_conversion.h"
+#include "input/image_input.h"
+#include "output/outputs.h"
+
+namespace gms_ransac {
+namespace {
+
+TEST(ZeroCopy, FromThePublishersHandsToTheExtractor) {
+  ros::NodeHandle nh, pnh("~");
+  image_transport::ImageTransport transport(nh);
+  image_transport::Publisher publisher = transport.advertise("image", 1);
+  ImageWithInfo received;
+  ImageInput input(
+      nh, pnh, Parameters(), [&](const ImageWithInfo& image) { received = image; }, nullptr);
+  input.start();
+
+  auto sent = boost::make_shared<sensor_msgs::Image>();
+  sent->width = 128;
+  sent->height = 96;
+  sent->step = 128;
+  sent->encoding = "mono8";
+  sent->data.resize(128 * 96, 7);
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(30);
+  while (!received.image && ros::WallTime::now() < end) {
+    if (publisher.getNumSubscribers() > 0) publisher.publish(sensor_msgs::ImageConstPtr(sent));
+    ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.1));
+  }
+  ASSERT_TRUE(received.image);
+  EXPECT_EQ(received.image.get(), sent.get());
+  cv::Mat grey;
+  ASSERT_EQ(ImageConverter().toGrey(*received.image, grey), "");
+  EXPECT_EQ(grey.data, sent->data.data());
+  input.stop();
+}
+
+/// Counts the images that OpenCV allocates.
+struct CountingAllocator : cv::MatAllocator {
+  cv::UMatData* allocate(int dimensions, const int* sizes, int type, void* data, size_t* step, cv::AccessFlag flags,
+                         cv::UMatUsageFlags usage) const override {
+    ++images;
+    return cv::Mat::getStdAllocator()->allocate(dimensions, sizes, type, data, step, flags, usage);
+  }
+  bool allocate(cv::UMatData* data, cv::AccessFlag flags, cv::UMatUsageFlags usage) const override {
+    return cv::Mat::getStdAllocator()->allocate(data, flags, usage);
+  }
+  void deallocate(cv::UMatData* data) const override { cv::Mat::getStdAllocator()->deallocate(data); }
+
+  mutable int images = 0;
+};
+
+TEST(MatchImage, IsDrawnOnlyForASubscriber) {
+  ros::NodeHandle nh, pnh("~");
+  Outputs outputs(nh, pnh, Parameters(), [] {});
+  PreparedFrame frame;
+  frame.grey = cv::Mat(480, 640, CV_8UC1, cv::Scalar(90));
+  frame.camera = std::make_shared<CameraModel>();
+  ProcessedFrame processed;
+  processed.current = &frame;
+  CountingAllocator counter;
+  cv::Mat::setDefaultAllocator(&counter);
+  for (int i = 0; i < 10; ++i) outputs.publish(processed, {}, {});
+  EXPECT_EQ(0, counter.images);
+  sensor_msgs::ImageConstPtr picture;
+  const ros::Subscriber subscriber = pnh.subscribe<sensor_msgs::Image>(
+      "match_image", 1, [&](const sensor_msgs::ImageConstPtr& message) { picture = message; });
+  const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(30);
+  while (!picture && ros::WallTime::now() < end) {
+    outputs.publish(processed, {}, {});
+    ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.1));
+  }
+  cv::Mat::setDefaultAllocator(cv::Mat::getStdAllocator());
+  ASSERT_TRUE(picture);
+  EXPECT_EQ("bgr8", picture->encoding);
+  EXPECT_GT(picture->height, 480U);
+  EXPECT_GT(counter.images, 0);
+}
+
+}  // namespace
+}  // namespace gms_ransac
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  ros::init(argc, argv, "zero_copy_test");
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,357 @@
+// What is compared with what, and what is said of an image: resets, stamps and depth that come with images of no use.
+#include "stream/frame_processor.h"
+
+#include <malloc.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <fstream>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <Eigen/Geometry>
+#include <boost/make_shared.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "methods/method.h"
+#include "node/mailbox.h"
+#include "output/sigma_by_octave.h"
+#include "processor_stream.h"
+#include "scenes/scene.h"
+#include "scenes/synthetic_pair.h"
+#include "stream/status_text.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr int kWidth = 640, kHeight = 480;
+
+/// Corners everywhere, moved by some pixels.
+sensor_msgs::ImagePtr image(double stamp, int shift = 0) {
+  cv::Mat noise(kHeight / 5, kWidth / 5 + 20, CV_8UC1), texture;
+  cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
+  cv::resize(noise, texture, cv::Size(), 5, 5, cv::INTER_NEAREST);
+  const cv::Mat view = texture(cv::Rect(shift, 0, kWidth, kHeight)).clone();
+  auto message = boost::make_shared<sensor_msgs::Image>();
+  message->header.stamp = ros::Time(stamp);
+  message->header.frame_id = "camera";
+  message->encoding = "mono8";
+  message->width = message->step = kWidth;
+  message->height = kHeight;
+  message->data.assign(view.data, view.data + view.total());
+  return message;
+}
+
+sensor_msgs::ImagePtr badImage(double stamp) {
+  const sensor_msgs::ImagePtr message = image(stamp);
+  message->data.pop_back();
+  return message;
+}
+
+sensor_msgs::ImagePtr depthOf(double metres) {
+  auto message = boost::make_shared<sensor_msgs::Image>();
+  message->encoding = "32FC1";
+  message->width = kWidth;
+  message->height = kHeight;
+  message->step = kWidth * sizeof(float);
+  const std::vector<float> depth(kWidth * kHeight, static_cast<float>(metres));
+  const auto* bytes = reinterpret_cast<const uint8_t*>(depth.data());
+  message->data.assign(bytes, bytes + depth.size() * sizeof(float));
+  return message;
+}
+
+class Processor {
+ public:
+  explicit Processor(ScaleMode scale = ScaleMode::kUnit) : processor_(parameters(scale), "/image", "/camera_info") {
+    processor_.setOptions(ProcessorOptions());
+  }
+
+  ProcessedFrame ask(const ImageWithInfo& input) { return processor_.process(processor_.prepare(input)); }
+  ProcessedFrame ask(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::ImageConstPtr& depth = nullptr) {
+    ImageWithInfo input;
+    input.image = image;
+    input.depth = depth;
+    input.received = ros::Time(clock_ += 0.1);
+    return ask(input);
+  }
+  FrameProcessor* operator->() { return &processor_; }
+
+ private:
+  static Parameters parameters(ScaleMode scale) {
+    Parameters parameters;
+    parameters.scale = scale;
+    parameters.camera = {500, 500, 319.5, 239.5, "", {}};
+    return parameters;
+  }
+  FrameProcessor processor_;
+  double clock_ = 1000;  // the node's, seconds
+};
+
+TEST(SigmaByOctave, IsThatOfTheResult) {
+  RobustResult result;
+  result.sigma_px = 0.7;
+  result.noise_exponent = 0.5;
+  const SigmaByOctave sigma(result, 1.2f);
+  for (int octave = 0; octave < 16; ++octave) EXPECT_EQ(sigma[octave], static_cast<float>(result.sigma(octave, 1.2f)));
+  EXPECT_EQ(SigmaByOctave(RobustResult(), 1.2f)[3], 0);
+}
+
+TEST(FrameProcessor, AResetOutlivesImagesOfNoUse) {
+  Processor processor;
+  processor.ask(image(1.0));
+  EXPECT_NE(processor.ask(image(1.1, 5)).result, nullptr);
+  processor->requestReset();
+  EXPECT_EQ(processor.ask(badImage(1.2)).status, MatchStats::BAD_IMAGE);
+  EXPECT_EQ(processor.ask(image(1.1)).status, MatchStats::BAD_IMAGE) << "out of order";
+  const ProcessedFrame processed = processor.ask(image(1.3, 10));
+  EXPECT_EQ(processed.status, MatchStats::FIRST_FRAME);
+  EXPECT_EQ(processed.continuity, Continuity::kRestarted);
+  EXPECT_NE(processed.text.find("reset on request"), std::string::npos) << processed.text;
+  EXPECT_EQ(processor.ask(image(1.4, 15)).continuity, Continuity::kContinuous) << "once";
+}
+
+TEST(FrameProcessor, AResetRestartsPairsToo) {
+  Processor processor;
+  ImageWithInfo pair;
+  pair.reference = image(1.0);
+  pair.image = image(1.0, 5);
+  EXPECT_EQ(processor.ask(pair).continuity, Continuity::kContinuous);
+  processor->requestReset();
+  const ProcessedFrame processed = processor.ask(pair);
+  EXPECT_EQ(processed.continuity, Continuity::kRestarted);
+  EXPECT_NE(processed.result, nullptr) << "a pair is compared all the same";
+  EXPECT_EQ(processor.ask(pair).continuity, Continuity::kContinuous);
+}
+
+TEST(FrameProcessor, SaysThatTheStampsAreFrozen) {
+  Processor processor;
+  processor.ask(image(1.0));
+  const ProcessedFrame frozen = processor.ask(image(1.0, 5));
+  EXPECT_EQ(frozen.status, MatchStats::BAD_IMAGE);
+  EXPECT_NE(frozen.text.find("the same as that of the image before it"), std::string::npos) << frozen.text;
+  EXPECT_NE(processor.ask(image(0.9, 5)).text.find("is 0.1 s older"), std::string::npos);
+}
+
+TEST(FrameProcessor, SaysWhichOfTwoImagesHasTooFewKeypoints) {
+  const auto dark = [](double stamp) {
+    const sensor_msgs::ImagePtr message = image(stamp);
+    std::fill(message->data.begin(), message->data.end(), uint8_t{0});
+    return message;
+  };
+  Processor processor;
+  processor.ask(dark(1.0));
+  const ProcessedFrame bright = processor.ask(image(1.1));
+  ASSERT_EQ(bright.status, MatchStats::TOO_FEW_KEYPOINTS) << bright.text;
+  EXPECT_NE(bright.text.find("only 0 keypoints in the reference image"), std::string::npos) << bright.text;
+  const ProcessedFrame covered = processor.ask(dark(1.2));
+  EXPECT_NE(covered.text.find("only 0 keypoints (the reference has "), std::string::npos) << covered.text;
+}
+
+TEST(FrameProcessor, WhereDepthGivesTheTranslationTheTextSaysSo) {
+  Processor processor(ScaleMode::kDepth);
+  processor.ask(image(1.0), depthOf(5));
+  const ProcessedFrame processed = processor.ask(image(1.1), depthOf(5));
+  ASSERT_EQ(processed.status, MatchStats::OK) << processed.text;
+  EXPECT_TRUE(processed.metric_scale);
+  EXPECT_EQ(processed.text.find("rotation only"), std::string::npos) << processed.text;
+  EXPECT_NE(processed.text.find("agree on one motion"), std::string::npos) << processed.text;
+}
+
+TEST(FrameProcessor, APairWithoutDepthHasNoLength) {
+  Processor processor(ScaleMode::kDepth);
+  processor.ask(image(1.0));
+  const ProcessedFrame processed = processor.ask(image(1.1));
+  EXPECT_FALSE(processed.metric_scale);
+  EXPECT_TRUE(processed.poseValid()) << processed.text;
+  EXPECT_NE(processed.text.find("no length: no depth image"), std::string::npos) << processed.text;
+}
+
+TEST(FrameProcessor, FramesDoNotHoldTheFilterOnceTheyAreAnswered) {
+  Processor processor;
+  EXPECT_EQ(processor.ask(image(1.0)).current->filter, nullptr);
+  const ProcessedFrame compared = processor.ask(image(1.1, 5));
+  EXPECT_EQ(compared.current->filter, nullptr);
+  EXPECT_EQ(compared.reference->filter, nullptr);
+  EXPECT_EQ(processor.ask(badImage(1.2)).current->filter, nullptr);
+}
+
+/// Bytes that the process has asked for and not given back; zero where the allocator does not say (sanitizers' do not).
+size_t heldBytes() {
+#if defined(__GLIBC__) && __GLIBC_PREREQ(2, 33)
+  const struct mallinfo2 held = mallinfo2();
+#else
+  const struct mallinfo held = mallinfo();
+#endif
+  return static_cast<size_t>(held.uordblks) + static_cast<size_t>(held.hblkhd);
+}
+
+/// Every method with every model and extractor, and with them what each has of its own.
+void reconfigureThroughAll(Processor& processor, double& stamp) {
+  const std::vector<sensor_msgs::ImagePtr> views = {image(0), image(0, 5), image(0, 10)};
+  for (const MethodEntry& method : methods()) {
+    for (const ModelType model : {ModelType::kFundamental, ModelType::kHomography, ModelType::kEssential}) {
+      ProcessorOptions options;
+      options.core.method = method.name;
+      options.core.robust.model = model;
+      options.core.robust.max_iterations = 50;
+      options.core.extractor.extractor = model == ModelType::kHomography ? "opencv" : "simd_orb";
+      options.core.extractor.features = model == ModelType::kEssential ? 300 : 200;
+      processor->setOptions(options);
+      for (const sensor_msgs::ImagePtr& view : views) {
+        const auto next = boost::make_shared<sensor_msgs::Image>(*view);
+        next->header.stamp = ros::Time(stamp += 0.1);
+        processor.ask(next);
+      }
+    }
+  }
+}
+
+TEST(FrameProcessor, ReconfigurationsLeaveNothingBehind) {
+  if (heldBytes() == 0) GTEST_SKIP() << "the allocator does not say what is held";
+  Processor processor;
+  double stamp = 1;
+  for (int warm = 0; warm < 2; ++warm) reconfigureThroughAll(processor, stamp);
+  const size_t before = heldBytes();
+  for (int again = 0; again < 3; ++again) reconfigureThroughAll(processor, stamp);
+  // What containers of another size keep; one filter that stays is some hundred kilobytes.
+  EXPECT_LT(heldBytes(), before + 50000);
+}
+
+/// Bytes of memory that the process has pages for.
+size_t residentBytes() {
+  std::ifstream statm("/proc/self/statm");
+  size_t all = 0, resident = 0;
+  statm >> all >> resident;
+  return resident * static_cast<size_t>(sysconf(_SC_PAGESIZE));
+}
+
+TEST(FrameProcessor, AReplacedFilterGivesItsPagesBackAndThoseOfItsFrames) {
+  if (heldBytes() == 0) GTEST_SKIP() << "an allocator of its own decides what goes back";
+  Processor processor;
+  double stamp = 1;
+  const auto runWith = [&](int features) {
+    ProcessorOptions options;
+    options.core.extractor.features = features;
+    options.core.extractor.fast_threshold = 0;
+    processor->setOptions(options);
+    for (const int shift : {0, 5, 10}) processor.ask(image(stamp += 0.1, shift));
+  };
+  runWith(300);
+  const size_t of_few = heldBytes();
+  runWith(20000);
+  const size_t held = heldBytes(), resident = residentBytes();
+  runWith(300);
+  const size_t given_back = held - heldBytes();  // to the allocator: all but what results and tracks keep room for
+  EXPECT_GT(given_back, (held - of_few) * 2 / 3) << "frames go with their filter";
+  ASSERT_GT(given_back, 1000000u);
+  EXPECT_GT(resident - std::min(resident, residentBytes()), given_back / 2);
+}
+
+ProcessorOptions optionsOf(int threads, int features) {
+  ProcessorOptions options;
+  options.core.extractor.features = features;
+  options.core.extractor.threads = std::max(1, (threads + 1) / 2);
+  options.core.matcher_threads = std::max(1, threads / 2);
+  return options;
+}
+
+// The node's threads around one processor, at full rate, while options change and resets are asked for; ended when so
+// many answers came.
+void runPipeline(int threads, int answers) {
+  Processor processor;
+  Mailbox<ImageWithInfo> images(1);
+  Mailbox<std::unique_ptr<PreparedFrame>> prepared(1);
+  std::atomic<int> answered{0};
+  std::atomic<bool> closing{false};
+  const auto answer = [&](std::unique_ptr<PreparedFrame> frame) {
+    const ProcessedFrame processed = processor->process(std::move(frame));
+    EXPECT_NE(processed.status, MatchStats::BAD_IMAGE) << processed.text;
+    EXPECT_NE(processed.current, nullptr);
+    ++answered;
+  };
+  std::vector<std::thread> workers;
+  workers.emplace_back([&] {
+    const std::vector<sensor_msgs::ImagePtr> views = {image(0), image(0, 5), image(0, 10)};
+    for (size_t i = 0; !closing; ++i) {
+      ImageWithInfo input;
+      const auto message = boost::make_shared<sensor_msgs::Image>(*views[i % views.size()]);
+      input.received = message->header.stamp = ros::Time(1.0 + 0.01 * static_cast<double>(i));
+      input.image = message;
+      images.push(input);
+      std::this_thread::yield();
+    }
+  });
+  workers.emplace_back([&] {
+    ImageWithInfo input;
+    while (images.pop(input)) {
+      auto frame = processor->prepare(input);
+      if (threads == 1) {
+        answer(std::move(frame));
+      } else {
+        prepared.pushWhenEmpty(std::move(frame));
+      }
+    }
+  });
+  workers.emplace_back([&] {
+    std::unique_ptr<PreparedFrame> frame;
+    while (prepared.pop(frame)) answer(std::move(frame));
+  });
+  workers.emplace_back([&] {
+    for (int i = 0; !closing; ++i) {
+      processor->setOptions(optionsOf(threads, 200 + 100 * (i % 3)));
+      if (i % 3 == 0) processor->requestReset();
+      if (i % 5 == 0) images.clear();
+      std::this_thread::yield();
+    }
+  });
+  while (answered < answers) std::this_thread::yield();
+  closing = true;
+  images.close();
+  prepared.close();
+  for (std::thread& worker : workers) worker.join();
+}
+
+TEST(FrameProcessor, ThreadsGoOnAndEndAtEveryStage) {
+  for (const int threads : {1, 2, 4, 8}) {
+    for (const int answers : {0, 1, 2, 3, 10}) runPipeline(threads, answers);
+  }
+}
+
+/// The room through a lens of that focal length, with its camera_info.
+ImageWithInfo roomThrough(double focal_length, const std::vector<double>& distortion, int frame) {
+  SceneOptions options;
+  options.focal_length = focal_length;
+  options.distortion = distortion;
+  const Scene scene(options);
+  const CameraIntrinsics& k = scene.intrinsics();
+  auto info = boost::make_shared<sensor_msgs::CameraInfo>();
+  info->width = kWidth;
+  info->height = kHeight;
+  info->distortion_model = "plumb_bob";
+  info->D = distortion;
+  info->K = {k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1};
+  ImageWithInfo input;
+  input.image = imageMessage(scene.render(frame).image, 100 + 0.1 * frame);
+  input.camera_info = info;
+  input.received = input.image->header.stamp;
+  return input;
+}
+
+TEST(Calibration, OfEachImageIsItsOwn) {
+  const std::vector<double> wide = {-0.2, 0.05, 0, 0, 0}, narrow = {-0.1, 0.02, 0, 0, 0};
+  const RelativePose truth = trueRelativePose(Scene(SceneOptions()), 0, 2);
+  FrameProcessor processor(Parameters(), "/image", "/camera_info");
+  processor.setOptions(ProcessorOptions());
+  processor.process(processor.prepare(roomThrough(500, wide, 0)));
+  const ProcessedFrame processed = processor.process(processor.prepare(roomThrough(560, narrow, 2)));
+  ASSERT_EQ(processed.status, MatchStats::OK) << processed.text;
+  EXPECT_LT(Eigen::AngleAxisd(processed.pose.R * truth.R.transpose()).angle(), 0.1 * M_PI / 180);
+  EXPECT_GT(processed.pose.t.normalized().dot(truth.t.normalized()), std::cos(2 * M_PI / 180));
+  EXPECT_LT(processed.result->robust.camera_misfit, 1);
+}
+
+}  // namespace
+}  // namespace gms_ransac

@@ -1,0 +1,244 @@
+#!/usr/bin/env python3
+"""The statistics of scripts/report against values worked out by hand and against the arithmetic of the paper."""
+import math
+import sys
+import unittest
+from pathlib import Path
+from types import SimpleNamespace
+
+try:
+    import numpy as np
+except ImportError:
+    raise SystemExit(77)  # skipped
+
+sys.path.insert(0, str(next(p for p in Path(__file__).resolve().parents if (p / "scripts/report").is_dir()) / "scripts"))
+from report import run, sweep, tables, trust  # noqa: E402
+from report.common import area  # noqa: E402
+
+
+def record(**fields):
+    """A record of a pair, with the fields that reports read."""
+    result = dict(method="lan", model="essential", set="s", reference="p", current="q", gap=1, stamp=0.0, features=2000,
+                  ratio=0.5, status="OK", matches_gms=1000, inliers=0, hypotheses=0, models_scored=0, point_evaluations=0,
+                  truth=None, times_ms=dict(detect=4.0, match=2.0, gms=1.0, ransac=0.5, total=7.5))
+    result.update(fields)
+    return result
+
+
+def counts(known, correct, points, raw_points=16):
+    return dict(kept_known=known, kept_correct=correct, kept_points=points, raw_points=raw_points)
+
+
+def truth(pose_error=None, epipolar=None, has_pose=True):
+    error = pose_error and dict(rotation_deg=pose_error[0], direction_deg=pose_error[1])
+    return dict(has_pose=has_pose, pose_error=error, epipolar=epipolar, transfer=None)
+
+
+class Run(unittest.TestCase):
+    def test_area_under_the_recall_curve(self):
+        # Errors 1 and 3 of two pairs, up to 4: a triangle to (1, 1/2), a trapezoid to (3, 1), a rectangle to 4.
+        self.assertAlmostEqual(area([3, 1], 4), 100 * (0.25 + 1.5 + 1) / 4)
+        # Beyond the limit the recall stays where the last error left it.
+        self.assertAlmostEqual(area([1, 180], 5), 100 * (0.25 + 0.5 * 4) / 5)
+        self.assertEqual((area([180, 180], 20), area([0, 0], 5)), (0, 100))
+        self.assertTrue(math.isnan(area([], 5)))
+
+    def test_a_missing_pose_counts_as_180_degrees_and_its_matches_not_at_all(self):
+        row = run.summarize([record(inliers=10, truth=truth((1, 2), counts(10, 9, 8))),
+                             record(inliers=4, status="RANSAC_FAILED", truth=truth(None, counts(4, 0, 0)))])
+        self.assertEqual((row["pairs"], row["posed"], row["kept"], row["correct"]), (2, 1, 10, 9))
+        self.assertEqual((row["rotation"], row["precision"], row["recall"]), (1, 90, 50))
+        self.assertAlmostEqual(row["auc5"], area([2, 180], 5))
+        self.assertAlmostEqual(row["rauc2"], area([1, 180], 2))
+
+    def test_a_set_without_poses_has_matches_to_judge(self):
+        row = run.summarize([record(inliers=10, status="UNCALIBRATED", truth=truth(None, counts(10, 5, 4), has_pose=False))])
+        self.assertEqual((row["precision"], row["recall"]), (50, 25))
+        self.assertIn("      -", run.table({"lan": [record()]}))
+
+    def test_a_sweep_holds_medians_and_the_share_of_successes(self):
+        trial = dict.fromkeys(sweep.MEDIANS, 1.5)
+        trials = [dict(trial, method="lan", order="uniform", outlier_ratio=0.1, success=success) for success in (True, False)]
+        (row,) = sweep.table(trials)
+        self.assertEqual((row["trials"], row["success_rate"], row["precision"]), ("2", "0.5", "1.5"))
+
+
+def tables_run(method, pair="p0", preset=2000, raw_points=None, **columns):
+    """A run of the tables. Columns: inliers, counts, hypotheses, errors."""
+    length = max(map(len, columns.values()), default=1)
+    column = lambda key, default: columns.get(key, [default] * length)  # noqa: E731
+    records = [record(method=method, reference=pair, features=preset, inliers=i, hypotheses=h,
+                      truth=truth(e, c) if c or e else None, **({"matches_gms": 0} if i == 0 else {}))
+               for i, h, e, c in zip(column("inliers", 1), column("hypotheses", 0), column("errors", None),
+                                     column("counts", None))]
+    return tables.Run(records, raw_points)
+
+
+class Tables(unittest.TestCase):
+    def test_the_papers_ratios_reproduce_its_table_4(self):
+        # Survivors of RANSAC and of GMS whose quotients are the table's digits.
+        for kept, survivors, percent in ((897, 1188, 75.5051), (913, 1188, 76.8519), (548, 835, 65.6287),
+                                         (514, 835, 61.5569), (1044, 1274, 81.9466)):
+            columns = tables.Run([record(inliers=kept, matches_gms=survivors)], None).columns
+            self.assertAlmostEqual(columns["paper_precision"][0], percent, places=4)
+            self.assertAlmostEqual(columns["paper_recall"][0], kept / 20)
+        self.assertEqual(len(tables.Run([record(matches_gms=0)], None).columns["paper_precision"]), 0)
+
+    def test_reductions_of_table_5_average_to_the_claims(self):
+        for printed in tables.PAPER_REDUCTIONS.values():
+            sets, mean = printed.split("; ")
+            self.assertAlmostEqual(np.mean([float(figure) for figure in sets.split(" / ")]), float(mean), delta=5e-3)
+
+    def test_precision_and_recall_where_the_truth_says_something(self):
+        columns = tables_run("lan", raw_points=16, counts=[counts(10, 9, 8), counts(0, 0, 4)]).columns
+        np.testing.assert_allclose(columns["precision"], [90])
+        np.testing.assert_allclose(columns["recall"], [50, 25])
+        np.testing.assert_allclose((columns["filter_ms"][0], columns["total_ms"][0]), (1.5, 7.5))
+
+    def test_recall_is_of_the_raw_matches_of_the_first_run(self):
+        unit = [record(method="cp_ransac", truth=truth(None, counts(1, 1, 5, raw_points=10))),
+                record(method="lan", truth=truth(None, counts(1, 1, 5, raw_points=5)))]
+        self.assertEqual([part.columns["recall"][0] for part in tables.runs_of(unit)], [50, 50])
+
+    def test_names_of_ratios(self):
+        self.assertEqual([tables.ratio_name(x) for x in (0.2, 1 / 3, 2 / 3, 0.8, 1, 0.37)],
+                         ["1/5", "1/3", "2/3", "4/5", "1/1", "0.37"])
+
+    def test_each_two_are_compared_once_and_ours_is_no_baseline(self):
+        runs = [tables_run(method) for method in ("cp_ransac", "gms_ransac", "lan", "lo_prosac")]
+        self.assertEqual(tables.comparisons(runs),
+                         [("cp_ransac", "gms_ransac"), ("cp_ransac", "lan"), ("gms_ransac", "lan"),
+                          ("lo_prosac", "gms_ransac"), ("lo_prosac", "lan")])
+
+    def test_reductions_are_of_the_same_pairs(self):
+        # Pairs differ widely, but ours always draws a quarter less; a preset that one lacks does not count.
+        base = [tables_run("lan", "p%d" % k, preset, hypotheses=[10 ** k]) for k in range(3) for preset in (1000, 2000)]
+        ours = [tables_run("cp_ransac", "p%d" % k, 1000, hypotheses=[0.75 * 10 ** k]) for k in range(3)]
+        self.assertEqual(tables.reduction(ours, base, "hypotheses"), "25.00 [25.00, 25.00]")
+        self.assertEqual(tables.reduction([], base, "hypotheses"), "-")
+
+    def test_differences_have_an_interval_over_the_pairs(self):
+        def of(method, errors):
+            return [tables_run(method, "p%d" % k, errors=[(e, e) for e in errors(k)]) for k in range(8)]
+        base, ours = of("lan", lambda k: (k, k)), of("cp_ransac", lambda k: (k + 1, k - 1))
+        self.assertEqual(tables.difference(ours, base, "pose_error", np.mean), "0.00 [0.00, 0.00]")
+        crossed = of("cp_ransac", lambda k: [k + 8 * (k % 2)])
+        low, high = tables.difference(crossed, base, "pose_error", np.mean).split("[")[1].rstrip("]").split(", ")
+        self.assertTrue(0 < float(low) < 4 < float(high))
+        self.assertEqual(tables.difference(ours, base, "recall", np.mean), "-")
+
+
+DEGREE = math.pi / 180
+
+
+def answer(rotation=(0, 0, 0), direction=0.0, status="OK", metres=1.0, kind="drawn", noise=None, moved=True):
+    """A camera that moves forward: errors in degrees, the direction about x; sigmas of 0.1 and 1 degree."""
+    covariance = np.diag([DEGREE ** 2] * 3 + [(0.1 * DEGREE) ** 2] * 3)
+    known = dict(has_pose=True, translation_m=[0, 0, metres], moved=moved, noise=noise,
+                 pose_error=dict(rotation_vector_deg=list(rotation)))
+    return record(kind=kind, status=status, covariance=covariance.ravel().tolist(), median_parallax_px=9.0, sigma_px=0.3,
+                  t=[0, -math.sin(direction * DEGREE), math.cos(direction * DEGREE)], reliability=[0] * 30, truth=known)
+
+
+def judged(*arguments, **fields):
+    return trust.judge([answer(*arguments, **fields)])[0]
+
+
+def noise_of(rotation_deg=0.0, translation_m=0.0):
+    return dict(rotation=((rotation_deg * DEGREE) ** 2 * np.eye(3)).ravel().tolist(),
+                translation=(translation_m ** 2 * np.eye(3)).ravel().tolist(), translation_sigma=translation_m)
+
+
+class Judged(unittest.TestCase):
+    def test_normalized_squares(self):
+        error = np.array([[2.0, 6], [2, 6]])
+        squares = trust.normalized_squares(error, np.array([[[4.0, 0], [0, 9]], [[0, 0], [0, 0]]]))
+        self.assertAlmostEqual(squares[0], (1 + 4) / 2)
+        self.assertTrue(math.isnan(squares[1]))
+
+    def test_tangent_errors(self):
+        estimate = np.array([[0.0, 0, 1], [0, 0, 1]])
+        true = np.array([[math.sin(0.2), 0, math.cos(0.2)], [0, 0, -1]])
+        error, covariance = trust.tangent_errors(estimate, true, np.array([np.diag((0.04, 0.04, 9))] * 2))
+        np.testing.assert_allclose(np.linalg.norm(error, axis=1), (0.2, math.pi))
+        np.testing.assert_allclose(covariance[0], 0.04 * np.eye(2), atol=1e-12)  # nothing of what lies along it
+
+    def test_errors_and_what_the_answer_says_of_them(self):
+        row = judged((0, 0.3, 0), 2)
+        expected = dict(ry_deg=0.3, rotation_error_deg=0.3, direction_error_deg=2, nees_rotation=9 / 3, nees_direction=4 / 2,
+                        uncertainty_deg=0.1 + 1, baseline_m=1)
+        for key, value in expected.items():
+            self.assertAlmostEqual(row[key], value, places=9, msg=key)
+        self.assertTrue(row["right"] and not row["wrong"])
+
+    def test_noise_of_the_truth_is_added_to_the_covariance(self):
+        noise = noise_of(0.2, math.sqrt(3) * DEGREE)  # over a metre: that much of the direction
+        row = judged((0, 0.3, 0), 2, noise=noise)
+        self.assertAlmostEqual(row["nees_rotation"], 0.09 / (0.01 + 0.04) / 3)
+        self.assertAlmostEqual(row["nees_direction"], 4 / (1 + 3) / 2)
+
+    def test_wrong_is_an_ok_beyond_the_limits(self):
+        self.assertTrue(judged((0, 0, 1.2))["wrong"])
+        self.assertFalse(judged((0, 0, 1.2), kind="real")["wrong"])
+        self.assertTrue(judged(direction=90)["wrong"])
+        low = judged(direction=90, status="LOW_PARALLAX")
+        self.assertFalse(low["wrong"] or low["right"])
+        self.assertTrue(math.isnan(low["nees_direction"]))
+        self.assertTrue(judged(status="LOW_PARALLAX")["right"], "refused though right")
+        # A static camera has no direction; one that may have been static is judged by its rotation.
+        self.assertTrue(judged(metres=0, moved=False)["wrong"])
+        self.assertFalse(judged(metres=0, moved=False, status="LOW_PARALLAX")["wrong"])
+        self.assertFalse(judged(direction=90, metres=0.01, moved=False, noise=noise_of(0, 0.005))["wrong"])
+
+    def test_what_was_not_answered_has_no_figures(self):
+        failed = dict(answer(), status="RANSAC_FAILED", covariance=None)
+        unknown = dict(answer(), truth=None)
+        rows = trust.judge([failed, unknown])
+        self.assertEqual([trust.cell(rows[0][key]) for key in ("rotation_error_deg", "covariance", "wrong")], ["", "", "0"])
+        self.assertEqual(trust.cell(rows[1]["nees_rotation"]), "")
+        self.assertGreater(rows[1]["rotation_sigma_deg"], 0)
+        self.assertEqual(trust.judge([failed])[0]["right"], False)
+
+
+class Trust(unittest.TestCase):
+    def test_wilson(self):
+        # Without events the upper end is z^2 / (n + z^2); of five in ten the interval is that of the textbooks.
+        np.testing.assert_allclose(trust.wilson(0, 100), (0, 100 * 3.841459 / 103.841459), atol=1e-4)
+        np.testing.assert_allclose(trust.wilson(5, 10), (23.659, 76.341), atol=5e-3)
+        self.assertEqual(trust.wilson(0, 0), (0, 100))
+
+    def test_calibration_error(self):
+        # Ten matches of probability 0.9, eight right; thirty of 0.5, fifteen right: a quarter has an error of a tenth.
+        self.assertAlmostEqual(trust.calibration_error(np.array([[10, 9.0, 8], [30, 15.0, 15], [0, 0, 0]])), 0.25 * 0.1)
+        self.assertTrue(math.isnan(trust.calibration_error(np.zeros((10, 3)))))
+
+    def test_bias_and_spread(self):
+        np.testing.assert_allclose(trust.bias([1, 2, 3, math.nan]), (2, 2 / (1 / math.sqrt(3))))
+        np.testing.assert_allclose(trust.spread([math.nan, 0, 1, 2, 3, 14]), (2, 4, 3 + 0.6 * 11))
+
+    def test_risk_coverage(self):
+        answers = [SimpleNamespace(ok=ok, wrong=wrong, uncertainty=uncertainty)
+                   for ok, wrong, uncertainty in ((True, True, 3), (True, False, 1), (False, False, 2))]
+        coverage, risk = trust.risk_coverage(answers)
+        np.testing.assert_allclose(coverage, [1 / 3, 2 / 3])
+        np.testing.assert_allclose(risk, [0, 1 / 2])
+
+    def test_halves_are_apart(self):
+        def of_half(half, wrong):
+            return SimpleNamespace(kind="drawn", method="m", half=half, has_truth=True, moved=True, ok=True, low=False,
+                                   right=not wrong, wrong=wrong, nees_rotation=1., nees_direction=1., rotation=[0.] * 3,
+                                   bins=np.zeros((10, 3)))
+        even, odd = trust.halves_table([of_half(0, False), of_half(0, False), of_half(1, True)]).splitlines()[2:4]
+        self.assertIn("| drawn | m | even | 2 | 2 | 0 (0.0 %", even)
+        self.assertIn("| drawn | m | odd | 1 | 1 | 1 (100.0 %", odd)
+
+    def test_what_was_right_before(self):
+        def of_pair(pair, ok, wrong=False):
+            return SimpleNamespace(key=pair, kind="drawn", method="m", set="s", gap=0, has_truth=True, ok=ok, wrong=wrong)
+        before = [of_pair(1, True), of_pair(2, True), of_pair(3, True, wrong=True), of_pair(4, False)]
+        now = [of_pair(1, True), of_pair(2, False), of_pair(3, False), of_pair(4, True)]
+        self.assertIn("| drawn | m | 1 of 2 (50.0 %) | s: 1 |", trust.kept_table(now, before))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# What scripts/common.sh and check_source.sh do on other machines: slow ones, small ones, ones with older tools.
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+fail() { echo "$*" >&2; exit 1; }
+expect() { [ "$2" = "$3" ] || fail "$1: expected '$3', got '$2'"; }
+
+. "$here/../../scripts/common.sh"
+
+# Where nothing can be drawn in place, the first and the last line are shown, the others now and then; the log has all.
+progress_seconds=1000
+ninja_output() { printf '[%s/3] Building CXX object\n' 1 2 3; }
+expect "progress of ninja" "$(ninja_output | show_progress "$work/log")" \
+  $'[1/3] Building CXX object\n[3/3] Building CXX object'
+expect "log of ninja" "$(cat "$work/log")" "$(ninja_output)"
+progress_seconds=0
+apt_output() { printf '%s\n' "Get:1 a" "Get:2 b" "Reading" "Unpacking a (1) ..." "Unpacking b (1) ..." "Setting up b (1) ..."; }
+expect "progress of apt-get" "$(apt_output | show_progress "$work/log" 2)" \
+  $'[1/2] fetched\n[2/2] fetched\n[1/2] unpacked\n[2/2] unpacked\n[1/2] set up'
+expect "progress of nothing" "$(show_progress "$work/log" </dev/null)" ""
+
+# On a terminal one line moves.
+command -v script >/dev/null && expect "on a terminal" "$(
+  script -qec "bash -c '. $here/../../scripts/common.sh; printf \"[%s/2] x\\n\" 1 2 | show_progress $work/log'" /dev/null | tr -d '\n' | tail -c 24
+)" $'\r\033[K[1/2] x\r\033[K[2/2] x\r'
+
+# A failing command stays a failure behind the display.
+! (exit 3) | show_progress "$work/log" || fail "a failure was lost"
+
+expect "cores decide" "$(compilers 4 16000000)" 4
+expect "memory decides" "$(compilers 8 4000000)" 3
+expect "at least one" "$(compilers 4 300000)" 1
+
+# Who asks for help gets it, and neither packages nor a build.
+for script in demo test lint fuzz soak trust arm64; do
+  help=$("$here/../../scripts/$script" --help) || fail "scripts/$script --help failed"
+  case $help in *"scripts/$script "*) ;; *) fail "scripts/$script --help says '$help'" ;; esac
+done
+
+# Styles are judged by the tools that they were written for.
+for tool in clang-format clang-tidy; do
+  printf '#!/bin/sh\n[ "$1" = --version ] && echo "Debian %s version 11.0.1-2" && exit\nexit 1\n' "$tool" >"$work/$tool"
+  chmod +x "$work/$tool"
+done
+for check in format tidy; do
+  status=0
+  PATH=$work:$PATH "$here/../check_source.sh" "$check" "$work" >/dev/null || status=$?
+  expect "$check with version 11" "$status" 77
+done
