@@ -30,10 +30,11 @@ PoseSquare inverseOf(const PoseSquare& information) {
   return factors.solve(PoseSquare::Identity());
 }
 
-/// False for what the inverse of an ill-conditioned curvature makes: rounding alone would say how well the pose is
-/// known.
+/// False for the inverse of an ill-conditioned curvature, of which rounding errors decide: it is not positive definite,
+/// or has a rotation that is less certain than any angle can be.
 bool isCovariance(const PoseSquare& matrix) {
   if (!matrix.allFinite() || matrix.diagonal().minCoeff() < 0) return false;
+  if (matrix.diagonal().head<3>().maxCoeff() > M_PI * M_PI) return false;
   const PoseVector scale = matrix.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
   PoseSquare correlation = scale.asDiagonal() * matrix * scale.asDiagonal();
   correlation.diagonal().setConstant(1 + kInversionTolerance);
@@ -126,7 +127,7 @@ PoseCovariance poseCovariance(const PoseInformation& all, const TwoViewPose& pos
   const PoseSquare inverse = inverseOf(withoutFeigned(all, variance));
   if (!naive.allFinite() || !inverse.allFinite()) {
     const PoseSquare rotation = ofRotationAlone(all);
-    if (rotation.allFinite()) result.covariance = result.of_matches = result.naive = rotation;
+    if (isCovariance(rotation)) result.covariance = result.of_matches = result.naive = rotation;
     return result;
   }
   result.naive = sandwich(naive, all.scatter.topLeftCorner<kPoseParameters, kPoseParameters>(), gradient);
