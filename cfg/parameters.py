@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Optional
 class Row(NamedTuple):
     name: str  # of the node's parameter, below its private namespace
     default: Any  # its type is the parameter's type; None: not set
-    sentence: str  # shown to users everywhere; says the unit
+    sentence: str  # shown to users everywhere; states the unit
     range: Optional[tuple] = None  # (least, greatest) of a number
     # The default stands for "not set": it is outside the range, the field is a std::optional, and its reader decides.
     open: bool = False
@@ -15,7 +15,7 @@ class Row(NamedTuple):
     choices: Any = ()
     unit: str = ""  # of a number; of a word without choices: what it must be
     field: Optional[str] = None  # of the struct that the group names
-    enum: Optional[str] = None  # type of that field where it is an enumeration
+    enum: Optional[str] = None  # type of that field if it is an enumeration
     example: Any = None  # where the default is None
 
 
@@ -92,7 +92,7 @@ GROUPS = [
             unit="a frame", field="imu_frame"),
         Row("prior_frame", "", "Fixed frame in which tf knows the camera; used when rotation_prior is tf", unit="a frame",
             field="prior_frame"),
-        Row("image_time_offset", 0.0, "Added to image stamps before another sensor is asked, seconds; diagnostics estimate it",
+        Row("image_time_offset", 0.0, "Added to image stamps before another sensor is read, seconds; diagnostics estimate it",
             range=(-1.0, 1.0), unit="seconds", field="image_time_offset"),
     ]),
     Group("frames", "frames and messages", **START, parameters=[
@@ -151,7 +151,7 @@ GROUPS = [
         Row("calibration_sigma", 0.0, "Relative uncertainty of the focal length, and of the principal point in focal lengths; "
             "widens the covariance", range=(0, 0.2), field="robust.calibration_sigma"),
         Row("rolling_shutter_readout", 0.0, "Rolling shutter: seconds from the first row of an image to the last (webcams: about "
-            "0.03); points are corrected for the rotation meanwhile; 0: global shutter", range=(0, 0.2), unit="seconds",
+            "0.03); points are corrected for the rotation in that time; 0: global shutter", range=(0, 0.2), unit="seconds",
             field="robust.rolling_shutter_readout"),
     ]),
     Group("time", "time and losses", **LIVE, parameters=[

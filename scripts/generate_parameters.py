@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """From the table in cfg/parameters.py:
-  generate_parameters.py core FILE    the C++ header that binds names to the options of the core
-  generate_parameters.py node FILE    likewise the rest, for src/ros
+  generate_parameters.py core FILE    the C++ header that binds the names of the core's parameters to its options
+  generate_parameters.py node FILE    the same for all other parameters (src/ros)
   generate_parameters.py --write      cfg/match_filter.yaml and the tables in README.md and doc/parameters.md
   generate_parameters.py --check      exit status 1 if --write would change one of these
 A table stands below a line `<!-- parameters: WORDS -->`: the names of groups, or of parameters, in the order wanted."""
@@ -137,11 +137,9 @@ def match_filter_yaml():
 
 def table_row(rows):
     row = rows[0]
-    value = row.example if row.default is None else row.default
-    kind = {bool: "bool", int: "int", float: "double", str: "string"}[type(value)]
-    allowed = "true, false" if kind == "bool" else "see `evaluate --list`" if row.name == "method" else range_text(row)
-    cells = (", ".join("`~%s`" % each.name for each in rows), kind, "" if row.default is None else plain(row.default),
-             allowed, row.sentence)
+    allowed = "see `evaluate --list`" if row.name == "method" else range_text(row)
+    cells = (", ".join("`~%s`" % each.name for each in rows), "" if row.default is None else plain(row.default), allowed,
+             row.sentence)
     return "| %s |" % " | ".join(cells)
 
 
@@ -153,7 +151,7 @@ def rows_named(words):
 
 def table(words):
     lines = [table_row(list(alike)) for _, alike in itertools.groupby(rows_named(words), alike_in)]
-    return "\n".join(["| parameter | type | default | range | meaning |", "|---|---|---|---|---|"] + lines)
+    return "\n".join(["| parameter | default | range | meaning |", "|---|---|---|---|"] + lines)
 
 
 def with_tables(text):

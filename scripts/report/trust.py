@@ -256,7 +256,8 @@ def refused_cell(row):
 
 
 def nees_cell(row, name):
-    return " / ".join(number(row["nees_%s_%s" % (name, statistic)]) for statistic in ("median", "mean", "p90"))
+    values = [number(row["nees_%s_%s" % (name, statistic)]) for statistic in ("median", "mean", "p90")]
+    return " / ".join(values) if any(value != "–" for value in values) else "–"
 
 
 def bias_cell(row, axis):

@@ -109,8 +109,8 @@ class Parameters(unittest.TestCase):
             name = described["name"]
             self.assertEqual(documented.pop(name, "not in the YAML"), described["default"], name)
             self.assertIn(name, table, "not in doc/parameters.md")
-            self.assertEqual(table[name][2].strip('"').lower(), str(described["default"]).lower(), name)
-            self.assertEqual(table[name][4], described["description"], name)
+            self.assertEqual(table[name][1].strip('"').lower(), str(described["default"]).lower(), name)
+            self.assertEqual(table[name][3], described["description"], name)
         for name in documented:  # those that are fixed at start
             self.assertIn(name, table, "not in doc/parameters.md")
 
