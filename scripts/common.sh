@@ -4,8 +4,8 @@
 project_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # Not $project_dir/build: rosrun overlooks programs in a folder of that name.
 build_dir=${GMS_RANSAC_BUILD_DIR:-$project_dir/out/build}
-# What a script wants besides: groups of packages (scripts/packages.*) that are needed to build, and to run, packages
-# beyond the list, settings of CMake, targets.
+# A script may add: groups of packages (scripts/packages.*) that are needed to build, and to run, packages beyond the list,
+# settings of CMake, targets.
 groups_to_build=(build) groups_to_run=(run) packages=() cmake_options=() build_targets=(all)
 # Another python3 may come first on the PATH; ROS and its Python modules belong to the system's.
 export PATH=/usr/bin:$PATH
@@ -67,7 +67,7 @@ show_progress() {
 
 # compilers CORES FREE_KB: how many to run at once. A board with many cores and little memory would swap, or kill one.
 compilers() {
-  local by_memory=$(($2 / 1100000))  # the largest compiler takes 0.95 GB (GCC 12), and some is left over
+  local by_memory=$(($2 / 1100000))  # the largest compiler takes 0.95 GB (GCC 12), and the system needs some
   [ "$by_memory" -ge 1 ] || by_memory=1
   echo $(($1 < by_memory ? $1 : by_memory))
 }
@@ -119,7 +119,7 @@ build_project() {
 # ROS's set-up files read unset variables.
 source_ros() { set +u; . "$1"; set -u; }
 
-# Everything above. What is needed only to run is installed while the compilers work.
+# Everything above. Packages that are needed only to run are installed while the compilers work.
 prepare() {
   local installing
   mkdir -p "$build_dir"

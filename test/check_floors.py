@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
-# What a method's own file is made of; every other file of the room is a method.
+# Files that the methods share; every other file of the room is a method.
 SHARED_BY_METHODS = {"ransac_method", "method", "rolling_shutter"}
 
 

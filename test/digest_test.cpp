@@ -103,7 +103,7 @@ std::string describe(const MatchResult& result, const Digest& digest) {
   return digest.text() + " " + toString(result.status) + " " + std::to_string(result.inliers);
 }
 
-/// What results depend on besides the code: a number of another library's is no mistake of ours.
+/// Versions on which the results depend in addition to the code: other libraries may give other numbers.
 std::string toolchain() {
   std::ostringstream text;
   text << "gcc " << __GNUC__ << ", glibc " << gnu_get_libc_version() << ", Eigen " << EIGEN_WORLD_VERSION << "."
@@ -193,7 +193,7 @@ void addGuided(const Sequence& sequence, Digests& digests) {
   digests[sequence.name + " stream guided"] = describe(result, digest);
 }
 
-/// What one image leaves for the next: the previous motion, tracks, the length of the translation.
+/// State that one image leaves for the next: the previous motion, tracks, the length of the translation.
 void addStream(const Sequence& sequence, Digests& digests) {
   for (const std::string method : {"lo_prosac", "cp_ransac"}) {
     MatchFilter filter(optionsOf(method, ModelType::kEssential));
@@ -271,7 +271,7 @@ TEST(Digests, AreThoseRecorded) {
   EXPECT_GE(compared, 2 * kPairsOfASet * static_cast<int>(methods().size()) * 3);
 }
 
-/// What follows the digest: a status and a number of inliers, or how many features there are.
+/// The words after the digest: a status and a number of inliers, or the number of features.
 std::string outcome(const std::string& digest) { return digest.substr(digest.find(' ') + 1); }
 
 int compareOutcomes() {

@@ -1,9 +1,9 @@
 #!/bin/sh
 # Builds for 64-bit ARM and runs in an emulator
 #   kernels: the kernels of matching, extraction and robust estimation, compared with plain code bit by bit;
-#   core:    every method on recorded images, compared with the statuses and numbers of inliers recorded on x86. Wants
+#   core:    every method on recorded images, compared with the statuses and numbers of inliers recorded on x86. It needs
 #            that processor's packages, which `scripts/arm64` fetches, and sets of GMS_RANSAC_DATA: the road and a desk,
-#            or with `all` whatever there is.
+#            or with `all` every set.
 # usage: run_arm64.sh kernels|core BUILD_DIR [all]; exit status 77 (skipped) where something is missing.
 set -eu
 

@@ -12,7 +12,7 @@ export ROS_HOME=$results/ros_home/$name ROS_IP=127.0.0.1 PYTHONDONTWRITEBYTECODE
 [ -z "$packages" ] || export ROS_PACKAGE_PATH=$packages:$ROS_PACKAGE_PATH
 mkdir -p "$ROS_HOME"
 # A nodelet manager and Python load our libraries, and are not built with the sanitizer these need. Both leak on purpose.
-# What was freed is kept from being used again for a while only: some tests look at the memory of a process.
+# Freed memory is not reused for a short while only: some tests look at the memory of a process.
 case $(sed -n 's/^GMS_RANSAC_SANITIZE:STRING=//p' "$build/CMakeCache.txt") in
   *address*) runtime=libasan.so ;;
   *thread*) runtime=libtsan.so ;;

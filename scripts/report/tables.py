@@ -14,7 +14,7 @@ from report.common import area, grouped, markdown, match_truth, pose_errors, rea
 TABLE4_PRESET = 2000
 RESAMPLES = 2000  # of the pairs, for an interval
 
-# What the paper prints, to stand beside ours. Absolute counts and times are of another machine and of unnamed images.
+# The paper's values, to compare with ours. Its counts and times are of another machine and of unnamed images.
 PAPER_RATIOS = ("1/5", "1/4", "1/3", "1/2", "2/3", "3/4", "4/5")
 PAPER_MATCHES = {  # Table 2
     1000: (47, 47, 51, 45, 47, 40, 52), 2000: (92, 128, 85, 126, 105, 125, 116),

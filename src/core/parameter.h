@@ -27,7 +27,7 @@ struct Parameter {
   bool inRange(double number) const;
   /// The accepted values: "a whole number between 1 and 16", "one of 'a' 'b'".
   std::string accepted() const;
-  /// The value as the type of this parameter; none where it is of another type. A whole number is a number. The range
+  /// The value as the type of this parameter; none if it has another type. A whole number is a number. The range
   /// is not checked.
   std::optional<ParameterValue> convert(const ParameterValue& value) const;
   /// From text: 1, on, yes are true and 0, off, no false, too.

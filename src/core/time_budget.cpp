@@ -15,7 +15,7 @@ constexpr double kGrowth = 1.25;    ///< of the features from image to image at 
 constexpr double kDeadBand = 0.05;  ///< they are not raised by less
 /// Share of the budget that is set aside for samples at most. Most pairs are done after a fraction of it.
 constexpr double kSearchShare = 0.2;
-constexpr double kLastSample = 0.01;  ///< likewise, for the sample during which time is up
+constexpr double kLastSample = 0.01;  ///< the same, for the sample during which time is up
 constexpr int kFirstPairs = 2;        ///< that are not learnt from: their storage is new
 constexpr double kFirstMargin = 1.25;
 constexpr int kSpreadKnown = 20;  ///< pairs

@@ -139,7 +139,7 @@ TEST(Camera, EstimatesOfALargeImageHowManyPixelsHaveNoInverse) {
 }
 
 TEST(Camera, TakesAnyPixelAndAnyCalibration) {
-  // Whatever is asked, the answer is a place that is right, or none.
+  // For any coefficients the answer is a right place, or none.
   const std::vector<double> values = {-1e6, -3, -0.5, 0, 0.3, 2, 1e6};
   for (double k1 : values) {
     for (double k2 : values) {

@@ -13,8 +13,8 @@
 namespace gms_ransac {
 namespace {
 
-/// Of the medians over 20 pairs, degrees: half as much again as is measured. In the room `lo_prosac` pays for its prior
-/// of the parallax with hundredths of a degree of rotation.
+/// Limits of the medians over 20 pairs, degrees: 1.5 times the measured values. In the room `lo_prosac` pays for its
+/// prior of the parallax with hundredths of a degree of rotation.
 struct Limits {
   const char *method, *scene;
   double rotation, direction;

@@ -1,5 +1,5 @@
-// What goes from the filter to the estimator: one match a point, judged by its spread over the image whatever the grid
-// that voted.
+// Survivors, from the filter to the estimator: one match a point, and their spread over the image, independent of the
+// grid that voted.
 #include <algorithm>
 #include <set>
 #include <string>
@@ -92,7 +92,7 @@ class OneToOne : public testing::TestWithParam<std::string> {};
 
 constexpr int kPoints = 400, kDoubles = 150;
 
-/// A pair in which the first points have a double in the reference, beside them and like them but for a few bits.
+/// A pair in which the first points have a double in the reference, next to them and equal except for a few bits.
 DrawnPair drawPairWithDoubles() {
   DrawnPair pair = drawPair(kPoints, 1, 3);
   for (int k = 0; k < kDoubles; ++k) {

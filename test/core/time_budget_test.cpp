@@ -220,7 +220,7 @@ TEST(TimeBudget, CutsTheSearchOfEveryMethodAndStillAnswers) {
     const MatchResult& result = timed.process(1);
     EXPECT_TRUE(result.status == Status::kOk || result.status == Status::kLowParallax) << method.name;
     EXPECT_TRUE(result.robust.effort.refinement_cut) << method.name;
-    // Few samples suffice here; of those methods that draw more every one is told to stop.
+    // Few samples suffice here; methods that would draw more must stop.
     EXPECT_LE(result.robust.effort.hypotheses, 8 * MatchFilterOptions().robust.subset_count) << method.name;
   }
 }

@@ -23,7 +23,7 @@ TEST(WorkerPool, DoesEverythingOnce) {
   }
 }
 
-// What a seat owns needs no lock.
+// Data of a seat needs no lock.
 TEST(WorkerPool, GivesASeatToOneThreadAtATime) {
   constexpr int kSeats = 4;
   const auto pool = WorkerPool::shared(kSeats - 1);

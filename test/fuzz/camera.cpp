@@ -13,7 +13,7 @@
 namespace gms_ransac {
 namespace {
 
-// Of the round trip: what camera.h promises, and the rounding of pixels in float.
+// Limit of the round trip, pixels: the accuracy of camera.h, and the rounding of pixels in float.
 constexpr double kRoundTrip = 0.01;
 
 void checkPixel(const Camera& camera, const cv::Point2f& pixel) {
@@ -32,7 +32,7 @@ void checkPixel(const Camera& camera, const cv::Point2f& pixel) {
     return std::hypot(k.fx * back.x() + k.cx - pixel.x, k.fy * back.y() + k.cy - pixel.y);
   };
   const double error = astray(ideal.x, ideal.y);
-  // Of coefficients without sense the rounding of the answer itself may move the pixel.
+  // With coefficients that describe no lens, the rounding of the answer itself may move the pixel.
   const double rounding = 2.0 * std::numeric_limits<float>::epsilon() * (1 + std::hypot(ideal.x, ideal.y));
   const double rounded = std::max(astray(ideal.x + rounding, ideal.y), astray(ideal.x, ideal.y + rounding));
   if (error < kRoundTrip + std::abs(rounded - error)) return;

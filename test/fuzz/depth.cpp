@@ -1,5 +1,5 @@
-// A depth image goes with an image or is refused with a sentence; the pose and the length that come of it are fit to
-// publish, and so are the length from features seen three times, the triangulated points and the tracks.
+// A depth image belongs to an image or is refused with a sentence. Pose and length from it are fit to publish, and so
+// are the length from features seen three times, the triangulated points and the tracks.
 #include "demand.h"
 #include "fuzz_messages.h"
 #include "fuzz_pairs.h"

@@ -55,7 +55,7 @@ PointPairs columnsOf(FuzzInput& input, const FuzzedPair& pair) {
   return pairs;
 }
 
-/// The points are then others than those of the pair, so that only the pose can be held to something.
+/// The rolling shutter moves the points of the pair, so only the pose can be checked.
 void checkRollingShutter(FuzzInput& input, MatchFilterOptions options) {
   options.robust.rolling_shutter_readout = input.within(0.001, 0.2);
   const FuzzedPair pair = fuzzedPair(input, 2000);

@@ -1,5 +1,5 @@
-// What a fuzzed input is read through: numbers, words and lengths off its bytes, so that most inputs mean something and
-// small changes of the bytes are small changes of the meaning. After the end everything is zero.
+// Reads numbers, words and lengths from the bytes of a fuzzed input, so that most inputs mean something and small
+// changes of the bytes are small changes of the meaning. After the end everything is zero.
 #pragma once
 
 #include <algorithm>

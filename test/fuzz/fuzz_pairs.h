@@ -1,5 +1,5 @@
 // Two images' keypoints and the matches between them, as a fuzzed input describes them: a scene with a motion, and
-// whatever keypoints and matches must not be.
+// keypoints and matches that break every rule.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -87,7 +87,7 @@ inline FuzzedPair fuzzedPair(FuzzInput& input, int most_matches) {
     const auto distance = static_cast<uint16_t>(random.below(120));
     pair.matches.push_back({i, i, distance, static_cast<uint16_t>(std::min(257, distance + random.below(60)))});
   }
-  // What is spelt out: single keypoints and matches that are odd.
+  // Single odd keypoints and matches, given one by one.
   for (int k = input.between(0, 12); k > 0 && n > 0; --k) {
     auto& features = input.flag() ? pair.reference.features : pair.current.features;
     cv::KeyPoint& keypoint = features.keypoints[static_cast<size_t>(input.between(0, n - 1))];

@@ -1,4 +1,4 @@
-// A mask message goes with an image or is refused with a sentence; keypoints lie where it lets them, whatever extracts.
+// A mask message belongs to an image or is refused with a sentence; both extractors obey it.
 #include <opencv2/core.hpp>
 
 #include "demand.h"

@@ -56,7 +56,7 @@ void checkValues(FuzzInput& input) {
            std::string("a refusal is a sentence: ") + error.what());
     return;
   }
-  // What is taken works.
+  // Accepted options work.
   makeMethod(options);
   const ParameterValues in_force = parametersOf(options);
   for (const auto& [name, value] : in_force) {

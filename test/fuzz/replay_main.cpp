@@ -1,7 +1,7 @@
 // The main function of a fuzz target where there is no libFuzzer.
 //   fuzz_TARGET FILE_OR_FOLDER...            each file once
 //   fuzz_TARGET --random SECONDS SEED [FILE_OR_FOLDER...]
-//       random inputs and random changes of the files; the one that ends the process is left in ./found_TARGET_SEED
+//       random inputs and random changes of the files; the one that ends the process is in ./found_TARGET_SEED
 #include <fcntl.h>
 #include <unistd.h>
 #include <algorithm>
@@ -81,7 +81,7 @@ Bytes randomInput(gms_ransac::Random& random, const std::vector<Bytes>& seeds) {
   return input;
 }
 
-/// Of exactly the input's size, so that a step beyond it is seen.
+/// The buffer has exactly the input's size, so that a sanitizer sees a read beyond it.
 void runCurrent() { LLVMFuzzerTestOneInput(current.data(), current.size()); }
 
 void runRandomly(const std::string& name, double seconds, uint64_t seed, const std::vector<std::string>& files) {

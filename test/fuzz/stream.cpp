@@ -161,7 +161,7 @@ class Schedule {
     checkCompared(processed);
   }
 
-  /// Stamps grow, or a restart is said.
+  /// Stamps grow, or the stream reports a restart.
   void checkOrder(const ProcessedFrame& processed) {
     const double stamp = processed.current->stamp();
     if (parameters_.input == InputKind::kStream) {

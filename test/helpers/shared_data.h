@@ -1,4 +1,4 @@
-// Real images for tests: in $GMS_RANSAC_DATA, else in ../shared/data beside the source.
+// Real images for tests: in $GMS_RANSAC_DATA, else in ../shared/data next to the source.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What tests add to the drawn two-view scenes: exact samples for solvers, and how far an answer is from the truth.
+// Additions to the drawn two-view scenes for tests: exact samples for solvers, and the error of an answer.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // The table of parameters binds each name to an option of its own, with the core's default and the words the core
-// knows. Whatever it offers works, or is refused with a sentence.
+// knows. All values that it offers work, or are refused with a sentence.
 #include "parameters.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What scripts/common.sh and check_source.sh do on other machines: slow ones, small ones, ones with older tools.
+# scripts/common.sh and check_source.sh on other machines: slow ones, small ones, ones with older tools.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 work=$(mktemp -d)
@@ -33,7 +33,7 @@ expect "cores decide" "$(compilers 4 16000000)" 4
 expect "memory decides" "$(compilers 8 4000000)" 3
 expect "at least one" "$(compilers 4 300000)" 1
 
-# Who asks for help gets it, and neither packages nor a build.
+# --help prints the usage, and installs and builds nothing.
 for script in demo test lint fuzz soak trust arm64; do
   help=$("$here/../../scripts/$script" --help) || fail "scripts/$script --help failed"
   case $help in *"scripts/$script "*) ;; *) fail "scripts/$script --help says '$help'" ;; esac

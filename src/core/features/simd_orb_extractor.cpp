@@ -16,13 +16,13 @@ static_assert(kEdgeRadius < kBorder);
 constexpr int kPatchSize = 31;  // side of the described patch, as cv::ORB states it
 // Grey levels. Fainter corners are seldom found again, so the second holds only for levels that lack corners.
 constexpr int kContrastFloor = 7;  // measured in doc/extractor.md
-constexpr int kFaintFloor = 4;     // likewise
-// An image is sparse if it has fewer corners per pixel: edge points are removed (where corners abound, better ones win
-// anyway) and orientations come from the sharp image. In a large image pixels count up to so many a keypoint: it shows
-// no more things than a small one.
+constexpr int kFaintFloor = 4;     // the same, doc/extractor.md
+// An image is sparse if it has fewer corners per pixel. Then edge points are removed (with many corners, better ones
+// win anyway) and orientations come from the sharp image. In a large image only so many pixels per keypoint count: it
+// shows no more things than a small one.
 constexpr double kSparse = 0.01;  // tum_fr3_cabinet has at most 0.0093, every textured set more than 0.0127
 constexpr int kSparsePixels = 640 * 480, kSparsePixelsAKeypoint = 375;
-constexpr double kLevelPower = 1.4;  // features of a level fall with scale^-1.4 (cv::ORB: 1, area: 2); likewise
+constexpr double kLevelPower = 1.4;  // features of a level fall with scale^-1.4 (cv::ORB: 1, area: 2); doc/extractor.md
 
 /// Abscissa of the extremum of the parabola through (-1, before), (0, at), (1, after), less than half a pixel.
 float vertex(int before, int at, int after) {

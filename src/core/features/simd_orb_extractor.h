@@ -51,7 +51,7 @@ class SimdOrbExtractor : public FeatureExtractor {
     int first_keypoint = 0;
   };
 
-  /// What describing a level needs for a while. One for each thread instead of each level: it stays in the cache.
+  /// Scratch storage for describing a level. One for each thread instead of each level: it stays in the cache.
   struct Scratch {
     CornerSelector selector;
     Blur blur;

@@ -1,10 +1,9 @@
 // Brute force for processors with AVX-512 VBMI, GFNI and VPOPCNTDQ (Ice Lake, Zen 4 and later).
 //
 // 512 train descriptors at a time, bit-sliced: a vector holds one bit of each. Bits are counted by carry-save adders,
-// two three-input logic instructions each. The first layer of adders costs nothing: three bits of a descriptor against
-// three bits of a query have eight possible outcomes for each train bit pattern, so the sum and carry of every triple
-// are stored for all eight patterns a query can have, and a query picks by its own bits. What is left are 170 adders,
-// 340 instructions for 512 descriptors, where counting by table lookups in bytes takes 560.
+// two three-input logic instructions each. The first layer of adders costs nothing: three bits of a query have eight
+// patterns, so the sum and carry of every triple of train bits are stored for all eight, and a query picks by its own
+// bits. 170 adders remain: 340 instructions for 512 descriptors, where counting by table lookups in bytes takes 560.
 #if defined(__AVX512VBMI__)
 #include <immintrin.h>
 

@@ -2,11 +2,11 @@
 // vector kernel shares. A kernel supplies vectors, tables and distances as `Isa`, a type of its file's own.
 //
 // Distances are bytes that saturate at 255. The vectors of lanes of a block are reduced to their minimum before the
-// running best, second best and block index are updated, so this costs little beside the bit counting; which of the
-// vectors it was is found once per query from the exact distances. Train descriptor i is in block i / kBlock, lane
-// (i % kBlock) / kVectors, vector i % kVectors: so the order (block, lane, vector) is that of the indices, and ties go
-// to the lowest. The reverse direction keeps, per train lane, the minimum over each group of eight queries and the
-// number of the group.
+// running best, second best and block index are updated, so this costs little compared with the bit counting. The
+// vector of the minimum is found once per query from the exact distances. Train descriptor i is in block i / kBlock,
+// lane (i % kBlock) / kVectors, vector i % kVectors: so the order (block, lane, vector) is that of the indices, and
+// ties go to the lowest. The reverse direction keeps, per train lane, the minimum over each group of eight queries and
+// the number of the group.
 #pragma once
 
 #include <algorithm>

@@ -75,7 +75,7 @@ static inline int hammingDistance(const uint8_t* a, const uint8_t* b) {
   return distance;
 }
 
-/// HammingKernel::searchRuns with 64-bit words; likewise inlined into every kernel's file.
+/// HammingKernel::searchRuns with 64-bit words; inlined into every kernel's file, too.
 static inline NearestTwo searchRunsRowwise(const uint8_t* query, const uint8_t* rows, const int32_t* index,
                                            const RowRun* runs, int run_count) {
   int best = kNoDistance, second = kNoDistance, nearest = -1;

@@ -9,8 +9,8 @@
 
 namespace gms_ransac {
 
-/// Confidence groups of the paper: draws come from group g until its bound is met with support beyond chance. A group
-/// that asks for more draws than the next, or than its share of the budget, gives way. The last group holds all.
+/// Confidence groups of the paper: draws come from group g until its bound is met with support beyond chance. The next
+/// group is used if it needs fewer draws, or if a group has used its share of the budget. The last group holds all.
 class ConfidenceGroupSampler : public Sampler {
  public:
   /// `first_fraction` in (0, 1]: share of the first group. `geometric`: each further group takes that share of the

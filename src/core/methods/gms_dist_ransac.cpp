@@ -1,5 +1,6 @@
-// `gms_dist_ransac` (Zhu et al. 2019): GMS, then matches that move as far as their neighbours, then RANSAC. The
-// criterion of distance is not in the paper; distance_reading chooses between two readings (see DistanceConsistency).
+// `gms_dist_ransac` (Zhu et al. 2019): GMS, then matches with displacements as long as their neighbours', then
+// RANSAC. The paper does not state the criterion; distance_reading chooses between two readings (see
+// DistanceConsistency).
 #include "gms/distance_consistency.h"
 
 #include "methods/ransac_method.h"

@@ -1,6 +1,6 @@
 // `lo_prosac`, ours: GMS weighed with descriptors, starts without samples, spread samples of the most distinctive
 // matches first (PROSAC), local optimisation (LO-RANSAC), and two refinements. The growth of the prefix, its stop and
-// the starts are neither paper's. What was chosen and what it was measured on: doc/estimator.md.
+// the starts are neither paper's. Choices and their measurements: doc/estimator.md.
 #include <limits>
 #include <utility>
 #include <vector>
@@ -27,7 +27,7 @@ constexpr double kMostUnexplained = 1. / 3;
 /// Where it does, a share of the matches that the search goes on among, and samples at most.
 constexpr double kWideShare = 0.5;
 constexpr int kWideSamples = 64;
-constexpr float kBetterCost = 0.95f;  ///< of the other's, to be another optimum and worth the change
+constexpr float kBetterCost = 0.95f;  ///< of the other's, to replace it as another optimum
 
 class LoProsac : public RansacMethod {
  public:

@@ -10,11 +10,11 @@ namespace gms_ransac {
 
 constexpr int kMaxMotionStarts = 4;
 
-/// Between images of a moving camera the rotation is small or can be had from the matches alone, and what goes wrong is
-/// the direction of translation: the cost has several local minima over the sphere, and a model from five noisy points
-/// slides into one that is not the deepest. So a few steps of optimisation are taken on a random part of the matches
-/// from each of 13 directions, with the rotation that alone explains the matches best and, where that is more than two
-/// degrees, with none; the best kMaxMotionStarts of different directions are left in `starts`.
+/// Between images of a moving camera the rotation is small or follows from the matches alone. The direction of
+/// translation is the problem: the cost has several local minima over the sphere, and a model from five noisy points
+/// slides into one that is not the deepest. So each of 13 directions takes a few steps of optimisation on a random part
+/// of the matches. It starts with the rotation that alone explains the matches best and, if that exceeds two degrees,
+/// also with none. `starts` receives the best kMaxMotionStarts of different directions.
 void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points, std::vector<TwoViewPose>& starts,
                       int64_t& evaluations);
 

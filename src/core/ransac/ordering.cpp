@@ -9,7 +9,7 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr uint32_t kMaxScore = (1u << 14) - 1;  ///< what is left of 32 bits; larger scores tie
+constexpr uint32_t kMaxScore = (1u << 14) - 1;  ///< 14 of the 32 bits of a key; larger scores tie
 constexpr uint32_t kMaxRatio = (1u << 9) - 1;
 
 // The packed keys are sorted by one byte after the other.

@@ -37,8 +37,8 @@ struct DepthPoint {
   double triangulated_depth;  ///< of `point`, in multiples of the baseline; 0: unknown
 };
 
-/// Motion of rolling-shutter cameras. The rotation while rows are read that the images do not share grows with the row;
-/// left out, it is taken for translation.
+/// Motion of rolling-shutter cameras. If the rotation during the readout differs between the images, the difference
+/// grows with the row; without it in the model it would be taken for translation.
 struct RowwiseMotion {
   RelativePose pose;  ///< of the middle rows
   Vector3d row_rotation =

@@ -16,9 +16,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Position noise of an inlier, pixels; residuals scale it where it is more.
+// Position noise of an inlier, pixels; larger residuals scale it up.
 constexpr double kPixelNoise = 0.7;
-// Sine of the dip below which a ray tells mostly of the pitch's error: 3 degrees.
+// Sine of the dip below which a ray depends mostly on the error of the pitch: 3 degrees.
 constexpr double kSmallestDip = 0.05;
 // Standard deviation of the angle between the translation and the ground, radians: a car's pitch and a kerb.
 constexpr double kClimbSigma = 0.02;

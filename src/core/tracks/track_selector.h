@@ -23,8 +23,8 @@ struct TrackSelectorOptions {
   double distance = 15;  ///< least distance between two of them, pixels; 0: any
 };
 
-/// Order: features picked before, then longest tracks, then sparse parts of the image. A picked feature that gives way
-/// is not picked again, so that no id returns after a gap.
+/// Order: features picked before, then longest tracks, then sparse parts of the image. A picked feature that is
+/// dropped is not picked again, so that no id returns after a gap.
 class TrackSelector {
  public:
   const std::vector<int>& select(const std::vector<TrackedPoint>& points, cv::Size image_size,

@@ -13,8 +13,8 @@ namespace gms_ransac {
 /// without any inlier ends no track.
 class TrackTable {
  public:
-  /// Links reference to current keypoints. Of several inliers on one current keypoint the one of smallest Hamming
-  /// distance keeps its id. Call again without `advance` to compare the reference with another image.
+  /// Links reference to current keypoints. If several inliers share a current keypoint, the one of smallest
+  /// Hamming distance keeps its id. Call again without `advance` to compare the reference with another image.
   void link(const MatchResult& result);
   void advance();
   void reset();
@@ -29,7 +29,7 @@ class TrackTable {
   /// among `newest`, the tracks of the last image that held any.
   void goBack(const std::vector<Track>& tracks, const std::vector<Track>& newest);
 
-  /// One id per match of the last `link`; 0 where it is no inlier.
+  /// One id per match of the last `link`; 0 for those that are no inliers.
   const std::vector<uint32_t>& ids() const { return ids_; }
   /// Number of images with the id, 2 or more.
   const std::vector<uint16_t>& lengths() const { return lengths_; }

@@ -31,7 +31,7 @@ constexpr int kMaxHypotheses = 10;  ///< of one minimal sample
 /// Loss of every refinement (Geman-McClure), wide enough to pull a model of five noisy points to the optimum.
 constexpr Loss kRobustLoss = {4, 1};
 
-/// Relative decreases of a cost not worth another pass: of the result, and of a guess to compare with others.
+/// Relative decreases of a cost below which refinement stops: of the result, and of a guess to compare with others.
 constexpr float kEnough = 1e-5f;
 constexpr float kEnoughToCompare = 1e-3f;
 

@@ -27,8 +27,8 @@ struct OutlierSweepOptions {
 };
 
 /// A record of each trial, at outlier ratios of 0.1 to 0.9: method, outlier_ratio, success, effort, milliseconds, and
-/// precision and recall by the true labels. The filter stage is left out, so that the estimator meets that ratio; the
-/// motion statistics give the score by which methods order. Methods that differ in the filter alone come out equal.
+/// precision and recall by the true labels. There is no filter stage, so that the estimator meets that ratio; the
+/// motion statistics give the score by which methods order. Methods that differ only in the filter have equal results.
 void sweepOutliers(const OutlierSweepOptions& options, const std::function<void(const nlohmann::json&)>& receive);
 
 /// Number of records.

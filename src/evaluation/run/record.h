@@ -1,5 +1,5 @@
-// The record of a pair: what was asked, what came out, and what the truth says of it, as one JSON object. All
-// statistics and tables are made of records by scripts/evaluate_report.py.
+// The record of a pair as one JSON object: options, result, and errors against the truth. scripts/evaluate_report.py
+// computes all statistics and tables from records.
 #pragma once
 
 #include <string>

@@ -27,7 +27,7 @@ struct StereoRig {
             const sensor_msgs::CameraInfo& right_info);
 };
 
-/// Of every keypoint of the left image.
+/// One entry per keypoint of the left image.
 struct StereoColumns {
   std::vector<float> depth;                ///< metres along the left camera's optical axis; 0: not known
   std::vector<Eigen::Vector2d> right_ray;  ///< x, y at depth 1 in the right camera; NaN: it does not show the point
@@ -41,11 +41,11 @@ class StereoDepth {
   /// Extracts the right image as the left one was and fills the columns. Returns why it does not, empty when it does.
   std::string fill(const ImageWithInfo& input, const Features& left, const CameraModel& left_model, MatchFilter& filter,
                    StereoColumns& columns);
-  /// What the extraction of the right image took the last time.
+  /// Seconds that the last extraction of the right image took.
   double detectSeconds() const { return right_.detect_seconds; }
 
  private:
-  /// The right image in `grey_`, and `right_model_`; returns why it is of no use.
+  /// The right image in `grey_`, and `right_model_`; returns why it is unusable.
   std::string takeRight(const ImageWithInfo& input, const Features& left, const CameraModel& left_model);
   /// Returns why few keypoints have a match on their row, if many have one on other rows.
   std::string doubtOfRows(const Features& left, double focal_length) const;

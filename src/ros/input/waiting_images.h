@@ -18,7 +18,7 @@ struct WaitingOptions {
   bool for_right_info = false;   ///< ... and until any of the right camera has
   bool for_mask = false;         ///< an image waits for the mask of its stamp; else the newest goes with it
   double patience = 1;           ///< seconds of the caller's clock that an image waits
-  /// Whether other sensors have reached an image's stamp; not set: none is asked.
+  /// Whether other sensors have reached an image's stamp; not set: there are none.
   std::function<bool(const std_msgs::Header&)> sensors_reach;
   /// Seconds that an image waits for them. Once one has waited in vain none does, until they are so late no more.
   double sensor_patience = 0.2;

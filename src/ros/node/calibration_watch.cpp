@@ -15,7 +15,7 @@ constexpr double kLeastSignificance = 8;
 constexpr double kLeastAgreeing = 0.9;  // share of the pairs that have the sign of the mean
 /// Errors with this share of the largest significance cannot be told from that one.
 constexpr double kAsSignificant = 0.6;
-/// Smaller errors are not worth a warning.
+/// Smaller errors give no warning.
 constexpr std::array<double, CameraErrors::kCount> kSmallest = {0.02, 0.02, 0.02, 0.02, 0.1};
 constexpr double kLongestReadout = 1;  // of the time from image to image
 

@@ -21,7 +21,7 @@ namespace gms_ransac {
 namespace {
 
 constexpr double kWatchPeriod = 1;  // seconds
-constexpr int kSilentPeriods = 5;   // without an image before the log says which topic is silent
+constexpr int kSilentPeriods = 5;   // without an image before the log names the silent topic
 
 /// As the end of a sentence.
 std::string whenSubscribed(bool always, const OutputOptions& options) {

@@ -77,8 +77,8 @@ class MatchFilterRos {
   std::mutex subscription_mutex_;
   std::atomic<bool> closing_{false}, paused_{false};
   // Members are destroyed in reverse order. An image may be freed by code of an image_transport plugin that the input
-  // unloads: whatever holds images is declared after the input.
-  std::shared_ptr<MotionPriors> priors_;  ///< null: no other sensor is asked
+  // unloads, so every member that holds images is declared after the input.
+  std::shared_ptr<MotionPriors> priors_;  ///< null: no other sensor is used
   std::unique_ptr<ImageInput> input_;
   Mailbox<ImageWithInfo> mailbox_;
   Mailbox<std::unique_ptr<PreparedFrame>> prepared_;  ///< between the two threads, if there are two

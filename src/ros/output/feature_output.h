@@ -11,9 +11,9 @@
 
 namespace gms_ransac {
 
-/// Points are the current, ideal (x, y, 1); u, v their received pixels. The channels of a layout, in its order:
-/// VINS-Mono id, u, v and the velocity of x, y; LVI-SAM these and the depth, metres along the optical axis, -1 where it
-/// is not known; VINS-Fusion id, camera id, u, v, velocity and three that it reads but does not need.
+/// Points are the current, ideal (x, y, 1); u, v their received pixels. The channels of a layout, in its order.
+/// VINS-Mono: id, u, v and the velocity of x, y. LVI-SAM: these and the depth, metres along the optical axis, -1 if
+/// unknown. VINS-Fusion: id, camera id, u, v, velocity and three that it reads but does not need.
 sensor_msgs::PointCloud featureMessage(const PreparedFrame& current, const std::vector<Feature>& features,
                                        FeatureLayout layout);
 

@@ -26,13 +26,13 @@ struct Feature {
   double age = 0;            ///< seconds since it was first sent
 };
 
-/// Made of the answers to the images, one after another; asked of none, it costs nothing.
+/// Takes the answers to all images, one after another. It costs nothing before the first call.
 class FeatureStream {
  public:
   explicit FeatureStream(InputKind input) : input_(input) {}
 
-  /// Whether the tracks can do without the image, which has not been compared yet: no message is due with it, what is
-  /// followed was well seen the last time, and the next image will come soon enough after that.
+  /// Returns true if the image, which has not been compared yet, can be skipped: no message is due with it, the
+  /// features were well seen the last time, and the next image comes soon enough.
   bool passesOver(const PreparedFrame& frame, const FeatureOptions& options);
 
   /// Features to send with this image, in order of preference; empty: no message is due, or nothing can be sent.

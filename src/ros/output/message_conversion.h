@@ -28,7 +28,7 @@ void setCamera(const CameraModel& model, Message& message) {
 /// `processed` must have been compared. With `with_rejected` every raw match is written and `stage` filled.
 void toMessage(const ProcessedFrame& processed, bool with_rejected, Correspondences& message);
 
-/// Latency is left at zero.
+/// Does not set the latency.
 void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, MatchStats& message);
 
 }  // namespace gms_ransac

@@ -19,7 +19,7 @@ namespace {
 constexpr double kFrustumDepth = 1;       // of the drawn cameras, in units of the translation
 constexpr double kLeastMetricStep = 0.1;  // metres: a smaller camera could not be seen
 constexpr double kFlowWidth = 0.002;      // of the drawn lines at depth 1
-constexpr double kFrustumWidth = 0.06;    // of its lines, likewise
+constexpr double kFrustumWidth = 0.06;    // of its lines, in the same unit
 
 std_msgs::ColorRGBA color(float quality) {
   const cv::Scalar bgr = qualityColor(quality);

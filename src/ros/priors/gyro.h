@@ -32,9 +32,9 @@ class GyroBuffer : public SampleBuffer<GyroSample> {
   /// a sentence.
   std::string integrate(double from, double to, const Eigen::Vector3d& bias, GyroTurn& turn) const;
 
-  static constexpr double kLongestStep = 0.1;  ///< seconds between samples that are one motion; a tenth of a turn a
-                                               ///< second at 10 Hz, and ten times what an IMU leaves out
-  static constexpr double kUsualSigma = 0.01;  ///< rad/s, of a sample where nothing is told; a cheap MEMS gyro's
+  static constexpr double kLongestStep = 0.1;  ///< seconds between samples of one motion, at the most: 10 Hz, or ten
+                                               ///< samples of an IMU lost
+  static constexpr double kUsualSigma = 0.01;  ///< rad/s, of a sample without covariance: a cheap MEMS gyro
 
  private:
   Eigen::Vector3d rateAt(size_t after, double stamp) const;
@@ -53,8 +53,8 @@ class GyroBias {
  public:
   GyroBias() { reset(); }
   void reset();
-  /// Uses the observation if the images show no rotation: then neither extrinsics nor stamps matter. Of observations
-  /// with the same start, as while the reference is held, only the last counts.
+  /// Uses the observation if the images show no rotation: then neither extrinsics nor stamps matter. An
+  /// observation replaces one with the same start, as while the reference is held.
   void add(const StillObservation& observation);
 
   const Eigen::Vector3d& bias() const { return with_pending_.bias; }              ///< rad/s

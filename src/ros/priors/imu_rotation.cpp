@@ -35,7 +35,7 @@ void ImuRotation::onImu(const sensor_msgs::ImuConstPtr& imu) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     frame_ = given_frame_.empty() ? withoutLeadingSlash(imu->header.frame_id) : given_frame_;
-    no_gyro_ = imu->angular_velocity_covariance[0] < 0;  // what sensor_msgs/Imu says of an IMU without a gyro
+    no_gyro_ = imu->angular_velocity_covariance[0] < 0;  // sensor_msgs/Imu: -1 marks an IMU without a gyro
     const auto& rate = imu->angular_velocity;
     const auto& covariance = imu->angular_velocity_covariance;
     if (!no_gyro_) {

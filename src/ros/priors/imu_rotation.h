@@ -45,7 +45,7 @@ class ImuRotation : public RotationSource {
   GyroBuffer gyro_;
   GyroBias bias_;
   std::string frame_;     ///< the sensor's
-  bool no_gyro_ = false;  ///< the messages say that they have no rates
+  bool no_gyro_ = false;  ///< the messages are marked as having no rates
 };
 
 }  // namespace gms_ransac

@@ -58,8 +58,8 @@ class MotionPriors {
   /// All that an image of this stamp asks for has come.
   bool reaches(const std_msgs::Header& image);
 
-  /// Rotation of the camera between two images, and during their readout. `problem` is a sentence that says what is
-  /// missing; empty: nothing.
+  /// Rotation of the camera between two images, and during their readout. `problem` names what is missing, in a
+  /// sentence; empty: nothing.
   std::optional<RotationPrior> rotation(const std_msgs::Header& reference, const std_msgs::Header& current,
                                         std::string& problem);
   /// Compares the last answer of rotation() with the images; `seen` has a pose.

@@ -8,8 +8,8 @@ namespace gms_ransac {
 
 namespace {
 
-// Standard deviation of a turn between two poses whose own covariances do not tell it, as they grow with the way from
-// the start: a floor, radians, and a share of the turn.
+// Standard deviation of the rotation between two poses: a floor, radians, and a share of the rotation. The covariances
+// of the poses do not give it, as they grow with the way from the start.
 constexpr double kFloor = 0.005, kShare = 0.05;
 
 RotationPrior priorOf(const Eigen::Matrix3d& R) {

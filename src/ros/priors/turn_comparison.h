@@ -31,7 +31,7 @@ class TurnComparison {
   using TurnBetween = std::function<std::optional<Eigen::Vector3d>(double from, double to)>;
 
   static constexpr size_t kPairs = 100;          ///< last ones that are compared
-  static constexpr size_t kFewest = 30;          ///< before as many nothing is said
+  static constexpr size_t kFewest = 30;          ///< before so many pairs there is no doubt
   static constexpr double kDoubtful = 0.5;       ///< share of the pairs that contradict above which something is wrong
   static constexpr double kLargestOffset = 0.2;  ///< seconds either way that are searched
 

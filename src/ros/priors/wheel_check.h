@@ -14,7 +14,7 @@ class WheelCheck {
  public:
   static constexpr double kStanding = 0.002;  ///< metres between two images that are none: a tick of most encoders
   static constexpr double kSlip = 4;          ///< times that parallax over length may change from what it usually is
-  static constexpr size_t kPairs = 30, kFewest = 10;  ///< that say what is usual
+  static constexpr size_t kPairs = 30, kFewest = 10;  ///< from which the usual ratio is taken
   static constexpr double kOtherWay = 0.5;            ///< cosine: more than 60 degrees off
 
   /// `travelled`: the camera's translation by the odometry, metres, in the reference camera's frame. Returns why its

@@ -22,10 +22,10 @@ class FramePreparation {
   FramePreparation(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic,
                    const std::string& right_topic, const std::string& right_info_topic);
 
-  /// Conversion, stamp rules, camera: all but the features. `frame` may have served another image; its filter and what
-  /// is asked of it are set already. `max_gap`: ~max_frame_gap, seconds. Never throws.
+  /// Conversion, stamp rules, camera: all but the features. `frame` may have served another image; its filter and
+  /// the features wanted are set already. `max_gap`: ~max_frame_gap, seconds. Never throws.
   void receive(const ImageWithInfo& input, double max_gap, PreparedFrame& frame);
-  /// The features, and what is made of them, of an image that is of use and has none yet; a problem where that fails.
+  /// Finds the features of a usable image that has none yet, and what depends on them; sets a problem if that fails.
   void findFeatures(PreparedFrame& frame);
 
  private:

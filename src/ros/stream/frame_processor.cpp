@@ -23,8 +23,8 @@ constexpr double kWellSeen = 0.2;
 // The next image is expected within this many times the interval between the last two.
 constexpr double kLateImage = 2;
 // After a loss image after image is compared with every kept one, which may show another place: that many tries leave
-// more to chance than one pair of neighbours does. Of 5000 pairs of images of different places (four real sets, three
-// rendered rooms) 83 pass for the same place, with 17 inliers at most.
+// more to chance than one pair of neighbours does. Among 5000 pairs of images of different places (four real sets,
+// three rendered rooms) 83 pass for the same place, with 17 inliers at most.
 constexpr int kSureInliers = 30;
 
 /// Without keypoints nothing can be compared with the image.

@@ -19,7 +19,7 @@ class PairPose {
   PairPose(const Parameters& parameters, std::shared_ptr<MotionPriors> priors);
 
   /// Fills the pose and its length from `reference`, `current`, `result`, `status`, `text` and `recovered`. Depth may
-  /// turn LOW_PARALLAX into OK; a pose that is unfit to publish becomes RANSAC_FAILED with the reason.
+  /// change LOW_PARALLAX to OK; a pose that is unfit to publish becomes RANSAC_FAILED with the reason.
   void finish(const SigmaFloor& floor, ProcessedFrame& processed);
   /// The current image of the last pair becomes the reference of the next.
   void advance();

@@ -29,7 +29,7 @@ struct PreparedFrame {
   std_msgs::Header header;
   cv::Mat grey;
   cv::Mat depth;  ///< CV_32FC1 metres; empty: none
-  /// With ~input stereo; empty where the right image is of no use. Its depth is also that of an image with registered
+  /// With ~input stereo; empty if the right image is unusable. Its depth is also that of an image with registered
   /// depth whose keypoints were moved to another calibration.
   StereoColumns stereo;
   std::string depth_problem;  ///< why the depth image is not used; empty when it is, or when there is none

@@ -14,7 +14,7 @@ namespace gms_ransac {
 
 struct PreparedFrame;
 
-/// An image whose place is known, with what is known of its keypoints; without its pixels. Of 2000 features: 240 kB.
+/// An image whose place is known, with what is known of its keypoints; without its pixels: 240 kB at 2000 features.
 struct KeptFrame {
   std::unique_ptr<PreparedFrame> frame;
   std::vector<TrackTable::Track> tracks;

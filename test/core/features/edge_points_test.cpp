@@ -68,7 +68,7 @@ TEST(EdgePoints, StrongestContrastDoesNotOverflow) {
 }
 
 TEST(EdgePoints, SparseImageYieldsItsCornersAlone) {
-  // A dark box turned a little on a bright floor; the artefacts of JPEG make FAST fire all along its sides.
+  // A dark box, rotated a little, on a bright floor; the artefacts of JPEG make FAST fire all along its sides.
   cv::Mat image(480, 640, CV_8UC1, cv::Scalar(150));
   const cv::RotatedRect box({320, 240}, {240, 160}, 11);
   cv::Point2f ends[4];

@@ -1,4 +1,4 @@
-// Keypoints under a mask: none where it is zero, all that are asked for elsewhere, from either extractor.
+// Keypoints under a mask: none where the mask is zero, the full number elsewhere, from either extractor.
 #include "gms_ransac/feature_extractor.h"
 
 #include <algorithm>
@@ -32,7 +32,7 @@ cv::Mat halfAndBar() {
   return mask;
 }
 
-/// Of the keypoint farthest inside the masked part: how many pixels it is from the nearest that may be used.
+/// Largest distance of a keypoint inside the masked part from the nearest pixel that may be used, pixels.
 float deepest(const Features& features, const cv::Mat& mask) {
   cv::Mat distance;
   cv::distanceTransform(mask == 0, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);

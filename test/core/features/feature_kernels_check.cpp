@@ -75,8 +75,7 @@ bool checkCorners(const FeatureKernels& kernels, const FeatureKernels& scalar, c
     if (!sameRow("contrastRow", found.contrast.row(y) + 3, all.contrast.row(y) + 3, plane.width() - 6)) return false;
   }
   if (!same("maximaRow", found.corners == all.corners)) return false;
-  // What is stronger than a floor of the strength is found with all that belongs to it, whichever blocks are passed
-  // over.
+  // Corners stronger than a floor of the strength are found with all their values, whichever blocks are skipped.
   constexpr size_t kNumbers = 3 + 9;
   for (int strength : {1, 10, 30, 60, 100, 200, 254}) {
     std::vector<int> strong;

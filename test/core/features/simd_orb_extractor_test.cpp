@@ -65,8 +65,9 @@ int differentBits(const uint8_t* a, const uint8_t* b) {
   return count;
 }
 
-/// What a descriptor may differ by from the installed cv::ORB: nothing where OpenCV fuses products as we do (4.6 on a
-/// processor with FMA); elsewhere its blur differs by one grey level in one pixel of 10^5, 4.5 and earlier in more.
+/// Bits by which a descriptor may differ from the installed cv::ORB, on average. None if OpenCV fuses products as we do
+/// (4.6 on a processor with FMA). Else its blur differs by one grey level in one pixel of 10^5, in 4.5 and earlier in
+/// more.
 double allowedBits() {
 #if CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR == 6 && defined(__x86_64__)
   return simdLevelSupported(SimdLevel::kAvx2) ? 0 : 0.05;
@@ -381,7 +382,7 @@ TEST(CornerSelector, KnowsWhenMissingWeakCornersMightHaveBeenKept) {
 }
 
 TEST(SimdOrbExtractor, PassesOverWeakCornersOnlyWhereItChangesNothing) {
-  // What an image forecasts holds for the next or does not: contrast that falls and rises, parts that lose their
+  // The forecast from one image holds for the next or does not: contrast that falls and rises, parts that lose their
   // texture, a mask, other numbers of features.
   const cv::Size size(320, 240);
   const cv::Mat scene = drawnScene(size.width, size.height, 12);

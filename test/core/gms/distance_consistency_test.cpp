@@ -8,8 +8,8 @@
 namespace gms_ransac {
 namespace {
 
-/// 300 accepted matches over 400 x 400 pixels that zoom by `zoom` about the centre; every tenth is off by `error`
-/// pixels.
+/// 300 accepted matches over 400 x 400 pixels that zoom by `zoom` about the centre; every tenth has an error
+/// of `error` pixels.
 struct LabelledScene {
   Features reference, current;
   std::vector<Match> matches;

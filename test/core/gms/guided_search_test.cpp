@@ -151,10 +151,10 @@ TEST(GuidedSearch, DoesNotBelieveAPriorThatNothingConfirms) {
   EXPECT_TRUE(same(matchFully(reference, other), matchGuided(reference, other, {}, &prior)));
 }
 
-// A gyro says how the camera turned.
+// A gyro measures the rotation of the camera.
 
-/// The room, turning on the spot so many degrees a frame.
-Scene turningRoom(double degrees, const std::vector<double>& distortion = {}) {
+/// The room, seen by a camera that rotates on the spot by so many degrees a frame.
+Scene roomFromRotatingCamera(double degrees, const std::vector<double>& distortion = {}) {
   SceneOptions options = sceneOptions("room");
   options.step = options.sway = 0;
   options.turn = degrees;
@@ -172,13 +172,13 @@ RotationPrior gyroOf(const Scene& scene, int from, int to) {
   return prior;
 }
 
-/// What the wrong gyro says when the true one says `right`.
+/// Rotations of three wrong gyros when the true one measures `right`.
 std::vector<RotationPrior> wrongGyros(const RotationPrior& right) {
-  const Eigen::AngleAxisd turn(right.R);
-  const Eigen::Vector3d axis = turn.axis();
+  const Eigen::AngleAxisd rotation(right.R);
+  const Eigen::Vector3d axis = rotation.axis();
   std::vector<RotationPrior> wrong(3, right);
-  wrong[0].R = Eigen::AngleAxisd(turn.angle(), Eigen::Vector3d(axis.y(), axis.z(), axis.x())).toRotationMatrix();
-  wrong[1].R = Eigen::Matrix3d::Identity();  // delayed: it has not turned yet
+  wrong[0].R = Eigen::AngleAxisd(rotation.angle(), Eigen::Vector3d(axis.y(), axis.z(), axis.x())).toRotationMatrix();
+  wrong[1].R = Eigen::Matrix3d::Identity();  // delayed: it shows no rotation yet
   wrong[2].R = right.R.transpose();
   return wrong;
 }
@@ -194,7 +194,7 @@ int countRight(const Scene& scene, const Frame& reference, const Frame& current,
 
 TEST(RotationPrediction, SaysWhereARotationTakesPoints) {
   for (const auto& distortion : {std::vector<double>(), std::vector<double>{-0.28, 0.07, 0.0002, 0.00002, 0}}) {
-    const Scene scene = turningRoom(10, distortion);
+    const Scene scene = roomFromRotatingCamera(10, distortion);
     MotionPrediction prediction;
     predictRotation(gyroOf(scene, 0, 1), cameraOf(scene), prediction);
     int points = 0;
@@ -218,10 +218,10 @@ MatchFilterOptions optionsOf(SearchMode search) {
   return options;
 }
 
-/// Two images of a turning camera, compared with and without what a gyro says.
-class Turning : public testing::TestWithParam<double> {
+/// Two images of a rotating camera, compared with and without a gyro.
+class Rotating : public testing::TestWithParam<double> {
  protected:
-  Turning() : scene_(turningRoom(GetParam())) {
+  Rotating() : scene_(roomFromRotatingCamera(GetParam())) {
     for (MatchFilter* filter : {&full_, &guided_}) filter->setCamera(cameraOf(scene_));
     full_.extract(scene_.render(0).image, reference_);
     full_.extract(scene_.render(1).image, current_);
@@ -239,23 +239,23 @@ class Turning : public testing::TestWithParam<double> {
   Frame reference_, current_;
 };
 
-TEST_P(Turning, FindsNoFewerMatchesWithAGyro) {
+TEST_P(Rotating, FindsNoFewerMatchesWithAGyro) {
   const RotationPrior gyro = gyroOf(scene_, 0, 1);
   const int with = right(compare(guided_, &gyro));
   EXPECT_GE(with, right(compare(guided_, nullptr)));
   EXPECT_GE(with, 0.99 * right(compare(full_, nullptr)));
 }
 
-TEST_P(Turning, FindsTheSameWithAGyroThatIsWrong) {
+TEST_P(Rotating, FindsTheSameWithAGyroThatIsWrong) {
   const std::vector<Match> alone = compare(guided_, nullptr).matches;
   for (const RotationPrior& wrong : wrongGyros(gyroOf(scene_, 0, 1))) {
     EXPECT_TRUE(same(alone, compare(guided_, &wrong).matches));
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Degrees, Turning, testing::Values(5, 25, 35, 45));
+INSTANTIATE_TEST_SUITE_P(Degrees, Rotating, testing::Values(5, 25, 35, 45));
 
-// Real images, whose turn a gyro is drawn from that is as wrong as the truth may be.
+// Real images, and a gyro drawn from their true rotation with the error that the truth may have.
 
 RotationPrior gyroOf(const Eigen::Isometry3d& current_in_reference, double degrees, std::mt19937& random) {
   const double sigma = degrees / kDegrees;

@@ -259,7 +259,7 @@ TEST(MotionStatistics, EvidenceDropsWhatTurnsOtherwiseAndOrdersByDescriptors) {
   scene.add(cellCenter(6, 5), cellCenter(8, 6), 40);
   for (int i = 0; i < 80; ++i) {
     scene.reference.keypoints[i].angle = 10.f;
-    scene.current.keypoints[i].angle = i == 3 ? 200.f : 15.f;  // one turns by 190 degrees instead of 5
+    scene.current.keypoints[i].angle = i == 3 ? 200.f : 15.f;  // one rotates by 190 degrees instead of 5
     scene.matches[i].distance = i == 4 ? 20 : 40;
     scene.matches[i].second_distance = i == 5 ? 41 : 80;
   }
@@ -270,7 +270,7 @@ TEST(MotionStatistics, EvidenceDropsWhatTurnsOtherwiseAndOrdersByDescriptors) {
   EXPECT_EQ(statistics.accepted_count, 79);
   EXPECT_EQ(statistics.accepted[3], 0);
   EXPECT_EQ(statistics.score[3], 0);
-  EXPECT_EQ(statistics.score[0], 79);  // the turned one did not vote either
+  EXPECT_EQ(statistics.score[0], 79);  // the rotated one did not vote either
   EXPECT_EQ(statistics.relative_score[0], statistics.relative_score[5]);
   EXPECT_GT(statistics.log_odds[0], statistics.log_odds[5]);  // ambiguous descriptor
   EXPECT_GT(statistics.log_odds[4], statistics.log_odds[0]);  // closer descriptor

@@ -1,5 +1,5 @@
-// The probability of a match is the share of such matches that are right: on drawn keypoints of which most are where
-// their corner is, some beside it, and some anywhere.
+// The probability of a match is the share of such matches that are right: on drawn keypoints. Most are at their
+// corner, some next to it, and some anywhere.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -36,7 +36,7 @@ double calibrationError(const Keypoints& drawn) {
   for (int i = 0; i < kMatches; ++i) {
     const double stretch = i % 2 == 0 ? 1 : drawn.coarse, kind = uniform(random);
     const double sigma = kind < drawn.beside ? std::max(1., 2 * drawn.sigma) : drawn.sigma;
-    // Of one keypoint against the other, across the epipolar line and along it.
+    // Error of one keypoint against the other, across the epipolar line and along it.
     double across = std::sqrt(2) * sigma * stretch * normal(random);
     const double along = std::sqrt(2) * sigma * stretch * normal(random);
     right.push_back(kind < 1 - drawn.wrong && std::hypot(across, along) < kRightWithin);
@@ -118,7 +118,7 @@ TEST(MatchProbability, WhatAnotherMotionExplainsHasSharesOfItsOwn) {
 }
 
 TEST(MatchProbability, UnderATurnItIsThePlaceThatCounts) {
-  // On the same line all of them, and a tenth not where the turn takes it.
+  // All matches lie on the same line; a tenth do not lie where the rotation takes them.
   constexpr int kMatches = 500, kMoved = 50;
   std::mt19937 random(7);
   std::normal_distribution<float> normal(0, 0.3f);

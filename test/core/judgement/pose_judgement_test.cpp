@@ -1,4 +1,4 @@
-// What a pair of images cannot tell is not claimed: planes, which two motions explain, for every model and kind of
+// A pose claims no more than the images determine: planes, which two motions explain, for every model and kind of
 // search.
 #include <algorithm>
 #include <cmath>
@@ -25,8 +25,8 @@ Eigen::Matrix3d rotationAbout(const Eigen::Vector3d& axis, double angle) {
   return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
 }
 
-/// A camera 1.5 m above a floor, looking down at it by 32 to 50 degrees, moves 0.3 to 0.6 m ahead of itself give or
-/// take 30 degrees, turning a little. Both motions that explain a plane see all of this one. A fifth of the matches is
+/// A camera 1.5 m above a floor, looking down at it by 32 to 50 degrees, moves 0.3 to 0.6 m ahead, within 30 degrees to
+/// either side, and rotates a little. Both motions that explain a plane see all of this one. A fifth of the matches is
 /// wrong.
 TwoViewScene makeFloorScene(uint64_t seed) {
   TwoViewSceneOptions options;
@@ -60,7 +60,7 @@ TwoViewScene makeVolumeScene(uint64_t seed) {
   return makeTwoViewScene(options);
 }
 
-/// A narrow view of points 4 to 12 m away, from a camera that moves aside. Turned by a degree or two and moved the
+/// A narrow view of points 4 to 12 m away, from a camera that moves aside. Rotated by a degree or two and moved the
 /// other way it would see nearly the same, with near and far in each other's place, and a search may end there.
 TwoViewScene makeNarrowScene(uint64_t seed) {
   TwoViewSceneOptions options;
@@ -356,7 +356,8 @@ TEST_P(DirectionCovariance, CountsNoNoiseOfThePointsAsParallax) {
 }
 
 TEST_P(DirectionCovariance, HoldsWhatOneMatchDecides) {
-  // Near the epipole a single match with the noise of a coarse level, or a wrong one on its line, turns the direction.
+  // Near the epipole a single match with the noise of a coarse level, or a wrong one on its line, changes the
+  // direction.
   constexpr int kScenes = 200;
   const std::vector<double> nees = sortedNees(kScenes, [](uint64_t seed) {
     TwoViewSceneOptions options;

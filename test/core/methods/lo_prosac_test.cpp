@@ -242,7 +242,7 @@ MeanNees meanNees(double noise_px, int draws) {
     error.tail<3>() = difference.angle() * difference.axis();
     const Eigen::Matrix3d rotation_covariance = result.pose.covariance.bottomRightCorner<3, 3>();
     nees.rotation += error.tail<3>().dot(rotation_covariance.inverse() * error.tail<3>()) / 3 / draws;
-    // Rank five: the direction along t is left out by projecting onto its tangent plane.
+    // Rank five: projecting onto the tangent plane of t removes the direction along it.
     Eigen::Vector3d basis[2];
     PoseModel::tangent(result.pose.t, basis);
     Eigen::Matrix<double, 5, 6> P = Eigen::Matrix<double, 5, 6>::Zero();

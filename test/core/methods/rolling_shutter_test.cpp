@@ -74,8 +74,8 @@ Answers answers(const std::string& method, const std::string& scene, double read
   return answers(method, scene, readout, [](TwoViewScene&, int) {});
 }
 
-/// What a gyro says of a pair of a scene whose camera has 1 - acceleration of its speed at the reference and
-/// 1 + acceleration at the current image.
+/// The rotation that a gyro measures for a pair of a scene whose camera has 1 - acceleration of its speed at the
+/// reference and 1 + acceleration at the current image.
 RotationPrior gyroOf(const TwoViewScene& scene, double acceleration, int seed) {
   Random random(static_cast<uint64_t>(seed) + 1);
   const auto noise = [&] {

@@ -50,12 +50,12 @@ double residual(const RobustResult& result, const TwoViewScene& pair, size_t i) 
 
 class EveryMethod : public testing::TestWithParam<std::string> {};
 
-/// What 0.3 px of noise in 1000 matches cost at a share of outliers: half as much again as the worst method has.
+/// Errors from 0.3 px of noise in 1000 matches at a share of outliers: 1.5 times those of the worst method.
 struct AccuracyLimit {
   double outliers, rotation, direction;  ///< the errors in degrees
 };
 constexpr AccuracyLimit kAccuracyLimits[] = {{0.1, 0.05, 1.5}, {0.4, 0.075, 0.85}, {0.7, 0.085, 1.2}};
-/// Of the correct matches, with six tenths or more of all correct; a fundamental matrix from three tenths is rougher.
+/// Least recall if six tenths or more of the matches are correct; a fundamental matrix from three tenths is rougher.
 constexpr double kLeastRecall = 0.98, kLeastRecallOfRough = 0.8;
 
 TEST_P(EveryMethod, FindsTheModelAndThePose) {
@@ -85,7 +85,7 @@ TEST_P(EveryMethod, FindsTheModelAndThePose) {
   }
 }
 
-/// What a model can be found in: a plane for a homography, points in depth for the others; three tenths are wrong.
+/// A scene that determines the model: a plane for a homography, points in depth for the others; three tenths are wrong.
 TwoViewScene sceneFor(ModelType model, int matches = 1000) {
   TwoViewSceneOptions options;
   options.matches = matches;

@@ -1,4 +1,4 @@
-// A rotation from another sensor as a proposal: it helps where it is right, and costs nothing where it is wrong.
+// A rotation from another sensor as a proposal: it helps if right, and costs nothing if wrong.
 #include "gms_ransac/relative_pose.h"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr double kPriorSigma = 0.1 * kDegree;
 
-/// The scene's rotation, turned by `error`, about the reference camera's axes.
+/// The scene's rotation with `error` added about the reference camera's axes.
 RotationPrior priorOf(const TwoViewScene& scene, const Eigen::Vector3d& error = Eigen::Vector3d::Zero()) {
   RotationPrior prior;
   prior.R = rotationOf(error) * scene.R.transpose();
@@ -112,13 +112,13 @@ TEST_P(EveryMethodWithAPrior, FindsWithAPriorWhatTooFewSamplesDoNot) {
     with += right(estimate(GetParam(), options, scene, priorOf(scene, {kPriorSigma, kPriorSigma, -kPriorSigma})));
   }
   EXPECT_GE(with, without);
-  // T(d,d) asks a match by chance first, and turns four of ten right proposals away.
+  // T(d,d) tests one random match first, and so rejects four of ten right proposals.
   EXPECT_GE(with, GetParam() == "rransac_tdd" ? 1 : 7);
 }
 
 TEST_P(EveryMethodWithAPrior, IsNotWorseForAPriorThatIsWrong) {
   RobustOptions options;
-  // What the search found, and not what a refinement makes of it; judged or not, it may then be no better.
+  // Compare the result of the search, before any refinement: judged or not, it may be no better afterwards.
   options.refine = options.judge = false;
   for (uint64_t seed = 1; seed <= 6; ++seed) {
     const TwoViewScene scene = turningScene(seed, 0.4);

@@ -37,7 +37,7 @@ class DrivingScene {
       add(kCameraHeight * down_ + ahead * forward_ + side * Eigen::Vector3d::UnitX());
     }
   }
-  /// Points of a wall beside the road, or of what stands on it.
+  /// Points of a wall next to the road, or of things on it.
   void addWall(int count, double side) {
     for (int i = 0; i < count; ++i) {
       const double ahead = 4 + 26 * random_.uniform(), up = 5 * random_.uniform() - kCameraHeight;
@@ -139,7 +139,7 @@ TEST(GroundScale, ItsSigmaIsThatOfItsErrors) {
   EXPECT_LT(percentile(normalized, 90), 2.5);
 }
 
-/// What a camera sees of a ground with soft stains, `pose` in the frame of the current camera; sky is grey.
+/// The image of a ground with soft stains, `pose` in the frame of the current camera; sky is grey.
 cv::Mat drawGround(const Eigen::Isometry3d& pose, const Eigen::Vector3d& down) {
   const Eigen::Matrix3d K_inverse = sceneCamera().K().inverse();
   cv::Mat image(480, 640, CV_8UC1, cv::Scalar(128));

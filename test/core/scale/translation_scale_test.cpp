@@ -27,8 +27,8 @@ struct ExactPair {
 
   explicit ExactPair(const Eigen::Vector3d& t, double pixel_noise = 0) {
     RelativePose& pose = result.robust.pose;
-    const Eigen::Vector3d turn = 0.03 * Eigen::Vector3d(1, 2, -1).normalized();
-    pose.R = rotationOf(turn);
+    const Eigen::Vector3d rotation = 0.03 * Eigen::Vector3d(1, 2, -1).normalized();
+    pose.R = rotationOf(rotation);
     pose.t = t.normalized();
     result.robust.pose_found = true;
     TwoViewSceneOptions options;
@@ -36,7 +36,7 @@ struct ExactPair {
     options.outlier_ratio = 0;
     options.noise_px = pixel_noise;
     options.farthest = 15;
-    options.rotation = -turn;
+    options.rotation = -rotation;
     options.translation = -pose.R.transpose() * pose.t;
     const TwoViewScene scene = makeTwoViewScene(options);
     camera = scene.camera;
@@ -124,7 +124,7 @@ TEST(ScalePropagator, FirstPairHasLengthOneAndTooFewCommonFeaturesKeepTheLast) {
 TEST(ScalePropagator, StaysFiniteWhereDepthsLieBeyondInfinity) {
   const ExactPair seen({1, 0, 0});
   ExactPair beyond({1, 0, 0});
-  // The translation turned round: every point has a negative depth.
+  // The translation reversed: every point has a negative depth.
   beyond.result.robust.pose.t = -beyond.result.robust.pose.t;
   Triangulation points, points_beyond;
   triangulateInliers(seen.reference, seen.current, seen.result, seen.camera, points);
@@ -253,14 +253,14 @@ struct DepthErrors {
     metres.push_back(t.norm());
     vector.push_back(t.norm() / truth.t.norm());
     length.push_back(std::abs(pose.t.norm() / truth.t.norm() - 1));
-    const Eigen::AngleAxisd turn(truth.R * pose.R.transpose());
-    const Eigen::Vector3d w = turn.angle() * turn.axis();
+    const Eigen::AngleAxisd rotation(truth.R * pose.R.transpose());
+    const Eigen::Vector3d w = rotation.angle() * rotation.axis();
     normalized_t.push_back(t.dot(Eigen::Matrix3d(pose.covariance.topLeftCorner<3, 3>()).inverse() * t) / 3);
     normalized_R.push_back(w.dot(Eigen::Matrix3d(pose.covariance.bottomRightCorner<3, 3>()).inverse() * w) / 3);
   }
 };
 
-/// Of the pairs `gap` apart among the first `frames` of a set that has depth for them.
+/// Errors over the pairs `gap` apart among the first `frames` of a set that has depth for them.
 DepthErrors depthErrors(const Dataset& dataset, int frames, int gap) {
   const Camera camera(*dataset.intrinsics(), dataset.image(0).size());
   DepthErrors errors;
@@ -324,17 +324,17 @@ TEST(PoseFromDepth, StaysWithinACentimetreWhereTheCameraOnlyTurns) {
   EXPECT_LT(median(errors.metres), 0.01);
 }
 
-/// What a camera with a rolling shutter sees that turns differently in the two images: `row_turn` more, from the top
-/// row to the bottom, in the current one.
-void shiftRows(const Eigen::Vector3d& row_turn, const Camera& camera, std::vector<cv::KeyPoint>& keypoints) {
+/// Moves keypoints as a rolling shutter does if the camera rotates differently during the two images: by `row_rotation`
+/// more, from the top row to the bottom, in the current one.
+void shiftRows(const Eigen::Vector3d& row_rotation, const Camera& camera, std::vector<cv::KeyPoint>& keypoints) {
   const CameraIntrinsics& k = camera.intrinsics();
   const int height = camera.imageSize().height;
   for (cv::KeyPoint& keypoint : keypoints) {
     const Eigen::Vector3d ray((keypoint.pt.x - k.cx) / k.fx, (keypoint.pt.y - k.cy) / k.fy, 1);
     float row = keypoint.pt.y;  // the row it falls on is the row it is read at
     for (int i = 0; i < 5; ++i) {
-      const Eigen::Vector3d turn = (row / height - 0.5) * row_turn;
-      const Eigen::Vector3d seen = Eigen::AngleAxisd(-turn.norm(), turn.normalized()) * ray;
+      const Eigen::Vector3d rotation = (row / height - 0.5) * row_rotation;
+      const Eigen::Vector3d seen = Eigen::AngleAxisd(-rotation.norm(), rotation.normalized()) * ray;
       keypoint.pt.x = static_cast<float>(k.fx * seen.x() / seen.z() + k.cx);
       keypoint.pt.y = static_cast<float>(k.fy * seen.y() / seen.z() + k.cy);
       row = keypoint.pt.y;
@@ -343,7 +343,7 @@ void shiftRows(const Eigen::Vector3d& row_turn, const Camera& camera, std::vecto
 }
 
 TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
-  // A floor seen at a slant, where turning while the rows are read looks most like sideways motion.
+  // A floor seen at a slant, where a rotation during the readout looks most like sideways motion.
   ExactPair exact({1, 0.2, 0.1});
   const RelativePose truth = exact.result.robust.pose;
   const CameraIntrinsics& k = exact.camera.intrinsics();
@@ -359,15 +359,15 @@ TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
     exact.reference.keypoints[i].pt = {static_cast<float>(k.fx * point.x() / point.z() + k.cx),
                                        static_cast<float>(k.fy * point.y() / point.z() + k.cy)};
   }
-  const Eigen::Vector3d row_turn(0.004, -0.01, 0.008);
-  shiftRows(row_turn / 2, exact.camera, exact.current.keypoints);
-  shiftRows(-row_turn / 2, exact.camera, exact.reference.keypoints);
+  const Eigen::Vector3d row_rotation(0.004, -0.01, 0.008);
+  shiftRows(row_rotation / 2, exact.camera, exact.current.keypoints);
+  shiftRows(-row_rotation / 2, exact.camera, exact.reference.keypoints);
   cv::Mat_<float> depth(size);
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) {
-      const Eigen::Vector3d turn = (y / static_cast<double>(size.height) - 0.5) * row_turn / 2;
-      const Eigen::Vector3d ray =
-          Eigen::AngleAxisd(turn.norm(), turn.normalized()) * Eigen::Vector3d((x - k.cx) / k.fx, (y - k.cy) / k.fy, 1);
+      const Eigen::Vector3d rotation = (y / static_cast<double>(size.height) - 0.5) * row_rotation / 2;
+      const Eigen::Vector3d ray = Eigen::AngleAxisd(rotation.norm(), rotation.normalized()) *
+                                  Eigen::Vector3d((x - k.cx) / k.fx, (y - k.cy) / k.fy, 1);
       const double z = floorDepth(ray.x() / ray.z(), ray.y() / ray.z());
       depth(y, x) = z > 0 ? static_cast<float>(z / ray.z()) : 0;
     }

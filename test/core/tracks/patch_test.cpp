@@ -20,7 +20,7 @@ float texture(const Eigen::Vector2f& p) {
          20 * std::sin(0.23F * p.x() * std::cos(0.05F * p.y()));
 }
 
-/// What is at d from `from` in the texture is at `to.centre` + `to.shape` d here, times `gain` plus `offset`.
+/// The texture at d from `from` is at `to.centre` + `to.shape` d here, times `gain` plus `offset`.
 cv::Mat view(const Eigen::Vector2f& from, const PatchPlace& to, float gain = 1, float offset = 0, double noise = 0) {
   cv::Mat image(kHeight, kWidth, CV_8UC1);
   const Eigen::Matrix2f back = to.shape.inverse();

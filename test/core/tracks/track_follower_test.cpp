@@ -25,7 +25,7 @@ class Wall {
     cv::normalize(texture_, texture_, 0, 255, cv::NORM_MINMAX);
   }
 
-  /// What was at p is at p + shift.
+  /// The scene, moved by `shift`.
   cv::Mat draw(const cv::Point2f& shift) const {
     cv::Mat image;
     const cv::Point2f middle(static_cast<float>(kImageWidth) - 0.5F - shift.x,

@@ -1,4 +1,4 @@
-// Which followed features are passed on: limit, distance, long tracks first, spread, and ids that never come back.
+// The choice of followed features: limit, distance, long tracks first, spread, and ids that never come back.
 #include "tracks/track_selector.h"
 
 #include <algorithm>
@@ -45,7 +45,7 @@ TEST(TrackSelector, KeepsLimitAndDistance) {
       EXPECT_LE(static_cast<int>(picked.size()), options.limit);
     }
     for (const int i : picked) EXPECT_GE(nearest(points, picked, points[i].current), options.distance);
-    // What is left out has a reason: the limit is reached, or a picked one is too near.
+    // Every omission has a reason: the limit is reached, or a picked one is too near.
     if (static_cast<int>(picked.size()) == options.limit) continue;
     for (const TrackedPoint& point : points) {
       const bool in = std::any_of(picked.begin(), picked.end(), [&](int i) { return points[i].id == point.id; });
@@ -68,7 +68,7 @@ TEST(TrackSelector, TheLongestTracksComeFirst) {
   TrackSelector selector;
   const std::vector<int> picked = selector.select(points, kImage, {100, 15});
   for (size_t k = 1; k < picked.size(); ++k) EXPECT_GE(points[picked[k - 1]].length, points[picked[k]].length);
-  // A longer one is left out only for a picked one that is too near and at least as long.
+  // A longer one is missing only for a picked one that is too near and at least as long.
   const int shortest = points[picked.back()].length;
   for (const TrackedPoint& point : points) {
     if (point.length > shortest) {
@@ -108,7 +108,7 @@ TEST(TrackSelector, OneThatGaveWayIsNotPickedAgain) {
 }
 
 /// Some minutes of a camera whose features drift, are missed for an image or two, are found again while the reference
-/// is held, and now and then are all lost: tracks by TrackTable, picked with limits that change on the way.
+/// is held, and now and then are all lost. TrackTable makes the tracks; the limits of the selection change on the way.
 TEST(TrackSelector, NoIdComesBackAfterAGap) {
   constexpr int kFeatures = 400;
   std::mt19937 random(5);

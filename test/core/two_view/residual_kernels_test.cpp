@@ -196,7 +196,7 @@ TEST(PoseModel, CrossMatrixMultipliesAsTheCrossProduct) {
 }
 
 TEST(PoseModel, HypothesesAreRotations) {
-  // Samples of a turning camera, whose roots are the least accurate.
+  // Samples of a rotating camera, whose roots are the least accurate.
   constexpr int kSamples = 4000;
   Problem problem(5 * kSamples, 16);
   std::mt19937 generator(17);

@@ -68,7 +68,7 @@ using BagTest = DatasetTest;
 TEST_F(TumTest, ReadsImagesDepthIntrinsicsAndInterpolatedPoses) {
   write("rgb.txt", "# stamp file\n1.00 rgb/a.png\n1.05 rgb/b.png\n\n1.50 rgb/c.png\n");
   write("depth.txt", "1.01 depth/a.png\n1.08 depth/b.png\n");
-  // A quarter turn about z between the first two samples, then a hole longer than is interpolated across.
+  // A rotation by 90 degrees about z between the first two samples, then a gap too long for interpolation.
   write("groundtruth.txt",
         "# tum\n1.01 0 0 0 0 0 0 1\n1.02 0 0 0 0 0 0 1\n1.10 8 0 0 0 0 0.7071067811865476 0.7071067811865476\n"
         "1.60 9 0 0 0 0 0 1\n");

@@ -1,4 +1,4 @@
-// Noise of the truth that answers are held against, by hand.
+// Noise of the truth that answers are compared with, computed by hand.
 #include "run/truth_noise.h"
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// The rendered scene against itself: what is called exact is exact, and the pictures are worth matching.
+// The rendered scene against itself: its exact values are exact, and its pictures have texture to match.
 #include "scenes/scene.h"
 
 #include <gtest/gtest.h>
@@ -244,7 +244,7 @@ TEST(Scene, EachRowOfARollingShutterIsThatOfItsTime) {
   options.readout = 0.8;
   const RenderedFrame rolling = Scene(options).render(1);
   for (const int row : {0, 120, 400}) {
-    // A global shutter at frame 1 of a camera that has turned as far as the other has when it reads this row.
+    // A global shutter at frame 1, with the rotation that the other camera has when it reads this row.
     const SceneOptions same_heading = standing(4 * (1 + options.readout * ((row + 0.5) / 480 - 0.5)));
     const RenderedFrame instant = Scene(same_heading).render(1);
     EXPECT_LT(cv::norm(rolling.depth.row(row), instant.depth.row(row), cv::NORM_INF), 1e-4) << row;

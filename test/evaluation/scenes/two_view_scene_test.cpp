@@ -136,7 +136,7 @@ TEST(TwoViewScene, ARollingShutterTurnsEachRowByItsTime) {
   options.acceleration = 0.5;
   const TwoViewScene scene = makeTwoViewScene(options);
   const Matrix3d K = scene.camera.K();
-  // Shares of the turn by s = t (1 + a (t - 1)), where t is 0 and 1 in the middle rows.
+  // Shares of the rotation by s = t (1 + a (t - 1)), where t is 0 and 1 in the middle rows.
   const auto share = [&](double start, double row) {
     const double time = start + options.readout * (row / 480 - 0.5);
     return time * (1 + options.acceleration * (time - 1));
@@ -195,7 +195,7 @@ TEST(TwoViewScene, DisplacementAndParallaxAreTheMediansThatWereAskedFor) {
     EXPECT_NEAR(medianDisplacement(withMedianDisplacement({}, pixels)), pixels, 0.02 * pixels);
     EXPECT_NEAR(medianParallax(withMedianParallax({}, pixels)), pixels, 0.02 * pixels);
   }
-  // On a wall before which the camera moves to the side, a turn undoes nearly all of the displacement.
+  // On a wall before which the camera moves to the side, a rotation undoes nearly all of the displacement.
   TwoViewSceneOptions wall;
   wall.shape = SceneShape::kPlane;
   wall.plane_normal = {0, 0, 1};

@@ -197,7 +197,7 @@ TEST(CameraModel, RectifiedImagesAreDescribedByP) {
   EXPECT_TRUE(from_p->rectified);
 }
 
-/// What is thought of ~camera, with freiburg1's calibration in it, beside this camera_info.
+/// The doubt about ~camera, with freiburg1's calibration in it, next to this camera_info.
 std::string doubt(const sensor_msgs::CameraInfo& info, cv::Size size) {
   Parameters parameters;
   parameters.camera = {517.306408, 516.469215, 318.643040, 255.313989, "plumb_bob", {0.26, -0.95, -0.005, 0.003, 1.16}};

@@ -32,7 +32,7 @@ sensor_msgs::Image message(const cv::Mat& pixels, const std::string& encoding) {
   return image;
 }
 
-/// What the encoding's pixels look like for a BGR picture.
+/// The pixels of a BGR picture in an encoding.
 cv::Mat encode(const cv::Mat& bgr, const std::string& encoding) {
   cv::Mat pixels;
   if (encoding == "bgr8" || encoding == "8UC3") return bgr;

@@ -35,7 +35,7 @@ class Bench {
     now_ += seconds;
     return collect();
   }
-  /// What came out since the last call.
+  /// The output since the last call.
   std::string out() { return std::exchange(out_, std::string()); }
   ImagePairing* operator->() { return &pairing_; }
 

@@ -40,7 +40,7 @@ class WaitingBench {
     now_ += seconds;
     return collect();
   }
-  /// What came out since the last call.
+  /// The output since the last call.
   std::string out() { return std::exchange(out_, std::string()); }
   WaitingImages* operator->() { return &images_; }
 

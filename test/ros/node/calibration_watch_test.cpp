@@ -20,7 +20,7 @@ std::shared_ptr<const CameraModel> model(const Camera& camera) {
   return made;
 }
 
-/// Pairs that know one error to a tenth: half a tenth more and half a tenth less in turn.
+/// Pairs that know one error to a tenth: half a tenth more and half a tenth less, one after the other.
 void add(int pairs, double misfit, CameraErrors::Parameter parameter, double error, CalibrationWatch& watch) {
   static const auto camera = model(sceneCamera());
   for (int i = 0; i < pairs; ++i) {

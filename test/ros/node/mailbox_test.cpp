@@ -1,4 +1,4 @@
-// What waits between two threads: bounded, in order, counted where it is dropped.
+// The queue between two threads: bounded, in order, drops counted.
 #include "node/mailbox.h"
 
 #include <thread>

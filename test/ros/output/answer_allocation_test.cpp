@@ -1,5 +1,5 @@
-// What the node allocates for an answer: a message's columns once each, at their length, and else no more than some
-// short texts. Both are counted, and neither grows with the number of matches.
+// Allocations of the node for an answer: a message's columns once each, at their length, and some short texts. Both are
+// counted, and neither grows with the number of matches.
 #include <memory>
 #include <vector>
 

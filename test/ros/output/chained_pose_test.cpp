@@ -12,7 +12,7 @@ namespace {
 constexpr int kImages = 50, kChains = 12;
 constexpr double kSecondsApart = 0.1;
 
-/// Half a metre ahead, turning by a degree.
+/// Half a metre ahead, with a rotation of a degree.
 const Eigen::Isometry3d kStep = makeStep({0.05, 0, 0.5}, {0, M_PI / 180, 0});
 
 /// Normalised estimation error squared over degrees of freedom, mean over chains: 1 where the covariance is true.
@@ -51,12 +51,12 @@ TEST(ChainedPose, CovarianceGrowsAsTheErrorDoes) {
   const Nees nees = neesOfChains(false);
   EXPECT_GT(nees.rotation, 0.5);
   EXPECT_LT(nees.rotation, 2);
-  // Pairs whose turn sideways their shift could explain as well are given a wider covariance than their errors need.
+  // If a shift explains a pair's sideways rotation as well, its covariance is wider than its errors need.
   EXPECT_LT(nees.position, 2);
 }
 
-// What a keypoint of the shared image is off by turns one pair one way and the next the other way. The chain is taken
-// to be as uncertain as if it did not.
+// The error of a keypoint in the shared image rotates one pair one way and the next the other way. The covariance of
+// the chain takes these errors as independent.
 TEST(ChainedPose, KeypointsThatPairsShareMakeItNoWorse) {
   const Nees shared = neesOfChains(true), fresh = neesOfChains(false);
   EXPECT_LT(shared.rotation, fresh.rotation);

@@ -43,7 +43,7 @@ ImageWithInfo input(const cv::Mat& grey, double stamp) {
   return image;
 }
 
-// What the estimators read.
+// The messages as the estimators read them.
 
 class Layout : public ::testing::Test {
  protected:
@@ -119,7 +119,7 @@ TEST_F(Layout, OfLviSamWithoutDepth) {
   EXPECT_EQ(channel(message(FeatureLayout::kLviSam), 5), -1);
 }
 
-// Which images are passed over.
+// Images that are skipped.
 
 /// The node's worker with one listener, that of ~features.
 class FeaturesAlone {
@@ -143,7 +143,7 @@ class FeaturesAlone {
     if (auto features = stream_.next(processed, options_)) messages_[stamp] = std::move(*features);
     return false;
   }
-  /// Of a camera that turns steadily.
+  /// Numbers of the images that are compared, from a camera that rotates steadily.
   std::vector<int> compared(int images, double period) {
     std::vector<int> numbers;
     for (int i = 0; i < images; ++i) {

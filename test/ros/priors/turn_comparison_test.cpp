@@ -1,4 +1,5 @@
-// Gyro rates against the turns that images see, on exact motions: integration, bias, contradictions and time offset.
+// Gyro rates against the rotations that images see, on exact motions: integration, bias, contradictions and time
+// offset.
 #include "priors/turn_comparison.h"
 
 #include <cmath>
@@ -34,7 +35,7 @@ Vector3d rateOf(double stamp) {
   return {0.8 * std::sin(5.1 * stamp), 0.6 * std::cos(3.3 * stamp + 1), 0.4 * std::sin(7.7 * stamp + 2)};
 }
 
-/// The true turn, integrated a hundred times as finely.
+/// The true rotation, integrated a hundred times as finely.
 Matrix3d turnBetween(double from, double to) {
   constexpr int kSteps = 200;
   Matrix3d R = Matrix3d::Identity();
@@ -136,7 +137,7 @@ TEST(GyroBias, CountsAHeldReferenceOnce) {
   EXPECT_LT((held.bias() - once.bias()).norm(), 1e-12);
 }
 
-/// What a camera sees of the shaking hand, and what a gyro beside it says of the same.
+/// The rotations that a camera in a shaking hand sees, and those that a gyro next to it measures.
 struct Seen {
   TurnComparison turns;
   GyroBuffer gyro;
@@ -201,7 +202,7 @@ TEST(TurnComparison, NamesTheAxes) {
   axes << 0, 0, 1, -1, 0, 0, 0, -1, 0;  // the gyro's x ahead, y left, z up taken for the camera's x, y, z
   const Seen seen(axes);
   EXPECT_NE(seen.doubt().find("axes explain it"), std::string::npos) << seen.doubt();
-  // What tf makes the camera's x is its z: camera x = -(what tf makes y).
+  // The camera's x by tf is its z: camera x = -(its y by tf).
   EXPECT_NE(seen.doubt().find("(-y, -z, x)"), std::string::npos) << seen.doubt();
 }
 

@@ -29,7 +29,7 @@ EKF_STATES = 15
 EKF_KINDS = {"odom": "nav_msgs/Odometry", "twist": "geometry_msgs/TwistWithCovarianceStamped",
              "pose": "geometry_msgs/PoseWithCovarianceStamped", "imu": "sensor_msgs/Imu"}
 
-# What must be given to load a launch file at all.
+# Arguments without which a launch file does not load.
 ARGUMENTS = {
     "replay": ["bag:=/camera.bag", "image:=/camera/image"], "tum": ["bag:=/rgbd_dataset_freiburg1_desk.bag"],
     "kitti": ["bag:=/kitti_2011_09_26_drive_0002_synced.bag"], "demo": ["bag:=/scene.bag"],

@@ -52,7 +52,7 @@ class Faults(unittest.TestCase):
         cls.stamp = 100.0
 
     def setUp(self):
-        # What came before is no reference: its stamps may be anywhere.
+        # Earlier images are no reference: their stamps may be anywhere.
         self.assert_good_pair()
         del self.client.correspondences[:]
 

@@ -101,7 +101,7 @@ class Features(unittest.TestCase):
         client, clouds = self.client("lvi")
         client.wait(depth.get_num_connections, "the filter to subscribe to depth")
         for i, frame in enumerate(self.frames):
-            # Of the left half alone; 3 m everywhere, for it is not compared with the images.
+            # Depth of the left half alone; 3 m everywhere, as it is not compared with the images.
             metres = np.full((HEIGHT, WIDTH), np.nan, np.float32)
             metres[:, :WIDTH // 2] = 3
             depth.publish(image_message(metres, 100 + 0.1 * i, encoding="32FC1"))

@@ -15,7 +15,7 @@ from sensor_msgs.msg import CameraInfo, Image
 PATIENCE = float(os.environ.get("GMS_RANSAC_PATIENCE", 1))
 TIMEOUT = 30.0 * PATIENCE  # seconds of wall time a condition is awaited before the test fails
 
-# What is done very often is done less often in a run of the whole suite.
+# Long repetitions are shorter in a run of the whole suite.
 FULL = os.environ.get("GMS_RANSAC_FULL") == "1"
 
 WIDTH, HEIGHT = 640, 480

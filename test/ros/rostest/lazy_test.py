@@ -90,7 +90,7 @@ class Lazy(unittest.TestCase):
         message = client.correspondence(100.2)
         self.assertEqual(message.header.frame_id, "slashed/camera")
         self.assertAlmostEqual(message.reference_header.stamp.to_sec(), 100.1, 6)
-        # What Correspondences.msg says of tf.
+        # As Correspondences.msg describes tf.
         with open(rospkg.RosPack().get_path("gms_ransac") + "/msg/Correspondences.msg") as text:
             self.assertIn("tf holds the inverse of current_in_reference (~publish_relative_tf): parent <frame_id>, child "
                           "<frame_id>_reference", text.read().replace("\n# ", " "))

@@ -30,7 +30,7 @@ class Names(GraphTest):
         self.says(log, "/filter: method")
         second, log = self.start(*NODE)
         self.says(log, "/filter: method")
-        # The master's rule: the older one is told to end, and does.
+        # The master's rule: it shuts the older one down.
         self.assertEqual(first.wait(TIMEOUT), 0)
         self.wait(lambda: self.pid("/filter") == second.pid, "the newer one to have the name")
         self.assertIsNone(second.poll())

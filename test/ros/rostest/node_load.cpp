@@ -361,7 +361,7 @@ int nodeLoad(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Another node of this name may run beside it; Ctrl-C ends the program and not only its ROS part.
+  // Another node of this name may run at the same time; Ctrl-C ends the program and not only its ROS part.
   ros::init(argc, argv, "node_load", ros::init_options::AnonymousName | ros::init_options::NoSigintHandler);
   return gms_ransac::runProgram("node_load", [&] { return nodeLoad(Arguments(argv + 1, argv + argc)); });
 }

@@ -28,7 +28,7 @@ class NodeLoad(unittest.TestCase):
             answered, sent = (int(n) for n in row[5].split(" of "))
             self.assertEqual(answered, sent, "every image is answered")
             self.assertGreater(answered, 5)
-            # Of more than two latencies, which differ, the median is the smaller; nan, of none, is not.
+            # With more than two different latencies the median is below the 99th percentile; nan, without any, is not.
             self.assertLess(float(row[6]), float(row[7]), "p50 and p99")
         return rows
 

@@ -1,4 +1,4 @@
-// What is compared with what, and what is said of an image: resets, stamps and depth that come with images of no use.
+// The choice of the reference, and the status and text of an image: resets, stamps, and depth with unusable images.
 #include "stream/frame_processor.h"
 
 #include <malloc.h>
@@ -216,7 +216,7 @@ TEST(FrameProcessor, ReconfigurationsLeaveNothingBehind) {
   for (int warm = 0; warm < 2; ++warm) reconfigureThroughAll(processor, stamp);
   const size_t before = heldBytes();
   for (int again = 0; again < 3; ++again) reconfigureThroughAll(processor, stamp);
-  // What containers of another size keep; one filter that stays is some hundred kilobytes.
+  // Containers of another size may keep some bytes; a filter that is not freed would be some hundred kilobytes.
   EXPECT_LT(heldBytes(), before + 50000);
 }
 

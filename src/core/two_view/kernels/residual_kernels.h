@@ -27,8 +27,8 @@ struct Loss {
   float inverse_softness = 0;  ///< 0: plain truncated squares
 };
 
-/// Prior of the parallax d of a match: weight * ((1 + d^2 / s^2)^(1/4) - 1) is added to its cost. Of poses that explain
-/// the matches equally well the one with less parallax is likelier, as most of a scene is far.
+/// Prior of the parallax d of a match: weight * ((1 + d^2 / s^2)^(1/4) - 1) is added to its cost. If poses explain the
+/// matches equally well, the one with less parallax is likelier, as most of a scene is far.
 struct ParallaxPrior {
   float weight = 0;         ///< in squared thresholds; 0: none
   float inverse_scale = 0;  ///< squared threshold over s^2
@@ -56,13 +56,13 @@ struct DerivativeColumn {
     kRowsReference,             ///< rotation about x, y and z per focal length of rows of the reference image
     kRowsCurrent = 12,          ///< the same of the current image
     kParameterCount = 15,
-    kLineTurn = kParameterCount,  ///< angle by which either step of t turns the epipolar line
+    kLineTurn = kParameterCount,  ///< angle by which either step of t rotates the epipolar line
     kPull = 17,                   ///< half the derivative of the loss by the residual
     kCount
   };
 };
 
-/// Sums over the matches that take part: those with weight, below the loss's cut and not beside the epipole.
+/// Sums over the matches that take part: those with weight, below the loss's cut and not near the epipole.
 struct DerivativeSums {
   float curvature = 0;  ///< second derivatives of the loss, half
   int used = 0;

@@ -51,7 +51,7 @@ struct KernelsFor {
     V residual(V w, V inverse_norm) const { return w * value * value * inverse_norm; }
   };
 
-  /// What the rotation of a pose leaves of a match.
+  /// The displacement of a match that the rotation of a pose does not explain.
   struct Parallax {
     V u, v, z;  // the reference point rotated
     V m0, m1;   // (y2 - v / z, u / z - x2) * z
@@ -355,13 +355,13 @@ struct KernelsFor {
 
   static DerivativeSums differentiatePose(const PointColumnsView& points, const PoseParameters& pose,
                                           const float (&basis)[2][3], const Loss& loss, float* columns) {
-    // A match that is so many thresholds from the epipole has a line that noise turns: nothing of first order holds.
-    constexpr float kBesideEpipole = 3;
+    // Closer to the epipole, in thresholds, noise rotates the line of a match: nothing of first order holds.
+    constexpr float kNearEpipole = 3;
     using Column = DerivativeColumn;
     const Matrix E(pose.E), R(pose.R);
     const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
     const V zero = V::set(0), one = V::set(1), softness = V::set(loss.inverse_softness), cut = V::set(loss.cut);
-    const V beside = V::set(2 * kBesideEpipole * kBesideEpipole);  // the norm is twice the squared distance
+    const V near_epipole = V::set(2 * kNearEpipole * kNearEpipole);  // the norm is twice the squared distance
     V steps[2][3];
     broadcast(basis, steps);
     V curvature = zero, used = zero;
@@ -369,13 +369,13 @@ struct KernelsFor {
       const Point p(points, i);
       const Epipolar s(E, p);
       const Parallax d(R, p, s);
-      const V counts = V::select(beside, s.norm * p.w, V::select(s.residual(p.w), cut, one, zero), zero);
+      const V counts = V::select(near_epipole, s.norm * p.w, V::select(s.residual(p.w), cut, one, zero), zero);
       const V k = s.value / s.norm, unit = counts * V::squareRoot(p.w / s.norm), residual = unit * s.value;
       V by_pose[Column::kPoseCount], J[Column::kCount];
       poseDerivatives(s, d, RayTimesTranslation(t, p), p, R, t, steps, by_pose);
       for (int m = 0; m < Column::kPoseCount; ++m) J[m] = unit * by_pose[m];
-      // Of a step b the line t x Rp turns by -z Rp . (b x t) / |line|^2, of which the norm is twice as much where both
-      // lines are alike; b x t is the other step but for its sign.
+      // A step b rotates the line t x Rp by -z Rp . (b x t) / |line|^2. The norm is twice |line|^2 if both lines are
+      // alike; b x t is the other step except for its sign.
       const V per_length = counts * V::set(2) * d.z / s.norm;
       J[Column::kLineTurn] = per_length * (steps[1][0] * d.u + steps[1][1] * d.v + steps[1][2] * d.z);
       J[Column::kLineTurn + 1] = zero - per_length * (steps[0][0] * d.u + steps[0][1] * d.v + steps[0][2] * d.z);
@@ -498,7 +498,7 @@ struct KernelsFor {
     sums.finish(points, equations);
   }
 
-  /// The image of a point beside its match.
+  /// The image of a point, and its difference from the match.
   struct Transfer {
     V inverse_z, u, v, rx, ry;
     Transfer(const Matrix& h, const Point& p) {

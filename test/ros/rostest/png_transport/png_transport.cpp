@@ -1,6 +1,6 @@
-// An image transport for the tests: PNG, which loses nothing, of 8 and 16 bits a channel. It shows that the node takes
-// its images through any transport, where none but raw is installed, and that it frees them in time: with code that is
-// the plugin's own, as the templates of the real ones are.
+// An image transport for the tests: lossless PNG of 8 and 16 bits a channel, also where only raw is installed. It shows
+// that the node takes its images through any transport and frees them in time. They are freed by code of the plugin, as
+// with the templates of the real ones.
 #include <image_transport/simple_publisher_plugin.h>
 #include <image_transport/simple_subscriber_plugin.h>
 #include <sensor_msgs/CompressedImage.h>
