@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "stream/publishable_pose.h"
-
 namespace gms_ransac {
 
 namespace {

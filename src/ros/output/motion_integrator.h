@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "gms_ransac/relative_pose.h"
+#include "stream/publishable_pose.h"
 
 namespace gms_ransac {
 
@@ -20,7 +21,7 @@ struct OdometryEstimate {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< moving frame in the odometry frame
   Matrix6d pose_covariance = Matrix6d::Zero();
   Vector6d twist = Vector6d::Zero();  ///< linear, angular; in the moving frame; per second
-  Matrix6d twist_covariance = Matrix6d::Zero();
+  Matrix6d twist_covariance = Matrix6d::Identity() * kLargestVariance;  ///< unknown before the first motion
 };
 
 /// Position and linear velocity are not in metres: a filter that fuses them must not move by them, not even when it

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
-#include <geometry_msgs/TransformStamped.h>
 #include <geometry_msgs/TwistWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
@@ -86,7 +85,10 @@ bool OdometryOutput::addMotion(const ProcessedFrame& processed) {
   if (restarts) {
     odometry_.restart();
     path_.clear();
+    held_.clear();
     knowUntil(processed.current->stamp());
+    // The odometry begins here; a camera that is not calibrated has none.
+    if (processed.result == nullptr) return processed.current->camera->camera.calibrated();
   } else if (processed.continuity == Continuity::kBroken) {
     lose(processed);
   }
@@ -158,9 +160,8 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
   if (!camera_in_base) return;
   problem_.clear();
 
-  const bool of_camera = parameters_.base_frame.empty();
-  OdometryEstimate estimate = of_camera ? odometry_.camera() : odometry_.base(*camera_in_base);
-  const std::string moving_frame = of_camera ? header.frame_id : parameters_.base_frame;
+  OdometryEstimate estimate = odometry_.base(*camera_in_base);
+  const std::string& moving_frame = parameters_.base_frame.empty() ? header.frame_id : parameters_.base_frame;
   if (!parameters_.givesMetres()) {
     if (listeners() > static_cast<int>(path_publisher_.getNumSubscribers())) {
       throttle_.warnOnce("no metres",
@@ -172,7 +173,7 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
   std_msgs::Header in_odom = header;
   in_odom.frame_id = parameters_.odom_frame;
   publishPose(estimate, in_odom, moving_frame);
-  publishTwist(estimate, header.stamp, moving_frame);
+  if (processed.result != nullptr) publishTwist(estimate, header.stamp, moving_frame);
   publishPath(estimate, in_odom);
   if (with_transform) broadcast(estimate.pose, header.stamp, moving_frame);
 }
@@ -242,11 +243,12 @@ std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::He
 }
 
 bool OdometryOutput::mayBroadcast(const std::string& parent, const std::string& child) {
-  if (refused_ || !listener_ || (ros::WallTime::now() - listening_since_).toSec() < kSettlingSeconds) return false;
+  if ((ros::WallTime::now() - listening_since_).toSec() < kSettlingSeconds) return false;
   std::string owner;
   if (!buffer_->_getParent(child, ros::Time(0), owner)) return true;
   if (owner == parent && !last_broadcast_.isZero()) return true;
   refused_ = true;
+  held_.clear();
   ROS_ERROR_STREAM(parameters_.name << ": no odometry transform: another node broadcasts " << child
                                     << " with the parent " << owner
                                     << ", and a frame can have only one; set ~invert_odom_tf, or stop the "
@@ -258,12 +260,15 @@ void OdometryOutput::broadcast(const Eigen::Isometry3d& pose, const ros::Time& s
   const bool inverted = parameters_.invert_odom_tf;
   const std::string& parent = inverted ? moving_frame : parameters_.odom_frame;
   const std::string& child = inverted ? parameters_.odom_frame : moving_frame;
-  if (stamp == last_broadcast_ || !mayBroadcast(parent, child)) return;
+  if (stamp == last_broadcast_ || refused_ || !listener_) return;
   geometry_msgs::TransformStamped transform = toTransform(inverted ? pose.inverse() : pose);
   transform.header.stamp = stamp;
   transform.header.frame_id = parent;
   transform.child_frame_id = child;
-  broadcaster_.send(transform);
+  held_.push_back(transform);
+  if (!mayBroadcast(parent, child)) return;
+  for (const geometry_msgs::TransformStamped& held : held_) broadcaster_.send(held);
+  held_.clear();
   last_broadcast_ = stamp;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <geometry_msgs/PoseStamped.h>
+#include <geometry_msgs/TransformStamped.h>
 #include <ros/node_handle.h>
 
 #include "output/motion_integrator.h"
@@ -32,7 +33,8 @@ class OdometryOutput {
   const std::string& problem() const { return problem_; }
   /// tf is needed soon. Before the first `publish`, or from its thread.
   void listen();
-  /// Integrates every motion; publishes only while the motion is known.
+  /// Integrates every motion; publishes the first image's pose, which is the identity, and then while the motion is
+  /// known.
   void publish(const ProcessedFrame& processed, bool broadcast);
 
  private:
@@ -68,6 +70,7 @@ class OdometryOutput {
   WatchedBroadcaster broadcaster_;
   ros::WallTime listening_since_;
   bool refused_ = false;
+  std::vector<geometry_msgs::TransformStamped> held_;  ///< until tf has been listened to long enough
   ros::Time last_broadcast_;
   std::string problem_;
   Throttle throttle_;

@@ -63,14 +63,14 @@ class Examples(unittest.TestCase):
         cls.frames = [Scene().draw(t=STEP * i) for i in range(3)]
 
     def outputs(self, client, topic, kind):
-        """Sends the frames and returns what comes out on the topic, one message per pair."""
+        """Sends the frames and returns what comes out on the topic, one message per image."""
         messages = []
         client.subscribe(topic, kind, messages)
         client.connect()
         for i, frame in enumerate(self.frames):
             answer = client.ask(frame, 100 + 0.1 * i)
         self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
-        client.wait(lambda: len(messages) == len(self.frames) - 1, topic)
+        client.wait(lambda: len(messages) == len(self.frames), topic)
         return messages
 
     def test_two_cameras_have_an_odometry_frame_each(self):
