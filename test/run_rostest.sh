@@ -11,6 +11,15 @@ source_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 export ROS_HOME=$results/ros_home/$name ROS_IP=127.0.0.1 PYTHONDONTWRITEBYTECODE=1
 [ -z "$packages" ] || export ROS_PACKAGE_PATH=$packages:$ROS_PACKAGE_PATH
 mkdir -p "$ROS_HOME"
+# The test's own nodes are a package of their own: rosrun would offer those of ours to everybody.
+nodes=$ROS_HOME/.gms_ransac_rostest
+rm -rf "$nodes"
+mkdir "$nodes"
+echo '<package><name>gms_ransac_rostest</name></package>' >"$nodes/package.xml"
+ln -s "$build/test/.programs/"* "$nodes"
+printf '#!/bin/sh\nexec /usr/bin/python3 "%s" "$@"\n' "$source_dir/test/ros/rostest/${name}_test.py" >"$nodes/${name}_test.py"
+chmod +x "$nodes/${name}_test.py"
+export ROS_PACKAGE_PATH=$nodes:$ROS_PACKAGE_PATH
 # A nodelet manager and Python load our libraries, and are not built with the sanitizer these need. Both leak on purpose.
 # Freed memory is not reused for a short while only: some tests look at the memory of a process.
 case $(sed -n 's/^GMS_RANSAC_SANITIZE:STRING=//p' "$build/CMakeCache.txt") in

@@ -46,6 +46,6 @@ for tool in clang-format clang-tidy; do
 done
 for check in format tidy; do
   status=0
-  PATH=$work:$PATH "$here/../check_source.sh" "$check" "$work" >/dev/null || status=$?
+  PATH=$work:$PATH bash "$here/../check_source.sh" "$check" "$work" >/dev/null || status=$?
   expect "$check with version 11" "$status" 77
 done

@@ -25,6 +25,18 @@ class Names(GraphTest):
             self.assertEqual(done.returncode, 0)
             self.assertIn(":=/", done.stdout)
 
+    def test_completion_offers_no_tests(self):
+        completion = """for file in /opt/ros/noetic/share/rosbash/rosbash /usr/share/bash-completion/completions/rosbash; do
+                          [ ! -f $file ] || source $file
+                        done
+                        COMP_WORDS=(rosrun gms_ransac "") COMP_CWORD=2
+                        _roscomplete_exe
+                        echo "${COMPREPLY[@]}" """
+        offered = subprocess.check_output(["bash", "-c", completion], text=True).split()
+        self.assertIn("match_filter_node", offered)
+        for program in ("names_test.py", "core_test", "fuzz_stream", "node_load", "run_rostest.sh", "install_test.sh"):
+            self.assertNotIn(program, offered)
+
     def test_two_of_one_name(self):
         first, log = self.start(*NODE)
         self.says(log, "/filter: method")

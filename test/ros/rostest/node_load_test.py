@@ -11,7 +11,7 @@ from graph import PATIENCE, TIMEOUT
 
 def node_load(*options):
     """Runs the program to its end; returns (exit status, rows of its table as lists of cells, stderr)."""
-    done = subprocess.run(["rosrun", "gms_ransac", "node_load"] + list(options), stdout=subprocess.PIPE,
+    done = subprocess.run(["rosrun", "gms_ransac_rostest", "node_load"] + list(options), stdout=subprocess.PIPE,
                           stderr=subprocess.PIPE, text=True, timeout=3 * TIMEOUT)
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in done.stdout.splitlines() if line.startswith("|")]
     return done.returncode, rows[2:], done.stderr
