@@ -92,13 +92,14 @@ def complaints(root):
           "survivors.h")},
         root / "include/gms_ransac")
     ros = House(root / "src/ros", [["common"], ["priors"], ["input"], ["stream"], ["output"], ["node"]], {})
-    evaluation = House(root / "src/evaluation", [], {})
+    evaluation, python = House(root / "src/evaluation", [], {}), House(root / "src/python", [], {})
     yield from core.complaints()
     yield from core.strangers([])
     yield from methods_that_meet(core)
     yield from ros.complaints()
     yield from ros.strangers([core])
     yield from evaluation.strangers([core])
+    yield from python.strangers([core])
 
 
 def main():

@@ -12,9 +12,9 @@ require_version_14() {
 
 case ${1:-} in
   ros_free)
-    # The core and its public headers must build without ROS: no include of roscpp, tf2, cv_bridge or a message.
+    # The core, its public headers and the Python module must build without ROS: no include of roscpp, tf2, cv_bridge or a message.
     ! grep -rnE '#include [<"](ros|tf2|tf2_[a-z]+|cv_bridge|image_transport|image_geometry|nodelet|pluginlib|[a-z]+_msgs|std_srvs|diagnostic_updater|dynamic_reconfigure|message_filters|rosbag|gms_ransac/(Correspondences|MatchStats))[/.]' \
-      include src/core
+      include src/core src/python
     ;;
   floors)
     /usr/bin/python3 test/check_floors.py

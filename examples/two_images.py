@@ -1,0 +1,20 @@
+#!/usr/bin/env python3
+"""two_images.py REFERENCE CURRENT FX FY CX CY: prints the motion between two undistorted images, without ROS, and draws
+the matches into two_images.png: green are likely right, red are not."""
+import sys
+
+import cv2
+
+import gms_ransac
+
+reference, current = (cv2.imread(name) for name in sys.argv[1:3])
+fx, fy, cx, cy = map(float, sys.argv[3:7])
+height, width = current.shape[:2]
+camera = gms_ransac.Camera(width, height, K=[[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
+pair = gms_ransac.match(reference, current, camera)
+print("%s: %d inliers of %d matches" % (pair.status, pair.inliers, pair.matches_raw))
+print("X_reference = T X_current, T =\n%s" % pair.current_in_reference)
+for point, end, probability in zip(pair.reference_points, pair.current_points, pair.probability):
+    if probability > 0:
+        cv2.line(current, tuple(map(int, point)), tuple(map(int, end)), (0, 255 * probability, 255 * (1 - probability)))
+cv2.imwrite("two_images.png", current)

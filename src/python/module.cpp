@@ -1,0 +1,323 @@
+// gms_ransac._gms_ransac: the pipeline for Python. Knows no ROS. Fields have the names of the messages in msg/, options
+// those of the parameters in cfg/parameters.py.
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <opencv2/imgproc.hpp>
+
+#include "gms_ransac/match_filter.h"
+#include "parameter.h"
+#include "survivors.h"
+
+namespace gms_ransac {
+
+namespace {
+
+namespace py = pybind11;
+
+constexpr double kUnknownVariance = 1000;  ///< of a translation, as in Correspondences.msg
+constexpr int kOctaves = 16;               ///< the most that pyramid_levels takes
+
+using Points = Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor>;
+template <class T>
+using Column = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+
+/// The answer to one pair of images. Python sees the columns in place.
+struct Pair : MatchResult {
+  Points reference_points, current_points;
+  Column<float> reference_sigma, current_sigma;
+  Column<uint16_t> distance;
+  bool pose_valid = false;
+  Eigen::Matrix4d current_in_reference = Eigen::Matrix4d::Identity();
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+
+  void finish(const Features& reference, const Features& current) {
+    const auto n = static_cast<Eigen::Index>(matches.size());
+    for (Points* points : {&reference_points, &current_points}) points->resize(n, 2);
+    for (Column<float>* column : {&reference_sigma, &current_sigma}) column->resize(n);
+    distance.resize(n);
+    std::vector<float> sigma;
+    for (int octave = 0; octave < kOctaves; ++octave) {
+      sigma.push_back(static_cast<float>(robust.sigma(octave, current.scale_factor)));
+    }
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Match& match = matches[static_cast<size_t>(i)];
+      const cv::KeyPoint& p = reference.keypoints[static_cast<size_t>(match.reference)];
+      const cv::KeyPoint& q = current.keypoints[static_cast<size_t>(match.current)];
+      reference_points.row(i) << p.pt.x, p.pt.y;
+      current_points.row(i) << q.pt.x, q.pt.y;
+      reference_sigma[i] = sigma.at(static_cast<size_t>(p.octave));
+      current_sigma[i] = sigma.at(static_cast<size_t>(q.octave));
+      distance[i] = match.distance;
+    }
+    pose_valid = status == Status::kOk || status == Status::kLowParallax;
+    if (!pose_valid) return;
+    current_in_reference.topLeftCorner<3, 3>() = robust.pose.R;
+    covariance = robust.pose.covariance;
+    if (status == Status::kOk) {
+      current_in_reference.topRightCorner<3, 1>() = robust.pose.t;
+    } else {
+      covariance.topRows<3>().setZero();
+      covariance.leftCols<3>().setZero();
+      covariance.topLeftCorner<3, 3>().diagonal().setConstant(kUnknownVariance);
+    }
+  }
+};
+
+using Bytes = py::array_t<uint8_t, py::array::c_style>;
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// The array in place. It must outlive the matrix.
+cv::Mat matrixOf(const Bytes& image) {
+  const bool colour = image.ndim() == 3 && image.shape(2) == 3;
+  if (!colour && image.ndim() != 2) {
+    throw std::invalid_argument("an image is height x width, or height x width x 3 (blue, green, red), and not " +
+                                std::string(py::str(image.attr("shape"))));
+  }
+  return {static_cast<int>(image.shape(0)), static_cast<int>(image.shape(1)), colour ? CV_8UC3 : CV_8UC1,
+          const_cast<uint8_t*>(image.data())};
+}
+
+Camera makeCamera(int width, int height, const std::optional<Numbers>& K, const Numbers& D, const std::string& model) {
+  if (width < 1 || height < 1) throw std::invalid_argument("Camera: width and height must be positive");
+  if (!K) return {CameraIntrinsics(), cv::Size(width, height)};
+  const double* k = K->data();
+  if (K->size() != 9 || k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
+    throw std::invalid_argument("Camera: K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]");
+  }
+  return {{k[0], k[4], k[2], k[5], model, {D.data(), D.data() + D.size()}}, cv::Size(width, height)};
+}
+
+/// A value of no type of a parameter becomes text, which the table refuses.
+ParameterValue valueOf(py::object value) {
+  if (py::hasattr(value, "item")) value = value.attr("item")();  // numpy's numbers
+  if (py::isinstance<py::bool_>(value)) return value.cast<bool>();
+  if (!py::isinstance<py::int_>(value) && !py::isinstance<py::float_>(value)) return std::string(py::str(value));
+  const auto number = value.cast<double>();
+  const bool whole = py::isinstance<py::int_>(value) && std::abs(number) <= std::numeric_limits<int>::max();
+  return whole ? ParameterValue(static_cast<int>(number)) : ParameterValue(number);
+}
+
+MatchFilterOptions optionsOf(const py::kwargs& named) {
+  ParameterValues values;
+  for (const auto& [name, value] : named) {
+    values[name.cast<std::string>()] = valueOf(py::reinterpret_borrow<py::object>(value));
+  }
+  MatchFilterOptions options;
+  setParameters(values, options);
+  return options;
+}
+
+/// The pipeline runs without the interpreter's lock.
+class Filter {
+ public:
+  Filter(const Camera* camera, const py::kwargs& options) : filter_(optionsOf(options)) {
+    if (camera != nullptr) filter_.setCamera(*camera);
+  }
+  ParameterValues options() const { return parametersOf(filter_.options()); }
+
+  std::unique_ptr<Pair> process(const Bytes& image, const std::optional<Bytes>& mask, std::optional<double> stamp) {
+    const cv::Mat pixels = matrixOf(image), where = mask ? matrixOf(*mask) : cv::Mat();
+    const py::gil_scoped_release unlocked;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const cv::Size size = filter_.camera().imageSize();
+    if (!size.empty() && pixels.size() != size) throw std::invalid_argument("the image is not of the camera's size");
+    cv::Mat grey = pixels;
+    if (pixels.channels() == 3) cv::cvtColor(pixels, grey, cv::COLOR_BGR2GRAY);
+    filter_.extract(grey, current_, where, stamp);
+    auto pair = std::make_unique<Pair>();
+    if (have_reference_) {
+      filter_.filter(reference_, current_, *pair);
+    } else {
+      pair->keypoints_current = current_.features.size();
+      pair->times.detect = current_.detect_seconds;
+    }
+    pair->finish(reference_.features, current_.features);
+    std::swap(reference_, current_);
+    have_reference_ = true;
+    return pair;
+  }
+
+  /// Of matches that are given, as if the filter had kept them all.
+  std::unique_ptr<Pair> estimate(const Numbers& reference, const Numbers& current) {
+    setPoints(reference, reference_.features);
+    setPoints(current, current_.features);
+    if (reference_.features.size() != current_.features.size()) {
+      throw std::invalid_argument("points0 and points1 must have one point for each match");
+    }
+    const py::gil_scoped_release unlocked;
+    const int n = current_.features.size();
+    auto pair = std::make_unique<Pair>();
+    pair->status = Status::kTooFewMatches;
+    pair->keypoints_reference = pair->keypoints_current = n;
+    for (int i = 0; i < n; ++i) pair->matches.push_back({i, i, 0, 0});
+    pair->stage.assign(pair->matches.size(), MatchStage::kGms);
+    pair->confidence.assign(pair->matches.size(), 1);
+    pair->probability.assign(pair->matches.size(), 0);
+    MotionStatistics all;
+    all.accepted.assign(pair->matches.size(), 1);
+    all.score.assign(pair->matches.size(), 0);
+    all.relative_score.assign(pair->matches.size(), 0);
+    SurvivorSelector(false, filter_.options().robust.rolling_shutter_readout > 0)
+        .select(reference_.features, current_.features, pair->matches, all, filter_.camera(), pair->survivors);
+    pair->matches_gms = pair->survivors.size();
+    filter_.estimate(reference_, current_, *pair);
+    pair->finish(reference_.features, current_.features);
+    return pair;
+  }
+
+ private:
+  void setPoints(const Numbers& points, Features& features) const {
+    if (points.ndim() < 2 || points.shape(points.ndim() - 1) != 2) {
+      throw std::invalid_argument("points0 and points1 must be N x 2");
+    }
+    features.image_size = filter_.camera().imageSize();
+    for (const double* p = points.data(); p != points.data() + points.size(); p += 2) {
+      features.keypoints.emplace_back(static_cast<float>(p[0]), static_cast<float>(p[1]), 0.f);
+    }
+  }
+
+  MatchFilter filter_;
+  Frame reference_, current_;
+  bool have_reference_ = false;
+  std::mutex mutex_;
+};
+
+void definePair(py::module& m) {
+  py::enum_<Status> status(m, "Status", "Outcome of a pair, as in MatchStats.msg.");
+  for (int i = 0; i <= static_cast<int>(Status::kUncalibrated); ++i) {
+    status.value(toString(static_cast<Status>(i)).c_str(), static_cast<Status>(i));
+  }
+  py::class_<Pair> type(m, "MatchResult",
+                        "The answer to one pair of images. Columns have an entry for each of the N raw matches. Arrays "
+                        "are views of the result and keep it alive.");
+  const auto column = [&type](const char* name, auto MatchResult::*values, const char* text) {
+    type.def_property_readonly(name,
+                               py::cpp_function(
+                                   [values](const Pair& pair) {
+                                     const auto& v = pair.*values;
+                                     using T = typename std::decay_t<decltype(v)>::value_type;
+                                     using Shown = std::conditional_t<std::is_enum_v<T>, uint8_t, T>;
+                                     return Eigen::Map<const Column<Shown>>(reinterpret_cast<const Shown*>(v.data()),
+                                                                            static_cast<Eigen::Index>(v.size()));
+                                   },
+                                   py::return_value_policy::reference_internal),
+                               text);
+  };
+  const auto robust = [&type](const char* name, double RobustResult::*value, const char* text) {
+    type.def_property_readonly(
+        name, [value](const Pair& pair) { return pair.robust.*value; }, text);
+  };
+  const auto seconds = [&type](const char* name, double StageTimes::*value) {
+    type.def_property_readonly(
+        name, [value](const Pair& pair) { return pair.times.*value; }, "seconds");
+  };
+  type.attr("STAGE_RAW") = static_cast<int>(MatchStage::kRaw);
+  type.attr("STAGE_GMS") = static_cast<int>(MatchStage::kGms);
+  type.attr("STAGE_INLIER") = static_cast<int>(MatchStage::kInlier);
+  type.def_readonly("status", &Pair::status, "gms_ransac.Status");
+  type.def_readonly("reference_points", &Pair::reference_points, "N x 2 float32, pixels of the reference image");
+  type.def_readonly("current_points", &Pair::current_points, "N x 2 float32, pixels of the current image");
+  column("confidence", &Pair::confidence, "N float32, 0..1: motion-statistics score over the largest; no probability");
+  type.def_readonly("distance", &Pair::distance, "N uint16, 0..256: Hamming distance of the descriptors");
+  column("stage", &Pair::stage,
+         "N uint8: STAGE_RAW (rejected by the motion statistics), STAGE_GMS (by the estimator) or STAGE_INLIER");
+  column("probability", &Pair::probability, "N float32, 0..1, that the match is right; 0: rejected, or no model");
+  type.def_readonly("reference_sigma", &Pair::reference_sigma,
+                    "N float32, pixels: standard deviation of either coordinate if the match is right; 0: unknown");
+  type.def_readonly("current_sigma", &Pair::current_sigma, "the same of the current image");
+  type.def_readonly("pose_valid", &Pair::pose_valid, "bool: status OK, or LOW_PARALLAX, which has a rotation only");
+  type.def_readonly("current_in_reference", &Pair::current_in_reference,
+                    "4 x 4 float64 T, X_reference = T X_current, optical frames; the translation has length 1, or 0 "
+                    "where it is unknown");
+  type.def_readonly("covariance", &Pair::covariance,
+                    "6 x 6 float64: x y z, then rotations about x y z (radians), along the axes of the reference "
+                    "camera; a small rotation w changes R to exp(w) R. Variances of 1000: translation unknown");
+  type.def_property_readonly(
+      "model", [](const Pair& pair) -> const Eigen::Matrix3d& { return pair.robust.model; },
+      "3 x 3 float64 M: x_current^T M x_reference = 0 (essential: normalised coordinates; fundamental: pixels), or "
+      "x_current ~ M x_reference (homography: pixels); zero: none");
+  type.def_readonly("keypoints_reference", &Pair::keypoints_reference);
+  type.def_readonly("keypoints_current", &Pair::keypoints_current);
+  type.def_property_readonly(
+      "matches_raw", [](const Pair& pair) { return pair.matches.size(); }, "N");
+  type.def_readonly("matches_gms", &Pair::matches_gms, "matches kept by the motion statistics");
+  type.def_readonly("inliers", &Pair::inliers);
+  type.def_property_readonly(
+      "hypotheses", [](const Pair& pair) { return pair.robust.effort.hypotheses; }, "samples");
+  robust("median_parallax_px", &RobustResult::median_parallax_px, "pixels that the inliers move besides the rotation");
+  robust("rms_error_px", &RobustResult::rms_error_px, "pixels, of the inliers against the model");
+  robust("sigma_px", &RobustResult::sigma_px, "pixels: sigma of a keypoint of the finest level; 0: unknown");
+  robust("camera_misfit", &RobustResult::camera_misfit,
+         "contradiction of the camera model; 1: by chance in 1 % of pairs");
+  seconds("time_detect", &StageTimes::detect);
+  seconds("time_match", &StageTimes::match);
+  seconds("time_gms", &StageTimes::gms);
+  seconds("time_ransac", &StageTimes::ransac);
+}
+
+std::string filterText() {
+  std::string text =
+      "MatchFilter(camera=None, **options)\n\nCompares each image of a sequence with the one before. Without a "
+      "calibrated "
+      "camera there are matches and no pose. Options are the node's parameters; ValueError says what one must be:\n";
+  for (const Parameter& parameter : coreParameters()) {
+    text += "  " + parameter.name + "=" + toText(parameter.default_value) + ": " + parameter.sentence + " (" +
+            parameter.accepted() + ")\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+}  // namespace gms_ransac
+
+PYBIND11_MODULE(_gms_ransac, m) {
+  using namespace gms_ransac;
+  definePair(m);
+  py::class_<Camera>(m, "Camera",
+                     "Camera(width, height, K=None, D=(), distortion_model='')\n\nAs in sensor_msgs/CameraInfo. width, "
+                     "height: pixels. K: 3 x 3, pixels; None: not calibrated. D: coefficients in OpenCV's order. "
+                     "distortion_model: '' or 'plumb_bob', 'rational_polynomial', 'equidistant' (fisheye).")
+      .def(py::init(&makeCamera), py::arg("width"), py::arg("height"), py::arg("K") = py::none(),
+           py::arg("D") = py::tuple(), py::arg("distortion_model") = "");
+  py::class_<Filter>(m, "MatchFilter", filterText().c_str())
+      .def(py::init<const Camera*, const py::kwargs&>(), py::arg("camera") = py::none())
+      .def("process", &Filter::process, py::arg("image"), py::arg("mask") = py::none(), py::arg("stamp") = py::none(),
+           "Returns the MatchResult of the last image and this one; status FIRST_FRAME if there was none.\n\n"
+           "image: uint8, height x width (grey) or height x width x 3 (blue, green, red, as cv2.imread reads it).\n"
+           "mask: uint8 or bool, height x width; no keypoint where it is zero.\n"
+           "stamp: seconds, of the middle row; needed with rolling_shutter_readout.\n\n"
+           "Other Python threads run meanwhile; calls to one filter wait for each other.")
+      .def_property_readonly("options", &Filter::options, "dict: every option by name");
+  m.def(
+      "match",
+      [](const Bytes& image0, const Bytes& image1, const Camera* camera, const py::kwargs& options) {
+        Filter filter(camera, options);
+        filter.process(image0, std::nullopt, std::nullopt);
+        return filter.process(image1, std::nullopt, std::nullopt);
+      },
+      py::arg("image0"), py::arg("image1"), py::arg("camera") = py::none(),
+      "match(image0, image1, camera=None, **options)\n\nReturns the MatchResult of the reference image0 and the "
+      "current "
+      "image1. Images and options as of MatchFilter.");
+  m.def(
+      "estimate",
+      [](const Numbers& points0, const Numbers& points1, const Camera& camera, const py::kwargs& options) {
+        return Filter(&camera, options).estimate(points0, points1);
+      },
+      py::arg("points0"), py::arg("points1"), py::arg("camera"),
+      "estimate(points0, points1, camera, **options)\n\nReturns the MatchResult of given matches. points0, points1: N "
+      "x 2, "
+      "pixels of the reference and the current image, a row for each match, most trusted first: methods that sample "
+      "the "
+      "best matches first keep this order. Options as of MatchFilter.");
+}

@@ -1,0 +1,159 @@
+#!/usr/bin/env python3
+"""`import gms_ransac`, against exact truth and against `evaluate`: module_test.py EVALUATE RENDER_SCENE TWO_IMAGES."""
+import gc
+import json
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+import gms_ransac
+from gms_ransac.msg import Correspondences, MatchStats
+
+EVALUATE, RENDER_SCENE, TWO_IMAGES = sys.argv[1:4]
+SIZE, K = (640, 480), np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]])
+CAMERA = gms_ransac.Camera(*SIZE, K=K)
+
+
+def drawn(R, t, n=400, wrong=100):
+    """Pixels of both images; the last are wrong matches."""
+    random = np.random.RandomState(1)
+    X = random.uniform((-3, -2, 4), (3, 2, 9), (n, 3))
+    points = [(Y / Y[:, 2:]) @ K.T for Y in (X, (X - t) @ R)]  # X_reference = R X_current + t
+    points[1][-wrong:] = random.uniform((0, 0, 1), SIZE + (1,), (wrong, 3))
+    return [p[:, :2] for p in points]
+
+
+class Module(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        room = Path(cls.folder.name, "room")
+        subprocess.run([RENDER_SCENE, room, "-n", "3"], check=True, stdout=subprocess.DEVNULL)
+        cls.room, cls.files = room, sorted(map(str, (room / "rgb").iterdir()))
+        cls.intrinsics = (room / "camera.txt").read_text().split()[:4]
+        fx, fy, cx, cy = map(float, cls.intrinsics)
+        cls.grey, cls.colour = ([cv2.imread(name, mode) for name in cls.files] for mode in (0, 1))
+        cls.camera = gms_ransac.Camera(*SIZE, K=[[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
+
+    def assert_same(self, one, other):
+        for name in ("reference_points", "current_points", "stage", "probability", "current_in_reference", "covariance"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name), name)
+
+    def test_exact_truth(self):
+        R, t = cv2.Rodrigues(np.array([0.02, -0.05, 0.03]))[0], np.array([0.6, 0, 0.8])
+        points = drawn(R, t)
+        for method in ("lo_prosac", "cp_ransac", "prosac"):
+            pair = gms_ransac.estimate(*points, CAMERA, method=method)
+            self.assertEqual(pair.status, gms_ransac.Status.OK, method)
+            T = pair.current_in_reference
+            np.testing.assert_allclose(T, np.vstack([np.column_stack([R, t]), [0, 0, 0, 1]]), atol=1e-3, err_msg=method)
+            right = pair.stage == pair.STAGE_INLIER
+            self.assertTrue(right[:300].all() and right[300:].sum() < 10, method)
+            self.assertTrue((np.linalg.eigvalsh(pair.covariance) > -1e-12).all())
+            np.testing.assert_array_equal(pair.reference_points, points[0].astype(np.float32))
+        homography = gms_ransac.estimate(points[0], points[0] + (30, 0), gms_ransac.Camera(*SIZE), model="homography")
+        self.assertEqual(homography.status, gms_ransac.Status.UNCALIBRATED)
+        np.testing.assert_allclose(homography.model / homography.model[2, 2], [[1, 0, 30], [0, 1, 0], [0, 0, 1]], atol=1e-3)
+
+    def test_same_as_evaluate(self):
+        out = str(self.room / "out.jsonl")
+        subprocess.run([EVALUATE, "run", self.room, "--method", "lo_prosac", "--out", out], check=True,
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        records = list(map(json.loads, Path(out).read_text().splitlines()))
+        matcher = gms_ransac.MatchFilter(self.camera)
+        pairs = [matcher.process(image) for image in self.colour]
+        self.assertEqual(len(records), 2)
+        self.assert_same(pairs[1], gms_ransac.match(*self.colour[:2], self.camera))
+        for pair, record in zip(pairs[1:], records):
+            self.assertEqual(pair.status.name, record["status"])
+            for name in ("matches_raw", "matches_gms", "hypotheses", "rms_error_px", "sigma_px", "median_parallax_px"):
+                self.assertEqual(getattr(pair, name), record[name], name)
+            np.testing.assert_array_equal(pair.current_in_reference[:3, :3].ravel(), record["R"])
+            np.testing.assert_array_equal(pair.current_in_reference[:3, 3], record["t"])
+            np.testing.assert_array_equal(pair.covariance.ravel("F"), record["covariance"])
+            columns = (pair.reference_points, pair.current_points, pair.confidence, pair.probability)
+            inliers = np.column_stack(columns)[pair.stage == pair.STAGE_INLIER]
+            np.testing.assert_array_equal(inliers, np.float32(record["correspondences"]))
+
+    def test_names_are_those_of_the_messages(self):
+        fields = set(Correspondences.__slots__) | set(MatchStats.__slots__)
+        names = {name for name in dir(gms_ransac.MatchResult) if name[0].islower()}
+        self.assertEqual(names - fields, {"covariance", "model"})
+        for name, value in gms_ransac.Status.__members__.items():
+            self.assertEqual(int(value), getattr(MatchStats, name))
+
+    def test_arrays_are_views_that_keep_the_result(self):
+        pair = gms_ransac.match(*self.grey[:2], self.camera)
+        arrays = {name: getattr(pair, name) for name in ("current_points", "probability", "stage", "covariance", "model")}
+        copies = {name: array.copy() for name, array in arrays.items()}
+        for name, array in arrays.items():
+            self.assertTrue(np.shares_memory(array, getattr(pair, name)), name)
+        del pair
+        gc.collect()
+        gms_ransac.match(*self.grey[1:], self.camera)  # would take the memory
+        for name, array in arrays.items():
+            np.testing.assert_array_equal(array, copies[name], name)
+
+    def test_images_and_masks(self):
+        in_grey = [cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) for image in self.colour]
+        self.assert_same(gms_ransac.match(*self.colour[:2], self.camera), gms_ransac.match(*in_grey[:2], self.camera))
+        halves = [image[:, ::2] for image in self.grey]  # no row of these is in one piece
+        self.assert_same(gms_ransac.match(*halves[:2]), gms_ransac.match(*(half.copy() for half in halves[:2])))
+        mask = np.zeros(SIZE[::-1], bool)
+        mask[:, 320:] = True
+        matcher = gms_ransac.MatchFilter(self.camera)
+        self.assertEqual(matcher.process(self.grey[0], mask).status, gms_ransac.Status.FIRST_FRAME)
+        pair = matcher.process(self.grey[1], 255 * mask.astype(np.uint8))
+        self.assertTrue((pair.current_points[:, 0] > 319).all() and pair.inliers > 100)
+
+    def test_refusals(self):
+        def says(sentence, call, *arguments, **options):
+            with self.assertRaisesRegex(ValueError, sentence):
+                call(*arguments, **options)
+        says("^features is '0'; it must be a whole number between 1 and 100000$", gms_ransac.MatchFilter, features=0)
+        says("^seed is '1.09.*'; it must be a whole number", gms_ransac.MatchFilter, seed=2**40)
+        says("^search is 'None'; it must be one of 'full' 'guided'$", gms_ransac.match, *self.grey[:2], search=None)
+        says("^there is no parameter 'feature'$", gms_ransac.MatchFilter, feature=1)
+        says("camera's size", gms_ransac.match, self.grey[0][1:], self.grey[1], self.camera)
+        says("height x width", gms_ransac.match, self.grey[0][0], self.grey[1])
+        says("mask", gms_ransac.MatchFilter().process, self.grey[0], np.ones((2, 2), bool))
+        says("K must be", gms_ransac.Camera, *SIZE, K=K.T)
+        says("takes 4 or 5 distortion", gms_ransac.Camera, *SIZE, K=K, D=[1.0])
+        says("one point for each", gms_ransac.estimate, np.zeros((9, 2)), np.zeros((8, 2)), CAMERA)
+        self.assertRaises(TypeError, gms_ransac.match, np.float32(self.grey[0]), self.grey[1])
+        options = gms_ransac.MatchFilter(features=np.int64(500), judge=False, pyramid_scale=np.float32(1.5)).options
+        self.assertEqual([options[name] for name in ("features", "judge", "pyramid_scale")], [500, False, 1.5])
+
+    def test_threads_run_side_by_side(self):
+        matcher, pairs, spans, ticks = gms_ransac.MatchFilter(self.camera, features=20000), [], [], []
+
+        def work():
+            for image in 2 * self.grey:
+                start = time.perf_counter()
+                pairs.append(matcher.process(image))
+                spans.append((start, time.perf_counter()))
+        threads = [threading.Thread(target=work) for _ in range(2)]
+        for thread in threads:
+            thread.start()
+        while any(thread.is_alive() for thread in threads):
+            ticks.append(time.perf_counter())
+        self.assertTrue(any((3 * a + b) / 4 < tick < (a + 3 * b) / 4 for a, b in spans for tick in ticks))
+        self.assertEqual(sum(pair.status == gms_ransac.Status.FIRST_FRAME for pair in pairs), 1)
+
+    def test_example_draws_a_picture(self):
+        run = subprocess.run([sys.executable, TWO_IMAGES, *self.files[:2], *self.intrinsics], cwd=self.folder.name,
+                             check=True, stdout=subprocess.PIPE, universal_newlines=True)
+        self.assertIn("Status.OK", run.stdout)
+        picture = cv2.imread(str(Path(self.folder.name, "two_images.png"))).astype(int)
+        self.assertGreater((picture[..., 1] - picture[..., 0] > 150).sum(), 1000)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
