@@ -168,7 +168,8 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
                          "~odom, ~pose and ~twist are not in metres with ~scale unit or propagate: their "
                          "velocities have variances of 1e6; set ~scale to depth, fixed, odometry or ground for metres");
     }
-    forgetLength(estimate);
+    // The origin is known; a filter that starts there and hears of it later does not move by what follows.
+    if (processed.result != nullptr) forgetLength(estimate);
   }
   std_msgs::Header in_odom = header;
   in_odom.frame_id = parameters_.odom_frame;
