@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """two_images.py REFERENCE CURRENT FX FY CX CY: prints the motion between two undistorted images, without ROS, and draws
-the matches into two_images.png: green are likely right, red are not."""
+the matches into two_images.png: green are likely right, red are not; a dot marks the current image."""
 import sys
 
 import cv2
@@ -16,5 +16,7 @@ print("%s: %d inliers of %d matches" % (pair.status, pair.inliers, pair.matches_
 print("X_reference = T X_current, T =\n%s" % pair.current_in_reference)
 for point, end, probability in zip(pair.reference_points, pair.current_points, pair.probability):
     if probability > 0:
-        cv2.line(current, tuple(map(int, point)), tuple(map(int, end)), (0, 255 * probability, 255 * (1 - probability)))
+        colour, end = (0, 255 * probability, 255 * (1 - probability)), tuple(map(int, end))
+        cv2.line(current, tuple(map(int, point)), end, colour, 1, cv2.LINE_AA)
+        cv2.circle(current, end, 2, colour, -1)
 cv2.imwrite("two_images.png", current)

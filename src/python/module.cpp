@@ -1,8 +1,11 @@
 // gms_ransac._gms_ransac: the pipeline for Python. Knows no ROS. Fields have the names of the messages in msg/, options
 // those of the parameters in cfg/parameters.py.
+#include <cmath>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,6 +38,7 @@ struct Pair : MatchResult {
   Points reference_points, current_points;
   Column<float> reference_sigma, current_sigma;
   Column<uint16_t> distance;
+  Column<uint8_t> stage_column;
   bool pose_valid = false;
   Eigen::Matrix4d current_in_reference = Eigen::Matrix4d::Identity();
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
@@ -44,6 +48,7 @@ struct Pair : MatchResult {
     for (Points* points : {&reference_points, &current_points}) points->resize(n, 2);
     for (Column<float>* column : {&reference_sigma, &current_sigma}) column->resize(n);
     distance.resize(n);
+    stage_column.resize(n);
     std::vector<float> sigma;
     for (int octave = 0; octave < kOctaves; ++octave) {
       sigma.push_back(static_cast<float>(robust.sigma(octave, current.scale_factor)));
@@ -57,6 +62,7 @@ struct Pair : MatchResult {
       reference_sigma[i] = sigma.at(static_cast<size_t>(p.octave));
       current_sigma[i] = sigma.at(static_cast<size_t>(q.octave));
       distance[i] = match.distance;
+      stage_column[i] = static_cast<uint8_t>(stage[static_cast<size_t>(i)]);
     }
     pose_valid = status == Status::kOk || status == Status::kLowParallax;
     if (!pose_valid) return;
@@ -191,84 +197,82 @@ class Filter {
   std::mutex mutex_;
 };
 
+/// The column in place.
+template <class T>
+Eigen::Map<const Column<T>> viewOf(const std::vector<T>& column) {
+  return {column.data(), static_cast<Eigen::Index>(column.size())};
+}
+
+constexpr const char* kPairText = R"(The answer to one pair of images. Arrays are views of it and keep it alive.
+
+Columns with an entry for each of the N raw matches:
+  reference_points, current_points  N x 2 float32, pixels
+  confidence       float32, 0..1: motion-statistics score over the largest of the pair; no probability
+  distance         uint16, 0..256: Hamming distance of the descriptors
+  stage            uint8: STAGE_RAW (rejected by the motion statistics), STAGE_GMS (by the estimator), STAGE_INLIER
+  probability      float32, 0..1, that the match is right; 0: rejected, or no model
+  reference_sigma, current_sigma  float32, pixels: standard deviation of either coordinate of a right match; 0: unknown
+Motion:
+  status           gms_ransac.Status
+  pose_valid       bool: status OK, or LOW_PARALLAX, which has a rotation only
+  current_in_reference  4 x 4 float64 T, X_reference = T X_current, optical frames; its translation has length 1, or 0
+                   if unknown
+  covariance       6 x 6 float64: x y z, then rotations about x y z (radians), along the axes of the reference camera; a
+                   small rotation w changes R to exp(w) R. Variances of 1000: translation unknown
+  model            3 x 3 float64 M: x_current^T M x_reference = 0 (essential: normalised coordinates; fundamental:
+                   pixels), or x_current ~ M x_reference (homography: pixels); zero: none
+Counts: keypoints_reference, keypoints_current, matches_raw (N), matches_gms (kept by the motion statistics), inliers,
+  hypotheses (minimal samples)
+Pixels: median_parallax_px (displacement of the inliers without the rotation), rms_error_px (of the inliers against the
+  model), sigma_px (of a keypoint of the finest level; 0: unknown)
+camera_misfit: contradiction between matches and camera model; 1: exceeded by chance in one pair of a hundred
+Seconds: time_detect, time_match, time_gms, time_ransac)";
+
 void definePair(py::module& m) {
   py::enum_<Status> status(m, "Status", "Outcome of a pair, as in MatchStats.msg.");
   for (int i = 0; i <= static_cast<int>(Status::kUncalibrated); ++i) {
     status.value(toString(static_cast<Status>(i)).c_str(), static_cast<Status>(i));
   }
-  py::class_<Pair> type(m, "MatchResult",
-                        "The answer to one pair of images. Columns have an entry for each of the N raw matches. Arrays "
-                        "are views of the result and keep it alive.");
-  const auto column = [&type](const char* name, auto MatchResult::*values, const char* text) {
-    type.def_property_readonly(name,
-                               py::cpp_function(
-                                   [values](const Pair& pair) {
-                                     const auto& v = pair.*values;
-                                     using T = typename std::decay_t<decltype(v)>::value_type;
-                                     using Shown = std::conditional_t<std::is_enum_v<T>, uint8_t, T>;
-                                     return Eigen::Map<const Column<Shown>>(reinterpret_cast<const Shown*>(v.data()),
-                                                                            static_cast<Eigen::Index>(v.size()));
-                                   },
-                                   py::return_value_policy::reference_internal),
-                               text);
-  };
-  const auto robust = [&type](const char* name, double RobustResult::*value, const char* text) {
-    type.def_property_readonly(
-        name, [value](const Pair& pair) { return pair.robust.*value; }, text);
-  };
-  const auto seconds = [&type](const char* name, double StageTimes::*value) {
-    type.def_property_readonly(
-        name, [value](const Pair& pair) { return pair.times.*value; }, "seconds");
-  };
+  py::class_<Pair> type(m, "MatchResult", kPairText);
   type.attr("STAGE_RAW") = static_cast<int>(MatchStage::kRaw);
   type.attr("STAGE_GMS") = static_cast<int>(MatchStage::kGms);
   type.attr("STAGE_INLIER") = static_cast<int>(MatchStage::kInlier);
-  type.def_readonly("status", &Pair::status, "gms_ransac.Status");
-  type.def_readonly("reference_points", &Pair::reference_points, "N x 2 float32, pixels of the reference image");
-  type.def_readonly("current_points", &Pair::current_points, "N x 2 float32, pixels of the current image");
-  column("confidence", &Pair::confidence, "N float32, 0..1: motion-statistics score over the largest; no probability");
-  type.def_readonly("distance", &Pair::distance, "N uint16, 0..256: Hamming distance of the descriptors");
-  column("stage", &Pair::stage,
-         "N uint8: STAGE_RAW (rejected by the motion statistics), STAGE_GMS (by the estimator) or STAGE_INLIER");
-  column("probability", &Pair::probability, "N float32, 0..1, that the match is right; 0: rejected, or no model");
-  type.def_readonly("reference_sigma", &Pair::reference_sigma,
-                    "N float32, pixels: standard deviation of either coordinate if the match is right; 0: unknown");
-  type.def_readonly("current_sigma", &Pair::current_sigma, "the same of the current image");
-  type.def_readonly("pose_valid", &Pair::pose_valid, "bool: status OK, or LOW_PARALLAX, which has a rotation only");
-  type.def_readonly("current_in_reference", &Pair::current_in_reference,
-                    "4 x 4 float64 T, X_reference = T X_current, optical frames; the translation has length 1, or 0 "
-                    "where it is unknown");
-  type.def_readonly("covariance", &Pair::covariance,
-                    "6 x 6 float64: x y z, then rotations about x y z (radians), along the axes of the reference "
-                    "camera; a small rotation w changes R to exp(w) R. Variances of 1000: translation unknown");
-  type.def_property_readonly(
-      "model", [](const Pair& pair) -> const Eigen::Matrix3d& { return pair.robust.model; },
-      "3 x 3 float64 M: x_current^T M x_reference = 0 (essential: normalised coordinates; fundamental: pixels), or "
-      "x_current ~ M x_reference (homography: pixels); zero: none");
+  type.def_readonly("reference_points", &Pair::reference_points);
+  type.def_readonly("current_points", &Pair::current_points);
+  type.def_readonly("distance", &Pair::distance);
+  type.def_readonly("stage", &Pair::stage_column);
+  type.def_readonly("reference_sigma", &Pair::reference_sigma);
+  type.def_readonly("current_sigma", &Pair::current_sigma);
+  type.def_readonly("status", &Pair::status);
+  type.def_readonly("pose_valid", &Pair::pose_valid);
+  type.def_readonly("current_in_reference", &Pair::current_in_reference);
+  type.def_readonly("covariance", &Pair::covariance);
   type.def_readonly("keypoints_reference", &Pair::keypoints_reference);
   type.def_readonly("keypoints_current", &Pair::keypoints_current);
-  type.def_property_readonly(
-      "matches_raw", [](const Pair& pair) { return pair.matches.size(); }, "N");
-  type.def_readonly("matches_gms", &Pair::matches_gms, "matches kept by the motion statistics");
+  type.def_readonly("matches_gms", &Pair::matches_gms);
   type.def_readonly("inliers", &Pair::inliers);
-  type.def_property_readonly(
-      "hypotheses", [](const Pair& pair) { return pair.robust.effort.hypotheses; }, "samples");
-  robust("median_parallax_px", &RobustResult::median_parallax_px, "pixels that the inliers move besides the rotation");
-  robust("rms_error_px", &RobustResult::rms_error_px, "pixels, of the inliers against the model");
-  robust("sigma_px", &RobustResult::sigma_px, "pixels: sigma of a keypoint of the finest level; 0: unknown");
-  robust("camera_misfit", &RobustResult::camera_misfit,
-         "contradiction of the camera model; 1: by chance in 1 % of pairs");
-  seconds("time_detect", &StageTimes::detect);
-  seconds("time_match", &StageTimes::match);
-  seconds("time_gms", &StageTimes::gms);
-  seconds("time_ransac", &StageTimes::ransac);
+  const auto define = [&type](const char* name, auto getter) { type.def_property_readonly(name, getter); };
+  define("confidence", [](const Pair& pair) { return viewOf(pair.confidence); });
+  define("probability", [](const Pair& pair) { return viewOf(pair.probability); });
+  define("model", [](const Pair& pair) -> const Eigen::Matrix3d& { return pair.robust.model; });
+  define("matches_raw", [](const Pair& pair) { return pair.matches.size(); });
+  define("hypotheses", [](const Pair& pair) { return pair.robust.effort.hypotheses; });
+  define("median_parallax_px", [](const Pair& pair) { return pair.robust.median_parallax_px; });
+  define("rms_error_px", [](const Pair& pair) { return pair.robust.rms_error_px; });
+  define("sigma_px", [](const Pair& pair) { return pair.robust.sigma_px; });
+  define("camera_misfit", [](const Pair& pair) { return pair.robust.camera_misfit; });
+  define("time_detect", [](const Pair& pair) { return pair.times.detect; });
+  define("time_match", [](const Pair& pair) { return pair.times.match; });
+  define("time_gms", [](const Pair& pair) { return pair.times.gms; });
+  define("time_ransac", [](const Pair& pair) { return pair.times.ransac; });
 }
 
 std::string filterText() {
-  std::string text =
-      "MatchFilter(camera=None, **options)\n\nCompares each image of a sequence with the one before. Without a "
-      "calibrated "
-      "camera there are matches and no pose. Options are the node's parameters; ValueError says what one must be:\n";
+  std::string text = R"(MatchFilter(camera=None, **options)
+
+Compares each image of a sequence with the one before. Without a calibrated camera there are matches and no pose. Options
+are the node's parameters; ValueError says what one must be:
+)";
   for (const Parameter& parameter : coreParameters()) {
     text += "  " + parameter.name + "=" + toText(parameter.default_value) + ": " + parameter.sentence + " (" +
             parameter.accepted() + ")\n";
@@ -306,18 +310,18 @@ PYBIND11_MODULE(_gms_ransac, m) {
         return filter.process(image1, std::nullopt, std::nullopt);
       },
       py::arg("image0"), py::arg("image1"), py::arg("camera") = py::none(),
-      "match(image0, image1, camera=None, **options)\n\nReturns the MatchResult of the reference image0 and the "
-      "current "
-      "image1. Images and options as of MatchFilter.");
+      R"(match(image0, image1, camera=None, **options)
+
+Returns the MatchResult of the reference image0 and the current image1. Images and options as of MatchFilter.)");
   m.def(
       "estimate",
       [](const Numbers& points0, const Numbers& points1, const Camera& camera, const py::kwargs& options) {
         return Filter(&camera, options).estimate(points0, points1);
       },
       py::arg("points0"), py::arg("points1"), py::arg("camera"),
-      "estimate(points0, points1, camera, **options)\n\nReturns the MatchResult of given matches. points0, points1: N "
-      "x 2, "
-      "pixels of the reference and the current image, a row for each match, most trusted first: methods that sample "
-      "the "
-      "best matches first keep this order. Options as of MatchFilter.");
+      R"(estimate(points0, points1, camera, **options)
+
+Returns the MatchResult of given matches. points0, points1: N x 2, pixels of the reference and the current image, a row
+for each match, most trusted first: methods that sample the best matches first keep this order. Options as of
+MatchFilter.)");
 }
