@@ -37,13 +37,9 @@ std::array<float, 3> quantiles(std::vector<float>& values) {
 
 }  // namespace
 
-void MatchNoise::measure(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& pose,
-                         int64_t& evaluations) {
-  residuals_.resize(static_cast<size_t>(points.size));
-  parallaxes_.resize(residuals_.size());
-  model.residuals(pose, residuals_.data());
-  model.rotationResiduals(pose.R, parallaxes_.data());
-  evaluations += 2 * static_cast<int64_t>(points.count);
+void MatchNoise::measure(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& pose) {
+  model.residuals(pose, residuals_);
+  model.rotationResiduals(pose.R, parallaxes_);
   weighParallaxes(points.count, points.count > 0 ? kImageExtent * std::sqrt(points.weight[0]) : 1);
   for (size_t i = 0; i < apart_.size(); ++i) {
     if (apart_[i]) odds_[i] = std::max(odds_[i], kOddsApart);

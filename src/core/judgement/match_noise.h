@@ -19,7 +19,7 @@ class MatchNoise {
   static constexpr float kWindow = 5;  ///< a residual beyond it is a wrong match's
 
   /// Fits the mixture to the matches under a pose, by expectation and maximisation (Dempster, Laird & Rubin 1977).
-  void measure(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& pose, int64_t& evaluations);
+  void measure(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& pose);
   /// The same where no pose is known: squared residuals of `count` matches alone.
   void measure(const std::vector<float>& squared_residuals, int count);
 

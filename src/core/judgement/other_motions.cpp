@@ -40,24 +40,19 @@ PoseVector poseStep(const TwoViewPose& from, const TwoViewPose& to) {
 }  // namespace
 
 Ambiguity OtherMotions::compare(const RefinedPose& refined, double direction_sigma, bool camera_decides,
-                                const std::vector<AlternativeMotion>& alternatives, int64_t& evaluations) {
+                                const std::vector<AlternativeMotion>& alternatives) {
   const int count = refined.points.size();
-  residuals_.resize(refined.noise.residuals().size());
   const double same_within = std::clamp(kSameSigmas * direction_sigma, kLeastApart, kOtherDirection);
   Ambiguity ambiguity;
   for (const AlternativeMotion& alternative : alternatives) {
     TwoViewPose motion = alternative.pose;
     if (angleBetween(motion, refined.pose) < same_within) continue;
-    if (against(refined, same_within, std::min(kFirstMatches, count), kFirstIterations, motion, evaluations) >=
-        kDropBeyond) {
-      continue;
-    }
-    const double better = against(refined, same_within, count, kFurtherIterations, motion, evaluations);
+    const int first = std::min(kFirstMatches, count);
+    if (against(refined, same_within, first, kFirstIterations, motion) >= kDropBeyond) continue;
+    const double better = against(refined, same_within, count, kFurtherIterations, motion);
     const bool by_chance = alternative.of_plane || (camera_decides && motion.t.dot(refined.pose.t) < 0);
     if (better >= (by_chance ? kLeastVuongByChance : kLeastVuong)) continue;
-    const int passes =
-        PoseModel(kernels_, refined.plausible).refine(refined.noise.loss(), kFinalIterations, motion, kEnough);
-    evaluations += static_cast<int64_t>(count) * passes;
+    PoseModel(kernels_, refined.plausible).refine(refined.noise.loss(), kFinalIterations, motion, kEnough);
     ambiguity.other_direction |= angleBetween(motion, refined.pose) > kOtherDirection;
     const PoseVector step = poseStep(refined.pose, motion);
     ambiguity.covariance += step * step.transpose();
@@ -66,13 +61,11 @@ Ambiguity OtherMotions::compare(const RefinedPose& refined, double direction_sig
 }
 
 double OtherMotions::against(const RefinedPose& refined, double same_within, int count, int iterations,
-                             TwoViewPose& motion, int64_t& evaluations) {
+                             TwoViewPose& motion) {
   const MatchNoise& noise = refined.noise;
-  const int passes =
-      PoseModel(kernels_, firstColumns(refined.plausible, count)).refine(noise.loss(), iterations, motion);
-  evaluations += static_cast<int64_t>(count) * (passes + 1);
+  PoseModel(kernels_, firstColumns(refined.plausible, count)).refine(noise.loss(), iterations, motion);
   if (angleBetween(motion, refined.pose) < same_within) return std::numeric_limits<double>::infinity();
-  PoseModel(kernels_, firstColumns(refined.points.view(), count)).residualsInFront(motion, residuals_.data());
+  PoseModel(kernels_, firstColumns(refined.points.view(), count)).residualsInFront(motion, residuals_);
   const auto per_cost =
       static_cast<float>(std::max(1.0, 1 / (kMostDeviations * kMostDeviations * noise.sigma() * noise.sigma())));
   const auto cost = [per_cost](float residual) { return std::min(per_cost * residual, 1.f); };

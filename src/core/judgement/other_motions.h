@@ -1,7 +1,6 @@
 // Whether a different motion explains the matches as well as the one that was found.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "judgement/match_noise.h"
@@ -40,13 +39,12 @@ class OtherMotions {
   /// vuongStatistic on the truncated costs. `direction_sigma`: of the pose, radians; `camera_decides`: true if
   /// plausible calibration errors could change the direction, and so whether near and far are exchanged.
   Ambiguity compare(const RefinedPose& refined, double direction_sigma, bool camera_decides,
-                    const std::vector<AlternativeMotion>& alternatives, int64_t& evaluations);
+                    const std::vector<AlternativeMotion>& alternatives);
 
  private:
   /// Refines a motion on the first `count` matches and returns Vuong's statistic there for the pose against it;
   /// infinite where it has become the pose, whose direction it then has to within `same_within` radians.
-  double against(const RefinedPose& refined, double same_within, int count, int iterations, TwoViewPose& motion,
-                 int64_t& evaluations);
+  double against(const RefinedPose& refined, double same_within, int count, int iterations, TwoViewPose& motion);
 
   const ResidualKernels& kernels_;
   std::vector<float> residuals_;

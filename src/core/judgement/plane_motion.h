@@ -1,7 +1,7 @@
 // The views of a plane have two explanations; here is the other one.
 #pragma once
 
-#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "two_view/pose_model.h"
@@ -9,10 +9,9 @@
 namespace gms_ransac {
 
 /// The second motion that explains the displacements of a plane (Faugeras & Lustman 1988; closed form of Ma, Soatto,
-/// Kosecka & Sastry 2004, section 5.3.3), when most matches that `pose` explains lie on one; false when they do not, or
-/// when there is no other motion. Fits the plane to the first few hundred columns, which are a random part. The sign of
-/// `other.t` is arbitrary.
-bool findOtherPlaneMotion(const PointColumnsView& points, const TwoViewPose& pose, const std::vector<float>& residuals,
-                          TwoViewPose& other, int64_t& evaluations);
+/// Kosecka & Sastry 2004, section 5.3.3), when most matches that `pose` explains lie on one; nothing when they do not,
+/// or when there is no other motion. Fits the plane to the first columns, which are a random part.
+std::optional<TwoViewPose> findOtherPlaneMotion(const PoseModel& model, const TwoViewPose& pose,
+                                                std::vector<float>& storage);
 
 }  // namespace gms_ransac

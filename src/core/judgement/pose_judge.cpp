@@ -35,48 +35,46 @@ PoseJudge::PoseJudge(const RobustOptions& options)
       other_motions_(kernels_),
       second_motion_(kernels_) {}
 
-void PoseJudge::refine(const TwoViewPoints& points, TwoViewPose& pose, Effort& effort) {
+void PoseJudge::refine(const TwoViewPoints& points, TwoViewPose& pose) {
   points_ = &points;
   segmentation_.found = false;
   noise_.forgetApart();
-  measureNoise(pose, effort);
-  followNoise(pose, effort);
+  measureNoise(pose);
+  followNoise(pose);
   measureCovariance();
   if (!options_.judge) return;
-  segmenter_.segment(points, pose, noise_, findBreak(summation_, spread_.with_camera), segmentation_,
-                     effort.point_evaluations);
+  segmenter_.segment(points, pose, noise_, findBreak(summation_, spread_.with_camera), segmentation_);
   if (!segmentation_.found) return;
   pose = segmentation_.larger;
   noise_.setApart(segmentation_.apart);
-  measureNoise(pose, effort);
-  followNoise(pose, effort);
+  measureNoise(pose);
+  followNoise(pose);
   measureCovariance();
 }
 
-void PoseJudge::take(const TwoViewPoints& points, const TwoViewPose& pose, Effort& effort) {
+void PoseJudge::take(const TwoViewPoints& points, const TwoViewPose& pose) {
   points_ = &points;
   segmentation_.found = false;
   noise_.forgetApart();
-  measureNoise(pose, effort);
+  measureNoise(pose);
   measureCovariance();
 }
 
-void PoseJudge::measureNoise(const TwoViewPose& pose, Effort& effort) {
+void PoseJudge::measureNoise(const TwoViewPose& pose) {
   pose_ = pose;
-  noise_.measure(PoseModel(kernels_, points_->view()), points_->view(), pose, effort.point_evaluations);
+  noise_.measure(PoseModel(kernels_, points_->view()), points_->view(), pose);
   plausible_.copy(points_->view(), [this](int column) { return noise_.plausible(column); });
 }
 
-void PoseJudge::followNoise(TwoViewPose& pose, Effort& effort) {
+void PoseJudge::followNoise(TwoViewPose& pose) {
   const Loss loss = noise_.loss();
   bool is_optimum = loss.inverse_softness == 1;
   for (int i = 0; i < points_->size() && is_optimum; ++i) {
     is_optimum = noise_.plausible(i) || !(noise_.residuals()[static_cast<size_t>(i)] < loss.cut);
   }
   if (is_optimum) return;
-  const int passes = PoseModel(kernels_, plausible_.view()).refine(loss, kIterations, pose, kEnough);
-  effort.point_evaluations += static_cast<int64_t>(points_->size()) * passes;
-  measureNoise(pose, effort);
+  PoseModel(kernels_, plausible_.view()).refine(loss, kIterations, pose, kEnough);
+  measureNoise(pose);
 }
 
 void PoseJudge::measureCovariance() {
@@ -87,8 +85,7 @@ void PoseJudge::measureCovariance() {
 
 void PoseJudge::judge(const TwoViewPose& preferred, const std::vector<AlternativeMotion>& alternatives,
                       RobustResult& result) {
-  int64_t& evaluations = result.effort.point_evaluations;
-  const RotationOnly& rotation = rotation_explanation_.fit(kernels_, points_->view(), pose_, noise_, evaluations);
+  const RotationOnly& rotation = rotation_explanation_.fit(kernels_, points_->view(), pose_, noise_);
   result.pose_found = true;
   result.median_parallax_px = rotation.median_parallax * points_->pixelsPerUnit();
   result.camera_misfit = spread_.camera.statistic;
@@ -99,7 +96,7 @@ void PoseJudge::judge(const TwoViewPose& preferred, const std::vector<Alternativ
   RotationVerdict verdict;
   if (options_.judge) {
     verdict = rotation_explanation_.compare(*points_, pose_, noise_);
-    result.doubt = compare(verdict, alternatives, covariance, result.effort);
+    result.doubt = compare(verdict, alternatives, covariance);
   }
   result.translation_observable = result.doubt == DirectionDoubt::kNone;
   if (options_.judge && verdict.rotationIsBetter()) {
@@ -120,9 +117,8 @@ void PoseJudge::judge(const TwoViewPose& preferred, const std::vector<Alternativ
 void PoseJudge::judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R, RobustResult& result) {
   points_ = &points;
   noise_.forgetApart();
-  measureNoise({R, Eigen::Vector3d::UnitZ()}, result.effort);
-  const RotationOnly& rotation =
-      rotation_explanation_.fit(kernels_, points.view(), pose_, noise_, result.effort.point_evaluations);
+  measureNoise({R, Eigen::Vector3d::UnitZ()});
+  const RotationOnly& rotation = rotation_explanation_.fit(kernels_, points.view(), pose_, noise_);
   result.pose_found = true;
   result.median_parallax_px = rotation.median_parallax * points.pixelsPerUnit();
   result.doubt = DirectionDoubt::kTurn;
@@ -133,7 +129,7 @@ void PoseJudge::judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d
 }
 
 DirectionDoubt PoseJudge::compare(const RotationVerdict& verdict, const std::vector<AlternativeMotion>& alternatives,
-                                  PoseSquare& covariance, Effort& effort) {
+                                  PoseSquare& covariance) {
   DirectionDoubt doubt = verdict.doubt();
   if (doubt == DirectionDoubt::kNone && !rotationIsKnown()) doubt = DirectionDoubt::kRotation;
   if (doubt == DirectionDoubt::kNone && !directionIsKnown(directionSigma(covariance))) {
@@ -142,14 +138,14 @@ DirectionDoubt PoseJudge::compare(const RotationVerdict& verdict, const std::vec
   if (verdict.rotationIsBetter()) return doubt;
   // A motion whose direction is not known may still be the wrong one of two, with another rotation.
   const bool camera_decides = !directionIsKnown(spread_.direction_sigma_any_camera);
-  const Ambiguity ambiguity = other_motions_.compare(refined(), directionSigma(spread_.of_matches), camera_decides,
-                                                     alternatives, effort.point_evaluations);
+  const Ambiguity ambiguity =
+      other_motions_.compare(refined(), directionSigma(spread_.of_matches), camera_decides, alternatives);
   covariance += ambiguity.covariance;
   if (doubt != DirectionDoubt::kNone) return doubt;
   if (ambiguity.other_direction || !directionIsKnown(directionSigma(covariance))) return DirectionDoubt::kOtherMotion;
   const double most = mostOfSecondMotion(spread_.camera.statistic);
   const bool second = (segmentation_.found && segmentation_.smaller_share > most) ||
-                      second_motion_.share(points_->view(), noise_, most, effort.point_evaluations) > most;
+                      second_motion_.share(points_->view(), noise_, most) > most;
   return second ? DirectionDoubt::kOtherMotion : DirectionDoubt::kNone;
 }
 

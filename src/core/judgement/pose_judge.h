@@ -28,9 +28,9 @@ class PoseJudge {
   /// Takes a pose at the optimum of the usual loss to the optimum of a loss as wide as the noise of the matches,
   /// without the implausible ones. Where two bodies share the matches, takes it to the motion of the larger one.
   /// `points` have to outlive the next step.
-  void refine(const TwoViewPoints& points, TwoViewPose& pose, Effort& effort);
+  void refine(const TwoViewPoints& points, TwoViewPose& pose);
   /// The same for a pose that has to stay.
-  void take(const TwoViewPoints& points, const TwoViewPose& pose, Effort& effort);
+  void take(const TwoViewPoints& points, const TwoViewPose& pose);
 
   /// Fills what `result` says of the pose that was refined or taken last. `preferred`: the rotation that the estimator
   /// would rather have, where it has a reason besides the matches; it is followed as far as the matches leave it open.
@@ -42,15 +42,15 @@ class PoseJudge {
  private:
   RefinedPose refined() const { return {pose_, *points_, plausible_.view(), noise_}; }
   /// Measures the noise at a pose.
-  void measureNoise(const TwoViewPose& pose, Effort& effort);
+  void measureNoise(const TwoViewPose& pose);
   /// Moves the pose to the optimum of the loss that the noise asks for.
-  void followNoise(TwoViewPose& pose, Effort& effort);
+  void followNoise(TwoViewPose& pose);
   /// Sums up what the matches say of the pose.
   void measureCovariance();
   /// Whether the direction of translation is known, and if not why. Widens the covariance by other motions that explain
   /// the matches as well.
   DirectionDoubt compare(const RotationVerdict& verdict, const std::vector<AlternativeMotion>& alternatives,
-                         PoseSquare& covariance, Effort& effort);
+                         PoseSquare& covariance);
   bool rotationIsKnown() const;
   bool directionIsKnown(double direction_sigma) const;
   /// Returns the pose with its rotation moved towards the preferred one, and the covariance widened by the step.

@@ -47,15 +47,16 @@ void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, const 
 
   const bool normalized = points.type() == ModelType::kEssential;
   if (!normalized) normalized_.set(pairs, camera, ModelType::kEssential, options.threshold_px, 0);
+  normalized_.countInto(&result.effort.point_evaluations);
   const TwoViewPoints& judged = normalized ? points : normalized_;
   points_ = judged.view();
   if (best->pose.t.isZero()) return judge_.judgeRotation(judged, best->pose.R, result);
-  Explanation chosen = explain(best->pose, options.refine, result.effort);
-  if (options.judge) weighAlternatives(best->in_front, options.refine, chosen, result);
+  Explanation chosen = explain(best->pose, options.refine);
+  if (options.judge) weighAlternatives(best->in_front, options.refine, result.model_type, chosen);
   if (options.refine) {
-    judge_.refine(judged, chosen.optimum, result.effort);
+    judge_.refine(judged, chosen.optimum);
   } else {
-    judge_.take(judged, chosen.optimum, result.effort);
+    judge_.take(judged, chosen.optimum);
   }
   if (options.refine && !homography) chosen.pose = chosen.optimum;
   if (options.refine && result.model_type == ModelType::kEssential) {
@@ -74,59 +75,38 @@ void PoseRecovery::propose(const PointPairs& pairs, const Camera& camera, const 
                                                                   : Eigen::Matrix3d(K.transpose() * result.model * K));
 }
 
-void PoseRecovery::weighAlternatives(int most_in_front, bool refine, Explanation& chosen, RobustResult& result) {
+void PoseRecovery::weighAlternatives(int most_in_front, bool refine, ModelType type, Explanation& chosen) {
+  const bool homography = type == ModelType::kHomography;
+  const auto weigh = [&](const TwoViewPose& pose) {
+    const Explanation other = explain(pose, refine);
+    if ((refine || homography) && other.cost < chosen.cost) chosen = other;
+    return other.optimum;
+  };
   alternatives_.clear();
-  findMotionStarts(*kernels_, points_, starts_, result.effort.point_evaluations);
-  for (const TwoViewPose& start : starts_) alternatives_.push_back({start});
-  if (refine && result.model_type == ModelType::kFundamental) weighStarts(chosen, result.effort);
-  if (result.model_type == ModelType::kHomography) {
-    weighDecompositions(most_in_front, refine, chosen, result.effort);
-  } else {
-    weighOtherPlaneMotion(refine, chosen, result.effort);
+  findMotionStarts(*kernels_, points_, starts_);
+  for (const TwoViewPose& start : starts_) {
+    alternatives_.push_back({start});
+    if (refine && type == ModelType::kFundamental) weigh(start);
+  }
+  if (homography) {
+    for (const Motion& candidate : candidates_) {
+      if (candidate.pose.t.isZero() || 2 * candidate.in_front < most_in_front) continue;
+      alternatives_.push_back({weigh(candidate.pose), true});
+    }
+  } else if (const auto other = findOtherPlaneMotion({*kernels_, points_}, chosen.optimum, residuals_)) {
+    alternatives_.push_back({chosen.optimum, true});
+    alternatives_.push_back({weigh(*other), true});
   }
 }
 
-PoseRecovery::Explanation PoseRecovery::explain(const TwoViewPose& pose, bool refine, Effort& effort) const {
+PoseRecovery::Explanation PoseRecovery::explain(const TwoViewPose& pose, bool refine) const {
   const PoseModel model(*kernels_, points_);
   Explanation explanation = {pose, pose, 0};
-  if (refine) {
-    const int passes = model.refine(kRobustLoss, kPoseIterations, explanation.optimum, kEnoughInAValley);
-    effort.point_evaluations += static_cast<int64_t>(points_.count) * passes;
-  }
+  if (refine) model.refine(kRobustLoss, kPoseIterations, explanation.optimum, kEnoughInAValley);
   HypothesisScore score;
-  model.score(points_, explanation.optimum, std::numeric_limits<float>::max(), score, effort.point_evaluations);
+  model.score(points_, explanation.optimum, std::numeric_limits<float>::max(), score);
   explanation.cost = score.cost;
   return explanation;
-}
-
-void PoseRecovery::weighDecompositions(int most_in_front, bool refine, Explanation& chosen, Effort& effort) {
-  for (const Motion& candidate : candidates_) {
-    if (candidate.pose.t.isZero() || 2 * candidate.in_front < most_in_front) continue;
-    const Explanation other = explain(candidate.pose, refine, effort);
-    alternatives_.push_back({other.optimum, true});
-    if (other.cost < chosen.cost) chosen = other;
-  }
-}
-
-void PoseRecovery::weighStarts(Explanation& chosen, Effort& effort) {
-  for (const TwoViewPose& start : starts_) {
-    const Explanation other = explain(start, true, effort);
-    if (other.cost < chosen.cost) chosen = other;
-  }
-}
-
-void PoseRecovery::weighOtherPlaneMotion(bool refine, Explanation& chosen, Effort& effort) {
-  const PoseModel model(*kernels_, points_);
-  residuals_.resize(static_cast<size_t>(points_.size));
-  model.residuals(chosen.optimum, residuals_.data());
-  TwoViewPose motion;
-  if (!findOtherPlaneMotion(points_, chosen.optimum, residuals_, motion, effort.point_evaluations)) return;
-  float cost;
-  motion = model.withBetterSign(motion, cost, effort.point_evaluations);
-  const Explanation other = explain(motion, refine, effort);
-  alternatives_.push_back({chosen.optimum, true});
-  alternatives_.push_back({other.optimum, true});
-  if (refine && other.cost < chosen.cost) chosen = other;
 }
 
 void PoseRecovery::collectInliers(const PointPairs& pairs, const Eigen::Matrix3d& K,

@@ -54,19 +54,11 @@ class PoseRecovery {
   void propose(const TwoViewPose& pose);
   int countInFront(const TwoViewPose& motion) const;
   /// Without `refine` the pose counts as its own optimum.
-  Explanation explain(const TwoViewPose& pose, bool refine, Effort& effort) const;
-  /// Fills `alternatives_` with what the pose is compared with; the likeliest of those that the model allows becomes
+  Explanation explain(const TwoViewPose& pose, bool refine) const;
+  /// Fills `alternatives_` with what the pose is compared with: starts; motions of a homography that have enough
+  /// inliers in front; both motions of a plane that most matches lie on. The likeliest that the model allows becomes
   /// `chosen`.
-  void weighAlternatives(int most_in_front, bool refine, Explanation& chosen, RobustResult& result);
-  /// Puts the motions of a homography that have enough inliers in front into `alternatives_`, the likeliest into
-  /// `chosen`.
-  void weighDecompositions(int most_in_front, bool refine, Explanation& chosen, Effort& effort);
-  /// Puts the likeliest of `starts_` and `chosen` into `chosen`.
-  void weighStarts(Explanation& chosen, Effort& effort);
-  /// Where most matches that `chosen` explains lie on a plane: puts both motions of it (Faugeras & Lustman 1988) into
-  /// `alternatives_`, the likelier one
-  /// into `chosen`.
-  void weighOtherPlaneMotion(bool refine, Explanation& chosen, Effort& effort);
+  void weighAlternatives(int most_in_front, bool refine, ModelType type, Explanation& chosen);
 
   const ResidualKernels* kernels_;
   PoseJudge judge_;

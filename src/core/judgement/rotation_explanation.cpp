@@ -158,7 +158,7 @@ bool RotationVerdict::rotationIsBetter() const { return against_rotation < 0 || 
 bool RotationVerdict::onlyRotated() const { return static_share > kMostStatic || against_rotation < 0; }
 
 const RotationOnly& RotationExplanation::fit(const ResidualKernels& kernels, const PointColumnsView& points,
-                                             const TwoViewPose& start, const MatchNoise& noise, int64_t& evaluations) {
+                                             const TwoViewPose& start, const MatchNoise& noise) {
   const PoseModel model(kernels, points);
   RotationOnly& result = rotation_;
   result.R = start.R;
@@ -166,13 +166,10 @@ const RotationOnly& RotationExplanation::fit(const ResidualKernels& kernels, con
   const auto last = static_cast<float>(std::min(2., 8 * noise.sigma() * noise.sigma()));
   const PointColumnsView part = firstColumns(points, kFittedMatches);
   for (const float softness : kSoftness) {
-    const int passes = PoseModel(kernels, part).refineRotation({1e12f, 1 / softness}, kIterations, result.R);
-    evaluations += static_cast<int64_t>(part.count) * passes;
+    PoseModel(kernels, part).refineRotation({1e12f, 1 / softness}, kIterations, result.R);
   }
-  evaluations += static_cast<int64_t>(points.count) * model.refineRotation({1e12f, 1 / last}, kIterations, result.R);
-  result.residuals.resize(static_cast<size_t>(points.size));
-  model.rotationResiduals(result.R, result.residuals.data());
-  evaluations += points.count;
+  model.refineRotation({1e12f, 1 / last}, kIterations, result.R);
+  model.rotationResiduals(result.R, result.residuals);
   sorted_.clear();
   for (int i = 0; i < points.count; ++i) {
     const auto column = static_cast<size_t>(i);

@@ -2,7 +2,6 @@
 // the rows are read (rolling shutter). Derived in doc/judgement.md.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include <Eigen/Core>
@@ -41,7 +40,7 @@ class RotationExplanation {
  public:
   /// Fits the best rotation alone. `noise`: measured at `start`.
   const RotationOnly& fit(const ResidualKernels& kernels, const PointColumnsView& points, const TwoViewPose& start,
-                          const MatchNoise& noise, int64_t& evaluations);
+                          const MatchNoise& noise);
   /// After that: compares it with a pose, which the noise was measured at.
   RotationVerdict compare(const TwoViewPoints& points, const TwoViewPose& pose, const MatchNoise& noise);
 

@@ -15,8 +15,7 @@ constexpr int kIterations = 10;
 
 double mostOfSecondMotion(double contradiction) { return contradiction > 1 ? kMostOfSecondJoined : kMostOfSecond; }
 
-double SecondMotion::share(const PointColumnsView& points, const MatchNoise& noise, double least,
-                           int64_t& evaluations) {
+double SecondMotion::share(const PointColumnsView& points, const MatchNoise& noise, double least) {
   rest_.clear();
   for (int i = 0; i < points.count; ++i) {
     if (noise.probabilities()[static_cast<size_t>(i)] < 0.5f) rest_.push_back(i);
@@ -24,13 +23,12 @@ double SecondMotion::share(const PointColumnsView& points, const MatchNoise& noi
   const int rest = static_cast<int>(rest_.size()), explained = points.count - rest;
   if (rest < least * explained) return 0;
   rest_points_.gather(points, rest_.data(), rest);
-  residuals_.resize(static_cast<size_t>(points.size));
-  findMotionStarts(kernels_, rest_points_.view(), motions_, evaluations);
+  findMotionStarts(kernels_, rest_points_.view(), motions_);
   int most = 0;
   for (TwoViewPose& motion : motions_) {
     const PoseModel model(kernels_, rest_points_.view());
-    evaluations += static_cast<int64_t>(rest) * (model.refine(kRobustLoss, kIterations, motion) + 1);
-    model.residualsInFront(motion, residuals_.data());
+    model.refine(kRobustLoss, kIterations, motion);
+    model.residualsInFront(motion, residuals_);
     most = std::max(most, static_cast<int>(std::count_if(residuals_.begin(), residuals_.begin() + rest,
                                                          [](float residual) { return residual < 1; })));
   }

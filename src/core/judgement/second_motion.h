@@ -1,7 +1,6 @@
 // A second rigid body that may be the world as well as the one whose motion the pose is.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "judgement/match_noise.h"
@@ -20,7 +19,7 @@ class SecondMotion {
 
   /// The matches that one other motion explains among those that the pose does not, as a share of those that it does; 0
   /// where they are too few to come to `least`.
-  double share(const PointColumnsView& points, const MatchNoise& noise, double least, int64_t& evaluations);
+  double share(const PointColumnsView& points, const MatchNoise& noise, double least);
 
  private:
   const ResidualKernels& kernels_;

@@ -165,7 +165,7 @@ PoseBreak findBreak(PoseSummation& summation, const ParameterSquare& inverse) {
 }
 
 void Segmenter::segment(const TwoViewPoints& points, const TwoViewPose& pose, const MatchNoise& noise,
-                        const PoseBreak& at, Segmentation& segmentation, int64_t& evaluations) {
+                        const PoseBreak& at, Segmentation& segmentation) {
   segmentation.found = false;
   if (!(at.statistic > kBreak)) return;
   const PointColumnsView view = points.view();
@@ -177,10 +177,8 @@ void Segmenter::segment(const TwoViewPoints& points, const TwoViewPose& pose, co
   for (int round = 0; round < kRounds; ++round) {
     for (int k = 0; k < 2; ++k) {
       own_.copy(view, [&](int i) { return apart[static_cast<size_t>(i)] == k; });
-      const int passes = PoseModel(kernels_, own_.view()).refine(kRobustLoss, kIterations, bodies[k], kEnough);
-      residuals_[k].resize(static_cast<size_t>(view.size));
-      PoseModel(kernels_, view).residualsInFront(bodies[k], residuals_[k].data());
-      evaluations += static_cast<int64_t>(view.count) * (passes + 1);
+      PoseModel(kernels_, own_.view()).refine(kRobustLoss, kIterations, bodies[k], kEnough);
+      PoseModel(kernels_, view).residualsInFront(bodies[k], residuals_[k]);
     }
     second_worse_.assign(kCellCount, 0.f);
     for (size_t i = 0; i < apart.size(); ++i) {

@@ -41,7 +41,7 @@ class Segmenter {
   /// Refines a motion on either side of the break, gives every cell to the one that explains it better, and so on.
   /// Two motions are found where they explain the matches much better than `pose`, whose noise is given.
   void segment(const TwoViewPoints& points, const TwoViewPose& pose, const MatchNoise& noise, const PoseBreak& at,
-               Segmentation& segmentation, int64_t& evaluations);
+               Segmentation& segmentation);
 
  private:
   const ResidualKernels& kernels_;

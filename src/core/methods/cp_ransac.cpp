@@ -18,14 +18,14 @@ class CpRansac : public GmsMethod {
 
   // "a coarse screening using the GMS algorithm": GmsMethod::filter.
 
-  std::optional<Hypothesis> findBest() override {
+  std::optional<Hypothesis> findBest(const PairTask& pair) override {
     // "sorting and grouping the matching pairs based on their neighborhood scores". Here by score over threshold: the
     // bare score (`sort_key: score`) gathers the samples in the densest texture and costs three points of AUC on
     // kitti_06.
-    sort(options_.sort_key.value_or(SortKey::kRelativeScore));
+    sort(pair.pairs, options_.sort_key.value_or(SortKey::kRelativeScore));
     // "The pairs with higher neighborhood scores are given priority as the initial set for solving the optimal model".
     // All survivors judge a hypothesis, whichever group it came from.
-    return search(groups_, verifier_);
+    return search(pair, groups_);
   }
 
  private:

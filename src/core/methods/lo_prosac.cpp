@@ -43,135 +43,138 @@ class LoProsac : public RansacMethod {
   }
 
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
-    const bool enough = begin(pairs, camera, result, kNoiseExponent);
+    const PairTask pair = {pairs, camera, result};
+    const bool enough = begin(pair, kNoiseExponent);
     const std::optional<TwoViewPose> previous = std::exchange(previous_, std::nullopt);
     if (!enough) return;
-    sort(SortKey::kLoweRatio);
+    sort(pairs, SortKey::kLoweRatio);
     sampler_.setCells(order_, points_.cells());
     sampler_.begin(task(points_.size(), options_.max_iterations));
     switch (result.model_type) {
       case ModelType::kEssential:
-        return estimatePose(previous);
+        return estimatePose(pair, previous);
       case ModelType::kFundamental:
-        return estimateMatrix(FundamentalModel(kernels_, points_.view(), true));
+        return estimateMatrix(pair, FundamentalModel(kernels_, points_.view(), true));
       case ModelType::kHomography:
-        return estimateMatrix(HomographyModel(kernels_, points_.view(), true));
+        return estimateMatrix(pair, HomographyModel(kernels_, points_.view(), true));
     }
   }
 
   void reset() override { previous_.reset(); }
 
  private:
-  void start(const TwoViewModel& model) {
-    ransac_.begin(model, points_.view(), order_, verifier_, {kRobustLoss, kLocalIterations}, random_, result_->effort);
+  /// A search with local optimisation for the least cost.
+  struct Search {
+    CostVerifier verifier;
+    Ransac ransac;
+
+    Search(const SearchParts& parts, const PointColumnsView& points)
+        : verifier(parts.model, points), ransac(parts, verifier, {kRobustLoss, kLocalIterations}) {}
+    void offer(const TwoViewPose& pose) {
+      Hypothesis hypothesis;
+      hypothesis.pose = pose;
+      ransac.offer(hypothesis);
+    }
+  };
+
+  void estimateMatrix(const PairTask& pair, const TwoViewModel& model) {
+    Search search(parts(model, pair.result.effort), points_.view());
+    search.ransac.search(sampler_);
+    if (!search.ransac.best()) return;
+    Hypothesis answer = *search.ransac.best();
+    model.refine(kRobustLoss, finalIterations(pair.result.effort), answer);
+    if (accept(pair, model.matrix(answer), true)) recoverPose(pair, model, answer, true);
   }
 
-  void estimateMatrix(const TwoViewModel& model) {
-    start(model);
-    ransac_.search(sampler_);
-    if (!ransac_.best()) return;
-    const Hypothesis answer = refined(model, *ransac_.best(), finalIterations());
-    if (accept(model.matrix(answer), true)) recoverPose(model, answer, true);
-  }
-
-  void estimatePose(const std::optional<TwoViewPose>& previous) {
-    const PoseModel model(kernels_, points_.view(), kParallaxPrior);
-    start(model);
-    if (previous) offer(*previous);
-    offerStarts();
-    ransac_.search(sampler_);
-    searchWider();
-    if (const auto proposal = motionOfPrior()) ransac_.offer(*proposal);
-    if (!ransac_.best()) return;
-    offerOtherPlaneMotion(model);
+  void estimatePose(const PairTask& pair, const std::optional<TwoViewPose>& previous) {
+    const PoseModel model(kernels_, points_.view(), kParallaxPrior), plain(kernels_, points_.view());
+    Effort& effort = pair.result.effort;
+    Search search(parts(model, effort), points_.view());
+    const std::optional<Hypothesis>& best = search.ransac.best();
+    if (previous) search.offer(*previous);
+    offerStarts(search);
+    search.ransac.search(sampler_);
+    if (best) searchWider(plain, effort, search);
+    if (const auto proposal = motionOfPrior(pair)) search.ransac.offer(*proposal);
+    if (!best) return;
+    offerOtherPlaneMotion(model, search);
 
     // With the prior of the parallax for the rotation, without it for the model and the direction of translation.
-    const PoseModel plain(kernels_, points_.view());
-    TwoViewPose pose = refined(model, ransac_.best()->pose);
-    TwoViewPose optimum = refined(plain, pose);
-    if (!hurried() && leavesMuch(plain, optimum) && findBetter(plain, optimum)) pose = refined(model, optimum);
-    judge_.refine(points_, optimum, result_->effort);
-    if (!accept(optimum.essential(), true)) return;
-    judge_.judge(pose, alternatives_, *result_);
+    TwoViewPose pose = refined(model, best->pose, effort);
+    TwoViewPose optimum = refined(plain, pose, effort);
+    if (!hurried(effort) && leavesMuch(plain, optimum) && findBetter(plain, effort, optimum)) {
+      pose = refined(model, optimum, effort);
+    }
+    judge_.refine(points_, optimum);
+    if (!accept(pair, optimum.essential(), true)) return;
+    judge_.judge(pose, alternatives_, pair.result);
     previous_ = optimum;
   }
 
   /// The search ends when it is sure of the first matches of the order, which are few where few have survived: a wrong
   /// motion may explain most of them (doc/estimator.md).
-  void searchWider() {
-    const int left = std::min(kWideSamples, options_.max_iterations - result_->effort.hypotheses);
-    if (!ransac_.best() || left <= 0 || hurried()) return;
-    if (!leavesMuch(PoseModel(kernels_, points_.view()), ransac_.best()->pose)) return;
+  void searchWider(const PoseModel& plain, Effort& effort, Search& search) {
+    const int left = std::min(kWideSamples, options_.max_iterations - effort.hypotheses);
+    if (left <= 0 || hurried(effort) || !leavesMuch(plain, search.ransac.best()->pose)) return;
     sampler_.begin(task(points_.size(), left), kWideShare);
-    ransac_.search(sampler_);
+    search.ransac.search(sampler_);
   }
 
-  int finalIterations() { return hurried() ? kHastyIterations : kFinalIterations; }
+  int finalIterations(Effort& effort) const { return hurried(effort) ? kHastyIterations : kFinalIterations; }
 
-  using RansacMethod::refined;
-  TwoViewPose refined(const PoseModel& model, TwoViewPose pose) {
-    countPasses(model.refine(kRobustLoss, finalIterations(), pose, kEnough));
+  TwoViewPose refined(const PoseModel& model, TwoViewPose pose, Effort& effort) const {
+    model.refine(kRobustLoss, finalIterations(effort), pose, kEnough);
     return pose;
   }
 
-  HypothesisScore scoreOf(const PoseModel& model, const TwoViewPose& pose) {
+  HypothesisScore scoreOf(const PoseModel& model, const TwoViewPose& pose) const {
     HypothesisScore score;
-    model.score(points_.view(), pose, std::numeric_limits<float>::max(), score, result_->effort.point_evaluations);
+    model.score(points_.view(), pose, std::numeric_limits<float>::max(), score);
     return score;
   }
 
-  bool leavesMuch(const PoseModel& plain, const TwoViewPose& pose) {
+  bool leavesMuch(const PoseModel& plain, const TwoViewPose& pose) const {
     return scoreOf(plain, pose).inliers < (1 - kMostUnexplained) * points_.size();
   }
 
   /// Searches once more, without the prior, with the samples that are left; true when that comes to an optimum of less
   /// cost, which `optimum` then is.
-  bool findBetter(const PoseModel& plain, TwoViewPose& optimum) {
-    const int left = options_.max_iterations - result_->effort.hypotheses;
+  bool findBetter(const PoseModel& plain, Effort& effort, TwoViewPose& optimum) {
+    const int left = options_.max_iterations - effort.hypotheses;
     if (left <= 0) return false;
     sampler_.begin(task(points_.size(), left));
-    start(plain);
-    offer(optimum);
-    ransac_.search(sampler_);
-    if (!ransac_.best()) return false;
-    const TwoViewPose other = refined(plain, ransac_.best()->pose);
+    Search search(parts(plain, effort), points_.view());
+    search.offer(optimum);
+    search.ransac.search(sampler_);
+    if (!search.ransac.best()) return false;
+    const TwoViewPose other = refined(plain, search.ransac.best()->pose, effort);
     if (!(scoreOf(plain, other).cost < kBetterCost * scoreOf(plain, optimum).cost)) return false;
     optimum = other;
     return true;
   }
 
-  void offer(const TwoViewPose& pose) {
-    Hypothesis hypothesis;
-    hypothesis.pose = pose;
-    ransac_.offer(hypothesis);
-  }
-
   /// From directions all over the sphere; they are also the other motions that the answer must beat.
-  void offerStarts() {
-    findMotionStarts(kernels_, points_.view(), starts_, result_->effort.point_evaluations);
+  void offerStarts(Search& search) {
+    findMotionStarts(kernels_, points_.view(), starts_);
     alternatives_.clear();
     for (const TwoViewPose& motion : starts_) {
-      offer(motion);
+      search.offer(motion);
       alternatives_.push_back({motion});
     }
   }
 
   /// Where most of the matches lie on a plane, the other motion that explains it (Faugeras & Lustman 1988).
-  void offerOtherPlaneMotion(const PoseModel& model) {
-    const TwoViewPose best = ransac_.best()->pose;
-    int64_t& evaluations = result_->effort.point_evaluations;
-    TwoViewPose other;
-    if (!findOtherPlaneMotion(points_.view(), best, ransac_.residuals(), other, evaluations)) return;
-    float cost;
-    other = model.withBetterSign(other, cost, evaluations);
+  void offerOtherPlaneMotion(const PoseModel& model, Search& search) {
+    const TwoViewPose best = search.ransac.best()->pose;
+    const std::optional<TwoViewPose> other = findOtherPlaneMotion(model, best, storage_.residuals);
+    if (!other) return;
     alternatives_.push_back({best, true});
-    alternatives_.push_back({other, true});
-    offer(other);
+    alternatives_.push_back({*other, true});
+    search.offer(*other);
   }
 
   MotionStatisticsFilter gms_;
   StratifiedSampler sampler_;
-  CostVerifier verifier_;
   PoseJudge judge_;
   std::vector<TwoViewPose> starts_;
   std::vector<AlternativeMotion> alternatives_;

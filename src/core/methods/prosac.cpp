@@ -12,10 +12,10 @@ class Prosac : public UnfilteredMethod {
  public:
   using UnfilteredMethod::UnfilteredMethod;
 
-  std::optional<Hypothesis> findBest() override {
-    sort(options_.sort_key.value_or(SortKey::kDistance));
+  std::optional<Hypothesis> findBest(const PairTask& pair) override {
+    sort(pair.pairs, options_.sort_key.value_or(SortKey::kDistance));
     // Growth function with T_N = 200000, non-randomness and maximality as in the paper (see ProsacSampler).
-    return search(prosac_, verifier_);
+    return search(pair, prosac_);
   }
 
  private:

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "judgement/pose_recovery.h"
-
 namespace gms_ransac {
 
 namespace {
@@ -17,21 +15,16 @@ constexpr int kRefinementIterations = 15;
 }  // namespace
 
 RansacMethod::RansacMethod(const MatchFilterOptions& options)
-    : options_(options.robust),
-      kernels_(residualKernels(options_.simd)),
-      pose_recovery_(std::make_unique<PoseRecovery>(options_)) {}
+    : options_(options.robust), kernels_(residualKernels(options_.simd)), pose_recovery_(options_) {}
 
-RansacMethod::~RansacMethod() = default;
-
-bool RansacMethod::begin(const PointPairs& pairs, const Camera& camera, RobustResult& result, double noise_exponent) {
-  pairs_ = &pairs;
-  camera_ = &camera;
-  result_ = &result;
+bool RansacMethod::begin(const PairTask& pair, double noise_exponent) {
+  const auto& [pairs, camera, result] = pair;
   result.clear();
   result.model_type =
       options_.model == ModelType::kEssential && !camera.calibrated() ? ModelType::kFundamental : options_.model;
   result.inlier.assign(static_cast<size_t>(pairs.size()), 0);
   points_.set(pairs, camera, result.model_type, options_.inlierThreshold(), noise_exponent);
+  points_.countInto(&result.effort.point_evaluations);
   result.noise_exponent = noise_exponent;
   switch (result.model_type) {
     case ModelType::kEssential:
@@ -45,12 +38,12 @@ bool RansacMethod::begin(const PointPairs& pairs, const Camera& camera, RobustRe
       break;
   }
   random_ = Random(options_.seed);
-  sort(std::nullopt);
+  sort(pairs, std::nullopt);
   return pairs.size() >= model_->sampleSize();
 }
 
-void RansacMethod::sort(std::optional<SortKey> key) {
-  ordering_.sort(*pairs_, key, match_order_);
+void RansacMethod::sort(const PointPairs& pairs, std::optional<SortKey> key) {
+  ordering_.sort(pairs, key, match_order_);
   points_.columnsOf(match_order_, order_);
 }
 
@@ -58,75 +51,75 @@ SamplingTask RansacMethod::task(int matches, int max_iterations) const {
   return {matches, model_->sampleSize(), options_.success_probability, max_iterations};
 }
 
-bool RansacMethod::hurried() {
-  if (!ransac_.late()) return false;
-  return result_->effort.refinement_cut = true;
+bool RansacMethod::hurried(Effort& effort) const {
+  if (limit_ == nullptr || !limit_->late()) return false;
+  return effort.refinement_cut = true;
 }
 
-Hypothesis RansacMethod::refined(const TwoViewModel& model, Hypothesis hypothesis, int iterations) {
-  countPasses(model.refine(kRobustLoss, iterations, hypothesis));
-  return hypothesis;
-}
-
-std::optional<Hypothesis> RansacMethod::motionOfPrior() {
-  const std::optional<RotationPrior>& prior = pairs_->rotation_prior;
-  if (!prior || result_->model_type != ModelType::kEssential) return std::nullopt;
+std::optional<Hypothesis> RansacMethod::motionOfPrior(const PairTask& pair) {
+  const std::optional<RotationPrior>& prior = pair.pairs.rotation_prior;
+  if (!prior || pair.result.model_type != ModelType::kEssential) return std::nullopt;
   Hypothesis hypothesis;
-  hypothesis.pose = rotation_proposal_.find(kernels_, points_.view(), *prior, result_->effort.point_evaluations);
+  hypothesis.pose = rotation_proposal_.find(kernels_, points_.view(), *prior);
   hypothesis.matrix = hypothesis.pose.essential();
   if (!hypothesis.matrix.allFinite()) return std::nullopt;
   return hypothesis;
 }
 
-void RansacMethod::recoverPose(const TwoViewModel& model, const Hypothesis& best, bool refine) {
-  pose_recovery_->recover(*pairs_, *camera_, points_, {options_.inlierThreshold(), refine, options_.judge}, *result_);
-  if (!result_->pose_found) return weighMatches(model, best);
+void RansacMethod::recoverPose(const PairTask& pair, const TwoViewModel& model, const Hypothesis& best, bool refine) {
+  const auto& [pairs, camera, result] = pair;
+  pose_recovery_.recover(pairs, camera, points_, {options_.inlierThreshold(), refine, options_.judge}, result);
+  if (!result.pose_found) return weighMatches(model, best, result);
   // The pose of another model than its own is judged with keypoints of all levels alike.
-  if (result_->model_type != ModelType::kEssential) result_->noise_exponent = 0;
+  if (result.model_type != ModelType::kEssential) result.noise_exponent = 0;
 }
 
-void RansacMethod::weighMatches(const TwoViewModel& model, const Hypothesis& best) {
+void RansacMethod::weighMatches(const TwoViewModel& model, const Hypothesis& best, RobustResult& result) {
   const PointColumnsView view = points_.view();
-  residuals_.resize(static_cast<size_t>(view.size));
-  model.residuals(best, residuals_.data());
-  noise_.measure(residuals_, view.count);
-  result_->sigma_px = noise_.sigma() * options_.inlierThreshold();
-  const bool on_lines = result_->model_type != ModelType::kHomography;
-  if (!on_lines) result_->sigma_px /= kTransferSigmas;
+  model.residuals(best, storage_.residuals);
+  noise_.measure(storage_.residuals, view.count);
+  result.sigma_px = noise_.sigma() * options_.inlierThreshold();
+  const bool on_lines = result.model_type != ModelType::kHomography;
+  if (!on_lines) result.sigma_px /= kTransferSigmas;
   // A homography says where the point itself belongs, so what is near it needs no further question.
   points_.inOrderOfMatches(on_lines ? probability_.weigh(noise_, view, points_.finestWeight()) : noise_.probabilities(),
-                           result_->probability);
-  points_.inOrderOfMatches(noise_.residuals(), result_->residual);
-  noise_.toDeviations(1, result_->residual);
+                           result.probability);
+  points_.inOrderOfMatches(noise_.residuals(), result.residual);
+  noise_.toDeviations(1, result.residual);
 }
 
-bool RansacMethod::accept(const Eigen::Matrix3d& matrix, bool ordered) {
-  result_->model = points_.inResultUnits(matrix);
-  markFinalInliers(*pairs_, *camera_, options_.inlierThreshold(), *result_);
-  result_->model_found =
-      !options_.judge || acceptance_.accepts(*pairs_, model_->sampleSize(), options_.inlierThreshold(), *result_,
-                                             ordered ? &match_order_ : nullptr);
-  if (!result_->model_found) result_->reject();
-  return result_->model_found;
+bool RansacMethod::accept(const PairTask& pair, const Eigen::Matrix3d& matrix, bool ordered) {
+  const auto& [pairs, camera, result] = pair;
+  result.model = points_.inResultUnits(matrix);
+  markFinalInliers(pairs, camera, options_.inlierThreshold(), result);
+  result.model_found = !options_.judge || acceptance_.accepts(pairs, model_->sampleSize(), options_.inlierThreshold(),
+                                                              result, ordered ? &match_order_ : nullptr);
+  if (!result.model_found) result.reject();
+  return result.model_found;
 }
 
 void TextbookMethod::estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
-  if (!begin(pairs, camera, result)) return;
-  const std::optional<Hypothesis> best = findBest();
+  const PairTask pair = {pairs, camera, result};
+  if (!begin(pair)) return;
+  std::optional<Hypothesis> best = findBest(pair);
   if (!best) return;
   // A method whose inliers are the filter's has the model for the pose's sake alone, so it may as well be a good one.
   const bool refine = options_.refine || filterDecides();
-  const Hypothesis answer =
-      refine ? refined(*model_, *best, hurried() ? kHastyIterations : kRefinementIterations) : *best;
-  if (accept(model_->matrix(answer))) recoverPose(*model_, answer, refine);
+  if (refine) model_->refine(kRobustLoss, hurried(result.effort) ? kHastyIterations : kRefinementIterations, *best);
+  if (accept(pair, model_->matrix(*best))) recoverPose(pair, *model_, *best, refine);
 }
 
-std::optional<Hypothesis> TextbookMethod::search(Sampler& sampler, Verifier& verifier) {
+std::optional<Hypothesis> TextbookMethod::search(const PairTask& pair, Sampler& sampler, Verifier& verifier) {
   sampler.begin(task(points_.size(), options_.max_iterations));
-  ransac_.begin(*model_, points_.view(), order_, verifier, {}, random_, result_->effort);
-  ransac_.search(sampler);
-  if (const auto proposal = motionOfPrior()) ransac_.offer(*proposal);
-  return ransac_.best();
+  Ransac ransac(parts(*model_, pair.result.effort), verifier);
+  ransac.search(sampler);
+  if (const auto proposal = motionOfPrior(pair)) ransac.offer(*proposal);
+  return ransac.best();
+}
+
+std::optional<Hypothesis> TextbookMethod::search(const PairTask& pair, Sampler& sampler) {
+  CountingVerifier verifier(*model_, points_.view(), order_, tests_);
+  return search(pair, sampler, verifier);
 }
 
 UnfilteredMethod::UnfilteredMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling,

@@ -2,7 +2,6 @@
 // filters.
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -22,62 +21,63 @@
 
 namespace gms_ransac {
 
-class PoseRecovery;
-
 constexpr int kHastyIterations = 3;  ///< of a refinement when time is up
+
+/// A pair and what is to be said of it.
+struct PairTask {
+  const PointPairs& pairs;
+  const Camera& camera;
+  RobustResult& result;
+};
 
 class RansacMethod : public Method {
  public:
-  ~RansacMethod() override;
   void setSeed(uint64_t seed) override { options_.seed = seed; }
-  void setTimeLimit(const TimeLimit* limit) override { ransac_.setTimeLimit(limit); }
+  void setTimeLimit(const TimeLimit* limit) override { limit_ = limit; }
 
  protected:
   explicit RansacMethod(const MatchFilterOptions& options);
 
-  /// Empties the result and takes the pair up; false when there are too few matches for the model.
-  bool begin(const PointPairs& pairs, const Camera& camera, RobustResult& result, double noise_exponent = 0);
+  /// Empties the result and fills the columns; false when there are too few matches for the model.
+  bool begin(const PairTask& pair, double noise_exponent = 0);
   /// Puts the matches in the order that samplers count by; until then it is the one given.
-  void sort(std::optional<SortKey> key);
+  void sort(const PointPairs& pairs, std::optional<SortKey> key);
   /// The motion with another sensor's rotation, if there is one and the model is a pose. Offered after the samples, so
   /// that a wrong prior changes nothing.
-  std::optional<Hypothesis> motionOfPrior();
+  std::optional<Hypothesis> motionOfPrior(const PairTask& pair);
   SamplingTask task(int matches, int max_iterations) const;
-  Hypothesis refined(const TwoViewModel& model, Hypothesis hypothesis, int iterations);
-  /// True if the search ended so late that refinement must be short; counted in the effort.
-  bool hurried();
-  void countPasses(int passes) { result_->effort.point_evaluations += static_cast<int64_t>(points_.size()) * passes; }
+  SearchParts parts(const TwoViewModel& model, Effort& effort) {
+    return {model, order_, random_, effort, limit_, storage_};
+  }
+  /// True if the search ended so late that refinement must be short; noted in the effort.
+  bool hurried(Effort& effort) const;
 
   /// Sets model and inliers from a matrix in working coordinates; false, and no model, if they are too few. `ordered`:
   /// support among the first of the order counts, too.
-  bool accept(const Eigen::Matrix3d& matrix, bool ordered = false);
+  bool accept(const PairTask& pair, const Eigen::Matrix3d& matrix, bool ordered = false);
   /// Finds the pose, if the camera is calibrated, and the probabilities of the matches for the accepted `best`.
-  void recoverPose(const TwoViewModel& model, const Hypothesis& best, bool refine);
+  void recoverPose(const PairTask& pair, const TwoViewModel& model, const Hypothesis& best, bool refine);
 
   RobustOptions options_;
   const ResidualKernels& kernels_;
+  const TimeLimit* limit_ = nullptr;  ///< null: none
   Random random_;
-
-  const PointPairs* pairs_ = nullptr;
-  const Camera* camera_ = nullptr;
-  RobustResult* result_ = nullptr;
   TwoViewPoints points_;
-  const TwoViewModel* model_ = nullptr;   ///< the textbook's
+  const TwoViewModel* model_ = nullptr;   ///< the textbook's, of these points
   std::vector<int> match_order_, order_;  ///< most confident first: matches, and their columns
-  Ransac ransac_;
+  SearchStorage storage_;
   MotionStatistics statistics_;  ///< what `filter` returns
 
  private:
-  void weighMatches(const TwoViewModel& model, const Hypothesis& best);
+  void weighMatches(const TwoViewModel& model, const Hypothesis& best, RobustResult& result);
 
   std::variant<std::monostate, EssentialModel, FundamentalModel, HomographyModel> model_storage_;
   Ordering ordering_;
   RotationProposal rotation_proposal_;
   InlierAcceptance acceptance_;
-  std::unique_ptr<PoseRecovery> pose_recovery_;
+  PoseRecovery pose_recovery_;
   MatchNoise noise_;
   MatchProbability probability_;
-  std::vector<float> residuals_;
 };
 
 /// A method whose search alone is its own; what follows on it is the same for all.
@@ -88,15 +88,17 @@ class TextbookMethod : public RansacMethod {
  protected:
   explicit TextbookMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling = {},
                           int tests = 0)
-      : RansacMethod(options), sampler_(sampling), verifier_(tests) {}
+      : RansacMethod(options), sampler_(sampling), tests_(tests) {}
 
   /// The best hypothesis of `model_`; by uniform samples unless a method has its own.
-  virtual std::optional<Hypothesis> findBest() { return search(sampler_, verifier_); }
+  virtual std::optional<Hypothesis> findBest(const PairTask& pair) { return search(pair, sampler_); }
   /// RANSAC as in the textbook: samples in the order of the matches, every solution of theirs, no local optimisation.
-  std::optional<Hypothesis> search(Sampler& sampler, Verifier& verifier);
+  std::optional<Hypothesis> search(const PairTask& pair, Sampler& sampler, Verifier& verifier);
+  /// Verified by the inliers among all matches.
+  std::optional<Hypothesis> search(const PairTask& pair, Sampler& sampler);
 
   UniformSampler sampler_;
-  CountingVerifier verifier_;
+  int tests_;  ///< d of the T(d,d) test
 };
 
 /// A method that keeps all raw matches. Motion statistics are computed only where the user has it sort by them.

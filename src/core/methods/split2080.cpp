@@ -11,15 +11,13 @@ namespace {
 class Split2080 : public UnfilteredMethod {
  public:
   explicit Split2080(const MatchFilterOptions& options)
-      : UnfilteredMethod(options, {options.robust.split_fraction, 0, {}}), hold_out_(options.robust.split_fraction) {}
+      : UnfilteredMethod(options, {options.robust.split_fraction, 0, {}}) {}
 
-  std::optional<Hypothesis> findBest() override {
-    sort(options_.sort_key.value_or(SortKey::kDistance));
-    return search(sampler_, hold_out_);
+  std::optional<Hypothesis> findBest(const PairTask& pair) override {
+    sort(pair.pairs, options_.sort_key.value_or(SortKey::kDistance));
+    HoldOutVerifier hold_out(*model_, points_.view(), order_, options_.split_fraction);
+    return search(pair, sampler_, hold_out);
   }
-
- private:
-  HoldOutVerifier hold_out_;
 };
 
 }  // namespace

@@ -17,55 +17,46 @@ class SubsetRansac : public UnfilteredMethod {
  public:
   using UnfilteredMethod::UnfilteredMethod;
 
-  std::optional<Hypothesis> findBest() override {
+  std::optional<Hypothesis> findBest(const PairTask& pair) override {
     const int n = points_.size();
     const int size = prefixLength(options_.subset_fraction, n, kMatchesPerSampleMember * model_->sampleSize());
-    best_.reset();
-    best_cost_ = std::numeric_limits<float>::infinity();
+    const std::vector<int> all = order_;
+    std::optional<Hypothesis> best;
+    float best_cost = std::numeric_limits<float>::infinity();  // truncated, on all matches (MSAC)
+    const auto compare = [&](const std::optional<Hypothesis>& hypothesis) {
+      if (!hypothesis) return;
+      HypothesisScore score;
+      model_->score(points_.view(), *hypothesis, std::numeric_limits<float>::max(), score);
+      if (score.cost >= best_cost) return;
+      best = hypothesis;
+      best_cost = score.cost;
+    };
     for (int s = 0; s < options_.subset_count; ++s) {
-      drawSubset(size);
-      compare(searchSubset(std::max(1, options_.max_iterations / options_.subset_count)));
+      order_ = all;
+      for (int i = 0; i < size; ++i) {
+        std::swap(order_[static_cast<size_t>(i)], order_[static_cast<size_t>(i + random_.below(n - i))]);
+      }
+      order_.resize(static_cast<size_t>(size));
+      compare(searchSubset(std::max(1, options_.max_iterations / options_.subset_count), pair.result.effort));
     }
-    compare(motionOfPrior());
-    return best_;
+    compare(motionOfPrior(pair));
+    return best;
   }
 
  private:
-  void drawSubset(int size) {
-    subset_ = order_;
-    const int n = static_cast<int>(subset_.size());
-    for (int i = 0; i < size; ++i) {
-      const int other = i + random_.below(n - i);
-      std::swap(subset_[static_cast<size_t>(i)], subset_[static_cast<size_t>(other)]);
-    }
-    subset_.resize(static_cast<size_t>(size));
-  }
-
-  /// RANSAC with its own bound and an equal share of the samples.
-  std::optional<Hypothesis> searchSubset(int max_iterations) {
-    columns_.gather(points_.view(), subset_.data(), static_cast<int>(subset_.size()));
-    sampler_.begin(task(static_cast<int>(subset_.size()), max_iterations));
+  /// RANSAC in the order's matches, with its own bound and an equal share of the samples.
+  std::optional<Hypothesis> searchSubset(int max_iterations, Effort& effort) {
+    const int size = static_cast<int>(order_.size());
     // Solutions come from all columns, support is counted in the copy of the subset.
-    ransac_.begin(*model_, points_.view(), subset_, verifier_, {}, random_, result_->effort);
-    verifier_.begin(*model_, columns_.view(), subset_);
-    ransac_.search(sampler_);
-    return ransac_.best();
+    columns_.gather(points_.view(), order_.data(), size);
+    CountingVerifier verifier(*model_, columns_.view(), order_);
+    sampler_.begin(task(size, max_iterations));
+    Ransac ransac(parts(*model_, effort), verifier);
+    ransac.search(sampler_);
+    return ransac.best();
   }
 
-  void compare(const std::optional<Hypothesis>& hypothesis) {
-    if (!hypothesis) return;
-    HypothesisScore score;
-    model_->score(points_.view(), *hypothesis, std::numeric_limits<float>::max(), score,
-                  result_->effort.point_evaluations);
-    if (score.cost >= best_cost_) return;
-    best_ = hypothesis;
-    best_cost_ = score.cost;
-  }
-
-  std::vector<int> subset_;
   PointColumns columns_;  ///< of the subset
-  std::optional<Hypothesis> best_;
-  float best_cost_ = 0;  ///< truncated, on all matches (MSAC)
 };
 
 }  // namespace

@@ -26,11 +26,10 @@ struct Start {
   float cost;
 };
 
-Start optimizeStart(const PoseModel& model, const PointColumnsView& points, int iterations, TwoViewPose pose,
-                    int64_t& evaluations) {
-  evaluations += static_cast<int64_t>(points.count) * model.refine(kStartLoss, iterations, pose);
+Start optimizeStart(const PoseModel& model, int iterations, TwoViewPose pose) {
+  model.refine(kStartLoss, iterations, pose);
   Start start;
-  start.pose = model.withBetterSign(pose, start.cost, evaluations);
+  start.pose = model.withBetterSign(pose, start.cost);
   return start;
 }
 
@@ -53,23 +52,22 @@ void insertStart(const Start& start, Start (&list)[kMaxMotionStarts], int& count
 
 }  // namespace
 
-Eigen::Matrix3d fitDominantRotation(const PoseModel& model, const PointColumnsView& points,
-                                    const Eigen::Matrix3d& start, int64_t& evaluations) {
+Eigen::Matrix3d fitDominantRotation(const PoseModel& model, const Eigen::Matrix3d& start) {
   constexpr int kIterations = 4;
   Eigen::Matrix3d R = start;
   // Squared scales of the loss in squared thresholds: a hundred, twenty and ten pixels at a threshold of one.
   for (float softness : {1e4f, 400.f, 100.f}) {
     const Loss loss = {std::numeric_limits<float>::max(), 1 / softness};
-    evaluations += static_cast<int64_t>(points.count) * model.refineRotation(loss, kIterations, R);
+    model.refineRotation(loss, kIterations, R);
   }
   return R;
 }
 
-void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points, std::vector<TwoViewPose>& starts,
-                      int64_t& evaluations) {
+void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points,
+                      std::vector<TwoViewPose>& starts) {
   const PointColumnsView part = firstColumns(points, kStartMatches);
   const PoseModel model(kernels, part, kParallaxPrior);
-  const Eigen::Matrix3d dominant = fitDominantRotation(model, part, Eigen::Matrix3d::Identity(), evaluations);
+  const Eigen::Matrix3d dominant = fitDominantRotation(model, Eigen::Matrix3d::Identity());
   const Eigen::Matrix3d rotations[2] = {dominant, Eigen::Matrix3d::Identity()};
   const int rotation_count = Eigen::AngleAxisd(dominant).angle() < kNoRotation ? 1 : 2;
   Start all[2 * 13];
@@ -79,15 +77,14 @@ void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& po
     for (int code = 14; code < 27; ++code) {
       const int x = code % 3 - 1, y = code / 3 % 3 - 1, z = code / 9 - 1;
       const Eigen::Vector3d direction(x, y, z);
-      all[all_count++] =
-          optimizeStart(model, part, kFirstIterations, {rotations[k], direction.normalized()}, evaluations);
+      all[all_count++] = optimizeStart(model, kFirstIterations, {rotations[k], direction.normalized()});
     }
   }
   std::sort(all, all + all_count, [](const Start& a, const Start& b) { return a.cost < b.cost; });
   Start list[kMaxMotionStarts];
   int count = 0;
   for (int i = 0; i < kSecondRound; ++i) {
-    insertStart(optimizeStart(model, part, kSecondIterations, all[i].pose, evaluations), list, count);
+    insertStart(optimizeStart(model, kSecondIterations, all[i].pose), list, count);
   }
   starts.clear();
   for (int i = 0; i < count; ++i) starts.push_back(list[i].pose);

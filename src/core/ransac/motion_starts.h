@@ -1,7 +1,6 @@
 // Starting points for the pose that need no samples: optimisation from directions of translation all over the sphere.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "two_view/pose_model.h"
@@ -15,11 +14,9 @@ constexpr int kMaxMotionStarts = 4;
 /// slides into one that is not the deepest. So each of 13 directions takes a few steps of optimisation on a random part
 /// of the matches. It starts with the rotation that alone explains the matches best and, if that exceeds two degrees,
 /// also with none. `starts` receives the best kMaxMotionStarts of different directions.
-void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points, std::vector<TwoViewPose>& starts,
-                      int64_t& evaluations);
+void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points, std::vector<TwoViewPose>& starts);
 
 /// Robust rotation that explains as much of the displacements as it can, from coarse to fine.
-Eigen::Matrix3d fitDominantRotation(const PoseModel& model, const PointColumnsView& points,
-                                    const Eigen::Matrix3d& start, int64_t& evaluations);
+Eigen::Matrix3d fitDominantRotation(const PoseModel& model, const Eigen::Matrix3d& start);
 
 }  // namespace gms_ransac

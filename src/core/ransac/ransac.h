@@ -19,39 +19,41 @@ struct LocalOptimization {
   int iterations = 0;  ///< 0: none, as in the textbook
 };
 
-/// The search for the best-supported hypothesis over the columns of one pair. Keeps its storage from pair to pair.
+/// Lent to a search, so that the next one finds it warm.
+struct SearchStorage {
+  std::vector<float> residuals;
+  std::vector<uint8_t> inlier;  ///< by rank
+};
+
+/// What a search works with; all of it outlives the search.
+struct SearchParts {
+  const TwoViewModel& model;
+  const std::vector<int>& order;  ///< columns, most confident first
+  Random& random;
+  Effort& effort;
+  const TimeLimit* limit;  ///< null: none
+  SearchStorage& storage;
+};
+
+/// The search for the best-supported hypothesis over the columns of one pair.
 class Ransac {
  public:
-  /// Starts anew. `order`: columns, most confident first. All must outlive the search.
-  void begin(const TwoViewModel& model, const PointColumnsView& points, const std::vector<int>& order,
-             Verifier& verifier, const LocalOptimization& optimization, Random& random, Effort& effort);
+  Ransac(const SearchParts& parts, Verifier& verifier, const LocalOptimization& optimization = {})
+      : parts_(parts), verifier_(verifier), optimization_(optimization) {}
   /// Verifies a hypothesis from elsewhere; true if it became the best.
   bool offer(const Hypothesis& hypothesis);
   void search(Sampler& sampler);
 
-  void setTimeLimit(const TimeLimit* limit) { limit_ = limit; }
-  /// True if the limit, if any, leaves little time for refinement.
-  bool late() const { return limit_ != nullptr && limit_->late(); }
-
   const std::optional<Hypothesis>& best() const { return best_; }
-  const std::vector<float>& residuals();
 
  private:
   bool drawOne(Sampler& sampler);
   void tellSampler(Sampler& sampler);
 
-  const TwoViewModel* model_ = nullptr;
-  PointColumnsView points_ = {};
-  const std::vector<int>* order_ = nullptr;
-  Verifier* verifier_ = nullptr;
+  SearchParts parts_;
+  Verifier& verifier_;
   LocalOptimization optimization_;
-  Random* random_ = nullptr;
-  Effort* effort_ = nullptr;
-  const TimeLimit* limit_ = nullptr;
-
   std::optional<Hypothesis> best_;
-  std::vector<float> residuals_;
-  std::vector<uint8_t> inlier_;  ///< by rank
 };
 
 }  // namespace gms_ransac

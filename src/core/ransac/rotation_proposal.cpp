@@ -28,11 +28,7 @@ Eigen::Vector3d directionOf(const PointColumnsView& points, int first, int secon
 
 PointColumnsView RotationProposal::widen(const PointColumnsView& points, const RotationPrior& prior) {
   const PointColumnsView part = firstColumns(points, kPart);
-  widened_.resize(part.count);
-  std::copy_n(part.x1, part.count, widened_.x1());
-  std::copy_n(part.y1, part.count, widened_.y1());
-  std::copy_n(part.x2, part.count, widened_.x2());
-  std::copy_n(part.y2, part.count, widened_.y2());
+  widened_.copy(part, [](int) { return true; });
   // Near the optical axis a rotation moves points by its angle, on the normalised image plane.
   const auto moved = static_cast<float>(prior.covariance.diagonal().maxCoeff());
   std::transform(part.weight, part.weight + part.count, widened_.weight(),
@@ -41,7 +37,7 @@ PointColumnsView RotationProposal::widen(const PointColumnsView& points, const R
 }
 
 TwoViewPose RotationProposal::find(const ResidualKernels& kernels, const PointColumnsView& points,
-                                   const RotationPrior& prior, int64_t& evaluations) {
+                                   const RotationPrior& prior) {
   const PointColumnsView part = widen(points, prior);
   const PoseModel coarse(kernels, part, kParallaxPrior);
   TwoViewPose best = {prior.R.transpose(), Eigen::Vector3d::UnitZ()};
@@ -51,15 +47,15 @@ TwoViewPose RotationProposal::find(const ResidualKernels& kernels, const PointCo
     const Eigen::Vector3d t = directionOf(part, column, column + 1, best.R);
     if (!(t.squaredNorm() > 0.5)) continue;
     float cost;
-    const TwoViewPose pose = coarse.withBetterSign({best.R, t}, cost, evaluations);
+    const TwoViewPose pose = coarse.withBetterSign({best.R, t}, cost);
     if (cost >= best_cost) continue;
     best = pose;
     best_cost = cost;
   }
-  evaluations += static_cast<int64_t>(part.count) * coarse.refine(kRobustLoss, kFirstIterations, best);
+  coarse.refine(kRobustLoss, kFirstIterations, best);
   const PoseModel model(kernels, points, kParallaxPrior);
-  evaluations += static_cast<int64_t>(points.count) * model.refine(kRobustLoss, kIterations, best);
-  return model.withBetterSign(best, best_cost, evaluations);
+  model.refine(kRobustLoss, kIterations, best);
+  return model.withBetterSign(best, best_cost);
 }
 
 }  // namespace gms_ransac

@@ -1,8 +1,6 @@
 // A proposal for the loop from another sensor's rotation and the matches.
 #pragma once
 
-#include <cstdint>
-
 #include "gms_ransac/relative_pose.h"
 #include "two_view/pose_model.h"
 
@@ -12,8 +10,7 @@ namespace gms_ransac {
 /// together with the rotation: the prior is only where it starts.
 class RotationProposal {
  public:
-  TwoViewPose find(const ResidualKernels& kernels, const PointColumnsView& points, const RotationPrior& prior,
-                   int64_t& evaluations);
+  TwoViewPose find(const ResidualKernels& kernels, const PointColumnsView& points, const RotationPrior& prior);
 
  private:
   /// The first columns, each with the threshold that the prior's noise leaves it.

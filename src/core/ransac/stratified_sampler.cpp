@@ -24,8 +24,8 @@ constexpr int kFirstMultiple = 4;  // of the sample size: the shortest prefix
 }  // namespace
 
 void StratifiedSampler::setCells(const std::vector<int>& order, const std::vector<int32_t>& cells) {
-  order_ = &order;
-  cells_ = &cells;
+  cells_.resize(order.size());
+  for (size_t k = 0; k < order.size(); ++k) cells_[k] = cells[static_cast<size_t>(order[k])];
 }
 
 void StratifiedSampler::begin(const SamplingTask& task) { begin(task, kFirstShare); }
@@ -41,16 +41,12 @@ void StratifiedSampler::begin(const SamplingTask& task, double first_share) {
   inlier_.clear();
 }
 
-int32_t StratifiedSampler::cellOf(int rank) const {
-  return (*cells_)[static_cast<size_t>((*order_)[static_cast<size_t>(rank)])];
-}
-
 bool StratifiedSampler::spread(const int* sample) const {
   int reach = 0;
   for (int i = 0; i < task_.sample_size; ++i) {
-    const int a = cellOf(sample[i]);
+    const int a = cells_[static_cast<size_t>(sample[i])];
     for (int j = 0; j < i; ++j) {
-      const int b = cellOf(sample[j]);
+      const int b = cells_[static_cast<size_t>(sample[j])];
       if (a == b) return false;
       reach = std::max({reach, std::abs(a % kSpreadGridSide - b % kSpreadGridSide),
                         std::abs(a / kSpreadGridSide - b / kSpreadGridSide)});

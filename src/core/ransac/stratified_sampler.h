@@ -13,7 +13,7 @@ namespace gms_ransac {
 /// present prefix.
 class StratifiedSampler : public Sampler {
  public:
-  /// To be called before begin(). `order`: columns, most confident first; `cells`: of each column. Kept by reference.
+  /// To be called before begin(). `order`: columns, most confident first; `cells`: of each column.
   void setCells(const std::vector<int>& order, const std::vector<int32_t>& cells);
   void begin(const SamplingTask& task) override;
   void begin(const SamplingTask& task, double first_share);
@@ -23,12 +23,10 @@ class StratifiedSampler : public Sampler {
   int prefix() const { return drawn_from_; }
 
  private:
-  int32_t cellOf(int rank) const;
   bool spread(const int* sample) const;
   void updateBound();
 
-  const std::vector<int>* order_ = nullptr;
-  const std::vector<int32_t>* cells_ = nullptr;
+  std::vector<int32_t> cells_;  ///< by rank
   SamplingTask task_;
   double prefix_ = 0, growth_ = 1;
   int drawn_from_ = 0, bound_prefix_ = 0;

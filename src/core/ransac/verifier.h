@@ -3,50 +3,47 @@
 
 #include <vector>
 
-#include "gms_ransac/robust_result.h"
 #include "random.h"
 #include "two_view/two_view_model.h"
 
 namespace gms_ransac {
 
+/// Lives as long as a search: nothing is best at first. `order`: columns, most confident first.
 class Verifier {
  public:
   virtual ~Verifier() = default;
-  /// A new pair; nothing is best yet. `order`: columns, most confident first. All must outlive the verifier's use.
-  virtual void begin(const TwoViewModel& model, const PointColumnsView& points, const std::vector<int>& order) = 0;
   /// True when the hypothesis has more support than every one before, which makes it the best.
-  virtual bool beatsBest(const Hypothesis& hypothesis, Random& random, Effort& effort) = 0;
+  virtual bool beatsBest(const Hypothesis& hypothesis, Random& random) = 0;
 };
 
 /// Inliers among all matches. With `tests` d above 0 the T(d,d) test of Matas & Chum 2004: d random matches must fit
 /// before all are looked at.
 class CountingVerifier : public Verifier {
  public:
-  explicit CountingVerifier(int tests = 0) : tests_(tests) {}
-  void begin(const TwoViewModel& model, const PointColumnsView& points, const std::vector<int>& order) override;
-  bool beatsBest(const Hypothesis& hypothesis, Random& random, Effort& effort) override;
+  CountingVerifier(const TwoViewModel& model, const PointColumnsView& points, const std::vector<int>& order,
+                   int tests = 0)
+      : model_(model), points_(points), order_(order), tests_(tests) {}
+  bool beatsBest(const Hypothesis& hypothesis, Random& random) override;
 
  private:
-  bool passesRandomTests(const Hypothesis& hypothesis, Random& random, Effort& effort) const;
+  bool passesRandomTests(const Hypothesis& hypothesis, Random& random) const;
 
-  int tests_;
-  const TwoViewModel* model_ = nullptr;
-  PointColumnsView points_ = {};
-  const std::vector<int>* order_ = nullptr;
-  int best_inliers_ = 0;
+  const TwoViewModel& model_;
+  PointColumnsView points_;
+  const std::vector<int>& order_;
+  int tests_, best_inliers_ = 0;
 };
 
 /// Inliers among the matches that samples do not come from, ties by the others (Ci et al. 2022); all where none are
 /// left.
 class HoldOutVerifier : public Verifier {
  public:
-  explicit HoldOutVerifier(double fraction) : fraction_(fraction) {}
-  void begin(const TwoViewModel& model, const PointColumnsView& points, const std::vector<int>& order) override;
-  bool beatsBest(const Hypothesis& hypothesis, Random& random, Effort& effort) override;
+  HoldOutVerifier(const TwoViewModel& model, const PointColumnsView& points, const std::vector<int>& order,
+                  double fraction);
+  bool beatsBest(const Hypothesis& hypothesis, Random& random) override;
 
  private:
-  double fraction_;
-  const TwoViewModel* model_ = nullptr;
+  const TwoViewModel& model_;
   PointColumns held_out_, sampled_;
   int best_inliers_ = 0, best_sampled_inliers_ = 0;
 };
@@ -54,13 +51,14 @@ class HoldOutVerifier : public Verifier {
 /// Truncated cost over all matches (MSAC, Torr & Zisserman 2000), given up as soon as it exceeds the best.
 class CostVerifier : public Verifier {
  public:
-  void begin(const TwoViewModel& model, const PointColumnsView& points, const std::vector<int>& order) override;
-  bool beatsBest(const Hypothesis& hypothesis, Random& random, Effort& effort) override;
+  CostVerifier(const TwoViewModel& model, const PointColumnsView& points)
+      : model_(model), points_(points), best_cost_(static_cast<float>(points.count)) {}
+  bool beatsBest(const Hypothesis& hypothesis, Random& random) override;
 
  private:
-  const TwoViewModel* model_ = nullptr;
-  PointColumnsView points_ = {};
-  float best_cost_ = 0;
+  const TwoViewModel& model_;
+  PointColumnsView points_;
+  float best_cost_;
 };
 
 }  // namespace gms_ransac

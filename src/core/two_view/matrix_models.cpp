@@ -52,10 +52,10 @@ int FundamentalModel::solve(const int* sample, Hypothesis* hypotheses) const {
   return static_cast<int>(end - hypotheses);
 }
 
-int FundamentalModel::refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const {
+void FundamentalModel::refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const {
   Eigen::Matrix3d& F = hypothesis.matrix;
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  if (!(svd.singularValues()[0] > 0)) return 0;
+  if (!(svd.singularValues()[0] > 0)) return;
   RankTwo state{svd.matrixU(), svd.matrixV(), svd.singularValues()[1] / svd.singularValues()[0]};
   const auto linearize = [&](const RankTwo& at, NormalEquations<7>& result) {
     const Eigen::Matrix3d matrix = at.matrix();
@@ -78,10 +78,9 @@ int FundamentalModel::refine(const Loss& loss, int iterations, Hypothesis& hypot
     return RankTwo{rotationFromVector({step[0], step[1], step[2]}) * from.U,
                    rotationFromVector({step[3], step[4], step[5]}) * from.V, from.s + step[6]};
   };
-  const int passes = minimizeRobustCost<7>(iterations, kEnough, state, linearize, cost, moved);
+  points_.countPasses(minimizeRobustCost<7>(iterations, kEnough, state, linearize, cost, moved));
   const Eigen::Matrix3d matrix = state.matrix();
   F = matrix / matrix.norm();
-  return passes;
 }
 
 int HomographyModel::solve(const int* sample, Hypothesis* hypotheses) const {
@@ -95,28 +94,31 @@ int HomographyModel::solve(const int* sample, Hypothesis* hypotheses) const {
 }
 
 bool HomographyModel::score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound,
-                            HypothesisScore& score, int64_t& evaluations) const {
+                            HypothesisScore& score) const {
   float h[9], g[9];
   toFloat(hypothesis.matrix, h);
   toFloat(hypothesis.matrix.inverse(), g);
   kernels_.scoreHomography(points, h, g, bound, score);
-  evaluations += score.evaluated;
+  points.countResiduals(score.evaluated);
   return score.cost < bound;  // false also for the NaN of a singular matrix
 }
 
 bool HomographyModel::fits(const Hypothesis& hypothesis, int i) const {
+  points_.countResiduals(1);
   return points_.weight[i] * transferSquared(hypothesis.matrix, hypothesis.matrix.inverse(), points_.x1[i],
                                              points_.y1[i], points_.x2[i], points_.y2[i]) <
          1;
 }
 
-void HomographyModel::residuals(const Hypothesis& hypothesis, float* e) const {
+void HomographyModel::residuals(const Hypothesis& hypothesis, std::vector<float>& e) const {
   float h[9];
   toFloat(hypothesis.matrix, h);
-  kernels_.transferResiduals(points_, h, e);
+  e.resize(static_cast<size_t>(points_.size));
+  kernels_.transferResiduals(points_, h, e.data());
+  points_.countPasses(1);
 }
 
-int HomographyModel::refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const {
+void HomographyModel::refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const {
   Eigen::Matrix3d& H = hypothesis.matrix;
   // The scale is fixed by the entry of largest size; the other eight are free.
   int fixed = 0;
@@ -140,9 +142,8 @@ int HomographyModel::refine(const Loss& loss, int iterations, Hypothesis& hypoth
     for (int k = 0; k < 8; ++k) to(entry(k) / 3, entry(k) % 3) += step[k];
     return to;
   };
-  const int passes = minimizeRobustCost<8>(iterations, kEnough, H, linearize, cost, moved);
+  points_.countPasses(minimizeRobustCost<8>(iterations, kEnough, H, linearize, cost, moved));
   H /= H.norm();
-  return passes;
 }
 
 }  // namespace gms_ransac

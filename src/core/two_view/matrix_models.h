@@ -1,8 +1,6 @@
 // The fundamental matrix: hypotheses from seven points, refinement on its seven degrees of freedom.
 #pragma once
 
-#include <cstdint>
-
 #include <Eigen/Core>
 
 #include "two_view/two_view_model.h"
@@ -17,7 +15,7 @@ class FundamentalModel : public EpipolarModel {
 
   int sampleSize() const override { return 7; }
   int solve(const int* sample, Hypothesis* hypotheses) const override;
-  int refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const override;
+  void refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const override;
 
  private:
   bool oriented_;
@@ -31,11 +29,11 @@ class HomographyModel : public TwoViewModel {
 
   int sampleSize() const override { return 4; }
   int solve(const int* sample, Hypothesis* hypotheses) const override;
-  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, HypothesisScore& score,
-             int64_t& evaluations) const override;
+  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound,
+             HypothesisScore& score) const override;
   bool fits(const Hypothesis& hypothesis, int column) const override;
-  void residuals(const Hypothesis& hypothesis, float* e) const override;
-  int refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const override;
+  void residuals(const Hypothesis& hypothesis, std::vector<float>& e) const override;
+  void refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const override;
   Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const override { return hypothesis.matrix; }
 
  private:

@@ -102,37 +102,41 @@ bool PoseModel::fits(const Hypothesis& hypothesis, int column) const {
   return epipolarFits(points_, hypothesis.pose.essential(), column);
 }
 
-bool PoseModel::score(const PointColumnsView& points, const TwoViewPose& pose, float bound, HypothesisScore& score,
-                      int64_t& evaluations) const {
+bool PoseModel::score(const PointColumnsView& points, const TwoViewPose& pose, float bound,
+                      HypothesisScore& score) const {
   const PoseParameters parameters = pose.parameters();
   if (bound < static_cast<float>(points.count)) {
     // Without cheirality and prior the cost is a lower bound, and half the work.
     kernels_.scoreEpipolar(points, parameters.E, bound, score);
-    evaluations += score.evaluated;
+    points.countResiduals(score.evaluated);
     if (!(score.cost < bound)) return false;
   }
   kernels_.scorePose(points, parameters, prior_, bound, score);
-  evaluations += score.evaluated;
+  points.countResiduals(score.evaluated);
   return score.cost < bound;
 }
 
-TwoViewPose PoseModel::withBetterSign(const TwoViewPose& pose, float& cost, int64_t& evaluations) const {
+TwoViewPose PoseModel::withBetterSign(const TwoViewPose& pose, float& cost) const {
   const TwoViewPose opposite = {pose.R, -pose.t};
   HypothesisScore score, opposite_score;
   kernels_.scorePose(points_, pose.parameters(), prior_, std::numeric_limits<float>::max(), score);
   // The wrong one has the matches behind a camera, and is given up after the first of them.
   kernels_.scorePose(points_, opposite.parameters(), prior_, score.cost, opposite_score);
-  evaluations += score.evaluated + opposite_score.evaluated;
+  points_.countResiduals(score.evaluated + opposite_score.evaluated);
   cost = std::min(score.cost, opposite_score.cost);
   return opposite_score.cost < score.cost ? opposite : pose;
 }
 
-void PoseModel::residuals(const TwoViewPose& pose, float* e) const {
-  kernels_.epipolarResiduals(points_, pose.parameters().E, e);
+void PoseModel::residuals(const TwoViewPose& pose, std::vector<float>& e) const {
+  e.resize(static_cast<size_t>(points_.size));
+  kernels_.epipolarResiduals(points_, pose.parameters().E, e.data());
+  points_.countPasses(1);
 }
 
-void PoseModel::residualsInFront(const TwoViewPose& pose, float* e) const {
-  kernels_.poseResiduals(points_, pose.parameters(), e);
+void PoseModel::residualsInFront(const TwoViewPose& pose, std::vector<float>& e) const {
+  e.resize(static_cast<size_t>(points_.size));
+  kernels_.poseResiduals(points_, pose.parameters(), e.data());
+  points_.countPasses(1);
 }
 
 void PoseModel::tangent(const Eigen::Vector3d& t, float (&steps)[2][3]) {
@@ -160,9 +164,9 @@ DerivativeSums PoseModel::differentiate(const TwoViewPose& pose, const Loss& los
   return kernels_.differentiatePose(points_, pose.parameters(), steps, loss, columns);
 }
 
-int PoseModel::refine(const Loss& loss, int iterations, TwoViewPose& pose, float enough) const {
+void PoseModel::refine(const Loss& loss, int iterations, TwoViewPose& pose, float enough) const {
   makeRotation(pose.R);  // steps keep what it is, errors included
-  return minimizeRobustCost<5>(
+  points_.countPasses(minimizeRobustCost<5>(
       iterations, enough, pose, [&](const TwoViewPose& at, NormalEquations<5>& result) { linearize(at, loss, result); },
       [&](const TwoViewPose& at) { return kernels_.poseCost(points_, at.parameters(), loss, prior_); },
       [](const TwoViewPose& from, const double(&step)[5]) {
@@ -170,7 +174,7 @@ int PoseModel::refine(const Loss& loss, int iterations, TwoViewPose& pose, float
         tangent(from.t, basis);
         return TwoViewPose{rotationFromVector({step[0], step[1], step[2]}) * from.R,
                            (from.t + step[3] * basis[0] + step[4] * basis[1]).normalized()};
-      });
+      }));
 }
 
 void PoseModel::linearizeRotation(const Eigen::Matrix3d& R, const Loss& loss, NormalEquations<3>& equations) const {
@@ -180,8 +184,8 @@ void PoseModel::linearizeRotation(const Eigen::Matrix3d& R, const Loss& loss, No
   kernels_.linearizeRotation(points_, H, D, loss, equations);
 }
 
-int PoseModel::refineRotation(const Loss& loss, int iterations, Eigen::Matrix3d& R) const {
-  return minimizeRobustCost<3>(
+void PoseModel::refineRotation(const Loss& loss, int iterations, Eigen::Matrix3d& R) const {
+  points_.countPasses(minimizeRobustCost<3>(
       iterations, kEnoughToCompare, R,
       [&](const Eigen::Matrix3d& at, NormalEquations<3>& result) { linearizeRotation(at, loss, result); },
       [&](const Eigen::Matrix3d& at) {
@@ -191,7 +195,7 @@ int PoseModel::refineRotation(const Loss& loss, int iterations, Eigen::Matrix3d&
       },
       [](const Eigen::Matrix3d& from, const double(&step)[3]) {
         return Eigen::Matrix3d(rotationFromVector({step[0], step[1], step[2]}) * from);
-      });
+      }));
 }
 
 int EssentialModel::solve(const int* sample, Hypothesis* hypotheses) const {
@@ -200,10 +204,12 @@ int EssentialModel::solve(const int* sample, Hypothesis* hypotheses) const {
   return keepFinite(models, solveEssential5(points.reference, points.current, models), hypotheses);
 }
 
-void PoseModel::rotationResiduals(const Eigen::Matrix3d& R, float* e) const {
+void PoseModel::rotationResiduals(const Eigen::Matrix3d& R, std::vector<float>& e) const {
   float H[9];
   toFloat(R, H);
-  kernels_.transferResiduals(points_, H, e);
+  e.resize(static_cast<size_t>(points_.size));
+  kernels_.transferResiduals(points_, H, e.data());
+  points_.countPasses(1);
 }
 
 }  // namespace gms_ransac

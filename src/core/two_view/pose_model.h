@@ -2,8 +2,6 @@
 // of freedom. And plainly, as the textbook has it.
 #pragma once
 
-#include <cstdint>
-
 #include <Eigen/Core>
 
 #include "two_view/two_view_model.h"
@@ -26,30 +24,33 @@ class PoseModel : public TwoViewModel {
   PoseModel(const ResidualKernels& kernels, const PointColumnsView& points, const ParallaxPrior& prior = {})
       : kernels_(kernels), points_(points), prior_(prior) {}
 
+  const PointColumnsView& points() const { return points_; }
+  /// The same model of the first columns alone.
+  PoseModel first(int count) const { return {kernels_, firstColumns(points_, count), prior_}; }
+
   int sampleSize() const override { return 5; }
   /// Poses of a sample whose points lie in front of both cameras, or so far that it cannot be told.
   int solve(const int* sample, Hypothesis* hypotheses) const override;
-  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, HypothesisScore& score,
-             int64_t& evaluations) const override {
-    return this->score(points, hypothesis.pose, bound, score, evaluations);
+  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound,
+             HypothesisScore& score) const override {
+    return this->score(points, hypothesis.pose, bound, score);
   }
   bool fits(const Hypothesis& hypothesis, int column) const override;
-  void residuals(const Hypothesis& hypothesis, float* e) const override { residuals(hypothesis.pose, e); }
-  int refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const override {
-    return refine(loss, iterations, hypothesis.pose);
+  void residuals(const Hypothesis& hypothesis, std::vector<float>& e) const override { residuals(hypothesis.pose, e); }
+  void refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const override {
+    refine(loss, iterations, hypothesis.pose);
   }
   Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const override { return hypothesis.pose.essential(); }
 
-  bool score(const PointColumnsView& points, const TwoViewPose& pose, float bound, HypothesisScore& score,
-             int64_t& evaluations) const;
+  bool score(const PointColumnsView& points, const TwoViewPose& pose, float bound, HypothesisScore& score) const;
   /// The pose or the one with the opposite t, which the Sampson distance cannot tell from it: the one of lower cost.
-  TwoViewPose withBetterSign(const TwoViewPose& pose, float& cost, int64_t& evaluations) const;
+  TwoViewPose withBetterSign(const TwoViewPose& pose, float& cost) const;
   /// The Sampson distance of every match.
-  void residuals(const TwoViewPose& pose, float* e) const;
+  void residuals(const TwoViewPose& pose, std::vector<float>& e) const;
   /// That, or more for a match behind a camera: what score() sums up, without the prior.
-  void residualsInFront(const TwoViewPose& pose, float* e) const;
-  /// Levenberg-Marquardt; returns passes over the matches.
-  int refine(const Loss& loss, int iterations, TwoViewPose& pose, float enough = kEnoughToCompare) const;
+  void residualsInFront(const TwoViewPose& pose, std::vector<float>& e) const;
+  /// Levenberg-Marquardt.
+  void refine(const Loss& loss, int iterations, TwoViewPose& pose, float enough = kEnoughToCompare) const;
   /// Normal equations at a pose, with the prior; parameters: rotation vector w of R <- exp(w) R, then steps of t along
   /// tangent().
   void linearize(const TwoViewPose& pose, const Loss& loss, NormalEquations<5>& equations) const;
@@ -58,9 +59,9 @@ class PoseModel : public TwoViewModel {
   DerivativeSums differentiate(const TwoViewPose& pose, const Loss& loss, float* columns) const;
 
   /// The same for a motion without translation, whose residual is the transfer distance in the current image.
-  int refineRotation(const Loss& loss, int iterations, Eigen::Matrix3d& R) const;
+  void refineRotation(const Loss& loss, int iterations, Eigen::Matrix3d& R) const;
   void linearizeRotation(const Eigen::Matrix3d& R, const Loss& loss, NormalEquations<3>& equations) const;
-  void rotationResiduals(const Eigen::Matrix3d& R, float* e) const;
+  void rotationResiduals(const Eigen::Matrix3d& R, std::vector<float>& e) const;
 
   static void tangent(const Eigen::Vector3d& t, Eigen::Vector3d (&basis)[2]);
   static void tangent(const Eigen::Vector3d& t, float (&steps)[2][3]);
@@ -78,7 +79,7 @@ class EssentialModel : public EpipolarModel {
 
   int sampleSize() const override { return 5; }
   int solve(const int* sample, Hypothesis* hypotheses) const override;
-  int refine(const Loss& /*loss*/, int /*iterations*/, Hypothesis& /*hypothesis*/) const override { return 0; }
+  void refine(const Loss& /*loss*/, int /*iterations*/, Hypothesis& /*hypothesis*/) const override {}
 };
 
 }  // namespace gms_ransac

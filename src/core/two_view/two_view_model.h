@@ -1,7 +1,7 @@
 // Interface of two-view models for RANSAC. Only the models know the meaning of a hypothesis.
 #pragma once
 
-#include <cstdint>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -43,15 +43,15 @@ class TwoViewModel {
   virtual int sampleSize() const = 0;
   /// Hypotheses of a minimal sample, at most kMaxHypotheses of them, all finite. `sample`: columns.
   virtual int solve(const int* sample, Hypothesis* hypotheses) const = 0;
-  /// Cost and inliers among `points`. False as soon as the cost exceeds `bound`; adds the residuals computed to
-  /// `evaluations`.
-  virtual bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, HypothesisScore& score,
-                     int64_t& evaluations) const = 0;
+  /// Cost and inliers among `points`. False as soon as the cost exceeds `bound`.
+  virtual bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound,
+                     HypothesisScore& score) const = 0;
   /// True when one match is within the threshold, computed in double.
   virtual bool fits(const Hypothesis& hypothesis, int column) const = 0;
-  virtual void residuals(const Hypothesis& hypothesis, float* e) const = 0;
-  /// Moves the hypothesis to the robust optimum near it; returns the passes over the matches.
-  virtual int refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const = 0;
+  /// Of every match, padding included.
+  virtual void residuals(const Hypothesis& hypothesis, std::vector<float>& e) const = 0;
+  /// Moves the hypothesis to the robust optimum near it.
+  virtual void refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const = 0;
   virtual Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const = 0;
 };
 
@@ -85,26 +85,29 @@ inline void toFloat(const Eigen::Matrix3d& m, float (&out)[9]) {
 }
 
 inline bool epipolarFits(const PointColumnsView& points, const Eigen::Matrix3d& matrix, int i) {
+  points.countResiduals(1);
   return points.weight[i] * sampsonSquared(matrix, points.x1[i], points.y1[i], points.x2[i], points.y2[i]) < 1;
 }
 
 class EpipolarModel : public TwoViewModel {
  public:
-  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound, HypothesisScore& score,
-             int64_t& evaluations) const override {
+  bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound,
+             HypothesisScore& score) const override {
     float m[9];
     toFloat(hypothesis.matrix, m);
     kernels_.scoreEpipolar(points, m, bound, score);
-    evaluations += score.evaluated;
+    points.countResiduals(score.evaluated);
     return score.cost < bound;
   }
   bool fits(const Hypothesis& hypothesis, int column) const override {
     return epipolarFits(points_, hypothesis.matrix, column);
   }
-  void residuals(const Hypothesis& hypothesis, float* e) const override {
+  void residuals(const Hypothesis& hypothesis, std::vector<float>& e) const override {
     float m[9];
     toFloat(hypothesis.matrix, m);
-    kernels_.epipolarResiduals(points_, m, e);
+    e.resize(static_cast<size_t>(points_.size));
+    kernels_.epipolarResiduals(points_, m, e.data());
+    points_.countPasses(1);
   }
   Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const override { return hypothesis.matrix; }
 

@@ -25,6 +25,7 @@ class TwoViewPoints {
   void set(const PointPairs& pairs, const Camera& camera, ModelType type, double threshold_px, double noise_exponent);
 
   ModelType type() const { return type_; }
+  void countInto(int64_t* evaluations) { columns_.countInto(evaluations); }
   int size() const { return columns_.count(); }
   PointColumnsView view() const { return columns_.view(); }
   const std::vector<int32_t>& cells() const { return cells_; }

@@ -34,10 +34,9 @@ struct JudgedScene {
     points.set(scene.pairs, scene.camera, ModelType::kEssential, RobustOptions().inlierThreshold(), 0);
     // Without a translation any direction is as good; the optimum is found from one.
     pose = {scene.R, scene.t.norm() > 0 ? Eigen::Vector3d(scene.t.normalized()) : Eigen::Vector3d::UnitX()};
-    int64_t evaluations = 0;
     const PoseModel model(kernels(), points.view());
     model.refine(kRobustLoss, 50, pose, kEnough);
-    noise.measure(model, points.view(), pose, evaluations);
+    noise.measure(model, points.view(), pose);
     summation.sum(kernels(), points.view(), pose, noise.loss(), points.cells());
   }
   PoseCovariance covariance() const { return poseCovariance(summation.information(), pose, noise.sigma(), 0); }
@@ -181,8 +180,7 @@ TEST(Vuong, IsTheSumOverTheRootOfTheSquaresOfCells) {
 
 RotationVerdict verdictOf(const JudgedScene& judged) {
   RotationExplanation explanation;
-  int64_t evaluations = 0;
-  explanation.fit(kernels(), judged.points.view(), judged.pose, judged.noise, evaluations);
+  explanation.fit(kernels(), judged.points.view(), judged.pose, judged.noise);
   return explanation.compare(judged.points, judged.pose, judged.noise);
 }
 
@@ -236,9 +234,8 @@ TEST(SegmentationStep, FindsABreakWhereItIs) {
   const TwoViewScene broken = brokenScene(1, 0.8);
   judged.points.set(broken.pairs, broken.camera, ModelType::kEssential, RobustOptions().inlierThreshold(), 0);
   const PoseModel model(kernels(), judged.points.view());
-  int64_t evaluations = 0;
   model.refine(kRobustLoss, 50, judged.pose, kEnough);
-  judged.noise.measure(model, judged.points.view(), judged.pose, evaluations);
+  judged.noise.measure(model, judged.points.view(), judged.pose);
   judged.summation.sum(kernels(), judged.points.view(), judged.pose, judged.noise.loss(), judged.points.cells());
   const PoseBreak found = findBreak(judged.summation, judged.covariance().with_camera);
   EXPECT_GT(found.statistic, 27);
@@ -260,9 +257,8 @@ TEST(SegmentationStep, ARigidWorldSeldomBreaks) {
 TEST(OtherMotionsStep, AMotionIsNoOtherThanItself) {
   const JudgedScene judged(exactScene(1));
   OtherMotions others(kernels());
-  int64_t evaluations = 0;
   const RefinedPose refined = {judged.pose, judged.points, judged.points.view(), judged.noise};
-  const Ambiguity same = others.compare(refined, 0.01, false, {{judged.pose}}, evaluations);
+  const Ambiguity same = others.compare(refined, 0.01, false, {{judged.pose}});
   EXPECT_FALSE(same.other_direction);
   EXPECT_TRUE(same.covariance.isZero());
 }
@@ -272,9 +268,8 @@ TEST(OtherMotionsStep, WhatExplainsNothingIsRejected) {
   TwoViewPose other = judged.pose;
   other.t = judged.pose.t.cross(Eigen::Vector3d::UnitY()).normalized();
   OtherMotions others(kernels());
-  int64_t evaluations = 0;
   const RefinedPose refined = {judged.pose, judged.points, judged.points.view(), judged.noise};
-  EXPECT_FALSE(others.compare(refined, 0.001, false, {{other}}, evaluations).other_direction);
+  EXPECT_FALSE(others.compare(refined, 0.001, false, {{other}}).other_direction);
 }
 
 TEST(OtherMotionsStep, WithoutParallaxTwoDirectionsTie) {
@@ -286,11 +281,10 @@ TEST(OtherMotionsStep, WithoutParallaxTwoDirectionsTie) {
   PoseModel::tangent(judged.pose.t, basis);
   other.t = basis[0];
   OtherMotions others(kernels());
-  int64_t evaluations = 0;
   const RefinedPose refined = {judged.pose, judged.points, judged.points.view(), judged.noise};
   int ties = 0;
   for (const Eigen::Vector3d& t : {basis[0], basis[1], Eigen::Vector3d(-basis[0]), Eigen::Vector3d(-basis[1])}) {
-    ties += others.compare(refined, 0.001, false, {{{judged.pose.R, t}, true}}, evaluations).other_direction;
+    ties += others.compare(refined, 0.001, false, {{{judged.pose.R, t}, true}}).other_direction;
   }
   EXPECT_GE(ties, 1);
 }

@@ -64,8 +64,8 @@ TEST(RotationProposal, FindsTheMotionOfAnExactScene) {
   points.set(scene.pairs, scene.camera, ModelType::kEssential, 1, 0);
   RotationProposal proposal;
   int64_t evaluations = 0;
-  const TwoViewPose pose =
-      proposal.find(residualKernels(detectSimdLevel()), points.view(), priorOf(scene), evaluations);
+  points.countInto(&evaluations);
+  const TwoViewPose pose = proposal.find(residualKernels(detectSimdLevel()), points.view(), priorOf(scene));
   EXPECT_LT(rotationError(pose.R, scene.R), 0.02);
   EXPECT_LT(directionError(pose.t, scene.t), 0.3);
   EXPECT_GT(evaluations, 0);
@@ -76,23 +76,20 @@ TEST(RotationProposal, TakesThePriorsNoiseOut) {
   TwoViewPoints points;
   points.set(scene.pairs, scene.camera, ModelType::kEssential, 1, 0);
   RotationProposal proposal;
-  int64_t evaluations = 0;
   const RotationPrior prior = priorOf(scene, {2 * kPriorSigma, -2 * kPriorSigma, kPriorSigma});
-  const TwoViewPose pose = proposal.find(residualKernels(detectSimdLevel()), points.view(), prior, evaluations);
+  const TwoViewPose pose = proposal.find(residualKernels(detectSimdLevel()), points.view(), prior);
   EXPECT_LT(rotationError(pose.R, scene.R), 0.1);
   EXPECT_LT(directionError(pose.t, scene.t), 2);
 }
 
 TEST(RotationProposal, OfNothingIsFinite) {
   RotationProposal proposal;
-  int64_t evaluations = 0;
   for (const int matches : {0, 1, 2, 5}) {
     TwoViewScene scene = turningScene(1, 0);
     scene.pairs.resize(matches);
     TwoViewPoints points;
     points.set(scene.pairs, scene.camera, ModelType::kEssential, 1, 0);
-    const TwoViewPose pose =
-        proposal.find(residualKernels(detectSimdLevel()), points.view(), priorOf(scene), evaluations);
+    const TwoViewPose pose = proposal.find(residualKernels(detectSimdLevel()), points.view(), priorOf(scene));
     EXPECT_TRUE(pose.R.allFinite() && pose.t.allFinite()) << matches;
   }
 }

@@ -314,9 +314,11 @@ struct TrueMotion {
   TwoViewPoints points;
   std::vector<int> order;
   Hypothesis truth;
+  int64_t evaluations = 0;
 
   explicit TrueMotion(const TwoViewSceneOptions& scene) : pair(makeTwoViewScene(scene)) {
     points.set(pair.pairs, pair.camera, ModelType::kEssential, 1, 0);
+    points.countInto(&evaluations);
     std::vector<int> matches(pair.correct.size());
     std::iota(matches.begin(), matches.end(), 0);
     points.columnsOf(matches, order);
@@ -335,14 +337,13 @@ TEST(Verifier, TddLooksAtAllMatchesOnlyIfItsOwnFit) {
   int passed = 0;
   const int trials = 2000;
   for (int i = 0; i < trials; ++i) {
-    Effort effort;
-    CountingVerifier verifier(2);
-    verifier.begin(model, motion.points.view(), motion.order);
-    if (verifier.beatsBest(motion.truth, random, effort)) {
+    const int64_t before = motion.evaluations;
+    CountingVerifier verifier(model, motion.points.view(), motion.order, 2);
+    if (verifier.beatsBest(motion.truth, random)) {
       ++passed;
-      EXPECT_EQ(effort.point_evaluations, 2 + motion.points.size());
+      EXPECT_EQ(motion.evaluations - before, 2 + motion.points.size());
     } else {
-      EXPECT_LE(effort.point_evaluations, 2);
+      EXPECT_LE(motion.evaluations - before, 2);
     }
   }
   EXPECT_NEAR(passed, 0.25 * trials, 0.05 * trials);  // w^d, and a few outliers that fit
@@ -364,19 +365,16 @@ TEST(Verifier, HoldOutJudgesByMatchesThatAreNotSampled) {
     return pairs;
   };
   Random random(1);
-  Effort effort;
-  HoldOutVerifier verifier(0.2);
-  verifier.begin(model, motion.points.view(), motion.order);
-  EXPECT_TRUE(verifier.beatsBest(motion.truth, random, effort));
-  EXPECT_EQ(effort.point_evaluations, motion.points.size());
-  EXPECT_FALSE(verifier.beatsBest(motion.truth, random, effort)) << "it ties with itself";
+  HoldOutVerifier verifier(model, motion.points.view(), motion.order, 0.2);
+  EXPECT_TRUE(verifier.beatsBest(motion.truth, random));
+  EXPECT_EQ(motion.evaluations, motion.points.size());
+  EXPECT_FALSE(verifier.beatsBest(motion.truth, random)) << "it ties with itself";
   TwoViewPoints part;
   part.set(explains(sampled, motion.points.size()), motion.pair.camera, ModelType::kEssential, 1, 0);
-  verifier.begin(model, part.view(), motion.order);
-  EXPECT_TRUE(verifier.beatsBest(motion.truth, random, effort));
+  EXPECT_TRUE(HoldOutVerifier(model, part.view(), motion.order, 0.2).beatsBest(motion.truth, random));
   part.set(explains(0, sampled), motion.pair.camera, ModelType::kEssential, 1, 0);
-  verifier.begin(model, part.view(), motion.order);
-  EXPECT_TRUE(verifier.beatsBest(motion.truth, random, effort)) << "among none held out the sampled decide";
+  EXPECT_TRUE(HoldOutVerifier(model, part.view(), motion.order, 0.2).beatsBest(motion.truth, random))
+      << "among none held out the sampled decide";
 }
 
 TEST(Verifier, CostGivesUpOnWhatCannotWin) {
@@ -384,15 +382,13 @@ TEST(Verifier, CostGivesUpOnWhatCannotWin) {
   const TrueMotion motion(scene);
   const EssentialModel model = motion.model();
   Random random(1);
-  Effort effort;
-  CostVerifier verifier;
-  verifier.begin(model, motion.points.view(), motion.order);
-  EXPECT_TRUE(verifier.beatsBest(motion.truth, random, effort));
-  const int64_t whole = effort.point_evaluations;
+  CostVerifier verifier(model, motion.points.view());
+  EXPECT_TRUE(verifier.beatsBest(motion.truth, random));
+  const int64_t whole = motion.evaluations;
   Hypothesis wrong;
   wrong.matrix = crossMatrix(Eigen::Vector3d::UnitY());
-  EXPECT_FALSE(verifier.beatsBest(wrong, random, effort));
-  EXPECT_LT(effort.point_evaluations - whole, whole);
+  EXPECT_FALSE(verifier.beatsBest(wrong, random));
+  EXPECT_LT(motion.evaluations - whole, whole);
 }
 
 }  // namespace

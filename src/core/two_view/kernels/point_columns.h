@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <numeric>
 #include <vector>
 
@@ -17,6 +18,12 @@ struct PointColumnsView {
   const float *x1, *y1, *x2, *y2;  ///< reference (1) and current (2) point, working coordinates
   const float* weight;             ///< 1 / squared threshold of the point, so that a residual of 1 is at the threshold
   int size = 0, count = 0;
+  int64_t* evaluations = nullptr;  ///< raised by every residual that a model computes; null: not counted
+
+  void countPasses(int passes) const { countResiduals(static_cast<int64_t>(count) * passes); }
+  void countResiduals(int64_t residuals) const {
+    if (evaluations != nullptr) *evaluations += residuals;
+  }
 };
 
 /// The first columns, as many as `count` (a multiple of kLanes) or all.
@@ -55,6 +62,7 @@ class PointColumns {
   }
   void gather(const PointColumnsView& from, const int* columns, int count) {
     resize(count);
+    countInto(from.evaluations);
     const float* sources[] = {from.x1, from.y1, from.x2, from.y2, from.weight};
     for (int c = 0; c < 5; ++c) {
       for (int i = 0; i < count; ++i) column(c)[i] = sources[c][columns[i]];
@@ -64,6 +72,7 @@ class PointColumns {
   template <class Keep>
   void copy(const PointColumnsView& from, const Keep& keep) {
     resize(from.count);
+    countInto(from.evaluations);
     const float* sources[] = {from.x1, from.y1, from.x2, from.y2, from.weight};
     for (int c = 0; c < 5; ++c) std::copy_n(sources[c], from.count, column(c));
     for (int i = 0; i < from.count; ++i) {
@@ -76,7 +85,11 @@ class PointColumns {
   float* y2() { return column(3); }
   float* weight() { return column(4); }
   int count() const { return count_; }
-  PointColumnsView view() const { return {column(0), column(1), column(2), column(3), column(4), stride_, count_}; }
+  /// Where what is computed of these columns is counted; it must outlive their views.
+  void countInto(int64_t* evaluations) { evaluations_ = evaluations; }
+  PointColumnsView view() const {
+    return {column(0), column(1), column(2), column(3), column(4), stride_, count_, evaluations_};
+  }
 
  private:
   static constexpr size_t kAlignment = 16;  // floats: one cache line
@@ -85,6 +98,7 @@ class PointColumns {
   std::vector<float> storage_;
   float* base_ = nullptr;
   int stride_ = 0, count_ = 0;
+  int64_t* evaluations_ = nullptr;
 };
 
 }  // namespace gms_ransac
