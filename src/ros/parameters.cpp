@@ -119,7 +119,7 @@ Parameters Parameters::read(const ros::NodeHandle& pnh) {
   parameters.imu_frame = withoutLeadingSlash(parameters.imu_frame);
   parameters.prior_frame = withoutLeadingSlash(parameters.prior_frame);
   if (parameters.rotation_prior == RotationPriorKind::kTf && parameters.prior_frame.empty()) {
-    refuse(pnh, "prior_frame", "", "the fixed frame that tf knows the camera's turns in, with ~rotation_prior tf");
+    refuse(pnh, "prior_frame", "", "the fixed frame in which tf knows the camera, with ~rotation_prior tf");
   }
   if (parameters.scale == ScaleMode::kGround && parameters.camera_height == 0) {
     refuse(pnh, "camera_height", "0", "the camera's height above the ground in metres, with ~scale ground");

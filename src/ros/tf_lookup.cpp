@@ -11,7 +11,7 @@ std::string whatTfLacks(const tf2_ros::Buffer& buffer, const std::string& target
                         const std::string& error) {
   for (const std::string& frame : {source, target}) {
     if (!buffer._frameExists(frame)) {
-      return "no transform names " + frame + "; the robot's model or a static_transform_publisher has to";
+      return "no transform names " + frame + "; publish it by the robot's model or a static_transform_publisher";
     }
   }
   return error;

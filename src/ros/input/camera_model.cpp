@@ -87,9 +87,9 @@ std::string missingRays(const Camera& camera) {
   const int missing = camera.pixelsWithoutInverse();
   if (missing == 0) return std::string();
   std::ostringstream text;
-  text << "the distortion coefficients do not say which rays " << missing << " pixels ("
+  text << "the distortion coefficients define no ray for " << missing << " pixels ("
        << std::lround(100.0 * missing / camera.imageSize().area())
-       << " %) lie on; matches there are left out. Calibrate with views that reach the corners";
+       << " %), whose matches are not used; calibrate with views that reach the corners";
   return text.str();
 }
 
@@ -168,8 +168,8 @@ std::string CameraModelSource::contradiction(const sensor_msgs::CameraInfo& info
                                 [this](const CameraIntrinsics& each) { return mayBeOneCamera(each, override_); });
   if (given.empty() || fits) return std::string();
   std::ostringstream text;
-  text << "the parameters ~camera say fx " << override_.fx << ", fy " << override_.fy << ", but the camera_info on "
-       << info_topic_ << " says fx " << given[0].fx << ", fy " << given[0].fy << ": that is another camera" << advice;
+  text << "the parameters ~camera have fx " << override_.fx << ", fy " << override_.fy << ", but the camera_info on "
+       << info_topic_ << " has fx " << given[0].fx << ", fy " << given[0].fy << ": that is another camera" << advice;
   return text.str();
 }
 

@@ -84,7 +84,8 @@ constexpr double kMetresPerUnit = 0.001;  // of 16-bit depth, REP 118
 
 std::string layoutProblem(const sensor_msgs::Image& image, int type) {
   if (image.width == 0 || image.height == 0 || image.data.empty()) return "it is empty (" + sizeText(image) + ")";
-  if (image.width > kMaximumSide || image.height > kMaximumSide) return "it is " + sizeText(image) + ", too large";
+  if (image.width > kMaximumSide || image.height > kMaximumSide)
+    return "it is " + sizeText(image) + ", too large: a side has at most " + std::to_string(kMaximumSide) + " pixels";
   const size_t row = static_cast<size_t>(image.width) * CV_ELEM_SIZE(type), value = CV_ELEM_SIZE1(type);
   const auto step = [&image] { return "step is " + std::to_string(image.step) + " bytes, "; };
   if (image.step < row) {

@@ -348,7 +348,8 @@ std::string ImageInput::whyNoImage(const Topics& published) const {
   const bool raw = parameters_.image_transport == "raw";
   const std::string topic = firstTopic() + (raw ? "" : "/" + parameters_.image_transport);
   const auto publishers = exactInfo() ? image_filter_.getNumPublishers() : image_subscriber_.getNumPublishers();
-  if (publishers > 0) return "no image arrives on " + topic + ", although it is published";
+  if (publishers > 0)
+    return "no image arrives on " + topic + ", although it has a publisher; check it with rostopic hz";
   return nobodyPublishes(topic, firstName(), published);
 }
 

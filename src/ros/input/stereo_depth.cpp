@@ -23,8 +23,8 @@ constexpr double kLeastDisparity = 3;  // pixels
 // Intrinsics that differ by less are those of P, and the image is rectified.
 constexpr double kSameFocalLength = 1e-6;  // relative
 // Share of the left keypoints that have a match on their row, of two cameras that see the same; a third in the rendered
-// room. Below it matches are looked for so many pixels beside the rows, too, and when there are so many, and so many
-// times more than on them, the rows are wrong.
+// room. Below it a second search looks that many pixels above and below the rows. If it finds so many matches, and so
+// many times more than on the rows, the rows are wrong.
 constexpr double kUsualOnRows = 0.1, kBesideRows = 40;
 constexpr size_t kSureBesideRows = 50, kMoreBesideRows = 3;
 
@@ -61,8 +61,8 @@ StereoRig::StereoRig(const CameraModel& left_model, const sensor_msgs::CameraInf
     problem = "R of a camera_info is no rotation; calibrate both cameras together";
   } else if (!std::isfinite(baseline) || baseline <= 0) {
     problem =
-        "the camera_infos say no distance between the cameras (P[3] of the right one is -fx times it, metres); "
-        "calibrate both cameras together, and look whether left and right are exchanged";
+        "the camera_infos give no distance between the cameras (P[3] of the right one must be -fx times it, metres); "
+        "calibrate both cameras together, and check that left and right are not exchanged";
   }
 }
 
@@ -80,7 +80,7 @@ StereoDepth::StereoDepth(const Parameters& parameters, const std::string& right_
 std::string StereoDepth::takeRight(const ImageWithInfo& input, const Features& left, const CameraModel& left_model) {
   if (!left_model.camera.calibrated()) return "the left camera is not calibrated";
   if (!input.right) {
-    return "no image on " + right_topic_ + " has about its stamp (within " + secondsText(kStereoTolerance) +
+    return "no image on " + right_topic_ + " has its stamp (within " + secondsText(kStereoTolerance) +
            "); trigger both cameras together, or stamp their images alike";
   }
   if (!input.right_info) return "no camera_info has come on " + right_info_topic_;
@@ -138,8 +138,8 @@ std::string StereoDepth::doubtOfRows(const Features& left, double focal_length) 
   }
   std::ostringstream text;
   text.precision(2);
-  text << "points of the left image lie " << quantilesOf(std::move(off)).median << " px beside their rows on "
-       << right_topic_ << ": the images are not rectified, or not by this calibration";
+  text << "points of the left image lie " << quantilesOf(std::move(off)).median << " px above or below their rows on "
+       << right_topic_ << ": rectify both images, by the calibration in their camera_info";
   return text.str();
 }
 

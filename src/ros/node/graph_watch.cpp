@@ -54,7 +54,7 @@ void GraphWatch::watch() {
     std::string problem;
     Topics topics;
     guarded([&] { problem = ask(topics); },
-            [&](const std::string& what) { problem = "the ROS master cannot be asked: " + what; });
+            [&](const std::string& what) { problem = "the request to the ROS master failed: " + what; });
     lock.lock();
     topics_ = std::move(topics);
     // While the process ends the master's answers mean nothing.

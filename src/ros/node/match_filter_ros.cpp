@@ -28,7 +28,7 @@ std::string whenSubscribed(bool always, const OutputOptions& options) {
   if (always) return " always (~always_subscribe)";
   if (options.publish_relative_tf) return " while it broadcasts a transform (~publish_relative_tf)";
   if (options.publish_odom_tf) return " while it broadcasts a transform (~publish_odom_tf)";
-  return " only while someone listens to an output";
+  return " only while an output has a subscriber";
 }
 
 /// Warns of simulated time without a clock, which a replay leaves behind for a live camera; empty: no problem.
@@ -62,7 +62,7 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
       prepared_(1) {
   for (const std::string& unknown : unknownParameters(pnh_, parameters_)) {
     ROS_WARN_STREAM(parameters_.name << ": parameter " << pnh_.resolveName(unknown)
-                                     << " is set but not known; misspelt?");
+                                     << " is set, but this node has no such parameter; check the spelling");
   }
   priors_ = MotionPriors::make(nh_, parameters_);
   input_ = std::make_unique<ImageInput>(

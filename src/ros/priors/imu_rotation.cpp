@@ -64,7 +64,7 @@ std::string ImuRotation::extrinsics(const std::string& camera_frame, Eigen::Matr
 std::string ImuRotation::between(const std::string& camera_frame, double from, double to, RotationPrior& prior) {
   std::lock_guard<std::mutex> lock(mutex_);
   const std::string topic = nh_.resolveName("imu");
-  if (no_gyro_) return "the messages on " + topic + " say that they have no angular velocity (covariance -1)";
+  if (no_gyro_) return "the messages on " + topic + " have no angular velocity (covariance -1); use an IMU with a gyro";
   if (gyro_.empty()) return "no sample has come on " + topic;
   GyroTurn turn;
   std::string problem = gyro_.integrate(from, to, bias_.bias(), turn);
@@ -94,7 +94,7 @@ void ImuRotation::learn(const std::string& camera_frame, double from, double to,
 
 std::string ImuRotation::learnt() {
   std::lock_guard<std::mutex> lock(mutex_);
-  if (!bias_.known()) return "gyro bias not known: the images have not stood still yet";
+  if (!bias_.known()) return "gyro bias unknown: the camera has not been at rest yet";
   const Eigen::Vector3d sigma = bias_.covariance().diagonal().cwiseSqrt();
   char text[160];
   std::snprintf(text, sizeof(text), "gyro bias (%.4f, %.4f, %.4f) rad/s, standard deviation (%.4f, %.4f, %.4f)",

@@ -113,7 +113,7 @@ std::string MotionPriors::fillRates(RotationPrior& prior) {
   TurnRates rates;
   std::string problem = rateAt(asked_.from, rates.reference);
   if (problem.empty()) problem = rateAt(asked_.to, rates.current);
-  if (!problem.empty()) return "no turn while the rows were read: " + problem;
+  if (!problem.empty()) return "no rotation during the readout: " + problem;
   prior.rates = rates;
   return std::string();
 }
@@ -207,10 +207,10 @@ PriorReport MotionPriors::report() {
   const std::string learnt = source_->learnt();
   if (!learnt.empty()) report.values.emplace_back("learnt", learnt);
   report.values.emplace_back("pairs compared", std::to_string(turns.pairs()));
-  if (readout_ > 0) report.values.emplace_back("pairs whose rows it turned", std::to_string(pairs_by_rates));
+  if (readout_ > 0) report.values.emplace_back("pairs corrected for readout", std::to_string(pairs_by_rates));
   report.values.emplace_back("contradicting", std::to_string(std::lround(100 * turns.contradicting())) + " %");
   report.values.emplace_back("~image_time_offset (s)", offset ? offsetText(*offset, parameters_.image_time_offset)
-                                                              : "too little turning to tell");
+                                                              : "unknown: too little rotation");
   return report;
 }
 

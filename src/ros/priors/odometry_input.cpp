@@ -129,7 +129,7 @@ std::string OdometryInput::between(const std::string& camera_frame, double from,
     if (!problem.empty()) return problem + " on " + topic;
     body_frame = body_frame_;
   }
-  if (body_frame.empty()) return "the messages on " + topic + " have no child_frame_id, which says what moves";
+  if (body_frame.empty()) return "the messages on " + topic + " have no child_frame_id; set it to the frame that moves";
   Eigen::Isometry3d camera_in_body;
   std::string problem = tf_->get(body_frame, camera_frame, 0, camera_in_body);
   motion.motion = camera_in_body.inverse() * motion.motion * camera_in_body;

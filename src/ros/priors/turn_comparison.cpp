@@ -219,20 +219,20 @@ std::string TurnComparison::doubt(const std::optional<TimeOffset>& offset) const
   }
   const Axes axes = bestAxes();
   if (axes.contradicting <= kExplained) {
-    return what + ": its axes explain it; what tf makes (x, y, z) of the camera is " + describeAxes(axes.matrix) +
-           "; look at the tf from the camera's optical frame to the sensor, and at how the sensor is mounted";
+    return what + ": its axes explain it; (x, y, z) of the camera by tf is in truth " + describeAxes(axes.matrix) +
+           "; correct the tf from the camera's optical frame to the sensor, or the mounting of the sensor";
   }
   const Axes rotation = bestRotation();
   if (rotation.contradicting <= kExplained) {
     const Vector3d turn = vectorOf(rotation.matrix) / kDegree;
     return what + formatted(
-                      ": its extrinsics explain it; turned by (%.1f, %.1f, %.1f) degrees about the camera's x, y "
-                      "and z it would agree; look at the tf from the camera's optical frame to the sensor",
+                      ": its extrinsics explain it; rotated by (%.1f, %.1f, %.1f) degrees about the camera's x, y "
+                      "and z it would agree; correct the tf from the camera's optical frame to the sensor",
                       turn.x(), turn.y(), turn.z());
   }
   return what + formatted(
-                    " (of %.2f degrees usually); neither axes, extrinsics nor a time offset explain it: is it the "
-                    "sensor of another body, in other units (degrees), or the camera's calibration?",
+                    " (of %.2f degrees usually); neither axes, extrinsics nor a time offset explain it: check "
+                    "that the sensor is on the camera's body, its units (radians), and the camera's calibration",
                     usualTurn() / kDegree);
 }
 

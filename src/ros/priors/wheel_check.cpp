@@ -25,11 +25,10 @@ std::string WheelCheck::problem(const Eigen::Vector3d& travelled, const RobustRe
   const double length = travelled.norm(), parallax = seen.median_parallax_px;
   char text[200] = "";
   if (seen.translation_observable && length < kStanding) {
-    std::snprintf(
-        text, sizeof(text),
-        "the odometry says that the camera stood (%.4f m) and the images that it moved (%.1f px of parallax): "
-        "do the wheels slip, or does its topic lag?",
-        length, parallax);
+    std::snprintf(text, sizeof(text),
+                  "by the odometry the camera stood (%.4f m), by the images it moved (%.1f px of parallax): the wheels "
+                  "slip, or the odometry is late",
+                  length, parallax);
     return text;
   }
   const double expected = length * usual();
@@ -40,16 +39,17 @@ std::string WheelCheck::problem(const Eigen::Vector3d& travelled, const RobustRe
   if (length >= kStanding) usual_.push_back(parallax / length);
   if (usual_.size() > kPairs) usual_.pop_front();
   if (too_little || too_much) {
-    std::snprintf(text, sizeof(text),
-                  "the odometry says %.3f m, which usually leaves %.1f px of parallax, and the images have %.1f px: do "
-                  "the wheels slip?",
-                  length, expected, parallax);
+    std::snprintf(
+        text, sizeof(text),
+        "by the odometry the camera moved %.3f m, which usually gives %.1f px of parallax, but the images have "
+        "%.1f px: the wheels slip",
+        length, expected, parallax);
     return text;
   }
   if (seen.translation_observable && travelled.dot(seen.pose.t) < kOtherWay * length * seen.pose.t.norm()) {
     std::snprintf(text, sizeof(text),
-                  "the odometry moves the camera %.0f degrees away from where the images say it moved: look at the tf "
-                  "from its body to the camera",
+                  "the camera's direction by the odometry is %.0f degrees from that by the images: correct the tf from "
+                  "the body of the odometry to the camera",
                   std::acos(std::clamp(travelled.dot(seen.pose.t) / (length * seen.pose.t.norm()), -1.0, 1.0)) * 180 /
                       3.14159265358979323846);
     return text;

@@ -95,7 +95,7 @@ void FramePreparation::findDepth(PreparedFrame& frame) {
   } else if (input.depth) {
     frame.depth_problem = toDepth(*input.depth, frame.grey.size(), frame.depth);
   } else if (parameters_.scale == ScaleMode::kDepth) {
-    frame.depth_problem = "no depth image of about its stamp came with the image";
+    frame.depth_problem = "no depth image with about the stamp of the image came";
   }
 }
 

@@ -223,7 +223,7 @@ std::optional<FrameProcessor::NewStart> FrameProcessor::newStart(const PreparedF
   }
   if (!reference_ && retired_) {
     return NewStart{MatchStats::TIME_RESET, Continuity::kBroken,
-                    "it follows on no image from before the loss: they are of another size, or older than "
+                    "no image from before the loss is kept any more: they are of another size, or older than "
                     "~max_recovery_gap (" +
                         secondsText(options.recovery.seconds) + ")"};
   }

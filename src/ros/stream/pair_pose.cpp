@@ -17,7 +17,7 @@ void PairPose::finish(const SigmaFloor& floor, ProcessedFrame& processed) {
   processed.pose = processed.result->robust.pose;
   processed.length_missing = processed.recovered && processed.status == MatchStats::OK;
   findLength(processed);
-  if (processed.length_missing) processed.text += "; how far the camera moved meanwhile is not known";
+  if (processed.length_missing) processed.text += "; the length of the motion since then is unknown";
   makePublishable(processed.status == MatchStats::OK, floor, processed.pose);
   stopIfUnfit(processed);
 }
@@ -101,7 +101,7 @@ void PairPose::stopIfUnfit(ProcessedFrame& processed) {
   const std::string defect = poseDefect(processed.pose);
   if (defect.empty()) return;
   processed.status = MatchStats::RANSAC_FAILED;
-  processed.text = "the pose was stopped before it was published: " + defect;
+  processed.text = "the pose is not fit to publish: " + defect;
   processed.pose = RelativePose();
   processed.metric_scale = false;
   // The propagator may have taken wrong values from this pair: it starts anew.

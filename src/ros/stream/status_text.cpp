@@ -95,7 +95,7 @@ std::string explain(Reset reset) {
     case Reset::kRequested:
       return "reset on request";
     case Reset::kUnsubscribed:
-      return "no images were taken for a while (~pause, or nobody listened)";
+      return "no images were taken for a while (~pause, or no output had a subscriber)";
     default:
       return std::string();
   }

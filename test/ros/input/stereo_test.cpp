@@ -151,7 +151,7 @@ TEST(StereoDepth, SaysWhatIsMissing) {
     input.image = image;
     return processor.prepare(input)->depth_problem;
   };
-  EXPECT_NE(problem([](ImageWithInfo& i) { i.right.reset(); }).find("no image on right/image has about its stamp"),
+  EXPECT_NE(problem([](ImageWithInfo& i) { i.right.reset(); }).find("no image on right/image has its stamp"),
             std::string::npos);
   EXPECT_NE(problem([](ImageWithInfo& i) { i.right_info.reset(); }).find("right/camera_info"), std::string::npos);
   EXPECT_NE(problem([&](ImageWithInfo& i) { i.right_info = room.info(0); }).find("no distance between"),
@@ -192,7 +192,7 @@ TEST(StereoDepth, SaysThatImagesAreNotRectified) {
   FrameProcessor processor(stereo(), "left/image", "left/camera_info");
   processor.setOptions(ProcessorOptions());
   const std::string problem = processor.prepare(input)->depth_problem;
-  EXPECT_NE(problem.find("px beside their rows on right/image: the images are not rectified"), std::string::npos)
+  EXPECT_NE(problem.find("px above or below their rows on right/image: rectify both images"), std::string::npos)
       << problem;
 }
 

@@ -159,7 +159,7 @@ class PriorsTest(unittest.TestCase):
 
         def turned():
             values = [v.value for report in reports for status in report.status for v in status.values
-                      if status.name.strip("/").startswith("rolling: priors") and v.key == "pairs whose rows it turned"]
+                      if status.name.strip("/").startswith("rolling: priors") and v.key == "pairs corrected for readout"]
             return values and int(values[-1]) > len(times) / 2
         client.wait(turned, "rows that the gyro turned")
 
@@ -200,7 +200,7 @@ class PriorsTest(unittest.TestCase):
         # From standing to standing is what it says: the camera moved all the same.
         client.ask(self.frames[chosen[-1] + 2], self.stamp(self.times[chosen[-1] + 2]))
         text = client.ask(self.frames[chosen[-1] + 5], self.stamp(last)).status_text
-        self.assertIn("no length: the odometry says that the camera stood", text)
+        self.assertIn("no length: by the odometry the camera stood", text)
 
     def test_tf(self):
         client = Client("by_tf", "by_tf/image", "by_tf/camera_info").connect()
