@@ -160,7 +160,7 @@ ScaleEstimate ScalePropagator::update(const Triangulation& pair, const MatchResu
   return estimate;
 }
 
-void ScalePropagator::carryThroughTurn(const Triangulation& pair, const MatchResult& result) {
+void ScalePropagator::carryThroughRotation(const Triangulation& pair, const MatchResult& result) {
   current_.assign(static_cast<size_t>(result.keypoints_current), InverseDepth());
   for (int i = 0; i < pair.size(); ++i) {
     const Match& match = result.matches[pair.match[i]];

@@ -34,7 +34,7 @@ class ScalePropagator {
   ScaleEstimate update(const Triangulation& pair, const MatchResult& result, const Camera& camera,
                        bool after_loss = false);
   /// Replaces `update` for a pure rotation: depths are carried over, the length stays.
-  void carryThroughTurn(const Triangulation& pair, const MatchResult& result);
+  void carryThroughRotation(const Triangulation& pair, const MatchResult& result);
   void advance();
   void reset();
 

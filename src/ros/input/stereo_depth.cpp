@@ -56,8 +56,8 @@ StereoRig::StereoRig(const CameraModel& left_model, const sensor_msgs::CameraInf
     : left(rectification(left_model, left_info)),
       right(rectification(right_model, right_info)),
       baseline(offset(left_info) - offset(right_info)) {
-  const auto is_turn = [](const Eigen::Matrix3d& R) { return R.isUnitary(1e-4) && R.determinant() > 0; };
-  if (!is_turn(left) || !is_turn(right)) {
+  const auto is_rotation = [](const Eigen::Matrix3d& R) { return R.isUnitary(1e-4) && R.determinant() > 0; };
+  if (!is_rotation(left) || !is_rotation(right)) {
     problem = "R of a camera_info is no rotation; calibrate both cameras together";
   } else if (!std::isfinite(baseline) || baseline <= 0) {
     problem =

@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "priors/turns.h"
+#include "priors/rotation_vectors.h"
 
 namespace gms_ransac {
 
@@ -22,7 +22,7 @@ constexpr double kVisualFloor = 2e-4;
 bool isStill(const StillObservation& observation, const Eigen::Matrix3d& covariance) {
   const double seconds = observation.to - observation.from;
   return observation.visual.norm() < GyroBias::kStillRate * seconds ||
-         observation.visual.dot(covariance.inverse() * observation.visual) < kTurnChi2;
+         observation.visual.dot(covariance.inverse() * observation.visual) < kRotationChi2;
 }
 
 Eigen::Matrix3d floored(Eigen::Matrix3d covariance) {
@@ -41,11 +41,11 @@ Eigen::Vector3d GyroBuffer::rateAt(size_t after, double stamp) const {
   return a.rate + (stamp - a.stamp) / (b.stamp - a.stamp) * (b.rate - a.rate);
 }
 
-std::string GyroBuffer::integrate(double from, double to, const Eigen::Vector3d& bias, GyroTurn& turn) const {
+std::string GyroBuffer::integrate(double from, double to, const Eigen::Vector3d& bias, GyroRotation& rotation) const {
   if (samples_.empty()) return "no sample has come";
   std::string problem = missing(from, to);
   if (!problem.empty()) return problem;
-  turn = GyroTurn();
+  rotation = GyroRotation();
   const auto first = std::upper_bound(samples_.begin(), samples_.end(), from,
                                       [](double stamp, const GyroSample& sample) { return stamp < sample.stamp; });
   auto after = std::max<size_t>(1, static_cast<size_t>(first - samples_.begin()));
@@ -59,14 +59,14 @@ std::string GyroBuffer::integrate(double from, double to, const Eigen::Vector3d&
     if (step > kLongestStep) return missingStep(step);
     const double end = std::min(to, samples_[after].stamp);
     const Eigen::Vector3d end_rate = rateAt(after, end);
-    turn.R = turn.R * turnOf((end - stamp) * (0.5 * (rate + end_rate) - bias));
+    rotation.R = rotation.R * rotationBy((end - stamp) * (0.5 * (rate + end_rate) - bias));
     // A sample stands for one step, of which this may be a part.
     variance += (end - stamp) * step * sigma(samples_[after]) * sigma(samples_[after]);
     stamp = end;
     rate = end_rate;
   }
-  turn.covariance.diagonal().setConstant(variance);
-  turn.rate_change = (rate - first_rate).norm();
+  rotation.covariance.diagonal().setConstant(variance);
+  rotation.rate_change = (rate - first_rate).norm();
   return std::string();
 }
 

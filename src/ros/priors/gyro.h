@@ -18,7 +18,7 @@ struct GyroSample {
 };
 
 /// X_at_start = R X_at_end, both in the axes of the sensor.
-struct GyroTurn {
+struct GyroRotation {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< rad^2, of exp(rotation vector) R; of the samples' noise
   double rate_change = 0;  ///< between its ends, rad/s: what a stamp that is wrong by a second would cost
@@ -30,7 +30,7 @@ class GyroBuffer : public SampleBuffer<GyroSample> {
   void add(const GyroSample& sample);
   /// Integrates rates minus `bias`, linear between samples. Returns an empty string, or what is missing, as the end of
   /// a sentence.
-  std::string integrate(double from, double to, const Eigen::Vector3d& bias, GyroTurn& turn) const;
+  std::string integrate(double from, double to, const Eigen::Vector3d& bias, GyroRotation& rotation) const;
 
   static constexpr double kLongestStep = 0.1;  ///< seconds between samples of one motion, at the most: 10 Hz, or ten
                                                ///< samples of an IMU lost

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "frames.h"
-#include "priors/turns.h"
+#include "priors/rotation_vectors.h"
 
 namespace gms_ransac {
 
@@ -66,30 +66,30 @@ std::string ImuRotation::between(const std::string& camera_frame, double from, d
   const std::string topic = nh_.resolveName("imu");
   if (no_gyro_) return "the messages on " + topic + " have no angular velocity (covariance -1); use an IMU with a gyro";
   if (gyro_.empty()) return "no sample has come on " + topic;
-  GyroTurn turn;
-  std::string problem = gyro_.integrate(from, to, bias_.bias(), turn);
+  GyroRotation rotation;
+  std::string problem = gyro_.integrate(from, to, bias_.bias(), rotation);
   if (!problem.empty()) return problem + " on " + topic;
   Eigen::Matrix3d imu_in_camera;
   problem = extrinsics(camera_frame, imu_in_camera);
   if (!problem.empty()) return problem;
-  prior.R = imu_in_camera * turn.R * imu_in_camera.transpose();
+  prior.R = imu_in_camera * rotation.R * imu_in_camera.transpose();
   const double seconds = to - from;
   prior.covariance =
-      imu_in_camera * (turn.covariance + seconds * seconds * bias_.covariance()) * imu_in_camera.transpose();
-  const double mount = kMountSigma * vectorOf(turn.R).norm(), late = kStampSigma * turn.rate_change;
+      imu_in_camera * (rotation.covariance + seconds * seconds * bias_.covariance()) * imu_in_camera.transpose();
+  const double mount = kMountSigma * vectorOf(rotation.R).norm(), late = kStampSigma * rotation.rate_change;
   prior.covariance.diagonal().array() += mount * mount + late * late;
   return std::string();
 }
 
 void ImuRotation::learn(const std::string& camera_frame, double from, double to, const RotationPrior& visual) {
   std::lock_guard<std::mutex> lock(mutex_);
-  GyroTurn turn;
+  GyroRotation rotation;
   Eigen::Matrix3d imu_in_camera;
-  if (!gyro_.integrate(from, to, Eigen::Vector3d::Zero(), turn).empty()) return;
+  if (!gyro_.integrate(from, to, Eigen::Vector3d::Zero(), rotation).empty()) return;
   if (!extrinsics(camera_frame, imu_in_camera).empty()) return;
   const Eigen::Matrix3d camera_in_imu = imu_in_camera.transpose();
-  bias_.add({from, to, vectorOf(turn.R), camera_in_imu * vectorOf(visual.R),
-             turn.covariance + camera_in_imu * visual.covariance * imu_in_camera});
+  bias_.add({from, to, vectorOf(rotation.R), camera_in_imu * vectorOf(visual.R),
+             rotation.covariance + camera_in_imu * visual.covariance * imu_in_camera});
 }
 
 std::string ImuRotation::learnt() {

@@ -7,7 +7,7 @@
 #include "frames.h"
 #include "priors/imu_rotation.h"
 #include "priors/rotation_source.h"
-#include "priors/turns.h"
+#include "priors/rotation_vectors.h"
 
 namespace gms_ransac {
 
@@ -105,9 +105,10 @@ std::string MotionPriors::fillRates(RotationPrior& prior) {
   const double readout = readout_;
   if (readout == 0 || !source_->tellsRates()) return std::string();
   const auto rateAt = [&](double stamp, Eigen::Vector3d& rate) {
-    RotationPrior turn;
-    std::string problem = source_->between(asked_.camera_frame, stamp - 0.5 * readout, stamp + 0.5 * readout, turn);
-    if (problem.empty()) rate = vectorOf(turn.R) / readout;
+    RotationPrior over_readout;
+    std::string problem =
+        source_->between(asked_.camera_frame, stamp - 0.5 * readout, stamp + 0.5 * readout, over_readout);
+    if (problem.empty()) rate = vectorOf(over_readout.R) / readout;
     return problem;
   };
   TurnRates rates;
@@ -126,8 +127,8 @@ void MotionPriors::learn(const RobustResult& seen) {
   source_->learn(asked_.camera_frame, asked_.from, asked_.to, visual);
   std::lock_guard<std::mutex> lock(mutex_);
   pairs_by_rates_ += seen.row_correction == RowCorrection::kPrior;
-  turns_.add({asked_.from, asked_.to, vectorOf(visual.R), vectorOf(asked_.prior->R),
-              visual.covariance + asked_.prior->covariance});
+  comparison_.add({asked_.from, asked_.to, vectorOf(visual.R), vectorOf(asked_.prior->R),
+                   visual.covariance + asked_.prior->covariance});
 }
 
 ScaleEstimate MotionPriors::length(const PairSeen& pair, std::string& problem) {
@@ -174,7 +175,7 @@ GroundPrior MotionPriors::groundPrior(const std::string& camera_frame) {
   return prior;
 }
 
-TurnComparison::TurnBetween MotionPriors::turnBetween(const std::string& camera_frame) {
+RotationComparison::RotationBetween MotionPriors::rotationBetween(const std::string& camera_frame) {
   return [this, camera_frame](double from, double to) -> std::optional<Eigen::Vector3d> {
     RotationPrior prior;
     if (!source_->between(camera_frame, from, to, prior).empty()) return std::nullopt;
@@ -183,32 +184,33 @@ TurnComparison::TurnBetween MotionPriors::turnBetween(const std::string& camera_
 }
 
 PriorReport MotionPriors::report() {
-  TurnComparison turns;
+  RotationComparison comparison;
   std::string camera_frame;
   int pairs_by_rates = 0;
   PriorReport report;
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    turns = turns_;
+    comparison = comparison_;
     camera_frame = camera_frame_;
     pairs_by_rates = pairs_by_rates_;
     report.summary = problem_;
     if (report.summary.empty() && !length_problem_.empty()) report.summary = "no length: " + length_problem_;
   }
   report.doubtful = !report.summary.empty();
-  if (report.summary.empty()) report.summary = turns.pairs() > 0 ? "agrees with the images" : "nothing compared yet";
+  if (report.summary.empty())
+    report.summary = comparison.pairs() > 0 ? "agrees with the images" : "nothing compared yet";
   if (!source_) return report;
-  const std::optional<TimeOffset> offset = turns.timeOffset(turnBetween(camera_frame));
-  const std::string doubt = turns.doubt(offset);
+  const std::optional<TimeOffset> offset = comparison.timeOffset(rotationBetween(camera_frame));
+  const std::string doubt = comparison.doubt(offset);
   if (!doubt.empty()) {
     report.summary = doubt;
     report.doubtful = true;
   }
   const std::string learnt = source_->learnt();
   if (!learnt.empty()) report.values.emplace_back("learnt", learnt);
-  report.values.emplace_back("pairs compared", std::to_string(turns.pairs()));
+  report.values.emplace_back("pairs compared", std::to_string(comparison.pairs()));
   if (readout_ > 0) report.values.emplace_back("pairs corrected for readout", std::to_string(pairs_by_rates));
-  report.values.emplace_back("contradicting", std::to_string(std::lround(100 * turns.contradicting())) + " %");
+  report.values.emplace_back("contradicting", std::to_string(std::lround(100 * comparison.contradicting())) + " %");
   report.values.emplace_back("~image_time_offset (s)", offset ? offsetText(*offset, parameters_.image_time_offset)
                                                               : "unknown: too little rotation");
   return report;

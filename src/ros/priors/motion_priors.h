@@ -18,8 +18,8 @@
 #include "gms_ransac/relative_pose.h"
 #include "parameters.h"
 #include "priors/odometry_input.h"
+#include "priors/rotation_comparison.h"
 #include "priors/rotation_source.h"
-#include "priors/turn_comparison.h"
 #include "priors/wheel_check.h"
 #include "scale/ground_scale.h"
 #include "scale/translation_scale.h"
@@ -83,7 +83,7 @@ class MotionPriors {
   ScaleEstimate lengthOfOdometry(const std::string& camera_frame, double from, double to, const RobustResult& seen,
                                  std::string& problem);
   GroundPrior groundPrior(const std::string& camera_frame);
-  TurnComparison::TurnBetween turnBetween(const std::string& camera_frame);
+  RotationComparison::RotationBetween rotationBetween(const std::string& camera_frame);
   /// The source of ~rotation_prior; null for none.
   std::unique_ptr<RotationSource> makeSource(const ros::NodeHandle& nh);
 
@@ -100,7 +100,7 @@ class MotionPriors {
   GroundScale ground_;
 
   std::mutex mutex_;  ///< guards what follows
-  TurnComparison turns_;
+  RotationComparison comparison_;
   std::string camera_frame_;
   std::string problem_, length_problem_;  ///< of the last pair
   int pairs_by_rates_ = 0;                ///< corrected for the rolling shutter by the gyro

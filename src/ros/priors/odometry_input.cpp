@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "frames.h"
-#include "priors/turns.h"
+#include "priors/rotation_vectors.h"
 
 namespace gms_ransac {
 
@@ -18,9 +18,9 @@ OdometrySample toSample(const nav_msgs::Odometry& odometry) {
   const auto& p = odometry.pose.pose.position;
   const auto& q = odometry.pose.pose.orientation;
   sample.pose.translation() = Eigen::Vector3d(p.x, p.y, p.z);
-  const Eigen::Quaterniond turn(q.w, q.x, q.y, q.z);
+  const Eigen::Quaterniond rotation(q.w, q.x, q.y, q.z);
   // All zeros is what a message has that fills only its twist.
-  if (turn.norm() > 0.5) sample.pose.linear() = turn.normalized().toRotationMatrix();
+  if (rotation.norm() > 0.5) sample.pose.linear() = rotation.normalized().toRotationMatrix();
   const auto& twist = odometry.twist.twist;
   sample.velocity = {twist.linear.x, twist.linear.y, twist.linear.z};
   sample.angular = {twist.angular.x, twist.angular.y, twist.angular.z};
@@ -61,10 +61,10 @@ Eigen::Isometry3d OdometryBuffer::integrateTwist(size_t after, double from, doub
     const OdometrySample &a = samples_[after - 1], &b = samples_[after];
     const double end = std::min(to, b.stamp), step = end - stamp;
     const double middle = (0.5 * (stamp + end) - a.stamp) / (b.stamp - a.stamp);
-    const Eigen::Vector3d turn = step * (a.angular + middle * (b.angular - a.angular));
+    const Eigen::Vector3d rotation = step * (a.angular + middle * (b.angular - a.angular));
     Eigen::Isometry3d part = Eigen::Isometry3d::Identity();
-    part.linear() = turnOf(turn);
-    part.translation() = turnOf(0.5 * turn) * (step * (a.velocity + middle * (b.velocity - a.velocity)));
+    part.linear() = rotationBy(rotation);
+    part.translation() = rotationBy(0.5 * rotation) * (step * (a.velocity + middle * (b.velocity - a.velocity)));
     motion = motion * part;
     stamp = end;
   }

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "priors/turns.h"
+#include "priors/rotation_vectors.h"
 
 namespace gms_ransac {
 
@@ -13,10 +13,10 @@ namespace {
 constexpr double kFloor = 0.005, kShare = 0.05;
 
 RotationPrior priorOf(const Eigen::Matrix3d& R) {
-  const double turn = kShare * vectorOf(R).norm();
+  const double rotation = kShare * vectorOf(R).norm();
   RotationPrior prior;
   prior.R = R;
-  prior.covariance.diagonal().setConstant(kFloor * kFloor + turn * turn);
+  prior.covariance.diagonal().setConstant(kFloor * kFloor + rotation * rotation);
   return prior;
 }
 

@@ -55,7 +55,7 @@ void PairPose::findLength(ProcessedFrame& processed) {
 
 void PairPose::propagate(ProcessedFrame& processed) {
   scale_updated_ = true;
-  if (processed.status != MatchStats::OK) return propagator_.carryThroughTurn(triangulation_, *processed.result);
+  if (processed.status != MatchStats::OK) return propagator_.carryThroughRotation(triangulation_, *processed.result);
   const Camera& camera = processed.current->camera->camera;
   const ScaleEstimate scale = propagator_.update(triangulation_, *processed.result, camera, processed.recovered);
   processed.pose = withLength(processed.pose, scale);

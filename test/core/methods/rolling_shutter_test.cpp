@@ -83,10 +83,10 @@ RotationPrior gyroOf(const TwoViewScene& scene, double acceleration, int seed) {
     for (int k = 0; k < 3; ++k) v[k] = kGyroSigma * gaussian(random);
     return v;
   };
-  const Eigen::AngleAxisd turn(Eigen::Matrix3d(scene.R.transpose()));
-  const Vector3d rate = turn.angle() / kSceneInterval * turn.axis();
+  const Eigen::AngleAxisd rotation(Eigen::Matrix3d(scene.R.transpose()));
+  const Vector3d rate = rotation.angle() / kSceneInterval * rotation.axis();
   RotationPrior prior;
-  prior.R = rotationOf(kSceneInterval * noise()) * turn.toRotationMatrix();
+  prior.R = rotationOf(kSceneInterval * noise()) * rotation.toRotationMatrix();
   prior.covariance.diagonal().setConstant(kGyroSigma * kSceneInterval * kGyroSigma * kSceneInterval);
   prior.rates = TurnRates{(1 - acceleration) * rate + noise(), (1 + acceleration) * rate + noise()};
   return prior;
@@ -132,7 +132,7 @@ TEST(RollingShutter, TakesTheRowsOfTheImageAsItCame) {
 
 class Methods : public testing::TestWithParam<const char*> {};
 
-TEST_P(Methods, TurnAndDriveWithAFractionOfTheError) {
+TEST_P(Methods, RotateAndDriveWithAFractionOfTheError) {
   for (const std::string scene : {"rolling_turning", "rolling_straight"}) {
     const Answers without = answers(GetParam(), scene, 0), with = answers(GetParam(), scene, kReadout);
     EXPECT_EQ(without.by(RowCorrection::kNone), kPairs);
@@ -147,7 +147,7 @@ TEST_P(Methods, TurnAndDriveWithAFractionOfTheError) {
   }
 }
 
-TEST_P(Methods, ReadUnevenTurnsFromAGyro) {
+TEST_P(Methods, ReadUnevenRotationsFromAGyro) {
   const auto gyro = [](TwoViewScene& pair, int i) { pair.pairs.rotation_prior = gyroOf(pair, 0.5, i); };
   const std::string scene = "rolling_driving_faster";
   const Answers without = answers(GetParam(), scene, 0), with = answers(GetParam(), scene, kReadout, gyro);
@@ -165,8 +165,8 @@ TEST_P(Methods, AreNoWorseForAWrongGyro) {
       const auto spoil = [&](const Vector3d& v) {
         return kind == 0 ? Vector3d(v.x(), -v.y(), v.z()) : kind == 1 ? Vector3d(v.z(), v.x(), v.y()) : Vector3d(-v);
       };
-      const Eigen::AngleAxisd turn(prior.R);
-      prior.R = rotationOf(spoil(turn.angle() * turn.axis()));
+      const Eigen::AngleAxisd rotation(prior.R);
+      prior.R = rotationOf(spoil(rotation.angle() * rotation.axis()));
       prior.rates = TurnRates{spoil(prior.rates->reference), spoil(prior.rates->current)};
       pair.pairs.rotation_prior = prior;
     };

@@ -1,4 +1,4 @@
-#include "priors/turn_comparison.h"
+#include "priors/rotation_comparison.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
-#include "priors/turns.h"
+#include "priors/rotation_vectors.h"
 #include "quantiles.h"
 
 namespace gms_ransac {
@@ -53,41 +53,42 @@ struct ShiftEquations {
 };
 
 /// The robust cost of a shift over the pairs that it leaves samples for; infinite where these are less than half.
-double costOf(const std::deque<ComparedTurn>& turns, const TurnComparison::TurnBetween& prior, double shift) {
+double costOf(const std::deque<ComparedRotation>& compared, const RotationComparison::RotationBetween& prior,
+              double shift) {
   double cost = 0;
   size_t pairs = 0;
-  for (const ComparedTurn& turn : turns) {
-    const auto there = prior(turn.from + shift, turn.to + shift);
+  for (const ComparedRotation& pair : compared) {
+    const auto there = prior(pair.from + shift, pair.to + shift);
     if (!there) continue;
-    const double squared = squaredDistance(turn.visual - *there, turn.covariance);
+    const double squared = squaredDistance(pair.visual - *there, pair.covariance);
     cost += kLossSigmas * kLossSigmas * squared / (kLossSigmas * kLossSigmas + squared);
     ++pairs;
   }
-  if (2 * pairs < turns.size()) return std::numeric_limits<double>::infinity();
+  if (2 * pairs < compared.size()) return std::numeric_limits<double>::infinity();
   return cost / static_cast<double>(pairs);
 }
 
-ShiftEquations linearize(const std::deque<ComparedTurn>& turns, const TurnComparison::TurnBetween& prior, double shift,
-                         const Vector3d& rate) {
+ShiftEquations linearize(const std::deque<ComparedRotation>& compared, const RotationComparison::RotationBetween& prior,
+                         double shift, const Vector3d& rate) {
   constexpr double kDifference = 1e-3;  // seconds, for the derivative
   ShiftEquations equations;
-  for (const ComparedTurn& turn : turns) {
-    const auto here = prior(turn.from + shift, turn.to + shift);
-    const auto later = prior(turn.from + shift + kDifference, turn.to + shift + kDifference);
+  for (const ComparedRotation& pair : compared) {
+    const auto here = prior(pair.from + shift, pair.to + shift);
+    const auto later = prior(pair.from + shift + kDifference, pair.to + shift + kDifference);
     if (!here || !later) continue;
-    const double seconds = turn.to - turn.from;
-    const Vector3d difference = turn.visual - *here - seconds * rate;
+    const double seconds = pair.to - pair.from;
+    const Vector3d difference = pair.visual - *here - seconds * rate;
     Eigen::Matrix<double, 3, 4> J;
     J.col(0) = (*later - *here) / kDifference;
     J.rightCols<3>() = seconds * Matrix3d::Identity();
-    const Matrix3d information = turn.covariance.inverse();
+    const Matrix3d information = pair.covariance.inverse();
     const double squared = difference.dot(information * difference);
     const double weight = weightOf(squared);
     equations.H += weight * J.transpose() * information * J;
     equations.b += weight * J.transpose() * (information * difference);
     equations.weighted_squares += weight * squared;
     equations.weight += weight;
-    equations.contradicting += squared > kTurnChi2;
+    equations.contradicting += squared > kRotationChi2;
     ++equations.pairs;
   }
   return equations;
@@ -130,42 +131,42 @@ std::string formatted(const char* format, Values... values) {
 
 }  // namespace
 
-void TurnComparison::add(const ComparedTurn& turn) {
-  if (!turn.visual.allFinite() || !turn.prior.allFinite() || !turn.covariance.allFinite()) return;
-  if (!turns_.empty() && turns_.back().from == turn.from) turns_.pop_back();
-  turns_.push_back(turn);
-  if (turns_.size() > kPairs) turns_.pop_front();
+void RotationComparison::add(const ComparedRotation& pair) {
+  if (!pair.visual.allFinite() || !pair.prior.allFinite() || !pair.covariance.allFinite()) return;
+  if (!compared_.empty() && compared_.back().from == pair.from) compared_.pop_back();
+  compared_.push_back(pair);
+  if (compared_.size() > kPairs) compared_.pop_front();
 }
 
-double TurnComparison::contradicting() const { return contradicting(Matrix3d::Identity()); }
+double RotationComparison::contradicting() const { return contradicting(Matrix3d::Identity()); }
 
-double TurnComparison::contradicting(const Matrix3d& axes) const {
-  if (turns_.empty()) return 0;
-  const auto contradicts = [&](const ComparedTurn& turn) {
-    return squaredDistance(turn.visual - axes * turn.prior, turn.covariance) > kTurnChi2;
+double RotationComparison::contradicting(const Matrix3d& axes) const {
+  if (compared_.empty()) return 0;
+  const auto contradicts = [&](const ComparedRotation& pair) {
+    return squaredDistance(pair.visual - axes * pair.prior, pair.covariance) > kRotationChi2;
   };
-  return static_cast<double>(std::count_if(turns_.begin(), turns_.end(), contradicts)) /
-         static_cast<double>(turns_.size());
+  return static_cast<double>(std::count_if(compared_.begin(), compared_.end(), contradicts)) /
+         static_cast<double>(compared_.size());
 }
 
-std::optional<TimeOffset> TurnComparison::timeOffset(const TurnBetween& prior) const {
-  if (turns_.size() < kFewest) return std::nullopt;
+std::optional<TimeOffset> RotationComparison::timeOffset(const RotationBetween& prior) const {
+  if (compared_.size() < kFewest) return std::nullopt;
   double shift = 0, lowest = std::numeric_limits<double>::infinity();
   const int steps = static_cast<int>(std::lround(kLargestOffset / kShiftStep));
   for (int k = -steps; k <= steps; ++k) {
-    const double cost = costOf(turns_, prior, k * kShiftStep);
+    const double cost = costOf(compared_, prior, k * kShiftStep);
     if (cost >= lowest) continue;
     lowest = cost;
     shift = k * kShiftStep;
   }
   Vector3d rate = Vector3d::Zero();
-  ShiftEquations equations = linearize(turns_, prior, shift, rate);
+  ShiftEquations equations = linearize(compared_, prior, shift, rate);
   for (int i = 0; i < kShiftIterations; ++i) {
     const Vector4d step = equations.H.ldlt().solve(equations.b);
     if (!step.allFinite() || std::abs(step[0]) > kLargestOffset) return std::nullopt;
     shift += step[0];
     rate += step.tail<3>();
-    equations = linearize(turns_, prior, shift, rate);
+    equations = linearize(compared_, prior, shift, rate);
     if (std::abs(step[0]) < 1e-6) break;
   }
   if (equations.pairs < kFewest || std::abs(shift) > kLargestOffset) return std::nullopt;
@@ -179,7 +180,7 @@ std::optional<TimeOffset> TurnComparison::timeOffset(const TurnBetween& prior) c
   return offset;
 }
 
-TurnComparison::Axes TurnComparison::bestAxes() const {
+RotationComparison::Axes RotationComparison::bestAxes() const {
   static const std::vector<Matrix3d> all = signedPermutations();
   Axes best = {Matrix3d::Identity(), contradicting()};
   for (const Matrix3d& axes : all) {
@@ -189,9 +190,9 @@ TurnComparison::Axes TurnComparison::bestAxes() const {
   return best;
 }
 
-TurnComparison::Axes TurnComparison::bestRotation() const {
+RotationComparison::Axes RotationComparison::bestRotation() const {
   Matrix3d sum = Matrix3d::Zero();
-  for (const ComparedTurn& turn : turns_) sum += turn.visual * turn.prior.transpose() / turn.covariance.trace();
+  for (const ComparedRotation& pair : compared_) sum += pair.visual * pair.prior.transpose() / pair.covariance.trace();
   const Eigen::JacobiSVD<Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Vector3d signs = Vector3d::Ones();
   signs.z() = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
@@ -199,18 +200,18 @@ TurnComparison::Axes TurnComparison::bestRotation() const {
   return {R, contradicting(R)};
 }
 
-double TurnComparison::usualTurn() const {
+double RotationComparison::usualRotation() const {
   std::vector<double> angles;
-  for (const ComparedTurn& turn : turns_) angles.push_back(turn.visual.norm());
+  for (const ComparedRotation& pair : compared_) angles.push_back(pair.visual.norm());
   return quantilesOf(std::move(angles)).median;
 }
 
-std::string TurnComparison::doubt(const std::optional<TimeOffset>& offset) const {
-  if (turns_.size() < kFewest) return std::string();
+std::string RotationComparison::doubt(const std::optional<TimeOffset>& offset) const {
+  if (compared_.size() < kFewest) return std::string();
   const double share = contradicting();
   if (share <= kDoubtful) return std::string();
   const std::string what = formatted("the rotation prior contradicts the images in %.0f %% of the last %zu pairs",
-                                     100 * share, turns_.size());
+                                     100 * share, compared_.size());
   if (offset && offset->explains) {
     return what + formatted(
                       ": a time offset explains it; add %+.4f s (standard deviation %.4f s) to "
@@ -224,16 +225,16 @@ std::string TurnComparison::doubt(const std::optional<TimeOffset>& offset) const
   }
   const Axes rotation = bestRotation();
   if (rotation.contradicting <= kExplained) {
-    const Vector3d turn = vectorOf(rotation.matrix) / kDegree;
+    const Vector3d degrees = vectorOf(rotation.matrix) / kDegree;
     return what + formatted(
                       ": its extrinsics explain it; rotated by (%.1f, %.1f, %.1f) degrees about the camera's x, y "
                       "and z it would agree; correct the tf from the camera's optical frame to the sensor",
-                      turn.x(), turn.y(), turn.z());
+                      degrees.x(), degrees.y(), degrees.z());
   }
   return what + formatted(
                     " (of %.2f degrees usually); neither axes, extrinsics nor a time offset explain it: check "
                     "that the sensor is on the camera's body, its units (radians), and the camera's calibration",
-                    usualTurn() / kDegree);
+                    usualRotation() / kDegree);
 }
 
 }  // namespace gms_ransac

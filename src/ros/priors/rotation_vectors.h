@@ -6,10 +6,10 @@
 namespace gms_ransac {
 
 /// 99 % quantile of the squared Mahalanobis distance of two rotations, three degrees of freedom.
-constexpr double kTurnChi2 = 11.34;
+constexpr double kRotationChi2 = 11.34;
 
 /// The rotation by |v| about v.
-inline Eigen::Matrix3d turnOf(const Eigen::Vector3d& v) {
+inline Eigen::Matrix3d rotationBy(const Eigen::Vector3d& v) {
   const double angle = v.norm();
   if (angle < 1e-12) return Eigen::Matrix3d::Identity();
   return Eigen::AngleAxisd(angle, v / angle).toRotationMatrix();
@@ -17,8 +17,8 @@ inline Eigen::Matrix3d turnOf(const Eigen::Vector3d& v) {
 
 /// The inverse.
 inline Eigen::Vector3d vectorOf(const Eigen::Matrix3d& R) {
-  const Eigen::AngleAxisd turn(R);
-  return turn.angle() * turn.axis();
+  const Eigen::AngleAxisd rotation(R);
+  return rotation.angle() * rotation.axis();
 }
 
 }  // namespace gms_ransac

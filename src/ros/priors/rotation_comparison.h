@@ -12,7 +12,7 @@
 namespace gms_ransac {
 
 /// One pair, in the axes of the reference camera.
-struct ComparedTurn {
+struct ComparedRotation {
   double from = 0, to = 0;                               ///< seconds, as the other sensor was asked
   Eigen::Vector3d visual = Eigen::Vector3d::Zero();      ///< rotation vector of X_reference = R X_current
   Eigen::Vector3d prior = Eigen::Vector3d::Zero();       ///< the same as the other sensor has it
@@ -25,10 +25,10 @@ struct TimeOffset {
   bool explains = false;  ///< with it most pairs do not contradict any more
 };
 
-class TurnComparison {
+class RotationComparison {
  public:
   /// The other sensor's rotation vector between two times; none where it does not know.
-  using TurnBetween = std::function<std::optional<Eigen::Vector3d>(double from, double to)>;
+  using RotationBetween = std::function<std::optional<Eigen::Vector3d>(double from, double to)>;
 
   static constexpr size_t kPairs = 100;          ///< last ones that are compared
   static constexpr size_t kFewest = 30;          ///< before so many pairs there is no doubt
@@ -36,14 +36,14 @@ class TurnComparison {
   static constexpr double kLargestOffset = 0.2;  ///< seconds either way that are searched
 
   /// Adds a pair; it replaces one with the same start, as while the reference is held.
-  void add(const ComparedTurn& turn);
-  void reset() { turns_.clear(); }
-  size_t pairs() const { return turns_.size(); }
+  void add(const ComparedRotation& pair);
+  void reset() { compared_.clear(); }
+  size_t pairs() const { return compared_.size(); }
   /// Share of the pairs whose Mahalanobis distance chance would bring once in a hundred.
   double contradicting() const;
   /// Least squares over a time shift and a constant rate, the bias. None if the rotation is too small or too even to
   /// determine the shift.
-  std::optional<TimeOffset> timeOffset(const TurnBetween& prior) const;
+  std::optional<TimeOffset> timeOffset(const RotationBetween& prior) const;
   /// Returns why the two contradict each other and what to check; empty: no contradiction, or too few pairs. `offset`:
   /// the result of timeOffset().
   std::string doubt(const std::optional<TimeOffset>& offset) const;
@@ -58,9 +58,9 @@ class TurnComparison {
   Axes bestAxes() const;
   /// The rotation that leaves the smallest weighted differences (Kabsch 1976).
   Axes bestRotation() const;
-  double usualTurn() const;
+  double usualRotation() const;
 
-  std::deque<ComparedTurn> turns_;
+  std::deque<ComparedRotation> compared_;
 };
 
 }  // namespace gms_ransac

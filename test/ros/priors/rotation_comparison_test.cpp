@@ -1,6 +1,6 @@
 // Gyro rates against the rotations that images see, on exact motions: integration, bias, contradictions and time
 // offset.
-#include "priors/turn_comparison.h"
+#include "priors/rotation_comparison.h"
 
 #include <cmath>
 #include <fstream>
@@ -15,7 +15,7 @@
 #include "output/motion_integrator.h"
 #include "priors/gyro.h"
 #include "priors/odometry_input.h"
-#include "priors/turns.h"
+#include "priors/rotation_vectors.h"
 #include "priors/wheel_check.h"
 #include "random.h"
 #include "scenes/two_view_scene.h"
@@ -36,11 +36,11 @@ Vector3d rateOf(double stamp) {
 }
 
 /// The true rotation, integrated a hundred times as finely.
-Matrix3d turnBetween(double from, double to) {
+Matrix3d rotationBetween(double from, double to) {
   constexpr int kSteps = 200;
   Matrix3d R = Matrix3d::Identity();
   const double step = (to - from) / kSteps;
-  for (int i = 0; i < kSteps; ++i) R = R * turnOf(step * rateOf(from + (i + 0.5) * step));
+  for (int i = 0; i < kSteps; ++i) R = R * rotationBy(step * rateOf(from + (i + 0.5) * step));
   return R;
 }
 
@@ -53,40 +53,40 @@ GyroBuffer gyroOf(double seconds, const Vector3d& bias = Vector3d::Zero(), doubl
   return gyro;
 }
 
-TEST(GyroBuffer, IntegratesWhatTheCameraTurned) {
+TEST(GyroBuffer, IntegratesTheRotationOfTheCamera) {
   const GyroBuffer gyro = gyroOf(2);
   for (const double from : {0.0, 0.5, 1.2345}) {
     for (const double seconds : {0.001, 0.0333, 0.5}) {
-      GyroTurn turn;
-      ASSERT_EQ(gyro.integrate(from, from + seconds, Vector3d::Zero(), turn), "");
-      EXPECT_LT(vectorOf(turn.R.transpose() * turnBetween(from, from + seconds)).norm(), 1e-4 * seconds);
-      EXPECT_NEAR(turn.covariance(0, 0), seconds / kGyroRate * 1e-6, 1e-12);
+      GyroRotation rotation;
+      ASSERT_EQ(gyro.integrate(from, from + seconds, Vector3d::Zero(), rotation), "");
+      EXPECT_LT(vectorOf(rotation.R.transpose() * rotationBetween(from, from + seconds)).norm(), 1e-4 * seconds);
+      EXPECT_NEAR(rotation.covariance(0, 0), seconds / kGyroRate * 1e-6, 1e-12);
     }
   }
 }
 
 TEST(GyroBuffer, SaysWhatIsMissing) {
   GyroBuffer gyro;
-  GyroTurn turn;
-  EXPECT_EQ(gyro.integrate(0, 1, Vector3d::Zero(), turn), "no sample has come");
+  GyroRotation rotation;
+  EXPECT_EQ(gyro.integrate(0, 1, Vector3d::Zero(), rotation), "no sample has come");
   gyro.add({1, Vector3d::Zero(), 0});
-  EXPECT_NE(gyro.integrate(0.9, 1, Vector3d::Zero(), turn), "");
-  EXPECT_NE(gyro.integrate(1, 1, Vector3d::Zero(), turn), "");
+  EXPECT_NE(gyro.integrate(0.9, 1, Vector3d::Zero(), rotation), "");
+  EXPECT_NE(gyro.integrate(1, 1, Vector3d::Zero(), rotation), "");
   gyro.add({1.05, Vector3d::Zero(), 0});
-  EXPECT_EQ(gyro.integrate(1, 1.05, Vector3d::Zero(), turn), "");
-  EXPECT_EQ(gyro.integrate(1, 1.25, Vector3d::Zero(), turn), "the newest sample is 0.2 s too old");
-  EXPECT_EQ(gyro.integrate(0.5, 1.05, Vector3d::Zero(), turn), "the samples start 0.5 s later");
+  EXPECT_EQ(gyro.integrate(1, 1.05, Vector3d::Zero(), rotation), "");
+  EXPECT_EQ(gyro.integrate(1, 1.25, Vector3d::Zero(), rotation), "the newest sample is 0.2 s too old");
+  EXPECT_EQ(gyro.integrate(0.5, 1.05, Vector3d::Zero(), rotation), "the samples start 0.5 s later");
   gyro.add({1.3, Vector3d::Zero(), 0});
-  EXPECT_EQ(gyro.integrate(1, 1.25, Vector3d::Zero(), turn), "no sample came for 0.25 s between them");
+  EXPECT_EQ(gyro.integrate(1, 1.25, Vector3d::Zero(), rotation), "no sample came for 0.25 s between them");
 }
 
 TEST(GyroBuffer, LeavesOutWhatIsLateAndStartsAnewWhereTheStreamDoes) {
   GyroBuffer gyro = gyroOf(2);
   gyro.add({1.9, Vector3d(100, 0, 0), 0});
   gyro.add({3, Vector3d(NAN, 0, 0), 0});
-  GyroTurn turn;
-  ASSERT_EQ(gyro.integrate(1.8, 1.95, Vector3d::Zero(), turn), "");
-  EXPECT_LT(vectorOf(turn.R.transpose() * turnBetween(1.8, 1.95)).norm(), 1e-4);
+  GyroRotation rotation;
+  ASSERT_EQ(gyro.integrate(1.8, 1.95, Vector3d::Zero(), rotation), "");
+  EXPECT_LT(vectorOf(rotation.R.transpose() * rotationBetween(1.8, 1.95)).norm(), 1e-4);
   EXPECT_FALSE(gyro.reaches(2.5));
   gyro.add({0.2, Vector3d::Zero(), 0});
   EXPECT_FALSE(gyro.reaches(1));
@@ -104,7 +104,7 @@ StillObservation observation(double from, double to, const Vector3d& gyro_rate, 
   return seen;
 }
 
-TEST(GyroBias, IsFoundWhileNothingTurns) {
+TEST(GyroBias, IsFoundAtRest) {
   const Vector3d bias(0.02, -0.03, 0.01);
   Random random(3);
   GyroBias filter;
@@ -119,7 +119,7 @@ TEST(GyroBias, IsFoundWhileNothingTurns) {
   EXPECT_LT(error.dot(filter.covariance().inverse() * error), 14) << "beyond chance of one in a thousand";
 }
 
-TEST(GyroBias, LearnsNothingFromTurns) {
+TEST(GyroBias, LearnsNothingFromRotations) {
   GyroBias filter;
   for (int i = 0; i < 60; ++i) {
     filter.add(observation(i * kFrame, (i + 1) * kFrame, {0.5, 0.2, 0}, {0.4, 0.2, 0}));
@@ -139,7 +139,7 @@ TEST(GyroBias, CountsAHeldReferenceOnce) {
 
 /// The rotations that a camera in a shaking hand sees, and those that a gyro next to it measures.
 struct Seen {
-  TurnComparison turns;
+  RotationComparison comparison;
   GyroBuffer gyro;
   Matrix3d gyro_axes;
 
@@ -154,30 +154,30 @@ struct Seen {
     Random random(7);
     for (double from = 0.4; from + kFrame < seconds; from += kFrame) {
       const Vector3d noise(gaussian(random), gaussian(random), gaussian(random));
-      const Vector3d visual = amount * vectorOf(turnBetween(from, from + kFrame)) + 5e-4 * noise;
+      const Vector3d visual = amount * vectorOf(rotationBetween(from, from + kFrame)) + 5e-4 * noise;
       const auto prior = (*this)(from, from + kFrame);
-      if (prior) turns.add({from, from + kFrame, visual, *prior, 1e-6 * Matrix3d::Identity()});
+      if (prior) comparison.add({from, from + kFrame, visual, *prior, 1e-6 * Matrix3d::Identity()});
     }
   }
   std::optional<Vector3d> operator()(double from, double to) const {
-    GyroTurn turn;
-    if (!gyro.integrate(from, to, Vector3d::Zero(), turn).empty()) return std::nullopt;
-    return Vector3d(gyro_axes * vectorOf(turn.R));
+    GyroRotation rotation;
+    if (!gyro.integrate(from, to, Vector3d::Zero(), rotation).empty()) return std::nullopt;
+    return Vector3d(gyro_axes * vectorOf(rotation.R));
   }
-  std::optional<TimeOffset> offset() const { return turns.timeOffset(*this); }
-  std::string doubt() const { return turns.doubt(offset()); }
+  std::optional<TimeOffset> offset() const { return comparison.timeOffset(*this); }
+  std::string doubt() const { return comparison.doubt(offset()); }
 };
 
-TEST(TurnComparison, SaysNothingWhereBothAgree) {
+TEST(RotationComparison, SaysNothingWhereBothAgree) {
   const Seen seen(Matrix3d::Identity());
-  EXPECT_LT(seen.turns.contradicting(), 0.05);
+  EXPECT_LT(seen.comparison.contradicting(), 0.05);
   EXPECT_EQ(seen.doubt(), "");
   ASSERT_TRUE(seen.offset());
   EXPECT_NEAR(seen.offset()->seconds, 0, 4 * seen.offset()->sigma);
   EXPECT_LT(seen.offset()->sigma, 0.002);
 }
 
-TEST(TurnComparison, FindsTheTimeOffset) {
+TEST(RotationComparison, FindsTheTimeOffset) {
   for (const double delay : {-0.12, -0.013, 0.004, 0.03, 0.15}) {
     const Seen seen(Matrix3d::Identity(), delay);
     const auto offset = seen.offset();
@@ -191,13 +191,13 @@ TEST(TurnComparison, FindsTheTimeOffset) {
   }
 }
 
-TEST(TurnComparison, FindsTheTimeOffsetBesideABias) {
+TEST(RotationComparison, FindsTheTimeOffsetBesideABias) {
   const Seen seen(Matrix3d::Identity(), 0.03, {0.05, -0.03, 0.02});
   ASSERT_TRUE(seen.offset());
   EXPECT_NEAR(seen.offset()->seconds, 0.03, 4 * seen.offset()->sigma);
 }
 
-TEST(TurnComparison, NamesTheAxes) {
+TEST(RotationComparison, NamesTheAxes) {
   Matrix3d axes;
   axes << 0, 0, 1, -1, 0, 0, 0, -1, 0;  // the gyro's x ahead, y left, z up taken for the camera's x, y, z
   const Seen seen(axes);
@@ -206,19 +206,19 @@ TEST(TurnComparison, NamesTheAxes) {
   EXPECT_NE(seen.doubt().find("(-y, -z, x)"), std::string::npos) << seen.doubt();
 }
 
-TEST(TurnComparison, NamesExtrinsicsThatAreTurned) {
-  const Seen seen(turnOf({0, 0, 0.4}));
+TEST(RotationComparison, NamesExtrinsicsThatAreRotated) {
+  const Seen seen(rotationBy({0, 0, 0.4}));
   EXPECT_NE(seen.doubt().find("extrinsics explain it"), std::string::npos) << seen.doubt();
   // 0.4 rad are 22.9 degrees.
   EXPECT_TRUE(std::regex_search(seen.doubt(), std::regex("-2[23]\\.[0-9]\\) degrees"))) << seen.doubt();
 }
 
-TEST(TurnComparison, SaysSoWhereNothingExplainsIt) {
+TEST(RotationComparison, SaysSoWhereNothingExplainsIt) {
   const Seen degrees(57.3 * Matrix3d::Identity());
   EXPECT_NE(degrees.doubt().find("neither"), std::string::npos) << degrees.doubt();
 }
 
-TEST(TurnComparison, SaysNothingOfAnOffsetWhereNothingTurns) {
+TEST(RotationComparison, GivesNoOffsetWithoutRotation) {
   const Seen still(Matrix3d::Identity(), 0.03, Vector3d::Zero(), 1e-3);
   EXPECT_FALSE(still.offset());
   EXPECT_EQ(still.doubt(), "");
@@ -231,7 +231,7 @@ OdometrySample wheels(double stamp, const Vector3d& position, double yaw, const 
   OdometrySample sample;
   sample.stamp = stamp;
   sample.pose.translation() = position;
-  sample.pose.linear() = turnOf({0, 0, yaw});
+  sample.pose.linear() = rotationBy({0, 0, yaw});
   sample.velocity = velocity;
   sample.angular = {0, 0, yaw_rate};
   return sample;
@@ -254,7 +254,7 @@ TEST(OdometryBuffer, IntegratesATwistWithoutPoses) {
   ASSERT_EQ(buffer.between(0.205, 1.205, motion), "");
   const double yaw = kYawRate, radius = kSpeed / kYawRate;
   EXPECT_LT((motion.motion.translation() - radius * Vector3d(std::sin(yaw), 1 - std::cos(yaw), 0)).norm(), 1e-4);
-  EXPECT_LT(vectorOf(motion.motion.linear().transpose() * turnOf({0, 0, yaw})).norm(), 1e-9);
+  EXPECT_LT(vectorOf(motion.motion.linear().transpose() * rotationBy({0, 0, yaw})).norm(), 1e-9);
 }
 
 RobustResult seenWith(double parallax, bool observable = true) {
@@ -357,11 +357,11 @@ TEST_F(StandingStill, FindsTheBiasAndDoesNotDrift) {
     filter.filter(reference, current, result);
     ASSERT_TRUE(result.robust.pose_found) << i << ": " << toString(result.status);
     const RelativePose& pose = result.robust.pose;
-    GyroTurn turn;
-    if (gyro_.integrate(reference_stamp, frames[i].stamp, Vector3d::Zero(), turn).empty()) {
-      bias.add(
-          {reference_stamp, frames[i].stamp, vectorOf(turn.R), camera_in_imu_ * vectorOf(pose.R),
-           turn.covariance + camera_in_imu_ * pose.covariance.bottomRightCorner<3, 3>() * camera_in_imu_.transpose()});
+    GyroRotation rotation;
+    if (gyro_.integrate(reference_stamp, frames[i].stamp, Vector3d::Zero(), rotation).empty()) {
+      bias.add({reference_stamp, frames[i].stamp, vectorOf(rotation.R), camera_in_imu_ * vectorOf(pose.R),
+                rotation.covariance +
+                    camera_in_imu_ * pose.covariance.bottomRightCorner<3, 3>() * camera_in_imu_.transpose()});
       ++learnt;
     }
     PairMotion motion;
@@ -386,7 +386,7 @@ TEST_F(StandingStill, FindsTheBiasAndDoesNotDrift) {
   EXPECT_LT(error.dot(bias.covariance().inverse() * error), 11.34);
   const OdometryEstimate& end = odometry.camera();
   const Vector3d drift = vectorOf(end.pose.linear());
-  RecordProperty("turned_degrees", std::to_string(drift.norm() * 180 / 3.14159265358979323846));
+  RecordProperty("rotated_degrees", std::to_string(drift.norm() * 180 / 3.14159265358979323846));
   RecordProperty("moved", std::to_string(end.pose.translation().norm()));
   EXPECT_LT(drift.dot(end.pose_covariance.bottomRightCorner<3, 3>().inverse() * drift), 11.34);
   const Vector3d moved = end.pose.translation();
