@@ -1,4 +1,4 @@
-// Undistortion against OpenCV's own and there and back again, and the calibrations that are refused.
+// Undistortion compared with OpenCV's, the round trip to rays and back, and the calibrations that are refused.
 #include "gms_ransac/camera.h"
 
 #include <algorithm>
@@ -64,7 +64,7 @@ std::vector<cv::Point2d> distorted(const CameraIntrinsics& k, const std::vector<
   return pixels;
 }
 
-/// Largest distance from a pixel of the image to where its undistorted point is distorted to; of those that have one.
+/// Largest error of the round trip of a pixel, undistorted and distorted again, over the pixels that have a ray.
 double worstRoundTrip(const CameraIntrinsics& intrinsics, const Camera& camera) {
   std::vector<cv::Point2d> pixels, ideal;
   for (float y = 0.25f; y <= static_cast<float>(camera.imageSize().height - 1); y += 3.3f) {
@@ -132,7 +132,7 @@ TEST(Camera, GivesNoPlaceWhereTheModelHasNoInverse) {
 }
 
 TEST(Camera, EstimatesOfALargeImageHowManyPixelsHaveNoInverse) {
-  // The same lens before a sensor of nine times the pixels, of which every third in either direction is looked at.
+  // The same lens before a sensor of nine times the pixels, of which every third in either direction is checked.
   const Camera small({250, 250, 320, 240, "plumb_bob", {-0.4, 0, 0, 0, 0}}, {640, 480});
   const Camera large({750, 750, 960, 720, "plumb_bob", {-0.4, 0, 0, 0, 0}}, {1920, 1440});
   EXPECT_NEAR(large.pixelsWithoutInverse() / 9.0, small.pixelsWithoutInverse(), 1000);
@@ -179,7 +179,7 @@ TEST(Camera, RefusesWhatIsNoCalibrationAndSaysWhy) {
   };
   EXPECT_NE(complaint({NAN, 500, 320, 240, "", {}}).find("finite"), std::string::npos);
   EXPECT_NE(complaint({-500, 500, 320, 240, "", {}}).find("negative"), std::string::npos);
-  // In single precision the square of what they make of a pixel would be infinite.
+  // In single precision the squared coordinates of a pixel's ray would be infinite.
   EXPECT_NE(complaint({1e-110, 500, 320, 240, "", {}}).find("between 0.001 and 1e6"), std::string::npos);
   EXPECT_NE(complaint({500, 1e300, 320, 240, "", {}}).find("between 0.001 and 1e6"), std::string::npos);
   EXPECT_NE(complaint({500, 500, -1e9, 240, "", {}}).find("within 1e6"), std::string::npos);

@@ -101,7 +101,7 @@ TEST(CorrespondencesView, NormalizesRectifiedPointsByKAlone) {
   Message message;
   message.current_points = {320, 240, 820, 240, 320, 741};
   const CorrespondencesView<Message> view(message);
-  const cv::Mat rays = view.normalized(view.currentPoints(), "plumb_bob", {0.5, 0.5, 0, 0, 0});  // not looked at
+  const cv::Mat rays = view.normalized(view.currentPoints(), "plumb_bob", {0.5, 0.5, 0, 0, 0});  // not used
   EXPECT_LT(cv::norm(rays.at<cv::Point2f>(0) - cv::Point2f(0, 0)), 1e-6);
   EXPECT_LT(cv::norm(rays.at<cv::Point2f>(1) - cv::Point2f(1, 0)), 1e-6);
   EXPECT_LT(cv::norm(rays.at<cv::Point2f>(2) - cv::Point2f(0, 1)), 1e-6);
@@ -141,7 +141,7 @@ TEST(CorrespondencesView, RefusesRawPointsWithoutTheirDistortion) {
   message.pixel_space = Message::PIXELS_RAW;
   const CorrespondencesView<Message> view(message);
   EXPECT_THROW(view.normalized(view.currentPoints()), std::invalid_argument);
-  // OpenCV's own assertion is no sentence, and no std::invalid_argument.
+  // OpenCV's own assertion would be neither a plain sentence nor a std::invalid_argument.
   for (const auto& [model, count] : {std::make_pair("plumb_bob", 3), std::make_pair("fisheye", 5)}) {
     EXPECT_THROW(view.normalized(view.currentPoints(), model, std::vector<double>(static_cast<size_t>(count), 0.1)),
                  std::invalid_argument)

@@ -88,7 +88,7 @@ TEST_P(EstimateAgain, AsIfTheSeedHadBeenGivenFirst) {
   EXPECT_EQ(result.stage, expected.stage);
   EXPECT_EQ(result.robust.model, expected.robust.model);
 
-  // All that the estimate needs is in the result: a filter that never saw the pair gives the same.
+  // The result holds all inputs of the estimate: a filter that never saw the pair gives the same.
   result.clear(result.status);
   filter.filter(reference, current, result);
   options.robust.seed = 7;

@@ -1,5 +1,5 @@
-// The whole line, image to relative pose, with the default options of the paper's method and of the default one on the
-// rendered scenes.
+// The whole pipeline, from image to relative pose, on the rendered scenes: the paper's method and the default one, with
+// default options.
 #include <string>
 #include <tuple>
 #include <vector>

@@ -1,4 +1,4 @@
-// Every method on a few pairs of every set of real images: each ends with a pose or a status that says why not, and
+// Every method on a few pairs of every set of real images: each ends with a pose or a status with the reason, and
 // keeps no match that its own model rejects.
 #include <algorithm>
 #include <cmath>
@@ -47,7 +47,7 @@ double sampsonError(const RobustResult& robust, const Camera& camera, cv::Point2
   return pixels * std::abs(q.dot(line_q)) / std::hypot(line_q.head<2>().norm(), line_p.head<2>().norm());
 }
 
-/// Pixels between a point and where the homography takes its partner, root mean square of both directions.
+/// Transfer error of a match under the homography, pixels, root mean square of both directions.
 double transferError(const RobustResult& robust, cv::Point2f reference, cv::Point2f current) {
   const Eigen::Vector3d p(reference.x, reference.y, 1), q(current.x, current.y, 1);
   const double forward = ((robust.model * p).hnormalized() - q.hnormalized()).norm();
@@ -74,7 +74,7 @@ void expectHonestOutcome(const MatchResult& result, bool calibrated) {
   }
 }
 
-/// Every inlier lies within the threshold of the model, except where a method says that the model gives only the pose.
+/// Every inlier lies within the threshold of the model, except for methods in which the model gives only the pose.
 void expectInliersWithinThreshold(const MatchFilter& filter, const Frame& reference, const Frame& current,
                                   const MatchResult& result) {
   const RobustOptions& options = filter.options().robust;

@@ -1,4 +1,4 @@
-// ~max_milliseconds on machines that are simulated: each has its own costs, and stutters.
+// ~max_milliseconds on simulated machines: each has its own costs and stalls.
 #include "time_budget.h"
 
 #include <cmath>
@@ -215,7 +215,7 @@ TEST(TimeBudget, RaisesTheFeaturesOfAFilterThatHasTime) {
 TEST(TimeBudget, CutsTheSearchOfEveryMethodAndStillAnswers) {
   for (const MethodEntry& method : methods()) {
     TimedFilter timed(1, method.name);
-    timed.step = 1;  // every look at the clock finds it late
+    timed.step = 1;  // every reading of the clock is late
     timed.process(0);
     const MatchResult& result = timed.process(1);
     EXPECT_TRUE(result.status == Status::kOk || result.status == Status::kLowParallax) << method.name;

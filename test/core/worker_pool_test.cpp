@@ -1,4 +1,4 @@
-// The threads that stages share: everything is done once, however many ask at the same time.
+// The threads that stages share: every task is done once, with any number of callers at the same time.
 #include <algorithm>
 #include <atomic>
 #include <memory>
@@ -35,7 +35,7 @@ TEST(WorkerPool, GivesASeatToOneThreadAtATime) {
       strangers += owner[seat] != std::this_thread::get_id();
     });
     EXPECT_EQ(0, strangers);
-    // The first seat is for the one who asks, unless the others had done everything before.
+    // The caller has the first seat, unless the others did everything before.
     if (owner[0] != std::thread::id()) EXPECT_EQ(std::this_thread::get_id(), owner[0]);
   }
 }

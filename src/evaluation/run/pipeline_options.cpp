@@ -26,7 +26,8 @@ std::string helpText(const Parameter& parameter) {
 void PipelineArguments::addTo(po::options_description& description, const std::vector<std::string>& given) {
   if (std::find(given.begin(), given.end(), "--paper") != given.end()) base = MatchFilterOptions::paper();
   auto add = description.add_options();
-  add("paper", "defaults as in the paper: cp_ransac on cv::ORB, without refinement, judgement and one_to_one (see README)");
+  add("paper",
+      "defaults as in the paper: cp_ransac on cv::ORB, without refinement, judgement and one_to_one (see README)");
   add("method,m", po::value(&methods)->composing(), "method, or several with commas between (see evaluate --list)");
   const ParameterValues defaults = parametersOf(base);
   for (const Parameter& parameter : coreParameters()) {

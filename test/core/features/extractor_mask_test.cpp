@@ -94,7 +94,7 @@ TEST_P(ExtractorMask, IsRefusedInAnotherSizeOrType) {
 }
 
 TEST(ExtractorMask, KeepsAPaintedBonnetOutOfTheMatches) {
-  // The scene moves by twelve pixels; what is painted on the lower half stays, as a robot does in its own camera.
+  // The scene moves by twelve pixels; the lower half is static, as a robot in its own camera.
   cv::Mat wide;
   cv::hconcat(texturedImage(), texturedImage().colRange(0, 12), wide);
   cv::Mat first = wide.colRange(0, 640).clone(), second = wide.colRange(12, 652).clone();

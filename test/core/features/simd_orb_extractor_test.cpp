@@ -1,5 +1,4 @@
-// The package's extractor against OpenCV piece by piece (corners, pyramid, angle, descriptor), and as its callers see
-// it.
+// The package's extractor against OpenCV step by step (corners, pyramid, angle, descriptor), and as a whole.
 #include "features/simd_orb_extractor.h"
 #include "shared_data.h"
 #include "simd_levels.h"
@@ -244,7 +243,7 @@ TEST(SimdOrbExtractor, ItsDescriptorsAreCvOrbsAtTheSamePositionLevelAndAngle) {
     keypoints[i].pt = position * static_cast<float>(pyramid.nominalScale(keypoints[i].octave));
     keypoints[i].class_id = static_cast<int>(i);
   }
-  // No border in cv::ORB, which would drop keypoints that lie nearer to the sides than it likes.
+  // No border in cv::ORB: it would drop keypoints near the sides.
   auto orb = cv::ORB::create(500, 1.2f, options.pyramid_levels, 1);
   cv::Mat descriptors;
   orb->compute(image, keypoints, descriptors);

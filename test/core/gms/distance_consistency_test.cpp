@@ -84,7 +84,7 @@ TEST(DistanceConsistency, NoneOneAndCoincidingMatches) {
     EXPECT_EQ(scene.kept(false), 0);
     scene.statistics.accepted[5] = 1;
     scene.apply(reading);
-    EXPECT_EQ(scene.statistics.accepted[5], 1);  // nobody to disagree with
+    EXPECT_EQ(scene.statistics.accepted[5], 1);  // no neighbour to disagree with
   }
   LabelledScene scene(1.f, 0.f);
   for (auto& keypoint : scene.reference.keypoints) keypoint.pt = {50.f, 50.f};

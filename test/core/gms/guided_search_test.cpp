@@ -127,7 +127,7 @@ TEST(GuidedSearch, IsTheSameOnEveryInstructionSetAndForAnyNumberOfThreads) {
 
 TEST(GuidedSearch, RefusesMutualNeighbours) { EXPECT_THROW(GuidedSearch({true}, {}), std::invalid_argument); }
 
-/// One cell for the whole image, which stands still.
+/// One cell for the whole image, without motion.
 MotionPrediction standstill() {
   MotionPrediction prior;
   prior.columns = prior.rows = 1;

@@ -47,7 +47,7 @@ TwoViewScene makeFloorScene(uint64_t seed) {
   return makeTwoViewScene(options);
 }
 
-/// Points 4 to 12 m away, seen from two places 0.5 m apart.
+/// Points 4 to 12 m away, seen from two places with a distance of 0.5 m.
 TwoViewScene makeVolumeScene(uint64_t seed) {
   TwoViewSceneOptions options;
   options.seed = seed;
@@ -218,7 +218,7 @@ TEST_P(TwoBodies, OneThatMovesBeforeATurningCameraIsNoTranslation) {
 }
 
 TEST_P(TwoBodies, OneThatComesSlowlyBeforeAStandingCameraIsNoTranslation) {
-  // By a few deviations of the noise, like parallax: but three fifths of the matches lie at infinity.
+  // The body moves by a few deviations of the noise, like parallax, but three fifths of the matches lie at infinity.
   const auto make = [](uint64_t seed) { return makeTwoBodies(seed, 0.4, {0, 0, 0}, {0, 0, 0}, {0, 0.002, -0.04}); };
   EXPECT_LE(countAnswers(make), kScenes / 20);
 }

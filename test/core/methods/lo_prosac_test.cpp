@@ -215,7 +215,6 @@ TEST(LoProsac, RefusesWhatMeansNothing) {
   }
 }
 
-/// The mean of the normalised squared errors over many draws of the noise is their number of degrees of freedom.
 /// Mean of the squared error over the covariance, over the degrees of freedom (NEES): 1 where the covariance is true.
 struct MeanNees {
   double rotation = 0, pose = 0;

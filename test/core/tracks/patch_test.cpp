@@ -1,4 +1,4 @@
-// Where a patch is found again, against images whose every pixel is known exactly.
+// The place where a patch is found again, in images whose every pixel is known exactly.
 #include "tracks/patch.h"
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Points that are followed on without keypoints, over images whose every displacement is known.
+// Points that are followed without keypoints, over images whose every displacement is known.
 #include "tracks/track_follower.h"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace gms_ransac {
 namespace {
 
 constexpr int kImageWidth = 320, kImageHeight = 240;
-constexpr float kEdge = 60;         // pixels: what leaves the image is of no interest here
+constexpr float kEdge = 60;         // pixels: points that leave the image do not count
 constexpr double kTolerance = 0.2;  // pixels, of the worst point: drawing by interpolation is no better
 
 /// A texture that moves as a whole, by fractions of a pixel.
@@ -162,8 +162,8 @@ TEST_F(TrackFollowerTest, OnlyWhatIsKeptIsFollowed) {
 }
 
 TEST_F(TrackFollowerTest, WhatMovesOtherThanTheRestIsGivenUp) {
-  // The wall moves to the right and four squares of it, which no pair carries on, each its own way besides. To a moving
-  // camera one of them may be a board before the wall.
+  // The wall moves to the right. Four squares of it have a motion of their own in addition, and no pair carries their
+  // points on. To a moving camera one of them may be a board before the wall.
   const std::map<std::pair<int, int>, cv::Point> squares = {
       {{70, 70}, {5, 0}}, {{190, 70}, {0, 5}}, {{70, 130}, {4, 4}}, {{190, 130}, {4, -4}}};
   const cv::Mat start = wall_.draw({});

@@ -137,7 +137,7 @@ TEST(TrackSelector, NoIdComesBackAfterAGap) {
     }
     missed_in_a_row = points.empty() ? missed_in_a_row + 1 : 0;
     if (random() % 3 == 0 && missed_in_a_row == 0) table.advance();
-    if (points.empty() || image % 700 < 30) continue;  // nothing to show; nobody listens
+    if (points.empty() || image % 700 < 30) continue;  // nothing to show; no subscriber
     std::set<uint32_t> now;
     for (const int i : selector.select(points, kImage, {image % 90 < 45 ? 150 : 60, 15})) now.insert(points[i].id);
     for (const uint32_t id : now) {
