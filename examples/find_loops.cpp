@@ -1,4 +1,4 @@
-// Example subscriber: says when the camera sees again what it saw before, from the features of the match filter alone.
+// Example subscriber: reports when the camera sees a place again, from the features of the match filter alone.
 // A loop goes out on ~loops as gms_ransac/Correspondences: reference is the keyframe, current the image.
 //   rosrun gms_ransac find_loops keypoints:=/match_filter/keypoints
 #include <algorithm>

@@ -107,7 +107,7 @@ bool Camera::roundTripHolds(int r, int c) const {
 }
 
 int Camera::countPixelsWithoutInverse() const {
-  // Every one of them takes microseconds where the calibration is senseless, and each camera_info asks anew.
+  // Each takes microseconds if the calibration describes no lens, and every camera_info repeats them.
   const double pixels = static_cast<double>(image_size_.width) * image_size_.height;
   const int step = std::clamp(static_cast<int>(std::ceil(std::sqrt(pixels / kMostCounted))), 1, kTableStep);
   int64_t count = 0;

@@ -35,7 +35,7 @@ void WorkerPool::run(Job& job) {
   job.work(0);
   if (job.seats <= 1) return;
   std::unique_lock<std::mutex> lock(mutex_);
-  if (job.taken < job.seats) strike(job);  // nobody else has come, and there is nothing left to do
+  if (job.taken < job.seats) strike(job);  // no other thread has joined, and no task remains
   returned_.wait(lock, [&] { return job.away == 0; });
 }
 

@@ -26,7 +26,7 @@ Eigen::Isometry3d toIsometry(const geometry_msgs::TransformStamped& transform);
 
 geometry_msgs::PoseWithCovariance toPoseWithCovariance(const RelativePose& pose);
 
-/// Where the reference camera stood, seen from the current one: camera frame -> its reference frame. A leaf of its
+/// Pose of the reference camera in the current one: camera frame -> its reference frame. A leaf of its
 /// own, so no frame gets a second parent.
 geometry_msgs::TransformStamped relativeTransform(const RelativePose& current_in_reference,
                                                   const std_msgs::Header& current);

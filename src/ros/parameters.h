@@ -47,7 +47,7 @@ struct Parameters {
   double diagnostic_period = 1;  ///< diagnostic_updater reads it, too
   ParameterValues core;          ///< parameters of the core that are set; the reconfigurable ones may change later
 
-  /// Depth images or a second camera tell metres.
+  /// Depth images or a second camera measure metres.
   bool measuresDepth() const { return scale == ScaleMode::kDepth || input == InputKind::kStereo; }
   /// Each pair has a length of its own, or none.
   bool measuresMetres() const { return measuresDepth() || gms_ransac::measuresMetres(scale); }

@@ -1,4 +1,4 @@
-// tf for what asks it for places of sensors: one listener, and an answer or a sentence instead of exceptions.
+// Lookups of sensor poses in tf: one listener, and an answer or a sentence instead of exceptions.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ class TransformListener;
 
 namespace gms_ransac {
 
-/// Why a lookup failed with `error`: which frame nobody publishes, else what tf2 says.
+/// Why a lookup failed with `error`: which frame has no publisher, else the message of tf2.
 std::string whatTfLacks(const tf2_ros::Buffer& buffer, const std::string& target, const std::string& source,
                         const std::string& error);
 

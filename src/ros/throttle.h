@@ -1,4 +1,4 @@
-// Says the same thing at most once in a while; one clock per sentence, so that one complaint cannot hide another.
+// Logs the same sentence at most once in a while; one clock per sentence, so that one warning cannot hide another.
 #pragma once
 
 #include <cstddef>
@@ -38,7 +38,7 @@ class Throttle {
     if (due(key, period_)) ROS_INFO_STREAM(prefix_ << sentence);
   }
 
-  /// How many sentences are waiting for their time, or were said for good.
+  /// Number of sentences that wait for their time, or were logged for good.
   size_t remembered() {
     std::lock_guard<std::mutex> lock(mutex_);
     return silent_until_.size();

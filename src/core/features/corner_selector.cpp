@@ -94,7 +94,7 @@ void CornerSelector::rankWithinCells() {
 }
 
 CornerSelector::Cut CornerSelector::cutAt(int quota) const {
-  // In strides, whose sums the compiler makes of vectors, as long as a whole one fits.
+  // In strides, as long as a whole one fits: the compiler vectorises their sums.
   constexpr int kStride = 64;
   const auto most = static_cast<uint32_t>(quota);
   uint32_t above = 0;

@@ -37,7 +37,8 @@ constexpr int kBitsAboveSecond = 25;
 constexpr float kLargestWindow = 0.1f;
 constexpr int kFeaturesAShare = 256;  ///< that one thread looks for in a row: 0.1 ms
 
-// A prior is believed if so many times, and standard deviations, more first matches lie where it says than by chance.
+// A prior is confirmed if more first matches agree with it than by chance, by this factor and these standard
+// deviations.
 constexpr double kTimesChance = 3, kSigmasAboveChance = 5;
 // Largest share of first matches accepted out of view for the prior's view to be trusted (doc/guided_search.md).
 constexpr double kMostOutOfView = 0.1;

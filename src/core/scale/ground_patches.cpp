@@ -73,7 +73,7 @@ cv::Point2f GroundPatches::toReceived(const cv::Point2f& ideal) const {
   cv::Point2f pixel = ideal;
   constexpr int kIterations = 4;
   for (int i = 0; i < kIterations; ++i) {
-    // Beyond the image the table says nothing, and no sample is taken there.
+    // The table ends at the border of the image, and no sample is taken beyond.
     if (!(pixel.x >= 0 && pixel.y >= 0 && pixel.x < static_cast<float>(reference_.cols) &&
           pixel.y < static_cast<float>(reference_.rows))) {
       return {-1, -1};

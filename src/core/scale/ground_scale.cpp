@@ -157,7 +157,7 @@ ScaleEstimate GroundScale::measure(const Triangulation& pair, const RelativePose
   gather(pair, pose, 1 / camera.meanFocalLength(), prior);
   const Vector3d t = pose.R.transpose() * pose.t.normalized();
   GroundPrior along = prior;
-  // A camera that keeps its height moves along the ground: most of what the prior leaves open.
+  // A camera that keeps its height moves along the ground: this resolves most of the uncertainty of the prior.
   if (prior.down_sigma > kClimbSigma && std::abs(t.dot(prior.down)) < 3 * prior.down_sigma) {
     along.down = (prior.down - t.dot(prior.down) * t).normalized();
   }

@@ -44,7 +44,7 @@ float median(std::array<float, kNeighbours>& values) {
 const std::vector<TrackedPoint>& TrackFollower::follow(const cv::Mat& image, const Camera& camera,
                                                        const std::vector<TrackedPoint>& matched) {
   if (last_.size() != image.size()) reset();
-  // Dark or covered, the image may show nothing; then the next is looked at as if it had not been.
+  // A dark or covered image may show nothing; then the next one is processed as if this one had not come.
   std::vector<Track> before;
   if (matched.empty()) before = tracks_;
   predict(matched);

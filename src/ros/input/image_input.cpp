@@ -93,7 +93,7 @@ void ImageInput::start() {
   if (exactInfo()) {
     startExact(queue, hints);
   } else {
-    // Where ~camera replaces it, it still tells when that is of another camera.
+    // If ~camera replaces it, it still shows if that is of another camera.
     info_subscriber_ = nh_.subscribe(infoName(), queue, &ImageInput::onInfo, this);
     if (twoImages()) {
       startTwoImages(queue, hints);

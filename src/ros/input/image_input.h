@@ -52,7 +52,7 @@ class ImageInput {
   /// Topics of the right camera, with ~input stereo.
   std::string rightTopic() const { return nh_.resolveName("right/image"); }
   std::string rightInfoTopic() const { return nh_.resolveName("right/camera_info"); }
-  /// Images that were left out because no camera_info had their stamp; none: that is not asked of them.
+  /// Images dropped because no camera_info had their stamp; none: their stamps need not be equal.
   std::optional<int> unpaired();
   /// Returns what has not arrived since the last call, and the remedy; empty while images come.
   std::string waitingFor(const Topics& published);

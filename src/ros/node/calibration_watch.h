@@ -11,7 +11,7 @@
 namespace gms_ransac {
 
 /// One pair may contradict a good calibration by chance, and many where objects move. A wrong calibration shows in most
-/// pairs, and all of them ask for the same correction (doc/judgement.md).
+/// pairs, and all of them give the same correction (doc/judgement.md).
 class CalibrationWatch {
  public:
   static constexpr size_t kPairs = 60;    ///< last ones that count; no doubt before as many have come
@@ -20,7 +20,7 @@ class CalibrationWatch {
 
   /// A pair with a pose. Another camera or calibration starts anew.
   void add(const RobustResult& result, const std::shared_ptr<const CameraModel>& camera);
-  /// The correction that the pairs ask for, where the calibration came from and what to check; empty: no doubt.
+  /// The correction that the pairs agree on, the source of the calibration and what to check; empty: no doubt.
   std::string doubt() const;
 
  private:

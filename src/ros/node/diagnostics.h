@@ -27,7 +27,7 @@ struct InputReport {
   std::string error;            ///< why no image can arrive, and the remedy
   std::string waiting;          ///< what does not arrive, and the remedy
   std::string idle;             ///< why no image is expected: paused, no subscriber, end of the bag
-  std::optional<int> unpaired;  ///< images without a camera_info of their stamp; none: not asked for
+  std::optional<int> unpaired;  ///< images without a camera_info of their stamp; none: not required
 };
 
 /// May be called from any thread.

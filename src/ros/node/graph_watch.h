@@ -1,4 +1,4 @@
-// Asks the ROS master every few seconds whether it still knows this node, and which topics are published. roscpp does
+// Polls the ROS master every few seconds: does it still know this node, and which topics are published? roscpp does
 // neither. An unreachable master may take long not to answer: the watch has a thread of its own.
 #pragma once
 

@@ -94,7 +94,7 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   pause_service_ = pnh_.advertiseService("pause", &MatchFilterRos::pause, this);
   watch_timer_ = nh_.createWallTimer(ros::WallDuration(kWatchPeriod),
                                      [this](const ros::WallTimerEvent& /*event*/) { guard([&] { watchInput(); }); });
-  // Last: were an exception to leave the constructor, nobody would join them.
+  // Last: if the constructor threw after this, no code would join them.
   worker_ = std::thread([this] { work(); });
   if (parameters_.threads > 1) second_worker_ = std::thread([this] { processPrepared(); });
 }

@@ -42,7 +42,7 @@ class MatchFilterRos {
  private:
   /// Throws std::invalid_argument and changes nothing where they contradict each other.
   void setOptions(const RuntimeOptions& options);
-  /// Subscribes while someone listens, unsubscribes when nobody does.
+  /// Subscribes to the images while an output has a subscriber.
   void updateSubscription();
   void onImage(const ImageWithInfo& input);
   bool reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
@@ -51,7 +51,7 @@ class MatchFilterRos {
   void work();
   void processPrepared();
   void process(const ImageWithInfo& input);
-  /// Compares and publishes, or passes over what ~features can do without while nobody listens to anything else.
+  /// Compares and publishes. Skips images that ~features does not need while no other output has a subscriber.
   void answer(std::unique_ptr<PreparedFrame> frame);
   void publish(const ProcessedFrame& processed, const OutputOptions& options);
   OutputOptions outputOptions();
@@ -59,7 +59,7 @@ class MatchFilterRos {
   template <typename Work>
   void guard(const Work& work);
   void watchInput();
-  /// Tells diagnostics why the calibration may be wrong, if there is a reason.
+  /// Reports to diagnostics why the calibration may be wrong, if there is a reason.
   void watchCalibration(const ProcessedFrame& processed);
 
   ros::NodeHandle nh_, pnh_;

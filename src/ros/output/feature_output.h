@@ -27,9 +27,9 @@ class FeatureOutput {
   bool passesOver(const PreparedFrame& frame, const FeatureOptions& options) {
     return stream_.passesOver(frame, options);
   }
-  /// For every image that is not passed over, whether anyone listens or not.
+  /// For every image that is not skipped, with or without subscribers.
   void publish(const ProcessedFrame& processed, const FeatureOptions& options);
-  /// How long the features of the last message have been sent, seconds; zero while nobody listens.
+  /// Ages of the features in the last message, seconds; zero without a subscriber.
   const Quantiles<double>& ages() const { return ages_; }
 
  private:

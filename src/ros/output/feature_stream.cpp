@@ -110,7 +110,7 @@ Eigen::Vector2d FeatureStream::velocityInPair(const ProcessedFrame& processed, u
                                               const Eigen::Vector2d& ray) const {
   const auto match = match_of_.find(id);
   const double reference_stamp = processed.reference->stamp(), seconds = processed.current->stamp() - reference_stamp;
-  // Over a reference that is held longer it would be an average; VINS's own tracker says 0 of new features, too.
+  // With a reference that is held longer it would be an average; VINS's own tracker gives 0 for new features, too.
   const bool held = !sent_.empty() && reference_stamp < last_stamp_;
   if (match == match_of_.end() || held || seconds <= 0) return Eigen::Vector2d::Zero();
   const int keypoint = processed.result->matches[match->second].reference;

@@ -1,4 +1,4 @@
-// Every topic and transform the node gives out; costly ones are made only while someone listens.
+// Every topic and transform the node gives out; costly ones are made only while they have a subscriber.
 #pragma once
 
 #include <functional>
@@ -32,7 +32,7 @@ class Outputs {
 
   /// Subscribers of all topics together. Transforms have no subscribers to count; the caller knows whether they are on.
   int listeners() const;
-  /// Nobody listens to anything but ~features, which needs not every image.
+  /// Only ~features has a subscriber, and it does not need every image.
   bool featuresSuffice(const OutputOptions& options) const;
   /// True if ~features can skip this frame.
   bool passesOver(const PreparedFrame& frame, const OutputOptions& options);

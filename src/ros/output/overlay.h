@@ -1,4 +1,4 @@
-// ~match_image: matches over the image, with a header that says the outcome, a colour bar, and the last images'
+// ~match_image: matches over the image, with a header for the outcome, a colour bar, and the last images'
 // outcomes.
 #pragma once
 

@@ -14,7 +14,7 @@ namespace gms_ransac {
 struct GyroSample {
   double stamp = 0;                                ///< seconds
   Eigen::Vector3d rate = Eigen::Vector3d::Zero();  ///< rad/s, in the axes of the sensor
-  double variance = 0;                             ///< of each axis, (rad/s)^2; 0: not told
+  double variance = 0;                             ///< of each axis, (rad/s)^2; 0: unknown
 };
 
 /// X_at_start = R X_at_end, both in the axes of the sensor.

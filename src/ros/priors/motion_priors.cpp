@@ -13,7 +13,7 @@ namespace gms_ransac {
 
 namespace {
 
-// Standard deviation of a length that wheels tell: a share of it, for their radius and the ground, and a tick, metres.
+// Standard deviation of a length from wheels: a share of it, for their radius and the ground, and a tick, metres.
 constexpr double kWheelShare = 0.03, kWheelTick = 0.001;
 // Standard deviation of the direction down, radians: suspension of a robot if tf knows the camera on its base, else a
 // camera held level.

@@ -34,7 +34,7 @@ struct PriorReport {
   std::vector<std::pair<std::string, std::string>> values;
 };
 
-/// A pair as the images tell it.
+/// A pair as measured by the images.
 struct PairSeen {
   const std_msgs::Header &reference, &current;
   const RobustResult& seen;
@@ -46,7 +46,7 @@ struct PairSeen {
 /// `reaches` may be called from any thread, `report` from one other than the rest.
 class MotionPriors {
  public:
-  /// Null where no parameter asks for a prior.
+  /// Null if no parameter needs a prior.
   static std::shared_ptr<MotionPriors> make(const ros::NodeHandle& nh, const Parameters& parameters);
   MotionPriors(const ros::NodeHandle& nh, const Parameters& parameters);
 
@@ -55,7 +55,7 @@ class MotionPriors {
   void stop();
   /// RobustOptions::rolling_shutter_readout: interval around each image for which the gyro is integrated.
   void setReadout(double seconds) { readout_ = seconds; }
-  /// All that an image of this stamp asks for has come.
+  /// Returns true if all samples for an image of this stamp have come.
   bool reaches(const std_msgs::Header& image);
 
   /// Rotation of the camera between two images, and during their readout. `problem` names what is missing, in a
@@ -71,7 +71,7 @@ class MotionPriors {
   PriorReport report();
 
  private:
-  /// One comparison, as both were asked.
+  /// The last query, for the comparison.
   struct Asked {
     std::string camera_frame;
     double from = 0, to = 0;

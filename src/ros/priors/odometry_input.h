@@ -20,13 +20,13 @@ struct OdometrySample {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< body in the odometry frame
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();      ///< of the body in its own axes, m/s
   Eigen::Vector3d angular = Eigen::Vector3d::Zero();       ///< rad/s
-  double velocity_variance = 0;                            ///< of its largest axis, (m/s)^2; 0: not told
+  double velocity_variance = 0;                            ///< of its largest axis, (m/s)^2; 0: unknown
 };
 
 /// X_at_start = motion X_at_end, in the body's frame.
 struct OdometryMotion {
   Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-  double velocity_variance = 0;  ///< mean over the samples, (m/s)^2; 0: not told
+  double velocity_variance = 0;  ///< mean over the samples, (m/s)^2; 0: unknown
 };
 
 class OdometryBuffer : public SampleBuffer<OdometrySample> {

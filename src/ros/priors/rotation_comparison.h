@@ -13,7 +13,7 @@ namespace gms_ransac {
 
 /// One pair, in the axes of the reference camera.
 struct ComparedRotation {
-  double from = 0, to = 0;                               ///< seconds, as the other sensor was asked
+  double from = 0, to = 0;                               ///< seconds, on the clock of the other sensor
   Eigen::Vector3d visual = Eigen::Vector3d::Zero();      ///< rotation vector of X_reference = R X_current
   Eigen::Vector3d prior = Eigen::Vector3d::Zero();       ///< the same as the other sensor has it
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of their difference

@@ -34,7 +34,7 @@ class FramePreparation {
   bool convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame);
   /// Sets the verdict; returns why the image is dropped, empty when it is not.
   std::string classifyStamp(double max_gap, PreparedFrame& frame);
-  /// Finds the features where the mask lets them.
+  /// Finds the features outside the masked area.
   void extract(MatchFilter& filter, PreparedFrame& frame);
   /// Depth of the keypoints, from a depth image or the right camera.
   void findDepth(PreparedFrame& frame);

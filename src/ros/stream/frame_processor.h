@@ -71,7 +71,7 @@ class FrameProcessor {
   void keepSpare(std::unique_ptr<PreparedFrame> frame);
   /// Answer for the current image.
   ProcessedFrame answer();
-  /// Keeps what an unusable image asks for.
+  /// Keeps the reset that an unusable image needs.
   void keepPending(const PreparedFrame& frame);
   /// Hands it to the next usable one.
   void takePending(PreparedFrame& frame);
@@ -93,14 +93,14 @@ class FrameProcessor {
   std::string matchWithPriors();
   /// Matches, filters, estimates.
   void match(PreparedFrame& reference, MatchResult& result, const RotationPrior* prior = nullptr);
-  /// Where the calibration changed since the reference, its keypoints go to where this image's camera shows them.
+  /// If the calibration changed since the reference, moves its keypoints to where this image's camera shows them.
   void adoptCalibration(PreparedFrame& reference) const;
   /// Sets status, tracks and pose from `result_`.
   void conclude(ProcessedFrame& processed);
   void fail(const std::string& what, ProcessedFrame& processed);
 
   // After a loss, with ~recovery_frames.
-  /// Goes on from a kept image, or says why not. False: the rest of processStream is to be done, as without.
+  /// Continues from a kept image, or returns why not. False: the rest of processStream is to be done, as without.
   bool reenter(ProcessedFrame& processed);
   /// The way back is looked for in an image of which camera and options allow it.
   bool mayReenter(const PreparedFrame& frame) const;

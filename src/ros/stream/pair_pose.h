@@ -1,4 +1,4 @@
-// The relative pose of a comparison -> the pose that is published: the length of its translation as ~scale says, its
+// The relative pose of a comparison -> the pose that is published: the length of its translation by ~scale, its
 // least covariance, and the last look at it.
 #pragma once
 
@@ -15,7 +15,7 @@ namespace gms_ransac {
 
 class PairPose {
  public:
-  /// `priors`: other sensors to ask; null: none.
+  /// `priors`: other sensors; null: none.
   PairPose(const Parameters& parameters, std::shared_ptr<MotionPriors> priors);
 
   /// Fills the pose and its length from `reference`, `current`, `result`, `status`, `text` and `recovered`. Depth may
@@ -31,7 +31,7 @@ class PairPose {
   void goOnFrom(ScalePropagator scale) { propagator_ = std::move(scale); }
 
  private:
-  /// As ~scale asks.
+  /// By ~scale.
   void findLength(ProcessedFrame& processed);
   /// In units of the first pair's.
   void propagate(ProcessedFrame& processed);

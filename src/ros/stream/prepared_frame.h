@@ -19,7 +19,7 @@ namespace gms_ransac {
 /// Reason to start anew with an image; the greatest one counts.
 enum class Reset : uint8_t {
   kNone,
-  kUnsubscribed,  ///< images were not taken for a while: ~pause, or nobody listened
+  kUnsubscribed,  ///< images were not taken for a while: ~pause, or no subscriber
   kRequested      ///< ~reset
 };
 
@@ -40,7 +40,7 @@ struct PreparedFrame {
   std::shared_ptr<const CameraModel> camera;
   std::shared_ptr<MatchFilter> filter;   ///< with the options in force when the image came
   std::weak_ptr<MatchFilter> filled_by;  ///< the same, still once the image is answered: what there is room for
-  bool extracted = false;                ///< else the features, and what is made of them, are not found yet
+  bool extracted = false;                ///< else the features and their tables are not computed yet
   StampVerdict stamp_verdict = StampVerdict::kFirst;
   Reset reset = Reset::kNone;
   std::string problem;  ///< why the image is not used; empty when it is

@@ -36,7 +36,7 @@ struct ProcessedFrame {
   bool reference_held = false;  ///< the next image will be compared with this reference again
   /// After a loss the reference is an image from before it. `status` is what it would be without the loss.
   bool recovered = false;
-  /// Only with `recovered`: how far the camera moved is not known, `pose.t` says the direction alone.
+  /// Only with `recovered`: the length of the motion is unknown, `pose.t` is the direction alone.
   bool length_missing = false;
   double oldest_reference = kNoReference;  ///< no image of an earlier stamp will be a reference again, seconds
   static constexpr double kNoReference = std::numeric_limits<double>::infinity();

@@ -22,7 +22,7 @@ struct SigmaFloor {
 /// for poseDefect to find.
 void makePublishable(bool translation_known, const SigmaFloor& floor, RelativePose& pose);
 
-/// The last look at a pose before it leaves the process: why it must not, or empty. Fit is one that is finite, with a
+/// The last check of a pose before it is published: why it must not be, or empty. Fit is one that is finite, with a
 /// rotation matrix up to rounding and a covariance that is symmetric and positive definite.
 std::string poseDefect(const RelativePose& pose);
 

@@ -41,7 +41,7 @@ class Recovery {
   /// While lost: an image has come that is not compared with a kept one, or not with success.
   void miss() { ++missed_; }
   int missed() const { return missed_; }
-  /// While lost: two images that follow on each other were compared. So many good ones in a row are a new beginning.
+  /// While lost: two images that follow on each other were compared. So many good ones in a row are a new start.
   void addPair(bool good);
   /// Gives up when the newest kept image is older than they may be at `stamp`.
   void giveUpAt(double stamp);
