@@ -131,7 +131,7 @@ class Features(unittest.TestCase):
         self.assertGreater(answers[-1].feature_age_median, 0.2)
 
     def test_images_between_two_messages_are_passed_over(self):
-        """As long as nobody listens to anything else."""
+        """While no other output has a subscriber."""
         client, clouds = Client("alone", "alone/image", "alone/camera_info", listen=False), []
         client.subscribe("features", PointCloud, clouds)
         client.connect()

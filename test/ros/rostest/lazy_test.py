@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Images are subscribed to only while somebody listens; transforms count as a listener, ~always_subscribe too."""
+"""Images are subscribed to only while an output has a subscriber; transforms count as one, ~always_subscribe too."""
 import unittest
 
 import numpy as np

@@ -30,7 +30,7 @@ class Mask(unittest.TestCase):
         return client
 
     def send_mask(self, client, topic, message):
-        """Publishes a latched mask, once the filter listens to it."""
+        """Publishes a latched mask, once the filter subscribes to it."""
         publisher = rospy.Publisher(topic, Image, queue_size=10, latch=True)
         self.addCleanup(publisher.unregister)
         client.wait(publisher.get_num_connections, "the filter to listen to " + topic)

@@ -253,7 +253,7 @@ class OdometryTest(unittest.TestCase):
         said = []
         logged = rospy.Subscriber("/rosout", Log, lambda m: said.append(m.msg) if m.name.endswith("contested") else None)
         broadcaster = tf2_ros.TransformBroadcaster()
-        rospy.Subscriber("/tf", TFMessage, lambda m: None)  # what nobody listens to is not broadcast
+        rospy.Subscriber("/tf", TFMessage, lambda m: None)  # without a subscriber there is no broadcast
         client = Client("contested", "contested/image", "contested/camera_info").connect()
         client.wait(logged.get_num_connections, "log")
         i = 0

@@ -80,7 +80,7 @@ class Parameters(unittest.TestCase):
         finally:
             process.terminate()
             said = process.communicate()[0]
-        unknown = [line for line in said.splitlines() if "is set but not known" in line]
+        unknown = [line for line in said.splitlines() if "is set, but this node has no such parameter" in line]
         self.assertEqual(len(unknown), 1, said)
         self.assertIn("/whole/featuers", unknown[0])
 
