@@ -34,7 +34,7 @@ constexpr double kOtherCause = 0.1;
 /// parameters, so that focal length and principal point together leave it singular.
 constexpr double kRounding = 1e-6;
 
-/// Of the parameters of a group; no more than there are, so that nothing is allocated.
+/// Parameters of a group. The size is bounded, so nothing is allocated.
 using SomeVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kCameraParameters, 1>;
 using SomeSquare = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kCameraParameters, kCameraParameters>;
 
@@ -54,10 +54,9 @@ Scores scoresOf(const PoseInformation& all, const PoseSquare& inverse) {
           scattered.lazyProduct(unexplained.transpose())};
 }
 
-/// What the scores say of the model in which some groups err by their typical errors. Parameters of the others are left
-/// at zero.
+/// The model in which some groups have their typical errors, by the scores. Parameters of the other groups are zero.
 struct Model {
-  double log_factor = 0;  ///< logarithm of the Bayes factor against the model in which none errs
+  double log_factor = 0;  ///< logarithm of the Bayes factor against the model without errors
   CameraSquare second_moment = CameraSquare::Zero();
 
   Model() = default;
@@ -90,7 +89,7 @@ struct Model {
 
 /// One step of Newton's from each error alone to the optimum, and its variance by the scatter.
 CameraErrors errorsOf(const Scores& scores, const TwoViewPose& pose) {
-  // What an error of 1 takes back of the parameters.
+  // Correction of the parameters for an error of 1.
   Eigen::Matrix<double, kCameraParameters, CameraErrors::kCount> correction;
   correction.setZero();
   correction(0, CameraErrors::kFocalLength) = -1;

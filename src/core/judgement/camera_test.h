@@ -1,5 +1,4 @@
-// Whether the matches of a pair contradict the camera model, and how large its errors may be as far as they tell.
-// Derived in doc/judgement.md.
+// Tests if the matches of a pair contradict the camera model, and estimates its errors. Derived in doc/judgement.md.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,8 +26,8 @@ struct CameraTest {
   CameraSquare second_moment = CameraSquare::Zero();
 };
 
-/// `inverse`: of the information on the pose; `naive`: of the curvature by it, with noise counted as parallax, which
-/// the second moment is computed with because the camera leaves so little of the direction that noise cannot be told.
+/// `inverse`: of the information on the pose. `naive`: of the curvature by it, with noise counted as parallax. The
+/// second moment uses `naive`: with the camera free, the direction is too uncertain for the correction.
 CameraTest testCamera(const PoseInformation& information, const PoseSquare& inverse, const PoseSquare& naive,
                       const TwoViewPose& pose);
 

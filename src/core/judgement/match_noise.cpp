@@ -28,7 +28,7 @@ constexpr double kSoftnessSigmas =
 constexpr auto kLn2 = static_cast<float>(M_LN2), kRoot2 = static_cast<float>(M_SQRT2);
 constexpr float kHalfLog2 = 0.5f / kLn2;  ///< of the natural logarithm of a square, octaves
 
-/// What 16, 50 and 84 % of the values lie below: middle and one deviation to either side. Rearranges the values.
+/// 16, 50 and 84 % quantiles: middle and one deviation to either side. Rearranges the values.
 std::array<float, 3> quantiles(std::vector<float>& values) {
   const auto last = static_cast<double>(values.size() - 1);
   const auto quantile = [&](double share) { return nthSmallest(values, static_cast<size_t>(share * last)); };

@@ -1,5 +1,5 @@
-// What the matches of a pair say of their own noise, without the threshold that chose the inliers, and with what
-// probability each of them is right.
+// Noise of the matches of a pair, estimated without the threshold that selected the inliers, and the probability that
+// each match belongs to it.
 #pragma once
 
 #include <cmath>
@@ -33,19 +33,19 @@ class MatchNoise {
   /// Standard deviation of a right match's signed residual, which for the Sampson distance is that of a keypoint's
   /// coordinates.
   double sigma() const { return sigma_; }
-  /// Turns squared residuals, times `share`, into residuals in standard deviations.
+  /// Converts squared residuals, times `share`, to residuals in standard deviations.
   void toDeviations(double share, std::vector<float>& squared) const {
     for (float& e : squared) e = std::sqrt(static_cast<float>(share) * e) / static_cast<float>(sigma_);
   }
   /// Squared residual and squared parallax of each column, padding included.
   const std::vector<float>& residuals() const { return residuals_; }
   const std::vector<float>& parallaxes() const { return parallaxes_; }
-  /// That the match of each column is one of those whose noise this is. What others are told: MatchProbability.
+  /// Posterior probability of each column to belong to the inlier component. MatchProbability is the published one.
   const std::vector<float>& probabilities() const { return probabilities_; }
   /// How much likelier the parallax of each column is for a wrong match; 1 where no pose is known.
   const std::vector<float>& odds() const { return odds_; }
-  /// False of a match whose parallax is so far from the scene's that a wrong match is the likelier explanation, even if
-  /// it lies on its epipolar line: one of these can outweigh hundreds of others in the direction of translation.
+  /// Returns false if the parallax of a match is far likelier for a wrong match, even if it lies on its epipolar line.
+  /// One such match can outweigh hundreds of others in the direction of translation.
   bool plausible(int column) const { return odds_[static_cast<size_t>(column)] < kMostOdds; }
 
   /// A loss as wide as this noise needs, and no narrower than that of the search.

@@ -12,8 +12,8 @@ namespace {
 
 constexpr float kSquaredWindow = MatchNoise::kWindow * MatchNoise::kWindow;
 constexpr float kRightWithin = 3;  ///< thresholds from its true place
-/// Of keypoints that are right, but not where most are: one threshold, for a corner that was found on the pixel beside
-/// its own, or twice the noise where that is more.
+/// Sigma of right keypoints with larger errors than most, such as a corner found on the next pixel: one threshold, or
+/// twice the noise if that is more.
 constexpr float kBesideSigma = 1, kBesideSigmas = 2;
 constexpr float kFirstNear = 0.75f, kFirstWide = 0.05f;
 constexpr float kLeastWrong = 1e-3f;  ///< of the matches
@@ -45,7 +45,7 @@ void MatchProbability::weighOnLines(const MatchNoise& noise, const PointColumnsV
   for (int i = 0; i < points.count; ++i) {
     if (noise.isApart(i) != apart) continue;
     const auto column = static_cast<size_t>(i);
-    // Of what another motion explains it is not known which parallaxes it should have.
+    // The parallaxes that another motion should have are unknown.
     const float odds = apart ? 1.f : noise.odds()[column];
     add(i, noise.residuals()[column], odds / MatchNoise::kWindow);
   }

@@ -1,4 +1,4 @@
-// With what probability each match is right: what whoever uses the matches is told.
+// The probability that each match is right, as published.
 #pragma once
 
 #include <vector>
@@ -8,16 +8,16 @@
 
 namespace gms_ransac {
 
-/// A match is right when its points are within three thresholds of one another's true places. MatchNoise asks another
-/// question, what belongs to the noise of most matches: a keypoint that was found a pixel off its corner does not, but
-/// is right. Derived in doc/judgement.md.
+/// A match is right if its points are within three thresholds of each other's true places. MatchNoise has a narrower
+/// definition, the noise of most matches: a keypoint found a pixel from its corner is right but not part of it. Derived
+/// in doc/judgement.md.
 class MatchProbability {
  public:
-  /// Of each column, by the noise, residuals and parallaxes that were measured. `finest_weight`: that of columns whose
-  /// keypoints are of the finest level. Valid until the next call.
+  /// Probability of each column, from the measured noise, residuals and parallaxes. `finest_weight`: the weight of
+  /// columns with keypoints of the finest level. Valid until the next call.
   const std::vector<float>& weigh(const MatchNoise& noise, const PointColumnsView& points, float finest_weight);
-  /// The same where the camera only turned, which says of each match where it ends and not only on which line.
-  /// `rotation_residuals`: squared transfer distance of each column under the turn.
+  /// The same if the camera only rotated: the rotation predicts the point of each match and not only its line.
+  /// `rotation_residuals`: squared transfer distance of each column under the rotation.
   const std::vector<float>& weighTurned(const MatchNoise& noise, const std::vector<float>& rotation_residuals,
                                         const PointColumnsView& points, float finest_weight);
 
@@ -26,13 +26,13 @@ class MatchProbability {
   void clear(int count);
   /// Takes in a match by its squared residual and its density if it is wrong, where it lies within the window.
   void add(int column, float square, float wrong_density);
-  /// Fits the components to the matches taken in and fills near_ and wide_ with the posteriors. `scale`: of the density
+  /// Fits the components to the added matches and fills near_ and wide_ with the posteriors. `scale`: of the density
   /// of a squared residual whose standard deviation is the argument.
   template <class Scale>
   void fit(double sigma, const Scale& scale);
   /// The share of each component, by expectation and maximisation.
   void fitShares();
-  /// Of the matches that are another motion's, or of the others.
+  /// For the matches of another motion, or for all others.
   void weighOnLines(const MatchNoise& noise, const PointColumnsView& points, float finest_weight, bool apart);
 
   std::vector<int> within_;  ///< columns within the window

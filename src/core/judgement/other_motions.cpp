@@ -10,8 +10,8 @@ namespace gms_ransac {
 
 namespace {
 
-/// What the statistic must reach for the pose to count as better; and where chance, or an error of the camera, may make
-/// the wrong one fit better: the other motion of a plane, near and far exchanged.
+/// The statistic at which the pose counts as better. The second limit holds if chance or an error of the camera may
+/// make the wrong motion fit better: the other motion of a plane, near and far exchanged.
 constexpr double kLeastVuong = 0.75, kLeastVuongByChance = 2.5;
 /// A few steps on a part of the matches show which cannot come near: those that lose by so much there.
 constexpr double kDropBeyond = 3;
@@ -22,7 +22,7 @@ constexpr double kMostDeviations = 3;
 constexpr double kSameSigmas = 5, kLeastApart = 3 * M_PI / 180;
 constexpr double kOtherDirection = 20 * M_PI / 180;
 
-/// Of the opposite direction is another motion: with a rotation that makes up for it near and far change places.
+/// The opposite direction is another motion: with a rotation that compensates for it, near and far change places.
 double angleBetween(const TwoViewPose& a, const TwoViewPose& b) {
   return std::acos(std::clamp(a.t.dot(b.t), -1.0, 1.0));
 }

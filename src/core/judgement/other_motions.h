@@ -1,4 +1,4 @@
-// Whether a different motion explains the matches as well as the one that was found.
+// Tests if an alternative motion explains the matches as well as the pose.
 #pragma once
 
 #include <vector>
@@ -24,7 +24,7 @@ struct RefinedPose {
   const MatchNoise& noise;     ///< at the pose
 };
 
-/// What the alternatives that explain the matches as well leave open.
+/// The uncertainty from alternatives that explain the matches as well.
 struct Ambiguity {
   bool other_direction = false;  ///< one of them has a direction more than kOtherDirection away
   /// To be added to the covariance of the pose: any of them may be true.
@@ -43,7 +43,7 @@ class OtherMotions {
 
  private:
   /// Refines a motion on the first `count` matches and returns Vuong's statistic there for the pose against it;
-  /// infinite where it has become the pose, whose direction it then has to within `same_within` radians.
+  /// infinite if it converged to the pose: their directions then agree to `same_within` radians.
   double against(const RefinedPose& refined, double same_within, int count, int iterations, TwoViewPose& motion);
 
   const ResidualKernels& kernels_;

@@ -23,7 +23,7 @@ constexpr double kLeastShare = 0.6;        ///< of the matches, for the plane to
 constexpr double kHopelessShare = 0.3;     ///< after the first fit to all
 constexpr double kLeastSpread = 1e-8;      ///< of the squared singular values; below it the homography is a rotation
 
-/// What the plane's normal gets from a match: q x (R + t n^T) p = 0 is rotated + shift (n . p) = 0, linear in n.
+/// Equation of a match for the plane's normal: q x (R + t n^T) p = 0 is rotated + shift (n . p) = 0, linear in n.
 struct PlaneRow {
   Eigen::Vector3d p, rotated, shift;
   double weight, inverse_depth;

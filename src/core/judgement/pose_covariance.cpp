@@ -9,10 +9,10 @@ namespace gms_ransac {
 
 namespace {
 
-/// Noise is taken for at most this share of what the matches seem to tell of the direction: how much it is, is itself
-/// known to a few percent only.
+/// Largest share of the information on the direction that counts as noise. The noise itself is known to a few percent
+/// only.
 constexpr double kMostNoise = 0.9;
-/// Between these contradictions the camera's parameters become free where a preferred rotation is weighed.
+/// Between these contradictions the camera's parameters become free in the weight of a preferred rotation.
 constexpr double kFirstDoubt = 0.5, kFullDoubt = 0.9;
 /// Negative eigenvalues that the rounding of an inverse may leave in a correlation matrix.
 constexpr double kInversionTolerance = 1e-8;
@@ -41,7 +41,7 @@ bool isCovariance(const PoseSquare& matrix) {
   return Eigen::LLT<PoseSquare>(correlation).info() == Eigen::Success;
 }
 
-/// Huber's sandwich, with the step that a pose beside the optimum lacks.
+/// Huber's sandwich, plus the square of the step from the pose to the optimum.
 PoseSquare sandwich(const PoseSquare& inverse, const PoseSquare& scatter, const PoseVector& gradient) {
   const PoseVector step = inverse * gradient;
   return inverse * scatter * inverse + step * step.transpose();
@@ -50,7 +50,7 @@ PoseSquare sandwich(const PoseSquare& inverse, const PoseSquare& scatter, const 
 /// The curvature by the pose, less the part of the direction's that noise of the points feigns.
 PoseSquare withoutFeigned(const PoseInformation& all, double variance) {
   PoseSquare told = all.curvature.topLeftCorner<kPoseParameters, kPoseParameters>();
-  // What is told of the direction with the rotation unknown.
+  // Information on the direction if the rotation is unknown.
   const Eigen::Matrix<double, 3, 2> shared = told.topRightCorner<3, 2>();
   const Eigen::Matrix3d of_rotation = told.topLeftCorner<3, 3>();
   const Eigen::Matrix2d alone = told.bottomRightCorner<2, 2>() - shared.transpose() * of_rotation.llt().solve(shared);

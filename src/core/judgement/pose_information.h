@@ -1,5 +1,5 @@
-// What the matches of a pair say of a pose and of the camera's parameters, summed over each cell of the image and over
-// all. Derived in doc/judgement.md.
+// Information of the matches of a pair on the pose and the camera's parameters, summed over each cell of the image and
+// over all. Derived in doc/judgement.md.
 #pragma once
 
 #include <array>
@@ -52,7 +52,7 @@ struct PoseInformation {
   ParameterVector gradient;             ///< sums over all cells
   ParameterSquare curvature;            ///< likewise
   ParameterSquare scatter;              ///< covariance of the gradient, from the cells (Liang & Zeger 1986)
-  Eigen::Matrix2d line_turns;           ///< sum of the products of what the two steps of t turn the epipolar lines by
+  Eigen::Matrix2d line_turns;           ///< products of the angles by which the two steps of t rotate the lines, summed
   std::vector<CellSums> cells, blocks;  ///< those with matches
 };
 
@@ -62,7 +62,7 @@ class PoseSummation {
   /// `plausible`: the points, implausible ones without weight; `cells`: of each column.
   const PoseInformation& sum(const ResidualKernels& kernels, const PointColumnsView& plausible, const TwoViewPose& pose,
                              const Loss& loss, const std::vector<int32_t>& cells);
-  /// What was summed last.
+  /// The last sums.
   const PoseInformation& information() const { return information_; }
   /// The curvature by the pose and all parameters of the matches of each block.
   const std::array<PoseRows, kBlockSide * kBlockSide>& blockCurvatures();

@@ -9,10 +9,10 @@ namespace gms_ransac {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-/// A rotation that is known worse, its three axes together, is of no use, whatever the direction.
+/// With a larger uncertainty, the three axes together, a rotation is unusable.
 constexpr double kMostRotationSigma = 1 * kDegree;
-/// From such a contradiction on the errors of the camera are larger than typical ones: the rotation must be known even
-/// so.
+/// From this contradiction on the errors of the camera exceed the typical ones, and the rotation must be known in spite
+/// of them.
 constexpr double kBeyondCameras = 10;
 constexpr int kIterations = 10;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
@@ -100,7 +100,7 @@ void PoseJudge::judge(const TwoViewPose& preferred, const std::vector<Alternativ
   }
   result.translation_observable = result.doubt == DirectionDoubt::kNone;
   if (options_.judge && verdict.rotationIsBetter()) {
-    // With and without a translation are both in question, so the rotation is no better known than the two agree.
+    // Both explanations are possible, so the covariance is inflated by the disagreement of the two rotations.
     const Eigen::Vector3d apart = rotationVector(rotation.R * pose_.R.transpose());
     covariance.topLeftCorner<3, 3>() += apart * apart.transpose();
     pose_.R = rotation.R;

@@ -1,5 +1,5 @@
-// What the matches of a pair can tell of its motion, whichever estimator found it: noise, segmentation, covariance,
-// other explanations, probabilities. doc/judgement.md has the formulas.
+// Judges the motion of a pair, from any estimator, by its matches: noise, segmentation, covariance, alternative
+// motions, probabilities. doc/judgement.md has the formulas.
 #pragma once
 
 #include <vector>
@@ -32,9 +32,9 @@ class PoseJudge {
   /// The same for a pose that has to stay.
   void take(const TwoViewPoints& points, const TwoViewPose& pose);
 
-  /// Fills what `result` says of the pose that was refined or taken last. `preferred`: the rotation that the estimator
-  /// would rather have, where it has a reason besides the matches; it is followed as far as the matches leave it open.
-  /// Without RobustOptions::judge the preferred pose stands, with the covariance of the matches.
+  /// Fills `result` for the pose that was refined or taken last. `preferred`: the rotation that the estimator prefers
+  /// for a reason other than the matches; it counts only where the matches leave the rotation open. Without
+  /// RobustOptions::judge the preferred pose stands, with the covariance of the matches.
   void judge(const TwoViewPose& preferred, const std::vector<AlternativeMotion>& alternatives, RobustResult& result);
   /// The same for a model that has no translation.
   void judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R, RobustResult& result);
@@ -45,10 +45,10 @@ class PoseJudge {
   void measureNoise(const TwoViewPose& pose);
   /// Moves the pose to the optimum of the loss that the noise asks for.
   void followNoise(TwoViewPose& pose);
-  /// Sums up what the matches say of the pose.
+  /// Sums the information of the matches on the pose, and computes the covariance.
   void measureCovariance();
-  /// Whether the direction of translation is known, and if not why. Widens the covariance by other motions that explain
-  /// the matches as well.
+  /// Returns the first reason why the direction of translation is unknown, or kNone. Widens the covariance by
+  /// alternative motions that explain the matches as well.
   DirectionDoubt compare(const RotationVerdict& verdict, const std::vector<AlternativeMotion>& alternatives,
                          PoseSquare& covariance);
   bool rotationIsKnown() const;
@@ -60,7 +60,7 @@ class PoseJudge {
 
   const ResidualKernels& kernels_;
   RobustOptions options_;
-  // What one step hands to the next.
+  // Results of one step for the next.
   const TwoViewPoints* points_ = nullptr;
   TwoViewPose pose_;
   MatchNoise noise_;        ///< at the pose

@@ -22,8 +22,8 @@ namespace {
 /// tenth of a pixel.
 constexpr double kSmallestTranslation = 2e-4;
 
-/// Where the parallax is little more than the noise the cost is a valley between turning and moving aside, along which
-/// Gauss and Newton's steps are short: they take the noise of the points for curvature. A step gains less than kEnough
+/// If the parallax is little more than the noise, the cost is a valley between rotating and moving aside. Gauss-Newton
+/// steps along it are short, because they take the noise of the points for curvature: a step gains less than kEnough
 /// long before the optimum (doc/estimator.md).
 constexpr int kPoseIterations = 100;
 constexpr float kEnoughInAValley = 1e-6f;
@@ -146,8 +146,8 @@ void PoseRecovery::proposeFromHomography(const Eigen::Matrix3d& H, const Eigen::
     cv::cv2eigen(rotations[i], motion.R);
     cv::cv2eigen(translations[i], motion.t);
     if (!motion.R.allFinite() || !motion.t.allFinite()) continue;
-    motion.R = nearestOrthogonal(motion.R);       // OpenCV's is off by 1e-3 when the homography is nearly a rotation
-    if (!(motion.R.determinant() > 0)) continue;  // and a mirror when it is nearly singular
+    motion.R = nearestOrthogonal(motion.R);  // OpenCV's has an error of 1e-3 if the homography is nearly a rotation
+    if (!(motion.R.determinant() > 0)) continue;  // and is a mirror if it is nearly singular
     const double length = motion.t.norm();
     motion.t = length > kSmallestTranslation ? Eigen::Vector3d(motion.t / length) : Eigen::Vector3d::Zero();
     propose(motion);

@@ -24,14 +24,14 @@ struct PoseRecoveryOptions {
 class PoseRecovery {
  public:
   explicit PoseRecovery(const RobustOptions& options) : kernels_(&residualKernels(options.simd)), judge_(options) {}
-  /// Reads result.model, model_type and inlier; fills all that the result says of the pose, as PoseJudge does with the
-  /// motions of findMotionStarts and, where the matches lie on a plane, its other motion to compare with. Of the poses
-  /// that a model allows the one with most inliers in front of both cameras is taken; of the two motions of a plane the
-  /// likelier. `refine`: a pose of an essential or a fundamental matrix is moved to the robust optimum over the matches
-  /// near it, and the essential matrix and its inliers with it; for a fundamental matrix, which a plane leaves
-  /// undetermined, that optimum may be another one that explains the matches better. Nothing is filled when the camera
-  /// is not calibrated. A homography of a pure rotation gives a zero translation.
-  /// `points`: the columns that the model was found in, which are looked at again where they are normalised.
+  /// Reads result.model, model_type and inlier, and fills the pose and its judgement. PoseJudge compares it with the
+  /// motions of findMotionStarts and, if the matches lie on a plane, with its other motion. Among the poses that a
+  /// model allows, the one with most inliers in front of both cameras wins; among the two motions of a plane the
+  /// likelier. `refine`: a pose of an essential or a fundamental matrix moves to the robust optimum over the matches
+  /// near it, and the essential matrix and its inliers follow. A plane leaves a fundamental matrix undetermined, so its
+  /// optimum may be another one that explains the matches better. Fills nothing without a calibration. A homography of
+  /// a pure rotation gives a zero translation. `points`: the columns that the model was found in, which are looked at
+  /// again where they are normalised.
   void recover(const PointPairs& pairs, const Camera& camera, const TwoViewPoints& points,
                const PoseRecoveryOptions& options, RobustResult& result);
 

@@ -33,7 +33,7 @@ constexpr int kIterations = 3;
 constexpr int kFittedMatches = 256;  ///< a random part
 constexpr float kTiny = 1e-18f;      ///< keeps points on the line at infinity finite
 
-/// What a rotation leaves of a match.
+/// The displacement of a match after a rotation.
 struct RotatedMatch {
   float x, y;                  ///< the reference point's place after the rotation
   float dx, dy;                ///< displacement from there

@@ -1,5 +1,5 @@
-// The matches explained by a camera that rotates and does not move: by a rotation alone, and by one that goes on while
-// the rows are read (rolling shutter). Derived in doc/judgement.md.
+// The matches explained by a camera that rotates and does not move: by a rotation alone, and by one that continues
+// during the readout of a rolling shutter. Derived in doc/judgement.md.
 #pragma once
 
 #include <vector>
@@ -28,7 +28,7 @@ struct RotationVerdict {
   double static_share = 0;       ///< estimated share of the pose's inliers that the rotation leaves no parallax
   double share_at_infinity = 0;  ///< and of those that the pose's own rotation leaves none
 
-  /// What speaks against a translation: kTurn, kStill or kNone.
+  /// The reason against a translation: kTurn, kStill or kNone.
   DirectionDoubt doubt() const;
   /// True if a rotation explains the matches better than the pose, with rolling shutter or without.
   bool rotationIsBetter() const;

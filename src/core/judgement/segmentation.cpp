@@ -71,7 +71,7 @@ void sumUp(const PoseInformation& all, const Eigen::LLT<PoseSquare>& information
   }
 }
 
-/// Covariance of what is left of a part's gradient once the whole has stepped to its optimum.
+/// Covariance of the gradient that remains in a part after the step of the whole to its optimum.
 PoseSquare covarianceOf(const BlockSums& part, const PoseSquare& scatter) {
   const PoseSquare half = part.curvature * (part.scatter - 0.5 * scatter * part.curvature);
   return part.scatter - half - half.transpose();
