@@ -1,10 +1,10 @@
 // Every method's results, bit by bit, against the digests recorded in digests.txt: the guard of every move inside the
 // core, and the proof that all instruction sets agree (CMakeLists.txt runs it with --simd LEVEL for each).
 //
-// A change of results on purpose records anew, in a commit of its own that says why and by how much:
+// Record a change of results that has a purpose, in a commit of its own that states why and by how much:
 //   digest_test --record
 //
-// Another kind of processor rounds otherwise, in libraries and where a product is added in one step:
+// Other processors round differently, in libraries and in fused operations:
 //   digest_test --outcomes
 // compares statuses and numbers of inliers alone, on recorded images (what is rendered is rounded, too).
 #include <algorithm>

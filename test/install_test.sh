@@ -21,7 +21,7 @@ case $(rospack find gms_ransac) in
   *) echo "gms_ransac is found in $(rospack find gms_ransac), not in the installation"; exit 1 ;;
 esac
 rosrun gms_ransac evaluate --list | grep -q cp_ransac
-# The Python module, where it was built, beside the messages of the same package.
+# The Python module, if it was built, next to the messages of the same package.
 if compgen -G "$build/devel/lib/python3/dist-packages/gms_ransac/_gms_ransac*.so" >/dev/null; then
   (unset LD_LIBRARY_PATH
    /usr/bin/python3 -c "import gms_ransac, gms_ransac.msg as m; assert gms_ransac.__file__.startswith('$prefix/')

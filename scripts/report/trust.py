@@ -350,7 +350,7 @@ def write_tables(folder, answers, methods, before):
         return text
     chosen = [a for a in answers if a.method in methods]
     text = "### All\n\n" + summary_table(grouped(chosen, lambda a: (a.kind, a.method)), details, halves=())
-    real = dict((key, row) for key, row in details.get("real", {}).items() if key[1] == methods[0])
+    real = dict((key, row) for key, row in details.get("real", {}).items() if key[1] == methods[0] and row["pairs"])
     return text + ("### %s\n\n" % TITLES["real"] + detail_table(real, axes=()) if real else "")
 
 

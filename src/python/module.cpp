@@ -152,7 +152,7 @@ class Filter {
     return pair;
   }
 
-  /// Of matches that are given, as if the filter had kept them all.
+  /// Estimates from given matches, as if the filter had kept them all.
   std::unique_ptr<Pair> estimate(const Numbers& reference, const Numbers& current) {
     setPoints(reference, reference_.features);
     setPoints(current, current_.features);

@@ -1,5 +1,5 @@
-// What holds of every result, whatever went in: asserted by the fuzz targets and by unit tests. Each function returns
-// what does not hold in words, or an empty string.
+// Conditions that every result meets, for any input: asserted by the fuzz targets and by unit tests. Each function
+// returns the violated condition in words, or an empty string.
 #pragma once
 
 #include <cmath>
@@ -18,10 +18,10 @@
 
 namespace gms_ransac {
 
-/// Of the largest deviation of R^T R from the identity.
+/// Limit of the largest deviation of R^T R from the identity.
 constexpr double kRotationRounding = 1e-9;
-/// Of the asymmetry and the least eigenvalue of a correlation matrix: what is published, and what an estimate may
-/// leave, whose covariance is the inverse of a matrix that may be ill-conditioned (publishable_pose.cpp).
+/// Limits of the asymmetry and the least eigenvalue of a correlation matrix, as published and as estimated. An
+/// estimate's covariance is the inverse of a matrix that may be ill-conditioned (publishable_pose.cpp).
 constexpr double kPublishedRounding = 1e-6, kEstimateRounding = 1e-3;
 
 /// `covariance` with its variances brought to one, which is what definiteness is judged by: entries of t and of the
@@ -148,7 +148,7 @@ inline std::string brokenEstimate(const PointPairs& pairs, const Camera& camera,
   return brokenPose(result.pose);
 }
 
-/// The columns of a pair beside its frames.
+/// The columns of a pair, checked against its frames.
 inline std::string brokenResult(const Features& reference, const Features& current, const MatchResult& result) {
   const size_t n = result.matches.size();
   const bool compared = result.status != Status::kFirstFrame && result.status != Status::kTooFewKeypoints;

@@ -11,9 +11,9 @@ namespace gms_ransac {
 
 class InlierAcceptance {
  public:
-  /// Reads result.inlier and inlier_count. Returns false if the support could be chance for a model of `sample_size`
-  /// points, if the inliers lie in too few spots of the images to check the model, or if those of one image lie on
-  /// a line up to the threshold. `order`: matches, most confident first, if there is such an order. Then
+  /// Reads result.inlier and inlier_count. Returns false in three cases: the support could be chance for a model of
+  /// `sample_size` points, the inliers lie in too few spots of the images to check the model, or those of one image lie
+  /// on a line up to the threshold. `order`: matches, most confident first, if there is such an order. Then
   /// support among the first half, quarter or eighth of them that is no chance suffices, as in PROSAC (Chum & Matas
   /// 2005).
   bool accepts(const PointPairs& pairs, int sample_size, double threshold_px, const RobustResult& result,

@@ -2,7 +2,7 @@
 //
 // 512 train descriptors at a time, bit-sliced: a vector holds one bit of each. Bits are counted by carry-save adders,
 // two three-input logic instructions each. The first layer of adders costs nothing: three bits of a query have eight
-// patterns, so the sum and carry of every triple of train bits are stored for all eight, and a query picks by its own
+// patterns, so the sum and carry of every triple of train bits are stored for all eight. A query picks by its own
 // bits. 170 adders remain: 340 instructions for 512 descriptors, where counting by table lookups in bytes takes 560.
 #if defined(__AVX512VBMI__)
 #include <immintrin.h>

@@ -25,7 +25,7 @@ struct SearchStorage {
   std::vector<uint8_t> inlier;  ///< by rank
 };
 
-/// What a search works with; all of it outlives the search.
+/// Inputs of a search; all of them outlive it.
 struct SearchParts {
   const TwoViewModel& model;
   const std::vector<int>& order;  ///< columns, most confident first

@@ -48,7 +48,7 @@ class TwoViewModel {
                      HypothesisScore& score) const = 0;
   /// True when one match is within the threshold, computed in double.
   virtual bool fits(const Hypothesis& hypothesis, int column) const = 0;
-  /// Of every match, padding included.
+  /// Residual of every match, padding included.
   virtual void residuals(const Hypothesis& hypothesis, std::vector<float>& e) const = 0;
   /// Moves the hypothesis to the robust optimum near it.
   virtual void refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const = 0;

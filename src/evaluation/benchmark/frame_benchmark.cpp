@@ -131,7 +131,7 @@ BenchmarkTable runSizes(const std::vector<cv::Size>& sizes, const BenchmarkOptio
         const double baseline_ms =
             clock.milliseconds([&] { baseline->detectAndCompute(image, cv::noArray(), keypoints, descriptors); });
         const double ours_ms = clock.milliseconds([&] { ours->extract(image, features); });
-        if (i < kImagesOfASize) continue;  // memory is asked for
+        if (i < kImagesOfASize) continue;  // memory is allocated
         BenchmarkRow* rows[] = {&table.row(stage, kBaselineExtractor),
                                 &table.row(stage, "simd_orb", kBaselineExtractor)};
         rows[0]->ms.push_back(baseline_ms);

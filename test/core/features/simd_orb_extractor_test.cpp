@@ -65,8 +65,8 @@ int differentBits(const uint8_t* a, const uint8_t* b) {
 }
 
 /// Bits by which a descriptor may differ from the installed cv::ORB, on average. None if OpenCV fuses products as we do
-/// (4.6 on a processor with FMA). Else its blur differs by one grey level in one pixel of 10^5, in 4.5 and earlier in
-/// more.
+/// (4.6 on a processor with FMA). Otherwise its blur differs by one grey level in one pixel of 10^5, in 4.5 and earlier
+/// in more.
 double allowedBits() {
 #if CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR == 6 && defined(__x86_64__)
   return simdLevelSupported(SimdLevel::kAvx2) ? 0 : 0.05;

@@ -59,7 +59,7 @@ TEST(MotionIntegrator, WithoutMetresTheRotationStaysAsGood) {
 TEST(MotionIntegrator, TwistIsInTheMovingFrame) {
   MotionIntegrator odometry;
   odometry.restart();
-  // A quarter turn about y while moving along z: seen from where it ends up, the way led along x.
+  // A rotation by 90 degrees about y while moving along z: in the final axes the motion was along x.
   odometry.add({motion({0, 0, 2}, {0, M_PI / 2, 0}), 0.5});
   EXPECT_TRUE(odometry.camera().twist.head<3>().isApprox(Eigen::Vector3d(-4, 0, 0), 1e-9))
       << odometry.camera().twist.transpose();
@@ -78,7 +78,7 @@ TEST(MotionIntegrator, BaseMovesWithTheCamera) {
   EXPECT_TRUE(base.pose.translation().isApprox(Eigen::Vector3d(1, 0, 0), 1e-9)) << "forward is base x";
   EXPECT_NEAR(base.twist(0), 2, 1e-9);
 
-  // Turning about the base's origin moves the camera sideways and the base not at all.
+  // A rotation about the base's origin moves the camera sideways and the base not at all.
   odometry.restart();
   Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
   turn.linear() = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -99,7 +99,7 @@ TEST(MotionIntegrator, CovarianceAgreesWithMonteCarlo) {
   sigma << 0.02, 0.01, 0.03, 0.004, 0.006, 0.002;
   const int steps = 5, runs = 20000;
   RelativePose exact = kStep;
-  // Shift and turn of a pair err together.
+  // The errors of a pair's translation and rotation are correlated.
   Matrix6d factor = Matrix6d::Identity();
   factor.triangularView<Eigen::StrictlyLower>().setConstant(0.4);
   factor = (sigma.asDiagonal() * factor).eval();
@@ -149,7 +149,7 @@ TEST(MotionIntegrator, WhatWasMissedGoesOneWay) {
   for (int i = 0; i < 15; ++i) odometry.lose(0.1);
   EXPECT_NEAR(std::sqrt(odometry.camera().pose_covariance(2, 2)), 3, 1e-3);
   EXPECT_NEAR(std::sqrt(odometry.camera().pose_covariance(4, 4)), 0.3, 1e-3);
-  // What is missed later has nothing to do with it: variances add up.
+  // A motion missed later is independent: variances add up.
   odometry.add({step, 0.1});
   const Matrix6d before = odometry.camera().pose_covariance;
   odometry.lose(1.5);

@@ -268,7 +268,7 @@ class OdometryTest(unittest.TestCase):
         self.assertIn(rospy.get_name(), client.wait(noticed, "the warning")[0])
         for _ in range(5):
             noticed()
-        # What it says last is read last: by then any other warning is here.
+        # The node's last message is read last: by then any other warning is here.
         last = "change refused"
         Reconfigure("contested", timeout=30).update_configuration({"features": 0})
         client.wait(lambda: [s for s in said if last in s], last)
