@@ -54,7 +54,6 @@ struct DatasetPair {
 struct DatasetOptions {
   std::string intrinsics;     ///< "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]"; overrides what the set says
   std::string topic;          ///< bags: image topic; "": the only one, or the one of the official TUM or kitti2bag bags
-  std::string truth_frame;    ///< bags: tf frame the camera's true motion is given in; "": world, map or odom
   double depth_scale = 5000;  ///< grey values per metre of 16-bit depth images (TUM's 5000)
 };
 

@@ -26,7 +26,7 @@ constexpr char kImageType[] = "sensor_msgs/Image";
 constexpr char kCompressedType[] = "sensor_msgs/CompressedImage";
 // Grey or colour camera topics of the official TUM bags and of kitti2bag.
 constexpr const char* kUsualTopics[] = {"/camera/rgb/image_color", "/kitti/camera_gray_left/image_raw"};
-constexpr const char* kUsualTruthFrames[] = {"world", "map", "odom"};
+constexpr const char* kTruthFrames[] = {"world", "map", "odom"};
 
 std::string withoutLeadingSlash(const std::string& frame) {
   return !frame.empty() && frame[0] == '/' ? frame.substr(1) : frame;
@@ -37,62 +37,37 @@ std::string parentTopic(const std::string& topic) {
   return slash == std::string::npos ? "" : topic.substr(0, slash);
 }
 
-/// Where an image message lies in the bag.
-struct MessageKey {
-  ros::Time received;  ///< the bag's own index
-  ros::Time stamp;     ///< the message's header, which tells apart what was received at the same instant
-};
-
+/// Keeps the bag open, and where its images are.
 class BagImages : public ImageSource {
  public:
-  BagImages(const std::string& file, std::string topic, std::vector<MessageKey> keys)
-      : bag_(file, rosbag::bagmode::Read), topic_(std::move(topic)), keys_(std::move(keys)) {}
+  BagImages(std::unique_ptr<rosbag::Bag> bag, std::vector<rosbag::MessageInstance> messages)
+      : bag_(std::move(bag)), messages_(std::move(messages)) {}
 
   cv::Mat image(int frame, bool colour) const override {
-    const MessageKey& key = keys_.at(static_cast<size_t>(frame));
-    std::lock_guard<std::mutex> lock(mutex_);
+    const rosbag::MessageInstance& message = messages_.at(static_cast<size_t>(frame));
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto fail = [&](const std::string& reason) {
+      throw DatasetError(bag_->getFileName() + ": image " + std::to_string(frame) + " of " + message.getTopic() + ": " +
+                         reason);
+    };
+    cv::Mat found;
     try {
-      cv::Mat found = find(key, colour);
-      if (found.empty()) throw DatasetError(where(key.stamp) + ": it has no pixels");
-      return found;
-    } catch (const DatasetError&) {
-      throw;
+      if (const auto raw = message.instantiate<sensor_msgs::Image>()) {
+        found = cv_bridge::toCvCopy(raw, colour ? "bgr8" : "mono8")->image;
+      } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
+        found = cv::imdecode(packed->data, colour ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE);
+      }
     } catch (const std::exception& error) {  // a damaged message may make any layer throw
-      throw DatasetError(where(key.stamp) + ": " + error.what());
+      fail(error.what());
     }
+    if (found.empty()) fail("it has no pixels, or cannot be decoded");
+    return found;
   }
 
  private:
-  cv::Mat find(const MessageKey& key, bool colour) const {
-    rosbag::View view(bag_, rosbag::TopicQuery(topic_), key.received, key.received);
-    for (const rosbag::MessageInstance& message : view) {
-      if (const auto raw = message.instantiate<sensor_msgs::Image>()) {
-        if (raw->header.stamp == key.stamp) return convert(*raw, colour);
-      } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
-        if (packed->header.stamp == key.stamp) return decode(*packed, colour);
-      }
-    }
-    throw DatasetError(where(key.stamp) + ": the message cannot be found again");
-  }
-
-  std::string where(const ros::Time& stamp) const {
-    return bag_.getFileName() + ": image of " + topic_ + " at " + std::to_string(stamp.toSec());
-  }
-
-  cv::Mat convert(const sensor_msgs::Image& message, bool colour) const {
-    return cv_bridge::toCvCopy(message, colour ? "bgr8" : "mono8")->image;
-  }
-
-  cv::Mat decode(const sensor_msgs::CompressedImage& message, bool colour) const {
-    cv::Mat image = cv::imdecode(message.data, colour ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE);
-    if (image.empty()) throw DatasetError(where(message.header.stamp) + ": cannot be decoded");
-    return image;
-  }
-
   mutable std::mutex mutex_;
-  mutable rosbag::Bag bag_;
-  std::string topic_;
-  std::vector<MessageKey> keys_;
+  const std::unique_ptr<rosbag::Bag> bag_;
+  const std::vector<rosbag::MessageInstance> messages_;
 };
 
 /// Image topics of the bag by name; depth images announce themselves by theirs.
@@ -201,16 +176,14 @@ class TransformTree {
 };
 
 /// Fills in the poses of frames from tf; silently none when the camera hangs in no known world.
-void addPoses(rosbag::Bag& bag, const std::string& camera_frame, const std::string& truth_frame,
-              const std::vector<MessageKey>& keys, std::vector<DatasetFrame>& frames) {
+void addPoses(rosbag::Bag& bag, const std::string& camera_frame, const std::vector<ros::Time>& stamps,
+              std::vector<DatasetFrame>& frames) {
   const TransformTree tree(bag);
-  std::vector<std::string> worlds(std::begin(kUsualTruthFrames), std::end(kUsualTruthFrames));
-  if (!truth_frame.empty()) worlds = {withoutLeadingSlash(truth_frame)};
-  for (const std::string& world : worlds) {
+  for (const char* world : kTruthFrames) {
     // The truth of kitti2bag's odometry bags moves "camera_left", which no image names as its frame.
     for (const std::string& camera : {camera_frame, std::string("camera_left")}) {
       if (!tree.connects(world, camera)) continue;
-      for (size_t i = 0; i < frames.size(); ++i) frames[i].pose = tree.pose(world, camera, keys[i].stamp);
+      for (size_t i = 0; i < frames.size(); ++i) frames[i].pose = tree.pose(world, camera, stamps[i]);
       return;
     }
   }
@@ -222,11 +195,12 @@ Dataset openBag(const std::string& file, const DatasetOptions& options) {
   Dataset dataset;
   dataset.kind_ = DatasetKind::kBag;
   try {
-    rosbag::Bag bag(file, rosbag::bagmode::Read);
-    const std::string topic = chooseTopic(file, bag, options.topic);
-    std::vector<MessageKey> keys;
+    auto bag = std::make_unique<rosbag::Bag>(file, rosbag::bagmode::Read);
+    const std::string topic = chooseTopic(file, *bag, options.topic);
+    std::vector<rosbag::MessageInstance> messages;
+    std::vector<ros::Time> stamps;
     std::string camera_frame;
-    rosbag::View view(bag, rosbag::TopicQuery(topic));
+    rosbag::View view(*bag, rosbag::TopicQuery(topic));
     for (const rosbag::MessageInstance& message : view) {
       std_msgs::Header header;
       if (const auto raw = message.instantiate<sensor_msgs::Image>()) {
@@ -237,17 +211,17 @@ Dataset openBag(const std::string& file, const DatasetOptions& options) {
         throw DatasetError(file + ": topic " + topic + " carries " + message.getDataType() + ", not images");
       }
       camera_frame = withoutLeadingSlash(header.frame_id);
-      keys.push_back({message.getTime(), header.stamp});
+      messages.push_back(message);
+      stamps.push_back(header.stamp);
       DatasetFrame frame;
       frame.stamp = header.stamp.toSec();
       frame.name = topic + "@" + std::to_string(frame.stamp);
       dataset.frames_.push_back(frame);
     }
-    if (keys.empty()) throw DatasetError(file + ": topic " + topic + " holds no image");
-    dataset.intrinsics_ = readCameraInfo(file, bag, topic, dataset.intrinsics_source_);
-    addPoses(bag, camera_frame, options.truth_frame, keys, dataset.frames_);
-    bag.close();
-    dataset.source_ = std::make_shared<BagImages>(file, topic, std::move(keys));
+    if (messages.empty()) throw DatasetError(file + ": topic " + topic + " holds no image");
+    dataset.intrinsics_ = readCameraInfo(file, *bag, topic, dataset.intrinsics_source_);
+    addPoses(*bag, camera_frame, stamps, dataset.frames_);
+    dataset.source_ = std::make_shared<BagImages>(std::move(bag), std::move(messages));
   } catch (const DatasetError&) {
     throw;
   } catch (const tf2::TransformException& error) {

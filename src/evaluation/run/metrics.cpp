@@ -23,20 +23,6 @@ PoseError poseError(const Eigen::Isometry3d& truth, const Eigen::Matrix3d& R, co
   return error;
 }
 
-double areaUnderRecallCurve(std::vector<double> errors, double threshold) {
-  std::sort(errors.begin(), errors.end());
-  const double n = static_cast<double>(errors.size());
-  double area = 0, last_error = 0, last_recall = 0;
-  for (size_t i = 0; i < errors.size() && errors[i] < threshold; ++i) {
-    const double recall = static_cast<double>(i + 1) / n;
-    area += 0.5 * (last_recall + recall) * (errors[i] - last_error);
-    last_error = errors[i];
-    last_recall = recall;
-  }
-  area += last_recall * (threshold - last_error);
-  return 100.0 * area / threshold;
-}
-
 double percentile(std::vector<double> values, double percent) {
   if (values.empty()) return kNone;
   std::sort(values.begin(), values.end());

@@ -1,4 +1,4 @@
-// Figures of merit over many pairs: pose error curves, the paper's ratios, medians.
+// Errors of a pose, and order statistics.
 #pragma once
 
 #include <cmath>
@@ -22,10 +22,6 @@ struct PoseError {
 
 /// Both poses are current_in_reference (X_reference = R X_current + t).
 PoseError poseError(const Eigen::Isometry3d& truth, const Eigen::Matrix3d& R, const Eigen::Vector3d& t);
-
-/// Exact area under the recall-error curve up to `threshold` over `threshold`, percent: sorted errors raise the recall
-/// by 1/n each, joined by straight lines (the convention of LoFTR's evaluation). 0 without errors.
-double areaUnderRecallCurve(std::vector<double> errors, double threshold);
 
 /// Linear interpolation between order statistics (numpy's default); NaN without values. `percent` 0..100.
 double percentile(std::vector<double> values, double percent);

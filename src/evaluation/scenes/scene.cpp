@@ -7,6 +7,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "distortion.h"
 #include "validation.h"
 
 namespace gms_ransac {
@@ -119,24 +120,6 @@ void castRow(const std::vector<ProjectedSurface>& surfaces, const cv::Vec2f* ray
   }
 }
 
-/// Distorted normalised position and, when asked for, its derivative by the undistorted one.
-Vector2d distort(const std::vector<double>& d, const Vector2d& p, Eigen::Matrix2d* jacobian = nullptr) {
-  if (d.empty()) {
-    if (jacobian) jacobian->setIdentity();
-    return p;
-  }
-  const double x = p.x(), y = p.y(), r2 = p.squaredNorm();
-  const double k3 = d.size() > 4 ? d[4] : 0;
-  const double radial = 1 + r2 * (d[0] + r2 * (d[1] + r2 * k3));
-  if (jacobian) {
-    const double slope = 2 * (d[0] + r2 * (2 * d[1] + r2 * 3 * k3));  // d radial / d r2, times two
-    *jacobian << radial + slope * x * x + 2 * d[2] * y + 6 * d[3] * x, slope * x * y + 2 * d[2] * x + 2 * d[3] * y,
-        slope * x * y + 2 * d[2] * x + 2 * d[3] * y, radial + slope * y * y + 6 * d[2] * y + 2 * d[3] * x;
-  }
-  return {radial * x + 2 * d[2] * x * y + d[3] * (r2 + 2 * x * x),
-          radial * y + d[2] * (r2 + 2 * y * y) + 2 * d[3] * x * y};
-}
-
 void addNoise(double sigma, uint64_t seed, cv::Mat& image) {
   if (sigma <= 0) return;
   cv::Mat noise(image.size(), CV_MAKETYPE(CV_16S, image.channels()));
@@ -177,6 +160,7 @@ Scene::Scene(const SceneOptions& options) : options_(options) {
   intrinsics_.distortion_model = "plumb_bob";
   intrinsics_.distortion = options_.distortion;
   intrinsics_.validate();
+  if (!options_.distortion.empty()) lens_ = std::make_shared<Distortion>(intrinsics_);
 
   surfaces_ = options_.scene == "room" ? roomSurfaces(options_.seed) : streetSurfaces(options_.seed);
   const Surface mover = {Vector3d::Zero(),
@@ -199,19 +183,15 @@ Scene::Scene(const SceneOptions& options) : options_(options) {
 }
 
 Vector2d Scene::ray(const cv::Point2d& pixel) const {
-  const Vector2d target((pixel.x - intrinsics_.cx) / intrinsics_.fx, (pixel.y - intrinsics_.cy) / intrinsics_.fy);
-  Vector2d p = target;
-  for (int i = 0; i < 20; ++i) {  // Newton; four steps suffice for the lenses we know of
-    Eigen::Matrix2d jacobian;
-    const Vector2d error = distort(intrinsics_.distortion, p, &jacobian) - target;
-    if (error.squaredNorm() < 1e-26) break;
-    p -= jacobian.inverse() * error;
-  }
-  return p;
+  const Vector2d seen((pixel.x - intrinsics_.cx) / intrinsics_.fx, (pixel.y - intrinsics_.cy) / intrinsics_.fy);
+  Vector2d ideal = seen;
+  if (lens_ && !lens_->undistort(seen, ideal)) throw std::invalid_argument("distortion has no inverse in the image");
+  return ideal;
 }
 
 cv::Point2d Scene::project(const Vector3d& point) const {
-  const Vector2d p = distort(intrinsics_.distortion, point.head<2>() / point.z());
+  Vector2d p = point.head<2>() / point.z();
+  if (lens_) p = lens_->distort(p);
   return {intrinsics_.fx * p.x() + intrinsics_.cx, intrinsics_.fy * p.y() + intrinsics_.cy};
 }
 

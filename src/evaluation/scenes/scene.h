@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,6 +15,8 @@
 #include "scenes/scene_layout.h"
 
 namespace gms_ransac {
+
+class Distortion;
 
 struct SceneOptions {
   std::string scene = "room";      ///< "room" (a hall, camera on a circle) or "street" (camera drives along it)
@@ -49,8 +53,7 @@ struct RenderedFrame {
 
 constexpr double kSceneStart = 1.6e9;  ///< a stamp that no ROS tool takes for "not set"
 
-/// Textures are painted once, on construction (a fraction of a second in the room, some seconds in the street); frames
-/// are then independent of each other.
+/// A texture is painted when a frame first shows it. Frames are independent of each other.
 class Scene {
  public:
   explicit Scene(const SceneOptions& options);  ///< validates
@@ -105,12 +108,10 @@ class Scene {
 
   SceneOptions options_;
   CameraIntrinsics intrinsics_;
+  std::shared_ptr<const Distortion> lens_;  ///< null: no distortion
   std::vector<Surface> surfaces_;
-  std::vector<Texture> textures_;  ///< one for each surface
-  RayGrid samples_, centres_;      ///< of the image samples and of the pixel centres
+  std::deque<Texture> textures_;  ///< one for each surface
+  RayGrid samples_, centres_;     ///< of the image samples and of the pixel centres
 };
-
-/// One frame, for callers that need no second one (a Scene paints its textures once for all of them).
-inline RenderedFrame renderFrame(const SceneOptions& options, int index) { return Scene(options).render(index); }
 
 }  // namespace gms_ransac

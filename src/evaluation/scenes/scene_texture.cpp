@@ -215,9 +215,9 @@ float bilinear(const cv::Mat_<uint8_t>& image, float x, float y) {
 
 }  // namespace
 
-Texture::Texture(TextureStyle style, double width, double height, double texel, uint64_t seed) : texel_(texel) {
-  cv::Mat_<uint8_t> image(std::max(2, cvCeil(height / texel)), std::max(2, cvCeil(width / texel)), uint8_t{0});
-  Painter(image, texel, seed).paint(style);
+void Texture::paint() const {
+  cv::Mat_<uint8_t> image(std::max(2, cvCeil(height_ / texel_)), std::max(2, cvCeil(width_ / texel_)), uint8_t{0});
+  Painter(image, texel_, seed_).paint(style_);
   levels_.push_back(image);
   while (std::min(image.rows, image.cols) >= 8) {
     cv::Mat_<uint8_t> half;
@@ -228,6 +228,7 @@ Texture::Texture(TextureStyle style, double width, double height, double texel, 
 }
 
 float Texture::sample(float u, float v, float footprint) const {
+  std::call_once(painted_, [this] { paint(); });
   const float level = std::clamp(std::log2(footprint / static_cast<float>(texel_)), 0.f, levels_.size() - 1.001f);
   const int fine = static_cast<int>(level);
   const float scale = 1 / (static_cast<float>(texel_) * (1 << fine));

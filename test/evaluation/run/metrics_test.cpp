@@ -8,16 +8,6 @@
 namespace gms_ransac {
 namespace {
 
-TEST(Metrics, AreaUnderTheRecallCurveByHand) {
-  // Errors 1 and 3 of two pairs, up to 4: a triangle to (1, 1/2), a trapezoid to (3, 1), a rectangle to 4.
-  EXPECT_NEAR(areaUnderRecallCurve({3, 1}, 4), 100 * (0.25 + 1.5 + 1) / 4, 1e-12);
-  // Beyond the threshold the recall stays where the last error left it.
-  EXPECT_NEAR(areaUnderRecallCurve({1, 180}, 5), 100 * (0.25 + 0.5 * 4) / 5, 1e-12);
-  EXPECT_DOUBLE_EQ(areaUnderRecallCurve({180, 180}, 20), 0);
-  EXPECT_DOUBLE_EQ(areaUnderRecallCurve({0, 0}, 5), 100);
-  EXPECT_DOUBLE_EQ(areaUnderRecallCurve({}, 5), 0);
-}
-
 TEST(Metrics, PercentilesInterpolate) {
   EXPECT_DOUBLE_EQ(median({3, 1, 2, 10}), 2.5);
   EXPECT_DOUBLE_EQ(percentile({0, 10}, 90), 9);
