@@ -6,7 +6,7 @@
 
 #include "allocation_counter.h"
 #include "gms_ransac/match_filter.h"
-#include "scenes/scene.h"
+#include "rendered_scene.h"
 #include "two_view_scene.h"
 
 namespace gms_ransac {
@@ -44,10 +44,8 @@ TEST(Allocation, OfLoProsacIsNoneOnceWarm) {
 class PerFrameAllocation : public testing::TestWithParam<std::tuple<int, SearchMode, double>> {};
 
 TEST_P(PerFrameAllocation, IsNoneOnceWarm) {
-  constexpr int kFrames = 4;
-  const Scene scene{SceneOptions()};
   std::vector<cv::Mat> images;
-  for (int i = 0; i < kFrames; ++i) images.push_back(scene.render(i).image);
+  for (int i = 0; i < 4; ++i) images.push_back(renderedFrame(i).image);
 
   MatchFilterOptions options;
   options.method = "lo_prosac";
@@ -56,7 +54,7 @@ TEST_P(PerFrameAllocation, IsNoneOnceWarm) {
   options.search = std::get<SearchMode>(GetParam());
   options.robust.rolling_shutter_readout = std::get<double>(GetParam());
   MatchFilter filter(options);
-  filter.setCamera(Camera(scene.intrinsics(), images[0].size()));
+  filter.setCamera(cameraOf(renderedScene()));
   double stamp = 0;
   const auto status = [&](const cv::Mat& image) { return filter.process(image, cv::Mat(), stamp += 1 / 30.0).status; };
   for (int round = 0; round < 2; ++round) {

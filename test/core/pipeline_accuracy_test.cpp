@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "gms_ransac/match_filter.h"
+#include "rendered_scene.h"
 #include "run/metrics.h"
-#include "scenes/synthetic_pair.h"
 
 namespace gms_ransac {
 namespace {
@@ -23,24 +23,19 @@ struct Limits {
 class PipelineOnScene : public ::testing::TestWithParam<Limits> {};
 
 TEST_P(PipelineOnScene, MedianPoseErrorIsSmall) {
-  SceneOptions options;
-  options.scene = GetParam().scene;
-  const Scene scene(options);
+  const Scene& scene = renderedScene(GetParam().scene);
   MatchFilterOptions filter_options;
   filter_options.method = GetParam().method;
   MatchFilter filter(filter_options);
-  filter.setCamera(Camera(scene.intrinsics(), options.size));
+  filter.setCamera(cameraOf(scene));
   std::vector<double> rotation, direction;
   for (int i = 0; i < 240; i += 12) {
     filter.reset();
-    filter.process(scene.render(i).image);
-    const MatchResult& result = filter.process(scene.render(i + 1).image);
+    filter.process(renderedFrame(i, GetParam().scene).image);
+    const MatchResult& result = filter.process(renderedFrame(i + 1, GetParam().scene).image);
     ASSERT_TRUE(result.robust.pose_found) << "pair " << i << ": " << toString(result.status);
-    const RelativePose truth = trueRelativePose(scene, i, i + 1);
-    Eigen::Isometry3d current_in_reference = Eigen::Isometry3d::Identity();
-    current_in_reference.linear() = truth.R;
-    current_in_reference.translation() = truth.t;
-    const PoseError error = poseError(current_in_reference, result.robust.pose.R, result.robust.pose.t);
+    const Eigen::Isometry3d truth = scene.pose(i).inverse() * scene.pose(i + 1);
+    const PoseError error = poseError(truth, result.robust.pose.R, result.robust.pose.t);
     rotation.push_back(error.rotation);
     direction.push_back(error.direction);
   }

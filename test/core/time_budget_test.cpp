@@ -9,7 +9,7 @@
 
 #include "gms_ransac/match_filter.h"
 #include "methods/method.h"
-#include "scenes/scene.h"
+#include "rendered_scene.h"
 
 namespace gms_ransac {
 namespace {
@@ -153,21 +153,6 @@ TEST(TimeBudget, EndsALongSearchInTimeAndAsksForNoFewerFeaturesForIt) {
   EXPECT_GT(hard_run.asked(), 0.7 * easy_run.asked());
 }
 
-const Scene& room() {
-  static const Scene scene([] {
-    SceneOptions options;
-    options.scene = "room";
-    return options;
-  }());
-  return scene;
-}
-
-const cv::Mat& image(size_t frame) {
-  static std::vector<cv::Mat> rendered;
-  while (rendered.size() <= frame) rendered.push_back(room().render(static_cast<int>(rendered.size())).image);
-  return rendered[frame];
-}
-
 /// A filter on a clock of the test's.
 struct TimedFilter {
   double now = 10;
@@ -182,15 +167,15 @@ struct TimedFilter {
           return options;
         }()) {
     filter.setClock([this] { return now += step; });
-    filter.setCamera(Camera(room().intrinsics(), cv::Size(640, 480)));
+    filter.setCamera(cameraOf(renderedScene()));
   }
-  const MatchResult& process(size_t frame) { return filter.process(image(frame)); }
+  const MatchResult& process(int frame) { return filter.process(renderedFrame(frame).image); }
 };
 
 TEST(TimeBudget, OfNoneNothingDependsOnTheClock) {
   TimedFilter standing(0), racing(0);
   racing.step = 1;
-  for (size_t frame = 0; frame < 2; ++frame) {
+  for (int frame = 0; frame < 2; ++frame) {
     const MatchResult &a = standing.process(frame), &b = racing.process(frame);
     EXPECT_EQ(a.keypoints_current, 2000);
     EXPECT_EQ(b.keypoints_current, 2000);
@@ -205,7 +190,7 @@ TEST(TimeBudget, RaisesTheFeaturesOfAFilterThatHasTime) {
   timed.step = 1e-6;
   timed.process(0);
   EXPECT_LE(timed.process(1).keypoints_current, TimeBudget::kFewest);
-  for (size_t frame = 2; frame < 5; ++frame) timed.process(frame);
+  for (int frame = 2; frame < 5; ++frame) timed.process(frame);
   const MatchResult& result = timed.process(5);
   EXPECT_GT(result.keypoints_current, TimeBudget::kFewest);
   EXPECT_EQ(result.status, Status::kOk);

@@ -7,9 +7,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include "datasets/dataset.h"
-#include "demand.h"
 #include "fuzz_messages.h"
-#include "quiet_ros.h"
 #include "scratch_folder.h"
 
 namespace gms_ransac {
@@ -61,10 +59,12 @@ std::string contentOf(const std::string& file) {
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
+}  // namespace
+
 void check(FuzzInput input) {
   quietRos();
   static const ScratchFolder folder;
-  std::string file = folder.path() + "/fuzzed.bag";
+  const std::string file = folder.path("fuzzed.bag");
   try {
     writeBag(input, file);
   } catch (const rosbag::BagException&) {
@@ -86,10 +86,4 @@ void check(FuzzInput input) {
   }
 }
 
-}  // namespace
 }  // namespace gms_ransac
-
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  gms_ransac::check({data, size});
-  return 0;
-}

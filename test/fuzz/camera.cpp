@@ -4,11 +4,9 @@
 #include <limits>
 #include <sstream>
 
-#include "demand.h"
 #include "distortion.h"
 #include "fuzz_messages.h"
 #include "input/camera_model.h"
-#include "quiet_ros.h"
 
 namespace gms_ransac {
 namespace {
@@ -44,6 +42,8 @@ void checkPixel(const Camera& camera, const cv::Point2f& pixel) {
   demandEmpty(text.str());
 }
 
+}  // namespace
+
 void check(FuzzInput input) {
   quietRos();
   Parameters parameters;
@@ -70,10 +70,4 @@ void check(FuzzInput input) {
   }
 }
 
-}  // namespace
 }  // namespace gms_ransac
-
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  gms_ransac::check({data, size});
-  return 0;
-}

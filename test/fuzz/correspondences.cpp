@@ -5,7 +5,6 @@
 
 #include <gms_ransac/Correspondences.h>
 
-#include "demand.h"
 #include "fuzz_input.h"
 
 namespace gms_ransac {
@@ -38,6 +37,8 @@ Correspondences fuzzedMessage(FuzzInput& input) {
   return message;
 }
 
+}  // namespace
+
 void check(FuzzInput input) {
   const Correspondences message = fuzzedMessage(input);
   try {
@@ -56,10 +57,4 @@ void check(FuzzInput input) {
   }
 }
 
-}  // namespace
 }  // namespace gms_ransac
-
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  gms_ransac::check({data, size});
-  return 0;
-}

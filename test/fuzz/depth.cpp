@@ -1,12 +1,10 @@
 // A depth image belongs to an image or is refused with a sentence. Pose and length from it are fit to publish, and so
 // are the length from features seen three times, the triangulated points and the tracks.
-#include "demand.h"
 #include "fuzz_messages.h"
 #include "fuzz_pairs.h"
 #include "input/image_conversion.h"
 #include "invariants.h"
 #include "methods/method.h"
-#include "quiet_ros.h"
 #include "scale/translation_scale.h"
 #include "stream/publishable_pose.h"
 
@@ -47,24 +45,10 @@ cv::Mat fuzzedDepth(FuzzInput& input, cv::Size size, sensor_msgs::ImagePtr& mess
 
 /// As MatchFilter has it, but for the filter.
 MatchResult estimated(const FuzzedPair& pair, Method& method) {
-  PointPairs pairs;
+  PointPairs pairs = pair.columns();
   const size_t n = pair.matches.size();
-  pairs.resize(static_cast<int>(n));
-  pairs.image_reference = pair.reference.features.image_size;
-  pairs.image_current = pair.current.features.image_size;
-  for (size_t i = 0; i < n; ++i) {
-    const auto& from = pair.reference.features.keypoints[static_cast<size_t>(pair.matches[i].reference)];
-    const auto& to = pair.current.features.keypoints[static_cast<size_t>(pair.matches[i].current)];
-    pairs.x_reference[i] = from.pt.x;
-    pairs.y_reference[i] = from.pt.y;
-    pairs.x_current[i] = to.pt.x;
-    pairs.y_current[i] = to.pt.y;
-    pairs.octave_reference[i] = pairs.octave_current[i] = 0;
-    pairs.score[i] = 1;
-    pairs.relative_score[i] = 1;
-    pairs.distance[i] = pair.matches[i].distance;
-    pairs.second_distance[i] = pair.matches[i].second_distance;
-  }
+  std::fill(pairs.score.begin(), pairs.score.end(), 1);
+  std::fill(pairs.relative_score.begin(), pairs.relative_score.end(), 1.f);
   MatchResult result;
   result.clear(Status::kOk);
   result.keypoints_reference = pair.reference.features.size();
@@ -87,6 +71,8 @@ void checkPublishable(const RelativePose& pose, bool translation_known) {
   makePublishable(translation_known, SigmaFloor(), published);
   if (poseDefect(published).empty()) demandEmpty(brokenPose(published, kPublishedRounding));
 }
+
+}  // namespace
 
 void check(FuzzInput input) {
   quietRos();
@@ -132,10 +118,4 @@ void check(FuzzInput input) {
   }
 }
 
-}  // namespace
 }  // namespace gms_ransac
-
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  gms_ransac::check({data, size});
-  return 0;
-}

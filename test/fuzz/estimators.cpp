@@ -1,5 +1,4 @@
 // Every method's estimator and the judgement, on every set of matches.
-#include "demand.h"
 #include "fuzz_pairs.h"
 #include "invariants.h"
 #include "methods/method.h"
@@ -30,27 +29,13 @@ RobustOptions fuzzedOptions(FuzzInput& input) {
 }
 
 PointPairs columnsOf(FuzzInput& input, const FuzzedPair& pair) {
-  PointPairs pairs;
-  pairs.resize(static_cast<int>(pair.matches.size()));
-  pairs.image_reference = pair.reference.features.image_size;
-  pairs.image_current = pair.current.features.image_size;
+  PointPairs pairs = pair.columns();
   if (input.byte() > 200) pairs.scale_factor = static_cast<float>(input.within(1.01, 2));
   Random random = input.random();
   const int highest_score = input.between(0, 200);
   for (size_t i = 0; i < pair.matches.size(); ++i) {
-    const Match& match = pair.matches[i];
-    const cv::KeyPoint& from = pair.reference.features.keypoints[static_cast<size_t>(match.reference)];
-    const cv::KeyPoint& to = pair.current.features.keypoints[static_cast<size_t>(match.current)];
-    pairs.x_reference[i] = from.pt.x;
-    pairs.y_reference[i] = from.pt.y;
-    pairs.x_current[i] = to.pt.x;
-    pairs.y_current[i] = to.pt.y;
-    pairs.octave_reference[i] = static_cast<uint8_t>(from.octave);
-    pairs.octave_current[i] = static_cast<uint8_t>(to.octave);
     pairs.score[i] = random.below(highest_score + 1);
     pairs.relative_score[i] = static_cast<float>(random.uniform() * highest_score);
-    pairs.distance[i] = match.distance;
-    pairs.second_distance[i] = match.second_distance;
   }
   return pairs;
 }
@@ -72,6 +57,8 @@ void checkRollingShutter(FuzzInput& input, MatchFilterOptions options) {
   if (result.pose_found) demandEmpty(brokenPose(result.pose));
 }
 
+}  // namespace
+
 void check(FuzzInput input) {
   MatchFilterOptions options;
   options.method = input.oneOf(methods()).name;
@@ -89,10 +76,4 @@ void check(FuzzInput input) {
   if (input.flag()) checkRollingShutter(input, options);
 }
 
-}  // namespace
 }  // namespace gms_ransac
-
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  gms_ransac::check({data, size});
-  return 0;
-}

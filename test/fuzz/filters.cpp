@@ -1,6 +1,5 @@
 // Every filter on every set of matches: the motion statistics in all their settings, the distance consistency behind
 // them.
-#include "demand.h"
 #include "fuzz_pairs.h"
 #include "gms/distance_consistency.h"
 #include "invariants.h"
@@ -22,6 +21,8 @@ MotionStatisticsOptions fuzzedOptions(FuzzInput& input) {
   return options;
 }
 
+}  // namespace
+
 void check(FuzzInput input) {
   const MotionStatisticsOptions options = fuzzedOptions(input);
   options.validate();
@@ -42,10 +43,4 @@ void check(FuzzInput input) {
   }
 }
 
-}  // namespace
 }  // namespace gms_ransac
-
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  gms_ransac::check({data, size});
-  return 0;
-}

@@ -1,11 +1,13 @@
-// Reads numbers, words and lengths from the bytes of a fuzzed input, so that most inputs mean something and small
-// changes of the bytes are small changes of the meaning. After the end everything is zero.
+// A fuzz target: what its input is read through, how it says that something does not hold, and its entry. A target is
+// one source, which includes this once and defines check().
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -15,6 +17,8 @@
 
 namespace gms_ransac {
 
+/// Reads numbers, words and lengths from the bytes of a fuzzed input, so that most inputs mean something and small
+/// changes of the bytes are small changes of the meaning. After the end everything is zero.
 class FuzzInput {
  public:
   FuzzInput(const uint8_t* data, size_t size) : data_(data), size_(size) {}
@@ -106,4 +110,21 @@ class FuzzInput {
   size_t size_;
 };
 
+/// Ends the process, which is what a fuzzer takes for a find, unless `broken` is empty.
+inline void demandEmpty(const std::string& broken) {
+  if (broken.empty()) return;
+  std::fprintf(stderr, "invariant broken: %s\n", broken.c_str());
+  std::abort();
+}
+
+inline void demand(bool holds, const std::string& what) { demandEmpty(holds ? std::string() : "not so: " + what); }
+
+/// What the target demands of an input.
+void check(FuzzInput input);
+
 }  // namespace gms_ransac
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  gms_ransac::check({data, size});
+  return 0;
+}

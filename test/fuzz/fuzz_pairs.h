@@ -13,6 +13,27 @@ struct FuzzedPair {
   Frame reference, current;
   std::vector<Match> matches;
   Camera camera;
+
+  /// The matches as an estimator gets them, without scores.
+  PointPairs columns() const {
+    PointPairs pairs;
+    pairs.resize(static_cast<int>(matches.size()));
+    pairs.image_reference = reference.features.image_size;
+    pairs.image_current = current.features.image_size;
+    for (size_t i = 0; i < matches.size(); ++i) {
+      const cv::KeyPoint& from = reference.features.keypoints[static_cast<size_t>(matches[i].reference)];
+      const cv::KeyPoint& to = current.features.keypoints[static_cast<size_t>(matches[i].current)];
+      pairs.x_reference[i] = from.pt.x;
+      pairs.y_reference[i] = from.pt.y;
+      pairs.x_current[i] = to.pt.x;
+      pairs.y_current[i] = to.pt.y;
+      pairs.octave_reference[i] = static_cast<uint8_t>(from.octave);
+      pairs.octave_current[i] = static_cast<uint8_t>(to.octave);
+      pairs.distance[i] = matches[i].distance;
+      pairs.second_distance[i] = matches[i].second_distance;
+    }
+    return pairs;
+  }
 };
 
 /// A number of matches: mostly few, seldom very many.

@@ -1,10 +1,8 @@
 // An image message becomes a grey image of its size, or is refused with a sentence; the message stays as it is.
 #include <opencv2/core.hpp>
 
-#include "demand.h"
 #include "fuzz_messages.h"
 #include "input/image_conversion.h"
-#include "quiet_ros.h"
 
 namespace gms_ransac {
 namespace {
@@ -17,6 +15,8 @@ const std::vector<std::string>& encodings() {
       "bayer_grbg16", "yuv422",      "yuv422_yuy2", "32FC1",       "jpeg"};
   return all;
 }
+
+}  // namespace
 
 void check(FuzzInput input) {
   quietRos();
@@ -38,10 +38,4 @@ void check(FuzzInput input) {
   }
 }
 
-}  // namespace
 }  // namespace gms_ransac
-
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  gms_ransac::check({data, size});
-  return 0;
-}

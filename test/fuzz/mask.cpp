@@ -1,13 +1,11 @@
 // A mask message belongs to an image or is refused with a sentence; both extractors obey it.
 #include <opencv2/core.hpp>
 
-#include "demand.h"
 #include "fuzz_messages.h"
 #include "gms_ransac/feature_extractor.h"
 #include "input/image_conversion.h"
 #include "input/mask_source.h"
 #include "invariants.h"
-#include "quiet_ros.h"
 
 namespace gms_ransac {
 namespace {
@@ -21,6 +19,8 @@ FeatureExtractorOptions fuzzedOptions(FuzzInput& input) {
   options.fast_threshold = input.between(0, 255);
   return options;
 }
+
+}  // namespace
 
 void check(FuzzInput input) {
   quietRos();
@@ -57,10 +57,4 @@ void check(FuzzInput input) {
   }
 }
 
-}  // namespace
 }  // namespace gms_ransac
-
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  gms_ransac::check({data, size});
-  return 0;
-}

@@ -2,7 +2,6 @@
 // the parameter.
 #include <stdexcept>
 
-#include "demand.h"
 #include "fuzz_input.h"
 #include "gms_ransac/match_filter.h"
 #include "methods/method.h"
@@ -100,6 +99,8 @@ void checkReconfigure(FuzzInput& input) {
   }
 }
 
+}  // namespace
+
 void check(FuzzInput input) {
   switch (input.between(0, 2)) {
     case 0:
@@ -111,10 +112,4 @@ void check(FuzzInput input) {
   }
 }
 
-}  // namespace
 }  // namespace gms_ransac
-
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  gms_ransac::check({data, size});
-  return 0;
-}

@@ -4,7 +4,6 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "demand.h"
 #include "fuzz_messages.h"
 #include "invariants.h"
 #include "methods/method.h"
@@ -12,7 +11,6 @@
 #include "output/motion_integrator.h"
 #include "output/overlay.h"
 #include "output/point_outputs.h"
-#include "quiet_ros.h"
 #include "stream/frame_processor.h"
 
 namespace gms_ransac {
@@ -224,16 +222,12 @@ class Schedule {
   bool reset_ = false, configured_ = false;
 };
 
+}  // namespace
+
 void check(FuzzInput input) {
   quietRos();
   Schedule schedule(input);
   for (int i = 0; i < 12 && !input.empty(); ++i) schedule.step();
 }
 
-}  // namespace
 }  // namespace gms_ransac
-
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  gms_ransac::check({data, size});
-  return 0;
-}

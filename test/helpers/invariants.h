@@ -81,14 +81,15 @@ inline std::string brokenStatistics(const MotionStatistics& statistics, size_t m
   return accepted == statistics.accepted_count ? std::string() : "accepted_count is not the number of accepted matches";
 }
 
-/// Squared pixels of the match's residual under the model of the result, by the formulas of Hartley and Zisserman
-/// (11.9 and 4.7) anew.
-inline double residualOf(const PointPairs& pairs, const Camera& camera, const RobustResult& result, size_t i) {
+/// Squared pixels of a match's residual under the model of the result, by the formulas of Hartley and Zisserman (11.9
+/// and 4.7) anew. The points are pixels of the ideal pinhole camera.
+inline double squaredResidual(const Camera& camera, const RobustResult& result, const cv::Point2f& reference,
+                              const cv::Point2f& current) {
   const bool essential = result.model_type == ModelType::kEssential;
   const Eigen::Matrix3d to_model = essential ? Eigen::Matrix3d(camera.K().inverse()) : Eigen::Matrix3d::Identity();
   const double unit = essential ? camera.meanFocalLength() : 1;
-  const Eigen::Vector3d r = to_model * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1);
-  const Eigen::Vector3d c = to_model * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1);
+  const Eigen::Vector3d r = to_model * Eigen::Vector3d(reference.x, reference.y, 1);
+  const Eigen::Vector3d c = to_model * Eigen::Vector3d(current.x, current.y, 1);
   if (result.model_type == ModelType::kHomography) {
     const Eigen::Vector2d forward = (result.model * r).hnormalized() - c.hnormalized();
     const Eigen::Vector2d backward = (result.model.inverse() * c).hnormalized() - r.hnormalized();
@@ -134,7 +135,8 @@ inline std::string brokenEstimate(const PointPairs& pairs, const Camera& camera,
   for (size_t i = 0; i < result.inlier.size(); ++i) {
     if (!result.inlier[i]) continue;
     if (!pairs.hasCoordinates(i)) return "a match without coordinates is an inlier";
-    const double squared = residualOf(pairs, camera, result, i);
+    const double squared = squaredResidual(camera, result, {pairs.x_reference[i], pairs.y_reference[i]},
+                                           {pairs.x_current[i], pairs.y_current[i]});
     if (!(squared <= threshold * threshold * (1 + 1e-6))) {
       std::ostringstream text;
       text << "an inlier is " << std::sqrt(squared) << " px off, beyond the threshold of " << threshold;

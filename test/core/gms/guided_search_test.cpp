@@ -14,9 +14,9 @@
 #include "gms/guided_search.h"
 #include "gms/motion_prediction.h"
 #include "gms_ransac/match_filter.h"
+#include "rendered_scene.h"
 #include "run/metrics.h"
 #include "run/pair_truth.h"
-#include "scenes/scene.h"
 #include "scenes/synthetic_pair.h"
 #include "shared_data.h"
 #include "simd_levels.h"
@@ -31,22 +31,10 @@ bool same(const std::vector<Match>& a, const std::vector<Match>& b) {
   });
 }
 
-SceneOptions sceneOptions(const std::string& name, uint64_t seed = 3) {
-  SceneOptions options;
-  options.scene = name;
-  options.seed = seed;
-  return options;
-}
+constexpr uint64_t kRoom = 3, kOtherRoom = 4;  // seeds
 
-const Scene& room() {
-  static const Scene scene(sceneOptions("room"));
-  return scene;
-}
-
-const Scene& otherRoom() {
-  static const Scene scene(sceneOptions("room", 4));
-  return scene;
-}
+const Scene& room() { return renderedScene("room", kRoom); }
+const cv::Mat& view(int frame, uint64_t seed = kRoom) { return renderedFrame(frame, "room", seed).image; }
 
 Features extract(const cv::Mat& image, int count = 2000) {
   FeatureExtractorOptions options;
@@ -69,54 +57,54 @@ std::vector<Match> matchGuided(const Features& reference, const Features& curren
   return matches;
 }
 
-/// Matches that end within 3 px of where the point is, of frames of the room.
-int countRight(const std::vector<Match>& matches, const Features& reference, const Features& current, int from,
-               int to) {
+/// Matches that end within 3 px of where the point is.
+int countRight(const std::vector<Match>& matches, const Features& reference, const Features& current,
+               const Scene& scene, int to) {
   return static_cast<int>(std::count_if(matches.begin(), matches.end(), [&](const Match& match) {
     const cv::Point2f& a = reference.keypoints[static_cast<size_t>(match.reference)].pt;
     const cv::Point2f& b = current.keypoints[static_cast<size_t>(match.current)].pt;
     cv::Point2d truth;
-    return room().correspondence(from, cv::Point2d(a), to, truth) && cv::norm(truth - cv::Point2d(b)) < 3;
+    return scene.correspondence(0, cv::Point2d(a), to, truth) && cv::norm(truth - cv::Point2d(b)) < 3;
   }));
 }
 
 TEST(GuidedSearch, FindsNoFewerRightMatches) {
-  const Features reference = extract(room().render(0).image);
+  const Features reference = extract(view(0));
   for (const int gap : {1, 4}) {
-    const Features current = extract(room().render(gap).image);
+    const Features current = extract(view(gap));
     const std::vector<Match> full = matchFully(reference, current), guided = matchGuided(reference, current);
     EXPECT_LT(guided.size(), full.size());  // it was guided
-    const int right = countRight(full, reference, current, 0, gap);
+    const int right = countRight(full, reference, current, room(), gap);
     EXPECT_GT(right, 500);
-    EXPECT_GE(countRight(guided, reference, current, 0, gap), 0.99 * right) << "gap " << gap;
+    EXPECT_GE(countRight(guided, reference, current, room(), gap), 0.99 * right) << "gap " << gap;
   }
 }
 
 TEST(GuidedSearch, KeepsTheOrderOfTheReference) {
-  const std::vector<Match> matches = matchGuided(extract(room().render(0).image), extract(room().render(1).image));
+  const std::vector<Match> matches = matchGuided(extract(view(0)), extract(view(1)));
   for (size_t i = 1; i < matches.size(); ++i) EXPECT_LT(matches[i - 1].reference, matches[i].reference);
   for (const Match& match : matches) EXPECT_GE(match.second_distance, match.distance);
 }
 
 TEST(GuidedSearch, IsFullWhereNothingMovesTogether) {
-  const Features reference = extract(room().render(0).image), other = extract(otherRoom().render(0).image);
+  const Features reference = extract(view(0)), other = extract(view(0, kOtherRoom));
   EXPECT_TRUE(same(matchFully(reference, other), matchGuided(reference, other)));
 }
 
 TEST(GuidedSearch, IsFullWithFewKeypoints) {
-  const Features reference = extract(room().render(0).image, 500), current = extract(room().render(1).image, 500);
+  const Features reference = extract(view(0), 500), current = extract(view(1), 500);
   EXPECT_TRUE(same(matchFully(reference, current), matchGuided(reference, current)));
 }
 
 TEST(GuidedSearch, TakesImagesWithoutKeypoints) {
-  const Features some = extract(room().render(0).image), none = extract(cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)));
+  const Features some = extract(view(0)), none = extract(cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)));
   EXPECT_EQ(0, none.size());
   EXPECT_TRUE(matchGuided(some, none).empty());
   EXPECT_TRUE(matchGuided(none, some).empty());
 }
 
 TEST(GuidedSearch, IsTheSameOnEveryInstructionSetAndForAnyNumberOfThreads) {
-  const Features reference = extract(room().render(0).image), current = extract(room().render(4).image);
+  const Features reference = extract(view(0)), current = extract(view(4));
   const std::vector<Match> expected = matchGuided(reference, current, {false, 1, SimdLevel::kScalar});
   for (const SimdLevel level : supportedLevels()) {
     for (const int threads : {1, 2, 5}) {
@@ -139,14 +127,14 @@ MotionPrediction standstill() {
 }
 
 TEST(GuidedSearch, DoesNotBelieveAPriorThatTheMatchesContradict) {
-  const Features reference = extract(room().render(0).image), current = extract(room().render(4).image);
+  const Features reference = extract(view(0)), current = extract(view(4));
   const MotionPrediction prior = standstill();
-  const int without = countRight(matchGuided(reference, current), reference, current, 0, 4);
-  EXPECT_GE(countRight(matchGuided(reference, current, {}, &prior), reference, current, 0, 4), 0.99 * without);
+  const int without = countRight(matchGuided(reference, current), reference, current, room(), 4);
+  EXPECT_GE(countRight(matchGuided(reference, current, {}, &prior), reference, current, room(), 4), 0.99 * without);
 }
 
 TEST(GuidedSearch, DoesNotBelieveAPriorThatNothingConfirms) {
-  const Features reference = extract(room().render(0).image), other = extract(otherRoom().render(0).image);
+  const Features reference = extract(view(0)), other = extract(view(0, kOtherRoom));
   const MotionPrediction prior = standstill();
   EXPECT_TRUE(same(matchFully(reference, other), matchGuided(reference, other, {}, &prior)));
 }
@@ -155,14 +143,12 @@ TEST(GuidedSearch, DoesNotBelieveAPriorThatNothingConfirms) {
 
 /// The room, seen by a camera that rotates on the spot by so many degrees a frame.
 Scene roomFromRotatingCamera(double degrees, const std::vector<double>& distortion = {}) {
-  SceneOptions options = sceneOptions("room");
+  SceneOptions options = room().options();
   options.step = options.sway = 0;
   options.turn = degrees;
   options.distortion = distortion;
   return Scene(options);
 }
-
-Camera cameraOf(const Scene& scene) { return Camera(scene.intrinsics(), scene.options().size); }
 
 RotationPrior gyroOf(const Scene& scene, int from, int to) {
   constexpr double kSigma = 0.1 * M_PI / 180;
@@ -181,15 +167,6 @@ std::vector<RotationPrior> wrongGyros(const RotationPrior& right) {
   wrong[1].R = Eigen::Matrix3d::Identity();  // delayed: it shows no rotation yet
   wrong[2].R = right.R.transpose();
   return wrong;
-}
-
-int countRight(const Scene& scene, const Frame& reference, const Frame& current, const std::vector<Match>& matches) {
-  return static_cast<int>(std::count_if(matches.begin(), matches.end(), [&](const Match& match) {
-    const cv::Point2f& a = reference.features.keypoints[static_cast<size_t>(match.reference)].pt;
-    const cv::Point2f& b = current.features.keypoints[static_cast<size_t>(match.current)].pt;
-    cv::Point2d truth;
-    return scene.correspondence(0, cv::Point2d(a), 1, truth) && cv::norm(truth - cv::Point2d(b)) < 3;
-  }));
 }
 
 TEST(RotationPrediction, SaysWhereARotationTakesPoints) {
@@ -232,7 +209,9 @@ class Rotating : public testing::TestWithParam<double> {
     filter.filter(reference_, current_, result, prior);
     return result;
   }
-  int right(const MatchResult& result) const { return countRight(scene_, reference_, current_, result.matches); }
+  int right(const MatchResult& result) const {
+    return countRight(result.matches, reference_.features, current_.features, scene_, 1);
+  }
 
   Scene scene_;
   MatchFilter full_{optionsOf(SearchMode::kFull)}, guided_{optionsOf(SearchMode::kGuided)};
@@ -320,10 +299,8 @@ TEST(RealTurns, AGyroLosesNoRightMatches) {
 /// Statuses and poses of a stream, once with each search.
 class StreamOfBoth : public testing::Test {
  protected:
-  StreamOfBoth() : full_(optionsOf(SearchMode::kFull)), guided_(optionsOf(SearchMode::kGuided)) {
-    const Camera camera(room().intrinsics(), room().options().size);
-    full_.setCamera(camera);
-    guided_.setCamera(camera);
+  StreamOfBoth() {
+    for (MatchFilter* filter : {&full_, &guided_}) filter->setCamera(cameraOf(room()));
   }
   /// Status of the pair that the image ends; the same with both.
   Status see(const cv::Mat& image) {
@@ -332,33 +309,33 @@ class StreamOfBoth : public testing::Test {
     EXPECT_EQ(expected, result.status);
     return result.status;
   }
-  MatchFilter full_, guided_;
+  MatchFilter full_{optionsOf(SearchMode::kFull)}, guided_{optionsOf(SearchMode::kGuided)};
 };
 
 TEST_F(StreamOfBoth, SurvivesACut) {
-  EXPECT_EQ(Status::kFirstFrame, see(room().render(0).image));
-  EXPECT_EQ(Status::kOk, see(room().render(1).image));
-  EXPECT_NE(Status::kOk, see(otherRoom().render(0).image));
-  EXPECT_EQ(Status::kOk, see(otherRoom().render(1).image));
+  EXPECT_EQ(Status::kFirstFrame, see(view(0)));
+  EXPECT_EQ(Status::kOk, see(view(1)));
+  EXPECT_NE(Status::kOk, see(view(0, kOtherRoom)));
+  EXPECT_EQ(Status::kOk, see(view(1, kOtherRoom)));
 }
 
 TEST_F(StreamOfBoth, SurvivesAFlash) {
-  see(room().render(0).image);
+  see(view(0));
   cv::Mat flash;
-  room().render(1).image.convertTo(flash, CV_8U, 0.3, 170);
+  view(1).convertTo(flash, CV_8U, 0.3, 170);
   see(flash);
-  see(room().render(2).image);
+  see(view(2));
   see(cv::Mat(room().options().size, CV_8UC1, cv::Scalar(255)));
-  EXPECT_NE(Status::kOk, see(room().render(3).image));
-  EXPECT_EQ(Status::kOk, see(room().render(4).image));
+  EXPECT_NE(Status::kOk, see(view(3)));
+  EXPECT_EQ(Status::kOk, see(view(4)));
 }
 
 TEST_F(StreamOfBoth, SurvivesAKidnapping) {
-  see(room().render(0).image);
-  EXPECT_EQ(Status::kOk, see(room().render(1).image));
+  see(view(0));
+  EXPECT_EQ(Status::kOk, see(view(1)));
   constexpr int kElsewhere = 150;
-  EXPECT_NE(Status::kOk, see(room().render(kElsewhere).image));
-  EXPECT_EQ(Status::kOk, see(room().render(kElsewhere + 1).image));
+  EXPECT_NE(Status::kOk, see(view(kElsewhere)));
+  EXPECT_EQ(Status::kOk, see(view(kElsewhere + 1)));
 }
 
 }  // namespace

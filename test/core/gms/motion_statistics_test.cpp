@@ -118,10 +118,11 @@ class RandomScenes {
 };
 
 TEST(MotionStatistics, EqualsTheDenseFormOnRandomScenes) {
+  constexpr int kTrials = 1500;  // a fault that shows in one of 300 scenes is missed with a probability of 0.7 %
   RandomScenes random(1);
   MotionStatistics sparse, dense;
   int accepted = 0, rotated = 0, scaled = 0;
-  for (int trial = 0; trial < 10000 && !HasFailure(); ++trial) {
+  for (int trial = 0; trial < kTrials && !HasFailure(); ++trial) {
     const MatchScene scene = random.scene();
     const MotionStatisticsOptions options = random.options();
     SCOPED_TRACE(testing::Message() << "trial " << trial);
@@ -134,9 +135,9 @@ TEST(MotionStatistics, EqualsTheDenseFormOnRandomScenes) {
     scaled += sparse.scale > 0;
   }
   // The scenes must exercise what is compared.
-  EXPECT_GT(accepted, 3000);
-  EXPECT_GT(rotated, 50);
-  EXPECT_GT(scaled, 50);
+  EXPECT_GT(accepted, 0.3 * kTrials);
+  EXPECT_GT(rotated, 5e-3 * kTrials);
+  EXPECT_GT(scaled, 5e-3 * kTrials);
 }
 
 TEST(MotionStatistics, OneFilterServesScenesOfAnySizeOneAfterTheOther) {

@@ -179,6 +179,13 @@ TEST(GroundScale, FindsAGroundWithoutCornersInTheImages) {
   }
 }
 
+GroundImages noiseImages() {
+  GroundImages images = {cv::Mat(480, 640, CV_8UC1), cv::Mat(480, 640, CV_8UC1)};
+  cv::RNG(1).fill(images.reference, cv::RNG::UNIFORM, 0, 256);
+  cv::RNG(2).fill(images.current, cv::RNG::UNIFORM, 0, 256);
+  return images;
+}
+
 // A sample that the search for a ground moves to where the lens has no inverse is no index into the image.
 TEST(GroundScale, LooksNowhereThatTheLensDoesNotReach) {
   CameraIntrinsics intrinsics = sceneCamera().intrinsics();
@@ -186,37 +193,27 @@ TEST(GroundScale, LooksNowhereThatTheLensDoesNotReach) {
   intrinsics.distortion = {-0.9, 0, 0, 0};
   const Camera camera(intrinsics, {640, 480});
   ASSERT_GT(camera.pixelsWithoutInverse(), 0);
-  cv::Mat noise[2];
-  for (int i = 0; i < 2; ++i) {
-    noise[i].create(480, 640, CV_8UC1);
-    cv::RNG(static_cast<uint64_t>(i + 1)).fill(noise[i], cv::RNG::UNIFORM, 0, 256);
-  }
+  const GroundImages noise = noiseImages();
   GroundPrior prior;
   prior.camera_height = kCameraHeight;
   for (const Eigen::Vector3d& t : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(1, 0, 0)}) {
     RelativePose pose;
     pose.t = t;
     GroundScale ground;
-    const ScaleEstimate scale = ground.measure(Triangulation(), pose, camera, prior, {noise[0], noise[1]});
+    const ScaleEstimate scale = ground.measure(Triangulation(), pose, camera, prior, noise);
     EXPECT_TRUE(std::isfinite(scale.length) && std::isfinite(scale.relative_sigma));
     EXPECT_TRUE(scale.features > 0 || !ground.problem().empty());
   }
 }
 
 TEST(GroundScale, RefusesImagesOfAnythingElse) {
-  cv::Mat noise[2];
-  for (int i = 0; i < 2; ++i) {
-    noise[i].create(480, 640, CV_8UC1);
-    cv::RNG(static_cast<uint64_t>(i + 1)).fill(noise[i], cv::RNG::UNIFORM, 0, 256);
-  }
   RelativePose pose;
   pose.t = {0, 0, 1};
   GroundPrior prior;
   prior.camera_height = kCameraHeight;
   GroundScale ground;
-  for (const GroundImages& images :
-       {GroundImages{noise[0], noise[1]},
-        GroundImages{cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)), cv::Mat(480, 640, CV_8UC1, cv::Scalar(90))}}) {
+  for (const GroundImages& images : {noiseImages(), GroundImages{cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)),
+                                                                 cv::Mat(480, 640, CV_8UC1, cv::Scalar(90))}}) {
     EXPECT_EQ(ground.measure(Triangulation(), pose, sceneCamera(), prior, images).features, 0);
     EXPECT_NE(ground.problem().find("no ground is seen"), std::string::npos);
   }
@@ -227,12 +224,15 @@ TEST(GroundScale, MeasuresKitti06) {
   const Camera camera(*dataset->intrinsics(), dataset->image(0).size());
   const int count = static_cast<int>(dataset->frames().size());
   std::vector<cv::Mat> images;
-  for (int i = 0; i < count; ++i) images.push_back(dataset->image(i));
+  std::vector<Frame> frames(static_cast<size_t>(count));
+  MatchFilter extractor;
+  for (Frame& frame : frames) {
+    images.push_back(dataset->image(static_cast<int>(images.size())));
+    extractor.extract(images.back(), frame);
+  }
   for (const int gap : {1, 2, 3}) {
     MatchFilter filter;
     filter.setCamera(camera);
-    std::vector<Frame> frames(static_cast<size_t>(count));
-    for (int i = 0; i < count; ++i) filter.extract(images[static_cast<size_t>(i)], frames[static_cast<size_t>(i)]);
     std::vector<double> errors, normalized;
     int pairs = 0;
     for (int i = 0; i + gap < count; ++i) {

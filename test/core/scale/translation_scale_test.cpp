@@ -10,8 +10,8 @@
 #include <Eigen/Geometry>
 
 #include "datasets/dataset.h"
+#include "rendered_scene.h"
 #include "run/metrics.h"
-#include "scenes/synthetic_pair.h"
 #include "shared_data.h"
 #include "two_view_scene.h"
 
@@ -23,7 +23,7 @@ struct ExactPair {
   Camera camera;
   Features reference, current;
   MatchResult result;
-  std::vector<Eigen::Vector3d> points;  ///< in the current frame, multiples of the baseline
+  std::vector<Eigen::Vector3d> truth;  ///< points in the current frame, multiples of the baseline
 
   explicit ExactPair(const Eigen::Vector3d& t, double pixel_noise = 0) {
     RelativePose& pose = result.robust.pose;
@@ -42,29 +42,34 @@ struct ExactPair {
     camera = scene.camera;
     for (int i = 0; i < options.matches; ++i) {
       const auto k = static_cast<size_t>(i);
-      points.push_back(scene.R * scene.points[k] + scene.t);
+      truth.push_back(scene.R * scene.points[k] + scene.t);
       reference.keypoints.emplace_back(scene.pairs.x_reference[k], scene.pairs.y_reference[k], 31.f);
       current.keypoints.emplace_back(scene.pairs.x_current[k], scene.pairs.y_current[k], 31.f);
       result.matches.push_back({i, i, 10, 50});
       result.stage.push_back(MatchStage::kInlier);
     }
     result.keypoints_reference = result.keypoints_current = result.inliers = options.matches;
+    reference.image_size = current.image_size = camera.imageSize();
+  }
+  Triangulation triangulated() const {
+    Triangulation points;
+    triangulateInliers(reference, current, result, camera, points);
+    return points;
   }
 };
 
 TEST(Triangulation, RecoversThePointsOfAnExactPair) {
   const ExactPair exact({1, 0.2, 0.1});
-  Triangulation points;
-  triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
+  const Triangulation points = exact.triangulated();
   ASSERT_EQ(points.size(), 300);
   for (int i = 0; i < points.size(); ++i) {
     ASSERT_TRUE(points.valid[i]);
-    EXPECT_NEAR(points.depth_current[i], exact.points[i].z(), 2e-3 * exact.points[i].z());  // pixels are floats
-    EXPECT_LT((points.point(i) - exact.points[i]).norm(), 2e-3 * exact.points[i].norm());
+    EXPECT_NEAR(points.depth_current[i], exact.truth[i].z(), 2e-3 * exact.truth[i].z());  // pixels are floats
+    EXPECT_LT((points.point(i) - exact.truth[i]).norm(), 2e-3 * exact.truth[i].norm());
     const RelativePose& pose = exact.result.robust.pose;
-    EXPECT_NEAR(points.depth_reference[i], (pose.R * exact.points[i] + pose.t).z(), 2e-3 * exact.points[i].norm());
-    const Eigen::Vector3d from_reference = exact.points[i] + pose.R.transpose() * pose.t;
-    const double angle = std::acos(from_reference.normalized().dot(exact.points[i].normalized()));
+    EXPECT_NEAR(points.depth_reference[i], (pose.R * exact.truth[i] + pose.t).z(), 2e-3 * exact.truth[i].norm());
+    const Eigen::Vector3d from_reference = exact.truth[i] + pose.R.transpose() * pose.t;
+    const double angle = std::acos(from_reference.normalized().dot(exact.truth[i].normalized()));
     EXPECT_NEAR(points.parallax[i], angle, 1e-4);
   }
 }
@@ -85,15 +90,13 @@ TEST(Triangulation, FlagsWhatCannotBeATrianglePoint) {
 
 TEST(Triangulation, NothingWithoutAPoseOrOfRejectedMatches) {
   ExactPair exact({1, 0, 0});
-  Triangulation points;
   std::fill(exact.result.stage.begin() + 10, exact.result.stage.end(), MatchStage::kGms);
-  triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
-  EXPECT_EQ(points.size(), 10);
-  triangulateInliers(exact.reference, exact.current, exact.result, Camera(), points);
-  EXPECT_EQ(points.size(), 0);
+  EXPECT_EQ(exact.triangulated().size(), 10);
+  ExactPair uncalibrated = exact;
+  uncalibrated.camera = Camera();
+  EXPECT_EQ(uncalibrated.triangulated().size(), 0);
   exact.result.robust.pose_found = false;
-  triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
-  EXPECT_EQ(points.size(), 0);
+  EXPECT_EQ(exact.triangulated().size(), 0);
 }
 
 TEST(TranslationScale, WithLengthScalesTheCovarianceAndFillsItAlongTheMotion) {
@@ -109,8 +112,7 @@ TEST(TranslationScale, WithLengthScalesTheCovarianceAndFillsItAlongTheMotion) {
 
 TEST(ScalePropagator, FirstPairHasLengthOneAndTooFewCommonFeaturesKeepTheLast) {
   const ExactPair exact({1, 0, 0});
-  Triangulation points;
-  triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
+  const Triangulation points = exact.triangulated();
   ScalePropagator propagator;
   ScaleEstimate estimate = propagator.update(points, exact.result, exact.camera);
   EXPECT_EQ(estimate.length, 1);
@@ -123,12 +125,10 @@ TEST(ScalePropagator, FirstPairHasLengthOneAndTooFewCommonFeaturesKeepTheLast) {
 
 TEST(ScalePropagator, StaysFiniteWhereDepthsLieBeyondInfinity) {
   const ExactPair seen({1, 0, 0});
-  ExactPair beyond({1, 0, 0});
+  ExactPair beyond = seen;
   // The translation reversed: every point has a negative depth.
   beyond.result.robust.pose.t = -beyond.result.robust.pose.t;
-  Triangulation points, points_beyond;
-  triangulateInliers(seen.reference, seen.current, seen.result, seen.camera, points);
-  triangulateInliers(beyond.reference, beyond.current, beyond.result, beyond.camera, points_beyond);
+  const Triangulation points = seen.triangulated(), points_beyond = beyond.triangulated();
   ScalePropagator propagator;
   propagator.update(points, seen.result, seen.camera);
   propagator.advance();
@@ -221,14 +221,12 @@ TEST(ScalePropagator, CarriesTheScaleAlongKitti06) {
 }
 
 TEST(ScalePropagator, CarriesTheScaleThroughTheStreet) {
-  SceneOptions options;
-  options.scene = "street";
-  const Scene scene(options);
+  const Scene& scene = renderedScene("street");
   constexpr int kFrames = 30;
   std::vector<Eigen::Isometry3d> truth;
   for (int i = 0; i < kFrames; ++i) truth.push_back(scene.pose(i));
   const PropagationError error = propagationError(
-      Camera(scene.intrinsics(), options.size), kFrames, [&](int i) { return scene.render(i).image; }, truth);
+      cameraOf(scene), kFrames, [](int i) { return renderedFrame(i, "street").image; }, truth);
   RecordProperty("median_ratio_error", std::to_string(error.median_ratio));
   RecordProperty("end_error", std::to_string(error.end));
   EXPECT_LT(error.median_ratio, 0.05);
@@ -248,12 +246,13 @@ struct DepthErrors {
   std::vector<double> metres;                      ///< of t
   std::vector<double> normalized_t, normalized_R;  ///< squared, by the covariance, over its dimension
 
-  void add(const RelativePose& pose, const RelativePose& truth) {
-    const Eigen::Vector3d t = pose.t - truth.t;
+  void add(const RelativePose& pose, const Eigen::Isometry3d& truth) {
+    const Eigen::Vector3d t = pose.t - truth.translation();
+    const double true_length = truth.translation().norm();
     metres.push_back(t.norm());
-    vector.push_back(t.norm() / truth.t.norm());
-    length.push_back(std::abs(pose.t.norm() / truth.t.norm() - 1));
-    const Eigen::AngleAxisd rotation(truth.R * pose.R.transpose());
+    vector.push_back(t.norm() / true_length);
+    length.push_back(std::abs(pose.t.norm() / true_length - 1));
+    const Eigen::AngleAxisd rotation(truth.linear() * pose.R.transpose());
     const Eigen::Vector3d w = rotation.angle() * rotation.axis();
     normalized_t.push_back(t.dot(Eigen::Matrix3d(pose.covariance.topLeftCorner<3, 3>()).inverse() * t) / 3);
     normalized_R.push_back(w.dot(Eigen::Matrix3d(pose.covariance.bottomRightCorner<3, 3>()).inverse() * w) / 3);
@@ -271,31 +270,25 @@ DepthErrors depthErrors(const Dataset& dataset, int frames, int gap) {
         const ScaleEstimate scale = poseFromDepth(points, a.features, b.features, result, camera, dataset.depth(i),
                                                   dataset.depth(i + gap), pose);
         ASSERT_GT(scale.features, 50) << i;
-        const auto truth = dataset.frames()[i].pose->inverse() * *dataset.frames()[i + gap].pose;
-        RelativePose true_pose;
-        true_pose.R = truth.linear();
-        true_pose.t = truth.translation();
-        errors.add(pose, true_pose);
+        errors.add(pose, dataset.frames()[i].pose->inverse() * *dataset.frames()[i + gap].pose);
       });
   return errors;
 }
 
 TEST(PoseFromDepth, IsMetricOnTheRenderedScene) {
-  const SceneOptions options;
-  const Scene scene(options);
-  const Camera camera(scene.intrinsics(), options.size);
+  const Camera camera = cameraOf(renderedScene());
   DepthErrors errors;
   forEachPair(
-      camera, 16, 1, [&](int i) { return scene.render(10 * (i / 2) + i % 2).image; },
+      camera, 16, 1, [&](int i) { return renderedFrame(10 * (i / 2) + i % 2).image; },
       [&](int k, const Frame& a, const Frame& b, const MatchResult& result, const Triangulation& points) {
         if (k % 2) return;  // pairs of neighbours: frames 0 1, 10 11, ...
         const int i = 5 * k, j = i + 1;
         RelativePose pose;
-        const ScaleEstimate scale = poseFromDepth(points, a.features, b.features, result, camera, scene.render(i).depth,
-                                                  scene.render(j).depth, pose);
+        const ScaleEstimate scale = poseFromDepth(points, a.features, b.features, result, camera,
+                                                  renderedFrame(i).depth, renderedFrame(j).depth, pose);
         ASSERT_GT(scale.features, 100) << i;
         EXPECT_NEAR(scale.length, pose.t.norm(), 1e-12);
-        errors.add(pose, trueRelativePose(scene, i, j));
+        errors.add(pose, renderedScene().pose(i).inverse() * renderedScene().pose(j));
       });
   RecordProperty("median_error", std::to_string(median(errors.vector)));
   EXPECT_LT(median(errors.vector), 0.02);
@@ -324,6 +317,12 @@ TEST(PoseFromDepth, StaysWithinACentimetreWhereTheCameraOnlyTurns) {
   EXPECT_LT(median(errors.metres), 0.01);
 }
 
+ScaleEstimate poseFromDepth(const ExactPair& exact, const cv::Mat& reference_depth, const cv::Mat& current_depth,
+                            RelativePose& pose) {
+  return poseFromDepth(exact.triangulated(), exact.reference, exact.current, exact.result, exact.camera,
+                       reference_depth, current_depth, pose);
+}
+
 /// Moves keypoints as a rolling shutter does if the camera rotates differently during the two images: by `row_rotation`
 /// more, from the top row to the bottom, in the current one.
 void shiftRows(const Eigen::Vector3d& row_rotation, const Camera& camera, std::vector<cv::KeyPoint>& keypoints) {
@@ -348,7 +347,6 @@ TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
   const RelativePose truth = exact.result.robust.pose;
   const CameraIntrinsics& k = exact.camera.intrinsics();
   const cv::Size size = exact.camera.imageSize();
-  exact.reference.image_size = exact.current.image_size = size;
   const Eigen::Vector3d normal = Eigen::Vector3d(0.1, 0.8, 0.5).normalized();  // of the floor 8 baselines away
   const auto floorDepth = [&](double x, double y) { return 8 / normal.dot(Eigen::Vector3d(x, y, 1)); };
   for (int i = 0; i < 300; ++i) {
@@ -372,11 +370,8 @@ TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
       depth(y, x) = z > 0 ? static_cast<float>(z / ray.z()) : 0;
     }
   }
-  Triangulation points;
-  triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
   RelativePose pose;
-  const ScaleEstimate scale =
-      poseFromDepth(points, exact.reference, exact.current, exact.result, exact.camera, cv::Mat(), depth, pose);
+  const ScaleEstimate scale = poseFromDepth(exact, cv::Mat(), depth, pose);
   EXPECT_GT(scale.features, 250);
   EXPECT_LT((pose.t - truth.t).norm(), 0.02);
   EXPECT_LT(Eigen::AngleAxisd(pose.R.transpose() * truth.R).angle(), 1e-3);
@@ -384,29 +379,20 @@ TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
 
 TEST(PoseFromDepth, TakesNoFewerThanEightInliersThoughBothImagesHaveDepth) {
   ExactPair exact({1, 0, 0});
-  exact.reference.image_size = exact.current.image_size = exact.camera.imageSize();
   const cv::Mat_<float> depth(480, 640, 8.f);
   for (const int inliers : {4, 7, 8}) {
     std::fill(exact.result.stage.begin(), exact.result.stage.end(), MatchStage::kGms);
     std::fill(exact.result.stage.begin(), exact.result.stage.begin() + inliers, MatchStage::kInlier);
-    Triangulation points;
-    triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
     RelativePose pose;
-    const ScaleEstimate scale =
-        poseFromDepth(points, exact.reference, exact.current, exact.result, exact.camera, depth, depth, pose);
-    EXPECT_EQ(scale.features, inliers < 8 ? 0 : inliers);
+    EXPECT_EQ(poseFromDepth(exact, depth, depth, pose).features, inliers < 8 ? 0 : inliers);
   }
 }
 
 TEST(PoseFromDepth, LeavesThePoseAloneWithoutDepth) {
   const ExactPair exact({1, 0, 0});
-  Triangulation points;
-  triangulateInliers(exact.reference, exact.current, exact.result, exact.camera, points);
   RelativePose pose;
   pose.t = {7, 8, 9};
-  const ScaleEstimate scale = poseFromDepth(points, exact.reference, exact.current, exact.result, exact.camera,
-                                            cv::Mat(), cv::Mat_<float>(480, 640, std::nanf("")), pose);
-  EXPECT_EQ(scale.features, 0);
+  EXPECT_EQ(poseFromDepth(exact, cv::Mat(), cv::Mat_<float>(480, 640, std::nanf("")), pose).features, 0);
   EXPECT_EQ(pose.t, Eigen::Vector3d(7, 8, 9));
 }
 

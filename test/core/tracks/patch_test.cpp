@@ -36,15 +36,19 @@ cv::Mat view(const Eigen::Vector2f& from, const PatchPlace& to, float gain = 1, 
   return image;
 }
 
+PatchPlace at(const Eigen::Vector2f& centre) {
+  PatchPlace place;
+  place.centre = centre;
+  return place;
+}
+
 class PatchTest : public testing::Test {
  protected:
   const Eigen::Vector2f centre_{52.3F, 47.8F};
 
   Patch taken(double noise = 0) const {
     Patch patch;
-    PatchPlace identity;
-    identity.centre = centre_;
-    EXPECT_TRUE(patch.take(view(centre_, identity, 1, 0, noise), centre_));
+    EXPECT_TRUE(patch.take(view(centre_, at(centre_), 1, 0, noise), centre_));
     return patch;
   }
 };
@@ -52,10 +56,8 @@ class PatchTest : public testing::Test {
 TEST_F(PatchTest, IsFoundToAHundredthOfAPixel) {
   const Patch patch = taken();
   for (const float shift : {0.F, 0.25F, -0.5F, 1.7F}) {
-    PatchPlace truth, guess;
-    truth.centre = centre_ + Eigen::Vector2f(shift, -0.6F * shift);
-    guess.centre = centre_;
-    const auto found = patch.find(view(centre_, truth), guess, 3);
+    const PatchPlace truth = at(centre_ + Eigen::Vector2f(shift, -0.6F * shift));
+    const auto found = patch.find(view(centre_, truth), at(centre_), 3);
     ASSERT_TRUE(found);
     EXPECT_LT((found->centre - truth.centre).norm(), 0.02) << shift;
   }
@@ -63,11 +65,9 @@ TEST_F(PatchTest, IsFoundToAHundredthOfAPixel) {
 
 TEST_F(PatchTest, IsFoundTurnedLeaningAndBrighter) {
   const Patch patch = taken();
-  PatchPlace truth, guess;
-  truth.centre = centre_ + Eigen::Vector2f(0.8F, 0.5F);
+  PatchPlace truth = at(centre_ + Eigen::Vector2f(0.8F, 0.5F));
   truth.shape << 1.1F, -0.12F, 0.15F, 0.95F;
-  guess.centre = centre_;
-  const auto found = patch.find(view(centre_, truth, 0.7F, 30), guess, 3);
+  const auto found = patch.find(view(centre_, truth, 0.7F, 30), at(centre_), 3);
   ASSERT_TRUE(found);
   EXPECT_LT((found->centre - truth.centre).norm(), 0.03);
   EXPECT_LT((found->shape - truth.shape).norm(), 0.02);
@@ -75,44 +75,30 @@ TEST_F(PatchTest, IsFoundTurnedLeaningAndBrighter) {
 
 TEST_F(PatchTest, NoiseMovesItByLittle) {
   const Patch patch = taken(3);
-  PatchPlace truth, guess;
-  truth.centre = centre_ + Eigen::Vector2f(-0.7F, 0.4F);
-  guess.centre = centre_;
-  const auto found = patch.find(view(centre_, truth, 1, 0, 3), guess, 3);
+  const PatchPlace truth = at(centre_ + Eigen::Vector2f(-0.7F, 0.4F));
+  const auto found = patch.find(view(centre_, truth, 1, 0, 3), at(centre_), 3);
   ASSERT_TRUE(found);
   EXPECT_LT((found->centre - truth.centre).norm(), 0.1);
 }
 
 TEST_F(PatchTest, IsNotFoundWhereItIsNot) {
   const Patch patch = taken();
-  PatchPlace elsewhere, guess;
-  elsewhere.centre = centre_;
-  guess.centre = centre_;
-  EXPECT_FALSE(patch.find(view(centre_ + Eigen::Vector2f(400, 900), elsewhere), guess, 3));
-  EXPECT_FALSE(patch.find(cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(128)), guess, 3));
+  EXPECT_FALSE(patch.find(view(centre_ + Eigen::Vector2f(400, 900), at(centre_)), at(centre_), 3));
+  EXPECT_FALSE(patch.find(cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(128)), at(centre_), 3));
 }
 
 TEST_F(PatchTest, IsNotFoundFartherThanItsReach) {
-  const Patch patch = taken();
-  PatchPlace truth, guess;
-  truth.centre = centre_ + Eigen::Vector2f(1.7F, 0);
-  guess.centre = centre_;
-  EXPECT_FALSE(patch.find(view(centre_, truth), guess, 1));
+  EXPECT_FALSE(taken().find(view(centre_, at(centre_ + Eigen::Vector2f(1.7F, 0))), at(centre_), 1));
 }
 
 TEST_F(PatchTest, StaysWithinTheImage) {
-  PatchPlace identity;
-  identity.centre = centre_;
-  const cv::Mat image = view(centre_, identity);
+  const cv::Mat image = view(centre_, at(centre_));
   Patch patch;
   EXPECT_FALSE(patch.take(image, {3, 50}));
   EXPECT_FALSE(patch.take(image, {60, kHeight - 4}));
   EXPECT_FALSE(patch.take(image, {NAN, 50}));
-  PatchPlace guess;
-  guess.centre = Eigen::Vector2f(kWidth - 4, 50);
-  EXPECT_FALSE(taken().find(image, guess, 3));
-  guess.centre.x() = NAN;
-  EXPECT_FALSE(taken().find(image, guess, 3));
+  EXPECT_FALSE(taken().find(image, at({kWidth - 4, 50}), 3));
+  EXPECT_FALSE(taken().find(image, at({NAN, 50}), 3));
 }
 
 TEST(Patch, OfAPlainImageIsOfNoUse) {

@@ -110,7 +110,7 @@ TEST(TrackSelector, OneThatGaveWayIsNotPickedAgain) {
 /// Some minutes of a camera whose features drift, are missed for an image or two, are found again while the reference
 /// is held, and now and then are all lost. TrackTable makes the tracks; the limits of the selection change on the way.
 TEST(TrackSelector, NoIdComesBackAfterAGap) {
-  constexpr int kFeatures = 400;
+  constexpr int kFeatures = 400, kImages = 2000;
   std::mt19937 random(5);
   std::uniform_real_distribution<float> x(0, 640), y(0, 480), drift(-6, 6);
   std::vector<cv::Point2f> places(kFeatures);
@@ -119,7 +119,7 @@ TEST(TrackSelector, NoIdComesBackAfterAGap) {
   TrackSelector selector;
   std::set<uint32_t> last, ever;
   int gone = 0, missed_in_a_row = 0, shown = 0;
-  for (int image = 0; image < 5000; ++image) {
+  for (int image = 0; image < kImages; ++image) {
     if (random() % 500 == 0) table.reset();
     MatchResult result;
     result.keypoints_reference = result.keypoints_current = kFeatures;
@@ -148,8 +148,8 @@ TEST(TrackSelector, NoIdComesBackAfterAGap) {
     last.swap(now);
     ++shown;
   }
-  EXPECT_GT(shown, 4000);
-  EXPECT_GT(gone, 10000) << "the sequence asks nothing of the rule";
+  EXPECT_GT(shown, 0.8 * kImages);
+  EXPECT_GT(gone, 2 * kImages) << "the sequence asks nothing of the rule";
 }
 
 }  // namespace

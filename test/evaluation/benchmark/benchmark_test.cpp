@@ -1,7 +1,6 @@
 // The benchmark on a rendered pair: the same work on both sides, plausible counts, ratios that are ratios.
 #include "benchmark/benchmark_suite.h"
 
-#include <filesystem>
 #include <set>
 #include <sstream>
 #include <string>
@@ -9,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "scenes/scene_writer.h"
+#include "scratch_folder.h"
 
 namespace gms_ransac {
 namespace {
@@ -16,17 +16,15 @@ namespace {
 class BenchmarkTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = std::filesystem::path(testing::TempDir()) / "gms_ransac_benchmark_test";
-    std::filesystem::create_directories(folder_);
-    writeTumFolder(Scene(SceneOptions()), 2, folder_.string(), [] {});
-    const Dataset dataset = Dataset::open(folder_.string());
+    const ScratchFolder folder;
+    writeTumFolder(Scene(SceneOptions()), 2, folder.path(), [] {});
+    const Dataset dataset = Dataset::open(folder.path());
     BenchmarkOptions options;
     options.features = 800;
     options.repeat = 2;
     options.methods = {"cp_ransac"};
     table_ = runBenchmark(dataset, dataset.pairs(1, 1), options, [] { ++pairs_done_; });
   }
-  static void TearDownTestSuite() { std::filesystem::remove_all(folder_); }
 
   static const BenchmarkRow* find(const std::string& stage, const std::string& name) {
     for (const BenchmarkRow& row : table_.rows()) {
@@ -36,7 +34,6 @@ class BenchmarkTest : public testing::Test {
     return nullptr;
   }
 
-  static inline std::filesystem::path folder_;
   static inline BenchmarkTable table_;
   static inline int pairs_done_ = 0;
 };

@@ -16,6 +16,7 @@
 #include "datasets/dataset.h"
 #include "datasets/dataset_export.h"
 #include "scenes/scene_writer.h"
+#include "scratch_folder.h"
 
 namespace gms_ransac {
 namespace {
@@ -25,16 +26,14 @@ constexpr int kFrames = 4;
 
 class Written : public ::testing::Test {
  protected:
-  Written() : folder_(fs::temp_directory_path() / ("bag_writer_test_" + std::to_string(getpid()))) {
-    fs::create_directories(folder_);
+  Written() {
     SceneOptions options;
     options.size = {320, 240};
     options.colour = true;
     options.distortion = {0.1, -0.05, 0.001, 0.002, 0};
     scene_ = std::make_unique<Scene>(options);
   }
-  ~Written() override { fs::remove_all(folder_); }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return folder_.path(name); }
 
   std::map<std::string, int> messagesPerTopic(const std::string& file) const {
     rosbag::Bag bag(file, rosbag::bagmode::Read);
@@ -57,7 +56,7 @@ class Written : public ::testing::Test {
     }
   }
 
-  fs::path folder_;
+  const ScratchFolder folder_;
   std::unique_ptr<Scene> scene_;
 };
 
@@ -147,7 +146,7 @@ TEST_F(Written, TumFolderBecomesABagWithItsOwnCalibration) {
 }
 
 TEST_F(Written, KittiFolderBecomesABagLikeKitti2bags) {
-  fs::create_directories(folder_ / "kitti" / "image_0");
+  fs::create_directories(path("kitti/image_0"));
   std::ofstream poses(path("kitti/poses.txt"));
   poses.precision(12);
   for (int i = 0; i < kFrames; ++i) {

@@ -18,6 +18,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "run/pair_truth.h"
+#include "scratch_folder.h"
 
 namespace gms_ransac {
 namespace {
@@ -26,25 +27,12 @@ namespace fs = std::filesystem;
 
 class DatasetTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / ("gms_ransac_" + std::string(info->test_suite_name()) + "_" + info->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
+  void write(const std::string& name, const std::string& text) const { folder_.write(name, text); }
+  void writeImage(const std::string& name, int value, int type = CV_8UC1) const {
+    write(name, "");
+    cv::imwrite(path(name), cv::Mat(4, 6, type, cv::Scalar::all(value)));
   }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  void write(const std::string& name, const std::string& text) {
-    fs::create_directories((folder_ / name).parent_path());
-    std::ofstream(folder_ / name) << text;
-  }
-  void writeImage(const std::string& name, int value, int type = CV_8UC1) {
-    fs::create_directories((folder_ / name).parent_path());
-    cv::imwrite((folder_ / name).string(), cv::Mat(4, 6, type, cv::Scalar::all(value)));
-  }
-  std::string path(const std::string& name = "") const {
-    return name.empty() ? folder_.string() : (folder_ / name).string();
-  }
+  std::string path(const std::string& name = "") const { return folder_.path(name); }
 
   std::string complaint(const std::string& name = "", const DatasetOptions& options = {}) const {
     try {
@@ -57,7 +45,14 @@ class DatasetTest : public ::testing::Test {
     return "no complaint";
   }
 
-  fs::path folder_;
+  /// A file of that text is complained about in these words, and is then gone.
+  void expectRefused(const std::string& name, const std::string& text, const std::string& sentence) {
+    write(name, text);
+    EXPECT_EQ(complaint(), sentence) << text;
+    fs::remove(path(name));
+  }
+
+  const ScratchFolder folder_;
 };
 
 using TumTest = DatasetTest;
@@ -115,43 +110,30 @@ TEST_F(TumTest, PairsFollowGapAndStride) {
 }
 
 TEST_F(TumTest, ComplainsWithFileAndLine) {
-  write("rgb.txt", "# nothing\n");
-  EXPECT_EQ(complaint(), "rgb.txt: lists no image");
-  write("rgb.txt", "1.0 a.png\n# fine\n2.0\n");
-  EXPECT_EQ(complaint(), "rgb.txt:3: expected a time stamp and a file name");
-  write("rgb.txt", "1.0 a.png\nsoon b.png\n");
-  EXPECT_EQ(complaint(), "rgb.txt:2: expected a time stamp and a file name, but 'soon' is not a finite number");
+  const std::string entry = "expected a time stamp and a file name",
+                    pose = "expected a pose (stamp tx ty tz qx qy qz qw)";
+  const std::string camera = "expected fx fy cx cy [k1 k2 p1 p2 [k3]]";
+  expectRefused("rgb.txt", "# nothing\n", "rgb.txt: lists no image");
+  expectRefused("rgb.txt", "1.0 a.png\n# fine\n2.0\n", "rgb.txt:3: " + entry);
+  expectRefused("rgb.txt", "1.0 a.png\nsoon b.png\n", "rgb.txt:2: " + entry + ", but 'soon' is not a finite number");
   write("rgb.txt", "1.0 a.png\n");
-  write("groundtruth.txt", "1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0\n");
-  EXPECT_EQ(complaint(), "groundtruth.txt:2: expected a pose (stamp tx ty tz qx qy qz qw), found 7 fields");
-  write("groundtruth.txt", "1 0 0 nan 0 0 0 1\n");
-  EXPECT_EQ(complaint(),
-            "groundtruth.txt:1: expected a pose (stamp tx ty tz qx qy qz qw), but 'nan' is not a finite number");
-  write("groundtruth.txt", "1 0 0 0 0 0 0 0\n");
-  EXPECT_EQ(complaint(), "groundtruth.txt:1: the quaternion is not of unit length");
-  write("groundtruth.txt", "2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n");
-  EXPECT_EQ(complaint(), "groundtruth.txt:2: the time stamps run backwards");
-  fs::remove(folder_ / "groundtruth.txt");
-  write("camera.txt", "500 500 320\n");
-  EXPECT_EQ(complaint(), "camera.txt:1: expected fx fy cx cy [k1 k2 p1 p2 [k3]], found 3 numbers");
-  write("camera.txt", "\n500 five 320 240\n");
-  EXPECT_EQ(complaint(), "camera.txt:2: 'five' is not a finite number");
-  write("camera.txt", "500 0 320 240\n");
-  EXPECT_EQ(complaint(), "camera.txt:1: the focal lengths fx and fy must be positive");
-  write("camera.txt", "");
-  EXPECT_EQ(complaint(), "camera.txt:1: expected fx fy cx cy [k1 k2 p1 p2 [k3]], but the file is empty");
-  write("camera.txt", "1 2 3 4\n5 6 7 8\n");
-  EXPECT_EQ(complaint(), "camera.txt:2: expected one line with fx fy cx cy [k1 k2 p1 p2 [k3]]");
-  write("camera.txt", "500 500 320 240\n");
+  const struct {
+    std::string file, text, complaint;
+  } refused[] = {{"groundtruth.txt", "1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0\n", ":2: " + pose + ", found 7 fields"},
+                 {"groundtruth.txt", "1 0 0 nan 0 0 0 1\n", ":1: " + pose + ", but 'nan' is not a finite number"},
+                 {"groundtruth.txt", "1 0 0 0 0 0 0 0\n", ":1: the quaternion is not of unit length"},
+                 // Its squares are beyond a double.
+                 {"groundtruth.txt", "1 0 0 0 1e200 0 0 0\n", ":1: the quaternion is not of unit length"},
+                 {"groundtruth.txt", "2 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n", ":2: the time stamps run backwards"},
+                 {"camera.txt", "500 500 320\n", ":1: " + camera + ", found 3 numbers"},
+                 {"camera.txt", "\n500 five 320 240\n", ":2: 'five' is not a finite number"},
+                 {"camera.txt", "500 0 320 240\n", ":1: the focal lengths fx and fy must be positive"},
+                 {"camera.txt", "", ":1: " + camera + ", but the file is empty"},
+                 {"camera.txt", "1 2 3 4\n5 6 7 8\n", ":2: expected one line with fx fy cx cy [k1 k2 p1 p2 [k3]]"}};
+  for (const auto& [file, text, complaint] : refused) expectRefused(file, text, file + complaint);
   DatasetOptions options;
   options.intrinsics = "1,2";
-  EXPECT_EQ(complaint("", options), "--intrinsics: expected fx fy cx cy [k1 k2 p1 p2 [k3]], found 2 numbers");
-}
-
-TEST_F(TumTest, RefusesAQuaternionWhoseSquaresNoDoubleHolds) {
-  write("rgb.txt", "1 a.png\n");
-  write("groundtruth.txt", "1 0 0 0 1e200 0 0 0\n");
-  EXPECT_EQ(complaint(), "groundtruth.txt:1: the quaternion is not of unit length");
+  EXPECT_EQ(complaint("", options), "--intrinsics: " + camera + ", found 2 numbers");
 }
 
 TEST_F(TumTest, OpensNoPipeAndNoDevice) {
@@ -206,30 +188,24 @@ TEST_F(KittiTest, AcceptsTheOtherFolderNameAndMissingFiles) {
 
 TEST_F(KittiTest, ComplainsWithFileAndLine) {
   EXPECT_EQ(complaint(), path() + ": holds neither rgb.txt (TUM), image_0/ (KITTI) nor pairs.txt (image pairs)");
-  fs::create_directories(folder_ / "image_0");
+  fs::create_directories(path("image_0"));
   EXPECT_EQ(complaint(), "image_0: holds no .png, .jpg or .pgm image");
   writeImage("image_0/000000.png", 1);
   writeImage("image_0/000001.png", 1);
-  write("calib.txt", "P1: 1 0 0 0 0 1 0 0 0 0 1 0\n");
-  EXPECT_EQ(complaint(), "calib.txt: has no line that starts with 'P0:'");
-  write("calib.txt", "\nP0: 700 0 600 0 0 701\n");
-  EXPECT_EQ(complaint(), "calib.txt:2: expected P0: and twelve numbers of a 3 x 4 projection matrix, found 7 fields");
-  write("calib.txt", "P0: 0 0 600 0 0 701 180 0 0 0 1 0\n");
-  EXPECT_EQ(complaint(), "calib.txt:1: the focal lengths in P0 must be positive");
-  fs::remove(folder_ / "calib.txt");
-  write("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1\n");
-  EXPECT_EQ(complaint(), "poses.txt:2: expected twelve numbers of a 3 x 4 pose, found 11 fields");
-  write("poses.txt", "1 0 0 0 0 1 0 0 0 0 one 0\n");
-  EXPECT_EQ(complaint(), "poses.txt:1: expected twelve numbers of a 3 x 4 pose, but 'one' is not a finite number");
-  write("poses.txt", "1 0 0 0 0 2 0 0 0 0 1 0\n");
-  EXPECT_EQ(complaint(), "poses.txt:1: the left 3 x 3 part is not a rotation");
-  write("poses.txt", "1 0 0 0 0 -1 0 0 0 0 1 0\n");
-  EXPECT_EQ(complaint(), "poses.txt:1: the left 3 x 3 part is not a rotation") << "a mirror";
-  fs::remove(folder_ / "poses.txt");
-  write("times.txt", "0.0\n");
-  EXPECT_EQ(complaint(), "times.txt:1: the file ends after 1 lines, but there are 2 images");
-  write("times.txt", "0.0\nlater\n");
-  EXPECT_EQ(complaint(), "times.txt:2: expected one time stamp, but 'later' is not a finite number");
+  const std::string pose = "expected twelve numbers of a 3 x 4 pose", no_number = " is not a finite number";
+  const struct {
+    std::string file, text, complaint;
+  } refused[] = {{"calib.txt", "P1: 1 0 0 0 0 1 0 0 0 0 1 0\n", ": has no line that starts with 'P0:'"},
+                 {"calib.txt", "\nP0: 700 0 600 0 0 701\n",
+                  ":2: expected P0: and twelve numbers of a 3 x 4 projection matrix, found 7 fields"},
+                 {"calib.txt", "P0: 0 0 600 0 0 701 180 0 0 0 1 0\n", ":1: the focal lengths in P0 must be positive"},
+                 {"poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1\n", ":2: " + pose + ", found 11 fields"},
+                 {"poses.txt", "1 0 0 0 0 1 0 0 0 0 one 0\n", ":1: " + pose + ", but 'one'" + no_number},
+                 {"poses.txt", "1 0 0 0 0 2 0 0 0 0 1 0\n", ":1: the left 3 x 3 part is not a rotation"},
+                 {"poses.txt", "1 0 0 0 0 -1 0 0 0 0 1 0\n", ":1: the left 3 x 3 part is not a rotation"},  // a mirror
+                 {"times.txt", "0.0\n", ":1: the file ends after 1 lines, but there are 2 images"},
+                 {"times.txt", "0.0\nlater\n", ":2: expected one time stamp, but 'later'" + no_number}};
+  for (const auto& [file, text, complaint] : refused) expectRefused(file, text, file + complaint);
 }
 
 TEST_F(PairsTest, ACornerAtAnEdgeMayBelongToEitherSurface) {
@@ -268,27 +244,20 @@ TEST_F(PairsTest, ReadsHomographyFundamentalAndDisparity) {
 }
 
 TEST_F(PairsTest, ComplainsWithFileAndLine) {
-  write("pairs.txt", "# empty\n");
-  EXPECT_EQ(complaint(), "pairs.txt: lists no pair");
-  write("pairs.txt", "a.png\n");
-  EXPECT_EQ(complaint(), "pairs.txt:1: expected two image paths and, optionally, H=, F= or DISP= truth");
-  write("pairs.txt", "a.png b.png\na.png b.png Q=x\n");
-  EXPECT_EQ(complaint(), "pairs.txt:2: unknown key 'Q'; known are H, F, DISP and SCALE");
-  write("pairs.txt", "a.png b.png SCALE=3\n");
-  EXPECT_EQ(complaint(), "pairs.txt:1: SCALE= without DISP=");
-  write("pairs.txt", "a.png b.png DISP=d.png SCALE=0\n");
-  EXPECT_EQ(complaint(), "pairs.txt:1: SCALE must be positive");
-  write("pairs.txt", "a.png b.png DISP=d.png SCALE=x\n");
-  EXPECT_EQ(complaint(),
-            "pairs.txt:1: expected SCALE= and grey values per pixel of disparity, but 'x' is not a finite number");
+  const std::pair<std::string, std::string> lists[] = {
+      {"# empty\n", ": lists no pair"},
+      {"a.png\n", ":1: expected two image paths and, optionally, H=, F= or DISP= truth"},
+      {"a.png b.png\na.png b.png Q=x\n", ":2: unknown key 'Q'; known are H, F, DISP and SCALE"},
+      {"a.png b.png SCALE=3\n", ":1: SCALE= without DISP="},
+      {"a.png b.png DISP=d.png SCALE=0\n", ":1: SCALE must be positive"},
+      {"a.png b.png DISP=d.png SCALE=x\n",
+       ":1: expected SCALE= and grey values per pixel of disparity, but 'x' is not a finite number"}};
+  for (const auto& [text, complaint] : lists) expectRefused("pairs.txt", text, "pairs.txt" + complaint);
   write("pairs.txt", "a.png b.png H=h\n");
   EXPECT_EQ(complaint(), "h: cannot be opened");
-  write("h", "1 0 0\n0 1\n");
-  EXPECT_EQ(complaint(), "h:2: expected three numbers of a 3 x 3 matrix, found 2 fields");
-  write("h", "1 0 0\n0 1 0\n");
-  EXPECT_EQ(complaint(), "h:2: expected a 3 x 3 matrix, but the file ends after 2 rows");
-  write("h", "1 0 0\n0 1 0\n0 0 1\n0 0 0\n");
-  EXPECT_EQ(complaint(), "h:4: expected a 3 x 3 matrix, found a fourth row");
+  expectRefused("h", "1 0 0\n0 1\n", "h:2: expected three numbers of a 3 x 3 matrix, found 2 fields");
+  expectRefused("h", "1 0 0\n0 1 0\n", "h:2: expected a 3 x 3 matrix, but the file ends after 2 rows");
+  expectRefused("h", "1 0 0\n0 1 0\n0 0 1\n0 0 0\n", "h:4: expected a 3 x 3 matrix, found a fourth row");
 }
 
 sensor_msgs::Image grayMessage(double stamp, int value) {

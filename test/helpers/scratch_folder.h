@@ -1,4 +1,4 @@
-// A folder for the files of one fuzz target's process, in memory where the system has such a place.
+// A folder for the files of one test, in memory where the system has such a place.
 #pragma once
 
 #include <cstdlib>
@@ -12,7 +12,7 @@ class ScratchFolder {
  public:
   ScratchFolder() {
     const std::string memory = "/dev/shm";
-    std::string name = (std::filesystem::is_directory(memory) ? memory : "/tmp") + "/gms_ransac_fuzz_XXXXXX";
+    std::string name = (std::filesystem::is_directory(memory) ? memory : "/tmp") + "/gms_ransac_test_XXXXXX";
     if (mkdtemp(name.data()) == nullptr) std::abort();
     path_ = name;
   }
@@ -23,11 +23,11 @@ class ScratchFolder {
   ScratchFolder(const ScratchFolder&) = delete;
   ScratchFolder& operator=(const ScratchFolder&) = delete;
 
-  const std::string& path() const { return path_; }
-  std::string write(const std::string& name, const std::string& content) const {
-    const std::string file = path_ + "/" + name;
-    std::ofstream(file, std::ios::binary) << content;
-    return file;
+  std::string path(const std::string& name = "") const { return name.empty() ? path_ : path_ + "/" + name; }
+  /// The folders on the way are made.
+  void write(const std::string& name, const std::string& content) const {
+    std::filesystem::create_directories(std::filesystem::path(path(name)).parent_path());
+    std::ofstream(path(name), std::ios::binary) << content;
   }
   void clear() const {
     for (const auto& entry : std::filesystem::directory_iterator(path_)) std::filesystem::remove_all(entry.path());

@@ -1,0 +1,29 @@
+// The rendered scenes as tests use them: each painted once in a program, and each frame rendered once.
+#pragma once
+
+#include <map>
+#include <string>
+#include <tuple>
+
+#include "scenes/scene.h"
+
+namespace gms_ransac {
+
+inline const Scene& renderedScene(const std::string& name = "room", uint64_t seed = 0) {
+  static std::map<std::tuple<std::string, uint64_t>, Scene> scenes;
+  SceneOptions options;
+  options.scene = name;
+  options.seed = seed;
+  return scenes.try_emplace({name, seed}, options).first->second;
+}
+
+inline const RenderedFrame& renderedFrame(int index, const std::string& name = "room", uint64_t seed = 0) {
+  static std::map<std::tuple<std::string, uint64_t, int>, RenderedFrame> frames;
+  const auto [place, is_new] = frames.try_emplace({name, seed, index});
+  if (is_new) place->second = renderedScene(name, seed).render(index);
+  return place->second;
+}
+
+inline Camera cameraOf(const Scene& scene) { return Camera(scene.intrinsics(), scene.options().size); }
+
+}  // namespace gms_ransac
