@@ -182,20 +182,6 @@ TEST(MatchFilter, MotionStatisticsRunOnlyForMethodsThatUseThem) {
   EXPECT_GT(tells(resultOf(by_score)).size(), 1u) << "sorted by scores that are not there";
 }
 
-TEST(MatchFilter, DistanceConsistencyOnlyTakesAway) {
-  MatchFilterOptions options;
-  options.one_to_one = false;
-  options.method = "gms_ransac";
-  const MatchResult plain = resultOf(options);
-  options.method = "gms_dist_ransac";
-  const MatchResult consistent = resultOf(options);
-  EXPECT_GT(consistent.matches_gms, plain.matches_gms / 2);
-  EXPECT_LT(consistent.matches_gms, plain.matches_gms);
-  for (size_t i = 0; i < plain.stage.size(); ++i) {
-    EXPECT_TRUE(consistent.stage[i] == MatchStage::kRaw || plain.stage[i] != MatchStage::kRaw);
-  }
-}
-
 TEST(MatchFilter, AllMatchesMayBeSampled) {
   MatchFilterOptions options;
   options.method = "split2080";

@@ -7,8 +7,6 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
-#include "gms_ransac/match_filter.h"
-
 namespace gms_ransac {
 namespace {
 
@@ -91,22 +89,6 @@ TEST_P(ExtractorMask, IsForgottenWithTheNextImage) {
 TEST_P(ExtractorMask, IsRefusedInAnotherSizeOrType) {
   EXPECT_THROW(extract(cv::Mat::zeros(240, 320, CV_8UC1)), std::invalid_argument);
   EXPECT_THROW(extract(cv::Mat::zeros(480, 640, CV_8UC3)), std::invalid_argument);
-}
-
-TEST(ExtractorMask, KeepsAPaintedBonnetOutOfTheMatches) {
-  // The scene moves by twelve pixels; the lower half is static, as a robot in its own camera.
-  cv::Mat wide;
-  cv::hconcat(texturedImage(), texturedImage().colRange(0, 12), wide);
-  cv::Mat first = wide.colRange(0, 640).clone(), second = wide.colRange(12, 652).clone();
-  first.rowRange(240, 480).copyTo(second.rowRange(240, 480));
-  MatchFilterOptions options;
-  options.robust.model = ModelType::kHomography;
-  const auto inliers = [&](const cv::Mat& mask) {
-    MatchFilter filter(options);
-    filter.process(first, mask);
-    return filter.process(second, mask).inliers;
-  };
-  EXPECT_GT(inliers(halfAndBar()), 1.2 * inliers(cv::Mat()));
 }
 
 }  // namespace

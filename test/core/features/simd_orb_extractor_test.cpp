@@ -165,27 +165,6 @@ TEST(SimdOrbExtractor, AngleAndDescriptorAreCvOrbsOnItsKeypoints) {
   }
 }
 
-#if defined(__x86_64__)
-TEST(SimdOrbExtractor, DescribesAlikeWhetherItGathersPixelsOrReadsThemOneByOne) {
-  if (!simdLevelSupported(SimdLevel::kAvx512)) GTEST_SKIP() << "this processor has no AVX-512";
-  const FeatureKernels& scalar = featureKernels(SimdLevel::kScalar);
-  for (const cv::Mat& image : images()) {
-    const Plane plane = planeOf(image);
-    const uint8_t* centre = plane.row(image.rows / 2) + image.cols / 2;
-    for (int degree = 0; degree < 360; ++degree) {
-      const float radians = static_cast<float>(degree * CV_PI / 180), cosine = std::cos(radians),
-                  sine = std::sin(radians);
-      uint8_t expected[kDescriptorBytes], descriptor[kDescriptorBytes];
-      scalar.describe(centre, plane.stride(), cosine, sine, expected);
-      for (const bool gather : {false, true}) {
-        detail::avx512FeatureKernels(gather).describe(centre, plane.stride(), cosine, sine, descriptor);
-        ASSERT_EQ(differentBits(descriptor, expected), 0) << degree << (gather ? " gathering" : " one by one");
-      }
-    }
-  }
-}
-#endif
-
 TEST(SimdOrbExtractor, BlurReachesEveryPixelThatATestMayRead) {
   // Every corner alone, where a block, the ring of rows or the side of the image might cut it off, and a few together.
   const cv::Mat image = noise(194, 155, 8);  // two columns more than whole blocks

@@ -69,13 +69,6 @@ TEST(DistanceConsistency, PairwiseDistancesMayScaleTogether) {
   EXPECT_LT(scene.kept(true), 10);
 }
 
-TEST(DistanceConsistency, PairwiseIsRepeatable) {
-  LabelledScene first(1.4f, 60.f), second(1.4f, 60.f);
-  first.apply(DistanceReading::kPairwise);
-  second.apply(DistanceReading::kPairwise);
-  EXPECT_EQ(first.statistics.accepted, second.statistics.accepted);
-}
-
 TEST(DistanceConsistency, NoneOneAndCoincidingMatches) {
   for (const DistanceReading reading : {DistanceReading::kDisplacement, DistanceReading::kPairwise}) {
     LabelledScene scene(1.f, 0.f);

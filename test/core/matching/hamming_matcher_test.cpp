@@ -7,7 +7,6 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <opencv2/features2d.hpp>
 
 #include "matching/hamming_kernels.h"
 #include "simd_levels.h"
@@ -134,38 +133,6 @@ TEST_P(HammingMatcherTest, StorageIsReusedAcrossSizes) {
 
 INSTANTIATE_TEST_SUITE_P(Levels, HammingMatcherTest, testing::ValuesIn(supportedLevels()),
                          [](const auto& info) { return toString(info.param); });
-
-TEST(HammingMatcher, AgreesWithOpenCV) {
-  const DescriptorSet reference = makeDescriptors(500, Bits::kTwoBytes, 1);
-  const DescriptorSet current = makeDescriptors(400, Bits::kTwoBytes, 2);
-  std::vector<Match> found;
-  HammingMatcher().match(reference, current, found);
-  std::vector<cv::DMatch> expected;
-  cv::BFMatcher(cv::NORM_HAMMING).match(reference.asMat(), current.asMat(), expected);
-  ASSERT_EQ(expected.size(), found.size());
-  for (size_t i = 0; i < found.size(); ++i) {
-    EXPECT_EQ(expected[i].trainIdx, found[i].current);
-    EXPECT_EQ(expected[i].distance, static_cast<float>(found[i].distance));
-  }
-}
-
-TEST(HammingMatcher, PortableKernelEqualsDoubleLoop) {
-  const DescriptorSet reference = makeDescriptors(120, Bits::kTwoBytes, 1);
-  const DescriptorSet current = makeDescriptors(77, Bits::kTwoBytes, 2);
-  std::vector<NearestTwo> nearest(120);
-  HammingSearch search;
-  search.queries = reference.row(0);
-  search.last_query = 120;
-  search.train = current.row(0);
-  search.train_count = 77;
-  search.nearest = nearest.data();
-  kHammingKernelPortable.search(search);
-  const Truth truth = doubleLoop(reference, current);
-  for (int i = 0; i < 120; ++i) {
-    EXPECT_EQ(truth.nearest[i].current, nearest[i].index);
-    EXPECT_EQ(truth.nearest[i].second_distance, nearest[i].second_distance);
-  }
-}
 
 TEST(HammingMatcher, RefusesBadOptionsAndDescriptors) {
   HammingMatcherOptions options;

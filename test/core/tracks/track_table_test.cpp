@@ -60,13 +60,6 @@ TEST(TrackTable, AHeldReferenceKeepsItsIds) {
   EXPECT_EQ(table.ids()[0], id);
 }
 
-TEST(TrackTable, CountsTheImagesOfAHeldReferenceToo) {
-  TrackTable table;
-  table.link(pairOf(3, 3, {{0, 1, 30, 90}}));
-  table.link(pairOf(3, 3, {{0, 2, 30, 90}}));
-  EXPECT_EQ(table.lengths()[0], 3);
-}
-
 TEST(TrackTable, AnIdThatOneImageMissedDoesNotComeBack) {
   TrackTable table;
   table.link(pairOf(3, 3, {{0, 1, 30, 90}, {1, 0, 30, 90}}));

@@ -165,16 +165,6 @@ TEST(Scene, MotionIsSmoothAndOfTheAskedStep) {
   }
 }
 
-TEST(Scene, StepZeroIsPureRotation) {
-  SceneOptions options = noiseless("room");
-  options.size = {64, 48};
-  options.step = 0;
-  options.turn = 1;
-  const RelativePose motion = trueRelativePose(Scene(options), 5, 8);
-  EXPECT_EQ(motion.t.norm(), 0);
-  EXPECT_GT(Eigen::AngleAxisd(motion.R).angle() * 180 / M_PI, 2);
-}
-
 TEST(Scene, ShowsEnoughCornersAndParallax) {
   for (const char* name : {"room", "street"}) {
     SceneOptions options;
