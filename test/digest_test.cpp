@@ -1,7 +1,7 @@
 // Every method's results, bit by bit, against the digests recorded in digests.txt: the guard of every move inside the
 // core, and the proof that all instruction sets agree (CMakeLists.txt runs it with --simd LEVEL for each).
 //
-// Record a change of results that has a purpose, in a commit of its own that states why and by how much:
+// Record a change of results that has a purpose. Its commit holds nothing else and states why and by how much:
 //   digest_test --record
 //
 // Other processors round differently, in libraries and in fused operations:
@@ -112,7 +112,7 @@ std::string toolchain() {
   return text.str();
 }
 
-/// Of each pair or stream of images, by what was done with it: a cell for each model, or one.
+/// The cells of each pair or stream of images, by method or stage: a cell for each model, or one.
 using Digests = std::map<std::string, std::map<std::string, std::string>>;
 constexpr ModelType kModels[] = {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography};
 constexpr char kBetweenCells[] = "  ";

@@ -1,4 +1,4 @@
-// A fuzz target: what its input is read through, how it says that something does not hold, and its entry. A target is
+// A fuzz target: the reader of its input, its report of a violated condition, and its entry. A target is
 // one source, which includes this once and defines check().
 #pragma once
 
@@ -119,7 +119,7 @@ inline void demandEmpty(const std::string& broken) {
 
 inline void demand(bool holds, const std::string& what) { demandEmpty(holds ? std::string() : "not so: " + what); }
 
-/// What the target demands of an input.
+/// The check that a target makes of an input.
 void check(FuzzInput input);
 
 }  // namespace gms_ransac

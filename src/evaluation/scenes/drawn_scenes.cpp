@@ -15,13 +15,13 @@ using Options = TwoViewSceneOptions;
 using Change = std::function<void(Options&, Random&)>;
 
 constexpr double kDegree = M_PI / 180;
-constexpr double kFilteredReach = 48;  // pixels: one and a half cells of the grid of motion statistics
-constexpr double kVariation = 0.25;    // of motions about those of the scene, as a share of their length
-constexpr double kTurn = 4 * kDegree;  // between images, for a rotating camera
-constexpr double kShutterTurn = 2 * kDegree,
+constexpr double kFilteredReach = 48;      // pixels: one and a half cells of the grid of motion statistics
+constexpr double kVariation = 0.25;        // of motions about those of the scene, as a share of their length
+constexpr double kRotation = 4 * kDegree;  // between images, for a rotating camera
+constexpr double kReadoutRotation = 2 * kDegree,
                  kReadout = 0.9;  // over the rows; of the time between images, as a Kinect's
 
-const Vector3d kNone(0, 0, 0), kForward(0.05, 0, 1), kDrivingTurn(0.005, 0.02, 0.005);
+const Vector3d kNone(0, 0, 0), kForward(0.05, 0, 1), kDrivingRotation(0.005, 0.02, 0.005);
 const Vector3d kFrontal(0, 0, 1), kOblique(0.8, -0.3, 1);
 
 double between(double low, double high, Random& random) { return low + (high - low) * random.uniform(); }
@@ -33,7 +33,7 @@ Vector3d inCube(Random& random) {
 
 Vector3d varied(const Vector3d& vector, Random& random) { return vector + kVariation * vector.norm() * inCube(random); }
 
-Vector3d turnOf(double angle, Random& random) { return angle * inCube(random).normalized(); }
+Vector3d rotationOf(double angle, Random& random) { return angle * inCube(random).normalized(); }
 
 /// "%g" of the number.
 std::string text(double number) {
@@ -49,11 +49,11 @@ MovingBody mover(double share, Random& random) {
   const double step = 0.02 * std::pow(20, random.uniform());  // 2 to 40 cm from image to image: 3 to 50 px
   const double heading = between(0, 2 * M_PI, random);
   body.translation = step * Vector3d(std::cos(heading), 0.2 * inCube(random).y(), std::sin(heading));
-  if (random.uniform() < 0.5) body.rotation = turnOf(between(0, 3 * kDegree, random), random);
+  if (random.uniform() < 0.5) body.rotation = rotationOf(between(0, 3 * kDegree, random), random);
   return body;
 }
 
-// What a scene has other than the ordinary one.
+// Differences of a scene from the ordinary one.
 
 template <typename Value>
 Change with(Value Options::*field, Value value) {
@@ -97,19 +97,19 @@ Change movers(int count, double share) {
 
 void driveForward(Options& options, Random& random) {
   options.translation = varied(kForward, random);
-  options.rotation = varied(kDrivingTurn, random);
+  options.rotation = varied(kDrivingRotation, random);
 }
 
-void turnOnly(Options& options, Random& random) {
+void rotateOnly(Options& options, Random& random) {
   options.translation = kNone;
-  options.rotation = turnOf(kTurn, random);
+  options.rotation = rotationOf(kRotation, random);
 }
 
 void stand(Options& options, Random&) { options.translation = options.rotation = kNone; }
 
-/// Turns while the rows of an image are read.
+/// Rotates during the readout of an image.
 void roll(Options& options, Random& random) {
-  options.rotation = turnOf(kShutterTurn / kReadout, random);
+  options.rotation = rotationOf(kReadoutRotation / kReadout, random);
   options.readout = kReadout;
 }
 
@@ -180,13 +180,13 @@ std::vector<DrawnScene> makeScenes() {
 
   // Rotations.
   for (const double sigma : {0.3, 0.5, 1., 1.5, 2.}) {
-    add("rotation_noise_" + text(sigma), "pure rotation, noise " + text(sigma) + " px", {turnOnly, noise(sigma)});
+    add("rotation_noise_" + text(sigma), "pure rotation, noise " + text(sigma) + " px", {rotateOnly, noise(sigma)});
   }
   const Change on_the_spot = with(&Options::translation, kNone), faster = with(&Options::acceleration, 0.5);
-  add("rolling_turning", "pure rotation, 2 degrees while the rows of an image are read", {on_the_spot, roll});
+  add("rolling_turning", "pure rotation, 2 degrees during the readout of an image", {on_the_spot, roll});
   add("rolling_faster", "pure rotation, 1 degree while the rows of the reference are read and 3 later",
       {on_the_spot, roll, faster});
-  add("rolling_driving", "1 m forward, 2 degrees while the rows of an image are read", {driveForward, roll});
+  add("rolling_driving", "1 m forward, 2 degrees during the readout of an image", {driveForward, roll});
   add("rolling_straight", "the same on a straight way", {driveForward, roll, with(&Options::straight, true)});
   add("rolling_driving_faster", "rolling_driving with 1 degree and 3", {driveForward, roll, faster});
 
@@ -214,7 +214,7 @@ std::vector<DrawnScene> makeScenes() {
     std::string name, summary;
     Change motion;
   } cameras[] = {{"standing", "standing", stand},
-                 {"turning", "turning by 4 degrees", turnOnly},
+                 {"turning", "rotation by 4 degrees", rotateOnly},
                  {"driving", "driving 1 m forward", driveForward}};
   for (const auto& camera : cameras) {
     const auto add_body = [&](double percent, double sigma, const std::string& suffix) {

@@ -23,7 +23,8 @@ constexpr double kFocalLength = 500;        // pixels
 constexpr int kLevels = 8;
 constexpr double kBackground = 300, kBackgroundEnd = 1000;  // metres: hills and clouds behind a scene
 constexpr double kLevelScale = 1.2, kNoiseExponent = 0.5;   // noise of a keypoint by octave, doc/estimator.md
-// Hamming distance to the nearest and the second, and score, of right and wrong matches that GMS kept: mean and
+
+// Hamming distance to the nearest and the second, and score, of right and wrong matches that GMS kept. Mean and
 // deviation over KITTI, Oxford and Middlebury pairs, labelled by their truth within 3 px.
 struct Normal {
   double mean, deviation;
@@ -32,7 +33,7 @@ constexpr Normal kRightDistance = {34, 14}, kWrongDistance = {51, 13};
 constexpr Normal kRightSecond = {53, 14}, kWrongSecond = {56, 12};
 constexpr Normal kRightScore = {22, 12}, kWrongScore = {18, 12};
 constexpr int kScoreThreshold = 10, kLargestScore = 50;
-constexpr int kOutlier = -1, kStill = 0;
+constexpr int kOutlier = -1, kStatic = 0;
 constexpr int kRowIterations = 4;      // until a point knows its row: the error falls by a hundred in each
 constexpr int kScalingIterations = 3;  // displacement is nearly proportional to the translation
 constexpr int kMeasuredMatches = 1000;
@@ -73,8 +74,8 @@ struct Motion {
   Motion(const Vector3d& rotation_vector, const Vector3d& translation)
       : R(rotationOf(rotation_vector)), t(translation), rotation(rotation_vector) {}
   Motion(const Matrix3d& matrix, const Vector3d& translation) : R(matrix), t(translation) {
-    const Eigen::AngleAxisd turn(matrix);
-    rotation = turn.angle() * turn.axis();
+    const Eigen::AngleAxisd axis_angle(matrix);
+    rotation = axis_angle.angle() * axis_angle.axis();
   }
   /// Where a point is, that was at X when this motion began, after a share of it.
   Vector3d after(double share, const Vector3d& X) const {
@@ -110,11 +111,13 @@ class Layout {
           body.everywhere ? random_.uniform() < body.share : off.x() < side * kWidth && off.y() < side * kHeight;
       if (covers) return static_cast<int>(k) + 1;
     }
-    return kStill;
+    return kStatic;
   }
 
   /// Returns true for a body in front of the scene, false for a part of the scene.
-  bool isBefore(int body) const { return body != kStill && !options_.bodies[static_cast<size_t>(body) - 1].everywhere; }
+  bool isBefore(int body) const {
+    return body != kStatic && !options_.bodies[static_cast<size_t>(body) - 1].everywhere;
+  }
 
   /// Depth of the volume or of a body, `share` of the way from the nearest to the farthest.
   double depthIn(int body, double share) const {
@@ -273,8 +276,8 @@ void undoBestRotation(const TwoViewScene& scene, std::vector<Vector2d>& displace
     A += derivatives[i].transpose() * derivatives[i];
     b += derivatives[i].transpose() * displacement[i];
   }
-  const Vector3d turn = A.ldlt().solve(b);
-  for (size_t i = 0; i < displacement.size(); ++i) displacement[i] -= derivatives[i] * turn;
+  const Vector3d rotation = A.ldlt().solve(b);
+  for (size_t i = 0; i < displacement.size(); ++i) displacement[i] -= derivatives[i] * rotation;
 }
 
 template <typename Measure>
