@@ -28,7 +28,7 @@ void check(FuzzInput input) {
   options.validate();
   MotionStatisticsFilter filter(options);
   const DistanceReading reading = input.flag() ? DistanceReading::kPairwise : DistanceReading::kDisplacement;
-  DistanceConsistency consistency(reading, input.byte());
+  const uint64_t seed = input.byte();
   MotionStatistics statistics;
   // Twice, since storage is kept from pair to pair.
   for (int i = 0; i < 2; ++i) {
@@ -37,7 +37,7 @@ void check(FuzzInput input) {
     filter.compute(reference, current, pair.matches, statistics);
     demandEmpty(brokenStatistics(statistics, pair.matches.size()));
     const std::vector<uint8_t> before = statistics.accepted;
-    consistency.apply(reference, current, pair.matches, statistics);
+    rejectInconsistent(reading, seed, reference, current, pair.matches, statistics);
     for (size_t k = 0; k < before.size(); ++k) demand(statistics.accepted[k] <= before[k], "a filter only rejects");
     demandEmpty(brokenStatistics(statistics, pair.matches.size()));
   }

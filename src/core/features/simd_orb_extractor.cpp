@@ -51,7 +51,7 @@ SimdOrbExtractor::SimdOrbExtractor(const FeatureExtractorOptions& options)
   for (int i = 0; i < options.pyramid_levels; ++i)
     sum += levels_[i].weight = std::pow(pyramid_.nominalScale(i), -kLevelPower);
   for (Level& level : levels_) level.weight /= sum;
-  if (scratch_.size() > 1) pool_ = WorkerPool::shared(static_cast<int>(scratch_.size()) - 1);
+  pool_ = WorkerPool::shared(static_cast<int>(scratch_.size()) - 1);
 }
 
 void SimdOrbExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, int at_most, Features& features) {
@@ -87,13 +87,9 @@ void SimdOrbExtractor::extractWhere(const cv::Mat& mask, const cv::Mat& image, i
 
 template <typename Task>
 void SimdOrbExtractor::forEachLevel(Order order, const Task& task) {
-  const int count = pyramid_.levels();
-  if (!pool_) {
-    const bool reversed = order == Order::kSmallestFirst;
-    for (int i = 0; i < count; ++i) task(reversed ? count - 1 - i : i, scratch_.front());
-    return;
-  }
-  pool_->forEach(count, static_cast<int>(scratch_.size()), [&](int i, int seat) { task(i, scratch_[seat]); });
+  const int count = pyramid_.levels(), seats = static_cast<int>(scratch_.size());
+  const bool reversed = order == Order::kSmallestFirst && seats == 1;
+  pool_->forEach(count, seats, [&](int i, int seat) { task(reversed ? count - 1 - i : i, scratch_[seat]); });
 }
 
 void SimdOrbExtractor::reserveScratch() {

@@ -94,10 +94,10 @@ class SimdOrbExtractor : public FeatureExtractor {
   const FeatureKernels& kernels_;
   Pyramid pyramid_;
   std::vector<Level> levels_;
-  int wanted_ = 0;                    ///< keypoints of this image
-  bool sparse_ = false;               ///< the image has few corners
-  std::vector<Scratch> scratch_;      ///< of each thread
-  std::shared_ptr<WorkerPool> pool_;  ///< where there are several
+  int wanted_ = 0;                ///< keypoints of this image
+  bool sparse_ = false;           ///< the image has few corners
+  std::vector<Scratch> scratch_;  ///< of each thread
+  std::shared_ptr<WorkerPool> pool_;
 };
 
 }  // namespace gms_ransac

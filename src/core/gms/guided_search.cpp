@@ -18,10 +18,6 @@ namespace {
 constexpr float kKeypointsABucket = 2;
 constexpr float kLeastSide = 2;  ///< of a bucket, pixels
 
-int clampedFloor(float value, int count) {
-  return static_cast<int>(std::min(std::max(std::floor(value), 0.f), static_cast<float>(count - 1)));
-}
-
 /// The first matches, searched in full, are those of the strongest keypoints in so many parts of the image, or of one
 /// part for so many keypoints.
 constexpr int kSeedsAPart = 4;
@@ -76,8 +72,8 @@ MotionStatisticsOptions seedStatistics(MotionStatisticsOptions options) {
 
 }  // namespace
 
-int GuidedWindows::column(float x) const { return clampedFloor(x * buckets_per_pixel_, columns_); }
-int GuidedWindows::row(float y) const { return clampedFloor(y * buckets_per_pixel_, rows_); }
+int GuidedWindows::column(float x) const { return cellAt(x * buckets_per_pixel_, columns_); }
+int GuidedWindows::row(float y) const { return cellAt(y * buckets_per_pixel_, rows_); }
 
 void GuidedWindows::setCurrent(const Features& current, const HammingKernel& kernel, int seats) {
   kernel_ = &kernel;
@@ -130,8 +126,7 @@ bool GuidedSearch::chooseSeeds(const Features& reference, const Features& curren
   const int columns = std::max(static_cast<int>(std::lround(width / side)), 1);
   const int rows = std::max(static_cast<int>(std::lround(height / side)), 1);
   const auto part = [](float position, float length, int count) {
-    const float place = position * static_cast<float>(count) / length;
-    return static_cast<int>(std::min(std::max(place, 0.f), static_cast<float>(count - 1)));
+    return cellAt(position * static_cast<float>(count) / length, count);
   };
   strongest_.assign(static_cast<size_t>(columns) * rows * kSeedsAPart, kNoMatch);
   for (int i = 0; i < reference.size(); ++i) {

@@ -15,6 +15,11 @@
 
 namespace gms_ransac {
 
+/// The cell, of `count` in a row, that holds a position given in cells; the nearest one outside.
+inline int cellAt(float position, int count) {
+  return static_cast<int>(std::min(std::max(std::floor(position), 0.f), static_cast<float>(count - 1)));
+}
+
 /// Affine motion of the points of one reference cell, pixels of the received images.
 struct CellMotion {
   bool known = false;  ///< false: the points may be anywhere
@@ -38,10 +43,9 @@ struct MotionPrediction {
   const CellMotion* at(const cv::Point2f& point, const cv::Size& image) const {
     if (cells.empty()) return nullptr;
     const auto place = [](float position, int side, int count) {
-      const float cell = std::floor(position * static_cast<float>(count) / static_cast<float>(std::max(side, 1)));
-      return static_cast<size_t>(std::min(std::max(cell, 0.f), static_cast<float>(count - 1)));
+      return cellAt(position * static_cast<float>(count) / static_cast<float>(std::max(side, 1)), count);
     };
-    return &cells[place(point.y, image.height, rows) * static_cast<size_t>(columns) +
+    return &cells[static_cast<size_t>(place(point.y, image.height, rows)) * columns +
                   place(point.x, image.width, columns)];
   }
 };

@@ -50,8 +50,8 @@ struct HammingMatcher::Workspace {
   const HammingKernel* kernel = nullptr;
   DescriptorSet repacked;
   std::vector<NearestTwo> nearest;
-  std::vector<Share> shares;         ///< at most so many, one for each thread
-  std::shared_ptr<WorkerPool> pool;  ///< where there are several
+  std::vector<Share> shares;  ///< at most so many, one for each thread
+  std::shared_ptr<WorkerPool> pool;
 
   /// Fills `nearest`, and `shares[0].reverse` if `mutual`.
   void search(const DescriptorSet& reference, const DescriptorSet& current, const uint8_t* packed, bool mutual);
@@ -85,12 +85,7 @@ void HammingMatcher::Workspace::search(const DescriptorSet& reference, const Des
     }
   }
 
-  const auto searchShare = [this](int i, int /*seat*/) { kernel->search(shares[i].search); };
-  if (count == 1) {
-    searchShare(0, 0);
-  } else {
-    pool->forEach(count, count, searchShare);
-  }
+  pool->forEach(count, count, [this](int i, int /*seat*/) { kernel->search(shares[i].search); });
   for (int i = 1; mutual && i < count; ++i) mergeReverse(shares[i].reverse, shares[0].reverse);
 }
 
@@ -125,7 +120,7 @@ HammingMatcher::HammingMatcher(const HammingMatcherOptions& options)
   options_.validate();
   workspace_->kernel = &hammingKernel(options_.simd);
   workspace_->shares.resize(options_.threads);
-  if (options_.threads > 1) workspace_->pool = WorkerPool::shared(options_.threads - 1);
+  workspace_->pool = WorkerPool::shared(options_.threads - 1);
 }
 
 HammingMatcher::~HammingMatcher() = default;

@@ -51,7 +51,8 @@ double minimiseInLog(double centre, double range, int steps, const std::function
   double low = std::log(best) - step, high = std::log(best) + step;
   for (int k = 0; k < kGoldenSteps; ++k) {
     const double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-    (cost(std::exp(a)) < cost(std::exp(b)) ? high : low) = cost(std::exp(a)) < cost(std::exp(b)) ? b : a;
+    const bool lower = cost(std::exp(a)) < cost(std::exp(b));
+    (lower ? high : low) = lower ? b : a;
   }
   return std::exp(0.5 * (low + high));
 }

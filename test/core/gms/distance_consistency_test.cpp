@@ -35,9 +35,7 @@ struct LabelledScene {
   }
   static bool wrong(int i) { return i % 10 == 0; }
 
-  void apply(DistanceReading reading) {
-    DistanceConsistency(reading, 3).apply(reference, current, matches, statistics);
-  }
+  void apply(DistanceReading reading) { rejectInconsistent(reading, 3, reference, current, matches, statistics); }
   int kept(bool of_wrong) const {
     int count = 0;
     for (int i = 0; i < 300; ++i) count += wrong(i) == of_wrong && statistics.accepted[i];
