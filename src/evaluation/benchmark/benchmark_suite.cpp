@@ -7,7 +7,6 @@
 #include "benchmark/dense_motion_statistics.h"
 #include "benchmark/frame_benchmark.h"
 #include "benchmark/opencv_baseline.h"
-#include "benchmark/stage_clock.h"
 #include "gms/guided_search.h"
 #include "gms_ransac/match_filter.h"
 #include "run/pair_truth.h"
@@ -44,6 +43,11 @@ struct ExtractorContender {
   double ms = 0;  ///< last extraction of the current image
 };
 
+int referenceOf(const Match& match) { return match.reference; }
+int referenceOf(const cv::DMatch& match) { return match.queryIdx; }
+int currentOf(const Match& match) { return match.current; }
+int currentOf(const cv::DMatch& match) { return match.trainIdx; }
+
 class Suite {
  public:
   Suite(const Dataset& dataset, const BenchmarkOptions& options);
@@ -62,6 +66,10 @@ class Suite {
   void filterOurs(bool counting);
   void matchOurs(bool counting);
 
+  /// Counts the matches of an extractor's features that are chosen by index.
+  template <typename Matches, typename Chosen>
+  void count(BenchmarkRow& row, const Matches& matches, const ExtractorContender& extractor,
+             const Chosen& chosen) const;
   void count(BenchmarkRow& row, const std::vector<cv::DMatch>& matches, const std::vector<uint8_t>* kept) const;
   /// Counts the contender's matches that reached `stage`.
   void count(BenchmarkRow& row, const FilterContender& contender, MatchStage stage) const;
@@ -165,14 +173,12 @@ void Suite::extract(const cv::Mat& image, bool counting) {
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
   BenchmarkRow& baseline = table_.row(kExtract, kBaselineExtractor);
-  baseline_extract_ms_ =
-      clock_.milliseconds([&] { baseline_extractor_->detectAndCompute(image, cv::noArray(), keypoints, descriptors); });
-  baseline.ms.push_back(baseline_extract_ms_);
+  baseline_extract_ms_ = baseline.time(
+      clock_, [&] { baseline_extractor_->detectAndCompute(image, cv::noArray(), keypoints, descriptors); });
   if (counting) baseline.count(static_cast<int>(keypoints.size()));
   for (ExtractorContender& contender : extractors_) {
     BenchmarkRow& row = table_.row(kExtract, contender.name, kBaselineExtractor);
-    contender.ms = clock_.milliseconds([&] { contender.extractor->extract(image, contender.current.features); });
-    row.ms.push_back(contender.ms);
+    contender.ms = row.time(clock_, [&] { contender.extractor->extract(image, contender.current.features); });
     if (counting) row.count(contender.current.features.size());
   }
 }
@@ -183,15 +189,13 @@ void Suite::match(bool counting) {
   const cv::Mat queries = reference.descriptors.asMat(), train = current.descriptors.asMat();
   BenchmarkRow& baseline = table_.row(kMatch, kBaselineMatcher);
   baseline_match_ms_ =
-      clock_.milliseconds([&] { cv::BFMatcher(cv::NORM_HAMMING).match(queries, train, baseline_matches_); });
-  baseline.ms.push_back(baseline_match_ms_);
+      baseline.time(clock_, [&] { cv::BFMatcher(cv::NORM_HAMMING).match(queries, train, baseline_matches_); });
   if (counting) count(baseline, baseline_matches_, nullptr);
 
   for (MatcherContender& contender : matchers_) {
     current.descriptors.pack(contender.level);
     BenchmarkRow& row = table_.row(kMatch, contender.name, kBaselineMatcher);
-    row.ms.push_back(
-        clock_.milliseconds([&] { contender.matcher.match(reference.descriptors, current.descriptors, matches_); }));
+    row.time(clock_, [&] { contender.matcher.match(reference.descriptors, current.descriptors, matches_); });
     if (!counting) continue;
     std::vector<cv::DMatch> matches;
     for (const Match& m : matches_) matches.emplace_back(m.reference, m.current, static_cast<float>(m.distance));
@@ -207,24 +211,18 @@ void Suite::match(bool counting) {
 void Suite::filterByMotion(bool counting) {
   const Features& reference = extractors_[0].reference.features;
   const Features& current = extractors_[0].current.features;
-  const auto countAccepted = [&](BenchmarkRow& row) {
+  const auto run = [&](BenchmarkRow& row, const auto& work) {
+    const double ms = row.time(clock_, work);
     if (counting) count(row, baseline_matches_, &statistics_.accepted);
+    return ms;
   };
-  BenchmarkRow& dense_all = table_.row(kGmsAll, kBaselineGms);
-  dense_all.ms.push_back(
-      clock_.milliseconds([&] { denseMotionStatistics(gms_all_options_, reference, current, matches_, statistics_); }));
-  countAccepted(dense_all);
-  BenchmarkRow& ours_all = table_.row(kGmsAll, "sparse", kBaselineGms);
-  ours_all.ms.push_back(clock_.milliseconds([&] { gms_all_.compute(reference, current, matches_, statistics_); }));
-  countAccepted(ours_all);
-
+  run(table_.row(kGmsAll, kBaselineGms),
+      [&] { denseMotionStatistics(gms_all_options_, reference, current, matches_, statistics_); });
+  run(table_.row(kGmsAll, "sparse", kBaselineGms),
+      [&] { gms_all_.compute(reference, current, matches_, statistics_); });
   BenchmarkRow& dense = table_.row(kGms, kBaselineGms);
-  BenchmarkRow& ours = table_.row(kGms, "sparse", kBaselineGms);
-  ours.ms.push_back(clock_.milliseconds([&] { gms_.compute(reference, current, matches_, statistics_); }));
-  countAccepted(ours);
-  baseline_gms_ms_ = clock_.milliseconds([&] { denseMotionStatistics({}, reference, current, matches_, statistics_); });
-  dense.ms.push_back(baseline_gms_ms_);
-  countAccepted(dense);
+  run(table_.row(kGms, "sparse", kBaselineGms), [&] { gms_.compute(reference, current, matches_, statistics_); });
+  baseline_gms_ms_ = run(dense, [&] { denseMotionStatistics({}, reference, current, matches_, statistics_); });
   baseline_survivors_.clear();
   for (size_t i = 0; i < baseline_matches_.size(); ++i) {
     if (statistics_.accepted[i]) baseline_survivors_.push_back(baseline_matches_[i]);
@@ -239,12 +237,11 @@ void Suite::estimateBaseline(bool counting) {
   for (const BaselineEstimator& estimator : baselineEstimators(camera_.calibrated())) {
     std::vector<cv::DMatch> survivors = baseline_survivors_;
     std::vector<uint8_t> inlier;
-    const double ms =
-        clock_.milliseconds([&] { inlier = estimate(estimator, reference, current, camera_, survivors); });
-    const double filter_ms = baseline_match_ms_ + baseline_gms_ms_ + ms;
     BenchmarkRow* rows[] = {&table_.row(kRobust, estimator.name), &table_.row(kFilter, baselineName(estimator)),
                             &table_.row(kFrame, baselineName(estimator))};
-    rows[0]->ms.push_back(ms);
+    const double ms =
+        rows[0]->time(clock_, [&] { inlier = estimate(estimator, reference, current, camera_, survivors); });
+    const double filter_ms = baseline_match_ms_ + baseline_gms_ms_ + ms;
     rows[1]->ms.push_back(filter_ms);
     rows[2]->ms.push_back(baseline_extract_ms_ + filter_ms);
     if (!counting) continue;
@@ -258,11 +255,10 @@ void Suite::filterOurs(bool counting) {
   for (auto& contender : filters_) {
     const ExtractorContender& extractor = extractors_[contender->extractor];
     contender->filter.reset();  // the estimator has seen this pair before and must not profit from it
-    const double ms = clock_.milliseconds(
-        [&] { contender->filter.filter(extractor.reference, extractor.current, contender->result); });
     std::vector<BenchmarkRow*> rows = {&table_.row(kFilter, contender->name, baselineName(baseline)),
                                        &table_.row(kFrame, contender->name, baselineName(baseline))};
-    rows[0]->ms.push_back(ms);
+    const double ms = rows[0]->time(
+        clock_, [&] { contender->filter.filter(extractor.reference, extractor.current, contender->result); });
     rows[1]->ms.push_back(extractor.ms + ms);
     if (contender->extractor == 0) {  // the survivors of the baseline
       rows.push_back(&table_.row(kRobust, contender->name, baseline.name));
@@ -285,10 +281,10 @@ void Suite::matchOurs(bool counting) {
     const bool guided = contender->search == SearchMode::kGuided;
     const std::string name = toString(detectSimdLevel()) + " on " + extractor.name + (guided ? kGuided : "");
     BenchmarkRow& row = table_.row(kMatch, name, kBaselineMatcher);
-    row.ms.push_back(clock_.milliseconds([&] {
+    row.time(clock_, [&] {
       guided ? guided_search_.match(reference, current, matches_)
              : matchers_.front().matcher.match(reference.descriptors, current.descriptors, matches_);
-    }));
+    });
     if (counting) count(row, *contender, MatchStage::kRaw);
   }
 }
@@ -299,30 +295,27 @@ bool Suite::isCorrect(const cv::Point2f& reference, const cv::Point2f& current) 
   return distance && *distance < kCorrectWithin;
 }
 
-void Suite::count(BenchmarkRow& row, const std::vector<cv::DMatch>& matches, const std::vector<uint8_t>* kept) const {
-  int kept_count = 0, correct = 0;
-  for (size_t i = 0; i < matches.size(); ++i) {
-    if (kept && !(*kept)[i]) continue;
-    ++kept_count;
-    correct += hasTruth() && isCorrect(extractors_[0].reference.features.keypoints[matches[i].queryIdx].pt,
-                                       extractors_[0].current.features.keypoints[matches[i].trainIdx].pt);
-  }
-  row.count(kept_count);
-  if (hasTruth()) row.countCorrect(correct);
-}
-
-void Suite::count(BenchmarkRow& row, const FilterContender& contender, MatchStage stage) const {
-  const ExtractorContender& extractor = extractors_[contender.extractor];
+template <typename Matches, typename Chosen>
+void Suite::count(BenchmarkRow& row, const Matches& matches, const ExtractorContender& extractor,
+                  const Chosen& chosen) const {
   int kept = 0, correct = 0;
-  for (size_t i = 0; i < contender.result.matches.size(); ++i) {
-    if (contender.result.stage[i] < stage) continue;
+  for (size_t i = 0; i < matches.size(); ++i) {
+    if (!chosen(i)) continue;
     ++kept;
-    const Match& match = contender.result.matches[i];
-    correct += hasTruth() && isCorrect(extractor.reference.features.keypoints[match.reference].pt,
-                                       extractor.current.features.keypoints[match.current].pt);
+    correct += hasTruth() && isCorrect(extractor.reference.features.keypoints[referenceOf(matches[i])].pt,
+                                       extractor.current.features.keypoints[currentOf(matches[i])].pt);
   }
   row.count(kept);
   if (hasTruth()) row.countCorrect(correct);
+}
+
+void Suite::count(BenchmarkRow& row, const std::vector<cv::DMatch>& matches, const std::vector<uint8_t>* kept) const {
+  count(row, matches, extractors_[0], [&](size_t i) { return !kept || (*kept)[i]; });
+}
+
+void Suite::count(BenchmarkRow& row, const FilterContender& contender, MatchStage stage) const {
+  const MatchResult& result = contender.result;
+  count(row, result.matches, extractors_[contender.extractor], [&](size_t i) { return result.stage[i] >= stage; });
 }
 
 }  // namespace

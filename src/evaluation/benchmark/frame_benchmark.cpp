@@ -4,7 +4,6 @@
 
 #include "benchmark/dense_motion_statistics.h"
 #include "benchmark/opencv_baseline.h"
-#include "benchmark/stage_clock.h"
 #include "gms_ransac/match_filter.h"
 #include "scenes/scene.h"
 
