@@ -1,5 +1,6 @@
 // gms_ransac._gms_ransac: the pipeline for Python. Knows no ROS. Fields have the names of the messages in msg/, options
 // those of the parameters in cfg/parameters.py.
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -27,7 +28,7 @@ namespace {
 namespace py = pybind11;
 
 constexpr double kUnknownVariance = 1000;  ///< of a translation, as in Correspondences.msg
-constexpr int kOctaves = 16;               ///< the most that pyramid_levels takes
+constexpr size_t kOctaves = 16;            ///< the most that pyramid_levels takes
 
 using Points = Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor>;
 template <class T>
@@ -49,9 +50,9 @@ struct Pair : MatchResult {
     for (Column<float>* column : {&reference_sigma, &current_sigma}) column->resize(n);
     distance.resize(n);
     stage_column.resize(n);
-    std::vector<float> sigma;
-    for (int octave = 0; octave < kOctaves; ++octave) {
-      sigma.push_back(static_cast<float>(robust.sigma(octave, current.scale_factor)));
+    std::array<float, kOctaves> sigma;
+    for (size_t octave = 0; octave < kOctaves; ++octave) {
+      sigma[octave] = static_cast<float>(robust.sigma(static_cast<int>(octave), current.scale_factor));
     }
     for (Eigen::Index i = 0; i < n; ++i) {
       const Match& match = matches[static_cast<size_t>(i)];
