@@ -14,13 +14,6 @@ struct Grid {
   int cells() const { return columns * rows; }
 };
 
-struct RunResult {
-  int accepted_count = 0;
-  std::vector<uint8_t> accepted;
-  std::vector<int32_t> score;
-  std::vector<float> relative_score;
-};
-
 class DenseRuns {
  public:
   DenseRuns(const MotionStatisticsOptions& options, const Features& reference, const Features& current,
@@ -46,7 +39,7 @@ class DenseRuns {
     counts_.assign(static_cast<size_t>(left_.cells()) * right_.cells(), 0);
   }
 
-  void run(int rotation, RunResult& result) {
+  void run(int rotation, MotionStatistics& result) {
     const size_t n = left_points_.size();
     result.accepted.assign(n, 0);
     result.score.assign(n, 0);
@@ -165,13 +158,24 @@ class DenseRuns {
 void denseMotionStatistics(const MotionStatisticsOptions& given, const Features& reference, const Features& current,
                            const std::vector<Match>& matches, MotionStatistics& statistics) {
   const MotionStatisticsOptions options = withDefaults(given);
-  const int columns = *options.grid_columns, rows = *options.grid_rows;
+  DenseRuns runs(options, reference, current, matches);
+  const int rotation_step = options.neighborhood == GridNeighborhood::kFive ? 2 : 1;
+  MotionStatistics result;
+  statistics.accepted_count = statistics.rotation = statistics.scale = 0;
   statistics.accepted.assign(matches.size(), 0);
   statistics.score.assign(matches.size(), 0);
   statistics.relative_score.assign(matches.size(), 0.f);
-  statistics.accepted_count = statistics.rotation = statistics.scale = 0;
-  statistics.grid_columns = columns;
-  statistics.grid_rows = rows;
+  for (int scale = 0; scale < (options.scale ? 5 : 1); ++scale) {
+    runs.setScale(scale);
+    for (int rotation = 0; rotation < (options.rotation ? 8 : 1); rotation += rotation_step) {
+      runs.run(rotation, result);
+      if (result.accepted_count <= statistics.accepted_count) continue;
+      result.rotation = rotation;
+      result.scale = scale;
+      std::swap(result, statistics);
+    }
+  }
+  const int columns = statistics.grid_columns = *options.grid_columns, rows = statistics.grid_rows = *options.grid_rows;
   statistics.cell.clear();
   for (const Match& match : matches) {
     const cv::Point2f p = reference.keypoints[match.reference].pt;
@@ -179,23 +183,6 @@ void denseMotionStatistics(const MotionStatisticsOptions& given, const Features&
     const float y = p.y / reference.image_size.height * rows;
     statistics.cell.push_back(std::min(static_cast<int>(y), rows - 1) * columns +
                               std::min(static_cast<int>(x), columns - 1));
-  }
-
-  DenseRuns runs(options, reference, current, matches);
-  const int rotation_step = options.neighborhood == GridNeighborhood::kFive ? 2 : 1;
-  RunResult result;
-  for (int scale = 0; scale < (options.scale ? 5 : 1); ++scale) {
-    runs.setScale(scale);
-    for (int rotation = 0; rotation < (options.rotation ? 8 : 1); rotation += rotation_step) {
-      runs.run(rotation, result);
-      if (result.accepted_count <= statistics.accepted_count) continue;
-      statistics.accepted_count = result.accepted_count;
-      statistics.rotation = rotation;
-      statistics.scale = scale;
-      statistics.accepted = result.accepted;
-      statistics.score = result.score;
-      statistics.relative_score = result.relative_score;
-    }
   }
 }
 
