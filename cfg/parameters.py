@@ -104,6 +104,8 @@ GROUPS = [
         Row("feature_layout", "vins_mono", "Channels of ~features. vins_mono: 5; vins_fusion: 9; lvi_sam: 6, the last is the depth "
             "(with scale depth; else -1)", choices=("vins_mono", "vins_fusion", "lvi_sam"), field="feature_layout",
             enum="FeatureLayout"),
+        Row("stereo_features_type", "gms_ransac/StereoFeatures", "Type of ~stereo_features; msckf_vio/CameraMeasurement has the "
+            "same fields", unit="a message type", field="stereo_features_type"),
         Row("diagnostic_period", 1.0, "Seconds between messages on /diagnostics", range=(0.001, 86400.0), unit="seconds",
             field="diagnostic_period"),
     ]),
@@ -179,11 +181,11 @@ GROUPS = [
             "subscribes to images all the time"),
         Row("publish_odom_tf", False, "Broadcast the integrated motion, odom_frame -> base_frame; the node then subscribes to "
             "images all the time"),
-        Row("feature_limit", 220, "Most features in ~features, longest tracks first; 0: no limit. VINS-Mono holds 1000 over its "
+        Row("feature_limit", 220, "Most features in ~features and ~stereo_features, longest tracks first; 0: no limit. VINS-Mono holds 1000 over its "
             "window without a check and can crash above 222", range=(0, 100000)),
-        Row("feature_distance", 15.0, "Least distance between two features in ~features, pixels; 0: none", range=(0.0, 1000.0),
+        Row("feature_distance", 15.0, "Least distance between two of these features, pixels; 0: none", range=(0.0, 1000.0),
             unit="pixels"),
-        Row("feature_rate", 10.0, "Most messages of ~features a second; tracks span the images between them; 0: one for every "
+        Row("feature_rate", 10.0, "Most messages of either a second; tracks span the images between them; 0: one for every "
             "image", range=(0.0, 1000.0), unit="hertz"),
         Row("rotation_sigma_floor", 0.0005, "Least standard deviation about a rotation axis, radians", range=(0.00004, 3.0),
             unit="radians"),

@@ -41,6 +41,7 @@ struct Parameters {
   std::string imu_frame, prior_frame;  ///< empty: that of the messages; none
   double image_time_offset = 0;        ///< seconds
   FeatureLayout feature_layout = FeatureLayout::kVinsMono;
+  std::string stereo_features_type = "gms_ransac/StereoFeatures";
   std::string odom_frame = "odom", base_frame;
   bool invert_odom_tf = false, drop_frames = true, always_subscribe = false;
   int queue_size = 10, threads = 1;

@@ -1,6 +1,7 @@
 #include "tracks/patch.h"
 
 #include <cmath>
+#include <numeric>
 
 #include <Eigen/LU>
 
@@ -138,6 +139,20 @@ std::optional<PatchPlace> Patch::find(const cv::Mat& image, const PatchPlace& gu
   if (!sample(image, place, seen) || normalize(seen) == 0) return std::nullopt;
   const float likeness = (ConstColumn(seen.data()) * ConstColumn(intensity_.data())).sum();
   return likeness >= kLikeness ? std::optional(place) : std::nullopt;
+}
+
+std::optional<PatchPlace> Patch::find(const cv::Mat& image, const std::vector<PatchPlace>& guesses, float reach) const {
+  const PatchPlace* best = nullptr;
+  float most = 0;
+  Samples seen;
+  for (const PatchPlace& guess : guesses) {
+    if (!sample(image, guess, seen) || normalize(seen) == 0) continue;
+    const float likeness = std::inner_product(seen.begin(), seen.end(), intensity_.begin(), 0.F);
+    if (likeness <= most) continue;
+    most = likeness;
+    best = &guess;
+  }
+  return best == nullptr ? std::nullopt : find(image, *best, reach);
 }
 
 }  // namespace gms_ransac

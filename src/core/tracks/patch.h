@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
@@ -23,6 +24,8 @@ class Patch {
   bool take(const cv::Mat& image, const Eigen::Vector2f& centre);
   /// Finds the patch within `reach` pixels of `guess`; nothing if the result does not look like it.
   std::optional<PatchPlace> find(const cv::Mat& image, const PatchPlace& guess, float reach) const;
+  /// The same from that of `guesses` where the image looks most like the patch.
+  std::optional<PatchPlace> find(const cv::Mat& image, const std::vector<PatchPlace>& guesses, float reach) const;
 
  private:
   static constexpr int kRadius = 5;  ///< pixels

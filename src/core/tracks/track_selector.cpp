@@ -33,7 +33,7 @@ bool TrackSelector::Grid::occupied(const cv::Point2f& point, double distance) co
 }
 
 const std::vector<int>& TrackSelector::select(const std::vector<TrackedPoint>& points, cv::Size image_size,
-                                              const TrackSelectorOptions& options) {
+                                              const TrackSelectorOptions& options, const Usable& usable) {
   const size_t limit = options.limit > 0 ? options.limit : points.size();
   // As many cells as points are wanted: one in each is the best spread.
   const double share = std::sqrt(image_size.area() / static_cast<double>(std::max<size_t>(limit, 1)));
@@ -43,7 +43,7 @@ const std::vector<int>& TrackSelector::select(const std::vector<TrackedPoint>& p
   for (const Candidate& candidate : candidates_) {
     if (picked_.size() == limit) break;
     const cv::Point2f& point = points[candidate.index].current;
-    if (grid_.occupied(point, options.distance)) continue;
+    if (grid_.occupied(point, options.distance) || (usable && !usable(points[candidate.index]))) continue;
     grid_.add(point);
     picked_.push_back(candidate.index);
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <unordered_set>
 #include <vector>
 
@@ -27,8 +28,10 @@ struct TrackSelectorOptions {
 /// dropped is not picked again, so that no id returns after a gap.
 class TrackSelector {
  public:
+  using Usable = std::function<bool(const TrackedPoint&)>;
+  /// `usable` is asked of the points that would be picked, at most once of each; empty: all are.
   const std::vector<int>& select(const std::vector<TrackedPoint>& points, cv::Size image_size,
-                                 const TrackSelectorOptions& options);
+                                 const TrackSelectorOptions& options, const Usable& usable = {});
 
  private:
   /// Points in square cells at least as wide as the distance that is kept.

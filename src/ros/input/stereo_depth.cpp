@@ -69,6 +69,7 @@ StereoRig::StereoRig(const CameraModel& left_model, const sensor_msgs::CameraInf
 void StereoColumns::clear() {
   depth.clear();
   right_ray.clear();
+  rig.reset();
 }
 
 StereoDepth::StereoDepth(const Parameters& parameters, const std::string& right_topic,
@@ -77,34 +78,35 @@ StereoDepth::StereoDepth(const Parameters& parameters, const std::string& right_
       right_info_topic_(right_info_topic),
       camera_source_(parameters, right_topic, right_info_topic) {}
 
-std::string StereoDepth::takeRight(const ImageWithInfo& input, const Features& left, const CameraModel& left_model) {
+std::string StereoDepth::takeRight(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
+                                   StereoColumns& columns) {
   if (!left_model.camera.calibrated()) return "the left camera is not calibrated";
   if (!input.right) {
     return "no image on " + right_topic_ + " has its stamp (within " + secondsText(kStereoTolerance) +
            "); trigger both cameras together, or stamp their images alike";
   }
   if (!input.right_info) return "no camera_info has come on " + right_info_topic_;
-  const std::string defect = converter_.toGrey(*input.right, grey_);
+  const std::string defect = converter_.toGrey(*input.right, columns.right);
   if (!defect.empty()) return "the image on " + right_topic_ + " cannot be used: " + defect;
-  if (grey_.size() != left.image_size) {
+  if (columns.right.size() != left.image_size) {
     return "the left image is " + sizeText(left.image_size) + ", that on " + right_topic_ + " " +
-           sizeText(grey_.size()) + "; both must be of one size";
+           sizeText(columns.right.size()) + "; both must be of one size";
   }
-  right_model_ = camera_source_.get(input.right_info, grey_.size());
-  return right_model_->problem;
+  columns.right_camera = camera_source_.get(input.right_info, columns.right.size());
+  return columns.right_camera->problem;
 }
 
 std::string StereoDepth::fill(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
                               MatchFilter& filter, StereoColumns& columns) {
   columns.clear();
-  std::string problem = takeRight(input, left, left_model);
+  std::string problem = takeRight(input, left, left_model, columns);
   if (!problem.empty()) return problem;
-  const StereoRig rig(left_model, *input.camera_info, *right_model_, *input.right_info);
+  const StereoRig rig(left_model, *input.camera_info, *columns.right_camera, *input.right_info);
   if (!rig.problem.empty()) return rig.problem;
 
-  filter.extract(grey_, right_);
+  filter.extract(columns.right, right_);
   left_rays_ = rectifiedRays(left, left_model.camera, rig.left);
-  right_rays_ = rectifiedRays(right_.features, right_model_->camera, rig.right);
+  right_rays_ = rectifiedRays(right_.features, columns.right_camera->camera, rig.right);
   const double focal_length = left_model.camera.meanFocalLength();
   matchRows(left, left_rays_, right_.features, right_rays_, focal_length, {}, matches_);
   std::string doubt = doubtOfRows(left, focal_length);
@@ -116,11 +118,12 @@ std::string StereoDepth::fill(const ImageWithInfo& input, const Features& left, 
   for (const StereoMatch& match : matches_) {
     const Eigen::Vector2d& ray = left_rays_[match.left];
     const double disparity = ray.x() - right_rays_[match.right].x();
-    columns.right_ray[match.left] = rayOf(right_model_->camera, right_.features.keypoints[match.right].pt);
+    columns.right_ray[match.left] = rayOf(columns.right_camera->camera, right_.features.keypoints[match.right].pt);
     if (disparity * focal_length < kLeastDisparity) continue;
     const Eigen::Vector3d point = rig.left.transpose() * (rig.baseline / disparity * ray.homogeneous());
     columns.depth[match.left] = static_cast<float>(point.z());
   }
+  columns.rig = rig;
   return std::string();
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,9 @@ struct StereoRig {
 struct StereoColumns {
   std::vector<float> depth;                ///< metres along the left camera's optical axis; 0: not known
   std::vector<Eigen::Vector2d> right_ray;  ///< x, y at depth 1 in the right camera; NaN: it does not show the point
+  cv::Mat right;                           ///< CV_8UC1; the received image's memory where that is grey
+  std::shared_ptr<const CameraModel> right_camera;
+  std::optional<StereoRig> rig;  ///< none: the right image is unusable
   void clear();
 };
 
@@ -45,16 +49,15 @@ class StereoDepth {
   double detectSeconds() const { return right_.detect_seconds; }
 
  private:
-  /// The right image in `grey_`, and `right_model_`; returns why it is unusable.
-  std::string takeRight(const ImageWithInfo& input, const Features& left, const CameraModel& left_model);
+  /// Sets the right image and its camera; returns why they are unusable.
+  std::string takeRight(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
+                        StereoColumns& columns);
   /// Returns why few keypoints have a match on their row, if many have one on other rows.
   std::string doubtOfRows(const Features& left, double focal_length) const;
 
   const std::string right_topic_, right_info_topic_;
   ImageConverter converter_;
   CameraModelSource camera_source_;
-  cv::Mat grey_;
-  std::shared_ptr<const CameraModel> right_model_;
   Frame right_;
   RectifiedRays left_rays_, right_rays_;
   std::vector<StereoMatch> matches_;

@@ -30,8 +30,8 @@ bool FeatureStream::passesOver(const PreparedFrame& frame, const FeatureOptions&
   return well_seen_ && stamp + interval <= compared_stamp_ + kLongestStep;
 }
 
-std::optional<std::vector<Feature>> FeatureStream::next(const ProcessedFrame& processed,
-                                                        const FeatureOptions& options) {
+std::optional<std::vector<Feature>> FeatureStream::next(const ProcessedFrame& processed, const FeatureOptions& options,
+                                                        const TrackSelector::Usable& usable) {
   // The images of a pair need not be those of the pair before.
   if (processed.continuity != Continuity::kContinuous || input_ == InputKind::kPair) reset();
   const double stamp = processed.current->stamp();
@@ -43,7 +43,7 @@ std::optional<std::vector<Feature>> FeatureStream::next(const ProcessedFrame& pr
   const auto& points = follower_.follow(processed.current->grey, camera, matchedPoints(processed));
   if (points.empty()) return std::nullopt;
   const std::vector<int>& picked =
-      selector_.select(points, processed.current->frame.features.image_size, options.selection);
+      selector_.select(points, processed.current->frame.features.image_size, options.selection, usable);
   std::vector<Feature> features;
   std::unordered_map<uint32_t, Sent> sent;
   for (const int i : picked) {
@@ -62,6 +62,11 @@ void FeatureStream::reset() {
   sent_.clear();
   next_stamp_.reset();
   well_seen_ = false;
+}
+
+int FeatureStream::matchOf(uint32_t id) const {
+  const auto match = match_of_.find(id);
+  return match == match_of_.end() ? -1 : match->second;
 }
 
 bool FeatureStream::due(double stamp, double rate) const {
@@ -108,12 +113,12 @@ Feature FeatureStream::describe(const ProcessedFrame& processed, const TrackedPo
 
 Eigen::Vector2d FeatureStream::velocityInPair(const ProcessedFrame& processed, uint32_t id,
                                               const Eigen::Vector2d& ray) const {
-  const auto match = match_of_.find(id);
+  const int match = matchOf(id);
   const double reference_stamp = processed.reference->stamp(), seconds = processed.current->stamp() - reference_stamp;
   // With a reference that is held longer it would be an average; VINS's own tracker gives 0 for new features, too.
   const bool held = !sent_.empty() && reference_stamp < last_stamp_;
-  if (match == match_of_.end() || held || seconds <= 0) return Eigen::Vector2d::Zero();
-  const int keypoint = processed.result->matches[match->second].reference;
+  if (match < 0 || held || seconds <= 0) return Eigen::Vector2d::Zero();
+  const int keypoint = processed.result->matches[match].reference;
   const cv::Point2f& before = processed.reference->frame.features.keypoints[keypoint].pt;
   return (ray - rayOf(processed.current->camera->camera, before)) / seconds;
 }

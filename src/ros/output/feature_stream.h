@@ -35,8 +35,12 @@ class FeatureStream {
   /// features were well seen the last time, and the next image comes soon enough.
   bool passesOver(const PreparedFrame& frame, const FeatureOptions& options);
 
-  /// Features to send with this image, in order of preference; empty: no message is due, or nothing can be sent.
-  std::optional<std::vector<Feature>> next(const ProcessedFrame& processed, const FeatureOptions& options);
+  /// Features to send with this image, in order of preference; empty: no message is due, or nothing can be sent. The
+  /// track of a feature that is not `usable` ends.
+  std::optional<std::vector<Feature>> next(const ProcessedFrame& processed, const FeatureOptions& options,
+                                           const TrackSelector::Usable& usable = {});
+  /// Index of the match of the current image that carries the id; -1: none. For `usable`.
+  int matchOf(uint32_t id) const;
   /// Nothing is followed any more.
   void reset();
 

@@ -39,7 +39,9 @@ Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Pa
   odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, changed);
   points_ = std::make_unique<PointOutputs>(outputs, parameters, changed);
   keypoints_ = std::make_unique<KeypointOutput>(outputs, changed);
-  if (parameters.input == InputKind::kStereo) stereo_ = std::make_unique<StereoOutput>(outputs, changed);
+  if (parameters.input == InputKind::kStereo) {
+    stereo_ = std::make_unique<StereoOutput>(outputs, parameters.stereo_features_type, changed);
+  }
   match_image_ = transport_.advertise(kOverlay, 1, image_changed, image_changed);
 }
 
@@ -58,12 +60,14 @@ int Outputs::listeners() const {
 
 bool Outputs::featuresSuffice(const OutputOptions& options) const {
   const bool transforms = options.publish_odom_tf || (options.publish_relative_tf && broadcaster_->listened());
-  const int features = points_->features().listeners();
+  const int features = points_->features().listeners() + (stereo_ ? stereo_->listeners() : 0);
   return features > 0 && features == listeners() && !transforms;
 }
 
 bool Outputs::passesOver(const PreparedFrame& frame, const OutputOptions& options) {
-  return points_->features().passesOver(frame, options.features);
+  FeatureOutput& features = points_->features();
+  return (features.listeners() == 0 || features.passesOver(frame, options.features)) &&
+         (!stereo_ || stereo_->listeners() == 0 || stereo_->passesOver(frame, options.features));
 }
 
 std::string Outputs::problem() const { return odometry_->problem(); }
@@ -109,7 +113,7 @@ void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions
   odometry_->publish(processed, options.publish_odom_tf);
   points_->publish(processed, options.features);
   keypoints_->publish(processed);
-  if (stereo_) stereo_->publish(processed);
+  if (stereo_) stereo_->publish(processed, options.features);
 }
 
 void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& options) {

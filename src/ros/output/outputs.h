@@ -32,9 +32,9 @@ class Outputs {
 
   /// Subscribers of all topics together. Transforms have no subscribers to count; the caller knows whether they are on.
   int listeners() const;
-  /// Only ~features has a subscriber, and it does not need every image.
+  /// Only ~features and ~stereo_features have subscribers; they do not need every image.
   bool featuresSuffice(const OutputOptions& options) const;
-  /// True if ~features can skip this frame.
+  /// True if they can skip this frame.
   bool passesOver(const PreparedFrame& frame, const OutputOptions& options);
   /// Why an output could not be published, and the remedy; empty: no problem. From the thread of `publish`.
   std::string problem() const;

@@ -1,25 +1,58 @@
-// ~stereo_features: what both cameras see of the tracked points, as msckf_vio takes it.
+// ~stereo_features: the points that FeatureStream follows and both cameras see, as msckf_vio takes them.
 #pragma once
+
+#include <optional>
+#include <string>
+#include <unordered_map>
 
 #include <gms_ransac/StereoFeatures.h>
 #include <ros/node_handle.h>
 
-#include "stream/processed_frame.h"
+#include "output/feature_stream.h"
 
 namespace gms_ransac {
 
-/// The tracked inliers that the right camera shows, too. `processed` must have been compared, with calibrated cameras.
-StereoFeatures stereoFeaturesMessage(const ProcessedFrame& processed);
+/// FeatureStream of the left camera. The patch around a point is aligned along its row of the right image; the track of
+/// a point that is not found there ends.
+class StereoFeatureStream {
+ public:
+  StereoFeatureStream() : stream_(InputKind::kStereo) {}
+
+  /// As in FeatureStream.
+  bool passesOver(const PreparedFrame& frame, const FeatureOptions& options) {
+    return stream_.passesOver(frame, options);
+  }
+  /// No message without a right image; the tracks go on with the next one.
+  std::optional<StereoFeatures> next(const ProcessedFrame& processed, const FeatureOptions& options);
+  void reset() { stream_.reset(); }
+
+ private:
+  struct RightPoint {
+    Eigen::Vector2d ray;  ///< x, y at depth 1 in the right camera
+    double disparity;     ///< of the rectified rays
+  };
+  std::optional<RightPoint> locate(const PreparedFrame& current, const TrackedPoint& point,
+                                   const MatchResult& result) const;
+
+  FeatureStream stream_;
+  std::unordered_map<uint32_t, RightPoint> right_;  ///< of the last message, by id
+};
 
 class StereoOutput {
  public:
-  StereoOutput(ros::NodeHandle& outputs, const ros::SubscriberStatusCallback& listeners_changed);
+  /// `type`: the name under which the topic is advertised, of a message type with the same fields.
+  StereoOutput(ros::NodeHandle& outputs, const std::string& type,
+               const ros::SubscriberStatusCallback& listeners_changed);
 
   int listeners() const { return static_cast<int>(publisher_.getNumSubscribers()); }
-  void publish(const ProcessedFrame& processed);
+  bool passesOver(const PreparedFrame& frame, const FeatureOptions& options) {
+    return stream_.passesOver(frame, options);
+  }
+  void publish(const ProcessedFrame& processed, const FeatureOptions& options);
 
  private:
   ros::Publisher publisher_;
+  StereoFeatureStream stream_;
 };
 
 }  // namespace gms_ransac

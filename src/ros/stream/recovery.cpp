@@ -24,8 +24,10 @@ void Recovery::setOptions(const RecoveryOptions& options) {
 std::unique_ptr<PreparedFrame> Recovery::keep(KeptFrame kept) {
   // Pixels may belong to the driver's buffers; a comparison needs features alone.
   kept.frame->input = ImageWithInfo();
-  for (cv::Mat* pixels : {&kept.frame->grey, &kept.frame->depth, &kept.frame->mask}) pixels->release();
-  kept.frame->stereo.right_ray.clear();
+  StereoColumns& stereo = kept.frame->stereo;
+  for (cv::Mat* pixels : {&kept.frame->grey, &kept.frame->depth, &kept.frame->mask, &stereo.right}) pixels->release();
+  stereo.right_ray.clear();
+  stereo.rig.reset();
   std::unique_ptr<PreparedFrame> dropped;
   if (kept_.size() > 1 && kept_[0].frame->stamp() - kept_[1].frame->stamp() < kApart) {
     dropped = std::move(kept_.front().frame);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 #include <gtest/gtest.h>
@@ -57,6 +58,14 @@ class StereoRoom {
     const double f = tilt_ == 0 ? k.fx : 0.9 * k.fx;  // rectified cameras have a focal length of their own
     message->P = {f, 0, k.cx, -f * offset, 0, f, k.cy, 0, 0, 0, 1, 0};
     return message;
+  }
+
+  /// Error of the point that the right camera sees, pixels.
+  double disparityError(int frame, const StereoFeature& feature) const {
+    const CameraIntrinsics& k = left.intrinsics();
+    const Camera camera(k, {640, 480});
+    const double truth = left.depth(frame, pixelOf(camera, {feature.u0, feature.v0}));
+    return k.fx * std::hypot(feature.u0 - kBaseline / truth - feature.u1, feature.v0 - feature.v1);
   }
 
   const Scene left, right;
@@ -123,19 +132,51 @@ TEST(StereoDepth, MotionsAreMetric) {
     const RelativePose truth = trueRelativePose(room.left, i, i + 1);
     errors.push_back((processed.pose.t - truth.t).norm() / truth.t.norm());
     normalized.push_back(nees(processed.pose, truth));
-    const StereoFeatures features = stereoFeaturesMessage(processed);
-    EXPECT_GT(features.features.size(), 300u);
-    for (const StereoFeature& feature : features.features) {
-      EXPECT_NE(feature.id, 0u);
-      EXPECT_GT(feature.u0, feature.u1);
-      EXPECT_NEAR(feature.v0, feature.v1, 0.02);
-    }
   }
   RecordProperty("median_error", std::to_string(median(errors)));
   RecordProperty("mean_nees", std::to_string(std::accumulate(normalized.begin(), normalized.end(), 0.) / kPairs));
   EXPECT_LT(median(errors), 0.03);
   EXPECT_LT(median(normalized), 4);
 }
+
+/// Follows what both cameras see; checks limit, rate, ids and where the right camera sees the points.
+void expectTracks(const StereoRoom& room) {
+  FrameProcessor processor(stereo(), "left/image", "left/camera_info");
+  processor.setOptions(ProcessorOptions());
+  StereoFeatureStream stream;
+  FeatureOptions options;
+  options.rate = 5;
+  constexpr int kImages = 16;
+  std::map<uint64_t, int> last, life;
+  std::vector<double> off;  // of the disparity, pixels
+  int messages = 0;
+  for (int i = 0; i < kImages; ++i) {
+    ImageWithInfo input = room.input(i);
+    if (i == 8) input.right.reset();  // one message later, the tracks go on
+    const auto message = stream.next(processor.process(processor.prepare(input)), options);
+    if (!message) continue;
+    EXPECT_LE(message->features.size(), 220u);
+    EXPECT_GT(message->features.size(), 100u);
+    for (const StereoFeature& f : message->features) {
+      EXPECT_TRUE(life[f.id]++ == 0 || last[f.id] == messages - 1) << "id " << f.id << " came back";
+      last[f.id] = messages;
+      off.push_back(room.disparityError(i, f));
+    }
+    ++messages;
+  }
+  EXPECT_NEAR(messages, kImages / 2, 1);
+  EXPECT_LT(median(off), 0.1);
+  EXPECT_LT(std::count_if(off.begin(), off.end(), [](double e) { return e > 1; }),
+            0.02 * static_cast<double>(off.size()));
+  const double mean_life = static_cast<double>(off.size()) / static_cast<double>(life.size());
+  EXPECT_GT(mean_life, 3) << "messages";
+  ::testing::Test::RecordProperty("mean_life", std::to_string(mean_life));
+  ::testing::Test::RecordProperty("median_disparity_error", std::to_string(median(off)));
+}
+
+TEST(StereoFeatures, OfRectifiedImages) { expectTracks(StereoRoom()); }
+
+TEST(StereoFeatures, OfImagesThatTheCalibrationRectifies) { expectTracks(StereoRoom({-0.2, 0.05, 0, 0, 0}, 0.1)); }
 
 TEST(StereoDepth, SaysWhatIsMissing) {
   const StereoRoom room;

@@ -176,7 +176,7 @@ class Examples(unittest.TestCase):
     def test_the_commented_input_continues_the_numbers(self):
         with open(PACKAGE + "/cfg/robot_localization.yaml") as lines:
             text = lines.read()
-        commented = "\n".join(re.findall(r"^# ((?:\w+:|  +[a-z]+,).*)$", text[text.index("where only poses"):], re.M))
+        commented = "\n".join(re.findall(r"^# ((?:\w+:|  +[a-z]+,).*)$", text[text.index("if only poses"):], re.M))
         both = dict(yaml.safe_load(text), **yaml.safe_load(commented))
         numbers = sorted(name for name in both if re.fullmatch("odom[0-9]+", name))
         self.assertEqual(numbers, ["odom%d" % i for i in range(len(numbers))])
