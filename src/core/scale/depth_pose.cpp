@@ -21,8 +21,8 @@ using Vector9d = Eigen::Matrix<double, kUnknowns, 1>;
 constexpr int kMinimumSupport = 8;
 constexpr int kIterations = 15;
 // Cauchy loss: wrong depth at the rims of things, which registration and time difference smear, must not pull. After
-// some steps it bends at a multiple of the root mean square residual where that is less: in the rendered room the
-// corners near rims, 0.15 px off in the mean, made half of the drift of the yaw.
+// some steps it bends at a multiple of the root mean square residual if that is less. In the rendered room the corners
+// near rims have a mean error of 0.15 px and caused half of the yaw drift.
 constexpr double kLossPixels = 1.0, kLeastLossPixels = 0.1, kLossResiduals = 1.4;
 constexpr int kWideSteps = 3;
 // Depth beyond this share of difference between the four pixels around a point lies on a rim, relative.

@@ -29,7 +29,7 @@ struct TrackSelectorOptions {
 class TrackSelector {
  public:
   using Usable = std::function<bool(const TrackedPoint&)>;
-  /// `usable` is asked of the points that would be picked, at most once of each; empty: all are.
+  /// `usable` is called for the points that would be picked, at most once for each; empty: all are usable.
   const std::vector<int>& select(const std::vector<TrackedPoint>& points, cv::Size image_size,
                                  const TrackSelectorOptions& options, const Usable& usable = {});
 
