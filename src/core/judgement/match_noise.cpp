@@ -37,12 +37,13 @@ std::array<float, 3> quantiles(std::vector<float>& values) {
 
 }  // namespace
 
-void MatchNoise::measure(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& pose) {
+void MatchNoise::measure(const PoseModel& model, const TwoViewPose& pose, const std::vector<uint8_t>& apart) {
+  const PointColumnsView& points = model.points();
   model.residuals(pose, residuals_);
   model.rotationResiduals(pose.R, parallaxes_);
   weighParallaxes(points.count, points.count > 0 ? kImageExtent * std::sqrt(points.weight[0]) : 1);
-  for (size_t i = 0; i < apart_.size(); ++i) {
-    if (apart_[i]) odds_[i] = std::max(odds_[i], kOddsApart);
+  for (size_t i = 0; i < apart.size(); ++i) {
+    if (apart[i]) odds_[i] = std::max(odds_[i], kOddsApart);
   }
   fit(points.count);
 }
@@ -76,7 +77,23 @@ void MatchNoise::weighParallaxes(int count, float reach) {
 }
 
 void MatchNoise::fit(int count) {
-  collect(count);
+  constexpr float kSquaredWindow = kWindow * kWindow;
+  within_.clear();
+  near_residuals_.clear();
+  near_odds_.clear();
+  // Storage for all of them, so that how many there are allocates nothing.
+  within_.reserve(residuals_.size());
+  near_residuals_.reserve(residuals_.size());
+  near_odds_.reserve(residuals_.size());
+  near_probabilities_.reserve(residuals_.size());
+  for (int i = 0; i < count; ++i) {
+    const auto column = static_cast<size_t>(i);
+    if (!(residuals_[column] < kSquaredWindow)) continue;
+    within_.push_back(i);
+    near_residuals_.push_back(residuals_[column]);
+    near_odds_.push_back(odds_[column]);
+  }
+  near_probabilities_.resize(within_.size());
   const auto within = static_cast<Eigen::Index>(within_.size());
   const Eigen::Map<const Eigen::ArrayXf> e(near_residuals_.data(), within), odds(near_odds_.data(), within);
   Eigen::Map<Eigen::ArrayXf> probability(near_probabilities_.data(), within);
@@ -96,26 +113,6 @@ void MatchNoise::fit(int count) {
   }
   probabilities_.assign(static_cast<size_t>(count), 0.f);
   for (size_t k = 0; k < within_.size(); ++k) probabilities_[static_cast<size_t>(within_[k])] = near_probabilities_[k];
-}
-
-void MatchNoise::collect(int count) {
-  constexpr float kSquaredWindow = kWindow * kWindow;
-  within_.clear();
-  near_residuals_.clear();
-  near_odds_.clear();
-  // Storage for all of them, so that how many there are allocates nothing.
-  within_.reserve(residuals_.size());
-  near_residuals_.reserve(residuals_.size());
-  near_odds_.reserve(residuals_.size());
-  near_probabilities_.reserve(residuals_.size());
-  for (int i = 0; i < count; ++i) {
-    const auto column = static_cast<size_t>(i);
-    if (!(residuals_[column] < kSquaredWindow)) continue;
-    within_.push_back(i);
-    near_residuals_.push_back(residuals_[column]);
-    near_odds_.push_back(odds_[column]);
-  }
-  near_probabilities_.resize(within_.size());
 }
 
 }  // namespace gms_ransac

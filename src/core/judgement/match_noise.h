@@ -19,16 +19,10 @@ class MatchNoise {
   static constexpr float kWindow = 5;  ///< a residual beyond it is a wrong match's
 
   /// Fits the mixture to the matches under a pose, by expectation and maximisation (Dempster, Laird & Rubin 1977).
-  void measure(const PoseModel& model, const PointColumnsView& points, const TwoViewPose& pose);
+  /// `apart`: flags of the columns that are known to belong to something else, or empty.
+  void measure(const PoseModel& model, const TwoViewPose& pose, const std::vector<uint8_t>& apart = {});
   /// The same where no pose is known: squared residuals of `count` matches alone.
   void measure(const std::vector<float>& squared_residuals, int count);
-
-  /// Matches that are known to belong to something else, one flag for each column; none until they are named, and after
-  /// forgetApart().
-  void setApart(const std::vector<uint8_t>& apart) { apart_ = apart; }
-  void forgetApart() { apart_.clear(); }
-  bool isApart(int column) const { return !apart_.empty() && apart_[static_cast<size_t>(column)]; }
-  bool knowsApart() const { return !apart_.empty(); }
 
   /// Standard deviation of a right match's signed residual, which for the Sampson distance is that of a keypoint's
   /// coordinates.
@@ -56,14 +50,11 @@ class MatchNoise {
 
   void weighParallaxes(int count, float reach);
   void fit(int count);
-  /// Gathers the matches whose residuals lie within the window.
-  void collect(int count);
 
   double sigma_ = 1;
   std::vector<float> residuals_, parallaxes_, probabilities_;
   std::vector<float> odds_;  ///< how much likelier the parallax is for a wrong match
   std::vector<float> octaves_;
-  std::vector<uint8_t> apart_;
   std::vector<int> within_;                                             ///< columns within the window
   std::vector<float> near_residuals_, near_odds_, near_probabilities_;  ///< theirs
 };

@@ -31,100 +31,85 @@ float within(float deviations) { return deviations < kCertain ? std::erf(deviati
 
 }  // namespace
 
-const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const PointColumnsView& points,
-                                                  float finest_weight) {
-  probabilities_.assign(static_cast<size_t>(points.count), 0.f);
-  weighOnLines(noise, points, finest_weight, false);
-  if (noise.knowsApart()) weighOnLines(noise, points, finest_weight, true);
-  return probabilities_;
-}
-
-void MatchProbability::weighOnLines(const MatchNoise& noise, const PointColumnsView& points, float finest_weight,
-                                    bool apart) {
-  clear(points.count);
-  for (int i = 0; i < points.count; ++i) {
-    if (noise.isApart(i) != apart) continue;
-    const auto column = static_cast<size_t>(i);
-    // The parallaxes that another motion should have are unknown.
-    const float odds = apart ? 1.f : noise.odds()[column];
-    add(i, noise.residuals()[column], odds / MatchNoise::kWindow);
-  }
-  fit(noise.sigma(), [](float sigma) { return static_cast<float>(std::sqrt(2 / M_PI)) / sigma; });
-  for (size_t k = 0; k < within_.size(); ++k) {
-    // The residual is that of either keypoint: across the line the two are sqrt(2) as far apart, and as much noise is
-    // along it, which cannot be seen.
-    const float stretch = finest_weight / points.weight[within_[k]];
-    const float left = kRightWithin * kRightWithin - 2 * squares_[k] * stretch;
-    if (!(left > 0)) continue;
-    const float reach = 0.5f * std::sqrt(left / stretch);
-    probabilities_[static_cast<size_t>(within_[k])] =
-        std::min(1.f, near_[k] * within(reach / near_sigma_) + wide_[k] * within(reach / wide_sigma_));
-  }
-}
-
-const std::vector<float>& MatchProbability::weighTurned(const MatchNoise& noise,
-                                                        const std::vector<float>& rotation_residuals,
-                                                        const PointColumnsView& points, float finest_weight) {
-  probabilities_.assign(static_cast<size_t>(points.count), 0.f);
-  clear(points.count);
-  for (int i = 0; i < points.count; ++i) {
-    // A transfer distance has the noise of both images.
-    add(i, 0.5f * rotation_residuals[static_cast<size_t>(i)], 1 / kSquaredWindow);
-  }
-  fit(noise.sigma(), [](float sigma) { return 0.5f / (sigma * sigma); });
-  for (size_t k = 0; k < within_.size(); ++k) {
-    const float stretch = finest_weight / points.weight[within_[k]];
-    const bool is_close = 2 * squares_[k] * stretch < kRightWithin * kRightWithin;
-    if (is_close) probabilities_[static_cast<size_t>(within_[k])] = std::min(1.f, near_[k] + wide_[k]);
-  }
-  return probabilities_;
-}
-
-void MatchProbability::clear(int count) {
-  const auto size = static_cast<size_t>(count);
+template <class Square, class Wrong, class Scale>
+void MatchProbability::fit(int count, double sigma, const Square& square, const Wrong& wrong, const Scale& scale) {
+  within_.clear();
+  within_.reserve(static_cast<size_t>(count));
   for (auto* column : {&squares_, &near_density_, &wide_density_, &wrong_density_, &near_, &wide_}) {
     column->clear();
-    column->reserve(size);
+    column->reserve(static_cast<size_t>(count));  // for all of them, so that how many lie within allocates nothing
   }
-  within_.clear();
-  within_.reserve(size);
-}
-
-void MatchProbability::add(int column, float square, float wrong_density) {
-  if (!(square < kSquaredWindow)) return;
-  within_.push_back(column);
-  squares_.push_back(square);
-  wrong_density_.push_back(wrong_density);
-}
-
-template <class Scale>
-void MatchProbability::fit(double sigma, const Scale& scale) {
+  for (int i = 0; i < count; ++i) {
+    const float residual = square(static_cast<size_t>(i));
+    if (!(residual < kSquaredWindow)) continue;
+    within_.push_back(i);
+    squares_.push_back(residual);
+    wrong_density_.push_back(wrong(static_cast<size_t>(i)));
+  }
   for (auto* column : {&near_density_, &wide_density_, &near_, &wide_}) column->resize(within_.size());
   near_sigma_ = static_cast<float>(sigma);
   wide_sigma_ = std::max(kBesideSigma, kBesideSigmas * near_sigma_);
   const auto density = [&](float deviation) {
     return scale(deviation) * (-0.5f / (deviation * deviation) * array(squares_)).exp();
   };
-  array(near_density_) = density(near_sigma_);
-  array(wide_density_) = density(wide_sigma_);
-  fitShares();
-}
-
-void MatchProbability::fitShares() {
-  const auto count = static_cast<float>(within_.size());
+  auto near_density = array(near_density_), wide_density = array(wide_density_), wrong_density = array(wrong_density_);
   auto near = array(near_), wide = array(wide_);
-  const auto near_density = array(near_density_), wide_density = array(wide_density_), wrong = array(wrong_density_);
+  near_density = density(near_sigma_);
+  wide_density = density(wide_sigma_);
+  // The share of each component, by expectation and maximisation.
+  const auto matches = static_cast<float>(within_.size());
   float near_share = kFirstNear, wide_share = kFirstWide;
-  for (int iteration = 0; iteration < kIterations && count > 0; ++iteration) {
+  for (int iteration = 0; iteration < kIterations && matches > 0; ++iteration) {
     // `wide` holds what all components say together until it is known.
     const float wrong_share = std::max(kLeastWrong, 1 - near_share - wide_share);
-    wide = near_share * near_density + wide_share * wide_density + wrong_share * wrong;
+    wide = near_share * near_density + wide_share * wide_density + wrong_share * wrong_density;
     near = near_share * near_density / wide;
     wide = wide_share * wide_density / wide;
-    const float last = std::exchange(near_share, near.sum() / count);
-    wide_share = wide.sum() / count;
+    const float last = std::exchange(near_share, near.sum() / matches);
+    wide_share = wide.sum() / matches;
     if (std::abs(near_share - last) < kSettled) break;
   }
+}
+
+const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const std::vector<uint8_t>& apart,
+                                                  const PointColumnsView& points, float finest_weight) {
+  probabilities_.assign(static_cast<size_t>(points.count), 0.f);
+  for (const bool other : {false, true}) {
+    if (other && apart.empty()) break;
+    // Of what another motion explains it is not known which parallaxes it should have.
+    fit(
+        points.count, noise.sigma(),
+        [&](size_t i) { return apart.empty() || apart[i] == other ? noise.residuals()[i] : kSquaredWindow; },
+        [&](size_t i) { return (other ? 1.f : noise.odds()[i]) / MatchNoise::kWindow; },
+        [](float sigma) { return static_cast<float>(std::sqrt(2 / M_PI)) / sigma; });
+    for (size_t k = 0; k < within_.size(); ++k) {
+      // The residual is that of either keypoint: across the line the two are sqrt(2) as far apart, and as much noise is
+      // along it, which cannot be seen.
+      const float stretch = finest_weight / points.weight[within_[k]];
+      const float left = kRightWithin * kRightWithin - 2 * squares_[k] * stretch;
+      if (!(left > 0)) continue;
+      const float reach = 0.5f * std::sqrt(left / stretch);
+      probabilities_[static_cast<size_t>(within_[k])] =
+          std::min(1.f, near_[k] * within(reach / near_sigma_) + wide_[k] * within(reach / wide_sigma_));
+    }
+  }
+  return probabilities_;
+}
+
+const std::vector<float>& MatchProbability::weighTurned(const MatchNoise& noise,
+                                                        const std::vector<float>& rotation_residuals,
+                                                        const PointColumnsView& points, float finest_weight) {
+  probabilities_.assign(static_cast<size_t>(points.count), 0.f);
+  // A transfer distance has the noise of both images.
+  fit(
+      points.count, noise.sigma(), [&](size_t i) { return 0.5f * rotation_residuals[i]; },
+      [](size_t) { return 1 / kSquaredWindow; }, [](float sigma) { return 0.5f / (sigma * sigma); });
+  for (size_t k = 0; k < within_.size(); ++k) {
+    const float stretch = finest_weight / points.weight[within_[k]];
+    const bool is_close = 2 * squares_[k] * stretch < kRightWithin * kRightWithin;
+    if (is_close) probabilities_[static_cast<size_t>(within_[k])] = std::min(1.f, near_[k] + wide_[k]);
+  }
+  return probabilities_;
 }
 
 }  // namespace gms_ransac

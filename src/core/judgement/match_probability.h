@@ -1,6 +1,7 @@
 // The probability that each match is right, as published.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "judgement/match_noise.h"
@@ -13,27 +14,22 @@ namespace gms_ransac {
 /// in doc/judgement.md.
 class MatchProbability {
  public:
-  /// Probability of each column, from the measured noise, residuals and parallaxes. `finest_weight`: the weight of
-  /// columns with keypoints of the finest level. Valid until the next call.
-  const std::vector<float>& weigh(const MatchNoise& noise, const PointColumnsView& points, float finest_weight);
-  /// The same if the camera only rotated: the rotation predicts the point of each match and not only its line.
-  /// `rotation_residuals`: squared transfer distance of each column under the rotation.
+  /// Of each column, by the noise, residuals and parallaxes that were measured. `apart`: flags of the columns that
+  /// follow another motion, or empty; `finest_weight`: that of columns whose keypoints are of the finest level. Valid
+  /// until the next call.
+  const std::vector<float>& weigh(const MatchNoise& noise, const std::vector<uint8_t>& apart,
+                                  const PointColumnsView& points, float finest_weight);
+  /// The same where the camera only turned, which says of each match where it ends and not only on which line.
+  /// `rotation_residuals`: squared transfer distance of each column under the turn.
   const std::vector<float>& weighTurned(const MatchNoise& noise, const std::vector<float>& rotation_residuals,
                                         const PointColumnsView& points, float finest_weight);
 
  private:
-  /// Begins another set of matches; storage for `count` of them, so that how many there are allocates nothing.
-  void clear(int count);
-  /// Takes in a match by its squared residual and its density if it is wrong, where it lies within the window.
-  void add(int column, float square, float wrong_density);
-  /// Fits the components to the added matches and fills near_ and wide_ with the posteriors. `scale`: of the density
-  /// of a squared residual whose standard deviation is the argument.
-  template <class Scale>
-  void fit(double sigma, const Scale& scale);
-  /// The share of each component, by expectation and maximisation.
-  void fitShares();
-  /// For the matches of another motion, or for all others.
-  void weighOnLines(const MatchNoise& noise, const PointColumnsView& points, float finest_weight, bool apart);
+  /// Fits the components to the matches of some residuals, those within the window, and fills near_ and wide_ with the
+  /// posteriors. `square(i)`, `wrong(i)`: squared residual of a match and its density if it is wrong; `scale`: of the
+  /// density of a squared residual whose standard deviation is the argument.
+  template <class Square, class Wrong, class Scale>
+  void fit(int count, double sigma, const Square& square, const Wrong& wrong, const Scale& scale);
 
   std::vector<int> within_;  ///< columns within the window
   std::vector<float> squares_;

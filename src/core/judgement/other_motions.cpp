@@ -5,18 +5,20 @@
 #include <limits>
 
 #include "judgement/vuong.h"
+#include "ransac/motion_starts.h"
 
 namespace gms_ransac {
 
 namespace {
 
-/// The statistic at which the pose counts as better. The second limit holds if chance or an error of the camera may
-/// make the wrong motion fit better: the other motion of a plane, near and far exchanged.
-constexpr double kLeastVuong = 0.75, kLeastVuongByChance = 2.5;
+/// What the statistic must reach for the pose to count as better; kSurelyBetter where chance, or an error of the
+/// camera, may make the wrong one fit better: the other motion of a plane, near and far exchanged.
+constexpr double kLeastVuong = 0.75;
 /// A few steps on a part of the matches show which cannot come near: those that lose by so much there.
 constexpr double kDropBeyond = 3;
 constexpr int kFirstMatches = 256, kFirstIterations = 2, kFurtherIterations = 5, kFinalIterations = 10;
-/// Costs end at the threshold, or at so many deviations of the noise where that is less.
+/// Costs end at the threshold, or at so many deviations of the noise where that is less: a homography's threshold is
+/// many times the noise.
 constexpr double kMostDeviations = 3;
 /// Motions that are closer in direction, in standard deviations or radians, are one that has not converged.
 constexpr double kSameSigmas = 5, kLeastApart = 3 * M_PI / 180;
@@ -51,7 +53,7 @@ Ambiguity OtherMotions::compare(const RefinedPose& refined, double direction_sig
     if (against(refined, same_within, first, kFirstIterations, motion) >= kDropBeyond) continue;
     const double better = against(refined, same_within, count, kFurtherIterations, motion);
     const bool by_chance = alternative.of_plane || (camera_decides && motion.t.dot(refined.pose.t) < 0);
-    if (better >= (by_chance ? kLeastVuongByChance : kLeastVuong)) continue;
+    if (better >= (by_chance ? kSurelyBetter : kLeastVuong)) continue;
     PoseModel(kernels_, refined.plausible).refine(refined.noise.loss(), kFinalIterations, motion, kEnough);
     ambiguity.other_direction |= angleBetween(motion, refined.pose) > kOtherDirection;
     const PoseVector step = poseStep(refined.pose, motion);
@@ -72,6 +74,26 @@ double OtherMotions::against(const RefinedPose& refined, double same_within, int
   return vuongStatistic(count, refined.points.cells(), by_cell_, [&](size_t i) {
     return noise.plausible(static_cast<int>(i)) ? cost(residuals_[i]) - cost(noise.residuals()[i]) : 0.f;
   });
+}
+
+double OtherMotions::shareOfSecond(const PointColumnsView& points, const MatchNoise& noise, double least) {
+  rest_.clear();
+  for (int i = 0; i < points.count; ++i) {
+    if (noise.probabilities()[static_cast<size_t>(i)] < 0.5f) rest_.push_back(i);
+  }
+  const int rest = static_cast<int>(rest_.size()), explained = points.count - rest;
+  if (rest < least * explained) return 0;
+  rest_points_.gather(points, rest_.data(), rest);
+  findMotionStarts(kernels_, rest_points_.view(), motions_);
+  int most = 0;
+  for (TwoViewPose& motion : motions_) {
+    const PoseModel model(kernels_, rest_points_.view());
+    model.refine(kRobustLoss, kFinalIterations, motion);
+    model.residualsInFront(motion, residuals_);
+    most = std::max(most, static_cast<int>(std::count_if(residuals_.begin(), residuals_.begin() + rest,
+                                                         [](float residual) { return residual < 1; })));
+  }
+  return static_cast<double>(most) / explained;
 }
 
 }  // namespace gms_ransac

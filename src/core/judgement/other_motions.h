@@ -40,6 +40,9 @@ class OtherMotions {
   /// plausible calibration errors could change the direction, and so whether near and far are exchanged.
   Ambiguity compare(const RefinedPose& refined, double direction_sigma, bool camera_decides,
                     const std::vector<AlternativeMotion>& alternatives);
+  /// The matches that one other motion explains among those that the pose does not, as a share of those that it does; 0
+  /// where they are too few to come to `least`. A second rigid body of that share may be the world as well.
+  double shareOfSecond(const PointColumnsView& points, const MatchNoise& noise, double least);
 
  private:
   /// Refines a motion on the first `count` matches and returns Vuong's statistic there for the pose against it;
@@ -49,6 +52,9 @@ class OtherMotions {
   const ResidualKernels& kernels_;
   std::vector<float> residuals_;
   std::vector<double> by_cell_;
+  std::vector<int> rest_;  ///< columns that the pose does not explain
+  PointColumns rest_points_;
+  std::vector<TwoViewPose> motions_;
 };
 
 }  // namespace gms_ransac

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 namespace gms_ransac {
 
@@ -65,14 +66,15 @@ PoseSquare withoutFeigned(const PoseInformation& all, double variance) {
   return told;
 }
 
-/// Scatter of the gradients of the cells, each at the pose that the others make: a cell bends the pose towards itself
-/// and shows only what its leverage leaves (CR3 of Bell & McCaffrey 2002).
-PoseSquare scatterWithoutLeverage(const std::vector<CellSums>& cells, const PoseSquare& inverse) {
+/// Scatter of the gradients of cells or blocks, each at the pose that the others make: a part bends the pose towards
+/// itself and shows only what its leverage leaves (CR3 of Bell & McCaffrey 2002).
+template <class Parts>
+PoseSquare scatterWithoutLeverage(const Parts& parts, const PoseSquare& inverse) {
   PoseSquare scatter = PoseSquare::Zero();
-  for (const CellSums& cell : cells) {
-    const PoseSquare others = inverse - inverse * cell.curvature * inverse;
-    const PoseVector own = cell.gradient.head<kPoseParameters>();
-    const PoseVector gradient = others.ldlt().solve(inverse * own);
+  for (const auto& part : parts) {
+    const PoseSquare leverage = part.curvature.template leftCols<kPoseParameters>() * inverse;
+    const PoseVector own = part.gradient.template head<kPoseParameters>();
+    const PoseVector gradient = (PoseSquare::Identity() - leverage).partialPivLu().solve(own);
     scatter += gradient * gradient.transpose();
   }
   return scatter;

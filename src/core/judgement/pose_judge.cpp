@@ -14,6 +14,9 @@ constexpr double kMostRotationSigma = 1 * kDegree;
 /// From this contradiction on the errors of the camera exceed the typical ones, and the rotation must be known in spite
 /// of them.
 constexpr double kBeyondCameras = 10;
+/// Share of the matches that the pose explains, which another motion must not reach among the others for the pose to be
+/// the world's; and where the matches contradict the camera, because the pose may then join two bodies.
+constexpr double kMostOfSecond = 0.8, kMostOfSecondJoined = 0.6;
 constexpr int kIterations = 10;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
@@ -29,65 +32,44 @@ Eigen::Matrix<double, 6, 6> withAnyDirection(const Eigen::Matrix3d& rotation) {
 }  // namespace
 
 PoseJudge::PoseJudge(const RobustOptions& options)
-    : kernels_(residualKernels(options.simd)),
-      options_(options),
-      segmenter_(kernels_),
-      other_motions_(kernels_),
-      second_motion_(kernels_) {}
+    : kernels_(residualKernels(options.simd)), options_(options), segmenter_(kernels_), other_motions_(kernels_) {}
 
-void PoseJudge::refine(const TwoViewPoints& points, TwoViewPose& pose) {
-  points_ = &points;
-  segmentation_.found = false;
-  noise_.forgetApart();
-  measureNoise(pose);
-  followNoise(pose);
-  measureCovariance();
-  if (!options_.judge) return;
-  segmenter_.segment(points, pose, noise_, findBreak(summation_, spread_.with_camera), segmentation_);
-  if (!segmentation_.found) return;
+void PoseJudge::refine(const TwoViewPoints& points, bool move, TwoViewPose& pose) {
+  segmentation_.apart.clear();
+  measure(points, move, pose);
+  if (!move || !options_.judge) return;
+  segmenter_.segment(points, pose, noise_, findBreak(summation_.information(), spread_.with_camera), segmentation_);
+  if (!segmentation_.found()) return;
   pose = segmentation_.larger;
-  noise_.setApart(segmentation_.apart);
-  measureNoise(pose);
-  followNoise(pose);
-  measureCovariance();
+  measure(points, true, pose);
 }
 
-void PoseJudge::take(const TwoViewPoints& points, const TwoViewPose& pose) {
-  points_ = &points;
-  segmentation_.found = false;
-  noise_.forgetApart();
-  measureNoise(pose);
-  measureCovariance();
-}
-
-void PoseJudge::measureNoise(const TwoViewPose& pose) {
+void PoseJudge::measureNoise(const PointColumnsView& points, const TwoViewPose& pose) {
   pose_ = pose;
-  noise_.measure(PoseModel(kernels_, points_->view()), points_->view(), pose);
-  plausible_.copy(points_->view(), [this](int column) { return noise_.plausible(column); });
+  noise_.measure(PoseModel(kernels_, points), pose, segmentation_.apart);
+  plausible_.copy(points, [this](int column) { return noise_.plausible(column); });
 }
 
-void PoseJudge::followNoise(TwoViewPose& pose) {
+void PoseJudge::measure(const TwoViewPoints& points, bool move, TwoViewPose& pose) {
+  measureNoise(points.view(), pose);
   const Loss loss = noise_.loss();
-  bool is_optimum = loss.inverse_softness == 1;
-  for (int i = 0; i < points_->size() && is_optimum; ++i) {
+  bool is_optimum = !move || loss.inverse_softness == 1;
+  for (int i = 0; i < points.size() && is_optimum && move; ++i) {
     is_optimum = noise_.plausible(i) || !(noise_.residuals()[static_cast<size_t>(i)] < loss.cut);
   }
-  if (is_optimum) return;
-  PoseModel(kernels_, plausible_.view()).refine(loss, kIterations, pose, kEnough);
-  measureNoise(pose);
+  if (!is_optimum) {
+    PoseModel(kernels_, plausible_.view()).refine(loss, kIterations, pose, kEnough);
+    measureNoise(points.view(), pose);
+  }
+  spread_ = poseCovariance(summation_.sum(kernels_, plausible_.view(), pose_, noise_.loss(), points.cells()), pose_,
+                           noise_.sigma(), options_.calibration_sigma);
 }
 
-void PoseJudge::measureCovariance() {
-  const PoseInformation& information =
-      summation_.sum(kernels_, plausible_.view(), pose_, noise_.loss(), points_->cells());
-  spread_ = poseCovariance(information, pose_, noise_.sigma(), options_.calibration_sigma);
-}
-
-void PoseJudge::judge(const TwoViewPose& preferred, const std::vector<AlternativeMotion>& alternatives,
-                      RobustResult& result) {
-  const RotationOnly& rotation = rotation_explanation_.fit(kernels_, points_->view(), pose_, noise_);
+void PoseJudge::judge(const TwoViewPoints& points, const TwoViewPose& preferred,
+                      const std::vector<AlternativeMotion>& alternatives, RobustResult& result) {
+  const RotationOnly& rotation = rotation_explanation_.fit(kernels_, points.view(), pose_, noise_);
   result.pose_found = true;
-  result.median_parallax_px = rotation.median_parallax * points_->pixelsPerUnit();
+  result.median_parallax_px = rotation.median_parallax * points.pixelsPerUnit();
   result.camera_misfit = spread_.camera.statistic;
   result.misfit_parameter = spread_.camera.parameter;
   result.camera_errors = spread_.camera.errors;
@@ -95,8 +77,8 @@ void PoseJudge::judge(const TwoViewPose& preferred, const std::vector<Alternativ
   PoseSquare covariance = spread_.covariance;
   RotationVerdict verdict;
   if (options_.judge) {
-    verdict = rotation_explanation_.compare(*points_, pose_, noise_);
-    result.doubt = compare(verdict, alternatives, covariance);
+    verdict = rotation_explanation_.compare(points, pose_, noise_);
+    result.doubt = compare(points, verdict, alternatives, covariance);
   }
   result.translation_observable = result.doubt == DirectionDoubt::kNone;
   if (options_.judge && verdict.rotationIsBetter()) {
@@ -111,25 +93,24 @@ void PoseJudge::judge(const TwoViewPose& preferred, const std::vector<Alternativ
   if (!result.translation_observable) {
     result.pose.covariance = withAnyDirection(result.pose.covariance.bottomRightCorner<3, 3>());
   }
-  weighMatches(options_.judge && verdict.onlyRotated() ? &rotation.residuals : nullptr, result);
+  weighMatches(points, options_.judge && verdict.onlyRotated() ? &rotation.residuals : nullptr, result);
 }
 
 void PoseJudge::judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R, RobustResult& result) {
-  points_ = &points;
-  noise_.forgetApart();
-  measureNoise({R, Eigen::Vector3d::UnitZ()});
+  segmentation_.apart.clear();
+  measureNoise(points.view(), {R, Eigen::Vector3d::UnitZ()});
   const RotationOnly& rotation = rotation_explanation_.fit(kernels_, points.view(), pose_, noise_);
   result.pose_found = true;
   result.median_parallax_px = rotation.median_parallax * points.pixelsPerUnit();
   result.doubt = DirectionDoubt::kTurn;
   result.translation_observable = false;
   result.pose = fromReferenceToCurrent(rotation.R, Eigen::Vector3d::Zero());
-  result.pose.covariance = withAnyDirection(rotation.covariance);
-  weighMatches(&rotation.residuals, result);
+  result.pose.covariance = withAnyDirection(rotation_explanation_.covariance(kernels_, points.view()));
+  weighMatches(points, &rotation.residuals, result);
 }
 
-DirectionDoubt PoseJudge::compare(const RotationVerdict& verdict, const std::vector<AlternativeMotion>& alternatives,
-                                  PoseSquare& covariance) {
+DirectionDoubt PoseJudge::compare(const TwoViewPoints& points, const RotationVerdict& verdict,
+                                  const std::vector<AlternativeMotion>& alternatives, PoseSquare& covariance) {
   DirectionDoubt doubt = verdict.doubt();
   if (doubt == DirectionDoubt::kNone && !rotationIsKnown()) doubt = DirectionDoubt::kRotation;
   if (doubt == DirectionDoubt::kNone && !directionIsKnown(directionSigma(covariance))) {
@@ -138,14 +119,14 @@ DirectionDoubt PoseJudge::compare(const RotationVerdict& verdict, const std::vec
   if (verdict.rotationIsBetter()) return doubt;
   // A motion whose direction is not known may still be the wrong one of two, with another rotation.
   const bool camera_decides = !directionIsKnown(spread_.direction_sigma_any_camera);
-  const Ambiguity ambiguity =
-      other_motions_.compare(refined(), directionSigma(spread_.of_matches), camera_decides, alternatives);
+  const Ambiguity ambiguity = other_motions_.compare({pose_, points, plausible_.view(), noise_},
+                                                     directionSigma(spread_.of_matches), camera_decides, alternatives);
   covariance += ambiguity.covariance;
   if (doubt != DirectionDoubt::kNone) return doubt;
   if (ambiguity.other_direction || !directionIsKnown(directionSigma(covariance))) return DirectionDoubt::kOtherMotion;
-  const double most = mostOfSecondMotion(spread_.camera.statistic);
-  const bool second = (segmentation_.found && segmentation_.smaller_share > most) ||
-                      second_motion_.share(points_->view(), noise_, most) > most;
+  const double most = spread_.camera.statistic > 1 ? kMostOfSecondJoined : kMostOfSecond;
+  const bool second = (segmentation_.found() && segmentation_.smaller_share > most) ||
+                      other_motions_.shareOfSecond(points.view(), noise_, most) > most;
   return second ? DirectionDoubt::kOtherMotion : DirectionDoubt::kNone;
 }
 
@@ -163,7 +144,7 @@ RelativePose PoseJudge::publish(const TwoViewPose& preferred, PoseSquare covaria
   // the less the further it is from the optimum in terms of the optimum's own covariance. How far that goes may all be
   // error.
   Eigen::Vector3d step = rotationVector(preferred.R * pose_.R.transpose());
-  if (segmentation_.found) step.setZero();  // the preference is that of both bodies
+  if (segmentation_.found()) step.setZero();  // the preference is that of both bodies
   const Eigen::Matrix3d own = spread_.naive.topLeftCorner<3, 3>();
   const double distance = step.dot(own.llt().solve(step)) / 3;
   step = std::isfinite(distance) ? Eigen::Vector3d(step / (1 + distance / kHalfWay)) : Eigen::Vector3d::Zero();
@@ -175,15 +156,16 @@ RelativePose PoseJudge::publish(const TwoViewPose& preferred, PoseSquare covaria
   return pose;
 }
 
-void PoseJudge::weighMatches(const std::vector<float>* rotation_residuals, RobustResult& result) {
+void PoseJudge::weighMatches(const TwoViewPoints& points, const std::vector<float>* rotation_residuals,
+                             RobustResult& result) {
   result.sigma_px = noise_.sigma() * options_.inlierThreshold();
-  const PointColumnsView view = points_->view();
-  const float finest = points_->finestWeight();
-  points_->inOrderOfMatches(rotation_residuals != nullptr
-                                ? probability_.weighTurned(noise_, *rotation_residuals, view, finest)
-                                : probability_.weigh(noise_, view, finest),
-                            result.probability);
-  points_->inOrderOfMatches(rotation_residuals != nullptr ? *rotation_residuals : noise_.residuals(), result.residual);
+  const PointColumnsView view = points.view();
+  const float finest = points.finestWeight();
+  points.inOrderOfMatches(rotation_residuals != nullptr
+                              ? probability_.weighTurned(noise_, *rotation_residuals, view, finest)
+                              : probability_.weigh(noise_, segmentation_.apart, view, finest),
+                          result.probability);
+  points.inOrderOfMatches(rotation_residuals != nullptr ? *rotation_residuals : noise_.residuals(), result.residual);
   // A transfer distance has the noise of both images.
   noise_.toDeviations(rotation_residuals != nullptr ? 0.5 : 1, result.residual);
 }

@@ -53,17 +53,13 @@ void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, const 
   if (best->pose.t.isZero()) return judge_.judgeRotation(judged, best->pose.R, result);
   Explanation chosen = explain(best->pose, options.refine);
   if (options.judge) weighAlternatives(best->in_front, options.refine, result.model_type, chosen);
-  if (options.refine) {
-    judge_.refine(judged, chosen.optimum);
-  } else {
-    judge_.take(judged, chosen.optimum);
-  }
+  judge_.refine(judged, options.refine, chosen.optimum);
   if (options.refine && !homography) chosen.pose = chosen.optimum;
   if (options.refine && result.model_type == ModelType::kEssential) {
     result.model = chosen.optimum.essential().normalized();
     markFinalInliers(pairs, camera, options.threshold_px, result);
   }
-  judge_.judge(chosen.pose, alternatives_, result);
+  judge_.judge(judged, chosen.pose, alternatives_, result);
 }
 
 void PoseRecovery::propose(const PointPairs& pairs, const Camera& camera, const RobustResult& result) {

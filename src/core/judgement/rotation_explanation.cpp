@@ -12,9 +12,6 @@ namespace gms_ransac {
 
 namespace {
 
-/// Least Vuong statistic against a rotation for which a translation is needed, in standard deviations. Against
-/// one with rolling shutter, which has six parameters more, it must be positive.
-constexpr double kLeastAgainstRotation = 2.5;
 /// Share of the inliers without parallax, beyond which a body that moves by itself may be all that moves.
 constexpr double kMostStatic = 0.45;
 /// The same of those that the pose itself puts at infinity. Views of which two fifths are background show less.
@@ -28,78 +25,30 @@ constexpr float kNear = 1.5f * 1.5f, kFurther = 3.5f * 3.5f;
 
 /// Squared softness of the loss of each stage of the fits, in thresholds and in standard deviations: near points of a
 /// translating camera drop out.
-constexpr float kSoftness[] = {100, 10, 2}, kRollingSoftness[] = {100, 100, 30, 30, 9};
+constexpr float kSoftness[] = {100, 10, 2}, kRollingSoftness[] = {100, 30, 9};
 constexpr int kIterations = 3;
 constexpr int kFittedMatches = 256;  ///< a random part
 constexpr float kTiny = 1e-18f;      ///< keeps points on the line at infinity finite
 
 /// The displacement of a match after a rotation.
 struct RotatedMatch {
-  float x, y;                  ///< the reference point's place after the rotation
-  float dx, dy;                ///< displacement from there
-  float flow_x[3], flow_y[3];  ///< derivative of the place by a small rotation
-  float rows[3];               ///< 1, the row in the reference image, and by how much it differs in the current one
+  Eigen::Vector2f place, displacement;  ///< of the reference point after the rotation, and to the current point
+  Eigen::Matrix<float, 2, 3> flow;      ///< derivative of the place by a small rotation
+  Eigen::Vector3f rows;  ///< 1, the row in the reference image, and by how much it differs in the current
   float weight;
 
-  RotatedMatch(const PointColumnsView& points, int i, const Eigen::Matrix3f& R) {
-    const float x1 = points.x1[i], y1 = points.y1[i];
-    const float z = R(2, 0) * x1 + R(2, 1) * y1 + R(2, 2), inverse_z = z / (z * z + kTiny);
-    x = (R(0, 0) * x1 + R(0, 1) * y1 + R(0, 2)) * inverse_z;
-    y = (R(1, 0) * x1 + R(1, 1) * y1 + R(1, 2)) * inverse_z;
-    dx = points.x2[i] - x;
-    dy = points.y2[i] - y;
-    const float xy = x * y;
-    flow_x[0] = -xy, flow_x[1] = 1 + x * x, flow_x[2] = -y;
-    flow_y[0] = -(1 + y * y), flow_y[1] = xy, flow_y[2] = x;
-    rows[0] = 1, rows[1] = y1, rows[2] = points.y2[i] - y1;
-    weight = points.weight[i];
+  RotatedMatch(const PointColumnsView& points, int i, const Eigen::Matrix3f& R)
+      : rows(1, points.y1[i], points.y2[i] - points.y1[i]), weight(points.weight[i]) {
+    const Eigen::Vector3f ray = R * Eigen::Vector3f(points.x1[i], points.y1[i], 1);
+    place = ray.head<2>() * (ray.z() / (ray.z() * ray.z() + kTiny));
+    displacement = Eigen::Vector2f(points.x2[i], points.y2[i]) - place;
+    const float x = place.x(), y = place.y();
+    flow << -x * y, 1 + x * x, -y, -(1 + y * y), x * y, x;
   }
 
   /// Squared deviations from the rotation whose rates by `rows` are the columns of `rates`, radians.
   float cost(const Eigen::Matrix3f& rates, float inverse_variance) const {
-    float rx = dx, ry = dy;
-    for (int k = 0; k < 3; ++k) {
-      const float angle = rates(k, 0) * rows[0] + rates(k, 1) * rows[1] + rates(k, 2) * rows[2];
-      rx -= flow_x[k] * angle;
-      ry -= flow_y[k] * angle;
-    }
-    return 0.5f * inverse_variance * weight * (rx * rx + ry * ry);
-  }
-};
-
-/// Normal equations of the rates. The derivative of a match is the outer product of its rows and its flow.
-struct RollingEquations {
-  double matrix[3][3][3][3] = {}, gradient[3][3] = {};  ///< by rows, then by axes
-
-  void add(const RotatedMatch& match, float weight) {
-    float flow[3][3], along[3];
-    for (int k = 0; k < 3; ++k) {
-      for (int m = 0; m < 3; ++m) {
-        flow[k][m] = weight * (match.flow_x[k] * match.flow_x[m] + match.flow_y[k] * match.flow_y[m]);
-      }
-      along[k] = weight * (match.flow_x[k] * match.dx + match.flow_y[k] * match.dy);
-    }
-    for (int a = 0; a < 3; ++a) {
-      for (int k = 0; k < 3; ++k) gradient[a][k] += static_cast<double>(match.rows[a] * along[k]);
-      for (int b = 0; b <= a; ++b) {
-        const float rows = match.rows[a] * match.rows[b];
-        for (int k = 0; k < 3; ++k) {
-          for (int m = 0; m < 3; ++m) matrix[a][b][k][m] += static_cast<double>(rows * flow[k][m]);
-        }
-      }
-    }
-  }
-
-  Eigen::Matrix3f solve() const {
-    Eigen::Matrix<double, 9, 9> A;
-    Eigen::Matrix<double, 9, 1> b;
-    for (int i = 0; i < 9; ++i) {
-      for (int j = 0; j <= i; ++j) A(i, j) = A(j, i) = matrix[i / 3][j / 3][i % 3][j % 3];
-      A(i, i) += 1e-9;
-      b[i] = gradient[i / 3][i % 3];
-    }
-    const Eigen::Matrix<double, 9, 1> rates = A.llt().solve(b);
-    return Eigen::Map<const Eigen::Matrix3d>(rates.data()).cast<float>();
+    return 0.5f * inverse_variance * weight * (displacement - flow * (rates * rows)).squaredNorm();
   }
 };
 
@@ -120,35 +69,20 @@ int countBackwards(const PointColumnsView& points, const TwoViewPose& pose, cons
   for (int i = 0; i < points.count; ++i) {
     const RotatedMatch match(points, i, R);
     // The way of a point that comes from infinity, times a depth.
-    const float way_x = t.x() - match.x * t.z(), way_y = t.y() - match.y * t.z();
-    const float along = match.weight * (match.dx * way_x + match.dy * way_y);
+    const Eigen::Vector2f way = t.head<2>() - t.z() * match.place;
+    const float along = match.weight * match.displacement.dot(way);
     // A displacement has the noise of both images.
-    const float farthest = 2 * kFurther * variance * match.weight * (way_x * way_x + way_y * way_y);
+    const float farthest = 2 * kFurther * variance * match.weight * way.squaredNorm();
     count += (along < 0) & (along * along < farthest) & (residuals[static_cast<size_t>(i)] < kMostCost * variance);
   }
   return count;
 }
 
-/// Covariance of a rotation of the reference frame, from its normal equations over `count` matches cut at a residual
-/// of 1.
-Eigen::Matrix3d covarianceOf(const NormalEquations<3>& equations, int count, const Eigen::Matrix3d& R) {
-  constexpr int kComponents = 2, kFreedoms = 3;
-  const double inliers = static_cast<double>(equations.weight);
-  const double squares = static_cast<double>(equations.cost) - (count - inliers);
-  const double variance = std::max(squares, 1e-12) / std::max(1.0, kComponents * inliers - kFreedoms);
-  Eigen::Matrix3d A;
-  for (int i = 0, k = 0; i < 3; ++i) {
-    for (int j = i; j < 3; ++j, ++k) A(i, j) = A(j, i) = static_cast<double>(equations.matrix[k]);
-  }
-  const Eigen::LLT<Eigen::Matrix3d> factors(A);
-  if (factors.info() != Eigen::Success) return variance * Eigen::Matrix3d::Identity();
-  return variance * (R.transpose() * factors.solve(R));
-}
-
 }  // namespace
 
 DirectionDoubt RotationVerdict::doubt() const {
-  if (against_rotation < kLeastAgainstRotation || against_rolling < 0) return DirectionDoubt::kTurn;
+  // Against a rotation with rolling shutter, which has six parameters more, it need only be positive.
+  if (against_rotation < kSurelyBetter || against_rolling < 0) return DirectionDoubt::kTurn;
   if (static_share > kMostStatic || share_at_infinity > kMostAtInfinity) return DirectionDoubt::kStill;
   return DirectionDoubt::kNone;
 }
@@ -176,10 +110,23 @@ const RotationOnly& RotationExplanation::fit(const ResidualKernels& kernels, con
     if (noise.residuals()[column] < 1) sorted_.push_back(std::sqrt(result.residuals[column] / points.weight[i]));
   }
   result.median_parallax = sorted_.empty() ? 0 : nthSmallest(sorted_, sorted_.size() / 2);
-  NormalEquations<3> equations;
-  model.linearizeRotation(result.R, {1, 0}, equations);
-  result.covariance = covarianceOf(equations, points.count, result.R);
   return result;
+}
+
+Eigen::Matrix3d RotationExplanation::covariance(const ResidualKernels& kernels, const PointColumnsView& points) const {
+  constexpr int kComponents = 2, kFreedoms = 3;
+  NormalEquations<3> equations;  // of residuals cut at 1
+  PoseModel(kernels, points).linearizeRotation(rotation_.R, {1, 0}, equations);
+  const double inliers = static_cast<double>(equations.weight);
+  const double squares = static_cast<double>(equations.cost) - (points.count - inliers);
+  const double variance = std::max(squares, 1e-12) / std::max(1.0, kComponents * inliers - kFreedoms);
+  Eigen::Matrix3d A;
+  for (int i = 0, k = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j, ++k) A(i, j) = A(j, i) = static_cast<double>(equations.matrix[k]);
+  }
+  const Eigen::LLT<Eigen::Matrix3d> factors(A);
+  if (factors.info() != Eigen::Success) return variance * Eigen::Matrix3d::Identity();
+  return variance * (rotation_.R.transpose() * factors.solve(rotation_.R));
 }
 
 RotationVerdict RotationExplanation::compare(const TwoViewPoints& points, const TwoViewPose& pose,
@@ -222,13 +169,24 @@ void RotationExplanation::fitRolling(const PointColumnsView& points, float inver
   const Eigen::Matrix3f R = rotation_.R.cast<float>();
   Eigen::Matrix3f rates = Eigen::Matrix3f::Zero();
   for (const float softness : kRollingSoftness) {
-    RollingEquations equations;
+    // The derivative of a match is the outer product of its rows and its flow.
+    Eigen::Matrix<double, 9, 9> A = 1e-9 * Eigen::Matrix<double, 9, 9>::Identity();  // the lower triangle counts
+    Eigen::Matrix<double, 9, 1> b = Eigen::Matrix<double, 9, 1>::Zero();
     for (int i = 0; i < std::min(points.count, kFittedMatches); ++i) {
       const RotatedMatch match(points, i, R);
       const float falloff = 1 / (1 + match.cost(rates, inverse_variance) / softness);
-      equations.add(match, match.weight * falloff * falloff);
+      const float weight = match.weight * falloff * falloff;
+      const Eigen::Matrix3f square = weight * match.flow.transpose() * match.flow;
+      const Eigen::Vector3f along = weight * match.flow.transpose() * match.displacement;
+      for (int k = 0; k < 3; ++k) {
+        b.segment<3>(3 * k) += (match.rows[k] * along).cast<double>();
+        for (int m = 0; m <= k; ++m) {
+          A.block<3, 3>(3 * k, 3 * m) += (match.rows[k] * match.rows[m] * square).cast<double>();
+        }
+      }
     }
-    rates = equations.solve();
+    const Eigen::Matrix<double, 9, 1> solution = A.llt().solve(b);
+    rates = Eigen::Map<const Eigen::Matrix3d>(solution.data()).cast<float>();
   }
   for (int i = 0; i < points.count; ++i) {
     costs_[static_cast<size_t>(i)] =

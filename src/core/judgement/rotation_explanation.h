@@ -15,7 +15,6 @@ namespace gms_ransac {
 
 struct RotationOnly {
   Eigen::Matrix3d R;             ///< from reference to current
-  Eigen::Matrix3d covariance;    ///< of R in the reference camera's frame
   double median_parallax = 0;    ///< of the inliers, working units: the displacement that no rotation explains
   std::vector<float> residuals;  ///< squared transfer distance of each column
 };
@@ -41,7 +40,9 @@ class RotationExplanation {
   /// Fits the best rotation alone. `noise`: measured at `start`.
   const RotationOnly& fit(const ResidualKernels& kernels, const PointColumnsView& points, const TwoViewPose& start,
                           const MatchNoise& noise);
-  /// After that: compares it with a pose, which the noise was measured at.
+  /// After that: its covariance, in the reference camera's frame.
+  Eigen::Matrix3d covariance(const ResidualKernels& kernels, const PointColumnsView& points) const;
+  /// And how it compares with a pose, which the noise was measured at.
   RotationVerdict compare(const TwoViewPoints& points, const TwoViewPose& pose, const MatchNoise& noise);
 
  private:

@@ -22,16 +22,17 @@ struct PoseBreak {
   bool holds(int32_t cell) const;
 };
 
-/// The rectangle whose matches contradict the rest most. `inverse`: of the curvature by all parameters, so that an
-/// error of the camera is no break. Zero where the pose's own parameters show none.
-PoseBreak findBreak(PoseSummation& summation, const ParameterSquare& inverse);
+/// The rectangle whose matches contradict the rest most. `inverse`: of the curvature by all parameters, so that what
+/// the camera's can take up is no break. Zero where the pose's own parameters show none.
+PoseBreak findBreak(const PoseInformation& all, const ParameterSquare& inverse);
 
 /// Two motions that share the matches.
 struct Segmentation {
-  bool found = false;
   TwoViewPose larger;          ///< the motion that explains more matches
-  std::vector<uint8_t> apart;  ///< of each column: 1 where its cell follows the other motion
+  std::vector<uint8_t> apart;  ///< of each column: 1 where its cell follows the other motion; empty: there is none
   double smaller_share = 0;    ///< matches that the other explains, of those that the larger one does
+
+  bool found() const { return !apart.empty(); }
 };
 
 class Segmenter {

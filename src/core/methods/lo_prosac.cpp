@@ -105,9 +105,9 @@ class LoProsac : public RansacMethod {
     if (!hurried(effort) && leavesMuch(plain, optimum) && findBetter(plain, effort, optimum)) {
       pose = refined(model, optimum, effort);
     }
-    judge_.refine(points_, optimum);
+    judge_.refine(points_, true, optimum);
     if (!accept(pair, optimum.essential(), true)) return;
-    judge_.judge(pose, alternatives_, pair.result);
+    judge_.judge(points_, pose, alternatives_, pair.result);
     previous_ = optimum;
   }
 

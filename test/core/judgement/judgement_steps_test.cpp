@@ -36,7 +36,7 @@ struct JudgedScene {
     pose = {scene.R, scene.t.norm() > 0 ? Eigen::Vector3d(scene.t.normalized()) : Eigen::Vector3d::UnitX()};
     const PoseModel model(kernels(), points.view());
     model.refine(kRobustLoss, 50, pose, kEnough);
-    noise.measure(model, points.view(), pose);
+    noise.measure(model, pose);
     summation.sum(kernels(), points.view(), pose, noise.loss(), points.cells());
   }
   PoseCovariance covariance() const { return poseCovariance(summation.information(), pose, noise.sigma(), 0); }
@@ -111,17 +111,29 @@ TEST(PoseCovarianceStep, IsTheSpreadOfTheEstimates) {
   // the geometry is nearly the same.
   constexpr int kScenes = 200;
   double squares = 0, variances = 0, directions = 0, direction_variances = 0;
+  double nees_rotation = 0, nees_direction = 0;
+  std::vector<double> widened;
   for (uint64_t seed = 1; seed <= kScenes; ++seed) {
     const JudgedScene judged(exactScene(seed));
-    const PoseSquare covariance = judged.covariance().of_matches;
-    squares += rotationVector(judged.pose.R * judged.scene.R.transpose()).squaredNorm();
-    variances += covariance.topLeftCorner<3, 3>().trace();
-    directions += (judged.pose.t - judged.scene.t.normalized()).squaredNorm();
-    direction_variances += covariance.bottomRightCorner<2, 2>().trace();
+    const PoseCovariance spread = judged.covariance();
+    const Eigen::Vector3d rotation = rotationVector(judged.pose.R * judged.scene.R.transpose());
+    const double direction = (judged.pose.t - judged.scene.t.normalized()).squaredNorm();
+    squares += rotation.squaredNorm();
+    variances += spread.of_matches.topLeftCorner<3, 3>().trace();
+    directions += direction;
+    direction_variances += spread.of_matches.bottomRightCorner<2, 2>().trace();
+    nees_rotation += rotation.squaredNorm() / spread.covariance.topLeftCorner<3, 3>().trace();
+    nees_direction += direction / spread.covariance.bottomRightCorner<2, 2>().trace();
+    widened.push_back(spread.covariance.trace() / spread.of_matches.trace());
   }
   // The sum of 200 squares is known to a tenth.
   EXPECT_NEAR(squares / variances, 1, 0.3);
   EXPECT_NEAR(directions / direction_variances, 1, 0.3);
+  // What is published differs in a few scenes, whose noise contradicts the camera by chance and widens it.
+  EXPECT_NEAR(nees_rotation / kScenes, 0.85, 0.25);
+  EXPECT_NEAR(nees_direction / kScenes, 0.85, 0.25);
+  std::sort(widened.begin(), widened.end());
+  EXPECT_NEAR(widened[3 * kScenes / 4], 1, 0.01);
 }
 
 TEST(PoseCovarianceStep, GrowsWithTheSquareOfTheNoise) {
@@ -235,9 +247,9 @@ TEST(SegmentationStep, FindsABreakWhereItIs) {
   judged.points.set(broken.pairs, broken.camera, ModelType::kEssential, RobustOptions().inlierThreshold(), 0);
   const PoseModel model(kernels(), judged.points.view());
   model.refine(kRobustLoss, 50, judged.pose, kEnough);
-  judged.noise.measure(model, judged.points.view(), judged.pose);
+  judged.noise.measure(model, judged.pose);
   judged.summation.sum(kernels(), judged.points.view(), judged.pose, judged.noise.loss(), judged.points.cells());
-  const PoseBreak found = findBreak(judged.summation, judged.covariance().with_camera);
+  const PoseBreak found = findBreak(judged.summation.information(), judged.covariance().with_camera);
   EXPECT_GT(found.statistic, 27);
   EXPECT_TRUE(found.holds(0));                // the upper left corner is on one side,
   EXPECT_FALSE(found.holds(kCellCount - 1));  // the lower right one on the other
@@ -249,7 +261,7 @@ TEST(SegmentationStep, ARigidWorldSeldomBreaks) {
   int breaks = 0;
   for (uint64_t seed = 1; seed <= 100; ++seed) {
     JudgedScene judged(exactScene(seed));
-    breaks += findBreak(judged.summation, judged.covariance().with_camera).statistic > 27;
+    breaks += findBreak(judged.summation.information(), judged.covariance().with_camera).statistic > 27;
   }
   EXPECT_LE(breaks, 3);
 }

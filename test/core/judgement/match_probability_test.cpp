@@ -47,7 +47,7 @@ double calibrationError(const Keypoints& drawn) {
   MatchNoise noise;
   noise.measure(squares, kMatches);
   MatchProbability probability;
-  const std::vector<float>& answers = probability.weigh(noise, columns.view(), 1);
+  const std::vector<float>& answers = probability.weigh(noise, {}, columns.view(), 1);
   std::array<double, kBins> excess = {};
   for (size_t i = 0; i < right.size(); ++i) {
     const auto p = static_cast<double>(answers[i]);
@@ -82,7 +82,7 @@ TEST(MatchProbability, AKeypointBesideItsCornerIsStillRight) {
   std::fill_n(columns.weight(), count, 1.f);
   noise.measure(squares, count);
   MatchProbability probability;
-  const std::vector<float>& answers = probability.weigh(noise, columns.view(), 1);
+  const std::vector<float>& answers = probability.weigh(noise, {}, columns.view(), 1);
   EXPECT_LT(noise.probabilities()[520], 0.1) << "is none of those whose noise that is";
   EXPECT_GT(answers[520], 0.8);
   EXPECT_GT(answers[0], 0.99);
@@ -108,10 +108,9 @@ TEST(MatchProbability, WhatAnotherMotionExplainsHasSharesOfItsOwn) {
       columns.weight()[i] = 1;
     }
     MatchNoise noise;
-    noise.setApart(apart);
     noise.measure(squares, kMatches);
     MatchProbability probability;
-    const std::vector<float>& answers = probability.weigh(noise, columns.view(), 1);
+    const std::vector<float>& answers = probability.weigh(noise, apart, columns.view(), 1);
     EXPECT_NEAR(std::accumulate(answers.begin(), answers.begin() + kApart, 0.) / kApart, right_apart, 0.06);
     EXPECT_NEAR(std::accumulate(answers.begin() + kApart, answers.end(), 0.) / (kMatches - kApart), 0.95, 0.03);
   }
@@ -134,7 +133,7 @@ TEST(MatchProbability, UnderATurnItIsThePlaceThatCounts) {
   MatchNoise noise;
   noise.measure(squares, kMatches);
   MatchProbability probability;
-  for (const float p : probability.weigh(noise, columns.view(), 1)) EXPECT_GT(p, 0.9);
+  for (const float p : probability.weigh(noise, {}, columns.view(), 1)) EXPECT_GT(p, 0.9);
   const std::vector<float>& answers = probability.weighTurned(noise, places, columns.view(), 1);
   for (int i = 0; i < kMatches; ++i) {
     if (i < kMoved) {
@@ -151,12 +150,12 @@ TEST(MatchProbability, MatchesWithoutCoordinatesOrWithoutNumberAreNone) {
   PointColumns columns;
   columns.resize(0);
   noise.measure({}, 0);
-  EXPECT_TRUE(probability.weigh(noise, columns.view(), 1).empty());
+  EXPECT_TRUE(probability.weigh(noise, {}, columns.view(), 1).empty());
   columns.resize(2);
   columns.weight()[0] = 1;
   columns.weight()[1] = 0;
   noise.measure({0, 0}, 2);
-  const std::vector<float>& answers = probability.weigh(noise, columns.view(), 1);
+  const std::vector<float>& answers = probability.weigh(noise, {}, columns.view(), 1);
   EXPECT_GT(answers[0], 0.5);
   EXPECT_EQ(answers[1], 0);
 }
