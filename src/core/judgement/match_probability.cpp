@@ -76,7 +76,7 @@ const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const
   probabilities_.assign(static_cast<size_t>(points.count), 0.f);
   for (const bool other : {false, true}) {
     if (other && apart.empty()) break;
-    // Of what another motion explains it is not known which parallaxes it should have.
+    // The parallaxes that another motion should have are unknown.
     fit(
         points.count, noise.sigma(),
         [&](size_t i) { return apart.empty() || apart[i] == other ? noise.residuals()[i] : kSquaredWindow; },

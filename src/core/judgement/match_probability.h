@@ -14,13 +14,13 @@ namespace gms_ransac {
 /// in doc/judgement.md.
 class MatchProbability {
  public:
-  /// Of each column, by the noise, residuals and parallaxes that were measured. `apart`: flags of the columns that
-  /// follow another motion, or empty; `finest_weight`: that of columns whose keypoints are of the finest level. Valid
+  /// Probability of each column, from the measured noise, residuals and parallaxes. `apart`: flags of the columns that
+  /// follow another motion, or empty; `finest_weight`: the weight of columns with keypoints of the finest level. Valid
   /// until the next call.
   const std::vector<float>& weigh(const MatchNoise& noise, const std::vector<uint8_t>& apart,
                                   const PointColumnsView& points, float finest_weight);
-  /// The same where the camera only turned, which says of each match where it ends and not only on which line.
-  /// `rotation_residuals`: squared transfer distance of each column under the turn.
+  /// The same if the camera only rotated: the rotation predicts the point of each match and not only its line.
+  /// `rotation_residuals`: squared transfer distance of each column under the rotation.
   const std::vector<float>& weighTurned(const MatchNoise& noise, const std::vector<float>& rotation_residuals,
                                         const PointColumnsView& points, float finest_weight);
 

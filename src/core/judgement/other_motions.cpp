@@ -11,8 +11,8 @@ namespace gms_ransac {
 
 namespace {
 
-/// What the statistic must reach for the pose to count as better; kSurelyBetter where chance, or an error of the
-/// camera, may make the wrong one fit better: the other motion of a plane, near and far exchanged.
+/// The statistic at which the pose counts as better. The limit is kSurelyBetter if chance or an error of the camera may
+/// make the wrong motion fit better: the other motion of a plane, near and far exchanged.
 constexpr double kLeastVuong = 0.75;
 /// A few steps on a part of the matches show which cannot come near: those that lose by so much there.
 constexpr double kDropBeyond = 3;

@@ -64,7 +64,7 @@ struct PoseInformation {
   ParameterVector gradient;     ///< sums over all cells
   ParameterSquare curvature;    ///< likewise
   ParameterSquare scatter;      ///< covariance of the gradient, from the cells (Liang & Zeger 1986)
-  Eigen::Matrix2d line_turns;   ///< sum of the products of what the two steps of t turn the epipolar lines by
+  Eigen::Matrix2d line_turns;   ///< products of the angles by which the two steps of t rotate the lines, summed
   std::vector<CellSums> cells;  ///< those with matches
   std::array<BlockSums, kBlockCount> blocks;
 };

@@ -14,8 +14,8 @@ constexpr double kMostRotationSigma = 1 * kDegree;
 /// From this contradiction on the errors of the camera exceed the typical ones, and the rotation must be known in spite
 /// of them.
 constexpr double kBeyondCameras = 10;
-/// Share of the matches that the pose explains, which another motion must not reach among the others for the pose to be
-/// the world's; and where the matches contradict the camera, because the pose may then join two bodies.
+/// Largest support of another motion among the other matches, as a share of the pose's own. The second limit holds if
+/// the matches contradict the camera, because the pose may then join two bodies.
 constexpr double kMostOfSecond = 0.8, kMostOfSecondJoined = 0.6;
 constexpr int kIterations = 10;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.

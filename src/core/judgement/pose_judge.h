@@ -24,14 +24,14 @@ class PoseJudge {
  public:
   explicit PoseJudge(const RobustOptions& options);
 
-  /// Measures noise and covariance at a pose. `move`: first takes it from the optimum of the usual loss to that of a
-  /// loss as wide as the noise of the matches, without the implausible ones; where two bodies share the matches, to the
-  /// motion of the larger one.
+  /// Measures noise and covariance at a pose. `move`: first moves it from the optimum of the usual loss to that of a
+  /// loss as wide as the noise of the matches, without the implausible ones. If two bodies share the matches, it moves
+  /// to the motion of the larger one.
   void refine(const TwoViewPoints& points, bool move, TwoViewPose& pose);
 
-  /// Fills what `result` says of the pose that was refined last, with the same points. `preferred`: the rotation that
-  /// the estimator would rather have, where it has a reason besides the matches; it is followed as far as the matches
-  /// leave it open. Without RobustOptions::judge the preferred pose stands, with the covariance of the matches.
+  /// Fills `result` for the pose that was refined last, with the same points. `preferred`: the rotation that the
+  /// estimator prefers for a reason other than the matches; it counts only where the matches leave the rotation open.
+  /// Without RobustOptions::judge the preferred pose stands, with the covariance of the matches.
   void judge(const TwoViewPoints& points, const TwoViewPose& preferred,
              const std::vector<AlternativeMotion>& alternatives, RobustResult& result);
   /// The same for a model that has no translation.
@@ -42,8 +42,8 @@ class PoseJudge {
   void measureNoise(const PointColumnsView& points, const TwoViewPose& pose);
   /// Noise and covariance at a pose or, with `move`, at the optimum of the loss that the noise asks for.
   void measure(const TwoViewPoints& points, bool move, TwoViewPose& pose);
-  /// Whether the direction of translation is known, and if not why. Widens the covariance by other motions that explain
-  /// the matches as well.
+  /// Returns the first reason why the direction of translation is unknown, or kNone. Widens the covariance by
+  /// alternative motions that explain the matches as well.
   DirectionDoubt compare(const TwoViewPoints& points, const RotationVerdict& verdict,
                          const std::vector<AlternativeMotion>& alternatives, PoseSquare& covariance);
   bool rotationIsKnown() const;
@@ -55,7 +55,7 @@ class PoseJudge {
 
   const ResidualKernels& kernels_;
   RobustOptions options_;
-  // What one step hands to the next.
+  // Results of one step for the next.
   TwoViewPose pose_;
   MatchNoise noise_;        ///< at the pose
   PointColumns plausible_;  ///< the points, those without weight that the noise calls implausible

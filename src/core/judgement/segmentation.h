@@ -22,8 +22,8 @@ struct PoseBreak {
   bool holds(int32_t cell) const;
 };
 
-/// The rectangle whose matches contradict the rest most. `inverse`: of the curvature by all parameters, so that what
-/// the camera's can take up is no break. Zero where the pose's own parameters show none.
+/// The rectangle whose matches contradict the rest most. `inverse`: of the curvature by all parameters, so that an
+/// error of the camera is no break. Zero if the pose's own parameters show none.
 PoseBreak findBreak(const PoseInformation& all, const ParameterSquare& inverse);
 
 /// Two motions that share the matches.

@@ -9,13 +9,13 @@
 
 namespace gms_ransac {
 
-/// What the statistic must reach where chance mostly decides which explanation fits better: a quantile of the normal
+/// Limit of the statistic if mostly chance decides which explanation fits better: a quantile of the normal
 /// distribution.
 constexpr double kSurelyBetter = 2.5;
 
-/// The statistic of Vuong's test of non-nested models (Econometrica 1989): the sum over `count` matches of how much
-/// more the second model costs than the first, over the root of the sum of its squares, not centred, each cell of the
-/// spread grid counted as one observation, because its matches err together. At most the root of the number of cells.
+/// The statistic of Vuong's test of non-nested models (Econometrica 1989). It is the sum over `count` matches of the
+/// cost of the second model minus that of the first, over the root of the sum of squares, not centred. Each cell of the
+/// spread grid is one observation, because its matches have correlated errors. At most the root of the number of cells.
 /// `difference(i)`: of match i; `cells`: of each match; `by_cell`: storage.
 template <class Difference>
 double vuongStatistic(int count, const std::vector<int32_t>& cells, std::vector<double>& by_cell,

@@ -129,7 +129,7 @@ TEST(PoseCovarianceStep, IsTheSpreadOfTheEstimates) {
   // The sum of 200 squares is known to a tenth.
   EXPECT_NEAR(squares / variances, 1, 0.3);
   EXPECT_NEAR(directions / direction_variances, 1, 0.3);
-  // What is published differs in a few scenes, whose noise contradicts the camera by chance and widens it.
+  // The published covariance differs in a few scenes, whose noise contradicts the camera by chance and widens it.
   EXPECT_NEAR(nees_rotation / kScenes, 0.85, 0.25);
   EXPECT_NEAR(nees_direction / kScenes, 0.85, 0.25);
   std::sort(widened.begin(), widened.end());
