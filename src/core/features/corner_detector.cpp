@@ -7,7 +7,7 @@ namespace gms_ransac {
 
 namespace {
 constexpr int kColumnSlack = 16;  // vector code may write so many past the last column
-constexpr int kRing = 3;
+constexpr int kRowsKept = 3;
 }  // namespace
 
 size_t CornerDetector::detect(const Plane& image, int border, const CornerFloors& floors, const FeatureKernels& kernels,
@@ -18,11 +18,11 @@ size_t CornerDetector::detect(const Plane& image, int border, const CornerFloors
   contrast_.resize(width, height);
   columns_.resize(width + kColumnSlack);
   strength_.resize(width + Plane::kSlack);
-  passed_over_.resize(kRing * (width + 2));
+  passed_over_.resize(kRowsKept * (width + 2));
   corners.reserve(static_cast<size_t>(width + 1) * (height + 1) / 4);  // maxima never touch
 
   const int end = width - border;
-  const auto passedOver = [&](int y) { return passed_over_.data() + y % kRing * (width + 2) + 1; };
+  const auto passedOver = [&](int y) { return passed_over_.data() + y % kRowsKept * (width + 2) + 1; };
   const auto computeRow = [&](int y) {
     kernels.contrastRow(image.row(y), image.stride(), end + 1, floors, contrast_.row(y), passedOver(y));
   };

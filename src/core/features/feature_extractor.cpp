@@ -12,7 +12,7 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr int kPatchSize = 31;  // of the ORB descriptor, and so the border without keypoints
+constexpr int kOrbPatchSize = 31;  // of the ORB descriptor, and so the border without keypoints
 
 /// Levels that leave at least a pixel of the image: cv::ORB fails an assertion on those that do not.
 int levelsThatFit(const cv::Size& size, const FeatureExtractorOptions& options) {
@@ -30,7 +30,7 @@ class OpenCvExtractor : public FeatureExtractor {
   explicit OpenCvExtractor(const FeatureExtractorOptions& options)
       : options_(options),
         orb_(cv::ORB::create(options.features, static_cast<float>(options.pyramid_scale), options.pyramid_levels,
-                             kPatchSize, 0, 2, cv::ORB::HARRIS_SCORE, kPatchSize, options.fast_threshold)) {}
+                             kOrbPatchSize, 0, 2, cv::ORB::HARRIS_SCORE, kOrbPatchSize, options.fast_threshold)) {}
 
  private:
   void extractWhere(const cv::Mat& mask, const cv::Mat& image, int at_most, Features& features) override {
@@ -38,7 +38,7 @@ class OpenCvExtractor : public FeatureExtractor {
     features.scale_factor = static_cast<float>(options_.pyramid_scale);
     features.keypoints.clear();
     // cv::ORB fails an assertion on images that are smaller than its patch.
-    if (image.cols <= 2 * kPatchSize || image.rows <= 2 * kPatchSize) {
+    if (image.cols <= 2 * kOrbPatchSize || image.rows <= 2 * kOrbPatchSize) {
       features.descriptors.resize(0);
       features.descriptors.pack();
       return;

@@ -13,8 +13,8 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr int kIterations = 8;
-constexpr double kSettled = 1e-3;  ///< relative step of sigma, far below what it is known to
+constexpr int kNoiseIterations = 8;
+constexpr double kSettledStep = 1e-3;  ///< relative step of sigma, far below what it is known to
 constexpr double kFirstSigma = 0.5, kFirstShare = 0.8;
 constexpr double kSmallestSigma = 0.02;  ///< coordinates are rounded to about that
 constexpr double kLargestShare = 1 - 1e-3;
@@ -99,7 +99,7 @@ void MatchNoise::fit(int count) {
   Eigen::Map<Eigen::ArrayXf> probability(near_probabilities_.data(), within);
   sigma_ = kFirstSigma;
   double share = kFirstShare;
-  for (int iteration = 0; iteration < kIterations; ++iteration) {
+  for (int iteration = 0; iteration < kNoiseIterations; ++iteration) {
     const auto exponent = static_cast<float>(-0.5 / (sigma_ * sigma_));
     const auto wrong = static_cast<float>((1 - share) / kWindow / (share * std::sqrt(2 / M_PI) / sigma_));
     probability = (exponent * e).exp();
@@ -108,7 +108,7 @@ void MatchNoise::fit(int count) {
     const auto squares = static_cast<double>((probability * e).sum());
     if (!(right > 0)) break;
     const double last = std::exchange(sigma_, std::max(kSmallestSigma, std::sqrt(squares / right)));
-    if (std::abs(sigma_ - last) < kSettled * sigma_) break;
+    if (std::abs(sigma_ - last) < kSettledStep * sigma_) break;
     share = std::min(right / static_cast<double>(within), kLargestShare);
   }
   probabilities_.assign(static_cast<size_t>(count), 0.f);

@@ -17,8 +17,8 @@ constexpr float kRightWithin = 3;  ///< thresholds from its true place
 constexpr float kBesideSigma = 1, kBesideSigmas = 2;
 constexpr float kFirstNear = 0.75f, kFirstWide = 0.05f;
 constexpr float kLeastWrong = 1e-3f;  ///< of the matches
-constexpr int kIterations = 15;
-constexpr float kSettled = 1e-3f;
+constexpr int kShareIterations = 15;
+constexpr float kSettledShare = 1e-3f;
 constexpr float kCertain = 4;  ///< from here on the error function is 1 for a float
 
 /// Maps a column of numbers.
@@ -59,7 +59,7 @@ void MatchProbability::fit(int count, double sigma, const Square& square, const 
   // The share of each component, by expectation and maximisation.
   const auto matches = static_cast<float>(within_.size());
   float near_share = kFirstNear, wide_share = kFirstWide;
-  for (int iteration = 0; iteration < kIterations && matches > 0; ++iteration) {
+  for (int iteration = 0; iteration < kShareIterations && matches > 0; ++iteration) {
     // `wide` holds what all components say together until it is known.
     const float wrong_share = std::max(kLeastWrong, 1 - near_share - wide_share);
     wide = near_share * near_density + wide_share * wide_density + wrong_share * wrong_density;
@@ -67,7 +67,7 @@ void MatchProbability::fit(int count, double sigma, const Square& square, const 
     wide = wide_share * wide_density / wide;
     const float last = std::exchange(near_share, near.sum() / matches);
     wide_share = wide.sum() / matches;
-    if (std::abs(near_share - last) < kSettled) break;
+    if (std::abs(near_share - last) < kSettledShare) break;
   }
 }
 

@@ -17,7 +17,7 @@ constexpr double kBeyondCameras = 10;
 /// Largest support of another motion among the other matches, as a share of the pose's own. The second limit holds if
 /// the matches contradict the camera, because the pose may then join two bodies.
 constexpr double kMostOfSecond = 0.8, kMostOfSecondJoined = 0.6;
-constexpr int kIterations = 10;
+constexpr int kRefinementIterations = 10;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
 
@@ -58,7 +58,7 @@ void PoseJudge::measure(const TwoViewPoints& points, bool move, TwoViewPose& pos
     is_optimum = noise_.plausible(i) || !(noise_.residuals()[static_cast<size_t>(i)] < loss.cut);
   }
   if (!is_optimum) {
-    PoseModel(kernels_, plausible_.view()).refine(loss, kIterations, pose, kEnough);
+    PoseModel(kernels_, plausible_.view()).refine(loss, kRefinementIterations, pose, kEnough);
     measureNoise(points.view(), pose);
   }
   spread_ = poseCovariance(summation_.sum(kernels_, plausible_.view(), pose_, noise_.loss(), points.cells()), pose_,

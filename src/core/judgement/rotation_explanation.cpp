@@ -26,7 +26,7 @@ constexpr float kNear = 1.5f * 1.5f, kFurther = 3.5f * 3.5f;
 /// Squared softness of the loss of each stage of the fits, in thresholds and in standard deviations: near points of a
 /// translating camera drop out.
 constexpr float kSoftness[] = {100, 10, 2}, kRollingSoftness[] = {100, 30, 9};
-constexpr int kIterations = 3;
+constexpr int kRotationIterations = 3;
 constexpr int kFittedMatches = 256;  ///< a random part
 constexpr float kTiny = 1e-18f;      ///< keeps points on the line at infinity finite
 
@@ -100,9 +100,9 @@ const RotationOnly& RotationExplanation::fit(const ResidualKernels& kernels, con
   const auto last = static_cast<float>(std::min(2., 8 * noise.sigma() * noise.sigma()));
   const PointColumnsView part = firstColumns(points, kFittedMatches);
   for (const float softness : kSoftness) {
-    PoseModel(kernels, part).refineRotation({1e12f, 1 / softness}, kIterations, result.R);
+    PoseModel(kernels, part).refineRotation({1e12f, 1 / softness}, kRotationIterations, result.R);
   }
-  model.refineRotation({1e12f, 1 / last}, kIterations, result.R);
+  model.refineRotation({1e12f, 1 / last}, kRotationIterations, result.R);
   model.rotationResiduals(result.R, result.residuals);
   sorted_.clear();
   for (int i = 0; i < points.count; ++i) {

@@ -12,8 +12,8 @@ namespace {
 // Matches that judge a direction, and directions.
 constexpr int kPart = 256;
 constexpr int kDirections = 32;
-constexpr int kFirstIterations = 6;
-constexpr int kIterations = 10;
+constexpr int kCoarseIterations = 6;
+constexpr int kFineIterations = 10;
 
 Eigen::Vector3d planeNormal(const PointColumnsView& points, int column, const Eigen::Matrix3d& R) {
   const Eigen::Vector3d turned = R * Eigen::Vector3d(points.x1[column], points.y1[column], 1);
@@ -52,9 +52,9 @@ TwoViewPose RotationProposal::find(const ResidualKernels& kernels, const PointCo
     best = pose;
     best_cost = cost;
   }
-  coarse.refine(kRobustLoss, kFirstIterations, best);
+  coarse.refine(kRobustLoss, kCoarseIterations, best);
   const PoseModel model(kernels, points, kParallaxPrior);
-  model.refine(kRobustLoss, kIterations, best);
+  model.refine(kRobustLoss, kFineIterations, best);
   return model.withBetterSign(best, best_cost);
 }
 

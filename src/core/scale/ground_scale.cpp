@@ -24,7 +24,7 @@ constexpr double kSmallestDip = 0.05;
 constexpr double kClimbSigma = 0.02;
 // Points farther off than this many standard deviations lie on other things (Geman & McClure's loss levels off).
 constexpr double kLossScale = 2;
-constexpr int kIterations = 20;
+constexpr int kPlaneIterations = 20;
 constexpr double kEnoughOfAStep = 1e-4;
 constexpr int kMostStarts = 200;
 // Plane distances to try, in multiples of |t|, and their growth: two pixels where the ground is nearest.
@@ -95,7 +95,7 @@ Vector3d GroundScale::startFromPatches(const GroundPrior& prior) const {
 
 GroundScale::Fit GroundScale::fit(Vector3d m, const Vector3d& t, const GroundPrior& prior) const {
   Fit fit;
-  for (int iteration = 0; iteration < kIterations && m.squaredNorm() > 0; ++iteration) {
+  for (int iteration = 0; iteration < kPlaneIterations && m.squaredNorm() > 0; ++iteration) {
     Matrix3d information = Matrix3d::Zero(), spread = Matrix3d::Zero();
     Vector3d gradient = Vector3d::Zero();
     fit.points = 0;
