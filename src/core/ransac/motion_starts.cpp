@@ -11,7 +11,7 @@ namespace {
 
 // Matches and steps for each start, and how many go on to the second round (doc/estimator.md).
 constexpr int kStartMatches = 256;
-constexpr int kFirstIterations = 3;
+constexpr int kStartIterations = 3;
 constexpr int kSecondIterations = 6;
 constexpr int kSecondRound = 8;
 // Every match counts, but from twice the threshold on ever less: the start is far off.
@@ -77,7 +77,7 @@ void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& po
     for (int code = 14; code < 27; ++code) {
       const int x = code % 3 - 1, y = code / 3 % 3 - 1, z = code / 9 - 1;
       const Eigen::Vector3d direction(x, y, z);
-      all[all_count++] = optimizeStart(model, kFirstIterations, {rotations[k], direction.normalized()});
+      all[all_count++] = optimizeStart(model, kStartIterations, {rotations[k], direction.normalized()});
     }
   }
   std::sort(all, all + all_count, [](const Start& a, const Start& b) { return a.cost < b.cost; });

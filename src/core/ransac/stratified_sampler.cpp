@@ -17,7 +17,7 @@ constexpr int kAttempts = 8;
 constexpr int kMinimumSamples = 8;
 
 // Share of the matches that the first samples come from, and samples after which all take part (doc/estimator.md).
-constexpr double kFirstShare = 0.02;
+constexpr double kFirstStratumShare = 0.02;
 constexpr double kGrowthSamples = 300;
 constexpr int kFirstMultiple = 4;  // of the sample size: the shortest prefix
 
@@ -28,7 +28,7 @@ void StratifiedSampler::setCells(const std::vector<int>& order, const std::vecto
   for (size_t k = 0; k < order.size(); ++k) cells_[k] = cells[static_cast<size_t>(order[k])];
 }
 
-void StratifiedSampler::begin(const SamplingTask& task) { begin(task, kFirstShare); }
+void StratifiedSampler::begin(const SamplingTask& task) { begin(task, kFirstStratumShare); }
 
 void StratifiedSampler::begin(const SamplingTask& task, double first_share) {
   task_ = task;

@@ -17,13 +17,13 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // Position noise of an inlier, pixels; larger residuals scale it up.
-constexpr double kPixelNoise = 0.7;
+constexpr double kPatchNoise = 0.7;
 // Sine of the dip below which a ray depends mostly on the error of the pitch: 3 degrees.
 constexpr double kSmallestDip = 0.05;
 // Standard deviation of the angle between the translation and the ground, radians: a car's pitch and a kerb.
 constexpr double kClimbSigma = 0.02;
 // Points farther off than this many standard deviations lie on other things (Geman & McClure's loss levels off).
-constexpr double kLossScale = 2;
+constexpr double kPlaneLossScale = 2;
 constexpr int kPlaneIterations = 20;
 constexpr double kEnoughOfAStep = 1e-4;
 constexpr int kMostStarts = 200;
@@ -37,7 +37,7 @@ constexpr double kLargestSigma = 0.15;
 constexpr double kHeightSigma = 0.015;
 
 double weightOf(double squared) {
-  const double root = kLossScale * kLossScale / (kLossScale * kLossScale + squared);
+  const double root = kPlaneLossScale * kPlaneLossScale / (kPlaneLossScale * kPlaneLossScale + squared);
   return root * root;
 }
 
@@ -54,7 +54,7 @@ void GroundScale::gather(const Triangulation& pair, const RelativePose& pose, do
     const double depth = pair.depth_current[k];
     if (depth == 0 || !std::isfinite(depth)) continue;
     const double sine = std::max(t.cross(ray).norm() / ray.norm(), 1e-3);
-    points_.push_back({ray, 1 / depth, kPixelNoise * pixel / sine});
+    points_.push_back({ray, 1 / depth, kPatchNoise * pixel / sine});
   }
 }
 
@@ -70,7 +70,7 @@ Vector3d GroundScale::startFromPoints(const GroundPrior& prior) const {
       const double tilt = m.norm() * std::min(prior.down_sigma, 3 * kClimbSigma) * point.ray.norm();
       const double difference = point.inverse_depth - m.dot(point.ray);
       const double variance = point.sigma * point.sigma + tilt * tilt;
-      if (difference * difference < kLossScale * kLossScale * variance) support += 1;
+      if (difference * difference < kPlaneLossScale * kPlaneLossScale * variance) support += 1;
     }
     if (support > best_support) {
       best_support = support;
