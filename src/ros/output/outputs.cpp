@@ -66,8 +66,9 @@ bool Outputs::featuresSuffice(const OutputOptions& options) const {
 
 bool Outputs::passesOver(const PreparedFrame& frame, const OutputOptions& options) {
   FeatureOutput& features = points_->features();
-  return (features.listeners() == 0 || features.passesOver(frame, options.features)) &&
-         (!stereo_ || stereo_->listeners() == 0 || stereo_->passesOver(frame, options.features));
+  const bool of_one = features.listeners() > 0, of_two = stereo_ && stereo_->listeners() > 0;
+  return (of_one || of_two) && (!of_one || features.passesOver(frame, options.features)) &&
+         (!of_two || stereo_->passesOver(frame, options.features));
 }
 
 std::string Outputs::problem() const { return odometry_->problem(); }
