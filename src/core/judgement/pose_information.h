@@ -34,7 +34,10 @@ constexpr int kBlockSide = 5, kBlockCount = kBlockSide * kBlockSide, kCellsOfBlo
 static_assert(kCellSide % kBlockSide == 0, "blocks of whole cells");
 inline int blockRow(int32_t cell) { return cell / kCellSide / kCellsOfBlock; }
 inline int blockColumn(int32_t cell) { return cell % kCellSide / kCellsOfBlock; }
-inline size_t blockOf(int32_t cell) { return static_cast<size_t>(blockRow(cell) * kBlockSide + blockColumn(cell)); }
+inline size_t blockOf(int32_t cell) {
+  const int block = blockRow(cell) * kBlockSide + blockColumn(cell);
+  return static_cast<size_t>(block);
+}
 
 /// The matches of one cell that take part. Gradient and curvature are the derivatives of half the loss.
 struct CellSums {

@@ -50,7 +50,8 @@ PoseBreak findBreak(const PoseInformation& all, const ParameterSquare& inverse) 
   for (int top = 0; top < kBlockSide; ++top) {
     std::array<BlockSums, kBlockSide> columns;
     for (int bottom = top + 1; bottom <= kBlockSide; ++bottom) {
-      const BlockSums* last_row = &all.blocks[static_cast<size_t>((bottom - 1) * kBlockSide)];
+      const int last = (bottom - 1) * kBlockSide;
+      const BlockSums* last_row = &all.blocks[static_cast<size_t>(last)];
       for (BlockSums& column : columns) column += *last_row++;
       for (int left = 0; left < kBlockSide; ++left) {
         BlockSums part;

@@ -34,7 +34,8 @@ class SubsetRansac : public UnfilteredMethod {
     for (int s = 0; s < options_.subset_count; ++s) {
       order_ = all;
       for (int i = 0; i < size; ++i) {
-        std::swap(order_[static_cast<size_t>(i)], order_[static_cast<size_t>(i + random_.below(n - i))]);
+        const int other = i + random_.below(n - i);
+        std::swap(order_[static_cast<size_t>(i)], order_[static_cast<size_t>(other)]);
       }
       order_.resize(static_cast<size_t>(size));
       compare(searchSubset(std::max(1, options_.max_iterations / options_.subset_count), pair.result.effort));
