@@ -27,7 +27,7 @@ inline RelativePose fromReferenceToCurrent(const Eigen::Matrix3d& R, const Eigen
 }
 
 /// Angular velocities while the rows of the images were read: rotation vectors, rad/s, each in that camera's axes.
-struct TurnRates {
+struct RotationRates {
   Eigen::Vector3d reference{0, 0, 0}, current{0, 0, 0};
 };
 
@@ -36,7 +36,7 @@ struct RotationPrior {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  ///< X_reference = R X_current, as RelativePose::R
   /// Of the rotation vector of exp(rotation vector) R, reference camera's axes, rad^2.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  std::optional<TurnRates> rates;  ///< if the sensor measures them; used with RobustOptions::rolling_shutter_readout
+  std::optional<RotationRates> rates;  ///< if measured; used with RobustOptions::rolling_shutter_readout
 };
 
 }  // namespace gms_ransac

@@ -20,12 +20,12 @@ enum class CameraParameter : uint8_t { kFocalLength, kPrincipalPoint, kRadialDis
 /// objects pull in changing directions.
 struct CameraErrors {
   enum Parameter {
-    kFocalLength,   ///< relative
-    kPrincipalX,    ///< focal lengths
-    kPrincipalY,    ///< focal lengths
-    kRadial,        ///< first coefficient of the distortion
-    kTurnWhileRead  ///< share of the rotation between the images that happens while the shutter reads one focal length
-                    ///< of rows
+    kFocalLength,     ///< relative
+    kPrincipalX,      ///< focal lengths
+    kPrincipalY,      ///< focal lengths
+    kRadial,          ///< first coefficient of the distortion
+    kReadoutRotation  ///< share of the rotation between the images that happens while the shutter reads one focal
+                      ///< length of rows
   };
   static constexpr size_t kCount = 5;
 
@@ -36,11 +36,11 @@ struct CameraErrors {
 /// Why the direction of translation is unknown: the first reason that holds (doc/judgement.md).
 enum class DirectionDoubt : uint8_t {
   kNone,
-  kTurn,        ///< a rotation explains the matches as well, alone or with a rolling shutter
-  kStill,       ///< most matches show no translation, the others may be a moving object
-  kRotation,    ///< the rotation is known worse than to a degree
-  kDirection,   ///< the direction is known worse than RobustOptions::max_direction_sigma
-  kOtherMotion  ///< another motion explains the matches as well, or a second body nearly as many
+  kRotationExplains,  ///< a rotation explains the matches as well, alone or with a rolling shutter
+  kMostlyStatic,      ///< most matches show no translation, the others may be a moving object
+  kRotation,          ///< the rotation is known worse than to a degree
+  kDirection,         ///< the direction is known worse than RobustOptions::max_direction_sigma
+  kOtherMotion        ///< another motion explains the matches as well, or a second body nearly as many
 };
 
 /// The rotation by which rolling-shutter points were corrected.

@@ -11,7 +11,7 @@ namespace gms_ransac {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-constexpr double kFocalError = 0.03, kPrincipalError = 0.01, kRadialError = 0.03, kRowsError = 2 * kDegree;
+constexpr double kFocalError = 0.03, kPrincipalError = 0.01, kRadialError = 0.03, kReadoutError = 2 * kDegree;
 
 /// Parameters that err together, and the 99 % point of chi-square with as many degrees of freedom.
 struct Group {
@@ -97,7 +97,7 @@ CameraErrors errorsOf(const Scores& scores, const TwoViewPose& pose) {
   correction(2, CameraErrors::kPrincipalY) = -1;
   correction(3, CameraErrors::kRadial) = 1;  // undistorting goes the other way
   const Eigen::Vector3d rotation = rotationVector(pose.R);
-  correction.col(CameraErrors::kTurnWhileRead).tail<6>() << rotation, rotation;
+  correction.col(CameraErrors::kReadoutRotation).tail<6>() << rotation, rotation;
   CameraErrors errors;
   for (size_t k = 0; k < CameraErrors::kCount; ++k) {
     const CameraVector direction = correction.col(static_cast<int>(k));
@@ -113,9 +113,10 @@ CameraErrors errorsOf(const Scores& scores, const TwoViewPose& pose) {
 }  // namespace
 
 const CameraVector& typicalCameraError() {
-  static const CameraVector sigma = (CameraVector() << kFocalError, kPrincipalError, kPrincipalError, kRadialError,
-                                     kRowsError, kRowsError, kRowsError, kRowsError, kRowsError, kRowsError)
-                                        .finished();
+  static const CameraVector sigma =
+      (CameraVector() << kFocalError, kPrincipalError, kPrincipalError, kRadialError, kReadoutError, kReadoutError,
+       kReadoutError, kReadoutError, kReadoutError, kReadoutError)
+          .finished();
   return sigma;
 }
 

@@ -14,7 +14,7 @@ constexpr float kSquaredWindow = MatchNoise::kWindow * MatchNoise::kWindow;
 constexpr float kRightWithin = 3;  ///< thresholds from its true place
 /// Sigma of right keypoints with larger errors than most, such as a corner found on the next pixel: one threshold, or
 /// twice the noise if that is more.
-constexpr float kBesideSigma = 1, kBesideSigmas = 2;
+constexpr float kWideSigma = 1, kWideSigmas = 2;
 constexpr float kFirstNear = 0.75f, kFirstWide = 0.05f;
 constexpr float kLeastWrong = 1e-3f;  ///< of the matches
 constexpr int kShareIterations = 15;
@@ -48,7 +48,7 @@ void MatchProbability::fit(int count, double sigma, const Square& square, const 
   }
   for (auto* column : {&near_density_, &wide_density_, &near_, &wide_}) column->resize(within_.size());
   near_sigma_ = static_cast<float>(sigma);
-  wide_sigma_ = std::max(kBesideSigma, kBesideSigmas * near_sigma_);
+  wide_sigma_ = std::max(kWideSigma, kWideSigmas * near_sigma_);
   const auto density = [&](float deviation) {
     return scale(deviation) * (-0.5f / (deviation * deviation) * array(squares_)).exp();
   };
@@ -96,9 +96,9 @@ const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const
   return probabilities_;
 }
 
-const std::vector<float>& MatchProbability::weighTurned(const MatchNoise& noise,
-                                                        const std::vector<float>& rotation_residuals,
-                                                        const PointColumnsView& points, float finest_weight) {
+const std::vector<float>& MatchProbability::weighRotated(const MatchNoise& noise,
+                                                         const std::vector<float>& rotation_residuals,
+                                                         const PointColumnsView& points, float finest_weight) {
   probabilities_.assign(static_cast<size_t>(points.count), 0.f);
   // A transfer distance has the noise of both images.
   fit(

@@ -21,8 +21,8 @@ class MatchProbability {
                                   const PointColumnsView& points, float finest_weight);
   /// The same if the camera only rotated: the rotation predicts the point of each match and not only its line.
   /// `rotation_residuals`: squared transfer distance of each column under the rotation.
-  const std::vector<float>& weighTurned(const MatchNoise& noise, const std::vector<float>& rotation_residuals,
-                                        const PointColumnsView& points, float finest_weight);
+  const std::vector<float>& weighRotated(const MatchNoise& noise, const std::vector<float>& rotation_residuals,
+                                         const PointColumnsView& points, float finest_weight);
 
  private:
   /// Fits the components to the matches of some residuals, those within the window, and fills near_ and wide_ with the

@@ -55,7 +55,7 @@ PoseSquare withoutFeigned(const PoseInformation& all, double variance) {
   const Eigen::Matrix<double, 3, 2> shared = told.topRightCorner<3, 2>();
   const Eigen::Matrix3d of_rotation = told.topLeftCorner<3, 3>();
   const Eigen::Matrix2d alone = told.bottomRightCorner<2, 2>() - shared.transpose() * of_rotation.llt().solve(shared);
-  const Eigen::Matrix2d noise = variance * all.line_turns;
+  const Eigen::Matrix2d noise = variance * all.line_rotations;
   // Largest generalised eigenvalue of the two, over the determinant of the latter.
   const double half_trace =
       0.5 * (noise(0, 0) * alone(1, 1) + noise(1, 1) * alone(0, 0) - 2 * noise(0, 1) * alone(0, 1));

@@ -37,7 +37,7 @@ const PoseInformation& PoseSummation::sum(const ResidualKernels& kernels, const 
   using Rows = Eigen::Matrix<float, kPoseParameters, kParameters>;
   std::array<Rows, kBlockCount> curvatures;
   curvatures.fill(Rows::Zero());
-  all.line_turns.setZero();
+  all.line_rotations.setZero();
   for (size_t i = 0; i < static_cast<size_t>(plausible.count); ++i) {
     // A match that takes part moves the direction of translation, if by ever so little.
     if (column(Column::kTranslation)[i] == 0 && column(Column::kTranslation + 1)[i] == 0) continue;
@@ -55,10 +55,10 @@ const PoseInformation& PoseSummation::sum(const ResidualKernels& kernels, const 
     curvatures[block] += curvature;
     cell.gradient += (column(Column::kPull)[i] * J).cast<double>();
     cell.curvature += curvature.leftCols<kPoseParameters>().cast<double>();
-    const Eigen::Vector2d turn(column(Column::kLineTurn)[i], column(Column::kLineTurn + 1)[i]);
-    all.line_turns += turn * turn.transpose();
+    const Eigen::Vector2d turn(column(Column::kLineRotation)[i], column(Column::kLineRotation + 1)[i]);
+    all.line_rotations += turn * turn.transpose();
   }
-  all.line_turns *= bend;
+  all.line_rotations *= bend;
   all.gradient.setZero();
   all.scatter.setZero();
   for (size_t k = 0; k < curvatures.size(); ++k) all.blocks[k].curvature = bend * curvatures[k].cast<double>();

@@ -63,12 +63,12 @@ struct BlockSums {
 
 /// Parameters are those of PoseModel::linearize, then those of DerivativeColumn.
 struct PoseInformation {
-  int used = 0;                 ///< matches that take part
-  ParameterVector gradient;     ///< sums over all cells
-  ParameterSquare curvature;    ///< likewise
-  ParameterSquare scatter;      ///< covariance of the gradient, from the cells (Liang & Zeger 1986)
-  Eigen::Matrix2d line_turns;   ///< products of the angles by which the two steps of t rotate the lines, summed
-  std::vector<CellSums> cells;  ///< those with matches
+  int used = 0;                    ///< matches that take part
+  ParameterVector gradient;        ///< sums over all cells
+  ParameterSquare curvature;       ///< the same
+  ParameterSquare scatter;         ///< covariance of the gradient, from the cells (Liang & Zeger 1986)
+  Eigen::Matrix2d line_rotations;  ///< products of the angles by which the two steps of t rotate the lines, summed
+  std::vector<CellSums> cells;     ///< those with matches
   std::array<BlockSums, kBlockCount> blocks;
 };
 

@@ -102,7 +102,7 @@ void PoseJudge::judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d
   const RotationOnly& rotation = rotation_explanation_.fit(kernels_, points.view(), pose_, noise_);
   result.pose_found = true;
   result.median_parallax_px = rotation.median_parallax * points.pixelsPerUnit();
-  result.doubt = DirectionDoubt::kTurn;
+  result.doubt = DirectionDoubt::kRotationExplains;
   result.translation_observable = false;
   result.pose = fromReferenceToCurrent(rotation.R, Eigen::Vector3d::Zero());
   result.pose.covariance = withAnyDirection(rotation_explanation_.covariance(kernels_, points.view()));
@@ -162,7 +162,7 @@ void PoseJudge::weighMatches(const TwoViewPoints& points, const std::vector<floa
   const PointColumnsView view = points.view();
   const float finest = points.finestWeight();
   points.inOrderOfMatches(rotation_residuals != nullptr
-                              ? probability_.weighTurned(noise_, *rotation_residuals, view, finest)
+                              ? probability_.weighRotated(noise_, *rotation_residuals, view, finest)
                               : probability_.weigh(noise_, segmentation_.apart, view, finest),
                           result.probability);
   points.inOrderOfMatches(rotation_residuals != nullptr ? *rotation_residuals : noise_.residuals(), result.residual);

@@ -82,8 +82,8 @@ int countBackwards(const PointColumnsView& points, const TwoViewPose& pose, cons
 
 DirectionDoubt RotationVerdict::doubt() const {
   // Against a rotation with rolling shutter, which has six parameters more, it need only be positive.
-  if (against_rotation < kSurelyBetter || against_rolling < 0) return DirectionDoubt::kTurn;
-  if (static_share > kMostStatic || share_at_infinity > kMostAtInfinity) return DirectionDoubt::kStill;
+  if (against_rotation < kSurelyBetter || against_rolling < 0) return DirectionDoubt::kRotationExplains;
+  if (static_share > kMostStatic || share_at_infinity > kMostAtInfinity) return DirectionDoubt::kMostlyStatic;
   return DirectionDoubt::kNone;
 }
 

@@ -27,7 +27,7 @@ struct RotationVerdict {
   double static_share = 0;       ///< estimated share of the pose's inliers that the rotation leaves no parallax
   double share_at_infinity = 0;  ///< and of those that the pose's own rotation leaves none
 
-  /// The reason against a translation: kTurn, kStill or kNone.
+  /// The reason against a translation: kRotationExplains, kMostlyStatic or kNone.
   DirectionDoubt doubt() const;
   /// True if a rotation explains the matches better than the pose, with rolling shutter or without.
   bool rotationIsBetter() const;

@@ -64,7 +64,7 @@ bool agree(const RotationPrior& prior, const RobustResult& seen) {
 
 }  // namespace
 
-void moveToMiddleRow(const PointPairs& pairs, const Camera& camera, double readout, const TurnRates& rates,
+void moveToMiddleRow(const PointPairs& pairs, const Camera& camera, double readout, const RotationRates& rates,
                      PointPairs& moved) {
   moved = pairs;
   moveImage(pairs.row_reference, pairs.image_reference.height, camera, readout, rates.reference, moved.x_reference,
@@ -112,7 +112,7 @@ void RollingShutter::followPrior(const PointPairs& pairs, const Camera& camera, 
   if (better > kConfirmed || (better > kContradicted && agree(prior, result))) take(RowCorrection::kPrior, result);
 }
 
-double RollingShutter::tryMoved(const PointPairs& pairs, const Camera& camera, const TurnRates& rates,
+double RollingShutter::tryMoved(const PointPairs& pairs, const Camera& camera, const RotationRates& rates,
                                 RobustResult& result) {
   constexpr double kCertain = std::numeric_limits<double>::infinity();
   if (costs_.model.empty()) weigh(pairs, camera, {}, result, costs_);
@@ -126,7 +126,8 @@ double RollingShutter::tryMoved(const PointPairs& pairs, const Camera& camera, c
     cells_[i] = spreadCell({pairs.x_reference[i], pairs.y_reference[i]}, pairs.image_reference);
   }
   // Without observable translation a model with one absorbs the effect of the rows: compare rotations alone.
-  const auto costs = result.translation_observable || candidate_.translation_observable ? &Costs::model : &Costs::turn;
+  const auto costs =
+      result.translation_observable || candidate_.translation_observable ? &Costs::model : &Costs::rotation;
   return vuongStatistic(pairs.size(), cells_, by_cell_,
                         [&](size_t i) { return (costs_.*costs)[i] - (candidate_costs_.*costs)[i]; });
 }
@@ -138,7 +139,7 @@ void RollingShutter::take(RowCorrection correction, RobustResult& result) {
   std::swap(costs_, candidate_costs_);
 }
 
-void RollingShutter::weigh(const PointPairs& pairs, const Camera& camera, const TurnRates& rates,
+void RollingShutter::weigh(const PointPairs& pairs, const Camera& camera, const RotationRates& rates,
                            const RobustResult& result, Costs& costs) const {
   const double stretch_reference = stretch(camera, readout_, rates.reference, pairs.image_reference.height);
   const double stretch_current = stretch(camera, readout_, rates.current, pairs.image_current.height);
@@ -149,12 +150,12 @@ void RollingShutter::weigh(const PointPairs& pairs, const Camera& camera, const 
       if (cost < 1) column[i] = static_cast<float>(cost);
     });
   };
-  for (auto* column : {&costs.model, &costs.turn}) column->assign(static_cast<size_t>(pairs.size()), 1.f);
+  for (auto* column : {&costs.model, &costs.rotation}) column->assign(static_cast<size_t>(pairs.size()), 1.f);
   if (!result.pose_found) return;
   const Eigen::Matrix3d K = camera.K();
   fill(result.model_type, result.model, threshold_px_, costs.model);
   fill(ModelType::kHomography, K * result.pose.R.transpose() * K.inverse(), kTransferThreshold * threshold_px_,
-       costs.turn);
+       costs.rotation);
 }
 
 double RollingShutter::moves(const Vector3d& rate, const Camera& camera) const {

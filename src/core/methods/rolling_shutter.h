@@ -35,13 +35,13 @@ class RollingShutter : public Method {
   void followPrior(const PointPairs& pairs, const Camera& camera, RobustResult& result);
   /// Estimates into candidate_ with the points moved. Returns Vuong's statistic of its fit over `result`'s; infinite
   /// where only one has a pose.
-  double tryMoved(const PointPairs& pairs, const Camera& camera, const TurnRates& rates, RobustResult& result);
+  double tryMoved(const PointPairs& pairs, const Camera& camera, const RotationRates& rates, RobustResult& result);
   void take(RowCorrection correction, RobustResult& result);
   /// Truncated squared residuals of the matches, in squared thresholds, under the model and under the rotation alone.
   struct Costs {
-    std::vector<float> model, turn;
+    std::vector<float> model, rotation;
   };
-  void weigh(const PointPairs& pairs, const Camera& camera, const TurnRates& rates, const RobustResult& result,
+  void weigh(const PointPairs& pairs, const Camera& camera, const RotationRates& rates, const RobustResult& result,
              Costs& costs) const;
   double moves(const Eigen::Vector3d& rate, const Camera& camera) const;
 
@@ -56,7 +56,7 @@ class RollingShutter : public Method {
 
 /// Moves the points of both images to where the camera saw them when it read the middle row. `readout`: seconds from
 /// the first row to the last. `moved` keeps its storage.
-void moveToMiddleRow(const PointPairs& pairs, const Camera& camera, double readout, const TurnRates& rates,
+void moveToMiddleRow(const PointPairs& pairs, const Camera& camera, double readout, const RotationRates& rates,
                      PointPairs& moved);
 
 }  // namespace gms_ransac

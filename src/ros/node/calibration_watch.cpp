@@ -21,7 +21,7 @@ constexpr double kLongestReadout = 1;  // of the time from image to image
 
 constexpr CameraErrors::Parameter kParameters[] = {CameraErrors::kFocalLength, CameraErrors::kPrincipalX,
                                                    CameraErrors::kPrincipalY, CameraErrors::kRadial,
-                                                   CameraErrors::kTurnWhileRead};
+                                                   CameraErrors::kReadoutRotation};
 
 std::string format(const char* text, double value) {
   char buffer[100];
@@ -82,7 +82,7 @@ CalibrationWatch::Consensus CalibrationWatch::consensus(CameraErrors::Parameter 
     agreeing += value * consensus.mean > 0;
   }
   double size = std::abs(consensus.mean);
-  if (parameter == CameraErrors::kTurnWhileRead) {
+  if (parameter == CameraErrors::kReadoutRotation) {
     size = -consensus.mean * rows();  // a readout that is too long is refused pair by pair
     if (size > kLongestReadout) return consensus;
   }

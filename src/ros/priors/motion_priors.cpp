@@ -111,7 +111,7 @@ std::string MotionPriors::fillRates(RotationPrior& prior) {
     if (problem.empty()) rate = vectorOf(over_readout.R) / readout;
     return problem;
   };
-  TurnRates rates;
+  RotationRates rates;
   std::string problem = rateAt(asked_.from, rates.reference);
   if (problem.empty()) problem = rateAt(asked_.to, rates.current);
   if (!problem.empty()) return "no rotation during the readout: " + problem;

@@ -44,7 +44,7 @@ std::string explainLowParallax(const MatchResult& result, const RobustOptions& o
   text.precision(3);
   text << "rotation only: ";
   switch (result.robust.doubt) {
-    case DirectionDoubt::kStill:
+    case DirectionDoubt::kMostlyStatic:
       text << "most matches show no translation, and the others may lie on moving objects";
       break;
     case DirectionDoubt::kRotation:

@@ -203,7 +203,7 @@ TEST(RotationExplanationStep, WinsWhereTheCameraOnlyRotates) {
   EXPECT_LT(verdict.against_rotation, 0);
   EXPECT_GT(verdict.static_share, 0.9);
   EXPECT_TRUE(verdict.rotationIsBetter());
-  EXPECT_EQ(verdict.doubt(), DirectionDoubt::kTurn);
+  EXPECT_EQ(verdict.doubt(), DirectionDoubt::kRotationExplains);
 }
 
 TEST(RotationExplanationStep, LosesWhereTheCameraMoves) {

@@ -116,7 +116,7 @@ TEST(MatchProbability, WhatAnotherMotionExplainsHasSharesOfItsOwn) {
   }
 }
 
-TEST(MatchProbability, UnderATurnItIsThePlaceThatCounts) {
+TEST(MatchProbability, UnderARotationThePlaceCounts) {
   // All matches lie on the same line; a tenth do not lie where the rotation takes them.
   constexpr int kMatches = 500, kMoved = 50;
   std::mt19937 random(7);
@@ -134,7 +134,7 @@ TEST(MatchProbability, UnderATurnItIsThePlaceThatCounts) {
   noise.measure(squares, kMatches);
   MatchProbability probability;
   for (const float p : probability.weigh(noise, {}, columns.view(), 1)) EXPECT_GT(p, 0.9);
-  const std::vector<float>& answers = probability.weighTurned(noise, places, columns.view(), 1);
+  const std::vector<float>& answers = probability.weighRotated(noise, places, columns.view(), 1);
   for (int i = 0; i < kMatches; ++i) {
     if (i < kMoved) {
       EXPECT_EQ(answers[static_cast<size_t>(i)], 0);

@@ -303,9 +303,9 @@ TEST(Doubt, SaysWhatLeavesTheDirectionOpen) {
   };
   TwoViewSceneOptions turn;
   turn.translation.setZero();
-  EXPECT_EQ(doubt(makeTwoViewScene(turn)), DirectionDoubt::kTurn);
+  EXPECT_EQ(doubt(makeTwoViewScene(turn)), DirectionDoubt::kRotationExplains);
   const TwoViewScene body = makeTwoBodies(1, 0.3, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), {0.3, 0, 0});
-  EXPECT_EQ(doubt(body), DirectionDoubt::kStill);
+  EXPECT_EQ(doubt(body), DirectionDoubt::kMostlyStatic);
   EXPECT_EQ(doubt(makeVolumeScene(1)), DirectionDoubt::kNone);
   EXPECT_EQ(doubt(makeVolumeScene(1), 0.01), DirectionDoubt::kDirection);
   bool other_motion = false;

@@ -88,7 +88,7 @@ RotationPrior gyroOf(const TwoViewScene& scene, double acceleration, int seed) {
   RotationPrior prior;
   prior.R = rotationOf(kSceneInterval * noise()) * rotation.toRotationMatrix();
   prior.covariance.diagonal().setConstant(kGyroSigma * kSceneInterval * kGyroSigma * kSceneInterval);
-  prior.rates = TurnRates{(1 - acceleration) * rate + noise(), (1 + acceleration) * rate + noise()};
+  prior.rates = RotationRates{(1 - acceleration) * rate + noise(), (1 + acceleration) * rate + noise()};
   return prior;
 }
 
@@ -119,7 +119,7 @@ TEST(RollingShutter, TakesTheRowsOfTheImageAsItCame) {
   TwoViewSceneOptions options;
   options.matches = 10;
   TwoViewScene scene = makeTwoViewScene(options);
-  const TurnRates rates = {{0, 1, 0}, {0, 1, 0}};
+  const RotationRates rates = {{0, 1, 0}, {0, 1, 0}};
   scene.pairs.row_reference.assign(10, 239.5f);  // the middle one
   scene.pairs.row_current.assign(10, 0.f);
   PointPairs moved;
@@ -167,7 +167,7 @@ TEST_P(Methods, AreNoWorseForAWrongGyro) {
       };
       const Eigen::AngleAxisd rotation(prior.R);
       prior.R = rotationOf(spoil(rotation.angle() * rotation.axis()));
-      prior.rates = TurnRates{spoil(prior.rates->reference), spoil(prior.rates->current)};
+      prior.rates = RotationRates{spoil(prior.rates->reference), spoil(prior.rates->current)};
       pair.pairs.rotation_prior = prior;
     };
   };

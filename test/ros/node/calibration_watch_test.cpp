@@ -49,7 +49,7 @@ TEST(CalibrationWatch, NamesTheCorrectionAndWhereTheCalibrationIsFrom) {
         Case{CameraErrors::kPrincipalY, -0.04, "cy were 20 px too small", "cx and cy of the parameters ~camera"},
         Case{CameraErrors::kRadial, 0.05, "the first distortion coefficient were 0.05 too large",
              "the parameters ~camera says that the images have no distortion"},
-        Case{CameraErrors::kTurnWhileRead, -0.5,
+        Case{CameraErrors::kReadoutRotation, -0.5,
              "~rolling_shutter_readout were 48 % of the time from image to image too short", "global shutter"}}) {
     CalibrationWatch watch;
     add(kWindow - 31, 0.5, c.parameter, c.error, watch);
@@ -72,7 +72,7 @@ TEST(CalibrationWatch, NeedsMostPairsOneSignAndAnErrorThatMatters) {
     fill(watch);
     return watch.doubt();
   };
-  const auto focal = CameraErrors::kFocalLength, readout = CameraErrors::kTurnWhileRead;
+  const auto focal = CameraErrors::kFocalLength, readout = CameraErrors::kReadoutRotation;
   EXPECT_EQ(doubt([&](auto& watch) { add(30, 3, focal, 0.05, watch), add(30, 0.5, focal, 0.05, watch); }), "");
   EXPECT_EQ(doubt([&](auto& watch) {
               for (int i = 0; i < 6; ++i) add(10, 30, focal, i == 2 ? -0.05 : 0.05, watch);
@@ -90,7 +90,7 @@ TEST(CalibrationWatch, NamesCausesThatCannotBeToldApart) {
     RobustResult result;
     result.camera_misfit = 3;
     for (const auto& [parameter, error] :
-         {std::pair(CameraErrors::kRadial, -0.03), {CameraErrors::kTurnWhileRead, -0.5}}) {
+         {std::pair(CameraErrors::kRadial, -0.03), {CameraErrors::kReadoutRotation, -0.5}}) {
       result.camera_errors.value[parameter] = error * (i % 2 ? 1.05 : 0.95);
       result.camera_errors.information[parameter] = 100 / (error * error);
     }

@@ -56,8 +56,8 @@ struct DerivativeColumn {
     kRowsReference,             ///< rotation about x, y and z per focal length of rows of the reference image
     kRowsCurrent = 12,          ///< the same of the current image
     kParameterCount = 15,
-    kLineTurn = kParameterCount,  ///< angle by which either step of t rotates the epipolar line
-    kPull = 17,                   ///< half the derivative of the loss by the residual
+    kLineRotation = kParameterCount,  ///< angle by which either step of t rotates the epipolar line
+    kPull = 17,                       ///< half the derivative of the loss by the residual
     kCount
   };
 };

@@ -377,8 +377,8 @@ struct KernelsFor {
       // A step b rotates the line t x Rp by -z Rp . (b x t) / |line|^2. The norm is twice |line|^2 if both lines are
       // alike; b x t is the other step except for its sign.
       const V per_length = counts * V::set(2) * d.z / s.norm;
-      J[Column::kLineTurn] = per_length * (steps[1][0] * d.u + steps[1][1] * d.v + steps[1][2] * d.z);
-      J[Column::kLineTurn + 1] = zero - per_length * (steps[0][0] * d.u + steps[0][1] * d.v + steps[0][2] * d.z);
+      J[Column::kLineRotation] = per_length * (steps[1][0] * d.u + steps[1][1] * d.v + steps[1][2] * d.z);
+      J[Column::kLineRotation + 1] = zero - per_length * (steps[0][0] * d.u + steps[0][1] * d.v + steps[0][2] * d.z);
       // Derivatives by the two points, whose noise a shift stretches as well.
       const V a1 = unit * (s.d - k * (E.m[0] * s.a + E.m[3] * s.b)),
               b1 = unit * (s.f - k * (E.m[1] * s.a + E.m[4] * s.b));
