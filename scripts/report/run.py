@@ -44,10 +44,10 @@ def summarize(records):
 
 
 COLUMNS = (("auc5", "AUC5", 7, 1), ("auc10", "AUC10", 7, 1), ("auc20", "AUC20", 7, 1), ("rauc2", "RAUC2", 7, 1),
-               ("rotation", "R med deg", 11, 3), ("precision", "prec %", 8, 2), ("recall", "recall %", 10, 2),
-               ("kept", "kept", 7, 0), ("correct", "correct", 8, 0), ("hypotheses", "hypoth.", 9, 0),
-               ("detect", "detect", 8, 2), ("match", "match", 8, 2), ("gms", "gms", 8, 3), ("ransac", "ransac", 8, 3),
-               ("total", "total ms", 10, 2))
+           ("rotation", "R med deg", 11, 3), ("precision", "prec %", 8, 2), ("recall", "recall %", 10, 2),
+           ("kept", "kept", 7, 0), ("correct", "correct", 8, 0), ("hypotheses", "hypoth.", 9, 0),
+           ("detect", "detect", 8, 2), ("match", "match", 8, 2), ("gms", "gms", 8, 3), ("ransac", "ransac", 8, 3),
+           ("total", "total ms", 10, 2))
 
 
 def table(by_method):

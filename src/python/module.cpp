@@ -1,6 +1,5 @@
 // gms_ransac._gms_ransac: the pipeline for Python. Knows no ROS. Fields have the names of the messages in msg/, options
 // those of the parameters in cfg/parameters.py.
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -20,15 +19,14 @@
 #include "gms_ransac/match_filter.h"
 #include "parameter.h"
 #include "survivors.h"
+#include "two_view/sigma_by_octave.h"
+#include "two_view/translation_variance.h"
 
 namespace gms_ransac {
 
 namespace {
 
 namespace py = pybind11;
-
-constexpr double kUnknownVariance = 1000;  ///< of a translation, as in Correspondences.msg
-constexpr size_t kOctaves = 16;            ///< the most that pyramid_levels takes
 
 using Points = Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor>;
 template <class T>
@@ -50,18 +48,15 @@ struct Pair : MatchResult {
     for (Column<float>* column : {&reference_sigma, &current_sigma}) column->resize(n);
     distance.resize(n);
     stage_column.resize(n);
-    std::array<float, kOctaves> sigma;
-    for (size_t octave = 0; octave < kOctaves; ++octave) {
-      sigma[octave] = static_cast<float>(robust.sigma(static_cast<int>(octave), current.scale_factor));
-    }
+    const SigmaByOctave sigma(robust, current.scale_factor);
     for (Eigen::Index i = 0; i < n; ++i) {
       const Match& match = matches[static_cast<size_t>(i)];
       const cv::KeyPoint& p = reference.keypoints[static_cast<size_t>(match.reference)];
       const cv::KeyPoint& q = current.keypoints[static_cast<size_t>(match.current)];
       reference_points.row(i) << p.pt.x, p.pt.y;
       current_points.row(i) << q.pt.x, q.pt.y;
-      reference_sigma[i] = sigma.at(static_cast<size_t>(p.octave));
-      current_sigma[i] = sigma.at(static_cast<size_t>(q.octave));
+      reference_sigma[i] = sigma[p.octave];
+      current_sigma[i] = sigma[q.octave];
       distance[i] = match.distance;
       stage_column[i] = static_cast<uint8_t>(stage[static_cast<size_t>(i)]);
     }
@@ -72,9 +67,7 @@ struct Pair : MatchResult {
     if (status == Status::kOk) {
       current_in_reference.topRightCorner<3, 1>() = robust.pose.t;
     } else {
-      covariance.topRows<3>().setZero();
-      covariance.leftCols<3>().setZero();
-      covariance.topLeftCorner<3, 3>().diagonal().setConstant(kUnknownVariance);
+      setTranslationVariance(kUnknownTranslationVariance, covariance);
     }
   }
 };

@@ -4,6 +4,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "two_view/translation_variance.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -20,14 +22,8 @@ constexpr double kMostOfSecond = 0.8, kMostOfSecondJoined = 0.6;
 constexpr int kRefinementIterations = 10;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
-
-/// Covariance of a pose whose direction of translation is any: 1/3 in each coordinate on the unit sphere.
-Eigen::Matrix<double, 6, 6> withAnyDirection(const Eigen::Matrix3d& rotation) {
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  covariance.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() / 3;
-  covariance.bottomRightCorner<3, 3>() = rotation;
-  return covariance;
-}
+/// Variance of each coordinate of a unit vector of any direction.
+constexpr double kAnyDirection = 1. / 3;
 
 }  // namespace
 
@@ -52,17 +48,21 @@ void PoseJudge::measureNoise(const PointColumnsView& points, const TwoViewPose& 
 
 void PoseJudge::measure(const TwoViewPoints& points, bool move, TwoViewPose& pose) {
   measureNoise(points.view(), pose);
-  const Loss loss = noise_.loss();
-  bool is_optimum = !move || loss.inverse_softness == 1;
-  for (int i = 0; i < points.size() && is_optimum && move; ++i) {
-    is_optimum = noise_.plausible(i) || !(noise_.residuals()[static_cast<size_t>(i)] < loss.cut);
-  }
-  if (!is_optimum) {
-    PoseModel(kernels_, plausible_.view()).refine(loss, kRefinementIterations, pose, kEnough);
+  if (move && !atOptimum(points.size())) {
+    PoseModel(kernels_, plausible_.view()).refine(noise_.loss(), kRefinementIterations, pose, kEnough);
     measureNoise(points.view(), pose);
   }
   spread_ = poseCovariance(summation_.sum(kernels_, plausible_.view(), pose_, noise_.loss(), points.cells()), pose_,
                            noise_.sigma(), options_.calibration_sigma);
+}
+
+bool PoseJudge::atOptimum(int count) const {
+  const Loss loss = noise_.loss();
+  if (loss.inverse_softness != 1) return false;
+  for (int i = 0; i < count; ++i) {
+    if (!noise_.plausible(i) && noise_.residuals()[static_cast<size_t>(i)] < loss.cut) return false;
+  }
+  return true;
 }
 
 void PoseJudge::judge(const TwoViewPoints& points, const TwoViewPose& preferred,
@@ -90,9 +90,7 @@ void PoseJudge::judge(const TwoViewPoints& points, const TwoViewPose& preferred,
   } else {
     result.pose = publish(preferred, covariance);
   }
-  if (!result.translation_observable) {
-    result.pose.covariance = withAnyDirection(result.pose.covariance.bottomRightCorner<3, 3>());
-  }
+  if (!result.translation_observable) setTranslationVariance(kAnyDirection, result.pose.covariance);
   weighMatches(points, options_.judge && verdict.onlyRotated() ? &rotation.residuals : nullptr, result);
 }
 
@@ -105,7 +103,8 @@ void PoseJudge::judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d
   result.doubt = DirectionDoubt::kRotationExplains;
   result.translation_observable = false;
   result.pose = fromReferenceToCurrent(rotation.R, Eigen::Vector3d::Zero());
-  result.pose.covariance = withAnyDirection(rotation_explanation_.covariance(kernels_, points.view()));
+  result.pose.covariance.bottomRightCorner<3, 3>() = rotation_explanation_.covariance(kernels_, points.view());
+  setTranslationVariance(kAnyDirection, result.pose.covariance);
   weighMatches(points, &rotation.residuals, result);
 }
 

@@ -42,6 +42,9 @@ class PoseJudge {
   void measureNoise(const PointColumnsView& points, const TwoViewPose& pose);
   /// Noise and covariance at a pose or, with `move`, at the optimum of the loss that the noise asks for.
   void measure(const TwoViewPoints& points, bool move, TwoViewPose& pose);
+  /// True if an optimum of the usual loss is also one of the loss that the noise asks for: their softness is equal, and
+  /// no implausible match has a weight.
+  bool atOptimum(int count) const;
   /// Returns the first reason why the direction of translation is unknown, or kNone. Widens the covariance by
   /// alternative motions that explain the matches as well.
   DirectionDoubt compare(const TwoViewPoints& points, const RotationVerdict& verdict,

@@ -6,8 +6,8 @@
 
 #include "output/message_conversion.h"
 #include "output/output_options.h"
-#include "output/sigma_by_octave.h"
 #include "scale/translation_scale.h"
+#include "two_view/sigma_by_octave.h"
 
 namespace gms_ransac {
 

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "frames.h"
-#include "output/sigma_by_octave.h"
 #include "quantiles.h"
+#include "two_view/sigma_by_octave.h"
 
 namespace gms_ransac {
 

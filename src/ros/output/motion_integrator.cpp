@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "two_view/translation_variance.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -35,9 +37,7 @@ Matrix6d leverTransform(const Eigen::Matrix3d& R, const Eigen::Vector3d& lever) 
 
 void forgetLength(OdometryEstimate& estimate) {
   for (Matrix6d* covariance : {&estimate.pose_covariance, &estimate.twist_covariance}) {
-    covariance->topRows<3>().setZero();
-    covariance->leftCols<3>().setZero();
-    covariance->diagonal().head<3>().setConstant(kNoLengthVariance);
+    setTranslationVariance(kNoLengthVariance, *covariance);
   }
 }
 

@@ -138,9 +138,7 @@ RelativePose OdometryOutput::withUsualLength(RelativePose motion, double length)
     return motion;
   }
   motion.t *= length / motion.t.norm();
-  motion.covariance.topRows<3>().setZero();
-  motion.covariance.leftCols<3>().setZero();
-  motion.covariance.topLeftCorner<3, 3>().diagonal().setConstant(length * length);
+  setTranslationVariance(length * length, motion.covariance);
   return motion;
 }
 
@@ -160,6 +158,7 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
   if (!camera_in_base) return;
   problem_.clear();
 
+  const bool at_origin = processed.result == nullptr;
   OdometryEstimate estimate = odometry_.base(*camera_in_base);
   const std::string& moving_frame = parameters_.base_frame.empty() ? header.frame_id : parameters_.base_frame;
   if (!parameters_.givesMetres()) {
@@ -169,12 +168,12 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
                          "velocities have variances of 1e6; set ~scale to depth, fixed, odometry or ground for metres");
     }
     // The origin is known; a filter that starts there and hears of it later does not move by what follows.
-    if (processed.result != nullptr) forgetLength(estimate);
+    if (!at_origin) forgetLength(estimate);
   }
   std_msgs::Header in_odom = header;
   in_odom.frame_id = parameters_.odom_frame;
   publishPose(estimate, in_odom, moving_frame);
-  if (processed.result != nullptr) publishTwist(estimate, header.stamp, moving_frame);
+  if (!at_origin) publishTwist(estimate, header.stamp, moving_frame);
   publishPath(estimate, in_odom);
   if (with_transform) broadcast(estimate.pose, header.stamp, moving_frame);
 }

@@ -6,6 +6,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "two_view/translation_variance.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -37,9 +39,7 @@ bool isSymmetric(const Eigen::Matrix<double, 6, 6>& covariance, double tolerance
 void makePublishable(bool translation_known, const SigmaFloor& floor, RelativePose& pose) {
   if (!translation_known) {
     pose.t.setZero();
-    pose.covariance.topRows<3>().setZero();
-    pose.covariance.leftCols<3>().setZero();
-    pose.covariance.topLeftCorner<3, 3>().diagonal().setConstant(kLargestVariance);
+    setTranslationVariance(kUnknownTranslationVariance, pose.covariance);
   }
   // Adding the floor keeps the matrix positive definite; raising single entries would not.
   pose.covariance.diagonal().head<3>().array() += floor.translation * floor.translation * pose.t.squaredNorm();

@@ -25,15 +25,31 @@ Eigen::Matrix3d rotationAbout(const Eigen::Vector3d& axis, double angle) {
   return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
 }
 
-/// A camera 1.5 m above a floor, looking down at it by 32 to 50 degrees, moves 0.3 to 0.6 m ahead, within 30 degrees to
-/// either side, and rotates a little. Both motions that explain a plane see all of this one. A fifth of the matches is
-/// wrong.
-TwoViewScene makeFloorScene(uint64_t seed) {
+/// 300 matches, a fifth of them wrong, with half a pixel of noise.
+TwoViewSceneOptions noisyOptions(uint64_t seed) {
   TwoViewSceneOptions options;
   options.seed = seed;
   options.matches = 300;
   options.outlier_ratio = 0.2;
   options.noise_px = 0.5;
+  return options;
+}
+
+/// Matches as a detector finds them on all levels. A tenth is wrong, by at most the radius of a search.
+TwoViewSceneOptions measuredOptions(uint64_t seed) {
+  TwoViewSceneOptions options;
+  options.seed = seed;
+  options.outlier_ratio = 0.1;
+  options.outlier_reach = 48;
+  options.octaves = options.as_measured = true;
+  return options;
+}
+
+/// A camera 1.5 m above a floor, looking down at it by 32 to 50 degrees, moves 0.3 to 0.6 m ahead, within 30 degrees to
+/// either side, and rotates a little. Both motions that explain a plane see all of this one. A fifth of the matches is
+/// wrong.
+TwoViewScene makeFloorScene(uint64_t seed) {
+  TwoViewSceneOptions options = noisyOptions(seed);
   Random random(1000 + seed);
   const double tilt = between(32, 50, random) * kDegree, heading = between(-30, 30, random) * kDegree;
   const Eigen::Matrix3d level = rotationAbout(Eigen::Vector3d::UnitX(), tilt);
@@ -49,11 +65,7 @@ TwoViewScene makeFloorScene(uint64_t seed) {
 
 /// Points 4 to 12 m away, seen from two places with a distance of 0.5 m.
 TwoViewScene makeVolumeScene(uint64_t seed) {
-  TwoViewSceneOptions options;
-  options.seed = seed;
-  options.matches = 300;
-  options.outlier_ratio = 0.2;
-  options.noise_px = 0.5;
+  TwoViewSceneOptions options = noisyOptions(seed);
   Random random(1000 + seed);
   const Eigen::Vector3d direction(gaussian(random), gaussian(random), gaussian(random));
   options.translation = 0.5 * direction.normalized();
@@ -153,11 +165,7 @@ TEST_P(Judgement, TellsNoMotionWithNearAndFarExchanged) {
 /// A camera that moves, and a rigid body on `share` of its view that moves by `step` metres by itself.
 TwoViewScene makeTwoBodies(uint64_t seed, double share, const Eigen::Vector3d& translation,
                            const Eigen::Vector3d& rotation, const Eigen::Vector3d& step) {
-  TwoViewSceneOptions options;
-  options.seed = seed;
-  options.outlier_ratio = 0.1;
-  options.outlier_reach = 48;
-  options.octaves = options.as_measured = true;
+  TwoViewSceneOptions options = measuredOptions(seed);
   options.translation = translation;
   options.rotation = rotation;
   MovingBody body;
@@ -262,11 +270,7 @@ bool isRightAndNear(const TwoViewScene& scene, size_t match) {
 
 /// A camera that moves by half a metre, before points of which a share is too far away to show it.
 TwoViewScene makeBackground(uint64_t seed, double share) {
-  TwoViewSceneOptions options;
-  options.seed = seed;
-  options.outlier_ratio = 0.1;
-  options.outlier_reach = 48;
-  options.octaves = options.as_measured = true;
+  TwoViewSceneOptions options = measuredOptions(seed);
   options.background = share;
   return makeTwoViewScene(options);
 }
@@ -360,11 +364,7 @@ TEST_P(DirectionCovariance, HoldsWhatOneMatchDecides) {
   // direction.
   constexpr int kScenes = 200;
   const std::vector<double> nees = sortedNees(kScenes, [](uint64_t seed) {
-    TwoViewSceneOptions options;
-    options.seed = seed;
-    options.outlier_ratio = 0.1;
-    options.outlier_reach = 48;
-    options.octaves = options.as_measured = true;
+    TwoViewSceneOptions options = measuredOptions(seed);
     options.translation = {0.05, 0, 1};
     options.rotation = {0.005, 0.02, 0.005};
     options.image_share = 0.3;

@@ -34,6 +34,14 @@ void expectDistinctBelow(const int* sample, int count, int limit) {
   }
 }
 
+/// How many samples of five are drawn until the sampler stops.
+int countDraws(Sampler& sampler, uint64_t seed) {
+  Random random(seed);
+  int sample[5], draws = 0;
+  while (sampler.draw(random, sample)) ++draws;
+  return draws;
+}
+
 TEST(RequiredIterations, AreThoseOfTheTable) {
   // k = log(1 - p) / log(1 - w^n), rounded up, worked out apart from the code for p = 0.99 and 0.9999.
   const double ratios[] = {0.5, 0.6, 0.7, 0.8, 0.9};
@@ -142,9 +150,7 @@ TEST(UniformSampler, TakesTheTestsOfTddIntoItsBound) {
     UniformSampler sampler(options);
     sampler.begin({100, 5, 0.99, 100000});
     sampler.newBest(inliersInFront(60, 100));
-    Random random(1);
-    int sample[5], draws = 0;
-    while (sampler.draw(random, sample)) ++draws;
+    const int draws = countDraws(sampler, 1);
     EXPECT_EQ(draws, static_cast<int>(std::ceil(std::log(0.01) / std::log(1 - std::pow(0.6, 5 + d)))));
   }
 }
@@ -234,9 +240,7 @@ TEST(ProsacSampler, IgnoresPrefixesThatChanceExplains) {
   ProsacSampler sampler;
   sampler.begin({1000, 5, 0.99, 1000});
   sampler.newBest(inliersInFront(5, 1000));  // the sample itself and nothing else
-  Random random(3);
-  int sample[5], draws = 0;
-  while (sampler.draw(random, sample)) ++draws;
+  const int draws = countDraws(sampler, 3);
   EXPECT_EQ(draws, 1000);
 }
 
@@ -267,9 +271,7 @@ TEST(ConfidenceGroupSampler, StopsAtTheBoundOfTheGroupItDrawsFrom) {
   auto mask = inliersInFront(80, 200);  // 0.8 of the top group, 0.5 of all
   std::fill_n(mask.begin() + 100, 20, 1);
   sampler.newBest(mask);
-  Random random(5);
-  int sample[5], draws = 0;
-  while (sampler.draw(random, sample)) ++draws;
+  const int draws = countDraws(sampler, 5);
   EXPECT_EQ(draws, 12);
   EXPECT_EQ(sampler.phase(), 0);
 }
@@ -280,9 +282,7 @@ TEST(ConfidenceGroupSampler, WidensWhenTheTopGroupIsTheWorse) {
   std::vector<uint8_t> mask(200, 0);
   std::fill_n(mask.begin() + 60, 140, 1);  // 0.4 of the top group, 0.7 of all
   sampler.newBest(mask);
-  Random random(5);
-  int sample[5], draws = 0;
-  while (sampler.draw(random, sample)) ++draws;
+  const int draws = countDraws(sampler, 5);
   EXPECT_EQ(sampler.phase(), 1);
   EXPECT_EQ(draws, 26);
 }
@@ -291,9 +291,7 @@ TEST(ConfidenceGroupSampler, DoesNotStopOnSupportThatChanceExplains) {
   ConfidenceGroupSampler sampler(0.02, false);
   sampler.begin({500, 5, 0.99, 1000});
   sampler.newBest(inliersInFront(10, 500));  // all of the top group, but 10 of 500
-  Random random(5);
-  int sample[5], draws = 0;
-  while (sampler.draw(random, sample)) ++draws;
+  const int draws = countDraws(sampler, 5);
   EXPECT_EQ(draws, 1000);
 }
 

@@ -52,12 +52,17 @@ TEST(CameraModel, NamesTheFactoryValuesOfAKinect) {
   EXPECT_EQ(model(calibrated(), {640, 480})->source, "camera_info on /camera_info");
 }
 
-TEST(CameraModel, ShiftsThePrincipalPointToTheRegionOfInterest) {
+sensor_msgs::CameraInfo cropped() {
   sensor_msgs::CameraInfo info = calibrated();
   info.roi.x_offset = 100;
   info.roi.y_offset = 60;
   info.roi.width = 400;
   info.roi.height = 300;
+  return info;
+}
+
+TEST(CameraModel, ShiftsThePrincipalPointToTheRegionOfInterest) {
+  const sensor_msgs::CameraInfo info = cropped();
   expectIntrinsics(*model(info, {400, 300}), 500, 502, 221, 183);
   expectIntrinsics(*model(info, {400, 300}, Rectified::kTrue), 480, 481, 210, 190);
 }
@@ -70,11 +75,7 @@ TEST(CameraModel, DividesByTheBinning) {
 }
 
 TEST(CameraModel, CutsTheRegionBeforeItBins) {
-  sensor_msgs::CameraInfo info = calibrated();
-  info.roi.x_offset = 100;
-  info.roi.y_offset = 60;
-  info.roi.width = 400;
-  info.roi.height = 300;
+  sensor_msgs::CameraInfo info = cropped();
   info.binning_x = info.binning_y = 2;
   expectIntrinsics(*model(info, {200, 150}), 250, 251, 110.5, 91.5);
 }

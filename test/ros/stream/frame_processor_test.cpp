@@ -18,11 +18,11 @@
 
 #include "methods/method.h"
 #include "node/mailbox.h"
-#include "output/sigma_by_octave.h"
 #include "processor_stream.h"
 #include "scenes/scene.h"
 #include "scenes/synthetic_pair.h"
 #include "stream/status_text.h"
+#include "two_view/sigma_by_octave.h"
 
 namespace gms_ransac {
 namespace {

@@ -1,0 +1,18 @@
+// Covariance of a pose whose translation is unknown, or known to a given variance alone.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace gms_ransac {
+
+/// Of an unknown translation in what is published (Correspondences.msg).
+constexpr double kUnknownTranslationVariance = 1e3;
+
+/// The translation, which comes first, gets this variance in each axis and no correlation; the rotation keeps its own.
+inline void setTranslationVariance(double variance, Eigen::Matrix<double, 6, 6>& covariance) {
+  covariance.topRows<3>().setZero();
+  covariance.leftCols<3>().setZero();
+  covariance.diagonal().head<3>().setConstant(variance);
+}
+
+}  // namespace gms_ransac
