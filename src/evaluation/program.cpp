@@ -59,33 +59,30 @@ int runProgram(const std::string& program, const std::function<int()>& body) {
 }
 
 Progress::Progress(std::string what, int total)
-    : what_(std::move(what)), total_(total), terminal_(isatty(STDERR_FILENO) != 0), thread_([this] { repeat(); }) {}
+    : what_(std::move(what)), total_(total), terminal_(isatty(STDERR_FILENO) != 0) {}
 
 Progress::~Progress() {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    ended_ = true;
-  }
-  end_.notify_all();
-  thread_.join();
   show();
   if (terminal_) std::fputc('\n', stderr);
 }
 
-void Progress::repeat() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  while (!end_.wait_for(lock, terminal_ ? milliseconds(500) : milliseconds(2000), [this] { return ended_; })) show();
+void Progress::advance() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++done_;
+  const auto now = std::chrono::steady_clock::now();
+  if (now - shown_ < (terminal_ ? milliseconds(500) : milliseconds(2000))) return;
+  shown_ = now;
+  show();
 }
 
 void Progress::show() const {
-  const int done = done_;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  const double rate = done / std::max(seconds, 1e-3);
-  const std::string rest = done == 0        ? ""
-                           : done == total_ ? ", " + clockText(seconds)
-                                            : ", " + clockText((total_ - done) / rate) + " left";
+  const double rate = done_ / std::max(seconds, 1e-3);
+  const std::string rest = done_ == 0        ? ""
+                           : done_ == total_ ? ", " + clockText(seconds)
+                                             : ", " + clockText((total_ - done_) / rate) + " left";
   std::fprintf(stderr, terminal_ ? "\r%s %d/%d, %.1f a second%s\033[K" : "%s %d/%d, %.1f a second%s\n", what_.c_str(),
-               done, total_, rate, rest.c_str());
+               done_, total_, rate, rest.c_str());
   std::fflush(stderr);
 }
 

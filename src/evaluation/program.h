@@ -2,14 +2,11 @@
 // Python reporter that makes their tables and plots.
 #pragma once
 
-#include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <cstdio>
 #include <functional>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace gms_ransac {
@@ -24,29 +21,27 @@ struct Interrupted {};
 /// Runs `body` and returns its exit status. An exception becomes "<program>: <sentence>" on stderr and kBadInput.
 int runProgram(const std::string& program, const std::function<int()>& body);
 
-/// "<what> 12/60, 8.3 a second, 0:00:06 left" on stderr: rewritten every half second on a terminal, else a line every
-/// two seconds, and once at the end.
+/// "<what> 12/60, 8.3 a second, 0:00:06 left" on stderr, at the end and on the way: rewritten every half second on a
+/// terminal, else a line every two seconds.
 class Progress {
  public:
   Progress(std::string what, int total);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  void advance() { ++done_; }
+  void advance();
 
  private:
-  void repeat();
+  using Clock = std::chrono::steady_clock;
   void show() const;
 
   const std::string what_;
   const int total_;
   const bool terminal_;
-  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  std::atomic<int> done_{0};
-  bool ended_ = false;
+  const Clock::time_point start_ = Clock::now();
+  Clock::time_point shown_ = start_;
+  int done_ = 0;
   std::mutex mutex_;
-  std::condition_variable end_;
-  std::thread thread_;
 };
 
 /// While it exists, Ctrl-C sets a flag and does not end the program.

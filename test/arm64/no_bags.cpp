@@ -1,7 +1,7 @@
 // Data sets of folders without those of bags, which need ROS.
 #include <stdexcept>
 
-#include "datasets/dataset_layouts.h"
+#include "datasets/dataset_text.h"
 
 namespace gms_ransac {
 

@@ -45,16 +45,13 @@ cv::Mat fuzzedDepth(FuzzInput& input, cv::Size size, sensor_msgs::ImagePtr& mess
 
 /// As MatchFilter has it, but for the filter.
 MatchResult estimated(const FuzzedPair& pair, Method& method) {
-  PointPairs pairs = pair.columns();
   const size_t n = pair.matches.size();
-  std::fill(pairs.score.begin(), pairs.score.end(), 1);
-  std::fill(pairs.relative_score.begin(), pairs.relative_score.end(), 1.f);
   MatchResult result;
   result.clear(Status::kOk);
   result.keypoints_reference = pair.reference.features.size();
   result.keypoints_current = pair.current.features.size();
   result.matches = pair.matches;
-  method.estimate(pairs, pair.camera, result.robust);
+  method.estimate(pair.columns(1), pair.camera, result.robust);
   result.stage.assign(n, MatchStage::kGms);
   result.confidence.assign(n, 1);
   result.probability.assign(n, 1);

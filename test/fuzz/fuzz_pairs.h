@@ -6,6 +6,7 @@
 
 #include "fuzz_input.h"
 #include "gms_ransac/match_filter.h"
+#include "survivors.h"
 
 namespace gms_ransac {
 
@@ -14,25 +15,15 @@ struct FuzzedPair {
   std::vector<Match> matches;
   Camera camera;
 
-  /// The matches as an estimator gets them, without scores.
-  PointPairs columns() const {
-    PointPairs pairs;
-    pairs.resize(static_cast<int>(matches.size()));
-    pairs.image_reference = reference.features.image_size;
-    pairs.image_current = current.features.image_size;
-    for (size_t i = 0; i < matches.size(); ++i) {
-      const cv::KeyPoint& from = reference.features.keypoints[static_cast<size_t>(matches[i].reference)];
-      const cv::KeyPoint& to = current.features.keypoints[static_cast<size_t>(matches[i].current)];
-      pairs.x_reference[i] = from.pt.x;
-      pairs.y_reference[i] = from.pt.y;
-      pairs.x_current[i] = to.pt.x;
-      pairs.y_current[i] = to.pt.y;
-      pairs.octave_reference[i] = static_cast<uint8_t>(from.octave);
-      pairs.octave_current[i] = static_cast<uint8_t>(to.octave);
-      pairs.distance[i] = matches[i].distance;
-      pairs.second_distance[i] = matches[i].second_distance;
-    }
-    return pairs;
+  /// The matches as an estimator gets them, all with that score.
+  PointPairs columns(int score = 0) const {
+    MotionStatistics statistics;
+    statistics.accepted.assign(matches.size(), 1);
+    statistics.score.assign(matches.size(), score);
+    statistics.relative_score.assign(matches.size(), static_cast<float>(score));
+    Survivors all;
+    SurvivorSelector(false, false).select(reference.features, current.features, matches, statistics, Camera(), all);
+    return all.pairs;
   }
 };
 

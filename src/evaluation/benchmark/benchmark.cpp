@@ -13,7 +13,6 @@
 #include <opencv2/core/version.hpp>
 
 #include "benchmark/benchmark_suite.h"
-#include "benchmark/frame_benchmark.h"
 #include "command_line.h"
 #include "gms_ransac/simd.h"
 #include "methods/method.h"

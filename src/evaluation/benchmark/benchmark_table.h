@@ -2,7 +2,7 @@
 #pragma once
 
 #include <time.h>
-#include <deque>
+#include <list>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -33,7 +33,7 @@ class StageClock {
 struct BenchmarkRow {
   std::string stage, name;
   std::string baseline;                 ///< name of the row of the same stage that this one is compared with; "": none
-  std::vector<double> ms;               ///< one for each repetition on each pair
+  std::vector<double> ms = {};          ///< one for each repetition on each pair
   double kept = 0, correct = 0;         ///< sums over the pairs
   int pairs = 0, pairs_with_truth = 0;  ///< how many pairs are in the sums
 
@@ -55,19 +55,15 @@ struct BenchmarkRow {
 
 class BenchmarkTable {
  public:
-  /// The row of that stage and name; made at the end of the table when it is new. References stay valid.
+  /// The row of that stage and name; made behind those of its stage when it is new. References stay valid.
   BenchmarkRow& row(const std::string& stage, const std::string& name, const std::string& baseline = "");
-  const std::deque<BenchmarkRow>& rows() const { return rows_; }
+  const std::list<BenchmarkRow>& rows() const { return rows_; }
   /// As a Markdown table: median and 95th percentile of the milliseconds, the baseline's median over the own, mean
   /// counts of a pair.
-  void print(std::ostream& out) const;
+  void print(std::ostream& out);
 
  private:
-  /// Rows of one stage together, stages and rows in the order in which they came.
-  std::vector<const BenchmarkRow*> byStage() const;
-  const BenchmarkRow* find(const std::string& stage, const std::string& name) const;
-
-  std::deque<BenchmarkRow> rows_;
+  std::list<BenchmarkRow> rows_;
 };
 
 }  // namespace gms_ransac

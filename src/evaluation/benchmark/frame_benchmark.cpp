@@ -1,4 +1,5 @@
-#include "benchmark/frame_benchmark.h"
+// The benchmark of what depends on the image before: whole frames of a sequence, and extraction at several image sizes.
+#include "benchmark/benchmark_suite.h"
 
 #include <utility>
 
@@ -14,14 +15,6 @@ namespace {
 const char kFrames[] = "frame after frame", kBaselineExtractor[] = "cv::ORB";
 constexpr int kImagesOfASize = 4;
 constexpr double kSoftBlur = 2, kSoftNoise = 1;
-
-FeatureExtractorOptions extractorOptions(const BenchmarkOptions& options) {
-  FeatureExtractorOptions extractor;
-  extractor.features = options.features;
-  extractor.fast_threshold = fastThreshold(options.features);
-  extractor.threads = options.threads;
-  return extractor;
-}
 
 /// cv::ORB, cv::BFMatcher, dense GMS and one of OpenCV's estimators; keeps the image before.
 class BaselineChain {
@@ -89,13 +82,7 @@ void runFrames(const Dataset& dataset, int first, int count, const BenchmarkOpti
     run(table.row(kFrames, baseline.name()), [&](const cv::Mat& image) { return baseline.process(image); });
     for (const std::string& method : options.methods) {
       for (const SearchMode search : {SearchMode::kGuided, SearchMode::kFull}) {
-        MatchFilterOptions ours;
-        ours.method = method;
-        ours.extractor = extractorOptions(options);
-        ours.robust.model = options.model;
-        ours.search = search;
-        ours.matcher_threads = options.threads;
-        MatchFilter filter(ours);
+        MatchFilter filter(options.pipeline(method, search));
         filter.setCamera(camera);
         const std::string name = method + (search == SearchMode::kFull ? ", full search" : "");
         run(table.row(kFrames, name, baseline.name()),
@@ -121,7 +108,7 @@ BenchmarkTable runSizes(const std::vector<cv::Size>& sizes, const BenchmarkOptio
       for (int i = 0; i < kImagesOfASize; ++i) images.push_back(room.render(i).image);
       const std::string stage = std::to_string(size.width) + "x" + std::to_string(size.height) + (soft ? ", soft" : "");
       const auto baseline = makeBaselineExtractor(options.features);
-      const auto ours = makeFeatureExtractor(extractorOptions(options));
+      const auto ours = makeFeatureExtractor(options.pipeline("", SearchMode::kFull).extractor);
       std::vector<cv::KeyPoint> keypoints;
       cv::Mat descriptors;
       Features features;

@@ -1,11 +1,11 @@
 #include "datasets/dataset.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <sstream>
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "datasets/dataset_layouts.h"
 #include "datasets/dataset_text.h"
 
 namespace gms_ransac {
@@ -15,10 +15,6 @@ namespace {
 // A longer hole in the ground truth (TUM's motion capture runs at 100 Hz) is not interpolated across, seconds.
 constexpr double kLongestPoseGap = 0.1;
 
-bool endsWith(const std::string& text, const std::string& suffix) {
-  return text.size() >= suffix.size() && text.compare(text.size() - suffix.size(), suffix.size(), suffix) == 0;
-}
-
 std::string withoutTrailingSlashes(std::string path) {
   while (path.size() > 1 && path.back() == '/') path.pop_back();
   return path;
@@ -26,7 +22,7 @@ std::string withoutTrailingSlashes(std::string path) {
 
 Dataset openLayout(const std::string& path, const DatasetOptions& options) {
   if (isFile(path)) {
-    if (endsWith(path, ".bag")) return openBag(path, options);
+    if (std::filesystem::path(path).extension() == ".bag") return openBag(path, options);
     throw DatasetError(path + ": is neither a folder nor a .bag file");
   }
   if (!isFolder(path)) throw DatasetError(path + ": no such folder or bag");
@@ -53,14 +49,7 @@ bool isOpenNiDefault(const CameraIntrinsics& k) {
 
 }  // namespace
 
-CameraIntrinsics openNiIntrinsics() {
-  CameraIntrinsics intrinsics;
-  intrinsics.fx = intrinsics.fy = 525;
-  intrinsics.cx = 319.5;
-  intrinsics.cy = 239.5;
-  intrinsics.distortion_model = "plumb_bob";
-  return intrinsics;
-}
+CameraIntrinsics openNiIntrinsics() { return {525, 525, 319.5, 239.5, "plumb_bob", {}}; }
 
 Dataset Dataset::open(const std::string& path, const DatasetOptions& options) {
   const std::string clean = withoutTrailingSlashes(path);
@@ -74,8 +63,7 @@ Dataset Dataset::open(const std::string& path, const DatasetOptions& options) {
 }
 
 std::string Dataset::name() const {
-  const auto slash = path_.rfind('/');
-  return slash == std::string::npos || path_.size() == 1 ? path_ : path_.substr(slash + 1);
+  return path_.size() == 1 ? path_ : std::filesystem::path(path_).filename().string();
 }
 
 std::string Dataset::calibrationText() const {

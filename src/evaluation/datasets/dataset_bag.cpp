@@ -15,7 +15,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "datasets/dataset_layouts.h"
 #include "datasets/dataset_text.h"
 
 namespace gms_ransac {
@@ -96,21 +95,9 @@ std::string chooseTopic(const std::string& file, rosbag::Bag& bag, const std::st
 }
 
 CameraIntrinsics fromCameraInfo(const sensor_msgs::CameraInfo& info) {
-  CameraIntrinsics intrinsics;
-  intrinsics.fx = info.K[0];
-  intrinsics.fy = info.K[4];
-  intrinsics.cx = info.K[2];
-  intrinsics.cy = info.K[5];
-  if (intrinsics.calibrated()) {
-    intrinsics.distortion_model = info.distortion_model;
-    intrinsics.distortion.assign(info.D.begin(), info.D.end());
-  } else {  // kitti2bag's and rectified topics may carry the projection alone
-    intrinsics.fx = info.P[0];
-    intrinsics.fy = info.P[5];
-    intrinsics.cx = info.P[2];
-    intrinsics.cy = info.P[6];
-  }
-  return intrinsics;
+  const CameraIntrinsics intrinsics = {info.K[0], info.K[4], info.K[2], info.K[5], info.distortion_model, info.D};
+  if (intrinsics.calibrated()) return intrinsics;
+  return {info.P[0], info.P[5], info.P[2], info.P[6], "", {}};  // rectified topics may carry the projection alone
 }
 
 /// Puts the topic into `source`.

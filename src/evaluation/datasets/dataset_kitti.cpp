@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "datasets/dataset_layouts.h"
 #include "datasets/dataset_text.h"
 
 namespace gms_ransac {
@@ -12,13 +11,6 @@ namespace {
 
 constexpr double kNominalPeriod = 0.1;  // KITTI's cameras run at 10 Hz; used without times.txt
 
-bool hasImageSuffix(const std::string& name) {
-  const auto dot = name.rfind('.');
-  if (dot == std::string::npos) return false;
-  const std::string suffix = name.substr(dot);
-  return suffix == ".png" || suffix == ".jpg" || suffix == ".jpeg" || suffix == ".pgm";
-}
-
 /// Paths relative to the set's folder, sorted by name.
 std::vector<std::string> listImages(const std::string& folder, const std::string& subfolder) {
   std::vector<std::string> names;
@@ -26,8 +18,9 @@ std::vector<std::string> listImages(const std::string& folder, const std::string
   const std::filesystem::directory_iterator entries(joinPath(folder, subfolder), problem);
   if (problem) throw DatasetError(joinPath(folder, subfolder) + ": " + problem.message());
   for (const auto& entry : entries) {
-    const std::string name = entry.path().filename().string();
-    if (hasImageSuffix(name)) names.push_back(subfolder + "/" + name);
+    const std::string suffix = entry.path().extension().string();
+    if (suffix != ".png" && suffix != ".jpg" && suffix != ".jpeg" && suffix != ".pgm") continue;
+    names.push_back(subfolder + "/" + entry.path().filename().string());
   }
   std::sort(names.begin(), names.end());
   if (names.empty()) throw DatasetError(joinPath(folder, subfolder) + ": holds no .png, .jpg or .pgm image");
@@ -39,11 +32,7 @@ std::optional<CameraIntrinsics> readCalibration(const std::string& file) {
   for (const TextLine& line : readLines(file)) {
     if (line.fields[0] != "P0:") continue;
     const std::vector<double> p = numbersAt(file, line, 1, 12, "P0: and twelve numbers of a 3 x 4 projection matrix");
-    CameraIntrinsics intrinsics;
-    intrinsics.fx = p[0];
-    intrinsics.cx = p[2];
-    intrinsics.fy = p[5];
-    intrinsics.cy = p[6];
+    const CameraIntrinsics intrinsics = {p[0], p[5], p[2], p[6], "", {}};
     if (!intrinsics.calibrated()) failAt(file, line, "the focal lengths in P0 must be positive");
     return intrinsics;
   }

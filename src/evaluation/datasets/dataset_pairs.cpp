@@ -3,7 +3,6 @@
 // the reference). A file without a key is taken for a homography.
 #include <map>
 
-#include "datasets/dataset_layouts.h"
 #include "datasets/dataset_text.h"
 
 namespace gms_ransac {

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <utility>
 
-#include <sys/stat.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -97,11 +97,7 @@ CameraIntrinsics parseIntrinsics(const std::string& text, const std::string& sou
     throw DatasetError(source + ": expected fx fy cx cy [k1 k2 p1 p2 [k3]], found " + std::to_string(values.size()) +
                        " numbers");
   }
-  CameraIntrinsics intrinsics;
-  intrinsics.fx = values[0];
-  intrinsics.fy = values[1];
-  intrinsics.cx = values[2];
-  intrinsics.cy = values[3];
+  CameraIntrinsics intrinsics = {values[0], values[1], values[2], values[3], "", {}};
   if (!intrinsics.calibrated()) throw DatasetError(source + ": the focal lengths fx and fy must be positive");
   if (values.size() > 4) {
     intrinsics.distortion_model = "plumb_bob";
@@ -137,18 +133,17 @@ Eigen::Matrix3d readMatrixFile(const std::string& file) {
 }
 
 bool isFile(const std::string& path) {
-  struct stat status {};
-  return stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode);
+  std::error_code none;
+  return std::filesystem::is_regular_file(path, none);
 }
 
 bool isFolder(const std::string& path) {
-  struct stat status {};
-  return stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
+  std::error_code none;
+  return std::filesystem::is_directory(path, none);
 }
 
 std::string joinPath(const std::string& folder, const std::string& relative) {
-  if (!relative.empty() && relative[0] == '/') return relative;
-  return folder + "/" + relative;
+  return (std::filesystem::path(folder) / relative).string();
 }
 
 std::shared_ptr<const ImageSource> folderImages(std::vector<std::string> paths) {

@@ -1,4 +1,5 @@
-// Reading the text files of image sets; every complaint names the file and the line.
+// The readers behind Dataset::open, one per layout, and the text files that they share; every complaint names the file
+// and the line.
 #pragma once
 
 #include <optional>
@@ -10,6 +11,11 @@
 #include "datasets/dataset.h"
 
 namespace gms_ransac {
+
+Dataset openTum(const std::string& folder, const DatasetOptions& options);
+Dataset openKitti(const std::string& folder, const DatasetOptions& options);
+Dataset openImagePairs(const std::string& folder, const DatasetOptions& options);
+Dataset openBag(const std::string& file, const DatasetOptions& options);
 
 /// A line that is neither blank nor a comment.
 struct TextLine {

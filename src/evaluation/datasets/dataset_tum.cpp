@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "datasets/dataset_layouts.h"
 #include "datasets/dataset_text.h"
 
 namespace gms_ransac {

@@ -1,14 +1,16 @@
 // Program: match filters compared on one's own images, without a ROS master.
+#include <algorithm>
 #include <iostream>
 #include <stdexcept>
 
 #include "program.h"
 #include "run/evaluate_commands.h"
-#include "run/pipeline_options.h"
+
+namespace gms_ransac {
+
+namespace po = boost::program_options;
 
 namespace {
-
-using namespace gms_ransac;
 
 struct Command {
   const char* name;
@@ -25,23 +27,21 @@ constexpr Command kCommands[] = {
     {"merge", "join the parts that evaluate tables --shard made", evaluateMerge},
 };
 
-std::string usage() {
-  std::string text = "usage: evaluate COMMAND [options]    (evaluate COMMAND --help tells more)\n";
-  for (const Command& command : kCommands) {
-    text += "  " + std::string(command.name) + std::string(10 - std::string(command.name).size(), ' ') +
-            command.summary + "\n";
-  }
-  return text + "  --list    the methods that can be compared\n";
-}
-
 int evaluate(const Arguments& arguments) {
   const std::string first = arguments.empty() ? "" : arguments.front();
   if (first == "--list") {
-    std::cout << methodTable();
+    for (const MethodEntry& method : methods()) {
+      std::cout << method.name << "\n    " << method.source << ": " << method.summary << "\n";
+    }
     return 0;
   }
   if (first == "--help" || first == "-h") {
-    std::cout << usage();
+    std::cout << "usage: evaluate COMMAND [options]    (evaluate COMMAND --help tells more)\n";
+    for (const Command& command : kCommands) {
+      const std::string name = command.name;
+      std::cout << "  " << name << std::string(10 - name.size(), ' ') << command.summary << "\n";
+    }
+    std::cout << "  --list    the methods that can be compared\n";
     return 0;
   }
   for (const Command& command : kCommands) {
@@ -51,8 +51,74 @@ int evaluate(const Arguments& arguments) {
                               "; see evaluate --help");
 }
 
+/// "first_group_fraction" -> "first-group-fraction".
+std::string optionName(std::string parameter) {
+  std::replace(parameter.begin(), parameter.end(), '_', '-');
+  return parameter;
+}
+
+std::string helpText(const Parameter& parameter) {
+  std::string choices;
+  for (const std::string& choice : parameter.choices) {
+    if (!choice.empty()) choices += (choices.empty() ? ": " : ", ") + choice;
+  }
+  return parameter.sentence + choices;
+}
+
 }  // namespace
 
+void PipelineArguments::addTo(po::options_description& description, const Arguments& given) {
+  if (std::find(given.begin(), given.end(), "--paper") != given.end()) base = MatchFilterOptions::paper();
+  auto add = description.add_options();
+  add("paper",
+      "defaults as in the paper: cp_ransac on cv::ORB, without refinement, judgement and one_to_one (see README)");
+  add("method,m", po::value(&methods)->composing(), "method, or several with commas between (see evaluate --list)");
+  const ParameterValues defaults = parametersOf(base);
+  for (const Parameter& parameter : coreParameters()) {
+    if (parameter.name == "method") continue;
+    const auto take = [this, &parameter](const std::string& text) {
+      const std::optional<ParameterValue> value = parameter.parse(text);
+      if (!value || !parameter.accepts(*value)) {
+        throw std::invalid_argument(refusal("--" + optionName(parameter.name), text, parameter.accepted()));
+      }
+      values_[parameter.name] = *value;
+    };
+    add(optionName(parameter.name).c_str(),
+        po::value<std::string>()->default_value(toText(defaults.at(parameter.name)))->notifier(take),
+        helpText(parameter).c_str());
+  }
+  add("threads", po::value(&threads)->default_value(threads), "of extraction and matching");
+}
+
+MatchFilterOptions PipelineArguments::options(const std::string& method) const {
+  MatchFilterOptions result = base;
+  setParameters(values_, result);
+  result.method = method;
+  result.extractor.threads = threads;
+  result.matcher_threads = threads;
+  result.validate();
+  return result;
+}
+
+std::vector<std::string> PipelineArguments::methodNames(std::vector<std::string> otherwise) const {
+  if (methods.empty()) return otherwise;
+  std::vector<std::string> names;
+  for (const std::string& list : methods) {
+    if (list.empty()) findMethod(list);  // complains with the list of known names
+    for (const std::string& name : splitAtCommas(list)) names.emplace_back(findMethod(name).name);
+  }
+  return names;
+}
+
+std::vector<std::string> allMethodNames() {
+  std::vector<std::string> names;
+  for (const MethodEntry& method : methods()) names.push_back(method.name);
+  return names;
+}
+
+}  // namespace gms_ransac
+
 int main(int argc, char** argv) {
-  return gms_ransac::runProgram("evaluate", [&] { return evaluate(Arguments(argv + 1, argv + argc)); });
+  using namespace gms_ransac;
+  return runProgram("evaluate", [&] { return evaluate(Arguments(argv + 1, argv + argc)); });
 }

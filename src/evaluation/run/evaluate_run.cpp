@@ -3,102 +3,77 @@
 #include <iostream>
 #include <stdexcept>
 
-#include <boost/program_options.hpp>
-
 #include "program.h"
 #include "run/evaluate_commands.h"
 #include "run/experiment.h"
-#include "run/pipeline_options.h"
 #include "run/record.h"
 
 namespace gms_ransac {
 
-namespace {
-
 namespace po = boost::program_options;
 
-struct RunArguments {
+int evaluateRun(const Arguments& arguments) {
   std::string folder, out, plot;
-  int gap = 1, stride = 1, repeat = 1;
-  DatasetOptions dataset;
+  int gap = 1, stride = 1, repeats = 1;
+  DatasetOptions dataset_options;
   PipelineArguments pipeline;
-};
-
-/// False when only help was asked for.
-bool parse(const Arguments& arguments, RunArguments& run) {
   po::options_description options("Options");
   auto add = options.add_options();
   add("help,h", "this text");
-  add("gap", po::value(&run.gap)->default_value(run.gap), "frames between reference and current");
-  add("stride", po::value(&run.stride)->default_value(run.stride), "frames between one pair and the next");
-  add("repeat", po::value(&run.repeat)->default_value(run.repeat), "repetitions, each with the next seed");
-  add("out,o", po::value(&run.out), "file for the records, one JSON object a line; - for standard output");
-  add("plot", po::value(&run.plot), "file for a plot (.png, .pdf) of errors and inliers over time");
-  addDatasetOptions(options, run.dataset);
-  run.pipeline.addTo(options, arguments);
+  add("gap", po::value(&gap)->default_value(gap), "frames between reference and current");
+  add("stride", po::value(&stride)->default_value(stride), "frames between one pair and the next");
+  add("repeat", po::value(&repeats)->default_value(repeats), "repetitions, each with the next seed");
+  add("out,o", po::value(&out), "file for the records, one JSON object a line; - for standard output");
+  add("plot", po::value(&plot), "file for a plot (.png, .pdf) of errors and inliers over time");
+  addDatasetOptions(options, dataset_options);
+  pipeline.addTo(options, arguments);
   const char* usage =
       "evaluate run DIR [options]\n\nDIR: a TUM or KITTI odometry folder, a folder of image pairs (pairs.txt), or a "
       ".bag.\nWrites a record for each pair and method, and prints a table.";
-  if (!parseCommandLine(arguments, usage, options, {{"folder", 1, po::value(&run.folder)}})) {
-    return false;
-  }
-  if (run.folder.empty()) throw std::invalid_argument("no folder or bag given; see evaluate run --help");
-  requireAtLeastOne({{"--gap", run.gap}, {"--stride", run.stride}, {"--repeat", run.repeat}});
-  return true;
-}
-
-/// Each method, repeated with the next seeds.
-std::vector<MatchFilterOptions> pipelines(const RunArguments& run) {
-  std::vector<MatchFilterOptions> all;
-  for (const std::string& method : run.pipeline.methodNames()) {
-    for (int repeat = 0; repeat < run.repeat; ++repeat) {
-      all.push_back(run.pipeline.options(method));
-      all.back().robust.seed += static_cast<uint64_t>(repeat);
+  if (!parseCommandLine(arguments, usage, options, {{"folder", 1, po::value(&folder)}})) return 0;
+  if (folder.empty()) throw std::invalid_argument("no folder or bag given; see evaluate run --help");
+  requireAtLeastOne({{"--gap", gap}, {"--stride", stride}, {"--repeat", repeats}});
+  std::vector<MatchFilterOptions> pipelines;
+  for (const std::string& method : pipeline.methodNames({pipeline.base.method})) {
+    for (int repeat = 0; repeat < repeats; ++repeat) {
+      pipelines.push_back(pipeline.options(method));
+      pipelines.back().robust.seed += static_cast<uint64_t>(repeat);
     }
   }
-  return all;
-}
-
-}  // namespace
-
-int evaluateRun(const Arguments& arguments) {
-  RunArguments run;
-  if (!parse(arguments, run)) return 0;
-  const std::vector<MatchFilterOptions> all = pipelines(run);
-  const Dataset dataset = Dataset::open(run.folder, run.dataset);
-  const std::vector<DatasetPair> pairs = dataset.pairs(run.gap, run.stride);
+  const Dataset dataset = Dataset::open(folder, dataset_options);
+  const std::vector<DatasetPair> pairs = dataset.pairs(gap, stride);
   if (pairs.empty()) {
-    throw std::invalid_argument(run.folder + ": no pair of images " + std::to_string(run.gap) + " apart among its " +
+    throw std::invalid_argument(folder + ": no pair of images " + std::to_string(gap) + " apart among its " +
                                 std::to_string(dataset.frames().size()));
   }
   std::ofstream file;
-  if (!run.out.empty() && run.out != "-") {
-    file.open(run.out);
-    if (!file) throw std::invalid_argument(run.out + ": cannot be written");
+  if (!out.empty() && out != "-") {
+    file.open(out);
+    if (!file) throw std::invalid_argument(out + ": cannot be written");
   }
-  std::ostream* records = run.out.empty() ? nullptr : run.out == "-" ? &std::cout : &file;
-  for (const std::string& remark : remarks(dataset, all.front())) std::cerr << remark << '\n';
+  std::ostream* records = out.empty() ? nullptr : out == "-" ? &std::cout : &file;
+  printRemarks(dataset, pipelines.front());
 
   std::vector<std::string> report = {"run"};
-  if (!run.plot.empty()) report.insert(report.end(), {"--plot", run.plot});
-  Reporter reporter(report, run.out == "-");
+  if (!plot.empty()) report.insert(report.end(), {"--plot", plot});
+  Reporter reporter(report, out == "-");
   const InterruptWatch watch;
   size_t done = 0;
   {
-    Experiment experiment(dataset, all);
+    Experiment experiment(dataset, pipelines);
     Progress progress("evaluating pair", static_cast<int>(pairs.size()));
     for (; done < pairs.size() && !InterruptWatch::interrupted(); ++done) {
       experiment.run(pairs[done], [&](const Answer& answer) {
         nlohmann::json record = answerRecord(answer.options, answer.result);
-        record.update(pairRecord(dataset, pairs[done], run.gap));
-        record["repeat"] = answer.pipeline % static_cast<size_t>(run.repeat);
+        record.update(pairRecord(dataset, pairs[done], gap));
+        record["repeat"] = answer.pipeline % static_cast<size_t>(repeats);
         record["truth"] = truthRecord(answer.truth, answer.reference, answer.current, answer.result);
         reporter.add(record.dump());
         if (!records) return;
         record["correspondences"] = correspondencesRecord(answer.reference, answer.current, answer.result);
         *records << record.dump() << '\n';
       });
-      if (records && !records->flush()) throw std::runtime_error(run.out + ": writing failed; is the disk full?");
+      if (records && !records->flush()) throw std::runtime_error(out + ": writing failed; is the disk full?");
       progress.advance();
     }
   }

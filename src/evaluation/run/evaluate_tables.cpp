@@ -2,7 +2,6 @@
 // resumed and spread over machines.
 #include <algorithm>
 #include <ctime>
-#include <iostream>
 #include <limits>
 #include <map>
 #include <memory>
@@ -11,13 +10,9 @@
 #include <stdexcept>
 #include <tuple>
 
-#include <boost/program_options.hpp>
-
-#include "methods/method.h"
 #include "program.h"
 #include "run/evaluate_commands.h"
 #include "run/experiment.h"
-#include "run/pipeline_options.h"
 #include "run/record.h"
 #include "run/work_folder.h"
 
@@ -35,14 +30,22 @@ constexpr int kLastPresetOfDefaultFastThreshold = 3000;
 /// Runs of the stages before the robust one; the fastest counts. The first one pays for memory and caches.
 constexpr int kStageRuns = 3;
 
+/// Share i of n of the work, i from 1.
+struct Shard {
+  int index = 1, count = 1;
+  bool owns(int unit) const { return unit % count == index - 1; }
+};
+
 struct TablesPlan {
   std::vector<Dataset> datasets;
   int gap = 1, pairs = 5, repeats = 20;
   std::vector<int> presets = {1000, 2000, 2500, 3000, 3500, 4000, 5000, 6000, 7000, 8000, 9000, 10000};
   std::vector<double> ratios = {1.0 / 5, 1.0 / 4, 1.0 / 3, 1.0 / 2, 2.0 / 3, 3.0 / 4, 4.0 / 5};
-  std::vector<std::string> methods;  ///< compared with cp_ransac, which is always there
-  ModelType model = ModelType::kEssential;
-  MatchFilterOptions base;  ///< extractor, grid, threshold, seed, ... of every run
+  std::vector<std::string> methods = {"lan", "gms_ransac", "lo_prosac"};  ///< compared with cp_ransac, always there
+  MatchFilterOptions base;  ///< extractor, model, grid, threshold, seed, ... of every run
+  std::string out = "tables";
+  Shard shard;
+  bool resume = false, plots = true;
 };
 
 /// One piece of work: a pair of images at one preset.
@@ -52,27 +55,8 @@ struct TablesUnit {
   int preset;
 };
 
-/// One pipeline of the comparison.
-struct TablesRun {
-  std::string method;
-  ModelType model;
-  double ratio;
-};
-
-/// Share i of n of the work, i from 1.
-struct Shard {
-  int index = 1, count = 1;
-  bool owns(int unit) const { return unit % count == index - 1; }
-};
-
-struct TablesArguments {
-  std::vector<std::string> folders, ratios;
-  std::string out = "tables", shard = "1/1", presets;
-  bool resume = false, plots = true;
-  TablesPlan plan;
-  DatasetOptions dataset;
-  PipelineArguments pipeline;
-};
+/// One pipeline of the comparison: method, model, grouping ratio.
+using TablesRun = std::tuple<std::string, ModelType, double>;
 
 Shard parseShard(const std::string& text) {
   Shard shard;
@@ -96,89 +80,68 @@ double parseRatio(const std::string& text) {
   return numerator / denominator;
 }
 
-po::options_description describe(TablesArguments& tables, const Arguments& arguments) {
-  tables.pipeline.base.extractor.extractor = "opencv";  // what the paper used
-  tables.pipeline.base.one_to_one = false;              // likewise
-  tables.pipeline.base.search = SearchMode::kFull;      // likewise
+/// False when only help was asked for.
+bool parse(const Arguments& arguments, TablesPlan& plan) {
+  std::vector<std::string> folders;
+  std::string presets, shard = "1/1";
+  DatasetOptions dataset_options;
+  PipelineArguments pipeline;
+  pipeline.base.extractor.extractor = "opencv";  // what the paper used
+  pipeline.base.one_to_one = false;              // likewise
+  pipeline.base.search = SearchMode::kFull;      // likewise
   po::options_description options("Options");
   auto add = options.add_options();
   add("help,h", "this text");
-  add("out,o", po::value(&tables.out)->default_value(tables.out), "folder for measurements, tables and plots");
-  add("resume", po::bool_switch(&tables.resume), "go on with what is in the folder already");
-  add("shard", po::value(&tables.shard)->default_value(tables.shard), "i/n: do the i-th of n parts (see merge)");
-  add("gap", po::value(&tables.plan.gap)->default_value(tables.plan.gap), "frames between reference and current");
-  add("pairs", po::value(&tables.plan.pairs)->default_value(tables.plan.pairs), "pairs a set, spread evenly over it");
-  add("repeat", po::value(&tables.plan.repeats)->default_value(tables.plan.repeats), "seeds for each pair");
-  add("presets", po::value(&tables.presets), "numbers of features, separated by commas; default: the paper's twelve");
+  add("out,o", po::value(&plan.out)->default_value(plan.out), "folder for measurements, tables and plots");
+  add("resume", po::bool_switch(&plan.resume), "go on with what is in the folder already");
+  add("shard", po::value(&shard)->default_value(shard), "i/n: do the i-th of n parts (see merge)");
+  add("gap", po::value(&plan.gap)->default_value(plan.gap), "frames between reference and current");
+  add("pairs", po::value(&plan.pairs)->default_value(plan.pairs), "pairs a set, spread evenly over it");
+  add("repeat", po::value(&plan.repeats)->default_value(plan.repeats), "seeds for each pair");
+  add("presets", po::value(&presets), "numbers of features, separated by commas; default: the paper's twelve");
   add("ratios", po::value<std::string>(), "grouping ratios, separated by commas; default: the paper's seven");
   add("no-plots", "only CSV and Markdown");
-  addDatasetOptions(options, tables.dataset);
-  tables.pipeline.addTo(options, arguments);
-  return options;
-}
-
-/// Methods in addition to cp_ransac: those asked for, else the paper's two baselines and the package's own.
-std::vector<std::string> comparedMethods(const PipelineArguments& pipeline) {
-  std::vector<std::string> wanted = parseMethodNames(pipeline.methods);
-  if (wanted.empty()) {
-    for (const MethodEntry& method : methods()) {
-      const std::string name = method.name;
-      if (name == "gms_ransac" || name == "lan" || name == "lo_prosac") wanted.push_back(name);
-    }
-  }
-  std::vector<std::string> others;
-  for (const std::string& name : wanted) {
-    if (name != "cp_ransac") others.push_back(name);
-  }
-  return others;
-}
-
-/// False when only help was asked for.
-bool parse(const Arguments& arguments, TablesArguments& tables) {
-  const po::options_description options = describe(tables, arguments);
+  addDatasetOptions(options, dataset_options);
+  pipeline.addTo(options, arguments);
   const char* usage =
       "evaluate tables DIR... [options]\n\nMakes the paper's Tables 1-5 and the data of its Figures 5, 6, 8 and 9 on "
       "each set.\nOptions of the pipeline hold for every method.";
-  const auto words = parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&tables.folders)}});
+  const auto words = parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&folders)}});
   if (!words) return false;
   const po::variables_map& given = *words;
-  if (tables.folders.empty()) throw std::invalid_argument("no folder or bag given; see evaluate tables --help");
+  if (folders.empty()) throw std::invalid_argument("no folder or bag given; see evaluate tables --help");
   for (const char* fixed : {"features", "first-group-fraction"}) {
     if (!given[fixed].defaulted()) {
       throw std::invalid_argument(std::string("--") + fixed +
                                   " is varied by the tables; choose --presets and --ratios");
     }
   }
-  TablesPlan& plan = tables.plan;
   requireAtLeastOne({{"--gap", plan.gap}, {"--pairs", plan.pairs}, {"--repeat", plan.repeats}});
-  if (!tables.presets.empty()) plan.presets = parsePositives(tables.presets, "--presets");
+  if (!presets.empty()) plan.presets = parsePositives(presets, "--presets");
   if (given.count("ratios")) {
     plan.ratios.clear();
     for (const std::string& text : splitAtCommas(given["ratios"].as<std::string>())) {
       plan.ratios.push_back(parseRatio(text));
     }
   }
-  tables.plots = given.count("no-plots") == 0;
-  plan.base = tables.pipeline.options("cp_ransac");
-  plan.model = plan.base.robust.model;
-  plan.methods = comparedMethods(tables.pipeline);
-  return true;
-}
-
-std::vector<Dataset> openAll(const TablesArguments& tables) {
-  std::vector<Dataset> datasets;
+  plan.plots = given.count("no-plots") == 0;
+  plan.base = pipeline.options("cp_ransac");
+  plan.methods = pipeline.methodNames(plan.methods);
+  plan.methods.erase(std::remove(plan.methods.begin(), plan.methods.end(), "cp_ransac"), plan.methods.end());
+  plan.shard = parseShard(shard);
   std::set<std::string> names;
-  for (const std::string& folder : tables.folders) {
-    datasets.push_back(Dataset::open(folder, tables.dataset));
-    if (!names.insert(datasets.back().name()).second) {
-      throw std::invalid_argument("two sets are called " + datasets.back().name() + "; their names tell them apart");
+  for (const std::string& folder : folders) {
+    plan.datasets.push_back(Dataset::open(folder, dataset_options));
+    const Dataset& dataset = plan.datasets.back();
+    if (!names.insert(dataset.name()).second) {
+      throw std::invalid_argument("two sets are called " + dataset.name() + "; their names tell them apart");
     }
-    if (datasets.back().pairs(tables.plan.gap, 1).empty()) {
-      throw std::invalid_argument(folder + ": no pair of images " + std::to_string(tables.plan.gap) + " apart");
+    if (dataset.pairs(plan.gap, 1).empty()) {
+      throw std::invalid_argument(folder + ": no pair of images " + std::to_string(plan.gap) + " apart");
     }
-    for (const std::string& remark : remarks(datasets.back(), tables.plan.base)) std::cerr << remark << '\n';
+    printRemarks(dataset, plan.base);
   }
-  return datasets;
+  return true;
 }
 
 /// Everything that decides the figures, for telling whether two folders of measurements belong together.
@@ -212,11 +175,11 @@ std::vector<TablesUnit> tablesUnits(const TablesPlan& plan) {
 /// cp_ransac at every ratio, every other method once, and at Table 4's preset the other models too.
 std::vector<TablesRun> tablesRuns(const TablesPlan& plan, int preset) {
   std::vector<TablesRun> runs;
-  for (const double ratio : plan.ratios) runs.push_back({"cp_ransac", plan.model, ratio});
-  for (const std::string& method : plan.methods) runs.push_back({method, plan.model, kPaperRatio});
+  for (const double ratio : plan.ratios) runs.push_back({"cp_ransac", plan.base.robust.model, ratio});
+  for (const std::string& method : plan.methods) runs.push_back({method, plan.base.robust.model, kPaperRatio});
   if (preset != kTable4Preset) return runs;
   for (const ModelType model : {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography}) {
-    if (model == plan.model) continue;
+    if (model == plan.base.robust.model) continue;
     runs.push_back({"cp_ransac", model, kPaperRatio});
     for (const std::string& method : plan.methods) runs.push_back({method, model, kPaperRatio});
   }
@@ -300,20 +263,17 @@ class TablesMeter {
 
  private:
   MatchFilter& filterFor(const TablesRun& run) {
-    auto& filter = filters_[{run.method, run.model, run.ratio}];
+    auto& filter = filters_[run];
     if (!filter) {
       MatchFilterOptions options = plan_.base;
-      options.method = run.method;
-      options.robust.model = run.model;
-      options.robust.first_group_fraction = run.ratio;
+      std::tie(options.method, options.robust.model, options.robust.first_group_fraction) = run;
       filter = std::make_unique<MatchFilter>(options);
     }
     return *filter;
   }
 
   const TablesPlan& plan_;
-  /// By method, model and ratio; kept, so that stages are warm.
-  std::map<std::tuple<std::string, ModelType, double>, std::unique_ptr<MatchFilter>> filters_;
+  std::map<TablesRun, std::unique_ptr<MatchFilter>> filters_;  ///< kept, so that stages are warm
 };
 
 /// Tables and plots of everything the folder holds. Returns the exit status.
@@ -327,22 +287,20 @@ int reportTables(const WorkFolder& folder, bool plots) {
 }  // namespace
 
 int evaluateTables(const Arguments& arguments) {
-  TablesArguments tables;
-  if (!parse(arguments, tables)) return 0;
-  const Shard shard = parseShard(tables.shard);
-  tables.plan.datasets = openAll(tables);
-  WorkFolder folder(tables.out);
-  folder.begin(planRecord(tables.plan), tables.resume);
-  const std::vector<TablesUnit> units = tablesUnits(tables.plan);
+  TablesPlan plan;
+  if (!parse(arguments, plan)) return 0;
+  WorkFolder folder(plan.out);
+  folder.begin(planRecord(plan), plan.resume);
+  const std::vector<TablesUnit> units = tablesUnits(plan);
   std::vector<int> numbers;
   for (int unit = 0; unit < static_cast<int>(units.size()); ++unit) {
-    if (shard.owns(unit)) numbers.push_back(unit);
+    if (plan.shard.owns(unit)) numbers.push_back(unit);
   }
-  TablesMeter meter(tables.plan);
+  TablesMeter meter(plan);
   const auto measure = [&](int unit) { return meter.measure(units[static_cast<size_t>(unit)]); };
   const InterruptWatch watch;
   workThrough(folder, numbers, 1, measure);  // one at a time, for the times' sake
-  return statusOrInterrupted(reportTables(folder, tables.plots), "go on with the same command and --resume");
+  return statusOrInterrupted(reportTables(folder, plan.plots), "go on with the same command and --resume");
 }
 
 int evaluateMerge(const Arguments& arguments) {

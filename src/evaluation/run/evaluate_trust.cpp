@@ -11,14 +11,10 @@
 #include <set>
 #include <stdexcept>
 
-#include <boost/program_options.hpp>
-
-#include "methods/method.h"
 #include "program.h"
 #include "run/evaluate_commands.h"
 #include "run/experiment.h"
 #include "run/metrics.h"
-#include "run/pipeline_options.h"
 #include "run/record.h"
 #include "run/truth_noise.h"
 #include "run/work_folder.h"
@@ -49,6 +45,9 @@ struct TrustPlan {
   int drawn_pairs = 100;                      ///< of each scene
   std::vector<MatchFilterOptions> pipelines;  ///< one for each method
   DatasetOptions dataset;
+  std::string out = "trust";
+  int jobs = 1;
+  bool resume = false, tables = true;
 };
 
 /// One piece of work: some neighbouring pairs of a set at a gap, or all pairs of a drawn scene.
@@ -59,43 +58,7 @@ struct TrustUnit {
   int first, count;
 };
 
-struct TrustArguments {
-  std::vector<std::string> folders, gaps, scenes;
-  std::string out = "trust";
-  int jobs = 1;
-  bool resume = false, tables = true;
-  TrustPlan plan;
-  PipelineArguments pipeline;
-};
-
-po::options_description describe(TrustArguments& trust, const Arguments& arguments) {
-  po::options_description options("Options");
-  auto add = options.add_options();
-  add("help,h", "this text");
-  add("scenes", po::value(&trust.scenes)->composing(),
-      "drawn scenes, by name or the beginning of names, with commas between; drawn: all of them");
-  add("list-scenes", "names the drawn scenes and ends");
-  add("pairs", po::value(&trust.plan.drawn_pairs)->default_value(trust.plan.drawn_pairs), "of each drawn scene");
-  add("gaps", po::value(&trust.gaps)->composing(),
-      "frames between reference and current of the sets, with commas between; default 1");
-  add("stride", po::value(&trust.plan.stride)->default_value(trust.plan.stride),
-      "frames between one pair and the next");
-  add("truth-rotation-sigma", po::value<double>(),
-      "noise of the sets' true rotation from image to image, degrees for each axis; default: by the kind of the set");
-  add("truth-translation-sigma", po::value<double>(), "of their true translation, metres for each axis");
-  add("truth-clock-sigma", po::value<double>(), "of the images' stamps against those of the truth, seconds");
-  add("truth-alignment-sigma", po::value<double>(),
-      "of the truth's axes against those of the camera, degrees about each");
-  add("out,o", po::value(&trust.out)->default_value(trust.out), "folder for records, pairs.csv, trust.md and plots");
-  add("resume", po::bool_switch(&trust.resume), "go on with what is in the folder already");
-  add("jobs,j", po::value(&trust.jobs)->default_value(trust.jobs), "pieces of work side by side");
-  add("no-report", "only records and pairs.csv");
-  addDatasetOptions(options, trust.plan.dataset);
-  trust.pipeline.addTo(options, arguments);
-  return options;
-}
-
-/// The scenes that a list asks for, in the order of the catalogue.
+/// The scenes that lists ask for, in the order of the catalogue.
 std::vector<DrawnScene> chosenScenes(const std::vector<std::string>& lists) {
   std::set<std::string> wanted;
   for (const std::string& list : lists) {
@@ -111,9 +74,8 @@ std::vector<DrawnScene> chosenScenes(const std::vector<std::string>& lists) {
     }
   }
   std::vector<DrawnScene> scenes;
-  for (const DrawnScene& scene : drawnScenes()) {
-    if (wanted.count(scene.name) > 0) scenes.push_back(scene);
-  }
+  std::copy_if(drawnScenes().begin(), drawnScenes().end(), std::back_inserter(scenes),
+               [&](const DrawnScene& scene) { return wanted.count(scene.name) > 0; });
   return scenes;
 }
 
@@ -133,61 +95,71 @@ std::vector<std::string> setsIn(const std::string& folder) {
   return sets;
 }
 
-/// The value of an option, times `factor`.
-std::optional<double> sigma(const po::variables_map& given, const char* option, double factor) {
-  if (given.count(option) == 0) return std::nullopt;
-  const double value = given[option].as<double>();
-  if (!(value >= 0)) throw std::invalid_argument(std::string("--") + option + " must not be negative");
-  return factor * value;
-}
-
-std::vector<TrustSet> chosenSets(const std::vector<std::string>& folders, const po::variables_map& given) {
-  const std::optional<double> rotation = sigma(given, "truth-rotation-sigma", 1 / kDegrees),
-                              translation = sigma(given, "truth-translation-sigma", 1),
-                              clock = sigma(given, "truth-clock-sigma", 1),
-                              alignment = sigma(given, "truth-alignment-sigma", 1 / kDegrees);
-  std::vector<TrustSet> sets;
-  for (const std::string& folder : folders) {
-    for (const std::string& path : setsIn(folder)) {
-      const TruthNoise kind = defaultTruthNoise(path);
-      sets.push_back({path,
-                      {rotation.value_or(kind.rotation), translation.value_or(kind.translation),
-                       clock.value_or(kind.clock), alignment.value_or(kind.alignment)}});
-    }
-  }
-  return sets;
-}
-
 /// False when only a text was asked for.
-bool parse(const Arguments& arguments, TrustArguments& trust) {
-  const po::options_description options = describe(trust, arguments);
+bool parse(const Arguments& arguments, TrustPlan& plan) {
+  std::vector<std::string> folders, gaps, scenes;
+  std::optional<double> rotation, translation, clock, alignment;
+  PipelineArguments pipeline;
+  po::options_description options("Options");
+  auto add = options.add_options();
+  const auto addSigma = [&](const std::string& option, double unit, std::optional<double>& sigma, const char* text) {
+    const auto take = [=, &sigma](double value) {
+      if (!(value >= 0)) throw std::invalid_argument("--" + option + " must not be negative");
+      sigma = unit * value;
+    };
+    add(option.c_str(), po::value<double>()->notifier(take), text);
+  };
+  add("help,h", "this text");
+  add("scenes", po::value(&scenes)->composing(),
+      "drawn scenes, by name or the beginning of names, with commas between; drawn: all of them");
+  add("list-scenes", "names the drawn scenes and ends");
+  add("pairs", po::value(&plan.drawn_pairs)->default_value(plan.drawn_pairs), "of each drawn scene");
+  add("gaps", po::value(&gaps)->composing(),
+      "frames between reference and current of the sets, with commas between; default 1");
+  add("stride", po::value(&plan.stride)->default_value(plan.stride), "frames between one pair and the next");
+  addSigma(
+      "truth-rotation-sigma", 1 / kDegrees, rotation,
+      "noise of the sets' true rotation from image to image, degrees for each axis; default: by the kind of the set");
+  addSigma("truth-translation-sigma", 1, translation, "of their true translation, metres for each axis");
+  addSigma("truth-clock-sigma", 1, clock, "of the images' stamps against those of the truth, seconds");
+  addSigma("truth-alignment-sigma", 1 / kDegrees, alignment,
+           "of the truth's axes against those of the camera, degrees about each");
+  add("out,o", po::value(&plan.out)->default_value(plan.out), "folder for records, pairs.csv, trust.md and plots");
+  add("resume", po::bool_switch(&plan.resume), "go on with what is in the folder already");
+  add("jobs,j", po::value(&plan.jobs)->default_value(plan.jobs), "pieces of work side by side");
+  add("no-report", "only records and pairs.csv");
+  addDatasetOptions(options, plan.dataset);
+  pipeline.addTo(options, arguments);
   const char* usage =
       "evaluate trust [DIR...] [--scenes drawn] [options]\n\nDIR: a set with truth, as for evaluate run, or a folder "
       "of such sets. Every method without --method.";
-  const auto words = parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&trust.folders)}});
-  if (!words) return false;
-  const po::variables_map& given = *words;
-  if (given.count("list-scenes")) {
+  const auto given = parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&folders)}});
+  if (!given) return false;
+  if (given->count("list-scenes")) {
     for (const DrawnScene& scene : drawnScenes()) std::cout << scene.name << "\n    " << scene.summary << '\n';
     return false;
   }
-  trust.tables = given.count("no-report") == 0;
-  TrustPlan& plan = trust.plan;
-  requireAtLeastOne({{"--pairs", plan.drawn_pairs}, {"--stride", plan.stride}, {"--jobs", trust.jobs}});
-  if (!trust.gaps.empty()) plan.gaps.clear();
-  for (const std::string& list : trust.gaps) {
+  plan.tables = given->count("no-report") == 0;
+  requireAtLeastOne({{"--pairs", plan.drawn_pairs}, {"--stride", plan.stride}, {"--jobs", plan.jobs}});
+  if (!gaps.empty()) plan.gaps.clear();
+  for (const std::string& list : gaps) {
     for (const int gap : parsePositives(list, "--gaps")) plan.gaps.push_back(gap);
   }
-  plan.scenes = chosenScenes(trust.scenes);
-  plan.sets = chosenSets(trust.folders, given);
+  plan.scenes = chosenScenes(scenes);
+  for (const std::string& folder : folders) {
+    for (const std::string& path : setsIn(folder)) {
+      const TruthNoise kind = defaultTruthNoise(path);
+      plan.sets.push_back({path,
+                           {rotation.value_or(kind.rotation), translation.value_or(kind.translation),
+                            clock.value_or(kind.clock), alignment.value_or(kind.alignment)}});
+    }
+  }
   if (plan.sets.empty() && plan.scenes.empty()) {
     throw std::invalid_argument("neither a folder nor --scenes given; see evaluate trust --help");
   }
-  std::vector<std::string> names = parseMethodNames(trust.pipeline.methods);
-  if (names.empty()) {
-    for (const MethodEntry& method : methods()) names.push_back(method.name);
+  for (const std::string& name : pipeline.methodNames(allMethodNames())) {
+    plan.pipelines.push_back(pipeline.options(name));
   }
-  for (const std::string& name : names) plan.pipelines.push_back(trust.pipeline.options(name));
   return true;
 }
 
@@ -216,7 +188,7 @@ std::vector<TrustUnit> trustUnits(const TrustPlan& plan) {
   std::vector<TrustUnit> units;
   for (const TrustSet& set : plan.sets) {
     const Dataset dataset = Dataset::open(set.path, plan.dataset);
-    for (const std::string& remark : remarks(dataset, plan.pipelines.front())) std::cerr << remark << '\n';
+    printRemarks(dataset, plan.pipelines.front());
     const bool listed = dataset.kind() == DatasetKind::kImagePairs;
     for (const int gap : listed ? std::vector<int>{0} : plan.gaps) {
       const int pairs = static_cast<int>(dataset.pairs(std::max(1, gap), plan.stride).size());
@@ -343,22 +315,21 @@ json measureScene(const TrustPlan& plan, const TrustUnit& unit) {
 }  // namespace
 
 int evaluateTrust(const Arguments& arguments) {
-  TrustArguments trust;
-  if (!parse(arguments, trust)) return 0;
-  const TrustPlan& plan = trust.plan;
+  TrustPlan plan;
+  if (!parse(arguments, plan)) return 0;
   const std::vector<TrustUnit> units = trustUnits(plan);
-  WorkFolder folder(trust.out);
-  folder.begin(planRecord(plan), trust.resume);
+  WorkFolder folder(plan.out);
+  folder.begin(planRecord(plan), plan.resume);
   std::vector<int> numbers(units.size());
   std::iota(numbers.begin(), numbers.end(), 0);
   const InterruptWatch watch;
-  workThrough(folder, numbers, trust.jobs, [&](int index) {
+  workThrough(folder, numbers, plan.jobs, [&](int index) {
     const TrustUnit& unit = units[static_cast<size_t>(index)];
     return unit.set ? measureSet(plan, unit) : measureScene(plan, unit);
   });
   if (folder.unitsDone() > 0) {
-    std::vector<std::string> report = {"trust", trust.out};
-    if (!trust.tables) report.push_back("--no-tables");
+    std::vector<std::string> report = {"trust", plan.out};
+    if (!plan.tables) report.push_back("--no-tables");
     Reporter(report).finish();
   }
   return statusOrInterrupted(0, "go on with the same command and --resume");

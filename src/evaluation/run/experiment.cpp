@@ -1,17 +1,16 @@
 #include "run/experiment.h"
 
 #include <algorithm>
+#include <iostream>
 #include <utility>
 
 namespace gms_ransac {
 
-std::vector<std::string> remarks(const Dataset& dataset, const MatchFilterOptions& options) {
-  std::vector<std::string> sentences = {dataset.path() + ": " + dataset.calibrationText()};
+void printRemarks(const Dataset& dataset, const MatchFilterOptions& options) {
+  std::cerr << dataset.path() << ": " << dataset.calibrationText() << '\n';
   if (!dataset.stamp(0) && options.robust.rolling_shutter_readout != 0) {
-    sentences.push_back(dataset.path() +
-                        ": a list of pairs has no stamps, so --rolling-shutter-readout is not applied");
+    std::cerr << dataset.path() << ": a list of pairs has no stamps, so --rolling-shutter-readout is not applied\n";
   }
-  return sentences;
 }
 
 nlohmann::json pairRecord(const Dataset& dataset, const DatasetPair& pair, int gap) {

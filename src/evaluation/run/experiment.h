@@ -25,8 +25,8 @@ struct Answer {
   const PairTruth& truth;
 };
 
-/// Sentences for the user: the calibration in use, and options that do not apply to this set.
-std::vector<std::string> remarks(const Dataset& dataset, const MatchFilterOptions& options);
+/// Tells the user on stderr the calibration in use and the options that do not apply to this set.
+void printRemarks(const Dataset& dataset, const MatchFilterOptions& options);
 
 /// The fields of a record that name a pair. `gap` is null for pairs of a list.
 nlohmann::json pairRecord(const Dataset& dataset, const DatasetPair& pair, int gap);

@@ -7,7 +7,6 @@
 #include <fstream>
 #include <iterator>
 #include <mutex>
-#include <optional>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -24,76 +23,63 @@ using nlohmann::json;
 constexpr char kPlanFile[] = "plan.json";
 constexpr char kMeasurementsFile[] = "measurements.jsonl";
 
-/// The number of a line's unit; none when the line was cut off.
-std::optional<int> unitOf(const std::string& line) {
-  const json entry = json::parse(line, nullptr, false);
-  if (entry.is_discarded() || !entry.is_object()) return std::nullopt;
-  return entry.at("unit").get<int>();
-}
-
 }  // namespace
 
 void WorkFolder::begin(const json& plan, bool resume) {
   std::error_code failure;
   fs::create_directories(path_, failure);
   if (failure) throw std::runtime_error(path_ + ": cannot be made (" + failure.message() + ")");
-  if (fs::exists(file(kMeasurementsFile))) {
-    if (!resume) {
-      throw std::invalid_argument(path_ +
-                                  ": already holds measurements; add --resume to go on, or choose another --out");
-    }
-    open();
-    if (plan_ != plan) {
-      throw std::invalid_argument(path_ + ": was measured with other options or sets; choose another --out");
-    }
-    std::vector<std::string> whole;
-    for (const auto& line : lines()) whole.push_back(line.second);
-    write(whole, false);
+  if (!fs::exists(file(kMeasurementsFile))) {
+    plan_ = plan;
+    std::ofstream stream(file(kPlanFile));
+    if (!(stream << plan.dump(1) << '\n').flush()) throw std::runtime_error(file(kPlanFile) + ": cannot be written");
     return;
   }
-  plan_ = plan;
-  std::ofstream stream(file(kPlanFile));
-  if (!(stream << plan.dump(1) << '\n').flush()) throw std::runtime_error(file(kPlanFile) + ": cannot be written");
+  if (!resume) {
+    throw std::invalid_argument(path_ + ": already holds measurements; add --resume to go on, or choose another --out");
+  }
+  open();
+  if (plan_ != plan) {
+    throw std::invalid_argument(path_ + ": was measured with other options or sets; choose another --out");
+  }
+  write(lines_, std::ios::trunc);
 }
 
 void WorkFolder::open() {
-  std::ifstream stream(file(kPlanFile));
-  if (!stream) throw std::invalid_argument(path_ + ": holds no " + kPlanFile + ", so it is no folder of measurements");
-  plan_ = json::parse(stream, nullptr, false);
+  std::ifstream plan(file(kPlanFile));
+  if (!plan) throw std::invalid_argument(path_ + ": holds no " + kPlanFile + ", so it is no folder of measurements");
+  plan_ = json::parse(plan, nullptr, false);
   if (plan_.is_discarded()) throw std::invalid_argument(file(kPlanFile) + ": is not JSON");
-  done_.clear();
-  for (const auto& line : lines()) done_.insert(line.first);
-}
-
-std::vector<std::pair<int, std::string>> WorkFolder::lines() const {
-  std::vector<std::pair<int, std::string>> whole;
+  lines_.clear();
   std::ifstream stream(file(kMeasurementsFile));
   for (std::string line; std::getline(stream, line);) {
-    if (const std::optional<int> unit = unitOf(line)) whole.emplace_back(*unit, line);
+    const json entry = json::parse(line, nullptr, false);
+    if (entry.is_object()) lines_.emplace(entry.at("unit"), line);  // else it was cut off
   }
-  return whole;
 }
 
-void WorkFolder::write(const std::vector<std::string>& lines, bool append) const {
-  std::ofstream stream(file(kMeasurementsFile), append ? std::ios::app : std::ios::trunc);
-  for (const std::string& line : lines) stream << line << '\n';
+void WorkFolder::write(const Lines& lines, std::ios::openmode mode) const {
+  std::ofstream stream(file(kMeasurementsFile), mode);
+  for (const auto& [unit, line] : lines) stream << line << '\n';
   if (!stream.flush()) throw std::runtime_error(file(kMeasurementsFile) + ": cannot be written; is the disk full?");
 }
 
+void WorkFolder::add(Lines lines) {
+  for (auto line = lines.begin(); line != lines.end();)
+    line = isDone(line->first) ? lines.erase(line) : std::next(line);
+  write(lines, std::ios::app);
+  lines_.merge(lines);
+}
+
 void WorkFolder::append(int unit, const json& records) {
-  write({json{{"unit", unit}, {"runs", records}}.dump()}, true);
-  done_.insert(unit);
+  add({{unit, json{{"unit", unit}, {"runs", records}}.dump()}});
 }
 
 void WorkFolder::absorb(const WorkFolder& other) {
   if (other.plan_ != plan_) {
     throw std::invalid_argument(other.path_ + ": was measured with other options or sets than the first folder");
   }
-  std::vector<std::string> fresh;
-  for (const auto& line : other.lines()) {
-    if (done_.insert(line.first).second) fresh.push_back(line.second);
-  }
-  write(fresh, true);
+  add(other.lines_);
 }
 
 void workThrough(WorkFolder& folder, const std::vector<int>& units, int jobs, const std::function<json(int)>& measure) {

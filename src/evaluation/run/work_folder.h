@@ -3,7 +3,8 @@
 #pragma once
 
 #include <functional>
-#include <set>
+#include <ios>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,22 +26,23 @@ class WorkFolder {
   /// Opens a folder that `begin` made. Throws std::invalid_argument for any other.
   void open();
 
-  bool isDone(int unit) const { return done_.count(unit) > 0; }
-  size_t unitsDone() const { return done_.size(); }
+  bool isDone(int unit) const { return lines_.count(unit) > 0; }
+  size_t unitsDone() const { return lines_.size(); }
   /// Writes the records of a unit, an array, as one line.
   void append(int unit, const nlohmann::json& records);
   /// Takes over the units of another folder that are not here yet. Throws std::invalid_argument for another plan.
   void absorb(const WorkFolder& other);
 
  private:
+  using Lines = std::map<int, std::string>;  ///< of each unit
+
   std::string file(const std::string& name) const { return path_ + "/" + name; }
-  /// The complete lines, as unit -> line.
-  std::vector<std::pair<int, std::string>> lines() const;
-  void write(const std::vector<std::string>& lines, bool append) const;
+  void add(Lines lines);
+  void write(const Lines& lines, std::ios::openmode mode) const;
 
   std::string path_;
   nlohmann::json plan_;
-  std::set<int> done_;
+  Lines lines_;
 };
 
 /// Appends the records that `measure` makes of each unit that the folder lacks, `jobs` units side by side, with a line

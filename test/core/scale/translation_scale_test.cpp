@@ -222,7 +222,7 @@ TEST(ScalePropagator, CarriesTheScaleAlongKitti06) {
 
 TEST(ScalePropagator, CarriesTheScaleThroughTheStreet) {
   const Scene& scene = renderedScene("street");
-  constexpr int kFrames = 30;
+  constexpr int kFrames = 12;
   std::vector<Eigen::Isometry3d> truth;
   for (int i = 0; i < kFrames; ++i) truth.push_back(scene.pose(i));
   const PropagationError error = propagationError(
@@ -279,7 +279,7 @@ TEST(PoseFromDepth, IsMetricOnTheRenderedScene) {
   const Camera camera = cameraOf(renderedScene());
   DepthErrors errors;
   forEachPair(
-      camera, 16, 1, [&](int i) { return renderedFrame(10 * (i / 2) + i % 2).image; },
+      camera, 10, 1, [&](int i) { return renderedFrame(10 * (i / 2) + i % 2).image; },
       [&](int k, const Frame& a, const Frame& b, const MatchResult& result, const Triangulation& points) {
         if (k % 2) return;  // pairs of neighbours: frames 0 1, 10 11, ...
         const int i = 5 * k, j = i + 1;

@@ -154,7 +154,7 @@ TEST_F(EvaluateTest, RunTellsCalibrationProgressAndColumnsAndDraws) {
 TEST_F(EvaluateTest, AnInterruptedRunPrintsTheTableOfWhatIsThere) {
   writePlane(30, kStep);
   const Outcome outcome = run("timeout --preserve-status -s INT 3 " + std::string(EVALUATE_PROGRAM) + " run " +
-                              path("set") + " --repeat 500");
+                              path("set") + " --repeat 100");
   EXPECT_EQ(outcome.status, 130) << outcome.text;
   for (const char* text : {"left\n", "of 29 pairs\n", "\nlo_prosac "}) {
     EXPECT_NE(outcome.text.find(text), std::string::npos) << outcome.text;
@@ -225,8 +225,10 @@ std::string withoutTimes(const std::string& file) {
 
 TEST_F(EvaluateTest, TablesDoNotDependOnShardsOrInterruptions) {
   writePlane(5, kStep);
-  const std::string base = "tables " + path("set") +
-                           " --model homography --presets 300,2000 --ratios 1/4,1/2 --pairs 3 --repeat 3 --no-plots";
+  const std::string base =
+      "tables " + path("set") +
+      " --model homography --method gms_ransac,lo_prosac --presets 300,2000 --ratios 1/4,1/2 --pairs 3 --repeat 2"
+      " --no-plots";
   ASSERT_EQ(evaluate(base + " --out " + path("whole")).status, 0);
   for (const char* shard : {"1/2", "2/2"}) {
     const Outcome part = evaluate(base + " --shard " + shard + " --out " + path(std::string("part") + shard[0]));
@@ -286,6 +288,63 @@ TEST_F(EvaluateTest, TrustLabelsTheMatchesOfListedPairs) {
   EXPECT_NE(table.find("real,set,cp_ransac,0,0,0"), std::string::npos) << "no pose, no pairs to judge\n" << table;
   const std::string bins = textOf(path("trust/reliability.csv"));
   EXPECT_GT(std::count(bins.begin(), bins.end(), '\n'), 2) << bins;
+}
+
+/// The numbers of `evaluate sweep`, by outlier ratio, method and column.
+using SweepTable = std::map<double, std::map<std::string, std::map<std::string, double>>>;
+
+SweepTable readSweep(const std::string& file) {
+  const auto split = [](const std::string& line) {
+    std::vector<std::string> cells;
+    std::istringstream stream(line);
+    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+    return cells;
+  };
+  std::ifstream stream(file);
+  std::string line;
+  std::getline(stream, line);
+  const std::vector<std::string> head = split(line);  // method, order, outlier_ratio, ...
+  SweepTable table;
+  while (std::getline(stream, line)) {
+    const std::vector<std::string> cells = split(line);
+    for (size_t i = 2; i < cells.size(); ++i) table[std::stod(cells[2])][cells[0]][head[i]] = std::stod(cells[i]);
+  }
+  return table;
+}
+
+TEST_F(EvaluateTest, ConfidenceOrderNeedsFewerHypothesesAtEqualSuccess) {
+  const Outcome outcome =
+      evaluate("sweep --method gms_ransac,cp_ransac,prosac --repeat 10 --no-plots --out " + path("sweep.csv"));
+  ASSERT_EQ(outcome.status, 0) << outcome.text;
+  const SweepTable table = readSweep(path("sweep.csv"));
+  ASSERT_EQ(table.size(), 9u);
+  for (const auto& [ratio, row] : table) {
+    if (ratio < 0.15 || ratio > 0.55) continue;  // below there is nothing to gain, above uniform draws meet their cap
+    SCOPED_TRACE(ratio);
+    for (const auto& [method, of_method] : row) EXPECT_GE(of_method.at("success_rate"), 0.9) << method;
+    for (const char* method : {"cp_ransac", "prosac"}) {
+      EXPECT_LT(row.at(method).at("hypotheses"), row.at("gms_ransac").at("hypotheses"));
+    }
+  }
+}
+
+TEST_F(EvaluateTest, LoProsacIsAsGoodAsAnExhaustiveSearchOnTheRenderedScene) {
+  // 70 % outliers ask for 4,300 hypotheses.
+  const Outcome outcome = evaluate(
+      "sweep --method ransac,lo_prosac --repeat 4 --max-iterations 5000 --success-probability 0.9999 --no-plots "
+      "--out " +
+      path("sweep.csv"));
+  ASSERT_EQ(outcome.status, 0) << outcome.text;
+  for (auto& [ratio, row] : readSweep(path("sweep.csv"))) {
+    if (ratio > 0.75) continue;  // 10 to 70 percent
+    SCOPED_TRACE(ratio);
+    const auto &ours = row.at("lo_prosac"), &exhaustive = row.at("ransac");
+    EXPECT_GE(ours.at("success_rate"), exhaustive.at("success_rate"));
+    EXPECT_GE(ours.at("precision"), exhaustive.at("precision") - 0.01);
+    EXPECT_GE(ours.at("recall"), exhaustive.at("recall") - 0.01);
+    EXPECT_LT(ours.at("hypotheses"), exhaustive.at("hypotheses"));
+    EXPECT_LT(exhaustive.at("hypotheses"), 5000) << "it was not cut short";
+  }
 }
 
 TEST_F(EvaluateTest, FiguresAgreeWithAnIndependentScorer) {
