@@ -22,7 +22,7 @@ struct MatchFilterOptions {
   MotionStatisticsOptions motion_statistics;
   RobustOptions robust;
   int matcher_threads = 1;
-  SearchMode search = SearchMode::kFull;  ///< always full for methods that want mutual neighbours or are GMS alone
+  SearchMode search = SearchMode::kGuided;  ///< always full for methods that want mutual neighbours or are GMS alone
   DistanceReading distance_reading = DistanceReading::kDisplacement;  ///< gms_dist_ransac
   /// Of matches that share a current point only the best goes on to the estimator: the likeliest where the filter
   /// weighs evidence, else that of least descriptor distance. Off: as in the papers.
