@@ -12,28 +12,6 @@ namespace gms_ransac {
 
 namespace {
 
-class AlignedBytes {
- public:
-  uint8_t* reserve(size_t bytes) {
-    const size_t lines = (bytes + sizeof(Line) - 1) / sizeof(Line);
-    if (lines_.size() < lines) lines_.resize(lines);
-    return lines_.empty() ? nullptr : lines_.front().bytes;
-  }
-
- private:
-  struct alignas(64) Line {
-    uint8_t bytes[64];
-  };
-  std::vector<Line> lines_;
-};
-
-/// Storage of one thread.
-struct Share {
-  HammingSearch search;
-  std::vector<NearestQueryGroup> reverse;
-  AlignedBytes scratch;
-};
-
 /// Below this many pairs waking another thread takes longer than it saves (measured: 20 us, 0.2 ns a pair).
 constexpr int64_t kPairsWorthAThread = 250000;
 
@@ -47,6 +25,28 @@ void mergeReverse(const std::vector<NearestQueryGroup>& later, std::vector<Neare
 }  // namespace
 
 struct HammingMatcher::Workspace {
+  class AlignedBytes {
+   public:
+    uint8_t* reserve(size_t bytes) {
+      const size_t lines = (bytes + sizeof(Line) - 1) / sizeof(Line);
+      if (lines_.size() < lines) lines_.resize(lines);
+      return lines_.empty() ? nullptr : lines_.front().bytes;
+    }
+
+   private:
+    struct alignas(64) Line {
+      uint8_t bytes[64];
+    };
+    std::vector<Line> lines_;
+  };
+
+  /// Storage of one thread.
+  struct Share {
+    HammingSearch search;
+    std::vector<NearestQueryGroup> reverse;
+    AlignedBytes scratch;
+  };
+
   const HammingKernel* kernel = nullptr;
   DescriptorSet repacked;
   std::vector<NearestTwo> nearest;
