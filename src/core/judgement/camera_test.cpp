@@ -10,9 +10,6 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-constexpr double kFocalError = 0.03, kPrincipalError = 0.01, kRadialError = 0.03, kReadoutError = 2 * kDegree;
-
 /// Parameters that err together, and the 99 % point of chi-square with as many degrees of freedom.
 struct Group {
   CameraParameter parameter;
@@ -34,10 +31,6 @@ constexpr double kOtherCause = 0.1;
 /// parameters, so that focal length and principal point together leave it singular.
 constexpr double kRounding = 1e-6;
 
-/// Parameters of a group. The size is bounded, so nothing is allocated.
-using SomeVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kCameraParameters, 1>;
-using SomeSquare = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kCameraParameters, kCameraParameters>;
-
 /// Derivatives of half the loss by the camera's parameters, less what a step of the pose explains of them.
 struct Scores {
   CameraVector score;
@@ -54,37 +47,68 @@ Scores scoresOf(const PoseInformation& all, const PoseSquare& inverse) {
           scattered.lazyProduct(unexplained.transpose())};
 }
 
-/// The model in which some groups have their typical errors, by the scores. Parameters of the other groups are zero.
-struct Model {
-  double log_factor = 0;  ///< logarithm of the Bayes factor against the model without errors
-  CameraSquare second_moment = CameraSquare::Zero();
-
+/// The model in which some groups have their typical errors: their scores have the scatter and, on average, the effect
+/// of these errors.
+class Model {
+ public:
   Model() = default;
   Model(unsigned groups, const Scores& scores) {
-    CameraVector errs = CameraVector::Zero();
     for (size_t k = 0; k < kGroups.size(); ++k) {
-      if (groups >> k & 1) errs.segment(kGroups[k].first, kGroups[k].count).setOnes();
+      for (int i = 0; i < kGroups[k].count && groups >> k & 1; ++i) parameters_[size_++] = kGroups[k].first + i;
     }
-    const CameraVector sigma = errs.cwiseProduct(typicalCameraError());
-    CameraSquare scatter = errs.asDiagonal() * scores.scatter * errs.asDiagonal();
-    scatter.diagonal() = scatter.diagonal() * (1 + kRounding) + CameraVector::Ones() - errs;
-    const Eigen::LLT<CameraSquare> factors(scatter);
-    if (factors.info() != Eigen::Success) return;
-    const CameraVector score = factors.matrixL().solve(errs.cwiseProduct(scores.score));
-    const CameraSquare effect =
-        factors.matrixL().solve(CameraSquare(errs.asDiagonal() * scores.information * sigma.asDiagonal()));
-    CameraSquare information = effect.transpose().lazyProduct(effect);
-    information.diagonal().array() += 1;
-    const Eigen::LLT<CameraSquare> posterior(information);
-    const CameraVector told = effect.transpose() * score, mean = posterior.solve(told);
-    log_factor = 0.5 * told.dot(mean) - posterior.matrixLLT().diagonal().array().log().sum();
-    if (!std::isfinite(log_factor)) {
-      log_factor = 0;
-      return;
+    SomeVector score(size_);
+    SomeSquare scatter(size_, size_);
+    effect_.resize(size_, size_);
+    for (int i = 0; i < size_; ++i) {
+      score[i] = scores.score[parameters_[i]];
+      for (int j = 0; j < size_; ++j) {
+        scatter(i, j) = scores.scatter(parameters_[i], parameters_[j]);
+        effect_(i, j) = scores.information(parameters_[i], parameters_[j]) * typicalCameraError()[parameters_[j]];
+      }
+      scatter(i, i) *= 1 + kRounding;
     }
-    const CameraSquare moment = posterior.solve(CameraSquare::Identity()) + mean * mean.transpose();
-    second_moment = sigma.asDiagonal() * moment * sigma.asDiagonal();
+    const Eigen::LLT<SomeSquare> chance(scatter);
+    scatter += effect_.lazyProduct(effect_.transpose());
+    both_.compute(scatter);
+    if (chance.info() != Eigen::Success || both_.info() != Eigen::Success) return;
+    weighed_ = both_.solve(score);
+    const double statistic = chance.matrixL().solve(score).squaredNorm();
+    const auto ratio = both_.matrixLLT().diagonal().array() / chance.matrixLLT().diagonal().array();
+    const double factor = 0.5 * (statistic - score.dot(weighed_)) - ratio.log().sum();
+    if (!std::isfinite(statistic) || !std::isfinite(factor)) return;
+    statistic_ = statistic;
+    log_factor_ = factor;
   }
+  /// Rao's statistic of the test that none of the groups errs.
+  double statistic() const { return statistic_; }
+  /// Logarithm of the Bayes factor against the model without errors.
+  double logFactor() const { return log_factor_; }
+  /// Adds the second moment of the errors, times a weight.
+  void addMoment(double weight, CameraSquare& sum) const {
+    if (!(weight > 0)) return;
+    const SomeSquare told = both_.matrixL().solve(effect_);
+    const SomeVector mean = effect_.transpose() * weighed_;
+    SomeSquare moment = mean * mean.transpose() - told.transpose().lazyProduct(told);
+    moment.diagonal().array() += 1;
+    for (int i = 0; i < size_; ++i) {
+      for (int j = 0; j < size_; ++j) {
+        const double sigmas = typicalCameraError()[parameters_[i]] * typicalCameraError()[parameters_[j]];
+        sum(parameters_[i], parameters_[j]) += weight * sigmas * moment(i, j);
+      }
+    }
+  }
+
+ private:
+  // Of the parameters that err. The size is bounded, so nothing is allocated.
+  using SomeVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kCameraParameters, 1>;
+  using SomeSquare = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kCameraParameters, kCameraParameters>;
+
+  int size_ = 0;
+  int parameters_[kCameraParameters] = {};
+  double statistic_ = 0, log_factor_ = 0;
+  SomeSquare effect_;            ///< of typical errors on the scores
+  Eigen::LLT<SomeSquare> both_;  ///< of the scores' covariance by chance and by the errors
+  SomeVector weighed_;           ///< the scores by its inverse
 };
 
 /// One step of Newton's from each error alone to the optimum, and its variance by the scatter.
@@ -112,44 +136,33 @@ CameraErrors errorsOf(const Scores& scores, const TwoViewPose& pose) {
 
 }  // namespace
 
-const CameraVector& typicalCameraError() {
-  static const CameraVector sigma =
-      (CameraVector() << kFocalError, kPrincipalError, kPrincipalError, kRadialError, kReadoutError, kReadoutError,
-       kReadoutError, kReadoutError, kReadoutError, kReadoutError)
-          .finished();
-  return sigma;
-}
-
 CameraTest testCamera(const PoseInformation& all, const PoseSquare& inverse, const PoseSquare& naive,
                       const TwoViewPose& pose) {
   const Scores scores = scoresOf(all, inverse), naive_scores = scoresOf(all, naive);
   CameraTest test;
   test.errors = errorsOf(scores, pose);
-  // Rao's score test of each group.
-  for (const Group& group : kGroups) {
-    const SomeVector part = scores.score.segment(group.first, group.count);
-    const SomeSquare block = scores.scatter.block(group.first, group.first, group.count, group.count);
-    const double statistic = part.dot(block.ldlt().solve(part)) / group.limit;
-    if (!(statistic > test.statistic) || !std::isfinite(statistic)) continue;  // a scatter may be singular
-    test.statistic = statistic;
-    test.parameter = group.parameter;
-  }
   std::array<Model, kModels> models;
   double largest = 0;
   for (unsigned groups = 1; groups < kModels; ++groups) {
     models[groups] = Model(groups, naive_scores);
-    largest = std::max(largest, models[groups].log_factor);
+    largest = std::max(largest, models[groups].logFactor());
+  }
+  for (size_t k = 0; k < kGroups.size(); ++k) {
+    const double statistic = Model(1u << k, scores).statistic() / kGroups[k].limit;
+    if (statistic <= test.statistic) continue;
+    test.statistic = statistic;
+    test.parameter = kGroups[k].parameter;
   }
   // Average over the models (Hoeting et al. 1999), each weighed by how much its factor exceeds one: what the scores do
   // not tell from no error is none. Factors are in units of the largest, so that none overflows.
   const double none = std::exp(-largest);
   double err = 0;
   for (const Model& model : models) {
-    const double weight = std::max(0., std::exp(model.log_factor - largest) - none);
-    test.second_moment += (1 - kOtherCause) * weight * model.second_moment;
+    const double weight = std::max(0., std::exp(model.logFactor() - largest) - none);
+    model.addMoment((1 - kOtherCause) * weight, test.second_moment);
     err += weight;
   }
-  test.second_moment += kOtherCause * err * models[kAllErr].second_moment;
+  models[kAllErr].addMoment(kOtherCause * err, test.second_moment);
   test.second_moment /= none + err;
   return test;
 }

@@ -8,13 +8,6 @@
 
 namespace gms_ransac {
 
-using CameraVector = Eigen::Matrix<double, kCameraParameters, 1>;
-using CameraSquare = Eigen::Matrix<double, kCameraParameters, kCameraParameters>;
-
-/// Typical calibration error (prior sigma) of each parameter: relative focal length, principal point in focal lengths,
-/// first coefficient of radial distortion, rotation in radians per focal length of rows.
-const CameraVector& typicalCameraError();
-
 struct CameraTest {
   /// Largest score statistic over the 99 % point of its chi-square: 1 is where chance alone brings one pair in a
   /// hundred.

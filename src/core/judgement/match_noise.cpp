@@ -14,10 +14,8 @@ namespace gms_ransac {
 namespace {
 
 constexpr int kNoiseIterations = 8;
-constexpr double kSettledStep = 1e-3;  ///< relative step of sigma, far below what it is known to
 constexpr double kFirstSigma = 0.5, kFirstShare = 0.8;
-constexpr double kSmallestSigma = 0.02;  ///< coordinates are rounded to about that
-constexpr double kLargestShare = 1 - 1e-3;
+constexpr double kSmallestSigma = 0.02;    ///< coordinates are rounded to about that
 constexpr float kLeastParallax = 0.01f;    ///< squared; below it is noise
 constexpr float kNarrowestSpread = 0.25f;  ///< of the parallaxes, octaves
 constexpr float kOddsApart = 100;          ///< of a match that another motion explains
@@ -108,8 +106,8 @@ void MatchNoise::fit(int count) {
     const auto squares = static_cast<double>((probability * e).sum());
     if (!(right > 0)) break;
     const double last = std::exchange(sigma_, std::max(kSmallestSigma, std::sqrt(squares / right)));
-    if (std::abs(sigma_ - last) < kSettledStep * sigma_) break;
-    share = std::min(right / static_cast<double>(within), kLargestShare);
+    if (std::abs(sigma_ - last) < kSettled * sigma_) break;
+    share = std::min(right / static_cast<double>(within), 1. - kLeastWrong);
   }
   probabilities_.assign(static_cast<size_t>(count), 0.f);
   for (size_t k = 0; k < within_.size(); ++k) probabilities_[static_cast<size_t>(within_[k])] = near_probabilities_[k];

@@ -16,7 +16,9 @@ namespace gms_ransac {
 /// chance have mostly more parallax than the scene. Derived in doc/judgement.md.
 class MatchNoise {
  public:
-  static constexpr float kWindow = 5;  ///< a residual beyond it is a wrong match's
+  static constexpr float kWindow = 5;          ///< a residual beyond it is a wrong match's
+  static constexpr float kLeastWrong = 1e-3f;  ///< share of wrong matches
+  static constexpr float kSettled = 1e-3f;     ///< a step at which a fit ends, far below what it is known to
 
   /// Fits the mixture to the matches under a pose, by expectation and maximisation (Dempster, Laird & Rubin 1977).
   /// `apart`: flags of the columns that are known to belong to something else, or empty.

@@ -16,18 +16,12 @@ constexpr float kRightWithin = 3;  ///< thresholds from its true place
 /// twice the noise if that is more.
 constexpr float kWideSigma = 1, kWideSigmas = 2;
 constexpr float kFirstNear = 0.75f, kFirstWide = 0.05f;
-constexpr float kLeastWrong = 1e-3f;  ///< of the matches
 constexpr int kShareIterations = 15;
-constexpr float kSettledShare = 1e-3f;
-constexpr float kCertain = 4;  ///< from here on the error function is 1 for a float
 
 /// Maps a column of numbers.
 Eigen::Map<Eigen::ArrayXf> array(std::vector<float>& values) {
   return {values.data(), static_cast<Eigen::Index>(values.size())};
 }
-
-/// That a normal variable is within a limit; `deviations`: the limit over the square root of 2 standard deviations.
-float within(float deviations) { return deviations < kCertain ? std::erf(deviations) : 1.f; }
 
 }  // namespace
 
@@ -56,19 +50,24 @@ void MatchProbability::fit(int count, double sigma, const Square& square, const 
   auto near = array(near_), wide = array(wide_);
   near_density = density(near_sigma_);
   wide_density = density(wide_sigma_);
-  // The share of each component, by expectation and maximisation.
-  const auto matches = static_cast<float>(within_.size());
+  // The share of each component, by expectation and maximisation on a part of the matches.
   float near_share = kFirstNear, wide_share = kFirstWide;
-  for (int iteration = 0; iteration < kShareIterations && matches > 0; ++iteration) {
+  const auto weigh = [&](Eigen::Index matches) {
     // `wide` holds what all components say together until it is known.
-    const float wrong_share = std::max(kLeastWrong, 1 - near_share - wide_share);
-    wide = near_share * near_density + wide_share * wide_density + wrong_share * wrong_density;
-    near = near_share * near_density / wide;
-    wide = wide_share * wide_density / wide;
-    const float last = std::exchange(near_share, near.sum() / matches);
-    wide_share = wide.sum() / matches;
-    if (std::abs(near_share - last) < kSettledShare) break;
+    const float wrong_share = std::max(MatchNoise::kLeastWrong, 1 - near_share - wide_share);
+    wide.head(matches) = near_share * near_density.head(matches) + wide_share * wide_density.head(matches) +
+                         wrong_share * wrong_density.head(matches);
+    near.head(matches) = near_share * near_density.head(matches) / wide.head(matches);
+    wide.head(matches) = wide_share * wide_density.head(matches) / wide.head(matches);
+  };
+  const Eigen::Index fitted = std::min<Eigen::Index>(near.size(), 2 * kRandomPart);
+  for (int iteration = 0; iteration < kShareIterations && fitted > 0; ++iteration) {
+    weigh(fitted);
+    const float last = std::exchange(near_share, near.head(fitted).sum() / static_cast<float>(fitted));
+    wide_share = wide.head(fitted).sum() / static_cast<float>(fitted);
+    if (std::abs(near_share - last) < MatchNoise::kSettled) break;
   }
+  weigh(near.size());
 }
 
 const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const std::vector<uint8_t>& apart,
@@ -90,7 +89,7 @@ const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const
       if (!(left > 0)) continue;
       const float reach = 0.5f * std::sqrt(left / stretch);
       probabilities_[static_cast<size_t>(within_[k])] =
-          std::min(1.f, near_[k] * within(reach / near_sigma_) + wide_[k] * within(reach / wide_sigma_));
+          std::min(1.f, near_[k] * std::erf(reach / near_sigma_) + wide_[k] * std::erf(reach / wide_sigma_));
     }
   }
   return probabilities_;

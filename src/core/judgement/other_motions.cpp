@@ -16,7 +16,7 @@ namespace {
 constexpr double kLeastVuong = 0.75;
 /// A few steps on a part of the matches show which cannot come near: those that lose by so much there.
 constexpr double kDropBeyond = 3;
-constexpr int kFirstMatches = 256, kFirstIterations = 2, kFurtherIterations = 5, kFinalIterations = 10;
+constexpr int kFirstIterations = 2, kFurtherIterations = 5;
 /// Costs end at the threshold, or at so many deviations of the noise where that is less: a homography's threshold is
 /// many times the noise.
 constexpr double kMostDeviations = 3;
@@ -49,7 +49,7 @@ Ambiguity OtherMotions::compare(const RefinedPose& refined, double direction_sig
   for (const AlternativeMotion& alternative : alternatives) {
     TwoViewPose motion = alternative.pose;
     if (angleBetween(motion, refined.pose) < same_within) continue;
-    const int first = std::min(kFirstMatches, count);
+    const int first = std::min(kRandomPart, count);
     if (against(refined, same_within, first, kFirstIterations, motion) >= kDropBeyond) continue;
     const double better = against(refined, same_within, count, kFurtherIterations, motion);
     const bool by_chance = alternative.of_plane || (camera_decides && motion.t.dot(refined.pose.t) < 0);

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 
 namespace gms_ransac {
 
@@ -22,15 +21,6 @@ constexpr double kInversionTolerance = 1e-8;
 /// then.
 constexpr size_t kEnoughCells = 100;
 
-using ByCamera = Eigen::Matrix<double, kPoseParameters, kCameraParameters>;
-
-/// Not finite where the information does not suffice.
-PoseSquare inverseOf(const PoseSquare& information) {
-  const Eigen::LLT<PoseSquare> factors(information);
-  if (factors.info() != Eigen::Success) return PoseSquare::Constant(NAN);
-  return factors.solve(PoseSquare::Identity());
-}
-
 /// False for the inverse of an ill-conditioned curvature, of which rounding errors decide: it is not positive definite,
 /// or has a rotation that is less certain than any angle can be.
 bool isCovariance(const PoseSquare& matrix) {
@@ -42,15 +32,22 @@ bool isCovariance(const PoseSquare& matrix) {
   return Eigen::LLT<PoseSquare>(correlation).info() == Eigen::Success;
 }
 
-/// Huber's sandwich, plus the square of the step from the pose to the optimum.
-PoseSquare sandwich(const PoseSquare& inverse, const PoseSquare& scatter, const PoseVector& gradient) {
-  const PoseVector step = inverse * gradient;
-  return inverse * scatter * inverse + step * step.transpose();
+using Columns = Eigen::Ref<const Eigen::MatrixXd>;
+
+/// Huber's sandwich, plus the square of the step from the pose to the optimum. `rows`: five, of the inverse of a
+/// curvature. Not a template, because the compiler would spend seconds on each size.
+PoseSquare sandwich(const Columns& rows, const Columns& scatter, const Columns& gradient) {
+  Eigen::Matrix<double, kPoseParameters, Eigen::Dynamic, 0, kPoseParameters, kParameters> half;
+  half = rows.lazyProduct(scatter);
+  const PoseVector step = rows.lazyProduct(gradient);
+  PoseSquare result = half.lazyProduct(rows.transpose());
+  for (int k = 0; k < kPoseParameters; ++k) result.col(k) += step[k] * step;
+  return result;
 }
 
 /// The curvature by the pose, less the part of the direction's that noise of the points feigns.
 PoseSquare withoutFeigned(const PoseInformation& all, double variance) {
-  PoseSquare told = all.curvature.topLeftCorner<kPoseParameters, kPoseParameters>();
+  PoseSquare told = all.ofPose();
   // Information on the direction if the rotation is unknown.
   const Eigen::Matrix<double, 3, 2> shared = told.topRightCorner<3, 2>();
   const Eigen::Matrix3d of_rotation = told.topLeftCorner<3, 3>();
@@ -68,27 +65,18 @@ PoseSquare withoutFeigned(const PoseInformation& all, double variance) {
 
 /// Scatter of the gradients of cells or blocks, each at the pose that the others make: a part bends the pose towards
 /// itself and shows only what its leverage leaves (CR3 of Bell & McCaffrey 2002).
-template <class Parts>
-PoseSquare scatterWithoutLeverage(const Parts& parts, const PoseSquare& inverse) {
-  PoseSquare scatter = PoseSquare::Zero();
-  for (const auto& part : parts) {
-    const PoseSquare leverage = part.curvature.template leftCols<kPoseParameters>() * inverse;
-    const PoseVector own = part.gradient.template head<kPoseParameters>();
-    const PoseVector gradient = (PoseSquare::Identity() - leverage).partialPivLu().solve(own);
-    scatter += gradient * gradient.transpose();
+PoseSquare scatterWithoutLeverage(const PoseInformation& all, const std::vector<PartSums>& parts) {
+  const PoseSquare curvature = all.ofPose();
+  PoseSquare steps = PoseSquare::Zero();
+  for (const PartSums& part : parts) {
+    if (part.count == 0) continue;
+    const PoseSquare others = curvature - all.bend * part.ownProducts();
+    const Eigen::LLT<PoseSquare> factors(others);
+    if (factors.info() != Eigen::Success) return PoseSquare::Constant(NAN);
+    const PoseVector step = factors.solve(PoseVector(part.gradient().head<kPoseParameters>()));
+    for (int k = 0; k < kPoseParameters; ++k) steps.col(k) += step[k] * step;
   }
-  return scatter;
-}
-
-/// Covariance where nothing in the image moves, so that the curvature by the direction is zero: that of the rotation.
-PoseSquare ofRotationAlone(const PoseInformation& all) {
-  const Eigen::LLT<Eigen::Matrix3d> factors(Eigen::Matrix3d(all.curvature.topLeftCorner<3, 3>()));
-  if (factors.info() != Eigen::Success) return PoseSquare::Constant(NAN);
-  const Eigen::Matrix3d inverse = factors.solve(Eigen::Matrix3d::Identity());
-  const Eigen::Vector3d step = inverse * all.gradient.head<3>();
-  PoseSquare result = PoseSquare::Identity();
-  result.topLeftCorner<3, 3>() = inverse * all.scatter.topLeftCorner<3, 3>() * inverse + step * step.transpose();
-  return result;
+  return sandwich(curvature, steps, PoseVector::Zero());
 }
 
 /// Scale of a covariance by cells to the variance that blocks show, summed over the rotation or over the direction,
@@ -102,13 +90,6 @@ PoseVector widening(const PoseSquare& by_cells, const PoseSquare& by_blocks) {
   PoseVector result;
   result << Eigen::Vector3d::Constant(scale(0, 3)), Eigen::Vector2d::Constant(scale(3, 2));
   return result;
-}
-
-/// Inverse of the curvature with the camera unknown up to its typical errors.
-ParameterSquare inverseWithCamera(const PoseInformation& all, double variance) {
-  ParameterSquare information = all.curvature;
-  information.diagonal().tail<kCameraParameters>() += variance * typicalCameraError().cwiseAbs2().cwiseInverse();
-  return information.llt().solve(ParameterSquare::Identity());
 }
 
 }  // namespace
@@ -125,40 +106,31 @@ PoseCovariance poseCovariance(const PoseInformation& all, const TwoViewPose& pos
   if (all.used < kParameters) return result;
   const double variance = sigma * sigma;
   const PoseVector gradient = all.gradient.head<kPoseParameters>();
-  const PoseSquare naive = inverseOf(all.curvature.topLeftCorner<kPoseParameters, kPoseParameters>());
-  const PoseSquare inverse = inverseOf(withoutFeigned(all, variance));
-  if (!naive.allFinite() || !inverse.allFinite()) {
-    const PoseSquare rotation = ofRotationAlone(all);
-    if (isCovariance(rotation)) result.covariance = result.of_matches = result.naive = rotation;
-    return result;
-  }
+  const PoseSquare naive = inverseOf(all.ofPose()), inverse = inverseOf(withoutFeigned(all, variance));
+  if (!naive.allFinite() || !inverse.allFinite()) return result;
   result.naive = sandwich(naive, all.scatter.topLeftCorner<kPoseParameters, kPoseParameters>(), gradient);
-  const PoseSquare by_cells = scatterWithoutLeverage(all.cells, naive);
+  const PoseSquare by_cells = scatterWithoutLeverage(all, all.cells);
   result.of_matches = sandwich(inverse, by_cells, gradient);
   if (all.cells.size() < kEnoughCells) {
     const PoseVector scale = widening(sandwich(naive, by_cells, gradient),
-                                      sandwich(naive, scatterWithoutLeverage(all.blocks, naive), gradient));
+                                      sandwich(naive, scatterWithoutLeverage(all, all.blocks), gradient));
     result.of_matches = scale.asDiagonal() * result.of_matches * scale.asDiagonal();
   }
 
-  const ByCamera by_camera = all.curvature.topRightCorner<kPoseParameters, kCameraParameters>();
   result.camera = testCamera(all, inverse, naive, pose);
-  const ByCamera effect = naive * by_camera;
-  result.covariance = result.of_matches + effect * result.camera.second_moment * effect.transpose();
+  CameraSquare errors = result.camera.second_moment;
+  errors.diagonal().head<3>().array() += calibration_sigma * calibration_sigma;
+  const Eigen::Matrix<double, kPoseParameters, kCameraParameters> effect =
+      naive.lazyProduct(all.curvature.topRightCorner<kPoseParameters, kCameraParameters>());
+  result.covariance = result.of_matches + sandwich(effect, errors, CameraVector::Zero());
 
-  result.with_camera = inverseWithCamera(all, variance);
   ParameterSquare scatter = all.scatter;
   scatter.diagonal().tail<kCameraParameters>() += variance * variance * typicalCameraError().cwiseAbs2().cwiseInverse();
-  const Eigen::Matrix<double, kPoseParameters, kParameters> rows = result.with_camera.topRows<kPoseParameters>();
-  const PoseVector step = rows * all.gradient;
-  PoseSquare any_camera = rows.lazyProduct(scatter).eval().lazyProduct(rows.transpose());
-  any_camera += step * step.transpose();
+  const ParameterSquare with_camera = all.inverseWithCamera(variance);
+  PoseSquare any_camera = sandwich(with_camera.topRows<kPoseParameters>(), scatter, all.gradient);
   const double doubt = std::clamp((result.camera.statistic - kFirstDoubt) / (kFullDoubt - kFirstDoubt), 0.0, 1.0);
   result.naive += doubt * (any_camera - result.naive);
-
-  const Eigen::Matrix<double, kPoseParameters, 3> calibration = calibration_sigma * inverse * by_camera.leftCols<3>();
   for (PoseSquare* covariance : {&result.covariance, &any_camera, &result.naive}) {
-    *covariance += calibration * calibration.transpose();
     if (!isCovariance(*covariance)) covariance->setIdentity();
   }
   result.direction_sigma_any_camera = directionSigma(any_camera);

@@ -19,8 +19,6 @@ struct PoseCovariance {
   /// no more than the typical calibration errors.
   double direction_sigma_any_camera = 1;
   CameraTest camera;
-  /// Inverse of the curvature by all parameters, the camera's known to their typical errors.
-  ParameterSquare with_camera = ParameterSquare::Zero();
 };
 
 /// `sigma`: of the noise, thresholds; `calibration_sigma`: RobustOptions::calibration_sigma. Identity where the matches

@@ -1,6 +1,9 @@
 #include "judgement/pose_information.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
 
 namespace gms_ransac {
 
@@ -8,71 +11,90 @@ namespace {
 
 using Column = DerivativeColumn;
 
+constexpr double kFocalError = 0.03, kPrincipalError = 0.01, kRadialError = 0.03, kReadoutError = 2 * M_PI / 180;
 constexpr double kLeastCurvature = 0.05;  ///< of the loss, which has 1 at its bottom
 
 }  // namespace
 
-const PoseInformation& PoseSummation::sum(const ResidualKernels& kernels, const PointColumnsView& plausible,
-                                          const TwoViewPose& pose, const Loss& loss,
-                                          const std::vector<int32_t>& cells) {
-  const auto size = static_cast<size_t>(plausible.size);
-  columns_.resize(Column::kCount * size / kLanes);
-  const auto column = [&](int k) { return columns_[static_cast<size_t>(k) * size / kLanes].lane; };
-  const DerivativeSums sums = PoseModel(kernels, plausible).differentiate(pose, loss, column(0));
-  PoseInformation& all = information_;
-  all.used = sums.used;
-  // The mean second derivative; each match's own is noisy, and negative in the tails.
-  const double bend = std::max(static_cast<double>(sums.curvature) / std::max(1, sums.used), kLeastCurvature);
-  double products[kParameters * (kParameters + 1) / 2];
-  kernels.sumProducts(column(0), plausible.size, products);
-  for (int i = 0, k = 0; i < kParameters; ++i) {
-    for (int j = 0; j <= i; ++j, ++k) all.curvature(i, j) = all.curvature(j, i) = bend * products[k];
-  }
+const CameraVector& typicalCameraError() {
+  static const CameraVector sigma =
+      (CameraVector() << kFocalError, kPrincipalError, kPrincipalError, kRadialError, kReadoutError, kReadoutError,
+       kReadoutError, kReadoutError, kReadoutError, kReadoutError)
+          .finished();
+  return sigma;
+}
 
+PoseSquare inverseOf(const PoseSquare& curvature) {
+  const Eigen::LLT<PoseSquare> factors(curvature);
+  if (factors.info() != Eigen::Success) return PoseSquare::Constant(NAN);
+  return factors.solve(PoseSquare::Identity());
+}
+
+ParameterSquare PoseInformation::inverseWithCamera(double variance) const {
+  ParameterSquare information = curvature;
+  information.diagonal().tail<kCameraParameters>() += variance * typicalCameraError().cwiseAbs2().cwiseInverse();
+  return information.llt().solve(ParameterSquare::Identity());
+}
+
+void PoseInformation::sum(const ResidualKernels& kernels, const PointColumnsView& plausible, const TwoViewPose& pose,
+                          const Loss& loss, const std::vector<int32_t>& cell_of) {
+  columns_.resize(Column::kCount * static_cast<size_t>(plausible.size) / kLanes);
+  if (columns_.empty()) columns_.resize(1);
+  const DerivativeSums sums = PoseModel(kernels, plausible).differentiate(pose, loss, columns_.front().lane);
+  used = sums.used;
+  // The mean second derivative; each match's own is noisy, and negative in the tails.
+  bend = std::max(static_cast<double>(sums.curvature) / std::max(1, used), kLeastCurvature);
+  double products[kParameters * (kParameters + 1) / 2];
+  kernels.sumProducts(columns_.front().lane, plausible.size, products);
+  for (int i = 0, k = 0; i < kParameters; ++i) {
+    for (int j = 0; j <= i; ++j, ++k) curvature(i, j) = curvature(j, i) = bend * products[k];
+  }
+  const auto rotations = [&](int step) {
+    return Eigen::Map<const Eigen::ArrayXf>(column(Column::kLineRotation + step, plausible.size), plausible.size);
+  };
+  line_rotations(0, 0) = bend * static_cast<double>(rotations(0).square().sum());
+  line_rotations(1, 1) = bend * static_cast<double>(rotations(1).square().sum());
+  line_rotations(0, 1) = line_rotations(1, 0) = bend * static_cast<double>((rotations(0) * rotations(1)).sum());
+  sumParts(plausible.count, plausible.size, cell_of);
+}
+
+void PoseInformation::sumParts(int count, int size, const std::vector<int32_t>& cell_of) {
   std::array<int, kCellCount> place_of_cell;
   place_of_cell.fill(-1);
-  all.cells.clear();
-  all.cells.reserve(kCellCount);
-  all.blocks.fill({});
-  using Rows = Eigen::Matrix<float, kPoseParameters, kParameters>;
-  std::array<Rows, kBlockCount> curvatures;
-  curvatures.fill(Rows::Zero());
-  all.line_rotations.setZero();
-  for (size_t i = 0; i < static_cast<size_t>(plausible.count); ++i) {
+  cells.clear();
+  cells.reserve(kCellCount);
+  const float* columns[Column::kParameterCount];
+  for (int k = 0; k < Column::kParameterCount; ++k) columns[k] = column(k, size);
+  const float* pulls = column(Column::kPull, size);
+  Eigen::Matrix<float, kLanes, 1> J = Eigen::Matrix<float, kLanes, 1>::Zero();
+  for (int i = 0; i < count; ++i) {
+    for (int k = 0; k < Column::kParameterCount; ++k) J[k] = columns[k][i];
     // A match that takes part moves the direction of translation, if by ever so little.
-    if (column(Column::kTranslation)[i] == 0 && column(Column::kTranslation + 1)[i] == 0) continue;
-    int& place = place_of_cell[static_cast<size_t>(cells[i])];
+    if (J[Column::kTranslation] == 0 && J[Column::kTranslation + 1] == 0) continue;
+    const int32_t cell = cell_of[static_cast<size_t>(i)];
+    int& place = place_of_cell[static_cast<size_t>(cell)];
     if (place < 0) {
-      place = static_cast<int>(all.cells.size());
-      all.cells.emplace_back().cell = cells[i];
+      place = static_cast<int>(cells.size());
+      cells.emplace_back().cell = cell;
     }
-    CellSums& cell = all.cells[static_cast<size_t>(place)];
-    const size_t block = blockOf(cells[i]);
-    ++all.blocks[block].count;
-    Eigen::Matrix<float, kParameters, 1> J;
-    for (int k = 0; k < kParameters; ++k) J[k] = column(k)[i];
-    const Rows curvature = J.head<kPoseParameters>() * J.transpose();
-    curvatures[block] += curvature;
-    cell.gradient += (column(Column::kPull)[i] * J).cast<double>();
-    cell.curvature += curvature.leftCols<kPoseParameters>().cast<double>();
-    const Eigen::Vector2d turn(column(Column::kLineRotation)[i], column(Column::kLineRotation + 1)[i]);
-    all.line_rotations += turn * turn.transpose();
+    PartSums& part = cells[static_cast<size_t>(place)];
+    ++part.count;
+    for (int k = 0; k < kPoseParameters; ++k) part.products.col(k) += J[k] * J;
+    part.products.col(kPoseParameters) += pulls[i] * J;
   }
-  all.line_rotations *= bend;
-  all.gradient.setZero();
-  all.scatter.setZero();
-  for (size_t k = 0; k < curvatures.size(); ++k) all.blocks[k].curvature = bend * curvatures[k].cast<double>();
-  for (CellSums& cell : all.cells) {
-    cell.curvature *= bend;
-    all.gradient += cell.gradient;
-    for (int k = 0; k < kParameters; ++k) all.scatter.col(k) += cell.gradient[k] * cell.gradient;
-    BlockSums& block = all.blocks[blockOf(cell.cell)];
-    block.gradient += cell.gradient;
-    block.scatter += cell.gradient.head<kPoseParameters>() * cell.gradient.transpose();
+  blocks.assign(kBlockCount, {});
+  gradient.setZero();
+  scatter.setZero();
+  for (const PartSums& cell : cells) {
+    const ParameterVector own = cell.gradient();
+    gradient += own;
+    for (int k = 0; k < kParameters; ++k) scatter.col(k) += own[k] * own;
+    PartSums& block = blocks[blockOf(cell.cell)];
+    block.count += cell.count;
+    block.products += cell.products;
   }
-  const auto count = static_cast<double>(all.cells.size());
-  all.scatter *= count / std::max(1., count - kPoseParameters);
-  return all;
+  const auto observations = static_cast<double>(cells.size());
+  scatter *= observations / std::max(1., observations - kPoseParameters);
 }
 
 }  // namespace gms_ransac

@@ -10,7 +10,7 @@
 
 #include "gms_ransac/point_pairs.h"
 #include "gms_ransac/robust_result.h"
-#include "judgement/match_noise.h"
+
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
@@ -25,8 +25,9 @@ constexpr int kCameraParameters = kParameters - kPoseParameters;
 
 using PoseVector = Eigen::Matrix<double, kPoseParameters, 1>;
 using PoseSquare = Eigen::Matrix<double, kPoseParameters, kPoseParameters>;
+using CameraVector = Eigen::Matrix<double, kCameraParameters, 1>;
+using CameraSquare = Eigen::Matrix<double, kCameraParameters, kCameraParameters>;
 using ParameterVector = Eigen::Matrix<double, kParameters, 1>;
-using PoseRows = Eigen::Matrix<double, kPoseParameters, kParameters>;
 using ParameterSquare = Eigen::Matrix<double, kParameters, kParameters>;
 
 /// Blocks of cells to a side of the image.
@@ -39,55 +40,55 @@ inline size_t blockOf(int32_t cell) {
   return static_cast<size_t>(block);
 }
 
-/// The matches of one cell that take part. Gradient and curvature are the derivatives of half the loss.
-struct CellSums {
-  int32_t cell = 0;
-  ParameterVector gradient = ParameterVector::Zero();
-  PoseSquare curvature = PoseSquare::Zero();  ///< by the pose twice
+/// Typical calibration error (prior sigma) of each parameter: relative focal length, principal point in focal lengths,
+/// first coefficient of radial distortion, rotation in radians per focal length of rows.
+const CameraVector& typicalCameraError();
+
+/// Inverse of a curvature by the pose; not finite where the matches do not suffice.
+PoseSquare inverseOf(const PoseSquare& curvature);
+
+/// Sums over the matches of one cell, or of one block, that take part. In single precision, which suffices for the few
+/// matches of a part; row k of a product belongs to parameter k, and the last row is padding.
+struct PartSums {
+  /// Products of the derivatives of a match's residual with those by the pose and, in the last column, with its pull.
+  using Products = Eigen::Matrix<float, kLanes, kPoseParameters + 1>;
+  int32_t cell = 0;  ///< of a cell
+  int count = 0;     ///< matches
+  Products products = Products::Zero();
+
+  /// Derivative of half the loss by all parameters, and its second derivatives by the pose over PoseInformation::bend.
+  ParameterVector gradient() const { return products.col(kPoseParameters).head<kParameters>().cast<double>(); }
+  PoseSquare ownProducts() const { return products.topLeftCorner<kPoseParameters, kPoseParameters>().cast<double>(); }
 };
 
-struct BlockSums {
-  int count = 0;  ///< matches
-  ParameterVector gradient = ParameterVector::Zero();
-  PoseRows curvature = PoseRows::Zero();  ///< by the pose and all parameters
-  PoseRows scatter = PoseRows::Zero();    ///< sum over the cells of the products of their gradients
-
-  BlockSums& operator+=(const BlockSums& other) {
-    count += other.count;
-    gradient += other.gradient;
-    curvature += other.curvature;
-    scatter += other.scatter;
-    return *this;
-  }
-};
-
-/// Parameters are those of PoseModel::linearize, then those of DerivativeColumn.
-struct PoseInformation {
+/// Parameters are those of PoseModel::linearize, then those of DerivativeColumn. Keeps its storage.
+class PoseInformation {
+ public:
   int used = 0;                    ///< matches that take part
-  ParameterVector gradient;        ///< sums over all cells
-  ParameterSquare curvature;       ///< the same
+  double bend = 1;                 ///< mean second derivative of half the loss by a residual
+  ParameterVector gradient;        ///< derivative of half the loss, summed over all matches
+  ParameterSquare curvature;       ///< second derivatives, the same
   ParameterSquare scatter;         ///< covariance of the gradient, from the cells (Liang & Zeger 1986)
   Eigen::Matrix2d line_rotations;  ///< products of the angles by which the two steps of t rotate the lines, summed
-  std::vector<CellSums> cells;     ///< those with matches
-  std::array<BlockSums, kBlockCount> blocks;
-};
+  std::vector<PartSums> cells;     ///< those with matches
+  std::vector<PartSums> blocks;    ///< all of them
 
-/// Sums up the matches of a pair. Keeps its storage.
-class PoseSummation {
- public:
-  /// `plausible`: the points, implausible ones without weight; `cells`: of each column.
-  const PoseInformation& sum(const ResidualKernels& kernels, const PointColumnsView& plausible, const TwoViewPose& pose,
-                             const Loss& loss, const std::vector<int32_t>& cells);
-  /// The last sums.
-  const PoseInformation& information() const { return information_; }
+  /// Sums up the matches of a pair. `plausible`: the points, implausible ones without weight; `cells`: of each column.
+  void sum(const ResidualKernels& kernels, const PointColumnsView& plausible, const TwoViewPose& pose, const Loss& loss,
+           const std::vector<int32_t>& cells);
+
+  PoseSquare ofPose() const { return curvature.topLeftCorner<kPoseParameters, kPoseParameters>(); }
+  /// Inverse of the curvature with the camera known to its typical errors. `variance`: of a residual.
+  ParameterSquare inverseWithCamera(double variance) const;
 
  private:
+  void sumParts(int count, int size, const std::vector<int32_t>& cells);
+  const float* column(int k, int size) const { return columns_[static_cast<size_t>(k) * size / kLanes].lane; }
+
   /// Entries that the kernels load at once, aligned as they ask for.
   struct alignas(kLanes * sizeof(float)) Entries {
     float lane[kLanes];
   };
-
-  PoseInformation information_;
   std::vector<Entries> columns_;  ///< DerivativeColumn
 };
 

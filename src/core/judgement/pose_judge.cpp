@@ -19,7 +19,6 @@ constexpr double kBeyondCameras = 10;
 /// Largest support of another motion among the other matches, as a share of the pose's own. The second limit holds if
 /// the matches contradict the camera, because the pose may then join two bodies.
 constexpr double kMostOfSecond = 0.8, kMostOfSecondJoined = 0.6;
-constexpr int kRefinementIterations = 10;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
 /// Variance of each coordinate of a unit vector of any direction.
@@ -34,7 +33,8 @@ void PoseJudge::refine(const TwoViewPoints& points, bool move, TwoViewPose& pose
   segmentation_.apart.clear();
   measure(points, move, pose);
   if (!move || !options_.judge) return;
-  segmenter_.segment(points, pose, noise_, findBreak(summation_.information(), spread_.with_camera), segmentation_);
+  const PoseBreak worst = findBreak(information_, noise_.sigma() * noise_.sigma());
+  segmenter_.segment(points, pose, noise_, worst, segmentation_);
   if (!segmentation_.found()) return;
   pose = segmentation_.larger;
   measure(points, true, pose);
@@ -49,11 +49,11 @@ void PoseJudge::measureNoise(const PointColumnsView& points, const TwoViewPose& 
 void PoseJudge::measure(const TwoViewPoints& points, bool move, TwoViewPose& pose) {
   measureNoise(points.view(), pose);
   if (move && !atOptimum(points.size())) {
-    PoseModel(kernels_, plausible_.view()).refine(noise_.loss(), kRefinementIterations, pose, kEnough);
+    PoseModel(kernels_, plausible_.view()).refine(noise_.loss(), kFinalIterations, pose, kEnough);
     measureNoise(points.view(), pose);
   }
-  spread_ = poseCovariance(summation_.sum(kernels_, plausible_.view(), pose_, noise_.loss(), points.cells()), pose_,
-                           noise_.sigma(), options_.calibration_sigma);
+  information_.sum(kernels_, plausible_.view(), pose_, noise_.loss(), points.cells());
+  spread_ = poseCovariance(information_, pose_, noise_.sigma(), options_.calibration_sigma);
 }
 
 bool PoseJudge::atOptimum(int count) const {

@@ -6,7 +6,7 @@
 
 #include "gms_ransac/robust_options.h"
 #include "gms_ransac/robust_result.h"
-#include "judgement/match_noise.h"
+
 #include "judgement/match_probability.h"
 #include "judgement/other_motions.h"
 #include "judgement/pose_covariance.h"
@@ -65,7 +65,7 @@ class PoseJudge {
   Segmentation segmentation_;
   PoseCovariance spread_;
   // The steps, with their storage.
-  PoseSummation summation_;
+  PoseInformation information_;
   Segmenter segmenter_;
   RotationExplanation rotation_explanation_;
   OtherMotions other_motions_;

@@ -19,16 +19,15 @@ constexpr double kMostAtInfinity = 0.4;
 
 // Costs are squared standard deviations. A pose gives each match a depth, which costs log 4 (Torr 1998, lambda_1 for
 // coordinates of dimension 4). A wrong match costs no more than three deviations.
-constexpr float kDepthCost = 1.3863f, kMostCost = 9, kMostRotationCost = kMostCost + kDepthCost;
+constexpr float kDepthCost = static_cast<float>(2 * M_LN2), kMostCost = 9, kMostRotationCost = kMostCost + kDepthCost;
 // Squared parallax along the epipolar line: what noise mostly stays below, and hardly exceeds.
 constexpr float kNear = 1.5f * 1.5f, kFurther = 3.5f * 3.5f;
 
-/// Squared softness of the loss of each stage of the fits, in thresholds and in standard deviations: near points of a
-/// translating camera drop out.
-constexpr float kSoftness[] = {100, 10, 2}, kRollingSoftness[] = {100, 30, 9};
+/// Squared softness of the loss of each stage of the fit of a rotation, in thresholds, and of the first with rolling
+/// shutter, in standard deviations: near points of a translating camera drop out.
+constexpr float kSoftness[] = {100, 10, 2}, kRollingSoftness = 9 * kMostCost;
 constexpr int kRotationIterations = 3;
-constexpr int kFittedMatches = 256;  ///< a random part
-constexpr float kTiny = 1e-18f;      ///< keeps points on the line at infinity finite
+constexpr float kTiny = 1e-18f;  ///< keeps points on the line at infinity finite
 
 /// The displacement of a match after a rotation.
 struct RotatedMatch {
@@ -56,8 +55,10 @@ struct RotatedMatch {
 /// how many between that and 3.5. Noise alone puts 86.6 and 13.3 % there; parallaxes that are spread over more than the
 /// noise put them there as the widths of the two, 1.5 to 2.
 double countStatic(int near, int further) {
-  constexpr double kNoiseNear = 0.866, kNoiseFurther = 0.133, kSpread = 1.5 / 2;
-  return std::max(0.0, (near - kSpread * further) / (kNoiseNear - kSpread * kNoiseFurther));
+  const double noise_near = std::erf(std::sqrt(kNear / 2)),
+               noise_further = std::erf(std::sqrt(kFurther / 2)) - noise_near;
+  const double spread = 1 / (std::sqrt(kFurther / kNear) - 1);
+  return std::max(0.0, (near - spread * further) / (noise_near - spread * noise_further));
 }
 
 /// How many of the inliers a pose moves against its translation, by noise and not by more: half of those at infinity.
@@ -98,7 +99,7 @@ const RotationOnly& RotationExplanation::fit(const ResidualKernels& kernels, con
   result.R = start.R;
   // To the threshold's own scale, or twice what noise of both images amounts to.
   const auto last = static_cast<float>(std::min(2., 8 * noise.sigma() * noise.sigma()));
-  const PointColumnsView part = firstColumns(points, kFittedMatches);
+  const PointColumnsView part = firstColumns(points, kRandomPart);
   for (const float softness : kSoftness) {
     PoseModel(kernels, part).refineRotation({1e12f, 1 / softness}, kRotationIterations, result.R);
   }
@@ -149,30 +150,31 @@ RotationVerdict RotationExplanation::compare(const TwoViewPoints& points, const 
     near += along < kNear;
     further += along >= kNear && along < kFurther;
   }
-  const auto against = [&] {
-    return vuongStatistic(points.size(), points.cells(), by_cell_,
-                          [&](size_t i) { return costs_[i] - pose_costs_[i]; });
-  };
   RotationVerdict verdict;
   if (inliers > 0) {
     const int backwards = countBackwards(points.view(), pose, noise.residuals(), static_cast<float>(variance));
     verdict.static_share = countStatic(near, further) / inliers;
     verdict.share_at_infinity = 2. * backwards / inliers;
   }
-  verdict.against_rotation = against();
-  fitRolling(points.view(), per_variance);
-  verdict.against_rolling = against();
+  verdict.against_rotation = against(points.size(), points.cells());
+  verdict.against_rolling = againstRolling(points, per_variance);
   return verdict;
 }
 
-void RotationExplanation::fitRolling(const PointColumnsView& points, float inverse_variance) {
+double RotationExplanation::against(int count, const std::vector<int32_t>& cells) {
+  return vuongStatistic(count, cells, by_cell_, [&](size_t i) { return costs_[i] - pose_costs_[i]; });
+}
+
+double RotationExplanation::againstRolling(const TwoViewPoints& all, float inverse_variance) {
+  const PointColumnsView points = all.view();
+  const int fitted = std::min(points.count, kRandomPart);
   const Eigen::Matrix3f R = rotation_.R.cast<float>();
   Eigen::Matrix3f rates = Eigen::Matrix3f::Zero();
-  for (const float softness : kRollingSoftness) {
+  for (float softness = kRollingSoftness;; softness /= 3) {
     // The derivative of a match is the outer product of its rows and its flow.
     Eigen::Matrix<double, 9, 9> A = 1e-9 * Eigen::Matrix<double, 9, 9>::Identity();  // the lower triangle counts
     Eigen::Matrix<double, 9, 1> b = Eigen::Matrix<double, 9, 1>::Zero();
-    for (int i = 0; i < std::min(points.count, kFittedMatches); ++i) {
+    for (int i = 0; i < fitted; ++i) {
       const RotatedMatch match(points, i, R);
       const float falloff = 1 / (1 + match.cost(rates, inverse_variance) / softness);
       const float weight = match.weight * falloff * falloff;
@@ -187,10 +189,14 @@ void RotationExplanation::fitRolling(const PointColumnsView& points, float inver
     }
     const Eigen::Matrix<double, 9, 1> solution = A.llt().solve(b);
     rates = Eigen::Map<const Eigen::Matrix3d>(solution.data()).cast<float>();
-  }
-  for (int i = 0; i < points.count; ++i) {
-    costs_[static_cast<size_t>(i)] =
-        std::min(RotatedMatch(points, i, R).cost(rates, inverse_variance), kMostRotationCost);
+    const bool last = softness <= kMostCost;
+    const int count = last ? points.count : fitted;
+    for (int i = 0; i < count; ++i) {
+      costs_[static_cast<size_t>(i)] =
+          std::min(RotatedMatch(points, i, R).cost(rates, inverse_variance), kMostRotationCost);
+    }
+    const double statistic = against(count, all.cells());
+    if (last || statistic > kSurelyBetter) return statistic;  // a narrower loss would not turn that round
   }
 }
 

@@ -46,8 +46,10 @@ class RotationExplanation {
   RotationVerdict compare(const TwoViewPoints& points, const TwoViewPose& pose, const MatchNoise& noise);
 
  private:
-  /// Fills costs_ of the rotation with rolling shutter that fits best, by reweighted least squares.
-  void fitRolling(const PointColumnsView& points, float inverse_variance);
+  /// Vuong's statistic of the pose against what costs_ are of, over the first matches.
+  double against(int count, const std::vector<int32_t>& cells);
+  /// The same against the rotation with rolling shutter that fits best, by reweighted least squares.
+  double againstRolling(const TwoViewPoints& points, float inverse_variance);
 
   RotationOnly rotation_;
   std::vector<float> sorted_, pose_costs_, costs_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -13,26 +14,83 @@ namespace {
 /// Drawn scenes of one rigid world, whose largest statistic is 13 in the median, exceed this in less than one of 100.
 constexpr double kBreak = 27;
 constexpr double kLeastShare = 0.1;  ///< of the matches, in the rectangle and outside
-constexpr int kFewest = 15;          ///< matches
 
 constexpr int kRounds = 4;  ///< in most scenes the third changes nothing
-constexpr int kIterations = 10;
 /// Two motions must cost less than this share of what one does; two that are fitted to one by chance come to 0.9.
 constexpr double kMostCost = 0.9;
 
-/// Score test that a part of the view asks for the same values of the first kCount parameters as the whole. `inverse`:
-/// of the curvature by them.
-template <int kCount>
-double breakStatistic(const BlockSums& part, const PoseInformation& all,
-                      const Eigen::Matrix<double, kCount, kCount>& inverse) {
-  using Rows = Eigen::Matrix<double, kPoseParameters, kCount>;
-  const Rows moved = part.curvature.leftCols<kCount>().lazyProduct(inverse);
-  const PoseVector excess = part.gradient.head<kPoseParameters>() - moved * all.gradient.head<kCount>();
-  const PoseSquare shared = moved.lazyProduct(part.scatter.leftCols<kCount>().transpose());
-  const Rows whole = moved.lazyProduct(all.scatter.topLeftCorner<kCount, kCount>());
-  const PoseSquare covariance = part.scatter.leftCols<kPoseParameters>() - shared - shared.transpose() +
-                                PoseSquare(whole.lazyProduct(moved.transpose()));
-  return excess.dot(covariance.ldlt().solve(excess));
+/// A part of the view in the score test that the whole asks for the same values of the first N parameters. Its gradient
+/// and scatter are summed over cells; all of it adds up over parts that do not overlap.
+template <int N>
+struct BreakTest {
+  using Rows = Eigen::Matrix<double, kPoseParameters, N>;
+  int count = 0;
+  PoseVector excess = PoseVector::Zero();  ///< of its gradient over what the step of the whole explains
+  Rows share = Rows::Zero();               ///< by which it follows the gradient of the whole
+  Rows crossed = Rows::Zero();             ///< half of share times the scatter of the whole, less its own scatter
+  PoseSquare scatter = PoseSquare::Zero();
+
+  void operator+=(const BreakTest& other) {
+    count += other.count;
+    excess += other.excess;
+    share += other.share;
+    crossed += other.crossed;
+    scatter += other.scatter;
+  }
+  /// Chi-square; 0 if too few cells have matches.
+  double statistic() const {
+    const PoseSquare half = crossed.lazyProduct(share.transpose());
+    const Eigen::LLT<PoseSquare> variance(scatter + half + half.transpose());
+    return variance.info() == Eigen::Success ? excess.dot(variance.solve(excess)) : 0;
+  }
+};
+
+constexpr size_t kRectangles = kBlockCount * (kBlockSide + 1) * (kBlockSide + 1) / 4;
+
+/// Tests the rectangles in `broken` and clears those without a break. `inverse`: of the curvature by the first N
+/// parameters.
+template <int N>
+PoseBreak worstBreak(const PoseInformation& all, const Eigen::Matrix<double, N, N>& inverse,
+                     std::bitset<kRectangles>& broken) {
+  using Test = BreakTest<N>;
+  const Eigen::Matrix<double, N, N> half_scatter = 0.5 * all.scatter.topLeftCorner<N, N>();
+  std::array<Test, kBlockCount> blocks;
+  for (const PartSums& cell : all.cells) {
+    const ParameterVector gradient = cell.gradient();
+    Test& block = blocks[blockOf(cell.cell)];
+    for (int k = 0; k < N; ++k) block.crossed.col(k) -= gradient[k] * gradient.head<kPoseParameters>();
+  }
+  for (size_t k = 0; k < blocks.size(); ++k) {
+    const PartSums& sums = all.blocks[k];
+    Test& block = blocks[k];
+    block.count = sums.count;
+    const Eigen::Matrix<float, N, kPoseParameters> products = sums.products.topLeftCorner<N, kPoseParameters>();
+    block.share = all.bend * products.transpose().template cast<double>().lazyProduct(inverse);
+    block.excess = sums.gradient().head<kPoseParameters>() - block.share * all.gradient.head<N>();
+    block.scatter = -block.crossed.leftCols(kPoseParameters);
+    block.crossed += block.share.lazyProduct(half_scatter);
+  }
+  PoseBreak worst;
+  size_t rectangle = 0;
+  for (int top = 0; top < kBlockSide; ++top) {
+    std::array<Test, kBlockSide> columns;
+    for (int bottom = top + 1; bottom <= kBlockSide; ++bottom) {
+      const Test* last_row = &blocks[static_cast<size_t>((bottom - 1) * kBlockSide)];
+      for (Test& column : columns) column += *last_row++;
+      for (int left = 0; left < kBlockSide; ++left) {
+        Test part;
+        for (int right = left + 1; right <= kBlockSide; ++right, ++rectangle) {
+          part += columns[static_cast<size_t>(right - 1)];
+          const int fewer = std::min(part.count, all.used - part.count);
+          const bool enough = fewer >= kParameters && fewer >= kLeastShare * all.used;
+          const double statistic = enough && broken[rectangle] ? part.statistic() : 0;
+          broken[rectangle] = statistic > kBreak;
+          if (statistic > worst.statistic) worst = {statistic, left, top, right, bottom};
+        }
+      }
+    }
+  }
+  return worst;
 }
 
 }  // namespace
@@ -42,32 +100,13 @@ bool PoseBreak::holds(int32_t cell) const {
   return row >= top && row < bottom && column >= left && column < right;
 }
 
-PoseBreak findBreak(const PoseInformation& all, const ParameterSquare& inverse) {
-  PoseBreak worst;
-  const Eigen::LLT<PoseSquare> information(PoseSquare(all.curvature.topLeftCorner<kPoseParameters, kPoseParameters>()));
-  if (information.info() != Eigen::Success) return worst;
-  const PoseSquare own_inverse = information.solve(PoseSquare::Identity());
-  for (int top = 0; top < kBlockSide; ++top) {
-    std::array<BlockSums, kBlockSide> columns;
-    for (int bottom = top + 1; bottom <= kBlockSide; ++bottom) {
-      const int last = (bottom - 1) * kBlockSide;
-      const BlockSums* last_row = &all.blocks[static_cast<size_t>(last)];
-      for (BlockSums& column : columns) column += *last_row++;
-      for (int left = 0; left < kBlockSide; ++left) {
-        BlockSums part;
-        for (int right = left + 1; right <= kBlockSide; ++right) {
-          part += columns[static_cast<size_t>(right - 1)];
-          const int fewer = std::min(part.count, all.used - part.count);
-          if (fewer < kFewest || fewer < kLeastShare * all.used) continue;
-          // By the pose's own parameters first, which takes little and mostly settles it.
-          if (!(breakStatistic<kPoseParameters>(part, all, own_inverse) > kBreak)) continue;
-          const double statistic = breakStatistic<kParameters>(part, all, inverse);
-          if (statistic > worst.statistic) worst = {statistic, left, top, right, bottom};
-        }
-      }
-    }
-  }
-  return worst;
+PoseBreak findBreak(const PoseInformation& all, double variance) {
+  const PoseSquare inverse = inverseOf(all.ofPose());
+  if (!inverse.allFinite()) return {};
+  // By the pose's own parameters first, which takes little and mostly settles it.
+  std::bitset<kRectangles> broken;
+  const PoseBreak own = worstBreak<kPoseParameters>(all, inverse, broken.set());
+  return broken.any() ? worstBreak<kParameters>(all, all.inverseWithCamera(variance), broken) : own;
 }
 
 void Segmenter::segment(const TwoViewPoints& points, const TwoViewPose& pose, const MatchNoise& noise,
@@ -82,7 +121,7 @@ void Segmenter::segment(const TwoViewPoints& points, const TwoViewPose& pose, co
   for (int round = 0; round < kRounds; ++round) {
     for (int k = 0; k < 2; ++k) {
       own_.copy(view, [&](int i) { return apart[static_cast<size_t>(i)] == k; });
-      PoseModel(kernels_, own_.view()).refine(kRobustLoss, kIterations, bodies[k], kEnough);
+      PoseModel(kernels_, own_.view()).refine(kRobustLoss, kFinalIterations, bodies[k], kEnough);
       PoseModel(kernels_, view).residualsInFront(bodies[k], residuals_[k]);
     }
     second_worse_.assign(kCellCount, 0.f);

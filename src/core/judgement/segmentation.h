@@ -22,9 +22,9 @@ struct PoseBreak {
   bool holds(int32_t cell) const;
 };
 
-/// The rectangle whose matches contradict the rest most. `inverse`: of the curvature by all parameters, so that an
-/// error of the camera is no break. Zero if the pose's own parameters show none.
-PoseBreak findBreak(const PoseInformation& all, const ParameterSquare& inverse);
+/// The rectangle whose matches contradict the rest most, with the camera known to its typical errors, so that an error
+/// of the camera is no break. `variance`: of a residual. If the pose's own parameters show none, that by these alone.
+PoseBreak findBreak(const PoseInformation& all, double variance);
 
 /// Two motions that share the matches.
 struct Segmentation {

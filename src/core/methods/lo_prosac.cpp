@@ -21,7 +21,6 @@ namespace {
 constexpr double kNoiseExponent = 0.5;
 
 constexpr int kLocalIterations = 2;
-constexpr int kLastIterations = 10;
 /// A pose that leaves more of the matches unexplained is not beyond doubt, and the prior may have chosen it.
 constexpr double kMostUnexplained = 1. / 3;
 /// Where it does, a share of the matches that the search goes on among, and samples at most.
@@ -120,7 +119,7 @@ class LoProsac : public RansacMethod {
     search.ransac.search(sampler_);
   }
 
-  int finalIterations(Effort& effort) const { return hurried(effort) ? kHastyIterations : kLastIterations; }
+  int finalIterations(Effort& effort) const { return hurried(effort) ? kHastyIterations : kFinalIterations; }
 
   TwoViewPose refined(const PoseModel& model, TwoViewPose pose, Effort& effort) const {
     model.refine(kRobustLoss, finalIterations(effort), pose, kEnough);

@@ -9,10 +9,9 @@ namespace gms_ransac {
 
 namespace {
 
-// Matches and steps for each start, and how many go on to the second round (doc/estimator.md).
-constexpr int kStartMatches = 256;
+// Steps for each start, and how many go on to the second round (doc/estimator.md).
 constexpr int kStartIterations = 3;
-constexpr int kSecondIterations = 6;
+constexpr int kSecondIterations = 4;
 constexpr int kSecondRound = 8;
 // Every match counts, but from twice the threshold on ever less: the start is far off.
 constexpr Loss kStartLoss = {1e4f, 1 / 4.f};
@@ -33,21 +32,12 @@ Start optimizeStart(const PoseModel& model, int iterations, TwoViewPose pose) {
   return start;
 }
 
-/// Puts `start` into the list, best first, that holds at most one for a direction.
-void insertStart(const Start& start, Start (&list)[kMaxMotionStarts], int& count) {
-  for (int i = 0; i < count; ++i) {
-    if (std::abs(list[i].pose.t.dot(start.pose.t)) < kSameDirection) continue;
-    if (start.cost >= list[i].cost) return;
-    for (int j = i; j + 1 < count; ++j) list[j] = list[j + 1];
-    --count;
-    break;
-  }
-  int place = count;
-  while (place > 0 && start.cost < list[place - 1].cost) --place;
-  if (place == kMaxMotionStarts) return;
-  count = std::min(count + 1, kMaxMotionStarts);
-  for (int j = count - 1; j > place; --j) list[j] = list[j - 1];
-  list[place] = start;
+bool cheaper(const Start& a, const Start& b) { return a.cost < b.cost; }
+
+/// True if one of the starts has about the direction of another.
+bool hasDirection(const std::vector<TwoViewPose>& starts, const TwoViewPose& other) {
+  return std::any_of(starts.begin(), starts.end(),
+                     [&](const TwoViewPose& start) { return std::abs(start.t.dot(other.t)) > kSameDirection; });
 }
 
 }  // namespace
@@ -65,7 +55,7 @@ Eigen::Matrix3d fitDominantRotation(const PoseModel& model, const Eigen::Matrix3
 
 void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points,
                       std::vector<TwoViewPose>& starts) {
-  const PointColumnsView part = firstColumns(points, kStartMatches);
+  const PointColumnsView part = firstColumns(points, kRandomPart);
   const PoseModel model(kernels, part, kParallaxPrior);
   const Eigen::Matrix3d dominant = fitDominantRotation(model, Eigen::Matrix3d::Identity());
   const Eigen::Matrix3d rotations[2] = {dominant, Eigen::Matrix3d::Identity()};
@@ -80,14 +70,13 @@ void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& po
       all[all_count++] = optimizeStart(model, kStartIterations, {rotations[k], direction.normalized()});
     }
   }
-  std::sort(all, all + all_count, [](const Start& a, const Start& b) { return a.cost < b.cost; });
-  Start list[kMaxMotionStarts];
-  int count = 0;
-  for (int i = 0; i < kSecondRound; ++i) {
-    insertStart(optimizeStart(model, kSecondIterations, all[i].pose), list, count);
-  }
+  std::sort(all, all + all_count, cheaper);
+  for (int i = 0; i < kSecondRound; ++i) all[i] = optimizeStart(model, kSecondIterations, all[i].pose);
+  std::sort(all, all + kSecondRound, cheaper);
   starts.clear();
-  for (int i = 0; i < count; ++i) starts.push_back(list[i].pose);
+  for (int i = 0; i < kSecondRound && starts.size() < kMaxMotionStarts; ++i) {
+    if (!hasDirection(starts, all[i].pose)) starts.push_back(all[i].pose);
+  }
 }
 
 }  // namespace gms_ransac

@@ -1,13 +1,14 @@
 // Starting points for the pose that need no samples: optimisation from directions of translation all over the sphere.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
 
-constexpr int kMaxMotionStarts = 4;
+constexpr size_t kMaxMotionStarts = 4;
 
 /// Between images of a moving camera the rotation is small or follows from the matches alone. The direction of
 /// translation is the problem: the cost has several local minima over the sphere, and a model from five noisy points

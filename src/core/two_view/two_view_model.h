@@ -35,6 +35,9 @@ constexpr Loss kRobustLoss = {4, 1};
 constexpr float kEnough = 1e-5f;
 constexpr float kEnoughToCompare = 1e-3f;
 
+/// Steps of the refinement of a result, which mostly converges after three to five.
+constexpr int kFinalIterations = 10;
+
 /// A model over the columns of one pair. Residuals are squared and in squared thresholds: 1 is at the threshold.
 class TwoViewModel {
  public:

@@ -26,6 +26,9 @@ struct PointColumnsView {
   }
 };
 
+/// Matches that suffice for a first look at a motion: a random part, because columns have no order.
+constexpr int kRandomPart = 256;
+
 /// The first columns, as many as `count` (a multiple of kLanes) or all.
 inline PointColumnsView firstColumns(PointColumnsView points, int count) {
   if (points.count > count) points.size = points.count = count;
