@@ -12,14 +12,10 @@ namespace gms_ransac {
 
 constexpr double kDegrees = 180 / M_PI;  ///< in a radian
 
-/// Error given to a pair without a pose, degrees.
-constexpr double kFailedPoseError = 180.0;
-
-/// Errors of an estimated relative pose, degrees.
+/// Errors of an estimated relative pose, degrees; at first those of a pair without a pose.
 struct PoseError {
-  double rotation = kFailedPoseError;   ///< angle of R_true^T R
-  double direction = kFailedPoseError;  ///< angle between the translations; 90 when the estimate is zero
-  double worst() const { return rotation > direction ? rotation : direction; }
+  double rotation = 180;   ///< angle of R_true^T R
+  double direction = 180;  ///< angle between the translations; 90 when the estimate is zero
 };
 
 /// Both poses are current_in_reference (X_reference = R X_current + t).

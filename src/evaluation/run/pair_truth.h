@@ -51,9 +51,6 @@ struct MatchCounts {
   int raw_known = 0, raw_correct = 0;  ///< known: where the truth has no hole
   int kept_known = 0, kept_correct = 0;
   int raw_points = 0, kept_points = 0;  ///< current points that some correct match has
-
-  double precision() const { return static_cast<double>(kept_correct) / kept_known; }
-  double recall() const { return static_cast<double>(kept_points) / raw_points; }
 };
 
 /// Judges every match of a result; the features are those the result was made from.

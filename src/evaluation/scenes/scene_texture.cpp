@@ -1,9 +1,9 @@
-#include "scenes/scene_texture.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include <opencv2/imgproc.hpp>
+
+#include "scenes/scene_layout.h"
 
 namespace gms_ransac {
 
@@ -68,12 +68,11 @@ class Painter {
   void fill(double grey) { image_.setTo(grey); }
 
   void polygon(const std::vector<cv::Point2d>& corners, double grey) {
-    std::vector<cv::Point> fixed;
-    fixed.reserve(corners.size());
+    fixed_.clear();
     for (const cv::Point2d& p : corners) {
-      fixed.emplace_back(cvRound(p.x / texel_ * kSubpixel), cvRound(p.y / texel_ * kSubpixel));
+      fixed_.emplace_back(cvRound(p.x / texel_ * kSubpixel), cvRound(p.y / texel_ * kSubpixel));
     }
-    cv::fillConvexPoly(image_, fixed, cv::Scalar(grey), cv::LINE_AA, kSubpixelBits);
+    cv::fillConvexPoly(image_, fixed_, cv::Scalar(grey), cv::LINE_AA, kSubpixelBits);
   }
 
   void rectangle(const cv::Rect2d& r, double grey) {
@@ -104,13 +103,13 @@ class Painter {
       const double radius = 1 / std::sqrt(a - uniform(0, 1) * (a - b));
       const cv::Point2d centre(uniform(roi.x, roi.x + roi.width), uniform(roi.y, roi.y + roi.height));
       const int corners = rng_.uniform(3, 7);
-      const double turn = uniform(0, CV_2PI), squeeze = uniform(0.4, 1.0);
+      const double turn = uniform(0, CV_2PI), squeeze = uniform(0.4, 1.0), c = std::cos(turn), s = std::sin(turn);
       std::vector<cv::Point2d> outline;
       for (int k = 0; k < corners; ++k) {
         const double angle = CV_2PI * (k + uniform(-0.2, 0.2)) / corners;
         const double x = radius * std::cos(angle), y = squeeze * radius * std::sin(angle);
-        outline.emplace_back(std::clamp(centre.x + x * std::cos(turn) - y * std::sin(turn), roi.x, roi.x + roi.width),
-                             std::clamp(centre.y + x * std::sin(turn) + y * std::cos(turn), roi.y, roi.y + roi.height));
+        outline.emplace_back(std::clamp(centre.x + x * c - y * s, roi.x, roi.x + roi.width),
+                             std::clamp(centre.y + x * s + y * c, roi.y, roi.y + roi.height));
       }
       polygon(outline, tone(mean, contrast));
       area += 2 * squeeze * radius * radius;
@@ -199,6 +198,7 @@ class Painter {
   cv::Mat_<uint8_t>& image_;
   double texel_;
   cv::RNG rng_;
+  std::vector<cv::Point> fixed_;  ///< corners of a polygon
 };
 
 /// Bilinear value at texture pixel (x, y), pixel centres at integers, edges repeated.

@@ -1,6 +1,5 @@
 #include "scenes/scene_writer.h"
 
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -27,27 +26,6 @@ void writeImageFile(const fs::path& path, const cv::Mat& image) {
   if (!cv::imwrite(path.string(), image)) throw std::runtime_error(path.string() + ": cannot be written");
 }
 
-std::string stampText(double stamp) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6f", stamp);
-  return text;
-}
-
-void writePose(const std::string& stamp, const Eigen::Isometry3d& pose, std::ofstream& file) {
-  const Eigen::Quaterniond q(pose.linear());
-  const Eigen::Vector3d& t = pose.translation();
-  file << stamp << ' ' << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' '
-       << q.w() << '\n';
-}
-
-void writeCamera(const CameraIntrinsics& k, const fs::path& path) {
-  std::ofstream file = openText(path);
-  file.precision(10);
-  file << k.fx << ' ' << k.fy << ' ' << k.cx << ' ' << k.cy;
-  for (double d : k.distortion) file << ' ' << d;
-  file << '\n';
-}
-
 }  // namespace
 
 void writeTumFolder(const Scene& scene, int frames, const std::string& folder, const std::function<void()>& written) {
@@ -57,7 +35,12 @@ void writeTumFolder(const Scene& scene, int frames, const std::string& folder, c
     fs::create_directories(root / name, failure);
     if (!fs::is_directory(root / name)) throw std::runtime_error((root / name).string() + ": cannot be made");
   }
-  writeCamera(scene.intrinsics(), root / "camera.txt");
+  const CameraIntrinsics& k = scene.intrinsics();
+  std::ofstream camera = openText(root / "camera.txt");
+  camera.precision(10);
+  camera << k.fx << ' ' << k.fy << ' ' << k.cx << ' ' << k.cy;
+  for (double d : k.distortion) camera << ' ' << d;
+  camera << '\n';
   std::ofstream rgb = openText(root / "rgb.txt"), depth = openText(root / "depth.txt");
   std::ofstream truth = openText(root / "groundtruth.txt");
   truth.precision(12);
@@ -66,7 +49,7 @@ void writeTumFolder(const Scene& scene, int frames, const std::string& folder, c
   truth << "# exact camera poses of a rendered scene\n# timestamp tx ty tz qx qy qz qw\n";
   for (int i = 0; i < frames; ++i) {
     const RenderedFrame frame = scene.render(i);
-    const std::string stamp = stampText(frame.stamp);
+    const std::string stamp = std::to_string(frame.stamp);
     cv::Mat depth_units;
     // Beyond 13.1 m the 16 bits end: unknown, as in TUM's files.
     cv::Mat metres = frame.depth.clone();
@@ -76,7 +59,11 @@ void writeTumFolder(const Scene& scene, int frames, const std::string& folder, c
     writeImageFile(root / "depth" / (stamp + ".png"), depth_units);
     rgb << stamp << " rgb/" << stamp << ".png\n";
     depth << stamp << " depth/" << stamp << ".png\n";
-    writePose(stamp, frame.camera_pose, truth);
+    const Eigen::Quaterniond q(frame.camera_pose.linear());
+    const Eigen::Vector3d t = frame.camera_pose.translation();
+    truth << stamp;
+    for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) truth << ' ' << value;
+    truth << '\n';
     written();
   }
 }

@@ -220,13 +220,13 @@ TEST(ScalePropagator, CarriesTheScaleAlongKitti06) {
   EXPECT_LT(error.end, 0.05);
 }
 
-TEST(ScalePropagator, CarriesTheScaleThroughTheStreet) {
-  const Scene& scene = renderedScene("street");
+TEST(ScalePropagator, CarriesTheScaleThroughTheRoom) {
+  const Scene& scene = renderedScene();
   constexpr int kFrames = 12;
   std::vector<Eigen::Isometry3d> truth;
   for (int i = 0; i < kFrames; ++i) truth.push_back(scene.pose(i));
   const PropagationError error = propagationError(
-      cameraOf(scene), kFrames, [](int i) { return renderedFrame(i, "street").image; }, truth);
+      cameraOf(scene), kFrames, [](int i) { return renderedFrame(i).image; }, truth);
   RecordProperty("median_ratio_error", std::to_string(error.median_ratio));
   RecordProperty("end_error", std::to_string(error.end));
   EXPECT_LT(error.median_ratio, 0.05);

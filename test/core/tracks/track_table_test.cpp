@@ -19,19 +19,6 @@ MatchResult pairOf(int reference, int current, const std::vector<Match>& inliers
   return result;
 }
 
-TEST(TrackTable, FollowsAFeatureAndCountsItsImages) {
-  TrackTable table;
-  table.link(pairOf(5, 6, {{2, 3, 10, 90}, {4, 1, 10, 90}}));
-  const uint32_t id = table.ids()[0];
-  EXPECT_NE(id, 0u);
-  EXPECT_NE(table.ids()[1], id);
-  EXPECT_EQ(table.lengths(), (std::vector<uint16_t>{2, 2}));
-  table.advance();
-  table.link(pairOf(6, 4, {{0, 0, 10, 90}, {3, 2, 10, 90}}));
-  EXPECT_EQ(table.ids()[1], id);
-  EXPECT_EQ(table.lengths(), (std::vector<uint16_t>{2, 3}));
-}
-
 TEST(TrackTable, RejectedMatchesCarryNothingOn) {
   TrackTable table;
   MatchResult result = pairOf(3, 3, {{0, 0, 10, 90}, {1, 1, 10, 90}});
