@@ -153,8 +153,10 @@ TEST_F(EvaluateTest, RunTellsCalibrationProgressAndColumnsAndDraws) {
 
 TEST_F(EvaluateTest, AnInterruptedRunPrintsTheTableOfWhatIsThere) {
   writePlane(30, kStep);
-  const Outcome outcome = run("timeout --preserve-status -s INT 3 " + std::string(EVALUATE_PROGRAM) + " run " +
-                              path("set") + " --repeat 100");
+  const std::string records = path("records.jsonl");
+  const Outcome outcome =
+      run("{ " + std::string(EVALUATE_PROGRAM) + " run " + path("set") + " --repeat 100 --out " + records +
+          " & for i in $(seq 600); do [ -s " + records + " ] && break; sleep 0.1; done; kill -INT $!; wait $!; }");
   EXPECT_EQ(outcome.status, 130) << outcome.text;
   for (const char* text : {"left\n", "of 29 pairs\n", "\nlo_prosac "}) {
     EXPECT_NE(outcome.text.find(text), std::string::npos) << outcome.text;
