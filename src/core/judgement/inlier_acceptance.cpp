@@ -45,19 +45,16 @@ bool spansSpots(const std::vector<float>& x, const std::vector<float>& y, const 
 bool collinear(const std::vector<float>& x, const std::vector<float>& y, const std::vector<uint8_t>& inlier,
                double threshold_px) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
   double n = 0;
   for (size_t i = 0; i < inlier.size(); ++i) {
     if (!inlier[i]) continue;
-    sum += Eigen::Vector2d(x[i], y[i]);
+    const Eigen::Vector2d point(x[i], y[i]);
+    sum += point;
+    scatter += point * point.transpose();
     ++n;
   }
-  const Eigen::Vector2d centre = sum / n;
-  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
-  for (size_t i = 0; i < inlier.size(); ++i) {
-    if (!inlier[i]) continue;
-    const Eigen::Vector2d d = Eigen::Vector2d(x[i], y[i]) - centre;
-    scatter += d * d.transpose();
-  }
+  scatter -= sum * sum.transpose() / n;
   const double half_trace = 0.5 * scatter.trace();
   const double smaller = half_trace - std::sqrt(std::max(0.0, half_trace * half_trace - scatter.determinant()));
   return smaller < n * threshold_px * threshold_px;

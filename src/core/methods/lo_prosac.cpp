@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "gms/cell_grid.h"
-#include "judgement/plane_motion.h"
 #include "judgement/pose_judge.h"
 #include "methods/ransac_method.h"
 #include "ransac/motion_starts.h"
+#include "ransac/plane_motion.h"
 #include "ransac/stratified_sampler.h"
 
 namespace gms_ransac {

@@ -1,4 +1,4 @@
-#include "judgement/plane_motion.h"
+#include "ransac/plane_motion.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "judgement/pose_recovery.h"
+#include "methods/pose_recovery.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,8 +10,8 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
-#include "judgement/plane_motion.h"
 #include "ransac/motion_starts.h"
+#include "ransac/plane_motion.h"
 #include "two_view/solvers/minimal_solvers.h"
 
 namespace gms_ransac {
