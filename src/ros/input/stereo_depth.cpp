@@ -78,9 +78,7 @@ StereoDepth::StereoDepth(const Parameters& parameters, const std::string& right_
       right_info_topic_(right_info_topic),
       camera_source_(parameters, right_topic, right_info_topic) {}
 
-std::string StereoDepth::takeRight(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
-                                   StereoColumns& columns) {
-  if (!left_model.camera.calibrated()) return "the left camera is not calibrated";
+std::string StereoDepth::takeRight(const ImageWithInfo& input, const Features& left, StereoColumns& columns) {
   if (!input.right) {
     return "no image on " + right_topic_ + " has its stamp (within " + secondsText(kStereoTolerance) +
            "); trigger both cameras together, or stamp their images alike";
@@ -96,14 +94,21 @@ std::string StereoDepth::takeRight(const ImageWithInfo& input, const Features& l
   return columns.right_camera->problem;
 }
 
-std::string StereoDepth::fill(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
-                              MatchFilter& filter, StereoColumns& columns) {
+std::string StereoDepth::take(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
+                              StereoColumns& columns) {
   columns.clear();
-  std::string problem = takeRight(input, left, left_model, columns);
+  if (!left_model.camera.calibrated()) return "the left camera is not calibrated";
+  std::string problem = takeRight(input, left, columns);
   if (!problem.empty()) return problem;
   const StereoRig rig(left_model, *input.camera_info, *columns.right_camera, *input.right_info);
-  if (!rig.problem.empty()) return rig.problem;
+  if (rig.problem.empty()) columns.rig = rig;
+  return rig.problem;
+}
 
+std::string StereoDepth::fill(const Features& left, const CameraModel& left_model, MatchFilter& filter,
+                              StereoColumns& columns) {
+  const StereoRig rig = *columns.rig;
+  columns.rig.reset();
   filter.extract(columns.right, right_);
   left_rays_ = rectifiedRays(left, left_model.camera, rig.left);
   right_rays_ = rectifiedRays(right_.features, columns.right_camera->camera, rig.right);

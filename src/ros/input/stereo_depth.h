@@ -28,7 +28,7 @@ struct StereoRig {
             const sensor_msgs::CameraInfo& right_info);
 };
 
-/// One entry per keypoint of the left image.
+/// The right image, and one entry per keypoint of the left image where its depth was wanted.
 struct StereoColumns {
   std::vector<float> depth;                ///< metres along the left camera's optical axis; 0: not known
   std::vector<Eigen::Vector2d> right_ray;  ///< x, y at depth 1 in the right camera; NaN: it does not show the point
@@ -42,16 +42,18 @@ class StereoDepth {
  public:
   StereoDepth(const Parameters& parameters, const std::string& right_topic, const std::string& right_info_topic);
 
-  /// Extracts the right image as the left one was and fills the columns. Returns why it does not, empty when it does.
-  std::string fill(const ImageWithInfo& input, const Features& left, const CameraModel& left_model, MatchFilter& filter,
+  /// Sets the right image, its camera and the rig. Returns why they are unusable, empty when they are not.
+  std::string take(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
                    StereoColumns& columns);
+  /// After `take`: extracts the right image as the left one was and fills the columns. Returns why it does not, empty
+  /// when it does.
+  std::string fill(const Features& left, const CameraModel& left_model, MatchFilter& filter, StereoColumns& columns);
   /// Seconds that the last extraction of the right image took.
   double detectSeconds() const { return right_.detect_seconds; }
 
  private:
-  /// Sets the right image and its camera; returns why they are unusable.
-  std::string takeRight(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
-                        StereoColumns& columns);
+  /// Sets the right image and its camera; as `take`.
+  std::string takeRight(const ImageWithInfo& input, const Features& left, StereoColumns& columns);
   /// Returns why few keypoints have a match on their row, if many have one on other rows.
   std::string doubtOfRows(const Features& left, double focal_length) const;
 

@@ -208,6 +208,7 @@ void MatchFilterRos::answer(std::unique_ptr<PreparedFrame> frame) {
     ++passed_over_;
     processor_->passOver(std::move(frame));
   } else {
+    frame->depth_wanted = !outputs_->featuresSuffice(options) || !outputs_->rightImageSuffices();
     publish(processor_->process(std::move(frame)), options);
   }
 }

@@ -64,6 +64,8 @@ bool Outputs::featuresSuffice(const OutputOptions& options) const {
   return features > 0 && features == listeners() && !transforms;
 }
 
+bool Outputs::rightImageSuffices() const { return !stereo_ || !stereo_->needsKeypoints(); }
+
 bool Outputs::passesOver(const PreparedFrame& frame, const OutputOptions& options) {
   FeatureOutput& features = points_->features();
   const bool of_one = features.listeners() > 0, of_two = stereo_ && stereo_->listeners() > 0;

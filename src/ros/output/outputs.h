@@ -34,6 +34,8 @@ class Outputs {
   int listeners() const;
   /// Only ~features and ~stereo_features have subscribers; they do not need every image.
   bool featuresSuffice(const OutputOptions& options) const;
+  /// ~stereo_features needs the right image alone, without its keypoints; with `featuresSuffice`.
+  bool rightImageSuffices() const;
   /// True if they can skip this frame.
   bool passesOver(const PreparedFrame& frame, const OutputOptions& options);
   /// Why an output could not be published, and the remedy; empty: no problem. From the thread of `publish`.

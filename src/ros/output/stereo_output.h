@@ -22,20 +22,24 @@ class StereoFeatureStream {
   bool passesOver(const PreparedFrame& frame, const FeatureOptions& options) {
     return stream_.passesOver(frame, options);
   }
+  /// True until points are found on their rows of the right image. Its keypoints tell where they are, or why not.
+  bool needsKeypoints() const { return found_ <= kFewOnRows * tried_; }
   /// No message without a right image; the tracks go on with the next one.
   std::optional<StereoFeatures> next(const ProcessedFrame& processed, const FeatureOptions& options);
-  void reset() { stream_.reset(); }
+  void reset();
 
  private:
   struct RightPoint {
     Eigen::Vector2d ray;  ///< x, y at depth 1 in the right camera
     double disparity;     ///< of the rectified rays
   };
+  static constexpr double kFewOnRows = 0.3;
   std::optional<RightPoint> locate(const PreparedFrame& current, const TrackedPoint& point,
                                    const MatchResult& result) const;
 
   FeatureStream stream_;
   std::unordered_map<uint32_t, RightPoint> right_;  ///< of the last message, by id
+  int tried_ = 0, found_ = 0;                       ///< points of the last message
 };
 
 class StereoOutput {
@@ -48,6 +52,7 @@ class StereoOutput {
   bool passesOver(const PreparedFrame& frame, const FeatureOptions& options) {
     return stream_.passesOver(frame, options);
   }
+  bool needsKeypoints() const { return stream_.needsKeypoints(); }
   void publish(const ProcessedFrame& processed, const FeatureOptions& options);
 
  private:

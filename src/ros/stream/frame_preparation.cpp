@@ -21,6 +21,7 @@ void FramePreparation::receive(const ImageWithInfo& input, double max_gap, Prepa
   frame.input = input;
   frame.extracted = false;
   frame.depth.release();
+  frame.depth_wanted = true;
   frame.depth_problem.clear();
   frame.stereo.clear();
   frame.mask.release();
@@ -90,7 +91,13 @@ void FramePreparation::extract(MatchFilter& filter, PreparedFrame& frame) {
 void FramePreparation::findDepth(PreparedFrame& frame) {
   const ImageWithInfo& input = frame.input;
   if (parameters_.input == InputKind::kStereo) {
-    frame.depth_problem = stereo_depth_.fill(input, frame.frame.features, *frame.camera, *frame.filter, frame.stereo);
+    frame.depth_problem = stereo_depth_.take(input, frame.frame.features, *frame.camera, frame.stereo);
+    if (!frame.depth_problem.empty()) return;
+    if (!frame.depth_wanted) {
+      frame.depth_problem = "only features have a subscriber";
+      return;
+    }
+    frame.depth_problem = stereo_depth_.fill(frame.frame.features, *frame.camera, *frame.filter, frame.stereo);
     if (frame.depth_problem.empty()) frame.frame.detect_seconds += stereo_depth_.detectSeconds();
   } else if (input.depth) {
     frame.depth_problem = toDepth(*input.depth, frame.grey.size(), frame.depth);

@@ -32,6 +32,7 @@ struct PreparedFrame {
   /// With ~input stereo; empty if the right image is unusable. Its depth is also that of an image with registered
   /// depth whose keypoints were moved to another calibration.
   StereoColumns stereo;
+  bool depth_wanted = true;   ///< with ~input stereo; else the right image serves ~stereo_features alone
   std::string depth_problem;  ///< why the depth image is not used; empty when it is, or when there is none
   cv::Mat mask;              ///< CV_8UC1, zero where no keypoint is taken; empty: none. May share the memory of `input`
   std::string mask_problem;  ///< why there is no mask although there should be one; empty when there need not be

@@ -139,39 +139,70 @@ TEST(StereoDepth, MotionsAreMetric) {
   EXPECT_LT(median(normalized), 4);
 }
 
-/// Follows what both cameras see; checks limit, rate, ids and where the right camera sees the points.
-void expectTracks(const StereoRoom& room) {
-  FrameProcessor processor(stereo(), "left/image", "left/camera_info");
-  processor.setOptions(ProcessorOptions());
-  StereoFeatureStream stream;
-  FeatureOptions options;
-  options.rate = 5;
-  constexpr int kImages = 16;
-  std::map<uint64_t, int> last, life;
-  std::vector<double> off;  // of the disparity, pixels
-  int messages = 0;
-  for (int i = 0; i < kImages; ++i) {
-    ImageWithInfo input = room.input(i);
-    if (i == 8) input.right.reset();  // one message later, the tracks go on
-    const auto message = stream.next(processor.process(processor.prepare(input)), options);
-    if (!message) continue;
+/// Follows what both cameras see; checks limit, rate, ids and where the right camera sees the points. `alone`: nothing
+/// else is asked for, so that the right image soon needs no keypoints.
+class FollowedStereo {
+ public:
+  explicit FollowedStereo(bool alone) : alone_(alone), processor_(stereo(), "left/image", "left/camera_info") {
+    processor_.setOptions(ProcessorOptions());
+    options_.rate = 5;
+  }
+
+  void add(const StereoRoom& room, int image, const ImageWithInfo& input) {
+    auto frame = processor_.prepare(input, Extraction::kPutOff);
+    frame->depth_wanted = !alone_ || stream_.needsKeypoints();
+    const ProcessedFrame processed = processor_.process(std::move(frame));
+    with_depth_ += !processed.current->stereo.depth.empty();
+    metric_ = processed.metric_scale;
+    text_ = processed.text;
+    const auto message = stream_.next(processed, options_);
+    if (!message) return;
     EXPECT_LE(message->features.size(), 220u);
     EXPECT_GT(message->features.size(), 100u);
     for (const StereoFeature& f : message->features) {
-      EXPECT_TRUE(life[f.id]++ == 0 || last[f.id] == messages - 1) << "id " << f.id << " came back";
-      last[f.id] = messages;
-      off.push_back(room.disparityError(i, f));
+      EXPECT_TRUE(life_[f.id]++ == 0 || last_[f.id] == messages_ - 1) << "id " << f.id << " came back";
+      last_[f.id] = messages_;
+      off_.push_back(room.disparityError(image, f));
     }
-    ++messages;
+    ++messages_;
   }
-  EXPECT_NEAR(messages, kImages / 2, 1);
-  EXPECT_LT(median(off), 0.1);
-  EXPECT_LT(std::count_if(off.begin(), off.end(), [](double e) { return e > 1; }),
-            0.02 * static_cast<double>(off.size()));
-  const double mean_life = static_cast<double>(off.size()) / static_cast<double>(life.size());
-  EXPECT_GT(mean_life, 3) << "messages";
-  ::testing::Test::RecordProperty("mean_life", std::to_string(mean_life));
-  ::testing::Test::RecordProperty("median_disparity_error", std::to_string(median(off)));
+
+  void check(int images) const {
+    EXPECT_NEAR(messages_, images / 2, 1);
+    EXPECT_EQ(with_depth_, alone_ ? 2 : images - 1);
+    EXPECT_EQ(metric_, !alone_) << text_;
+    EXPECT_EQ(text_.find("no length: only features have a subscriber") != std::string::npos, alone_) << text_;
+    EXPECT_LT(median(off_), 0.1);
+    EXPECT_LT(std::count_if(off_.begin(), off_.end(), [](double e) { return e > 1; }),
+              0.02 * static_cast<double>(off_.size()));
+    const double mean_life = static_cast<double>(off_.size()) / static_cast<double>(life_.size());
+    EXPECT_GT(mean_life, 3) << "messages";
+    ::testing::Test::RecordProperty(alone_ ? "mean_life_alone" : "mean_life", std::to_string(mean_life));
+  }
+
+ private:
+  const bool alone_;
+  FrameProcessor processor_;
+  StereoFeatureStream stream_;
+  FeatureOptions options_;
+  std::map<uint64_t, int> last_, life_;
+  std::vector<double> off_;  ///< of the disparity, pixels
+  int messages_ = 0, with_depth_ = 0;
+  bool metric_ = false;  ///< the last pair
+  std::string text_;
+};
+
+void expectTracks(const StereoRoom& room) {
+  FollowedStereo with_others(false), alone(true);
+  constexpr int kImages = 16;
+  for (int i = 0; i < kImages; ++i) {
+    ImageWithInfo input = room.input(i);
+    if (i == 8) input.right.reset();  // one message later, the tracks go on
+    with_others.add(room, i, input);
+    alone.add(room, i, input);
+  }
+  with_others.check(kImages);
+  alone.check(kImages);
 }
 
 TEST(StereoFeatures, OfRectifiedImages) { expectTracks(StereoRoom()); }

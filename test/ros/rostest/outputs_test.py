@@ -19,6 +19,7 @@ from visualization_msgs.msg import MarkerArray
 from graph import Client, K, Scene, camera_info, degrees_between, image_message, vector
 
 STEP = np.array((0.15, 0.05, 0.0))
+BASELINE = 0.2  # metres
 
 
 class Outputs(unittest.TestCase):
@@ -208,41 +209,65 @@ class Outputs(unittest.TestCase):
         self.assertGreater(len(bits), 100)
         self.assertLess(np.median(bits), 40)
 
-    def test_two_cameras_see_metres(self):
-        baseline = 0.2
-        client, raw = Client("stereo", "stereo/left/image", "stereo/left/camera_info"), []
+    def stereo(self, listen):
+        """A client, a function that sends it an image with that of the right camera, and its ~stereo_features."""
+        client, raw = Client("stereo", "stereo/left/image", "stereo/left/camera_info", listen=listen), []
         right = rospy.Publisher("stereo/right/image", Image, queue_size=10)
         right_info = rospy.Publisher("stereo/right/camera_info", CameraInfo, queue_size=10)
         client.subscribe("stereo_features", rospy.AnyMsg, raw)
         client.connect()
         client.wait(lambda: right.get_num_connections() and right_info.get_num_connections(), "the filter to listen to the right")
         calibration = camera_info(0)
-        calibration.P = calibration.P[:3] + [-K[0, 0] * baseline] + calibration.P[4:]
+        calibration.P = calibration.P[:3] + [-K[0, 0] * BASELINE] + calibration.P[4:]
         right_info.publish(calibration)
-        for i, frame in enumerate(self.frames):
-            right.publish(image_message(self.scene.draw(t=STEP * i + (baseline, 0, 0)), 1300 + 0.1 * i))
-            answer = client.ask(frame, 1300 + 0.1 * i)
-        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
-        lengths = []
-        for i in range(1, len(self.frames)):
-            pair = client.correspondence(1300 + 0.1 * i)
-            self.assertTrue(pair.metric_scale)
-            lengths.append(np.linalg.norm(vector(pair.current_in_reference.pose.position)))
-        self.assertLess(abs(np.median(lengths) / np.linalg.norm(STEP) - 1), 0.03, lengths)
-        client.wait(lambda: len(raw) == len(lengths), "features")
+
+        def send(i, start, ask):
+            right.publish(image_message(self.scene.draw(t=STEP * i + (BASELINE, 0, 0)), start + 0.1 * i))
+            return (client.ask if ask else client.send)(self.frames[i], start + 0.1 * i)
+
+        return client, send, raw
+
+    def check_stereo_features(self, raw):
         # Under the name that msckf_vio has for the fields; a bag or a tool reads them by the definition that comes along.
         header = raw[0]._connection_header
         self.assertEqual((header["type"], header["md5sum"]), ("msckf_vio/CameraMeasurement", StereoFeatures._md5sum))
         kinds = genpy.dynamic.generate_dynamic(header["type"], header["message_definition"])
-        features = [kinds[header["type"]]().deserialize(message._buff) for message in raw]
-        for message in features:
-            disparity = np.array([f.u0 - f.u1 for f in message.features])
-            rows = np.array([f.v0 - f.v1 for f in message.features])
+        for message in raw:
+            features = kinds[header["type"]]().deserialize(message._buff).features
+            disparity = np.array([f.u0 - f.u1 for f in features])
+            rows = np.array([f.v0 - f.v1 for f in features])
             self.assertGreater(len(rows), 100)
             self.assertLess(np.median(np.abs(rows)) * K[0, 0], 0.5)
             depths = np.array([board[0] for board in self.scene.boards])
-            off = np.min(np.abs(baseline / disparity[:, None] / depths - 1), axis=1)
+            off = np.min(np.abs(BASELINE / disparity[:, None] / depths - 1), axis=1)
             self.assertLess(np.median(off), 0.04)
+
+    def check_metres(self, client, stamps):
+        pairs = [client.correspondence(stamp) for stamp in stamps]
+        self.assertTrue(all(pair.metric_scale for pair in pairs))
+        lengths = [np.linalg.norm(vector(pair.current_in_reference.pose.position)) for pair in pairs]
+        self.assertLess(abs(np.median(lengths) / np.linalg.norm(STEP) - 1), 0.03, lengths)
+
+    def test_two_cameras_see_metres(self):
+        client, send, raw = self.stereo(listen=True)
+        for i in range(len(self.frames)):
+            answer = send(i, 1300, ask=True)
+        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+        self.check_metres(client, [1300 + 0.1 * i for i in range(1, len(self.frames))])
+        client.wait(lambda: len(raw) == len(self.frames) - 1, "features")
+        self.check_stereo_features(raw)
+
+    def test_stereo_features_alone(self):
+        """They are the same without the keypoints of the right image, which the next subscriber gets metres from."""
+        client, send, raw = self.stereo(listen=False)
+        for i in range(4):
+            send(i, 1250, ask=False)
+            client.wait(lambda: len(raw) == i, "features")
+        self.check_stereo_features(raw)
+        client.listen()
+        client.connect()
+        self.assertEqual(send(4, 1250, ask=True).status, MatchStats.OK)
+        self.check_metres(client, [1250.4])
 
     def test_reset_and_pause(self):
         client, restarts = self.client("mono"), []
