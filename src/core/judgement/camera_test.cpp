@@ -49,8 +49,10 @@ Scores scoresOf(const PoseInformation& all, const PoseSquare& inverse) {
 
 /// The model in which some groups have their typical errors: their scores have the scatter and, on average, the effect
 /// of these errors.
-class Model {
- public:
+struct Model {
+  double statistic = 0;   ///< of Rao's test that none of the groups errs
+  double log_factor = 0;  ///< logarithm of the Bayes factor against the model without errors
+
   Model() = default;
   Model(unsigned groups, const Scores& scores) {
     for (size_t k = 0; k < kGroups.size(); ++k) {
@@ -72,17 +74,13 @@ class Model {
     both_.compute(scatter);
     if (chance.info() != Eigen::Success || both_.info() != Eigen::Success) return;
     weighed_ = both_.solve(score);
-    const double statistic = chance.matrixL().solve(score).squaredNorm();
+    const double told = chance.matrixL().solve(score).squaredNorm();
     const auto ratio = both_.matrixLLT().diagonal().array() / chance.matrixLLT().diagonal().array();
-    const double factor = 0.5 * (statistic - score.dot(weighed_)) - ratio.log().sum();
-    if (!std::isfinite(statistic) || !std::isfinite(factor)) return;
-    statistic_ = statistic;
-    log_factor_ = factor;
+    const double factor = 0.5 * (told - score.dot(weighed_)) - ratio.log().sum();
+    if (!std::isfinite(factor)) return;
+    statistic = told;
+    log_factor = factor;
   }
-  /// Rao's statistic of the test that none of the groups errs.
-  double statistic() const { return statistic_; }
-  /// Logarithm of the Bayes factor against the model without errors.
-  double logFactor() const { return log_factor_; }
   /// Adds the second moment of the errors, times a weight.
   void addMoment(double weight, CameraSquare& sum) const {
     if (!(weight > 0)) return;
@@ -105,7 +103,6 @@ class Model {
 
   int size_ = 0;
   int parameters_[kCameraParameters] = {};
-  double statistic_ = 0, log_factor_ = 0;
   SomeSquare effect_;            ///< of typical errors on the scores
   Eigen::LLT<SomeSquare> both_;  ///< of the scores' covariance by chance and by the errors
   SomeVector weighed_;           ///< the scores by its inverse
@@ -145,10 +142,10 @@ CameraTest testCamera(const PoseInformation& all, const PoseSquare& inverse, con
   double largest = 0;
   for (unsigned groups = 1; groups < kModels; ++groups) {
     models[groups] = Model(groups, naive_scores);
-    largest = std::max(largest, models[groups].logFactor());
+    largest = std::max(largest, models[groups].log_factor);
   }
   for (size_t k = 0; k < kGroups.size(); ++k) {
-    const double statistic = Model(1u << k, scores).statistic() / kGroups[k].limit;
+    const double statistic = Model(1u << k, scores).statistic / kGroups[k].limit;
     if (statistic <= test.statistic) continue;
     test.statistic = statistic;
     test.parameter = kGroups[k].parameter;
@@ -158,7 +155,7 @@ CameraTest testCamera(const PoseInformation& all, const PoseSquare& inverse, con
   const double none = std::exp(-largest);
   double err = 0;
   for (const Model& model : models) {
-    const double weight = std::max(0., std::exp(model.logFactor() - largest) - none);
+    const double weight = std::max(0., std::exp(model.log_factor - largest) - none);
     model.addMoment((1 - kOtherCause) * weight, test.second_moment);
     err += weight;
   }

@@ -12,17 +12,13 @@ namespace {
 
 // A spot is this share of the shorter side of the image away from the next (doc/estimator.md).
 constexpr float kSpotDistance = 0.1f;
-constexpr int kMostSpots = 7;
+constexpr int kPoseFreedoms = 5, kCheckingSpots = 2, kMostSpots = kPoseFreedoms + kCheckingSpots;
 
 /// Survivors of the filter come in groups of neighbours that move alike, so a spot in the image counts once however
 /// many inliers it holds. As many as the sample has points, but no more than the five degrees of freedom of a relative
 /// pose, determine the model; two more must check it. Poses of tum_fr3_cabinet from fewer spots are wrong with few
 /// exceptions (doc/estimator.md).
-int minimumSpots(int sample_size) {
-  constexpr int kPoseFreedoms = 5;
-  constexpr int kCheckingSpots = kMostSpots - kPoseFreedoms;
-  return std::min(sample_size, kPoseFreedoms) + kCheckingSpots;
-}
+int minimumSpots(int sample_size) { return std::min(sample_size, kPoseFreedoms) + kCheckingSpots; }
 
 /// True when so many of the inliers lie further apart than a spot, each from each, in one image.
 bool spansSpots(const std::vector<float>& x, const std::vector<float>& y, const cv::Size& image,

@@ -77,24 +77,17 @@ void MatchNoise::weighParallaxes(int count, float reach) {
 void MatchNoise::fit(int count) {
   constexpr float kSquaredWindow = kWindow * kWindow;
   within_.clear();
-  near_residuals_.clear();
-  near_odds_.clear();
-  // Storage for all of them, so that how many there are allocates nothing.
-  within_.reserve(residuals_.size());
-  near_residuals_.reserve(residuals_.size());
-  near_odds_.reserve(residuals_.size());
-  near_probabilities_.reserve(residuals_.size());
+  within_.reserve(residuals_.size());  // so that how many lie within allocates nothing
+  if (near_.rows() < static_cast<Eigen::Index>(residuals_.size())) near_.resize(residuals_.size(), 3);
   for (int i = 0; i < count; ++i) {
     const auto column = static_cast<size_t>(i);
     if (!(residuals_[column] < kSquaredWindow)) continue;
+    near_.row(within_.size()).head<2>() << residuals_[column], odds_[column];
     within_.push_back(i);
-    near_residuals_.push_back(residuals_[column]);
-    near_odds_.push_back(odds_[column]);
   }
-  near_probabilities_.resize(within_.size());
   const auto within = static_cast<Eigen::Index>(within_.size());
-  const Eigen::Map<const Eigen::ArrayXf> e(near_residuals_.data(), within), odds(near_odds_.data(), within);
-  Eigen::Map<Eigen::ArrayXf> probability(near_probabilities_.data(), within);
+  const auto e = near_.col(0).head(within), odds = near_.col(1).head(within);
+  auto probability = near_.col(2).head(within);
   sigma_ = kFirstSigma;
   double share = kFirstShare;
   for (int iteration = 0; iteration < kNoiseIterations; ++iteration) {
@@ -110,7 +103,7 @@ void MatchNoise::fit(int count) {
     share = std::min(right / static_cast<double>(within), 1. - kLeastWrong);
   }
   probabilities_.assign(static_cast<size_t>(count), 0.f);
-  for (size_t k = 0; k < within_.size(); ++k) probabilities_[static_cast<size_t>(within_[k])] = near_probabilities_[k];
+  for (size_t k = 0; k < within_.size(); ++k) probabilities_[static_cast<size_t>(within_[k])] = near_(k, 2);
 }
 
 }  // namespace gms_ransac

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
@@ -33,9 +35,8 @@ class MatchNoise {
   void toDeviations(double share, std::vector<float>& squared) const {
     for (float& e : squared) e = std::sqrt(static_cast<float>(share) * e) / static_cast<float>(sigma_);
   }
-  /// Squared residual and squared parallax of each column, padding included.
+  /// Squared residual of each column, padding included.
   const std::vector<float>& residuals() const { return residuals_; }
-  const std::vector<float>& parallaxes() const { return parallaxes_; }
   /// Posterior probability of each column to belong to the inlier component. MatchProbability is the published one.
   const std::vector<float>& probabilities() const { return probabilities_; }
   /// How much likelier the parallax of each column is for a wrong match; 1 where no pose is known.
@@ -57,8 +58,8 @@ class MatchNoise {
   std::vector<float> residuals_, parallaxes_, probabilities_;
   std::vector<float> odds_;  ///< how much likelier the parallax is for a wrong match
   std::vector<float> octaves_;
-  std::vector<int> within_;                                             ///< columns within the window
-  std::vector<float> near_residuals_, near_odds_, near_probabilities_;  ///< theirs
+  std::vector<int> within_;  ///< columns within the window
+  Eigen::ArrayX3f near_;     ///< their residuals, odds and probabilities
 };
 
 }  // namespace gms_ransac

@@ -18,36 +18,29 @@ constexpr float kWideSigma = 1, kWideSigmas = 2;
 constexpr float kFirstNear = 0.75f, kFirstWide = 0.05f;
 constexpr int kShareIterations = 15;
 
-/// Maps a column of numbers.
-Eigen::Map<Eigen::ArrayXf> array(std::vector<float>& values) {
-  return {values.data(), static_cast<Eigen::Index>(values.size())};
-}
-
 }  // namespace
 
 template <class Square, class Wrong, class Scale>
 void MatchProbability::fit(int count, double sigma, const Square& square, const Wrong& wrong, const Scale& scale) {
+  // Whole packets, so that every column is aligned.
+  const Eigen::Index rows = (count + kLanes - 1) / kLanes * kLanes;
+  if (densities_.rows() < rows) densities_.resize(rows, 6);
   within_.clear();
-  within_.reserve(static_cast<size_t>(count));
-  for (auto* column : {&squares_, &near_density_, &wide_density_, &wrong_density_, &near_, &wide_}) {
-    column->clear();
-    column->reserve(static_cast<size_t>(count));  // for all of them, so that how many lie within allocates nothing
-  }
+  within_.reserve(static_cast<size_t>(count));  // so that how many lie within allocates nothing
   for (int i = 0; i < count; ++i) {
     const float residual = square(static_cast<size_t>(i));
     if (!(residual < kSquaredWindow)) continue;
+    densities_.row(within_.size()).head<2>() << residual, wrong(static_cast<size_t>(i));
     within_.push_back(i);
-    squares_.push_back(residual);
-    wrong_density_.push_back(wrong(static_cast<size_t>(i)));
   }
-  for (auto* column : {&near_density_, &wide_density_, &near_, &wide_}) column->resize(within_.size());
+  const auto column = [&](int k) { return densities_.col(k).head(static_cast<Eigen::Index>(within_.size())); };
+  auto squares = column(kSquare), wrong_density = column(kWrongDensity), near = column(kNear), wide = column(kWide);
+  auto near_density = column(kNearDensity), wide_density = column(kWideDensity);
   near_sigma_ = static_cast<float>(sigma);
   wide_sigma_ = std::max(kWideSigma, kWideSigmas * near_sigma_);
   const auto density = [&](float deviation) {
-    return scale(deviation) * (-0.5f / (deviation * deviation) * array(squares_)).exp();
+    return scale(deviation) * (-0.5f / (deviation * deviation) * squares).exp();
   };
-  auto near_density = array(near_density_), wide_density = array(wide_density_), wrong_density = array(wrong_density_);
-  auto near = array(near_), wide = array(wide_);
   near_density = density(near_sigma_);
   wide_density = density(wide_sigma_);
   // The share of each component, by expectation and maximisation on a part of the matches.
@@ -85,11 +78,12 @@ const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const
       // The residual is that of either keypoint: across the line the two are sqrt(2) as far apart, and as much noise is
       // along it, which cannot be seen.
       const float stretch = finest_weight / points.weight[within_[k]];
-      const float left = kRightWithin * kRightWithin - 2 * squares_[k] * stretch;
+      const float left = kRightWithin * kRightWithin - 2 * densities_(k, kSquare) * stretch;
       if (!(left > 0)) continue;
       const float reach = 0.5f * std::sqrt(left / stretch);
       probabilities_[static_cast<size_t>(within_[k])] =
-          std::min(1.f, near_[k] * std::erf(reach / near_sigma_) + wide_[k] * std::erf(reach / wide_sigma_));
+          std::min(1.f, densities_(k, kNear) * std::erf(reach / near_sigma_) +
+                            densities_(k, kWide) * std::erf(reach / wide_sigma_));
     }
   }
   return probabilities_;
@@ -105,8 +99,9 @@ const std::vector<float>& MatchProbability::weighRotated(const MatchNoise& noise
       [](size_t) { return 1 / kSquaredWindow; }, [](float sigma) { return 0.5f / (sigma * sigma); });
   for (size_t k = 0; k < within_.size(); ++k) {
     const float stretch = finest_weight / points.weight[within_[k]];
-    const bool is_close = 2 * squares_[k] * stretch < kRightWithin * kRightWithin;
-    if (is_close) probabilities_[static_cast<size_t>(within_[k])] = std::min(1.f, near_[k] + wide_[k]);
+    const bool is_close = 2 * densities_(k, kSquare) * stretch < kRightWithin * kRightWithin;
+    if (is_close)
+      probabilities_[static_cast<size_t>(within_[k])] = std::min(1.f, densities_(k, kNear) + densities_(k, kWide));
   }
   return probabilities_;
 }

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "judgement/match_noise.h"
 #include "two_view/kernels/point_columns.h"
 
@@ -25,16 +27,15 @@ class MatchProbability {
                                          const PointColumnsView& points, float finest_weight);
 
  private:
-  /// Fits the components to the matches of some residuals, those within the window, and fills near_ and wide_ with the
-  /// posteriors. `square(i)`, `wrong(i)`: squared residual of a match and its density if it is wrong; `scale`: of the
-  /// density of a squared residual whose standard deviation is the argument.
+  /// Fits the components to the matches of some residuals, those within the window, and fills the posteriors.
+  /// `square(i)`, `wrong(i)`: squared residual of a match and its density if it is wrong; `scale`: of the density of a
+  /// squared residual whose standard deviation is the argument.
   template <class Square, class Wrong, class Scale>
   void fit(int count, double sigma, const Square& square, const Wrong& wrong, const Scale& scale);
 
   std::vector<int> within_;  ///< columns within the window
-  std::vector<float> squares_;
-  std::vector<float> near_density_, wide_density_, wrong_density_;
-  std::vector<float> near_, wide_;  ///< posteriors
+  enum { kSquare, kWrongDensity, kNearDensity, kWideDensity, kNear, kWide };
+  Eigen::ArrayXXf densities_;  ///< theirs, the last two posteriors
   std::vector<float> probabilities_;
   float near_sigma_ = 1, wide_sigma_ = 1;
 };

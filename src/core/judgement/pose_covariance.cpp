@@ -79,6 +79,17 @@ PoseSquare scatterWithoutLeverage(const PoseInformation& all, const std::vector<
   return sandwich(curvature, steps, PoseVector::Zero());
 }
 
+/// Covariance where nothing in the image moves, so that the curvature by the direction is zero: that of the rotation.
+PoseSquare ofRotationAlone(const PoseInformation& all) {
+  const Eigen::LLT<Eigen::Matrix3d> factors(Eigen::Matrix3d(all.curvature.topLeftCorner<3, 3>()));
+  PoseSquare inverse = PoseSquare::Zero();
+  if (factors.info() == Eigen::Success) inverse.topLeftCorner<3, 3>() = factors.solve(Eigen::Matrix3d::Identity());
+  PoseSquare result = sandwich(inverse, all.scatter.topLeftCorner<kPoseParameters, kPoseParameters>(),
+                               all.gradient.head<kPoseParameters>());
+  result.bottomRightCorner<2, 2>().setIdentity();
+  return factors.info() == Eigen::Success && isCovariance(result) ? result : PoseSquare::Identity();
+}
+
 /// Scale of a covariance by cells to the variance that blocks show, summed over the rotation or over the direction,
 /// where that is more.
 PoseVector widening(const PoseSquare& by_cells, const PoseSquare& by_blocks) {
@@ -107,7 +118,10 @@ PoseCovariance poseCovariance(const PoseInformation& all, const TwoViewPose& pos
   const double variance = sigma * sigma;
   const PoseVector gradient = all.gradient.head<kPoseParameters>();
   const PoseSquare naive = inverseOf(all.ofPose()), inverse = inverseOf(withoutFeigned(all, variance));
-  if (!naive.allFinite() || !inverse.allFinite()) return result;
+  if (!naive.allFinite() || !inverse.allFinite()) {
+    result.covariance = result.of_matches = result.naive = ofRotationAlone(all);
+    return result;
+  }
   result.naive = sandwich(naive, all.scatter.topLeftCorner<kPoseParameters, kPoseParameters>(), gradient);
   const PoseSquare by_cells = scatterWithoutLeverage(all, all.cells);
   result.of_matches = sandwich(inverse, by_cells, gradient);

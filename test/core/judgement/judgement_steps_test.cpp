@@ -168,6 +168,19 @@ TEST(PoseCovarianceStep, GrowsWithTheSquareOfTheNoise) {
   EXPECT_NEAR(variance(0.4) / variance(0.2), 4, 0.6);
 }
 
+TEST(PoseCovarianceStep, WhereNothingMovesTheRotationIsKnownAndTheDirectionIsNot) {
+  PoseInformation all;
+  all.used = 100;
+  all.curvature.setZero();
+  all.curvature.topLeftCorner<3, 3>() = 1e4 * Eigen::Matrix3d::Identity();
+  all.scatter = 1e4 * ParameterSquare::Identity();
+  all.gradient.setZero();
+  all.line_rotations.setZero();
+  const PoseSquare covariance = poseCovariance(all, {}, 1, 0).covariance;
+  EXPECT_DOUBLE_EQ(covariance(0, 0), 1e-4);
+  EXPECT_DOUBLE_EQ(covariance(3, 3), 1);
+}
+
 TEST(PoseCovarianceStep, DirectionSigmaIsThatOfTheWidestAxis) {
   PoseSquare covariance = PoseSquare::Identity();
   covariance.bottomRightCorner<2, 2>() << 5, 3, 3, 5;  // eigenvalues 8 and 2
