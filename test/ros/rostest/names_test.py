@@ -26,7 +26,8 @@ class Names(GraphTest):
             self.assertIn(":=/", done.stdout)
 
     def test_completion_offers_no_tests(self):
-        completion = """for file in /opt/ros/noetic/share/rosbash/rosbash /usr/share/bash-completion/completions/rosbash; do
+        completion = """for file in /opt/ros/noetic/share/rosbash/rosbash /etc/bash_completion.d/rosbash \
+                            /usr/share/bash-completion/completions/rosbash; do
                           [ ! -f $file ] || source $file
                         done
                         COMP_WORDS=(rosrun gms_ransac "") COMP_CWORD=2
