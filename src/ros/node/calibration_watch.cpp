@@ -54,9 +54,10 @@ std::string CalibrationWatch::doubt() const {
   int causes = 0;
   for (const auto k : kParameters) {
     if (errors[k].weight < kAsSignificant * largest) continue;
-    seems += (seems.empty() ? "" : ", or ") + describe(k, errors[k].mean);
-    if (remedies.find(remedy(k)) != std::string::npos) continue;
-    remedies += (remedies.empty() ? "" : ", or ") + remedy(k);
+    const Words said = words(k, errors[k].mean);
+    seems += (seems.empty() ? "" : ", or ") + said.error;
+    if (remedies.find(said.remedy) != std::string::npos) continue;
+    remedies += (remedies.empty() ? "" : ", or ") + said.remedy;
     ++causes;
   }
   return "the matches of " + std::to_string(contradictions) + " of the last " + std::to_string(kPairs) +
@@ -93,39 +94,28 @@ CalibrationWatch::Consensus CalibrationWatch::consensus(CameraErrors::Parameter 
   return consensus;
 }
 
-std::string CalibrationWatch::describe(CameraErrors::Parameter parameter, double error) const {
-  const CameraIntrinsics& intrinsics = camera_->camera.intrinsics();
-  const std::string by = error > 0 ? " too large" : " too small";
+CalibrationWatch::Words CalibrationWatch::words(CameraErrors::Parameter parameter, double error) const {
+  const CameraIntrinsics& k = camera_->camera.intrinsics();
+  const std::string by = error > 0 ? " too large" : " too small", of = " of " + camera_->source + " (another ";
+  const std::string centre = "check cx and cy" + of + "resolution or crop?)";
   switch (parameter) {
     case CameraErrors::kFocalLength:
-      return format("fx and fy were %.0f %%", 100 * error) + by;
+      return {format("fx and fy were %.0f %%", 100 * error) + by, "check fx and fy" + of + "resolution or zoom?)"};
     case CameraErrors::kPrincipalX:
-      return format("cx were %.0f px", error * intrinsics.fx) + by;
+      return {format("cx were %.0f px", error * k.fx) + by, centre};
     case CameraErrors::kPrincipalY:
-      return format("cy were %.0f px", error * intrinsics.fy) + by;
+      return {format("cy were %.0f px", error * k.fy) + by, centre};
     case CameraErrors::kRadial:
-      return format("the first distortion coefficient were %.2f", error) + by;
+      return {format("the first distortion coefficient were %.2f", error) + by,
+              camera_->camera.distorts() ? "check the distortion coefficients" + of + "lens?)"
+                                         : camera_->source +
+                                               " says that the images have no distortion; calibrate the "
+                                               "lens, or set ~input_is_rectified"};
     default:
-      return format("~rolling_shutter_readout were %.0f %% of the time from image to image", 100 * error * rows()) +
-             " too short";
-  }
-}
-
-std::string CalibrationWatch::remedy(CameraErrors::Parameter parameter) const {
-  switch (parameter) {
-    case CameraErrors::kFocalLength:
-      return "check fx and fy of " + camera_->source + " (another resolution or zoom?)";
-    case CameraErrors::kPrincipalX:
-    case CameraErrors::kPrincipalY:
-      return "check cx and cy of " + camera_->source + " (another resolution or crop?)";
-    case CameraErrors::kRadial:
-      return camera_->camera.distorts() ? "check the distortion coefficients of " + camera_->source + " (another lens?)"
-                                        : camera_->source +
-                                              " says that the images have no distortion; calibrate the "
-                                              "lens, or set ~input_is_rectified";
-    default:
-      return "set ~rolling_shutter_readout to the seconds from the first row of an image to the last, or use a camera "
-             "with a global shutter";
+      return {format("~rolling_shutter_readout were %.0f %% of the time from image to image", 100 * error * rows()) +
+                  " too short",
+              "set ~rolling_shutter_readout to the seconds from the first row of an image to the last, or use a camera "
+              "with a global shutter"};
   }
 }
 

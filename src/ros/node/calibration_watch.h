@@ -35,8 +35,10 @@ class CalibrationWatch {
   };
 
   Consensus consensus(CameraErrors::Parameter parameter) const;
-  std::string describe(CameraErrors::Parameter parameter, double error) const;
-  std::string remedy(CameraErrors::Parameter parameter) const;
+  struct Words {
+    std::string error, remedy;
+  };
+  Words words(CameraErrors::Parameter parameter, double error) const;
   /// Height of an image in focal lengths.
   double rows() const { return camera_->camera.imageSize().height / camera_->camera.intrinsics().fy; }
 

@@ -5,11 +5,23 @@
 
 #include "frames.h"
 #include "quantiles.h"
+#include "scale/translation_scale.h"
 #include "two_view/sigma_by_octave.h"
 
 namespace gms_ransac {
 
 namespace {
+
+/// Sets the fields pixel_space and K of a message.
+template <typename Message>
+void setCamera(const CameraModel& model, Message& message) {
+  const bool calibrated = model.camera.calibrated();
+  message.pixel_space = calibrated && model.rectified ? Message::PIXELS_RECTIFIED : Message::PIXELS_RAW;
+  message.K.fill(0);
+  if (!calibrated) return;
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> K = model.camera.K();
+  std::copy(K.data(), K.data() + 9, message.K.begin());
+}
 
 /// Every column at its length, at once: it is written by index, and nothing is allocated on the way.
 void setLength(size_t n, bool with_stage, Correspondences& message) {
@@ -43,6 +55,17 @@ void setMatch(const ProcessedFrame& processed, size_t i, size_t k, const SigmaBy
   message.probability[k] = result.probability[i];
   message.reference_sigma[k] = reference_sigma[from.octave];
   message.current_sigma[k] = current_sigma[to.octave];
+}
+
+/// Ids of the keypoints that are tracked from the reference, 0 of the others.
+std::vector<uint32_t> trackIds(const ProcessedFrame& processed) {
+  std::vector<uint32_t> ids(static_cast<size_t>(processed.current->frame.features.size()), 0);
+  if (processed.track_ids == nullptr || processed.result == nullptr) return ids;
+  const std::vector<Match>& matches = processed.result->matches;
+  for (size_t i = 0; i < std::min(matches.size(), processed.track_ids->size()); ++i) {
+    if ((*processed.track_ids)[i] != 0) ids[static_cast<size_t>(matches[i].current)] = (*processed.track_ids)[i];
+  }
+  return ids;
 }
 
 /// Sets both fields to quantiles of the lengths of what is followed.
@@ -83,6 +106,36 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
   message.current_in_reference = geometry_msgs::PoseWithCovariance();
   message.current_in_reference.pose.orientation.w = 1;
   if (processed.poseValid()) message.current_in_reference = toPoseWithCovariance(processed.pose);
+}
+
+void toMessage(const ProcessedFrame& processed, Keypoints& message) {
+  const PreparedFrame& current = *processed.current;
+  const Features& features = current.frame.features;
+  message.header = current.header;
+  message.width = static_cast<uint32_t>(features.image_size.width);
+  message.height = static_cast<uint32_t>(features.image_size.height);
+  setCamera(*current.camera, message);
+  message.scale_factor = features.scale_factor;
+  const auto n = static_cast<size_t>(features.size());
+  for (auto* column : {&message.u, &message.v, &message.size, &message.angle, &message.response, &message.sigma}) {
+    column->reserve(n);
+  }
+  const bool has_model = processed.result != nullptr && processed.result->robust.model_found;
+  const RobustResult no_model;
+  const SigmaByOctave sigma(has_model ? processed.result->robust : no_model, features.scale_factor);
+  for (const cv::KeyPoint& keypoint : features.keypoints) {
+    message.u.push_back(keypoint.pt.x);
+    message.v.push_back(keypoint.pt.y);
+    message.octave.push_back(static_cast<uint8_t>(keypoint.octave));
+    message.size.push_back(keypoint.size);
+    message.angle.push_back(keypoint.angle);
+    message.response.push_back(keypoint.response);
+    message.sigma.push_back(sigma[keypoint.octave]);
+  }
+  message.track_id = trackIds(processed);
+  message.depth = current.depth.empty() ? current.stereo.depth : keypointDepth(features, current.depth);
+  if (n > 0)
+    message.descriptors.assign(features.descriptors.row(0), features.descriptors.row(0) + n * kDescriptorBytes);
 }
 
 void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, MatchStats& message) {

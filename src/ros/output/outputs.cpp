@@ -7,7 +7,6 @@
 
 #include "frames.h"
 #include "guard.h"
-#include "output/keypoint_output.h"
 #include "output/odometry_output.h"
 #include "output/output_options.h"
 #include "output/point_outputs.h"
@@ -32,13 +31,13 @@ Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Pa
   const image_transport::SubscriberStatusCallback image_changed =
       [listeners_changed](const image_transport::SingleSubscriberPublisher&) { listeners_changed(); };
   correspondences_ = outputs.advertise<Correspondences>("correspondences", kPublisherQueue, changed, changed);
+  keypoints_ = outputs.advertise<Keypoints>("keypoints", kPublisherQueue, changed, changed);
   stats_ = outputs.advertise<MatchStats>("stats", kPublisherQueue, changed, changed);
   relative_pose_ =
       outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("relative_pose", kPublisherQueue, changed, changed);
   restart_ = outputs.advertise<std_msgs::Bool>("restart", kPublisherQueue);  // does not cause a subscription
   odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, changed);
   points_ = std::make_unique<PointOutputs>(outputs, parameters, changed);
-  keypoints_ = std::make_unique<KeypointOutput>(outputs, changed);
   if (parameters.input == InputKind::kStereo) {
     stereo_ = std::make_unique<StereoOutput>(outputs, parameters.stereo_features_type, changed);
   }
@@ -51,8 +50,8 @@ std::string Outputs::overlayTopic(const ros::NodeHandle& pnh) { return pnh.resol
 
 int Outputs::listeners() const {
   int count = static_cast<int>(match_image_.getNumSubscribers()) + odometry_->listeners() + points_->listeners() +
-              keypoints_->listeners() + (stereo_ ? stereo_->listeners() : 0);
-  for (const ros::Publisher* publisher : {&correspondences_, &stats_, &relative_pose_}) {
+              (stereo_ ? stereo_->listeners() : 0);
+  for (const ros::Publisher* publisher : {&correspondences_, &keypoints_, &stats_, &relative_pose_}) {
     count += static_cast<int>(publisher->getNumSubscribers());
   }
   return count;
@@ -115,7 +114,11 @@ void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions
   }
   odometry_->publish(processed, options.publish_odom_tf);
   points_->publish(processed, options.features);
-  keypoints_->publish(processed);
+  if (keypoints_.getNumSubscribers() > 0 && processed.status != MatchStats::BAD_IMAGE) {
+    auto message = boost::make_shared<Keypoints>();
+    toMessage(processed, *message);
+    keypoints_.publish(message);
+  }
   if (stereo_) stereo_->publish(processed, options.features);
 }
 

@@ -14,7 +14,6 @@
 
 namespace gms_ransac {
 
-class KeypointOutput;
 class OdometryOutput;
 class PointOutputs;
 class StereoOutput;
@@ -55,11 +54,10 @@ class Outputs {
 
   image_transport::ImageTransport transport_;
   std::unique_ptr<WatchedBroadcaster> broadcaster_;
-  ros::Publisher correspondences_, stats_, relative_pose_, restart_;
+  ros::Publisher correspondences_, keypoints_, stats_, relative_pose_, restart_;
   image_transport::Publisher match_image_;
   std::unique_ptr<OdometryOutput> odometry_;
   std::unique_ptr<PointOutputs> points_;
-  std::unique_ptr<KeypointOutput> keypoints_;
   std::unique_ptr<StereoOutput> stereo_;  ///< with ~input stereo
   Overlay overlay_;
   Throttle throttle_;

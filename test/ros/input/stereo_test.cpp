@@ -176,7 +176,7 @@ class FollowedStereo {
     EXPECT_LT(std::count_if(off_.begin(), off_.end(), [](double e) { return e > 1; }),
               0.02 * static_cast<double>(off_.size()));
     const double mean_life = static_cast<double>(off_.size()) / static_cast<double>(life_.size());
-    EXPECT_GT(mean_life, 3) << "messages";
+    EXPECT_GT(mean_life, images / 5.4) << "messages";
     ::testing::Test::RecordProperty(alone_ ? "mean_life_alone" : "mean_life", std::to_string(mean_life));
   }
 
@@ -192,22 +192,23 @@ class FollowedStereo {
   std::string text_;
 };
 
-void expectTracks(const StereoRoom& room) {
+void expectTracks(const StereoRoom& room, int images) {
   FollowedStereo with_others(false), alone(true);
-  constexpr int kImages = 16;
-  for (int i = 0; i < kImages; ++i) {
+  for (int i = 0; i < images; ++i) {
     ImageWithInfo input = room.input(i);
-    if (i == 8) input.right.reset();  // one message later, the tracks go on
+    if (i == images / 2) input.right.reset();  // one message later, the tracks go on
     with_others.add(room, i, input);
     alone.add(room, i, input);
   }
-  with_others.check(kImages);
-  alone.check(kImages);
+  with_others.check(images);
+  alone.check(images);
 }
 
-TEST(StereoFeatures, OfRectifiedImages) { expectTracks(StereoRoom()); }
+TEST(StereoFeatures, OfRectifiedImages) { expectTracks(StereoRoom(), 16); }
 
-TEST(StereoFeatures, OfImagesThatTheCalibrationRectifies) { expectTracks(StereoRoom({-0.2, 0.05, 0, 0, 0}, 0.1)); }
+TEST(StereoFeatures, OfImagesThatTheCalibrationRectifies) {
+  expectTracks(StereoRoom({-0.2, 0.05, 0, 0, 0}, 0.1), 8);  // whose rendering takes long
+}
 
 TEST(StereoDepth, SaysWhatIsMissing) {
   const StereoRoom room;
