@@ -1,7 +1,7 @@
 // The one reader of image sets: TUM and KITTI folders, lists of image pairs, and ROS bags, with the truth they carry.
 #pragma once
 
-#include <memory>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -61,13 +61,8 @@ struct DatasetOptions {
 /// no distortion.
 CameraIntrinsics openNiIntrinsics();
 
-/// Images of a set, from files or bag messages.
-class ImageSource {
- public:
-  virtual ~ImageSource() = default;
-  /// CV_8UC1, or CV_8UC3 (BGR) with `colour`. Throws DatasetError when the image cannot be read.
-  virtual cv::Mat image(int frame, bool colour) const = 0;
-};
+/// Reads an image of a set: CV_8UC1, or CV_8UC3 (BGR) with `colour`. Throws DatasetError when it cannot be read.
+using ImageReader = std::function<cv::Mat(int frame, bool colour)>;
 
 class Dataset {
  public:
@@ -93,7 +88,7 @@ class Dataset {
 
   /// Seconds; not set in a list of image pairs, which has none.
   std::optional<double> stamp(int frame) const;
-  cv::Mat image(int frame, bool colour = false) const { return source_->image(frame, colour); }
+  cv::Mat image(int frame, bool colour = false) const { return read_(frame, colour); }
   /// CV_32FC1, metres along the optical axis, 0 where unknown; empty when the frame has no depth.
   cv::Mat depth(int frame) const;
   /// CV_32FC1, pixels, 0 where unknown; empty when the pair has no disparity.
@@ -113,7 +108,7 @@ class Dataset {
   std::optional<CameraIntrinsics> intrinsics_;
   std::string intrinsics_source_;  ///< file, topic or option
   double depth_scale_ = 5000;
-  std::shared_ptr<const ImageSource> source_;
+  ImageReader read_;
 };
 
 }  // namespace gms_ransac

@@ -1,6 +1,7 @@
 // ROS bags: an image topic (raw or compressed), its camera_info, and the true motion of the camera from tf. Needs no
 // ROS master.
 #include <algorithm>
+#include <memory>
 #include <mutex>
 
 #include <cv_bridge/cv_bridge.h>
@@ -36,19 +37,16 @@ std::string parentTopic(const std::string& topic) {
   return slash == std::string::npos ? "" : topic.substr(0, slash);
 }
 
-/// Keeps the bag open, and where its images are.
-class BagImages : public ImageSource {
- public:
-  BagImages(std::unique_ptr<rosbag::Bag> bag, std::vector<rosbag::MessageInstance> messages)
-      : bag_(std::move(bag)), messages_(std::move(messages)) {}
+/// An open bag, and where its images are.
+struct OpenBag {
+  rosbag::Bag bag;
+  std::vector<rosbag::MessageInstance> messages;
+  std::mutex mutex;
 
-  cv::Mat image(int frame, bool colour) const override {
-    const rosbag::MessageInstance& message = messages_.at(static_cast<size_t>(frame));
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const auto fail = [&](const std::string& reason) {
-      throw DatasetError(bag_->getFileName() + ": image " + std::to_string(frame) + " of " + message.getTopic() + ": " +
-                         reason);
-    };
+  cv::Mat image(int frame, bool colour) {
+    const rosbag::MessageInstance& message = messages.at(static_cast<size_t>(frame));
+    const std::lock_guard<std::mutex> lock(mutex);
+    std::string problem = "it has no pixels, or cannot be decoded";
     cv::Mat found;
     try {
       if (const auto raw = message.instantiate<sensor_msgs::Image>()) {
@@ -57,16 +55,12 @@ class BagImages : public ImageSource {
         found = cv::imdecode(packed->data, colour ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE);
       }
     } catch (const std::exception& error) {  // a damaged message may make any layer throw
-      fail(error.what());
+      problem = error.what();
     }
-    if (found.empty()) fail("it has no pixels, or cannot be decoded");
-    return found;
+    if (!found.empty()) return found;
+    throw DatasetError(bag.getFileName() + ": image " + std::to_string(frame) + " of " + message.getTopic() + ": " +
+                       problem);
   }
-
- private:
-  mutable std::mutex mutex_;
-  const std::unique_ptr<rosbag::Bag> bag_;
-  const std::vector<rosbag::MessageInstance> messages_;
 };
 
 /// Image topics of the bag by name; depth images announce themselves by theirs.
@@ -182,12 +176,13 @@ Dataset openBag(const std::string& file, const DatasetOptions& options) {
   Dataset dataset;
   dataset.kind_ = DatasetKind::kBag;
   try {
-    auto bag = std::make_unique<rosbag::Bag>(file, rosbag::bagmode::Read);
-    const std::string topic = chooseTopic(file, *bag, options.topic);
-    std::vector<rosbag::MessageInstance> messages;
+    const auto open = std::make_shared<OpenBag>();
+    rosbag::Bag& bag = open->bag;
+    bag.open(file, rosbag::bagmode::Read);
+    const std::string topic = chooseTopic(file, bag, options.topic);
     std::vector<ros::Time> stamps;
     std::string camera_frame;
-    rosbag::View view(*bag, rosbag::TopicQuery(topic));
+    rosbag::View view(bag, rosbag::TopicQuery(topic));
     for (const rosbag::MessageInstance& message : view) {
       std_msgs::Header header;
       if (const auto raw = message.instantiate<sensor_msgs::Image>()) {
@@ -198,17 +193,17 @@ Dataset openBag(const std::string& file, const DatasetOptions& options) {
         throw DatasetError(file + ": topic " + topic + " carries " + message.getDataType() + ", not images");
       }
       camera_frame = withoutLeadingSlash(header.frame_id);
-      messages.push_back(message);
+      open->messages.push_back(message);
       stamps.push_back(header.stamp);
       DatasetFrame frame;
       frame.stamp = header.stamp.toSec();
       frame.name = topic + "@" + std::to_string(frame.stamp);
       dataset.frames_.push_back(frame);
     }
-    if (messages.empty()) throw DatasetError(file + ": topic " + topic + " holds no image");
-    dataset.intrinsics_ = readCameraInfo(file, *bag, topic, dataset.intrinsics_source_);
-    addPoses(*bag, camera_frame, stamps, dataset.frames_);
-    dataset.source_ = std::make_shared<BagImages>(std::move(bag), std::move(messages));
+    if (open->messages.empty()) throw DatasetError(file + ": topic " + topic + " holds no image");
+    dataset.intrinsics_ = readCameraInfo(file, bag, topic, dataset.intrinsics_source_);
+    addPoses(bag, camera_frame, stamps, dataset.frames_);
+    dataset.read_ = [open](int frame, bool colour) { return open->image(frame, colour); };
   } catch (const DatasetError&) {
     throw;
   } catch (const tf2::TransformException& error) {

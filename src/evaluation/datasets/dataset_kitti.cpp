@@ -93,7 +93,7 @@ Dataset openKitti(const std::string& folder, const DatasetOptions&) {
     dataset.frames_.push_back(frame);
     paths.push_back(joinPath(folder, names[i]));
   }
-  dataset.source_ = folderImages(std::move(paths));
+  dataset.read_ = folderImages(std::move(paths));
   return dataset;
 }
 

@@ -65,7 +65,7 @@ Dataset openImagePairs(const std::string& folder, const DatasetOptions&) {
     dataset.listed_pairs_.push_back(pair);
   }
   if (dataset.listed_pairs_.empty()) throw DatasetError(list + ": lists no pair");
-  dataset.source_ = folderImages(std::move(paths));
+  dataset.read_ = folderImages(std::move(paths));
   return dataset;
 }
 

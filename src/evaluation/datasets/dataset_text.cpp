@@ -26,26 +26,6 @@ std::optional<double> toNumber(const std::string& field) {
   return std::nullopt;
 }
 
-class FolderImages : public ImageSource {
- public:
-  explicit FolderImages(std::vector<std::string> paths) : paths_(std::move(paths)) {}
-
-  cv::Mat image(int frame, bool colour) const override {
-    const std::string& path = paths_.at(static_cast<size_t>(frame));
-    if (!isFile(path)) throw DatasetError(path + ": no such image");
-    // Reduced to grey as the node does it: a decoder's own grey differs by a level here and there, and inliers with it.
-    cv::Mat image = cv::imread(path, colour ? cv::IMREAD_COLOR : cv::IMREAD_ANYCOLOR);
-    if (image.empty()) throw DatasetError(path + ": cannot be read as an image");
-    if (colour || image.channels() == 1) return image;
-    cv::Mat grey;
-    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-    return grey;
-  }
-
- private:
-  std::vector<std::string> paths_;
-};
-
 }  // namespace
 
 std::vector<TextLine> readLines(const std::string& file) {
@@ -146,8 +126,16 @@ std::string joinPath(const std::string& folder, const std::string& relative) {
   return (std::filesystem::path(folder) / relative).string();
 }
 
-std::shared_ptr<const ImageSource> folderImages(std::vector<std::string> paths) {
-  return std::make_shared<FolderImages>(std::move(paths));
+ImageReader folderImages(std::vector<std::string> paths) {
+  return [paths = std::move(paths)](int frame, bool colour) {
+    const std::string& path = paths.at(static_cast<size_t>(frame));
+    if (!isFile(path)) throw DatasetError(path + ": no such image");
+    // Reduced to grey as the node does it: a decoder's own grey differs by a level here and there, and inliers with it.
+    cv::Mat image = cv::imread(path, colour ? cv::IMREAD_COLOR : cv::IMREAD_ANYCOLOR);
+    if (image.empty()) throw DatasetError(path + ": cannot be read as an image");
+    if (!colour && image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
+    return image;
+  };
 }
 
 }  // namespace gms_ransac

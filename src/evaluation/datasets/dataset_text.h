@@ -49,6 +49,6 @@ bool isFolder(const std::string& path);
 std::string joinPath(const std::string& folder, const std::string& relative);
 
 /// Images of a folder; paths are those of the frames.
-std::shared_ptr<const ImageSource> folderImages(std::vector<std::string> paths);
+ImageReader folderImages(std::vector<std::string> paths);
 
 }  // namespace gms_ransac

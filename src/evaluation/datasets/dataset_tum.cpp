@@ -87,7 +87,7 @@ Dataset openTum(const std::string& folder, const DatasetOptions& options) {
     dataset.frames_.push_back(frame);
     paths.push_back(joinPath(folder, entry.file));
   }
-  dataset.source_ = folderImages(std::move(paths));
+  dataset.read_ = folderImages(std::move(paths));
   return dataset;
 }
 
