@@ -176,14 +176,11 @@ def cell(value):
 
 
 def write_pairs(folder):
-    """pairs.csv, of the records of the folder. One of an earlier version holds rows already, and its pairs.csv stays."""
-    units = read_units(folder)
-    if not any("truth" in record for unit in units for record in unit):
-        return
+    """pairs.csv, of the records of the folder."""
     with open(os.path.join(folder, "pairs.csv"), "w", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(COLUMNS)
-        for unit in units:
+        for unit in read_units(folder):
             writer.writerows([cell(row[key]) for key in COLUMNS] for row in judge(unit))
 
 
