@@ -18,6 +18,9 @@ constexpr float kWideSigma = 1, kWideSigmas = 2;
 constexpr float kFirstNear = 0.75f, kFirstWide = 0.05f;
 constexpr int kShareIterations = 15;
 
+/// The error function, which is 1 for a float from 4 on.
+float within(float deviations) { return deviations < 4 ? std::erf(deviations) : 1.f; }
+
 }  // namespace
 
 template <class Square, class Wrong, class Scale>
@@ -81,9 +84,8 @@ const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const
       const float left = kRightWithin * kRightWithin - 2 * densities_(k, kSquare) * stretch;
       if (!(left > 0)) continue;
       const float reach = 0.5f * std::sqrt(left / stretch);
-      probabilities_[static_cast<size_t>(within_[k])] =
-          std::min(1.f, densities_(k, kNear) * std::erf(reach / near_sigma_) +
-                            densities_(k, kWide) * std::erf(reach / wide_sigma_));
+      probabilities_[static_cast<size_t>(within_[k])] = std::min(
+          1.f, densities_(k, kNear) * within(reach / near_sigma_) + densities_(k, kWide) * within(reach / wide_sigma_));
     }
   }
   return probabilities_;
