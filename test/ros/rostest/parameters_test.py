@@ -6,6 +6,7 @@ import subprocess
 import time
 import unittest
 
+import roslib.packages
 import rospkg
 import rospy
 import rostest
@@ -20,28 +21,9 @@ TIMEOUT = 60  # seconds
 
 
 class Parameters(unittest.TestCase):
-    def start(self, *settings):
-        """Runs a node until it gives up; returns (exit status, what it said)."""
-        done = subprocess.run(["rosrun", "gms_ransac", "match_filter_node", "__name:=refused"] + list(settings),
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=TIMEOUT)
-        for setting in settings:
-            rospy.delete_param("refused/" + setting.split(":=")[0][1:])
-        return done.returncode, done.stdout
-
-    def assert_refused(self, setting, *words):
-        status, said = self.start(setting)
-        self.assertEqual(status, 2, said)
-        for word in words:
-            self.assertIn(word, said)
-
-    def test_mask_file(self):
-        self.assert_refused("_mask_file:=/nowhere/mask.png", "~mask_file", "'/nowhere/mask.png'", "must be the path of an image")
-        self.assert_refused("_mask_sync:=always", "/refused/mask_sync", "'always'", "'exact'")
-
-    def test_half_a_camera(self):
-        self.assert_refused("_camera/fx:=500.0", "camera/", "is missing")
-
     def test_wrong_types_and_values_of_every_kind(self):
+        """Each by a node of its own, all at the same time."""
+        node = roslib.packages.find_node("gms_ransac", "match_filter_node")[0]
         refused = [
             ("features", 1000.5, "whole number"), ("features", "many", "whole number"),
             ("success_probability", float("nan"), "a number between"),
@@ -55,16 +37,21 @@ class Parameters(unittest.TestCase):
             ("odom_frame", 5, "a frame"), ("input_is_rectified", "maybe", "'auto' 'true' 'false'"),
             ("camera", {"fx": "wide", "fy": 500.0, "cx": 320.0, "cy": 240.0}, "a number between"),
             ("camera", {"fx": -500.0, "fy": 500.0, "cx": 320.0, "cy": 240.0}, "between 0.001 and"),
+            ("camera", {"fx": 500.0}, "is missing"), ("mask_sync", "always", "'always'; it must be one of 'latest' 'exact'"),
+            ("mask_file", "/nowhere/mask.png", "is '/nowhere/mask.png'; it must be the path of an image"),
         ]
+        nodes = []
+        for i, (name, value, words) in enumerate(refused):
+            rospy.set_param("refused_%d/%s" % (i, name), value)
+            nodes.append(subprocess.Popen([node, "__name:=refused_%d" % i], stdout=subprocess.PIPE,
+                                          stderr=subprocess.STDOUT, text=True))
         wrong = []
-        for name, value, words in refused:
-            rospy.set_param("refused/" + name, value)
-            try:
-                status, said = self.start()
-            finally:
-                rospy.delete_param("refused/" + name)
-            if status != 2 or "/refused/" + name not in said or words not in said:
-                wrong.append("%s: %r: exit status %d, %s" % (name, value, status, said))
+        for i, (process, (name, value, words)) in enumerate(zip(nodes, refused)):
+            said = process.communicate(timeout=TIMEOUT)[0]
+            named = "~mask_file" if name == "mask_file" else "/refused_%d/%s" % (i, name)
+            if process.returncode != 2 or named not in said or words not in said:
+                wrong.append("%s: %r: exit status %d, %s" % (name, value, process.returncode, said))
+            rospy.delete_param("refused_%d" % i)
         self.assertEqual(wrong, [])
 
     def test_whole_numbers_are_numbers(self):
