@@ -68,6 +68,15 @@ class Scene:
             picture[mask > 0] = seen[mask > 0]
         return picture
 
+    def depth(self, t):
+        """Exact depth along the optical axis, metres, as seen without rotation: the board painted last wins."""
+        depth = np.zeros((HEIGHT, WIDTH), np.float32)
+        v, u = np.mgrid[0:HEIGHT, 0:WIDTH]
+        for z, left, top, side in self.boards:
+            x, y = (u - K[0, 2]) / K[0, 0] * z + t[0], (v - K[1, 2]) / K[1, 1] * z + t[1]
+            depth[(x >= left) & (x < left + side) & (y >= top) & (y < top + side)] = z
+        return depth
+
 
 def image_message(pixels, stamp, frame="camera", encoding="mono8"):
     message = Image()

@@ -94,22 +94,13 @@ class Outputs(unittest.TestCase):
         self.assertEqual([m.ns for m in markers[-1].markers], ["flow", "current", "reference"])
         self.assertEqual(len(markers[-1].markers[0].points), len(markers[-1].markers[0].colors))
 
-    def depth_frame(self, t):
-        """Exact depth along the optical axis, metres: boards are painted in order, so the last one wins."""
-        depth = np.zeros((480, 640), np.float32)
-        v, u = np.mgrid[0:480, 0:640]
-        for z, left, top, side in self.scene.boards:
-            x, y = (u - K[0, 2]) / K[0, 0] * z + t[0], (v - K[1, 2]) / K[1, 1] * z + t[1]
-            depth[(x >= left) & (x < left + side) & (y >= top) & (y < top + side)] = z
-        return depth
-
     def check_depth(self, encoding, start):
         client = self.client("depth")
         depth = rospy.Publisher("depth/depth", Image, queue_size=10)
         client.connect()
         client.wait(depth.get_num_connections, "the filter to subscribe to depth")
         for i, frame in enumerate(self.frames):
-            metres = self.depth_frame(STEP * i)
+            metres = self.scene.depth(STEP * i)
             pixels = metres if encoding == "32FC1" else (1000 * metres).astype(np.uint16)
             depth.publish(image_message(pixels, start + 0.1 * i + 0.004, encoding=encoding))
             client.send(frame, start + 0.1 * i)
@@ -136,7 +127,7 @@ class Outputs(unittest.TestCase):
         client.connect()
         client.wait(depth.get_num_connections, "the filter to subscribe to depth")
         for i, frame in enumerate(self.frames):
-            depth.publish(image_message(self.depth_frame(STEP * i)[::2, ::2].copy(), start + 0.1 * i, encoding="32FC1"))
+            depth.publish(image_message(self.scene.depth(STEP * i)[::2, ::2].copy(), start + 0.1 * i, encoding="32FC1"))
             client.send(frame, start + 0.1 * i)
         client.wait(lambda: [m for m in client.stats if m.header.stamp.to_sec() > start + 0.25], "pairs with wrong depth")
         answers = [m for m in client.stats if m.header.stamp.to_sec() > start + 0.05]
@@ -160,7 +151,7 @@ class Outputs(unittest.TestCase):
         for i, stamp in enumerate(stamps):
             k = i if i < 5 else 8 - i if i < 9 else 1  # there and back
             if not 3 <= i < 6:
-                depth.publish(image_message(self.depth_frame(STEP * k), stamp, encoding="32FC1"))
+                depth.publish(image_message(self.scene.depth(STEP * k), stamp, encoding="32FC1"))
             client.send(self.frames[k], stamp)
         client.wait(lambda: any(abs(m.header.stamp.to_sec() - stamps[-1]) < 1e-6 for m in client.stats), "the last answer")
         answers = [m for m in client.stats if m.header.stamp.to_sec() > start - 0.05]
