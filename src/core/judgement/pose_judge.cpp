@@ -27,14 +27,13 @@ constexpr double kAnyDirection = 1. / 3;
 }  // namespace
 
 PoseJudge::PoseJudge(const RobustOptions& options)
-    : kernels_(residualKernels(options.simd)), options_(options), segmenter_(kernels_), other_motions_(kernels_) {}
+    : kernels_(residualKernels(options.simd)), options_(options), other_motions_(kernels_) {}
 
 void PoseJudge::refine(const TwoViewPoints& points, bool move, TwoViewPose& pose) {
   segmentation_.apart.clear();
   measure(points, move, pose);
   if (!move || !options_.judge) return;
-  const PoseBreak worst = findBreak(information_, noise_.sigma() * noise_.sigma());
-  segmenter_.segment(points, pose, noise_, worst, segmentation_);
+  segmentation_.find(kernels_, points, pose, noise_, findBreak(information_, noise_.sigma() * noise_.sigma()));
   if (!segmentation_.found()) return;
   pose = segmentation_.larger;
   measure(points, true, pose);

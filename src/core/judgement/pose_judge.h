@@ -66,7 +66,6 @@ class PoseJudge {
   PoseCovariance spread_;
   // The steps, with their storage.
   PoseInformation information_;
-  Segmenter segmenter_;
   RotationExplanation rotation_explanation_;
   OtherMotions other_motions_;
   MatchProbability probability_;

@@ -109,20 +109,19 @@ PoseBreak findBreak(const PoseInformation& all, double variance) {
   return broken.any() ? worstBreak<kParameters>(all, all.inverseWithCamera(variance), broken) : own;
 }
 
-void Segmenter::segment(const TwoViewPoints& points, const TwoViewPose& pose, const MatchNoise& noise,
-                        const PoseBreak& at, Segmentation& segmentation) {
-  if (!(at.statistic > kBreak)) return segmentation.apart.clear();
+void Segmentation::find(const ResidualKernels& kernels, const TwoViewPoints& points, const TwoViewPose& pose,
+                        const MatchNoise& noise, const PoseBreak& at) {
+  if (!(at.statistic > kBreak)) return apart.clear();
   const PointColumnsView view = points.view();
   const std::vector<int32_t>& cells = points.cells();
-  std::vector<uint8_t>& apart = segmentation.apart;
   apart.resize(static_cast<size_t>(view.count));
   for (size_t i = 0; i < apart.size(); ++i) apart[i] = at.holds(cells[i]);
   TwoViewPose bodies[2] = {pose, pose};
   for (int round = 0; round < kRounds; ++round) {
     for (int k = 0; k < 2; ++k) {
       own_.copy(view, [&](int i) { return apart[static_cast<size_t>(i)] == k; });
-      PoseModel(kernels_, own_.view()).refine(kRobustLoss, kFinalIterations, bodies[k], kEnough);
-      PoseModel(kernels_, view).residualsInFront(bodies[k], residuals_[k]);
+      PoseModel(kernels, own_.view()).refine(kRobustLoss, kFinalIterations, bodies[k], kEnough);
+      PoseModel(kernels, view).residualsInFront(bodies[k], residuals_[k]);
     }
     second_worse_.assign(kCellCount, 0.f);
     for (size_t i = 0; i < apart.size(); ++i) {
@@ -143,8 +142,8 @@ void Segmenter::segment(const TwoViewPoints& points, const TwoViewPose& pose, co
   if (swapped) {
     for (uint8_t& flag : apart) flag = 1 - flag;
   }
-  segmentation.larger = bodies[swapped];
-  segmentation.smaller_share = static_cast<double>(explained[!swapped]) / std::max(1, explained[swapped]);
+  larger = bodies[swapped];
+  smaller_share = static_cast<double>(explained[!swapped]) / std::max(1, explained[swapped]);
 }
 
 }  // namespace gms_ransac

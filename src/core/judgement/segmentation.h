@@ -26,26 +26,20 @@ struct PoseBreak {
 /// of the camera is no break. `variance`: of a residual. If the pose's own parameters show none, that by these alone.
 PoseBreak findBreak(const PoseInformation& all, double variance);
 
-/// Two motions that share the matches.
-struct Segmentation {
+/// Two motions that share the matches. Keeps its storage.
+class Segmentation {
+ public:
   TwoViewPose larger;          ///< the motion that explains more matches
   std::vector<uint8_t> apart;  ///< of each column: 1 where its cell follows the other motion; empty: there is none
   double smaller_share = 0;    ///< matches that the other explains, of those that the larger one does
 
   bool found() const { return !apart.empty(); }
-};
-
-class Segmenter {
- public:
-  explicit Segmenter(const ResidualKernels& kernels) : kernels_(kernels) {}
-
   /// Refines a motion on either side of the break, gives every cell to the one that explains it better, and so on.
   /// Two motions are found where they explain the matches much better than `pose`, whose noise is given.
-  void segment(const TwoViewPoints& points, const TwoViewPose& pose, const MatchNoise& noise, const PoseBreak& at,
-               Segmentation& segmentation);
+  void find(const ResidualKernels& kernels, const TwoViewPoints& points, const TwoViewPose& pose,
+            const MatchNoise& noise, const PoseBreak& at);
 
  private:
-  const ResidualKernels& kernels_;
   std::vector<float> residuals_[2];
   std::vector<float> second_worse_;  ///< of each cell, by how much the second motion explains it worse than the first
   PointColumns own_;
