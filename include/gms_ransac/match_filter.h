@@ -33,7 +33,7 @@ class MatchFilter {
   const MatchFilterOptions& options() const { return options_; }
   /// An uncalibrated camera gives correspondences without a pose.
   void setCamera(const Camera& camera);
-  const Camera& camera() const { return camera_; }
+  const Camera& camera() const;
 
   /// Compares the next image of a sequence (CV_8UC1) with the one before. `mask` as in FeatureExtractor::extract;
   /// `stamp` is needed with RobustOptions::rolling_shutter_readout. The result is valid until the next call.
@@ -61,7 +61,6 @@ class MatchFilter {
   Status estimate(const Features& reference, const Features& current, MatchResult& result);
 
   MatchFilterOptions options_;
-  Camera camera_;
   std::unique_ptr<Stages> stages_;
   Frame reference_, current_;
   bool have_reference_ = false;

@@ -112,6 +112,7 @@ struct MatchFilter::Stages {
   }
 
   Clock clock = steadySeconds;
+  Camera camera;
   std::unique_ptr<Method> method;
   std::unique_ptr<FeatureExtractor> extractor;
   HammingMatcher matcher;
@@ -130,8 +131,10 @@ MatchFilter::~MatchFilter() = default;
 MatchFilter::MatchFilter(MatchFilter&&) noexcept = default;
 MatchFilter& MatchFilter::operator=(MatchFilter&&) noexcept = default;
 
+const Camera& MatchFilter::camera() const { return stages_->camera; }
+
 void MatchFilter::setCamera(const Camera& camera) {
-  if (camera_ != camera) camera_ = camera;
+  if (stages_->camera != camera) stages_->camera = camera;
 }
 
 void MatchFilter::reset() {
@@ -177,14 +180,15 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
 
 Status MatchFilter::compare(const Frame& reference_frame, const Frame& current_frame, MatchResult& result) {
   Stages& stages = *stages_;
+  const Camera& camera = stages.camera;
   const Features &reference = reference_frame.features, &current = current_frame.features;
   if (std::min(reference.size(), current.size()) < kMinimumMatches) return Status::kTooFewKeypoints;
 
   StopWatch watch(stages.clock);
   if (stages.guided_search) {
     const std::optional<RotationPrior>& prior = result.survivors.pairs.rotation_prior;
-    const bool predicts = prior && camera_.calibrated() && camera_.imageSize() == reference.image_size;
-    if (predicts) predictRotation(*prior, camera_, stages.rotation_prediction);
+    const bool predicts = prior && camera.calibrated() && camera.imageSize() == reference.image_size;
+    if (predicts) predictRotation(*prior, camera, stages.rotation_prediction);
     stages.guided_search->match(reference, current, result.matches, predicts ? &stages.rotation_prediction : nullptr);
   } else {
     stages.matcher.match(reference.descriptors, current.descriptors, result.matches);
@@ -194,7 +198,7 @@ Status MatchFilter::compare(const Frame& reference_frame, const Frame& current_f
   if (result.matches.size() < kMinimumMatches) return Status::kTooFewMatches;
 
   const MotionStatistics& statistics = stages.method->filter(reference, current, result.matches);
-  stages.selector.select(reference, current, result.matches, statistics, camera_, result.survivors);
+  stages.selector.select(reference, current, result.matches, statistics, camera, result.survivors);
   markSurvivors(result);
   result.times.gms = watch.lap();
   if (result.survivors.size() < kMinimumMatches) return Status::kGmsRejected;
@@ -212,13 +216,13 @@ Status MatchFilter::estimate(const Features& reference, const Features& current,
   Stages& stages = *stages_;
   StopWatch watch(stages.clock);
   const Survivors& survivors = result.survivors;
-  stages.method->estimate(survivors.pairs, camera_, result.robust);
+  stages.method->estimate(survivors.pairs, stages.camera, result.robust);
   stages.method->postFilter(reference, current, result.matches, survivors.match, result.robust);
   // Fewer inliers are no model.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
   markInliers(stages.method->filterDecides(), result);
   result.times.ransac = watch.lap();
-  return statusOf(result.robust, camera_);
+  return statusOf(result.robust, stages.camera);
 }
 
 void MatchFilter::setClock(const std::function<double()>& seconds) {
