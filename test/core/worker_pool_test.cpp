@@ -36,7 +36,9 @@ TEST(WorkerPool, GivesASeatToOneThreadAtATime) {
     });
     EXPECT_EQ(0, strangers);
     // The caller has the first seat, unless the others did everything before.
-    if (owner[0] != std::thread::id()) EXPECT_EQ(std::this_thread::get_id(), owner[0]);
+    if (owner[0] != std::thread::id()) {
+      EXPECT_EQ(std::this_thread::get_id(), owner[0]);
+    }
   }
 }
 
