@@ -35,6 +35,9 @@ std::array<float, 3> quantiles(std::vector<float>& values) {
 
 }  // namespace
 
+MatchNoise::MatchNoise() = default;
+MatchNoise::~MatchNoise() = default;
+
 void MatchNoise::measure(const PoseModel& model, const TwoViewPose& pose, const std::vector<uint8_t>& apart) {
   const PointColumnsView& points = model.points();
   model.residuals(pose, residuals_);

@@ -18,6 +18,9 @@ namespace gms_ransac {
 /// chance have mostly more parallax than the scene. Derived in doc/judgement.md.
 class MatchNoise {
  public:
+  MatchNoise();
+  ~MatchNoise();  // with the library that allocates: Eigen aligns by the flags of each compilation
+
   static constexpr float kWindow = 5;          ///< a residual beyond it is a wrong match's
   static constexpr float kLeastWrong = 1e-3f;  ///< share of wrong matches
   static constexpr float kSettled = 1e-3f;     ///< a step at which a fit ends, far below what it is known to

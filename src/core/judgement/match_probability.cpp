@@ -23,6 +23,9 @@ float within(float deviations) { return deviations < 4 ? std::erf(deviations) : 
 
 }  // namespace
 
+MatchProbability::MatchProbability() = default;
+MatchProbability::~MatchProbability() = default;
+
 template <class Square, class Wrong, class Scale>
 void MatchProbability::fit(int count, double sigma, const Square& square, const Wrong& wrong, const Scale& scale) {
   // Whole packets, so that every column is aligned.

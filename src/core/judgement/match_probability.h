@@ -16,6 +16,9 @@ namespace gms_ransac {
 /// in doc/judgement.md.
 class MatchProbability {
  public:
+  MatchProbability();
+  ~MatchProbability();  // with the library that allocates: Eigen aligns by the flags of each compilation
+
   /// Probability of each column, from the measured noise, residuals and parallaxes. `apart`: flags of the columns that
   /// follow another motion, or empty; `finest_weight`: the weight of columns with keypoints of the finest level. Valid
   /// until the next call.
