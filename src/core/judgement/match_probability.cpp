@@ -30,7 +30,7 @@ template <class Square, class Wrong, class Scale>
 void MatchProbability::fit(int count, double sigma, const Square& square, const Wrong& wrong, const Scale& scale) {
   // Whole packets, so that every column is aligned.
   const Eigen::Index rows = (count + kLanes - 1) / kLanes * kLanes;
-  if (densities_.rows() < rows) densities_.resize(rows, 6);
+  if (densities_.rows() < rows) densities_.resize(rows, Eigen::NoChange);
   within_.clear();
   within_.reserve(static_cast<size_t>(count));  // so that how many lie within allocates nothing
   for (int i = 0; i < count; ++i) {

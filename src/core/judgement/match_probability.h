@@ -38,7 +38,7 @@ class MatchProbability {
 
   std::vector<int> within_;  ///< columns within the window
   enum { kSquare, kWrongDensity, kNearDensity, kWideDensity, kNear, kWide };
-  Eigen::ArrayXXf densities_;  ///< theirs, the last two posteriors
+  Eigen::Array<float, Eigen::Dynamic, 6> densities_;  ///< theirs, the last two posteriors
   std::vector<float> probabilities_;
   float near_sigma_ = 1, wide_sigma_ = 1;
 };
