@@ -97,7 +97,7 @@ struct Model {
   }
 
  private:
-  // Of the parameters that err. The size is bounded, so nothing is allocated.
+  // Rows and columns are the parameters that err. The size is bounded, so nothing is allocated.
   using SomeVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kCameraParameters, 1>;
   using SomeSquare = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kCameraParameters, kCameraParameters>;
 

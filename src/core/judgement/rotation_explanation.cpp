@@ -196,7 +196,7 @@ double RotationExplanation::againstRolling(const TwoViewPoints& all, float inver
           std::min(RotatedMatch(points, i, R).cost(rates, inverse_variance), kMostRotationCost);
     }
     const double statistic = against(count, all.cells());
-    if (last || statistic > kSurelyBetter) return statistic;  // a narrower loss would not turn that round
+    if (last || statistic > kSurelyBetter) return statistic;  // a narrower loss would not reverse that
   }
 }
 

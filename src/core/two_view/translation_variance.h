@@ -5,7 +5,7 @@
 
 namespace gms_ransac {
 
-/// Of an unknown translation in what is published (Correspondences.msg).
+/// Published for an unknown translation (Correspondences.msg).
 constexpr double kUnknownTranslationVariance = 1e3;
 
 /// The translation, which comes first, gets this variance in each axis and no correlation; the rotation keeps its own.

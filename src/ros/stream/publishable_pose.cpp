@@ -6,8 +6,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "two_view/translation_variance.h"
-
 namespace gms_ransac {
 
 namespace {

@@ -4,11 +4,12 @@
 #include <string>
 
 #include "gms_ransac/robust_result.h"
+#include "two_view/translation_variance.h"
 
 namespace gms_ransac {
 
 // robot_localization warns above the one and replaces a zero; anything in between is taken as it is.
-constexpr double kLargestVariance = 1e3;
+constexpr double kLargestVariance = kUnknownTranslationVariance;
 constexpr double kSmallestVariance = 1e-9;
 
 /// Least standard deviations of a published pose, per axis.

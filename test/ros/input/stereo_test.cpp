@@ -139,8 +139,8 @@ TEST(StereoDepth, MotionsAreMetric) {
   EXPECT_LT(median(normalized), 4);
 }
 
-/// Follows what both cameras see; checks limit, rate, ids and where the right camera sees the points. `alone`: nothing
-/// else is asked for, so that the right image soon needs no keypoints.
+/// Follows what both cameras see; checks limit, rate, ids and where the right camera sees the points. `alone`: no other
+/// output has a subscriber, so that the right image soon needs no keypoints.
 class FollowedStereo {
  public:
   explicit FollowedStereo(bool alone) : alone_(alone), processor_(stereo(), "left/image", "left/camera_info") {

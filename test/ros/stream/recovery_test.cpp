@@ -189,7 +189,7 @@ TEST(Recovery, GoesOnAlongKitti06) {
   OPEN_OR_SKIP(dataset, "kitti_06");
   constexpr int kLast = 3;
   constexpr double kPeriod = 0.1;
-  // After 20 the pose is right to half a degree, but LOW_PARALLAX: its 49 inliers lie in fewer than 100 cells, whose
+  // After 20 the pose is right to half a degree, but LOW_PARALLAX. Its 49 inliers lie in fewer than 100 cells. Their
   // blocks give the rotation about the optical axis a deviation of 1.9 degrees where OK needs one.
   for (const int images : {5, 12, 45}) {
     SCOPED_TRACE(images);
