@@ -75,7 +75,7 @@ PoseBreak worstBreak(const PoseInformation& all, const Eigen::Matrix<double, N, 
   for (int top = 0; top < kBlockSide; ++top) {
     std::array<Test, kBlockSide> columns;
     for (int bottom = top + 1; bottom <= kBlockSide; ++bottom) {
-      const Test* last_row = &blocks[static_cast<size_t>((bottom - 1) * kBlockSide)];
+      const Test* last_row = &blocks[static_cast<size_t>(bottom - 1) * kBlockSide];
       for (Test& column : columns) column += *last_row++;
       for (int left = 0; left < kBlockSide; ++left) {
         Test part;

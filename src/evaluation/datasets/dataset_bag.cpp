@@ -89,7 +89,7 @@ std::string chooseTopic(const std::string& file, rosbag::Bag& bag, const std::st
 }
 
 CameraIntrinsics fromCameraInfo(const sensor_msgs::CameraInfo& info) {
-  const CameraIntrinsics intrinsics = {info.K[0], info.K[4], info.K[2], info.K[5], info.distortion_model, info.D};
+  CameraIntrinsics intrinsics = {info.K[0], info.K[4], info.K[2], info.K[5], info.distortion_model, info.D};
   if (intrinsics.calibrated()) return intrinsics;
   return {info.P[0], info.P[5], info.P[2], info.P[6], "", {}};  // rectified topics may carry the projection alone
 }
