@@ -172,20 +172,22 @@ MaximaCount maximaRow(const uint8_t* image, uint8_t* contrast, ptrdiff_t stride,
 
 template <typename V>
 void resizeRow(const uint8_t* source, const ResizeTable& table, int width, uint16_t* target) {
-  if (!V::kShuffles || table.window.empty()) {
-    for (int x = 0; x < width; ++x) {
-      const uint8_t* pixel = source + table.offset[x];
-      target[x] = static_cast<uint16_t>(pixel[0] * (256 - table.weight[x]) + pixel[1] * table.weight[x]);
+  if constexpr (V::kShuffles) {
+    if (!table.window.empty()) {
+      for (int x = 0; x < width; x += V::kHalves) {
+        const auto window = V::loadWindows(source, table.window.data() + x / ResizeTable::kGroup);
+        const auto first = V::shuffle(window, table.first.data() + 2 * x);
+        const auto second = V::shuffle(window, table.second.data() + 2 * x);
+        const auto weight = V::loadHalves(table.weight.data() + x);
+        // 256 * first + weight * (second - first), modulo 65536, which the result does not reach.
+        V::storeHalves(target + x, V::blendBytes(first, second, weight));
+      }
+      return;
     }
-    return;
   }
-  for (int x = 0; x < width; x += V::kHalves) {
-    const auto window = V::loadWindows(source, table.window.data() + x / ResizeTable::kGroup);
-    const auto first = V::shuffle(window, table.first.data() + 2 * x);
-    const auto second = V::shuffle(window, table.second.data() + 2 * x);
-    const auto weight = V::loadHalves(table.weight.data() + x);
-    // 256 * first + weight * (second - first), modulo 65536, which the result does not reach.
-    V::storeHalves(target + x, V::blendBytes(first, second, weight));
+  for (int x = 0; x < width; ++x) {
+    const uint8_t* pixel = source + table.offset[x];
+    target[x] = static_cast<uint16_t>(pixel[0] * (256 - table.weight[x]) + pixel[1] * table.weight[x]);
   }
 }
 

@@ -1,55 +1,58 @@
-// The kernels in plain C++, and the choice among the instruction sets.
+// The kernels for any processor, and the choice among the instruction sets. The compiler makes of four floats what the
+// processor has: SSE2 on x86, NEON on ARM, single numbers elsewhere.
+#include <cmath>
+#include <cstring>
+
 #include "two_view/kernels/residual_kernels_impl.h"
 
 namespace gms_ransac {
 
 const ResidualKernels& residualKernelsAvx2();
 const ResidualKernels& residualKernelsAvx512();
-const ResidualKernels& residualKernelsNeon();
 
 namespace {
 
 struct Vector {
-  float v[kLanes];
+  using Four [[gnu::vector_size(4 * sizeof(float))]] = float;
+  static constexpr int kFours = kLanes / 4;
+  Four v[kFours];
 
-  static Vector load(const float* p) {
+  /// of(f): f(i) for each four.
+  template <typename Make>
+  [[gnu::always_inline]] static Vector of(const Make& make) {
     Vector r;
-    for (int i = 0; i < kLanes; ++i) r.v[i] = p[i];
+    for (int i = 0; i < kFours; ++i) r.v[i] = make(i);
     return r;
   }
-  static Vector set(float a) {
+  [[gnu::always_inline]] static Vector load(const float* p) {
     Vector r;
-    for (float& x : r.v) x = a;
+    std::memcpy(r.v, p, sizeof r.v);
     return r;
   }
-  void store(float* p) const {
-    for (int i = 0; i < kLanes; ++i) p[i] = v[i];
+  [[gnu::always_inline]] static Vector set(float a) {
+    return of([a](int) { return Four{a, a, a, a}; });
+  }
+  void store(float* p) const { std::memcpy(p, v, sizeof v); }
+  [[gnu::always_inline]] static Vector select(const Vector& a, const Vector& b, const Vector& x, const Vector& y) {
+    return of([&](int i) { return a.v[i] < b.v[i] ? x.v[i] : y.v[i]; });
   }
   static Vector minimum(const Vector& a, const Vector& b) { return select(a, b, a, b); }
   static Vector maximum(const Vector& a, const Vector& b) { return select(b, a, a, b); }
-  static Vector select(const Vector& a, const Vector& b, const Vector& x, const Vector& y) {
-    Vector r;
-    for (int i = 0; i < kLanes; ++i) r.v[i] = a.v[i] < b.v[i] ? x.v[i] : y.v[i];
-    return r;
-  }
   static Vector squareRoot(const Vector& a) {
-    Vector r;
-    for (int i = 0; i < kLanes; ++i) r.v[i] = __builtin_sqrtf(a.v[i]);
-    return r;
+    float lanes[kLanes];
+    a.store(lanes);
+    for (float& x : lanes) x = std::sqrt(x);
+    return load(lanes);
   }
   float sum() const {
-    float half[8];
-    for (int i = 0; i < 8; ++i) half[i] = v[i] + v[i + 8];
-    for (int i = 0; i < 4; ++i) half[i] = half[i] + half[i + 4];
-    return (half[0] + half[2]) + (half[1] + half[3]);
+    const Four four = (v[0] + v[2]) + (v[1] + v[3]);
+    return (four[0] + four[2]) + (four[1] + four[3]);
   }
 };
 
-#define GMS_RANSAC_OPERATOR(op)                                 \
-  Vector operator op(const Vector& a, const Vector& b) {        \
-    Vector r;                                                   \
-    for (int i = 0; i < kLanes; ++i) r.v[i] = a.v[i] op b.v[i]; \
-    return r;                                                   \
+#define GMS_RANSAC_OPERATOR(op)                                                        \
+  [[gnu::always_inline]] inline Vector operator op(const Vector& a, const Vector& b) { \
+    return Vector::of([&](int i) { return a.v[i] op b.v[i]; });                        \
   }
 GMS_RANSAC_OPERATOR(+)
 GMS_RANSAC_OPERATOR(-)
@@ -60,19 +63,13 @@ GMS_RANSAC_OPERATOR(/)
 }  // namespace
 
 const ResidualKernels& residualKernels(SimdLevel level) {
-  switch (level) {
 #if defined(__x86_64__)
-    case SimdLevel::kAvx512:
-      return residualKernelsAvx512();
-    case SimdLevel::kAvx2:
-      return residualKernelsAvx2();
-#elif defined(__aarch64__)
-    case SimdLevel::kNeon:
-      return residualKernelsNeon();
+  if (level == SimdLevel::kAvx512) return residualKernelsAvx512();
+  if (level == SimdLevel::kAvx2) return residualKernelsAvx2();
+#else
+  (void)level;
 #endif
-    default:
-      return KernelsFor<Vector>::table();
-  }
+  return KernelsFor<Vector>::table();
 }
 
 }  // namespace gms_ransac
