@@ -10,6 +10,7 @@
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/CompressedImage.h>
 #include <sensor_msgs/Image.h>
+#include <sensor_msgs/image_encodings.h>
 #include <tf2/buffer_core.h>
 #include <tf2/exceptions.h>
 #include <tf2_msgs/TFMessage.h>
@@ -37,6 +38,18 @@ std::string parentTopic(const std::string& topic) {
   return slash == std::string::npos ? "" : topic.substr(0, slash);
 }
 
+/// The pixels of a message. Without a colour format (8UC1, 16UC3, ...) they are grey or in OpenCV's order.
+cv::Mat pixelsOf(const sensor_msgs::Image& raw, bool colour) {
+  namespace encodings = sensor_msgs::image_encodings;
+  sensor_msgs::Image named = raw;
+  const bool wide = encodings::bitDepth(raw.encoding) == 16;
+  if (raw.encoding.find("UC") != std::string::npos) {
+    const int channels = encodings::numChannels(raw.encoding);
+    named.encoding = std::string(channels == 1 ? "mono" : channels == 4 ? "bgra" : "bgr") + (wide ? "16" : "8");
+  }
+  return eightBits(cv_bridge::toCvCopy(named, wide ? "mono16" : colour ? "bgr8" : "mono8")->image, colour);
+}
+
 /// An open bag, and where its images are.
 struct OpenBag {
   rosbag::Bag bag;
@@ -50,9 +63,10 @@ struct OpenBag {
     cv::Mat found;
     try {
       if (const auto raw = message.instantiate<sensor_msgs::Image>()) {
-        found = cv_bridge::toCvCopy(raw, colour ? "bgr8" : "mono8")->image;
+        found = pixelsOf(*raw, colour);
       } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
-        found = cv::imdecode(packed->data, colour ? cv::IMREAD_COLOR : cv::IMREAD_GRAYSCALE);
+        const cv::Mat decoded = cv::imdecode(packed->data, cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
+        if (!decoded.empty()) found = eightBits(decoded, colour);
       }
     } catch (const std::exception& error) {  // a damaged message may make any layer throw
       problem = error.what();

@@ -10,6 +10,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "features/wide_image.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -126,15 +128,25 @@ std::string joinPath(const std::string& folder, const std::string& relative) {
   return (std::filesystem::path(folder) / relative).string();
 }
 
+cv::Mat eightBits(const cv::Mat& picture, bool colour) {
+  cv::Mat image = picture;
+  const bool wide = image.depth() == CV_16U;
+  if (image.channels() == 3 && (wide || !colour)) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
+  if (wide) image = WideImage().toGrey(image);
+  if (image.channels() == 1 && colour) cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
+  return image;
+}
+
 ImageReader folderImages(std::vector<std::string> paths) {
   return [paths = std::move(paths)](int frame, bool colour) {
     const std::string& path = paths.at(static_cast<size_t>(frame));
     if (!isFile(path)) throw DatasetError(path + ": no such image");
-    // Reduced to grey as the node does it: a decoder's own grey differs by a level here and there, and inliers with it.
-    cv::Mat image = cv::imread(path, colour ? cv::IMREAD_COLOR : cv::IMREAD_ANYCOLOR);
+    // Not grey by the decoder: its grey differs by a level here and there, and inliers with it.
+    const cv::Mat image = cv::imread(path, cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
     if (image.empty()) throw DatasetError(path + ": cannot be read as an image");
-    if (!colour && image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
-    return image;
+    if (image.depth() != CV_8U && image.depth() != CV_16U)
+      throw DatasetError(path + ": has pixels that are neither of 8 nor of 16 bits");
+    return eightBits(image, colour);
   };
 }
 

@@ -48,6 +48,9 @@ bool isFile(const std::string& path);
 bool isFolder(const std::string& path);
 std::string joinPath(const std::string& folder, const std::string& relative);
 
+/// A picture of 8 or 16 bits as CV_8UC1, reduced to grey as the node does it, or as CV_8UC3 with `colour`.
+cv::Mat eightBits(const cv::Mat& picture, bool colour);
+
 /// Images of a folder; paths are those of the frames.
 ImageReader folderImages(std::vector<std::string> paths);
 

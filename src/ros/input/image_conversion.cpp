@@ -137,16 +137,7 @@ cv::Mat ImageConverter::convert(const sensor_msgs::Image& image, int type, int c
   } else {
     cv::cvtColor(received, one_channel, color_to_grey);
   }
-  return wide ? greyFromWide(one_channel) : one_channel;
-}
-
-cv::Mat ImageConverter::greyFromWide(const cv::Mat& wide) {
-  double brightest = 0;
-  cv::minMaxLoc(wide, nullptr, &brightest);
-  while (wide_bits_ < 16 && brightest >= (1 << wide_bits_)) ++wide_bits_;
-  cv::Mat grey;
-  wide.convertTo(grey, CV_8U, 255.0 / ((1 << wide_bits_) - 1));
-  return grey;
+  return wide ? wide_.toGrey(one_channel) : one_channel;
 }
 
 std::string toDepth(const sensor_msgs::Image& image, cv::Size expected, cv::Mat& depth) {

@@ -6,6 +6,8 @@
 #include <sensor_msgs/Image.h>
 #include <opencv2/core/mat.hpp>
 
+#include "features/wide_image.h"
+
 namespace gms_ransac {
 
 /// Empty when the message describes pixels of this OpenCV type that are really there, or what is wrong with its size,
@@ -18,17 +20,14 @@ cv::Mat pixelsOf(const sensor_msgs::Image& image, int type);
 class ImageConverter {
  public:
   /// `grey` (CV_8UC1) shares the message's memory when the encoding is already grey and 8 bits wide, so the message
-  /// must outlive it. Colour and Bayer images are reduced to grey; 16-bit images are scaled (see `greyFromWide`).
+  /// must outlive it. Colour and Bayer images are reduced to grey; 16-bit images are scaled (see `WideImage`).
   /// Returns an empty string, or what is wrong with the message; then `grey` is untouched. Never throws.
   std::string toGrey(const sensor_msgs::Image& image, cv::Mat& grey);
 
  private:
-  /// Cameras put 10, 12 or 14 bits into 16. The number of bits in use is that of the brightest value so far; it never
-  /// shrinks, or the brightness would jump between frames.
-  cv::Mat greyFromWide(const cv::Mat& wide);
   cv::Mat convert(const sensor_msgs::Image& image, int type, int color_to_grey);
 
-  int wide_bits_ = 8;
+  WideImage wide_;
 };
 
 /// 32FC1 (metres) or 16UC1 / mono16 (millimetres; 0: unknown) as CV_32FC1 metres, not positive or not finite where

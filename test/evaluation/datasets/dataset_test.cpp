@@ -8,6 +8,7 @@
 
 #include <sys/stat.h>
 
+#include <cv_bridge/cv_bridge.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
@@ -97,6 +98,14 @@ TEST_F(TumTest, ReadsImagesDepthIntrinsicsAndInterpolatedPoses) {
   DatasetOptions options;
   options.intrinsics = "1,2,3,4";
   EXPECT_DOUBLE_EQ(Dataset::open(path(), options).intrinsics()->fy, 2);
+}
+
+TEST_F(TumTest, SixteenBitsAreScaledNotCutOff) {
+  write("rgb.txt", "1 a.png\n");
+  writeImage("a.png", 1023, CV_16UC1);
+  const Dataset dataset = Dataset::open(path());
+  EXPECT_EQ(dataset.image(0).at<uint8_t>(2, 2), 255) << "ten bits are in use";
+  EXPECT_EQ(dataset.image(0, true).at<cv::Vec3b>(2, 2), cv::Vec3b(255, 255, 255));
 }
 
 TEST_F(TumTest, PairsFollowGapAndStride) {
@@ -301,6 +310,24 @@ TEST_F(BagTest, ReadsImagesCameraInfoAndTransforms) {
   EXPECT_NEAR(dataset.frames()[1].pose->translation().x(), 1.0, 1e-6);
   ASSERT_TRUE(dataset.intrinsics()) << "K is zero, so P counts";
   EXPECT_DOUBLE_EQ(dataset.intrinsics()->fy, 701);
+}
+
+TEST_F(BagTest, ReadsEncodingsWithoutAColourFormat) {
+  constexpr const char* kEncodings[] = {"8UC1", "8UC3", "8UC4", "16UC1", "mono16"};
+  {
+    rosbag::Bag bag(path("set.bag"), rosbag::bagmode::Write);
+    for (const std::string encoding : kEncodings) {
+      const int type = cv_bridge::getCvType(encoding);
+      const cv::Mat pixels(4, 6, type, cv::Scalar::all(CV_MAT_DEPTH(type) == CV_16U ? 51 * 257 : 51));
+      bag.write("/cam/image_raw", ros::Time(10), cv_bridge::CvImage({}, encoding, pixels).toImageMsg());
+    }
+  }
+  const Dataset dataset = Dataset::open(path("set.bag"));
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(dataset.image(i).type(), CV_8UC1) << kEncodings[i];
+    EXPECT_EQ(dataset.image(i, true).type(), CV_8UC3) << kEncodings[i];
+    EXPECT_NEAR(dataset.image(i).at<uint8_t>(2, 2), i < 3 ? 51 : 204, 1) << kEncodings[i];  // 14 bits are in use
+  }
 }
 
 TEST_F(BagTest, ComplainsInASentence) {

@@ -103,6 +103,31 @@ TEST(ImageConversion, BrightnessOfWideImagesDoesNotJump) {
   EXPECT_NEAR(grey.at<uint8_t>(0, 0), before * 0.9, 1);
 }
 
+/// Values as of a thermal camera: from `low` on, `width` of them from left to right.
+cv::Mat ramp(int low, int width) {
+  cv::Mat wide(96, 128, CV_16UC1);
+  for (int c = 0; c < wide.cols; ++c) wide.col(c) = cv::Scalar(low + width * c / (wide.cols - 1));
+  return wide;
+}
+
+TEST(ImageConversion, AFewValuesFarAboveZeroFillTheGreyLevels) {
+  ImageConverter converter;
+  const auto levels = [&converter](const cv::Mat& wide) {
+    cv::Mat grey;
+    EXPECT_EQ(converter.toGrey(message(wide, "mono16"), grey), "");
+    return std::make_pair(static_cast<int>(grey.at<uint8_t>(0, 0)), static_cast<int>(grey.at<uint8_t>(0, 127)));
+  };
+  const auto first = levels(ramp(18450, 540));
+  EXPECT_NEAR(first.second - first.first, 170, 2) << "two thirds of them";
+  EXPECT_NEAR(levels(ramp(18500, 440)).first, first.first + 50 * 255 / 810, 1) << "the range serves the next image";
+  const auto hot = levels(ramp(18450, 5000));
+  EXPECT_NEAR(hot.second - hot.first, 170, 2) << "something hot comes into view";
+  const auto after = levels(ramp(18450, 540));
+  EXPECT_NEAR(after.second - after.first, 170, 2) << "and leaves it";
+  EXPECT_LT(levels(ramp(18000, 20)).second, 100) << "noise stays small";
+  EXPECT_NEAR(levels(ramp(0, 4095)).second, 255 * 4095 / 32767, 1) << "a scene that starts at 0 is scaled by the bits";
+}
+
 TEST(ImageConversion, BigEndianIsUnderstood) {
   const cv::Mat wide(96, 128, CV_16UC1, cv::Scalar(0x0102));
   sensor_msgs::Image little = message(wide, "mono16"), big = little;
