@@ -18,10 +18,6 @@ enum class GridBorder {
   kOpencv     ///< xfeatures2d: they form cells of their own; sides rounded
 };
 enum class GridNeighborhood { kNine, kFive };  ///< 3x3 cells (Bian 2017) or centre + N/E/S/W (Chen 2018)
-enum class FiveCellFactor {
-  kScaled,  ///< threshold_factor is the nine-cell one; sqrt(5/9) of it is used with five cells
-  kRaw      ///< threshold_factor is used as it is
-};
 
 enum class Criterion {
   kThreshold,  ///< as published: the score of the cell pair reaches the threshold
@@ -42,12 +38,12 @@ struct MotionStatisticsOptions {
   std::optional<Criterion> criterion;  ///< not set: the method's own; of a filter by itself kThreshold
   /// Cells across and down the reference image. Neither: 20 x 20, with kEvidence square cells; one: square cells.
   std::optional<int> grid_columns, grid_rows;
-  std::optional<double> threshold_factor;  ///< alpha of the paper; not set: 6 as published, 1 with kEvidence
-  bool rotation = false;                   ///< try all rotations of the neighbourhood, not only the identity
-  bool scale = false;                      ///< try right grids of 1/2, 1/sqrt2, sqrt2, 2 times the cells, not only 1
+  /// Alpha of the paper, for nine cells; with five sqrt(5/9) of it is used. Not set: 6 as published, 1 with kEvidence.
+  std::optional<double> threshold_factor;
+  bool rotation = false;  ///< try all rotations of the neighbourhood, not only the identity
+  bool scale = false;     ///< try right grids of 1/2, 1/sqrt2, sqrt2, 2 times the cells, not only 1
   GridBorder border = GridBorder::kOpencv;
   GridNeighborhood neighborhood = GridNeighborhood::kNine;
-  FiveCellFactor five_cell_factor = FiveCellFactor::kScaled;
 
   void validate() const;
 };

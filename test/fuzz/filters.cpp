@@ -17,7 +17,6 @@ MotionStatisticsOptions fuzzedOptions(FuzzInput& input) {
   options.scale = input.flag();
   options.border = input.flag() ? GridBorder::kOriginal : GridBorder::kOpencv;
   options.neighborhood = input.flag() ? GridNeighborhood::kFive : GridNeighborhood::kNine;
-  options.five_cell_factor = input.flag() ? FiveCellFactor::kRaw : FiveCellFactor::kScaled;
   return options;
 }
 

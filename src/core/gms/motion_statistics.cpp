@@ -41,7 +41,7 @@ VotingRule votingRule(const MotionStatisticsOptions& options) {
   rule.rotation = options.rotation;
   rule.drop_first = options.border == GridBorder::kOriginal;
   rule.alpha = *options.threshold_factor;
-  if (rule.five_cells && options.five_cell_factor == FiveCellFactor::kScaled) rule.alpha *= std::sqrt(5.0 / 9.0);
+  if (rule.five_cells) rule.alpha *= std::sqrt(5.0 / 9.0);
   return rule;
 }
 

@@ -29,11 +29,10 @@ struct Rows {
 }  // namespace
 
 void matchRows(const Features& left, const RectifiedRays& left_rays, const Features& right,
-               const RectifiedRays& right_rays, double focal_length, const StereoMatcherOptions& options,
+               const RectifiedRays& right_rays, double focal_length, double row_tolerance,
                std::vector<StereoMatch>& matches) {
   matches.clear();
-  const double most =
-      (options.max_disparity_px > 0 ? options.max_disparity_px : 0.25 * left.image_size.width) / focal_length;
+  const double most = 0.25 * left.image_size.width / focal_length;
   const Rows rows(right_rays);
   std::vector<StereoMatch> best_of_right(static_cast<size_t>(right.size()), {kNone, kNone, kMostDistance + 1});
   std::vector<StereoMatch> best_of_left;
@@ -41,7 +40,7 @@ void matchRows(const Features& left, const RectifiedRays& left_rays, const Featu
     const Eigen::Vector2d& ray = left_rays[i];
     if (!ray.allFinite()) continue;
     const int octave = left.keypoints[i].octave;
-    const double tolerance = options.row_tolerance_px * std::pow(left.scale_factor, octave) / focal_length;
+    const double tolerance = row_tolerance * std::pow(left.scale_factor, octave) / focal_length;
     StereoMatch best = {i, kNone, kMostDistance + 1};
     auto k = static_cast<size_t>(std::lower_bound(rows.y.begin(), rows.y.end(), ray.y() - tolerance) - rows.y.begin());
     for (; k < rows.y.size() && rows.y[k] <= ray.y() + tolerance; ++k) {

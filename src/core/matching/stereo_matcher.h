@@ -18,15 +18,13 @@ struct StereoMatch {
 /// Rays of keypoints on the plane z = 1 of the rectified camera; NaN: no ray.
 using RectifiedRays = std::vector<Eigen::Vector2d>;
 
-struct StereoMatcherOptions {
-  double row_tolerance_px = 1.5;  ///< of the rows of two keypoints of octave 0; grows with the octave like their noise
-  double max_disparity_px = 0;    ///< 0: a quarter of the image's width
-};
+constexpr double kUsualRowTolerance = 1.5;  ///< pixels
 
-/// Mutual nearest descriptors on one row, on neighbouring octaves and nearer than infinity, in the order of the left
-/// keypoints. `focal_length`: pixels, of both cameras.
+/// Mutual nearest descriptors on one row, on neighbouring octaves, nearer than infinity and at most a quarter of the
+/// image's width apart, in the order of the left keypoints. `focal_length`: pixels, of both cameras. `row_tolerance`:
+/// pixels, of the rows of two keypoints of octave 0; grows with the octave like their noise.
 void matchRows(const Features& left, const RectifiedRays& left_rays, const Features& right,
-               const RectifiedRays& right_rays, double focal_length, const StereoMatcherOptions& options,
+               const RectifiedRays& right_rays, double focal_length, double row_tolerance,
                std::vector<StereoMatch>& matches);
 
 }  // namespace gms_ransac

@@ -55,7 +55,6 @@ const std::vector<TrackedPoint>& TrackFollower::follow(const cv::Mat& image, con
   if (matched.empty() && static_cast<double>(alive) < kShowsSomething * static_cast<double>(tracks_.size())) {
     tracks_.swap(before);
     points_.clear();
-    rescued_ = 0;
     return points_;
   }
   image.copyTo(last_);
@@ -158,7 +157,6 @@ void TrackFollower::checkMotion(const Camera& camera) {
 
 void TrackFollower::report(const std::vector<TrackedPoint>& matched) {
   points_.clear();
-  rescued_ = 0;
   std::unordered_set<uint32_t> followed, given_up;
   std::vector<cv::Point2f> rescued;
   for (Track& track : tracks_) {
@@ -170,7 +168,6 @@ void TrackFollower::report(const std::vector<TrackedPoint>& matched) {
   }
   tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(), [](const Track& track) { return !track.alive; }),
                 tracks_.end());
-  rescued_ = static_cast<int>(rescued.size());
   for (const TrackedPoint& point : matched) {
     if (given_up_.count(point.id) > 0) given_up.insert(point.id);
     if (given_up_.count(point.id) > 0 || followed.count(point.id) > 0) continue;

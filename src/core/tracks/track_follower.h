@@ -28,9 +28,6 @@ class TrackFollower {
   void keep(const std::vector<int>& picked);
   void reset();
 
-  /// Kept points that `follow` found without their keypoint.
-  int rescued() const { return rescued_; }
-
  private:
   struct Track {
     TrackedPoint point;      ///< in the last image; from `locate` on in this one
@@ -61,7 +58,6 @@ class TrackFollower {
   std::unordered_set<uint32_t> given_up_;           ///< ids that may still be matched
   std::vector<Flow> flows_;
   std::vector<TrackedPoint> points_;
-  int rescued_ = 0;
 };
 
 }  // namespace gms_ransac

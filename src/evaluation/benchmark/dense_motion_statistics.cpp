@@ -25,9 +25,7 @@ class DenseRuns {
       right_points_.emplace_back(q.x / current.image_size.width, q.y / current.image_size.height);
     }
     alpha_ = *options.threshold_factor;
-    if (options.neighborhood == GridNeighborhood::kFive && options.five_cell_factor == FiveCellFactor::kScaled) {
-      alpha_ *= std::sqrt(5.0 / 9.0);
-    }
+    if (options.neighborhood == GridNeighborhood::kFive) alpha_ *= std::sqrt(5.0 / 9.0);
   }
 
   void setScale(int scale) {

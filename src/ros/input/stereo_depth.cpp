@@ -113,7 +113,7 @@ std::string StereoDepth::fill(const Features& left, const CameraModel& left_mode
   left_rays_ = rectifiedRays(left, left_model.camera, rig.left);
   right_rays_ = rectifiedRays(right_.features, columns.right_camera->camera, rig.right);
   const double focal_length = left_model.camera.meanFocalLength();
-  matchRows(left, left_rays_, right_.features, right_rays_, focal_length, {}, matches_);
+  matchRows(left, left_rays_, right_.features, right_rays_, focal_length, kUsualRowTolerance, matches_);
   std::string doubt = doubtOfRows(left, focal_length);
   if (!doubt.empty()) return doubt;
 
@@ -134,10 +134,8 @@ std::string StereoDepth::fill(const Features& left, const CameraModel& left_mode
 
 std::string StereoDepth::doubtOfRows(const Features& left, double focal_length) const {
   if (static_cast<double>(matches_.size()) >= kUsualOnRows * left.size()) return std::string();
-  StereoMatcherOptions wide;
-  wide.row_tolerance_px = kBesideRows;
   std::vector<StereoMatch> beside;
-  matchRows(left, left_rays_, right_.features, right_rays_, focal_length, wide, beside);
+  matchRows(left, left_rays_, right_.features, right_rays_, focal_length, kBesideRows, beside);
   if (beside.size() < std::max(kSureBesideRows, kMoreBesideRows * matches_.size())) return std::string();
   std::vector<double> off;
   off.reserve(beside.size());

@@ -80,7 +80,6 @@ class RandomScenes {
     options.scale = flags == 0 || flags == 2;
     options.border = coin() ? GridBorder::kOpencv : GridBorder::kOriginal;
     options.neighborhood = coin() ? GridNeighborhood::kNine : GridNeighborhood::kFive;
-    options.five_cell_factor = coin() ? FiveCellFactor::kScaled : FiveCellFactor::kRaw;
     return options;
   }
 
@@ -117,16 +116,17 @@ class RandomScenes {
   std::mt19937 random_;
 };
 
-TEST(MotionStatistics, EqualsTheDenseFormOnRandomScenes) {
+TEST(MotionStatistics, EqualsTheDenseFormOnRandomScenesWhateverCameBefore) {
   constexpr int kTrials = 1500;  // a fault that shows in one of 300 scenes is missed with a probability of 0.7 %
   RandomScenes random(1);
   MotionStatistics sparse, dense;
   int accepted = 0, rotated = 0, scaled = 0;
   for (int trial = 0; trial < kTrials && !HasFailure(); ++trial) {
-    const MatchScene scene = random.scene();
+    const MatchScene before = random.scene(), scene = random.scene();
     const MotionStatisticsOptions options = random.options();
     SCOPED_TRACE(testing::Message() << "trial " << trial);
     MotionStatisticsFilter filter(options);
+    filter.compute(before.reference, before.current, before.matches, sparse);
     filter.compute(scene.reference, scene.current, scene.matches, sparse);
     denseMotionStatistics(options, scene.reference, scene.current, scene.matches, dense);
     expectEqual(sparse, dense);
@@ -138,20 +138,6 @@ TEST(MotionStatistics, EqualsTheDenseFormOnRandomScenes) {
   EXPECT_GT(accepted, 0.3 * kTrials);
   EXPECT_GT(rotated, 5e-3 * kTrials);
   EXPECT_GT(scaled, 5e-3 * kTrials);
-}
-
-TEST(MotionStatistics, OneFilterServesScenesOfAnySizeOneAfterTheOther) {
-  RandomScenes random(2);
-  MotionStatisticsOptions options;
-  options.rotation = options.scale = true;
-  MotionStatisticsFilter filter(options);
-  MotionStatistics sparse, dense;
-  for (int trial = 0; trial < 20 && !HasFailure(); ++trial) {
-    const MatchScene scene = random.scene();
-    filter.compute(scene.reference, scene.current, scene.matches, sparse);
-    denseMotionStatistics(options, scene.reference, scene.current, scene.matches, dense);
-    expectEqual(sparse, dense);
-  }
 }
 
 TEST(MotionStatistics, TieGoesToTheLowestRightCell) {
@@ -190,8 +176,6 @@ TEST(MotionStatistics, FiveCellsIgnoreTheDiagonalAndScaleTheThreshold) {
   options.threshold_factor = 6;
   EXPECT_FLOAT_EQ(scene.compute(options).relative_score[0],
                   static_cast<float>(19 / (6 * std::sqrt(5.0 / 9) * std::sqrt(19.0 / 5))));
-  options.five_cell_factor = FiveCellFactor::kRaw;
-  EXPECT_FLOAT_EQ(scene.compute(options).relative_score[0], static_cast<float>(19 / (6 * std::sqrt(19.0 / 5))));
 }
 
 TEST(MotionStatistics, BordersDifferAsPublished) {
@@ -204,9 +188,6 @@ TEST(MotionStatistics, BordersDifferAsPublished) {
   EXPECT_EQ(scene.compute(options).score[0], 110);  // shifted by half a cell the 50 are the right neighbours
   options.border = GridBorder::kOriginal;
   EXPECT_EQ(scene.compute(options).score[0], 60);  // only the unshifted grid, where all share the cell
-  MotionStatistics dense;
-  denseMotionStatistics(options, scene.reference, scene.current, scene.matches, dense);
-  EXPECT_EQ(dense.score[0], 60);
 }
 
 TEST(MotionStatistics, FindsTheRotation) {

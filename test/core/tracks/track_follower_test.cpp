@@ -90,7 +90,6 @@ class TrackFollowerTest : public testing::Test {
 TEST_F(TrackFollowerTest, TheFirstImageHasWhatIsMatched) {
   const std::vector<TrackedPoint> points = see(wall_.draw({}), grid());
   EXPECT_EQ(points.size(), grid().size());
-  EXPECT_EQ(follower_.rescued(), 0);
 }
 
 TEST_F(TrackFollowerTest, WhatIsNotMatchedIsFollowedOnWithoutDrift) {
@@ -100,7 +99,7 @@ TEST_F(TrackFollowerTest, WhatIsNotMatchedIsFollowedOnWithoutDrift) {
   for (int i = 1; i <= 20; ++i) {
     shift = cv::Point2f(2.3F, -1.1F) * static_cast<float>(i);
     points = see(wall_.draw(shift), some(shift, 2));
-    EXPECT_GT(follower_.rescued(), 10);
+    EXPECT_GT(points.size(), some(shift, 2).size() + 10);
   }
   EXPECT_GT(points.size(), 0.95 * static_cast<double>(grid().size()));
   EXPECT_LT(greatestError(points, shift), kTolerance);
