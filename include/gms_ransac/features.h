@@ -12,6 +12,11 @@ namespace gms_ransac {
 
 constexpr int kDescriptorBytes = 32;
 
+/// Vector loads that cross one take twice as long.
+struct alignas(64) CacheLine {
+  uint8_t bytes[64];
+};
+
 /// N descriptors of 32 bytes, row-major, and a transposed copy for the vector kernels. Storage only grows.
 class DescriptorSet {
  public:
@@ -30,11 +35,6 @@ class DescriptorSet {
   const uint8_t* packed() const { return packed_.empty() ? nullptr : packed_.front().bytes; }
 
  private:
-  /// Vector loads that cross a cache line take twice as long.
-  struct alignas(64) CacheLine {
-    uint8_t bytes[64];
-  };
-
   int size_ = 0;
   std::vector<uint8_t> rows_;
   std::vector<CacheLine> packed_;

@@ -30,6 +30,10 @@ struct Avx2 {
   static Vector min(Vector a, Vector b) { return _mm256_min_epu8(a, b); }
   static Vector max(Vector a, Vector b) { return _mm256_max_epu8(a, b); }
   static Vector broadcast(int value) { return _mm256_set1_epi8(static_cast<char>(value)); }
+  static int smallestByte(Vector v) {
+    const __m128i half = _mm_min_epu8(_mm256_castsi256_si128(v), _mm256_extracti128_si256(v, 1));
+    return _mm_cvtsi128_si32(_mm_minpos_epu16(_mm_min_epu8(half, _mm_srli_epi16(half, 8)))) & 255;
+  }
   static Vector selectLess(Vector a, Vector b, Vector less, Vector otherwise) {
     return _mm256_blendv_epi8(less, otherwise, _mm256_cmpeq_epi8(_mm256_max_epu8(a, b), a));
   }
@@ -111,26 +115,6 @@ struct Avx2 {
         if (kReverse) smallest[v] = min(smallest[v], min(first, second));
       }
     }
-  }
-
-  static int smallestByte(Vector v) {
-    const __m128i half = _mm_min_epu8(_mm256_castsi256_si128(v), _mm256_extracti128_si256(v, 1));
-    return _mm_cvtsi128_si32(_mm_minpos_epu16(_mm_min_epu8(half, _mm_srli_epi16(half, 8)))) & 255;
-  }
-
-  static int reduce(const uint8_t* best, const uint8_t* second_best, const uint8_t* block, int& lane, int& second) {
-    const Vector bests = load(best);
-    const int smallest = smallestByte(bests);
-    const Vector tied = _mm256_cmpeq_epi8(bests, broadcast(smallest));
-    auto lanes = static_cast<uint32_t>(_mm256_movemask_epi8(tied));
-    const Vector blocks = _mm256_or_si256(load(block), _mm256_andnot_si256(tied, _mm256_set1_epi8(-1)));
-    lanes &= static_cast<uint32_t>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(blocks, broadcast(smallestByte(blocks)))));
-    lane = __builtin_ctz(lanes);
-    alignas(32) uint8_t others[kLanes];
-    store(others, bests);
-    others[lane] = 255;
-    second = std::min(smallestByte(load(others)), static_cast<int>(second_best[lane]));
-    return smallest;
   }
 };
 

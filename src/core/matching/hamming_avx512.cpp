@@ -91,6 +91,11 @@ struct Avx512 {
   static Vector min(Vector a, Vector b) { return _mm512_min_epu8(a, b); }
   static Vector max(Vector a, Vector b) { return _mm512_max_epu8(a, b); }
   static Vector broadcast(int value) { return _mm512_set1_epi8(static_cast<char>(value)); }
+  static int smallestByte(Vector v) {
+    const __m256i half = _mm256_min_epu8(_mm512_castsi512_si256(v), _mm512_extracti64x4_epi64(v, 1));
+    const __m128i quarter = _mm_min_epu8(_mm256_castsi256_si128(half), _mm256_extracti128_si256(half, 1));
+    return _mm_cvtsi128_si32(_mm_minpos_epu16(_mm_min_epu8(quarter, _mm_srli_epi16(quarter, 8)))) & 255;
+  }
   static Vector selectLess(Vector a, Vector b, Vector less, Vector otherwise) {
     return _mm512_mask_mov_epi8(otherwise, _mm512_cmplt_epu8_mask(a, b), less);
   }
@@ -262,24 +267,6 @@ struct Avx512 {
     alignas(64) uint64_t plane[kVectorBytes / 8] = {};
     for (int i = left; i < kVectors * kLanes; ++i) plane[bitOf(i) / 64] |= uint64_t{1} << bitOf(i) % 64;
     return load(plane);
-  }
-
-  static int smallestByte(Vector v) {
-    const __m256i half = _mm256_min_epu8(_mm512_castsi512_si256(v), _mm512_extracti64x4_epi64(v, 1));
-    const __m128i quarter = _mm_min_epu8(_mm256_castsi256_si128(half), _mm256_extracti128_si256(half, 1));
-    return _mm_cvtsi128_si32(_mm_minpos_epu16(_mm_min_epu8(quarter, _mm_srli_epi16(quarter, 8)))) & 255;
-  }
-
-  static int reduce(const uint8_t* best, const uint8_t* second_best, const uint8_t* block, int& lane, int& second) {
-    const Vector bests = load(best);
-    const int smallest = smallestByte(bests);
-    __mmask64 tied = _mm512_cmpeq_epu8_mask(bests, broadcast(smallest));
-    const Vector blocks = _mm512_mask_mov_epi8(_mm512_set1_epi8(-1), tied, load(block));
-    tied &= _mm512_cmpeq_epu8_mask(blocks, broadcast(smallestByte(blocks)));
-    lane = __builtin_ctzll(tied);
-    const Vector others = _mm512_mask_mov_epi8(bests, __mmask64{1} << lane, _mm512_set1_epi8(-1));
-    second = std::min(smallestByte(others), static_cast<int>(second_best[lane]));
-    return smallest;
   }
 };
 

@@ -20,6 +20,11 @@ namespace {
 constexpr int kQueryGroup = 8;    ///< queries compared with a block while it is in the nearest cache
 constexpr int kIndexRange = 256;  ///< block and group numbers are bytes; longer inputs are cut into runs of so many
 
+alignas(64) constexpr uint8_t kLaneNumbers[64] = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 13, 14, 15,
+                                                  16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31,
+                                                  32, 33, 34, 35, 36, 37, 38, 39, 40, 41, 42, 43, 44, 45, 46, 47,
+                                                  48, 49, 50, 51, 52, 53, 54, 55, 56, 57, 58, 59, 60, 61, 62, 63};
+
 /// 255 in the lanes of one vector of a block with `left` descriptors that hold none.
 template <class Isa>
 typename Isa::Vector paddingLanes(int vector, int left) {
@@ -52,12 +57,26 @@ struct Blocked {
     }
   }
 
+  /// The lane of the least (distance, block, lane); `second`: the least distance of its other blocks and other lanes.
+  static int nearestLane(const Running& running, int& second) {
+    const Vector none = Isa::broadcast(255), numbers = Isa::load(kLaneNumbers), bests = Isa::load(running.best);
+    const Vector best = Isa::broadcast(Isa::smallestByte(bests));
+    const Vector blocks = Isa::selectLess(best, bests, none, Isa::load(running.block));
+    const Vector block = Isa::broadcast(Isa::smallestByte(blocks));
+    const Vector tied = Isa::selectLess(best, bests, none, numbers);
+    const int lane = Isa::smallestByte(Isa::selectLess(block, blocks, none, tied));
+    const Vector own = Isa::broadcast(lane);
+    const Vector others = Isa::selectLess(own, numbers, bests, Isa::selectLess(numbers, own, bests, none));
+    second = std::min(Isa::smallestByte(others), static_cast<int>(running.second[lane]));
+    return lane;
+  }
+
   /// The descriptor in (run, block, lane) that is nearest is one of kVectors: finds it and merges it into `nearest`.
   static void mergeRow(const HammingSearch& search, int query, const Running& running, int run_first,
                        NearestTwo& nearest) {
     const uint8_t* row = search.queries + static_cast<size_t>(query) * kHammingBytes;
-    int lane, second;
-    const int best = Isa::reduce(running.best, running.second, running.block, lane, second);
+    int second;
+    const int lane = nearestLane(running, second), best = running.best[lane];
     if (std::max(best, second) >= kExactDistanceLimit) {
       // Saturated (or fewer than two descriptors): every distance again, exactly. Real descriptors never come here.
       const int run_last = std::min(search.train_count, run_first + kIndexRange * kBlock);

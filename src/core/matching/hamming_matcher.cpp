@@ -15,6 +15,12 @@ namespace {
 /// Below this many pairs waking another thread takes longer than it saves (measured: 20 us, 0.2 ns a pair).
 constexpr int64_t kPairsWorthAThread = 250000;
 
+/// Room for so many bytes; null for none. It only grows.
+uint8_t* reserve(size_t bytes, std::vector<CacheLine>& lines) {
+  lines.resize(std::max(lines.size(), (bytes + sizeof(CacheLine) - 1) / sizeof(CacheLine)));
+  return lines.empty() ? nullptr : lines.front().bytes;
+}
+
 /// The shares hold consecutive queries, so on equal distances the earlier share has the lower query.
 void mergeReverse(const std::vector<NearestQueryGroup>& later, std::vector<NearestQueryGroup>& earlier) {
   for (size_t j = 0; j < earlier.size(); ++j) {
@@ -25,26 +31,11 @@ void mergeReverse(const std::vector<NearestQueryGroup>& later, std::vector<Neare
 }  // namespace
 
 struct HammingMatcher::Workspace {
-  class AlignedBytes {
-   public:
-    uint8_t* reserve(size_t bytes) {
-      const size_t lines = (bytes + sizeof(Line) - 1) / sizeof(Line);
-      if (lines_.size() < lines) lines_.resize(lines);
-      return lines_.empty() ? nullptr : lines_.front().bytes;
-    }
-
-   private:
-    struct alignas(64) Line {
-      uint8_t bytes[64];
-    };
-    std::vector<Line> lines_;
-  };
-
   /// Storage of one thread.
   struct Share {
     HammingSearch search;
     std::vector<NearestQueryGroup> reverse;
-    AlignedBytes scratch;
+    std::vector<CacheLine> scratch;
   };
 
   const HammingKernel* kernel = nullptr;
@@ -81,7 +72,7 @@ void HammingMatcher::Workspace::search(const DescriptorSet& reference, const Des
     if (mutual) {
       shares[i].reverse.assign(current.size(), NearestQueryGroup());
       search.reverse = shares[i].reverse.data();
-      search.scratch = shares[i].scratch.reserve(kernel->scratchBytes(current.size()));
+      search.scratch = reserve(kernel->scratchBytes(current.size()), shares[i].scratch);
     }
   }
 
@@ -171,9 +162,7 @@ void DescriptorSet::assign(const cv::Mat& rows) {
 
 void DescriptorSet::pack(SimdLevel level) {
   const HammingKernel& kernel = hammingKernel(level);
-  const size_t lines = (kernel.packedBytes(size_) + sizeof(CacheLine) - 1) / sizeof(CacheLine);
-  if (packed_.size() < lines) packed_.resize(lines);
-  if (lines > 0) kernel.pack(rows_.data(), size_, packed_.front().bytes);
+  kernel.pack(rows_.data(), size_, reserve(kernel.packedBytes(size_), packed_));
   is_packed_ = true;
   packed_level_ = level;
 }

@@ -26,6 +26,7 @@ struct Neon {
   static Vector min(Vector a, Vector b) { return vminq_u8(a, b); }
   static Vector max(Vector a, Vector b) { return vmaxq_u8(a, b); }
   static Vector broadcast(int value) { return vdupq_n_u8(static_cast<uint8_t>(value)); }
+  static int smallestByte(Vector v) { return vminvq_u8(v); }
   static Vector selectLess(Vector a, Vector b, Vector less, Vector otherwise) {
     return vbslq_u8(vcltq_u8(a, b), less, otherwise);
   }
@@ -75,19 +76,6 @@ struct Neon {
         if (kReverse) smallest[v] = min(smallest[v], min(first[v], second[v]));
       }
     }
-  }
-
-  static int reduce(const uint8_t* best, const uint8_t* second_best, const uint8_t* block, int& lane, int& second) {
-    const Vector bests = load(best);
-    const int smallest = vminvq_u8(bests);
-    const Vector tied = vceqq_u8(bests, broadcast(smallest));
-    const Vector blocks = vorrq_u8(load(block), vmvnq_u8(tied));
-    const Vector lowest = vandq_u8(tied, vceqq_u8(blocks, broadcast(vminvq_u8(blocks))));
-    const Vector lanes = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-    lane = vminvq_u8(vorrq_u8(lanes, vmvnq_u8(lowest)));
-    const Vector others = vorrq_u8(bests, vceqq_u8(lanes, broadcast(lane)));
-    second = std::min(static_cast<int>(vminvq_u8(others)), static_cast<int>(second_best[lane]));
-    return smallest;
   }
 };
 
