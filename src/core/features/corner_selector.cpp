@@ -20,18 +20,14 @@ constexpr int kStrengths = 256;
 constexpr int kPriorityBits = 12;
 constexpr int kWeightOne = 1 << 8;  ///< weight of rank 0; 8 bits of strength times this gives 16 bits
 
-using RankWeights = std::array<uint16_t, kRanks>;
-
-RankWeights makeRankWeights() {
-  RankWeights weights;
-  for (int rank = 0; rank < kRanks; ++rank) {
-    weights[rank] = static_cast<uint16_t>(std::lrint(kWeightOne * std::pow(rank + 1.0, -kRankPower)));
-  }
-  return weights;
-}
-
-const RankWeights& rankWeights() {
-  static const RankWeights weights = makeRankWeights();
+const std::array<uint16_t, kRanks>& rankWeights() {
+  static const auto weights = [] {
+    std::array<uint16_t, kRanks> by_rank;
+    for (int rank = 0; rank < kRanks; ++rank) {
+      by_rank[rank] = static_cast<uint16_t>(std::lrint(kWeightOne * std::pow(rank + 1.0, -kRankPower)));
+    }
+    return by_rank;
+  }();
   return weights;
 }
 
@@ -81,7 +77,7 @@ void CornerSelector::sortByStrength(int width, int height, int quota, const std:
 }
 
 void CornerSelector::rankWithinCells() {
-  const RankWeights& weights = rankWeights();
+  const auto& weights = rankWeights();
   priority_.resize(order_.size());
   histogram_.assign(1 << kPriorityBits, 0);
   for (const Candidate& candidate : order_) {

@@ -39,26 +39,26 @@ bool GroundPatches::cut(const cv::Mat& image, const Camera& camera, int x, int y
   return norm > kContrast * std::sqrt(static_cast<float>(kSamples));
 }
 
-void GroundPatches::set(const cv::Mat& reference, const cv::Mat& current, const Camera& camera,
-                        const RelativePose& pose, const Eigen::Vector3d& down, double smallest_dip) {
+void GroundPatches::set(const GroundImages& images, const Camera& camera, const RelativePose& pose,
+                        const Eigen::Vector3d& down, double smallest_dip) {
   camera_ = camera;
   R_ = pose.R;
   t_ = pose.t.normalized();
   patches_.clear();
-  if (reference.empty() || current.empty()) return;
+  if (images.reference.empty() || images.current.empty()) return;
   const auto smooth = [](const cv::Mat& image, cv::Mat& smoothed) {
     image.convertTo(smoothed, CV_32F);
     cv::GaussianBlur(smoothed, smoothed, cv::Size(), kSmoothing);
   };
-  smooth(reference, reference_);
-  smooth(current, current_);
+  smooth(images.reference, reference_);
+  smooth(images.current, current_);
   const CameraIntrinsics& k = camera.intrinsics();
   const Eigen::Vector3d sideways = down.cross(R_.transpose() * t_).normalized();
   constexpr int kMargin = kStep * (kSide / 2) + 1;
-  const int apart = std::max(kApart, static_cast<int>(std::sqrt(0.5 * current.cols * current.rows / kMostPatches)));
+  const int apart = std::max(kApart, static_cast<int>(std::sqrt(0.5 * current_.cols * current_.rows / kMostPatches)));
   Patch patch;
-  for (int y = current.rows - 1 - kMargin; y >= kMargin; y -= apart) {
-    for (int x = kMargin; x + kMargin < current.cols; x += apart) {
+  for (int y = current_.rows - 1 - kMargin; y >= kMargin; y -= apart) {
+    for (int x = kMargin; x + kMargin < current_.cols; x += apart) {
       const Eigen::Vector3d ray((x - k.cx) / k.fx, (y - k.cy) / k.fy, 1);
       if (down.dot(ray) < smallest_dip * ray.norm() || std::abs(sideways.dot(ray)) > kAside * down.dot(ray)) continue;
       if (cut(current_, camera, x, y, patch)) patches_.push_back(patch);

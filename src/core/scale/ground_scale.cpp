@@ -161,9 +161,7 @@ ScaleEstimate GroundScale::measure(const Triangulation& pair, const RelativePose
   if (prior.down_sigma > kClimbSigma && std::abs(t.dot(prior.down)) < 3 * prior.down_sigma) {
     along.down = (prior.down - t.dot(prior.down) * t).normalized();
   }
-  const bool seen = !images.reference.empty() && !images.current.empty();
-  patches_.set(seen ? images.reference : cv::Mat(), seen ? images.current : cv::Mat(), camera, pose, along.down,
-               kSmallestDip);
+  patches_.set(images, camera, pose, along.down, kSmallestDip);
   const Vector3d start = patches_.size() >= kMinimumPatches ? startFromPatches(along) : startFromPoints(along);
   const Fit fit = this->fit(start, t, prior);
   problem_ = doubt(fit, prior);

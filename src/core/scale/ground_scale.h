@@ -21,7 +21,7 @@ struct GroundPrior {
   double down_sigma = 0.17;                         ///< radians about any axis: ten degrees of a camera held level
 };
 
-/// The two images, CV_8UC1, where a ground without corners is to be found in them.
+/// The two images, CV_8UC1, in which a ground without corners is to be found; empty: in none.
 struct GroundImages {
   cv::Mat reference, current;
 };
@@ -39,9 +39,9 @@ struct PlaneEquations {
 /// camera's frame with m . X = 1, lengths in multiples of |t|.
 class GroundPatches {
  public:
-  /// Patches of `current` whose rays dip below the horizon of `down` by that sine and more. CV_8UC1 both.
-  void set(const cv::Mat& reference, const cv::Mat& current, const Camera& camera, const RelativePose& pose,
-           const Eigen::Vector3d& down, double smallest_dip);
+  /// Patches of the current image whose rays dip below the horizon of `down` by that sine and more.
+  void set(const GroundImages& images, const Camera& camera, const RelativePose& pose, const Eigen::Vector3d& down,
+           double smallest_dip);
   int size() const { return static_cast<int>(patches_.size()); }
   /// Sum over some of the patches, by every few of their samples, of how well they correlate beyond chance.
   double score(const Eigen::Vector3d& m) const;
