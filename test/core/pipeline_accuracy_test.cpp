@@ -39,8 +39,6 @@ TEST_P(PipelineOnScene, MedianPoseErrorIsSmall) {
     rotation.push_back(error.rotation);
     direction.push_back(error.direction);
   }
-  RecordProperty("rotation", std::to_string(median(rotation)));
-  RecordProperty("direction", std::to_string(median(direction)));
   EXPECT_LT(median(rotation), GetParam().rotation);
   EXPECT_LT(median(direction), GetParam().direction);
 }

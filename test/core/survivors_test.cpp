@@ -8,63 +8,60 @@
 #include <gtest/gtest.h>
 
 #include "gms_ransac/match_filter.h"
+#include "survivors.h"
 #include "tracks/track_table.h"
 #include "two_view_scene.h"
 
 namespace gms_ransac {
 namespace {
 
-const cv::Size kImage(640, 480);
-
-/// Two frames whose keypoints are drawn, keypoint k of one being keypoint k of the other.
+/// Two frames with drawn keypoints; those of one index are of one point.
 struct DrawnPair {
   Frame reference, current;
-  std::vector<std::vector<uint8_t>> descriptors_reference, descriptors_current;
 
-  void add(const cv::Point2f& reference_point, const std::vector<uint8_t>& descriptor) {
-    reference.features.keypoints.emplace_back(reference_point, 31.f, 0.f, 1.f, 0);
-    descriptors_reference.push_back(descriptor);
-  }
-  void finish() {
-    write(descriptors_reference, reference.features);
-    write(descriptors_current, current.features);
+  /// Points 3 to 9 m away in the `share` of the image about its middle, seen exactly from two places, each with a
+  /// descriptor of its own. The first `doubles` have a double in the reference, next to them and equal except for a few
+  /// bits.
+  DrawnPair(int count, double share, uint64_t seed, int doubles = 0) {
+    TwoViewSceneOptions options;
+    options.seed = seed;
+    options.matches = count;
+    options.outlier_ratio = 0;
+    options.noise_px = 0;
+    options.image_share = share;
+    options.nearest = 3;
+    options.farthest = 9;
+    options.rotation = 0.05 * Eigen::Vector3d(0.2, 1, -0.1).normalized();
+    options.translation = {-0.35, 0.1, -0.15};
+    const PointPairs points = makeTwoViewScene(options).pairs;
+    cv::Mat rows(count + doubles, kDescriptorBytes, CV_8U);
+    cv::RNG(seed + 1).fill(rows, cv::RNG::UNIFORM, 0, 256);
+    for (int k = 0; k < count; ++k) {
+      add(reference, {points.x_reference[k], points.y_reference[k]});
+      add(current, {points.x_current[k], points.y_current[k]});
+    }
+    for (int k = 0; k < doubles; ++k) {
+      add(reference, {points.x_reference[k] + 0.3f, points.y_reference[k] + 0.2f});
+      rows.row(k).copyTo(rows.row(count + k));
+      rows.at<uint8_t>(count + k, 0) ^= 0x1f;
+    }
+    reference.features.descriptors.assign(rows);
+    current.features.descriptors.assign(rows.rowRange(0, count));
+    reference.features.image_size = current.features.image_size = {640, 480};
   }
 
  private:
-  static void write(const std::vector<std::vector<uint8_t>>& rows, Features& features) {
-    features.image_size = kImage;
-    features.descriptors.resize(static_cast<int>(rows.size()));
-    for (size_t i = 0; i < rows.size(); ++i) {
-      std::copy(rows[i].begin(), rows[i].end(), features.descriptors.row(static_cast<int>(i)));
-    }
-    features.descriptors.pack();
+  static void add(Frame& frame, const cv::Point2f& point) {
+    frame.features.keypoints.emplace_back(point, 31.f, 0.f, 1.f, 0);
   }
 };
 
-/// Points 3 to 9 m away in the `share` of the image about its middle, seen exactly from two places, each with a
-/// descriptor of its own.
-DrawnPair drawPair(int count, double share, uint64_t seed) {
-  TwoViewSceneOptions options;
-  options.seed = seed;
-  options.matches = count;
-  options.outlier_ratio = 0;
-  options.noise_px = 0;
-  options.image_share = share;
-  options.nearest = 3;
-  options.farthest = 9;
-  options.rotation = 0.05 * Eigen::Vector3d(0.2, 1, -0.1).normalized();
-  options.translation = {-0.35, 0.1, -0.15};
-  const PointPairs points = makeTwoViewScene(options).pairs;
-  DrawnPair pair;
-  Random random(seed);
-  for (size_t k = 0; k < static_cast<size_t>(count); ++k) {
-    std::vector<uint8_t> descriptor(kDescriptorBytes);
-    for (uint8_t& byte : descriptor) byte = static_cast<uint8_t>(random.below(256));
-    pair.add({points.x_reference[k], points.y_reference[k]}, descriptor);
-    pair.current.features.keypoints.emplace_back(points.x_current[k], points.y_current[k], 31.f, 0.f, 1.f, 0);
-    pair.descriptors_current.push_back(descriptor);
-  }
-  return pair;
+MatchResult filtered(const DrawnPair& pair, const MatchFilterOptions& options) {
+  MatchFilter filter(options);
+  filter.setCamera(sceneCamera());
+  MatchResult result;
+  filter.filter(pair.reference, pair.current, result);
+  return result;
 }
 
 class Grid : public testing::TestWithParam<int> {};
@@ -75,12 +72,7 @@ TEST_P(Grid, DoesNotDecideWhetherTheMatchesAreSpread) {
   if (GetParam() > 0) gms.grid_columns = gms.grid_rows = GetParam();
   for (const int count : {40, 80}) {
     for (uint64_t seed = 0; seed < 20; ++seed) {
-      DrawnPair pair = drawPair(count, 0.5, seed);
-      pair.finish();
-      MatchFilter filter(options);
-      filter.setCamera(sceneCamera());
-      MatchResult result;
-      filter.filter(pair.reference, pair.current, result);
+      const MatchResult result = filtered(DrawnPair(count, 0.5, seed), options);
       EXPECT_EQ(toString(result.status), "OK") << count << " matches, seed " << seed;
     }
   }
@@ -92,29 +84,11 @@ class OneToOne : public testing::TestWithParam<std::string> {};
 
 constexpr int kPoints = 400, kDoubles = 150;
 
-/// A pair in which the first points have a double in the reference, next to them and equal except for a few bits.
-DrawnPair drawPairWithDoubles() {
-  DrawnPair pair = drawPair(kPoints, 1, 3);
-  for (int k = 0; k < kDoubles; ++k) {
-    std::vector<uint8_t> descriptor = pair.descriptors_reference[static_cast<size_t>(k)];
-    descriptor[0] ^= 0x1f;
-    const cv::Point2f beside(0.3f, 0.2f);
-    pair.add(pair.reference.features.keypoints[static_cast<size_t>(k)].pt + beside, descriptor);
-  }
-  pair.finish();
-  return pair;
-}
-
 MatchResult filtered(const std::string& method, bool one_to_one) {
   MatchFilterOptions options;
   options.method = method;
   options.one_to_one = one_to_one;
-  MatchFilter filter(options);
-  filter.setCamera(sceneCamera());
-  const DrawnPair pair = drawPairWithDoubles();
-  MatchResult result;
-  filter.filter(pair.reference, pair.current, result);
-  return result;
+  return filtered(DrawnPair(kPoints, 1, 3, kDoubles), options);
 }
 
 int currentPoints(const MatchResult& result) {
@@ -151,6 +125,26 @@ TEST_P(OneToOne, LeavesAllAsThePapersDoWhenOff) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, OneToOne, testing::Values("ransac", "gms", "lan", "cp_ransac", "lo_prosac"));
+
+TEST(SurvivorSelector, LeavesOutMatchesWhoseRayTheCalibrationDoesNotSay) {
+  const Camera folding({250, 250, 320, 240, "plumb_bob", {-0.4, 0, 0, 0, 0}}, {640, 480});  // grows up to 152 px
+  const int kFrom[] = {0, 100, 150, 155, 300, 0}, kTo[] = {149, 0, 0, 0, 0, 160};           // px from the centre
+  Features reference, current;
+  std::vector<Match> matches;
+  for (int i = 0; i < 6; ++i) {
+    reference.keypoints.emplace_back(320.f + static_cast<float>(kFrom[i]), 240.f, 31.f);
+    current.keypoints.emplace_back(320.f, 240.f - static_cast<float>(kTo[i]), 31.f);
+    matches.push_back({i, i, 10, 60});
+  }
+  reference.image_size = current.image_size = {640, 480};
+  MotionStatistics statistics;
+  statistics.accepted.assign(6, 1);
+  statistics.score.assign(6, 1);
+  statistics.relative_score.assign(6, 1.f);
+  Survivors survivors;
+  SurvivorSelector(false, false).select(reference, current, matches, statistics, folding, survivors);
+  EXPECT_EQ(survivors.match, (std::vector<int>{0, 1, 2}));
+}
 
 }  // namespace
 }  // namespace gms_ransac

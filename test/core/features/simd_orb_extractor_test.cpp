@@ -1,4 +1,5 @@
-// The package's extractor against OpenCV step by step (corners, pyramid, angle, descriptor), and as a whole.
+// The package's extractor against OpenCV step by step (corners, pyramid, angle, descriptor), and as a whole; either
+// extractor under a mask.
 #include "features/simd_orb_extractor.h"
 #include "shared_data.h"
 #include "simd_levels.h"
@@ -115,51 +116,25 @@ TEST_P(CornerDetection, FindsTheCornersAndResponsesOfCvFast) {
   }
 }
 
-TEST(SimdOrbExtractor, AngleAndDescriptorAreCvOrbsOnItsKeypoints) {
+constexpr int kLevels = 5;
+constexpr double kScaleFactors[] = {1.2, 1.44, 2.0};
+
+TEST(SimdOrbExtractor, AngleIsCvOrbsOnItsKeypoints) {
+  const FeatureKernels& kernels = featureKernels(detectSimdLevel());
   for (const cv::Mat& image : images()) {
-    for (double scale_factor : {1.2, 1.44, 2.0}) {
-      const int kLevels = 5;
-      auto orb = cv::ORB::create(3000, static_cast<float>(scale_factor), kLevels);
+    for (double scale_factor : kScaleFactors) {
       std::vector<cv::KeyPoint> keypoints;
-      cv::Mat descriptors;
-      orb->detectAndCompute(image, cv::noArray(), keypoints, descriptors);
+      cv::ORB::create(3000, static_cast<float>(scale_factor), kLevels)->detect(image, keypoints);
       ASSERT_GT(keypoints.size(), 30u);
-      for (SimdLevel simd : supportedLevels()) {
-        const FeatureKernels& kernels = featureKernels(simd);
-        Pyramid pyramid(kLevels, scale_factor, 2 * kDescriptorRadius + 1, kernels);
-        pyramid.build(image);
-        const auto levelPixel = [&](const cv::KeyPoint& keypoint) {
-          const auto inverse = 1.0f / static_cast<float>(pyramid.nominalScale(keypoint.octave));
-          return cv::Point(cvRound(keypoint.pt.x * inverse), cvRound(keypoint.pt.y * inverse));
-        };
-        std::vector<Plane> blurred(kLevels);
-        Blur blur;
-        for (int i = 0; i < pyramid.levels(); ++i) {
-          std::vector<Corner> corners;
-          for (const cv::KeyPoint& keypoint : keypoints) {
-            const cv::Point pixel = levelPixel(keypoint);
-            if (keypoint.octave == i) {
-              corners.push_back({static_cast<uint16_t>(pixel.x), static_cast<uint16_t>(pixel.y), 0, 0});
-            }
-          }
-          std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) { return a.y < b.y; });
-          blur.apply(pyramid.level(i), corners, kernels, blurred[i]);
-        }
-        double bits = 0;
-        for (size_t i = 0; i < keypoints.size(); ++i) {
-          const cv::KeyPoint& keypoint = keypoints[i];
-          const Plane& level = pyramid.level(keypoint.octave);
-          const int x = levelPixel(keypoint).x, y = levelPixel(keypoint).y;
-          int m10, m01;
-          kernels.moments(level.row(y) + x, level.stride(), m10, m01);
-          ASSERT_EQ(cv::fastAtan2(static_cast<float>(m01), static_cast<float>(m10)), keypoint.angle);
-          const float radians = keypoint.angle * static_cast<float>(CV_PI / 180);
-          uint8_t descriptor[kDescriptorBytes];
-          const Plane& smooth = blurred[keypoint.octave];
-          kernels.describe(smooth.row(y) + x, smooth.stride(), std::cos(radians), std::sin(radians), descriptor);
-          bits += differentBits(descriptor, descriptors.ptr(static_cast<int>(i)));
-        }
-        EXPECT_LE(bits / keypoints.size(), allowedBits()) << toString(simd) << " " << scale_factor << image.size();
+      Pyramid pyramid(kLevels, scale_factor, 2 * kDescriptorRadius + 1, kernels);
+      pyramid.build(image);
+      for (const cv::KeyPoint& keypoint : keypoints) {
+        const auto inverse = 1.0f / static_cast<float>(pyramid.nominalScale(keypoint.octave));
+        const Plane& level = pyramid.level(keypoint.octave);
+        int m10, m01;
+        kernels.moments(level.row(cvRound(keypoint.pt.y * inverse)) + cvRound(keypoint.pt.x * inverse), level.stride(),
+                        m10, m01);
+        ASSERT_EQ(cv::fastAtan2(static_cast<float>(m01), static_cast<float>(m10)), keypoint.angle);
       }
     }
   }
@@ -208,30 +183,33 @@ cv::Point2f levelPosition(const cv::KeyPoint& keypoint, const Pyramid& pyramid) 
 }
 
 TEST(SimdOrbExtractor, ItsDescriptorsAreCvOrbsAtTheSamePositionLevelAndAngle) {
-  const cv::Mat image = drawnScene(640, 480, 4);
-  FeatureExtractorOptions options;
-  SimdOrbExtractor extractor(options);
-  Features features;
-  extractor.extract(image, features);
-  Pyramid pyramid(options.pyramid_levels, options.pyramid_scale, 1, featureKernels(options.simd));
-  pyramid.build(image);
+  for (const cv::Mat& image : images()) {
+    for (double scale_factor : kScaleFactors) {
+      FeatureExtractorOptions options;
+      options.pyramid_levels = kLevels;
+      options.pyramid_scale = scale_factor;
+      Features features;
+      SimdOrbExtractor(options).extract(image, features);
+      Pyramid pyramid(kLevels, scale_factor, 1, featureKernels(options.simd));
+      pyramid.build(image);
 
-  std::vector<cv::KeyPoint> keypoints = features.keypoints;
-  for (size_t i = 0; i < keypoints.size(); ++i) {
-    const cv::Point2f position = levelPosition(keypoints[i], pyramid);
-    keypoints[i].pt = position * static_cast<float>(pyramid.nominalScale(keypoints[i].octave));
-    keypoints[i].class_id = static_cast<int>(i);
+      std::vector<cv::KeyPoint> keypoints = features.keypoints;
+      for (size_t i = 0; i < keypoints.size(); ++i) {
+        const cv::Point2f position = levelPosition(keypoints[i], pyramid);
+        keypoints[i].pt = position * static_cast<float>(pyramid.nominalScale(keypoints[i].octave));
+        keypoints[i].class_id = static_cast<int>(i);
+      }
+      // No border in cv::ORB: it would drop keypoints near the sides.
+      cv::Mat descriptors;
+      cv::ORB::create(500, static_cast<float>(scale_factor), kLevels, 1)->compute(image, keypoints, descriptors);
+      ASSERT_EQ(keypoints.size(), features.keypoints.size());
+      double bits = 0;
+      for (size_t i = 0; i < keypoints.size(); ++i) {
+        bits += differentBits(features.descriptors.row(keypoints[i].class_id), descriptors.ptr(static_cast<int>(i)));
+      }
+      EXPECT_LE(bits / keypoints.size(), allowedBits()) << scale_factor << image.size();
+    }
   }
-  // No border in cv::ORB: it would drop keypoints near the sides.
-  auto orb = cv::ORB::create(500, 1.2f, options.pyramid_levels, 1);
-  cv::Mat descriptors;
-  orb->compute(image, keypoints, descriptors);
-  ASSERT_EQ(keypoints.size(), features.keypoints.size());
-  double bits = 0;
-  for (size_t i = 0; i < keypoints.size(); ++i) {
-    bits += differentBits(features.descriptors.row(keypoints[i].class_id), descriptors.ptr(static_cast<int>(i)));
-  }
-  EXPECT_LE(bits / keypoints.size(), allowedBits());
 }
 
 void expectSame(const Features& a, const Features& b) {
@@ -304,22 +282,6 @@ TEST(SimdOrbExtractor, LocatesACornerBetweenPixels) {
       EXPECT_NEAR(k.pt.x, x0, 0.35 * std::pow(1.2, k.octave)) << "octave " << k.octave;
       EXPECT_NEAR(k.pt.y, y0, 0.35 * std::pow(1.2, k.octave)) << "octave " << k.octave;
     }
-  }
-}
-
-TEST(SimdOrbExtractor, AnswersAsAFreshOneAfterImagesOfOtherSizes) {
-  const FeatureExtractorOptions options;
-  SimdOrbExtractor used(options);
-  cv::RNG random(11);
-  for (int i = 0; i < 60; ++i) {
-    // Few corners or many, and as many levels as the size allows.
-    const cv::Size size(random.uniform(40, 500), random.uniform(40, 400));
-    cv::Mat image = drawnScene(size.width, size.height, i);
-    if (i % 3 > 0) cv::GaussianBlur(image, image, cv::Size(), i % 3 * 3.0);
-    Features answer, expected;
-    used.extract(image, answer);
-    SimdOrbExtractor(options).extract(image, expected);
-    expectSame(answer, expected);
   }
 }
 
@@ -420,6 +382,64 @@ TEST(SimdOrbExtractor, TakesImagesOfAnySizeAndContents) {
   }
   extractor.extract(cv::Mat(), features);
   EXPECT_EQ(features.size(), 0);
+}
+
+/// The lower half is masked, and a slanted bar that no level of the pyramid is aligned with.
+cv::Mat halfAndBar() {
+  cv::Mat mask(480, 640, CV_8UC1, cv::Scalar(1));
+  mask.rowRange(240, 480).setTo(0);
+  cv::line(mask, {31, 17}, {607, 211}, cv::Scalar(0), 23);
+  return mask;
+}
+
+/// Largest distance of a keypoint inside the masked part from the nearest pixel that may be used, pixels.
+float deepest(const Features& features, const cv::Mat& mask) {
+  cv::Mat distance;
+  cv::distanceTransform(mask == 0, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  float most = 0;
+  for (const cv::KeyPoint& k : features.keypoints) {
+    most = std::max(most, distance.at<float>(cvRound(k.pt.y), cvRound(k.pt.x)));
+  }
+  return most;
+}
+
+class ExtractorMask : public testing::TestWithParam<const char*> {
+ protected:
+  static FeatureExtractorOptions options() {
+    FeatureExtractorOptions options;
+    options.extractor = GetParam();
+    options.features = 1000;
+    return options;
+  }
+  Features extract(const cv::Mat& mask) {
+    Features features;
+    extractor_->extract(image_, features, mask);
+    return features;
+  }
+
+  const cv::Mat image_ = drawnScene(640, 480, 5);
+  const std::unique_ptr<FeatureExtractor> extractor_ = makeFeatureExtractor(options());
+};
+INSTANTIATE_TEST_SUITE_P(Extractors, ExtractorMask, testing::Values("simd_orb", "opencv"));
+
+TEST_P(ExtractorMask, TakesNoKeypointUnderItAndAllThatAreAskedForElsewhere) {
+  const cv::Mat mask = halfAndBar();
+  const Features features = extract(mask);
+  EXPECT_GE(features.size(), 0.99 * options().features);
+  const bool ours = std::string(GetParam()) == "simd_orb";
+  EXPECT_LE(deepest(features, mask), ours ? 0 : 3) << "cv::ORB: half a pixel of its highest level, along either axis";
+}
+
+TEST_P(ExtractorMask, MakesNoDifferenceWhereItMasksNothing) {
+  const Features plain = extract(cv::Mat()), masked = extract(cv::Mat(480, 640, CV_8UC1, cv::Scalar(255)));
+  expectSame(plain, masked);
+}
+
+TEST_P(ExtractorMask, LeavesNothingWhereItMasksAll) { EXPECT_EQ(extract(cv::Mat::zeros(480, 640, CV_8UC1)).size(), 0); }
+
+TEST_P(ExtractorMask, IsRefusedInAnotherSizeOrType) {
+  EXPECT_THROW(extract(cv::Mat::zeros(240, 320, CV_8UC1)), std::invalid_argument);
+  EXPECT_THROW(extract(cv::Mat::zeros(480, 640, CV_8UC3)), std::invalid_argument);
 }
 
 }  // namespace

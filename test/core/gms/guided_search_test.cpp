@@ -2,23 +2,16 @@
 // the same on every instruction set.
 #include <algorithm>
 #include <cmath>
-#include <random>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
-#include "datasets/dataset.h"
 #include "gms/guided_search.h"
 #include "gms/motion_prediction.h"
 #include "gms_ransac/match_filter.h"
 #include "rendered_scene.h"
-#include "run/metrics.h"
-#include "run/pair_truth.h"
 #include "scenes/synthetic_pair.h"
-#include "shared_data.h"
 #include "simd_levels.h"
 
 namespace gms_ransac {
@@ -68,22 +61,18 @@ int countRight(const std::vector<Match>& matches, const Features& reference, con
   }));
 }
 
-TEST(GuidedSearch, FindsNoFewerRightMatches) {
+TEST(GuidedSearch, FindsNoFewerRightMatchesInTheOrderOfTheReference) {
   const Features reference = extract(view(0));
   for (const int gap : {1, 4}) {
     const Features current = extract(view(gap));
     const std::vector<Match> full = matchFully(reference, current), guided = matchGuided(reference, current);
     EXPECT_LT(guided.size(), full.size());  // it was guided
+    for (size_t i = 1; i < guided.size(); ++i) EXPECT_LT(guided[i - 1].reference, guided[i].reference);
+    for (const Match& match : guided) EXPECT_GE(match.second_distance, match.distance);
     const int right = countRight(full, reference, current, room(), gap);
     EXPECT_GT(right, 500);
     EXPECT_GE(countRight(guided, reference, current, room(), gap), 0.99 * right) << "gap " << gap;
   }
-}
-
-TEST(GuidedSearch, KeepsTheOrderOfTheReference) {
-  const std::vector<Match> matches = matchGuided(extract(view(0)), extract(view(1)));
-  for (size_t i = 1; i < matches.size(); ++i) EXPECT_LT(matches[i - 1].reference, matches[i].reference);
-  for (const Match& match : matches) EXPECT_GE(match.second_distance, match.distance);
 }
 
 TEST(GuidedSearch, IsFullWhereNothingMovesTogether) {
@@ -189,17 +178,14 @@ TEST(RotationPrediction, SaysWhereARotationTakesPoints) {
   }
 }
 
-MatchFilterOptions optionsOf(SearchMode search) {
-  MatchFilterOptions options;
-  options.search = search;
-  return options;
-}
-
 TEST(GuidedSearch, AGyroLosesNoMatchAndAWrongOneChangesNone) {
   for (const double degrees : {5, 25, 35, 45}) {
     SCOPED_TRACE(degrees);
     const Scene scene = roomFromRotatingCamera(degrees);
-    MatchFilter full(optionsOf(SearchMode::kFull)), guided(optionsOf(SearchMode::kGuided));
+    MatchFilterOptions options;
+    MatchFilter guided(options);
+    options.search = SearchMode::kFull;
+    MatchFilter full(options);
     Frame reference, current;
     full.extract(scene.render(0).image, reference);
     full.extract(scene.render(1).image, current);
@@ -220,88 +206,6 @@ TEST(GuidedSearch, AGyroLosesNoMatchAndAWrongOneChangesNone) {
     EXPECT_GE(with, 0.99 * right(matches(full, nullptr)));
     for (const RotationPrior& wrong : wrongGyros(gyro)) EXPECT_TRUE(same(alone, matches(guided, &wrong)));
   }
-}
-
-// Real images, and a gyro drawn from their true rotation with the error that the truth may have.
-
-RotationPrior gyroOf(const Eigen::Isometry3d& current_in_reference, double degrees, std::mt19937& random) {
-  const double sigma = degrees / kDegrees;
-  std::normal_distribution<double> error(0, sigma);
-  const Eigen::Vector3d drawn(error(random), error(random), error(random));
-  RotationPrior prior;
-  prior.R = Eigen::AngleAxisd(drawn.norm(), drawn.normalized()) * current_in_reference.rotation();
-  prior.covariance = sigma * sigma * Eigen::Matrix3d::Identity();
-  return prior;
-}
-
-TEST(RealTurns, AGyroLosesNoRightMatches) {
-  OPEN_OR_SKIP(dataset, "tum_fr1_rpy");
-  MatchFilter filter(optionsOf(SearchMode::kGuided));
-  const Camera camera(*dataset->intrinsics(), dataset->image(0).size());
-  filter.setCamera(camera);
-  std::mt19937 random(1);
-  int pairs = 0;
-  MatchCounts alone, with;
-  for (const DatasetPair& pair : dataset->pairs(10, 10)) {
-    const PairTruth truth(*dataset, pair, camera);
-    if (!truth.currentInReference()) continue;
-    ++pairs;
-    Frame reference, current;
-    filter.extract(dataset->image(pair.reference), reference);
-    filter.extract(dataset->image(pair.current), current);
-    const auto compare = [&](const RotationPrior* prior, MatchCounts* sum) {
-      MatchResult result;
-      filter.reset();
-      filter.filter(reference, current, result, prior);
-      const MatchCounts counts = countEpipolar(truth, reference.features, current.features, result);
-      sum->raw_correct += counts.raw_correct;
-      sum->kept_correct += counts.kept_correct;
-      return result.matches;
-    };
-    RotationPrior gyro = gyroOf(*truth.currentInReference(), 0.3, random);
-    const std::vector<Match> found = compare(nullptr, &alone);
-    compare(&gyro, &with);
-    gyro.R.transposeInPlace();
-    MatchCounts mirrored;
-    EXPECT_TRUE(same(found, compare(&gyro, &mirrored)));
-  }
-  EXPECT_EQ(5, pairs);
-  EXPECT_GE(with.raw_correct, 0.99 * alone.raw_correct);
-  EXPECT_GE(with.kept_correct, 0.99 * alone.kept_correct);
-}
-
-/// Statuses and poses of a stream, once with each search.
-class StreamOfBoth : public testing::Test {
- protected:
-  StreamOfBoth() {
-    for (MatchFilter* filter : {&full_, &guided_}) filter->setCamera(cameraOf(room()));
-  }
-  /// Status of the pair that the image ends; the same with both.
-  Status see(const cv::Mat& image) {
-    const Status expected = full_.process(image).status;
-    const MatchResult& result = guided_.process(image);
-    EXPECT_EQ(expected, result.status);
-    return result.status;
-  }
-  MatchFilter full_{optionsOf(SearchMode::kFull)}, guided_{optionsOf(SearchMode::kGuided)};
-};
-
-TEST_F(StreamOfBoth, SurvivesACut) {
-  EXPECT_EQ(Status::kFirstFrame, see(view(0)));
-  EXPECT_EQ(Status::kOk, see(view(1)));
-  EXPECT_NE(Status::kOk, see(view(0, kOtherRoom)));
-  EXPECT_EQ(Status::kOk, see(view(1, kOtherRoom)));
-}
-
-TEST_F(StreamOfBoth, SurvivesAFlash) {
-  see(view(0));
-  cv::Mat flash;
-  view(1).convertTo(flash, CV_8U, 0.3, 170);
-  see(flash);
-  see(view(2));
-  see(cv::Mat(room().options().size, CV_8UC1, cv::Scalar(255)));
-  EXPECT_NE(Status::kOk, see(view(3)));
-  EXPECT_EQ(Status::kOk, see(view(4)));
 }
 
 }  // namespace

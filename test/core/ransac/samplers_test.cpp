@@ -42,7 +42,7 @@ int countDraws(Sampler& sampler, uint64_t seed) {
   return draws;
 }
 
-TEST(RequiredIterations, AreThoseOfTheTable) {
+TEST(RequiredIterations, AreThoseOfTheTableBetweenOneAndTheCap) {
   // k = log(1 - p) / log(1 - w^n), rounded up, worked out apart from the code for p = 0.99 and 0.9999.
   const double ratios[] = {0.5, 0.6, 0.7, 0.8, 0.9};
   const struct {
@@ -60,9 +60,7 @@ TEST(RequiredIterations, AreThoseOfTheTable) {
       EXPECT_EQ(requiredIterations(0.9999, ratios[i], row.sample_size, 100000), row.at_9999[i]);
     }
   }
-}
-
-TEST(RequiredIterations, StayBetweenOneAndTheCap) {
+  // Between one and the cap.
   EXPECT_EQ(requiredIterations(0.99, 0, 5, 1234), 1234);
   EXPECT_EQ(requiredIterations(0.99, 1e-9, 5, 1234), 1234);
   EXPECT_EQ(requiredIterations(0.99, 1, 5, 1234), 1);
@@ -150,8 +148,7 @@ TEST(UniformSampler, TakesTheTestsOfTddIntoItsBound) {
     UniformSampler sampler(options);
     sampler.begin({100, 5, 0.99, 100000});
     sampler.newBest(inliersInFront(60, 100));
-    const int draws = countDraws(sampler, 1);
-    EXPECT_EQ(draws, static_cast<int>(std::ceil(std::log(0.01) / std::log(1 - std::pow(0.6, 5 + d)))));
+    EXPECT_EQ(countDraws(sampler, 1), static_cast<int>(std::ceil(std::log(0.01) / std::log(1 - std::pow(0.6, 5 + d)))));
   }
 }
 
@@ -240,8 +237,7 @@ TEST(ProsacSampler, IgnoresPrefixesThatChanceExplains) {
   ProsacSampler sampler;
   sampler.begin({1000, 5, 0.99, 1000});
   sampler.newBest(inliersInFront(5, 1000));  // the sample itself and nothing else
-  const int draws = countDraws(sampler, 3);
-  EXPECT_EQ(draws, 1000);
+  EXPECT_EQ(countDraws(sampler, 3), 1000);
 }
 
 TEST(ConfidenceGroupSampler, DrawsOnlyFromTheTopGroupFirst) {
@@ -265,34 +261,23 @@ TEST(ConfidenceGroupSampler, DrawsOnlyFromTheTopGroupFirst) {
   EXPECT_EQ(draws, 1000);
 }
 
-TEST(ConfidenceGroupSampler, StopsAtTheBoundOfTheGroupItDrawsFrom) {
-  ConfidenceGroupSampler sampler(0.5, false);
-  sampler.begin({200, 5, 0.99, 1000});
-  auto mask = inliersInFront(80, 200);  // 0.8 of the top group, 0.5 of all
-  std::fill_n(mask.begin() + 100, 20, 1);
-  sampler.newBest(mask);
-  const int draws = countDraws(sampler, 5);
-  EXPECT_EQ(draws, 12);
-  EXPECT_EQ(sampler.phase(), 0);
-}
-
-TEST(ConfidenceGroupSampler, WidensWhenTheTopGroupIsTheWorse) {
-  ConfidenceGroupSampler sampler(0.5, false);
-  sampler.begin({200, 5, 0.99, 1000});
-  std::vector<uint8_t> mask(200, 0);
-  std::fill_n(mask.begin() + 60, 140, 1);  // 0.4 of the top group, 0.7 of all
-  sampler.newBest(mask);
-  const int draws = countDraws(sampler, 5);
-  EXPECT_EQ(sampler.phase(), 1);
-  EXPECT_EQ(draws, 26);
-}
-
-TEST(ConfidenceGroupSampler, DoesNotStopOnSupportThatChanceExplains) {
-  ConfidenceGroupSampler sampler(0.02, false);
-  sampler.begin({500, 5, 0.99, 1000});
-  sampler.newBest(inliersInFront(10, 500));  // all of the top group, but 10 of 500
-  const int draws = countDraws(sampler, 5);
-  EXPECT_EQ(draws, 1000);
+TEST(ConfidenceGroupSampler, StopsAtTheBoundOfTheBetterGroupUnlessChanceExplainsIt) {
+  const struct {
+    double fraction;
+    int n, first[2], end[2];  ///< of all matches, and of two runs of inliers
+    int draws, phase;
+  } cases[] = {{0.5, 200, {0, 100}, {80, 120}, 12, 0},  // 0.8 of the top group, 0.5 of all
+               {0.5, 200, {60, 0}, {200, 0}, 26, 1},    // 0.4 of the top group, 0.7 of all
+               {0.02, 500, {0, 0}, {10, 0}, 1000, 1}};  // all of the top group, but 10 of 500
+  for (const auto& expected : cases) {
+    ConfidenceGroupSampler sampler(expected.fraction, false);
+    sampler.begin({expected.n, 5, 0.99, 1000});
+    std::vector<uint8_t> mask(static_cast<size_t>(expected.n), 0);
+    for (int k : {0, 1}) std::fill(mask.begin() + expected.first[k], mask.begin() + expected.end[k], 1);
+    sampler.newBest(mask);
+    EXPECT_EQ(countDraws(sampler, 5), expected.draws);
+    EXPECT_EQ(sampler.phase(), expected.phase);
+  }
 }
 
 TEST(ConfidenceGroupSampler, GeometricGroupsWidenStepByStep) {

@@ -9,7 +9,7 @@
 #include <opencv2/core.hpp>
 
 #include "datasets/dataset.h"
-#include "gms_ransac/match_filter.h"
+#include "frame_pairs.h"
 #include "random.h"
 #include "run/metrics.h"
 #include "scenes/two_view_scene.h"
@@ -222,48 +222,23 @@ TEST(GroundScale, RefusesImagesOfAnythingElse) {
 TEST(GroundScale, MeasuresKitti06) {
   OPEN_OR_SKIP(dataset, "kitti_06");
   const Camera camera(*dataset->intrinsics(), dataset->image(0).size());
-  const int count = static_cast<int>(dataset->frames().size());
-  std::vector<cv::Mat> images;
-  std::vector<Frame> frames(static_cast<size_t>(count));
-  MatchFilter extractor;
-  for (Frame& frame : frames) {
-    images.push_back(dataset->image(static_cast<int>(images.size())));
-    extractor.extract(images.back(), frame);
-  }
+  const std::vector<DatasetFrame>& frames = dataset->frames();
   for (const int gap : {1, 3}) {
-    MatchFilter filter;
-    filter.setCamera(camera);
     std::vector<double> errors, normalized;
-    int pairs = 0;
-    for (int i = 0; i + gap < count; ++i) {
-      const Frame &reference = frames[static_cast<size_t>(i)], &current = frames[static_cast<size_t>(i + gap)];
-      MatchResult result;
-      filter.filter(reference, current, result);
-      ++pairs;
-      if (result.status != Status::kOk) continue;
-      Triangulation points;
-      triangulateInliers(reference.features, current.features, result, camera, points, 0);
+    const auto measure = [&](int i, const Frame&, const Frame&, const MatchResult& result, const auto& points) {
+      if (result.status != Status::kOk) return;
       GroundPrior prior;
       prior.camera_height = kCameraHeight;
-      GroundScale ground;
-      const ScaleEstimate scale =
-          ground.measure(points, result.robust.pose, camera, prior,
-                         {images[static_cast<size_t>(i)], images[static_cast<size_t>(i + gap)]});
-      const auto& frame = dataset->frames();
-      const double truth = (frame[static_cast<size_t>(i)].pose->inverse() * *frame[static_cast<size_t>(i + gap)].pose)
-                               .translation()
-                               .norm();
-      if (scale.features == 0) continue;
+      const GroundImages images = {dataset->image(i), dataset->image(i + gap)};
+      const ScaleEstimate scale = GroundScale().measure(points, result.robust.pose, camera, prior, images);
+      if (scale.features == 0) return;
+      const double truth = (frames[i].pose->inverse() * *frames[i + gap].pose).translation().norm();
       errors.push_back(std::abs(scale.length / truth - 1));
       normalized.push_back(errors.back() / scale.relative_sigma);
-    }
-    const std::string of_gap = "_gap" + std::to_string(gap);
-    RecordProperty("answered" + of_gap, static_cast<int>(errors.size()));
-    RecordProperty("pairs" + of_gap, pairs);
-    ASSERT_GT(errors.size(), static_cast<size_t>(pairs / 2));
-    RecordProperty("median_error" + of_gap, std::to_string(median(errors)));
-    RecordProperty("p90_error" + of_gap, std::to_string(percentile(errors, 90)));
-    RecordProperty("normalized_median" + of_gap, std::to_string(median(normalized)));
+    };
+    forEachPair(
+        camera, static_cast<int>(frames.size()), gap, 0, [&](int i) { return dataset->image(i); }, measure);
+    ASSERT_GT(errors.size(), (frames.size() - gap) / 2);
     EXPECT_LT(median(errors), 0.02) << gap;
     EXPECT_LT(percentile(errors, 90), 0.05) << gap;
     EXPECT_LT(median(normalized), 1.2) << gap;

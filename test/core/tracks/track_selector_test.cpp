@@ -8,8 +8,6 @@
 
 #include <gtest/gtest.h>
 
-#include "tracks/track_table.h"
-
 namespace gms_ransac {
 namespace {
 
@@ -105,51 +103,6 @@ TEST(TrackSelector, OneThatGaveWayIsNotPickedAgain) {
   EXPECT_EQ(selector.select({{1, 6, {100, 100}}, {2, 4, {110, 100}}}, kImage, options), std::vector<int>{0});
   EXPECT_EQ(selector.select({{1, 7, {100, 100}}, {2, 5, {140, 100}}}, kImage, options), std::vector<int>{0});
   EXPECT_EQ(selector.select({{2, 6, {140, 100}}, {3, 2, {300, 100}}}, kImage, options), std::vector<int>{1});
-}
-
-/// Some minutes of a camera whose features drift, are missed for an image or two, are found again while the reference
-/// is held, and now and then are all lost. TrackTable makes the tracks; the limits of the selection change on the way.
-TEST(TrackSelector, NoIdComesBackAfterAGap) {
-  constexpr int kFeatures = 400, kImages = 2000;
-  std::mt19937 random(5);
-  std::uniform_real_distribution<float> x(0, 640), y(0, 480), drift(-6, 6);
-  std::vector<cv::Point2f> places(kFeatures);
-  for (cv::Point2f& place : places) place = {x(random), y(random)};
-  TrackTable table;
-  TrackSelector selector;
-  std::set<uint32_t> last, ever;
-  int gone = 0, missed_in_a_row = 0, shown = 0;
-  for (int image = 0; image < kImages; ++image) {
-    if (random() % 500 == 0) table.reset();
-    MatchResult result;
-    result.keypoints_reference = result.keypoints_current = kFeatures;
-    const int seen_of_ten = image % 200 == 0 ? 0 : 9;  // a dark image now and then
-    for (int i = 0; i < kFeatures; ++i) {
-      places[i] += cv::Point2f(drift(random), drift(random));
-      if (!cv::Rect2f(0, 0, 640, 480).contains(places[i])) places[i] = {x(random), y(random)};
-      if (static_cast<int>(random() % 10) < seen_of_ten) result.matches.push_back({i, i, 10, 60});
-    }
-    result.stage.assign(result.matches.size(), MatchStage::kInlier);
-    table.link(result);
-    std::vector<TrackedPoint> points;
-    for (size_t m = 0; m < result.matches.size(); ++m) {
-      points.push_back({table.ids()[m], table.lengths()[m], places[result.matches[m].current]});
-    }
-    missed_in_a_row = points.empty() ? missed_in_a_row + 1 : 0;
-    if (random() % 3 == 0 && missed_in_a_row == 0) table.advance();
-    if (points.empty() || image % 700 < 30) continue;  // nothing to show; no subscriber
-    std::set<uint32_t> now;
-    for (const int i : selector.select(points, kImage, {image % 90 < 45 ? 150 : 60, 15})) now.insert(points[i].id);
-    for (const uint32_t id : now) {
-      EXPECT_TRUE(last.count(id) > 0 || ever.count(id) == 0) << "id " << id << " came back in image " << image;
-    }
-    for (const uint32_t id : last) gone += now.count(id) == 0 ? 1 : 0;
-    ever.insert(now.begin(), now.end());
-    last.swap(now);
-    ++shown;
-  }
-  EXPECT_GT(shown, 0.8 * kImages);
-  EXPECT_GT(gone, 2 * kImages) << "the sequence asks nothing of the rule";
 }
 
 }  // namespace

@@ -1,0 +1,247 @@
+// The consumer's view of a message: no copy, checked once with a sentence for what is malformed, same numbers.
+#include "gms_ransac/correspondences_view.h"
+#include "gms_ransac/keypoints_view.h"
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "gms_ransac/hamming_matcher.h"
+
+namespace gms_ransac {
+namespace {
+
+/// How a message is spoilt, and the words of the view of it.
+template <typename Message>
+using Complaints = std::vector<std::pair<std::function<void(Message&)>, std::string>>;
+
+template <typename View, typename Message>
+void expectComplaints(const Complaints<Message>& cases) {
+  for (const auto& [spoil, complaint] : cases) {
+    Message message;
+    spoil(message);
+    try {
+      View view(message);
+      ADD_FAILURE() << "no complaint: " << complaint;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find(complaint), std::string::npos) << error.what();
+    }
+  }
+}
+
+/// The fields of gms_ransac/Keypoints that the view reads.
+struct KeypointsMessage {
+  enum { PIXELS_RAW = 0, PIXELS_RECTIFIED = 1 };
+  uint32_t width = 640, height = 480;
+  uint8_t pixel_space = PIXELS_RECTIFIED;
+  std::array<double, 9> K{{500, 0, 320, 0, 501, 240, 0, 0, 1}};
+  float scale_factor = 1.2f;
+  std::vector<float> u{-0.5f, 100, 639.5f}, v{0, 50.25f, 479.5f};
+  std::vector<uint8_t> octave{0, 3, 15};
+  std::vector<float> size{31, 44, 60}, angle{0, 90, 359}, response{10, 20, 30}, sigma{0.3f, 0.4f, 0}, depth{2, 0, 5};
+  std::vector<uint32_t> track_id{0, 7, 8};
+  std::vector<uint8_t> descriptors = std::vector<uint8_t>(3 * kDescriptorBytes);
+};
+
+TEST(KeypointsView, ShowsTheColumnsWithoutACopy) {
+  const KeypointsMessage message;
+  const KeypointsView<KeypointsMessage> view(message);
+  ASSERT_EQ(view.size(), 3);
+  EXPECT_EQ(view.u().data(), message.u.data());
+  EXPECT_EQ(view.sigma()[1], 0.4f);
+  EXPECT_EQ(view.depth()[2], 5);
+  EXPECT_EQ(view.descriptors().rows, 3);
+  EXPECT_EQ(view.descriptors().ptr(), message.descriptors.data());
+  EXPECT_EQ(view.keypoint(1).pt, cv::Point2f(100, 50.25f));
+  EXPECT_EQ(view.keypoint(1).class_id, 7);
+  EXPECT_TRUE(view.calibrated());
+  EXPECT_TRUE(view.isRectified());
+  EXPECT_EQ(view.K()(1, 1), 501);
+}
+
+TEST(KeypointsView, MakesFeaturesToMatchBy) {
+  KeypointsMessage message;
+  message.descriptors[0] = 1;
+  message.descriptors[kDescriptorBytes] = 2;
+  message.descriptors[2 * kDescriptorBytes] = 12;
+  const Features features = KeypointsView<KeypointsMessage>(message).features();
+  EXPECT_EQ(features.image_size, cv::Size(640, 480));
+  EXPECT_EQ(features.keypoints[2].octave, 15);
+  std::vector<Match> matches;
+  HammingMatcher().match(features.descriptors, features.descriptors, matches);
+  ASSERT_EQ(matches.size(), 3u);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(matches[static_cast<size_t>(i)].current, i);
+  EXPECT_EQ(matches[0].second_distance, 2);
+}
+
+TEST(KeypointsView, TakesAnEmptyMessage) {
+  KeypointsMessage message;
+  message.u.clear();
+  message.v.clear();
+  message.octave.clear();
+  message.track_id.clear();
+  message.descriptors.clear();
+  for (auto* column : {&message.size, &message.angle, &message.response, &message.sigma, &message.depth})
+    column->clear();
+  const KeypointsView<KeypointsMessage> view(message);
+  EXPECT_EQ(view.size(), 0);
+  EXPECT_FALSE(view.hasDepth());
+  EXPECT_EQ(view.depth().size(), 0);
+  EXPECT_EQ(view.features().size(), 0);
+}
+
+TEST(KeypointsView, NamesWhatIsMalformed) {
+  using Message = KeypointsMessage;
+  Complaints<Message> cases = {
+      {[](Message& m) { m.v.pop_back(); }, "Keypoints: v has 2 entries, but 3 belong to this many keypoints (u)"},
+      {[](Message& m) { m.octave.push_back(0); }, "octave has 4"},
+      {[](Message& m) { m.size.clear(); }, "size has 0"},
+      {[](Message& m) { m.angle.clear(); }, "angle has 0"},
+      {[](Message& m) { m.response.clear(); }, "response has 0"},
+      {[](Message& m) { m.sigma.clear(); }, "sigma has 0"},
+      {[](Message& m) { m.track_id.clear(); }, "track_id has 0"},
+      {[](Message& m) { m.depth.pop_back(); }, "depth has 2"},
+      {[](Message& m) { m.descriptors.pop_back(); }, "descriptors has 95 entries, but 96"},
+      {[](Message& m) { m.octave[1] = 16; }, "Keypoints: keypoint 1 has no possible octave"},
+      {[](Message& m) { m.width = 4000000000u; }, "Keypoints: the image has an impossible size"},
+      {[](Message& m) { m.scale_factor = 0; }, "Keypoints: scale_factor is not above 1"}};
+  for (const float outside : {std::numeric_limits<float>::quiet_NaN(), -1.f, 640.f, 1e30f}) {
+    cases.emplace_back([=](Message& m) { m.u[2] = outside; }, "Keypoints: keypoint 2 lies outside the image");
+    cases.emplace_back([=](Message& m) { m.v[0] = outside; }, "Keypoints: keypoint 0 lies outside the image");
+  }
+  expectComplaints<KeypointsView<Message>>(cases);
+}
+
+/// The fields of gms_ransac/Correspondences that the view reads.
+struct CorrespondencesMessage {
+  enum { STAGE_RAW = 0, STAGE_GMS = 1, STAGE_INLIER = 2 };
+  enum { PIXELS_RAW = 0, PIXELS_RECTIFIED = 1 };
+  uint8_t pixel_space = PIXELS_RECTIFIED;
+  std::vector<float> reference_points{1, 2, 3, 4, 5, 6}, current_points{7, 8, 9, 10, 11, 12};
+  std::vector<float> confidence{0.5f, 1.f, 0.25f};
+  std::vector<uint16_t> distance{1, 2, 3}, track_length{2, 2, 2};
+  std::vector<uint32_t> track_id{4, 5, 6};
+  std::vector<uint8_t> stage;
+  std::vector<float> probability{0.9f, 0.8f, 0.1f}, reference_sigma{0.5f, 0.6f, 0.7f}, current_sigma{0.6f, 0.5f, 0.5f};
+  std::array<double, 9> K{{500, 0, 320, 0, 501, 240, 0, 0, 1}};
+  struct {
+    struct {
+      struct {
+        double x = 0.6, y = 0, z = 0.8;
+      } position;
+      struct {
+        double x = 0, y = 0, z = std::sqrt(0.5), w = std::sqrt(0.5);
+      } orientation;
+    } pose;
+  } current_in_reference;
+};
+
+TEST(CorrespondencesView, ShowsTheColumnsWithoutACopy) {
+  const CorrespondencesMessage message;
+  const CorrespondencesView<CorrespondencesMessage> view(message);
+  ASSERT_EQ(view.size(), 3);
+  const cv::Mat points = view.currentPoints();
+  EXPECT_EQ(points.rows, 3);
+  EXPECT_EQ(points.type(), CV_32FC2);
+  EXPECT_EQ(points.ptr<float>(), message.current_points.data());
+  EXPECT_EQ(points.at<cv::Point2f>(1), cv::Point2f(9, 10));
+  EXPECT_EQ(view.referencePoints().at<cv::Point2f>(2), cv::Point2f(5, 6));
+  EXPECT_EQ(view.reference().data(), message.reference_points.data());
+  EXPECT_EQ(view.reference().col(2), Eigen::Vector2f(5, 6));
+  EXPECT_EQ(view.current()(1, 0), 8);
+  EXPECT_EQ(view.confidence()[2], 0.25f);
+  EXPECT_EQ(view.probability()[1], 0.8f);
+  EXPECT_EQ(view.referenceSigma()[2], 0.7f);
+  EXPECT_EQ(view.currentSigma().data(), message.current_sigma.data());
+}
+
+TEST(CorrespondencesView, GivesCameraAndPose) {
+  CorrespondencesMessage message;
+  EXPECT_TRUE(CorrespondencesView<CorrespondencesMessage>(message).calibrated());
+  EXPECT_EQ(CorrespondencesView<CorrespondencesMessage>(message).K()(0, 2), 320);
+  EXPECT_EQ(CorrespondencesView<CorrespondencesMessage>(message).K()(1, 1), 501);
+  const Eigen::Isometry3d pose = CorrespondencesView<CorrespondencesMessage>(message).currentInReference();
+  EXPECT_LT((pose * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(0.6, 1, 0.8)).norm(), 1e-12);
+  message.K.fill(0);
+  EXPECT_FALSE(CorrespondencesView<CorrespondencesMessage>(message).calibrated());
+}
+
+TEST(CorrespondencesView, KnowsInliersWithAndWithoutTheStageColumn) {
+  CorrespondencesMessage message;
+  EXPECT_TRUE(CorrespondencesView<CorrespondencesMessage>(message).isInlier(1));
+  message.stage = {2, 1, 0};
+  EXPECT_TRUE(CorrespondencesView<CorrespondencesMessage>(message).isInlier(0));
+  EXPECT_FALSE(CorrespondencesView<CorrespondencesMessage>(message).isInlier(1));
+}
+
+TEST(CorrespondencesView, NamesTheColumnThatDoesNotFit) {
+  using Message = CorrespondencesMessage;
+  expectComplaints<CorrespondencesView<Message>, Message>(
+      {{[](Message& m) { m.current_points.pop_back(); },
+        "Correspondences: current_points has 5 entries, but 6 belong to this many confidences"},
+       {[](Message& m) { m.track_id.push_back(1); }, "track_id has 4"},
+       {[](Message& m) { m.probability.clear(); }, "probability has 0"},
+       {[](Message& m) { m.stage = {2}; }, "stage has 1"}});
+}
+
+TEST(CorrespondencesView, NormalizesRectifiedPointsByKAlone) {
+  CorrespondencesMessage message;
+  message.current_points = {320, 240, 820, 240, 320, 741};
+  const CorrespondencesView<CorrespondencesMessage> view(message);
+  const cv::Mat rays = view.normalized(view.currentPoints(), "plumb_bob", {0.5, 0.5, 0, 0, 0});  // not used
+  EXPECT_LT(cv::norm(rays.at<cv::Point2f>(0) - cv::Point2f(0, 0)), 1e-6);
+  EXPECT_LT(cv::norm(rays.at<cv::Point2f>(1) - cv::Point2f(1, 0)), 1e-6);
+  EXPECT_LT(cv::norm(rays.at<cv::Point2f>(2) - cv::Point2f(0, 1)), 1e-6);
+}
+
+TEST(CorrespondencesView, UndoesTheDistortionOfRawPoints) {
+  const std::vector<cv::Point2f> ideal = {{0.5f, 0.4f}, {-0.6f, 0.1f}, {0.f, 0.f}};
+  const auto recovers = [&](const std::string& model, const std::vector<double>& D) {
+    CorrespondencesMessage message;
+    message.pixel_space = CorrespondencesMessage::PIXELS_RAW;
+    const cv::Matx33d K(message.K.data());
+    std::vector<cv::Point2f> pixels;
+    if (model == "equidistant") {
+      cv::fisheye::distortPoints(ideal, pixels, K, D);
+    } else {
+      std::vector<cv::Point3f> points;
+      for (const cv::Point2f& p : ideal) points.emplace_back(p.x, p.y, 1.f);
+      cv::projectPoints(points, cv::Vec3d(), cv::Vec3d(), K, D, pixels);
+    }
+    for (size_t i = 0; i < ideal.size(); ++i) {
+      message.reference_points[2 * i] = pixels[i].x;
+      message.reference_points[2 * i + 1] = pixels[i].y;
+    }
+    const CorrespondencesView<CorrespondencesMessage> view(message);
+    const cv::Mat rays = view.normalized(view.referencePoints(), model, D);
+    for (size_t i = 0; i < ideal.size(); ++i) {
+      EXPECT_LT(cv::norm(rays.at<cv::Point2f>(static_cast<int>(i)) - ideal[i]), 1e-4) << model << " " << i;
+    }
+  };
+  recovers("plumb_bob", {-0.3, 0.1, 1e-3, -1e-3, 0});
+  recovers("rational_polynomial", {-0.3, 0.1, 1e-3, -1e-3, 0, 0.05, 0.01, 0});
+  recovers("equidistant", {-0.02, 0.01, -0.003, 0.001});
+}
+
+TEST(CorrespondencesView, RefusesRawPointsWithoutTheirDistortion) {
+  CorrespondencesMessage message;
+  message.pixel_space = CorrespondencesMessage::PIXELS_RAW;
+  const CorrespondencesView<CorrespondencesMessage> view(message);
+  EXPECT_THROW(view.normalized(view.currentPoints()), std::invalid_argument);
+  // OpenCV's own assertion would be neither a plain sentence nor a std::invalid_argument.
+  for (const auto& [model, count] : {std::make_pair("plumb_bob", 3), std::make_pair("fisheye", 5)}) {
+    EXPECT_THROW(view.normalized(view.currentPoints(), model, std::vector<double>(static_cast<size_t>(count), 0.1)),
+                 std::invalid_argument)
+        << model;
+  }
+  message.K.fill(0);
+  EXPECT_THROW(view.normalized(view.currentPoints(), "plumb_bob", {-0.3, 0.1, 0, 0, 0}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace gms_ransac
