@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""The reports of `evaluate`: tables and plots of what its commands measured. `evaluate` calls it; call it to repeat a report.
+"""The reports of `evaluate` and `benchmark`: tables and plots of what they measured. They call it; call it to repeat a report.
 
   evaluate_report.py run [--plot FILE] <RECORDS          the table of `evaluate run`, from the lines of its --out
   evaluate_report.py sweep [--out FILE.csv] <RECORDS     the table of `evaluate sweep`, and its plot next to it
   evaluate_report.py tables FOLDER [--no-plots]          tables and figures of `evaluate tables`
   evaluate_report.py trust FOLDER [--no-tables] [--detail METHOD,METHOD] [--before FOLDER] [--into DOCUMENT]
                                                          tables and plots of `evaluate trust`
+  evaluate_report.py benchmark [--head TEXT] [--out FILE.md] <RECORDS
+                                                         the tables of `benchmark`
 """
 import argparse
 import sys
@@ -15,7 +17,7 @@ try:
 except ImportError:
     sys.exit("evaluate_report.py: numpy is missing; install python3-numpy")
 
-from report import run, sweep, tables, trust
+from report import benchmark, run, sweep, tables, trust
 
 
 def main():
@@ -36,6 +38,9 @@ def main():
     option("--detail", default="", help="methods, with commas, that get a line for each set and scene; default all")
     option("--before", help="an earlier folder of the same pairs: how many of its right answers are kept")
     option("--into", help="document whose marked tables are replaced")
+    option = commands.add_parser("benchmark").add_argument
+    option("--head", default="benchmark", help="line above the tables")
+    option("--out", help="file for the tables, Markdown")
     given = parser.parse_args()
     try:
         if given.command == "run":
@@ -44,6 +49,8 @@ def main():
             sweep.report(sys.stdin, given.out, not given.no_plots)
         elif given.command == "tables":
             tables.report(given.folder.rstrip("/"), not given.no_plots)
+        elif given.command == "benchmark":
+            benchmark.report(sys.stdin, given.head, given.out)
         else:
             trust.report(given.folder.rstrip("/"), not given.no_tables, [m for m in given.detail.split(",") if m],
                          given.before, given.into)

@@ -1,1 +1,1 @@
-"""The reports of `evaluate`, one module for each command."""
+"""The reports, one module for each command of `evaluate` and one for `benchmark`."""

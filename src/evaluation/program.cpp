@@ -5,19 +5,26 @@
 #include <csignal>
 #include <exception>
 #include <filesystem>
-#include <utility>
+#include <iostream>
+#include <sstream>
+#include <stdexcept>
 
+#include <errno.h>
 #include <unistd.h>
+#include <boost/lexical_cast.hpp>
 
 namespace gms_ransac {
 
 namespace {
 
 namespace fs = std::filesystem;
+namespace po = boost::program_options;
 using std::chrono::milliseconds;
 
 volatile std::sig_atomic_t noted_interrupt = 0;
-void noteInterrupt(int) { noted_interrupt = 1; }
+
+/// Thrown to end a program after Ctrl-C.
+struct Interrupted {};
 
 /// The script next to this program once installed, in scripts/ of the source when run from a build; "" without it.
 std::string findReporter() {
@@ -45,17 +52,84 @@ std::string clockText(double seconds) {
 
 }  // namespace
 
-int runProgram(const std::string& program, const std::function<int()>& body) {
+std::optional<po::variables_map> parseCommandLine(const Arguments& arguments, const std::string& usage,
+                                                  const po::options_description& options,
+                                                  const std::vector<Positional>& positional) {
+  po::options_description shown("Options"), all;
+  shown.add_options()("help,h", "this text");
+  for (const auto& option : options.options()) shown.add(option);
+  all.add(shown);
+  po::positional_options_description places;
+  for (const Positional& words : positional) {
+    all.add_options()(words.name, words.value);
+    places.add(words.name, words.count);
+  }
+  po::command_line_parser parser(arguments);
+  parser.options(all).positional(places);
+  po::variables_map given;
+  po::store(parser.run(), given);
+  po::notify(given);
+  if (given.count("help") == 0) return given;
+  std::cout << usage << "\n\n" << shown;
+  return std::nullopt;
+}
+
+void addDatasetOptions(po::options_description& description, DatasetOptions& dataset) {
+  auto add = description.add_options();
+  add("intrinsics", po::value(&dataset.intrinsics), "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]; overrides the set's own");
+  add("topic", po::value(&dataset.topic), "bags: the image topic");
+}
+
+void requireAtLeastOne(std::initializer_list<std::pair<const char*, int>> options) {
+  for (const auto& [name, value] : options) {
+    if (value >= 1) continue;
+    throw std::invalid_argument(std::string(name) + " is " + std::to_string(value) + "; it must be at least 1");
+  }
+}
+
+std::vector<std::string> splitAtCommas(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  return parts;
+}
+
+std::vector<int> parsePositives(const std::string& list, const std::string& option) {
+  std::vector<int> numbers;
+  for (const std::string& word : splitAtCommas(list)) {
+    int number = 0;
+    if (!boost::conversion::try_lexical_convert(word, number) || number < 1) {
+      throw std::invalid_argument(option + " holds '" + word + "'; it takes whole numbers from 1 on");
+    }
+    numbers.push_back(number);
+  }
+  if (numbers.empty()) throw std::invalid_argument(option + " is empty; it takes whole numbers from 1 on");
+  return numbers;
+}
+
+int runProgram(int argc, char** argv, int (*program)(const Arguments&)) {
   std::signal(SIGPIPE, SIG_IGN);  // a reporter that has ended must not end the measurements
   try {
-    return body();
+    return program(Arguments(argv + 1, argv + argc));
   } catch (const Interrupted&) {
-    std::fprintf(stderr, "%s: interrupted\n", program.c_str());
+    std::fprintf(stderr, "%s: interrupted\n", program_invocation_short_name);
     return kInterrupted;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s: %s\n", program.c_str(), error.what());
+    std::fprintf(stderr, "%s: %s\n", program_invocation_short_name, error.what());
     return kBadInput;
   }
+}
+
+void watchInterrupts() {
+  std::signal(SIGINT, [](int) { noted_interrupt = 1; });
+}
+
+bool interrupted() { return noted_interrupt != 0; }
+
+int statusOrInterrupted(int status, const std::string& advice) {
+  if (!interrupted()) return status;
+  std::fprintf(stderr, "interrupted; %s\n", advice.c_str());
+  return kInterrupted;
 }
 
 Progress::Progress(std::string what, int total)
@@ -67,12 +141,16 @@ Progress::~Progress() {
 }
 
 void Progress::advance() {
-  const std::lock_guard<std::mutex> lock(mutex_);
   ++done_;
   const auto now = std::chrono::steady_clock::now();
   if (now - shown_ < (terminal_ ? milliseconds(500) : milliseconds(2000))) return;
   shown_ = now;
   show();
+}
+
+void Progress::advanceUnlessInterrupted() {
+  if (interrupted()) throw Interrupted();
+  advance();
 }
 
 void Progress::show() const {
@@ -84,18 +162,6 @@ void Progress::show() const {
   std::fprintf(stderr, terminal_ ? "\r%s %d/%d, %.1f a second%s\033[K" : "%s %d/%d, %.1f a second%s\n", what_.c_str(),
                done_, total_, rate, rest.c_str());
   std::fflush(stderr);
-}
-
-InterruptWatch::InterruptWatch() : previous_(std::signal(SIGINT, noteInterrupt)) {}
-
-InterruptWatch::~InterruptWatch() { std::signal(SIGINT, previous_); }
-
-bool InterruptWatch::interrupted() { return noted_interrupt != 0; }
-
-int statusOrInterrupted(int status, const std::string& advice) {
-  if (!InterruptWatch::interrupted()) return status;
-  std::fprintf(stderr, "interrupted; %s\n", advice.c_str());
-  return kInterrupted;
 }
 
 Reporter::Reporter(const std::vector<std::string>& arguments, bool to_stderr) {

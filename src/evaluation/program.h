@@ -1,13 +1,18 @@
-// Shared by the offline programs: errors as one sentence with exit status 2, progress, a clean end by Ctrl-C, and the
-// Python reporter that makes their tables and plots.
+// Shared by the offline programs: command lines, errors as one sentence with exit status 2, progress, a clean end by
+// Ctrl-C, and the Python reporter that makes their tables and plots.
 #pragma once
 
 #include <chrono>
 #include <cstdio>
-#include <functional>
-#include <mutex>
+#include <initializer_list>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include <boost/program_options.hpp>
+
+#include "datasets/dataset.h"
 
 namespace gms_ransac {
 
@@ -15,11 +20,41 @@ constexpr int kNoReport = 1;       ///< exit status of a command without its tab
 constexpr int kBadInput = 2;       ///< exit status
 constexpr int kInterrupted = 130;  ///< exit status that a shell reports after Ctrl-C
 
-/// Thrown to end a program after Ctrl-C.
-struct Interrupted {};
+using Arguments = std::vector<std::string>;
 
-/// Runs `body` and returns its exit status. An exception becomes "<program>: <sentence>" on stderr and kBadInput.
-int runProgram(const std::string& program, const std::function<int()>& body);
+/// An argument without an option name.
+struct Positional {
+  const char* name;
+  int count;  ///< number of words; -1: any
+  const boost::program_options::value_semantic* value;
+};
+
+/// Parses the arguments into the variables of the options. Returns nothing for --help, and prints `usage` and the
+/// options. Throws std::exception with a sentence about a wrong argument.
+std::optional<boost::program_options::variables_map> parseCommandLine(
+    const Arguments& arguments, const std::string& usage, const boost::program_options::options_description& options,
+    const std::vector<Positional>& positional = {});
+
+/// Adds the options of a data set.
+void addDatasetOptions(boost::program_options::options_description& description, DatasetOptions& dataset);
+
+/// Throws std::invalid_argument about the first option with a value below 1.
+void requireAtLeastOne(std::initializer_list<std::pair<const char*, int>> options);
+
+/// "a,b,c" -> a, b, c.
+std::vector<std::string> splitAtCommas(const std::string& text);
+
+/// The whole numbers from 1 on in a list with commas; std::invalid_argument about the option where there is another.
+std::vector<int> parsePositives(const std::string& list, const std::string& option);
+
+/// Runs a program and returns its exit status. An exception becomes "<program>: <sentence>" on stderr and kBadInput.
+int runProgram(int argc, char** argv, int (*program)(const Arguments&));
+
+/// From now on Ctrl-C sets a flag and does not end the program.
+void watchInterrupts();
+bool interrupted();
+/// `status`; after Ctrl-C kInterrupted, with `advice` on stderr.
+int statusOrInterrupted(int status, const std::string& advice);
 
 /// "<what> 12/60, 8.3 a second, 0:00:06 left" on stderr, at the end and on the way: rewritten every half second on a
 /// terminal, else a line every two seconds.
@@ -30,6 +65,8 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
   void advance();
+  /// Ends the program after Ctrl-C.
+  void advanceUnlessInterrupted();
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -41,24 +78,7 @@ class Progress {
   const Clock::time_point start_ = Clock::now();
   Clock::time_point shown_ = start_;
   int done_ = 0;
-  std::mutex mutex_;
 };
-
-/// While it exists, Ctrl-C sets a flag and does not end the program.
-class InterruptWatch {
- public:
-  InterruptWatch();
-  ~InterruptWatch();
-  InterruptWatch(const InterruptWatch&) = delete;
-  InterruptWatch& operator=(const InterruptWatch&) = delete;
-  static bool interrupted();
-
- private:
-  void (*previous_)(int);
-};
-
-/// `status`; after Ctrl-C kInterrupted, with `advice` on stderr.
-int statusOrInterrupted(int status, const std::string& advice);
 
 /// scripts/evaluate_report.py in a process of its own, which may read records, a line each. Measurements do not depend
 /// on it: where the script is missing or fails, a sentence on stderr says so.

@@ -7,8 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "gms_ransac/match_filter.h"
+#include "order_statistics.h"
 #include "rendered_scene.h"
-#include "run/metrics.h"
+#include "run/pair_truth.h"
 
 namespace gms_ransac {
 namespace {

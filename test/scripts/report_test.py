@@ -12,7 +12,7 @@ except ImportError:
     raise SystemExit(77)  # skipped
 
 sys.path.insert(0, str(next(p for p in Path(__file__).resolve().parents if (p / "scripts/report").is_dir()) / "scripts"))
-from report import run, sweep, tables, trust  # noqa: E402
+from report import benchmark, run, sweep, tables, trust  # noqa: E402
 from report.common import area  # noqa: E402
 
 
@@ -61,6 +61,13 @@ class Run(unittest.TestCase):
         trials = [dict(trial, method="lan", order="uniform", outlier_ratio=0.1, success=success) for success in (True, False)]
         (row,) = sweep.table(trials)
         self.assertEqual((row["trials"], row["success_rate"], row["precision"]), ("2", "0.5", "1.5"))
+
+    def test_a_benchmark_has_medians_and_the_ratio_to_the_baseline(self):
+        row = dict(stage="s", kept=None, correct=None)
+        table = benchmark.table([dict(row, what="ours", baseline="base", ms=ms, kept=kept, correct=correct)
+                                 for ms, kept, correct in ((2, 10, 9), (2, 20, None), (3, None, None))] +
+                                [dict(row, what="base", baseline=None, ms=ms) for ms in (4, 6, 20)])
+        self.assertIn("| s | base | 6.000 | 18.600 |  |  |  |\n|  | ours | 2.000 | 2.900 | 3.0 | 15 | 9 |\n", table)
 
 
 def tables_run(method, pair="p0", preset=2000, raw_points=None, **columns):

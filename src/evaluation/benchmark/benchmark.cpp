@@ -1,9 +1,8 @@
 // Program: the OpenCV baseline and ours, stage by stage, on the same images in the same run.
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <iostream>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -13,7 +12,6 @@
 #include <opencv2/core/version.hpp>
 
 #include "benchmark/benchmark_suite.h"
-#include "command_line.h"
 #include "gms_ransac/simd.h"
 #include "methods/method.h"
 #include "program.h"
@@ -26,8 +24,7 @@ namespace fs = std::filesystem;
 using namespace gms_ransac;
 
 struct BenchmarkArguments {
-  std::string folder, features = "1000,2000,3000,5000,10000", threads = "1,all", methods, sizes, model = "essential",
-                      out;
+  std::string folder, features = "1000,2000,3000,5000,10000", threads = "1,all", methods, model = "essential", out;
   int pairs = 12, gap = 1;
   BenchmarkOptions options;
   DatasetOptions dataset;
@@ -46,9 +43,8 @@ std::vector<int> parseThreads(const std::string& list) {
 
 /// False when only help was asked for.
 bool parse(const Arguments& words, BenchmarkArguments& arguments) {
-  po::options_description options("Options");
+  po::options_description options;
   auto add = options.add_options();
-  add("help,h", "this text");
   add("features", po::value(&arguments.features)->default_value(arguments.features), "keypoints asked for per image");
   add("threads", po::value(&arguments.threads)->default_value(arguments.threads), "threads of both chains");
   add("method,m", po::value(&arguments.methods), "ours to run (default lo_prosac,cp_ransac,gms_ransac)");
@@ -59,16 +55,13 @@ bool parse(const Arguments& words, BenchmarkArguments& arguments) {
       "times each pair is run");
   add("frames", po::value(&arguments.options.frames)->default_value(arguments.options.frames),
       "frames of the sequence that are run one after the other as well");
-  add("sizes", po::value(&arguments.sizes),
-      "extraction alone, from rendered images of these sizes, as 640x480,1920x1080");
   addDatasetOptions(options, arguments.dataset);
   add("out,o", po::value(&arguments.out), "file for the tables (Markdown), besides the screen");
   const char* usage =
       "benchmark [DIR] [options]\n\nTimes cv::ORB, cv::BFMatcher, a dense GMS and OpenCV's robust estimators against "
       "this\npackage, stage by stage and interleaved. DIR: a TUM or KITTI odometry folder, a folder of\nimage pairs "
       "(pairs.txt), or a .bag; without it a rendered scene. Lists are separated by commas.\nThe FAST threshold is 20 "
-      "up "
-      "to 3000 features and 0 above.";
+      "up to 3000 features and 0 above.";
   if (!parseCommandLine(words, usage, options, {{"folder", 1, po::value(&arguments.folder)}})) return false;
   requireAtLeastOne({{"--pairs", arguments.pairs}, {"--gap", arguments.gap}, {"--repeat", arguments.options.repeat}});
   arguments.options.model = parseModelType(arguments.model);
@@ -102,101 +95,47 @@ class RenderedFolder {
   fs::path path_;
 };
 
-cv::Size parseSize(const std::string& text) {
-  int width = 0, height = 0;
-  if (std::sscanf(text.c_str(), "%dx%d", &width, &height) != 2 || width < 1 || height < 1) {
-    throw std::invalid_argument("--sizes has " + text + "; a size is WIDTHxHEIGHT, as 640x480");
-  }
-  return {width, height};
-}
-
-/// At most `count` of them, evenly spread.
-std::vector<DatasetPair> spread(const std::vector<DatasetPair>& all, int count) {
-  std::vector<DatasetPair> chosen;
-  const size_t wanted = std::min(all.size(), static_cast<size_t>(count));
-  for (size_t i = 0; i < wanted; ++i) chosen.push_back(all[i * all.size() / wanted]);
-  return chosen;
-}
-
-std::string processorName() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    const size_t colon = line.find(": ");
-    if (line.compare(0, 10, "model name") == 0 && colon != std::string::npos) return line.substr(colon + 2);
-  }
-  return "unknown processor";
-}
-
-void printMachine(std::ostream& out) {
-  out << processorName() << ", " << std::thread::hardware_concurrency() << " cores, " << toString(detectSimdLevel())
-      << ", OpenCV " << CV_VERSION << "\n";
-}
-
-void benchmarkSizes(const BenchmarkArguments& arguments, const std::vector<int>& features, std::ostream& out) {
-  std::vector<cv::Size> sizes;
-  for (const std::string& word : splitAtCommas(arguments.sizes)) sizes.push_back(parseSize(word));
-  Progress progress("size", static_cast<int>(sizes.size() * features.size()));
-  printMachine(out);
-  for (const int feature_count : features) {
-    BenchmarkOptions options = arguments.options;
-    options.features = feature_count;
-    out << "\n" << feature_count << " features, 1 thread\n\n";
-    runSizes(sizes, options, [&progress] { progress.advance(); }).print(out);
-  }
-}
-
 int benchmark(const Arguments& words) {
   BenchmarkArguments arguments;
   if (!parse(words, arguments)) return 0;
   const std::vector<int> features = parsePositives(arguments.features, "--features");
   const std::vector<int> threads = parseThreads(arguments.threads);
-  std::ofstream file;
-  if (!arguments.out.empty()) {
-    file.open(arguments.out);
-    if (!file) throw std::runtime_error("cannot write " + arguments.out);
+  if (!arguments.out.empty() && !std::ofstream(arguments.out)) {
+    throw std::runtime_error("cannot write " + arguments.out);
   }
-
-  std::ostringstream text;
-  if (!arguments.sizes.empty()) {
-    benchmarkSizes(arguments, features, text);
-    std::cout << text.str();
-    file << text.str();
-    return 0;
-  }
-
-  std::unique_ptr<RenderedFolder> rendered;
+  std::optional<RenderedFolder> rendered;
   if (arguments.folder.empty()) {
-    rendered = std::make_unique<RenderedFolder>(std::max(arguments.pairs + arguments.gap, arguments.options.frames));
+    arguments.folder = rendered.emplace(std::max(arguments.pairs + arguments.gap, arguments.options.frames)).path();
   }
-  const Dataset dataset = Dataset::open(rendered ? rendered->path() : arguments.folder, arguments.dataset);
-  const std::vector<DatasetPair> pairs = spread(dataset.pairs(arguments.gap, 1), arguments.pairs);
+  const Dataset dataset = Dataset::open(arguments.folder, arguments.dataset);
+  const std::vector<DatasetPair> pairs = dataset.spreadPairs(arguments.gap, arguments.pairs);
   if (pairs.empty()) throw std::invalid_argument(dataset.path() + " has no pair of frames with that gap");
 
   const cv::Size size = dataset.image(pairs.front().current).size();
-  text << (rendered ? "rendered scene" : dataset.name()) << ", " << size.width << "x" << size.height << ", "
-       << pairs.size() << " pairs, gap " << arguments.gap << ", " << arguments.options.repeat << " repetitions; ";
-  printMachine(text);
+  std::ostringstream head;
+  head << (rendered ? "rendered scene" : dataset.name()) << ", " << size.width << "x" << size.height << ", "
+       << pairs.size() << " pairs, gap " << arguments.gap << ", " << arguments.options.repeat << " repetitions; "
+       << toString(detectSimdLevel()) << ", OpenCV " << CV_VERSION;
+  Reporter reporter({"benchmark", "--head", head.str(), "--out", arguments.out});
   {
     Progress progress("pair", static_cast<int>(features.size() * threads.size() * pairs.size()));
-    for (int thread_count : threads) {
-      for (int feature_count : features) {
-        BenchmarkOptions options = arguments.options;
+    BenchmarkOptions& options = arguments.options;
+    for (const int thread_count : threads) {
+      for (const int feature_count : features) {
         options.features = feature_count;
         options.threads = thread_count;
-        text << "\n"
-             << feature_count << " features, " << thread_count << (thread_count == 1 ? " thread" : " threads")
-             << "\n\n";
-        runBenchmark(dataset, pairs, options, [&progress] { progress.advance(); }).print(text);
+        runBenchmark(
+            dataset, pairs, options, [&progress] { progress.advance(); },
+            [&](nlohmann::json record) {
+              record.update({{"features", feature_count}, {"threads", thread_count}});
+              reporter.add(record.dump());
+            });
       }
     }
   }
-  std::cout << text.str();
-  file << text.str();
-  return 0;
+  return reporter.finish() ? 0 : kNoReport;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return gms_ransac::runProgram("benchmark", [&] { return benchmark(Arguments(argv + 1, argv + argc)); });
-}
+int main(int argc, char** argv) { return gms_ransac::runProgram(argc, argv, benchmark); }

@@ -1,9 +1,11 @@
 #include "benchmark/benchmark_suite.h"
 
+#include <time.h>
 #include <algorithm>
 #include <deque>
 #include <memory>
 #include <set>
+#include <utility>
 
 #include "benchmark/dense_motion_statistics.h"
 #include "benchmark/opencv_baseline.h"
@@ -15,23 +17,22 @@ namespace gms_ransac {
 
 namespace {
 
-const char kMatch[] = "match", kGms[] = "GMS", kGmsAll[] = "GMS, rotation + scale", kRobust[] = "estimate",
-           kFilter[] = "match + GMS + estimate", kFrame[] = "whole frame";
-const char kGuided[] = ", guided";
+const char kMatch[] = "match", kGms[] = "GMS", kGmsAll[] = "GMS, rotation + scale", kEstimate[] = "estimate",
+           kFilter[] = "match + GMS + estimate", kFrame[] = "whole frame", kFrames[] = "frame after frame";
 const char kBaselineMatcher[] = "cv::BFMatcher", kBaselineGms[] = "dense GMS", kBaselineExtractor[] = "cv::ORB";
-
-/// Our matcher at one instruction set, with train descriptors packed for it.
-struct MatcherContender {
-  std::string name;
-  SimdLevel level;
-  HammingMatcher matcher;
-};
 
 struct ExtractorContender {
   std::string name;
   std::unique_ptr<FeatureExtractor> extractor;
   Frame reference, current;
   double ms = 0;  ///< last extraction of the current image
+};
+
+/// Our matcher at one instruction set, with train descriptors packed for it.
+struct MatcherContender {
+  std::string name;
+  SimdLevel level;
+  HammingMatcher matcher;
 };
 
 /// Our pipeline with one extractor and one method.
@@ -45,21 +46,27 @@ struct FilterContender {
 
 std::vector<Match> toMatches(const std::vector<cv::DMatch>& matches) {
   std::vector<Match> result;
-  result.reserve(matches.size());
-  for (const cv::DMatch& m : matches) {
-    result.push_back({m.queryIdx, m.trainIdx, static_cast<uint16_t>(m.distance), 0});
-  }
+  for (const cv::DMatch& m : matches) result.push_back({m.queryIdx, m.trainIdx, static_cast<uint16_t>(m.distance), 0});
   return result;
 }
 
-std::string baselineName(const BaselineEstimator& estimator) { return "OpenCV with " + estimator.name; }
+std::vector<cv::DMatch> acceptedOf(const std::vector<cv::DMatch>& matches, const MotionStatistics& statistics) {
+  std::vector<cv::DMatch> accepted;
+  for (size_t i = 0; i < matches.size(); ++i) {
+    if (statistics.accepted[i]) accepted.push_back(matches[i]);
+  }
+  return accepted;
+}
+
+std::string chainName(const BaselineEstimator& estimator) { return "OpenCV with " + estimator.name; }
 
 class Suite {
  public:
-  Suite(const Dataset& dataset, const BenchmarkOptions& options)
+  Suite(const Dataset& dataset, const BenchmarkOptions& options,
+        const std::function<void(const nlohmann::json&)>& receive)
       : dataset_(dataset),
         options_(options),
-        clock_(options.threads),
+        receive_(receive),
         baseline_extractor_(makeBaselineExtractor(options.features)),
         guided_search_({false, options.threads}, {}) {
     for (SimdLevel level : {SimdLevel::kAvx512, SimdLevel::kAvx2, SimdLevel::kNeon, SimdLevel::kScalar}) {
@@ -69,27 +76,35 @@ class Suite {
                              HammingMatcher(HammingMatcherOptions{mutual, options.threads, level})});
       }
     }
-    for (const std::string name : {"opencv", "simd_orb"}) {
-      extractors_.emplace_back();
-      extractors_.back().name = "extractor " + name;
-      extractors_.back().extractor = makeFeatureExtractor(options.pipeline("", SearchMode::kFull, name).extractor);
-      addFilters(name, SearchMode::kFull);
-      if (name != "opencv") addFilters(name, SearchMode::kGuided);
+    for (ExtractorContender& with : extractors_) {
+      const bool stock = &with == &stock_;
+      const std::string name = stock ? "opencv" : "simd_orb";
+      with.name = "extractor " + name;
+      with.extractor = makeFeatureExtractor(pipeline("", SearchMode::kFull, name).extractor);
+      for (const SearchMode search : {SearchMode::kFull, SearchMode::kGuided}) {
+        const bool guided = search == SearchMode::kGuided;
+        if (stock && guided) continue;
+        for (const std::string& method : options.methods) {
+          filters_.push_back({method + (stock ? "" : " on " + with.name) + (guided ? ", guided" : ""),
+                              with,
+                              guided,
+                              MatchFilter(pipeline(method, search, name)),
+                              {}});
+        }
+      }
     }
   }
 
   void run(const DatasetPair& pair) {
     const cv::Mat reference = dataset_.image(pair.reference), current = dataset_.image(pair.current);
-    if (dataset_.intrinsics() && camera_.imageSize() != current.size()) {
-      camera_ = Camera(*dataset_.intrinsics(), current.size());
-      for (FilterContender& contender : filters_) contender.filter.setCamera(camera_);
-    }
-    truth_ = std::make_unique<PairTruth>(dataset_, pair, camera_);
+    setCamera(current.size());
+    for (FilterContender& contender : filters_) contender.filter.setCamera(camera_);
+    const PairTruth truth(dataset_, pair, camera_);
+    truth_ = &truth;
     for (ExtractorContender& contender : extractors_) {
       contender.extractor->extract(reference, contender.reference.features);
     }
     for (int repeat = 0; repeat < options_.repeat; ++repeat) {
-      counting_ = repeat == 0;
       extract(current);
       match();
       filterByMotion();
@@ -99,106 +114,170 @@ class Suite {
     }
   }
 
-  BenchmarkTable table;
-
- private:
-  void addFilters(const std::string& extractor, SearchMode search) {
-    const ExtractorContender& with = extractors_.back();
-    const bool guided = search == SearchMode::kGuided;
-    for (const std::string& method : options_.methods) {
-      const MatchFilterOptions options = options_.pipeline(method, search, extractor);
-      options.validate();
-      const std::string name =
-          method + (&with == &extractors_.front() ? "" : " on " + with.name) + (guided ? kGuided : "");
-      filters_.push_back(FilterContender{name, with, guided, MatchFilter(options), {}});
+  /// Frames first..first+count-1 one after the other, as a node gets them: OpenCV's chain with its first estimator, and
+  /// each method on simd_orb.
+  void runFrames(int first, int count) {
+    std::vector<cv::Mat> images;
+    for (int i = first; i < first + count; ++i) images.push_back(dataset_.image(i));
+    setCamera(images.front().size());
+    const std::string baseline = chainName(baselineEstimators(camera_.calibrated()).front());
+    // The first frame has nothing to be compared with, the second no motion before it.
+    const auto run = [&](const std::string& what, const char* compared, const auto& process) {
+      for (size_t i = 0; i < images.size(); ++i) {
+        int inliers = 0;
+        const double ms = time([&] { inliers = process(images[i]); });
+        if (i >= 2) tell(kFrames, what, compared, ms, inliers, nullptr);
+      }
+    };
+    for (int repeat = 0; repeat < options_.repeat; ++repeat) {
+      Features before;
+      cv::Mat descriptors;
+      run(baseline, nullptr, [&](const cv::Mat& image) { return baselineInliers(image, before, descriptors); });
+      for (const std::string& method : options_.methods) {
+        for (const SearchMode search : {SearchMode::kGuided, SearchMode::kFull}) {
+          MatchFilter filter(pipeline(method, search, "simd_orb"));
+          filter.setCamera(camera_);
+          run(method + (search == SearchMode::kFull ? ", full search" : ""), baseline.c_str(),
+              [&](const cv::Mat& image) { return filter.process(image).inliers; });
+        }
+      }
     }
   }
+
+ private:
+  MatchFilterOptions pipeline(const std::string& method, SearchMode search, const std::string& extractor) const {
+    MatchFilterOptions result;
+    result.method = method;
+    result.extractor.extractor = extractor;
+    result.extractor.features = options_.features;
+    result.extractor.fast_threshold = fastThreshold(options_.features);
+    result.extractor.threads = result.matcher_threads = options_.threads;
+    result.robust.model = options_.model;
+    result.search = search;
+    return result;
+  }
+
+  void setCamera(cv::Size size) {
+    if (dataset_.intrinsics() && camera_.imageSize() != size) camera_ = Camera(*dataset_.intrinsics(), size);
+  }
+
+  /// Milliseconds of the work.
+  template <typename Work>
+  double time(const Work& work) const {
+    const auto now = [this] {
+      timespec time{};
+      clock_gettime(options_.threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &time);
+      return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) * 1e-6;
+    };
+    const double start = now();
+    work();
+    return now() - start;
+  }
+
+  void tell(const char* stage, const std::string& what, const char* baseline, double ms, int kept,
+            const nlohmann::json& correct) const {
+    nlohmann::json record = {{"stage", stage}, {"what", what}, {"ms", ms}, {"kept", kept}, {"correct", correct}};
+    record["baseline"] = baseline ? nlohmann::json(baseline) : nlohmann::json();
+    receive_(record);
+  }
+  /// Counts the matches that are chosen by index; their features are those of the extractor.
+  template <typename Chosen>
+  void tell(const char* stage, const std::string& what, const char* baseline, double ms,
+            const ExtractorContender& extractor, const std::vector<Match>& matches, const Chosen& chosen) const {
+    int kept = 0, correct = 0;
+    for (size_t i = 0; i < matches.size(); ++i) {
+      if (!chosen(i)) continue;
+      ++kept;
+      correct += isCorrect(extractor.reference.features.keypoints[matches[i].reference].pt,
+                           extractor.current.features.keypoints[matches[i].current].pt);
+    }
+    const bool known = truth_->hasEpipolar() || truth_->hasTransfer();
+    tell(stage, what, baseline, ms, kept, known ? nlohmann::json(correct) : nlohmann::json());
+  }
+  bool isCorrect(const cv::Point2f& reference, const cv::Point2f& current) const {
+    if (truth_->hasEpipolar()) return truth_->epipolarDistance(reference, current) < kCorrectWithin;
+    const std::optional<double> distance = truth_->transferDistance(reference, current);
+    return distance && *distance < kCorrectWithin;
+  }
+  static bool all(size_t) { return true; }
 
   void extract(const cv::Mat& image) {
     std::vector<cv::KeyPoint> keypoints;
     cv::Mat descriptors;
-    BenchmarkRow& baseline = table.row("extract", kBaselineExtractor);
-    baseline_extract_ms_ = baseline.time(
-        clock_, [&] { baseline_extractor_->detectAndCompute(image, cv::noArray(), keypoints, descriptors); });
-    if (counting_) baseline.count(static_cast<int>(keypoints.size()));
+    baseline_extract_ms_ =
+        time([&] { baseline_extractor_->detectAndCompute(image, cv::noArray(), keypoints, descriptors); });
+    tell("extract", kBaselineExtractor, nullptr, baseline_extract_ms_, static_cast<int>(keypoints.size()), nullptr);
     for (ExtractorContender& contender : extractors_) {
-      BenchmarkRow& row = table.row("extract", contender.name, kBaselineExtractor);
-      contender.ms = row.time(clock_, [&] { contender.extractor->extract(image, contender.current.features); });
-      if (counting_) row.count(contender.current.features.size());
+      contender.ms = time([&] { contender.extractor->extract(image, contender.current.features); });
+      tell("extract", contender.name, kBaselineExtractor, contender.ms, contender.current.features.size(), nullptr);
     }
   }
 
   void match() {
-    const Features& reference = extractors_[0].reference.features;
-    Features& current = extractors_[0].current.features;
+    const Features& reference = stock_.reference.features;
+    Features& current = stock_.current.features;
     const cv::Mat queries = reference.descriptors.asMat(), train = current.descriptors.asMat();
-    BenchmarkRow& baseline = table.row(kMatch, kBaselineMatcher);
-    baseline_match_ms_ =
-        baseline.time(clock_, [&] { cv::BFMatcher(cv::NORM_HAMMING).match(queries, train, baseline_matches_); });
-    count(baseline, toMatches(baseline_matches_));
+    baseline_match_ms_ = time([&] { cv::BFMatcher(cv::NORM_HAMMING).match(queries, train, baseline_matches_); });
+    tell(kMatch, kBaselineMatcher, nullptr, baseline_match_ms_, stock_, toMatches(baseline_matches_), all);
     for (MatcherContender& contender : matchers_) {
       current.descriptors.pack(contender.level);
-      BenchmarkRow& row = table.row(kMatch, contender.name, kBaselineMatcher);
-      row.time(clock_, [&] { contender.matcher.match(reference.descriptors, current.descriptors, matches_); });
-      count(row, matches_);
+      const double ms = time([&] { contender.matcher.match(reference.descriptors, current.descriptors, matches_); });
+      tell(kMatch, contender.name, kBaselineMatcher, ms, stock_, matches_, all);
     }
     current.descriptors.pack();
     matches_ = toMatches(baseline_matches_);
   }
 
   void filterByMotion() {
-    const Features& reference = extractors_[0].reference.features;
-    const Features& current = extractors_[0].current.features;
-    const auto run = [&](BenchmarkRow& row, const auto& work) {
-      const double ms = row.time(clock_, work);
-      count(row, matches_, [this](size_t i) { return statistics_.accepted[i]; });
+    const Features &reference = stock_.reference.features, &current = stock_.current.features;
+    const auto run = [&](const char* stage, const char* what, const char* baseline, const auto& work) {
+      const double ms = time(work);
+      tell(stage, what, baseline, ms, stock_, matches_, [this](size_t i) { return statistics_.accepted[i] != 0; });
       return ms;
     };
-    run(table.row(kGmsAll, kBaselineGms),
+    run(kGmsAll, kBaselineGms, nullptr,
         [&] { denseMotionStatistics(gms_all_options_, reference, current, matches_, statistics_); });
-    run(table.row(kGmsAll, "sparse", kBaselineGms),
-        [&] { gms_all_.compute(reference, current, matches_, statistics_); });
-    BenchmarkRow& dense = table.row(kGms, kBaselineGms);
-    run(table.row(kGms, "sparse", kBaselineGms), [&] { gms_.compute(reference, current, matches_, statistics_); });
-    baseline_gms_ms_ = run(dense, [&] { denseMotionStatistics({}, reference, current, matches_, statistics_); });
+    run(kGmsAll, "sparse", kBaselineGms, [&] { gms_all_.compute(reference, current, matches_, statistics_); });
+    run(kGms, "sparse", kBaselineGms, [&] { gms_.compute(reference, current, matches_, statistics_); });
+    baseline_gms_ms_ =
+        run(kGms, kBaselineGms, nullptr, [&] { denseMotionStatistics({}, reference, current, matches_, statistics_); });
   }
 
   void estimateBaseline() {
-    const std::vector<cv::KeyPoint>& reference = extractors_[0].reference.features.keypoints;
-    const std::vector<cv::KeyPoint>& current = extractors_[0].current.features.keypoints;
     for (const BaselineEstimator& estimator : baselineEstimators(camera_.calibrated())) {
-      std::vector<cv::DMatch> survivors;
-      for (size_t i = 0; i < baseline_matches_.size(); ++i) {
-        if (statistics_.accepted[i]) survivors.push_back(baseline_matches_[i]);
-      }
+      std::vector<cv::DMatch> survivors = acceptedOf(baseline_matches_, statistics_);
       std::vector<uint8_t> inlier;
-      BenchmarkRow* rows[] = {&table.row(kRobust, estimator.name), &table.row(kFilter, baselineName(estimator)),
-                              &table.row(kFrame, baselineName(estimator))};
-      const double ms =
-          rows[0]->time(clock_, [&] { inlier = estimate(estimator, reference, current, camera_, survivors); });
-      const double filter_ms = baseline_match_ms_ + baseline_gms_ms_ + ms;
-      rows[1]->ms.push_back(filter_ms);
-      rows[2]->ms.push_back(baseline_extract_ms_ + filter_ms);
+      const double ms = time([&] {
+        inlier = estimate(estimator, stock_.reference.features.keypoints, stock_.current.features.keypoints, camera_,
+                          survivors);
+      });
       inlier.resize(survivors.size(), 0);
-      for (BenchmarkRow* row : rows) count(*row, toMatches(survivors), [&](size_t i) { return inlier[i]; });
+      const auto told = [&](const char* stage, const std::string& what, double sum) {
+        tell(stage, what, nullptr, sum, stock_, toMatches(survivors), [&](size_t i) { return inlier[i] != 0; });
+      };
+      const double filter_ms = baseline_match_ms_ + baseline_gms_ms_ + ms;
+      told(kEstimate, estimator.name, ms);
+      told(kFilter, chainName(estimator), filter_ms);
+      told(kFrame, chainName(estimator), baseline_extract_ms_ + filter_ms);
     }
   }
 
   void filterOurs() {
     const BaselineEstimator baseline = baselineEstimators(camera_.calibrated()).front();
+    const std::string chain = chainName(baseline);
     for (FilterContender& contender : filters_) {
       const ExtractorContender& extractor = contender.extractor;
       contender.filter.reset();  // the estimator has seen this pair before and must not profit from it
-      std::vector<BenchmarkRow*> rows = {&table.row(kFilter, contender.name, baselineName(baseline)),
-                                         &table.row(kFrame, contender.name, baselineName(baseline))};
-      const double ms = rows[0]->time(
-          clock_, [&] { contender.filter.filter(extractor.reference, extractor.current, contender.result); });
-      rows[1]->ms.push_back(extractor.ms + ms);
-      if (&extractor == &extractors_[0]) {  // the survivors of the baseline
-        rows.push_back(&table.row(kRobust, contender.name, baseline.name));
-        rows[2]->ms.push_back(contender.result.times.ransac * 1e3);  // by the wall clock: measured inside
-      }
-      for (BenchmarkRow* row : rows) count(*row, contender, MatchStage::kInlier);
+      const double ms =
+          time([&] { contender.filter.filter(extractor.reference, extractor.current, contender.result); });
+      const auto told = [&](const char* stage, const std::string& compared, double sum) {
+        tell(stage, contender.name, compared.c_str(), sum, extractor, contender.result.matches,
+             [&](size_t i) { return contender.result.stage[i] == MatchStage::kInlier; });
+      };
+      told(kFilter, chain, ms);
+      told(kFrame, chain, extractor.ms + ms);
+      // The survivors of the baseline; by the wall clock, because it is measured inside.
+      if (&extractor == &stock_) told(kEstimate, baseline.name, contender.result.times.ransac * 1e3);
     }
   }
 
@@ -206,55 +285,45 @@ class Suite {
   void matchOurs() {
     std::set<bool> seen;
     for (const FilterContender& contender : filters_) {
-      if (&contender.extractor == &extractors_[0] || !seen.insert(contender.guided).second) continue;
+      if (&contender.extractor == &stock_ || !seen.insert(contender.guided).second) continue;
       const Features &reference = contender.extractor.reference.features,
                      &current = contender.extractor.current.features;
-      const std::string name =
-          toString(detectSimdLevel()) + " on " + contender.extractor.name + (contender.guided ? kGuided : "");
-      BenchmarkRow& row = table.row(kMatch, name, kBaselineMatcher);
-      row.time(clock_, [&] {
+      const double ms = time([&] {
         contender.guided ? guided_search_.match(reference, current, matches_)
                          : matchers_.front().matcher.match(reference.descriptors, current.descriptors, matches_);
       });
-      count(row, contender, MatchStage::kRaw);
+      tell(kMatch,
+           toString(detectSimdLevel()) + " on " + contender.extractor.name + (contender.guided ? ", guided" : ""),
+           kBaselineMatcher, ms, contender.extractor, contender.result.matches, all);
     }
   }
 
-  /// Counts matches of the first repetition that are chosen by index; those of the first extractor without `of`.
-  void count(
-      BenchmarkRow& row, const std::vector<Match>& matches,
-      const std::function<bool(size_t)>& chosen = [](size_t) { return true; },
-      const ExtractorContender* of = nullptr) const {
-    if (!counting_) return;
-    const ExtractorContender& extractor = of ? *of : extractors_[0];
-    const bool with_truth = truth_->hasEpipolar() || truth_->hasTransfer();
-    int kept = 0, correct = 0;
-    for (size_t i = 0; i < matches.size(); ++i) {
-      if (!chosen(i)) continue;
-      ++kept;
-      correct += with_truth && isCorrect(extractor.reference.features.keypoints[matches[i].reference].pt,
-                                         extractor.current.features.keypoints[matches[i].current].pt);
+  /// OpenCV's chain on the image after `before`, whose place it takes. Returns the number of inliers.
+  int baselineInliers(const cv::Mat& image, Features& before, cv::Mat& descriptors_before) {
+    Features now;
+    cv::Mat descriptors;
+    baseline_extractor_->detectAndCompute(image, cv::noArray(), now.keypoints, descriptors);
+    now.image_size = image.size();
+    std::vector<uint8_t> inlier;
+    if (!descriptors_before.empty() && !descriptors.empty()) {
+      std::vector<cv::DMatch> matches;
+      cv::BFMatcher(cv::NORM_HAMMING).match(descriptors_before, descriptors, matches);
+      denseMotionStatistics({}, before, now, toMatches(matches), statistics_);
+      std::vector<cv::DMatch> survivors = acceptedOf(matches, statistics_);
+      inlier = estimate(baselineEstimators(camera_.calibrated()).front(), before.keypoints, now.keypoints, camera_,
+                        survivors);
     }
-    row.count(kept);
-    if (with_truth) row.countCorrect(correct);
-  }
-  /// Those of the contender that reached `stage`.
-  void count(BenchmarkRow& row, const FilterContender& contender, MatchStage stage) const {
-    const MatchResult& result = contender.result;
-    count(
-        row, result.matches, [&](size_t i) { return result.stage[i] >= stage; }, &contender.extractor);
-  }
-  bool isCorrect(const cv::Point2f& reference, const cv::Point2f& current) const {
-    if (truth_->hasEpipolar()) return truth_->epipolarDistance(reference, current) < kCorrectWithin;
-    const std::optional<double> distance = truth_->transferDistance(reference, current);
-    return distance && *distance < kCorrectWithin;
+    std::swap(before, now);
+    descriptors_before = descriptors;
+    return static_cast<int>(inlier.size() - static_cast<size_t>(std::count(inlier.begin(), inlier.end(), 0)));
   }
 
   const Dataset& dataset_;
   const BenchmarkOptions options_;
-  const StageClock clock_;
+  const std::function<void(const nlohmann::json&)>& receive_;
   const cv::Ptr<cv::ORB> baseline_extractor_;
-  std::deque<ExtractorContender> extractors_;  ///< opencv, simd_orb; the first one's features are the baseline's
+  std::vector<ExtractorContender> extractors_{2};
+  ExtractorContender& stock_ = extractors_[0];  ///< its features are the baseline's
   std::vector<MatcherContender> matchers_;
   std::deque<FilterContender> filters_;
   GuidedSearch guided_search_;
@@ -267,8 +336,7 @@ class Suite {
 
   // The current pair.
   Camera camera_;
-  std::unique_ptr<PairTruth> truth_;
-  bool counting_ = false;  ///< the first repetition: matches are counted, besides the times
+  const PairTruth* truth_ = nullptr;
   std::vector<cv::DMatch> baseline_matches_;
   std::vector<Match> matches_;
   MotionStatistics statistics_;
@@ -277,31 +345,17 @@ class Suite {
 
 }  // namespace
 
-MatchFilterOptions BenchmarkOptions::pipeline(const std::string& method, SearchMode search,
-                                              const std::string& extractor) const {
-  MatchFilterOptions result;
-  result.method = method;
-  result.extractor.extractor = extractor;
-  result.extractor.features = features;
-  result.extractor.fast_threshold = fastThreshold(features);
-  result.extractor.threads = result.matcher_threads = threads;
-  result.robust.model = model;
-  result.search = search;
-  return result;
-}
-
-BenchmarkTable runBenchmark(const Dataset& dataset, const std::vector<DatasetPair>& pairs,
-                            const BenchmarkOptions& options, const std::function<void()>& pair_done) {
+void runBenchmark(const Dataset& dataset, const std::vector<DatasetPair>& pairs, const BenchmarkOptions& options,
+                  const std::function<void()>& pair_done, const std::function<void(const nlohmann::json&)>& receive) {
   cv::setNumThreads(options.threads);
-  Suite suite(dataset, options);
+  Suite suite(dataset, options, receive);
   for (const DatasetPair& pair : pairs) {
     suite.run(pair);
     pair_done();
   }
   const int first = pairs.front().reference;
   const int count = std::min(options.frames, static_cast<int>(dataset.frames().size()) - first);
-  if (count > 2) runFrames(dataset, first, count, options, suite.table);
-  return suite.table;
+  if (count > 2) suite.runFrames(first, count);
 }
 
 }  // namespace gms_ransac

@@ -98,6 +98,14 @@ std::vector<DatasetPair> Dataset::pairs(int gap, int stride) const {
   return chosen;
 }
 
+std::vector<DatasetPair> Dataset::spreadPairs(int gap, int count) const {
+  const std::vector<DatasetPair> all = pairs(gap, 1);
+  std::vector<DatasetPair> chosen;
+  const size_t wanted = std::min(all.size(), static_cast<size_t>(count));
+  for (size_t i = 0; i < wanted; ++i) chosen.push_back(all[i * all.size() / wanted]);
+  return chosen;
+}
+
 std::optional<double> Dataset::stamp(int frame) const {
   if (kind_ == DatasetKind::kImagePairs) return std::nullopt;
   return frames_.at(static_cast<size_t>(frame)).stamp;

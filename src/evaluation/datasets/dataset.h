@@ -85,6 +85,8 @@ class Dataset {
 
   /// Every `stride`-th pair of frames that are `gap` apart (gap, stride >= 1). A pair list ignores the gap.
   std::vector<DatasetPair> pairs(int gap, int stride) const;
+  /// At most `count` pairs, spread evenly over the set.
+  std::vector<DatasetPair> spreadPairs(int gap, int count) const;
 
   /// Seconds; not set in a list of image pairs, which has none.
   std::optional<double> stamp(int frame) const;

@@ -5,7 +5,6 @@
 
 #include <boost/program_options.hpp>
 
-#include "command_line.h"
 #include "datasets/dataset_export.h"
 #include "program.h"
 
@@ -18,9 +17,8 @@ int datasetToBag(const Arguments& arguments) {
   BagExportOptions export_options;
   DatasetOptions dataset_options;
   std::string folder, bag, camera_info;
-  po::options_description options("Options");
+  po::options_description options;
   auto add = options.add_options();
-  add("help,h", "this text");
   add("camera-info", po::value(&camera_info)->default_value("folder"),
       "TUM: folder (camera.txt, or openni without that file) or openni (the driver's factory values 525, 319.5, 239.5, "
       "no distortion, as in the official bags)");
@@ -53,17 +51,12 @@ int datasetToBag(const Arguments& arguments) {
               << (dataset.intrinsics() ? "" : ", since there is no camera.txt; give the camera's own with --intrinsics")
               << '\n';
   }
-  const InterruptWatch watch;
+  watchInterrupts();
   Progress progress("writing frame", static_cast<int>(dataset.frames().size()));
-  exportToBag(dataset, bag, export_options, [&progress] {
-    if (InterruptWatch::interrupted()) throw Interrupted();
-    progress.advance();
-  });
+  exportToBag(dataset, bag, export_options, [&progress] { progress.advanceUnlessInterrupted(); });
   return 0;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return gms_ransac::runProgram("dataset_to_bag", [&] { return datasetToBag(Arguments(argv + 1, argv + argc)); });
-}
+int main(int argc, char** argv) { return gms_ransac::runProgram(argc, argv, datasetToBag); }

@@ -3,7 +3,6 @@
 #include <iostream>
 #include <stdexcept>
 
-#include "program.h"
 #include "run/evaluate_commands.h"
 
 namespace gms_ransac {
@@ -118,7 +117,4 @@ std::vector<std::string> allMethodNames() {
 
 }  // namespace gms_ransac
 
-int main(int argc, char** argv) {
-  using namespace gms_ransac;
-  return runProgram("evaluate", [&] { return evaluate(Arguments(argv + 1, argv + argc)); });
-}
+int main(int argc, char** argv) { return gms_ransac::runProgram(argc, argv, gms_ransac::evaluate); }

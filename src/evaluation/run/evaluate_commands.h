@@ -8,10 +8,10 @@
 
 #include <boost/program_options.hpp>
 
-#include "command_line.h"
 #include "gms_ransac/match_filter.h"
 #include "methods/method.h"
 #include "parameter.h"
+#include "program.h"
 
 namespace gms_ransac {
 

@@ -3,7 +3,6 @@
 #include <iostream>
 #include <stdexcept>
 
-#include "program.h"
 #include "run/evaluate_commands.h"
 #include "run/experiment.h"
 #include "run/record.h"
@@ -17,9 +16,8 @@ int evaluateRun(const Arguments& arguments) {
   int gap = 1, stride = 1, repeats = 1;
   DatasetOptions dataset_options;
   PipelineArguments pipeline;
-  po::options_description options("Options");
+  po::options_description options;
   auto add = options.add_options();
-  add("help,h", "this text");
   add("gap", po::value(&gap)->default_value(gap), "frames between reference and current");
   add("stride", po::value(&stride)->default_value(stride), "frames between one pair and the next");
   add("repeat", po::value(&repeats)->default_value(repeats), "repetitions, each with the next seed");
@@ -57,12 +55,12 @@ int evaluateRun(const Arguments& arguments) {
   std::vector<std::string> report = {"run"};
   if (!plot.empty()) report.insert(report.end(), {"--plot", plot});
   Reporter reporter(report, out == "-");
-  const InterruptWatch watch;
+  watchInterrupts();
   size_t done = 0;
   {
     Experiment experiment(dataset, pipelines);
     Progress progress("evaluating pair", static_cast<int>(pairs.size()));
-    for (; done < pairs.size() && !InterruptWatch::interrupted(); ++done) {
+    for (; done < pairs.size() && !interrupted(); ++done) {
       experiment.run(pairs[done], [&](const Answer& answer) {
         nlohmann::json record = answerRecord(answer.options, answer.result);
         record.update(pairRecord(dataset, pairs[done], gap));

@@ -10,9 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include "gms_ransac/motion_statistics.h"
-#include "program.h"
 #include "run/evaluate_commands.h"
-#include "run/metrics.h"
+#include "run/pair_truth.h"
 #include "scenes/synthetic_pair.h"
 #include "survivors.h"
 
@@ -55,9 +54,8 @@ int evaluateSweep(const Arguments& arguments) {
   int repeat = 50;
   PipelineArguments pipeline;
   std::string out;
-  po::options_description options("Options");
+  po::options_description options;
   auto add = options.add_options();
-  add("help,h", "this text");
   add("matches", po::value(&pair_options.matches)->default_value(pair_options.matches), "per trial");
   add("noise", po::value(&pair_options.noise)->default_value(pair_options.noise), "of the current points, pixels");
   add("repeat", po::value(&repeat)->default_value(repeat), "trials for each method and outlier ratio");

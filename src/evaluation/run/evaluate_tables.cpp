@@ -10,7 +10,6 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "program.h"
 #include "run/evaluate_commands.h"
 #include "run/experiment.h"
 #include "run/record.h"
@@ -89,9 +88,8 @@ bool parse(const Arguments& arguments, TablesPlan& plan) {
   pipeline.base.extractor.extractor = "opencv";  // what the paper used
   pipeline.base.one_to_one = false;              // likewise
   pipeline.base.search = SearchMode::kFull;      // likewise
-  po::options_description options("Options");
+  po::options_description options;
   auto add = options.add_options();
-  add("help,h", "this text");
   add("out,o", po::value(&plan.out)->default_value(plan.out), "folder for measurements, tables and plots");
   add("resume", po::bool_switch(&plan.resume), "go on with what is in the folder already");
   add("shard", po::value(&shard)->default_value(shard), "i/n: do the i-th of n parts (see merge)");
@@ -163,10 +161,9 @@ json planRecord(const TablesPlan& plan) {
 std::vector<TablesUnit> tablesUnits(const TablesPlan& plan) {
   std::vector<TablesUnit> units;
   for (const Dataset& dataset : plan.datasets) {
-    const std::vector<DatasetPair> all = dataset.pairs(plan.gap, 1);
-    const size_t count = std::min(all.size(), static_cast<size_t>(plan.pairs));
     for (const int preset : plan.presets) {
-      for (size_t k = 0; k < count; ++k) units.push_back({&dataset, all[k * all.size() / count], preset});
+      for (const DatasetPair& pair : dataset.spreadPairs(plan.gap, plan.pairs))
+        units.push_back({&dataset, pair, preset});
     }
   }
   return units;
@@ -298,7 +295,7 @@ int evaluateTables(const Arguments& arguments) {
   }
   TablesMeter meter(plan);
   const auto measure = [&](int unit) { return meter.measure(units[static_cast<size_t>(unit)]); };
-  const InterruptWatch watch;
+  watchInterrupts();
   workThrough(folder, numbers, 1, measure);  // one at a time, for the times' sake
   return statusOrInterrupted(reportTables(folder, plan.plots), "go on with the same command and --resume");
 }
@@ -306,9 +303,10 @@ int evaluateTables(const Arguments& arguments) {
 int evaluateMerge(const Arguments& arguments) {
   std::string out = "tables";
   std::vector<std::string> parts;
-  po::options_description options("Options");
-  options.add_options()("help,h", "this text")("out,o", po::value(&out)->default_value(out), "folder to write")(
-      "no-plots", "only CSV and Markdown");
+  po::options_description options;
+  auto add = options.add_options();
+  add("out,o", po::value(&out)->default_value(out), "folder to write");
+  add("no-plots", "only CSV and Markdown");
   const char* usage =
       "evaluate merge PART... --out FOLDER\n\nJoins the folders that evaluate tables --shard i/n wrote with the same "
       "options, and makes\nthe tables of all.";

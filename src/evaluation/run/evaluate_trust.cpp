@@ -11,10 +11,8 @@
 #include <set>
 #include <stdexcept>
 
-#include "program.h"
 #include "run/evaluate_commands.h"
 #include "run/experiment.h"
-#include "run/metrics.h"
 #include "run/record.h"
 #include "run/truth_noise.h"
 #include "run/work_folder.h"
@@ -100,7 +98,7 @@ bool parse(const Arguments& arguments, TrustPlan& plan) {
   std::vector<std::string> folders, gaps, scenes;
   std::optional<double> rotation, translation, clock, alignment;
   PipelineArguments pipeline;
-  po::options_description options("Options");
+  po::options_description options;
   auto add = options.add_options();
   const auto addSigma = [&](const std::string& option, double unit, std::optional<double>& sigma, const char* text) {
     const auto take = [=, &sigma](double value) {
@@ -109,7 +107,6 @@ bool parse(const Arguments& arguments, TrustPlan& plan) {
     };
     add(option.c_str(), po::value<double>()->notifier(take), text);
   };
-  add("help,h", "this text");
   add("scenes", po::value(&scenes)->composing(),
       "drawn scenes, by name or the beginning of names, with commas between; drawn: all of them");
   add("list-scenes", "names the drawn scenes and ends");
@@ -322,7 +319,7 @@ int evaluateTrust(const Arguments& arguments) {
   folder.begin(planRecord(plan), plan.resume);
   std::vector<int> numbers(units.size());
   std::iota(numbers.begin(), numbers.end(), 0);
-  const InterruptWatch watch;
+  watchInterrupts();
   workThrough(folder, numbers, plan.jobs, [&](int index) {
     const TrustUnit& unit = units[static_cast<size_t>(index)];
     return unit.set ? measureSet(plan, unit) : measureScene(plan, unit);

@@ -59,7 +59,16 @@ MatchCounts countMatches(const Features& reference, const Features& current, con
   return counts;
 }
 
+double degrees(double cosine) { return std::acos(std::min(1.0, std::max(-1.0, cosine))) * 180.0 / M_PI; }
+
 }  // namespace
+
+PoseError poseError(const Eigen::Isometry3d& truth, const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
+  constexpr double kZeroLength = 1e-12;  // a translation this short has no direction
+  const double length = t.norm(), true_length = truth.translation().norm();
+  return {degrees(((truth.linear().transpose() * R).trace() - 1) / 2),
+          length < kZeroLength ? 90.0 : degrees(t.dot(truth.translation()) / (length * true_length + 1e-15))};
+}
 
 PairTruth::PairTruth(const Dataset& dataset, const DatasetPair& pair, const Camera& camera)
     : pair_(pair), camera_(camera) {

@@ -1,6 +1,7 @@
 // Truth of an image pair: distances of matches from their true epipolar lines or true positions.
 #pragma once
 
+#include <cmath>
 #include <optional>
 
 #include <Eigen/Geometry>
@@ -14,6 +15,16 @@ namespace gms_ransac {
 
 /// A match is correct when it lies this close to the truth, pixels.
 constexpr double kCorrectWithin = 3.0;
+
+constexpr double kDegrees = 180 / M_PI;  ///< in a radian
+
+/// Errors of an estimated relative pose, degrees; at first those of a pair without a pose.
+struct PoseError {
+  double rotation = 180;   ///< angle of R_true^T R
+  double direction = 180;  ///< angle between the translations; 90 when the estimate is zero
+};
+/// Both poses are current_in_reference (X_reference = R X_current + t).
+PoseError poseError(const Eigen::Isometry3d& truth, const Eigen::Matrix3d& R, const Eigen::Vector3d& t);
 
 inline Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "parameter.h"
-#include "run/metrics.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {

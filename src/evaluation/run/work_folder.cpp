@@ -93,7 +93,7 @@ void workThrough(WorkFolder& folder, const std::vector<int>& units, int jobs, co
   std::mutex mutex;
   const auto work = [&] {
     try {
-      for (size_t i = next++; i < todo.size() && !failed && !InterruptWatch::interrupted(); i = next++) {
+      for (size_t i = next++; i < todo.size() && !failed && !interrupted(); i = next++) {
         const json records = measure(todo[i]);
         const std::lock_guard<std::mutex> lock(mutex);
         folder.append(todo[i], records);

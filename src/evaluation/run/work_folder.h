@@ -46,7 +46,7 @@ class WorkFolder {
 };
 
 /// Appends the records that `measure` makes of each unit that the folder lacks, `jobs` units side by side, with a line
-/// of progress, until Ctrl-C (InterruptWatch). Rethrows the first failure.
+/// of progress, until Ctrl-C. Rethrows the first failure.
 void workThrough(WorkFolder& folder, const std::vector<int>& units, int jobs,
                  const std::function<nlohmann::json(int)>& measure);
 

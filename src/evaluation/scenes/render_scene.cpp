@@ -5,7 +5,6 @@
 
 #include <boost/program_options.hpp>
 
-#include "command_line.h"
 #include "program.h"
 #include "scenes/scene_writer.h"
 
@@ -33,9 +32,8 @@ int renderScene(const Arguments& arguments) {
   SceneOptions scene_options;
   int frames = 0;
   std::string out, distortion;
-  po::options_description options("Options");
+  po::options_description options;
   auto add = options.add_options();
-  add("help,h", "this text");
   add("frames,n", po::value(&frames)->default_value(90), "frames to render");
   add("scene", po::value(&scene_options.scene)->default_value(scene_options.scene), "room or street");
   add("width", po::value(&scene_options.size.width)->default_value(640), "pixels");
@@ -78,17 +76,12 @@ int renderScene(const Arguments& arguments) {
     throw std::invalid_argument("--frames is " + std::to_string(frames) + "; the path ends after " +
                                 std::to_string(scene.frameCount()) + " frames of this step");
   }
-  const InterruptWatch watch;
+  watchInterrupts();
   Progress progress("rendering frame", frames);
-  (isBag(out) ? writeBag : writeTumFolder)(scene, frames, out, [&progress] {
-    if (InterruptWatch::interrupted()) throw Interrupted();
-    progress.advance();
-  });
+  (isBag(out) ? writeBag : writeTumFolder)(scene, frames, out, [&progress] { progress.advanceUnlessInterrupted(); });
   return 0;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  return gms_ransac::runProgram("render_scene", [&] { return renderScene(Arguments(argv + 1, argv + argc)); });
-}
+int main(int argc, char** argv) { return gms_ransac::runProgram(argc, argv, renderScene); }

@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include "run/metrics.h"
+#include "order_statistics.h"
 #include "scenes/drawn_scenes.h"
 #include "scenes/synthetic_pair.h"
 #include "two_view_scene.h"

@@ -10,8 +10,8 @@
 
 #include "datasets/dataset.h"
 #include "frame_pairs.h"
+#include "order_statistics.h"
 #include "random.h"
-#include "run/metrics.h"
 #include "scenes/two_view_scene.h"
 #include "shared_data.h"
 

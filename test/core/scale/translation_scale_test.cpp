@@ -11,8 +11,8 @@
 
 #include "datasets/dataset.h"
 #include "frame_pairs.h"
+#include "order_statistics.h"
 #include "rendered_scene.h"
-#include "run/metrics.h"
 #include "shared_data.h"
 #include "two_view_scene.h"
 

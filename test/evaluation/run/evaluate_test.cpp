@@ -50,7 +50,7 @@ std::vector<nlohmann::json> readLines(const std::string& file) {
 class EvaluateTest : public ::testing::Test {
  protected:
   std::string path(const std::string& name) const { return folder_.path(name); }
-  Outcome evaluate(const std::string& arguments) const { return run(std::string(EVALUATE_PROGRAM) + " " + arguments); }
+  Outcome evaluate(const std::string& arguments) const { return run(PROGRAMS "/evaluate " + arguments); }
   void write(const std::string& name, const std::string& text) const { folder_.write(name, text); }
 
   /// The measurements of a run that was interrupted: the last line is cut off in the middle.
@@ -89,39 +89,48 @@ TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
   fs::create_directories(path("empty"));
   write("broken/rgb.txt", "1 a.png\n2 b.png\n");
   write("broken/camera.txt", "500 500 x 240\n");
+  const std::string run = "evaluate run " + path("set"), tables = "evaluate tables " + path("set");
   const std::map<std::string, std::string> complaints = {
-      {"", "no command given"},
-      {"fly", "unknown command 'fly'"},
-      {"run", "no folder or bag given"},
-      {"run " + path("none"), "none: no such folder or bag"},
-      {"run " + path("empty"), "holds neither rgb.txt (TUM), image_0/ (KITTI) nor pairs.txt"},
-      {"run " + path("set"), "a.png: cannot be read as an image"},
-      {"run " + path("broken"), "camera.txt:1: 'x' is not a finite number"},
-      {"run " + path("set") + " --method nonsense", "unknown method 'nonsense'"},
-      {"run " + path("set") + " --method lo_prosac,nonsense", "unknown method 'nonsense'"},
-      {"sweep --method cp_ransac,nonsense", "unknown method 'nonsense'"},
-      {"run " + path("set") + " --model sphere", "--model is 'sphere'; it must be one of 'essential'"},
-      {"run " + path("set") + " --gap 0", "--gap is 0; it must be at least 1"},
-      {"run " + path("set") + " --features 0", "--features is '0'; it must be a whole number between 1 and 100000"},
-      {"run " + path("set") + " --sort-key beauty", "--sort-key is 'beauty'"},
-      {"sweep --gms-border nowhere", "--gms-border is 'nowhere'"},
-      {"run " + path("set") + " --unheard-of", "unheard-of"},
-      {"tables", "no folder or bag given"},
-      {"tables " + path("set") + " --shard 3/2", "--shard is '3/2'"},
-      {"tables " + path("set") + " --presets 10,many", "--presets holds 'many'"},
-      {"tables " + path("set") + " --ratios 1/2,3/2", "--ratios holds '3/2'"},
-      {"tables " + path("set") + " --features 500", "--features is varied by the tables"},
-      {"trust", "neither a folder nor --scenes given"},
-      {"trust " + path("empty"), "holds neither rgb.txt (TUM), image_0/ (KITTI) nor pairs.txt"},
-      {"trust --scenes unheard_of", "--scenes holds 'unheard_of'"},
-      {"trust --scenes general --gaps 1,x", "--gaps holds 'x'"},
-      {"trust --scenes general --truth-rotation-sigma -1", "--truth-rotation-sigma must not be negative"},
-      {"merge " + path("empty"), "holds no plan.json"},
-  };
-  for (const auto& [arguments, complaint] : complaints) {
-    const Outcome outcome = evaluate(arguments);
-    EXPECT_EQ(outcome.status, 2) << arguments << "\n" << outcome.text;
-    EXPECT_NE(outcome.text.find(complaint), std::string::npos) << arguments << "\n" << outcome.text;
+      {"evaluate", "no command given"},
+      {"evaluate fly", "unknown command 'fly'"},
+      {"evaluate run", "no folder or bag given"},
+      {"evaluate run " + path("none"), "none: no such folder or bag"},
+      {"evaluate run " + path("empty"), "holds neither rgb.txt (TUM), image_0/ (KITTI) nor pairs.txt"},
+      {run, "a.png: cannot be read as an image"},
+      {"evaluate run " + path("broken"), "camera.txt:1: 'x' is not a finite number"},
+      {run + " --method nonsense", "unknown method 'nonsense'"},
+      {run + " --method lo_prosac,nonsense", "unknown method 'nonsense'"},
+      {"evaluate sweep --method cp_ransac,nonsense", "unknown method 'nonsense'"},
+      {run + " --model sphere", "--model is 'sphere'; it must be one of 'essential'"},
+      {run + " --gap 0", "--gap is 0; it must be at least 1"},
+      {run + " --features 0", "--features is '0'; it must be a whole number between 1 and 100000"},
+      {run + " --sort-key beauty", "--sort-key is 'beauty'"},
+      {"evaluate sweep --gms-border nowhere", "--gms-border is 'nowhere'"},
+      {run + " --unheard-of", "unheard-of"},
+      {"evaluate tables", "no folder or bag given"},
+      {tables + " --shard 3/2", "--shard is '3/2'"},
+      {tables + " --presets 10,many", "--presets holds 'many'"},
+      {tables + " --ratios 1/2,3/2", "--ratios holds '3/2'"},
+      {tables + " --features 500", "--features is varied by the tables"},
+      {"evaluate trust", "neither a folder nor --scenes given"},
+      {"evaluate trust " + path("empty"), "holds neither rgb.txt (TUM), image_0/ (KITTI) nor pairs.txt"},
+      {"evaluate trust --scenes unheard_of", "--scenes holds 'unheard_of'"},
+      {"evaluate trust --scenes general --gaps 1,x", "--gaps holds 'x'"},
+      {"evaluate trust --scenes general --truth-rotation-sigma -1", "--truth-rotation-sigma must not be negative"},
+      {"evaluate merge " + path("empty"), "holds no plan.json"},
+      {"benchmark " + path("none"), "none: no such folder or bag"},
+      {"benchmark --features many", "--features holds 'many'"},
+      {"benchmark --features 0", "--features holds '0'"},
+      {"benchmark --threads some", "--threads holds 'some'"},
+      {"benchmark --model homography", "--model is homography"},
+      {"benchmark --method unheard_of", "unknown method 'unheard_of'"},
+      {"benchmark --pairs 0", "--pairs is 0; it must be at least 1"},
+      {"benchmark --out /no/such/folder/file", "cannot write /no/such/folder/file"},
+      {"benchmark --unknown", "unknown"}};
+  for (const auto& [command, complaint] : complaints) {
+    const Outcome outcome = ::run(PROGRAMS "/" + command);
+    EXPECT_EQ(outcome.status, 2) << command << "\n" << outcome.text;
+    EXPECT_NE(outcome.text.find(complaint), std::string::npos) << command << "\n" << outcome.text;
   }
 }
 
@@ -155,7 +164,7 @@ TEST_F(EvaluateTest, AnInterruptedRunPrintsTheTableOfWhatIsThere) {
   writePlane(30, kStep);
   const std::string records = path("records.jsonl");
   const Outcome outcome =
-      run("{ " + std::string(EVALUATE_PROGRAM) + " run " + path("set") + " --repeat 100 --out " + records +
+      run("{ " PROGRAMS "/evaluate run " + path("set") + " --repeat 100 --out " + records +
           " & for i in $(seq 600); do [ -s " + records + " ] && break; sleep 0.1; done; kill -INT $!; wait $!; }");
   EXPECT_EQ(outcome.status, 130) << outcome.text;
   for (const char* text : {"left\n", "of 29 pairs\n", "\nlo_prosac "}) {

@@ -26,11 +26,10 @@
 #include <sensor_msgs/Image.h>
 #include <boost/program_options.hpp>
 
-#include "command_line.h"
 #include "gms_ransac/feature_extractor.h"
+#include "order_statistics.h"
 #include "parameter.h"
 #include "program.h"
-#include "run/metrics.h"
 #include "scenes/scene.h"
 
 namespace {
@@ -306,9 +305,8 @@ int nodeLoad(const Arguments& arguments) {
   cv::Size size;
   std::vector<double> rates;
   std::vector<std::string> extractors;
-  po::options_description options("Options");
+  po::options_description options;
   auto add = options.add_options();
-  add("help,h", "this text");
   add("rate", po::value(&rates)->multitoken()->default_value({30, 100, 0}, "30 100 0"),
       "images per second, each in turn; 0: the next image as soon as one is answered");
   add("extractor", po::value(&extractors)->multitoken()->default_value({"simd_orb", "opencv"}, "simd_orb opencv"),
@@ -363,5 +361,5 @@ int nodeLoad(const Arguments& arguments) {
 int main(int argc, char** argv) {
   // Another node of this name may run at the same time; Ctrl-C ends the program and not only its ROS part.
   ros::init(argc, argv, "node_load", ros::init_options::AnonymousName | ros::init_options::NoSigintHandler);
-  return gms_ransac::runProgram("node_load", [&] { return nodeLoad(Arguments(argv + 1, argv + argc)); });
+  return gms_ransac::runProgram(argc, argv, nodeLoad);
 }

@@ -1,4 +1,4 @@
-// Noise of the truth that answers are compared with, computed by hand.
+// The truth that answers are compared with, and its noise, computed by hand.
 #include "run/truth_noise.h"
 
 #include <cmath>
@@ -37,6 +37,17 @@ TEST(TruthNoise, ABaselineOfTenDeviationsHasADirection) {
   noise.translation = 0.005;
   EXPECT_FALSE(hasMoved(0.049, noise));
   EXPECT_TRUE(hasMoved(0.051, noise));
+}
+
+TEST(PairTruth, PoseErrorSeparatesRotationAndDirection) {
+  Eigen::Isometry3d truth(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()));
+  truth.translation() = Eigen::Vector3d(0, 0, 2.5);
+  const Eigen::Matrix3d R = truth.linear() * Eigen::AngleAxisd(M_PI / 90, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const PoseError error = poseError(truth, R, Eigen::Vector3d(0, 1, 1));
+  EXPECT_NEAR(error.rotation, 2, 1e-9);
+  EXPECT_NEAR(error.direction, 45, 1e-6);
+  EXPECT_NEAR(poseError(truth, R, Eigen::Vector3d(0, 0, -1)).direction, 180, 1e-5) << "the sign counts";
+  EXPECT_DOUBLE_EQ(poseError(truth, R, Eigen::Vector3d::Zero()).direction, 90);
 }
 
 TEST(TruthNoise, FollowsTheKindOfSet) {
