@@ -20,10 +20,8 @@ from sensor_msgs.msg import CameraInfo
 
 
 def rotation(q):
-    x, y, z, w = q.x, q.y, q.z, q.w
-    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+    axis = np.cross(np.eye(3), (q.x, q.y, q.z))
+    return np.eye(3) + 2 * q.w * axis + 2 * axis @ axis
 
 
 def rays(points, message, info):

@@ -18,10 +18,9 @@ LEAST_BASELINE = 0.03  # metres; below it there is no epipolar line
 
 
 def rotation(q):
-    x, y, z, w = np.array((q.x, q.y, q.z, q.w)) / np.linalg.norm((q.x, q.y, q.z, q.w))
-    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+    *v, w = np.array((q.x, q.y, q.z, q.w)) / np.linalg.norm((q.x, q.y, q.z, q.w))
+    axis = np.cross(np.eye(3), v)
+    return np.eye(3) + 2 * w * axis + 2 * axis @ axis
 
 
 class Tracker:

@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 import threading
+from collections import deque
 
 try:
     import cv2
@@ -44,10 +45,8 @@ class GroundTruth:
                     transform.child_frame_id = transform.child_frame_id.lstrip("/")
                     self.roots.add(transform.header.frame_id)
                     children.add(transform.child_frame_id)
-                    if topic.endswith("static"):
-                        self.buffer.set_transform_static(transform, "bag")
-                    else:
-                        self.buffer.set_transform(transform, "bag")
+                    add = self.buffer.set_transform_static if topic.endswith("static") else self.buffer.set_transform
+                    add(transform, "bag")
         self.roots -= children
 
     def pose(self, frame, stamp):
@@ -55,25 +54,24 @@ class GroundTruth:
         for root in self.roots:
             for name in (frame, FRAME_ALIASES.get(frame, frame)):
                 try:
-                    return matrix(self.buffer.lookup_transform_core(root, name, stamp).transform)
+                    transform = self.buffer.lookup_transform_core(root, name, stamp).transform
+                    return pose_matrix(transform.translation, transform.rotation)
                 except tf2_ros.TransformException:
                     continue
         return None
 
 
-def matrix(transform):
-    t, q = transform.translation, transform.rotation
-    return pose_matrix((t.x, t.y, t.z), (q.x, q.y, q.z, q.w))
+def numbers(message):
+    """Of a vector, a point or a quaternion, in the order of its fields."""
+    return [getattr(message, name) for name in message.__slots__]
 
 
 def pose_matrix(t, q):
-    x, y, z, w = np.asarray(q, float) / np.linalg.norm(q)
-    result = np.eye(4)
-    result[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
+    """4 x 4, of messages."""
+    t, q = numbers(t), numbers(q)
+    *v, w = q / np.linalg.norm(q)
+    axis, result = np.cross(np.eye(3), v), np.eye(4)
+    result[:3, :3] += 2 * w * axis + 2 * axis @ axis
     result[:3, 3] = t
     return result
 
@@ -98,28 +96,22 @@ class DemoSummary:
             rospy.logfatal("%s has no images on %s", self.bag, self.image_topic)
             raise SystemExit(2)
         self.truth = GroundTruth(self.bag)
-        self.stats, self.answers, self.overlay = [], [], None
+        self.stats, self.answers, self.overlays = [], [], deque(maxlen=1)
         self.changed = threading.Condition()
         rospy.Subscriber("stats", MatchStats, self.on_stats, queue_size=1000)
-        rospy.Subscriber("correspondences", Correspondences, self.on_correspondences, queue_size=1000)
-        rospy.Subscriber("match_image", Image, self.on_overlay, queue_size=2)
+        rospy.Subscriber("correspondences", Correspondences, self.answers.append, queue_size=1000)
+        rospy.Subscriber("match_image", Image, self.overlays.append, queue_size=2)
 
     def on_stats(self, message):
         with self.changed:
-            self.stats.append((rospy.get_rostime(), message))
+            self.stats.append(message)
             self.changed.notify()
-
-    def on_correspondences(self, message):
-        self.answers.append(message)
-
-    def on_overlay(self, message):
-        self.overlay = message
 
     def is_over(self):
         """Whether every image of the bag has come, and none waits for its answer."""
         if not self.stats:
             return False
-        last = self.stats[-1][1]
+        last = self.stats[-1]
         answered = last.frames_processed + last.frames_passed_over + last.frames_dropped
         return last.frames_received >= self.expected and answered >= last.frames_received
 
@@ -132,9 +124,8 @@ class DemoSummary:
                     break
         if self.screenshot:
             self.capture_rviz()
-        if self.overlay is not None:
-            picture = CvBridge().imgmsg_to_cv2(self.overlay, "bgr8")
-            cv2.imwrite(os.path.join(self.output, "match_image.png"), picture)
+        for overlay in self.overlays:
+            cv2.imwrite(os.path.join(self.output, "match_image.png"), CvBridge().imgmsg_to_cv2(overlay, "bgr8"))
         with open(os.path.join(self.output, "summary.txt"), "w") as out:
             out.write(self.table())
 
@@ -157,8 +148,7 @@ class DemoSummary:
             if before is None or after is None:
                 continue
             true = np.linalg.inv(before) @ after
-            p, q = answer.current_in_reference.pose.position, answer.current_in_reference.pose.orientation
-            pose = pose_matrix((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+            pose = pose_matrix(answer.current_in_reference.pose.position, answer.current_in_reference.pose.orientation)
             rotation = rotation_degrees(true[:3, :3].T @ pose[:3, :3])
             known = np.linalg.norm(pose[:3, 3]) > 0 and np.linalg.norm(true[:3, 3]) > 0
             direction = degrees_between(pose[:3, 3], true[:3, 3]) if known else np.nan
@@ -166,13 +156,12 @@ class DemoSummary:
         return np.array(errors).reshape(-1, 2)
 
     def table(self):
-        messages = [message for _, message in self.stats]
-        pairs = [message for message in messages if message.matches_raw]
+        pairs = [message for message in self.stats if message.matches_raw]
         if not pairs:
             return "no pair of images was answered: see roslaunch.log\n"
         median = lambda name: float(np.median([getattr(message, name) for message in pairs]))
-        last = messages[-1]
-        stamps = [message.header.stamp.to_sec() for message in messages]
+        last = self.stats[-1]
+        stamps = [message.header.stamp.to_sec() for message in self.stats]
         work = sum(message.time_total for message in pairs) / len(pairs)
         good = sum(message.status == MatchStats.OK for message in pairs)
         rows = [
@@ -181,12 +170,9 @@ class DemoSummary:
             ("pairs with status OK", "%d of %d" % (good, len(pairs))),
             ("rate of the stream", "%.1f Hz" % ((len(stamps) - 1) / max(stamps[-1] - stamps[0], 1e-9))),
             ("rate the filter could sustain", "%.0f Hz" % (1 / max(work, 1e-9))),
-            ("keypoints", "%.0f" % median("keypoints_current")),
-            ("matches, raw", "%.0f" % median("matches_raw")),
-            ("matches, after GMS", "%.0f" % median("matches_gms")),
-            ("matches, inliers", "%.0f" % median("inliers")),
-            ("hypotheses", "%.0f" % median("hypotheses")),
-        ]
+        ] + [(what, "%.0f" % median(name)) for what, name in (
+            ("keypoints", "keypoints_current"), ("matches, raw", "matches_raw"), ("matches, after GMS", "matches_gms"),
+            ("matches, inliers", "inliers"), ("hypotheses", "hypotheses"))]
         for stage in ("convert", "detect", "match", "gms", "ransac", "total"):
             rows.append(("ms, " + stage, "%.2f" % (1e3 * median("time_" + stage))))
         errors = self.pose_errors()

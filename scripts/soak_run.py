@@ -15,12 +15,15 @@ import subprocess
 import sys
 import threading
 import time
+from collections import Counter
 
+import numpy as np
 import rosbag
 import rospy
 from dynamic_reconfigure.client import Client as Reconfigure
 from gms_ransac.msg import MatchStats
 from sensor_msgs.msg import CameraInfo, Image
+from report.common import pyplot
 from std_srvs.srv import SetBool, Trigger
 
 FILTERS = ("/nodelet_filter", "/node_filter")
@@ -117,7 +120,7 @@ class Player(threading.Thread):
         self.info, self.start_time = infos[0], time.monotonic()
         self.publishers = [rospy.Publisher(name, kind, queue_size=10) for name, kind in (("image", Image), ("camera_info", CameraInfo))]
         self.changed, self.sent, self.count, self.newest, self.stopping = threading.Condition(), {}, 0, 0, False
-        self.answers = {name: dict(answered=0, wrong={}, statuses={}, latencies=[], last=MatchStats()) for name in FILTERS}
+        self.answers = {name: dict(answered=0, wrong=Counter(), statuses=Counter(), latencies=[], last=MatchStats()) for name in FILTERS}
         self.subscribers = [rospy.Subscriber(name + "/stats", MatchStats, self.on_stats, name, queue_size=1000) for name in FILTERS]
 
     def run(self):
@@ -135,10 +138,9 @@ class Player(threading.Thread):
         with self.changed:
             number, when = self.sent.get(stats.header.stamp, (0, math.nan))
             answer = self.answers[name]
-            for complaint in self.complaints(stats, answer["last"], number > 0):
-                answer["wrong"][complaint] = answer["wrong"].get(complaint, 0) + 1
+            answer["wrong"].update(self.complaints(stats, answer["last"], number > 0))
             answer["answered"] += 1
-            answer["statuses"][stats.status] = answer["statuses"].get(stats.status, 0) + 1
+            answer["statuses"][stats.status] += 1
             answer["latencies"].append(1e3 * (time.monotonic() - when))
             answer["last"] = stats
             self.newest = max(self.newest, number)
@@ -163,13 +165,13 @@ class Player(threading.Thread):
         with self.changed:
             filters = {}
             for name, answer in self.answers.items():
-                latencies, last = sorted(answer["latencies"]), answer["last"]
+                latencies, last = answer["latencies"], answer["last"]
                 answer["latencies"] = []
                 filters[name] = dict(answered=answer["answered"], received=last.frames_received, processed=last.frames_processed,
                                      dropped=last.frames_dropped, resets=last.resets, statuses=dict(answer["statuses"]),
                                      wrong=dict(answer["wrong"]))
                 if latencies:
-                    filters[name].update(p50_ms=latencies[len(latencies) // 2], p99_ms=latencies[int(0.99 * (len(latencies) - 1))])
+                    filters[name].update(zip(("p50_ms", "p99_ms"), map(float, np.percentile(latencies, (50, 99)))))
             return dict(seconds=time.monotonic() - self.start_time, sent=self.count, loops=self.count // len(self.images), filters=filters)
 
 
@@ -179,7 +181,7 @@ class Disturbance(threading.Thread):
     def __init__(self, seed, steady):
         super().__init__(daemon=True)
         self.steady = steady
-        self.random, self.stopping, self.done = random.Random(seed), threading.Event(), {}
+        self.random, self.stopping, self.done = random.Random(seed), threading.Event(), Counter()
         self.reconfigure = {name: Reconfigure(name, timeout=30) for name in FILTERS}
         self.at_start = {name: client.get_configuration() for name, client in self.reconfigure.items()}
         self.resting = steady
@@ -202,14 +204,11 @@ class Disturbance(threading.Thread):
                     rested = time.monotonic()
                 action(name)
             except (rospy.ROSException, rospy.ServiceException) as error:
-                self.count("failed: %s" % error)
-
-    def count(self, what):
-        self.done[what] = self.done.get(what, 0) + 1
+                self.done["failed: %s" % error] += 1
 
     def change(self, name, change=None):
         self.reconfigure[name].update_configuration(change or self.random.choice(CHANGES))
-        self.count("reconfigurations")
+        self.done["reconfigurations"] += 1
 
     def rest(self):
         """The parameters of the start, until what was in work with others is answered and a sample or two are taken."""
@@ -222,14 +221,14 @@ class Disturbance(threading.Thread):
 
     def reset(self, name):
         rospy.ServiceProxy(name + "/reset", Trigger)()
-        self.count("resets")
+        self.done["resets"] += 1
 
     def pause(self, name):
         pause = rospy.ServiceProxy(name + "/pause", SetBool)
         pause(True)
         self.stopping.wait(self.random.uniform(0, 1))
         pause(False)
-        self.count("pauses")
+        self.done["pauses"] += 1
 
     def listen(self, name):
         """One more listener; the oldest leaves."""
@@ -237,7 +236,7 @@ class Disturbance(threading.Thread):
         self.listeners.append(rospy.Subscriber(topic, rospy.AnyMsg, lambda message: None, queue_size=1))
         if len(self.listeners) > 3:
             self.listeners.pop(0).unregister()
-        self.count("listeners")
+        self.done["listeners"] += 1
 
     def stop(self):
         self.stopping.set()
@@ -252,15 +251,13 @@ class Record:
     """One row a second, in soak.csv as it comes."""
 
     def __init__(self, path):
-        self.rows, self.file = [], open(path, "w", newline="")
-        self.writer = None
+        self.rows, self.file = [], open(path, "w", newline="", buffering=1)
 
     def add(self, row):
-        if self.writer is None:
-            self.writer = csv.DictWriter(self.file, list(row))
-            self.writer.writeheader()
-        self.writer.writerow(row)
-        self.file.flush()
+        writer = csv.DictWriter(self.file, list(row))
+        if not self.rows:
+            writer.writeheader()
+        writer.writerow(row)
         self.rows.append(row)
 
     def settled(self, column):
@@ -299,11 +296,11 @@ def judge(record, died):
         value = lambda column: last["%s_%s" % (process, column)]
         memory, threads, files = (record.settled("%s_%s" % (process, column)) for column in ("mb", "threads", "files"))
         grown = growth(record, process)
-        latency = sorted(v for v in record.settled(process + "_p99_ms") if v != "")
+        latency = [v for v in record.settled(process + "_p99_ms") if v != ""]
         lines.append("%s: %d answered, %d dropped, %d resets; memory %.1f MB once settled, at most %+.2f MB after that, %+.2f MB with the parameters of the start; "
                      "threads %d to %d, files %d to %d; p99 of a second: median %.1f ms, worst %.1f ms; statuses %s" %
                      (process, value("processed"), value("dropped"), value("resets"), memory[0], max(memory) - memory[0], grown,
-                      min(threads), max(threads), min(files), max(files), latency[len(latency) // 2], latency[-1], value("statuses")))
+                      min(threads), max(threads), min(files), max(files), np.median(latency), max(latency), value("statuses")))
         if not grown <= GROWTH_MB:
             complaints.append("%s grew by %.2f MB after the first minute, more than %g" % (process, grown, GROWTH_MB))
         # Listeners come and go, so what counts is the least of a while.
@@ -318,16 +315,12 @@ def judge(record, died):
 
 
 def plot(record, path):
-    try:
-        import matplotlib
-        matplotlib.use("Agg")
-        from matplotlib import pyplot
-    except ImportError as error:
-        print("no plot: %s" % error)
+    plt = pyplot()
+    if not plt:
         return
     panels = (("resident memory (MB)", "mb"), ("threads", "threads"), ("file descriptors", "files"), ("latency p99 (ms)", "p99_ms"),
               ("images answered", "processed"), ("images dropped", "dropped"), ("resets", "resets"))
-    figure, axes = pyplot.subplots(len(panels), sharex=True, figsize=(9, 2 * len(panels)))
+    figure, axes = plt.subplots(len(panels), sharex=True, figsize=(9, 2 * len(panels)))
     hours = [row["seconds"] / 3600 for row in record.rows]
     for axis, (title, column) in zip(axes, panels):
         for process in ("manager", "node"):

@@ -69,7 +69,7 @@ def read_units(folder):
 
 def write_csv(path, head, rows):
     with open(path, "w", newline="") as stream:
-        csv.writer(stream, lineterminator="\n").writerows([head] + rows)
+        csv.writer(stream, lineterminator="\n").writerows([head, *rows])
 
 
 def markdown(head, rows):

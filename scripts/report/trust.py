@@ -9,6 +9,7 @@ import sys
 import numpy as np
 
 from report.common import POSED, grouped, markdown, pyplot, read_units, write_csv
+from report.plots import save
 
 Z95 = 1.959964  # two-sided 95 % of a normal distribution
 ENOUGH = 20  # answers of one set or scene, for a share of them to mean something
@@ -177,11 +178,8 @@ def cell(value):
 
 def write_pairs(folder):
     """pairs.csv, of the records of the folder."""
-    with open(os.path.join(folder, "pairs.csv"), "w", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for unit in read_units(folder):
-            writer.writerows([cell(row[key]) for key in COLUMNS] for row in judge(unit))
+    write_csv(os.path.join(folder, "pairs.csv"), COLUMNS,
+              [[cell(row[key]) for key in COLUMNS] for unit in read_units(folder) for row in judge(unit)])
 
 
 class Answer:
@@ -263,46 +261,52 @@ def bias_cell(row, axis):
     return "%+.3f (%+.1f)" % (row["bias_%s_deg" % axis], row["bias_%s_z" % axis])
 
 
+CELLS = {
+    "pairs": lambda row: number(row["pairs"]), "OK": lambda row: number(row["ok"]), "OK and wrong": wrong_cell,
+    "refused though right": refused_cell, "NEES rotation": lambda row: nees_cell(row, "rotation"),
+    "NEES direction": lambda row: nees_cell(row, "direction"), "LOW_PARALLAX": lambda row: number(row["low_parallax"]),
+    "its NEES rotation": lambda row: nees_cell(row, "low"), "ECE": lambda row: number(row["ece"], 3)}
+CELLS.update(("mean %s (z)" % axis, lambda row, axis=axis: bias_cell(row, axis)) for axis in AXES)
+JUDGED = ["refused though right", "NEES rotation", "NEES direction"]
+
+
+def cells(row, names):
+    return [CELLS[name](row) for name in names]
+
+
 def table(head, lines):
     return markdown(head, lines) + "\n"
 
 
 def detail_table(rows, axes=AXES):
-    head = ["", "method", "pairs", "OK", "OK and wrong", "refused though right", "NEES rotation", "NEES direction",
-            "LOW_PARALLAX", "its NEES rotation"] + ["mean %s (z)" % axis for axis in axes] + ["ECE"]
-    return table(head, [[name, method, number(row["pairs"]), number(row["ok"]), wrong_cell(row), refused_cell(row),
-                            nees_cell(row, "rotation"), nees_cell(row, "direction"), number(row["low_parallax"]),
-                            nees_cell(row, "low")] + [bias_cell(row, axis) for axis in axes] + [number(row["ece"], 3)]
-                           for (name, method), row in rows.items()])
+    names = ["pairs", "OK", "OK and wrong"] + JUDGED + ["LOW_PARALLAX", "its NEES rotation"] + [
+        "mean %s (z)" % axis for axis in axes] + ["ECE"]
+    return table(["", "method"] + names, [[name, method] + cells(row, names) for (name, method), row in rows.items()])
 
 
 def summary_table(kinds, details, halves=(0, 1)):
     """One line for each kind of input and method; with halves of the pairs, and the worst line of the details."""
-    head = ["", "method", "pairs", "OK", "OK and wrong"] + [("even pairs", "odd pairs")[half] for half in halves] + [
-        "worst line of %d OK or more" % ENOUGH, "refused though right", "NEES rotation", "NEES direction", "ECE"]
+    first, last = ["pairs", "OK", "OK and wrong"], JUDGED + ["ECE"]
+    head = ["", "method"] + first + [("even pairs", "odd pairs")[half] for half in halves] + [
+        "worst line of %d OK or more" % ENOUGH] + last
     lines = []
     for (kind, method), answers in kinds.items():
         row = figures(answers)
         wrong_of_half = [wrong_cell(figures([a for a in answers if a.half == half])) for half in halves]
         worst = max(((r["wrong_percent"], name) for (name, m), r in details[kind].items()
                      if m == method and r["ok"] >= ENOUGH), default=None)
-        lines.append([kind, method, number(row["pairs"]), number(row["ok"]), wrong_cell(row)] + wrong_of_half +
-                     ["%.0f %% %s" % worst if worst else "–", refused_cell(row), nees_cell(row, "rotation"),
-                      nees_cell(row, "direction"), number(row["ece"], 3)])
+        lines.append([kind, method] + cells(row, first) + wrong_of_half + ["%.0f %% %s" % worst if worst else "–"] +
+                     cells(row, last))
     return table(head, lines)
 
 
 def halves_table(answers):
     """What may be tuned on, the even pairs, beside what may not, the odd ones."""
-    head = ["", "method", "half", "pairs", "OK", "OK and wrong", "refused though right", "NEES rotation",
-            "NEES direction", "ECE"]
-    lines = []
-    for (kind, method), part in grouped(answers, lambda a: (a.kind, a.method)).items():
-        for half, name in enumerate(("even", "odd")):
-            row = figures([a for a in part if a.half == half])
-            lines.append([kind, method, name, number(row["pairs"]), number(row["ok"]), wrong_cell(row), refused_cell(row),
-                          nees_cell(row, "rotation"), nees_cell(row, "direction"), number(row["ece"], 3)])
-    return table(head, lines)
+    names = ["pairs", "OK", "OK and wrong"] + JUDGED + ["ECE"]
+    return table(["", "method", "half"] + names, [
+        [kind, method, name] + cells(figures([a for a in part if a.half == half]), names)
+        for (kind, method), part in grouped(answers, lambda a: (a.kind, a.method)).items()
+        for half, name in enumerate(("even", "odd"))])
 
 
 def name_of(answer):
@@ -328,8 +332,7 @@ def write_tables(folder, answers, methods, before):
     """Writes trust.md and trust.csv. Returns the tables for a document: all, or with `methods` a page of them."""
     details = {}
     for kind, part in grouped(answers, lambda a: a.kind).items():
-        details[kind] = dict((key, figures(group))
-                                    for key, group in grouped(part, lambda a: (name_of(a), a.method)).items())
+        details[kind] = {key: figures(group) for key, group in grouped(part, lambda a: (name_of(a), a.method)).items()}
     head = list(next(iter(next(iter(details.values())).values())))
     write_csv(os.path.join(folder, "trust.csv"), ["kind", "set", "method"] + head,
               [[kind, name, method] + ["" if isinstance(v, float) and math.isnan(v) else v for v in row.values()]
@@ -366,20 +369,17 @@ def write_curves(folder, answers):
 
 def plot(plt, folder, name, curves, draw, labels):
     """A panel for each kind of input, a line for each method."""
-    kinds = list(grouped(curves, lambda key: key[0]))
+    kinds = grouped(curves, lambda key: key[0])
     figure, axes = plt.subplots(1, len(kinds), figsize=(5 * len(kinds), 4), squeeze=False)
-    for axis, kind in zip(axes[0], kinds):
-        for number_of_method, (_, method) in enumerate(key for key in curves if key[0] == kind):
-            style = {"label": method, "linewidth": 1.2, "color": plt.get_cmap("tab20")(number_of_method % 20)}
-            draw(axis, curves[kind, method], style)
+    for axis, (kind, keys) in zip(axes[0], kinds.items()):
+        for place, key in enumerate(keys):
+            draw(axis, curves[key], dict(label=key[1], linewidth=1.2, color=plt.get_cmap("tab20")(place % 20)))
         axis.set_title(TITLES[kind], fontsize=9)
         axis.set_xlabel(labels[0], fontsize=9)
         axis.grid(True, linewidth=0.3)
     axes[0][0].set_ylabel(labels[1], fontsize=9)
     axes[0][0].legend(fontsize=7)
-    figure.tight_layout()
-    figure.savefig(os.path.join(folder, name + ".png"), dpi=100)
-    plt.close(figure)
+    save(figure, folder, name)
 
 
 def draw_reliability(axis, bins, style):
@@ -403,9 +403,8 @@ def insert(document, tables, folder):
         text = stream.read()
     if BEGIN not in text or END not in text:
         sys.exit("evaluate_report.py: %s lacks the lines '%s' and '%s'" % (document, BEGIN, END))
-    before, after = text.split(BEGIN)[0], text.split(END)[1]
     with open(document, "w") as stream:
-        stream.write(before + BEGIN + "\n\n" + tables + END + after)
+        stream.write(text.split(BEGIN)[0] + BEGIN + "\n\n" + tables + END + text.split(END)[1])
     beside = os.path.splitext(document)[0]
     os.makedirs(beside, exist_ok=True)
     for name in PLOTS:

@@ -1,7 +1,6 @@
 // gms_ransac._gms_ransac: the pipeline for Python. Knows no ROS. Fields have the names of the messages in msg/, options
 // those of the parameters in cfg/parameters.py.
-#include <cmath>
-#include <limits>
+#include <cctype>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -28,37 +27,25 @@ namespace {
 
 namespace py = pybind11;
 
-using Points = Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor>;
-template <class T>
-using Column = Eigen::Matrix<T, Eigen::Dynamic, 1>;
-
 /// The answer to one pair of images. Python sees the columns in place.
 struct Pair : MatchResult {
-  Points reference_points, current_points;
-  Column<float> reference_sigma, current_sigma;
-  Column<uint16_t> distance;
-  Column<uint8_t> stage_column;
+  std::vector<cv::Point2f> reference_points, current_points;
+  std::vector<float> reference_sigma, current_sigma;
+  std::vector<uint16_t> distance;
   bool pose_valid = false;
   Eigen::Matrix4d current_in_reference = Eigen::Matrix4d::Identity();
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 
   void finish(const Features& reference, const Features& current) {
-    const auto n = static_cast<Eigen::Index>(matches.size());
-    for (Points* points : {&reference_points, &current_points}) points->resize(n, 2);
-    for (Column<float>* column : {&reference_sigma, &current_sigma}) column->resize(n);
-    distance.resize(n);
-    stage_column.resize(n);
     const SigmaByOctave sigma(robust, current.scale_factor);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const Match& match = matches[static_cast<size_t>(i)];
+    for (const Match& match : matches) {
       const cv::KeyPoint& p = reference.keypoints[static_cast<size_t>(match.reference)];
       const cv::KeyPoint& q = current.keypoints[static_cast<size_t>(match.current)];
-      reference_points.row(i) << p.pt.x, p.pt.y;
-      current_points.row(i) << q.pt.x, q.pt.y;
-      reference_sigma[i] = sigma[p.octave];
-      current_sigma[i] = sigma[q.octave];
-      distance[i] = match.distance;
-      stage_column[i] = static_cast<uint8_t>(stage[static_cast<size_t>(i)]);
+      reference_points.push_back(p.pt);
+      current_points.push_back(q.pt);
+      reference_sigma.push_back(sigma[p.octave]);
+      current_sigma.push_back(sigma[q.octave]);
+      distance.push_back(match.distance);
     }
     pose_valid = status == Status::kOk || status == Status::kLowParallax;
     if (!pose_valid) return;
@@ -96,20 +83,17 @@ Camera makeCamera(int width, int height, const std::optional<Numbers>& K, const 
   return {{k[0], k[4], k[2], k[5], model, {D.data(), D.data() + D.size()}}, cv::Size(width, height)};
 }
 
-/// A value of no type of a parameter becomes text, which the table refuses.
-ParameterValue valueOf(py::object value) {
-  if (py::hasattr(value, "item")) value = value.attr("item")();  // numpy's numbers
-  if (py::isinstance<py::bool_>(value)) return value.cast<bool>();
-  if (!py::isinstance<py::int_>(value) && !py::isinstance<py::float_>(value)) return std::string(py::str(value));
-  const auto number = value.cast<double>();
-  const bool whole = py::isinstance<py::int_>(value) && std::abs(number) <= std::numeric_limits<int>::max();
-  return whole ? ParameterValue(static_cast<int>(number)) : ParameterValue(number);
-}
-
+/// By their text, so that numpy's numbers are numbers. Text that is no value of the parameter stays text and is
+/// refused.
 MatchFilterOptions optionsOf(const py::kwargs& named) {
   ParameterValues values;
   for (const auto& [name, value] : named) {
-    values[name.cast<std::string>()] = valueOf(py::reinterpret_borrow<py::object>(value));
+    std::string text = py::str(value);
+    if (text == "True" || text == "False") text[0] = static_cast<char>(std::tolower(text[0]));
+    ParameterValue& option = values[name.cast<std::string>()] = text;
+    for (const Parameter& parameter : coreParameters()) {
+      if (parameter.name == name.cast<std::string>()) option = parameter.parse(text).value_or(text);
+    }
   }
   MatchFilterOptions options;
   setParameters(values, options);
@@ -191,10 +175,12 @@ class Filter {
   std::mutex mutex_;
 };
 
-/// The column in place.
-template <class T>
-Eigen::Map<const Column<T>> viewOf(const std::vector<T>& column) {
-  return {column.data(), static_cast<Eigen::Index>(column.size())};
+/// The column in place, as a matrix with a row for each of its items.
+template <class Number, int columns, class Item>
+auto viewOf(const std::vector<Item>& column) {
+  using Matrix = Eigen::Matrix<Number, Eigen::Dynamic, columns, columns == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
+  return Eigen::Map<const Matrix>(reinterpret_cast<const Number*>(column.data()),
+                                  static_cast<Eigen::Index>(column.size()), columns);
 }
 
 constexpr const char* kPairText = R"(The answer to one pair of images. Arrays are views of it and keep it alive.
@@ -231,12 +217,6 @@ void definePair(py::module& m) {
   type.attr("STAGE_RAW") = static_cast<int>(MatchStage::kRaw);
   type.attr("STAGE_GMS") = static_cast<int>(MatchStage::kGms);
   type.attr("STAGE_INLIER") = static_cast<int>(MatchStage::kInlier);
-  type.def_readonly("reference_points", &Pair::reference_points);
-  type.def_readonly("current_points", &Pair::current_points);
-  type.def_readonly("distance", &Pair::distance);
-  type.def_readonly("stage", &Pair::stage_column);
-  type.def_readonly("reference_sigma", &Pair::reference_sigma);
-  type.def_readonly("current_sigma", &Pair::current_sigma);
   type.def_readonly("status", &Pair::status);
   type.def_readonly("pose_valid", &Pair::pose_valid);
   type.def_readonly("current_in_reference", &Pair::current_in_reference);
@@ -246,8 +226,14 @@ void definePair(py::module& m) {
   type.def_readonly("matches_gms", &Pair::matches_gms);
   type.def_readonly("inliers", &Pair::inliers);
   const auto define = [&type](const char* name, auto getter) { type.def_property_readonly(name, getter); };
-  define("confidence", [](const Pair& pair) { return viewOf(pair.confidence); });
-  define("probability", [](const Pair& pair) { return viewOf(pair.probability); });
+  define("reference_points", [](const Pair& pair) { return viewOf<float, 2>(pair.reference_points); });
+  define("current_points", [](const Pair& pair) { return viewOf<float, 2>(pair.current_points); });
+  define("confidence", [](const Pair& pair) { return viewOf<float, 1>(pair.confidence); });
+  define("distance", [](const Pair& pair) { return viewOf<uint16_t, 1>(pair.distance); });
+  define("stage", [](const Pair& pair) { return viewOf<uint8_t, 1>(pair.stage); });
+  define("probability", [](const Pair& pair) { return viewOf<float, 1>(pair.probability); });
+  define("reference_sigma", [](const Pair& pair) { return viewOf<float, 1>(pair.reference_sigma); });
+  define("current_sigma", [](const Pair& pair) { return viewOf<float, 1>(pair.current_sigma); });
   define("model", [](const Pair& pair) -> const Eigen::Matrix3d& { return pair.robust.model; });
   define("matches_raw", [](const Pair& pair) { return pair.matches.size(); });
   define("hypotheses", [](const Pair& pair) { return pair.robust.effort.hypotheses; });

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "gms_ransac/match_filter.h"
-#include "order_statistics.h"
+#include "percentile.h"
 #include "rendered_scene.h"
 #include "run/pair_truth.h"
 

@@ -2,6 +2,8 @@
 // the parameter.
 #include <stdexcept>
 
+#include <dynamic_reconfigure/config_tools.h>
+
 #include "fuzz_input.h"
 #include "gms_ransac/match_filter.h"
 #include "methods/method.h"
@@ -70,23 +72,10 @@ void checkReconfigure(FuzzInput& input) {
   for (int n = input.between(0, 8); n > 0; --n) {
     const Parameter& parameter = input.oneOf(coreParameters());
     const ParameterValue value = fuzzedValue(input, parameter);
-    if (const auto* flag = std::get_if<bool>(&value)) {
-      message.bools.emplace_back();
-      message.bools.back().name = parameter.name;
-      message.bools.back().value = *flag;
-    } else if (const auto* whole = std::get_if<int>(&value)) {
-      message.ints.emplace_back();
-      message.ints.back().name = parameter.name;
-      message.ints.back().value = *whole;
-    } else if (const auto* number = std::get_if<double>(&value)) {
-      message.doubles.emplace_back();
-      message.doubles.back().name = parameter.name;
-      message.doubles.back().value = *number;
-    } else {
-      message.strs.emplace_back();
-      message.strs.back().name = parameter.name;
-      message.strs.back().value = std::get<std::string>(value);
-    }
+    const auto append = [&](const auto& typed) {
+      dynamic_reconfigure::ConfigTools::appendParameter(message, parameter.name, typed);
+    };
+    std::visit(append, value);
   }
   config.__fromMessage__(message);
   config.__clamp__();

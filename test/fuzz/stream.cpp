@@ -2,6 +2,7 @@
 // each image, every one of them sound and fit to publish.
 #include <cmath>
 
+#include <cv_bridge/cv_bridge.h>
 #include <opencv2/imgproc.hpp>
 
 #include "fuzz_messages.h"
@@ -30,12 +31,7 @@ sensor_msgs::ImagePtr view(int shift, int noise) {
   cv::Mat grain(image.size(), CV_8UC1);
   cv::RNG(static_cast<uint64_t>(noise)).fill(grain, cv::RNG::UNIFORM, 0, 1 + noise);
   image += grain;
-  auto message = boost::make_shared<sensor_msgs::Image>();
-  message->encoding = "mono8";
-  message->width = message->step = kWidth;
-  message->height = kHeight;
-  message->data.assign(image.data, image.data + image.total());
-  return message;
+  return cv_bridge::CvImage({}, "mono8", image).toImageMsg();
 }
 
 class Schedule {
@@ -125,18 +121,9 @@ class Schedule {
   }
 
   sensor_msgs::ImagePtr depth() {
-    auto message = boost::make_shared<sensor_msgs::Image>();
-    message->encoding = "32FC1";
-    message->width = kWidth;
-    message->height = kHeight;
-    message->step = 4 * kWidth;
-    const float metres = input_.number32(0.1f, 10);
-    for (int i = 0; i < kWidth * kHeight; ++i) {
-      const float value = i % 11 == 0 ? 0 : metres;
-      const auto* bytes = reinterpret_cast<const uint8_t*>(&value);
-      message->data.insert(message->data.end(), bytes, bytes + 4);
-    }
-    return message;
+    cv::Mat_<float> metres(kHeight, kWidth, input_.number32(0.1f, 10));
+    for (int i = 0; i < kWidth * kHeight; i += 11) metres(i / kWidth, i % kWidth) = 0;
+    return cv_bridge::CvImage({}, "32FC1", metres).toImageMsg();
   }
 
   void check(const ProcessedFrame& processed, const sensor_msgs::Image& image) {

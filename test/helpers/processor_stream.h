@@ -1,34 +1,18 @@
 // A stream of images without a graph: what the tests of the node's decisions give to FrameProcessor.
 #pragma once
 
-#include <sensor_msgs/image_encodings.h>
-#include <boost/make_shared.hpp>
+#include <cv_bridge/cv_bridge.h>
 
 #include "stream/frame_processor.h"
 
 namespace gms_ransac {
 
-inline sensor_msgs::ImageConstPtr imageMessage(const cv::Mat& grey, double stamp) {
-  auto message = boost::make_shared<sensor_msgs::Image>();
-  message->header.stamp = ros::Time(stamp);
-  message->header.frame_id = "camera";
-  message->width = static_cast<uint32_t>(grey.cols);
-  message->height = static_cast<uint32_t>(grey.rows);
-  message->step = message->width;
-  message->encoding = sensor_msgs::image_encodings::MONO8;
-  message->data.assign(grey.datastart, grey.dataend);
-  return message;
-}
-
-inline sensor_msgs::ImageConstPtr depthMessage(const cv::Mat_<float>& metres, double stamp) {
-  auto message = boost::make_shared<sensor_msgs::Image>();
-  message->header.stamp = ros::Time(stamp);
-  message->width = static_cast<uint32_t>(metres.cols);
-  message->height = static_cast<uint32_t>(metres.rows);
-  message->step = message->width * sizeof(float);
-  message->encoding = sensor_msgs::image_encodings::TYPE_32FC1;
-  message->data.assign(metres.datastart, metres.dataend);
-  return message;
+/// A grey image, or depth in metres.
+inline sensor_msgs::ImageConstPtr imageMessage(const cv::Mat& image, double stamp) {
+  std_msgs::Header header;
+  header.stamp = ros::Time(stamp);
+  header.frame_id = "camera";
+  return cv_bridge::CvImage(header, image.type() == CV_8UC1 ? "mono8" : "32FC1", image).toImageMsg();
 }
 
 /// A stream of images of one camera, as the node processes it.
@@ -43,7 +27,7 @@ class Stream {
   ProcessedFrame process(const cv::Mat& grey, const cv::Mat_<float>& depth = {}) {
     ImageWithInfo input;
     input.image = message(grey);
-    if (!depth.empty()) input.depth = depthMessage(depth, stamp_);
+    if (!depth.empty()) input.depth = imageMessage(depth, stamp_);
     return process(input);
   }
   ProcessedFrame process(ImageWithInfo input) {

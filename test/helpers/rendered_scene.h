@@ -5,6 +5,7 @@
 #include <string>
 #include <tuple>
 
+#include "gms_ransac/relative_pose.h"
 #include "scenes/scene.h"
 
 namespace gms_ransac {
@@ -22,6 +23,15 @@ inline const RenderedFrame& renderedFrame(int index, const std::string& name = "
   const auto [place, is_new] = frames.try_emplace({name, seed, index});
   if (is_new) place->second = renderedScene(name, seed).render(index);
   return place->second;
+}
+
+/// True pose of frame `current` in frame `reference`; covariance zero.
+inline RelativePose trueRelativePose(const Scene& scene, int reference, int current) {
+  const Eigen::Isometry3d pose = scene.pose(reference).inverse() * scene.pose(current);
+  RelativePose result;
+  result.R = pose.linear();
+  result.t = pose.translation();
+  return result;
 }
 
 inline Camera cameraOf(const Scene& scene) { return Camera(scene.intrinsics(), scene.options().size); }

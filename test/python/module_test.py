@@ -118,7 +118,7 @@ class Module(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, sentence):
                 call(*arguments, **options)
         says("^features is '0'; it must be a whole number between 1 and 100000$", gms_ransac.MatchFilter, features=0)
-        says("^seed is '1.09.*'; it must be a whole number", gms_ransac.MatchFilter, seed=2**40)
+        says("^seed is '1099511627776'; it must be a whole number", gms_ransac.MatchFilter, seed=2**40)
         says("^search is 'None'; it must be one of 'full' 'guided'$", gms_ransac.match, *self.grey[:2], search=None)
         says("^there is no parameter 'feature'$", gms_ransac.MatchFilter, feature=1)
         says("camera's size", gms_ransac.match, self.grey[0][1:], self.grey[1], self.camera)

@@ -46,6 +46,7 @@ struct FilterContender {
 
 std::vector<Match> toMatches(const std::vector<cv::DMatch>& matches) {
   std::vector<Match> result;
+  result.reserve(matches.size());
   for (const cv::DMatch& m : matches) result.push_back({m.queryIdx, m.trainIdx, static_cast<uint16_t>(m.distance), 0});
   return result;
 }

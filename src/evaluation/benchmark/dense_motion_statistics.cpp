@@ -14,6 +14,14 @@ struct Grid {
   int cells() const { return columns * rows; }
 };
 
+/// The right cell that most matches of a left cell lead to, and whether the neighbours of the two confirm it.
+struct CellPair {
+  int right = -1;  ///< -1: none
+  int score = 0;
+  double threshold = 0;
+  bool confirms(int cell) const { return right >= 0 && cell == right && score >= threshold; }
+};
+
 class DenseRuns {
  public:
   DenseRuns(const MotionStatisticsOptions& options, const Features& reference, const Features& current,
@@ -34,7 +42,6 @@ class DenseRuns {
     const double columns = left_.columns * ratios[scale], rows = left_.rows * ratios[scale];
     right_.columns = std::max(1, static_cast<int>(truncate ? columns : std::rint(columns)));
     right_.rows = std::max(1, static_cast<int>(truncate ? rows : std::rint(rows)));
-    counts_.assign(static_cast<size_t>(left_.cells()) * right_.cells(), 0);
   }
 
   void run(int rotation, MotionStatistics& result) {
@@ -42,17 +49,18 @@ class DenseRuns {
     result.accepted.assign(n, 0);
     result.score.assign(n, 0);
     result.relative_score.assign(n, 0.f);
+    std::vector<CellPair> pairs(left_.cells());
     for (int shift = 0; shift < 4; ++shift) {
       countMatches(shift & 1, shift >> 1);
-      choosePairs();
-      for (int left = 0; left < left_.cells(); ++left) verify(left, rotation);
+      for (int left = 0; left < left_.cells(); ++left) pairs[left] = pairOf(left, rotation);
       for (size_t i = 0; i < n; ++i) {
-        const int left = match_left_[i];
-        if (left < 0 || match_right_[i] != pair_[left] || !pair_accepted_[left]) continue;
+        if (match_left_[i] < 0) continue;
+        const CellPair& pair = pairs[match_left_[i]];
+        if (!pair.confirms(match_right_[i])) continue;
         result.accepted[i] = 1;
-        if (pair_score_[left] <= result.score[i]) continue;
-        result.score[i] = pair_score_[left];
-        result.relative_score[i] = static_cast<float>(pair_score_[left] / pair_threshold_[left]);
+        if (pair.score <= result.score[i]) continue;
+        result.score[i] = pair.score;
+        result.relative_score[i] = static_cast<float>(pair.score / pair.threshold);
       }
     }
     result.accepted_count = static_cast<int>(std::count(result.accepted.begin(), result.accepted.end(), 1));
@@ -75,9 +83,11 @@ class DenseRuns {
     return cell < right_.cells() ? cell : -1;
   }
 
+  int& count(int left, int right) { return counts_[static_cast<size_t>(left) * right_.cells() + right]; }
+
   void countMatches(int shift_x, int shift_y) {
     const size_t n = left_points_.size();
-    std::fill(counts_.begin(), counts_.end(), 0);
+    counts_.assign(static_cast<size_t>(left_.cells()) * right_.cells(), 0);
     members_.assign(left_.cells(), 0);
     match_left_.assign(n, -1);
     match_right_.assign(n, -1);
@@ -85,59 +95,38 @@ class DenseRuns {
       match_left_[i] = leftCell(left_points_[i], shift_x, shift_y);
       match_right_[i] = rightCell(right_points_[i]);
       if (match_left_[i] < 0 || match_right_[i] < 0) continue;
-      ++counts_[static_cast<size_t>(match_left_[i]) * right_.cells() + match_right_[i]];
+      ++count(match_left_[i], match_right_[i]);
       ++members_[match_left_[i]];
     }
   }
 
-  void choosePairs() {
-    pair_.assign(left_.cells(), -1);
-    for (int left = 0; left < left_.cells(); ++left) {
-      const int* row = &counts_[static_cast<size_t>(left) * right_.cells()];
-      int sum = 0;
-      for (int right = 0; right < right_.cells(); ++right) sum += row[right];
-      if (sum == 0) continue;
-      int most = 0;
-      for (int right = 0; right < right_.cells(); ++right) {
-        if (row[right] <= most) continue;
-        most = row[right];
-        pair_[left] = right;
-      }
-    }
-  }
-
-  void verify(int left, int rotation) {
-    pair_accepted_.resize(left_.cells());
-    pair_score_.resize(left_.cells());
-    pair_threshold_.resize(left_.cells());
-    pair_accepted_[left] = 0;
-    if (pair_[left] < 0) return;
+  CellPair pairOf(int left, int rotation) {
+    const int* row = &count(left, 0);
+    const int right = static_cast<int>(std::max_element(row, row + right_.cells()) - row);
+    if (row[right] == 0) return {};
     // The ring of neighbours clockwise from the upper left; a rotation shifts the right one against the left one.
     static const int ring_x[8] = {-1, 0, 1, 1, 1, 0, -1, -1};
     static const int ring_y[8] = {-1, -1, -1, 0, 1, 1, 1, 0};
-    const int right = pair_[left];
-    int score = 0, pairs = 0;
-    double members = 0;
-    for (int k = -1; k < 8; ++k) {
-      int dx = 0, dy = 0, turned_dx = 0, turned_dy = 0;
-      if (k >= 0) {
-        const bool diagonal = ring_x[k] != 0 && ring_y[k] != 0;
-        if (diagonal && options_.neighborhood == GridNeighborhood::kFive) continue;
-        dx = ring_x[k], dy = ring_y[k];
-        turned_dx = ring_x[(k + 8 - rotation) % 8], turned_dy = ring_y[(k + 8 - rotation) % 8];
-      }
-      const int lx = left % left_.columns + dx, ly = left / left_.columns + dy;
-      const int rx = right % right_.columns + turned_dx, ry = right / right_.columns + turned_dy;
+    CellPair pair;
+    pair.right = right;
+    double members = members_[left];
+    pair.score = row[right];
+    int pairs = 1;
+    for (int k = 0; k < 8; ++k) {
+      const bool diagonal = ring_x[k] != 0 && ring_y[k] != 0;
+      if (diagonal && options_.neighborhood == GridNeighborhood::kFive) continue;
+      const int turned = (k + 8 - rotation) % 8;
+      const int lx = left % left_.columns + ring_x[k], ly = left / left_.columns + ring_y[k];
+      const int rx = right % right_.columns + ring_x[turned], ry = right / right_.columns + ring_y[turned];
       if (lx < 0 || ly < 0 || lx >= left_.columns || ly >= left_.rows) continue;
       if (rx < 0 || ry < 0 || rx >= right_.columns || ry >= right_.rows) continue;
       const int neighbor = lx + ly * left_.columns;
-      score += counts_[static_cast<size_t>(neighbor) * right_.cells() + rx + ry * right_.columns];
+      pair.score += count(neighbor, rx + ry * right_.columns);
       members += members_[neighbor];
       ++pairs;
     }
-    pair_score_[left] = score;
-    pair_threshold_[left] = alpha_ * std::sqrt(members / pairs);
-    pair_accepted_[left] = score >= pair_threshold_[left];
+    pair.threshold = alpha_ * std::sqrt(members / pairs);
+    return pair;
   }
 
   MotionStatisticsOptions options_;
@@ -146,9 +135,6 @@ class DenseRuns {
   std::vector<cv::Point2f> left_points_, right_points_;  ///< normalised
   std::vector<int> counts_;                              ///< left cells x right cells
   std::vector<int> members_, match_left_, match_right_;
-  std::vector<int> pair_, pair_score_;
-  std::vector<uint8_t> pair_accepted_;
-  std::vector<double> pair_threshold_;
 };
 
 }  // namespace

@@ -14,6 +14,7 @@ namespace {
 
 // A longer hole in the ground truth (TUM's motion capture runs at 100 Hz) is not interpolated across, seconds.
 constexpr double kLongestPoseGap = 0.1;
+constexpr double kDepthScale = 5000;  // grey values per metre of TUM's depth images
 
 std::string withoutTrailingSlashes(std::string path) {
   while (path.size() > 1 && path.back() == '/') path.pop_back();
@@ -90,10 +91,7 @@ std::vector<DatasetPair> Dataset::pairs(int gap, int stride) const {
   if (kind_ == DatasetKind::kImagePairs) return chosen;
   const size_t distance = static_cast<size_t>(std::max(1, gap));
   for (size_t i = 0; i + distance < frames_.size(); i += step) {
-    DatasetPair pair;
-    pair.reference = static_cast<int>(i);
-    pair.current = static_cast<int>(i + distance);
-    chosen.push_back(pair);
+    chosen.push_back({static_cast<int>(i), static_cast<int>(i + distance)});
   }
   return chosen;
 }
@@ -128,7 +126,7 @@ std::optional<Eigen::Isometry3d> Dataset::truthAt(double stamp) const {
 
 cv::Mat Dataset::depth(int frame) const {
   const std::string& file = frames_.at(static_cast<size_t>(frame)).depth;
-  return file.empty() ? cv::Mat() : readScaled(joinPath(path_, file), 1.0 / depth_scale_);
+  return file.empty() ? cv::Mat() : readScaled(joinPath(path_, file), 1.0 / kDepthScale);
 }
 
 cv::Mat Dataset::disparity(const DatasetPair& pair) const {

@@ -24,10 +24,11 @@ enum class DatasetKind { kTum, kKitti, kImagePairs, kBag };
 
 /// One image of the set.
 struct DatasetFrame {
-  std::string name;                       ///< path relative to the folder as listed; "<topic>@<stamp>" in a bag
-  double stamp = 0;                       ///< seconds
-  std::optional<Eigen::Isometry3d> pose;  ///< X_world = pose * X_camera, camera optical frame; absent outside the truth
-  std::string depth;       ///< depth image nearest in time, relative to the folder; "" when there is none
+  std::string name;  ///< path relative to the folder as listed; "<topic>@<stamp>" in a bag
+  double stamp = 0;  ///< seconds
+  std::optional<Eigen::Isometry3d> pose =
+      {};                  ///< X_world = pose * X_camera, camera optical frame; absent outside the truth
+  std::string depth = {};  ///< depth image nearest in time, relative to the folder; "" when there is none
   double depth_stamp = 0;  ///< seconds; of that depth image
 };
 
@@ -45,16 +46,15 @@ struct DisparityFile {
 
 /// Two frames to compare, and what is known of how their pixels correspond apart from the frames' poses.
 struct DatasetPair {
-  int reference = 0, current = 0;              ///< indices into Dataset::frames()
-  std::optional<Eigen::Matrix3d> homography;   ///< current pixel ~ H * reference pixel
-  std::optional<Eigen::Matrix3d> fundamental;  ///< current^T F reference = 0, pixels
-  std::optional<DisparityFile> disparity;
+  int reference = 0, current = 0;                   ///< indices into Dataset::frames()
+  std::optional<Eigen::Matrix3d> homography = {};   ///< current pixel ~ H * reference pixel
+  std::optional<Eigen::Matrix3d> fundamental = {};  ///< current^T F reference = 0, pixels
+  std::optional<DisparityFile> disparity = {};
 };
 
 struct DatasetOptions {
-  std::string intrinsics;     ///< "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]"; overrides what the set says
-  std::string topic;          ///< bags: image topic; "": the only one, or the one of the official TUM or kitti2bag bags
-  double depth_scale = 5000;  ///< grey values per metre of 16-bit depth images (TUM's 5000)
+  std::string intrinsics;  ///< "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]"; overrides what the set says
+  std::string topic;       ///< bags: image topic; "": the only one, or the one of the official TUM or kitti2bag bags
 };
 
 /// Factory values of the OpenNI driver, the same for every camera and in all official TUM bags: 525, 525, 319.5, 239.5,
@@ -109,7 +109,6 @@ class Dataset {
   std::vector<DatasetPair> listed_pairs_;
   std::optional<CameraIntrinsics> intrinsics_;
   std::string intrinsics_source_;  ///< file, topic or option
-  double depth_scale_ = 5000;
   ImageReader read_;
 };
 

@@ -209,10 +209,8 @@ Dataset openBag(const std::string& file, const DatasetOptions& options) {
       camera_frame = withoutLeadingSlash(header.frame_id);
       open->messages.push_back(message);
       stamps.push_back(header.stamp);
-      DatasetFrame frame;
-      frame.stamp = header.stamp.toSec();
-      frame.name = topic + "@" + std::to_string(frame.stamp);
-      dataset.frames_.push_back(frame);
+      const double stamp = header.stamp.toSec();
+      dataset.frames_.push_back({topic + "@" + std::to_string(stamp), stamp});
     }
     if (open->messages.empty()) throw DatasetError(file + ": topic " + topic + " holds no image");
     dataset.intrinsics_ = readCameraInfo(file, bag, topic, dataset.intrinsics_source_);

@@ -1,5 +1,3 @@
-#include "datasets/dataset_export.h"
-
 #include "datasets/bag_writer.h"
 
 namespace gms_ransac {
@@ -10,28 +8,31 @@ namespace {
 // sequence would show only tf for most of its time.
 constexpr double kTruthMargin = 0.5;
 const cv::Size kOpenNiSize(640, 480);
+// Added to the relative times of KITTI's times.txt, which ROS would take for "not set": the day of the recording,
+// seconds.
+constexpr double kKittiStart = 1317042272;
 
-CameraIntrinsics bagIntrinsics(const Dataset& dataset, const BagExportOptions& options) {
-  if (writesFactoryCalibration(dataset, options)) return openNiIntrinsics();
+CameraIntrinsics bagIntrinsics(const Dataset& dataset, bool openni_camera_info) {
+  if (writesFactoryCalibration(dataset, openni_camera_info)) return openNiIntrinsics();
   if (dataset.intrinsics()) return *dataset.intrinsics();
   throw DatasetError(dataset.path() + ": has neither camera.txt nor calib.txt, so there is no camera_info to write");
 }
 
 }  // namespace
 
-bool writesFactoryCalibration(const Dataset& dataset, const BagExportOptions& options) {
-  return dataset.kind() == DatasetKind::kTum && (options.openni_camera_info || !dataset.intrinsics()) &&
+bool writesFactoryCalibration(const Dataset& dataset, bool openni_camera_info) {
+  return dataset.kind() == DatasetKind::kTum && (openni_camera_info || !dataset.intrinsics()) &&
          dataset.image(0).size() == kOpenNiSize;
 }
 
-void exportToBag(const Dataset& dataset, const std::string& path, const BagExportOptions& options,
+void exportToBag(const Dataset& dataset, const std::string& path, bool openni_camera_info,
                  const std::function<void()>& written) {
   const bool tum = dataset.kind() == DatasetKind::kTum;
   if (!tum && dataset.kind() != DatasetKind::kKitti) {
     throw DatasetError(dataset.path() + ": only TUM and KITTI folders can be turned into a bag");
   }
-  const double start = tum ? 0 : options.kitti_start;
-  BagWriter bag(path, tum ? BagLayout::kTum : BagLayout::kKitti, bagIntrinsics(dataset, options));
+  const double start = tum ? 0 : kKittiStart;
+  BagWriter bag(path, tum ? BagLayout::kTum : BagLayout::kKitti, bagIntrinsics(dataset, openni_camera_info));
   const std::vector<DatasetFrame>& frames = dataset.frames();
   for (const StampedPose& sample : dataset.trajectory()) {
     if (sample.stamp < frames.front().stamp - kTruthMargin) continue;

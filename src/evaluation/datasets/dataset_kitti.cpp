@@ -83,9 +83,7 @@ Dataset openKitti(const std::string& folder, const DatasetOptions&) {
 
   std::vector<std::string> paths;
   for (size_t i = 0; i < names.size(); ++i) {
-    DatasetFrame frame;
-    frame.name = names[i];
-    frame.stamp = times.empty() ? static_cast<double>(i) * kNominalPeriod : times[i];
+    DatasetFrame frame = {names[i], times.empty() ? static_cast<double>(i) * kNominalPeriod : times[i]};
     if (i < poses.size()) {
       frame.pose = poses[i];
       dataset.trajectory_.push_back({frame.stamp, poses[i]});

@@ -23,9 +23,7 @@ void readTruth(const std::string& folder, const std::string& list, const TextLin
     if (!pair.disparity) pair.disparity = DisparityFile();
     pair.disparity->path = value;
   } else if (key == "SCALE") {
-    TextLine number = line;
-    number.fields = {value};
-    const double scale = numbersAt(list, number, 0, 1, "SCALE= and grey values per pixel of disparity")[0];
+    const double scale = numberAt(list, line, value, "SCALE= and grey values per pixel of disparity");
     if (!(scale > 0)) failAt(list, line, "SCALE must be positive");
     if (!pair.disparity) pair.disparity = DisparityFile();
     pair.disparity->scale = scale;
@@ -46,14 +44,12 @@ Dataset openImagePairs(const std::string& folder, const DatasetOptions&) {
   std::vector<std::string> paths;
   std::map<std::string, int> index;  // an image that several pairs share is one frame
   const auto frameOf = [&](const std::string& name) {
-    const auto inserted = index.emplace(name, static_cast<int>(dataset.frames_.size()));
-    if (inserted.second) {
-      DatasetFrame frame;
-      frame.name = name;
-      dataset.frames_.push_back(frame);
+    const auto [place, is_new] = index.emplace(name, static_cast<int>(paths.size()));
+    if (is_new) {
+      dataset.frames_.push_back({name});
       paths.push_back(joinPath(folder, name));
     }
-    return inserted.first->second;
+    return place->second;
   };
   for (const TextLine& line : readLines(list)) {
     if (line.fields.size() < 2) failAt(list, line, "expected two image paths and, optionally, H=, F= or DISP= truth");

@@ -51,17 +51,19 @@ void failAt(const std::string& file, const TextLine& line, const std::string& co
   throw DatasetError(file + ":" + std::to_string(line.number) + ": " + complaint);
 }
 
+double numberAt(const std::string& file, const TextLine& line, const std::string& field, const std::string& what) {
+  const std::optional<double> value = toNumber(field);
+  if (!value) failAt(file, line, "expected " + what + ", but '" + field + "' is not a finite number");
+  return *value;
+}
+
 std::vector<double> numbersAt(const std::string& file, const TextLine& line, size_t first, size_t count,
                               const std::string& what) {
   if (line.fields.size() != first + count) {
     failAt(file, line, "expected " + what + ", found " + std::to_string(line.fields.size()) + " fields");
   }
   std::vector<double> values;
-  for (size_t i = first; i < line.fields.size(); ++i) {
-    const std::optional<double> value = toNumber(line.fields[i]);
-    if (!value) failAt(file, line, "expected " + what + ", but '" + line.fields[i] + "' is not a finite number");
-    values.push_back(*value);
-  }
+  for (size_t i = first; i < line.fields.size(); ++i) values.push_back(numberAt(file, line, line.fields[i], what));
   return values;
 }
 

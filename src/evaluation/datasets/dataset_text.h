@@ -30,7 +30,10 @@ std::vector<TextLine> readLines(const std::string& file);
 /// "<file>:<line>: <complaint>"
 [[noreturn]] void failAt(const std::string& file, const TextLine& line, const std::string& complaint);
 
-/// Fields [first, first + count) as finite numbers; `what` describes the expected line in the complaint.
+/// A field of the line as a finite number; `what` describes the expected line in the complaint.
+double numberAt(const std::string& file, const TextLine& line, const std::string& field, const std::string& what);
+
+/// Fields [first, first + count), the last ones, as finite numbers.
 std::vector<double> numbersAt(const std::string& file, const TextLine& line, size_t first, size_t count,
                               const std::string& what);
 

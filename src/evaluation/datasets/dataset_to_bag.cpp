@@ -5,7 +5,7 @@
 
 #include <boost/program_options.hpp>
 
-#include "datasets/dataset_export.h"
+#include "datasets/bag_writer.h"
 #include "program.h"
 
 namespace {
@@ -14,7 +14,6 @@ namespace po = boost::program_options;
 using namespace gms_ransac;
 
 int datasetToBag(const Arguments& arguments) {
-  BagExportOptions export_options;
   DatasetOptions dataset_options;
   std::string folder, bag, camera_info;
   po::options_description options;
@@ -24,10 +23,6 @@ int datasetToBag(const Arguments& arguments) {
       "no distortion, as in the official bags)");
   add("intrinsics", po::value(&dataset_options.intrinsics),
       "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]] for camera_info instead of the folder's");
-  add("depth-scale", po::value(&dataset_options.depth_scale)->default_value(dataset_options.depth_scale),
-      "TUM: grey values of the depth images per metre");
-  add("start", po::value(&export_options.kitti_start)->default_value(export_options.kitti_start, "1317042272"),
-      "KITTI: time of the first image, seconds");
   const char* usage =
       "dataset_to_bag DIR OUT.bag [options]\n\nWrites a TUM RGB-D folder (rgb.txt, optional depth.txt and "
       "groundtruth.txt) or a KITTI odometry\nfolder (image_0/, calib.txt, optional poses.txt and times.txt) as a bag "
@@ -41,19 +36,17 @@ int datasetToBag(const Arguments& arguments) {
   if (camera_info != "openni" && camera_info != "folder") {
     throw std::invalid_argument("--camera-info is '" + camera_info + "'; it must be openni or folder");
   }
-  if (!(export_options.kitti_start > 0)) throw std::invalid_argument("--start must be above 0");
-  if (!(dataset_options.depth_scale > 0)) throw std::invalid_argument("--depth-scale must be above 0");
-  export_options.openni_camera_info = camera_info == "openni" && dataset_options.intrinsics.empty();
+  const bool openni = camera_info == "openni" && dataset_options.intrinsics.empty();
 
   const Dataset dataset = Dataset::open(folder, dataset_options);
-  if (writesFactoryCalibration(dataset, export_options)) {
+  if (writesFactoryCalibration(dataset, openni)) {
     std::cerr << folder << ": camera_info holds the OpenNI driver's factory values (525, 319.5, 239.5, no distortion)"
               << (dataset.intrinsics() ? "" : ", since there is no camera.txt; give the camera's own with --intrinsics")
               << '\n';
   }
   watchInterrupts();
   Progress progress("writing frame", static_cast<int>(dataset.frames().size()));
-  exportToBag(dataset, bag, export_options, [&progress] { progress.advanceUnlessInterrupted(); });
+  exportToBag(dataset, bag, openni, [&progress] { progress.advanceUnlessInterrupted(); });
   return 0;
 }
 

@@ -22,10 +22,9 @@ struct StampedFile {
 std::vector<StampedFile> readImageList(const std::string& file) {
   std::vector<StampedFile> list;
   for (const TextLine& line : readLines(file)) {
-    if (line.fields.size() != 2) failAt(file, line, "expected a time stamp and a file name");
-    TextLine stamp = line;
-    stamp.fields.resize(1);
-    list.push_back({numbersAt(file, stamp, 0, 1, "a time stamp and a file name")[0], line.fields[1]});
+    const std::string what = "a time stamp and a file name";
+    if (line.fields.size() != 2) failAt(file, line, "expected " + what);
+    list.push_back({numberAt(file, line, line.fields[0], what), line.fields[1]});
   }
   if (list.empty()) throw DatasetError(file + ": lists no image");
   return list;
@@ -61,12 +60,11 @@ const StampedFile* nearestFile(const std::vector<StampedFile>& sorted, double st
 
 }  // namespace
 
-Dataset openTum(const std::string& folder, const DatasetOptions& options) {
+Dataset openTum(const std::string& folder, const DatasetOptions&) {
   Dataset dataset;
   dataset.kind_ = DatasetKind::kTum;
   dataset.intrinsics_ = readCameraFile(folder);
   dataset.intrinsics_source_ = "camera.txt";
-  dataset.depth_scale_ = options.depth_scale;
 
   std::vector<StampedFile> depth;
   if (isFile(joinPath(folder, "depth.txt"))) depth = readImageList(joinPath(folder, "depth.txt"));
@@ -76,10 +74,7 @@ Dataset openTum(const std::string& folder, const DatasetOptions& options) {
 
   std::vector<std::string> paths;
   for (const StampedFile& entry : readImageList(joinPath(folder, "rgb.txt"))) {
-    DatasetFrame frame;
-    frame.name = entry.file;
-    frame.stamp = entry.stamp;
-    frame.pose = dataset.truthAt(entry.stamp);
+    DatasetFrame frame = {entry.file, entry.stamp, dataset.truthAt(entry.stamp)};
     if (const StampedFile* nearest = nearestFile(depth, entry.stamp)) {
       frame.depth = nearest->file;
       frame.depth_stamp = nearest->stamp;

@@ -56,8 +56,6 @@ int evaluateSweep(const Arguments& arguments) {
   std::string out;
   po::options_description options;
   auto add = options.add_options();
-  add("matches", po::value(&pair_options.matches)->default_value(pair_options.matches), "per trial");
-  add("noise", po::value(&pair_options.noise)->default_value(pair_options.noise), "of the current points, pixels");
   add("repeat", po::value(&repeat)->default_value(repeat), "trials for each method and outlier ratio");
   add("out,o", po::value(&out), "file for the table, CSV, with the plot beside it; standard output without");
   add("no-plots", "only CSV");
@@ -74,7 +72,7 @@ int evaluateSweep(const Arguments& arguments) {
   if (method_options.robust.model == ModelType::kHomography) {
     throw std::invalid_argument("--model is 'homography'; the scene is no plane: it must be essential or fundamental");
   }
-  requireAtLeastOne({{"--matches", pair_options.matches}, {"--repeat", repeat}});
+  requireAtLeastOne({{"--repeat", repeat}});
   if (!out.empty() && !std::ofstream(out)) throw std::invalid_argument("cannot write " + out);
   std::vector<std::string> report = {"sweep"};
   if (!out.empty()) report.insert(report.end(), {"--out", out});

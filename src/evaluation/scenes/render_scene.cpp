@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <string>
 
+#include <boost/lexical_cast.hpp>
 #include <boost/program_options.hpp>
 
 #include "program.h"
@@ -16,12 +17,9 @@ using namespace gms_ransac;
 std::vector<double> parseNumbers(const std::string& text, const std::string& option) {
   std::vector<double> numbers;
   for (const std::string& word : splitAtCommas(text)) {
-    size_t used = 0;
-    try {
-      numbers.push_back(std::stod(word, &used));
-    } catch (const std::exception&) {
+    if (!boost::conversion::try_lexical_convert(word, numbers.emplace_back())) {
+      throw std::invalid_argument(option + ": '" + word + "' is not a number");
     }
-    if (used == 0 || used != word.size()) throw std::invalid_argument(option + ": '" + word + "' is not a number");
   }
   return numbers;
 }

@@ -163,16 +163,9 @@ Scene::Scene(const SceneOptions& options) : options_(options) {
   if (!options_.distortion.empty()) lens_ = std::make_shared<Distortion>(intrinsics_);
 
   surfaces_ = options_.scene == "room" ? roomSurfaces(options_.seed) : streetSurfaces(options_.seed);
-  const Surface mover = {Vector3d::Zero(),
-                         Vector3d::Zero(),
-                         Vector3d::Zero(),
-                         Vector3d::Zero(),
-                         kMoverWidth,
-                         kMoverHeight,
-                         1,
-                         TextureStyle::kBricks,
-                         {1, 1, 1},
-                         0.004};
+  const Vector3d placed_later = Vector3d::Zero();
+  const Surface mover = {placed_later,          placed_later, placed_later, placed_later, kMoverWidth, kMoverHeight, 1,
+                         TextureStyle::kBricks, {1, 1, 1},    0.004};
   surfaces_.insert(surfaces_.end(), static_cast<size_t>(options_.movers), mover);
   for (size_t i = 0; i < surfaces_.size(); ++i) {
     const Surface& s = surfaces_[i];

@@ -21,42 +21,34 @@ class Painter {
     switch (style) {
       case TextureStyle::kBricks:
         bricks(0.24, 0.08, 0.012);
-        grain(0.02, 3, 14);
-        break;
+        return grain(0.02, 3, 14);
       case TextureStyle::kPlanks:
         bricks(1.4, 0.14, 0.006);
         scratches(12, 0.3);
-        grain(0.04, 3, 16);
-        break;
+        return grain(0.04, 3, 16);
       case TextureStyle::kPictures:
         fill(170);
         grain(1.2, 7, 34);
-        pictures();
-        break;
+        return pictures();
       case TextureStyle::kShelves:
         shelves();
-        grain(0.03, 3, 10);
-        break;
+        return grain(0.03, 3, 10);
       case TextureStyle::kStones:
         fill(110);
         leaves(bounds(), 0.012, 0.12, 1.0, 45, 120);
-        grain(0.6, 6, 20);
-        break;
+        return grain(0.6, 6, 20);
       case TextureStyle::kFacade:
         bricks(0.5, 0.2, 0.02);
         windows();
-        grain(0.5, 5, 16);
-        break;
+        return grain(0.5, 5, 16);
       case TextureStyle::kCollage:
         fill(120);
         leaves(bounds(), 0.015, 0.35, 1.6, 90, 128);
-        grain(0.05, 3, 12);
-        break;
+        return grain(0.05, 3, 12);
       case TextureStyle::kPlaster:
         fill(190);
         grain(1.5, 8, 40);
-        leaves(bounds(), 0.01, 0.06, 0.06, 70, 120);
-        break;
+        return leaves(bounds(), 0.01, 0.06, 0.06, 70, 120);
     }
   }
 

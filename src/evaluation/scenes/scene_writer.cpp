@@ -50,11 +50,10 @@ void writeTumFolder(const Scene& scene, int frames, const std::string& folder, c
   for (int i = 0; i < frames; ++i) {
     const RenderedFrame frame = scene.render(i);
     const std::string stamp = std::to_string(frame.stamp);
-    cv::Mat depth_units;
+    cv::Mat depth_units = frame.depth.clone();
     // Beyond 13.1 m the 16 bits end: unknown, as in TUM's files.
-    cv::Mat metres = frame.depth.clone();
-    metres.setTo(0, metres > 65535 / kDepthUnitsPerMetre);
-    metres.convertTo(depth_units, CV_16U, kDepthUnitsPerMetre);
+    depth_units.setTo(0, depth_units > 65535 / kDepthUnitsPerMetre);
+    depth_units.convertTo(depth_units, CV_16U, kDepthUnitsPerMetre);
     writeImageFile(root / "rgb" / (stamp + ".png"), frame.image);
     writeImageFile(root / "depth" / (stamp + ".png"), depth_units);
     rgb << stamp << " rgb/" << stamp << ".png\n";

@@ -5,8 +5,6 @@
 
 #include <opencv2/core.hpp>
 
-#include "validation.h"
-
 namespace gms_ransac {
 
 namespace {
@@ -24,14 +22,7 @@ uint16_t drawDistance(cv::RNG& rng, double mean, double spread) {
 
 }  // namespace
 
-void SyntheticPairOptions::validate() const {
-  requireInRange("matches", matches, 0, 1000000);
-  requireInRange("outlier_ratio", outlier_ratio, 0.0, 1.0);
-  requireInRange("noise", noise, 0.0, 100.0);
-}
-
 SyntheticPair makeSyntheticPair(const Scene& scene, int reference, int current, const SyntheticPairOptions& options) {
-  options.validate();
   SyntheticPair pair;
   const cv::Size size = scene.options().size;
   pair.reference.image_size = pair.current.image_size = size;
@@ -67,14 +58,6 @@ SyntheticPair makeSyntheticPair(const Scene& scene, int reference, int current, 
     pair.matches.push_back({i, i, distance, second});
   }
   return pair;
-}
-
-RelativePose trueRelativePose(const Scene& scene, int reference, int current) {
-  const Eigen::Isometry3d pose = scene.pose(reference).inverse() * scene.pose(current);
-  RelativePose result;
-  result.R = pose.linear();
-  result.t = pose.translation();
-  return result;
 }
 
 }  // namespace gms_ransac

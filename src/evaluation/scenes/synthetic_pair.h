@@ -6,7 +6,6 @@
 
 #include "gms_ransac/features.h"
 #include "gms_ransac/hamming_matcher.h"
-#include "gms_ransac/relative_pose.h"
 #include "scenes/scene.h"
 
 namespace gms_ransac {
@@ -16,8 +15,6 @@ struct SyntheticPairOptions {
   double outlier_ratio = 0.3;  ///< share of matches whose current position is anywhere in the image, [0, 1]
   double noise = 0.5;          ///< standard deviation of the position noise of the correct ones' current point, pixels
   uint64_t seed = 0;
-
-  void validate() const;
 };
 
 /// Features without descriptors; match i joins reference keypoint i with current keypoint i. Hamming distances are
@@ -30,8 +27,5 @@ struct SyntheticPair {
 
 /// Throws std::invalid_argument when the frames show too little in common to draw the correct matches from.
 SyntheticPair makeSyntheticPair(const Scene& scene, int reference, int current, const SyntheticPairOptions& options);
-
-/// True pose of frame `current` in frame `reference`; covariance zero.
-RelativePose trueRelativePose(const Scene& scene, int reference, int current);
 
 }  // namespace gms_ransac

@@ -5,10 +5,10 @@
 #include <limits>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "random.h"
+#include "two_view/pose_model.h"
 
 namespace gms_ransac {
 
@@ -66,17 +66,15 @@ class Lens {
 
 /// The motion from image to image, X_current = R X_reference + t.
 struct Motion {
-  Matrix3d R = Matrix3d::Identity();
-  Vector3d t{0, 0, 0};
-  Vector3d rotation{0, 0, 0};  ///< rotation vector of R
-  bool straight = false;       ///< TwoViewSceneOptions::straight
+  Matrix3d R;
+  Vector3d t;
+  Vector3d rotation;      ///< rotation vector of R
+  bool straight = false;  ///< TwoViewSceneOptions::straight
 
   Motion(const Vector3d& rotation_vector, const Vector3d& translation)
       : R(rotationOf(rotation_vector)), t(translation), rotation(rotation_vector) {}
-  Motion(const Matrix3d& matrix, const Vector3d& translation) : R(matrix), t(translation) {
-    const Eigen::AngleAxisd axis_angle(matrix);
-    rotation = axis_angle.angle() * axis_angle.axis();
-  }
+  Motion(const Matrix3d& matrix, const Vector3d& translation)
+      : R(matrix), t(translation), rotation(rotationVector(matrix)) {}
   /// Where a point is, that was at X when this motion began, after a share of it.
   Vector3d after(double share, const Vector3d& X) const {
     return rotationOf(share * rotation) * X + share * wayAfter(share);
@@ -243,7 +241,7 @@ TwoViewScene translatedScene(TwoViewSceneOptions options) {
   return makeTwoViewScene(options);
 }
 
-double medianLength(std::vector<Vector2d>& vectors) {
+double medianLength(std::vector<Vector2d> vectors) {
   const auto middle = vectors.begin() + static_cast<std::ptrdiff_t>(vectors.size() / 2);
   std::nth_element(vectors.begin(), middle, vectors.end(),
                    [](const Vector2d& a, const Vector2d& b) { return a.squaredNorm() < b.squaredNorm(); });
@@ -265,8 +263,9 @@ Eigen::Matrix<double, 2, 3> turnedPixel(double x, double y) {
   return kFocalLength * J;
 }
 
-/// Subtracts the displacement by the small rotation that fits best in the sense of least squares.
-void undoBestRotation(const TwoViewScene& scene, std::vector<Vector2d>& displacement) {
+/// The displacements of a scene less those by the small rotation that fits best in the sense of least squares.
+std::vector<Vector2d> parallaxes(const TwoViewScene& scene) {
+  std::vector<Vector2d> displacement = displacements(scene.pairs);
   std::vector<Eigen::Matrix<double, 2, 3>> derivatives;
   Matrix3d A = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
@@ -278,6 +277,7 @@ void undoBestRotation(const TwoViewScene& scene, std::vector<Vector2d>& displace
   }
   const Vector3d rotation = A.ldlt().solve(b);
   for (size_t i = 0; i < displacement.size(); ++i) displacement[i] -= derivatives[i] * rotation;
+  return displacement;
 }
 
 template <typename Measure>
@@ -289,11 +289,7 @@ TwoViewSceneOptions withMedian(TwoViewSceneOptions options, double pixels, const
 }  // namespace
 
 Camera sceneCamera() {
-  CameraIntrinsics intrinsics;
-  intrinsics.fx = intrinsics.fy = kFocalLength;
-  intrinsics.cx = kWidth / 2.0;
-  intrinsics.cy = kHeight / 2.0;
-  return Camera(intrinsics, {kWidth, kHeight});
+  return Camera({kFocalLength, kFocalLength, kWidth / 2.0, kHeight / 2.0, "", {}}, {kWidth, kHeight});
 }
 
 double gaussian(Random& random) {
@@ -301,11 +297,7 @@ double gaussian(Random& random) {
   return std::sqrt(-2 * std::log(1 - u)) * std::cos(2 * M_PI * v);
 }
 
-Matrix3d rotationOf(const Vector3d& rotation_vector) {
-  const double angle = rotation_vector.norm();
-  if (angle == 0) return Matrix3d::Identity();
-  return Eigen::AngleAxisd(angle, rotation_vector / angle).toRotationMatrix();
-}
+Matrix3d rotationOf(const Vector3d& rotation_vector) { return rotationFromVector(rotation_vector); }
 
 TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
   TwoViewScene scene;
@@ -316,10 +308,11 @@ TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
   columns.resize(options.matches);
   columns.image_reference = columns.image_current = {kWidth, kHeight};
   columns.seconds = kSceneInterval;
-  scene.body.resize(static_cast<size_t>(options.matches));
-  scene.correct.resize(scene.body.size());
-  scene.points.resize(scene.body.size());
-  scene.displacements.resize(scene.body.size());
+  const auto n = static_cast<size_t>(options.matches);
+  scene.body.resize(n);
+  scene.correct.resize(n);
+  scene.points.resize(n);
+  scene.displacements.resize(n);
 
   const Lens lens(options);
   const Shutter shutter(options);
@@ -359,16 +352,10 @@ TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
 }
 
 double medianDisplacement(const TwoViewSceneOptions& options) {
-  std::vector<Vector2d> displacement = displacements(translatedScene(options).pairs);
-  return medianLength(displacement);
+  return medianLength(displacements(translatedScene(options).pairs));
 }
 
-double medianParallax(const TwoViewSceneOptions& options) {
-  const TwoViewScene scene = translatedScene(options);
-  std::vector<Vector2d> displacement = displacements(scene.pairs);
-  undoBestRotation(scene, displacement);
-  return medianLength(displacement);
-}
+double medianParallax(const TwoViewSceneOptions& options) { return medianLength(parallaxes(translatedScene(options))); }
 
 TwoViewSceneOptions withMedianDisplacement(TwoViewSceneOptions options, double pixels) {
   return withMedian(std::move(options), pixels, medianDisplacement);

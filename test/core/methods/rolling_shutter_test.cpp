@@ -10,9 +10,9 @@
 
 #include <gtest/gtest.h>
 
-#include "order_statistics.h"
+#include "percentile.h"
+#include "rendered_scene.h"
 #include "scenes/drawn_scenes.h"
-#include "scenes/synthetic_pair.h"
 #include "two_view_scene.h"
 
 namespace gms_ransac {

@@ -10,7 +10,7 @@
 
 #include "datasets/dataset.h"
 #include "frame_pairs.h"
-#include "order_statistics.h"
+#include "percentile.h"
 #include "random.h"
 #include "scenes/two_view_scene.h"
 #include "shared_data.h"

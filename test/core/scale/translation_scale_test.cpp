@@ -11,7 +11,7 @@
 
 #include "datasets/dataset.h"
 #include "frame_pairs.h"
-#include "order_statistics.h"
+#include "percentile.h"
 #include "rendered_scene.h"
 #include "shared_data.h"
 #include "two_view_scene.h"

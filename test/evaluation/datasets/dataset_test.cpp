@@ -14,7 +14,6 @@
 #include <rosbag/bag.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
-#include <sensor_msgs/image_encodings.h>
 #include <tf2_msgs/TFMessage.h>
 #include <opencv2/imgcodecs.hpp>
 
@@ -270,15 +269,10 @@ TEST_F(PairsTest, ComplainsWithFileAndLine) {
 }
 
 sensor_msgs::Image grayMessage(double stamp, int value) {
-  sensor_msgs::Image message;
-  message.header.stamp = ros::Time(stamp);
-  message.header.frame_id = "/camera";
-  message.encoding = sensor_msgs::image_encodings::MONO8;
-  message.width = 6;
-  message.height = 4;
-  message.step = 6;
-  message.data.assign(24, static_cast<uint8_t>(value));
-  return message;
+  std_msgs::Header header;
+  header.stamp = ros::Time(stamp);
+  header.frame_id = "/camera";
+  return *cv_bridge::CvImage(header, "mono8", cv::Mat(4, 6, CV_8UC1, cv::Scalar(value))).toImageMsg();
 }
 
 TEST_F(BagTest, ReadsImagesCameraInfoAndTransforms) {

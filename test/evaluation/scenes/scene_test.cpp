@@ -6,6 +6,7 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "rendered_scene.h"
 #include "scenes/synthetic_pair.h"
 
 namespace gms_ransac {

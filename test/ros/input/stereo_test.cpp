@@ -12,8 +12,8 @@
 
 #include "output/stereo_output.h"
 #include "processor_stream.h"
+#include "rendered_scene.h"
 #include "scenes/scene.h"
-#include "scenes/synthetic_pair.h"
 
 namespace gms_ransac {
 namespace {

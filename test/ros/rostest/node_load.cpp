@@ -27,8 +27,8 @@
 #include <boost/program_options.hpp>
 
 #include "gms_ransac/feature_extractor.h"
-#include "order_statistics.h"
 #include "parameter.h"
+#include "percentile.h"
 #include "program.h"
 #include "scenes/scene.h"
 

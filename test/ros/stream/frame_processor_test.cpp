@@ -19,8 +19,8 @@
 #include "methods/method.h"
 #include "node/mailbox.h"
 #include "processor_stream.h"
+#include "rendered_scene.h"
 #include "scenes/scene.h"
-#include "scenes/synthetic_pair.h"
 #include "stream/status_text.h"
 #include "two_view/sigma_by_octave.h"
 

@@ -11,8 +11,8 @@
 
 #include "datasets/dataset.h"
 #include "processor_stream.h"
+#include "rendered_scene.h"
 #include "scenes/scene.h"
-#include "scenes/synthetic_pair.h"
 #include "shared_data.h"
 
 namespace gms_ransac {
