@@ -124,8 +124,9 @@ class DemoSummary:
                     break
         if self.screenshot:
             self.capture_rviz()
-        for overlay in self.overlays:
-            cv2.imwrite(os.path.join(self.output, "match_image.png"), CvBridge().imgmsg_to_cv2(overlay, "bgr8"))
+        if self.overlays:
+            picture = CvBridge().imgmsg_to_cv2(self.overlays[-1], "bgr8")
+            cv2.imwrite(os.path.join(self.output, "match_image.png"), picture)
         with open(os.path.join(self.output, "summary.txt"), "w") as out:
             out.write(self.table())
 

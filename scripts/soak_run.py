@@ -26,7 +26,8 @@ from sensor_msgs.msg import CameraInfo, Image
 from report.common import pyplot
 from std_srvs.srv import SetBool, Trigger
 
-FILTERS = ("/nodelet_filter", "/node_filter")
+PROCESSES = {"manager": "/nodelet_filter", "node": "/node_filter"}  # and the filters that they hold
+FILTERS = tuple(PROCESSES.values())
 SETTLED = 60.0  # seconds after which memory has to stay what it is,
 SETTLED_IMAGES = 20000  # and images: a starved machine answers few in a minute, an idle one about so many
 GROWTH_MB = 2.0
@@ -161,18 +162,19 @@ class Player(threading.Thread):
             yield "numbers that are not finite"
 
     def report(self):
-        """Of the time since the last report."""
+        """The columns of a row; latencies are of the time since the last report."""
         with self.changed:
-            filters = {}
-            for name, answer in self.answers.items():
-                latencies, last = answer["latencies"], answer["last"]
+            row = dict(seconds=time.monotonic() - self.start_time, sent=self.count, loops=self.count // len(self.images))
+            for process, name in PROCESSES.items():
+                answer, last = self.answers[name], self.answers[name]["last"]
+                p50, p99 = map(float, np.percentile(answer["latencies"], (50, 99))) if answer["latencies"] else ("", "")
                 answer["latencies"] = []
-                filters[name] = dict(answered=answer["answered"], received=last.frames_received, processed=last.frames_processed,
-                                     dropped=last.frames_dropped, resets=last.resets, statuses=dict(answer["statuses"]),
-                                     wrong=dict(answer["wrong"]))
-                if latencies:
-                    filters[name].update(zip(("p50_ms", "p99_ms"), map(float, np.percentile(latencies, (50, 99)))))
-            return dict(seconds=time.monotonic() - self.start_time, sent=self.count, loops=self.count // len(self.images), filters=filters)
+                columns = dict(answered=answer["answered"], received=last.frames_received, processed=last.frames_processed,
+                               dropped=last.frames_dropped, resets=last.resets, p50_ms=p50, p99_ms=p99,
+                               wrong=json.dumps(answer["wrong"]) if answer["wrong"] else "",
+                               statuses=json.dumps(answer["statuses"]))
+                row.update((process + "_" + column, value) for column, value in columns.items())
+            return row
 
 
 class Disturbance(threading.Thread):
@@ -265,14 +267,8 @@ class Record:
 
 
 def row_of(report, graph, resting):
-    row = {"seconds": report["seconds"], "sent": report["sent"], "loops": report["loops"], "resting": int(resting)}
-    for name, process in zip(FILTERS, ("manager", "node")):
-        answer = report["filters"][name]
-        for column in ("answered", "received", "processed", "dropped", "resets"):
-            row[process + "_" + column] = answer[column]
-        row[process + "_p50_ms"], row[process + "_p99_ms"] = answer.get("p50_ms", ""), answer.get("p99_ms", "")
-        row[process + "_wrong"] = json.dumps(answer["wrong"]) if answer["wrong"] else ""
-        row[process + "_statuses"] = json.dumps(answer["statuses"])
+    row = dict(report, resting=int(resting))
+    for process in PROCESSES:
         for column, value in zip(("mb", "threads", "files"), held(graph.processes[process].pid)):
             row["%s_%s" % (process, column)] = value
     return row
@@ -292,7 +288,7 @@ def judge(record, died):
             "too short: a minute beyond the first, and beyond %d images of each" % SETTLED_IMAGES]
     last = record.rows[-1]
     lines = ["%d images sent in %.0f s, %d loops of the bag" % (last["sent"], last["seconds"], last["loops"])]
-    for process in ("manager", "node"):
+    for process in PROCESSES:
         value = lambda column: last["%s_%s" % (process, column)]
         memory, threads, files = (record.settled("%s_%s" % (process, column)) for column in ("mb", "threads", "files"))
         grown = growth(record, process)
@@ -323,7 +319,7 @@ def plot(record, path):
     figure, axes = plt.subplots(len(panels), sharex=True, figsize=(9, 2 * len(panels)))
     hours = [row["seconds"] / 3600 for row in record.rows]
     for axis, (title, column) in zip(axes, panels):
-        for process in ("manager", "node"):
+        for process in PROCESSES:
             axis.plot(hours, [float(row["%s_%s" % (process, column)] or "nan") for row in record.rows], label=process, linewidth=0.8)
         axis.set_ylabel(title, fontsize=8)
         axis.grid(alpha=0.3)

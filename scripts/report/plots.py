@@ -20,8 +20,10 @@ def line(axis, rows, x, label, value, low=None, high=None, **style):
                           color=drawn.get_color())
 
 
-def grid_of(plt, count, rows_of_panels):
-    figure, axes = plt.subplots(rows_of_panels, count, figsize=(3.2 * count, 2.6 * rows_of_panels), squeeze=False)
+def grid_of(plt, count, rows_of_panels, size=(3.2, 2.6), **options):
+    """Panels of that size, inches each."""
+    figure, axes = plt.subplots(rows_of_panels, count, figsize=(size[0] * count, size[1] * rows_of_panels), squeeze=False,
+                                **options)
     for axis in axes.flat:
         axis.grid(True, linewidth=0.3)
         axis.tick_params(labelsize=8)

@@ -6,6 +6,7 @@ import sys
 import numpy as np
 
 from report.common import FAILED, POSED, area, grouped, match_truth, mean, median, pose_errors, pyplot
+from report.plots import grid_of
 
 LEGEND = """
 posed         pairs answered with a pose
@@ -65,7 +66,8 @@ def plot(by_method, path):
     plt = pyplot()
     if not plt:
         return
-    figure, axes = plt.subplots(3, sharex=True, figsize=(10, 8))
+    figure, axes = grid_of(plt, 1, 3, (10, 2.7), sharex=True)
+    axes = axes[:, 0]
     stamped = False
     for method, records in by_method.items():
         stamps = [record["stamp"] for record in records]
@@ -77,7 +79,6 @@ def plot(by_method, path):
             axis.plot(x, values, marker=".", linewidth=0.8, label=method)
     for axis, label in zip(axes, ("rotation error, degrees", "direction error, degrees", "inliers")):
         axis.set_ylabel(label)
-        axis.grid(True, linewidth=0.3)
     axes[0].legend(fontsize=8)
     axes[-1].set_xlabel("seconds" if stamped else "pair")
     figure.tight_layout()

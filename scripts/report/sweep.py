@@ -39,14 +39,13 @@ def plot(rows, path):
     for (method,), part in groups(rows, "method").items():
         curve = tuple((row["success_rate"], row["hypotheses"]) for row in part)
         curves.setdefault(curve, []).append((method, part))
-    figure, axes = grid_of(plt, 2, 1)
+    figure, axes = grid_of(plt, 2, 1, (4.5, 3.6))
     for number, same in enumerate(curves.values()):
         label = ", ".join(method for method, _ in same)
         rows = same[0][1]
         style = {"linestyle": "--" if rows[0]["order"] == "uniform" else "-", "color": plt.get_cmap("tab10")(number % 10)}
         line(axes[0][0], rows, "outlier_ratio", label, "success_rate", **style)
         line(axes[0][1], rows, "outlier_ratio", label, "hypotheses", **style)
-    figure.set_size_inches(9, 3.6)
     axes[0][0].set_ylabel("success rate", fontsize=9)
     axes[0][1].set_ylabel("hypotheses drawn, median", fontsize=9)
     axes[0][1].set_yscale("log")

@@ -1,15 +1,16 @@
 """`evaluate trust`: how often an answer that is OK is wrong, and whether covariances and match probabilities are true.
 pairs.csv, trust.md, trust.csv, risk_coverage.csv and .png, reliability.csv and .png; doc/trust.md says what each figure is."""
-import csv
+import collections
 import math
 import os
 import shutil
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 
 from report.common import POSED, grouped, markdown, pyplot, read_units, write_csv
-from report.plots import save
+from report.plots import grid_of, save
 
 Z95 = 1.959964  # two-sided 95 % of a normal distribution
 ENOUGH = 20  # answers of one set or scene, for a share of them to mean something
@@ -56,7 +57,7 @@ def bias(values):
 
 def risk_coverage(answers):
     """Share of all pairs that is answered OK, and share of these that is wrong, while the most certain come first."""
-    answered = sorted((a for a in answers if a.ok), key=lambda a: a.uncertainty)
+    answered = sorted((a for a in answers if a.ok), key=lambda a: a.uncertainty_deg)
     wrong = np.cumsum([a.wrong for a in answered])
     count = np.arange(1, len(answered) + 1)
     return count / max(1, len(answers)), wrong / count
@@ -99,7 +100,7 @@ COLUMNS = ("kind", "set", "gap", "pair", "method", "status", "survivors", "inlie
 def row_of(record):
     """A line of pairs.csv, as far as the record says it by itself."""
     truth = record["truth"]
-    row = dict.fromkeys(COLUMNS)
+    row = dict(dict.fromkeys(COLUMNS, math.nan), covariance=None)
     row.update((key, record[key]) for key in ("kind", "set", "method", "status", "inliers", "reliability"))
     row.update(gap=record["gap"] or 0, survivors=record["matches_gms"], has_truth=truth is not None, moved=False,
                right=False, wrong=False, pair=(record["reference"] + " " + record["current"]).strip())
@@ -176,36 +177,16 @@ def cell(value):
     return value if isinstance(value, str) else "%.12g" % value
 
 
-def write_pairs(folder):
-    """pairs.csv, of the records of the folder."""
-    write_csv(os.path.join(folder, "pairs.csv"), COLUMNS,
-              [[cell(row[key]) for key in COLUMNS] for unit in read_units(folder) for row in judge(unit)])
-
-
-class Answer:
-    """One line of pairs.csv."""
-
-    def __init__(self, row, number):
-        real = lambda key: float(row[key]) if row[key] else math.nan  # noqa: E731
-        self.kind, self.set, self.gap, self.method = row["kind"], row["set"], int(row["gap"]), row["method"]
-        self.half = number % 2
-        self.key = (row["kind"], row["set"], row["gap"], row["pair"], row["method"])
-        self.has_truth, self.moved = row["has_truth"] == "1", row["moved"] == "1"
-        self.right, self.wrong = row["right"] == "1", row["wrong"] == "1"
-        self.ok, self.low = row["status"] == "OK", row["status"] == "LOW_PARALLAX"
-        self.uncertainty = real("uncertainty_deg")
-        self.nees_rotation, self.nees_direction = real("nees_rotation"), real("nees_direction")
-        self.rotation = [real(axis + "_deg") for axis in AXES]
-        self.bins = np.asarray([float(x) for x in row["reliability"].split()]).reshape(-1, 3)
-
-
 def read(folder):
-    counts, answers = {}, []
-    with open(os.path.join(folder, "pairs.csv"), newline="") as stream:
-        for row in csv.DictReader(stream):
-            key = (row["set"], row["gap"], row["method"])
-            counts[key] = counts.get(key, -1) + 1
-            answers.append(Answer(row, counts[key]))
+    """An answer for each row: its columns, and whether its pair is an even or an odd one of its set."""
+    counts, answers = collections.Counter(), []
+    for row in (row for unit in read_units(folder) for row in judge(unit)):
+        key = row["set"], row["gap"], row["method"]
+        answers.append(SimpleNamespace(**row, half=counts[key] % 2, ok=row["status"] == "OK",
+                                       low=row["status"] == "LOW_PARALLAX",
+                                       key=(row["kind"], row["set"], row["gap"], row["pair"], row["method"]),
+                                       bins=np.reshape(row["reliability"], (-1, 3))))
+        counts[key] += 1
     return answers
 
 
@@ -225,8 +206,8 @@ def figures(answers):
         for statistic, value in zip(("median", "mean", "p90"), spread(values)):
             row["nees_%s_%s" % (name, statistic)] = value
     row["low_parallax"] = len(low)
-    for k, axis in enumerate(AXES):
-        row["bias_%s_deg" % axis], row["bias_%s_z" % axis] = bias([a.rotation[k] for a in ok])
+    for axis in AXES:
+        row["bias_%s_deg" % axis], row["bias_%s_z" % axis] = bias([getattr(a, axis + "_deg") for a in ok])
     bins = sum(a.bins for a in answers)
     row["matches"], row["ece"] = int(bins[:, 0].sum()), calibration_error(bins)
     return row
@@ -370,13 +351,12 @@ def write_curves(folder, answers):
 def plot(plt, folder, name, curves, draw, labels):
     """A panel for each kind of input, a line for each method."""
     kinds = grouped(curves, lambda key: key[0])
-    figure, axes = plt.subplots(1, len(kinds), figsize=(5 * len(kinds), 4), squeeze=False)
+    figure, axes = grid_of(plt, len(kinds), 1, (5, 4))
     for axis, (kind, keys) in zip(axes[0], kinds.items()):
         for place, key in enumerate(keys):
             draw(axis, curves[key], dict(label=key[1], linewidth=1.2, color=plt.get_cmap("tab20")(place % 20)))
         axis.set_title(TITLES[kind], fontsize=9)
         axis.set_xlabel(labels[0], fontsize=9)
-        axis.grid(True, linewidth=0.3)
     axes[0][0].set_ylabel(labels[1], fontsize=9)
     axes[0][0].legend(fontsize=7)
     save(figure, folder, name)
@@ -413,10 +393,10 @@ def insert(document, tables, folder):
 
 
 def report(folder, with_tables=True, detail=(), before=None, into=None):
-    write_pairs(folder)
     answers = read(folder)
     if not answers:
-        sys.exit("evaluate_report.py: %s/pairs.csv holds no answer" % folder)
+        sys.exit("evaluate_report.py: %s holds no answer" % folder)
+    write_csv(os.path.join(folder, "pairs.csv"), COLUMNS, [[cell(getattr(a, key)) for key in COLUMNS] for a in answers])
     if not with_tables:
         return
     tables = write_tables(folder, answers, detail, read(before) if before else [])

@@ -5,9 +5,9 @@ import json
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 import unittest
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import cv2
@@ -132,19 +132,17 @@ class Module(unittest.TestCase):
         self.assertEqual([options[name] for name in ("features", "judge", "pyramid_scale")], [500, False, 1.5])
 
     def test_threads_run_side_by_side(self):
-        matcher, pairs, spans, ticks = gms_ransac.MatchFilter(self.camera, features=20000), [], [], []
+        matcher, ticks = gms_ransac.MatchFilter(self.camera, features=20000), []
 
-        def work():
-            for image in 2 * self.grey:
-                start = time.perf_counter()
-                pairs.append(matcher.process(image))
-                spans.append((start, time.perf_counter()))
-        threads = [threading.Thread(target=work) for _ in range(2)]
-        for thread in threads:
-            thread.start()
-        while any(thread.is_alive() for thread in threads):
-            ticks.append(time.perf_counter())
-        self.assertTrue(any((3 * a + b) / 4 < tick < (a + 3 * b) / 4 for a, b in spans for tick in ticks))
+        def work(image):
+            start = time.perf_counter()
+            return matcher.process(image), start, time.perf_counter()
+        with ThreadPoolExecutor(2) as pool:
+            works = [pool.submit(work, image) for image in 4 * self.grey]
+            while not all(one.done() for one in works):
+                ticks.append(time.perf_counter())
+        pairs, begins, ends = zip(*(one.result() for one in works))
+        self.assertTrue(any((3 * a + b) / 4 < tick < (a + 3 * b) / 4 for a, b in zip(begins, ends) for tick in ticks))
         self.assertEqual(sum(pair.status == gms_ransac.Status.FIRST_FRAME for pair in pairs), 1)
 
     def test_example_draws_a_picture(self):

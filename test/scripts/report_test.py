@@ -224,7 +224,7 @@ class Trust(unittest.TestCase):
         np.testing.assert_allclose(trust.spread([math.nan, 0, 1, 2, 3, 14]), (2, 4, 3 + 0.6 * 11))
 
     def test_risk_coverage(self):
-        answers = [SimpleNamespace(ok=ok, wrong=wrong, uncertainty=uncertainty)
+        answers = [SimpleNamespace(ok=ok, wrong=wrong, uncertainty_deg=uncertainty)
                    for ok, wrong, uncertainty in ((True, True, 3), (True, False, 1), (False, False, 2))]
         coverage, risk = trust.risk_coverage(answers)
         np.testing.assert_allclose(coverage, [1 / 3, 2 / 3])
@@ -233,7 +233,7 @@ class Trust(unittest.TestCase):
     def test_halves_are_apart(self):
         def of_half(half, wrong):
             return SimpleNamespace(kind="drawn", method="m", half=half, has_truth=True, moved=True, ok=True, low=False,
-                                   right=not wrong, wrong=wrong, nees_rotation=1., nees_direction=1., rotation=[0.] * 3,
+                                   right=not wrong, wrong=wrong, nees_rotation=1., nees_direction=1., rx_deg=0., ry_deg=0., rz_deg=0.,
                                    bins=np.zeros((10, 3)))
         even, odd = trust.halves_table([of_half(0, False), of_half(0, False), of_half(1, True)]).splitlines()[2:4]
         self.assertIn("| drawn | m | even | 2 | 2 | 0 (0.0 %", even)

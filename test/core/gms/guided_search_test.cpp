@@ -11,7 +11,6 @@
 #include "gms/motion_prediction.h"
 #include "gms_ransac/match_filter.h"
 #include "rendered_scene.h"
-#include "scenes/synthetic_pair.h"
 #include "simd_levels.h"
 
 namespace gms_ransac {
