@@ -7,7 +7,6 @@
 #include "allocation_counter.h"
 #include "gms_ransac/match_filter.h"
 #include "rendered_scene.h"
-#include "two_view_scene.h"
 
 namespace gms_ransac {
 namespace {
@@ -21,24 +20,6 @@ TEST(Allocation, CountsNewAndAlignedNew) {
   std::vector<Line> aligned(3);
   EXPECT_EQ(before + 2, g_allocations);
   EXPECT_EQ(0U, reinterpret_cast<uintptr_t>(aligned.data()) % 64);
-}
-
-TEST(Allocation, OfLoProsacIsNoneOnceWarm) {
-  TwoViewSceneOptions options;
-  options.matches = 800;
-  options.octaves = true;
-  const TwoViewScene scene = makeTwoViewScene(options);
-  options.matches = 700;
-  options.seed = 3;
-  const TwoViewScene other = makeTwoViewScene(options);
-  const Camera camera = sceneCamera();
-  const auto estimator = makeEstimator("lo_prosac", {});
-  RobustResult result;
-  estimator->estimate(scene.pairs, camera, result);
-  const long before = g_allocations;
-  estimator->estimate(other.pairs, camera, result);
-  estimator->estimate(scene.pairs, camera, result);
-  EXPECT_EQ(before, g_allocations);
 }
 
 class PerFrameAllocation : public testing::TestWithParam<std::tuple<int, SearchMode, double>> {};

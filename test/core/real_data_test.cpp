@@ -1,5 +1,4 @@
-// Every method on a few pairs of every set of real images: each ends with a pose or a status with the reason, and
-// keeps no match that its own model rejects.
+// Every method on a few pairs of every set of real images: each ends with a pose or a status with the reason.
 #include <set>
 
 #include <gtest/gtest.h>
@@ -26,18 +25,6 @@ void expectHonestStatus(const MatchResult& result, bool calibrated) {
   EXPECT_TRUE(failed || (calibrated ? posed : result.status == Status::kUncalibrated)) << toString(result.status);
   if (result.status == Status::kOk) {
     EXPECT_NEAR(result.robust.pose.t.norm(), 1, 1e-6);
-  }
-}
-
-void expectInliersWithinThreshold(const MatchFilter& filter, const Frame& reference, const Frame& current,
-                                  const MatchResult& result) {
-  const double threshold = filter.options().robust.inlierThreshold();
-  for (size_t i = 0; i < result.matches.size(); ++i) {
-    if (result.stage[i] != MatchStage::kInlier) continue;
-    const cv::KeyPoint& a = reference.features.keypoints[static_cast<size_t>(result.matches[i].reference)];
-    const cv::KeyPoint& b = current.features.keypoints[static_cast<size_t>(result.matches[i].current)];
-    const cv::Point2f p = filter.camera().undistort(a.pt), q = filter.camera().undistort(b.pt);
-    ASSERT_LT(std::sqrt(squaredResidual(filter.camera(), result.robust, p, q)), threshold * (1 + 1e-3)) << i;
   }
 }
 
@@ -68,8 +55,6 @@ TEST(RealData, EveryMethodEndsWithAPoseOrAReasonOnEverySet) {
           filter.filter(reference, current, result);
           EXPECT_EQ(brokenResult(reference.features, current.features, result), "");
           expectHonestStatus(result, filter.camera().calibrated());
-          // Where the filter decides, the model gives only the pose.
-          if (!makeMethod(options)->filterDecides()) expectInliersWithinThreshold(filter, reference, current, result);
         }
       }
     }

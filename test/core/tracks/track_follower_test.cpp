@@ -185,13 +185,9 @@ TEST_F(TrackFollowerTest, WhatMovesOtherThanTheRestIsGivenUp) {
   EXPECT_LE(followed, on_wall + moved / 4);
 }
 
-TEST_F(TrackFollowerTest, AnotherImageSizeStartsAnew) {
+TEST_F(TrackFollowerTest, AnotherImageSizeOrAResetStartsAnew) {
   see(wall_.draw({}), grid());
-  const cv::Mat half = wall_.draw({})(cv::Rect(0, 0, kImageWidth / 2, kImageHeight)).clone();
-  EXPECT_TRUE(see(half, {}).empty());
-}
-
-TEST_F(TrackFollowerTest, AfterAResetNothingIsFollowed) {
+  EXPECT_TRUE(see(wall_.draw({})(cv::Rect(0, 0, kImageWidth / 2, kImageHeight)).clone(), {}).empty());
   see(wall_.draw({}), grid());
   follower_.reset();
   EXPECT_TRUE(see(wall_.draw({}), {}).empty());
