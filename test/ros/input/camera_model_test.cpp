@@ -2,6 +2,7 @@
 // sentence.
 #include "input/camera_model.h"
 
+#include <functional>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -61,32 +62,79 @@ sensor_msgs::CameraInfo cropped() {
   return info;
 }
 
-TEST(CameraModel, ShiftsThePrincipalPointToTheRegionOfInterest) {
-  const sensor_msgs::CameraInfo info = cropped();
-  expectIntrinsics(*model(info, {400, 300}), 500, 502, 221, 183);
-  expectIntrinsics(*model(info, {400, 300}, Rectified::kTrue), 480, 481, 210, 190);
+TEST(CameraModel, CutsTheRegionOfInterestThenBins) {
+  const struct {
+    sensor_msgs::CameraInfo info;
+    uint32_t binning_x, binning_y;
+    cv::Size size;
+    Rectified rectified;
+    double fx, fy, cx, cy;
+  } rows[] = {{cropped(), 0, 0, {400, 300}, Rectified::kFalse, 500, 502, 221, 183},
+              {cropped(), 0, 0, {400, 300}, Rectified::kTrue, 480, 481, 210, 190},
+              {calibrated(), 2, 4, {320, 120}, Rectified::kFalse, 250, 125.5, 160.5, 60.75},
+              {cropped(), 2, 2, {200, 150}, Rectified::kFalse, 250, 251, 110.5, 91.5}};
+  for (auto row : rows) {
+    row.info.binning_x = row.binning_x;
+    row.info.binning_y = row.binning_y;
+    expectIntrinsics(*model(row.info, row.size, row.rectified), row.fx, row.fy, row.cx, row.cy);
+  }
 }
 
-TEST(CameraModel, DividesByTheBinning) {
-  sensor_msgs::CameraInfo info = calibrated();
-  info.binning_x = 2;
-  info.binning_y = 4;
-  expectIntrinsics(*model(info, {320, 120}), 250, 125.5, 160.5, 60.75);
-}
-
-TEST(CameraModel, CutsTheRegionBeforeItBins) {
-  sensor_msgs::CameraInfo info = cropped();
-  info.binning_x = info.binning_y = 2;
-  expectIntrinsics(*model(info, {200, 150}), 250, 251, 110.5, 91.5);
-}
-
-TEST(CameraModel, TheSizeMustBeThatOfTheRegionOrTheBinnedImage) {
-  sensor_msgs::CameraInfo info = calibrated();
-  info.binning_x = info.binning_y = 2;
-  const auto wrong = model(info, {640, 480});
-  EXPECT_FALSE(wrong->camera.calibrated());
-  EXPECT_NE(wrong->problem.find("is for 320x240 images, but the image is 640x480"), std::string::npos)
-      << wrong->problem;
+TEST(CameraModel, RefusesWithASentence) {
+  using Info = sensor_msgs::CameraInfo;
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  const auto focal = [](double fx, double fy, double px) {
+    return [=](Info& info) {
+      info.K[0] = fx;
+      info.K[4] = fy;
+      info.P[0] = px;
+    };
+  };
+  const auto distortion = [](const std::string& name, std::vector<double> coefficients) {
+    return [=](Info& info) {
+      info.distortion_model = name;
+      info.D = coefficients;
+    };
+  };
+  const auto corner = [](Info& info) { info.K[2] = info.K[5] = info.P[2] = info.P[6] = 0; };
+  const struct {
+    std::function<void(Info&)> spoil;
+    Rectified rectified;
+    const char* words;
+  } rows[] = {{[](Info& info) { info.binning_x = info.binning_y = 2; }, Rectified::kFalse,
+               "on /camera_info is for 320x240 images, but the image is 640x480"},
+              {[](Info& info) {
+                 info.width = 0x80000000;
+                 info.binning_x = 0xffffffff;
+               },
+               Rectified::kFalse, "but the image is 640x480"},
+              {distortion("omnidirectional", {0.1, 0.1, 0, 0, 0}), Rectified::kFalse, "omnidirectional"},
+              {distortion("plumb_bob", std::vector<double>(7, 0.1)), Rectified::kFalse, "not 7"},
+              {distortion("plumb_bob", {nan, inf, 0, 0, 0}), Rectified::kFalse, "finite"},
+              {[](Info& info) {
+                 info.K[0] = info.K[4] = info.P[0] = info.P[5] = std::numeric_limits<double>::denorm_min();
+                 info.binning_x = info.binning_y = 4;
+                 info.width = info.height = 0;
+               },
+               Rectified::kFalse, "fx and fy are 0 after binning"},
+              {focal(nan, 500, 500), Rectified::kAuto, "fx is nan and fy is 500 in K"},
+              {focal(-500, 500, 500), Rectified::kAuto, "fx is -500 and fy is 500 in K"},
+              {focal(500, 0, 500), Rectified::kAuto, "fx is 500 and fy is 0 in K"},
+              {focal(500, 500, -480), Rectified::kAuto, "fx is -480 and fy is 481 in P"},
+              {focal(inf, 500, 500), Rectified::kAuto, "inf"},
+              {corner, Rectified::kFalse, "cx and cy are 0 in K"},
+              {corner, Rectified::kTrue, "cx and cy are 0 in P"}};
+  for (const auto& row : rows) {
+    Info info = calibrated();
+    row.spoil(info);
+    const auto refused = model(info, {640, 480}, row.rectified);
+    EXPECT_FALSE(refused->camera.calibrated()) << row.words;
+    EXPECT_NE(refused->problem.find("the camera_info on /camera_info"), std::string::npos) << refused->problem;
+    EXPECT_NE(refused->problem.find(row.words), std::string::npos) << refused->problem;
+  }
+  Info info = calibrated();
+  info.K[2] = info.P[2] = 0;
+  EXPECT_EQ(model(info, {640, 480})->problem, "") << "only both";
 }
 
 /// Undistorted pixels of the model against OpenCV's, on a grid over a 640x480 image.
@@ -133,26 +181,6 @@ TEST(CameraModel, EquidistantAndItsOtherName) {
       cv::fisheye::undistortPoints(pixels, expected, kMatrix, info.D, cv::noArray(), kMatrix);
     });
   }
-}
-
-TEST(CameraModel, RefusesAModelItDoesNotKnowAndSaysWhere) {
-  sensor_msgs::CameraInfo info = calibrated();
-  info.distortion_model = "omnidirectional";
-  info.D = {0.1, 0.1, 0, 0, 0};
-  const auto refused = model(info, {640, 480});
-  EXPECT_FALSE(refused->camera.calibrated());
-  EXPECT_NE(refused->problem.find("/camera_info"), std::string::npos) << refused->problem;
-  EXPECT_NE(refused->problem.find("omnidirectional"), std::string::npos) << refused->problem;
-}
-
-TEST(CameraModel, SaysWhatBinningMakesOfATinyFocalLength) {
-  sensor_msgs::CameraInfo info = calibrated();
-  info.K[0] = info.K[4] = info.P[0] = info.P[5] = std::numeric_limits<double>::denorm_min();
-  info.binning_x = info.binning_y = 4;
-  info.width = info.height = 0;
-  const auto refused = model(info, {640, 480});
-  EXPECT_FALSE(refused->camera.calibrated());
-  EXPECT_FALSE(refused->problem.empty());
 }
 
 TEST(CameraModel, QuotesAMessageInPart) {
@@ -242,34 +270,6 @@ TEST(CameraModel, DoubtsMindTheBinning) {
   info.P.fill(0);
   info.binning_x = info.binning_y = 2;
   EXPECT_EQ(doubt(info, {640, 480}), "");
-}
-
-TEST(CameraModel, NamesTheFocalLengthThatIsNone) {
-  const auto problem = [](double fx, double fy, double px) {
-    sensor_msgs::CameraInfo info = calibrated();
-    info.K[0] = fx;
-    info.K[4] = fy;
-    info.P[0] = px;
-    return model(info, {640, 480}, Rectified::kAuto)->problem;
-  };
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(problem(nan, 500, 500).find("fx is nan and fy is 500 in K"), std::string::npos);
-  EXPECT_NE(problem(-500, 500, 500).find("fx is -500 and fy is 500 in K"), std::string::npos);
-  EXPECT_NE(problem(500, 0, 500).find("fx is 500 and fy is 0 in K"), std::string::npos);
-  EXPECT_NE(problem(500, 500, -480).find("fx is -480 and fy is 481 in P"), std::string::npos);
-  EXPECT_NE(problem(std::numeric_limits<double>::infinity(), 500, 500).find("inf"), std::string::npos);
-}
-
-TEST(CameraModel, RefusesAPrincipalPointThatWasNotFilledIn) {
-  const auto problem = [](double cx, double cy, Rectified rectified) {
-    sensor_msgs::CameraInfo info = calibrated();
-    info.K[2] = info.P[2] = cx;
-    info.K[5] = info.P[6] = cy;
-    return model(info, {640, 480}, rectified)->problem;
-  };
-  EXPECT_NE(problem(0, 0, Rectified::kFalse).find("cx and cy are 0 in K"), std::string::npos);
-  EXPECT_NE(problem(0, 0, Rectified::kTrue).find("cx and cy are 0 in P"), std::string::npos);
-  EXPECT_EQ(problem(0, 240, Rectified::kFalse), "");
 }
 
 }  // namespace

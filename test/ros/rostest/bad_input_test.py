@@ -57,26 +57,15 @@ class BadInput(unittest.TestCase):
             setattr(message, name, value)
         return message
 
-    def test_empty_image(self):
-        self.assert_bad(self.ask_message(self.broken(width=0, height=0, step=0, data=b"")), "empty")
-
     def test_unknown_encoding(self):
         self.assert_bad(self.ask_message(self.broken(encoding="sepia12")), "sepia12", "mono8")
 
     def test_camera_info_that_describes_no_camera(self):
-        k = np.diag([500.0, 500.0, 1.0])
-        nan, negative = k * [[np.nan], [1], [1]], k * [[-1], [1], [1]]
-        sized, oddly_long, unknown, endless = (camera_info(0) for _ in range(4))
-        sized.width, sized.binning_x = 0x80000000, 0xffffffff
-        oddly_long.D = [0.1] * 7
-        unknown.D, unknown.distortion_model = [0.1] * 5, "kaleidoscope"
-        endless.D = [np.nan, np.inf, 0, 0, 0]
-        for info, words in ((camera_info(0, k=nan), "fx is nan"), (camera_info(0, k=negative), "fx is -500"),
-                            (sized, "640x480"), (oddly_long, "not 7"), (unknown, "kaleidoscope"), (endless, "finite")):
-            self.ask_exactly(self.frames[0], info)
-            answer = self.ask_exactly(self.frames[1], info)
-            self.assertEqual(answer.status, MatchStats.UNCALIBRATED, answer.status_text)
-            self.assertIn(words, answer.status_text)
+        endless = camera_info(0, d=(np.nan, np.inf, 0, 0, 0))
+        self.ask_exactly(self.frames[0], endless)
+        answer = self.ask_exactly(self.frames[1], endless)
+        self.assertEqual(answer.status, MatchStats.UNCALIBRATED, answer.status_text)
+        self.assertIn("finite", answer.status_text)
         self.assert_good_pair(self.exact)
 
     def test_images_without_camera_info_of_their_stamp_are_counted(self):
