@@ -4,6 +4,8 @@
 
 namespace gms_ransac {
 
+using RowMajor6d = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+
 std::string withoutLeadingSlash(const std::string& frame) {
   const size_t start = frame.find_first_not_of('/');
   return start == std::string::npos ? std::string() : frame.substr(start);
@@ -23,22 +25,30 @@ Eigen::Isometry3d toIsometry(const geometry_msgs::TransformStamped& transform) {
   return tf2::transformToEigen(transform);
 }
 
-geometry_msgs::PoseWithCovariance toPoseWithCovariance(const RelativePose& pose) {
+geometry_msgs::TwistWithCovariance toMessage(const Vector6d& twist, const Matrix6d& covariance) {
+  geometry_msgs::TwistWithCovariance message;
+  message.twist = tf2::toMsg(twist);
+  Eigen::Map<RowMajor6d>(message.covariance.data()) = covariance;
+  return message;
+}
+
+geometry_msgs::PoseWithCovariance toMessage(const Eigen::Isometry3d& pose, const Matrix6d& covariance) {
+  geometry_msgs::PoseWithCovariance message;
+  message.pose = tf2::toMsg(pose);
+  Eigen::Map<RowMajor6d>(message.covariance.data()) = covariance;
+  return message;
+}
+
+Eigen::Isometry3d toIsometry(const RelativePose& pose) {
   Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
   isometry.linear() = pose.R;
   isometry.translation() = pose.t;
-  geometry_msgs::PoseWithCovariance message;
-  message.pose = tf2::toMsg(isometry);
-  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message.covariance.data()) = pose.covariance;
-  return message;
+  return isometry;
 }
 
 geometry_msgs::TransformStamped relativeTransform(const RelativePose& current_in_reference,
                                                   const std_msgs::Header& current) {
-  Eigen::Isometry3d reference_in_current = Eigen::Isometry3d::Identity();
-  reference_in_current.linear() = current_in_reference.R.transpose();
-  reference_in_current.translation() = -(current_in_reference.R.transpose() * current_in_reference.t);
-  geometry_msgs::TransformStamped transform = tf2::eigenToTransform(reference_in_current);
+  geometry_msgs::TransformStamped transform = toTransform(toIsometry(current_in_reference).inverse());
   transform.header = current;
   transform.child_frame_id = referenceFrame(current.frame_id);
   return transform;

@@ -7,6 +7,9 @@
 
 namespace gms_ransac {
 
+namespace {
+
+/// Why a lookup failed with `error`: which frame has no publisher, else the message of tf2.
 std::string whatTfLacks(const tf2_ros::Buffer& buffer, const std::string& target, const std::string& source,
                         const std::string& error) {
   for (const std::string& frame : {source, target}) {
@@ -16,6 +19,8 @@ std::string whatTfLacks(const tf2_ros::Buffer& buffer, const std::string& target
   }
   return error;
 }
+
+}  // namespace
 
 TfLookup::TfLookup(const ros::NodeHandle& nh)
     : buffer_(std::make_unique<tf2_ros::Buffer>()),
@@ -39,5 +44,12 @@ bool TfLookup::knows(const std::string& target, const std::string& source, doubl
   Eigen::Isometry3d unused;
   return get(target, source, stamp, unused).empty();
 }
+
+std::string TfLookup::parentOf(const std::string& frame) const {
+  std::string parent;
+  return buffer_->_getParent(frame, ros::Time(0), parent) ? parent : std::string();
+}
+
+void TfLookup::clear() { buffer_->clear(); }
 
 }  // namespace gms_ransac

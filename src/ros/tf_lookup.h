@@ -4,19 +4,17 @@
 #include <memory>
 #include <string>
 
-#include <ros/node_handle.h>
 #include <Eigen/Geometry>
 
+namespace ros {
+class NodeHandle;
+}
 namespace tf2_ros {
 class Buffer;
 class TransformListener;
 }  // namespace tf2_ros
 
 namespace gms_ransac {
-
-/// Why a lookup failed with `error`: which frame has no publisher, else the message of tf2.
-std::string whatTfLacks(const tf2_ros::Buffer& buffer, const std::string& target, const std::string& source,
-                        const std::string& error);
 
 class TfLookup {
  public:
@@ -27,6 +25,10 @@ class TfLookup {
   /// is missing. Frames that are the same need no tf.
   std::string get(const std::string& target, const std::string& source, double stamp, Eigen::Isometry3d& transform);
   bool knows(const std::string& target, const std::string& source, double stamp);
+  /// The latest parent of a frame; empty: none is known.
+  std::string parentOf(const std::string& frame) const;
+  /// Forgets all but static transforms.
+  void clear();
 
  private:
   std::unique_ptr<tf2_ros::Buffer> buffer_;

@@ -11,7 +11,7 @@
 #include "output/message_conversion.h"
 #include "output/motion_integrator.h"
 #include "output/overlay.h"
-#include "output/point_outputs.h"
+#include "output/point_messages.h"
 #include "stream/frame_processor.h"
 
 namespace gms_ransac {

@@ -59,7 +59,7 @@ const Encoding* findEncoding(const std::string& name) {
   return nullptr;
 }
 
-std::string sizeText(const sensor_msgs::Image& image) {
+std::string shapeText(const sensor_msgs::Image& image) {
   return std::to_string(image.width) + "x" + std::to_string(image.height);
 }
 
@@ -83,9 +83,9 @@ constexpr double kMetresPerUnit = 0.001;  // of 16-bit depth, REP 118
 }  // namespace
 
 std::string layoutProblem(const sensor_msgs::Image& image, int type) {
-  if (image.width == 0 || image.height == 0 || image.data.empty()) return "it is empty (" + sizeText(image) + ")";
+  if (image.width == 0 || image.height == 0 || image.data.empty()) return "it is empty (" + shapeText(image) + ")";
   if (image.width > kMaximumSide || image.height > kMaximumSide)
-    return "it is " + sizeText(image) + ", too large: a side has at most " + std::to_string(kMaximumSide) + " pixels";
+    return "it is " + shapeText(image) + ", too large: a side has at most " + std::to_string(kMaximumSide) + " pixels";
   const size_t row = static_cast<size_t>(image.width) * CV_ELEM_SIZE(type), value = CV_ELEM_SIZE1(type);
   const auto step = [&image] { return "step is " + std::to_string(image.step) + " bytes, "; };
   if (image.step < row) {
@@ -119,7 +119,7 @@ std::string ImageConverter::toGrey(const sensor_msgs::Image& image, cv::Mat& gre
   std::string problem = layoutProblem(image, encoding->type);
   if (!problem.empty()) return problem;
   if (image.width < kMinimumSide || image.height < kMinimumSide) {
-    return "the image is " + sizeText(image) + "; both sides must be at least " + std::to_string(kMinimumSide) +
+    return "the image is " + shapeText(image) + "; both sides must be at least " + std::to_string(kMinimumSide) +
            " pixels";
   }
   guarded([&] { grey = convert(image, encoding->type, encoding->color_to_grey); },

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "priors/motion_priors.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -50,6 +52,15 @@ WaitingOptions waitingOptions(const Parameters& parameters, const std::shared_pt
 
 }  // namespace
 
+template <typename Change>
+void ImageInput::settle(const Change& change) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    change();
+  }
+  deliverSettled();
+}
+
 ImageInput::ImageInput(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
                        Callback callback, std::shared_ptr<MotionPriors> priors)
     : nh_(nh),
@@ -89,7 +100,8 @@ void ImageInput::start() {
   const auto queue = static_cast<uint32_t>(parameters_.queue_size);
   // Without the private handle the transport would be looked up in the nodelet manager's namespace.
   const image_transport::TransportHints hints(parameters_.image_transport, ros::TransportHints().tcpNoDelay(), pnh_);
-  mask_subscriber_ = pnh_.subscribe("mask", queue, &ImageInput::onMask, this);
+  mask_subscriber_ = pnh_.subscribe<sensor_msgs::Image>(
+      "mask", queue, [this](const sensor_msgs::ImageConstPtr& mask) { settle([&] { waiting_.addMask(mask); }); });
   if (exactInfo()) {
     startExact(queue, hints);
   } else {
@@ -120,7 +132,9 @@ void ImageInput::startExact(uint32_t queue, const image_transport::TransportHint
 void ImageInput::startTwoImages(uint32_t queue, const image_transport::TransportHints& hints) {
   const bool alike = parameters_.input != InputKind::kStream;
   if (parameters_.input == InputKind::kStereo) {
-    right_info_subscriber_ = nh_.subscribe("right/camera_info", queue, &ImageInput::onRightInfo, this);
+    right_info_subscriber_ = nh_.subscribe<sensor_msgs::CameraInfo>(
+        "right/camera_info", queue,
+        [this](const sensor_msgs::CameraInfoConstPtr& info) { settle([&] { waiting_.setRightInfo(info); }); });
   }
   image_subscriber_ = transport_.subscribe(toSubscribe(firstName(), parameters_.image_transport), queue,
                                            &ImageInput::onFirst, this, hints);
@@ -204,29 +218,11 @@ void ImageInput::deliverPairs() {
 }
 
 void ImageInput::onInfo(const sensor_msgs::CameraInfoConstPtr& info) {
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
+  settle([&] {
     ++infos_;
     last_info_stamp_ = info->header.stamp;
     waiting_.setCameraInfo(info);
-  }
-  deliverSettled();
-}
-
-void ImageInput::onRightInfo(const sensor_msgs::CameraInfoConstPtr& info) {
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    waiting_.setRightInfo(info);
-  }
-  deliverSettled();
-}
-
-void ImageInput::onMask(const sensor_msgs::ImageConstPtr& mask) {
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    waiting_.addMask(mask);
-  }
-  deliverSettled();
+  });
 }
 
 void ImageInput::onPair(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info) {
@@ -253,12 +249,10 @@ std::optional<int> ImageInput::unpaired() {
 
 void ImageInput::deliver(ImageWithInfo input) {
   input.received = ros::Time::now();
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
+  settle([&] {
     if (!twoImages() || input.depth || input.reference || input.right) ++complete_;
     waiting_.add(input, ros::SteadyTime::now().toSec());
-  }
-  deliverSettled();
+  });
 }
 
 void ImageInput::deliverSettled() {
@@ -289,32 +283,6 @@ void ImageInput::keepLooking(bool looking) {
   looking_ = looking;
   look_timer_.setPeriod(ros::WallDuration(looking ? kLookPeriod : kRest));
 }
-
-const char* ImageInput::firstName() const {
-  switch (parameters_.input) {
-    case InputKind::kPair:
-      return "reference/image";
-    case InputKind::kStereo:
-      return "left/image";
-    default:
-      return "image";
-  }
-}
-
-const char* ImageInput::secondName() const {
-  switch (parameters_.input) {
-    case InputKind::kPair:
-      return "current/image";
-    case InputKind::kStereo:
-      return "right/image";
-    default:
-      return "depth/image";
-  }
-}
-
-std::string ImageInput::firstTopic() const { return nh_.resolveName(firstName()); }
-
-std::string ImageInput::secondTopic() const { return nh_.resolveName(secondName()); }
 
 std::vector<InputTopic> ImageInput::inputs() const {
   std::vector<InputTopic> inputs = {{infoName(), infoTopic(), "sensor_msgs/CameraInfo"},

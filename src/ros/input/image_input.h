@@ -20,10 +20,11 @@
 #include "input/topics.h"
 #include "input/waiting_images.h"
 #include "parameters.h"
-#include "priors/motion_priors.h"
 #include "throttle.h"
 
 namespace gms_ransac {
+
+class MotionPriors;
 
 class ImageInput {
  public:
@@ -43,9 +44,7 @@ class ImageInput {
   bool started() const { return started_; }
 
   /// The current one of a pair; what is subscribed to lies below it when ~image_transport is not raw.
-  std::string imageTopic() const {
-    return nh_.resolveName(parameters_.input == InputKind::kPair ? "current/image" : firstName());
-  }
+  std::string imageTopic() const { return parameters_.input == InputKind::kPair ? secondTopic() : firstTopic(); }
   /// Everything subscribed to whose type is known.
   std::vector<InputTopic> inputs() const;
   std::string infoTopic() const { return nh_.resolveName(infoName()); }
@@ -58,26 +57,28 @@ class ImageInput {
   std::string waitingFor(const Topics& published);
 
  private:
+  static constexpr const char* kNames[][2] = {  ///< by InputKind
+      {"image", "depth/image"},
+      {"reference/image", "current/image"},
+      {"left/image", "right/image"}};
   using ExactPolicy = message_filters::sync_policies::ExactTime<sensor_msgs::Image, sensor_msgs::CameraInfo>;
 
   void checkTransport(const std::string& parameter, const std::string& transport) const;
   void startExact(uint32_t queue, const image_transport::TransportHints& hints);
   void startTwoImages(uint32_t queue, const image_transport::TransportHints& hints);
   bool twoImages() const { return parameters_.input != InputKind::kStream || parameters_.scale == ScaleMode::kDepth; }
-  /// The reference of a pair, the left one of two cameras, else the image.
-  const char* firstName() const;
-  const char* secondName() const;
+  /// The image, the reference of a pair, the left one of two cameras; and what belongs to it.
+  const char* firstName() const { return kNames[static_cast<int>(parameters_.input)][0]; }
+  const char* secondName() const { return kNames[static_cast<int>(parameters_.input)][1]; }
   const char* infoName() const { return parameters_.input == InputKind::kStereo ? "left/camera_info" : "camera_info"; }
-  std::string firstTopic() const;
-  std::string secondTopic() const;
+  std::string firstTopic() const { return nh_.resolveName(firstName()); }
+  std::string secondTopic() const { return nh_.resolveName(secondName()); }
   /// The name to hand to image_transport.
   std::string toSubscribe(const std::string& name, const std::string& transport) const;
   bool exactInfo() const { return needsInfo() && parameters_.camera_info_sync == CameraInfoSync::kExact; }
   bool needsInfo() const { return !parameters_.camera.calibrated(); }
   void onImage(const sensor_msgs::ImageConstPtr& image);
   void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
-  void onRightInfo(const sensor_msgs::CameraInfoConstPtr& info);
-  void onMask(const sensor_msgs::ImageConstPtr& mask);
   void onPair(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
   /// One of the two is null.
   void onUnpaired(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
@@ -90,6 +91,9 @@ class ImageInput {
   std::string whyNoPartner(const Topics& published) const;
   void countImage(const sensor_msgs::ImageConstPtr& image);
   void deliver(ImageWithInfo input);
+  /// Makes a change, with mutex_ held, after which images may be settled.
+  template <typename Change>
+  void settle(const Change& change);
   /// Hands over the images that need wait no longer.
   void deliverSettled();
   /// Called by the timer while images wait for partners, other sensors or tf.

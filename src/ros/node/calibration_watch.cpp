@@ -19,10 +19,6 @@ constexpr double kAsSignificant = 0.6;
 constexpr std::array<double, CameraErrors::kCount> kSmallest = {0.02, 0.02, 0.02, 0.02, 0.1};
 constexpr double kLongestReadout = 1;  // of the time from image to image
 
-constexpr CameraErrors::Parameter kParameters[] = {CameraErrors::kFocalLength, CameraErrors::kPrincipalX,
-                                                   CameraErrors::kPrincipalY, CameraErrors::kRadial,
-                                                   CameraErrors::kReadoutRotation};
-
 std::string format(const char* text, double value) {
   char buffer[100];
   std::snprintf(buffer, sizeof buffer, text, std::abs(value));
@@ -42,22 +38,19 @@ std::string CalibrationWatch::doubt() const {
   const auto contradictions =
       std::count_if(pairs_.begin(), pairs_.end(), [](const Pair& pair) { return pair.contradicts; });
   if (pairs_.size() < kPairs || contradictions <= kDoubtAbove) return std::string();
-  std::array<Consensus, CameraErrors::kCount> errors;
-  double largest = 0;
-  for (const auto k : kParameters) {
-    errors[k] = consensus(k);
-    largest = std::max(largest, errors[k].weight);
-  }
+  std::array<double, CameraErrors::kCount> error{}, weight{};
+  for (size_t k = 0; k < error.size(); ++k) weight[k] = significance(k, error[k]);
+  const double largest = *std::max_element(weight.begin(), weight.end());
   if (!(largest > 0)) return std::string();
 
   std::string seems, remedies;
   int causes = 0;
-  for (const auto k : kParameters) {
-    if (errors[k].weight < kAsSignificant * largest) continue;
-    const Words said = words(k, errors[k].mean);
-    seems += (seems.empty() ? "" : ", or ") + said.error;
-    if (remedies.find(said.remedy) != std::string::npos) continue;
-    remedies += (remedies.empty() ? "" : ", or ") + said.remedy;
+  for (size_t k = 0; k < error.size(); ++k) {
+    if (weight[k] < kAsSignificant * largest) continue;
+    const auto [what, remedy] = words(k, error[k]);
+    seems += (seems.empty() ? "" : ", or ") + what;
+    if (remedies.find(remedy) != std::string::npos) continue;
+    remedies += (remedies.empty() ? "" : ", or ") + remedy;
     ++causes;
   }
   return "the matches of " + std::to_string(contradictions) + " of the last " + std::to_string(kPairs) +
@@ -65,36 +58,34 @@ std::string CalibrationWatch::doubt() const {
          (causes > 1 ? "; these images cannot tell which" : "");
 }
 
-CalibrationWatch::Consensus CalibrationWatch::consensus(CameraErrors::Parameter parameter) const {
+double CalibrationWatch::significance(size_t parameter, double& mean) const {
   double information = 0, sum = 0;
   for (const Pair& pair : pairs_) {
     information += pair.errors.information[parameter];
     sum += pair.errors.information[parameter] * pair.errors.value[parameter];
   }
-  Consensus consensus;
-  if (!(information > 0)) return consensus;
-  consensus.mean = sum / information;
+  if (!(information > 0)) return 0;
+  mean = sum / information;
   double scatter = 0;
   int agreeing = 0;
   for (const Pair& pair : pairs_) {
     const double value = pair.errors.value[parameter];
-    const double pull = pair.errors.information[parameter] * (value - consensus.mean);
+    const double pull = pair.errors.information[parameter] * (value - mean);
     scatter += pull * pull;
-    agreeing += value * consensus.mean > 0;
+    agreeing += value * mean > 0;
   }
-  double size = std::abs(consensus.mean);
+  double size = std::abs(mean);
   if (parameter == CameraErrors::kReadoutRotation) {
-    size = -consensus.mean * rows();  // a readout that is too long is refused pair by pair
-    if (size > kLongestReadout) return consensus;
+    size = -mean * rows();  // a readout that is too long is refused pair by pair
+    if (size > kLongestReadout) return 0;
   }
   const double significance = std::abs(sum) / std::sqrt(scatter);
   const bool holds = size >= kSmallest[parameter] && significance >= kLeastSignificance &&
                      agreeing >= kLeastAgreeing * static_cast<double>(pairs_.size());
-  if (holds) consensus.weight = significance;
-  return consensus;
+  return holds ? significance : 0;
 }
 
-CalibrationWatch::Words CalibrationWatch::words(CameraErrors::Parameter parameter, double error) const {
+std::pair<std::string, std::string> CalibrationWatch::words(size_t parameter, double error) const {
   const CameraIntrinsics& k = camera_->camera.intrinsics();
   const std::string by = error > 0 ? " too large" : " too small", of = " of " + camera_->source + " (another ";
   const std::string centre = "check cx and cy" + of + "resolution or crop?)";

@@ -4,6 +4,7 @@
 #include <deque>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "gms_ransac/robust_result.h"
 #include "input/camera_model.h"
@@ -28,17 +29,11 @@ class CalibrationWatch {
     bool contradicts;
     CameraErrors errors;
   };
-  /// Mean of one error over the pairs.
-  struct Consensus {
-    double mean = 0;
-    double weight = 0;  ///< significance in standard deviations; 0: the pairs disagree, or the error is too small
-  };
-
-  Consensus consensus(CameraErrors::Parameter parameter) const;
-  struct Words {
-    std::string error, remedy;
-  };
-  Words words(CameraErrors::Parameter parameter, double error) const;
+  /// Sets the mean of one error over the pairs. Returns its significance in standard deviations; 0: the pairs disagree,
+  /// or the error is too small.
+  double significance(size_t parameter, double& mean) const;
+  /// The error and its remedy.
+  std::pair<std::string, std::string> words(size_t parameter, double error) const;
   /// Height of an image in focal lengths.
   double rows() const { return camera_->camera.imageSize().height / camera_->camera.intrinsics().fy; }
 

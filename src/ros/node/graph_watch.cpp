@@ -13,8 +13,6 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr std::chrono::seconds kPeriod{2};
-
 /// False: no answer, or one that says the call failed.
 bool call(const char* method, const char* argument, XmlRpc::XmlRpcValue& answer) {
   XmlRpc::XmlRpcValue request, response;
@@ -26,65 +24,49 @@ bool call(const char* method, const char* argument, XmlRpc::XmlRpcValue& answer)
 
 }  // namespace
 
-GraphWatch::GraphWatch(const std::string& name) : name_(name), thread_([this] { watch(); }) {}
-
-GraphWatch::~GraphWatch() {
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    stopping_ = true;
+void GraphWatch::look() {
+  if (!asked_.valid()) {
+    asked_ = std::async(std::launch::async, [this] {
+      Answer answer;
+      guarded([&] { answer = ask(); },
+              [&](const std::string& what) { answer.problem = "the request to the ROS master failed: " + what; });
+      return answer;
+    });
+    return;
   }
-  stopped_.notify_all();
-  thread_.join();
+  // While the process ends the master's answers mean nothing.
+  if (!ros::ok() || asked_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+  const std::string before = last_.problem;
+  last_ = asked_.get();
+  if (last_.problem == before) return;
+  if (last_.problem.empty()) {
+    ROS_INFO_STREAM(name_ << ": the ROS master answers again");
+  } else {
+    ROS_ERROR_STREAM(name_ << ": " << last_.problem);
+  }
 }
 
-std::string GraphWatch::problem() const {
-  std::lock_guard<std::mutex> lock(mutex_);
-  return problem_;
-}
-
-Topics GraphWatch::topics() const {
-  std::lock_guard<std::mutex> lock(mutex_);
-  return topics_;
-}
-
-void GraphWatch::watch() {
-  std::unique_lock<std::mutex> lock(mutex_);
-  do {
-    lock.unlock();
-    std::string problem;
-    Topics topics;
-    guarded([&] { problem = ask(topics); },
-            [&](const std::string& what) { problem = "the request to the ROS master failed: " + what; });
-    lock.lock();
-    topics_ = std::move(topics);
-    // While the process ends the master's answers mean nothing.
-    if (stopping_ || !ros::ok() || problem == problem_) continue;
-    problem_ = problem;
-    if (problem.empty()) {
-      ROS_INFO_STREAM(name_ << ": the ROS master answers again");
-    } else {
-      ROS_ERROR_STREAM(name_ << ": " << problem);
-    }
-  } while (!stopped_.wait_for(lock, kPeriod, [this] { return stopping_; }));
-}
-
-std::string GraphWatch::ask(Topics& topics) {
+GraphWatch::Answer GraphWatch::ask() {
+  Answer answer;
   const std::string master = "the ROS master at " + ros::master::getURI();
   XmlRpc::XmlRpcValue pid, uri, published;
   if (!call("getPid", nullptr, pid)) {
-    return master + " does not answer: existing connections work, new ones cannot be made; restart it, then all nodes";
+    answer.problem =
+        master + " does not answer: existing connections work, new ones cannot be made; restart it, then all nodes";
+    return answer;
   }
   if (master_pid_ == 0) master_pid_ = static_cast<int>(pid);
   // In a container every master may have the same process id; but a new one knows no node.
   forgotten_ |= master_pid_ != static_cast<int>(pid) || !call("lookupNode", ros::this_node::getName().c_str(), uri);
   if (forgotten_) {
-    return master + " was restarted and knows nothing of " + ros::this_node::getName() +
-           ": existing connections work, new ones cannot be made; restart this node and all others";
+    answer.problem = master + " was restarted and knows nothing of " + ros::this_node::getName() +
+                     ": existing connections work, new ones cannot be made; restart this node and all others";
+  } else if (call("getPublishedTopics", "", published)) {
+    for (int i = 0; i < published.size(); ++i) {
+      answer.topics[published[i][0]] = static_cast<std::string>(published[i][1]);
+    }
   }
-  if (call("getPublishedTopics", "", published)) {
-    for (int i = 0; i < published.size(); ++i) topics[published[i][0]] = static_cast<std::string>(published[i][1]);
-  }
-  return std::string();
+  return answer;
 }
 
 }  // namespace gms_ransac

@@ -27,7 +27,7 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "match_filter");
   const ros::NodeHandle nh, pnh("~");  // outlive the attempt: without a handle logging has ended
   try {
-    gms_ransac::MatchFilterRos filter(nh, pnh);
+    const auto filter = gms_ransac::runMatchFilter(nh, pnh);
     ros::spin();
   } catch (const std::exception& error) {
     ROS_FATAL_STREAM(ros::this_node::getName() << ": " << error.what());

@@ -13,13 +13,13 @@ class MatchFilterNodelet : public nodelet::Nodelet {
   void onInit() override {
     try {
       // The single-threaded handle keeps images in order; the heavy work has its own thread.
-      filter_ = std::make_unique<MatchFilterRos>(getNodeHandle(), getPrivateNodeHandle());
+      filter_ = runMatchFilter(getNodeHandle(), getPrivateNodeHandle());
     } catch (const std::exception& error) {
       NODELET_FATAL("%s: %s", getName().c_str(), error.what());
       throw;
     }
   }
-  std::unique_ptr<MatchFilterRos> filter_;
+  std::shared_ptr<void> filter_;
 };
 
 }  // namespace gms_ransac

@@ -1,16 +1,23 @@
 #include "node/match_filter_ros.h"
 
-#include <algorithm>
+#include <atomic>
 #include <exception>
+#include <mutex>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
+#include <ros/node_handle.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
 #include <opencv2/core/version.hpp>
 
 #include "guard.h"
 #include "input/image_input.h"
+#include "node/calibration_watch.h"
 #include "node/diagnostics.h"
 #include "node/graph_watch.h"
+#include "node/mailbox.h"
 #include "node/reconfigure.h"
 #include "output/outputs.h"
 #include "priors/motion_priors.h"
@@ -46,7 +53,66 @@ void refuseOwnOutput(const std::vector<InputTopic>& inputs, const std::string& o
   }
 }
 
-}  // namespace
+class MatchFilterRos {
+ public:
+  MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh);
+  ~MatchFilterRos();
+
+ private:
+  /// Throws std::invalid_argument and changes nothing where they contradict each other.
+  void setOptions(const RuntimeOptions& options);
+  /// Subscribes to the images while an output has a subscriber.
+  void updateSubscription();
+  void onImage(const ImageWithInfo& input);
+  bool reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool pause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  /// The worker: images from the mailbox to outputs; with a second thread only up to the extraction.
+  void work();
+  void processPrepared();
+  void process(const ImageWithInfo& input);
+  /// Compares and publishes. Skips images that ~features does not need while no other output has a subscriber.
+  void answer(std::unique_ptr<PreparedFrame> frame);
+  void publish(const ProcessedFrame& processed, const OutputOptions& options);
+  OutputOptions outputOptions();
+  /// Runs what a callback or a worker does; an exception becomes a warning.
+  template <typename Work>
+  void guard(const Work& work);
+  void watchInput();
+  /// Reports to diagnostics why the calibration may be wrong, if there is a reason.
+  void watchCalibration(const ProcessedFrame& processed);
+
+  ros::NodeHandle nh_, pnh_;
+  const Parameters parameters_;
+  Throttle throttle_;
+
+  std::mutex options_mutex_;
+  OutputOptions output_options_;
+
+  std::atomic<uint32_t> received_{0}, dropped_{0};
+  // Used by the publishing thread only.
+  uint32_t processed_ = 0, passed_over_ = 0, resets_ = 0;
+  CalibrationWatch calibration_watch_;
+
+  std::mutex subscription_mutex_;
+  std::atomic<bool> closing_{false}, paused_{false};
+  // Members are destroyed in reverse order. An image may be freed by code of an image_transport plugin that the input
+  // unloads, so every member that holds images is declared after the input.
+  std::shared_ptr<MotionPriors> priors_;  ///< null: no other sensor is used
+  std::unique_ptr<ImageInput> input_;
+  Mailbox<ImageWithInfo> mailbox_;
+  Mailbox<std::unique_ptr<PreparedFrame>> prepared_;  ///< between the two threads, if there are two
+  std::unique_ptr<FrameProcessor> processor_;
+  std::unique_ptr<Outputs> outputs_;
+  std::unique_ptr<Reconfigure> reconfigure_;
+  std::unique_ptr<Diagnostics> diagnostics_;
+  GraphWatch graph_watch_;
+  ros::ServiceServer reset_service_, pause_service_;
+  ros::WallTimer watch_timer_;
+  int silent_seconds_ = 0;
+  ros::Time last_clock_;           ///< when `watchInput` ran
+  std::string subscribe_problem_;  ///< guarded by subscription_mutex_
+  std::thread worker_, second_worker_;
+};
 
 template <typename Work>
 void MatchFilterRos::guard(const Work& work) {
@@ -59,7 +125,8 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
       parameters_(Parameters::read(pnh)),
       throttle_(parameters_.name),
       mailbox_(parameters_.drop_frames ? 1 : static_cast<size_t>(parameters_.queue_size)),
-      prepared_(1) {
+      prepared_(1),
+      graph_watch_(parameters_.name) {
   for (const std::string& unknown : unknownParameters(pnh_, parameters_)) {
     ROS_WARN_STREAM(parameters_.name << ": parameter " << pnh_.resolveName(unknown)
                                      << " is set, but this node has no such parameter; check the spelling");
@@ -84,7 +151,6 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   }
   if (start.outputs.publish_odom_tf) outputs_->expectOdomTf();
   diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, parameters_);
-  graph_watch_ = std::make_unique<GraphWatch>(parameters_.name);
   ROS_INFO_STREAM(parameters_.name << ": method " << start.processor.core.method << ", model "
                                    << toString(start.processor.core.robust.model) << ", OpenCV " << CV_VERSION
                                    << "; subscribes to " << input_->imageTopic()
@@ -247,7 +313,8 @@ void MatchFilterRos::watchCalibration(const ProcessedFrame& processed) {
 }
 
 void MatchFilterRos::watchInput() {
-  const Topics published = graph_watch_->topics();
+  graph_watch_.look();
+  const Topics& published = graph_watch_.topics();
   InputReport report;
   report.error = wrongTypes(input_->inputs(), published);
   {
@@ -269,10 +336,16 @@ void MatchFilterRos::watchInput() {
   report.unpaired = input_->unpaired();
   diagnostics_->setInput(report);
   if (priors_) diagnostics_->setPriors(priors_->report());
-  const std::string registration = graph_watch_->problem(), no_clock = received_ > 0 ? clockProblem() : std::string();
+  const std::string &registration = graph_watch_.problem(), no_clock = received_ > 0 ? clockProblem() : std::string();
   if (!no_clock.empty()) throttle_.warn("clock", no_clock);
   diagnostics_->setGraph(registration.empty() ? no_clock : registration);
   diagnostics_->update();
+}
+
+}  // namespace
+
+std::shared_ptr<void> runMatchFilter(const ros::NodeHandle& nh, const ros::NodeHandle& pnh) {
+  return std::make_shared<MatchFilterRos>(nh, pnh);
 }
 
 }  // namespace gms_ransac

@@ -105,7 +105,9 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
   message.metric_scale = processed.metric_scale;
   message.current_in_reference = geometry_msgs::PoseWithCovariance();
   message.current_in_reference.pose.orientation.w = 1;
-  if (processed.poseValid()) message.current_in_reference = toPoseWithCovariance(processed.pose);
+  if (processed.poseValid()) {
+    message.current_in_reference = toMessage(toIsometry(processed.pose), processed.pose.covariance);
+  }
 }
 
 void toMessage(const ProcessedFrame& processed, Keypoints& message) {

@@ -7,13 +7,11 @@
 
 #include <Eigen/Geometry>
 
+#include "frames.h"
 #include "gms_ransac/relative_pose.h"
 #include "stream/publishable_pose.h"
 
 namespace gms_ransac {
-
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 /// Pose and velocity of a moving frame. Order of the covariances: x y z, then rotation about x y z; perturbations are
 /// additive for translations and on the left for rotations, in the axes the quantity is expressed in.

@@ -7,12 +7,11 @@
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
 #include <ros/master.h>
-#include <tf2_ros/buffer.h>
-#include <tf2_ros/transform_listener.h>
 #include <boost/make_shared.hpp>
 
 #include "frames.h"
 #include "output/output_options.h"
+#include "output/watched_broadcaster.h"
 #include "stream/publishable_pose.h"
 #include "tf_lookup.h"
 
@@ -24,36 +23,14 @@ namespace {
 constexpr double kSettlingSeconds = 1;
 constexpr size_t kPathPoses = 2000;  // a minute of a 30 Hz camera, in messages of 200 kB; then every second one
 
-using RowMajor6d = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
-
-geometry_msgs::PoseWithCovariance toMessage(const Eigen::Isometry3d& pose, const Matrix6d& covariance) {
-  geometry_msgs::PoseWithCovariance message;
-  message.pose = gms_ransac::toMessage(pose);
-  Eigen::Map<RowMajor6d>(message.covariance.data()) = covariance;
-  return message;
-}
-
-geometry_msgs::TwistWithCovariance toMessage(const Vector6d& twist, const Matrix6d& covariance) {
-  geometry_msgs::TwistWithCovariance message;
-  message.twist.linear.x = twist(0);
-  message.twist.linear.y = twist(1);
-  message.twist.linear.z = twist(2);
-  message.twist.angular.x = twist(3);
-  message.twist.angular.y = twist(4);
-  message.twist.angular.z = twist(5);
-  Eigen::Map<RowMajor6d>(message.covariance.data()) = covariance;
-  return message;
-}
-
 }  // namespace
 
 OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
-                               const ros::SubscriberStatusCallback& changed)
+                               WatchedBroadcaster& broadcaster, const ros::SubscriberStatusCallback& changed)
     : nh_(nh),
       parameters_(parameters),
       odometry_(parameters.scale == ScaleMode::kFixed ? parameters.fixed_scale : 1),
-      buffer_(std::make_unique<tf2_ros::Buffer>()),
-      broadcaster_(parameters.name),
+      broadcaster_(broadcaster),
       throttle_(parameters.name) {
   // From the start, or the first pairs would find no place of the camera on its base.
   if (!parameters_.base_frame.empty()) listen();
@@ -143,15 +120,15 @@ RelativePose OdometryOutput::withUsualLength(RelativePose motion, double length)
 }
 
 void OdometryOutput::listen() {
-  if (listener_) return;
-  listener_ = std::make_unique<tf2_ros::TransformListener>(*buffer_, nh_);
+  if (tf_) return;
+  tf_ = std::make_unique<TfLookup>(nh_);
   listening_since_ = ros::WallTime::now();
 }
 
 void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transform) {
   // Without a master to listen waits for one, and the images would with it.
-  if (with_transform && !listener_ && ros::master::check()) listen();
-  if (processed.continuity == Continuity::kRestarted) buffer_->clear();
+  if (with_transform && !tf_ && ros::master::check()) listen();
+  if (processed.continuity == Continuity::kRestarted && tf_) tf_->clear();
   if (!integrate(processed) || (listeners() == 0 && !with_transform)) return;
   const std_msgs::Header& header = processed.current->header;
   const auto camera_in_base = cameraInBase(header);
@@ -229,23 +206,20 @@ std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::He
   if (parameters_.base_frame.empty() || parameters_.base_frame == camera.frame_id) return Eigen::Isometry3d::Identity();
   // A camera moves little on its body within the moment that tf is late: the latest is the next best.
   std::string problem;
-  for (const ros::Time& when : {camera.stamp, ros::Time(0)}) {
-    try {
-      return toIsometry(buffer_->lookupTransform(parameters_.base_frame, camera.frame_id, when));
-    } catch (const tf2::TransformException& error) {
-      problem = whatTfLacks(*buffer_, parameters_.base_frame, camera.frame_id, error.what());
-    }
+  for (const double stamp : {camera.stamp.toSec(), 0.}) {
+    Eigen::Isometry3d camera_in_base;
+    problem = tf_->get(parameters_.base_frame, camera.frame_id, stamp, camera_in_base);
+    if (problem.empty()) return camera_in_base;
   }
-  problem_ =
-      "no ~odom: tf does not know " + camera.frame_id + " in ~base_frame '" + parameters_.base_frame + "': " + problem;
+  problem_ = "no ~odom in ~base_frame: " + problem;
   throttle_.warn("base frame", problem_);
   return std::nullopt;
 }
 
 bool OdometryOutput::mayBroadcast(const std::string& parent, const std::string& child) {
   if ((ros::WallTime::now() - listening_since_).toSec() < kSettlingSeconds) return false;
-  std::string owner;
-  if (!buffer_->_getParent(child, ros::Time(0), owner)) return true;
+  const std::string owner = tf_->parentOf(child);
+  if (owner.empty()) return true;
   if (owner == parent && !last_broadcast_.isZero()) return true;
   refused_ = true;
   held_.clear();
@@ -260,7 +234,7 @@ void OdometryOutput::broadcast(const Eigen::Isometry3d& pose, const ros::Time& s
   const bool inverted = parameters_.invert_odom_tf;
   const std::string& parent = inverted ? moving_frame : parameters_.odom_frame;
   const std::string& child = inverted ? parameters_.odom_frame : moving_frame;
-  if (stamp == last_broadcast_ || refused_ || !listener_) return;
+  if (stamp == last_broadcast_ || refused_ || !tf_) return;
   geometry_msgs::TransformStamped transform = toTransform(inverted ? pose.inverse() : pose);
   transform.header.stamp = stamp;
   transform.header.frame_id = parent;

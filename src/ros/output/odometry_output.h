@@ -11,21 +11,18 @@
 #include <ros/node_handle.h>
 
 #include "output/motion_integrator.h"
-#include "output/watched_broadcaster.h"
 #include "stream/processed_frame.h"
 #include "throttle.h"
 
-namespace tf2_ros {
-class Buffer;
-class TransformListener;
-}  // namespace tf2_ros
-
 namespace gms_ransac {
+
+class TfLookup;
+class WatchedBroadcaster;
 
 class OdometryOutput {
  public:
   OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
-                 const ros::SubscriberStatusCallback& listeners_changed);
+                 WatchedBroadcaster& broadcaster, const ros::SubscriberStatusCallback& listeners_changed);
   ~OdometryOutput();
 
   int listeners() const;
@@ -65,9 +62,8 @@ class OdometryOutput {
   double known_until_ = 0;  ///< stamp of the image whose place `odometry_` holds, seconds
   std::vector<geometry_msgs::PoseStamped> path_;
   ros::Publisher odom_, twist_, pose_, transform_, path_publisher_;
-  std::unique_ptr<tf2_ros::Buffer> buffer_;
-  std::unique_ptr<tf2_ros::TransformListener> listener_;  ///< only where tf is needed: it is a busy topic
-  WatchedBroadcaster broadcaster_;
+  std::unique_ptr<TfLookup> tf_;  ///< only where tf is needed: it is a busy topic
+  WatchedBroadcaster& broadcaster_;
   ros::WallTime listening_since_;
   bool refused_ = false;
   std::vector<geometry_msgs::TransformStamped> held_;  ///< until tf has been listened to long enough

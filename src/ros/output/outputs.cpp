@@ -1,16 +1,19 @@
 #include "output/outputs.h"
 
+#include <type_traits>
+#include <utility>
+#include <vector>
+
 #include <cv_bridge/cv_bridge.h>
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <std_msgs/Bool.h>
+#include <boost/algorithm/string/replace.hpp>
 #include <boost/make_shared.hpp>
 
 #include "frames.h"
 #include "guard.h"
 #include "output/odometry_output.h"
-#include "output/output_options.h"
-#include "output/point_outputs.h"
-#include "output/stereo_output.h"
+#include "output/point_messages.h"
 #include "output/watched_broadcaster.h"
 
 namespace gms_ransac {
@@ -19,11 +22,40 @@ namespace {
 
 const std::string kOverlay = "match_image";
 
+/// `type`: the name under which the topic is advertised, of a message type with the same fields.
+ros::AdvertiseOptions stereoFeatures(const std::string& type, const ros::SubscriberStatusCallback& changed) {
+  auto options = ros::AdvertiseOptions::create<StereoFeatures>("stereo_features", kPublisherQueue, changed, changed,
+                                                               ros::VoidConstPtr(), nullptr);
+  // The md5sum depends on the fields alone. The definition, which bags keep, names the package of the nested type.
+  options.datatype = type;
+  boost::replace_all(options.message_definition, "gms_ransac/", type.substr(0, type.find('/') + 1));
+  return options;
+}
+
+bool heard(const ros::Publisher& publisher) { return publisher.getNumSubscribers() > 0; }
+
+/// Publishes without a copy for subscribers in the same process.
+template <typename Message>
+void publishShared(const ros::Publisher& publisher, Message&& message) {
+  publisher.publish(boost::make_shared<std::decay_t<Message>>(std::forward<Message>(message)));
+}
+
+Quantiles<double> agesOf(const std::vector<Feature>& features) {
+  std::vector<double> ages;
+  ages.reserve(features.size());
+  for (const Feature& feature : features) ages.push_back(feature.age);
+  return quantilesOf(std::move(ages));
+}
+
 }  // namespace
 
 Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
                  const std::function<void()>& listeners_changed)
-    : transport_(pnh), broadcaster_(std::make_unique<WatchedBroadcaster>(parameters.name)), throttle_(parameters.name) {
+    : transport_(pnh),
+      broadcaster_(std::make_unique<WatchedBroadcaster>(parameters.name)),
+      feature_layout_(parameters.feature_layout),
+      feature_stream_(parameters.input),
+      throttle_(parameters.name) {
   ros::NodeHandle outputs(pnh);
   const ros::SubscriberStatusCallback changed = [listeners_changed](const ros::SingleSubscriberPublisher&) {
     listeners_changed();
@@ -36,10 +68,14 @@ Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Pa
   relative_pose_ =
       outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("relative_pose", kPublisherQueue, changed, changed);
   restart_ = outputs.advertise<std_msgs::Bool>("restart", kPublisherQueue);  // does not cause a subscription
-  odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, changed);
-  points_ = std::make_unique<PointOutputs>(outputs, parameters, changed);
+  odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, *broadcaster_, changed);
+  features_ = outputs.advertise<sensor_msgs::PointCloud>("features", kPublisherQueue, changed, changed);
+  inlier_points_ = outputs.advertise<sensor_msgs::PointCloud2>("inlier_points", kPublisherQueue, changed, changed);
+  markers_ = outputs.advertise<visualization_msgs::MarkerArray>("match_markers", kPublisherQueue, changed, changed);
   if (parameters.input == InputKind::kStereo) {
-    stereo_ = std::make_unique<StereoOutput>(outputs, parameters.stereo_features_type, changed);
+    auto options = stereoFeatures(parameters.stereo_features_type, changed);
+    stereo_features_ = outputs.advertise(options);
+    stereo_stream_.emplace();
   }
   match_image_ = transport_.advertise(kOverlay, 1, image_changed, image_changed);
 }
@@ -49,27 +85,24 @@ Outputs::~Outputs() = default;
 std::string Outputs::overlayTopic(const ros::NodeHandle& pnh) { return pnh.resolveName(kOverlay); }
 
 int Outputs::listeners() const {
-  int count = static_cast<int>(match_image_.getNumSubscribers()) + odometry_->listeners() + points_->listeners() +
-              (stereo_ ? stereo_->listeners() : 0);
-  for (const ros::Publisher* publisher : {&correspondences_, &keypoints_, &stats_, &relative_pose_}) {
-    count += static_cast<int>(publisher->getNumSubscribers());
+  uint32_t count = match_image_.getNumSubscribers();
+  for (const ros::Publisher* publisher : {&correspondences_, &keypoints_, &stats_, &relative_pose_, &inlier_points_,
+                                          &markers_, &features_, &stereo_features_}) {
+    count += publisher->getNumSubscribers();
   }
-  return count;
+  return static_cast<int>(count) + odometry_->listeners();
 }
 
 bool Outputs::featuresSuffice(const OutputOptions& options) const {
   const bool transforms = options.publish_odom_tf || (options.publish_relative_tf && broadcaster_->listened());
-  const int features = points_->features().listeners() + (stereo_ ? stereo_->listeners() : 0);
+  const auto features = static_cast<int>(features_.getNumSubscribers() + stereo_features_.getNumSubscribers());
   return features > 0 && features == listeners() && !transforms;
 }
 
-bool Outputs::rightImageSuffices() const { return !stereo_ || !stereo_->needsKeypoints(); }
-
 bool Outputs::passesOver(const PreparedFrame& frame, const OutputOptions& options) {
-  FeatureOutput& features = points_->features();
-  const bool of_one = features.listeners() > 0, of_two = stereo_ && stereo_->listeners() > 0;
-  return (of_one || of_two) && (!of_one || features.passesOver(frame, options.features)) &&
-         (!of_two || stereo_->passesOver(frame, options.features));
+  const bool of_one = heard(features_), of_two = heard(stereo_features_);
+  return (of_one || of_two) && (!of_one || feature_stream_.passesOver(frame, options.features)) &&
+         (!of_two || stereo_stream_->passesOver(frame, options.features));
 }
 
 std::string Outputs::problem() const { return odometry_->problem(); }
@@ -85,9 +118,8 @@ MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const Frame
   guarded([&] { publishMotion(processed, options); }, report);
   auto stats = boost::make_shared<MatchStats>();
   toMessage(processed, counters, *stats);
-  const Quantiles<double>& ages = points_->features().ages();
-  stats->feature_age_median = static_cast<float>(ages.median);
-  stats->feature_age_p90 = static_cast<float>(ages.p90);
+  stats->feature_age_median = static_cast<float>(feature_ages_.median);
+  stats->feature_age_p90 = static_cast<float>(feature_ages_.p90);
   // In floating point: ros::Duration throws where stamp and clock are 68 years apart.
   stats->latency = static_cast<float>(ros::Time::now().toSec() - processed.current->header.stamp.toSec());
   stats_.publish(stats);
@@ -105,7 +137,7 @@ MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const Frame
 
 void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions& options) {
   if (processed.result != nullptr) {
-    if (correspondences_.getNumSubscribers() > 0) {
+    if (heard(correspondences_)) {
       auto message = boost::make_shared<Correspondences>();
       toMessage(processed, options.publish_rejected, *message);
       correspondences_.publish(message);
@@ -113,23 +145,51 @@ void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions
     if (processed.poseValid()) publishPose(processed, options);
   }
   odometry_->publish(processed, options.publish_odom_tf);
-  points_->publish(processed, options.features);
-  if (keypoints_.getNumSubscribers() > 0 && processed.status != MatchStats::BAD_IMAGE) {
+  publishFeatures(processed, options.features);
+  publishPoints(processed);
+  if (heard(keypoints_) && processed.status != MatchStats::BAD_IMAGE) {
     auto message = boost::make_shared<Keypoints>();
     toMessage(processed, *message);
     keypoints_.publish(message);
   }
-  if (stereo_) stereo_->publish(processed, options.features);
 }
 
 void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& options) {
   if (options.publish_relative_tf) broadcaster_->send(relativeTransform(processed.pose, processed.current->header));
-  if (relative_pose_.getNumSubscribers() == 0) return;
-  auto message = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>();
-  message->header = processed.current->header;
-  message->header.frame_id = referenceFrame(processed.reference->header.frame_id);
-  message->pose = toPoseWithCovariance(processed.pose);
-  relative_pose_.publish(message);
+  if (!heard(relative_pose_)) return;
+  geometry_msgs::PoseWithCovarianceStamped message;
+  message.header = processed.current->header;
+  message.header.frame_id = referenceFrame(processed.reference->header.frame_id);
+  message.pose = toMessage(toIsometry(processed.pose), processed.pose.covariance);
+  publishShared(relative_pose_, std::move(message));
+}
+
+void Outputs::publishFeatures(const ProcessedFrame& processed, const FeatureOptions& options) {
+  if (!heard(features_)) {
+    feature_stream_.reset();
+    feature_ages_ = {};
+  } else if (const auto features = feature_stream_.next(processed, options)) {
+    feature_ages_ = agesOf(*features);
+    publishShared(features_, featureMessage(*processed.current, *features, feature_layout_));
+  }
+  if (!stereo_stream_) return;
+  if (!heard(stereo_features_)) {
+    stereo_stream_->reset();
+  } else if (auto features = stereo_stream_->next(processed, options)) {
+    publishShared(stereo_features_, std::move(*features));
+  }
+}
+
+void Outputs::publishPoints(const ProcessedFrame& processed) {
+  if (processed.result == nullptr || processed.result->inliers == 0 || !processed.current->camera->camera.calibrated())
+    return;
+  if (heard(inlier_points_) && processed.status == MatchStats::OK) {
+    Triangulation points;
+    triangulateInliers(processed.reference->frame.features, processed.current->frame.features, *processed.result,
+                       processed.current->camera->camera, points);
+    publishShared(inlier_points_, pointsMessage(processed, points));
+  }
+  if (heard(markers_)) publishShared(markers_, markerMessage(processed));
 }
 
 void Outputs::publishOverlay(const ProcessedFrame& processed, const OverlayOptions& options) {

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <image_transport/image_transport.h>
@@ -10,13 +11,13 @@
 
 #include "output/message_conversion.h"
 #include "output/output_options.h"
+#include "output/stereo_feature_stream.h"
+#include "quantiles.h"
 #include "throttle.h"
 
 namespace gms_ransac {
 
 class OdometryOutput;
-class PointOutputs;
-class StereoOutput;
 class WatchedBroadcaster;
 
 class Outputs {
@@ -34,7 +35,7 @@ class Outputs {
   /// Only ~features and ~stereo_features have subscribers; they do not need every image.
   bool featuresSuffice(const OutputOptions& options) const;
   /// ~stereo_features needs the right image alone, without its keypoints; with `featuresSuffice`.
-  bool rightImageSuffices() const;
+  bool rightImageSuffices() const { return !stereo_stream_ || !stereo_stream_->needsKeypoints(); }
   /// True if they can skip this frame.
   bool passesOver(const PreparedFrame& frame, const OutputOptions& options);
   /// Why an output could not be published, and the remedy; empty: no problem. From the thread of `publish`.
@@ -50,15 +51,20 @@ class Outputs {
  private:
   void publishMotion(const ProcessedFrame& processed, const OutputOptions& options);
   void publishPose(const ProcessedFrame& processed, const OutputOptions& options);
+  void publishPoints(const ProcessedFrame& processed);
+  void publishFeatures(const ProcessedFrame& processed, const FeatureOptions& options);
   void publishOverlay(const ProcessedFrame& processed, const OverlayOptions& options);
 
   image_transport::ImageTransport transport_;
   std::unique_ptr<WatchedBroadcaster> broadcaster_;
-  ros::Publisher correspondences_, keypoints_, stats_, relative_pose_, restart_;
+  ros::Publisher correspondences_, keypoints_, stats_, relative_pose_, restart_, inlier_points_, markers_;
+  ros::Publisher features_, stereo_features_;  ///< the second with ~input stereo
   image_transport::Publisher match_image_;
   std::unique_ptr<OdometryOutput> odometry_;
-  std::unique_ptr<PointOutputs> points_;
-  std::unique_ptr<StereoOutput> stereo_;  ///< with ~input stereo
+  const FeatureLayout feature_layout_;
+  FeatureStream feature_stream_;
+  Quantiles<double> feature_ages_;  ///< of the last message, seconds; zero without a subscriber
+  std::optional<StereoFeatureStream> stereo_stream_;
   Overlay overlay_;
   Throttle throttle_;
 };

@@ -39,11 +39,11 @@ void WatchedBroadcaster::send(const geometry_msgs::TransformStamped& transform) 
 void WatchedBroadcaster::watch(const geometry_msgs::TransformStamped& sent) {
   ros::Subscriber done;  // ends without the lock, for which its callback may be waiting
   std::lock_guard<std::mutex> lock(mutex_);
-  if (watching_since_.isZero()) {
-    // Subscribing waits for a master that is gone, and the images would wait, too.
-    if (!ros::master::check()) return;
+  // Subscribing waits for a master that is gone, and the images would wait, too.
+  if (sent_.count(sent.child_frame_id) == 0 && ros::master::check()) {
     watching_since_ = ros::SteadyTime::now();
-    tf_ = nh_.subscribe("/tf", kTransformQueue, &WatchedBroadcaster::onTransforms, this);
+    if (!tf_) tf_ = nh_.subscribe("/tf", kTransformQueue, &WatchedBroadcaster::onTransforms, this);
+    sent_[sent.child_frame_id];
   }
   if ((ros::SteadyTime::now() - watching_since_).toSec() > kWatchSeconds) std::swap(done, tf_);
   if (tf_) sent_[sent.child_frame_id].insert(sent.header.stamp);

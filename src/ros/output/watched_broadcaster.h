@@ -15,8 +15,8 @@
 
 namespace gms_ransac {
 
-/// tf is a busy topic: it is subscribed to for some seconds after the first transform, so that of two nodes the one
-/// started last notices the other.
+/// tf is a busy topic: it is subscribed to for some seconds after the first transform of a frame, so that of two nodes
+/// the one started last notices the other.
 class WatchedBroadcaster {
  public:
   /// `name`: of the node, for the log; a nodelet manager's process holds several.

@@ -46,10 +46,7 @@ std::string GyroBuffer::integrate(double from, double to, const Eigen::Vector3d&
   std::string problem = missing(from, to);
   if (!problem.empty()) return problem;
   rotation = GyroRotation();
-  const auto first = std::upper_bound(samples_.begin(), samples_.end(), from,
-                                      [](double stamp, const GyroSample& sample) { return stamp < sample.stamp; });
-  auto after = std::max<size_t>(1, static_cast<size_t>(first - samples_.begin()));
-  after = std::min(after, samples_.size() - 1);
+  size_t after = this->after(from);
   if (after == 0) return "only one sample has come";
   const Eigen::Vector3d first_rate = rateAt(after, from);
   Eigen::Vector3d rate = first_rate;

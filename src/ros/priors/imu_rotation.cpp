@@ -6,6 +6,7 @@
 
 #include "frames.h"
 #include "priors/rotation_vectors.h"
+#include "tf_lookup.h"
 
 namespace gms_ransac {
 

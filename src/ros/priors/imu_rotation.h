@@ -11,7 +11,6 @@
 
 #include "priors/gyro.h"
 #include "priors/rotation_source.h"
-#include "tf_lookup.h"
 
 namespace gms_ransac {
 

@@ -6,8 +6,10 @@
 
 #include "frames.h"
 #include "priors/imu_rotation.h"
+#include "priors/odometry_input.h"
 #include "priors/rotation_source.h"
 #include "priors/rotation_vectors.h"
+#include "tf_lookup.h"
 
 namespace gms_ransac {
 
@@ -45,6 +47,8 @@ MotionPriors::MotionPriors(const ros::NodeHandle& nh, const Parameters& paramete
   }
   source_ = makeSource(nh);
 }
+
+MotionPriors::~MotionPriors() = default;
 
 std::unique_ptr<RotationSource> MotionPriors::makeSource(const ros::NodeHandle& nh) {
   switch (parameters_.rotation_prior) {

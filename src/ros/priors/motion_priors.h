@@ -11,21 +11,24 @@
 #include <utility>
 #include <vector>
 
-#include <ros/node_handle.h>
 #include <std_msgs/Header.h>
 
-#include "gms_ransac/match_filter.h"
-#include "gms_ransac/relative_pose.h"
+#include "gms_ransac/robust_result.h"
 #include "parameters.h"
-#include "priors/odometry_input.h"
 #include "priors/rotation_comparison.h"
-#include "priors/rotation_source.h"
 #include "priors/wheel_check.h"
 #include "scale/ground_scale.h"
 #include "scale/translation_scale.h"
-#include "tf_lookup.h"
+
+namespace ros {
+class NodeHandle;
+}
 
 namespace gms_ransac {
+
+class OdometryInput;
+class RotationSource;
+class TfLookup;
 
 /// For diagnostics.
 struct PriorReport {
@@ -49,6 +52,7 @@ class MotionPriors {
   /// Null if no parameter needs a prior.
   static std::shared_ptr<MotionPriors> make(const ros::NodeHandle& nh, const Parameters& parameters);
   MotionPriors(const ros::NodeHandle& nh, const Parameters& parameters);
+  ~MotionPriors();
 
   /// `arrived`: called when something came that an image may wait for.
   void start(std::function<void()> arrived);

@@ -5,6 +5,7 @@
 
 #include "frames.h"
 #include "priors/rotation_vectors.h"
+#include "tf_lookup.h"
 
 namespace gms_ransac {
 
@@ -75,11 +76,6 @@ std::string OdometryBuffer::between(double from, double to, OdometryMotion& moti
   if (samples_.size() < 2) return "no two samples have come";
   std::string problem = missing(from, to);
   if (!problem.empty()) return problem;
-  const auto later = [](double stamp, const OdometrySample& sample) { return stamp < sample.stamp; };
-  const auto after = [&](double stamp) {
-    const auto found = std::upper_bound(samples_.begin(), samples_.end(), stamp, later);
-    return std::min(static_cast<size_t>(found - samples_.begin()), samples_.size() - 1);
-  };
   const size_t first = after(from), last = after(to);
   motion = OdometryMotion();
   for (size_t i = first; i <= last; ++i) {

@@ -11,9 +11,10 @@
 #include <Eigen/Geometry>
 
 #include "priors/sample_buffer.h"
-#include "tf_lookup.h"
 
 namespace gms_ransac {
+
+class TfLookup;
 
 struct OdometrySample {
   double stamp = 0;                                        ///< seconds

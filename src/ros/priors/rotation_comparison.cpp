@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <Eigen/SVD>
 
 #include "priors/rotation_vectors.h"
@@ -35,7 +35,7 @@ constexpr double kExplained = 0.2;
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
 double squaredDistance(const Vector3d& difference, const Matrix3d& covariance) {
-  return difference.dot(covariance.ldlt().solve(difference));
+  return difference.dot(covariance.inverse() * difference);
 }
 
 double weightOf(double squared) {
@@ -162,7 +162,7 @@ std::optional<TimeOffset> RotationComparison::timeOffset(const RotationBetween& 
   Vector3d rate = Vector3d::Zero();
   ShiftEquations equations = linearize(compared_, prior, shift, rate);
   for (int i = 0; i < kShiftIterations; ++i) {
-    const Vector4d step = equations.H.ldlt().solve(equations.b);
+    const Vector4d step = equations.H.inverse() * equations.b;
     if (!step.allFinite() || std::abs(step[0]) > kLargestOffset) return std::nullopt;
     shift += step[0];
     rate += step.tail<3>();

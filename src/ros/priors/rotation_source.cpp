@@ -2,7 +2,9 @@
 
 #include <utility>
 
+#include "priors/odometry_input.h"
 #include "priors/rotation_vectors.h"
+#include "tf_lookup.h"
 
 namespace gms_ransac {
 

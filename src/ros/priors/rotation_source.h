@@ -6,10 +6,11 @@
 #include <string>
 
 #include "gms_ransac/relative_pose.h"
-#include "priors/odometry_input.h"
-#include "tf_lookup.h"
 
 namespace gms_ransac {
+
+class OdometryInput;
+class TfLookup;
 
 /// Times are seconds of the sensor's clock: image stamps plus ~image_time_offset. May be called from any thread, but
 /// start and stop.

@@ -1,6 +1,7 @@
 // Stamped samples of the last seconds, in order, and whether they cover a time between two images.
 #pragma once
 
+#include <algorithm>
 #include <deque>
 #include <string>
 
@@ -31,6 +32,12 @@ class SampleBuffer {
   static constexpr double kSeconds = 30;  ///< kept
 
  protected:
+  /// Index of the first sample later than `stamp`, at least 1 and at most the last. Needs a sample.
+  size_t after(double stamp) const {
+    const auto later = [](double time, const Sample& sample) { return time < sample.stamp; };
+    const auto found = std::upper_bound(samples_.begin(), samples_.end(), stamp, later);
+    return std::min(std::max<size_t>(1, static_cast<size_t>(found - samples_.begin())), samples_.size() - 1);
+  }
   /// Returns what is missing at the ends of the interval, as the end of a sentence; empty: nothing. Needs a sample.
   std::string missing(double from, double to) const {
     if (samples_.back().stamp < to)

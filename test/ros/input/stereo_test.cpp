@@ -10,7 +10,7 @@
 #include <Eigen/Cholesky>
 #include <opencv2/imgproc.hpp>
 
-#include "output/stereo_output.h"
+#include "output/stereo_feature_stream.h"
 #include "processor_stream.h"
 #include "rendered_scene.h"
 #include "scenes/scene.h"

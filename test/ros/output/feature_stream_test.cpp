@@ -9,7 +9,7 @@
 #include <boost/make_shared.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "output/feature_output.h"
+#include "output/point_messages.h"
 #include "processor_stream.h"
 
 namespace gms_ransac {

@@ -245,8 +245,8 @@ class OdometryTest(unittest.TestCase):
 
         client.wait(more, "transforms after those that have no name")
         warnings = lambda: [s for s in said if "no frame_id" in s]
-        client.wait(lambda: len(warnings()) >= 2, "a warning of each of the two transforms")
-        self.assertEqual(len(warnings()), 2, said)
+        client.wait(warnings, "a warning")
+        self.assertEqual(len(warnings()), 1, said)
         self.assertFalse([t for t in transforms if t.child_frame_id in ("", "_reference") or not t.header.frame_id])
 
     def test_another_node_with_the_same_transform_is_noticed(self):

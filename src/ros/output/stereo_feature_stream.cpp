@@ -1,16 +1,12 @@
-#include "output/stereo_output.h"
+#include "output/stereo_feature_stream.h"
 
 #include <cmath>
 #include <utility>
 #include <vector>
 
-#include <ros/advertise_options.h>
 #include <Eigen/Geometry>
-#include <boost/algorithm/string/replace.hpp>
-#include <boost/make_shared.hpp>
 
 #include "gms_ransac/camera.h"
-#include "output/output_options.h"
 #include "tracks/patch.h"
 
 namespace gms_ransac {
@@ -66,15 +62,6 @@ bool isMutual(const Side& side, const PatchPlace& found, const Side& other, cons
   if (!patch.take(side.image, found.centre)) return false;
   const auto back = searchRow(patch, other, side.rectified(side.rayAt(found)), 1);
   return back && (back->centre - Eigen::Vector2f(point.x, point.y)).norm() <= kMutual;
-}
-
-ros::AdvertiseOptions advertiseOptions(const std::string& type, const ros::SubscriberStatusCallback& changed) {
-  auto options = ros::AdvertiseOptions::create<StereoFeatures>("stereo_features", kPublisherQueue, changed, changed,
-                                                               ros::VoidConstPtr(), nullptr);
-  // The md5sum depends on the fields alone. The definition, which bags keep, names the package of the nested type.
-  options.datatype = type;
-  boost::replace_all(options.message_definition, "gms_ransac/", type.substr(0, type.find('/') + 1));
-  return options;
 }
 
 }  // namespace
@@ -152,18 +139,6 @@ std::optional<StereoFeatureStream::RightPoint> StereoFeatureStream::locate(const
   const bool on_row = std::abs(there.y() - seen.y()) * focal_length <= kRowTolerance;
   if (!on_row || there.x() >= seen.x()) return std::nullopt;
   return RightPoint{ray, seen.x() - there.x()};
-}
-
-StereoOutput::StereoOutput(ros::NodeHandle& outputs, const std::string& type,
-                           const ros::SubscriberStatusCallback& listeners_changed) {
-  auto options = advertiseOptions(type, listeners_changed);
-  publisher_ = outputs.advertise(options);
-}
-
-void StereoOutput::publish(const ProcessedFrame& processed, const FeatureOptions& options) {
-  if (listeners() == 0) return stream_.reset();
-  auto message = stream_.next(processed, options);
-  if (message) publisher_.publish(boost::make_shared<StereoFeatures>(std::move(*message)));
 }
 
 }  // namespace gms_ransac

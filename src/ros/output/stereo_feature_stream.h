@@ -2,11 +2,9 @@
 #pragma once
 
 #include <optional>
-#include <string>
 #include <unordered_map>
 
 #include <gms_ransac/StereoFeatures.h>
-#include <ros/node_handle.h>
 
 #include "output/feature_stream.h"
 
@@ -40,24 +38,6 @@ class StereoFeatureStream {
   FeatureStream stream_;
   std::unordered_map<uint32_t, RightPoint> right_;  ///< of the last message, by id
   int tried_ = 0, found_ = 0;                       ///< points of the last message
-};
-
-class StereoOutput {
- public:
-  /// `type`: the name under which the topic is advertised, of a message type with the same fields.
-  StereoOutput(ros::NodeHandle& outputs, const std::string& type,
-               const ros::SubscriberStatusCallback& listeners_changed);
-
-  int listeners() const { return static_cast<int>(publisher_.getNumSubscribers()); }
-  bool passesOver(const PreparedFrame& frame, const FeatureOptions& options) {
-    return stream_.passesOver(frame, options);
-  }
-  bool needsKeypoints() const { return stream_.needsKeypoints(); }
-  void publish(const ProcessedFrame& processed, const FeatureOptions& options);
-
- private:
-  ros::Publisher publisher_;
-  StereoFeatureStream stream_;
 };
 
 }  // namespace gms_ransac

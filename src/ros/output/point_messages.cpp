@@ -1,20 +1,41 @@
-#include "output/point_outputs.h"
+#include "output/point_messages.h"
 
 #include <algorithm>
-#include <cstring>
+#include <cmath>
+#include <string>
 
 #include <sensor_msgs/point_cloud2_iterator.h>
 #include <Eigen/Geometry>
-#include <boost/make_shared.hpp>
 
 #include "frames.h"
 #include "gms_ransac/camera.h"
-#include "output/output_options.h"
 #include "output/overlay.h"
 
 namespace gms_ransac {
 
 namespace {
+
+// The layouts carry ids as float32, which is exact up to here.
+constexpr uint32_t kFloatIds = 1u << 24;
+
+std::vector<std::string> channelNames(FeatureLayout layout) {
+  switch (layout) {
+    case FeatureLayout::kVinsFusion:
+      return {"id", "camera_id", "u", "v", "velocity_x", "velocity_y", "gx", "gy", "gz"};
+    case FeatureLayout::kLviSam:
+      return {"id", "u", "v", "velocity_x", "velocity_y", "depth"};
+    default:
+      return {"id", "u", "v", "velocity_x", "velocity_y"};
+  }
+}
+
+/// Metres; -1: not known, as LVI-SAM has it.
+float depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
+  const cv::Point at(cvRound(pixel.x), cvRound(pixel.y));
+  if (depth.empty() || !cv::Rect(cv::Point(), depth.size()).contains(at)) return -1;
+  const float metres = depth.at<float>(at);
+  return std::isfinite(metres) && metres > 0 ? metres : -1;
+}
 
 constexpr double kFrustumDepth = 1;       // of the drawn cameras, in units of the translation
 constexpr double kLeastMetricStep = 0.1;  // metres: a smaller camera could not be seen
@@ -62,6 +83,31 @@ void addFrustum(const Camera& camera, const Eigen::Isometry3d& pose, double dept
 
 }  // namespace
 
+sensor_msgs::PointCloud featureMessage(const PreparedFrame& current, const std::vector<Feature>& features,
+                                       FeatureLayout layout) {
+  sensor_msgs::PointCloud cloud;
+  cloud.header = current.header;
+  const std::vector<std::string> names = channelNames(layout);
+  cloud.channels.resize(names.size());
+  for (size_t c = 0; c < names.size(); ++c) cloud.channels[c].name = names[c];
+  for (const Feature& feature : features) {
+    geometry_msgs::Point32 p;
+    p.x = static_cast<float>(feature.ray.x());
+    p.y = static_cast<float>(feature.ray.y());
+    p.z = 1;
+    cloud.points.push_back(p);
+    std::vector<float> values = {static_cast<float>(feature.id % kFloatIds), feature.pixel.x, feature.pixel.y,
+                                 static_cast<float>(feature.velocity.x()), static_cast<float>(feature.velocity.y())};
+    if (layout == FeatureLayout::kLviSam) values.push_back(depthAt(current.depth, feature.pixel));
+    if (layout == FeatureLayout::kVinsFusion) {
+      values.insert(values.begin() + 1, 0.f);
+      values.resize(names.size(), 0.f);
+    }
+    for (size_t c = 0; c < values.size(); ++c) cloud.channels[c].values.push_back(values[c]);
+  }
+  return cloud;
+}
+
 sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Triangulation& points) {
   sensor_msgs::PointCloud2 cloud;
   cloud.header = processed.current->header;
@@ -103,9 +149,7 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
   message.markers.push_back(flow);
   if (!processed.poseValid()) return message;
 
-  Eigen::Isometry3d reference = Eigen::Isometry3d::Identity();
-  reference.linear() = processed.pose.R.transpose();
-  reference.translation() = -(processed.pose.R.transpose() * processed.pose.t);
+  const Eigen::Isometry3d reference = toIsometry(processed.pose).inverse();
   const double length = processed.pose.t.norm();
   const double step = processed.metric_scale ? std::max(length, kLeastMetricStep) : length > 0 ? length : 1;
   visualization_msgs::Marker current_view = lines(processed.current->header, "current", kFrustumWidth * step);
@@ -117,31 +161,6 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
   message.markers.push_back(current_view);
   message.markers.push_back(reference_view);
   return message;
-}
-
-PointOutputs::PointOutputs(ros::NodeHandle& outputs, const Parameters& parameters,
-                           const ros::SubscriberStatusCallback& changed)
-    : features_(outputs, parameters, changed) {
-  points_ = outputs.advertise<sensor_msgs::PointCloud2>("inlier_points", kPublisherQueue, changed, changed);
-  markers_ = outputs.advertise<visualization_msgs::MarkerArray>("match_markers", kPublisherQueue, changed, changed);
-}
-
-int PointOutputs::listeners() const {
-  return features_.listeners() + static_cast<int>(points_.getNumSubscribers() + markers_.getNumSubscribers());
-}
-
-void PointOutputs::publish(const ProcessedFrame& processed, const FeatureOptions& features) {
-  features_.publish(processed, features);
-  if (processed.result == nullptr || processed.result->inliers == 0 || !processed.current->camera->camera.calibrated())
-    return;
-  if (points_.getNumSubscribers() > 0 && processed.status == MatchStats::OK) {
-    triangulateInliers(processed.reference->frame.features, processed.current->frame.features, *processed.result,
-                       processed.current->camera->camera, triangulation_);
-    points_.publish(boost::make_shared<sensor_msgs::PointCloud2>(pointsMessage(processed, triangulation_)));
-  }
-  if (markers_.getNumSubscribers() > 0) {
-    markers_.publish(boost::make_shared<visualization_msgs::MarkerArray>(markerMessage(processed)));
-  }
 }
 
 }  // namespace gms_ransac
