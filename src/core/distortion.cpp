@@ -43,6 +43,12 @@ Eigen::Matrix3d sensorTilt(double about_x, double about_y) {
 
 }  // namespace
 
+std::string commonModelName(const std::string& model) {
+  if (model == "fisheye") return "equidistant";
+  if (model == "radtan") return "plumb_bob";
+  return model == "none" ? "" : model;
+}
+
 Distortion::Distortion(const CameraIntrinsics& intrinsics) : fisheye_(intrinsics.distortion_model == "equidistant") {
   // In the order of sensor_msgs/CameraInfo: k1 k2 p1 p2 k3, k4 k5 k6, s1 s2 s3 s4, tau_x tau_y.
   const std::vector<double>& d = intrinsics.distortion;

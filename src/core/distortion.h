@@ -1,11 +1,16 @@
 // The distortion models of camera.h and their inverse, in normalised image coordinates.
 #pragma once
 
+#include <string>
+
 #include <Eigen/Core>
 
 #include "gms_ransac/camera.h"
 
 namespace gms_ransac {
+
+/// The model of camera.h that is meant: Kalibr and some drivers use words of their own. An unknown one is returned.
+std::string commonModelName(const std::string& model);
 
 /// x_distorted = T(x r_d(r) / r + tangential and thin-prism terms) with T the tilt of the sensor: the models of
 /// OpenCV's calibration. For a fisheye lens r_d(r) is a polynomial of the angle atan(r).

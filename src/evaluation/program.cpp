@@ -76,7 +76,8 @@ std::optional<po::variables_map> parseCommandLine(const Arguments& arguments, co
 
 void addDatasetOptions(po::options_description& description, DatasetOptions& dataset) {
   auto add = description.add_options();
-  add("intrinsics", po::value(&dataset.intrinsics), "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]; overrides the set's own");
+  add("intrinsics", po::value(&dataset.intrinsics),
+      "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]] or equidistant,fx,fy,cx,cy,k1,k2,k3,k4; overrides the set's own");
   add("topic", po::value(&dataset.topic), "bags: the image topic");
 }
 

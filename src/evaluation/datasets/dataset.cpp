@@ -73,7 +73,9 @@ std::string Dataset::calibrationText() const {
   std::ostringstream text;
   text << "calibration of " << intrinsics_source_ << ": fx " << k.fx << ", fy " << k.fy << ", cx " << k.cx << ", cy "
        << k.cy;
-  const bool distorted = std::any_of(k.distortion.begin(), k.distortion.end(), [](double d) { return d != 0; });
+  const bool fisheye = k.distortion_model == "equidistant" && !k.distortion.empty();
+  const bool distorted =
+      fisheye || std::any_of(k.distortion.begin(), k.distortion.end(), [](double d) { return d != 0; });
   text << (distorted ? ", " + k.distortion_model : ", no distortion");
   if (distorted) {
     for (const double d : k.distortion) text << ' ' << d;

@@ -53,7 +53,7 @@ struct DatasetPair {
 };
 
 struct DatasetOptions {
-  std::string intrinsics;  ///< "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]]"; overrides what the set says
+  std::string intrinsics;  ///< as in camera.txt (`parseIntrinsics`); overrides what the set says
   std::string topic;       ///< bags: image topic; "": the only one, or the one of the official TUM or kitti2bag bags
 };
 

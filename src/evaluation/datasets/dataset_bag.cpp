@@ -18,6 +18,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "datasets/dataset_text.h"
+#include "distortion.h"
 
 namespace gms_ransac {
 
@@ -102,10 +103,12 @@ std::string chooseTopic(const std::string& file, rosbag::Bag& bag, const std::st
   throw DatasetError(file + ": holds several image topics (" + known + "); choose one with --topic");
 }
 
-CameraIntrinsics fromCameraInfo(const sensor_msgs::CameraInfo& info) {
-  CameraIntrinsics intrinsics = {info.K[0], info.K[4], info.K[2], info.K[5], info.distortion_model, info.D};
-  if (intrinsics.calibrated()) return intrinsics;
-  return {info.P[0], info.P[5], info.P[2], info.P[6], "", {}};  // rectified topics may carry the projection alone
+CameraIntrinsics fromCameraInfo(const sensor_msgs::CameraInfo& info, const std::string& topic) {
+  const CameraIntrinsics raw = {info.K[0], info.K[4], info.K[2], info.K[5], commonModelName(info.distortion_model),
+                                info.D};
+  const CameraIntrinsics rectified = {info.P[0], info.P[5], info.P[2], info.P[6], "", {}};
+  // P describes rectified images; their topics may carry it alone.
+  return rectified.calibrated() && (topic.find("_rect") != std::string::npos || !raw.calibrated()) ? rectified : raw;
 }
 
 /// Puts the topic into `source`.
@@ -118,7 +121,7 @@ std::optional<CameraIntrinsics> readCameraInfo(const std::string& file, rosbag::
     for (const rosbag::MessageInstance& message : view) {
       const auto info = message.instantiate<sensor_msgs::CameraInfo>();
       if (!info) continue;
-      const CameraIntrinsics intrinsics = fromCameraInfo(*info);
+      const CameraIntrinsics intrinsics = fromCameraInfo(*info, topic);
       if (!intrinsics.calibrated()) return std::nullopt;
       try {
         intrinsics.validate();

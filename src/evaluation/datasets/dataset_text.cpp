@@ -72,10 +72,19 @@ CameraIntrinsics parseIntrinsics(const std::string& text, const std::string& sou
   std::replace(blank_separated.begin(), blank_separated.end(), ',', ' ');
   std::istringstream words(blank_separated);
   std::vector<double> values;
+  bool fisheye = false;
   for (std::string word; words >> word;) {
+    if (values.empty() && word == "equidistant") {
+      fisheye = true;
+      continue;
+    }
     const std::optional<double> value = toNumber(word);
     if (!value) throw DatasetError(source + ": '" + word + "' is not a finite number");
     values.push_back(*value);
+  }
+  if (fisheye && values.size() != 8) {
+    throw DatasetError(source + ": expected equidistant fx fy cx cy k1 k2 k3 k4, found " +
+                       std::to_string(values.size()) + " numbers");
   }
   if (values.size() != 4 && values.size() != 8 && values.size() != 9) {
     throw DatasetError(source + ": expected fx fy cx cy [k1 k2 p1 p2 [k3]], found " + std::to_string(values.size()) +
@@ -84,7 +93,7 @@ CameraIntrinsics parseIntrinsics(const std::string& text, const std::string& sou
   CameraIntrinsics intrinsics = {values[0], values[1], values[2], values[3], "", {}};
   if (!intrinsics.calibrated()) throw DatasetError(source + ": the focal lengths fx and fy must be positive");
   if (values.size() > 4) {
-    intrinsics.distortion_model = "plumb_bob";
+    intrinsics.distortion_model = fisheye ? "equidistant" : "plumb_bob";
     intrinsics.distortion.assign(values.begin() + 4, values.end());
   }
   return intrinsics;

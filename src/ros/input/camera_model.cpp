@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "distortion.h"
 #include "text.h"
 
 namespace gms_ransac {
@@ -18,6 +19,8 @@ namespace {
 // Focal lengths that differ by more are not of one camera. Two calibrations of one camera differ by a few percent, the
 // factory values in TUM's bags by 3 at most; another camera, zoom, or size of the image makes more.
 constexpr double kOtherCamera = 0.1;
+// Pixels are square to a few percent, those of interlaced video to a tenth.
+constexpr double kOblongPixels = 0.1;
 
 // No model has as many; a message may claim any number, and its own copy is enough.
 constexpr std::ptrdiff_t kMostCoefficients = 100;
@@ -27,15 +30,6 @@ bool sameCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::Camera
          a.K == b.K && a.P == b.P && a.binning_x == b.binning_x && a.binning_y == b.binning_y &&
          a.roi.x_offset == b.roi.x_offset && a.roi.y_offset == b.roi.y_offset && a.roi.width == b.roi.width &&
          a.roi.height == b.roi.height;
-}
-
-/// Some drivers use Kalibr's or their own words for the models of sensor_msgs/distortion_models.h. One that is unknown
-/// will be quoted.
-std::string coreName(const std::string& model) {
-  if (model == "fisheye") return "equidistant";
-  if (model == "radtan") return "plumb_bob";
-  if (model == "none") return "";
-  return excerpt(model);
 }
 
 /// The size of the image that `info` describes, after region of interest and binning; 0x0 when it does not say.
@@ -122,7 +116,7 @@ std::shared_ptr<const CameraModel> CameraModelSource::makeAndTell(const sensor_m
                                                                   cv::Size image_size) {
   auto model = std::make_shared<CameraModel>(make(info, image_size));
   model->source = override_.calibrated() ? "the parameters ~camera" : "camera_info on " + info_topic_;
-  if (info != nullptr) model->doubt = override_.calibrated() ? contradiction(*info, image_size) : factoryValues(*info);
+  if (info != nullptr) model->doubt = override_.calibrated() ? contradiction(*info, image_size) : unlikelyValues(*info);
   if (!model->doubt.empty()) throttle_.warn(model->doubt, model->doubt);
   const CameraIntrinsics& k = model->camera.intrinsics();
   // The sentence itself is the key: sizes that alternate say two things, not one per image.
@@ -148,6 +142,7 @@ bool CameraModelSource::isRectified(const sensor_msgs::CameraInfo& info) const {
   for (const char* word : {"_rect", "/rect"}) {
     if (image_topic_.find(word) != std::string::npos) return true;
   }
+  if (commonModelName(info.distortion_model) == "equidistant" && !info.D.empty()) return false;  // zeros: r = f angle
   return std::all_of(info.D.begin(), info.D.end(), [](double d) { return d == 0; });
 }
 
@@ -173,9 +168,16 @@ std::string CameraModelSource::contradiction(const sensor_msgs::CameraInfo& info
   return text.str();
 }
 
-std::string CameraModelSource::factoryValues(const sensor_msgs::CameraInfo& info) const {
-  // As in the official bags of TUM RGB-D.
+std::string CameraModelSource::unlikelyValues(const sensor_msgs::CameraInfo& info) const {
   const auto& K = info.K;
+  const bool given = K[0] > 0 && K[4] > 0, oblong = given && std::abs(std::log(K[0] / K[4])) > kOblongPixels;
+  if (oblong && info.binning_x == info.binning_y) {
+    std::ostringstream text;
+    text << "the camera_info on " << info_topic_ << " has fx " << K[0] << " and fy " << K[4]
+         << ", but pixels are square: unless the image was stretched, calibrate again with more views";
+    return text.str();
+  }
+  // As in the official bags of TUM RGB-D.
   const bool distorts = std::any_of(info.D.begin(), info.D.end(), [](double d) { return d != 0; });
   if (K[0] != 525 || K[4] != 525 || K[2] != 319.5 || K[5] != 239.5 || distorts) return std::string();
   return "the camera_info on " + info_topic_ +
@@ -235,7 +237,7 @@ CameraModel CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv:
   // So small a number that binning makes 0 of it, which would pass for a camera that is not calibrated.
   if (!intrinsics.calibrated()) throw std::invalid_argument("fx and fy are 0 after binning");
   if (!model.rectified) {
-    intrinsics.distortion_model = coreName(info.distortion_model);
+    intrinsics.distortion_model = excerpt(commonModelName(info.distortion_model));  // an unknown one will be quoted
     intrinsics.distortion.assign(
         info.D.begin(), info.D.begin() + std::min(std::distance(info.D.begin(), info.D.end()), kMostCoefficients));
   }

@@ -46,7 +46,7 @@ class CameraModelSource {
   /// Empty when `info` does not say a size.
   std::string sizeMismatch(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
   /// Empty unless `info` is that of an uncalibrated Kinect.
-  std::string factoryValues(const sensor_msgs::CameraInfo& info) const;
+  std::string unlikelyValues(const sensor_msgs::CameraInfo& info) const;
   std::string contradiction(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
 
   CameraIntrinsics override_;

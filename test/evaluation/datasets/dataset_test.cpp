@@ -97,6 +97,8 @@ TEST_F(TumTest, ReadsImagesDepthIntrinsicsAndInterpolatedPoses) {
   DatasetOptions options;
   options.intrinsics = "1,2,3,4";
   EXPECT_DOUBLE_EQ(Dataset::open(path(), options).intrinsics()->fy, 2);
+  options.intrinsics = "equidistant,1,2,3,4,5,6,7,8";
+  EXPECT_EQ(Dataset::open(path(), options).intrinsics()->distortion_model, "equidistant");
 }
 
 TEST_F(TumTest, SixteenBitsAreScaledNotCutOff) {
@@ -142,6 +144,8 @@ TEST_F(TumTest, ComplainsWithFileAndLine) {
   DatasetOptions options;
   options.intrinsics = "1,2";
   EXPECT_EQ(complaint("", options), "--intrinsics: " + camera + ", found 2 numbers");
+  options.intrinsics = "equidistant,1,2,3,4";
+  EXPECT_EQ(complaint("", options), "--intrinsics: expected equidistant fx fy cx cy k1 k2 k3 k4, found 4 numbers");
 }
 
 TEST_F(TumTest, OpensNoPipeAndNoDevice) {
@@ -304,6 +308,27 @@ TEST_F(BagTest, ReadsImagesCameraInfoAndTransforms) {
   EXPECT_NEAR(dataset.frames()[1].pose->translation().x(), 1.0, 1e-6);
   ASSERT_TRUE(dataset.intrinsics()) << "K is zero, so P counts";
   EXPECT_DOUBLE_EQ(dataset.intrinsics()->fy, 701);
+}
+
+TEST_F(BagTest, ReadsTheModelByAnyNameAndTheProjectionOfRectifiedImages) {
+  const auto intrinsics = [this](const std::string& model, const std::string& name) {
+    {
+      rosbag::Bag bag(path("set.bag"), rosbag::bagmode::Write);
+      sensor_msgs::CameraInfo info;
+      info.K[0] = info.K[4] = 500;
+      info.P[0] = info.P[5] = 400;
+      info.distortion_model = model;
+      info.D.assign(4, 0);
+      bag.write("/cam/camera_info", ros::Time(10), info);
+      bag.write("/cam/" + name, ros::Time(10), grayMessage(5, 50));
+    }
+    const Dataset dataset = Dataset::open(path("set.bag"));
+    return dataset.calibrationText();
+  };
+  const std::string start = "calibration of /cam/camera_info: fx ";
+  EXPECT_EQ(intrinsics("fisheye", "image_raw"), start + "500, fy 500, cx 0, cy 0, equidistant 0 0 0 0");
+  EXPECT_EQ(intrinsics("radtan", "image_raw"), start + "500, fy 500, cx 0, cy 0, no distortion");
+  EXPECT_EQ(intrinsics("plumb_bob", "image_rect"), start + "400, fy 400, cx 0, cy 0, no distortion");
 }
 
 TEST_F(BagTest, ReadsEncodingsWithoutAColourFormat) {

@@ -53,6 +53,15 @@ TEST(CameraModel, NamesTheFactoryValuesOfAKinect) {
   EXPECT_EQ(model(calibrated(), {640, 480})->source, "camera_info on /camera_info");
 }
 
+TEST(CameraModel, OblongPixelsAreDoubted) {
+  sensor_msgs::CameraInfo info = calibrated(1280, 720);
+  info.K[0] = 12572;
+  info.K[4] = 9842;
+  EXPECT_NE(model(info, {1280, 720})->doubt.find("fx 12572 and fy 9842"), std::string::npos);
+  info.binning_x = 2;
+  EXPECT_EQ(model(info, {640, 720})->doubt, "");
+}
+
 sensor_msgs::CameraInfo cropped() {
   sensor_msgs::CameraInfo info = calibrated();
   info.roi.x_offset = 100;
@@ -210,7 +219,7 @@ TEST(CameraModel, AFisheyeLensWithoutCoefficientsIsNoPinhole) {
   sensor_msgs::CameraInfo info = calibrated();
   info.distortion_model = "equidistant";
   info.D.assign(4, 0);
-  const auto raw = model(info, {640, 480}, Rectified::kFalse);
+  const auto raw = model(info, {640, 480}, Rectified::kAuto);
   EXPECT_FALSE(raw->rectified);
   EXPECT_NEAR(raw->camera.undistort({621, 243}).x, 321 + 500 * std::tan(300 / 500.0), 0.01);
 }
