@@ -129,6 +129,10 @@ def mean(heading, key):
     return heading, cell
 
 
+MATCHES, FILTER = spread("matches", "inliers", 0), spread("filter", "filter_ms", 3, " ms")
+TOTAL = [quantile("total ms", "total_ms", 2)]
+
+
 def area_of(heading, key, limit):
     return heading, lambda runs: text(area(pooled(runs, key), limit), 2)
 
@@ -153,19 +157,16 @@ def table_of(runs, keys, columns):
 
 def preset_table(runs):
     runs = pick(runs, method="cp_ransac", model=main_model(runs), ratio="1/2")
-    columns = (spread("matches", "inliers", 0) +
-               [quantile("GMS", "gms", 0), mean("precision", "precision"), mean("recall", "recall"),
-                quantile("hypotheses", "hypotheses", 0), quantile("models scored", "models_scored", 0),
-                quantile("point evaluations", "point_evaluations", 0)] +
-               spread("filter", "filter_ms", 3, " ms") + [quantile("total ms", "total_ms", 2)])
-    head, rows = table_of(runs, ("sequence", "preset"), columns)
+    effort = [quantile("GMS", "gms", 0), mean("precision", "precision"), mean("recall", "recall"),
+              quantile("hypotheses", "hypotheses", 0), quantile("models scored", "models_scored", 0),
+              quantile("point evaluations", "point_evaluations", 0)]
+    head, rows = table_of(runs, ("sequence", "preset"), MATCHES + effort + FILTER + TOTAL)
     return head + ["paper matches", "paper ms"], [row + from_paper(int(row[1])) for row in rows]
 
 
 def ratio_table(runs):
     runs = pick(runs, method="cp_ransac", model=main_model(runs))
-    columns = (spread("matches", "inliers", 0) + spread("hypotheses", "hypotheses", 0) +
-               spread("filter", "filter_ms", 3, " ms"))
+    columns = MATCHES + spread("hypotheses", "hypotheses", 0) + FILTER
     head, rows = table_of(runs, ("sequence", "preset", "ratio"), columns)
     return head + ["paper matches", "paper ms"], [row + from_paper(int(row[1]), row[2]) for row in rows]
 
@@ -186,9 +187,7 @@ def precision_table(runs):
 
 
 def trend_table(runs):
-    columns = (spread("matches", "inliers", 0) +
-               [quantile("correct", "correct", 0), quantile("hypotheses", "hypotheses", 0)] +
-               spread("filter", "filter_ms", 3, " ms") + [quantile("total ms", "total_ms", 2)])
+    columns = MATCHES + [quantile("correct", "correct", 0), quantile("hypotheses", "hypotheses", 0)] + FILTER + TOTAL
     return table_of(pick(runs, model=main_model(runs), ratio="1/2"), ("sequence", "preset", "method"), columns)
 
 
@@ -269,14 +268,11 @@ def reduction_table(runs):
 
 
 def significance_table(runs):
-    rows = []
-    for (sequence,), part in groups(pick(runs, model=main_model(runs), method="cp_ransac"), "sequence"):
-        base = pick(part, ratio="1/2")
-        for ratio in values_of(part, "ratio"):
-            if ratio != "1/2" and base:
-                rows.append([sequence, ratio] + [reduction(pick(part, ratio=ratio), base, key)
-                                                 for key in ("inliers", "hypotheses", "filter_ms")])
-    return ["sequence", "ratio", "matches", "hypotheses", "filter-stage ms"], rows
+    runs = pick(runs, model=main_model(runs), method="cp_ransac")
+    rows = [[sequence, ratio] + [reduction(part, pick(runs, sequence=sequence, ratio="1/2"), key)
+                                 for key in ("inliers", "hypotheses", "filter_ms")]
+            for (sequence, ratio), part in groups(runs, "sequence", "ratio") if ratio != "1/2"]
+    return ["sequence", "ratio", "matches", "hypotheses", "filter-stage ms"], [row for row in rows if row[2:] != ["-"] * 3]
 
 
 def main_model(runs):

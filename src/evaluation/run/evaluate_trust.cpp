@@ -200,23 +200,21 @@ std::vector<TrustUnit> trustUnits(const TrustPlan& plan) {
 }
 
 /// Matches by their probability, in ten bins: count, sum of probabilities and count of right ones of each.
-class Reliability {
- public:
+struct Reliability {
+  std::array<double, 3 * kBins> numbers{};
+
   void add(float probability, bool right) {
     const double clamped = std::clamp(static_cast<double>(probability), 0.0, 1.0);
-    double* bin = &numbers_[3 * std::min(kBins - 1, static_cast<size_t>(clamped * kBins))];
+    double* bin = &numbers[3 * std::min(kBins - 1, static_cast<size_t>(clamped * kBins))];
     ++bin[0];
     bin[1] += clamped;
     bin[2] += right;
   }
   json record() const {
-    json rounded = json::array();
-    for (const double number : numbers_) rounded.push_back(std::round(1e4 * number) / 1e4);
+    auto rounded = numbers;
+    for (double& number : rounded) number = std::round(1e4 * number) / 1e4;
     return rounded;
   }
-
- private:
-  std::array<double, 3 * kBins> numbers_{};
 };
 
 /// Returns true if the points of a drawn match are within kCorrectWithin of their true displacement.
