@@ -6,6 +6,8 @@
 #include <map>
 #include <numeric>
 
+#include <boost/make_shared.hpp>
+
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 #include <opencv2/imgproc.hpp>
