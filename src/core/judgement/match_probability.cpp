@@ -104,9 +104,8 @@ const std::vector<float>& MatchProbability::weighRotated(const MatchNoise& noise
       [](size_t) { return 1 / kSquaredWindow; }, [](float sigma) { return 0.5f / (sigma * sigma); });
   for (size_t k = 0; k < within_.size(); ++k) {
     const float stretch = finest_weight / points.weight[within_[k]];
-    const bool is_close = 2 * densities_(k, kSquare) * stretch < kRightWithin * kRightWithin;
-    if (is_close)
-      probabilities_[static_cast<size_t>(within_[k])] = std::min(1.f, densities_(k, kNear) + densities_(k, kWide));
+    if (!(2 * densities_(k, kSquare) * stretch < kRightWithin * kRightWithin)) continue;
+    probabilities_[static_cast<size_t>(within_[k])] = std::min(1.f, densities_(k, kNear) + densities_(k, kWide));
   }
   return probabilities_;
 }

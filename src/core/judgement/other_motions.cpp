@@ -17,9 +17,6 @@ constexpr double kLeastVuong = 0.75;
 /// A few steps on a part of the matches show which cannot come near: those that lose by so much there.
 constexpr double kDropBeyond = 3;
 constexpr int kFirstIterations = 2, kFurtherIterations = 5;
-/// Costs end at the threshold, or at so many deviations of the noise where that is less: a homography's threshold is
-/// many times the noise.
-constexpr double kMostDeviations = 3;
 /// Motions that are closer in direction, in standard deviations or radians, are one that has not converged.
 constexpr double kSameSigmas = 5, kLeastApart = 3 * M_PI / 180;
 constexpr double kOtherDirection = 20 * M_PI / 180;
@@ -68,8 +65,9 @@ double OtherMotions::against(const RefinedPose& refined, double same_within, int
   PoseModel(kernels_, firstColumns(refined.plausible, count)).refine(noise.loss(), iterations, motion);
   if (angleBetween(motion, refined.pose) < same_within) return std::numeric_limits<double>::infinity();
   PoseModel(kernels_, firstColumns(refined.points.view(), count)).residualsInFront(motion, residuals_);
-  const auto per_cost =
-      static_cast<float>(std::max(1.0, 1 / (kMostDeviations * kMostDeviations * noise.sigma() * noise.sigma())));
+  // Costs end at the threshold, or at kMostCost where that is less: a homography's threshold is many times the noise.
+  const double most = static_cast<double>(kMostCost) * noise.sigma() * noise.sigma();
+  const auto per_cost = static_cast<float>(std::max(1.0, 1 / most));
   const auto cost = [per_cost](float residual) { return std::min(per_cost * residual, 1.f); };
   return vuongStatistic(count, refined.points.cells(), by_cell_, [&](size_t i) {
     return noise.plausible(static_cast<int>(i)) ? cost(residuals_[i]) - cost(noise.residuals()[i]) : 0.f;

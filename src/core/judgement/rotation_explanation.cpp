@@ -18,8 +18,8 @@ constexpr double kMostStatic = 0.45;
 constexpr double kMostAtInfinity = 0.4;
 
 // Costs are squared standard deviations. A pose gives each match a depth, which costs log 4 (Torr 1998, lambda_1 for
-// coordinates of dimension 4). A wrong match costs no more than three deviations.
-constexpr float kDepthCost = static_cast<float>(2 * M_LN2), kMostCost = 9, kMostRotationCost = kMostCost + kDepthCost;
+// coordinates of dimension 4).
+constexpr auto kDepthCost = static_cast<float>(2 * M_LN2), kMostRotationCost = kMostCost + kDepthCost;
 // Squared parallax along the epipolar line: what noise mostly stays below, and hardly exceeds.
 constexpr float kNear = 1.5f * 1.5f, kFurther = 3.5f * 3.5f;
 
@@ -87,8 +87,6 @@ DirectionDoubt RotationVerdict::doubt() const {
   if (static_share > kMostStatic || share_at_infinity > kMostAtInfinity) return DirectionDoubt::kMostlyStatic;
   return DirectionDoubt::kNone;
 }
-
-bool RotationVerdict::rotationIsBetter() const { return against_rotation < 0 || against_rolling < 0; }
 
 bool RotationVerdict::onlyRotated() const { return static_share > kMostStatic || against_rotation < 0; }
 

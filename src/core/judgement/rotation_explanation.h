@@ -30,7 +30,7 @@ struct RotationVerdict {
   /// The reason against a translation: kRotationExplains, kMostlyStatic or kNone.
   DirectionDoubt doubt() const;
   /// True if a rotation explains the matches better than the pose, with rolling shutter or without.
-  bool rotationIsBetter() const;
+  bool rotationIsBetter() const { return against_rotation < 0 || against_rolling < 0; }
   /// True if the camera is taken to have only rotated: what moves besides moves by itself.
   bool onlyRotated() const;
 };

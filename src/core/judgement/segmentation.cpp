@@ -17,7 +17,7 @@ constexpr double kLeastShare = 0.1;  ///< of the matches, in the rectangle and o
 
 constexpr int kRounds = 4;  ///< in most scenes the third changes nothing
 /// Two motions must cost less than this share of what one does; two that are fitted to one by chance come to 0.9.
-constexpr double kMostCost = 0.9;
+constexpr double kMostCostOfTwo = 0.9;
 
 /// A part of the view in the score test that the whole asks for the same values of the first N parameters. Its gradient
 /// and scatter are summed over cells; all of it adds up over parts that do not overlap.
@@ -137,7 +137,7 @@ void Segmentation::find(const ResidualKernels& kernels, const TwoViewPoints& poi
     two += static_cast<double>(std::min(e, 1.f));
     explained[apart[i]] += e < 1;
   }
-  if (!(two < kMostCost * one)) return apart.clear();
+  if (!(two < kMostCostOfTwo * one)) return apart.clear();
   const bool swapped = explained[1] > explained[0];
   if (swapped) {
     for (uint8_t& flag : apart) flag = 1 - flag;

@@ -13,6 +13,8 @@ namespace gms_ransac {
 /// distribution.
 constexpr double kSurelyBetter = 2.5;
 
+constexpr float kMostCost = 9;  ///< of a wrong match, in squared standard deviations: three of them
+
 /// The statistic of Vuong's test of non-nested models (Econometrica 1989). It is the sum over `count` matches of the
 /// cost of the second model minus that of the first, over the root of the sum of squares, not centred. Each cell of the
 /// spread grid is one observation, because its matches have correlated errors. At most the root of the number of cells.

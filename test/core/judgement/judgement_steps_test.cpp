@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -30,7 +31,8 @@ struct JudgedScene {
   MatchNoise noise;
   PoseInformation information;
 
-  explicit JudgedScene(const TwoViewSceneOptions& options) : scene(makeTwoViewScene(options)) {
+  explicit JudgedScene(const TwoViewSceneOptions& options) : JudgedScene(makeTwoViewScene(options)) {}
+  explicit JudgedScene(TwoViewScene drawn) : scene(std::move(drawn)) {
     points.set(scene.pairs, scene.camera, ModelType::kEssential, RobustOptions().inlierThreshold(), 0);
     // Without a translation any direction is as good; the optimum is found from one.
     pose = {scene.R, scene.t.norm() > 0 ? Eigen::Vector3d(scene.t.normalized()) : Eigen::Vector3d::UnitX()};
@@ -39,6 +41,7 @@ struct JudgedScene {
     noise.measure(model, pose);
     information.sum(kernels(), points.view(), pose, noise.loss(), points.cells());
   }
+  RefinedPose refined() const { return {pose, points, points.view(), noise}; }
   double variance() const { return noise.sigma() * noise.sigma(); }
   PoseCovariance covariance() const { return poseCovariance(information, pose, noise.sigma(), 0); }
 };
@@ -294,13 +297,7 @@ TwoViewScene brokenScene(uint64_t seed, double step) {
 }
 
 TEST(SegmentationStep, FindsABreakWhereItIs) {
-  JudgedScene judged(exactScene(1));
-  const TwoViewScene broken = brokenScene(1, 0.8);
-  judged.points.set(broken.pairs, broken.camera, ModelType::kEssential, RobustOptions().inlierThreshold(), 0);
-  const PoseModel model(kernels(), judged.points.view());
-  model.refine(kRobustLoss, 50, judged.pose, kEnough);
-  judged.noise.measure(model, judged.pose);
-  judged.information.sum(kernels(), judged.points.view(), judged.pose, judged.noise.loss(), judged.points.cells());
+  const JudgedScene judged(brokenScene(1, 0.8));
   const PoseBreak found = findBreak(judged.information, judged.variance());
   EXPECT_GT(found.statistic, 27);
   EXPECT_TRUE(found.holds(0));                // the upper left corner is on one side,
@@ -312,7 +309,7 @@ TEST(SegmentationStep, FindsABreakWhereItIs) {
 TEST(SegmentationStep, ARigidWorldSeldomBreaks) {
   int breaks = 0;
   for (uint64_t seed = 1; seed <= 100; ++seed) {
-    JudgedScene judged(exactScene(seed));
+    const JudgedScene judged(exactScene(seed));
     breaks += findBreak(judged.information, judged.variance()).statistic > 27;
   }
   EXPECT_LE(breaks, 3);
@@ -321,8 +318,7 @@ TEST(SegmentationStep, ARigidWorldSeldomBreaks) {
 TEST(OtherMotionsStep, AMotionIsNoOtherThanItself) {
   const JudgedScene judged(exactScene(1));
   OtherMotions others(kernels());
-  const RefinedPose refined = {judged.pose, judged.points, judged.points.view(), judged.noise};
-  const Ambiguity same = others.compare(refined, 0.01, false, {{judged.pose}});
+  const Ambiguity same = others.compare(judged.refined(), 0.01, false, {{judged.pose}});
   EXPECT_FALSE(same.other_direction);
   EXPECT_TRUE(same.covariance.isZero());
 }
@@ -332,23 +328,19 @@ TEST(OtherMotionsStep, WhatExplainsNothingIsRejected) {
   TwoViewPose other = judged.pose;
   other.t = judged.pose.t.cross(Eigen::Vector3d::UnitY()).normalized();
   OtherMotions others(kernels());
-  const RefinedPose refined = {judged.pose, judged.points, judged.points.view(), judged.noise};
-  EXPECT_FALSE(others.compare(refined, 0.001, false, {{other}}).other_direction);
+  EXPECT_FALSE(others.compare(judged.refined(), 0.001, false, {{other}}).other_direction);
 }
 
 TEST(OtherMotionsStep, WithoutParallaxTwoDirectionsTie) {
   TwoViewSceneOptions options = exactScene(1);
   options.translation.setZero();
   const JudgedScene judged(options);
-  TwoViewPose other = judged.pose;
   Eigen::Vector3d basis[2];
   PoseModel::tangent(judged.pose.t, basis);
-  other.t = basis[0];
   OtherMotions others(kernels());
-  const RefinedPose refined = {judged.pose, judged.points, judged.points.view(), judged.noise};
   int ties = 0;
   for (const Eigen::Vector3d& t : {basis[0], basis[1], Eigen::Vector3d(-basis[0]), Eigen::Vector3d(-basis[1])}) {
-    ties += others.compare(refined, 0.001, false, {{{judged.pose.R, t}, true}}).other_direction;
+    ties += others.compare(judged.refined(), 0.001, false, {{{judged.pose.R, t}, true}}).other_direction;
   }
   EXPECT_GE(ties, 1);
 }
