@@ -65,14 +65,8 @@ struct Effort {
   Effort& operator+=(const Effort& other);
 };
 
-struct RobustResult {
-  bool model_found = false;
-  ModelType model_type = ModelType::kEssential;
-  /// x_current^T M x_reference = 0 (E: normalised coordinates; F: pixels), or x_current ~ M x_reference (H: pixels).
-  /// Points as `row_correction` moved them.
-  Eigen::Matrix3d model = Eigen::Matrix3d::Zero();
-  std::vector<uint8_t> inlier;  ///< N entries; every inlier is within the threshold of `model`
-  int inlier_count = 0;
+/// What the judgement says of a pose, and of each match by it.
+struct Judgement {
   bool pose_found = false;              ///< needs a calibrated camera
   bool translation_observable = false;  ///< false: no direction known; `pose.t` is a guess (zero: none)
   DirectionDoubt doubt = DirectionDoubt::kNone;
@@ -91,12 +85,23 @@ struct RobustResult {
   double camera_misfit = 0;
   CameraParameter misfit_parameter = CameraParameter::kFocalLength;
   CameraErrors camera_errors;
+
+  /// Standard deviation of a keypoint's coordinates, undistorted pixels: sigma_px scale_factor^(noise_exponent octave).
+  double sigma(int octave, float scale_factor) const;
+};
+
+struct RobustResult : Judgement {
+  bool model_found = false;
+  ModelType model_type = ModelType::kEssential;
+  /// x_current^T M x_reference = 0 (E: normalised coordinates; F: pixels), or x_current ~ M x_reference (H: pixels).
+  /// Points as `row_correction` moved them.
+  Eigen::Matrix3d model = Eigen::Matrix3d::Zero();
+  std::vector<uint8_t> inlier;  ///< N entries; every inlier is within the threshold of `model`
+  int inlier_count = 0;
   RowCorrection row_correction = RowCorrection::kNone;  ///< what RobustOptions::rolling_shutter_readout did
   double rms_error_px = 0;  ///< over inliers, of the model's residual (Sampson; transfer for a homography)
   Effort effort;
 
-  /// Standard deviation of a keypoint's coordinates, undistorted pixels: sigma_px scale_factor^(noise_exponent octave).
-  double sigma(int octave, float scale_factor) const;
   void clear();
   /// Drops model, inliers and pose; keeps the effort.
   void reject();

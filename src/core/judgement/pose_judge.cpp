@@ -64,53 +64,61 @@ bool PoseJudge::atOptimum(int count) const {
   return true;
 }
 
-void PoseJudge::judge(const TwoViewPoints& points, const TwoViewPose& preferred,
-                      const std::vector<AlternativeMotion>& alternatives, RobustResult& result) {
+const RotationOnly& PoseJudge::fitRotation(const TwoViewPoints& points) {
   const RotationOnly& rotation = rotation_explanation_.fit(kernels_, points.view(), pose_, noise_);
-  result.pose_found = true;
-  result.median_parallax_px = rotation.median_parallax * points.pixelsPerUnit();
-  result.camera_misfit = spread_.camera.statistic;
-  result.misfit_parameter = spread_.camera.parameter;
-  result.camera_errors = spread_.camera.errors;
-  result.doubt = DirectionDoubt::kNone;
+  judgement_.pose_found = true;
+  judgement_.median_parallax_px = rotation.median_parallax * points.pixelsPerUnit();
+  judgement_.camera_misfit = spread_.camera.statistic;
+  judgement_.misfit_parameter = spread_.camera.parameter;
+  judgement_.camera_errors = spread_.camera.errors;
+  return rotation;
+}
+
+const Judgement& PoseJudge::judge(const TwoViewPoints& points, const TwoViewPose& preferred,
+                                  const std::vector<AlternativeMotion>& alternatives) {
+  const RotationOnly& rotation = fitRotation(points);
+  judgement_.doubt = DirectionDoubt::kNone;
   PoseSquare covariance = spread_.covariance;
   RotationVerdict verdict;
   if (options_.judge) {
     verdict = rotation_explanation_.compare(points, pose_, noise_);
-    result.doubt = compare(points, verdict, alternatives, covariance);
+    judgement_.doubt = compare(points, verdict, alternatives, covariance);
   }
-  result.translation_observable = result.doubt == DirectionDoubt::kNone;
+  judgement_.translation_observable = judgement_.doubt == DirectionDoubt::kNone;
   if (options_.judge && verdict.rotationIsBetter()) {
     // Both explanations are possible, so the covariance is inflated by the disagreement of the two rotations.
     const Eigen::Vector3d apart = rotationVector(rotation.R * pose_.R.transpose());
     covariance.topLeftCorner<3, 3>() += apart * apart.transpose();
     pose_.R = rotation.R;
-    result.pose = publish(pose_, covariance);
+    judgement_.pose = publish(pose_, covariance);
   } else {
-    result.pose = publish(preferred, covariance);
+    judgement_.pose = publish(preferred, covariance);
   }
-  if (!result.translation_observable) setTranslationVariance(kAnyDirection, result.pose.covariance);
-  weighMatches(points, options_.judge && verdict.onlyRotated() ? &rotation.residuals : nullptr, result);
+  if (!judgement_.translation_observable) setTranslationVariance(kAnyDirection, judgement_.pose.covariance);
+  weighMatches(points, options_.judge && verdict.onlyRotated() ? &rotation.residuals : nullptr);
+  return judgement_;
 }
 
-void PoseJudge::judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R, RobustResult& result) {
+const Judgement& PoseJudge::judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R) {
   segmentation_.apart.clear();
+  spread_ = {};
   measureNoise(points.view(), {R, Eigen::Vector3d::UnitZ()});
-  const RotationOnly& rotation = rotation_explanation_.fit(kernels_, points.view(), pose_, noise_);
-  result.pose_found = true;
-  result.median_parallax_px = rotation.median_parallax * points.pixelsPerUnit();
-  result.doubt = DirectionDoubt::kRotationExplains;
-  result.translation_observable = false;
-  result.pose = fromReferenceToCurrent(rotation.R, Eigen::Vector3d::Zero());
-  result.pose.covariance.bottomRightCorner<3, 3>() = rotation_explanation_.covariance(kernels_, points.view());
-  setTranslationVariance(kAnyDirection, result.pose.covariance);
-  weighMatches(points, &rotation.residuals, result);
+  const RotationOnly& rotation = fitRotation(points);
+  judgement_.doubt = DirectionDoubt::kRotationExplains;
+  judgement_.translation_observable = false;
+  judgement_.pose = fromReferenceToCurrent(rotation.R, Eigen::Vector3d::Zero());
+  judgement_.pose.covariance.bottomRightCorner<3, 3>() = rotation_explanation_.covariance(kernels_, points.view());
+  setTranslationVariance(kAnyDirection, judgement_.pose.covariance);
+  weighMatches(points, &rotation.residuals);
+  return judgement_;
 }
 
 DirectionDoubt PoseJudge::compare(const TwoViewPoints& points, const RotationVerdict& verdict,
                                   const std::vector<AlternativeMotion>& alternatives, PoseSquare& covariance) {
   DirectionDoubt doubt = verdict.doubt();
-  if (doubt == DirectionDoubt::kNone && !rotationIsKnown()) doubt = DirectionDoubt::kRotation;
+  const PoseSquare& of_rotation = spread_.camera.statistic < kBeyondCameras ? spread_.of_matches : spread_.covariance;
+  const bool rotation_is_known = of_rotation.topLeftCorner<3, 3>().trace() <= kMostRotationSigma * kMostRotationSigma;
+  if (doubt == DirectionDoubt::kNone && !rotation_is_known) doubt = DirectionDoubt::kRotation;
   if (doubt == DirectionDoubt::kNone && !directionIsKnown(directionSigma(covariance))) {
     doubt = DirectionDoubt::kDirection;
   }
@@ -126,11 +134,6 @@ DirectionDoubt PoseJudge::compare(const TwoViewPoints& points, const RotationVer
   const bool second = (segmentation_.found() && segmentation_.smaller_share > most) ||
                       other_motions_.shareOfSecond(points.view(), noise_, most) > most;
   return second ? DirectionDoubt::kOtherMotion : DirectionDoubt::kNone;
-}
-
-bool PoseJudge::rotationIsKnown() const {
-  const PoseSquare& covariance = spread_.camera.statistic < kBeyondCameras ? spread_.of_matches : spread_.covariance;
-  return covariance.topLeftCorner<3, 3>().trace() <= kMostRotationSigma * kMostRotationSigma;
 }
 
 bool PoseJudge::directionIsKnown(double direction_sigma) const {
@@ -154,18 +157,19 @@ RelativePose PoseJudge::publish(const TwoViewPose& preferred, PoseSquare covaria
   return pose;
 }
 
-void PoseJudge::weighMatches(const TwoViewPoints& points, const std::vector<float>* rotation_residuals,
-                             RobustResult& result) {
-  result.sigma_px = noise_.sigma() * options_.inlierThreshold();
+void PoseJudge::weighMatches(const TwoViewPoints& points, const std::vector<float>* rotation_residuals) {
+  judgement_.sigma_px = noise_.sigma() * options_.inlierThreshold();
+  judgement_.noise_exponent = points.noiseExponent();
   const PointColumnsView view = points.view();
   const float finest = points.finestWeight();
   points.inOrderOfMatches(rotation_residuals != nullptr
                               ? probability_.weighRotated(noise_, *rotation_residuals, view, finest)
                               : probability_.weigh(noise_, segmentation_.apart, view, finest),
-                          result.probability);
-  points.inOrderOfMatches(rotation_residuals != nullptr ? *rotation_residuals : noise_.residuals(), result.residual);
+                          judgement_.probability);
+  points.inOrderOfMatches(rotation_residuals != nullptr ? *rotation_residuals : noise_.residuals(),
+                          judgement_.residual);
   // A transfer distance has the noise of both images.
-  noise_.toDeviations(rotation_residuals != nullptr ? 0.5 : 1, result.residual);
+  noise_.toDeviations(rotation_residuals != nullptr ? 0.5 : 1, judgement_.residual);
 }
 
 }  // namespace gms_ransac

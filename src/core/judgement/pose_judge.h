@@ -29,13 +29,13 @@ class PoseJudge {
   /// to the motion of the larger one.
   void refine(const TwoViewPoints& points, bool move, TwoViewPose& pose);
 
-  /// Fills `result` for the pose that was refined last, with the same points. `preferred`: the rotation that the
-  /// estimator prefers for a reason other than the matches; it counts only where the matches leave the rotation open.
-  /// Without RobustOptions::judge the preferred pose stands, with the covariance of the matches.
-  void judge(const TwoViewPoints& points, const TwoViewPose& preferred,
-             const std::vector<AlternativeMotion>& alternatives, RobustResult& result);
+  /// Judges the pose that was refined last, with the same points. `preferred`: the rotation that the estimator prefers
+  /// for a reason other than the matches; it counts only where the matches leave the rotation open. Without
+  /// RobustOptions::judge the preferred pose stands, with the covariance of the matches. Valid until the next call.
+  const Judgement& judge(const TwoViewPoints& points, const TwoViewPose& preferred,
+                         const std::vector<AlternativeMotion>& alternatives);
   /// The same for a model that has no translation.
-  void judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R, RobustResult& result);
+  const Judgement& judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R);
 
  private:
   /// Measures the noise at a pose.
@@ -45,16 +45,17 @@ class PoseJudge {
   /// True if an optimum of the usual loss is also one of the loss that the noise asks for: their softness is equal, and
   /// no implausible match has a weight.
   bool atOptimum(int count) const;
+  /// Fits the rotation alone; fills what the judgement says with and without a translation.
+  const RotationOnly& fitRotation(const TwoViewPoints& points);
   /// Returns the first reason why the direction of translation is unknown, or kNone. Widens the covariance by
   /// alternative motions that explain the matches as well.
   DirectionDoubt compare(const TwoViewPoints& points, const RotationVerdict& verdict,
                          const std::vector<AlternativeMotion>& alternatives, PoseSquare& covariance);
-  bool rotationIsKnown() const;
   bool directionIsKnown(double direction_sigma) const;
   /// Returns the pose with its rotation moved towards the preferred one, and the covariance widened by the step.
   RelativePose publish(const TwoViewPose& preferred, PoseSquare covariance) const;
   /// Fills noise and probabilities; by what a rotation leaves of the matches where that is given.
-  void weighMatches(const TwoViewPoints& points, const std::vector<float>* rotation_residuals, RobustResult& result);
+  void weighMatches(const TwoViewPoints& points, const std::vector<float>* rotation_residuals);
 
   const ResidualKernels& kernels_;
   RobustOptions options_;
@@ -64,6 +65,7 @@ class PoseJudge {
   PointColumns plausible_;  ///< the points, those without weight that the noise calls implausible
   Segmentation segmentation_;
   PoseCovariance spread_;
+  Judgement judgement_;
   // The steps, with their storage.
   PoseInformation information_;
   RotationExplanation rotation_explanation_;

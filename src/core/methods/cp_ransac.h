@@ -17,7 +17,7 @@ class ConfidenceGroupSampler : public Sampler {
   /// rest, down to kSmallestRest.
   ConfidenceGroupSampler(double first_fraction, bool geometric)
       : first_fraction_(first_fraction), geometric_(geometric) {}
-  void begin(const SamplingTask& task) override;
+  void begin(const SamplingTask& task);
   bool draw(Random& random, int* sample) override;
   void newBest(const std::vector<uint8_t>& inlier) override;
 

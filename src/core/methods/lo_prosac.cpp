@@ -47,8 +47,7 @@ class LoProsac : public RansacMethod {
     const std::optional<TwoViewPose> previous = std::exchange(previous_, std::nullopt);
     if (!enough) return;
     sort(pairs, SortKey::kLoweRatio);
-    sampler_.setCells(order_, points_.cells());
-    sampler_.begin(task(points_.size(), options_.max_iterations));
+    sampler_.begin(task(points_.size(), options_.max_iterations), order_, points_.cells());
     switch (result.model_type) {
       case ModelType::kEssential:
         return estimatePose(pair, previous);
@@ -106,7 +105,7 @@ class LoProsac : public RansacMethod {
     }
     judge_.refine(points_, true, optimum);
     if (!accept(pair, optimum.essential(), true)) return;
-    judge_.judge(points_, pose, alternatives_, pair.result);
+    take(judge_.judge(points_, pose, alternatives_), pair.result);
     previous_ = optimum;
   }
 
@@ -115,7 +114,7 @@ class LoProsac : public RansacMethod {
   void searchWider(const PoseModel& plain, Effort& effort, Search& search) {
     const int left = std::min(kWideSamples, options_.max_iterations - effort.hypotheses);
     if (left <= 0 || hurried(effort) || !leavesMuch(plain, search.ransac.best()->pose)) return;
-    sampler_.begin(task(points_.size(), left), kWideShare);
+    sampler_.begin(task(points_.size(), left), order_, points_.cells(), kWideShare);
     search.ransac.search(sampler_);
   }
 
@@ -141,7 +140,7 @@ class LoProsac : public RansacMethod {
   bool findBetter(const PoseModel& plain, Effort& effort, TwoViewPose& optimum) {
     const int left = options_.max_iterations - effort.hypotheses;
     if (left <= 0) return false;
-    sampler_.begin(task(points_.size(), left));
+    sampler_.begin(task(points_.size(), left), order_, points_.cells());
     Search search(parts(plain, effort), points_.view());
     search.offer(optimum);
     search.ransac.search(sampler_);

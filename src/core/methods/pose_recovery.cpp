@@ -36,30 +36,28 @@ Eigen::Matrix3d nearestOrthogonal(const Eigen::Matrix3d& matrix) {
 
 }  // namespace
 
-void PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, const TwoViewPoints& points,
-                           const PoseRecoveryOptions& options, RobustResult& result) {
-  if (!camera.calibrated()) return;
+RecoveredPose PoseRecovery::recover(const PointPairs& pairs, const Camera& camera, const TwoViewPoints& points,
+                                    const RobustResult& result, bool refine) {
+  if (!camera.calibrated()) return {};
   const bool homography = result.model_type == ModelType::kHomography;
   propose(pairs, camera, result);
   const auto best = std::max_element(candidates_.begin(), candidates_.end(),
                                      [](const Motion& a, const Motion& b) { return a.in_front < b.in_front; });
-  if (best == candidates_.end() || best->in_front == 0) return;
+  if (best == candidates_.end() || best->in_front == 0) return {};
 
   const bool normalized = points.type() == ModelType::kEssential;
-  if (!normalized) normalized_.set(pairs, camera, ModelType::kEssential, options.threshold_px, 0);
-  normalized_.countInto(&result.effort.point_evaluations);
+  if (!normalized) normalized_.set(pairs, camera, ModelType::kEssential, options_.inlierThreshold(), 0);
+  normalized_.countInto(points.view().evaluations);
   const TwoViewPoints& judged = normalized ? points : normalized_;
-  points_ = judged.view();
-  if (best->pose.t.isZero()) return judge_.judgeRotation(judged, best->pose.R, result);
-  Explanation chosen = explain(best->pose, options.refine);
-  if (options.judge) weighAlternatives(best->in_front, options.refine, result.model_type, chosen);
-  judge_.refine(judged, options.refine, chosen.optimum);
-  if (options.refine && !homography) chosen.pose = chosen.optimum;
-  if (options.refine && result.model_type == ModelType::kEssential) {
-    result.model = chosen.optimum.essential().normalized();
-    markFinalInliers(pairs, camera, options.threshold_px, result);
-  }
-  judge_.judge(judged, chosen.pose, alternatives_, result);
+  if (best->pose.t.isZero()) return {&judge_.judgeRotation(judged, best->pose.R), {}};
+  Explanation chosen = explain(judged.view(), best->pose, refine);
+  if (options_.judge) weighAlternatives(judged.view(), best->in_front, refine, result.model_type, chosen);
+  judge_.refine(judged, refine, chosen.optimum);
+  RecoveredPose recovered;
+  if (refine && !homography) chosen.pose = chosen.optimum;
+  if (refine && result.model_type == ModelType::kEssential) recovered.model = chosen.optimum.essential().normalized();
+  recovered.judgement = &judge_.judge(judged, chosen.pose, alternatives_);
+  return recovered;
 }
 
 void PoseRecovery::propose(const PointPairs& pairs, const Camera& camera, const RobustResult& result) {
@@ -71,15 +69,16 @@ void PoseRecovery::propose(const PointPairs& pairs, const Camera& camera, const 
                                                                   : Eigen::Matrix3d(K.transpose() * result.model * K));
 }
 
-void PoseRecovery::weighAlternatives(int most_in_front, bool refine, ModelType type, Explanation& chosen) {
+void PoseRecovery::weighAlternatives(const PointColumnsView& points, int most_in_front, bool refine, ModelType type,
+                                     Explanation& chosen) {
   const bool homography = type == ModelType::kHomography;
   const auto weigh = [&](const TwoViewPose& pose) {
-    const Explanation other = explain(pose, refine);
+    const Explanation other = explain(points, pose, refine);
     if ((refine || homography) && other.cost < chosen.cost) chosen = other;
     return other.optimum;
   };
   alternatives_.clear();
-  findMotionStarts(*kernels_, points_, starts_);
+  findMotionStarts(kernels_, points, starts_);
   for (const TwoViewPose& start : starts_) {
     alternatives_.push_back({start});
     if (refine && type == ModelType::kFundamental) weigh(start);
@@ -89,18 +88,19 @@ void PoseRecovery::weighAlternatives(int most_in_front, bool refine, ModelType t
       if (candidate.pose.t.isZero() || 2 * candidate.in_front < most_in_front) continue;
       alternatives_.push_back({weigh(candidate.pose), true});
     }
-  } else if (const auto other = findOtherPlaneMotion({*kernels_, points_}, chosen.optimum, residuals_)) {
+  } else if (const auto other = findOtherPlaneMotion({kernels_, points}, chosen.optimum, residuals_)) {
     alternatives_.push_back({chosen.optimum, true});
     alternatives_.push_back({weigh(*other), true});
   }
 }
 
-PoseRecovery::Explanation PoseRecovery::explain(const TwoViewPose& pose, bool refine) const {
-  const PoseModel model(*kernels_, points_);
+PoseRecovery::Explanation PoseRecovery::explain(const PointColumnsView& points, const TwoViewPose& pose,
+                                                bool refine) const {
+  const PoseModel model(kernels_, points);
   Explanation explanation = {pose, pose, 0};
   if (refine) model.refine(kRobustLoss, kPoseIterations, explanation.optimum, kEnoughInAValley);
   HypothesisScore score;
-  model.score(points_, explanation.optimum, std::numeric_limits<float>::max(), score);
+  model.score(points, explanation.optimum, std::numeric_limits<float>::max(), score);
   explanation.cost = score.cost;
   return explanation;
 }

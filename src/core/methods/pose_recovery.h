@@ -1,6 +1,7 @@
 // From a two-view model and its inliers to the relative pose, and whether the pair can tell it.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,25 +16,25 @@
 
 namespace gms_ransac {
 
-struct PoseRecoveryOptions {
-  double threshold_px = 1;
-  bool refine = true;  ///< move the pose to the robust optimum near it
-  bool judge = true;   ///< compare it with other motions and with none; off: the pose of the model stands
+struct RecoveredPose {
+  const Judgement* judgement = nullptr;  ///< null: there is no pose; valid until the next call
+  std::optional<Eigen::Matrix3d> model;  ///< the essential matrix, where the pose has moved from that of the model
 };
 
 class PoseRecovery {
  public:
-  explicit PoseRecovery(const RobustOptions& options) : kernels_(&residualKernels(options.simd)), judge_(options) {}
-  /// Reads result.model, model_type and inlier, and fills the pose and its judgement. PoseJudge compares it with the
-  /// motions of findMotionStarts and, if the matches lie on a plane, with its other motion. Among the poses that a
-  /// model allows, the one with most inliers in front of both cameras wins; among the two motions of a plane the
-  /// likelier. `refine`: a pose of an essential or a fundamental matrix moves to the robust optimum over the matches
-  /// near it, and the essential matrix and its inliers follow. A plane leaves a fundamental matrix undetermined, so its
-  /// optimum may be another one that explains the matches better. Fills nothing without a calibration. A homography of
-  /// a pure rotation gives a zero translation. `points`: the columns that the model was found in, which are looked at
-  /// again where they are normalised.
-  void recover(const PointPairs& pairs, const Camera& camera, const TwoViewPoints& points,
-               const PoseRecoveryOptions& options, RobustResult& result);
+  explicit PoseRecovery(const RobustOptions& options)
+      : options_(options), kernels_(residualKernels(options.simd)), judge_(options) {}
+  /// The pose of result.model, and its judgement, by model_type and inlier. PoseJudge compares it with the motions of
+  /// findMotionStarts and, if the matches lie on a plane, with its other motion. Among the poses that a model allows,
+  /// the one with most inliers in front of both cameras wins; among the two motions of a plane the likelier. `refine`:
+  /// a pose of an essential or a fundamental matrix moves to the robust optimum over the matches near it, and an
+  /// essential matrix follows. A plane leaves a fundamental matrix undetermined, so its optimum may be another one that
+  /// explains the matches better. There is none without a calibration. A homography of a pure rotation gives a zero
+  /// translation. `points`: the columns that the model was found in, which are looked at again where they are
+  /// normalised.
+  RecoveredPose recover(const PointPairs& pairs, const Camera& camera, const TwoViewPoints& points,
+                        const RobustResult& result, bool refine);
 
  private:
   /// A motion that the model allows.
@@ -54,18 +55,19 @@ class PoseRecovery {
   void propose(const TwoViewPose& pose);
   int countInFront(const TwoViewPose& motion) const;
   /// Without `refine` the pose counts as its own optimum.
-  Explanation explain(const TwoViewPose& pose, bool refine) const;
+  Explanation explain(const PointColumnsView& points, const TwoViewPose& pose, bool refine) const;
   /// Fills `alternatives_` with what the pose is compared with: starts; motions of a homography that have enough
   /// inliers in front; both motions of a plane that most matches lie on. The likeliest that the model allows becomes
   /// `chosen`.
-  void weighAlternatives(int most_in_front, bool refine, ModelType type, Explanation& chosen);
+  void weighAlternatives(const PointColumnsView& points, int most_in_front, bool refine, ModelType type,
+                         Explanation& chosen);
 
-  const ResidualKernels* kernels_;
+  RobustOptions options_;
+  const ResidualKernels& kernels_;
   PoseJudge judge_;
   std::vector<Eigen::Vector3d> reference_, current_;  ///< inliers on the normalised image plane (z = 1)
   std::vector<Motion> candidates_;
   TwoViewPoints normalized_;  ///< where the model was found in other coordinates
-  PointColumnsView points_ = {};
   std::vector<float> residuals_;
   std::vector<TwoViewPose> starts_;
   std::vector<AlternativeMotion> alternatives_;

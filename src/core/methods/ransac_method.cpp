@@ -1,7 +1,7 @@
 #include "methods/ransac_method.h"
 
 #include <algorithm>
-#include <numeric>
+#include <cmath>
 
 namespace gms_ransac {
 
@@ -25,7 +25,6 @@ bool RansacMethod::begin(const PairTask& pair, double noise_exponent) {
   result.inlier.assign(static_cast<size_t>(pairs.size()), 0);
   points_.set(pairs, camera, result.model_type, options_.inlierThreshold(), noise_exponent);
   points_.countInto(&result.effort.point_evaluations);
-  result.noise_exponent = noise_exponent;
   switch (result.model_type) {
     case ModelType::kEssential:
       model_ = &model_storage_.emplace<EssentialModel>(kernels_, points_.view());
@@ -68,16 +67,17 @@ std::optional<Hypothesis> RansacMethod::motionOfPrior(const PairTask& pair) {
 
 void RansacMethod::recoverPose(const PairTask& pair, const TwoViewModel& model, const Hypothesis& best, bool refine) {
   const auto& [pairs, camera, result] = pair;
-  pose_recovery_.recover(pairs, camera, points_, {options_.inlierThreshold(), refine, options_.judge}, result);
-  if (!result.pose_found) return weighMatches(model, best, result);
-  // The pose of another model than its own is judged with keypoints of all levels alike.
-  if (result.model_type != ModelType::kEssential) result.noise_exponent = 0;
+  const RecoveredPose recovered = pose_recovery_.recover(pairs, camera, points_, result, refine);
+  if (recovered.judgement == nullptr) return weighMatches(model, best, result);
+  if (recovered.model) setModel(pair, *recovered.model);
+  take(*recovered.judgement, result);
 }
 
 void RansacMethod::weighMatches(const TwoViewModel& model, const Hypothesis& best, RobustResult& result) {
   const PointColumnsView view = points_.view();
   model.residuals(best, storage_.residuals);
   noise_.measure(storage_.residuals, view.count);
+  result.noise_exponent = points_.noiseExponent();
   result.sigma_px = noise_.sigma() * options_.inlierThreshold();
   const bool on_lines = result.model_type != ModelType::kHomography;
   if (!on_lines) result.sigma_px /= kTransferSigmas;
@@ -89,10 +89,25 @@ void RansacMethod::weighMatches(const TwoViewModel& model, const Hypothesis& bes
   noise_.toDeviations(1, result.residual);
 }
 
+void RansacMethod::setModel(const PairTask& pair, const Eigen::Matrix3d& model) const {
+  RobustResult& result = pair.result;
+  const double threshold = options_.inlierThreshold();
+  double sum = 0;
+  result.model = model;
+  result.inlier.assign(static_cast<size_t>(pair.pairs.size()), 0);
+  result.inlier_count = 0;
+  FinalResidual(pair.camera, result.model_type, model).forEach(pair.pairs, [&](size_t i, double squared) {
+    if (!pair.pairs.hasCoordinates(i) || !(squared < threshold * threshold)) return;
+    result.inlier[i] = 1;
+    ++result.inlier_count;
+    sum += squared;
+  });
+  result.rms_error_px = result.inlier_count > 0 ? std::sqrt(sum / result.inlier_count) : 0;
+}
+
 bool RansacMethod::accept(const PairTask& pair, const Eigen::Matrix3d& matrix, bool ordered) {
   const auto& [pairs, camera, result] = pair;
-  result.model = points_.inResultUnits(matrix);
-  markFinalInliers(pairs, camera, options_.inlierThreshold(), result);
+  setModel(pair, points_.inResultUnits(matrix));
   result.model_found = !options_.judge || acceptance_.accepts(pairs, model_->sampleSize(), options_.inlierThreshold(),
                                                               result, ordered ? &match_order_ : nullptr);
   if (!result.model_found) result.reject();
@@ -108,19 +123,6 @@ void TextbookMethod::estimate(const PointPairs& pairs, const Camera& camera, Rob
   const bool refine = options_.refine || filterDecides();
   if (refine) model_->refine(kRobustLoss, hurried(result.effort) ? kHastyIterations : kRefinementIterations, *best);
   if (accept(pair, model_->matrix(*best))) recoverPose(pair, *model_, *best, refine);
-}
-
-std::optional<Hypothesis> TextbookMethod::search(const PairTask& pair, Sampler& sampler, Verifier& verifier) {
-  sampler.begin(task(points_.size(), options_.max_iterations));
-  Ransac ransac(parts(*model_, pair.result.effort), verifier);
-  ransac.search(sampler);
-  if (const auto proposal = motionOfPrior(pair)) ransac.offer(*proposal);
-  return ransac.best();
-}
-
-std::optional<Hypothesis> TextbookMethod::search(const PairTask& pair, Sampler& sampler) {
-  CountingVerifier verifier(*model_, points_.view(), order_, tests_);
-  return search(pair, sampler, verifier);
 }
 
 UnfilteredMethod::UnfilteredMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling,

@@ -52,6 +52,8 @@ class RansacMethod : public Method {
   /// True if the search ended so late that refinement must be short; noted in the effort.
   bool hurried(Effort& effort) const;
 
+  /// Fills the judgement of the accepted model.
+  static void take(const Judgement& judgement, RobustResult& result) { static_cast<Judgement&>(result) = judgement; }
   /// Sets model and inliers from a matrix in working coordinates; false, and no model, if they are too few. `ordered`:
   /// support among the first of the order counts, too.
   bool accept(const PairTask& pair, const Eigen::Matrix3d& matrix, bool ordered = false);
@@ -69,6 +71,8 @@ class RansacMethod : public Method {
   MotionStatistics statistics_;  ///< what `filter` returns
 
  private:
+  /// Sets the model and, in double precision, its inliers.
+  void setModel(const PairTask& pair, const Eigen::Matrix3d& model) const;
   void weighMatches(const TwoViewModel& model, const Hypothesis& best, RobustResult& result);
 
   std::variant<std::monostate, EssentialModel, FundamentalModel, HomographyModel> model_storage_;
@@ -93,9 +97,20 @@ class TextbookMethod : public RansacMethod {
   /// The best hypothesis of `model_`; by uniform samples unless a method has its own.
   virtual std::optional<Hypothesis> findBest(const PairTask& pair) { return search(pair, sampler_); }
   /// RANSAC as in the textbook: samples in the order of the matches, every solution of theirs, no local optimisation.
-  std::optional<Hypothesis> search(const PairTask& pair, Sampler& sampler, Verifier& verifier);
+  template <class SomeSampler>
+  std::optional<Hypothesis> search(const PairTask& pair, SomeSampler& sampler, Verifier& verifier) {
+    sampler.begin(task(points_.size(), options_.max_iterations));
+    Ransac ransac(parts(*model_, pair.result.effort), verifier);
+    ransac.search(sampler);
+    if (const auto proposal = motionOfPrior(pair)) ransac.offer(*proposal);
+    return ransac.best();
+  }
   /// Verified by the inliers among all matches.
-  std::optional<Hypothesis> search(const PairTask& pair, Sampler& sampler);
+  template <class SomeSampler>
+  std::optional<Hypothesis> search(const PairTask& pair, SomeSampler& sampler) {
+    CountingVerifier verifier(*model_, points_.view(), order_, tests_);
+    return search(pair, sampler, verifier);
+  }
 
   UniformSampler sampler_;
   int tests_;  ///< d of the T(d,d) test

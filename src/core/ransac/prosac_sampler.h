@@ -11,7 +11,7 @@ namespace gms_ransac {
 /// Algorithm 1 has the two branches of the draw exchanged; here the n-th match is in the sample while the prefix grows.
 class ProsacSampler : public Sampler {
  public:
-  void begin(const SamplingTask& task) override;
+  void begin(const SamplingTask& task);
   bool draw(Random& random, int* sample) override;
   void newBest(const std::vector<uint8_t>& inlier) override;
 

@@ -35,10 +35,10 @@ struct SamplingTask {
   int max_iterations = 0;          ///< cap on samples
 };
 
+/// Each has a begin() that takes its task.
 class Sampler {
  public:
   virtual ~Sampler() = default;
-  virtual void begin(const SamplingTask& task) = 0;
   /// Fills `sample` with distinct ranks; false when the search is over.
   virtual bool draw(Random& random, int* sample) = 0;
   /// A new best hypothesis: its inlier mask over all matches, in order.
@@ -55,7 +55,7 @@ class UniformSampler : public Sampler {
   };
   UniformSampler() = default;
   explicit UniformSampler(const Options& options) : options_(options) {}
-  void begin(const SamplingTask& task) override;
+  void begin(const SamplingTask& task);
   bool draw(Random& random, int* sample) override;
   void newBest(const std::vector<uint8_t>& inlier) override;
 

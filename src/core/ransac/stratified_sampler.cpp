@@ -16,22 +16,16 @@ constexpr int kAttempts = 8;
 /// One clean sample is not enough: its model may start the local optimisation near the wrong minimum.
 constexpr int kMinimumSamples = 8;
 
-// Share of the matches that the first samples come from, and samples after which all take part (doc/estimator.md).
-constexpr double kFirstStratumShare = 0.02;
-constexpr double kGrowthSamples = 300;
-constexpr int kFirstMultiple = 4;  // of the sample size: the shortest prefix
+constexpr double kGrowthSamples = 300;  ///< after which all matches take part (doc/estimator.md)
+constexpr int kFirstMultiple = 4;       // of the sample size: the shortest prefix
 
 }  // namespace
 
-void StratifiedSampler::setCells(const std::vector<int>& order, const std::vector<int32_t>& cells) {
+void StratifiedSampler::begin(const SamplingTask& task, const std::vector<int>& order,
+                              const std::vector<int32_t>& cells, double first_share) {
+  task_ = task;
   cells_.resize(order.size());
   for (size_t k = 0; k < order.size(); ++k) cells_[k] = cells[static_cast<size_t>(order[k])];
-}
-
-void StratifiedSampler::begin(const SamplingTask& task) { begin(task, kFirstStratumShare); }
-
-void StratifiedSampler::begin(const SamplingTask& task, double first_share) {
-  task_ = task;
   const auto n = static_cast<double>(task.matches);
   prefix_ = std::min(n, std::max<double>(kFirstMultiple * task.sample_size, first_share * n));
   growth_ = std::pow(n / prefix_, 1 / kGrowthSamples);

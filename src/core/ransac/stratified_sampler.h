@@ -13,16 +13,18 @@ namespace gms_ransac {
 /// present prefix.
 class StratifiedSampler : public Sampler {
  public:
-  /// To be called before begin(). `order`: columns, most confident first; `cells`: of each column.
-  void setCells(const std::vector<int>& order, const std::vector<int32_t>& cells);
-  void begin(const SamplingTask& task) override;
-  void begin(const SamplingTask& task, double first_share);
+  /// `order`: columns, most confident first; `cells`: of each column; `first_share`: of the matches, which the first
+  /// samples come from.
+  void begin(const SamplingTask& task, const std::vector<int>& order, const std::vector<int32_t>& cells,
+             double first_share = kFirstShare);
   bool draw(Random& random, int* sample) override;
   void newBest(const std::vector<uint8_t>& inlier) override;
 
   int prefix() const { return drawn_from_; }
 
  private:
+  static constexpr double kFirstShare = 0.02;  ///< doc/estimator.md
+
   bool spread(const int* sample) const;
   void updateBound();
 

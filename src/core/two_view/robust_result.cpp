@@ -16,7 +16,7 @@ Effort& Effort::operator+=(const Effort& other) {
   return *this;
 }
 
-double RobustResult::sigma(int octave, float scale_factor) const {
+double Judgement::sigma(int octave, float scale_factor) const {
   return sigma_px * std::pow(static_cast<double>(scale_factor), noise_exponent * octave);
 }
 

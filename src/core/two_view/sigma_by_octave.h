@@ -1,4 +1,4 @@
-// RobustResult::sigma for thousands of keypoints: one power an octave instead of one a keypoint.
+// Judgement::sigma for thousands of keypoints: one power an octave instead of one a keypoint.
 #pragma once
 
 #include <array>

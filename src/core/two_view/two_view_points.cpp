@@ -64,6 +64,7 @@ Eigen::Matrix3d inverseIfHomography(ModelType type, const Eigen::Matrix3d& model
 void TwoViewPoints::set(const PointPairs& pairs, const Camera& camera, ModelType type, double threshold_px,
                         double noise_exponent) {
   type_ = type;
+  noise_exponent_ = noise_exponent;
   if (type == ModelType::kEssential) {
     to_working_reference_ = to_working_current_ = camera.K().inverse();
     pixels_per_unit_ = camera.meanFocalLength();
@@ -167,20 +168,6 @@ void FinalResidual::fill(const PointPairs& pairs, size_t first, size_t last, dou
     const Eigen::Vector3d c = to_current * Eigen::Vector3d(xc[i], yc[i], 1);
     residuals[i - first] = squared_unit * distance(r.x(), r.y(), c.x(), c.y());
   }
-}
-
-void markFinalInliers(const PointPairs& pairs, const Camera& camera, double threshold_px, RobustResult& result) {
-  const FinalResidual residual(camera, result.model_type, result.model);
-  result.inlier.assign(static_cast<size_t>(pairs.size()), 0);
-  result.inlier_count = 0;
-  double sum = 0;
-  residual.forEach(pairs, [&](size_t i, double squared) {
-    if (!pairs.hasCoordinates(i) || !(squared < threshold_px * threshold_px)) return;
-    result.inlier[i] = 1;
-    ++result.inlier_count;
-    sum += squared;
-  });
-  result.rms_error_px = result.inlier_count > 0 ? std::sqrt(sum / result.inlier_count) : 0;
 }
 
 }  // namespace gms_ransac

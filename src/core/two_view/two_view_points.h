@@ -11,7 +11,6 @@
 #include "gms_ransac/camera.h"
 #include "gms_ransac/point_pairs.h"
 #include "gms_ransac/robust_options.h"
-#include "gms_ransac/robust_result.h"
 #include "two_view/kernels/point_columns.h"
 
 namespace gms_ransac {
@@ -31,6 +30,7 @@ class TwoViewPoints {
   const std::vector<int32_t>& cells() const { return cells_; }
   /// The columns of matches, in the order of the matches.
   void columnsOf(const std::vector<int>& matches, std::vector<int>& columns) const;
+  double noiseExponent() const { return noise_exponent_; }
   double pixelsPerUnit() const { return pixels_per_unit_; }
   /// The weight of a match whose keypoints are both of the finest level.
   float finestWeight() const { return finest_weight_; }
@@ -45,7 +45,7 @@ class TwoViewPoints {
   std::vector<int32_t> cells_;
   std::vector<int> match_of_, column_of_;
   Eigen::Matrix3d to_working_reference_, to_working_current_;  ///< pixels -> working coordinates
-  double pixels_per_unit_ = 1;
+  double pixels_per_unit_ = 1, noise_exponent_ = 0;
   float finest_weight_ = 1;
 };
 
@@ -78,8 +78,5 @@ class FinalResidual {
   Eigen::Matrix3d to_reference_, to_current_;  ///< of pixels
   Eigen::Matrix3d model_, inverse_;            ///< the latter of a homography alone
 };
-
-/// Fills result.inlier, inlier_count and rms_error_px with the verdict of result.model on the pairs, in double.
-void markFinalInliers(const PointPairs& pairs, const Camera& camera, double threshold_px, RobustResult& result);
 
 }  // namespace gms_ransac

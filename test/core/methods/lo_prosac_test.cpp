@@ -290,8 +290,7 @@ TEST(StratifiedSampler, SpreadsSamplesAtLeastAsWideAsUniformDraws) {
     return sum / 10;
   };
   StratifiedSampler sampler;
-  sampler.setCells(order, cells);
-  sampler.begin({kCount, 5, 0.99, 10000});
+  sampler.begin({kCount, 5, 0.99, 10000}, order, cells);
   Random random(1);
   double stratified = 0, uniform_draws = 0;
   constexpr int kDraws = 2000;
@@ -316,8 +315,7 @@ TEST(StratifiedSampler, BeginsWithTheMostConfident) {
     cells[i] = i;
   }
   StratifiedSampler sampler;
-  sampler.setCells(order, cells);
-  sampler.begin({400, 5, 0.99, 1000});
+  sampler.begin({400, 5, 0.99, 1000}, order, cells);
   Random random(1);
   int sample[5];
   sampler.draw(random, sample);
@@ -332,8 +330,7 @@ TEST(StratifiedSampler, BeginsWithTheShareThatIsAskedFor) {
   std::vector<int32_t> cells(400);
   for (int i = 0; i < 400; ++i) order[i] = cells[i] = i;
   StratifiedSampler sampler;
-  sampler.setCells(order, cells);
-  sampler.begin({400, 5, 0.99, 64}, 0.5);
+  sampler.begin({400, 5, 0.99, 64}, order, cells, 0.5);
   Random random(1);
   int sample[5];
   sampler.draw(random, sample);
