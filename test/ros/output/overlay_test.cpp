@@ -182,7 +182,9 @@ TEST(Overlay, RejectedMatchesAreShownOnlyWhenAskedForOrWhenThereAreNoOthers) {
     const cv::Scalar grey = at(picture, by_filter), model = at(picture, by_model);
     EXPECT_GT(difference(grey, ground), 40);
     EXPECT_GT(difference(model, grey), 40) << "who rejected a match is seen";
-    if (!failed) EXPECT_GT(difference(model, at(picture, dotOf(pair, 0))), 40);
+    if (!failed) {
+      EXPECT_GT(difference(model, at(picture, dotOf(pair, 0))), 40);
+    }
     const cv::Mat footer = picture.rowRange(picture.rows - kFooter, picture.rows);
     EXPECT_TRUE(hasWords("rejected by the filter", footer, kFont, cv::Scalar::all(235), cv::Scalar(28, 26, 24)));
   }
@@ -268,7 +270,9 @@ TEST(Overlay, TheStripShowsTheLastImages) {
   const cv::Scalar ok = statusColor(MatchStats::OK), failed = statusColor(MatchStats::GMS_REJECTED);
   for (int x = left; x < right; x += 3) {
     const cv::Scalar status = at(picture, {x, top + 27});
-    if (std::abs(x - middle) > 3) EXPECT_EQ(0, difference(status, x < middle ? failed : ok)) << x;
+    if (std::abs(x - middle) > 3) {
+      EXPECT_EQ(0, difference(status, x < middle ? failed : ok)) << x;
+    }
   }
   EXPECT_EQ(0, difference(at(picture, {right - 2, top + 14}), ok)) << "half of the height: half are inliers";
   EXPECT_EQ(0, difference(at(picture, {right - 2, top + 9}), cv::Scalar(28, 26, 24)));
