@@ -67,7 +67,7 @@ show_progress() {
 
 # compilers CORES FREE_KB: how many to run at once. A board with many cores and little memory would swap, or kill one.
 compilers() {
-  local by_memory=$(($2 / 1100000))  # the largest compiler takes 1.0 GB (GCC 12), and the system needs some
+  local by_memory=$(($2 / 1100000))  # the largest compiler, of a test, takes 1 GB (GCC 12); the system needs some
   [ "$by_memory" -ge 1 ] || by_memory=1
   echo $(($1 < by_memory ? $1 : by_memory))
 }
