@@ -65,7 +65,7 @@ struct Effort {
   Effort& operator+=(const Effort& other);
 };
 
-/// What the judgement says of a pose, and of each match by it.
+/// The verdict on a pose, and on each match by that pose.
 struct Judgement {
   bool pose_found = false;              ///< needs a calibrated camera
   bool translation_observable = false;  ///< false: no direction known; `pose.t` is a guess (zero: none)

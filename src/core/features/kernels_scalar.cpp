@@ -1,5 +1,5 @@
-// The extractor's inner loops for any processor with the least byte first. The compiler makes of vectors of 16 bytes
-// what the processor has: SSE2 on x86, single numbers where there is nothing.
+// The extractor's inner loops for any little-endian processor, over vectors of 16 bytes. The compiler turns them into
+// the processor's own: SSE2 on x86, single numbers where there are none.
 #include "features/kernels_impl.h"
 
 namespace gms_ransac {

@@ -10,7 +10,7 @@ namespace gms_ransac {
 
 namespace {
 
-// Of the pixels on each side; hot and dead pixels are fewer.
+// This share of the pixels may lie below the range, and as many above; hot and dead pixels are fewer.
 constexpr double kBeyondRange = 0.001;
 // Values. Thermal cameras have a noise of one to five; a smaller range would show it as texture.
 constexpr double kNarrowest = 128;
@@ -21,6 +21,7 @@ constexpr double kLeastFilled = 0.25;
 
 struct Range {
   double low, high;
+  int brightest;  ///< of all pixels
 };
 
 Range rangeOf(const cv::Mat& wide) {
@@ -30,19 +31,18 @@ Range rangeOf(const cv::Mat& wide) {
     for (int c = 0; c < wide.cols; ++c) ++count[row[c]];
   }
   const double beyond = kBeyondRange * static_cast<double>(wide.total());
-  size_t low = 0, high = count.size() - 1;
+  size_t low = 0, high = count.size() - 1, brightest = high;
+  while (brightest > 0 && count[brightest] == 0) --brightest;
   for (double seen = count[low]; seen <= beyond; seen += count[low]) ++low;
   for (double seen = count[high]; seen <= beyond; seen += count[high]) --high;
-  return {static_cast<double>(low), static_cast<double>(high)};
+  return {static_cast<double>(low), static_cast<double>(high), static_cast<int>(brightest)};
 }
 
 }  // namespace
 
 cv::Mat WideImage::toGrey(const cv::Mat& wide) {
-  double brightest = 0;
-  cv::minMaxLoc(wide, nullptr, &brightest);
-  while (bits_ < 16 && brightest >= (1 << bits_)) ++bits_;
   const Range image = rangeOf(wide);
+  while (bits_ < 16 && image.brightest >= (1 << bits_)) ++bits_;
   if (image.high > image.low) {  // a blank image tells nothing
     const double width = std::max(image.high - image.low, kNarrowest);
     if (image.low < (high_ > 0 ? 1 : 2) * width) {  // two, or an image in between would switch at every frame

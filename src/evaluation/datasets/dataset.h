@@ -26,8 +26,8 @@ enum class DatasetKind { kTum, kKitti, kImagePairs, kBag };
 struct DatasetFrame {
   std::string name;  ///< path relative to the folder as listed; "<topic>@<stamp>" in a bag
   double stamp = 0;  ///< seconds
-  std::optional<Eigen::Isometry3d> pose =
-      {};                  ///< X_world = pose * X_camera, camera optical frame; absent outside the truth
+  /// X_world = pose * X_camera, camera optical frame; absent outside the truth.
+  std::optional<Eigen::Isometry3d> pose = {};
   std::string depth = {};  ///< depth image nearest in time, relative to the folder; "" when there is none
   double depth_stamp = 0;  ///< seconds; of that depth image
 };

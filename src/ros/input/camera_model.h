@@ -45,7 +45,7 @@ class CameraModelSource {
   bool isRectified(const sensor_msgs::CameraInfo& info) const;
   /// Empty when `info` does not say a size.
   std::string sizeMismatch(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
-  /// Empty unless `info` is that of an uncalibrated Kinect.
+  /// Empty unless the pixels of `info` are far from square, or it is that of an uncalibrated Kinect.
   std::string unlikelyValues(const sensor_msgs::CameraInfo& info) const;
   std::string contradiction(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
 

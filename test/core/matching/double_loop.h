@@ -15,7 +15,7 @@ constexpr Bits kAllBits[] = {Bits::kRandom, Bits::kTwoBytes, Bits::kAllEqual, Bi
 
 inline std::vector<uint8_t> drawDescriptors(int n, Bits bits, uint32_t seed) {
   std::mt19937 random(seed);
-  // Of opposites two complementary patterns, sometimes one bit off: distances of 0, 1, 255 and 256.
+  // Opposites are two complementary patterns, sometimes one bit off: distances of 0, 1, 255 and 256.
   const uint8_t pattern = bits != Bits::kOpposite ? 0x5a : seed % 2 != 0 ? 0x0f : 0xf0;
   std::vector<uint8_t> rows(static_cast<size_t>(n) * kHammingBytes, pattern);
   for (size_t first = 0; first < rows.size(); first += kHammingBytes) {

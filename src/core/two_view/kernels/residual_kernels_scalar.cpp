@@ -1,5 +1,5 @@
-// The kernels for any processor, and the choice among the instruction sets. The compiler makes of four floats what the
-// processor has: SSE2 on x86, NEON on ARM, single numbers elsewhere.
+// The kernels for any processor, over vectors of four floats, and the choice among the instruction sets. The compiler
+// turns them into the processor's own: SSE2 on x86, NEON on ARM, single numbers elsewhere.
 #include <cmath>
 #include <cstring>
 
@@ -62,12 +62,10 @@ GMS_RANSAC_OPERATOR(/)
 
 }  // namespace
 
-const ResidualKernels& residualKernels(SimdLevel level) {
+const ResidualKernels& residualKernels([[maybe_unused]] SimdLevel level) {
 #if defined(__x86_64__)
   if (level == SimdLevel::kAvx512) return residualKernelsAvx512();
   if (level == SimdLevel::kAvx2) return residualKernelsAvx2();
-#else
-  (void)level;
 #endif
   return KernelsFor<Vector>::table();
 }
