@@ -10,17 +10,13 @@ import cv2
 import numpy as np
 import rosbag
 
+from demo_summary import pose_matrix
+
 LIMIT, DISTANCE = 220, 15  # as ~feature_limit and ~feature_distance
 WINDOW, LEVELS = (21, 21), 3
 EPIPOLAR_DISTANCE = 1.0  # pixels
 FAR_OFF = 3.0  # pixels
 LEAST_BASELINE = 0.03  # metres; below it there is no epipolar line
-
-
-def rotation(q):
-    *v, w = np.array((q.x, q.y, q.z, q.w)) / np.linalg.norm((q.x, q.y, q.z, q.w))
-    axis = np.cross(np.eye(3), v)
-    return np.eye(3) + 2 * w * axis + 2 * axis @ axis
 
 
 class Tracker:
@@ -60,11 +56,10 @@ def read_images(path):
         for topic, message, _ in bag.read_messages():
             if topic == "/tf":
                 # Camera in world: the transforms of a message follow on each other.
-                R, t = np.eye(3), np.zeros(3)
+                pose = np.eye(4)
                 for one in message.transforms:
-                    t = R @ np.array((one.transform.translation.x, one.transform.translation.y, one.transform.translation.z)) + t
-                    R = R @ rotation(one.transform.rotation)
-                poses[message.transforms[0].header.stamp.to_nsec()] = (R, t)
+                    pose = pose @ pose_matrix(one.transform.translation, one.transform.rotation)
+                poses[message.transforms[0].header.stamp.to_nsec()] = (pose[:3, :3], pose[:3, 3])
             elif message._type == "sensor_msgs/CameraInfo":
                 K = np.reshape(message.K, (3, 3))
             elif message._type == "sensor_msgs/Image" and message.encoding in ("mono8", "rgb8", "bgr8"):

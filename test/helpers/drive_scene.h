@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include "two_view/pose_model.h"
 #include "two_view_scene.h"
 
 namespace gms_ransac {
@@ -12,7 +13,7 @@ namespace gms_ransac {
 /// A step of these metres and that rotation vector, radians.
 inline Eigen::Isometry3d makeStep(const Eigen::Vector3d& translation, const Eigen::Vector3d& rotation) {
   Eigen::Isometry3d step = Eigen::Isometry3d::Identity();
-  step.linear() = rotationOf(rotation);
+  step.linear() = rotationFromVector(rotation);
   step.translation() = translation;
   return step;
 }

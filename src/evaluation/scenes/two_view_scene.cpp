@@ -72,21 +72,21 @@ struct Motion {
   bool straight = false;  ///< TwoViewSceneOptions::straight
 
   Motion(const Vector3d& rotation_vector, const Vector3d& translation)
-      : R(rotationOf(rotation_vector)), t(translation), rotation(rotation_vector) {}
+      : R(rotationFromVector(rotation_vector)), t(translation), rotation(rotation_vector) {}
   Motion(const Matrix3d& matrix, const Vector3d& translation)
       : R(matrix), t(translation), rotation(rotationVector(matrix)) {}
   /// Where a point is, that was at X when this motion began, after a share of it.
   Vector3d after(double share, const Vector3d& X) const {
-    return rotationOf(share * rotation) * X + share * wayAfter(share);
+    return rotationFromVector(share * rotation) * X + share * wayAfter(share);
   }
   /// The reverse.
   Vector3d before(double share, const Vector3d& X) const {
-    return rotationOf(share * rotation).transpose() * (X - share * wayAfter(share));
+    return rotationFromVector(share * rotation).transpose() * (X - share * wayAfter(share));
   }
 
  private:
   /// The way of the whole motion, in the axes that the camera has after a share of it.
-  Vector3d wayAfter(double share) const { return straight ? rotationOf((share - 1) * rotation) * t : t; }
+  Vector3d wayAfter(double share) const { return straight ? rotationFromVector((share - 1) * rotation) * t : t; }
 };
 
 /// The static scene and the bodies, each with its motion relative to the camera.
@@ -139,7 +139,7 @@ class Layout {
     const double y = kHeight * (side / 2 + (1 - side) * random_.uniform());
     centres_.emplace_back(x, y);
     const Vector3d centre = Lens(options_).ray(centres_.back()) * (body.nearest + body.farthest) / 2;
-    const Matrix3d R = rotationOf(body.rotation);
+    const Matrix3d R = rotationFromVector(body.rotation);
     const Motion& camera = motions_.front();
     motions_.emplace_back(Matrix3d(camera.R * R), camera.R * (centre - R * centre + body.translation) + camera.t);
   }
@@ -296,8 +296,6 @@ double gaussian(Random& random) {
   const double u = random.uniform(), v = random.uniform();
   return std::sqrt(-2 * std::log(1 - u)) * std::cos(2 * M_PI * v);
 }
-
-Matrix3d rotationOf(const Vector3d& rotation_vector) { return rotationFromVector(rotation_vector); }
 
 TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
   TwoViewScene scene;

@@ -87,6 +87,5 @@ double medianDisplacement(const TwoViewSceneOptions& options);
 double medianParallax(const TwoViewSceneOptions& options);
 
 double gaussian(Random& random);  ///< standard normal
-Eigen::Matrix3d rotationOf(const Eigen::Vector3d& rotation_vector);
 
 }  // namespace gms_ransac

@@ -13,6 +13,7 @@
 #include "percentile.h"
 #include "rendered_scene.h"
 #include "scenes/drawn_scenes.h"
+#include "two_view/pose_model.h"
 #include "two_view_scene.h"
 
 namespace gms_ransac {
@@ -86,7 +87,7 @@ RotationPrior gyroOf(const TwoViewScene& scene, double acceleration, int seed) {
   const Eigen::AngleAxisd rotation(Eigen::Matrix3d(scene.R.transpose()));
   const Vector3d rate = rotation.angle() / kSceneInterval * rotation.axis();
   RotationPrior prior;
-  prior.R = rotationOf(kSceneInterval * noise()) * rotation.toRotationMatrix();
+  prior.R = rotationFromVector(kSceneInterval * noise()) * rotation.toRotationMatrix();
   prior.covariance.diagonal().setConstant(kGyroSigma * kSceneInterval * kGyroSigma * kSceneInterval);
   prior.rates = RotationRates{(1 - acceleration) * rate + noise(), (1 + acceleration) * rate + noise()};
   return prior;
@@ -166,7 +167,7 @@ TEST_P(Methods, AreNoWorseForAWrongGyro) {
         return kind == 0 ? Vector3d(v.x(), -v.y(), v.z()) : kind == 1 ? Vector3d(v.z(), v.x(), v.y()) : Vector3d(-v);
       };
       const Eigen::AngleAxisd rotation(prior.R);
-      prior.R = rotationOf(spoil(rotation.angle() * rotation.axis()));
+      prior.R = rotationFromVector(spoil(rotation.angle() * rotation.axis()));
       prior.rates = RotationRates{spoil(prior.rates->reference), spoil(prior.rates->current)};
       pair.pairs.rotation_prior = prior;
     };

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "ransac/rotation_proposal.h"
+#include "two_view/pose_model.h"
 #include "two_view/two_view_points.h"
 #include "two_view_scene.h"
 
@@ -18,7 +19,7 @@ constexpr double kPriorSigma = 0.1 * kDegree;
 /// The scene's rotation with `error` added about the reference camera's axes.
 RotationPrior priorOf(const TwoViewScene& scene, const Eigen::Vector3d& error = Eigen::Vector3d::Zero()) {
   RotationPrior prior;
-  prior.R = rotationOf(error) * scene.R.transpose();
+  prior.R = rotationFromVector(error) * scene.R.transpose();
   prior.covariance = kPriorSigma * kPriorSigma * Eigen::Matrix3d::Identity();
   return prior;
 }
@@ -122,9 +123,9 @@ TEST_P(EveryMethodWithAPrior, IsNotWorseForAPriorThatIsWrong) {
     const RobustResult alone = estimate(GetParam(), options, scene, std::nullopt);
     const Eigen::Vector3d turn(0.05, -0.12, 0.06);
     RotationPrior shuffled = priorOf(scene), delayed = shuffled, mirrored = shuffled;
-    shuffled.R = rotationOf({turn.z(), turn.x(), -turn.y()});
+    shuffled.R = rotationFromVector({turn.z(), turn.x(), -turn.y()});
     delayed.R = Eigen::Matrix3d::Identity();
-    mirrored.R = rotationOf(turn);
+    mirrored.R = rotationFromVector(turn);
     for (const RotationPrior& wrong : {shuffled, delayed, mirrored}) {
       const RobustResult result = estimate(GetParam(), options, scene, wrong);
       EXPECT_EQ(result.effort.hypotheses, alone.effort.hypotheses) << "the samples do not depend on it";

@@ -14,6 +14,7 @@
 #include "random.h"
 #include "scenes/two_view_scene.h"
 #include "shared_data.h"
+#include "two_view/pose_model.h"
 
 namespace gms_ransac {
 namespace {
@@ -27,7 +28,7 @@ class DrivingScene {
   explicit DrivingScene(double pitch = 0, double noise_px = 0) : noise_(noise_px) {
     down_ = {0, std::cos(pitch), std::sin(pitch)};
     forward_ = {0, -std::sin(pitch), std::cos(pitch)};
-    pose.R = rotationOf({0.002, 0.01, -0.003});
+    pose.R = rotationFromVector({0.002, 0.01, -0.003});
     pose.t = pose.R * forward_;  // along the ground as the current camera has it
   }
   /// Points of the ground, from so near to so far, metres.
@@ -51,7 +52,7 @@ class DrivingScene {
   GroundPrior prior(double down_error = 0, double down_sigma = 0.17) const {
     GroundPrior prior;
     prior.camera_height = kCameraHeight;
-    prior.down = rotationOf({down_error, 0, 0}) * down_;
+    prior.down = rotationFromVector({down_error, 0, 0}) * down_;
     prior.down_sigma = down_sigma;
     return prior;
   }
@@ -162,7 +163,7 @@ TEST(GroundScale, FindsAGroundWithoutCornersInTheImages) {
   const Eigen::Vector3d down = Eigen::Vector3d(0, std::cos(0.15), std::sin(0.15));
   const Eigen::Vector3d forward(0, -std::sin(0.15), std::cos(0.15));
   RelativePose pose;
-  pose.R = rotationOf({0.002, 0.01, -0.003});
+  pose.R = rotationFromVector({0.002, 0.01, -0.003});
   pose.t = pose.R * forward;
   Eigen::Isometry3d reference = Eigen::Isometry3d::Identity();  // in the current camera's frame
   reference.linear() = pose.R.transpose();

@@ -14,6 +14,7 @@
 #include "percentile.h"
 #include "rendered_scene.h"
 #include "shared_data.h"
+#include "two_view/pose_model.h"
 #include "two_view_scene.h"
 
 namespace gms_ransac {
@@ -29,7 +30,7 @@ struct ExactPair {
   explicit ExactPair(const Eigen::Vector3d& t, double pixel_noise = 0) {
     RelativePose& pose = result.robust.pose;
     const Eigen::Vector3d rotation = 0.03 * Eigen::Vector3d(1, 2, -1).normalized();
-    pose.R = rotationOf(rotation);
+    pose.R = rotationFromVector(rotation);
     pose.t = t.normalized();
     result.robust.pose_found = true;
     TwoViewSceneOptions options;

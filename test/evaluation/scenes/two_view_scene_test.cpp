@@ -10,6 +10,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "scenes/drawn_scenes.h"
+#include "two_view/pose_model.h"
 
 namespace gms_ransac {
 namespace {
@@ -144,7 +145,7 @@ TEST(TwoViewScene, ARollingShutterTurnsEachRowByItsTime) {
   double largest_effect = 0;
   for (size_t i = 0; i < scene.points.size(); ++i) {
     const Vector2d from = referenceOf(scene, i), to = currentOf(scene, i);
-    const Matrix3d turn = rotationOf((share(1, to.y()) - share(0, from.y())) * options.rotation);
+    const Matrix3d turn = rotationFromVector((share(1, to.y()) - share(0, from.y())) * options.rotation);
     EXPECT_LT(((K * turn * scene.points[i]).hnormalized() - to).norm(), 0.01);
     largest_effect = std::max(largest_effect, (predicted(scene, i) - to).norm());
   }
