@@ -73,17 +73,18 @@ struct Model {
     scatter += effect_.lazyProduct(effect_.transpose());
     both_.compute(scatter);
     if (chance.info() != Eigen::Success || both_.info() != Eigen::Success) return;
-    weighed_ = both_.solve(score);
+    const SomeVector weighed = both_.solve(score);
     const double told = chance.matrixL().solve(score).squaredNorm();
     const auto ratio = both_.matrixLLT().diagonal().array() / chance.matrixLLT().diagonal().array();
-    const double factor = 0.5 * (told - score.dot(weighed_)) - ratio.log().sum();
+    const double factor = 0.5 * (told - score.dot(weighed)) - ratio.log().sum();
     if (!std::isfinite(factor)) return;
+    weighed_ = weighed;
     statistic = told;
     log_factor = factor;
   }
   /// Adds the second moment of the errors, times a weight.
   void addMoment(double weight, CameraSquare& sum) const {
-    if (!(weight > 0)) return;
+    if (!(weight > 0) || weighed_.size() == 0) return;
     const SomeSquare told = both_.matrixL().solve(effect_);
     const SomeVector mean = effect_.transpose() * weighed_;
     SomeSquare moment = mean * mean.transpose() - told.transpose().lazyProduct(told);
@@ -105,7 +106,7 @@ struct Model {
   int parameters_[kCameraParameters] = {};
   SomeSquare effect_;            ///< of typical errors on the scores
   Eigen::LLT<SomeSquare> both_;  ///< of the scores' covariance by chance and by the errors
-  SomeVector weighed_;           ///< the scores by its inverse
+  SomeVector weighed_;           ///< the scores by its inverse; empty where they tell nothing of these errors
 };
 
 /// One step of Newton's from each error alone to the optimum, and its variance by the scatter.

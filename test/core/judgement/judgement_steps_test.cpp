@@ -219,6 +219,11 @@ TEST(CameraTestStep, TestsAScoreByItsScatter) {
   // a variance of 9e-5. No other group errs, so theirs has the prior's and no more than the weight of other causes.
   EXPECT_NEAR(camera.second_moment(0, 0), 0.036 * 0.036 + 9e-5, 1e-4);
   EXPECT_LT(camera.second_moment(1, 1), 0.01 * 0.01);
+  // Rounding may leave a scatter indefinite. Models with that parameter then tell nothing; the others do as before.
+  all.scatter(kParameters - 1, kParameters - 1) = -1;
+  const CameraTest without = testCamera(all, inverse, inverse, {});
+  EXPECT_NEAR(without.second_moment(0, 0), 0.9 * (0.036 * 0.036 + 9e-5), 1e-4);
+  EXPECT_EQ(without.second_moment(kCameraParameters - 1, kCameraParameters - 1), 0);
 }
 
 TEST(CameraTestStep, IsSeldomContradictedByChance) {
