@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# run_rostest.sh BUILD_DIR NAME [PACKAGES]: runs test/ros/rostest/NAME.test under a ROS master of its own, with the ROS
-# packages below PACKAGES, and leaves the cases of its test node in BUILD_DIR/test_results/rostest_NAME.xml. Exit status 77 when
-# every case was skipped.
+# run_rostest.sh BUILD_DIR NAME [PACKAGES]: runs test/ros/rostest/NAME.test, or NAME_test.py alone, under a ROS master of its own,
+# with the ROS packages below PACKAGES, and leaves the cases of its test node in BUILD_DIR/test_results/rostest_NAME.xml. Exit
+# status 77 when every case was skipped.
 set -eo pipefail
 export PATH=/usr/bin:$PATH  # another python3 may come first; ROS's modules belong to the system's
 build=$1 name=$2 packages=$3
@@ -31,10 +31,15 @@ if [ -n "${runtime:-}" ]; then
   export ASAN_OPTIONS=detect_leaks=0:quarantine_size_mb=8:${ASAN_OPTIONS:-}
   export LD_PRELOAD="$(g++ -print-file-name="$runtime") $(g++ -print-file-name=libstdc++.so.6)"
 fi
+launch=$source_dir/test/ros/rostest/$name.test
+if [ ! -f "$launch" ]; then
+  launch=$ROS_HOME/$name.test
+  echo "<launch><test test-name='$name' pkg='gms_ransac_rostest' type='${name}_test.py' time-limit='400'/></launch>" >"$launch"
+fi
 rm -f "$results/gms_ransac/"*"-$name.xml" "$results/rostest_$name.xml"
 status=0
 rostest --pkgdir="$source_dir" --package=gms_ransac --results-filename="$name.xml" --results-base-dir="$results" \
-  "$source_dir/test/ros/rostest/$name.test" || status=$?
+  "$launch" || status=$?
 cases=$results/gms_ransac/rosunit-$name.xml
 [ -f "$cases" ] || exit $((status ? status : 1))
 cp "$cases" "$results/rostest_$name.xml"

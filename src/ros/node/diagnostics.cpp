@@ -37,7 +37,16 @@ Diagnostics::Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, 
 
 Diagnostics::~Diagnostics() = default;
 
-void Diagnostics::update() { updater_->force_update(); }
+void Diagnostics::update(const NodeReport& report) {
+  bool first_of_priors;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    first_of_priors = report.priors && !node_.priors;
+    node_ = report;
+  }
+  if (first_of_priors) updater_->add("priors", this, &Diagnostics::describePriors);
+  updater_->force_update();
+}
 
 void Diagnostics::add(const MatchStats& stats, const std::string& problem) {
   std::lock_guard<std::mutex> lock(mutex_);
@@ -51,41 +60,21 @@ void Diagnostics::add(const MatchStats& stats, const std::string& problem) {
   latency_ += stats.latency;
 }
 
-void Diagnostics::setInput(const InputReport& input) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  input_ = input;
-}
-
 void Diagnostics::setCalibrationDoubt(const std::string& doubt) {
   std::lock_guard<std::mutex> lock(mutex_);
   calibration_doubt_ = doubt;
 }
 
-void Diagnostics::setPriors(const PriorReport& report) {
-  bool first;
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    first = !priors_;
-    priors_ = report;
-  }
-  if (first) updater_->add("priors", this, &Diagnostics::describePriors);
-}
-
 void Diagnostics::describePriors(diagnostic_updater::DiagnosticStatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
-  status.summary(priors_->doubtful ? DiagnosticStatus::WARN : DiagnosticStatus::OK, priors_->summary);
-  for (const auto& [key, value] : priors_->values) status.add(key, value);
-}
-
-void Diagnostics::setGraph(const std::string& problem) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  graph_problem_ = problem;
+  status.summary(node_.priors->doubtful ? DiagnosticStatus::WARN : DiagnosticStatus::OK, node_.priors->summary);
+  for (const auto& [key, value] : node_.priors->values) status.add(key, value);
 }
 
 void Diagnostics::describeGraph(diagnostic_updater::DiagnosticStatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
-  if (!graph_problem_.empty()) {
-    status.summary(DiagnosticStatus::ERROR, graph_problem_);
+  if (!node_.graph.empty()) {
+    status.summary(DiagnosticStatus::ERROR, node_.graph);
   } else if (!output_problem_.empty()) {
     status.summary(DiagnosticStatus::WARN, output_problem_);
   } else {
@@ -95,12 +84,12 @@ void Diagnostics::describeGraph(diagnostic_updater::DiagnosticStatusWrapper& sta
 
 void Diagnostics::describeInput(diagnostic_updater::DiagnosticStatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
-  if (!input_.error.empty()) {
-    status.summary(DiagnosticStatus::ERROR, input_.error);
-  } else if (!input_.idle.empty()) {
-    status.summary(DiagnosticStatus::OK, input_.idle);
-  } else if (!input_.waiting.empty()) {
-    status.summary(DiagnosticStatus::WARN, input_.waiting);
+  if (!node_.error.empty()) {
+    status.summary(DiagnosticStatus::ERROR, node_.error);
+  } else if (!node_.idle.empty()) {
+    status.summary(DiagnosticStatus::OK, node_.idle);
+  } else if (!node_.waiting.empty()) {
+    status.summary(DiagnosticStatus::WARN, node_.waiting);
   } else if (!calibration_doubt_.empty()) {
     status.summary(DiagnosticStatus::WARN, calibration_doubt_);
   } else if (last_.frames_received == 0) {
@@ -112,14 +101,14 @@ void Diagnostics::describeInput(diagnostic_updater::DiagnosticStatusWrapper& sta
   status.add("frames processed", last_.frames_processed);
   status.add("frames passed over", last_.frames_passed_over);
   status.add("frames dropped", last_.frames_dropped);
-  if (input_.unpaired) status.add("frames without camera_info of their stamp", *input_.unpaired);
+  if (node_.unpaired) status.add("frames without camera_info of their stamp", *node_.unpaired);
   status.add("resets", last_.resets);
 }
 
 void Diagnostics::describeMatches(diagnostic_updater::DiagnosticStatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
-  if (!input_.idle.empty()) {
-    status.summary(DiagnosticStatus::OK, input_.idle);
+  if (!node_.idle.empty()) {
+    status.summary(DiagnosticStatus::OK, node_.idle);
   } else if (last_.frames_processed == 0) {
     status.summary(DiagnosticStatus::OK, "no image yet");
   } else if (last_.status == MatchStats::UNCALIBRATED) {
@@ -159,7 +148,7 @@ void Diagnostics::describeTiming(diagnostic_updater::DiagnosticStatusWrapper& st
         "too large for it, or the machine has other work",
         late_, processed_, 1e3 * last_.time_budget, asked_ / images);
   } else {
-    status.summary(DiagnosticStatus::OK, input_.idle.empty() ? "keeps up" : input_.idle);
+    status.summary(DiagnosticStatus::OK, node_.idle.empty() ? "keeps up" : node_.idle);
   }
   status.addf("rate (Hz)", "%.1f", processed_ / period);
   status.addf("time per image (ms)", "%.2f", 1e3 * seconds_ / images);

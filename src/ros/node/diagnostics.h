@@ -22,12 +22,14 @@ class NodeHandle;
 
 namespace gms_ransac {
 
-/// State of the inputs.
-struct InputReport {
-  std::string error;            ///< why no image can arrive, and the remedy
-  std::string waiting;          ///< what does not arrive, and the remedy
-  std::string idle;             ///< why no image is expected: paused, no subscriber, end of the bag
-  std::optional<int> unpaired;  ///< images without a camera_info of their stamp; none: not required
+/// What is known without an image.
+struct NodeReport {
+  std::string error;                  ///< why no image can arrive, and the remedy
+  std::string waiting;                ///< what does not arrive, and the remedy
+  std::string idle;                   ///< why no image is expected: paused, no subscriber, end of the bag
+  std::optional<int> unpaired;        ///< images without a camera_info of their stamp; none: not required
+  std::string graph;                  ///< problem of the registration or the clock; empty: none
+  std::optional<PriorReport> priors;  ///< none: no other sensor is used
 };
 
 /// May be called from any thread.
@@ -38,15 +40,10 @@ class Diagnostics {
 
   /// One processed image. `problem`: of an output.
   void add(const MatchStats& stats, const std::string& problem);
-  void setInput(const InputReport& input);
   /// Reason to doubt the calibration; empty: none.
   void setCalibrationDoubt(const std::string& doubt);
-  /// Problem of the registration or the clock; empty: none.
-  void setGraph(const std::string& problem);
-  /// The status "priors" appears with the first call.
-  void setPriors(const PriorReport& report);
-  /// Publishes; called about once a second.
-  void update();
+  /// Publishes; called about once a second, from one thread.
+  void update(const NodeReport& report);
 
  private:
   void describeInput(diagnostic_updater::DiagnosticStatusWrapper& status);
@@ -58,9 +55,8 @@ class Diagnostics {
   std::unique_ptr<diagnostic_updater::Updater> updater_;
   const std::string unit_;  ///< of the translations
   std::mutex mutex_;        ///< guards what follows
-  InputReport input_;
-  std::string graph_problem_, output_problem_, calibration_doubt_;
-  std::optional<PriorReport> priors_;
+  NodeReport node_;
+  std::string output_problem_, calibration_doubt_;
   MatchStats last_;
   int processed_ = 0, failures_ = 0, late_ = 0;  ///< since the last report; late: beyond ~max_milliseconds
   double asked_ = 0;                             ///< features, their sum

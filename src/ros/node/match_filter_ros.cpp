@@ -103,7 +103,7 @@ class MatchFilterRos {
   Mailbox<std::unique_ptr<PreparedFrame>> prepared_;  ///< between the two threads, if there are two
   std::unique_ptr<FrameProcessor> processor_;
   std::unique_ptr<Outputs> outputs_;
-  std::unique_ptr<Reconfigure> reconfigure_;
+  std::shared_ptr<void> reconfigure_;
   std::unique_ptr<Diagnostics> diagnostics_;
   GraphWatch graph_watch_;
   ros::ServiceServer reset_service_, pause_service_;
@@ -139,10 +139,9 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic(), priors_,
                                                 input_->rightTopic(), input_->rightInfoTopic());
 
-  reconfigure_ = std::make_unique<Reconfigure>(pnh_, parameters_);
-  const RuntimeOptions start = reconfigure_->startOptions();
+  const RuntimeOptions start = startOptions(pnh_, parameters_);
   processor_->setOptions(start.processor);
-  reconfigure_->serve([this](const RuntimeOptions& options) { setOptions(options); });
+  reconfigure_ = serveChanges(pnh_, parameters_, [this](const RuntimeOptions& options) { setOptions(options); });
 
   {
     // A listener may connect before `outputs_` is assigned.
@@ -315,7 +314,7 @@ void MatchFilterRos::watchCalibration(const ProcessedFrame& processed) {
 void MatchFilterRos::watchInput() {
   graph_watch_.look();
   const Topics& published = graph_watch_.topics();
-  InputReport report;
+  NodeReport report;
   report.error = wrongTypes(input_->inputs(), published);
   {
     std::lock_guard<std::mutex> lock(subscription_mutex_);
@@ -334,12 +333,11 @@ void MatchFilterRos::watchInput() {
   if (!report.waiting.empty()) ROS_WARN_STREAM_THROTTLE(30, parameters_.name << ": " << report.waiting);
   if (!report.error.empty()) throttle_.warn("input", report.error);
   report.unpaired = input_->unpaired();
-  diagnostics_->setInput(report);
-  if (priors_) diagnostics_->setPriors(priors_->report());
+  if (priors_) report.priors = priors_->report();
   const std::string &registration = graph_watch_.problem(), no_clock = received_ > 0 ? clockProblem() : std::string();
   if (!no_clock.empty()) throttle_.warn("clock", no_clock);
-  diagnostics_->setGraph(registration.empty() ? no_clock : registration);
-  diagnostics_->update();
+  report.graph = registration.empty() ? no_clock : registration;
+  diagnostics_->update(report);
 }
 
 }  // namespace

@@ -44,23 +44,18 @@ std::string differences(const MatchFilterConfig& before, const MatchFilterConfig
   return text;
 }
 
-ProcessorOptions processorOptions(const Parameters& at_start, const MatchFilterConfig& config) {
-  ProcessorOptions options;
-  options.core = coreOptions(at_start.core, config);
-  // Threads one and two work on different images; further ones help the first or the second alternately.
-  const int threads = at_start.threads;
-  options.core.extractor.threads = std::max(1, (threads + 1) / 2);
-  options.core.matcher_threads = std::max(1, threads / 2);
-  options.max_frame_gap = config.max_frame_gap;
-  options.hold_reference = config.hold_reference;
-  options.recovery = {config.recovery_frames, config.max_recovery_gap};
-  options.sigma_floor = {config.translation_sigma_floor, config.rotation_sigma_floor};
-  return options;
-}
-
 RuntimeOptions runtimeOptions(const Parameters& at_start, const MatchFilterConfig& config) {
   RuntimeOptions options;
-  options.processor = processorOptions(at_start, config);
+  ProcessorOptions& processor = options.processor;
+  processor.core = coreOptions(at_start.core, config);
+  // Threads one and two work on different images; further ones help the first or the second alternately.
+  const int threads = at_start.threads;
+  processor.core.extractor.threads = std::max(1, (threads + 1) / 2);
+  processor.core.matcher_threads = std::max(1, threads / 2);
+  processor.max_frame_gap = config.max_frame_gap;
+  processor.hold_reference = config.hold_reference;
+  processor.recovery = {config.recovery_frames, config.max_recovery_gap};
+  processor.sigma_floor = {config.translation_sigma_floor, config.rotation_sigma_floor};
   options.outputs.publish_rejected = config.publish_rejected;
   options.outputs.publish_relative_tf = config.publish_relative_tf;
   options.outputs.publish_odom_tf = config.publish_odom_tf;
@@ -69,6 +64,40 @@ RuntimeOptions runtimeOptions(const Parameters& at_start, const MatchFilterConfi
   options.outputs.features = {{config.feature_limit, config.feature_distance}, config.feature_rate};
   return options;
 }
+
+MatchFilterConfig configOf(const ros::NodeHandle& pnh) {
+  MatchFilterConfig config = MatchFilterConfig::__getDefault__();
+  config.__fromServer__(pnh);
+  return config;
+}
+
+struct ChangeServer {
+  ChangeServer(const ros::NodeHandle& pnh, const Parameters& parameters,
+               std::function<void(const RuntimeOptions&)> accepts)
+      : at_start(parameters), accept(std::move(accepts)), in_force(configOf(pnh)), server(mutex, pnh) {
+    server.setCallback([this](UnclampedConfig& config, uint32_t /*level*/) { change(config); });
+  }
+
+  void change(UnclampedConfig& config) {
+    try {
+      if (!config.problem.empty()) throw std::invalid_argument(config.problem);
+      accept(runtimeOptions(at_start, config));
+    } catch (const std::exception& error) {
+      ROS_ERROR_STREAM(at_start.name << ": change refused, the old parameters stay: " << error.what());
+      config = in_force;
+      return;
+    }
+    const std::string changes = differences(in_force, config);
+    if (!changes.empty()) ROS_INFO_STREAM(at_start.name << ": changed" << changes);
+    in_force = config;
+  }
+
+  const Parameters at_start;
+  const std::function<void(const RuntimeOptions&)> accept;
+  MatchFilterConfig in_force;  ///< what a refused change falls back to; guarded by the mutex
+  boost::recursive_mutex mutex;
+  dynamic_reconfigure::Server<UnclampedConfig> server;
+};
 
 }  // namespace
 
@@ -97,50 +126,14 @@ MatchFilterOptions coreOptions(const ParameterValues& at_start, const MatchFilte
   return options;
 }
 
-struct Reconfigure::Server {
-  Server(const ros::NodeHandle& handle, const Parameters& parameters)
-      : pnh(handle), at_start(parameters), server(mutex, handle) {}
-
-  void change(UnclampedConfig& config) {
-    try {
-      if (!config.problem.empty()) throw std::invalid_argument(config.problem);
-      accept(runtimeOptions(at_start, config));
-    } catch (const std::exception& error) {
-      ROS_ERROR_STREAM(at_start.name << ": change refused, the old parameters stay: " << error.what());
-      config = in_force;
-      return;
-    }
-    const std::string changes = differences(in_force, config);
-    if (!changes.empty()) ROS_INFO_STREAM(at_start.name << ": changed" << changes);
-    in_force = config;
-  }
-
-  const ros::NodeHandle pnh;
-  const Parameters at_start;
-  Accept accept;
-  MatchFilterConfig in_force;  ///< what a refused change falls back to; guarded by the mutex
-  boost::recursive_mutex mutex;
-  dynamic_reconfigure::Server<UnclampedConfig> server;
-};
-
-Reconfigure::Reconfigure(const ros::NodeHandle& pnh, const Parameters& at_start)
-    : server_(std::make_unique<Server>(pnh, at_start)) {}
-
-Reconfigure::~Reconfigure() = default;
-
-RuntimeOptions Reconfigure::startOptions() {
+RuntimeOptions startOptions(const ros::NodeHandle& pnh, const Parameters& at_start) {
   // Refused here, with a sentence; dynamic_reconfigure would only log them.
-  MatchFilterConfig config = MatchFilterConfig::__getDefault__();
-  config.__fromServer__(server_->pnh);
-  RuntimeOptions options = runtimeOptions(server_->at_start, config);
-  server_->in_force = config;
-  return options;
+  return runtimeOptions(at_start, configOf(pnh));
 }
 
-void Reconfigure::serve(Accept accept) {
-  server_->accept = std::move(accept);
-  server_->server.setCallback(
-      [server = server_.get()](UnclampedConfig& config, uint32_t /*level*/) { server->change(config); });
+std::shared_ptr<void> serveChanges(const ros::NodeHandle& pnh, const Parameters& at_start,
+                                   std::function<void(const RuntimeOptions&)> accept) {
+  return std::make_shared<ChangeServer>(pnh, at_start, std::move(accept));
 }
 
 }  // namespace gms_ransac

@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <memory>
-#include <string>
 
 #include "output/output_options.h"
 #include "stream/frame_processor.h"
@@ -22,23 +21,13 @@ struct RuntimeOptions {
   OutputOptions outputs;
 };
 
-class Reconfigure {
- public:
-  /// Called with the values at start and with every change; what it throws refuses the change.
-  using Accept = std::function<void(const RuntimeOptions&)>;
+/// The values on the parameter server; throws std::invalid_argument when they contradict each other.
+RuntimeOptions startOptions(const ros::NodeHandle& pnh, const Parameters& at_start);
 
-  Reconfigure(const ros::NodeHandle& pnh, const Parameters& at_start);
-  ~Reconfigure();
-
-  /// The values on the parameter server; throws std::invalid_argument when they contradict each other.
-  RuntimeOptions startOptions();
-  /// A change is taken, or refused as a whole with a sentence, and the parameters in force given back.
-  /// Deadlock ahead: the server holds its mutex while it calls back, so nothing may wait for it with another held.
-  void serve(Accept accept);
-
- private:
-  struct Server;
-  std::unique_ptr<Server> server_;
-};
+/// Serves changes until the result is destroyed. `accept` is called with the values at start and with every change;
+/// what it throws refuses the change: as a whole, with a sentence, and the parameters in force are given back. Deadlock
+/// ahead: the server holds its mutex while it calls back, so nothing may wait for it with another held.
+std::shared_ptr<void> serveChanges(const ros::NodeHandle& pnh, const Parameters& at_start,
+                                   std::function<void(const RuntimeOptions&)> accept);
 
 }  // namespace gms_ransac

@@ -16,10 +16,6 @@ constexpr double kEarly = 0.1;
 constexpr double kLongestStep = 0.16;
 constexpr double kWellSeen = 0.4;
 
-bool wellSeen(const MatchResult* result) {
-  return result != nullptr && result->inliers >= kWellSeen * std::max(result->keypoints_reference, 1);
-}
-
 }  // namespace
 
 bool FeatureStream::passesOver(const PreparedFrame& frame, const FeatureOptions& options) {
@@ -36,8 +32,9 @@ std::optional<std::vector<Feature>> FeatureStream::next(const ProcessedFrame& pr
   if (processed.continuity != Continuity::kContinuous || input_ == InputKind::kPair) reset();
   const double stamp = processed.current->stamp();
   compared_stamp_ = image_stamp_ = stamp;
-  well_seen_ = wellSeen(processed.result);
-  if (processed.result == nullptr || !processed.current->camera->camera.calibrated() || !due(stamp, options.rate))
+  const MatchResult* result = processed.result;
+  well_seen_ = result != nullptr && result->inliers >= kWellSeen * std::max(result->keypoints_reference, 1);
+  if (result == nullptr || !processed.current->camera->camera.calibrated() || !due(stamp, options.rate))
     return std::nullopt;
   const Camera& camera = processed.current->camera->camera;
   const auto& points = follower_.follow(processed.current->grey, camera, matchedPoints(processed));
@@ -53,7 +50,11 @@ std::optional<std::vector<Feature>> FeatureStream::next(const ProcessedFrame& pr
   follower_.keep(picked);
   sent_.swap(sent);
   last_stamp_ = stamp;
-  scheduleAfter(stamp, options.rate);
+  if (options.rate > 0) {
+    // On the beat, so that images at 25 Hz give 10 messages a second and not 8; after a pause the beat is a new one.
+    const bool late = !next_stamp_ || stamp >= *next_stamp_ + 1 / options.rate;
+    next_stamp_ = (late ? stamp : *next_stamp_) + 1 / options.rate;
+  }
   return features;
 }
 
@@ -71,13 +72,6 @@ int FeatureStream::matchOf(uint32_t id) const {
 
 bool FeatureStream::due(double stamp, double rate) const {
   return rate <= 0 || !next_stamp_ || stamp >= *next_stamp_ - kEarly / rate;
-}
-
-void FeatureStream::scheduleAfter(double stamp, double rate) {
-  if (rate <= 0) return;
-  // On the beat, so that images at 25 Hz give 10 messages a second and not 8; after a pause the beat is a new one.
-  const bool late = !next_stamp_ || stamp >= *next_stamp_ + 1 / rate;
-  next_stamp_ = (late ? stamp : *next_stamp_) + 1 / rate;
 }
 
 const std::vector<TrackedPoint>& FeatureStream::matchedPoints(const ProcessedFrame& processed) {

@@ -52,7 +52,6 @@ class FeatureStream {
 
   /// True if a message is due with an image of this stamp.
   bool due(double stamp, double rate) const;
-  void scheduleAfter(double stamp, double rate);
   /// The inliers that carry an id, with their pixels in the current image; fills `match_of_`.
   const std::vector<TrackedPoint>& matchedPoints(const ProcessedFrame& processed);
   Feature describe(const ProcessedFrame& processed, const TrackedPoint& point) const;

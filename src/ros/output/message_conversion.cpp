@@ -37,26 +37,6 @@ void setLength(size_t n, bool with_stage, Correspondences& message) {
   message.current_sigma.resize(n);
 }
 
-/// Row k of the message: match i.
-void setMatch(const ProcessedFrame& processed, size_t i, size_t k, const SigmaByOctave& reference_sigma,
-              const SigmaByOctave& current_sigma, Correspondences& message) {
-  const MatchResult& result = *processed.result;
-  const Match& match = result.matches[i];
-  const Features &reference = processed.reference->frame.features, &current = processed.current->frame.features;
-  const cv::KeyPoint &from = reference.keypoints[match.reference], &to = current.keypoints[match.current];
-  message.reference_points[2 * k] = from.pt.x;
-  message.reference_points[2 * k + 1] = from.pt.y;
-  message.current_points[2 * k] = to.pt.x;
-  message.current_points[2 * k + 1] = to.pt.y;
-  message.confidence[k] = result.confidence[i];
-  message.distance[k] = match.distance;
-  message.track_id[k] = (*processed.track_ids)[i];
-  message.track_length[k] = (*processed.track_lengths)[i];
-  message.probability[k] = result.probability[i];
-  message.reference_sigma[k] = reference_sigma[from.octave];
-  message.current_sigma[k] = current_sigma[to.octave];
-}
-
 /// Ids of the keypoints that are tracked from the reference, 0 of the others.
 std::vector<uint32_t> trackIds(const ProcessedFrame& processed) {
   std::vector<uint32_t> ids(static_cast<size_t>(processed.current->frame.features.size()), 0);
@@ -66,18 +46,6 @@ std::vector<uint32_t> trackIds(const ProcessedFrame& processed) {
     if ((*processed.track_ids)[i] != 0) ids[static_cast<size_t>(matches[i].current)] = (*processed.track_ids)[i];
   }
   return ids;
-}
-
-/// Sets both fields to quantiles of the lengths of what is followed.
-void summarize(const std::vector<uint16_t>& track_lengths, MatchStats& message) {
-  std::vector<uint16_t> lengths;
-  lengths.reserve(track_lengths.size());
-  for (const uint16_t length : track_lengths) {
-    if (length > 0) lengths.push_back(length);
-  }
-  const auto [median, p90] = quantilesOf(std::move(lengths));
-  message.track_length_median = median;
-  message.track_length_p90 = p90;
 }
 
 }  // namespace
@@ -93,13 +61,27 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
 
   const auto inliers = std::count(result.stage.begin(), result.stage.end(), MatchStage::kInlier);
   setLength(with_rejected ? result.matches.size() : static_cast<size_t>(inliers), with_rejected, message);
-  const SigmaByOctave reference_sigma(result.robust, processed.reference->frame.features.scale_factor),
-      current_sigma(result.robust, current.frame.features.scale_factor);
+  const Features &reference_features = processed.reference->frame.features, &current_features = current.frame.features;
+  const SigmaByOctave reference_sigma(result.robust, reference_features.scale_factor),
+      current_sigma(result.robust, current_features.scale_factor);
   size_t row = 0;
   for (size_t i = 0; i < result.matches.size(); ++i) {
     if (!with_rejected && result.stage[i] != MatchStage::kInlier) continue;
+    const Match& match = result.matches[i];
+    const cv::KeyPoint& from = reference_features.keypoints[match.reference];
+    const cv::KeyPoint& to = current_features.keypoints[match.current];
     if (with_rejected) message.stage[row] = static_cast<uint8_t>(result.stage[i]);
-    setMatch(processed, i, row++, reference_sigma, current_sigma, message);
+    message.reference_points[2 * row] = from.pt.x;
+    message.reference_points[2 * row + 1] = from.pt.y;
+    message.current_points[2 * row] = to.pt.x;
+    message.current_points[2 * row + 1] = to.pt.y;
+    message.confidence[row] = result.confidence[i];
+    message.distance[row] = match.distance;
+    message.track_id[row] = (*processed.track_ids)[i];
+    message.track_length[row] = (*processed.track_lengths)[i];
+    message.probability[row] = result.probability[i];
+    message.reference_sigma[row] = reference_sigma[from.octave];
+    message.current_sigma[row++] = current_sigma[to.octave];
   }
   message.pose_valid = processed.poseValid();
   message.metric_scale = processed.metric_scale;
@@ -170,7 +152,16 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
     message.time_gms = static_cast<float>(result.times.gms);
     message.time_ransac = static_cast<float>(result.times.ransac);
   }
-  if (processed.track_lengths != nullptr) summarize(*processed.track_lengths, message);
+  if (processed.track_lengths != nullptr) {
+    std::vector<uint16_t> followed;
+    followed.reserve(processed.track_lengths->size());
+    for (const uint16_t length : *processed.track_lengths) {
+      if (length > 0) followed.push_back(length);
+    }
+    const auto [median, p90] = quantilesOf(std::move(followed));
+    message.track_length_median = median;
+    message.track_length_p90 = p90;
+  }
   message.time_total =
       message.time_convert + message.time_detect + message.time_match + message.time_gms + message.time_ransac;
   message.frames_received = counters.received;

@@ -1,13 +1,11 @@
 #include "output/odometry_output.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/TwistWithCovarianceStamped.h>
-#include <nav_msgs/Odometry.h>
-#include <nav_msgs/Path.h>
 #include <ros/master.h>
-#include <boost/make_shared.hpp>
 
 #include "frames.h"
 #include "output/output_options.h"
@@ -22,6 +20,17 @@ namespace {
 // Before the first broadcast tf is listened to for this long, to learn of another node that owns the frame.
 constexpr double kSettlingSeconds = 1;
 constexpr size_t kPathPoses = 2000;  // a minute of a 30 Hz camera, in messages of 200 kB; then every second one
+
+/// A motion whose direction alone is known: taken to be about so long; 0: that is not known either.
+RelativePose withUsualLength(RelativePose motion, double length) {
+  if (length == 0) {
+    makePublishable(false, SigmaFloor{0, 0}, motion);
+  } else {
+    motion.t *= length / motion.t.norm();
+    setTranslationVariance(length * length, motion.covariance);
+  }
+  return motion;
+}
 
 }  // namespace
 
@@ -51,17 +60,11 @@ int OdometryOutput::listeners() const {
   return static_cast<int>(count);
 }
 
-bool OdometryOutput::integrate(const ProcessedFrame& processed) {
-  const bool known = addMotion(processed);
-  odometry_.forgetBefore(processed.oldest_reference);
-  return known;
-}
-
 bool OdometryOutput::addMotion(const ProcessedFrame& processed) {
   const bool restarts = processed.continuity == Continuity::kRestarted || processed.status == MatchStats::FIRST_FRAME;
   if (restarts) {
     odometry_.restart();
-    path_.clear();
+    path_.poses.clear();
     held_.clear();
     knowUntil(processed.current->stamp());
     // The odometry begins here; a camera that is not calibrated has none.
@@ -108,17 +111,6 @@ void OdometryOutput::lose(const ProcessedFrame& processed) {
   knowUntil(now);
 }
 
-RelativePose OdometryOutput::withUsualLength(RelativePose motion, double length) const {
-  const SigmaFloor none{0, 0};
-  if (length == 0) {
-    makePublishable(false, none, motion);
-    return motion;
-  }
-  motion.t *= length / motion.t.norm();
-  setTranslationVariance(length * length, motion.covariance);
-  return motion;
-}
-
 void OdometryOutput::listen() {
   if (tf_) return;
   tf_ = std::make_unique<TfLookup>(nh_);
@@ -129,7 +121,9 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
   // Without a master to listen waits for one, and the images would with it.
   if (with_transform && !tf_ && ros::master::check()) listen();
   if (processed.continuity == Continuity::kRestarted && tf_) tf_->clear();
-  if (!integrate(processed) || (listeners() == 0 && !with_transform)) return;
+  const bool known = addMotion(processed);
+  odometry_.forgetBefore(processed.oldest_reference);
+  if (!known || (listeners() == 0 && !with_transform)) return;
   const std_msgs::Header& header = processed.current->header;
   const auto camera_in_base = cameraInBase(header);
   if (!camera_in_base) return;
@@ -149,57 +143,46 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
   }
   std_msgs::Header in_odom = header;
   in_odom.frame_id = parameters_.odom_frame;
-  publishPose(estimate, in_odom, moving_frame);
-  if (!at_origin) publishTwist(estimate, header.stamp, moving_frame);
-  publishPath(estimate, in_odom);
+  nav_msgs::Odometry odom;
+  odom.header = in_odom;
+  odom.child_frame_id = moving_frame;
+  odom.pose = toMessage(estimate.pose, estimate.pose_covariance);
+  odom.twist = toMessage(estimate.twist, estimate.twist_covariance);
+  if (heard(pose_)) {
+    geometry_msgs::PoseWithCovarianceStamped pose;
+    pose.header = in_odom;
+    pose.pose = odom.pose;
+    publishShared(pose_, std::move(pose));
+  }
+  if (heard(transform_)) {
+    geometry_msgs::TransformStamped transform = toTransform(estimate.pose);
+    transform.header = in_odom;
+    transform.child_frame_id = moving_frame;
+    publishShared(transform_, std::move(transform));
+  }
+  if (heard(twist_) && !at_origin) {
+    geometry_msgs::TwistWithCovarianceStamped twist;
+    twist.header.stamp = header.stamp;
+    twist.header.frame_id = moving_frame;
+    twist.twist = odom.twist;
+    publishShared(twist_, std::move(twist));
+  }
+  publishPath(odom);
+  publishShared(odom_, std::move(odom));
   if (with_transform) broadcast(estimate.pose, header.stamp, moving_frame);
 }
 
-void OdometryOutput::publishPose(const OdometryEstimate& estimate, const std_msgs::Header& header,
-                                 const std::string& moving_frame) {
-  auto odom = boost::make_shared<nav_msgs::Odometry>();
-  odom->header = header;
-  odom->child_frame_id = moving_frame;
-  odom->pose = toMessage(estimate.pose, estimate.pose_covariance);
-  odom->twist = toMessage(estimate.twist, estimate.twist_covariance);
-  if (pose_.getNumSubscribers() > 0) {
-    auto pose = boost::make_shared<geometry_msgs::PoseWithCovarianceStamped>();
-    pose->header = header;
-    pose->pose = odom->pose;
-    pose_.publish(pose);
-  }
-  if (transform_.getNumSubscribers() > 0) {
-    auto transform = boost::make_shared<geometry_msgs::TransformStamped>(toTransform(estimate.pose));
-    transform->header = header;
-    transform->child_frame_id = moving_frame;
-    transform_.publish(transform);
-  }
-  odom_.publish(odom);
-}
-
-void OdometryOutput::publishTwist(const OdometryEstimate& estimate, const ros::Time& stamp,
-                                  const std::string& moving_frame) {
-  auto twist = boost::make_shared<geometry_msgs::TwistWithCovarianceStamped>();
-  twist->header.stamp = stamp;
-  twist->header.frame_id = moving_frame;
-  twist->twist = toMessage(estimate.twist, estimate.twist_covariance);
-  twist_.publish(twist);
-}
-
-void OdometryOutput::publishPath(const OdometryEstimate& estimate, const std_msgs::Header& header) {
+void OdometryOutput::publishPath(const nav_msgs::Odometry& odom) {
   geometry_msgs::PoseStamped pose;
-  pose.header = header;
-  pose.pose = toMessage(estimate.pose);
-  if (path_.size() >= kPathPoses) {  // every second one stays
-    for (size_t i = 0; 2 * i < path_.size(); ++i) path_[i] = path_[2 * i];
-    path_.resize(path_.size() / 2);
+  pose.header = odom.header;
+  pose.pose = odom.pose.pose;
+  if (path_.poses.size() >= kPathPoses) {  // every second one stays
+    for (size_t i = 0; 2 * i < path_.poses.size(); ++i) path_.poses[i] = path_.poses[2 * i];
+    path_.poses.resize(path_.poses.size() / 2);
   }
-  path_.push_back(pose);
-  if (path_publisher_.getNumSubscribers() == 0) return;
-  auto path = boost::make_shared<nav_msgs::Path>();
-  path->header = header;
-  path->poses = path_;
-  path_publisher_.publish(path);
+  path_.header = odom.header;
+  path_.poses.push_back(pose);
+  if (heard(path_publisher_)) publishShared(path_publisher_, nav_msgs::Path(path_));
 }
 
 std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::Header& camera) {
@@ -216,20 +199,6 @@ std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::He
   return std::nullopt;
 }
 
-bool OdometryOutput::mayBroadcast(const std::string& parent, const std::string& child) {
-  if ((ros::WallTime::now() - listening_since_).toSec() < kSettlingSeconds) return false;
-  const std::string owner = tf_->parentOf(child);
-  if (owner.empty()) return true;
-  if (owner == parent && !last_broadcast_.isZero()) return true;
-  refused_ = true;
-  held_.clear();
-  ROS_ERROR_STREAM(parameters_.name << ": no odometry transform: another node broadcasts " << child
-                                    << " with the parent " << owner
-                                    << ", and a frame can have only one; set ~invert_odom_tf, or stop the "
-                                    << "other node");
-  return false;
-}
-
 void OdometryOutput::broadcast(const Eigen::Isometry3d& pose, const ros::Time& stamp, const std::string& moving_frame) {
   const bool inverted = parameters_.invert_odom_tf;
   const std::string& parent = inverted ? moving_frame : parameters_.odom_frame;
@@ -240,7 +209,16 @@ void OdometryOutput::broadcast(const Eigen::Isometry3d& pose, const ros::Time& s
   transform.header.frame_id = parent;
   transform.child_frame_id = child;
   held_.push_back(transform);
-  if (!mayBroadcast(parent, child)) return;
+  if ((ros::WallTime::now() - listening_since_).toSec() < kSettlingSeconds) return;
+  const std::string owner = tf_->parentOf(child);
+  if (!owner.empty() && (owner != parent || last_broadcast_.isZero())) {
+    refused_ = true;
+    held_.clear();
+    ROS_ERROR_STREAM(
+        parameters_.name << ": no odometry transform: another node broadcasts " << child << " with the parent " << owner
+                         << ", and a frame can have only one; set ~invert_odom_tf, or stop the other node");
+    return;
+  }
   for (const geometry_msgs::TransformStamped& held : held_) broadcaster_.send(held);
   held_.clear();
   last_broadcast_ = stamp;

@@ -6,8 +6,9 @@
 #include <string>
 #include <vector>
 
-#include <geometry_msgs/PoseStamped.h>
 #include <geometry_msgs/TransformStamped.h>
+#include <nav_msgs/Odometry.h>
+#include <nav_msgs/Path.h>
 #include <ros/node_handle.h>
 
 #include "output/motion_integrator.h"
@@ -36,31 +37,24 @@ class OdometryOutput {
 
  private:
   /// Integrates; false when there is nothing to publish.
-  bool integrate(const ProcessedFrame& processed);
   bool addMotion(const ProcessedFrame& processed);
   /// `odometry_` holds the place of the image with that stamp.
   void knowUntil(double stamp);
   /// The motion since the last image that was integrated is not known.
   void lose(const ProcessedFrame& processed);
-  /// A motion whose direction alone is known: taken to be about so long; 0: that is not known either.
-  RelativePose withUsualLength(RelativePose motion, double length) const;
   /// Pose of the camera in ~base_frame at the image's stamp; identity without ~base_frame. None, with a throttled
   /// warning, while tf does not know it.
   std::optional<Eigen::Isometry3d> cameraInBase(const std_msgs::Header& camera);
-  /// False while tf has not been listened to long enough, and for good, with a sentence, once another node gives the
-  /// child frame another parent, or gave it any before us.
-  bool mayBroadcast(const std::string& parent, const std::string& child);
-  /// `header`: stamp of the image, odometry frame.
-  void publishPose(const OdometryEstimate& estimate, const std_msgs::Header& header, const std::string& moving_frame);
-  void publishTwist(const OdometryEstimate& estimate, const ros::Time& stamp, const std::string& moving_frame);
-  void publishPath(const OdometryEstimate& estimate, const std_msgs::Header& header);
+  void publishPath(const nav_msgs::Odometry& odom);
+  /// Waits until tf has been listened to for long enough, and ends for good, with a sentence, once another node gives
+  /// the child frame another parent, or gave it any before us.
   void broadcast(const Eigen::Isometry3d& pose, const ros::Time& stamp, const std::string& moving_frame);
 
   ros::NodeHandle nh_;
   const Parameters parameters_;
   MotionIntegrator odometry_;
   double known_until_ = 0;  ///< stamp of the image whose place `odometry_` holds, seconds
-  std::vector<geometry_msgs::PoseStamped> path_;
+  nav_msgs::Path path_;
   ros::Publisher odom_, twist_, pose_, transform_, path_publisher_;
   std::unique_ptr<TfLookup> tf_;  ///< only where tf is needed: it is a busy topic
   WatchedBroadcaster& broadcaster_;

@@ -1,6 +1,5 @@
 #include "output/outputs.h"
 
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -30,14 +29,6 @@ ros::AdvertiseOptions stereoFeatures(const std::string& type, const ros::Subscri
   options.datatype = type;
   boost::replace_all(options.message_definition, "gms_ransac/", type.substr(0, type.find('/') + 1));
   return options;
-}
-
-bool heard(const ros::Publisher& publisher) { return publisher.getNumSubscribers() > 0; }
-
-/// Publishes without a copy for subscribers in the same process.
-template <typename Message>
-void publishShared(const ros::Publisher& publisher, Message&& message) {
-  publisher.publish(boost::make_shared<std::decay_t<Message>>(std::forward<Message>(message)));
 }
 
 Quantiles<double> agesOf(const std::vector<Feature>& features) {
@@ -130,7 +121,11 @@ MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const Frame
   }
   overlay_.add(processed);
   if (match_image_.getNumSubscribers() > 0 && processed.status != MatchStats::BAD_IMAGE) {
-    guarded([&] { publishOverlay(processed, options.overlay); }, report);
+    const auto draw = [&] {
+      const cv::Mat picture = overlay_.draw(processed, options.overlay);
+      match_image_.publish(cv_bridge::CvImage(processed.current->header, "bgr8", picture).toImageMsg());
+    };
+    guarded(draw, report);
   }
   return stats;
 }
@@ -138,9 +133,9 @@ MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const Frame
 void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions& options) {
   if (processed.result != nullptr) {
     if (heard(correspondences_)) {
-      auto message = boost::make_shared<Correspondences>();
-      toMessage(processed, options.publish_rejected, *message);
-      correspondences_.publish(message);
+      Correspondences message;
+      toMessage(processed, options.publish_rejected, message);
+      publishShared(correspondences_, std::move(message));
     }
     if (processed.poseValid()) publishPose(processed, options);
   }
@@ -148,9 +143,9 @@ void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions
   publishFeatures(processed, options.features);
   publishPoints(processed);
   if (heard(keypoints_) && processed.status != MatchStats::BAD_IMAGE) {
-    auto message = boost::make_shared<Keypoints>();
-    toMessage(processed, *message);
-    keypoints_.publish(message);
+    Keypoints message;
+    toMessage(processed, message);
+    publishShared(keypoints_, std::move(message));
   }
 }
 
@@ -190,11 +185,6 @@ void Outputs::publishPoints(const ProcessedFrame& processed) {
     publishShared(inlier_points_, pointsMessage(processed, points));
   }
   if (heard(markers_)) publishShared(markers_, markerMessage(processed));
-}
-
-void Outputs::publishOverlay(const ProcessedFrame& processed, const OverlayOptions& options) {
-  const cv::Mat picture = overlay_.draw(processed, options);
-  match_image_.publish(cv_bridge::CvImage(processed.current->header, "bgr8", picture).toImageMsg());
 }
 
 }  // namespace gms_ransac

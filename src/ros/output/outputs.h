@@ -53,7 +53,6 @@ class Outputs {
   void publishPose(const ProcessedFrame& processed, const OutputOptions& options);
   void publishPoints(const ProcessedFrame& processed);
   void publishFeatures(const ProcessedFrame& processed, const FeatureOptions& options);
-  void publishOverlay(const ProcessedFrame& processed, const OverlayOptions& options);
 
   image_transport::ImageTransport transport_;
   std::unique_ptr<WatchedBroadcaster> broadcaster_;

@@ -28,25 +28,19 @@ void FramePreparation::receive(const ImageWithInfo& input, double max_gap, Prepa
   frame.mask_problem.clear();
   frame.pair_reference.reset();
   frame.stamp_verdict = StampVerdict::kInOrder;
-  guarded([&] { receiveChecked(max_gap, frame); }, [&](const std::string& what) { frame.problem = what; });
-}
-
-void FramePreparation::receiveChecked(double max_gap, PreparedFrame& frame) {
-  const ImageWithInfo& input = frame.input;
-  if (!convert(input.image, frame)) return;
-  if (input.reference) {
-    frame.pair_reference = std::make_unique<PreparedFrame>();
-    frame.pair_reference->input.image = input.reference;
-    frame.pair_reference->input.mask = input.mask;
-    if (!convert(input.reference, *frame.pair_reference)) {
-      frame.problem = frame.pair_reference->problem;
-      return;
+  const auto work = [&] {
+    if (!convert(input.image, frame)) return;
+    if (input.reference) {
+      frame.pair_reference = std::make_unique<PreparedFrame>();
+      frame.pair_reference->input.image = input.reference;
+      frame.pair_reference->input.mask = input.mask;
+      if (!convert(input.reference, *frame.pair_reference)) frame.problem = frame.pair_reference->problem;
+    } else {
+      classifyStamp(max_gap, frame);
     }
-  } else {
-    frame.problem = classifyStamp(max_gap, frame);
-    if (!frame.problem.empty()) return;
-  }
-  frame.camera = camera_source_.get(input.camera_info, frame.grey.size());
+    if (frame.problem.empty()) frame.camera = camera_source_.get(input.camera_info, frame.grey.size());
+  };
+  guarded(work, [&](const std::string& what) { frame.problem = what; });
 }
 
 bool FramePreparation::convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame) {
@@ -60,15 +54,14 @@ bool FramePreparation::convert(const sensor_msgs::ImageConstPtr& image, Prepared
   return frame.problem.empty();
 }
 
-std::string FramePreparation::classifyStamp(double max_gap, PreparedFrame& frame) {
+void FramePreparation::classifyStamp(double max_gap, PreparedFrame& frame) {
   const double late = stamps_.previousStamp() - frame.stamp();
   frame.stamp_verdict = stamps_.judge(frame.stamp(), frame.input.received.toSec(), max_gap);
-  if (frame.stamp_verdict != StampVerdict::kOutOfOrder) return std::string();
-  if (late == 0) {
-    return "the stamp is the same as that of the image before it: out of order; if all images have this stamp, the "
-           "camera driver does not set it";
-  }
-  return "the stamp is " + secondsText(late) + " older than that of the image before it: out of order";
+  if (frame.stamp_verdict != StampVerdict::kOutOfOrder) return;
+  frame.problem = late == 0
+                      ? "the stamp is the same as that of the image before it: out of order; if all images have "
+                        "this stamp, the camera driver does not set it"
+                      : "the stamp is " + secondsText(late) + " older than that of the image before it: out of order";
 }
 
 void FramePreparation::findFeatures(PreparedFrame& frame) {

@@ -29,11 +29,10 @@ class FramePreparation {
   void findFeatures(PreparedFrame& frame);
 
  private:
-  void receiveChecked(double max_gap, PreparedFrame& frame);
   /// Converts one image; false, with `problem` set, if it is unusable.
   bool convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame);
-  /// Sets the verdict; returns why the image is dropped, empty when it is not.
-  std::string classifyStamp(double max_gap, PreparedFrame& frame);
+  /// Sets the verdict, and the problem of an image that is to be dropped.
+  void classifyStamp(double max_gap, PreparedFrame& frame);
   /// Finds the features outside the masked area.
   void extract(MatchFilter& filter, PreparedFrame& frame);
   /// Depth of the keypoints, from a depth image or the right camera.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -100,7 +101,31 @@ ProcessedFrame FrameProcessor::process(std::unique_ptr<PreparedFrame> frame) {
   current_ = std::move(frame);
   PreparedFrame& answered = *current_;
   preparation_.findFeatures(answered);
-  ProcessedFrame processed = answer();
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    in_force_ = options_;
+  }
+  ProcessedFrame processed;
+  processed.current = &answered;
+  if (!answered.problem.empty()) {
+    // The reset that it needs is that of the next usable one.
+    reset_pending_ = std::max(reset_pending_, answered.reset);
+    if (answered.stamp_verdict != StampVerdict::kOutOfOrder) {
+      verdict_pending_ = std::max(verdict_pending_, answered.stamp_verdict);
+    }
+    processed.status = MatchStats::BAD_IMAGE;
+    processed.text = "image on " + image_topic_ + " not used: " + answered.problem;
+  } else {
+    answered.reset = std::max(answered.reset, std::exchange(reset_pending_, Reset::kNone));
+    answered.stamp_verdict = std::max(answered.stamp_verdict, std::exchange(verdict_pending_, StampVerdict::kInOrder));
+    if (answered.pair_reference) {
+      processPair(processed);
+    } else {
+      processStream(processed);
+    }
+    if (!answered.mask_problem.empty()) processed.text += "; no mask: " + answered.mask_problem;
+  }
+  processed.oldest_reference = oldestReference();
   // Frames outlive options; three of them would keep three filters that are no longer in force, megabytes each.
   answered.filter.reset();
   return processed;
@@ -121,133 +146,82 @@ void FrameProcessor::keepSpare(std::unique_ptr<PreparedFrame> frame) {
   giveBackMemory();
 }
 
-ProcessorOptions FrameProcessor::options() {
-  std::lock_guard<std::mutex> lock(mutex_);
-  return options_;
-}
-
-ProcessedFrame FrameProcessor::answer() {
-  ProcessedFrame processed;
-  processed.current = current_.get();
-  if (!current_->problem.empty()) {
-    keepPending(*current_);
-    processed.status = MatchStats::BAD_IMAGE;
-    processed.text = "image on " + image_topic_ + " not used: " + current_->problem;
-    processed.oldest_reference = oldestReference();
-    return processed;
-  }
-  takePending(*current_);
-  processed = current_->pair_reference ? processPair(processed) : processStream(processed);
-  const std::string& problem = processed.current->mask_problem;
-  if (!problem.empty()) processed.text += "; no mask: " + problem;
-  processed.oldest_reference = oldestReference();
-  return processed;
-}
-
-void FrameProcessor::keepPending(const PreparedFrame& frame) {
-  reset_pending_ = std::max(reset_pending_, frame.reset);
-  if (frame.stamp_verdict != StampVerdict::kOutOfOrder) {
-    verdict_pending_ = std::max(verdict_pending_, frame.stamp_verdict);
-  }
-}
-
-void FrameProcessor::takePending(PreparedFrame& frame) {
-  frame.reset = std::max(frame.reset, std::exchange(reset_pending_, Reset::kNone));
-  frame.stamp_verdict = std::max(frame.stamp_verdict, std::exchange(verdict_pending_, StampVerdict::kInOrder));
-}
-
-ProcessedFrame FrameProcessor::processStream(ProcessedFrame processed) {
+void FrameProcessor::processStream(ProcessedFrame& processed) {
   const double interval = current_->stamp() - std::exchange(last_stamp_, current_->stamp());
-  if (reenter(processed)) return processed;
-  processed.text = startAnew(*current_, processed);
-  const bool compared = processed.text.empty();
+  if (reenter(processed)) return;
+  const bool compared = !startAnew(*current_, processed);
   if (compared) {
     compare(processed);
     // It would make the next one fail too; the one before it is the better reference.
     if (isUseless(processed)) {
-      if (!mayReenter(*current_)) return processed;
+      if (!mayReenter(*current_)) return;
       retireReference();
       recovery_.miss();
-      return processed;
+      return;
     }
     processed.reference_held = holdReference(processed, interval);
-    if (processed.reference_held) return processed;
+    if (processed.reference_held) return;
   }
   advance(processed, compared);
-  return processed;
 }
 
-ProcessedFrame FrameProcessor::processPair(ProcessedFrame processed) {
+void FrameProcessor::processPair(ProcessedFrame& processed) {
   reference_ = std::move(current_->pair_reference);
   tracks_.reset();
   if (current_->reset != Reset::kNone) processed.continuity = Continuity::kRestarted;
-  if (reference_->frame.features.image_size != current_->frame.features.image_size) {
+  const cv::Size before = reference_->frame.features.image_size, now = current_->frame.features.image_size;
+  if (before != now) {
     processed.status = MatchStats::BAD_IMAGE;
-    processed.text = "the two images differ in size: " + sizeText(reference_->frame.features.image_size) + " and " +
-                     sizeText(current_->frame.features.image_size);
-    return processed;
+    processed.text = "the two images differ in size: " + sizeText(before) + " and " + sizeText(now);
+    return;
   }
   compare(processed);
   if (current_->reset != Reset::kNone) processed.text = explain(current_->reset) + "; " + processed.text;
-  return processed;
 }
 
-std::string FrameProcessor::startAnew(const PreparedFrame& frame, ProcessedFrame& processed) {
-  const std::optional<NewStart> start = newStart(frame);
-  if (!start) return std::string();
-  processed.status = start->status;
-  processed.continuity = start->continuity;
-  reference_.reset();
-  recovery_.clear();
-  tracks_.reset();
-  pair_pose_.reset();
-  frame.filter->reset();
-  return start->continuity == Continuity::kContinuous ? start->why : start->why + "; this image is a new reference";
-}
-
-std::optional<FrameProcessor::NewStart> FrameProcessor::newStart(const PreparedFrame& frame) {
-  const ProcessorOptions options = this->options();
-  const std::string max_gap = "~max_frame_gap (" + secondsText(options.max_frame_gap) + ")";
+bool FrameProcessor::startAnew(const PreparedFrame& frame, ProcessedFrame& processed) {
+  const auto start = [&](uint8_t status, Continuity continuity, const std::string& why) {
+    processed.status = status;
+    processed.continuity = continuity;
+    processed.text = continuity == Continuity::kContinuous ? why : why + "; this image is a new reference";
+    reference_.reset();
+    recovery_.clear();
+    tracks_.reset();
+    pair_pose_.reset();
+    frame.filter->reset();
+    return true;
+  };
+  constexpr uint8_t kFirst = MatchStats::FIRST_FRAME, kTime = MatchStats::TIME_RESET;
+  if (frame.reset != Reset::kNone) return start(kFirst, Continuity::kRestarted, explain(frame.reset));
   const auto verdict = frame.stamp_verdict;
-  if (frame.reset != Reset::kNone) {
-    return NewStart{MatchStats::FIRST_FRAME, Continuity::kRestarted, explain(frame.reset)};
-  }
-  if (verdict == StampVerdict::kClockReset) {
-    return NewStart{MatchStats::TIME_RESET, Continuity::kRestarted, "the clock went back"};
-  }
-  if (verdict == StampVerdict::kJumpedBack) {
-    return NewStart{MatchStats::TIME_RESET, Continuity::kRestarted, "the stamps went back"};
-  }
+  if (verdict == StampVerdict::kClockReset) return start(kTime, Continuity::kRestarted, "the clock went back");
+  if (verdict == StampVerdict::kJumpedBack) return start(kTime, Continuity::kRestarted, "the stamps went back");
+  const std::string max_gap = "~max_frame_gap (" + secondsText(in_force_.max_frame_gap) + ")";
   if (verdict == StampVerdict::kGap) {
-    return NewStart{MatchStats::TIME_RESET, Continuity::kBroken, "more than " + max_gap + " since the image before"};
+    return start(kTime, Continuity::kBroken, "more than " + max_gap + " since the image before");
   }
   if (!reference_ && retired_) {
-    return NewStart{MatchStats::TIME_RESET, Continuity::kBroken,
-                    "no image from before the loss is kept any more: they are of another size, or older than "
-                    "~max_recovery_gap (" +
-                        secondsText(options.recovery.seconds) + ")"};
+    return start(kTime, Continuity::kBroken,
+                 "no image from before the loss is kept any more: they are of another size, or older than "
+                 "~max_recovery_gap (" +
+                     secondsText(in_force_.recovery.seconds) + ")");
   }
-  if (!reference_) {
-    return NewStart{MatchStats::FIRST_FRAME, Continuity::kContinuous, "first image; nothing to compare with yet"};
-  }
+  if (!reference_) return start(kFirst, Continuity::kContinuous, "first image; nothing to compare with yet");
   const cv::Size before = reference_->frame.features.image_size, now = frame.frame.features.image_size;
   if (now != before) {
-    return NewStart{MatchStats::FIRST_FRAME, Continuity::kBroken,
-                    "the image size changed from " + sizeText(before) + " to " + sizeText(now)};
+    return start(kFirst, Continuity::kBroken,
+                 "the image size changed from " + sizeText(before) + " to " + sizeText(now));
   }
-  if (frame.stamp() - reference_->stamp() > options.max_frame_gap) {
-    return NewStart{MatchStats::TIME_RESET, Continuity::kBroken, "the last usable image is older than " + max_gap};
-  }
-  return std::nullopt;
+  if (frame.stamp() - reference_->stamp() <= in_force_.max_frame_gap) return false;
+  return start(kTime, Continuity::kBroken, "the last usable image is older than " + max_gap);
 }
 
 bool FrameProcessor::holdReference(const ProcessedFrame& processed, double interval) {
-  const ProcessorOptions options = this->options();
-  if (processed.status != MatchStats::LOW_PARALLAX || processed.result == nullptr || !options.hold_reference)
+  if (processed.status != MatchStats::LOW_PARALLAX || processed.result == nullptr || !in_force_.hold_reference)
     return false;
   // Standing still for long, the reference would grow too old to be compared with the next image.
   const double age = current_->stamp() - reference_->stamp();
-  if (age + kLateImage * interval > options.max_frame_gap) return false;
+  if (age + kLateImage * interval > in_force_.max_frame_gap) return false;
   // Turning on, the reference would leave the view before there is parallax; so only while it is well seen.
   return processed.result->inliers >= kWellSeen * processed.result->keypoints_reference;
 }
@@ -268,20 +242,15 @@ void FrameProcessor::compare(ProcessedFrame& processed) {
   processed.reference = reference_.get();
   processed.result = &result_;
   const auto work = [&] {
-    const std::string without_prior = matchWithPriors();
+    std::string without_prior;
+    std::optional<RotationPrior> prior;
+    if (priors_) prior = priors_->rotation(reference_->header, current_->header, without_prior);
+    match(*reference_, result_, prior ? &*prior : nullptr);
+    if (priors_ && result_.robust.pose_found) priors_->learn(result_.robust);
     conclude(processed);
-    processed.text += without_prior;
+    if (!without_prior.empty()) processed.text += "; " + without_prior;
   };
   guarded(work, [&](const std::string& what) { fail(what, processed); });
-}
-
-std::string FrameProcessor::matchWithPriors() {
-  std::string problem;
-  std::optional<RotationPrior> prior;
-  if (priors_) prior = priors_->rotation(reference_->header, current_->header, problem);
-  match(*reference_, result_, prior ? &*prior : nullptr);
-  if (priors_ && result_.robust.pose_found) priors_->learn(result_.robust);
-  return problem.empty() ? problem : "; " + problem;
 }
 
 void FrameProcessor::match(PreparedFrame& reference, MatchResult& result, const RotationPrior* prior) {
@@ -309,7 +278,7 @@ void FrameProcessor::conclude(ProcessedFrame& processed) {
   tracks_.link(result_);
   processed.track_ids = &tracks_.ids();
   processed.track_lengths = &tracks_.lengths();
-  pair_pose_.finish(options().sigma_floor, processed);
+  pair_pose_.finish(in_force_.sigma_floor, processed);
 }
 
 void FrameProcessor::fail(const std::string& what, ProcessedFrame& processed) {
@@ -322,11 +291,10 @@ void FrameProcessor::fail(const std::string& what, ProcessedFrame& processed) {
 
 bool FrameProcessor::reenter(ProcessedFrame& processed) {
   const PreparedFrame& frame = *current_;
-  const ProcessorOptions options = this->options();
-  recovery_.setOptions(options.recovery);
+  recovery_.setOptions(in_force_.recovery);
   if (!mayReenter(frame)) return false;
   const bool late = frame.stamp_verdict == StampVerdict::kGap ||
-                    (reference_ && frame.stamp() - reference_->stamp() > options.max_frame_gap);
+                    (reference_ && frame.stamp() - reference_->stamp() > in_force_.max_frame_gap);
   if (late && reference_) retireReference();
   recovery_.giveUpAt(frame.stamp());
   if (!recovery_.lost()) return false;

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 
 #include "gms_ransac/match_filter.h"
@@ -58,30 +57,15 @@ class FrameProcessor {
   void passOver(std::unique_ptr<PreparedFrame> frame);
 
  private:
-  /// Why there is nothing that an image may be compared with.
-  struct NewStart {
-    uint8_t status;
-    Continuity continuity;
-    std::string why;
-  };
-
-  ProcessorOptions options();
   /// Keeps a frame that has served, for the next image; not one of a replaced filter, which may have found far more
   /// features.
   void keepSpare(std::unique_ptr<PreparedFrame> frame);
-  /// Answer for the current image.
-  ProcessedFrame answer();
-  /// Keeps the reset that an unusable image needs.
-  void keepPending(const PreparedFrame& frame);
-  /// Hands it to the next usable one.
-  void takePending(PreparedFrame& frame);
 
   // The stream: one image after the other.
-  ProcessedFrame processStream(ProcessedFrame processed);
-  ProcessedFrame processPair(ProcessedFrame processed);
-  /// Forgets what came before where stamps or image size ask for it, and says why; empty: compare.
-  std::string startAnew(const PreparedFrame& frame, ProcessedFrame& processed);
-  std::optional<NewStart> newStart(const PreparedFrame& frame);
+  void processStream(ProcessedFrame& processed);
+  void processPair(ProcessedFrame& processed);
+  /// Forgets what came before where stamps or image size ask for it, and says why; false: compare.
+  bool startAnew(const PreparedFrame& frame, ProcessedFrame& processed);
   /// `interval`: between this image and the one before.
   bool holdReference(const ProcessedFrame& processed, double interval);
   /// The current image becomes the reference.
@@ -89,8 +73,6 @@ class FrameProcessor {
 
   // One comparison.
   void compare(ProcessedFrame& processed);
-  /// Matches with the priors of other sensors. Returns what is wrong with them; empty: nothing.
-  std::string matchWithPriors();
   /// Matches, filters, estimates.
   void match(PreparedFrame& reference, MatchResult& result, const RotationPrior* prior = nullptr);
   /// If the calibration changed since the reference, moves its keypoints to where this image's camera shows them.
@@ -121,6 +103,7 @@ class FrameProcessor {
   FramePreparation preparation_;  ///< of `prepare`, and of `process` where features were put off
 
   // process's
+  ProcessorOptions in_force_;  ///< for the current image
   std::unique_ptr<PreparedFrame> reference_, current_;
   MatchResult result_, kept_result_;
   Recovery recovery_;

@@ -1,7 +1,5 @@
 #include "stream/status_text.h"
 
-#include <sstream>
-
 #include <gms_ransac/MatchStats.h>
 #include <opencv2/core.hpp>
 
@@ -12,60 +10,46 @@ namespace gms_ransac {
 
 namespace {
 
-int usedPercent(const cv::Mat& mask) {
-  return cvRound(100.0 * cv::countNonZero(mask) / static_cast<double>(mask.total()));
-}
-
 // Share of the image below which a mask is the reason for few keypoints, percent.
 constexpr int kLittlePercent = 20;
 
 /// Names the image that has too few keypoints, and the reason.
 std::string explainFewKeypoints(const MatchResult& result, const cv::Mat& mask) {
-  std::ostringstream text;
-  if (result.keypoints_current > result.keypoints_reference) {
-    text << "only " << result.keypoints_reference << " keypoints in the reference image (this one has "
-         << result.keypoints_current << "): it was dark, blurred, plain or masked";
-    return text.str();
+  const int here = result.keypoints_current, there = result.keypoints_reference;
+  if (here > there) {
+    return cv::format(
+        "only %d keypoints in the reference image (this one has %d): it was dark, blurred, plain or masked", there,
+        here);
   }
-  text << "only " << result.keypoints_current << " keypoints (the reference has " << result.keypoints_reference
-       << "): ";
-  const int used = mask.empty() ? 100 : usedPercent(mask);
-  if (used < kLittlePercent) {
-    text << "the mask leaves " << used << " % of the image (no keypoint is taken where it is zero)";
-  } else {
-    text << "the image is dark, blurred or plain; lower ~fast_threshold";
-  }
-  return text.str();
+  const int used = mask.empty() ? 100 : cvRound(100.0 * cv::countNonZero(mask) / static_cast<double>(mask.total()));
+  return cv::format("only %d keypoints (the reference has %d): ", here, there) +
+         (used < kLittlePercent
+              ? cv::format("the mask leaves %d %% of the image (no keypoint is taken where it is zero)", used)
+              : "the image is dark, blurred or plain; lower ~fast_threshold");
 }
 
 /// Why there is a rotation and no translation.
 std::string explainLowParallax(const MatchResult& result, const RobustOptions& options) {
-  std::ostringstream text;
-  text.precision(3);
-  text << "rotation only: ";
   switch (result.robust.doubt) {
     case DirectionDoubt::kMostlyStatic:
-      text << "most matches show no translation, and the others may lie on moving objects";
-      break;
+      return "most matches show no translation, and the others may lie on moving objects";
     case DirectionDoubt::kRotation:
-      text << "the rotation has a standard deviation above one degree, too much for a translation";
-      break;
+      return "the rotation has a standard deviation above one degree, too much for a translation";
     case DirectionDoubt::kDirection:
-      text << "the direction of translation has a standard deviation above ~max_direction_sigma ("
-           << options.max_direction_sigma << " degrees)";
-      break;
+      return cv::format(
+          "the direction of translation has a standard deviation above ~max_direction_sigma (%.3g degrees)",
+          options.max_direction_sigma);
     case DirectionDoubt::kOtherMotion:
-      text << "a second motion explains the " << result.matches_gms
-           << " filtered matches as well, or part of them; a scene with more depth, a larger motion or a ~mask over "
-              "moving "
-              "objects decides";
-      break;
+      return cv::format(
+          "a second motion explains the %d filtered matches as well, or part of them; a scene with more "
+          "depth, a larger motion or a ~mask over moving objects decides",
+          result.matches_gms);
     default:
-      text << std::fixed << "a rotation, with a rolling shutter or without, explains the matches as well ("
-           << result.robust.median_parallax_px << " px of parallax, " << result.robust.sigma_px
-           << " px of keypoint noise)";
+      return cv::format(
+          "a rotation, with a rolling shutter or without, explains the matches as well (%.3f px of "
+          "parallax, %.3f px of keypoint noise)",
+          result.robust.median_parallax_px, result.robust.sigma_px);
   }
-  return text.str();
 }
 
 /// Why the pair was not corrected for the rolling shutter, as the end of a sentence; empty: it was, or no readout is
@@ -102,36 +86,35 @@ std::string explain(Reset reset) {
 }
 
 std::string explain(Status status, const MatchResult& result, const PreparedFrame& current) {
-  std::ostringstream text;
-  switch (status) {
-    case Status::kOk:
-      text << result.inliers << " of " << result.matches_gms << " filtered matches agree on one motion";
-      break;
-    case Status::kTooFewKeypoints:
-      text << explainFewKeypoints(result, current.mask);
-      break;
-    case Status::kTooFewMatches:
-      text << "only " << result.matches.size() << " matches: the views differ too much, or ~features is too small";
-      break;
-    case Status::kGmsRejected:
-      text << "only " << result.matches_gms << " of " << result.matches.size()
-           << " matches have support around them: the views differ too much, or ~features is too small for the grid";
-      break;
-    case Status::kRansacFailed:
-      text << "no model explains enough of the " << result.matches_gms
-           << " filtered matches: the views differ too much, or little of what is seen is rigid";
-      break;
-    case Status::kLowParallax:
-      text << explainLowParallax(result, current.filter->options().robust);
-      break;
-    case Status::kUncalibrated:
-      text << "correspondences only, no pose: " << current.camera->problem;
-      break;
-    default:
-      text << toString(status);
-  }
-  text << explainRows(result.robust, current.filter->options().robust.rolling_shutter_readout);
-  return text.str();
+  const RobustOptions& options = current.filter->options().robust;
+  const auto matches = static_cast<int>(result.matches.size());
+  const auto words = [&]() -> std::string {
+    switch (status) {
+      case Status::kOk:
+        return cv::format("%d of %d filtered matches agree on one motion", result.inliers, result.matches_gms);
+      case Status::kTooFewKeypoints:
+        return explainFewKeypoints(result, current.mask);
+      case Status::kTooFewMatches:
+        return cv::format("only %d matches: the views differ too much, or ~features is too small", matches);
+      case Status::kGmsRejected:
+        return cv::format(
+            "only %d of %d matches have support around them: the views differ too much, or ~features is "
+            "too small for the grid",
+            result.matches_gms, matches);
+      case Status::kRansacFailed:
+        return cv::format(
+            "no model explains enough of the %d filtered matches: the views differ too much, or little "
+            "of what is seen is rigid",
+            result.matches_gms);
+      case Status::kLowParallax:
+        return "rotation only: " + explainLowParallax(result, options);
+      case Status::kUncalibrated:
+        return "correspondences only, no pose: " + current.camera->problem;
+      default:
+        return toString(status);
+    }
+  };
+  return words() + explainRows(result.robust, options.rolling_shutter_readout);
 }
 
 }  // namespace gms_ransac

@@ -1,14 +1,20 @@
-"""What the rostests share: a drawn scene with known motion, and a client that sends an image and awaits its answer."""
+"""What the rostests share: filters to start, a drawn scene with known motion, and a client that sends an image and awaits its
+answer."""
 import math
 import os
+import signal
+import subprocess
 import threading
 import time
 
 import cv2
 import numpy as np
+import roslib.packages
 import rospkg
 import rospy
+import rostest
 from gms_ransac.msg import Correspondences, MatchStats
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import CameraInfo, Image
 
 # How many times slower everything may be: on a loaded machine, or of what is sanitized.
@@ -170,6 +176,41 @@ class Client:
         """The correspondences of the image with that stamp."""
         same = lambda: [m for m in self.correspondences if abs(m.header.stamp.to_sec() - stamp) < 1e-6]
         return self.wait(same, "correspondences of %.3f" % stamp)[0]
+
+
+def client_of(name, **options):
+    """A client of a filter that reads its topics below its name."""
+    return Client(name, name + "/image", name + "/camera_info", **options)
+
+
+def said_by(name):
+    """A list that collects what a node logs from now on."""
+    lines = []
+    subscriber = rospy.Subscriber("/rosout", Log, lambda m: lines.append(m.msg) if m.name.endswith(name) else None)
+    end = time.monotonic() + TIMEOUT
+    while not subscriber.get_num_connections() and time.monotonic() < end:
+        time.sleep(0.05)
+    return lines
+
+
+def run(name, case, **filters):
+    """Runs the tests of a class while match filters run that answer every image: their names and their parameters. Each reads
+    its topics below its name."""
+    rospy.init_node(name + "_test")
+    program = roslib.packages.find_node("gms_ransac", "match_filter_node")[0]
+    topics = [side + topic for side in ("", "left/", "right/") for topic in ("image", "camera_info")]
+    topics += ["depth/image", "reference/image", "current/image"]
+    started = []
+    for node, parameters in filters.items():
+        rospy.set_param(node, dict({"drop_frames": False}, **parameters))
+        started.append(subprocess.Popen([program, "__name:=" + node] + ["%s:=%s/%s" % (t, node, t) for t in topics]))
+    try:
+        rostest.rosrun("gms_ransac", name, case)
+    finally:
+        for process in started:
+            process.send_signal(signal.SIGINT)
+        for process in started:
+            process.wait(TIMEOUT)
 
 
 class Stream(threading.Thread):
