@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "judgement/vuong.h"
-#include "ransac/motion_starts.h"
+#include "ransac/proposals.h"
 
 namespace gms_ransac {
 

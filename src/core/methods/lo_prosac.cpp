@@ -8,9 +8,7 @@
 #include "gms/cell_grid.h"
 #include "judgement/pose_judge.h"
 #include "methods/ransac_method.h"
-#include "ransac/motion_starts.h"
-#include "ransac/plane_motion.h"
-#include "ransac/stratified_sampler.h"
+#include "ransac/proposals.h"
 
 namespace gms_ransac {
 

@@ -10,8 +10,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
-#include "ransac/motion_starts.h"
-#include "ransac/plane_motion.h"
+#include "ransac/proposals.h"
 #include "two_view/solvers/minimal_solvers.h"
 
 namespace gms_ransac {

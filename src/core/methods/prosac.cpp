@@ -2,8 +2,6 @@
 
 #include "methods/ransac_method.h"
 
-#include "ransac/prosac_sampler.h"
-
 namespace gms_ransac {
 
 namespace {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ransac/proposals.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -59,7 +61,7 @@ std::optional<Hypothesis> RansacMethod::motionOfPrior(const PairTask& pair) {
   const std::optional<RotationPrior>& prior = pair.pairs.rotation_prior;
   if (!prior || pair.result.model_type != ModelType::kEssential) return std::nullopt;
   Hypothesis hypothesis;
-  hypothesis.pose = rotation_proposal_.find(kernels_, points_.view(), *prior);
+  hypothesis.pose = proposeFromRotation(kernels_, points_.view(), *prior, proposal_storage_);
   hypothesis.matrix = hypothesis.pose.essential();
   if (!hypothesis.matrix.allFinite()) return std::nullopt;
   return hypothesis;

@@ -14,7 +14,6 @@
 #include "methods/pose_recovery.h"
 #include "ransac/ordering.h"
 #include "ransac/ransac.h"
-#include "ransac/rotation_proposal.h"
 #include "two_view/matrix_models.h"
 #include "two_view/pose_model.h"
 #include "two_view/two_view_points.h"
@@ -77,7 +76,7 @@ class RansacMethod : public Method {
 
   std::variant<std::monostate, EssentialModel, FundamentalModel, HomographyModel> model_storage_;
   Ordering ordering_;
-  RotationProposal rotation_proposal_;
+  PointColumns proposal_storage_;
   InlierAcceptance acceptance_;
   PoseRecovery pose_recovery_;
   MatchNoise noise_;

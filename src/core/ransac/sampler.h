@@ -65,6 +65,58 @@ class UniformSampler : public Sampler {
   int prefix_ = 0, drawn_ = 0, bound_ = 0;
 };
 
+/// Progressive sample consensus (PROSAC, Chum & Matas, CVPR 2005). Draws from ever longer prefixes of the order, and
+/// stops on the one that makes further draws pointless. The printed Algorithm 1 has the two branches of the draw
+/// exchanged; here the n-th match is in the sample while the prefix grows.
+class ProsacSampler : public Sampler {
+ public:
+  void begin(const SamplingTask& task);
+  bool draw(Random& random, int* sample) override;
+  void newBest(const std::vector<uint8_t>& inlier) override;
+
+  int prefix() const { return prefix_; }  ///< n, the matches that are drawn from
+  bool growing() const { return drawn_ <= growth_; }
+
+ private:
+  void grow();
+
+  SamplingTask task_;
+  ChanceSupport chance_;
+  int prefix_ = 0;             ///< n
+  double expected_draws_ = 0;  ///< T_n: of T_N uniform draws, those within the first n
+  int growth_ = 0;             ///< T'_n: the draw after which n grows
+  int stop_prefix_ = 0;        ///< n*: growth ends here
+  int drawn_ = 0, bound_ = 0;
+};
+
+/// As PROSAC from the most confident matches first, and spread over the image: the first matches of an order lie close
+/// together and neighbours fix a model badly. Members of a sample come from distinct cells of the spread grid, two of
+/// them a fifth of it apart. Ends at the bound from the inlier ratio of the present prefix.
+class StratifiedSampler : public Sampler {
+ public:
+  /// `order`: columns, most confident first; `cells`: of each column; `first_share`: of the matches, which the first
+  /// samples come from.
+  void begin(const SamplingTask& task, const std::vector<int>& order, const std::vector<int32_t>& cells,
+             double first_share = kFirstShare);
+  bool draw(Random& random, int* sample) override;
+  void newBest(const std::vector<uint8_t>& inlier) override;
+
+  int prefix() const { return drawn_from_; }
+
+ private:
+  static constexpr double kFirstShare = 0.02;  ///< doc/estimator.md
+
+  bool spread(const int* sample) const;
+  void updateBound();
+
+  std::vector<int32_t> cells_;  ///< by rank
+  SamplingTask task_;
+  double prefix_ = 0, growth_ = 1;
+  int drawn_from_ = 0, bound_prefix_ = 0;
+  int drawn_ = 0, required_ = 0;
+  std::vector<uint8_t> inlier_;  ///< of the best hypothesis, by rank; empty: none yet
+};
+
 /// How many ranks a share of n matches covers: ceil(fraction * n), at least `least`, at most n.
 int prefixLength(double fraction, int n, int least);
 

@@ -1,13 +1,139 @@
-#include "ransac/plane_motion.h"
+#include "ransac/proposals.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 
 namespace gms_ransac {
+
+namespace {
+
+// Steps for each start, and how many go on to the second round (doc/estimator.md).
+constexpr int kStartIterations = 3;
+constexpr int kSecondIterations = 4;
+constexpr int kSecondRound = 8;
+// Every match counts, but from twice the threshold on ever less: the start is far off.
+constexpr Loss kStartLoss = {1e4f, 1 / 4.f};
+// A dominant rotation this small is none: starts from both end in the same places (doc/estimator.md).
+constexpr double kNoRotation = 2 * M_PI / 180;
+// Cosine: directions closer than this (8 degrees) are the same local minimum.
+constexpr double kSameDirection = 0.99;
+
+struct Start {
+  TwoViewPose pose;
+  float cost;
+};
+
+Start optimizeStart(const PoseModel& model, int iterations, TwoViewPose pose) {
+  model.refine(kStartLoss, iterations, pose);
+  Start start;
+  start.pose = model.withBetterSign(pose, start.cost);
+  return start;
+}
+
+bool cheaper(const Start& a, const Start& b) { return a.cost < b.cost; }
+
+/// True if one of the starts has about the direction of another.
+bool hasDirection(const std::vector<TwoViewPose>& starts, const TwoViewPose& other) {
+  return std::any_of(starts.begin(), starts.end(),
+                     [&](const TwoViewPose& start) { return std::abs(start.t.dot(other.t)) > kSameDirection; });
+}
+
+}  // namespace
+
+Eigen::Matrix3d fitDominantRotation(const PoseModel& model, const Eigen::Matrix3d& start) {
+  constexpr int kIterations = 4;
+  Eigen::Matrix3d R = start;
+  // Squared scales of the loss in squared thresholds: a hundred, twenty and ten pixels at a threshold of one.
+  for (float softness : {1e4f, 400.f, 100.f}) {
+    const Loss loss = {std::numeric_limits<float>::max(), 1 / softness};
+    model.refineRotation(loss, kIterations, R);
+  }
+  return R;
+}
+
+void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points,
+                      std::vector<TwoViewPose>& starts) {
+  const PointColumnsView part = firstColumns(points, kRandomPart);
+  const PoseModel model(kernels, part, kParallaxPrior);
+  const Eigen::Matrix3d dominant = fitDominantRotation(model, Eigen::Matrix3d::Identity());
+  const Eigen::Matrix3d rotations[2] = {dominant, Eigen::Matrix3d::Identity()};
+  const int rotation_count = Eigen::AngleAxisd(dominant).angle() < kNoRotation ? 1 : 2;
+  Start all[2 * 13];
+  int all_count = 0;
+  for (int k = 0; k < rotation_count; ++k) {
+    // Half of the 26 directions to a cube's corners, edges and faces: the others are their opposites.
+    for (int code = 14; code < 27; ++code) {
+      const int x = code % 3 - 1, y = code / 3 % 3 - 1, z = code / 9 - 1;
+      const Eigen::Vector3d direction(x, y, z);
+      all[all_count++] = optimizeStart(model, kStartIterations, {rotations[k], direction.normalized()});
+    }
+  }
+  std::sort(all, all + all_count, cheaper);
+  for (int i = 0; i < kSecondRound; ++i) all[i] = optimizeStart(model, kSecondIterations, all[i].pose);
+  std::sort(all, all + kSecondRound, cheaper);
+  starts.clear();
+  for (int i = 0; i < kSecondRound && starts.size() < kMaxMotionStarts; ++i) {
+    if (!hasDirection(starts, all[i].pose)) starts.push_back(all[i].pose);
+  }
+}
+
+namespace {
+
+// Matches that judge a direction, and directions.
+constexpr int kPart = 256;
+constexpr int kDirections = 32;
+constexpr int kCoarseIterations = 6;
+constexpr int kFineIterations = 10;
+
+Eigen::Vector3d planeNormal(const PointColumnsView& points, int column, const Eigen::Matrix3d& R) {
+  const Eigen::Vector3d turned = R * Eigen::Vector3d(points.x1[column], points.y1[column], 1);
+  return turned.cross(Eigen::Vector3d(points.x2[column], points.y2[column], 1));
+}
+
+Eigen::Vector3d directionOf(const PointColumnsView& points, int first, int second, const Eigen::Matrix3d& R) {
+  return planeNormal(points, first, R).cross(planeNormal(points, second, R)).stableNormalized();
+}
+
+/// The first columns, each with the threshold that the prior's noise leaves it.
+PointColumnsView widen(const PointColumnsView& points, const RotationPrior& prior, PointColumns& widened) {
+  const PointColumnsView part = firstColumns(points, kPart);
+  widened.copy(part, [](int) { return true; });
+  // Near the optical axis a rotation moves points by its angle, on the normalised image plane.
+  const auto moved = static_cast<float>(prior.covariance.diagonal().maxCoeff());
+  std::transform(part.weight, part.weight + part.count, widened.weight(),
+                 [moved](float weight) { return weight / (1 + weight * std::max(0.f, moved)); });
+  return widened.view();
+}
+
+}  // namespace
+
+TwoViewPose proposeFromRotation(const ResidualKernels& kernels, const PointColumnsView& points,
+                                const RotationPrior& prior, PointColumns& storage) {
+  const PointColumnsView part = widen(points, prior, storage);
+  const PoseModel coarse(kernels, part, kParallaxPrior);
+  TwoViewPose best = {prior.R.transpose(), Eigen::Vector3d::UnitZ()};
+  float best_cost = std::numeric_limits<float>::infinity();
+  // The order of the columns has nothing to do with the image's, so neighbours are as good as any two.
+  for (int column = 0; column + 1 < std::min(part.count, 2 * kDirections); column += 2) {
+    const Eigen::Vector3d t = directionOf(part, column, column + 1, best.R);
+    if (!(t.squaredNorm() > 0.5)) continue;
+    float cost;
+    const TwoViewPose pose = coarse.withBetterSign({best.R, t}, cost);
+    if (cost >= best_cost) continue;
+    best = pose;
+    best_cost = cost;
+  }
+  coarse.refine(kRobustLoss, kCoarseIterations, best);
+  const PoseModel model(kernels, points, kParallaxPrior);
+  model.refine(kRobustLoss, kFineIterations, best);
+  return model.withBetterSign(best, best_cost);
+}
 
 namespace {
 
