@@ -8,9 +8,9 @@
 namespace gms_ransac {
 
 const std::vector<MethodEntry>& methods() {
-#define COPY_ENTRY(name) name,
-  static const std::vector<MethodEntry> table = {GMS_RANSAC_METHODS(COPY_ENTRY)};
-#undef COPY_ENTRY
+  static const std::vector<MethodEntry> table = {kRansac,    kRransacTdd, kProsac,   kSubsetRansac,
+                                                 kSplit2080, kGms,        kGmsFive,  kGmsDistanceRansac,
+                                                 kLan,       kGmsRansac,  kCpRansac, kLoProsac};
   return table;
 }
 

@@ -16,23 +16,6 @@
 #include "gms_ransac/robust_result.h"
 #include "time_budget.h"
 
-/// Every method's entry, in the order in which they are listed to users.
-// clang-format off
-#define GMS_RANSAC_METHODS(entry) \
-  entry(kRansac)                 \
-  entry(kRransacTdd)             \
-  entry(kProsac)                 \
-  entry(kSubsetRansac)           \
-  entry(kSplit2080)              \
-  entry(kGms)                    \
-  entry(kGmsFive)                \
-  entry(kGmsDistanceRansac)      \
-  entry(kLan)                    \
-  entry(kGmsRansac)              \
-  entry(kCpRansac)               \
-  entry(kLoProsac)
-// clang-format on
-
 namespace gms_ransac {
 
 /// One method at work: what it does with the matches of a pair, stage by stage. Not thread-safe.
@@ -68,16 +51,16 @@ struct MethodEntry {
   std::unique_ptr<Method> (*make)(const MatchFilterOptions& options);
 };
 
+/// In the order in which they are listed to users.
 const std::vector<MethodEntry>& methods();
 
-/// Takes earlier names too. Throws std::invalid_argument listing the known names.
+/// Throws std::invalid_argument listing the known names.
 const MethodEntry& findMethod(const std::string& name);
 
 std::unique_ptr<Method> makeMethod(const MatchFilterOptions& options);
 
-#define DECLARE_ENTRY(name) extern const MethodEntry name;
-GMS_RANSAC_METHODS(DECLARE_ENTRY)
-#undef DECLARE_ENTRY
+extern const MethodEntry kRansac, kRransacTdd, kProsac, kSubsetRansac, kSplit2080, kGms, kGmsFive, kGmsDistanceRansac,
+    kLan, kGmsRansac, kCpRansac, kLoProsac;
 
 template <class SomeMethod>
 std::unique_ptr<Method> make(const MatchFilterOptions& options) {

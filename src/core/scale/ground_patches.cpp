@@ -25,12 +25,11 @@ constexpr int kSkip = 4;  ///< of the samples one in so many gives the score
 }  // namespace
 
 bool GroundPatches::cut(const cv::Mat& image, const Camera& camera, int x, int y, Patch& patch) const {
-  const CameraIntrinsics& k = camera.intrinsics();
   for (int i = 0; i < kSamples; ++i) {
     const int u = x + kStep * (i % kSide - kSide / 2), v = y + kStep * (i / kSide - kSide / 2);
-    const cv::Point2f ideal = camera.undistort({static_cast<float>(u), static_cast<float>(v)});
-    if (!std::isfinite(ideal.x) || !std::isfinite(ideal.y)) return false;
-    patch.rays.col(i) = Eigen::Vector3d((ideal.x - k.cx) / k.fx, (ideal.y - k.cy) / k.fy, 1).cast<float>();
+    const Eigen::Vector2d ray = rayOf(camera, {static_cast<float>(u), static_cast<float>(v)});
+    if (!ray.allFinite()) return false;
+    patch.rays.col(i) = ray.homogeneous().cast<float>();
     patch.values[i] = image.at<float>(v, u);
   }
   patch.values.array() -= patch.values.mean();

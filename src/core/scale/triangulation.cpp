@@ -34,17 +34,16 @@ void triangulateInliers(const Features& reference, const Features& current, cons
   out.match.clear();
   for (auto* column : {&out.x_reference, &out.y_reference, &out.x_current, &out.y_current}) column->clear();
   if (camera.calibrated() && result.robust.pose_found) {
-    const CameraIntrinsics& k = camera.intrinsics();
     for (size_t m = 0; m < result.matches.size(); ++m) {
       if (result.stage[m] != MatchStage::kInlier) continue;
       const Match& match = result.matches[m];
-      const cv::Point2f r = camera.undistort(reference.keypoints[static_cast<size_t>(match.reference)].pt);
-      const cv::Point2f c = camera.undistort(current.keypoints[static_cast<size_t>(match.current)].pt);
+      const Eigen::Vector2d r = rayOf(camera, reference.keypoints[static_cast<size_t>(match.reference)].pt);
+      const Eigen::Vector2d c = rayOf(camera, current.keypoints[static_cast<size_t>(match.current)].pt);
       out.match.push_back(static_cast<int>(m));
-      out.x_reference.push_back((r.x - k.cx) / k.fx);
-      out.y_reference.push_back((r.y - k.cy) / k.fy);
-      out.x_current.push_back((c.x - k.cx) / k.fx);
-      out.y_current.push_back((c.y - k.cy) / k.fy);
+      out.x_reference.push_back(r.x());
+      out.y_reference.push_back(r.y());
+      out.x_current.push_back(c.x());
+      out.y_current.push_back(c.y());
     }
   }
   triangulate(result.robust.pose, minimum_parallax, out);

@@ -7,7 +7,7 @@
 
 #include <Eigen/LU>
 
-#include "two_view/residual.h"
+#include "two_view/two_view_model.h"
 
 namespace gms_ransac {
 

@@ -91,10 +91,23 @@ struct KernelsFor {
     return V::select(depth1, zero, V::select(zero, depth2, in_front, at_infinity), at_infinity);
   }
 
-  /// The Sampson distance, and no less than at infinity for a match behind a camera.
-  static V poseResidual(const Parallax& d, const RayTimesTranslation& n, const Epipolar& s, const Point& p) {
-    return V::maximum(s.residual(p.w, d.inverse_norm), behindResidual(d, n, s, p));
-  }
+  struct Pose {
+    Matrix E, R;
+    V t[3];
+    explicit Pose(const PoseParameters& p) : E(p.E), R(p.R), t{V::set(p.t[0]), V::set(p.t[1]), V::set(p.t[2])} {}
+  };
+
+  /// A match under a pose.
+  struct Seen {
+    Point p;
+    Epipolar s;
+    Parallax d;
+    RayTimesTranslation n;
+    Seen(const Pose& pose, const PointColumnsView& points, int i)
+        : p(points, i), s(pose.E, p), d(pose.R, p, s), n(pose.t, p) {}
+    /// The Sampson distance, and no less than at infinity for a match behind a camera.
+    V residual() const { return V::maximum(s.residual(p.w, d.inverse_norm), behindResidual(d, n, s, p)); }
+  };
 
   struct Prior {
     V weight, inverse_scale, quarter;
@@ -133,13 +146,14 @@ struct KernelsFor {
     }
   };
 
-  template <class Residual>
-  static void scoreAll(const PointColumnsView& points, float bound, HypothesisScore& score, const Residual& residual) {
+  /// add(i, sum) adds the matches from i on.
+  template <class Add>
+  static void scoreAll(const PointColumnsView& points, float bound, HypothesisScore& score, const Add& add) {
     Sum sum;
     int i = 0;
     while (i < points.size) {
       const int end = i + kBlock < points.size ? i + kBlock : points.size;
-      for (; i < end; i += kLanes) sum.add(residual(Point(points, i)));
+      for (; i < end; i += kLanes) add(i, sum);
       if (i < points.size && sum.cost.sum() > bound) break;
     }
     sum.finish(points, i, score);
@@ -147,27 +161,20 @@ struct KernelsFor {
 
   static void scoreEpipolar(const PointColumnsView& points, const float (&M)[9], float bound, HypothesisScore& score) {
     const Matrix m(M);
-    scoreAll(points, bound, score, [&m](const Point& p) { return Epipolar(m, p).residual(p.w); });
+    scoreAll(points, bound, score, [&](int i, Sum& sum) {
+      const Point p(points, i);
+      sum.add(Epipolar(m, p).residual(p.w));
+    });
   }
 
-  static void scorePose(const PointColumnsView& points, const PoseParameters& pose, const ParallaxPrior& parallax_prior,
-                        float bound, HypothesisScore& score) {
-    const Matrix E(pose.E), R(pose.R);
-    const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
+  static void scorePose(const PointColumnsView& points, const PoseParameters& parameters,
+                        const ParallaxPrior& parallax_prior, float bound, HypothesisScore& score) {
+    const Pose pose(parameters);
     const Prior prior(parallax_prior);
-    Sum sum;
-    int i = 0;
-    while (i < points.size) {
-      const int end = i + kBlock < points.size ? i + kBlock : points.size;
-      for (; i < end; i += kLanes) {
-        const Point p(points, i);
-        const Epipolar s(E, p);
-        const Parallax d(R, p, s);
-        sum.add(poseResidual(d, RayTimesTranslation(t, p), s, p), prior.cost(d));
-      }
-      if (i < points.size && sum.cost.sum() > bound) break;
-    }
-    sum.finish(points, i, score);
+    scoreAll(points, bound, score, [&](int i, Sum& sum) {
+      const Seen seen(pose, points, i);
+      sum.add(seen.residual(), prior.cost(seen.d));
+    });
   }
 
   static V transferSquared(const Matrix& H, V x1, V y1, V x2, V y2) {
@@ -179,9 +186,10 @@ struct KernelsFor {
   static void scoreHomography(const PointColumnsView& points, const float (&H)[9], const float (&G)[9], float bound,
                               HypothesisScore& score) {
     const Matrix h(H), g(G);
-    scoreAll(points, bound, score, [&](const Point& p) {
-      return V::set(0.5f) * p.w *
-             (transferSquared(h, p.x1, p.y1, p.x2, p.y2) + transferSquared(g, p.x2, p.y2, p.x1, p.y1));
+    scoreAll(points, bound, score, [&](int i, Sum& sum) {
+      const Point p(points, i);
+      sum.add(V::set(0.5f) * p.w *
+              (transferSquared(h, p.x1, p.y1, p.x2, p.y2) + transferSquared(g, p.x2, p.y2, p.x1, p.y1)));
     });
   }
 
@@ -193,15 +201,9 @@ struct KernelsFor {
     }
   }
 
-  static void poseResiduals(const PointColumnsView& points, const PoseParameters& pose, float* e) {
-    const Matrix E(pose.E), R(pose.R);
-    const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
-    for (int i = 0; i < points.size; i += kLanes) {
-      const Point p(points, i);
-      const Epipolar s(E, p);
-      const Parallax d(R, p, s);
-      poseResidual(d, RayTimesTranslation(t, p), s, p).store(e + i);
-    }
+  static void poseResiduals(const PointColumnsView& points, const PoseParameters& parameters, float* e) {
+    const Pose pose(parameters);
+    for (int i = 0; i < points.size; i += kLanes) Seen(pose, points, i).residual().store(e + i);
   }
 
   static void transferResiduals(const PointColumnsView& points, const float (&H)[9], float* e) {
@@ -306,8 +308,9 @@ struct KernelsFor {
   /// As in addEpipolar, for the entries of E = [t]x R. With x = q - k (a, b, 0) for the current ray q, r = R p for the
   /// reference ray p and s = R (d, f, 0), the derivative along dE is x . dE p - k q . dE (d, f, 0), where dE p is
   /// t x (w x r) for a rotation w and (step) x r for a step of t.
-  static void poseDerivatives(const Epipolar& s, const Parallax& d, const RayTimesTranslation& n, const Point& p,
-                              const Matrix& R, const V (&t)[3], const V (&basis)[2][3], V (&J)[5]) {
+  static void poseDerivatives(const Seen& seen, const Pose& pose, const V (&basis)[2][3], V (&J)[5]) {
+    const auto& [p, s, d, n] = seen;
+    const auto& [E, R, t] = pose;
     const V k = s.value * d.inverse_norm;
     const V ka = k * s.a, kb = k * s.b, kd = k * s.d, kf = k * s.f;
     const V x0 = p.x2 - ka, x1 = p.y2 - kb;
@@ -320,13 +323,6 @@ struct KernelsFor {
     J[2] = (d.u * w1 - d.v * w0) - (s0 * n.n1 - s1 * n.n0);
     J[3] = basis[0][0] * m0 + basis[0][1] * m1 + basis[0][2] * m2;
     J[4] = basis[1][0] * m0 + basis[1][1] * m1 + basis[1][2] * m2;
-  }
-
-  static void addPose(const Epipolar& s, const Parallax& d, const RayTimesTranslation& n, const Point& p,
-                      const Matrix& R, const V (&t)[3], const V (&basis)[2][3], V weight, Equations<5>& equations) {
-    V J[5];
-    poseDerivatives(s, d, n, p, R, t, basis, J);
-    equations.add(J, s.value, weight * p.w * d.inverse_norm);
   }
 
   /// A float for each coordinate and step.
@@ -353,26 +349,25 @@ struct KernelsFor {
     }
   };
 
-  static DerivativeSums differentiatePose(const PointColumnsView& points, const PoseParameters& pose,
+  static DerivativeSums differentiatePose(const PointColumnsView& points, const PoseParameters& parameters,
                                           const float (&basis)[2][3], const Loss& loss, float* columns) {
     // Closer to the epipole, in thresholds, noise rotates the line of a match: nothing of first order holds.
     constexpr float kNearEpipole = 3;
     using Column = DerivativeColumn;
-    const Matrix E(pose.E), R(pose.R);
-    const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
+    const Pose pose(parameters);
+    const Matrix& E = pose.E;
     const V zero = V::set(0), one = V::set(1), softness = V::set(loss.inverse_softness), cut = V::set(loss.cut);
     const V near_epipole = V::set(2 * kNearEpipole * kNearEpipole);  // the norm is twice the squared distance
     V steps[2][3];
     broadcast(basis, steps);
     V curvature = zero, used = zero;
     for (int i = 0; i < points.size; i += kLanes) {
-      const Point p(points, i);
-      const Epipolar s(E, p);
-      const Parallax d(R, p, s);
+      const Seen seen(pose, points, i);
+      const auto& [p, s, d, n] = seen;
       const V counts = V::select(near_epipole, s.norm * p.w, V::select(s.residual(p.w), cut, one, zero), zero);
       const V k = s.value / s.norm, unit = counts * V::squareRoot(p.w / s.norm), residual = unit * s.value;
       V by_pose[Column::kPoseCount], J[Column::kCount];
-      poseDerivatives(s, d, RayTimesTranslation(t, p), p, R, t, steps, by_pose);
+      poseDerivatives(seen, pose, steps, by_pose);
       for (int m = 0; m < Column::kPoseCount; ++m) J[m] = unit * by_pose[m];
       // A step b rotates the line t x Rp by -z Rp . (b x t) / |line|^2. The norm is twice |line|^2 if both lines are
       // alike; b x t is the other step except for its sign.
@@ -434,48 +429,44 @@ struct KernelsFor {
     }
   }
 
-  static void linearizePose(const PointColumnsView& points, const PoseParameters& pose, const float (&basis)[2][3],
-                            const Loss& loss, const ParallaxPrior& parallax_prior, NormalEquations<5>& equations) {
-    const Matrix E(pose.E), R(pose.R);
-    const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])};
+  static void linearizePose(const PointColumnsView& points, const PoseParameters& parameters,
+                            const float (&basis)[2][3], const Loss& loss, const ParallaxPrior& parallax_prior,
+                            NormalEquations<5>& equations) {
+    const Pose pose(parameters);
     V steps[2][3];
     broadcast(basis, steps);
     const Prior prior(parallax_prior);
     Equations<5> sums;
     for (int i = 0; i < points.size; i += kLanes) {
-      const Point p(points, i);
-      const Epipolar s(E, p);
-      const Parallax parallax(R, p, s);
-      const RayTimesTranslation n(t, p);
-      const V e = poseResidual(parallax, n, s, p);
-      V q, slope;
+      const Seen seen(pose, points, i);
+      const V e = seen.residual();
+      V q, slope, J[5];
       if (parallax_prior.weight > 0) {
         const V counts = V::select(e, V::set(loss.cut), V::set(1), V::set(0));
-        sums.cost = sums.cost + counts * prior.cost(parallax, lossDivisor(loss, e), slope, q);
-        addPrior(parallax, slope, counts, p, sums);
+        sums.cost = sums.cost + counts * prior.cost(seen.d, lossDivisor(loss, e), slope, q);
+        addPrior(seen.d, slope, counts, seen.p, sums);
       } else {
         q = V::set(1) / lossDivisor(loss, e);
       }
-      addPose(s, parallax, n, p, R, t, steps, lossWeight(loss, e, q, sums), sums);
+      poseDerivatives(seen, pose, steps, J);
+      sums.add(J, seen.s.value, lossWeight(loss, e, q, sums) * seen.p.w * seen.d.inverse_norm);
     }
     sums.finish(points, equations);
   }
 
-  static float poseCost(const PointColumnsView& points, const PoseParameters& pose, const Loss& loss,
+  static float poseCost(const PointColumnsView& points, const PoseParameters& parameters, const Loss& loss,
                         const ParallaxPrior& parallax_prior) {
-    const Matrix E(pose.E), R(pose.R);
-    const V t[3] = {V::set(pose.t[0]), V::set(pose.t[1]), V::set(pose.t[2])}, cut = V::set(loss.cut);
+    const Pose pose(parameters);
     const Prior prior(parallax_prior);
+    const V cut = V::set(loss.cut);
     V cost = V::set(0);
     for (int i = 0; i < points.size; i += kLanes) {
-      const Point p(points, i);
-      const Epipolar s(E, p);
-      const Parallax parallax(R, p, s);
-      const V e = poseResidual(parallax, RayTimesTranslation(t, p), s, p);
+      const Seen seen(pose, points, i);
+      const V e = seen.residual();
       V q, slope;
       if (parallax_prior.weight > 0) {
         const V counts = V::select(e, cut, V::set(1), V::set(0));
-        cost = cost + counts * prior.cost(parallax, lossDivisor(loss, e), slope, q);
+        cost = cost + counts * prior.cost(seen.d, lossDivisor(loss, e), slope, q);
       } else {
         q = V::set(1) / lossDivisor(loss, e);
       }
