@@ -35,21 +35,17 @@ void writeBag(FuzzInput& input, const std::string& file) {
   bag.setCompression(static_cast<rosbag::CompressionType>(input.between(0, 2)));
   for (int n = input.between(1, 6); n > 0; --n) {
     const ros::Time received(1 + input.byte(), input.byte());
-    switch (input.between(0, 5)) {
-      case 0:
-        bag.write("/camera/camera_info", received, *fuzzedCameraInfo(input, 64, 64));
-        break;
-      case 1:
-        bag.write(input.flag() ? "/tf" : "/tf_static", received, fuzzedTransforms(input));
-        break;
-      case 2:
-        bag.write(input.flag() ? "/camera/image_raw" : "/camera/camera_info", received, std_msgs::String());
-        break;
-      default: {
-        const sensor_msgs::ImagePtr image = fuzzedImage(input, kEncodings, 70);
-        image->header.frame_id = "camera";
-        bag.write("/camera/image_raw", received, *image);
-      }
+    const int kind = input.between(0, 5);
+    if (kind == 0) {
+      bag.write("/camera/camera_info", received, *fuzzedCameraInfo(input, 64, 64));
+    } else if (kind == 1) {
+      bag.write(input.flag() ? "/tf" : "/tf_static", received, fuzzedTransforms(input));
+    } else if (kind == 2) {
+      bag.write(input.flag() ? "/camera/image_raw" : "/camera/camera_info", received, std_msgs::String());
+    } else {
+      const sensor_msgs::ImagePtr image = fuzzedImage(input, kEncodings, 70);
+      image->header.frame_id = "camera";
+      bag.write("/camera/image_raw", received, *image);
     }
   }
 }

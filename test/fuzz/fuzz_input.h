@@ -58,17 +58,18 @@ class FuzzInput {
     if (kind < 216) return raw<int32_t>();
     if (kind < 224) return low;
     if (kind < 232) return high;
+    using Limits = std::numeric_limits<double>;
     static const std::array<double, 13> kOdd = {0.,
                                                 -0.,
                                                 1.,
                                                 -1.,
-                                                std::numeric_limits<double>::quiet_NaN(),
-                                                std::numeric_limits<double>::infinity(),
-                                                -std::numeric_limits<double>::infinity(),
-                                                std::numeric_limits<double>::max(),
-                                                std::numeric_limits<double>::lowest(),
-                                                std::numeric_limits<double>::min(),
-                                                std::numeric_limits<double>::denorm_min(),
+                                                Limits::quiet_NaN(),
+                                                Limits::infinity(),
+                                                -Limits::infinity(),
+                                                Limits::max(),
+                                                Limits::lowest(),
+                                                Limits::min(),
+                                                Limits::denorm_min(),
                                                 1e9,
                                                 -1e-9};
     return oneOf(kOdd);
@@ -82,20 +83,14 @@ class FuzzInput {
     return static_cast<float>(value);
   }
 
-  std::vector<uint8_t> bytes(size_t most) {
+  std::string bytes(size_t most) {
     const size_t n = std::min(size_, most);
-    std::vector<uint8_t> taken(data_, data_ + n);
+    const std::string taken(data_, data_ + n);
     skip(n);
     return taken;
   }
-  std::string text(size_t most) {
-    const std::vector<uint8_t> taken = bytes(std::min<size_t>(byte(), most));
-    return std::string(taken.begin(), taken.end());
-  }
-  std::string rest() {
-    const std::vector<uint8_t> taken = bytes(size_);
-    return std::string(taken.begin(), taken.end());
-  }
+  std::string text(size_t most) { return bytes(std::min<size_t>(byte(), most)); }
+  std::string rest() { return bytes(size_); }
 
   /// For what is too long to be spelt out, such as the pixels of an image.
   Random random() { return Random(raw<uint16_t>()); }

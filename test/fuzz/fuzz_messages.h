@@ -25,14 +25,10 @@ inline void quietRos() {
 }
 
 inline ros::Time fuzzedStamp(FuzzInput& input) {
-  switch (input.between(0, 3)) {
-    case 0:
-      return ros::Time(input.raw<uint32_t>(), input.raw<uint32_t>() % 1000000000u);
-    case 1:
-      return ros::Time(0);
-    default:
-      return ros::Time(1000 + input.byte(), 1000000u * input.byte());
-  }
+  const int kind = input.between(0, 3);
+  if (kind == 1) return ros::Time(0);
+  if (kind > 1) return ros::Time(1000 + input.byte(), 1000000u * input.byte());
+  return ros::Time(input.raw<uint32_t>(), input.raw<uint32_t>() % 1000000000u);
 }
 
 /// As many pixels as there should be, or not; noise, or flat squares that have corners.
@@ -42,7 +38,7 @@ inline void fillPixels(FuzzInput& input, sensor_msgs::Image& image, size_t bytes
   Random random = input.random();
   const int square = input.between(0, 15);
   if (square == 0) {
-    const std::vector<uint8_t> spelt_out = input.bytes(image.data.size());
+    const std::string spelt_out = input.bytes(image.data.size());
     std::copy(spelt_out.begin(), spelt_out.end(), image.data.begin());
     return;
   }
@@ -68,25 +64,12 @@ sensor_msgs::ImagePtr fuzzedImage(FuzzInput& input, const Encodings& encodings, 
   static const std::array<uint32_t, 6> kPixelBytes = {1, 2, 3, 4, 6, 8};
   image->step = image->width * input.oneOf(kPixelBytes) + (step < 200 ? 0u : step - 200u);
   size_t bytes = size_t{image->step} * image->height;
-  switch (input.between(0, 15)) {
-    case 0:
-      bytes = input.raw<uint16_t>();
-      break;
-    case 1:
-      bytes -= std::min<size_t>(bytes, input.byte());
-      break;
-    case 2:
-      image->width = input.raw<uint32_t>();
-      break;
-    case 3:
-      image->height = input.raw<uint32_t>();
-      break;
-    case 4:
-      image->step = input.raw<uint32_t>();
-      break;
-    default:
-      break;
-  }
+  const int wrong = input.between(0, 15);
+  if (wrong == 0) bytes = input.raw<uint16_t>();
+  if (wrong == 1) bytes -= std::min<size_t>(bytes, input.byte());
+  if (wrong == 2) image->width = input.raw<uint32_t>();
+  if (wrong == 3) image->height = input.raw<uint32_t>();
+  if (wrong == 4) image->step = input.raw<uint32_t>();
   fillPixels(input, *image, bytes);
   return image;
 }

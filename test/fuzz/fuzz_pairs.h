@@ -103,21 +103,13 @@ inline FuzzedPair fuzzedPair(FuzzInput& input, int most_matches) {
   for (int k = input.between(0, 12); k > 0 && n > 0; --k) {
     auto& features = input.flag() ? pair.reference.features : pair.current.features;
     cv::KeyPoint& keypoint = features.keypoints[static_cast<size_t>(input.between(0, n - 1))];
-    switch (input.between(0, 4)) {
-      case 0:
-        keypoint.pt.x = input.number32(-10, 3000);
-        break;
-      case 1:
-        keypoint.pt.y = input.number32(-10, 3000);
-        break;
-      case 2:
-        keypoint.octave = input.flag() ? input.between(0, 255) : input.raw<int32_t>();
-        break;
-      case 3:
-        keypoint.angle = input.number32(-1, 360);
-        break;
-      default:
-        pair.matches[static_cast<size_t>(input.between(0, n - 1))].current = input.between(0, n - 1);
+    const int kind = input.between(0, 4);
+    if (kind == 0) keypoint.pt.x = input.number32(-10, 3000);
+    if (kind == 1) keypoint.pt.y = input.number32(-10, 3000);
+    if (kind == 2) keypoint.octave = input.flag() ? input.between(0, 255) : input.raw<int32_t>();
+    if (kind == 3) keypoint.angle = input.number32(-1, 360);
+    if (kind == 4) {
+      pair.matches[static_cast<size_t>(input.between(0, n - 1))].current = input.between(0, n - 1);
     }
   }
   return pair;

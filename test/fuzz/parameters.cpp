@@ -13,23 +13,20 @@
 namespace gms_ransac {
 namespace {
 
+void demandSentence(const std::invalid_argument& error) {
+  demand(std::string(error.what()).find(" is ") != std::string::npos,
+         std::string("a refusal is a sentence: ") + error.what());
+}
+
 ParameterValue fuzzedValue(FuzzInput& input, const Parameter& parameter) {
-  switch (input.between(0, 6)) {
-    case 0:
-      return input.flag();
-    case 1:
-      return input.raw<int32_t>();
-    case 2:
-      return input.number(parameter.low, parameter.high);
-    case 3:
-      return input.text(40);
-    case 4:
-      return parameter.default_value;
-    case 5:
-      return parameter.choices.empty() ? ParameterValue(std::string()) : ParameterValue(input.oneOf(parameter.choices));
-    default:
-      return static_cast<int>(std::clamp(input.number(parameter.low, parameter.high), -1e9, 1e9) == 0);
-  }
+  const int kind = input.between(0, 6);
+  if (kind == 0) return input.flag();
+  if (kind == 1) return input.raw<int32_t>();
+  if (kind == 2) return input.number(parameter.low, parameter.high);
+  if (kind == 3) return input.text(40);
+  if (kind == 4) return parameter.default_value;
+  if (kind == 5) return parameter.choices.empty() ? std::string() : input.oneOf(parameter.choices);
+  return static_cast<int>(std::clamp(input.number(parameter.low, parameter.high), -1e9, 1e9) == 0);
 }
 
 void checkText(FuzzInput& input, const Parameter& parameter) {
@@ -53,9 +50,7 @@ void checkValues(FuzzInput& input) {
     setParameters(values, options);
     options.validate();
   } catch (const std::invalid_argument& error) {
-    demand(std::string(error.what()).find(" is ") != std::string::npos,
-           std::string("a refusal is a sentence: ") + error.what());
-    return;
+    return demandSentence(error);
   }
   // Accepted options work.
   makeMethod(options);
@@ -67,15 +62,13 @@ void checkValues(FuzzInput& input) {
 }
 
 void checkReconfigure(FuzzInput& input) {
+  using dynamic_reconfigure::ConfigTools;
   UnclampedConfig config(MatchFilterConfig::__getDefault__());
   dynamic_reconfigure::Config message;
   for (int n = input.between(0, 8); n > 0; --n) {
     const Parameter& parameter = input.oneOf(coreParameters());
-    const ParameterValue value = fuzzedValue(input, parameter);
-    const auto append = [&](const auto& typed) {
-      dynamic_reconfigure::ConfigTools::appendParameter(message, parameter.name, typed);
-    };
-    std::visit(append, value);
+    std::visit([&](const auto& typed) { ConfigTools::appendParameter(message, parameter.name, typed); },
+               fuzzedValue(input, parameter));
   }
   config.__fromMessage__(message);
   config.__clamp__();
@@ -83,22 +76,17 @@ void checkReconfigure(FuzzInput& input) {
   try {
     coreOptions({}, config);
   } catch (const std::invalid_argument& error) {
-    demand(std::string(error.what()).find(" is ") != std::string::npos,
-           std::string("a refusal is a sentence: ") + error.what());
+    demandSentence(error);
   }
 }
 
 }  // namespace
 
 void check(FuzzInput input) {
-  switch (input.between(0, 2)) {
-    case 0:
-      return checkText(input, input.oneOf(coreParameters()));
-    case 1:
-      return checkValues(input);
-    default:
-      return checkReconfigure(input);
-  }
+  const int kind = input.between(0, 2);
+  if (kind == 0) return checkText(input, input.oneOf(coreParameters()));
+  if (kind == 1) return checkValues(input);
+  checkReconfigure(input);
 }
 
 }  // namespace gms_ransac

@@ -42,24 +42,18 @@ class Schedule {
   }
 
   void step() {
-    switch (input_.between(0, 15)) {
-      case 0:
-        processor_.requestReset();
-        reset_ = true;
-        break;
-      case 1:
-        clock_ += input_.number(-100, 100);
-        if (!(clock_ > 0 && clock_ < 4e9)) clock_ = 1000;
-        break;
-      case 2:
-        stamp_ += input_.number(-5, 5);
-        if (!(stamp_ > 0 && stamp_ < 4e9)) stamp_ = 1000;
-        break;
-      case 3:
-        reconfigure();
-        break;
-      default:
-        image();
+    const int kind = input_.between(0, 15);
+    if (kind == 0) {
+      processor_.requestReset();
+      reset_ = true;
+    } else if (kind == 1) {
+      jump(clock_, 100);
+    } else if (kind == 2) {
+      jump(stamp_, 5);
+    } else if (kind == 3) {
+      reconfigure();
+    } else {
+      image();
     }
   }
 
@@ -70,6 +64,11 @@ class Schedule {
     parameters.input = input.byte() > 224 ? InputKind::kPair : InputKind::kStream;
     if (input.flag()) parameters.camera = {100, 100, kWidth / 2.0, kHeight / 2.0, "", {}};
     return parameters;
+  }
+
+  void jump(double& seconds, double most) {
+    seconds += input_.number(-most, most);
+    if (!(seconds > 0 && seconds < 4e9)) seconds = 1000;
   }
 
   void reconfigure() {
