@@ -120,30 +120,28 @@ MatchResult resultOf(const MatchFilterOptions& options) {
   return filter.process(second);
 }
 
-MatchResult resultOf(const std::string& method) {
+MatchFilterOptions optionsOf(const std::string& method, ModelType model = ModelType::kHomography) {
   MatchFilterOptions options;
   options.method = method;
-  options.robust.model = ModelType::kHomography;
-  return resultOf(options);
+  options.robust.model = model;
+  return options;
 }
 
 TEST(MatchFilter, GmsAloneKeepsItsSurvivorsWhateverTheModelSays) {
   for (const char* method : {"gms", "gms5"}) {
-    const MatchResult result = resultOf(method);
+    const MatchResult result = resultOf(optionsOf(method));
     EXPECT_GT(result.matches_gms, 200) << method;
     EXPECT_EQ(result.inliers, result.matches_gms) << method;
     EXPECT_GT(result.inliers, result.robust.inlier_count) << method;  // the strip breaks the homography
   }
-  EXPECT_EQ(resultOf("gms_ransac").inliers, resultOf("gms_ransac").robust.inlier_count);
+  const MatchResult estimated = resultOf(optionsOf("gms_ransac"));
+  EXPECT_EQ(estimated.inliers, estimated.robust.inlier_count);
 }
 
 TEST(MatchFilter, EveryModelWeighsItsMatches) {
   for (const ModelType model : {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography}) {
     for (const char* method : {"lo_prosac", "cp_ransac", "gms", "lan", "ransac"}) {
-      MatchFilterOptions options;
-      options.method = method;
-      options.robust.model = model;
-      const MatchResult result = resultOf(options);
+      const MatchResult result = resultOf(optionsOf(method, model));
       const std::string what = toString(model) + std::string(" of ") + method;
       ASSERT_TRUE(result.robust.model_found) << what;
       ASSERT_EQ(result.probability.size(), result.matches.size()) << what;
@@ -169,19 +167,16 @@ TEST(MatchFilter, MotionStatisticsRunOnlyForMethodsThatUseThem) {
     return values;
   };
   for (const char* method : {"ransac", "rransac_tdd", "prosac", "subset_ransac", "split2080"}) {
-    EXPECT_EQ(tells(resultOf(method)), std::set<float>{1.f}) << method << " has no scores";
+    EXPECT_EQ(tells(resultOf(optionsOf(method))), std::set<float>{1.f}) << method << " has no scores";
   }
-  EXPECT_GT(tells(resultOf("gms_ransac")).size(), 1u);
-  MatchFilterOptions by_score;
-  by_score.method = "prosac";
+  EXPECT_GT(tells(resultOf(optionsOf("gms_ransac"))).size(), 1u);
+  MatchFilterOptions by_score = optionsOf("prosac");
   by_score.robust.sort_key = SortKey::kScore;
   EXPECT_GT(tells(resultOf(by_score)).size(), 1u) << "sorted by scores that are not there";
 }
 
 TEST(MatchFilter, AllMatchesMayBeSampled) {
-  MatchFilterOptions options;
-  options.method = "split2080";
-  options.robust.model = ModelType::kHomography;
+  MatchFilterOptions options = optionsOf("split2080");
   options.robust.split_fraction = 1;
   const MatchResult result = resultOf(options);
   EXPECT_TRUE(result.robust.model_found);
@@ -189,20 +184,20 @@ TEST(MatchFilter, AllMatchesMayBeSampled) {
 }
 
 TEST(MatchFilter, LanChecksItsInliersAgain) {
-  MatchFilterOptions options;
-  options.method = "lan";
-  options.robust.model = ModelType::kHomography;
+  MatchFilterOptions options = optionsOf("lan");
   const MatchResult mutual = resultOf(options);
   EXPECT_LT(mutual.matches.size(), static_cast<size_t>(mutual.keypoints_reference));
   EXPECT_GT(mutual.inliers, 100);
   options.lan_second_threshold_factor = 100;  // nothing can have so much support
-  EXPECT_EQ(resultOf(options).inliers, 0);
-  EXPECT_EQ(resultOf(options).status, Status::kRansacFailed);
-  EXPECT_FALSE(resultOf(options).robust.pose_found);
+  const MatchResult unsupported = resultOf(options);
+  EXPECT_EQ(unsupported.inliers, 0);
+  EXPECT_EQ(unsupported.status, Status::kRansacFailed);
+  EXPECT_FALSE(unsupported.robust.pose_found);
   options.lan_second_threshold_factor.reset();
   options.lan_mutual = false;
   options.search = SearchMode::kFull;
-  EXPECT_EQ(resultOf(options).matches.size(), static_cast<size_t>(resultOf(options).keypoints_reference));
+  const MatchResult one_way = resultOf(options);
+  EXPECT_EQ(one_way.matches.size(), static_cast<size_t>(one_way.keypoints_reference));
 }
 
 }  // namespace

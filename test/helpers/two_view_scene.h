@@ -66,6 +66,17 @@ inline std::unique_ptr<Method> makeEstimator(const std::string& method, const Ro
   return makeMethod(options);
 }
 
+/// What a method says of a scene.
+inline RobustResult estimated(Method& method, const TwoViewScene& scene) {
+  RobustResult result;
+  method.estimate(scene.pairs, scene.camera, result);
+  return result;
+}
+
+inline RobustResult estimated(const std::string& method, const RobustOptions& options, const TwoViewScene& scene) {
+  return estimated(*makeEstimator(method, options), scene);
+}
+
 /// Degrees between two rotations.
 inline double rotationError(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return Eigen::AngleAxisd(a.transpose() * b).angle() * 180 / 3.14159265358979323846;

@@ -1,14 +1,10 @@
 // Every method on scenes whose truth is exact, and on data that has no model.
-#include "gms_ransac/point_pairs.h"
-#include "gms_ransac/robust_options.h"
-#include "gms_ransac/robust_result.h"
-
 #include <algorithm>
 
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 
-#include "simd_levels.h"
+#include "invariants.h"
 #include "two_view_scene.h"
 
 namespace gms_ransac {
@@ -22,30 +18,6 @@ RobustOptions optionsFor(ModelType model) {
   options.success_probability = 0.9999;
   options.seed = 7;
   return options;
-}
-
-RobustResult estimate(const std::string& method, const RobustOptions& options, const TwoViewScene& pair) {
-  RobustResult result;
-  makeEstimator(method, options)->estimate(pair.pairs, pair.camera, result);
-  return result;
-}
-
-/// Residual in pixels, written independently of the core: Sampson, or the root mean square transfer of a homography.
-double residual(const RobustResult& result, const TwoViewScene& pair, size_t i) {
-  const double f = result.model_type == ModelType::kEssential ? pair.camera.meanFocalLength() : 1;
-  Eigen::Vector3d p(pair.pairs.x_reference[i], pair.pairs.y_reference[i], 1);
-  Eigen::Vector3d q(pair.pairs.x_current[i], pair.pairs.y_current[i], 1);
-  if (result.model_type == ModelType::kEssential) {
-    p = pair.camera.K().inverse() * p;
-    q = pair.camera.K().inverse() * q;
-  }
-  if (result.model_type == ModelType::kHomography) {
-    const double forward = ((result.model * p).hnormalized() - q.hnormalized()).norm();
-    const double backward = ((result.model.inverse() * q).hnormalized() - p.hnormalized()).norm();
-    return std::sqrt((forward * forward + backward * backward) / 2);
-  }
-  const Eigen::Vector3d line_q = result.model * p, line_p = result.model.transpose() * q;
-  return f * std::abs(q.dot(line_q)) / std::hypot(line_q.head<2>().norm(), line_p.head<2>().norm());
 }
 
 class EveryMethod : public testing::TestWithParam<std::string> {};
@@ -67,7 +39,7 @@ TEST_P(EveryMethod, FindsTheModelAndThePose) {
       const TwoViewScene pair = makeTwoViewScene(scene);
       RobustOptions options = optionsFor(model);
       options.max_iterations = 20000;  // seven points at 70 % outliers ask for 42000 at full confidence
-      const RobustResult result = estimate(GetParam(), options, pair);
+      const RobustResult result = estimated(GetParam(), options, pair);
       SCOPED_TRACE(toString(model) + ", outliers " + std::to_string(limit.outliers));
       ASSERT_TRUE(result.model_found);
       ASSERT_TRUE(result.pose_found);
@@ -102,18 +74,16 @@ TEST_P(EveryMethod, KeepsTheMatchesWithinItsThresholdAndNoOther) {
   for (ModelType model : kModels) {
     const TwoViewScene pair = sceneFor(model);
     const RobustOptions options = optionsFor(model);
-    const RobustResult result = estimate(GetParam(), options, pair);
+    const RobustResult result = estimated(GetParam(), options, pair);
     ASSERT_TRUE(isAnswer(result, pair));
-    ASSERT_EQ(result.inlier.size(), pair.correct.size());
-    int count = 0, beyond = 0, left_out = 0;
+    EXPECT_EQ(brokenEstimate(pair.pairs, pair.camera, options, result), "");  // it looks for inliers beyond
+    int left_out = 0;
     for (size_t i = 0; i < result.inlier.size(); ++i) {
-      const double relative = residual(result, pair, i) / options.inlierThreshold();
-      count += result.inlier[i];
-      beyond += result.inlier[i] && relative > 1 + 1e-6;
-      left_out += !result.inlier[i] && relative < 1 - 1e-6;
+      const PointPairs& p = pair.pairs;
+      const double residual = std::sqrt(
+          squaredResidual(pair.camera, result, {p.x_reference[i], p.y_reference[i]}, {p.x_current[i], p.y_current[i]}));
+      left_out += !result.inlier[i] && residual < options.inlierThreshold() * (1 - 1e-6);
     }
-    EXPECT_EQ(count, result.inlier_count);
-    EXPECT_EQ(beyond, 0);
     EXPECT_EQ(left_out, 0);
   }
 }
@@ -133,7 +103,7 @@ TEST_P(EveryMethod, RepeatsItselfForASeed) {
     EXPECT_EQ(first.model, second.model);
     EXPECT_EQ(first.effort.hypotheses, second.effort.hypotheses);
     EXPECT_EQ(first.effort.point_evaluations, second.effort.point_evaluations);
-    EXPECT_EQ(first.inlier, estimate(GetParam(), optionsFor(model), pair).inlier);
+    EXPECT_EQ(first.inlier, estimated(GetParam(), optionsFor(model), pair).inlier);
   }
 }
 
@@ -142,32 +112,12 @@ TEST_P(EveryMethod, StaysHonestOnPureRotation) {
   scene.translation.setZero();
   const TwoViewScene pair = makeTwoViewScene(scene);
   for (ModelType model : {ModelType::kEssential, ModelType::kHomography}) {
-    const RobustResult result = estimate(GetParam(), optionsFor(model), pair);
+    const RobustResult result = estimated(GetParam(), optionsFor(model), pair);
     ASSERT_TRUE(result.model_found);
     EXPECT_FALSE(result.translation_observable);
     ASSERT_TRUE(result.pose_found);
     EXPECT_LT(rotationError(result.pose.R, pair.R.transpose()), 1.0);
   }
-}
-
-TEST_P(EveryMethod, GivesRotationsToRounding) {
-  // Little motion and few matches: where the roots of the five-point solver are least accurate.
-  TwoViewSceneOptions scene;
-  scene.matches = 60;
-  scene.outlier_ratio = 0.1;
-  int poses = 0;
-  for (scene.seed = 1; scene.seed <= 300; ++scene.seed) {
-    scene.translation = Eigen::Vector3d(0.02, -0.005, 0.01) * static_cast<double>(scene.seed % 3);
-    RobustOptions options = optionsFor(ModelType::kEssential);
-    options.max_iterations = 100;
-    const RobustResult result = estimate(GetParam(), options, makeTwoViewScene(scene));
-    if (!result.pose_found) continue;
-    ++poses;
-    const Eigen::Matrix3d& R = result.pose.R;
-    EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-12) << scene.seed;
-    EXPECT_GT(R.determinant(), 0) << scene.seed;
-  }
-  EXPECT_GT(poses, 200);
 }
 
 TEST_P(EveryMethod, IsNotMisledByPointsWithoutCoordinates) {
@@ -176,20 +126,18 @@ TEST_P(EveryMethod, IsNotMisledByPointsWithoutCoordinates) {
     scene.matches = 500;
     scene.shape = model == ModelType::kHomography ? SceneShape::kPlane : SceneShape::kVolume;
     const TwoViewScene clean = makeTwoViewScene(scene);
-    const RobustResult expected = estimate(GetParam(), optionsFor(model), clean);
+    const RobustResult expected = estimated(GetParam(), optionsFor(model), clean);
     for (const float value : {NAN, INFINITY, -INFINITY, 1e30f, -1e30f, 1e7f}) {
       for (auto column :
            {&PointPairs::x_reference, &PointPairs::y_reference, &PointPairs::x_current, &PointPairs::y_current}) {
         TwoViewScene spoilt = clean;
         (spoilt.pairs.*column)[77] = value;
         SCOPED_TRACE(toString(model) + " " + std::to_string(value));
-        const RobustResult result = estimate(GetParam(), optionsFor(model), spoilt);
+        const RobustResult result = estimated(GetParam(), optionsFor(model), spoilt);
         ASSERT_TRUE(result.model_found);
         ASSERT_TRUE(result.pose_found);
-        EXPECT_FALSE(result.inlier[77]);
         EXPECT_GT(result.inlier_count, 0.8 * expected.inlier_count);
-        EXPECT_TRUE(result.pose.R.allFinite() && result.pose.t.allFinite() && result.pose.covariance.allFinite());
-        EXPECT_TRUE(std::isfinite(result.rms_error_px) && std::isfinite(result.median_parallax_px));
+        EXPECT_EQ(brokenEstimate(spoilt.pairs, spoilt.camera, optionsFor(model), result), "");
         EXPECT_EQ(result.doubt, expected.doubt);
         if (result.doubt != DirectionDoubt::kOtherMotion) {
           EXPECT_LT(rotationError(result.pose.R, clean.R.transpose()), 2.0);
@@ -220,6 +168,11 @@ TEST_P(EveryMethod, FindsNothingInDegenerateData) {
       [](TwoViewScene& pair) {  // not a number
         pair.pairs.x_current.assign(pair.pairs.x_current.size(), std::nanf(""));
       },
+      [](TwoViewScene& pair) {  // wrong matches alone
+        TwoViewSceneOptions noise;
+        noise.outlier_ratio = 1;
+        pair = makeTwoViewScene(noise);
+      },
   };
   TwoViewSceneOptions scene;
   scene.matches = 200;
@@ -227,7 +180,7 @@ TEST_P(EveryMethod, FindsNothingInDegenerateData) {
     TwoViewScene pair = makeTwoViewScene(scene);
     spoil(pair);
     for (ModelType model : kModels) {
-      const RobustResult result = estimate(GetParam(), optionsFor(model), pair);
+      const RobustResult result = estimated(GetParam(), optionsFor(model), pair);
       EXPECT_FALSE(result.model_found) << toString(model) << " in case " << &spoil - spoilers;
       EXPECT_FALSE(result.pose_found);
       EXPECT_EQ(result.inlier_count, 0);
@@ -242,7 +195,7 @@ TEST_P(EveryMethod, RejectsSupportFromTooFewSpotsToCheckIt) {
   TwoViewScene pair = makeTwoViewScene(scene);
   for (const int side : {640, 10000}) {  // of images that the matches fill, or lie in a corner of
     pair.pairs.image_reference = pair.pairs.image_current = {side, side};
-    const RobustResult result = estimate(GetParam(), optionsFor(ModelType::kEssential), pair);
+    const RobustResult result = estimated(GetParam(), optionsFor(ModelType::kEssential), pair);
     EXPECT_EQ(result.model_found, side == 640);
     EXPECT_EQ(result.inlier_count > 0, side == 640);
   }
@@ -267,7 +220,7 @@ TEST_P(EveryMethod, GivesACovarianceThatItsErrorsFit) {
     scene.seed = 100 + static_cast<uint64_t>(trial);
     scene.outlier_ratio = 0.1;
     const TwoViewScene pair = makeTwoViewScene(scene);
-    const RobustResult result = estimate(GetParam(), optionsFor(ModelType::kEssential), pair);
+    const RobustResult result = estimated(GetParam(), optionsFor(ModelType::kEssential), pair);
     ASSERT_TRUE(result.translation_observable);
     const Eigen::Matrix<double, 6, 6>& covariance = result.pose.covariance;
     EXPECT_NEAR((covariance.topLeftCorner<3, 3>() * result.pose.t).norm(), 0, 1e-9);
@@ -283,23 +236,6 @@ TEST_P(EveryMethod, GivesACovarianceThatItsErrorsFit) {
   EXPECT_GT(sum / trials, 1.5);
 }
 
-TEST_P(EveryMethod, SaysTheSameOnEveryInstructionSet) {
-  for (ModelType model : kModels) {
-    const TwoViewScene pair = sceneFor(model);
-    RobustOptions options = optionsFor(model);
-    options.simd = SimdLevel::kScalar;
-    const RobustResult scalar = estimate(GetParam(), options, pair);
-    ASSERT_TRUE(isAnswer(scalar, pair));
-    for (const SimdLevel level : supportedLevels()) {
-      options.simd = level;
-      const RobustResult other = estimate(GetParam(), options, pair);
-      EXPECT_EQ(other.inlier, scalar.inlier) << toString(level);
-      EXPECT_EQ(other.model, scalar.model) << toString(level);
-      EXPECT_EQ(other.effort.hypotheses, scalar.effort.hypotheses) << toString(level);
-    }
-  }
-}
-
 INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod, testing::ValuesIn(methodNames()),
                          [](const auto& info) { return info.param; });
 
@@ -310,9 +246,9 @@ TEST(Refinement, BringsThePoseCloserThanTheTextbook) {
     scene.seed = seed;
     const TwoViewScene pair = makeTwoViewScene(scene);
     RobustOptions options = optionsFor(ModelType::kEssential);
-    refined += rotationError(estimate("gms_ransac", options, pair).pose.R, pair.R.transpose());
+    refined += rotationError(estimated("gms_ransac", options, pair).pose.R, pair.R.transpose());
     options.refine = false;
-    textbook += rotationError(estimate("gms_ransac", options, pair).pose.R, pair.R.transpose());
+    textbook += rotationError(estimated("gms_ransac", options, pair).pose.R, pair.R.transpose());
   }
   EXPECT_LT(refined, 0.5 * textbook);
 }
@@ -326,8 +262,8 @@ TEST(Quality, OfNoiseNeedsMoreHypothesesThanThatOfTheMatches) {
   for (const SortKey key : {SortKey::kScore, SortKey::kRelativeScore, SortKey::kDistance}) {
     RobustOptions options = optionsFor(ModelType::kEssential);
     options.sort_key = key;
-    EXPECT_LT(estimate("cp_ransac", options, informed).effort.hypotheses,
-              estimate("cp_ransac", options, uninformed).effort.hypotheses)
+    EXPECT_LT(estimated("cp_ransac", options, informed).effort.hypotheses,
+              estimated("cp_ransac", options, uninformed).effort.hypotheses)
         << static_cast<int>(key);
   }
 }
@@ -337,7 +273,7 @@ TEST(PoseConvention, IsTheInverseOfRecoverPose) {
   scene.outlier_ratio = 0;
   scene.noise_px = 0;
   const TwoViewScene pair = makeTwoViewScene(scene);
-  const RobustResult result = estimate("ransac", optionsFor(ModelType::kEssential), pair);
+  const RobustResult result = estimated("ransac", optionsFor(ModelType::kEssential), pair);
   ASSERT_TRUE(result.pose_found);
   std::vector<cv::Point2d> reference, current;
   for (int i = 0; i < pair.pairs.size(); ++i) {

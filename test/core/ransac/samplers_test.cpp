@@ -9,7 +9,6 @@
 
 #include "methods/cp_ransac.h"
 #include "ransac/ordering.h"
-#include "ransac/prosac_sampler.h"
 #include "ransac/sampler.h"
 #include "ransac/verifier.h"
 #include "two_view/pose_model.h"
@@ -34,11 +33,11 @@ void expectDistinctBelow(const int* sample, int count, int limit) {
   }
 }
 
-/// How many samples of five are drawn until the sampler stops.
-int countDraws(Sampler& sampler, uint64_t seed) {
-  Random random(seed);
+/// How many samples of five ranks below `limit` are drawn until the sampler stops.
+int countDraws(Sampler& sampler, int limit) {
+  Random random(1);
   int sample[5], draws = 0;
-  while (sampler.draw(random, sample)) ++draws;
+  for (; sampler.draw(random, sample); ++draws) expectDistinctBelow(sample, 5, limit);
   return draws;
 }
 
@@ -141,43 +140,23 @@ TEST(UniformSampler, DrawsFromAllMatchesUntilTheBound) {
   EXPECT_LT(*std::max_element(times.begin(), times.end()), 150);
 }
 
-TEST(UniformSampler, TakesTheTestsOfTddIntoItsBound) {
-  for (int d : {1, 2}) {
+TEST(UniformSampler, StopsAtTheBoundOfItsMatchesOrAtTheTarget) {
+  const struct {
     UniformSampler::Options options;
-    options.extra_tests = d;
-    UniformSampler sampler(options);
-    sampler.begin({100, 5, 0.99, 100000});
-    sampler.newBest(inliersInFront(60, 100));
-    EXPECT_EQ(countDraws(sampler, 1), static_cast<int>(std::ceil(std::log(0.01) / std::log(1 - std::pow(0.6, 5 + d)))));
+    int n, inliers;  ///< in front
+    int limit;       ///< of the ranks that are drawn
+    int draws;
+  } cases[] = {{{1, 1, {}}, 100, 60, 100, 97},    // log(0.01) / log(1 - 0.6^(5 + d)), for d = 1
+               {{1, 2, {}}, 100, 60, 100, 163},   // and 2
+               {{0.2, 0, {}}, 200, 20, 40, 146},  // half of the first fifth
+               {{1, 0, 0.6}, 100, 59, 100, 63},   // log(0.01) / log(1 - 0.59^5)
+               {{1, 0, 0.6}, 100, 60, 100, 0}};
+  for (const auto& expected : cases) {
+    UniformSampler sampler(expected.options);
+    sampler.begin({expected.n, 5, 0.99, 5000});
+    sampler.newBest(inliersInFront(expected.inliers, expected.n));
+    EXPECT_EQ(countDraws(sampler, expected.limit), expected.draws);
   }
-}
-
-TEST(UniformSampler, OfTheSplitKnowsOnlyTheFirstFifth) {
-  UniformSampler::Options options;
-  options.fraction = 0.2;
-  UniformSampler sampler(options);
-  sampler.begin({200, 5, 0.99, 5000});
-  sampler.newBest(inliersInFront(20, 200));  // half of the forty
-  Random random(1);
-  int sample[5], draws = 0;
-  while (sampler.draw(random, sample)) {
-    expectDistinctBelow(sample, 5, 40);
-    ++draws;
-  }
-  EXPECT_EQ(draws, 146);
-}
-
-TEST(UniformSampler, StopsAtTheTargetRatio) {
-  UniformSampler::Options options;
-  options.target_inlier_ratio = 0.6;
-  UniformSampler sampler(options);
-  sampler.begin({100, 5, 0.99, 5000});
-  Random random(1);
-  int sample[5];
-  sampler.newBest(inliersInFront(59, 100));
-  EXPECT_TRUE(sampler.draw(random, sample));
-  sampler.newBest(inliersInFront(60, 100));
-  EXPECT_FALSE(sampler.draw(random, sample));
 }
 
 TEST(ProsacSampler, GrowsByTheTableAndAlwaysTakesTheNewestMatch) {
@@ -237,7 +216,7 @@ TEST(ProsacSampler, IgnoresPrefixesThatChanceExplains) {
   ProsacSampler sampler;
   sampler.begin({1000, 5, 0.99, 1000});
   sampler.newBest(inliersInFront(5, 1000));  // the sample itself and nothing else
-  EXPECT_EQ(countDraws(sampler, 3), 1000);
+  EXPECT_EQ(countDraws(sampler, 1000), 1000);
 }
 
 TEST(ConfidenceGroupSampler, DrawsOnlyFromTheTopGroupFirst) {
@@ -275,7 +254,7 @@ TEST(ConfidenceGroupSampler, StopsAtTheBoundOfTheBetterGroupUnlessChanceExplains
     std::vector<uint8_t> mask(static_cast<size_t>(expected.n), 0);
     for (int k : {0, 1}) std::fill(mask.begin() + expected.first[k], mask.begin() + expected.end[k], 1);
     sampler.newBest(mask);
-    EXPECT_EQ(countDraws(sampler, 5), expected.draws);
+    EXPECT_EQ(countDraws(sampler, expected.n), expected.draws);
     EXPECT_EQ(sampler.phase(), expected.phase);
   }
 }
@@ -288,6 +267,60 @@ TEST(ConfidenceGroupSampler, GeometricGroupsWidenStepByStep) {
   const int limits[] = {200, 300, 350, 375, 400};
   while (sampler.draw(random, sample)) expectDistinctBelow(sample, 5, limits[sampler.phase()]);
   EXPECT_EQ(sampler.phase(), 4);
+}
+
+TEST(StratifiedSampler, SpreadsSamplesAtLeastAsWideAsUniformDraws) {
+  // Confidence is highest in one corner, as motion statistics are highest in the densest texture.
+  constexpr int kCount = 1000, kDraws = 2000;
+  Random random(1);
+  std::vector<int> order(kCount);
+  std::iota(order.begin(), order.end(), 0);
+  std::vector<int32_t> cells;
+  for (int i = 0; i < kCount; ++i) {
+    const int reach = i < kCount / 2 ? 10 : 20;
+    cells.push_back(random.below(reach) * 20 + random.below(reach));
+  }
+  const auto spread = [&cells](const int* sample) {
+    double sum = 0;
+    for (int i = 0; i < 5; ++i) {
+      for (int j = 0; j < i; ++j) {
+        sum += std::hypot(cells[sample[i]] % 20 - cells[sample[j]] % 20, cells[sample[i]] / 20 - cells[sample[j]] / 20);
+      }
+    }
+    return sum;
+  };
+  StratifiedSampler sampler;
+  sampler.begin({kCount, 5, 0.99, 10000}, order, cells);
+  double stratified = 0, uniform = 0;
+  int sample[5];
+  for (int k = 0; k < kDraws; ++k) {
+    sampler.draw(random, sample);
+    expectDistinctBelow(sample, 5, kCount);
+    if (k < 400) continue;  // all matches take part by then
+    stratified += spread(sample);
+    drawDistinct(random, kCount, 5, sample);
+    uniform += spread(sample);
+  }
+  EXPECT_GE(stratified, uniform);
+}
+
+TEST(StratifiedSampler, BeginsWithTheMostConfidentOrTheShareAskedForAndEndsWithAll) {
+  std::vector<int> order(400);
+  std::iota(order.rbegin(), order.rend(), 0);
+  const std::vector<int32_t> cells(order.rbegin(), order.rend());
+  StratifiedSampler sampler;
+  sampler.begin({400, 5, 0.99, 1000}, order, cells);
+  Random random(1);
+  int sample[5];
+  sampler.draw(random, sample);
+  EXPECT_LT(sampler.prefix(), 400);
+  expectDistinctBelow(sample, 5, sampler.prefix());
+  EXPECT_EQ(countDraws(sampler, 400), 999);
+  EXPECT_EQ(400, sampler.prefix());
+  sampler.begin({400, 5, 0.99, 64}, order, cells, 0.5);
+  sampler.draw(random, sample);
+  EXPECT_EQ(200, sampler.prefix());
+  EXPECT_EQ(countDraws(sampler, 400), 63);
 }
 
 /// The true motion of a drawn pair as a hypothesis of the textbook's model, and its columns in the order of the

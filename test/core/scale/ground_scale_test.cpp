@@ -90,39 +90,34 @@ TEST(GroundScale, IsExactOnAnExactPlane) {
   }
 }
 
-TEST(GroundScale, FindsTheGroundAmongWalls) {
-  DrivingScene scene(2 * kDegree, 0.3);
-  scene.addGround(80);
-  scene.addWall(100, 3.5);
-  scene.addWall(100, -4);
-  GroundScale ground;
-  const ScaleEstimate scale = ground.measure(scene.points(), scene.pose, sceneCamera(), scene.prior(2 * kDegree));
-  ASSERT_GT(scale.features, 0) << ground.problem();
-  EXPECT_NEAR(scale.length, DrivingScene::kLength, 0.03 * DrivingScene::kLength);
-  EXPECT_NEAR(scale.length, DrivingScene::kLength, 3 * scale.relative_sigma * scale.length);
-}
-
-TEST(GroundScale, KnowsTheNormalFromTheMotionWhenThePriorIsTenDegreesOff) {
-  DrivingScene scene(0, 0.3);
-  scene.addGround(100);
-  GroundScale ground;
-  const ScaleEstimate scale = ground.measure(scene.points(), scene.pose, sceneCamera(), scene.prior(10 * kDegree));
-  ASSERT_GT(scale.features, 0) << ground.problem();
-  EXPECT_NEAR(scale.length, DrivingScene::kLength, 0.03 * DrivingScene::kLength);
+TEST(GroundScale, FindsTheGroundAmongWallsAndWithAPriorTenDegreesOff) {
+  const struct {
+    double pitch, prior_error;
+    int ground, wall;
+  } cases[] = {{2 * kDegree, 2 * kDegree, 80, 100}, {0, 10 * kDegree, 100, 0}};
+  for (const auto& [pitch, prior_error, points, wall] : cases) {
+    DrivingScene scene(pitch, 0.3);
+    scene.addGround(points);
+    scene.addWall(wall, 3.5);
+    scene.addWall(wall, -4);
+    GroundScale ground;
+    const ScaleEstimate scale = ground.measure(scene.points(), scene.pose, sceneCamera(), scene.prior(prior_error));
+    ASSERT_GT(scale.features, 0) << ground.problem();
+    EXPECT_NEAR(scale.length, DrivingScene::kLength, 0.03 * DrivingScene::kLength);
+    EXPECT_NEAR(scale.length, DrivingScene::kLength, 3 * scale.relative_sigma * scale.length);
+  }
 }
 
 TEST(GroundScale, RefusesWhereThereIsNoGround) {
-  GroundScale ground;
-  DrivingScene walls(0, 0.3);
-  walls.addWall(150, 3);
-  EXPECT_EQ(ground.measure(walls.points(), walls.pose, sceneCamera(), walls.prior()).features, 0);
-  EXPECT_FALSE(ground.problem().empty());
-  DrivingScene few(0, 0.3);
-  few.addGround(5);
-  EXPECT_EQ(ground.measure(few.points(), few.pose, sceneCamera(), few.prior()).features, 0);
-  EXPECT_NE(ground.problem().find("no ground is seen"), std::string::npos);
-  DrivingScene nothing;
-  EXPECT_EQ(ground.measure(nothing.points(), nothing.pose, sceneCamera(), nothing.prior()).features, 0);
+  for (const auto& [ground_points, wall_points] : {std::pair(0, 150), std::pair(5, 0), std::pair(0, 0)}) {
+    GroundScale ground;
+    DrivingScene scene(0, 0.3);
+    scene.addGround(ground_points);
+    scene.addWall(wall_points, 3);
+    EXPECT_EQ(ground.measure(scene.points(), scene.pose, sceneCamera(), scene.prior()).features, 0);
+    EXPECT_EQ(ground.problem().find("no ground is seen") == std::string::npos, wall_points > 0) << ground.problem();
+    EXPECT_FALSE(ground.problem().empty());
+  }
 }
 
 TEST(GroundScale, ItsSigmaIsThatOfItsErrors) {
