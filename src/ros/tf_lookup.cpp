@@ -40,11 +40,6 @@ std::string TfLookup::get(const std::string& target, const std::string& source, 
   }
 }
 
-bool TfLookup::knows(const std::string& target, const std::string& source, double stamp) {
-  Eigen::Isometry3d unused;
-  return get(target, source, stamp, unused).empty();
-}
-
 std::string TfLookup::parentOf(const std::string& frame) const {
   std::string parent;
   return buffer_->_getParent(frame, ros::Time(0), parent) ? parent : std::string();

@@ -60,7 +60,6 @@ void check(FuzzInput input) {
     if (!model->camera.calibrated()) continue;
     demand(model->camera.K().allFinite(), "the intrinsics are finite");
     demand(std::isfinite(model->camera.meanFocalLength()), "the mean focal length is finite");
-    demand(model->rectified == !model->camera.distorts(), "rectified is without distortion");
     for (int k = 0; k < 4; ++k) {
       checkPixel(model->camera,
                  {static_cast<float>(input.within(0, width - 1)), static_cast<float>(input.within(0, height - 1))});

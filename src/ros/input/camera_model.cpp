@@ -27,9 +27,15 @@ constexpr std::ptrdiff_t kMostCoefficients = 100;
 
 bool sameCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo& b) {
   return a.width == b.width && a.height == b.height && a.distortion_model == b.distortion_model && a.D == b.D &&
-         a.K == b.K && a.P == b.P && a.binning_x == b.binning_x && a.binning_y == b.binning_y &&
-         a.roi.x_offset == b.roi.x_offset && a.roi.y_offset == b.roi.y_offset && a.roi.width == b.roi.width &&
-         a.roi.height == b.roi.height;
+         a.K == b.K && a.P == b.P && a.binning_x == b.binning_x && a.binning_y == b.binning_y && a.roi == b.roi;
+}
+
+CameraIntrinsics ofK(const sensor_msgs::CameraInfo& info) {
+  return {info.K[0], info.K[4], info.K[2], info.K[5], "", {}};
+}
+
+CameraIntrinsics ofP(const sensor_msgs::CameraInfo& info) {
+  return {info.P[0], info.P[5], info.P[2], info.P[6], "", {}};
 }
 
 /// The size of the image that `info` describes, after region of interest and binning; 0x0 when it does not say.
@@ -41,18 +47,12 @@ cv::Size describedSize(const sensor_msgs::CameraInfo& info) {
 }
 
 /// Both are 0 where the matrix is not given; a single one, a negative one and NaN are mistakes.
-void requireFocalLengths(const char* matrix, double fx, double fy, const std::string& or_set) {
-  if ((fx == 0 && fy == 0) || (fx > 0 && fy > 0 && std::isfinite(fx) && std::isfinite(fy))) return;
+void requireFocalLengths(const char* matrix, const CameraIntrinsics& k, const std::string& or_set) {
+  if ((k.fx == 0 && k.fy == 0) || (k.calibrated() && std::isfinite(k.fx) && std::isfinite(k.fy))) return;
   std::ostringstream text;
-  text << "fx is " << fx << " and fy is " << fy << " in " << matrix << ", both must be above 0; calibrate the camera"
-       << or_set;
+  text << "fx is " << k.fx << " and fy is " << k.fy << " in " << matrix
+       << ", both must be above 0; calibrate the camera" << or_set;
   throw std::invalid_argument(text.str());
-}
-
-/// A principal point in the corner is one that was not filled in, and poses from it are wrong.
-void requirePrincipalPoint(const char* matrix, const CameraIntrinsics& intrinsics, const std::string& or_set) {
-  if (intrinsics.cx != 0 || intrinsics.cy != 0) return;
-  throw std::invalid_argument(std::string("cx and cy are 0 in ") + matrix + "; calibrate the camera" + or_set);
 }
 
 /// K and P are those of the full-resolution image (sensor_msgs/CameraInfo): shift to the region, then bin.
@@ -62,15 +62,6 @@ void applyRegionAndBinning(const sensor_msgs::CameraInfo& info, CameraIntrinsics
   intrinsics.cy = (intrinsics.cy - info.roi.y_offset) / by;
   intrinsics.fx /= bx;
   intrinsics.fy /= by;
-}
-
-/// Returns the calibrations in `info`: K, P, or both.
-std::vector<CameraIntrinsics> calibrations(const sensor_msgs::CameraInfo& info) {
-  std::vector<CameraIntrinsics> given;
-  if (info.K[0] > 0 && info.K[4] > 0) given.push_back({info.K[0], info.K[4], info.K[2], info.K[5], "", {}});
-  if (info.P[0] > 0 && info.P[5] > 0) given.push_back({info.P[0], info.P[5], info.P[2], info.P[6], "", {}});
-  for (CameraIntrinsics& intrinsics : given) applyRegionAndBinning(info, intrinsics);
-  return given;
 }
 
 bool mayBeOneCamera(const CameraIntrinsics& a, const CameraIntrinsics& b) {
@@ -98,23 +89,24 @@ CameraModelSource::CameraModelSource(const Parameters& parameters, const std::st
       info_topic_(info_topic),
       throttle_(parameters.name) {}
 
-bool CameraModelSource::Known::describes(const sensor_msgs::CameraInfoConstPtr& other, cv::Size other_size) const {
-  if (!model || other_size != size) return false;
-  return other == info || (other && info && sameCalibration(*other, *info));
-}
-
 std::shared_ptr<const CameraModel> CameraModelSource::get(const sensor_msgs::CameraInfoConstPtr& info,
                                                           cv::Size image_size) {
-  if (last_.describes(info, image_size)) return last_.model;
-  last_.size = image_size;
-  last_.info = info;
-  last_.model = makeAndTell(info.get(), image_size);
-  return last_.model;
+  const bool same_info = info == info_ || (info && info_ && sameCalibration(*info, *info_));
+  if (model_ && image_size == size_ && same_info) return model_;
+  size_ = image_size;
+  info_ = info;
+  model_ = makeAndTell(info.get(), image_size);
+  return model_;
 }
 
 std::shared_ptr<const CameraModel> CameraModelSource::makeAndTell(const sensor_msgs::CameraInfo* info,
                                                                   cv::Size image_size) {
-  auto model = std::make_shared<CameraModel>(make(info, image_size));
+  auto model = std::make_shared<CameraModel>();
+  try {
+    make(info, image_size, *model);
+  } catch (const std::exception& error) {
+    model->problem = "the camera_info on " + info_topic_ + " cannot be used: " + error.what();
+  }
   model->source = override_.calibrated() ? "the parameters ~camera" : "camera_info on " + info_topic_;
   if (info != nullptr) model->doubt = override_.calibrated() ? contradiction(*info, image_size) : unlikelyValues(*info);
   if (!model->doubt.empty()) throttle_.warn(model->doubt, model->doubt);
@@ -126,7 +118,8 @@ std::shared_ptr<const CameraModel> CameraModelSource::makeAndTell(const sensor_m
     throttle_.warn(text.str(), text.str());
   } else {
     const bool guessed = input_is_rectified_ == Rectified::kAuto && !override_.calibrated();
-    text << "images on " << image_topic_ << " are taken as " << (model->rectified ? "free of distortion" : "distorted")
+    text << "images on " << image_topic_ << " are taken as "
+         << (model->rectified() ? "free of distortion" : "distorted")
          << (guessed ? " (set ~input_is_rectified if that is wrong)" : "") << ", with fx " << k.fx << ", fy " << k.fy
          << ", cx " << k.cx << ", cy " << k.cy << " from " << model->source;
     throttle_.info(text.str(), text.str());
@@ -158,10 +151,14 @@ std::string CameraModelSource::contradiction(const sensor_msgs::CameraInfo& info
   const std::string mismatch = sizeMismatch(info, image_size);
   if (!mismatch.empty()) return mismatch + advice;
   // Either matrix may describe the images: the parameters must fit one of them.
-  const std::vector<CameraIntrinsics> given = calibrations(info);
-  const bool fits = std::any_of(given.begin(), given.end(),
-                                [this](const CameraIntrinsics& each) { return mayBeOneCamera(each, override_); });
-  if (given.empty() || fits) return std::string();
+  std::vector<CameraIntrinsics> given;
+  for (CameraIntrinsics each : {ofK(info), ofP(info)}) {
+    if (!each.calibrated()) continue;
+    applyRegionAndBinning(info, each);
+    if (mayBeOneCamera(each, override_)) return std::string();
+    given.push_back(each);
+  }
+  if (given.empty()) return std::string();
   std::ostringstream text;
   text << "the parameters ~camera have fx " << override_.fx << ", fy " << override_.fy << ", but the camera_info on "
        << info_topic_ << " has fx " << given[0].fx << ", fy " << given[0].fy << ": that is another camera" << advice;
@@ -186,64 +183,50 @@ std::string CameraModelSource::unlikelyValues(const sensor_msgs::CameraInfo& inf
          or_set_ + ", or replay a TUM bag with tum.launch calibration:=1, 2 or 3";
 }
 
-CameraModel CameraModelSource::make(const sensor_msgs::CameraInfo* info, cv::Size image_size) const {
-  try {
-    if (override_.calibrated()) {
-      CameraModel model;
-      CameraIntrinsics intrinsics = override_;
-      if (input_is_rectified_ == Rectified::kTrue) intrinsics.distortion.clear();
-      model.camera = Camera(intrinsics, image_size);
-      model.rectified = !model.camera.distorts();
-      return model;
-    }
-    if (info != nullptr) return fromInfo(*info, image_size);
-  } catch (const std::exception& error) {
-    CameraModel model;
-    model.problem = "the camera_info on " + info_topic_ + " cannot be used: " + error.what();
-    return model;
+void CameraModelSource::make(const sensor_msgs::CameraInfo* info, cv::Size image_size, CameraModel& model) const {
+  if (override_.calibrated()) {
+    CameraIntrinsics intrinsics = override_;
+    if (input_is_rectified_ == Rectified::kTrue) intrinsics.distortion.clear();
+    model.camera = Camera(intrinsics, image_size);
+  } else if (info == nullptr) {
+    model.problem = "no camera_info has arrived on " + info_topic_ + " yet; publish or remap one" + or_set_;
+  } else {
+    fromInfo(*info, image_size, model);
   }
-  CameraModel model;
-  model.problem = "no camera_info has arrived on " + info_topic_ + " yet; publish or remap one" + or_set_;
-  return model;
 }
 
-CameraModel CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {
-  requireFocalLengths("K", info.K[0], info.K[4], or_set_);
-  const bool has_k = info.K[0] > 0, rectified = !has_k || isRectified(info);
-  if (rectified) requireFocalLengths("P", info.P[0], info.P[5], or_set_);
-  const bool has_p = info.P[0] > 0;
-  CameraModel model;
-  if (!has_k && !has_p) {
+void CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size, CameraModel& model) const {
+  const CameraIntrinsics k = ofK(info), p = ofP(info);
+  requireFocalLengths("K", k, or_set_);
+  // kitti2bag leaves K at zero and fills P alone; only a rectified image is described by P.
+  const bool rectified = k.fx == 0 || isRectified(info);
+  if (rectified) requireFocalLengths("P", p, or_set_);
+  if (k.fx == 0 && p.fx == 0) {
     model.problem = "the camera_info on " + info_topic_ +
                     " is not calibrated (fx is 0 in K and in P); calibrate the camera" + or_set_;
-    return model;
+    return;
   }
   model.problem = sizeMismatch(info, image_size);
   if (!model.problem.empty()) {
     model.problem += "; remap the matching camera_info" + or_set_;
-    return model;
+    return;
   }
-  // kitti2bag leaves K at zero and fills P alone; only a rectified image is described by P.
-  model.rectified = rectified;
-  const bool from_p = rectified && has_p;
-  CameraIntrinsics intrinsics;
-  if (from_p) {
-    intrinsics = {info.P[0], info.P[5], info.P[2], info.P[6], "", {}};
-  } else {
-    intrinsics = {info.K[0], info.K[4], info.K[2], info.K[5], "", {}};
+  const bool from_p = rectified && p.fx > 0;
+  CameraIntrinsics intrinsics = from_p ? p : k;
+  // A principal point in the corner is one that was not filled in, and poses from it are wrong.
+  if (intrinsics.cx == 0 && intrinsics.cy == 0) {
+    throw std::invalid_argument(std::string("cx and cy are 0 in ") + (from_p ? "P" : "K") + "; calibrate the camera" +
+                                or_set_);
   }
-  requirePrincipalPoint(from_p ? "P" : "K", intrinsics, or_set_);
   applyRegionAndBinning(info, intrinsics);
   // So small a number that binning makes 0 of it, which would pass for a camera that is not calibrated.
   if (!intrinsics.calibrated()) throw std::invalid_argument("fx and fy are 0 after binning");
-  if (!model.rectified) {
+  if (!rectified) {
     intrinsics.distortion_model = excerpt(commonModelName(info.distortion_model));  // an unknown one will be quoted
     intrinsics.distortion.assign(
         info.D.begin(), info.D.begin() + std::min(std::distance(info.D.begin(), info.D.end()), kMostCoefficients));
   }
   model.camera = Camera(intrinsics, image_size);
-  model.rectified = !model.camera.distorts();
-  return model;
 }
 
 }  // namespace gms_ransac

@@ -15,11 +15,13 @@ namespace gms_ransac {
 /// A camera and how it was found.
 struct CameraModel {
   Camera camera;
-  std::string source;     ///< of the calibration, for sentences: "the parameters ~camera"
-  bool rectified = true;  ///< the received pixels are free of distortion
-  std::string problem;    ///< why the camera is not calibrated, and what to do; empty when it is
-  std::string doubt;      ///< why the calibration may be that of another camera, and what to do; empty: no reason
-  std::string warning;    ///< how much of the image the calibration does not cover; empty when it covers all of it
+  std::string source;   ///< of the calibration, for sentences: "the parameters ~camera"
+  std::string problem;  ///< why the camera is not calibrated, and what to do; empty when it is
+  std::string doubt;    ///< why the calibration may be that of another camera, and what to do; empty: no reason
+  std::string warning;  ///< how much of the image the calibration does not cover; empty when it covers all of it
+
+  /// The received pixels are free of distortion.
+  bool rectified() const { return !camera.distorts(); }
 };
 
 /// Remembers the last model: camera_info seldom changes, and a table of distortion takes milliseconds.
@@ -31,17 +33,10 @@ class CameraModelSource {
   std::shared_ptr<const CameraModel> get(const sensor_msgs::CameraInfoConstPtr& info, cv::Size image_size);
 
  private:
-  struct Known {
-    bool describes(const sensor_msgs::CameraInfoConstPtr& other, cv::Size other_size) const;
-
-    std::shared_ptr<const CameraModel> model;  ///< null: nothing yet
-    cv::Size size;
-    sensor_msgs::CameraInfoConstPtr info;  ///< null: there was none. Not a copy: its coefficients may be any number
-  };
-
   std::shared_ptr<const CameraModel> makeAndTell(const sensor_msgs::CameraInfo* info, cv::Size image_size);
-  CameraModel make(const sensor_msgs::CameraInfo* info, cv::Size image_size) const;
-  CameraModel fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
+  /// Sets the camera or the problem of the model; throws std::exception with the end of a sentence.
+  void make(const sensor_msgs::CameraInfo* info, cv::Size image_size, CameraModel& model) const;
+  void fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size, CameraModel& model) const;
   bool isRectified(const sensor_msgs::CameraInfo& info) const;
   /// Empty when `info` does not say a size.
   std::string sizeMismatch(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
@@ -53,7 +48,9 @@ class CameraModelSource {
   Rectified input_is_rectified_;
   std::string or_set_;  ///< how sentences end that advise to calibrate, where ~camera may replace camera_info
   std::string image_topic_, info_topic_;
-  Known last_;
+  std::shared_ptr<const CameraModel> model_;  ///< the last one; null: nothing yet
+  cv::Size size_;
+  sensor_msgs::CameraInfoConstPtr info_;  ///< null: there was none. Not a copy: its coefficients may be any number
   Throttle throttle_;
 };
 

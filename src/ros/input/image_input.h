@@ -1,4 +1,4 @@
-// Subscribes to the images and their camera_info, and hands over what belongs together.
+// Subscribes to the images and what belongs to them, and hands over what belongs together.
 #pragma once
 
 #include <functional>
@@ -9,13 +9,8 @@
 #include <vector>
 
 #include <image_transport/image_transport.h>
-#include <image_transport/subscriber_filter.h>
-#include <message_filters/subscriber.h>
-#include <message_filters/sync_policies/exact_time.h>
-#include <message_filters/synchronizer.h>
 #include <ros/node_handle.h>
 
-#include "input/image_pairing.h"
 #include "input/image_with_info.h"
 #include "input/topics.h"
 #include "input/waiting_images.h"
@@ -44,7 +39,7 @@ class ImageInput {
   bool started() const { return started_; }
 
   /// The current one of a pair; what is subscribed to lies below it when ~image_transport is not raw.
-  std::string imageTopic() const { return parameters_.input == InputKind::kPair ? secondTopic() : firstTopic(); }
+  std::string imageTopic() const { return topic(parameters_.input == InputKind::kPair ? 1 : 0); }
   /// Everything subscribed to whose type is known.
   std::vector<InputTopic> inputs() const;
   std::string infoTopic() const { return nh_.resolveName(infoName()); }
@@ -57,45 +52,25 @@ class ImageInput {
   std::string waitingFor(const Topics& published);
 
  private:
-  static constexpr const char* kNames[][2] = {  ///< by InputKind
-      {"image", "depth/image"},
-      {"reference/image", "current/image"},
-      {"left/image", "right/image"}};
-  using ExactPolicy = message_filters::sync_policies::ExactTime<sensor_msgs::Image, sensor_msgs::CameraInfo>;
+  struct ImageStream {
+    const char *name, *transport_parameter;
+    std::string transport;
+  };
 
-  void checkTransport(const std::string& parameter, const std::string& transport) const;
-  void startExact(uint32_t queue, const image_transport::TransportHints& hints);
-  void startTwoImages(uint32_t queue, const image_transport::TransportHints& hints);
-  bool twoImages() const { return parameters_.input != InputKind::kStream || parameters_.scale == ScaleMode::kDepth; }
-  /// The image, the reference of a pair, the left one of two cameras; and what belongs to it.
-  const char* firstName() const { return kNames[static_cast<int>(parameters_.input)][0]; }
-  const char* secondName() const { return kNames[static_cast<int>(parameters_.input)][1]; }
+  static std::vector<ImageStream> streamsOf(const Parameters& parameters);
+  WaitingOptions waitingOptions() const;
+  bool exactInfo() const {
+    return !parameters_.camera.calibrated() && parameters_.camera_info_sync == CameraInfoSync::kExact;
+  }
   const char* infoName() const { return parameters_.input == InputKind::kStereo ? "left/camera_info" : "camera_info"; }
-  std::string firstTopic() const { return nh_.resolveName(firstName()); }
-  std::string secondTopic() const { return nh_.resolveName(secondName()); }
-  /// The name to hand to image_transport.
-  std::string toSubscribe(const std::string& name, const std::string& transport) const;
-  bool exactInfo() const { return needsInfo() && parameters_.camera_info_sync == CameraInfoSync::kExact; }
-  bool needsInfo() const { return !parameters_.camera.calibrated(); }
-  void onImage(const sensor_msgs::ImageConstPtr& image);
-  void onInfo(const sensor_msgs::CameraInfoConstPtr& info);
-  void onPair(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
-  /// One of the two is null.
-  void onUnpaired(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::CameraInfoConstPtr& info);
-  void onFirst(const sensor_msgs::ImageConstPtr& image);
-  void onSecond(const sensor_msgs::ImageConstPtr& image);
-  /// Hands over the pairs that are settled. An image without depth goes alone; half of a pair is dropped.
-  void deliverPairs();
-  std::string nobodyPublishes(const std::string& topic, const char* name, const Topics& published) const;
+  std::string topic(size_t stream) const { return nh_.resolveName(streams_[stream].name); }
+  /// `add` is called, with mutex_ held, for each image of the stream.
+  void subscribe(size_t stream, const std::function<void(const sensor_msgs::ImageConstPtr&)>& add);
+  std::string nobodyPublishes(size_t stream, const std::string& subscribed, const Topics& published) const;
   std::string whyNoImage(const Topics& published) const;
   std::string whyNoPartner(const Topics& published) const;
-  void countImage(const sensor_msgs::ImageConstPtr& image);
-  void deliver(ImageWithInfo input);
-  /// Makes a change, with mutex_ held, after which images may be settled.
-  template <typename Change>
-  void settle(const Change& change);
-  /// Hands over the images that need wait no longer.
-  void deliverSettled();
+  /// Makes a change, with mutex_ held, and hands over the images that need wait no longer.
+  void settle(const std::function<void()>& change);
   /// Called by the timer while images wait for partners, other sensors or tf.
   void lookAgain();
   /// Lets the timer run, or rest; with mutex_ held.
@@ -103,31 +78,21 @@ class ImageInput {
 
   ros::NodeHandle nh_, pnh_;
   image_transport::ImageTransport transport_;
-  Parameters parameters_;
-  Callback callback_;
+  const Parameters parameters_;
+  const std::vector<ImageStream> streams_;  ///< the second: depth, the current one of a pair, or the right camera's
+  const Callback callback_;
   const std::shared_ptr<MotionPriors> priors_;
   bool started_ = false;
-  ros::Subscriber mask_subscriber_, right_info_subscriber_;
-
-  // camera_info_sync: latest
-  image_transport::Subscriber image_subscriber_;
-  ros::Subscriber info_subscriber_;
-  // camera_info_sync: exact
-  image_transport::SubscriberFilter image_filter_;
-  message_filters::Subscriber<sensor_msgs::CameraInfo> info_filter_;
-  std::unique_ptr<message_filters::Synchronizer<ExactPolicy>> synchronizer_;
-  // input: pair or stereo, or scale: depth
-  image_transport::Subscriber second_subscriber_;
+  std::vector<ros::Subscriber> subscribers_;
+  std::vector<image_transport::Subscriber> image_subscribers_;  ///< of each stream
   ros::SteadyTimer look_timer_;
   Throttle throttle_;
 
-  std::mutex mutex_;      ///< guards what follows
-  ImagePairing pairing_;  ///< after the subscribers: a transport's plugin may have to free what it holds
-  WaitingImages waiting_;
+  std::mutex mutex_;            ///< guards what follows
+  WaitingImages waiting_;       ///< after the subscribers: a transport's plugin may have to free what it holds
   bool looking_ = false;        ///< look_timer_ runs
   int images_ = 0, infos_ = 0;  ///< since the last call of waitingFor
-  int complete_ = 0;            ///< delivered since then with all that belongs to them
-  int unpaired_ = 0;            ///< since the start
+  int matched_ = 0;             ///< as WaitingImages::matched() was then
   ros::Time last_image_stamp_, last_info_stamp_;
 };
 

@@ -10,7 +10,7 @@
 #include <Eigen/LU>
 
 #include "gms_ransac/camera.h"
-#include "input/image_pairing.h"
+#include "input/waiting_images.h"
 #include "quantiles.h"
 #include "text.h"
 
@@ -31,7 +31,7 @@ constexpr size_t kSureBesideRows = 50, kMoreBesideRows = 3;
 /// Identity where the model's pixels are those of the rectified camera.
 Eigen::Matrix3d rectification(const CameraModel& model, const sensor_msgs::CameraInfo& info) {
   const double fx = model.camera.intrinsics().fx * std::max(info.binning_x, 1u);
-  const bool is_rectified = model.rectified && std::abs(fx - info.P[0]) <= kSameFocalLength * fx;
+  const bool is_rectified = model.rectified() && std::abs(fx - info.P[0]) <= kSameFocalLength * fx;
   const bool given = info.R[0] != 0 || info.R[1] != 0 || info.R[2] != 0;
   if (is_rectified || !given) return Eigen::Matrix3d::Identity();
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(info.R.data());

@@ -1,42 +1,137 @@
 #include "input/waiting_images.h"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 
 namespace gms_ransac {
 
-void WaitingImages::add(const ImageWithInfo& input, double now) { waiting_.push_back({input, now}); }
+namespace {
 
-void WaitingImages::setCameraInfo(const sensor_msgs::CameraInfoConstPtr& info) { latest_info_ = info; }
+// What is further ahead than this is of another time: left over from before the streams started again.
+constexpr double kSight = 1;  // seconds
+
+template <typename Message>
+double stampOf(const Message& message) {
+  return message->header.stamp.toSec();
+}
+
+/// Adds the newest of a stream, of which the last `most` are kept.
+template <typename Message>
+void keep(const Message& message, size_t most, std::deque<Message>& kept) {
+  // Where the stream goes back, what is ahead of it is from before.
+  const auto ahead = [&](const Message& other) { return stampOf(other) >= stampOf(message); };
+  kept.erase(std::remove_if(kept.begin(), kept.end(), ahead), kept.end());
+  if (kept.size() >= most) kept.pop_front();
+  kept.push_back(message);
+}
+
+/// Sets `message`, where it is not set, to the one of that stamp; returns true if there is one.
+template <typename Message>
+bool takeOfStamp(const ros::Time& stamp, const std::deque<Message>& kept, Message& message) {
+  const auto same = [&](const Message& each) { return each->header.stamp == stamp; };
+  const auto found = std::find_if(kept.begin(), kept.end(), same);
+  if (message || found == kept.end()) return false;
+  message = *found;
+  return true;
+}
+
+}  // namespace
+
+void WaitingImages::add(const sensor_msgs::ImageConstPtr& image, const ros::Time& received, double now) {
+  Waiting waiting{{}, now, options_.second == nullptr};
+  waiting.input.*options_.first = image;
+  waiting.input.received = received;
+  waiting_.push_back(waiting);
+}
+
+void WaitingImages::addSecond(const sensor_msgs::ImageConstPtr& image) { keep(image, options_.capacity, second_); }
+
+void WaitingImages::addCameraInfo(const sensor_msgs::CameraInfoConstPtr& info) {
+  keep(info, options_.info_of_each ? options_.capacity : 1, infos_);
+}
 
 void WaitingImages::addMask(const sensor_msgs::ImageConstPtr& mask) {
-  masks_.push_back(mask);
-  if (masks_.size() > (options_.for_mask ? options_.capacity : 1)) masks_.pop_front();
+  keep(mask, options_.for_mask ? options_.capacity : 1, masks_);
 }
 
 void WaitingImages::clear() {
   waiting_.clear();
+  second_.clear();
   passed_.reset();
+  if (options_.info_of_each) infos_.clear();
   if (options_.for_mask) masks_.clear();
 }
 
 std::vector<ImageWithInfo> WaitingImages::settled(double now) {
   watchSensors(now);
+  collect(now);
   std::vector<ImageWithInfo> ready;
-  while (!waiting_.empty()) {
+  for (; !waiting_.empty() && waiting_.front().paired; waiting_.pop_front()) {
     ImageWithInfo& input = waiting_.front().input;
-    if (lacksCameraInfo(input)) {
-      if (!overdue(now)) break;
+    if (!input.image) continue;  // half of a pair
+    const bool late = overdue(waiting_.begin(), now);
+    if (options_.info_of_each && !input.camera_info) {
+      if (!late && !overtaken(&ImageWithInfo::camera_info)) break;
+      ++unpaired_;
+      continue;
+    }
+    if (lacksCameraInfo()) {
+      if (!late) break;
       gave_up_camera_info_ = true;
     }
     if (waitsForSensors(now)) break;
-    input.mask = maskOf(*input.image);
-    if (options_.for_mask && !input.mask && !masksPassed(input.image->header.stamp) && !overdue(now)) break;
-    if (!input.camera_info) input.camera_info = latest_info_;
+    if (options_.for_mask && !input.mask && !late && !overtaken(&ImageWithInfo::mask)) break;
+    if (!options_.info_of_each && !infos_.empty()) input.camera_info = infos_.back();
+    if (!options_.for_mask && !masks_.empty()) input.mask = masks_.back();
     input.right_info = latest_right_info_;
     ready.push_back(input);
-    waiting_.pop_front();
   }
   return ready;
+}
+
+void WaitingImages::collect(double now) {
+  for (auto image = waiting_.begin(); image != waiting_.end(); ++image) {
+    ImageWithInfo& input = image->input;
+    if (!image->paired) {
+      const auto partner = nearest(image);
+      const bool found = partner != second_.end();
+      // Images of one stream are further apart than the tolerance, so the next one cannot be as near as half of it.
+      const bool near = found && std::abs(stampOf(*partner) - stamp(*image)) <= options_.tolerance / 2;
+      if (!near && !passed(image) && !overdue(image, now)) return;
+      image->paired = true;
+      matched_ += found;
+      if (found) {
+        input.*options_.second = *partner;
+        second_.erase(second_.begin(), std::next(partner));
+      }
+    }
+    if (!input.image) continue;
+    if (options_.info_of_each) matched_ += takeOfStamp(input.image->header.stamp, infos_, input.camera_info);
+    if (options_.for_mask) takeOfStamp(input.image->header.stamp, masks_, input.mask);
+  }
+}
+
+std::deque<sensor_msgs::ImageConstPtr>::iterator WaitingImages::nearest(Iterator image) {
+  auto best = second_.end();
+  double least = options_.tolerance;
+  for (auto candidate = second_.begin(); candidate != second_.end(); ++candidate) {
+    const auto distance = [&](const Waiting& to) { return std::abs(stampOf(*candidate) - stamp(to)); };
+    const double difference = distance(*image);
+    const bool of_another = std::any_of(std::next(image), waiting_.end(),
+                                        [&](const Waiting& later) { return distance(later) < difference; });
+    if (of_another || difference > least) continue;
+    best = candidate;
+    least = difference;
+  }
+  return best;
+}
+
+bool WaitingImages::passed(Iterator image) const {
+  return std::any_of(second_.begin(), second_.end(), [&](const sensor_msgs::ImageConstPtr& each) {
+    const double ahead = stampOf(each) - stamp(*image);
+    return ahead >= 0 && ahead <= kSight;
+  });
 }
 
 bool WaitingImages::waitsForSensors(double now) {
@@ -60,24 +155,21 @@ void WaitingImages::watchSensors(double now) {
   if (reached || late) passed_.reset();
 }
 
-bool WaitingImages::lacksCameraInfo(const ImageWithInfo& input) const {
-  const bool left = options_.for_camera_info && !input.camera_info && !latest_info_;
+bool WaitingImages::lacksCameraInfo() const {
+  const bool left = options_.for_camera_info && infos_.empty();
   return (left || lacksRightInfo()) && !gave_up_camera_info_;
 }
 
-sensor_msgs::ImageConstPtr WaitingImages::maskOf(const sensor_msgs::Image& image) const {
-  if (!options_.for_mask) return masks_.empty() ? nullptr : masks_.back();
-  const auto same = [&](const sensor_msgs::ImageConstPtr& mask) { return mask->header.stamp == image.header.stamp; };
-  const auto found = std::find_if(masks_.begin(), masks_.end(), same);
-  return found == masks_.end() ? nullptr : *found;
+template <typename Message>
+bool WaitingImages::overtaken(Message ImageWithInfo::*what) const {
+  return std::any_of(std::next(waiting_.begin()), waiting_.end(),
+                     [&](const Waiting& later) { return later.input.*what != nullptr; });
 }
 
-bool WaitingImages::masksPassed(const ros::Time& stamp) const {
-  return !masks_.empty() && masks_.back()->header.stamp > stamp;
-}
-
-bool WaitingImages::overdue(double now) const {
-  return waiting_.size() > options_.capacity || now - waiting_.front().since >= options_.patience;
+bool WaitingImages::overdue(Iterator image, double now) const {
+  const bool restarted = stamp(waiting_.back()) < stamp(*image) - kSight;
+  const auto behind = static_cast<size_t>(waiting_.end() - image);  // and it
+  return restarted || behind > options_.capacity || now - image->since >= options_.patience;
 }
 
 }  // namespace gms_ransac

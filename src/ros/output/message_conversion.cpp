@@ -16,7 +16,7 @@ namespace {
 template <typename Message>
 void setCamera(const CameraModel& model, Message& message) {
   const bool calibrated = model.camera.calibrated();
-  message.pixel_space = calibrated && model.rectified ? Message::PIXELS_RECTIFIED : Message::PIXELS_RAW;
+  message.pixel_space = calibrated && model.rectified() ? Message::PIXELS_RECTIFIED : Message::PIXELS_RAW;
   message.K.fill(0);
   if (!calibrated) return;
   const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> K = model.camera.K();

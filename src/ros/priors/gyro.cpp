@@ -19,10 +19,9 @@ double sigma(const GyroSample& sample) {
 /// Least standard deviation of a visual rotation, radians: what is common to pairs, as the lens, is in no covariance.
 constexpr double kVisualFloor = 2e-4;
 
-bool isStill(const StillObservation& observation, const Eigen::Matrix3d& covariance) {
-  const double seconds = observation.to - observation.from;
-  return observation.visual.norm() < GyroBias::kStillRate * seconds ||
-         observation.visual.dot(covariance.inverse() * observation.visual) < kRotationChi2;
+bool isStill(const ComparedRotation& seen, const Eigen::Matrix3d& covariance) {
+  return seen.visual.norm() < GyroBias::kStillRate * (seen.to - seen.from) ||
+         seen.visual.dot(covariance.inverse() * seen.visual) < kRotationChi2;
 }
 
 Eigen::Matrix3d floored(Eigen::Matrix3d covariance) {
@@ -67,38 +66,25 @@ std::string GyroBuffer::integrate(double from, double to, const Eigen::Vector3d&
   return std::string();
 }
 
-void GyroBias::reset() {
-  settled_.bias.setZero();
-  settled_.covariance = kFirstSigma * kFirstSigma * Eigen::Matrix3d::Identity();
-  settled_.stamp = 0;
-  with_pending_ = settled_;
-  pending_.reset();
-  observations_ = 0;
-}
-
-GyroBias::State GyroBias::updated(State state, const StillObservation& observation) {
-  const double seconds = observation.to - observation.from;
-  const double since = state.stamp > 0 ? std::max(0.0, observation.to - state.stamp) : 0;
+GyroBias::State GyroBias::updated(State state, const ComparedRotation& seen) {
+  const double seconds = seen.to - seen.from;
+  const double since = state.stamp > 0 ? std::max(0.0, seen.to - state.stamp) : 0;
   state.covariance += kDrift * kDrift * since * Eigen::Matrix3d::Identity();
-  const Eigen::Matrix3d noise = floored(observation.covariance) / (seconds * seconds);
+  const Eigen::Matrix3d noise = floored(seen.covariance) / (seconds * seconds);
   const Eigen::Matrix3d gain = state.covariance * (state.covariance + noise).inverse();
-  state.bias += gain * ((observation.gyro - observation.visual) / seconds - state.bias);
+  state.bias += gain * ((seen.prior - seen.visual) / seconds - state.bias);
   state.covariance = (Eigen::Matrix3d::Identity() - gain) * state.covariance;
   state.covariance = 0.5 * (state.covariance + state.covariance.transpose().eval());
-  state.stamp = observation.to;
+  state.stamp = seen.to;
   return state;
 }
 
-void GyroBias::add(const StillObservation& observation) {
-  if (!(observation.to > observation.from) || !observation.covariance.allFinite()) return;
-  if (!isStill(observation, floored(observation.covariance))) return;
-  if (pending_ && pending_->from != observation.from) {
-    settled_ = with_pending_;
-    pending_.reset();
-  }
-  observations_ += pending_ ? 0 : 1;
-  pending_ = observation;
-  with_pending_ = updated(settled_, observation);
+void GyroBias::add(const ComparedRotation& seen) {
+  if (!(seen.to > seen.from) || !seen.covariance.allFinite()) return;
+  if (!isStill(seen, floored(seen.covariance))) return;
+  if (last_from_ != seen.from) before_last_ = with_last_;
+  last_from_ = seen.from;
+  with_last_ = updated(before_last_, seen);
 }
 
 }  // namespace gms_ransac

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "priors/rotation_comparison.h"
 #include "priors/sample_buffer.h"
 
 namespace gms_ransac {
@@ -40,27 +41,16 @@ class GyroBuffer : public SampleBuffer<GyroSample> {
   Eigen::Vector3d rateAt(size_t after, double stamp) const;
 };
 
-/// Rotations of gyro and images over one interval, in the axes of the gyro.
-struct StillObservation {
-  double from = 0, to = 0;                               ///< seconds
-  Eigen::Vector3d gyro = Eigen::Vector3d::Zero();        ///< rotation vector, without any bias taken off
-  Eigen::Vector3d visual = Eigen::Vector3d::Zero();      ///< the same of the images
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of their difference, rad^2
-};
-
 /// A Kalman filter on three numbers that drift slowly.
 class GyroBias {
  public:
-  GyroBias() { reset(); }
-  void reset();
-  /// Uses the observation if the images show no rotation: then neither extrinsics nor stamps matter. An
-  /// observation replaces one with the same start, as while the reference is held.
-  void add(const StillObservation& observation);
+  /// `seen`: in the axes of the gyro, its prior without any bias taken off. Used if the images show no rotation: then
+  /// neither extrinsics nor stamps matter. Replaces one with the same start, as while the reference is held.
+  void add(const ComparedRotation& seen);
 
-  const Eigen::Vector3d& bias() const { return with_pending_.bias; }              ///< rad/s
-  const Eigen::Matrix3d& covariance() const { return with_pending_.covariance; }  ///< (rad/s)^2
-  bool known() const { return observations_ > 0; }
-  int observations() const { return observations_; }
+  const Eigen::Vector3d& bias() const { return with_last_.bias; }              ///< rad/s
+  const Eigen::Matrix3d& covariance() const { return with_last_.covariance; }  ///< (rad/s)^2
+  bool known() const { return last_from_.has_value(); }
 
   static constexpr double kStillRate = 0.01;  ///< rad/s below which the images show no rotation: half a degree a second
   static constexpr double kFirstSigma = 0.05;  ///< rad/s, before anything is seen: three degrees a second, a cheap MEMS
@@ -69,15 +59,14 @@ class GyroBias {
 
  private:
   struct State {
-    Eigen::Vector3d bias;
-    Eigen::Matrix3d covariance;
-    double stamp;
+    Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d covariance = kFirstSigma * kFirstSigma * Eigen::Matrix3d::Identity();
+    double stamp = 0;
   };
-  static State updated(State state, const StillObservation& observation);
+  static State updated(State state, const ComparedRotation& seen);
 
-  State settled_, with_pending_;
-  std::optional<StillObservation> pending_;
-  int observations_ = 0;
+  State before_last_, with_last_;
+  std::optional<double> last_from_;  ///< start of the last one that was used
 };
 
 }  // namespace gms_ransac

@@ -1,8 +1,9 @@
 #include "priors/imu_rotation.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
+
+#include <opencv2/core.hpp>
 
 #include "frames.h"
 #include "priors/rotation_vectors.h"
@@ -30,8 +31,6 @@ void ImuRotation::start() {
   subscriber_ = nh_.subscribe("imu", kImuQueue, &ImuRotation::onImu, this, ros::TransportHints().tcpNoDelay());
 }
 
-void ImuRotation::stop() { subscriber_.shutdown(); }
-
 void ImuRotation::onImu(const sensor_msgs::ImuConstPtr& imu) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
@@ -48,7 +47,7 @@ void ImuRotation::onImu(const sensor_msgs::ImuConstPtr& imu) {
   arrived_();
 }
 
-bool ImuRotation::reaches(const std::string& /*camera_frame*/, double stamp) {
+bool ImuRotation::reaches(double stamp) {
   std::lock_guard<std::mutex> lock(mutex_);
   return gyro_.reaches(stamp);
 }
@@ -89,7 +88,7 @@ void ImuRotation::learn(const std::string& camera_frame, double from, double to,
   if (!gyro_.integrate(from, to, Eigen::Vector3d::Zero(), rotation).empty()) return;
   if (!extrinsics(camera_frame, imu_in_camera).empty()) return;
   const Eigen::Matrix3d camera_in_imu = imu_in_camera.transpose();
-  bias_.add({from, to, vectorOf(rotation.R), camera_in_imu * vectorOf(visual.R),
+  bias_.add({from, to, camera_in_imu * vectorOf(visual.R), vectorOf(rotation.R),
              rotation.covariance + camera_in_imu * visual.covariance * imu_in_camera});
 }
 
@@ -97,10 +96,8 @@ std::string ImuRotation::learnt() {
   std::lock_guard<std::mutex> lock(mutex_);
   if (!bias_.known()) return "gyro bias unknown: the camera has not been at rest yet";
   const Eigen::Vector3d sigma = bias_.covariance().diagonal().cwiseSqrt();
-  char text[160];
-  std::snprintf(text, sizeof(text), "gyro bias (%.4f, %.4f, %.4f) rad/s, standard deviation (%.4f, %.4f, %.4f)",
-                bias_.bias().x(), bias_.bias().y(), bias_.bias().z(), sigma.x(), sigma.y(), sigma.z());
-  return text;
+  return cv::format("gyro bias (%.4f, %.4f, %.4f) rad/s, standard deviation (%.4f, %.4f, %.4f)", bias_.bias().x(),
+                    bias_.bias().y(), bias_.bias().z(), sigma.x(), sigma.y(), sigma.z());
 }
 
 }  // namespace gms_ransac

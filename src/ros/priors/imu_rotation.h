@@ -9,25 +9,32 @@
 #include <ros/node_handle.h>
 #include <sensor_msgs/Imu.h>
 
+#include "gms_ransac/relative_pose.h"
 #include "priors/gyro.h"
-#include "priors/rotation_source.h"
 
 namespace gms_ransac {
 
-class ImuRotation : public RotationSource {
+class TfLookup;
+
+/// Times are seconds of the sensor's clock. May be called from any thread, but start and stop.
+class ImuRotation {
  public:
   /// Reads the topic `imu` of `nh`. `imu_frame`: instead of that of the messages; empty: theirs. `arrived` is called
   /// after each message.
   ImuRotation(const ros::NodeHandle& nh, const std::string& imu_frame, std::shared_ptr<TfLookup> tf,
               std::function<void()> arrived);
 
-  void start() override;
-  void stop() override;
-  bool reaches(const std::string& camera_frame, double stamp) override;
-  std::string between(const std::string& camera_frame, double from, double to, RotationPrior& prior) override;
-  bool tellsRates() const override { return true; }
-  void learn(const std::string& camera_frame, double from, double to, const RotationPrior& visual) override;
-  std::string learnt() override;
+  /// Subscribes, and forgets what came before.
+  void start();
+  void stop() { subscriber_.shutdown(); }
+  /// Everything up to this time has arrived.
+  bool reaches(double stamp);
+  /// Rotation of the camera between two times. Returns an empty string, or why it is unknown, as the end of a sentence.
+  std::string between(const std::string& camera_frame, double from, double to, RotationPrior& prior);
+  /// Learns the bias from the rotation that the images show.
+  void learn(const std::string& camera_frame, double from, double to, const RotationPrior& visual);
+  /// Summary of what was learnt, for diagnostics.
+  std::string learnt();
 
  private:
   void onImu(const sensor_msgs::ImuConstPtr& imu);

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include <opencv2/core.hpp>
 
 #include "frames.h"
 #include "priors/imu_rotation.h"
 #include "priors/odometry_input.h"
-#include "priors/rotation_source.h"
 #include "priors/rotation_vectors.h"
 #include "tf_lookup.h"
 
@@ -20,78 +20,89 @@ constexpr double kWheelShare = 0.03, kWheelTick = 0.001;
 // Standard deviation of the direction down, radians: suspension of a robot if tf knows the camera on its base, else a
 // camera held level.
 constexpr double kSpringSigma = 0.02, kLevelSigma = 0.17;
+// Standard deviation of the rotation between two poses: a floor, radians, and a share of the rotation. The covariances
+// of the poses do not give it, as they grow with the way from the start.
+constexpr double kPoseFloor = 0.005, kPoseShare = 0.05;
 
-bool wanted(const Parameters& parameters) {
-  return parameters.rotation_prior != RotationPriorKind::kNone || parameters.scale == ScaleMode::kOdometry ||
-         parameters.scale == ScaleMode::kGround;
-}
-
-std::string offsetText(const TimeOffset& offset, double given) {
-  char text[120];
-  std::snprintf(text, sizeof(text), "%.4f, standard deviation %.4f", given + offset.seconds, offset.sigma);
-  return text;
+RotationPrior priorOf(const Eigen::Matrix3d& R) {
+  const double rotation = kPoseShare * vectorOf(R).norm();
+  RotationPrior prior;
+  prior.R = R;
+  prior.covariance.diagonal().setConstant(kPoseFloor * kPoseFloor + rotation * rotation);
+  return prior;
 }
 
 }  // namespace
 
 std::shared_ptr<MotionPriors> MotionPriors::make(const ros::NodeHandle& nh, const Parameters& parameters) {
-  return wanted(parameters) ? std::make_shared<MotionPriors>(nh, parameters) : nullptr;
+  const bool wanted = parameters.rotation_prior != RotationPriorKind::kNone ||
+                      parameters.scale == ScaleMode::kOdometry || parameters.scale == ScaleMode::kGround;
+  return wanted ? std::make_shared<MotionPriors>(nh, parameters) : nullptr;
 }
 
 MotionPriors::MotionPriors(const ros::NodeHandle& nh, const Parameters& parameters) : parameters_(parameters) {
-  const bool asks_tf = parameters.scale != ScaleMode::kGround || !parameters.base_frame.empty() ||
-                       parameters.rotation_prior != RotationPriorKind::kNone;
+  const RotationPriorKind kind = parameters.rotation_prior;
+  const bool asks_tf =
+      parameters.scale != ScaleMode::kGround || !parameters.base_frame.empty() || kind != RotationPriorKind::kNone;
   if (asks_tf) tf_ = std::make_shared<TfLookup>(nh);
-  if (parameters.scale == ScaleMode::kOdometry || parameters.rotation_prior == RotationPriorKind::kOdom) {
-    odometry_ = std::make_shared<OdometryInput>(nh, tf_, [this] { arrived_(); });
+  const auto arrived = [this] { arrived_(); };
+  if (parameters.scale == ScaleMode::kOdometry || kind == RotationPriorKind::kOdom) {
+    odometry_ = std::make_unique<OdometryInput>(nh, tf_, arrived);
   }
-  source_ = makeSource(nh);
+  if (kind == RotationPriorKind::kImu) imu_ = std::make_unique<ImuRotation>(nh, parameters.imu_frame, tf_, arrived);
 }
 
 MotionPriors::~MotionPriors() = default;
 
-std::unique_ptr<RotationSource> MotionPriors::makeSource(const ros::NodeHandle& nh) {
-  switch (parameters_.rotation_prior) {
-    case RotationPriorKind::kImu:
-      return std::make_unique<ImuRotation>(nh, parameters_.imu_frame, tf_, [this] { arrived_(); });
-    case RotationPriorKind::kTf:
-      return std::make_unique<TfRotation>(parameters_.prior_frame, tf_);
-    case RotationPriorKind::kOdom:
-      return std::make_unique<OdometryRotation>(odometry_);
-    case RotationPriorKind::kNone:
-      break;
-  }
-  return nullptr;
-}
-
 void MotionPriors::start(std::function<void()> arrived) {
   arrived_ = std::move(arrived);
   if (odometry_) odometry_->start();
-  if (source_) source_->start();
+  if (imu_) imu_->start();
 }
 
 void MotionPriors::stop() {
   if (odometry_) odometry_->stop();
-  if (source_) source_->stop();
+  if (imu_) imu_->stop();
 }
 
 bool MotionPriors::reaches(const std_msgs::Header& image) {
   const double stamp = timeOf(image);
-  const double last_row = source_ && source_->tellsRates() ? stamp + 0.5 * readout_ : stamp;
-  if (source_ && !source_->reaches(withoutLeadingSlash(image.frame_id), last_row)) return false;
-  return parameters_.scale != ScaleMode::kOdometry || odometry_->reaches(stamp);
+  if (imu_ && !imu_->reaches(stamp + 0.5 * readout_)) return false;
+  Eigen::Isometry3d unused;
+  const bool by_tf = parameters_.rotation_prior == RotationPriorKind::kTf;
+  if (by_tf && !tf_->get(parameters_.prior_frame, withoutLeadingSlash(image.frame_id), stamp, unused).empty()) {
+    return false;
+  }
+  return !odometry_ || odometry_->reaches(stamp);
+}
+
+std::string MotionPriors::rotationBetween(const std::string& camera_frame, double from, double to,
+                                          RotationPrior& prior) {
+  if (imu_) return imu_->between(camera_frame, from, to, prior);
+  std::string problem;
+  if (parameters_.rotation_prior == RotationPriorKind::kOdom) {
+    OdometryMotion odometry;
+    problem = odometry_->between(camera_frame, from, to, odometry);
+    prior = priorOf(odometry.motion.linear());
+    return problem;
+  }
+  Eigen::Isometry3d start, end;
+  problem = tf_->get(parameters_.prior_frame, camera_frame, from, start);
+  if (problem.empty()) problem = tf_->get(parameters_.prior_frame, camera_frame, to, end);
+  if (problem.empty()) prior = priorOf(start.linear().transpose() * end.linear());
+  return problem;
 }
 
 std::optional<RotationPrior> MotionPriors::rotation(const std_msgs::Header& reference, const std_msgs::Header& current,
                                                     std::string& problem) {
   problem.clear();
   asked_ = {current.frame_id, timeOf(reference), timeOf(current), std::nullopt};
-  if (!source_) return std::nullopt;
+  if (parameters_.rotation_prior == RotationPriorKind::kNone) return std::nullopt;
   RotationPrior prior;
   if (!(asked_.from < asked_.to)) {
     problem = "the reference is not before the current image";
   } else {
-    problem = source_->between(asked_.camera_frame, asked_.from, asked_.to, prior);
+    problem = rotationBetween(asked_.camera_frame, asked_.from, asked_.to, prior);
   }
   if (problem.empty()) {
     problem = fillRates(prior);
@@ -107,11 +118,11 @@ std::optional<RotationPrior> MotionPriors::rotation(const std_msgs::Header& refe
 
 std::string MotionPriors::fillRates(RotationPrior& prior) {
   const double readout = readout_;
-  if (readout == 0 || !source_->tellsRates()) return std::string();
+  if (readout == 0 || !imu_) return std::string();
   const auto rateAt = [&](double stamp, Eigen::Vector3d& rate) {
     RotationPrior over_readout;
     std::string problem =
-        source_->between(asked_.camera_frame, stamp - 0.5 * readout, stamp + 0.5 * readout, over_readout);
+        imu_->between(asked_.camera_frame, stamp - 0.5 * readout, stamp + 0.5 * readout, over_readout);
     if (problem.empty()) rate = vectorOf(over_readout.R) / readout;
     return problem;
   };
@@ -128,7 +139,7 @@ void MotionPriors::learn(const RobustResult& seen) {
   RotationPrior visual;
   visual.R = seen.pose.R;
   visual.covariance = seen.pose.covariance.bottomRightCorner<3, 3>();
-  source_->learn(asked_.camera_frame, asked_.from, asked_.to, visual);
+  if (imu_) imu_->learn(asked_.camera_frame, asked_.from, asked_.to, visual);
   std::lock_guard<std::mutex> lock(mutex_);
   pairs_by_rates_ += seen.row_correction == RowCorrection::kPrior;
   comparison_.add({asked_.from, asked_.to, vectorOf(visual.R), vectorOf(asked_.prior->R),
@@ -179,14 +190,6 @@ GroundPrior MotionPriors::groundPrior(const std::string& camera_frame) {
   return prior;
 }
 
-RotationComparison::RotationBetween MotionPriors::rotationBetween(const std::string& camera_frame) {
-  return [this, camera_frame](double from, double to) -> std::optional<Eigen::Vector3d> {
-    RotationPrior prior;
-    if (!source_->between(camera_frame, from, to, prior).empty()) return std::nullopt;
-    return vectorOf(prior.R);
-  };
-}
-
 PriorReport MotionPriors::report() {
   RotationComparison comparison;
   std::string camera_frame;
@@ -203,20 +206,26 @@ PriorReport MotionPriors::report() {
   report.doubtful = !report.summary.empty();
   if (report.summary.empty())
     report.summary = comparison.pairs() > 0 ? "agrees with the images" : "nothing compared yet";
-  if (!source_) return report;
-  const std::optional<TimeOffset> offset = comparison.timeOffset(rotationBetween(camera_frame));
+  if (parameters_.rotation_prior == RotationPriorKind::kNone) return report;
+  const auto between = [&](double from, double to) -> std::optional<Eigen::Vector3d> {
+    RotationPrior prior;
+    if (!rotationBetween(camera_frame, from, to, prior).empty()) return std::nullopt;
+    return vectorOf(prior.R);
+  };
+  const std::optional<TimeOffset> offset = comparison.timeOffset(between);
   const std::string doubt = comparison.doubt(offset);
   if (!doubt.empty()) {
     report.summary = doubt;
     report.doubtful = true;
   }
-  const std::string learnt = source_->learnt();
-  if (!learnt.empty()) report.values.emplace_back("learnt", learnt);
+  if (imu_) report.values.emplace_back("learnt", imu_->learnt());
   report.values.emplace_back("pairs compared", std::to_string(comparison.pairs()));
   if (readout_ > 0) report.values.emplace_back("pairs corrected for readout", std::to_string(pairs_by_rates));
   report.values.emplace_back("contradicting", std::to_string(std::lround(100 * comparison.contradicting())) + " %");
-  report.values.emplace_back("~image_time_offset (s)", offset ? offsetText(*offset, parameters_.image_time_offset)
-                                                              : "unknown: too little rotation");
+  report.values.emplace_back("~image_time_offset (s)",
+                             offset ? cv::format("%.4f, standard deviation %.4f",
+                                                 parameters_.image_time_offset + offset->seconds, offset->sigma)
+                                    : "unknown: too little rotation");
   return report;
 }
 

@@ -26,8 +26,8 @@ class NodeHandle;
 
 namespace gms_ransac {
 
+class ImuRotation;
 class OdometryInput;
-class RotationSource;
 class TfLookup;
 
 /// For diagnostics.
@@ -87,16 +87,16 @@ class MotionPriors {
   ScaleEstimate lengthOfOdometry(const std::string& camera_frame, double from, double to, const RobustResult& seen,
                                  std::string& problem);
   GroundPrior groundPrior(const std::string& camera_frame);
-  RotationComparison::RotationBetween rotationBetween(const std::string& camera_frame);
-  /// The source of ~rotation_prior; null for none.
-  std::unique_ptr<RotationSource> makeSource(const ros::NodeHandle& nh);
+  /// The answer of ~rotation_prior between two times; may be called from any thread. Returns an empty string, or why it
+  /// is unknown, as the end of a sentence.
+  std::string rotationBetween(const std::string& camera_frame, double from, double to, RotationPrior& prior);
 
   const Parameters parameters_;
   std::atomic<double> readout_{0};
   std::function<void()> arrived_ = [] {};
   std::shared_ptr<TfLookup> tf_;
-  std::shared_ptr<OdometryInput> odometry_;
-  std::unique_ptr<RotationSource> source_;
+  std::unique_ptr<OdometryInput> odometry_;  ///< null: not used
+  std::unique_ptr<ImuRotation> imu_;         ///< null: not used
 
   // Used by the asking thread only.
   Asked asked_;

@@ -99,8 +99,6 @@ void OdometryInput::start() {
       nh_.subscribe("prior_odom", kOdometryQueue, &OdometryInput::onOdometry, this, ros::TransportHints().tcpNoDelay());
 }
 
-void OdometryInput::stop() { subscriber_.shutdown(); }
-
 void OdometryInput::onOdometry(const nav_msgs::OdometryConstPtr& odometry) {
   {
     std::lock_guard<std::mutex> lock(mutex_);

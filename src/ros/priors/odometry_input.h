@@ -53,7 +53,7 @@ class OdometryInput {
   OdometryInput(const ros::NodeHandle& nh, std::shared_ptr<TfLookup> tf, std::function<void()> arrived);
 
   void start();
-  void stop();
+  void stop() { subscriber_.shutdown(); }
   bool reaches(double stamp);
   /// The camera's motion: X_at_start = motion X_at_end, in its optical frame. Returns an empty string, or why there is
   /// none, as the end of a sentence.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -10,6 +9,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <opencv2/core.hpp>
 
 #include "priors/rotation_vectors.h"
 #include "quantiles.h"
@@ -94,15 +94,13 @@ ShiftEquations linearize(const std::deque<ComparedRotation>& compared, const Rot
   return equations;
 }
 
-std::string axisName(int axis, double sign) { return std::string(sign < 0 ? "-" : "") + "xyz"[axis]; }
-
 /// "(x, y, z) of the camera are (x, -z, y)" of what the prior takes for the camera's axes.
 std::string describeAxes(const Matrix3d& axes) {
   std::string text = "(";
   for (int row = 0; row < 3; ++row) {
     int column;
     axes.row(row).cwiseAbs().maxCoeff(&column);
-    text += axisName(column, axes(row, column)) + (row < 2 ? ", " : ")");
+    text += std::string(axes(row, column) < 0 ? "-" : "") + "xyz"[column] + (row < 2 ? ", " : ")");
   }
   return text;
 }
@@ -120,13 +118,6 @@ std::vector<Matrix3d> signedPermutations() {
   // Among equal explanations the smallest change is the likeliest mistake.
   std::stable_sort(all.begin(), all.end(), [](const Matrix3d& a, const Matrix3d& b) { return a.trace() > b.trace(); });
   return all;
-}
-
-template <typename... Values>
-std::string formatted(const char* format, Values... values) {
-  char text[512];
-  std::snprintf(text, sizeof(text), format, values...);
-  return text;
 }
 
 }  // namespace
@@ -200,20 +191,14 @@ RotationComparison::Axes RotationComparison::bestRotation() const {
   return {R, contradicting(R)};
 }
 
-double RotationComparison::usualRotation() const {
-  std::vector<double> angles;
-  for (const ComparedRotation& pair : compared_) angles.push_back(pair.visual.norm());
-  return quantilesOf(std::move(angles)).median;
-}
-
 std::string RotationComparison::doubt(const std::optional<TimeOffset>& offset) const {
   if (compared_.size() < kFewest) return std::string();
   const double share = contradicting();
   if (share <= kDoubtful) return std::string();
-  const std::string what = formatted("the rotation prior contradicts the images in %.0f %% of the last %zu pairs",
-                                     100 * share, compared_.size());
+  const std::string what = cv::format("the rotation prior contradicts the images in %.0f %% of the last %zu pairs",
+                                      100 * share, compared_.size());
   if (offset && offset->explains) {
-    return what + formatted(
+    return what + cv::format(
                       ": a time offset explains it; add %+.4f s (standard deviation %.4f s) to "
                       "~image_time_offset",
                       offset->seconds, offset->sigma);
@@ -226,15 +211,17 @@ std::string RotationComparison::doubt(const std::optional<TimeOffset>& offset) c
   const Axes rotation = bestRotation();
   if (rotation.contradicting <= kExplained) {
     const Vector3d degrees = vectorOf(rotation.matrix) / kDegree;
-    return what + formatted(
-                      ": its extrinsics explain it; rotated by (%.1f, %.1f, %.1f) degrees about the camera's x, y "
-                      "and z it would agree; correct the tf from the camera's optical frame to the sensor",
+    return what + cv::format(
+                      ": its extrinsics explain it; rotated by (%.1f, %.1f, %.1f) degrees about the camera's x, "
+                      "y and z it would agree; correct the tf from the camera's optical frame to the sensor",
                       degrees.x(), degrees.y(), degrees.z());
   }
-  return what + formatted(
+  std::vector<double> angles;
+  for (const ComparedRotation& pair : compared_) angles.push_back(pair.visual.norm());
+  return what + cv::format(
                     " (of %.2f degrees usually); neither axes, extrinsics nor a time offset explain it: check "
                     "that the sensor is on the camera's body, its units (radians), and the camera's calibration",
-                    usualRotation() / kDegree);
+                    quantilesOf(std::move(angles)).median / kDegree);
 }
 
 }  // namespace gms_ransac

@@ -11,7 +11,7 @@
 
 namespace gms_ransac {
 
-/// One pair, in the axes of the reference camera.
+/// One pair, in the axes of the reference camera or of the other sensor.
 struct ComparedRotation {
   double from = 0, to = 0;                               ///< seconds, on the clock of the other sensor
   Eigen::Vector3d visual = Eigen::Vector3d::Zero();      ///< rotation vector of X_reference = R X_current
@@ -37,7 +37,6 @@ class RotationComparison {
 
   /// Adds a pair; it replaces one with the same start, as while the reference is held.
   void add(const ComparedRotation& pair);
-  void reset() { compared_.clear(); }
   size_t pairs() const { return compared_.size(); }
   /// Share of the pairs whose Mahalanobis distance chance would bring once in a hundred.
   double contradicting() const;
@@ -58,7 +57,6 @@ class RotationComparison {
   Axes bestAxes() const;
   /// The rotation that leaves the smallest weighted differences (Kabsch 1976).
   Axes bestRotation() const;
-  double usualRotation() const;
 
   std::deque<ComparedRotation> compared_;
 };

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <vector>
+
+#include <opencv2/core.hpp>
 
 #include "quantiles.h"
 
@@ -23,13 +24,11 @@ double WheelCheck::usual() const {
 
 std::string WheelCheck::problem(const Eigen::Vector3d& travelled, const RobustResult& seen) {
   const double length = travelled.norm(), parallax = seen.median_parallax_px;
-  char text[200] = "";
   if (seen.translation_observable && length < kStanding) {
-    std::snprintf(text, sizeof(text),
-                  "by the odometry the camera stood (%.4f m), by the images it moved (%.1f px of parallax): the wheels "
-                  "slip, or the odometry is late",
-                  length, parallax);
-    return text;
+    return cv::format(
+        "by the odometry the camera stood (%.4f m), by the images it moved (%.1f px of parallax): the "
+        "wheels slip, or the odometry is late",
+        length, parallax);
   }
   const double expected = length * usual();
   const double noise = kNoiseSigmas * seen.sigma_px;
@@ -39,22 +38,17 @@ std::string WheelCheck::problem(const Eigen::Vector3d& travelled, const RobustRe
   if (length >= kStanding) usual_.push_back(parallax / length);
   if (usual_.size() > kPairs) usual_.pop_front();
   if (too_little || too_much) {
-    std::snprintf(
-        text, sizeof(text),
-        "by the odometry the camera moved %.3f m, which usually gives %.1f px of parallax, but the images have "
-        "%.1f px: the wheels slip",
+    return cv::format(
+        "by the odometry the camera moved %.3f m, which usually gives %.1f px of parallax, but the "
+        "images have %.1f px: the wheels slip",
         length, expected, parallax);
-    return text;
   }
-  if (seen.translation_observable && travelled.dot(seen.pose.t) < kOtherWay * length * seen.pose.t.norm()) {
-    std::snprintf(text, sizeof(text),
-                  "the camera's direction by the odometry is %.0f degrees from that by the images: correct the tf from "
-                  "the body of the odometry to the camera",
-                  std::acos(std::clamp(travelled.dot(seen.pose.t) / (length * seen.pose.t.norm()), -1.0, 1.0)) * 180 /
-                      3.14159265358979323846);
-    return text;
-  }
-  return std::string();
+  const double cosine = travelled.dot(seen.pose.t) / (length * seen.pose.t.norm());
+  if (!seen.translation_observable || !(cosine < kOtherWay)) return std::string();
+  return cv::format(
+      "the camera's direction by the odometry is %.0f degrees from that by the images: correct the tf "
+      "from the body of the odometry to the camera",
+      std::acos(std::max(cosine, -1.0)) * 180 / CV_PI);
 }
 
 }  // namespace gms_ransac

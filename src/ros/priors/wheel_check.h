@@ -20,7 +20,6 @@ class WheelCheck {
   /// `travelled`: the camera's translation by the odometry, metres, in the reference camera's frame. Returns why its
   /// length is not to be used, as the end of a sentence; empty: it is.
   std::string problem(const Eigen::Vector3d& travelled, const RobustResult& seen);
-  void reset() { usual_.clear(); }
 
  private:
   /// Pixels of parallax for a metre; 0: not known.

@@ -1,66 +1,45 @@
 // ~mask_file is the file of an image, or the node does not start and says so.
 #include "input/mask_source.h"
 
-#include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "scratch_folder.h"
+
 namespace gms_ransac {
 namespace {
 
-namespace fs = std::filesystem;
+MaskSource sourceOf(const std::string& file) {
+  Parameters parameters;
+  parameters.mask_file = file;
+  return MaskSource(parameters);
+}
 
-class MaskSourceTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / ("gms_ransac_mask_" + std::string(info->name()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
+TEST(MaskSource, ReadsAnImageFile) {
+  const ScratchFolder folder;
+  cv::imwrite(folder.path("mask.png"), cv::Mat(8, 8, CV_8UC1, cv::Scalar(255)));
+  cv::Mat mask;
+  EXPECT_EQ(sourceOf(folder.path("mask.png")).get(nullptr, {64, 64}, mask), "");
+  EXPECT_EQ(mask.size(), cv::Size(64, 64));
+}
 
-  static void expectRefused(const std::string& path) {
-    Parameters parameters;
-    parameters.mask_file = path;
+TEST(MaskSource, ReadsNoPipeNoDeviceAndNoImageThatClaimsToBeTooLarge) {
+  const ScratchFolder folder;
+  ASSERT_EQ(mkfifo(folder.path("pipe.png").c_str(), 0600), 0);
+  // A portable grey map of 2^31 - 1 pixels a side, as its header has it.
+  folder.write("mask.pgm", "P5 2147483647 2147483647 255\n");
+  for (const std::string& path :
+       {folder.path("pipe.png"), folder.path("mask.pgm"), folder.path(), std::string("/dev/zero")}) {
     try {
-      MaskSource source(parameters);
+      sourceOf(path);
       ADD_FAILURE() << path << " was read";
     } catch (const std::invalid_argument& error) {
       EXPECT_NE(std::string(error.what()).find("~mask_file is '" + path + "'"), std::string::npos) << error.what();
     }
   }
-
-  fs::path folder_;
-};
-
-TEST_F(MaskSourceTest, ReadsAnImageFile) {
-  const std::string path = (folder_ / "mask.png").string();
-  cv::imwrite(path, cv::Mat(8, 8, CV_8UC1, cv::Scalar(255)));
-  Parameters parameters;
-  parameters.mask_file = path;
-  cv::Mat mask;
-  EXPECT_EQ(MaskSource(parameters).get(nullptr, {64, 64}, mask), "");
-  EXPECT_EQ(mask.size(), cv::Size(64, 64));
-}
-
-TEST_F(MaskSourceTest, WaitsForNoPipeAndReadsNoDevice) {
-  const std::string pipe = (folder_ / "mask.png").string();
-  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  expectRefused(pipe);
-  expectRefused("/dev/zero");
-  expectRefused(folder_.string());
-}
-
-TEST_F(MaskSourceTest, RefusesAnImageThatClaimsToBeTooLarge) {
-  // A portable grey map of 2^31 - 1 pixels a side, as its header has it.
-  const std::string path = (folder_ / "mask.pgm").string();
-  std::ofstream(path) << "P5 2147483647 2147483647 255\n";
-  expectRefused(path);
 }
 
 }  // namespace

@@ -1,6 +1,9 @@
 // Stamps and clocks that jump.
 #include "input/stamp_watch.h"
 
+#include <string>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace gms_ransac {
@@ -8,41 +11,38 @@ namespace {
 
 constexpr double kGap = 1.0;
 
-TEST(StampWatch, OrdinaryStream) {
-  StampWatch watch;
-  EXPECT_EQ(watch.judge(10.0, 10.05, kGap), StampVerdict::kFirst);
-  EXPECT_EQ(watch.judge(10.1, 10.15, kGap), StampVerdict::kInOrder);
-  EXPECT_EQ(watch.judge(11.1, 11.15, kGap), StampVerdict::kInOrder);
-}
-
-TEST(StampWatch, LateImagesAreDroppedWithoutMovingTheWatch) {
-  StampWatch watch;
-  watch.judge(10.0, 10.05, kGap);
-  watch.judge(10.2, 10.25, kGap);
-  EXPECT_EQ(watch.judge(10.1, 10.26, kGap), StampVerdict::kOutOfOrder);
-  EXPECT_EQ(watch.judge(10.2, 10.27, kGap), StampVerdict::kOutOfOrder) << "the same stamp twice";
-  EXPECT_EQ(watch.judge(10.3, 10.35, kGap), StampVerdict::kInOrder);
-}
-
-TEST(StampWatch, Gap) {
-  StampWatch watch;
-  watch.judge(10.0, 10.05, kGap);
-  EXPECT_EQ(watch.judge(11.01, 11.05, kGap), StampVerdict::kGap);
-  EXPECT_EQ(watch.judge(11.11, 11.15, kGap), StampVerdict::kInOrder);
-}
-
-TEST(StampWatch, BagLoopedUnderWallTime) {
-  StampWatch watch;
-  watch.judge(100.0, 5000.0, kGap);
-  EXPECT_EQ(watch.judge(10.0, 5000.1, kGap), StampVerdict::kJumpedBack);
-  EXPECT_EQ(watch.judge(10.1, 5000.2, kGap), StampVerdict::kInOrder);
-}
-
-TEST(StampWatch, SimulatedClockRestarted) {
-  StampWatch watch;
-  watch.judge(100.0, 100.0, kGap);
-  EXPECT_EQ(watch.judge(99.9, 99.9, kGap), StampVerdict::kClockReset) << "even a small step, if the clock made it";
-  EXPECT_EQ(watch.judge(100.0, 100.0, kGap), StampVerdict::kInOrder);
+TEST(StampWatch, JudgesByStampAndClock) {
+  using V = StampVerdict;
+  struct Image {
+    double stamp, now;
+    StampVerdict verdict;
+  };
+  const struct {
+    std::string what;
+    std::vector<Image> images;
+  } rows[] = {{"in order", {{10, 10.05, V::kFirst}, {10.1, 10.15, V::kInOrder}, {11.1, 11.15, V::kInOrder}}},
+              {"late images are dropped without moving the watch",
+               {{10, 10.05, V::kFirst},
+                {10.2, 10.25, V::kInOrder},
+                {10.1, 10.26, V::kOutOfOrder},
+                {10.2, 10.27, V::kOutOfOrder},
+                {10.3, 10.35, V::kInOrder}}},
+              {"a gap", {{10, 10.05, V::kFirst}, {11.01, 11.05, V::kGap}, {11.11, 11.15, V::kInOrder}}},
+              {"a bag looped under wall time",
+               {{100, 5000, V::kFirst}, {10, 5000.1, V::kJumpedBack}, {10.1, 5000.2, V::kInOrder}}},
+              {"the simulated clock restarted, even by a small step",
+               {{100, 100, V::kFirst}, {99.9, 99.9, V::kClockReset}, {100, 100, V::kInOrder}}},
+              {"a clock set back under a stream in order restarts nothing",
+               {{100, 100.05, V::kFirst},
+                {100.1, 99.9, V::kInOrder},
+                {100.2, 100.25, V::kInOrder},
+                {100.15, 100.3, V::kOutOfOrder}}}};
+  for (const auto& row : rows) {
+    StampWatch watch;
+    for (const Image& image : row.images) {
+      EXPECT_EQ(watch.judge(image.stamp, image.now, kGap), image.verdict) << row.what << ", " << image.stamp;
+    }
+  }
 }
 
 TEST(StampWatch, OneRestartALoopWhateverComesFirst) {
@@ -73,14 +73,6 @@ TEST(StampWatch, OneRestartALoopWhateverComesFirst) {
       }
     }
   }
-}
-
-TEST(StampWatch, AClockSetBackUnderAStreamInOrderRestartsNothing) {
-  StampWatch watch;
-  watch.judge(100.0, 100.05, kGap);
-  EXPECT_EQ(watch.judge(100.1, 99.9, kGap), StampVerdict::kInOrder);
-  EXPECT_EQ(watch.judge(100.2, 100.25, kGap), StampVerdict::kInOrder);
-  EXPECT_EQ(watch.judge(100.15, 100.3, kGap), StampVerdict::kOutOfOrder);
 }
 
 }  // namespace

@@ -14,7 +14,9 @@
 
 #include "output/stereo_feature_stream.h"
 #include "processor_stream.h"
+#include "quantiles.h"
 #include "rendered_scene.h"
+#include "says.h"
 #include "scenes/scene.h"
 
 namespace gms_ransac {
@@ -82,10 +84,7 @@ Parameters stereo() {
   return parameters;
 }
 
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
+double median(const std::vector<double>& values) { return quantilesOf(values).median; }
 
 double nees(const RelativePose& pose, const RelativePose& truth) {
   Eigen::Matrix<double, 6, 1> error;
@@ -214,44 +213,41 @@ TEST(StereoFeatures, OfImagesThatTheCalibrationRectifies) {
 
 TEST(StereoDepth, SaysWhatIsMissing) {
   const StereoRoom room;
-  FrameProcessor processor(stereo(), "left/image", "left/camera_info");
-  processor.setOptions(ProcessorOptions());
+  const auto bent = room.info(kBaseline), uncalibrated = room.info(kBaseline);
+  bent->D[0] = 0.1;
+  bent->R[0] = 2;
+  uncalibrated->K.fill(0);
+  uncalibrated->P.fill(0);
   const ImageWithInfo seen = room.input(0);
-  int images = 0;
-  const auto problem = [&](auto&& spoil) {
+  ImageWithInfo without_right = seen, without_info = seen, of_other_size = seen;
+  without_right.right.reset();
+  without_info.right_info.reset();
+  of_other_size.right = imageMessage(cv::Mat::zeros(240, 320, CV_8UC1), 100);
+  const auto with = [&](const sensor_msgs::CameraInfoPtr& right_info) {
     ImageWithInfo input = seen;
-    spoil(input);
-    auto image = boost::make_shared<sensor_msgs::Image>(*input.image);
-    image->header.stamp = ros::Time(200 + 0.1 * ++images);
-    input.image = image;
-    return processor.prepare(input)->depth_problem;
+    input.right_info = right_info;
+    return input;
   };
-  EXPECT_NE(problem([](ImageWithInfo& i) { i.right.reset(); }).find("no image on right/image has its stamp"),
-            std::string::npos);
-  EXPECT_NE(problem([](ImageWithInfo& i) { i.right_info.reset(); }).find("right/camera_info"), std::string::npos);
-  EXPECT_NE(problem([&](ImageWithInfo& i) { i.right_info = room.info(0); }).find("no distance between"),
-            std::string::npos);
-  EXPECT_NE(problem([&](ImageWithInfo& i) { i.right_info = room.info(-0.1); }).find("exchanged"), std::string::npos);
-  EXPECT_NE(problem([&](ImageWithInfo& i) {
-              auto bent = room.info(kBaseline);
-              bent->D[0] = 0.1;
-              bent->R[0] = 2;
-              i.right_info = bent;
-            }).find("no rotation"),
-            std::string::npos);
-  EXPECT_NE(problem([&](ImageWithInfo& i) {
-              i.right = imageMessage(cv::Mat::zeros(240, 320, CV_8UC1), 100);
-            }).find("the left image is 640x480, that on right/image 320x240"),
-            std::string::npos);
-  const std::string uncalibrated = problem([&](ImageWithInfo& i) {
-    auto info = room.info(kBaseline);
-    info->K.fill(0);
-    info->P.fill(0);
-    i.right_info = info;
-  });
-  EXPECT_NE(uncalibrated.find("right/camera_info is not calibrated"), std::string::npos) << uncalibrated;
-  EXPECT_EQ(uncalibrated.find("~camera"), std::string::npos) << "it describes one camera, and is refused";
-  EXPECT_EQ(problem([](ImageWithInfo&) {}), "");
+  const struct {
+    ImageWithInfo input;
+    std::vector<std::string> words;
+  } rows[] = {
+      {without_right, {"no image on right/image has its stamp"}},
+      {without_info, {"right/camera_info"}},
+      {with(room.info(0)), {"no distance between"}},
+      {with(room.info(-0.1)), {"exchanged"}},
+      {with(bent), {"no rotation"}},
+      {of_other_size, {"the left image is 640x480, that on right/image 320x240"}},
+      // ~camera describes one camera, and is refused: no word of it.
+      {with(uncalibrated), {"right/camera_info is not calibrated (fx is 0 in K and in P); calibrate the camera"}},
+      {seen, {}}};
+  for (const auto& row : rows) {
+    FrameProcessor processor(stereo(), "left/image", "left/camera_info");
+    processor.setOptions(ProcessorOptions());
+    const std::string problem = processor.prepare(row.input)->depth_problem;
+    EXPECT_TRUE(says(problem, row.words));
+    EXPECT_EQ(problem.find("~camera"), std::string::npos);
+  }
 }
 
 TEST(StereoDepth, SaysThatImagesAreNotRectified) {
@@ -266,9 +262,8 @@ TEST(StereoDepth, SaysThatImagesAreNotRectified) {
   input.right = imageMessage(lower, 100);
   FrameProcessor processor(stereo(), "left/image", "left/camera_info");
   processor.setOptions(ProcessorOptions());
-  const std::string problem = processor.prepare(input)->depth_problem;
-  EXPECT_NE(problem.find("px above or below their rows on right/image: rectify both images"), std::string::npos)
-      << problem;
+  EXPECT_TRUE(says(processor.prepare(input)->depth_problem,
+                   {"px above or below their rows on right/image: rectify both images"}));
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <fstream>
-#include <regex>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -18,6 +17,7 @@
 #include "priors/rotation_vectors.h"
 #include "priors/wheel_check.h"
 #include "random.h"
+#include "says.h"
 #include "scenes/two_view_scene.h"
 #include "shared_data.h"
 #include "stream/publishable_pose.h"
@@ -44,11 +44,11 @@ Matrix3d rotationBetween(double from, double to) {
   return R;
 }
 
-GyroBuffer gyroOf(double seconds, const Vector3d& bias = Vector3d::Zero(), double delay = 0) {
+GyroBuffer gyroOf(double seconds, const Vector3d& bias = Vector3d::Zero(), double delay = 0, double amount = 1) {
   GyroBuffer gyro;
   for (int i = 0; i < seconds * kGyroRate; ++i) {
     const double stamp = i / kGyroRate;
-    gyro.add({stamp + delay, rateOf(stamp) + bias, 1e-6});
+    gyro.add({stamp + delay, amount * rateOf(stamp) + bias, 1e-6});
   }
   return gyro;
 }
@@ -93,15 +93,8 @@ TEST(GyroBuffer, LeavesOutWhatIsLateAndStartsAnewWhereTheStreamDoes) {
   EXPECT_TRUE(gyro.reaches(0.2));
 }
 
-StillObservation observation(double from, double to, const Vector3d& gyro_rate, const Vector3d& visual_rate,
-                             double sigma = 5e-4) {
-  StillObservation seen;
-  seen.from = from;
-  seen.to = to;
-  seen.gyro = (to - from) * gyro_rate;
-  seen.visual = (to - from) * visual_rate;
-  seen.covariance = sigma * sigma * Matrix3d::Identity();
-  return seen;
+ComparedRotation observation(double from, double to, const Vector3d& gyro_rate, const Vector3d& visual_rate) {
+  return {from, to, (to - from) * visual_rate, (to - from) * gyro_rate, 25e-8 * Matrix3d::Identity()};
 }
 
 TEST(GyroBias, IsFoundAtRest) {
@@ -132,7 +125,6 @@ TEST(GyroBias, CountsAHeldReferenceOnce) {
   GyroBias held, once;
   for (int i = 1; i <= 30; ++i) held.add(observation(0, i * kFrame, {0.01, 0, 0}, Vector3d::Zero()));
   once.add(observation(0, 30 * kFrame, {0.01, 0, 0}, Vector3d::Zero()));
-  EXPECT_EQ(held.observations(), 1);
   EXPECT_LT((held.covariance() - once.covariance()).norm(), 1e-12);
   EXPECT_LT((held.bias() - once.bias()).norm(), 1e-12);
 }
@@ -146,11 +138,7 @@ struct Seen {
   /// `axes`: what the gyro's axes are taken for.
   explicit Seen(const Matrix3d& axes, double delay = 0, const Vector3d& bias = Vector3d::Zero(), double amount = 1,
                 double seconds = 4)
-      : gyro_axes(axes) {
-    for (int i = 0; i < (seconds + 1) * kGyroRate; ++i) {
-      const double stamp = i / kGyroRate;
-      gyro.add({stamp + delay, amount * rateOf(stamp) + bias, 1e-6});
-    }
+      : gyro(gyroOf(seconds + 1, bias, delay, amount)), gyro_axes(axes) {
     Random random(7);
     for (double from = 0.4; from + kFrame < seconds; from += kFrame) {
       const Vector3d noise(gaussian(random), gaussian(random), gaussian(random));
@@ -178,53 +166,41 @@ TEST(RotationComparison, SaysNothingWhereBothAgree) {
 }
 
 TEST(RotationComparison, FindsTheTimeOffset) {
-  for (const double delay : {-0.12, -0.013, 0.004, 0.03, 0.15}) {
-    const Seen seen(Matrix3d::Identity(), delay);
-    const auto offset = seen.offset();
-    ASSERT_TRUE(offset) << delay;
-    EXPECT_NEAR(offset->seconds, delay, 4 * offset->sigma + 1e-4) << delay;
-    EXPECT_LT(offset->sigma, 0.002);
-    EXPECT_TRUE(offset->explains);
-    if (std::abs(delay) > 0.02) {
-      EXPECT_NE(seen.doubt().find("time offset"), std::string::npos) << seen.doubt();
+  for (const Vector3d& bias : {Vector3d(0, 0, 0), Vector3d(0.05, -0.03, 0.02)}) {
+    for (const double delay : {-0.12, -0.013, 0.004, 0.03, 0.15}) {
+      const Seen seen(Matrix3d::Identity(), delay, bias);
+      const auto offset = seen.offset();
+      ASSERT_TRUE(offset) << delay;
+      EXPECT_NEAR(offset->seconds, delay, 4 * offset->sigma + 1e-4) << delay;
+      EXPECT_LT(offset->sigma, 0.002);
+      EXPECT_TRUE(offset->explains);
+      if (std::abs(delay) < 0.02) continue;
+      EXPECT_TRUE(says(seen.doubt(), {"time offset"}));
     }
   }
 }
 
-TEST(RotationComparison, FindsTheTimeOffsetBesideABias) {
-  const Seen seen(Matrix3d::Identity(), 0.03, {0.05, -0.03, 0.02});
-  ASSERT_TRUE(seen.offset());
-  EXPECT_NEAR(seen.offset()->seconds, 0.03, 4 * seen.offset()->sigma);
-}
-
-TEST(RotationComparison, NamesTheAxes) {
+TEST(RotationComparison, SaysWhatExplainsAContradiction) {
   Matrix3d axes;
   axes << 0, 0, 1, -1, 0, 0, 0, -1, 0;  // the gyro's x ahead, y left, z up taken for the camera's x, y, z
-  const Seen seen(axes);
-  EXPECT_NE(seen.doubt().find("axes explain it"), std::string::npos) << seen.doubt();
-  // The camera's x by tf is its z: camera x = -(its y by tf).
-  EXPECT_NE(seen.doubt().find("(-y, -z, x)"), std::string::npos) << seen.doubt();
+  const struct {
+    Matrix3d axes;
+    std::vector<std::string> words;
+  } rows[] = {// The camera's x by tf is its z: camera x = -(its y by tf).
+              {axes, {"axes explain it", "(-y, -z, x)"}},
+              // 0.4 rad are 22.9 degrees.
+              {rotationBy({0, 0, 0.4}), {"extrinsics explain it", ", -23."}},
+              {57.3 * Matrix3d::Identity(), {"neither"}}};
+  for (const auto& row : rows) EXPECT_TRUE(says(Seen(row.axes).doubt(), row.words));
 }
 
-TEST(RotationComparison, NamesExtrinsicsThatAreRotated) {
-  const Seen seen(rotationBy({0, 0, 0.4}));
-  EXPECT_NE(seen.doubt().find("extrinsics explain it"), std::string::npos) << seen.doubt();
-  // 0.4 rad are 22.9 degrees.
-  EXPECT_TRUE(std::regex_search(seen.doubt(), std::regex("-2[23]\\.[0-9]\\) degrees"))) << seen.doubt();
-}
-
-TEST(RotationComparison, SaysSoWhereNothingExplainsIt) {
-  const Seen degrees(57.3 * Matrix3d::Identity());
-  EXPECT_NE(degrees.doubt().find("neither"), std::string::npos) << degrees.doubt();
-}
-
-TEST(RotationComparison, GivesNoOffsetWithoutRotation) {
-  const Seen still(Matrix3d::Identity(), 0.03, Vector3d::Zero(), 1e-3);
-  EXPECT_FALSE(still.offset());
-  EXPECT_EQ(still.doubt(), "");
-  const Seen early(Matrix3d::Identity(), 0.1, Vector3d::Zero(), 1, 1);
-  EXPECT_FALSE(early.offset());
-  EXPECT_EQ(early.doubt(), "");
+TEST(RotationComparison, GivesNoOffsetWithoutRotationOrPairs) {
+  const Seen still(Matrix3d::Identity(), 0.03, Vector3d::Zero(), 1e-3),
+      early(Matrix3d::Identity(), 0.1, Vector3d::Zero(), 1, 1);
+  for (const Seen* seen : {&still, &early}) {
+    EXPECT_FALSE(seen->offset());
+    EXPECT_EQ(seen->doubt(), "");
+  }
 }
 
 OdometrySample wheels(double stamp, const Vector3d& position, double yaw, const Vector3d& velocity, double yaw_rate) {
@@ -267,34 +243,24 @@ RobustResult seenWith(double parallax, bool observable = true) {
   return seen;
 }
 
-TEST(WheelCheck, BelievesWheelsThatRoll) {
+TEST(WheelCheck, BelievesWheelsThatRollAndGetsUsedToAnotherDepth) {
   WheelCheck check;
   for (int i = 0; i < 40; ++i) {
     const double length = 0.05 + 0.001 * i;
-    EXPECT_EQ(check.problem({0, 0, length}, seenWith(100 * length)), "") << i;
+    EXPECT_EQ(check.problem({0, 0, length}, seenWith(400 * length)), "") << i;
   }
-}
-
-TEST(WheelCheck, NoticesWheelsThatStandOrSpin) {
-  WheelCheck check;
-  EXPECT_NE(check.problem({0, 0, 0}, seenWith(5)).find("slip"), std::string::npos);
-  for (int i = 0; i < 20; ++i) check.problem({0, 0, 0.05}, seenWith(5));
-  EXPECT_NE(check.problem({0, 0, 0.05}, seenWith(0.2, false)).find("slip"), std::string::npos)
-      << "spinning on the spot";
-  EXPECT_NE(check.problem({0, 0, 0.01}, seenWith(20)).find("slip"), std::string::npos) << "sliding";
-  EXPECT_EQ(check.problem({0, 0, 0.05}, seenWith(6)), "");
-}
-
-TEST(WheelCheck, NoticesAnotherDirection) {
-  WheelCheck check;
-  EXPECT_NE(check.problem({0, 0, -0.05}, seenWith(5)).find("180 degrees"), std::string::npos);
-}
-
-TEST(WheelCheck, GetsUsedToAnotherDepth) {
-  WheelCheck check;
-  for (int i = 0; i < 30; ++i) check.problem({0, 0, 0.05}, seenWith(20));
   for (int i = 0; i < 30; ++i) check.problem({0, 0, 0.05}, seenWith(2));
   EXPECT_EQ(check.problem({0, 0, 0.05}, seenWith(2)), "");
+}
+
+TEST(WheelCheck, NoticesWheelsThatStandSpinSlideOrGoElsewhere) {
+  WheelCheck check;
+  EXPECT_TRUE(says(check.problem({0, 0, 0}, seenWith(5)), {"slip"}));
+  EXPECT_TRUE(says(check.problem({0, 0, -0.05}, seenWith(5)), {"180 degrees"}));
+  for (int i = 0; i < 20; ++i) check.problem({0, 0, 0.05}, seenWith(5));
+  EXPECT_TRUE(says(check.problem({0, 0, 0.05}, seenWith(0.2, false)), {"slip"})) << "spinning on the spot";
+  EXPECT_TRUE(says(check.problem({0, 0, 0.01}, seenWith(20)), {"slip"})) << "sliding";
+  EXPECT_EQ(check.problem({0, 0, 0.05}, seenWith(6)), "");
 }
 
 /// EuRoC V1_01 from its start: a vehicle that stands still, its images and its gyro.
@@ -359,7 +325,7 @@ TEST_F(StandingStill, FindsTheBiasAndDoesNotDrift) {
     const RelativePose& pose = result.robust.pose;
     GyroRotation rotation;
     if (gyro_.integrate(reference_stamp, frames[i].stamp, Vector3d::Zero(), rotation).empty()) {
-      bias.add({reference_stamp, frames[i].stamp, vectorOf(rotation.R), camera_in_imu_ * vectorOf(pose.R),
+      bias.add({reference_stamp, frames[i].stamp, camera_in_imu_ * vectorOf(pose.R), vectorOf(rotation.R),
                 rotation.covariance +
                     camera_in_imu_ * pose.covariance.bottomRightCorner<3, 3>() * camera_in_imu_.transpose()});
       ++learnt;
