@@ -48,19 +48,13 @@ const FeatureKernels& featureKernels(SimdLevel level) {
   if (!simdLevelSupported(level)) {
     throw std::invalid_argument("simd is " + toString(level) + ", which this processor does not have");
   }
-  switch (level) {
 #if defined(__x86_64__)
-    case SimdLevel::kAvx2:
-      return detail::avx2FeatureKernels();
-    case SimdLevel::kAvx512:
-      return detail::avx512FeatureKernels();
+  if (level == SimdLevel::kAvx512) return detail::avx512FeatureKernels();
+  if (level == SimdLevel::kAvx2) return detail::avx2FeatureKernels();
 #elif defined(__aarch64__)
-    case SimdLevel::kNeon:
-      return detail::neonFeatureKernels();
+  if (level == SimdLevel::kNeon) return detail::neonFeatureKernels();
 #endif
-    default:
-      return detail::scalarFeatureKernels();
-  }
+  return detail::scalarFeatureKernels();
 }
 
 namespace detail {

@@ -1,7 +1,5 @@
-// The extractor's inner loops over an abstract vector unit V. Included once by the file of each instruction set, whose
-// V wraps its intrinsics; everything lies in an unnamed namespace so that no two sets share a function.
-//
-// V provides: kBytes, kHalves, kFloats (lanes of U8, I16, F32) and the operations used below, unaligned throughout.
+// The extractor's inner loops over a vector unit V. Included once by the file of each instruction set, which defines
+// GMS_RANSAC_VECTOR_BYTES before; everything lies in an unnamed namespace so that no two sets share a function.
 #pragma once
 
 #include <cstring>
@@ -11,6 +9,47 @@
 
 namespace gms_ransac {
 namespace {
+
+/// What V derives from: lanes in the compiler's own vector types, whose operators it uses, unaligned loads and stores,
+/// and what compilers make one instruction of. V adds the rest, or replaces it where an instruction of its set is
+/// better.
+struct Vectors {
+  static constexpr int kBytes = GMS_RANSAC_VECTOR_BYTES, kHalves = kBytes / 2, kFloats = kBytes / 4;
+  using U8 [[gnu::vector_size(kBytes)]] = uint8_t;
+  using I16 [[gnu::vector_size(kBytes)]] = int16_t;
+  using I32 [[gnu::vector_size(kBytes)]] = int32_t;
+  using F32 [[gnu::vector_size(kBytes)]] = float;
+
+  template <typename Vector>
+  static Vector loadAny(const void* p) {
+    Vector a;
+    std::memcpy(&a, p, sizeof a);
+    return a;
+  }
+  template <typename Vector>
+  static void store(void* p, const Vector& a) {
+    std::memcpy(p, &a, sizeof a);
+  }
+  static U8 load(const uint8_t* p) { return loadAny<U8>(p); }
+  static I16 load(const uint16_t* p) { return loadAny<I16>(p); }
+  static I16 load(const int16_t* p) { return loadAny<I16>(p); }
+  static F32 load(const float* p) { return loadAny<F32>(p); }
+  static U8 set(uint8_t a) { return a + U8{}; }
+  static I16 setHalves(int16_t a) { return a + I16{}; }
+  static F32 setFloat(float a) { return a - F32{}; }
+
+  static U8 min(U8 a, U8 b) { return a < b ? a : b; }
+  static U8 max(U8 a, U8 b) { return a > b ? a : b; }
+  static U8 otherMin(U8 a, U8 b) { return min(a, b); }
+  static U8 otherMax(U8 a, U8 b) { return max(a, b); }
+  static U8 keepGreater(U8 a, U8 b) { return a > b ? a : U8{}; }
+  static I32 timesStride(I32 rows, int stride) { return rows * stride; }
+  static int storeColumns(uint64_t mask, int x, uint16_t* columns) {
+    int count = 0;
+    for (; mask; mask &= mask - 1) columns[count++] = static_cast<uint16_t>(x + __builtin_ctzll(mask));
+    return count;
+  }
+};
 
 constexpr int kCircleX[16] = {0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1};
 constexpr int kCircleY[16] = {3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1, 0, 1, 2, 3};
@@ -99,12 +138,6 @@ template <typename V>
   }
 }
 
-inline int storeSetBits(uint64_t mask, int x, uint16_t* columns) {
-  int count = 0;
-  for (; mask; mask &= mask - 1) columns[count++] = static_cast<uint16_t>(x + __builtin_ctzll(mask));
-  return count;
-}
-
 template <typename V>
 struct Neighbours {
   using U8 = typename V::U8;
@@ -178,9 +211,8 @@ void resizeRow(const uint8_t* source, const ResizeTable& table, int width, uint1
         const auto window = V::loadWindows(source, table.window.data() + x / ResizeTable::kGroup);
         const auto first = V::shuffle(window, table.first.data() + 2 * x);
         const auto second = V::shuffle(window, table.second.data() + 2 * x);
-        const auto weight = V::loadHalves(table.weight.data() + x);
-        // 256 * first + weight * (second - first), modulo 65536, which the result does not reach.
-        V::storeHalves(target + x, V::blendBytes(first, second, weight));
+        // Modulo 65536, which the result does not reach.
+        V::store(target + x, (first << 8) + V::load(table.weight.data() + x) * (second - first));
       }
       return;
     }
@@ -194,13 +226,13 @@ void resizeRow(const uint8_t* source, const ResizeTable& table, int width, uint1
 template <typename V>
 void blendRows(const uint16_t* upper, const uint16_t* lower, int weight, int width, uint8_t* target) {
   for (int x = 0; x < width; x += V::kHalves) {
-    V::storeNarrow(target + x, V::blendHalves(V::loadHalves(upper + x), V::loadHalves(lower + x), weight));
+    V::storeBlend(target + x, V::load(upper + x), V::load(lower + x), weight);
   }
 }
 
 template <typename V>
 void widenRow(const uint8_t* source, int width, float* target) {
-  for (int x = 0; x < width; x += V::kFloats) V::storeFloats(target + x, V::loadAsFloats(source + x));
+  for (int x = 0; x < width; x += V::kFloats) V::store(target + x, V::loadAsFloats(source + x));
 }
 
 template <typename V>
@@ -215,18 +247,18 @@ struct BlurWeights {
 
 template <typename V>
 inline typename V::F32 blurAlongRow(const BlurWeights<V>& weights, const float* pixels) {
-  auto sum = V::multiply(weights[kBlurRadius], V::loadFloats(pixels - kBlurRadius));
+  auto sum = weights[kBlurRadius] * V::load(pixels - kBlurRadius);
   for (int k = 1; k < kBlurTaps; ++k) {
-    sum = V::multiplyAdd(weights[k - kBlurRadius], V::loadFloats(pixels + k - kBlurRadius), sum);
+    sum = V::multiplyAdd(weights[k - kBlurRadius], V::load(pixels + k - kBlurRadius), sum);
   }
   return sum;
 }
 
 template <typename V>
 inline typename V::F32 blurAlongColumn(const BlurWeights<V>& weights, const typename V::F32* rows) {
-  auto sum = V::multiply(weights[0], rows[kBlurRadius]);
+  auto sum = weights[0] * rows[kBlurRadius];
   for (int k = 1; k <= kBlurRadius; ++k) {
-    sum = V::multiplyAdd(weights[k], V::add(rows[kBlurRadius + k], rows[kBlurRadius - k]), sum);
+    sum = V::multiplyAdd(weights[k], rows[kBlurRadius + k] + rows[kBlurRadius - k], sum);
   }
   return sum;
 }
@@ -238,10 +270,10 @@ void blurTwoRows(const float* const pixels[2], float* const rows[kBlurTaps + 1],
     typename V::F32 column[kBlurTaps + 1];
     for (int k = 0; k < 2; ++k) {
       column[kBlurTaps - 1 + k] = blurAlongRow(weights, pixels[k] + x);
-      V::storeFloats(rows[kBlurTaps - 1 + k] + x, column[kBlurTaps - 1 + k]);
+      V::store(rows[kBlurTaps - 1 + k] + x, column[kBlurTaps - 1 + k]);
     }
     // After the stores: at the top of the image the rows above are reflections of the new ones.
-    for (int k = 0; k < kBlurTaps - 1; ++k) column[k] = V::loadFloats(rows[k] + x);
+    for (int k = 0; k < kBlurTaps - 1; ++k) column[k] = V::load(rows[k] + x);
     for (int k = 0; k < 2; ++k) V::storeRounded(target[k] + x, blurAlongColumn(weights, column + k));
   }
 }
@@ -252,17 +284,15 @@ void moments(const uint8_t* centre, ptrdiff_t stride, int& m10, int& m01) {
   m10 = m01 = 0;
   for (int column = 0; column < 2 * kAngleRadius + 2; column += V::kHalves) {
     const uint8_t* pixel = centre - kAngleRadius + column;
-    I16 sum = V::bitAnd(V::loadAsHalves(pixel), V::loadSigned(detail::kDisc.mask[0] + column));
+    I16 sum = V::loadAsHalves(pixel) & V::load(detail::kDisc.mask[0] + column);
     I16 lever = V::setHalves(0);  // at most 255 * (1 + ... + 15) = 30600: 16 bits hold it
     for (int v = 1; v <= kAngleRadius; ++v) {
-      const I16 mask = V::loadSigned(detail::kDisc.mask[v] + column);
-      const I16 below = V::bitAnd(V::loadAsHalves(pixel + v * stride), mask);
-      const I16 above = V::bitAnd(V::loadAsHalves(pixel - v * stride), mask);
-      sum = V::addHalves(sum, V::addHalves(below, above));
-      lever = V::addHalves(lever,
-                           V::multiplyHalves(V::setHalves(static_cast<int16_t>(v)), V::subtractHalves(below, above)));
+      const I16 mask = V::load(detail::kDisc.mask[v] + column);
+      const I16 below = V::loadAsHalves(pixel + v * stride) & mask, above = V::loadAsHalves(pixel - v * stride) & mask;
+      sum += below + above;
+      lever += static_cast<int16_t>(v) * (below - above);
     }
-    m10 += V::dot(sum, V::loadSigned(detail::kDisc.column + column));
+    m10 += V::dot(sum, V::load(detail::kDisc.column + column));
     m01 += V::dot(lever, V::setHalves(1));
   }
 }
@@ -272,10 +302,9 @@ void moments(const uint8_t* centre, ptrdiff_t stride, int& m10, int& m01) {
 template <typename V>
 inline auto rotate(const float* x, const float* y, typename V::F32 cosine, typename V::F32 sine, ptrdiff_t stride) {
   using F32 = typename V::F32;
-  const F32 from_x = V::loadFloats(x), from_y = V::loadFloats(y);
-  const F32 column = V::subtractFloats(V::multiply(from_x, cosine), V::multiply(from_y, sine));
-  const F32 row = V::add(V::multiply(from_x, sine), V::multiply(from_y, cosine));
-  return V::offsets(column, row, static_cast<int>(stride));
+  const F32 from_x = V::load(x), from_y = V::load(y);
+  const F32 column = from_x * cosine - from_y * sine, row = from_x * sine + from_y * cosine;
+  return V::timesStride(V::rounded(row), static_cast<int>(stride)) + V::rounded(column);
 }
 
 template <typename V>
@@ -284,8 +313,7 @@ void describe(const uint8_t* centre, ptrdiff_t stride, float cosine, float sine,
   alignas(64) int32_t offset[2][kOrbTests];
   for (int end = 0; end < 2; ++end) {
     const float *x = detail::kPatternCoordinates.x[end], *y = detail::kPatternCoordinates.y[end];
-    for (int i = 0; i < kOrbTests; i += V::kFloats)
-      V::storeOffsets(offset[end] + i, rotate<V>(x + i, y + i, c, s, stride));
+    for (int i = 0; i < kOrbTests; i += V::kFloats) V::store(offset[end] + i, rotate<V>(x + i, y + i, c, s, stride));
   }
   for (int i = 0; i < kOrbTests; i += 8) {
     unsigned bits = 0;
@@ -302,12 +330,12 @@ inline void describeByLookUp(ptrdiff_t stride, float cosine, float sine, uint8_t
   const auto c = V::setFloat(cosine), s = V::setFloat(sine);
   alignas(64) int32_t offset[DistinctPattern::kPoints];
   for (int i = 0; i < DistinctPattern::kPoints; i += V::kFloats) {
-    V::storeOffsets(offset + i, rotate<V>(kDistinctPattern.x + i, kDistinctPattern.y + i, c, s, stride));
+    V::store(offset + i, rotate<V>(kDistinctPattern.x + i, kDistinctPattern.y + i, c, s, stride));
   }
   typename V::U8 pixels[DistinctPattern::kPoints / V::kBytes];
   for (int i = 0; i < DistinctPattern::kPoints / V::kBytes; ++i) pixels[i] = read(offset + i * V::kBytes);
   for (int i = 0; i < kOrbTests; i += V::kBytes) {
-    const uint64_t bits = V::lessMask(V::lookUp(pixels, 0, i), V::lookUp(pixels, 1, i));
+    const uint64_t bits = V::greaterMask(V::lookUp(pixels, 1, i), V::lookUp(pixels, 0, i));
     std::memcpy(descriptor + i / 8, &bits, sizeof bits);
   }
 }

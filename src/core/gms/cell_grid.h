@@ -25,11 +25,9 @@ struct CellGrid {
   bool operator==(const CellGrid& other) const { return columns == other.columns && rows == other.rows; }
 };
 
+/// The eight neighbours of a cell, clockwise; one position is 45 degrees.
 constexpr std::array<int, 8> kRingColumn = {-1, 0, 1, 1, 1, 0, -1, -1};
 constexpr std::array<int, 8> kRingRow = {-1, -1, -1, 0, 1, 1, 1, 0};
-
-/// Ring position in the right image of the neighbour at position `k` of the left one, `steps` of 45 degrees.
-constexpr int rotatedRing(int k, int steps) { return (k - steps) & 7; }
 
 /// The four grids of one run: the plain one, and shifted by half a cell in x, in y, in both.
 constexpr int kShifts = 4;

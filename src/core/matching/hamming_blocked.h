@@ -203,10 +203,8 @@ struct Blocked {
     search.reverse ? searchAll<true>(search) : searchAll<false>(search);
   }
 
-  static int distance(const uint8_t* a, const uint8_t* b) { return hammingDistance(a, b); }
-
   static constexpr HammingKernel kernel(decltype(HammingKernel::searchRuns) searchRuns = searchRunsRowwise) {
-    return {kQueryGroup, packedBytes, pack, scratchBytes, search, distance, searchRuns};
+    return {kQueryGroup, packedBytes, pack, scratchBytes, search, hammingDistance, searchRuns};
   }
 };
 

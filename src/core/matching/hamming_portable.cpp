@@ -1,31 +1,19 @@
-// Brute force for any processor.
+// Brute force for any processor, and the choice among the instruction sets.
 #include "matching/hamming_rowwise.h"
-
-#include "matching/hamming_kernels.h"
 
 namespace gms_ransac {
 
 const HammingKernel kHammingKernelPortable = kRowwiseKernel;
 
-const HammingKernel& hammingKernel(SimdLevel level) {
-  switch (level) {
+const HammingKernel& hammingKernel([[maybe_unused]] SimdLevel level) {
 #if defined(__x86_64__)
-    case SimdLevel::kAvx512:
-      return kHammingKernelAvx512;
-    case SimdLevel::kAvx2:
-      return kHammingKernelAvx2;
-    default:
-      return __builtin_cpu_supports("popcnt") ? kHammingKernelPopcnt : kHammingKernelPortable;
+  if (level == SimdLevel::kAvx512) return kHammingKernelAvx512;
+  if (level == SimdLevel::kAvx2) return kHammingKernelAvx2;
+  if (__builtin_cpu_supports("popcnt")) return kHammingKernelPopcnt;
 #elif defined(__aarch64__)
-    case SimdLevel::kNeon:
-      return kHammingKernelNeon;
-    default:
-      return kHammingKernelPortable;
-#else
-    default:
-      return kHammingKernelPortable;
+  if (level == SimdLevel::kNeon) return kHammingKernelNeon;
 #endif
-  }
+  return kHammingKernelPortable;
 }
 
 }  // namespace gms_ransac

@@ -10,15 +10,11 @@ namespace {
 template <bool kReverse>
 void searchRowwise(const HammingSearch& search) {
   for (int i = search.first_query; i < search.last_query; ++i) {
-    uint64_t query[4];
-    std::memcpy(query, search.queries + static_cast<size_t>(i) * kHammingBytes, kHammingBytes);
+    const uint8_t* query = search.queries + static_cast<size_t>(i) * kHammingBytes;
     int best = kNoDistance, second = kNoDistance, index = -1;
     const uint8_t* row = search.train;
     for (int j = 0; j < search.train_count; ++j, row += kHammingBytes) {
-      uint64_t train[4];
-      std::memcpy(train, row, kHammingBytes);
-      const int distance = __builtin_popcountll(query[0] ^ train[0]) + __builtin_popcountll(query[1] ^ train[1]) +
-                           __builtin_popcountll(query[2] ^ train[2]) + __builtin_popcountll(query[3] ^ train[3]);
+      const int distance = hammingDistance(query, row);
       if (__builtin_expect(distance < second, 0)) {
         if (distance < best) {
           second = best;
@@ -43,10 +39,9 @@ void searchRowwise(const HammingSearch& search) {
 
 size_t noBytes(int) { return 0; }
 void packNothing(const uint8_t*, int, uint8_t*) {}
-int distanceRowwise(const uint8_t* a, const uint8_t* b) { return hammingDistance(a, b); }
 
 constexpr HammingKernel kRowwiseKernel = {
-    1, noBytes, packNothing, noBytes, searchRowwise, distanceRowwise, searchRunsRowwise};
+    1, noBytes, packNothing, noBytes, searchRowwise, hammingDistance, searchRunsRowwise};
 
 }  // namespace
 }  // namespace gms_ransac

@@ -18,15 +18,13 @@ constexpr int kSide = 200;
 
 /// A bright half plane whose edge runs through the middle at `degrees`, smoothed as a lens does.
 cv::Mat edge(double degrees) {
-  cv::Mat image(kSide, kSide, CV_8UC1, cv::Scalar(90));
-  const cv::Point2d along(std::cos(degrees * CV_PI / 180), std::sin(degrees * CV_PI / 180)), across(-along.y, along.x);
-  const cv::Point2d middle(kSide / 2.0, kSide / 2.0);
-  std::vector<cv::Point> polygon;
-  for (const cv::Point2d& p : {middle - 300 * along, middle + 300 * along, middle + 300 * along + 300 * across,
-                               middle - 300 * along + 300 * across}) {
-    polygon.emplace_back(p);
+  cv::Mat image(kSide, kSide, CV_8UC1);
+  const double x = std::sin(degrees * CV_PI / 180), y = std::cos(degrees * CV_PI / 180);
+  for (int v = 0; v < kSide; ++v) {
+    for (int u = 0; u < kSide; ++u) {
+      image.at<uint8_t>(v, u) = (u - kSide / 2) * x + (v - kSide / 2) * y > 0 ? 140 : 90;
+    }
   }
-  cv::fillConvexPoly(image, polygon, cv::Scalar(140));
   cv::GaussianBlur(image, image, cv::Size(), 0.8);
   return image;
 }
@@ -47,15 +45,12 @@ TEST(EdgePoints, StraightEdgeOfAnyDirectionIsRemoved) {
 }
 
 TEST(EdgePoints, CornersEndsAndSpotsAreKept) {
-  cv::Mat corner(kSide, kSide, CV_8UC1, cv::Scalar(60));
+  const cv::Mat plain(kSide, kSide, CV_8UC1, cv::Scalar(60));
+  cv::Mat corner = plain.clone(), end = plain.clone(), spot = plain.clone();
   cv::rectangle(corner, {100, 100, 80, 80}, cv::Scalar(200), cv::FILLED);
-  EXPECT_TRUE(isKept(corner, 100, 100));
-  cv::Mat end(kSide, kSide, CV_8UC1, cv::Scalar(60));
   cv::line(end, {20, 100}, {100, 100}, cv::Scalar(200), 3);
-  EXPECT_TRUE(isKept(end, 100, 100));
-  cv::Mat spot(kSide, kSide, CV_8UC1, cv::Scalar(60));
   cv::circle(spot, {100, 100}, 3, cv::Scalar(200), cv::FILLED);
-  EXPECT_TRUE(isKept(spot, 100, 100));
+  for (const cv::Mat& image : {corner, end, spot}) EXPECT_TRUE(isKept(image, 100, 100));
 }
 
 TEST(EdgePoints, StrongestContrastDoesNotOverflow) {

@@ -43,9 +43,9 @@ std::vector<Match> matchFully(const Features& reference, const Features& current
 }
 
 std::vector<Match> matchGuided(const Features& reference, const Features& current,
-                               const HammingMatcherOptions& options = {}, const MotionPrediction* prior = nullptr) {
+                               const HammingMatcherOptions& options = {}) {
   std::vector<Match> matches;
-  GuidedSearch(options, {}).match(reference, current, matches, prior);
+  GuidedSearch(options, {}).match(reference, current, matches);
   return matches;
 }
 
@@ -74,21 +74,13 @@ TEST(GuidedSearch, FindsNoFewerRightMatchesInTheOrderOfTheReference) {
   }
 }
 
-TEST(GuidedSearch, IsFullWhereNothingMovesTogether) {
+TEST(GuidedSearch, IsFullWhereNothingMovesTogetherAndWithFewKeypoints) {
   const Features reference = extract(view(0)), other = extract(view(0, kOtherRoom));
   EXPECT_TRUE(same(matchFully(reference, other), matchGuided(reference, other)));
-}
-
-TEST(GuidedSearch, IsFullWithFewKeypoints) {
-  const Features reference = extract(view(0), 500), current = extract(view(1), 500);
-  EXPECT_TRUE(same(matchFully(reference, current), matchGuided(reference, current)));
-}
-
-TEST(GuidedSearch, TakesImagesWithoutKeypoints) {
-  const Features some = extract(view(0)), none = extract(cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)));
-  EXPECT_EQ(0, none.size());
-  EXPECT_TRUE(matchGuided(some, none).empty());
-  EXPECT_TRUE(matchGuided(none, some).empty());
+  const Features few = extract(view(0), 500), next = extract(view(1), 500);
+  EXPECT_TRUE(same(matchFully(few, next), matchGuided(few, next)));
+  EXPECT_TRUE(matchGuided(reference, Features()).empty());
+  EXPECT_TRUE(matchGuided(Features(), reference).empty());
 }
 
 TEST(GuidedSearch, IsTheSameOnEveryInstructionSetAndForAnyNumberOfThreads) {
@@ -102,32 +94,6 @@ TEST(GuidedSearch, IsTheSameOnEveryInstructionSetAndForAnyNumberOfThreads) {
 }
 
 TEST(GuidedSearch, RefusesMutualNeighbours) { EXPECT_THROW(GuidedSearch({true}, {}), std::invalid_argument); }
-
-/// One cell for the whole image, without motion.
-MotionPrediction standstill() {
-  MotionPrediction prior;
-  prior.columns = prior.rows = 1;
-  CellMotion motion;
-  motion.known = true;
-  motion.reach = {20, 20};
-  prior.cells = {motion};
-  return prior;
-}
-
-TEST(GuidedSearch, DoesNotBelieveAPriorThatTheMatchesContradict) {
-  const Features reference = extract(view(0)), current = extract(view(4));
-  const MotionPrediction prior = standstill();
-  const int without = countRight(matchGuided(reference, current), reference, current, room(), 4);
-  EXPECT_GE(countRight(matchGuided(reference, current, {}, &prior), reference, current, room(), 4), 0.99 * without);
-}
-
-TEST(GuidedSearch, DoesNotBelieveAPriorThatNothingConfirms) {
-  const Features reference = extract(view(0)), other = extract(view(0, kOtherRoom));
-  const MotionPrediction prior = standstill();
-  EXPECT_TRUE(same(matchFully(reference, other), matchGuided(reference, other, {}, &prior)));
-}
-
-// A gyro measures the rotation of the camera.
 
 /// The room, seen by a camera that rotates on the spot by so many degrees a frame.
 Scene roomFromRotatingCamera(double degrees, const std::vector<double>& distortion = {}) {

@@ -190,40 +190,36 @@ TEST(MotionStatistics, BordersDifferAsPublished) {
   EXPECT_EQ(scene.compute(options).score[0], 60);  // only the unshifted grid, where all share the cell
 }
 
-TEST(MotionStatistics, FindsTheRotation) {
+/// Points within `reach` of the centre, `zoom` times as far from it in the reference, by quarters of a rotation.
+MatchScene turnedScene(float reach, float zoom, int quarters) {
   std::mt19937 random(3);
-  std::uniform_real_distribution<float> coordinate(60.f, 340.f);
-  for (int quarter = 0; quarter < 4; ++quarter) {
-    MatchScene scene({400, 400});
-    for (int i = 0; i < 3000; ++i) {
-      const cv::Point2f p(coordinate(random), coordinate(random)), d = p - cv::Point2f(200.f, 200.f);
-      // Anticlockwise as seen in the image (y down).
-      const cv::Point2f turned[4] = {{d.x, d.y}, {d.y, -d.x}, {-d.x, -d.y}, {-d.y, d.x}};
-      scene.add(p, cv::Point2f(200.f, 200.f) + turned[quarter]);
-    }
-    for (const auto neighborhood : {GridNeighborhood::kNine, GridNeighborhood::kFive}) {
-      MotionStatisticsOptions options;
-      options.rotation = true;
-      options.neighborhood = neighborhood;
-      const MotionStatistics statistics = scene.compute(options);
-      EXPECT_EQ(statistics.rotation, 2 * quarter);
+  std::uniform_real_distribution<float> coordinate(-reach, reach);
+  MatchScene scene({400, 400});
+  for (int i = 0; i < 4000; ++i) {
+    const cv::Point2f centre(200.f, 200.f), from(coordinate(random), coordinate(random));
+    cv::Point2f to = from;
+    for (int k = 0; k < quarters; ++k) to = {to.y, -to.x};  // anticlockwise as seen in the image (y down)
+    scene.add(centre + zoom * from, centre + to);
+  }
+  return scene;
+}
+
+TEST(MotionStatistics, FindsRotationAndScale) {
+  MotionStatisticsOptions options;
+  options.rotation = true;
+  for (const auto neighborhood : {GridNeighborhood::kNine, GridNeighborhood::kFive}) {
+    options.neighborhood = neighborhood;
+    for (int quarters = 0; quarters < 4; ++quarters) {
+      const MotionStatistics statistics = turnedScene(140, 1, quarters).compute(options);
+      EXPECT_EQ(statistics.rotation, 2 * quarters);
       EXPECT_GT(statistics.accepted_count, 2000);
     }
   }
-}
-
-TEST(MotionStatistics, FindsTheScale) {
-  std::mt19937 random(4);
-  std::uniform_real_distribution<float> coordinate(120.f, 280.f);
-  MatchScene zoomed_out({400, 400});
-  for (int i = 0; i < 4000; ++i) {  // the scene of the reference is half as large in the current image
-    const cv::Point2f p(coordinate(random), coordinate(random));
-    zoomed_out.add(cv::Point2f(200.f, 200.f) + 2.f * (p - cv::Point2f(200.f, 200.f)), p);
-  }
-  MotionStatisticsOptions options;
+  options = {};
   options.scale = true;
-  EXPECT_EQ(zoomed_out.compute(options).scale, 4);  // right grid of twice the cells
-  EXPECT_GT(zoomed_out.compute(options).accepted_count, 3500);
+  const MotionStatistics halved = turnedScene(80, 2, 0).compute(options);
+  EXPECT_EQ(halved.scale, 4);  // right grid of twice the cells
+  EXPECT_GT(halved.accepted_count, 3500);
 }
 
 TEST(MotionStatistics, PointsThatAreNoNumbersAreLeftOut) {
@@ -235,20 +231,31 @@ TEST(MotionStatistics, PointsThatAreNoNumbersAreLeftOut) {
   EXPECT_EQ(scene.compute(tinyThreshold()).accepted_count, 0);
 }
 
-TEST(MotionStatistics, EvidenceDropsWhatTurnsOtherwiseAndOrdersByDescriptors) {
+/// 40 matches from cell to cell in either of two neighbouring cells, with a second distance of 80.
+MatchScene alikeMatches() {
   MatchScene scene({400, 400});
   scene.add(cellCenter(5, 5), cellCenter(7, 6), 40);
   scene.add(cellCenter(6, 5), cellCenter(8, 6), 40);
+  for (Match& match : scene.matches) match.second_distance = 80;
+  return scene;
+}
+
+MotionStatisticsOptions evidence() {
+  MotionStatisticsOptions options;
+  options.criterion = Criterion::kEvidence;
+  options.grid_columns = options.grid_rows = 20;
+  return options;
+}
+
+TEST(MotionStatistics, EvidenceDropsWhatTurnsOtherwiseAndOrdersByDescriptors) {
+  MatchScene scene = alikeMatches();
   for (int i = 0; i < 80; ++i) {
     scene.reference.keypoints[i].angle = 10.f;
     scene.current.keypoints[i].angle = i == 3 ? 200.f : 15.f;  // one rotates by 190 degrees instead of 5
     scene.matches[i].distance = i == 4 ? 20 : 40;
-    scene.matches[i].second_distance = i == 5 ? 41 : 80;
   }
-  MotionStatisticsOptions options;
-  options.criterion = Criterion::kEvidence;
-  options.grid_columns = options.grid_rows = 20;
-  const MotionStatistics statistics = scene.compute(options);
+  scene.matches[5].second_distance = 41;
+  const MotionStatistics statistics = scene.compute(evidence());
   EXPECT_EQ(statistics.accepted_count, 79);
   EXPECT_EQ(statistics.accepted[3], 0);
   EXPECT_EQ(statistics.score[3], 0);
@@ -259,31 +266,25 @@ TEST(MotionStatistics, EvidenceDropsWhatTurnsOtherwiseAndOrdersByDescriptors) {
 }
 
 TEST(MotionStatistics, EvidenceFollowsARollingCamera) {
-  MatchScene scene({400, 400});
-  scene.add(cellCenter(5, 5), cellCenter(7, 6), 40);
-  for (int i = 0; i < 40; ++i) {
-    scene.reference.keypoints[i].angle = static_cast<float>(9 * i);
-    scene.current.keypoints[i].angle = static_cast<float>((9 * i + 357) % 360);  // back by three degrees, through zero
-    scene.matches[i].second_distance = 100;
+  MatchScene scene = alikeMatches();
+  for (int i = 0; i < 80; ++i) {
+    scene.reference.keypoints[i].angle = static_cast<float>(4 * i);
+    scene.current.keypoints[i].angle = static_cast<float>((4 * i + 357) % 360);  // back by three degrees, through zero
   }
-  MotionStatisticsOptions options;
-  options.criterion = Criterion::kEvidence;
-  options.grid_columns = options.grid_rows = 20;
-  EXPECT_EQ(scene.compute(options).accepted_count, 40);
+  EXPECT_EQ(scene.compute(evidence()).accepted_count, 80);
 }
 
 TEST(MotionStatisticsSettings, FollowTheCriterionWhereTheyAreOpen) {
-  const MotionStatisticsOptions paper = withDefaults({});
+  const MotionStatisticsOptions paper = withDefaults({}), ours = withDefaults({}, Criterion::kEvidence);
   EXPECT_EQ(paper.criterion, Criterion::kThreshold);
   EXPECT_EQ(paper.grid_columns, 20);
   EXPECT_EQ(paper.grid_rows, 20);
   EXPECT_EQ(paper.threshold_factor, 6);
-  const MotionStatisticsOptions ours = withDefaults({}, Criterion::kEvidence);
   EXPECT_EQ(ours.criterion, Criterion::kEvidence);
   EXPECT_EQ(ours.grid_columns, std::nullopt);
   EXPECT_EQ(ours.threshold_factor, 1);
   MotionStatisticsOptions given;
-  given.grid_columns = given.grid_rows = 30;
+  given.grid_columns = 30;
   given.threshold_factor = 5;
   given.criterion = Criterion::kThreshold;
   const MotionStatisticsOptions kept = withDefaults(given, Criterion::kEvidence);

@@ -42,67 +42,59 @@ PatchPlace at(const Eigen::Vector2f& centre) {
   return place;
 }
 
-class PatchTest : public testing::Test {
- protected:
-  const Eigen::Vector2f centre_{52.3F, 47.8F};
+const Eigen::Vector2f kCentre(52.3F, 47.8F);
 
-  Patch taken(double noise = 0) const {
-    Patch patch;
-    EXPECT_TRUE(patch.take(view(centre_, at(centre_), 1, 0, noise), centre_));
-    return patch;
-  }
-};
+Patch taken(double noise = 0) {
+  Patch patch;
+  EXPECT_TRUE(patch.take(view(kCentre, at(kCentre), 1, 0, noise), kCentre));
+  return patch;
+}
 
-TEST_F(PatchTest, IsFoundToAHundredthOfAPixel) {
+TEST(Patch, IsFoundToAHundredthOfAPixel) {
   const Patch patch = taken();
   for (const float shift : {0.F, 0.25F, -0.5F, 1.7F}) {
-    const PatchPlace truth = at(centre_ + Eigen::Vector2f(shift, -0.6F * shift));
-    const auto found = patch.find(view(centre_, truth), at(centre_), 3);
+    const PatchPlace truth = at(kCentre + Eigen::Vector2f(shift, -0.6F * shift));
+    const auto found = patch.find(view(kCentre, truth), at(kCentre), 3);
     ASSERT_TRUE(found);
     EXPECT_LT((found->centre - truth.centre).norm(), 0.02) << shift;
   }
 }
 
-TEST_F(PatchTest, IsFoundTurnedLeaningAndBrighter) {
+TEST(Patch, IsFoundTurnedLeaningAndBrighter) {
   const Patch patch = taken();
-  PatchPlace truth = at(centre_ + Eigen::Vector2f(0.8F, 0.5F));
+  PatchPlace truth = at(kCentre + Eigen::Vector2f(0.8F, 0.5F));
   truth.shape << 1.1F, -0.12F, 0.15F, 0.95F;
-  const auto found = patch.find(view(centre_, truth, 0.7F, 30), at(centre_), 3);
+  const auto found = patch.find(view(kCentre, truth, 0.7F, 30), at(kCentre), 3);
   ASSERT_TRUE(found);
   EXPECT_LT((found->centre - truth.centre).norm(), 0.03);
   EXPECT_LT((found->shape - truth.shape).norm(), 0.02);
 }
 
-TEST_F(PatchTest, NoiseMovesItByLittle) {
+TEST(Patch, NoiseMovesItByLittle) {
   const Patch patch = taken(3);
-  const PatchPlace truth = at(centre_ + Eigen::Vector2f(-0.7F, 0.4F));
-  const auto found = patch.find(view(centre_, truth, 1, 0, 3), at(centre_), 3);
+  const PatchPlace truth = at(kCentre + Eigen::Vector2f(-0.7F, 0.4F));
+  const auto found = patch.find(view(kCentre, truth, 1, 0, 3), at(kCentre), 3);
   ASSERT_TRUE(found);
   EXPECT_LT((found->centre - truth.centre).norm(), 0.1);
 }
 
-TEST_F(PatchTest, IsNotFoundWhereItIsNot) {
+TEST(Patch, IsNotFoundWhereItIsNot) {
   const Patch patch = taken();
-  EXPECT_FALSE(patch.find(view(centre_ + Eigen::Vector2f(400, 900), at(centre_)), at(centre_), 3));
-  EXPECT_FALSE(patch.find(cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(128)), at(centre_), 3));
+  EXPECT_FALSE(patch.find(view(kCentre + Eigen::Vector2f(400, 900), at(kCentre)), at(kCentre), 3));
+  const cv::Mat plain(kHeight, kWidth, CV_8UC1, cv::Scalar(128));
+  EXPECT_FALSE(patch.find(plain, at(kCentre), 3));
+  EXPECT_FALSE(patch.find(view(kCentre, at(kCentre + Eigen::Vector2f(1.7F, 0))), at(kCentre), 1)) << "beyond its reach";
+  EXPECT_FALSE(Patch().take(plain, kCentre));
 }
 
-TEST_F(PatchTest, IsNotFoundFartherThanItsReach) {
-  EXPECT_FALSE(taken().find(view(centre_, at(centre_ + Eigen::Vector2f(1.7F, 0))), at(centre_), 1));
-}
-
-TEST_F(PatchTest, StaysWithinTheImage) {
-  const cv::Mat image = view(centre_, at(centre_));
+TEST(Patch, StaysWithinTheImage) {
+  const cv::Mat image = view(kCentre, at(kCentre));
   Patch patch;
   EXPECT_FALSE(patch.take(image, {3, 50}));
   EXPECT_FALSE(patch.take(image, {60, kHeight - 4}));
   EXPECT_FALSE(patch.take(image, {NAN, 50}));
   EXPECT_FALSE(taken().find(image, at({kWidth - 4, 50}), 3));
   EXPECT_FALSE(taken().find(image, at({NAN, 50}), 3));
-}
-
-TEST(Patch, OfAPlainImageIsOfNoUse) {
-  EXPECT_FALSE(Patch().take(cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(90)), {50, 50}));
 }
 
 }  // namespace

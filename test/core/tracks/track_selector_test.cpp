@@ -34,31 +34,21 @@ double nearest(const std::vector<TrackedPoint>& points, const std::vector<int>& 
 
 TEST(TrackSelector, KeepsLimitAndDistance) {
   const std::vector<TrackedPoint> points = randomPoints(2000, 1);
-  for (const TrackSelectorOptions options : {TrackSelectorOptions{}, {300, 15}, {50, 3}, {0, 40}, {10, 2000}}) {
+  EXPECT_TRUE(TrackSelector().select({}, kImage, {}).empty());
+  for (const TrackSelectorOptions options : {TrackSelectorOptions{}, {300, 15}, {50, 3}, {0, 40}, {0, 0}, {10, 2000}}) {
     TrackSelector selector;
     const std::vector<int> picked = selector.select(points, kImage, options);
     ASSERT_FALSE(picked.empty());
     EXPECT_EQ(std::set<int>(picked.begin(), picked.end()).size(), picked.size());
-    if (options.limit > 0) {
-      EXPECT_LE(static_cast<int>(picked.size()), options.limit);
-    }
+    EXPECT_TRUE(options.limit == 0 || static_cast<int>(picked.size()) <= options.limit);
     for (const int i : picked) EXPECT_GE(nearest(points, picked, points[i].current), options.distance);
     // Every omission has a reason: the limit is reached, or a picked one is too near.
     if (static_cast<int>(picked.size()) == options.limit) continue;
     for (const TrackedPoint& point : points) {
       const bool in = std::any_of(picked.begin(), picked.end(), [&](int i) { return points[i].id == point.id; });
-      if (!in) {
-        EXPECT_LT(nearest(points, picked, point.current), options.distance);
-      }
+      EXPECT_TRUE(in || nearest(points, picked, point.current) < options.distance);
     }
   }
-}
-
-TEST(TrackSelector, WithoutLimitAndDistanceAllArePicked) {
-  const std::vector<TrackedPoint> points = randomPoints(500, 2);
-  TrackSelector selector;
-  EXPECT_EQ(selector.select(points, kImage, {0, 0}).size(), points.size());
-  EXPECT_TRUE(selector.select({}, kImage, {0, 0}).empty());
 }
 
 TEST(TrackSelector, TheLongestTracksComeFirst) {
@@ -69,9 +59,7 @@ TEST(TrackSelector, TheLongestTracksComeFirst) {
   // A longer one is missing only for a picked one that is too near and at least as long.
   const int shortest = points[picked.back()].length;
   for (const TrackedPoint& point : points) {
-    if (point.length > shortest) {
-      EXPECT_LT(nearest(points, picked, point.current), 15);
-    }
+    EXPECT_TRUE(point.length <= shortest || nearest(points, picked, point.current) < 15);
   }
 }
 
