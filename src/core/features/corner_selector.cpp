@@ -49,8 +49,9 @@ bool CornerSelector::select(int width, int height, int quota, int strength_floor
   sortByStrength(width, height, quota, corners);
   rankWithinCells();
   const Cut cut = cutAt(quota);
-  // A missing corner ranks behind all that are there: it would change no priority but have one of its own.
-  if (strength_floor > 0 && priorityBehindOthers(strength_floor) >= cut.priority) return false;
+  // A missing corner ranks behind all of its cell that are there: it would change no priority but have one of its own.
+  const int rank = *std::min_element(cell_count_.begin(), cell_count_.end());
+  if (strength_floor > 0 && priorityOf(strength_floor, rankWeights()[rank]) >= cut.priority) return false;
   keepBest(quota, cut, corners);
   return true;
 }
@@ -104,10 +105,6 @@ CornerSelector::Cut CornerSelector::cutAt(int quota) const {
   Cut cut = {end - 1, above};
   while (cut.above + histogram_[cut.priority] <= most) cut.above += histogram_[cut.priority--];
   return cut;
-}
-
-int CornerSelector::priorityBehindOthers(int strength) const {
-  return priorityOf(strength, rankWeights()[*std::min_element(cell_count_.begin(), cell_count_.end())]);
 }
 
 void CornerSelector::keepBest(int quota, const Cut& cut, std::vector<Corner>& corners) const {

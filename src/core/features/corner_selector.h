@@ -33,8 +33,6 @@ class CornerSelector {
     uint32_t above;
   };
   Cut cutAt(int quota) const;
-  /// The greatest priority that a corner of this strength would have behind all others of its cell.
-  int priorityBehindOthers(int strength) const;
   void keepBest(int quota, const Cut& cut, std::vector<Corner>& corners) const;
 
   std::vector<Candidate> order_;      ///< corners by falling strength

@@ -139,13 +139,6 @@ bool GuidedSearch::chooseSeeds(const Features& reference, const Features& curren
   return true;
 }
 
-void GuidedSearch::takeSeeds(const Features& reference) {
-  seeds_.image_size = reference.image_size;
-  seeds_.scale_factor = reference.scale_factor;
-  seeds_.keypoints.clear();
-  for (const int i : chosen_) seeds_.keypoints.push_back(reference.keypoints[static_cast<size_t>(i)]);
-}
-
 void GuidedSearch::searchAll(const DescriptorSet& reference, const DescriptorSet& current) {
   rows_.resize(static_cast<int>(chosen_.size()));
   for (size_t k = 0; k < chosen_.size(); ++k) {
@@ -172,7 +165,7 @@ bool GuidedSearch::confirm(const MotionPrediction& prior, const Features& curren
   for (const Match& match : found_) {
     const cv::Point2f& from = seeds_.keypoints[static_cast<size_t>(match.reference)].pt;
     const CellMotion* motion = prior.at(from, seeds_.image_size);
-    if (!motion || !motion->known) continue;
+    if (!motion) continue;
     const cv::Point2f apart = current.keypoints[static_cast<size_t>(match.current)].pt - motion->predict(from);
     chance += 4 * motion->reach.x * motion->reach.y / area;
     inside += std::abs(apart.x) <= motion->reach.x && std::abs(apart.y) <= motion->reach.y;
@@ -185,7 +178,7 @@ bool GuidedSearch::nothingOutOfView(const MotionPrediction& prior, const cv::Siz
   for (size_t i = 0; i < found_.size(); ++i) {
     const cv::Point2f& point = seeds_.keypoints[static_cast<size_t>(found_[i].reference)].pt;
     const CellMotion* motion = prior.at(point, seeds_.image_size);
-    if (!motion || !motion->known || !outOfView(*motion, point, image)) continue;
+    if (!motion || !outOfView(*motion, point, image)) continue;
     ++out;
     accepted += statistics_.accepted[i];
   }
@@ -198,7 +191,7 @@ void GuidedSearch::searchWindows(const Features& reference, const Features& curr
   const int usual_second = usualSecondDistance();
   const float largest = kLargestWindow * static_cast<float>(current.image_size.area());
   const auto usable = [&](const CellMotion* motion) {
-    return motion && motion->known && 4 * motion->reach.x * motion->reach.y <= largest;
+    return motion && 4 * motion->reach.x * motion->reach.y <= largest;
   };
   const bool leaves_out = prior && nothingOutOfView(*prior, current.image_size);
   windows_.setCurrent(current, kernel_, seats_);
@@ -209,7 +202,7 @@ void GuidedSearch::searchWindows(const Features& reference, const Features& curr
     const CellMotion* motion = prediction.at(point, reference.image_size);
     const bool seen = usable(motion);
     if (!seen && prior) motion = prior->at(point, reference.image_size);
-    if (!seen && leaves_out && motion && motion->known && outOfView(*motion, point, current.image_size)) return false;
+    if (!seen && leaves_out && motion && outOfView(*motion, point, current.image_size)) return false;
     if (!usable(motion)) return !seen;
     const NearestTwo nearest =
         windows_.search(reference.descriptors.row(i), motion->predict(point), motion->reach, seat);
@@ -250,7 +243,10 @@ void GuidedSearch::match(const Features& reference, const Features& current, std
   }
 
   matches_.assign(static_cast<size_t>(reference.size()), Match{kNoMatch, kNoMatch, 0, 0});
-  takeSeeds(reference);
+  seeds_.image_size = reference.image_size;
+  seeds_.scale_factor = reference.scale_factor;
+  seeds_.keypoints.clear();
+  for (const int i : chosen_) seeds_.keypoints.push_back(reference.keypoints[static_cast<size_t>(i)]);
   searchAll(reference.descriptors, current.descriptors);
   gms_.compute(seeds_, current, found_, statistics_);
   const MotionPrediction& prediction = predictor_.predict(seeds_, current, found_, statistics_);

@@ -51,7 +51,6 @@ class GuidedSearch {
 
  private:
   bool chooseSeeds(const Features& reference, const Features& current);
-  void takeSeeds(const Features& reference);
   void searchAll(const DescriptorSet& reference, const DescriptorSet& current);
   int usualSecondDistance() const;
   bool confirm(const MotionPrediction& prior, const Features& current) const;

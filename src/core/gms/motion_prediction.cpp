@@ -96,7 +96,13 @@ const MotionPrediction& MotionPredictor::predict(const Features& reference, cons
   for (const int32_t cell : statistics.cell) ++all_[static_cast<size_t>(cell)];
   for (int pass = 0; pass < kPasses; ++pass) {
     collect(reference, current, matches, statistics);
-    fitCells();
+    for (int row = 0; row < prediction_.rows; ++row) {
+      for (int column = 0; column < prediction_.columns; ++column) {
+        CellMotion& motion = prediction_.cells[static_cast<size_t>(row) * prediction_.columns + column];
+        motion.known = false;
+        for (int ring = 1; ring <= kRings && !motion.known; ++ring) motion.known = fit(column, row, ring, motion);
+      }
+    }
   }
   return prediction_;
 }
@@ -122,16 +128,6 @@ void MotionPredictor::collect(const Features& reference, const Features& current
     const cv::Point2f displacement = to - from;
     const double x = from.x, y = from.y, dx = displacement.x, dy = displacement.y;
     moments_[cell] += Moments(1, x, y, x * x, x * y, y * y, dx, x * dx, y * dx, dx * dx, dy, x * dy, y * dy, dy * dy);
-  }
-}
-
-void MotionPredictor::fitCells() {
-  for (int row = 0; row < prediction_.rows; ++row) {
-    for (int column = 0; column < prediction_.columns; ++column) {
-      CellMotion& motion = prediction_.cells[static_cast<size_t>(row) * prediction_.columns + column];
-      motion.known = false;
-      for (int ring = 1; ring <= kRings && !motion.known; ++ring) motion.known = fit(column, row, ring, motion);
-    }
   }
 }
 

@@ -39,14 +39,15 @@ struct MotionPrediction {
   int columns = 0, rows = 0;
   std::vector<CellMotion> cells;
 
-  /// The cell that holds the point, or the nearest one; null without cells.
+  /// The cell that holds the point, or the nearest one; null where nothing is expected.
   const CellMotion* at(const cv::Point2f& point, const cv::Size& image) const {
     if (cells.empty()) return nullptr;
     const auto place = [](float position, int side, int count) {
       return cellAt(position * static_cast<float>(count) / static_cast<float>(std::max(side, 1)), count);
     };
-    return &cells[static_cast<size_t>(place(point.y, image.height, rows)) * columns +
-                  place(point.x, image.width, columns)];
+    const CellMotion& motion =
+        cells[static_cast<size_t>(place(point.y, image.height, rows)) * columns + place(point.x, image.width, columns)];
+    return motion.known ? &motion : nullptr;
   }
 };
 
@@ -67,7 +68,6 @@ class MotionPredictor {
 
   void collect(const Features& reference, const Features& current, const std::vector<Match>& matches,
                const MotionStatistics& statistics);
-  void fitCells();
   /// Fits to the cell and `rings` of cells around it; false without enough support.
   bool fit(int column, int row, int rings, CellMotion& motion) const;
 

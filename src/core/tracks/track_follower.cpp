@@ -168,6 +168,8 @@ void TrackFollower::report(const std::vector<TrackedPoint>& matched) {
   }
   tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(), [](const Track& track) { return !track.alive; }),
                 tracks_.end());
+  const cv::Rect2f with_patch(kMargin, kMargin, static_cast<float>(last_.cols) - 2 * kMargin,
+                              static_cast<float>(last_.rows) - 2 * kMargin);
   for (const TrackedPoint& point : matched) {
     if (given_up_.count(point.id) > 0) given_up.insert(point.id);
     if (given_up_.count(point.id) > 0 || followed.count(point.id) > 0) continue;
@@ -175,17 +177,12 @@ void TrackFollower::report(const std::vector<TrackedPoint>& matched) {
       const cv::Point2f d = other - point.current;
       return d.dot(d) < kSamePoint * kSamePoint;
     });
-    if (!known && canBeTaken(point.current)) points_.push_back(point);
+    if (!known && with_patch.contains(point.current)) points_.push_back(point);
   }
   // An id that is not matched now never will be again, unless nothing is.
   if (!matched.empty()) given_up_.swap(given_up);
   seen_.clear();
   for (const TrackedPoint& point : points_) seen_.emplace(point.id, point.current);
-}
-
-bool TrackFollower::canBeTaken(const cv::Point2f& pixel) const {
-  const auto w = static_cast<float>(last_.cols), h = static_cast<float>(last_.rows);
-  return pixel.x >= kMargin && pixel.y >= kMargin && pixel.x < w - kMargin && pixel.y < h - kMargin;
 }
 
 void TrackFollower::keep(const std::vector<int>& picked) {

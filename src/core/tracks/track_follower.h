@@ -45,7 +45,6 @@ class TrackFollower {
   cv::Point2f flowAround(const cv::Point2f& pixel) const;
   void locate(const cv::Mat& image);
   void checkMotion(const Camera& camera);
-  bool canBeTaken(const cv::Point2f& pixel) const;
   void report(const std::vector<TrackedPoint>& matched);
 
   struct Flow {

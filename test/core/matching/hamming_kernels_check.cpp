@@ -2,8 +2,6 @@
 // framework, so that it can be cross-compiled; prints what it compared and exits with 1 at the first difference.
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
-#include <memory>
 
 #include "double_loop.h"
 
@@ -11,10 +9,8 @@ namespace {
 
 using namespace gms_ransac;  // NOLINT: one program, one file
 
-struct AlignedBuffer {
-  explicit AlignedBuffer(size_t bytes)
-      : data(static_cast<uint8_t*>(std::aligned_alloc(64, (bytes + 127) / 64 * 64)), std::free) {}
-  std::unique_ptr<uint8_t, void (*)(void*)> data;
+struct alignas(64) Line {
+  uint8_t bytes[64];
 };
 
 bool same(const NearestTwo& a, const NearestTwo& b) {
@@ -23,8 +19,9 @@ bool same(const NearestTwo& a, const NearestTwo& b) {
 
 bool check(const HammingKernel& kernel, int queries, int train_count, Bits bits) {
   const std::vector<uint8_t> query = drawDescriptors(queries, bits, 11), train = drawDescriptors(train_count, bits, 12);
-  const AlignedBuffer packed(kernel.packedBytes(train_count)), scratch(kernel.scratchBytes(train_count));
-  kernel.pack(train.data(), train_count, packed.data.get());
+  std::vector<Line> packed(kernel.packedBytes(train_count) / 64 + 1),
+      scratch(kernel.scratchBytes(train_count) / 64 + 1);
+  kernel.pack(train.data(), train_count, packed[0].bytes);
 
   std::vector<NearestTwo> nearest(queries);
   std::vector<NearestQueryGroup> reverse(train_count);
@@ -32,11 +29,11 @@ bool check(const HammingKernel& kernel, int queries, int train_count, Bits bits)
   search.queries = query.data();
   search.last_query = queries;
   search.train = train.data();
-  search.packed_train = packed.data.get();
+  search.packed_train = packed[0].bytes;
   search.train_count = train_count;
   search.nearest = nearest.data();
   search.reverse = reverse.data();
-  search.scratch = scratch.data.get();
+  search.scratch = scratch[0].bytes;
   kernel.search(search);
 
   const DoubleLoop expected(query, train);
@@ -77,28 +74,27 @@ bool checkRuns(const HammingKernel& kernel, int rows, Bits bits) {
               kernel.searchRuns(query.data(), train.data(), index.data(), runs.data(), static_cast<int>(runs.size())));
 }
 
+constexpr int kRuns = -1;  // in place of a number of queries
+
 bool checkKernel(const char* name, const HammingKernel& kernel) {
   int cases = 0;
-  const auto equals = [&](bool equal, const char* what, int queries, int rows, Bits bits) {
+  const auto equals = [&](int queries, int rows, Bits bits) {
+    const bool equal = queries == kRuns ? checkRuns(kernel, rows, bits) : check(kernel, queries, rows, bits);
+    if (!equal) std::printf("%s differs: %d x %d, bits %d\n", name, queries, rows, static_cast<int>(bits));
     ++cases;
-    if (!equal) std::printf("%s: %s differs: %d x %d, bits %d\n", name, what, queries, rows, static_cast<int>(bits));
     return equal;
   };
+  bool ok = true;
   for (const Bits bits : kAllBits) {
     for (int queries : {0, 1, 7, 33, 300}) {
-      for (int train_count : {1, 7, 33, 64, 257, 600}) {
-        if (!equals(check(kernel, queries, train_count, bits), "search", queries, train_count, bits)) return false;
-      }
+      for (int train_count : {1, 7, 33, 64, 257, 600}) ok = ok && equals(queries, train_count, bits);
     }
-    for (int rows : {0, 1, 2, 9, 100, 1000}) {
-      if (!equals(checkRuns(kernel, rows, bits), "runs", 1, rows, bits)) return false;
-    }
+    for (int rows : {0, 1, 2, 9, 100, 1000}) ok = ok && equals(kRuns, rows, bits);
   }
   // Beyond one run.
-  if (!equals(check(kernel, 4097, 40, Bits::kTwoBytes), "search", 4097, 40, Bits::kTwoBytes)) return false;
-  if (!equals(check(kernel, 3, 17000, Bits::kTwoBytes), "search", 3, 17000, Bits::kTwoBytes)) return false;
-  std::printf("%s equals the double loop in %d cases\n", name, cases);
-  return true;
+  ok = ok && equals(4097, 40, Bits::kTwoBytes) && equals(3, 17000, Bits::kTwoBytes);
+  if (ok) std::printf("%s equals the double loop in %d cases\n", name, cases);
+  return ok;
 }
 
 }  // namespace
