@@ -48,22 +48,10 @@ class Throttle {
   bool due(const std::string& key, double period) {
     std::lock_guard<std::mutex> lock(mutex_);
     const double now = ros::SteadyTime::now().toSec();
-    const auto known = silent_until_.find(key);
-    if (known != silent_until_.end()) {
-      if (now < known->second) return false;
-      known->second = now + period;
-      return true;
-    }
-    if (silent_until_.size() >= kSentences) forgetBefore(now);
-    if (silent_until_.size() >= kSentences) return false;
-    silent_until_[key] = now + period;
-    return true;
-  }
-
-  void forgetBefore(double now) {
     for (auto each = silent_until_.begin(); each != silent_until_.end();) {
       each = each->second <= now ? silent_until_.erase(each) : std::next(each);
     }
+    return silent_until_.size() < kSentences && silent_until_.emplace(key, now + period).second;
   }
 
   const std::string prefix_;

@@ -1,5 +1,6 @@
 #include "input/image_conversion.h"
 
+#include <algorithm>
 #include <array>
 
 #include <opencv2/imgproc.hpp>
@@ -52,20 +53,8 @@ constexpr std::array<Encoding, 24> kEncodings = {{
     {"yuv422_yuy2", CV_8UC2, cv::COLOR_YUV2GRAY_YUY2},
 }};
 
-const Encoding* findEncoding(const std::string& name) {
-  for (const Encoding& encoding : kEncodings) {
-    if (name == encoding.name) return &encoding;
-  }
-  return nullptr;
-}
-
 std::string shapeText(const sensor_msgs::Image& image) {
   return std::to_string(image.width) + "x" + std::to_string(image.height);
-}
-
-bool hostIsBigEndian() {
-  const uint16_t one = 1;
-  return *reinterpret_cast<const uint8_t*>(&one) == 0;
 }
 
 cv::Mat swapBytes(const cv::Mat& wide) {
@@ -111,8 +100,9 @@ cv::Mat pixelsOf(const sensor_msgs::Image& image, int type) {
 }
 
 std::string ImageConverter::toGrey(const sensor_msgs::Image& image, cv::Mat& grey) {
-  const Encoding* encoding = findEncoding(image.encoding);
-  if (encoding == nullptr) {
+  const auto* encoding = std::find_if(kEncodings.begin(), kEncodings.end(),
+                                      [&](const Encoding& each) { return image.encoding == each.name; });
+  if (encoding == kEncodings.end()) {
     return "the encoding '" + excerpt(image.encoding) +
            "' is not supported; send mono8, mono16, bgr8, rgb8, bgra8, rgba8, yuv422 or a bayer_* one";
   }
@@ -130,11 +120,10 @@ std::string ImageConverter::toGrey(const sensor_msgs::Image& image, cv::Mat& gre
 cv::Mat ImageConverter::convert(const sensor_msgs::Image& image, int type, int color_to_grey) {
   cv::Mat received = pixelsOf(image, type);
   const bool wide = CV_MAT_DEPTH(type) == CV_16U;
-  if (wide && (image.is_bigendian != 0) != hostIsBigEndian()) received = swapBytes(received);
-  cv::Mat one_channel;  // never in place: the message is shared with other subscribers
-  if (color_to_grey == kNoConversion) {
-    one_channel = received;
-  } else {
+  if (wide && (image.is_bigendian != 0) != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__)) received = swapBytes(received);
+  cv::Mat one_channel = received;
+  if (color_to_grey != kNoConversion) {
+    one_channel = cv::Mat();  // never in place: the message is shared with other subscribers
     cv::cvtColor(received, one_channel, color_to_grey);
   }
   return wide ? wide_.toGrey(one_channel) : one_channel;
@@ -147,25 +136,16 @@ std::string toDepth(const sensor_msgs::Image& image, cv::Size expected, cv::Mat&
            "'; it must be 32FC1 (metres) or 16UC1 (millimetres)";
   }
   if (static_cast<int>(image.width) != expected.width || static_cast<int>(image.height) != expected.height) {
-    return "the depth image is " + std::to_string(image.width) + "x" + std::to_string(image.height) +
-           ", but the image is " + std::to_string(expected.width) + "x" + std::to_string(expected.height) +
+    return "the depth image is " + shapeText(image) + ", but the image is " + sizeText(expected) +
            "; depth must be registered to it";
   }
   const int type = metres ? CV_32FC1 : CV_16UC1;
-  std::string problem = layoutProblem(image, type);
+  const std::string problem = layoutProblem(image, type);
   if (!problem.empty()) return "the depth image cannot be used: " + problem;
   if (image.is_bigendian) return "the depth image is big-endian, which is not supported";
-  guarded(
-      [&] {
-        const cv::Mat received = pixelsOf(image, type);
-        if (metres) {
-          depth = received;
-        } else {
-          received.convertTo(depth, CV_32F, kMetresPerUnit);
-        }
-      },
-      [&](const std::string& what) { problem = "converting the depth image failed: " + what; });
-  return problem;
+  depth = pixelsOf(image, type);
+  if (millimetres) cv::Mat(depth).convertTo(depth, CV_32F, kMetresPerUnit);
+  return std::string();
 }
 
 }  // namespace gms_ransac

@@ -78,7 +78,10 @@ StereoDepth::StereoDepth(const Parameters& parameters, const std::string& right_
       right_info_topic_(right_info_topic),
       camera_source_(parameters, right_topic, right_info_topic) {}
 
-std::string StereoDepth::takeRight(const ImageWithInfo& input, const Features& left, StereoColumns& columns) {
+std::string StereoDepth::take(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
+                              StereoColumns& columns) {
+  columns.clear();
+  if (!left_model.camera.calibrated()) return "the left camera is not calibrated";
   if (!input.right) {
     return "no image on " + right_topic_ + " has its stamp (within " + secondsText(kStereoTolerance) +
            "); trigger both cameras together, or stamp their images alike";
@@ -91,15 +94,7 @@ std::string StereoDepth::takeRight(const ImageWithInfo& input, const Features& l
            sizeText(columns.right.size()) + "; both must be of one size";
   }
   columns.right_camera = camera_source_.get(input.right_info, columns.right.size());
-  return columns.right_camera->problem;
-}
-
-std::string StereoDepth::take(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
-                              StereoColumns& columns) {
-  columns.clear();
-  if (!left_model.camera.calibrated()) return "the left camera is not calibrated";
-  std::string problem = takeRight(input, left, columns);
-  if (!problem.empty()) return problem;
+  if (!columns.right_camera->problem.empty()) return columns.right_camera->problem;
   const StereoRig rig(left_model, *input.camera_info, *columns.right_camera, *input.right_info);
   if (rig.problem.empty()) columns.rig = rig;
   return rig.problem;

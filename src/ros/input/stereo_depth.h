@@ -52,8 +52,6 @@ class StereoDepth {
   double detectSeconds() const { return right_.detect_seconds; }
 
  private:
-  /// Sets the right image and its camera; as `take`.
-  std::string takeRight(const ImageWithInfo& input, const Features& left, StereoColumns& columns);
   /// Returns why few keypoints have a match on their row, if many have one on other rows.
   std::string doubtOfRows(const Features& left, double focal_length) const;
 

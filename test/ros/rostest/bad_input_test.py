@@ -4,19 +4,18 @@ import unittest
 
 import numpy as np
 import rospy
-import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from gms_ransac.msg import MatchStats
 
-from graph import Client, Scene, camera_info, image_message
+from graph import Scene, camera_info, client_of, image_message, run
 
 
 class BadInput(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.client = Client().connect()
+        cls.client = client_of("latest").connect()
         # Its images wait for their own camera_info: which one counts is no matter of which connection is faster.
-        cls.exact = Client("exact", "exact/image", "exact/camera_info").connect()
+        cls.exact = client_of("exact").connect()
         scene = Scene()
         cls.frames = [scene.draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(4)]
         cls.stamp = 100.0
@@ -47,7 +46,7 @@ class BadInput(unittest.TestCase):
 
     def assert_bad(self, answer, *words):
         self.assertEqual(answer.status, MatchStats.BAD_IMAGE, answer.status_text)
-        for word in words + (rospy.resolve_name("image"),):
+        for word in words + (rospy.resolve_name("latest/image"),):
             self.assertIn(word, answer.status_text)
         self.assert_good_pair()
 
@@ -70,7 +69,7 @@ class BadInput(unittest.TestCase):
 
     def test_images_without_camera_info_of_their_stamp_are_counted(self):
         reports = []
-        self.exact.subscribers.append(rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: reports.extend(m.status)))
+        listening = rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: reports.extend(m.status))
         self.exact.send(self.frames[0], self.next_stamp(), info=camera_info(self.stamp + 0.05))
         self.assert_good_pair(self.exact)
 
@@ -79,6 +78,7 @@ class BadInput(unittest.TestCase):
             return values and int(values[-1]["frames without camera_info of their stamp"]) > 0
 
         self.exact.wait(counted, "diagnostics to count the image")
+        listening.unregister()
 
     def test_stamps_beyond_what_a_duration_holds(self):
         # The clock is at some 1.8e9 s; a difference of more than 2.1e9 s is none that ros::Duration can hold.
@@ -145,7 +145,5 @@ class BadInput(unittest.TestCase):
             self.assertTrue(np.all(np.isfinite(message.current_in_reference.covariance)))
 
 
-
 if __name__ == "__main__":
-    rospy.init_node("bad_input_test")
-    rostest.rosrun("gms_ransac", "bad_input", BadInput)
+    run("bad_input", BadInput, latest={}, exact={"camera_info_sync": "exact"})

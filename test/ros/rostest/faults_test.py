@@ -20,7 +20,7 @@ from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
 
-from graph import FULL, Client, Scene, Stream, camera_info, image_message
+from graph import FULL, Client, Scene, Stream, camera_info, client_of, image_message
 from tcpros import RawPublisher, RawSubscriber, serialized
 
 RECONFIGURATIONS = 1000 if FULL else 100
@@ -42,7 +42,7 @@ class Faults(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.client = Client().connect()
-        cls.based = Client("based", "based/image", "based/camera_info")
+        cls.based = client_of("based")
         cls.based.subscribe("odom", Odometry, [])  # or no one asks for the camera's place on its base
         cls.based.connect()
         cls.said = []

@@ -199,7 +199,7 @@ def run(name, case, **filters):
     rospy.init_node(name + "_test")
     program = roslib.packages.find_node("gms_ransac", "match_filter_node")[0]
     topics = [side + topic for side in ("", "left/", "right/") for topic in ("image", "camera_info")]
-    topics += ["depth/image", "reference/image", "current/image"]
+    topics += ["depth/image", "reference/image", "current/image", "imu", "prior_odom"]
     started = []
     for node, parameters in filters.items():
         rospy.set_param(node, dict({"drop_frames": False}, **parameters))

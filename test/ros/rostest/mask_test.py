@@ -4,11 +4,10 @@ import unittest
 
 import numpy as np
 import rospy
-import rostest
 from gms_ransac.msg import MatchStats
 from sensor_msgs.msg import Image
 
-from graph import HEIGHT, WIDTH, Client, Scene, image_message
+from graph import HEIGHT, WIDTH, Scene, client_of, image_message, run
 
 ASKED = 2000  # ~features
 
@@ -25,16 +24,17 @@ class Mask(unittest.TestCase):
         cls.frames = [Scene().draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(3)]
 
     def client(self, name):
-        client = Client(name, name + "/image", name + "/camera_info").connect()
+        client = client_of(name).connect()
         self.start = max([0] + [s.header.stamp.to_sec() for s in client.stats]) + 100
         return client
 
     def send_mask(self, client, topic, message):
-        """Publishes a latched mask, once the filter subscribes to it."""
+        """Publishes a latched mask, if any, once the filter subscribes to it; returns the publisher."""
         publisher = rospy.Publisher(topic, Image, queue_size=10, latch=True)
         self.addCleanup(publisher.unregister)
         client.wait(publisher.get_num_connections, "the filter to listen to " + topic)
-        publisher.publish(message)
+        if message:
+            publisher.publish(message)
         return publisher
 
     def await_mask(self, client, accepted):
@@ -95,9 +95,7 @@ class Mask(unittest.TestCase):
 
     def test_of_each_image(self):
         client = self.client("exact")
-        publisher = rospy.Publisher("segmentation", Image, queue_size=10)
-        self.addCleanup(publisher.unregister)
-        client.wait(publisher.get_num_connections, "the filter to listen to its mask")
+        publisher = self.send_mask(client, "segmentation", None)
         for i, frame in enumerate(self.frames):
             client.send(frame, 100 + 0.1 * i)
             mask = half_mask() if i % 2 else np.full((HEIGHT, WIDTH), 255, np.uint8)
@@ -114,7 +112,5 @@ class Mask(unittest.TestCase):
         self.assertNotIn("no mask", masked.status_text)
 
 
-
 if __name__ == "__main__":
-    rospy.init_node("mask_test")
-    rostest.rosrun("gms_ransac", "mask", Mask)
+    run("mask", Mask, latest={})

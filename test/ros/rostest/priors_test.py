@@ -7,7 +7,6 @@ import unittest
 import cv2
 import numpy as np
 import rospy
-import rostest
 import tf2_ros
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
@@ -15,7 +14,7 @@ from gms_ransac.msg import MatchStats
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 
-from graph import HEIGHT, WIDTH, Client, Scene, camera_info, data_folder, vector
+from graph import HEIGHT, WIDTH, Scene, camera_info, client_of, data_folder, run, vector
 
 PERIOD, STILL, MOVING = 1 / 30.0, 8, 36  # seconds; images before and while the camera moves
 RATE = 200.0  # Hz, of the gyro
@@ -63,69 +62,74 @@ class PriorsTest(unittest.TestCase):
         scene = Scene()
         cls.times = [PERIOD * (i - STILL) for i in range(STILL + MOVING)]  # seconds since it started to move
         cls.frames = [scene.draw(t=place(s), r=turn(s)) for s in cls.times]
+        cls.reports = []
+        cls.listening = rospy.Subscriber("/diagnostics", DiagnosticArray, cls.reports.append)
+        # imu_link and base_link look ahead, left and up; the camera looks ahead.
+        mount = TransformStamped()
+        mount.header.frame_id, mount.child_frame_id = "imu_link", "camera"
+        q = mount.transform.rotation
+        q.x, q.y, q.z, q.w = quaternion(TO_IMU)
+        cls.static = tf2_ros.StaticTransformBroadcaster()
+        cls.static.sendTransform(mount)
 
     def stamp(self, seconds):
         return START + STILL * PERIOD + seconds
 
+    def connect(self, name, topic, kind):
+        """A client, and a publisher of a sensor, to both of which the filter listens."""
+        client, sensor = client_of(name), rospy.Publisher(name + "/" + topic, kind, queue_size=2000)
+        client.connect().wait(sensor.get_num_connections, "the filter to want " + topic)
+        return client, sensor
+
+    def send_gyro(self, publisher, start, end, axes=(1, 1, 1), bias=(0, 0, 0), late=0):
+        for i in range(int((end - start) * RATE)):
+            seconds = start + i / RATE
+            message = Imu()
+            message.header.frame_id = "imu_link"
+            message.header.stamp = rospy.Time.from_sec(self.stamp(seconds) + late)
+            w = message.angular_velocity
+            w.x, w.y, w.z = TO_IMU @ rate(seconds) * axes + bias
+            publisher.publish(message)
+
+    def said(self, name, words, value=""):
+        """The values beside the last such summary, if the estimate of the offset has `value`; else None."""
+        values = [{v.key: v.value for v in s.values} for report in self.reports for s in report.status
+                  if s.name.strip("/").startswith(name + ": priors") and words in s.message]
+        return values[-1] if values and value in values[-1].get("~image_time_offset (s)", "") else None
+
     def test_gyro(self):
-        clients = {name: Client(name) for name in ("gyro", "mirrored", "late")}
-        publishers = {name: rospy.Publisher(name + "/imu", Imu, queue_size=2000) for name in clients}
-        reports = []
-        listening = rospy.Subscriber("/diagnostics", DiagnosticArray, reports.append)
-        sender = clients["gyro"]
-        for client in clients.values():
-            client.connect()
-        sender.wait(lambda: listening.get_num_connections() >= 3, "diagnostics")
-        sender.wait(lambda: all(p.get_num_connections() for p in publishers.values()), "the filters to want gyros")
-        sender.wait(lambda: sender.image.get_num_connections() >= 3, "the filters to want images")
-        for i in range(int((self.times[-1] - self.times[0] + 0.2) * RATE)):
-            seconds = self.times[0] - 0.05 + i / RATE
-            gyro = TO_IMU @ rate(seconds)
-            for name, publisher in publishers.items():
-                message = Imu()
-                message.header.frame_id = "imu_link"
-                message.header.stamp = rospy.Time.from_sec(self.stamp(seconds) + (LATE if name == "late" else 0))
-                w = message.angular_velocity
-                w.x, w.y, w.z = gyro * ([1, -1, 1] if name == "mirrored" else [1, 1, 1]) + BIAS
-                publisher.publish(message)
+        """One camera, three gyros: a good one, one with an axis mirrored, and one whose stamps are late."""
+        clients = {}
+        for name, options in (("gyro", {}), ("mirrored", {"axes": (1, -1, 1)}), ("late", {"late": LATE})):
+            clients[name], publisher = self.connect(name, "imu", Imu)
+            self.send_gyro(publisher, self.times[0] - 0.05, self.times[-1] + 0.15, bias=BIAS, **options)
         for seconds, frame in zip(self.times, self.frames):
-            sender.send(frame, self.stamp(seconds))
+            for client in clients.values():
+                client.send(frame, self.stamp(seconds))
         for name, client in clients.items():
             client.answer(len(self.frames), name)
             for stats in client.stats[1:]:
                 self.assertIn(stats.status, (MatchStats.OK, MatchStats.LOW_PARALLAX), stats.status_text)
-        for stats in clients["gyro"].stats[2:]:
+        sender = clients["gyro"]
+        for stats in sender.stats[2:]:
             self.assertNotIn("no rotation prior", stats.status_text)
         # A wrong prior takes nothing away.
         good, wrong = ([s.inliers for s in clients[name].stats[1:]] for name in ("gyro", "mirrored"))
         self.assertGreater(np.sum(wrong), 0.99 * np.sum(good))
 
-        def said(name, words, offset):
-            """The values beside such a summary, if it came with an estimate of the offset wherever one is asked for."""
-            for report in reports:
-                for status in report.status:
-                    values = {v.key: v.value for v in status.values}
-                    if status.name.strip("/").startswith(name + ": priors") and words in status.message and \
-                            int(values["pairs compared"]) > 0 and (
-                                not offset or "deviation" in values["~image_time_offset (s)"]):
-                        return values
-            return None
-
         def number(text):
             return [float(x) for x in text.split("(")[-1].split(")")[0].replace(", standard deviation", ",").split(",")]
 
-        values = sender.wait(lambda: said("gyro", "agrees", True), "a gyro that agrees")
+        values = sender.wait(lambda: self.said("gyro", "agrees", "deviation"), "a gyro that agrees")
         self.assertLess(abs(number(values["~image_time_offset (s)"])[0]), 0.01)
         bias = number(values["learnt"].split("rad/s")[0])
         self.assertLess(np.abs(np.array(bias) - BIAS).max(), 0.02)
-        sender.wait(lambda: said("mirrored", "its axes explain it", False), "the mirrored axis")
-        values = sender.wait(lambda: said("late", "a time offset explains it", True), "the time offset")
+        sender.wait(lambda: self.said("mirrored", "its axes explain it"), "the mirrored axis")
+        values = sender.wait(lambda: self.said("late", "a time offset explains it", "deviation"), "the time offset")
         self.assertAlmostEqual(number(values["~image_time_offset (s)"])[0], LATE, delta=0.01)
 
         # The gyro falls silent: answered all the same, and said.
-        count = len(sender.stats)
-        sender.send(self.frames[0], self.stamp(self.times[-1] + 0.5))
-        text = sender.answer(count + 1, "an image without gyro").status_text
+        text = sender.ask(self.frames[0], self.stamp(self.times[-1] + 0.5)).status_text
         self.assertIn("no rotation prior: the newest sample is", text)
         self.assertIn("/gyro/imu", text)
 
@@ -139,28 +143,16 @@ class PriorsTest(unittest.TestCase):
         return picture
 
     def test_rolling_shutter(self):
-        client, reports, scene = Client("rolling", "rolling/image", "rolling/camera_info"), [], Scene()
-        gyro = rospy.Publisher("rolling/imu", Imu, queue_size=2000)
-        listening = rospy.Subscriber("/diagnostics", DiagnosticArray, reports.append)
-        client.connect()
-        client.wait(lambda: listening.get_num_connections() > 0, "diagnostics")
-        client.wait(gyro.get_num_connections, "the filter to want a gyro")
-        times = self.times[STILL:STILL + 14]
-        for i in range(int((times[-1] + 0.2) * RATE)):
-            message = Imu()
-            message.header.frame_id = "imu_link"
-            message.header.stamp = rospy.Time.from_sec(self.stamp(i / RATE - 0.05))
-            w = message.angular_velocity
-            w.x, w.y, w.z = TO_IMU @ rate(i / RATE - 0.05)
-            gyro.publish(message)
+        client, gyro = self.connect("rolling", "imu", Imu)
+        times, scene = self.times[STILL:STILL + 14], Scene()
+        self.send_gyro(gyro, -0.05, times[-1] + 0.15)
         for seconds in times:
             text = client.ask(self.roll(scene, seconds), self.stamp(seconds)).status_text
             self.assertNotIn("no rotation prior", text)
 
         def turned():
-            values = [v.value for report in reports for status in report.status for v in status.values
-                      if status.name.strip("/").startswith("rolling: priors") and v.key == "pairs corrected for readout"]
-            return values and int(values[-1]) > len(times) / 2
+            values = self.said("rolling", "")
+            return values and int(values["pairs corrected for readout"]) > len(times) / 2
         client.wait(turned, "rows that the gyro turned")
 
     def send_wheels(self, publisher, seconds, slip=False):
@@ -172,11 +164,9 @@ class PriorsTest(unittest.TestCase):
         publisher.publish(message)
 
     def test_wheels(self):
-        client, poses = Client("wheels", "wheels/image", "wheels/camera_info"), []
+        (client, odometry), poses = self.connect("wheels", "prior_odom", Odometry), []
         client.subscribe("relative_pose", PoseWithCovarianceStamped, poses)
-        odometry = rospy.Publisher("wheels/prior_odom", Odometry, queue_size=200)
         client.connect()
-        client.wait(odometry.get_num_connections, "the filter to want wheels")
         self.send_wheels(odometry, self.times[STILL] - PERIOD)
         chosen = range(STILL, STILL + 30, 3)
         for i in chosen:
@@ -203,7 +193,7 @@ class PriorsTest(unittest.TestCase):
         self.assertIn("no length: by the odometry the camera stood", text)
 
     def test_tf(self):
-        client = Client("by_tf", "by_tf/image", "by_tf/camera_info").connect()
+        client = client_of("by_tf").connect()
         broadcaster = tf2_ros.TransformBroadcaster()
         client.wait(lambda: broadcaster.pub_tf.get_num_connections() >= 6, "all six filters to listen to tf")
         for i in range(STILL, STILL + 9, 3):
@@ -227,7 +217,7 @@ class PriorsTest(unittest.TestCase):
         with open(os.path.join(folder, "calib.txt")) as calibration:
             P = np.array([float(x) for x in calibration.readline().split()[1:]]).reshape(3, 4)
         truth = np.loadtxt(os.path.join(folder, "poses.txt")).reshape(-1, 3, 4)[:, :, 3]
-        client, poses = Client("ground", "ground/image", "ground/camera_info"), []
+        client, poses = client_of("ground"), []
         client.subscribe("relative_pose", PoseWithCovarianceStamped, poses)
         client.connect()
         count = 20
@@ -244,5 +234,7 @@ class PriorsTest(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("priors_test")
-    rostest.rosrun("gms_ransac", "priors", PriorsTest)
+    GYRO = {"rotation_prior": "imu", "publish_relative_tf": False, "queue_size": 200}
+    run("priors", PriorsTest, gyro=GYRO, mirrored=GYRO, late=GYRO, rolling=dict(GYRO, rolling_shutter_readout=0.02),
+        wheels={"rotation_prior": "odom", "scale": "odometry"}, by_tf={"rotation_prior": "tf", "prior_frame": "map"},
+        ground={"scale": "ground", "camera_height": 1.65})  # metres above a road

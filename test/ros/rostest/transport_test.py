@@ -7,12 +7,11 @@ import unittest
 import cv2
 import numpy as np
 import rospy
-import rostest
 from gms_ransac.msg import MatchStats
 from nodelet.srv import NodeletList, NodeletLoad, NodeletLoadRequest, NodeletUnload
 from sensor_msgs.msg import CompressedImage, Image
 
-from graph import TIMEOUT, Client, Scene, Stream, image_message
+from graph import TIMEOUT, Scene, Stream, client_of, image_message, run
 
 STEP = np.array((0.15, 0.05, 0.0))
 
@@ -39,7 +38,7 @@ class Transport(unittest.TestCase):
         cls.depth = np.full(cls.frames[0].shape, 5000, np.uint16)  # millimetres; plausible is enough
 
     def answers(self, name, compressed):
-        client = Client(name, name + "/image", name + "/camera_info")
+        client = client_of(name)
         if compressed:
             client.image = Compressing(name + "/image")
         client.connect()
@@ -56,10 +55,8 @@ class Transport(unittest.TestCase):
     def test_depth_has_a_transport_of_its_own(self):
         lengths = []
         for name in ("raw_depth", "png_depth"):
-            client = Client(name, name + "/image", name + "/camera_info")
-            depth = rospy.Publisher(name + "/depth", Image, queue_size=10)
-            if name == "png_depth":
-                depth = Compressing(name + "/depth")
+            client, topic = client_of(name), name + "/depth/image"
+            depth = Compressing(topic) if name == "png_depth" else rospy.Publisher(topic, Image, queue_size=10)
             client.connect().wait(depth.get_num_connections, "the filter to subscribe to depth")
             for i in range(2):
                 stamp = 100 + 0.1 * i
@@ -72,7 +69,7 @@ class Transport(unittest.TestCase):
         self.assertEqual(lengths[0], lengths[1])
 
     def test_the_overlay_goes_out_through_it(self):
-        client = Client("raw", "raw/image", "raw/camera_info")
+        client = client_of("raw")
         raw, png = [], []
         client.subscribe("match_image", Image, raw)
         client.subscribe("match_image/test_png", CompressedImage, png)
@@ -99,7 +96,7 @@ class Transport(unittest.TestCase):
 
     def streamed(self, name):
         """A client that keeps sending PNG and has had answers."""
-        client = Client(name, name + "/image", name + "/camera_info")
+        client = client_of(name)
         client.image = Compressing(name + "/image")
         stream = Stream(client, self.frames)
         stream.start()
@@ -145,5 +142,4 @@ class Transport(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("transport_test")
-    rostest.rosrun("gms_ransac", "transport", Transport)
+    run("transport", Transport, raw={}, raw_depth={"scale": "depth"})

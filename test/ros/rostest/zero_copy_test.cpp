@@ -10,6 +10,7 @@
 #include "input/image_conversion.h"
 #include "input/image_input.h"
 #include "output/outputs.h"
+#include "processor_stream.h"
 
 namespace gms_ransac {
 namespace {
@@ -23,15 +24,10 @@ TEST(ZeroCopy, FromThePublishersHandsToTheExtractor) {
       nh, pnh, Parameters(), [&](const ImageWithInfo& image) { received = image; }, nullptr);
   input.start();
 
-  auto sent = boost::make_shared<sensor_msgs::Image>();
-  sent->width = 128;
-  sent->height = 96;
-  sent->step = 128;
-  sent->encoding = "mono8";
-  sent->data.resize(128 * 96, 7);
+  const sensor_msgs::ImageConstPtr sent = imageMessage(cv::Mat(96, 128, CV_8UC1, cv::Scalar(7)), 1);
   const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(30);
   while (!received.image && ros::WallTime::now() < end) {
-    if (publisher.getNumSubscribers() > 0) publisher.publish(sensor_msgs::ImageConstPtr(sent));
+    if (publisher.getNumSubscribers() > 0) publisher.publish(sent);
     ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.1));
   }
   ASSERT_TRUE(received.image);
