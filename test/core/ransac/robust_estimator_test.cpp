@@ -268,31 +268,5 @@ TEST(Quality, OfNoiseNeedsMoreHypothesesThanThatOfTheMatches) {
   }
 }
 
-TEST(PoseConvention, IsTheInverseOfRecoverPose) {
-  TwoViewSceneOptions scene;
-  scene.outlier_ratio = 0;
-  scene.noise_px = 0;
-  const TwoViewScene pair = makeTwoViewScene(scene);
-  const RobustResult result = estimated("ransac", optionsFor(ModelType::kEssential), pair);
-  ASSERT_TRUE(result.pose_found);
-  std::vector<cv::Point2d> reference, current;
-  for (int i = 0; i < pair.pairs.size(); ++i) {
-    reference.emplace_back(pair.pairs.x_reference[i], pair.pairs.y_reference[i]);
-    current.emplace_back(pair.pairs.x_current[i], pair.pairs.y_current[i]);
-  }
-  cv::Mat E, K, R_cv, t_cv;
-  cv::eigen2cv(result.model, E);
-  cv::eigen2cv(pair.camera.K(), K);
-  cv::recoverPose(E, reference, current, K, R_cv, t_cv);
-  Eigen::Matrix3d R;
-  Eigen::Vector3d t;
-  cv::cv2eigen(R_cv, R);
-  cv::cv2eigen(t_cv, t);
-  EXPECT_LT((result.pose.R - R.transpose()).norm(), 1e-6);
-  EXPECT_LT((result.pose.t + R.transpose() * t).norm(), 1e-6);
-  EXPECT_LT(rotationError(result.pose.R, pair.R.transpose()), 0.01);
-  EXPECT_LT(directionError(result.pose.t, -pair.R.transpose() * pair.t), 0.1);
-}
-
 }  // namespace
 }  // namespace gms_ransac

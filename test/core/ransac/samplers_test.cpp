@@ -224,20 +224,16 @@ TEST(ConfidenceGroupSampler, DrawsOnlyFromTheTopGroupFirst) {
   sampler.begin({201, 5, 0.99, 1000});
   Random random(5);
   int sample[5];
-  for (int draw = 0; draw < 500; ++draw) {  // half the cap
-    ASSERT_TRUE(sampler.draw(random, sample));
-    EXPECT_EQ(sampler.phase(), 0);
-    expectDistinctBelow(sample, 5, 101);
-  }
   bool beyond = false;
-  int draws = 500;
-  while (sampler.draw(random, sample)) {
-    ++draws;
-    EXPECT_EQ(sampler.phase(), 1);
-    for (int rank : sample) beyond = beyond || rank > 100;
+  for (int draw = 0; draw < 1000; ++draw) {
+    const int phase = draw < 500 ? 0 : 1;  // half the cap
+    ASSERT_TRUE(sampler.draw(random, sample));
+    EXPECT_EQ(sampler.phase(), phase);
+    expectDistinctBelow(sample, 5, phase == 0 ? 101 : 201);
+    beyond |= *std::max_element(sample, sample + 5) > 100;
   }
   EXPECT_TRUE(beyond);
-  EXPECT_EQ(draws, 1000);
+  EXPECT_FALSE(sampler.draw(random, sample));
 }
 
 TEST(ConfidenceGroupSampler, StopsAtTheBoundOfTheBetterGroupUnlessChanceExplainsIt) {
@@ -370,13 +366,13 @@ TEST(Verifier, HoldOutJudgesByMatchesThatAreNotSampled) {
   scene.noise_px = 0.1;
   const TrueMotion motion(scene);
   const EssentialModel model = motion.model();
-  const int sampled = motion.points.size() / 5;
+  const size_t sampled = motion.pair.correct.size() / 5;
   // Leaves the truth only its held-out inliers, or only those that are sampled.
-  const auto explains = [&](int first, int end) {
+  const auto spoilt = [&](bool first) {
     PointPairs pairs = motion.pair.pairs;
-    for (int i = 0; i < motion.points.size(); ++i) {
-      if (i < first || i >= end)
-        pairs.x_current[static_cast<size_t>(i)] = pairs.y_current[static_cast<size_t>(i)] = -1e4f;
+    for (auto* column : {&pairs.x_current, &pairs.y_current}) {
+      const auto middle = column->begin() + static_cast<std::ptrdiff_t>(sampled);
+      std::fill(first ? column->begin() : middle, first ? middle : column->end(), -1e4f);
     }
     return pairs;
   };
@@ -386,9 +382,9 @@ TEST(Verifier, HoldOutJudgesByMatchesThatAreNotSampled) {
   EXPECT_EQ(motion.evaluations, motion.points.size());
   EXPECT_FALSE(verifier.beatsBest(motion.truth, random)) << "it ties with itself";
   TwoViewPoints part;
-  part.set(explains(sampled, motion.points.size()), motion.pair.camera, ModelType::kEssential, 1, 0);
+  part.set(spoilt(true), motion.pair.camera, ModelType::kEssential, 1, 0);
   EXPECT_TRUE(HoldOutVerifier(model, part.view(), motion.order, 0.2).beatsBest(motion.truth, random));
-  part.set(explains(0, sampled), motion.pair.camera, ModelType::kEssential, 1, 0);
+  part.set(spoilt(false), motion.pair.camera, ModelType::kEssential, 1, 0);
   EXPECT_TRUE(HoldOutVerifier(model, part.view(), motion.order, 0.2).beatsBest(motion.truth, random))
       << "among none held out the sampled decide";
 }

@@ -271,58 +271,42 @@ ScaleEstimate poseFromDepth(const ExactPair& exact, const cv::Mat& reference_dep
                        reference_depth, current_depth, pose);
 }
 
-/// Moves keypoints as a rolling shutter does if the camera rotates differently during the two images: by `row_rotation`
-/// more, from the top row to the bottom, in the current one.
-void shiftRows(const Eigen::Vector3d& row_rotation, const Camera& camera, std::vector<cv::KeyPoint>& keypoints) {
+/// The pixel and the depth at which a camera sees a point that rotates by `row_rotation` from the top row to the
+/// bottom.
+cv::Point3f seenByRows(const Eigen::Vector3d& point, const Eigen::Vector3d& row_rotation, const Camera& camera) {
   const CameraIntrinsics& k = camera.intrinsics();
-  const int height = camera.imageSize().height;
-  for (cv::KeyPoint& keypoint : keypoints) {
-    const Eigen::Vector3d ray((keypoint.pt.x - k.cx) / k.fx, (keypoint.pt.y - k.cy) / k.fy, 1);
-    float row = keypoint.pt.y;  // the row it falls on is the row it is read at
-    for (int i = 0; i < 5; ++i) {
-      const Eigen::Vector3d rotation = (row / height - 0.5) * row_rotation;
-      const Eigen::Vector3d seen = Eigen::AngleAxisd(-rotation.norm(), rotation.normalized()) * ray;
-      keypoint.pt.x = static_cast<float>(k.fx * seen.x() / seen.z() + k.cx);
-      keypoint.pt.y = static_cast<float>(k.fy * seen.y() / seen.z() + k.cy);
-      row = keypoint.pt.y;
-    }
+  Eigen::Vector3d seen = point;
+  const auto row = [&] { return k.fy * seen.y() / seen.z() + k.cy; };
+  for (int i = 0; i < 5; ++i) {  // the row it falls on is the row it is read at
+    seen = rotationFromVector((0.5 - row() / camera.imageSize().height) * row_rotation) * point;
   }
+  return cv::Point3d(k.fx * seen.x() / seen.z() + k.cx, row(), seen.z());
 }
 
 TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
-  // A floor seen at a slant, where a rotation during the readout looks most like sideways motion.
+  // A floor seen at a slant, where a rotation during the readout looks most like sideways motion. The camera rotates
+  // differently during the two images.
   ExactPair exact({1, 0.2, 0.1});
   const RelativePose truth = exact.result.robust.pose;
-  const CameraIntrinsics& k = exact.camera.intrinsics();
-  const cv::Size size = exact.camera.imageSize();
   const Eigen::Vector3d normal = Eigen::Vector3d(0.1, 0.8, 0.5).normalized();  // of the floor 8 baselines away
-  const auto floorDepth = [&](double x, double y) { return 8 / normal.dot(Eigen::Vector3d(x, y, 1)); };
+  const Eigen::Vector3d half_rotation(0.002, -0.005, 0.004);
+  std::vector<float> depth;
   for (int i = 0; i < 300; ++i) {
-    cv::Point2f& c = exact.current.keypoints[i].pt;
-    c.y = 280 + 0.3f * c.y;
-    const Eigen::Vector3d ray((c.x - k.cx) / k.fx, (c.y - k.cy) / k.fy, 1);
-    const Eigen::Vector3d point = truth.R * (floorDepth(ray.x(), ray.y()) * ray) + truth.t;
-    exact.reference.keypoints[i].pt = {static_cast<float>(k.fx * point.x() / point.z() + k.cx),
-                                       static_cast<float>(k.fy * point.y() / point.z() + k.cy)};
-  }
-  const Eigen::Vector3d row_rotation(0.004, -0.01, 0.008);
-  shiftRows(row_rotation / 2, exact.camera, exact.current.keypoints);
-  shiftRows(-row_rotation / 2, exact.camera, exact.reference.keypoints);
-  cv::Mat_<float> depth(size);
-  for (int y = 0; y < size.height; ++y) {
-    for (int x = 0; x < size.width; ++x) {
-      const Eigen::Vector3d rotation = (y / static_cast<double>(size.height) - 0.5) * row_rotation / 2;
-      const Eigen::Vector3d ray = Eigen::AngleAxisd(rotation.norm(), rotation.normalized()) *
-                                  Eigen::Vector3d((x - k.cx) / k.fx, (y - k.cy) / k.fy, 1);
-      const double z = floorDepth(ray.x() / ray.z(), ray.y() / ray.z());
-      depth(y, x) = z > 0 ? static_cast<float>(z / ray.z()) : 0;
-    }
+    cv::Point2f &r = exact.reference.keypoints[i].pt, &c = exact.current.keypoints[i].pt;
+    const Eigen::Vector3d ray = exact.camera.K().inverse() * Eigen::Vector3d(c.x, 280 + 0.3 * c.y, 1);
+    const Eigen::Vector3d point = 8 / normal.dot(ray) * ray;
+    const cv::Point3f in_reference = seenByRows(truth.R * point + truth.t, -half_rotation, exact.camera);
+    const cv::Point3f in_current = seenByRows(point, half_rotation, exact.camera);
+    r = {in_reference.x, in_reference.y};
+    c = {in_current.x, in_current.y};
+    depth.push_back(in_current.z);
   }
   RelativePose pose;
-  const ScaleEstimate scale = poseFromDepth(exact, cv::Mat(), depth, pose);
+  const ScaleEstimate scale = poseFromKeypointDepth(exact.triangulated(), exact.reference, exact.current, exact.result,
+                                                    exact.camera, {}, depth, DepthSource::kRollingCamera, pose);
   EXPECT_GT(scale.features, 250);
   EXPECT_LT((pose.t - truth.t).norm(), 0.02);
-  EXPECT_LT(Eigen::AngleAxisd(pose.R.transpose() * truth.R).angle(), 1e-3);
+  EXPECT_LT(rotationVector(pose.R.transpose() * truth.R).norm(), 1e-3);
 }
 
 TEST(PoseFromDepth, TakesNoFewerThanEightInliersThoughBothImagesHaveDepth) {
