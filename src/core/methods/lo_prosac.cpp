@@ -103,7 +103,7 @@ class LoProsac : public RansacMethod {
     }
     judge_.refine(points_, true, optimum);
     if (!accept(pair, optimum.essential(), true)) return;
-    take(judge_.judge(points_, pose, alternatives_), pair.result);
+    static_cast<Judgement&>(pair.result) = judge_.judge(points_, pose, alternatives_);
     previous_ = optimum;
   }
 

@@ -72,7 +72,7 @@ void RansacMethod::recoverPose(const PairTask& pair, const TwoViewModel& model, 
   const RecoveredPose recovered = pose_recovery_.recover(pairs, camera, points_, result, refine);
   if (recovered.judgement == nullptr) return weighMatches(model, best, result);
   if (recovered.model) setModel(pair, *recovered.model);
-  take(*recovered.judgement, result);
+  static_cast<Judgement&>(result) = *recovered.judgement;
 }
 
 void RansacMethod::weighMatches(const TwoViewModel& model, const Hypothesis& best, RobustResult& result) {

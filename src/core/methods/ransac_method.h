@@ -51,8 +51,6 @@ class RansacMethod : public Method {
   /// True if the search ended so late that refinement must be short; noted in the effort.
   bool hurried(Effort& effort) const;
 
-  /// Fills the judgement of the accepted model.
-  static void take(const Judgement& judgement, RobustResult& result) { static_cast<Judgement&>(result) = judgement; }
   /// Sets model and inliers from a matrix in working coordinates; false, and no model, if they are too few. `ordered`:
   /// support among the first of the order counts, too.
   bool accept(const PairTask& pair, const Eigen::Matrix3d& matrix, bool ordered = false);
