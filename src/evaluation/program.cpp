@@ -88,16 +88,18 @@ void requireAtLeastOne(std::initializer_list<std::pair<const char*, int>> option
   }
 }
 
-std::vector<std::string> splitAtCommas(const std::string& text) {
+std::vector<std::string> splitAtCommas(const std::vector<std::string>& lists) {
   std::vector<std::string> parts;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  for (const std::string& list : lists) {
+    std::istringstream stream(list);
+    for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  }
   return parts;
 }
 
-std::vector<int> parsePositives(const std::string& list, const std::string& option) {
+std::vector<int> parsePositives(const std::vector<std::string>& lists, const std::string& option) {
   std::vector<int> numbers;
-  for (const std::string& word : splitAtCommas(list)) {
+  for (const std::string& word : splitAtCommas(lists)) {
     int number = 0;
     if (!boost::conversion::try_lexical_convert(word, number) || number < 1) {
       throw std::invalid_argument(option + " holds '" + word + "'; it takes whole numbers from 1 on");

@@ -41,11 +41,11 @@ void addDatasetOptions(boost::program_options::options_description& description,
 /// Throws std::invalid_argument about the first option with a value below 1.
 void requireAtLeastOne(std::initializer_list<std::pair<const char*, int>> options);
 
-/// "a,b,c" -> a, b, c.
-std::vector<std::string> splitAtCommas(const std::string& text);
+/// "a,b", "c" -> a, b, c.
+std::vector<std::string> splitAtCommas(const std::vector<std::string>& lists);
 
-/// The whole numbers from 1 on in a list with commas; std::invalid_argument about the option where there is another.
-std::vector<int> parsePositives(const std::string& list, const std::string& option);
+/// The whole numbers from 1 on in lists with commas; std::invalid_argument about the option where there is another.
+std::vector<int> parsePositives(const std::vector<std::string>& lists, const std::string& option);
 
 /// Runs a program and returns its exit status. An exception becomes "<program>: <sentence>" on stderr and kBadInput.
 int runProgram(int argc, char** argv, int (*program)(const Arguments&));

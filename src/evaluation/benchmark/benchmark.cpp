@@ -33,9 +33,9 @@ struct BenchmarkArguments {
 /// "1,all" -> 1 and the number of cores; repeated values count once.
 std::vector<int> parseThreads(const std::string& list) {
   std::vector<int> threads;
-  for (const std::string& word : splitAtCommas(list)) {
+  for (const std::string& word : splitAtCommas({list})) {
     const int all = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-    const int count = word == "all" ? all : parsePositives(word, "--threads").front();
+    const int count = word == "all" ? all : parsePositives({word}, "--threads").front();
     if (threads.empty() || threads.back() != count) threads.push_back(count);
   }
   return threads;
@@ -68,7 +68,7 @@ bool parse(const Arguments& words, BenchmarkArguments& arguments) {
   if (arguments.options.model == ModelType::kHomography) {
     throw std::invalid_argument("--model is homography; it must be essential or fundamental, as in the baseline");
   }
-  if (!arguments.methods.empty()) arguments.options.methods = splitAtCommas(arguments.methods);
+  if (!arguments.methods.empty()) arguments.options.methods = splitAtCommas({arguments.methods});
   for (const std::string& method : arguments.options.methods) findMethod(method);
   return true;
 }
@@ -98,7 +98,7 @@ class RenderedFolder {
 int benchmark(const Arguments& words) {
   BenchmarkArguments arguments;
   if (!parse(words, arguments)) return 0;
-  const std::vector<int> features = parsePositives(arguments.features, "--features");
+  const std::vector<int> features = parsePositives({arguments.features}, "--features");
   const std::vector<int> threads = parseThreads(arguments.threads);
   if (!arguments.out.empty() && !std::ofstream(arguments.out)) {
     throw std::runtime_error("cannot write " + arguments.out);

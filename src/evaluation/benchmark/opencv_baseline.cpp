@@ -13,7 +13,7 @@ namespace {
 constexpr double kThreshold = 1.0;  ///< pixels
 constexpr double kFundamentalProbability = 0.99, kEssentialProbability = 0.9999;
 constexpr int kMostSamples = 1000;  ///< findEssentialMat's own default where it cannot be given
-constexpr int kUsualContrast = 20;  ///< cv::ORB's default, grey levels
+constexpr int kUsualContrast = 20, kFeaturesAtUsualContrast = 3000;  ///< grey levels; cv::ORB's default
 
 }  // namespace
 

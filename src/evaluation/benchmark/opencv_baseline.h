@@ -12,11 +12,8 @@
 
 namespace gms_ransac {
 
-/// Above this, cv::ORB does not find enough features at its default contrast; the benchmark sets 0.
-constexpr int kFeaturesAtUsualContrast = 3000;
-
 cv::Ptr<cv::ORB> makeBaselineExtractor(int features);
-/// FAST contrast, grey levels, for that number of features.
+/// FAST contrast, grey levels, for that number of features: cv::ORB's default, or 0 where it does not give enough.
 int fastThreshold(int features);
 
 /// One of OpenCV's robust estimators. Threshold 1 px; RANSAC for a fundamental matrix with probability 0.99, for an

@@ -1,13 +1,13 @@
-// Writes images, depth and ground truth, or a whole TUM or KITTI folder, as a bag with the layout of the official TUM
-// bags or of kitti2bag.
+// Writes images, depth and ground truth as a bag with the layout of the official TUM bags or of kitti2bag.
 #pragma once
 
-#include <functional>
 #include <string>
 
 #include <rosbag/bag.h>
+#include <Eigen/Geometry>
+#include <opencv2/core/mat.hpp>
 
-#include "datasets/dataset.h"
+#include "gms_ransac/camera.h"
 
 namespace gms_ransac {
 
@@ -48,16 +48,5 @@ class BagWriter {
   BagLayout layout_;
   CameraIntrinsics intrinsics_;
 };
-
-/// Writes a TUM or KITTI folder: colour images, depth at its own stamps and the ground truth at its own rate (TUM);
-/// grey images and ground truth (KITTI). `openni_camera_info`: see writesFactoryCalibration. `written` is called after
-/// each image. Throws DatasetError for input that cannot be turned into a bag and std::runtime_error when the bag
-/// cannot be written.
-void exportToBag(const Dataset& dataset, const std::string& bag, bool openni_camera_info,
-                 const std::function<void()>& written);
-
-/// Returns true if camera_info will hold openNiIntrinsics(), as in the official bags: TUM, images of 640 x 480, and
-/// asked for or without a calibration in the folder.
-bool writesFactoryCalibration(const Dataset& dataset, bool openni_camera_info);
 
 }  // namespace gms_ransac

@@ -1,8 +1,8 @@
 // ROS bags: an image topic (raw or compressed), its camera_info, and the true motion of the camera from tf. Needs no
 // ROS master.
-#include <algorithm>
 #include <memory>
 #include <mutex>
+#include <set>
 
 #include <cv_bridge/cv_bridge.h>
 #include <rosbag/bag.h>
@@ -13,7 +13,9 @@
 #include <sensor_msgs/image_encodings.h>
 #include <tf2/buffer_core.h>
 #include <tf2/exceptions.h>
+#include <tf2_eigen/tf2_eigen.h>
 #include <tf2_msgs/TFMessage.h>
+#include <boost/algorithm/string/join.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -24,15 +26,9 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr char kImageType[] = "sensor_msgs/Image";
-constexpr char kCompressedType[] = "sensor_msgs/CompressedImage";
 // Grey or colour camera topics of the official TUM bags and of kitti2bag.
 constexpr const char* kUsualTopics[] = {"/camera/rgb/image_color", "/kitti/camera_gray_left/image_raw"};
 constexpr const char* kTruthFrames[] = {"world", "map", "odom"};
-
-std::string withoutLeadingSlash(const std::string& frame) {
-  return !frame.empty() && frame[0] == '/' ? frame.substr(1) : frame;
-}
 
 std::string parentTopic(const std::string& topic) {
   const auto slash = topic.rfind('/');
@@ -78,29 +74,21 @@ struct OpenBag {
   }
 };
 
-/// Image topics of the bag by name; depth images announce themselves by theirs.
-std::vector<std::string> imageTopics(rosbag::Bag& bag) {
-  std::vector<std::string> topics;
-  for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections()) {
-    if (connection->datatype != kImageType && connection->datatype != kCompressedType) continue;
-    if (connection->topic.find("depth") == std::string::npos) topics.push_back(connection->topic);
-  }
-  std::sort(topics.begin(), topics.end());
-  topics.erase(std::unique(topics.begin(), topics.end()), topics.end());
-  return topics;
-}
-
 std::string chooseTopic(const std::string& file, rosbag::Bag& bag, const std::string& asked) {
-  const std::vector<std::string> topics = imageTopics(bag);
   if (!asked.empty()) return asked;
-  if (topics.empty()) throw DatasetError(file + ": holds no image topic");
-  if (topics.size() == 1) return topics[0];
-  for (const char* usual : kUsualTopics) {
-    if (std::find(topics.begin(), topics.end(), usual) != topics.end()) return usual;
+  std::set<std::string> topics;
+  const rosbag::TypeQuery images(std::vector<std::string>{"sensor_msgs/Image", "sensor_msgs/CompressedImage"});
+  for (const rosbag::ConnectionInfo* connection : rosbag::View(bag, images).getConnections()) {
+    const bool depth = connection->topic.find("depth") != std::string::npos;
+    if (!depth) topics.insert(connection->topic);
   }
-  std::string known;
-  for (const std::string& topic : topics) known += (known.empty() ? "" : ", ") + topic;
-  throw DatasetError(file + ": holds several image topics (" + known + "); choose one with --topic");
+  if (topics.empty()) throw DatasetError(file + ": holds no image topic");
+  if (topics.size() == 1) return *topics.begin();
+  for (const char* usual : kUsualTopics) {
+    if (topics.count(usual) > 0) return usual;
+  }
+  throw DatasetError(file + ": holds several image topics (" + boost::algorithm::join(topics, ", ") +
+                     "); choose one with --topic");
 }
 
 CameraIntrinsics fromCameraInfo(const sensor_msgs::CameraInfo& info, const std::string& topic) {
@@ -134,54 +122,31 @@ std::optional<CameraIntrinsics> readCameraInfo(const std::string& file, rosbag::
   return std::nullopt;
 }
 
-/// All transforms of the bag; nothing is forgotten.
-class TransformTree {
- public:
-  explicit TransformTree(rosbag::Bag& bag) : buffer_(ros::Duration(1e9)) {
-    for (const bool is_static : {false, true}) {
-      rosbag::View view(bag, rosbag::TopicQuery(is_static ? std::vector<std::string>{"/tf_static", "tf_static"}
-                                                          : std::vector<std::string>{"/tf", "tf"}));
-      for (const rosbag::MessageInstance& message : view) {
-        const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
-        if (!transforms) continue;
-        for (geometry_msgs::TransformStamped transform : transforms->transforms) {
-          transform.header.frame_id = withoutLeadingSlash(transform.header.frame_id);
-          transform.child_frame_id = withoutLeadingSlash(transform.child_frame_id);
-          buffer_.setTransform(transform, "bag", is_static);
-        }
-      }
-    }
-  }
-
-  std::optional<Eigen::Isometry3d> pose(const std::string& world, const std::string& camera,
-                                        const ros::Time& stamp) const {
-    if (!buffer_.canTransform(world, camera, stamp)) return std::nullopt;
-    const auto transform = buffer_.lookupTransform(world, camera, stamp).transform;
-    const auto& q = transform.rotation;
-    const auto& p = transform.translation;
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.linear() = Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
-    pose.translation() = Eigen::Vector3d(p.x, p.y, p.z);
-    return pose;
-  }
-
-  bool connects(const std::string& world, const std::string& camera) const {
-    return buffer_.canTransform(world, camera, ros::Time(0));
-  }
-
- private:
-  tf2::BufferCore buffer_;
-};
-
 /// Fills in the poses of frames from tf; silently none when the camera hangs in no known world.
 void addPoses(rosbag::Bag& bag, const std::string& camera_frame, const std::vector<ros::Time>& stamps,
               std::vector<DatasetFrame>& frames) {
-  const TransformTree tree(bag);
+  tf2::BufferCore buffer(ros::Duration(1e9));  // nothing is forgotten
+  for (const bool is_static : {false, true}) {
+    rosbag::View view(bag, rosbag::TopicQuery(is_static ? std::vector<std::string>{"/tf_static", "tf_static"}
+                                                        : std::vector<std::string>{"/tf", "tf"}));
+    for (const rosbag::MessageInstance& message : view) {
+      const auto transforms = message.instantiate<tf2_msgs::TFMessage>();
+      if (!transforms) continue;
+      for (const auto& transform : transforms->transforms) buffer.setTransform(transform, "bag", is_static);
+    }
+  }
   for (const char* world : kTruthFrames) {
     // The truth of kitti2bag's odometry bags moves "camera_left", which no image names as its frame.
     for (const std::string& camera : {camera_frame, std::string("camera_left")}) {
-      if (!tree.connects(world, camera)) continue;
-      for (size_t i = 0; i < frames.size(); ++i) frames[i].pose = tree.pose(world, camera, stamps[i]);
+      if (!buffer.canTransform(world, camera, ros::Time(0))) continue;
+      for (size_t i = 0; i < frames.size(); ++i) {
+        if (!buffer.canTransform(world, camera, stamps[i])) continue;
+        const auto transform = buffer.lookupTransform(world, camera, stamps[i]).transform;
+        Eigen::Quaterniond rotation;
+        tf2::fromMsg(transform.rotation, rotation);
+        const auto& p = transform.translation;
+        frames[i].pose = Eigen::Translation3d(p.x, p.y, p.z) * rotation.normalized();
+      }
       return;
     }
   }
@@ -209,7 +174,7 @@ Dataset openBag(const std::string& file, const DatasetOptions& options) {
       } else {
         throw DatasetError(file + ": topic " + topic + " carries " + message.getDataType() + ", not images");
       }
-      camera_frame = withoutLeadingSlash(header.frame_id);
+      camera_frame = header.frame_id.substr(header.frame_id.rfind('/', 0) == 0 ? 1 : 0);  // tf2 has none
       open->messages.push_back(message);
       stamps.push_back(header.stamp);
       const double stamp = header.stamp.toSec();

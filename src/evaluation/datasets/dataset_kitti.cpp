@@ -81,7 +81,6 @@ Dataset openKitti(const std::string& folder, const DatasetOptions&) {
                        " images");
   }
 
-  std::vector<std::string> paths;
   for (size_t i = 0; i < names.size(); ++i) {
     DatasetFrame frame = {names[i], times.empty() ? static_cast<double>(i) * kNominalPeriod : times[i]};
     if (i < poses.size()) {
@@ -89,9 +88,8 @@ Dataset openKitti(const std::string& folder, const DatasetOptions&) {
       dataset.trajectory_.push_back({frame.stamp, poses[i]});
     }
     dataset.frames_.push_back(frame);
-    paths.push_back(joinPath(folder, names[i]));
   }
-  dataset.read_ = folderImages(std::move(paths));
+  dataset.read_ = imagesOf(dataset.frames_, folder);
   return dataset;
 }
 

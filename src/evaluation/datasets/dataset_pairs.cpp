@@ -9,6 +9,23 @@ namespace gms_ransac {
 
 namespace {
 
+/// Three lines of three numbers.
+Eigen::Matrix3d readMatrix(const std::string& file) {
+  const std::vector<TextLine> lines = readLines(file);
+  Eigen::Matrix3d matrix;
+  for (int row = 0; row < static_cast<int>(lines.size()); ++row) {
+    const TextLine& line = lines[static_cast<size_t>(row)];
+    if (row == 3) failAt(file, line, "expected a 3 x 3 matrix, found a fourth row");
+    const std::vector<double> values = numbersAt(file, line, 0, 3, "three numbers of a 3 x 3 matrix");
+    matrix.row(row) = Eigen::RowVector3d::Map(values.data());
+  }
+  if (lines.size() < 3) {
+    throw DatasetError(file + ":" + std::to_string(lines.empty() ? 1 : lines.back().number) +
+                       ": expected a 3 x 3 matrix, but the file ends after " + std::to_string(lines.size()) + " rows");
+  }
+  return matrix;
+}
+
 /// Adds one KEY=VALUE field of a line to the pair.
 void readTruth(const std::string& folder, const std::string& list, const TextLine& line, const std::string& field,
                DatasetPair& pair) {
@@ -16,9 +33,9 @@ void readTruth(const std::string& folder, const std::string& list, const TextLin
   const std::string key = equals == std::string::npos ? "H" : field.substr(0, equals);
   const std::string value = equals == std::string::npos ? field : field.substr(equals + 1);
   if (key == "H") {
-    pair.homography = readMatrixFile(joinPath(folder, value));
+    pair.homography = readMatrix(joinPath(folder, value));
   } else if (key == "F") {
-    pair.fundamental = readMatrixFile(joinPath(folder, value));
+    pair.fundamental = readMatrix(joinPath(folder, value));
   } else if (key == "DISP") {
     if (!pair.disparity) pair.disparity = DisparityFile();
     pair.disparity->path = value;
@@ -41,14 +58,10 @@ Dataset openImagePairs(const std::string& folder, const DatasetOptions&) {
   dataset.intrinsics_source_ = "camera.txt";
 
   const std::string list = joinPath(folder, "pairs.txt");
-  std::vector<std::string> paths;
   std::map<std::string, int> index;  // an image that several pairs share is one frame
   const auto frameOf = [&](const std::string& name) {
-    const auto [place, is_new] = index.emplace(name, static_cast<int>(paths.size()));
-    if (is_new) {
-      dataset.frames_.push_back({name});
-      paths.push_back(joinPath(folder, name));
-    }
+    const auto [place, is_new] = index.emplace(name, static_cast<int>(dataset.frames_.size()));
+    if (is_new) dataset.frames_.push_back({name});
     return place->second;
   };
   for (const TextLine& line : readLines(list)) {
@@ -61,7 +74,7 @@ Dataset openImagePairs(const std::string& folder, const DatasetOptions&) {
     dataset.listed_pairs_.push_back(pair);
   }
   if (dataset.listed_pairs_.empty()) throw DatasetError(list + ": lists no pair");
-  dataset.read_ = folderImages(std::move(paths));
+  dataset.read_ = imagesOf(dataset.frames_, folder);
   return dataset;
 }
 

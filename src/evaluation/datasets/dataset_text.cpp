@@ -108,23 +108,6 @@ std::optional<CameraIntrinsics> readCameraFile(const std::string& folder) {
   return parseIntrinsics(lines[0].text, file + ":" + std::to_string(lines[0].number));
 }
 
-Eigen::Matrix3d readMatrixFile(const std::string& file) {
-  const std::vector<TextLine> lines = readLines(file);
-  Eigen::Matrix3d matrix;
-  int row = 0;
-  for (const TextLine& line : lines) {
-    if (row == 3) failAt(file, line, "expected a 3 x 3 matrix, found a fourth row");
-    const std::vector<double> values = numbersAt(file, line, 0, 3, "three numbers of a 3 x 3 matrix");
-    for (int column = 0; column < 3; ++column) matrix(row, column) = values[static_cast<size_t>(column)];
-    ++row;
-  }
-  if (row != 3) {
-    throw DatasetError(file + ":" + std::to_string(lines.empty() ? 1 : lines.back().number) +
-                       ": expected a 3 x 3 matrix, but the file ends after " + std::to_string(row) + " rows");
-  }
-  return matrix;
-}
-
 bool isFile(const std::string& path) {
   std::error_code none;
   return std::filesystem::is_regular_file(path, none);
@@ -148,7 +131,10 @@ cv::Mat eightBits(const cv::Mat& picture, bool colour) {
   return image;
 }
 
-ImageReader folderImages(std::vector<std::string> paths) {
+ImageReader imagesOf(const std::vector<DatasetFrame>& frames, const std::string& folder) {
+  std::vector<std::string> paths;
+  paths.reserve(frames.size());
+  for (const DatasetFrame& frame : frames) paths.push_back(joinPath(folder, frame.name));
   return [paths = std::move(paths)](int frame, bool colour) {
     const std::string& path = paths.at(static_cast<size_t>(frame));
     if (!isFile(path)) throw DatasetError(path + ": no such image");

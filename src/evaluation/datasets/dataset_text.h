@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Geometry>
-
 #include "datasets/dataset.h"
 
 namespace gms_ransac {
@@ -44,9 +42,6 @@ CameraIntrinsics parseIntrinsics(const std::string& text, const std::string& sou
 /// Intrinsics of camera.txt in the folder; absent without that file.
 std::optional<CameraIntrinsics> readCameraFile(const std::string& folder);
 
-/// Three lines of three numbers.
-Eigen::Matrix3d readMatrixFile(const std::string& file);
-
 /// Returns true for a regular file. Pipes and devices have no end.
 bool isFile(const std::string& path);
 bool isFolder(const std::string& path);
@@ -55,7 +50,7 @@ std::string joinPath(const std::string& folder, const std::string& relative);
 /// A picture of 8 or 16 bits as CV_8UC1, reduced to grey as the node does it, or as CV_8UC3 with `colour`.
 cv::Mat eightBits(const cv::Mat& picture, bool colour);
 
-/// Images of a folder; paths are those of the frames.
-ImageReader folderImages(std::vector<std::string> paths);
+/// Reads the frames of a folder by their names.
+ImageReader imagesOf(const std::vector<DatasetFrame>& frames, const std::string& folder);
 
 }  // namespace gms_ransac

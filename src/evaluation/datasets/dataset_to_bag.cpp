@@ -1,17 +1,55 @@
 // Program: writes a TUM or KITTI folder as a bag with the topic names of the official TUM bags or of kitti2bag.
 #include <iostream>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <boost/program_options.hpp>
 
 #include "datasets/bag_writer.h"
+#include "datasets/dataset.h"
 #include "program.h"
 
 namespace {
 
 namespace po = boost::program_options;
 using namespace gms_ransac;
+
+// Ground truth further than this from the first and last image is not written, seconds: a replay of a shortened
+// sequence would show only tf for most of its time.
+constexpr double kTruthMargin = 0.5;
+const cv::Size kOpenNiSize(640, 480);
+// Added to the relative times of KITTI's times.txt, which ROS would take for "not set": the day of the recording,
+// seconds.
+constexpr double kKittiStart = 1317042272;
+
+/// Colour images, depth at its own stamps and the ground truth at its own rate (TUM); grey images and ground truth
+/// (KITTI).
+void writeDataset(const Dataset& dataset, const std::string& path, const CameraIntrinsics& intrinsics) {
+  const bool tum = dataset.kind() == DatasetKind::kTum;
+  const double start = tum ? 0 : kKittiStart;
+  BagWriter bag(path, tum ? BagLayout::kTum : BagLayout::kKitti, intrinsics);
+  const std::vector<DatasetFrame>& frames = dataset.frames();
+  for (const StampedPose& sample : dataset.trajectory()) {
+    if (sample.stamp < frames.front().stamp - kTruthMargin) continue;
+    if (sample.stamp > frames.back().stamp + kTruthMargin) break;
+    bag.writeGroundTruth(start + sample.stamp, sample.pose);
+  }
+  Progress progress("writing frame", static_cast<int>(frames.size()));
+  std::string last_depth;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    const int index = static_cast<int>(i);
+    bag.writeImage(start + frames[i].stamp, dataset.image(index, tum));
+    // Two images may be nearest to the same depth image.
+    if (!frames[i].depth.empty() && frames[i].depth != last_depth) {
+      bag.writeDepth(frames[i].depth_stamp, dataset.depth(index));
+      last_depth = frames[i].depth;
+    }
+    progress.advanceUnlessInterrupted();
+  }
+  bag.close();
+}
 
 int datasetToBag(const Arguments& arguments) {
   DatasetOptions dataset_options;
@@ -39,14 +77,21 @@ int datasetToBag(const Arguments& arguments) {
   const bool openni = camera_info == "openni" && dataset_options.intrinsics.empty();
 
   const Dataset dataset = Dataset::open(folder, dataset_options);
-  if (writesFactoryCalibration(dataset, openni)) {
+  const bool tum = dataset.kind() == DatasetKind::kTum;
+  if (!tum && dataset.kind() != DatasetKind::kKitti) {
+    throw DatasetError(dataset.path() + ": only TUM and KITTI folders can be turned into a bag");
+  }
+  std::optional<CameraIntrinsics> intrinsics = dataset.intrinsics();
+  if (tum && (openni || !intrinsics) && dataset.image(0).size() == kOpenNiSize) {
     std::cerr << folder << ": camera_info holds the OpenNI driver's factory values (525, 319.5, 239.5, no distortion)"
-              << (dataset.intrinsics() ? "" : ", since there is no camera.txt; give the camera's own with --intrinsics")
-              << '\n';
+              << (intrinsics ? "" : ", since there is no camera.txt; give the camera's own with --intrinsics") << '\n';
+    intrinsics = openNiIntrinsics();
+  }
+  if (!intrinsics) {
+    throw DatasetError(dataset.path() + ": has neither camera.txt nor calib.txt, so there is no camera_info to write");
   }
   watchInterrupts();
-  Progress progress("writing frame", static_cast<int>(dataset.frames().size()));
-  exportToBag(dataset, bag, openni, [&progress] { progress.advanceUnlessInterrupted(); });
+  writeDataset(dataset, bag, *intrinsics);
   return 0;
 }
 

@@ -72,7 +72,6 @@ Dataset openTum(const std::string& folder, const DatasetOptions&) {
   if (isFile(joinPath(folder, "groundtruth.txt")))
     dataset.trajectory_ = readTrajectory(joinPath(folder, "groundtruth.txt"));
 
-  std::vector<std::string> paths;
   for (const StampedFile& entry : readImageList(joinPath(folder, "rgb.txt"))) {
     DatasetFrame frame = {entry.file, entry.stamp, dataset.truthAt(entry.stamp)};
     if (const StampedFile* nearest = nearestFile(depth, entry.stamp)) {
@@ -80,9 +79,8 @@ Dataset openTum(const std::string& folder, const DatasetOptions&) {
       frame.depth_stamp = nearest->stamp;
     }
     dataset.frames_.push_back(frame);
-    paths.push_back(joinPath(folder, entry.file));
   }
-  dataset.read_ = folderImages(std::move(paths));
+  dataset.read_ = imagesOf(dataset.frames_, folder);
   return dataset;
 }
 

@@ -101,11 +101,9 @@ MatchFilterOptions PipelineArguments::options(const std::string& method) const {
 
 std::vector<std::string> PipelineArguments::methodNames(std::vector<std::string> otherwise) const {
   if (methods.empty()) return otherwise;
-  std::vector<std::string> names;
-  for (const std::string& list : methods) {
-    if (list.empty()) findMethod(list);  // complains with the list of known names
-    for (const std::string& name : splitAtCommas(list)) names.emplace_back(findMethod(name).name);
-  }
+  std::vector<std::string> names = splitAtCommas(methods);
+  if (names.empty()) findMethod("");  // complains with the list of known names
+  for (const std::string& name : names) findMethod(name);
   return names;
 }
 

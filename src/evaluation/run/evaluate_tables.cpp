@@ -4,7 +4,6 @@
 #include <ctime>
 #include <limits>
 #include <map>
-#include <memory>
 #include <set>
 #include <stdexcept>
 #include <tuple>
@@ -28,12 +27,6 @@ constexpr int kLastPresetOfDefaultFastThreshold = 3000;
 /// Runs of the stages before the robust one; the fastest counts. The first one pays for memory and caches.
 constexpr int kStageRuns = 3;
 
-/// Share i of n of the work, i from 1.
-struct Shard {
-  int index = 1, count = 1;
-  bool owns(int unit) const { return unit % count == index - 1; }
-};
-
 struct TablesPlan {
   std::vector<Dataset> datasets;
   int gap = 1, pairs = 5, repeats = 20;
@@ -42,7 +35,7 @@ struct TablesPlan {
   std::vector<std::string> methods = {"lan", "gms_ransac", "lo_prosac"};  ///< compared with cp_ransac, always there
   MatchFilterOptions base;  ///< extractor, model, grid, threshold, seed, ... of every run
   std::string out = "tables";
-  Shard shard;
+  int shard = 1, shards = 1;  ///< which part of the work, from 1, and of how many
   bool resume = false, plots = true;
 };
 
@@ -55,16 +48,6 @@ struct TablesUnit {
 
 /// One pipeline of the comparison: method, model, grouping ratio.
 using TablesRun = std::tuple<std::string, ModelType, double>;
-
-Shard parseShard(const std::string& text) {
-  Shard shard;
-  char end = 0;
-  if (std::sscanf(text.c_str(), "%d/%d%c", &shard.index, &shard.count, &end) != 2 || shard.index < 1 ||
-      shard.count < shard.index) {
-    throw std::invalid_argument("--shard is '" + text + "'; it must look like 2/5, from 1/5 to 5/5");
-  }
-  return shard;
-}
 
 /// "1/3" or "0.4".
 double parseRatio(const std::string& text) {
@@ -81,7 +64,7 @@ double parseRatio(const std::string& text) {
 /// False when only help was asked for.
 bool parse(const Arguments& arguments, TablesPlan& plan) {
   std::vector<std::string> folders;
-  std::string presets, shard = "1/1";
+  std::string shard = "1/1", presets, ratios;
   DatasetOptions dataset_options;
   PipelineArguments pipeline;
   pipeline.base.extractor.extractor = "opencv";  // what the paper used
@@ -96,7 +79,7 @@ bool parse(const Arguments& arguments, TablesPlan& plan) {
   add("pairs", po::value(&plan.pairs)->default_value(plan.pairs), "pairs a set, spread evenly over it");
   add("repeat", po::value(&plan.repeats)->default_value(plan.repeats), "seeds for each pair");
   add("presets", po::value(&presets), "numbers of features, separated by commas; default: the paper's twelve");
-  add("ratios", po::value<std::string>(), "grouping ratios, separated by commas; default: the paper's seven");
+  add("ratios", po::value(&ratios), "grouping ratios, separated by commas; default: the paper's seven");
   add("no-plots", "only CSV and Markdown");
   addDatasetOptions(options, dataset_options);
   pipeline.addTo(options, arguments);
@@ -114,18 +97,18 @@ bool parse(const Arguments& arguments, TablesPlan& plan) {
     }
   }
   requireAtLeastOne({{"--gap", plan.gap}, {"--pairs", plan.pairs}, {"--repeat", plan.repeats}});
-  if (!presets.empty()) plan.presets = parsePositives(presets, "--presets");
-  if (given.count("ratios")) {
-    plan.ratios.clear();
-    for (const std::string& text : splitAtCommas(given["ratios"].as<std::string>())) {
-      plan.ratios.push_back(parseRatio(text));
-    }
+  if (!presets.empty()) plan.presets = parsePositives({presets}, "--presets");
+  if (given.count("ratios")) plan.ratios.clear();
+  for (const std::string& text : splitAtCommas({ratios})) plan.ratios.push_back(parseRatio(text));
+  char end = 0;
+  if (std::sscanf(shard.c_str(), "%d/%d%c", &plan.shard, &plan.shards, &end) != 2 || plan.shard < 1 ||
+      plan.shards < plan.shard) {
+    throw std::invalid_argument("--shard is '" + shard + "'; it must look like 2/5, from 1/5 to 5/5");
   }
   plan.plots = given.count("no-plots") == 0;
   plan.base = pipeline.options("cp_ransac");
   plan.methods = pipeline.methodNames(plan.methods);
   plan.methods.erase(std::remove(plan.methods.begin(), plan.methods.end(), "cp_ransac"), plan.methods.end());
-  plan.shard = parseShard(shard);
   std::set<std::string> names;
   for (const std::string& folder : folders) {
     plan.datasets.push_back(Dataset::open(folder, dataset_options));
@@ -154,18 +137,6 @@ json planRecord(const TablesPlan& plan) {
                  {"options", optionsRecord(plan.base)}};
   for (const Dataset& dataset : plan.datasets) record["sequences"].push_back(dataset.name());
   return record;
-}
-
-/// Units in order: set, preset, pair. The pairs of a set are spread evenly over it.
-std::vector<TablesUnit> tablesUnits(const TablesPlan& plan) {
-  std::vector<TablesUnit> units;
-  for (const Dataset& dataset : plan.datasets) {
-    for (const int preset : plan.presets) {
-      for (const DatasetPair& pair : dataset.spreadPairs(plan.gap, plan.pairs))
-        units.push_back({&dataset, pair, preset});
-    }
-  }
-  return units;
 }
 
 /// cp_ransac at every ratio, every other method once, and at Table 4's preset the other models too.
@@ -201,76 +172,65 @@ double processorSeconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-class TablesMeter {
- public:
-  explicit TablesMeter(const TablesPlan& plan) : plan_(plan) {}
+/// The filters of all runs, kept so that their stages are warm.
+using Filters = std::map<TablesRun, MatchFilter>;
 
-  /// A record for every run of the unit and every repetition of its robust stage. Rounds go over all runs, so that a
-  /// disturbance costs each at most one of its rounds.
-  json measure(const TablesUnit& unit) {
-    const Dataset& dataset = *unit.dataset;
-    MatchFilterOptions extraction = plan_.base;
-    extraction.extractor.features = unit.preset;
-    if (unit.preset > kLastPresetOfDefaultFastThreshold) extraction.extractor.fast_threshold = 0;
-    MatchFilter extractor(extraction);
-    const Frame reference = extracted(dataset, unit.pair.reference, extractor);
-    const Frame current = extracted(dataset, unit.pair.current, extractor);
-    const Camera camera =
-        dataset.intrinsics() ? Camera(*dataset.intrinsics(), reference.features.image_size) : Camera();
-    const PairTruth truth(dataset, unit.pair, camera);
+MatchFilter& filterFor(const TablesRun& run, const TablesPlan& plan, Filters& filters) {
+  MatchFilterOptions options = plan.base;
+  std::tie(options.method, options.robust.model, options.robust.first_group_fraction) = run;
+  return filters.try_emplace(run, options).first->second;
+}
 
-    const std::vector<TablesRun> runs = tablesRuns(plan_, unit.preset);
-    std::vector<MatchResult> results(runs.size());
-    std::vector<StageTimes> fastest(runs.size());
-    for (int round = 0; round < kStageRuns; ++round) {
-      for (size_t i = 0; i < runs.size(); ++i) {
-        MatchFilter& filter = filterFor(runs[i]);
-        filter.setCamera(camera);
-        filter.filter(reference, current, results[i]);
-        const StageTimes& times = results[i].times;
-        if (round == 0) fastest[i] = times;
-        fastest[i].match = std::min(fastest[i].match, times.match);
-        fastest[i].gms = std::min(fastest[i].gms, times.gms);
-      }
+/// A record for every run of the unit and every repetition of its robust stage. Rounds go over all runs, so that a
+/// disturbance costs each at most one of its rounds.
+json measure(const TablesPlan& plan, const TablesUnit& unit, Filters& filters) {
+  const Dataset& dataset = *unit.dataset;
+  MatchFilterOptions extraction = plan.base;
+  extraction.extractor.features = unit.preset;
+  if (unit.preset > kLastPresetOfDefaultFastThreshold) extraction.extractor.fast_threshold = 0;
+  MatchFilter extractor(extraction);
+  const Frame reference = extracted(dataset, unit.pair.reference, extractor);
+  const Frame current = extracted(dataset, unit.pair.current, extractor);
+  const Camera camera = dataset.intrinsics() ? Camera(*dataset.intrinsics(), reference.features.image_size) : Camera();
+  const PairTruth truth(dataset, unit.pair, camera);
+
+  const std::vector<TablesRun> runs = tablesRuns(plan, unit.preset);
+  std::vector<MatchResult> results(runs.size());
+  std::vector<StageTimes> fastest(runs.size());
+  for (int round = 0; round < kStageRuns; ++round) {
+    for (size_t i = 0; i < runs.size(); ++i) {
+      MatchFilter& filter = filterFor(runs[i], plan, filters);
+      filter.setCamera(camera);
+      filter.filter(reference, current, results[i]);
+      const StageTimes& times = results[i].times;
+      if (round == 0) fastest[i] = times;
+      fastest[i].match = std::min(fastest[i].match, times.match);
+      fastest[i].gms = std::min(fastest[i].gms, times.gms);
     }
-    json records = json::array();
-    for (int repeat = 0; repeat < plan_.repeats; ++repeat) {
-      for (size_t i = 0; i < runs.size(); ++i) {
-        MatchFilter& filter = filterFor(runs[i]);
-        MatchFilterOptions options = filter.options();
-        options.extractor.features = unit.preset;
-        options.robust.seed = plan_.base.robust.seed + static_cast<uint64_t>(repeat);
-        filter.setSeed(options.robust.seed);
-        filter.reset();
-        const double start = processorSeconds();
-        filter.estimate(reference, current, results[i]);
-        fastest[i].ransac = processorSeconds() - start;
-        results[i].times = fastest[i];
-        json record = answerRecord(options, results[i]);
-        record.update(pairRecord(dataset, unit.pair, plan_.gap));
-        record["repeat"] = repeat;
-        record["truth"] = truthRecord(truth, reference.features, current.features, results[i]);
-        record.erase("covariance");
-        records.push_back(std::move(record));
-      }
-    }
-    return records;
   }
-
- private:
-  MatchFilter& filterFor(const TablesRun& run) {
-    auto& filter = filters_[run];
-    if (!filter) {
-      MatchFilterOptions options = plan_.base;
-      std::tie(options.method, options.robust.model, options.robust.first_group_fraction) = run;
-      filter = std::make_unique<MatchFilter>(options);
+  json records = json::array();
+  for (int repeat = 0; repeat < plan.repeats; ++repeat) {
+    for (size_t i = 0; i < runs.size(); ++i) {
+      MatchFilter& filter = filterFor(runs[i], plan, filters);
+      MatchFilterOptions options = filter.options();
+      options.extractor.features = unit.preset;
+      options.robust.seed = plan.base.robust.seed + static_cast<uint64_t>(repeat);
+      filter.setSeed(options.robust.seed);
+      filter.reset();
+      const double start = processorSeconds();
+      filter.estimate(reference, current, results[i]);
+      fastest[i].ransac = processorSeconds() - start;
+      results[i].times = fastest[i];
+      json record = answerRecord(options, results[i]);
+      record.update(pairRecord(dataset, unit.pair, plan.gap));
+      record["repeat"] = repeat;
+      record["truth"] = truthRecord(truth, reference.features, current.features, results[i]);
+      record.erase("covariance");
+      records.push_back(std::move(record));
     }
-    return *filter;
   }
-
-  const TablesPlan& plan_;
-  std::map<TablesRun, std::unique_ptr<MatchFilter>> filters_;  ///< kept, so that stages are warm
-};
+  return records;
+}
 
 /// Tables and plots of everything the folder holds. Returns the exit status.
 int reportTables(const WorkFolder& folder, bool plots) {
@@ -287,15 +247,22 @@ int evaluateTables(const Arguments& arguments) {
   if (!parse(arguments, plan)) return 0;
   WorkFolder folder(plan.out);
   folder.begin(planRecord(plan), plan.resume);
-  const std::vector<TablesUnit> units = tablesUnits(plan);
-  std::vector<int> numbers;
-  for (int unit = 0; unit < static_cast<int>(units.size()); ++unit) {
-    if (plan.shard.owns(unit)) numbers.push_back(unit);
+  std::vector<TablesUnit> units;  // in the order of set, preset, pair
+  std::vector<int> numbers;       // of those of this shard
+  for (const Dataset& dataset : plan.datasets) {
+    for (const int preset : plan.presets) {
+      for (const DatasetPair& pair : dataset.spreadPairs(plan.gap, plan.pairs)) {
+        const int number = static_cast<int>(units.size());
+        if (number % plan.shards == plan.shard - 1) numbers.push_back(number);
+        units.push_back({&dataset, pair, preset});
+      }
+    }
   }
-  TablesMeter meter(plan);
-  const auto measure = [&](int unit) { return meter.measure(units[static_cast<size_t>(unit)]); };
+  Filters filters;
   watchInterrupts();
-  workThrough(folder, numbers, 1, measure);  // one at a time, for the times' sake
+  workThrough(folder, numbers, 1, [&](int unit) {  // one at a time, for the times' sake
+    return measure(plan, units[static_cast<size_t>(unit)], filters);
+  });
   return statusOrInterrupted(reportTables(folder, plan.plots), "go on with the same command and --resume");
 }
 

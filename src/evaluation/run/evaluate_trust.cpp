@@ -59,16 +59,16 @@ struct TrustUnit {
 /// The scenes that lists ask for, in the order of the catalogue.
 std::vector<DrawnScene> chosenScenes(const std::vector<std::string>& lists) {
   std::set<std::string> wanted;
-  for (const std::string& list : lists) {
-    for (const std::string& word : splitAtCommas(list)) {
-      const size_t before = wanted.size();
-      for (const DrawnScene& scene : drawnScenes()) {
-        if (word == "drawn" || scene.name.compare(0, word.size(), word) == 0) wanted.insert(scene.name);
-      }
-      if (wanted.size() == before) {
-        throw std::invalid_argument("--scenes holds '" + word +
-                                    "', with which no scene's name begins; see --list-scenes");
-      }
+  for (const std::string& word : splitAtCommas(lists)) {
+    bool known = false;
+    for (const DrawnScene& scene : drawnScenes()) {
+      if (word != "drawn" && scene.name.compare(0, word.size(), word) != 0) continue;
+      wanted.insert(scene.name);
+      known = true;
+    }
+    if (!known) {
+      throw std::invalid_argument("--scenes holds '" + word +
+                                  "', with which no scene's name begins; see --list-scenes");
     }
   }
   std::vector<DrawnScene> scenes;
@@ -138,10 +138,7 @@ bool parse(const Arguments& arguments, TrustPlan& plan) {
   }
   plan.tables = given->count("no-report") == 0;
   requireAtLeastOne({{"--pairs", plan.drawn_pairs}, {"--stride", plan.stride}, {"--jobs", plan.jobs}});
-  if (!gaps.empty()) plan.gaps.clear();
-  for (const std::string& list : gaps) {
-    for (const int gap : parsePositives(list, "--gaps")) plan.gaps.push_back(gap);
-  }
+  if (!gaps.empty()) plan.gaps = parsePositives(gaps, "--gaps");
   plan.scenes = chosenScenes(scenes);
   for (const std::string& folder : folders) {
     for (const std::string& path : setsIn(folder)) {
@@ -228,7 +225,7 @@ bool isRight(const TwoViewScene& scene, size_t match) {
 json reliabilityRecord(const Answer& answer, const TruthNoise& noise, const ClockStep& step) {
   Reliability reliability;
   if (answer.result.robust.probability.empty()) return reliability.record();  // without a model nothing was weighed
-  const MatchLabel label(answer.truth, answer.camera, noise, step);
+  const MatchLabel label = matchLabel(answer.truth, answer.camera, noise, step);
   for (size_t i = 0; i < answer.result.matches.size(); ++i) {
     if (answer.result.stage[i] == MatchStage::kRaw) continue;
     const Match& match = answer.result.matches[i];
@@ -239,13 +236,19 @@ json reliabilityRecord(const Answer& answer, const TruthNoise& noise, const Cloc
   return reliability.record();
 }
 
-/// Covariances of the true motion, row by row, in radians and metres, and what of its noise is the translation's own.
-json noiseRecord(const TruthNoise& noise, const ClockStep& step, const Eigen::Isometry3d& truth) {
-  if (noise.exact()) return nullptr;
+/// Errors of the pose, and the noise of the true one: covariances row by row, in radians and metres, and what of it is
+/// the translation's own.
+json noisyTruthRecord(const Eigen::Isometry3d& truth, const MatchResult& result, const TruthNoise& noise = {},
+                      const ClockStep& step = {}) {
+  json record = poseRecord(truth, result);
+  record["moved"] = hasMoved(truth.translation().norm(), noise);
+  record["noise"] = nullptr;
+  if (noise.exact()) return record;
   const PairNoise of_pair(noise, step, truth);
-  return {{"rotation", std::vector<double>(of_pair.rotation.data(), of_pair.rotation.data() + 9)},
-          {"translation", std::vector<double>(of_pair.translation.data(), of_pair.translation.data() + 9)},
-          {"translation_sigma", noise.translation}};
+  record["noise"] = {{"rotation", std::vector<double>(of_pair.rotation.data(), of_pair.rotation.data() + 9)},
+                     {"translation", std::vector<double>(of_pair.translation.data(), of_pair.translation.data() + 9)},
+                     {"translation_sigma", noise.translation}};
+  return record;
 }
 
 json measureSet(const TrustPlan& plan, const TrustUnit& unit) {
@@ -263,11 +266,8 @@ json measureSet(const TrustPlan& plan, const TrustUnit& unit) {
       record["kind"] = noise.exact() ? "rendered" : "real";
       record["reliability"] = reliabilityRecord(answer, noise, step);
       record["truth"] = nullptr;
-      if (const auto& truth = answer.truth.currentInReference()) {
-        record["truth"] = poseRecord(*truth, answer.result);
-        record["truth"]["moved"] = hasMoved(truth->translation().norm(), noise);
-        record["truth"]["noise"] = noiseRecord(noise, step, *truth);
-      }
+      const auto& truth = answer.truth.currentInReference();
+      if (truth) record["truth"] = noisyTruthRecord(*truth, answer.result, noise, step);
       records.push_back(std::move(record));
     });
   }
@@ -298,9 +298,7 @@ json measureScene(const TrustPlan& plan, const TrustUnit& unit) {
       record.update({{"kind", "drawn"}, {"set", unit.scene->name}, {"reference", ""}, {"current", std::to_string(i)}});
       record["gap"] = record["stamp"] = nullptr;
       record["reliability"] = reliability.record();
-      record["truth"] = poseRecord(truth, result);
-      record["truth"]["moved"] = hasMoved(truth.translation().norm(), {});
-      record["truth"]["noise"] = nullptr;
+      record["truth"] = noisyTruthRecord(truth, result);
       records.push_back(std::move(record));
     }
   }

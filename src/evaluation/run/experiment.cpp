@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <iostream>
-#include <utility>
 
 namespace gms_ransac {
 
@@ -26,14 +25,13 @@ nlohmann::json pairRecord(const Dataset& dataset, const DatasetPair& pair, int g
   return record;
 }
 
-Experiment::Experiment(const Dataset& dataset, std::vector<MatchFilterOptions> pipelines)
-    : dataset_(dataset), pipelines_(std::move(pipelines)) {
-  for (const MatchFilterOptions& options : pipelines_) filters_.push_back(std::make_unique<MatchFilter>(options));
+Experiment::Experiment(const Dataset& dataset, const std::vector<MatchFilterOptions>& pipelines) : dataset_(dataset) {
+  for (const MatchFilterOptions& options : pipelines) filters_.emplace_back(options);
 }
 
 const Frame& Experiment::frame(int index) {
   const auto [place, is_new] = frames_.try_emplace(index);
-  if (is_new) filters_.front()->extract(dataset_.image(index), place->second, cv::Mat(), dataset_.stamp(index));
+  if (is_new) filters_.front().extract(dataset_.image(index), place->second, cv::Mat(), dataset_.stamp(index));
   return place->second;
 }
 
@@ -44,12 +42,12 @@ void Experiment::run(const DatasetPair& pair, const std::function<void(const Ans
   const cv::Size size = reference.features.image_size;
   if (dataset_.intrinsics() && camera_.imageSize() != size) {
     camera_ = Camera(*dataset_.intrinsics(), size);
-    for (auto& filter : filters_) filter->setCamera(camera_);
+    for (MatchFilter& filter : filters_) filter.setCamera(camera_);
   }
   const PairTruth truth(dataset_, pair, camera_);
-  for (size_t i = 0; i < pipelines_.size(); ++i) {
-    filters_[i]->filter(reference, current, result_);
-    receive({i, pipelines_[i], reference.features, current.features, camera_, result_, truth});
+  for (size_t i = 0; i < filters_.size(); ++i) {
+    filters_[i].filter(reference, current, result_);
+    receive({i, filters_[i].options(), reference.features, current.features, camera_, result_, truth});
   }
 }
 

@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -34,7 +33,7 @@ nlohmann::json pairRecord(const Dataset& dataset, const DatasetPair& pair, int g
 class Experiment {
  public:
   /// Validates the options. All pipelines share the extractor of the first.
-  Experiment(const Dataset& dataset, std::vector<MatchFilterOptions> pipelines);
+  Experiment(const Dataset& dataset, const std::vector<MatchFilterOptions>& pipelines);
 
   /// All pipelines on one pair, in order. Throws DatasetError when an image cannot be read.
   void run(const DatasetPair& pair, const std::function<void(const Answer&)>& receive);
@@ -43,8 +42,7 @@ class Experiment {
   const Frame& frame(int index);
 
   const Dataset& dataset_;
-  std::vector<MatchFilterOptions> pipelines_;
-  std::vector<std::unique_ptr<MatchFilter>> filters_;
+  std::vector<MatchFilter> filters_;
   std::map<int, Frame> frames_;  ///< extracted and still needed
   Camera camera_;
   MatchResult result_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <vector>
 
 #include "two_view/pose_model.h"
@@ -35,29 +34,6 @@ std::vector<float> valuesNear(const cv::Mat& map, const cv::Point2f& p, int reac
 }
 
 double distance(const Eigen::Vector2d& a, const cv::Point2f& b) { return std::hypot(a.x() - b.x, a.y() - b.y); }
-
-template <typename Distance>
-MatchCounts countMatches(const Features& reference, const Features& current, const MatchResult& result,
-                         const Distance& distance_of) {
-  MatchCounts counts;
-  std::vector<uint8_t> raw_point(current.keypoints.size(), 0), kept_point(current.keypoints.size(), 0);
-  for (size_t i = 0; i < result.matches.size(); ++i) {
-    const Match& match = result.matches[i];
-    const std::optional<double> d = distance_of(reference.keypoints[static_cast<size_t>(match.reference)].pt,
-                                                current.keypoints[static_cast<size_t>(match.current)].pt);
-    if (!d) continue;
-    const bool kept = result.stage[i] == MatchStage::kInlier, correct = *d < kCorrectWithin;
-    ++counts.raw_known;
-    counts.raw_correct += correct;
-    counts.kept_known += kept;
-    counts.kept_correct += kept && correct;
-    raw_point[static_cast<size_t>(match.current)] |= correct;
-    kept_point[static_cast<size_t>(match.current)] |= kept && correct;
-  }
-  counts.raw_points = std::accumulate(raw_point.begin(), raw_point.end(), 0);
-  counts.kept_points = std::accumulate(kept_point.begin(), kept_point.end(), 0);
-  return counts;
-}
 
 double degrees(double cosine) { return std::acos(std::min(1.0, std::max(-1.0, cosine))) * 180.0 / M_PI; }
 
@@ -113,19 +89,6 @@ std::optional<double> PairTruth::distanceAt(double value, const cv::Point2f& ref
   const Eigen::Vector3d seen = current_in_reference_->inverse() * point;
   if (seen.z() <= 0) return std::nullopt;
   return distance((K * seen).hnormalized(), camera_.undistort(current));
-}
-
-MatchCounts countEpipolar(const PairTruth& truth, const Features& reference, const Features& current,
-                          const MatchResult& result) {
-  return countMatches(reference, current, result, [&](const cv::Point2f& p, const cv::Point2f& q) {
-    return std::optional<double>(truth.epipolarDistance(p, q));
-  });
-}
-
-MatchCounts countTransfer(const PairTruth& truth, const Features& reference, const Features& current,
-                          const MatchResult& result) {
-  return countMatches(reference, current, result,
-                      [&](const cv::Point2f& p, const cv::Point2f& q) { return truth.transferDistance(p, q); });
 }
 
 }  // namespace gms_ransac

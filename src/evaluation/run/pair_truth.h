@@ -56,18 +56,4 @@ class PairTruth {
   cv::Mat disparity_, depth_;                 ///< CV_32FC1, of the reference; empty: unknown
 };
 
-/// How many matches of a pair the truth confirms. Raw: all brute-force matches; kept: the inliers. Nearest neighbours
-/// share points, so recall counts each point of the current image once, whether matches may share it or not.
-struct MatchCounts {
-  int raw_known = 0, raw_correct = 0;  ///< known: where the truth has no hole
-  int kept_known = 0, kept_correct = 0;
-  int raw_points = 0, kept_points = 0;  ///< current points that some correct match has
-};
-
-/// Judges every match of a result; the features are those the result was made from.
-MatchCounts countEpipolar(const PairTruth& truth, const Features& reference, const Features& current,
-                          const MatchResult& result);
-MatchCounts countTransfer(const PairTruth& truth, const Features& reference, const Features& current,
-                          const MatchResult& result);
-
 }  // namespace gms_ransac

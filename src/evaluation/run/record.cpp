@@ -2,6 +2,8 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
+#include <set>
 #include <variant>
 #include <vector>
 
@@ -25,10 +27,28 @@ bool hasPose(const MatchResult& result) {
   return result.status == Status::kOk || result.status == Status::kLowParallax;
 }
 
-json countsRecord(const MatchCounts& counts) {
-  return {{"raw_known", counts.raw_known},   {"raw_correct", counts.raw_correct},
-          {"kept_known", counts.kept_known}, {"kept_correct", counts.kept_correct},
-          {"raw_points", counts.raw_points}, {"kept_points", counts.kept_points}};
+/// How many matches the truth confirms. Raw: all brute-force matches; kept: the inliers; known: where the truth has no
+/// hole. Nearest neighbours share points, so the points of the current image with a correct match are counted, too.
+template <typename Distance>
+json countsRecord(const Features& reference, const Features& current, const MatchResult& result,
+                  const Distance& distance) {
+  int raw_known = 0, raw_correct = 0, kept_known = 0, kept_correct = 0;
+  std::set<int> raw_points, kept_points;
+  for (size_t i = 0; i < result.matches.size(); ++i) {
+    const Match& match = result.matches[i];
+    const std::optional<double> d = distance(reference.keypoints[static_cast<size_t>(match.reference)].pt,
+                                             current.keypoints[static_cast<size_t>(match.current)].pt);
+    if (!d) continue;
+    const bool kept = result.stage[i] == MatchStage::kInlier, correct = *d < kCorrectWithin;
+    ++raw_known;
+    raw_correct += correct;
+    kept_known += kept;
+    kept_correct += kept && correct;
+    if (correct) raw_points.insert(match.current);
+    if (kept && correct) kept_points.insert(match.current);
+  }
+  return {{"raw_known", raw_known},       {"raw_correct", raw_correct},      {"kept_known", kept_known},
+          {"kept_correct", kept_correct}, {"raw_points", raw_points.size()}, {"kept_points", kept_points.size()}};
 }
 
 }  // namespace
@@ -97,8 +117,13 @@ json truthRecord(const PairTruth& truth, const Features& reference, const Featur
   if (!pose && !truth.hasEpipolar() && !truth.hasTransfer()) return nullptr;
   json record = pose ? poseRecord(*pose, result) : json{{"has_pose", false}, {"pose_error", nullptr}};
   record["epipolar"] = record["transfer"] = nullptr;
-  if (truth.hasEpipolar()) record["epipolar"] = countsRecord(countEpipolar(truth, reference, current, result));
-  if (truth.hasTransfer()) record["transfer"] = countsRecord(countTransfer(truth, reference, current, result));
+  const auto count = [&](const auto& distance) { return countsRecord(reference, current, result, distance); };
+  if (truth.hasEpipolar()) {
+    record["epipolar"] = count([&](const auto& p, const auto& q) { return truth.epipolarDistance(p, q); });
+  }
+  if (truth.hasTransfer()) {
+    record["transfer"] = count([&](const auto& p, const auto& q) { return truth.transferDistance(p, q); });
+  }
   return record;
 }
 

@@ -18,6 +18,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 namespace fs = std::filesystem;
 
+constexpr double kLoosestLabel = 10;                      // pixels
 constexpr double kMovedDeviations = 10;                   // of the truth's noise
 constexpr double kRounding = 1e-6;                        // metres, of exact poses that were written as text
 constexpr double kDeviations = 2;                         // of the truth's noise that a label allows for
@@ -55,6 +56,19 @@ std::optional<Isometry3d> motion(const Dataset& dataset, const DatasetPair& pair
 /// Covariance of a vector in axes that are rotated by `sigma` about each.
 Matrix3d byRotation(double sigma, const Vector3d& v) {
   return sigma * sigma * (v.squaredNorm() * Matrix3d::Identity() - v * v.transpose());
+}
+
+std::optional<bool> within(double distance, double pose_noise_px) {
+  const double limit = std::hypot(kCorrectWithin, kDeviations * pose_noise_px);
+  return limit > kLoosestLabel ? std::nullopt : std::optional<bool>(distance < limit);
+}
+
+/// Displacement of a match against the true rotation R alone, pixels.
+double parallax(const Camera& camera, const Matrix3d& R, const cv::Point2f& reference, const cv::Point2f& current) {
+  const Matrix3d K = camera.K();
+  const Vector3d rotated = K * R * K.inverse() * homogeneous(camera.undistort(reference));
+  if (rotated.z() <= 0) return kLoosestLabel;
+  return (rotated - rotated.z() * homogeneous(camera.undistort(current))).head<2>().norm() / rotated.z();
 }
 
 /// Standard deviation along the worst axis.
@@ -103,45 +117,27 @@ bool hasMoved(double baseline, const TruthNoise& noise) {
   return baseline > kRounding && baseline >= kMovedDeviations * noise.translation;
 }
 
-MatchLabel::MatchLabel(const PairTruth& truth, const Camera& camera, const TruthNoise& noise, const ClockStep& step)
-    : truth_(truth), camera_(camera) {
-  if (!truth.currentInReference()) return;
-  baseline_ = truth.currentInReference()->translation().norm();
-  moved_ = hasMoved(baseline_, noise);
-  const PairNoise of_pair(noise, step, *truth.currentInReference());
-  rotation_sigma_ = worst(of_pair.rotation);
-  translation_sigma_ = worst(of_pair.translation);
-}
-
-std::optional<bool> MatchLabel::within(double distance, double pose_noise_px) {
-  const double limit = std::hypot(kCorrectWithin, kDeviations * pose_noise_px);
-  if (limit > kLoosestLabel) return std::nullopt;
-  return distance < limit;
-}
-
-double MatchLabel::parallax(const cv::Point2f& reference, const cv::Point2f& current) const {
-  const Matrix3d K = camera_.K();
-  const Matrix3d R = truth_.currentInReference()->linear().transpose();
-  const Vector3d rotated = K * R * K.inverse() * homogeneous(camera_.undistort(reference));
-  if (rotated.z() <= 0) return kLoosestLabel;
-  return (rotated - rotated.z() * homogeneous(camera_.undistort(current))).head<2>().norm() / rotated.z();
-}
-
-std::optional<bool> MatchLabel::operator()(const cv::Point2f& reference, const cv::Point2f& current) const {
-  const bool posed = truth_.currentInReference().has_value() && camera_.calibrated();
-  const double rotation_px = posed ? rotation_sigma_ * camera_.meanFocalLength() : 0;
-  if (truth_.hasTransfer()) {
-    const std::optional<double> distance = truth_.transferDistance(reference, current, kReach);
+MatchLabel matchLabel(const PairTruth& truth, const Camera& camera, const TruthNoise& noise, const ClockStep& step) {
+  const std::optional<Isometry3d>& pose = truth.currentInReference();
+  const bool posed = pose && camera.calibrated();
+  if (!posed) {
+    return [&truth](const cv::Point2f& p, const cv::Point2f& q) -> std::optional<bool> {
+      const std::optional<double> distance = truth.hasTransfer() ? truth.transferDistance(p, q, kReach) : std::nullopt;
+      if (distance) return within(*distance, 0);
+      return truth.hasEpipolar() ? within(truth.epipolarDistance(p, q), 0) : std::nullopt;
+    };
+  }
+  const double baseline = pose->translation().norm(), focal = camera.meanFocalLength();
+  const PairNoise of_pair(noise, step, *pose);
+  const double rotation_px = worst(of_pair.rotation) * focal, translation_sigma = worst(of_pair.translation);
+  const bool moved = hasMoved(baseline, noise);
+  return [=, &truth, &camera](const cv::Point2f& p, const cv::Point2f& q) -> std::optional<bool> {
+    const std::optional<double> distance = truth.hasTransfer() ? truth.transferDistance(p, q, kReach) : std::nullopt;
     if (distance) return within(*distance, rotation_px);
-  }
-  if (!truth_.hasEpipolar()) return std::nullopt;
-  if (!posed) return within(truth_.epipolarDistance(reference, current), 0);
-  if (!moved_) {
-    const double translation_px = (baseline_ + translation_sigma_) / kNearest * camera_.meanFocalLength();
-    return within(parallax(reference, current), std::hypot(rotation_px, translation_px));
-  }
-  const double direction_px = translation_sigma_ / baseline_ * parallax(reference, current);
-  return within(truth_.epipolarDistance(reference, current), std::hypot(rotation_px, direction_px));
+    const double off = parallax(camera, pose->linear().transpose(), p, q);
+    if (!moved) return within(off, std::hypot(rotation_px, (baseline + translation_sigma) / kNearest * focal));
+    return within(truth.epipolarDistance(p, q), std::hypot(rotation_px, translation_sigma / baseline * off));
+  };
 }
 
 }  // namespace gms_ransac

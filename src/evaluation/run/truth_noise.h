@@ -1,6 +1,7 @@
 // Noise of the true motion of a data set, and labels of matches that allow for it.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -51,26 +52,12 @@ struct PairNoise {
 /// to six degrees.
 bool hasMoved(double baseline, const TruthNoise& noise);
 
-constexpr double kLoosestLabel = 10;  ///< pixels
+/// Whether a match of two pixels is right; absent: no label.
+using MatchLabel = std::function<std::optional<bool>(const cv::Point2f& reference, const cv::Point2f& current)>;
 
-/// Labels the matches of one pair. A match is right within kCorrectWithin of its true place (homography, disparity,
-/// depth) or, where that is not known, of its epipolar line. Two standard deviations of the true pose widen the limit;
-/// there is no label where it exceeds kLoosestLabel.
-class MatchLabel {
- public:
-  MatchLabel(const PairTruth& truth, const Camera& camera, const TruthNoise& noise, const ClockStep& step);
-  std::optional<bool> operator()(const cv::Point2f& reference, const cv::Point2f& current) const;
-
- private:
-  static std::optional<bool> within(double distance, double pose_noise_px);
-  /// Displacement of the match against the true rotation alone, pixels.
-  double parallax(const cv::Point2f& reference, const cv::Point2f& current) const;
-
-  const PairTruth& truth_;
-  const Camera& camera_;
-  bool moved_ = false;
-  double baseline_ = 0;                                ///< metres
-  double rotation_sigma_ = 0, translation_sigma_ = 0;  ///< of the truth, along its worst axis; radians, metres
-};
+/// Labels the matches of one pair; valid as long as the arguments. A match is right within kCorrectWithin of its true
+/// place (homography, disparity, depth) or, where that is not known, of its epipolar line. Two standard deviations of
+/// the true pose widen the limit; there is no label where it exceeds 10 pixels.
+MatchLabel matchLabel(const PairTruth& truth, const Camera& camera, const TruthNoise& noise, const ClockStep& step);
 
 }  // namespace gms_ransac

@@ -16,7 +16,7 @@ using namespace gms_ransac;
 
 std::vector<double> parseNumbers(const std::string& text, const std::string& option) {
   std::vector<double> numbers;
-  for (const std::string& word : splitAtCommas(text)) {
+  for (const std::string& word : splitAtCommas({text})) {
     if (!boost::conversion::try_lexical_convert(word, numbers.emplace_back())) {
       throw std::invalid_argument(option + ": '" + word + "' is not a number");
     }

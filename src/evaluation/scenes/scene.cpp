@@ -243,26 +243,21 @@ Isometry3d Scene::poseAt(double time) const {
 
 Scene::View Scene::viewAt(double time) const {
   View view = {poseAt(time), surfaces_};
-  placeMovers(time, view);
-  return view;
-}
-
-void Scene::placeMovers(double time, View& view) const {
-  const Vector3d down = -Vector3d::UnitZ();
+  const Vector3d middle(0, 0, kMoverHeight / 2);
   Vector3d ahead = view.pose.linear().col(2);
   ahead.z() = 0;
   ahead.normalize();
   const Vector3d right = ahead.cross(Vector3d::UnitZ());
-  const Vector3d middle(0, 0, kMoverHeight / 2);
   for (int k = 0; k < options_.movers; ++k) {
     Surface& mover = view.surfaces[view.surfaces.size() - static_cast<size_t>(options_.movers - k)];
     const double aside = (k - 0.5 * (options_.movers - 1)) * kMoverGap + kMoverSway * wave(time, kMoverPeriod, 0.3 * k);
     mover.u = right;
-    mover.v = down;
+    mover.v = -Vector3d::UnitZ();
     mover.normal = -ahead;
     mover.corner =
         view.pose.translation() + (kMoverDistance + 0.4 * k) * ahead + aside * right - kMoverWidth / 2 * right + middle;
   }
+  return view;
 }
 
 void Scene::shade(const View& view, const cv::Vec2f& ray, int surface, const cv::Vec3f& hit, uint8_t* out) const {

@@ -97,7 +97,6 @@ class Scene {
   };
   Eigen::Isometry3d poseAt(double time) const;  ///< in frames
   View viewAt(double time) const;
-  void placeMovers(double time, View& view) const;
   Eigen::Vector2d ray(const cv::Point2d& pixel) const;
   static Hit cast(const View& view, const Eigen::Vector2d& ray);
   /// Depth at the grid's rays and, where `shading` is given, its grey levels or colours.

@@ -1,37 +1,23 @@
 // The program `evaluate` as its users see it: exit status and sentence for bad input, records, scores, and tables that
 // do not depend on how their work was cut into pieces.
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "run_program.h"
 #include "scratch_folder.h"
 #include "shared_data.h"
 
+namespace gms_ransac {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Outcome {
-  int status = -1;
-  std::string text;  ///< standard output and error
-};
-
-Outcome run(const std::string& command) {
-  Outcome outcome;
-  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-  char buffer[4096];
-  while (std::fgets(buffer, sizeof(buffer), pipe)) outcome.text += buffer;
-  outcome.status = WEXITSTATUS(pclose(pipe));
-  return outcome;
-}
 
 std::string textOf(const std::string& file) {
   std::ifstream stream(file);
@@ -78,7 +64,7 @@ class EvaluateTest : public ::testing::Test {
     }
   }
 
-  const gms_ransac::ScratchFolder folder_;
+  const ScratchFolder folder_;
 };
 
 const cv::Matx33d kStep(0.995, -0.03, 9, 0.03, 0.995, -6, 0, 0, 1);
@@ -128,7 +114,7 @@ TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
       {"benchmark --out /no/such/folder/file", "cannot write /no/such/folder/file"},
       {"benchmark --unknown", "unknown"}};
   for (const auto& [command, complaint] : complaints) {
-    const Outcome outcome = ::run(PROGRAMS "/" + command);
+    const Outcome outcome = gms_ransac::run(PROGRAMS "/" + command);
     EXPECT_EQ(outcome.status, 2) << command << "\n" << outcome.text;
     EXPECT_NE(outcome.text.find(complaint), std::string::npos) << command << "\n" << outcome.text;
   }
@@ -360,7 +346,7 @@ TEST_F(EvaluateTest, LoProsacIsAsGoodAsAnExhaustiveSearchOnTheRenderedScene) {
 
 TEST_F(EvaluateTest, FiguresAgreeWithAnIndependentScorer) {
   const std::string scorer = std::string(GMS_RANSAC_SOURCE_DIR) + "/../shared/tools/score.py";
-  const std::string data = (gms_ransac::dataFolder() / "kitti_06").string();
+  const std::string data = (dataFolder() / "kitti_06").string();
   if (!fs::exists(scorer) || !fs::exists(data)) GTEST_SKIP() << "needs the scorer and " << data;
   const Outcome ours = evaluate("run " + data + " --method cp_ransac --stride 5 --out " + path("records.jsonl"));
   ASSERT_EQ(ours.status, 0) << ours.text;
@@ -390,3 +376,4 @@ TEST_F(EvaluateTest, FiguresAgreeWithAnIndependentScorer) {
 }
 
 }  // namespace
+}  // namespace gms_ransac

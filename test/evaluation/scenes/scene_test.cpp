@@ -51,76 +51,42 @@ TEST(Scene, DepthImageAgreesWithTheExactRay) {
   }
 }
 
-TEST(Scene, DepthAndPoseLeadToTheSameTexture) {
+TEST(Scene, DepthAndPoseLeadToTheSameTextureAndHiddenPointsNowhere) {
   // A point seen in both frames has the same grey value in both, but for resampling: compared with a random shift.
-  const int i = 30, j = 36;
+  const int i = 30, j = 38;
   const RenderedFrame a = room().render(i), b = room().render(j);
   const Eigen::Isometry3d to_b = b.camera_pose.inverse() * a.camera_pose;
   const CameraIntrinsics& k = room().intrinsics();
   double matched = 0, shifted = 0;
   int count = 0, hidden = 0;
-  for (int y = 10; y < 470; y += 7) {
-    for (int x = 10; x < 630; x += 7) {
+  for (int y = 10; y < 470; y += 5) {
+    for (int x = 10; x < 630; x += 5) {
       const double z = a.depth(y, x);
       const Eigen::Vector3d p = to_b * Eigen::Vector3d((x - k.cx) / k.fx * z, (y - k.cy) / k.fy * z, z);
-      const cv::Point2d q(k.fx * p.x() / p.z() + k.cx, k.fy * p.y() / p.z() + k.cy);
-      cv::Point2d exact;
-      if (!room().correspondence(i, cv::Point2d(x, y), j, exact)) {
-        ++hidden;
-        continue;
+      const cv::Point2d q = room().project(p);
+      cv::Point2d exact, back;
+      const bool visible = room().correspondence(i, cv::Point2d(x, y), j, exact);
+      if (cv::Rect(1, 1, 637, 477).contains(q)) {
+        // The depth image has pixel centres only: at the rim of what hides the point all four around it must agree.
+        double farthest = 0;
+        cv::minMaxLoc(b.depth(cv::Rect(cvFloor(q.x), cvFloor(q.y), 2, 2)), nullptr, &farthest);
+        hidden += farthest < 0.9 * p.z();
+        EXPECT_FALSE(visible && farthest < 0.9 * p.z()) << x << ", " << y;
       }
+      if (!visible) continue;
       EXPECT_LT(cv::norm(exact - q), 2e-3);
+      ASSERT_TRUE(room().correspondence(j, exact, i, back));
+      EXPECT_LT(cv::norm(back - cv::Point2d(x, y)), 1e-6);
       const float grey = a.image.at<uint8_t>(y, x);
       matched += std::abs(grey - bilinear(b.image, q));
       shifted += std::abs(grey - bilinear(b.image, q + cv::Point2d(6, 6)));
       ++count;
     }
   }
-  EXPECT_GT(count, 3500);
-  EXPECT_GT(hidden, 50);
+  EXPECT_GT(count, 4500);
+  EXPECT_GT(hidden, 20);
   EXPECT_LT(matched / count, 7);
   EXPECT_GT(shifted / count, 3 * matched / count);
-}
-
-TEST(Scene, CorrespondenceGoesThereAndBack) {
-  int visible = 0;
-  for (int k = 0; k < 500; ++k) {
-    const cv::Point2d pixel(20 + (k * 37) % 600 + 0.3, 20 + (k * 91) % 440 + 0.7);
-    cv::Point2d there, back;
-    if (!room().correspondence(3, pixel, 9, there)) continue;
-    ASSERT_TRUE(room().correspondence(9, there, 3, back));
-    EXPECT_LT(cv::norm(back - pixel), 1e-6);
-    ++visible;
-  }
-  EXPECT_GT(visible, 300);
-}
-
-TEST(Scene, HiddenPointsAreNotCorrespondences) {
-  // Where the current depth image shows something nearer than the point, the point is hidden.
-  const int i = 0, j = 14;
-  const RenderedFrame b = room().render(j);
-  const Eigen::Isometry3d to_b = b.camera_pose.inverse() * room().pose(i);
-  const CameraIntrinsics& k = room().intrinsics();
-  int hidden = 0;
-  for (int y = 0; y < 480; y += 5) {
-    for (int x = 0; x < 640; x += 5) {
-      const double z = room().depth(i, cv::Point2d(x, y));
-      const Eigen::Vector3d p = to_b * Eigen::Vector3d((x - k.cx) / k.fx * z, (y - k.cy) / k.fy * z, z);
-      const cv::Point2d q = room().project(p);
-      if (!cv::Rect(1, 1, 637, 477).contains(q)) continue;
-      // The depth image has pixel centres only: at the rim of what hides the point all four around it must agree.
-      const int left = cvFloor(q.x), top = cvFloor(q.y);
-      double farthest = 0;
-      for (int corner = 0; corner < 4; ++corner) {
-        farthest = std::max<double>(farthest, b.depth(top + corner / 2, left + corner % 2));
-      }
-      if (farthest > 0.9 * p.z()) continue;
-      cv::Point2d position;
-      EXPECT_FALSE(room().correspondence(i, cv::Point2d(x, y), j, position)) << x << ", " << y;
-      ++hidden;
-    }
-  }
-  EXPECT_GT(hidden, 20);
 }
 
 TEST(Scene, DistortionIsOpenCvs) {
@@ -142,13 +108,11 @@ TEST(Scene, DistortionIsOpenCvs) {
   const Scene pinhole(ideal);
   const cv::Point2d pixel(280, 30);
   const double depth = scene.depth(2, pixel);
-  const cv::Matx33d K_inverse = K.inv();
   std::vector<cv::Point2d> undistorted;
   cv::undistortPoints(std::vector<cv::Point2d>{pixel}, undistorted, K, options.distortion, cv::noArray(), K,
                       cv::TermCriteria(cv::TermCriteria::COUNT, 100, 0));
   EXPECT_GT(cv::norm(undistorted[0] - pixel), 1);
   EXPECT_NEAR(pinhole.depth(2, undistorted[0]), depth, 1e-6 * depth);
-  EXPECT_NEAR(K_inverse(2, 2), 1, 1e-12);
 }
 
 TEST(Scene, MotionIsSmoothAndOfTheAskedStep) {
@@ -270,16 +234,11 @@ TEST(Scene, TexturesRepeatAndImagesDarken) {
 }
 
 TEST(Scene, RefusesNonsense) {
-  SceneOptions options;
-  options.scene = "moon";
-  EXPECT_THROW(Scene{options}, std::invalid_argument);
-  options = SceneOptions();
-  options.size = {4, 4};
-  EXPECT_THROW(Scene{options}, std::invalid_argument);
-  options = SceneOptions();
-  options.distortion = {0.1, 0.2};
-  EXPECT_THROW(Scene{options}, std::invalid_argument);
-  options = SceneOptions();
+  SceneOptions moon, tiny, lens, options;
+  moon.scene = "moon";
+  tiny.size = {4, 4};
+  lens.distortion = {0.1, 0.2};
+  for (const SceneOptions& bad : {moon, tiny, lens}) EXPECT_THROW(Scene{bad}, std::invalid_argument);
   options.scene = "street";
   options.size = {64, 48};
   const Scene street(options);
