@@ -8,11 +8,13 @@
 #include <stdexcept>
 
 #include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
 
+#include "gms_ransac/hamming_matcher.h"
 #include "gms_ransac/motion_statistics.h"
 #include "run/evaluate_commands.h"
 #include "run/pair_truth.h"
-#include "scenes/synthetic_pair.h"
+#include "scenes/scene.h"
 #include "survivors.h"
 
 namespace gms_ransac {
@@ -26,6 +28,56 @@ constexpr double kRatios[] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9};
 /// A trial is a success within these errors, degrees: several times what a method reaches without outliers in the least
 /// favourable of its repetitions.
 constexpr double kRotationLimit = 1, kDirectionLimit = 5;
+
+// Distances of correct and wrong nearest neighbours, bits: mean and deviation measured with cv::ORB and 2000 features
+// on neighbouring frames of the room.
+constexpr double kCorrectDistance = 27, kCorrectSpread = 14;
+constexpr double kWrongDistance = 67, kWrongSpread = 8;
+constexpr int kMatches = 1000;
+constexpr double kNoise = 0.5;  ///< standard deviation of the current point of a correct match, pixels
+
+/// Features without descriptors; match i joins reference keypoint i with current keypoint i. Hamming distances are
+/// drawn as ORB's are on rendered frames, so that correct and wrong ones overlap.
+struct SyntheticPair {
+  Features reference, current;
+  std::vector<Match> matches;
+  std::vector<uint8_t> correct;  ///< one for each match
+};
+
+uint16_t drawDistance(cv::RNG& rng, double mean, double spread) {
+  return cv::saturate_cast<uint16_t>(std::clamp(mean + rng.gaussian(spread), 0.0, 256.0));
+}
+
+/// Correspondences of two frames of the scene, of which `outlier_ratio` end anywhere in the image.
+SyntheticPair makeSyntheticPair(const Scene& scene, int reference, int current, double outlier_ratio, uint64_t seed) {
+  SyntheticPair pair;
+  const cv::Size size = scene.options().size;
+  pair.reference.image_size = pair.current.image_size = size;
+  pair.correct.assign(kMatches, 1);
+  std::fill_n(pair.correct.begin(), cvRound(outlier_ratio * kMatches), 0);
+  cv::RNG rng(seed + 1);
+  const auto random_pixel = [&] {
+    const double x = rng.uniform(0.0, size.width - 1.0), y = rng.uniform(0.0, size.height - 1.0);
+    return cv::Point2d(x, y);
+  };
+  for (int i = kMatches - 1; i > 0; --i) std::swap(pair.correct[i], pair.correct[rng.uniform(0, i + 1)]);
+
+  for (int i = 0; i < kMatches; ++i) {
+    cv::Point2d from = random_pixel(), to = random_pixel();
+    if (pair.correct[i]) {
+      while (!scene.correspondence(reference, from, current, to)) from = random_pixel();
+      to.x = std::clamp(to.x + rng.gaussian(kNoise), 0.0, size.width - 1.0);
+      to.y = std::clamp(to.y + rng.gaussian(kNoise), 0.0, size.height - 1.0);
+    }
+    pair.reference.keypoints.emplace_back(cv::Point2f(from), 31.f);
+    pair.current.keypoints.emplace_back(cv::Point2f(to), 31.f);
+    const uint16_t distance = pair.correct[i] ? drawDistance(rng, kCorrectDistance, kCorrectSpread)
+                                              : drawDistance(rng, kWrongDistance, kWrongSpread);
+    const uint16_t second = std::max(distance, drawDistance(rng, kWrongDistance, kWrongSpread));
+    pair.matches.push_back({i, i, distance, second});
+  }
+  return pair;
+}
 
 nlohmann::json trialRecord(const std::string& method, double ratio, const RobustResult& result,
                            const SyntheticPair& pair, const Eigen::Isometry3d& truth, double seconds) {
@@ -50,7 +102,6 @@ nlohmann::json trialRecord(const std::string& method, double ratio, const Robust
 }  // namespace
 
 int evaluateSweep(const Arguments& arguments) {
-  SyntheticPairOptions pair_options;
   int repeat = 50;
   PipelineArguments pipeline;
   std::string out;
@@ -89,9 +140,8 @@ int evaluateSweep(const Arguments& arguments) {
     const uint64_t first_seed = method_options.robust.seed;
     for (const double ratio : kRatios) {
       for (int trial = 0; trial < repeat; ++trial) {
-        pair_options.outlier_ratio = ratio;
-        pair_options.seed = method_options.robust.seed = first_seed + static_cast<uint64_t>(trial);
-        const SyntheticPair pair = makeSyntheticPair(scene, trial, trial + kFrameGap, pair_options);
+        const uint64_t seed = method_options.robust.seed = first_seed + static_cast<uint64_t>(trial);
+        const SyntheticPair pair = makeSyntheticPair(scene, trial, trial + kFrameGap, ratio, seed);
         const Eigen::Isometry3d truth = scene.pose(trial).inverse() * scene.pose(trial + kFrameGap);
         filter.compute(pair.reference, pair.current, pair.matches, statistics);
         std::fill(statistics.accepted.begin(), statistics.accepted.end(), 1);

@@ -75,20 +75,20 @@ std::optional<double> PairTruth::transferDistance(const cv::Point2f& reference, 
   if (pair_.homography) return distance((*pair_.homography * homogeneous(reference)).hnormalized(), current);
   std::optional<double> least;
   for (const float value : valuesNear(disparity_.empty() ? depth_ : disparity_, reference, reach)) {
-    const std::optional<double> candidate = distanceAt(static_cast<double>(value), reference, current);
-    if (candidate && !(least && *least < *candidate)) least = candidate;
+    double candidate = 0;
+    if (!disparity_.empty()) {
+      candidate = distance({reference.x - static_cast<double>(value), reference.y}, current);
+    } else {
+      const Eigen::Matrix3d K = camera_.K();
+      const Eigen::Vector3d point =
+          K.inverse() * homogeneous(camera_.undistort(reference)) * static_cast<double>(value);
+      const Eigen::Vector3d seen = current_in_reference_->inverse() * point;
+      if (seen.z() <= 0) continue;
+      candidate = distance((K * seen).hnormalized(), camera_.undistort(current));
+    }
+    if (!least || candidate <= *least) least = candidate;
   }
   return least;
-}
-
-std::optional<double> PairTruth::distanceAt(double value, const cv::Point2f& reference,
-                                            const cv::Point2f& current) const {
-  if (!disparity_.empty()) return distance({reference.x - value, reference.y}, current);
-  const Eigen::Matrix3d K = camera_.K();
-  const Eigen::Vector3d point = K.inverse() * homogeneous(camera_.undistort(reference)) * value;
-  const Eigen::Vector3d seen = current_in_reference_->inverse() * point;
-  if (seen.z() <= 0) return std::nullopt;
-  return distance((K * seen).hnormalized(), camera_.undistort(current));
 }
 
 }  // namespace gms_ransac

@@ -46,9 +46,6 @@ class PairTruth {
   std::optional<double> transferDistance(const cv::Point2f& reference, const cv::Point2f& current, int reach = 0) const;
 
  private:
-  /// From where one value of the disparity or the depth sends the reference point; absent behind the camera.
-  std::optional<double> distanceAt(double value, const cv::Point2f& reference, const cv::Point2f& current) const;
-
   DatasetPair pair_;
   Camera camera_;
   std::optional<Eigen::Isometry3d> current_in_reference_;

@@ -95,7 +95,16 @@ class Layout {
   explicit Layout(const TwoViewSceneOptions& options) : options_(options), random_(~options.seed) {
     motions_.emplace_back(options.rotation, options.translation);
     motions_.front().straight = options.straight;
-    for (const MovingBody& body : options.bodies) add(body);
+    for (const MovingBody& body : options.bodies) {
+      const double side = std::sqrt(body.share);
+      const double x = kWidth * (side / 2 + (1 - side) * random_.uniform());
+      const double y = kHeight * (side / 2 + (1 - side) * random_.uniform());
+      centres_.emplace_back(x, y);
+      const Vector3d centre = Lens(options_).ray(centres_.back()) * (body.nearest + body.farthest) / 2;
+      const Matrix3d R = rotationFromVector(body.rotation);
+      const Motion& camera = motions_.front();
+      motions_.emplace_back(Matrix3d(camera.R * R), camera.R * (centre - R * centre + body.translation) + camera.t);
+    }
   }
 
   const Motion& motion(int body) const { return motions_[static_cast<size_t>(body)]; }
@@ -133,17 +142,6 @@ class Layout {
   }
 
  private:
-  void add(const MovingBody& body) {
-    const double side = std::sqrt(body.share);
-    const double x = kWidth * (side / 2 + (1 - side) * random_.uniform());
-    const double y = kHeight * (side / 2 + (1 - side) * random_.uniform());
-    centres_.emplace_back(x, y);
-    const Vector3d centre = Lens(options_).ray(centres_.back()) * (body.nearest + body.farthest) / 2;
-    const Matrix3d R = rotationFromVector(body.rotation);
-    const Motion& camera = motions_.front();
-    motions_.emplace_back(Matrix3d(camera.R * R), camera.R * (centre - R * centre + body.translation) + camera.t);
-  }
-
   const TwoViewSceneOptions& options_;
   Random random_;                  ///< of its own: scenes without bodies do not depend on it
   std::vector<Motion> motions_;    ///< of what stands still, then of each body

@@ -7,7 +7,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "rendered_scene.h"
-#include "scenes/synthetic_pair.h"
 
 namespace gms_ransac {
 namespace {
@@ -244,37 +243,6 @@ TEST(Scene, RefusesNonsense) {
   const Scene street(options);
   EXPECT_NO_THROW(street.pose(street.frameCount() - 1));
   EXPECT_THROW(street.pose(street.frameCount()), std::invalid_argument);
-}
-
-TEST(SyntheticPair, LabelsAreTrue) {
-  SyntheticPairOptions options;
-  options.matches = 400;
-  options.outlier_ratio = 0.6;
-  options.noise = 0;
-  const SyntheticPair pair = makeSyntheticPair(room(), 10, 13, options);
-  ASSERT_EQ(pair.matches.size(), 400u);
-  int correct = 0, accidentally_right = 0;
-  for (size_t i = 0; i < pair.matches.size(); ++i) {
-    const Match& match = pair.matches[i];
-    cv::Point2d exact;
-    const bool visible = room().correspondence(10, pair.reference.keypoints[match.reference].pt, 13, exact);
-    const double error = visible ? cv::norm(exact - cv::Point2d(pair.current.keypoints[match.current].pt)) : 1e9;
-    if (pair.correct[i]) {
-      EXPECT_LT(error, 1e-3);  // pixels are kept as float
-      ++correct;
-    } else if (error < 3) {
-      ++accidentally_right;
-    }
-    EXPECT_LE(match.distance, match.second_distance);
-  }
-  EXPECT_EQ(correct, 160);
-  EXPECT_LE(accidentally_right, 3);
-}
-
-TEST(SyntheticPair, SaysWhenFramesShareNothing) {
-  SceneOptions options = noiseless("room");
-  options.size = {64, 48};
-  EXPECT_THROW(makeSyntheticPair(Scene(options), 0, 160, {}), std::invalid_argument);
 }
 
 }  // namespace
