@@ -24,13 +24,6 @@ void Blur::reserve(int width) {
   runs_.reserve(wanted_down_to_.capacity());
 }
 
-void Blur::want(const Corner& corner) {
-  const int last = (corner.x + kDescriptorRadius) / kBlock;
-  for (int block = (corner.x - kDescriptorRadius) / kBlock; block <= last; ++block) {
-    wanted_down_to_[block] = corner.y + kDescriptorRadius;
-  }
-}
-
 void Blur::collectRuns(int y, int width) {
   runs_.clear();
   const int blocks = static_cast<int>(wanted_down_to_.size());
@@ -74,7 +67,12 @@ void Blur::apply(const Plane& source, const std::vector<Corner>& corners, const 
   for (int step = -kBlurRadius - 1; step < height; step += 2) {
     const int y = std::min(step, height - 2);
     // The new filtered rows, y + 3 and y + 4, serve the blurred rows down to y + 7.
-    for (; corner != corners.end() && corner->y - kDescriptorRadius <= y + kBlurTaps; ++corner) want(*corner);
+    for (; corner != corners.end() && corner->y - kDescriptorRadius <= y + kBlurTaps; ++corner) {
+      const int last = (corner->x + kDescriptorRadius) / kBlock;
+      for (int block = (corner->x - kDescriptorRadius) / kBlock; block <= last; ++block) {
+        wanted_down_to_[block] = corner->y + kDescriptorRadius;
+      }
+    }
     collectRuns(y, width);
     // All pixels first: reading them back at once, at other offsets, would wait for the stores.
     for (const Run& run : runs_) {

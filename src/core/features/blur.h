@@ -23,7 +23,6 @@ class Blur {
     int first, last;
   };
 
-  void want(const Corner& corner);
   void collectRuns(int y, int width);
 
   std::vector<float> storage_;       ///< two rows of pixels, then a ring of horizontally filtered rows, on cache lines

@@ -110,21 +110,11 @@ struct IntelAvx512 : Avx512 {
   static U8 otherMax(U8 a, U8 b) { return U8(_mm512_mask_mov_epi8(__m512i(a), greater(b, a), __m512i(b))); }
 };
 
-void describeGathering(const uint8_t* centre, ptrdiff_t stride, float cosine, float sine, uint8_t* descriptor) {
-  describeByLookUp<Avx512>(stride, cosine, sine, descriptor,
-                           [&](const int32_t* offsets) { return Avx512::gather(centre, offsets); });
-}
-
-void describeOneByOne(const uint8_t* centre, ptrdiff_t stride, float cosine, float sine, uint8_t* descriptor) {
-  describeByLookUp<Avx512>(stride, cosine, sine, descriptor,
-                           [&](const int32_t* offsets) { return Avx512::readOneByOne(centre, offsets); });
-}
-
 }  // namespace
 
 const FeatureKernels& detail::avx512FeatureKernels(bool intel) {
-  static const FeatureKernels kernels[2] = {kernelsOf<Avx512>(describeOneByOne),
-                                            kernelsOf<IntelAvx512>(describeGathering)};
+  static const FeatureKernels kernels[2] = {kernelsOf<Avx512>(describeByLookUp<Avx512, Avx512::readOneByOne>),
+                                            kernelsOf<IntelAvx512>(describeByLookUp<Avx512, Avx512::gather>)};
   return kernels[intel ? 1 : 0];
 }
 

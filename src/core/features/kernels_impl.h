@@ -322,9 +322,9 @@ void describe(const uint8_t* centre, ptrdiff_t stride, float cosine, float sine,
   }
 }
 
-/// The same for a V that can look up bytes in registers: reads each point of the pattern once.
-template <typename V, typename Read>
-inline void describeByLookUp(ptrdiff_t stride, float cosine, float sine, uint8_t* descriptor, const Read& read) {
+/// The same for a V that can look up bytes in registers: reads each point of the pattern once, with kRead.
+template <typename V, auto kRead>
+void describeByLookUp(const uint8_t* centre, ptrdiff_t stride, float cosine, float sine, uint8_t* descriptor) {
   using detail::DistinctPattern;
   using detail::kDistinctPattern;
   const auto c = V::setFloat(cosine), s = V::setFloat(sine);
@@ -333,7 +333,7 @@ inline void describeByLookUp(ptrdiff_t stride, float cosine, float sine, uint8_t
     V::store(offset + i, rotate<V>(kDistinctPattern.x + i, kDistinctPattern.y + i, c, s, stride));
   }
   typename V::U8 pixels[DistinctPattern::kPoints / V::kBytes];
-  for (int i = 0; i < DistinctPattern::kPoints / V::kBytes; ++i) pixels[i] = read(offset + i * V::kBytes);
+  for (int i = 0; i < DistinctPattern::kPoints / V::kBytes; ++i) pixels[i] = kRead(centre, offset + i * V::kBytes);
   for (int i = 0; i < kOrbTests; i += V::kBytes) {
     const uint64_t bits = V::greaterMask(V::lookUp(pixels, 1, i), V::lookUp(pixels, 0, i));
     std::memcpy(descriptor + i / 8, &bits, sizeof bits);
@@ -342,16 +342,8 @@ inline void describeByLookUp(ptrdiff_t stride, float cosine, float sine, uint8_t
 
 template <typename V>
 FeatureKernels kernelsOf(decltype(FeatureKernels::describe) describe_keypoint = describe<V>) {
-  FeatureKernels kernels;
-  kernels.resizeRow = resizeRow<V>;
-  kernels.blendRows = blendRows<V>;
-  kernels.contrastRow = contrastRow<V>;
-  kernels.maximaRow = maximaRow<V>;
-  kernels.widenRow = widenRow<V>;
-  kernels.blurTwoRows = blurTwoRows<V>;
-  kernels.moments = moments<V>;
-  kernels.describe = describe_keypoint;
-  return kernels;
+  return {resizeRow<V>, blendRows<V>,   contrastRow<V>, maximaRow<V>,
+          widenRow<V>,  blurTwoRows<V>, moments<V>,     describe_keypoint};
 }
 
 }  // namespace

@@ -72,9 +72,6 @@ MotionStatisticsOptions seedStatistics(MotionStatisticsOptions options) {
 
 }  // namespace
 
-int GuidedWindows::column(float x) const { return cellAt(x * buckets_per_pixel_, columns_); }
-int GuidedWindows::row(float y) const { return cellAt(y * buckets_per_pixel_, rows_); }
-
 void GuidedWindows::setCurrent(const Features& current, const HammingKernel& kernel, int seats) {
   kernel_ = &kernel;
   const auto n = static_cast<size_t>(current.size());

@@ -25,8 +25,8 @@ class GuidedWindows {
   NearestTwo search(const uint8_t* query, const cv::Point2f& center, const cv::Point2f& reach, int seat);
 
  private:
-  int column(float x) const;
-  int row(float y) const;
+  int column(float x) const { return cellAt(x * buckets_per_pixel_, columns_); }
+  int row(float y) const { return cellAt(y * buckets_per_pixel_, rows_); }
 
   const HammingKernel* kernel_ = nullptr;
   int columns_ = 0, rows_ = 0;

@@ -21,13 +21,6 @@ uint8_t* reserve(size_t bytes, std::vector<CacheLine>& lines) {
   return lines.empty() ? nullptr : lines.front().bytes;
 }
 
-/// The shares hold consecutive queries, so on equal distances the earlier share has the lower query.
-void mergeReverse(const std::vector<NearestQueryGroup>& later, std::vector<NearestQueryGroup>& earlier) {
-  for (size_t j = 0; j < earlier.size(); ++j) {
-    if (later[j].distance < earlier[j].distance) earlier[j] = later[j];
-  }
-}
-
 }  // namespace
 
 struct HammingMatcher::Workspace {
@@ -45,59 +38,59 @@ struct HammingMatcher::Workspace {
   std::shared_ptr<WorkerPool> pool;
 
   /// Fills `nearest`, and `shares[0].reverse` if `mutual`.
-  void search(const DescriptorSet& reference, const DescriptorSet& current, const uint8_t* packed, bool mutual);
-  /// True when no query before `i` is as near to train descriptor `j` as `i`, and none at all is nearer.
-  bool isNearestQuery(const DescriptorSet& reference, int i, const DescriptorSet& current, int j) const;
-};
+  void search(const DescriptorSet& reference, const DescriptorSet& current, const uint8_t* packed, bool mutual) {
+    const int queries = reference.size(), group = kernel->query_group;
+    nearest.resize(queries);
+    const int64_t worth = static_cast<int64_t>(queries) * current.size() / kPairsWorthAThread;
+    const int count = static_cast<int>(std::clamp<int64_t>(worth, 1, static_cast<int64_t>(shares.size())));
+    const int groups = (queries + group - 1) / group;
+    const auto firstOf = [&](int share) { return std::min(queries, groups * share / count * group); };
 
-void HammingMatcher::Workspace::search(const DescriptorSet& reference, const DescriptorSet& current,
-                                       const uint8_t* packed, bool mutual) {
-  const int queries = reference.size(), group = kernel->query_group;
-  nearest.resize(queries);
-  const int64_t worth = static_cast<int64_t>(queries) * current.size() / kPairsWorthAThread;
-  const int count = static_cast<int>(std::clamp<int64_t>(worth, 1, static_cast<int64_t>(shares.size())));
-  const int groups = (queries + group - 1) / group;
-  const auto firstOf = [&](int share) { return std::min(queries, groups * share / count * group); };
+    for (int i = 0; i < count; ++i) {
+      HammingSearch& search = shares[i].search;
+      search.queries = reference.row(0);
+      search.first_query = firstOf(i);
+      search.last_query = firstOf(i + 1);
+      search.train = current.row(0);
+      search.packed_train = packed;
+      search.train_count = current.size();
+      search.nearest = nearest.data();
+      search.reverse = nullptr;
+      if (mutual) {
+        shares[i].reverse.assign(current.size(), NearestQueryGroup());
+        search.reverse = shares[i].reverse.data();
+        search.scratch = reserve(kernel->scratchBytes(current.size()), shares[i].scratch);
+      }
+    }
 
-  for (int i = 0; i < count; ++i) {
-    HammingSearch& search = shares[i].search;
-    search.queries = reference.row(0);
-    search.first_query = firstOf(i);
-    search.last_query = firstOf(i + 1);
-    search.train = current.row(0);
-    search.packed_train = packed;
-    search.train_count = current.size();
-    search.nearest = nearest.data();
-    search.reverse = nullptr;
-    if (mutual) {
-      shares[i].reverse.assign(current.size(), NearestQueryGroup());
-      search.reverse = shares[i].reverse.data();
-      search.scratch = reserve(kernel->scratchBytes(current.size()), shares[i].scratch);
+    pool->forEach(count, count, [this](int i, int /*seat*/) { kernel->search(shares[i].search); });
+    // The shares hold consecutive queries, so on equal distances the earlier share has the lower query.
+    for (int i = 1; mutual && i < count; ++i) {
+      for (size_t j = 0; j < shares[0].reverse.size(); ++j) {
+        if (shares[i].reverse[j].distance < shares[0].reverse[j].distance) shares[0].reverse[j] = shares[i].reverse[j];
+      }
     }
   }
 
-  pool->forEach(count, count, [this](int i, int /*seat*/) { kernel->search(shares[i].search); });
-  for (int i = 1; mutual && i < count; ++i) mergeReverse(shares[i].reverse, shares[0].reverse);
-}
-
-bool HammingMatcher::Workspace::isNearestQuery(const DescriptorSet& reference, int i, const DescriptorSet& current,
-                                               int j) const {
-  const int distance = nearest[i].distance;
-  const NearestQueryGroup& reverse = shares[0].reverse[j];
-  int first = 0, last = reference.size();
-  if (reverse.distance < kExactDistanceLimit) {
-    if (reverse.distance < distance) return false;
-    first = reverse.first_query;
-    last = std::min(last, first + kernel->query_group);
-    if (i >= last) return false;
+  /// True when no query before `i` is as near to train descriptor `j` as `i`, and none at all is nearer.
+  bool isNearestQuery(const DescriptorSet& reference, int i, const DescriptorSet& current, int j) const {
+    const int distance = nearest[i].distance;
+    const NearestQueryGroup& reverse = shares[0].reverse[j];
+    int first = 0, last = reference.size();
+    if (reverse.distance < kExactDistanceLimit) {
+      if (reverse.distance < distance) return false;
+      first = reverse.first_query;
+      last = std::min(last, first + kernel->query_group);
+      if (i >= last) return false;
+    }
+    for (int k = first; k < last; ++k) {
+      if (k == i) continue;
+      const int other = kernel->distance(reference.row(k), current.row(j));
+      if (other < distance || (other == distance && k < i)) return false;
+    }
+    return true;
   }
-  for (int k = first; k < last; ++k) {
-    if (k == i) continue;
-    const int other = kernel->distance(reference.row(k), current.row(j));
-    if (other < distance || (other == distance && k < i)) return false;
-  }
-  return true;
-}
+};
 
 void HammingMatcherOptions::validate() const {
   requireInRange("matcher_threads", threads, 1, kMostThreads);

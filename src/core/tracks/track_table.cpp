@@ -12,7 +12,18 @@ void TrackTable::link(const MatchResult& result) {
   current_.assign(static_cast<size_t>(result.keypoints_current), Track());
   ids_.assign(result.matches.size(), 0);
   lengths_.assign(result.matches.size(), 0);
-  if (!findOwners(result)) return;
+  // The best inlier of each current keypoint.
+  owner_.assign(current_.size(), -1);
+  bool found = false;
+  for (size_t m = 0; m < result.matches.size(); ++m) {
+    if (result.stage[m] != MatchStage::kInlier) continue;
+    found = true;
+    int32_t& owner = owner_[static_cast<size_t>(result.matches[m].current)];
+    if (owner < 0 || result.matches[m].distance < result.matches[static_cast<size_t>(owner)].distance) {
+      owner = static_cast<int32_t>(m);
+    }
+  }
+  if (!found) return;
 
   const uint32_t previous_link = link_++;
   for (size_t j = 0; j < current_.size(); ++j) {
@@ -26,20 +37,6 @@ void TrackTable::link(const MatchResult& result) {
     ids_[m] = track.id;
     lengths_[m] = track.length;
   }
-}
-
-bool TrackTable::findOwners(const MatchResult& result) {
-  owner_.assign(current_.size(), -1);
-  bool found = false;
-  for (size_t m = 0; m < result.matches.size(); ++m) {
-    if (result.stage[m] != MatchStage::kInlier) continue;
-    found = true;
-    int32_t& owner = owner_[static_cast<size_t>(result.matches[m].current)];
-    if (owner < 0 || result.matches[m].distance < result.matches[static_cast<size_t>(owner)].distance) {
-      owner = static_cast<int32_t>(m);
-    }
-  }
-  return found;
 }
 
 void TrackTable::advance() {

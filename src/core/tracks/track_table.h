@@ -35,9 +35,6 @@ class TrackTable {
   const std::vector<uint16_t>& lengths() const { return lengths_; }
 
  private:
-  /// Finds the best inlier of each current keypoint; false if there is none.
-  bool findOwners(const MatchResult& result);
-
   std::vector<Track> reference_, current_;
   std::vector<int32_t> owner_;  ///< match that holds each current keypoint, -1: none
   std::vector<uint32_t> ids_;
