@@ -4,7 +4,10 @@
 
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
@@ -263,57 +266,48 @@ TEST(WheelCheck, NoticesWheelsThatStandSpinSlideOrGoElsewhere) {
   EXPECT_EQ(check.problem({0, 0, 0.05}, seenWith(6)), "");
 }
 
-/// EuRoC V1_01 from its start: a vehicle that stands still, its images and its gyro.
-class StandingStill : public testing::Test {
- protected:
-  void SetUp() override {
-    const std::string folder = (dataFolder() / "euroc_v101").string();
-    try {
-      dataset_ = Dataset::open(folder);
-    } catch (const DatasetError& error) {
-      GTEST_SKIP() << error.what();
-    }
-    std::ifstream mount(folder + "/camera_in_imu.txt"), rates(folder + "/imu.txt");
-    std::string line;
-    std::vector<double> numbers;
-    while (std::getline(mount, line)) {
-      if (line.empty() || line[0] == '#') continue;
-      std::istringstream text(line);
-      for (double number; text >> number;) numbers.push_back(number);
-    }
-    ASSERT_EQ(numbers.size(), 16u);
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) camera_in_imu_(i, j) = numbers[static_cast<size_t>(4 * i + j)];
-    }
-    while (std::getline(rates, line)) {
-      GyroSample sample;
-      std::istringstream text(line);
-      if (!(text >> sample.stamp >> sample.rate.x() >> sample.rate.y() >> sample.rate.z())) continue;
-      gyro_.add(sample);
-      mean_ += sample.rate;
-      ++samples_;
-    }
-    mean_ /= samples_;
+/// The numbers of the lines of a file that are no comments.
+std::vector<std::vector<double>> numbersIn(const std::string& path) {
+  std::ifstream file(path);
+  std::vector<std::vector<double>> rows;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream text(line);
+    const std::vector<double> row{std::istream_iterator<double>(text), {}};
+    if (!row.empty()) rows.push_back(row);
   }
+  return rows;
+}
 
-  std::optional<Dataset> dataset_;
-  Matrix3d camera_in_imu_;
-  GyroBuffer gyro_;
-  Vector3d mean_ = Vector3d::Zero();  ///< of the rates, which is the bias
-  int samples_ = 0;
-};
-
-TEST_F(StandingStill, FindsTheBiasAndDoesNotDrift) {
+/// EuRoC V1_01 from its start: a vehicle that stands still, its images and its gyro.
+TEST(StandingStill, FindsTheBiasAndDoesNotDrift) {
+  const std::string folder = (dataFolder() / "euroc_v101").string();
+  std::optional<Dataset> dataset;
+  try {
+    dataset = Dataset::open(folder);
+  } catch (const DatasetError& error) {
+    GTEST_SKIP() << error.what();
+  }
+  const auto mount = numbersIn(folder + "/camera_in_imu.txt");
+  ASSERT_EQ(mount.size(), 4u);
+  Matrix3d camera_in_imu;
+  for (size_t i = 0; i < 3; ++i) camera_in_imu.row(i) = Eigen::Map<const Eigen::RowVector3d>(mount[i].data());
+  GyroBuffer gyro;
+  Vector3d mean = Vector3d::Zero();  // of the rates, which is the bias
+  const auto rates = numbersIn(folder + "/imu.txt");
+  for (const std::vector<double>& row : rates) {
+    gyro.add({row[0], {row[1], row[2], row[3]}, 0});
+    mean += Vector3d(row[1], row[2], row[3]) / static_cast<double>(rates.size());
+  }
   MatchFilter filter;
-  filter.setCamera(Camera(*dataset_->intrinsics(), dataset_->image(0).size()));
+  filter.setCamera(Camera(*dataset->intrinsics(), dataset->image(0).size()));
   GyroBias bias;
   MotionIntegrator odometry;
   Frame reference, current;
-  const auto& frames = dataset_->frames();
+  const auto& frames = dataset->frames();
   double reference_stamp = 0;
   int learnt = 0;
   for (size_t i = 0; i < frames.size(); ++i) {
-    filter.extract(dataset_->image(static_cast<int>(i)), current);
+    filter.extract(dataset->image(static_cast<int>(i)), current);
     if (i == 0) {
       std::swap(reference, current);
       reference_stamp = frames[0].stamp;
@@ -324,10 +318,10 @@ TEST_F(StandingStill, FindsTheBiasAndDoesNotDrift) {
     ASSERT_TRUE(result.robust.pose_found) << i << ": " << toString(result.status);
     const RelativePose& pose = result.robust.pose;
     GyroRotation rotation;
-    if (gyro_.integrate(reference_stamp, frames[i].stamp, Vector3d::Zero(), rotation).empty()) {
-      bias.add({reference_stamp, frames[i].stamp, camera_in_imu_ * vectorOf(pose.R), vectorOf(rotation.R),
+    if (gyro.integrate(reference_stamp, frames[i].stamp, Vector3d::Zero(), rotation).empty()) {
+      bias.add({reference_stamp, frames[i].stamp, camera_in_imu * vectorOf(pose.R), vectorOf(rotation.R),
                 rotation.covariance +
-                    camera_in_imu_ * pose.covariance.bottomRightCorner<3, 3>() * camera_in_imu_.transpose()});
+                    camera_in_imu * pose.covariance.bottomRightCorner<3, 3>() * camera_in_imu.transpose()});
       ++learnt;
     }
     PairMotion motion;
@@ -345,10 +339,10 @@ TEST_F(StandingStill, FindsTheBiasAndDoesNotDrift) {
   }
   ASSERT_GT(learnt, 20);
   ASSERT_TRUE(bias.known());
-  const Vector3d error = bias.bias() - mean_;
+  const Vector3d error = bias.bias() - mean;
   RecordProperty("bias_error", std::to_string(error.norm()));
   RecordProperty("bias_sigma", std::to_string(std::sqrt(bias.covariance().trace() / 3)));
-  EXPECT_LT(error.norm(), 0.1 * mean_.norm());
+  EXPECT_LT(error.norm(), 0.1 * mean.norm());
   EXPECT_LT(error.dot(bias.covariance().inverse() * error), 11.34);
   const OdometryEstimate& end = odometry.camera();
   const Vector3d drift = vectorOf(end.pose.linear());

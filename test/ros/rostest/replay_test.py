@@ -7,7 +7,6 @@ import shutil
 import socket
 import subprocess
 import tempfile
-import threading
 import time
 import unittest
 
@@ -15,10 +14,10 @@ import numpy as np
 import rosbag
 import rospy
 import rostest
-from gms_ransac.msg import Correspondences, MatchStats
+from gms_ransac.msg import MatchStats
 from rosgraph_msgs.msg import Log
 
-from graph import (Scene, camera_info, data_folder, degrees_between, image_message, rotation_degrees, rotation_matrix,
+from graph import (Client, Scene, camera_info, data_folder, degrees_between, image_message, rotation_degrees, rotation_matrix,
                    vector)
 
 TIMEOUT = 120.0  # seconds of wall time for a replay, start of the launch file included
@@ -32,20 +31,7 @@ class Replay(unittest.TestCase):
 
     def replay(self, launch, bag, count, settings="", arguments=()):
         """Returns ([stats], {stamp: correspondences}) of the launch file's replay of `count` images."""
-        stats, correspondences, changed = [], {}, threading.Condition()
-
-        def on_stats(message):
-            with changed:
-                stats.append(message)
-                changed.notify_all()
-
-        def on_correspondences(message):
-            with changed:
-                correspondences[message.header.stamp.to_nsec()] = message
-                changed.notify_all()
-
-        subscribers = [rospy.Subscriber("/match_filter/stats", MatchStats, on_stats, queue_size=1000),
-                       rospy.Subscriber("/match_filter/correspondences", Correspondences, on_correspondences, queue_size=1000)]
+        client = Client(image="nobody_reads", camera=False)
         settings_file = os.path.join(self.folder, "settings.yaml")
         with open(settings_file, "w") as out:
             out.write("{%s%s}" % (SETTINGS, settings))
@@ -53,19 +39,17 @@ class Replay(unittest.TestCase):
                                     "await:=/match_filter/stats /match_filter/correspondences",
                                     "parameters:=" + settings_file, *arguments])
         try:
-            with changed:
-                end = time.monotonic() + TIMEOUT
-                done = lambda: len(stats) >= count and len(correspondences) >= count - 1
-                while not done() and time.monotonic() < end:
-                    changed.wait(0.2)
+            end = time.monotonic() + TIMEOUT
+            while (len(client.stats) < count or len(client.correspondences) < count - 1) and time.monotonic() < end:
+                time.sleep(0.2)
         finally:
             process.terminate()
             process.wait()
-            for subscriber in subscribers:
-                subscriber.unregister()
-        self.assertGreaterEqual(len(stats), count, "every image is answered")
-        self.assertEqual(stats[-1].frames_dropped, 0)
-        return stats, correspondences
+            for each in client.subscribers + [client.image]:
+                each.unregister()
+        self.assertGreaterEqual(len(client.stats), count, "every image is answered")
+        self.assertEqual(client.stats[-1].frames_dropped, 0)
+        return client.stats, {answer.header.stamp.to_nsec(): answer for answer in client.correspondences}
 
     def make_bag(self, name, images):
         """Returns (folder of the data, bag made from it, how many images it holds); skips the test without data."""
