@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cv_bridge/cv_bridge.h>
+#include <opencv2/imgproc.hpp>
 
 #include "stream/frame_processor.h"
 
@@ -13,6 +14,14 @@ inline sensor_msgs::ImageConstPtr imageMessage(const cv::Mat& image, double stam
   header.stamp = ros::Time(stamp);
   header.frame_id = "camera";
   return cv_bridge::CvImage(header, image.type() == CV_8UC1 ? "mono8" : "32FC1", image).toImageMsg();
+}
+
+/// Corners everywhere at VGA, moved by some pixels, 500 at most.
+inline cv::Mat cornersMovedBy(int shift) {
+  cv::Mat noise(96, 228, CV_8UC1), texture;
+  cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
+  cv::resize(noise, texture, cv::Size(), 5, 5, cv::INTER_NEAREST);
+  return texture(cv::Rect(shift, 0, 640, 480)).clone();
 }
 
 /// A stream of images of one camera, as the node processes it.

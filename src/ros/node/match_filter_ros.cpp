@@ -76,7 +76,9 @@ class MatchFilterRos {
   OutputOptions outputOptions();
   /// Runs what a callback or a worker does; an exception becomes a warning.
   template <typename Work>
-  void guard(const Work& work);
+  void guard(const Work& work) {
+    guarded(work, [this](const std::string& what) { throttle_.warn("unexpected", what); });
+  }
   void watchInput();
   /// Reports to diagnostics why the calibration may be wrong, if there is a reason.
   void watchCalibration(const ProcessedFrame& processed);
@@ -114,11 +116,6 @@ class MatchFilterRos {
   std::thread worker_, second_worker_;
 };
 
-template <typename Work>
-void MatchFilterRos::guard(const Work& work) {
-  guarded(work, [this](const std::string& what) { throttle_.warn("unexpected", what); });
-}
-
 MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh)
     : nh_(nh),
       pnh_(pnh),
@@ -146,9 +143,9 @@ MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle&
   {
     // A listener may connect before `outputs_` is assigned.
     std::lock_guard<std::mutex> lock(subscription_mutex_);
-    outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, [this] { guard([&] { updateSubscription(); }); });
+    outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, start.outputs,
+                                         [this] { guard([&] { updateSubscription(); }); });
   }
-  if (start.outputs.publish_odom_tf) outputs_->expectOdomTf();
   diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, parameters_);
   ROS_INFO_STREAM(parameters_.name << ": method " << start.processor.core.method << ", model "
                                    << toString(start.processor.core.robust.model) << ", OpenCV " << CV_VERSION

@@ -37,17 +37,6 @@ void setLength(size_t n, bool with_stage, Correspondences& message) {
   message.current_sigma.resize(n);
 }
 
-/// Ids of the keypoints that are tracked from the reference, 0 of the others.
-std::vector<uint32_t> trackIds(const ProcessedFrame& processed) {
-  std::vector<uint32_t> ids(static_cast<size_t>(processed.current->frame.features.size()), 0);
-  if (processed.track_ids == nullptr || processed.result == nullptr) return ids;
-  const std::vector<Match>& matches = processed.result->matches;
-  for (size_t i = 0; i < std::min(matches.size(), processed.track_ids->size()); ++i) {
-    if ((*processed.track_ids)[i] != 0) ids[static_cast<size_t>(matches[i].current)] = (*processed.track_ids)[i];
-  }
-  return ids;
-}
-
 }  // namespace
 
 void toMessage(const ProcessedFrame& processed, bool with_rejected, Correspondences& message) {
@@ -116,7 +105,13 @@ void toMessage(const ProcessedFrame& processed, Keypoints& message) {
     message.response.push_back(keypoint.response);
     message.sigma.push_back(sigma[keypoint.octave]);
   }
-  message.track_id = trackIds(processed);
+  message.track_id.assign(n, 0);
+  if (processed.track_ids != nullptr && processed.result != nullptr) {
+    const std::vector<Match>& matches = processed.result->matches;
+    for (size_t i = 0; i < std::min(matches.size(), processed.track_ids->size()); ++i) {
+      if ((*processed.track_ids)[i] != 0) message.track_id[matches[i].current] = (*processed.track_ids)[i];
+    }
+  }
   message.depth = current.depth.empty() ? current.stereo.depth : keypointDepth(features, current.depth);
   if (n > 0)
     message.descriptors.assign(features.descriptors.row(0), features.descriptors.row(0) + n * kDescriptorBytes);

@@ -72,37 +72,34 @@ void MotionIntegrator::lose(double seconds) {
   reference_ = current_;
 }
 
-double MotionIntegrator::unknownStep(double parallax_px) const {
-  if (!(known_.step > 0)) return first_step_;
-  const bool comparable = parallax_px > 0 && known_.parallax_px > 0;
-  return comparable ? known_.step * parallax_px / known_.parallax_px : known_.step;
-}
-
 void MotionIntegrator::add(const PairMotion& motion) {
   const RelativePose& pair = motion.current_in_reference;
   current_ = reference_;
   current_.missed_turn = 0;
-  if (!motion.after_loss) learn(motion);
+  if (!motion.after_loss) {
+    known_.turn = Eigen::AngleAxisd(pair.R).angle();
+    known_.turn_seconds = motion.seconds;
+  }
   if (motion.translation_known) {
+    if (!motion.after_loss) {
+      known_.step = pair.t.norm();
+      known_.step_seconds = motion.seconds;
+      known_.parallax_px = motion.parallax_px;
+    }
     current_.missed_step = 0;
     chain(pair);
   } else {
+    double step = known_.step > 0 ? known_.step : first_step_;
+    if (known_.step > 0 && motion.parallax_px > 0 && known_.parallax_px > 0) {
+      step *= motion.parallax_px / known_.parallax_px;
+    }
     RelativePose widened = pair;
     widened.covariance.topLeftCorner<3, 3>().setIdentity();
-    widened.covariance.topLeftCorner<3, 3>() *= addInLine(unknownStep(motion.parallax_px), current_.missed_step);
+    widened.covariance.topLeftCorner<3, 3>() *= addInLine(step, current_.missed_step);
     chain(widened);
   }
   setTwist(motion);
   if (!motion.reference_held) reference_ = current_;
-}
-
-void MotionIntegrator::learn(const PairMotion& motion) {
-  known_.turn = Eigen::AngleAxisd(motion.current_in_reference.R).angle();
-  known_.turn_seconds = motion.seconds;
-  if (!motion.translation_known) return;
-  known_.step = motion.current_in_reference.t.norm();
-  known_.step_seconds = motion.seconds;
-  known_.parallax_px = motion.parallax_px;
 }
 
 void MotionIntegrator::chain(const RelativePose& pair) {

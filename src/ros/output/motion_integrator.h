@@ -79,10 +79,6 @@ class MotionIntegrator {
     OdometryEstimate estimate;
     double missed_step = 0, missed_turn = 0;
   };
-  /// How long a translation that leaves this parallax may be.
-  double unknownStep(double parallax_px) const;
-  /// Takes the motion for what is usual.
-  void learn(const PairMotion& motion);
   /// Puts the current place one pair beyond the reference.
   void chain(const RelativePose& pair);
   void setTwist(const PairMotion& motion);

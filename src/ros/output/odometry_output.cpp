@@ -35,14 +35,15 @@ RelativePose withUsualLength(RelativePose motion, double length) {
 }  // namespace
 
 OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
-                               WatchedBroadcaster& broadcaster, const ros::SubscriberStatusCallback& changed)
+                               bool broadcasts, WatchedBroadcaster& broadcaster,
+                               const ros::SubscriberStatusCallback& changed)
     : nh_(nh),
       parameters_(parameters),
       odometry_(parameters.scale == ScaleMode::kFixed ? parameters.fixed_scale : 1),
       broadcaster_(broadcaster),
       throttle_(parameters.name) {
   // From the start, or the first pairs would find no place of the camera on its base.
-  if (!parameters_.base_frame.empty()) listen();
+  if (broadcasts || !parameters_.base_frame.empty()) listen();
   odom_ = outputs.advertise<nav_msgs::Odometry>("odom", kPublisherQueue, changed, changed);
   twist_ = outputs.advertise<geometry_msgs::TwistWithCovarianceStamped>("twist", kPublisherQueue, changed, changed);
   pose_ = outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", kPublisherQueue, changed, changed);

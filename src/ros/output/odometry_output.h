@@ -22,20 +22,20 @@ class WatchedBroadcaster;
 
 class OdometryOutput {
  public:
-  OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
+  /// `broadcasts`: ~publish_odom_tf at start. tf is listened to at once, so that the first pair's motion is broadcast.
+  OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters, bool broadcasts,
                  WatchedBroadcaster& broadcaster, const ros::SubscriberStatusCallback& listeners_changed);
   ~OdometryOutput();
 
   int listeners() const;
   /// Why ~odom could not be published, and the remedy; empty: no problem. From the thread of `publish`.
   const std::string& problem() const { return problem_; }
-  /// tf is needed soon. Before the first `publish`, or from its thread.
-  void listen();
   /// Integrates every motion; publishes the first image's pose, which is the identity, and then while the motion is
   /// known.
   void publish(const ProcessedFrame& processed, bool broadcast);
 
  private:
+  void listen();
   /// Integrates; false when there is nothing to publish.
   bool addMotion(const ProcessedFrame& processed);
   /// `odometry_` holds the place of the image with that stamp.

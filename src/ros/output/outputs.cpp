@@ -41,7 +41,7 @@ Quantiles<double> agesOf(const std::vector<Feature>& features) {
 }  // namespace
 
 Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
-                 const std::function<void()>& listeners_changed)
+                 const OutputOptions& start, const std::function<void()>& listeners_changed)
     : transport_(pnh),
       broadcaster_(std::make_unique<WatchedBroadcaster>(parameters.name)),
       feature_layout_(parameters.feature_layout),
@@ -59,7 +59,7 @@ Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Pa
   relative_pose_ =
       outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("relative_pose", kPublisherQueue, changed, changed);
   restart_ = outputs.advertise<std_msgs::Bool>("restart", kPublisherQueue);  // does not cause a subscription
-  odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, *broadcaster_, changed);
+  odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, start.publish_odom_tf, *broadcaster_, changed);
   features_ = outputs.advertise<sensor_msgs::PointCloud>("features", kPublisherQueue, changed, changed);
   inlier_points_ = outputs.advertise<sensor_msgs::PointCloud2>("inlier_points", kPublisherQueue, changed, changed);
   markers_ = outputs.advertise<visualization_msgs::MarkerArray>("match_markers", kPublisherQueue, changed, changed);
@@ -97,8 +97,6 @@ bool Outputs::passesOver(const PreparedFrame& frame, const OutputOptions& option
 }
 
 std::string Outputs::problem() const { return odometry_->problem(); }
-
-void Outputs::expectOdomTf() { odometry_->listen(); }
 
 MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const FrameCounters& counters,
                                     const OutputOptions& options) {

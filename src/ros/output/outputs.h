@@ -22,9 +22,10 @@ class WatchedBroadcaster;
 
 class Outputs {
  public:
-  /// Topics are relative to `pnh`. `listeners_changed` is called whenever a subscriber comes or goes.
+  /// Topics are relative to `pnh`. `start`: options at start. `listeners_changed` is called whenever a subscriber comes
+  /// or goes.
   Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
-          const std::function<void()>& listeners_changed);
+          const OutputOptions& start, const std::function<void()>& listeners_changed);
   ~Outputs();
 
   /// Topic of the match image, as remapped.
@@ -40,9 +41,6 @@ class Outputs {
   bool passesOver(const PreparedFrame& frame, const OutputOptions& options);
   /// Why an output could not be published, and the remedy; empty: no problem. From the thread of `publish`.
   std::string problem() const;
-  /// ~publish_odom_tf is on from the start: tf is listened to at once, so that the first pair's motion is broadcast.
-  /// Before the first `publish`.
-  void expectOdomTf();
 
   /// Returns the stats that were published.
   MatchStatsConstPtr publish(const ProcessedFrame& processed, const FrameCounters& counters,

@@ -351,7 +351,10 @@ void Overlay::add(const ProcessedFrame& processed) {
   if (history_.size() > kHistory) history_.pop_front();
 }
 
-cv::Mat Overlay::strip(float highest) const {
+cv::Mat Overlay::draw(const ProcessedFrame& processed, const OverlayOptions& options) const {
+  float slowest = 0;
+  for (const Outcome& outcome : history_) slowest = std::max(slowest, outcome.milliseconds);
+  const float highest = roundUp(slowest);
   constexpr int kRatio = 24, kStatus = 6, kRows = 42;  // rows: inlier ratio, status, milliseconds
   cv::Mat strip(kRows, static_cast<int>(kHistory), CV_8UC3, kDark);
   int x = strip.cols - static_cast<int>(history_.size());
@@ -362,15 +365,9 @@ cv::Mat Overlay::strip(float highest) const {
     column.rowRange(kRatio + 1, kRatio + kStatus) = color;
     column.rowRange(kRows - cvRound((kRows - kRatio - kStatus - 1) * outcome.milliseconds / highest), kRows) = kGrey;
   }
-  return strip;
-}
-
-cv::Mat Overlay::draw(const ProcessedFrame& processed, const OverlayOptions& options) const {
-  float slowest = 0;
-  for (const Outcome& outcome : history_) slowest = std::max(slowest, outcome.milliseconds);
   Painter painter(processed, options.layout);
   painter.paintImages();
-  painter.paintStrip(strip(roundUp(slowest)), roundUp(slowest));
+  painter.paintStrip(strip, highest);
   if (processed.result != nullptr && processed.reference != nullptr) painter.paintMatches(options.colour);
   painter.paintHeader();
   return painter.canvas();

@@ -43,9 +43,6 @@ class Overlay {
     float milliseconds;
   };
 
-  /// The history in a pixel's width an image: inlier ratio, status, and milliseconds up to `highest`.
-  cv::Mat strip(float highest) const;
-
   std::deque<Outcome> history_;  ///< oldest first
 };
 

@@ -324,15 +324,28 @@ bool FrameProcessor::mayReenter(const PreparedFrame& frame) const {
 
 bool FrameProcessor::compareWithKept(ProcessedFrame& processed) {
   const size_t index = findKept();
-  if (index < recovery_.kept().size()) {
-    goOnFrom(index, processed);
+  if (index == recovery_.kept().size()) {
+    recovery_.miss();
+    if (reference_) return false;
+    tracks_.reset();
+    conclude(processed);
+    processed.text += "; images from before the loss are kept: " + std::to_string(recovery_.kept().size());
     return true;
   }
-  recovery_.miss();
-  if (reference_) return false;
-  tracks_.reset();
+  const std::vector<TrackTable::Track> newest = recovery_.kept().front().tracks;
+  const int missed = recovery_.missed();
+  KeptFrame kept = recovery_.takeOut(index);
+  reference_ = std::move(kept.frame);
+  tracks_.goBack(kept.tracks, newest);
+  pair_pose_.goOnFrom(std::move(kept.scale));
+  processed.recovered = true;
+  processed.reference = reference_.get();
   conclude(processed);
-  processed.text += "; images from before the loss are kept: " + std::to_string(recovery_.kept().size());
+  std::ostringstream text;
+  text << "goes on from the image of " << reference_->header.stamp << ", "
+       << secondsText(current_->stamp() - reference_->stamp()) << " and " << missed
+       << " lost images ago: " << processed.text;
+  processed.text = text.str();
   return true;
 }
 
@@ -351,23 +364,6 @@ size_t FrameProcessor::findKept() {
     if (result.status == Status::kTooFewKeypoints) break;
   }
   return kept.size();
-}
-
-void FrameProcessor::goOnFrom(size_t index, ProcessedFrame& processed) {
-  const std::vector<TrackTable::Track> newest = recovery_.kept().front().tracks;
-  const int missed = recovery_.missed();
-  KeptFrame kept = recovery_.takeOut(index);
-  reference_ = std::move(kept.frame);
-  tracks_.goBack(kept.tracks, newest);
-  pair_pose_.goOnFrom(std::move(kept.scale));
-  processed.recovered = true;
-  processed.reference = reference_.get();
-  conclude(processed);
-  std::ostringstream text;
-  text << "goes on from the image of " << reference_->header.stamp << ", "
-       << secondsText(current_->stamp() - reference_->stamp()) << " and " << missed
-       << " lost images ago: " << processed.text;
-  processed.text = text.str();
 }
 
 void FrameProcessor::retireReference() {

@@ -86,12 +86,11 @@ class FrameProcessor {
   bool reenter(ProcessedFrame& processed);
   /// The way back is looked for in an image of which camera and options allow it.
   bool mayReenter(const PreparedFrame& frame) const;
-  /// Compares with the kept images; false: it is answered by a comparison with the image before, which belongs to the
-  /// loss.
+  /// Compares with the kept images and goes on from one that shows the same; false: it is answered by a comparison with
+  /// the image before, which belongs to the loss.
   bool compareWithKept(ProcessedFrame& processed);
   /// Index of the kept image that shows the same, with its `result_`; as many as there are, with that of the newest.
   size_t findKept();
-  void goOnFrom(size_t index, ProcessedFrame& processed);
   /// The reference is kept if its place is known; there is none any more.
   void retireReference();
   /// The same of a reference that the current image takes the place of.

@@ -19,7 +19,14 @@ void PairPose::finish(const SigmaFloor& floor, ProcessedFrame& processed) {
   findLength(processed);
   if (processed.length_missing) processed.text += "; the length of the motion since then is unknown";
   makePublishable(processed.status == MatchStats::OK, floor, processed.pose);
-  stopIfUnfit(processed);
+  const std::string defect = poseDefect(processed.pose);
+  if (defect.empty()) return;
+  processed.status = MatchStats::RANSAC_FAILED;
+  processed.text = "the pose is not fit to publish: " + defect;
+  processed.pose = RelativePose();
+  processed.metric_scale = false;
+  // The propagator may have taken wrong values from this pair: it starts anew.
+  scale_updated_ = false;
 }
 
 void PairPose::advance() {
@@ -95,17 +102,6 @@ void PairPose::takeDepth(ProcessedFrame& processed) {
   if (processed.metric_scale) return;
   const std::string& problem = current.depth_problem.empty() ? reference.depth_problem : current.depth_problem;
   processed.text += "; no length: " + (problem.empty() ? "too few inliers have depth" : problem);
-}
-
-void PairPose::stopIfUnfit(ProcessedFrame& processed) {
-  const std::string defect = poseDefect(processed.pose);
-  if (defect.empty()) return;
-  processed.status = MatchStats::RANSAC_FAILED;
-  processed.text = "the pose is not fit to publish: " + defect;
-  processed.pose = RelativePose();
-  processed.metric_scale = false;
-  // The propagator may have taken wrong values from this pair: it starts anew.
-  scale_updated_ = false;
 }
 
 }  // namespace gms_ransac

@@ -39,7 +39,6 @@ class PairPose {
   void askPriors(ProcessedFrame& processed);
   /// Metric pose from depth or a second camera, or why there is none.
   void takeDepth(ProcessedFrame& processed);
-  void stopIfUnfit(ProcessedFrame& processed);
 
   const Parameters parameters_;
   const std::shared_ptr<MotionPriors> priors_;

@@ -6,8 +6,6 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <boost/make_shared.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "output/point_messages.h"
 #include "processor_stream.h"
@@ -16,14 +14,6 @@ namespace gms_ransac {
 namespace {
 
 constexpr int kWidth = 640, kHeight = 480;
-
-/// Corners everywhere, moved by so many pixels.
-cv::Mat view(int shift) {
-  cv::Mat noise(kHeight / 5, kWidth / 5 + 100, CV_8UC1), texture;
-  cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
-  cv::resize(noise, texture, cv::Size(), 5, 5, cv::INTER_NEAREST);
-  return texture(cv::Rect(shift, 0, kWidth, kHeight)).clone();
-}
 
 const cv::Mat& darkness() {
   static const cv::Mat dark = cv::Mat::zeros(kHeight, kWidth, CV_8UC1);
@@ -43,80 +33,52 @@ ImageWithInfo input(const cv::Mat& grey, double stamp) {
   return image;
 }
 
-// The messages as the estimators read them.
-
-class Layout : public ::testing::Test {
- protected:
-  Layout() {
-    feature_.id = (1U << 24) + 77;
-    feature_.pixel = {300, 200};
-    feature_.ray = {0.25, -0.5};
-    feature_.velocity = {0.125, -2};
-    current_.header.stamp = ros::Time(12, 34);
-    current_.depth = cv::Mat::zeros(kHeight, kWidth, CV_32FC1);
-  }
-
-  sensor_msgs::PointCloud message(FeatureLayout layout) const { return featureMessage(current_, {feature_}, layout); }
-  static float channel(const sensor_msgs::PointCloud& cloud, size_t index) {
-    return cloud.channels.at(index).values.at(0);
-  }
-
-  /// x, y, z and the stamp are the same in all.
-  static void expectRay(const sensor_msgs::PointCloud& cloud) {
+TEST(FeatureMessage, EachEstimatorFindsWhatItReads) {
+  Feature feature;
+  feature.id = (1U << 24) + 77;
+  feature.pixel = {300, 200};
+  feature.ray = {0.25, -0.5};
+  feature.velocity = {0.125, -2};
+  PreparedFrame current;
+  current.header.stamp = ros::Time(12, 34);
+  const cv::Mat hole = cv::Mat::zeros(kHeight, kWidth, CV_32FC1), known = hole + 4;
+  struct Case {
+    FeatureLayout layout;
+    cv::Mat depth;
+    std::vector<std::pair<std::string, float>> channels;
+  };
+  // VINS-Fusion reads nine channels where there are more than five; the last three are a known position, for a display.
+  const auto lvi_sam = [](float depth) -> std::vector<std::pair<std::string, float>> {
+    return {{"id", 77}, {"u", 300}, {"v", 200}, {"velocity_x", 0.125F}, {"velocity_y", -2}, {"depth", depth}};
+  };
+  for (const Case& c :
+       {Case{FeatureLayout::kVinsMono,
+             {},
+             {{"id", 77}, {"u", 300}, {"v", 200}, {"velocity_x", 0.125F}, {"velocity_y", -2}}},
+        Case{FeatureLayout::kVinsFusion,
+             {},
+             {{"id", 77},
+              {"camera_id", 0},
+              {"u", 300},
+              {"v", 200},
+              {"velocity_x", 0.125F},
+              {"velocity_y", -2},
+              {"gx", 0},
+              {"gy", 0},
+              {"gz", 0}}},
+        Case{FeatureLayout::kLviSam, known, lvi_sam(4)}, Case{FeatureLayout::kLviSam, hole, lvi_sam(-1)},
+        Case{FeatureLayout::kLviSam, {}, lvi_sam(-1)}}) {
+    current.depth = c.depth;
+    const sensor_msgs::PointCloud cloud = featureMessage(current, {feature}, c.layout);
+    EXPECT_EQ(cloud.header.stamp, ros::Time(12, 34));
     ASSERT_EQ(cloud.points.size(), 1U);
     EXPECT_EQ(cloud.points[0].x, 0.25F);
     EXPECT_EQ(cloud.points[0].y, -0.5F);
     EXPECT_EQ(cloud.points[0].z, 1) << "all of them end their process otherwise";
-    EXPECT_EQ(cloud.header.stamp, ros::Time(12, 34));
+    std::vector<std::pair<std::string, float>> channels;
+    for (const auto& channel : cloud.channels) channels.emplace_back(channel.name, channel.values.at(0));
+    EXPECT_EQ(channels, c.channels);
   }
-
-  PreparedFrame current_;
-  Feature feature_;
-};
-
-TEST_F(Layout, OfVinsMono) {
-  const sensor_msgs::PointCloud cloud = message(FeatureLayout::kVinsMono);
-  expectRay(cloud);
-  ASSERT_EQ(cloud.channels.size(), 5U);
-  const int v = static_cast<int>(channel(cloud, 0) + 0.5), number_of_cameras = 1;
-  EXPECT_EQ(v / number_of_cameras, 77) << "feature_id";
-  EXPECT_EQ(v % number_of_cameras, 0) << "camera_id";
-  EXPECT_EQ(channel(cloud, 1), 300) << "p_u";
-  EXPECT_EQ(channel(cloud, 2), 200) << "p_v";
-  EXPECT_EQ(channel(cloud, 3), 0.125F) << "velocity_x";
-  EXPECT_EQ(channel(cloud, 4), -2) << "velocity_y";
-}
-
-TEST_F(Layout, OfVinsFusion) {
-  const sensor_msgs::PointCloud cloud = message(FeatureLayout::kVinsFusion);
-  expectRay(cloud);
-  ASSERT_EQ(cloud.channels.size(), 9U) << "with more than five it reads nine";
-  EXPECT_EQ(static_cast<int>(channel(cloud, 0)), 77) << "feature_id";
-  EXPECT_EQ(static_cast<int>(channel(cloud, 1)), 0) << "camera_id";
-  EXPECT_EQ(channel(cloud, 2), 300) << "p_u";
-  EXPECT_EQ(channel(cloud, 3), 200) << "p_v";
-  EXPECT_EQ(channel(cloud, 4), 0.125F) << "velocity_x";
-  EXPECT_EQ(channel(cloud, 5), -2) << "velocity_y";
-  for (const size_t i : {6, 7, 8}) EXPECT_EQ(channel(cloud, i), 0) << "gx, gy, gz: a known position, for a display";
-}
-
-TEST_F(Layout, OfLviSam) {
-  current_.depth.at<float>(200, 300) = 4;
-  const sensor_msgs::PointCloud cloud = message(FeatureLayout::kLviSam);
-  expectRay(cloud);
-  ASSERT_EQ(cloud.channels.size(), 6U);
-  EXPECT_EQ(static_cast<int>(channel(cloud, 0) + 0.5), 77) << "feature_id";
-  EXPECT_EQ(channel(cloud, 1), 300) << "p_u";
-  EXPECT_EQ(channel(cloud, 2), 200) << "p_v";
-  EXPECT_EQ(channel(cloud, 3), 0.125F) << "velocity_x";
-  EXPECT_EQ(channel(cloud, 4), -2) << "velocity_y";
-  EXPECT_EQ(channel(cloud, 5), 4) << "depth, along the optical axis";
-}
-
-TEST_F(Layout, OfLviSamWithoutDepth) {
-  EXPECT_EQ(channel(message(FeatureLayout::kLviSam), 5), -1);
-  current_.depth.release();
-  EXPECT_EQ(channel(message(FeatureLayout::kLviSam), 5), -1);
 }
 
 // Images that are skipped.
@@ -147,7 +109,7 @@ class FeaturesAlone {
   std::vector<int> compared(int images, double period) {
     std::vector<int> numbers;
     for (int i = 0; i < images; ++i) {
-      if (!passes(view(3 * i), 100 + period * i)) numbers.push_back(i);
+      if (!passes(cornersMovedBy(3 * i), 100 + period * i)) numbers.push_back(i);
     }
     return numbers;
   }
@@ -198,22 +160,22 @@ TEST(PassingOver, NoneOfAPair) {
 TEST(PassingOver, NoneAfterAnImageOfNoUse) {
   FeaturesAlone node(10);
   ASSERT_EQ(node.compared(4, 0.05), (std::vector<int>{0, 1, 3}));
-  EXPECT_TRUE(node.passes(view(12), 100.20));
+  EXPECT_TRUE(node.passes(cornersMovedBy(12), 100.20));
   EXPECT_FALSE(node.passes(darkness(), 100.25)) << "a message was due";
   EXPECT_EQ(node.status(), MatchStats::TOO_FEW_KEYPOINTS);
-  EXPECT_FALSE(node.passes(view(18), 100.30)) << "and is still";
+  EXPECT_FALSE(node.passes(cornersMovedBy(18), 100.30)) << "and is still";
   EXPECT_NE(node.status(), MatchStats::TOO_FEW_KEYPOINTS);
-  EXPECT_TRUE(node.passes(view(21), 100.33));
+  EXPECT_TRUE(node.passes(cornersMovedBy(21), 100.33));
 }
 
 TEST(PassingOver, NoneThatAsksForANewStart) {
   FeaturesAlone node(10);
   ASSERT_EQ(node.compared(4, 0.05), (std::vector<int>{0, 1, 3}));
-  EXPECT_FALSE(node.passes(view(12), 100.2, true)) << "a reset was asked for";
+  EXPECT_FALSE(node.passes(cornersMovedBy(12), 100.2, true)) << "a reset was asked for";
   EXPECT_EQ(node.status(), MatchStats::FIRST_FRAME);
   FeaturesAlone other(10);
   ASSERT_EQ(other.compared(4, 0.05), (std::vector<int>{0, 1, 3}));
-  EXPECT_FALSE(other.passes(view(12), 90)) << "the stamps went back";
+  EXPECT_FALSE(other.passes(cornersMovedBy(12), 90)) << "the stamps went back";
   EXPECT_EQ(other.status(), MatchStats::TIME_RESET);
 }
 
@@ -221,7 +183,7 @@ TEST(PassingOver, FeaturesThatWerePutOffAreTheSame) {
   FrameProcessor now(calibrated(), "image", "camera_info"), later(calibrated(), "image", "camera_info");
   for (FrameProcessor* processor : {&now, &later}) processor->setOptions(ProcessorOptions());
   for (int i = 0; i < 3; ++i) {
-    const ImageWithInfo image = input(view(5 * i), 100 + 0.1 * i);
+    const ImageWithInfo image = input(cornersMovedBy(5 * i), 100 + 0.1 * i);
     const ProcessedFrame a = now.process(now.prepare(image));
     const ProcessedFrame b = later.process(later.prepare(image, Extraction::kPutOff));
     EXPECT_EQ(a.status, b.status);

@@ -15,33 +15,27 @@ RelativePose motion(const Eigen::Vector3d& t, const Eigen::Vector3d& rotation) {
   return pose;
 }
 
-Eigen::Isometry3d isometry(const RelativePose& pose) {
-  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
-  result.linear() = pose.R;
-  result.translation() = pose.t;
-  return result;
-}
-
 const RelativePose kStep = motion({0.3, -0.1, 0.8}, {0.02, 0.2, -0.05});
+
+/// Ahead of the base, looking along base x (optical axes).
+const Eigen::Isometry3d kCameraInBase = Eigen::Translation3d(0.5, 0.1, 0.2) * Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5);
 
 TEST(MotionIntegrator, ChainsMotions) {
   MotionIntegrator odometry;
-  odometry.restart();
   Eigen::Isometry3d expected = Eigen::Isometry3d::Identity();
   for (int i = 0; i < 10; ++i) {
     odometry.add({kStep, 0.1});
-    expected = expected * isometry(kStep);
+    expected = expected * toIsometry(kStep);
   }
   EXPECT_TRUE(odometry.camera().pose.isApprox(expected, 1e-12));
 }
 
 TEST(MotionIntegrator, AHeldReferenceIsNotLeft) {
   MotionIntegrator odometry;
-  odometry.restart();
   odometry.add({kStep, 0.1});
   odometry.add({motion({0, 0, 0}, {0, 0.1, 0}), 0.1, false, true});
   odometry.add({kStep, 0.2});
-  EXPECT_TRUE(odometry.camera().pose.isApprox(isometry(kStep) * isometry(kStep), 1e-12));
+  EXPECT_TRUE(odometry.camera().pose.isApprox(toIsometry(kStep) * toIsometry(kStep), 1e-12));
 }
 
 TEST(MotionIntegrator, WithoutMetresTheRotationStaysAsGood) {
@@ -58,7 +52,6 @@ TEST(MotionIntegrator, WithoutMetresTheRotationStaysAsGood) {
 
 TEST(MotionIntegrator, TwistIsInTheMovingFrame) {
   MotionIntegrator odometry;
-  odometry.restart();
   // A rotation by 90 degrees about y while moving along z: in the final axes the motion was along x.
   odometry.add({motion({0, 0, 2}, {0, M_PI / 2, 0}), 0.5});
   EXPECT_TRUE(odometry.camera().twist.head<3>().isApprox(Eigen::Vector3d(-4, 0, 0), 1e-9))
@@ -67,14 +60,9 @@ TEST(MotionIntegrator, TwistIsInTheMovingFrame) {
 }
 
 TEST(MotionIntegrator, BaseMovesWithTheCamera) {
-  // Camera 0.5 m ahead of the base, looking along base x (optical axes).
-  Eigen::Isometry3d camera_in_base = Eigen::Isometry3d::Identity();
-  camera_in_base.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  camera_in_base.translation() << 0.5, 0, 0.2;
   MotionIntegrator odometry;
-  odometry.restart();
   odometry.add({motion({0, 0, 1}, {0, 1e-12, 0}), 0.5});
-  OdometryEstimate base = odometry.base(camera_in_base);
+  OdometryEstimate base = odometry.base(kCameraInBase);
   EXPECT_TRUE(base.pose.translation().isApprox(Eigen::Vector3d(1, 0, 0), 1e-9)) << "forward is base x";
   EXPECT_NEAR(base.twist(0), 2, 1e-9);
 
@@ -82,19 +70,16 @@ TEST(MotionIntegrator, BaseMovesWithTheCamera) {
   odometry.restart();
   Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
   turn.linear() = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  const Eigen::Isometry3d camera = camera_in_base.inverse() * turn * camera_in_base;
+  const Eigen::Isometry3d camera = kCameraInBase.inverse() * turn * kCameraInBase;
   RelativePose pose;
   pose.R = camera.linear();
   pose.t = camera.translation();
   odometry.add({pose, 0.1});
-  base = odometry.base(camera_in_base);
+  base = odometry.base(kCameraInBase);
   EXPECT_TRUE(base.pose.isApprox(turn, 1e-12));
 }
 
 TEST(MotionIntegrator, CovarianceAgreesWithMonteCarlo) {
-  Eigen::Isometry3d camera_in_base = Eigen::Isometry3d::Identity();
-  camera_in_base.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  camera_in_base.translation() << 0.5, 0.1, 0.2;
   Vector6d sigma;
   sigma << 0.02, 0.01, 0.03, 0.004, 0.006, 0.002;
   const int steps = 5, runs = 20000;
@@ -105,9 +90,8 @@ TEST(MotionIntegrator, CovarianceAgreesWithMonteCarlo) {
   factor = (sigma.asDiagonal() * factor).eval();
   exact.covariance = factor * factor.transpose();
   MotionIntegrator reference;
-  reference.restart();
   for (int i = 0; i < steps; ++i) reference.add({exact, 0.1});
-  const OdometryEstimate camera = reference.camera(), base = reference.base(camera_in_base);
+  const OdometryEstimate camera = reference.camera(), base = reference.base(kCameraInBase);
 
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
@@ -120,7 +104,6 @@ TEST(MotionIntegrator, CovarianceAgreesWithMonteCarlo) {
   };
   for (int run = 0; run < runs; ++run) {
     MotionIntegrator odometry;
-    odometry.restart();
     for (int i = 0; i < steps; ++i) {
       RelativePose noisy = kStep;
       Vector6d e;
@@ -131,7 +114,7 @@ TEST(MotionIntegrator, CovarianceAgreesWithMonteCarlo) {
       odometry.add({noisy, 0.1});
     }
     const Vector6d c = difference(odometry.camera().pose, camera.pose);
-    const Vector6d b = difference(odometry.base(camera_in_base).pose, base.pose);
+    const Vector6d b = difference(odometry.base(kCameraInBase).pose, base.pose);
     of_camera += c * c.transpose() / runs;
     of_base += b * b.transpose() / runs;
   }
@@ -143,7 +126,6 @@ TEST(MotionIntegrator, CovarianceAgreesWithMonteCarlo) {
 TEST(MotionIntegrator, WhatWasMissedGoesOneWay) {
   // Two metres a second, lost for a second and a half: the camera is about three metres from where it seems to be.
   MotionIntegrator odometry;
-  odometry.restart();
   const RelativePose step = motion({0, 0, 0.2}, {0, 0.02, 0});
   odometry.add({step, 0.1});
   for (int i = 0; i < 15; ++i) odometry.lose(0.1);
@@ -159,7 +141,6 @@ TEST(MotionIntegrator, WhatWasMissedGoesOneWay) {
 
 TEST(MotionIntegrator, ATranslationThatIsNotKnownIsAsLongAsItsParallaxAllows) {
   MotionIntegrator odometry;
-  odometry.restart();
   odometry.add({motion({0, 0, 0.2}, {0, 0.02, 0}), 0.1, true, false, 10});
   const RelativePose turn = motion({0, 0, 0}, {0, 0.02, 0});
   for (int i = 0; i < 4; ++i) odometry.add({turn, 0.1, false, false, 2});
@@ -171,10 +152,8 @@ TEST(MotionIntegrator, ATranslationThatIsNotKnownIsAsLongAsItsParallaxAllows) {
 TEST(MotionIntegrator, BeforeTheFirstStepNothingIsCertain) {
   const RelativePose turn = motion({0, 0, 0}, {0, 0.02, 0});
   MotionIntegrator standing(0.5), lost(0.5);
-  standing.restart();
   standing.add({turn, 0.1, false, false, 0.2});
   EXPECT_NEAR(std::sqrt(standing.camera().pose_covariance(2, 2)), 0.5, 1e-6);
-  lost.restart();
   lost.lose(0.1);
   EXPECT_NEAR(std::sqrt(lost.camera().pose_covariance(2, 2)), 0.5, 1e-6);
   EXPECT_GT(lost.camera().pose_covariance(4, 4), 0.1);
@@ -183,7 +162,6 @@ TEST(MotionIntegrator, BeforeTheFirstStepNothingIsCertain) {
 TEST(MotionIntegrator, ReturnsToAPlaceAsIfNothingHadCome) {
   MotionIntegrator odometry, other;
   for (MotionIntegrator* each : {&odometry, &other}) {
-    each->restart();
     each->add({kStep, 0.1});
     each->remember(1);
   }
@@ -195,7 +173,7 @@ TEST(MotionIntegrator, ReturnsToAPlaceAsIfNothingHadCome) {
   EXPECT_TRUE(odometry.returnTo(1));
   EXPECT_FALSE(odometry.returnTo(2)) << "that was another course";
   for (MotionIntegrator* each : {&odometry, &other}) each->add({far, 2, true, false, 0, true});
-  EXPECT_TRUE(odometry.camera().pose.isApprox(isometry(kStep) * isometry(far), 1e-12));
+  EXPECT_TRUE(odometry.camera().pose.isApprox(toIsometry(kStep) * toIsometry(far), 1e-12));
   EXPECT_EQ(odometry.camera().pose_covariance, other.camera().pose_covariance);
   EXPECT_EQ(odometry.camera().twist_covariance(0, 0), 1e3) << "an average over a loss is no velocity";
   EXPECT_EQ(odometry.step(), kStep.t.norm()) << "nor a usual motion";
@@ -206,7 +184,6 @@ TEST(MotionIntegrator, ReturnsToAPlaceAsIfNothingHadCome) {
 
 TEST(MotionIntegrator, CovariancesStayFiniteAndBounded) {
   MotionIntegrator odometry;
-  odometry.restart();
   RelativePose wild = kStep;
   wild.covariance.setIdentity();
   wild.covariance *= 1e3;

@@ -6,8 +6,7 @@ import subprocess
 import tempfile
 import unittest
 
-import rospy
-import rostest
+from graph import run
 
 TIMEOUT = 100.0  # seconds of wall time for the whole launch
 IMAGES = 9  # 0.3 s
@@ -41,5 +40,4 @@ class Demo(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("demo_test")
-    rostest.rosrun("gms_ransac", "demo", Demo)
+    run("demo", Demo)

@@ -6,11 +6,10 @@ import unittest
 import cv2
 import numpy as np
 import rospy
-import rostest
 from gms_ransac.msg import Correspondences, MatchStats
-from rosgraph_msgs.msg import Log
+from std_srvs.srv import Trigger
 
-from graph import HEIGHT, K, WIDTH, Client, Scene, camera_info, degrees_between, vector
+from graph import HEIGHT, K, WIDTH, Client, Scene, camera_info, degrees_between, run, said_by, vector
 
 STEP = np.array((0.3, 0.1, 0.0))
 MODELS = {"plumb_bob": (-0.3, 0.12, 0.001, -0.001, 0.0), "equidistant": (-0.02, 0.01, -0.003, 0.001)}
@@ -31,58 +30,42 @@ def distort(model, picture):
 
 
 class Distorted(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.scene = Scene()
+    def test_the_pose_and_both_examples(self):
+        scene, client = Scene(), Client().connect()
+        said = {example: said_by(example) for example in ("in_cpp", "in_python")}
+        client.wait(lambda: client.info.get_num_connections() == 3, "the filter and both examples to subscribe")
+        for k, model in enumerate(MODELS):
+            self.check(scene, client, model, 100 + k, said)
+            self.assertTrue(rospy.ServiceProxy("match_filter/reset", Trigger)().success)
 
-    def check(self, model):
-        ns = "/%s/" % model
-        client = Client(ns + "match_filter", ns + "image", ns + "camera_info")
-        lines = []
-
-        def keep(message):
-            with client.changed:
-                lines.append((message.name, message.msg))
-                client.changed.notify_all()
-
-        client.subscribers.append(rospy.Subscriber("/rosout", Log, keep))
-        client.connect()
-        filter_publisher_peers = 3  # this test and the two examples
-        client.wait(lambda: client.info.get_num_connections() == filter_publisher_peers, "the examples to subscribe")
-        info = camera_info(100.0, d=MODELS[model])
+    def check(self, scene, client, model, start, said):
+        info = camera_info(start, d=MODELS[model])
         info.distortion_model = model
         for i in range(2):
-            info.header.stamp = rospy.Time.from_sec(100 + 0.1 * i)
-            answer = client.ask(distort(model, self.scene.draw(t=STEP * i)), 100 + 0.1 * i, info=info)
+            info.header.stamp = rospy.Time.from_sec(start + 0.1 * i)
+            answer = client.ask(distort(model, scene.draw(t=STEP * i)), start + 0.1 * i, info=info)
         self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
-        message = client.correspondence(100.1)
+        message = client.correspondence(start + 0.1)
         self.assertEqual(message.pixel_space, Correspondences.PIXELS_RAW)
         self.assertLess(degrees_between(vector(message.current_in_reference.pose.position), STEP), 1.5)
 
         # Where the points are: the nearest board that each ray of the current image meets, in multiples of the step.
         xy = rays_of_pixels(model, message.current_points)
         depth = np.full(len(xy), np.inf)
-        for z, left, top, side in self.scene.boards:
+        for z, left, top, side in scene.boards:
             at = xy * z + STEP[:2]
             hit = np.all((at > (left, top)) & (at < (left + side, top + side)), 1)
             depth[hit] = np.minimum(depth[hit], z)
         truth = (np.c_[xy, np.ones(len(xy))] * depth[:, None]).mean(0) / np.linalg.norm(STEP)
-        for example in ("in_cpp", "in_python"):
-            said = lambda: [m for name, m in lines if name.startswith(ns + example) and "centre" in m]
-            text = client.wait(said, ns + example)[-1]
+        for example, lines in said.items():
+            text = client.wait(lambda: [line for line in lines if "centre" in line], example)[-1]
+            lines.clear()
             used, found = (int(number) for number in re.findall(r"^(\d+) points of (\d+)", text)[0])
             self.assertEqual(found, len(xy), text)
             self.assertGreater(used, 0.95 * found, text)
             centre = np.array(re.findall(r"-?\d+\.\d*", text.split("centre")[1]), float)
             self.assertLess(np.linalg.norm(centre - truth), 0.04 * np.linalg.norm(truth), "%s: %s" % (text, truth))
 
-    def test_plumb_bob(self):
-        self.check("plumb_bob")
-
-    def test_equidistant(self):
-        self.check("equidistant")
-
 
 if __name__ == "__main__":
-    rospy.init_node("distorted_test")
-    rostest.rosrun("gms_ransac", "distorted", Distorted)
+    run("distorted", Distorted)

@@ -3,12 +3,10 @@
 connected is served without a master from the first image on."""
 import signal
 
-import rospy
-import rostest
 from gms_ransac.msg import MatchStats
 from sensor_msgs.msg import Image
 
-from graph import TIMEOUT, Scene, image_message
+from graph import Scene, TIMEOUT, image_message, run
 from processes import GraphTest
 from tcpros import RawPublisher, RawSubscriber
 
@@ -55,5 +53,4 @@ class Master(GraphTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("master_test")
-    rostest.rosrun("gms_ransac", "master", Master)
+    run("master", Master)

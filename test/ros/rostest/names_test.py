@@ -1,12 +1,9 @@
 #!/usr/bin/env python3
-"""Command lines: help without a master, two nodes of one name, and a node whose image is its own output."""
+"""Command lines: help without a master, completion, and a node whose image is its own output."""
 import os
 import subprocess
 
-import rospy
-import rostest
-
-from graph import TIMEOUT
+from graph import TIMEOUT, run
 from processes import GraphTest
 
 NODE = ("rosrun", "gms_ransac", "match_filter_node", "__name:=filter")
@@ -38,16 +35,6 @@ class Names(GraphTest):
         for program in ("names_test.py", "core_test", "fuzz_stream", "node_load", "run_rostest.sh", "install_test.sh"):
             self.assertNotIn(program, offered)
 
-    def test_two_of_one_name(self):
-        first, log = self.start(*NODE)
-        self.says(log, "/filter: method")
-        second, log = self.start(*NODE)
-        self.says(log, "/filter: method")
-        # The master's rule: it shuts the older one down.
-        self.assertEqual(first.wait(TIMEOUT), 0)
-        self.wait(lambda: self.pid("/filter") == second.pid, "the newer one to have the name")
-        self.assertIsNone(second.poll())
-
     def test_fed_its_own_output(self):
         for remapping in ("image:=filter/match_image", "~match_image:=image", "~mask:=filter/match_image",
                           "depth/image:=/filter/match_image _scale:=depth"):
@@ -57,5 +44,4 @@ class Names(GraphTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("names_test")
-    rostest.rosrun("gms_ransac", "names", Names)
+    run("names", Names)

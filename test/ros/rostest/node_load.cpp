@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <cstdio>
 #include <fstream>
-#include <iostream>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -16,8 +16,10 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include <cv_bridge/cv_bridge.h>
 #include <gms_ransac/Correspondences.h>
 #include <gms_ransac/MatchStats.h>
 #include <nodelet/loader.h>
@@ -59,28 +61,16 @@ struct Footage {
   sensor_msgs::CameraInfo info;
 };
 
-Footage render(const cv::Size& size) {
-  SceneOptions options;
-  options.size = size;
-  const Scene scene(options);
+Footage render() {
+  const Scene scene{SceneOptions()};
   Footage footage;
   Progress progress("rendering image", kDistinctImages);
+  footage.info.header.frame_id = "camera";
   for (int i = 0; i < kDistinctImages; ++i) {
-    const cv::Mat pixels = scene.render(i).image;
-    sensor_msgs::Image image;
-    image.header.frame_id = "camera";
-    image.width = static_cast<uint32_t>(pixels.cols);
-    image.height = static_cast<uint32_t>(pixels.rows);
-    image.step = image.width;
-    image.encoding = "mono8";
-    for (int y = 0; y < pixels.rows; ++y) {
-      image.data.insert(image.data.end(), pixels.ptr<uint8_t>(y), pixels.ptr<uint8_t>(y) + pixels.cols);
-    }
-    footage.images.push_back(std::move(image));
+    footage.images.push_back(*cv_bridge::CvImage(footage.info.header, "mono8", scene.render(i).image).toImageMsg());
     progress.advance();
   }
   const CameraIntrinsics& k = scene.intrinsics();
-  footage.info.header.frame_id = "camera";
   footage.info.width = footage.images[0].width;
   footage.info.height = footage.images[0].height;
   footage.info.distortion_model = "plumb_bob";
@@ -137,11 +127,6 @@ double peakMegabytes(pid_t pid) {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-double loadAverage() {
-  double load[1] = {0};
-  return getloadavg(load, 1) == 1 ? load[0] : std::numeric_limits<double>::quiet_NaN();
-}
-
 /// The consumer: when which image was answered.
 class Consumer {
  public:
@@ -151,17 +136,10 @@ class Consumer {
 
   bool connected() const { return stats_.getNumPublishers() > 0 && correspondences_.getNumPublishers() > 0; }
 
-  void startMeasurement() {
+  /// What came since the last call: number of answers, and the latencies of correspondences.
+  std::pair<int, std::vector<double>> take() {
     std::lock_guard<std::mutex> lock(mutex_);
-    latencies_ms_.clear();
-  }
-  int answered() {
-    std::lock_guard<std::mutex> lock(mutex_);
-    return answered_;
-  }
-  std::vector<double> latencies() {
-    std::lock_guard<std::mutex> lock(mutex_);
-    return latencies_ms_;
+    return {std::exchange(answered_, 0), std::exchange(latencies_ms_, {})};
   }
   /// Waits until `count` images are answered or dropped; false when nothing happens for `patience` seconds.
   bool waitFor(int count, double patience) {
@@ -262,47 +240,28 @@ void measure(const LoadOptions& options, const Footage& footage, ros::NodeHandle
   stream(warm_up, kWarmUp / warm_up.rate, camera, consumer);
   consumer.waitFor(camera.sent(), kPatience);
 
-  consumer.startMeasurement();
-  const int sent_before = camera.sent(), answered_before = consumer.answered();
+  consumer.take();
+  const int sent_before = camera.sent();
   const double processor_before = processorSeconds(pid);
   const auto start = Clock::now();
   stream(options, options.seconds, camera, consumer);
   consumer.waitFor(camera.sent(), kPatience);
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   const double processor = processorSeconds(pid) - processor_before;
-  const std::vector<double> latencies = consumer.latencies();
-  const int sent = camera.sent() - sent_before, answered = consumer.answered() - answered_before;
-
-  std::ostringstream row;
-  row.setf(std::ios::fixed);
-  row.precision(1);
-  row << "| " << (options.separate ? "node" : "manager") << " | " << options.extractor << " | " << options.threads
-      << " | ";
-  if (options.rate > 0) {
-    row << options.rate;
-  } else {
-    row << "as answered";
-  }
-  row << " | " << answered / seconds << " | " << answered << " of " << sent << " | ";
-  row.precision(2);
-  row << percentile(latencies, 50) << " | " << percentile(latencies, 99) << " | ";
-  row.precision(1);
-  row << 100 * processor / seconds << " | ";
+  const auto [answered, latencies] = consumer.take();
   // In the manager's process most memory is that of the footage.
-  if (options.separate) {
-    row << peakMegabytes(pid);
-  } else {
-    row << "-";
-  }
-  row << " | " << loadAverage() << " |";
-  std::cout << row.str() << std::endl;
+  std::printf("| %s | %s | %d | %s | %.1f | %d of %d | %.2f | %.2f | %.1f | %s |\n",
+              options.separate ? "node" : "manager", options.extractor.c_str(), options.threads,
+              options.rate > 0 ? cv::format("%.1f", options.rate).c_str() : "as answered", answered / seconds, answered,
+              camera.sent() - sent_before, percentile(latencies, 50), percentile(latencies, 99),
+              100 * processor / seconds, options.separate ? cv::format("%.1f", peakMegabytes(pid)).c_str() : "-");
+  std::fflush(stdout);
   if (manager) manager->unload(kFilter);
   ros::param::del(kFilter);
 }
 
 int nodeLoad(const Arguments& arguments) {
   LoadOptions load;
-  cv::Size size;
   std::vector<double> rates;
   std::vector<std::string> extractors;
   po::options_description options;
@@ -317,13 +276,11 @@ int nodeLoad(const Arguments& arguments) {
   add("drop-frames", po::bool_switch(&load.drop), "let the filter skip images; default: every image is answered");
   add("separate", po::bool_switch(&load.separate),
       "match_filter_node in a process of its own; default: the nodelet in the publisher's process");
-  add("width", po::value(&size.width)->default_value(640), "pixels");
-  add("height", po::value(&size.height)->default_value(480), "pixels");
   const char* usage =
       "node_load [options]\n\nPublishes rendered images to the match filter and prints, for each extractor and rate, a "
       "row of:\nimages answered per second, latency from the image's stamp to ~correspondences (ms), processor "
-      "time\nof the filter's process in percent of one core (in the manager with the publisher in it), its "
-      "peak\nmemory and the load average of the machine. Needs a ROS master.";
+      "time\nof the filter's process in percent of one core (in the manager with the publisher in it) and its "
+      "peak\nmemory. Needs a ROS master.";
   if (!parseCommandLine(arguments, usage, options)) return 0;
   for (const double rate : rates) {
     if (!(rate >= 0 && rate <= 10000)) {
@@ -341,11 +298,11 @@ int nodeLoad(const Arguments& arguments) {
   ros::NodeHandle nh;
   ros::AsyncSpinner spinner(1);
   spinner.start();
-  const Footage footage = render(size);
-  std::cout << "| process | extractor | threads | images/s sent | answered/s | answered | p50 ms | p99 ms | % of a "
-               "core | peak MB | "
-               "load |\n|---|---|---|---|---|---|---|---|---|---|---|"
-            << std::endl;
+  const Footage footage = render();
+  std::puts(
+      "| process | extractor | threads | images/s sent | answered/s | answered | p50 ms | p99 ms | % of a core | peak "
+      "MB |\n"
+      "|---|---|---|---|---|---|---|---|---|---|");
   for (const std::string& extractor : extractors) {
     load.extractor = extractor;
     for (const double rate : rates) {

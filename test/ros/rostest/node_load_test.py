@@ -3,10 +3,7 @@
 import subprocess
 import unittest
 
-import rospy
-import rostest
-
-from graph import PATIENCE, TIMEOUT
+from graph import PATIENCE, TIMEOUT, run
 
 
 def node_load(*options):
@@ -40,12 +37,11 @@ class NodeLoad(unittest.TestCase):
             self.assertGreater(float(row[9]), 10, "megabytes of a process with OpenCV in it")
 
     def test_bad_options(self):
-        for options in (["--rate", "-1"], ["--seconds", "0"], ["--width", "many"]):
+        for options in (["--rate", "-1"], ["--seconds", "0"], ["--features", "many"]):
             status, _, said = node_load(*options)
             self.assertEqual(status, 2, options)
             self.assertIn("node_load: ", said)
 
 
 if __name__ == "__main__":
-    rospy.init_node("node_load_test")
-    rostest.rosrun("gms_ransac", "node_load", NodeLoad)
+    run("node_load", NodeLoad)

@@ -3,10 +3,7 @@
 import os
 import signal
 
-import rospy
-import rostest
-
-from graph import FULL
+from graph import FULL, run
 from processes import GraphTest
 
 # The moment that matters, between the first and the second sign of life of nodelet's bond, is a second long.
@@ -32,5 +29,4 @@ class Respawn(GraphTest):
 
 
 if __name__ == "__main__":
-    rospy.init_node("respawn_test")
-    rostest.rosrun("gms_ransac", "respawn", Respawn)
+    run("respawn", Respawn)

@@ -9,13 +9,12 @@ import zlib
 import numpy as np
 import rospkg
 import rospy
-import rostest
 from gms_ransac.msg import Keypoints, MatchStats
 from nav_msgs.msg import Odometry
 from rtabmap_msgs.msg import RGBDImage
 from sensor_msgs.msg import Image
 
-from graph import Client, K, Scene, image_message
+from graph import Client, K, Scene, image_message, run
 
 sys.path.insert(0, os.path.join(rospkg.RosPack().get_path("gms_ransac"), "examples"))
 import rtabmap_relay
@@ -97,5 +96,4 @@ class Rtabmap(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("rtabmap_test")
-    rostest.rosrun("gms_ransac", "rtabmap", Rtabmap)
+    run("rtabmap", Rtabmap)

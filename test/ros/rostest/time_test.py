@@ -3,13 +3,12 @@
 import unittest
 
 import rospy
-import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from gms_ransac.msg import MatchStats
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 
-from graph import Client, Scene
+from graph import Scene, client_of, run
 
 
 class Time(unittest.TestCase):
@@ -31,7 +30,7 @@ class Time(unittest.TestCase):
         return statuses
 
     def check(self, name, base):
-        client, restarts = Client(name, name + "/image", name + "/camera_info"), []
+        client, restarts = client_of(name), []
         client.subscribe("restart", Bool, restarts)
         client.connect()
         ok = MatchStats.OK
@@ -53,14 +52,14 @@ class Time(unittest.TestCase):
 
     def test_a_clock_that_never_came(self):
         """First of all, in the order of names: what a replay leaves for a live camera, /use_sim_time and no /clock."""
-        client = Client("latest", "latest/image", "latest/camera_info").connect()
+        client = client_of("latest").connect()
         client.ask(self.frames[0], 100.0)
         client.wait(lambda: any("/clock" in status.message and "latest" in status.name
                                 for report in self.reports for status in report.status), "a word on the clock")
 
     def test_clock_that_stands(self):
         """The images go on: they are answered as if nothing were wrong, and the node still reports."""
-        client = Client("latest", "latest/image", "latest/camera_info").connect()
+        client = client_of("latest").connect()
         self.play(client, 3000.0)
         for i in range(1, 20):
             answer = client.ask(self.frames[i % 4], 3000.3 + 0.1 * i)
@@ -83,5 +82,5 @@ class Time(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    rospy.init_node("time_test")
-    rostest.rosrun("gms_ransac", "time", Time)
+    rospy.set_param("/use_sim_time", True)
+    run("time", Time, latest={}, exact={"camera_info_sync": "exact"})

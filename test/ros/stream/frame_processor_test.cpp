@@ -14,7 +14,6 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 #include <boost/make_shared.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "methods/method.h"
 #include "node/mailbox.h"
@@ -29,38 +28,16 @@ namespace {
 
 constexpr int kWidth = 640, kHeight = 480;
 
-/// Corners everywhere, moved by some pixels.
-sensor_msgs::ImagePtr image(double stamp, int shift = 0) {
-  cv::Mat noise(kHeight / 5, kWidth / 5 + 20, CV_8UC1), texture;
-  cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
-  cv::resize(noise, texture, cv::Size(), 5, 5, cv::INTER_NEAREST);
-  const cv::Mat view = texture(cv::Rect(shift, 0, kWidth, kHeight)).clone();
-  auto message = boost::make_shared<sensor_msgs::Image>();
-  message->header.stamp = ros::Time(stamp);
-  message->header.frame_id = "camera";
-  message->encoding = "mono8";
-  message->width = message->step = kWidth;
-  message->height = kHeight;
-  message->data.assign(view.data, view.data + view.total());
-  return message;
-}
+sensor_msgs::ImageConstPtr image(double stamp, int shift = 0) { return imageMessage(cornersMovedBy(shift), stamp); }
 
 sensor_msgs::ImagePtr badImage(double stamp) {
-  const sensor_msgs::ImagePtr message = image(stamp);
+  auto message = boost::make_shared<sensor_msgs::Image>(*image(stamp));
   message->data.pop_back();
   return message;
 }
 
-sensor_msgs::ImagePtr depthOf(double metres) {
-  auto message = boost::make_shared<sensor_msgs::Image>();
-  message->encoding = "32FC1";
-  message->width = kWidth;
-  message->height = kHeight;
-  message->step = kWidth * sizeof(float);
-  const std::vector<float> depth(kWidth * kHeight, static_cast<float>(metres));
-  const auto* bytes = reinterpret_cast<const uint8_t*>(depth.data());
-  message->data.assign(bytes, bytes + depth.size() * sizeof(float));
-  return message;
+sensor_msgs::ImageConstPtr depthOf(float metres) {
+  return imageMessage(cv::Mat(kHeight, kWidth, CV_32FC1, cv::Scalar(metres)), 0);
 }
 
 class Processor {
@@ -136,11 +113,7 @@ TEST(FrameProcessor, SaysThatTheStampsAreFrozen) {
 }
 
 TEST(FrameProcessor, SaysWhichOfTwoImagesHasTooFewKeypoints) {
-  const auto dark = [](double stamp) {
-    const sensor_msgs::ImagePtr message = image(stamp);
-    std::fill(message->data.begin(), message->data.end(), uint8_t{0});
-    return message;
-  };
+  const auto dark = [](double stamp) { return imageMessage(cv::Mat::zeros(kHeight, kWidth, CV_8UC1), stamp); };
   Processor processor;
   processor.ask(dark(1.0));
   const ProcessedFrame bright = processor.ask(image(1.1));
@@ -190,7 +163,7 @@ size_t heldBytes() {
 
 /// Every method with every model and extractor, and with them what each has of its own.
 void reconfigureThroughAll(Processor& processor, double& stamp) {
-  const std::vector<sensor_msgs::ImagePtr> views = {image(0), image(0, 5), image(0, 10)};
+  const std::vector<sensor_msgs::ImageConstPtr> views = {image(0), image(0, 5), image(0, 10)};
   for (const MethodEntry& method : methods()) {
     for (const ModelType model : {ModelType::kFundamental, ModelType::kHomography, ModelType::kEssential}) {
       ProcessorOptions options;
@@ -200,7 +173,7 @@ void reconfigureThroughAll(Processor& processor, double& stamp) {
       options.core.extractor.extractor = model == ModelType::kHomography ? "opencv" : "simd_orb";
       options.core.extractor.features = model == ModelType::kEssential ? 300 : 200;
       processor->setOptions(options);
-      for (const sensor_msgs::ImagePtr& view : views) {
+      for (const sensor_msgs::ImageConstPtr& view : views) {
         const auto next = boost::make_shared<sensor_msgs::Image>(*view);
         next->header.stamp = ros::Time(stamp += 0.1);
         processor.ask(next);
@@ -274,7 +247,7 @@ void runPipeline(int threads, int answers) {
   };
   std::vector<std::thread> workers;
   workers.emplace_back([&] {
-    const std::vector<sensor_msgs::ImagePtr> views = {image(0), image(0, 5), image(0, 10)};
+    const std::vector<sensor_msgs::ImageConstPtr> views = {image(0), image(0, 5), image(0, 10)};
     for (size_t i = 0; !closing; ++i) {
       ImageWithInfo input;
       const auto message = boost::make_shared<sensor_msgs::Image>(*views[i % views.size()]);

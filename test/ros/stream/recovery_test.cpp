@@ -14,6 +14,7 @@
 #include "rendered_scene.h"
 #include "scenes/scene.h"
 #include "shared_data.h"
+#include "two_view_scene.h"
 
 namespace gms_ransac {
 namespace {
@@ -61,14 +62,6 @@ RelativePose relative(const Eigen::Isometry3d& reference, const Eigen::Isometry3
   pose.R = motion.linear();
   pose.t = motion.translation();
   return pose;
-}
-
-double degrees(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
-  return Eigen::AngleAxisd(a.transpose() * b).angle() * 180 / CV_PI;
-}
-
-double degrees(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / CV_PI;
 }
 
 const Scene& room() {
@@ -119,7 +112,7 @@ TEST(Recovery, GoesOnInTheRoomWhereItWasCovered) {
     EXPECT_FALSE(processed.length_missing);
     const RelativePose truth = trueRelativePose(room(), kBefore - 1, now);
     EXPECT_LT((processed.pose.t - truth.t).norm(), 0.02 * truth.t.norm());
-    EXPECT_LT(degrees(processed.pose.R, truth.R), 0.025);
+    EXPECT_LT(rotationError(processed.pose.R, truth.R), 0.025);
     EXPECT_LT(nees(processed.pose, truth), 3);
     RecordProperty("nees_" + std::to_string(images), std::to_string(nees(processed.pose, truth)));
     const std::set<uint32_t> after = tracks(processed);
@@ -211,8 +204,8 @@ TEST(Recovery, GoesOnAlongKitti06) {
     EXPECT_FALSE(processed.length_missing);
     const auto& frames = dataset->frames();
     const RelativePose truth = relative(*frames[kLast].pose, *frames[now].pose);
-    EXPECT_LT(degrees(processed.pose.R, truth.R), 0.7);
-    EXPECT_LT(degrees(processed.pose.t, truth.t), 1);
+    EXPECT_LT(rotationError(processed.pose.R, truth.R), 0.7);
+    EXPECT_LT(directionError(processed.pose.t, truth.t), 1);
     const double true_ratio = truth.t.norm() / relative(*frames[kLast - 1].pose, *frames[kLast].pose).t.norm();
     EXPECT_NEAR(processed.pose.t.norm() / length / true_ratio, 1, 0.1);
   }
