@@ -9,17 +9,12 @@
 
 namespace gms_ransac {
 
-class InlierAcceptance {
- public:
-  /// Reads result.inlier and inlier_count. Returns false if the support could be chance for a model of `sample_size`
-  /// points. Returns false, too, if the inliers lie in too few spots of the images to check the model, or, up to the
-  /// threshold, on a line of one image. `order`: matches, most confident first, if there is such an order. Then support
-  /// among the first half, quarter or eighth of them that is no chance suffices, as in PROSAC (Chum & Matas 2005).
-  bool accepts(const PointPairs& pairs, int sample_size, double threshold_px, const RobustResult& result,
-               const std::vector<int>* order = nullptr);
-
- private:
-  ChanceSupport chance_;
-};
+/// Reads result.inlier and inlier_count. Returns false if the support could be chance for a model of `sample_size`
+/// points. Returns false, too, if the inliers lie in too few spots of the images to check the model, or, up to the
+/// threshold, on a line of one image. `order`: matches, most confident first, if there is such an order. Then support
+/// among the first half, quarter or eighth of them that is no chance suffices, as in PROSAC (Chum & Matas 2005).
+/// `chance`: storage.
+bool inliersAreAccepted(const PointPairs& pairs, int sample_size, double threshold_px, const RobustResult& result,
+                        const std::vector<int>* order, ChanceSupport& chance);
 
 }  // namespace gms_ransac

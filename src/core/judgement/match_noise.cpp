@@ -13,12 +13,9 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr int kNoiseIterations = 8;
 constexpr double kFirstSigma = 0.5, kFirstShare = 0.8;
-constexpr double kSmallestSigma = 0.02;    ///< coordinates are rounded to about that
-constexpr float kLeastParallax = 0.01f;    ///< squared; below it is noise
+constexpr float kSmallestSigma = 0.02f;    ///< coordinates are rounded to about that, and so are parallaxes
 constexpr float kNarrowestSpread = 0.25f;  ///< of the parallaxes, octaves
-constexpr float kOddsApart = 100;          ///< of a match that another motion explains
 constexpr float kImageExtent = 2;          ///< longest displacement that an image allows, focal lengths
 constexpr double kSoftnessSigmas =
     2;  ///< softness of the loss; at 1 or more the optimum is nearly that of least squares
@@ -44,7 +41,7 @@ void MatchNoise::measure(const PoseModel& model, const TwoViewPose& pose, const 
   model.rotationResiduals(pose.R, parallaxes_);
   weighParallaxes(points.count, points.count > 0 ? kImageExtent * std::sqrt(points.weight[0]) : 1);
   for (size_t i = 0; i < apart.size(); ++i) {
-    if (apart[i]) odds_[i] = std::max(odds_[i], kOddsApart);
+    if (apart[i]) odds_[i] = std::max(odds_[i], 1 / kLeastWrong);
   }
   fit(points.count);
 }
@@ -64,7 +61,8 @@ void MatchNoise::weighParallaxes(int count, float reach) {
   const auto size = static_cast<Eigen::Index>(count);
   odds_.resize(static_cast<size_t>(count));
   Eigen::Map<Eigen::ArrayXf> odds(odds_.data(), size);
-  odds = kHalfLog2 * Eigen::Map<const Eigen::ArrayXf>(parallaxes_.data(), size).max(kLeastParallax).log();
+  odds =
+      kHalfLog2 * Eigen::Map<const Eigen::ArrayXf>(parallaxes_.data(), size).max(kSmallestSigma * kSmallestSigma).log();
   octaves_.clear();
   for (size_t i = 0; i < odds_.size(); ++i) {
     if (residuals_[i] < 1) octaves_.push_back(odds_[i]);
@@ -93,7 +91,7 @@ void MatchNoise::fit(int count) {
   auto probability = near_.col(2).head(within);
   sigma_ = kFirstSigma;
   double share = kFirstShare;
-  for (int iteration = 0; iteration < kNoiseIterations; ++iteration) {
+  for (int iteration = 0; iteration < kMostIterations; ++iteration) {
     const auto exponent = static_cast<float>(-0.5 / (sigma_ * sigma_));
     const auto wrong = static_cast<float>((1 - share) / kWindow / (share * std::sqrt(2 / M_PI) / sigma_));
     probability = (exponent * e).exp();
@@ -101,7 +99,7 @@ void MatchNoise::fit(int count) {
     const auto right = static_cast<double>(probability.sum());
     const auto squares = static_cast<double>((probability * e).sum());
     if (!(right > 0)) break;
-    const double last = std::exchange(sigma_, std::max(kSmallestSigma, std::sqrt(squares / right)));
+    const double last = std::exchange(sigma_, std::max<double>(kSmallestSigma, std::sqrt(squares / right)));
     if (std::abs(sigma_ - last) < kSettled * sigma_) break;
     share = std::min(right / static_cast<double>(within), 1. - kLeastWrong);
   }

@@ -24,6 +24,7 @@ class MatchNoise {
   static constexpr float kWindow = 5;          ///< a residual beyond it is a wrong match's
   static constexpr float kLeastWrong = 1e-3f;  ///< share of wrong matches
   static constexpr float kSettled = 1e-3f;     ///< a step at which a fit ends, far below what it is known to
+  static constexpr int kMostIterations = 15;
 
   /// Fits the mixture to the matches under a pose, by expectation and maximisation (Dempster, Laird & Rubin 1977).
   /// `apart`: flags of the columns that are known to belong to something else, or empty.

@@ -16,7 +16,6 @@ constexpr float kRightWithin = 3;  ///< thresholds from its true place
 /// twice the noise if that is more.
 constexpr float kWideSigma = 1, kWideSigmas = 2;
 constexpr float kFirstNear = 0.75f, kFirstWide = 0.05f;
-constexpr int kShareIterations = 15;
 
 /// The error function, which is 1 for a float from 4 on.
 float within(float deviations) { return deviations < 4 ? std::erf(deviations) : 1.f; }
@@ -60,7 +59,7 @@ void MatchProbability::fit(int count, double sigma, const Square& square, const 
     wide.head(matches) = wide_share * wide_density.head(matches) / wide.head(matches);
   };
   const Eigen::Index fitted = std::min<Eigen::Index>(near.size(), 2 * kRandomPart);
-  for (int iteration = 0; iteration < kShareIterations && fitted > 0; ++iteration) {
+  for (int iteration = 0; iteration < MatchNoise::kMostIterations && fitted > 0; ++iteration) {
     weigh(fitted);
     const float last = std::exchange(near_share, near.head(fitted).sum() / static_cast<float>(fitted));
     wide_share = wide.head(fitted).sum() / static_cast<float>(fitted);

@@ -14,11 +14,10 @@ namespace {
 /// The statistic at which the pose counts as better. The limit is kSurelyBetter if chance or an error of the camera may
 /// make the wrong motion fit better: the other motion of a plane, near and far exchanged.
 constexpr double kLeastVuong = 0.75;
-/// A few steps on a part of the matches show which cannot come near: those that lose by so much there.
-constexpr double kDropBeyond = 3;
-constexpr int kFirstIterations = 2, kFurtherIterations = 5;
-/// Motions that are closer in direction, in standard deviations or radians, are one that has not converged.
-constexpr double kSameSigmas = 5, kLeastApart = 3 * M_PI / 180;
+/// So many steps on a part of the matches show which cannot come near: those that are surely worse there.
+constexpr int kFirstIterations = 2;
+/// Motions whose directions are closer, in standard deviations, are one that has not converged.
+constexpr double kSameSigmas = 5;
 constexpr double kOtherDirection = 20 * M_PI / 180;
 
 /// The opposite direction is another motion: with a rotation that compensates for it, near and far change places.
@@ -41,14 +40,14 @@ PoseVector poseStep(const TwoViewPose& from, const TwoViewPose& to) {
 Ambiguity OtherMotions::compare(const RefinedPose& refined, double direction_sigma, bool camera_decides,
                                 const std::vector<AlternativeMotion>& alternatives) {
   const int count = refined.points.size();
-  const double same_within = std::clamp(kSameSigmas * direction_sigma, kLeastApart, kOtherDirection);
+  const double same_within = std::min(kSameSigmas * direction_sigma, kOtherDirection);
   Ambiguity ambiguity;
   for (const AlternativeMotion& alternative : alternatives) {
     TwoViewPose motion = alternative.pose;
     if (angleBetween(motion, refined.pose) < same_within) continue;
     const int first = std::min(kRandomPart, count);
-    if (against(refined, same_within, first, kFirstIterations, motion) >= kDropBeyond) continue;
-    const double better = against(refined, same_within, count, kFurtherIterations, motion);
+    if (against(refined, same_within, first, kFirstIterations, motion) >= kSurelyBetter) continue;
+    const double better = against(refined, same_within, count, kFinalIterations, motion);
     const bool by_chance = alternative.of_plane || (camera_decides && motion.t.dot(refined.pose.t) < 0);
     if (better >= (by_chance ? kSurelyBetter : kLeastVuong)) continue;
     PoseModel(kernels_, refined.plausible).refine(refined.noise.loss(), kFinalIterations, motion, kEnough);

@@ -12,8 +12,6 @@ namespace {
 /// Largest share of the information on the direction that counts as noise. The noise itself is known to a few percent
 /// only.
 constexpr double kMostNoise = 0.9;
-/// Between these contradictions the camera's parameters become free in the weight of a preferred rotation.
-constexpr double kFirstDoubt = 0.5, kFullDoubt = 0.9;
 /// Negative eigenvalues that the rounding of an inverse may leave in a correlation matrix.
 constexpr double kInversionTolerance = 1e-8;
 
@@ -142,7 +140,8 @@ PoseCovariance poseCovariance(const PoseInformation& all, const TwoViewPose& pos
   scatter.diagonal().tail<kCameraParameters>() += variance * variance * typicalCameraError().cwiseAbs2().cwiseInverse();
   const ParameterSquare with_camera = all.inverseWithCamera(variance);
   PoseSquare any_camera = sandwich(with_camera.topRows<kPoseParameters>(), scatter, all.gradient);
-  const double doubt = std::clamp((result.camera.statistic - kFirstDoubt) / (kFullDoubt - kFirstDoubt), 0.0, 1.0);
+  // Where the camera is contradicted its parameters are free; from half of that on, more and more.
+  const double doubt = std::clamp(2 * result.camera.statistic - 1, 0.0, 1.0);
   result.naive += doubt * (any_camera - result.naive);
   for (PoseSquare* covariance : {&result.covariance, &any_camera, &result.naive}) {
     if (!isCovariance(*covariance)) covariance->setIdentity();

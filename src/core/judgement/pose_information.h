@@ -33,11 +33,9 @@ using ParameterSquare = Eigen::Matrix<double, kParameters, kParameters>;
 /// Blocks of cells to a side of the image.
 constexpr int kBlockSide = 5, kBlockCount = kBlockSide * kBlockSide, kCellsOfBlock = kCellSide / kBlockSide;
 static_assert(kCellSide % kBlockSide == 0, "blocks of whole cells");
-inline int blockRow(int32_t cell) { return cell / kCellSide / kCellsOfBlock; }
-inline int blockColumn(int32_t cell) { return cell % kCellSide / kCellsOfBlock; }
 inline size_t blockOf(int32_t cell) {
-  const int block = blockRow(cell) * kBlockSide + blockColumn(cell);
-  return static_cast<size_t>(block);
+  const int row = cell / kCellSide / kCellsOfBlock, column = cell % kCellSide / kCellsOfBlock;
+  return static_cast<size_t>(row * kBlockSide + column);
 }
 
 /// Typical calibration error (prior sigma) of each parameter: relative focal length, principal point in focal lengths,

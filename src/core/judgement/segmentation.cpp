@@ -96,7 +96,7 @@ PoseBreak worstBreak(const PoseInformation& all, const Eigen::Matrix<double, N, 
 }  // namespace
 
 bool PoseBreak::holds(int32_t cell) const {
-  const int row = blockRow(cell), column = blockColumn(cell);
+  const int block = static_cast<int>(blockOf(cell)), row = block / kBlockSide, column = block % kBlockSide;
   return row >= top && row < bottom && column >= left && column < right;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "judgement/inlier_acceptance.h"
 #include "ransac/proposals.h"
 
 namespace gms_ransac {
@@ -110,8 +111,8 @@ void RansacMethod::setModel(const PairTask& pair, const Eigen::Matrix3d& model) 
 bool RansacMethod::accept(const PairTask& pair, const Eigen::Matrix3d& matrix, bool ordered) {
   const auto& [pairs, camera, result] = pair;
   setModel(pair, points_.inResultUnits(matrix));
-  result.model_found = !options_.judge || acceptance_.accepts(pairs, model_->sampleSize(), options_.inlierThreshold(),
-                                                              result, ordered ? &match_order_ : nullptr);
+  result.model_found = !options_.judge || inliersAreAccepted(pairs, model_->sampleSize(), options_.inlierThreshold(),
+                                                             result, ordered ? &match_order_ : nullptr, chance_);
   if (!result.model_found) result.reject();
   return result.model_found;
 }

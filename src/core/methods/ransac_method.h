@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "gms_ransac/match_filter_options.h"
-#include "judgement/inlier_acceptance.h"
 #include "judgement/match_noise.h"
 #include "judgement/match_probability.h"
 #include "methods/method.h"
@@ -75,7 +74,7 @@ class RansacMethod : public Method {
   std::variant<std::monostate, EssentialModel, FundamentalModel, HomographyModel> model_storage_;
   Ordering ordering_;
   PointColumns proposal_storage_;
-  InlierAcceptance acceptance_;
+  ChanceSupport chance_;
   PoseRecovery pose_recovery_;
   MatchNoise noise_;
   MatchProbability probability_;
