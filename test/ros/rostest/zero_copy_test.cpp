@@ -55,7 +55,7 @@ struct CountingAllocator : cv::MatAllocator {
 
 TEST(MatchImage, IsDrawnOnlyForASubscriber) {
   ros::NodeHandle nh, pnh("~");
-  Outputs outputs(nh, pnh, Parameters(), [] {});
+  Outputs outputs(nh, pnh, Parameters(), OutputOptions(), [] {});
   PreparedFrame frame;
   frame.grey = cv::Mat(480, 640, CV_8UC1, cv::Scalar(90));
   frame.camera = std::make_shared<CameraModel>();
