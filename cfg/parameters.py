@@ -55,7 +55,7 @@ GROUPS = [
             "the image waits up to a second", choices=("latest", "exact"), field="mask_sync", enum="MaskSync"),
     ]),
     Group("camera", "camera", **START, parameters=[
-        Row("camera_info_sync", "latest", "latest: the newest camera_info applies to every image; exact: the one of the same stamp",
+        Row("camera_info_sync", "latest", "latest: the newest camera_info applies to every image; exact: the one of the same stamp, for at most a second",
             choices=("latest", "exact"), field="camera_info_sync", enum="CameraInfoSync"),
         Row("input_is_rectified", "auto", "true: the images have no distortion and P is used; false: K and D are used; auto: "
             "decided from D, K and the topic's name, and logged", choices=("auto", "true", "false"),

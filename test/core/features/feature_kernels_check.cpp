@@ -166,7 +166,7 @@ const char* difference(const FeatureKernels& kernels, const FeatureKernels& scal
 
 bool report(const std::string& name, const FeatureKernels& kernels) {
   const char* differs = difference(kernels, featureKernels(SimdLevel::kScalar));
-  std::printf("%s: %s\n", name.c_str(), differs ? differs : "equals scalar");
+  std::printf("%s %s\n", name.c_str(), differs ? (std::string("differs in ") + differs).c_str() : "equals scalar");
   return differs == nullptr;
 }
 
