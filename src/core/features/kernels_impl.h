@@ -17,6 +17,7 @@ struct Vectors {
   static constexpr int kBytes = GMS_RANSAC_VECTOR_BYTES, kHalves = kBytes / 2, kFloats = kBytes / 4;
   using U8 [[gnu::vector_size(kBytes)]] = uint8_t;
   using I16 [[gnu::vector_size(kBytes)]] = int16_t;
+  using U16 [[gnu::vector_size(kBytes)]] = uint16_t;
   using I32 [[gnu::vector_size(kBytes)]] = int32_t;
   using F32 [[gnu::vector_size(kBytes)]] = float;
 
@@ -209,10 +210,10 @@ void resizeRow(const uint8_t* source, const ResizeTable& table, int width, uint1
     if (!table.window.empty()) {
       for (int x = 0; x < width; x += V::kHalves) {
         const auto window = V::loadWindows(source, table.window.data() + x / ResizeTable::kGroup);
-        const auto first = V::shuffle(window, table.first.data() + 2 * x);
-        const auto second = V::shuffle(window, table.second.data() + 2 * x);
+        const auto first = reinterpret_cast<typename V::U16>(V::shuffle(window, table.first.data() + 2 * x));
+        const auto second = reinterpret_cast<typename V::U16>(V::shuffle(window, table.second.data() + 2 * x));
         // Modulo 65536, which the result does not reach.
-        V::store(target + x, (first << 8) + V::load(table.weight.data() + x) * (second - first));
+        V::store(target + x, (first << 8) + V::template loadAny<typename V::U16>(&table.weight[x]) * (second - first));
       }
       return;
     }
