@@ -35,7 +35,8 @@ constexpr int kBlockSide = 5, kBlockCount = kBlockSide * kBlockSide, kCellsOfBlo
 static_assert(kCellSide % kBlockSide == 0, "blocks of whole cells");
 inline size_t blockOf(int32_t cell) {
   const int row = cell / kCellSide / kCellsOfBlock, column = cell % kCellSide / kCellsOfBlock;
-  return static_cast<size_t>(row * kBlockSide + column);
+  const int block = row * kBlockSide + column;
+  return static_cast<size_t>(block);
 }
 
 /// Typical calibration error (prior sigma) of each parameter: relative focal length, principal point in focal lengths,
