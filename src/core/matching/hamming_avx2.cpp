@@ -70,13 +70,9 @@ struct Avx2 {
   }
   static Vector upperHalves(Vector v, Vector low_half) { return _mm256_and_si256(_mm256_srli_epi16(v, 4), low_half); }
 
-  template <bool kReverse>
-  static void distances(const Tables& tables, const uint8_t* packed, int left, Vector* block_minimum,
-                        Vector* smallest) {
+  static void distances(const Tables& tables, const uint8_t* packed, int left, Vector* block_minimum) {
     constexpr int kRow = kVectors * kLanes;
     const Vector low_half = _mm256_set1_epi8(15);
-#pragma GCC unroll 4
-    for (int v = 0; v < kVectors; ++v) smallest[v] = _mm256_set1_epi8(-1);
 #pragma GCC unroll 1
     for (int p = 0; p < kPairs; ++p) {
       Vector sum[kVectors], upper[kVectors];
@@ -112,7 +108,6 @@ struct Avx2 {
         }
         block_minimum[2 * p] = v == 0 ? first : min(block_minimum[2 * p], first);
         block_minimum[2 * p + 1] = v == 0 ? second : min(block_minimum[2 * p + 1], second);
-        if (kReverse) smallest[v] = min(smallest[v], min(first, second));
       }
     }
   }

@@ -244,9 +244,7 @@ struct Avx512 {
     }
   }
 
-  template <bool kReverse>
-  static void distances(const Tables& tables, const uint8_t* packed, int left, Vector* block_minimum,
-                        Vector* smallest) {
+  static void distances(const Tables& tables, const uint8_t* packed, int left, Vector* block_minimum) {
     const Vector padding = left >= kVectors * kLanes ? _mm512_setzero_si512() : paddingPlane(left);
 #pragma GCC unroll 1
     for (int q = 0; q < kQueryGroup; ++q) {
@@ -256,10 +254,6 @@ struct Avx512 {
       const Vector a = min(min(bytes[0], bytes[1]), min(bytes[2], bytes[3]));
       const Vector b = min(min(bytes[4], bytes[5]), min(bytes[6], bytes[7]));
       block_minimum[q] = min(a, b);
-      if (kReverse) {
-#pragma GCC unroll 8
-        for (int v = 0; v < kVectors; ++v) smallest[v] = q == 0 ? bytes[v] : min(smallest[v], bytes[v]);
-      }
     }
   }
 

@@ -5,8 +5,7 @@
 // running best, second best and block index are updated, so this costs little compared with the bit counting. The
 // vector of the minimum is found once per query from the exact distances. Train descriptor i is in block i / kBlock,
 // lane (i % kBlock) / kVectors, vector i % kVectors: so the order (block, lane, vector) is that of the indices, and
-// ties go to the lowest. The reverse direction keeps, per train lane, the minimum over each group of eight queries and
-// the number of the group.
+// ties go to the lowest.
 #pragma once
 
 #include <algorithm>
@@ -17,8 +16,9 @@
 namespace gms_ransac {
 namespace {
 
-constexpr int kQueryGroup = 8;    ///< queries compared with a block while it is in the nearest cache
-constexpr int kIndexRange = 256;  ///< block and group numbers are bytes; longer inputs are cut into runs of so many
+constexpr int kQueryGroup = 8;            ///< queries compared with a block while it is in the nearest cache
+constexpr int kIndexRange = 256;          ///< block numbers are bytes; longer inputs are cut into runs of so many
+constexpr int kExactDistanceLimit = 255;  ///< bytes cannot tell 255 from 256
 
 alignas(64) constexpr uint8_t kLaneNumbers[64] = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 13, 14, 15,
                                                   16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31,
@@ -42,7 +42,6 @@ struct Blocked {
 
   static int blocks(int train_count) { return (train_count + kBlock - 1) / kBlock; }
   static size_t packedBytes(int train_count) { return static_cast<size_t>(blocks(train_count)) * Isa::kBlockBytes; }
-  static size_t scratchBytes(int train_count) { return static_cast<size_t>(blocks(train_count)) * kBlock * 2; }
 
   /// Running minima of one query over the blocks of a run, per lane.
   struct alignas(64) Running {
@@ -110,29 +109,13 @@ struct Blocked {
     }
   }
 
-  static void mergeReverse(const HammingSearch& search, int run_first, const uint8_t* minimum, const uint8_t* group) {
-    for (int block = 0, j = 0; j < search.train_count; ++block) {
-      const size_t base = static_cast<size_t>(block) * kBlock;
-      const int last = std::min(search.train_count, j + kBlock);
-      for (int k = 0; j < last; ++j, ++k) {
-        const size_t lane = base + static_cast<size_t>(k % kVectors) * kLanes + k / kVectors;
-        if (minimum[lane] < search.reverse[j].distance) {
-          search.reverse[j].distance = minimum[lane];
-          search.reverse[j].first_query = run_first + group[lane] * kQueryGroup;
-        }
-      }
-    }
-  }
-
   struct Tile {
     typename Isa::Tables tables[Isa::kTileGroups];
     Running running[Isa::kTileGroups * kQueryGroup];
   };
 
-  /// Up to Isa::kTileGroups groups of queries against one run of blocks; `group` numbers the first.
-  template <bool kReverse>
-  static void searchTile(const HammingSearch& search, int first_query, int last_query, int group, int run_first,
-                         uint8_t* minimum, uint8_t* groups) {
+  /// Up to Isa::kTileGroups groups of queries against one run of blocks.
+  static void searchTile(const HammingSearch& search, int first_query, int last_query, int run_first) {
     Tile tile;
     const int tile_groups = (last_query - first_query + kQueryGroup - 1) / kQueryGroup;
     const auto query = [&](int q) {  // a group that is not full repeats its last query
@@ -149,20 +132,12 @@ struct Blocked {
     const int first_block = run_first / kBlock;
     const int last_block = std::min(blocks(search.train_count), first_block + kIndexRange);
     for (int block = first_block; block < last_block; ++block) {
-      const size_t lanes = static_cast<size_t>(block) * kBlock;
       const int left = search.train_count - block * kBlock;
       const uint8_t* packed = search.packed_train + static_cast<size_t>(block) * Isa::kBlockBytes;
       const Vector number = Isa::broadcast(block - first_block);
       for (int g = 0; g < tile_groups; ++g) {
         Vector block_minimum[kQueryGroup];
-        Vector smallest[kVectors];  // of the group's queries
-        Isa::template distances<kReverse>(tile.tables[g], packed, left, block_minimum, smallest);
-        for (int v = 0; kReverse && v < kVectors; ++v) {
-          uint8_t *lane_minimum = minimum + lanes + v * kLanes, *lane_group = groups + lanes + v * kLanes;
-          const Vector old = Isa::load(lane_minimum);
-          Isa::store(lane_group, Isa::selectLess(smallest[v], old, Isa::broadcast(group + g), Isa::load(lane_group)));
-          Isa::store(lane_minimum, Isa::min(smallest[v], old));
-        }
+        Isa::distances(tile.tables[g], packed, left, block_minimum);
         Running* running = tile.running + g * kQueryGroup;
         for (int q = 0; q < kQueryGroup; ++q) {
           const Vector old_best = Isa::load(running[q].best);
@@ -179,32 +154,19 @@ struct Blocked {
     }
   }
 
-  template <bool kReverse>
-  static void searchAll(const HammingSearch& search) {
-    std::fill(search.nearest + search.first_query, search.nearest + search.last_query, NearestTwo());
-    const size_t padded = static_cast<size_t>(blocks(search.train_count)) * kBlock;
-    uint8_t* minimum = search.scratch;  // null unless reverse
-    uint8_t* groups = kReverse ? minimum + padded : nullptr;
-    for (int run = search.first_query; run < search.last_query; run += kIndexRange * kQueryGroup) {
-      if (kReverse) std::memset(minimum, 255, padded);
-      const int run_last = std::min(search.last_query, run + kIndexRange * kQueryGroup);
-      for (int train_run = 0; train_run < search.train_count; train_run += kIndexRange * kBlock) {
-        constexpr int kTile = Isa::kTileGroups * kQueryGroup;
-        for (int query = run; query < run_last; query += kTile) {
-          searchTile<kReverse>(search, query, std::min(query + kTile, run_last), (query - run) / kQueryGroup, train_run,
-                               minimum, groups);
-        }
+  static void search(const HammingSearch& search) {
+    std::fill_n(search.nearest, search.query_count, NearestTwo());
+    constexpr int kTile = Isa::kTileGroups * kQueryGroup;
+    for (int run = 0; run < search.train_count; run += kIndexRange * kBlock) {
+      for (int query = 0; query < search.query_count; query += kTile) {
+        searchTile(search, query, std::min(query + kTile, search.query_count), run);
       }
-      if (kReverse) mergeReverse(search, run, minimum, groups);
     }
   }
 
-  static void search(const HammingSearch& search) {
-    search.reverse ? searchAll<true>(search) : searchAll<false>(search);
-  }
-
-  static constexpr HammingKernel kernel(decltype(HammingKernel::searchRuns) searchRuns = searchRunsRowwise) {
-    return {kQueryGroup, packedBytes, pack, scratchBytes, search, hammingDistance, searchRuns};
+  static constexpr HammingKernel kernel(
+      decltype(HammingKernel::searchRuns) searchRuns = searchRunsRowwise<const int32_t*>) {
+    return {packedBytes, pack, search, searchRuns};
   }
 };
 

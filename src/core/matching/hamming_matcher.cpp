@@ -24,71 +24,29 @@ uint8_t* reserve(size_t bytes, std::vector<CacheLine>& lines) {
 }  // namespace
 
 struct HammingMatcher::Workspace {
-  /// Storage of one thread.
-  struct Share {
-    HammingSearch search;
-    std::vector<NearestQueryGroup> reverse;
-    std::vector<CacheLine> scratch;
-  };
-
-  const HammingKernel* kernel = nullptr;
-  DescriptorSet repacked;
-  std::vector<NearestTwo> nearest;
-  std::vector<Share> shares;  ///< at most so many, one for each thread
+  const HammingKernel& kernel;
   std::shared_ptr<WorkerPool> pool;
+  DescriptorSet repacked;
+  std::vector<NearestTwo> nearest, reverse;  ///< current descriptors of the reference ones, and with `mutual` these
 
-  /// Fills `nearest`, and `shares[0].reverse` if `mutual`.
-  void search(const DescriptorSet& reference, const DescriptorSet& current, const uint8_t* packed, bool mutual) {
-    const int queries = reference.size(), group = kernel->query_group;
-    nearest.resize(queries);
-    const int64_t worth = static_cast<int64_t>(queries) * current.size() / kPairsWorthAThread;
-    const int count = static_cast<int>(std::clamp<int64_t>(worth, 1, static_cast<int64_t>(shares.size())));
-    const int groups = (queries + group - 1) / group;
-    const auto firstOf = [&](int share) { return std::min(queries, groups * share / count * group); };
+  explicit Workspace(const HammingMatcherOptions& options)
+      : kernel(hammingKernel(options.simd)), pool(WorkerPool::shared(options.threads - 1)) {}
 
-    for (int i = 0; i < count; ++i) {
-      HammingSearch& search = shares[i].search;
-      search.queries = reference.row(0);
-      search.first_query = firstOf(i);
-      search.last_query = firstOf(i + 1);
-      search.train = current.row(0);
-      search.packed_train = packed;
-      search.train_count = current.size();
-      search.nearest = nearest.data();
-      search.reverse = nullptr;
-      if (mutual) {
-        shares[i].reverse.assign(current.size(), NearestQueryGroup());
-        search.reverse = shares[i].reverse.data();
-        search.scratch = reserve(kernel->scratchBytes(current.size()), shares[i].scratch);
-      }
+  void search(const DescriptorSet& queries, const DescriptorSet& train, const HammingMatcherOptions& options,
+              std::vector<NearestTwo>& found) {
+    const bool packed = train.packedFor(options.simd);
+    if (!packed) {
+      repacked = train;
+      repacked.pack(options.simd);
     }
-
-    pool->forEach(count, count, [this](int i, int /*seat*/) { kernel->search(shares[i].search); });
-    // The shares hold consecutive queries, so on equal distances the earlier share has the lower query.
-    for (int i = 1; mutual && i < count; ++i) {
-      for (size_t j = 0; j < shares[0].reverse.size(); ++j) {
-        if (shares[i].reverse[j].distance < shares[0].reverse[j].distance) shares[0].reverse[j] = shares[i].reverse[j];
-      }
-    }
-  }
-
-  /// True when no query before `i` is as near to train descriptor `j` as `i`, and none at all is nearer.
-  bool isNearestQuery(const DescriptorSet& reference, int i, const DescriptorSet& current, int j) const {
-    const int distance = nearest[i].distance;
-    const NearestQueryGroup& reverse = shares[0].reverse[j];
-    int first = 0, last = reference.size();
-    if (reverse.distance < kExactDistanceLimit) {
-      if (reverse.distance < distance) return false;
-      first = reverse.first_query;
-      last = std::min(last, first + kernel->query_group);
-      if (i >= last) return false;
-    }
-    for (int k = first; k < last; ++k) {
-      if (k == i) continue;
-      const int other = kernel->distance(reference.row(k), current.row(j));
-      if (other < distance || (other == distance && k < i)) return false;
-    }
-    return true;
+    const uint8_t* packed_train = packed ? train.packed() : repacked.packed();
+    const int64_t n = queries.size(), worth = n * train.size() / kPairsWorthAThread;
+    const int shares = static_cast<int>(std::clamp<int64_t>(worth, 1, options.threads));
+    found.resize(queries.size());
+    pool->forEach(shares, shares, [&](int share, int /*seat*/) {
+      const int first = static_cast<int>(n * share / shares), last = static_cast<int>(n * (share + 1) / shares);
+      kernel.search({queries.row(first), last - first, train.row(0), packed_train, train.size(), found.data() + first});
+    });
   }
 };
 
@@ -99,12 +57,9 @@ void HammingMatcherOptions::validate() const {
   }
 }
 
-HammingMatcher::HammingMatcher(const HammingMatcherOptions& options)
-    : options_(options), workspace_(std::make_unique<Workspace>()) {
+HammingMatcher::HammingMatcher(const HammingMatcherOptions& options) : options_(options) {
   options_.validate();
-  workspace_->kernel = &hammingKernel(options_.simd);
-  workspace_->shares.resize(options_.threads);
-  workspace_->pool = WorkerPool::shared(options_.threads - 1);
+  workspace_ = std::make_unique<Workspace>(options_);
 }
 
 HammingMatcher::~HammingMatcher() = default;
@@ -115,19 +70,14 @@ void HammingMatcher::match(const DescriptorSet& reference, const DescriptorSet& 
   matches.clear();
   if (reference.size() == 0 || current.size() == 0) return;
 
-  const uint8_t* packed = current.packed();
-  if (!current.packedFor(options_.simd)) {
-    workspace_->repacked = current;
-    workspace_->repacked.pack(options_.simd);
-    packed = workspace_->repacked.packed();
-  }
-  workspace_->search(reference, current, packed, options_.mutual);
-
+  const std::vector<NearestTwo>&nearest = workspace_->nearest, &reverse = workspace_->reverse;
+  workspace_->search(reference, current, options_, workspace_->nearest);
+  if (options_.mutual) workspace_->search(current, reference, options_, workspace_->reverse);
   matches.reserve(reference.size());
   for (int i = 0; i < reference.size(); ++i) {
-    const NearestTwo& nearest = workspace_->nearest[i];
-    if (options_.mutual && !workspace_->isNearestQuery(reference, i, current, nearest.index)) continue;
-    matches.push_back({i, nearest.index, nearest.distance, nearest.second_distance});
+    const NearestTwo& two = nearest[i];
+    if (options_.mutual && reverse[two.index].index != i) continue;
+    matches.push_back({i, two.index, two.distance, two.second_distance});
   }
 }
 

@@ -44,12 +44,8 @@ struct Neon {
     std::memcpy(tables.query[2 * pair + 1], second, kHammingBytes);
   }
 
-  template <bool kReverse>
-  static void distances(const Tables& tables, const uint8_t* packed, int left, Vector* block_minimum,
-                        Vector* smallest) {
+  static void distances(const Tables& tables, const uint8_t* packed, int left, Vector* block_minimum) {
     constexpr int kRow = kVectors * kLanes;
-#pragma GCC unroll 4
-    for (int v = 0; v < kVectors; ++v) smallest[v] = broadcast(255);
     for (int q = 0; q < kQueryGroup; q += 2) {
       Vector first[kVectors], second[kVectors];
 #pragma GCC unroll 4
@@ -73,7 +69,6 @@ struct Neon {
         }
         block_minimum[q] = v == 0 ? first[v] : min(block_minimum[q], first[v]);
         block_minimum[q + 1] = v == 0 ? second[v] : min(block_minimum[q + 1], second[v]);
-        if (kReverse) smallest[v] = min(smallest[v], min(first[v], second[v]));
       }
     }
   }

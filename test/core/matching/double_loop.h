@@ -27,32 +27,25 @@ inline std::vector<uint8_t> drawDescriptors(int n, Bits bits, uint32_t seed) {
   return rows;
 }
 
-struct DoubleLoop {
-  std::vector<NearestTwo> nearest;                   ///< of each query
-  std::vector<int> reverse_distance, reverse_query;  ///< of the first nearest query to each train descriptor
-
-  DoubleLoop(const std::vector<uint8_t>& queries, const std::vector<uint8_t>& train)
-      : nearest(queries.size() / kHammingBytes),
-        reverse_distance(train.size() / kHammingBytes, kNoDistance),
-        reverse_query(reverse_distance.size(), -1) {
-    for (size_t i = 0; i < nearest.size(); ++i) {
-      for (size_t j = 0; j < reverse_query.size(); ++j) {
-        int distance = 0;
-        for (int b = 0; b < kHammingBytes; ++b) {
-          distance += __builtin_popcount(queries[i * kHammingBytes + b] ^ train[j * kHammingBytes + b]);
-        }
-        NearestTwo& two = nearest[i];
-        if (distance < two.distance) {
-          two = {static_cast<int32_t>(j), static_cast<uint16_t>(distance), two.distance};
-        } else if (distance < two.second_distance) {
-          two.second_distance = static_cast<uint16_t>(distance);
-        }
-        if (distance >= reverse_distance[j]) continue;
-        reverse_distance[j] = distance;
-        reverse_query[j] = static_cast<int>(i);
+/// Of each query.
+inline std::vector<NearestTwo> nearestByDoubleLoop(const std::vector<uint8_t>& queries,
+                                                   const std::vector<uint8_t>& train) {
+  std::vector<NearestTwo> nearest(queries.size() / kHammingBytes);
+  for (size_t i = 0; i < nearest.size(); ++i) {
+    for (size_t j = 0; j < train.size() / kHammingBytes; ++j) {
+      int distance = 0;
+      for (int b = 0; b < kHammingBytes; ++b) {
+        distance += __builtin_popcount(queries[i * kHammingBytes + b] ^ train[j * kHammingBytes + b]);
+      }
+      NearestTwo& two = nearest[i];
+      if (distance < two.distance) {
+        two = {static_cast<int32_t>(j), static_cast<uint16_t>(distance), two.distance};
+      } else if (distance < two.second_distance) {
+        two.second_distance = static_cast<uint16_t>(distance);
       }
     }
   }
-};
+  return nearest;
+}
 
 }  // namespace gms_ransac

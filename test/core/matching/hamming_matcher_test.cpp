@@ -29,11 +29,12 @@ struct Problem {
     std::vector<uint8_t> train = drawDescriptors(currents, bits, seed + 1);
     reference = setOf(queries);
     current = setOf(train);
-    const DoubleLoop truth(queries, train);
+    const std::vector<NearestTwo> truth = nearestByDoubleLoop(queries, train);
+    const std::vector<NearestTwo> reverse = nearestByDoubleLoop(train, queries);
     for (int i = 0; currents > 0 && i < references; ++i) {
-      const NearestTwo& two = truth.nearest[i];
+      const NearestTwo& two = truth[i];
       nearest.push_back({i, two.index, two.distance, two.second_distance});
-      if (truth.reverse_query[two.index] == i) mutual.push_back(nearest.back());
+      if (reverse[two.index].index == i) mutual.push_back(nearest.back());
     }
   }
 };
