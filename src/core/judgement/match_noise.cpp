@@ -17,8 +17,6 @@ constexpr double kFirstSigma = 0.5, kFirstShare = 0.8;
 constexpr float kSmallestSigma = 0.02f;    ///< coordinates are rounded to about that, and so are parallaxes
 constexpr float kNarrowestSpread = 0.25f;  ///< of the parallaxes, octaves
 constexpr float kImageExtent = 2;          ///< longest displacement that an image allows, focal lengths
-constexpr double kSoftnessSigmas =
-    2;  ///< softness of the loss; at 1 or more the optimum is nearly that of least squares
 
 constexpr auto kLn2 = static_cast<float>(M_LN2), kRoot2 = static_cast<float>(M_SQRT2);
 constexpr float kHalfLog2 = 0.5f / kLn2;  ///< of the natural logarithm of a square, octaves
@@ -53,7 +51,7 @@ void MatchNoise::measure(const std::vector<float>& squared_residuals, int count)
 }
 
 Loss MatchNoise::loss() const {
-  const auto softness = static_cast<float>(std::max(1.0, kSoftnessSigmas * kSoftnessSigmas * sigma_ * sigma_));
+  const auto softness = static_cast<float>(wideSigma() * wideSigma());
   return {4 * softness, 1 / softness};
 }
 

@@ -2,6 +2,7 @@
 // each match belongs to it.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -35,6 +36,9 @@ class MatchNoise {
   /// Standard deviation of a right match's signed residual, which for the Sampson distance is that of a keypoint's
   /// coordinates.
   double sigma() const { return sigma_; }
+  /// Of keypoints with larger errors than most, such as a corner found on the next pixel: one threshold, or twice the
+  /// noise if that is more.
+  double wideSigma() const { return std::max(1.0, kWideSigmas * sigma_); }
   /// Converts squared residuals, times `share`, to residuals in standard deviations.
   void toDeviations(double share, std::vector<float>& squared) const {
     for (float& e : squared) e = std::sqrt(static_cast<float>(share) * e) / static_cast<float>(sigma_);
@@ -49,11 +53,13 @@ class MatchNoise {
   /// One such match can outweigh hundreds of others in the direction of translation.
   bool plausible(int column) const { return odds_[static_cast<size_t>(column)] < kMostOdds; }
 
-  /// A loss as wide as this noise needs, and no narrower than that of the search.
+  /// A loss as wide as wideSigma(), and so no narrower than that of the search. Its optimum is nearly that of least
+  /// squares.
   Loss loss() const;
 
  private:
   static constexpr float kMostOdds = 5;
+  static constexpr double kWideSigmas = 2;
 
   void weighParallaxes(int count, float reach);
   void fit(int count);

@@ -12,9 +12,6 @@ namespace {
 
 constexpr float kSquaredWindow = MatchNoise::kWindow * MatchNoise::kWindow;
 constexpr float kRightWithin = 3;  ///< thresholds from its true place
-/// Sigma of right keypoints with larger errors than most, such as a corner found on the next pixel: one threshold, or
-/// twice the noise if that is more.
-constexpr float kWideSigma = 1, kWideSigmas = 2;
 constexpr float kFirstNear = 0.75f, kFirstWide = 0.05f;
 
 /// The error function, which is 1 for a float from 4 on.
@@ -26,7 +23,8 @@ MatchProbability::MatchProbability() = default;
 MatchProbability::~MatchProbability() = default;
 
 template <class Square, class Wrong, class Scale>
-void MatchProbability::fit(int count, double sigma, const Square& square, const Wrong& wrong, const Scale& scale) {
+void MatchProbability::fit(int count, const MatchNoise& noise, const Square& square, const Wrong& wrong,
+                           const Scale& scale) {
   // Whole packets, so that every column is aligned.
   const Eigen::Index rows = (count + kLanes - 1) / kLanes * kLanes;
   if (densities_.rows() < rows) densities_.resize(rows, Eigen::NoChange);
@@ -41,8 +39,8 @@ void MatchProbability::fit(int count, double sigma, const Square& square, const 
   const auto column = [&](int k) { return densities_.col(k).head(static_cast<Eigen::Index>(within_.size())); };
   auto squares = column(kSquare), wrong_density = column(kWrongDensity), near = column(kNear), wide = column(kWide);
   auto near_density = column(kNearDensity), wide_density = column(kWideDensity);
-  near_sigma_ = static_cast<float>(sigma);
-  wide_sigma_ = std::max(kWideSigma, kWideSigmas * near_sigma_);
+  near_sigma_ = static_cast<float>(noise.sigma());
+  wide_sigma_ = static_cast<float>(noise.wideSigma());
   const auto density = [&](float deviation) {
     return scale(deviation) * (-0.5f / (deviation * deviation) * squares).exp();
   };
@@ -75,7 +73,7 @@ const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const
     if (other && apart.empty()) break;
     // The parallaxes that another motion should have are unknown.
     fit(
-        points.count, noise.sigma(),
+        points.count, noise,
         [&](size_t i) { return apart.empty() || apart[i] == other ? noise.residuals()[i] : kSquaredWindow; },
         [&](size_t i) { return (other ? 1.f : noise.odds()[i]) / MatchNoise::kWindow; },
         [](float sigma) { return static_cast<float>(std::sqrt(2 / M_PI)) / sigma; });
@@ -99,7 +97,7 @@ const std::vector<float>& MatchProbability::weighRotated(const MatchNoise& noise
   probabilities_.assign(static_cast<size_t>(points.count), 0.f);
   // A transfer distance has the noise of both images.
   fit(
-      points.count, noise.sigma(), [&](size_t i) { return 0.5f * rotation_residuals[i]; },
+      points.count, noise, [&](size_t i) { return 0.5f * rotation_residuals[i]; },
       [](size_t) { return 1 / kSquaredWindow; }, [](float sigma) { return 0.5f / (sigma * sigma); });
   for (size_t k = 0; k < within_.size(); ++k) {
     const float stretch = finest_weight / points.weight[within_[k]];

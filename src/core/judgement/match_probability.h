@@ -34,7 +34,7 @@ class MatchProbability {
   /// `square(i)`, `wrong(i)`: squared residual of a match and its density if it is wrong; `scale`: of the density of a
   /// squared residual whose standard deviation is the argument.
   template <class Square, class Wrong, class Scale>
-  void fit(int count, double sigma, const Square& square, const Wrong& wrong, const Scale& scale);
+  void fit(int count, const MatchNoise& noise, const Square& square, const Wrong& wrong, const Scale& scale);
 
   std::vector<int> within_;  ///< columns within the window
   enum { kSquare, kWrongDensity, kNearDensity, kWideDensity, kNear, kWide };
