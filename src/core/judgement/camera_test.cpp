@@ -134,19 +134,18 @@ CameraErrors errorsOf(const Scores& scores, const TwoViewPose& pose) {
 
 }  // namespace
 
-CameraTest testCamera(const PoseInformation& all, const PoseSquare& inverse, const PoseSquare& naive,
-                      const TwoViewPose& pose) {
-  const Scores scores = scoresOf(all, inverse), naive_scores = scoresOf(all, naive);
+CameraTest testCamera(const PoseInformation& all, const PoseSquare& inverse, const TwoViewPose& pose) {
+  const Scores scores = scoresOf(all, inverse);
   CameraTest test;
   test.errors = errorsOf(scores, pose);
   std::array<Model, kModels> models;
   double largest = 0;
   for (unsigned groups = 1; groups < kModels; ++groups) {
-    models[groups] = Model(groups, naive_scores);
+    models[groups] = Model(groups, scores);
     largest = std::max(largest, models[groups].log_factor);
   }
   for (size_t k = 0; k < kGroups.size(); ++k) {
-    const double statistic = Model(1u << k, scores).statistic / kGroups[k].limit;
+    const double statistic = models[1u << k].statistic / kGroups[k].limit;
     if (statistic <= test.statistic) continue;
     test.statistic = statistic;
     test.parameter = kGroups[k].parameter;

@@ -19,9 +19,8 @@ struct CameraTest {
   CameraSquare second_moment = CameraSquare::Zero();
 };
 
-/// `inverse`: of the information on the pose. `naive`: of the curvature by it, with noise counted as parallax. The
-/// second moment uses `naive`: with the camera free, the direction is too uncertain for the correction.
-CameraTest testCamera(const PoseInformation& information, const PoseSquare& inverse, const PoseSquare& naive,
-                      const TwoViewPose& pose);
+/// `inverse`: of the curvature by the pose, with noise counted as parallax: with the camera free, the direction is too
+/// uncertain for the correction.
+CameraTest testCamera(const PoseInformation& information, const PoseSquare& inverse, const TwoViewPose& pose);
 
 }  // namespace gms_ransac

@@ -129,7 +129,7 @@ PoseCovariance poseCovariance(const PoseInformation& all, const TwoViewPose& pos
     result.of_matches = scale.asDiagonal() * result.of_matches * scale.asDiagonal();
   }
 
-  result.camera = testCamera(all, inverse, naive, pose);
+  result.camera = testCamera(all, naive, pose);
   CameraSquare errors = result.camera.second_moment;
   errors.diagonal().head<3>().array() += calibration_sigma * calibration_sigma;
   const Eigen::Matrix<double, kPoseParameters, kCameraParameters> effect =

@@ -210,7 +210,7 @@ TEST(CameraTestStep, TestsAScoreByItsScatter) {
   all.gradient.setZero();
   all.gradient[DerivativeColumn::kFocalLength] = 400;  // four deviations
   const PoseSquare inverse = 1e-4 * PoseSquare::Identity();
-  const CameraTest camera = testCamera(all, inverse, inverse, {});
+  const CameraTest camera = testCamera(all, inverse, {});
   EXPECT_EQ(camera.parameter, CameraParameter::kFocalLength);
   EXPECT_NEAR(camera.statistic, 16 / 6.63, 1e-3);
   EXPECT_DOUBLE_EQ(camera.errors.value[CameraErrors::kFocalLength], 0.04);  // 400 over the curvature
@@ -221,7 +221,7 @@ TEST(CameraTestStep, TestsAScoreByItsScatter) {
   EXPECT_LT(camera.second_moment(1, 1), 0.01 * 0.01);
   // Rounding may leave a scatter indefinite. Models with that parameter then tell nothing; the others do as before.
   all.scatter(kParameters - 1, kParameters - 1) = -1;
-  const CameraTest without = testCamera(all, inverse, inverse, {});
+  const CameraTest without = testCamera(all, inverse, {});
   EXPECT_NEAR(without.second_moment(0, 0), 0.9 * (0.036 * 0.036 + 9e-5), 1e-4);
   EXPECT_EQ(without.second_moment(kCameraParameters - 1, kCameraParameters - 1), 0);
 }
