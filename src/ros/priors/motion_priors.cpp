@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include <nav_msgs/Odometry.h>
+#include <sensor_msgs/Imu.h>
 #include <opencv2/core.hpp>
 
 #include "frames.h"
-#include "priors/imu_rotation.h"
-#include "priors/odometry_input.h"
 #include "priors/rotation_vectors.h"
 #include "tf_lookup.h"
 
@@ -15,6 +15,9 @@ namespace gms_ransac {
 
 namespace {
 
+constexpr uint32_t kImuQueue = 1000, kOdometryQueue = 200;  // a second of a fast IMU, or of fast wheels
+// Of extrinsics that were measured with a ruler, radians; and of the stamps of two drivers, seconds.
+constexpr double kMountSigma = 0.01, kStampSigma = 0.002;
 // Standard deviation of a length from wheels: a share of it, for their radius and the ground, and a tick, metres.
 constexpr double kWheelShare = 0.03, kWheelTick = 0.001;
 // Standard deviation of the direction down, radians: suspension of a robot if tf knows the camera on its base, else a
@@ -32,6 +35,23 @@ RotationPrior priorOf(const Eigen::Matrix3d& R) {
   return prior;
 }
 
+OdometrySample toSample(const nav_msgs::Odometry& odometry) {
+  OdometrySample sample;
+  sample.stamp = odometry.header.stamp.toSec();
+  const auto& p = odometry.pose.pose.position;
+  const auto& q = odometry.pose.pose.orientation;
+  sample.pose.translation() = Eigen::Vector3d(p.x, p.y, p.z);
+  const Eigen::Quaterniond rotation(q.w, q.x, q.y, q.z);
+  // All zeros is what a message has that fills only its twist.
+  if (rotation.norm() > 0.5) sample.pose.linear() = rotation.normalized().toRotationMatrix();
+  const auto& twist = odometry.twist.twist;
+  sample.velocity = {twist.linear.x, twist.linear.y, twist.linear.z};
+  sample.angular = {twist.angular.x, twist.angular.y, twist.angular.z};
+  // Axes that a robot does not have are often given huge variances: forward is the one that wheels measure.
+  sample.velocity_variance = std::max(0.0, odometry.twist.covariance[0]);
+  return sample;
+}
+
 }  // namespace
 
 std::shared_ptr<MotionPriors> MotionPriors::make(const ros::NodeHandle& nh, const Parameters& parameters) {
@@ -40,49 +60,71 @@ std::shared_ptr<MotionPriors> MotionPriors::make(const ros::NodeHandle& nh, cons
   return wanted ? std::make_shared<MotionPriors>(nh, parameters) : nullptr;
 }
 
-MotionPriors::MotionPriors(const ros::NodeHandle& nh, const Parameters& parameters) : parameters_(parameters) {
-  const RotationPriorKind kind = parameters.rotation_prior;
-  const bool asks_tf =
-      parameters.scale != ScaleMode::kGround || !parameters.base_frame.empty() || kind != RotationPriorKind::kNone;
-  if (asks_tf) tf_ = std::make_shared<TfLookup>(nh);
-  const auto arrived = [this] { arrived_(); };
-  if (parameters.scale == ScaleMode::kOdometry || kind == RotationPriorKind::kOdom) {
-    odometry_ = std::make_unique<OdometryInput>(nh, tf_, arrived);
-  }
-  if (kind == RotationPriorKind::kImu) imu_ = std::make_unique<ImuRotation>(nh, parameters.imu_frame, tf_, arrived);
+MotionPriors::MotionPriors(const ros::NodeHandle& nh, const Parameters& parameters) : nh_(nh), parameters_(parameters) {
+  const bool asks_tf = parameters.scale != ScaleMode::kGround || !parameters.base_frame.empty() ||
+                       parameters.rotation_prior != RotationPriorKind::kNone;
+  if (asks_tf) tf_ = std::make_unique<TfLookup>(nh);
 }
 
 MotionPriors::~MotionPriors() = default;
 
 void MotionPriors::start(std::function<void()> arrived) {
   arrived_ = std::move(arrived);
-  if (odometry_) odometry_->start();
-  if (imu_) imu_->start();
+  {
+    std::lock_guard<std::mutex> lock(sensors_mutex_);
+    gyro_.clear();
+    odometry_.clear();
+  }
+  const auto addRates = [this](const sensor_msgs::ImuConstPtr& imu) {
+    {
+      std::lock_guard<std::mutex> lock(sensors_mutex_);
+      imu_frame_ = parameters_.imu_frame.empty() ? withoutLeadingSlash(imu->header.frame_id) : parameters_.imu_frame;
+      const auto& rate = imu->angular_velocity;
+      const auto& covariance = imu->angular_velocity_covariance;
+      no_gyro_ = covariance[0] < 0;  // sensor_msgs/Imu: -1 marks an IMU without a gyro
+      const double variance = std::max({covariance[0], covariance[4], covariance[8]});
+      if (!no_gyro_) gyro_.add({imu->header.stamp.toSec(), {rate.x, rate.y, rate.z}, variance});
+    }
+    arrived_();
+  };
+  const auto addPose = [this](const nav_msgs::OdometryConstPtr& odometry) {
+    {
+      std::lock_guard<std::mutex> lock(sensors_mutex_);
+      odometry_.add(toSample(*odometry));
+      body_frame_ = withoutLeadingSlash(odometry->child_frame_id);
+    }
+    arrived_();
+  };
+  const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
+  if (byGyro()) {
+    subscribers_.push_back(nh_.subscribe<sensor_msgs::Imu>("imu", kImuQueue, addRates, ros::VoidConstPtr(), hints));
+  }
+  if (byWheels()) {
+    subscribers_.push_back(
+        nh_.subscribe<nav_msgs::Odometry>("prior_odom", kOdometryQueue, addPose, ros::VoidConstPtr(), hints));
+  }
 }
 
-void MotionPriors::stop() {
-  if (odometry_) odometry_->stop();
-  if (imu_) imu_->stop();
-}
+void MotionPriors::stop() { subscribers_.clear(); }
 
 bool MotionPriors::reaches(const std_msgs::Header& image) {
   const double stamp = timeOf(image);
-  if (imu_ && !imu_->reaches(stamp + 0.5 * readout_)) return false;
   Eigen::Isometry3d unused;
   const bool by_tf = parameters_.rotation_prior == RotationPriorKind::kTf;
   if (by_tf && !tf_->get(parameters_.prior_frame, withoutLeadingSlash(image.frame_id), stamp, unused).empty()) {
     return false;
   }
-  return !odometry_ || odometry_->reaches(stamp);
+  std::lock_guard<std::mutex> lock(sensors_mutex_);
+  return (!byGyro() || gyro_.reaches(stamp + 0.5 * readout_)) && (!byWheels() || odometry_.reaches(stamp));
 }
 
 std::string MotionPriors::rotationBetween(const std::string& camera_frame, double from, double to,
                                           RotationPrior& prior) {
-  if (imu_) return imu_->between(camera_frame, from, to, prior);
+  if (byGyro()) return gyroBetween(camera_frame, from, to, prior);
   std::string problem;
   if (parameters_.rotation_prior == RotationPriorKind::kOdom) {
     OdometryMotion odometry;
-    problem = odometry_->between(camera_frame, from, to, odometry);
+    problem = odometryBetween(camera_frame, from, to, odometry);
     prior = priorOf(odometry.motion.linear());
     return problem;
   }
@@ -90,6 +132,50 @@ std::string MotionPriors::rotationBetween(const std::string& camera_frame, doubl
   problem = tf_->get(parameters_.prior_frame, camera_frame, from, start);
   if (problem.empty()) problem = tf_->get(parameters_.prior_frame, camera_frame, to, end);
   if (problem.empty()) prior = priorOf(start.linear().transpose() * end.linear());
+  return problem;
+}
+
+std::string MotionPriors::gyroBetween(const std::string& camera_frame, double from, double to, RotationPrior& prior) {
+  std::lock_guard<std::mutex> lock(sensors_mutex_);
+  const std::string topic = nh_.resolveName("imu");
+  if (no_gyro_) return "the messages on " + topic + " have no angular velocity (covariance -1); use an IMU with a gyro";
+  if (gyro_.empty()) return "no sample has come on " + topic;
+  GyroRotation rotation;
+  std::string problem = gyro_.integrate(from, to, bias_.bias(), rotation);
+  if (!problem.empty()) return problem + " on " + topic;
+  Eigen::Matrix3d imu_in_camera;
+  problem = imuInCamera(camera_frame, imu_in_camera);
+  if (!problem.empty()) return problem;
+  prior.R = imu_in_camera * rotation.R * imu_in_camera.transpose();
+  const double seconds = to - from;
+  prior.covariance =
+      imu_in_camera * (rotation.covariance + seconds * seconds * bias_.covariance()) * imu_in_camera.transpose();
+  const double mount = kMountSigma * vectorOf(rotation.R).norm(), late = kStampSigma * rotation.rate_change;
+  prior.covariance.diagonal().array() += mount * mount + late * late;
+  return std::string();
+}
+
+std::string MotionPriors::imuInCamera(const std::string& camera_frame, Eigen::Matrix3d& imu_in_camera) {
+  if (imu_frame_.empty()) return "the messages on " + nh_.resolveName("imu") + " have no frame_id; set ~imu_frame";
+  Eigen::Isometry3d transform;
+  // Both are screwed to one body: the latest is as good as any.
+  std::string problem = tf_->get(camera_frame, imu_frame_, 0, transform);
+  imu_in_camera = transform.linear();
+  return problem;
+}
+
+std::string MotionPriors::odometryBetween(const std::string& camera_frame, double from, double to,
+                                          OdometryMotion& motion) {
+  std::lock_guard<std::mutex> lock(sensors_mutex_);
+  const std::string topic = nh_.resolveName("prior_odom");
+  if (odometry_.empty()) return "no message has come on " + topic;
+  std::string problem = odometry_.between(from, to, motion);
+  if (!problem.empty()) return problem + " on " + topic;
+  if (body_frame_.empty())
+    return "the messages on " + topic + " have no child_frame_id; set it to the frame that moves";
+  Eigen::Isometry3d camera_in_body;
+  problem = tf_->get(body_frame_, camera_frame, 0, camera_in_body);
+  motion.motion = camera_in_body.inverse() * motion.motion * camera_in_body;
   return problem;
 }
 
@@ -118,11 +204,10 @@ std::optional<RotationPrior> MotionPriors::rotation(const std_msgs::Header& refe
 
 std::string MotionPriors::fillRates(RotationPrior& prior) {
   const double readout = readout_;
-  if (readout == 0 || !imu_) return std::string();
+  if (readout == 0 || !byGyro()) return std::string();
   const auto rateAt = [&](double stamp, Eigen::Vector3d& rate) {
     RotationPrior over_readout;
-    std::string problem =
-        imu_->between(asked_.camera_frame, stamp - 0.5 * readout, stamp + 0.5 * readout, over_readout);
+    std::string problem = gyroBetween(asked_.camera_frame, stamp - 0.5 * readout, stamp + 0.5 * readout, over_readout);
     if (problem.empty()) rate = vectorOf(over_readout.R) / readout;
     return problem;
   };
@@ -139,11 +224,30 @@ void MotionPriors::learn(const RobustResult& seen) {
   RotationPrior visual;
   visual.R = seen.pose.R;
   visual.covariance = seen.pose.covariance.bottomRightCorner<3, 3>();
-  if (imu_) imu_->learn(asked_.camera_frame, asked_.from, asked_.to, visual);
+  if (byGyro()) learnBias(visual);
   std::lock_guard<std::mutex> lock(mutex_);
   pairs_by_rates_ += seen.row_correction == RowCorrection::kPrior;
   comparison_.add({asked_.from, asked_.to, vectorOf(visual.R), vectorOf(asked_.prior->R),
                    visual.covariance + asked_.prior->covariance});
+}
+
+void MotionPriors::learnBias(const RotationPrior& visual) {
+  std::lock_guard<std::mutex> lock(sensors_mutex_);
+  GyroRotation rotation;
+  Eigen::Matrix3d imu_in_camera;
+  if (!gyro_.integrate(asked_.from, asked_.to, Eigen::Vector3d::Zero(), rotation).empty()) return;
+  if (!imuInCamera(asked_.camera_frame, imu_in_camera).empty()) return;
+  const Eigen::Matrix3d camera_in_imu = imu_in_camera.transpose();
+  bias_.add({asked_.from, asked_.to, camera_in_imu * vectorOf(visual.R), vectorOf(rotation.R),
+             rotation.covariance + camera_in_imu * visual.covariance * imu_in_camera});
+}
+
+std::string MotionPriors::learntBias() {
+  std::lock_guard<std::mutex> lock(sensors_mutex_);
+  if (!bias_.known()) return "gyro bias unknown: the camera has not been at rest yet";
+  const Eigen::Vector3d sigma = bias_.covariance().diagonal().cwiseSqrt();
+  return cv::format("gyro bias (%.4f, %.4f, %.4f) rad/s, standard deviation (%.4f, %.4f, %.4f)", bias_.bias().x(),
+                    bias_.bias().y(), bias_.bias().z(), sigma.x(), sigma.y(), sigma.z());
 }
 
 ScaleEstimate MotionPriors::length(const PairSeen& pair, std::string& problem) {
@@ -165,8 +269,8 @@ ScaleEstimate MotionPriors::length(const PairSeen& pair, std::string& problem) {
 ScaleEstimate MotionPriors::lengthOfOdometry(const std::string& camera_frame, double from, double to,
                                              const RobustResult& seen, std::string& problem) {
   OdometryMotion odometry;
-  problem = from < to ? odometry_->between(camera_frame, from, to, odometry)
-                      : "the reference is not before the current image";
+  problem =
+      from < to ? odometryBetween(camera_frame, from, to, odometry) : "the reference is not before the current image";
   if (problem.empty()) problem = wheels_.problem(odometry.motion.translation(), seen);
   ScaleEstimate estimate;
   if (!problem.empty()) return estimate;
@@ -218,7 +322,7 @@ PriorReport MotionPriors::report() {
     report.summary = doubt;
     report.doubtful = true;
   }
-  if (imu_) report.values.emplace_back("learnt", imu_->learnt());
+  if (byGyro()) report.values.emplace_back("learnt", learntBias());
   report.values.emplace_back("pairs compared", std::to_string(comparison.pairs()));
   if (readout_ > 0) report.values.emplace_back("pairs corrected for readout", std::to_string(pairs_by_rates));
   report.values.emplace_back("contradicting", std::to_string(std::lround(100 * comparison.contradicting())) + " %");

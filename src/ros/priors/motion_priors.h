@@ -11,23 +11,20 @@
 #include <utility>
 #include <vector>
 
+#include <ros/node_handle.h>
 #include <std_msgs/Header.h>
 
 #include "gms_ransac/robust_result.h"
 #include "parameters.h"
+#include "priors/gyro_bias.h"
 #include "priors/rotation_comparison.h"
+#include "priors/sample_buffers.h"
 #include "priors/wheel_check.h"
 #include "scale/ground_scale.h"
 #include "scale/translation_scale.h"
 
-namespace ros {
-class NodeHandle;
-}
-
 namespace gms_ransac {
 
-class ImuRotation;
-class OdometryInput;
 class TfLookup;
 
 /// For diagnostics.
@@ -49,12 +46,12 @@ struct PairSeen {
 /// `reaches` may be called from any thread, `report` from one other than the rest.
 class MotionPriors {
  public:
-  /// Null if no parameter needs a prior.
+  /// Null if no parameter needs a prior. Reads the topics `imu` and `prior_odom` of `nh` where they are needed.
   static std::shared_ptr<MotionPriors> make(const ros::NodeHandle& nh, const Parameters& parameters);
   MotionPriors(const ros::NodeHandle& nh, const Parameters& parameters);
   ~MotionPriors();
 
-  /// `arrived`: called when something came that an image may wait for.
+  /// Subscribes, and forgets what came before. `arrived`: called when something came that an image may wait for.
   void start(std::function<void()> arrived);
   void stop();
   /// RobustOptions::rolling_shutter_readout: interval around each image for which the gyro is integrated.
@@ -81,33 +78,56 @@ class MotionPriors {
     double from = 0, to = 0;
     std::optional<RotationPrior> prior;
   };
+  bool byGyro() const { return parameters_.rotation_prior == RotationPriorKind::kImu; }
+  bool byWheels() const {
+    return parameters_.scale == ScaleMode::kOdometry || parameters_.rotation_prior == RotationPriorKind::kOdom;
+  }
+  double timeOf(const std_msgs::Header& image) const { return image.stamp.toSec() + parameters_.image_time_offset; }
+
+  // What a sensor measured between two times, in seconds of its clock, of a camera by its frame. They return an empty
+  // string, or why it is unknown, as the end of a sentence; and may be called from any thread.
+  /// By ~rotation_prior.
+  std::string rotationBetween(const std::string& camera_frame, double from, double to, RotationPrior& prior);
+  std::string gyroBetween(const std::string& camera_frame, double from, double to, RotationPrior& prior);
+  std::string odometryBetween(const std::string& camera_frame, double from, double to, OdometryMotion& motion);
+  /// Rotation from the axes of the IMU to those of the camera; with sensors_mutex_ held.
+  std::string imuInCamera(const std::string& camera_frame, Eigen::Matrix3d& imu_in_camera);
+
+  /// Learns the bias of the gyro from the rotation that the images show.
+  void learnBias(const RotationPrior& visual);
+  std::string learntBias();
   /// Adds the rotation rates of the pair; returns what is missing.
   std::string fillRates(RotationPrior& prior);
-  double timeOf(const std_msgs::Header& image) const { return image.stamp.toSec() + parameters_.image_time_offset; }
   ScaleEstimate lengthOfOdometry(const std::string& camera_frame, double from, double to, const RobustResult& seen,
                                  std::string& problem);
   GroundPrior groundPrior(const std::string& camera_frame);
-  /// The answer of ~rotation_prior between two times; may be called from any thread. Returns an empty string, or why it
-  /// is unknown, as the end of a sentence.
-  std::string rotationBetween(const std::string& camera_frame, double from, double to, RotationPrior& prior);
 
+  ros::NodeHandle nh_;
   const Parameters parameters_;
   std::atomic<double> readout_{0};
   std::function<void()> arrived_ = [] {};
-  std::shared_ptr<TfLookup> tf_;
-  std::unique_ptr<OdometryInput> odometry_;  ///< null: not used
-  std::unique_ptr<ImuRotation> imu_;         ///< null: not used
+  std::unique_ptr<TfLookup> tf_;  ///< null: not used
 
   // Used by the asking thread only.
   Asked asked_;
   WheelCheck wheels_;
   GroundScale ground_;
 
+  std::mutex sensors_mutex_;  ///< guards what follows
+  GyroBuffer gyro_;
+  GyroBias bias_;
+  std::string imu_frame_;
+  bool no_gyro_ = false;  ///< the messages are marked as having no rates
+  OdometryBuffer odometry_;
+  std::string body_frame_;  ///< that moves by the odometry
+
   std::mutex mutex_;  ///< guards what follows
   RotationComparison comparison_;
   std::string camera_frame_;
   std::string problem_, length_problem_;  ///< of the last pair
   int pairs_by_rates_ = 0;                ///< corrected for the rolling shutter by the gyro
+
+  std::vector<ros::Subscriber> subscribers_;  ///< last: their callbacks may run until they are gone
 };
 
 }  // namespace gms_ransac

@@ -17,11 +17,6 @@ constexpr double kNoiseSigmas = 2;
 
 }  // namespace
 
-double WheelCheck::usual() const {
-  if (usual_.size() < kFewest) return 0;
-  return quantilesOf(std::vector<double>(usual_.begin(), usual_.end())).median;
-}
-
 std::string WheelCheck::problem(const Eigen::Vector3d& travelled, const RobustResult& seen) {
   const double length = travelled.norm(), parallax = seen.median_parallax_px;
   if (seen.translation_observable && length < kStanding) {
@@ -30,7 +25,8 @@ std::string WheelCheck::problem(const Eigen::Vector3d& travelled, const RobustRe
         "wheels slip, or the odometry is late",
         length, parallax);
   }
-  const double expected = length * usual();
+  const std::vector<double> usual(usual_.begin(), usual_.end());
+  const double expected = usual.size() < kFewest ? 0 : length * quantilesOf(usual).median;  // 0: not known
   const double noise = kNoiseSigmas * seen.sigma_px;
   const bool too_little = expected > kSlip * std::max(parallax, noise);
   const bool too_much = expected > 0 && parallax > kSlip * std::max(expected, noise);

@@ -22,10 +22,7 @@ class WheelCheck {
   std::string problem(const Eigen::Vector3d& travelled, const RobustResult& seen);
 
  private:
-  /// Pixels of parallax for a metre; 0: not known.
-  double usual() const;
-
-  std::deque<double> usual_;
+  std::deque<double> usual_;  ///< pixels of parallax for a metre
 };
 
 }  // namespace gms_ransac

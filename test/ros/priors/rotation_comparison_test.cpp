@@ -13,17 +13,16 @@
 #include <Eigen/Geometry>
 
 #include "datasets/dataset.h"
-#include "gms_ransac/match_filter.h"
 #include "output/motion_integrator.h"
-#include "priors/gyro.h"
-#include "priors/odometry_input.h"
+#include "priors/gyro_bias.h"
 #include "priors/rotation_vectors.h"
+#include "priors/sample_buffers.h"
 #include "priors/wheel_check.h"
+#include "processor_stream.h"
 #include "random.h"
 #include "says.h"
 #include "scenes/two_view_scene.h"
 #include "shared_data.h"
-#include "stream/publishable_pose.h"
 
 namespace gms_ransac {
 namespace {
@@ -71,7 +70,7 @@ TEST(GyroBuffer, IntegratesTheRotationOfTheCamera) {
 TEST(GyroBuffer, SaysWhatIsMissing) {
   GyroBuffer gyro;
   GyroRotation rotation;
-  EXPECT_EQ(gyro.integrate(0, 1, Vector3d::Zero(), rotation), "no sample has come");
+  EXPECT_EQ(gyro.integrate(0, 1, Vector3d::Zero(), rotation), "no two samples have come");
   gyro.add({1, Vector3d::Zero(), 0});
   EXPECT_NE(gyro.integrate(0.9, 1, Vector3d::Zero(), rotation), "");
   EXPECT_NE(gyro.integrate(1, 1, Vector3d::Zero(), rotation), "");
@@ -280,13 +279,8 @@ std::vector<std::vector<double>> numbersIn(const std::string& path) {
 
 /// EuRoC V1_01 from its start: a vehicle that stands still, its images and its gyro.
 TEST(StandingStill, FindsTheBiasAndDoesNotDrift) {
+  OPEN_OR_SKIP(dataset, "euroc_v101");
   const std::string folder = (dataFolder() / "euroc_v101").string();
-  std::optional<Dataset> dataset;
-  try {
-    dataset = Dataset::open(folder);
-  } catch (const DatasetError& error) {
-    GTEST_SKIP() << error.what();
-  }
   const auto mount = numbersIn(folder + "/camera_in_imu.txt");
   ASSERT_EQ(mount.size(), 4u);
   Matrix3d camera_in_imu;
@@ -298,44 +292,26 @@ TEST(StandingStill, FindsTheBiasAndDoesNotDrift) {
     gyro.add({row[0], {row[1], row[2], row[3]}, 0});
     mean += Vector3d(row[1], row[2], row[3]) / static_cast<double>(rates.size());
   }
-  MatchFilter filter;
-  filter.setCamera(Camera(*dataset->intrinsics(), dataset->image(0).size()));
   GyroBias bias;
   MotionIntegrator odometry;
-  Frame reference, current;
   const auto& frames = dataset->frames();
-  double reference_stamp = 0;
+  Stream stream(ScaleMode::kUnit, *dataset->intrinsics(), {}, 1, frames[1].stamp - frames[0].stamp);
   int learnt = 0;
   for (size_t i = 0; i < frames.size(); ++i) {
-    filter.extract(dataset->image(static_cast<int>(i)), current);
-    if (i == 0) {
-      std::swap(reference, current);
-      reference_stamp = frames[0].stamp;
-      continue;
-    }
-    MatchResult result;
-    filter.filter(reference, current, result);
-    ASSERT_TRUE(result.robust.pose_found) << i << ": " << toString(result.status);
-    const RelativePose& pose = result.robust.pose;
+    const ProcessedFrame processed = stream.process(dataset->image(static_cast<int>(i)));
+    if (i == 0) continue;
+    ASSERT_TRUE(processed.poseValid()) << i << ": " << processed.text;
+    const RelativePose& pose = processed.result->robust.pose;
+    const double seconds = stream.stamp() - processed.reference->stamp(), from = frames[i].stamp - seconds;
     GyroRotation rotation;
-    if (gyro.integrate(reference_stamp, frames[i].stamp, Vector3d::Zero(), rotation).empty()) {
-      bias.add({reference_stamp, frames[i].stamp, camera_in_imu * vectorOf(pose.R), vectorOf(rotation.R),
+    if (gyro.integrate(from, frames[i].stamp, Vector3d::Zero(), rotation).empty()) {
+      bias.add({from, frames[i].stamp, camera_in_imu * vectorOf(pose.R), vectorOf(rotation.R),
                 rotation.covariance +
                     camera_in_imu * pose.covariance.bottomRightCorner<3, 3>() * camera_in_imu.transpose()});
       ++learnt;
     }
-    PairMotion motion;
-    motion.current_in_reference = pose;
-    motion.seconds = frames[i].stamp - reference_stamp;
-    motion.translation_known = result.status == Status::kOk;
-    makePublishable(motion.translation_known, SigmaFloor(), motion.current_in_reference);
-    // As the node does by default (~hold_reference, ~max_frame_gap).
-    motion.reference_held = result.status == Status::kLowParallax && motion.seconds < 0.9;
-    motion.parallax_px = result.robust.median_parallax_px;
-    odometry.add(motion);
-    if (motion.reference_held) continue;
-    std::swap(reference, current);
-    reference_stamp = frames[i].stamp;
+    odometry.add({processed.pose, seconds, processed.status == MatchStats::OK, processed.reference_held,
+                  processed.result->robust.median_parallax_px});
   }
   ASSERT_GT(learnt, 20);
   ASSERT_TRUE(bias.known());
