@@ -201,42 +201,36 @@ std::vector<InputTopic> ImageInput::inputs() const {
   return inputs;
 }
 
-std::string ImageInput::nobodyPublishes(size_t stream, const std::string& subscribed, const Topics& published) const {
-  return "nobody publishes " + subscribed + "; start the camera or the bag, or remap '" + streams_[stream].name +
-         "' to its topic: " + imagesElsewhere(published, parameters_.name);
-}
-
-std::string ImageInput::whyNoImage(const Topics& published) const {
-  const std::string& transport = parameters_.image_transport;
-  const std::string subscribed = topic(0) + (transport == "raw" ? "" : "/" + transport);
-  if (image_subscribers_[0].getNumPublishers() == 0) return nobodyPublishes(0, subscribed, published);
-  return "no image arrives on " + subscribed + ", although it has a publisher; check it with rostopic hz";
-}
-
-std::string ImageInput::whyNoPartner(const Topics& published) const {
-  std::ostringstream text;
-  if (image_subscribers_[1].getNumPublishers() == 0) {
-    text << nobodyPublishes(1, topic(1), published);
-  } else {
-    text << "no image of " << topic(0) << " (last stamp " << last_image_stamp_ << ") has a partner within "
-         << waitingOptions().tolerance << " s on " << topic(1);
-  }
-  if (parameters_.input != InputKind::kPair) text << "; images are answered without a length";
-  return text.str();
-}
-
 std::string ImageInput::waitingFor(const Topics& published) {
   std::lock_guard<std::mutex> lock(mutex_);
   const int images = std::exchange(images_, 0), infos = std::exchange(infos_, 0);
   const bool matched = std::exchange(matched_, waiting_.matched()) != waiting_.matched();
   if (!started_ || matched) return std::string();
-  if (images == 0) return whyNoImage(published);
-  if (streams_.size() > 1) return whyNoPartner(published);
-  if (!exactInfo()) return std::string();
+  const auto nobodyPublishes = [&](size_t stream, const std::string& subscribed) {
+    return "nobody publishes " + subscribed + "; start the camera or the bag, or remap '" + streams_[stream].name +
+           "' to its topic: " + imagesElsewhere(published, parameters_.name);
+  };
+  const auto isPublished = [&](size_t stream) { return image_subscribers_[stream].getNumPublishers() > 0; };
+  if (images == 0) {
+    const std::string& transport = parameters_.image_transport;
+    const std::string subscribed = topic(0) + (transport == "raw" ? "" : "/" + transport);
+    if (!isPublished(0)) return nobodyPublishes(0, subscribed);
+    return "no image arrives on " + subscribed + ", although it has a publisher; check it with rostopic hz";
+  }
   std::ostringstream text;
-  text << "no image of " << topic(0) << " has a camera_info of the same stamp on " << infoTopic() << ": " << images
-       << " images (last stamp " << last_image_stamp_ << ") and " << infos << " camera_info (last stamp "
-       << last_info_stamp_ << ") came; set ~camera_info_sync to latest if their stamps differ";
+  if (streams_.size() > 1) {
+    if (isPublished(1)) {
+      text << "no image of " << topic(0) << " (last stamp " << last_image_stamp_ << ") has a partner within "
+           << waitingOptions().tolerance << " s on " << topic(1);
+    } else {
+      text << nobodyPublishes(1, topic(1));
+    }
+    if (parameters_.input != InputKind::kPair) text << "; images are answered without a length";
+  } else if (exactInfo()) {
+    text << "no image of " << topic(0) << " has a camera_info of the same stamp on " << infoTopic() << ": " << images
+         << " images (last stamp " << last_image_stamp_ << ") and " << infos << " camera_info (last stamp "
+         << last_info_stamp_ << ") came; set ~camera_info_sync to latest if their stamps differ";
+  }
   return text.str();
 }
 

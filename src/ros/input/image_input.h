@@ -66,9 +66,6 @@ class ImageInput {
   std::string topic(size_t stream) const { return nh_.resolveName(streams_[stream].name); }
   /// `add` is called, with mutex_ held, for each image of the stream.
   void subscribe(size_t stream, const std::function<void(const sensor_msgs::ImageConstPtr&)>& add);
-  std::string nobodyPublishes(size_t stream, const std::string& subscribed, const Topics& published) const;
-  std::string whyNoImage(const Topics& published) const;
-  std::string whyNoPartner(const Topics& published) const;
   /// Makes a change, with mutex_ held, and hands over the images that need wait no longer.
   void settle(const std::function<void()>& change);
   /// Called by the timer while images wait for partners, other sensors or tf.

@@ -1,6 +1,8 @@
 #include "node/diagnostics.h"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>
@@ -10,6 +12,7 @@ namespace gms_ransac {
 namespace {
 
 using diagnostic_msgs::DiagnosticStatus;
+using StatusWrapper = diagnostic_updater::DiagnosticStatusWrapper;
 
 // Below this share of inliers among the filtered matches the motion is doubtful: half the matches disagree with it.
 constexpr float kDoubtfulInlierRatio = 0.5f;
@@ -20,6 +23,13 @@ constexpr double kMostLate = 0.1;
 bool failed(uint8_t status) {
   return status == MatchStats::TOO_FEW_KEYPOINTS || status == MatchStats::TOO_FEW_MATCHES ||
          status == MatchStats::GMS_REJECTED || status == MatchStats::RANSAC_FAILED || status == MatchStats::BAD_IMAGE;
+}
+
+/// The first of the summaries that has words.
+void summarize(const std::vector<std::pair<uint8_t, std::string>>& summaries, StatusWrapper& status) {
+  const auto found =
+      std::find_if(summaries.begin(), summaries.end(), [](const auto& summary) { return !summary.second.empty(); });
+  status.summary(found->first, found->second);
 }
 
 }  // namespace
@@ -65,38 +75,28 @@ void Diagnostics::setCalibrationDoubt(const std::string& doubt) {
   calibration_doubt_ = doubt;
 }
 
-void Diagnostics::describePriors(diagnostic_updater::DiagnosticStatusWrapper& status) {
+void Diagnostics::describePriors(StatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
   status.summary(node_.priors->doubtful ? DiagnosticStatus::WARN : DiagnosticStatus::OK, node_.priors->summary);
   for (const auto& [key, value] : node_.priors->values) status.add(key, value);
 }
 
-void Diagnostics::describeGraph(diagnostic_updater::DiagnosticStatusWrapper& status) {
+void Diagnostics::describeGraph(StatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
-  if (!node_.graph.empty()) {
-    status.summary(DiagnosticStatus::ERROR, node_.graph);
-  } else if (!output_problem_.empty()) {
-    status.summary(DiagnosticStatus::WARN, output_problem_);
-  } else {
-    status.summary(DiagnosticStatus::OK, "known to the ROS master");
-  }
+  summarize({{DiagnosticStatus::ERROR, node_.graph},
+             {DiagnosticStatus::WARN, output_problem_},
+             {DiagnosticStatus::OK, "known to the ROS master"}},
+            status);
 }
 
-void Diagnostics::describeInput(diagnostic_updater::DiagnosticStatusWrapper& status) {
+void Diagnostics::describeInput(StatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
-  if (!node_.error.empty()) {
-    status.summary(DiagnosticStatus::ERROR, node_.error);
-  } else if (!node_.idle.empty()) {
-    status.summary(DiagnosticStatus::OK, node_.idle);
-  } else if (!node_.waiting.empty()) {
-    status.summary(DiagnosticStatus::WARN, node_.waiting);
-  } else if (!calibration_doubt_.empty()) {
-    status.summary(DiagnosticStatus::WARN, calibration_doubt_);
-  } else if (last_.frames_received == 0) {
-    status.summary(DiagnosticStatus::OK, "no image yet");
-  } else {
-    status.summary(DiagnosticStatus::OK, "images arrive");
-  }
+  summarize({{DiagnosticStatus::ERROR, node_.error},
+             {DiagnosticStatus::OK, node_.idle},
+             {DiagnosticStatus::WARN, node_.waiting},
+             {DiagnosticStatus::WARN, calibration_doubt_},
+             {DiagnosticStatus::OK, last_.frames_received == 0 ? "no image yet" : "images arrive"}},
+            status);
   status.add("frames received", last_.frames_received);
   status.add("frames processed", last_.frames_processed);
   status.add("frames passed over", last_.frames_passed_over);
@@ -105,7 +105,7 @@ void Diagnostics::describeInput(diagnostic_updater::DiagnosticStatusWrapper& sta
   status.add("resets", last_.resets);
 }
 
-void Diagnostics::describeMatches(diagnostic_updater::DiagnosticStatusWrapper& status) {
+void Diagnostics::describeMatches(StatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
   if (!node_.idle.empty()) {
     status.summary(DiagnosticStatus::OK, node_.idle);
@@ -130,7 +130,7 @@ void Diagnostics::describeMatches(diagnostic_updater::DiagnosticStatusWrapper& s
   status.add("unit of the translations", unit_);
 }
 
-void Diagnostics::describeTiming(diagnostic_updater::DiagnosticStatusWrapper& status) {
+void Diagnostics::describeTiming(StatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
   const ros::WallTime now = ros::WallTime::now();
   const double period = std::max((now - last_report_).toSec(), 1e-3);
