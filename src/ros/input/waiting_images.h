@@ -59,8 +59,6 @@ class WaitingImages {
   bool gaveUpCameraInfo() const { return gave_up_camera_info_; }
   /// No camera_info of the right camera has come, and one is needed.
   bool lacksRightInfo() const { return options_.for_right_info && !latest_right_info_; }
-  /// The sensors are behind: an image waited for them in vain.
-  bool gaveUpSensors() const { return gave_up_sensors_; }
   /// Forgets the images that wait, and what came for them.
   void clear();
 

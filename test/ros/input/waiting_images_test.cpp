@@ -2,8 +2,8 @@
 #include "input/waiting_images.h"
 
 #include <cmath>
+#include <sstream>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -19,295 +19,169 @@ boost::shared_ptr<Message> stamped(double stamp) {
   return message;
 }
 
-/// Feeds images and writes down what comes out: the stamp in hundredths of a second, "+" with that of the one of the
-/// second stream, "i" for a camera_info, "r" for that of the right camera, and "m" with the stamp of a mask.
-class WaitingBench {
- public:
-  explicit WaitingBench(const WaitingOptions& options = {}) : second_(options.second), images_(options) {}
+/// What happens, and what comes of it. An event is a letter and a time in hundredths of a second: of an image, of one
+/// of the (s)econd stream, of (c)amera_info or a (m)ask the stamp; of a (w)ait its length; of the sensor(S) how far
+/// they reach. (r) is the camera_info of the right camera, (x) forgets. An image that comes out is its stamp, "+" with
+/// that of its partner, "i" and "r" with the camera_info of each camera, and "m" with the stamp of its mask; "?" if
+/// some wait.
+struct Step {
+  const char *events, *out;
+};
 
-  WaitingBench& image(double stamp) {
-    images_.add(stamped<sensor_msgs::Image>(stamp), ros::Time(1), now_);
-    return collect();
-  }
-  WaitingBench& second(double stamp) {
-    images_.addSecond(stamped<sensor_msgs::Image>(stamp));
-    return collect();
-  }
-  WaitingBench& info(double stamp = 0) {
-    images_.addCameraInfo(stamped<sensor_msgs::CameraInfo>(stamp));
-    return collect();
-  }
-  WaitingBench& rightInfo() {
-    images_.setRightInfo(boost::make_shared<sensor_msgs::CameraInfo>());
-    return collect();
-  }
-  WaitingBench& mask(double stamp) {
-    images_.addMask(stamped<sensor_msgs::Image>(stamp));
-    return collect();
-  }
-  WaitingBench& wait(double seconds) {
-    now_ += seconds;
-    return collect();
-  }
-  /// The output since the last call.
-  std::string out() { return std::exchange(out_, std::string()); }
-  WaitingImages* operator->() { return &images_; }
-
- private:
-  static std::string text(const sensor_msgs::ImageConstPtr& image) {
+std::string play(const std::string& events, const WaitingOptions& options, double& now, double& reached,
+                 WaitingImages& images) {
+  std::string out;
+  const auto text = [](const sensor_msgs::ImageConstPtr& image) {
     return std::to_string(std::lround(100 * image->header.stamp.toSec()));
-  }
-  WaitingBench& collect() {
-    for (const ImageWithInfo& input : images_.settled(now_)) {
-      const sensor_msgs::ImageConstPtr partner = second_ != nullptr ? input.*second_ : nullptr;
-      out_ += (out_.empty() ? "" : " ") + text(input.image) + (partner ? "+" + text(partner) : "") +
-              (input.camera_info ? "i" : "") + (input.right_info ? "r" : "") +
-              (input.mask ? "m" + text(input.mask) : "");
+  };
+  std::istringstream words(events);
+  for (std::string word; words >> word;) {
+    const double time = word.size() > 1 ? std::stod(word.substr(1)) / 100 : 0;
+    if (word[0] == 'i') images.add(stamped<sensor_msgs::Image>(time), ros::Time(1), now);
+    if (word[0] == 's') images.addSecond(stamped<sensor_msgs::Image>(time));
+    if (word[0] == 'c') images.addCameraInfo(stamped<sensor_msgs::CameraInfo>(time));
+    if (word[0] == 'r') images.setRightInfo(boost::make_shared<sensor_msgs::CameraInfo>());
+    if (word[0] == 'm') images.addMask(stamped<sensor_msgs::Image>(time));
+    if (word[0] == 'w') now += time;
+    if (word[0] == 'S') reached = time;
+    if (word[0] == 'x') images.clear();
+    for (const ImageWithInfo& input : images.settled(now)) {
+      const sensor_msgs::ImageConstPtr partner = options.second != nullptr ? input.*options.second : nullptr;
+      out += text(input.image) + (partner ? "+" + text(partner) : "") + (input.camera_info ? "i" : "") +
+             (input.right_info ? "r" : "") + (input.mask ? "m" + text(input.mask) : "") + " ";
     }
-    return *this;
   }
-
-  sensor_msgs::ImageConstPtr ImageWithInfo::*second_;
-  WaitingImages images_;
-  double now_ = 0;
-  std::string out_;
-};
-
-/// Three at most wait for that.
-WaitingOptions waitFor(bool WaitingOptions::*what) {
-  WaitingOptions options;
-  options.*what = true;
-  options.capacity = 3;
-  return options;
+  out += images.pending() ? "?" : "";
+  return out.substr(0, out.find_last_not_of(' ') + 1);
 }
 
-WaitingOptions waitForDepth(size_t capacity = 10) {
-  WaitingOptions options;
-  options.second = &ImageWithInfo::depth;
-  options.capacity = capacity;
-  return options;
-}
-
-struct WaitForNothing : testing::Test {
-  WaitingBench bench;
-};
-struct WaitForCameraInfo : testing::Test {
-  WaitingBench bench{waitFor(&WaitingOptions::for_camera_info)};
-};
-struct WaitForInfoOfEach : testing::Test {
-  WaitingBench bench{waitFor(&WaitingOptions::info_of_each)};
-};
-struct WaitForMask : testing::Test {
-  WaitingBench bench{waitFor(&WaitingOptions::for_mask)};
-};
-struct WaitForDepth : testing::Test {
-  WaitingBench bench{waitForDepth()};
-};
-
-TEST_F(WaitForNothing, ImagesComeOutAtOnceWithTheNewest) {
-  EXPECT_EQ(bench.image(1).out(), "100");
-  EXPECT_EQ(bench.info().image(2).out(), "200i");
-  EXPECT_FALSE(bench->gaveUpCameraInfo());
-  EXPECT_EQ(bench.mask(0).image(2).image(3).out(), "200im0 300im0");
-  EXPECT_EQ(bench.mask(1).mask(2.5).image(4).out(), "400im250");
-}
-
-TEST_F(WaitForCameraInfo, TheFirstOfAStereoPairWaitForBothCameras) {
-  WaitingOptions options = waitFor(&WaitingOptions::for_camera_info);
-  options.for_right_info = true;
-  WaitingBench both(options);
-  EXPECT_EQ(both.image(1).info().image(2).out(), "");
-  EXPECT_EQ(both.rightInfo().out(), "100ir 200ir");
-  WaitingBench left_alone(options);
-  EXPECT_EQ(left_alone.info().image(1).wait(1).out(), "100i");
-  EXPECT_EQ(left_alone.image(2).out(), "200i") << "not again";
-}
-
-TEST_F(WaitForCameraInfo, TheFirstImagesWait) {
-  EXPECT_EQ(bench.image(1).image(2).wait(0.9).out(), "");
-  EXPECT_EQ(bench.info().out(), "100i 200i");
-  EXPECT_EQ(bench.image(3).out(), "300i");
-  EXPECT_FALSE(bench->gaveUpCameraInfo());
-}
-
-TEST_F(WaitForCameraInfo, ImagesWaitInVainOnlyOnce) {
-  EXPECT_EQ(bench.image(1).wait(0.5).image(2).wait(0.4).out(), "");
-  EXPECT_TRUE(bench->pending()) << "somebody has to ask again";
-  EXPECT_EQ(bench.wait(0.1).out(), "100 200");
-  EXPECT_FALSE(bench->pending());
-  EXPECT_TRUE(bench->gaveUpCameraInfo());
-  EXPECT_EQ(bench.image(3).out(), "300");
-  EXPECT_EQ(bench.info().image(4).out(), "400i") << "it is taken when it comes after all";
-}
-
-TEST_F(WaitForCameraInfo, NoImageWaitsWhenTooManyDo) {
-  EXPECT_EQ(bench.image(1).image(2).image(3).out(), "");
-  EXPECT_EQ(bench.image(4).out(), "100 200 300 400");
-}
-
-TEST_F(WaitForCameraInfo, ImagesAreForgottenOnRequest) {
-  bench.image(1)->clear();
-  EXPECT_EQ(bench.info().out(), "");
-}
-
-TEST_F(WaitForInfoOfEach, AndAreDroppedWithout) {
-  EXPECT_EQ(bench.info(1).image(1).image(2).out(), "100i");
-  EXPECT_EQ(bench.image(3).out(), "");
-  EXPECT_EQ(bench.info(3).out(), "300i") << "that of 2 was lost";
-  EXPECT_EQ(bench->unpaired(), 1);
-  EXPECT_EQ(bench.image(4).wait(1).out(), "");
-  EXPECT_EQ(bench.image(5).image(6).image(7).image(8).info(8).out(), "800i");
-  EXPECT_EQ(bench->unpaired(), 5);
-  EXPECT_EQ(bench->matched(), 3);
-  EXPECT_EQ(bench.image(7.5).info(7.5).out(), "750i") << "overtaken, both";
-  EXPECT_EQ(bench.image(1).info(1).out(), "100i") << "the stream starts again";
-  EXPECT_FALSE(bench->pending());
-}
-
-TEST_F(WaitForMask, ImagesWaitForThatOfTheirStamp) {
-  EXPECT_EQ(bench.image(1).image(2).out(), "");
-  EXPECT_EQ(bench.mask(1).out(), "100m100");
-  EXPECT_EQ(bench.mask(2).mask(3).out(), "200m200");
-  EXPECT_EQ(bench.image(3).out(), "300m300") << "the mask came first";
-}
-
-TEST_F(WaitForMask, NoImageWaitsForOneThatWasSkipped) {
-  EXPECT_EQ(bench.image(1).image(2).mask(2).out(), "100 200m200");
-}
-
-TEST_F(WaitForMask, NoImageWaitsLong) {
-  EXPECT_EQ(bench.image(1).wait(0.5).image(2).wait(0.5).out(), "100");
-  EXPECT_EQ(bench.image(3).image(4).image(5).out(), "200");
-  EXPECT_EQ(bench.mask(5).out(), "300 400 500m500");
-}
-
-TEST_F(WaitForMask, ImagesWaitAgainWhereTheStampsGoBack) {
-  EXPECT_EQ(bench.image(9).mask(9).out(), "900m900");
-  EXPECT_EQ(bench.mask(1).image(1).image(2).out(), "100m100");
-  EXPECT_EQ(bench.mask(2).out(), "200m200");
-}
-
-TEST(WaitForSensors, ButNotForLong) {
+TEST(WaitingImages, ComeOutWithWhatBelongsToThem) {
   double reached = 0;
-  WaitingOptions options;
-  options.sensors_reach = [&](const std_msgs::Header& image) { return image.stamp.toSec() <= reached; };
-  options.sensor_patience = 0.2;
-  options.capacity = 3;
-  WaitingBench bench(options);
-  EXPECT_EQ(bench.image(1).wait(0.1).out(), "");
-  reached = 1;
-  EXPECT_EQ(bench.wait(0).out(), "100");
-  EXPECT_EQ(bench.image(2).wait(0.1).image(3).wait(0.15).out(), "200 300") << "what follows one in vain does not wait";
-  EXPECT_TRUE(bench->gaveUpSensors());
-  EXPECT_TRUE(bench->pending()) << "whether they are late still";
-  EXPECT_EQ(bench.wait(1).image(4).out(), "400");
-  reached = 4;  // within the patience of image 4: late no more
-  EXPECT_EQ(bench.wait(0.1).image(5).out(), "");
-  EXPECT_FALSE(bench->gaveUpSensors());
-  reached = 5;
-  EXPECT_EQ(bench.wait(0.1).out(), "500");
-  EXPECT_FALSE(bench->pending());
-}
+  WaitingOptions nothing, info, both_infos, info_of_each, mask, sensors, depth, depth_and_sensors, pair;
+  info.for_camera_info = both_infos.for_camera_info = both_infos.for_right_info = true;
+  info_of_each.info_of_each = mask.for_mask = true;
+  sensors.sensors_reach = [&](const std_msgs::Header& image) { return image.stamp.toSec() <= reached; };
+  depth.second = &ImageWithInfo::depth;
+  pair.first = &ImageWithInfo::reference;
+  pair.second = &ImageWithInfo::image;
+  for (WaitingOptions* few : {&info, &both_infos, &info_of_each, &mask, &sensors}) few->capacity = 3;
+  WaitingOptions few_depths = depth;
+  few_depths.capacity = 3;
+  depth_and_sensors = few_depths;
+  depth_and_sensors.sensors_reach = sensors.sensors_reach;
 
-TEST(WaitForSensors, WithoutPilingUp) {
-  WaitingOptions options;
-  options.sensors_reach = [](const std_msgs::Header&) { return false; };
-  options.capacity = 2;
-  WaitingBench bench(options);
-  EXPECT_EQ(bench.image(1).image(2).out(), "");
-  EXPECT_EQ(bench.image(3).out(), "100 200 300");
-}
-
-TEST_F(WaitForDepth, WhicheverComesFirst) {
-  EXPECT_EQ(bench.image(1.00).out(), "");
-  EXPECT_EQ(bench.second(1.01).out(), "100+101");
-  EXPECT_EQ(bench.second(1.03).out(), "");
-  EXPECT_EQ(bench.image(1.03).out(), "103+103");
-  EXPECT_EQ(bench->matched(), 2);
-}
-
-TEST_F(WaitForDepth, TakesTheNearest) {
-  bench.image(1.00).second(0.98);
-  EXPECT_EQ(bench.out(), "") << "a nearer one may come";
-  EXPECT_EQ(bench.second(1.01).out(), "100+101");
-  // Not the one that is nearer to the next image.
-  EXPECT_EQ(bench.image(2.00).image(2.03).second(2.02).out(), "200 203+202");
-}
-
-TEST_F(WaitForDepth, AnImageWithoutPartnerGoesAloneOnceTheOthersHavePassed) {
-  bench.image(1.00).image(1.03).image(1.07);
-  EXPECT_EQ(bench.second(1.07).out(), "100 103 107+107");
-}
-
-TEST_F(WaitForDepth, OrOnceItHasWaitedLongEnough) {
-  EXPECT_EQ(bench.image(1.00).wait(0.9).out(), "");
-  EXPECT_EQ(bench.image(1.03).wait(0.2).out(), "100");
-  EXPECT_TRUE(bench->pending()) << "somebody has to ask again";
-  EXPECT_EQ(bench.wait(0.9).out(), "103");
-  EXPECT_FALSE(bench->pending());
-  EXPECT_EQ(bench.second(1.00).second(1.03).image(1.07).second(1.07).out(), "107+107") << "too late for two";
-}
-
-TEST(WaitForDepthOfFew, OrOnceTooManyWait) {
-  WaitingBench bench(waitForDepth(3));
-  for (int i = 0; i < 3; ++i) bench.image(1 + 0.1 * i);
-  EXPECT_EQ(bench.out(), "");
-  EXPECT_EQ(bench.image(1.3).out(), "100");
-  EXPECT_EQ(bench.second(1.2).out(), "110 120+120");
-  for (int i = 0; i < 1000; ++i) bench.second(2 + 0.1 * i);  // bounded as well
-  EXPECT_EQ(bench.out(), "130");
-}
-
-TEST(WaitForDepthOfFew, APartnerOnceFoundIsKept) {
-  bool reached = false;
-  WaitingOptions options = waitForDepth(3);
-  options.sensors_reach = [&](const std_msgs::Header&) { return reached; };
-  WaitingBench bench(options);
-  bench.image(1.00).second(1.00).image(1.03);
-  for (int i = 0; i < 10; ++i) bench.second(1.03 + 0.01 * i);  // of a faster camera
-  EXPECT_EQ(bench.out(), "");
-  reached = true;
-  EXPECT_EQ(bench.wait(0.1).out(), "100+100 103+103");
-}
-
-TEST(WaitForPartner, HalfOfAPairIsDropped) {
-  WaitingOptions options = waitForDepth();
-  options.first = &ImageWithInfo::reference;
-  options.second = &ImageWithInfo::image;
-  EXPECT_EQ(WaitingBench(options).image(1.97).image(2).second(2.01).out(), "201+201");
-}
-
-TEST_F(WaitForDepth, SlowPartnersCostTheOthersNothing) {
-  for (int i = 0; i < 9; ++i) {
-    if (i % 3 == 0) bench.second(1 + 0.03 * i);
-    bench.image(1 + 0.03 * i);
+  const struct {
+    const char* what;
+    const WaitingOptions& options;
+    std::vector<Step> steps;
+    int matched = 0, unpaired = 0;
+    bool gave_up = false;
+  } rows[] = {
+      {"at once with the newest",
+       nothing,
+       {{"i100", "100"}, {"c0 i200", "200i"}, {"m0 i200 i300", "200im0 300im0"}, {"m100 m250 i400", "400im250"}}},
+      {"the first of a stereo pair wait for both cameras", both_infos, {{"i100 c0 i200", "?"}, {"r", "100ir 200ir"}}},
+      {"... once", both_infos, {{"c0 i100 w100", "100i"}, {"i200", "200i"}}, 0, 0, true},
+      {"the first wait for camera_info", info, {{"i100 i200 w90", "?"}, {"c0", "100i 200i"}, {"i300", "300i"}}},
+      {"in vain but once, and take it when it comes after all",
+       info,
+       {{"i100 w50 i200 w40", "?"}, {"w10", "100 200"}, {"i300", "300"}, {"c0 i400", "400i"}},
+       0,
+       0,
+       true},
+      {"none waits when too many do", info, {{"i100 i200 i300", "?"}, {"i400", "100 200 300 400"}}, 0, 0, true},
+      {"forgotten on request", info, {{"i100 x c0", ""}}},
+      {"with the camera_info of their stamp, or dropped: one lost, one late, too many, overtaken, a new start",
+       info_of_each,
+       {{"c100 i100 i200", "100i ?"},
+        {"i300", "?"},
+        {"c300", "300i"},
+        {"i400 w100", ""},
+        {"i500 i600 i700 i800 c800", "800i"},
+        {"i750 c750", "750i"},
+        {"i100 c100", "100i"}},
+       5,
+       5},
+      {"with the mask of their stamp, whichever came first",
+       mask,
+       {{"i100 i200", "?"}, {"m100", "100m100 ?"}, {"m200 m300", "200m200"}, {"i300", "300m300"}}},
+      {"not for a mask that was skipped", mask, {{"i100 i200 m200", "100 200m200"}}},
+      {"not long, nor too many",
+       mask,
+       {{"i100 w50 i200 w50", "100 ?"}, {"i300 i400 i500", "200 ?"}, {"m500", "300 400 500m500"}}},
+      {"again where the stamps go back",
+       mask,
+       {{"i900 m900", "900m900"}, {"m100 i100 i200", "100m100 ?"}, {"m200", "200m200"}}},
+      {"for sensors, but not long, and what follows one in vain not at all until they are late no more",
+       sensors,
+       {{"i100 w10", "?"},
+        {"S100", "100"},
+        {"i200 w10 i300 w15", "200 300 ?"},
+        {"w100 i400", "400 ?"},
+        {"S400 w10 i500", "?"},
+        {"S500 w10", "500"}}},
+      {"for sensors without piling up", sensors, {{"S0 i100 i200 i300", "?"}, {"i400", "100 200 300 400 ?"}}},
+      {"for depth, whichever comes first",
+       depth,
+       {{"i100", "?"}, {"s101", "100+101"}, {"s103", ""}, {"i103", "103+103"}},
+       2},
+      {"with the nearest, but not one that is nearer to the next image",
+       depth,
+       {{"i100 s98", "?"}, {"s101", "100+101"}, {"i200 i203 s202", "200 203+202"}},
+       2},
+      {"alone once the others have passed", depth, {{"i100 i103 i107 s107", "100 103 107+107"}}, 1},
+      {"alone after a while, and what comes too late is not taken",
+       depth,
+       {{"i100 w90", "?"}, {"i103 w20", "100 ?"}, {"w90", "103"}, {"s100 s103 i107 s107", "107+107"}},
+       1},
+      {"alone once too many wait",
+       few_depths,
+       {{"i100 i110 i120", "?"}, {"i130", "100 ?"}, {"s120", "110 120+120 ?"}, {"s200", "130"}},
+       1},
+      {"a partner once found is kept, though others come from a faster camera",
+       depth_and_sensors,
+       {{"S0 i100 s100 i103 s103 s104 s105 s106 s107 s108", "?"}, {"S200", "100+100 103+103"}},
+       2},
+      {"half of a pair is dropped", pair, {{"i197 i200 s201", "201+201"}}, 1},
+      {"slow partners cost the others nothing",
+       depth,
+       {{"s100 i100 i103 i106 s109 i109 i112 i115 s118 i118 i121 i124", "100+100 103 106 109+109 112 115 118+118 ?"},
+        {"w100", "121 124"}},
+       3},
+      {"streams that start again, either first",
+       depth,
+       {{"i6000 s6000 s6003 i6006", "6000+6000 ?"},
+        {"i100", "6006 ?"},
+        {"s100", "100+100"},
+        {"i103 s103", "103+103"},
+        {"s50 i50", "50+50"}},
+       4},
+      {"stamps further apart than a duration holds",
+       depth,
+       {{"i0 s420000000000 i420000000000 s0 w100", "0+0 420000000000"}},
+       1}};
+  for (const auto& row : rows) {
+    SCOPED_TRACE(row.what);
+    WaitingImages images(row.options);
+    double now = 0;
+    for (const Step& step : row.steps) {
+      EXPECT_EQ(play(step.events, row.options, now, reached, images), step.out) << step.events;
+    }
+    EXPECT_EQ(images.matched(), row.matched);
+    EXPECT_EQ(images.unpaired(), row.unpaired);
+    EXPECT_EQ(images.gaveUpCameraInfo(), row.gave_up);
   }
-  EXPECT_EQ(bench.out(), "100+100 103 106 109+109 112 115 118+118");
-  EXPECT_EQ(bench.wait(1).out(), "121 124");
 }
 
-TEST_F(WaitForDepth, StreamsThatStartAgain) {
-  bench.image(60.00).second(60.00).second(60.03).image(60.06);
-  EXPECT_EQ(bench.out(), "6000+6000");
-  EXPECT_EQ(bench.image(1.00).out(), "6006") << "of before, and its partner has not come";
-  EXPECT_EQ(bench.second(1.00).out(), "100+100");
-  EXPECT_EQ(bench.image(1.03).second(1.03).out(), "103+103");
-  // The partner's stream first.
-  EXPECT_EQ(bench.second(0.50).image(0.50).out(), "50+50");
-}
-
-TEST_F(WaitForDepth, StampsFurtherApartThanADurationHolds) {
-  bench.image(0).second(4.2e9).image(4.2e9).second(0);
-  EXPECT_EQ(bench.wait(1).out(), "0+0 420000000000");
-}
-
-TEST(WaitForDepthOfMany, EveryImageOnceAndInOrder) {
+TEST(WaitingImages, ComeOutEachOnceAndInOrder) {
   uint32_t random = 1;
   const auto chance = [&](int percent) {
     random = random * 1664525u + 1013904223u;
     return static_cast<int>((random >> 16) % 100) < percent;
   };
-  WaitingImages images(waitForDepth());
+  WaitingOptions options;
+  options.second = &ImageWithInfo::depth;
+  WaitingImages images(options);
   std::vector<ros::Time> sent, received;
   const auto collect = [&](double now) {
     for (const ImageWithInfo& input : images.settled(now)) {
