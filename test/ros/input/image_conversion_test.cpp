@@ -86,6 +86,15 @@ TEST(ImageConversion, GreyImagesShareTheMessagesMemory) {
   EXPECT_EQ(grey.data, image.data.data());
 }
 
+TEST(ImageConversion, RowsMayBePadded) {
+  cv::Mat wide = colouredPicture(), grey, expected;
+  sensor_msgs::Image image = message(wide, "bgr8");
+  image.width -= 8;
+  ASSERT_EQ(ImageConverter().toGrey(image, grey), "");
+  cv::cvtColor(wide.colRange(0, wide.cols - 8), expected, cv::COLOR_BGR2GRAY);
+  EXPECT_EQ(cv::norm(grey, expected, cv::NORM_INF), 0);
+}
+
 TEST(ImageConversion, BrightnessOfWideImagesDoesNotJump) {
   ImageConverter converter;
   cv::Mat grey;

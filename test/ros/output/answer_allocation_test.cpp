@@ -44,8 +44,12 @@ TEST_P(AnswerAllocation, OfCorrespondencesIsOneAColumn) {
     toMessage(processed, with_rejected, message);
     EXPECT_EQ(before + kColumns + with_rejected, g_allocations);
     const size_t rows = with_rejected ? processed.result->matches.size() : size_t(processed.result->inliers);
-    EXPECT_EQ(rows, message.track_id.size());
-    EXPECT_EQ(2 * rows, message.current_points.size());
+    EXPECT_EQ(std::vector<size_t>(2, 2 * rows),
+              (std::vector<size_t>{message.reference_points.size(), message.current_points.size()}));
+    EXPECT_EQ(std::vector<size_t>(7, rows),
+              (std::vector<size_t>{message.track_id.size(), message.track_length.size(), message.confidence.size(),
+                                   message.distance.size(), message.probability.size(), message.reference_sigma.size(),
+                                   message.current_sigma.size()}));
     EXPECT_EQ(with_rejected ? rows : 0, message.stage.size());
   }
 }

@@ -1,7 +1,9 @@
 // ~features: what each estimator reads where, and which images the tracks can do without.
 #include "output/feature_stream.h"
 
+#include <algorithm>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -83,11 +85,11 @@ TEST(FeatureMessage, EachEstimatorFindsWhatItReads) {
 
 // Images that are skipped.
 
-/// The node's worker with one listener, that of ~features.
+/// The node's worker with one listener, that of ~features. `others`: they have one too, and no image is passed over.
 class FeaturesAlone {
  public:
-  explicit FeaturesAlone(double rate, InputKind kind = InputKind::kStream)
-      : processor_(calibrated(), "image", "camera_info"), stream_(kind) {
+  explicit FeaturesAlone(double rate, InputKind kind = InputKind::kStream, bool others = false)
+      : processor_(calibrated(), "image", "camera_info"), stream_(kind), others_(others) {
     options_.rate = rate;
     processor_.setOptions(ProcessorOptions());
   }
@@ -96,7 +98,7 @@ class FeaturesAlone {
   bool passes(const cv::Mat& grey, double stamp, bool reset = false) {
     if (reset) processor_.requestReset();
     auto frame = processor_.prepare(input(grey, stamp), Extraction::kPutOff);
-    if (stream_.passesOver(*frame, options_)) {
+    if (!others_ && stream_.passesOver(*frame, options_)) {
       processor_.passOver(std::move(frame));
       return true;
     }
@@ -120,6 +122,7 @@ class FeaturesAlone {
  private:
   FrameProcessor processor_;
   FeatureStream stream_;
+  const bool others_;
   FeatureOptions options_;
   std::map<double, std::vector<Feature>> messages_;
   uint8_t status_ = 0;
@@ -142,6 +145,37 @@ TEST(PassingOver, LeavesTheImagesThatCarryAMessage) {
     EXPECT_NEAR(same->second.y, feature.pixel.y, 0.2);
   }
   EXPECT_GT(kept, 0.8 * static_cast<double>(first.size()));
+}
+
+TEST(FeatureStream, MessagesKeepTheBeatAndTracksSpanTheImagesBetween) {
+  FeaturesAlone node(10, InputKind::kStream, true);
+  node.compared(20, 0.04);
+  std::vector<int> images;
+  const std::vector<Feature>* before = nullptr;
+  double before_stamp = 0;
+  std::set<uint32_t> ever;
+  for (const auto& [stamp, features] : node.messages()) {
+    images.push_back(cvRound((stamp - 100) / 0.04));
+    EXPECT_GT(features.size(), 100u);
+    EXPECT_LE(features.size(), 220u) << "~feature_limit";
+    size_t kept = 0;
+    for (const Feature& feature : features) {
+      const auto same = [&](const Feature& each) { return each.id == feature.id; };
+      const auto last = before ? std::find_if(before->begin(), before->end(), same) : features.end();
+      const bool known = before && last != before->end();
+      EXPECT_EQ(ever.insert(feature.id).second, !known) << "an id came back";
+      if (!known) continue;
+      ++kept;
+      EXPECT_LT((feature.velocity - (feature.ray - last->ray) / (stamp - before_stamp)).norm(), 1e-9);
+      EXPECT_NEAR(feature.age, last->age + stamp - before_stamp, 1e-9);
+    }
+    if (before) {
+      EXPECT_GT(static_cast<double>(kept), 0.85 * static_cast<double>(before->size()));
+    }
+    before = &features;
+    before_stamp = stamp;
+  }
+  EXPECT_EQ(images, (std::vector<int>{1, 4, 6, 9, 11, 14, 16, 19}));
 }
 
 TEST(PassingOver, ComparesSixTimesASecondHoweverFewMessagesAreAskedFor) {

@@ -285,6 +285,18 @@ TEST(Overlay, AColourImageStaysOne) {
   }
 }
 
+TEST(Overlay, AMaskedPartIsShadedInBlue) {
+  DrawnPair pair;
+  pair.current.mask = cv::Mat(kVga, CV_8UC1, cv::Scalar(255));
+  pair.current.mask.colRange(320, 640) = cv::Scalar(0);
+  const cv::Mat picture = pair.draw().rowRange(kHeader, kHeader + 200);  // above the arrows
+  cv::Mat channels[3];
+  cv::split(picture, channels);
+  const cv::Mat blue = channels[0] > channels[2] + 20;
+  EXPECT_EQ(cv::countNonZero(blue.colRange(0, 320)), 0);
+  EXPECT_GT(cv::countNonZero(blue.colRange(320, 640)), 0.9 * 320 * 200);
+}
+
 TEST(Overlay, ResidualsOfARealPairAreInStandardDeviations) {
   const Scene scene{SceneOptions()};
   Stream stream(ScaleMode::kUnit, scene.intrinsics(), {});

@@ -121,6 +121,11 @@ class Faults(unittest.TestCase):
             self.assertEqual(answer.status, MatchStats.BAD_IMAGE if bad else MatchStats.FIRST_FRAME, answer.status_text)
             self.assertIn("32FC1" if bad else "the image size changed", answer.status_text)
 
+    def test_stamps_beyond_what_a_duration_holds(self):
+        # The clock is at some 1.8e9 s; a difference of more than 2.1e9 s is none that ros::Duration can hold.
+        for stamp in (0.0, 4.2e9, 4.2e9 + 0.1):
+            self.client.ask(self.frames[0], stamp)
+
     def test_loop_in_tf(self):
         loop = tf2_msgs.msg.TFMessage()
         for parent, child in (("body", "base"), ("arm", "hand"), ("hand", "arm"), ("hand", "camera")):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""~mask latched, scaled and of each image, what the overlay shows of it, and masks that cannot be used."""
+"""~mask latched, scaled, refused, and of each image."""
 import unittest
 
 import numpy as np
@@ -12,9 +12,9 @@ from graph import HEIGHT, WIDTH, Scene, client_of, image_message, run
 ASKED = 2000  # ~features
 
 
-def half_mask(height=HEIGHT, width=WIDTH, value=255):
+def half_mask(height=HEIGHT, width=WIDTH):
     mask = np.zeros((height, width), np.uint8)
-    mask[:, :width // 2] = value
+    mask[:, :width // 2] = 1
     return mask
 
 
@@ -45,53 +45,28 @@ class Mask(unittest.TestCase):
                 return answer
         self.fail("the mask never arrived")
 
-    def assert_used_half_only(self, message):
-        points = np.reshape(message.current_points + message.reference_points, (-1, 2))
-        self.assertGreater(len(points), 0.5 * ASKED)
-        self.assertLess(points[:, 0].max(), WIDTH / 2)
-
-    def check_half(self, client, start):
-        for i, frame in enumerate(self.frames):
-            answer = client.ask(frame, start + 0.1 * i)
-        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
-        self.assertEqual(answer.keypoints_current, ASKED, "all that are asked for come from the rest")
-        self.assert_used_half_only(client.correspondence(start + 0.2))
-
     def test_latched_scaled_and_refused(self):
         client = self.client("latest")
-        overlays = []
-        client.subscribe("match_image", Image, overlays)
-        client.wait(client.subscribers[-1].get_num_connections, "the match image")
         publisher = self.send_mask(client, "latest/mask", image_message(np.zeros((HEIGHT, WIDTH), np.uint8), 0))
         self.await_mask(client, lambda answer: answer.keypoints_current == 0)
         nothing = client.ask(self.frames[1], self.start + 0.9)
         self.assertEqual(nothing.status, MatchStats.TOO_FEW_KEYPOINTS)
         self.assertIn("the mask leaves 0 % of the image", nothing.status_text)
-
-        for k, mask in enumerate((half_mask(value=1), half_mask(HEIGHT // 4, WIDTH // 4))):
-            self.start += 10
-            publisher.publish(image_message(mask, 0))
-            self.await_mask(client, lambda answer: answer.keypoints_current > 0)
-            self.check_half(client, self.start + 2)
-            count = len(client.stats)
-            client.wait(lambda: len(overlays) >= count, "a match image of each")
-            picture = np.frombuffer(overlays[-1].data, np.uint8).reshape(-1, WIDTH, 3)[50:50 + HEIGHT].astype(int)
-            blue = (picture[:, :, 0] - picture[:, :, 2]) > 20
-            self.assertGreater(blue[:, WIDTH // 2 + 1:].mean(), 0.9, "the masked half is shaded")
-            publisher.publish(image_message(np.zeros((HEIGHT, WIDTH), np.uint8), 0))
-            self.start += 10
-            self.await_mask(client, lambda answer: answer.keypoints_current == 0)
-
-        colour, square = np.zeros((HEIGHT, WIDTH, 3), np.uint8), half_mask(200, 200)
-        for message, words in ((image_message(colour, 0, encoding="bgr8"), ("'bgr8'", "send mono8")),
-                               (image_message(square, 0), ("the mask is 200x200 and the image 640x480", "shape"))):
-            self.start += 10
-            publisher.publish(message)
-            answer = self.await_mask(client, lambda answer: words[0] in answer.status_text)
-            for word in ("no mask",) + words:
-                self.assertIn(word, answer.status_text)
-            self.assertEqual(answer.keypoints_current, ASKED, "answered all the same")
-            self.assertEqual(answer.status_text.count("\n"), 0)
+        publisher.publish(image_message(half_mask(HEIGHT // 4, WIDTH // 4), 0))
+        self.start += 10
+        self.await_mask(client, lambda answer: answer.keypoints_current > 0)
+        for i, frame in enumerate(self.frames):
+            answer = client.ask(frame, self.start + 2 + 0.1 * i)
+        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+        self.assertEqual(answer.keypoints_current, ASKED, "all that are asked for come from the rest")
+        pair = client.correspondence(self.start + 2.2)
+        points = np.reshape(pair.current_points + pair.reference_points, (-1, 2))
+        self.assertGreater(len(points), 0.5 * ASKED)
+        self.assertLess(points[:, 0].max(), WIDTH / 2)
+        publisher.publish(image_message(half_mask(200, 200), 0))
+        self.start += 10
+        answer = self.await_mask(client, lambda answer: "no mask: the mask is 200x200" in answer.status_text)
+        self.assertEqual(answer.keypoints_current, ASKED, "answered all the same")
 
     def test_of_each_image(self):
         client = self.client("exact")

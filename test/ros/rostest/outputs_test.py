@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Track ids, keypoints, triangulated points, markers, scale, pairs, two cameras, services and diagnostics."""
+"""Track ids, keypoints, triangulated points, markers, features, scale, pairs, two cameras, services and diagnostics."""
 import unittest
 
 import genpy.dynamic
@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistWithCovarianceStamped
 from gms_ransac.msg import Keypoints, MatchStats, StereoFeatures
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, Image, PointCloud, PointCloud2
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
@@ -140,22 +140,22 @@ class Outputs(unittest.TestCase):
             self.assertAlmostEqual((message.header.stamp - message.reference_header.stamp).to_sec(), 0.005, 3)
             self.assertLess(degrees_between(vector(message.current_in_reference.pose.position), STEP), 5)
 
-    def stereo(self, listen):
-        """A client, a function that sends it an image with that of the right camera, and its ~stereo_features."""
-        client, raw = Client("stereo", "stereo/left/image", "stereo/left/camera_info", listen=listen), []
+    def test_two_cameras(self):
+        """~stereo_features need no keypoints of the right image, which the next subscriber gets metres from."""
+        client, raw = Client("stereo", "stereo/left/image", "stereo/left/camera_info", listen=False), []
         client.subscribe("stereo_features", rospy.AnyMsg, raw)
         right = self.publisher(client, "stereo/right/image")
         calibration = camera_info(0)
         calibration.P = calibration.P[:3] + [-K[0, 0] * BASELINE] + calibration.P[4:]
         self.publisher(client, "stereo/right/camera_info", CameraInfo).publish(calibration)
 
-        def send(i, start, ask):
-            right.publish(image_message(self.scene.draw(t=STEP * i + (BASELINE, 0, 0)), start + 0.1 * i))
-            return (client.ask if ask else client.send)(self.frames[i], start + 0.1 * i)
+        def send(i):
+            right.publish(image_message(self.scene.draw(t=STEP * i + (BASELINE, 0, 0)), 1250 + 0.1 * i))
+            client.send(self.frames[i], 1250 + 0.1 * i)
 
-        return client, send, raw
-
-    def check_stereo_features(self, raw):
+        for i in range(4):
+            send(i)
+            client.wait(lambda: len(raw) == i, "features")
         # Under the name that msckf_vio has for the fields; a bag or a tool reads them by the definition that comes along.
         header = raw[0]._connection_header
         self.assertEqual((header["type"], header["md5sum"]), ("msckf_vio/CameraMeasurement", StereoFeatures._md5sum))
@@ -169,33 +169,45 @@ class Outputs(unittest.TestCase):
             depths = np.array([board[0] for board in self.scene.boards])
             off = np.min(np.abs(BASELINE / disparity[:, None] / depths - 1), axis=1)
             self.assertLess(np.median(off), 0.04)
-
-    def check_metres(self, client, stamps):
-        pairs = [client.correspondence(stamp) for stamp in stamps]
-        self.assertTrue(all(pair.metric_scale for pair in pairs))
-        lengths = [np.linalg.norm(vector(pair.current_in_reference.pose.position)) for pair in pairs]
-        self.assertLess(abs(np.median(lengths) / np.linalg.norm(STEP) - 1), 0.03, lengths)
-
-    def test_two_cameras_see_metres(self):
-        client, send, raw = self.stereo(listen=True)
-        for i in range(len(self.frames)):
-            answer = send(i, 1300, ask=True)
-        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
-        self.check_metres(client, [1300 + 0.1 * i for i in range(1, len(self.frames))])
-        client.wait(lambda: len(raw) == len(self.frames) - 1, "features")
-        self.check_stereo_features(raw)
-
-    def test_stereo_features_alone(self):
-        """They are the same without the keypoints of the right image, which the next subscriber gets metres from."""
-        client, send, raw = self.stereo(listen=False)
-        for i in range(4):
-            send(i, 1250, ask=False)
-            client.wait(lambda: len(raw) == i, "features")
-        self.check_stereo_features(raw)
         client.listen()
         client.connect()
-        self.assertEqual(send(4, 1250, ask=True).status, MatchStats.OK)
-        self.check_metres(client, [1250.4])
+        send(4)
+        pair = client.correspondence(1250.4)
+        self.assertTrue(pair.metric_scale)
+        length = np.linalg.norm(vector(pair.current_in_reference.pose.position))
+        self.assertLess(abs(length / np.linalg.norm(STEP) - 1), 0.03)
+
+    def test_features_in_the_layout_of_lvi_sam(self):
+        """Images that carry no message are passed over while nothing else has a subscriber. Depth of the left half alone."""
+        client, clouds = client_of("lvi", listen=False), []
+        client.subscribe("features", PointCloud, clouds)
+        depth = self.publisher(client, "lvi/depth/image")
+        metres = np.full((480, 640), np.nan, np.float32)
+        metres[:, :320] = 3
+        stamps = iter(100 + 0.05 * np.arange(100))
+
+        def send(i):
+            stamp = next(stamps)
+            depth.publish(image_message(metres, stamp, encoding="32FC1"))
+            client.send(self.scene.draw(t=0.2 * STEP * i), stamp)
+
+        for i in range(10):
+            send(i)
+        client.wait(lambda: len(clouds) == 5, "features of every second image")
+        self.assertEqual([round((c.header.stamp.to_sec() - 100) / 0.05) for c in clouds], [1, 3, 5, 7, 9])
+        for cloud in clouds:
+            columns = {channel.name: np.array(channel.values) for channel in cloud.channels}
+            left = np.rint(columns["u"]) < 320
+            self.assertTrue(20 < np.count_nonzero(left) < len(left) - 20)
+            self.assertEqual((set(columns["depth"][left]), set(columns["depth"][~left])), ({3.0}, {-1.0}))
+        client.listen()
+        client.connect()
+        for i in range(10, 13):
+            send(i)
+            answer = client.answer(i - 9)
+            self.assertEqual((answer.frames_received, answer.frames_processed, answer.frames_passed_over), (i + 1, i - 3, 4))
+        self.assertGreater(answer.feature_age_p90, 0.2)
+        self.assertGreaterEqual(answer.track_length_p90, answer.track_length_median)
 
     def test_reset_and_pause(self):
         client, restarts = client_of("mono"), []
@@ -250,5 +262,5 @@ class Outputs(unittest.TestCase):
 
 if __name__ == "__main__":
     run("outputs", Outputs, mono={"always_subscribe": True}, fixed={"scale": "fixed", "fixed_scale": 0.158114},
-        depth={"scale": "depth"}, pair={"input": "pair"}, late={}, uncalibrated={},
+        depth={"scale": "depth"}, pair={"input": "pair"}, lvi={"scale": "depth", "feature_layout": "lvi_sam"}, late={}, uncalibrated={},
         stereo={"input": "stereo", "feature_rate": 0, "stereo_features_type": "msckf_vio/CameraMeasurement"})

@@ -8,7 +8,7 @@ from gms_ransac.msg import MatchStats
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 
-from graph import Scene, client_of, run
+from graph import Scene, camera_info, client_of, run
 
 
 class Time(unittest.TestCase):
@@ -20,13 +20,13 @@ class Time(unittest.TestCase):
         scene = Scene()
         cls.frames = [scene.draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(4)]
 
-    def play(self, client, start, count=4, offset=0.0):
+    def play(self, client, start):
         """Clock and images as `rosbag play --clock` sends them; returns the statuses."""
         statuses = []
-        for i in range(count):
+        for i in range(len(self.frames)):
             self.clock.publish(Clock(rospy.Time.from_sec(start + 0.1 * i)))
             client.wait(lambda: abs(rospy.get_time() - start - 0.1 * i) < 1e-6, "the clock")
-            statuses.append(client.ask(self.frames[i], start + 0.1 * i - offset).status)
+            statuses.append(client.ask(self.frames[i], start + 0.1 * i).status)
         return statuses
 
     def check(self, name, base):
@@ -79,6 +79,13 @@ class Time(unittest.TestCase):
 
     def test_exact_camera_info(self):
         self.check("exact", 500.0)
+        # An image without one is left out, and counted.
+        client = client_of("exact").connect()
+        client.send(self.frames[0], 700.0, info=camera_info(700.05))
+        client.ask(self.frames[0], 700.1)
+        without = lambda: [value.value for status in self.reports[-1].status if status.name.endswith("exact: input")
+                           for value in status.values if value.key == "frames without camera_info of their stamp"]
+        client.wait(lambda: "1" in without(), "diagnostics to count the image")
 
 
 if __name__ == "__main__":

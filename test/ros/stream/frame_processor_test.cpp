@@ -17,8 +17,11 @@
 
 #include "methods/method.h"
 #include "node/mailbox.h"
+#include "output/message_conversion.h"
 #include "processor_stream.h"
+#include "quantiles.h"
 #include "rendered_scene.h"
+#include "says.h"
 #include "scenes/scene.h"
 #include "stream/status_text.h"
 #include "two_view/sigma_by_octave.h"
@@ -86,7 +89,7 @@ TEST(FrameProcessor, AResetOutlivesImagesOfNoUse) {
   const ProcessedFrame processed = processor.ask(image(1.3, 10));
   EXPECT_EQ(processed.status, MatchStats::FIRST_FRAME);
   EXPECT_EQ(processed.continuity, Continuity::kRestarted);
-  EXPECT_NE(processed.text.find("reset on request"), std::string::npos) << processed.text;
+  EXPECT_TRUE(says(processed.text, {"reset on request"}));
   EXPECT_EQ(processor.ask(image(1.4, 15)).continuity, Continuity::kContinuous) << "once";
 }
 
@@ -108,7 +111,7 @@ TEST(FrameProcessor, SaysThatTheStampsAreFrozen) {
   processor.ask(image(1.0));
   const ProcessedFrame frozen = processor.ask(image(1.0, 5));
   EXPECT_EQ(frozen.status, MatchStats::BAD_IMAGE);
-  EXPECT_NE(frozen.text.find("the same as that of the image before it"), std::string::npos) << frozen.text;
+  EXPECT_TRUE(says(frozen.text, {"the same as that of the image before it"}));
   EXPECT_NE(processor.ask(image(0.9, 5)).text.find("is 0.1 s older"), std::string::npos);
 }
 
@@ -118,9 +121,19 @@ TEST(FrameProcessor, SaysWhichOfTwoImagesHasTooFewKeypoints) {
   processor.ask(dark(1.0));
   const ProcessedFrame bright = processor.ask(image(1.1));
   ASSERT_EQ(bright.status, MatchStats::TOO_FEW_KEYPOINTS) << bright.text;
-  EXPECT_NE(bright.text.find("only 0 keypoints in the reference image"), std::string::npos) << bright.text;
+  EXPECT_TRUE(says(bright.text, {"only 0 keypoints in the reference image"}));
   const ProcessedFrame covered = processor.ask(dark(1.2));
-  EXPECT_NE(covered.text.find("only 0 keypoints (the reference has "), std::string::npos) << covered.text;
+  EXPECT_TRUE(says(covered.text, {"only 0 keypoints (the reference has "}));
+  EXPECT_EQ(processor.ask(image(1.3)).reference->stamp(), 1.1) << "the last image that had keypoints";
+}
+
+TEST(FrameProcessor, OfTheSameImageTwiceTheTranslationIsNotKnown) {
+  Processor processor;
+  processor.ask(image(1.0));
+  const ProcessedFrame processed = processor.ask(image(1.1));
+  EXPECT_EQ(processed.status, MatchStats::LOW_PARALLAX) << processed.text;
+  EXPECT_EQ(processed.pose.t, Eigen::Vector3d::Zero());
+  EXPECT_GT(processed.pose.covariance(0, 0), 100);
 }
 
 TEST(FrameProcessor, WhereDepthGivesTheTranslationTheTextSaysSo) {
@@ -130,7 +143,7 @@ TEST(FrameProcessor, WhereDepthGivesTheTranslationTheTextSaysSo) {
   ASSERT_EQ(processed.status, MatchStats::OK) << processed.text;
   EXPECT_TRUE(processed.metric_scale);
   EXPECT_EQ(processed.text.find("rotation only"), std::string::npos) << processed.text;
-  EXPECT_NE(processed.text.find("agree on one motion"), std::string::npos) << processed.text;
+  EXPECT_TRUE(says(processed.text, {"agree on one motion"}));
 }
 
 TEST(FrameProcessor, APairWithoutDepthHasNoLength) {
@@ -139,7 +152,7 @@ TEST(FrameProcessor, APairWithoutDepthHasNoLength) {
   const ProcessedFrame processed = processor.ask(image(1.1));
   EXPECT_FALSE(processed.metric_scale);
   EXPECT_TRUE(processed.poseValid()) << processed.text;
-  EXPECT_NE(processed.text.find("no length: no depth image"), std::string::npos) << processed.text;
+  EXPECT_TRUE(says(processed.text, {"no length: no depth image"}));
 }
 
 TEST(FrameProcessor, FramesDoNotHoldTheFilterOnceTheyAreAnswered) {
@@ -291,6 +304,25 @@ TEST(FrameProcessor, ThreadsGoOnAndEndAtEveryStage) {
   for (const int threads : {1, 2, 4, 8}) {
     for (const int answers : {0, 1, 2, 3, 10}) runPipeline(threads, answers);
   }
+}
+
+TEST(Calibration, WithoutOneThereAreCorrespondencesAlone) {
+  FrameProcessor processor(Parameters(), "/image", "/camera_info");
+  processor.setOptions(ProcessorOptions());
+  ImageWithInfo input;
+  input.camera_info = boost::make_shared<sensor_msgs::CameraInfo>();
+  input.image = imageMessage(renderedFrame(0).image, 100);
+  processor.process(processor.prepare(input));
+  input.image = imageMessage(renderedFrame(2).image, 100.1);
+  const ProcessedFrame processed = processor.process(processor.prepare(input));
+  EXPECT_EQ(processed.status, MatchStats::UNCALIBRATED);
+  EXPECT_TRUE(says(processed.text, {"no pose: the camera_info on /camera_info is not calibrated"}));
+  Correspondences message;
+  toMessage(processed, false, message);
+  EXPECT_FALSE(message.pose_valid);
+  EXPECT_EQ(message.K, (boost::array<double, 9>{}));
+  ASSERT_GT(message.probability.size(), 100u);
+  EXPECT_GT(quantilesOf(message.probability).median, 0.5) << "weighed by the fundamental matrix";
 }
 
 /// The room through a lens of that focal length, with its camera_info.
