@@ -123,7 +123,7 @@ TEST(CalibrationWatch, InDrawnScenesAWrongCalibrationIsNamedAndMovingObjectsAreN
   const std::map<std::string, std::string> expected = {
       {"focal_3", "as if fx and fy were 3 % too small:"},
       {"distortion_small", "as if the first distortion coefficient were 0.04 too large:"},  // it is 0.05
-      {"rolling_straight", "as if ~rolling_shutter_readout were 83 % of the time"},         // it is 90 %
+      {"rolling_straight", "as if ~rolling_shutter_readout were 82 % of the time"},         // it is 90 %
       {"general", ""},
       {"body_60_turning", ""},
       {"body_60_driving", ""},
