@@ -75,11 +75,11 @@ Change outliersAnywhere(double ratio) {
 }
 
 Change displaced(double pixels) {
-  return [=](Options& options, Random&) { options = withMedianDisplacement(options, pixels); };
+  return [=](Options& options, Random&) { options = withMedian(medianDisplacement, pixels, options); };
 }
 
 Change parallax(double pixels) {
-  return [=](Options& options, Random&) { options = withMedianParallax(options, pixels); };
+  return [=](Options& options, Random&) { options = withMedian(medianParallax, pixels, options); };
 }
 
 Change plane(const Vector3d& normal) {

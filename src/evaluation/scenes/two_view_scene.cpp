@@ -229,59 +229,35 @@ void settleTruth(const Layout& layout, const Lens& lens, const Shutter& shutter,
   }
 }
 
-/// The static part of the same scene, without noise, for a camera that translates only.
-TwoViewScene translatedScene(TwoViewSceneOptions options) {
+/// Of the static points in a camera that only translates, without noise: the median displacement, pixels; with
+/// `rotation_undone` after subtracting those by the small rotation that fits best in the sense of least squares.
+double medianMotion(TwoViewSceneOptions options, bool rotation_undone) {
   options.matches = kMeasuredMatches;
   options.outlier_ratio = options.noise_px = options.readout = options.focal_error = 0;
   options.radial.setZero();
   options.rotation.setZero();
   options.bodies.clear();
-  return makeTwoViewScene(options);
-}
-
-double medianLength(std::vector<Vector2d> vectors) {
-  const auto middle = vectors.begin() + static_cast<std::ptrdiff_t>(vectors.size() / 2);
-  std::nth_element(vectors.begin(), middle, vectors.end(),
-                   [](const Vector2d& a, const Vector2d& b) { return a.squaredNorm() < b.squaredNorm(); });
-  return middle->norm();
-}
-
-std::vector<Vector2d> displacements(const PointPairs& pairs) {
-  std::vector<Vector2d> result;
-  for (size_t i = 0; i < pairs.x_reference.size(); ++i) {
-    result.emplace_back(pairs.x_current[i] - pairs.x_reference[i], pairs.y_current[i] - pairs.y_reference[i]);
-  }
-  return result;
-}
-
-/// Derivative of a pixel by a small rotation of its point about the camera; (x, y): normalised position.
-Eigen::Matrix<double, 2, 3> turnedPixel(double x, double y) {
-  Eigen::Matrix<double, 2, 3> J;
-  J << -x * y, 1 + x * x, -y, -(1 + y * y), x * y, x;
-  return kFocalLength * J;
-}
-
-/// The displacements of a scene less those by the small rotation that fits best in the sense of least squares.
-std::vector<Vector2d> parallaxes(const TwoViewScene& scene) {
-  std::vector<Vector2d> displacement = displacements(scene.pairs);
-  std::vector<Eigen::Matrix<double, 2, 3>> derivatives;
+  const TwoViewScene scene = makeTwoViewScene(options);
+  const PointPairs& pairs = scene.pairs;
+  std::vector<Vector2d> motions;
+  std::vector<Eigen::Matrix<double, 2, 3>> derivatives;  // of a pixel by a small rotation of its point about the camera
   Matrix3d A = Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
-  for (size_t i = 0; i < displacement.size(); ++i) {
-    const Vector2d place = scene.points[i].hnormalized();
-    derivatives.push_back(turnedPixel(place.x(), place.y()));
-    A += derivatives[i].transpose() * derivatives[i];
-    b += derivatives[i].transpose() * displacement[i];
+  for (size_t i = 0; i < scene.points.size(); ++i) {
+    const double x = scene.points[i].x() / scene.points[i].z(), y = scene.points[i].y() / scene.points[i].z();
+    motions.emplace_back(pairs.x_current[i] - pairs.x_reference[i], pairs.y_current[i] - pairs.y_reference[i]);
+    Eigen::Matrix<double, 2, 3>& J = derivatives.emplace_back();
+    J << -x * y, 1 + x * x, -y, -(1 + y * y), x * y, x;
+    J *= kFocalLength;
+    A += J.transpose() * J;
+    b += J.transpose() * motions[i];
   }
-  const Vector3d rotation = A.ldlt().solve(b);
-  for (size_t i = 0; i < displacement.size(); ++i) displacement[i] -= derivatives[i] * rotation;
-  return displacement;
-}
-
-template <typename Measure>
-TwoViewSceneOptions withMedian(TwoViewSceneOptions options, double pixels, const Measure& measure) {
-  for (int i = 0; i < kScalingIterations; ++i) options.translation *= pixels / measure(options);
-  return options;
+  const Vector3d rotation = rotation_undone ? Vector3d(A.ldlt().solve(b)) : Vector3d(0, 0, 0);
+  std::vector<double> lengths;
+  for (size_t i = 0; i < motions.size(); ++i) lengths.push_back((motions[i] - derivatives[i] * rotation).norm());
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::nth_element(lengths.begin(), middle, lengths.end());
+  return *middle;
 }
 
 }  // namespace
@@ -347,18 +323,13 @@ TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
   return scene;
 }
 
-double medianDisplacement(const TwoViewSceneOptions& options) {
-  return medianLength(displacements(translatedScene(options).pairs));
-}
+double medianDisplacement(const TwoViewSceneOptions& options) { return medianMotion(options, false); }
+double medianParallax(const TwoViewSceneOptions& options) { return medianMotion(options, true); }
 
-double medianParallax(const TwoViewSceneOptions& options) { return medianLength(parallaxes(translatedScene(options))); }
-
-TwoViewSceneOptions withMedianDisplacement(TwoViewSceneOptions options, double pixels) {
-  return withMedian(std::move(options), pixels, medianDisplacement);
-}
-
-TwoViewSceneOptions withMedianParallax(TwoViewSceneOptions options, double pixels) {
-  return withMedian(std::move(options), pixels, medianParallax);
+TwoViewSceneOptions withMedian(double (*measure)(const TwoViewSceneOptions&), double pixels,
+                               TwoViewSceneOptions options) {
+  for (int i = 0; i < kScalingIterations; ++i) options.translation *= pixels / measure(options);
+  return options;
 }
 
 }  // namespace gms_ransac

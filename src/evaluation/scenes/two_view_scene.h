@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "gms_ransac/camera.h"
 #include "gms_ransac/point_pairs.h"
@@ -68,6 +68,13 @@ struct TwoViewScene {
   Eigen::Matrix3d R;
   Eigen::Vector3d t;
   Eigen::Vector3d plane;  ///< its points X have plane . X = 1, in the reference frame; zero for a volume
+
+  /// Pose of the current camera in the reference frame.
+  Eigen::Isometry3d currentInReference() const {
+    Eigen::Isometry3d pose(R.transpose());
+    pose.translation() = -R.transpose() * t;
+    return pose;
+  }
 };
 
 constexpr double kSceneInterval = 1 / 30.;  ///< from the reference to the current image, seconds
@@ -78,13 +85,13 @@ Camera sceneCamera();
 /// Points that both images of a sceneCamera() show.
 TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options);
 
-/// Scales the translation to a median displacement of the static points of `pixels`: by the translation alone, or
-/// (parallax) after subtracting the best rotation in the sense of least squares.
-TwoViewSceneOptions withMedianDisplacement(TwoViewSceneOptions options, double pixels);
-TwoViewSceneOptions withMedianParallax(TwoViewSceneOptions options, double pixels);
-/// The two medians, pixels.
+/// Median displacement of the static points by the translation alone, pixels.
 double medianDisplacement(const TwoViewSceneOptions& options);
+/// The same after subtracting the best rotation in the sense of least squares.
 double medianParallax(const TwoViewSceneOptions& options);
+/// Scales the translation so that one of these medians is `pixels`.
+TwoViewSceneOptions withMedian(double (*measure)(const TwoViewSceneOptions&), double pixels,
+                               TwoViewSceneOptions options);
 
 double gaussian(Random& random);  ///< standard normal
 

@@ -82,7 +82,7 @@ TwoViewScene makeNarrowScene(uint64_t seed) {
   Random random(1000 + seed);
   const double way = between(0, 2 * M_PI, random);
   options.translation = Eigen::Vector3d(std::cos(way), std::sin(way), between(-0.3, 0.3, random));
-  return makeTwoViewScene(withMedianParallax(options, 3));
+  return makeTwoViewScene(withMedian(medianParallax, 3, options));
 }
 
 struct Tally {
@@ -352,7 +352,7 @@ TEST_P(DirectionCovariance, CountsNoNoiseOfThePointsAsParallax) {
     options.seed = seed;
     options.outlier_ratio = 0;
     options.noise_px = 0.3;
-    return withMedianParallax(options, 0.5);
+    return withMedian(medianParallax, 0.5, options);
   });
   ASSERT_GE(nees.size(), kScenes * 3u / 4);
   EXPECT_LT(nees[nees.size() / 2], 1.3);  // chi-square has 0.7

@@ -193,8 +193,8 @@ TEST(TwoViewScene, WhatFollowsTheMotionIsDisplacedAsItShouldBeThroughAnyLensAndS
 
 TEST(TwoViewScene, DisplacementAndParallaxAreTheMediansThatWereAskedFor) {
   for (const double pixels : {0.1, 1.5, 10.}) {
-    EXPECT_NEAR(medianDisplacement(withMedianDisplacement({}, pixels)), pixels, 0.02 * pixels);
-    EXPECT_NEAR(medianParallax(withMedianParallax({}, pixels)), pixels, 0.02 * pixels);
+    EXPECT_NEAR(medianDisplacement(withMedian(medianDisplacement, pixels, {})), pixels, 0.02 * pixels);
+    EXPECT_NEAR(medianParallax(withMedian(medianParallax, pixels, {})), pixels, 0.02 * pixels);
   }
   // On a wall before which the camera moves to the side, a rotation undoes nearly all of the displacement.
   TwoViewSceneOptions wall;
