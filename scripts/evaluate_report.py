@@ -4,6 +4,8 @@
   evaluate_report.py run [--plot FILE] <RECORDS          the table of `evaluate run`, from the lines of its --out
   evaluate_report.py sweep [--out FILE.csv] <RECORDS     the table of `evaluate sweep`, and its plot next to it
   evaluate_report.py tables FOLDER [--no-plots]          tables and figures of `evaluate tables`
+  evaluate_report.py merge PART... [--out FOLDER] [--no-plots]
+                                                         joins what `evaluate tables --shard` wrote, and makes its tables
   evaluate_report.py trust FOLDER [--no-tables] [--detail METHOD,METHOD] [--before FOLDER] [--into DOCUMENT]
                                                          tables and plots of `evaluate trust`
   evaluate_report.py benchmark [--head TEXT] [--out FILE.md] <RECORDS
@@ -32,6 +34,10 @@ def main():
     option = commands.add_parser("tables").add_argument
     option("folder")
     option("--no-plots", action="store_true")
+    option = commands.add_parser("merge").add_argument
+    option("parts", nargs="+", metavar="PART", help="folder that evaluate tables --shard i/n wrote, with the same options")
+    option("--out", "-o", default="tables", help="folder to write")
+    option("--no-plots", action="store_true")
     option = commands.add_parser("trust").add_argument
     option("folder")
     option("--no-tables", action="store_true", help="only pairs.csv")
@@ -49,6 +55,9 @@ def main():
             sweep.report(sys.stdin, given.out, not given.no_plots)
         elif given.command == "tables":
             tables.report(given.folder.rstrip("/"), not given.no_plots)
+        elif given.command == "merge":
+            tables.merge(given.parts, given.out)
+            tables.report(given.out.rstrip("/"), not given.no_plots)
         elif given.command == "benchmark":
             benchmark.report(sys.stdin, given.head, given.out)
         else:

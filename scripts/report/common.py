@@ -54,16 +54,19 @@ def grouped(items, key):
     return found
 
 
-def read_units(folder):
-    """The records of each unit in a folder of measurements, in the order of the plan. A line that was cut off is left out."""
-    units = {}
+def lines_of(folder):
+    """(line, unit) of a folder of measurements. A line that was cut off is left out."""
     with open(os.path.join(folder, "measurements.jsonl")) as stream:
         for line in stream:
             try:
-                unit = json.loads(line)
+                yield line, json.loads(line)
             except ValueError:
                 continue
-            units[unit["unit"]] = unit["runs"]
+
+
+def read_units(folder):
+    """The records of each unit in a folder of measurements, in the order of the plan."""
+    units = {unit["unit"]: unit["runs"] for _, unit in lines_of(folder)}
     return [units[number] for number in sorted(units)]
 
 

@@ -9,7 +9,7 @@ import warnings
 import numpy as np
 
 from report import plots
-from report.common import area, grouped, markdown, match_truth, pose_errors, read_units, write_csv
+from report.common import area, grouped, lines_of, markdown, match_truth, pose_errors, read_units, write_csv
 
 TABLE4_PRESET = 2000
 RESAMPLES = 2000  # of the pairs, for an interval
@@ -296,6 +296,33 @@ TABLES = (
      "with its 95 % interval over pairs; an interval that holds 0 shows no difference", significance_table),
     ("fig8_9", "Figures 8 and 9: matches and time of each method for growing presets; medians over pairs and seeds",
      trend_table))
+
+
+def refuse(folder, reason):
+    print("evaluate_report.py: %s: %s" % (folder, reason), file=sys.stderr)
+    sys.exit(2)
+
+
+def merge(parts, folder):
+    """Joins what `evaluate tables --shard` wrote into folders, with the same options, in a new one."""
+    plans, lines = [], {}
+    for part in parts:
+        plan = os.path.join(part, "plan.json")
+        if not os.path.exists(plan):
+            refuse(part, "holds no plan.json, so it is no folder of measurements")
+        with open(plan) as stream:
+            plans.append(stream.read())
+        if plans[-1] != plans[0]:
+            refuse(part, "was measured with other options or sets than the first folder")
+        if os.path.exists(os.path.join(part, "measurements.jsonl")):
+            for line, unit in lines_of(part):
+                lines.setdefault(unit["unit"], line)
+    os.makedirs(folder, exist_ok=True)
+    if os.path.exists(os.path.join(folder, "measurements.jsonl")):
+        refuse(folder, "already holds measurements; choose another --out")
+    for name, texts in (("plan.json", plans[:1]), ("measurements.jsonl", lines.values())):
+        with open(os.path.join(folder, name), "w") as stream:
+            stream.writelines(texts)
 
 
 def report(folder, with_plots):

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include <errno.h>
+#include <sys/wait.h>
 #include <unistd.h>
 #include <boost/lexical_cast.hpp>
 
@@ -123,6 +124,12 @@ int runProgram(int argc, char** argv, int (*program)(const Arguments&)) {
   }
 }
 
+double secondsOf(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 void watchInterrupts() {
   std::signal(SIGINT, [](int) { noted_interrupt = 1; });
 }
@@ -184,11 +191,11 @@ void Reporter::add(const std::string& record) {
   if (pipe_) std::fprintf(pipe_, "%s\n", record.c_str());
 }
 
-bool Reporter::finish() {
-  const bool reported = pipe_ && pclose(std::exchange(pipe_, nullptr)) == 0;
-  if (!reported)
-    std::fputs("no report: evaluate_report.py is missing or failed; the measurements are complete\n", stderr);
-  return reported;
+int Reporter::finish() {
+  const int status = pipe_ ? WEXITSTATUS(pclose(std::exchange(pipe_, nullptr))) : kNoReport;
+  if (status == 0 || status == kBadInput) return status;
+  std::fputs("no report: evaluate_report.py is missing or failed; the measurements are complete\n", stderr);
+  return kNoReport;
 }
 
 }  // namespace gms_ransac

@@ -2,6 +2,7 @@
 // Ctrl-C, and the Python reporter that makes their tables and plots.
 #pragma once
 
+#include <time.h>
 #include <chrono>
 #include <cstdio>
 #include <initializer_list>
@@ -35,6 +36,12 @@ std::optional<boost::program_options::variables_map> parseCommandLine(
     const Arguments& arguments, const std::string& usage, const boost::program_options::options_description& options,
     const std::vector<Positional>& positional = {});
 
+/// An option whose default, which --help shows, is what the variable holds.
+template <typename Value>
+auto* withDefault(Value& variable) {
+  return boost::program_options::value(&variable)->default_value(variable);
+}
+
 /// Adds the options of a data set.
 void addDatasetOptions(boost::program_options::options_description& description, DatasetOptions& dataset);
 
@@ -49,6 +56,10 @@ std::vector<int> parsePositives(const std::vector<std::string>& lists, const std
 
 /// Runs a program and returns its exit status. An exception becomes "<program>: <sentence>" on stderr and kBadInput.
 int runProgram(int argc, char** argv, int (*program)(const Arguments&));
+
+/// The time of a clock of the system (clock_gettime), seconds. That of a thread's processor time is not disturbed by
+/// other programs.
+double secondsOf(clockid_t clock);
 
 /// From now on Ctrl-C sets a flag and does not end the program.
 void watchInterrupts();
@@ -91,8 +102,8 @@ class Reporter {
   Reporter& operator=(const Reporter&) = delete;
 
   void add(const std::string& record);
-  /// Waits for the report. Returns false if there is none.
-  bool finish();
+  /// Waits for the report. Returns the exit status: kNoReport if there is none, kBadInput if the arguments are refused.
+  int finish();
 
  private:
   std::FILE* pipe_ = nullptr;

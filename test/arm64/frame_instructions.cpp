@@ -68,20 +68,13 @@ void runBaseline(const Images& input, int features) {
       reference = current;
       continue;
     }
-    std::vector<cv::DMatch> nearest;
     mark("-");
-    cv::BFMatcher(cv::NORM_HAMMING).match(reference.descriptors.asMat(), descriptors, nearest);
+    const std::vector<Match> matches = baselineMatches(reference.descriptors.asMat(), descriptors);
     mark("opencv match");
-    std::vector<Match> matches;
-    for (const cv::DMatch& m : nearest)
-      matches.push_back({m.queryIdx, m.trainIdx, static_cast<uint16_t>(m.distance), 0});
     MotionStatistics statistics;
     denseMotionStatistics({}, reference, current, matches, statistics);
     mark("opencv gms");
-    std::vector<cv::DMatch> survivors;
-    for (size_t i = 0; i < nearest.size(); ++i) {
-      if (statistics.accepted[i]) survivors.push_back(nearest[i]);
-    }
+    std::vector<Match> survivors = acceptedOf(matches, statistics);
     mark("-");
     estimate(estimator, reference.keypoints, current.keypoints, input.camera, survivors);
     mark("opencv robust");

@@ -45,15 +45,14 @@ std::vector<int> parseThreads(const std::string& list) {
 bool parse(const Arguments& words, BenchmarkArguments& arguments) {
   po::options_description options;
   auto add = options.add_options();
-  add("features", po::value(&arguments.features)->default_value(arguments.features), "keypoints asked for per image");
-  add("threads", po::value(&arguments.threads)->default_value(arguments.threads), "threads of both chains");
+  add("features", withDefault(arguments.features), "keypoints asked for per image");
+  add("threads", withDefault(arguments.threads), "threads of both chains");
   add("method,m", po::value(&arguments.methods), "ours to run (default lo_prosac,cp_ransac,gms_ransac)");
-  add("model", po::value(&arguments.model)->default_value(arguments.model), "of our methods: essential or fundamental");
-  add("pairs", po::value(&arguments.pairs)->default_value(arguments.pairs), "pairs of images, spread over the set");
-  add("gap", po::value(&arguments.gap)->default_value(arguments.gap), "frames between reference and current");
-  add("repeat", po::value(&arguments.options.repeat)->default_value(arguments.options.repeat),
-      "times each pair is run");
-  add("frames", po::value(&arguments.options.frames)->default_value(arguments.options.frames),
+  add("model", withDefault(arguments.model), "of our methods: essential or fundamental");
+  add("pairs", withDefault(arguments.pairs), "pairs of images, spread over the set");
+  add("gap", withDefault(arguments.gap), "frames between reference and current");
+  add("repeat", withDefault(arguments.options.repeat), "times each pair is run");
+  add("frames", withDefault(arguments.options.frames),
       "frames of the sequence that are run one after the other as well");
   addDatasetOptions(options, arguments.dataset);
   add("out,o", po::value(&arguments.out), "file for the tables (Markdown), besides the screen");
@@ -73,26 +72,19 @@ bool parse(const Arguments& words, BenchmarkArguments& arguments) {
   return true;
 }
 
-/// A rendered sequence in a folder of its own, which goes with the object.
-class RenderedFolder {
- public:
-  explicit RenderedFolder(int frames) {
-    std::string path = (fs::temp_directory_path() / "gms_ransac_benchmark_XXXXXX").string();
-    if (!mkdtemp(path.data())) throw std::runtime_error("cannot make a folder in " + path);
-    path_ = path;
-    Progress progress("rendering frame", frames);
-    writeTumFolder(Scene(SceneOptions()), frames, path_.string(), [&progress] { progress.advance(); });
-  }
-  ~RenderedFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  RenderedFolder(const RenderedFolder&) = delete;
-  RenderedFolder& operator=(const RenderedFolder&) = delete;
-  std::string path() const { return path_.string(); }
+/// A folder that goes with the object.
+struct TemporaryFolder {
+  std::string path = (fs::temp_directory_path() / "gms_ransac_benchmark_XXXXXX").string();
 
- private:
-  fs::path path_;
+  TemporaryFolder() {
+    if (!mkdtemp(path.data())) throw std::runtime_error("cannot make a folder in " + path);
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 };
 
 int benchmark(const Arguments& words) {
@@ -103,9 +95,13 @@ int benchmark(const Arguments& words) {
   if (!arguments.out.empty() && !std::ofstream(arguments.out)) {
     throw std::runtime_error("cannot write " + arguments.out);
   }
-  std::optional<RenderedFolder> rendered;
+  watchInterrupts();
+  std::optional<TemporaryFolder> rendered;
   if (arguments.folder.empty()) {
-    arguments.folder = rendered.emplace(std::max(arguments.pairs + arguments.gap, arguments.options.frames)).path();
+    arguments.folder = rendered.emplace().path;
+    const int frames = std::max(arguments.pairs + arguments.gap, arguments.options.frames);
+    Progress progress("rendering frame", frames);
+    writeTumFolder(Scene(SceneOptions()), frames, arguments.folder, [&] { progress.advanceUnlessInterrupted(); });
   }
   const Dataset dataset = Dataset::open(arguments.folder, arguments.dataset);
   const std::vector<DatasetPair> pairs = dataset.spreadPairs(arguments.gap, arguments.pairs);
@@ -125,7 +121,7 @@ int benchmark(const Arguments& words) {
         options.features = feature_count;
         options.threads = thread_count;
         runBenchmark(
-            dataset, pairs, options, [&progress] { progress.advance(); },
+            dataset, pairs, options, [&progress] { progress.advanceUnlessInterrupted(); },
             [&](nlohmann::json record) {
               record.update({{"features", feature_count}, {"threads", thread_count}});
               reporter.add(record.dump());
@@ -133,7 +129,7 @@ int benchmark(const Arguments& words) {
       }
     }
   }
-  return reporter.finish() ? 0 : kNoReport;
+  return reporter.finish();
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include "benchmark/benchmark_suite.h"
 
-#include <time.h>
 #include <algorithm>
 #include <deque>
 #include <memory>
@@ -11,6 +10,7 @@
 #include "benchmark/opencv_baseline.h"
 #include "gms/guided_search.h"
 #include "gms_ransac/match_filter.h"
+#include "program.h"
 #include "run/pair_truth.h"
 
 namespace gms_ransac {
@@ -43,21 +43,6 @@ struct FilterContender {
   MatchFilter filter;
   MatchResult result;
 };
-
-std::vector<Match> toMatches(const std::vector<cv::DMatch>& matches) {
-  std::vector<Match> result;
-  result.reserve(matches.size());
-  for (const cv::DMatch& m : matches) result.push_back({m.queryIdx, m.trainIdx, static_cast<uint16_t>(m.distance), 0});
-  return result;
-}
-
-std::vector<cv::DMatch> acceptedOf(const std::vector<cv::DMatch>& matches, const MotionStatistics& statistics) {
-  std::vector<cv::DMatch> accepted;
-  for (size_t i = 0; i < matches.size(); ++i) {
-    if (statistics.accepted[i]) accepted.push_back(matches[i]);
-  }
-  return accepted;
-}
 
 std::string chainName(const BaselineEstimator& estimator) { return "OpenCV with " + estimator.name; }
 
@@ -165,14 +150,10 @@ class Suite {
   /// Milliseconds of the work.
   template <typename Work>
   double time(const Work& work) const {
-    const auto now = [this] {
-      timespec time{};
-      clock_gettime(options_.threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &time);
-      return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) * 1e-6;
-    };
-    const double start = now();
+    const clockid_t clock = options_.threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC;
+    const double start = secondsOf(clock);
     work();
-    return now() - start;
+    return 1e3 * (secondsOf(clock) - start);
   }
 
   void tell(const char* stage, const std::string& what, const char* baseline, double ms, int kept,
@@ -218,15 +199,14 @@ class Suite {
     const Features& reference = stock_.reference.features;
     Features& current = stock_.current.features;
     const cv::Mat queries = reference.descriptors.asMat(), train = current.descriptors.asMat();
-    baseline_match_ms_ = time([&] { cv::BFMatcher(cv::NORM_HAMMING).match(queries, train, baseline_matches_); });
-    tell(kMatch, kBaselineMatcher, nullptr, baseline_match_ms_, stock_, toMatches(baseline_matches_), all);
+    baseline_match_ms_ = time([&] { matches_ = baselineMatches(queries, train); });
+    tell(kMatch, kBaselineMatcher, nullptr, baseline_match_ms_, stock_, matches_, all);
     for (MatcherContender& contender : matchers_) {
       current.descriptors.pack(contender.level);
-      const double ms = time([&] { contender.matcher.match(reference.descriptors, current.descriptors, matches_); });
-      tell(kMatch, contender.name, kBaselineMatcher, ms, stock_, matches_, all);
+      const double ms = time([&] { contender.matcher.match(reference.descriptors, current.descriptors, ours_); });
+      tell(kMatch, contender.name, kBaselineMatcher, ms, stock_, ours_, all);
     }
     current.descriptors.pack();
-    matches_ = toMatches(baseline_matches_);
   }
 
   void filterByMotion() {
@@ -246,7 +226,7 @@ class Suite {
 
   void estimateBaseline() {
     for (const BaselineEstimator& estimator : baselineEstimators(camera_.calibrated())) {
-      std::vector<cv::DMatch> survivors = acceptedOf(baseline_matches_, statistics_);
+      std::vector<Match> survivors = acceptedOf(matches_, statistics_);
       std::vector<uint8_t> inlier;
       const double ms = time([&] {
         inlier = estimate(estimator, stock_.reference.features.keypoints, stock_.current.features.keypoints, camera_,
@@ -254,7 +234,7 @@ class Suite {
       });
       inlier.resize(survivors.size(), 0);
       const auto told = [&](const char* stage, const std::string& what, double sum) {
-        tell(stage, what, nullptr, sum, stock_, toMatches(survivors), [&](size_t i) { return inlier[i] != 0; });
+        tell(stage, what, nullptr, sum, stock_, survivors, [&](size_t i) { return inlier[i] != 0; });
       };
       const double filter_ms = baseline_match_ms_ + baseline_gms_ms_ + ms;
       told(kEstimate, estimator.name, ms);
@@ -290,8 +270,8 @@ class Suite {
       const Features &reference = contender.extractor.reference.features,
                      &current = contender.extractor.current.features;
       const double ms = time([&] {
-        contender.guided ? guided_search_.match(reference, current, matches_)
-                         : matchers_.front().matcher.match(reference.descriptors, current.descriptors, matches_);
+        contender.guided ? guided_search_.match(reference, current, ours_)
+                         : matchers_.front().matcher.match(reference.descriptors, current.descriptors, ours_);
       });
       tell(kMatch,
            toString(detectSimdLevel()) + " on " + contender.extractor.name + (contender.guided ? ", guided" : ""),
@@ -307,10 +287,9 @@ class Suite {
     now.image_size = image.size();
     std::vector<uint8_t> inlier;
     if (!descriptors_before.empty() && !descriptors.empty()) {
-      std::vector<cv::DMatch> matches;
-      cv::BFMatcher(cv::NORM_HAMMING).match(descriptors_before, descriptors, matches);
-      denseMotionStatistics({}, before, now, toMatches(matches), statistics_);
-      std::vector<cv::DMatch> survivors = acceptedOf(matches, statistics_);
+      const std::vector<Match> matches = baselineMatches(descriptors_before, descriptors);
+      denseMotionStatistics({}, before, now, matches, statistics_);
+      std::vector<Match> survivors = acceptedOf(matches, statistics_);
       inlier = estimate(baselineEstimators(camera_.calibrated()).front(), before.keypoints, now.keypoints, camera_,
                         survivors);
     }
@@ -338,8 +317,7 @@ class Suite {
   // The current pair.
   Camera camera_;
   const PairTruth* truth_ = nullptr;
-  std::vector<cv::DMatch> baseline_matches_;
-  std::vector<Match> matches_;
+  std::vector<Match> matches_, ours_;  ///< the baseline's, and those of a matcher of ours
   MotionStatistics statistics_;
   double baseline_extract_ms_ = 0, baseline_match_ms_ = 0, baseline_gms_ms_ = 0;
 };

@@ -9,11 +9,6 @@ namespace gms_ransac {
 
 namespace {
 
-struct Grid {
-  int columns, rows;
-  int cells() const { return columns * rows; }
-};
-
 /// The right cell that most matches of a left cell lead to, and whether the neighbours of the two confirm it.
 struct CellPair {
   int right = -1;  ///< -1: none
@@ -26,7 +21,7 @@ class DenseRuns {
  public:
   DenseRuns(const MotionStatisticsOptions& options, const Features& reference, const Features& current,
             const std::vector<Match>& matches)
-      : options_(options), left_{*options.grid_columns, *options.grid_rows} {
+      : options_(options), left_(*options.grid_columns, *options.grid_rows) {
     for (const Match& match : matches) {
       const cv::Point2f p = reference.keypoints[match.reference].pt, q = current.keypoints[match.current].pt;
       left_points_.emplace_back(p.x / reference.image_size.width, p.y / reference.image_size.height);
@@ -39,9 +34,9 @@ class DenseRuns {
   void setScale(int scale) {
     const double ratios[5] = {1.0, 0.5, 1.0 / std::sqrt(2.0), std::sqrt(2.0), 2.0};
     const bool truncate = options_.border == GridBorder::kOriginal;
-    const double columns = left_.columns * ratios[scale], rows = left_.rows * ratios[scale];
-    right_.columns = std::max(1, static_cast<int>(truncate ? columns : std::rint(columns)));
-    right_.rows = std::max(1, static_cast<int>(truncate ? rows : std::rint(rows)));
+    const double columns = left_.width * ratios[scale], rows = left_.height * ratios[scale];
+    right_.width = std::max(1, static_cast<int>(truncate ? columns : std::rint(columns)));
+    right_.height = std::max(1, static_cast<int>(truncate ? rows : std::rint(rows)));
   }
 
   void run(int rotation, MotionStatistics& result) {
@@ -49,10 +44,10 @@ class DenseRuns {
     result.accepted.assign(n, 0);
     result.score.assign(n, 0);
     result.relative_score.assign(n, 0.f);
-    std::vector<CellPair> pairs(left_.cells());
-    for (int shift = 0; shift < 4; ++shift) {
-      countMatches(shift & 1, shift >> 1);
-      for (int left = 0; left < left_.cells(); ++left) pairs[left] = pairOf(left, rotation);
+    std::vector<CellPair> pairs(left_.area());
+    for (int shift = 0; shift < kShifts; ++shift) {
+      countMatches(shiftX(shift), shiftY(shift));
+      for (int left = 0; left < left_.area(); ++left) pairs[left] = pairOf(left, rotation);
       for (size_t i = 0; i < n; ++i) {
         if (match_left_[i] < 0) continue;
         const CellPair& pair = pairs[match_left_[i]];
@@ -68,27 +63,27 @@ class DenseRuns {
 
  private:
   int leftCell(const cv::Point2f& point, int shift_x, int shift_y) const {
-    const int x = static_cast<int>(std::floor(point.x * static_cast<float>(left_.columns) + 0.5 * shift_x));
-    const int y = static_cast<int>(std::floor(point.y * static_cast<float>(left_.rows) + 0.5 * shift_y));
+    const int x = static_cast<int>(std::floor(point.x * static_cast<float>(left_.width) + 0.5 * shift_x));
+    const int y = static_cast<int>(std::floor(point.y * static_cast<float>(left_.height) + 0.5 * shift_y));
     // A point at the border stays there when the grid is shifted.
-    if (x >= left_.columns || y >= left_.rows || point.x >= 1.f || point.y >= 1.f) return -1;
+    if (x >= left_.width || y >= left_.height || point.x >= 1.f || point.y >= 1.f) return -1;
     if (options_.border == GridBorder::kOriginal && ((shift_x && x < 1) || (shift_y && y < 1))) return -1;
-    return x + y * left_.columns;
+    return x + y * left_.width;
   }
 
   int rightCell(const cv::Point2f& point) const {
-    const int x = static_cast<int>(std::floor(point.x * static_cast<float>(right_.columns)));
-    const int y = static_cast<int>(std::floor(point.y * static_cast<float>(right_.rows)));
-    const int cell = x + y * right_.columns;
-    return cell < right_.cells() ? cell : -1;
+    const int x = static_cast<int>(std::floor(point.x * static_cast<float>(right_.width)));
+    const int y = static_cast<int>(std::floor(point.y * static_cast<float>(right_.height)));
+    const int cell = x + y * right_.width;
+    return cell < right_.area() ? cell : -1;
   }
 
-  int& count(int left, int right) { return counts_[static_cast<size_t>(left) * right_.cells() + right]; }
+  int& count(int left, int right) { return counts_[static_cast<size_t>(left) * right_.area() + right]; }
 
   void countMatches(int shift_x, int shift_y) {
     const size_t n = left_points_.size();
-    counts_.assign(static_cast<size_t>(left_.cells()) * right_.cells(), 0);
-    members_.assign(left_.cells(), 0);
+    counts_.assign(static_cast<size_t>(left_.area()) * right_.area(), 0);
+    members_.assign(left_.area(), 0);
     match_left_.assign(n, -1);
     match_right_.assign(n, -1);
     for (size_t i = 0; i < n; ++i) {
@@ -102,26 +97,23 @@ class DenseRuns {
 
   CellPair pairOf(int left, int rotation) {
     const int* row = &count(left, 0);
-    const int right = static_cast<int>(std::max_element(row, row + right_.cells()) - row);
+    const int right = static_cast<int>(std::max_element(row, row + right_.area()) - row);
     if (row[right] == 0) return {};
-    // The ring of neighbours clockwise from the upper left; a rotation shifts the right one against the left one.
-    static const int ring_x[8] = {-1, 0, 1, 1, 1, 0, -1, -1};
-    static const int ring_y[8] = {-1, -1, -1, 0, 1, 1, 1, 0};
     CellPair pair;
     pair.right = right;
     double members = members_[left];
     pair.score = row[right];
     int pairs = 1;
-    for (int k = 0; k < 8; ++k) {
-      const bool diagonal = ring_x[k] != 0 && ring_y[k] != 0;
+    for (size_t k = 0; k < 8; ++k) {
+      const bool diagonal = kRingColumn[k] != 0 && kRingRow[k] != 0;
       if (diagonal && options_.neighborhood == GridNeighborhood::kFive) continue;
-      const int turned = (k + 8 - rotation) % 8;
-      const int lx = left % left_.columns + ring_x[k], ly = left / left_.columns + ring_y[k];
-      const int rx = right % right_.columns + ring_x[turned], ry = right / right_.columns + ring_y[turned];
-      if (lx < 0 || ly < 0 || lx >= left_.columns || ly >= left_.rows) continue;
-      if (rx < 0 || ry < 0 || rx >= right_.columns || ry >= right_.rows) continue;
-      const int neighbor = lx + ly * left_.columns;
-      pair.score += count(neighbor, rx + ry * right_.columns);
+      const size_t turned = (k + 8 - static_cast<size_t>(rotation)) % 8;  // of the right ring against the left one
+      const int lx = left % left_.width + kRingColumn[k], ly = left / left_.width + kRingRow[k];
+      const int rx = right % right_.width + kRingColumn[turned], ry = right / right_.width + kRingRow[turned];
+      if (lx < 0 || ly < 0 || lx >= left_.width || ly >= left_.height) continue;
+      if (rx < 0 || ry < 0 || rx >= right_.width || ry >= right_.height) continue;
+      const int neighbor = lx + ly * left_.width;
+      pair.score += count(neighbor, rx + ry * right_.width);
       members += members_[neighbor];
       ++pairs;
     }
@@ -131,7 +123,7 @@ class DenseRuns {
 
   MotionStatisticsOptions options_;
   double alpha_ = 0;
-  Grid left_, right_;
+  cv::Size left_, right_;
   std::vector<cv::Point2f> left_points_, right_points_;  ///< normalised
   std::vector<int> counts_;                              ///< left cells x right cells
   std::vector<int> members_, match_left_, match_right_;
@@ -145,10 +137,7 @@ void denseMotionStatistics(const MotionStatisticsOptions& given, const Features&
   DenseRuns runs(options, reference, current, matches);
   const int rotation_step = options.neighborhood == GridNeighborhood::kFive ? 2 : 1;
   MotionStatistics result;
-  statistics.accepted_count = statistics.rotation = statistics.scale = 0;
-  statistics.accepted.assign(matches.size(), 0);
-  statistics.score.assign(matches.size(), 0);
-  statistics.relative_score.assign(matches.size(), 0.f);
+  statistics.accepted_count = -1;  // less than any run accepts
   for (int scale = 0; scale < (options.scale ? 5 : 1); ++scale) {
     runs.setScale(scale);
     for (int rotation = 0; rotation < (options.rotation ? 8 : 1); rotation += rotation_step) {

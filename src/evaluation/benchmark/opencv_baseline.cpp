@@ -35,14 +35,32 @@ std::vector<BaselineEstimator> baselineEstimators(bool calibrated) {
   return all;
 }
 
+std::vector<Match> baselineMatches(const cv::Mat& reference, const cv::Mat& current) {
+  std::vector<cv::DMatch> nearest;
+  cv::BFMatcher(cv::NORM_HAMMING).match(reference, current, nearest);
+  std::vector<Match> matches;
+  matches.reserve(nearest.size());
+  for (const cv::DMatch& m : nearest) matches.push_back({m.queryIdx, m.trainIdx, static_cast<uint16_t>(m.distance), 0});
+  return matches;
+}
+
+std::vector<Match> acceptedOf(const std::vector<Match>& matches, const MotionStatistics& statistics) {
+  std::vector<Match> accepted;
+  for (size_t i = 0; i < matches.size(); ++i) {
+    if (statistics.accepted[i]) accepted.push_back(matches[i]);
+  }
+  return accepted;
+}
+
 std::vector<uint8_t> estimate(const BaselineEstimator& estimator, const std::vector<cv::KeyPoint>& reference,
                               const std::vector<cv::KeyPoint>& current, const Camera& camera,
-                              std::vector<cv::DMatch>& matches) {
-  if (estimator.sorted) std::stable_sort(matches.begin(), matches.end());
+                              std::vector<Match>& matches) {
+  const auto closer = [](const Match& a, const Match& b) { return a.distance < b.distance; };
+  if (estimator.sorted) std::stable_sort(matches.begin(), matches.end(), closer);
   const bool essential = estimator.model == ModelType::kEssential;
   std::vector<cv::Point2f> p, q;
-  for (const cv::DMatch& match : matches) {
-    const cv::Point2f a = reference[match.queryIdx].pt, b = current[match.trainIdx].pt;
+  for (const Match& match : matches) {
+    const cv::Point2f a = reference[match.reference].pt, b = current[match.current].pt;
     p.push_back(essential ? camera.undistort(a) : a);
     q.push_back(essential ? camera.undistort(b) : b);
   }

@@ -8,6 +8,7 @@
 #include <opencv2/features2d.hpp>
 
 #include "gms_ransac/camera.h"
+#include "gms_ransac/motion_statistics.h"
 #include "methods/method.h"
 
 namespace gms_ransac {
@@ -28,10 +29,16 @@ struct BaselineEstimator {
 /// Those that this OpenCV has (USAC since 4.5); without a calibrated camera only the fundamental ones.
 std::vector<BaselineEstimator> baselineEstimators(bool calibrated);
 
+/// cv::BFMatcher's nearest neighbours.
+std::vector<Match> baselineMatches(const cv::Mat& reference, const cv::Mat& current);
+
+/// The matches that the statistics accept.
+std::vector<Match> acceptedOf(const std::vector<Match>& matches, const MotionStatistics& statistics);
+
 /// Returns the inlier mask; empty for too few matches or without a model. For an essential matrix `camera` undistorts
 /// the points, and the pose is recovered, too. A sorted estimator sorts `matches`.
 std::vector<uint8_t> estimate(const BaselineEstimator& estimator, const std::vector<cv::KeyPoint>& reference,
                               const std::vector<cv::KeyPoint>& current, const Camera& camera,
-                              std::vector<cv::DMatch>& matches);
+                              std::vector<Match>& matches);
 
 }  // namespace gms_ransac

@@ -17,6 +17,12 @@ struct Command {
   int (*run)(const Arguments&);
 };
 
+int evaluateMerge(const Arguments& arguments) {
+  Arguments report = {"merge"};
+  report.insert(report.end(), arguments.begin(), arguments.end());
+  return Reporter(report).finish();
+}
+
 constexpr Command kCommands[] = {
     {"run", "work through a data set: a record for each pair and method, and a table", evaluateRun},
     {"sweep", "success and effort of each method against the outlier ratio, on the rendered scene", evaluateSweep},
@@ -86,7 +92,7 @@ void PipelineArguments::addTo(po::options_description& description, const Argume
         po::value<std::string>()->default_value(toText(defaults.at(parameter.name)))->notifier(take),
         helpText(parameter).c_str());
   }
-  add("threads", po::value(&threads)->default_value(threads), "of extraction and matching");
+  add("threads", withDefault(threads), "of extraction and matching");
 }
 
 MatchFilterOptions PipelineArguments::options(const std::string& method) const {

@@ -19,7 +19,6 @@ int evaluateRun(const Arguments& arguments);
 int evaluateSweep(const Arguments& arguments);
 int evaluateTables(const Arguments& arguments);
 int evaluateTrust(const Arguments& arguments);
-int evaluateMerge(const Arguments& arguments);
 
 /// Options of the user; `options(method)` makes those of a pipeline.
 struct PipelineArguments {

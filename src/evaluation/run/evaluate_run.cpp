@@ -18,9 +18,9 @@ int evaluateRun(const Arguments& arguments) {
   PipelineArguments pipeline;
   po::options_description options;
   auto add = options.add_options();
-  add("gap", po::value(&gap)->default_value(gap), "frames between reference and current");
-  add("stride", po::value(&stride)->default_value(stride), "frames between one pair and the next");
-  add("repeat", po::value(&repeats)->default_value(repeats), "repetitions, each with the next seed");
+  add("gap", withDefault(gap), "frames between reference and current");
+  add("stride", withDefault(stride), "frames between one pair and the next");
+  add("repeat", withDefault(repeats), "repetitions, each with the next seed");
   add("out,o", po::value(&out), "file for the records, one JSON object a line; - for standard output");
   add("plot", po::value(&plot), "file for a plot (.png, .pdf) of errors and inliers over time");
   addDatasetOptions(options, dataset_options);

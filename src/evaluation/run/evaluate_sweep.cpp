@@ -107,7 +107,7 @@ int evaluateSweep(const Arguments& arguments) {
   std::string out;
   po::options_description options;
   auto add = options.add_options();
-  add("repeat", po::value(&repeat)->default_value(repeat), "trials for each method and outlier ratio");
+  add("repeat", withDefault(repeat), "trials for each method and outlier ratio");
   add("out,o", po::value(&out), "file for the table, CSV, with the plot beside it; standard output without");
   add("no-plots", "only CSV");
   pipeline.addTo(options, arguments);
@@ -158,7 +158,7 @@ int evaluateSweep(const Arguments& arguments) {
       }
     }
   }
-  return reporter.finish() ? 0 : kNoReport;
+  return reporter.finish();
 }
 
 }  // namespace gms_ransac

@@ -1,7 +1,6 @@
-// `evaluate tables` and `evaluate merge`: the paper's tables on one's own images, in pieces that can be interrupted,
-// resumed and spread over machines.
+// `evaluate tables`: the paper's tables on one's own images, in pieces that can be interrupted, resumed and spread over
+// machines.
 #include <algorithm>
-#include <ctime>
 #include <limits>
 #include <map>
 #include <set>
@@ -34,9 +33,9 @@ struct TablesPlan {
   std::vector<double> ratios = {1.0 / 5, 1.0 / 4, 1.0 / 3, 1.0 / 2, 2.0 / 3, 3.0 / 4, 4.0 / 5};
   std::vector<std::string> methods = {"lan", "gms_ransac", "lo_prosac"};  ///< compared with cp_ransac, always there
   MatchFilterOptions base;  ///< extractor, model, grid, threshold, seed, ... of every run
-  std::string out = "tables";
+  WorkFolder folder = {"tables"};
   int shard = 1, shards = 1;  ///< which part of the work, from 1, and of how many
-  bool resume = false, plots = true;
+  bool plots = true;
 };
 
 /// One piece of work: a pair of images at one preset.
@@ -72,12 +71,12 @@ bool parse(const Arguments& arguments, TablesPlan& plan) {
   pipeline.base.search = SearchMode::kFull;      // likewise
   po::options_description options;
   auto add = options.add_options();
-  add("out,o", po::value(&plan.out)->default_value(plan.out), "folder for measurements, tables and plots");
-  add("resume", po::bool_switch(&plan.resume), "go on with what is in the folder already");
-  add("shard", po::value(&shard)->default_value(shard), "i/n: do the i-th of n parts (see merge)");
-  add("gap", po::value(&plan.gap)->default_value(plan.gap), "frames between reference and current");
-  add("pairs", po::value(&plan.pairs)->default_value(plan.pairs), "pairs a set, spread evenly over it");
-  add("repeat", po::value(&plan.repeats)->default_value(plan.repeats), "seeds for each pair");
+  add("out,o", withDefault(plan.folder.path), "folder for measurements, tables and plots");
+  add("resume", po::bool_switch(&plan.folder.resume), "go on with what is in the folder already");
+  add("shard", withDefault(shard), "i/n: do the i-th of n parts (see merge)");
+  add("gap", withDefault(plan.gap), "frames between reference and current");
+  add("pairs", withDefault(plan.pairs), "pairs a set, spread evenly over it");
+  add("repeat", withDefault(plan.repeats), "seeds for each pair");
   add("presets", po::value(&presets), "numbers of features, separated by commas; default: the paper's twelve");
   add("ratios", po::value(&ratios), "grouping ratios, separated by commas; default: the paper's seven");
   add("no-plots", "only CSV and Markdown");
@@ -165,13 +164,6 @@ Frame extracted(const Dataset& dataset, int index, MatchFilter& extractor) {
   return frame;
 }
 
-/// Processor time of this thread: other programs on the machine do not count.
-double processorSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 /// The filters of all runs, kept so that their stages are warm.
 using Filters = std::map<TablesRun, MatchFilter>;
 
@@ -217,9 +209,9 @@ json measure(const TablesPlan& plan, const TablesUnit& unit, Filters& filters) {
       options.robust.seed = plan.base.robust.seed + static_cast<uint64_t>(repeat);
       filter.setSeed(options.robust.seed);
       filter.reset();
-      const double start = processorSeconds();
+      const double start = secondsOf(CLOCK_THREAD_CPUTIME_ID);
       filter.estimate(reference, current, results[i]);
-      fastest[i].ransac = processorSeconds() - start;
+      fastest[i].ransac = secondsOf(CLOCK_THREAD_CPUTIME_ID) - start;
       results[i].times = fastest[i];
       json record = answerRecord(options, results[i]);
       record.update(pairRecord(dataset, unit.pair, plan.gap));
@@ -232,21 +224,11 @@ json measure(const TablesPlan& plan, const TablesUnit& unit, Filters& filters) {
   return records;
 }
 
-/// Tables and plots of everything the folder holds. Returns the exit status.
-int reportTables(const WorkFolder& folder, bool plots) {
-  if (folder.unitsDone() == 0) return 0;
-  std::vector<std::string> arguments = {"tables", folder.path()};
-  if (!plots) arguments.push_back("--no-plots");
-  return Reporter(arguments).finish() ? 0 : kNoReport;
-}
-
 }  // namespace
 
 int evaluateTables(const Arguments& arguments) {
   TablesPlan plan;
   if (!parse(arguments, plan)) return 0;
-  WorkFolder folder(plan.out);
-  folder.begin(planRecord(plan), plan.resume);
   std::vector<TablesUnit> units;  // in the order of set, preset, pair
   std::vector<int> numbers;       // of those of this shard
   for (const Dataset& dataset : plan.datasets) {
@@ -259,34 +241,10 @@ int evaluateTables(const Arguments& arguments) {
     }
   }
   Filters filters;
-  watchInterrupts();
-  workThrough(folder, numbers, 1, [&](int unit) {  // one at a time, for the times' sake
-    return measure(plan, units[static_cast<size_t>(unit)], filters);
-  });
-  return statusOrInterrupted(reportTables(folder, plan.plots), "go on with the same command and --resume");
-}
-
-int evaluateMerge(const Arguments& arguments) {
-  std::string out = "tables";
-  std::vector<std::string> parts;
-  po::options_description options;
-  auto add = options.add_options();
-  add("out,o", po::value(&out)->default_value(out), "folder to write");
-  add("no-plots", "only CSV and Markdown");
-  const char* usage =
-      "evaluate merge PART... --out FOLDER\n\nJoins the folders that evaluate tables --shard i/n wrote with the same "
-      "options, and makes\nthe tables of all.";
-  const auto given = parseCommandLine(arguments, usage, options, {{"part", -1, po::value(&parts)}});
-  if (!given) return 0;
-  if (parts.empty()) throw std::invalid_argument("no folder to merge given; see evaluate merge --help");
-  WorkFolder merged(out);
-  for (size_t i = 0; i < parts.size(); ++i) {
-    WorkFolder part(parts[i]);
-    part.open();
-    if (i == 0) merged.begin(part.plan(), false);
-    merged.absorb(part);
-  }
-  return reportTables(merged, given->count("no-plots") == 0);
+  const auto measured = [&](int unit) { return measure(plan, units[static_cast<size_t>(unit)], filters); };
+  std::vector<std::string> report = {"tables", plan.folder.path};
+  if (!plan.plots) report.push_back("--no-plots");
+  return workThrough(plan.folder, planRecord(plan), numbers, 1, measured, report);  // one by one, for the times' sake
 }
 
 }  // namespace gms_ransac

@@ -43,9 +43,9 @@ struct TrustPlan {
   int drawn_pairs = 100;                      ///< of each scene
   std::vector<MatchFilterOptions> pipelines;  ///< one for each method
   DatasetOptions dataset;
-  std::string out = "trust";
+  WorkFolder folder = {"trust"};
   int jobs = 1;
-  bool resume = false, tables = true;
+  bool tables = true;
 };
 
 /// One piece of work: some neighbouring pairs of a set at a gap, or all pairs of a drawn scene.
@@ -110,10 +110,10 @@ bool parse(const Arguments& arguments, TrustPlan& plan) {
   add("scenes", po::value(&scenes)->composing(),
       "drawn scenes, by name or the beginning of names, with commas between; drawn: all of them");
   add("list-scenes", "names the drawn scenes and ends");
-  add("pairs", po::value(&plan.drawn_pairs)->default_value(plan.drawn_pairs), "of each drawn scene");
+  add("pairs", withDefault(plan.drawn_pairs), "of each drawn scene");
   add("gaps", po::value(&gaps)->composing(),
       "frames between reference and current of the sets, with commas between; default 1");
-  add("stride", po::value(&plan.stride)->default_value(plan.stride), "frames between one pair and the next");
+  add("stride", withDefault(plan.stride), "frames between one pair and the next");
   addSigma(
       "truth-rotation-sigma", 1 / kDegrees, rotation,
       "noise of the sets' true rotation from image to image, degrees for each axis; default: by the kind of the set");
@@ -121,9 +121,9 @@ bool parse(const Arguments& arguments, TrustPlan& plan) {
   addSigma("truth-clock-sigma", 1, clock, "of the images' stamps against those of the truth, seconds");
   addSigma("truth-alignment-sigma", 1 / kDegrees, alignment,
            "of the truth's axes against those of the camera, degrees about each");
-  add("out,o", po::value(&plan.out)->default_value(plan.out), "folder for records, pairs.csv, trust.md and plots");
-  add("resume", po::bool_switch(&plan.resume), "go on with what is in the folder already");
-  add("jobs,j", po::value(&plan.jobs)->default_value(plan.jobs), "pieces of work side by side");
+  add("out,o", withDefault(plan.folder.path), "folder for records, pairs.csv, trust.md and plots");
+  add("resume", po::bool_switch(&plan.folder.resume), "go on with what is in the folder already");
+  add("jobs,j", withDefault(plan.jobs), "pieces of work side by side");
   add("no-report", "only records and pairs.csv");
   addDatasetOptions(options, plan.dataset);
   pipeline.addTo(options, arguments);
@@ -281,9 +281,6 @@ json measureScene(const TrustPlan& plan, const TrustUnit& unit) {
   json records = json::array();
   for (int i = unit.first; i < unit.first + unit.count; ++i) {
     const TwoViewScene scene = drawPair(*unit.scene, i);
-    Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
-    truth.linear() = scene.R.transpose();
-    truth.translation() = -scene.R.transpose() * scene.t;
     for (size_t m = 0; m < methods.size(); ++m) {
       methods[m]->reset();  // each pair is of another world
       methods[m]->estimate(scene.pairs, scene.camera, result.robust);
@@ -298,7 +295,7 @@ json measureScene(const TrustPlan& plan, const TrustUnit& unit) {
       record.update({{"kind", "drawn"}, {"set", unit.scene->name}, {"reference", ""}, {"current", std::to_string(i)}});
       record["gap"] = record["stamp"] = nullptr;
       record["reliability"] = reliability.record();
-      record["truth"] = noisyTruthRecord(truth, result);
+      record["truth"] = noisyTruthRecord(scene.currentInReference(), result);
       records.push_back(std::move(record));
     }
   }
@@ -311,21 +308,15 @@ int evaluateTrust(const Arguments& arguments) {
   TrustPlan plan;
   if (!parse(arguments, plan)) return 0;
   const std::vector<TrustUnit> units = trustUnits(plan);
-  WorkFolder folder(plan.out);
-  folder.begin(planRecord(plan), plan.resume);
   std::vector<int> numbers(units.size());
   std::iota(numbers.begin(), numbers.end(), 0);
-  watchInterrupts();
-  workThrough(folder, numbers, plan.jobs, [&](int index) {
+  const auto measured = [&](int index) {
     const TrustUnit& unit = units[static_cast<size_t>(index)];
     return unit.set ? measureSet(plan, unit) : measureScene(plan, unit);
-  });
-  if (folder.unitsDone() > 0) {
-    std::vector<std::string> report = {"trust", plan.out};
-    if (!plan.tables) report.push_back("--no-tables");
-    Reporter(report).finish();
-  }
-  return statusOrInterrupted(0, "go on with the same command and --resume");
+  };
+  std::vector<std::string> report = {"trust", plan.folder.path};
+  if (!plan.tables) report.push_back("--no-tables");
+  return workThrough(plan.folder, planRecord(plan), numbers, plan.jobs, measured, report);
 }
 
 }  // namespace gms_ransac

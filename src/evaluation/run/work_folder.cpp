@@ -5,11 +5,10 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
+#include <map>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
-#include <utility>
 
 #include "program.h"
 
@@ -19,84 +18,54 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using Lines = std::map<int, std::string>;  ///< of each unit
 
-constexpr char kPlanFile[] = "plan.json";
-constexpr char kMeasurementsFile[] = "measurements.jsonl";
-
-}  // namespace
-
-void WorkFolder::begin(const json& plan, bool resume) {
-  std::error_code failure;
-  fs::create_directories(path_, failure);
-  if (failure) throw std::runtime_error(path_ + ": cannot be made (" + failure.message() + ")");
-  if (!fs::exists(file(kMeasurementsFile))) {
-    plan_ = plan;
-    std::ofstream stream(file(kPlanFile));
-    if (!(stream << plan.dump(1) << '\n').flush()) throw std::runtime_error(file(kPlanFile) + ": cannot be written");
-    return;
-  }
-  if (!resume) {
-    throw std::invalid_argument(path_ + ": already holds measurements; add --resume to go on, or choose another --out");
-  }
-  open();
-  if (plan_ != plan) {
-    throw std::invalid_argument(path_ + ": was measured with other options or sets; choose another --out");
-  }
-  write(lines_, std::ios::trunc);
+void write(const std::string& file, const Lines& lines, std::ios::openmode mode) {
+  std::ofstream stream(file, mode);
+  for (const auto& [unit, line] : lines) stream << line << '\n';
+  if (!stream.flush()) throw std::runtime_error(file + ": cannot be written; is the disk full?");
 }
 
-void WorkFolder::open() {
-  std::ifstream plan(file(kPlanFile));
-  if (!plan) throw std::invalid_argument(path_ + ": holds no " + kPlanFile + ", so it is no folder of measurements");
-  plan_ = json::parse(plan, nullptr, false);
-  if (plan_.is_discarded()) throw std::invalid_argument(file(kPlanFile) + ": is not JSON");
-  lines_.clear();
-  std::ifstream stream(file(kMeasurementsFile));
+/// Makes the folder, or reads what is there, without a line that was cut off.
+Lines begin(const WorkFolder& folder, const json& plan, const std::string& plan_file, const std::string& file) {
+  std::error_code failure;
+  fs::create_directories(folder.path, failure);
+  if (failure) throw std::runtime_error(folder.path + ": cannot be made (" + failure.message() + ")");
+  Lines lines;
+  if (!fs::exists(file)) {
+    write(plan_file, {{0, plan.dump(1)}}, std::ios::trunc);
+    return lines;
+  }
+  if (!folder.resume) {
+    throw std::invalid_argument(folder.path +
+                                ": already holds measurements; add --resume to go on, or choose another --out");
+  }
+  std::ifstream known(plan_file), stream(file);
+  if (json::parse(known, nullptr, false) != plan) {
+    throw std::invalid_argument(folder.path + ": was measured with other options or sets; choose another --out");
+  }
   for (std::string line; std::getline(stream, line);) {
     const json entry = json::parse(line, nullptr, false);
-    if (entry.is_object()) lines_.emplace(entry.at("unit"), line);  // else it was cut off
+    if (entry.is_object()) lines.emplace(entry.at("unit"), line);
   }
+  write(file, lines, std::ios::trunc);
+  return lines;
 }
 
-void WorkFolder::write(const Lines& lines, std::ios::openmode mode) const {
-  std::ofstream stream(file(kMeasurementsFile), mode);
-  for (const auto& [unit, line] : lines) stream << line << '\n';
-  if (!stream.flush()) throw std::runtime_error(file(kMeasurementsFile) + ": cannot be written; is the disk full?");
-}
-
-void WorkFolder::add(Lines lines) {
-  for (auto line = lines.begin(); line != lines.end();)
-    line = isDone(line->first) ? lines.erase(line) : std::next(line);
-  write(lines, std::ios::app);
-  lines_.merge(lines);
-}
-
-void WorkFolder::append(int unit, const json& records) {
-  add({{unit, json{{"unit", unit}, {"runs", records}}.dump()}});
-}
-
-void WorkFolder::absorb(const WorkFolder& other) {
-  if (other.plan_ != plan_) {
-    throw std::invalid_argument(other.path_ + ": was measured with other options or sets than the first folder");
-  }
-  add(other.lines_);
-}
-
-void workThrough(WorkFolder& folder, const std::vector<int>& units, int jobs, const std::function<json(int)>& measure) {
-  std::vector<int> todo;
-  std::copy_if(units.begin(), units.end(), std::back_inserter(todo), [&](int unit) { return !folder.isDone(unit); });
-  if (todo.empty()) return;
-  Progress progress("measuring", static_cast<int>(todo.size()));
+/// Gives the records of each unit to `receive`, one at a time, until Ctrl-C. Rethrows the first failure.
+void work(const std::vector<int>& units, int jobs, const std::function<json(int)>& measure,
+          const std::function<void(int, const json&)>& receive) {
+  Progress progress("measuring", static_cast<int>(units.size()));
   std::atomic<size_t> next{0};
   std::atomic<bool> failed{false};
   std::exception_ptr failure;
   std::mutex mutex;
-  const auto work = [&] {
+  const auto share = [&] {
     try {
-      for (size_t i = next++; i < todo.size() && !failed && !interrupted(); i = next++) {
-        const json records = measure(todo[i]);
+      for (size_t i = next++; i < units.size() && !failed && !interrupted(); i = next++) {
+        const json records = measure(units[i]);
         const std::lock_guard<std::mutex> lock(mutex);
-        folder.append(todo[i], records);
+        receive(units[i], records);
         progress.advance();
       }
     } catch (...) {
@@ -105,10 +74,29 @@ void workThrough(WorkFolder& folder, const std::vector<int>& units, int jobs, co
     }
   };
   std::vector<std::thread> workers;
-  for (int j = 1; j < jobs; ++j) workers.emplace_back(work);
-  work();
+  for (int j = 1; j < jobs; ++j) workers.emplace_back(share);
+  share();
   for (std::thread& worker : workers) worker.join();
   if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace
+
+int workThrough(const WorkFolder& folder, const json& plan, const std::vector<int>& units, int jobs,
+                const std::function<json(int)>& measure, const std::vector<std::string>& report) {
+  const std::string file = folder.path + "/measurements.jsonl";
+  const Lines before = begin(folder, plan, folder.path + "/plan.json", file);
+  std::vector<int> todo;
+  std::copy_if(units.begin(), units.end(), std::back_inserter(todo), [&](int unit) { return before.count(unit) == 0; });
+  bool any = !before.empty();
+  watchInterrupts();
+  if (!todo.empty()) {
+    work(todo, jobs, measure, [&](int unit, const json& records) {
+      write(file, {{unit, json{{"unit", unit}, {"runs", records}}.dump()}}, std::ios::app);
+      any = true;
+    });
+  }
+  return statusOrInterrupted(any ? Reporter(report).finish() : 0, "go on with the same command and --resume");
 }
 
 }  // namespace gms_ransac

@@ -28,36 +28,34 @@ bool isBag(const std::string& path) { return path.size() > 4 && path.compare(pat
 
 int renderScene(const Arguments& arguments) {
   SceneOptions scene_options;
-  int frames = 0;
+  int frames = 90;
   std::string out, distortion;
   po::options_description options;
   auto add = options.add_options();
-  add("frames,n", po::value(&frames)->default_value(90), "frames to render");
-  add("scene", po::value(&scene_options.scene)->default_value(scene_options.scene), "room or street");
-  add("width", po::value(&scene_options.size.width)->default_value(640), "pixels");
-  add("height", po::value(&scene_options.size.height)->default_value(480), "pixels");
-  add("focal-length", po::value(&scene_options.focal_length)->default_value(0), "pixels; 0: 525 per 640 of width");
+  add("frames,n", withDefault(frames), "frames to render");
+  add("scene", withDefault(scene_options.scene), "room or street");
+  add("width", withDefault(scene_options.size.width), "pixels");
+  add("height", withDefault(scene_options.size.height), "pixels");
+  add("focal-length", withDefault(scene_options.focal_length), "pixels; 0: 525 per 640 of width");
   add("distortion", po::value(&distortion), "plumb_bob k1,k2,p1,p2[,k3]; default none");
-  add("step", po::value(&scene_options.step)->default_value(-1),
+  add("step", withDefault(scene_options.step),
       "metres of path per frame; negative: 0.08 in the room, 0.3 in the street; 0: the camera only rotates");
-  add("turn", po::value(&scene_options.turn)->default_value(0), "additional heading per frame, degrees");
-  add("sway", po::value(&scene_options.sway)->default_value(1), "factor on the slow hand motion, 0..3");
-  add("offset", po::value(&scene_options.offset)->default_value(0),
+  add("turn", withDefault(scene_options.turn), "additional heading per frame, degrees");
+  add("sway", withDefault(scene_options.sway), "factor on the slow hand motion, 0..3");
+  add("offset", withDefault(scene_options.offset),
       "metres that the camera is moved to its right: once without and once with it, a stereo pair");
-  add("rate", po::value(&scene_options.rate)->default_value(30), "frames per second");
+  add("rate", withDefault(scene_options.rate), "frames per second");
   add("grey", po::bool_switch(), "grey images instead of colour");
-  add("noise", po::value(&scene_options.noise)->default_value(2), "standard deviation, grey levels");
-  add("blur", po::value(&scene_options.blur)->default_value(0.5), "standard deviation, pixels");
-  add("movers", po::value(&scene_options.movers)->default_value(0), "boards that sway before the camera by themselves");
-  add("repetition", po::value(&scene_options.repetition)->default_value(0),
-      "textures repeat themselves after so many metres; 0: not");
-  add("readout", po::value(&scene_options.readout)->default_value(0),
+  add("noise", withDefault(scene_options.noise), "standard deviation, grey levels");
+  add("blur", withDefault(scene_options.blur), "standard deviation, pixels");
+  add("movers", withDefault(scene_options.movers), "boards that sway before the camera by themselves");
+  add("repetition", withDefault(scene_options.repetition), "textures repeat themselves after so many metres; 0: not");
+  add("readout", withDefault(scene_options.readout),
       "rolling shutter: share of the time between frames in which the rows are read");
-  add("exposure", po::value(&scene_options.exposure)->default_value(0),
+  add("exposure", withDefault(scene_options.exposure),
       "motion blur: share of the time between frames in which the shutter is open");
-  add("brightness", po::value(&scene_options.brightness)->default_value(1),
-      "factor on the image before its noise, 0..1");
-  add("seed", po::value(&scene_options.seed)->default_value(0), "of textures, furniture and noise");
+  add("brightness", withDefault(scene_options.brightness), "factor on the image before its noise, 0..1");
+  add("seed", withDefault(scene_options.seed), "of textures, furniture and noise");
   const char* usage =
       "render_scene OUT [options]\n\nRenders a textured 3-D scene seen from a moving camera. OUT is a folder (TUM "
       "layout:\nrgb.txt, depth.txt, groundtruth.txt, camera.txt) or a file that ends in .bag (topics of the\nofficial "
