@@ -21,15 +21,15 @@ std::string withoutTrailingSlashes(std::string path) {
   return path;
 }
 
-Dataset openLayout(const std::string& path, const DatasetOptions& options) {
+DatasetKind kindOf(const std::string& path) {
   if (isFile(path)) {
-    if (std::filesystem::path(path).extension() == ".bag") return openBag(path, options);
+    if (std::filesystem::path(path).extension() == ".bag") return DatasetKind::kBag;
     throw DatasetError(path + ": is neither a folder nor a .bag file");
   }
   if (!isFolder(path)) throw DatasetError(path + ": no such folder or bag");
-  if (isFile(joinPath(path, "pairs.txt"))) return openImagePairs(path, options);
-  if (isFile(joinPath(path, "rgb.txt"))) return openTum(path, options);
-  if (isFolder(joinPath(path, "image_0")) || isFolder(joinPath(path, "image_l"))) return openKitti(path, options);
+  if (isFile(joinPath(path, "pairs.txt"))) return DatasetKind::kImagePairs;
+  if (isFile(joinPath(path, "rgb.txt"))) return DatasetKind::kTum;
+  if (isFolder(joinPath(path, "image_0")) || isFolder(joinPath(path, "image_l"))) return DatasetKind::kKitti;
   throw DatasetError(path + ": holds neither rgb.txt (TUM), image_0/ (KITTI) nor pairs.txt (image pairs)");
 }
 
@@ -53,9 +53,19 @@ bool isOpenNiDefault(const CameraIntrinsics& k) {
 CameraIntrinsics openNiIntrinsics() { return {525, 525, 319.5, 239.5, "plumb_bob", {}}; }
 
 Dataset Dataset::open(const std::string& path, const DatasetOptions& options) {
-  const std::string clean = withoutTrailingSlashes(path);
-  Dataset dataset = openLayout(clean, options);
-  dataset.path_ = clean;
+  Dataset dataset;
+  dataset.path_ = withoutTrailingSlashes(path);
+  dataset.kind_ = kindOf(dataset.path_);
+  if (dataset.kind_ == DatasetKind::kBag) {
+    dataset.readBag(options.topic);
+  } else {
+    dataset.intrinsics_ = readCameraFile(dataset.path_);
+    dataset.intrinsics_source_ = "camera.txt";
+    if (dataset.kind_ == DatasetKind::kTum) dataset.readTum();
+    if (dataset.kind_ == DatasetKind::kKitti) dataset.readKitti();
+    if (dataset.kind_ == DatasetKind::kImagePairs) dataset.readImagePairs();
+    dataset.read_ = imagesOf(dataset.frames_, dataset.path_);
+  }
   if (!options.intrinsics.empty()) {
     dataset.intrinsics_ = parseIntrinsics(options.intrinsics, "--intrinsics");
     dataset.intrinsics_source_ = "--intrinsics";

@@ -97,10 +97,11 @@ class Dataset {
   cv::Mat disparity(const DatasetPair& pair) const;
 
  private:
-  friend Dataset openTum(const std::string&, const DatasetOptions&);
-  friend Dataset openKitti(const std::string&, const DatasetOptions&);
-  friend Dataset openImagePairs(const std::string&, const DatasetOptions&);
-  friend Dataset openBag(const std::string&, const DatasetOptions&);
+  // One reader for each layout, in a file of its own.
+  void readTum();
+  void readKitti();
+  void readImagePairs();
+  void readBag(const std::string& asked_topic);
 
   DatasetKind kind_ = DatasetKind::kTum;
   std::string path_;

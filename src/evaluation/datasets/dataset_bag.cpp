@@ -154,14 +154,12 @@ void addPoses(rosbag::Bag& bag, const std::string& camera_frame, const std::vect
 
 }  // namespace
 
-Dataset openBag(const std::string& file, const DatasetOptions& options) {
-  Dataset dataset;
-  dataset.kind_ = DatasetKind::kBag;
+void Dataset::readBag(const std::string& asked_topic) {
   try {
     const auto open = std::make_shared<OpenBag>();
     rosbag::Bag& bag = open->bag;
-    bag.open(file, rosbag::bagmode::Read);
-    const std::string topic = chooseTopic(file, bag, options.topic);
+    bag.open(path_, rosbag::bagmode::Read);
+    const std::string topic = chooseTopic(path_, bag, asked_topic);
     std::vector<ros::Time> stamps;
     std::string camera_frame;
     rosbag::View view(bag, rosbag::TopicQuery(topic));
@@ -172,26 +170,25 @@ Dataset openBag(const std::string& file, const DatasetOptions& options) {
       } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
         header = packed->header;
       } else {
-        throw DatasetError(file + ": topic " + topic + " carries " + message.getDataType() + ", not images");
+        throw DatasetError(path_ + ": topic " + topic + " carries " + message.getDataType() + ", not images");
       }
       camera_frame = header.frame_id.substr(header.frame_id.rfind('/', 0) == 0 ? 1 : 0);  // tf2 has none
       open->messages.push_back(message);
       stamps.push_back(header.stamp);
       const double stamp = header.stamp.toSec();
-      dataset.frames_.push_back({topic + "@" + std::to_string(stamp), stamp});
+      frames_.push_back({topic + "@" + std::to_string(stamp), stamp});
     }
-    if (open->messages.empty()) throw DatasetError(file + ": topic " + topic + " holds no image");
-    dataset.intrinsics_ = readCameraInfo(file, bag, topic, dataset.intrinsics_source_);
-    addPoses(bag, camera_frame, stamps, dataset.frames_);
-    dataset.read_ = [open](int frame, bool colour) { return open->image(frame, colour); };
+    if (open->messages.empty()) throw DatasetError(path_ + ": topic " + topic + " holds no image");
+    intrinsics_ = readCameraInfo(path_, bag, topic, intrinsics_source_);
+    addPoses(bag, camera_frame, stamps, frames_);
+    read_ = [open](int frame, bool colour) { return open->image(frame, colour); };
   } catch (const DatasetError&) {
     throw;
   } catch (const tf2::TransformException& error) {
-    throw DatasetError(file + ": its transforms are inconsistent (" + error.what() + ")");
+    throw DatasetError(path_ + ": its transforms are inconsistent (" + error.what() + ")");
   } catch (const std::exception& error) {  // a damaged bag makes rosbag, the messages and boost throw, each its own
-    throw DatasetError(file + ": cannot be read as a bag (" + error.what() + ")");
+    throw DatasetError(path_ + ": cannot be read as a bag (" + error.what() + ")");
   }
-  return dataset;
 }
 
 }  // namespace gms_ransac

@@ -65,18 +65,17 @@ std::vector<double> readTimes(const std::string& file) {
 
 }  // namespace
 
-Dataset openKitti(const std::string& folder, const DatasetOptions&) {
-  Dataset dataset;
-  dataset.kind_ = DatasetKind::kKitti;
-  dataset.intrinsics_ = readCameraFile(folder);
-  dataset.intrinsics_source_ = dataset.intrinsics_ ? "camera.txt" : "calib.txt";
-  if (!dataset.intrinsics_) dataset.intrinsics_ = readCalibration(joinPath(folder, "calib.txt"));
+void Dataset::readKitti() {
+  if (!intrinsics_) {
+    intrinsics_ = readCalibration(joinPath(path_, "calib.txt"));
+    intrinsics_source_ = "calib.txt";
+  }
   const std::vector<std::string> names =
-      listImages(folder, isFolder(joinPath(folder, "image_0")) ? "image_0" : "image_l");
-  const std::vector<Eigen::Isometry3d> poses = readPoses(joinPath(folder, "poses.txt"));
-  const std::vector<double> times = readTimes(joinPath(folder, "times.txt"));
+      listImages(path_, isFolder(joinPath(path_, "image_0")) ? "image_0" : "image_l");
+  const std::vector<Eigen::Isometry3d> poses = readPoses(joinPath(path_, "poses.txt"));
+  const std::vector<double> times = readTimes(joinPath(path_, "times.txt"));
   if (!times.empty() && times.size() < names.size()) {
-    throw DatasetError(joinPath(folder, "times.txt") + ":" + std::to_string(times.size()) + ": the file ends after " +
+    throw DatasetError(joinPath(path_, "times.txt") + ":" + std::to_string(times.size()) + ": the file ends after " +
                        std::to_string(times.size()) + " lines, but there are " + std::to_string(names.size()) +
                        " images");
   }
@@ -85,12 +84,10 @@ Dataset openKitti(const std::string& folder, const DatasetOptions&) {
     DatasetFrame frame = {names[i], times.empty() ? static_cast<double>(i) * kNominalPeriod : times[i]};
     if (i < poses.size()) {
       frame.pose = poses[i];
-      dataset.trajectory_.push_back({frame.stamp, poses[i]});
+      trajectory_.push_back({frame.stamp, poses[i]});
     }
-    dataset.frames_.push_back(frame);
+    frames_.push_back(frame);
   }
-  dataset.read_ = imagesOf(dataset.frames_, folder);
-  return dataset;
 }
 
 }  // namespace gms_ransac

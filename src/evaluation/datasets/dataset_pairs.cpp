@@ -51,17 +51,12 @@ void readTruth(const std::string& folder, const std::string& list, const TextLin
 
 }  // namespace
 
-Dataset openImagePairs(const std::string& folder, const DatasetOptions&) {
-  Dataset dataset;
-  dataset.kind_ = DatasetKind::kImagePairs;
-  dataset.intrinsics_ = readCameraFile(folder);
-  dataset.intrinsics_source_ = "camera.txt";
-
-  const std::string list = joinPath(folder, "pairs.txt");
+void Dataset::readImagePairs() {
+  const std::string list = joinPath(path_, "pairs.txt");
   std::map<std::string, int> index;  // an image that several pairs share is one frame
   const auto frameOf = [&](const std::string& name) {
-    const auto [place, is_new] = index.emplace(name, static_cast<int>(dataset.frames_.size()));
-    if (is_new) dataset.frames_.push_back({name});
+    const auto [place, is_new] = index.emplace(name, static_cast<int>(frames_.size()));
+    if (is_new) frames_.push_back({name});
     return place->second;
   };
   for (const TextLine& line : readLines(list)) {
@@ -69,13 +64,11 @@ Dataset openImagePairs(const std::string& folder, const DatasetOptions&) {
     DatasetPair pair;
     pair.reference = frameOf(line.fields[0]);
     pair.current = frameOf(line.fields[1]);
-    for (size_t i = 2; i < line.fields.size(); ++i) readTruth(folder, list, line, line.fields[i], pair);
+    for (size_t i = 2; i < line.fields.size(); ++i) readTruth(path_, list, line, line.fields[i], pair);
     if (pair.disparity && pair.disparity->path.empty()) failAt(list, line, "SCALE= without DISP=");
-    dataset.listed_pairs_.push_back(pair);
+    listed_pairs_.push_back(pair);
   }
-  if (dataset.listed_pairs_.empty()) throw DatasetError(list + ": lists no pair");
-  dataset.read_ = imagesOf(dataset.frames_, folder);
-  return dataset;
+  if (listed_pairs_.empty()) throw DatasetError(list + ": lists no pair");
 }
 
 }  // namespace gms_ransac

@@ -1,5 +1,4 @@
-// The readers behind Dataset::open, one per layout, and the text files that they share; every complaint names the file
-// and the line.
+// The text files and images of the layouts that Dataset::open reads; every complaint names the file and the line.
 #pragma once
 
 #include <optional>
@@ -9,11 +8,6 @@
 #include "datasets/dataset.h"
 
 namespace gms_ransac {
-
-Dataset openTum(const std::string& folder, const DatasetOptions& options);
-Dataset openKitti(const std::string& folder, const DatasetOptions& options);
-Dataset openImagePairs(const std::string& folder, const DatasetOptions& options);
-Dataset openBag(const std::string& file, const DatasetOptions& options);
 
 /// A line that is neither blank nor a comment.
 struct TextLine {

@@ -53,10 +53,10 @@ void writeDataset(const Dataset& dataset, const std::string& path, const CameraI
 
 int datasetToBag(const Arguments& arguments) {
   DatasetOptions dataset_options;
-  std::string folder, bag, camera_info;
+  std::string folder, bag, camera_info = "folder";
   po::options_description options;
   auto add = options.add_options();
-  add("camera-info", po::value(&camera_info)->default_value("folder"),
+  add("camera-info", withDefault(camera_info),
       "TUM: folder (camera.txt, or openni without that file) or openni (the driver's factory values 525, 319.5, 239.5, "
       "no distortion, as in the official bags)");
   add("intrinsics", po::value(&dataset_options.intrinsics),

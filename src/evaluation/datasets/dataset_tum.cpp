@@ -60,28 +60,20 @@ const StampedFile* nearestFile(const std::vector<StampedFile>& sorted, double st
 
 }  // namespace
 
-Dataset openTum(const std::string& folder, const DatasetOptions&) {
-  Dataset dataset;
-  dataset.kind_ = DatasetKind::kTum;
-  dataset.intrinsics_ = readCameraFile(folder);
-  dataset.intrinsics_source_ = "camera.txt";
-
+void Dataset::readTum() {
   std::vector<StampedFile> depth;
-  if (isFile(joinPath(folder, "depth.txt"))) depth = readImageList(joinPath(folder, "depth.txt"));
+  if (isFile(joinPath(path_, "depth.txt"))) depth = readImageList(joinPath(path_, "depth.txt"));
   std::sort(depth.begin(), depth.end(), [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
-  if (isFile(joinPath(folder, "groundtruth.txt")))
-    dataset.trajectory_ = readTrajectory(joinPath(folder, "groundtruth.txt"));
+  if (isFile(joinPath(path_, "groundtruth.txt"))) trajectory_ = readTrajectory(joinPath(path_, "groundtruth.txt"));
 
-  for (const StampedFile& entry : readImageList(joinPath(folder, "rgb.txt"))) {
-    DatasetFrame frame = {entry.file, entry.stamp, dataset.truthAt(entry.stamp)};
+  for (const StampedFile& entry : readImageList(joinPath(path_, "rgb.txt"))) {
+    DatasetFrame frame = {entry.file, entry.stamp, truthAt(entry.stamp)};
     if (const StampedFile* nearest = nearestFile(depth, entry.stamp)) {
       frame.depth = nearest->file;
       frame.depth_stamp = nearest->stamp;
     }
-    dataset.frames_.push_back(frame);
+    frames_.push_back(frame);
   }
-  dataset.read_ = imagesOf(dataset.frames_, folder);
-  return dataset;
 }
 
 }  // namespace gms_ransac
