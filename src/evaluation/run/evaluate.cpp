@@ -25,7 +25,7 @@ int evaluateMerge(const Arguments& arguments) {
 
 constexpr Command kCommands[] = {
     {"run", "work through a data set: a record for each pair and method, and a table", evaluateRun},
-    {"sweep", "success and effort of each method against the outlier ratio, on the rendered scene", evaluateSweep},
+    {"sweep", "success and effort of each method against the outlier ratio, on drawn scenes", evaluateSweep},
     {"tables", "the paper's tables and figures on one's own images", evaluateTables},
     {"trust", "how often OK is wrong, and whether covariances are true, on sets and on scenes that try to fool",
      evaluateTrust},

@@ -325,7 +325,7 @@ TEST_F(EvaluateTest, ConfidenceOrderNeedsFewerHypothesesAtEqualSuccess) {
   }
 }
 
-TEST_F(EvaluateTest, LoProsacIsAsGoodAsAnExhaustiveSearchOnTheRenderedScene) {
+TEST_F(EvaluateTest, LoProsacIsAsGoodAsAnExhaustiveSearch) {
   // 70 % outliers ask for 4,300 hypotheses.
   const Outcome outcome = evaluate(
       "sweep --method ransac,lo_prosac --repeat 4 --max-iterations 5000 --success-probability 0.9999 --no-plots "
