@@ -27,9 +27,7 @@ DatasetKind kindOf(const std::string& path) {
     throw DatasetError(path + ": is neither a folder nor a .bag file");
   }
   if (!isFolder(path)) throw DatasetError(path + ": no such folder or bag");
-  if (isFile(joinPath(path, "pairs.txt"))) return DatasetKind::kImagePairs;
-  if (isFile(joinPath(path, "rgb.txt"))) return DatasetKind::kTum;
-  if (isFolder(joinPath(path, "image_0")) || isFolder(joinPath(path, "image_l"))) return DatasetKind::kKitti;
+  if (const auto layout = layoutOf(path)) return *layout;
   throw DatasetError(path + ": holds neither rgb.txt (TUM), image_0/ (KITTI) nor pairs.txt (image pairs)");
 }
 
@@ -49,6 +47,13 @@ bool isOpenNiDefault(const CameraIntrinsics& k) {
 }
 
 }  // namespace
+
+std::optional<DatasetKind> layoutOf(const std::string& folder) {
+  if (isFile(joinPath(folder, "pairs.txt"))) return DatasetKind::kImagePairs;
+  if (isFile(joinPath(folder, "rgb.txt"))) return DatasetKind::kTum;
+  if (isFolder(joinPath(folder, "image_0")) || isFolder(joinPath(folder, "image_l"))) return DatasetKind::kKitti;
+  return std::nullopt;
+}
 
 CameraIntrinsics openNiIntrinsics() { return {525, 525, 319.5, 239.5, "plumb_bob", {}}; }
 

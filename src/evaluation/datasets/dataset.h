@@ -22,6 +22,9 @@ class DatasetError : public std::runtime_error {
 
 enum class DatasetKind { kTum, kKitti, kImagePairs, kBag };
 
+/// The layout of a folder: pairs.txt, rgb.txt, image_0/ or image_l/; absent if it has none of these.
+std::optional<DatasetKind> layoutOf(const std::string& folder);
+
 /// One image of the set.
 struct DatasetFrame {
   std::string name;  ///< path relative to the folder as listed; "<topic>@<stamp>" in a bag
@@ -66,8 +69,7 @@ using ImageReader = std::function<cv::Mat(int frame, bool colour)>;
 
 class Dataset {
  public:
-  /// Recognises a bag by its suffix and a folder by its lists: pairs.txt, rgb.txt, image_0/ or image_l/.
-  /// Throws DatasetError.
+  /// Recognises a bag by its suffix and a folder by its layout. Throws DatasetError.
   static Dataset open(const std::string& path, const DatasetOptions& options = {});
 
   DatasetKind kind() const { return kind_; }

@@ -8,8 +8,8 @@
 #include <memory>
 #include <numeric>
 #include <optional>
-#include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "run/evaluate_commands.h"
 #include "run/experiment.h"
@@ -58,35 +58,28 @@ struct TrustUnit {
 
 /// The scenes that lists ask for, in the order of the catalogue.
 std::vector<DrawnScene> chosenScenes(const std::vector<std::string>& lists) {
-  std::set<std::string> wanted;
-  for (const std::string& word : splitAtCommas(lists)) {
-    bool known = false;
-    for (const DrawnScene& scene : drawnScenes()) {
-      if (word != "drawn" && scene.name.compare(0, word.size(), word) != 0) continue;
-      wanted.insert(scene.name);
-      known = true;
-    }
-    if (!known) {
-      throw std::invalid_argument("--scenes holds '" + word +
-                                  "', with which no scene's name begins; see --list-scenes");
-    }
+  const auto asked = [](const DrawnScene& scene, const std::string& word) {
+    return word == "drawn" || scene.name.compare(0, word.size(), word) == 0;
+  };
+  const std::vector<std::string> words = splitAtCommas(lists);
+  const std::vector<DrawnScene>& all = drawnScenes();
+  for (const std::string& word : words) {
+    if (std::any_of(all.begin(), all.end(), [&](const DrawnScene& scene) { return asked(scene, word); })) continue;
+    throw std::invalid_argument("--scenes holds '" + word + "', with which no scene's name begins; see --list-scenes");
   }
   std::vector<DrawnScene> scenes;
-  std::copy_if(drawnScenes().begin(), drawnScenes().end(), std::back_inserter(scenes),
-               [&](const DrawnScene& scene) { return wanted.count(scene.name) > 0; });
+  std::copy_if(all.begin(), all.end(), std::back_inserter(scenes), [&](const DrawnScene& scene) {
+    return std::any_of(words.begin(), words.end(), [&](const std::string& word) { return asked(scene, word); });
+  });
   return scenes;
 }
 
 /// The sets that a folder is or holds: itself, or its subfolders in the order of their names.
 std::vector<std::string> setsIn(const std::string& folder) {
-  const auto is_set = [](const fs::path& path) {
-    const auto holds = [&](const char* name) { return fs::exists(path / name); };
-    return holds("rgb.txt") || holds("pairs.txt") || holds("image_0") || holds("image_l");
-  };
-  if (!fs::is_directory(folder) || is_set(folder)) return {folder};  // a bag, or a set
+  if (!fs::is_directory(folder) || layoutOf(folder)) return {folder};  // a bag, or a set
   std::vector<std::string> sets;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_directory() && is_set(entry.path())) sets.push_back(entry.path().string());
+    if (layoutOf(entry.path().string())) sets.push_back(entry.path().string());
   }
   std::sort(sets.begin(), sets.end());
   if (sets.empty()) return {folder};  // opening it reports what is missing
@@ -96,14 +89,14 @@ std::vector<std::string> setsIn(const std::string& folder) {
 /// False when only a text was asked for.
 bool parse(const Arguments& arguments, TrustPlan& plan) {
   std::vector<std::string> folders, gaps, scenes;
-  std::optional<double> rotation, translation, clock, alignment;
+  std::vector<std::pair<double TruthNoise::*, double>> sigmas;  // that are given
   PipelineArguments pipeline;
   po::options_description options;
   auto add = options.add_options();
-  const auto addSigma = [&](const std::string& option, double unit, std::optional<double>& sigma, const char* text) {
-    const auto take = [=, &sigma](double value) {
+  const auto addSigma = [&](const std::string& option, double unit, double TruthNoise::*field, const char* text) {
+    const auto take = [=, &sigmas](double value) {
       if (!(value >= 0)) throw std::invalid_argument("--" + option + " must not be negative");
-      sigma = unit * value;
+      sigmas.emplace_back(field, unit * value);
     };
     add(option.c_str(), po::value<double>()->notifier(take), text);
   };
@@ -115,11 +108,11 @@ bool parse(const Arguments& arguments, TrustPlan& plan) {
       "frames between reference and current of the sets, with commas between; default 1");
   add("stride", withDefault(plan.stride), "frames between one pair and the next");
   addSigma(
-      "truth-rotation-sigma", 1 / kDegrees, rotation,
+      "truth-rotation-sigma", 1 / kDegrees, &TruthNoise::rotation,
       "noise of the sets' true rotation from image to image, degrees for each axis; default: by the kind of the set");
-  addSigma("truth-translation-sigma", 1, translation, "of their true translation, metres for each axis");
-  addSigma("truth-clock-sigma", 1, clock, "of the images' stamps against those of the truth, seconds");
-  addSigma("truth-alignment-sigma", 1 / kDegrees, alignment,
+  addSigma("truth-translation-sigma", 1, &TruthNoise::translation, "of their true translation, metres for each axis");
+  addSigma("truth-clock-sigma", 1, &TruthNoise::clock, "of the images' stamps against those of the truth, seconds");
+  addSigma("truth-alignment-sigma", 1 / kDegrees, &TruthNoise::alignment,
            "of the truth's axes against those of the camera, degrees about each");
   add("out,o", withDefault(plan.folder.path), "folder for records, pairs.csv, trust.md and plots");
   add("resume", po::bool_switch(&plan.folder.resume), "go on with what is in the folder already");
@@ -142,10 +135,9 @@ bool parse(const Arguments& arguments, TrustPlan& plan) {
   plan.scenes = chosenScenes(scenes);
   for (const std::string& folder : folders) {
     for (const std::string& path : setsIn(folder)) {
-      const TruthNoise kind = defaultTruthNoise(path);
-      plan.sets.push_back({path,
-                           {rotation.value_or(kind.rotation), translation.value_or(kind.translation),
-                            clock.value_or(kind.clock), alignment.value_or(kind.alignment)}});
+      TruthNoise noise = defaultTruthNoise(path);
+      for (const auto& [field, sigma] : sigmas) noise.*field = sigma;
+      plan.sets.push_back({path, noise});
     }
   }
   if (plan.sets.empty() && plan.scenes.empty()) {
