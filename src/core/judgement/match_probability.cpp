@@ -23,14 +23,14 @@ MatchProbability::MatchProbability() = default;
 MatchProbability::~MatchProbability() = default;
 
 template <class Square, class Wrong, class Scale>
-void MatchProbability::fit(int count, const MatchNoise& noise, const Square& square, const Wrong& wrong,
-                           const Scale& scale) {
+void MatchProbability::fit(const PointColumnsView& points, const MatchNoise& noise, float finest_weight, bool on_line,
+                           const Square& square, const Wrong& wrong, const Scale& scale) {
   // Whole packets, so that every column is aligned.
-  const Eigen::Index rows = (count + kLanes - 1) / kLanes * kLanes;
+  const Eigen::Index rows = (points.count + kLanes - 1) / kLanes * kLanes;
   if (densities_.rows() < rows) densities_.resize(rows, Eigen::NoChange);
   within_.clear();
-  within_.reserve(static_cast<size_t>(count));  // so that how many lie within allocates nothing
-  for (int i = 0; i < count; ++i) {
+  within_.reserve(static_cast<size_t>(points.count));  // so that how many lie within allocates nothing
+  for (int i = 0; i < points.count; ++i) {
     const float residual = square(static_cast<size_t>(i));
     if (!(residual < kSquaredWindow)) continue;
     densities_.row(within_.size()).head<2>() << residual, wrong(static_cast<size_t>(i));
@@ -39,13 +39,12 @@ void MatchProbability::fit(int count, const MatchNoise& noise, const Square& squ
   const auto column = [&](int k) { return densities_.col(k).head(static_cast<Eigen::Index>(within_.size())); };
   auto squares = column(kSquare), wrong_density = column(kWrongDensity), near = column(kNear), wide = column(kWide);
   auto near_density = column(kNearDensity), wide_density = column(kWideDensity);
-  near_sigma_ = static_cast<float>(noise.sigma());
-  wide_sigma_ = static_cast<float>(noise.wideSigma());
+  const auto near_sigma = static_cast<float>(noise.sigma()), wide_sigma = static_cast<float>(noise.wideSigma());
   const auto density = [&](float deviation) {
     return scale(deviation) * (-0.5f / (deviation * deviation) * squares).exp();
   };
-  near_density = density(near_sigma_);
-  wide_density = density(wide_sigma_);
+  near_density = density(near_sigma);
+  wide_density = density(wide_sigma);
   // The share of each component, by expectation and maximisation on a part of the matches.
   float near_share = kFirstNear, wide_share = kFirstWide;
   const auto weigh = [&](Eigen::Index matches) {
@@ -64,6 +63,18 @@ void MatchProbability::fit(int count, const MatchNoise& noise, const Square& squ
     if (std::abs(near_share - last) < MatchNoise::kSettled) break;
   }
   weigh(near.size());
+  for (Eigen::Index k = 0; k < near.size(); ++k) {
+    const int column = within_[static_cast<size_t>(k)];
+    // The residual is that of either keypoint: the two are sqrt(2) as far apart.
+    const float stretch = finest_weight / points.weight[column];
+    const float left = kRightWithin * kRightWithin - 2 * squares[k] * stretch;
+    if (!(left > 0)) continue;
+    // As much noise as across an epipolar line is along it, which cannot be seen.
+    const float reach = 0.5f * std::sqrt(left / stretch);
+    const auto inside = [&](float sigma) { return on_line ? within(reach / sigma) : 1.f; };
+    probabilities_[static_cast<size_t>(column)] =
+        std::min(1.f, near[k] * inside(near_sigma) + wide[k] * inside(wide_sigma));
+  }
 }
 
 const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const std::vector<uint8_t>& apart,
@@ -73,20 +84,10 @@ const std::vector<float>& MatchProbability::weigh(const MatchNoise& noise, const
     if (other && apart.empty()) break;
     // The parallaxes that another motion should have are unknown.
     fit(
-        points.count, noise,
+        points, noise, finest_weight, true,
         [&](size_t i) { return apart.empty() || apart[i] == other ? noise.residuals()[i] : kSquaredWindow; },
         [&](size_t i) { return (other ? 1.f : noise.odds()[i]) / MatchNoise::kWindow; },
         [](float sigma) { return static_cast<float>(std::sqrt(2 / M_PI)) / sigma; });
-    for (size_t k = 0; k < within_.size(); ++k) {
-      // The residual is that of either keypoint: across the line the two are sqrt(2) as far apart, and as much noise is
-      // along it, which cannot be seen.
-      const float stretch = finest_weight / points.weight[within_[k]];
-      const float left = kRightWithin * kRightWithin - 2 * densities_(k, kSquare) * stretch;
-      if (!(left > 0)) continue;
-      const float reach = 0.5f * std::sqrt(left / stretch);
-      probabilities_[static_cast<size_t>(within_[k])] = std::min(
-          1.f, densities_(k, kNear) * within(reach / near_sigma_) + densities_(k, kWide) * within(reach / wide_sigma_));
-    }
   }
   return probabilities_;
 }
@@ -97,13 +98,8 @@ const std::vector<float>& MatchProbability::weighRotated(const MatchNoise& noise
   probabilities_.assign(static_cast<size_t>(points.count), 0.f);
   // A transfer distance has the noise of both images.
   fit(
-      points.count, noise, [&](size_t i) { return 0.5f * rotation_residuals[i]; },
+      points, noise, finest_weight, false, [&](size_t i) { return 0.5f * rotation_residuals[i]; },
       [](size_t) { return 1 / kSquaredWindow; }, [](float sigma) { return 0.5f / (sigma * sigma); });
-  for (size_t k = 0; k < within_.size(); ++k) {
-    const float stretch = finest_weight / points.weight[within_[k]];
-    if (!(2 * densities_(k, kSquare) * stretch < kRightWithin * kRightWithin)) continue;
-    probabilities_[static_cast<size_t>(within_[k])] = std::min(1.f, densities_(k, kNear) + densities_(k, kWide));
-  }
   return probabilities_;
 }
 

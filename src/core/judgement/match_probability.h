@@ -30,17 +30,17 @@ class MatchProbability {
                                          const PointColumnsView& points, float finest_weight);
 
  private:
-  /// Fits the components to the matches of some residuals, those within the window, and fills the posteriors.
-  /// `square(i)`, `wrong(i)`: squared residual of a match and its density if it is wrong; `scale`: of the density of a
-  /// squared residual whose standard deviation is the argument.
+  /// Fits the components to the matches of some residuals, those within the window, and fills their probabilities.
+  /// `on_line`: the residual is the distance from a line; `square(i)`, `wrong(i)`: squared residual of a match and its
+  /// density if it is wrong; `scale`: of the density of a squared residual whose standard deviation is the argument.
   template <class Square, class Wrong, class Scale>
-  void fit(int count, const MatchNoise& noise, const Square& square, const Wrong& wrong, const Scale& scale);
+  void fit(const PointColumnsView& points, const MatchNoise& noise, float finest_weight, bool on_line,
+           const Square& square, const Wrong& wrong, const Scale& scale);
 
   std::vector<int> within_;  ///< columns within the window
   enum { kSquare, kWrongDensity, kNearDensity, kWideDensity, kNear, kWide };
   Eigen::Array<float, Eigen::Dynamic, 6> densities_;  ///< theirs, the last two posteriors
   std::vector<float> probabilities_;
-  float near_sigma_ = 1, wide_sigma_ = 1;
 };
 
 }  // namespace gms_ransac

@@ -49,12 +49,9 @@ void PoseInformation::sum(const ResidualKernels& kernels, const PointColumnsView
   for (int i = 0, k = 0; i < kParameters; ++i) {
     for (int j = 0; j <= i; ++j, ++k) curvature(i, j) = curvature(j, i) = bend * products[k];
   }
-  const auto rotations = [&](int step) {
-    return Eigen::Map<const Eigen::ArrayXf>(column(Column::kLineRotation + step, plausible.size), plausible.size);
-  };
-  line_rotations(0, 0) = bend * static_cast<double>(rotations(0).square().sum());
-  line_rotations(1, 1) = bend * static_cast<double>(rotations(1).square().sum());
-  line_rotations(0, 1) = line_rotations(1, 0) = bend * static_cast<double>((rotations(0) * rotations(1)).sum());
+  using Angles = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 2>>;
+  const Angles angles(column(Column::kLineRotation, plausible.size), plausible.size, 2);
+  line_rotations = bend * angles.transpose().lazyProduct(angles).cast<double>();
   sumParts(plausible.count, plausible.size, cell_of);
 }
 

@@ -84,10 +84,6 @@ class PoseInformation {
   void sumParts(int count, int size, const std::vector<int32_t>& cells);
   const float* column(int k, int size) const { return columns_[static_cast<size_t>(k) * size / kLanes].lane; }
 
-  /// Entries that the kernels load at once, aligned as they ask for.
-  struct alignas(kLanes * sizeof(float)) Entries {
-    float lane[kLanes];
-  };
   std::vector<Entries> columns_;  ///< DerivativeColumn
 };
 

@@ -85,7 +85,7 @@ PoseBreak worstBreak(const PoseInformation& all, const Eigen::Matrix<double, N, 
           const bool enough = fewer >= kParameters && fewer >= kLeastShare * all.used;
           const double statistic = enough && broken[rectangle] ? part.statistic() : 0;
           broken[rectangle] = statistic > kBreak;
-          if (statistic > worst.statistic) worst = {statistic, left, top, right, bottom};
+          if (statistic > worst.statistic) worst = {statistic, {left, top, right - left, bottom - top}};
         }
       }
     }
@@ -94,11 +94,6 @@ PoseBreak worstBreak(const PoseInformation& all, const Eigen::Matrix<double, N, 
 }
 
 }  // namespace
-
-bool PoseBreak::holds(int32_t cell) const {
-  const int block = static_cast<int>(blockOf(cell)), row = block / kBlockSide, column = block % kBlockSide;
-  return row >= top && row < bottom && column >= left && column < right;
-}
 
 PoseBreak findBreak(const PoseInformation& all, double variance) {
   const PoseSquare inverse = inverseOf(all.ofPose());

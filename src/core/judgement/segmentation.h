@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <opencv2/core/types.hpp>
+
 #include "judgement/match_noise.h"
 #include "judgement/pose_information.h"
 #include "two_view/pose_model.h"
@@ -16,10 +18,12 @@ namespace gms_ransac {
 /// Econometrica 1993): that the pose is the same in it and outside.
 struct PoseBreak {
   double statistic = 0;  ///< chi-square with five degrees of freedom, the largest over all rectangles
-  int left = 0, top = 0, right = 0, bottom = 0;  ///< blocks, the last two beyond it
+  cv::Rect blocks;
 
   /// Returns true if a cell lies in it.
-  bool holds(int32_t cell) const;
+  bool holds(int32_t cell) const {
+    return blocks.contains({cell % kCellSide / kCellsOfBlock, cell / kCellSide / kCellsOfBlock});
+  }
 };
 
 /// The rectangle whose matches contradict the rest most, with the camera known to its typical errors, so that an error

@@ -48,20 +48,18 @@ inline void strideOver(int count, std::vector<int>& arrangement) {
   }
 }
 
+/// Floats that a kernel loads at once, aligned as it asks for.
+struct alignas(kLanes * sizeof(float)) Entries {
+  float lane[kLanes];
+};
+
 class PointColumns {
  public:
   void resize(int count) {
-    const int size = (count + kLanes - 1) / kLanes * kLanes;
-    stride_ = size;
-    const size_t needed = 5 * static_cast<size_t>(size) + kAlignment;
-    if (storage_.size() < needed) storage_.resize(needed);
-    auto address = reinterpret_cast<size_t>(storage_.data());
-    const size_t bytes = kAlignment * sizeof(float);
-    base_ = storage_.data() + (bytes - address % bytes) % bytes / sizeof(float);
+    blocks_ = (count + kLanes - 1) / kLanes;
+    storage_.resize(std::max(storage_.size(), 5 * static_cast<size_t>(blocks_)));
     count_ = count;
-    for (int c = 0; c < 5; ++c) {
-      for (int i = count; i < size; ++i) column(c)[i] = 0;
-    }
+    for (int c = 0; c < 5; ++c) std::fill(column(c) + count, column(c) + size(), 0.f);
   }
   void gather(const PointColumnsView& from, const int* columns, int count) {
     resize(count);
@@ -91,16 +89,16 @@ class PointColumns {
   /// Where what is computed of these columns is counted; it must outlive their views.
   void countInto(int64_t* evaluations) { evaluations_ = evaluations; }
   PointColumnsView view() const {
-    return {column(0), column(1), column(2), column(3), column(4), stride_, count_, evaluations_};
+    return {column(0), column(1), column(2), column(3), column(4), size(), count_, evaluations_};
   }
 
  private:
-  static constexpr size_t kAlignment = 16;  // floats: one cache line
-  float* column(int c) const { return base_ + static_cast<size_t>(c) * stride_; }
+  int size() const { return blocks_ * kLanes; }
+  const float* column(int c) const { return storage_.data()->lane + static_cast<size_t>(c) * size(); }
+  float* column(int c) { return storage_.data()->lane + static_cast<size_t>(c) * size(); }
 
-  std::vector<float> storage_;
-  float* base_ = nullptr;
-  int stride_ = 0, count_ = 0;
+  std::vector<Entries> storage_;
+  int blocks_ = 0, count_ = 0;
   int64_t* evaluations_ = nullptr;
 };
 
