@@ -12,7 +12,6 @@
 
 #include <opencv2/core/utility.hpp>
 
-#include "benchmark/dense_motion_statistics.h"
 #include "benchmark/opencv_baseline.h"
 #include "datasets/dataset.h"
 #include "gms_ransac/match_filter.h"

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <deque>
 #include <memory>
-#include <set>
 #include <utility>
 
-#include "benchmark/dense_motion_statistics.h"
 #include "benchmark/opencv_baseline.h"
 #include "gms/guided_search.h"
 #include "gms_ransac/match_filter.h"
@@ -39,7 +37,6 @@ struct MatcherContender {
 struct FilterContender {
   std::string name;
   const ExtractorContender& extractor;
-  bool guided;
   MatchFilter filter;
   MatchResult result;
 };
@@ -73,7 +70,6 @@ class Suite {
         for (const std::string& method : options.methods) {
           filters_.push_back({method + (stock ? "" : " on " + with.name) + (guided ? ", guided" : ""),
                               with,
-                              guided,
                               MatchFilter(pipeline(method, search, name)),
                               {}});
         }
@@ -264,18 +260,15 @@ class Suite {
 
   /// The raw matches of our own extractor, by full and by guided search.
   void matchOurs() {
-    std::set<bool> seen;
-    for (const FilterContender& contender : filters_) {
-      if (&contender.extractor == &stock_ || !seen.insert(contender.guided).second) continue;
-      const Features &reference = contender.extractor.reference.features,
-                     &current = contender.extractor.current.features;
+    const ExtractorContender& extractor = extractors_.back();
+    const Features &reference = extractor.reference.features, &current = extractor.current.features;
+    for (const bool guided : {false, true}) {
       const double ms = time([&] {
-        contender.guided ? guided_search_.match(reference, current, ours_)
-                         : matchers_.front().matcher.match(reference.descriptors, current.descriptors, ours_);
+        guided ? guided_search_.match(reference, current, ours_)
+               : matchers_.front().matcher.match(reference.descriptors, current.descriptors, ours_);
       });
-      tell(kMatch,
-           toString(detectSimdLevel()) + " on " + contender.extractor.name + (contender.guided ? ", guided" : ""),
-           kBaselineMatcher, ms, contender.extractor, contender.result.matches, all);
+      tell(kMatch, toString(detectSimdLevel()) + " on " + extractor.name + (guided ? ", guided" : ""), kBaselineMatcher,
+           ms, extractor, ours_, all);
     }
   }
 

@@ -1,4 +1,4 @@
-#include "benchmark/dense_motion_statistics.h"
+#include "benchmark/opencv_baseline.h"
 
 #include <algorithm>
 #include <cmath>

@@ -38,13 +38,6 @@ struct TablesPlan {
   bool plots = true;
 };
 
-/// One piece of work: a pair of images at one preset.
-struct TablesUnit {
-  const Dataset* dataset;
-  DatasetPair pair;
-  int preset;
-};
-
 /// One pipeline of the comparison: method, model, grouping ratio.
 using TablesRun = std::tuple<std::string, ModelType, double>;
 
@@ -173,20 +166,19 @@ MatchFilter& filterFor(const TablesRun& run, const TablesPlan& plan, Filters& fi
   return filters.try_emplace(run, options).first->second;
 }
 
-/// A record for every run of the unit and every repetition of its robust stage. Rounds go over all runs, so that a
-/// disturbance costs each at most one of its rounds.
-json measure(const TablesPlan& plan, const TablesUnit& unit, Filters& filters) {
-  const Dataset& dataset = *unit.dataset;
+/// A record for every run of a pair at one preset and every repetition of its robust stage. Rounds go over all runs, so
+/// that a disturbance costs each at most one of its rounds.
+json measure(const TablesPlan& plan, const Dataset& dataset, const DatasetPair& pair, int preset, Filters& filters) {
   MatchFilterOptions extraction = plan.base;
-  extraction.extractor.features = unit.preset;
-  if (unit.preset > kLastPresetOfDefaultFastThreshold) extraction.extractor.fast_threshold = 0;
+  extraction.extractor.features = preset;
+  if (preset > kLastPresetOfDefaultFastThreshold) extraction.extractor.fast_threshold = 0;
   MatchFilter extractor(extraction);
-  const Frame reference = extracted(dataset, unit.pair.reference, extractor);
-  const Frame current = extracted(dataset, unit.pair.current, extractor);
+  const Frame reference = extracted(dataset, pair.reference, extractor);
+  const Frame current = extracted(dataset, pair.current, extractor);
   const Camera camera = dataset.intrinsics() ? Camera(*dataset.intrinsics(), reference.features.image_size) : Camera();
-  const PairTruth truth(dataset, unit.pair, camera);
+  const PairTruth truth(dataset, pair, camera);
 
-  const std::vector<TablesRun> runs = tablesRuns(plan, unit.preset);
+  const std::vector<TablesRun> runs = tablesRuns(plan, preset);
   std::vector<MatchResult> results(runs.size());
   std::vector<StageTimes> fastest(runs.size());
   for (int round = 0; round < kStageRuns; ++round) {
@@ -205,7 +197,7 @@ json measure(const TablesPlan& plan, const TablesUnit& unit, Filters& filters) {
     for (size_t i = 0; i < runs.size(); ++i) {
       MatchFilter& filter = filterFor(runs[i], plan, filters);
       MatchFilterOptions options = filter.options();
-      options.extractor.features = unit.preset;
+      options.extractor.features = preset;
       options.robust.seed = plan.base.robust.seed + static_cast<uint64_t>(repeat);
       filter.setSeed(options.robust.seed);
       filter.reset();
@@ -214,7 +206,7 @@ json measure(const TablesPlan& plan, const TablesUnit& unit, Filters& filters) {
       fastest[i].ransac = secondsOf(CLOCK_THREAD_CPUTIME_ID) - start;
       results[i].times = fastest[i];
       json record = answerRecord(options, results[i]);
-      record.update(pairRecord(dataset, unit.pair, plan.gap));
+      record.update(pairRecord(dataset, pair, plan.gap));
       record["repeat"] = repeat;
       record["truth"] = truthRecord(truth, reference.features, current.features, results[i]);
       record.erase("covariance");
@@ -229,22 +221,22 @@ json measure(const TablesPlan& plan, const TablesUnit& unit, Filters& filters) {
 int evaluateTables(const Arguments& arguments) {
   TablesPlan plan;
   if (!parse(arguments, plan)) return 0;
-  std::vector<TablesUnit> units;  // in the order of set, preset, pair
-  std::vector<int> numbers;       // of those of this shard
+  Filters filters;
+  WorkUnits units;  // of this shard, in the order of set, preset, pair
+  int number = 0;
   for (const Dataset& dataset : plan.datasets) {
     for (const int preset : plan.presets) {
       for (const DatasetPair& pair : dataset.spreadPairs(plan.gap, plan.pairs)) {
-        const int number = static_cast<int>(units.size());
-        if (number % plan.shards == plan.shard - 1) numbers.push_back(number);
-        units.push_back({&dataset, pair, preset});
+        if (number % plan.shards == plan.shard - 1) {
+          units[number] = [&, preset, pair] { return measure(plan, dataset, pair, preset, filters); };
+        }
+        ++number;
       }
     }
   }
-  Filters filters;
-  const auto measured = [&](int unit) { return measure(plan, units[static_cast<size_t>(unit)], filters); };
   std::vector<std::string> report = {"tables", plan.folder.path};
   if (!plan.plots) report.push_back("--no-plots");
-  return workThrough(plan.folder, planRecord(plan), numbers, 1, measured, report);  // one by one, for the times' sake
+  return workThrough(plan.folder, planRecord(plan), units, 1, report);  // one at a time, for the times' sake
 }
 
 }  // namespace gms_ransac

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -27,7 +26,7 @@ namespace po = boost::program_options;
 using nlohmann::json;
 
 /// Neighbouring pairs share images: enough of them to extract few images twice, few enough to spread over cores.
-constexpr int kPairsOfUnit = 24;
+constexpr size_t kPairsOfUnit = 24;
 constexpr size_t kBins = 10;  ///< of the probability of a match, of equal width
 
 struct TrustSet {
@@ -46,14 +45,6 @@ struct TrustPlan {
   WorkFolder folder = {"trust"};
   int jobs = 1;
   bool tables = true;
-};
-
-/// One piece of work: some neighbouring pairs of a set at a gap, or all pairs of a drawn scene.
-struct TrustUnit {
-  const TrustSet* set;  ///< null: drawn
-  const DrawnScene* scene;
-  int gap;  ///< 0: of a list of pairs
-  int first, count;
 };
 
 /// The scenes that lists ask for, in the order of the catalogue.
@@ -169,25 +160,6 @@ json planRecord(const TrustPlan& plan) {
   return record;
 }
 
-/// Units in order: set, gap, pairs; then scenes. Says on stderr what the user should know of the sets.
-std::vector<TrustUnit> trustUnits(const TrustPlan& plan) {
-  std::vector<TrustUnit> units;
-  for (const TrustSet& set : plan.sets) {
-    const Dataset dataset = Dataset::open(set.path, plan.dataset);
-    printRemarks(dataset, plan.pipelines.front());
-    const bool listed = dataset.kind() == DatasetKind::kImagePairs;
-    for (const int gap : listed ? std::vector<int>{0} : plan.gaps) {
-      const int pairs = static_cast<int>(dataset.pairs(std::max(1, gap), plan.stride).size());
-      if (pairs == 0) std::cerr << dataset.name() << " has no images " << gap << " apart\n";
-      for (int first = 0; first < pairs; first += kPairsOfUnit) {
-        units.push_back({&set, nullptr, gap, first, std::min(kPairsOfUnit, pairs - first)});
-      }
-    }
-  }
-  for (const DrawnScene& scene : plan.scenes) units.push_back({nullptr, &scene, 0, 0, plan.drawn_pairs});
-  return units;
-}
-
 /// Matches by their probability, in ten bins: count, sum of probabilities and count of right ones of each.
 struct Reliability {
   std::array<double, 3 * kBins> numbers{};
@@ -243,18 +215,19 @@ json noisyTruthRecord(const Eigen::Isometry3d& truth, const MatchResult& result,
   return record;
 }
 
-json measureSet(const TrustPlan& plan, const TrustUnit& unit) {
-  const TruthNoise& noise = unit.set->noise;
-  const Dataset dataset = Dataset::open(unit.set->path, plan.dataset);
-  const std::vector<DatasetPair> pairs = dataset.pairs(std::max(1, unit.gap), plan.stride);
+/// Neighbouring pairs of a set, kPairsOfUnit at most; `gap` 0: of a list of pairs.
+json measureSet(const TrustPlan& plan, const TrustSet& set, int gap, size_t first) {
+  const TruthNoise& noise = set.noise;
+  const Dataset dataset = Dataset::open(set.path, plan.dataset);
+  const std::vector<DatasetPair> pairs = dataset.pairs(std::max(1, gap), plan.stride);
   Experiment experiment(dataset, plan.pipelines);
   json records = json::array();
-  for (int i = unit.first; i < unit.first + unit.count; ++i) {
-    const DatasetPair& pair = pairs[static_cast<size_t>(i)];
+  for (size_t i = first; i < std::min(pairs.size(), first + kPairsOfUnit); ++i) {
+    const DatasetPair& pair = pairs[i];
     const ClockStep step = clockStep(dataset, pair, noise.clock);
     experiment.run(pair, [&](const Answer& answer) {
       json record = answerRecord(answer.options, answer.result);
-      record.update(pairRecord(dataset, pair, unit.gap));
+      record.update(pairRecord(dataset, pair, gap));
       record["kind"] = noise.exact() ? "rendered" : "real";
       record["reliability"] = reliabilityRecord(answer, noise, step);
       record["truth"] = nullptr;
@@ -266,13 +239,13 @@ json measureSet(const TrustPlan& plan, const TrustUnit& unit) {
   return records;
 }
 
-json measureScene(const TrustPlan& plan, const TrustUnit& unit) {
+json measureScene(const TrustPlan& plan, const DrawnScene& drawn) {
   std::vector<std::unique_ptr<Method>> methods;
   for (const MatchFilterOptions& pipeline : plan.pipelines) methods.push_back(makeMethod(pipeline));
   MatchResult result;
   json records = json::array();
-  for (int i = unit.first; i < unit.first + unit.count; ++i) {
-    const TwoViewScene scene = drawPair(*unit.scene, i);
+  for (int i = 0; i < plan.drawn_pairs; ++i) {
+    const TwoViewScene scene = drawPair(drawn, i);
     for (size_t m = 0; m < methods.size(); ++m) {
       methods[m]->reset();  // each pair is of another world
       methods[m]->estimate(scene.pairs, scene.camera, result.robust);
@@ -284,7 +257,7 @@ json measureScene(const TrustPlan& plan, const TrustUnit& unit) {
         reliability.add(result.robust.probability[match], isRight(scene, match));
       }
       json record = answerRecord(plan.pipelines[m], result);
-      record.update({{"kind", "drawn"}, {"set", unit.scene->name}, {"reference", ""}, {"current", std::to_string(i)}});
+      record.update({{"kind", "drawn"}, {"set", drawn.name}, {"reference", ""}, {"current", std::to_string(i)}});
       record["gap"] = record["stamp"] = nullptr;
       record["reliability"] = reliability.record();
       record["truth"] = noisyTruthRecord(scene.currentInReference(), result);
@@ -294,21 +267,36 @@ json measureScene(const TrustPlan& plan, const TrustUnit& unit) {
   return records;
 }
 
+/// In order: set, gap, pairs; then scenes. Says on stderr what the user should know of the sets.
+WorkUnits trustUnits(const TrustPlan& plan) {
+  WorkUnits units;
+  int number = 0;
+  for (const TrustSet& set : plan.sets) {
+    const Dataset dataset = Dataset::open(set.path, plan.dataset);
+    printRemarks(dataset, plan.pipelines.front());
+    const bool listed = dataset.kind() == DatasetKind::kImagePairs;
+    for (const int gap : listed ? std::vector<int>{0} : plan.gaps) {
+      const size_t pairs = dataset.pairs(std::max(1, gap), plan.stride).size();
+      if (pairs == 0) std::cerr << dataset.name() << " has no images " << gap << " apart\n";
+      for (size_t first = 0; first < pairs; first += kPairsOfUnit) {
+        units[number++] = [&plan, &set, gap, first] { return measureSet(plan, set, gap, first); };
+      }
+    }
+  }
+  for (const DrawnScene& scene : plan.scenes) {
+    units[number++] = [&plan, &scene] { return measureScene(plan, scene); };
+  }
+  return units;
+}
+
 }  // namespace
 
 int evaluateTrust(const Arguments& arguments) {
   TrustPlan plan;
   if (!parse(arguments, plan)) return 0;
-  const std::vector<TrustUnit> units = trustUnits(plan);
-  std::vector<int> numbers(units.size());
-  std::iota(numbers.begin(), numbers.end(), 0);
-  const auto measured = [&](int index) {
-    const TrustUnit& unit = units[static_cast<size_t>(index)];
-    return unit.set ? measureSet(plan, unit) : measureScene(plan, unit);
-  };
   std::vector<std::string> report = {"trust", plan.folder.path};
   if (!plan.tables) report.push_back("--no-tables");
-  return workThrough(plan.folder, planRecord(plan), numbers, plan.jobs, measured, report);
+  return workThrough(plan.folder, planRecord(plan), trustUnits(plan), plan.jobs, report);
 }
 
 }  // namespace gms_ransac

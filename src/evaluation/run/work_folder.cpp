@@ -1,11 +1,8 @@
 #include "run/work_folder.h"
 
-#include <algorithm>
-#include <atomic>
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
@@ -53,24 +50,25 @@ Lines begin(const WorkFolder& folder, const json& plan, const std::string& plan_
 }
 
 /// Gives the records of each unit to `receive`, one at a time, until Ctrl-C. Rethrows the first failure.
-void work(const std::vector<int>& units, int jobs, const std::function<json(int)>& measure,
-          const std::function<void(int, const json&)>& receive) {
+void work(const WorkUnits& units, int jobs, const std::function<void(int, const json&)>& receive) {
   Progress progress("measuring", static_cast<int>(units.size()));
-  std::atomic<size_t> next{0};
-  std::atomic<bool> failed{false};
+  auto next = units.begin();
   std::exception_ptr failure;
   std::mutex mutex;
   const auto share = [&] {
-    try {
-      for (size_t i = next++; i < units.size() && !failed && !interrupted(); i = next++) {
-        const json records = measure(units[i]);
-        const std::lock_guard<std::mutex> lock(mutex);
-        receive(units[i], records);
+    std::unique_lock<std::mutex> lock(mutex);
+    while (next != units.end() && !failure && !interrupted()) {
+      const auto& [number, measure] = *next++;
+      lock.unlock();
+      try {
+        const json records = measure();
+        lock.lock();
+        receive(number, records);
         progress.advance();
+      } catch (...) {
+        if (!lock) lock.lock();
+        failure = std::current_exception();
       }
-    } catch (...) {
-      const std::lock_guard<std::mutex> lock(mutex);
-      if (!failed.exchange(true)) failure = std::current_exception();
     }
   };
   std::vector<std::thread> workers;
@@ -82,17 +80,16 @@ void work(const std::vector<int>& units, int jobs, const std::function<json(int)
 
 }  // namespace
 
-int workThrough(const WorkFolder& folder, const json& plan, const std::vector<int>& units, int jobs,
-                const std::function<json(int)>& measure, const std::vector<std::string>& report) {
+int workThrough(const WorkFolder& folder, const json& plan, WorkUnits units, int jobs,
+                const std::vector<std::string>& report) {
   const std::string file = folder.path + "/measurements.jsonl";
   const Lines before = begin(folder, plan, folder.path + "/plan.json", file);
-  std::vector<int> todo;
-  std::copy_if(units.begin(), units.end(), std::back_inserter(todo), [&](int unit) { return before.count(unit) == 0; });
+  for (const auto& [number, line] : before) units.erase(number);
   bool any = !before.empty();
   watchInterrupts();
-  if (!todo.empty()) {
-    work(todo, jobs, measure, [&](int unit, const json& records) {
-      write(file, {{unit, json{{"unit", unit}, {"runs", records}}.dump()}}, std::ios::app);
+  if (!units.empty()) {
+    work(units, jobs, [&](int number, const json& records) {
+      write(file, {{number, json{{"unit", number}, {"runs", records}}.dump()}}, std::ios::app);
       any = true;
     });
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -15,11 +16,14 @@ struct WorkFolder {
   bool resume = false;  ///< goes on with what is there, which has to be of the same plan
 };
 
-/// Writes the records that `measure` makes of each unit that the folder lacks, `jobs` units side by side, with a line
-/// of progress, until Ctrl-C; then the reporter makes its tables of all. `plan`: everything that decides the figures.
-/// Returns the exit status. Throws std::invalid_argument for a folder that is not to be gone on with,
-/// std::runtime_error where nothing can be written, and the first failure of `measure`.
-int workThrough(const WorkFolder& folder, const nlohmann::json& plan, const std::vector<int>& units, int jobs,
-                const std::function<nlohmann::json(int)>& measure, const std::vector<std::string>& report);
+/// Pieces of work by their number in the plan; each returns its records.
+using WorkUnits = std::map<int, std::function<nlohmann::json()>>;
+
+/// Writes the records of each unit that the folder lacks, `jobs` units side by side, with a line of progress, until
+/// Ctrl-C; then the reporter makes its tables of all. `plan`: everything that decides the figures. Returns the exit
+/// status. Throws std::invalid_argument for a folder that is not to be gone on with, std::runtime_error where nothing
+/// can be written, and the first failure of a unit.
+int workThrough(const WorkFolder& folder, const nlohmann::json& plan, WorkUnits units, int jobs,
+                const std::vector<std::string>& report);
 
 }  // namespace gms_ransac

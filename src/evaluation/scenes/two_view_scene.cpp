@@ -148,33 +148,24 @@ class Layout {
   std::vector<Vector2d> centres_;  ///< of each body's window, pixels
 };
 
-/// When the rows of the images are read, as the share of the motion that is then done.
-class Shutter {
- public:
-  explicit Shutter(const TwoViewSceneOptions& options)
-      : readout_(options.readout), acceleration_(options.acceleration) {}
-
-  bool isGlobal() const { return readout_ == 0; }
-  double shareAtReference(double row) const { return shareAt(delay(row)); }
-  double shareAtCurrent(double row) const { return shareAt(1 + delay(row)); }
-
- private:
-  double delay(double row) const { return readout_ * (row / kHeight - 0.5); }
-  double shareAt(double time) const { return time * (1 + acceleration_ * (time - 1)); }
-
-  double readout_, acceleration_;
-};
+/// Share of the motion that is done when a row of the image taken at `start` (0: the reference, 1: the current) is
+/// read.
+double shareAt(const TwoViewSceneOptions& options, double start, double row) {
+  const double time = start + options.readout * (row / kHeight - 0.5);
+  return time * (1 + options.acceleration * (time - 1));
+}
 
 /// Position in the current image of a point in the frame of the reference camera at its row's time; false: behind.
-bool seenByCurrent(const Lens& lens, const Motion& motion, const Shutter& shutter, double row, const Vector3d& point,
-                   Vector2d& pixel) {
-  const Vector3d start = shutter.isGlobal() ? point : motion.before(shutter.shareAtReference(row), point);
+bool seenByCurrent(const TwoViewSceneOptions& options, const Lens& lens, const Motion& motion, double row,
+                   const Vector3d& point, Vector2d& pixel) {
+  const bool global = options.readout == 0;
+  const Vector3d start = global ? point : motion.before(shareAt(options, 0, row), point);
   double share = 1;
-  for (int i = 0; i < (shutter.isGlobal() ? 1 : kRowIterations); ++i) {
+  for (int i = 0; i < (global ? 1 : kRowIterations); ++i) {
     const Vector3d moved = motion.after(share, start);
     if (moved.z() <= 0) return false;
     pixel = lens.project(moved);
-    share = shutter.shareAtCurrent(pixel.y());
+    share = shareAt(options, 1, pixel.y());
   }
   return true;
 }
@@ -211,8 +202,8 @@ void describeMatch(const TwoViewSceneOptions& options, bool outlier, Random& ran
 }
 
 /// Takes the motion that most matches follow for the truth.
-void settleTruth(const Layout& layout, const Lens& lens, const Shutter& shutter, size_t bodies, TwoViewScene& scene) {
-  std::vector<int> counts(bodies + 1, 0);
+void settleTruth(const TwoViewSceneOptions& options, const Layout& layout, const Lens& lens, TwoViewScene& scene) {
+  std::vector<int> counts(options.bodies.size() + 1, 0);
   for (const int body : scene.body) {
     if (body != kOutlier) ++counts[static_cast<size_t>(body)];
   }
@@ -224,7 +215,7 @@ void settleTruth(const Layout& layout, const Lens& lens, const Shutter& shutter,
     scene.correct[i] = scene.body[i] == largest;
     const Vector2d reference = lens.project(scene.points[i]);
     Vector2d current;
-    const bool seen = seenByCurrent(lens, layout.motion(largest), shutter, reference.y(), scene.points[i], current);
+    const bool seen = seenByCurrent(options, lens, layout.motion(largest), reference.y(), scene.points[i], current);
     scene.displacements[i] = seen ? Vector2d(current - reference) : nowhere;
   }
 }
@@ -287,7 +278,6 @@ TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
   scene.displacements.resize(n);
 
   const Lens lens(options);
-  const Shutter shutter(options);
   Layout layout(options);
   Random random(options.seed);
   const auto about = [&](double length) { return length * (0.5 + options.image_share * (random.uniform() - 0.5)); };
@@ -302,7 +292,7 @@ TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
     const Vector2d reference = lens.project(ray);
     Vector2d current;
     if (!(depth > 0) || !isInside(reference) ||
-        !seenByCurrent(lens, layout.motion(body), shutter, reference.y(), depth * ray, current) || !isInside(current)) {
+        !seenByCurrent(options, lens, layout.motion(body), reference.y(), depth * ray, current) || !isInside(current)) {
       continue;
     }
     if (outlier) current = outlierPlace(options, current, random);
@@ -319,7 +309,7 @@ TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
     scene.body[i] = outlier ? kOutlier : body;
     ++i;
   }
-  settleTruth(layout, lens, shutter, options.bodies.size(), scene);
+  settleTruth(options, layout, lens, scene);
   return scene;
 }
 

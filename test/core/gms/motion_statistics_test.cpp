@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "benchmark/dense_motion_statistics.h"
+#include "benchmark/opencv_baseline.h"
 #include "gms/cell_grid.h"
 
 namespace gms_ransac {

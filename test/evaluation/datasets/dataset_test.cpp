@@ -45,11 +45,16 @@ class DatasetTest : public ::testing::Test {
     return "no complaint";
   }
 
-  /// A file of that text is complained about in these words, and is then gone.
-  void expectRefused(const std::string& name, const std::string& text, const std::string& sentence) {
-    write(name, text);
-    EXPECT_EQ(complaint(), sentence) << text;
-    fs::remove(path(name));
+  struct Refusal {
+    std::string file, text, complaint;  ///< behind the name of the file
+  };
+  /// Each such file is complained about in these words, and is then gone.
+  void expectRefused(const std::vector<Refusal>& refusals) {
+    for (const auto& [file, text, sentence] : refusals) {
+      write(file, text);
+      EXPECT_EQ(complaint(), file + sentence) << text;
+      fs::remove(path(file));
+    }
   }
 
   const ScratchFolder folder_;
@@ -123,13 +128,11 @@ TEST_F(TumTest, ComplainsWithFileAndLine) {
   const std::string entry = "expected a time stamp and a file name",
                     pose = "expected a pose (stamp tx ty tz qx qy qz qw)";
   const std::string camera = "expected fx fy cx cy [k1 k2 p1 p2 [k3]]";
-  expectRefused("rgb.txt", "# nothing\n", "rgb.txt: lists no image");
-  expectRefused("rgb.txt", "1.0 a.png\n# fine\n2.0\n", "rgb.txt:3: " + entry);
-  expectRefused("rgb.txt", "1.0 a.png\nsoon b.png\n", "rgb.txt:2: " + entry + ", but 'soon' is not a finite number");
+  expectRefused({{"rgb.txt", "# nothing\n", ": lists no image"},
+                 {"rgb.txt", "1.0 a.png\n# fine\n2.0\n", ":3: " + entry},
+                 {"rgb.txt", "1.0 a.png\nsoon b.png\n", ":2: " + entry + ", but 'soon' is not a finite number"}});
   write("rgb.txt", "1.0 a.png\n");
-  const struct {
-    std::string file, text, complaint;
-  } refused[] = {{"groundtruth.txt", "1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0\n", ":2: " + pose + ", found 7 fields"},
+  expectRefused({{"groundtruth.txt", "1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0\n", ":2: " + pose + ", found 7 fields"},
                  {"groundtruth.txt", "1 0 0 nan 0 0 0 1\n", ":1: " + pose + ", but 'nan' is not a finite number"},
                  {"groundtruth.txt", "1 0 0 0 0 0 0 0\n", ":1: the quaternion is not of unit length"},
                  // Its squares are beyond a double.
@@ -139,8 +142,7 @@ TEST_F(TumTest, ComplainsWithFileAndLine) {
                  {"camera.txt", "\n500 five 320 240\n", ":2: 'five' is not a finite number"},
                  {"camera.txt", "500 0 320 240\n", ":1: the focal lengths fx and fy must be positive"},
                  {"camera.txt", "", ":1: " + camera + ", but the file is empty"},
-                 {"camera.txt", "1 2 3 4\n5 6 7 8\n", ":2: expected one line with fx fy cx cy [k1 k2 p1 p2 [k3]]"}};
-  for (const auto& [file, text, complaint] : refused) expectRefused(file, text, file + complaint);
+                 {"camera.txt", "1 2 3 4\n5 6 7 8\n", ":2: expected one line with fx fy cx cy [k1 k2 p1 p2 [k3]]"}});
   DatasetOptions options;
   options.intrinsics = "1,2";
   EXPECT_EQ(complaint("", options), "--intrinsics: " + camera + ", found 2 numbers");
@@ -205,9 +207,7 @@ TEST_F(KittiTest, ComplainsWithFileAndLine) {
   writeImage("image_0/000000.png", 1);
   writeImage("image_0/000001.png", 1);
   const std::string pose = "expected twelve numbers of a 3 x 4 pose", no_number = " is not a finite number";
-  const struct {
-    std::string file, text, complaint;
-  } refused[] = {{"calib.txt", "P1: 1 0 0 0 0 1 0 0 0 0 1 0\n", ": has no line that starts with 'P0:'"},
+  expectRefused({{"calib.txt", "P1: 1 0 0 0 0 1 0 0 0 0 1 0\n", ": has no line that starts with 'P0:'"},
                  {"calib.txt", "\nP0: 700 0 600 0 0 701\n",
                   ":2: expected P0: and twelve numbers of a 3 x 4 projection matrix, found 7 fields"},
                  {"calib.txt", "P0: 0 0 600 0 0 701 180 0 0 0 1 0\n", ":1: the focal lengths in P0 must be positive"},
@@ -216,8 +216,7 @@ TEST_F(KittiTest, ComplainsWithFileAndLine) {
                  {"poses.txt", "1 0 0 0 0 2 0 0 0 0 1 0\n", ":1: the left 3 x 3 part is not a rotation"},
                  {"poses.txt", "1 0 0 0 0 -1 0 0 0 0 1 0\n", ":1: the left 3 x 3 part is not a rotation"},  // a mirror
                  {"times.txt", "0.0\n", ":1: the file ends after 1 lines, but there are 2 images"},
-                 {"times.txt", "0.0\nlater\n", ":2: expected one time stamp, but 'later'" + no_number}};
-  for (const auto& [file, text, complaint] : refused) expectRefused(file, text, file + complaint);
+                 {"times.txt", "0.0\nlater\n", ":2: expected one time stamp, but 'later'" + no_number}});
 }
 
 TEST_F(PairsTest, ACornerAtAnEdgeMayBelongToEitherSurface) {
@@ -256,20 +255,20 @@ TEST_F(PairsTest, ReadsHomographyFundamentalAndDisparity) {
 }
 
 TEST_F(PairsTest, ComplainsWithFileAndLine) {
-  const std::pair<std::string, std::string> lists[] = {
-      {"# empty\n", ": lists no pair"},
-      {"a.png\n", ":1: expected two image paths and, optionally, H=, F= or DISP= truth"},
-      {"a.png b.png\na.png b.png Q=x\n", ":2: unknown key 'Q'; known are H, F, DISP and SCALE"},
-      {"a.png b.png SCALE=3\n", ":1: SCALE= without DISP="},
-      {"a.png b.png DISP=d.png SCALE=0\n", ":1: SCALE must be positive"},
-      {"a.png b.png DISP=d.png SCALE=x\n",
-       ":1: expected SCALE= and grey values per pixel of disparity, but 'x' is not a finite number"}};
-  for (const auto& [text, complaint] : lists) expectRefused("pairs.txt", text, "pairs.txt" + complaint);
-  write("pairs.txt", "a.png b.png H=h\n");
+  const std::string list = "pairs.txt";
+  expectRefused({{list, "# empty\n", ": lists no pair"},
+                 {list, "a.png\n", ":1: expected two image paths and, optionally, H=, F= or DISP= truth"},
+                 {list, "a.png b.png\na.png b.png Q=x\n", ":2: unknown key 'Q'; known are H, F, DISP and SCALE"},
+                 {list, "a.png b.png SCALE=3\n", ":1: SCALE= without DISP="},
+                 {list, "a.png b.png DISP=d.png SCALE=0\n", ":1: SCALE must be positive"},
+                 {list, "a.png b.png DISP=d.png SCALE=x\n",
+                  ":1: expected SCALE= and grey values per pixel of disparity, but 'x' is not a finite number"}});
+  write(list, "a.png b.png H=h\n");
   EXPECT_EQ(complaint(), "h: cannot be opened");
-  expectRefused("h", "1 0 0\n0 1\n", "h:2: expected three numbers of a 3 x 3 matrix, found 2 fields");
-  expectRefused("h", "1 0 0\n0 1 0\n", "h:2: expected a 3 x 3 matrix, but the file ends after 2 rows");
-  expectRefused("h", "1 0 0\n0 1 0\n0 0 1\n0 0 0\n", "h:4: expected a 3 x 3 matrix, found a fourth row");
+  const std::string matrix = ": expected a 3 x 3 matrix, ";
+  expectRefused({{"h", "1 0 0\n0 1\n", ":2: expected three numbers of a 3 x 3 matrix, found 2 fields"},
+                 {"h", "1 0 0\n0 1 0\n", ":2" + matrix + "but the file ends after 2 rows"},
+                 {"h", "1 0 0\n0 1 0\n0 0 1\n0 0 0\n", ":4" + matrix + "found a fourth row"}});
 }
 
 sensor_msgs::Image grayMessage(double stamp, int value) {

@@ -40,16 +40,6 @@ TEST(Scene, SameOptionsGiveTheSameFrame) {
   EXPECT_GT(cv::norm(a.image, Scene(options).render(7).image, cv::NORM_L1) / a.image.total(), 5);
 }
 
-TEST(Scene, DepthImageAgreesWithTheExactRay) {
-  const RenderedFrame frame = room().render(20);
-  for (int y = 5; y < 480; y += 31) {
-    for (int x = 5; x < 640; x += 37) {
-      const double exact = room().depth(20, cv::Point2d(x, y));
-      EXPECT_NEAR(frame.depth(y, x), exact, 1e-4 * exact) << x << ", " << y;
-    }
-  }
-}
-
 TEST(Scene, DepthAndPoseLeadToTheSameTextureAndHiddenPointsNowhere) {
   // A point seen in both frames has the same grey value in both, but for resampling: compared with a random shift.
   const int i = 30, j = 38;
@@ -179,7 +169,7 @@ TEST(Scene, MoversMoveByThemselvesAndAreWhereTheirPictureIs) {
       const cv::Point2d pixel(x, y);
       cv::Point2d position;
       const bool mover = scene.depth(i, pixel) < empty.depth(i, pixel) - 1e-6;
-      EXPECT_NEAR(a.depth(y, x), scene.depth(i, pixel), 1e-3);
+      EXPECT_NEAR(a.depth(y, x), scene.depth(i, pixel), 1e-4 * scene.depth(i, pixel)) << pixel;
       if (!scene.correspondence(i, pixel, j, position)) continue;
       EXPECT_EQ(cv::norm(position - pixel) > 1e-6, mover) << pixel;
       if (!mover) continue;
