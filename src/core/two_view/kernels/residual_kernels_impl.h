@@ -1,14 +1,90 @@
 // The kernels, written once over a vector of 16 floats. Included by one file for each instruction set, which defines
-// that vector in an unnamed namespace; nothing here may call a function shared between such files.
+// GMS_RANSAC_VECTOR_BYTES, those of its registers, before; everything lies in an unnamed namespace so that no two sets
+// share a function.
 #pragma once
+
+#include <cmath>
+#include <cstring>
+#include <utility>
 
 #include "two_view/kernels/residual_kernels.h"
 
 namespace gms_ransac {
+namespace {
 
-/// V: load, broadcast, +, -, *, /, maximum, minimum, select(a < b ? x : y), sum (lanes added pairwise, in one order).
-template <class V>
-struct KernelsFor {
+/// kLanes floats in the compiler's own vector types, as many of them as the instruction set takes.
+struct V {
+  using Part [[gnu::vector_size(GMS_RANSAC_VECTOR_BYTES)]] = float;
+  static constexpr int kWidth = GMS_RANSAC_VECTOR_BYTES / sizeof(float), kParts = kLanes / kWidth;
+  Part part[kParts];
+
+  /// make(i): part i. Not by a loop: the compiler would keep the parts in memory.
+  template <typename Make>
+  static V of(const Make& make) {
+    return ofEach(make, std::make_integer_sequence<int, kParts>());
+  }
+  static V load(const float* p) {
+    return of([p](int i) {
+      Part a;
+      std::memcpy(&a, p + i * kWidth, sizeof a);
+      return a;
+    });
+  }
+  static V set(float a) {
+    return of([a](int) { return a - Part{}; });
+  }
+  void store(float* p) const {
+    for (int i = 0; i < kParts; ++i) std::memcpy(p + i * kWidth, &part[i], sizeof part[i]);
+  }
+  /// a < b ? x : y
+  static V select(const V& a, const V& b, const V& x, const V& y) {
+    return of([&](int i) { return a.part[i] < b.part[i] ? x.part[i] : y.part[i]; });
+  }
+  static V minimum(const V& a, const V& b) { return select(a, b, a, b); }
+  static V maximum(const V& a, const V& b) { return select(b, a, a, b); }
+  static V squareRoot(const V& a) {
+    float lanes[kLanes];
+    a.store(lanes);
+    for (float& x : lanes) x = std::sqrt(x);
+    return load(lanes);
+  }
+  /// One half is added to the other until one number is left.
+  float sum() const {
+    Part total = part[0];
+    if constexpr (kParts == 2) total = part[0] + part[1];
+    if constexpr (kParts == 4) total = (part[0] + part[2]) + (part[1] + part[3]);
+    return sumOf<kWidth>(total);
+  }
+
+ private:
+  template <typename Make, int... I>
+  static V ofEach(const Make& make, std::integer_sequence<int, I...>) {
+    return {{make(I)...}};
+  }
+  template <int kCount, typename Floats>
+  static float sumOf(const Floats& floats) {
+    if constexpr (kCount == 4) {
+      return (floats[0] + floats[2]) + (floats[1] + floats[3]);
+    } else {
+      using Half [[gnu::vector_size(kCount / 2 * sizeof(float))]] = float;
+      Half halves[2];
+      std::memcpy(halves, &floats, sizeof halves);
+      return sumOf<kCount / 2>(Half(halves[0] + halves[1]));
+    }
+  }
+};
+
+#define GMS_RANSAC_OPERATOR(op)                                  \
+  inline V operator op(const V& a, const V& b) {                 \
+    return V::of([&](int i) { return a.part[i] op b.part[i]; }); \
+  }
+GMS_RANSAC_OPERATOR(+)
+GMS_RANSAC_OPERATOR(-)
+GMS_RANSAC_OPERATOR(*)
+GMS_RANSAC_OPERATOR(/)
+#undef GMS_RANSAC_OPERATOR
+
+struct Kernels {
   static constexpr int kBlock = 4 * kLanes;  // matches between two looks at the bound
   // Keeps 0 / 0 out of padding and of matches at both epipoles.
   static constexpr float kTiny = 1e-18f;
@@ -557,4 +633,5 @@ struct KernelsFor {
   }
 };
 
+}  // namespace
 }  // namespace gms_ransac
