@@ -1,12 +1,12 @@
 // Data sets of folders without those of bags, which need ROS.
 #include <stdexcept>
 
-#include "datasets/dataset_text.h"
+#include "datasets/dataset.h"
 
 namespace gms_ransac {
 
-Dataset openBag(const std::string& file, const DatasetOptions&) {
-  throw std::invalid_argument(file + " is a bag, and this program is built without ROS");
+void Dataset::readBag(const std::string&) {
+  throw std::invalid_argument(path_ + " is a bag, and this program is built without ROS");
 }
 
 }  // namespace gms_ransac
