@@ -121,11 +121,8 @@ int benchmark(const Arguments& words) {
         options.features = feature_count;
         options.threads = thread_count;
         runBenchmark(
-            dataset, pairs, options, [&progress] { progress.advanceUnlessInterrupted(); },
-            [&](nlohmann::json record) {
-              record.update({{"features", feature_count}, {"threads", thread_count}});
-              reporter.add(record.dump());
-            });
+            dataset, pairs, options, [&] { progress.advanceUnlessInterrupted(); },
+            [&](const nlohmann::json& record) { reporter.add(record.dump()); });
       }
     }
   }

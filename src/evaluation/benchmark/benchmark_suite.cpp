@@ -156,6 +156,8 @@ class Suite {
             const nlohmann::json& correct) const {
     nlohmann::json record = {{"stage", stage}, {"what", what}, {"ms", ms}, {"kept", kept}, {"correct", correct}};
     record["baseline"] = baseline ? nlohmann::json(baseline) : nlohmann::json();
+    record["features"] = options_.features;
+    record["threads"] = options_.threads;
     receive_(record);
   }
   /// Counts the matches that are chosen by index; their features are those of the extractor.

@@ -34,8 +34,8 @@ struct TablesPlan {
   std::vector<std::string> methods = {"lan", "gms_ransac", "lo_prosac"};  ///< compared with cp_ransac, always there
   MatchFilterOptions base;  ///< extractor, model, grid, threshold, seed, ... of every run
   WorkFolder folder = {"tables"};
-  int shard = 1, shards = 1;  ///< which part of the work, from 1, and of how many
-  bool plots = true;
+  int shard = 1, shards = 1;        ///< which part of the work, from 1, and of how many
+  std::vector<std::string> report;  ///< arguments of the reporter
 };
 
 /// One pipeline of the comparison: method, model, grouping ratio.
@@ -97,7 +97,8 @@ bool parse(const Arguments& arguments, TablesPlan& plan) {
       plan.shards < plan.shard) {
     throw std::invalid_argument("--shard is '" + shard + "'; it must look like 2/5, from 1/5 to 5/5");
   }
-  plan.plots = given.count("no-plots") == 0;
+  plan.report = {"tables", plan.folder.path};
+  if (given.count("no-plots")) plan.report.push_back("--no-plots");
   plan.base = pipeline.options("cp_ransac");
   plan.methods = pipeline.methodNames(plan.methods);
   plan.methods.erase(std::remove(plan.methods.begin(), plan.methods.end(), "cp_ransac"), plan.methods.end());
@@ -234,9 +235,7 @@ int evaluateTables(const Arguments& arguments) {
       }
     }
   }
-  std::vector<std::string> report = {"tables", plan.folder.path};
-  if (!plan.plots) report.push_back("--no-plots");
-  return workThrough(plan.folder, planRecord(plan), units, 1, report);  // one at a time, for the times' sake
+  return workThrough(plan.folder, planRecord(plan), units, 1, plan.report);  // one at a time, for the times' sake
 }
 
 }  // namespace gms_ransac

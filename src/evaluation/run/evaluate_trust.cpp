@@ -44,7 +44,7 @@ struct TrustPlan {
   DatasetOptions dataset;
   WorkFolder folder = {"trust"};
   int jobs = 1;
-  bool tables = true;
+  std::vector<std::string> report;  ///< arguments of the reporter
 };
 
 /// The scenes that lists ask for, in the order of the catalogue.
@@ -120,7 +120,8 @@ bool parse(const Arguments& arguments, TrustPlan& plan) {
     for (const DrawnScene& scene : drawnScenes()) std::cout << scene.name << "\n    " << scene.summary << '\n';
     return false;
   }
-  plan.tables = given->count("no-report") == 0;
+  plan.report = {"trust", plan.folder.path};
+  if (given->count("no-report")) plan.report.push_back("--no-tables");
   requireAtLeastOne({{"--pairs", plan.drawn_pairs}, {"--stride", plan.stride}, {"--jobs", plan.jobs}});
   if (!gaps.empty()) plan.gaps = parsePositives(gaps, "--gaps");
   plan.scenes = chosenScenes(scenes);
@@ -294,9 +295,7 @@ WorkUnits trustUnits(const TrustPlan& plan) {
 int evaluateTrust(const Arguments& arguments) {
   TrustPlan plan;
   if (!parse(arguments, plan)) return 0;
-  std::vector<std::string> report = {"trust", plan.folder.path};
-  if (!plan.tables) report.push_back("--no-tables");
-  return workThrough(plan.folder, planRecord(plan), trustUnits(plan), plan.jobs, report);
+  return workThrough(plan.folder, planRecord(plan), trustUnits(plan), plan.jobs, plan.report);
 }
 
 }  // namespace gms_ransac

@@ -1,8 +1,8 @@
 #include "scenes/drawn_scenes.h"
 
-#include <cstdio>
 #include <utility>
 
+#include "parameter.h"
 #include "random.h"
 
 namespace gms_ransac {
@@ -34,13 +34,6 @@ Vector3d inCube(Random& random) {
 Vector3d varied(const Vector3d& vector, Random& random) { return vector + kVariation * vector.norm() * inCube(random); }
 
 Vector3d rotationOf(double angle, Random& random) { return angle * inCube(random).normalized(); }
-
-/// "%g" of the number.
-std::string text(double number) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof(buffer), "%g", number);
-  return buffer;
-}
 
 /// A person or a vehicle near the camera: from a slow step to a car; half of them rotate as well.
 MovingBody mover(double share, Random& random) {
@@ -151,7 +144,7 @@ std::vector<DrawnScene> makeScenes() {
   add("near_epipole", "the same, points within a tenth of the image about its middle",
       {driveForward, with(&Options::image_share, 0.3)});
   for (const double percent : {20, 30, 40}) {
-    add("background_" + text(percent), "a general motion, " + text(percent) + " % of the points 300 to 1000 m away",
+    add("background_" + toText(percent), "a general motion, " + toText(percent) + " % of the points 300 to 1000 m away",
         {with(&Options::background, percent / 100)});
   }
   add("outliers_90", "a general motion, 90 % outliers anywhere", {outliersAnywhere(0.9)});
@@ -160,19 +153,21 @@ std::vector<DrawnScene> makeScenes() {
 
   // Exact model, few outliers below the threshold: the covariance can be checked against the truth.
   for (const double sigma : {0.2, 0.5, 1., 2.}) {
-    add("exact_noise_" + text(sigma), "median displacement 10 px by the translation, noise " + text(sigma) + " px",
+    add("exact_noise_" + toText(sigma), "median displacement 10 px by the translation, noise " + toText(sigma) + " px",
         {displaced(10), with(&Options::outlier_reach, 0.), noise(sigma)});
   }
 
   // Small parallax.
   for (const double pixels : {0.1, 0.3, 0.5, 1., 1.5, 2., 3., 5.}) {
     for (const double sigma : {0.1, 0.2, 0.3}) {
-      add("parallax_" + text(pixels) + "_noise_" + text(sigma),
-          "median parallax " + text(pixels) + " px, noise " + text(sigma) + " px", {parallax(pixels), noise(sigma)});
+      add("parallax_" + toText(pixels) + "_noise_" + toText(sigma),
+          "median parallax " + toText(pixels) + " px, noise " + toText(sigma) + " px",
+          {parallax(pixels), noise(sigma)});
     }
   }
   for (const double pixels : {1., 1.5, 2., 5.}) {
-    add("displacement_" + text(pixels), "median displacement " + text(pixels) + " px by the translation, noise 0.2 px",
+    add("displacement_" + toText(pixels),
+        "median displacement " + toText(pixels) + " px by the translation, noise 0.2 px",
         {displaced(pixels), noise(0.2)});
   }
   add("far", "a general motion, everything 300 to 1000 m away",
@@ -180,7 +175,7 @@ std::vector<DrawnScene> makeScenes() {
 
   // Rotations.
   for (const double sigma : {0.3, 0.5, 1., 1.5, 2.}) {
-    add("rotation_noise_" + text(sigma), "pure rotation, noise " + text(sigma) + " px", {rotateOnly, noise(sigma)});
+    add("rotation_noise_" + toText(sigma), "pure rotation, noise " + toText(sigma) + " px", {rotateOnly, noise(sigma)});
   }
   const Change on_the_spot = with(&Options::translation, kNone), faster = with(&Options::acceleration, 0.5);
   add("rolling_turning", "pure rotation, 2 degrees during the readout of an image", {on_the_spot, roll});
@@ -194,14 +189,14 @@ std::vector<DrawnScene> makeScenes() {
   add("plane_frontal", "a general motion before a wall", {plane(kFrontal)});
   add("plane_oblique", "the same, 40 degrees oblique", {plane(kOblique)});
   for (const double share : {0.03, 0.3}) {
-    add("plane_off_" + text(100 * share), "the oblique one with " + text(100 * share) + " % of the points off it",
+    add("plane_off_" + toText(100 * share), "the oblique one with " + toText(100 * share) + " % of the points off it",
         {plane(kOblique), with(&Options::off_plane, share)});
   }
 
   // Wrong calibration.
   for (const double error : {0.01, 0.03, 0.05}) {
-    add("focal_" + text(100 * error),
-        "a general motion, focal length " + text(100 * error) + " % longer than it is said to be",
+    add("focal_" + toText(100 * error),
+        "a general motion, focal length " + toText(100 * error) + " % longer than it is said to be",
         {with(&Options::focal_error, error)});
   }
   add("distortion_small", "a general motion, radial distortion of -0.05 left in",
@@ -218,9 +213,9 @@ std::vector<DrawnScene> makeScenes() {
                  {"driving", "driving 1 m forward", driveForward}};
   for (const auto& camera : cameras) {
     const auto add_body = [&](double percent, double sigma, const std::string& suffix) {
-      add("body_" + text(percent) + "_" + camera.name + suffix,
-          "camera " + camera.summary + ", a body moves on " + text(percent) + " % of the view, noise " + text(sigma) +
-              " px",
+      add("body_" + toText(percent) + "_" + camera.name + suffix,
+          "camera " + camera.summary + ", a body moves on " + toText(percent) + " % of the view, noise " +
+              toText(sigma) + " px",
           {camera.motion, with(&Options::noise_px, sigma), movers(1, percent / 100)});
     };
     for (const double percent : {10, 20, 30, 40, 60}) add_body(percent, 0.3, "");

@@ -1,4 +1,5 @@
 // Program: renders a textured 3-D scene with exact poses and depth, to a folder in TUM layout or to a bag.
+#include <filesystem>
 #include <iostream>
 #include <stdexcept>
 #include <string>
@@ -23,8 +24,6 @@ std::vector<double> parseNumbers(const std::string& text, const std::string& opt
   }
   return numbers;
 }
-
-bool isBag(const std::string& path) { return path.size() > 4 && path.compare(path.size() - 4, 4, ".bag") == 0; }
 
 int renderScene(const Arguments& arguments) {
   SceneOptions scene_options;
@@ -74,7 +73,8 @@ int renderScene(const Arguments& arguments) {
   }
   watchInterrupts();
   Progress progress("rendering frame", frames);
-  (isBag(out) ? writeBag : writeTumFolder)(scene, frames, out, [&progress] { progress.advanceUnlessInterrupted(); });
+  const bool bag = std::filesystem::path(out).extension() == ".bag";
+  (bag ? writeBag : writeTumFolder)(scene, frames, out, [&progress] { progress.advanceUnlessInterrupted(); });
   return 0;
 }
 
