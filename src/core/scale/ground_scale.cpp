@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <opencv2/imgproc.hpp>
 
 #include "two_view/pose_model.h"
 
@@ -36,15 +38,214 @@ constexpr double kLargestSigma = 0.15;
 // Standard deviation of the height above the best plane, as a share: springs, roads that are no planes.
 constexpr double kHeightSigma = 0.015;
 
+// Pixels between samples, smoothed by as much, and least between patches: they do not overlap.
+constexpr int kStep = 2, kApart = 18;
+// Patches at most, which bounds the time, and those of them that give scores.
+constexpr int kMostPatches = 240, kMostScored = 80;
+constexpr double kSmoothing = 1.2;
+// Ground farther to the side, in camera heights, may be another: gutters, kerbs, grass.
+constexpr double kAside = 1.5;
+constexpr float kContrast = 1.5f;
+// Correlation above which a patch lies on the plane.
+constexpr double kAgrees = 0.6;
+constexpr int kSkip = 4;  ///< of the samples one in so many gives the score
+
+/// Normal equations of the three numbers of a plane, in units of the noise that the patches have.
+struct PlaneEquations {
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  /// Sum of the patches' gradients squared: what samples of one patch, which err together, leave of H's promise.
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  int patches = 0;  ///< that agree
+};
+
+/// Patches of the image below the horizon, compared with the other image through a plane m: points X of the current
+/// camera's frame with m . X = 1, lengths in multiples of |t|.
+class GroundPatches {
+ public:
+  /// Patches of the current image whose rays dip below the horizon of `down`.
+  GroundPatches(const GroundImages& images, const Camera& camera, const RelativePose& pose, const Vector3d& down)
+      : camera_(camera), R_(pose.R), t_(pose.t.normalized()) {
+    if (images.reference.empty() || images.current.empty()) return;
+    const auto smooth = [](const cv::Mat& image, cv::Mat& smoothed) {
+      image.convertTo(smoothed, CV_32F);
+      cv::GaussianBlur(smoothed, smoothed, cv::Size(), kSmoothing);
+    };
+    smooth(images.reference, reference_);
+    cv::Mat current;
+    smooth(images.current, current);
+    const CameraIntrinsics& k = camera.intrinsics();
+    const Vector3d sideways = down.cross(R_.transpose() * t_).normalized();
+    constexpr int kMargin = kStep * (kSide / 2) + 1;
+    const int apart = std::max(kApart, static_cast<int>(std::sqrt(0.5 * current.cols * current.rows / kMostPatches)));
+    Patch patch;
+    for (int y = current.rows - 1 - kMargin; y >= kMargin; y -= apart) {
+      for (int x = kMargin; x + kMargin < current.cols; x += apart) {
+        const Vector3d ray((x - k.cx) / k.fx, (y - k.cy) / k.fy, 1);
+        if (down.dot(ray) < kSmallestDip * ray.norm() || std::abs(sideways.dot(ray)) > kAside * down.dot(ray)) continue;
+        if (cut(current, x, y, patch)) patches_.push_back(patch);
+      }
+    }
+  }
+
+  int size() const { return static_cast<int>(patches_.size()); }
+
+  /// Sum over some of the patches, by every few of their samples, of how well they correlate beyond chance.
+  double score(const Vector3d& m) const {
+    double sum = 0;
+    const size_t stride = 1 + patches_.size() / kMostScored;
+    for (size_t k = 0; k < patches_.size(); k += stride) {
+      const Patch& patch = patches_[k];
+      double products = 0, squares = 0, total = 0, own = 0, own_squares = 0;
+      int count = 0;
+      for (int i = 0; i < kSamples; i += kSkip, ++count) {
+        float value;
+        if (!look(m, patch.rays.col(i).cast<double>(), value, nullptr)) break;
+        products += static_cast<double>(value) * patch.values[i];
+        squares += static_cast<double>(value) * value;
+        total += value;
+        own += patch.values[i];
+        own_squares += static_cast<double>(patch.values[i]) * patch.values[i];
+      }
+      if (count * kSkip < kSamples) continue;
+      const double variance = squares - total * total / count, own_variance = own_squares - own * own / count;
+      const double correlation = (products - total * own / count) / std::sqrt(std::max(variance * own_variance, 1e-12));
+      sum += std::max(0.0, correlation - 0.5 * kAgrees);
+    }
+    return sum;
+  }
+
+  PlaneEquations linearize(const Vector3d& m) const {
+    PlaneEquations equations;
+    double squares = 0, samples = 0;
+    Eigen::Matrix<double, kSamples, 3> J;
+    Eigen::Matrix<double, kSamples, 1> values;
+    for (const Patch& patch : patches_) {
+      bool inside = true;
+      for (int i = 0; i < kSamples && inside; ++i) {
+        float value;
+        Eigen::RowVector3d derivative;
+        inside = look(m, patch.rays.col(i).cast<double>(), value, &derivative);
+        values[i] = value;
+        J.row(i) = derivative;
+      }
+      if (!inside) continue;
+      values.array() -= values.mean();
+      J.rowwise() -= J.colwise().mean().eval();
+      const double norm = values.norm();
+      if (!(norm > 1e-6)) continue;
+      values /= norm;
+      J /= norm;
+      const double correlation = values.dot(patch.values.cast<double>());
+      if (correlation < kAgrees) continue;
+      const double weight = (correlation - kAgrees) / (1 - kAgrees);
+      const Eigen::Matrix<double, kSamples, 1> residual = patch.values.cast<double>() - values;
+      const Vector3d gradient = weight * J.transpose() * residual;
+      equations.H += weight * J.transpose() * J;
+      equations.b += gradient;
+      equations.spread += gradient * gradient.transpose();
+      squares += weight * residual.squaredNorm();
+      samples += weight * kSamples;
+      ++equations.patches;
+    }
+    if (equations.patches == 0) return equations;
+    const double variance = std::max(squares / std::max(1.0, samples), 1e-9);
+    equations.H /= variance;
+    equations.b /= variance;
+    equations.spread /= variance * variance;
+    return equations;
+  }
+
+ private:
+  static constexpr int kSide = 9, kSamples = kSide * kSide;
+  struct Patch {
+    Eigen::Matrix<float, 3, kSamples> rays;    ///< (x, y, 1)
+    Eigen::Matrix<float, kSamples, 1> values;  ///< grey levels, mean 0 and norm 1
+  };
+
+  bool cut(const cv::Mat& image, int x, int y, Patch& patch) const {
+    for (int i = 0; i < kSamples; ++i) {
+      const int u = x + kStep * (i % kSide - kSide / 2), v = y + kStep * (i / kSide - kSide / 2);
+      const Eigen::Vector2d ray = rayOf(camera_, {static_cast<float>(u), static_cast<float>(v)});
+      if (!ray.allFinite()) return false;
+      patch.rays.col(i) = ray.homogeneous().cast<float>();
+      patch.values[i] = image.at<float>(v, u);
+    }
+    patch.values.array() -= patch.values.mean();
+    const float norm = patch.values.norm();
+    patch.values /= std::max(norm, 1e-6f);
+    return norm > kContrast * std::sqrt(static_cast<float>(kSamples));
+  }
+
+  cv::Point2f toReceived(const cv::Point2f& ideal) const {
+    if (!camera_.distorts()) return ideal;
+    cv::Point2f pixel = ideal;
+    constexpr int kIterations = 4;
+    for (int i = 0; i < kIterations; ++i) {
+      // The table ends at the border of the image, and no sample is taken beyond.
+      if (!(pixel.x >= 0 && pixel.y >= 0 && pixel.x < static_cast<float>(reference_.cols) &&
+            pixel.y < static_cast<float>(reference_.rows))) {
+        return {-1, -1};
+      }
+      pixel += ideal - camera_.undistort(pixel);
+    }
+    return pixel;
+  }
+
+  /// Grey level and its gradient by the normalised image plane, where the reference shows a point of the plane; false
+  /// outside.
+  bool look(const Vector3d& m, const Vector3d& ray, float& value, Eigen::RowVector3d* derivative) const {
+    // X = ray / (m . ray), seen from the reference as R X + t, or as anything along it.
+    const Vector3d seen = R_ * ray + m.dot(ray) * t_;
+    if (!(seen.z() > 1e-3)) return false;
+    const CameraIntrinsics& k = camera_.intrinsics();
+    const Eigen::Vector2d at = seen.head<2>() / seen.z();
+    const cv::Point2f pixel =
+        toReceived(cv::Point2f(static_cast<float>(k.fx * at.x() + k.cx), static_cast<float>(k.fy * at.y() + k.cy)));
+    // Asked of the numbers as they are: NaN, where the lens has no inverse, and what is far away are no index.
+    const bool inside = pixel.x >= 0 && pixel.y >= 0 && pixel.x < static_cast<float>(reference_.cols - 1) &&
+                        pixel.y < static_cast<float>(reference_.rows - 1);
+    if (!inside) return false;
+    const int u = static_cast<int>(pixel.x), v = static_cast<int>(pixel.y);
+    const float a = pixel.x - static_cast<float>(u), b = pixel.y - static_cast<float>(v);
+    const float* top = reference_.ptr<float>(v) + u;
+    const float* bottom = reference_.ptr<float>(v + 1) + u;
+    value = (1 - b) * ((1 - a) * top[0] + a * top[1]) + b * ((1 - a) * bottom[0] + a * bottom[1]);
+    if (derivative == nullptr) return true;
+    const double by_u = (1 - b) * (top[1] - top[0]) + b * (bottom[1] - bottom[0]);
+    const double by_v = (1 - a) * (bottom[0] - top[0]) + a * (bottom[1] - top[1]);
+    const double by_inverse =
+        (k.fx * by_u * (t_.x() - at.x() * t_.z()) + k.fy * by_v * (t_.y() - at.y() * t_.z())) / seen.z();
+    *derivative = by_inverse * ray.transpose();
+    return true;
+  }
+
+  const Camera& camera_;
+  Matrix3d R_;
+  Vector3d t_;
+  cv::Mat reference_;  ///< smoothed
+  std::vector<Patch> patches_;
+};
+
+struct Point {
+  Vector3d ray;  ///< (x, y, 1) in the current image
+  double inverse_depth, sigma;
+};
+
+struct Fit {
+  Vector3d m = Vector3d::Zero();
+  Matrix3d covariance = Matrix3d::Zero();
+  double points = 0;  ///< sum of their weights
+  int patches = 0;
+};
+
 double weightOf(double squared) {
   const double root = kPlaneLossScale * kPlaneLossScale / (kPlaneLossScale * kPlaneLossScale + squared);
   return root * root;
 }
 
-}  // namespace
-
-void GroundScale::gather(const Triangulation& pair, const RelativePose& pose, double pixel, const GroundPrior& prior) {
-  points_.clear();
+std::vector<Point> gather(const Triangulation& pair, const RelativePose& pose, double pixel, const GroundPrior& prior) {
+  std::vector<Point> points;
   const Vector3d t = pose.R.transpose() * pose.t;  // in the current frame
   for (int i = 0; i < pair.size(); ++i) {
     const auto k = static_cast<size_t>(i);
@@ -54,19 +255,21 @@ void GroundScale::gather(const Triangulation& pair, const RelativePose& pose, do
     const double depth = pair.depth_current[k];
     if (depth == 0 || !std::isfinite(depth)) continue;
     const double sine = std::max(t.cross(ray).norm() / ray.norm(), 1e-3);
-    points_.push_back({ray, 1 / depth, kPatchNoise * pixel / sine});
+    points.push_back({ray, 1 / depth, kPatchNoise * pixel / sine});
   }
+  return points;
 }
 
-Vector3d GroundScale::startFromPoints(const GroundPrior& prior) const {
+/// The plane of one point and the prior's normal with the most support; zero: none.
+Vector3d startFromPoints(const std::vector<Point>& points, const GroundPrior& prior) {
   Vector3d best = Vector3d::Zero();
   double best_support = 0;
-  const size_t stride = std::max<size_t>(1, points_.size() / kMostStarts);
-  for (size_t i = 0; i < points_.size(); i += stride) {
-    if (points_[i].inverse_depth <= 0) continue;
-    const Vector3d m = prior.down * (points_[i].inverse_depth / prior.down.dot(points_[i].ray));
+  const size_t stride = std::max<size_t>(1, points.size() / kMostStarts);
+  for (size_t i = 0; i < points.size(); i += stride) {
+    if (points[i].inverse_depth <= 0) continue;
+    const Vector3d m = prior.down * (points[i].inverse_depth / prior.down.dot(points[i].ray));
     double support = 0;
-    for (const Point& point : points_) {
+    for (const Point& point : points) {
       const double tilt = m.norm() * std::min(prior.down_sigma, 3 * kClimbSigma) * point.ray.norm();
       const double difference = point.inverse_depth - m.dot(point.ray);
       const double variance = point.sigma * point.sigma + tilt * tilt;
@@ -80,12 +283,13 @@ Vector3d GroundScale::startFromPoints(const GroundPrior& prior) const {
   return best;
 }
 
-Vector3d GroundScale::startFromPatches(const GroundPrior& prior) const {
+/// The plane with the prior's normal through which the images agree best; zero: none.
+Vector3d startFromPatches(const GroundPatches& patches, const GroundPrior& prior) {
   Vector3d best = Vector3d::Zero();
   double best_score = 0;
   for (double distance = kNearest; distance < kFarthest; distance *= kGrowth) {
     const Vector3d m = prior.down / distance;
-    const double score = patches_.score(m);
+    const double score = patches.score(m);
     if (score <= best_score) continue;
     best_score = score;
     best = m;
@@ -93,13 +297,14 @@ Vector3d GroundScale::startFromPatches(const GroundPrior& prior) const {
   return best;
 }
 
-GroundScale::Fit GroundScale::fit(Vector3d m, const Vector3d& t, const GroundPrior& prior) const {
+Fit fitPlane(Vector3d m, const Vector3d& t, const std::vector<Point>& points, const GroundPatches& patches,
+             const GroundPrior& prior) {
   Fit fit;
   for (int iteration = 0; iteration < kPlaneIterations && m.squaredNorm() > 0; ++iteration) {
     Matrix3d information = Matrix3d::Zero(), spread = Matrix3d::Zero();
     Vector3d gradient = Vector3d::Zero();
     fit.points = 0;
-    for (const Point& point : points_) {
+    for (const Point& point : points) {
       const double residual = point.inverse_depth - m.dot(point.ray);
       const double weight = weightOf(std::pow(residual / point.sigma, 2)) / (point.sigma * point.sigma);
       information += weight * point.ray * point.ray.transpose();
@@ -107,7 +312,7 @@ GroundScale::Fit GroundScale::fit(Vector3d m, const Vector3d& t, const GroundPri
       spread += std::pow(weight * residual, 2) * point.ray * point.ray.transpose();
       fit.points += weight * point.sigma * point.sigma;
     }
-    const PlaneEquations images = patches_.linearize(m);
+    const PlaneEquations images = patches.linearize(m);
     fit.patches = images.patches;
     information += images.H;
     gradient += images.b;
@@ -136,13 +341,13 @@ GroundScale::Fit GroundScale::fit(Vector3d m, const Vector3d& t, const GroundPri
   return fit;
 }
 
-std::string GroundScale::doubt(const Fit& fit, const GroundPrior& prior) const {
-  const bool points_agree =
-      fit.points >= kMinimumPoints && fit.points >= kMinimumShare * static_cast<double>(points_.size());
-  const bool patches_agree = fit.patches >= kMinimumPatches && fit.patches >= kMinimumShare * patches_.size();
+/// Why the fit is no ground; empty if it is.
+std::string doubtOf(const Fit& fit, size_t points, int patches, const GroundPrior& prior) {
+  const bool points_agree = fit.points >= kMinimumPoints && fit.points >= kMinimumShare * static_cast<double>(points);
+  const bool patches_agree = fit.patches >= kMinimumPatches && fit.patches >= kMinimumShare * patches;
   if (!(fit.m.squaredNorm() > 0) || !(points_agree || patches_agree)) {
-    return "no ground is seen: of " + std::to_string(points_.size()) + " inliers and " +
-           std::to_string(patches_.size()) + " patches below the horizon too few lie on one level plane";
+    return "no ground is seen: of " + std::to_string(points) + " inliers and " + std::to_string(patches) +
+           " patches below the horizon too few lie on one level plane";
   }
   if (fit.m.normalized().dot(prior.down) < std::cos(std::min(1.0, 3 * prior.down_sigma))) {
     return "the plane below the camera is not level as the ground should lie";
@@ -152,28 +357,31 @@ std::string GroundScale::doubt(const Fit& fit, const GroundPrior& prior) const {
   return std::string();
 }
 
-ScaleEstimate GroundScale::measure(const Triangulation& pair, const RelativePose& pose, const Camera& camera,
-                                   const GroundPrior& prior, const GroundImages& images) {
-  gather(pair, pose, 1 / camera.meanFocalLength(), prior);
+}  // namespace
+
+Ground measureGround(const Triangulation& pair, const RelativePose& pose, const Camera& camera,
+                     const GroundPrior& prior, const GroundImages& images) {
+  const std::vector<Point> points = gather(pair, pose, 1 / camera.meanFocalLength(), prior);
   const Vector3d t = pose.R.transpose() * pose.t.normalized();
   GroundPrior along = prior;
   // A camera that keeps its height moves along the ground: this resolves most of the uncertainty of the prior.
   if (prior.down_sigma > kClimbSigma && std::abs(t.dot(prior.down)) < 3 * prior.down_sigma) {
     along.down = (prior.down - t.dot(prior.down) * t).normalized();
   }
-  patches_.set(images, camera, pose, along.down, kSmallestDip);
-  const Vector3d start = patches_.size() >= kMinimumPatches ? startFromPatches(along) : startFromPoints(along);
-  const Fit fit = this->fit(start, t, prior);
-  problem_ = doubt(fit, prior);
-  ScaleEstimate estimate;
-  estimate.relative_sigma = 1;
-  if (!problem_.empty()) return estimate;
-  normal_ = fit.m.normalized();
-  estimate.length = prior.camera_height * fit.m.norm();
-  estimate.relative_sigma =
+  const GroundPatches patches(images, camera, pose, along.down);
+  const Vector3d start =
+      patches.size() >= kMinimumPatches ? startFromPatches(patches, along) : startFromPoints(points, along);
+  const Fit fit = fitPlane(start, t, points, patches, prior);
+  Ground ground;
+  ground.scale.relative_sigma = 1;
+  ground.problem = doubtOf(fit, points.size(), patches.size(), prior);
+  if (!ground.problem.empty()) return ground;
+  ground.normal = fit.m.normalized();
+  ground.scale.length = prior.camera_height * fit.m.norm();
+  ground.scale.relative_sigma =
       std::sqrt(fit.m.dot(fit.covariance * fit.m) / std::pow(fit.m.squaredNorm(), 2) + kHeightSigma * kHeightSigma);
-  estimate.features = static_cast<int>(fit.points) + fit.patches;
-  return estimate;
+  ground.scale.features = static_cast<int>(fit.points) + fit.patches;
+  return ground;
 }
 
 }  // namespace gms_ransac

@@ -257,9 +257,10 @@ ScaleEstimate MotionPriors::length(const PairSeen& pair, std::string& problem) {
     estimate =
         lengthOfOdometry(pair.current.frame_id, timeOf(pair.reference), timeOf(pair.current), pair.seen, problem);
   } else if (pair.seen.translation_observable) {
-    estimate =
-        ground_.measure(pair.points, pair.seen.pose, pair.camera, groundPrior(pair.current.frame_id), pair.images);
-    problem = ground_.problem();
+    const Ground ground =
+        measureGround(pair.points, pair.seen.pose, pair.camera, groundPrior(pair.current.frame_id), pair.images);
+    estimate = ground.scale;
+    problem = ground.problem;
   }
   std::lock_guard<std::mutex> lock(mutex_);
   length_problem_ = problem;

@@ -111,7 +111,6 @@ class MotionPriors {
   // Used by the asking thread only.
   Asked asked_;
   WheelCheck wheels_;
-  GroundScale ground_;
 
   std::mutex sensors_mutex_;  ///< guards what follows
   GyroBuffer gyro_;

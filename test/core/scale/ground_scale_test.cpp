@@ -21,6 +21,7 @@ namespace {
 
 constexpr double kPixel = 1.0 / 500, kCameraHeight = 1.65;
 constexpr double kDegree = 3.14159265358979323846 / 180;
+const GroundPrior kLevel = {kCameraHeight};  // of a camera held level
 
 /// A camera that drives 0.8 m over a plane and sees it, and what stands on it.
 class DrivingScene {
@@ -45,9 +46,9 @@ class DrivingScene {
       add(-up * down_ + ahead * forward_ + side * Eigen::Vector3d::UnitX());
     }
   }
-  const Triangulation& points() {
+  Ground measure(const GroundPrior& prior) {
     triangulate(pose, 0, points_);
-    return points_;
+    return measureGround(points_, pose, sceneCamera(), prior);
   }
   GroundPrior prior(double down_error = 0, double down_sigma = 0.17) const {
     GroundPrior prior;
@@ -81,12 +82,11 @@ TEST(GroundScale, IsExactOnAnExactPlane) {
   for (const double pitch : {0.0, 10 * kDegree, 35 * kDegree}) {
     DrivingScene scene(pitch);
     scene.addGround(100);
-    GroundScale ground;
-    const ScaleEstimate scale = ground.measure(scene.points(), scene.pose, sceneCamera(), scene.prior());
-    ASSERT_GT(scale.features, 50) << ground.problem();
-    EXPECT_NEAR(scale.length, DrivingScene::kLength, 1e-6);
-    EXPECT_TRUE(ground.problem().empty());
-    EXPECT_NEAR(ground.normal().dot(scene.prior().down), 1, 1e-9);
+    const Ground ground = scene.measure(scene.prior());
+    ASSERT_GT(ground.scale.features, 50) << ground.problem;
+    EXPECT_NEAR(ground.scale.length, DrivingScene::kLength, 1e-6);
+    EXPECT_TRUE(ground.problem.empty());
+    EXPECT_NEAR(ground.normal.dot(scene.prior().down), 1, 1e-9);
   }
 }
 
@@ -100,9 +100,8 @@ TEST(GroundScale, FindsTheGroundAmongWallsAndWithAPriorTenDegreesOff) {
     scene.addGround(points);
     scene.addWall(wall, 3.5);
     scene.addWall(wall, -4);
-    GroundScale ground;
-    const ScaleEstimate scale = ground.measure(scene.points(), scene.pose, sceneCamera(), scene.prior(prior_error));
-    ASSERT_GT(scale.features, 0) << ground.problem();
+    const auto& [scale, problem, normal] = scene.measure(scene.prior(prior_error));
+    ASSERT_GT(scale.features, 0) << problem;
     EXPECT_NEAR(scale.length, DrivingScene::kLength, 0.03 * DrivingScene::kLength);
     EXPECT_NEAR(scale.length, DrivingScene::kLength, 3 * scale.relative_sigma * scale.length);
   }
@@ -110,13 +109,13 @@ TEST(GroundScale, FindsTheGroundAmongWallsAndWithAPriorTenDegreesOff) {
 
 TEST(GroundScale, RefusesWhereThereIsNoGround) {
   for (const auto& [ground_points, wall_points] : {std::pair(0, 150), std::pair(5, 0), std::pair(0, 0)}) {
-    GroundScale ground;
     DrivingScene scene(0, 0.3);
     scene.addGround(ground_points);
     scene.addWall(wall_points, 3);
-    EXPECT_EQ(ground.measure(scene.points(), scene.pose, sceneCamera(), scene.prior()).features, 0);
-    EXPECT_EQ(ground.problem().find("no ground is seen") == std::string::npos, wall_points > 0) << ground.problem();
-    EXPECT_FALSE(ground.problem().empty());
+    const Ground ground = scene.measure(scene.prior());
+    EXPECT_EQ(ground.scale.features, 0);
+    EXPECT_EQ(ground.problem.find("no ground is seen") == std::string::npos, wall_points > 0) << ground.problem;
+    EXPECT_FALSE(ground.problem.empty());
   }
 }
 
@@ -126,8 +125,7 @@ TEST(GroundScale, ItsSigmaIsThatOfItsErrors) {
     DrivingScene scene(0, 0.5);
     for (int skip = 0; skip <= k; ++skip) scene.addGround(1);  // other noise each time
     scene.addGround(60);
-    GroundScale ground;
-    const ScaleEstimate scale = ground.measure(scene.points(), scene.pose, sceneCamera(), scene.prior(0, 1 * kDegree));
+    const ScaleEstimate scale = scene.measure(scene.prior(0, 1 * kDegree)).scale;
     if (scale.features == 0) continue;
     normalized.push_back(std::abs(scale.length / DrivingScene::kLength - 1) / scale.relative_sigma);
   }
@@ -165,13 +163,10 @@ TEST(GroundScale, FindsAGroundWithoutCornersInTheImages) {
   for (const double length : {0.1, 0.3, 0.8}) {
     reference.translation() = -length * forward;
     const GroundImages images = {drawGround(reference, down), drawGround(Eigen::Isometry3d::Identity(), down)};
-    GroundPrior prior;
-    prior.camera_height = kCameraHeight;
-    GroundScale ground;
-    const ScaleEstimate scale = ground.measure(Triangulation(), pose, sceneCamera(), prior, images);
-    ASSERT_GT(scale.features, 0) << ground.problem();
-    EXPECT_NEAR(scale.length, length, 0.02 * length);
-    EXPECT_NEAR(ground.normal().dot(down), 1, 1e-3);
+    const Ground ground = measureGround({}, pose, sceneCamera(), kLevel, images);
+    ASSERT_GT(ground.scale.features, 0) << ground.problem;
+    EXPECT_NEAR(ground.scale.length, length, 0.02 * length);
+    EXPECT_NEAR(ground.normal.dot(down), 1, 1e-3);
   }
 }
 
@@ -190,28 +185,23 @@ TEST(GroundScale, LooksNowhereThatTheLensDoesNotReach) {
   const Camera camera(intrinsics, {640, 480});
   ASSERT_GT(camera.pixelsWithoutInverse(), 0);
   const GroundImages noise = noiseImages();
-  GroundPrior prior;
-  prior.camera_height = kCameraHeight;
   for (const Eigen::Vector3d& t : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(1, 0, 0)}) {
     RelativePose pose;
     pose.t = t;
-    GroundScale ground;
-    const ScaleEstimate scale = ground.measure(Triangulation(), pose, camera, prior, noise);
-    EXPECT_TRUE(std::isfinite(scale.length) && std::isfinite(scale.relative_sigma));
-    EXPECT_TRUE(scale.features > 0 || !ground.problem().empty());
+    const Ground ground = measureGround({}, pose, camera, kLevel, noise);
+    EXPECT_TRUE(std::isfinite(ground.scale.length) && std::isfinite(ground.scale.relative_sigma));
+    EXPECT_TRUE(ground.scale.features > 0 || !ground.problem.empty());
   }
 }
 
 TEST(GroundScale, RefusesImagesOfAnythingElse) {
   RelativePose pose;
   pose.t = {0, 0, 1};
-  GroundPrior prior;
-  prior.camera_height = kCameraHeight;
-  GroundScale ground;
   for (const GroundImages& images : {noiseImages(), GroundImages{cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)),
                                                                  cv::Mat(480, 640, CV_8UC1, cv::Scalar(90))}}) {
-    EXPECT_EQ(ground.measure(Triangulation(), pose, sceneCamera(), prior, images).features, 0);
-    EXPECT_NE(ground.problem().find("no ground is seen"), std::string::npos);
+    const Ground ground = measureGround({}, pose, sceneCamera(), kLevel, images);
+    EXPECT_EQ(ground.scale.features, 0);
+    EXPECT_NE(ground.problem.find("no ground is seen"), std::string::npos);
   }
 }
 
@@ -223,10 +213,8 @@ TEST(GroundScale, MeasuresKitti06) {
     std::vector<double> errors, normalized;
     const auto measure = [&](int i, const Frame&, const Frame&, const MatchResult& result, const auto& points) {
       if (result.status != Status::kOk) return;
-      GroundPrior prior;
-      prior.camera_height = kCameraHeight;
       const GroundImages images = {dataset->image(i), dataset->image(i + gap)};
-      const ScaleEstimate scale = GroundScale().measure(points, result.robust.pose, camera, prior, images);
+      const ScaleEstimate scale = measureGround(points, result.robust.pose, camera, kLevel, images).scale;
       if (scale.features == 0) return;
       const double truth = (frames[i].pose->inverse() * *frames[i + gap].pose).translation().norm();
       errors.push_back(std::abs(scale.length / truth - 1));
