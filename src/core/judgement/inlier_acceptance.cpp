@@ -14,12 +14,6 @@ namespace {
 constexpr float kSpotDistance = 0.1f;
 constexpr int kPoseFreedoms = 5, kCheckingSpots = 2, kMostSpots = kPoseFreedoms + kCheckingSpots;
 
-/// Survivors of the filter come in groups of neighbours that move alike, so a spot in the image counts once however
-/// many inliers it holds. As many as the sample has points, but no more than the five degrees of freedom of a relative
-/// pose, determine the model; two more must check it. Poses of tum_fr3_cabinet from fewer spots are wrong with few
-/// exceptions (doc/estimator.md).
-int minimumSpots(int sample_size) { return std::min(sample_size, kPoseFreedoms) + kCheckingSpots; }
-
 /// True when so many of the inliers lie further apart than a spot, each from each, in one image.
 bool spansSpots(const std::vector<float>& x, const std::vector<float>& y, const cv::Size& image,
                 const std::vector<uint8_t>& inlier, int needed) {
@@ -69,7 +63,11 @@ bool inliersAreAccepted(const PointPairs& pairs, int sample_size, double thresho
       supported = inliers >= chance.minimum(length);
     }
   }
-  const int spots = minimumSpots(sample_size);
+  // Survivors of the filter come in groups of neighbours that move alike, so a spot in the image counts once however
+  // many inliers it holds. As many as the sample has points, but no more than the five degrees of freedom of a relative
+  // pose, determine the model; two more must check it. Poses of tum_fr3_cabinet from fewer spots are wrong with few
+  // exceptions (doc/estimator.md).
+  const int spots = std::min(sample_size, kPoseFreedoms) + kCheckingSpots;
   return supported &&
          (spansSpots(pairs.x_reference, pairs.y_reference, pairs.image_reference, result.inlier, spots) ||
           spansSpots(pairs.x_current, pairs.y_current, pairs.image_current, result.inlier, spots)) &&

@@ -30,9 +30,6 @@ std::array<float, 3> quantiles(std::vector<float>& values) {
 
 }  // namespace
 
-MatchNoise::MatchNoise() = default;
-MatchNoise::~MatchNoise() = default;
-
 void MatchNoise::measure(const PoseModel& model, const TwoViewPose& pose, const std::vector<uint8_t>& apart) {
   const PointColumnsView& points = model.points();
   model.residuals(pose, residuals_);
@@ -77,16 +74,17 @@ void MatchNoise::fit(int count) {
   constexpr float kSquaredWindow = kWindow * kWindow;
   within_.clear();
   within_.reserve(residuals_.size());  // so that how many lie within allocates nothing
-  if (near_.rows() < static_cast<Eigen::Index>(residuals_.size())) near_.resize(residuals_.size(), 3);
+  near_.resize(3, count);
   for (int i = 0; i < count; ++i) {
     const auto column = static_cast<size_t>(i);
     if (!(residuals_[column] < kSquaredWindow)) continue;
-    near_.row(within_.size()).head<2>() << residuals_[column], odds_[column];
+    near_.column(0)[within_.size()] = residuals_[column];
+    near_.column(1)[within_.size()] = odds_[column];
     within_.push_back(i);
   }
   const auto within = static_cast<Eigen::Index>(within_.size());
-  const auto e = near_.col(0).head(within), odds = near_.col(1).head(within);
-  auto probability = near_.col(2).head(within);
+  const Eigen::Map<const Eigen::ArrayXf> e(near_.column(0), within), odds(near_.column(1), within);
+  Eigen::Map<Eigen::ArrayXf> probability(near_.column(2), within);
   sigma_ = kFirstSigma;
   double share = kFirstShare;
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
@@ -102,7 +100,7 @@ void MatchNoise::fit(int count) {
     share = std::min(right / static_cast<double>(within), 1. - kLeastWrong);
   }
   probabilities_.assign(static_cast<size_t>(count), 0.f);
-  for (size_t k = 0; k < within_.size(); ++k) probabilities_[static_cast<size_t>(within_[k])] = near_(k, 2);
+  for (Eigen::Index k = 0; k < within; ++k) probabilities_[static_cast<size_t>(within_[k])] = probability[k];
 }
 
 }  // namespace gms_ransac

@@ -7,8 +7,6 @@
 #include <cstdint>
 #include <vector>
 
-#include <Eigen/Core>
-
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
@@ -19,9 +17,6 @@ namespace gms_ransac {
 /// chance have mostly more parallax than the scene. Derived in doc/judgement.md.
 class MatchNoise {
  public:
-  MatchNoise();
-  ~MatchNoise();  // with the library that allocates: Eigen aligns by the flags of each compilation
-
   static constexpr float kWindow = 5;          ///< a residual beyond it is a wrong match's
   static constexpr float kLeastWrong = 1e-3f;  ///< share of wrong matches
   static constexpr float kSettled = 1e-3f;     ///< a step at which a fit ends, far below what it is known to
@@ -69,7 +64,7 @@ class MatchNoise {
   std::vector<float> odds_;  ///< how much likelier the parallax is for a wrong match
   std::vector<float> octaves_;
   std::vector<int> within_;  ///< columns within the window
-  Eigen::ArrayX3f near_;     ///< their residuals, odds and probabilities
+  AlignedColumns near_;      ///< their residuals, odds and probabilities
 };
 
 }  // namespace gms_ransac

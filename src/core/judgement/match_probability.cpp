@@ -19,24 +19,20 @@ float within(float deviations) { return deviations < 4 ? std::erf(deviations) : 
 
 }  // namespace
 
-MatchProbability::MatchProbability() = default;
-MatchProbability::~MatchProbability() = default;
-
 template <class Square, class Wrong, class Scale>
 void MatchProbability::fit(const PointColumnsView& points, const MatchNoise& noise, float finest_weight, bool on_line,
                            const Square& square, const Wrong& wrong, const Scale& scale) {
-  // Whole packets, so that every column is aligned.
-  const Eigen::Index rows = (points.count + kLanes - 1) / kLanes * kLanes;
-  if (densities_.rows() < rows) densities_.resize(rows, Eigen::NoChange);
+  densities_.resize(kCount, points.count);
   within_.clear();
   within_.reserve(static_cast<size_t>(points.count));  // so that how many lie within allocates nothing
   for (int i = 0; i < points.count; ++i) {
     const float residual = square(static_cast<size_t>(i));
     if (!(residual < kSquaredWindow)) continue;
-    densities_.row(within_.size()).head<2>() << residual, wrong(static_cast<size_t>(i));
+    densities_.column(kSquare)[within_.size()] = residual;
+    densities_.column(kWrongDensity)[within_.size()] = wrong(static_cast<size_t>(i));
     within_.push_back(i);
   }
-  const auto column = [&](int k) { return densities_.col(k).head(static_cast<Eigen::Index>(within_.size())); };
+  const auto column = [&](int k) { return Eigen::Map<Eigen::ArrayXf>(densities_.column(k), within_.size()); };
   auto squares = column(kSquare), wrong_density = column(kWrongDensity), near = column(kNear), wide = column(kWide);
   auto near_density = column(kNearDensity), wide_density = column(kWideDensity);
   const auto near_sigma = static_cast<float>(noise.sigma()), wide_sigma = static_cast<float>(noise.wideSigma());

@@ -4,8 +4,6 @@
 #include <cstdint>
 #include <vector>
 
-#include <Eigen/Core>
-
 #include "judgement/match_noise.h"
 #include "two_view/kernels/point_columns.h"
 
@@ -16,9 +14,6 @@ namespace gms_ransac {
 /// in doc/judgement.md.
 class MatchProbability {
  public:
-  MatchProbability();
-  ~MatchProbability();  // with the library that allocates: Eigen aligns by the flags of each compilation
-
   /// Probability of each column, from the measured noise, residuals and parallaxes. `apart`: flags of the columns that
   /// follow another motion, or empty; `finest_weight`: the weight of columns with keypoints of the finest level. Valid
   /// until the next call.
@@ -38,8 +33,8 @@ class MatchProbability {
            const Square& square, const Wrong& wrong, const Scale& scale);
 
   std::vector<int> within_;  ///< columns within the window
-  enum { kSquare, kWrongDensity, kNearDensity, kWideDensity, kNear, kWide };
-  Eigen::Array<float, Eigen::Dynamic, 6> densities_;  ///< theirs, the last two posteriors
+  enum { kSquare, kWrongDensity, kNearDensity, kWideDensity, kNear, kWide, kCount };
+  AlignedColumns densities_;  ///< theirs, the last two posteriors
   std::vector<float> probabilities_;
 };
 

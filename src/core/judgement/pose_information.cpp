@@ -38,31 +38,30 @@ ParameterSquare PoseInformation::inverseWithCamera(double variance) const {
 
 void PoseInformation::sum(const ResidualKernels& kernels, const PointColumnsView& plausible, const TwoViewPose& pose,
                           const Loss& loss, const std::vector<int32_t>& cell_of) {
-  columns_.resize(Column::kCount * static_cast<size_t>(plausible.size) / kLanes);
-  if (columns_.empty()) columns_.resize(1);
-  const DerivativeSums sums = PoseModel(kernels, plausible).differentiate(pose, loss, columns_.front().lane);
+  columns_.resize(Column::kCount, plausible.size);
+  const DerivativeSums sums = PoseModel(kernels, plausible).differentiate(pose, loss, columns_.column(0));
   used = sums.used;
   // The mean second derivative; each match's own is noisy, and negative in the tails.
   bend = std::max(static_cast<double>(sums.curvature) / std::max(1, used), kLeastCurvature);
   double products[kParameters * (kParameters + 1) / 2];
-  kernels.sumProducts(columns_.front().lane, plausible.size, products);
+  kernels.sumProducts(columns_.column(0), plausible.size, products);
   for (int i = 0, k = 0; i < kParameters; ++i) {
     for (int j = 0; j <= i; ++j, ++k) curvature(i, j) = curvature(j, i) = bend * products[k];
   }
   using Angles = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 2>>;
-  const Angles angles(column(Column::kLineRotation, plausible.size), plausible.size, 2);
+  const Angles angles(columns_.column(Column::kLineRotation), plausible.size, 2);
   line_rotations = bend * angles.transpose().lazyProduct(angles).cast<double>();
-  sumParts(plausible.count, plausible.size, cell_of);
+  sumParts(plausible.count, cell_of);
 }
 
-void PoseInformation::sumParts(int count, int size, const std::vector<int32_t>& cell_of) {
+void PoseInformation::sumParts(int count, const std::vector<int32_t>& cell_of) {
   std::array<int, kCellCount> place_of_cell;
   place_of_cell.fill(-1);
   cells.clear();
   cells.reserve(kCellCount);
   const float* columns[Column::kParameterCount];
-  for (int k = 0; k < Column::kParameterCount; ++k) columns[k] = column(k, size);
-  const float* pulls = column(Column::kPull, size);
+  for (int k = 0; k < Column::kParameterCount; ++k) columns[k] = columns_.column(k);
+  const float* pulls = columns_.column(Column::kPull);
   Eigen::Matrix<float, kLanes, 1> J = Eigen::Matrix<float, kLanes, 1>::Zero();
   for (int i = 0; i < count; ++i) {
     for (int k = 0; k < Column::kParameterCount; ++k) J[k] = columns[k][i];

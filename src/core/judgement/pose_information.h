@@ -34,8 +34,7 @@ using ParameterSquare = Eigen::Matrix<double, kParameters, kParameters>;
 constexpr int kBlockSide = 5, kBlockCount = kBlockSide * kBlockSide, kCellsOfBlock = kCellSide / kBlockSide;
 static_assert(kCellSide % kBlockSide == 0, "blocks of whole cells");
 inline size_t blockOf(int32_t cell) {
-  const int row = cell / kCellSide / kCellsOfBlock, column = cell % kCellSide / kCellsOfBlock;
-  const int block = row * kBlockSide + column;
+  const int block = cell / kCellSide / kCellsOfBlock * kBlockSide + cell % kCellSide / kCellsOfBlock;
   return static_cast<size_t>(block);
 }
 
@@ -81,10 +80,9 @@ class PoseInformation {
   ParameterSquare inverseWithCamera(double variance) const;
 
  private:
-  void sumParts(int count, int size, const std::vector<int32_t>& cells);
-  const float* column(int k, int size) const { return columns_[static_cast<size_t>(k) * size / kLanes].lane; }
+  void sumParts(int count, const std::vector<int32_t>& cells);
 
-  std::vector<Entries> columns_;  ///< DerivativeColumn
+  AlignedColumns columns_;  ///< DerivativeColumn
 };
 
 }  // namespace gms_ransac

@@ -93,23 +93,22 @@ bool RotationVerdict::onlyRotated() const { return static_share > kMostStatic ||
 const RotationOnly& RotationExplanation::fit(const ResidualKernels& kernels, const PointColumnsView& points,
                                              const TwoViewPose& start, const MatchNoise& noise) {
   const PoseModel model(kernels, points);
-  RotationOnly& result = rotation_;
-  result.R = start.R;
+  rotation_.R = start.R;
   // To the threshold's own scale, or twice what noise of both images amounts to.
   const auto last = static_cast<float>(std::min(2., 8 * noise.sigma() * noise.sigma()));
   const PointColumnsView part = firstColumns(points, kRandomPart);
   for (const float softness : kSoftness) {
-    PoseModel(kernels, part).refineRotation({1e12f, 1 / softness}, kRotationIterations, result.R);
+    PoseModel(kernels, part).refineRotation({1e12f, 1 / softness}, kRotationIterations, rotation_.R);
   }
-  model.refineRotation({1e12f, 1 / last}, kRotationIterations, result.R);
-  model.rotationResiduals(result.R, result.residuals);
+  model.refineRotation({1e12f, 1 / last}, kRotationIterations, rotation_.R);
+  model.rotationResiduals(rotation_.R, rotation_.residuals);
   sorted_.clear();
   for (int i = 0; i < points.count; ++i) {
     const auto column = static_cast<size_t>(i);
-    if (noise.residuals()[column] < 1) sorted_.push_back(std::sqrt(result.residuals[column] / points.weight[i]));
+    if (noise.residuals()[column] < 1) sorted_.push_back(std::sqrt(rotation_.residuals[column] / points.weight[i]));
   }
-  result.median_parallax = sorted_.empty() ? 0 : nthSmallest(sorted_, sorted_.size() / 2);
-  return result;
+  rotation_.median_parallax = sorted_.empty() ? 0 : nthSmallest(sorted_, sorted_.size() / 2);
+  return rotation_;
 }
 
 Eigen::Matrix3d RotationExplanation::covariance(const ResidualKernels& kernels, const PointColumnsView& points) const {
@@ -154,13 +153,10 @@ RotationVerdict RotationExplanation::compare(const TwoViewPoints& points, const 
     verdict.static_share = countStatic(near, further) / inliers;
     verdict.share_at_infinity = 2. * backwards / inliers;
   }
-  verdict.against_rotation = against(points.size(), points.cells());
+  verdict.against_rotation =
+      vuongStatistic(points.size(), points.cells(), by_cell_, [&](size_t i) { return costs_[i] - pose_costs_[i]; });
   verdict.against_rolling = againstRolling(points, per_variance);
   return verdict;
-}
-
-double RotationExplanation::against(int count, const std::vector<int32_t>& cells) {
-  return vuongStatistic(count, cells, by_cell_, [&](size_t i) { return costs_[i] - pose_costs_[i]; });
 }
 
 double RotationExplanation::againstRolling(const TwoViewPoints& all, float inverse_variance) {
@@ -193,7 +189,8 @@ double RotationExplanation::againstRolling(const TwoViewPoints& all, float inver
       costs_[static_cast<size_t>(i)] =
           std::min(RotatedMatch(points, i, R).cost(rates, inverse_variance), kMostRotationCost);
     }
-    const double statistic = against(count, all.cells());
+    const double statistic =
+        vuongStatistic(count, all.cells(), by_cell_, [&](size_t i) { return costs_[i] - pose_costs_[i]; });
     if (last || statistic > kSurelyBetter) return statistic;  // a narrower loss would not reverse that
   }
 }

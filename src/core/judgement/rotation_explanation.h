@@ -46,9 +46,7 @@ class RotationExplanation {
   RotationVerdict compare(const TwoViewPoints& points, const TwoViewPose& pose, const MatchNoise& noise);
 
  private:
-  /// Vuong's statistic of the pose against what costs_ are of, over the first matches.
-  double against(int count, const std::vector<int32_t>& cells);
-  /// The same against the rotation with rolling shutter that fits best, by reweighted least squares.
+  /// The statistic against the rotation with rolling shutter that fits best, by reweighted least squares.
   double againstRolling(const TwoViewPoints& points, float inverse_variance);
 
   RotationOnly rotation_;

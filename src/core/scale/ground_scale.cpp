@@ -99,7 +99,7 @@ class GroundPatches {
       double products = 0, squares = 0, total = 0, own = 0, own_squares = 0;
       int count = 0;
       for (int i = 0; i < kSamples; i += kSkip, ++count) {
-        float value;
+        float value = 0;
         if (!look(m, patch.rays.col(i).cast<double>(), value, nullptr)) break;
         products += static_cast<double>(value) * patch.values[i];
         squares += static_cast<double>(value) * value;
@@ -123,8 +123,8 @@ class GroundPatches {
     for (const Patch& patch : patches_) {
       bool inside = true;
       for (int i = 0; i < kSamples && inside; ++i) {
-        float value;
-        Eigen::RowVector3d derivative;
+        float value = 0;
+        Eigen::RowVector3d derivative = Eigen::RowVector3d::Zero();
         inside = look(m, patch.rays.col(i).cast<double>(), value, &derivative);
         values[i] = value;
         J.row(i) = derivative;

@@ -48,18 +48,32 @@ inline void strideOver(int count, std::vector<int>& arrangement) {
   }
 }
 
-/// Floats that a kernel loads at once, aligned as it asks for.
-struct alignas(kLanes * sizeof(float)) Entries {
-  float lane[kLanes];
+/// Columns of floats, each aligned as the kernels ask for. Keeps its storage.
+class AlignedColumns {
+ public:
+  void resize(int columns, int count) {
+    blocks_ = (count + kLanes - 1) / kLanes;
+    storage_.resize(std::max(storage_.size(), static_cast<size_t>(columns) * blocks_ + 1));
+  }
+  /// Of a column, whole blocks.
+  int size() const { return blocks_ * kLanes; }
+  float* column(int k) { return storage_[static_cast<size_t>(k) * blocks_].lane; }
+  const float* column(int k) const { return storage_[static_cast<size_t>(k) * blocks_].lane; }
+
+ private:
+  struct alignas(kLanes * sizeof(float)) Block {
+    float lane[kLanes];
+  };
+  std::vector<Block> storage_;
+  int blocks_ = 0;
 };
 
 class PointColumns {
  public:
   void resize(int count) {
-    blocks_ = (count + kLanes - 1) / kLanes;
-    storage_.resize(std::max(storage_.size(), 5 * static_cast<size_t>(blocks_)));
+    columns_.resize(5, count);
     count_ = count;
-    for (int c = 0; c < 5; ++c) std::fill(column(c) + count, column(c) + size(), 0.f);
+    for (int c = 0; c < 5; ++c) std::fill(column(c) + count, column(c) + columns_.size(), 0.f);
   }
   void gather(const PointColumnsView& from, const int* columns, int count) {
     resize(count);
@@ -89,16 +103,15 @@ class PointColumns {
   /// Where what is computed of these columns is counted; it must outlive their views.
   void countInto(int64_t* evaluations) { evaluations_ = evaluations; }
   PointColumnsView view() const {
-    return {column(0), column(1), column(2), column(3), column(4), size(), count_, evaluations_};
+    const AlignedColumns& c = columns_;
+    return {c.column(0), c.column(1), c.column(2), c.column(3), c.column(4), c.size(), count_, evaluations_};
   }
 
  private:
-  int size() const { return blocks_ * kLanes; }
-  const float* column(int c) const { return storage_.data()->lane + static_cast<size_t>(c) * size(); }
-  float* column(int c) { return storage_.data()->lane + static_cast<size_t>(c) * size(); }
+  float* column(int c) { return columns_.column(c); }
 
-  std::vector<Entries> storage_;
-  int blocks_ = 0, count_ = 0;
+  AlignedColumns columns_;
+  int count_ = 0;
   int64_t* evaluations_ = nullptr;
 };
 
