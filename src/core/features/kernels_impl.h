@@ -10,9 +10,8 @@
 namespace gms_ransac {
 namespace {
 
-/// What V derives from: lanes in the compiler's own vector types, whose operators it uses, unaligned loads and stores,
-/// and what compilers make one instruction of. V adds the rest, or replaces it where an instruction of its set is
-/// better.
+/// The base of V: the compiler's own vector types and their operators, unaligned loads and stores, and what compilers
+/// make one instruction of. V adds the rest. It replaces a function where its instruction set has a better one.
 struct Vectors {
   static constexpr int kBytes = GMS_RANSAC_VECTOR_BYTES, kHalves = kBytes / 2, kFloats = kBytes / 4;
   using U8 [[gnu::vector_size(kBytes)]] = uint8_t;

@@ -31,8 +31,8 @@ class MatchNoise {
   /// Standard deviation of a right match's signed residual, which for the Sampson distance is that of a keypoint's
   /// coordinates.
   double sigma() const { return sigma_; }
-  /// Of keypoints with larger errors than most, such as a corner found on the next pixel: one threshold, or twice the
-  /// noise if that is more.
+  /// Standard deviation for keypoints with larger errors than most, such as a corner found on the next pixel: one
+  /// threshold, or twice the noise if that is more.
   double wideSigma() const { return std::max(1.0, kWideSigmas * sigma_); }
   /// Converts squared residuals, times `share`, to residuals in standard deviations.
   void toDeviations(double share, std::vector<float>& squared) const {

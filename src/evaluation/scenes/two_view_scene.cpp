@@ -220,8 +220,8 @@ void settleTruth(const TwoViewSceneOptions& options, const Layout& layout, const
   }
 }
 
-/// Of the static points in a camera that only translates, without noise: the median displacement, pixels; with
-/// `rotation_undone` after subtracting those by the small rotation that fits best in the sense of least squares.
+/// Median displacement in pixels of the static points, seen without noise by a camera that only translates. With
+/// `rotation_undone`, what the small rotation of the least-squares fit explains is subtracted first.
 double medianMotion(TwoViewSceneOptions options, bool rotation_undone) {
   options.matches = kMeasuredMatches;
   options.outlier_ratio = options.noise_px = options.readout = options.focal_error = 0;

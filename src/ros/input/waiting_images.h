@@ -19,7 +19,7 @@ namespace gms_ransac {
 constexpr double kStereoTolerance = 0.003;  // seconds
 
 struct WaitingOptions {
-  /// What an image is in the answer, and the one of a second stream whose stamp is near; null: there is no such stream.
+  /// Where the answer keeps an image, and where its partner from a second stream; null: there is no second stream.
   sensor_msgs::ImageConstPtr ImageWithInfo::*first = &ImageWithInfo::image, ImageWithInfo::*second = nullptr;
   double tolerance = 0.025;      ///< greatest difference of their stamps, seconds
   bool for_camera_info = false;  ///< the first images wait until any camera_info has come

@@ -84,8 +84,8 @@ class MotionPriors {
   }
   double timeOf(const std_msgs::Header& image) const { return image.stamp.toSec() + parameters_.image_time_offset; }
 
-  // What a sensor measured between two times, in seconds of its clock, of a camera by its frame. They return an empty
-  // string, or why it is unknown, as the end of a sentence; and may be called from any thread.
+  // What a sensor measured between two times, in seconds of its clock, for the camera with this frame. Each returns an
+  // empty string, or the end of a sentence that says why it is unknown. May be called from any thread.
   /// By ~rotation_prior.
   std::string rotationBetween(const std::string& camera_frame, double from, double to, RotationPrior& prior);
   std::string gyroBetween(const std::string& camera_frame, double from, double to, RotationPrior& prior);

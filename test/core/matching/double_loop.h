@@ -27,7 +27,7 @@ inline std::vector<uint8_t> drawDescriptors(int n, Bits bits, uint32_t seed) {
   return rows;
 }
 
-/// Of each query.
+/// The two nearest of each query.
 inline std::vector<NearestTwo> nearestByDoubleLoop(const std::vector<uint8_t>& queries,
                                                    const std::vector<uint8_t>& train) {
   std::vector<NearestTwo> nearest(queries.size() / kHammingBytes);

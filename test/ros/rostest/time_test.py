@@ -79,7 +79,7 @@ class Time(unittest.TestCase):
 
     def test_exact_camera_info(self):
         self.check("exact", 500.0)
-        # An image without one is left out, and counted.
+        # An image without camera_info of its stamp is left out, and counted.
         client = client_of("exact").connect()
         client.send(self.frames[0], 700.0, info=camera_info(700.05))
         client.ask(self.frames[0], 700.1)

@@ -55,7 +55,7 @@ class AlignedColumns {
     blocks_ = (count + kLanes - 1) / kLanes;
     storage_.resize(std::max(storage_.size(), static_cast<size_t>(columns) * blocks_ + 1));
   }
-  /// Of a column, whole blocks.
+  /// Entries of a column: a multiple of kLanes.
   int size() const { return blocks_ * kLanes; }
   float* column(int k) { return storage_[static_cast<size_t>(k) * blocks_].lane; }
   const float* column(int k) const { return storage_[static_cast<size_t>(k) * blocks_].lane; }

@@ -48,7 +48,7 @@ struct V {
     for (float& x : lanes) x = std::sqrt(x);
     return load(lanes);
   }
-  /// One half is added to the other until one number is left.
+  /// Adds one half to the other until one number remains.
   float sum() const {
     Part total = part[0];
     if constexpr (kParts == 2) total = part[0] + part[1];

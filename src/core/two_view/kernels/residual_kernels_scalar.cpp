@@ -1,5 +1,5 @@
 // The kernels for any processor, over vectors of four floats, and the choice among the instruction sets. The compiler
-// turns them into the processor's own: SSE2 on x86, NEON on ARM, single numbers elsewhere.
+// translates them to what the processor has: SSE2 on x86, NEON on ARM, single numbers elsewhere.
 #define GMS_RANSAC_VECTOR_BYTES 16
 #include "two_view/kernels/residual_kernels_impl.h"
 
