@@ -1,18 +1,15 @@
 // Program: what the match filter costs as a node. Publishes rendered images at a rate, to the nodelet in its own
 // process or to match_filter_node in another, and prints latency, rate, processor share and peak memory as a table.
 #include <signal.h>
-#include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
 #include <cstdio>
 #include <fstream>
 #include <limits>
 #include <memory>
-#include <mutex>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -23,9 +20,11 @@
 #include <gms_ransac/Correspondences.h>
 #include <gms_ransac/MatchStats.h>
 #include <nodelet/loader.h>
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
+#include <boost/process.hpp>
 #include <boost/program_options.hpp>
 
 #include "gms_ransac/feature_extractor.h"
@@ -45,7 +44,7 @@ const std::string kFilter = kNamespace + "/match_filter";
 constexpr int kWarmUp = 30;          // images before the measurement: buffers grow, the other process loads its code
 constexpr int kDistinctImages = 40;  // shown to and fro, so that the motion never jumps
 constexpr int kAhead = 4;            // images that wait at the filter when the rate is the filter's own
-constexpr double kPatience = 20;     // seconds without an answer after which something is wrong
+constexpr std::chrono::seconds kPatience(20);  // without an answer something is wrong
 
 struct LoadOptions {
   std::string extractor;
@@ -82,40 +81,21 @@ Footage render() {
 }
 
 /// match_filter_node in a process of its own, ended with this object.
-class NodeProcess {
- public:
-  NodeProcess() : pid_(fork()) {
-    if (pid_ < 0) throw std::runtime_error("cannot start another process");
-    if (pid_ == 0) {
-      // rosrun replaces itself with the node, so this process id is the node's.
-      execlp("rosrun", "rosrun", "gms_ransac", "match_filter_node", ("__ns:=" + kNamespace).c_str(),
-             "__name:=match_filter", static_cast<char*>(nullptr));
-      _exit(127);
-    }
-  }
+struct NodeProcess {
+  // rosrun replaces itself with the node, so this process id is the node's.
+  boost::process::child child{"rosrun gms_ransac match_filter_node __ns:=" + kNamespace + " __name:=match_filter"};
   ~NodeProcess() {
-    kill(pid_, SIGINT);
-    waitpid(pid_, nullptr, 0);
+    kill(child.id(), SIGINT);
+    child.wait();
   }
-  NodeProcess(const NodeProcess&) = delete;
-  NodeProcess& operator=(const NodeProcess&) = delete;
-  pid_t pid() const { return pid_; }
-
- private:
-  pid_t pid_;
 };
 
-/// User and system time of a process and all of its threads, seconds (proc(5), /proc/PID/stat, fields 14 and 15).
+/// User and system time of a process and all of its threads, seconds.
 double processorSeconds(pid_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  std::string text;
-  std::getline(file, text);
-  std::istringstream rest(text.substr(text.rfind(')') + 1));  // the name before it may hold spaces
-  std::string skipped;
-  for (int field = 3; field < 14; ++field) rest >> skipped;
-  double user = 0, system = 0;
-  rest >> user >> system;
-  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  clockid_t clock;
+  timespec time = {};
+  if (clock_getcpuclockid(pid, &clock) == 0) clock_gettime(clock, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 /// VmHWM, MB of 10^6 bytes; NaN where the kernel does not say.
@@ -127,64 +107,56 @@ double peakMegabytes(pid_t pid) {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-/// The consumer: when which image was answered.
-class Consumer {
+/// The camera, which publishes the footage to and fro, each image a new message with the time of its publication as
+/// stamp; and the consumer, which is called while it waits for the next one.
+class Graph {
  public:
-  explicit Consumer(ros::NodeHandle& nh)
-      : stats_(nh.subscribe(kFilter + "/stats", 1000, &Consumer::onStats, this)),
-        correspondences_(nh.subscribe(kFilter + "/correspondences", 1000, &Consumer::onCorrespondences, this)) {}
+  Graph(ros::NodeHandle& nh, const Footage& footage)
+      : footage_(footage),
+        info_(nh.advertise<sensor_msgs::CameraInfo>(kNamespace + "/camera_info", 10)),
+        image_(nh.advertise<sensor_msgs::Image>(kNamespace + "/image", 100)),
+        stats_(nh.subscribe(kFilter + "/stats", 1000, &Graph::onStats, this)),
+        correspondences_(nh.subscribe(kFilter + "/correspondences", 1000, &Graph::onCorrespondences, this)) {}
 
-  bool connected() const { return stats_.getNumPublishers() > 0 && correspondences_.getNumPublishers() > 0; }
-
-  /// What came since the last call: number of answers, and the latencies of correspondences.
-  std::pair<int, std::vector<double>> take() {
-    std::lock_guard<std::mutex> lock(mutex_);
-    return {std::exchange(answered_, 0), std::exchange(latencies_ms_, {})};
+  bool connected() const {
+    return info_.getNumSubscribers() > 0 && image_.getNumSubscribers() > 0 && stats_.getNumPublishers() > 0 &&
+           correspondences_.getNumPublishers() > 0;
   }
-  /// Waits until `count` images are answered or dropped; false when nothing happens for `patience` seconds.
-  bool waitFor(int count, double patience) {
-    std::unique_lock<std::mutex> lock(mutex_);
-    while (handled_ < count) {
-      const int before = handled_;
-      const std::chrono::duration<double> limit(patience);
-      if (!arrived_.wait_for(lock, limit, [&] { return handled_ > before; })) return false;
+  /// Publishes one image after another for `seconds`, at the rate asked for or as fast as they are answered.
+  void stream(double rate, double seconds) {
+    const auto start = Clock::now();
+    const auto end = start + std::chrono::duration<double>(seconds);
+    for (int i = 0; Clock::now() < end && ros::ok(); ++i) {
+      if (rate > 0) {
+        listen(start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(i / rate)),
+               [] { return false; });
+      } else if (!waitFor(sent + 1 - kAhead)) {
+        throw std::runtime_error("the filter stopped answering");
+      }
+      publish();
+    }
+  }
+  /// Waits until `count` images are answered or dropped; false when nothing happens for a while.
+  bool waitFor(int count) {
+    for (int before = handled_; before < count; before = handled_) {
+      listen(Clock::now() + kPatience, [&] { return handled_ > before; });
+      if (handled_ == before) return false;
     }
     return true;
   }
 
+  int sent = 0, answered = 0;
+  std::vector<double> latencies_ms;  ///< of correspondences
+
  private:
-  void onStats(const MatchStatsConstPtr& stats) {
-    std::lock_guard<std::mutex> lock(mutex_);
-    ++answered_;
-    handled_ = static_cast<int>(stats->frames_processed + stats->frames_dropped);
-    arrived_.notify_all();
+  template <typename Done>
+  static void listen(Clock::time_point end, const Done& done) {
+    for (auto left = end - Clock::now(); left.count() > 0 && !done() && ros::ok(); left = end - Clock::now()) {
+      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(std::chrono::duration<double>(left).count()));
+    }
   }
-  void onCorrespondences(const CorrespondencesConstPtr& message) {
-    const double milliseconds = 1e3 * (ros::Time::now() - message->header.stamp).toSec();
-    std::lock_guard<std::mutex> lock(mutex_);
-    latencies_ms_.push_back(milliseconds);
-  }
-
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  int answered_ = 0, handled_ = 0;
-  std::vector<double> latencies_ms_;
-  ros::Subscriber stats_, correspondences_;
-};
-
-/// The camera: publishes the footage to and fro, each image a new message with the time of its publication as stamp.
-class Camera {
- public:
-  Camera(ros::NodeHandle& nh, const Footage& footage)
-      : footage_(footage),
-        info_(nh.advertise<sensor_msgs::CameraInfo>(kNamespace + "/camera_info", 10)),
-        image_(nh.advertise<sensor_msgs::Image>(kNamespace + "/image", 100)) {}
-
-  bool connected() const { return info_.getNumSubscribers() > 0 && image_.getNumSubscribers() > 0; }
-  int sent() const { return sent_; }
-
   void publish() {
-    const int last = static_cast<int>(footage_.images.size()) - 1, phase = sent_++ % (2 * last);
+    const int last = static_cast<int>(footage_.images.size()) - 1, phase = sent++ % (2 * last);
     auto image =
         boost::make_shared<sensor_msgs::Image>(footage_.images[static_cast<size_t>(std::min(phase, 2 * last - phase))]);
     auto info = boost::make_shared<sensor_msgs::CameraInfo>(footage_.info);
@@ -192,26 +164,19 @@ class Camera {
     info_.publish(sensor_msgs::CameraInfoConstPtr(info));
     image_.publish(sensor_msgs::ImageConstPtr(image));
   }
-
- private:
-  const Footage& footage_;
-  int sent_ = 0;
-  ros::Publisher info_, image_;
-};
-
-/// Publishes one image after another for `seconds`, at the rate asked for or as fast as they are answered.
-void stream(const LoadOptions& options, double seconds, Camera& camera, Consumer& consumer) {
-  const auto start = Clock::now();
-  const auto end = start + std::chrono::duration<double>(seconds);
-  for (int i = 0; Clock::now() < end && ros::ok(); ++i) {
-    if (options.rate > 0) {
-      std::this_thread::sleep_until(start + std::chrono::duration<double>(i / options.rate));
-    } else if (!consumer.waitFor(camera.sent() + 1 - kAhead, kPatience)) {
-      throw std::runtime_error("the filter stopped answering");
-    }
-    camera.publish();
+  void onStats(const MatchStatsConstPtr& stats) {
+    ++answered;
+    handled_ = static_cast<int>(stats->frames_processed + stats->frames_dropped);
   }
-}
+  void onCorrespondences(const CorrespondencesConstPtr& message) {
+    latencies_ms.push_back(1e3 * (ros::Time::now() - message->header.stamp).toSec());
+  }
+
+  const Footage& footage_;
+  int handled_ = 0;
+  ros::Publisher info_, image_;
+  ros::Subscriber stats_, correspondences_;
+};
 
 void measure(const LoadOptions& options, const Footage& footage, ros::NodeHandle& nh) {
   ros::NodeHandle parameters(kFilter);
@@ -219,8 +184,7 @@ void measure(const LoadOptions& options, const Footage& footage, ros::NodeHandle
   parameters.setParam("features", options.features);
   parameters.setParam("threads", options.threads);
   parameters.setParam("drop_frames", options.drop);
-  Camera camera(nh, footage);
-  Consumer consumer(nh);
+  Graph graph(nh, footage);
   std::unique_ptr<NodeProcess> process;
   std::unique_ptr<nodelet::Loader> manager;
   if (options.separate) {
@@ -229,32 +193,30 @@ void measure(const LoadOptions& options, const Footage& footage, ros::NodeHandle
     manager = std::make_unique<nodelet::Loader>(false);
     if (!manager->load(kFilter, "gms_ransac/MatchFilter", {}, {})) throw std::runtime_error("the nodelet did not load");
   }
-  const pid_t pid = process ? process->pid() : getpid();
-  const auto patience = Clock::now() + std::chrono::duration<double>(kPatience);
-  while (!(camera.connected() && consumer.connected())) {
+  const pid_t pid = process ? process->child.id() : getpid();
+  const auto patience = Clock::now() + kPatience;
+  while (!graph.connected()) {
     if (Clock::now() > patience) throw std::runtime_error("the filter did not connect");
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  LoadOptions warm_up = options;
-  warm_up.rate = 30;
-  stream(warm_up, kWarmUp / warm_up.rate, camera, consumer);
-  consumer.waitFor(camera.sent(), kPatience);
-
-  consumer.take();
-  const int sent_before = camera.sent();
+  graph.stream(30, kWarmUp / 30.);
+  graph.waitFor(graph.sent);
+  graph.answered = 0;
+  graph.latencies_ms.clear();
+  const int sent_before = graph.sent;
   const double processor_before = processorSeconds(pid);
   const auto start = Clock::now();
-  stream(options, options.seconds, camera, consumer);
-  consumer.waitFor(camera.sent(), kPatience);
+  graph.stream(options.rate, options.seconds);
+  graph.waitFor(graph.sent);
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   const double processor = processorSeconds(pid) - processor_before;
-  const auto [answered, latencies] = consumer.take();
   // In the manager's process most memory is that of the footage.
   std::printf("| %s | %s | %d | %s | %.1f | %d of %d | %.2f | %.2f | %.1f | %s |\n",
               options.separate ? "node" : "manager", options.extractor.c_str(), options.threads,
-              options.rate > 0 ? cv::format("%.1f", options.rate).c_str() : "as answered", answered / seconds, answered,
-              camera.sent() - sent_before, percentile(latencies, 50), percentile(latencies, 99),
-              100 * processor / seconds, options.separate ? cv::format("%.1f", peakMegabytes(pid)).c_str() : "-");
+              options.rate > 0 ? cv::format("%.1f", options.rate).c_str() : "as answered", graph.answered / seconds,
+              graph.answered, graph.sent - sent_before, percentile(graph.latencies_ms, 50),
+              percentile(graph.latencies_ms, 99), 100 * processor / seconds,
+              options.separate ? cv::format("%.1f", peakMegabytes(pid)).c_str() : "-");
   std::fflush(stdout);
   if (manager) manager->unload(kFilter);
   ros::param::del(kFilter);
@@ -296,8 +258,6 @@ int nodeLoad(const Arguments& arguments) {
     ros::console::notifyLoggerLevelsChanged();
   }
   ros::NodeHandle nh;
-  ros::AsyncSpinner spinner(1);
-  spinner.start();
   const Footage footage = render();
   std::puts(
       "| process | extractor | threads | images/s sent | answered/s | answered | p50 ms | p99 ms | % of a core | peak "
