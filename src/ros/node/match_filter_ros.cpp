@@ -55,33 +55,237 @@ void refuseOwnOutput(const std::vector<InputTopic>& inputs, const std::string& o
 
 class MatchFilterRos {
  public:
-  MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh);
-  ~MatchFilterRos();
+  MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh)
+      : nh_(nh),
+        pnh_(pnh),
+        parameters_(Parameters::read(pnh)),
+        throttle_(parameters_.name),
+        mailbox_(parameters_.drop_frames ? 1 : static_cast<size_t>(parameters_.queue_size)),
+        prepared_(1),
+        graph_watch_(parameters_.name) {
+    for (const std::string& unknown : unknownParameters(pnh_, parameters_)) {
+      ROS_WARN_STREAM(parameters_.name << ": parameter " << pnh_.resolveName(unknown)
+                                       << " is set, but this node has no such parameter; check the spelling");
+    }
+    priors_ = MotionPriors::make(nh_, parameters_);
+    input_ = std::make_unique<ImageInput>(
+        nh_, pnh_, parameters_, [this](const ImageWithInfo& input) { guard([&] { onImage(input); }); }, priors_);
+    refuseOwnOutput(input_->inputs(), Outputs::overlayTopic(pnh_));
+    input_->checkTransports();
+    processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic(), priors_,
+                                                  input_->rightTopic(), input_->rightInfoTopic());
+
+    const RuntimeOptions start = startOptions(pnh_, parameters_);
+    processor_->setOptions(start.processor);
+    reconfigure_ = serveChanges(pnh_, parameters_, [this](const RuntimeOptions& options) { setOptions(options); });
+
+    {
+      // A listener may connect before `outputs_` is assigned.
+      std::lock_guard<std::mutex> lock(subscription_mutex_);
+      outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, start.outputs,
+                                           [this] { guard([&] { updateSubscription(); }); });
+    }
+    diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, parameters_);
+    ROS_INFO_STREAM(parameters_.name << ": method " << start.processor.core.method << ", model "
+                                     << toString(start.processor.core.robust.model) << ", OpenCV " << CV_VERSION
+                                     << "; subscribes to " << input_->imageTopic()
+                                     << whenSubscribed(parameters_.always_subscribe, start.outputs));
+    updateSubscription();
+    reset_service_ = pnh_.advertiseService("reset", &MatchFilterRos::reset, this);
+    pause_service_ = pnh_.advertiseService("pause", &MatchFilterRos::pause, this);
+    watch_timer_ = nh_.createWallTimer(ros::WallDuration(kWatchPeriod),
+                                       [this](const ros::WallTimerEvent& /*event*/) { guard([&] { watchInput(); }); });
+    // Last: if the constructor threw after this, no code would join them.
+    worker_ = std::thread([this] { work(); });
+    if (parameters_.threads > 1) second_worker_ = std::thread([this] { processPrepared(); });
+  }
+
+  ~MatchFilterRos() {
+    closing_ = true;
+    watch_timer_.stop();
+    reset_service_.shutdown();
+    pause_service_.shutdown();
+    reconfigure_.reset();
+    {
+      std::lock_guard<std::mutex> lock(subscription_mutex_);
+      input_->stop();
+    }
+    mailbox_.close();
+    prepared_.close();
+    for (std::thread* thread : {&worker_, &second_worker_}) {
+      if (thread->joinable()) thread->join();
+    }
+  }
 
  private:
   /// Throws std::invalid_argument and changes nothing where they contradict each other.
-  void setOptions(const RuntimeOptions& options);
+  void setOptions(const RuntimeOptions& options) {
+    processor_->setOptions(options.processor);
+    {
+      std::lock_guard<std::mutex> lock(options_mutex_);
+      output_options_ = options.outputs;
+    }
+    updateSubscription();
+  }
+
   /// Subscribes to the images while an output has a subscriber.
-  void updateSubscription();
-  void onImage(const ImageWithInfo& input);
-  bool reset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
-  bool pause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
+  void updateSubscription() {
+    std::lock_guard<std::mutex> lock(subscription_mutex_);
+    if (!outputs_ || closing_) return;
+    const OutputOptions options = outputOptions();
+    const bool transforms = options.publish_relative_tf || options.publish_odom_tf;
+    const bool wanted = !paused_ && (parameters_.always_subscribe || transforms || outputs_->listeners() > 0);
+    if (wanted == input_->started()) return;
+    if (!wanted) {
+      input_->stop();
+      // Later images have nothing in common with the earlier ones.
+      dropped_ += static_cast<uint32_t>(mailbox_.clear());
+      processor_->requestReset(Reset::kUnsubscribed);
+      return;
+    }
+    try {
+      input_->start();
+      subscribe_problem_.clear();
+    } catch (const std::exception& error) {
+      input_->stop();
+      subscribe_problem_ = "cannot subscribe to " + input_->imageTopic() + " with ~image_transport '" +
+                           parameters_.image_transport + "': " + error.what();
+      ROS_ERROR_STREAM(parameters_.name << ": " << subscribe_problem_);
+    }
+  }
+
+  void onImage(const ImageWithInfo& input) {
+    ++received_;
+    const int dropped = mailbox_.push(input);
+    dropped_ += static_cast<uint32_t>(dropped);
+    if (dropped == 0 || parameters_.drop_frames) return;
+    throttle_.warn("backlog", "images of " + input_->imageTopic() +
+                                  " come faster than they are processed: " + std::to_string(parameters_.queue_size) +
+                                  " wait, the oldest is dropped although ~drop_frames is false; lower the replay rate "
+                                  "or raise ~queue_size");
+  }
+
+  bool reset(std_srvs::Trigger::Request& /*request*/, std_srvs::Trigger::Response& response) {
+    dropped_ += static_cast<uint32_t>(mailbox_.clear());
+    processor_->requestReset();
+    response.success = true;
+    response.message = "the next image is a new reference";
+    return true;
+  }
+
+  bool pause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
+    paused_ = request.data != 0;
+    updateSubscription();
+    response.success = true;
+    response.message = paused_ ? "paused: not subscribed to " + input_->imageTopic() : "running";
+    return true;
+  }
+
   /// The worker: images from the mailbox to outputs; with a second thread only up to the extraction.
-  void work();
-  void processPrepared();
-  void process(const ImageWithInfo& input);
+  void work() {
+    ImageWithInfo input;
+    while (mailbox_.pop(input)) {
+      guard([&] { process(input); });
+      input = ImageWithInfo();
+    }
+  }
+
+  void processPrepared() {
+    std::unique_ptr<PreparedFrame> frame;
+    while (prepared_.pop(frame)) {
+      guard([&] { answer(std::move(frame)); });
+    }
+  }
+
+  void process(const ImageWithInfo& input) {
+    const bool may_pass = outputs_->featuresSuffice(outputOptions());
+    auto frame = processor_->prepare(input, may_pass ? Extraction::kPutOff : Extraction::kNow);
+    if (parameters_.threads > 1) {
+      prepared_.pushWhenEmpty(std::move(frame));
+    } else {
+      answer(std::move(frame));
+    }
+  }
+
   /// Compares and publishes. Skips images that ~features does not need while no other output has a subscriber.
-  void answer(std::unique_ptr<PreparedFrame> frame);
-  void publish(const ProcessedFrame& processed, const OutputOptions& options);
-  OutputOptions outputOptions();
+  void answer(std::unique_ptr<PreparedFrame> frame) {
+    const OutputOptions options = outputOptions();
+    if (!frame->extracted && outputs_->passesOver(*frame, options)) {
+      ++passed_over_;
+      processor_->passOver(std::move(frame));
+    } else {
+      frame->depth_wanted = !outputs_->featuresSuffice(options) || !outputs_->rightImageSuffices();
+      publish(processor_->process(std::move(frame)), options);
+    }
+  }
+
+  void publish(const ProcessedFrame& processed, const OutputOptions& options) {
+    ++processed_;
+    if (processed.continuity != Continuity::kContinuous) ++resets_;
+    watchCalibration(processed);
+    if (processed.status == MatchStats::BAD_IMAGE) throttle_.warn("bad image", processed.text);
+    const std::string& mask_problem = processed.current->mask_problem;
+    if (!mask_problem.empty()) throttle_.warn("mask", "an image is answered without a mask: " + mask_problem);
+    if (processed.current->reset != Reset::kNone) {
+      throttle_.info("wanted reset", processed.text);
+    } else if (processed.continuity != Continuity::kContinuous) {
+      throttle_.warn("reset", processed.text);
+    }
+    // `dropped_` is read first: an image is counted as received before it can be counted as dropped.
+    const uint32_t dropped = dropped_, received = received_;
+    const FrameCounters counters = {received, processed_, passed_over_, dropped, resets_};
+    const MatchStatsConstPtr stats = outputs_->publish(processed, counters, options);
+    diagnostics_->add(*stats, outputs_->problem());
+  }
+
+  OutputOptions outputOptions() {
+    std::lock_guard<std::mutex> lock(options_mutex_);
+    return output_options_;
+  }
+
   /// Runs what a callback or a worker does; an exception becomes a warning.
   template <typename Work>
   void guard(const Work& work) {
     guarded(work, [this](const std::string& what) { throttle_.warn("unexpected", what); });
   }
-  void watchInput();
+  void watchInput() {
+    graph_watch_.look();
+    const Topics& published = graph_watch_.topics();
+    NodeReport report;
+    report.error = wrongTypes(input_->inputs(), published);
+    {
+      std::lock_guard<std::mutex> lock(subscription_mutex_);
+      report.waiting = input_->waitingFor(published);
+      if (report.error.empty()) report.error = subscribe_problem_;
+      if (!input_->started()) report.idle = paused_ ? "paused by ~pause" : "not subscribed: no output has a subscriber";
+    }
+    // A bag that is paused or has ended stops the clock, and its images with it: no reason to warn.
+    const ros::Time clock = ros::Time::now();
+    if (ros::Time::isSimTime() && !clock.isZero() && clock == last_clock_ && report.idle.empty()) {
+      report.idle = "/clock stands still: the bag is paused or has ended";
+    }
+    last_clock_ = clock;
+    silent_seconds_ = report.waiting.empty() || !report.idle.empty() ? 0 : silent_seconds_ + 1;
+    if (silent_seconds_ < kSilentPeriods) report.waiting.clear();
+    if (!report.waiting.empty()) ROS_WARN_STREAM_THROTTLE(30, parameters_.name << ": " << report.waiting);
+    if (!report.error.empty()) throttle_.warn("input", report.error);
+    report.unpaired = input_->unpaired();
+    if (priors_) report.priors = priors_->report();
+    const std::string &registration = graph_watch_.problem(), no_clock = received_ > 0 ? clockProblem() : std::string();
+    if (!no_clock.empty()) throttle_.warn("clock", no_clock);
+    report.graph = registration.empty() ? no_clock : registration;
+    diagnostics_->update(report);
+  }
+
   /// Reports to diagnostics why the calibration may be wrong, if there is a reason.
-  void watchCalibration(const ProcessedFrame& processed);
+  void watchCalibration(const ProcessedFrame& processed) {
+    const auto& camera = processed.current->camera;
+    if (!camera) return;
+    if (processed.poseValid()) calibration_watch_.add(processed.result->robust, camera);
+    const std::string doubt = calibration_watch_.doubt();
+    if (!doubt.empty()) throttle_.warn("calibration", doubt);
+    diagnostics_->setCalibrationDoubt(doubt + (doubt.empty() || camera->doubt.empty() ? "" : "; ") + camera->doubt);
+  }
 
   ros::NodeHandle nh_, pnh_;
   const Parameters parameters_;
@@ -115,227 +319,6 @@ class MatchFilterRos {
   std::string subscribe_problem_;  ///< guarded by subscription_mutex_
   std::thread worker_, second_worker_;
 };
-
-MatchFilterRos::MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh)
-    : nh_(nh),
-      pnh_(pnh),
-      parameters_(Parameters::read(pnh)),
-      throttle_(parameters_.name),
-      mailbox_(parameters_.drop_frames ? 1 : static_cast<size_t>(parameters_.queue_size)),
-      prepared_(1),
-      graph_watch_(parameters_.name) {
-  for (const std::string& unknown : unknownParameters(pnh_, parameters_)) {
-    ROS_WARN_STREAM(parameters_.name << ": parameter " << pnh_.resolveName(unknown)
-                                     << " is set, but this node has no such parameter; check the spelling");
-  }
-  priors_ = MotionPriors::make(nh_, parameters_);
-  input_ = std::make_unique<ImageInput>(
-      nh_, pnh_, parameters_, [this](const ImageWithInfo& input) { guard([&] { onImage(input); }); }, priors_);
-  refuseOwnOutput(input_->inputs(), Outputs::overlayTopic(pnh_));
-  input_->checkTransports();
-  processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic(), priors_,
-                                                input_->rightTopic(), input_->rightInfoTopic());
-
-  const RuntimeOptions start = startOptions(pnh_, parameters_);
-  processor_->setOptions(start.processor);
-  reconfigure_ = serveChanges(pnh_, parameters_, [this](const RuntimeOptions& options) { setOptions(options); });
-
-  {
-    // A listener may connect before `outputs_` is assigned.
-    std::lock_guard<std::mutex> lock(subscription_mutex_);
-    outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, start.outputs,
-                                         [this] { guard([&] { updateSubscription(); }); });
-  }
-  diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, parameters_);
-  ROS_INFO_STREAM(parameters_.name << ": method " << start.processor.core.method << ", model "
-                                   << toString(start.processor.core.robust.model) << ", OpenCV " << CV_VERSION
-                                   << "; subscribes to " << input_->imageTopic()
-                                   << whenSubscribed(parameters_.always_subscribe, start.outputs));
-  updateSubscription();
-  reset_service_ = pnh_.advertiseService("reset", &MatchFilterRos::reset, this);
-  pause_service_ = pnh_.advertiseService("pause", &MatchFilterRos::pause, this);
-  watch_timer_ = nh_.createWallTimer(ros::WallDuration(kWatchPeriod),
-                                     [this](const ros::WallTimerEvent& /*event*/) { guard([&] { watchInput(); }); });
-  // Last: if the constructor threw after this, no code would join them.
-  worker_ = std::thread([this] { work(); });
-  if (parameters_.threads > 1) second_worker_ = std::thread([this] { processPrepared(); });
-}
-
-MatchFilterRos::~MatchFilterRos() {
-  closing_ = true;
-  watch_timer_.stop();
-  reset_service_.shutdown();
-  pause_service_.shutdown();
-  reconfigure_.reset();
-  {
-    std::lock_guard<std::mutex> lock(subscription_mutex_);
-    input_->stop();
-  }
-  mailbox_.close();
-  prepared_.close();
-  for (std::thread* thread : {&worker_, &second_worker_}) {
-    if (thread->joinable()) thread->join();
-  }
-}
-
-void MatchFilterRos::setOptions(const RuntimeOptions& options) {
-  processor_->setOptions(options.processor);
-  {
-    std::lock_guard<std::mutex> lock(options_mutex_);
-    output_options_ = options.outputs;
-  }
-  updateSubscription();
-}
-
-void MatchFilterRos::updateSubscription() {
-  std::lock_guard<std::mutex> lock(subscription_mutex_);
-  if (!outputs_ || closing_) return;
-  const OutputOptions options = outputOptions();
-  const bool transforms = options.publish_relative_tf || options.publish_odom_tf;
-  const bool wanted = !paused_ && (parameters_.always_subscribe || transforms || outputs_->listeners() > 0);
-  if (wanted == input_->started()) return;
-  if (!wanted) {
-    input_->stop();
-    // Later images have nothing in common with the earlier ones.
-    dropped_ += static_cast<uint32_t>(mailbox_.clear());
-    processor_->requestReset(Reset::kUnsubscribed);
-    return;
-  }
-  try {
-    input_->start();
-    subscribe_problem_.clear();
-  } catch (const std::exception& error) {
-    input_->stop();
-    subscribe_problem_ = "cannot subscribe to " + input_->imageTopic() + " with ~image_transport '" +
-                         parameters_.image_transport + "': " + error.what();
-    ROS_ERROR_STREAM(parameters_.name << ": " << subscribe_problem_);
-  }
-}
-
-void MatchFilterRos::onImage(const ImageWithInfo& input) {
-  ++received_;
-  const int dropped = mailbox_.push(input);
-  dropped_ += static_cast<uint32_t>(dropped);
-  if (dropped == 0 || parameters_.drop_frames) return;
-  throttle_.warn("backlog", "images of " + input_->imageTopic() +
-                                " come faster than they are processed: " + std::to_string(parameters_.queue_size) +
-                                " wait, the oldest is dropped although ~drop_frames is false; lower the replay rate "
-                                "or raise ~queue_size");
-}
-
-bool MatchFilterRos::reset(std_srvs::Trigger::Request& /*request*/, std_srvs::Trigger::Response& response) {
-  dropped_ += static_cast<uint32_t>(mailbox_.clear());
-  processor_->requestReset();
-  response.success = true;
-  response.message = "the next image is a new reference";
-  return true;
-}
-
-bool MatchFilterRos::pause(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response) {
-  paused_ = request.data != 0;
-  updateSubscription();
-  response.success = true;
-  response.message = paused_ ? "paused: not subscribed to " + input_->imageTopic() : "running";
-  return true;
-}
-
-void MatchFilterRos::work() {
-  ImageWithInfo input;
-  while (mailbox_.pop(input)) {
-    guard([&] { process(input); });
-    input = ImageWithInfo();
-  }
-}
-
-void MatchFilterRos::process(const ImageWithInfo& input) {
-  const bool may_pass = outputs_->featuresSuffice(outputOptions());
-  auto frame = processor_->prepare(input, may_pass ? Extraction::kPutOff : Extraction::kNow);
-  if (parameters_.threads > 1) {
-    prepared_.pushWhenEmpty(std::move(frame));
-  } else {
-    answer(std::move(frame));
-  }
-}
-
-void MatchFilterRos::processPrepared() {
-  std::unique_ptr<PreparedFrame> frame;
-  while (prepared_.pop(frame)) {
-    guard([&] { answer(std::move(frame)); });
-  }
-}
-
-void MatchFilterRos::answer(std::unique_ptr<PreparedFrame> frame) {
-  const OutputOptions options = outputOptions();
-  if (!frame->extracted && outputs_->passesOver(*frame, options)) {
-    ++passed_over_;
-    processor_->passOver(std::move(frame));
-  } else {
-    frame->depth_wanted = !outputs_->featuresSuffice(options) || !outputs_->rightImageSuffices();
-    publish(processor_->process(std::move(frame)), options);
-  }
-}
-
-OutputOptions MatchFilterRos::outputOptions() {
-  std::lock_guard<std::mutex> lock(options_mutex_);
-  return output_options_;
-}
-
-void MatchFilterRos::publish(const ProcessedFrame& processed, const OutputOptions& options) {
-  ++processed_;
-  if (processed.continuity != Continuity::kContinuous) ++resets_;
-  watchCalibration(processed);
-  if (processed.status == MatchStats::BAD_IMAGE) throttle_.warn("bad image", processed.text);
-  const std::string& mask_problem = processed.current->mask_problem;
-  if (!mask_problem.empty()) throttle_.warn("mask", "an image is answered without a mask: " + mask_problem);
-  if (processed.current->reset != Reset::kNone) {
-    throttle_.info("wanted reset", processed.text);
-  } else if (processed.continuity != Continuity::kContinuous) {
-    throttle_.warn("reset", processed.text);
-  }
-  // `dropped_` is read first: an image is counted as received before it can be counted as dropped.
-  const uint32_t dropped = dropped_, received = received_;
-  const FrameCounters counters = {received, processed_, passed_over_, dropped, resets_};
-  const MatchStatsConstPtr stats = outputs_->publish(processed, counters, options);
-  diagnostics_->add(*stats, outputs_->problem());
-}
-
-void MatchFilterRos::watchCalibration(const ProcessedFrame& processed) {
-  const auto& camera = processed.current->camera;
-  if (!camera) return;
-  if (processed.poseValid()) calibration_watch_.add(processed.result->robust, camera);
-  const std::string doubt = calibration_watch_.doubt();
-  if (!doubt.empty()) throttle_.warn("calibration", doubt);
-  diagnostics_->setCalibrationDoubt(doubt + (doubt.empty() || camera->doubt.empty() ? "" : "; ") + camera->doubt);
-}
-
-void MatchFilterRos::watchInput() {
-  graph_watch_.look();
-  const Topics& published = graph_watch_.topics();
-  NodeReport report;
-  report.error = wrongTypes(input_->inputs(), published);
-  {
-    std::lock_guard<std::mutex> lock(subscription_mutex_);
-    report.waiting = input_->waitingFor(published);
-    if (report.error.empty()) report.error = subscribe_problem_;
-    if (!input_->started()) report.idle = paused_ ? "paused by ~pause" : "not subscribed: no output has a subscriber";
-  }
-  // A bag that is paused or has ended stops the clock, and its images with it: no reason to warn.
-  const ros::Time clock = ros::Time::now();
-  if (ros::Time::isSimTime() && !clock.isZero() && clock == last_clock_ && report.idle.empty()) {
-    report.idle = "/clock stands still: the bag is paused or has ended";
-  }
-  last_clock_ = clock;
-  silent_seconds_ = report.waiting.empty() || !report.idle.empty() ? 0 : silent_seconds_ + 1;
-  if (silent_seconds_ < kSilentPeriods) report.waiting.clear();
-  if (!report.waiting.empty()) ROS_WARN_STREAM_THROTTLE(30, parameters_.name << ": " << report.waiting);
-  if (!report.error.empty()) throttle_.warn("input", report.error);
-  report.unpaired = input_->unpaired();
-  if (priors_) report.priors = priors_->report();
-  const std::string &registration = graph_watch_.problem(), no_clock = received_ > 0 ? clockProblem() : std::string();
-  if (!no_clock.empty()) throttle_.warn("clock", no_clock);
-  report.graph = registration.empty() ? no_clock : registration;
-  diagnostics_->update(report);
-}
 
 }  // namespace
 

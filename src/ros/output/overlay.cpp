@@ -134,26 +134,160 @@ void hatch(const cv::Mat& mask, cv::Mat picture) {
 /// One picture in the making. Lengths in units are pixels of a VGA picture, and larger on a larger one.
 class Painter {
  public:
-  Painter(const ProcessedFrame& processed, OverlayLayout layout);
+  Painter(const ProcessedFrame& processed, OverlayLayout layout) : processed_(processed) {
+    const cv::Size image = processed.current->grey.size();
+    const double area = image.area();
+    const double enlarge = std::round(std::sqrt(kStandardArea / area));
+    const double zoom = enlarge > 1 ? enlarge : 1 / std::ceil(std::sqrt(area / kLargestArea));
+    const cv::Size panel(std::max(1, cvRound(zoom * image.width)), std::max(1, cvRound(zoom * image.height)));
+    // Wide images one above the other, as in papers.
+    const bool two = layout == OverlayLayout::kSideBySide, above = panel.width > 2 * panel.height;
+    const cv::Size both(panel.width * (two && !above ? 2 : 1), panel.height * (two && above ? 2 : 1));
+    unit_ = std::sqrt(both.area() / kStandardArea);
+    header_ = cv::Rect(0, 0, both.width, px(both.width < kWide * unit_ ? 50 : 35));
+    reference_ = cv::Rect({0, header_.height}, panel);
+    current_ = reference_ + cv::Point(both.width - panel.width, both.height - panel.height);
+    footer_ = cv::Rect(0, current_.br().y, both.width, px(50));
+    canvas_.create(footer_.br().y, both.width, CV_8UC3);
+    canvas_(footer_) = kDark;
+  }
 
   const cv::Mat& canvas() const { return canvas_; }
-  void paintImages();
-  void paintMatches(OverlayColour colour);
-  void paintHeader();
+  void paintImages() {
+    if (reference_ != current_) {
+      canvas_(reference_) = kDark;
+      if (processed_.reference != nullptr) drawImage(*processed_.reference, canvas_(reference_));
+    }
+    drawImage(*processed_.current, canvas_(current_));
+    if (!processed_.current->mask.empty()) hatch(processed_.current->mask, canvas_(current_));
+  }
+
+  void paintMatches(OverlayColour colour) {
+    const MatchResult& result = *processed_.result;
+    Quantity quantity = measure(processed_, result.inliers == 0 ? OverlayColour::kStage : colour);
+    stretch(result, quantity);
+    const bool stages = quantity.values.empty();
+    // Poor ones last, on top; rejected ones first.
+    std::vector<std::pair<float, size_t>> order;
+    for (size_t i = 0; i < result.matches.size(); ++i) {
+      const bool inlier = result.stage[i] == MatchStage::kInlier;
+      if (inlier) order.emplace_back(quantity.quality(i), i);
+      if (!inlier && stages) order.emplace_back(result.stage[i] == MatchStage::kRaw ? 4 : 3, i);
+    }
+    std::sort(order.rbegin(), order.rend());
+    if (reference_ != current_) step_ += order.size() / kMostLines;
+    for (size_t k = step_ / 2; k < order.size(); k += step_) {
+      const auto [quality, i] = order[k];
+      arrow(result.matches[i], quality > 1 ? kStageColors[static_cast<size_t>(result.stage[i])] : qualityColor(quality),
+            result.stage[i] != MatchStage::kRaw);
+    }
+    if (stages) {
+      stageKey();
+    } else {
+      colorBar(quantity);
+    }
+  }
+
+  void paintHeader() {
+    canvas_(header_) = statusColor(processed_.publishedStatus());
+    const int left = px(6), width = header_.width - 2 * left;
+    const std::string name = statusName(processed_.publishedStatus());
+    write(name, {left, px(13)}, width, cv::Scalar::all(0), cv::FONT_HERSHEY_DUPLEX);
+    if (processed_.result != nullptr) {
+      const MatchResult& result = *processed_.result;
+      std::string counts = cv::format("%zu matches > %d filtered > %d inliers   %.1f ms", result.matches.size(),
+                                      result.matches_gms, result.inliers, 1e3 * result.times.total());
+      if (processed_.status == MatchStats::OK) {
+        counts += processed_.metric_scale ? cv::format("   %.3g m", processed_.pose.t.norm()) : "   no scale";
+      }
+      if (step_ > 1) counts += cv::format("   1 line of %zu drawn", step_);
+      const int start = left + textWidth(name) + px(14);
+      write(counts, {start, px(13)}, header_.width - left - start, cv::Scalar::all(0));
+    }
+    // The first clause, broken between words where the line is full.
+    std::string text = processed_.text.substr(0, processed_.text.find(';'));
+    for (int y = px(28); y < header_.height && !text.empty(); y += px(15)) {
+      size_t end = text.size();
+      while (y + px(15) < header_.height && textWidth(text.substr(0, end)) > width) {
+        const size_t space = text.rfind(' ', end - 1);
+        if (space == std::string::npos || space == 0) break;
+        end = space;
+      }
+      write(text.substr(0, end), {left, y}, width, cv::Scalar::all(0));
+      text.erase(0, end + 1);
+    }
+  }
+
   /// A strip of 1 pixel an image, stretched; `highest`: what the top of the milliseconds stands for.
-  void paintStrip(const cv::Mat& strip, double highest);
+  void paintStrip(const cv::Mat& strip, double highest) {
+    const cv::Rect place(px(kLegend), footer_.y + px(4), footer_.width - px(kLegend + kStripLabels), px(42));
+    cv::resize(strip, canvas_(place), place.size(), 0, 0, cv::INTER_NEAREST);
+    const int x = place.br().x + px(4);
+    write("100 %", {x, place.y + px(9)}, px(kStripLabels - 6), kLight);
+    write("inliers", {x, place.y + px(21)}, px(kStripLabels - 6), kLight);
+    write(cv::format("%g ms", highest), {x, place.br().y - px(3)}, px(kStripLabels - 6), kLight);
+  }
 
  private:
   int px(double units) const { return cvRound(units * unit_); }
   /// A keypoint in a panel, in fixed point.
-  cv::Point placed(const Features& features, int keypoint, const cv::Rect& panel) const;
-  void arrow(const Match& match, const cv::Scalar& color, bool cased);
-  void colorBar(const Quantity& quantity);
-  void stageKey();
-  int textWidth(const std::string& text) const;
+  cv::Point placed(const Features& features, int keypoint, const cv::Rect& panel) const {
+    const cv::Point2f pixel = features.keypoints[keypoint].pt;
+    const auto fixed = [](int start, int length, float at, int size) {
+      return cvRound((start + (at + 0.5) * length / size - 0.5) * (1 << kSubpixelBits));
+    };
+    return {fixed(panel.x, panel.width, pixel.x, features.image_size.width),
+            fixed(panel.y, panel.height, pixel.y, features.image_size.height)};
+  }
+
+  void arrow(const Match& match, const cv::Scalar& color, bool cased) {
+    const cv::Point from = placed(processed_.reference->frame.features, match.reference, reference_);
+    const cv::Point to = placed(processed_.current->frame.features, match.current, current_);
+    if (cased) cv::line(canvas_, from, to, 0.4 * color, px(1) + 2, cv::LINE_8, kSubpixelBits);
+    cv::line(canvas_, from, to, color, px(1), cv::LINE_AA, kSubpixelBits);
+    if (cased) cv::circle(canvas_, to, px(2 << kSubpixelBits), color, cv::FILLED, cv::LINE_AA, kSubpixelBits);
+  }
+
+  void colorBar(const Quantity& quantity) {
+    const cv::Rect bar(px(6), footer_.y + px(18), px(kLegend - 12), px(10));
+    const float other = quantity.anchor + quantity.reach;
+    const float low = std::min(quantity.anchor, other), high = std::max(quantity.anchor, other);
+    for (int x = 0; x < bar.width; ++x) {
+      const float along = static_cast<float>(x) / static_cast<float>(bar.width);
+      canvas_(cv::Rect(bar.x + x, bar.y, 1, bar.height)) =
+          qualityColor(quantity.anchor_is_good == (low == quantity.anchor) ? 1 - along : along);
+    }
+    write(quantity.name, {bar.x, footer_.y + px(13)}, bar.width, kLight);
+    for (const float at : {0.f, 0.5f, 1.f}) {
+      const std::string number = cv::format("%.4g", low + at * (high - low));
+      const int width = textWidth(number);
+      write(number, {bar.x + cvRound(at * static_cast<float>(bar.width - width)), footer_.y + px(43)}, width, kLight);
+    }
+  }
+
+  void stageKey() {
+    const std::array<const char*, 3> words = {"rejected by the filter", "rejected by the model", "inlier"};
+    for (size_t stage = 0; stage < words.size(); ++stage) {
+      const int y = footer_.y + px(43 - 15 * static_cast<double>(stage));
+      cv::line(canvas_, {px(6), y - px(4)}, {px(20), y - px(4)}, kStageColors[stage], px(3));
+      write(words[stage], {px(26), y}, px(kLegend - 30), kLight);
+    }
+  }
+
+  int textWidth(const std::string& text) const {
+    int baseline;
+    return cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, kFont * unit_, px(1), &baseline).width;
+  }
+
   /// Draws what fits in `width` pixels; `baseline` is the left end.
   void write(std::string text, const cv::Point& baseline, int width, const cv::Scalar& color,
-             int font = cv::FONT_HERSHEY_SIMPLEX);
+             int font = cv::FONT_HERSHEY_SIMPLEX) {
+    if (textWidth(text) > width) {
+      while (!text.empty() && textWidth(text + "...") > width) text.pop_back();
+      text += "...";
+    }
+    cv::putText(canvas_, text, baseline, font, kFont * unit_, color, px(1), cv::LINE_AA);
+  }
 
   const ProcessedFrame& processed_;
   double unit_;
@@ -161,154 +295,6 @@ class Painter {
   size_t step_ = 1;                                 ///< one match of so many is drawn
   cv::Mat canvas_;
 };
-
-Painter::Painter(const ProcessedFrame& processed, OverlayLayout layout) : processed_(processed) {
-  const cv::Size image = processed.current->grey.size();
-  const double area = image.area();
-  const double enlarge = std::round(std::sqrt(kStandardArea / area));
-  const double zoom = enlarge > 1 ? enlarge : 1 / std::ceil(std::sqrt(area / kLargestArea));
-  const cv::Size panel(std::max(1, cvRound(zoom * image.width)), std::max(1, cvRound(zoom * image.height)));
-  // Wide images one above the other, as in papers.
-  const bool two = layout == OverlayLayout::kSideBySide, above = panel.width > 2 * panel.height;
-  const cv::Size both(panel.width * (two && !above ? 2 : 1), panel.height * (two && above ? 2 : 1));
-  unit_ = std::sqrt(both.area() / kStandardArea);
-  header_ = cv::Rect(0, 0, both.width, px(both.width < kWide * unit_ ? 50 : 35));
-  reference_ = cv::Rect({0, header_.height}, panel);
-  current_ = reference_ + cv::Point(both.width - panel.width, both.height - panel.height);
-  footer_ = cv::Rect(0, current_.br().y, both.width, px(50));
-  canvas_.create(footer_.br().y, both.width, CV_8UC3);
-  canvas_(footer_) = kDark;
-}
-
-void Painter::paintImages() {
-  if (reference_ != current_) {
-    canvas_(reference_) = kDark;
-    if (processed_.reference != nullptr) drawImage(*processed_.reference, canvas_(reference_));
-  }
-  drawImage(*processed_.current, canvas_(current_));
-  if (!processed_.current->mask.empty()) hatch(processed_.current->mask, canvas_(current_));
-}
-
-cv::Point Painter::placed(const Features& features, int keypoint, const cv::Rect& panel) const {
-  const cv::Point2f pixel = features.keypoints[keypoint].pt;
-  const auto fixed = [](int start, int length, float at, int size) {
-    return cvRound((start + (at + 0.5) * length / size - 0.5) * (1 << kSubpixelBits));
-  };
-  return {fixed(panel.x, panel.width, pixel.x, features.image_size.width),
-          fixed(panel.y, panel.height, pixel.y, features.image_size.height)};
-}
-
-void Painter::paintMatches(OverlayColour colour) {
-  const MatchResult& result = *processed_.result;
-  Quantity quantity = measure(processed_, result.inliers == 0 ? OverlayColour::kStage : colour);
-  stretch(result, quantity);
-  const bool stages = quantity.values.empty();
-  // Poor ones last, on top; rejected ones first.
-  std::vector<std::pair<float, size_t>> order;
-  for (size_t i = 0; i < result.matches.size(); ++i) {
-    const bool inlier = result.stage[i] == MatchStage::kInlier;
-    if (inlier) order.emplace_back(quantity.quality(i), i);
-    if (!inlier && stages) order.emplace_back(result.stage[i] == MatchStage::kRaw ? 4 : 3, i);
-  }
-  std::sort(order.rbegin(), order.rend());
-  if (reference_ != current_) step_ += order.size() / kMostLines;
-  for (size_t k = step_ / 2; k < order.size(); k += step_) {
-    const auto [quality, i] = order[k];
-    arrow(result.matches[i], quality > 1 ? kStageColors[static_cast<size_t>(result.stage[i])] : qualityColor(quality),
-          result.stage[i] != MatchStage::kRaw);
-  }
-  if (stages) {
-    stageKey();
-  } else {
-    colorBar(quantity);
-  }
-}
-
-void Painter::arrow(const Match& match, const cv::Scalar& color, bool cased) {
-  const cv::Point from = placed(processed_.reference->frame.features, match.reference, reference_);
-  const cv::Point to = placed(processed_.current->frame.features, match.current, current_);
-  if (cased) cv::line(canvas_, from, to, 0.4 * color, px(1) + 2, cv::LINE_8, kSubpixelBits);
-  cv::line(canvas_, from, to, color, px(1), cv::LINE_AA, kSubpixelBits);
-  if (cased) cv::circle(canvas_, to, px(2 << kSubpixelBits), color, cv::FILLED, cv::LINE_AA, kSubpixelBits);
-}
-
-void Painter::colorBar(const Quantity& quantity) {
-  const cv::Rect bar(px(6), footer_.y + px(18), px(kLegend - 12), px(10));
-  const float other = quantity.anchor + quantity.reach;
-  const float low = std::min(quantity.anchor, other), high = std::max(quantity.anchor, other);
-  for (int x = 0; x < bar.width; ++x) {
-    const float along = static_cast<float>(x) / static_cast<float>(bar.width);
-    canvas_(cv::Rect(bar.x + x, bar.y, 1, bar.height)) =
-        qualityColor(quantity.anchor_is_good == (low == quantity.anchor) ? 1 - along : along);
-  }
-  write(quantity.name, {bar.x, footer_.y + px(13)}, bar.width, kLight);
-  for (const float at : {0.f, 0.5f, 1.f}) {
-    const std::string number = cv::format("%.4g", low + at * (high - low));
-    const int width = textWidth(number);
-    write(number, {bar.x + cvRound(at * static_cast<float>(bar.width - width)), footer_.y + px(43)}, width, kLight);
-  }
-}
-
-void Painter::stageKey() {
-  const std::array<const char*, 3> words = {"rejected by the filter", "rejected by the model", "inlier"};
-  for (size_t stage = 0; stage < words.size(); ++stage) {
-    const int y = footer_.y + px(43 - 15 * static_cast<double>(stage));
-    cv::line(canvas_, {px(6), y - px(4)}, {px(20), y - px(4)}, kStageColors[stage], px(3));
-    write(words[stage], {px(26), y}, px(kLegend - 30), kLight);
-  }
-}
-
-void Painter::paintHeader() {
-  canvas_(header_) = statusColor(processed_.publishedStatus());
-  const int left = px(6), width = header_.width - 2 * left;
-  const std::string name = statusName(processed_.publishedStatus());
-  write(name, {left, px(13)}, width, cv::Scalar::all(0), cv::FONT_HERSHEY_DUPLEX);
-  if (processed_.result != nullptr) {
-    const MatchResult& result = *processed_.result;
-    std::string counts = cv::format("%zu matches > %d filtered > %d inliers   %.1f ms", result.matches.size(),
-                                    result.matches_gms, result.inliers, 1e3 * result.times.total());
-    if (processed_.status == MatchStats::OK) {
-      counts += processed_.metric_scale ? cv::format("   %.3g m", processed_.pose.t.norm()) : "   no scale";
-    }
-    if (step_ > 1) counts += cv::format("   1 line of %zu drawn", step_);
-    const int start = left + textWidth(name) + px(14);
-    write(counts, {start, px(13)}, header_.width - left - start, cv::Scalar::all(0));
-  }
-  // The first clause, broken between words where the line is full.
-  std::string text = processed_.text.substr(0, processed_.text.find(';'));
-  for (int y = px(28); y < header_.height && !text.empty(); y += px(15)) {
-    size_t end = text.size();
-    while (y + px(15) < header_.height && textWidth(text.substr(0, end)) > width) {
-      const size_t space = text.rfind(' ', end - 1);
-      if (space == std::string::npos || space == 0) break;
-      end = space;
-    }
-    write(text.substr(0, end), {left, y}, width, cv::Scalar::all(0));
-    text.erase(0, end + 1);
-  }
-}
-
-void Painter::paintStrip(const cv::Mat& strip, double highest) {
-  const cv::Rect place(px(kLegend), footer_.y + px(4), footer_.width - px(kLegend + kStripLabels), px(42));
-  cv::resize(strip, canvas_(place), place.size(), 0, 0, cv::INTER_NEAREST);
-  const int x = place.br().x + px(4);
-  write("100 %", {x, place.y + px(9)}, px(kStripLabels - 6), kLight);
-  write("inliers", {x, place.y + px(21)}, px(kStripLabels - 6), kLight);
-  write(cv::format("%g ms", highest), {x, place.br().y - px(3)}, px(kStripLabels - 6), kLight);
-}
-
-int Painter::textWidth(const std::string& text) const {
-  int baseline;
-  return cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, kFont * unit_, px(1), &baseline).width;
-}
-
-void Painter::write(std::string text, const cv::Point& baseline, int width, const cv::Scalar& color, int font) {
-  if (textWidth(text) > width) {
-    while (!text.empty() && textWidth(text + "...") > width) text.pop_back();
-    text += "...";
-  }
-  cv::putText(canvas_, text, baseline, font, kFont * unit_, color, px(1), cv::LINE_AA);
-}
 
 }  // namespace
 
