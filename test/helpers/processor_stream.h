@@ -1,6 +1,8 @@
 // A stream of images without a graph: what the tests of the node's decisions give to FrameProcessor.
 #pragma once
 
+#include <string>
+
 #include <cv_bridge/cv_bridge.h>
 #include <opencv2/imgproc.hpp>
 
@@ -24,14 +26,30 @@ inline cv::Mat cornersMovedBy(int shift) {
   return texture(cv::Rect(shift, 0, 640, 480)).clone();
 }
 
+/// One camera, of VGA unless it is given.
+inline Parameters calibrated(ScaleMode scale = ScaleMode::kUnit,
+                             const CameraIntrinsics& camera = {500, 500, 319.5, 239.5, "", {}}) {
+  Parameters parameters;
+  parameters.scale = scale;
+  parameters.camera = camera;
+  return parameters;
+}
+
+/// A processor with options, whose topics are below `side`.
+struct Processor : FrameProcessor {
+  explicit Processor(const Parameters& parameters, const ProcessorOptions& options = {}, const std::string& side = "/")
+      : FrameProcessor(parameters, side + "image", side + "camera_info") {
+    setOptions(options);
+  }
+  ProcessedFrame ask(const ImageWithInfo& input) { return process(prepare(input)); }
+};
+
 /// A stream of images of one camera, as the node processes it.
 class Stream {
  public:
   Stream(ScaleMode scale, const CameraIntrinsics& camera, const ProcessorOptions& options, double fixed_scale = 1,
          double period = 0.04)
-      : processor_(parameters(scale, camera, fixed_scale), "image", "camera_info"), period_(period) {
-    processor_.setOptions(options);
-  }
+      : processor_(withFixedScale(calibrated(scale, camera), fixed_scale), options), period_(period) {}
 
   ProcessedFrame process(const cv::Mat& grey, const cv::Mat_<float>& depth = {}) {
     ImageWithInfo input;
@@ -41,7 +59,7 @@ class Stream {
   }
   ProcessedFrame process(ImageWithInfo input) {
     input.received = ros::Time(stamp_);
-    return processor_.process(processor_.prepare(input));
+    return processor_.ask(input);
   }
   /// The next image of the stream.
   sensor_msgs::ImageConstPtr message(const cv::Mat& grey) { return imageMessage(grey, stamp_ += period_); }
@@ -50,15 +68,12 @@ class Stream {
   double stamp() const { return stamp_; }
 
  private:
-  static Parameters parameters(ScaleMode scale, const CameraIntrinsics& camera, double fixed_scale) {
-    Parameters parameters;
-    parameters.scale = scale;
-    parameters.camera = camera;
+  static Parameters withFixedScale(Parameters parameters, double fixed_scale) {
     parameters.fixed_scale = fixed_scale;
     return parameters;
   }
 
-  FrameProcessor processor_;
+  Processor processor_;
   double period_, stamp_ = 100;  // seconds
 };
 

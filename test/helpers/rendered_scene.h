@@ -5,6 +5,9 @@
 #include <string>
 #include <tuple>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+
 #include "gms_ransac/relative_pose.h"
 #include "scenes/scene.h"
 
@@ -32,6 +35,14 @@ inline RelativePose trueRelativePose(const Scene& scene, int reference, int curr
   result.R = pose.linear();
   result.t = pose.translation();
   return result;
+}
+
+/// Squared error over its covariance, over six: 1 where the covariance is true.
+inline double nees(const RelativePose& pose, const RelativePose& truth) {
+  Eigen::Matrix<double, 6, 1> error;
+  const Eigen::AngleAxisd turn(truth.R * pose.R.transpose());
+  error << truth.t - pose.t, turn.angle() * turn.axis();
+  return error.dot(pose.covariance.llt().solve(error)) / 6;
 }
 
 inline Camera cameraOf(const Scene& scene) { return Camera(scene.intrinsics(), scene.options().size); }

@@ -9,7 +9,6 @@
 #include <boost/make_shared.hpp>
 
 #include <gtest/gtest.h>
-#include <Eigen/Cholesky>
 #include <opencv2/imgproc.hpp>
 
 #include "output/stereo_feature_stream.h"
@@ -78,24 +77,19 @@ class StereoRoom {
   double tilt_;
 };
 
-Parameters stereo() {
-  Parameters parameters;
-  parameters.input = InputKind::kStereo;
-  return parameters;
-}
+struct StereoProcessor : Processor {
+  StereoProcessor() : Processor(parameters(), {}, "left/") {}
+  static Parameters parameters() {
+    Parameters parameters;
+    parameters.input = InputKind::kStereo;
+    return parameters;
+  }
+};
 
 double median(const std::vector<double>& values) { return quantilesOf(values).median; }
 
-double nees(const RelativePose& pose, const RelativePose& truth) {
-  Eigen::Matrix<double, 6, 1> error;
-  const Eigen::AngleAxisd turn(truth.R * pose.R.transpose());
-  error << truth.t - pose.t, turn.angle() * turn.axis();
-  return error.dot(pose.covariance.llt().solve(error)) / 6;
-}
-
 void expectTrueDepth(const StereoRoom& room) {
-  FrameProcessor processor(stereo(), "left/image", "left/camera_info");
-  processor.setOptions(ProcessorOptions());
+  StereoProcessor processor;
   const auto frame = processor.prepare(room.input(0));
   ASSERT_EQ(frame->depth_problem, "");
   std::vector<double> off;  // of the disparity, pixels
@@ -124,10 +118,9 @@ TEST(StereoDepth, MotionsAreMetric) {
   std::vector<double> errors, normalized;
   constexpr int kPairs = 6;
   for (int i = 0; i < 10 * kPairs; i += 10) {
-    FrameProcessor processor(stereo(), "left/image", "left/camera_info");
-    processor.setOptions(ProcessorOptions());
-    processor.process(processor.prepare(room.input(i)));
-    const ProcessedFrame processed = processor.process(processor.prepare(room.input(i + 1)));
+    StereoProcessor processor;
+    processor.ask(room.input(i));
+    const ProcessedFrame processed = processor.ask(room.input(i + 1));
     ASSERT_EQ(processed.status, MatchStats::OK) << processed.text;
     ASSERT_TRUE(processed.metric_scale) << processed.text;
     const RelativePose truth = trueRelativePose(room.left, i, i + 1);
@@ -144,10 +137,7 @@ TEST(StereoDepth, MotionsAreMetric) {
 /// output has a subscriber, so that the right image soon needs no keypoints.
 class FollowedStereo {
  public:
-  explicit FollowedStereo(bool alone) : alone_(alone), processor_(stereo(), "left/image", "left/camera_info") {
-    processor_.setOptions(ProcessorOptions());
-    options_.rate = 5;
-  }
+  explicit FollowedStereo(bool alone) : alone_(alone) { options_.rate = 5; }
 
   void add(const StereoRoom& room, int image, const ImageWithInfo& input) {
     auto frame = processor_.prepare(input, Extraction::kPutOff);
@@ -183,7 +173,7 @@ class FollowedStereo {
 
  private:
   const bool alone_;
-  FrameProcessor processor_;
+  StereoProcessor processor_;
   StereoFeatureStream stream_;
   FeatureOptions options_;
   std::map<uint64_t, int> last_, life_;
@@ -242,8 +232,7 @@ TEST(StereoDepth, SaysWhatIsMissing) {
       {with(uncalibrated), {"right/camera_info is not calibrated (fx is 0 in K and in P); calibrate the camera"}},
       {seen, {}}};
   for (const auto& row : rows) {
-    FrameProcessor processor(stereo(), "left/image", "left/camera_info");
-    processor.setOptions(ProcessorOptions());
+    StereoProcessor processor;
     const std::string problem = processor.prepare(row.input)->depth_problem;
     EXPECT_TRUE(says(problem, row.words));
     EXPECT_EQ(problem.find("~camera"), std::string::npos);
@@ -260,8 +249,7 @@ TEST(StereoDepth, SaysThatImagesAreNotRectified) {
   const cv::Mat_<double> down = (cv::Mat_<double>(2, 3) << 1, 0, 0, 0, 1, 12);
   cv::warpAffine(rectified.right.render(0).image, lower, down, {640, 480});
   input.right = imageMessage(lower, 100);
-  FrameProcessor processor(stereo(), "left/image", "left/camera_info");
-  processor.setOptions(ProcessorOptions());
+  StereoProcessor processor;
   EXPECT_TRUE(says(processor.prepare(input)->depth_problem,
                    {"px above or below their rows on right/image: rectify both images"}));
 }

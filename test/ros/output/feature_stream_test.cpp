@@ -22,12 +22,6 @@ const cv::Mat& darkness() {
   return dark;
 }
 
-Parameters calibrated() {
-  Parameters parameters;
-  parameters.camera = {500, 500, 319.5, 239.5, "", {}};
-  return parameters;
-}
-
 ImageWithInfo input(const cv::Mat& grey, double stamp) {
   ImageWithInfo image;
   image.image = imageMessage(grey, stamp);
@@ -89,9 +83,8 @@ TEST(FeatureMessage, EachEstimatorFindsWhatItReads) {
 class FeaturesAlone {
  public:
   explicit FeaturesAlone(double rate, InputKind kind = InputKind::kStream, bool others = false)
-      : processor_(calibrated(), "image", "camera_info"), stream_(kind), others_(others) {
+      : processor_(calibrated()), stream_(kind), others_(others) {
     options_.rate = rate;
-    processor_.setOptions(ProcessorOptions());
   }
 
   /// True when the image is passed over.
@@ -120,7 +113,7 @@ class FeaturesAlone {
   uint8_t status() const { return status_; }
 
  private:
-  FrameProcessor processor_;
+  Processor processor_;
   FeatureStream stream_;
   const bool others_;
   FeatureOptions options_;
@@ -214,11 +207,10 @@ TEST(PassingOver, NoneThatAsksForANewStart) {
 }
 
 TEST(PassingOver, FeaturesThatWerePutOffAreTheSame) {
-  FrameProcessor now(calibrated(), "image", "camera_info"), later(calibrated(), "image", "camera_info");
-  for (FrameProcessor* processor : {&now, &later}) processor->setOptions(ProcessorOptions());
+  Processor now(calibrated()), later(calibrated());
   for (int i = 0; i < 3; ++i) {
     const ImageWithInfo image = input(cornersMovedBy(5 * i), 100 + 0.1 * i);
-    const ProcessedFrame a = now.process(now.prepare(image));
+    const ProcessedFrame a = now.ask(image);
     const ProcessedFrame b = later.process(later.prepare(image, Extraction::kPutOff));
     EXPECT_EQ(a.status, b.status);
     EXPECT_EQ(a.text, b.text);

@@ -5,10 +5,8 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <fstream>
-#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -16,7 +14,6 @@
 #include <boost/make_shared.hpp>
 
 #include "methods/method.h"
-#include "node/mailbox.h"
 #include "output/message_conversion.h"
 #include "processor_stream.h"
 #include "quantiles.h"
@@ -43,31 +40,18 @@ sensor_msgs::ImageConstPtr depthOf(float metres) {
   return imageMessage(cv::Mat(kHeight, kWidth, CV_32FC1, cv::Scalar(metres)), 0);
 }
 
-class Processor {
- public:
-  explicit Processor(ScaleMode scale = ScaleMode::kUnit) : processor_(parameters(scale), "/image", "/camera_info") {
-    processor_.setOptions(ProcessorOptions());
-  }
-
-  ProcessedFrame ask(const ImageWithInfo& input) { return processor_.process(processor_.prepare(input)); }
+/// A node, whose clock goes on whatever the stamps do.
+struct Node : Processor {
+  explicit Node(ScaleMode scale = ScaleMode::kUnit) : Processor(calibrated(scale)) {}
+  using Processor::ask;
   ProcessedFrame ask(const sensor_msgs::ImageConstPtr& image, const sensor_msgs::ImageConstPtr& depth = nullptr) {
     ImageWithInfo input;
     input.image = image;
     input.depth = depth;
-    input.received = ros::Time(clock_ += 0.1);
+    input.received = ros::Time(clock += 0.1);
     return ask(input);
   }
-  FrameProcessor* operator->() { return &processor_; }
-
- private:
-  static Parameters parameters(ScaleMode scale) {
-    Parameters parameters;
-    parameters.scale = scale;
-    parameters.camera = {500, 500, 319.5, 239.5, "", {}};
-    return parameters;
-  }
-  FrameProcessor processor_;
-  double clock_ = 1000;  // the node's, seconds
+  double clock = 1000;  // seconds
 };
 
 TEST(SigmaByOctave, IsThatOfTheResult) {
@@ -80,10 +64,10 @@ TEST(SigmaByOctave, IsThatOfTheResult) {
 }
 
 TEST(FrameProcessor, AResetOutlivesImagesOfNoUse) {
-  Processor processor;
+  Node processor;
   processor.ask(image(1.0));
   EXPECT_NE(processor.ask(image(1.1, 5)).result, nullptr);
-  processor->requestReset();
+  processor.requestReset();
   EXPECT_EQ(processor.ask(badImage(1.2)).status, MatchStats::BAD_IMAGE);
   EXPECT_EQ(processor.ask(image(1.1)).status, MatchStats::BAD_IMAGE) << "out of order";
   const ProcessedFrame processed = processor.ask(image(1.3, 10));
@@ -94,12 +78,12 @@ TEST(FrameProcessor, AResetOutlivesImagesOfNoUse) {
 }
 
 TEST(FrameProcessor, AResetRestartsPairsToo) {
-  Processor processor;
+  Node processor;
   ImageWithInfo pair;
   pair.reference = image(1.0);
   pair.image = image(1.0, 5);
   EXPECT_EQ(processor.ask(pair).continuity, Continuity::kContinuous);
-  processor->requestReset();
+  processor.requestReset();
   const ProcessedFrame processed = processor.ask(pair);
   EXPECT_EQ(processed.continuity, Continuity::kRestarted);
   EXPECT_NE(processed.result, nullptr) << "a pair is compared all the same";
@@ -107,7 +91,7 @@ TEST(FrameProcessor, AResetRestartsPairsToo) {
 }
 
 TEST(FrameProcessor, SaysThatTheStampsAreFrozen) {
-  Processor processor;
+  Node processor;
   processor.ask(image(1.0));
   const ProcessedFrame frozen = processor.ask(image(1.0, 5));
   EXPECT_EQ(frozen.status, MatchStats::BAD_IMAGE);
@@ -117,7 +101,7 @@ TEST(FrameProcessor, SaysThatTheStampsAreFrozen) {
 
 TEST(FrameProcessor, SaysWhichOfTwoImagesHasTooFewKeypoints) {
   const auto dark = [](double stamp) { return imageMessage(cv::Mat::zeros(kHeight, kWidth, CV_8UC1), stamp); };
-  Processor processor;
+  Node processor;
   processor.ask(dark(1.0));
   const ProcessedFrame bright = processor.ask(image(1.1));
   ASSERT_EQ(bright.status, MatchStats::TOO_FEW_KEYPOINTS) << bright.text;
@@ -128,7 +112,7 @@ TEST(FrameProcessor, SaysWhichOfTwoImagesHasTooFewKeypoints) {
 }
 
 TEST(FrameProcessor, OfTheSameImageTwiceTheTranslationIsNotKnown) {
-  Processor processor;
+  Node processor;
   processor.ask(image(1.0));
   const ProcessedFrame processed = processor.ask(image(1.1));
   EXPECT_EQ(processed.status, MatchStats::LOW_PARALLAX) << processed.text;
@@ -137,7 +121,7 @@ TEST(FrameProcessor, OfTheSameImageTwiceTheTranslationIsNotKnown) {
 }
 
 TEST(FrameProcessor, WhereDepthGivesTheTranslationTheTextSaysSo) {
-  Processor processor(ScaleMode::kDepth);
+  Node processor(ScaleMode::kDepth);
   processor.ask(image(1.0), depthOf(5));
   const ProcessedFrame processed = processor.ask(image(1.1), depthOf(5));
   ASSERT_EQ(processed.status, MatchStats::OK) << processed.text;
@@ -147,7 +131,7 @@ TEST(FrameProcessor, WhereDepthGivesTheTranslationTheTextSaysSo) {
 }
 
 TEST(FrameProcessor, APairWithoutDepthHasNoLength) {
-  Processor processor(ScaleMode::kDepth);
+  Node processor(ScaleMode::kDepth);
   processor.ask(image(1.0));
   const ProcessedFrame processed = processor.ask(image(1.1));
   EXPECT_FALSE(processed.metric_scale);
@@ -156,7 +140,7 @@ TEST(FrameProcessor, APairWithoutDepthHasNoLength) {
 }
 
 TEST(FrameProcessor, FramesDoNotHoldTheFilterOnceTheyAreAnswered) {
-  Processor processor;
+  Node processor;
   EXPECT_EQ(processor.ask(image(1.0)).current->filter, nullptr);
   const ProcessedFrame compared = processor.ask(image(1.1, 5));
   EXPECT_EQ(compared.current->filter, nullptr);
@@ -175,7 +159,7 @@ size_t heldBytes() {
 }
 
 /// Every method with every model and extractor, and with them what each has of its own.
-void reconfigureThroughAll(Processor& processor, double& stamp) {
+void reconfigureThroughAll(Node& processor, double& stamp) {
   const std::vector<sensor_msgs::ImageConstPtr> views = {image(0), image(0, 5), image(0, 10)};
   for (const MethodEntry& method : methods()) {
     for (const ModelType model : {ModelType::kFundamental, ModelType::kHomography, ModelType::kEssential}) {
@@ -185,7 +169,7 @@ void reconfigureThroughAll(Processor& processor, double& stamp) {
       options.core.robust.max_iterations = 50;
       options.core.extractor.extractor = model == ModelType::kHomography ? "opencv" : "simd_orb";
       options.core.extractor.features = model == ModelType::kEssential ? 300 : 200;
-      processor->setOptions(options);
+      processor.setOptions(options);
       for (const sensor_msgs::ImageConstPtr& view : views) {
         const auto next = boost::make_shared<sensor_msgs::Image>(*view);
         next->header.stamp = ros::Time(stamp += 0.1);
@@ -197,7 +181,7 @@ void reconfigureThroughAll(Processor& processor, double& stamp) {
 
 TEST(FrameProcessor, ReconfigurationsLeaveNothingBehind) {
   if (heldBytes() == 0) GTEST_SKIP() << "the allocator does not say what is held";
-  Processor processor;
+  Node processor;
   double stamp = 1;
   for (int warm = 0; warm < 2; ++warm) reconfigureThroughAll(processor, stamp);
   const size_t before = heldBytes();
@@ -216,13 +200,13 @@ size_t residentBytes() {
 
 TEST(FrameProcessor, AReplacedFilterGivesItsPagesBackAndThoseOfItsFrames) {
   if (heldBytes() == 0) GTEST_SKIP() << "an allocator of its own decides what goes back";
-  Processor processor;
+  Node processor;
   double stamp = 1;
   const auto runWith = [&](int features) {
     ProcessorOptions options;
     options.core.extractor.features = features;
     options.core.extractor.fast_threshold = 0;
-    processor->setOptions(options);
+    processor.setOptions(options);
     for (const int shift : {0, 5, 10}) processor.ask(image(stamp += 0.1, shift));
   };
   runWith(300);
@@ -236,85 +220,14 @@ TEST(FrameProcessor, AReplacedFilterGivesItsPagesBackAndThoseOfItsFrames) {
   EXPECT_GT(resident - std::min(resident, residentBytes()), given_back / 2);
 }
 
-ProcessorOptions optionsOf(int threads, int features) {
-  ProcessorOptions options;
-  options.core.extractor.features = features;
-  options.core.extractor.threads = std::max(1, (threads + 1) / 2);
-  options.core.matcher_threads = std::max(1, threads / 2);
-  return options;
-}
-
-// The node's threads around one processor, at full rate, while options change and resets are asked for; ended when so
-// many answers came.
-void runPipeline(int threads, int answers) {
-  Processor processor;
-  Mailbox<ImageWithInfo> images(1);
-  Mailbox<std::unique_ptr<PreparedFrame>> prepared(1);
-  std::atomic<int> answered{0};
-  std::atomic<bool> closing{false};
-  const auto answer = [&](std::unique_ptr<PreparedFrame> frame) {
-    const ProcessedFrame processed = processor->process(std::move(frame));
-    EXPECT_NE(processed.status, MatchStats::BAD_IMAGE) << processed.text;
-    EXPECT_NE(processed.current, nullptr);
-    ++answered;
-  };
-  std::vector<std::thread> workers;
-  workers.emplace_back([&] {
-    const std::vector<sensor_msgs::ImageConstPtr> views = {image(0), image(0, 5), image(0, 10)};
-    for (size_t i = 0; !closing; ++i) {
-      ImageWithInfo input;
-      const auto message = boost::make_shared<sensor_msgs::Image>(*views[i % views.size()]);
-      input.received = message->header.stamp = ros::Time(1.0 + 0.01 * static_cast<double>(i));
-      input.image = message;
-      images.push(input);
-      std::this_thread::yield();
-    }
-  });
-  workers.emplace_back([&] {
-    ImageWithInfo input;
-    while (images.pop(input)) {
-      auto frame = processor->prepare(input);
-      if (threads == 1) {
-        answer(std::move(frame));
-      } else {
-        prepared.pushWhenEmpty(std::move(frame));
-      }
-    }
-  });
-  workers.emplace_back([&] {
-    std::unique_ptr<PreparedFrame> frame;
-    while (prepared.pop(frame)) answer(std::move(frame));
-  });
-  workers.emplace_back([&] {
-    for (int i = 0; !closing; ++i) {
-      processor->setOptions(optionsOf(threads, 200 + 100 * (i % 3)));
-      if (i % 3 == 0) processor->requestReset();
-      if (i % 5 == 0) images.clear();
-      std::this_thread::yield();
-    }
-  });
-  while (answered < answers) std::this_thread::yield();
-  closing = true;
-  images.close();
-  prepared.close();
-  for (std::thread& worker : workers) worker.join();
-}
-
-TEST(FrameProcessor, ThreadsGoOnAndEndAtEveryStage) {
-  for (const int threads : {1, 2, 4, 8}) {
-    for (const int answers : {0, 1, 2, 3, 10}) runPipeline(threads, answers);
-  }
-}
-
 TEST(Calibration, WithoutOneThereAreCorrespondencesAlone) {
-  FrameProcessor processor(Parameters(), "/image", "/camera_info");
-  processor.setOptions(ProcessorOptions());
+  Processor processor{Parameters()};
   ImageWithInfo input;
   input.camera_info = boost::make_shared<sensor_msgs::CameraInfo>();
   input.image = imageMessage(renderedFrame(0).image, 100);
-  processor.process(processor.prepare(input));
+  processor.ask(input);
   input.image = imageMessage(renderedFrame(2).image, 100.1);
-  const ProcessedFrame processed = processor.process(processor.prepare(input));
+  const ProcessedFrame processed = processor.ask(input);
   EXPECT_EQ(processed.status, MatchStats::UNCALIBRATED);
   EXPECT_TRUE(says(processed.text, {"no pose: the camera_info on /camera_info is not calibrated"}));
   Correspondences message;
@@ -348,10 +261,9 @@ ImageWithInfo roomThrough(double focal_length, const std::vector<double>& distor
 TEST(Calibration, OfEachImageIsItsOwn) {
   const std::vector<double> wide = {-0.2, 0.05, 0, 0, 0}, narrow = {-0.1, 0.02, 0, 0, 0};
   const RelativePose truth = trueRelativePose(Scene(SceneOptions()), 0, 2);
-  FrameProcessor processor(Parameters(), "/image", "/camera_info");
-  processor.setOptions(ProcessorOptions());
-  processor.process(processor.prepare(roomThrough(500, wide, 0)));
-  const ProcessedFrame processed = processor.process(processor.prepare(roomThrough(560, narrow, 2)));
+  Processor processor{Parameters()};
+  processor.ask(roomThrough(500, wide, 0));
+  const ProcessedFrame processed = processor.ask(roomThrough(560, narrow, 2));
   ASSERT_EQ(processed.status, MatchStats::OK) << processed.text;
   EXPECT_LT(Eigen::AngleAxisd(processed.pose.R * truth.R.transpose()).angle(), 0.1 * M_PI / 180);
   EXPECT_GT(processed.pose.t.normalized().dot(truth.t.normalized()), std::cos(2 * M_PI / 180));
