@@ -1,6 +1,6 @@
 // Images between nodelets of one manager are shared, not copied: what the publisher sent and what a subscriber in the
-// same process got is one object, and the converter's grey image is that object's memory. The match image is drawn only
-// for a subscriber.
+// same process got is one object, and the converter's grey image is that object's memory. What does not arrive is said.
+// The match image is drawn only for a subscriber.
 #include <gtest/gtest.h>
 #include <image_transport/image_transport.h>
 #include <ros/callback_queue.h>
@@ -36,6 +36,55 @@ TEST(ZeroCopy, FromThePublishersHandsToTheExtractor) {
   ASSERT_EQ(ImageConverter().toGrey(*received.image, grey), "");
   EXPECT_EQ(grey.data, sent->data.data());
   input.stop();
+}
+
+TEST(ImageInput, SaysWhatDoesNotArrive) {
+  const std::string start = "start the camera or the bag, or remap ", none = " to its topic: no images are published",
+                    no_length = "; images are answered without a length";
+  Parameters exact, depth, pair;
+  exact.camera_info_sync = CameraInfoSync::kExact;
+  depth.scale = ScaleMode::kDepth;
+  pair.input = InputKind::kPair;
+  const struct {
+    std::string name;
+    Parameters parameters;
+    std::vector<std::pair<std::string, double>> published;  ///< topics, with the stamp of their image; 0: without one
+    std::string words;
+  } rows[] = {
+      {"a", {}, {}, "nobody publishes /a/image; " + start + "'image'" + none},
+      {"b", {}, {{"image", 0}}, "no image arrives on /b/image, although it has a publisher; check it with rostopic hz"},
+      {"c",
+       exact,
+       {{"image", 5}},
+       "no image of /c/image has a camera_info of the same stamp on /c/camera_info: 1 images (last stamp 5.000000000) "
+       "and 0 camera_info (last stamp 0.000000000) came; set ~camera_info_sync to latest if their stamps differ"},
+      {"d", depth, {{"image", 5}}, "nobody publishes /d/depth/image; " + start + "'depth/image'" + none + no_length},
+      {"e",
+       depth,
+       {{"image", 5}, {"depth/image", 6}},
+       "no image of /e/image (last stamp 5.000000000) has a partner within 0.025 s on /e/depth/image" + no_length},
+      {"f", pair, {{"reference/image", 5}}, "nobody publishes /f/current/image; " + start + "'current/image'" + none}};
+  for (const auto& row : rows) {
+    ros::NodeHandle nh("/" + row.name);
+    ImageInput input(
+        nh, nh, row.parameters, [](const ImageWithInfo&) {}, nullptr);
+    input.start();
+    std::vector<ros::Publisher> publishers;
+    for (const auto& [topic, stamp] : row.published) publishers.push_back(nh.advertise<sensor_msgs::Image>(topic, 1));
+    std::string said;
+    const ros::WallTime end = ros::WallTime::now() + ros::WallDuration(30);
+    while (said != row.words && ros::WallTime::now() < end) {
+      for (size_t i = 0; i < publishers.size(); ++i) {
+        const double stamp = row.published[i].second;
+        if (stamp > 0 && publishers[i].getNumSubscribers() > 0)
+          publishers[i].publish(imageMessage(cv::Mat(96, 128, CV_8UC1, cv::Scalar(7)), stamp));
+      }
+      ros::getGlobalCallbackQueue()->callAvailable(ros::WallDuration(0.1));
+      said = input.waitingFor({});
+    }
+    EXPECT_EQ(said, row.words);
+    input.stop();
+  }
 }
 
 /// Counts the images that OpenCV allocates.
