@@ -16,27 +16,40 @@ class Parameters(unittest.TestCase):
     def test_wrong_types_and_values_of_every_kind(self):
         """Each by a node of its own, all at the same time."""
         node = roslib.packages.find_node("gms_ransac", "match_filter_node")[0]
-        refused = [
-            ("features", 1000.5, "whole number"), ("success_probability", float("nan"), "a number between"),
-            ("inlier_threshold_px", [1.0], "between 0.001 and 100 pixels, or 0"), ("lan_mutual", 1, "true or false"),
-            ("method", 5, "'cp_ransac'"), ("sort_key", "taste", "'' 'score' 'relative_score'"),
-            ("queue_size", "ten", "whole number"), ("drop_frames", "no", "true or false"), ("scale", 3, "one of 'unit'"),
-            ("image_transport", 7, "the name of an image transport"), ("odom_frame", 5, "a frame"),
-            ("camera", {"fx": "wide", "fy": 500.0, "cx": 320.0, "cy": 240.0}, "a number between"),
-            ("camera", {"fx": 500.0}, "is missing"),
-            ("mask_file", "/nowhere/mask.png", "is '/nowhere/mask.png'; it must be the path of an image"),
+        pinhole = {"fx": 500.0, "fy": 500.0, "cx": 320.0, "cy": 240.0}
+        refused = [  # all that is set, the parameter that is named, what is said of it
+            ({"features": 1000.5}, "features", "whole number"),
+            ({"success_probability": float("nan")}, "success_probability", "a number between"),
+            ({"inlier_threshold_px": [1.0]}, "inlier_threshold_px", "between 0.001 and 100 pixels, or 0"),
+            ({"lan_mutual": 1}, "lan_mutual", "true or false"),
+            ({"method": 5}, "method", "'cp_ransac'"),
+            ({"sort_key": "taste"}, "sort_key", "'' 'score' 'relative_score'"),
+            ({"queue_size": "ten"}, "queue_size", "whole number"),
+            ({"drop_frames": "no"}, "drop_frames", "true or false"),
+            ({"scale": 3}, "scale", "one of 'unit'"),
+            ({"image_transport": 7}, "image_transport", "the name of an image transport"),
+            ({"odom_frame": 5}, "odom_frame", "a frame"),
+            ({"camera": dict(pinhole, fx="wide")}, "camera/fx", "a number between"),
+            ({"camera": {"fx": 500.0}}, "camera", "is missing"),
+            ({"camera": {"k1": 0.1, "fy": 500.0}}, "camera", "camera/fx is missing"),
+            ({"camera": pinhole, "input": "stereo"}, "camera", "both are described by their camera_info"),
+            ({"input": "stereo", "scale": "depth"}, "scale", "it must be unit, the default, with ~input stereo"),
+            ({"input": "pair", "scale": "ground", "camera_height": 1.5}, "scale", "it must be unit or fixed with ~input pair"),
+            ({"input": "pair", "camera_info_sync": "exact"}, "camera_info_sync", "it must be 'latest' with"),
+            ({"rotation_prior": "tf"}, "prior_frame", "the fixed frame in which tf knows the camera"),
+            ({"scale": "ground"}, "camera_height", "in metres, with ~scale ground"),
+            ({"mask_file": "/nowhere/mask.png"}, "", "~mask_file is '/nowhere/mask.png'; it must be the path of an image"),
         ]
         nodes = []
-        for i, (name, value, words) in enumerate(refused):
-            rospy.set_param("refused_%d/%s" % (i, name), value)
+        for i, (values, _, _) in enumerate(refused):
+            rospy.set_param("refused_%d" % i, values)
             nodes.append(subprocess.Popen([node, "__name:=refused_%d" % i], stdout=subprocess.PIPE,
                                           stderr=subprocess.STDOUT, text=True))
         wrong = []
-        for i, (process, (name, value, words)) in enumerate(zip(nodes, refused)):
+        for i, (process, (values, named, words)) in enumerate(zip(nodes, refused)):
             said = process.communicate(timeout=TIMEOUT)[0]
-            named = "~mask_file" if name == "mask_file" else "/refused_%d/%s" % (i, name)
-            if process.returncode != 2 or named not in said or words not in said:
-                wrong.append("%s: %r: exit status %d, %s" % (name, value, process.returncode, said))
+            if process.returncode != 2 or named and "/refused_%d/%s" % (i, named) not in said or words not in said:
+                wrong.append("%s: exit status %d, %s" % (values, process.returncode, said))
             rospy.delete_param("refused_%d" % i)
         self.assertEqual(wrong, [])
 

@@ -5,8 +5,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <fstream>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -88,6 +90,22 @@ TEST(FrameProcessor, AResetRestartsPairsToo) {
   EXPECT_EQ(processed.continuity, Continuity::kRestarted);
   EXPECT_NE(processed.result, nullptr) << "a pair is compared all the same";
   EXPECT_EQ(processor.ask(pair).continuity, Continuity::kContinuous);
+}
+
+TEST(FrameProcessor, OptionsAndResetsMayComeFromAnotherThread) {
+  Node processor;
+  std::atomic<bool> ended = false;
+  std::thread service([&] {
+    for (int i = 0; !ended; ++i) {
+      ProcessorOptions options;
+      options.core.extractor.features = 200 + 100 * (i % 3);
+      processor.setOptions(options);
+      processor.requestReset();
+    }
+  });
+  for (int i = 0; i < 10; ++i) EXPECT_NE(processor.ask(image(1 + 0.1 * i, i)).status, MatchStats::BAD_IMAGE);
+  ended = true;
+  service.join();
 }
 
 TEST(FrameProcessor, SaysThatTheStampsAreFrozen) {
