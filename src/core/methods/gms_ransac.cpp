@@ -7,15 +7,13 @@ namespace gms_ransac {
 
 namespace {
 
-class GmsRansac : public GmsMethod {
- public:
-  explicit GmsRansac(const MatchFilterOptions& options)
-      : GmsMethod(options, {1, 0, options.robust.target_inlier_ratio}) {}
-};
+std::unique_ptr<Method> makeGmsRansac(const MatchFilterOptions& options) {
+  return std::make_unique<GmsMethod>(options, UniformSampler::Options{1, 0, options.robust.target_inlier_ratio});
+}
 
 }  // namespace
 
 const MethodEntry kGmsRansac = {"gms_ransac", "Zhang et al. 2022", "GMS, then uniform samples from its survivors",
-                                false, &make<GmsRansac>};
+                                false, &makeGmsRansac};
 
 }  // namespace gms_ransac

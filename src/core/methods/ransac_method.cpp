@@ -128,9 +128,8 @@ void TextbookMethod::estimate(const PointPairs& pairs, const Camera& camera, Rob
   if (accept(pair, model_->matrix(*best))) recoverPose(pair, *model_, *best, refine);
 }
 
-UnfilteredMethod::UnfilteredMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling,
-                                   int tests)
-    : TextbookMethod(options, sampling, tests),
+UnfilteredMethod::UnfilteredMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling)
+    : TextbookMethod(options, sampling),
       gms_(options.motion_statistics),
       wants_scores_(options_.sort_key == SortKey::kScore || options_.sort_key == SortKey::kRelativeScore) {}
 

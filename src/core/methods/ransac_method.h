@@ -86,9 +86,8 @@ class TextbookMethod : public RansacMethod {
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override;
 
  protected:
-  explicit TextbookMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling = {},
-                          int tests = 0)
-      : RansacMethod(options), sampler_(sampling), tests_(tests) {}
+  explicit TextbookMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling = {})
+      : RansacMethod(options), sampler_(sampling), tests_(sampling.extra_tests) {}
 
   /// The best hypothesis of `model_`; by uniform samples unless a method has its own.
   virtual std::optional<Hypothesis> findBest(const PairTask& pair) { return search(pair, sampler_); }
@@ -115,8 +114,7 @@ class TextbookMethod : public RansacMethod {
 /// A method that keeps all raw matches. Motion statistics are computed only where the user has it sort by them.
 class UnfilteredMethod : public TextbookMethod {
  public:
-  explicit UnfilteredMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling = {},
-                            int tests = 0);
+  explicit UnfilteredMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling = {});
   const MotionStatistics& filter(const Features& reference, const Features& current,
                                  const std::vector<Match>& matches) override;
 

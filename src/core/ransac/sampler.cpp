@@ -45,21 +45,14 @@ constexpr double kChanceOfFit = 0.05;        ///< beta of Chum & Matas 2005
 constexpr double kChanceOfAccepting = 0.05;  ///< psi of Chum & Matas 2005
 
 /// Not by std::lgamma, which writes to a variable of the process.
-double logBinomialCoefficient(int n, int k) {
-  constexpr double kLarge = 1e250;  // times the largest factor it is still a number
-  double product = 1, logarithm = 0;
-  for (int i = 1; i <= k; ++i) {
-    product *= static_cast<double>(n - k + i) / i;
-    if (product < kLarge) continue;
-    logarithm += std::log(product);
-    product = 1;
-  }
-  return logarithm + std::log(product);
+double logFactorial(int n) {
+  int sign;
+  return lgamma_r(n + 1.0, &sign);
 }
 
 double binomialTail(int n, int k) {
-  const double log_term =
-      logBinomialCoefficient(n, k) + k * std::log(kChanceOfFit) + (n - k) * std::log1p(-kChanceOfFit);
+  const double log_term = logFactorial(n) - logFactorial(k) - logFactorial(n - k) + k * std::log(kChanceOfFit) +
+                          (n - k) * std::log1p(-kChanceOfFit);
   double term = std::exp(log_term), sum = 0;
   for (int i = k; i <= n && term > 1e-12; ++i) {
     sum += term;

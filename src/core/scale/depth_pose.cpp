@@ -191,8 +191,7 @@ ScaleEstimate poseFromKeypointDepth(const Triangulation& pair, const Features& r
     const Vector9d step = equations.H.ldlt().solve(equations.b);
     if (!step.allFinite()) return estimate;
     refined.t += step.head<3>();
-    const Vector3d w = step.segment<3>(3);
-    if (w.norm() > 0) refined.R = Eigen::AngleAxisd(w.norm(), w.normalized()).toRotationMatrix() * refined.R;
+    refined.R = rotationFromVector(step.segment<3>(3)) * refined.R;
     motion.row_rotation += step.tail<3>();
     if (i > kWideSteps && step.norm() < kConverged) break;
   }

@@ -177,21 +177,6 @@ class GroundPatches {
     return norm > kContrast * std::sqrt(static_cast<float>(kSamples));
   }
 
-  cv::Point2f toReceived(const cv::Point2f& ideal) const {
-    if (!camera_.distorts()) return ideal;
-    cv::Point2f pixel = ideal;
-    constexpr int kIterations = 4;
-    for (int i = 0; i < kIterations; ++i) {
-      // The table ends at the border of the image, and no sample is taken beyond.
-      if (!(pixel.x >= 0 && pixel.y >= 0 && pixel.x < static_cast<float>(reference_.cols) &&
-            pixel.y < static_cast<float>(reference_.rows))) {
-        return {-1, -1};
-      }
-      pixel += ideal - camera_.undistort(pixel);
-    }
-    return pixel;
-  }
-
   /// Grey level and its gradient by the normalised image plane, where the reference shows a point of the plane; false
   /// outside.
   bool look(const Vector3d& m, const Vector3d& ray, float& value, Eigen::RowVector3d* derivative) const {
@@ -200,8 +185,8 @@ class GroundPatches {
     if (!(seen.z() > 1e-3)) return false;
     const CameraIntrinsics& k = camera_.intrinsics();
     const Eigen::Vector2d at = seen.head<2>() / seen.z();
-    const cv::Point2f pixel =
-        toReceived(cv::Point2f(static_cast<float>(k.fx * at.x() + k.cx), static_cast<float>(k.fy * at.y() + k.cy)));
+    cv::Point2f pixel(static_cast<float>(k.fx * at.x() + k.cx), static_cast<float>(k.fy * at.y() + k.cy));
+    if (camera_.distorts()) pixel = camera_.distort(pixel);
     // Asked of the numbers as they are: NaN, where the lens has no inverse, and what is far away are no index.
     const bool inside = pixel.x >= 0 && pixel.y >= 0 && pixel.x < static_cast<float>(reference_.cols - 1) &&
                         pixel.y < static_cast<float>(reference_.rows - 1);

@@ -59,20 +59,17 @@ void FundamentalModel::refine(const Loss& loss, int iterations, Hypothesis& hypo
   RankTwo state{svd.matrixU(), svd.matrixV(), svd.singularValues()[1] / svd.singularValues()[0]};
   const auto linearize = [&](const RankTwo& at, NormalEquations<7>& result) {
     const Eigen::Matrix3d matrix = at.matrix();
-    float m[9], D[7][9];
-    toFloat(matrix, m);
+    float D[7][9];
     for (int k = 0; k < 3; ++k) {
       const Eigen::Matrix3d generator = crossMatrix(Eigen::Vector3d::Unit(k));
       toFloat(generator * matrix, D[k]);
       toFloat(-matrix * generator, D[3 + k]);
     }
     toFloat(at.U.col(1) * at.V.col(1).transpose(), D[6]);
-    kernels_.linearizeFundamental(points_, m, D, loss, result);
+    kernels_.linearizeFundamental(points_, FloatMatrix(matrix).entry, D, loss, result);
   };
   const auto cost = [&](const RankTwo& at) {
-    float m[9];
-    toFloat(at.matrix(), m);
-    return kernels_.epipolarCost(points_, m, loss);
+    return kernels_.epipolarCost(points_, FloatMatrix(at.matrix()).entry, loss);
   };
   const auto moved = [](const RankTwo& from, const double(&step)[7]) {
     return RankTwo{rotationFromVector({step[0], step[1], step[2]}) * from.U,
@@ -95,10 +92,8 @@ int HomographyModel::solve(const int* sample, Hypothesis* hypotheses) const {
 
 bool HomographyModel::score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound,
                             HypothesisScore& score) const {
-  float h[9], g[9];
-  toFloat(hypothesis.matrix, h);
-  toFloat(hypothesis.matrix.inverse(), g);
-  kernels_.scoreHomography(points, h, g, bound, score);
+  const FloatMatrix H(hypothesis.matrix), inverse(hypothesis.matrix.inverse());
+  kernels_.scoreHomography(points, H.entry, inverse.entry, bound, score);
   points.countResiduals(score.evaluated);
   return score.cost < bound;  // false also for the NaN of a singular matrix
 }
@@ -111,10 +106,8 @@ bool HomographyModel::fits(const Hypothesis& hypothesis, int i) const {
 }
 
 void HomographyModel::residuals(const Hypothesis& hypothesis, std::vector<float>& e) const {
-  float h[9];
-  toFloat(hypothesis.matrix, h);
   e.resize(static_cast<size_t>(points_.size));
-  kernels_.transferResiduals(points_, h, e.data());
+  kernels_.transferResiduals(points_, FloatMatrix(hypothesis.matrix).entry, e.data());
   points_.countPasses(1);
 }
 
@@ -127,15 +120,12 @@ void HomographyModel::refine(const Loss& loss, int iterations, Hypothesis& hypot
   }
   const auto entry = [fixed](int parameter) { return parameter < fixed ? parameter : parameter + 1; };
   const auto linearize = [&](const Eigen::Matrix3d& at, NormalEquations<8>& result) {
-    float m[9], D[8][9] = {};
-    toFloat(at, m);
+    float D[8][9] = {};
     for (int k = 0; k < 8; ++k) D[k][entry(k)] = 1;
-    kernels_.linearizeHomography(points_, m, D, loss, result);
+    kernels_.linearizeHomography(points_, FloatMatrix(at).entry, D, loss, result);
   };
   const auto cost = [&](const Eigen::Matrix3d& at) {
-    float m[9];
-    toFloat(at, m);
-    return kernels_.transferCost(points_, m, loss);
+    return kernels_.transferCost(points_, FloatMatrix(at).entry, loss);
   };
   const auto moved = [&entry](const Eigen::Matrix3d& from, const double(&step)[8]) {
     Eigen::Matrix3d to = from;

@@ -25,7 +25,7 @@ class HomographyModel : public TwoViewModel {
  public:
   /// `oriented`: drops homographies with sample points on both sides of the camera.
   HomographyModel(const ResidualKernels& kernels, const PointColumnsView& points, bool oriented)
-      : kernels_(kernels), points_(points), oriented_(oriented) {}
+      : TwoViewModel(kernels, points), oriented_(oriented) {}
 
   int sampleSize() const override { return 4; }
   int solve(const int* sample, Hypothesis* hypotheses) const override;
@@ -37,8 +37,6 @@ class HomographyModel : public TwoViewModel {
   Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const override { return hypothesis.matrix; }
 
  private:
-  const ResidualKernels& kernels_;
-  PointColumnsView points_;
   bool oriented_;
 };
 

@@ -178,21 +178,16 @@ void PoseModel::refine(const Loss& loss, int iterations, TwoViewPose& pose, floa
 }
 
 void PoseModel::linearizeRotation(const Eigen::Matrix3d& R, const Loss& loss, NormalEquations<3>& equations) const {
-  float D[3][9], H[9];
+  float D[3][9];
   for (int k = 0; k < 3; ++k) toFloat(crossMatrix(Eigen::Vector3d::Unit(k)) * R, D[k]);
-  toFloat(R, H);
-  kernels_.linearizeRotation(points_, H, D, loss, equations);
+  kernels_.linearizeRotation(points_, FloatMatrix(R).entry, D, loss, equations);
 }
 
 void PoseModel::refineRotation(const Loss& loss, int iterations, Eigen::Matrix3d& R) const {
   points_.countPasses(minimizeRobustCost<3>(
       iterations, kEnoughToCompare, R,
       [&](const Eigen::Matrix3d& at, NormalEquations<3>& result) { linearizeRotation(at, loss, result); },
-      [&](const Eigen::Matrix3d& at) {
-        float H[9];
-        toFloat(at, H);
-        return kernels_.transferCost(points_, H, loss);
-      },
+      [&](const Eigen::Matrix3d& at) { return kernels_.transferCost(points_, FloatMatrix(at).entry, loss); },
       [](const Eigen::Matrix3d& from, const double(&step)[3]) {
         return Eigen::Matrix3d(rotationFromVector({step[0], step[1], step[2]}) * from);
       }));
@@ -205,10 +200,8 @@ int EssentialModel::solve(const int* sample, Hypothesis* hypotheses) const {
 }
 
 void PoseModel::rotationResiduals(const Eigen::Matrix3d& R, std::vector<float>& e) const {
-  float H[9];
-  toFloat(R, H);
   e.resize(static_cast<size_t>(points_.size));
-  kernels_.transferResiduals(points_, H, e.data());
+  kernels_.transferResiduals(points_, FloatMatrix(R).entry, e.data());
   points_.countPasses(1);
 }
 

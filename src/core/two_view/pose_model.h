@@ -22,7 +22,7 @@ constexpr ParallaxPrior kParallaxPrior = {0.03f, 0.05f};
 class PoseModel : public TwoViewModel {
  public:
   PoseModel(const ResidualKernels& kernels, const PointColumnsView& points, const ParallaxPrior& prior = {})
-      : kernels_(kernels), points_(points), prior_(prior) {}
+      : TwoViewModel(kernels, points), prior_(prior) {}
 
   const PointColumnsView& points() const { return points_; }
   /// The same model of the first columns alone.
@@ -67,15 +67,13 @@ class PoseModel : public TwoViewModel {
   static void tangent(const Eigen::Vector3d& t, float (&steps)[2][3]);
 
  private:
-  const ResidualKernels& kernels_;
-  PointColumnsView points_;
   ParallaxPrior prior_;
 };
 
 /// The essential matrix of the textbook: scored by its epipolar lines alone, refined as a pose afterwards.
 class EssentialModel : public EpipolarModel {
  public:
-  EssentialModel(const ResidualKernels& kernels, const PointColumnsView& points) : EpipolarModel(kernels, points) {}
+  using EpipolarModel::EpipolarModel;
 
   int sampleSize() const override { return 5; }
   int solve(const int* sample, Hypothesis* hypotheses) const override;

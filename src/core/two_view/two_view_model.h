@@ -41,6 +41,7 @@ constexpr int kFinalIterations = 10;
 /// A model over the columns of one pair. Residuals are squared and in squared thresholds: 1 is at the threshold.
 class TwoViewModel {
  public:
+  TwoViewModel(const ResidualKernels& kernels, const PointColumnsView& points) : kernels_(kernels), points_(points) {}
   virtual ~TwoViewModel() = default;
 
   virtual int sampleSize() const = 0;
@@ -56,6 +57,10 @@ class TwoViewModel {
   /// Moves the hypothesis to the robust optimum near it.
   virtual void refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const = 0;
   virtual Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const = 0;
+
+ protected:
+  const ResidualKernels& kernels_;
+  PointColumnsView points_;
 };
 
 // In double, which the final inlier masks are computed in.
@@ -107,6 +112,11 @@ inline void toFloat(const Eigen::Matrix3d& m, float (&out)[9]) {
   for (int i = 0; i < 9; ++i) out[i] = static_cast<float>(m(i / 3, i % 3));
 }
 
+struct FloatMatrix {
+  float entry[9];
+  explicit FloatMatrix(const Eigen::Matrix3d& m) { toFloat(m, entry); }
+};
+
 inline bool epipolarFits(const PointColumnsView& points, const Eigen::Matrix3d& matrix, int i) {
   points.countResiduals(1);
   return points.weight[i] * sampsonSquared(matrix, points.x1[i], points.y1[i], points.x2[i], points.y2[i]) < 1;
@@ -114,11 +124,11 @@ inline bool epipolarFits(const PointColumnsView& points, const Eigen::Matrix3d& 
 
 class EpipolarModel : public TwoViewModel {
  public:
+  using TwoViewModel::TwoViewModel;
+
   bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound,
              HypothesisScore& score) const override {
-    float m[9];
-    toFloat(hypothesis.matrix, m);
-    kernels_.scoreEpipolar(points, m, bound, score);
+    kernels_.scoreEpipolar(points, FloatMatrix(hypothesis.matrix).entry, bound, score);
     points.countResiduals(score.evaluated);
     return score.cost < bound;
   }
@@ -126,19 +136,11 @@ class EpipolarModel : public TwoViewModel {
     return epipolarFits(points_, hypothesis.matrix, column);
   }
   void residuals(const Hypothesis& hypothesis, std::vector<float>& e) const override {
-    float m[9];
-    toFloat(hypothesis.matrix, m);
     e.resize(static_cast<size_t>(points_.size));
-    kernels_.epipolarResiduals(points_, m, e.data());
+    kernels_.epipolarResiduals(points_, FloatMatrix(hypothesis.matrix).entry, e.data());
     points_.countPasses(1);
   }
   Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const override { return hypothesis.matrix; }
-
- protected:
-  EpipolarModel(const ResidualKernels& kernels, const PointColumnsView& points) : kernels_(kernels), points_(points) {}
-
-  const ResidualKernels& kernels_;
-  PointColumnsView points_;
 };
 
 }  // namespace gms_ransac
