@@ -18,6 +18,24 @@ namespace {
 
 constexpr double kRightWithin = 3;  ///< thresholds
 
+/// Matches of these squared residuals, each of weight 1 unless given, and what is said of them.
+struct Weighed {
+  MatchNoise noise;
+  MatchProbability probability;
+  PointColumns columns;
+
+  explicit Weighed(const std::vector<float>& squares) : Weighed(squares, std::vector<float>(squares.size(), 1)) {}
+  Weighed(const std::vector<float>& squares, const std::vector<float>& weights) {
+    const auto count = static_cast<int>(squares.size());
+    columns.resize(count);
+    std::copy(weights.begin(), weights.end(), columns.weight());
+    noise.measure(squares, count);
+  }
+  const std::vector<float>& answers(const std::vector<uint8_t>& apart = {}) {
+    return probability.weigh(noise, apart, columns.view(), 1);
+  }
+};
+
 struct Keypoints {
   double sigma = 0.3, beside = 0.1, wrong = 0.2;  ///< noise in thresholds; shares
   double coarse = 1;                              ///< of every second match, times the noise
@@ -29,10 +47,8 @@ double calibrationError(const Keypoints& drawn) {
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform;
-  std::vector<float> squares;
+  std::vector<float> squares, weights;
   std::vector<bool> right;
-  PointColumns columns;
-  columns.resize(kMatches);
   for (int i = 0; i < kMatches; ++i) {
     const double stretch = i % 2 == 0 ? 1 : drawn.coarse, kind = uniform(random);
     const double sigma = kind < drawn.beside ? std::max(1., 2 * drawn.sigma) : drawn.sigma;
@@ -42,12 +58,10 @@ double calibrationError(const Keypoints& drawn) {
     right.push_back(kind < 1 - drawn.wrong && std::hypot(across, along) < kRightWithin);
     if (kind >= 1 - drawn.wrong) across = 20 * (2 * uniform(random) - 1) * stretch;
     squares.push_back(static_cast<float>(0.5 * across * across / (stretch * stretch)));
-    columns.weight()[i] = static_cast<float>(1 / (stretch * stretch));
+    weights.push_back(static_cast<float>(1 / (stretch * stretch)));
   }
-  MatchNoise noise;
-  noise.measure(squares, kMatches);
-  MatchProbability probability;
-  const std::vector<float>& answers = probability.weigh(noise, {}, columns.view(), 1);
+  Weighed weighed(squares, weights);
+  const std::vector<float>& answers = weighed.answers();
   std::array<double, kBins> excess = {};
   for (size_t i = 0; i < right.size(); ++i) {
     const auto p = static_cast<double>(answers[i]);
@@ -72,18 +86,12 @@ TEST(MatchProbability, IsTheShareOfRightMatches) {
 }
 
 TEST(MatchProbability, AKeypointBesideItsCornerIsStillRight) {
-  MatchNoise noise;
   std::vector<float> squares(500, 0.04f);
   for (int i = 0; i < 50; ++i) squares.push_back(1 + 0.01f * static_cast<float>(i));
   squares.push_back(20);
-  const auto count = static_cast<int>(squares.size());
-  PointColumns columns;
-  columns.resize(count);
-  std::fill_n(columns.weight(), count, 1.f);
-  noise.measure(squares, count);
-  MatchProbability probability;
-  const std::vector<float>& answers = probability.weigh(noise, {}, columns.view(), 1);
-  EXPECT_LT(noise.probabilities()[520], 0.1) << "is none of those whose noise that is";
+  Weighed weighed(squares);
+  const std::vector<float>& answers = weighed.answers();
+  EXPECT_LT(weighed.noise.probabilities()[520], 0.1) << "is none of those whose noise that is";
   EXPECT_GT(answers[520], 0.8);
   EXPECT_GT(answers[0], 0.99);
   EXPECT_EQ(answers.back(), 0) << "further away than a right match may be";
@@ -98,19 +106,14 @@ TEST(MatchProbability, WhatAnotherMotionExplainsHasSharesOfItsOwn) {
     std::uniform_real_distribution<float> uniform;
     std::vector<float> squares;
     std::vector<uint8_t> apart;
-    PointColumns columns;
-    columns.resize(kMatches);
     for (int i = 0; i < kMatches; ++i) {
       const bool is_right = uniform(random) < (i < kApart ? right_apart : 0.95);
       const float rho = is_right ? normal(random) : 20 * (2 * uniform(random) - 1);
       squares.push_back(rho * rho);
       apart.push_back(i < kApart);
-      columns.weight()[i] = 1;
     }
-    MatchNoise noise;
-    noise.measure(squares, kMatches);
-    MatchProbability probability;
-    const std::vector<float>& answers = probability.weigh(noise, apart, columns.view(), 1);
+    Weighed weighed(squares);
+    const std::vector<float>& answers = weighed.answers(apart);
     EXPECT_NEAR(std::accumulate(answers.begin(), answers.begin() + kApart, 0.) / kApart, right_apart, 0.06);
     EXPECT_NEAR(std::accumulate(answers.begin() + kApart, answers.end(), 0.) / (kMatches - kApart), 0.95, 0.03);
   }
@@ -122,19 +125,15 @@ TEST(MatchProbability, UnderARotationThePlaceCounts) {
   std::mt19937 random(7);
   std::normal_distribution<float> normal(0, 0.3f);
   std::vector<float> squares, places;
-  PointColumns columns;
-  columns.resize(kMatches);
   for (int i = 0; i < kMatches; ++i) {
     const float across = normal(random), along = normal(random) + (i < kMoved ? 10.f : 0.f);
     squares.push_back(across * across);
     places.push_back(2 * (across * across + along * along));
-    columns.weight()[i] = 1;
   }
-  MatchNoise noise;
-  noise.measure(squares, kMatches);
-  MatchProbability probability;
-  for (const float p : probability.weigh(noise, {}, columns.view(), 1)) EXPECT_GT(p, 0.9);
-  const std::vector<float>& answers = probability.weighRotated(noise, places, columns.view(), 1);
+  Weighed weighed(squares);
+  for (const float p : weighed.answers()) EXPECT_GT(p, 0.9);
+  const std::vector<float>& answers =
+      weighed.probability.weighRotated(weighed.noise, places, weighed.columns.view(), 1);
   for (int i = 0; i < kMatches; ++i) {
     if (i < kMoved) {
       EXPECT_EQ(answers[static_cast<size_t>(i)], 0);
@@ -145,17 +144,9 @@ TEST(MatchProbability, UnderARotationThePlaceCounts) {
 }
 
 TEST(MatchProbability, MatchesWithoutCoordinatesOrWithoutNumberAreNone) {
-  MatchNoise noise;
-  MatchProbability probability;
-  PointColumns columns;
-  columns.resize(0);
-  noise.measure({}, 0);
-  EXPECT_TRUE(probability.weigh(noise, {}, columns.view(), 1).empty());
-  columns.resize(2);
-  columns.weight()[0] = 1;
-  columns.weight()[1] = 0;
-  noise.measure({0, 0}, 2);
-  const std::vector<float>& answers = probability.weigh(noise, {}, columns.view(), 1);
+  EXPECT_TRUE(Weighed({}).answers().empty());
+  Weighed weighed({0, 0}, {1, 0});
+  const std::vector<float>& answers = weighed.answers();
   EXPECT_GT(answers[0], 0.5);
   EXPECT_EQ(answers[1], 0);
 }

@@ -16,7 +16,7 @@ namespace gms_ransac {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-constexpr double kWrongDirection = 20;  ///< degrees
+constexpr double kWrongDirection = 20, kBent = 0.3;  ///< degrees, of the direction and of the rotation
 
 /// Uniform in [least, most).
 double between(double least, double most, Random& random) { return least + (most - least) * random.uniform(); }
@@ -85,8 +85,22 @@ TwoViewScene makeNarrowScene(uint64_t seed) {
   return makeTwoViewScene(withMedian(medianParallax, 3, options));
 }
 
+/// Calls look(scene, result) with what a method says of each scene that make(seed) draws.
+template <typename Make, typename Look>
+void forEachAnswer(const std::string& method, const RobustOptions& options, int scenes, const Make& make,
+                   const Look& look) {
+  const auto estimator = makeEstimator(method, options);
+  RobustResult result;
+  for (int seed = 0; seed < scenes; ++seed) {
+    const TwoViewScene scene = make(static_cast<uint64_t>(seed));
+    estimator->reset();
+    estimator->estimate(scene.pairs, scene.camera, result);
+    look(scene, result);
+  }
+}
+
 struct Tally {
-  int ok = 0, ok_wrong = 0, ambiguous = 0, other = 0;
+  int ok = 0, ok_wrong = 0, ok_bent = 0, ambiguous = 0, other = 0;
   int rotation_outside = 0;  ///< not OK, with a rotation more than three standard deviations off
 };
 
@@ -98,29 +112,27 @@ double rotationSquare(const RobustResult& result, const TwoViewScene& scene) {
   return error.dot(covariance.inverse() * error);
 }
 
-using MakeScene = TwoViewScene (*)(uint64_t);
-
-Tally tallyScenes(const std::string& method, ModelType model, MakeScene make_scene, int scenes, bool judge = true) {
-  RobustOptions options;
-  options.model = model;
-  options.judge = judge;
-  const auto estimator = makeEstimator(method, options);
+template <typename Make>
+Tally tallyScenes(const std::string& method, const RobustOptions& options, const Make& make, int scenes) {
   Tally tally;
-  RobustResult result;
-  for (int k = 0; k < scenes; ++k) {
-    const TwoViewScene scene = make_scene(static_cast<uint64_t>(k));
-    estimator->reset();
-    estimator->estimate(scene.pairs, scene.camera, result);
-    const Eigen::Vector3d truth = -(scene.R.transpose() * scene.t);
+  forEachAnswer(method, options, scenes, make, [&](const TwoViewScene& scene, const RobustResult& result) {
     if (result.translation_observable) {
+      const PoseErrors errors = poseErrors(result, scene);
       ++tally.ok;
-      tally.ok_wrong += directionError(result.pose.t, truth) > kWrongDirection;
+      tally.ok_wrong += errors.direction > kWrongDirection;
+      tally.ok_bent += errors.rotation > kBent;
     } else {
       ++(result.doubt == DirectionDoubt::kOtherMotion ? tally.ambiguous : tally.other);
       tally.rotation_outside += rotationSquare(result, scene) > 9;
     }
-  }
+  });
   return tally;
+}
+
+RobustOptions optionsFor(ModelType model) {
+  RobustOptions options;
+  options.model = model;
+  return options;
 }
 
 class Judgement : public testing::TestWithParam<std::tuple<std::string, ModelType>> {};
@@ -128,7 +140,7 @@ class Judgement : public testing::TestWithParam<std::tuple<std::string, ModelTyp
 TEST_P(Judgement, ClaimsNoDirectionThatAPlaneDoesNotTell) {
   constexpr int kScenes = 1000;
   const auto [method, model] = GetParam();
-  const Tally tally = tallyScenes(method, model, makeFloorScene, kScenes);
+  const Tally tally = tallyScenes(method, optionsFor(model), makeFloorScene, kScenes);
   EXPECT_LE(tally.ok_wrong, kScenes / 50) << "of " << tally.ok << " that are told";
   const int open = tally.ambiguous + tally.other;
   EXPECT_LE(tally.rotation_outside, open / 20) << "of " << open;  // 2.9 % of normal errors are
@@ -138,8 +150,10 @@ TEST_P(Judgement, ClaimsNoDirectionThatAPlaneDoesNotTell) {
 TEST_P(Judgement, LeftOutTheModelStands) {
   constexpr int kScenes = 20;
   const auto [method, model] = GetParam();
-  const Tally judged = tallyScenes(method, model, makeFloorScene, kScenes);
-  const Tally literal = tallyScenes(method, model, makeFloorScene, kScenes, false);
+  const Tally judged = tallyScenes(method, optionsFor(model), makeFloorScene, kScenes);
+  RobustOptions unjudged = optionsFor(model);
+  unjudged.judge = false;
+  const Tally literal = tallyScenes(method, unjudged, makeFloorScene, kScenes);
   EXPECT_GT(judged.ambiguous, 0);
   EXPECT_EQ(literal.ok, kScenes);
 }
@@ -148,7 +162,7 @@ TEST_P(Judgement, TellsTheDirectionInAVolume) {
   constexpr int kScenes = 100;
   const auto [method, model] = GetParam();
   if (model == ModelType::kHomography) return;  // no model of a volume
-  const Tally tally = tallyScenes(method, model, makeVolumeScene, kScenes);
+  const Tally tally = tallyScenes(method, optionsFor(model), makeVolumeScene, kScenes);
   EXPECT_GE(tally.ok, kScenes * 97 / 100) << tally.ambiguous << " ambiguous";
 }
 
@@ -156,7 +170,7 @@ TEST_P(Judgement, TellsNoMotionWithNearAndFarExchanged) {
   constexpr int kScenes = 200;
   const auto [method, model] = GetParam();
   if (model == ModelType::kHomography) return;  // no model of a volume
-  const Tally tally = tallyScenes(method, model, makeNarrowScene, kScenes);
+  const Tally tally = tallyScenes(method, optionsFor(model), makeNarrowScene, kScenes);
   EXPECT_GE(tally.ok, kScenes * 4 / 5);
   EXPECT_EQ(tally.ok_wrong, 0) << "of " << tally.ok << " that are told";
   EXPECT_LE(tally.rotation_outside, 2) << "of " << tally.ambiguous + tally.other;
@@ -188,77 +202,49 @@ class TwoBodies : public testing::TestWithParam<std::string> {
  protected:
   static constexpr int kScenes = 40;
 
-  /// How many of the scenes that `make` draws of a seed are answered; `look` is shown each of these with its result.
-  template <typename Make, typename Look>
-  static int countAnswers(const Make& make, const Look& look) {
-    const auto estimator = makeEstimator(GetParam(), RobustOptions());
-    RobustResult result;
-    int answers = 0;
-    for (uint64_t seed = 0; seed < kScenes; ++seed) {
-      const TwoViewScene scene = make(seed);
-      estimator->reset();
-      estimator->estimate(scene.pairs, scene.camera, result);
-      if (!result.translation_observable) continue;
-      ++answers;
-      look(scene, result);
-    }
-    return answers;
-  }
   template <typename Make>
-  static int countAnswers(const Make& make) {
-    return countAnswers(make, [](const TwoViewScene&, const RobustResult&) {});
+  static Tally tally(const Make& make) {
+    return tallyScenes(GetParam(), RobustOptions(), make, kScenes);
   }
 };
 
 TEST_P(TwoBodies, DoNotBendThePose) {
-  int bent = 0;
   const auto make = [](uint64_t seed) { return makeTwoBodies(seed, 0.3, {0.05, 0, 1}, {0.005, 0.02, 0.005}); };
-  const int ok = countAnswers(make, [&](const TwoViewScene& scene, const RobustResult& result) {
-    bent += Eigen::AngleAxisd(result.pose.R * scene.R).angle() > 0.3 * kDegree;
-  });
-  EXPECT_GE(ok, kScenes / 2);
-  EXPECT_LE(bent, kScenes / 20);  // without the test of breaks a seventh of them
+  const Tally bodies = tally(make);
+  EXPECT_GE(bodies.ok, kScenes / 2);
+  EXPECT_LE(bodies.ok_bent, kScenes / 20);  // without the test of breaks a seventh of them
 }
 
 TEST_P(TwoBodies, OneThatMovesBeforeATurningCameraIsNoTranslation) {
   const auto make = [](uint64_t seed) { return makeTwoBodies(seed, 0.4, {0, 0, 0}, {0.01, 0.06, -0.02}); };
-  EXPECT_LE(countAnswers(make), kScenes / 10);
+  EXPECT_LE(tally(make).ok, kScenes / 10);
 }
 
 TEST_P(TwoBodies, OneThatComesSlowlyBeforeAStandingCameraIsNoTranslation) {
   // The body moves by a few deviations of the noise, like parallax, but three fifths of the matches lie at infinity.
   const auto make = [](uint64_t seed) { return makeTwoBodies(seed, 0.4, {0, 0, 0}, {0, 0, 0}, {0, 0.002, -0.04}); };
-  EXPECT_LE(countAnswers(make), kScenes / 20);
+  EXPECT_LE(tally(make).ok, kScenes / 20);
 }
 
 TEST_P(TwoBodies, TheLargerIsTheAnswer) {
-  int wrong = 0;
   const auto make = [](uint64_t seed) { return makeTwoBodies(seed, 0.4, {0.05, 0, 1}, {0.005, 0.02, 0.005}); };
-  const int ok = countAnswers(make, [&](const TwoViewScene& scene, const RobustResult& result) {
-    wrong += directionError(result.pose.t, -(scene.R.transpose() * scene.t)) > kWrongDirection;
-  });
-  EXPECT_GE(ok, kScenes / 2);
-  EXPECT_LE(wrong, kScenes / 40);
+  const Tally bodies = tally(make);
+  EXPECT_GE(bodies.ok, kScenes / 2);
+  EXPECT_LE(bodies.ok_wrong, kScenes / 40);
 }
 
 /// Probabilities of the matches of some scenes, on average: of those that `counts` chooses.
 template <typename Make, typename Counts>
 double meanProbability(const std::string& method, const Make& make, const Counts& counts) {
-  constexpr int kScenes = 40;
-  const auto estimator = makeEstimator(method, RobustOptions());
-  RobustResult result;
   double sum = 0;
   int count = 0;
-  for (uint64_t seed = 0; seed < kScenes; ++seed) {
-    const TwoViewScene scene = make(seed);
-    estimator->reset();
-    estimator->estimate(scene.pairs, scene.camera, result);
+  forEachAnswer(method, {}, 40, make, [&](const TwoViewScene& scene, const RobustResult& result) {
     for (size_t i = 0; i < result.probability.size(); ++i) {
       if (!counts(scene, i)) continue;
       sum += static_cast<double>(result.probability[i]);
       ++count;
     }
-  }
+  });
   return sum / count;
 }
 
@@ -318,36 +304,31 @@ TEST(Doubt, SaysWhatLeavesTheDirectionOpen) {
   EXPECT_TRUE(other_motion);
 }
 
-class DirectionCovariance : public testing::TestWithParam<std::string> {
- protected:
-  /// NEES of the direction over its two degrees of freedom, of each scene that is answered, sorted.
-  template <typename Make>
-  static std::vector<double> sortedNees(int scenes, const Make& make) {
-    const auto estimator = makeEstimator(GetParam(), RobustOptions());
-    RobustResult result;
-    std::vector<double> nees;
-    for (int seed = 0; seed < scenes; ++seed) {
-      const TwoViewScene scene = makeTwoViewScene(make(static_cast<uint64_t>(seed)));
-      estimator->reset();
-      estimator->estimate(scene.pairs, scene.camera, result);
-      if (!result.translation_observable) continue;
-      Eigen::Vector3d basis[2];
-      PoseModel::tangent(result.pose.t, basis);
-      Eigen::Matrix<double, 2, 3> across;
-      across << basis[0].transpose(), basis[1].transpose();
-      const Eigen::Vector2d error = across * (scene.R.transpose() * scene.t).normalized();
-      const Eigen::Matrix2d covariance = across * result.pose.covariance.topLeftCorner<3, 3>() * across.transpose();
-      nees.push_back(error.dot(covariance.inverse() * error) / 2);
-    }
-    std::sort(nees.begin(), nees.end());
-    return nees;
-  }
-};
+class DirectionCovariance : public testing::TestWithParam<std::string> {};
+
+/// NEES of the direction over its two degrees of freedom, of each scene that is answered, sorted.
+template <typename Options>
+std::vector<double> sortedNees(const std::string& method, int scenes, const Options& options) {
+  std::vector<double> nees;
+  const auto make = [&](uint64_t seed) { return makeTwoViewScene(options(seed)); };
+  forEachAnswer(method, {}, scenes, make, [&](const TwoViewScene& scene, const RobustResult& result) {
+    if (!result.translation_observable) return;
+    Eigen::Vector3d basis[2];
+    PoseModel::tangent(result.pose.t, basis);
+    Eigen::Matrix<double, 2, 3> across;
+    across << basis[0].transpose(), basis[1].transpose();
+    const Eigen::Vector2d error = across * (scene.R.transpose() * scene.t).normalized();
+    const Eigen::Matrix2d covariance = across * result.pose.covariance.topLeftCorner<3, 3>() * across.transpose();
+    nees.push_back(error.dot(covariance.inverse() * error) / 2);
+  });
+  std::sort(nees.begin(), nees.end());
+  return nees;
+}
 
 TEST_P(DirectionCovariance, CountsNoNoiseOfThePointsAsParallax) {
   // Half a pixel of parallax at 0.3 px of noise: most of the displacements along the epipolar lines is noise.
   constexpr int kScenes = 200;
-  const std::vector<double> nees = sortedNees(kScenes, [](uint64_t seed) {
+  const std::vector<double> nees = sortedNees(GetParam(), kScenes, [](uint64_t seed) {
     TwoViewSceneOptions options;
     options.seed = seed;
     options.outlier_ratio = 0;
@@ -363,7 +344,7 @@ TEST_P(DirectionCovariance, HoldsWhatOneMatchDecides) {
   // Near the epipole a single match with the noise of a coarse level, or a wrong one on its line, changes the
   // direction.
   constexpr int kScenes = 200;
-  const std::vector<double> nees = sortedNees(kScenes, [](uint64_t seed) {
+  const std::vector<double> nees = sortedNees(GetParam(), kScenes, [](uint64_t seed) {
     TwoViewSceneOptions options = measuredOptions(seed);
     options.translation = {0.05, 0, 1};
     options.rotation = {0.005, 0.02, 0.005};
