@@ -11,12 +11,12 @@ namespace {
 /// Smallest share of the matches that forms a group of its own.
 constexpr double kSmallestRest = 0.05;
 
-class CpRansac : public GmsMethod {
+class CpRansac : public TextbookMethod {
  public:
   explicit CpRansac(const MatchFilterOptions& options)
-      : GmsMethod(options), groups_(options.robust.first_group_fraction, options.robust.geometric_groups) {}
+      : TextbookMethod(options), groups_(options.robust.first_group_fraction, options.robust.geometric_groups) {}
 
-  // "a coarse screening using the GMS algorithm": GmsMethod::filter.
+  // "a coarse screening using the GMS algorithm": RansacMethod::filter.
 
   std::optional<Hypothesis> findBest(const PairTask& pair) override {
     // "sorting and grouping the matching pairs based on their neighborhood scores". Here by score over threshold: the

@@ -7,9 +7,9 @@ namespace gms_ransac {
 
 namespace {
 
-class Gms : public GmsMethod {
+class Gms : public TextbookMethod {
  public:
-  using GmsMethod::GmsMethod;
+  using TextbookMethod::TextbookMethod;
   bool filterDecides() const override { return true; }
 };
 

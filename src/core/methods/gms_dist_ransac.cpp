@@ -9,14 +9,14 @@ namespace gms_ransac {
 
 namespace {
 
-class GmsDistanceRansac : public GmsMethod {
+class GmsDistanceRansac : public TextbookMethod {
  public:
   explicit GmsDistanceRansac(const MatchFilterOptions& options)
-      : GmsMethod(options), reading_(options.distance_reading), seed_(options.robust.seed) {}
+      : TextbookMethod(options), reading_(options.distance_reading), seed_(options.robust.seed) {}
 
   const MotionStatistics& filter(const Features& reference, const Features& current,
                                  const std::vector<Match>& matches) override {
-    gms_.compute(reference, current, matches, statistics_);
+    TextbookMethod::filter(reference, current, matches);
     rejectInconsistent(reading_, seed_, reference, current, matches, statistics_);
     return statistics_;
   }

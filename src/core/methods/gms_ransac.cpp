@@ -8,7 +8,7 @@ namespace gms_ransac {
 namespace {
 
 std::unique_ptr<Method> makeGmsRansac(const MatchFilterOptions& options) {
-  return std::make_unique<GmsMethod>(options, UniformSampler::Options{1, 0, options.robust.target_inlier_ratio});
+  return std::make_unique<TextbookMethod>(options, UniformSampler::Options{1, 0, options.robust.target_inlier_ratio});
 }
 
 }  // namespace

@@ -7,10 +7,10 @@ namespace gms_ransac {
 
 namespace {
 
-class Lan : public GmsMethod {
+class Lan : public TextbookMethod {
  public:
   explicit Lan(const MatchFilterOptions& options)
-      : GmsMethod(options),
+      : TextbookMethod(options),
         mutual_(options.lan_mutual),
         second_threshold_factor_(options.lan_second_threshold_factor),
         second_gms_(gms_.options()) {}

@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "gms/cell_grid.h"
 #include "judgement/pose_judge.h"
 #include "methods/ransac_method.h"
 #include "ransac/proposals.h"
@@ -29,15 +28,7 @@ constexpr float kBetterCost = 0.95f;  ///< of the other's, to replace it as anot
 class LoProsac : public RansacMethod {
  public:
   explicit LoProsac(const MatchFilterOptions& options)
-      : RansacMethod(options),
-        gms_(withDefaults(options.motion_statistics, Criterion::kEvidence)),
-        judge_(options.robust) {}
-
-  const MotionStatistics& filter(const Features& reference, const Features& current,
-                                 const std::vector<Match>& matches) override {
-    gms_.compute(reference, current, matches, statistics_);
-    return statistics_;
-  }
+      : RansacMethod(options, Criterion::kEvidence), judge_(options.robust) {}
 
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
     const PairTask pair = {pairs, camera, result};
@@ -169,7 +160,6 @@ class LoProsac : public RansacMethod {
     search.offer(*other);
   }
 
-  MotionStatisticsFilter gms_;
   StratifiedSampler sampler_;
   PoseJudge judge_;
   std::vector<TwoViewPose> starts_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gms/cell_grid.h"
 #include "judgement/inlier_acceptance.h"
 #include "ransac/proposals.h"
 
@@ -17,8 +18,17 @@ constexpr int kRefinementIterations = 15;
 
 }  // namespace
 
-RansacMethod::RansacMethod(const MatchFilterOptions& options)
-    : options_(options.robust), kernels_(residualKernels(options_.simd)), pose_recovery_(options_) {}
+RansacMethod::RansacMethod(const MatchFilterOptions& options, Criterion criterion)
+    : options_(options.robust),
+      kernels_(residualKernels(options_.simd)),
+      gms_(withDefaults(options.motion_statistics, criterion)),
+      pose_recovery_(options_) {}
+
+const MotionStatistics& RansacMethod::filter(const Features& reference, const Features& current,
+                                             const std::vector<Match>& matches) {
+  gms_.compute(reference, current, matches, statistics_);
+  return statistics_;
+}
 
 bool RansacMethod::begin(const PairTask& pair, double noise_exponent) {
   const auto& [pairs, camera, result] = pair;
@@ -130,13 +140,12 @@ void TextbookMethod::estimate(const PointPairs& pairs, const Camera& camera, Rob
 
 UnfilteredMethod::UnfilteredMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling)
     : TextbookMethod(options, sampling),
-      gms_(options.motion_statistics),
       wants_scores_(options_.sort_key == SortKey::kScore || options_.sort_key == SortKey::kRelativeScore) {}
 
 const MotionStatistics& UnfilteredMethod::filter(const Features& reference, const Features& current,
                                                  const std::vector<Match>& matches) {
   if (wants_scores_) {
-    gms_.compute(reference, current, matches, statistics_);
+    RansacMethod::filter(reference, current, matches);
   } else {
     statistics_.score.assign(matches.size(), 0);
     statistics_.relative_score.assign(matches.size(), 0.f);

@@ -30,11 +30,15 @@ struct PairTask {
 
 class RansacMethod : public Method {
  public:
+  /// Grid-based Motion Statistics (Bian et al. 2017).
+  const MotionStatistics& filter(const Features& reference, const Features& current,
+                                 const std::vector<Match>& matches) override;
   void setSeed(uint64_t seed) override { options_.seed = seed; }
   void setTimeLimit(const TimeLimit* limit) override { limit_ = limit; }
 
  protected:
-  explicit RansacMethod(const MatchFilterOptions& options);
+  /// `criterion`: of the filter, unless the user has another; the published one by default.
+  explicit RansacMethod(const MatchFilterOptions& options, Criterion criterion = Criterion::kThreshold);
 
   /// Empties the result and fills the columns; false when there are too few matches for the model.
   bool begin(const PairTask& pair, double noise_exponent = 0);
@@ -64,6 +68,7 @@ class RansacMethod : public Method {
   const TwoViewModel* model_ = nullptr;   ///< the textbook's, of these points
   std::vector<int> match_order_, order_;  ///< most confident first: matches, and their columns
   SearchStorage storage_;
+  MotionStatisticsFilter gms_;
   MotionStatistics statistics_;  ///< what `filter` returns
 
  private:
@@ -83,12 +88,11 @@ class RansacMethod : public Method {
 /// A method whose search alone is its own; what follows on it is the same for all.
 class TextbookMethod : public RansacMethod {
  public:
+  explicit TextbookMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling = {})
+      : RansacMethod(options), sampler_(sampling), tests_(sampling.extra_tests) {}
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override;
 
  protected:
-  explicit TextbookMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling = {})
-      : RansacMethod(options), sampler_(sampling), tests_(sampling.extra_tests) {}
-
   /// The best hypothesis of `model_`; by uniform samples unless a method has its own.
   virtual std::optional<Hypothesis> findBest(const PairTask& pair) { return search(pair, sampler_); }
   /// RANSAC as in the textbook: samples in the order of the matches, every solution of theirs, no local optimisation.
@@ -119,23 +123,7 @@ class UnfilteredMethod : public TextbookMethod {
                                  const std::vector<Match>& matches) override;
 
  private:
-  MotionStatisticsFilter gms_;
   bool wants_scores_;
-};
-
-/// Estimates from what Grid-based Motion Statistics keep (Bian et al. 2017), by default with the published settings.
-class GmsMethod : public TextbookMethod {
- public:
-  explicit GmsMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling = {})
-      : TextbookMethod(options, sampling), gms_(options.motion_statistics) {}
-  const MotionStatistics& filter(const Features& reference, const Features& current,
-                                 const std::vector<Match>& matches) override {
-    gms_.compute(reference, current, matches, statistics_);
-    return statistics_;
-  }
-
- protected:
-  MotionStatisticsFilter gms_;
 };
 
 }  // namespace gms_ransac

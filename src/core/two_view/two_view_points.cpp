@@ -55,10 +55,6 @@ double halfExtent(const PointPairs& pairs) {
   return 0.5 * extent;
 }
 
-Eigen::Matrix3d inverseIfHomography(ModelType type, const Eigen::Matrix3d& model) {
-  return type == ModelType::kHomography ? Eigen::Matrix3d(model.inverse()) : Eigen::Matrix3d::Zero();
-}
-
 }  // namespace
 
 void TwoViewPoints::set(const PointPairs& pairs, const Camera& camera, ModelType type, double threshold_px,
@@ -135,13 +131,10 @@ FinalResidual::FinalResidual(const Camera& camera, ModelType type, const Eigen::
     to_reference_ = reference.cwiseInverse().asDiagonal() * to_reference_;
     to_current_ = current.cwiseInverse().asDiagonal() * to_current_;
     model_ = model_ * reference.asDiagonal();
-    if (type == ModelType::kHomography) {
-      model_ = current.cwiseInverse().asDiagonal() * model_;
-    } else {
-      model_ = current.asDiagonal() * model_;
-    }
+    const bool homography = type == ModelType::kHomography;
+    model_ = (homography ? current.cwiseInverse().eval() : current).asDiagonal() * model_;
   }
-  inverse_ = inverseIfHomography(type, model_);
+  if (type == ModelType::kHomography) inverse_ = model_.inverse();
 }
 
 void FinalResidual::squared(const PointPairs& pairs, size_t first, size_t last, double* residuals) const {

@@ -38,13 +38,13 @@ int solveFundamental7(const double (&x1)[7][2], const double (&x2)[7][2], Eigen:
   nullSpace(rows, basis);
   // An uneven mixture, so that the symmetries of sideways or forward motion do not send a root to infinity.
   constexpr double kCos = 0.54, kSin = 0.84;
-  double g[9], h[9], c[4], roots[3];
+  double g[9], h[9], c[4], roots[10];
   for (int k = 0; k < 9; ++k) {
     g[k] = kCos * basis[0][k] + kSin * basis[1][k];
     h[k] = kCos * basis[1][k] - kSin * basis[0][k];
   }
   determinantPencil(g, h, c);
-  const int root_count = solveCubic(c, roots);
+  const int root_count = solvePolynomial(c, 3, roots);
 
   const Eigen::Matrix3d T1 = n1.matrix(), T2t = n2.matrix().transpose();
   int count = 0;

@@ -23,10 +23,8 @@ int solveFundamental7(const double (&x1)[7][2], const double (&x2)[7][2], Eigen:
 /// Four correspondences in any units. Writes H with x2 ~ H x1, of unit norm, and returns 1; 0 if three are collinear.
 int solveHomography4(const double (&x1)[4][2], const double (&x2)[4][2], Eigen::Matrix3d models[1]);
 
-/// Real roots of c[0] + c[1] x + c[2] x^2 + c[3] x^3; lower degrees are handled. Returns their number, 0..3.
-int solveCubic(const double (&c)[4], double (&roots)[3]);
-
-/// Distinct real roots of c[0] + ... + c[degree] x^degree, degree <= 10, ascending, to about 1e-13 relative.
+/// Distinct real roots of c[0] + ... + c[degree] x^degree, degree <= 10, ascending, to about 1e-13 relative. Leading
+/// coefficients may be zero. Returns their number, at most the degree.
 int solvePolynomial(const double* c, int degree, double (&roots)[10]);
 
 }  // namespace gms_ransac

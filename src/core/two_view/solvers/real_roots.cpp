@@ -186,11 +186,4 @@ int solvePolynomial(const double* c, int degree, double (&roots)[10]) {
   return count;
 }
 
-int solveCubic(const double (&c)[4], double (&roots)[3]) {
-  double all[10];
-  const int count = std::min(solvePolynomial(c, 3, all), 3);
-  std::copy(all, all + count, roots);
-  return count;
-}
-
 }  // namespace gms_ransac
