@@ -44,7 +44,6 @@ void ConfidenceGroupSampler::begin(const SamplingTask& task) {
     covered = geometric_ ? covered + first_fraction_ * (1 - covered) : 1;
   }
   groups_.push_back({task.matches, task.max_iterations});
-  chance_.setSampleSize(task.sample_size);
   phase_ = 0;
   drawn_ = drawn_in_phase_ = 0;
   supported_ = false;
@@ -78,7 +77,7 @@ void ConfidenceGroupSampler::newBest(const std::vector<uint8_t>& inlier) {
     // Equation (3), for the group that samples come from: "until the desired precision is achieved".
     group.bound = requiredIterations(task_.success_probability, ratio, task_.sample_size, task_.max_iterations);
   }
-  supported_ = inliers >= chance_.minimum(task_.matches);
+  supported_ = inliers >= chance_.minimum(task_.sample_size, task_.matches);
 }
 
 const MethodEntry kCpRansac = {"cp_ransac", "the paper this package implements",

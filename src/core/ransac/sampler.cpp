@@ -80,18 +80,12 @@ int requiredIterations(double success_probability, double inlier_ratio, int expo
   return draws < cap ? std::max(1, static_cast<int>(std::ceil(draws))) : cap;
 }
 
-void ChanceSupport::setSampleSize(int sample_size) {
-  if (sample_size == sample_size_) return;
-  sample_size_ = sample_size;
-  minimum_.clear();
-}
-
-int ChanceSupport::minimum(int n) {
-  if (n < sample_size_) return n + 1;
-  const auto others = static_cast<size_t>(n - sample_size_);
+int ChanceSupport::minimum(int sample_size, int n) {
+  if (n < sample_size) return n + 1;
+  const auto others = static_cast<size_t>(n - sample_size);
   if (others >= minimum_.size()) minimum_.resize(others + 1, 0);
-  if (minimum_[others] == 0) minimum_[others] = sample_size_ + smallestUnlikely(n - sample_size_);
-  return minimum_[others];
+  if (minimum_[others] == 0) minimum_[others] = smallestUnlikely(n - sample_size);
+  return sample_size + minimum_[others];
 }
 
 namespace {
@@ -107,7 +101,6 @@ constexpr double kSmallestShare = 0.2;
 
 void ProsacSampler::begin(const SamplingTask& task) {
   task_ = task;
-  chance_.setSampleSize(task.sample_size);
   prefix_ = task.sample_size;
   expected_draws_ = kDrawsToRansac;
   for (int i = 0; i < task.sample_size; ++i) {
@@ -146,7 +139,7 @@ void ProsacSampler::newBest(const std::vector<uint8_t>& inlier) {
   int inliers = 0;
   for (int n = 1; n <= task_.matches; ++n) {
     inliers += inlier[static_cast<size_t>(n - 1)];
-    if (n <= task_.sample_size || inliers < chance_.minimum(n)) continue;
+    if (n <= task_.sample_size || inliers < chance_.minimum(task_.sample_size, n)) continue;
     if (inliers < kSmallestShare * all) continue;
     const double ratio = static_cast<double>(inliers) / n;
     if (ratio < best_ratio) continue;

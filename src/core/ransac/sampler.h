@@ -18,13 +18,11 @@ int requiredIterations(double success_probability, double inlier_ratio, int expo
 /// its sample each match fits with probability 0.05.
 class ChanceSupport {
  public:
-  void setSampleSize(int sample_size);
   /// Smallest non-random number of inliers among n matches; n + 1 below the sample size. Answers are kept.
-  int minimum(int n);
+  int minimum(int sample_size, int n);
 
  private:
-  int sample_size_ = 0;
-  std::vector<int> minimum_;  ///< by the number of other matches; 0: not asked for yet
+  std::vector<int> minimum_;  ///< of others than the sample, by their number; 0: not asked for yet
 };
 
 /// The task a sampler is started on.

@@ -71,16 +71,14 @@ TEST(ChanceSupport, LeavesTheSignOfTheGammaFunctionAlone) {
   constexpr int kMark = 7;
   signgam = kMark;
   ChanceSupport chance;
-  chance.setSampleSize(5);
-  for (int n = 5; n < 300; ++n) chance.minimum(n);
+  for (int n = 5; n < 300; ++n) chance.minimum(5, n);
   EXPECT_EQ(signgam, kMark);
 }
 
 TEST(ChanceSupport, IsTheSmallestWithABinomialTailBelowFivePercent) {
+  ChanceSupport chance;
   for (int sample_size : {4, 5, 7}) {
-    ChanceSupport chance;
-    chance.setSampleSize(sample_size);
-    EXPECT_GT(chance.minimum(sample_size - 1), sample_size - 1);
+    EXPECT_GT(chance.minimum(sample_size, sample_size - 1), sample_size - 1);
     for (int n : {20, 100, 700, 8, 2000}) {  // not in order: the table grows
       const auto tail = [&](int inliers) {
         const int others = n - sample_size;
@@ -91,7 +89,7 @@ TEST(ChanceSupport, IsTheSmallestWithABinomialTailBelowFivePercent) {
         }
         return sum;
       };
-      const int minimum = chance.minimum(n);
+      const int minimum = chance.minimum(sample_size, n);
       EXPECT_LT(tail(minimum), 0.05) << n;
       EXPECT_GE(tail(minimum - 1), 0.05) << n;
     }

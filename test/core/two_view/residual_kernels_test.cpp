@@ -14,13 +14,11 @@
 #include "two_view/kernels/residual_kernels.h"
 #include "two_view/pose_model.h"
 #include "two_view/two_view_model.h"
+#include "two_view/two_view_points.h"
 #include "two_view_scene.h"
 
 namespace gms_ransac {
 namespace {
-
-constexpr double kFocal = 500;
-constexpr double kThreshold = 1 / kFocal;  // one pixel
 
 /// Matches in normalised coordinates with a motion that explains two thirds of them, and some homography.
 struct Problem {
@@ -37,17 +35,9 @@ struct Problem {
     const TwoViewScene scene = makeTwoViewScene(options);
     pose = {scene.R, scene.t.normalized()};
     H = pose.R + 0.1 * pose.t * Eigen::RowVector3d(0.1, -0.2, 1);
-    columns.resize(count);
-    const auto normalised = [](float pixel, double centre) { return static_cast<float>((pixel - centre) / kFocal); };
-    for (int i = 0; i < count; ++i) {
-      const auto k = static_cast<size_t>(i);
-      columns.x1()[i] = normalised(scene.pairs.x_reference[k], 320);
-      columns.y1()[i] = normalised(scene.pairs.y_reference[k], 240);
-      columns.x2()[i] = normalised(scene.pairs.x_current[k], 320);
-      columns.y2()[i] = normalised(scene.pairs.y_current[k], 240);
-      columns.weight()[i] =
-          static_cast<float>(std::pow(1.2, -scene.pairs.octave_current[k]) / (kThreshold * kThreshold));
-    }
+    TwoViewPoints points;
+    points.set(scene.pairs, scene.camera, ModelType::kEssential, 1, 0.5);
+    columns.copy(points.view(), [](int) { return true; });
   }
 };
 
@@ -55,9 +45,9 @@ struct Problem {
 std::vector<float> allResults(const ResidualKernels& kernels, const Problem& problem) {
   const PointColumnsView points = problem.columns.view();
   const PoseParameters pose = problem.pose.parameters();
-  float H[9], G[9], D[8][9];
-  toFloat(problem.H, H);
-  toFloat(problem.H.inverse(), G);
+  const FloatMatrix homography(problem.H), inverse(problem.H.inverse());
+  const auto &H = homography.entry, &G = inverse.entry;
+  float D[8][9];
   std::mt19937 generator(5);
   std::uniform_real_distribution<float> uniform(-1, 1);
   for (auto& row : D) {
@@ -138,16 +128,14 @@ TEST(ResidualKernels, ScoresAreThoseOfADoubleLoop) {
       inliers += e < 1;
       transfer_cost += std::min(1.0, c.weight[i] * transferSquared(problem.H, G, c.x1[i], c.y1[i], c.x2[i], c.y2[i]));
     }
-    float h[9], g[9];
-    toFloat(problem.H, h);
-    toFloat(G, g);
+    const FloatMatrix h(problem.H), g(G);
     for (SimdLevel level : supportedLevels()) {
       HypothesisScore score, transfer;
       residualKernels(level).scoreEpipolar(c, problem.pose.parameters().E, 1e9f, score);
       EXPECT_NEAR(cost, score.cost, 1e-3 * (1 + cost));
       EXPECT_NEAR(inliers, score.inliers, 1);  // float may flip a match at the very threshold
       EXPECT_EQ(count, score.evaluated);
-      residualKernels(level).scoreHomography(c, h, g, 1e9f, transfer);
+      residualKernels(level).scoreHomography(c, h.entry, g.entry, 1e9f, transfer);
       EXPECT_NEAR(transfer_cost, transfer.cost, 1e-3 * (1 + transfer_cost));
     }
   }
