@@ -85,8 +85,6 @@ void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& po
 
 namespace {
 
-// Matches that judge a direction, and directions.
-constexpr int kPart = 256;
 constexpr int kDirections = 32;
 constexpr int kCoarseIterations = 6;
 constexpr int kFineIterations = 10;
@@ -102,7 +100,7 @@ Eigen::Vector3d directionOf(const PointColumnsView& points, int first, int secon
 
 /// The first columns, each with the threshold that the prior's noise leaves it.
 PointColumnsView widen(const PointColumnsView& points, const RotationPrior& prior, PointColumns& widened) {
-  const PointColumnsView part = firstColumns(points, kPart);
+  const PointColumnsView part = firstColumns(points, kRandomPart);
   widened.copy(part, [](int) { return true; });
   // Near the optical axis a rotation moves points by its angle, on the normalised image plane.
   const auto moved = static_cast<float>(prior.covariance.diagonal().maxCoeff());

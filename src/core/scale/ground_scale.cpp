@@ -96,20 +96,17 @@ class GroundPatches {
     const size_t stride = 1 + patches_.size() / kMostScored;
     for (size_t k = 0; k < patches_.size(); k += stride) {
       const Patch& patch = patches_[k];
-      double products = 0, squares = 0, total = 0, own = 0, own_squares = 0;
-      int count = 0;
-      for (int i = 0; i < kSamples; i += kSkip, ++count) {
+      Eigen::Array<double, (kSamples + kSkip - 1) / kSkip, 2> values;  // of the other image and its own
+      bool inside = true;
+      for (int i = 0; i < kSamples && inside; i += kSkip) {
         float value = 0;
-        if (!look(m, patch.rays.col(i).cast<double>(), value, nullptr)) break;
-        products += static_cast<double>(value) * patch.values[i];
-        squares += static_cast<double>(value) * value;
-        total += value;
-        own += patch.values[i];
-        own_squares += static_cast<double>(patch.values[i]) * patch.values[i];
+        inside = look(m, patch.rays.col(i).cast<double>(), value, nullptr);
+        values.row(i / kSkip) << value, patch.values[i];
       }
-      if (count * kSkip < kSamples) continue;
-      const double variance = squares - total * total / count, own_variance = own_squares - own * own / count;
-      const double correlation = (products - total * own / count) / std::sqrt(std::max(variance * own_variance, 1e-12));
+      if (!inside) continue;
+      values.rowwise() -= values.colwise().mean().eval();
+      const auto squares = values.square().colwise().sum().eval();
+      const double correlation = values.rowwise().prod().sum() / std::sqrt(std::max(squares.prod(), 1e-12));
       sum += std::max(0.0, correlation - 0.5 * kAgrees);
     }
     return sum;

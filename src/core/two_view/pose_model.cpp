@@ -98,10 +98,6 @@ int PoseModel::solve(const int* sample, Hypothesis* hypotheses) const {
   return count;
 }
 
-bool PoseModel::fits(const Hypothesis& hypothesis, int column) const {
-  return epipolarFits(points_, hypothesis.pose.essential(), column);
-}
-
 bool PoseModel::score(const PointColumnsView& points, const TwoViewPose& pose, float bound,
                       HypothesisScore& score) const {
   const PoseParameters parameters = pose.parameters();
@@ -125,12 +121,6 @@ TwoViewPose PoseModel::withBetterSign(const TwoViewPose& pose, float& cost) cons
   points_.countResiduals(score.evaluated + opposite_score.evaluated);
   cost = std::min(score.cost, opposite_score.cost);
   return opposite_score.cost < score.cost ? opposite : pose;
-}
-
-void PoseModel::residuals(const TwoViewPose& pose, std::vector<float>& e) const {
-  e.resize(static_cast<size_t>(points_.size));
-  kernels_.epipolarResiduals(points_, pose.parameters().E, e.data());
-  points_.countPasses(1);
 }
 
 void PoseModel::residualsInFront(const TwoViewPose& pose, std::vector<float>& e) const {

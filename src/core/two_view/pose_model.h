@@ -19,10 +19,10 @@ bool makeRotation(Eigen::Matrix3d& R);
 /// The prior of the estimator; measured in doc/estimator.md.
 constexpr ParallaxPrior kParallaxPrior = {0.03f, 0.05f};
 
-class PoseModel : public TwoViewModel {
+class PoseModel : public EpipolarModel {
  public:
   PoseModel(const ResidualKernels& kernels, const PointColumnsView& points, const ParallaxPrior& prior = {})
-      : TwoViewModel(kernels, points), prior_(prior) {}
+      : EpipolarModel(kernels, points), prior_(prior) {}
 
   const PointColumnsView& points() const { return points_; }
   /// The same model of the first columns alone.
@@ -35,8 +35,7 @@ class PoseModel : public TwoViewModel {
              HypothesisScore& score) const override {
     return this->score(points, hypothesis.pose, bound, score);
   }
-  bool fits(const Hypothesis& hypothesis, int column) const override;
-  void residuals(const Hypothesis& hypothesis, std::vector<float>& e) const override { residuals(hypothesis.pose, e); }
+  using EpipolarModel::residuals;
   void refine(const Loss& loss, int iterations, Hypothesis& hypothesis) const override {
     refine(loss, iterations, hypothesis.pose);
   }
@@ -46,7 +45,7 @@ class PoseModel : public TwoViewModel {
   /// The pose or the one with the opposite t, which the Sampson distance cannot tell from it: the one of lower cost.
   TwoViewPose withBetterSign(const TwoViewPose& pose, float& cost) const;
   /// The Sampson distance of every match.
-  void residuals(const TwoViewPose& pose, std::vector<float>& e) const;
+  void residuals(const TwoViewPose& pose, std::vector<float>& e) const { residuals(Hypothesis{pose}, e); }
   /// That, or more for a match behind a camera: what score() sums up, without the prior.
   void residualsInFront(const TwoViewPose& pose, std::vector<float>& e) const;
   /// Levenberg-Marquardt.

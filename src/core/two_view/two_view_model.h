@@ -117,27 +117,26 @@ struct FloatMatrix {
   explicit FloatMatrix(const Eigen::Matrix3d& m) { toFloat(m, entry); }
 };
 
-inline bool epipolarFits(const PointColumnsView& points, const Eigen::Matrix3d& matrix, int i) {
-  points.countResiduals(1);
-  return points.weight[i] * sampsonSquared(matrix, points.x1[i], points.y1[i], points.x2[i], points.y2[i]) < 1;
-}
-
+/// A model judged by the epipolar lines of its matrix.
 class EpipolarModel : public TwoViewModel {
  public:
   using TwoViewModel::TwoViewModel;
 
   bool score(const PointColumnsView& points, const Hypothesis& hypothesis, float bound,
              HypothesisScore& score) const override {
-    kernels_.scoreEpipolar(points, FloatMatrix(hypothesis.matrix).entry, bound, score);
+    kernels_.scoreEpipolar(points, FloatMatrix(matrix(hypothesis)).entry, bound, score);
     points.countResiduals(score.evaluated);
     return score.cost < bound;
   }
-  bool fits(const Hypothesis& hypothesis, int column) const override {
-    return epipolarFits(points_, hypothesis.matrix, column);
+  bool fits(const Hypothesis& hypothesis, int i) const override {
+    points_.countResiduals(1);
+    return points_.weight[i] *
+               sampsonSquared(matrix(hypothesis), points_.x1[i], points_.y1[i], points_.x2[i], points_.y2[i]) <
+           1;
   }
   void residuals(const Hypothesis& hypothesis, std::vector<float>& e) const override {
     e.resize(static_cast<size_t>(points_.size));
-    kernels_.epipolarResiduals(points_, FloatMatrix(hypothesis.matrix).entry, e.data());
+    kernels_.epipolarResiduals(points_, FloatMatrix(matrix(hypothesis)).entry, e.data());
     points_.countPasses(1);
   }
   Eigen::Matrix3d matrix(const Hypothesis& hypothesis) const override { return hypothesis.matrix; }
