@@ -24,9 +24,8 @@ struct BenchmarkOptions {
 };
 
 /// Gives each measurement to `receive`: features, threads, stage, what, baseline (what the same stage is compared with,
-/// or null), ms, matches or keypoints kept, and how many of them are correct (null where unknown). `pair_done` is called
-/// after each pair. Throws DatasetError when an image cannot be read,
-/// std::invalid_argument for bad options.
+/// or null), ms, matches or keypoints kept, and how many of them are correct (null where unknown). `pair_done` is
+/// called after each pair. Throws DatasetError when an image cannot be read, std::invalid_argument for bad options.
 void runBenchmark(const Dataset& dataset, const std::vector<DatasetPair>& pairs, const BenchmarkOptions& options,
                   const std::function<void()>& pair_done, const std::function<void(const nlohmann::json&)>& receive);
 
