@@ -74,9 +74,9 @@ class FinalResidual {
   void fill(const PointPairs& pairs, size_t first, size_t last, double* residuals, const Distance& distance) const;
 
   ModelType type_;
-  double unit_;                                ///< pixels per unit of the residual
-  Eigen::Matrix3d to_reference_, to_current_;  ///< of pixels
-  Eigen::Matrix3d model_, inverse_;            ///< the latter of a homography alone
+  double unit_;                                                ///< pixels per unit of the residual
+  Eigen::Matrix3d to_reference_, to_current_;                  ///< of pixels
+  Eigen::Matrix3d model_, inverse_ = Eigen::Matrix3d::Zero();  ///< the latter of a homography alone
 };
 
 }  // namespace gms_ransac
