@@ -13,6 +13,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 #include <boost/lexical_cast.hpp>
+#include <opencv2/core/utility.hpp>
 
 namespace gms_ransac {
 
@@ -46,9 +47,7 @@ std::string quoted(const std::string& word) {
 
 std::string clockText(double seconds) {
   const long whole = std::lround(seconds);
-  char text[32];
-  std::snprintf(text, sizeof(text), "%ld:%02ld:%02ld", whole / 3600, whole / 60 % 60, whole % 60);
-  return text;
+  return cv::format("%ld:%02ld:%02ld", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
 }  // namespace

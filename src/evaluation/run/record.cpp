@@ -1,11 +1,11 @@
 #include "run/record.h"
 
-#include <cstdio>
-#include <cstdlib>
 #include <optional>
 #include <set>
 #include <variant>
 #include <vector>
+
+#include <opencv2/core/utility.hpp>
 
 #include "parameter.h"
 #include "two_view/pose_model.h"
@@ -17,11 +17,7 @@ namespace {
 using nlohmann::json;
 
 /// The nearest double with nine significant digits: reads back as the same float, and prints short.
-double shortest(float value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.9g", static_cast<double>(value));
-  return std::strtod(text, nullptr);
-}
+double shortest(float value) { return std::stod(cv::format("%.9g", static_cast<double>(value))); }
 
 bool hasPose(const MatchResult& result) {
   return result.status == Status::kOk || result.status == Status::kLowParallax;

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
+
+#include <opencv2/core/utility.hpp>
 
 namespace gms_ransac {
 
@@ -18,12 +19,6 @@ constexpr double kAsSignificant = 0.6;
 /// Smaller errors give no warning.
 constexpr std::array<double, CameraErrors::kCount> kSmallest = {0.02, 0.02, 0.02, 0.02, 0.1};
 constexpr double kLongestReadout = 1;  // of the time from image to image
-
-std::string format(const char* text, double value) {
-  char buffer[100];
-  std::snprintf(buffer, sizeof buffer, text, std::abs(value));
-  return buffer;
-}
 
 }  // namespace
 
@@ -87,23 +82,24 @@ double CalibrationWatch::significance(size_t parameter, double& mean) const {
 
 std::pair<std::string, std::string> CalibrationWatch::words(size_t parameter, double error) const {
   const CameraIntrinsics& k = camera_->camera.intrinsics();
+  const double size = std::abs(error);
   const std::string by = error > 0 ? " too large" : " too small", of = " of " + camera_->source + " (another ";
   const std::string centre = "check cx and cy" + of + "resolution or crop?)";
   switch (parameter) {
     case CameraErrors::kFocalLength:
-      return {format("fx and fy were %.0f %%", 100 * error) + by, "check fx and fy" + of + "resolution or zoom?)"};
+      return {cv::format("fx and fy were %.0f %%", 100 * size) + by, "check fx and fy" + of + "resolution or zoom?)"};
     case CameraErrors::kPrincipalX:
-      return {format("cx were %.0f px", error * k.fx) + by, centre};
+      return {cv::format("cx were %.0f px", size * k.fx) + by, centre};
     case CameraErrors::kPrincipalY:
-      return {format("cy were %.0f px", error * k.fy) + by, centre};
+      return {cv::format("cy were %.0f px", size * k.fy) + by, centre};
     case CameraErrors::kRadial:
-      return {format("the first distortion coefficient were %.2f", error) + by,
+      return {cv::format("the first distortion coefficient were %.2f", size) + by,
               camera_->camera.distorts() ? "check the distortion coefficients" + of + "lens?)"
                                          : camera_->source +
                                                " says that the images have no distortion; calibrate the "
                                                "lens, or set ~input_is_rectified"};
     default:
-      return {format("~rolling_shutter_readout were %.0f %% of the time from image to image", 100 * error * rows()) +
+      return {cv::format("~rolling_shutter_readout were %.0f %% of the time from image to image", 100 * size * rows()) +
                   " too short",
               "set ~rolling_shutter_readout to the seconds from the first row of an image to the last, or use a camera "
               "with a global shutter"};
