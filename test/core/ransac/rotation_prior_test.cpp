@@ -37,7 +37,7 @@ RobustResult withPrior(const std::string& method, const RobustOptions& options, 
   return estimated(method, options, scene);
 }
 
-/// Truncated squared Sampson distances of all matches, in squared thresholds.
+/// Sum of the squared Sampson distances of all matches, pixels squared, each at most 1.
 double costOf(const RobustResult& result, const TwoViewScene& scene) {
   double cost = 0;
   for (size_t i = 0; i < scene.correct.size(); ++i) {
