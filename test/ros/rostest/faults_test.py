@@ -17,10 +17,9 @@ from dynamic_reconfigure.srv import Reconfigure
 from gms_ransac.msg import Correspondences, MatchStats
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
-from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Image
 
-from graph import FULL, Client, Scene, Stream, camera_info, client_of, image_message
+from graph import FULL, Client, Stream, camera_info, client_of, image_message, said_by, walk
 from tcpros import RawPublisher, RawSubscriber, serialized
 
 RECONFIGURATIONS = 1000 if FULL else 100
@@ -45,10 +44,8 @@ class Faults(unittest.TestCase):
         cls.based = client_of("based")
         cls.based.subscribe("odom", Odometry, [])  # or no one asks for the camera's place on its base
         cls.based.connect()
-        cls.said = []
-        cls.rosout = rospy.Subscriber("/rosout", Log, lambda message: cls.said.append(message.msg), queue_size=1000)
-        scene = Scene()
-        cls.frames = [scene.draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(4)]
+        cls.said = said_by()
+        cls.frames = walk(4)
         cls.stamp = 100.0
 
     def setUp(self):

@@ -26,6 +26,18 @@ FULL = os.environ.get("GMS_RANSAC_FULL") == "1"
 
 WIDTH, HEIGHT = 640, 480
 K = np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]])
+STEP = np.array((0.15, 0.05, 0.0))  # metres between the images of a walk, in camera axes
+
+
+def wait_for(condition, what, pause=time.sleep):
+    """Returns the first true value of `condition()`; fails after TIMEOUT."""
+    end = time.monotonic() + TIMEOUT
+    while time.monotonic() < end:
+        value = condition()
+        if value:
+            return value
+        pause(0.05)  # not everything comes with a message, so look again now and then
+    raise AssertionError("waited %g s in vain for %s" % (TIMEOUT, what))
 
 
 def data_folder(name):
@@ -84,6 +96,12 @@ class Scene:
         return depth
 
 
+def walk(count):
+    """The first images of a camera that moves by STEP from one to the next."""
+    scene = Scene()
+    return [scene.draw(t=STEP * i) for i in range(count)]
+
+
 def image_message(pixels, stamp, frame="camera", encoding="mono8"):
     message = Image()
     message.header.stamp = rospy.Time.from_sec(stamp)
@@ -138,15 +156,9 @@ class Client:
         self.subscribers.append(rospy.Subscriber("%s/%s" % (self.name, topic), kind, store, queue_size=500))
 
     def wait(self, condition, what):
-        """Returns the first true value of `condition()`; fails after TIMEOUT."""
-        deadline = time.monotonic() + TIMEOUT
+        """As wait_for, and looks at once when a message has come."""
         with self.changed:
-            while time.monotonic() < deadline:
-                value = condition()
-                if value:
-                    return value
-                self.changed.wait(0.05)  # connections come without a message, so look again now and then
-        raise AssertionError("waited %g s in vain for %s" % (TIMEOUT, what))
+            return wait_for(condition, what, self.changed.wait)
 
     def connect(self):
         """Waits until the filter listens to us and we to it."""
@@ -183,13 +195,11 @@ def client_of(name, **options):
     return Client(name, name + "/image", name + "/camera_info", **options)
 
 
-def said_by(name):
-    """A list that collects what a node logs from now on."""
+def said_by(name=""):
+    """A list that collects what a node, or every node, logs from now on."""
     lines = []
     subscriber = rospy.Subscriber("/rosout", Log, lambda m: lines.append(m.msg) if m.name.endswith(name) else None)
-    end = time.monotonic() + TIMEOUT
-    while not subscriber.get_num_connections() and time.monotonic() < end:
-        time.sleep(0.05)
+    wait_for(subscriber.get_num_connections, "/rosout")
     return lines
 
 

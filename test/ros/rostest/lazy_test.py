@@ -13,7 +13,7 @@ from sensor_msgs.msg import Image
 from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
 
-from graph import Client, Scene, client_of, rotation_matrix, run, vector
+from graph import Client, client_of, rotation_matrix, run, vector, walk
 
 
 class Lazy(unittest.TestCase):
@@ -70,9 +70,8 @@ class Lazy(unittest.TestCase):
         transforms = []
         client.subscribers.append(rospy.Subscriber("/tf", TFMessage, lambda m: transforms.extend(m.transforms)))
         client.connect()
-        scene = Scene()
-        for i in range(3):
-            client.ask(scene.draw(t=(0.15 * i, 0.05 * i, 0)), 100 + 0.1 * i, frame="/slashed/camera")
+        for i, frame in enumerate(walk(3)):
+            client.ask(frame, 100 + 0.1 * i, frame="/slashed/camera")
         client.wait(lambda: transforms, "a transform")
         for transform in transforms:
             self.assertEqual(transform.header.frame_id, "slashed/camera")

@@ -7,7 +7,7 @@ import rospy
 from gms_ransac.msg import MatchStats
 from sensor_msgs.msg import Image
 
-from graph import HEIGHT, WIDTH, Scene, client_of, image_message, run
+from graph import HEIGHT, WIDTH, client_of, image_message, run, walk
 
 ASKED = 2000  # ~features
 
@@ -21,7 +21,7 @@ def half_mask(height=HEIGHT, width=WIDTH):
 class Mask(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.frames = [Scene().draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(3)]
+        cls.frames = walk(3)
 
     def client(self, name):
         client = client_of(name).connect()

@@ -6,7 +6,7 @@ import signal
 from gms_ransac.msg import MatchStats
 from sensor_msgs.msg import Image
 
-from graph import Scene, TIMEOUT, image_message, run
+from graph import TIMEOUT, image_message, run, wait_for, walk
 from processes import GraphTest
 from tcpros import RawPublisher, RawSubscriber
 
@@ -29,7 +29,7 @@ class Master(GraphTest):
         self.assertNotIn("/filter", self.nodes())
         self.assertIsNone(node.poll(), "it goes on")
         # Its diagnostics repeat what they say with every report: three later the log has had the time to.
-        self.wait(lambda: self.count(diagnostics, "was restarted") > 3, "more reports")
+        wait_for(lambda: self.count(diagnostics, "was restarted") > 3, "more reports")
         self.assertEqual(self.count(log, "was restarted"), 1, "said once")
         node.send_signal(signal.SIGINT)
         self.assertEqual(node.wait(TIMEOUT), 0)
@@ -42,12 +42,11 @@ class Master(GraphTest):
         self.says(log, "subscribes to /image")
         camera = RawPublisher("/camera", "/image", Image, master_uri=self.uri)
         listener = RawSubscriber("/listener", "/filter/stats", MatchStats, self.uri)
-        self.wait(lambda: camera.served, "the filter to connect")
+        wait_for(lambda: camera.served, "the filter to connect")
         master.kill()
         master.wait()
-        scene = Scene()
-        for i, status in enumerate((MatchStats.FIRST_FRAME, MatchStats.OK, MatchStats.OK)):
-            camera.publish(image_message(scene.draw(t=(0.15 * i, 0.05 * i, 0)), 100 + 0.1 * i))
+        for i, (frame, status) in enumerate(zip(walk(3), (MatchStats.FIRST_FRAME, MatchStats.OK, MatchStats.OK))):
+            camera.publish(image_message(frame, 100 + 0.1 * i))
             self.assertEqual(listener.read().status, status)
         listener.close()
 

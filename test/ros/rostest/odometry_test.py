@@ -13,9 +13,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from graph import Scene, client_of, degrees_between, rotation_matrix, run, said_by, vector
-
-STEP = (0.15, 0.05, 0.0)
+from graph import STEP, Scene, client_of, degrees_between, rotation_matrix, run, said_by, vector, walk
 
 
 def optical_mount(stamp, parent, child):
@@ -36,8 +34,7 @@ def diagonal(covariance):
 class OdometryTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        scene = Scene()
-        cls.frames = [scene.draw(t=np.array(STEP) * i) for i in range(5)]
+        cls.frames = walk(5)
         cls.buffer = tf2_ros.Buffer()
         cls.listener = tf2_ros.TransformListener(cls.buffer)  # without a subscriber there is no broadcast
         cls.static = tf2_ros.StaticTransformBroadcaster()

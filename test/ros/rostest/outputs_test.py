@@ -15,9 +15,8 @@ from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
 
-from graph import Client, K, Scene, camera_info, client_of, degrees_between, image_message, run, vector
+from graph import STEP, Client, K, Scene, camera_info, client_of, degrees_between, image_message, run, vector, walk
 
-STEP = np.array((0.15, 0.05, 0.0))
 BASELINE = 0.2  # metres
 
 
@@ -25,7 +24,7 @@ class Outputs(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.scene = Scene()
-        cls.frames = [cls.scene.draw(t=STEP * i) for i in range(5)]
+        cls.frames = walk(5)
 
     def send_all(self, client, start=100.0):
         for i, frame in enumerate(self.frames):

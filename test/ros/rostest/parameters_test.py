@@ -9,7 +9,7 @@ import rospy
 from dynamic_reconfigure.client import Client as Reconfigure
 from gms_ransac.msg import MatchStats
 
-from graph import TIMEOUT, Scene, client_of, run, said_by
+from graph import TIMEOUT, client_of, run, said_by, walk
 
 
 class Parameters(unittest.TestCase):
@@ -84,8 +84,7 @@ class Parameters(unittest.TestCase):
 
     def test_change_while_running(self):
         client, said = client_of("running").connect(), said_by("running")
-        scene = Scene()
-        frames = [scene.draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(4)]
+        frames = walk(4)
         reconfigure = Reconfigure("running", timeout=TIMEOUT)
         client.ask(frames[0], 100.0)
         self.assertGreater(client.ask(frames[1], 100.1).keypoints_current, 1000)

@@ -3,11 +3,10 @@ import os
 import socket
 import subprocess
 import tempfile
-import time
 import unittest
 import xmlrpc.client
 
-from graph import TIMEOUT
+from graph import TIMEOUT, wait_for
 
 
 def free_port():
@@ -36,7 +35,7 @@ class GraphTest(unittest.TestCase):
 
     def start_master(self):
         process, _ = self.start("rosmaster", "--core", "-p", str(self.port))
-        self.wait(lambda: self.nodes() is not None, "the master")
+        wait_for(lambda: self.nodes() is not None, "the master")
         return process
 
     def launch(self, file, *arguments):
@@ -67,19 +66,9 @@ class GraphTest(unittest.TestCase):
         except OSError:
             return None
 
-    def wait(self, condition, what):
-        """Returns the first true value of `condition()`; fails after TIMEOUT."""
-        end = time.monotonic() + TIMEOUT
-        while time.monotonic() < end:
-            value = condition()
-            if value:
-                return value
-            time.sleep(0.05)  # there is no message to wait for
-        self.fail("waited %g s in vain for %s" % (TIMEOUT, what))
-
     def count(self, said, words):
         said.seek(0)
         return said.read().count(words)
 
     def says(self, said, words):
-        self.wait(lambda: self.count(said, words), "'%s'" % words)
+        wait_for(lambda: self.count(said, words), "'%s'" % words)

@@ -15,10 +15,9 @@ import rosbag
 import rospy
 import rostest
 from gms_ransac.msg import MatchStats
-from rosgraph_msgs.msg import Log
 
-from graph import (Client, Scene, camera_info, data_folder, degrees_between, image_message, rotation_degrees, rotation_matrix,
-                   vector)
+from graph import (Client, camera_info, data_folder, degrees_between, image_message, rotation_degrees, rotation_matrix,
+                   said_by, vector, walk)
 
 TIMEOUT = 120.0  # seconds of wall time for a replay, start of the launch file included
 SETTINGS = "method: lo_prosac, features: 2000, seed: 3, hold_reference: false"
@@ -104,10 +103,10 @@ class Replay(unittest.TestCase):
 
     def drawn_bag(self, name, image_topic, info_topic, k=None):
         """A bag of three images of the drawn scene."""
-        path, scene = os.path.join(self.folder, name), Scene()
+        path = os.path.join(self.folder, name)
         with rosbag.Bag(path, "w") as bag:
-            for i in range(3):
-                image = image_message(scene.draw(t=(0.15 * i, 0.05 * i, 0)), 100 + 0.1 * i)
+            for i, frame in enumerate(walk(3)):
+                image = image_message(frame, 100 + 0.1 * i)
                 bag.write(info_topic, camera_info(100 + 0.1 * i, k=k), image.header.stamp)
                 bag.write(image_topic, image, image.header.stamp)
         return path
@@ -147,8 +146,7 @@ class Replay(unittest.TestCase):
 
     def test_camera_info_counts_whatever_the_name_of_the_bag(self):
         """A calibration is used as it is; the factory's values are named, with the choice."""
-        log = []
-        logged = rospy.Subscriber("/rosout", Log, lambda m: log.append(m.msg))
+        log = said_by()
         bag = self.drawn_bag("rgbd_dataset_freiburg1_desk.bag", "/camera/rgb/image_color", "/camera/rgb/camera_info")
         answers = self.replay("tum.launch", bag, 3)[1]
         self.assertEqual({answer.K[0] for answer in answers.values()}, {500.0})
@@ -159,12 +157,10 @@ class Replay(unittest.TestCase):
         answers = self.replay("tum.launch", bag, 3)[1]
         self.assertEqual({answer.K[0] for answer in answers.values()}, {525.0})
         self.assertTrue(named(), log)
-        logged.unregister()
 
     def test_no_image_is_lost_before_the_node_listens(self):
         """Images follow their camera_info's as they were recorded, the first one before any."""
-        path, scene, count = os.path.join(self.folder, "early.bag"), Scene(), 20
-        frames = [scene.draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(4)]
+        path, frames, count = os.path.join(self.folder, "early.bag"), walk(4), 20
         with rosbag.Bag(path, "w") as bag:
             for i in range(count):
                 image = image_message(frames[(0, 1, 2, 3, 2, 1)[i % 6]], 100 + 0.05 * i)

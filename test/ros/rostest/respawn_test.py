@@ -3,7 +3,7 @@
 import os
 import signal
 
-from graph import FULL, run
+from graph import FULL, run, wait_for
 from processes import GraphTest
 
 # The moment that matters, between the first and the second sign of life of nodelet's bond, is a second long.
@@ -14,9 +14,9 @@ SAYS_IT_RUNS = "/match_filter: method"
 class Respawn(GraphTest):
     def kill(self, name, log, sentence):
         """Kills the process of a node; returns when the launch says once more that the filter runs."""
-        pid, before = self.wait(lambda: self.pid(name), name), self.count(log, sentence)
+        pid, before = wait_for(lambda: self.pid(name), name), self.count(log, sentence)
         os.kill(pid, signal.SIGKILL)
-        self.wait(lambda: self.count(log, sentence) > before, "%s to come back" % name)
+        wait_for(lambda: self.count(log, sentence) > before, "%s to come back" % name)
         self.assertNotEqual(self.pid(name), pid)
 
     def test_comes_back(self):

@@ -14,12 +14,10 @@ from nav_msgs.msg import Odometry
 from rtabmap_msgs.msg import RGBDImage
 from sensor_msgs.msg import Image
 
-from graph import Client, K, Scene, image_message, run
+from graph import STEP, Client, K, Scene, image_message, run
 
 sys.path.insert(0, os.path.join(rospkg.RosPack().get_path("gms_ransac"), "examples"))
 import rtabmap_relay
-
-STEP = np.array((0.15, 0.05, 0.0))
 
 
 class Rtabmap(unittest.TestCase):

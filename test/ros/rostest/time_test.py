@@ -8,7 +8,7 @@ from gms_ransac.msg import MatchStats
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 
-from graph import Scene, camera_info, client_of, run
+from graph import camera_info, client_of, run, walk
 
 
 class Time(unittest.TestCase):
@@ -17,8 +17,7 @@ class Time(unittest.TestCase):
         cls.clock = rospy.Publisher("/clock", Clock, queue_size=10, latch=True)
         cls.reports = []
         cls.listener = rospy.Subscriber("/diagnostics", DiagnosticArray, cls.reports.append)
-        scene = Scene()
-        cls.frames = [scene.draw(t=(0.15 * i, 0.05 * i, 0)) for i in range(4)]
+        cls.frames = walk(4)
 
     def play(self, client, start):
         """Clock and images as `rosbag play --clock` sends them; returns the statuses."""

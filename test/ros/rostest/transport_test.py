@@ -11,9 +11,7 @@ from gms_ransac.msg import MatchStats
 from nodelet.srv import NodeletList, NodeletLoad, NodeletLoadRequest, NodeletUnload
 from sensor_msgs.msg import CompressedImage, Image
 
-from graph import TIMEOUT, Scene, Stream, client_of, image_message, run
-
-STEP = np.array((0.15, 0.05, 0.0))
+from graph import TIMEOUT, Stream, client_of, image_message, run, walk
 
 
 class Compressing:
@@ -33,8 +31,7 @@ class Compressing:
 class Transport(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        scene = Scene()
-        cls.frames = [scene.draw(t=STEP * i) for i in range(3)]
+        cls.frames = walk(3)
         cls.depth = np.full(cls.frames[0].shape, 5000, np.uint16)  # millimetres; plausible is enough
 
     def answers(self, name, compressed):
