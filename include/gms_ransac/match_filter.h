@@ -58,7 +58,7 @@ class MatchFilter {
   struct Stages;
   /// Matching and what follows; ends with the first stage that leaves too few.
   Status compare(const Frame& reference, const Frame& current, MatchResult& result);
-  Status estimate(const Features& reference, const Features& current, MatchResult& result);
+  Status estimateSurvivors(const Frame& reference, const Frame& current, MatchResult& result);
 
   MatchFilterOptions options_;
   std::unique_ptr<Stages> stages_;

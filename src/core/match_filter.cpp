@@ -203,21 +203,24 @@ Status MatchFilter::compare(const Frame& reference_frame, const Frame& current_f
   result.times.gms = watch.lap();
   if (result.survivors.size() < kMinimumMatches) return Status::kGmsRejected;
 
-  if (stages.budget) stages.budget->limitSearch(current_frame.seconds_before + result.times.total(), current.size());
-  return estimate(reference, current, result);
+  return estimateSurvivors(reference_frame, current_frame, result);
 }
 
 void MatchFilter::estimate(const Frame& reference, const Frame& current, MatchResult& result) {
   if (result.survivors.size() < kMinimumMatches) return;
-  result.status = estimate(reference.features, current.features, result);
+  result.times.ransac = 0;
+  result.status = estimateSurvivors(reference, current, result);
 }
 
-Status MatchFilter::estimate(const Features& reference, const Features& current, MatchResult& result) {
+Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& current, MatchResult& result) {
   Stages& stages = *stages_;
+  if (stages.budget) {
+    stages.budget->limitSearch(current.seconds_before + result.times.total(), current.features.size());
+  }
   StopWatch watch(stages.clock);
   const Survivors& survivors = result.survivors;
   stages.method->estimate(survivors.pairs, stages.camera, result.robust);
-  stages.method->postFilter(reference, current, result.matches, survivors.match, result.robust);
+  stages.method->postFilter(reference.features, current.features, result.matches, survivors.match, result.robust);
   // Fewer inliers are no model.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
   markInliers(stages.method->filterDecides(), result);

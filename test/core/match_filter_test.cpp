@@ -9,7 +9,9 @@
 #include <set>
 #include <utility>
 
+#include "methods/method.h"
 #include "parameter.h"
+#include "rendered_scene.h"
 
 namespace gms_ransac {
 namespace {
@@ -118,6 +120,32 @@ MatchResult resultOf(const MatchFilterOptions& options) {
   const auto [first, second] = shiftedPair();
   filter.process(first);
   return filter.process(second);
+}
+
+TEST(MatchFilter, TheNewestSeedIsThatOfEveryStage) {
+  const cv::Mat first = renderedFrame(0).image, second = renderedFrame(8).image;
+  for (const MethodEntry& method : methods()) {
+    MatchFilterOptions options;
+    options.method = method.name;
+    options.distance_reading = DistanceReading::kPairwise;  // the reading that draws partners
+    MatchFilter filter(options);
+    Frame reference, current;
+    filter.extract(first, reference);
+    filter.extract(second, current);
+    MatchResult expected, result, other;
+    filter.filter(reference, current, other);
+    filter.reset();
+    filter.setSeed(7);
+    filter.filter(reference, current, result);
+    options.robust.seed = 7;
+    MatchFilter(options).filter(reference, current, expected);
+    EXPECT_EQ(result.stage, expected.stage) << method.name;
+    EXPECT_EQ(result.probability, expected.probability) << method.name;
+    if (method.name == std::string("gms_dist_ransac")) {
+      EXPECT_NE(other.survivors.match, expected.survivors.match) << "the seeds draw the same partners";
+      EXPECT_EQ(result.survivors.match, expected.survivors.match);
+    }
+  }
 }
 
 MatchFilterOptions optionsOf(const std::string& method, ModelType model = ModelType::kHomography) {

@@ -210,5 +210,24 @@ TEST(TimeBudget, CutsTheSearchOfEveryMethodAndStillAnswers) {
   }
 }
 
+TEST(TimeBudget, BeginsAnewWithAnEstimateThatIsAskedForByItself) {
+  TimedFilter unlimited(0), timed(50);
+  Frame reference, current;
+  unlimited.filter.extract(renderedFrame(0).image, reference);
+  unlimited.filter.extract(renderedFrame(1).image, current);
+  MatchResult expected;
+  unlimited.filter.filter(reference, current, expected);
+  MatchResult result = expected;
+  result.times = StageTimes();
+  timed.filter.estimate(reference, current, result);
+  EXPECT_FALSE(result.robust.effort.search_cut || result.robust.effort.refinement_cut);
+  EXPECT_EQ(result.robust.effort.hypotheses, expected.robust.effort.hypotheses);
+  EXPECT_EQ(result.robust.pose.R, expected.robust.pose.R);
+
+  timed.now += 1;  // later than that estimate was allowed to last
+  timed.filter.estimate(reference, current, result);
+  EXPECT_FALSE(result.robust.effort.search_cut || result.robust.effort.refinement_cut);
+}
+
 }  // namespace
 }  // namespace gms_ransac

@@ -12,18 +12,17 @@ namespace {
 class GmsDistanceRansac : public TextbookMethod {
  public:
   explicit GmsDistanceRansac(const MatchFilterOptions& options)
-      : TextbookMethod(options), reading_(options.distance_reading), seed_(options.robust.seed) {}
+      : TextbookMethod(options), reading_(options.distance_reading) {}
 
   const MotionStatistics& filter(const Features& reference, const Features& current,
                                  const std::vector<Match>& matches) override {
     TextbookMethod::filter(reference, current, matches);
-    rejectInconsistent(reading_, seed_, reference, current, matches, statistics_);
+    rejectInconsistent(reading_, options_.seed, reference, current, matches, statistics_);
     return statistics_;
   }
 
  private:
   DistanceReading reading_;
-  uint64_t seed_;
 };
 
 }  // namespace

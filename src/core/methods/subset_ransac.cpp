@@ -20,7 +20,7 @@ class SubsetRansac : public UnfilteredMethod {
   std::optional<Hypothesis> findBest(const PairTask& pair) override {
     const int n = points_.size();
     const int size = prefixLength(options_.subset_fraction, n, kMatchesPerSampleMember * model_->sampleSize());
-    const std::vector<int> all = order_;
+    all_ = order_;
     std::optional<Hypothesis> best;
     float best_cost = std::numeric_limits<float>::infinity();  // truncated, on all matches (MSAC)
     const auto compare = [&](const std::optional<Hypothesis>& hypothesis) {
@@ -32,7 +32,7 @@ class SubsetRansac : public UnfilteredMethod {
       best_cost = score.cost;
     };
     for (int s = 0; s < options_.subset_count; ++s) {
-      order_ = all;
+      order_ = all_;
       for (int i = 0; i < size; ++i) {
         const int other = i + random_.below(n - i);
         std::swap(order_[static_cast<size_t>(i)], order_[static_cast<size_t>(other)]);
@@ -57,6 +57,7 @@ class SubsetRansac : public UnfilteredMethod {
     return ransac.best();
   }
 
+  std::vector<int> all_;  ///< the order of all matches
   PointColumns columns_;  ///< of the subset
 };
 
