@@ -7,12 +7,17 @@ import cv2
 
 import gms_ransac
 
+if len(sys.argv) != 7:
+    sys.exit(__doc__)
 reference, current = (cv2.imread(name) for name in sys.argv[1:3])
+for name, image in zip(sys.argv[1:], (reference, current)):
+    if image is None:
+        sys.exit("cannot read the image " + name)
 fx, fy, cx, cy = map(float, sys.argv[3:7])
 height, width = current.shape[:2]
 camera = gms_ransac.Camera(width, height, K=[[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
 pair = gms_ransac.match(reference, current, camera)
-print("%s: %d inliers of %d matches" % (pair.status, pair.inliers, pair.matches_raw))
+print("%s: %s" % (pair.status, pair.status_text))
 print("X_reference = T X_current, T =\n%s" % pair.current_in_reference)
 for point, end, probability in zip(pair.reference_points, pair.current_points, pair.probability):
     if probability > 0:

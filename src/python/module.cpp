@@ -1,6 +1,8 @@
 // gms_ransac._gms_ransac: the pipeline for Python. Knows no ROS. Fields have the names of the messages in msg/, options
 // those of the parameters in cfg/parameters.py.
+#include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -59,25 +61,103 @@ struct Pair : MatchResult {
   }
 };
 
-using Bytes = py::array_t<uint8_t, py::array::c_style>;
-using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
-/// The array in place. It must outlive the matrix.
-cv::Mat matrixOf(const Bytes& image) {
-  const bool colour = image.ndim() == 3 && image.shape(2) == 3;
-  if (!colour && image.ndim() != 2) {
-    throw std::invalid_argument("an image is height x width, or height x width x 3 (blue, green, red), and not " +
-                                std::string(py::str(image.attr("shape"))));
+/// The status in words, with what to do about it.
+std::string statusText(const Pair& pair) {
+  const int raw = static_cast<int>(pair.matches.size());
+  switch (pair.status) {
+    case Status::kOk:
+      return cv::format("%d of %d filtered matches agree on one motion", pair.inliers, pair.matches_gms);
+    case Status::kFirstFrame:
+      return "the first image has nothing to be compared with: process the next one";
+    case Status::kTooFewKeypoints:
+      return cv::format(
+          "only %d and %d keypoints: an image is dark, blurred, plain or masked; fast_threshold=0 finds "
+          "fainter ones",
+          pair.keypoints_reference, pair.keypoints_current);
+    case Status::kTooFewMatches:
+      return cv::format("only %d matches, and %d are needed", raw, kMinimumMatches);
+    case Status::kGmsRejected:
+      return cv::format(
+          "only %d of %d matches are left by the filter: the views differ too much, or features is too "
+          "small",
+          pair.matches_gms, raw);
+    case Status::kRansacFailed:
+      return cv::format(
+          "no model explains enough of the %d filtered matches: the views differ too much, or little of "
+          "what is seen is rigid",
+          pair.matches_gms);
+    case Status::kUncalibrated:
+      return "matches and no pose: give a camera with K";
+    case Status::kLowParallax:
+      break;
   }
-  return {static_cast<int>(image.shape(0)), static_cast<int>(image.shape(1)), colour ? CV_8UC3 : CV_8UC1,
-          const_cast<uint8_t*>(image.data())};
+  switch (pair.robust.doubt) {
+    case DirectionDoubt::kMostlyStatic:
+      return "rotation only: most matches show no translation, and the others may lie on moving objects";
+    case DirectionDoubt::kRotation:
+      return "rotation only: its standard deviation is above one degree, too much for a translation";
+    case DirectionDoubt::kDirection:
+      return "rotation only: the direction of translation is less certain than max_direction_sigma";
+    case DirectionDoubt::kOtherMotion:
+      return "rotation only: a second motion explains the matches as well, or part of them";
+    default:
+      return "rotation only: it explains the matches as well as a motion with translation; take images further apart";
+  }
 }
 
-Camera makeCamera(int width, int height, const std::optional<Numbers>& K, const Numbers& D, const std::string& model) {
+std::string typeOf(const py::object& value) { return Py_TYPE(value.ptr())->tp_name; }
+
+/// The argument `name` as an array of numbers in one piece, converted if need be.
+template <class Array>
+Array arrayOf(const py::object& value, const std::string& name, const std::string& expected) {
+  Array array = Array::ensure(value);
+  if (array) return array;
+  PyErr_Clear();
+  const bool typed = py::hasattr(value, "dtype");
+  throw std::invalid_argument(name + " is " +
+                              (typed ? "an array of " + std::string(py::str(value.attr("dtype"))) : typeOf(value)) +
+                              "; it must be " + expected);
+}
+
+/// Pixels as Python gave them. The array is their memory.
+struct Image {
+  py::array_t<uint8_t, py::array::c_style> array;
+  cv::Mat pixels;
+
+  Image(const py::object& value, const std::string& name, bool mask = false) {
+    if (value.is_none()) {
+      throw std::invalid_argument(name +
+                                  " is None, as cv2.imread returns it for a file that it cannot read; check "
+                                  "the file's name");
+    }
+    array = arrayOf<decltype(array)>(value, name,
+                                     mask ? "an array of uint8 or bool, height x width"
+                                          : "an array of uint8, 0..255: scale it, then image.astype(numpy.uint8)");
+    const bool colour = !mask && array.ndim() == 3 && array.shape(2) == 3;
+    if ((!colour && array.ndim() != 2) || array.size() == 0) {
+      throw std::invalid_argument(name + " has the shape " + std::string(py::str(array.attr("shape"))) +
+                                  "; it must be height x width" +
+                                  (mask ? "" : ", or height x width x 3 (blue, green, red)"));
+    }
+    pixels = cv::Mat(static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)), colour ? CV_8UC3 : CV_8UC1,
+                     array.mutable_data());
+  }
+  /// Throws unless it is as large as `whose`.
+  void requireSize(const std::string& name, const cv::Size& size, const char* whose) const {
+    if (pixels.size() == size) return;
+    throw std::invalid_argument(cv::format("%s is %d x %d pixels, %s %d x %d; both must be of one size", name.c_str(),
+                                           pixels.cols, pixels.rows, whose, size.width, size.height));
+  }
+};
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+Camera makeCamera(int width, int height, const py::object& K, const py::object& coefficients,
+                  const std::string& model) {
   if (width < 1 || height < 1) throw std::invalid_argument("Camera: width and height must be positive");
-  if (!K) return {CameraIntrinsics(), cv::Size(width, height)};
-  const double* k = K->data();
-  if (K->size() != 9 || k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
+  if (K.is_none()) return {CameraIntrinsics(), cv::Size(width, height)};
+  const auto matrix = arrayOf<Numbers>(K, "K", "3 x 3 numbers"), D = arrayOf<Numbers>(coefficients, "D", "numbers");
+  const double* k = matrix.data();
+  if (matrix.size() != 9 || k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
     throw std::invalid_argument("Camera: K must be [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]");
   }
   return {{k[0], k[4], k[2], k[5], model, {D.data(), D.data() + D.size()}}, cv::Size(width, height)};
@@ -100,6 +180,8 @@ MatchFilterOptions optionsOf(const py::kwargs& named) {
   return options;
 }
 
+constexpr double kLargestImage = 1e5;  ///< pixels, a side
+
 /// The pipeline runs without the interpreter's lock.
 class Filter {
  public:
@@ -108,15 +190,18 @@ class Filter {
   }
   ParameterValues options() const { return parametersOf(filter_.options()); }
 
-  std::unique_ptr<Pair> process(const Bytes& image, const std::optional<Bytes>& mask, std::optional<double> stamp) {
-    const cv::Mat pixels = matrixOf(image), where = mask ? matrixOf(*mask) : cv::Mat();
+  /// `name`: of the image, for refusals.
+  std::unique_ptr<Pair> process(const Image& image, const std::optional<Image>& mask, std::optional<double> stamp,
+                                const std::string& name) {
+    const cv::Mat& pixels = image.pixels;
+    if (mask) mask->requireSize("mask", pixels.size(), "the image");
     const py::gil_scoped_release unlocked;
     const std::lock_guard<std::mutex> lock(mutex_);
     const cv::Size size = filter_.camera().imageSize();
-    if (!size.empty() && pixels.size() != size) throw std::invalid_argument("the image is not of the camera's size");
+    if (!size.empty()) image.requireSize(name, size, "the camera");
     cv::Mat grey = pixels;
     if (pixels.channels() == 3) cv::cvtColor(pixels, grey, cv::COLOR_BGR2GRAY);
-    filter_.extract(grey, current_, where, stamp);
+    filter_.extract(grey, current_, mask ? mask->pixels : cv::Mat(), stamp);
     auto pair = std::make_unique<Pair>();
     if (have_reference_) {
       filter_.filter(reference_, current_, *pair);
@@ -131,11 +216,13 @@ class Filter {
   }
 
   /// Estimates from given matches, as if the filter had kept them all.
-  std::unique_ptr<Pair> estimate(const Numbers& reference, const Numbers& current) {
-    setPoints(reference, reference_.features);
-    setPoints(current, current_.features);
+  std::unique_ptr<Pair> estimate(const py::object& reference, const py::object& current) {
+    setPoints(reference, "points0", reference_.features);
+    setPoints(current, "points1", current_.features);
     if (reference_.features.size() != current_.features.size()) {
-      throw std::invalid_argument("points0 and points1 must have one point for each match");
+      throw std::invalid_argument(
+          cv::format("points0 has %d points and points1 has %d; both must have one point for each match",
+                     reference_.features.size(), current_.features.size()));
     }
     const py::gil_scoped_release unlocked;
     const int n = current_.features.size();
@@ -159,14 +246,40 @@ class Filter {
   }
 
  private:
-  void setPoints(const Numbers& points, Features& features) const {
+  void setPoints(const py::object& value, const std::string& name, Features& features) const {
+    const auto points = arrayOf<Numbers>(value, name, "N x 2 numbers, pixels");
     if (points.ndim() < 2 || points.shape(points.ndim() - 1) != 2) {
-      throw std::invalid_argument("points0 and points1 must be N x 2");
+      throw std::invalid_argument(name + " has the shape " + std::string(py::str(points.attr("shape"))) +
+                                  "; it must be N x 2, a row x, y for each match");
     }
-    features.image_size = filter_.camera().imageSize();
+    cv::Point2d last(0, 0);
     for (const double* p = points.data(); p != points.data() + points.size(); p += 2) {
       features.keypoints.emplace_back(static_cast<float>(p[0]), static_cast<float>(p[1]), 0.f);
+      if (std::isfinite(p[0]) && std::isfinite(p[1])) last = {std::max(last.x, p[0]), std::max(last.y, p[1])};
     }
+    features.image_size = filter_.camera().imageSize();
+    if (features.image_size.empty()) {  // no camera: the image is as large as the points need
+      features.image_size = {cvCeil(std::min(last.x, kLargestImage)) + 1, cvCeil(std::min(last.y, kLargestImage)) + 1};
+    } else {
+      requireInside(name, features);
+    }
+  }
+  /// A lost track may be anywhere, most points may not.
+  static void requireInside(const std::string& name, const Features& features) {
+    const cv::Size& size = features.image_size;
+    const cv::KeyPoint* example = nullptr;
+    size_t outside = 0;
+    for (const cv::KeyPoint& point : features.keypoints) {
+      if (cv::Rect2f(-1, -1, size.width + 2.f, size.height + 2.f).contains(point.pt)) continue;
+      ++outside;
+      if (std::isfinite(point.pt.x) && std::isfinite(point.pt.y)) example = &point;
+    }
+    if (example == nullptr || 2 * outside <= features.keypoints.size()) return;
+    throw std::invalid_argument(cv::format(
+        "%zu of %zu points of %s are outside of the camera's image of %d x %d pixels, such as (%g, %g); points must be "
+        "x, y in pixels of that image",
+        outside, features.keypoints.size(), name.c_str(), size.width, size.height, static_cast<double>(example->pt.x),
+        static_cast<double>(example->pt.y)));
   }
 
   MatchFilter filter_;
@@ -194,6 +307,7 @@ Columns with an entry for each of the N raw matches:
   reference_sigma, current_sigma  float32, pixels: standard deviation of either coordinate of a right match; 0: unknown
 Motion:
   status           gms_ransac.Status
+  status_text      str: the status in words, with what to do
   pose_valid       bool: status OK, or LOW_PARALLAX, which has a rotation only
   current_in_reference  4 x 4 float64 T, X_reference = T X_current, optical frames; its translation has length 1, or 0
                    if unknown
@@ -225,7 +339,12 @@ void definePair(py::module& m) {
   type.def_readonly("keypoints_current", &Pair::keypoints_current);
   type.def_readonly("matches_gms", &Pair::matches_gms);
   type.def_readonly("inliers", &Pair::inliers);
+  type.def("__repr__", [](const Pair& pair) {
+    return cv::format("<MatchResult %s: %d inliers of %zu matches>", toString(pair.status).c_str(), pair.inliers,
+                      pair.matches.size());
+  });
   const auto define = [&type](const char* name, auto getter) { type.def_property_readonly(name, getter); };
+  define("status_text", &statusText);
   define("reference_points", [](const Pair& pair) { return viewOf<float, 2>(pair.reference_points); });
   define("current_points", [](const Pair& pair) { return viewOf<float, 2>(pair.current_points); });
   define("confidence", [](const Pair& pair) { return viewOf<float, 1>(pair.confidence); });
@@ -275,19 +394,27 @@ PYBIND11_MODULE(_gms_ransac, m) {
            py::arg("D") = py::tuple(), py::arg("distortion_model") = "");
   py::class_<Filter>(m, "MatchFilter", filterText().c_str())
       .def(py::init<const Camera*, const py::kwargs&>(), py::arg("camera") = py::none())
-      .def("process", &Filter::process, py::arg("image"), py::arg("mask") = py::none(), py::arg("stamp") = py::none(),
-           "Returns the MatchResult of the last image and this one; status FIRST_FRAME if there was none.\n\n"
-           "image: uint8, height x width (grey) or height x width x 3 (blue, green, red, as cv2.imread reads it).\n"
-           "mask: uint8 or bool, height x width; no keypoint where it is zero.\n"
-           "stamp: seconds, of the middle row; needed with rolling_shutter_readout.\n\n"
-           "Other Python threads run meanwhile; calls to one filter wait for each other.")
+      .def(
+          "process",
+          [](Filter& filter, const py::object& image, const py::object& mask, std::optional<double> stamp) {
+            std::optional<Image> where;
+            if (!mask.is_none()) where.emplace(mask, "mask", true);
+            return filter.process(Image(image, "image"), where, stamp, "image");
+          },
+          py::arg("image"), py::arg("mask") = py::none(), py::arg("stamp") = py::none(),
+          "Returns the MatchResult of the last image and this one; status FIRST_FRAME if there was none.\n\n"
+          "image: uint8, height x width (grey) or height x width x 3 (blue, green, red, as cv2.imread reads it).\n"
+          "mask: uint8 or bool, height x width; no keypoint where it is zero.\n"
+          "stamp: seconds, of the middle row; needed with rolling_shutter_readout.\n\n"
+          "Other Python threads run meanwhile; calls to one filter wait for each other.")
       .def_property_readonly("options", &Filter::options, "dict: every option by name");
   m.def(
       "match",
-      [](const Bytes& image0, const Bytes& image1, const Camera* camera, const py::kwargs& options) {
+      [](const py::object& image0, const py::object& image1, const Camera* camera, const py::kwargs& options) {
         Filter filter(camera, options);
-        filter.process(image0, std::nullopt, std::nullopt);
-        return filter.process(image1, std::nullopt, std::nullopt);
+        const Image reference(image0, "image0"), current(image1, "image1");
+        filter.process(reference, std::nullopt, std::nullopt, "image0");
+        return filter.process(current, std::nullopt, std::nullopt, "image1");
       },
       py::arg("image0"), py::arg("image1"), py::arg("camera") = py::none(),
       R"(match(image0, image1, camera=None, **options)
@@ -295,13 +422,13 @@ PYBIND11_MODULE(_gms_ransac, m) {
 Returns the MatchResult of the reference image0 and the current image1. Images and options as of MatchFilter.)");
   m.def(
       "estimate",
-      [](const Numbers& points0, const Numbers& points1, const Camera& camera, const py::kwargs& options) {
-        return Filter(&camera, options).estimate(points0, points1);
+      [](const py::object& points0, const py::object& points1, const Camera* camera, const py::kwargs& options) {
+        return Filter(camera, options).estimate(points0, points1);
       },
-      py::arg("points0"), py::arg("points1"), py::arg("camera"),
-      R"(estimate(points0, points1, camera, **options)
+      py::arg("points0"), py::arg("points1"), py::arg("camera") = py::none(),
+      R"(estimate(points0, points1, camera=None, **options)
 
-Returns the MatchResult of given matches. points0, points1: N x 2, pixels of the reference and the current image, a row
+Returns the MatchResult of given matches, without a camera their fundamental matrix. points0, points1: N x 2, pixels of the reference and the current image, a row
 for each match, most trusted first: methods that sample the best matches first keep this order. Options as of
 MatchFilter.)");
 }

@@ -121,15 +121,54 @@ class Module(unittest.TestCase):
         says("^seed is '1099511627776'; it must be a whole number", gms_ransac.MatchFilter, seed=2**40)
         says("^search is 'None'; it must be one of 'full' 'guided'$", gms_ransac.match, *self.grey[:2], search=None)
         says("^there is no parameter 'feature'$", gms_ransac.MatchFilter, feature=1)
-        says("camera's size", gms_ransac.match, self.grey[0][1:], self.grey[1], self.camera)
-        says("height x width", gms_ransac.match, self.grey[0][0], self.grey[1])
-        says("mask", gms_ransac.MatchFilter().process, self.grey[0], np.ones((2, 2), bool))
+        zero, one = self.grey[:2]
+        says("^image1 is 640 x 479 pixels, the camera 640 x 480; both must be of one size$", gms_ransac.match, zero,
+             one[1:], self.camera)
+        says("^image0 is None, .*cv2.imread.*check the file's name$", gms_ransac.match, cv2.imread("no such file"), one)
+        says("^image is None", gms_ransac.MatchFilter().process, None)
+        says(r"^image0 has the shape \(640,\); it must be height x width, or", gms_ransac.match, zero[0], one)
+        says(r"^image1 has the shape \(480, 640, 4\)", gms_ransac.match, zero, np.zeros((480, 640, 4), np.uint8))
+        says(r"^image0 has the shape \(0, 640\)", gms_ransac.match, zero[:0], one)
+        for kind in (np.float32, np.float64, np.uint16, np.int32):
+            says("^image0 is an array of %s; it must be an array of uint8, 0..255" % kind.__name__, gms_ransac.match,
+                 kind(zero), one)
+        says("^image1 is str; it must be an array of uint8", gms_ransac.match, zero, "1.png")
+        says("^mask is 2 x 2 pixels, the image 640 x 480", gms_ransac.MatchFilter().process, zero, np.ones((2, 2), bool))
+        says("^mask is an array of float32; it must be an array of uint8 or bool", gms_ransac.MatchFilter().process, zero,
+             np.float32(zero))
+        says(r"^points0 has the shape \(9, 3\); it must be N x 2", gms_ransac.estimate, np.zeros((9, 3)), np.zeros((9, 2)))
+        says("^points1 is str; it must be N x 2 numbers", gms_ransac.estimate, np.zeros((9, 2)), "points")
+        points = drawn(np.eye(3), np.array([0.6, 0, 0.8]))
+        says(r"^400 of 400 points of points0 are outside of the camera's image of 640 x 480 pixels, such as \(100",
+             gms_ransac.estimate, points[0] + 1e5, points[1] + 1e5, CAMERA)
+        says("^K is str; it must be 3 x 3 numbers", gms_ransac.Camera, *SIZE, K="K")
         says("K must be", gms_ransac.Camera, *SIZE, K=K.T)
         says("takes 4 or 5 distortion", gms_ransac.Camera, *SIZE, K=K, D=[1.0])
-        says("one point for each", gms_ransac.estimate, np.zeros((9, 2)), np.zeros((8, 2)), CAMERA)
-        self.assertRaises(TypeError, gms_ransac.match, np.float32(self.grey[0]), self.grey[1])
+        says("^points0 has 9 points and points1 has 8; both must have one point for each match$", gms_ransac.estimate,
+             np.zeros((9, 2)), np.zeros((8, 2)), CAMERA)
         options = gms_ransac.MatchFilter(features=np.int64(500), judge=False, pyramid_scale=np.float32(1.5)).options
         self.assertEqual([options[name] for name in ("features", "judge", "pyramid_scale")], [500, False, 1.5])
+
+    def test_a_result_says_what_it_is(self):
+        pair = gms_ransac.match(*self.grey[:2], self.camera)
+        self.assertEqual(repr(pair), "<MatchResult OK: %d inliers of %d matches>" % (pair.inliers, pair.matches_raw))
+        self.assertEqual(pair.status_text, "%d of %d filtered matches agree on one motion" % (pair.inliers, pair.matches_gms))
+        self.assertIn("give a camera", gms_ransac.match(*self.grey[:2]).status_text)
+        self.assertIn("rotation only", gms_ransac.match(self.grey[0], self.grey[0], self.camera).status_text)
+        self.assertIn("only 0 and 0 keypoints", gms_ransac.match(*2 * [0 * self.grey[0]]).status_text)
+        self.assertIn("first image", gms_ransac.MatchFilter().process(self.grey[0]).status_text)
+        self.assertIn("only 3 matches", gms_ransac.estimate(np.ones((3, 2)), np.ones((3, 2))).status_text)
+
+    def test_estimates_within_a_time_and_without_a_camera(self):
+        points = drawn(cv2.Rodrigues(np.array([0.02, -0.05, 0.03]))[0], np.array([0.6, 0, 0.8]), wrong=200)
+        free, timed = (gms_ransac.estimate(*points, CAMERA, method="ransac", max_milliseconds=ms) for ms in (0, 10000))
+        self.assertEqual(free.hypotheses, timed.hypotheses)
+        self.assert_same(free, timed)
+        pair = gms_ransac.estimate(*points)
+        self.assertEqual(pair.status, gms_ransac.Status.UNCALIBRATED)
+        lines = np.column_stack([pair.reference_points[:200], np.ones(200)]) @ pair.model.T
+        distance = np.abs((np.column_stack([pair.current_points[:200], np.ones(200)]) * lines).sum(1))
+        self.assertLess(np.median(distance / np.hypot(lines[:, 0], lines[:, 1])), 0.1)
 
     def test_threads_run_side_by_side(self):
         matcher, ticks = gms_ransac.MatchFilter(self.camera, features=20000), []
