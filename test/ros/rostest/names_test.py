@@ -22,6 +22,28 @@ class Names(GraphTest):
             self.assertEqual(done.returncode, 0)
             self.assertIn(":=/", done.stdout)
 
+    def test_launch_files_refuse_arguments_that_they_do_not_have(self):
+        def said(launch, *arguments):
+            done = subprocess.run(["roslaunch", "--dump-params", "gms_ransac", launch, *arguments], text=True, timeout=TIMEOUT,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+            return done.stdout
+        for launch, argument, sentence in (
+                ("tum.launch", "calibraton:=1", "tum.launch has no argument calibraton, did you mean calibration; it has bag, "),
+                ("tum.launch", "calibration:=4", "calibration is '4'; it must be 1, 2, 3 or empty"),
+                ("kitti.launch", "variant:=rectified", "variant is 'rectified'; it must be raw, odom or empty"),
+                ("kitti.launch", "camera:=left", "camera is 'left'; it must be gray_left, "),
+                ("demo.launch", "dataset:=euroc", "dataset is 'euroc'; it must be tum, kitti or empty"),
+                ("match_filter.launch", "overlay:=flow", "match_filter.launch has no argument overlay, did you mean overlay_"),
+                ("example_two_cameras.launch", "frist:=/image", "no argument frist, did you mean first")):
+            output = said(launch, "bag:=/none.bag" if argument[0] in "cvd" else argument, argument)
+            self.assertIn(sentence, output)
+            self.assertIn("Unable to load", output)
+        # What README shows: the layout of rviz has the frames and lengths that it needs.
+        shown = said("match_filter.launch", "image:=/camera/image_raw", "rviz:=true", "overlay_layout:=side_by_side")
+        for line in ("publish_odom_tf: true", "invert_odom_tf: true", "scale: propagate", "overlay_layout: side_by_side"):
+            self.assertIn("/match_filter/" + line, shown)
+        self.assertNotIn("odom_tf", said("match_filter.launch"))
+
     def test_completion_offers_no_tests(self):
         completion = """for file in /opt/ros/noetic/share/rosbash/rosbash /etc/bash_completion.d/rosbash \
                             /usr/share/bash-completion/completions/rosbash; do
