@@ -6,6 +6,7 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 
@@ -14,6 +15,8 @@
 #include <unistd.h>
 #include <boost/lexical_cast.hpp>
 #include <opencv2/core/utility.hpp>
+
+#include "camera_info.h"
 
 namespace gms_ransac {
 
@@ -79,6 +82,17 @@ void addDatasetOptions(po::options_description& description, DatasetOptions& dat
   add("intrinsics", po::value(&dataset.intrinsics),
       "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]] or equidistant,fx,fy,cx,cy,k1,k2,k3,k4; overrides the set's own");
   add("topic", po::value(&dataset.topic), "bags: the image topic");
+  const auto take = [&dataset](const std::string& text) {
+    const std::map<std::string, Rectified> choices = {
+        {"auto", Rectified::kAuto}, {"true", Rectified::kTrue}, {"false", Rectified::kFalse}};
+    const auto choice = choices.find(text);
+    if (choice == choices.end()) {
+      throw std::invalid_argument("--input-is-rectified is '" + text + "'; it must be one of auto, true, false");
+    }
+    dataset.rectified = choice->second;
+  };
+  add("input-is-rectified", po::value<std::string>()->default_value("auto")->notifier(take),
+      "bags: true: the images have no distortion and P is used; false: K and D are used; auto: as the node decides");
 }
 
 void requireAtLeastOne(std::initializer_list<std::pair<const char*, int>> options) {
@@ -149,8 +163,9 @@ Progress::~Progress() {
   if (terminal_) std::fputc('\n', stderr);
 }
 
-void Progress::advance() {
+void Progress::advance(const std::string& name) {
   ++done_;
+  name_ = name;
   const auto now = std::chrono::steady_clock::now();
   if (now - shown_ < (terminal_ ? milliseconds(500) : milliseconds(2000))) return;
   shown_ = now;
@@ -167,7 +182,8 @@ void Progress::show() const {
   const double rate = done_ / std::max(seconds, 1e-3);
   const std::string rest = done_ == 0        ? ""
                            : done_ == total_ ? ", " + clockText(seconds)
-                                             : ", " + clockText((total_ - done_) / rate) + " left";
+                                             : ", " + clockText((total_ - done_) / rate) + " left" +
+                                                   (name_.empty() ? "" : " (" + name_ + ")");
   std::fprintf(stderr, terminal_ ? "\r%s %d/%d, %.1f a second%s\033[K" : "%s %d/%d, %.1f a second%s\n", what_.c_str(),
                done_, total_, rate, rest.c_str());
   std::fflush(stderr);

@@ -67,15 +67,15 @@ bool interrupted();
 /// `status`; after Ctrl-C kInterrupted, with `advice` on stderr.
 int statusOrInterrupted(int status, const std::string& advice);
 
-/// "<what> 12/60, 8.3 a second, 0:00:06 left" on stderr, at the end and on the way: rewritten every half second on a
-/// terminal, else a line every two seconds.
+/// "<what> 12/60, 8.3 a second, 0:00:06 left (<name of the last one>)" on stderr, at the end and on the way: rewritten
+/// every half second on a terminal, else a line every two seconds.
 class Progress {
  public:
   Progress(std::string what, int total);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  void advance();
+  void advance(const std::string& name = "");
   /// Ends the program after Ctrl-C.
   void advanceUnlessInterrupted();
 
@@ -89,6 +89,7 @@ class Progress {
   const Clock::time_point start_ = Clock::now();
   Clock::time_point shown_ = start_;
   int done_ = 0;
+  std::string name_;  ///< of the last one done; empty: it has none
 };
 
 /// scripts/evaluate_report.py in a process of its own, which may read records, a line each. Measurements do not depend

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "camera_info.h"
 #include "gms_ransac/camera.h"
 #include "parameter.h"
 #include "scale/translation_scale.h"
@@ -16,7 +17,6 @@ namespace gms_ransac {
 
 enum class CameraInfoSync { kLatest, kExact };
 enum class MaskSync { kLatest, kExact };
-enum class Rectified { kAuto, kTrue, kFalse };
 
 enum class FeatureLayout { kVinsMono, kVinsFusion, kLviSam };
 enum class OverlayColour { kResidual, kProbability, kTrack, kDepth, kStage };

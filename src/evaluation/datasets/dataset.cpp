@@ -21,6 +21,10 @@ std::string withoutTrailingSlashes(std::string path) {
   return path;
 }
 
+bool hasKittiCamera(const std::string& folder) {
+  return isFolder(joinPath(folder, "image_0")) || isFolder(joinPath(folder, "image_l"));
+}
+
 DatasetKind kindOf(const std::string& path) {
   if (isFile(path)) {
     if (std::filesystem::path(path).extension() == ".bag") return DatasetKind::kBag;
@@ -51,8 +55,22 @@ bool isOpenNiDefault(const CameraIntrinsics& k) {
 std::optional<DatasetKind> layoutOf(const std::string& folder) {
   if (isFile(joinPath(folder, "pairs.txt"))) return DatasetKind::kImagePairs;
   if (isFile(joinPath(folder, "rgb.txt"))) return DatasetKind::kTum;
-  if (isFolder(joinPath(folder, "image_0")) || isFolder(joinPath(folder, "image_l"))) return DatasetKind::kKitti;
+  if (hasKittiCamera(folder) || kittiRigOf(folder)) return DatasetKind::kKitti;
   return std::nullopt;
+}
+
+std::optional<std::string> kittiRigOf(const std::string& folder) {
+  const std::filesystem::path path = withoutTrailingSlashes(folder);
+  const std::string camera = path.filename().string();
+  if (camera.size() != 7 || camera.rfind("image_", 0) != 0 || !isFolder(folder)) return std::nullopt;
+  const std::string rig = joinPath(folder, "..");
+  return hasKittiCamera(rig) ? std::optional<std::string>(rig) : std::nullopt;
+}
+
+std::string setName(const std::string& path) {
+  const std::filesystem::path plain = std::filesystem::absolute(withoutTrailingSlashes(path));
+  const std::string last = plain.filename().string();
+  return kittiRigOf(plain.string()) ? plain.parent_path().filename().string() + "/" + last : last.empty() ? path : last;
 }
 
 CameraIntrinsics openNiIntrinsics() { return {525, 525, 319.5, 239.5, "plumb_bob", {}}; }
@@ -62,7 +80,7 @@ Dataset Dataset::open(const std::string& path, const DatasetOptions& options) {
   dataset.path_ = withoutTrailingSlashes(path);
   dataset.kind_ = kindOf(dataset.path_);
   if (dataset.kind_ == DatasetKind::kBag) {
-    dataset.readBag(options.topic);
+    dataset.readBag(options);
   } else {
     dataset.intrinsics_ = readCameraFile(dataset.path_);
     dataset.intrinsics_source_ = "camera.txt";
@@ -74,12 +92,9 @@ Dataset Dataset::open(const std::string& path, const DatasetOptions& options) {
   if (!options.intrinsics.empty()) {
     dataset.intrinsics_ = parseIntrinsics(options.intrinsics, "--intrinsics");
     dataset.intrinsics_source_ = "--intrinsics";
+    dataset.advice_.clear();
   }
   return dataset;
-}
-
-std::string Dataset::name() const {
-  return path_.size() == 1 ? path_ : std::filesystem::path(path_).filename().string();
 }
 
 std::string Dataset::calibrationText() const {
@@ -98,6 +113,7 @@ std::string Dataset::calibrationText() const {
   if (kind_ == DatasetKind::kBag && !distorted && isOpenNiDefault(k)) {
     text << " (what the OpenNI driver reports of every camera; give a real camera's own with --intrinsics)";
   }
+  text << advice_;
   return text.str();
 }
 

@@ -14,6 +14,8 @@
 
 namespace gms_ransac {
 
+enum class Rectified;  // camera_info.h
+
 /// The input is missing or malformed. what() is one sentence with the file, and the line number where there is one.
 class DatasetError : public std::runtime_error {
  public:
@@ -22,8 +24,14 @@ class DatasetError : public std::runtime_error {
 
 enum class DatasetKind { kTum, kKitti, kImagePairs, kBag };
 
-/// The layout of a folder: pairs.txt, rgb.txt, image_0/ or image_l/; absent if it has none of these.
+/// The layout of a folder: pairs.txt, rgb.txt, image_0/ or image_l/, or one of KITTI's cameras; absent if it is none.
 std::optional<DatasetKind> layoutOf(const std::string& folder);
+
+/// The folder of a KITTI sequence, if `folder` is that of one of its cameras (image_0, image_1, ..., image_l, image_r).
+std::optional<std::string> kittiRigOf(const std::string& folder);
+
+/// Last part of a path; of one of KITTI's cameras the last two, "06/image_1".
+std::string setName(const std::string& path);
 
 /// One image of the set.
 struct DatasetFrame {
@@ -56,8 +64,9 @@ struct DatasetPair {
 };
 
 struct DatasetOptions {
-  std::string intrinsics;  ///< as in camera.txt (`parseIntrinsics`); overrides what the set says
-  std::string topic;       ///< bags: image topic; "": the only one, or the one of the official TUM or kitti2bag bags
+  std::string intrinsics;    ///< as in camera.txt (`parseIntrinsics`); overrides what the set says
+  std::string topic;         ///< bags: image topic; "": the only one, or the one of the official TUM or kitti2bag bags
+  Rectified rectified = {};  ///< bags: as ~input_is_rectified
 };
 
 /// Factory values of the OpenNI driver, the same for every camera and in all official TUM bags: 525, 525, 319.5, 239.5,
@@ -74,7 +83,7 @@ class Dataset {
 
   DatasetKind kind() const { return kind_; }
   const std::string& path() const { return path_; }
-  std::string name() const;  ///< last part of the path
+  std::string name() const { return setName(path_); }
   const std::vector<DatasetFrame>& frames() const { return frames_; }
   /// The truth of a folder as it was recorded, at its own rate; empty for bags and image pairs.
   const std::vector<StampedPose>& trajectory() const { return trajectory_; }
@@ -103,7 +112,7 @@ class Dataset {
   void readTum();
   void readKitti();
   void readImagePairs();
-  void readBag(const std::string& asked_topic);
+  void readBag(const DatasetOptions& options);
 
   DatasetKind kind_ = DatasetKind::kTum;
   std::string path_;
@@ -111,7 +120,8 @@ class Dataset {
   std::vector<StampedPose> trajectory_;
   std::vector<DatasetPair> listed_pairs_;
   std::optional<CameraIntrinsics> intrinsics_;
-  std::string intrinsics_source_;  ///< file, topic or option
+  std::string intrinsics_source_;  ///< file, topic or option, and which of its matrices
+  std::string advice_;             ///< what to give where the calibration was guessed, in brackets; empty: nothing
   ImageReader read_;
 };
 

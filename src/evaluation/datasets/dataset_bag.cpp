@@ -19,8 +19,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "camera_info.h"
 #include "datasets/dataset_text.h"
-#include "distortion.h"
 
 namespace gms_ransac {
 
@@ -35,9 +35,15 @@ std::string parentTopic(const std::string& topic) {
   return slash == std::string::npos ? "" : topic.substr(0, slash);
 }
 
+bool ofDepth(const std::string& topic) { return topic.find("depth") != std::string::npos; }
+
 /// The pixels of a message. Without a colour format (8UC1, 16UC3, ...) they are grey or in OpenCV's order.
-cv::Mat pixelsOf(const sensor_msgs::Image& raw, bool colour) {
+cv::Mat pixelsOf(const sensor_msgs::Image& raw, const std::string& topic, bool colour) {
   namespace encodings = sensor_msgs::image_encodings;
+  if (encodings::bitDepth(raw.encoding) > 16 || (raw.encoding == encodings::TYPE_16UC1 && ofDepth(topic))) {
+    throw DatasetError("its encoding " + raw.encoding +
+                       " is that of a depth image; choose grey or colour with --topic");
+  }
   sensor_msgs::Image named = raw;
   const bool wide = encodings::bitDepth(raw.encoding) == 16;
   if (raw.encoding.find("UC") != std::string::npos) {
@@ -60,7 +66,7 @@ struct OpenBag {
     cv::Mat found;
     try {
       if (const auto raw = message.instantiate<sensor_msgs::Image>()) {
-        found = pixelsOf(*raw, colour);
+        found = pixelsOf(*raw, message.getTopic(), colour);
       } else if (const auto packed = message.instantiate<sensor_msgs::CompressedImage>()) {
         const cv::Mat decoded = cv::imdecode(packed->data, cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
         if (!decoded.empty()) found = eightBits(decoded, colour);
@@ -79,8 +85,7 @@ std::string chooseTopic(const std::string& file, rosbag::Bag& bag, const std::st
   std::set<std::string> topics;
   const rosbag::TypeQuery images(std::vector<std::string>{"sensor_msgs/Image", "sensor_msgs/CompressedImage"});
   for (const rosbag::ConnectionInfo* connection : rosbag::View(bag, images).getConnections()) {
-    const bool depth = connection->topic.find("depth") != std::string::npos;
-    if (!depth) topics.insert(connection->topic);
+    if (!ofDepth(connection->topic)) topics.insert(connection->topic);
   }
   if (topics.empty()) throw DatasetError(file + ": holds no image topic");
   if (topics.size() == 1) return *topics.begin();
@@ -91,32 +96,32 @@ std::string chooseTopic(const std::string& file, rosbag::Bag& bag, const std::st
                      "); choose one with --topic");
 }
 
-CameraIntrinsics fromCameraInfo(const sensor_msgs::CameraInfo& info, const std::string& topic) {
-  const CameraIntrinsics raw = {info.K[0], info.K[4], info.K[2], info.K[5], commonModelName(info.distortion_model),
-                                info.D};
-  const CameraIntrinsics rectified = {info.P[0], info.P[5], info.P[2], info.P[6], "", {}};
-  // P describes rectified images; their topics may carry it alone.
-  return rectified.calibrated() && (topic.find("_rect") != std::string::npos || !raw.calibrated()) ? rectified : raw;
-}
-
-/// Puts the topic into `source`.
+/// The first camera_info of an image topic. Puts its topic and matrix into `source`, and into `advice` what to give if
+/// the guess is wrong.
 std::optional<CameraIntrinsics> readCameraInfo(const std::string& file, rosbag::Bag& bag, const std::string& topic,
-                                               std::string& source) {
+                                               Rectified given, std::string& source, std::string& advice) {
   // ".../image_raw/compressed" has its camera_info one level further up.
   for (const std::string& parent : {parentTopic(topic), parentTopic(parentTopic(topic))}) {
-    source = parent + "/camera_info";
-    rosbag::View view(bag, rosbag::TopicQuery(source));
+    const std::string info_topic = parent + "/camera_info";
+    rosbag::View view(bag, rosbag::TopicQuery(info_topic));
     for (const rosbag::MessageInstance& message : view) {
       const auto info = message.instantiate<sensor_msgs::CameraInfo>();
       if (!info) continue;
-      const CameraIntrinsics intrinsics = fromCameraInfo(*info, topic);
-      if (!intrinsics.calibrated()) return std::nullopt;
       try {
+        const CameraIntrinsics intrinsics = intrinsicsOf(*info, topic, given, " or give --intrinsics");
+        if (!intrinsics.calibrated()) return std::nullopt;
         intrinsics.validate();
+        const bool rectified = isRectified(*info, topic, given);
+        source = info_topic + (rectified && info->P[0] != 0 ? ", P" : rectified ? ", K" : ", K and D");
+        if (given == Rectified::kAuto && rectified != isRectified(*info, "", Rectified::kAuto)) {
+          advice = " (taken as rectified by the topic's name; if they are not, give --input-is-rectified false)";
+        } else if (given == Rectified::kAuto && !rectified && info->P[0] != 0) {
+          advice = " (taken as not rectified; if they are, give --input-is-rectified true)";
+        }
+        return intrinsics;
       } catch (const std::invalid_argument& error) {
-        throw DatasetError(file + ": " + source + ": " + error.what());
+        throw DatasetError(file + ": " + info_topic + ": " + error.what());
       }
-      return intrinsics;
     }
   }
   return std::nullopt;
@@ -154,12 +159,12 @@ void addPoses(rosbag::Bag& bag, const std::string& camera_frame, const std::vect
 
 }  // namespace
 
-void Dataset::readBag(const std::string& asked_topic) {
+void Dataset::readBag(const DatasetOptions& options) {
   try {
     const auto open = std::make_shared<OpenBag>();
     rosbag::Bag& bag = open->bag;
     bag.open(path_, rosbag::bagmode::Read);
-    const std::string topic = chooseTopic(path_, bag, asked_topic);
+    const std::string topic = chooseTopic(path_, bag, options.topic);
     std::vector<ros::Time> stamps;
     std::string camera_frame;
     rosbag::View view(bag, rosbag::TopicQuery(topic));
@@ -179,7 +184,9 @@ void Dataset::readBag(const std::string& asked_topic) {
       frames_.push_back({topic + "@" + std::to_string(stamp), stamp});
     }
     if (open->messages.empty()) throw DatasetError(path_ + ": topic " + topic + " holds no image");
-    intrinsics_ = readCameraInfo(path_, bag, topic, intrinsics_source_);
+    if (options.intrinsics.empty()) {
+      intrinsics_ = readCameraInfo(path_, bag, topic, options.rectified, intrinsics_source_, advice_);
+    }
     addPoses(bag, camera_frame, stamps, frames_);
     read_ = [open](int frame, bool colour) { return open->image(frame, colour); };
   } catch (const DatasetError&) {

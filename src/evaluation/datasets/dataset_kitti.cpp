@@ -1,5 +1,6 @@
 // KITTI odometry layout: image_0/ (or image_l/) in name order, optional calib.txt (P0: the left grey camera), poses.txt
-// (3 x 4, row major) and times.txt (seconds); line i belongs to the i-th image.
+// (3 x 4, row major, of the left grey camera) and times.txt (seconds); line i belongs to the i-th image. The folder of
+// one camera (.../06/image_1) is a set, too: its calibration and its place are those of P1.
 #include <algorithm>
 #include <filesystem>
 
@@ -11,32 +12,40 @@ namespace {
 
 constexpr double kNominalPeriod = 0.1;  // KITTI's cameras run at 10 Hz; used without times.txt
 
-/// Paths relative to the set's folder, sorted by name.
-std::vector<std::string> listImages(const std::string& folder, const std::string& subfolder) {
+/// Names of the images of a folder with `prefix` before each, sorted.
+std::vector<std::string> listImages(const std::string& folder, const std::string& prefix) {
   std::vector<std::string> names;
   std::error_code problem;
-  const std::filesystem::directory_iterator entries(joinPath(folder, subfolder), problem);
-  if (problem) throw DatasetError(joinPath(folder, subfolder) + ": " + problem.message());
+  const std::filesystem::directory_iterator entries(folder, problem);
+  if (problem) throw DatasetError(folder + ": " + problem.message());
   for (const auto& entry : entries) {
     const std::string suffix = entry.path().extension().string();
     if (suffix != ".png" && suffix != ".jpg" && suffix != ".jpeg" && suffix != ".pgm") continue;
-    names.push_back(subfolder + "/" + entry.path().filename().string());
+    names.push_back(prefix + entry.path().filename().string());
   }
   std::sort(names.begin(), names.end());
-  if (names.empty()) throw DatasetError(joinPath(folder, subfolder) + ": holds no .png, .jpg or .pgm image");
+  if (names.empty()) throw DatasetError(folder + ": holds no .png, .jpg or .pgm image");
   return names;
 }
 
-std::optional<CameraIntrinsics> readCalibration(const std::string& file) {
+/// One camera of the rig.
+struct KittiCamera {
+  CameraIntrinsics intrinsics;
+  Eigen::Vector3d place;  ///< in the left grey camera, metres
+};
+
+/// `matrix`: "P0", "P1", ...
+std::optional<KittiCamera> readCalibration(const std::string& file, const std::string& matrix) {
   if (!isFile(file)) return std::nullopt;
   for (const TextLine& line : readLines(file)) {
-    if (line.fields[0] != "P0:") continue;
-    const std::vector<double> p = numbersAt(file, line, 1, 12, "P0: and twelve numbers of a 3 x 4 projection matrix");
-    const CameraIntrinsics intrinsics = {p[0], p[5], p[2], p[6], "", {}};
-    if (!intrinsics.calibrated()) failAt(file, line, "the focal lengths in P0 must be positive");
-    return intrinsics;
+    if (line.fields[0] != matrix + ":") continue;
+    const std::vector<double> p =
+        numbersAt(file, line, 1, 12, matrix + ": and twelve numbers of a 3 x 4 projection matrix");
+    const CameraIntrinsics k = {p[0], p[5], p[2], p[6], "", {}};
+    if (!k.calibrated()) failAt(file, line, "the focal lengths in " + matrix + " must be positive");
+    return KittiCamera{k, {-(p[3] - k.cx * p[11]) / k.fx, -(p[7] - k.cy * p[11]) / k.fy, -p[11]}};
   }
-  throw DatasetError(file + ": has no line that starts with 'P0:'");
+  throw DatasetError(file + ": has no line that starts with '" + matrix + ":'");
 }
 
 std::vector<Eigen::Isometry3d> readPoses(const std::string& file) {
@@ -66,16 +75,24 @@ std::vector<double> readTimes(const std::string& file) {
 }  // namespace
 
 void Dataset::readKitti() {
-  if (!intrinsics_) {
-    intrinsics_ = readCalibration(joinPath(path_, "calib.txt"));
-    intrinsics_source_ = "calib.txt";
+  const auto rig = kittiRigOf(path_);
+  const std::string root = rig.value_or(path_), camera = std::filesystem::path(path_).filename().string();
+  const std::string left = isFolder(joinPath(root, "image_0")) ? "image_0" : "image_l";
+  const char number = !rig || camera == "image_l" ? '0' : camera == "image_r" ? '1' : camera.back();
+  const std::string matrix = {'P', number};
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  if (rig || !intrinsics_) {
+    if (const auto found = readCalibration(joinPath(root, "calib.txt"), matrix)) {
+      place = found->place;
+      if (!intrinsics_) intrinsics_source_ = "calib.txt, " + matrix;
+      if (!intrinsics_) intrinsics_ = found->intrinsics;
+    }
   }
-  const std::vector<std::string> names =
-      listImages(path_, isFolder(joinPath(path_, "image_0")) ? "image_0" : "image_l");
-  const std::vector<Eigen::Isometry3d> poses = readPoses(joinPath(path_, "poses.txt"));
-  const std::vector<double> times = readTimes(joinPath(path_, "times.txt"));
+  const std::vector<std::string> names = rig ? listImages(path_, "") : listImages(joinPath(path_, left), left + "/");
+  const std::vector<Eigen::Isometry3d> poses = readPoses(joinPath(root, "poses.txt"));
+  const std::vector<double> times = readTimes(joinPath(root, "times.txt"));
   if (!times.empty() && times.size() < names.size()) {
-    throw DatasetError(joinPath(path_, "times.txt") + ":" + std::to_string(times.size()) + ": the file ends after " +
+    throw DatasetError(joinPath(root, "times.txt") + ":" + std::to_string(times.size()) + ": the file ends after " +
                        std::to_string(times.size()) + " lines, but there are " + std::to_string(names.size()) +
                        " images");
   }
@@ -83,8 +100,8 @@ void Dataset::readKitti() {
   for (size_t i = 0; i < names.size(); ++i) {
     DatasetFrame frame = {names[i], times.empty() ? static_cast<double>(i) * kNominalPeriod : times[i]};
     if (i < poses.size()) {
-      frame.pose = poses[i];
-      trajectory_.push_back({frame.stamp, poses[i]});
+      frame.pose = poses[i] * Eigen::Translation3d(place);
+      trajectory_.push_back({frame.stamp, *frame.pose});
     }
     frames_.push_back(frame);
   }

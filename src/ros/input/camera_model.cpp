@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstddef>
-#include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 
-#include "distortion.h"
 #include "text.h"
 
 namespace gms_ransac {
@@ -22,20 +19,9 @@ constexpr double kOtherCamera = 0.1;
 // Pixels are square to a few percent, those of interlaced video to a tenth.
 constexpr double kOblongPixels = 0.1;
 
-// No model has as many; a message may claim any number, and its own copy is enough.
-constexpr std::ptrdiff_t kMostCoefficients = 100;
-
 bool sameCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo& b) {
   return a.width == b.width && a.height == b.height && a.distortion_model == b.distortion_model && a.D == b.D &&
          a.K == b.K && a.P == b.P && a.binning_x == b.binning_x && a.binning_y == b.binning_y && a.roi == b.roi;
-}
-
-CameraIntrinsics ofK(const sensor_msgs::CameraInfo& info) {
-  return {info.K[0], info.K[4], info.K[2], info.K[5], "", {}};
-}
-
-CameraIntrinsics ofP(const sensor_msgs::CameraInfo& info) {
-  return {info.P[0], info.P[5], info.P[2], info.P[6], "", {}};
 }
 
 /// The size of the image that `info` describes, after region of interest and binning; 0x0 when it does not say.
@@ -44,24 +30,6 @@ cv::Size describedSize(const sensor_msgs::CameraInfo& info) {
   // Divided as they came, unsigned: the least int over -1 would end the process.
   return {static_cast<int>((has_region ? info.roi.width : info.width) / std::max(info.binning_x, 1u)),
           static_cast<int>((has_region ? info.roi.height : info.height) / std::max(info.binning_y, 1u))};
-}
-
-/// Both are 0 where the matrix is not given; a single one, a negative one and NaN are mistakes.
-void requireFocalLengths(const char* matrix, const CameraIntrinsics& k, const std::string& or_set) {
-  if ((k.fx == 0 && k.fy == 0) || (k.calibrated() && std::isfinite(k.fx) && std::isfinite(k.fy))) return;
-  std::ostringstream text;
-  text << "fx is " << k.fx << " and fy is " << k.fy << " in " << matrix
-       << ", both must be above 0; calibrate the camera" << or_set;
-  throw std::invalid_argument(text.str());
-}
-
-/// K and P are those of the full-resolution image (sensor_msgs/CameraInfo): shift to the region, then bin.
-void applyRegionAndBinning(const sensor_msgs::CameraInfo& info, CameraIntrinsics& intrinsics) {
-  const double bx = std::max(info.binning_x, 1u), by = std::max(info.binning_y, 1u);
-  intrinsics.cx = (intrinsics.cx - info.roi.x_offset) / bx;
-  intrinsics.cy = (intrinsics.cy - info.roi.y_offset) / by;
-  intrinsics.fx /= bx;
-  intrinsics.fy /= by;
 }
 
 bool mayBeOneCamera(const CameraIntrinsics& a, const CameraIntrinsics& b) {
@@ -129,16 +97,6 @@ std::shared_ptr<const CameraModel> CameraModelSource::makeAndTell(const sensor_m
   return model;
 }
 
-bool CameraModelSource::isRectified(const sensor_msgs::CameraInfo& info) const {
-  if (input_is_rectified_ != Rectified::kAuto) return input_is_rectified_ == Rectified::kTrue;
-  // "image_rect", "/rect/image"; but not "/direct/image".
-  for (const char* word : {"_rect", "/rect"}) {
-    if (image_topic_.find(word) != std::string::npos) return true;
-  }
-  if (commonModelName(info.distortion_model) == "equidistant" && !info.D.empty()) return false;  // zeros: r = f angle
-  return std::all_of(info.D.begin(), info.D.end(), [](double d) { return d == 0; });
-}
-
 std::string CameraModelSource::sizeMismatch(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {
   const cv::Size described = describedSize(info);
   if (described == cv::Size() || described == image_size) return std::string();
@@ -196,12 +154,8 @@ void CameraModelSource::make(const sensor_msgs::CameraInfo* info, cv::Size image
 }
 
 void CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size, CameraModel& model) const {
-  const CameraIntrinsics k = ofK(info), p = ofP(info);
-  requireFocalLengths("K", k, or_set_);
-  // kitti2bag leaves K at zero and fills P alone; only a rectified image is described by P.
-  const bool rectified = k.fx == 0 || isRectified(info);
-  if (rectified) requireFocalLengths("P", p, or_set_);
-  if (k.fx == 0 && p.fx == 0) {
+  CameraIntrinsics intrinsics = intrinsicsOf(info, image_topic_, input_is_rectified_, or_set_);
+  if (!intrinsics.calibrated()) {
     model.problem = "the camera_info on " + info_topic_ +
                     " is not calibrated (fx is 0 in K and in P); calibrate the camera" + or_set_;
     return;
@@ -211,21 +165,7 @@ void CameraModelSource::fromInfo(const sensor_msgs::CameraInfo& info, cv::Size i
     model.problem += "; remap the matching camera_info" + or_set_;
     return;
   }
-  const bool from_p = rectified && p.fx > 0;
-  CameraIntrinsics intrinsics = from_p ? p : k;
-  // A principal point in the corner is one that was not filled in, and poses from it are wrong.
-  if (intrinsics.cx == 0 && intrinsics.cy == 0) {
-    throw std::invalid_argument(std::string("cx and cy are 0 in ") + (from_p ? "P" : "K") + "; calibrate the camera" +
-                                or_set_);
-  }
-  applyRegionAndBinning(info, intrinsics);
-  // So small a number that binning makes 0 of it, which would pass for a camera that is not calibrated.
-  if (!intrinsics.calibrated()) throw std::invalid_argument("fx and fy are 0 after binning");
-  if (!rectified) {
-    intrinsics.distortion_model = excerpt(commonModelName(info.distortion_model));  // an unknown one will be quoted
-    intrinsics.distortion.assign(
-        info.D.begin(), info.D.begin() + std::min(std::distance(info.D.begin(), info.D.end()), kMostCoefficients));
-  }
+  intrinsics.distortion_model = excerpt(intrinsics.distortion_model);  // an unknown one will be quoted
   model.camera = Camera(intrinsics, image_size);
 }
 

@@ -37,7 +37,6 @@ class CameraModelSource {
   /// Sets the camera or the problem of the model; throws std::exception with the end of a sentence.
   void make(const sensor_msgs::CameraInfo* info, cv::Size image_size, CameraModel& model) const;
   void fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size, CameraModel& model) const;
-  bool isRectified(const sensor_msgs::CameraInfo& info) const;
   /// Empty when `info` does not say a size.
   std::string sizeMismatch(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
   /// Empty unless the pixels of `info` are far from square, or it is that of an uncalibrated Kinect.

@@ -129,7 +129,7 @@ TEST_F(Written, TumFolderBecomesABagWithItsOwnCalibration) {
   EXPECT_EQ(first<sensor_msgs::CameraInfo>(path("tum.bag"), "/camera/rgb/camera_info")->K[0], 500);
   const Dataset dataset = Dataset::open(path("tum.bag"));
   EXPECT_EQ(dataset.calibrationText(),
-            "calibration of /camera/rgb/camera_info: fx 500, fy 500, cx 319.5, cy 239.5, no distortion");
+            "calibration of /camera/rgb/camera_info, P: fx 500, fy 500, cx 319.5, cy 239.5, no distortion");
   ASSERT_EQ(dataset.frames().size(), 2u);
   ASSERT_TRUE(dataset.frames()[1].pose.has_value());
   EXPECT_LT((dataset.frames()[1].pose->matrix() - scene.pose(1).matrix()).norm(), 1e-6);

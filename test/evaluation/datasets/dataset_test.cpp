@@ -17,6 +17,7 @@
 #include <tf2_msgs/TFMessage.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "camera_info.h"
 #include "run/pair_truth.h"
 #include "scratch_folder.h"
 
@@ -193,6 +194,22 @@ TEST_F(KittiTest, ReadsImagesInNameOrderWithPosesTimesAndCalibration) {
   EXPECT_DOUBLE_EQ(Dataset::open(path()).intrinsics()->fy, 2) << "camera.txt goes before calib.txt";
 }
 
+TEST_F(KittiTest, ReadsTheOtherCameraWithItsCalibrationAndPlace) {
+  for (const char* name : {"image_0/0.png", "image_1/0.png", "image_1/1.png"}) writeImage(name, 1);
+  write("calib.txt", "P0: 700 0 600 0 0 701 180 0 0 0 1 0\nP1: 710 0 600 -355 0 701 180 0 0 0 1 0\n");
+  write("poses.txt", "0 0 1 5 0 1 0 6 -1 0 0 7\n");  // looks along x, so that the right of the camera is -z
+  const Dataset dataset = Dataset::open(path("image_1/"));
+  EXPECT_EQ(dataset.kind(), DatasetKind::kKitti);
+  EXPECT_EQ(dataset.name(), fs::path(path()).filename().string() + "/image_1");
+  ASSERT_EQ(dataset.frames().size(), 2u);
+  EXPECT_EQ(dataset.image(1).rows, dataset.image(0).rows);
+  EXPECT_DOUBLE_EQ(dataset.intrinsics()->fx, 710);
+  EXPECT_NE(dataset.calibrationText().find("calib.txt, P1"), std::string::npos);
+  EXPECT_TRUE(dataset.frames()[0].pose->translation().isApprox(Eigen::Vector3d(5, 6, 6.5)));
+  EXPECT_EQ(layoutOf(path("image_1")), DatasetKind::kKitti);
+  EXPECT_FALSE(layoutOf(path("image_7"))) << "is not there";
+}
+
 TEST_F(KittiTest, AcceptsTheOtherFolderNameAndMissingFiles) {
   writeImage("image_l/000000.jpg", 1);
   const Dataset dataset = Dataset::open(path());
@@ -284,6 +301,7 @@ TEST_F(BagTest, ReadsImagesCameraInfoAndTransforms) {
     sensor_msgs::CameraInfo info;
     info.P[0] = 700;
     info.P[5] = 701;
+    info.P[2] = info.P[6] = 300;
     bag.write("/cam/camera_info", ros::Time(10), info);
     for (int i = 0; i < 3; ++i) {
       // Received at the same instant: told apart by their own stamps.
@@ -309,25 +327,59 @@ TEST_F(BagTest, ReadsImagesCameraInfoAndTransforms) {
   EXPECT_DOUBLE_EQ(dataset.intrinsics()->fy, 701);
 }
 
-TEST_F(BagTest, ReadsTheModelByAnyNameAndTheProjectionOfRectifiedImages) {
-  const auto intrinsics = [this](const std::string& model, const std::string& name) {
+TEST_F(BagTest, HasTheCalibrationThatTheNodeTakes) {
+  const auto text = [this](const std::string& model, std::vector<double> D, const std::string& topic,
+                           Rectified rectified = Rectified::kAuto) {
     {
       rosbag::Bag bag(path("set.bag"), rosbag::bagmode::Write);
       sensor_msgs::CameraInfo info;
       info.K[0] = info.K[4] = 500;
       info.P[0] = info.P[5] = 400;
+      info.K[2] = info.K[5] = info.P[2] = info.P[6] = 300;
       info.distortion_model = model;
-      info.D.assign(4, 0);
-      bag.write("/cam/camera_info", ros::Time(10), info);
-      bag.write("/cam/" + name, ros::Time(10), grayMessage(5, 50));
+      info.D = D;
+      info.binning_x = info.binning_y = 2;
+      bag.write(topic.substr(0, topic.rfind('/')) + "/camera_info", ros::Time(10), info);
+      bag.write(topic, ros::Time(10), grayMessage(5, 50));
     }
-    const Dataset dataset = Dataset::open(path("set.bag"));
-    return dataset.calibrationText();
+    DatasetOptions options;
+    options.rectified = rectified;
+    return Dataset::open(path("set.bag"), options).calibrationText();
   };
-  const std::string start = "calibration of /cam/camera_info: fx ";
-  EXPECT_EQ(intrinsics("fisheye", "image_raw"), start + "500, fy 500, cx 0, cy 0, equidistant 0 0 0 0");
-  EXPECT_EQ(intrinsics("radtan", "image_raw"), start + "500, fy 500, cx 0, cy 0, no distortion");
-  EXPECT_EQ(intrinsics("plumb_bob", "image_rect"), start + "400, fy 400, cx 0, cy 0, no distortion");
+  const std::string of_p = ", P: fx 200, fy 200, cx 150, cy 150, no distortion";
+  const std::string of_k = ", K and D: fx 250, fy 250, cx 150, cy 150, ";
+  EXPECT_EQ(text("fisheye", {0, 0, 0, 0}, "/cam/image_raw", Rectified::kFalse),
+            "calibration of /cam/camera_info" + of_k + "equidistant 0 0 0 0");
+  EXPECT_EQ(text("radtan", {0, 0, 0, 0}, "/cam/image_raw"), "calibration of /cam/camera_info" + of_p);
+  EXPECT_EQ(text("plumb_bob", {0.1, 0, 0, 0}, "/cam/image_rect", Rectified::kTrue),
+            "calibration of /cam/camera_info" + of_p);
+  EXPECT_EQ(text("plumb_bob", {0.1, 0, 0, 0}, "/cam/image_raw"),
+            "calibration of /cam/camera_info" + of_k +
+                "plumb_bob 0.1 0 0 0 (taken as not rectified; if they are, give --input-is-rectified true)");
+  // A raw drive of kitti2bag: rectified images next to the K and D of the camera before.
+  EXPECT_EQ(text("plumb_bob", {-0.37, 0.2, 0, 0, 0}, "/kitti/camera_gray_left/image_raw"),
+            "calibration of /kitti/camera_gray_left/camera_info" + of_p +
+                " (taken as rectified by the topic's name; if they are not, give --input-is-rectified false)");
+}
+
+TEST_F(BagTest, ADepthImageIsNoneToMatch) {
+  for (const char* encoding : {"32FC1", "16UC1"}) {
+    {
+      rosbag::Bag bag(path("set.bag"), rosbag::bagmode::Write);
+      const cv::Mat depth(4, 6, cv_bridge::getCvType(encoding), cv::Scalar(2));
+      bag.write("/camera/depth/image", ros::Time(10), cv_bridge::CvImage({}, encoding, depth).toImageMsg());
+    }
+    DatasetOptions options;
+    options.topic = "/camera/depth/image";
+    const Dataset dataset = Dataset::open(path("set.bag"), options);
+    try {
+      dataset.image(0);
+      FAIL() << encoding;
+    } catch (const DatasetError& error) {
+      EXPECT_EQ(error.what(), path("set.bag") + ": image 0 of /camera/depth/image: its encoding " + encoding +
+                                  " is that of a depth image; choose grey or colour with --topic");
+    }
+  }
 }
 
 TEST_F(BagTest, ReadsEncodingsWithoutAColourFormat) {
