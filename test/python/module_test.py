@@ -191,6 +191,11 @@ class Module(unittest.TestCase):
         picture = cv2.imread(str(Path(self.folder.name, "two_images.png"))).astype(int)
         self.assertGreater((picture[..., 1] - picture[..., 0] > 150).sum(), 1000)
 
+    def test_example_names_the_image_that_is_missing(self):
+        run = subprocess.run([sys.executable, TWO_IMAGES, self.files[0], "none.png", *self.intrinsics], cwd=self.folder.name,
+                             stderr=subprocess.PIPE, universal_newlines=True)
+        self.assertEqual((run.returncode, run.stderr), (1, "cannot read the image none.png\n"))
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])

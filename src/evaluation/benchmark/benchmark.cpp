@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -95,6 +96,12 @@ int benchmark(const Arguments& words) {
   if (!arguments.out.empty() && !std::ofstream(arguments.out)) {
     throw std::runtime_error("cannot write " + arguments.out);
   }
+  const size_t settings = features.size() * threads.size();
+  std::cerr << "benchmark: " << (arguments.folder.empty() ? "a rendered scene" : arguments.folder) << " with "
+            << arguments.features << " features and " << arguments.threads << " threads, " << settings
+            << (settings == 1 ? " setting"
+                              : " settings that take up to a minute each (--features 2000 --threads 1: one)")
+            << "; the table comes at the end\n";
   watchInterrupts();
   std::optional<TemporaryFolder> rendered;
   if (arguments.folder.empty()) {
