@@ -6,8 +6,10 @@
   evaluate_report.py tables FOLDER [--no-plots]          tables and figures of `evaluate tables`
   evaluate_report.py merge PART... [--out FOLDER] [--no-plots]
                                                          joins what `evaluate tables --shard` wrote, and makes its tables
-  evaluate_report.py trust FOLDER [--no-tables] [--detail METHOD,METHOD] [--before FOLDER] [--into DOCUMENT]
+  evaluate_report.py trust FOLDER [--no-tables] [--before FOLDER] [--into DOCUMENT]...
                                                          tables and plots of `evaluate trust`
+  evaluate_report.py insert DOCUMENT NAME FILE           puts what a program printed (scripts/demo: out/demo/summary.txt)
+                                                         between the marks of that name in a document
   evaluate_report.py benchmark [--head TEXT] [--out FILE.md] <RECORDS
                                                          the tables of `benchmark`
 """
@@ -20,6 +22,7 @@ except ImportError:
     sys.exit("evaluate_report.py: numpy is missing; install python3-numpy")
 
 from report import benchmark, run, sweep, tables, trust
+from report.common import insert, printed
 
 
 def main():
@@ -41,12 +44,15 @@ def main():
     option = commands.add_parser("trust").add_argument
     option("folder")
     option("--no-tables", action="store_true", help="only pairs.csv")
-    option("--detail", default="", help="methods, with commas, that get a line for each set and scene; default all")
     option("--before", help="an earlier folder of the same pairs: how many of its right answers are kept")
-    option("--into", help="document whose marked tables are replaced")
+    option("--into", action="append", default=[], help="document whose marked tables are replaced; may be repeated")
     option = commands.add_parser("benchmark").add_argument
     option("--head", default="benchmark", help="line above the tables")
     option("--out", help="file for the tables, Markdown")
+    option = commands.add_parser("insert").add_argument
+    option("document")
+    option("name", metavar="NAME", help="as in <!-- begin of the NAME -->")
+    option("file", metavar="FILE", help="what the program printed")
     given = parser.parse_args()
     try:
         if given.command == "run":
@@ -60,9 +66,10 @@ def main():
             tables.report(given.out.rstrip("/"), not given.no_plots)
         elif given.command == "benchmark":
             benchmark.report(sys.stdin, given.head, given.out)
+        elif given.command == "insert":
+            insert(given.document, {given.name: printed(given.file)})
         else:
-            trust.report(given.folder.rstrip("/"), not given.no_tables, [m for m in given.detail.split(",") if m],
-                         given.before, given.into)
+            trust.report(given.folder.rstrip("/"), not given.no_tables, given.before, given.into)
     except OSError as error:
         sys.exit("evaluate_report.py: %s: %s" % (error.filename, error.strerror))
     return 0

@@ -80,6 +80,35 @@ def markdown(head, rows):
     return lines[0] + "|" + "---|" * len(head) + "\n" + "".join(lines[1:])
 
 
+def replaced(text, made):
+    """A document with what was made, by name, between `<!-- begin of the NAME -->` and `<!-- end of the NAME -->`; None
+    if it has no such lines."""
+    found = None
+    for name, part in made.items():
+        begin, end = "<!-- begin of the %s -->" % name, "<!-- end of the %s -->" % name
+        if begin in text and end in text.split(begin)[1]:
+            before, after = text.split(begin)
+            found = text = before + begin + "\n\n" + part.strip("\n") + "\n\n" + end + after.split(end)[1]
+    return found
+
+
+def insert(document, made):
+    """Replaces what is between the marks of a document; ends the program where it has none."""
+    with open(document) as stream:
+        text = replaced(stream.read(), made)
+    if text is None:
+        sys.exit("evaluate_report.py: %s has no lines '<!-- begin of the %s -->' and '<!-- end of ... -->'" %
+                 (document, " -->' or '<!-- begin of the ".join(made)))
+    with open(document, "w") as stream:
+        stream.write(text)
+
+
+def printed(path):
+    """What a program printed, as a document quotes it."""
+    with open(path) as stream:
+        return "".join("    %s" % line for line in stream)
+
+
 def pyplot():
     """matplotlib.pyplot for files, or None with a sentence."""
     try:

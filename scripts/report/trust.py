@@ -1,5 +1,6 @@
 """`evaluate trust`: how often an answer that is OK is wrong, and whether covariances and match probabilities are true.
-pairs.csv, trust.md, trust.csv, risk_coverage.csv and .png, reliability.csv and .png; doc/trust.md says what each figure is."""
+Writes pairs.csv, trust.md, trust.csv, risk_coverage.csv and .png, reliability.csv and .png; doc/trust.md defines each
+figure."""
 import collections
 import math
 import os
@@ -9,12 +10,12 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from report.common import POSED, grouped, markdown, pyplot, read_units, write_csv
+from report.common import POSED, grouped, insert, markdown, pyplot, read_units, write_csv
 from report.plots import grid_of, save
 
 Z95 = 1.959964  # two-sided 95 % of a normal distribution
 ENOUGH = 20  # answers of one set or scene, for a share of them to mean something
-BEGIN, END = "<!-- begin of the tables -->", "<!-- end of the tables -->"
+CLOCK = 1e8  # seconds; later stamps are of one clock for all recordings, earlier ones begin anew in each
 PLOTS = ("risk_coverage.png", "reliability.png")
 AXES = ("rx", "ry", "rz")
 LIMITS = {"real": (3, 30), "rendered": (1, 20), "drawn": (1, 20)}  # of rotation and direction, degrees: beyond is wrong
@@ -29,6 +30,19 @@ def wilson(events, trials):
     middle = (share + z2 / (2 * trials)) / (1 + z2 / trials)
     half = Z95 / (1 + z2 / trials) * math.sqrt(share * (1 - share) / trials + z2 / (4 * trials * trials))
     return 100 * max(0.0, middle - half), 100 * min(1.0, middle + half)
+
+
+def stretches(answers):
+    """The largest number of pairs that have no part of a recording in common. Pairs that overlap err alike, and so do
+    two cameras of a rig (`set/camera`); drawn and listed pairs, which have no stamps, are apart."""
+    count = sum(math.isnan(a.to_s) for a in answers)
+    timed = [a for a in answers if not math.isnan(a.to_s)]
+    for recording in grouped(timed, lambda a: (a.kind, "" if a.to_s > CLOCK else a.set.split("/")[0])).values():
+        end = -math.inf
+        for answer in sorted(recording, key=lambda a: a.to_s):
+            if answer.from_s >= end:
+                count, end = count + 1, answer.to_s
+    return count
 
 
 def calibration_error(bins):
@@ -91,9 +105,9 @@ def tangent_errors(estimate, truth, covariance):
     return angle[:, None] * side, np.einsum("nji,njk,nkl->nil", basis, covariance, basis)
 
 
-COLUMNS = ("kind", "set", "gap", "pair", "method", "status", "survivors", "inliers", "has_truth", "baseline_m", "moved",
-           "right", "wrong", "rotation_error_deg", "direction_error_deg", "rx_deg", "ry_deg", "rz_deg",
-           "rotation_sigma_deg", "direction_sigma_deg", "uncertainty_deg", "nees_rotation", "nees_direction",
+COLUMNS = ("kind", "set", "gap", "pair", "from_s", "to_s", "method", "status", "survivors", "inliers", "has_truth",
+           "baseline_m", "moved", "right", "wrong", "rotation_error_deg", "direction_error_deg", "rx_deg", "ry_deg",
+           "rz_deg", "rotation_sigma_deg", "direction_sigma_deg", "uncertainty_deg", "nees_rotation", "nees_direction",
            "parallax_px", "sigma_px", "covariance", "reliability")
 
 
@@ -104,6 +118,8 @@ def row_of(record):
     row.update((key, record[key]) for key in ("kind", "set", "method", "status", "inliers", "reliability"))
     row.update(gap=record["gap"] or 0, survivors=record["matches_gms"], has_truth=truth is not None, moved=False,
                right=False, wrong=False, pair=(record["reference"] + " " + record["current"]).strip())
+    if record["stamp"] is not None:
+        row.update(from_s=record.get("reference_stamp", math.nan), to_s=record["stamp"])
     if truth:
         row.update(baseline_m=float(np.linalg.norm(truth["translation_m"])), moved=truth["moved"])
     if record["status"] in POSED:
@@ -198,7 +214,9 @@ def figures(answers):
     right = [a for a in posed if a.right and a.moved]
     row = dict(pairs=len(posed), ok=len(ok), wrong=sum(a.wrong for a in ok))
     row["wrong_percent"] = 100 * row["wrong"] / len(ok) if ok else math.nan
-    row["wrong_low"], row["wrong_high"] = wilson(row["wrong"], len(ok))
+    row["stretches"] = stretches(ok)
+    row["wrong_at_most"] = wilson(row["wrong"] * row["stretches"] / max(1, len(ok)), row["stretches"])[1]
+    row["directions"] = sum(not math.isnan(a.direction_error_deg) for a in ok)
     row["right"], row["refused"] = len(right), sum(not a.ok for a in right)
     row["refused_percent"] = 100 * row["refused"] / len(right) if right else math.nan
     for name, values in (("rotation", [a.nees_rotation for a in ok]), ("direction", [a.nees_direction for a in ok]),
@@ -208,7 +226,7 @@ def figures(answers):
     row["low_parallax"] = len(low)
     for axis in AXES:
         row["bias_%s_deg" % axis], row["bias_%s_z" % axis] = bias([getattr(a, axis + "_deg") for a in ok])
-    bins = sum(a.bins for a in answers)
+    bins = sum((a.bins for a in answers), np.zeros((1, 3)))
     row["matches"], row["ece"] = int(bins[:, 0].sum()), calibration_error(bins)
     return row
 
@@ -222,9 +240,11 @@ def number(value, digits=2):
 
 
 def wrong_cell(row):
-    if row["ok"] == 0:
-        return "–"
-    return "%d (%.1f %%, %.1f–%.1f)" % (row["wrong"], row["wrong_percent"], row["wrong_low"], row["wrong_high"])
+    return "%d (%.1f %%)" % (row["wrong"], row["wrong_percent"]) if row["ok"] else "–"
+
+
+def at_most_cell(row):
+    return "%.1f %%" % row["wrong_at_most"] if row["ok"] else "–"
 
 
 def refused_cell(row):
@@ -243,11 +263,14 @@ def bias_cell(row, axis):
 
 
 CELLS = {
-    "pairs": lambda row: number(row["pairs"]), "OK": lambda row: number(row["ok"]), "OK and wrong": wrong_cell,
+    "pairs": lambda row: number(row["pairs"]), "OK": lambda row: number(row["ok"]), "wrong, at most": at_most_cell,
+    "OK and wrong": wrong_cell, "stretches": lambda row: number(row["stretches"]),
+    "direction judged": lambda row: number(row["directions"]),
     "refused though right": refused_cell, "NEES rotation": lambda row: nees_cell(row, "rotation"),
     "NEES direction": lambda row: nees_cell(row, "direction"), "LOW_PARALLAX": lambda row: number(row["low_parallax"]),
     "its NEES rotation": lambda row: nees_cell(row, "low"), "ECE": lambda row: number(row["ece"], 3)}
 CELLS.update(("mean %s (z)" % axis, lambda row, axis=axis: bias_cell(row, axis)) for axis in AXES)
+TRUSTED = ["pairs", "OK", "wrong, at most", "OK and wrong", "stretches", "direction judged"]
 JUDGED = ["refused though right", "NEES rotation", "NEES direction"]
 
 
@@ -260,14 +283,14 @@ def table(head, lines):
 
 
 def detail_table(rows, axes=AXES):
-    names = ["pairs", "OK", "OK and wrong"] + JUDGED + ["LOW_PARALLAX", "its NEES rotation"] + [
+    names = TRUSTED + JUDGED + ["LOW_PARALLAX", "its NEES rotation"] + [
         "mean %s (z)" % axis for axis in axes] + ["ECE"]
     return table(["", "method"] + names, [[name, method] + cells(row, names) for (name, method), row in rows.items()])
 
 
 def summary_table(kinds, details, halves=(0, 1)):
     """One line for each kind of input and method; with halves of the pairs, and the worst line of the details."""
-    first, last = ["pairs", "OK", "OK and wrong"], JUDGED + ["ECE"]
+    first, last = TRUSTED, JUDGED + ["ECE"]
     head = ["", "method"] + first + [("even pairs", "odd pairs")[half] for half in halves] + [
         "worst line of %d OK or more" % ENOUGH] + last
     lines = []
@@ -281,9 +304,15 @@ def summary_table(kinds, details, halves=(0, 1)):
     return table(head, lines)
 
 
+def recordings_table(answers):
+    """A line for each set over all gaps, of one method."""
+    return table(["recording"] + TRUSTED, [[name] + cells(figures(part), TRUSTED) for name, part in
+                                           grouped((a for a in answers if a.has_truth), lambda a: a.set).items()])
+
+
 def halves_table(answers):
     """What may be tuned on, the even pairs, beside what may not, the odd ones."""
-    names = ["pairs", "OK", "OK and wrong"] + JUDGED + ["ECE"]
+    names = TRUSTED + JUDGED + ["ECE"]
     return table(["", "method", "half"] + names, [
         [kind, method, name] + cells(figures([a for a in part if a.half == half]), names)
         for (kind, method), part in grouped(answers, lambda a: (a.kind, a.method)).items()
@@ -309,8 +338,9 @@ def kept_table(answers, before):
     return table(["", "method", "still OK and right", "most lost"], lines)
 
 
-def write_tables(folder, answers, methods, before):
-    """Writes trust.md and trust.csv. Returns the tables for a document: all, or with `methods` a page of them."""
+def write_tables(folder, answers, before):
+    """Writes trust.md and trust.csv. Returns what documents show, by the name of its marks: `tables`, a summary of each
+    method and the real sets of the first; `recordings`, these sets alone."""
     details = {}
     for kind, part in grouped(answers, lambda a: a.kind).items():
         details[kind] = {key: figures(group) for key, group in grouped(part, lambda a: (name_of(a), a.method)).items()}
@@ -318,21 +348,19 @@ def write_tables(folder, answers, methods, before):
     write_csv(os.path.join(folder, "trust.csv"), ["kind", "set", "method"] + head,
               [[kind, name, method] + ["" if isinstance(v, float) and math.isnan(v) else v for v in row.values()]
                for kind, rows in details.items() for (name, method), row in rows.items()])
-    text = "### All\n\n" + summary_table(grouped(answers, lambda a: (a.kind, a.method)), details)
-    text += "### The two halves\n\n" + halves_table([a for a in answers if not methods or a.method in methods])
+    kinds = grouped(answers, lambda a: (a.kind, a.method))
+    first = answers[0].method
+    recordings = recordings_table(kinds.get(("real", first), []))
+    of_first = "### Real images, all gaps, %s\n\n%s" % (first, recordings)
+    text = "### All\n\n" + summary_table(kinds, details) + of_first + "### The two halves\n\n" + halves_table(answers)
     if before:
         text += "### Of what was OK and right before\n\n" + kept_table(answers, before)
-    for kind, rows in details.items():
-        rows = dict((key, row) for key, row in rows.items() if not methods or key[1] in methods)
-        text += "### %s\n\n" % TITLES[kind] + detail_table(rows)
+    text += "".join("### %s\n\n%s" % (TITLES[kind], detail_table(rows)) for kind, rows in details.items())
     with open(os.path.join(folder, "trust.md"), "w") as stream:
         stream.write(text)
-    if not methods:
-        return text
-    chosen = [a for a in answers if a.method in methods]
-    text = "### All\n\n" + summary_table(grouped(chosen, lambda a: (a.kind, a.method)), details, halves=())
-    real = dict((key, row) for key, row in details.get("real", {}).items() if key[1] == methods[0] and row["pairs"])
-    return text + ("### %s\n\n" % TITLES["real"] + detail_table(real, axes=()) if real else "")
+    real = dict((key, row) for key, row in details.get("real", {}).items() if key[1] == first and row["pairs"])
+    return {"recordings": recordings, "tables": "### All\n\n" + summary_table(kinds, details, halves=()) + of_first +
+            "### Real images, each gap, %s\n\n%s" % (first, detail_table(real, axes=()))}
 
 
 def write_curves(folder, answers):
@@ -354,7 +382,8 @@ def plot(plt, folder, name, curves, draw, labels):
     figure, axes = grid_of(plt, len(kinds), 1, (5, 4))
     for axis, (kind, keys) in zip(axes[0], kinds.items()):
         for place, key in enumerate(keys):
-            draw(axis, curves[key], dict(label=key[1], linewidth=1.2, color=plt.get_cmap("tab20")(place % 20)))
+            draw(axis, curves[key], dict(label=key[1], linewidth=1.2, color=plt.get_cmap("tab10")(place % 10),
+                                         linestyle="--" if place >= 10 else "-"))
         axis.set_title(TITLES[kind], fontsize=9)
         axis.set_xlabel(labels[0], fontsize=9)
     axes[0][0].set_ylabel(labels[1], fontsize=9)
@@ -377,30 +406,27 @@ def plot_all(folder, risks, bins):
     plot(plt, folder, "reliability", bins, draw_reliability, ("probability of a match", "share that is right"))
 
 
-def insert(document, tables, folder):
-    """Puts the tables between the two marks of a document, and the plots into a folder of its name."""
+def copy_plots(document, folder):
+    """Puts the plots that a document shows into the folder of its name."""
+    beside = os.path.splitext(document)[0]
     with open(document) as stream:
         text = stream.read()
-    if BEGIN not in text or END not in text:
-        sys.exit("evaluate_report.py: %s lacks the lines '%s' and '%s'" % (document, BEGIN, END))
-    with open(document, "w") as stream:
-        stream.write(text.split(BEGIN)[0] + BEGIN + "\n\n" + tables + END + text.split(END)[1])
-    beside = os.path.splitext(document)[0]
-    os.makedirs(beside, exist_ok=True)
     for name in PLOTS:
-        if os.path.exists(os.path.join(folder, name)):
+        if "(%s/%s)" % (os.path.basename(beside), name) in text and os.path.exists(os.path.join(folder, name)):
+            os.makedirs(beside, exist_ok=True)
             shutil.copy(os.path.join(folder, name), beside)
 
 
-def report(folder, with_tables=True, detail=(), before=None, into=None):
+def report(folder, with_tables=True, before=None, into=()):
     answers = read(folder)
     if not answers:
         sys.exit("evaluate_report.py: %s holds no answer" % folder)
     write_csv(os.path.join(folder, "pairs.csv"), COLUMNS, [[cell(getattr(a, key)) for key in COLUMNS] for a in answers])
     if not with_tables:
         return
-    tables = write_tables(folder, answers, detail, read(before) if before else [])
+    made = write_tables(folder, answers, read(before) if before else [])
     plot_all(folder, *write_curves(folder, answers))
-    if into:
-        insert(into, tables, folder)
+    for document in into:
+        insert(document, made)
+        copy_plots(document, folder)
     print("wrote trust.md, trust.csv, risk_coverage and reliability (.csv, .png) in " + folder)

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """The statistics of scripts/report against values worked out by hand and against the arithmetic of the paper."""
+import ast
 import math
 import sys
+import tempfile
 import unittest
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,9 +13,10 @@ try:
 except ImportError:
     raise SystemExit(77)  # skipped
 
-sys.path.insert(0, str(next(p for p in Path(__file__).resolve().parents if (p / "scripts/report").is_dir()) / "scripts"))
+PROJECT = next(p for p in Path(__file__).resolve().parents if (p / "scripts/report").is_dir())
+sys.path.insert(0, str(PROJECT / "scripts"))
 from report import benchmark, run, sweep, tables, trust  # noqa: E402
-from report.common import area  # noqa: E402
+from report.common import area, insert, printed, pyplot, replaced  # noqa: E402
 
 
 def record(**fields):
@@ -46,7 +49,7 @@ class Run(unittest.TestCase):
     def test_a_missing_pose_counts_as_180_degrees_and_its_matches_not_at_all(self):
         row = run.summarize([record(inliers=10, truth=truth((1, 2), counts(10, 9, 8))),
                              record(inliers=4, status="RANSAC_FAILED", truth=truth(None, counts(4, 0, 0)))])
-        self.assertEqual((row["pairs"], row["posed"], row["kept"], row["correct"]), (2, 1, 10, 9))
+        self.assertEqual((row["pairs"], row["ok"], row["failed"], row["kept"], row["correct"]), (2, 1, 1, 10, 9))
         self.assertEqual((row["rotation"], row["precision"], row["recall"]), (1, 90, 50))
         self.assertAlmostEqual(row["auc5"], area([2, 180], 5))
         self.assertAlmostEqual(row["rauc2"], area([1, 180], 2))
@@ -55,6 +58,22 @@ class Run(unittest.TestCase):
         row = run.summarize([record(inliers=10, status="UNCALIBRATED", truth=truth(None, counts(10, 5, 4), has_pose=False))])
         self.assertEqual((row["precision"], row["recall"]), (50, 25))
         self.assertIn("      -", run.table({"lan": [record()]}))
+
+    def test_the_table_counts_statuses(self):
+        statuses = ["OK", "OK", "LOW_PARALLAX", "RANSAC_FAILED"]
+        row = run.table({"lan": [record(status=status) for status in statuses]}).splitlines()[1]
+        self.assertEqual(row.split()[:5], ["lan", "4", "2", "1", "1"])
+
+    def test_a_plot_is_drawn_with_and_without_truth(self):
+        if not pyplot():
+            self.skipTest("needs matplotlib")
+        for known in (None, truth((0.1, 2)), truth(None)):
+            with tempfile.TemporaryDirectory() as folder:
+                run.plot({"lan": [record(truth=known), record(stamp=1.0, status="RANSAC_FAILED")]}, folder + "/plot.png")
+                self.assertGreater(Path(folder, "plot.png").stat().st_size, 10000)
+
+    def test_a_running_median_follows_what_is_there(self):
+        np.testing.assert_allclose(run.running_median(np.array([1, 9, 2, math.nan, 4, 100]), 3), [5, 2, 5.5, 3, 52, 52])
 
     def test_a_sweep_holds_medians_and_the_share_of_successes(self):
         trial = dict.fromkeys(sweep.MEDIANS, 1.5)
@@ -79,6 +98,29 @@ def tables_run(method, pair="p0", preset=2000, raw_points=None, **columns):
                for i, h, e, c in zip(column("inliers", 1), column("hypotheses", 0), column("errors", None),
                                      column("counts", None))]
     return tables.Run(records, raw_points)
+
+
+class Documents(unittest.TestCase):
+    def test_the_readme_quotes_the_rows_of_the_demo(self):
+        (table,) = [node for node in ast.walk(ast.parse((PROJECT / "scripts/demo_summary.py").read_text()))
+                    if isinstance(node, ast.FunctionDef) and node.name == "table"]
+        text = lambda node: node.value if isinstance(node, ast.Constant) else None  # noqa: E731
+        tuples = [node.elts for node in ast.walk(table) if isinstance(node, ast.Tuple)]
+        rows = {text(elements[0]) for elements in tuples if len(elements) == 2} - {None, "pose error"}
+        (stages,) = [elements for elements in tuples if text(elements[0]) == "convert"]
+        rows |= {"ms, " + stage.value for stage in stages}
+        quoted = (PROJECT / "README.md").read_text().split("<!-- begin of the demo -->")[1].split("<!-- end of the demo -->")[0]
+        self.assertEqual({line.split("  ")[0] for line in map(str.strip, quoted.splitlines()) if line}, rows)
+
+    def test_what_a_program_printed_is_quoted(self):
+        with tempfile.TemporaryDirectory() as folder:
+            document, file = Path(folder, "a.md"), Path(folder, "b.txt")
+            document.write_text("a\n<!-- begin of the demo -->\nold\n<!-- end of the demo -->\nb\n")
+            file.write_text("row  1\nline 2\n")
+            insert(str(document), {"demo": printed(str(file))})
+            self.assertEqual(document.read_text(), "a\n<!-- begin of the demo -->\n\n    row  1\n    line 2\n\n"
+                             "<!-- end of the demo -->\nb\n")
+            self.assertRaises(SystemExit, insert, str(document), {"tables": ""})
 
 
 class Tables(unittest.TestCase):
@@ -214,6 +256,32 @@ class Trust(unittest.TestCase):
         np.testing.assert_allclose(trust.wilson(5, 10), (23.659, 76.341), atol=5e-3)
         self.assertEqual(trust.wilson(0, 0), (0, 100))
 
+    def test_stretches_have_nothing_in_common(self):
+        def pairs(gap, count, name="a", start=0.0, kind="real"):
+            return [SimpleNamespace(kind=kind, set=name, from_s=start + k, to_s=start + k + gap) for k in range(count)]
+        self.assertEqual(trust.stretches(pairs(1, 10)), 10)
+        self.assertEqual(trust.stretches(pairs(5, 10)), 2)
+        self.assertEqual(trust.stretches(pairs(1, 10) + pairs(5, 10)), 10, "of each part of the recording once")
+        self.assertEqual(trust.stretches(pairs(5, 10) + pairs(5, 10, "b")), 4, "two recordings")
+        self.assertEqual(trust.stretches(pairs(5, 10) + pairs(5, 10, "a/image_1")), 2, "two cameras of one")
+        self.assertEqual(trust.stretches(pairs(5, 10, start=1e9) + pairs(5, 10, "b", start=1e9 + 2)), 3, "excerpts of one")
+        self.assertEqual(trust.stretches(pairs(math.nan, 7, kind="drawn")), 7)
+
+    def test_the_upper_bound_counts_stretches_and_not_pairs(self):
+        rows = trust.judge([dict(answer((0, 0, 4) if k == 0 else (0, 0, 0), kind="real"), reference_stamp=k, stamp=k + 5.0)
+                            for k in range(50)] + [dict(answer(kind="real", moved=False, noise=noise_of(0, 0.005)), reference_stamp=0, stamp=1.0)])
+        row = trust.figures([SimpleNamespace(**row, ok=True, low=False, bins=np.zeros((10, 3))) for row in rows])
+        self.assertEqual((row["ok"], row["wrong"], row["directions"], row["stretches"]), (51, 1, 50, 11))
+        self.assertAlmostEqual(row["wrong_at_most"], trust.wilson(11 / 51, 11)[1])
+        self.assertEqual(trust.cells(row, trust.TRUSTED), ["51", "51", "28.7 %", "1 (2.0 %)", "11", "50"])
+
+    def test_a_document_keeps_all_but_what_is_between_its_marks(self):
+        document = "a\n<!-- begin of the tables -->\nold\n<!-- end of the tables -->\nb\n"
+        made = {"recordings": "other\n", "tables": "new\n"}
+        self.assertEqual(replaced(document, made),
+                         "a\n<!-- begin of the tables -->\n\nnew\n\n<!-- end of the tables -->\nb\n")
+        self.assertIsNone(replaced("a\n", made))
+
     def test_calibration_error(self):
         # Ten matches of probability 0.9, eight right; thirty of 0.5, fifteen right: a quarter has an error of a tenth.
         self.assertAlmostEqual(trust.calibration_error(np.array([[10, 9.0, 8], [30, 15.0, 15], [0, 0, 0]])), 0.25 * 0.1)
@@ -234,10 +302,10 @@ class Trust(unittest.TestCase):
         def of_half(half, wrong):
             return SimpleNamespace(kind="drawn", method="m", half=half, has_truth=True, moved=True, ok=True, low=False,
                                    right=not wrong, wrong=wrong, nees_rotation=1., nees_direction=1., rx_deg=0., ry_deg=0., rz_deg=0.,
-                                   bins=np.zeros((10, 3)))
+                                   direction_error_deg=1., to_s=math.nan, bins=np.zeros((10, 3)))
         even, odd = trust.halves_table([of_half(0, False), of_half(0, False), of_half(1, True)]).splitlines()[2:4]
-        self.assertIn("| drawn | m | even | 2 | 2 | 0 (0.0 %", even)
-        self.assertIn("| drawn | m | odd | 1 | 1 | 1 (100.0 %", odd)
+        self.assertIn("| drawn | m | even | 2 | 2 | 65.8 % | 0 (0.0 %) | 2 | 2 |", even)
+        self.assertIn("| drawn | m | odd | 1 | 1 | 100.0 % | 1 (100.0 %) | 1 | 1 |", odd)
 
     def test_what_was_right_before(self):
         def of_pair(pair, ok, wrong=False):

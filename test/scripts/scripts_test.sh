@@ -39,6 +39,30 @@ for script in demo test lint fuzz soak trust arm64; do
   case $help in *"scripts/$script "*) ;; *) fail "scripts/$script --help says '$help'" ;; esac
 done
 
+# scripts/trust measures, and replaces tables only in the documents that it is given.
+mkdir -p "$work/trust/bin" "$work/trust/doc" "$work/data"
+cp -r "$here/../../scripts" "$work/trust/"
+printf '<!-- begin of the recordings -->\nold\n<!-- end of the recordings -->\n' | tee "$work/trust/doc/trust.md" >"$work/other.md"
+cat >"$work/trust/bin/rosrun" <<'PROGRAM'
+#!/usr/bin/env bash
+[ "$2" = render_scene ] && { mkdir -p "$3"; exit; }
+while [ $# -gt 1 ]; do [ "$1" = --out ] && out=$2; shift; done
+mkdir -p "$out"
+echo '{"unit": 0, "runs": [{"kind": "real", "set": "s", "gap": 1, "method": "m", "status": "RANSAC_FAILED", "inliers": 0,
+  "matches_gms": 0, "reliability": [0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0], "reference": "a",
+  "current": "b", "reference_stamp": 0, "stamp": 1, "truth": {"translation_m": [0, 0, 1], "moved": true}}]}' |
+  tr -d '\n' >"$out/measurements.jsonl"
+PROGRAM
+chmod +x "$work/trust/bin/rosrun"
+for options in "" "--into $work/other.md"; do
+  python3 -c 'import numpy' 2>/dev/null || break  # the report needs it
+  PATH=$work/trust/bin:$PATH "$work/trust/scripts/trust" "$work/data" --out "$work/trust/out" $options >"$work/log" 2>&1 ||
+    fail "scripts/trust: $(cat "$work/log")"
+  grep -qx old "$work/trust/doc/trust.md" || fail "scripts/trust replaced tables that it was not asked for"
+  grep -qx old "$work/other.md" && replaced=no || replaced=yes
+  expect "tables replaced with '$options'" "$replaced" "$([ -n "$options" ] && echo yes || echo no)"
+done
+
 # Styles are judged by the tools that they were written for.
 for tool in clang-format clang-tidy; do
   printf '#!/bin/sh\n[ "$1" = --version ] && echo "Debian %s version 11.0.1-2" && exit\nexit 1\n' "$tool" >"$work/$tool"

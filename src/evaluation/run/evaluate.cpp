@@ -77,7 +77,8 @@ void PipelineArguments::addTo(po::options_description& description, const Argume
   auto add = description.add_options();
   add("paper",
       "defaults as in the paper: cp_ransac on cv::ORB, without refinement, judgement and one_to_one (see README)");
-  add("method,m", po::value(&methods)->composing(), "method, or several with commas between (see evaluate --list)");
+  add("method,m", po::value(&methods)->composing(),
+      "method, several with commas between, or all (see evaluate --list)");
   const ParameterValues defaults = parametersOf(base);
   for (const Parameter& parameter : coreParameters()) {
     if (parameter.name == "method") continue;
@@ -108,6 +109,7 @@ MatchFilterOptions PipelineArguments::options(const std::string& method) const {
 std::vector<std::string> PipelineArguments::methodNames(std::vector<std::string> otherwise) const {
   if (methods.empty()) return otherwise;
   std::vector<std::string> names = splitAtCommas(methods);
+  if (names == std::vector<std::string>{"all"}) return allMethodNames();
   if (names.empty()) findMethod("");  // complains with the list of known names
   for (const std::string& name : names) findMethod(name);
   return names;

@@ -229,7 +229,8 @@ int evaluateTables(const Arguments& arguments) {
     for (const int preset : plan.presets) {
       for (const DatasetPair& pair : dataset.spreadPairs(plan.gap, plan.pairs)) {
         if (number % plan.shards == plan.shard - 1) {
-          units[number] = [&, preset, pair] { return measure(plan, dataset, pair, preset, filters); };
+          units[number] = {dataset.name() + ", " + std::to_string(preset) + " features",
+                           [&, preset, pair] { return measure(plan, dataset, pair, preset, filters); }};
         }
         ++number;
       }

@@ -65,12 +65,17 @@ std::vector<DrawnScene> chosenScenes(const std::vector<std::string>& lists) {
   return scenes;
 }
 
-/// The sets that a folder is or holds: itself, or its subfolders in the order of their names.
+/// The sets that a folder is or holds: itself, or its subfolders in the order of their names, with the images of
+/// KITTI's right camera where they are there.
 std::vector<std::string> setsIn(const std::string& folder) {
   if (!fs::is_directory(folder) || layoutOf(folder)) return {folder};  // a bag, or a set
   std::vector<std::string> sets;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    if (layoutOf(entry.path().string())) sets.push_back(entry.path().string());
+    if (!layoutOf(entry.path().string())) continue;
+    sets.push_back(entry.path().string());
+    for (const char* right : {"image_1", "image_r"}) {
+      if (kittiRigOf((entry.path() / right).string())) sets.push_back((entry.path() / right).string());
+    }
   }
   std::sort(sets.begin(), sets.end());
   if (sets.empty()) return {folder};  // opening it reports what is missing
@@ -113,7 +118,7 @@ bool parse(const Arguments& arguments, TrustPlan& plan) {
   pipeline.addTo(options, arguments);
   const char* usage =
       "evaluate trust [DIR...] [--scenes drawn] [options]\n\nDIR: a set with truth, as for evaluate run, or a folder "
-      "of such sets. Every method without --method.";
+      "of such sets. Without --method lo_prosac and cp_ransac; --method all has every method.";
   const auto given = parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&folders)}});
   if (!given) return false;
   if (given->count("list-scenes")) {
@@ -135,7 +140,7 @@ bool parse(const Arguments& arguments, TrustPlan& plan) {
   if (plan.sets.empty() && plan.scenes.empty()) {
     throw std::invalid_argument("neither a folder nor --scenes given; see evaluate trust --help");
   }
-  for (const std::string& name : pipeline.methodNames(allMethodNames())) {
+  for (const std::string& name : pipeline.methodNames({"lo_prosac", "cp_ransac"})) {
     plan.pipelines.push_back(pipeline.options(name));
   }
   return true;
@@ -280,12 +285,13 @@ WorkUnits trustUnits(const TrustPlan& plan) {
       const size_t pairs = dataset.pairs(std::max(1, gap), plan.stride).size();
       if (pairs == 0) std::cerr << dataset.name() << " has no images " << gap << " apart\n";
       for (size_t first = 0; first < pairs; first += kPairsOfUnit) {
-        units[number++] = [&plan, &set, gap, first] { return measureSet(plan, set, gap, first); };
+        const std::string name = setName(set.path) + (listed ? "" : ", gap " + std::to_string(gap));
+        units[number++] = {name, [&plan, &set, gap, first] { return measureSet(plan, set, gap, first); }};
       }
     }
   }
   for (const DrawnScene& scene : plan.scenes) {
-    units[number++] = [&plan, &scene] { return measureScene(plan, scene); };
+    units[number++] = {scene.name, [&plan, &scene] { return measureScene(plan, scene); }};
   }
   return units;
 }

@@ -17,9 +17,11 @@ nlohmann::json pairRecord(const Dataset& dataset, const DatasetPair& pair, int g
                            {"reference", dataset.frames()[static_cast<size_t>(pair.reference)].name},
                            {"current", dataset.frames()[static_cast<size_t>(pair.current)].name},
                            {"gap", nullptr},
+                           {"reference_stamp", nullptr},
                            {"stamp", nullptr}};
   if (const auto stamp = dataset.stamp(pair.current)) {
     record["gap"] = gap;
+    record["reference_stamp"] = *dataset.stamp(pair.reference);
     record["stamp"] = *stamp;
   }
   return record;

@@ -13,7 +13,7 @@
 namespace gms_ransac {
 
 /// Version of the fields. A folder of measurements is resumed only with the same version.
-constexpr int kRecordFormat = 2;
+constexpr int kRecordFormat = 3;
 
 /// Options, counts, effort, pose and times (milliseconds) of one answer. Fields without a value are null. Pixels are
 /// those of the received image.

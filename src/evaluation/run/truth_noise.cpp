@@ -79,19 +79,13 @@ double worst(const Matrix3d& covariance) {
 
 }  // namespace
 
-std::string setName(const std::string& path) {
-  const fs::path plain(path);
-  std::string name = (plain.has_filename() ? plain : plain.parent_path()).filename().string();
-  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-  return name;
-}
-
 TruthNoise defaultTruthNoise(const std::string& path) {
-  const std::string name = setName(path);
+  std::string name = setName(path);
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
   for (const KindOfTruth& kind : kKinds) {
     if (name.find(kind.word) != std::string::npos) return kind.noise;
   }
-  return defaultTruthNoise(fs::exists(fs::path(path) / "poses.txt") ? "kitti" : "tum");
+  return defaultTruthNoise(fs::exists(fs::path(kittiRigOf(path).value_or(path)) / "poses.txt") ? "kitti" : "tum");
 }
 
 ClockStep clockStep(const Dataset& dataset, const DatasetPair& pair, double clock) {

@@ -28,9 +28,6 @@ struct TruthNoise {
 /// The noise for a set, by its name (kitti, tum, freiburg, 7scenes, euroc, rendered), else by its layout.
 TruthNoise defaultTruthNoise(const std::string& path);
 
-/// Last part of a path, in small letters.
-std::string setName(const std::string& path);
-
 /// Change of the true motion of a pair by a clock offset of one standard deviation.
 struct ClockStep {
   Eigen::Vector3d rotation = Eigen::Vector3d::Zero();     ///< rotation vector, radians

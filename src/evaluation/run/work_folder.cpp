@@ -51,20 +51,20 @@ Lines begin(const WorkFolder& folder, const json& plan, const std::string& plan_
 
 /// Gives the records of each unit to `receive`, one at a time, until Ctrl-C. Rethrows the first failure.
 void work(const WorkUnits& units, int jobs, const std::function<void(int, const json&)>& receive) {
-  Progress progress("measuring", static_cast<int>(units.size()));
+  Progress progress("pieces of work measured:", static_cast<int>(units.size()));
   auto next = units.begin();
   std::exception_ptr failure;
   std::mutex mutex;
   const auto share = [&] {
     std::unique_lock<std::mutex> lock(mutex);
     while (next != units.end() && !failure && !interrupted()) {
-      const auto& [number, measure] = *next++;
+      const auto& [number, unit] = *next++;
       lock.unlock();
       try {
-        const json records = measure();
+        const json records = unit.records();
         lock.lock();
         receive(number, records);
-        progress.advance();
+        progress.advance(unit.name);
       } catch (...) {
         if (!lock) lock.lock();
         failure = std::current_exception();

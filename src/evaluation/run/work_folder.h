@@ -16,8 +16,14 @@ struct WorkFolder {
   bool resume = false;  ///< goes on with what is there, which has to be of the same plan
 };
 
-/// Pieces of work by their number in the plan; each returns its records.
-using WorkUnits = std::map<int, std::function<nlohmann::json()>>;
+/// A piece of work, named for the line of progress.
+struct WorkUnit {
+  std::string name;
+  std::function<nlohmann::json()> records;
+};
+
+/// Pieces of work by their number in the plan.
+using WorkUnits = std::map<int, WorkUnit>;
 
 /// Writes the records of each unit that the folder lacks, `jobs` units side by side, with a line of progress, until
 /// Ctrl-C; then the reporter makes its tables of all. `plan`: everything that decides the figures. Returns the exit
