@@ -1,5 +1,6 @@
 // Every method on scenes whose truth is exact, and on data that has no model.
 #include <algorithm>
+#include <set>
 
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
@@ -236,8 +237,35 @@ TEST_P(EveryMethod, GivesACovarianceThatItsErrorsFit) {
   EXPECT_GT(sum / trials, 1.5);
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod, testing::ValuesIn(methodNames()),
+/// Methods that differ from ransac in the filter alone.
+const std::set<std::string> kRansacBehindAFilter = {"gms", "gms5", "gms_dist_ransac", "gms_ransac", "lan"};
+
+std::vector<std::string> methodsWithAnEstimateOfTheirOwn() {
+  std::vector<std::string> names = methodNames();
+  names.erase(std::remove_if(names.begin(), names.end(),
+                             [](const std::string& name) { return kRansacBehindAFilter.count(name) > 0; }),
+              names.end());
+  return names;
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, EveryMethod, testing::ValuesIn(methodsWithAnEstimateOfTheirOwn()),
                          [](const auto& info) { return info.param; });
+
+TEST(MethodsThatFilter, EstimateAsRansacDoes) {
+  for (const ModelType model : kModels) {
+    const TwoViewScene pair = sceneFor(model);
+    const RobustResult ransac = estimated("ransac", optionsFor(model), pair);
+    for (const std::string& name : kRansacBehindAFilter) {
+      SCOPED_TRACE(name + ", " + toString(model));
+      const RobustResult result = estimated(name, optionsFor(model), pair);
+      EXPECT_EQ(result.model, ransac.model);
+      EXPECT_EQ(result.inlier, ransac.inlier);
+      EXPECT_EQ(result.probability, ransac.probability);
+      EXPECT_EQ(result.pose.covariance, ransac.pose.covariance);
+      EXPECT_EQ(result.effort.point_evaluations, ransac.effort.point_evaluations);
+    }
+  }
+}
 
 TEST(Refinement, BringsThePoseCloserThanTheTextbook) {
   double textbook = 0, refined = 0;

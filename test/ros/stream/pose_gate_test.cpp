@@ -118,7 +118,8 @@ TEST(PoseGate, GuardsEveryScaleMode) {
       if (i == 1) judge(processed);
     }
   };
-  for (const ScaleMode scale : {ScaleMode::kUnit, ScaleMode::kPropagate, ScaleMode::kDepth, ScaleMode::kFixed}) {
+  for (const ScaleMode scale : {ScaleMode::kUnit, ScaleMode::kPropagate, ScaleMode::kDepth, ScaleMode::kFixed,
+                                ScaleMode::kOdometry, ScaleMode::kGround}) {
     secondFrame(scale, ProcessorOptions(), 2, [](const ProcessedFrame& processed) {
       EXPECT_EQ(processed.status, MatchStats::OK) << processed.text;
       expectFitOrNoPose(processed);
