@@ -17,7 +17,7 @@ WorkerPool::~WorkerPool() {
     const std::lock_guard<std::mutex> lock(mutex_);
     stopping_ = true;
   }
-  offered_.notify_all();
+  opened_.notify_all();
   for (std::thread& thread : threads_) thread.join();
 }
 
@@ -27,41 +27,41 @@ void WorkerPool::grow(int threads) {
 }
 
 void WorkerPool::run(Job& job) {
-  if (job.seats > 1) {
+  if (job.threads > 1) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    enlist(job);
+    addToOpen(job);
   }
-  for (int seat = 1; seat < job.seats; ++seat) offered_.notify_one();
+  for (int thread = 1; thread < job.threads; ++thread) opened_.notify_one();
   job.work(0);
-  if (job.seats <= 1) return;
+  if (job.threads <= 1) return;
   std::unique_lock<std::mutex> lock(mutex_);
-  if (job.taken < job.seats) strike(job);  // no other thread has joined, and no task remains
-  returned_.wait(lock, [&] { return job.away == 0; });
+  if (job.joined < job.threads) removeFromOpen(job);  // no other thread has joined, and no task remains
+  finished_.wait(lock, [&] { return job.helping == 0; });
 }
 
 void WorkerPool::serve() {
   std::unique_lock<std::mutex> lock(mutex_);
   for (;;) {
-    offered_.wait(lock, [this] { return open_ || stopping_; });
+    opened_.wait(lock, [this] { return open_ || stopping_; });
     if (stopping_) return;
     Job& job = *open_;
-    const int seat = job.taken++;
-    if (job.taken == job.seats) strike(job);
-    ++job.away;
+    const int thread = job.joined++;
+    if (job.joined == job.threads) removeFromOpen(job);
+    ++job.helping;
     lock.unlock();
-    job.work(seat);
+    job.work(thread);
     lock.lock();
-    if (--job.away == 0) returned_.notify_all();
+    if (--job.helping == 0) finished_.notify_all();
   }
 }
 
-void WorkerPool::enlist(Job& job) {
+void WorkerPool::addToOpen(Job& job) {
   Job** end = &open_;
   while (*end) end = &(*end)->following;
   *end = &job;
 }
 
-void WorkerPool::strike(Job& job) {
+void WorkerPool::removeFromOpen(Job& job) {
   Job** link = &open_;
   while (*link != &job) link = &(*link)->following;
   *link = job.following;

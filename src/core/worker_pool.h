@@ -24,42 +24,42 @@ class WorkerPool {
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  /// Calls task(i, seat) for every i below `count`, on this thread (seat 0) and up to seats - 1 idle ones. Smaller i
-  /// begin first. The task must not throw. Allocates nothing.
+  /// Calls task(i, thread) for every i below `count`, on this thread (number 0) and up to threads - 1 idle ones.
+  /// Smaller i begin first. The task must not throw. Allocates nothing.
   template <typename Task>
-  void forEach(int count, int seats, const Task& task) {
+  void forEach(int count, int threads, const Task& task) {
     Job job;
-    job.call = [](const void* of, int i, int seat) { (*static_cast<const Task*>(of))(i, seat); };
+    job.call = [](const void* of, int i, int thread) { (*static_cast<const Task*>(of))(i, thread); };
     job.task = &task;
     job.count = count;
-    job.seats = std::min(seats, count);
+    job.threads = std::min(threads, count);
     run(job);
   }
 
  private:
   struct Job {
-    void (*call)(const void* task, int i, int seat) = nullptr;
+    void (*call)(const void* task, int i, int thread) = nullptr;
     const void* task = nullptr;
     int count = 0;
-    int seats = 1;             ///< the owner's and those of helpers
-    int taken = 1, away = 0;   ///< seats given; helpers that have not come back
-    std::atomic<int> next{0};  ///< the least i that nobody has begun
-    Job* following = nullptr;  ///< in the list of those with free seats
+    int threads = 1;              ///< at most, with the owner's
+    int joined = 1, helping = 0;  ///< threads that have ever worked on it; helpers that still do
+    std::atomic<int> next{0};     ///< the least i that nobody has begun
+    Job* following = nullptr;     ///< in the list of open jobs
 
-    void work(int seat) {
-      for (int i = next++; i < count; i = next++) call(task, i, seat);
+    void work(int thread) {
+      for (int i = next++; i < count; i = next++) call(task, i, thread);
     }
   };
 
   void grow(int threads);
   void run(Job& job);
   void serve();
-  void enlist(Job& job);
-  void strike(Job& job);
+  void addToOpen(Job& job);
+  void removeFromOpen(Job& job);
 
   std::mutex mutex_;
-  std::condition_variable offered_, returned_;
-  Job* open_ = nullptr;  ///< jobs with free seats, the oldest first
+  std::condition_variable opened_, finished_;
+  Job* open_ = nullptr;  ///< jobs that more threads may join, the oldest first
   bool stopping_ = false;
   std::vector<std::thread> threads_;
 };

@@ -12,7 +12,7 @@ struct Quantiles {
   Number median = 0, p90 = 0;
 };
 
-/// Zeros of none.
+/// Zeros if there are no values.
 template <typename Number>
 Quantiles<Number> quantilesOf(std::vector<Number> values) {
   if (values.empty()) return {};

@@ -15,27 +15,28 @@ namespace {
 TEST(WorkerPool, DoesEverythingOnce) {
   const auto pool = WorkerPool::shared(3);
   for (const int count : {0, 1, 2, 7, 1000}) {
-    for (const int seats : {1, 2, 4, 9}) {
+    for (const int threads : {1, 2, 4, 9}) {
       std::vector<std::atomic<int>> done(count);
-      pool->forEach(count, seats, [&](int i, int) { ++done[i]; });
-      EXPECT_TRUE(std::all_of(done.begin(), done.end(), [](int times) { return times == 1; })) << count << ' ' << seats;
+      pool->forEach(count, threads, [&](int i, int) { ++done[i]; });
+      EXPECT_TRUE(std::all_of(done.begin(), done.end(), [](int times) { return times == 1; }))
+          << count << ' ' << threads;
     }
   }
 }
 
-// Data of a seat needs no lock.
+// Data of a thread needs no lock.
 TEST(WorkerPool, GivesASeatToOneThreadAtATime) {
   constexpr int kSeats = 4;
   const auto pool = WorkerPool::shared(kSeats - 1);
   for (int round = 0; round < 200; ++round) {
     std::thread::id owner[kSeats];
     std::atomic<int> strangers{0};
-    pool->forEach(50, kSeats, [&](int, int seat) {
-      if (owner[seat] == std::thread::id()) owner[seat] = std::this_thread::get_id();
-      strangers += owner[seat] != std::this_thread::get_id();
+    pool->forEach(50, kSeats, [&](int, int thread) {
+      if (owner[thread] == std::thread::id()) owner[thread] = std::this_thread::get_id();
+      strangers += owner[thread] != std::this_thread::get_id();
     });
     EXPECT_EQ(0, strangers);
-    // The caller has the first seat, unless the others did everything before.
+    // The caller has the first thread, unless the others did everything before.
     if (owner[0] != std::thread::id()) {
       EXPECT_EQ(std::this_thread::get_id(), owner[0]);
     }

@@ -131,9 +131,9 @@ class SimdOrbExtractor : public FeatureExtractor {
   /// Calls task(level, scratch) for every level on all threads; several take the largest levels first.
   template <typename Task>
   void forEachLevel(Order order, const Task& task) {
-    const int count = pyramid_.levels(), seats = static_cast<int>(scratch_.size());
-    const bool reversed = order == Order::kSmallestFirst && seats == 1;
-    pool_->forEach(count, seats, [&](int i, int seat) { task(reversed ? count - 1 - i : i, scratch_[seat]); });
+    const int count = pyramid_.levels(), threads = static_cast<int>(scratch_.size());
+    const bool reversed = order == Order::kSmallestFirst && threads == 1;
+    pool_->forEach(count, threads, [&](int i, int thread) { task(reversed ? count - 1 - i : i, scratch_[thread]); });
   }
 
   /// Makes room in every scratch for the largest level, whichever thread takes it, so that later frames need none.

@@ -72,7 +72,7 @@ MotionStatisticsOptions seedStatistics(MotionStatisticsOptions options) {
 
 }  // namespace
 
-void GuidedWindows::setCurrent(const Features& current, const HammingKernel& kernel, int seats) {
+void GuidedWindows::setCurrent(const Features& current, const HammingKernel& kernel, int threads) {
   kernel_ = &kernel;
   const auto n = static_cast<size_t>(current.size());
   const cv::Size image = current.image_size;
@@ -97,13 +97,14 @@ void GuidedWindows::setCurrent(const Features& current, const HammingKernel& ker
     index_[place] = static_cast<int32_t>(i);
     std::memcpy(&descriptors_[place * kHammingBytes], current.descriptors.row(static_cast<int>(i)), kHammingBytes);
   }
-  runs_.resize(static_cast<size_t>(rows_) * static_cast<size_t>(seats));
+  runs_.resize(static_cast<size_t>(rows_) * static_cast<size_t>(threads));
 }
 
-NearestTwo GuidedWindows::search(const uint8_t* query, const cv::Point2f& center, const cv::Point2f& reach, int seat) {
+NearestTwo GuidedWindows::search(const uint8_t* query, const cv::Point2f& center, const cv::Point2f& reach,
+                                 int thread) {
   const int left = column(center.x - reach.x), right = column(center.x + reach.x);
   const int top = row(center.y - reach.y), bottom = row(center.y + reach.y);
-  RowRun* runs = &runs_[static_cast<size_t>(rows_) * static_cast<size_t>(seat)];
+  RowRun* runs = &runs_[static_cast<size_t>(rows_) * static_cast<size_t>(thread)];
   int run_count = 0;
   for (int y = top; y <= bottom; ++y) {
     const int32_t* buckets = &first_[static_cast<size_t>(y) * columns_];
@@ -191,8 +192,8 @@ void GuidedSearch::searchWindows(const Features& reference, const Features& curr
     return motion && 4 * motion->reach.x * motion->reach.y <= largest;
   };
   const bool leaves_out = prior && nothingOutOfView(*prior, current.image_size);
-  windows_.setCurrent(current, kernel_, seats_);
-  const auto isLeft = [&](int i, int seat) {
+  windows_.setCurrent(current, kernel_, threads_);
+  const auto isLeft = [&](int i, int thread) {
     Match& match = matches_[static_cast<size_t>(i)];
     if (match.reference != kNoMatch) return false;
     const cv::Point2f& point = reference.keypoints[static_cast<size_t>(i)].pt;
@@ -202,7 +203,7 @@ void GuidedSearch::searchWindows(const Features& reference, const Features& curr
     if (!seen && leaves_out && motion && outOfView(*motion, point, current.image_size)) return false;
     if (!usable(motion)) return !seen;
     const NearestTwo nearest =
-        windows_.search(reference.descriptors.row(i), motion->predict(point), motion->reach, seat);
+        windows_.search(reference.descriptors.row(i), motion->predict(point), motion->reach, thread);
     // A match no better than the usual second one may be chance.
     const int farthest = seen ? usual_second + kBitsAboveSecond : usual_second;
     if (nearest.distance > std::min(farthest, 8 * kDescriptorBytes)) return !seen;
@@ -210,12 +211,12 @@ void GuidedSearch::searchWindows(const Features& reference, const Features& curr
     return false;
   };
   left_.resize(static_cast<size_t>(reference.size()));
-  const auto searchShare = [&](int share, int seat) {
+  const auto searchShare = [&](int share, int thread) {
     const int end = std::min(reference.size(), (share + 1) * kFeaturesAShare);
-    for (int i = share * kFeaturesAShare; i < end; ++i) left_[static_cast<size_t>(i)] = isLeft(i, seat);
+    for (int i = share * kFeaturesAShare; i < end; ++i) left_[static_cast<size_t>(i)] = isLeft(i, thread);
   };
   const int shares = (reference.size() + kFeaturesAShare - 1) / kFeaturesAShare;
-  pool_->forEach(shares, seats_, searchShare);
+  pool_->forEach(shares, threads_, searchShare);
   chosen_.clear();
   for (int i = 0; i < reference.size(); ++i) {
     if (left_[static_cast<size_t>(i)]) chosen_.push_back(i);
@@ -227,8 +228,8 @@ GuidedSearch::GuidedSearch(const HammingMatcherOptions& matcher_options,
     : kernel_(hammingKernel(matcher_options.simd)),
       matcher_(matcher_options),
       gms_(seedStatistics(statistics_options)),
-      seats_(matcher_options.threads),
-      pool_(WorkerPool::shared(seats_ - 1)) {
+      threads_(matcher_options.threads),
+      pool_(WorkerPool::shared(threads_ - 1)) {
   if (matcher_options.mutual)
     throw std::invalid_argument("GuidedSearch finds no mutual neighbours; use HammingMatcher");
 }

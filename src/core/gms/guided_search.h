@@ -17,12 +17,12 @@ namespace gms_ransac {
 /// The current descriptors sorted by place, so that a search may look at those in a window alone.
 class GuidedWindows {
  public:
-  /// Copies the descriptors by buckets of a grid; `kernel` compares them for up to `seats` callers at a time.
-  void setCurrent(const Features& current, const HammingKernel& kernel, int seats);
+  /// Copies the descriptors by buckets of a grid; `kernel` compares them for up to `threads` callers at a time.
+  void setCurrent(const Features& current, const HammingKernel& kernel, int threads);
 
-  /// Nearest two of the descriptors in the buckets that the rectangle touches. `seat`: one caller's, below that of
+  /// Nearest two of the descriptors in the buckets that the rectangle touches. `thread`: one caller's, below that of
   /// setCurrent.
-  NearestTwo search(const uint8_t* query, const cv::Point2f& center, const cv::Point2f& reach, int seat);
+  NearestTwo search(const uint8_t* query, const cv::Point2f& center, const cv::Point2f& reach, int thread);
 
  private:
   int column(float x) const { return cellAt(x * buckets_per_pixel_, columns_); }
@@ -35,7 +35,7 @@ class GuidedWindows {
   std::vector<int32_t> first_;   ///< place of each bucket's first descriptor, and one past the last
   std::vector<int32_t> index_;   ///< keypoint at each place
   std::vector<uint8_t> descriptors_;
-  std::vector<RowRun> runs_;  ///< room for those of one window for each seat
+  std::vector<RowRun> runs_;  ///< room for those of one window for each thread
 };
 
 class GuidedSearch {
@@ -64,7 +64,7 @@ class GuidedSearch {
   MotionStatisticsFilter gms_;
   MotionPredictor predictor_;
   GuidedWindows windows_;
-  int seats_;
+  int threads_;
   std::shared_ptr<WorkerPool> pool_;
 
   std::vector<int> strongest_;  ///< kSeedsAPart of each part, the strongest first

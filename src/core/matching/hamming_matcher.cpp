@@ -43,7 +43,7 @@ struct HammingMatcher::Workspace {
     const int64_t n = queries.size(), worth = n * train.size() / kPairsWorthAThread;
     const int shares = static_cast<int>(std::clamp<int64_t>(worth, 1, options.threads));
     found.resize(queries.size());
-    pool->forEach(shares, shares, [&](int share, int /*seat*/) {
+    pool->forEach(shares, shares, [&](int share, int /*thread*/) {
       const int first = static_cast<int>(n * share / shares), last = static_cast<int>(n * (share + 1) / shares);
       kernel.search({queries.row(first), last - first, train.row(0), packed_train, train.size(), found.data() + first});
     });

@@ -29,7 +29,8 @@ struct WaitingOptions {
   double patience = 1;           ///< seconds of the caller's clock that an image waits
   /// Whether other sensors have reached an image's stamp; not set: there are none.
   std::function<bool(const std_msgs::Header&)> sensors_reach;
-  /// Seconds that an image waits for them. Once one has waited in vain none does, until they are so late no more.
+  /// Seconds that an image waits for these sensors. After one has waited in vain none does until they are in time
+  /// again.
   double sensor_patience = 0.2;
   size_t capacity = 10;  ///< images that wait, and messages that wait for them
 };
