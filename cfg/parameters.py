@@ -125,7 +125,7 @@ GROUPS = [
             field="motion_statistics.scale"),
     ]),
     Group("robust_estimation", "robust estimation", **LIVE, parameters=[
-        Row("method", "lo_prosac", "Method of every stage (rosrun gms_ransac evaluate --list explains them)",
+        Row("method", "lo_prosac", "Method of every stage (rosrun gms_ransac match_filter_node --methods explains them)",
             field="method", choices={
                 "lo_prosac": "the most accurate and the fastest: the default",
                 "ransac": "uniform samples from all nearest neighbours",

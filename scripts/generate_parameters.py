@@ -137,7 +137,7 @@ def match_filter_yaml():
 
 def table_row(rows):
     row = rows[0]
-    allowed = "see `evaluate --list`" if row.name == "method" else range_text(row)
+    allowed = "see `match_filter_node --methods`" if row.name == "method" else range_text(row)
     cells = (", ".join("`~%s`" % each.name for each in rows), "" if row.default is None else plain(row.default), allowed,
              row.sentence)
     return "| %s |" % " | ".join(cells)

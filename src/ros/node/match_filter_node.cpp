@@ -5,6 +5,7 @@
 
 #include <ros/ros.h>
 
+#include "methods/method.h"
 #include "node/match_filter_ros.h"
 
 namespace {
@@ -14,13 +15,21 @@ constexpr char kUsage[] =
     "Matches consecutive images and publishes their correspondences and relative pose below ~ (match_filter).\n"
     "Example: rosrun gms_ransac match_filter_node image:=/camera/image_raw camera_info:=/camera/camera_info\n"
     "         _features:=1000\n"
+    "match_filter_node --methods explains the values of ~method.\n"
     "Parameters: cfg/match_filter.yaml. Inside a nodelet manager: launch/match_filter.launch manager:=NAME.\n";
 
 }  // namespace
 
 int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
-    if (argv[i] != std::string("--help") && argv[i] != std::string("-h")) continue;
+    const std::string argument = argv[i];
+    if (argument == "--methods") {
+      for (const gms_ransac::MethodEntry& method : gms_ransac::methods()) {
+        std::printf("%s\n    %s: %s\n", method.name, method.source, method.summary);
+      }
+      return 0;
+    }
+    if (argument != "--help" && argument != "-h") continue;
     std::fputs(kUsage, stdout);
     return 0;
   }

@@ -44,6 +44,14 @@ class Names(GraphTest):
             self.assertIn("/match_filter/" + line, shown)
         self.assertNotIn("odom_tf", said("match_filter.launch"))
 
+    def test_methods_are_explained_without_a_master(self):
+        printed = subprocess.check_output(["rosrun", "gms_ransac", "match_filter_node", "--methods"], text=True, timeout=TIMEOUT,
+                                          env=dict(os.environ, ROS_MASTER_URI="http://localhost:1"))
+        lines = printed.splitlines()
+        self.assertEqual(len(lines), 2 * 12)
+        self.assertIn("lo_prosac", lines[0::2])
+        self.assertTrue(all(": " in line for line in lines[1::2]))
+
     def test_completion_offers_no_tests(self):
         completion = """for file in /opt/ros/noetic/share/rosbash/rosbash /etc/bash_completion.d/rosbash \
                             /usr/share/bash-completion/completions/rosbash; do
