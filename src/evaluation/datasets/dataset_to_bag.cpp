@@ -1,4 +1,5 @@
 // Program: writes a TUM or KITTI folder as a bag with the topic names of the official TUM bags or of kitti2bag.
+#include <filesystem>
 #include <iostream>
 #include <optional>
 #include <stdexcept>
@@ -70,6 +71,9 @@ int datasetToBag(const Arguments& arguments) {
   if (!parseCommandLine(arguments, usage, options, positional)) return 0;
   if (folder.empty() || bag.empty()) {
     throw std::invalid_argument("a folder and a bag to write are needed; see dataset_to_bag --help");
+  }
+  if (std::filesystem::exists(bag)) {
+    throw std::invalid_argument(bag + ": exists; remove it, or write to another file");
   }
   if (camera_info != "openni" && camera_info != "folder") {
     throw std::invalid_argument("--camera-info is '" + camera_info + "'; it must be openni or folder");

@@ -79,6 +79,16 @@ TEST_F(Written, TumFolderHoldsTheScene) {
   EXPECT_LE(cv::norm(dataset.depth(2), frame.depth, cv::NORM_INF), 0.5 / 5000 + 1e-6);
 }
 
+TEST_F(Written, ABagIsNotOverwritten) {
+  writeTumFolder(*scene_, kFrames, path("twice"), [] {});
+  ASSERT_EQ(toBag("twice").status, 0);
+  const auto before = messagesPerTopic(path("twice.bag"));
+  const Outcome again = toBag("twice");
+  EXPECT_EQ(again.status, 2);
+  EXPECT_NE(again.text.find("twice.bag: exists; remove it"), std::string::npos) << again.text;
+  EXPECT_EQ(messagesPerTopic(path("twice.bag")), before);
+}
+
 TEST_F(Written, SceneBagLooksLikeTumsAndHoldsTheScene) {
   writeBag(*scene_, kFrames, path("scene.bag"), [] {});
   const std::map<std::string, int> expected = {{"/camera/rgb/image_color", kFrames},
