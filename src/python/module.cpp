@@ -319,7 +319,7 @@ Counts: keypoints_reference, keypoints_current, matches_raw (N), matches_gms (ke
   hypotheses (minimal samples)
 Pixels: median_parallax_px (displacement of the inliers without the rotation), rms_error_px (of the inliers against the
   model), sigma_px (of a keypoint of the finest level; 0: unknown)
-camera_misfit: contradiction between matches and camera model; 1: exceeded by chance in one pair of a hundred
+camera_misfit: contradiction between matches and camera model; often above 1 with a good calibration
 Seconds: time_detect, time_match, time_gms, time_ransac)";
 
 void definePair(py::module& m) {

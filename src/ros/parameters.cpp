@@ -1,6 +1,7 @@
 #include "parameters.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <stdexcept>
 
@@ -144,24 +145,47 @@ Parameters Parameters::read(const ros::NodeHandle& pnh) {
   return parameters;
 }
 
-std::vector<std::string> unknownParameters(const ros::NodeHandle& pnh, const Parameters& parameters) {
-  std::vector<std::string> all, unknown;
+std::vector<std::string> parametersWithoutEffect(const ros::NodeHandle& pnh, const Parameters& parameters) {
+  const bool ground = parameters.scale == ScaleMode::kGround,
+             imu = parameters.rotation_prior == RotationPriorKind::kImu;
+  const struct {
+    const char* name;
+    bool used;
+    const char* use;
+  } conditions[] = {
+      {"camera_height", ground, "~scale ground"},
+      {"fixed_scale", parameters.scale == ScaleMode::kFixed, "~scale fixed"},
+      {"depth_image_transport", parameters.scale == ScaleMode::kDepth, "~scale depth"},
+      {"imu_frame", imu, "~rotation_prior imu"},
+      {"prior_frame", parameters.rotation_prior == RotationPriorKind::kTf, "~rotation_prior tf"},
+      {"image_time_offset", parameters.usesSensors() && !(ground && !imu), "~rotation_prior or ~scale odometry"},
+      {"stereo_features_type", parameters.input == InputKind::kStereo, "~input stereo"}};
+  std::vector<std::string> all, sentences;
   pnh.getParamNames(all);
   const std::string prefix = pnh.getNamespace() + "/";
   for (const std::string& full : all) {
     if (full.compare(0, prefix.size(), prefix) != 0) continue;
     const std::string name = full.substr(prefix.size());
-    const auto has_name = [&](const Parameter& parameter) { return parameter.name == name; };
-    if (std::any_of(table().begin(), table().end(), has_name)) continue;
     // Image transports keep parameters of their own: those of the overlay below its name, the others below theirs.
     const std::string folder = name.substr(0, name.find('/') + 1);
     if (folder == "match_image/" || folder == parameters.image_transport + "/" ||
         folder == parameters.depth_image_transport + "/") {
       continue;
     }
-    unknown.push_back(name);
+    const auto has_name = [&](const auto& each) { return each.name == name; };
+    const auto row = std::find_if(table().begin(), table().end(), has_name);
+    if (row == table().end()) {
+      sentences.push_back(full + " is set, but this node has no such parameter; check the spelling");
+      continue;
+    }
+    const auto condition = std::find_if(std::begin(conditions), std::end(conditions), has_name);
+    XmlRpc::XmlRpcValue raw;
+    if (condition == std::end(conditions) || condition->used || !pnh.getParam(name, raw)) continue;
+    const std::optional<ParameterValue> value = valueOf(raw, *row);
+    if (value && row->convert(*value) == row->default_value) continue;  // a copy of match_filter.yaml sets them all
+    sentences.push_back(full + " is set, but has no effect without " + condition->use);
   }
-  return unknown;
+  return sentences;
 }
 
 }  // namespace gms_ransac

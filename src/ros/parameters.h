@@ -54,6 +54,11 @@ struct Parameters {
   bool measuresMetres() const { return measuresDepth() || gms_ransac::measuresMetres(scale); }
   bool givesMetres() const { return measuresMetres() || scale == ScaleMode::kFixed; }
 
+  /// Another sensor measures rotations or lengths.
+  bool usesSensors() const {
+    return rotation_prior != RotationPriorKind::kNone || scale == ScaleMode::kOdometry || scale == ScaleMode::kGround;
+  }
+
   /// Checks every parameter that is set, including those that can change while the node runs. Throws
   /// std::invalid_argument with a sentence that names the parameter, its value and what is accepted.
   static Parameters read(const ros::NodeHandle& pnh);
@@ -62,7 +67,8 @@ struct Parameters {
 /// All of the table; `read` and dynamic_reconfigure know no others.
 const Parameter& findParameter(const std::string& name);
 
-/// Names set in the private namespace that neither the node knows nor its image transports: misspelt, most likely.
-std::vector<std::string> unknownParameters(const ros::NodeHandle& pnh, const Parameters& parameters);
+/// A sentence for each parameter set in the private namespace that neither the node nor its image transports know, or
+/// that the other parameters leave without a use.
+std::vector<std::string> parametersWithoutEffect(const ros::NodeHandle& pnh, const Parameters& parameters);
 
 }  // namespace gms_ransac

@@ -109,35 +109,11 @@ struct Model {
   SomeVector weighed_;           ///< the scores by its inverse; empty where they tell nothing of these errors
 };
 
-/// One step of Newton's from each error alone to the optimum, and its variance by the scatter.
-CameraErrors errorsOf(const Scores& scores, const TwoViewPose& pose) {
-  // Correction of the parameters for an error of 1.
-  Eigen::Matrix<double, kCameraParameters, CameraErrors::kCount> correction;
-  correction.setZero();
-  correction(0, CameraErrors::kFocalLength) = -1;
-  correction(1, CameraErrors::kPrincipalX) = -1;
-  correction(2, CameraErrors::kPrincipalY) = -1;
-  correction(3, CameraErrors::kRadial) = 1;  // undistorting goes the other way
-  const Eigen::Vector3d rotation = rotationVector(pose.R);
-  correction.col(CameraErrors::kReadoutRotation).tail<6>() << rotation, rotation;
-  CameraErrors errors;
-  for (size_t k = 0; k < CameraErrors::kCount; ++k) {
-    const CameraVector direction = correction.col(static_cast<int>(k));
-    const double told = direction.dot(scores.information * direction), value = -direction.dot(scores.score) / told;
-    const double inverse_variance = told * told / direction.dot(scores.scatter * direction);
-    if (!std::isfinite(value) || !std::isfinite(inverse_variance)) continue;
-    errors.value[k] = value;
-    errors.information[k] = inverse_variance;
-  }
-  return errors;
-}
-
 }  // namespace
 
-CameraTest testCamera(const PoseInformation& all, const PoseSquare& inverse, const TwoViewPose& pose) {
+CameraTest testCamera(const PoseInformation& all, const PoseSquare& inverse) {
   const Scores scores = scoresOf(all, inverse);
   CameraTest test;
-  test.errors = errorsOf(scores, pose);
   std::array<Model, kModels> models;
   double largest = 0;
   for (unsigned groups = 1; groups < kModels; ++groups) {

@@ -109,8 +109,7 @@ double directionSigma(const PoseSquare& covariance) {
   return std::sqrt(half_trace + std::sqrt(std::max(0.0, half_trace * half_trace - direction.determinant())));
 }
 
-PoseCovariance poseCovariance(const PoseInformation& all, const TwoViewPose& pose, double sigma,
-                              double calibration_sigma) {
+PoseCovariance poseCovariance(const PoseInformation& all, double sigma, double calibration_sigma) {
   PoseCovariance result;
   if (all.used < kParameters) return result;
   const double variance = sigma * sigma;
@@ -129,7 +128,7 @@ PoseCovariance poseCovariance(const PoseInformation& all, const TwoViewPose& pos
     result.of_matches = scale.asDiagonal() * result.of_matches * scale.asDiagonal();
   }
 
-  result.camera = testCamera(all, naive, pose);
+  result.camera = testCamera(all, naive);
   CameraSquare errors = result.camera.second_moment;
   errors.diagonal().head<3>().array() += calibration_sigma * calibration_sigma;
   const Eigen::Matrix<double, kPoseParameters, kCameraParameters> effect =

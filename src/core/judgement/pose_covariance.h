@@ -23,8 +23,7 @@ struct PoseCovariance {
 
 /// `sigma`: of the noise, thresholds; `calibration_sigma`: RobustOptions::calibration_sigma. Identity where the matches
 /// do not suffice.
-PoseCovariance poseCovariance(const PoseInformation& information, const TwoViewPose& pose, double sigma,
-                              double calibration_sigma);
+PoseCovariance poseCovariance(const PoseInformation& information, double sigma, double calibration_sigma);
 
 /// Standard deviation of the direction of translation along its widest axis, radians.
 double directionSigma(const PoseSquare& covariance);

@@ -52,7 +52,7 @@ void PoseJudge::measure(const TwoViewPoints& points, bool move, TwoViewPose& pos
     measureNoise(points.view(), pose);
   }
   information_.sum(kernels_, plausible_.view(), pose_, noise_.loss(), points.cells());
-  spread_ = poseCovariance(information_, pose_, noise_.sigma(), options_.calibration_sigma);
+  spread_ = poseCovariance(information_, noise_.sigma(), options_.calibration_sigma);
 }
 
 bool PoseJudge::atOptimum(int count) const {
@@ -70,7 +70,6 @@ const RotationOnly& PoseJudge::fitRotation(const TwoViewPoints& points) {
   judgement_.median_parallax_px = rotation.median_parallax * points.pixelsPerUnit();
   judgement_.camera_misfit = spread_.camera.statistic;
   judgement_.misfit_parameter = spread_.camera.parameter;
-  judgement_.camera_errors = spread_.camera.errors;
   return rotation;
 }
 

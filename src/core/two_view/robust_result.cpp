@@ -37,7 +37,6 @@ void RobustResult::reject() {
   std::fill(inlier.begin(), inlier.end(), 0);
   inlier_count = 0;
   rms_error_px = sigma_px = camera_misfit = 0;
-  camera_errors = CameraErrors();
   probability.clear();
   residual.clear();
 }

@@ -18,6 +18,9 @@ namespace {
 constexpr double kOtherCamera = 0.1;
 // Pixels are square to a few percent, those of interlaced video to a tenth.
 constexpr double kOblongPixels = 0.1;
+// Share of the image. The principal points of TUM's, EuRoC's and KITTI's cameras lie within 4 % of the centre; K of a
+// raw KITTI image is 12 % from the centre of the rectified one, which is cropped, and P 4 %.
+constexpr double kOffCentre = 0.08;
 
 bool sameCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo& b) {
   return a.width == b.width && a.height == b.height && a.distortion_model == b.distortion_model && a.D == b.D &&
@@ -30,6 +33,12 @@ cv::Size describedSize(const sensor_msgs::CameraInfo& info) {
   // Divided as they came, unsigned: the least int over -1 would end the process.
   return {static_cast<int>((has_region ? info.roi.width : info.width) / std::max(info.binning_x, 1u)),
           static_cast<int>((has_region ? info.roi.height : info.height) / std::max(info.binning_y, 1u))};
+}
+
+/// Distance of the principal point from the centre of the image, as a share of its width or height.
+double offCentre(const sensor_msgs::CameraInfo& info, CameraIntrinsics intrinsics, cv::Size image_size) {
+  applyRegionAndBinning(info, intrinsics);
+  return std::max(std::abs(intrinsics.cx / image_size.width - 0.5), std::abs(intrinsics.cy / image_size.height - 0.5));
 }
 
 bool mayBeOneCamera(const CameraIntrinsics& a, const CameraIntrinsics& b) {
@@ -76,7 +85,8 @@ std::shared_ptr<const CameraModel> CameraModelSource::makeAndTell(const sensor_m
     model->problem = "the camera_info on " + info_topic_ + " cannot be used: " + error.what();
   }
   model->source = override_.calibrated() ? "the parameters ~camera" : "camera_info on " + info_topic_;
-  if (info != nullptr) model->doubt = override_.calibrated() ? contradiction(*info, image_size) : unlikelyValues(*info);
+  if (info != nullptr)
+    model->doubt = override_.calibrated() ? contradiction(*info, image_size) : unlikelyValues(*info, image_size);
   if (!model->doubt.empty()) throttle_.warn(model->doubt, model->doubt);
   const CameraIntrinsics& k = model->camera.intrinsics();
   // The sentence itself is the key: sizes that alternate say two things, not one per image.
@@ -123,7 +133,17 @@ std::string CameraModelSource::contradiction(const sensor_msgs::CameraInfo& info
   return text.str();
 }
 
-std::string CameraModelSource::unlikelyValues(const sensor_msgs::CameraInfo& info) const {
+std::string CameraModelSource::unlikelyValues(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {
+  const double of_k = offCentre(info, ofK(info), image_size), of_p = offCentre(info, ofP(info), image_size);
+  const bool distorted = !isRectified(info, image_topic_, input_is_rectified_);
+  if (input_is_rectified_ == Rectified::kAuto && info.P[0] > 0 && distorted && of_k > kOffCentre && 2 * of_p < of_k) {
+    std::ostringstream text;
+    text.precision(2);
+    text << "the principal point in K of the camera_info on " << info_topic_ << " is " << 100 * of_k
+         << " % of the image from its centre, that in P " << 100 * of_p
+         << " %: if the images are rectified and K is that of the raw ones, set ~input_is_rectified to true";
+    return text.str();
+  }
   const auto& K = info.K;
   const bool given = K[0] > 0 && K[4] > 0, oblong = given && std::abs(std::log(K[0] / K[4])) > kOblongPixels;
   if (oblong && info.binning_x == info.binning_y) {

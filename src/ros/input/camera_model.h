@@ -39,8 +39,9 @@ class CameraModelSource {
   void fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size, CameraModel& model) const;
   /// Empty when `info` does not say a size.
   std::string sizeMismatch(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
-  /// Empty unless the pixels of `info` are far from square, or it is that of an uncalibrated Kinect.
-  std::string unlikelyValues(const sensor_msgs::CameraInfo& info) const;
+  /// Empty unless the pixels of `info` are far from square, it is that of an uncalibrated Kinect, or K is used although
+  /// it fits the image worse than P.
+  std::string unlikelyValues(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
   std::string contradiction(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
 
   CameraIntrinsics override_;

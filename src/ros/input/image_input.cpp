@@ -206,16 +206,22 @@ std::string ImageInput::waitingFor(const Topics& published) {
   const int images = std::exchange(images_, 0), infos = std::exchange(infos_, 0);
   const bool matched = std::exchange(matched_, waiting_.matched()) != waiting_.matched();
   if (!started_ || matched) return std::string();
-  const auto nobodyPublishes = [&](size_t stream, const std::string& subscribed) {
-    return "nobody publishes " + subscribed + "; start the camera or the bag, or remap '" + streams_[stream].name +
-           "' to its topic: " + imagesElsewhere(published, parameters_.name);
+  const std::vector<InputTopic> inputs = this->inputs();
+  const auto subscribed = [&](size_t stream) {
+    const std::string& transport = streams_[stream].transport;
+    return topic(stream) + (transport == "raw" ? "" : "/" + transport);
   };
-  const auto isPublished = [&](size_t stream) { return image_subscribers_[stream].getNumPublishers() > 0; };
+  // One of another type is reported as that.
+  const auto isPublished = [&](size_t stream) {
+    return image_subscribers_[stream].getNumPublishers() > 0 || published.count(subscribed(stream)) > 0;
+  };
+  const auto nobodyPublishes = [&](size_t stream) {
+    return "nobody publishes " + subscribed(stream) + "; start the camera or the bag, or remap '" +
+           streams_[stream].name + "' to its topic: " + imagesElsewhere(published, streams_[stream].name, inputs);
+  };
   if (images == 0) {
-    const std::string& transport = parameters_.image_transport;
-    const std::string subscribed = topic(0) + (transport == "raw" ? "" : "/" + transport);
-    if (!isPublished(0)) return nobodyPublishes(0, subscribed);
-    return "no image arrives on " + subscribed + ", although it has a publisher; check it with rostopic hz";
+    if (!isPublished(0)) return nobodyPublishes(0);
+    return "no image arrives on " + subscribed(0) + ", although it has a publisher; check it with rostopic hz";
   }
   std::ostringstream text;
   if (streams_.size() > 1) {
@@ -223,7 +229,7 @@ std::string ImageInput::waitingFor(const Topics& published) {
       text << "no image of " << topic(0) << " (last stamp " << last_image_stamp_ << ") has a partner within "
            << waitingOptions().tolerance << " s on " << topic(1);
     } else {
-      text << nobodyPublishes(1, topic(1));
+      text << nobodyPublishes(1);
     }
     if (parameters_.input != InputKind::kPair) text << "; images are answered without a length";
   } else if (exactInfo()) {

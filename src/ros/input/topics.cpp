@@ -1,5 +1,7 @@
 #include "input/topics.h"
 
+#include <algorithm>
+
 namespace gms_ransac {
 
 namespace {
@@ -7,7 +9,11 @@ namespace {
 constexpr int kMostListed = 8;
 const std::string kImage = "sensor_msgs/Image", kCompressed = "sensor_msgs/CompressedImage", kEnd = "/compressed";
 
-bool startsWith(const std::string& text, const std::string& start) { return text.compare(0, start.size(), start) == 0; }
+/// The overlay of a match filter, of this node or another.
+bool isOverlay(const std::string& topic, const Topics& published) {
+  const auto stats = published.find(topic.substr(0, topic.find("/match_image")) + "/stats");
+  return stats != published.end() && stats->second == "gms_ransac/MatchStats";
+}
 
 /// "/a" of "/a/compressed"; empty for other topics.
 std::string baseOfCompressed(const std::string& topic) {
@@ -33,17 +39,22 @@ std::string wrongTypes(const std::vector<InputTopic>& inputs, const Topics& publ
   return text;
 }
 
-std::string imagesElsewhere(const Topics& published, const std::string& own) {
+std::string imagesElsewhere(const Topics& published, const std::string& name, const std::vector<InputTopic>& inputs) {
+  const bool depth = name == "depth/image";
   std::string text;
   int listed = 0;
   for (const auto& [topic, type] : published) {
-    const std::string base = type == kCompressed ? baseOfCompressed(topic) : std::string();
-    if ((type != kImage && base.empty()) || published.count(base) > 0 || startsWith(topic, own + "/")) continue;
+    const std::string base = type == kCompressed && !depth ? baseOfCompressed(topic) : std::string();
+    if ((type != kImage && base.empty()) || published.count(base) > 0 || isOverlay(topic, published)) continue;
+    const auto is_this = [&topic = topic](const InputTopic& input) { return input.topic == topic; };
+    if (std::any_of(inputs.begin(), inputs.end(), is_this)) continue;
+    if (depth && topic.find("depth") == std::string::npos) continue;
     if (++listed > kMostListed) return text + ", ...";
-    text += (listed == 1 ? "images are published on " : ", ") + topic +
-            " (image:=" + (base.empty() ? topic : base + " image_transport:=compressed") + ")";
+    text += (listed == 1 ? "images are published on " : ", ") + topic + " (" + name +
+            ":=" + (base.empty() ? topic : base + " image_transport:=compressed") + ")";
   }
-  return text.empty() ? "no images are published" : text;
+  if (!text.empty()) return text;
+  return depth ? "no other topic with depth in its name has images" : "no other images are published";
 }
 
 }  // namespace gms_ransac

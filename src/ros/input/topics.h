@@ -16,7 +16,8 @@ struct InputTopic {
 /// One sentence for every input whose topic has another type, with the remedy; empty: none.
 std::string wrongTypes(const std::vector<InputTopic>& inputs, const Topics& published);
 
-/// "images are published on /a (image:=/a)": the topics of images outside the namespace `own`.
-std::string imagesElsewhere(const Topics& published, const std::string& own);
+/// "images are published on /a (image:=/a)": topics that the input `name` may be remapped to. Not those of `inputs`, in
+/// use already, nor overlays of match filters; for depth/image those with depth in their names.
+std::string imagesElsewhere(const Topics& published, const std::string& name, const std::vector<InputTopic>& inputs);
 
 }  // namespace gms_ransac

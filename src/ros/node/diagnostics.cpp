@@ -42,26 +42,25 @@ Diagnostics::Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, 
   updater_->add("input", this, &Diagnostics::describeInput);
   updater_->add("matches", this, &Diagnostics::describeMatches);
   updater_->add("graph", this, &Diagnostics::describeGraph);
+  if (parameters.usesSensors()) updater_->add("priors", this, &Diagnostics::describePriors);
   updater_->add("timing", this, &Diagnostics::describeTiming);  // last: it starts the next period
+  timer_ = nh.createWallTimer(ros::WallDuration(parameters.diagnostic_period),
+                              [this](const ros::WallTimerEvent& /*event*/) { updater_->force_update(); });
 }
 
-Diagnostics::~Diagnostics() = default;
+Diagnostics::~Diagnostics() { timer_.stop(); }
 
 void Diagnostics::update(const NodeReport& report) {
-  bool first_of_priors;
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    first_of_priors = report.priors && !node_.priors;
-    node_ = report;
-  }
-  if (first_of_priors) updater_->add("priors", this, &Diagnostics::describePriors);
-  updater_->force_update();
+  std::lock_guard<std::mutex> lock(mutex_);
+  node_ = report;
 }
 
-void Diagnostics::add(const MatchStats& stats, const std::string& problem) {
+void Diagnostics::add(const MatchStats& stats, const std::string& output_problem,
+                      const std::string& calibration_doubt) {
   std::lock_guard<std::mutex> lock(mutex_);
   last_ = stats;
-  output_problem_ = problem;
+  output_problem_ = output_problem;
+  calibration_doubt_ = calibration_doubt;
   ++processed_;
   failures_ += failed(stats.status) ? 1 : 0;
   late_ += stats.time_budget > 0 && stats.time_total > stats.time_budget ? 1 : 0;
@@ -70,15 +69,10 @@ void Diagnostics::add(const MatchStats& stats, const std::string& problem) {
   latency_ += stats.latency;
 }
 
-void Diagnostics::setCalibrationDoubt(const std::string& doubt) {
-  std::lock_guard<std::mutex> lock(mutex_);
-  calibration_doubt_ = doubt;
-}
-
 void Diagnostics::describePriors(StatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
-  status.summary(node_.priors->doubtful ? DiagnosticStatus::WARN : DiagnosticStatus::OK, node_.priors->summary);
-  for (const auto& [key, value] : node_.priors->values) status.add(key, value);
+  status.summary(node_.priors.doubtful ? DiagnosticStatus::WARN : DiagnosticStatus::OK, node_.priors.summary);
+  for (const auto& [key, value] : node_.priors.values) status.add(key, value);
 }
 
 void Diagnostics::describeGraph(StatusWrapper& status) {

@@ -8,6 +8,7 @@
 
 #include <gms_ransac/MatchStats.h>
 #include <ros/time.h>
+#include <ros/wall_timer.h>
 
 #include "parameters.h"
 #include "priors/motion_priors.h"
@@ -24,25 +25,23 @@ namespace gms_ransac {
 
 /// What is known without an image.
 struct NodeReport {
-  std::string error;                  ///< why no image can arrive, and the remedy
-  std::string waiting;                ///< what does not arrive, and the remedy
-  std::string idle;                   ///< why no image is expected: paused, no subscriber, end of the bag
-  std::optional<int> unpaired;        ///< images without a camera_info of their stamp; none: not required
-  std::string graph;                  ///< problem of the registration or the clock; empty: none
-  std::optional<PriorReport> priors;  ///< none: no other sensor is used
+  std::string error;            ///< why no image can arrive, and the remedy
+  std::string waiting;          ///< what does not arrive, and the remedy
+  std::string idle;             ///< why no image is expected: paused, no subscriber, end of the bag
+  std::optional<int> unpaired;  ///< images without a camera_info of their stamp; none: not required
+  std::string graph;            ///< problem of the registration or the clock; empty: none
+  PriorReport priors;           ///< of other sensors, where there are any
 };
 
-/// May be called from any thread.
+/// May be called from any thread. Publishes every ~diagnostic_period by the wall clock: simulated time may stand still.
 class Diagnostics {
  public:
+  /// `nh`: its callback queue publishes.
   Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters);
   ~Diagnostics();
 
-  /// One processed image. `problem`: of an output.
-  void add(const MatchStats& stats, const std::string& problem);
-  /// Reason to doubt the calibration; empty: none.
-  void setCalibrationDoubt(const std::string& doubt);
-  /// Publishes; called about once a second, from one thread.
+  /// One processed image. Empty: no problem of an output, no reason to doubt the calibration.
+  void add(const MatchStats& stats, const std::string& output_problem, const std::string& calibration_doubt);
   void update(const NodeReport& report);
 
  private:
@@ -63,6 +62,7 @@ class Diagnostics {
   uint32_t dropped_before_ = 0;
   double seconds_ = 0, latency_ = 0;  ///< sums since the last report
   ros::WallTime last_report_;
+  ros::WallTimer timer_;  ///< last: its callback may run until it is gone
 };
 
 }  // namespace gms_ransac

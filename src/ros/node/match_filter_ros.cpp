@@ -7,14 +7,15 @@
 #include <thread>
 #include <vector>
 
+#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
+#include <ros/spinner.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 #include <opencv2/core/version.hpp>
 
 #include "guard.h"
 #include "input/image_input.h"
-#include "node/calibration_watch.h"
 #include "node/diagnostics.h"
 #include "node/graph_watch.h"
 #include "node/mailbox.h"
@@ -63,9 +64,8 @@ class MatchFilterRos {
         mailbox_(parameters_.drop_frames ? 1 : static_cast<size_t>(parameters_.queue_size)),
         prepared_(1),
         graph_watch_(parameters_.name) {
-    for (const std::string& unknown : unknownParameters(pnh_, parameters_)) {
-      ROS_WARN_STREAM(parameters_.name << ": parameter " << pnh_.resolveName(unknown)
-                                       << " is set, but this node has no such parameter; check the spelling");
+    for (const std::string& sentence : parametersWithoutEffect(pnh_, parameters_)) {
+      ROS_WARN_STREAM(parameters_.name << ": parameter " << sentence);
     }
     priors_ = MotionPriors::make(nh_, parameters_);
     input_ = std::make_unique<ImageInput>(
@@ -85,7 +85,9 @@ class MatchFilterRos {
       outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, start.outputs,
                                            [this] { guard([&] { updateSubscription(); }); });
     }
-    diagnostics_ = std::make_unique<Diagnostics>(nh_, pnh_, parameters_);
+    ros::NodeHandle watch(nh_);
+    watch.setCallbackQueue(&watch_queue_);
+    diagnostics_ = std::make_unique<Diagnostics>(watch, pnh_, parameters_);
     ROS_INFO_STREAM(parameters_.name << ": method " << start.processor.core.method << ", model "
                                      << toString(start.processor.core.robust.model) << ", OpenCV " << CV_VERSION
                                      << "; subscribes to " << input_->imageTopic()
@@ -93,8 +95,10 @@ class MatchFilterRos {
     updateSubscription();
     reset_service_ = pnh_.advertiseService("reset", &MatchFilterRos::reset, this);
     pause_service_ = pnh_.advertiseService("pause", &MatchFilterRos::pause, this);
-    watch_timer_ = nh_.createWallTimer(ros::WallDuration(kWatchPeriod),
-                                       [this](const ros::WallTimerEvent& /*event*/) { guard([&] { watchInput(); }); });
+    watch_timer_ = watch.createWallTimer(ros::WallDuration(kWatchPeriod), [this](const ros::WallTimerEvent& /*event*/) {
+      guard([&] { watchInput(); });
+    });
+    watch_spinner_.start();
     // Last: if the constructor threw after this, no code would join them.
     worker_ = std::thread([this] { work(); });
     if (parameters_.threads > 1) second_worker_ = std::thread([this] { processPrepared(); });
@@ -102,7 +106,7 @@ class MatchFilterRos {
 
   ~MatchFilterRos() {
     closing_ = true;
-    watch_timer_.stop();
+    watch_spinner_.stop();
     reset_service_.shutdown();
     pause_service_.shutdown();
     reconfigure_.reset();
@@ -222,7 +226,6 @@ class MatchFilterRos {
   void publish(const ProcessedFrame& processed, const OutputOptions& options) {
     ++processed_;
     if (processed.continuity != Continuity::kContinuous) ++resets_;
-    watchCalibration(processed);
     if (processed.status == MatchStats::BAD_IMAGE) throttle_.warn("bad image", processed.text);
     const std::string& mask_problem = processed.current->mask_problem;
     if (!mask_problem.empty()) throttle_.warn("mask", "an image is answered without a mask: " + mask_problem);
@@ -235,7 +238,8 @@ class MatchFilterRos {
     const uint32_t dropped = dropped_, received = received_;
     const FrameCounters counters = {received, processed_, passed_over_, dropped, resets_};
     const MatchStatsConstPtr stats = outputs_->publish(processed, counters, options);
-    diagnostics_->add(*stats, outputs_->problem());
+    const auto& camera = processed.current->camera;
+    diagnostics_->add(*stats, outputs_->problem(), camera ? camera->doubt : std::string());
   }
 
   OutputOptions outputOptions() {
@@ -266,7 +270,7 @@ class MatchFilterRos {
     }
     last_clock_ = clock;
     silent_seconds_ = report.waiting.empty() || !report.idle.empty() ? 0 : silent_seconds_ + 1;
-    if (silent_seconds_ < kSilentPeriods) report.waiting.clear();
+    if (silent_seconds_ < kSilentPeriods || !report.error.empty()) report.waiting.clear();
     if (!report.waiting.empty()) ROS_WARN_STREAM_THROTTLE(30, parameters_.name << ": " << report.waiting);
     if (!report.error.empty()) throttle_.warn("input", report.error);
     report.unpaired = input_->unpaired();
@@ -275,16 +279,6 @@ class MatchFilterRos {
     if (!no_clock.empty()) throttle_.warn("clock", no_clock);
     report.graph = registration.empty() ? no_clock : registration;
     diagnostics_->update(report);
-  }
-
-  /// Reports to diagnostics why the calibration may be wrong, if there is a reason.
-  void watchCalibration(const ProcessedFrame& processed) {
-    const auto& camera = processed.current->camera;
-    if (!camera) return;
-    if (processed.poseValid()) calibration_watch_.add(processed.result->robust, camera);
-    const std::string doubt = calibration_watch_.doubt();
-    if (!doubt.empty()) throttle_.warn("calibration", doubt);
-    diagnostics_->setCalibrationDoubt(doubt + (doubt.empty() || camera->doubt.empty() ? "" : "; ") + camera->doubt);
   }
 
   ros::NodeHandle nh_, pnh_;
@@ -297,7 +291,6 @@ class MatchFilterRos {
   std::atomic<uint32_t> received_{0}, dropped_{0};
   // Used by the publishing thread only.
   uint32_t processed_ = 0, passed_over_ = 0, resets_ = 0;
-  CalibrationWatch calibration_watch_;
 
   std::mutex subscription_mutex_;
   std::atomic<bool> closing_{false}, paused_{false};
@@ -310,10 +303,12 @@ class MatchFilterRos {
   std::unique_ptr<FrameProcessor> processor_;
   std::unique_ptr<Outputs> outputs_;
   std::shared_ptr<void> reconfigure_;
+  ros::CallbackQueue watch_queue_;  ///< with a thread of its own: what happens once a second must not delay images
   std::unique_ptr<Diagnostics> diagnostics_;
   GraphWatch graph_watch_;
   ros::ServiceServer reset_service_, pause_service_;
   ros::WallTimer watch_timer_;
+  ros::AsyncSpinner watch_spinner_{1, &watch_queue_};
   int silent_seconds_ = 0;
   ros::Time last_clock_;           ///< when `watchInput` ran
   std::string subscribe_problem_;  ///< guarded by subscription_mutex_

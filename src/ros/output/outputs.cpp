@@ -96,7 +96,9 @@ bool Outputs::passesOver(const PreparedFrame& frame, const OutputOptions& option
          (!of_two || stereo_stream_->passesOver(frame, options.features));
 }
 
-std::string Outputs::problem() const { return odometry_->problem(); }
+std::string Outputs::problem() const {
+  return odometry_->problem().empty() ? broadcaster_->problem() : odometry_->problem();
+}
 
 MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const FrameCounters& counters,
                                     const OutputOptions& options) {

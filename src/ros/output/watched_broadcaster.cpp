@@ -20,16 +20,14 @@ WatchedBroadcaster::WatchedBroadcaster(const std::string& name)
 void WatchedBroadcaster::send(const geometry_msgs::TransformStamped& transform) {
   if (!listened()) return;
   const std::string &parent = transform.header.frame_id, &child = transform.child_frame_id;
+  problem_.clear();
   if (parent.empty() || child.empty()) {
-    throttle_.warnOnce("no name",
-                       "no transform is broadcast: the images have no frame_id; set it where they are published");
-    return;
+    problem_ = "no transform is broadcast: the images have no frame_id; set it where they are published";
+  } else if (parent == child) {
+    problem_ = "no transform is broadcast: " + child +
+               " would be its own parent; set ~odom_frame and ~base_frame to different frames";
   }
-  if (parent == child) {
-    throttle_.warnOnce("itself", "no transform is broadcast: " + child +
-                                     " would be its own parent; set ~odom_frame and ~base_frame to different frames");
-    return;
-  }
+  if (!problem_.empty()) return throttle_.warn(problem_, problem_);
   watch(transform);
   tf2_msgs::TFMessage message;
   message.transforms.push_back(transform);

@@ -26,6 +26,8 @@ class WatchedBroadcaster {
   /// Does nothing without a subscriber. A frame without a name or that would be its own parent is refused with a
   /// warning.
   void send(const geometry_msgs::TransformStamped& transform);
+  /// Why the last transform was refused, and the remedy; empty: it was not. From the thread of `send`.
+  const std::string& problem() const { return problem_; }
 
  private:
   void watch(const geometry_msgs::TransformStamped& sent);
@@ -35,6 +37,7 @@ class WatchedBroadcaster {
   Throttle throttle_;
   ros::NodeHandle nh_;  ///< as tf2_ros::TransformBroadcaster has it, not the nodelet's
   ros::Publisher broadcaster_;
+  std::string problem_;
 
   std::mutex mutex_;  ///< guards what follows
   ros::SteadyTime watching_since_;

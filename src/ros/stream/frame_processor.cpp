@@ -198,7 +198,8 @@ bool FrameProcessor::startAnew(const PreparedFrame& frame, ProcessedFrame& proce
   if (verdict == StampVerdict::kJumpedBack) return start(kTime, Continuity::kRestarted, "the stamps went back");
   const std::string max_gap = "~max_frame_gap (" + secondsText(in_force_.max_frame_gap) + ")";
   if (verdict == StampVerdict::kGap) {
-    return start(kTime, Continuity::kBroken, "more than " + max_gap + " since the image before");
+    return start(kTime, Continuity::kBroken,
+                 "more than " + max_gap + " since the image before; raise it for a slow camera");
   }
   if (!reference_ && retired_) {
     return start(kTime, Continuity::kBroken,
@@ -213,7 +214,8 @@ bool FrameProcessor::startAnew(const PreparedFrame& frame, ProcessedFrame& proce
                  "the image size changed from " + sizeText(before) + " to " + sizeText(now));
   }
   if (frame.stamp() - reference_->stamp() <= in_force_.max_frame_gap) return false;
-  return start(kTime, Continuity::kBroken, "the last usable image is older than " + max_gap);
+  return start(kTime, Continuity::kBroken,
+               "the last usable image is older than " + max_gap + "; raise it for a slow camera");
 }
 
 bool FrameProcessor::holdReference(const ProcessedFrame& processed, double interval) {

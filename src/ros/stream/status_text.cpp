@@ -1,6 +1,7 @@
 #include "stream/status_text.h"
 
 #include <gms_ransac/MatchStats.h>
+#include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
 #include "stream/prepared_frame.h"
@@ -13,9 +14,13 @@ namespace {
 // Share of the image below which a mask is the reason for few keypoints, percent.
 constexpr int kLittlePercent = 20;
 
-/// Names the image that has too few keypoints, and the reason.
-std::string explainFewKeypoints(const MatchResult& result, const cv::Mat& mask) {
+/// Names the image that has too few keypoints, and the reason. `asked`: how many the current one may have.
+std::string explainFewKeypoints(const MatchResult& result, const cv::Mat& mask, int asked) {
   const int here = result.keypoints_current, there = result.keypoints_reference;
+  if (asked < kMinimumMatches) {
+    return cv::format("~features is %d, but a pair needs %d keypoints, and a good pose hundreds; raise it", asked,
+                      kMinimumMatches);
+  }
   if (here > there) {
     return cv::format(
         "only %d keypoints in the reference image (this one has %d): it was dark, blurred, plain or masked", there,
@@ -29,7 +34,7 @@ std::string explainFewKeypoints(const MatchResult& result, const cv::Mat& mask) 
 }
 
 /// Why there is a rotation and no translation.
-std::string explainLowParallax(const MatchResult& result, const RobustOptions& options) {
+std::string explainLowParallax(const MatchResult& result, const RobustOptions& options, const Camera& camera) {
   switch (result.robust.doubt) {
     case DirectionDoubt::kMostlyStatic:
       return "most matches show no translation, and the others may lie on moving objects";
@@ -45,6 +50,10 @@ std::string explainLowParallax(const MatchResult& result, const RobustOptions& o
           "depth, a larger motion or a ~mask over moving objects decides",
           result.matches_gms);
     default:
+      if (camera.meanFocalLength() * Eigen::AngleAxisd(result.robust.pose.R).angle() <= result.robust.sigma_px) {
+        return cv::format("the camera is at rest (%.3f px of parallax, %.3f px of keypoint noise)",
+                          result.robust.median_parallax_px, result.robust.sigma_px);
+      }
       return cv::format(
           "a rotation, with a rolling shutter or without, explains the matches as well (%.3f px of "
           "parallax, %.3f px of keypoint noise)",
@@ -93,7 +102,7 @@ std::string explain(Status status, const MatchResult& result, const PreparedFram
       case Status::kOk:
         return cv::format("%d of %d filtered matches agree on one motion", result.inliers, result.matches_gms);
       case Status::kTooFewKeypoints:
-        return explainFewKeypoints(result, current.mask);
+        return explainFewKeypoints(result, current.mask, current.frame.features_asked);
       case Status::kTooFewMatches:
         return cv::format("only %d matches: the views differ too much, or ~features is too small", matches);
       case Status::kGmsRejected:
@@ -107,7 +116,7 @@ std::string explain(Status status, const MatchResult& result, const PreparedFram
             "of what is seen is rigid",
             result.matches_gms);
       case Status::kLowParallax:
-        return "rotation only: " + explainLowParallax(result, options);
+        return "rotation only: " + explainLowParallax(result, options, current.camera->camera);
       case Status::kUncalibrated:
         return "correspondences only, no pose: " + current.camera->problem;
       default:

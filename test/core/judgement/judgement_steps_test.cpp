@@ -43,7 +43,7 @@ struct JudgedScene {
   }
   RefinedPose refined() const { return {pose, points, points.view(), noise}; }
   double variance() const { return noise.sigma() * noise.sigma(); }
-  PoseCovariance covariance() const { return poseCovariance(information, pose, noise.sigma(), 0); }
+  PoseCovariance covariance() const { return poseCovariance(information, noise.sigma(), 0); }
 };
 
 TwoViewSceneOptions exactScene(uint64_t seed) {
@@ -177,7 +177,7 @@ TEST(PoseCovarianceStep, WhereNothingMovesTheRotationIsKnownAndTheDirectionIsNot
   all.scatter = 1e4 * ParameterSquare::Identity();
   all.gradient.setZero();
   all.line_rotations.setZero();
-  const PoseSquare covariance = poseCovariance(all, {}, 1, 0).covariance;
+  const PoseSquare covariance = poseCovariance(all, 1, 0).covariance;
   EXPECT_DOUBLE_EQ(covariance(0, 0), 1e-4);
   EXPECT_DOUBLE_EQ(covariance(3, 3), 1);
 }
@@ -189,16 +189,12 @@ TEST(PoseCovarianceStep, DirectionSigmaIsThatOfTheWidestAxis) {
 }
 
 TEST(CameraTestStep, FindsTheFocalLengthThatIsWrong) {
-  double error = 0, information = 0;
   for (uint64_t seed = 1; seed <= 10; ++seed) {
     TwoViewSceneOptions options = exactScene(seed);
     options.focal_error = 0.03;
     const CameraTest camera = JudgedScene(options).covariance().camera;
     EXPECT_GT(camera.statistic, 1) << seed;
-    error += camera.errors.value[CameraErrors::kFocalLength] * camera.errors.information[CameraErrors::kFocalLength];
-    information += camera.errors.information[CameraErrors::kFocalLength];
   }
-  EXPECT_NEAR(std::abs(error / information), 0.03, 0.006);
 }
 
 TEST(CameraTestStep, TestsAScoreByItsScatter) {
@@ -208,18 +204,16 @@ TEST(CameraTestStep, TestsAScoreByItsScatter) {
   all.gradient.setZero();
   all.gradient[DerivativeColumn::kFocalLength] = 400;  // four deviations
   const PoseSquare inverse = 1e-4 * PoseSquare::Identity();
-  const CameraTest camera = testCamera(all, inverse, {});
+  const CameraTest camera = testCamera(all, inverse);
   EXPECT_EQ(camera.parameter, CameraParameter::kFocalLength);
   EXPECT_NEAR(camera.statistic, 16 / 6.63, 1e-3);
-  EXPECT_DOUBLE_EQ(camera.errors.value[CameraErrors::kFocalLength], 0.04);  // 400 over the curvature
-  EXPECT_DOUBLE_EQ(camera.errors.information[CameraErrors::kFocalLength], 1e4);
   // An error of 0.03 by the prior and 0.04 by the score, with a variance of 1e-4: the posterior has a mean of 0.036 and
   // a variance of 9e-5. No other group errs, so theirs has the prior's and no more than the weight of other causes.
   EXPECT_NEAR(camera.second_moment(0, 0), 0.036 * 0.036 + 9e-5, 1e-4);
   EXPECT_LT(camera.second_moment(1, 1), 0.01 * 0.01);
   // Rounding may leave a scatter indefinite. Models with that parameter then tell nothing; the others do as before.
   all.scatter(kParameters - 1, kParameters - 1) = -1;
-  const CameraTest without = testCamera(all, inverse, {});
+  const CameraTest without = testCamera(all, inverse);
   EXPECT_NEAR(without.second_moment(0, 0), 0.9 * (0.036 * 0.036 + 9e-5), 1e-4);
   EXPECT_EQ(without.second_moment(kCameraParameters - 1, kCameraParameters - 1), 0);
 }

@@ -54,6 +54,21 @@ sensor_msgs::CameraInfo cropped() {
   return info;
 }
 
+/// Of a raw bag by kitti2bag: the images are rectified, K and D are those of the raw ones.
+TEST(CameraModel, DoubtsThatKDescribesACroppedImage) {
+  sensor_msgs::CameraInfo info = calibrated(1242, 375);
+  info.D = {-0.37, 0.2, 0.001, 0.002, -0.07};
+  info.K = {984.2, 0, 690, 0, 980.8, 233.2, 0, 0, 1};
+  info.P = {721.5, 0, 609.6, 0, 0, 721.5, 172.9, 0, 0, 0, 1, 0};
+  const std::vector<std::string> doubt = {"12 % of the image from its centre, that in P 3.9 %", "~input_is_rectified"};
+  EXPECT_TRUE(says(model(info, {1242, 375}, Rectified::kAuto)->doubt, doubt));
+  EXPECT_EQ(model(info, {1242, 375}, Rectified::kTrue)->doubt, "");
+  EXPECT_EQ(model(info, {1242, 375}, Rectified::kFalse)->doubt, "");
+  info.K[2] = 630;
+  info.K[5] = 190;
+  EXPECT_EQ(model(info, {1242, 375}, Rectified::kAuto)->doubt, "");
+}
+
 TEST(CameraModel, CutsTheRegionOfInterestThenBins) {
   const struct {
     sensor_msgs::CameraInfo info;

@@ -10,19 +10,34 @@ const Topics kPublished = {{"/camera/image", "sensor_msgs/Image"},
                            {"/camera/image/compressed", "sensor_msgs/CompressedImage"},
                            {"/camera/camera_info", "sensor_msgs/CameraInfo"},
                            {"/phone/image/compressed", "sensor_msgs/CompressedImage"},
-                           {"/filter/match_image", "sensor_msgs/Image"}};
+                           {"/camera/depth/image", "sensor_msgs/Image"},
+                           {"/filter/match_image", "sensor_msgs/Image"},
+                           {"/filter/stats", "gms_ransac/MatchStats"},
+                           {"/other/match_image/compressed", "sensor_msgs/CompressedImage"},
+                           {"/other/stats", "gms_ransac/MatchStats"}};
+const std::vector<InputTopic> kDepthInputs = {{"image", "/camera/image", "sensor_msgs/Image"},
+                                              {"depth/image", "/depth/image", "sensor_msgs/Image"}};
 
 TEST(Topics, ImagesElsewhereAreListedWithTheArgumentsThatReadThem) {
-  EXPECT_EQ(
-      imagesElsewhere(kPublished, "/filter"),
-      "images are published on /camera/image (image:=/camera/image), /phone/image/compressed (image:=/phone/image "
-      "image_transport:=compressed)");
-  EXPECT_EQ(imagesElsewhere({}, "/filter"), "no images are published");
+  EXPECT_EQ(imagesElsewhere(kPublished, "image", {}),
+            "images are published on /camera/depth/image (image:=/camera/depth/image), /camera/image "
+            "(image:=/camera/image), /phone/image/compressed (image:=/phone/image image_transport:=compressed)");
+  EXPECT_EQ(imagesElsewhere({}, "image", {}), "no other images are published");
   Topics many;
   for (int i = 0; i < 100; ++i) many["/camera" + std::to_string(i)] = "sensor_msgs/Image";
-  const std::string text = imagesElsewhere(many, "/filter");
+  const std::string text = imagesElsewhere(many, "image", {});
   EXPECT_LT(text.size(), 400u);
   EXPECT_EQ(text.substr(text.size() - 5), ", ...");
+}
+
+TEST(Topics, DepthIsNotSoughtWhereColourIs) {
+  EXPECT_EQ(imagesElsewhere(kPublished, "depth/image", kDepthInputs),
+            "images are published on /camera/depth/image (depth/image:=/camera/depth/image)");
+  EXPECT_EQ(imagesElsewhere({{"/camera/image", "sensor_msgs/Image"}}, "depth/image", kDepthInputs),
+            "no other topic with depth in its name has images");
+  EXPECT_EQ(imagesElsewhere({{"/left", "sensor_msgs/Image"}, {"/right", "sensor_msgs/Image"}}, "right/image",
+                            {{"left/image", "/left", "sensor_msgs/Image"}}),
+            "images are published on /right (right/image:=/right)");
 }
 
 TEST(Topics, AWrongTypeIsNamedWithBothTypes) {

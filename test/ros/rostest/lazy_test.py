@@ -12,15 +12,17 @@ from sensor_msgs.msg import Image
 from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
 
-from graph import Client, client_of, rotation_matrix, run, vector, walk
+from graph import Client, client_of, rotation_matrix, run, said_by, vector, walk
 
 
 class Lazy(unittest.TestCase):
     def test_it_says_where_images_are_and_what_is_no_image(self):
         client = Client("lazy_filter", image="elsewhere", info="mistaken_filter/image", listen=False)
-        levels = {}
-        diagnostics = rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: levels.update(
-            {(s.name, s.message): s.level for s in m.status}))
+        levels, lines = {}, said_by("mistaken_filter")
+        reports = []
+        diagnostics = rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: (levels.update(
+            {(s.name, s.message): s.level for s in m.status}),
+            "mistaken_filter" in m.status[0].name and reports.append(m)))
         listener = rospy.Subscriber("mistaken_filter/stats", MatchStats, lambda message: None)
 
         def said(name, *words):
@@ -33,6 +35,10 @@ class Lazy(unittest.TestCase):
         client.wait(lambda: said("mistaken_filter", topic + ", which is a sensor_msgs/CameraInfo; it must be a sensor_msgs/Image"),
                     "both types")
         self.assertEqual(set(said("mistaken_filter", "must be a sensor_msgs/Image")), {2})
+        client.wait(lambda: any("must be a sensor_msgs/Image" in line for line in lines), "the log to name both types")
+        count = len(reports)
+        client.wait(lambda: len(reports) > count + 7, "the time in which a silent topic is named")
+        self.assertFalse([line for line in lines if "nobody publishes" in line])
         listener.unregister()
         pause = rospy.ServiceProxy("lazy_filter/pause", SetBool)
         pause(True)
@@ -64,6 +70,20 @@ class Lazy(unittest.TestCase):
         reconfigure.update_configuration({"publish_relative_tf": False})
         client.wait(lambda: self.connections(client) == 0, "the end of the subscription")
 
+    def test_images_without_a_frame(self):
+        client, reports = client_of("nameless_filter"), []
+        client.subscribers += [rospy.Subscriber("/tf", TFMessage, lambda message: None),
+                               rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: reports.extend(m.status))]
+        client.connect()
+        frames = walk(2)
+
+        def said_after_another_image():
+            i = len(client.stats)
+            client.ask(frames[i % 2], 100 + 0.1 * i, frame="")
+            return [s for s in reports if "nameless_filter: graph" in s.name and s.level == 1 and "no frame_id" in s.message]
+
+        client.wait(said_after_another_image, "a word on the missing frame_id")
+
     def test_transform_is_a_leaf_of_its_own(self):
         client = client_of("eager_filter")
         transforms = []
@@ -85,4 +105,4 @@ class Lazy(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    run("lazy", Lazy, lazy_filter={"publish_relative_tf": False}, eager_filter={}, mistaken_filter={})
+    run("lazy", Lazy, lazy_filter={"publish_relative_tf": False}, eager_filter={}, nameless_filter={}, mistaken_filter={})

@@ -6,10 +6,11 @@ import unittest
 
 import roslib.packages
 import rospy
+from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client as Reconfigure
 from gms_ransac.msg import MatchStats
 
-from graph import TIMEOUT, client_of, run, said_by, walk
+from graph import TIMEOUT, client_of, run, said_by, wait_for, walk
 
 
 class Parameters(unittest.TestCase):
@@ -54,9 +55,9 @@ class Parameters(unittest.TestCase):
         self.assertEqual(wrong, [])
 
     def test_whole_numbers_are_numbers(self):
-        """YAML's 1 is as good as 1.0 where any number is wanted."""
+        """YAML's 1 is as good as 1.0 where any number is wanted. What has no effect is named, unless it is the default."""
         for name, value in (("inlier_threshold_px", 2), ("max_frame_gap", 2), ("fixed_scale", 3), ("diagnostic_period", 2),
-                            ("featuers", 100), ("camera", {"fx": 500, "fy": 500, "cx": 320, "cy": 240})):
+                            ("featuers", 100), ("imu_frame", "imu"), ("camera_height", 1.5), ("prior_frame", ""), ("camera", {"fx": 500, "fy": 500, "cx": 320, "cy": 240})):
             rospy.set_param("whole/" + name, value)
         process = subprocess.Popen(["rosrun", "gms_ransac", "match_filter_node", "__name:=whole"],
                                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
@@ -66,9 +67,12 @@ class Parameters(unittest.TestCase):
         finally:
             process.terminate()
             said = process.communicate()[0]
-        unknown = [line for line in said.splitlines() if "is set, but this node has no such parameter" in line]
-        self.assertEqual(len(unknown), 1, said)
-        self.assertIn("/whole/featuers", unknown[0])
+        without_effect = sorted(line.split("parameter ")[1].split("\x1b")[0] for line in said.splitlines() if "is set, but" in line)
+        self.assertEqual(without_effect, [
+            "/whole/camera_height is set, but has no effect without ~scale ground",
+            "/whole/featuers is set, but this node has no such parameter; check the spelling",
+            "/whole/fixed_scale is set, but has no effect without ~scale fixed",
+            "/whole/imu_frame is set, but has no effect without ~rotation_prior imu"])
 
     def test_every_choice_is_taken(self):
         """As the menu has it: dynamic_reconfigure writes it for rqt_reconfigure as a Python literal."""
@@ -110,6 +114,16 @@ class Parameters(unittest.TestCase):
         answer = client.ask(frames[3], 100.3)
         self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
 
+    def test_period_of_diagnostics(self):
+        often, seldom = [], []
+        subscriber = rospy.Subscriber("/diagnostics", DiagnosticArray, lambda message: (
+            often if "often" in message.status[0].name else seldom if "seldom" in message.status[0].name else []).append(message))
+        for each in ("often", "seldom"):
+            rospy.wait_for_service(each + "/reset", TIMEOUT)
+        wait_for(lambda: len(often) > 25, "a message every 0.2 s")
+        self.assertEqual(len(seldom), 0, "a message a day")
+        subscriber.unregister()
+
 
 if __name__ == "__main__":
-    run("parameters", Parameters, running={})
+    run("parameters", Parameters, running={}, often={"diagnostic_period": 0.2}, seldom={"diagnostic_period": 86400})

@@ -129,6 +129,25 @@ TEST(FrameProcessor, SaysWhichOfTwoImagesHasTooFewKeypoints) {
   EXPECT_EQ(processor.ask(image(1.3)).reference->stamp(), 1.1) << "the last image that had keypoints";
 }
 
+TEST(FrameProcessor, SaysThatTooFewKeypointsAreAskedFor) {
+  ProcessorOptions options;
+  options.core.extractor.features = 7;
+  Stream stream(ScaleMode::kUnit, {500, 500, 319.5, 239.5, "", {}}, options);
+  stream.process(cornersMovedBy(0));
+  const ProcessedFrame processed = stream.process(cornersMovedBy(5));
+  ASSERT_EQ(processed.status, MatchStats::TOO_FEW_KEYPOINTS) << processed.text;
+  EXPECT_TRUE(says(processed.text, {"~features is 7", "raise it"}));
+  EXPECT_EQ(processed.text.find("dark"), std::string::npos) << processed.text;
+}
+
+TEST(FrameProcessor, SaysThatASlowCameraNeedsALongerGap) {
+  Node processor;
+  processor.ask(image(1.0));
+  const ProcessedFrame processed = processor.ask(image(3.0, 5));
+  ASSERT_EQ(processed.status, MatchStats::TIME_RESET);
+  EXPECT_TRUE(says(processed.text, {"~max_frame_gap (1 s)", "raise it"}));
+}
+
 TEST(FrameProcessor, OfTheSameImageTwiceTheTranslationIsNotKnown) {
   Node processor;
   processor.ask(image(1.0));
@@ -136,6 +155,7 @@ TEST(FrameProcessor, OfTheSameImageTwiceTheTranslationIsNotKnown) {
   EXPECT_EQ(processed.status, MatchStats::LOW_PARALLAX) << processed.text;
   EXPECT_EQ(processed.pose.t, Eigen::Vector3d::Zero());
   EXPECT_GT(processed.pose.covariance(0, 0), 100);
+  EXPECT_TRUE(says(processed.text, {"the camera is at rest"}));
 }
 
 TEST(FrameProcessor, WhereDepthGivesTheTranslationTheTextSaysSo) {
