@@ -55,45 +55,47 @@ OdometrySample toSample(const nav_msgs::Odometry& odometry) {
 }  // namespace
 
 std::shared_ptr<MotionPriors> MotionPriors::make(const ros::NodeHandle& nh, const Parameters& parameters) {
-  const bool wanted = parameters.rotation_prior != RotationPriorKind::kNone ||
-                      parameters.scale == ScaleMode::kOdometry || parameters.scale == ScaleMode::kGround;
-  return wanted ? std::make_shared<MotionPriors>(nh, parameters) : nullptr;
+  return parameters.usesSensors() ? std::make_shared<MotionPriors>(nh, parameters) : nullptr;
 }
 
 MotionPriors::MotionPriors(const ros::NodeHandle& nh, const Parameters& parameters) : nh_(nh), parameters_(parameters) {
   const bool asks_tf = parameters.scale != ScaleMode::kGround || !parameters.base_frame.empty() ||
                        parameters.rotation_prior != RotationPriorKind::kNone;
   if (asks_tf) tf_ = std::make_unique<TfLookup>(nh);
+  gyro_.topic = nh.resolveName("imu");
+  wheels_.topic = nh.resolveName("prior_odom");
 }
 
 MotionPriors::~MotionPriors() = default;
 
 void MotionPriors::start(std::function<void()> arrived) {
-  arrived_ = std::move(arrived);
   {
     std::lock_guard<std::mutex> lock(sensors_mutex_);
-    gyro_.clear();
-    odometry_.clear();
+    gyro_.track.clear();
+    wheels_.track.clear();
   }
-  const auto addRates = [this](const sensor_msgs::ImuConstPtr& imu) {
+  const auto addRates = [this, arrived](const sensor_msgs::ImuConstPtr& imu) {
     {
       std::lock_guard<std::mutex> lock(sensors_mutex_);
-      imu_frame_ = parameters_.imu_frame.empty() ? withoutLeadingSlash(imu->header.frame_id) : parameters_.imu_frame;
       const auto& rate = imu->angular_velocity;
       const auto& covariance = imu->angular_velocity_covariance;
-      no_gyro_ = covariance[0] < 0;  // sensor_msgs/Imu: -1 marks an IMU without a gyro
-      const double variance = std::max({covariance[0], covariance[4], covariance[8]});
-      if (!no_gyro_) gyro_.add({imu->header.stamp.toSec(), {rate.x, rate.y, rate.z}, variance});
+      gyro_.frame = parameters_.imu_frame.empty() ? withoutLeadingSlash(imu->header.frame_id) : parameters_.imu_frame;
+      gyro_.defect = covariance[0] < 0 ? "no angular velocity (covariance -1); use an IMU with a gyro"  // by its .msg
+                     : gyro_.frame.empty() ? "no frame_id; set ~imu_frame"
+                                           : "";
+      const double variance = std::max({0.0, covariance[0], covariance[4], covariance[8]});
+      if (covariance[0] >= 0) gyro_.track.add(imu->header.stamp.toSec(), {rate.x, rate.y, rate.z}, variance);
     }
-    arrived_();
+    arrived();
   };
-  const auto addPose = [this](const nav_msgs::OdometryConstPtr& odometry) {
+  const auto addPose = [this, arrived](const nav_msgs::OdometryConstPtr& odometry) {
     {
       std::lock_guard<std::mutex> lock(sensors_mutex_);
-      odometry_.add(toSample(*odometry));
-      body_frame_ = withoutLeadingSlash(odometry->child_frame_id);
+      wheels_.frame = withoutLeadingSlash(odometry->child_frame_id);
+      wheels_.defect = wheels_.frame.empty() ? "no child_frame_id; set it to the frame that moves" : "";
+      wheels_.track.add(toSample(*odometry));
     }
-    arrived_();
+    arrived();
   };
   const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
   if (byGyro()) {
@@ -115,7 +117,7 @@ bool MotionPriors::reaches(const std_msgs::Header& image) {
     return false;
   }
   std::lock_guard<std::mutex> lock(sensors_mutex_);
-  return (!byGyro() || gyro_.reaches(stamp + 0.5 * readout_)) && (!byWheels() || odometry_.reaches(stamp));
+  return (!byGyro() || gyro_.track.reaches(stamp + 0.5 * readout_)) && (!byWheels() || wheels_.track.reaches(stamp));
 }
 
 std::string MotionPriors::rotationBetween(const std::string& camera_frame, double from, double to,
@@ -123,7 +125,7 @@ std::string MotionPriors::rotationBetween(const std::string& camera_frame, doubl
   if (byGyro()) return gyroBetween(camera_frame, from, to, prior);
   std::string problem;
   if (parameters_.rotation_prior == RotationPriorKind::kOdom) {
-    OdometryMotion odometry;
+    TrackMotion odometry;
     problem = odometryBetween(camera_frame, from, to, odometry);
     prior = priorOf(odometry.motion.linear());
     return problem;
@@ -135,47 +137,43 @@ std::string MotionPriors::rotationBetween(const std::string& camera_frame, doubl
   return problem;
 }
 
+template <typename Track>
+std::string MotionPriors::sensorBetween(const Sensor<Track>& sensor, const std::string& camera_frame, double from,
+                                        double to, TrackMotion& motion, Eigen::Isometry3d& camera_in_sensor) {
+  if (!sensor.defect.empty()) return "the messages on " + sensor.topic + " have " + sensor.defect;
+  if (sensor.track.empty()) return "no message has come on " + sensor.topic;
+  const std::string problem = sensor.track.between(from, to, motion);
+  if (!problem.empty()) return problem + " on " + sensor.topic;
+  // Both are screwed to one body: the latest is as good as any.
+  return tf_->get(sensor.frame, camera_frame, 0, camera_in_sensor);
+}
+
 std::string MotionPriors::gyroBetween(const std::string& camera_frame, double from, double to, RotationPrior& prior) {
   std::lock_guard<std::mutex> lock(sensors_mutex_);
-  const std::string topic = nh_.resolveName("imu");
-  if (no_gyro_) return "the messages on " + topic + " have no angular velocity (covariance -1); use an IMU with a gyro";
-  if (gyro_.empty()) return "no sample has come on " + topic;
-  GyroRotation rotation;
-  std::string problem = gyro_.integrate(from, to, bias_.bias(), rotation);
-  if (!problem.empty()) return problem + " on " + topic;
-  Eigen::Matrix3d imu_in_camera;
-  problem = imuInCamera(camera_frame, imu_in_camera);
+  TrackMotion rotation, earlier;
+  Eigen::Isometry3d camera_in_imu;
+  std::string problem = sensorBetween(gyro_, camera_frame, from, to, rotation, camera_in_imu);
   if (!problem.empty()) return problem;
-  prior.R = imu_in_camera * rotation.R * imu_in_camera.transpose();
   const double seconds = to - from;
-  prior.covariance =
-      imu_in_camera * (rotation.covariance + seconds * seconds * bias_.covariance()) * imu_in_camera.transpose();
-  const double mount = kMountSigma * vectorOf(rotation.R).norm(), late = kStampSigma * rotation.rate_change;
-  prior.covariance.diagonal().array() += mount * mount + late * late;
+  const Eigen::Matrix3d less_bias = rotationBy(-0.5 * seconds * bias_.bias());
+  prior.R =
+      camera_in_imu.linear().transpose() * less_bias * rotation.motion.linear() * less_bias * camera_in_imu.linear();
+  const double mount = kMountSigma * vectorOf(prior.R).norm();
+  double variance = rotation.variance + seconds * seconds * bias_.variance() + mount * mount;
+  // What stamps that are late by their standard deviation would change.
+  if (gyro_.track.between(from - kStampSigma, to - kStampSigma, earlier).empty()) {
+    variance += vectorOf(rotation.motion.linear().transpose() * earlier.motion.linear()).squaredNorm();
+  }
+  prior.covariance = variance * Eigen::Matrix3d::Identity();
   return std::string();
 }
 
-std::string MotionPriors::imuInCamera(const std::string& camera_frame, Eigen::Matrix3d& imu_in_camera) {
-  if (imu_frame_.empty()) return "the messages on " + nh_.resolveName("imu") + " have no frame_id; set ~imu_frame";
-  Eigen::Isometry3d transform;
-  // Both are screwed to one body: the latest is as good as any.
-  std::string problem = tf_->get(camera_frame, imu_frame_, 0, transform);
-  imu_in_camera = transform.linear();
-  return problem;
-}
-
 std::string MotionPriors::odometryBetween(const std::string& camera_frame, double from, double to,
-                                          OdometryMotion& motion) {
+                                          TrackMotion& motion) {
   std::lock_guard<std::mutex> lock(sensors_mutex_);
-  const std::string topic = nh_.resolveName("prior_odom");
-  if (odometry_.empty()) return "no message has come on " + topic;
-  std::string problem = odometry_.between(from, to, motion);
-  if (!problem.empty()) return problem + " on " + topic;
-  if (body_frame_.empty())
-    return "the messages on " + topic + " have no child_frame_id; set it to the frame that moves";
   Eigen::Isometry3d camera_in_body;
-  problem = tf_->get(body_frame_, camera_frame, 0, camera_in_body);
-  motion.motion = camera_in_body.inverse() * motion.motion * camera_in_body;
+  std::string problem = sensorBetween(wheels_, camera_frame, from, to, motion, camera_in_body);
+  if (problem.empty()) motion.motion = camera_in_body.inverse() * motion.motion * camera_in_body;
   return problem;
 }
 
@@ -233,21 +231,12 @@ void MotionPriors::learn(const RobustResult& seen) {
 
 void MotionPriors::learnBias(const RotationPrior& visual) {
   std::lock_guard<std::mutex> lock(sensors_mutex_);
-  GyroRotation rotation;
-  Eigen::Matrix3d imu_in_camera;
-  if (!gyro_.integrate(asked_.from, asked_.to, Eigen::Vector3d::Zero(), rotation).empty()) return;
-  if (!imuInCamera(asked_.camera_frame, imu_in_camera).empty()) return;
-  const Eigen::Matrix3d camera_in_imu = imu_in_camera.transpose();
-  bias_.add({asked_.from, asked_.to, camera_in_imu * vectorOf(visual.R), vectorOf(rotation.R),
-             rotation.covariance + camera_in_imu * visual.covariance * imu_in_camera});
-}
-
-std::string MotionPriors::learntBias() {
-  std::lock_guard<std::mutex> lock(sensors_mutex_);
-  if (!bias_.known()) return "gyro bias unknown: the camera has not been at rest yet";
-  const Eigen::Vector3d sigma = bias_.covariance().diagonal().cwiseSqrt();
-  return cv::format("gyro bias (%.4f, %.4f, %.4f) rad/s, standard deviation (%.4f, %.4f, %.4f)", bias_.bias().x(),
-                    bias_.bias().y(), bias_.bias().z(), sigma.x(), sigma.y(), sigma.z());
+  TrackMotion rotation;
+  Eigen::Isometry3d camera_in_imu;
+  if (!sensorBetween(gyro_, asked_.camera_frame, asked_.from, asked_.to, rotation, camera_in_imu).empty()) return;
+  const Eigen::Matrix3d& axes = camera_in_imu.linear();
+  bias_.add({asked_.from, asked_.to, axes * vectorOf(visual.R), vectorOf(rotation.motion.linear()),
+             rotation.variance * Eigen::Matrix3d::Identity() + axes * visual.covariance * axes.transpose()});
 }
 
 ScaleEstimate MotionPriors::length(const PairSeen& pair, std::string& problem) {
@@ -269,15 +258,15 @@ ScaleEstimate MotionPriors::length(const PairSeen& pair, std::string& problem) {
 
 ScaleEstimate MotionPriors::lengthOfOdometry(const std::string& camera_frame, double from, double to,
                                              const RobustResult& seen, std::string& problem) {
-  OdometryMotion odometry;
+  TrackMotion odometry;
   problem =
       from < to ? odometryBetween(camera_frame, from, to, odometry) : "the reference is not before the current image";
-  if (problem.empty()) problem = wheels_.problem(odometry.motion.translation(), seen);
+  if (problem.empty()) problem = wheel_check_.judge(odometry.motion.translation(), seen);
   ScaleEstimate estimate;
   if (!problem.empty()) return estimate;
   estimate.length = odometry.motion.translation().norm();
   const double seconds = to - from, share = kWheelShare * estimate.length;
-  const double variance = std::max(share * share, odometry.velocity_variance * seconds * seconds);
+  const double variance = std::max(share * share, odometry.variance * seconds);
   estimate.relative_sigma = std::sqrt(variance + kWheelTick * kWheelTick) / std::max(estimate.length, kWheelTick);
   estimate.features = 1;
   return estimate;
@@ -323,14 +312,20 @@ PriorReport MotionPriors::report() {
     report.summary = doubt;
     report.doubtful = true;
   }
-  if (byGyro()) report.values.emplace_back("learnt", learntBias());
-  report.values.emplace_back("pairs compared", std::to_string(comparison.pairs()));
-  if (readout_ > 0) report.values.emplace_back("pairs corrected for readout", std::to_string(pairs_by_rates));
-  report.values.emplace_back("contradicting", std::to_string(std::lround(100 * comparison.contradicting())) + " %");
-  report.values.emplace_back("~image_time_offset (s)",
-                             offset ? cv::format("%.4f, standard deviation %.4f",
-                                                 parameters_.image_time_offset + offset->seconds, offset->sigma)
-                                    : "unknown: too little rotation");
+  const auto add = [&](const char* key, const std::string& value) { report.values.emplace_back(key, value); };
+  if (byGyro()) {
+    std::lock_guard<std::mutex> lock(sensors_mutex_);
+    const Eigen::Vector3d& bias = bias_.bias();
+    add("gyro bias (rad/s)", bias_.known() ? cv::format("(%.4f, %.4f, %.4f), standard deviation %.4f", bias.x(),
+                                                        bias.y(), bias.z(), std::sqrt(bias_.variance()))
+                                           : "unknown: the camera has not been at rest yet");
+  }
+  add("pairs compared", std::to_string(comparison.pairs()));
+  if (readout_ > 0) add("pairs corrected for readout", std::to_string(pairs_by_rates));
+  add("contradicting", std::to_string(std::lround(100 * comparison.contradicting())) + " %");
+  add("~image_time_offset (s)", offset ? cv::format("%.4f, standard deviation %.4f",
+                                                    parameters_.image_time_offset + offset->seconds, offset->sigma)
+                                       : "unknown: too little rotation");
   return report;
 }
 

@@ -17,8 +17,8 @@
 #include "gms_ransac/robust_result.h"
 #include "parameters.h"
 #include "priors/gyro_bias.h"
+#include "priors/motion_track.h"
 #include "priors/rotation_comparison.h"
-#include "priors/sample_buffers.h"
 #include "priors/wheel_check.h"
 #include "scale/ground_scale.h"
 #include "scale/translation_scale.h"
@@ -69,6 +69,7 @@ class MotionPriors {
   /// `problem` says why.
   ScaleEstimate length(const PairSeen& pair, std::string& problem);
 
+  /// Takes milliseconds.
   PriorReport report();
 
  private:
@@ -78,24 +79,32 @@ class MotionPriors {
     double from = 0, to = 0;
     std::optional<RotationPrior> prior;
   };
+  /// A sensor with a topic.
+  template <typename Track>
+  struct Sensor {
+    Track track;
+    std::string topic, frame;  ///< resolved; of the axes
+    std::string defect;        ///< of the messages, and the remedy; empty: none
+  };
   bool byGyro() const { return parameters_.rotation_prior == RotationPriorKind::kImu; }
   bool byWheels() const {
     return parameters_.scale == ScaleMode::kOdometry || parameters_.rotation_prior == RotationPriorKind::kOdom;
   }
   double timeOf(const std_msgs::Header& image) const { return image.stamp.toSec() + parameters_.image_time_offset; }
 
-  // What a sensor measured between two times, in seconds of its clock, for the camera with this frame. Each returns an
-  // empty string, or the end of a sentence that says why it is unknown. May be called from any thread.
-  /// By ~rotation_prior.
+  // What was measured between two times, in seconds of the sensor's clock. Each returns an empty string, or the end of
+  // a sentence that says why it is unknown. May be called from any thread.
+  /// Rotation of the camera by ~rotation_prior.
   std::string rotationBetween(const std::string& camera_frame, double from, double to, RotationPrior& prior);
   std::string gyroBetween(const std::string& camera_frame, double from, double to, RotationPrior& prior);
-  std::string odometryBetween(const std::string& camera_frame, double from, double to, OdometryMotion& motion);
-  /// Rotation from the axes of the IMU to those of the camera; with sensors_mutex_ held.
-  std::string imuInCamera(const std::string& camera_frame, Eigen::Matrix3d& imu_in_camera);
+  std::string odometryBetween(const std::string& camera_frame, double from, double to, TrackMotion& motion);
+  /// Of the sensor in its own axes, and the camera in these; with sensors_mutex_ held.
+  template <typename Track>
+  std::string sensorBetween(const Sensor<Track>& sensor, const std::string& camera_frame, double from, double to,
+                            TrackMotion& motion, Eigen::Isometry3d& camera_in_sensor);
 
   /// Learns the bias of the gyro from the rotation that the images show.
   void learnBias(const RotationPrior& visual);
-  std::string learntBias();
   /// Adds the rotation rates of the pair; returns what is missing.
   std::string fillRates(RotationPrior& prior);
   ScaleEstimate lengthOfOdometry(const std::string& camera_frame, double from, double to, const RobustResult& seen,
@@ -105,20 +114,16 @@ class MotionPriors {
   ros::NodeHandle nh_;
   const Parameters parameters_;
   std::atomic<double> readout_{0};
-  std::function<void()> arrived_ = [] {};
   std::unique_ptr<TfLookup> tf_;  ///< null: not used
 
   // Used by the asking thread only.
   Asked asked_;
-  WheelCheck wheels_;
+  WheelCheck wheel_check_;
 
   std::mutex sensors_mutex_;  ///< guards what follows
-  GyroBuffer gyro_;
+  Sensor<GyroTrack> gyro_;
   GyroBias bias_;
-  std::string imu_frame_;
-  bool no_gyro_ = false;  ///< the messages are marked as having no rates
-  OdometryBuffer odometry_;
-  std::string body_frame_;  ///< that moves by the odometry
+  Sensor<OdometryTrack> wheels_;
 
   std::mutex mutex_;  ///< guards what follows
   RotationComparison comparison_;

@@ -38,25 +38,25 @@ class RotationComparison {
   /// Adds a pair; it replaces one with the same start, as while the reference is held.
   void add(const ComparedRotation& pair);
   size_t pairs() const { return compared_.size(); }
-  /// Share of the pairs whose Mahalanobis distance chance would bring once in a hundred.
-  double contradicting() const;
-  /// Least squares over a time shift and a constant rate, the bias. None if the rotation is too small or too even to
-  /// determine the shift.
+  /// Share of the pairs whose Mahalanobis distance chance would bring once in a hundred, with the prior's axes turned
+  /// or mirrored by a matrix.
+  double contradicting(const Eigen::Matrix3d& axes = Eigen::Matrix3d::Identity()) const;
+  /// The shift that leaves the least robust squares of rotations, less a constant rate, the bias. None if the rotation
+  /// is too small or too even to determine it. Asks for hundreds of rotations: a matter of milliseconds.
   std::optional<TimeOffset> timeOffset(const RotationBetween& prior) const;
   /// Returns why the two contradict each other and what to check; empty: no contradiction, or too few pairs. `offset`:
   /// the result of timeOffset().
   std::string doubt(const std::optional<TimeOffset>& offset) const;
 
  private:
-  struct Axes {
-    Eigen::Matrix3d matrix;  ///< prior -> visual
-    double contradicting;
+  /// The robust squares at one shift.
+  struct Fit {
+    double cost;  ///< infinite where less than half of the pairs have a prior
+    size_t pairs, contradicting;
   };
-  double contradicting(const Eigen::Matrix3d& axes) const;
-  /// The signed permutation that leaves fewest contradictions; of equals the one that changes fewest axes.
-  Axes bestAxes() const;
-  /// The rotation that leaves the smallest weighted differences (Kabsch 1976).
-  Axes bestRotation() const;
+  Fit fit(const RotationBetween& prior, double shift) const;
+  /// The orthogonal matrix, prior to visual, that leaves the smallest weighted differences.
+  Eigen::Matrix3d bestAxes() const;
 
   std::deque<ComparedRotation> compared_;
 };

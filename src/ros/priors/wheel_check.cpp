@@ -17,7 +17,7 @@ constexpr double kNoiseSigmas = 2;
 
 }  // namespace
 
-std::string WheelCheck::problem(const Eigen::Vector3d& travelled, const RobustResult& seen) {
+std::string WheelCheck::judge(const Eigen::Vector3d& travelled, const RobustResult& seen) {
   const double length = travelled.norm(), parallax = seen.median_parallax_px;
   if (seen.translation_observable && length < kStanding) {
     return cv::format(

@@ -122,7 +122,7 @@ class PriorsTest(unittest.TestCase):
 
         values = sender.wait(lambda: self.said("gyro", "agrees", "deviation"), "a gyro that agrees")
         self.assertLess(abs(number(values["~image_time_offset (s)"])[0]), 0.01)
-        bias = number(values["learnt"].split("rad/s")[0])
+        bias = number(values["gyro bias (rad/s)"].split("), ")[0])
         self.assertLess(np.abs(np.array(bias) - BIAS).max(), 0.02)
         sender.wait(lambda: self.said("mirrored", "its axes explain it"), "the mirrored axis")
         values = sender.wait(lambda: self.said("late", "a time offset explains it", "deviation"), "the time offset")
