@@ -204,6 +204,7 @@ void addStream(const Sequence& sequence, Digests& digests) {
     MatchFilter filter(optionsOf(method, ModelType::kEssential));
     filter.setCamera(sequence.camera);
     TrackTable tracks;
+    Past past;
     ScalePropagator propagator;
     Triangulation triangulation;
     Frame reference, current;
@@ -212,7 +213,7 @@ void addStream(const Sequence& sequence, Digests& digests) {
     MatchResult result;
     for (size_t i = 1; i < sequence.images.size(); ++i) {
       filter.extract(sequence.images[i], current);
-      filter.filter(reference, current, result);
+      filter.filter(reference, current, result, nullptr, &past);
       addResult(result, digest);
       tracks.link(result);
       digest.add(tracks.ids()).add(tracks.lengths());

@@ -10,6 +10,7 @@
 #include "gms_ransac/camera.h"
 #include "gms_ransac/match_filter_options.h"
 #include "gms_ransac/match_result.h"
+#include "gms_ransac/past.h"
 
 namespace gms_ransac {
 
@@ -45,8 +46,9 @@ class MatchFilter {
   void extract(const cv::Mat& image, Frame& frame, const cv::Mat& mask = cv::Mat(),
                std::optional<double> stamp = std::nullopt);
   /// `prior`: rotation from another sensor, or null. Guided searches use it if the first matches agree. A wrong one
-  /// costs time, not accuracy.
-  void filter(const Frame& reference, const Frame& current, MatchResult& result, const RotationPrior* prior = nullptr);
+  /// costs time, not accuracy. `past`: of the stream in which the pair follows on others; null: the pair stands alone.
+  void filter(const Frame& reference, const Frame& current, MatchResult& result, const RotationPrior* prior = nullptr,
+              Past* past = nullptr);
 
   /// Estimates again from the survivors that `filter` left in `result`, for statistics over seeds.
   void estimate(const Frame& reference, const Frame& current, MatchResult& result);
@@ -64,6 +66,7 @@ class MatchFilter {
   std::unique_ptr<Stages> stages_;
   Frame reference_, current_;
   bool have_reference_ = false;
+  Past past_;
   MatchResult result_;
 };
 

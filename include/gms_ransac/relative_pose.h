@@ -18,6 +18,17 @@ struct RelativePose {
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
+struct PoseParameters;
+
+/// The motion of a pair as estimators have it, X_current = R X_reference + t with |t| = 1.
+struct TwoViewPose {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d t = Eigen::Vector3d::UnitZ();
+
+  Eigen::Matrix3d essential() const;
+  PoseParameters parameters() const;
+};
+
 /// From X_current = R X_reference + t to the project's convention, without covariance.
 inline RelativePose fromReferenceToCurrent(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
   RelativePose pose;

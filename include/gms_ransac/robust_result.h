@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -80,6 +81,7 @@ struct RobustResult : Judgement {
   int inlier_count = 0;
   RowCorrection row_correction = RowCorrection::kNone;  ///< what RobustOptions::rolling_shutter_readout did
   double rms_error_px = 0;  ///< over inliers, of the model's residual (Sampson; transfer for a homography)
+  std::optional<TwoViewPose> optimum;  ///< of the matches alone, where the next pair's search may start
   Effort effort;
 
   void clear();

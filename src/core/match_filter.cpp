@@ -98,7 +98,7 @@ MatchFilterOptions MatchFilterOptions::paper() {
   return options;
 }
 
-/// Each stage keeps nothing but storage from pair to pair; a method may also remember the last motion.
+/// Each stage keeps nothing but storage from pair to pair.
 struct MatchFilter::Stages {
   explicit Stages(const MatchFilterOptions& options)
       : method(makeMethod(options)),
@@ -139,13 +139,13 @@ void MatchFilter::setCamera(const Camera& camera) {
 
 void MatchFilter::reset() {
   have_reference_ = false;
-  stages_->method->reset();
+  past_ = Past();
 }
 
 const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mask, std::optional<double> stamp) {
   extract(image, current_, mask, stamp);
   if (have_reference_) {
-    filter(reference_, current_, result_);
+    filter(reference_, current_, result_, nullptr, &past_);
   } else {
     result_.clear(Status::kFirstFrame);
     result_.keypoints_current = current_.features.size();
@@ -167,14 +167,16 @@ void MatchFilter::extract(const cv::Mat& image, Frame& frame, const cv::Mat& mas
 }
 
 void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResult& result,
-                         const RotationPrior* prior) {
+                         const RotationPrior* prior, Past* past) {
   result.clear(Status::kOk);
   result.keypoints_reference = reference.features.size();
   result.keypoints_current = current.features.size();
   result.times.detect = current.detect_seconds;
   if (prior != nullptr) result.survivors.pairs.rotation_prior = *prior;
+  if (past != nullptr) result.survivors.pairs.previous_motion = past->motion;
   if (reference.stamp && current.stamp) result.survivors.pairs.seconds = *current.stamp - *reference.stamp;
   result.status = compare(reference, current, result);
+  if (past != nullptr && result.survivors.size() >= kMinimumMatches) past->motion = result.robust.optimum;
   if (stages_->budget) learn(reference, current, result, *stages_->budget);
 }
 

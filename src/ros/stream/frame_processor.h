@@ -74,7 +74,8 @@ class FrameProcessor {
   // One comparison.
   void compare(ProcessedFrame& processed);
   /// Matches, filters, estimates.
-  void match(PreparedFrame& reference, MatchResult& result, const RotationPrior* prior = nullptr);
+  void match(PreparedFrame& reference, MatchResult& result, const RotationPrior* prior = nullptr,
+             Past* past = nullptr);
   /// If the calibration changed since the reference, moves its keypoints to where this image's camera shows them.
   void adoptCalibration(PreparedFrame& reference) const;
   /// Sets status, tracks and pose from `result_`.
@@ -108,6 +109,7 @@ class FrameProcessor {
   Recovery recovery_;
   std::unique_ptr<PreparedFrame> dropped_;  ///< kept no longer; may serve the next image
   bool retired_ = false;                    ///< there was a reference, and there is none until an image is of use
+  Past past_;
   TrackTable tracks_;
   PairPose pair_pose_;
   Reset reset_pending_ = Reset::kNone;  ///< of an unusable image, for the next usable one

@@ -157,7 +157,6 @@ TEST(GuidedSearch, AGyroLosesNoMatchAndAWrongOneChangesNone) {
     const auto matches = [&](MatchFilter& filter, const RotationPrior* prior) {
       MatchResult result;
       filter.setCamera(cameraOf(scene));
-      filter.reset();
       filter.filter(reference, current, result, prior);
       return result.matches;
     };

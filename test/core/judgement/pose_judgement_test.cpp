@@ -93,7 +93,6 @@ void forEachAnswer(const std::string& method, const RobustOptions& options, int 
   RobustResult result;
   for (int seed = 0; seed < scenes; ++seed) {
     const TwoViewScene scene = make(static_cast<uint64_t>(seed));
-    estimator->reset();
     estimator->estimate(scene.pairs, scene.camera, result);
     look(scene, result);
   }

@@ -38,7 +38,6 @@ MeanErrors meanErrors(const std::string& method, const RobustOptions& robust, do
     options.matches = 400;
     options.translation = 0.3 * Eigen::Vector3d(std::cos(k), 0.3 * std::sin(k), std::sin(k));
     const TwoViewScene scene = makeTwoViewScene(options);
-    estimator->reset();
     const RobustResult result = estimated(*estimator, scene);
     EXPECT_TRUE(result.translation_observable || method != "lo_prosac");
     mean.rotation += poseErrors(result, scene).rotation / kScenes;

@@ -59,7 +59,6 @@ Answers answers(const std::string& method, const std::string& scene, double read
     options.seed = random.next();
     TwoViewScene pair = makeTwoViewScene(options);
     change(pair, i);
-    estimator->reset();
     estimator->estimate(pair.pairs, pair.camera, result);
     const PoseErrors errors = result.pose_found ? poseErrors(result, pair) : PoseErrors{180, 180};
     all.rotation.push_back(errors.rotation);

@@ -96,7 +96,6 @@ TEST_P(EveryMethod, RepeatsItselfForASeed) {
     RobustResult first, between, second;
     estimator->estimate(pair.pairs, pair.camera, first);
     estimator->estimate(other.pairs, other.camera, between);
-    estimator->reset();
     estimator->estimate(pair.pairs, pair.camera, second);
     ASSERT_TRUE(isAnswer(first, pair));
     ASSERT_TRUE(isAnswer(between, other));
