@@ -111,8 +111,8 @@ GROUPS = [
     ]),
     Group("matching", "features and matching", **LIVE, parameters=[
         Row("features", 2000, "Keypoints per image", range=(1, 100000), field="extractor.features"),
-        Row("fast_threshold", 20, "Least contrast of a FAST corner, grey levels; lower it where texture is weak; use 0 above 3000 "
-            "features", range=(0, 255), unit="grey levels", field="extractor.fast_threshold"),
+        Row("fast_threshold", 20, "Least contrast of a FAST corner, grey levels; simd_orb takes 7 at most, and 4 where corners are few; use 0 "
+            "where texture is weak and above 3000 features", range=(0, 255), unit="grey levels", field="extractor.fast_threshold"),
         Row("search", "guided", "Where matches are searched. guided needs a fraction of the time with thousands of features; "
             "methods lan, gms and gms5 always search in full",
             choices={"full": "every point is compared with all points of the other image",

@@ -1,6 +1,7 @@
 #include "gms_ransac/feature_extractor.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
@@ -30,6 +31,31 @@ constexpr int kFaintFloor = 4;     // the same, doc/extractor.md
 constexpr double kSparse = 0.01;  // tum_fr3_cabinet has at most 0.0093, every textured set more than 0.0127
 constexpr int kSparsePixels = 640 * 480, kSparsePixelsAKeypoint = 375;
 constexpr double kLevelPower = 1.4;  // features of a level fall with scale^-1.4 (cv::ORB: 1, area: 2); doc/extractor.md
+
+// An image is dark if all but its brightest 0.5 % are below the first number. Its contrasts are few grey levels, and
+// FAST and the descriptors count in whole ones; where the brightest exceed the median by fewer than the second, there
+// is noise and no more (doc/extractor.md).
+constexpr int kDark = 64, kLeastSpread = 4;
+constexpr double kBrightest = 0.005;
+constexpr int kSampling = 4;  ///< pixels between those that the brightness is taken from, along either side
+
+/// The gain that brings a dark image to full range; 1 for any other.
+double gainOf(const cv::Mat& image) {
+  std::array<int, 256> histogram{};
+  int total = 0;
+  for (int y = 0; y < image.rows; y += kSampling) {
+    const uint8_t* row = image.ptr(y);
+    for (int x = 0; x < image.cols; x += kSampling, ++total) ++histogram[row[x]];
+  }
+  const auto levelAbove = [&](double share) {
+    int level = 255;
+    for (int count = histogram[255]; level > 0 && count <= share * total; count += histogram[--level]) {
+    }
+    return level;
+  };
+  const int bright = levelAbove(kBrightest);
+  return bright < kDark && bright - levelAbove(0.5) >= kLeastSpread ? 255. / bright : 1;
+}
 
 /// Abscissa of the extremum of the parabola through (-1, before), (0, at), (1, after), less than half a pixel.
 float vertex(int before, int at, int after) {
@@ -101,7 +127,9 @@ class SimdOrbExtractor : public FeatureExtractor {
     wanted_ = std::min(options_.features, at_most);
     features.image_size = image.size();
     features.scale_factor = static_cast<float>(options_.pyramid_scale);
-    pyramid_.build(image);
+    const double gain = gainOf(image);
+    if (gain > 1) image.convertTo(brightened_, CV_8U, gain);
+    pyramid_.build(gain > 1 ? brightened_ : image);
     // The levels built last are still in the cache; so are, afterwards, the level and the contrasts searched last.
     forEachLevel(Order::kSmallestFirst, [&](int i, Scratch&) { detect(i, mask); });
     sparse_ = isSparse(mask, image);
@@ -306,6 +334,7 @@ class SimdOrbExtractor : public FeatureExtractor {
 
   FeatureExtractorOptions options_;
   const FeatureKernels& kernels_;
+  cv::Mat brightened_;
   Pyramid pyramid_;
   std::vector<Level> levels_;
   int wanted_ = 0;                ///< keypoints of this image

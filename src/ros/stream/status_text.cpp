@@ -30,7 +30,7 @@ std::string explainFewKeypoints(const MatchResult& result, const cv::Mat& mask, 
   return cv::format("only %d keypoints (the reference has %d): ", here, there) +
          (used < kLittlePercent
               ? cv::format("the mask leaves %d %% of the image (no keypoint is taken where it is zero)", used)
-              : "the image is dark, blurred or plain; lower ~fast_threshold");
+              : "the image is dark, blurred or plain; set ~fast_threshold to 0");
 }
 
 /// Why there is a rotation and no translation.

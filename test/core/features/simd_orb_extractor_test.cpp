@@ -213,6 +213,30 @@ TEST(SimdOrbExtractor, GivesAsManyAsAskedAndCoversTheImage) {
   EXPECT_EQ(cv::countNonZero(cells), static_cast<int>(cells.total()));
 }
 
+TEST(SimdOrbExtractor, FindsInADarkImageWhatALightOneShows) {
+  const cv::Mat light = drawnScene(640, 480, 3);
+  const auto extractor = makeFeatureExtractor(FeatureExtractorOptions());
+  const auto extracted = [&](const cv::Mat& image) {
+    Features features;
+    extractor->extract(image, features);
+    return features;
+  };
+  cv::Mat dark, covered(480, 640, CV_8UC1);
+  light.convertTo(dark, CV_8U, 0.05);
+  const Features bright = extracted(light), found = extracted(dark);
+  EXPECT_GT(found.size(), 0.9 * bright.size());
+  int again = 0;
+  for (const cv::KeyPoint& keypoint : found.keypoints) {
+    again += std::any_of(bright.keypoints.begin(), bright.keypoints.end(),
+                         [&](const cv::KeyPoint& other) { return cv::norm(other.pt - keypoint.pt) < 2; });
+  }
+  EXPECT_GT(again, 0.5 * found.size());
+  // The noise of a covered lens is not amplified.
+  cv::RNG(1).fill(covered, cv::RNG::NORMAL, 2, 1);
+  EXPECT_LT(extracted(covered).size(), 100);
+  EXPECT_EQ(extracted(cv::Mat::zeros(480, 640, CV_8UC1)).size(), 0);
+}
+
 TEST(SimdOrbExtractor, LocatesACornerBetweenPixels) {
   // A blob whose centre moves in steps of a quarter pixel: the keypoint on it must follow on every level.
   for (int step = 0; step < 8; ++step) {
