@@ -52,8 +52,8 @@ std::optional<std::vector<Feature>> FeatureStream::next(const ProcessedFrame& pr
   last_stamp_ = stamp;
   if (options.rate > 0) {
     // On the beat, so that images at 25 Hz give 10 messages a second and not 8; after a pause the beat is a new one.
-    const bool late = !next_stamp_ || stamp >= *next_stamp_ + 1 / options.rate;
-    next_stamp_ = (late ? stamp : *next_stamp_) + 1 / options.rate;
+    const bool late = !beat_ || stamp >= *beat_ + 2 / options.rate;
+    beat_ = late ? stamp : *beat_ + 1 / options.rate;
   }
   return features;
 }
@@ -61,7 +61,7 @@ std::optional<std::vector<Feature>> FeatureStream::next(const ProcessedFrame& pr
 void FeatureStream::reset() {
   follower_.reset();
   sent_.clear();
-  next_stamp_.reset();
+  beat_.reset();
   well_seen_ = false;
 }
 
@@ -71,7 +71,7 @@ int FeatureStream::matchOf(uint32_t id) const {
 }
 
 bool FeatureStream::due(double stamp, double rate) const {
-  return rate <= 0 || !next_stamp_ || stamp >= *next_stamp_ - kEarly / rate;
+  return rate <= 0 || !beat_ || stamp >= *beat_ + (1 - kEarly) / rate;
 }
 
 const std::vector<TrackedPoint>& FeatureStream::matchedPoints(const ProcessedFrame& processed) {

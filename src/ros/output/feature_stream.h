@@ -63,7 +63,7 @@ class FeatureStream {
   std::vector<TrackedPoint> matched_;
   std::unordered_map<uint32_t, int> match_of_;  ///< index of the match by id
   std::unordered_map<uint32_t, Sent> sent_;     ///< with the last message
-  std::optional<double> next_stamp_;            ///< from which on the next message is due
+  std::optional<double> beat_;                  ///< stamp at which the last message was due
   double last_stamp_ = 0;                       ///< of the last message
   double compared_stamp_ = 0;                   ///< of the last image that was compared
   double image_stamp_ = 0;                      ///< of the last image, passed over or not

@@ -87,6 +87,7 @@ class FeaturesAlone {
     options_.rate = rate;
   }
 
+  void setRate(double rate) { options_.rate = rate; }
   /// True when the image is passed over.
   bool passes(const cv::Mat& grey, double stamp, bool reset = false) {
     if (reset) processor_.requestReset();
@@ -169,6 +170,18 @@ TEST(FeatureStream, MessagesKeepTheBeatAndTracksSpanTheImagesBetween) {
     before_stamp = stamp;
   }
   EXPECT_EQ(images, (std::vector<int>{1, 4, 6, 9, 11, 14, 16, 19}));
+}
+
+TEST(FeatureStream, ARateTakesEffectWithTheNextImage) {
+  FeaturesAlone node(0.1, InputKind::kStream, true);
+  node.compared(4, 0.05);
+  EXPECT_EQ(node.messages().size(), 1u);
+  node.setRate(10);
+  node.passes(cornersMovedBy(12), 100.2);
+  EXPECT_EQ(node.messages().count(100.2), 1u) << "not ten seconds after the last";
+  node.passes(cornersMovedBy(15), 100.25);
+  node.passes(cornersMovedBy(18), 100.3);
+  EXPECT_EQ(node.messages().size(), 3u);
 }
 
 TEST(PassingOver, ComparesSixTimesASecondHoweverFewMessagesAreAskedFor) {
