@@ -9,7 +9,6 @@
 #include "invariants.h"
 #include "methods/method.h"
 #include "output/message_conversion.h"
-#include "output/motion_integrator.h"
 #include "output/overlay.h"
 #include "output/point_messages.h"
 #include "stream/frame_processor.h"
@@ -114,9 +113,9 @@ class Schedule {
     if (parameters_.scale == ScaleMode::kDepth && input_.flag()) with_info.depth = depth();
     if (parameters_.input == InputKind::kPair) with_info.reference = nextImage();
     with_info.received = ros::Time(clock_);
-    auto prepared = processor_.prepare(with_info);
+    const auto prepared = processor_.prepare(with_info);
     demand(prepared != nullptr, "an image is prepared");
-    check(processor_.process(std::move(prepared)), *image);
+    check(processor_.process(prepared), *image);
   }
 
   sensor_msgs::ImagePtr depth() {
@@ -184,16 +183,8 @@ class Schedule {
     if (!processed.poseValid()) return;
     demandEmpty(brokenPose(processed.pose, kPublishedRounding));
     demandEmpty(poseDefect(processed.pose));
-    integrate(processed);
-  }
-
-  void integrate(const ProcessedFrame& processed) {
-    if (processed.continuity != Continuity::kContinuous) integrator_.restart();
-    const double seconds = processed.current->stamp() - processed.reference->stamp();
-    if (!(seconds > 0)) return;
-    integrator_.add({processed.pose, seconds, processed.status == MatchStats::OK, processed.reference_held,
-                     processed.result->robust.median_parallax_px});
-    const OdometryEstimate& camera = integrator_.camera();
+    if (processed.place == nullptr) return;
+    const OdometryEstimate camera = processed.place->camera();
     demand(camera.pose.matrix().allFinite() && camera.twist.allFinite(), "odometry is finite");
     demandEmpty(brokenCovariance(camera.pose_covariance, kPublishedRounding));
     demandEmpty(brokenCovariance(camera.twist_covariance, kPublishedRounding));
@@ -203,7 +194,6 @@ class Schedule {
   Overlay overlay_;
   const Parameters parameters_;
   FrameProcessor processor_;
-  MotionIntegrator integrator_;
   double clock_ = 1000, stamp_ = 1000, last_used_ = 0;
   bool reset_ = false, configured_ = false;
 };

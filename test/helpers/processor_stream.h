@@ -45,10 +45,10 @@ struct Processor : FrameProcessor {
 };
 
 /// A stream of images of one camera, as the node processes it.
-class Stream {
+class ImageStream {
  public:
-  Stream(ScaleMode scale, const CameraIntrinsics& camera, const ProcessorOptions& options, double fixed_scale = 1,
-         double period = 0.04)
+  ImageStream(ScaleMode scale, const CameraIntrinsics& camera, const ProcessorOptions& options, double fixed_scale = 1,
+              double period = 0.04)
       : processor_(withFixedScale(calibrated(scale, camera), fixed_scale), options), period_(period) {}
 
   ProcessedFrame process(const cv::Mat& grey, const cv::Mat_<float>& depth = {}) {

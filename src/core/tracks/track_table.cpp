@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <unordered_set>
 
 namespace gms_ransac {
 
@@ -44,15 +43,9 @@ void TrackTable::advance() {
   current_.clear();
 }
 
-void TrackTable::goBack(const std::vector<Track>& tracks, const std::vector<Track>& newest) {
-  std::unordered_set<uint32_t> alive;
-  for (const Track& track : newest) {
-    if (track.id != 0 && track.link == link_) alive.insert(track.id);
-  }
-  reference_ = tracks;
-  for (Track& track : reference_) {
-    track = alive.count(track.id) > 0 ? Track{track.id, track.length, link_} : Track();
-  }
+void TrackTable::numberFrom(const TrackTable& last) {
+  next_id_ = last.next_id_;
+  link_ = last.link_;
 }
 
 void TrackTable::reset() {

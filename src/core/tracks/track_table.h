@@ -19,15 +19,9 @@ class TrackTable {
   void advance();
   void reset();
 
-  struct Track {
-    uint32_t id = 0;
-    uint16_t length = 0;
-    uint32_t link = 0;  ///< number of the last link that found it
-  };
-  const std::vector<Track>& tracks() const { return reference_; }
-  /// Makes an earlier image, whose tracks these are, the reference. Tracks go on that no image missed since: those
-  /// among `newest`, the tracks of the last image that held any.
-  void goBack(const std::vector<Track>& tracks, const std::vector<Track>& newest);
+  /// Of an earlier copy that the stream goes back to: ids and links are counted on from those of `last`. Tracks go on
+  /// that no image with inliers missed since.
+  void numberFrom(const TrackTable& last);
 
   /// One id per match of the last `link`; 0 for those that are no inliers.
   const std::vector<uint32_t>& ids() const { return ids_; }
@@ -35,6 +29,11 @@ class TrackTable {
   const std::vector<uint16_t>& lengths() const { return lengths_; }
 
  private:
+  struct Track {
+    uint32_t id = 0;
+    uint16_t length = 0;
+    uint32_t link = 0;  ///< number of the last link that found it
+  };
   std::vector<Track> reference_, current_;
   std::vector<int32_t> owner_;  ///< match that holds each current keypoint, -1: none
   std::vector<uint32_t> ids_;

@@ -195,15 +195,14 @@ class MatchFilterRos {
   }
 
   void processPrepared() {
-    std::unique_ptr<PreparedFrame> frame;
+    std::shared_ptr<PreparedFrame> frame;
     while (prepared_.pop(frame)) {
       guard([&] { answer(std::move(frame)); });
     }
   }
 
   void process(const ImageWithInfo& input) {
-    const bool may_pass = outputs_->featuresSuffice(outputOptions());
-    auto frame = processor_->prepare(input, may_pass ? Extraction::kPutOff : Extraction::kNow);
+    auto frame = processor_->prepare(input, outputs_->wanted(outputOptions()));
     if (parameters_.threads > 1) {
       prepared_.pushWhenEmpty(std::move(frame));
     } else {
@@ -212,15 +211,16 @@ class MatchFilterRos {
   }
 
   /// Compares and publishes. Skips images that ~features does not need while no other output has a subscriber.
-  void answer(std::unique_ptr<PreparedFrame> frame) {
+  void answer(std::shared_ptr<PreparedFrame> frame) {
     const OutputOptions options = outputOptions();
-    if (!frame->extracted && outputs_->passesOver(*frame, options)) {
+    if (outputs_->skips(*frame, options)) {
       ++passed_over_;
-      processor_->passOver(std::move(frame));
-    } else {
-      frame->depth_wanted = !outputs_->featuresSuffice(options) || !outputs_->rightImageSuffices();
-      publish(processor_->process(std::move(frame)), options);
+      return;
     }
+    frame->depth_wanted = outputs_->needsRightKeypoints(frame->wanted);
+    const ProcessedFrame processed = processor_->process(frame);
+    if (const auto set = outputs_->takeSetPose(frame->header)) processor_->setPlace(set->pose, set->pose_covariance);
+    publish(processed, options);
   }
 
   void publish(const ProcessedFrame& processed, const OutputOptions& options) {
@@ -299,7 +299,7 @@ class MatchFilterRos {
   std::shared_ptr<MotionPriors> priors_;  ///< null: no other sensor is used
   std::unique_ptr<ImageInput> input_;
   Mailbox<ImageWithInfo> mailbox_;
-  Mailbox<std::unique_ptr<PreparedFrame>> prepared_;  ///< between the two threads, if there are two
+  Mailbox<std::shared_ptr<PreparedFrame>> prepared_;  ///< between the two threads, if there are two
   std::unique_ptr<FrameProcessor> processor_;
   std::unique_ptr<Outputs> outputs_;
   std::shared_ptr<void> reconfigure_;

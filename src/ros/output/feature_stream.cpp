@@ -18,7 +18,7 @@ constexpr double kWellSeen = 0.4;
 
 }  // namespace
 
-bool FeatureStream::passesOver(const PreparedFrame& frame, const FeatureOptions& options) {
+bool FeatureStream::skips(const PreparedFrame& frame, const FeatureOptions& options) {
   const double stamp = frame.stamp(), interval = stamp - std::exchange(image_stamp_, stamp);
   const bool in_order =
       frame.problem.empty() && frame.reset == Reset::kNone && frame.stamp_verdict == StampVerdict::kInOrder;

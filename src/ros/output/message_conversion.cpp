@@ -5,7 +5,6 @@
 
 #include "frames.h"
 #include "quantiles.h"
-#include "scale/translation_scale.h"
 #include "two_view/sigma_by_octave.h"
 
 namespace gms_ransac {
@@ -112,7 +111,7 @@ void toMessage(const ProcessedFrame& processed, Keypoints& message) {
       if ((*processed.track_ids)[i] != 0) message.track_id[matches[i].current] = (*processed.track_ids)[i];
     }
   }
-  message.depth = current.depth.empty() ? current.stereo.depth : keypointDepth(features, current.depth);
+  message.depth = current.stereo.depth;
   if (n > 0)
     message.descriptors.assign(features.descriptors.row(0), features.descriptors.row(0) + n * kDescriptorBytes);
 }

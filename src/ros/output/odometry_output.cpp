@@ -1,16 +1,13 @@
 #include "output/odometry_output.h"
 
-#include <algorithm>
 #include <utility>
 
-#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/TwistWithCovarianceStamped.h>
 #include <ros/master.h>
 
 #include "frames.h"
 #include "output/output_options.h"
 #include "output/watched_broadcaster.h"
-#include "stream/publishable_pose.h"
 #include "tf_lookup.h"
 
 namespace gms_ransac {
@@ -21,27 +18,12 @@ namespace {
 constexpr double kSettlingSeconds = 1;
 constexpr size_t kPathPoses = 2000;  // a minute of a 30 Hz camera, in messages of 200 kB; then every second one
 
-/// A motion whose direction alone is known: taken to be about so long; 0: that is not known either.
-RelativePose withUsualLength(RelativePose motion, double length) {
-  if (length == 0) {
-    makePublishable(false, SigmaFloor{0, 0}, motion);
-  } else {
-    motion.t *= length / motion.t.norm();
-    setTranslationVariance(length * length, motion.covariance);
-  }
-  return motion;
-}
-
 }  // namespace
 
 OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
                                bool broadcasts, WatchedBroadcaster& broadcaster,
                                const ros::SubscriberStatusCallback& changed)
-    : nh_(nh),
-      parameters_(parameters),
-      odometry_(parameters.scale == ScaleMode::kFixed ? parameters.fixed_scale : 1),
-      broadcaster_(broadcaster),
-      throttle_(parameters.name) {
+    : nh_(nh), parameters_(parameters), broadcaster_(broadcaster), throttle_(parameters.name) {
   // From the start, or the first pairs would find no place of the camera on its base.
   if (broadcasts || !parameters_.base_frame.empty()) listen();
   odom_ = outputs.advertise<nav_msgs::Odometry>("odom", kPublisherQueue, changed, changed);
@@ -49,6 +31,8 @@ OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outpu
   pose_ = outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", kPublisherQueue, changed, changed);
   transform_ = outputs.advertise<geometry_msgs::TransformStamped>("transform", kPublisherQueue, changed, changed);
   path_publisher_ = outputs.advertise<nav_msgs::Path>("path", 1, changed, changed);
+  set_pose_ = outputs.subscribe<geometry_msgs::PoseWithCovarianceStamped>(
+      "set_pose", 1, [this](const geometry_msgs::PoseWithCovarianceStampedConstPtr& message) { onSetPose(*message); });
 }
 
 OdometryOutput::~OdometryOutput() = default;
@@ -61,55 +45,33 @@ int OdometryOutput::listeners() const {
   return static_cast<int>(count);
 }
 
-bool OdometryOutput::addMotion(const ProcessedFrame& processed) {
-  const bool restarts = processed.continuity == Continuity::kRestarted || processed.status == MatchStats::FIRST_FRAME;
-  if (restarts) {
-    odometry_.restart();
-    path_.poses.clear();
-    held_.clear();
-    knowUntil(processed.current->stamp());
-    // The odometry begins here; a camera that is not calibrated has none.
-    if (processed.result == nullptr) return processed.current->camera->camera.calibrated();
-  } else if (processed.continuity == Continuity::kBroken) {
-    lose(processed);
+void OdometryOutput::onSetPose(const geometry_msgs::PoseWithCovarianceStamped& message) {
+  const geometry_msgs::Point& p = message.pose.pose.position;
+  const geometry_msgs::Quaternion& q = message.pose.pose.orientation;
+  const Eigen::Quaterniond rotation(q.w, q.x, q.y, q.z);
+  OdometryEstimate base;
+  base.pose = Eigen::Translation3d(p.x, p.y, p.z) * rotation.normalized();
+  base.pose_covariance = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message.pose.covariance.data());
+  const std::string frame = withoutLeadingSlash(message.header.frame_id);
+  if (frame != parameters_.odom_frame) {
+    throttle_.warn("set pose", "~set_pose in the frame '" + frame + "' is not used; send it in ~odom_frame, '" +
+                                   parameters_.odom_frame + "'");
+  } else if (!base.pose.matrix().allFinite() || !base.pose_covariance.allFinite() || rotation.norm() < 0.5) {
+    throttle_.warn("set pose", "~set_pose is not used: it is not finite, or its orientation is no unit quaternion");
+  } else {
+    std::lock_guard<std::mutex> lock(set_mutex_);
+    set_ = base;
   }
-  if (processed.result == nullptr) return false;
-  const double seconds = processed.current->stamp() - processed.reference->stamp();
-  if (!processed.poseValid() || seconds <= 0) {
-    // An image that was only skipped leaves the reference, and with it the motion, where it was.
-    if (processed.status != MatchStats::TOO_FEW_KEYPOINTS) lose(processed);
-    return false;
-  }
-  if (processed.recovered && !odometry_.returnTo(processed.reference->stamp())) {
-    lose(processed);
-    return false;
-  }
-  PairMotion motion = {processed.pose,
-                       seconds,
-                       processed.status == MatchStats::OK,
-                       processed.reference_held,
-                       processed.result->robust.median_parallax_px,
-                       processed.recovered};
-  const bool without_metres = parameters_.measuresMetres() && !processed.metric_scale;
-  if (motion.translation_known && (without_metres || processed.length_missing)) {
-    const double length = processed.recovered ? odometry_.stepOf(seconds) : odometry_.step();
-    motion.current_in_reference = withUsualLength(processed.pose, length);
-    motion.translation_known = length > 0;
-  }
-  odometry_.add(motion);
-  knowUntil(processed.current->stamp());
-  return true;
 }
 
-void OdometryOutput::knowUntil(double stamp) {
-  known_until_ = stamp;
-  odometry_.remember(stamp);
-}
-
-void OdometryOutput::lose(const ProcessedFrame& processed) {
-  const double now = processed.current->stamp();
-  odometry_.lose(std::max(0.0, now - known_until_));
-  knowUntil(now);
+std::optional<OdometryEstimate> OdometryOutput::takeSetPose(const std_msgs::Header& camera) {
+  std::lock_guard<std::mutex> lock(set_mutex_);
+  const auto camera_in_base = set_ ? cameraInBase(camera) : std::nullopt;
+  if (!camera_in_base) return std::nullopt;
+  MotionIntegrator base;
+  base.set(set_->pose, set_->pose_covariance);
+  set_.reset();
+  return base.base(camera_in_base->inverse());
 }
 
 void OdometryOutput::listen() {
@@ -122,16 +84,18 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
   // Without a master to listen waits for one, and the images would with it.
   if (with_transform && !tf_ && ros::master::check()) listen();
   if (processed.continuity == Continuity::kRestarted && tf_) tf_->clear();
-  const bool known = addMotion(processed);
-  odometry_.forgetBefore(processed.oldest_reference);
-  if (!known || (listeners() == 0 && !with_transform)) return;
+  if (processed.place_restarted) {
+    path_.poses.clear();
+    held_.clear();
+  }
+  if (processed.place == nullptr || (listeners() == 0 && !with_transform)) return;
   const std_msgs::Header& header = processed.current->header;
   const auto camera_in_base = cameraInBase(header);
   if (!camera_in_base) return;
   problem_.clear();
 
   const bool at_origin = processed.result == nullptr;
-  OdometryEstimate estimate = odometry_.base(*camera_in_base);
+  OdometryEstimate estimate = processed.place->base(*camera_in_base);
   const std::string& moving_frame = parameters_.base_frame.empty() ? header.frame_id : parameters_.base_frame;
   if (!parameters_.givesMetres()) {
     if (listeners() > static_cast<int>(path_publisher_.getNumSubscribers())) {
@@ -149,19 +113,19 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
   odom.child_frame_id = moving_frame;
   odom.pose = toMessage(estimate.pose, estimate.pose_covariance);
   odom.twist = toMessage(estimate.twist, estimate.twist_covariance);
-  if (heard(pose_)) {
+  if (hasSubscriber(pose_)) {
     geometry_msgs::PoseWithCovarianceStamped pose;
     pose.header = in_odom;
     pose.pose = odom.pose;
     publishShared(pose_, std::move(pose));
   }
-  if (heard(transform_)) {
+  if (hasSubscriber(transform_)) {
     geometry_msgs::TransformStamped transform = toTransform(estimate.pose);
     transform.header = in_odom;
     transform.child_frame_id = moving_frame;
     publishShared(transform_, std::move(transform));
   }
-  if (heard(twist_) && !at_origin) {
+  if (hasSubscriber(twist_) && !at_origin) {
     geometry_msgs::TwistWithCovarianceStamped twist;
     twist.header.stamp = header.stamp;
     twist.header.frame_id = moving_frame;
@@ -183,7 +147,7 @@ void OdometryOutput::publishPath(const nav_msgs::Odometry& odom) {
   }
   path_.header = odom.header;
   path_.poses.push_back(pose);
-  if (heard(path_publisher_)) publishShared(path_publisher_, nav_msgs::Path(path_));
+  if (hasSubscriber(path_publisher_)) publishShared(path_publisher_, nav_msgs::Path(path_));
 }
 
 std::optional<Eigen::Isometry3d> OdometryOutput::cameraInBase(const std_msgs::Header& camera) {

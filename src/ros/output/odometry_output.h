@@ -2,16 +2,17 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
 #include <ros/node_handle.h>
 
-#include "output/motion_integrator.h"
 #include "stream/processed_frame.h"
 #include "throttle.h"
 
@@ -30,18 +31,15 @@ class OdometryOutput {
   int listeners() const;
   /// Why ~odom could not be published, and the remedy; empty: no problem. From the thread of `publish`.
   const std::string& problem() const { return problem_; }
-  /// Integrates every motion; publishes the first image's pose, which is the identity, and then while the motion is
-  /// known.
+  /// What ~set_pose asked for since the last call, as the pose of the camera of this image; none: nothing, or tf does
+  /// not know the camera in ~base_frame yet.
+  std::optional<OdometryEstimate> takeSetPose(const std_msgs::Header& camera);
+  /// Publishes the place of the camera at an image, where it is known.
   void publish(const ProcessedFrame& processed, bool broadcast);
 
  private:
   void listen();
-  /// Integrates; false when there is nothing to publish.
-  bool addMotion(const ProcessedFrame& processed);
-  /// `odometry_` holds the place of the image with that stamp.
-  void knowUntil(double stamp);
-  /// The motion since the last image that was integrated is not known.
-  void lose(const ProcessedFrame& processed);
+  void onSetPose(const geometry_msgs::PoseWithCovarianceStamped& message);
   /// Pose of the camera in ~base_frame at the image's stamp; identity without ~base_frame. None, with a throttled
   /// warning, while tf does not know it.
   std::optional<Eigen::Isometry3d> cameraInBase(const std_msgs::Header& camera);
@@ -52,8 +50,6 @@ class OdometryOutput {
 
   ros::NodeHandle nh_;
   const Parameters parameters_;
-  MotionIntegrator odometry_;
-  double known_until_ = 0;  ///< stamp of the image whose place `odometry_` holds, seconds
   nav_msgs::Path path_;
   ros::Publisher odom_, twist_, pose_, transform_, path_publisher_;
   std::unique_ptr<TfLookup> tf_;  ///< only where tf is needed: it is a busy topic
@@ -64,6 +60,9 @@ class OdometryOutput {
   ros::Time last_broadcast_;
   std::string problem_;
   Throttle throttle_;
+  std::mutex set_mutex_;                 ///< guards the next
+  std::optional<OdometryEstimate> set_;  ///< by ~set_pose, of the base
+  ros::Subscriber set_pose_;             ///< last: its callback may run until it is gone
 };
 
 }  // namespace gms_ransac

@@ -14,7 +14,7 @@ namespace gms_ransac {
 
 constexpr uint32_t kPublisherQueue = 10;  ///< messages that wait for a slow listener
 
-inline bool heard(const ros::Publisher& publisher) { return publisher.getNumSubscribers() > 0; }
+inline bool hasSubscriber(const ros::Publisher& publisher) { return publisher.getNumSubscribers() > 0; }
 
 /// Publishes without a copy for subscribers in the same process.
 template <typename Message>

@@ -84,16 +84,26 @@ int Outputs::listeners() const {
   return static_cast<int>(count) + odometry_->listeners();
 }
 
-bool Outputs::featuresSuffice(const OutputOptions& options) const {
+Wanted Outputs::wanted(const OutputOptions& options) const {
+  Wanted wanted;
+  wanted.features = hasSubscriber(features_);
+  wanted.stereo_features = hasSubscriber(stereo_features_);
   const bool transforms = options.publish_odom_tf || (options.publish_relative_tf && broadcaster_->listened());
   const auto features = static_cast<int>(features_.getNumSubscribers() + stereo_features_.getNumSubscribers());
-  return features > 0 && features == listeners() && !transforms;
+  wanted.features_alone = features > 0 && features == listeners() && !transforms;
+  wanted.points = hasSubscriber(inlier_points_) ||
+                  (match_image_.getNumSubscribers() > 0 && options.overlay.colour == OverlayColour::kDepth);
+  return wanted;
 }
 
-bool Outputs::passesOver(const PreparedFrame& frame, const OutputOptions& options) {
-  const bool of_one = heard(features_), of_two = heard(stereo_features_);
-  return (of_one || of_two) && (!of_one || feature_stream_.passesOver(frame, options.features)) &&
-         (!of_two || stereo_stream_->passesOver(frame, options.features));
+bool Outputs::skips(const PreparedFrame& frame, const OutputOptions& options) {
+  const Wanted& wanted = frame.wanted;
+  return wanted.features_alone && (!wanted.features || feature_stream_.skips(frame, options.features)) &&
+         (!wanted.stereo_features || stereo_stream_->skips(frame, options.features));
+}
+
+std::optional<OdometryEstimate> Outputs::takeSetPose(const std_msgs::Header& camera) {
+  return odometry_->takeSetPose(camera);
 }
 
 std::string Outputs::problem() const {
@@ -132,7 +142,7 @@ MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const Frame
 
 void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions& options) {
   if (processed.result != nullptr) {
-    if (heard(correspondences_)) {
+    if (hasSubscriber(correspondences_)) {
       Correspondences message;
       toMessage(processed, options.publish_rejected, message);
       publishShared(correspondences_, std::move(message));
@@ -142,7 +152,7 @@ void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions
   odometry_->publish(processed, options.publish_odom_tf);
   publishFeatures(processed, options.features);
   publishPoints(processed);
-  if (heard(keypoints_) && processed.status != MatchStats::BAD_IMAGE) {
+  if (hasSubscriber(keypoints_) && processed.status != MatchStats::BAD_IMAGE) {
     Keypoints message;
     toMessage(processed, message);
     publishShared(keypoints_, std::move(message));
@@ -151,7 +161,7 @@ void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions
 
 void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& options) {
   if (options.publish_relative_tf) broadcaster_->send(relativeTransform(processed.pose, processed.current->header));
-  if (!heard(relative_pose_)) return;
+  if (!hasSubscriber(relative_pose_)) return;
   geometry_msgs::PoseWithCovarianceStamped message;
   message.header = processed.current->header;
   message.header.frame_id = referenceFrame(processed.reference->header.frame_id);
@@ -160,7 +170,7 @@ void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& 
 }
 
 void Outputs::publishFeatures(const ProcessedFrame& processed, const FeatureOptions& options) {
-  if (!heard(features_)) {
+  if (!hasSubscriber(features_)) {
     feature_stream_.reset();
     feature_ages_ = {};
   } else if (const auto features = feature_stream_.next(processed, options)) {
@@ -168,7 +178,7 @@ void Outputs::publishFeatures(const ProcessedFrame& processed, const FeatureOpti
     publishShared(features_, featureMessage(*processed.current, *features, feature_layout_));
   }
   if (!stereo_stream_) return;
-  if (!heard(stereo_features_)) {
+  if (!hasSubscriber(stereo_features_)) {
     stereo_stream_->reset();
   } else if (auto features = stereo_stream_->next(processed, options)) {
     publishShared(stereo_features_, std::move(*features));
@@ -178,13 +188,10 @@ void Outputs::publishFeatures(const ProcessedFrame& processed, const FeatureOpti
 void Outputs::publishPoints(const ProcessedFrame& processed) {
   if (processed.result == nullptr || processed.result->inliers == 0 || !processed.current->camera->camera.calibrated())
     return;
-  if (heard(inlier_points_) && processed.status == MatchStats::OK) {
-    Triangulation points;
-    triangulateInliers(processed.reference->frame.features, processed.current->frame.features, *processed.result,
-                       processed.current->camera->camera, points);
-    publishShared(inlier_points_, pointsMessage(processed, points));
+  if (hasSubscriber(inlier_points_) && processed.status == MatchStats::OK && processed.points != nullptr) {
+    publishShared(inlier_points_, pointsMessage(processed, *processed.points));
   }
-  if (heard(markers_)) publishShared(markers_, markerMessage(processed));
+  if (hasSubscriber(markers_)) publishShared(markers_, markerMessage(processed));
 }
 
 }  // namespace gms_ransac

@@ -33,12 +33,16 @@ class Outputs {
 
   /// Subscribers of all topics together. Transforms have no subscribers to count; the caller knows whether they are on.
   int listeners() const;
-  /// Only ~features and ~stereo_features have subscribers; they do not need every image.
-  bool featuresSuffice(const OutputOptions& options) const;
-  /// ~stereo_features needs the right image alone, without its keypoints; with `featuresSuffice`.
-  bool rightImageSuffices() const { return !stereo_stream_ || !stereo_stream_->needsKeypoints(); }
-  /// True if they can skip this frame.
-  bool passesOver(const PreparedFrame& frame, const OutputOptions& options);
+  /// To be asked once, when an image comes.
+  Wanted wanted(const OutputOptions& options) const;
+  /// True if this image can be skipped: only ~features and ~stereo_features want something, and they do not need it.
+  bool skips(const PreparedFrame& frame, const OutputOptions& options);
+  /// ~stereo_features, if alone, may need the right image without its keypoints.
+  bool needsRightKeypoints(const Wanted& wanted) const {
+    return !wanted.features_alone || !stereo_stream_ || stereo_stream_->needsKeypoints();
+  }
+  /// As OdometryOutput has it.
+  std::optional<OdometryEstimate> takeSetPose(const std_msgs::Header& camera);
   /// Why an output could not be published, and the remedy; empty: no problem. From the thread of `publish`.
   std::string problem() const;
 

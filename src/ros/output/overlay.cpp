@@ -12,7 +12,6 @@
 #include <sensor_msgs/image_encodings.h>
 #include <opencv2/imgproc.hpp>
 
-#include "gms_ransac/triangulation.h"
 #include "stream/status_text.h"
 
 namespace gms_ransac {
@@ -70,10 +69,8 @@ Quantity measure(const ProcessedFrame& processed, OverlayColour colour) {
   }
   if (colour == OverlayColour::kDepth) {
     Quantity depth = {processed.metric_scale ? "depth, metres" : "depth, baselines", 0, 1, true, unknown};
-    if (processed.status != MatchStats::OK) return depth;
-    Triangulation points;
-    triangulateInliers(processed.reference->frame.features, processed.current->frame.features, result,
-                       processed.current->camera->camera, points);
+    if (processed.status != MatchStats::OK || processed.points == nullptr) return depth;
+    const Triangulation& points = *processed.points;
     for (size_t i = 0; i < points.match.size(); ++i) {
       if (points.valid[i]) depth.values[points.match[i]] = points.depth_current[i] * processed.pose.t.norm();
     }

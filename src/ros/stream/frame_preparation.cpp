@@ -5,6 +5,8 @@
 #include "frames.h"
 #include "guard.h"
 #include "input/image_conversion.h"
+#include "scale/translation_scale.h"
+#include "stream/pipeline.h"
 #include "text.h"
 
 namespace gms_ransac {
@@ -17,7 +19,7 @@ FramePreparation::FramePreparation(const Parameters& parameters, const std::stri
       mask_source_(parameters),
       stereo_depth_(parameters, right_topic, right_info_topic) {}
 
-void FramePreparation::receive(const ImageWithInfo& input, double max_gap, PreparedFrame& frame) {
+void FramePreparation::receive(const ImageWithInfo& input, PreparedFrame& frame) {
   frame.input = input;
   frame.extracted = false;
   frame.depth.release();
@@ -31,12 +33,12 @@ void FramePreparation::receive(const ImageWithInfo& input, double max_gap, Prepa
   const auto work = [&] {
     if (!convert(input.image, frame)) return;
     if (input.reference) {
-      frame.pair_reference = std::make_unique<PreparedFrame>();
+      frame.pair_reference = std::make_shared<PreparedFrame>();
       frame.pair_reference->input.image = input.reference;
       frame.pair_reference->input.mask = input.mask;
       if (!convert(input.reference, *frame.pair_reference)) frame.problem = frame.pair_reference->problem;
     } else {
-      classifyStamp(max_gap, frame);
+      classifyStamp(frame);
     }
     if (frame.problem.empty()) frame.camera = camera_source_.get(input.camera_info, frame.grey.size());
   };
@@ -54,9 +56,10 @@ bool FramePreparation::convert(const sensor_msgs::ImageConstPtr& image, Prepared
   return frame.problem.empty();
 }
 
-void FramePreparation::classifyStamp(double max_gap, PreparedFrame& frame) {
+void FramePreparation::classifyStamp(PreparedFrame& frame) {
   const double late = stamps_.previousStamp() - frame.stamp();
-  frame.stamp_verdict = stamps_.judge(frame.stamp(), frame.input.received.toSec(), max_gap);
+  frame.stamp_verdict =
+      stamps_.judge(frame.stamp(), frame.input.received.toSec(), frame.pipeline->options.max_frame_gap);
   if (frame.stamp_verdict != StampVerdict::kOutOfOrder) return;
   frame.problem = late == 0
                       ? "the stamp is the same as that of the image before it: out of order; if all images have "
@@ -69,8 +72,8 @@ void FramePreparation::findFeatures(PreparedFrame& frame) {
   frame.extracted = true;
   const auto work = [&] {
     std::lock_guard<std::mutex> lock(features_mutex_);
-    if (frame.pair_reference) extract(*frame.filter, *frame.pair_reference);
-    extract(*frame.filter, frame);
+    if (frame.pair_reference) extract(frame.pipeline->filter, *frame.pair_reference);
+    extract(frame.pipeline->filter, frame);
     findDepth(frame);
   };
   guarded(work, [&](const std::string& what) { frame.problem = what; });
@@ -90,10 +93,11 @@ void FramePreparation::findDepth(PreparedFrame& frame) {
       frame.depth_problem = "only features have a subscriber";
       return;
     }
-    frame.depth_problem = stereo_depth_.fill(frame.frame.features, *frame.camera, *frame.filter, frame.stereo);
+    frame.depth_problem = stereo_depth_.fill(frame.frame.features, *frame.camera, frame.pipeline->filter, frame.stereo);
     if (frame.depth_problem.empty()) frame.frame.detect_seconds += stereo_depth_.detectSeconds();
   } else if (input.depth) {
     frame.depth_problem = toDepth(*input.depth, frame.grey.size(), frame.depth);
+    frame.stereo.depth = keypointDepth(frame.frame.features, frame.depth);
   } else if (parameters_.scale == ScaleMode::kDepth) {
     frame.depth_problem = "no depth image with about the stamp of the image came";
   }

@@ -22,9 +22,9 @@ class FramePreparation {
   FramePreparation(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic,
                    const std::string& right_topic, const std::string& right_info_topic);
 
-  /// Conversion, stamp rules, camera: all but the features. `frame` may have served another image; its filter and
-  /// the features wanted are set already. `max_gap`: ~max_frame_gap, seconds. Never throws.
-  void receive(const ImageWithInfo& input, double max_gap, PreparedFrame& frame);
+  /// Conversion, stamp rules, camera: all but the features. `frame` may have served another image; its pipeline is
+  /// set already. Never throws.
+  void receive(const ImageWithInfo& input, PreparedFrame& frame);
   /// Finds the features of a usable image that has none yet, and what depends on them; sets a problem if that fails.
   void findFeatures(PreparedFrame& frame);
 
@@ -32,7 +32,7 @@ class FramePreparation {
   /// Converts one image; false, with `problem` set, if it is unusable.
   bool convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame);
   /// Sets the verdict, and the problem of an image that is to be dropped.
-  void classifyStamp(double max_gap, PreparedFrame& frame);
+  void classifyStamp(PreparedFrame& frame);
   /// Finds the features outside the masked area.
   void extract(MatchFilter& filter, PreparedFrame& frame);
   /// Depth of the keypoints, from a depth image or the right camera.

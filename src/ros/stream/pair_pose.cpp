@@ -1,107 +1,88 @@
 #include "stream/pair_pose.h"
 
 #include <string>
-#include <utility>
-
-#include "scale/translation_scale.h"
-#include "stream/status_text.h"
 
 namespace gms_ransac {
 
-PairPose::PairPose(const Parameters& parameters, std::shared_ptr<MotionPriors> priors)
-    : parameters_(parameters), priors_(std::move(priors)) {}
+namespace {
 
-void PairPose::finish(const SigmaFloor& floor, ProcessedFrame& processed) {
-  scale_updated_ = false;
-  if (!processed.poseValid()) return;
-  processed.pose = processed.result->robust.pose;
-  processed.length_missing = processed.recovered && processed.status == MatchStats::OK;
-  findLength(processed);
-  if (processed.length_missing) processed.text += "; the length of the motion since then is unknown";
-  makePublishable(processed.status == MatchStats::OK, floor, processed.pose);
-  const std::string defect = poseDefect(processed.pose);
-  if (defect.empty()) return;
-  processed.status = MatchStats::RANSAC_FAILED;
-  processed.text = "the pose is not fit to publish: " + defect;
-  processed.pose = RelativePose();
-  processed.metric_scale = false;
-  // The propagator may have taken wrong values from this pair: it starts anew.
-  scale_updated_ = false;
+/// In units of the first pair's.
+void propagate(ScalePropagator& scale, ProcessedFrame& answer) {
+  if (answer.status != MatchStats::OK) return scale.carryThroughRotation(*answer.points, *answer.result);
+  const Camera& camera = answer.current->camera->camera;
+  const ScaleEstimate length = scale.update(*answer.points, *answer.result, camera, answer.recovered);
+  answer.pose = withLength(answer.pose, length);
+  answer.length_missing &= length.features == 0;
 }
 
-void PairPose::advance() {
-  if (scale_updated_) {
-    propagator_.advance();
-  } else {
-    propagator_.reset();
-  }
-}
-
-void PairPose::reset() {
-  propagator_.reset();
-  scale_updated_ = false;
-}
-
-void PairPose::findLength(ProcessedFrame& processed) {
-  const ScaleMode mode = parameters_.scale;
-  if (mode == ScaleMode::kPropagate || parameters_.measuresMetres()) {
-    triangulateInliers(processed.reference->frame.features, processed.current->frame.features, *processed.result,
-                       processed.current->camera->camera, triangulation_);
-  }
-  if (mode == ScaleMode::kFixed && processed.status == MatchStats::OK && !processed.recovered) {
-    processed.pose = withLength(processed.pose, {parameters_.fixed_scale, 0, 1});
-    processed.metric_scale = true;
-  } else if (mode == ScaleMode::kPropagate) {
-    propagate(processed);
-  } else if (priors_ && (mode == ScaleMode::kOdometry || mode == ScaleMode::kGround)) {
-    askPriors(processed);
-  } else if (parameters_.measuresDepth()) {
-    takeDepth(processed);
-  }
-}
-
-void PairPose::propagate(ProcessedFrame& processed) {
-  scale_updated_ = true;
-  if (processed.status != MatchStats::OK) return propagator_.carryThroughRotation(triangulation_, *processed.result);
-  const Camera& camera = processed.current->camera->camera;
-  const ScaleEstimate scale = propagator_.update(triangulation_, *processed.result, camera, processed.recovered);
-  processed.pose = withLength(processed.pose, scale);
-  processed.length_missing &= scale.features == 0;
-}
-
-void PairPose::askPriors(ProcessedFrame& processed) {
-  const PreparedFrame &reference = *processed.reference, &current = *processed.current;
-  const PairSeen pair = {reference.header, current.header,         processed.result->robust,
-                         triangulation_,   current.camera->camera, {reference.grey, current.grey}};
+/// Length from odometry or the ground, or why there is none.
+void askPriors(MotionPriors& priors, ProcessedFrame& answer) {
+  const PreparedFrame &reference = *answer.reference, &current = *answer.current;
+  const PairSeen pair = {reference.header, current.header,         answer.result->robust,
+                         *answer.points,   current.camera->camera, {reference.grey, current.grey}};
   std::string problem;
-  const ScaleEstimate length = priors_->length(pair, problem);
-  processed.metric_scale = length.features > 0 && processed.status == MatchStats::OK;
-  if (processed.metric_scale) processed.pose = withLength(processed.pose, length);
-  if (!problem.empty()) processed.text += "; no length: " + problem;
+  const ScaleEstimate length = priors.length(pair, problem);
+  answer.metric_scale = length.features > 0 && answer.status == MatchStats::OK;
+  if (answer.metric_scale) answer.pose = withLength(answer.pose, length);
+  if (!problem.empty()) answer.reasons.push_back({Why::kNoLength, problem});
 }
 
-void PairPose::takeDepth(ProcessedFrame& processed) {
-  const PreparedFrame &reference = *processed.reference, &current = *processed.current;
-  const bool stereo = parameters_.input == InputKind::kStereo;
-  const auto depthOf = [stereo](const PreparedFrame& frame) {
-    const bool known = stereo || !frame.stereo.depth.empty();
-    return known ? frame.stereo.depth : keypointDepth(frame.frame.features, frame.depth);
-  };
+/// Metric pose from depth or a second camera, or why there is none.
+void takeDepth(bool stereo, ProcessedFrame& answer) {
+  const PreparedFrame &reference = *answer.reference, &current = *answer.current;
   const ScaleEstimate scale =
-      poseFromKeypointDepth(triangulation_, reference.frame.features, current.frame.features, *processed.result,
-                            current.camera->camera, depthOf(reference), depthOf(current),
-                            stereo ? DepthSource::kTriggeredPair : DepthSource::kRollingCamera, processed.pose);
-  processed.metric_scale = scale.features > 0;
-  processed.length_missing &= !processed.metric_scale;
-  if (processed.metric_scale && processed.status != MatchStats::OK) {
+      poseFromKeypointDepth(*answer.points, reference.frame.features, current.frame.features, *answer.result,
+                            current.camera->camera, reference.stereo.depth, current.stereo.depth,
+                            stereo ? DepthSource::kTriggeredPair : DepthSource::kRollingCamera, answer.pose);
+  answer.metric_scale = scale.features > 0;
+  if (answer.metric_scale && answer.status != MatchStats::OK) {
     // Depth makes a translation observable that the images alone do not show.
-    processed.status = MatchStats::OK;
-    processed.text = explain(Status::kOk, *processed.result, current) + "; the translation is measured by the " +
-                     (stereo ? "two cameras" : "depth image");
+    answer.status = MatchStats::OK;
+    answer.reasons.push_back({Why::kMeasured, stereo ? "two cameras" : "depth image"});
   }
-  if (processed.metric_scale) return;
+  if (answer.metric_scale) return;
   const std::string& problem = current.depth_problem.empty() ? reference.depth_problem : current.depth_problem;
-  processed.text += "; no length: " + (problem.empty() ? "too few inliers have depth" : problem);
+  answer.reasons.push_back({Why::kNoLength, problem.empty() ? "too few inliers have depth" : problem});
+}
+
+/// By ~scale.
+void findLength(const Pipeline& pipeline, ScalePropagator& scale, ProcessedFrame& answer) {
+  const Parameters& parameters = pipeline.parameters;
+  const ScaleMode mode = parameters.scale;
+  if (mode == ScaleMode::kFixed && answer.status == MatchStats::OK && !answer.recovered) {
+    answer.pose = withLength(answer.pose, {parameters.fixed_scale, 0, 1});
+    answer.metric_scale = true;
+  } else if (mode == ScaleMode::kPropagate) {
+    propagate(scale, answer);
+  } else if (pipeline.priors && (mode == ScaleMode::kOdometry || mode == ScaleMode::kGround)) {
+    askPriors(*pipeline.priors, answer);
+  } else if (parameters.measuresDepth()) {
+    takeDepth(parameters.input == InputKind::kStereo, answer);
+  }
+  answer.length_missing &= !answer.metric_scale;
+}
+
+}  // namespace
+
+void findPose(const Pipeline& pipeline, ScalePropagator& scale, Triangulation& points, ProcessedFrame& answer) {
+  if (!answer.poseValid()) return;
+  answer.pose = answer.result->robust.pose;
+  answer.length_missing = answer.recovered && answer.status == MatchStats::OK;
+  const Parameters& parameters = pipeline.parameters;
+  if (answer.current->wanted.points || parameters.scale == ScaleMode::kPropagate || parameters.measuresMetres()) {
+    triangulateInliers(answer.reference->frame.features, answer.current->frame.features, *answer.result,
+                       answer.current->camera->camera, points);
+    answer.points = &points;
+  }
+  findLength(pipeline, scale, answer);
+  if (answer.length_missing) answer.reasons.push_back({Why::kLengthUnknown});
+  makePublishable(answer.status == MatchStats::OK, pipeline.options.sigma_floor, answer.pose);
+  const std::string defect = poseDefect(answer.pose);
+  if (defect.empty()) return;
+  answer.status = MatchStats::RANSAC_FAILED;
+  answer.reasons = {{Why::kUnfit, defect}};
+  answer.pose = RelativePose();
+  answer.metric_scale = false;
 }
 
 }  // namespace gms_ransac

@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <vector>
 
 #include <std_msgs/Header.h>
 #include <opencv2/core/mat.hpp>
@@ -16,11 +18,20 @@
 
 namespace gms_ransac {
 
+struct Pipeline;
+
 /// Reason to start anew with an image; the greatest one counts.
 enum class Reset : uint8_t {
   kNone,
   kUnsubscribed,  ///< images were not taken for a while: ~pause, or no subscriber
   kRequested      ///< ~reset
+};
+
+/// The outputs that have a subscriber, asked once, when the image comes.
+struct Wanted {
+  bool features = false, stereo_features = false;
+  bool features_alone = false;  ///< no other output: the image may be passed over, so its extraction is put off
+  bool points = false;          ///< triangulated inliers
 };
 
 /// One received image after the part of the work that needs no other image.
@@ -29,19 +40,19 @@ struct PreparedFrame {
   std_msgs::Header header;
   cv::Mat grey;
   cv::Mat depth;  ///< CV_32FC1 metres; empty: none
-  /// With ~input stereo; empty if the right image is unusable. Its depth is also that of an image with registered
-  /// depth whose keypoints were moved to another calibration.
+  /// `right` and what belongs to it with ~input stereo; empty if the right image is unusable. `depth` is that of the
+  /// keypoints, whether a depth image or the right camera gives it.
   StereoColumns stereo;
   bool depth_wanted = true;   ///< with ~input stereo; else the right image serves ~stereo_features alone
   std::string depth_problem;  ///< why the depth image is not used; empty when it is, or when there is none
   cv::Mat mask;              ///< CV_8UC1, zero where no keypoint is taken; empty: none. May share the memory of `input`
   std::string mask_problem;  ///< why there is no mask although there should be one; empty when there need not be
   Frame frame;
-  std::unique_ptr<PreparedFrame> pair_reference;  ///< with ~input pair: what this image is compared with
+  std::shared_ptr<PreparedFrame> pair_reference;  ///< with ~input pair: what this image is compared with
   std::shared_ptr<const CameraModel> camera;
-  std::shared_ptr<MatchFilter> filter;   ///< with the options in force when the image came
-  std::weak_ptr<MatchFilter> filled_by;  ///< the same, still once the image is answered: what there is room for
-  bool extracted = false;                ///< else the features and their tables are not computed yet
+  std::shared_ptr<Pipeline> pipeline;  ///< with the options in force when the image came; null once it is answered
+  Wanted wanted;
+  bool extracted = false;  ///< else the features and their tables are not computed yet
   StampVerdict stamp_verdict = StampVerdict::kFirst;
   Reset reset = Reset::kNone;
   std::string problem;  ///< why the image is not used; empty when it is
@@ -49,6 +60,21 @@ struct PreparedFrame {
   double time_budget = 0;  ///< ~max_milliseconds in seconds
 
   double stamp() const { return header.stamp.toSec(); }
+  /// Pixels may belong to the driver's buffers; a comparison needs features alone.
+  void dropPixels();
+};
+
+/// Frames that have served, for the images to come: their columns have room already. May be used from any thread.
+class FramePool : public std::enable_shared_from_this<FramePool> {
+ public:
+  /// A frame that comes back when nobody holds it any more, as long as the pool lives.
+  std::shared_ptr<PreparedFrame> take();
+
+ private:
+  void give(std::unique_ptr<PreparedFrame> frame);
+
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<PreparedFrame>> spare_;
 };
 
 }  // namespace gms_ransac

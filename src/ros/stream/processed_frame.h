@@ -1,14 +1,15 @@
-// Answer for one image: the comparison, its status and its pose.
+// Answer for one image: the comparison, its status with the reasons, its pose, and where it leaves the camera.
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <string>
 #include <vector>
 
 #include <gms_ransac/MatchStats.h>
 
 #include "gms_ransac/match_filter.h"
+#include "gms_ransac/triangulation.h"
+#include "stream/motion_integrator.h"
 #include "stream/prepared_frame.h"
 
 namespace gms_ransac {
@@ -20,13 +21,51 @@ enum class Continuity {
   kRestarted  ///< nothing before counts any more: the clock or the stamps went back, or a reset was asked for
 };
 
+/// Why an answer is what it is; `words` (status_text.h) makes the sentences. Details are in brackets.
+enum class Why : uint8_t {
+  kCompared,  ///< what the comparison found; its numbers are those of the result
+  // The image is not used [topic and problem], or the comparison threw [what].
+  kUnusable,
+  kFailed,
+  // It is the first, or nothing before can be compared with it [the size before]; then it is a new reference.
+  kFirst,
+  kReset,
+  kClockBack,
+  kStampsBack,
+  kGap,
+  kReferenceOld,
+  kNoneKept,
+  kSizeChanged,
+  kNewReference,
+  kSizesDiffer,  ///< the two images of a pair [size of the reference]
+  // After a loss: it goes on after a number of lost images, or not yet, with a number of images that are kept.
+  kGoesOn,
+  kKept,
+  // The translation is measured [by what], has no length [why], or none since the loss; the pose is unfit [defect].
+  kMeasured,
+  kNoLength,
+  kLengthUnknown,
+  kUnfit,
+  // Answered without a rotation prior [sentence], without a mask [why].
+  kNoPrior,
+  kNoMask
+};
+
+struct Reason {
+  Why why;
+  std::string detail = std::string();
+  int number = 0;
+};
+
 /// The pointers live until the next image is processed.
 struct ProcessedFrame {
   uint8_t status = MatchStats::FIRST_FRAME;
-  std::string text;  ///< the status in words, with what to do where something can be done
+  std::vector<Reason> reasons;
+  std::string text;  ///< `words` of the reasons
   const PreparedFrame* current = nullptr;
   const PreparedFrame* reference = nullptr;  ///< null: not compared
   const MatchResult* result = nullptr;       ///< null: not compared
+  const Triangulation* points = nullptr;     ///< the inliers; null: no pose, or nobody wants them
   Continuity continuity = Continuity::kContinuous;
   RelativePose pose;          ///< as it is published; if poseValid()
   bool metric_scale = false;  ///< pose.t is in metres
@@ -38,8 +77,8 @@ struct ProcessedFrame {
   bool recovered = false;
   /// Only with `recovered`: the length of the motion is unknown, `pose.t` is the direction alone.
   bool length_missing = false;
-  double oldest_reference = kNoReference;  ///< no image of an earlier stamp will be a reference again, seconds
-  static constexpr double kNoReference = std::numeric_limits<double>::infinity();
+  const MotionIntegrator* place = nullptr;  ///< where the camera is with this image; null: not known
+  bool place_restarted = false;             ///< the odometry frame is a new one, which begins with this image
 
   bool poseValid() const {
     return result != nullptr && (status == MatchStats::OK || status == MatchStats::LOW_PARALLAX);

@@ -1,5 +1,6 @@
 #include "stream/recovery.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "stream/prepared_frame.h"
@@ -13,37 +14,21 @@ namespace {
 constexpr double kApart = 0.1;
 // Two blurred images in a row resemble each other; five pairs in a row are a camera that sees where it goes, elsewhere.
 constexpr int kNewBeginning = 5;
+// Kept images that an image is compared with, at most. A comparison that fails is the slowest: it searches to the end.
+constexpr size_t kTries = 3;
 
 }  // namespace
 
-void Recovery::setOptions(const RecoveryOptions& options) {
-  options_ = options;
-  if (!enabled()) clear();
-}
-
-std::unique_ptr<PreparedFrame> Recovery::keep(KeptFrame kept) {
-  // Pixels may belong to the driver's buffers; a comparison needs features alone.
-  kept.frame->input = ImageWithInfo();
-  StereoColumns& stereo = kept.frame->stereo;
-  for (cv::Mat* pixels : {&kept.frame->grey, &kept.frame->depth, &kept.frame->mask, &stereo.right}) pixels->release();
-  stereo.right_ray.clear();
-  stereo.rig.reset();
-  std::unique_ptr<PreparedFrame> dropped;
-  if (kept_.size() > 1 && kept_[0].frame->stamp() - kept_[1].frame->stamp() < kApart) {
-    dropped = std::move(kept_.front().frame);
-    kept_.pop_front();
-  }
-  kept_.push_front(std::move(kept));
-  while (kept_.size() > static_cast<size_t>(options_.frames)) {
-    dropped = std::move(kept_.back().frame);
-    kept_.pop_back();
-  }
-  return dropped;
+void Recovery::keep(const Stream& stream, const RecoveryOptions& options) {
+  if (kept_.size() > 1 && kept_[0].reference->stamp() - kept_[1].reference->stamp() < kApart) kept_.pop_front();
+  kept_.push_front(stream);
+  while (kept_.size() > static_cast<size_t>(options.frames)) kept_.pop_back();
 }
 
 void Recovery::lose() {
   lost_ = true;
   missed_ = good_pairs_ = 0;
+  turn_ = 0;
 }
 
 void Recovery::addPair(bool good) {
@@ -51,8 +36,8 @@ void Recovery::addPair(bool good) {
   if (good_pairs_ >= kNewBeginning) clear();
 }
 
-void Recovery::giveUpAt(double stamp) {
-  if (lost_ && stamp - kept_.front().frame->stamp() > options_.seconds) clear();
+void Recovery::giveUp(double stamp, const RecoveryOptions& options) {
+  if (lost_ && stamp - kept_.front().reference->stamp() > options.seconds) clear();
 }
 
 void Recovery::clear() {
@@ -60,8 +45,21 @@ void Recovery::clear() {
   lost_ = false;
 }
 
-KeptFrame Recovery::takeOut(size_t index) {
-  KeptFrame found = std::move(kept_[index]);
+std::vector<size_t> Recovery::next() {
+  std::vector<size_t> indices = {0};
+  const size_t others = kept_.size() - 1;
+  while (indices.size() < std::min(kTries, kept_.size())) indices.push_back(1 + turn_++ % others);
+  return indices;
+}
+
+void Recovery::dropPixels(const PreparedFrame* reference) {
+  for (const Stream& stream : kept_) {
+    if (stream.reference.get() != reference) stream.reference->dropPixels();
+  }
+}
+
+Stream Recovery::takeOut(size_t index) {
+  Stream found = std::move(kept_[index]);
   kept_.erase(kept_.begin(), kept_.begin() + static_cast<std::ptrdiff_t>(index) + 1);
   lost_ = false;
   return found;

@@ -1,41 +1,27 @@
-// The last good images, kept so that the stream can go on from one of them after a loss: dark, blurred or covered
+// The last good states of the stream, kept so that it can go on from one of them after a loss: dark, blurred or covered
 // images, or none at all. Compares nothing and publishes nothing.
 #pragma once
 
 #include <cstddef>
 #include <deque>
-#include <memory>
 #include <vector>
 
-#include "scale/translation_scale.h"
-#include "tracks/track_table.h"
+#include "stream/stream.h"
 
 namespace gms_ransac {
-
-struct PreparedFrame;
-
-/// An image whose place is known, with what is known of its keypoints; without its pixels: 240 kB at 2000 features.
-struct KeptFrame {
-  std::unique_ptr<PreparedFrame> frame;
-  std::vector<TrackTable::Track> tracks;
-  ScalePropagator scale;
-};
 
 struct RecoveryOptions {
   int frames = 0;       ///< that are kept; 0: a loss is final
   double seconds = 10;  ///< age at which a kept image is dropped
 };
 
-/// While nothing is lost, images are kept as they cease to be the reference. From `lose` on the kept ones stay as they
-/// are, until `takeOut` finds the way back to one, they grow too old, or the stream goes on somewhere else.
+/// While nothing is lost, the stream is kept as it leaves each reference. From `lose` on the kept ones stay as they
+/// are, until the stream goes on from one of them or somewhere else, or they grow too old.
 class Recovery {
  public:
-  void setOptions(const RecoveryOptions& options);
-  bool enabled() const { return options_.frames > 0; }
-
-  /// Keeps the frame as the newest; returns the frame that made room for it, if one had to.
-  std::unique_ptr<PreparedFrame> keep(KeptFrame kept);
-  /// The motion since the newest kept image is not known.
+  /// Keeps a copy as the newest. Its reference is a place that is known.
+  void keep(const Stream& stream, const RecoveryOptions& options);
+  /// The motion since the newest kept stream is not known.
   void lose();
   bool lost() const { return lost_; }
   /// While lost: an image has come that is not compared with a kept one, or not with success.
@@ -43,20 +29,24 @@ class Recovery {
   int missed() const { return missed_; }
   /// While lost: two images that follow on each other were compared. So many good ones in a row are a new start.
   void addPair(bool good);
-  /// Gives up when the newest kept image is older than they may be at `stamp`.
-  void giveUpAt(double stamp);
+  /// Gives up when the newest kept reference is older than it may be at `stamp`.
+  void giveUp(double stamp, const RecoveryOptions& options);
   void clear();
 
   /// Newest first.
-  const std::deque<KeptFrame>& kept() const { return kept_; }
-  /// The way back is found: hands over that frame, and drops those that are newer and do not show it.
-  KeptFrame takeOut(size_t index);
+  const std::deque<Stream>& kept() const { return kept_; }
+  /// Indices of those that the next image is compared with: the newest, and the others in turn.
+  std::vector<size_t> next();
+  /// Releases pixels that no answer shows any more. `reference`: of the last answer.
+  void dropPixels(const PreparedFrame* reference);
+  /// The way back is found: hands over that stream, and drops those that are newer and do not show it.
+  Stream takeOut(size_t index);
 
  private:
-  RecoveryOptions options_;
-  std::deque<KeptFrame> kept_;
+  std::deque<Stream> kept_;
   bool lost_ = false;
   int missed_ = 0, good_pairs_ = 0;  ///< since the loss; in a row
+  size_t turn_ = 0;                  ///< whose turn it is after the newest
 };
 
 }  // namespace gms_ransac

@@ -1,10 +1,12 @@
 #include "stream/status_text.h"
 
-#include <gms_ransac/MatchStats.h>
+#include <map>
+#include <sstream>
+#include <utility>
+
 #include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
-#include "stream/prepared_frame.h"
 #include "text.h"
 
 namespace gms_ransac {
@@ -71,31 +73,9 @@ std::string explainRows(const RobustResult& result, double readout) {
                   : "the matches fit worse with ~rolling_shutter_readout (" + secondsText(readout) + ")");
 }
 
-}  // namespace
-
-static_assert(static_cast<int>(Status::kUncalibrated) == MatchStats::UNCALIBRATED,
-              "values of the core and the message");
-
-std::string statusName(uint8_t status) {
-  if (status == MatchStats::TIME_RESET) return "TIME_RESET";
-  if (status == MatchStats::BAD_IMAGE) return "BAD_IMAGE";
-  if (status == MatchStats::RECOVERED) return "RECOVERED";
-  return toString(static_cast<Status>(status));
-}
-
-std::string explain(Reset reset) {
-  switch (reset) {
-    case Reset::kRequested:
-      return "reset on request";
-    case Reset::kUnsubscribed:
-      return "no images were taken for a while (~pause, or no output had a subscriber)";
-    default:
-      return std::string();
-  }
-}
-
-std::string explain(Status status, const MatchResult& result, const PreparedFrame& current) {
-  const RobustOptions& options = current.filter->options().robust;
+/// Explains the outcome of a comparison, with the remedy. `status` may differ from that of `result`.
+std::string explain(Status status, const MatchResult& result, const PreparedFrame& current,
+                    const RobustOptions& options) {
   const auto matches = static_cast<int>(result.matches.size());
   const auto words = [&]() -> std::string {
     switch (status) {
@@ -124,6 +104,79 @@ std::string explain(Status status, const MatchResult& result, const PreparedFram
     }
   };
   return words() + explainRows(result.robust, options.rolling_shutter_readout);
+}
+
+/// Beginnings of the sentences that end with the detail of the reason.
+const std::map<Why, std::string> kBeginnings = {{Why::kUnusable, "image on "},
+                                                {Why::kClockBack, "the clock went back"},
+                                                {Why::kStampsBack, "the stamps went back"},
+                                                {Why::kFirst, "first image; nothing to compare with yet"},
+                                                {Why::kNewReference, "this image is a new reference"},
+                                                {Why::kMeasured, "the translation is measured by the "},
+                                                {Why::kNoLength, "no length: "},
+                                                {Why::kLengthUnknown, "the length of the motion since then is unknown"},
+                                                {Why::kUnfit, "the pose is not fit to publish: "},
+                                                {Why::kFailed, ""},
+                                                {Why::kNoPrior, ""},
+                                                {Why::kNoMask, "no mask: "}};
+
+std::string sentence(const Reason& reason, const ProcessedFrame& answer, const ProcessorOptions& options) {
+  const auto max_gap = [&] { return "~max_frame_gap (" + secondsText(options.max_frame_gap) + ")"; };
+  const PreparedFrame& current = *answer.current;
+  switch (reason.why) {
+    case Why::kCompared:
+      return explain(static_cast<Status>(answer.status), *answer.result, current, options.core.robust);
+    case Why::kReset:
+      return current.reset == Reset::kRequested
+                 ? "reset on request"
+                 : "no images were taken for a while (~pause, or no output had a subscriber)";
+    case Why::kGap:
+      return "more than " + max_gap() + " since the image before; raise it for a slow camera";
+    case Why::kNoneKept:
+      return "no image from before the loss is kept any more: they are of another size, or older than "
+             "~max_recovery_gap (" +
+             secondsText(options.recovery.seconds) + ")";
+    case Why::kSizeChanged:
+      return "the image size changed from " + reason.detail + " to " + sizeText(current.grey.size());
+    case Why::kReferenceOld:
+      return "the last usable image is older than " + max_gap() + "; raise it for a slow camera";
+    case Why::kSizesDiffer:
+      return "the two images differ in size: " + reason.detail + " and " + sizeText(current.grey.size());
+    case Why::kGoesOn: {
+      std::ostringstream text;
+      text << "goes on from the image of " << answer.reference->header.stamp << ", "
+           << secondsText(current.stamp() - answer.reference->stamp()) << " and " << reason.number
+           << " lost images ago";
+      return text.str();
+    }
+    case Why::kKept:
+      return "images from before the loss are kept: " + std::to_string(reason.number);
+    default:
+      return kBeginnings.at(reason.why) + reason.detail;
+  }
+}
+
+}  // namespace
+
+static_assert(static_cast<int>(Status::kUncalibrated) == MatchStats::UNCALIBRATED,
+              "values of the core and the message");
+
+std::string statusName(uint8_t status) {
+  if (status == MatchStats::TIME_RESET) return "TIME_RESET";
+  if (status == MatchStats::BAD_IMAGE) return "BAD_IMAGE";
+  if (status == MatchStats::RECOVERED) return "RECOVERED";
+  return toString(static_cast<Status>(status));
+}
+
+std::string words(const ProcessedFrame& answer, const ProcessorOptions& options) {
+  std::string text;
+  const char* joint = "";
+  for (const Reason& reason : answer.reasons) {
+    std::string next = sentence(reason, answer, options);
+    text = text.empty() ? std::move(next) : text + joint + next;
+    joint = reason.why == Why::kGoesOn ? ": " : "; ";
+  }
+  return text;
 }
 
 }  // namespace gms_ransac

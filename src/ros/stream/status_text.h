@@ -4,20 +4,15 @@
 #include <cstdint>
 #include <string>
 
-#include "gms_ransac/match_filter.h"
+#include "stream/pipeline.h"
+#include "stream/processed_frame.h"
 
 namespace gms_ransac {
-
-struct PreparedFrame;
-enum class Reset : uint8_t;
 
 /// "OK", ..., "BAD_IMAGE": a value of MatchStats::status.
 std::string statusName(uint8_t status);
 
-/// As the beginning of a sentence; empty: no reset.
-std::string explain(Reset reset);
-
-/// Explains the outcome of a comparison, with the remedy. `status` may differ from that of `result`.
-std::string explain(Status status, const MatchResult& result, const PreparedFrame& current);
+/// The reasons of an answer, with the remedy where something can be done. `options`: those it was made with.
+std::string words(const ProcessedFrame& answer, const ProcessorOptions& options);
 
 }  // namespace gms_ransac

@@ -145,6 +145,7 @@ TEST_F(Written, TumFolderBecomesABagWithItsOwnCalibration) {
   EXPECT_LT((dataset.frames()[1].pose->matrix() - scene.pose(1).matrix()).norm(), 1e-6);
 
   fs::remove(path("tum/camera.txt"));
+  fs::remove(path("tum.bag"));
   EXPECT_NE(toBag("tum").text.find("since there is no camera.txt"), std::string::npos);
   const auto info = first<sensor_msgs::CameraInfo>(path("tum.bag"), "/camera/rgb/camera_info");
   EXPECT_EQ(info->K[0], 525);

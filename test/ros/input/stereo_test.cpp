@@ -140,9 +140,11 @@ class FollowedStereo {
   explicit FollowedStereo(bool alone) : alone_(alone) { options_.rate = 5; }
 
   void add(const StereoRoom& room, int image, const ImageWithInfo& input) {
-    auto frame = processor_.prepare(input, Extraction::kPutOff);
+    Wanted wanted;
+    wanted.features_alone = true;
+    const auto frame = processor_.prepare(input, wanted);
     frame->depth_wanted = !alone_ || stream_.needsKeypoints();
-    const ProcessedFrame processed = processor_.process(std::move(frame));
+    const ProcessedFrame processed = processor_.process(frame);
     with_depth_ += !processed.current->stereo.depth.empty();
     metric_ = processed.metric_scale;
     text_ = processed.text;

@@ -23,7 +23,7 @@ class AnswerAllocation : public testing::TestWithParam<int> {
     ProcessorOptions options;
     options.core.extractor.features = GetParam();
     const Scene scene{SceneOptions()};
-    stream_ = std::make_unique<Stream>(ScaleMode::kUnit, scene.intrinsics(), options);
+    stream_ = std::make_unique<ImageStream>(ScaleMode::kUnit, scene.intrinsics(), options);
     for (int i = 0; i < kImages; ++i) images_.push_back(scene.render(i).image);
     for (int round = 0; round < 2; ++round) {
       for (const cv::Mat& image : images_) stream_->process(image);
@@ -32,7 +32,7 @@ class AnswerAllocation : public testing::TestWithParam<int> {
 
   static constexpr int kImages = 4;
   std::vector<cv::Mat> images_;
-  std::unique_ptr<Stream> stream_;
+  std::unique_ptr<ImageStream> stream_;
 };
 
 TEST_P(AnswerAllocation, OfCorrespondencesIsOneAColumn) {

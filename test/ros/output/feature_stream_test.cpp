@@ -79,6 +79,12 @@ TEST(FeatureMessage, EachEstimatorFindsWhatItReads) {
 
 // Images that are skipped.
 
+Wanted featuresAlone() {
+  Wanted wanted;
+  wanted.features = wanted.features_alone = true;
+  return wanted;
+}
+
 /// The node's worker with one listener, that of ~features. `others`: they have one too, and no image is passed over.
 class FeaturesAlone {
  public:
@@ -91,12 +97,9 @@ class FeaturesAlone {
   /// True when the image is passed over.
   bool passes(const cv::Mat& grey, double stamp, bool reset = false) {
     if (reset) processor_.requestReset();
-    auto frame = processor_.prepare(input(grey, stamp), Extraction::kPutOff);
-    if (!others_ && stream_.passesOver(*frame, options_)) {
-      processor_.passOver(std::move(frame));
-      return true;
-    }
-    const ProcessedFrame processed = processor_.process(std::move(frame));
+    const auto frame = processor_.prepare(input(grey, stamp), featuresAlone());
+    if (!others_ && stream_.skips(*frame, options_)) return true;
+    const ProcessedFrame processed = processor_.process(frame);
     status_ = processed.status;
     if (auto features = stream_.next(processed, options_)) messages_[stamp] = std::move(*features);
     return false;
@@ -224,7 +227,7 @@ TEST(PassingOver, FeaturesThatWerePutOffAreTheSame) {
   for (int i = 0; i < 3; ++i) {
     const ImageWithInfo image = input(cornersMovedBy(5 * i), 100 + 0.1 * i);
     const ProcessedFrame a = now.ask(image);
-    const ProcessedFrame b = later.process(later.prepare(image, Extraction::kPutOff));
+    const ProcessedFrame b = later.process(later.prepare(image, featuresAlone()));
     EXPECT_EQ(a.status, b.status);
     EXPECT_EQ(a.text, b.text);
     if (i == 0) continue;

@@ -299,7 +299,7 @@ TEST(Overlay, AMaskedPartIsShadedInBlue) {
 
 TEST(Overlay, ResidualsOfARealPairAreInStandardDeviations) {
   const Scene scene{SceneOptions()};
-  Stream stream(ScaleMode::kUnit, scene.intrinsics(), {});
+  ImageStream stream(ScaleMode::kUnit, scene.intrinsics(), {});
   stream.process(scene.render(0).image);
   const ProcessedFrame processed = stream.process(scene.render(3).image);
   ASSERT_EQ(MatchStats::OK, processed.status) << processed.text;

@@ -13,7 +13,6 @@
 #include <Eigen/Geometry>
 
 #include "datasets/dataset.h"
-#include "output/motion_integrator.h"
 #include "priors/gyro_bias.h"
 #include "priors/motion_track.h"
 #include "priors/rotation_vectors.h"
@@ -23,6 +22,7 @@
 #include "says.h"
 #include "scenes/two_view_scene.h"
 #include "shared_data.h"
+#include "stream/motion_integrator.h"
 
 namespace gms_ransac {
 namespace {
@@ -306,7 +306,7 @@ TEST(StandingStill, FindsTheBiasAndDoesNotDrift) {
   GyroBias bias;
   MotionIntegrator odometry;
   const auto& frames = dataset->frames();
-  Stream stream(ScaleMode::kUnit, *dataset->intrinsics(), {}, 1, frames[1].stamp - frames[0].stamp);
+  ImageStream stream(ScaleMode::kUnit, *dataset->intrinsics(), {}, 1, frames[1].stamp - frames[0].stamp);
   int learnt = 0;
   for (size_t i = 0; i < frames.size(); ++i) {
     const ProcessedFrame processed = stream.process(dataset->image(static_cast<int>(i)));

@@ -172,6 +172,25 @@ class OdometryTest(unittest.TestCase):
         # First motion: camera right and down = base right (-y) and down (-z).
         self.assertLess(degrees_between(vector(odom[1].pose.pose.position), (0, -STEP[0], -STEP[1])), 15)
 
+        self.set_pose(client, odom, step)
+
+    def set_pose(self, client, odom, step):
+        said = said_by("of_base")
+        publisher = rospy.Publisher("of_base/set_pose", PoseWithCovarianceStamped, queue_size=2)
+        client.wait(publisher.get_num_connections, "the filter to listen to ~set_pose")
+        message = PoseWithCovarianceStamped()
+        message.header.frame_id = "map"
+        message.pose.pose.position.x, message.pose.pose.orientation.z = 1000, 1  # far away, and facing the other way
+        message.pose.covariance = np.diag([4, 4, 4, 0.01, 0.01, 0.01]).ravel()
+        publisher.publish(message)
+        client.wait(lambda: [s for s in said if "~set_pose in the frame 'map' is not used" in s], "the refusal")
+        message.header.frame_id = "odom"
+        publisher.publish(message)
+        client.wait(lambda: step() and odom[-1].pose.pose.position.x > 900, "the pose that was set")
+        self.assertLess(np.linalg.norm(vector(odom[-1].pose.pose.position) - (1000, 0, 0)), 5)
+        self.assertLess(rotation_matrix(odom[-1].pose.pose.orientation)[0, 0], -0.9)
+        self.assertGreater(odom[-1].pose.covariance[35], 0.0099)
+
     def test_no_transform_without_a_frame(self):
         said, transforms = said_by("nameless"), []
         listening = rospy.Subscriber("/tf", TFMessage, lambda m: transforms.extend(m.transforms))

@@ -184,11 +184,18 @@ class PriorsTest(unittest.TestCase):
             C = np.array(pose.pose.covariance).reshape(6, 6)[:3, :3]
             along = t / np.linalg.norm(t)
             self.assertAlmostEqual(np.sqrt(along @ C @ along), 0.03 * truth, delta=0.02 * truth)
-        self.send_wheels(odometry, self.times[chosen[-1]] + 0.001, slip=True)
+        # After a loss the wheels still measure: the length is not missing.
+        lost, found = chosen[-1] + 1, chosen[-1] + 2
+        client.ask(np.zeros_like(self.frames[0]), self.stamp(self.times[lost]))
+        self.send_wheels(odometry, self.times[found])
+        answer = client.ask(self.frames[found], self.stamp(self.times[found]))
+        self.assertEqual(answer.status, MatchStats.RECOVERED, answer.status_text)
+        self.assertNotIn("length", answer.status_text)
+        self.send_wheels(odometry, self.times[found] + 0.001, slip=True)
         last = self.times[chosen[-1] + 5]
         self.send_wheels(odometry, last, slip=True)
         # From standing to standing is what it says: the camera moved all the same.
-        client.ask(self.frames[chosen[-1] + 2], self.stamp(self.times[chosen[-1] + 2]))
+        client.ask(self.frames[chosen[-1] + 3], self.stamp(self.times[chosen[-1] + 3]))
         text = client.ask(self.frames[chosen[-1] + 5], self.stamp(last)).status_text
         self.assertIn("no length: by the odometry the camera stood", text)
 
@@ -236,5 +243,5 @@ class PriorsTest(unittest.TestCase):
 if __name__ == "__main__":
     GYRO = {"rotation_prior": "imu", "publish_relative_tf": False, "queue_size": 200}
     run("priors", PriorsTest, gyro=GYRO, mirrored=GYRO, late=GYRO, rolling=dict(GYRO, rolling_shutter_readout=0.02),
-        wheels={"rotation_prior": "odom", "scale": "odometry"}, by_tf={"rotation_prior": "tf", "prior_frame": "map"},
+        wheels={"rotation_prior": "odom", "scale": "odometry", "recovery_frames": 3}, by_tf={"rotation_prior": "tf", "prior_frame": "map"},
         ground={"scale": "ground", "camera_height": 1.65})  # metres above a road

@@ -110,7 +110,7 @@ TEST(PoseGate, GuardsEveryScaleMode) {
   ProcessorOptions spoilt;
   spoilt.sigma_floor.rotation = kNan;
   const auto secondFrame = [&scene](ScaleMode scale, const ProcessorOptions& options, double fixed_scale, auto judge) {
-    Stream stream(scale, scene.intrinsics(), options, fixed_scale);
+    ImageStream stream(scale, scene.intrinsics(), options, fixed_scale);
     for (int i = 0; i < 2; ++i) {
       const RenderedFrame frame = scene.render(i);
       const ProcessedFrame processed =
@@ -144,7 +144,7 @@ TEST(PoseGate, NothingUnfitComesOfTurningBackAndForth) {
     ProcessorOptions options;
     options.core.method = method;
     options.core.robust.model = model;
-    Stream stream(ScaleMode::kPropagate, *dataset->intrinsics(), options);
+    ImageStream stream(ScaleMode::kPropagate, *dataset->intrinsics(), options);
     int ok = 0, stopped = 0;
     for (int i = 0; i < kPasses * n; ++i) {
       const int phase = i % (2 * n);

@@ -2,8 +2,7 @@
 // the camera. Knows no topic.
 #pragma once
 
-#include <deque>
-#include <utility>
+#include <optional>
 
 #include <Eigen/Geometry>
 
@@ -37,12 +36,14 @@ struct PairMotion {
   bool after_loss = false;        ///< much may have happened between the two images: no measure of usual motions
 };
 
-/// An unknown motion adds its usual size to the covariance. Consecutive unknown motions may have the same direction:
-/// their sizes add up, not their variances.
+/// A value: a copy goes on from the same place. An unknown motion adds its usual size to the covariance. Consecutive
+/// unknown motions may have the same direction: their sizes add up, not their variances.
 class MotionIntegrator {
  public:
   /// `first_step`: length of a translation, in its unit, as long as none is known.
   explicit MotionIntegrator(double first_step = 1) : first_step_(first_step) {}
+
+  std::optional<double> stamp;  ///< of the image that this is the place of, seconds; none: of none yet
 
   /// The odometry frame is the camera at the next image.
   void restart();
@@ -52,19 +53,15 @@ class MotionIntegrator {
   /// is taken to be as much shorter than the last known one.
   void add(const PairMotion& motion);
 
-  /// The place of the last image added, whose stamp this is, can be returned to.
-  void remember(double stamp);
-  /// ... those of earlier stamps no more.
-  void forgetBefore(double stamp);
-  /// The next motion starts from there, as if nothing had come since; false: it is not remembered.
-  bool returnTo(double stamp);
+  /// The camera is there at the last image, whatever was known before.
+  void set(const Eigen::Isometry3d& pose, const Matrix6d& covariance);
 
   /// Length of the last known translation, in its unit; 0: none is known.
   double step() const { return known_.step; }
   /// Length of a translation of this duration at the last known speed; 0: none is known.
   double stepOf(double seconds) const { return known_.step > 0 ? known_.step * seconds / known_.step_seconds : 0; }
-  /// Pose of the camera at the last image added.
-  const OdometryEstimate& camera() const { return current_.estimate; }
+  /// Pose of the camera at the last image added, with covariances that are bounded as those of a pair are.
+  OdometryEstimate camera() const { return base(Eigen::Isometry3d::Identity()); }
   /// The same of a base frame on the same rigid body. The odometry frame is then the base frame at the first image.
   OdometryEstimate base(const Eigen::Isometry3d& camera_in_base) const;
 
@@ -83,9 +80,8 @@ class MotionIntegrator {
   void chain(const RelativePose& pair);
   void setTwist(const PairMotion& motion);
 
-  double first_step_;
+  double first_step_ = 1;
   Place reference_, current_;
-  std::deque<std::pair<double, Place>> remembered_;  ///< by stamp
   Usual known_;
 };
 

@@ -1,5 +1,5 @@
 // Chained poses against exact ones, and their covariance against a Monte Carlo run.
-#include "output/motion_integrator.h"
+#include "stream/motion_integrator.h"
 
 #include <gtest/gtest.h>
 
@@ -159,27 +159,32 @@ TEST(MotionIntegrator, BeforeTheFirstStepNothingIsCertain) {
   EXPECT_GT(lost.camera().pose_covariance(4, 4), 0.1);
 }
 
-TEST(MotionIntegrator, ReturnsToAPlaceAsIfNothingHadCome) {
-  MotionIntegrator odometry, other;
-  for (MotionIntegrator* each : {&odometry, &other}) {
-    each->add({kStep, 0.1});
-    each->remember(1);
-  }
+TEST(MotionIntegrator, AfterALossMotionsAreNotUsual) {
+  MotionIntegrator odometry;
   odometry.add({kStep, 0.1});
-  odometry.remember(2);
+  const MotionIntegrator kept = odometry;
+  odometry.add({kStep, 0.1});
   odometry.lose(0.5);
   const RelativePose far = motion({1, 0, 3}, {0.02, 0.4, 0});
-  EXPECT_FALSE(odometry.returnTo(1.5));
-  EXPECT_TRUE(odometry.returnTo(1));
-  EXPECT_FALSE(odometry.returnTo(2)) << "that was another course";
-  for (MotionIntegrator* each : {&odometry, &other}) each->add({far, 2, true, false, 0, true});
+  odometry = kept;
+  odometry.add({far, 2, true, false, 0, true});
   EXPECT_TRUE(odometry.camera().pose.isApprox(toIsometry(kStep) * toIsometry(far), 1e-12));
-  EXPECT_EQ(odometry.camera().pose_covariance, other.camera().pose_covariance);
   EXPECT_EQ(odometry.camera().twist_covariance(0, 0), 1e3) << "an average over a loss is no velocity";
   EXPECT_EQ(odometry.step(), kStep.t.norm()) << "nor a usual motion";
   EXPECT_NEAR(odometry.stepOf(0.5), 5 * kStep.t.norm(), 1e-12);
-  odometry.forgetBefore(1.5);
-  EXPECT_FALSE(odometry.returnTo(1));
+}
+
+TEST(MotionIntegrator, APoseThatIsSetIsWhereTheNextMotionBegins) {
+  MotionIntegrator odometry;
+  const Eigen::Isometry3d there = Eigen::Translation3d(5, 6, 7) * Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX());
+  odometry.add({kStep, 0.1});
+  odometry.add({kStep, 0.1, true, true});
+  odometry.set(there, 4 * Matrix6d::Identity());
+  EXPECT_TRUE(odometry.camera().pose.isApprox(there, 1e-12));
+  EXPECT_EQ(odometry.camera().pose_covariance, 4 * Matrix6d::Identity());
+  // The reference was held: the next pair begins a step before.
+  odometry.add({motion({0, 0, 0}, {0, 1e-12, 0}), 0.1});
+  EXPECT_TRUE(odometry.camera().pose.isApprox(there * toIsometry(kStep).inverse(), 1e-9));
 }
 
 TEST(MotionIntegrator, CovariancesStayFiniteAndBounded) {

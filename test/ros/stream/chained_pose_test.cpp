@@ -3,8 +3,8 @@
 #include <Eigen/Cholesky>
 
 #include "drive_scene.h"
-#include "output/motion_integrator.h"
 #include "scale/translation_scale.h"
+#include "stream/motion_integrator.h"
 
 namespace gms_ransac {
 namespace {

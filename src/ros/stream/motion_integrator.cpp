@@ -1,6 +1,4 @@
-#include "output/motion_integrator.h"
-
-#include <algorithm>
+#include "stream/motion_integrator.h"
 
 #include "two_view/translation_variance.h"
 
@@ -44,22 +42,7 @@ void forgetLength(OdometryEstimate& estimate) {
 void MotionIntegrator::restart() {
   reference_ = current_ = Place();
   known_ = Usual();
-  remembered_.clear();
-}
-
-void MotionIntegrator::remember(double stamp) { remembered_.emplace_back(stamp, current_); }
-
-void MotionIntegrator::forgetBefore(double stamp) {
-  while (!remembered_.empty() && remembered_.front().first < stamp) remembered_.pop_front();
-}
-
-bool MotionIntegrator::returnTo(double stamp) {
-  const auto found =
-      std::find_if(remembered_.begin(), remembered_.end(), [stamp](const auto& place) { return place.first == stamp; });
-  if (found == remembered_.end()) return false;
-  reference_ = current_ = found->second;
-  remembered_.erase(found + 1, remembered_.end());
-  return true;
+  stamp.reset();
 }
 
 void MotionIntegrator::lose(double seconds) {
@@ -68,7 +51,6 @@ void MotionIntegrator::lose(double seconds) {
   Matrix6d& covariance = current_.estimate.pose_covariance;
   covariance.diagonal().head<3>().array() += addInLine(usual_step, current_.missed_step);
   covariance.diagonal().tail<3>().array() += addInLine(usual_turn, current_.missed_turn);
-  boundCovariance(covariance);
   reference_ = current_;
 }
 
@@ -102,6 +84,15 @@ void MotionIntegrator::add(const PairMotion& motion) {
   if (!motion.reference_held) reference_ = current_;
 }
 
+void MotionIntegrator::set(const Eigen::Isometry3d& pose, const Matrix6d& covariance) {
+  reference_.estimate.pose = pose * current_.estimate.pose.inverse() * reference_.estimate.pose;
+  current_.estimate.pose = pose;
+  for (Place* place : {&reference_, &current_}) {
+    place->estimate.pose_covariance = covariance;
+    place->missed_step = place->missed_turn = 0;
+  }
+}
+
 void MotionIntegrator::chain(const RelativePose& pair) {
   const OdometryEstimate& from = reference_.estimate;
   OdometryEstimate& to = current_.estimate;
@@ -111,7 +102,6 @@ void MotionIntegrator::chain(const RelativePose& pair) {
   const Matrix6d A = leverTransform(Eigen::Matrix3d::Identity(), R * pair.t);
   const Matrix6d B = leverTransform(R, Eigen::Vector3d::Zero());
   to.pose_covariance = A * from.pose_covariance * A.transpose() + B * pair.covariance * B.transpose();
-  boundCovariance(to.pose_covariance);
 }
 
 void MotionIntegrator::setTwist(const PairMotion& motion) {
@@ -129,7 +119,6 @@ void MotionIntegrator::setTwist(const PairMotion& motion) {
   } else if (!motion.translation_known) {
     estimate.twist_covariance.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() * kLargestVariance;
   }
-  boundCovariance(estimate.twist_covariance);
 }
 
 OdometryEstimate MotionIntegrator::base(const Eigen::Isometry3d& camera_in_base) const {
@@ -139,11 +128,10 @@ OdometryEstimate MotionIntegrator::base(const Eigen::Isometry3d& camera_in_base)
   base.pose = camera_in_base * current_.estimate.pose * base_in_camera;
   const Matrix6d P = leverTransform(X, current_.estimate.pose.linear() * base_in_camera.translation());
   base.pose_covariance = P * current_.estimate.pose_covariance * P.transpose();
-  boundCovariance(base.pose_covariance);
   const Matrix6d V = leverTransform(X, base_in_camera.translation());
   base.twist = V * current_.estimate.twist;
   base.twist_covariance = V * current_.estimate.twist_covariance * V.transpose();
-  boundCovariance(base.twist_covariance);
+  for (Matrix6d* covariance : {&base.pose_covariance, &base.twist_covariance}) boundCovariance(*covariance);
   return base;
 }
 

@@ -1,0 +1,149 @@
+// A stream that the test holds in its hand: what one step answers, what it makes of the stream, and what a loss costs.
+#include "stream/step.h"
+
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "datasets/dataset.h"
+#include "processor_stream.h"
+#include "scenes/scene.h"
+#include "stream/odometry.h"
+#include "stream/status_text.h"
+
+namespace gms_ransac {
+namespace {
+
+const Scene& room() {
+  static const Scene scene{SceneOptions()};
+  return scene;
+}
+
+class StepTest : public testing::Test {
+ protected:
+  explicit StepTest(int kept = 0) : pipeline_(calibrated(ScaleMode::kUnit, room().intrinsics()), keeping(kept)) {}
+
+  static ProcessorOptions keeping(int frames) {
+    ProcessorOptions options;
+    options.recovery.frames = frames;
+    return options;
+  }
+  std::shared_ptr<PreparedFrame> prepared(const cv::Mat& grey) {
+    auto frame = std::make_shared<PreparedFrame>();
+    frame->grey = grey;
+    frame->header.stamp = ros::Time(stamp_ += 0.2);
+    frame->stamp_verdict = StampVerdict::kInOrder;
+    auto camera = std::make_shared<CameraModel>();
+    camera->camera = Camera(room().intrinsics(), grey.size());
+    frame->camera = camera;
+    pipeline_.filter.extract(grey, frame->frame, cv::Mat(), stamp_);
+    return frame;
+  }
+  ProcessedFrame ask(const cv::Mat& grey) { return step(pipeline_, stream_, recovery_, work_, prepared(grey)); }
+
+  Pipeline pipeline_;
+  Stream stream_;
+  Recovery recovery_;
+  Workspace work_;
+  double stamp_ = 100;
+};
+
+TEST_F(StepTest, ACopyOfTheStreamAnswersTheSame) {
+  ask(room().render(0).image);
+  ask(room().render(1).image);
+  Stream copy = stream_;
+  const std::shared_ptr<PreparedFrame> next = prepared(room().render(2).image);
+  const ProcessedFrame one = step(pipeline_, stream_, recovery_, work_, next);
+  const RelativePose pose = one.pose;
+  const std::vector<uint32_t> ids = *one.track_ids;
+  const Eigen::Isometry3d place = one.place->camera().pose;
+  ask(room().render(3).image);
+  const ProcessedFrame other = step(pipeline_, copy, recovery_, work_, next);
+  EXPECT_EQ(other.status, MatchStats::OK) << words(other, pipeline_.options);
+  EXPECT_EQ(other.pose.t, pose.t);
+  EXPECT_EQ(*other.track_ids, ids);
+  EXPECT_EQ(other.place->camera().pose.matrix(), place.matrix());
+}
+
+TEST_F(StepTest, TheReferenceShowsItsPixelsWithTheAnswer) {
+  Recovery keeps;
+  Pipeline pipeline(calibrated(ScaleMode::kUnit, room().intrinsics()), keeping(3));
+  for (int i = 0; i < 3; ++i) {
+    const ProcessedFrame answer = step(pipeline, stream_, keeps, work_, prepared(room().render(i).image));
+    if (i > 0) {
+      EXPECT_FALSE(answer.reference->grey.empty());
+    }
+  }
+  EXPECT_EQ(keeps.kept().size(), 2u);
+  EXPECT_TRUE(keeps.kept().back().reference->grey.empty()) << "it is kept without them";
+}
+
+TEST_F(StepTest, ALossCostsFourComparisonsAtMostAndSaysSo) {
+  SceneOptions elsewhere;
+  elsewhere.seed = 7;
+  const Scene other(elsewhere);
+  for (const int kept : {1, 3, 6}) {
+    Pipeline pipeline(calibrated(ScaleMode::kUnit, room().intrinsics()), keeping(kept));
+    Recovery recovery;
+    Stream stream;
+    for (int i = 0; i < 8; ++i) step(pipeline, stream, recovery, work_, prepared(room().render(i).image));
+    EXPECT_EQ(recovery.kept().size(), static_cast<size_t>(kept));
+    step(pipeline, stream, recovery, work_, prepared(cv::Mat::zeros(room().options().size, CV_8UC1)));
+    step(pipeline, stream, recovery, work_, prepared(other.render(0).image));
+    // A clock that counts how often it is read: as often in each comparison that goes to its end.
+    double now = 0;
+    pipeline.filter.setClock([&] { return ++now; });
+    const ProcessedFrame answer = step(pipeline, stream, recovery, work_, prepared(other.render(1).image));
+    EXPECT_FALSE(answer.recovered);
+    EXPECT_EQ(answer.result->times.match, 1 + std::min(kept, 3));
+  }
+}
+
+// ~input: pair.
+
+class PairsTest : public StepTest {
+ protected:
+  PairsTest()
+      : pairs_(
+            [] {
+              Parameters parameters = calibrated(ScaleMode::kUnit, room().intrinsics());
+              parameters.input = InputKind::kPair;
+              return parameters;
+            }(),
+            ProcessorOptions()) {}
+
+  /// The pair of images with these numbers.
+  ProcessedFrame ask(int reference, int current) {
+    const auto image = [&](int i) {
+      stamp_ = 100 + 0.1 * i;
+      return prepared(room().render(i).image);
+    };
+    const std::shared_ptr<PreparedFrame> before = image(reference), frame = image(current);
+    frame->pair_reference = before;
+    return step(pairs_, stream_, recovery_, work_, frame);
+  }
+  double angle() const { return Eigen::AngleAxisd(stream_.place.camera().pose.linear()).angle(); }
+
+  Pipeline pairs_;
+};
+
+TEST_F(PairsTest, CountNoMotionTwice) {
+  constexpr int kApart = 3;
+  double chained = 0;
+  for (int i = 0; i < 2 * kApart + 1; ++i) {
+    const ProcessedFrame answer = ask(i, i + kApart);
+    ASSERT_TRUE(answer.poseValid()) << words(answer, pairs_.options);
+    EXPECT_EQ(answer.place != nullptr, i % kApart == 0) << i << ": overlaps the pair before";
+    if (answer.place != nullptr) chained += Eigen::AngleAxisd(answer.pose.R).angle();
+  }
+  EXPECT_LT(angle(), 1.05 * chained);
+  EXPECT_GT(angle(), 0.5 * chained);
+  const double before = stream_.place.camera().pose_covariance(0, 0);
+  EXPECT_NE(ask(12, 13).place, nullptr);
+  EXPECT_GT(stream_.place.camera().pose_covariance(0, 0), before + 0.5) << "the motion between was missed";
+  const ProcessedFrame back = ask(0, 1);
+  EXPECT_TRUE(back.place_restarted) << "the pairs began anew";
+}
+
+}  // namespace
+}  // namespace gms_ransac
