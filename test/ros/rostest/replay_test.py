@@ -131,7 +131,8 @@ class Replay(unittest.TestCase):
         for launch, arguments, remedy in (
                 ("kitti.launch", ["bag:=drive.bag", "variant:=raw"],
                  "/kitti/camera_gray_left/image_rect (kitti.launch camera:=gray_left variant:=odom)"),
-                ("kitti.launch", ["bag:=drive.bag", "variant:=odometry"], "camera:=gray_left variant:=odom)"),
+                ("kitti.launch", ["bag:=drive.bag", "variant:=odometry"],
+                 "variant is 'odometry'; it must be raw, odom or empty"),
                 ("kitti.launch", ["bag:=desk.bag"], "/camera/rgb/image_color (tum.launch)"),
                 ("tum.launch", ["bag:=nowhere.bag"], "there is no file %s/nowhere.bag" % self.folder)):
             with socket.socket() as free:  # a master each: they run side by side
