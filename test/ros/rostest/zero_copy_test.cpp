@@ -39,8 +39,8 @@ TEST(ZeroCopy, FromThePublishersHandsToTheExtractor) {
 }
 
 TEST(ImageInput, SaysWhatDoesNotArrive) {
-  const std::string start = "start the camera or the bag, or remap ", none = " to its topic: no images are published",
-                    no_length = "; images are answered without a length";
+  const std::string start = "start the camera or the bag, or remap ", to = " to its topic: no other ",
+                    none = to + "images are published", no_length = "; images are answered without a length";
   Parameters exact, depth, pair;
   exact.camera_info_sync = CameraInfoSync::kExact;
   depth.scale = ScaleMode::kDepth;
@@ -58,7 +58,11 @@ TEST(ImageInput, SaysWhatDoesNotArrive) {
        {{"image", 5}},
        "no image of /c/image has a camera_info of the same stamp on /c/camera_info: 1 images (last stamp 5.000000000) "
        "and 0 camera_info (last stamp 0.000000000) came; set ~camera_info_sync to latest if their stamps differ"},
-      {"d", depth, {{"image", 5}}, "nobody publishes /d/depth/image; " + start + "'depth/image'" + none + no_length},
+      {"d",
+       depth,
+       {{"image", 5}},
+       "nobody publishes /d/depth/image; " + start + "'depth/image'" + to + "topic with depth in its name has images" +
+           no_length},
       {"e",
        depth,
        {{"image", 5}, {"depth/image", 6}},
