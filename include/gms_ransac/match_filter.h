@@ -59,8 +59,8 @@ class MatchFilter {
  private:
   struct Stages;
   /// Matching and what follows; ends with the first stage that leaves too few.
-  Status compare(const Frame& reference, const Frame& current, MatchResult& result);
-  Status estimateSurvivors(const Frame& reference, const Frame& current, MatchResult& result);
+  Status compare(const Frame& reference, const Frame& current, MatchResult& result, Past* past);
+  Status estimateSurvivors(const Frame& reference, const Frame& current, MatchResult& result, Past* past);
 
   MatchFilterOptions options_;
   std::unique_ptr<Stages> stages_;

@@ -1,7 +1,11 @@
 // What a comparison knows of the pairs before it: the value that joins the pairs of a stream.
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <vector>
+
+#include <Eigen/Core>
 
 #include "gms_ransac/relative_pose.h"
 
@@ -10,7 +14,14 @@ namespace gms_ransac {
 /// Given to MatchFilter::filter with each pair of a stream, which updates it; a stream starts with an empty one. Copy
 /// it to try a pair that may not become part of the stream.
 struct Past {
-  std::optional<TwoViewPose> motion;  ///< of the last pair, where the next search starts
+  std::optional<TwoViewPose> motion;                    ///< of the last pair, where the next search starts
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< of translation, last known, in the current camera's axes
+  int steady = 0;  ///< pairs in that direction, a few at most; a pair that does not show it takes one away
+  /// Of each keypoint: 1 if the motion explained it. Of the reference of the next pair, and of the last current image.
+  std::vector<uint8_t> reference_static, current_static;
+
+  /// The current image of the last pair becomes the reference of the next; not to be called where a reference is kept.
+  void advance() { reference_static.swap(current_static); }
 };
 
 }  // namespace gms_ransac

@@ -15,14 +15,16 @@ namespace gms_ransac {
 /// Parts of a camera model that may be wrong.
 enum class CameraParameter : uint8_t { kFocalLength, kPrincipalPoint, kRadialDistortion, kRollingShutter };
 
-/// Why the direction of translation is unknown: the first reason that holds (doc/judgement.md).
+/// Why the direction of translation is unknown: the first reason that holds (doc/judgement.md). kDiscontinuity may also
+/// be the reason why there is no model.
 enum class DirectionDoubt : uint8_t {
   kNone,
   kRotationExplains,  ///< a rotation explains the matches as well, alone or with a rolling shutter
   kMostlyStatic,      ///< most matches show no translation, the others may be a moving object
   kRotation,          ///< the rotation is known worse than to a degree
   kDirection,         ///< the direction is known worse than RobustOptions::max_direction_sigma
-  kOtherMotion        ///< another motion explains the matches as well, or a second body nearly as many
+  kOtherMotion,       ///< another motion explains the matches as well, or a second body nearly as many
+  kDiscontinuity      ///< it breaks with the motion before, and the matches that continue static tracks do not show it
 };
 
 /// The rotation by which rolling-shutter points were corrected.
@@ -80,7 +82,7 @@ struct RobustResult : Judgement {
   std::vector<uint8_t> inlier;  ///< N entries; every inlier is within the threshold of `model`
   int inlier_count = 0;
   RowCorrection row_correction = RowCorrection::kNone;  ///< what RobustOptions::rolling_shutter_readout did
-  double rms_error_px = 0;  ///< over inliers, of the model's residual (Sampson; transfer for a homography)
+  double rms_error_px = 0;             ///< over inliers, of the model's residual (Sampson; transfer for a homography)
   std::optional<TwoViewPose> optimum;  ///< of the matches alone, where the next pair's search may start
   Effort effort;
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "continuity.h"
 #include "gms/guided_search.h"
 #include "gms/motion_prediction.h"
 #include "methods/method.h"
@@ -119,6 +120,7 @@ struct MatchFilter::Stages {
   std::optional<GuidedSearch> guided_search;  ///< replaces the matcher
   MotionPrediction rotation_prediction;
   SurvivorSelector selector;
+  Continuity continuity;
   std::unique_ptr<TimeBudget> budget;  ///< null: no limit
 };
 
@@ -146,6 +148,7 @@ const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mas
   extract(image, current_, mask, stamp);
   if (have_reference_) {
     filter(reference_, current_, result_, nullptr, &past_);
+    past_.advance();
   } else {
     result_.clear(Status::kFirstFrame);
     result_.keypoints_current = current_.features.size();
@@ -166,21 +169,23 @@ void MatchFilter::extract(const cv::Mat& image, Frame& frame, const cv::Mat& mas
   frame.stamp = stamp;
 }
 
-void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResult& result,
-                         const RotationPrior* prior, Past* past) {
+void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResult& result, const RotationPrior* prior,
+                         Past* past) {
   result.clear(Status::kOk);
   result.keypoints_reference = reference.features.size();
   result.keypoints_current = current.features.size();
   result.times.detect = current.detect_seconds;
   if (prior != nullptr) result.survivors.pairs.rotation_prior = *prior;
-  if (past != nullptr) result.survivors.pairs.previous_motion = past->motion;
+  if (past != nullptr) {
+    result.survivors.pairs.previous_motion = past->motion;
+    past->current_static.clear();
+  }
   if (reference.stamp && current.stamp) result.survivors.pairs.seconds = *current.stamp - *reference.stamp;
-  result.status = compare(reference, current, result);
-  if (past != nullptr && result.survivors.size() >= kMinimumMatches) past->motion = result.robust.optimum;
+  result.status = compare(reference, current, result, past);
   if (stages_->budget) learn(reference, current, result, *stages_->budget);
 }
 
-Status MatchFilter::compare(const Frame& reference_frame, const Frame& current_frame, MatchResult& result) {
+Status MatchFilter::compare(const Frame& reference_frame, const Frame& current_frame, MatchResult& result, Past* past) {
   Stages& stages = *stages_;
   const Camera& camera = stages.camera;
   const Features &reference = reference_frame.features, &current = current_frame.features;
@@ -205,16 +210,16 @@ Status MatchFilter::compare(const Frame& reference_frame, const Frame& current_f
   result.times.gms = watch.lap();
   if (result.survivors.size() < kMinimumMatches) return Status::kGmsRejected;
 
-  return estimateSurvivors(reference_frame, current_frame, result);
+  return estimateSurvivors(reference_frame, current_frame, result, past);
 }
 
 void MatchFilter::estimate(const Frame& reference, const Frame& current, MatchResult& result) {
   if (result.survivors.size() < kMinimumMatches) return;
   result.times.ransac = 0;
-  result.status = estimateSurvivors(reference, current, result);
+  result.status = estimateSurvivors(reference, current, result, nullptr);
 }
 
-Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& current, MatchResult& result) {
+Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& current, MatchResult& result, Past* past) {
   Stages& stages = *stages_;
   if (stages.budget) {
     stages.budget->limitSearch(current.seconds_before + result.times.total(), current.features.size());
@@ -225,6 +230,7 @@ Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& curre
   stages.method->postFilter(reference.features, current.features, result.matches, survivors.match, result.robust);
   // Fewer inliers are no model.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
+  if (past != nullptr) stages.continuity.follow(*stages.method, stages.camera, options_.robust.judge, result, *past);
   markInliers(stages.method->filterDecides(), result);
   result.times.ransac = watch.lap();
   return statusOf(result.robust, stages.camera);

@@ -205,6 +205,7 @@ class Filter {
     auto pair = std::make_unique<Pair>();
     if (have_reference_) {
       filter_.filter(reference_, current_, *pair, nullptr, &past_);
+      past_.advance();
     } else {
       pair->keypoints_current = current_.features.size();
       pair->times.detect = current_.detect_seconds;

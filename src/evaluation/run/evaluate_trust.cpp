@@ -27,7 +27,8 @@ using nlohmann::json;
 
 /// Neighbouring pairs share images: enough of them to extract few images twice, few enough to spread over cores.
 constexpr size_t kPairsOfUnit = 24;
-constexpr size_t kBins = 10;  ///< of the probability of a match, of equal width
+constexpr size_t kPairsBefore = 4;  ///< that give a unit its past, times the gap
+constexpr size_t kBins = 10;        ///< of the probability of a match, of equal width
 
 struct TrustSet {
   std::string path;
@@ -228,10 +229,12 @@ json measureSet(const TrustPlan& plan, const TrustSet& set, int gap, size_t firs
   const std::vector<DatasetPair> pairs = dataset.pairs(std::max(1, gap), plan.stride);
   Experiment experiment(dataset, plan.pipelines);
   json records = json::array();
-  for (size_t i = first; i < std::min(pairs.size(), first + kPairsOfUnit); ++i) {
+  const size_t before = std::min(first, kPairsBefore * static_cast<size_t>(gap));
+  for (size_t i = first - before; i < std::min(pairs.size(), first + kPairsOfUnit); ++i) {
     const DatasetPair& pair = pairs[i];
     const ClockStep step = clockStep(dataset, pair, noise.clock);
     experiment.run(pair, [&](const Answer& answer) {
+      if (i < first) return;
       json record = answerRecord(answer.options, answer.result);
       record.update(pairRecord(dataset, pair, gap));
       record["kind"] = noise.exact() ? "rendered" : "real";

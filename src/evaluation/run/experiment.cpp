@@ -53,6 +53,7 @@ void Experiment::run(const DatasetPair& pair, const std::function<void(const Ans
   std::vector<Past> pasts = before == pasts_.end() ? std::vector<Past>(filters_.size()) : before->second;
   for (size_t i = 0; i < filters_.size(); ++i) {
     filters_[i].filter(reference, current, result_, nullptr, &pasts[i]);
+    pasts[i].advance();
     receive({i, filters_[i].options(), reference.features, current.features, camera_, result_, truth});
   }
   pasts_.erase(pasts_.begin(), pasts_.lower_bound(std::min(pair.reference, pair.current)));

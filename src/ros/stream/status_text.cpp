@@ -51,6 +51,9 @@ std::string explainLowParallax(const MatchResult& result, const RobustOptions& o
           "a second motion explains the %d filtered matches as well, or part of them; a scene with more "
           "depth, a larger motion or a ~mask over moving objects decides",
           result.matches_gms);
+    case DirectionDoubt::kDiscontinuity:
+      return "the direction of translation breaks with the motion before, and what was static until now does not show "
+             "it; something that moves by itself may fill the view";
     default:
       if (camera.meanFocalLength() * Eigen::AngleAxisd(result.robust.pose.R).angle() <= result.robust.sigma_px) {
         return cv::format("the camera is at rest (%.3f px of parallax, %.3f px of keypoint noise)",
@@ -91,6 +94,10 @@ std::string explain(Status status, const MatchResult& result, const PreparedFram
             "too small for the grid",
             result.matches_gms, matches);
       case Status::kRansacFailed:
+        if (result.robust.doubt == DirectionDoubt::kDiscontinuity) {
+          return "the direction of translation breaks with the motion before, and too little of what was static until "
+                 "now is seen to confirm it; something that moves by itself may fill the view";
+        }
         return cv::format(
             "no model explains enough of the %d filtered matches: the views differ too much, or little "
             "of what is seen is rigid",

@@ -1,0 +1,143 @@
+#include "continuity.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/LU>
+
+#include "two_view/translation_variance.h"
+#include "two_view/two_view_points.h"
+
+namespace gms_ransac {
+
+namespace {
+
+/// Directions that differ by more are two motions, as in the judgement.
+constexpr double kSameDirection = 20 * M_PI / 180;
+/// Fewer tracks seldom show a motion.
+constexpr size_t kEnoughTracks = 30;
+/// So many pairs in one direction let the next one be expected; it is waited for over as many pairs as were steady.
+constexpr int kSteady = 2, kMostSteady = 4;
+/// Variance of each coordinate of a unit vector of any direction.
+constexpr double kAnyDirection = 1. / 3;
+constexpr float kMostDeviations = 3;  ///< of a static point
+constexpr float kNotJudged = 0.5f;    ///< probability of a match that the motion explains and that no track vouches for
+
+bool isSame(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.dot(b) > std::cos(kSameDirection); }
+
+void refuse(RobustResult& robust) {
+  robust.translation_observable = false;
+  robust.doubt = DirectionDoubt::kDiscontinuity;
+  setTranslationVariance(kAnyDirection, robust.pose.covariance);
+}
+
+/// Notes which keypoints of the current image are static: those that the motion explains; without one, those that were.
+void label(const MatchResult& result, Past& past) {
+  const RobustResult& robust = result.robust;
+  past.reference_static.resize(static_cast<size_t>(result.keypoints_reference), 0);
+  past.current_static.assign(static_cast<size_t>(result.keypoints_current), 0);
+  for (size_t k = 0; k < result.survivors.match.size(); ++k) {
+    const Match& match = result.matches[static_cast<size_t>(result.survivors.match[k])];
+    past.current_static[static_cast<size_t>(match.current)] =
+        robust.probability.empty() ? past.reference_static[static_cast<size_t>(match.reference)]
+                                   : robust.probability[k] >= kNotJudged;
+  }
+}
+
+}  // namespace
+
+void Continuity::follow(Method& method, const Camera& camera, bool judge, MatchResult& result, Past& past) {
+  RobustResult& robust = result.robust;
+  const auto continues = [&past](const RobustResult& answer) {
+    return past.steady > 0 && isSame(answer.pose.t, past.direction);
+  };
+  if (judge && robust.translation_observable && !continues(robust)) {
+    select(past, result);
+    alone_.clear();
+    if (tracks_.size() >= kEnoughTracks) method.estimate(pairs_, camera, alone_);
+    robust.effort += alone_.effort;
+    if (!alone_.pose_found) {
+      if (past.steady >= kSteady) robust.reject();
+      if (!robust.pose_found) robust.doubt = DirectionDoubt::kDiscontinuity;
+    } else if (!isSame(alone_.pose.t, robust.pose.t)) {
+      if (!alone_.translation_observable || !continues(alone_)) refuse(alone_);
+      take(camera, result);
+    }
+  }
+  label(result, past);
+  past.motion = robust.optimum;
+  if (!robust.translation_observable) {
+    past.steady = std::max(0, past.steady - 1);
+    return;
+  }
+  past.steady = continues(robust) ? std::min(past.steady + 1, kMostSteady) : 1;
+  past.direction = robust.pose.R.transpose() * robust.pose.t;
+}
+
+void Continuity::select(const Past& past, const MatchResult& result) {
+  const PointPairs& all = result.survivors.pairs;
+  tracks_.clear();
+  for (int k = 0; k < all.size(); ++k) {
+    const Match& match = result.matches[static_cast<size_t>(result.survivors.match[static_cast<size_t>(k)])];
+    const auto reference = static_cast<size_t>(match.reference);
+    if (reference < past.reference_static.size() && past.reference_static[reference]) tracks_.push_back(k);
+  }
+  const auto copy = [this](const auto& from, auto& to) {
+    to.clear();
+    if (from.empty()) return;
+    for (const int k : tracks_) to.push_back(from[static_cast<size_t>(k)]);
+  };
+  copy(all.x_reference, pairs_.x_reference);
+  copy(all.y_reference, pairs_.y_reference);
+  copy(all.x_current, pairs_.x_current);
+  copy(all.y_current, pairs_.y_current);
+  copy(all.octave_reference, pairs_.octave_reference);
+  copy(all.octave_current, pairs_.octave_current);
+  copy(all.score, pairs_.score);
+  copy(all.relative_score, pairs_.relative_score);
+  copy(all.distance, pairs_.distance);
+  copy(all.second_distance, pairs_.second_distance);
+  copy(all.row_reference, pairs_.row_reference);
+  copy(all.row_current, pairs_.row_current);
+  pairs_.image_reference = all.image_reference;
+  pairs_.image_current = all.image_current;
+  pairs_.scale_factor = all.scale_factor;
+  pairs_.rotation_prior = all.rotation_prior;
+  pairs_.previous_motion = all.previous_motion;
+  pairs_.seconds = all.seconds;
+}
+
+void Continuity::take(const Camera& camera, MatchResult& result) {
+  RobustResult& robust = result.robust;
+  const PointPairs& all = result.survivors.pairs;
+  const auto count = static_cast<size_t>(all.size());
+  // A match that continues no static track is no inlier. One that the motion explains may be static, to the next pair.
+  inlier_.assign(count, 0);
+  probability_.assign(count, 0);
+  residual_.resize(count);
+  const bool moves = alone_.translation_observable;
+  const Eigen::Matrix3d K = camera.K();
+  const Eigen::Matrix3d rotation = K * alone_.pose.R.transpose() * K.inverse();
+  const FinalResidual residuals(camera, moves ? alone_.model_type : ModelType::kHomography,
+                                moves ? alone_.model : rotation);
+  residuals.forEach(all, [&](size_t i, double squared) {
+    // A transfer distance has the noise of both images.
+    const double sigma = alone_.sigma(all.octave_current[i], all.scale_factor) * (moves ? 1 : M_SQRT2);
+    residual_[i] = static_cast<float>(std::sqrt(squared) / sigma);
+    if (residual_[i] < kMostDeviations) probability_[i] = kNotJudged;
+  });
+  for (size_t n = 0; n < tracks_.size(); ++n) {
+    const auto k = static_cast<size_t>(tracks_[n]);
+    inlier_[k] = alone_.inlier[n];
+    probability_[k] = alone_.probability[n];
+    residual_[k] = alone_.residual[n];
+  }
+  alone_.effort = robust.effort;
+  alone_.inlier.swap(inlier_);
+  alone_.probability.swap(probability_);
+  alone_.residual.swap(residual_);
+  std::swap(robust, alone_);
+}
+
+}  // namespace gms_ransac

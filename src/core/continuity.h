@@ -1,0 +1,36 @@
+// Holds an answer against the past of its stream: a direction that breaks with the motion so far must be shown by the
+// matches that continue static tracks. doc/judgement.md says why.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "gms_ransac/camera.h"
+#include "gms_ransac/match_result.h"
+#include "gms_ransac/past.h"
+#include "methods/method.h"
+
+namespace gms_ransac {
+
+class Continuity {
+ public:
+  /// `method` has just estimated `result`. If the direction is new and the static tracks alone show another motion,
+  /// that motion becomes the result; where they are too few to show any, a steady stream refuses the pair. Then updates
+  /// `past`.
+  /// Without `judge` (RobustOptions) the answer stands.
+  void follow(Method& method, const Camera& camera, bool judge, MatchResult& result, Past& past);
+
+ private:
+  /// Selects the survivors that continue static tracks.
+  void select(const Past& past, const MatchResult& result);
+  /// Makes the estimate from the static tracks that of all survivors.
+  void take(const Camera& camera, MatchResult& result);
+
+  std::vector<int> tracks_;  ///< survivors that continue static tracks
+  PointPairs pairs_;         ///< and their columns
+  RobustResult alone_;       ///< what they show
+  std::vector<uint8_t> inlier_;
+  std::vector<float> probability_, residual_;
+};
+
+}  // namespace gms_ransac

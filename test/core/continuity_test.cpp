@@ -1,0 +1,113 @@
+// Answers held against the past of their stream, on drawn scenes with a body that moves by itself.
+#include "continuity.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "two_view_scene.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr int kScenes = 40;
+
+/// A slow camera before which a body takes over more than half of the view; or, without one, a camera that turns away.
+TwoViewScene makeView(uint64_t seed, double body_share) {
+  TwoViewSceneOptions options;
+  options.seed = seed;
+  options.outlier_ratio = 0.1;
+  options.rotation = {0, 0, 0};
+  options.nearest = 20;
+  options.farthest = 60;
+  options.translation = {0, 0, body_share > 0 ? -0.15 : 0};
+  if (body_share > 0) {
+    options.bodies = {{body_share, {0.6, 0, 0}}};
+  } else {
+    options.translation = {-1, 0, 0};
+  }
+  return makeTwoViewScene(options);
+}
+
+struct Answer {
+  RobustResult robust;
+  Past past;
+  bool ok() const { return robust.translation_observable; }
+};
+
+/// `tracks`: share of the static matches that continue static tracks; the stream went forwards for `steady` pairs.
+Answer answer(const TwoViewScene& scene, double tracks, int steady) {
+  MatchResult result;
+  result.survivors.pairs = scene.pairs;
+  const int count = result.keypoints_reference = result.keypoints_current = scene.pairs.size();
+  Answer answer;
+  answer.past.steady = steady;
+  answer.past.direction = {0, 0, 1};
+  answer.past.reference_static.resize(static_cast<size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    result.matches.push_back({i, i, 0, 0});
+    result.survivors.match.push_back(i);
+    const bool first = i < tracks * count;
+    answer.past.reference_static[static_cast<size_t>(i)] = first && scene.body[static_cast<size_t>(i)] == 0;
+  }
+  const auto method = makeEstimator("lo_prosac", RobustOptions());
+  method->estimate(scene.pairs, scene.camera, result.robust);
+  if (tracks >= 0) Continuity().follow(*method, scene.camera, true, result, answer.past);
+  answer.robust = result.robust;
+  return answer;
+}
+
+constexpr double kWithoutPast = -1;
+
+TEST(Continuity, ABodyThatTakesOverTheViewIsNotFollowed) {
+  int alone = 0, followed = 0, published = 0;
+  for (uint64_t seed = 1; seed <= kScenes; ++seed) {
+    const TwoViewScene scene = makeView(seed, 0.6);
+    const Eigen::Vector3d forwards(0, 0, 1);
+    const auto follows = [&](const Answer& a) { return a.ok() && directionError(a.robust.pose.t, forwards) > 30; };
+    alone += follows(answer(scene, kWithoutPast, 0));
+    const Answer held = answer(scene, 1, 4);
+    followed += follows(held);
+    published += held.ok();
+    EXPECT_TRUE(held.ok() || held.past.steady == 3);
+  }
+  EXPECT_GE(alone, kScenes / 2) << "two views take the body for the world";
+  EXPECT_EQ(followed, 0);
+  EXPECT_GT(published, 0) << "the static motion where it is determined";
+}
+
+TEST(Continuity, ACameraMayTurnAwayAtOnce) {
+  int ok = 0, held_ok = 0;
+  for (uint64_t seed = 1; seed <= kScenes; ++seed) {
+    const TwoViewScene scene = makeView(seed, 0);
+    ok += answer(scene, kWithoutPast, 0).ok();
+    const Answer held = answer(scene, 1, 4);
+    held_ok += held.ok();
+    EXPECT_EQ(held.past.steady, held.ok() ? 1 : 3);
+  }
+  EXPECT_GE(ok, kScenes - 2);
+  EXPECT_GE(held_ok, ok - 1);
+}
+
+TEST(Continuity, WithoutTracksASteadyStreamWaitsAndThenGoesOn) {
+  const TwoViewScene scene = makeView(1, 0);
+  for (const int steady : {2, 4}) {
+    const Answer held = answer(scene, 0, steady);
+    EXPECT_FALSE(held.robust.pose_found);
+    EXPECT_EQ(held.robust.doubt, DirectionDoubt::kDiscontinuity);
+    EXPECT_EQ(held.past.steady, steady - 1);
+  }
+  for (const int steady : {0, 1}) EXPECT_TRUE(answer(scene, 0, steady).ok());
+}
+
+TEST(Continuity, OnlyWhatTheMotionExplainsIsStaticForTheNextPair) {
+  const TwoViewScene scene = makeView(1, 0.3);
+  const Answer held = answer(scene, 1, 4);
+  ASSERT_TRUE(held.ok());
+  int wrong = 0;
+  for (size_t i = 0; i < scene.body.size(); ++i) wrong += held.past.current_static[i] != (scene.body[i] == 0);
+  EXPECT_LT(wrong, 0.1 * static_cast<double>(scene.body.size()));
+}
+
+}  // namespace
+}  // namespace gms_ransac
