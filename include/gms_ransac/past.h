@@ -1,4 +1,4 @@
-// What a comparison knows of the pairs before it: the value that joins the pairs of a stream.
+// The value that joins the pairs of a stream: it holds what a comparison uses of the pairs before it.
 #pragma once
 
 #include <cstdint>

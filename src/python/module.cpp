@@ -82,6 +82,11 @@ std::string statusText(const Pair& pair) {
           "small",
           pair.matches_gms, raw);
     case Status::kRansacFailed:
+      if (pair.robust.doubt == DirectionDoubt::kDiscontinuity) {
+        return "the direction of translation breaks with the motion before, and too little of what was static until "
+               "now "
+               "is seen to confirm it";
+      }
       return cv::format(
           "no model explains enough of the %d filtered matches: the views differ too much, or little of "
           "what is seen is rigid",
@@ -98,6 +103,9 @@ std::string statusText(const Pair& pair) {
       return "rotation only: its standard deviation is above one degree, too much for a translation";
     case DirectionDoubt::kDirection:
       return "rotation only: the direction of translation is less certain than max_direction_sigma";
+    case DirectionDoubt::kDiscontinuity:
+      return "rotation only: the direction of translation breaks with the motion before, and what was static until now "
+             "does not show it";
     case DirectionDoubt::kOtherMotion:
       return "rotation only: a second motion explains the matches as well, or part of them";
     default:

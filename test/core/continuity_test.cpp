@@ -12,7 +12,8 @@ namespace {
 
 constexpr int kScenes = 40;
 
-/// A slow camera before which a body takes over more than half of the view; or, without one, a camera that turns away.
+/// A slow camera before which a body takes over more than half of the view; or, without one, a camera that rotates
+/// away.
 TwoViewScene makeView(uint64_t seed, double body_share) {
   TwoViewSceneOptions options;
   options.seed = seed;

@@ -18,8 +18,8 @@ namespace {
 constexpr double kOtherCamera = 0.1;
 // Pixels are square to a few percent, those of interlaced video to a tenth.
 constexpr double kOblongPixels = 0.1;
-// Share of the image. The principal points of TUM's, EuRoC's and KITTI's cameras lie within 4 % of the centre; K of a
-// raw KITTI image is 12 % from the centre of the rectified one, which is cropped, and P 4 %.
+// Share of the image. The principal points of TUM's, EuRoC's and KITTI's cameras lie within 4 % of the centre. A raw
+// KITTI image is cropped when it is rectified: there K is 12 % from the centre and P 4 %.
 constexpr double kOffCentre = 0.08;
 
 bool sameCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo& b) {

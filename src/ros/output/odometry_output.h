@@ -34,7 +34,7 @@ class OdometryOutput {
   /// What ~set_pose asked for since the last call, as the pose of the camera of this image; none: nothing, or tf does
   /// not know the camera in ~base_frame yet.
   std::optional<OdometryEstimate> takeSetPose(const std_msgs::Header& camera);
-  /// Publishes the place of the camera at an image, where it is known.
+  /// Publishes the place of the camera at an image, if it is known.
   void publish(const ProcessedFrame& processed, bool broadcast);
 
  private:

@@ -160,7 +160,7 @@ std::string MotionPriors::gyroBetween(const std::string& camera_frame, double fr
       camera_in_imu.linear().transpose() * less_bias * rotation.motion.linear() * less_bias * camera_in_imu.linear();
   const double mount = kMountSigma * vectorOf(prior.R).norm();
   double variance = rotation.variance + seconds * seconds * bias_.variance() + mount * mount;
-  // What stamps that are late by their standard deviation would change.
+  // The change if the stamps were late by their standard deviation.
   if (gyro_.track.between(from - kStampSigma, to - kStampSigma, earlier).empty()) {
     variance += vectorOf(rotation.motion.linear().transpose() * earlier.motion.linear()).squaredNorm();
   }

@@ -92,13 +92,13 @@ class MotionPriors {
   }
   double timeOf(const std_msgs::Header& image) const { return image.stamp.toSec() + parameters_.image_time_offset; }
 
-  // What was measured between two times, in seconds of the sensor's clock. Each returns an empty string, or the end of
+  // Measurements between two times, in seconds of the sensor's clock. Each returns an empty string, or the end of
   // a sentence that says why it is unknown. May be called from any thread.
   /// Rotation of the camera by ~rotation_prior.
   std::string rotationBetween(const std::string& camera_frame, double from, double to, RotationPrior& prior);
   std::string gyroBetween(const std::string& camera_frame, double from, double to, RotationPrior& prior);
   std::string odometryBetween(const std::string& camera_frame, double from, double to, TrackMotion& motion);
-  /// Of the sensor in its own axes, and the camera in these; with sensors_mutex_ held.
+  /// Motion of the sensor in its own axes, and the camera in these; with sensors_mutex_ held.
   template <typename Track>
   std::string sensorBetween(const Sensor<Track>& sensor, const std::string& camera_frame, double from, double to,
                             TrackMotion& motion, Eigen::Isometry3d& camera_in_sensor);

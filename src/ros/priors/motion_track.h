@@ -70,8 +70,8 @@ struct OdometrySample {
   double velocity_variance = 0;                            ///< (m/s)^2; 0: unknown
 };
 
-/// Of wheels: variance is the integral of that of the velocity, m^2/s. Until a pose changes, as in an odometry that
-/// fills only its twist, the twist is integrated.
+/// The motion by wheels. Its variance is the integral of that of the velocity, m^2/s. Until a pose changes, as in an
+/// odometry that fills only its twist, the twist is integrated.
 class OdometryTrack : public MotionTrack {
  public:
   OdometryTrack() : MotionTrack(kLongestStep) {}

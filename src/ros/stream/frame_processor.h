@@ -32,7 +32,7 @@ class FrameProcessor {
   std::shared_ptr<PreparedFrame> prepare(const ImageWithInfo& input, const Wanted& wanted = {});
   /// Comparison with the reference. Never throws.
   ProcessedFrame process(const std::shared_ptr<PreparedFrame>& frame);
-  /// The camera is there in the odometry frame at the last image, whatever was known before.
+  /// Sets the pose of the camera in the odometry frame at the last image. The pose before is forgotten.
   void setPlace(const Eigen::Isometry3d& pose, const Matrix6d& covariance);
 
  private:

@@ -65,7 +65,7 @@ struct ProcessedFrame {
   const PreparedFrame* current = nullptr;
   const PreparedFrame* reference = nullptr;  ///< null: not compared
   const MatchResult* result = nullptr;       ///< null: not compared
-  const Triangulation* points = nullptr;     ///< the inliers; null: no pose, or nobody wants them
+  const Triangulation* points = nullptr;     ///< the inliers; null: no pose, or not needed
   Continuity continuity = Continuity::kContinuous;
   RelativePose pose;          ///< as it is published; if poseValid()
   bool metric_scale = false;  ///< pose.t is in metres

@@ -54,7 +54,7 @@ sensor_msgs::CameraInfo cropped() {
   return info;
 }
 
-/// Of a raw bag by kitti2bag: the images are rectified, K and D are those of the raw ones.
+/// In a raw bag by kitti2bag the images are rectified, but K and D are those of the raw ones.
 TEST(CameraModel, DoubtsThatKDescribesACroppedImage) {
   sensor_msgs::CameraInfo info = calibrated(1242, 375);
   info.D = {-0.37, 0.2, 0.001, 0.002, -0.07};

@@ -18,7 +18,7 @@ class Parameters(unittest.TestCase):
         """Each by a node of its own, all at the same time."""
         node = roslib.packages.find_node("gms_ransac", "match_filter_node")[0]
         pinhole = {"fx": 500.0, "fy": 500.0, "cx": 320.0, "cy": 240.0}
-        refused = [  # all that is set, the parameter that is named, what is said of it
+        refused = [  # all that is set, the parameter that is named, the words of the refusal
             ({"features": 1000.5}, "features", "whole number"),
             ({"success_probability": float("nan")}, "success_probability", "a number between"),
             ({"inlier_threshold_px": [1.0]}, "inlier_threshold_px", "between 0.001 and 100 pixels, or 0"),
