@@ -17,7 +17,7 @@ struct Past {
   std::optional<TwoViewPose> motion;                    ///< of the last pair, where the next search starts
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< of translation, last known, in the current camera's axes
   int steady = 0;  ///< pairs in that direction, a few at most; a pair that does not show it takes one away
-  /// Of each keypoint: 1 if the motion explained it. Of the reference of the next pair, and of the last current image.
+  /// 1 for each keypoint that the motion explained, in the reference of the next pair and in the last current image.
   std::vector<uint8_t> reference_static, current_static;
 
   /// The current image of the last pair becomes the reference of the next; not to be called where a reference is kept.

@@ -36,6 +36,8 @@ struct PointPairs {
 
   int size() const { return static_cast<int>(x_reference.size()); }
   void resize(int n);
+  /// Becomes the matches at `rows` of another object, in this order, with all else that is known of the pair.
+  void gather(const PointPairs& all, const std::vector<int>& rows);
   /// False if a coordinate is not finite or a million pixels and more from the origin; such a match is an outlier.
   bool hasCoordinates(size_t i) const;
 };

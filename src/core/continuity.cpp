@@ -6,6 +6,7 @@
 
 #include <Eigen/LU>
 
+#include "judgement/other_motions.h"
 #include "two_view/translation_variance.h"
 #include "two_view/two_view_points.h"
 
@@ -13,18 +14,14 @@ namespace gms_ransac {
 
 namespace {
 
-/// Directions that differ by more are two motions, as in the judgement.
-constexpr double kSameDirection = 20 * M_PI / 180;
 /// Fewer tracks seldom show a motion.
 constexpr size_t kEnoughTracks = 30;
 /// So many pairs in one direction let the next one be expected; it is waited for over as many pairs as were steady.
 constexpr int kSteady = 2, kMostSteady = 4;
-/// Variance of each coordinate of a unit vector of any direction.
-constexpr double kAnyDirection = 1. / 3;
 constexpr float kMostDeviations = 3;  ///< of a static point
 constexpr float kNotJudged = 0.5f;    ///< probability of a match that the motion explains and that no track vouches for
 
-bool isSame(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.dot(b) > std::cos(kSameDirection); }
+bool isSame(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.dot(b) > std::cos(kOtherDirection); }
 
 void refuse(RobustResult& robust) {
   robust.translation_observable = false;
@@ -83,29 +80,7 @@ void Continuity::select(const Past& past, const MatchResult& result) {
     const auto reference = static_cast<size_t>(match.reference);
     if (reference < past.reference_static.size() && past.reference_static[reference]) tracks_.push_back(k);
   }
-  const auto copy = [this](const auto& from, auto& to) {
-    to.clear();
-    if (from.empty()) return;
-    for (const int k : tracks_) to.push_back(from[static_cast<size_t>(k)]);
-  };
-  copy(all.x_reference, pairs_.x_reference);
-  copy(all.y_reference, pairs_.y_reference);
-  copy(all.x_current, pairs_.x_current);
-  copy(all.y_current, pairs_.y_current);
-  copy(all.octave_reference, pairs_.octave_reference);
-  copy(all.octave_current, pairs_.octave_current);
-  copy(all.score, pairs_.score);
-  copy(all.relative_score, pairs_.relative_score);
-  copy(all.distance, pairs_.distance);
-  copy(all.second_distance, pairs_.second_distance);
-  copy(all.row_reference, pairs_.row_reference);
-  copy(all.row_current, pairs_.row_current);
-  pairs_.image_reference = all.image_reference;
-  pairs_.image_current = all.image_current;
-  pairs_.scale_factor = all.scale_factor;
-  pairs_.rotation_prior = all.rotation_prior;
-  pairs_.previous_motion = all.previous_motion;
-  pairs_.seconds = all.seconds;
+  pairs_.gather(all, tracks_);
 }
 
 void Continuity::take(const Camera& camera, MatchResult& result) {

@@ -18,7 +18,6 @@ constexpr double kLeastVuong = 0.75;
 constexpr int kFirstIterations = 2;
 /// Motions whose directions are closer, in standard deviations, are one that has not converged.
 constexpr double kSameSigmas = 5;
-constexpr double kOtherDirection = 20 * M_PI / 180;
 
 /// The opposite direction is another motion: with a rotation that compensates for it, near and far change places.
 double angleBetween(const TwoViewPose& a, const TwoViewPose& b) {

@@ -1,6 +1,7 @@
 // Tests if an alternative motion explains the matches as well as the pose.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "judgement/match_noise.h"
@@ -9,6 +10,9 @@
 #include "two_view/two_view_points.h"
 
 namespace gms_ransac {
+
+/// Directions of translation that differ by more, radians, are two motions.
+constexpr double kOtherDirection = 20 * M_PI / 180;
 
 /// A motion that came into question besides the best one.
 struct AlternativeMotion {

@@ -21,8 +21,6 @@ constexpr double kBeyondCameras = 10;
 constexpr double kMostOfSecond = 0.8, kMostOfSecondJoined = 0.6;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
-/// Variance of each coordinate of a unit vector of any direction.
-constexpr double kAnyDirection = 1. / 3;
 
 }  // namespace
 

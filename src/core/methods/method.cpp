@@ -14,6 +14,14 @@ const std::vector<MethodEntry>& methods() {
   return table;
 }
 
+std::string methodsText() {
+  std::string text;
+  for (const MethodEntry& method : methods()) {
+    text += std::string(method.name) + "\n    " + method.source + ": " + method.summary + "\n";
+  }
+  return text;
+}
+
 const MethodEntry& findMethod(const std::string& name) {
   std::string known;
   for (const MethodEntry& method : methods()) {

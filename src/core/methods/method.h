@@ -54,6 +54,9 @@ struct MethodEntry {
 /// In the order in which they are listed to users.
 const std::vector<MethodEntry>& methods();
 
+/// The same as text: name, source and summary of each.
+std::string methodsText();
+
 /// Throws std::invalid_argument listing the known names.
 const MethodEntry& findMethod(const std::string& name);
 

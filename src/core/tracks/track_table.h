@@ -19,8 +19,8 @@ class TrackTable {
   void advance();
   void reset();
 
-  /// Of an earlier copy that the stream goes back to: ids and links are counted on from those of `last`. Tracks go on
-  /// that no image with inliers missed since.
+  /// Called on an earlier copy that the stream goes back to: continues the ids and links of `last`. Tracks go on that
+  /// no image with inliers missed since.
   void numberFrom(const TrackTable& last);
 
   /// One id per match of the last `link`; 0 for those that are no inliers.

@@ -26,6 +26,30 @@ void PointPairs::resize(int n) {
   for (auto* column : {&distance, &second_distance}) column->resize(size);
 }
 
+void PointPairs::gather(const PointPairs& all, const std::vector<int>& rows) {
+  const auto copy = [&](auto column) {
+    const auto& from = all.*column;
+    auto& to = this->*column;
+    to.clear();
+    if (from.empty()) return;
+    for (const int row : rows) to.push_back(from[static_cast<size_t>(row)]);
+  };
+  for (const auto column :
+       {&PointPairs::x_reference, &PointPairs::y_reference, &PointPairs::x_current, &PointPairs::y_current,
+        &PointPairs::relative_score, &PointPairs::row_reference, &PointPairs::row_current}) {
+    copy(column);
+  }
+  for (const auto column : {&PointPairs::octave_reference, &PointPairs::octave_current}) copy(column);
+  copy(&PointPairs::score);
+  for (const auto column : {&PointPairs::distance, &PointPairs::second_distance}) copy(column);
+  image_reference = all.image_reference;
+  image_current = all.image_current;
+  scale_factor = all.scale_factor;
+  rotation_prior = all.rotation_prior;
+  previous_motion = all.previous_motion;
+  seconds = all.seconds;
+}
+
 bool PointPairs::hasCoordinates(size_t i) const {
   constexpr float kFarthest = 1e6f;  // a fisheye lens of 10000 px reaches as far, 0.6 degrees short of a right angle
   const auto isCoordinate = [](float value) { return std::abs(value) < kFarthest; };  // nor NaN

@@ -7,6 +7,8 @@ namespace gms_ransac {
 
 /// Published for an unknown translation (Correspondences.msg).
 constexpr double kUnknownTranslationVariance = 1e3;
+/// Variance of each coordinate of a unit vector of any direction.
+constexpr double kAnyDirection = 1. / 3;
 
 /// The translation, which comes first, gets this variance in each axis and no correlation; the rotation keeps its own.
 inline void setTranslationVariance(double variance, Eigen::Matrix<double, 6, 6>& covariance) {

@@ -35,9 +35,7 @@ constexpr Command kCommands[] = {
 int evaluate(const Arguments& arguments) {
   const std::string first = arguments.empty() ? "" : arguments.front();
   if (first == "--list") {
-    for (const MethodEntry& method : methods()) {
-      std::cout << method.name << "\n    " << method.source << ": " << method.summary << "\n";
-    }
+    std::cout << methodsText();
     return 0;
   }
   if (first == "--help" || first == "-h") {

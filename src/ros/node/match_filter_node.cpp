@@ -24,9 +24,7 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     if (argument == "--methods") {
-      for (const gms_ransac::MethodEntry& method : gms_ransac::methods()) {
-        std::printf("%s\n    %s: %s\n", method.name, method.source, method.summary);
-      }
+      std::fputs(gms_ransac::methodsText().c_str(), stdout);
       return 0;
     }
     if (argument != "--help" && argument != "-h") continue;
