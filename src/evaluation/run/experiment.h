@@ -44,7 +44,7 @@ class Experiment {
 
   const Dataset& dataset_;
   std::vector<MatchFilter> filters_;
-  std::map<int, Frame> frames_;  ///< extracted and still needed
+  std::map<int, Frame> frames_;             ///< extracted and still needed
   std::map<int, std::vector<Past>> pasts_;  ///< of each filter, by the current image of a pair
   Camera camera_;
   MatchResult result_;
