@@ -16,6 +16,7 @@ namespace gms_ransac {
 struct Past {
   std::optional<TwoViewPose> motion;                    ///< of the last pair, where the next search starts
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< of translation, last known, in the current camera's axes
+  Eigen::Vector3d guess = Eigen::Vector3d::Zero();      ///< the same of the last pair, known or not; zero: no pose
   int steady = 0;  ///< pairs in that direction, a few at most; a pair that does not show it takes one away
   /// 1 for each keypoint that the motion explained, in the reference of the next pair and in the last current image.
   std::vector<uint8_t> reference_static, current_static;

@@ -24,7 +24,8 @@ enum class DirectionDoubt : uint8_t {
   kRotation,          ///< the rotation is known worse than to a degree
   kDirection,         ///< the direction is known worse than RobustOptions::max_direction_sigma
   kOtherMotion,       ///< another motion explains the matches as well, or a second body nearly as many
-  kDiscontinuity      ///< it breaks with the motion before, and the matches that continue static tracks do not show it
+  kDiscontinuity,     ///< it breaks with the motion before, and the matches that continue static tracks do not show it
+  kUnconfirmed        ///< the pair before does not show it, and it is known worse than to half of max_direction_sigma
 };
 
 /// The rotation by which rolling-shutter points were corrected.

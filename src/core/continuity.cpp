@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
 #include "judgement/other_motions.h"
@@ -18,14 +19,24 @@ namespace {
 constexpr size_t kEnoughTracks = 30;
 /// So many pairs in one direction let the next one be expected; it is waited for over as many pairs as were steady.
 constexpr int kSteady = 2, kMostSteady = 4;
+/// Of pairs in a hand whose direction nothing before shows one in ten is wrong, most with near and far exchanged; of
+/// those that the pair before shows, be it but as a guess, one in sixty. Certain to half the limit, they are as good.
+constexpr double kShown = 30 * M_PI / 180, kShareOfLimit = 0.5;
 constexpr float kMostDeviations = 3;  ///< of a static point
 constexpr float kNotJudged = 0.5f;    ///< probability of a match that the motion explains and that no track vouches for
 
 bool isSame(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.dot(b) > std::cos(kOtherDirection); }
 
-void refuse(RobustResult& robust) {
+/// Standard deviation along the widest axis, radians.
+double directionSigma(const RelativePose& pose) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(Eigen::Matrix3d(pose.covariance.topLeftCorner<3, 3>()),
+                                                            Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, axes.eigenvalues().z()));
+}
+
+void refuse(DirectionDoubt doubt, RobustResult& robust) {
   robust.translation_observable = false;
-  robust.doubt = DirectionDoubt::kDiscontinuity;
+  robust.doubt = doubt;
   setTranslationVariance(kAnyDirection, robust.pose.covariance);
 }
 
@@ -44,7 +55,9 @@ void label(const MatchResult& result, Past& past) {
 
 }  // namespace
 
-void Continuity::follow(Method& method, const Camera& camera, bool judge, MatchResult& result, Past& past) {
+void Continuity::follow(Method& method, const Camera& camera, const RobustOptions& options, MatchResult& result,
+                        Past& past) {
+  const bool judge = options.judge;
   RobustResult& robust = result.robust;
   const auto continues = [&past](const RobustResult& answer) {
     return past.steady > 0 && isSame(answer.pose.t, past.direction);
@@ -58,12 +71,18 @@ void Continuity::follow(Method& method, const Camera& camera, bool judge, MatchR
       if (past.steady >= kSteady) robust.reject();
       if (!robust.pose_found) robust.doubt = DirectionDoubt::kDiscontinuity;
     } else if (!isSame(alone_.pose.t, robust.pose.t)) {
-      if (!alone_.translation_observable || !continues(alone_)) refuse(alone_);
+      if (!alone_.translation_observable || !continues(alone_)) refuse(DirectionDoubt::kDiscontinuity, alone_);
       take(camera, result);
     }
   }
+  const double limit = kShareOfLimit * options.max_direction_sigma * M_PI / 180;
+  if (judge && robust.translation_observable && robust.pose.t.dot(past.guess) < std::cos(kShown) &&
+      directionSigma(robust.pose) > limit) {
+    refuse(DirectionDoubt::kUnconfirmed, robust);
+  }
   label(result, past);
   past.motion = robust.optimum;
+  past.guess = robust.pose_found ? Eigen::Vector3d(robust.pose.R.transpose() * robust.pose.t) : Eigen::Vector3d::Zero();
   if (!robust.translation_observable) {
     past.steady = std::max(0, past.steady - 1);
     return;

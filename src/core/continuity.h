@@ -8,6 +8,7 @@
 #include "gms_ransac/camera.h"
 #include "gms_ransac/match_result.h"
 #include "gms_ransac/past.h"
+#include "gms_ransac/robust_options.h"
 #include "methods/method.h"
 
 namespace gms_ransac {
@@ -16,9 +17,9 @@ class Continuity {
  public:
   /// `method` has just estimated `result`. If the direction is new and the static tracks alone show another motion,
   /// that motion becomes the result; where they are too few to show any, a steady stream refuses the pair. Then updates
-  /// `past`.
-  /// Without `judge` (RobustOptions) the answer stands.
-  void follow(Method& method, const Camera& camera, bool judge, MatchResult& result, Past& past);
+  /// `past`. A direction that the pair before did not show at all must be known twice as well as others.
+  /// Without RobustOptions::judge the answer stands.
+  void follow(Method& method, const Camera& camera, const RobustOptions& options, MatchResult& result, Past& past);
 
  private:
   /// Selects the survivors that continue static tracks.

@@ -230,7 +230,7 @@ Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& curre
   stages.method->postFilter(reference.features, current.features, result.matches, survivors.match, result.robust);
   // Fewer inliers are no model.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
-  if (past != nullptr) stages.continuity.follow(*stages.method, stages.camera, options_.robust.judge, result, *past);
+  if (past != nullptr) stages.continuity.follow(*stages.method, stages.camera, options_.robust, result, *past);
   markInliers(stages.method->filterDecides(), result);
   result.times.ransac = watch.lap();
   return statusOf(result.robust, stages.camera);

@@ -84,8 +84,7 @@ std::string statusText(const Pair& pair) {
     case Status::kRansacFailed:
       if (pair.robust.doubt == DirectionDoubt::kDiscontinuity) {
         return "the direction of translation breaks with the motion before, and too little of what was static until "
-               "now "
-               "is seen to confirm it";
+               "now is seen to confirm it";
       }
       return cv::format(
           "no model explains enough of the %d filtered matches: the views differ too much, or little of "
@@ -106,6 +105,10 @@ std::string statusText(const Pair& pair) {
     case DirectionDoubt::kDiscontinuity:
       return "rotation only: the direction of translation breaks with the motion before, and what was static until now "
              "does not show it";
+    case DirectionDoubt::kUnconfirmed:
+      return "rotation only: the direction of translation is not that of the pair before, and less certain than half "
+             "of "
+             "max_direction_sigma";
     case DirectionDoubt::kOtherMotion:
       return "rotation only: a second motion explains the matches as well, or part of them";
     default:

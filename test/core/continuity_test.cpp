@@ -2,8 +2,10 @@
 #include "continuity.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <gtest/gtest.h>
+#include <Eigen/Eigenvalues>
 
 #include "two_view_scene.h"
 
@@ -36,14 +38,17 @@ struct Answer {
   bool ok() const { return robust.translation_observable; }
 };
 
-/// `tracks`: share of the static matches that continue static tracks; the stream went forwards for `steady` pairs.
-Answer answer(const TwoViewScene& scene, double tracks, int steady) {
+/// `tracks`: share of the static matches that continue static tracks; the stream went forwards for `steady` pairs, and
+/// the last one showed `guess`.
+Answer answer(const TwoViewScene& scene, double tracks, int steady, const RobustOptions& robust = RobustOptions(),
+              const Eigen::Vector3d& guess = {0, 0, 1}) {
   MatchResult result;
   result.survivors.pairs = scene.pairs;
   const int count = result.keypoints_reference = result.keypoints_current = scene.pairs.size();
   Answer answer;
   answer.past.steady = steady;
   answer.past.direction = {0, 0, 1};
+  answer.past.guess = guess;
   answer.past.reference_static.resize(static_cast<size_t>(count));
   for (int i = 0; i < count; ++i) {
     result.matches.push_back({i, i, 0, 0});
@@ -51,9 +56,9 @@ Answer answer(const TwoViewScene& scene, double tracks, int steady) {
     const bool first = i < tracks * count;
     answer.past.reference_static[static_cast<size_t>(i)] = first && scene.body[static_cast<size_t>(i)] == 0;
   }
-  const auto method = makeEstimator("lo_prosac", RobustOptions());
+  const auto method = makeEstimator("lo_prosac", robust);
   method->estimate(scene.pairs, scene.camera, result.robust);
-  if (tracks >= 0) Continuity().follow(*method, scene.camera, true, result, answer.past);
+  if (tracks >= 0) Continuity().follow(*method, scene.camera, robust, result, answer.past);
   answer.robust = result.robust;
   return answer;
 }
@@ -99,6 +104,24 @@ TEST(Continuity, WithoutTracksASteadyStreamWaitsAndThenGoesOn) {
     EXPECT_EQ(held.past.steady, steady - 1);
   }
   for (const int steady : {0, 1}) EXPECT_TRUE(answer(scene, 0, steady).ok());
+}
+
+TEST(Continuity, ADirectionThatThePairBeforeDidNotShowMustBeKnownTwiceAsWell) {
+  const TwoViewScene scene = makeView(1, 0);
+  const Answer alone = answer(scene, kWithoutPast, 0);
+  ASSERT_TRUE(alone.ok());
+  const Eigen::Matrix3d of_direction = alone.robust.pose.covariance.topLeftCorner<3, 3>();
+  const double sigma = std::sqrt(of_direction.eigenvalues().real().maxCoeff()) * 180 / M_PI;
+  RobustOptions options;
+  options.max_direction_sigma = 1.5 * sigma;
+  const Answer refused = answer(scene, 1, 0, options, Eigen::Vector3d::Zero());
+  EXPECT_FALSE(refused.ok());
+  EXPECT_TRUE(refused.robust.pose_found);
+  EXPECT_EQ(refused.robust.doubt, DirectionDoubt::kUnconfirmed);
+  EXPECT_TRUE(answer(scene, 1, 0, options, alone.robust.pose.t).ok());
+  EXPECT_TRUE(answer(scene, 1, 0, options, refused.past.guess).ok()) << "what is refused confirms the next pair";
+  options.max_direction_sigma = 2.5 * sigma;
+  EXPECT_TRUE(answer(scene, 1, 0, options, Eigen::Vector3d::Zero()).ok());
 }
 
 TEST(Continuity, OnlyWhatTheMotionExplainsIsStaticForTheNextPair) {

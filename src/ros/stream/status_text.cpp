@@ -54,6 +54,11 @@ std::string explainLowParallax(const MatchResult& result, const RobustOptions& o
     case DirectionDoubt::kDiscontinuity:
       return "the direction of translation breaks with the motion before, and what was static until now does not show "
              "it; something that moves by itself may fill the view";
+    case DirectionDoubt::kUnconfirmed:
+      return cv::format(
+          "the direction of translation is not that of the pair before, and its standard deviation is above half of "
+          "~max_direction_sigma (%.3g degrees)",
+          options.max_direction_sigma / 2);
     default:
       if (camera.meanFocalLength() * Eigen::AngleAxisd(result.robust.pose.R).angle() <= result.robust.sigma_px) {
         return cv::format("the camera is at rest (%.3f px of parallax, %.3f px of keypoint noise)",
