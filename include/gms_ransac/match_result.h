@@ -57,7 +57,8 @@ struct MatchResult {
   std::vector<float> probability;
   int matches_gms = 0, inliers = 0;
   Survivors survivors;
-  RobustResult robust;  ///< columns have an entry per survivor; `stage` and `probability` are for the raw matches
+  bool stationary = false;  ///< the camera stands still: what is static moved less than its noise
+  RobustResult robust;      ///< columns have an entry per survivor; `stage` and `probability` are for the raw matches
   StageTimes times;
 
   void clear(Status new_status);

@@ -11,6 +11,7 @@
 #include "gms/guided_search.h"
 #include "gms/motion_prediction.h"
 #include "methods/method.h"
+#include "standstill.h"
 #include "survivors.h"
 #include "time_budget.h"
 
@@ -231,6 +232,7 @@ Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& curre
   // Fewer inliers are no model.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
   if (past != nullptr) stages.continuity.follow(*stages.method, stages.camera, options_.robust, result, *past);
+  result.stationary = !result.robust.translation_observable && standsStill(result, past);
   markInliers(stages.method->filterDecides(), result);
   result.times.ransac = watch.lap();
   return statusOf(result.robust, stages.camera);

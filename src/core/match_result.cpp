@@ -20,6 +20,7 @@ Status statusOf(const RobustResult& result, const Camera& camera) {
 
 void MatchResult::clear(Status new_status) {
   status = new_status;
+  stationary = false;
   keypoints_reference = keypoints_current = matches_gms = inliers = 0;
   matches.clear();
   stage.clear();

@@ -66,6 +66,7 @@ json answerRecord(const MatchFilterOptions& options, const MatchResult& result) 
                  {"models_scored", robust.effort.models_scored},
                  {"point_evaluations", robust.effort.point_evaluations},
                  {"status", toString(result.status)},
+                 {"stationary", result.stationary},
                  {"R", nullptr},
                  {"t", nullptr},
                  {"metric_scale", false},

@@ -131,6 +131,7 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
     const MatchResult& result = *processed.result;
     message.reference_header = processed.reference->header;
     message.keypoints_reference = static_cast<uint32_t>(result.keypoints_reference);
+    message.stationary = result.stationary;
     message.matches_raw = static_cast<uint32_t>(result.matches.size());
     message.matches_gms = static_cast<uint32_t>(result.matches_gms);
     message.inliers = static_cast<uint32_t>(result.inliers);

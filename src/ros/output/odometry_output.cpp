@@ -103,8 +103,9 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
                          "~odom, ~pose and ~twist are not in metres with ~scale unit or propagate: their "
                          "velocities have variances of 1e6; set ~scale to depth, fixed, odometry or ground for metres");
     }
-    // The origin is known; a filter that starts there and hears of it later does not move by what follows.
-    if (!at_origin) forgetLength(estimate);
+    // The origin is known; a filter that starts there and hears of it later does not move by what follows. No velocity
+    // is the same in any unit.
+    if (!at_origin) forgetLength(processed.atRest(), estimate);
   }
   std_msgs::Header in_odom = header;
   in_odom.frame_id = parameters_.odom_frame;

@@ -33,10 +33,9 @@ Matrix6d leverTransform(const Eigen::Matrix3d& R, const Eigen::Vector3d& lever) 
 
 }  // namespace
 
-void forgetLength(OdometryEstimate& estimate) {
-  for (Matrix6d* covariance : {&estimate.pose_covariance, &estimate.twist_covariance}) {
-    setTranslationVariance(kNoLengthVariance, *covariance);
-  }
+void forgetLength(bool at_rest, OdometryEstimate& estimate) {
+  setTranslationVariance(kNoLengthVariance, estimate.pose_covariance);
+  if (!at_rest) setTranslationVariance(kNoLengthVariance, estimate.twist_covariance);
 }
 
 void MotionIntegrator::restart() {
@@ -58,12 +57,13 @@ void MotionIntegrator::add(const PairMotion& motion) {
   const RelativePose& pair = motion.current_in_reference;
   current_ = reference_;
   current_.missed_turn = 0;
-  if (!motion.after_loss) {
+  const bool usual = !motion.after_loss && !motion.at_rest;
+  if (usual) {
     known_.turn = Eigen::AngleAxisd(pair.R).angle();
     known_.turn_seconds = motion.seconds;
   }
   if (motion.translation_known) {
-    if (!motion.after_loss) {
+    if (usual) {
       known_.step = pair.t.norm();
       known_.step_seconds = motion.seconds;
       known_.parallax_px = motion.parallax_px;

@@ -24,7 +24,8 @@ struct OdometryEstimate {
 /// Position and linear velocity are not in metres: a filter that fuses them must not move by them, not even when it
 /// does so for minutes. robot_localization warns of so large a variance.
 constexpr double kNoLengthVariance = 1e6;
-void forgetLength(OdometryEstimate& estimate);
+/// Velocities stay where they are zero, `at_rest`.
+void forgetLength(bool at_rest, OdometryEstimate& estimate);
 
 /// The motion of one pair of images.
 struct PairMotion {
@@ -34,6 +35,7 @@ struct PairMotion {
   bool reference_held = false;    ///< the next pair starts from the same reference
   double parallax_px = 0;         ///< median of the inliers; 0: not known
   bool after_loss = false;        ///< much may have happened between the two images: no measure of usual motions
+  bool at_rest = false;           ///< stands still between others: no measure of usual motions
 };
 
 /// A value: a copy goes on from the same place. An unknown motion adds its usual size to the covariance. Consecutive

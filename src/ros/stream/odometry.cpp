@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "standstill.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -14,6 +16,17 @@ RelativePose withUsualLength(RelativePose motion, double length) {
     motion.t *= length / motion.t.norm();
     setTranslationVariance(length * length, motion.covariance);
   }
+  return motion;
+}
+
+/// A camera that stands still moves by less than the least drift that is seen, of a view that is so far away.
+RelativePose rest(const ProcessedFrame& answer) {
+  constexpr double kDepth = 10;
+  RelativePose motion = answer.poseValid() ? answer.pose : RelativePose();
+  const double angle = kMostDrift / answer.current->camera->camera.meanFocalLength();
+  if (!answer.poseValid()) motion.covariance = Matrix6d::Identity() * angle * angle;
+  motion.t.setZero();
+  setTranslationVariance(angle * angle * kDepth * kDepth, motion.covariance);
   return motion;
 }
 
@@ -51,19 +64,21 @@ void integrate(const Parameters& parameters, MotionIntegrator& place, ProcessedF
   if (answer.result == nullptr) return;
   const double seconds = now - from;
   if (parameters.input == InputKind::kPair && seconds > 0 && !continueWithPair(from, now, place, answer)) return;
-  if (!answer.poseValid() || seconds <= 0) {
+  const bool at_rest = answer.atRest() && answer.current->camera->camera.calibrated();
+  if (!(answer.poseValid() || at_rest) || seconds <= 0) {
     // An image that was only skipped leaves the reference, and with it the motion, where it was.
     if (answer.status != MatchStats::TOO_FEW_KEYPOINTS) lose(now, place);
     return;
   }
-  PairMotion motion = {answer.pose,
+  PairMotion motion = {at_rest ? rest(answer) : answer.pose,
                        seconds,
-                       answer.status == MatchStats::OK,
+                       at_rest || answer.status == MatchStats::OK,
                        answer.reference_held,
                        answer.result->robust.median_parallax_px,
-                       answer.recovered};
+                       answer.recovered,
+                       at_rest};
   const bool without_metres = parameters.measuresMetres() && !answer.metric_scale;
-  if (motion.translation_known && (without_metres || answer.length_missing)) {
+  if (motion.translation_known && !at_rest && (without_metres || answer.length_missing)) {
     const double length = answer.recovered ? place.stepOf(seconds) : place.step();
     motion.current_in_reference = withUsualLength(answer.pose, length);
     motion.translation_known = length > 0;

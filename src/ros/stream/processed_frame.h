@@ -83,6 +83,8 @@ struct ProcessedFrame {
   bool poseValid() const {
     return result != nullptr && (status == MatchStats::OK || status == MatchStats::LOW_PARALLAX);
   }
+  /// The camera stands still, and nothing measured how little it moved.
+  bool atRest() const { return result != nullptr && result->stationary && !metric_scale; }
   /// As ~stats has it.
   uint8_t publishedStatus() const { return recovered ? static_cast<uint8_t>(MatchStats::RECOVERED) : status; }
 };

@@ -60,7 +60,7 @@ std::string explainLowParallax(const MatchResult& result, const RobustOptions& o
           "~max_direction_sigma (%.3g degrees)",
           options.max_direction_sigma / 2);
     default:
-      if (camera.meanFocalLength() * Eigen::AngleAxisd(result.robust.pose.R).angle() <= result.robust.sigma_px) {
+      if (result.stationary) {
         return cv::format("the camera is at rest (%.3f px of parallax, %.3f px of keypoint noise)",
                           result.robust.median_parallax_px, result.robust.sigma_px);
       }

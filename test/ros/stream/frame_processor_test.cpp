@@ -156,6 +156,19 @@ TEST(FrameProcessor, OfTheSameImageTwiceTheTranslationIsNotKnown) {
   EXPECT_TRUE(says(processed.text, {"the camera is at rest"}));
 }
 
+TEST(FrameProcessor, WhereTheCameraStandsStillItsVelocityIsZero) {
+  Node processor;
+  processor.ask(image(1.0));
+  ASSERT_FALSE(processor.ask(image(1.1, 5)).atRest());
+  const ProcessedFrame processed = processor.ask(image(1.2, 5));
+  ASSERT_TRUE(processed.atRest()) << processed.text;
+  OdometryEstimate estimate = processed.place->camera();
+  forgetLength(processed.atRest(), estimate);
+  EXPECT_EQ(Eigen::Vector3d(estimate.twist.head<3>()), Eigen::Vector3d::Zero());
+  EXPECT_GT(estimate.twist_covariance(0, 0), 1e-6);
+  EXPECT_LT(estimate.twist_covariance(0, 0), 0.01) << "in metres, whatever ~scale is";
+}
+
 TEST(FrameProcessor, WhereDepthGivesTheTranslationTheTextSaysSo) {
   Node processor(ScaleMode::kDepth);
   processor.ask(image(1.0), depthOf(5));

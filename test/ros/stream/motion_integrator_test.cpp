@@ -42,12 +42,24 @@ TEST(MotionIntegrator, WithoutMetresTheRotationStaysAsGood) {
   OdometryEstimate estimate;
   estimate.pose_covariance = estimate.twist_covariance = Matrix6d::Constant(0.01) + 0.03 * Matrix6d::Identity();
   const OdometryEstimate before = estimate;
-  forgetLength(estimate);
+  forgetLength(false, estimate);
   for (const Matrix6d& covariance : {estimate.pose_covariance, estimate.twist_covariance}) {
     EXPECT_EQ(covariance.topLeftCorner(3, 3), 1e6 * Eigen::Matrix3d::Identity());
     EXPECT_EQ(covariance.topRightCorner(3, 3), Eigen::Matrix3d::Zero());
     EXPECT_EQ(covariance.bottomRightCorner(3, 3), before.pose_covariance.bottomRightCorner(3, 3));
   }
+}
+
+TEST(MotionIntegrator, RestIsNoMeasureOfUsualMotions) {
+  MotionIntegrator odometry;
+  odometry.add({kStep, 0.1});
+  const double step = odometry.step();
+  PairMotion rest = {motion({0, 0, 0}, {0, 0, 0}), 0.1};
+  rest.at_rest = true;
+  odometry.add(rest);
+  EXPECT_EQ(odometry.step(), step);
+  EXPECT_EQ(odometry.camera().twist, Vector6d(Vector6d::Zero()));
+  EXPECT_LT(odometry.camera().twist_covariance(0, 0), 1);
 }
 
 TEST(MotionIntegrator, TwistIsInTheMovingFrame) {

@@ -1,0 +1,72 @@
+#include "standstill.h"
+
+#include <array>
+#include <cmath>
+
+#include <Eigen/Core>
+
+namespace gms_ransac {
+
+namespace {
+
+/// A static point moved no further, pixels: three deviations of the finest keypoints (0.2 px at best where a camera
+/// moves, a tenth of that at rest).
+constexpr float kMostMoved = 0.5f;
+constexpr double kShareAtRest = 0.9;  ///< of the cells at rest
+constexpr int kFewestCells = 15, kFewestTracks = 30;
+
+struct CellAtRest {
+  int matches = 0, resting = 0;
+  Eigen::Vector2d place = Eigen::Vector2d::Zero(), moved = Eigen::Vector2d::Zero();  ///< sums over those that rest
+
+  void add(const Eigen::Vector2d& from, const Eigen::Vector2d& step) {
+    ++matches;
+    if (step.norm() > kMostMoved) return;
+    ++resting;
+    place += from;
+    moved += step;
+  }
+};
+
+}  // namespace
+
+bool standsStill(const MatchResult& result, const Past* past) {
+  const PointPairs& pairs = result.survivors.pairs;
+  std::array<CellAtRest, kSpreadGridSide * kSpreadGridSide> of_tracks, of_all;
+  int tracks = 0;
+  const Eigen::Vector2d half(0.5 * pairs.image_reference.width, 0.5 * pairs.image_reference.height);
+  for (size_t k = 0; k < result.survivors.match.size(); ++k) {
+    const cv::Point2f from(pairs.x_reference[k], pairs.y_reference[k]);
+    const auto cell = static_cast<size_t>(spreadCell(from, pairs.image_reference));
+    const Eigen::Vector2d place = Eigen::Vector2d(from.x, from.y) - half;
+    const Eigen::Vector2d step(pairs.x_current[k] - from.x, pairs.y_current[k] - from.y);
+    of_all[cell].add(place, step);
+    const auto reference =
+        static_cast<size_t>(result.matches[static_cast<size_t>(result.survivors.match[k])].reference);
+    if (past == nullptr || reference >= past->reference_static.size() || !past->reference_static[reference]) continue;
+    of_tracks[cell].add(place, step);
+    ++tracks;
+  }
+
+  int cells = 0, resting = 0;
+  Eigen::Vector2d shift = Eigen::Vector2d::Zero();
+  double roll = 0, zoom = 0, spread = 0;
+  for (const CellAtRest& cell : tracks < kFewestTracks ? of_all : of_tracks) {
+    if (cell.matches == 0) continue;
+    ++cells;
+    if (2 * cell.resting < cell.matches) continue;
+    ++resting;
+    const Eigen::Vector2d place = cell.place / cell.resting, moved = cell.moved / cell.resting;
+    shift += moved;
+    roll += place.x() * moved.y() - place.y() * moved.x();
+    zoom += place.dot(moved);
+    spread += place.squaredNorm();
+  }
+  if (cells < kFewestCells || resting < kShareAtRest * cells || spread == 0) return false;
+  // A slow motion moves all cells alike, by less than a point's noise.
+  const double at_edge = half.norm() / spread;
+  return shift.norm() < kMostDrift * resting && std::abs(roll) * at_edge < kMostDrift &&
+         std::abs(zoom) * at_edge < kMostDrift;
+}
+
+}  // namespace gms_ransac

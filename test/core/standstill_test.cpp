@@ -1,0 +1,65 @@
+// A camera that stands still, told from one that moves by little, on a grid of matches.
+#include "standstill.h"
+
+#include <functional>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace gms_ransac {
+namespace {
+
+using Flow = std::function<cv::Point2f(const cv::Point2f& from_centre)>;
+
+/// Matches all over an image of 640 x 480 with noise of 0.15 pixels; those of the left `body_share` of it move by three
+/// pixels instead and continue no static track.
+bool stands(const Flow& flow, double body_share = 0, bool with_past = true) {
+  std::mt19937 random(1);
+  std::normal_distribution<float> noise(0, 0.15f);
+  MatchResult result;
+  Past past;
+  PointPairs& pairs = result.survivors.pairs;
+  pairs.image_reference = pairs.image_current = {640, 480};
+  pairs.resize(48 * 64);
+  for (int i = 0; i < pairs.size(); ++i) {
+    const auto k = static_cast<size_t>(i);
+    const cv::Point2f from(static_cast<float>(i % 64 * 10 + 5), static_cast<float>(i / 64 * 10 + 5));
+    const bool body = from.x < body_share * 640;
+    const cv::Point2f moved = body ? cv::Point2f(3, 0) : flow(from - cv::Point2f(320, 240));
+    pairs.x_reference[k] = from.x;
+    pairs.y_reference[k] = from.y;
+    pairs.x_current[k] = from.x + moved.x + noise(random);
+    pairs.y_current[k] = from.y + moved.y + noise(random);
+    result.matches.push_back({i, i, 0, 0});
+    result.survivors.match.push_back(i);
+    past.reference_static.push_back(body ? 0 : 1);
+  }
+  return standsStill(result, with_past ? &past : nullptr);
+}
+
+cv::Point2f rest(const cv::Point2f&) { return {0, 0}; }
+
+TEST(StandsStill, WithNoiseAlone) {
+  EXPECT_TRUE(stands(rest));
+  EXPECT_TRUE(stands(rest, 0, false));
+}
+
+TEST(StandsStill, WhateverCrossesTheView) {
+  EXPECT_TRUE(stands(rest, 0.7));
+  EXPECT_FALSE(stands(rest, 0.7, false)) << "two views cannot know what is static";
+}
+
+TEST(StandsStill, NotWhenAllMovesByLessThanItsNoise) {
+  EXPECT_FALSE(stands([](const cv::Point2f&) { return cv::Point2f(0.15f, 0); })) << "turns";
+  EXPECT_FALSE(stands([](const cv::Point2f& p) { return cv::Point2f(-p.y, p.x) * (0.3f / 400); })) << "rolls";
+  EXPECT_FALSE(stands([](const cv::Point2f& p) { return p * (0.3f / 400); })) << "drives";
+}
+
+TEST(StandsStill, NotWhenAFifthOfWhatWasStaticMoves) {
+  EXPECT_FALSE(stands([](const cv::Point2f& p) { return cv::Point2f(p.y > 144 ? 2.f : 0.f, 0); }));
+}
+
+TEST(StandsStill, NotWithoutMatches) { EXPECT_FALSE(standsStill(MatchResult(), nullptr)); }
+
+}  // namespace
+}  // namespace gms_ransac
