@@ -186,9 +186,9 @@ void Outputs::publishFeatures(const ProcessedFrame& processed, const FeatureOpti
 }
 
 void Outputs::publishPoints(const ProcessedFrame& processed) {
-  if (processed.result == nullptr || processed.result->inliers == 0 || !processed.current->camera->camera.calibrated())
-    return;
-  if (hasSubscriber(inlier_points_) && processed.status == MatchStats::OK && processed.points != nullptr) {
+  if (!processed.current->camera || !processed.current->camera->camera.calibrated()) return;
+  if (hasSubscriber(inlier_points_) && processed.status == MatchStats::OK && processed.result != nullptr &&
+      processed.points != nullptr) {
     publishShared(inlier_points_, pointsMessage(processed, *processed.points));
   }
   if (hasSubscriber(markers_)) publishShared(markers_, markerMessage(processed));

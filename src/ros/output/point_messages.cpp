@@ -41,6 +41,9 @@ constexpr double kFrustumDepth = 1;       // of the drawn cameras, in units of t
 constexpr double kLeastMetricStep = 0.1;  // metres: a smaller camera could not be seen
 constexpr double kFlowWidth = 0.002;      // of the drawn lines at depth 1
 constexpr double kFrustumWidth = 0.06;    // of its lines, in the same unit
+constexpr double kNameHeight = 0.35;      // of its name, in the same unit
+// A depth has this many times its standard deviation, or a point is left out: it would lie anywhere on its ray.
+constexpr double kKnownDepth = 5;
 
 std_msgs::ColorRGBA color(float quality) {
   const cv::Scalar bgr = qualityColor(quality);
@@ -81,6 +84,29 @@ void addFrustum(const Camera& camera, const Eigen::Isometry3d& pose, double dept
   }
 }
 
+visualization_msgs::Marker nameOf(const visualization_msgs::Marker& frustum, const char* name, int id, double height) {
+  visualization_msgs::Marker marker = lines(frustum.header, "names", 0);
+  marker.type = visualization_msgs::Marker::TEXT_VIEW_FACING;
+  marker.id = id;
+  marker.text = name;
+  marker.color = frustum.color;
+  marker.scale.z = height;
+  marker.pose.position = frustum.points.front();
+  return marker;
+}
+
+/// Depth of an inlier along the optical axis, in the unit of the pose: measured, or triangulated where the parallax is
+/// large enough; 0: not known.
+double knownDepth(const ProcessedFrame& processed, const Triangulation& points, int i) {
+  const MatchResult& result = *processed.result;
+  const std::vector<float>& measured = processed.current->stereo.depth;
+  const auto keypoint = static_cast<size_t>(result.matches[static_cast<size_t>(points.match[i])].current);
+  if (processed.metric_scale && keypoint < measured.size() && measured[keypoint] > 0) return measured[keypoint];
+  const double noise = M_SQRT2 * result.robust.sigma_px / processed.current->camera->camera.meanFocalLength();
+  return points.valid[i] && points.parallax[i] > kKnownDepth * noise ? points.depth_current[i] * processed.pose.t.norm()
+                                                                     : 0;
+}
+
 }  // namespace
 
 sensor_msgs::PointCloud featureMessage(const PreparedFrame& current, const std::vector<Feature>& features,
@@ -115,13 +141,15 @@ sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Tr
   using sensor_msgs::PointField;
   modifier.setPointCloud2Fields(5, "x", 1, PointField::FLOAT32, "y", 1, PointField::FLOAT32, "z", 1,
                                 PointField::FLOAT32, "intensity", 1, PointField::FLOAT32, "id", 1, PointField::UINT32);
-  modifier.resize(static_cast<size_t>(std::count(points.valid.begin(), points.valid.end(), uint8_t{1})));
+  std::vector<double> depths;
+  for (int i = 0; i < points.size(); ++i) depths.push_back(knownDepth(processed, points, i));
+  modifier.resize(depths.size() - static_cast<size_t>(std::count(depths.begin(), depths.end(), 0)));
   sensor_msgs::PointCloud2Iterator<float> xyz(cloud, "x"), intensity(cloud, "intensity");
   sensor_msgs::PointCloud2Iterator<uint32_t> id(cloud, "id");
-  const double scale = processed.pose.t.norm();
   for (int i = 0; i < points.size(); ++i) {
-    if (!points.valid[i]) continue;
-    const Eigen::Vector3f p = (scale * points.point(i)).cast<float>();
+    const double depth = depths[static_cast<size_t>(i)];
+    if (depth == 0) continue;
+    const Eigen::Vector3f p = (depth * Eigen::Vector3d(points.x_current[i], points.y_current[i], 1)).cast<float>();
     std::copy(p.data(), p.data() + 3, &xyz[0]);
     *intensity = processed.result->probability[points.match[i]];
     *id = (*processed.track_ids)[points.match[i]];
@@ -133,9 +161,13 @@ sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Tr
 }
 
 visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
+  visualization_msgs::MarkerArray message;
+  // Nothing stays of the image before.
+  message.markers.push_back(lines(processed.current->header, "", 0));
+  message.markers.back().action = visualization_msgs::Marker::DELETEALL;
+  if (processed.result == nullptr || processed.result->inliers == 0) return message;
   const MatchResult& result = *processed.result;
   const Camera& camera = processed.current->camera->camera;
-  visualization_msgs::MarkerArray message;
   visualization_msgs::Marker flow = lines(processed.current->header, "flow", kFlowWidth);
   for (size_t i = 0; i < result.matches.size(); ++i) {
     if (result.stage[i] != MatchStage::kInlier) continue;
@@ -160,6 +192,8 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
   addFrustum(camera, reference, kFrustumDepth * step, reference_view);
   message.markers.push_back(current_view);
   message.markers.push_back(reference_view);
+  message.markers.push_back(nameOf(current_view, "now", 0, kNameHeight * step));
+  message.markers.push_back(nameOf(reference_view, "reference", 1, kNameHeight * step));
   return message;
 }
 

@@ -13,7 +13,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image, PointCloud, PointCloud2
 from std_msgs.msg import Bool
 from std_srvs.srv import SetBool, Trigger
-from visualization_msgs.msg import MarkerArray
+from visualization_msgs.msg import Marker, MarkerArray
 
 from graph import STEP, Client, K, Scene, camera_info, client_of, degrees_between, image_message, run, vector, walk
 
@@ -89,7 +89,7 @@ class Outputs(unittest.TestCase):
         client.subscribe("inlier_points", PointCloud2, clouds)
         client.subscribe("match_markers", MarkerArray, markers)
         self.send_all(client.connect(), 300.0)
-        client.wait(lambda: len(clouds) == 4 and len(markers) == 4, "points and markers of every pair")
+        client.wait(lambda: len(clouds) == 4 and len(markers) == 5, "points of every pair and markers of every image")
         depths = np.array([board[0] for board in self.scene.boards])
         for cloud in clouds:
             self.assertEqual([f.name for f in cloud.fields], ["x", "y", "z", "intensity", "id"])
@@ -98,8 +98,10 @@ class Outputs(unittest.TestCase):
             # ~scale fixed holds the true step, so depths are metres. Four percent of the farthest board is half a pixel.
             self.assertLess(np.median(np.min(np.abs(points[:, 2:3] / depths - 1), axis=1)), 0.04)
             self.assertTrue(np.all((points[:, 3] >= 0) & (points[:, 3] <= 1)))
-        self.assertEqual([m.ns for m in markers[-1].markers], ["flow", "current", "reference"])
-        self.assertEqual(len(markers[-1].markers[0].points), len(markers[-1].markers[0].colors))
+        self.assertEqual(markers[-1].markers[0].action, Marker.DELETEALL)
+        self.assertEqual([m.ns for m in markers[-1].markers[1:]], ["flow", "current", "reference", "names", "names"])
+        self.assertEqual([m.text for m in markers[-1].markers[4:]], ["now", "reference"])
+        self.assertEqual(len(markers[-1].markers[1].points), len(markers[-1].markers[1].colors))
 
     def test_depth_gives_metres_and_images_without_it_the_usual_length(self):
         client, start, twist, odom = client_of("depth"), 560.0, [], []
