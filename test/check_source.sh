@@ -33,7 +33,9 @@ case ${1:-} in
     ;;
   lint)
     command -v catkin_lint >/dev/null || { echo "catkin_lint is not installed"; exit $SKIPPED; }
-    catkin_lint --offline -W1 --strict .
+    report=$(catkin_lint --offline -W1 --strict . 2>&1) || { echo "$report"; exit 1; }
+    echo "$report"
+    ! grep -q 'cannot lint' <<<"$report"  # which is a success to catkin_lint
     ;;
   tidy)
     require_version_14 clang-tidy
