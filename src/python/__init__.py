@@ -1,5 +1,5 @@
-"""Messages and parameters of the nodelet (gms_ransac.msg, gms_ransac.cfg), and the pipeline without ROS: MatchFilter,
-match, estimate, Camera, MatchResult, Status."""
+"""The pipeline, without ROS: MatchFilter, match, estimate, Camera, MatchResult, Status. An installation with ROS also has
+the messages and parameters of the nodelet (gms_ransac.msg, gms_ransac.cfg)."""
 from importlib import import_module
 
 __all__ = ["Camera", "MatchFilter", "MatchResult", "Status", "estimate", "match"]

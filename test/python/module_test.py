@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """`import gms_ransac`, against exact truth and against `evaluate`: module_test.py EVALUATE RENDER_SCENE TWO_IMAGES."""
+import ast
 import gc
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -14,7 +16,11 @@ import cv2
 import numpy as np
 
 import gms_ransac
-from gms_ransac.msg import Correspondences, MatchStats
+
+try:
+    from gms_ransac.msg import Correspondences, MatchStats
+except ImportError:
+    Correspondences = None  # a wheel has no messages
 
 EVALUATE, RENDER_SCENE, TWO_IMAGES = sys.argv[1:4]
 SIZE, K = (640, 480), np.array([[500.0, 0, 320], [0, 500, 240], [0, 0, 1]])
@@ -82,12 +88,36 @@ class Module(unittest.TestCase):
             inliers = np.column_stack(columns)[pair.stage == pair.STAGE_INLIER]
             np.testing.assert_array_equal(inliers, np.float32(record["correspondences"]))
 
+    @unittest.skipIf(Correspondences is None, "installed without ROS")
     def test_names_are_those_of_the_messages(self):
         fields = set(Correspondences.__slots__) | set(MatchStats.__slots__)
         names = {name for name in dir(gms_ransac.MatchResult) if name[0].islower()}
         self.assertEqual(names - fields, {"covariance", "model"})
         for name, value in gms_ransac.Status.__members__.items():
             self.assertEqual(int(value), getattr(MatchStats, name))
+
+    def test_stubs_are_those_of_the_module(self):
+        def named(body):
+            return {node.target.id if isinstance(node, ast.AnnAssign) else node.name: node for node in body
+                    if isinstance(node, (ast.ClassDef, ast.FunctionDef, ast.AnnAssign))}
+
+        def check_arguments(name, function, node):
+            signature = re.search(r"\((.*)\) -> ", function.__doc__)[1]
+            self.assertEqual([argument.arg for argument in node.args.args], re.findall(r"(\w+): ", signature), name)
+        stub = named(ast.parse((Path(__file__).parents[2] / "src/python/__init__.pyi").read_text()).body)
+        self.assertEqual(set(stub), set(gms_ransac.__all__))
+        for name, node in stub.items():
+            thing = getattr(gms_ransac, name)
+            if isinstance(node, ast.FunctionDef):
+                check_arguments(name, thing, node)
+                continue
+            members = named(node.body)
+            # pybind11 of Ubuntu 20.04 gives enumerators no `value`.
+            self.assertEqual({member for member in members if member[0] != "_"} - {"value"},
+                             {member for member in vars(thing) if member[0] != "_"} - {"value"}, name)
+            for member in ("__init__", "process"):
+                if member in members:
+                    check_arguments(name + "." + member, getattr(thing, member), members[member])
 
     def test_arrays_are_views_that_keep_the_result(self):
         pair = gms_ransac.match(*self.grey[:2], self.camera)
