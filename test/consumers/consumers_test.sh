@@ -1,0 +1,68 @@
+#!/usr/bin/env bash
+# consumers_test.sh cpp|python BUILD_DIR: strangers build against this project and run.
+#   cpp:    a catkin package against the devel space and an installation; plain CMake against an installation of the core
+#           without ROS, and with our sources as a subfolder;
+#   python: pip's installation, without ROS; exit status 77 (skipped) where a tool is missing.
+set -euo pipefail
+export PATH=/usr/bin:$PATH GMS_RANSAC_BUILT=$2 LC_ALL=C
+build=$2
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+source=$(cd "$here/../.." && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+fail() { echo "$*" >&2; exit 1; }
+# quietly COMMAND: shows its output only if it fails.
+quietly() { "$@" >"$work/log" 2>&1 || { cat "$work/log" >&2; fail "failed: $*"; }; }
+# build_in FOLDER SOURCE OPTIONS: configures and builds.
+build_in() {
+  quietly cmake -G Ninja -S "$2" -B "$1" -DPYTHON_EXECUTABLE=/usr/bin/python3 "${@:3}"
+  quietly ninja -C "$1"
+}
+expect() { [ "$2" = "$3" ] || fail "$1: expected '$3', got '$2'"; }
+
+unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH LD_LIBRARY_PATH
+launcher=-DCMAKE_CXX_COMPILER_LAUNCHER=$here/reuse_object
+
+if [ "$1" = cpp ]; then
+  ros=
+  [ ! -d /opt/ros/noetic ] || { ros=/opt/ros/noetic && set +u && . $ros/setup.bash && set -u; }
+  quietly env DESTDIR= cmake -DCMAKE_INSTALL_PREFIX="$work/install" -P "$build/cmake_install.cmake"
+  for space in "$build/devel" "$work/install"; do
+    build_in "$work/catkin" "$here/catkin" "-DCMAKE_PREFIX_PATH=$space;$ros"
+    expect "the catkin package against $space" \
+      "$("$work/catkin/devel/lib/gms_ransac_consumer/consumer")" "2 matches, 8, FIRST_FRAME, OK is 0"
+    grep -q "^gms_ransac_DIR:PATH=$space/" "$work/catkin/CMakeCache.txt" || fail "gms_ransac is not that of $space"
+    rm -rf "$work/catkin"
+  done
+
+  without_ros=(-DGMS_RANSAC_ROS=OFF "$launcher")
+  moved="UNCALIBRATED, moved by -12"
+  build_in "$work/core" "$source" "${without_ros[@]}" -DCMAKE_INSTALL_PREFIX="$work/core_install"
+  ! grep -E '^(catkin|roscpp)_DIR' "$work/core/CMakeCache.txt" || fail "the core without ROS found ROS"
+  quietly cmake --install "$work/core"
+  build_in "$work/plain" "$here/cmake" -DCMAKE_PREFIX_PATH="$work/core_install"
+  expect "the plain project" "$("$work/plain/consumer")" "$moved"
+
+  mkdir "$work/around"
+  cp "$here/cmake/consumer.cpp" "$work/around"
+  sed "s|^find_package(gms_ransac.*|add_subdirectory($source gms_ransac)|" "$here/cmake/CMakeLists.txt" \
+    >"$work/around/CMakeLists.txt"
+  build_in "$work/around/build" "$work/around" "${without_ros[@]}"
+  expect "the project around our sources" "$("$work/around/build/consumer")" "$moved"
+  exit
+fi
+
+/usr/bin/python3 -c 'import setuptools, pip, wheel, numpy, cv2' 2>/dev/null || {
+  echo "skipped: python3-setuptools, python3-pip, python3-wheel, python3-numpy or python3-opencv is missing"
+  exit 77
+}
+mkdir "$work/source"
+(cd "$source" && cp -r CMakeLists.txt MANIFEST.in README.md cfg cmake include package.xml pyproject.toml setup.py "$work/source"
+  mkdir "$work/source/scripts" "$work/source/src"
+  cp scripts/generate_parameters.py "$work/source/scripts" && cp -r src/core src/python "$work/source/src")
+quietly env CMAKE_ARGS="$launcher" /usr/bin/python3 -m pip install --no-build-isolation --no-index --no-deps \
+  --target "$work/wheel" "$work/source"
+cd "$work"
+for file in __init__.pyi py.typed; do [ -e "wheel/gms_ransac/$file" ] || fail "the wheel has no $file"; done
+PYTHONPATH=$work/wheel /usr/bin/python3 "$source/test/python/module_test.py" "$build/devel/lib/gms_ransac/evaluate" \
+  "$build/devel/lib/gms_ransac/render_scene" "$source/examples/two_images.py"
