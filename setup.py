@@ -17,8 +17,8 @@ class CMakeBuild(build_ext):
     def build_extension(self, ext):
         build = Path(self.build_temp).resolve()
         build.mkdir(parents=True, exist_ok=True)
-        options = ["-DGMS_RANSAC_ROS=OFF", "-DGMS_RANSAC_PYTHON=ON", "-DBUILD_SHARED_LIBS=OFF", "-DCMAKE_BUILD_WITH_INSTALL_RPATH=ON",
-                   "-DPython3_EXECUTABLE=" + sys.executable]
+        options = ["-DGMS_RANSAC_ROS=OFF", "-DGMS_RANSAC_PYTHON=ON", "-DBUILD_SHARED_LIBS=OFF",
+                   "-DCMAKE_BUILD_WITH_INSTALL_RPATH=ON", "-DPython3_EXECUTABLE=" + sys.executable]
         try:
             import pybind11
             options.append("-Dpybind11_DIR=" + pybind11.get_cmake_dir())
@@ -26,8 +26,8 @@ class CMakeBuild(build_ext):
             pass  # CMake finds that of pybind11-dev by itself
         options += shlex.split(os.environ.get("CMAKE_ARGS", ""))
         jobs = os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL", str(os.cpu_count()))
-        subprocess.run(["cmake", str(ROOT), *options], cwd=str(build), check=True)
-        subprocess.run(["cmake", "--build", ".", "--target", "_gms_ransac", "--parallel", jobs], cwd=str(build), check=True)
+        for command in ([str(ROOT)] + options, ["--build", ".", "--target", "_gms_ransac", "--parallel", jobs]):
+            subprocess.run(["cmake"] + command, cwd=str(build), check=True)
         module, = build.glob("lib/python3/dist-packages/gms_ransac/_gms_ransac*.so")
         target = Path(self.get_ext_fullpath(ext.name))
         target.parent.mkdir(parents=True, exist_ok=True)
