@@ -89,7 +89,7 @@ def complaints(root):
          ["methods"], ["match_filter"]],
         {name: "match_filter" for name in
          ("continuity.cpp", "continuity.h", "match_filter.cpp", "match_result.cpp", "parameter.cpp", "parameter.h",
-          "parameter_binding.h", "survivors.cpp", "survivors.h")},
+          "parameter_binding.h", "standstill.cpp", "standstill.h", "survivors.cpp", "survivors.h")},
         root / "include/gms_ransac")
     ros = House(root / "src/ros", [["common"], ["priors"], ["input"], ["stream"], ["output"], ["node"]], {})
     evaluation, python = House(root / "src/evaluation", [], {}), House(root / "src/python", [], {})
