@@ -8,6 +8,8 @@
                                                          joins what `evaluate tables --shard` wrote, and makes its tables
   evaluate_report.py trust FOLDER [--no-tables] [--before FOLDER] [--into DOCUMENT]...
                                                          tables and plots of `evaluate trust`
+  evaluate_report.py odometry [--plot FILE] [--peer FILE]... <RECORDS
+                                                         the table of `evaluate odometry`, from the lines of its --out
   evaluate_report.py insert DOCUMENT NAME FILE           puts what a program printed (scripts/demo: out/demo/summary.txt)
                                                          between the marks of that name in a document
   evaluate_report.py benchmark [--head TEXT] [--out FILE.md] <RECORDS
@@ -21,7 +23,7 @@ try:
 except ImportError:
     sys.exit("evaluate_report.py: numpy is missing; install python3-numpy")
 
-from report import benchmark, run, sweep, tables, trust
+from report import benchmark, odometry, run, sweep, tables, trust
 from report.common import insert, printed
 
 
@@ -46,6 +48,9 @@ def main():
     option("--no-tables", action="store_true", help="only pairs.csv")
     option("--before", help="an earlier folder of the same pairs: how many of its right answers are kept")
     option("--into", action="append", default=[], help="document whose marked tables are replaced; may be repeated")
+    option = commands.add_parser("odometry").add_argument
+    option("--plot", help="file for the paths, and the errors over the length")
+    option("--peer", action="append", default=[], help="poses of another system; once for each set, in their order")
     option = commands.add_parser("benchmark").add_argument
     option("--head", default="benchmark", help="line above the tables")
     option("--out", help="file for the tables, Markdown")
@@ -66,12 +71,16 @@ def main():
             tables.report(given.out.rstrip("/"), not given.no_plots)
         elif given.command == "benchmark":
             benchmark.report(sys.stdin, given.head, given.out)
+        elif given.command == "odometry":
+            odometry.report(sys.stdin, given.plot, given.peer)
         elif given.command == "insert":
             insert(given.document, {given.name: printed(given.file)})
         else:
             trust.report(given.folder.rstrip("/"), not given.no_tables, given.before, given.into)
     except OSError as error:
         sys.exit("evaluate_report.py: %s: %s" % (error.filename, error.strerror))
+    except odometry.BadPeer as error:
+        parser.error(str(error))
     return 0
 
 

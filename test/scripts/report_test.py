@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The statistics of scripts/report against values worked out by hand and against the arithmetic of the paper."""
 import ast
+import json
 import math
 import sys
 import tempfile
@@ -15,7 +16,7 @@ except ImportError:
 
 PROJECT = next(p for p in Path(__file__).resolve().parents if (p / "scripts/report").is_dir())
 sys.path.insert(0, str(PROJECT / "scripts"))
-from report import benchmark, run, sweep, tables, trust  # noqa: E402
+from report import benchmark, odometry, run, sweep, tables, trust  # noqa: E402
 from report.common import area, insert, printed, pyplot, replaced  # noqa: E402
 
 
@@ -247,6 +248,72 @@ class Judged(unittest.TestCase):
         self.assertEqual(trust.cell(rows[1]["nees_rotation"]), "")
         self.assertGreater(rows[1]["rotation_sigma_deg"], 0)
         self.assertEqual(trust.judge([failed])[0]["right"], False)
+
+
+def pose_at(z, yaw=0.0):
+    return [math.cos(yaw), 0, math.sin(yaw), 0, 0, 1, 0, 0, -math.sin(yaw), 0, math.cos(yaw), z]
+
+
+def image(k, pose, truth, pair=None):
+    return dict(number=0, set="s", scale="stereo", stamp=0.1 * k, text="", known=k != 3, pose=pose, truth=truth, pair=pair,
+                ms=10.0)
+
+
+class Odometry(unittest.TestCase):
+    """Twelve images a metre apart; every step is taken for 2 cm longer, and the last image is rotated by 10 mrad."""
+    records = [image(k, pose_at(1.02 * k, 0.01 * (k == 11)), pose_at(k)) for k in range(12)]
+
+    def path(self):
+        ((_, [(path, lost, squared, ms)]),) = odometry.read(map(json.dumps, self.records), [])
+        self.assertEqual((lost, ms), (1, 10.0))
+        self.assertTrue(math.isnan(squared), "no pairs")
+        return path
+
+    def test_kitti_errors_by_hand(self):
+        # The first part longer than 10 m is the only one: 11 m. 22 cm and 10 mrad over 10 m.
+        path = self.path()
+        self.assertEqual(path.parts(10), [(0, 11)])
+        np.testing.assert_allclose(path.drift([10]), (2.2, math.degrees(0.01) * 10))
+        self.assertAlmostEqual(path.lengthening(), 2)
+        self.assertTrue(math.isnan(path.drift([20])[0]), "too short")
+
+    def test_errors_over_a_second_and_of_the_aligned_path(self):
+        # Ten steps a second from image 0 and from image 1, and only the latter ends with the rotation.
+        metres, degrees = self.path().rpe()
+        self.assertAlmostEqual(metres, 0.2)
+        self.assertAlmostEqual(degrees, math.degrees(0.01) / math.sqrt(2))
+        self.assertAlmostEqual(self.path().ate(), 0.02 * math.sqrt(np.mean((np.arange(12) - 5.5) ** 2)))
+        self.assertAlmostEqual(odometry.Path("", self.path().stamps, self.path().poses, self.path().truth, True).ate(), 0)
+
+    def test_nees_of_errors_of_one_deviation(self):
+        sigma = np.array([1e-2] * 3 + [1e-3] * 3)
+        turned = pose_at(1, 0.001 * math.sqrt(3))
+        true = [turned[i] + (0.01 if i % 4 == 3 else 0) for i in range(12)]
+        pair = dict(reference_stamp=0.0, metric=True, motion=pose_at(1), covariance=np.diag(sigma ** 2).ravel().tolist())
+        records = [image(0, pose_at(0), pose_at(0)), image(1, pose_at(1), true, pair)]
+        self.assertAlmostEqual(odometry.nees(records), 1 / odometry.CHI2_MEDIAN, 5)
+
+    def test_peers_in_both_forms(self):
+        with tempfile.TemporaryDirectory() as folder:
+            kitti, tum, other = (Path(folder, name) for name in ("kitti", "tum", "other"))
+            kitti.write_text("".join(" ".join(map(str, pose_at(k, 0.2))) + "\n" for k in range(3)))
+            tum.write_text("# stamp ...\n" + "".join("%g 0 0 %d 0 %.9f 0 %.9f\n" % (0.1 * k + 0.01, k, math.sin(0.1), math.cos(0.1))
+                                                     for k in range(3)))
+            other.write_text("1 2 3\n")
+            a, b = (odometry.read_peer(str(file), [0.0, 0.1, 0.2, 0.3]) for file in (kitti, tum))
+            np.testing.assert_allclose(a[:3], b[:3], atol=1e-8)
+            self.assertEqual((a[3], b[3]), (None, None))
+            with self.assertRaises(odometry.BadPeer):
+                odometry.read_peer(str(other), [0.0])
+            table = odometry.table(odometry.read(map(json.dumps, self.records), [str(kitti)]))
+            self.assertEqual([line.split()[1:4] for line in table.splitlines()[1:3]], [["stereo", "12", "1"], ["peer", "3", "-"]])
+
+    def test_a_plot_is_drawn(self):
+        if not pyplot():
+            self.skipTest("needs matplotlib")
+        with tempfile.TemporaryDirectory() as folder:
+            odometry.plot(odometry.read(map(json.dumps, self.records), []), folder + "/plot.png")
+            self.assertGreater(Path(folder, "plot.png").stat().st_size, 10000)
 
 
 class Trust(unittest.TestCase):

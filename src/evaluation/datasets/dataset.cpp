@@ -162,6 +162,11 @@ cv::Mat Dataset::depth(int frame) const {
   return file.empty() ? cv::Mat() : readScaled(joinPath(path_, file), 1.0 / kDepthScale);
 }
 
+cv::Mat Dataset::right(int frame) const {
+  const std::string& file = frames_.at(static_cast<size_t>(frame)).right;
+  return file.empty() ? cv::Mat() : readPicture(joinPath(path_, file), false);
+}
+
 cv::Mat Dataset::disparity(const DatasetPair& pair) const {
   return pair.disparity ? readScaled(joinPath(path_, pair.disparity->path), 1.0 / pair.disparity->scale) : cv::Mat();
 }

@@ -41,6 +41,13 @@ struct DatasetFrame {
   std::optional<Eigen::Isometry3d> pose = {};
   std::string depth = {};  ///< depth image nearest in time, relative to the folder; "" when there is none
   double depth_stamp = 0;  ///< seconds; of that depth image
+  std::string right = {};  ///< image of the right camera, relative to the folder; "" when there is none
+};
+
+/// The second camera of a rectified stereo pair.
+struct RightCamera {
+  CameraIntrinsics intrinsics;
+  double baseline = 0;  ///< metres to the right of the camera of the frames, > 0
 };
 
 /// One sample of the true motion, X_world = pose * X_camera.
@@ -91,6 +98,8 @@ class Dataset {
   std::optional<Eigen::Isometry3d> truthAt(double stamp) const;
   /// Absent when the set says nothing and none were given: then only uncalibrated models apply.
   const std::optional<CameraIntrinsics>& intrinsics() const { return intrinsics_; }
+  /// Absent where the set has no second camera, or does not say where it is.
+  const std::optional<RightCamera>& rightCamera() const { return right_camera_; }
   /// Names the calibration in use and its source.
   std::string calibrationText() const;
 
@@ -104,6 +113,8 @@ class Dataset {
   cv::Mat image(int frame, bool colour = false) const { return read_(frame, colour); }
   /// CV_32FC1, metres along the optical axis, 0 where unknown; empty when the frame has no depth.
   cv::Mat depth(int frame) const;
+  /// CV_8UC1; empty when the frame has no image of the right camera.
+  cv::Mat right(int frame) const;
   /// CV_32FC1, pixels, 0 where unknown; empty when the pair has no disparity.
   cv::Mat disparity(const DatasetPair& pair) const;
 
@@ -120,6 +131,7 @@ class Dataset {
   std::vector<StampedPose> trajectory_;
   std::vector<DatasetPair> listed_pairs_;
   std::optional<CameraIntrinsics> intrinsics_;
+  std::optional<RightCamera> right_camera_;
   std::string intrinsics_source_;  ///< file, topic or option, and which of its matrices
   std::string advice_;             ///< what to give where the calibration was guessed, in brackets; empty: nothing
   ImageReader read_;

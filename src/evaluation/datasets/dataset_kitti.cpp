@@ -1,6 +1,7 @@
 // KITTI odometry layout: image_0/ (or image_l/) in name order, optional calib.txt (P0: the left grey camera), poses.txt
 // (3 x 4, row major, of the left grey camera) and times.txt (seconds); line i belongs to the i-th image. The folder of
-// one camera (.../06/image_1) is a set, too: its calibration and its place are those of P1.
+// one camera (.../06/image_1) is a set, too: its calibration and its place are those of P1. image_1/ (or image_r/) are
+// the images of the right camera, whose calibration is P1.
 #include <algorithm>
 #include <filesystem>
 
@@ -34,8 +35,8 @@ struct KittiCamera {
   Eigen::Vector3d place;  ///< in the left grey camera, metres
 };
 
-/// `matrix`: "P0", "P1", ...
-std::optional<KittiCamera> readCalibration(const std::string& file, const std::string& matrix) {
+/// `matrix`: "P0", "P1", ... Throws DatasetError if a file lacks one that is `required`.
+std::optional<KittiCamera> readCalibration(const std::string& file, const std::string& matrix, bool required = true) {
   if (!isFile(file)) return std::nullopt;
   for (const TextLine& line : readLines(file)) {
     if (line.fields[0] != matrix + ":") continue;
@@ -45,6 +46,7 @@ std::optional<KittiCamera> readCalibration(const std::string& file, const std::s
     if (!k.calibrated()) failAt(file, line, "the focal lengths in " + matrix + " must be positive");
     return KittiCamera{k, {-(p[3] - k.cx * p[11]) / k.fx, -(p[7] - k.cy * p[11]) / k.fy, -p[11]}};
   }
+  if (!required) return std::nullopt;
   throw DatasetError(file + ": has no line that starts with '" + matrix + ":'");
 }
 
@@ -89,6 +91,11 @@ void Dataset::readKitti() {
     }
   }
   const std::vector<std::string> names = rig ? listImages(path_, "") : listImages(joinPath(path_, left), left + "/");
+  const std::string right = left == "image_0" ? "image_1" : "image_r";
+  if (!rig && isFolder(joinPath(root, right))) {
+    const auto found = readCalibration(joinPath(root, "calib.txt"), "P1", false);
+    if (found && found->place.x() > 0) right_camera_ = RightCamera{found->intrinsics, found->place.x()};
+  }
   const std::vector<Eigen::Isometry3d> poses = readPoses(joinPath(root, "poses.txt"));
   const std::vector<double> times = readTimes(joinPath(root, "times.txt"));
   if (!times.empty() && times.size() < names.size()) {
@@ -99,6 +106,9 @@ void Dataset::readKitti() {
 
   for (size_t i = 0; i < names.size(); ++i) {
     DatasetFrame frame = {names[i], times.empty() ? static_cast<double>(i) * kNominalPeriod : times[i]};
+    // The images of one moment have one name.
+    const std::string twin = right + names[i].substr(std::min(names[i].size(), left.size()));
+    if (right_camera_ && isFile(joinPath(root, twin))) frame.right = twin;
     if (i < poses.size()) {
       frame.pose = poses[i] * Eigen::Translation3d(place);
       trajectory_.push_back({frame.stamp, *frame.pose});

@@ -131,19 +131,22 @@ cv::Mat eightBits(const cv::Mat& picture, bool colour) {
   return image;
 }
 
+cv::Mat readPicture(const std::string& path, bool colour) {
+  if (!isFile(path)) throw DatasetError(path + ": no such image");
+  // Not grey by the decoder: its grey differs by a level here and there, and inliers with it.
+  const cv::Mat image = cv::imread(path, cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
+  if (image.empty()) throw DatasetError(path + ": cannot be read as an image");
+  if (image.depth() != CV_8U && image.depth() != CV_16U)
+    throw DatasetError(path + ": has pixels that are neither of 8 nor of 16 bits");
+  return eightBits(image, colour);
+}
+
 ImageReader imagesOf(const std::vector<DatasetFrame>& frames, const std::string& folder) {
   std::vector<std::string> paths;
   paths.reserve(frames.size());
   for (const DatasetFrame& frame : frames) paths.push_back(joinPath(folder, frame.name));
   return [paths = std::move(paths)](int frame, bool colour) {
-    const std::string& path = paths.at(static_cast<size_t>(frame));
-    if (!isFile(path)) throw DatasetError(path + ": no such image");
-    // Not grey by the decoder: its grey differs by a level here and there, and inliers with it.
-    const cv::Mat image = cv::imread(path, cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH);
-    if (image.empty()) throw DatasetError(path + ": cannot be read as an image");
-    if (image.depth() != CV_8U && image.depth() != CV_16U)
-      throw DatasetError(path + ": has pixels that are neither of 8 nor of 16 bits");
-    return eightBits(image, colour);
+    return readPicture(paths.at(static_cast<size_t>(frame)), colour);
   };
 }
 

@@ -44,6 +44,9 @@ std::string joinPath(const std::string& folder, const std::string& relative);
 /// A picture of 8 or 16 bits as CV_8UC1, reduced to grey as the node does it, or as CV_8UC3 with `colour`.
 cv::Mat eightBits(const cv::Mat& picture, bool colour);
 
+/// Reads an image file like that. Throws DatasetError.
+cv::Mat readPicture(const std::string& path, bool colour);
+
 /// Reads the frames of a folder by their names.
 ImageReader imagesOf(const std::vector<DatasetFrame>& frames, const std::string& folder);
 

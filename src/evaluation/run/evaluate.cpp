@@ -29,6 +29,7 @@ constexpr Command kCommands[] = {
     {"tables", "the paper's tables and figures on one's own images", evaluateTables},
     {"trust", "how often OK is wrong, and whether covariances are true, on sets and on scenes that try to fool",
      evaluateTrust},
+    {"odometry", "drift of stereo, RGB-D and single cameras over whole sequences", evaluateOdometry},
     {"merge", "join the parts that evaluate tables --shard made", evaluateMerge},
 };
 

@@ -16,6 +16,7 @@
 namespace gms_ransac {
 
 int evaluateRun(const Arguments& arguments);
+int evaluateOdometry(const Arguments& arguments);
 int evaluateSweep(const Arguments& arguments);
 int evaluateTables(const Arguments& arguments);
 int evaluateTrust(const Arguments& arguments);

@@ -66,6 +66,8 @@ MotionPriors::MotionPriors(const ros::NodeHandle& nh, const Parameters& paramete
   wheels_.topic = nh.resolveName("prior_odom");
 }
 
+MotionPriors::MotionPriors(const Parameters& parameters) : parameters_(parameters) {}
+
 MotionPriors::~MotionPriors() = default;
 
 void MotionPriors::start(std::function<void()> arrived) {
@@ -99,11 +101,11 @@ void MotionPriors::start(std::function<void()> arrived) {
   };
   const ros::TransportHints hints = ros::TransportHints().tcpNoDelay();
   if (byGyro()) {
-    subscribers_.push_back(nh_.subscribe<sensor_msgs::Imu>("imu", kImuQueue, addRates, ros::VoidConstPtr(), hints));
+    subscribers_.push_back(nh_->subscribe<sensor_msgs::Imu>("imu", kImuQueue, addRates, ros::VoidConstPtr(), hints));
   }
   if (byWheels()) {
     subscribers_.push_back(
-        nh_.subscribe<nav_msgs::Odometry>("prior_odom", kOdometryQueue, addPose, ros::VoidConstPtr(), hints));
+        nh_->subscribe<nav_msgs::Odometry>("prior_odom", kOdometryQueue, addPose, ros::VoidConstPtr(), hints));
   }
 }
 

@@ -49,6 +49,8 @@ class MotionPriors {
   /// Null if no parameter needs a prior. Reads the topics `imu` and `prior_odom` of `nh` where they are needed.
   static std::shared_ptr<MotionPriors> make(const ros::NodeHandle& nh, const Parameters& parameters);
   MotionPriors(const ros::NodeHandle& nh, const Parameters& parameters);
+  /// Without a graph: the ground alone, with ~scale ground.
+  explicit MotionPriors(const Parameters& parameters);
   ~MotionPriors();
 
   /// Subscribes, and forgets what came before. `arrived`: called when something came that an image may wait for.
@@ -111,7 +113,7 @@ class MotionPriors {
                                  std::string& problem);
   GroundPrior groundPrior(const std::string& camera_frame);
 
-  ros::NodeHandle nh_;
+  std::optional<ros::NodeHandle> nh_;  ///< none: no graph
   const Parameters parameters_;
   std::atomic<double> readout_{0};
   std::unique_ptr<TfLookup> tf_;  ///< null: not used

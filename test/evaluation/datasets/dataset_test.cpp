@@ -210,6 +210,20 @@ TEST_F(KittiTest, ReadsTheOtherCameraWithItsCalibrationAndPlace) {
   EXPECT_FALSE(layoutOf(path("image_7"))) << "is not there";
 }
 
+TEST_F(KittiTest, HasTheImagesOfTheRightCamera) {
+  for (const char* name : {"image_0/0.png", "image_0/1.png", "image_1/1.png"}) writeImage(name, 1);
+  EXPECT_FALSE(Dataset::open(path()).rightCamera()) << "nothing says where it is";
+  write("calib.txt", "P0: 700 0 600 0 0 701 180 0 0 0 1 0\nP1: 710 0 600 -355 0 701 180 0 0 0 1 0\n");
+  const Dataset dataset = Dataset::open(path());
+  ASSERT_TRUE(dataset.rightCamera());
+  EXPECT_DOUBLE_EQ(dataset.rightCamera()->baseline, 0.5);
+  EXPECT_DOUBLE_EQ(dataset.rightCamera()->intrinsics.fx, 710);
+  EXPECT_EQ(dataset.frames()[1].right, "image_1/1.png");
+  EXPECT_EQ(dataset.right(1).size(), dataset.image(1).size());
+  EXPECT_TRUE(dataset.right(0).empty());
+  EXPECT_FALSE(Dataset::open(path("image_1")).rightCamera());
+}
+
 TEST_F(KittiTest, AcceptsTheOtherFolderNameAndMissingFiles) {
   writeImage("image_l/000000.jpg", 1);
   const Dataset dataset = Dataset::open(path());

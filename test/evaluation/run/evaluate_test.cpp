@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "run_program.h"
+#include "scenes/scene.h"
 #include "scratch_folder.h"
 #include "shared_data.h"
 
@@ -69,6 +70,8 @@ TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
   fs::create_directories(path("empty"));
   write("broken/rgb.txt", "1 a.png\n2 b.png\n");
   write("broken/camera.txt", "500 500 x 240\n");
+  write("room/rgb.txt", "1 a.png\n2 b.png\n");
+  write("room/camera.txt", "500 500 320 240\n");
   const std::string run = "evaluate run " + path("set"), tables = "evaluate tables " + path("set");
   const std::map<std::string, std::string> complaints = {
       {"evaluate", "no command given"},
@@ -97,6 +100,12 @@ TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
       {"evaluate trust --scenes unheard_of", "--scenes holds 'unheard_of'"},
       {"evaluate trust --scenes general --gaps 1,x", "--gaps holds 'x'"},
       {"evaluate trust --scenes general --truth-rotation-sigma -1", "--truth-rotation-sigma must not be negative"},
+      {"evaluate odometry", "no set given"},
+      {"evaluate odometry " + path("set"), "a list of pairs is no sequence"},
+      {"evaluate odometry " + path("room") + " --scale fast", "--scale is 'fast'; it must be stereo, depth, ground"},
+      {"evaluate odometry " + path("room") + " --scale stereo", "room: has no image_1/"},
+      {"evaluate odometry " + path("room") + " --scale ground", "--scale ground needs --camera-height"},
+      {"evaluate odometry " + path("room") + " --peer a --peer b", "--peer is given 2 times for 1 sets"},
       {"evaluate merge " + path("empty"), "holds no plan.json"},
       {"benchmark " + path("none"), "none: no such folder or bag"},
       {"benchmark --features many", "--features holds 'many'"},
@@ -157,7 +166,7 @@ TEST_F(EvaluateTest, ListsEveryMethodAndExplainsItself) {
   for (const char* method : {"ransac", "gms_ransac", "cp_ransac", "lo_prosac"}) {
     EXPECT_NE(list.text.find(method), std::string::npos);
   }
-  for (const char* command : {"", "run ", "tables ", "trust ", "merge "}) {
+  for (const char* command : {"", "run ", "tables ", "trust ", "odometry ", "merge "}) {
     const Outcome help = evaluate(std::string(command) + "--help");
     EXPECT_EQ(help.status, 0);
     EXPECT_NE(help.text.find("evaluate"), std::string::npos);
@@ -332,6 +341,79 @@ TEST_F(EvaluateTest, LoProsacIsAsGoodAsAnExhaustiveSearch) {
     EXPECT_LT(number(ours, "hypotheses"), number(exhaustive, "hypotheses"));
     EXPECT_LT(number(exhaustive, "hypotheses"), 5000) << "it was not cut short";
   }
+}
+
+/// A drive along the rendered street, 2 m a frame, in KITTI's layout with the images of two cameras.
+void writeDrive(const ScratchFolder& folder, int images) {
+  SceneOptions options;
+  options.scene = "street";
+  options.size = {480, 300};
+  options.step = 2;
+  options.rate = 10;
+  std::ostringstream poses, calibration;
+  for (const double offset : {0.0, 0.5}) {
+    options.offset = offset;
+    const Scene scene(options);
+    const std::string camera = offset == 0 ? "0" : "1";
+    const CameraIntrinsics& k = scene.intrinsics();
+    calibration << "P" << camera << ": " << k.fx << " 0 " << k.cx << " " << -k.fx * offset << " 0 " << k.fy << " "
+                << k.cy << " 0 0 0 1 0\n";
+    fs::create_directories(folder.path("drive/image_" + camera));
+    for (int i = 0; i < images; ++i) {
+      cv::imwrite(folder.path("drive/image_" + camera + "/" + std::to_string(i) + ".png"), scene.render(i).image);
+      if (offset == 0) poses << scene.pose(i).matrix().topRows<3>().format(Eigen::IOFormat(9, 1, " ", " ")) << '\n';
+    }
+  }
+  folder.write("drive/calib.txt", calibration.str());
+  folder.write("drive/poses.txt", poses.str());
+}
+
+TEST_F(EvaluateTest, OdometryOfTwoCamerasIsMetric) {
+  constexpr int kImages = 7;
+  writeDrive(folder_, kImages);
+  fs::copy(path("drive/poses.txt"), path("peer.txt"));
+  const Outcome outcome = evaluate("odometry " + path("drive") + " --peer " + path("peer.txt") + " --plot " +
+                                   path("plot.png") + " --out " + path("records.jsonl"));
+  ASSERT_EQ(outcome.status, 0) << outcome.text;
+  EXPECT_NE(outcome.text.find("t, r 10 m"), std::string::npos) << outcome.text;
+  EXPECT_FALSE(cv::imread(path("plot.png")).empty());
+  std::istringstream ours(outcome.text.substr(outcome.text.find("\ndrive  ")));
+  std::string set, scale;
+  double images = 0, lost = 0, t = 0, r = 0;
+  ours >> set >> scale >> images >> lost >> t >> r;
+  EXPECT_EQ(scale, "stereo");
+  EXPECT_EQ(images, kImages);
+  EXPECT_EQ(lost, 0);
+  EXPECT_LT(t, 2) << outcome.text;
+  EXPECT_LT(r, 2) << outcome.text;
+  EXPECT_NE(outcome.text.find("peer           7     -      0.00 0.00"), std::string::npos) << outcome.text;
+  const auto records = readLines(path("records.jsonl"));
+  ASSERT_EQ(records.size(), static_cast<size_t>(kImages));
+  EXPECT_TRUE(records[0]["pair"].is_null());
+  EXPECT_EQ(records[1]["pair"]["covariance"].size(), 36u);
+  EXPECT_EQ(records[1]["pair"]["metric"], true);
+
+  const Outcome ground = evaluate("odometry " + path("drive") + " --scale ground --camera-height 1.6");
+  EXPECT_EQ(ground.status, 0) << ground.text;
+  EXPECT_NE(ground.text.find(" ground "), std::string::npos) << ground.text;
+  write("wrong.txt", "1 2 3\n");
+  const Outcome refused = evaluate("odometry " + path("drive") + " --peer " + path("wrong.txt"));
+  EXPECT_EQ(refused.status, 2) << refused.text;
+  EXPECT_NE(refused.text.find("wrong.txt: not 12 numbers a line"), std::string::npos) << refused.text;
+}
+
+TEST_F(EvaluateTest, OdometryOfDepthImages) {
+  ASSERT_EQ(run(PROGRAMS "/render_scene " + path("room") + " --frames 8 --grey").status, 0);
+  const Outcome outcome = evaluate("odometry " + path("room") + " --out " + path("records.jsonl"));
+  ASSERT_EQ(outcome.status, 0) << outcome.text;
+  for (const auto& record : readLines(path("records.jsonl"))) {
+    EXPECT_EQ(record["scale"], "depth");
+    ASSERT_EQ(record["known"], true) << record;
+  }
+  const auto pose = readLines(path("records.jsonl")).back();
+  double squared = 0;
+  for (const int i : {3, 7, 11}) squared += std::pow(pose["pose"][i].get<double>(), 2);
+  EXPECT_NEAR(std::sqrt(squared), 7 * 0.08, 0.06) << "metres along an arc";
 }
 
 TEST_F(EvaluateTest, FiguresAgreeWithAnIndependentScorer) {
