@@ -120,13 +120,15 @@ def matrix(numbers):
 
 def nees(records):
     """Of the metric pairs with truth, over six."""
-    truth = {record["stamp"]: matrix(record["truth"]) for record in records}
+    def key(stamp):  # ROS rounds to nanoseconds
+        return round(stamp, 6)
+    truth = {key(record["stamp"]): matrix(record["truth"]) for record in records}
     values = []
     for record in records:
         pair = record["pair"]
-        if not pair or not pair["metric"] or truth.get(pair["reference_stamp"]) is None or not record["truth"]:
+        if not pair or not pair["metric"] or truth.get(key(pair["reference_stamp"])) is None or not record["truth"]:
             continue
-        motion, true = matrix(pair["motion"]), inverse(truth[pair["reference_stamp"]]) @ truth[record["stamp"]]
+        motion, true = matrix(pair["motion"]), inverse(truth[key(pair["reference_stamp"])]) @ matrix(record["truth"])
         error = np.concatenate((true[:3, 3] - motion[:3, 3], rotation_vector(true[:3, :3] @ motion[:3, :3].T)))
         values.append(error @ np.linalg.solve(np.reshape(pair["covariance"], (6, 6)), error) / 6)
     return float(np.median(values)) / CHI2_MEDIAN if values else math.nan

@@ -103,9 +103,9 @@ void check(FuzzInput input) {
     propagator.advance();
 
     RelativePose pose = result.robust.pose;
-    const ScaleEstimate metric = poseFromKeypointDepth(
-        points, reference, current, result, pair.camera, keypointDepth(reference, reference_depth),
-        keypointDepth(current, current_depth), DepthSource::kRollingCamera, pose);
+    const ScaleEstimate metric = poseFromKeypointDepth(points, reference, current, result, pair.camera,
+                                                       keypointDepth(reference, reference_depth),
+                                                       keypointDepth(current, current_depth), 0, pose);
     demand(metric.features >= 0, "features are counted");
     demandEmpty(brokenPose(pose));
     if (metric.features == 0) continue;

@@ -1,11 +1,15 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
+#include "gms_ransac/point_pairs.h"
 #include "scale/translation_scale.h"
 #include "two_view/pose_model.h"
+#include "two_view/sigma_by_octave.h"
 
 namespace gms_ransac {
 
@@ -13,40 +17,79 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-// Unknowns: the step of t, the rotation vector w, and the row rotation.
-constexpr int kUnknowns = 9;
-using Matrix9d = Eigen::Matrix<double, kUnknowns, kUnknowns>;
-using Vector9d = Eigen::Matrix<double, kUnknowns, 1>;
+// Unknowns: the step of t, the rotation vector w, the row rotation, and the offset of all inverse depths.
+constexpr int kPose = 6, kOffset = 9, kUnknowns = 10;
+using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using Column = Eigen::Matrix<double, kUnknowns, 1>;
 
 constexpr int kMinimumSupport = 8;
 constexpr int kIterations = 15;
-constexpr double kConverged = 1e-6;  // step, metres and radians: a thousandth of the noise; each is a third of the last
-// Cauchy loss: wrong depth at the rims of things, which registration and time difference smear, must not pull. After
-// some steps it bends at a multiple of the root mean square residual if that is less. In the rendered room the corners
-// near rims have a mean error of 0.15 px and caused half of the yaw drift.
-constexpr double kLossPixels = 1.0, kLeastLossPixels = 0.1, kLossResiduals = 1.4;
-constexpr int kWideSteps = 3;
+constexpr double kConverged = 1e-5;  // step, metres and radians: a hundredth of the noise
+// Geman-McClure's loss bends where the squared residual over its freedom exceeds this, or this many times the typical
+// one where the residuals exceed the noise: rows that are read one after the other, depth of another moment. The first
+// steps have a loss that is wider by kWide, half of that, and so on.
+constexpr double kLoss = 4, kWide = 4;
+constexpr double kTypicalSquare = 0.7;  ///< median of chi2 over its freedom, two degrees
+constexpr double kLeastBend = 0.1;      ///< of the loss, mean second derivative over the weight; 0.75 on KITTI and TUM
 // Depth beyond this share of difference between the four pixels around a point lies on a rim, relative.
 constexpr double kRim = 0.05;
+// Least standard deviation of a keypoint, pixels: exact points have none.
+constexpr double kLeastSigma = 0.05;
+// Standard deviation of the inverse depth, 1/m: of a Kinect that moves (0.4 px of its disparity: neighbouring pixels
+// err together, and depth is of another moment than colour), and if it is not known.
+constexpr double kDepthImageSigma = 0.01, kNoDepthSigma = 1;
 // Prior standard deviation of the row rotation, radians: half a degree to one degree on a hand-held Kinect.
 constexpr double kRowRotationSigma = 3.14159265358979323846 / 180;
-constexpr double kNoRowRotationSigma = 1e-6;  // global shutter
+// Prior standard deviation of the disparity that the calibration of two cameras leaves, pixels. KITTI's rectified
+// images have 0.15 (06) and 1 (01): ignored, it makes the translation 0.6 and 10 % too long. Pairs measure it to 0.1.
+constexpr double kDisparityOffsetSigma = 0.5;
+constexpr double kFixed = 1e-6;    // sigma of an unknown that a sensor does not have
+constexpr double kNearest = 0.05;  // of the depth in the reference that is left of a point in the current camera
 
-/// A point of one image with metric depth and where the other image shows it, normalised coordinates.
-struct DepthPoint {
-  Vector3d point;             ///< in the frame that has the depth, metres
-  double x, y;                ///< seen in the other image
-  double row, seen_row;       ///< in the image with the depth and in the other: -0.5 at the top, 0.5 at the bottom
-  bool in_current;            ///< `point` is in the current frame, seen in the reference
-  double triangulated_depth;  ///< of `point`, in multiples of the baseline; 0: unknown
+/// What one image says of a point: x, y on the plane z = 1 and inverse depth, 1/m. In these the motion and its noise
+/// are nearly linear, out to infinity.
+struct Seen {
+  Vector3d value;
+  Matrix3d noise;  ///< covariance
+  bool has_depth;
+  double row;  ///< -0.5 at the top of the image, 0.5 at the bottom
+};
+
+struct JointPoint {
+  Seen reference, current;
+  Vector3d estimate = Vector3d::Zero();  ///< of `reference.value`, by all measurements
+  int freedom = 1;  ///< of its residual: 1 without depth (the Sampson distance), 2 with depth in one image, 3 in both
+  int32_t cell = 0;
 };
 
 /// Motion of rolling-shutter cameras. If the rotation during the readout differs between the images, the difference
 /// grows with the row; without it in the model it would be taken for translation.
-struct RowwiseMotion {
-  RelativePose pose;  ///< of the middle rows
-  Vector3d row_rotation =
-      Vector3d::Zero();  ///< rotation vector, current minus reference, from the top row to the bottom
+struct JointMotion {
+  RelativePose pose;                         ///< of the middle rows
+  Vector3d row_rotation = Vector3d::Zero();  ///< current minus reference, from the top row to the bottom
+  double offset = 0;                         ///< to be added to each measured inverse depth, 1/m
+
+  void move(const Column& step) {
+    pose.t += step.head<3>();
+    pose.R = rotationFromVector(step.segment<3>(3)) * pose.R;
+    row_rotation += step.segment<3>(kPose);
+    offset += step[kOffset];
+  }
+  Column extras() const {
+    Column column = Column::Zero();
+    column.segment<3>(kPose) = row_rotation;
+    column[kOffset] = offset;
+    return column;
+  }
+};
+
+/// A point carried from the reference to the current image, less what is seen there, to first order.
+struct JointResidual {
+  Vector3d value;
+  Eigen::Matrix<double, 3, kUnknowns> derivative;
+  Matrix3d information;  ///< inverse of its covariance
+  Matrix3d gain;         ///< step of the estimate over the residual
+  double squared = -1;   ///< by its covariance; negative: the point does not take part
 };
 
 double depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
@@ -64,93 +107,191 @@ double depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
   return 1 / ((1 - b) * top + b * bottom);
 }
 
-std::vector<DepthPoint> gatherPoints(const Triangulation& pair, const Features& reference, const Features& current,
-                                     const MatchResult& result, const std::vector<float>& reference_depth,
-                                     const std::vector<float>& current_depth, int& matches) {
-  std::vector<DepthPoint> points;
-  matches = 0;
-  for (int i = 0; i < pair.size(); ++i) {
-    const Match& match = result.matches[pair.match[i]];
-    const cv::Point2f pixel_r = reference.keypoints[match.reference].pt, pixel_c = current.keypoints[match.current].pt;
-    const double zr = reference_depth.empty() ? 0 : reference_depth[match.reference];
-    const double zc = current_depth.empty() ? 0 : current_depth[match.current];
-    const double row_r = pixel_r.y / reference.image_size.height - 0.5;
-    const double row_c = pixel_c.y / current.image_size.height - 0.5;
-    const Vector3d ray_r(pair.x_reference[i], pair.y_reference[i], 1), ray_c(pair.x_current[i], pair.y_current[i], 1);
-    const double triangulated_r = pair.valid[i] ? pair.depth_reference[i] : 0;
-    const double triangulated_c = pair.valid[i] ? pair.depth_current[i] : 0;
-    if (zr > 0) points.push_back({zr * ray_r, ray_c.x(), ray_c.y(), row_r, row_c, false, triangulated_r});
-    if (zc > 0) points.push_back({zc * ray_c, ray_r.x(), ray_r.y(), row_c, row_r, true, triangulated_c});
-    matches += zr > 0 || zc > 0;
+/// `sigma`: of a keypoint, at depth 1. The inverse depth of two cameras is (x - x_right) / baseline, which shares x.
+Seen seenAt(double x, double y, double depth, double sigma, double baseline, double row) {
+  Seen seen = {{x, y, depth > 0 ? 1 / depth : 0}, Matrix3d::Zero(), depth > 0, row};
+  const double variance = sigma * sigma;
+  seen.noise.diagonal() << variance, variance, kNoDepthSigma * kNoDepthSigma;
+  if (depth > 0 && baseline > 0) {
+    seen.noise(2, 2) = 2 * variance / (baseline * baseline);
+    seen.noise(0, 2) = seen.noise(2, 0) = variance / baseline;
+  } else if (depth > 0) {
+    seen.noise(2, 2) = kDepthImageSigma * kDepthImageSigma;
   }
-  return points;
+  return seen;
 }
 
 /// Weighted median of metric over triangulated depth, whose ratio has a standard deviation that grows with depth.
-double startingLength(const std::vector<DepthPoint>& points) {
-  std::vector<std::pair<double, double>> ratios;
-  double total = 0;
-  for (const DepthPoint& p : points) {
-    if (p.triangulated_depth <= 0) continue;
-    ratios.emplace_back(p.point.z() / p.triangulated_depth, 1 / p.point.z());
-    total += 1 / p.point.z();
-  }
-  if (ratios.empty()) return 0;
+double startingLength(std::vector<std::pair<double, double>> ratios) {
+  double total = 0, sum = 0;
+  for (const auto& [ratio, weight] : ratios) total += weight;
   std::sort(ratios.begin(), ratios.end());
-  double sum = 0;
   for (const auto& [ratio, weight] : ratios) {
     sum += weight;
     if (sum >= total / 2) return ratio;
   }
-  return ratios.back().first;
+  return 0;
 }
 
-/// Normal equations at a motion for the perturbation (dt, w, du): t + dt, exp(w) R, row_rotation + du.
-struct DepthEquations {
-  Matrix9d H = Matrix9d::Zero();
-  Vector9d b = Vector9d::Zero();
-  double weighted_squares = 0, weight = 0;
+/// The inverse depth of a point whose depth the reference does not show, to begin with.
+double startingInverseDepth(const JointPoint& p, const RelativePose& pose, double triangulated_depth) {
+  if (!p.current.has_depth) return triangulated_depth > 0 ? 1 / triangulated_depth : 0;
+  const Vector3d ray(p.current.value.x(), p.current.value.y(), 1);
+  const double z = (pose.R * ray / p.current.value.z() + pose.t).z();
+  return z > 0 ? 1 / z : 0;
+}
 
-  /// `loss`: where the robust loss bends, also the noise that its prior is weighed against.
-  DepthEquations(const std::vector<DepthPoint>& points, const RowwiseMotion& motion, double loss,
-                 double row_rotation_sigma) {
-    const double prior = loss * loss / (row_rotation_sigma * row_rotation_sigma);
-    H.bottomRightCorner<3, 3>().diagonal().setConstant(prior);
-    b.tail<3>() = -prior * motion.row_rotation;
-    for (const DepthPoint& p : points) add(p, motion, loss);
+JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
+  JointResidual result;
+  const RelativePose& pose = motion.pose;
+  // Half the row rotation belongs to either image, with opposite signs, to first order.
+  const Vector3d half_rotation = -0.5 * motion.row_rotation;
+  const Vector3d ray(p.estimate.x(), p.estimate.y(), 1);
+  const double inverse_depth = p.estimate.z();
+  const Matrix3d rotation = pose.R.transpose();
+  // The point over its depth in the reference, in the reference and in the current camera.
+  const Vector3d moved = ray + p.reference.row * half_rotation.cross(ray) - inverse_depth * pose.t;
+  const Vector3d rotated = rotation * moved, there = rotated + p.current.row * half_rotation.cross(rotated);
+  if (!(there.z() > kNearest)) return result;
+  const double s = 1 / there.z();
+  const Vector3d seen(there.x() * s, there.y() * s, inverse_depth * s);
+  Matrix3d projection = s * Matrix3d::Identity();
+  projection.col(2) = -s * seen;
+  Matrix3d by_point;
+  by_point << rotation.col(0), rotation.col(1), -rotation * pose.t;
+  by_point = (projection * by_point).eval();
+  by_point(2, 2) += s;
+  const Matrix3d by_rows = 0.5 * (p.reference.row * rotation * crossMatrix(ray) + p.current.row * crossMatrix(rotated));
+  result.derivative.leftCols<3>() = -inverse_depth * projection * rotation;
+  result.derivative.middleCols<3>(3) = projection * rotation * crossMatrix(moved);
+  result.derivative.middleCols<3>(kPose) = projection * by_rows;
+  Vector3d by_offset = p.reference.has_depth ? Vector3d(by_point.col(2)) : Vector3d(Vector3d::Zero());
+  if (p.current.has_depth) by_offset.z() -= 1;
+  result.derivative.col(kOffset) = by_offset;
+
+  result.value = seen - p.current.value + by_point * (p.reference.value - p.estimate) + motion.offset * by_offset;
+  const Matrix3d spread = by_point * p.reference.noise;
+  const Matrix3d covariance = p.current.noise + spread * by_point.transpose();
+  if (p.current.has_depth) {
+    result.information = covariance.llt().solve(Matrix3d::Identity());
+  } else {
+    result.information.setZero();
+    result.information.topLeftCorner<2, 2>() =
+        Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()).llt().solve(Eigen::Matrix2d::Identity());
+  }
+  result.gain = spread.transpose() * result.information;
+  const double squared = result.value.dot(result.information * result.value);
+  if (squared >= 0 && std::isfinite(squared)) result.squared = squared;
+  return result;
+}
+
+/// The refinement of one pair: Gauss-Newton over the motion and the points, which are eliminated.
+class JointRefinement {
+ public:
+  JointRefinement(std::vector<JointPoint> points, const RelativePose& start, const Column& prior)
+      : points_(std::move(points)), prior_(prior), residuals_(points_.size()) {
+    motion_.pose = start;
+  }
+
+  /// False where there is no solution. `pose` has the covariance of the pose, whatever the other unknowns are.
+  bool run(RelativePose& pose) {
+    for (int i = 0; i < kIterations; ++i) {
+      loss_ = kLoss * typicalSquare() * std::max(1., kWide * std::pow(0.5, i));
+      linearize();
+      const Column step = withPrior(curvature_).ldlt().solve(-gradient_ - prior_.cwiseProduct(motion_.extras()));
+      if (!step.allFinite()) return false;
+      motion_.move(step);
+      moveEstimates(step);
+      if (i > 1 && step.norm() < kConverged) break;
+    }
+    motion_.pose.covariance = covariance();
+    if (!motion_.pose.covariance.allFinite()) return false;
+    pose = motion_.pose;
+    return true;
   }
 
  private:
-  void add(const DepthPoint& p, const RowwiseMotion& motion, double loss) {
-    const RelativePose& pose = motion.pose;
-    // Half the row rotation belongs to either image, with opposite signs, to first order.
-    const Vector3d half_rotation = (p.in_current ? 0.5 : -0.5) * motion.row_rotation;
-    const Vector3d point = p.point + p.row * half_rotation.cross(p.point);
-    const Matrix3d rotation = p.in_current ? pose.R : Matrix3d(pose.R.transpose());
-    const Vector3d rotated = rotation * point;
-    const Vector3d moved = p.in_current ? Vector3d(rotated + pose.t) : Vector3d(rotation * (point - pose.t));
-    const Vector3d seen = moved + p.seen_row * half_rotation.cross(moved);  // in the frame of the image that shows it
-    if (seen.z() <= 0) return;
-    Eigen::Matrix<double, 3, kUnknowns> derivative;  // of `seen`
-    const Matrix3d by_row_rotation = p.row * rotation * crossMatrix(p.point) + p.seen_row * crossMatrix(moved);
-    if (p.in_current) {
-      derivative << Matrix3d::Identity(), -crossMatrix(rotated), -0.5 * by_row_rotation;
-    } else {
-      derivative << -rotation, rotation * crossMatrix(point - pose.t), 0.5 * by_row_rotation;
-    }
-    const double x = seen.x() / seen.z(), y = seen.y() / seen.z();
-    Eigen::Matrix<double, 2, 3> projection;
-    projection << 1, 0, -x, 0, 1, -y;
-    const Eigen::Matrix<double, 2, kUnknowns> J = projection / seen.z() * derivative;
-    const Eigen::Vector2d residual(x - p.x, y - p.y);
-    const double w = 1 / (1 + residual.squaredNorm() / (loss * loss));
-    // Coefficient by coefficient: products of this size otherwise go through Eigen's blocked kernel, which is slower.
-    const Eigen::Matrix<double, kUnknowns, 2> weighted = w * J.transpose();
-    H += weighted.lazyProduct(J);
-    b -= weighted.lazyProduct(residual);
-    weighted_squares += w * residual.squaredNorm();
-    weight += w;
+  struct Cell {
+    Column gradient = Column::Zero();
+    int count = 0;
+  };
+
+  Square withPrior(const Square& curvature) const {
+    Square sum = curvature;
+    sum.diagonal() += prior_;
+    return sum;
   }
+
+  /// Computes the residuals; returns how many times their squares exceed the noise, 1 or more.
+  double typicalSquare() {
+    squares_.clear();
+    for (size_t i = 0; i < points_.size(); ++i) {
+      residuals_[i] = residualOf(points_[i], motion_);
+      if (residuals_[i].squared >= 0) squares_.push_back(residuals_[i].squared / points_[i].freedom);
+    }
+    if (squares_.empty()) return 1;
+    const auto middle = squares_.begin() + static_cast<std::ptrdiff_t>(squares_.size() / 2);
+    std::nth_element(squares_.begin(), middle, squares_.end());
+    return std::max(1., *middle / kTypicalSquare);
+  }
+
+  /// Normal equations of half the loss.
+  void linearize() {
+    curvature_.setZero();
+    gradient_.setZero();
+    cells_.fill(Cell());
+    double weights = 0, bends = 0;
+    for (size_t i = 0; i < points_.size(); ++i) {
+      const JointResidual& r = residuals_[i];
+      if (r.squared < 0) continue;
+      const double ratio = r.squared / (loss_ * points_[i].freedom), weight = 1 / ((1 + ratio) * (1 + ratio));
+      weights += weight;
+      bends += weight * (1 - 4. / points_[i].freedom * ratio / (1 + ratio));
+      // Coefficient by coefficient: products of this size otherwise go through Eigen's blocked kernel, which is slower.
+      const Eigen::Matrix<double, kUnknowns, 3> weighted = weight * r.derivative.transpose().lazyProduct(r.information);
+      curvature_ += weighted.lazyProduct(r.derivative);
+      Cell& cell = cells_.at(static_cast<size_t>(points_[i].cell));
+      cell.gradient += weighted.lazyProduct(r.value);
+      ++cell.count;
+    }
+    for (const Cell& cell : cells_) gradient_ += cell.gradient;
+    bend_ = weights > 0 ? std::max(kLeastBend, bends / weights) : 1;
+  }
+
+  void moveEstimates(const Column& step) {
+    for (size_t i = 0; i < points_.size(); ++i) {
+      JointPoint& p = points_[i];
+      if (residuals_[i].squared < 0 || p.freedom == 1) continue;
+      p.estimate = p.reference.value;
+      if (residuals_[i].squared > loss_ * p.freedom) continue;  // it says nothing of this point
+      p.estimate -= residuals_[i].gain * (residuals_[i].value + residuals_[i].derivative * step);
+      if (p.reference.has_depth) p.estimate.z() += motion_.offset;
+    }
+  }
+
+  /// Huber's sandwich: the points of one cell err together (Liang & Zeger 1986), as the judgement has it.
+  Eigen::Matrix<double, kPose, kPose> covariance() const {
+    Square scatter = Square::Zero();
+    int cells = 0;
+    for (const Cell& cell : cells_) {
+      scatter += cell.gradient * cell.gradient.transpose();
+      cells += cell.count > 0;
+    }
+    scatter *= cells / std::max(1., static_cast<double>(cells - kPose));
+    const Square inverse = withPrior(bend_ * curvature_).ldlt().solve(Square::Identity());
+    return (inverse * withPrior(scatter) * inverse.transpose()).topLeftCorner<kPose, kPose>();
+  }
+
+  std::vector<JointPoint> points_;
+  Column prior_;  ///< information on the unknowns besides the pose
+  JointMotion motion_;
+  std::vector<JointResidual> residuals_;
+  std::vector<double> squares_;
+  double loss_ = kLoss;
+  Square curvature_;
+  Column gradient_;
+  std::array<Cell, kSpreadGridSide * kSpreadGridSide> cells_;
+  double bend_ = 1;  ///< mean second derivative of the loss over the weight
 };
 
 }  // namespace
@@ -168,48 +309,58 @@ std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth)
 ScaleEstimate poseFromKeypointDepth(const Triangulation& pair, const Features& reference, const Features& current,
                                     const MatchResult& result, const Camera& camera,
                                     const std::vector<float>& reference_depth, const std::vector<float>& current_depth,
-                                    DepthSource source, RelativePose& pose) {
+                                    double baseline, RelativePose& pose) {
   ScaleEstimate estimate;
+  const double pixel = 1 / camera.meanFocalLength();
+  const SigmaByOctave sigma(result.robust, current.scale_factor);
+  const auto noise = [&](const cv::KeyPoint& keypoint) {
+    return pixel * std::max(kLeastSigma, static_cast<double>(sigma[keypoint.octave]));
+  };
+  std::vector<JointPoint> points;
+  points.reserve(static_cast<size_t>(pair.size()));
+  std::vector<std::pair<double, double>> ratios;
   int matches = 0;
-  const std::vector<DepthPoint> points =
-      gatherPoints(pair, reference, current, result, reference_depth, current_depth, matches);
+  for (int i = 0; i < pair.size(); ++i) {
+    const Match& match = result.matches[pair.match[i]];
+    const cv::KeyPoint &r = reference.keypoints[match.reference], &c = current.keypoints[match.current];
+    const double zr = reference_depth.empty() ? 0 : reference_depth[match.reference];
+    const double zc = current_depth.empty() ? 0 : current_depth[match.current];
+    const double row_r = r.pt.y / reference.image_size.height - 0.5, row_c = c.pt.y / current.image_size.height - 0.5;
+    JointPoint p;
+    p.reference = seenAt(pair.x_reference[i], pair.y_reference[i], zr, noise(r), baseline, row_r);
+    p.current = seenAt(pair.x_current[i], pair.y_current[i], zc, noise(c), baseline, row_c);
+    p.freedom = 1 + static_cast<int>(zr > 0) + static_cast<int>(zc > 0);
+    p.cell = spreadCell(c.pt, current.image_size);
+    points.push_back(p);
+    matches += p.freedom > 1;
+    if (zr > 0 && pair.valid[i]) ratios.emplace_back(zr / pair.depth_reference[i], 1 / zr);
+    if (zc > 0 && pair.valid[i]) ratios.emplace_back(zc / pair.depth_current[i], 1 / zc);
+  }
   if (matches < kMinimumSupport) return estimate;
 
-  RowwiseMotion motion;
-  RelativePose& refined = motion.pose;
-  refined = result.robust.pose;
-  refined.t *= startingLength(points);
-  const double pixel = 1 / camera.meanFocalLength();
-  double loss = kLossPixels * pixel;
-  const double row_rotation_sigma = source == DepthSource::kRollingCamera ? kRowRotationSigma : kNoRowRotationSigma;
-  for (int i = 0; i < kIterations; ++i) {
-    const DepthEquations equations(points, motion, loss, row_rotation_sigma);
-    if (i == kWideSteps) {
-      const double residual = std::sqrt(equations.weighted_squares / (2 * equations.weight));
-      loss = std::clamp(kLossResiduals * residual, kLeastLossPixels * pixel, loss);
-    }
-    const Vector9d step = equations.H.ldlt().solve(equations.b);
-    if (!step.allFinite()) return estimate;
-    refined.t += step.head<3>();
-    refined.R = rotationFromVector(step.segment<3>(3)) * refined.R;
-    motion.row_rotation += step.tail<3>();
-    if (i > kWideSteps && step.norm() < kConverged) break;
+  RelativePose start = result.robust.pose;
+  const double length = startingLength(std::move(ratios));
+  start.t *= length;
+  for (int i = 0; i < pair.size(); ++i) {
+    JointPoint& p = points[i];
+    const double depth = pair.valid[i] ? length * pair.depth_reference[i] : 0;
+    if (!p.reference.has_depth) p.reference.value.z() = startingInverseDepth(p, start, depth);
+    p.estimate = p.reference.value;
   }
-  const DepthEquations equations(points, motion, loss, row_rotation_sigma);
-  // A match that is projected both ways makes two residuals of one pair of keypoints, which err together.
-  const double projections = static_cast<double>(points.size()) / matches;
-  const double freedom = std::max(2 * equations.weight / projections - kUnknowns, 1.0);
-  const double variance = equations.weighted_squares / freedom;
-  const Matrix9d inverse = equations.H.ldlt().solve(Matrix9d::Identity());
-  refined.covariance = variance * inverse.topLeftCorner<6, 6>();
-  if (!refined.covariance.allFinite()) return estimate;
-  estimate.length = refined.t.norm();
-  const Vector3d along = refined.t.normalized();
+  Column sigmas = Column::Constant(kFixed);
+  if (baseline > 0) {
+    sigmas[kOffset] = kDisparityOffsetSigma * pixel / baseline;
+  } else {
+    sigmas.segment<3>(kPose).setConstant(kRowRotationSigma);
+  }
+  Column prior = sigmas.cwiseAbs2().cwiseInverse();
+  prior.head<kPose>().setZero();
+  if (!JointRefinement(std::move(points), start, prior).run(pose)) return estimate;
+  estimate.length = pose.t.norm();
+  const Vector3d along = pose.t.normalized();
   estimate.relative_sigma =
-      estimate.length > 0 ? std::sqrt(along.dot(refined.covariance.topLeftCorner<3, 3>() * along)) / estimate.length
-                          : 0;
+      estimate.length > 0 ? std::sqrt(along.dot(pose.covariance.topLeftCorner<3, 3>() * along)) / estimate.length : 0;
   estimate.features = matches;
-  pose = refined;
   return estimate;
 }
 

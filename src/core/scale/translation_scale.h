@@ -60,19 +60,15 @@ class ScalePropagator {
 /// finite where unknown; empty: no entries.
 std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth);
 
-enum class DepthSource {
-  kRollingCamera,  ///< depth cameras: their colour image is read row by row
-  kTriggeredPair   ///< two cameras: all rows at once
-};
-
-/// `depth`: metric motion from inliers of known depth, by Gauss-Newton on the robust reprojection error from
-/// `result.robust.pose`. For a rolling camera a rotation that grows with the row is estimated, too. Depths: metres, 0
-/// where unknown; either column may be empty. `features` 0 (fewer than eight inliers with depth, or no convergence)
-/// leaves `pose` alone.
+/// One pose from all that was measured of a pair, by robust least squares from `result.robust.pose`: inliers with depth
+/// as points in space, with the noise of depth or disparity; the others by their Sampson distance. Rotation,
+/// translation and covariance are joint. Depths: metres, 0 where unknown; either column may be empty. `baseline`:
+/// metres between two cameras, whose disparities may have a common offset; 0: a depth camera, whose rotation may grow
+/// with the row. `features` 0 (fewer than eight inliers with depth, or no solution) leaves `pose` alone.
 ScaleEstimate poseFromKeypointDepth(const Triangulation& pair, const Features& reference, const Features& current,
                                     const MatchResult& result, const Camera& camera,
                                     const std::vector<float>& reference_depth, const std::vector<float>& current_depth,
-                                    DepthSource source, RelativePose& pose);
+                                    double baseline, RelativePose& pose);
 
 /// The pose scaled to that length, with the covariance of t.
 RelativePose withLength(const RelativePose& unit_pose, const ScaleEstimate& scale);

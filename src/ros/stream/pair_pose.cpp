@@ -30,10 +30,12 @@ void askPriors(MotionPriors& priors, ProcessedFrame& answer) {
 /// Metric pose from depth or a second camera, or why there is none.
 void takeDepth(bool stereo, ProcessedFrame& answer) {
   const PreparedFrame &reference = *answer.reference, &current = *answer.current;
-  const ScaleEstimate scale =
-      poseFromKeypointDepth(*answer.points, reference.frame.features, current.frame.features, *answer.result,
-                            current.camera->camera, reference.stereo.depth, current.stereo.depth,
-                            stereo ? DepthSource::kTriggeredPair : DepthSource::kRollingCamera, answer.pose);
+  const std::optional<StereoRig>& rig = current.stereo.rig ? current.stereo.rig : reference.stereo.rig;
+  ScaleEstimate scale;
+  if (!stereo || rig)
+    scale = poseFromKeypointDepth(*answer.points, reference.frame.features, current.frame.features, *answer.result,
+                                  current.camera->camera, reference.stereo.depth, current.stereo.depth,
+                                  rig ? rig->baseline : 0, answer.pose);
   answer.metric_scale = scale.features > 0;
   if (answer.metric_scale && answer.status != MatchStats::OK) {
     // Depth makes a translation observable that the images alone do not show.

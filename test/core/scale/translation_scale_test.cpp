@@ -189,7 +189,7 @@ ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference
                             const MatchResult& result, const Camera& camera, const cv::Mat& reference_depth,
                             const cv::Mat& current_depth, RelativePose& pose) {
   return poseFromKeypointDepth(pair, reference, current, result, camera, keypointDepth(reference, reference_depth),
-                               keypointDepth(current, current_depth), DepthSource::kRollingCamera, pose);
+                               keypointDepth(current, current_depth), 0, pose);
 }
 
 /// Errors of poseFromDepth over pairs of one sequence.
@@ -303,10 +303,50 @@ TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
   }
   RelativePose pose;
   const ScaleEstimate scale = poseFromKeypointDepth(exact.triangulated(), exact.reference, exact.current, exact.result,
-                                                    exact.camera, {}, depth, DepthSource::kRollingCamera, pose);
+                                                    exact.camera, {}, depth, 0, pose);
   EXPECT_GT(scale.features, 250);
   EXPECT_LT((pose.t - truth.t).norm(), 0.02);
   EXPECT_LT(rotationVector(pose.R.transpose() * truth.R).norm(), 1e-3);
+}
+
+TEST(PoseFromDepth, TellsADisparityOffsetFromTheLength) {
+  const ExactPair exact({0.1, 0.05, 1});
+  constexpr double kBaseline = 0.5, kOffset = 0.8;  // metres; pixels by which each disparity is too small
+  const double scale = kBaseline * exact.camera.meanFocalLength();
+  const Triangulation points = exact.triangulated();
+  std::vector<float> depth_reference, depth_current;
+  for (int i = 0; i < points.size(); ++i) {
+    depth_reference.push_back(static_cast<float>(scale / (scale / points.depth_reference[i] - kOffset)));
+    depth_current.push_back(static_cast<float>(scale / (scale / points.depth_current[i] - kOffset)));
+  }
+  RelativePose pose;
+  const ScaleEstimate estimate = poseFromKeypointDepth(points, exact.reference, exact.current, exact.result,
+                                                       exact.camera, depth_reference, depth_current, kBaseline, pose);
+  EXPECT_EQ(estimate.features, points.size());
+  EXPECT_NEAR(estimate.length, 1, 0.01);
+  EXPECT_LT((pose.t - exact.result.robust.pose.t).norm(), 0.01);
+}
+
+TEST(PoseFromDepth, MatchesWithoutDepthTakePart) {
+  ExactPair exact({1, 0.2, 0.1}, 0.5);
+  exact.result.robust.sigma_px = 0.5;
+  const RelativePose truth = exact.result.robust.pose;
+  std::vector<float> depth;
+  for (int i = 0; i < 300; ++i) {
+    depth.push_back(exact.current.keypoints[i].pt.x < 160 ? static_cast<float>(exact.truth[i].z()) : 0.f);
+  }
+  const auto error = [&] {
+    RelativePose pose;
+    const ScaleEstimate scale = poseFromKeypointDepth(exact.triangulated(), exact.reference, exact.current,
+                                                      exact.result, exact.camera, {}, depth, 0, pose);
+    EXPECT_GT(scale.features, 20);
+    return rotationVector(pose.R.transpose() * truth.R).norm();
+  };
+  const double with_all = error();
+  for (int i = 0; i < 300; ++i) {
+    if (depth[i] == 0) exact.result.stage[i] = MatchStage::kGms;
+  }
+  EXPECT_LT(with_all, 0.5 * error());
 }
 
 TEST(PoseFromDepth, TakesNoFewerThanEightInliersThoughBothImagesHaveDepth) {
