@@ -20,8 +20,9 @@ def child_of(parent, name, rotation):
 rospy.init_node("view_frames")
 broadcaster = tf2_ros.StaticTransformBroadcaster()
 optical = rospy.get_param("~optical", True)
-broadcaster.sendTransform(child_of(rospy.get_param("~fixed_frame", "odom"), "match_filter_world",
-                                   UPRIGHT if optical else Quaternion(0, 0, 0, 1)))
+world = child_of(rospy.get_param("~fixed_frame", "odom"), "match_filter_world", UPRIGHT if optical else Quaternion(0, 0, 0, 1))
+broadcaster.sendTransform(world)
 markers = rospy.wait_for_message("match_markers", MarkerArray)
-broadcaster.sendTransform(child_of(markers.markers[0].header.frame_id, "match_filter_view", UPRIGHT))
+# Both: who subscribes later hears the last message alone.
+broadcaster.sendTransform([world, child_of(markers.markers[0].header.frame_id, "match_filter_view", UPRIGHT)])
 rospy.spin()

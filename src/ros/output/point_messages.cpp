@@ -41,7 +41,7 @@ constexpr double kFrustumDepth = 1;       // of the drawn cameras, in units of t
 constexpr double kLeastMetricStep = 0.1;  // metres: a smaller camera could not be seen
 constexpr double kFlowWidth = 0.002;      // of the drawn lines at depth 1
 constexpr double kFrustumWidth = 0.06;    // of its lines, in the same unit
-constexpr double kNameHeight = 0.35;      // of its name, in the same unit
+constexpr double kNameHeight = 0.25;      // of its name, in the same unit
 // A depth has this many times its standard deviation, or a point is left out: it would lie anywhere on its ray.
 constexpr double kKnownDepth = 5;
 
