@@ -67,11 +67,12 @@ GROUPS = [
         Row("camera/" + name, None, "Principal point, pixels; given together with fx and fy", range=(-1e6, 1e6), unit="pixels",
             example=example) for name, example in (("cx", 319.5), ("cy", 239.5))
     ] + [
-        Row("camera/" + name, None, "Distortion coefficient; plumb_bob has k1, k2, p1, p2, k3, equidistant k1 to k4",
-            range=(-1e6, 1e6), example=0.0) for name in ("k1", "k2", "p1", "p2", "k3", "k4")
+        Row("camera/" + name, None, "Distortion coefficient; plumb_bob has k1, k2, p1, p2, k3, equidistant k1 to k4, "
+            "omnidirectional xi, k1, k2, p1, p2, double_sphere xi, alpha",
+            range=(-1e6, 1e6), example=0.0) for name in ("k1", "k2", "p1", "p2", "k3", "k4", "xi", "alpha")
     ] + [
         Row("camera/distortion_model", None, "Model of those coefficients; not set: plumb_bob",
-            choices=("plumb_bob", "equidistant"), example="plumb_bob"),
+            choices=("plumb_bob", "equidistant", "omnidirectional", "double_sphere"), example="plumb_bob"),
     ]),
     Group("translation_scale", "scale of the translation", **START, parameters=[
         Row("scale", "unit", "Length of the translations. unit: 1, the direction only; propagate: relative, carried from pair to "

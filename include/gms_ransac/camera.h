@@ -13,8 +13,11 @@ namespace gms_ransac {
 /// Intrinsics as ROS and OpenCV define them. An all-zero K: not calibrated.
 struct CameraIntrinsics {
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels
-  std::string distortion_model;           ///< "" or "plumb_bob", "rational_polynomial", "equidistant"
-  std::vector<double> distortion;         ///< in the order of sensor_msgs/CameraInfo::D; empty: none
+  /// "" or "plumb_bob", "rational_polynomial", "equidistant", "omnidirectional" (Mei), "double_sphere"
+  std::string distortion_model;
+  /// In the order of sensor_msgs/CameraInfo::D; empty: none. omnidirectional: xi, k1, k2, p1, p2; double_sphere: xi,
+  /// alpha; the focal lengths are then those of the plane behind the spheres.
+  std::vector<double> distortion;
 
   bool calibrated() const { return fx > 0 && fy > 0; }
   /// Throws std::invalid_argument naming the field: non-finite or negative focal length, unknown model, wrong count.
@@ -31,6 +34,7 @@ class Camera {
   Camera(const CameraIntrinsics& intrinsics, cv::Size image_size);
 
   bool calibrated() const { return intrinsics_.calibrated(); }
+  /// Of the ideal pinhole camera: with a sphere, focal lengths are smaller by 1 + xi than those given.
   const CameraIntrinsics& intrinsics() const { return intrinsics_; }
   cv::Size imageSize() const { return image_size_; }
   Eigen::Matrix3d K() const;

@@ -64,6 +64,10 @@ class CorrespondencesView {
           "Correspondences: the points are pixels of a distorted image; give the distortion of its camera_info, or "
           "rectified images to the node");
     }
+    if (!isRectified() && (distortion_model == "omnidirectional" || distortion_model == "double_sphere")) {
+      throw std::invalid_argument("Correspondences: OpenCV has no inverse of " + distortion_model +
+                                  "; use rayOf (camera.h)");
+    }
     const bool fisheye = distortion_model == "equidistant" || distortion_model == "fisheye";
     if (!isRectified()) requireCoefficients(fisheye, D.size());
     cv::Mat rays;

@@ -38,6 +38,16 @@ bool hasDistortion(const CameraIntrinsics& intrinsics) {
   return std::any_of(intrinsics.distortion.begin(), intrinsics.distortion.end(), [](double d) { return d != 0; });
 }
 
+/// Beyond these bounds rays near the axis have no image, or those of two directions the same.
+void checkSpheres(const CameraIntrinsics& intrinsics) {
+  const bool two = intrinsics.distortion_model == "double_sphere";
+  if (!two && intrinsics.distortion_model != "omnidirectional") return;
+  if (!(intrinsics.distortion[0] > -1)) throw std::invalid_argument("intrinsics: xi must be above -1");
+  if (two && !(intrinsics.distortion[1] >= 0 && intrinsics.distortion[1] <= 1)) {
+    throw std::invalid_argument("intrinsics: alpha must be between 0 and 1");
+  }
+}
+
 }  // namespace
 
 void CameraIntrinsics::validate() const {
@@ -61,20 +71,26 @@ void CameraIntrinsics::validate() const {
   const size_t n = distortion.size();
   for (const Model& model :
        {Model{"plumb_bob", {0, 4, 5}, "4 or 5"}, Model{"rational_polynomial", {0, 8, 12, 14}, "8, 12 or 14"},
-        Model{"equidistant", {0, 4}, "4"}}) {
+        Model{"equidistant", {0, 4}, "4"}, Model{"omnidirectional", {5}, "5 (xi, k1, k2, p1, p2)"},
+        Model{"double_sphere", {2}, "2 (xi, alpha)"}}) {
     if (name != model.name) continue;
-    if (std::count(model.counts.begin(), model.counts.end(), n) > 0) return;
+    if (std::count(model.counts.begin(), model.counts.end(), n) > 0) {
+      checkSpheres(*this);
+      return;
+    }
     throw std::invalid_argument("intrinsics: " + name + " takes " + model.accepted + " distortion coefficients, not " +
                                 std::to_string(n));
   }
   throw std::invalid_argument("intrinsics: unknown distortion model '" + distortion_model +
-                              "'; use plumb_bob, rational_polynomial or equidistant");
+                              "'; use plumb_bob, rational_polynomial, equidistant, omnidirectional or double_sphere");
 }
 
 Camera::Camera(const CameraIntrinsics& intrinsics, cv::Size image_size)
     : intrinsics_(intrinsics), image_size_(image_size) {
   intrinsics_.validate();
   if (!calibrated() || !hasDistortion(intrinsics_)) return;
+  intrinsics_.fx /= magnificationOf(intrinsics_);
+  intrinsics_.fy /= magnificationOf(intrinsics_);
   distortion_ = std::make_shared<Distortion>(intrinsics_);
   buildTable();
   pixels_without_inverse_ = countPixelsWithoutInverse();

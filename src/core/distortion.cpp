@@ -46,15 +46,33 @@ Eigen::Matrix3d sensorTilt(double about_x, double about_y) {
 std::string commonModelName(const std::string& model) {
   if (model == "fisheye") return "equidistant";
   if (model == "radtan") return "plumb_bob";
+  if (model == "mei" || model == "omni" || model == "omni-radtan") return "omnidirectional";
+  if (model == "ds") return "double_sphere";
   return model == "none" ? "" : model;
+}
+
+double magnificationOf(const CameraIntrinsics& intrinsics) {
+  const std::string& model = intrinsics.distortion_model;
+  const bool spheres = model == "omnidirectional" || model == "double_sphere";
+  return spheres && !intrinsics.distortion.empty() ? 1 + intrinsics.distortion[0] : 1;
 }
 
 Distortion::Distortion(const CameraIntrinsics& intrinsics) : fisheye_(intrinsics.distortion_model == "equidistant") {
   // In the order of sensor_msgs/CameraInfo: k1 k2 p1 p2 k3, k4 k5 k6, s1 s2 s3 s4, tau_x tau_y.
   const std::vector<double>& d = intrinsics.distortion;
   const auto at = [&d](size_t i) { return i < d.size() ? d[i] : 0; };
+  const std::string& model = intrinsics.distortion_model;
+  spheres_ = model == "omnidirectional" || model == "double_sphere";
+  if (spheres_) xi_ = at(0);
   if (fisheye_) {
     for (size_t i = 0; i < 4; ++i) numerator_[i + 1] = at(i);
+  } else if (model == "double_sphere") {
+    alpha_ = at(1);
+  } else if (model == "omnidirectional") {
+    numerator_[1] = at(1);
+    numerator_[2] = at(2);
+    p1_ = at(3);
+    p2_ = at(4);
   } else {
     numerator_[1] = at(0);
     numerator_[2] = at(1);
@@ -88,12 +106,26 @@ Distortion::Radial Distortion::radial(double squared_radius) const {
   return {factor, factor + 2 * squared_radius * change};
 }
 
+Distortion::Radial Distortion::sphere(double squared_radius) const {
+  // A ray (r, 1) is r / (alpha d + (1 - alpha) w), w = 1 + xi rho, d = |(r, w)|, rho = |(r, 1)|; alpha is 0 for one
+  // sphere. `below` and its derivative by r, times r:
+  const double rho = std::sqrt(1 + squared_radius), w = 1 + xi_ * rho, d = std::sqrt(squared_radius + w * w);
+  const double w_slope = xi_ * squared_radius / rho, d_slope = (squared_radius + w * w_slope) / d;
+  const double below = alpha_ * d + (1 - alpha_) * w, slope = alpha_ * d_slope + (1 - alpha_) * w_slope;
+  return {1 / below, (1 - slope / below) / below};
+}
+
 double Distortion::radiusOfGrowth() const {
   const double widest = std::atan(kWidestRadius);
   double last = 0;
   for (int i = 1; i <= kAngleSteps; ++i) {
     const double r = std::tan(widest * i / kAngleSteps);
-    const Radial at = radial(r * r);
+    Radial at = radial(r * r);
+    if (spheres_) {
+      const Radial before = sphere(r * r), lens = radial(r * r * before.factor * before.factor);
+      at = {before.factor * lens.factor, before.slope * lens.slope};
+      if (!(before.slope > 0)) break;
+    }
     if (!(at.slope > 0) || !(at.factor > 0) || !std::isfinite(at.slope)) break;
     last = r;
   }
@@ -113,6 +145,17 @@ double Distortion::farthestOnRim() const {
 }
 
 Eigen::Vector2d Distortion::distortOnLens(const Eigen::Vector2d& ideal, Eigen::Matrix2d& derivative) const {
+  if (!spheres_) return distortOnPlane(ideal, derivative);
+  const double squared = ideal.squaredNorm();
+  const Radial at = sphere(squared);
+  Eigen::Matrix2d onto_plane = at.factor * Eigen::Matrix2d::Identity();
+  if (squared > 0) onto_plane += (at.slope - at.factor) / squared * ideal * ideal.transpose();
+  const Eigen::Vector2d plane = distortOnPlane(at.factor * ideal, derivative);
+  derivative = (1 + xi_) * derivative * onto_plane;
+  return (1 + xi_) * plane;
+}
+
+Eigen::Vector2d Distortion::distortOnPlane(const Eigen::Vector2d& ideal, Eigen::Matrix2d& derivative) const {
   const double x = ideal.x(), y = ideal.y(), squared = ideal.squaredNorm();
   const Radial at = radial(squared);
   derivative = at.factor * Eigen::Matrix2d::Identity();

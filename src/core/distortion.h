@@ -12,8 +12,14 @@ namespace gms_ransac {
 /// The model of camera.h that is meant: Kalibr and some drivers use words of their own. An unknown one is returned.
 std::string commonModelName(const std::string& model);
 
+/// How much larger the image of a pinhole camera with the focal length of `intrinsics` is at its centre: 1 + xi for the
+/// models with a sphere, else 1.
+double magnificationOf(const CameraIntrinsics& intrinsics);
+
 /// x_distorted = T(x r_d(r) / r + tangential and thin-prism terms) with T the tilt of the sensor: the models of
-/// OpenCV's calibration. For a fisheye lens r_d(r) is a polynomial of the angle atan(r).
+/// OpenCV's calibration. For a fisheye lens r_d(r) is a polynomial of the angle atan(r). The models with a sphere (one:
+/// Mei & Rives 2007, eq. 5; two: Usenko, Demmel & Cremers 2018, eq. 40) move x towards the centre first; the result is
+/// in units of their focal length at the centre.
 class Distortion {
  public:
   explicit Distortion(const CameraIntrinsics& intrinsics);
@@ -29,6 +35,9 @@ class Distortion {
     double slope;   ///< d r_d / d r
   };
   Radial radial(double squared_radius) const;
+  /// Of the projection from the unit spheres onto the plane that the lens distorts.
+  Radial sphere(double squared_radius) const;
+  Eigen::Vector2d distortOnPlane(const Eigen::Vector2d& plane, Eigen::Matrix2d& derivative) const;
   /// All but the tilt, and its derivative.
   Eigen::Vector2d distortOnLens(const Eigen::Vector2d& ideal, Eigen::Matrix2d& derivative) const;
   /// Newton's step, or the largest half of it that brings `ideal` closer to its target; false when none does.
@@ -39,6 +48,8 @@ class Distortion {
   double farthestOnRim() const;
 
   bool fisheye_;
+  bool spheres_ = false;
+  double xi_ = 0, alpha_ = 0;                 ///< of the spheres; one sphere: alpha is 0
   double numerator_[5] = {1, 0, 0, 0, 0};     ///< of r_d / r in powers of r^2; fisheye: of r_d / angle, angle^2
   double denominator_[4] = {1, 0, 0, 0};      ///< of r_d / r
   double p1_ = 0, p2_ = 0;                    ///< tangential

@@ -80,7 +80,8 @@ std::optional<po::variables_map> parseCommandLine(const Arguments& arguments, co
 void addDatasetOptions(po::options_description& description, DatasetOptions& dataset) {
   auto add = description.add_options();
   add("intrinsics", po::value(&dataset.intrinsics),
-      "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]] or equidistant,fx,fy,cx,cy,k1,k2,k3,k4; overrides the set's own");
+      "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]] equidistant,fx,fy,cx,cy,k1,k2,k3,k4, omnidirectional,fx,fy,cx,cy,xi,k1,k2,p1,p2 "
+      "or double_sphere,fx,fy,cx,cy,xi,alpha; overrides the set's own");
   add("topic", po::value(&dataset.topic), "bags: the image topic");
   const auto take = [&dataset](const std::string& text) {
     const std::map<std::string, Rectified> choices = {

@@ -402,7 +402,8 @@ PYBIND11_MODULE(_gms_ransac, m) {
   py::class_<Camera>(m, "Camera",
                      "Camera(width, height, K=None, D=(), distortion_model='')\n\nAs in sensor_msgs/CameraInfo. width, "
                      "height: pixels. K: 3 x 3, pixels; None: not calibrated. D: coefficients in OpenCV's order. "
-                     "distortion_model: '' or 'plumb_bob', 'rational_polynomial', 'equidistant' (fisheye).")
+                     "distortion_model: '' or 'plumb_bob', 'rational_polynomial', 'equidistant' (fisheye), "
+                     "'omnidirectional', 'double_sphere'.")
       .def(py::init(&makeCamera), py::arg("width"), py::arg("height"), py::arg("K") = py::none(),
            py::arg("D") = py::tuple(), py::arg("distortion_model") = "");
   py::class_<Filter>(m, "MatchFilter", filterText().c_str())

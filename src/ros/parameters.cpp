@@ -86,8 +86,13 @@ CameraIntrinsics cameraFrom(const ParameterValues& values, const ros::NodeHandle
   if (!given) return CameraIntrinsics();
   const auto model = values.find("camera/distortion_model");
   if (model != values.end()) camera.distortion_model = std::get<std::string>(model->second);
-  const std::vector<std::string> plumb_bob = {"k1", "k2", "p1", "p2", "k3"}, equidistant = {"k1", "k2", "k3", "k4"};
-  for (const std::string& name : camera.distortion_model == "equidistant" ? equidistant : plumb_bob) {
+  const std::map<std::string, std::vector<std::string>> coefficients = {
+      {"plumb_bob", {"k1", "k2", "p1", "p2", "k3"}},
+      {"equidistant", {"k1", "k2", "k3", "k4"}},
+      {"omnidirectional", {"xi", "k1", "k2", "p1", "p2"}},
+      {"double_sphere", {"xi", "alpha"}}};
+  const std::string& lens = camera.distortion_model;
+  for (const std::string& name : coefficients.at(lens.empty() ? "plumb_bob" : lens)) {
     camera.distortion.push_back(number(name));
   }
   try {

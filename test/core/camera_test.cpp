@@ -10,6 +10,23 @@
 namespace gms_ransac {
 namespace {
 
+/// The pixel of a ray (x, y, 1) by the papers of the models with one sphere and with two.
+cv::Point2d throughSpheres(const CameraIntrinsics& k, const cv::Point3d& ray) {
+  const double xi = k.distortion[0], length = cv::norm(ray);
+  if (k.distortion_model == "omnidirectional") {
+    const cv::Point3d sphere = ray / length;
+    const cv::Point3d plane(sphere.x / (sphere.z + xi), sphere.y / (sphere.z + xi), 1);
+    std::vector<cv::Point2d> pixel;
+    cv::projectPoints(std::vector<cv::Point3d>{plane}, cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0),
+                      cv::Matx33d(k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1),
+                      std::vector<double>(k.distortion.begin() + 1, k.distortion.end()), pixel);
+    return pixel[0];
+  }
+  const double alpha = k.distortion[1], second = std::hypot(ray.x, ray.y, xi * length + ray.z);
+  const double below = alpha * second + (1 - alpha) * (xi * length + ray.z);
+  return {k.fx * ray.x / below + k.cx, k.fy * ray.y / below + k.cy};
+}
+
 /// OpenCV's forward model, which needs no iteration.
 std::vector<cv::Point2d> distorted(const CameraIntrinsics& k, const std::vector<cv::Point2d>& ideal) {
   const cv::Matx33d K(k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1);
@@ -17,7 +34,12 @@ std::vector<cv::Point2d> distorted(const CameraIntrinsics& k, const std::vector<
   std::vector<cv::Point3d> rays;
   for (const cv::Point2d& p : ideal) rays.emplace_back((p.x - k.cx) / k.fx, (p.y - k.cy) / k.fy, 1);
   std::vector<cv::Point2d> pixels;
-  if (k.distortion_model == "equidistant") {
+  if (k.distortion_model == "omnidirectional" || k.distortion_model == "double_sphere") {
+    const double magnification = 1 + k.distortion[0];
+    for (const cv::Point3d& ray : rays) {
+      pixels.push_back(throughSpheres(k, {ray.x * magnification, ray.y * magnification, 1}));
+    }
+  } else if (k.distortion_model == "equidistant") {
     cv::fisheye::projectPoints(rays, pixels, none, none, K, k.distortion);
   } else {
     cv::projectPoints(rays, none, none, K, k.distortion, pixels);
@@ -58,6 +80,10 @@ TEST(Camera, DistortingAgainGivesEveryPixelBack) {
       {400, 400, 320, 240, "rational_polynomial", {-0.2, 0.1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.05, -0.03}},
       {280, 280, 320, 240, "equidistant", {0.01, -0.02, 0.01, -0.002}},
       {380, 380, 320, 240, "equidistant", {-0.0066, 0.044, -0.042, 0.0077}},
+      {500, 510, 320, 240, "omnidirectional", {0.9, -0.1, 0.05, 1e-3, -1e-3}},
+      {700, 700, 310, 250, "omnidirectional", {1.8, 0.2, 0.1, 0, 0}},
+      {300, 300, 320, 240, "double_sphere", {-0.2, 0.6}},
+      {400, 390, 330, 230, "double_sphere", {0.3, 0.4}},
       {458.654, 457.296, 367.215, 248.375, "plumb_bob", {-0.28340811, 0.07395907, 0.00019359, 1.76e-5}},  // EuRoC
       // The strongest plumb_bob distortion of the usual benchmark sets (TUM RGB-D, Freiburg 1).
       {517.306408,
@@ -99,6 +125,32 @@ TEST(Camera, GivesNoPlaceWhereTheModelHasNoInverse) {
     EXPECT_NEAR(without, 640 * 480 - CV_PI * last_radius * last_radius, 0.02 * 640 * 480);
     EXPECT_LT(worstRoundTrip(intrinsics, camera), 0.01);
   }
+}
+
+TEST(Camera, BeyondARightAngleASphereHasPixelsAndThePinholeHasNone) {
+  // A lens of 200 degrees: with xi = 1 a right angle to the axis is 300 pixels from the centre.
+  const Camera camera({300, 300, 320, 320, "omnidirectional", {1, 0, 0, 0, 0}}, {640, 640});
+  EXPECT_DOUBLE_EQ(camera.intrinsics().fx, 150);
+  EXPECT_NEAR(camera.undistort({320 + 300 * std::tan(M_PI / 8), 320}).x, 320 + 150, 1e-2) << "45 degrees";
+  EXPECT_FALSE(std::isnan(camera.undistort({320 + 295, 320}).x));
+  EXPECT_TRUE(std::isnan(camera.undistort({320 + 301, 320}).x));
+  EXPECT_NEAR(camera.pixelsWithoutInverse(), 640 * 640 - CV_PI * 300 * 300, 0.03 * 640 * 640);
+}
+
+TEST(Camera, SpheresHaveBounds) {
+  const auto complaint = [](const std::string& model, const std::vector<double>& values) -> std::string {
+    try {
+      CameraIntrinsics{300, 300, 320, 240, model, values}.validate();
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(complaint("omnidirectional", {-1, 0, 0, 0, 0}), "intrinsics: xi must be above -1");
+  EXPECT_EQ(complaint("double_sphere", {0.5, 1.1}), "intrinsics: alpha must be between 0 and 1");
+  EXPECT_EQ(complaint("double_sphere", {0.5}),
+            "intrinsics: double_sphere takes 2 (xi, alpha) distortion coefficients, not 1");
+  EXPECT_EQ(complaint("double_sphere", {-0.2, 0.6}), "");
 }
 
 TEST(Camera, EstimatesOfALargeImageHowManyPixelsHaveNoInverse) {

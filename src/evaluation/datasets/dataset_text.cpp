@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <sstream>
 #include <utility>
 
@@ -72,28 +73,34 @@ CameraIntrinsics parseIntrinsics(const std::string& text, const std::string& sou
   std::replace(blank_separated.begin(), blank_separated.end(), ',', ' ');
   std::istringstream words(blank_separated);
   std::vector<double> values;
-  bool fisheye = false;
+  // Models with a name before the numbers.
+  const std::map<std::string, std::string> named = {
+      {"equidistant", "k1 k2 k3 k4"}, {"omnidirectional", "xi k1 k2 p1 p2"}, {"double_sphere", "xi alpha"}};
+  std::string model;
   for (std::string word; words >> word;) {
-    if (values.empty() && word == "equidistant") {
-      fisheye = true;
+    if (values.empty() && model.empty() && named.count(word) > 0) {
+      model = word;
       continue;
     }
     const std::optional<double> value = toNumber(word);
     if (!value) throw DatasetError(source + ": '" + word + "' is not a finite number");
     values.push_back(*value);
   }
-  if (fisheye && values.size() != 8) {
-    throw DatasetError(source + ": expected equidistant fx fy cx cy k1 k2 k3 k4, found " +
-                       std::to_string(values.size()) + " numbers");
-  }
-  if (values.size() != 4 && values.size() != 8 && values.size() != 9) {
+  if (!model.empty()) {
+    const std::string& coefficients = named.at(model);
+    const auto count = 5 + static_cast<size_t>(std::count(coefficients.begin(), coefficients.end(), ' '));
+    if (values.size() != count) {
+      throw DatasetError(source + ": expected " + model + " fx fy cx cy " + coefficients + ", found " +
+                         std::to_string(values.size()) + " numbers");
+    }
+  } else if (values.size() != 4 && values.size() != 8 && values.size() != 9) {
     throw DatasetError(source + ": expected fx fy cx cy [k1 k2 p1 p2 [k3]], found " + std::to_string(values.size()) +
                        " numbers");
   }
   CameraIntrinsics intrinsics = {values[0], values[1], values[2], values[3], "", {}};
   if (!intrinsics.calibrated()) throw DatasetError(source + ": the focal lengths fx and fy must be positive");
   if (values.size() > 4) {
-    intrinsics.distortion_model = fisheye ? "equidistant" : "plumb_bob";
+    intrinsics.distortion_model = model.empty() ? "plumb_bob" : model;
     intrinsics.distortion.assign(values.begin() + 4, values.end());
   }
   return intrinsics;

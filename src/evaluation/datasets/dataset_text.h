@@ -29,8 +29,8 @@ double numberAt(const std::string& file, const TextLine& line, const std::string
 std::vector<double> numbersAt(const std::string& file, const TextLine& line, size_t first, size_t count,
                               const std::string& what);
 
-/// fx fy cx cy [k1 k2 p1 p2 [k3]] or equidistant fx fy cx cy k1 k2 k3 k4, separated by commas or blanks. `source` opens
-/// the complaint.
+/// fx fy cx cy [k1 k2 p1 p2 [k3]], or the name of another model before its numbers (equidistant, omnidirectional,
+/// double_sphere), separated by commas or blanks. `source` opens the complaint.
 CameraIntrinsics parseIntrinsics(const std::string& text, const std::string& source);
 
 /// Intrinsics of camera.txt in the folder; absent without that file.

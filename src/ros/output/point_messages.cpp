@@ -38,7 +38,7 @@ float depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
 }
 
 constexpr double kFrustumDepth = 1;       // of the drawn cameras, in units of the translation
-constexpr double kLeastMetricStep = 0.1;  // metres: a smaller camera could not be seen
+constexpr double kLeastMetricStep = 0.4;  // metres: a smaller camera could not be seen
 constexpr double kFlowWidth = 0.002;      // of the drawn lines at depth 1
 constexpr double kFrustumWidth = 0.06;    // of its lines, in the same unit
 constexpr double kNameHeight = 0.25;      // of its name, in the same unit
