@@ -11,7 +11,7 @@ from gms_ransac.msg import Keypoints
 
 
 def on_keypoints(message):
-    descriptors = np.frombuffer(message.descriptors, np.uint8).reshape(-1, 32)  # a row of 256 bits a keypoint
+    descriptors = np.frombuffer(message.descriptors, np.uint8).reshape(-1, message.descriptor_size)  # a row a keypoint
     octaves = np.bincount(np.frombuffer(message.octave, np.uint8))
     rospy.loginfo("%d keypoints, of each octave %s, %d tracked, first descriptor %s", len(message.u), octaves.tolist(),
                   np.count_nonzero(message.track_id), descriptors[0].tobytes().hex() if len(descriptors) else None)

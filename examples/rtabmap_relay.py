@@ -24,7 +24,7 @@ except ImportError:
 
 DEPTH_TOLERANCE = 0.025  # seconds between an image and its depth, as in the match filter
 SMALLEST_VARIANCE = 1e-9  # RTAB-Map does not take zero
-CV_8UC1 = 0
+CV_8UC1, CV_32FC1 = 0, 5
 
 
 def cross_matrix(v):
@@ -51,8 +51,8 @@ def motion_covariance(before, now):
 
 
 def compress(matrix):
-    """A matrix of bytes as RTAB-Map stores it: zlib, then rows, columns and OpenCV's type."""
-    return zlib.compress(matrix.tobytes(), 1) + struct.pack("<3i", *matrix.shape, CV_8UC1)
+    """A matrix of bytes or floats as RTAB-Map stores it: zlib, then rows, columns and OpenCV's type."""
+    return zlib.compress(matrix.tobytes(), 1) + struct.pack("<3i", *matrix.shape, CV_8UC1 if matrix.dtype == np.uint8 else CV_32FC1)
 
 
 def rgbd_image(keypoints, image, depth_image, camera_info):
@@ -67,7 +67,9 @@ def rgbd_image(keypoints, image, depth_image, camera_info):
     message.rgb_camera_info = message.depth_camera_info = camera_info
     message.key_points = [KeyPoint(Point2f(*row[:2]), *row[2:], -1) for row in rows]
     message.points = [Point3f(*point) for point in points.tolist()]
-    message.descriptors = compress(np.frombuffer(keypoints.descriptors, np.uint8).reshape(-1, 32))
+    number = np.float32 if keypoints.descriptor_type == Keypoints.DESCRIPTOR_FLOAT32 else np.uint8
+    columns = keypoints.descriptor_size // np.dtype(number).itemsize
+    message.descriptors = compress(np.frombuffer(keypoints.descriptors, number).reshape(-1, columns))
     return message
 
 

@@ -11,9 +11,11 @@
 namespace gms_ransac {
 
 struct Match {
-  int32_t reference;         ///< index into the reference features (the query)
-  int32_t current;           ///< index into the current features; the lowest on ties, as in cv::BFMatcher
-  uint16_t distance;         ///< Hamming, 0..256
+  int32_t reference;  ///< index into the reference features (the query)
+  int32_t current;    ///< index into the current features; the lowest on ties, as in cv::BFMatcher
+  /// Hamming, 0..256. MatchFilter scales those of other descriptors to this range: the bits of K bytes by 32 / K; L2 so
+  /// that perpendicular vectors of the images' root-mean-square length are 128 apart.
+  uint16_t distance;
   uint16_t second_distance;  ///< of the second-nearest current descriptor (another index); 257 when there is none
 };
 
@@ -34,7 +36,7 @@ class HammingMatcher {
 
   /// One match per reference descriptor in its order; fewer with `mutual`. `current` should be packed for the level of
   /// the options, else a copy is packed at every call. The result depends neither on level nor threads. No allocation
-  /// once warm.
+  /// once warm. Throws std::invalid_argument for descriptors that are not of 32 bytes.
   void match(const DescriptorSet& reference, const DescriptorSet& current, std::vector<Match>& matches);
 
  private:

@@ -40,6 +40,10 @@ class MatchFilter {
   /// `stamp` is needed with RobustOptions::rolling_shutter_readout. The result is valid until the next call.
   const MatchResult& process(const cv::Mat& image, const cv::Mat& mask = cv::Mat(),
                              std::optional<double> stamp = std::nullopt);
+  /// The same with features of the caller's: any detector, binary descriptors of any length or floats. They replace the
+  /// extraction; descriptors that are not of 32 bytes are compared with all others, and only mutual nearest neighbours
+  /// match. Throws std::invalid_argument as Features::validate and `filter` do.
+  const MatchResult& process(Features features, std::optional<double> stamp = std::nullopt);
   void reset();
 
   /// The two halves of `process`, for callers that choose the pairs themselves.
@@ -47,6 +51,8 @@ class MatchFilter {
                std::optional<double> stamp = std::nullopt);
   /// `prior`: rotation from another sensor, or null. Guided searches use it if the first matches agree. A wrong one
   /// costs time, not accuracy. `past`: of the stream in which the pair follows on others; null: the pair stands alone.
+  /// Frames may hold features of the caller's, which pass Features::validate. Throws std::invalid_argument if the
+  /// descriptors of the two frames are of different kinds.
   void filter(const Frame& reference, const Frame& current, MatchResult& result, const RotationPrior* prior = nullptr,
               Past* past = nullptr);
 
@@ -58,6 +64,8 @@ class MatchFilter {
 
  private:
   struct Stages;
+  /// Compares `current_` with the frame before, and keeps it for the next.
+  const MatchResult& follow();
   /// Matching and what follows; ends with the first stage that leaves too few.
   Status compare(const Frame& reference, const Frame& current, MatchResult& result, Past* past);
   Status estimateSurvivors(const Frame& reference, const Frame& current, MatchResult& result, Past* past);

@@ -10,6 +10,7 @@
 #include "continuity.h"
 #include "gms/guided_search.h"
 #include "gms/motion_prediction.h"
+#include "matching/any_matcher.h"
 #include "methods/method.h"
 #include "standstill.h"
 #include "survivors.h"
@@ -147,6 +148,19 @@ void MatchFilter::reset() {
 
 const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mask, std::optional<double> stamp) {
   extract(image, current_, mask, stamp);
+  return follow();
+}
+
+const MatchResult& MatchFilter::process(Features features, std::optional<double> stamp) {
+  features.validate();
+  current_ = Frame();
+  current_.features = std::move(features);
+  current_.features_asked = current_.features.size();
+  current_.stamp = stamp;
+  return follow();
+}
+
+const MatchResult& MatchFilter::follow() {
   if (have_reference_) {
     filter(reference_, current_, result_, nullptr, &past_);
     past_.advance();
@@ -193,7 +207,9 @@ Status MatchFilter::compare(const Frame& reference_frame, const Frame& current_f
   if (std::min(reference.size(), current.size()) < kMinimumMatches) return Status::kTooFewKeypoints;
 
   StopWatch watch(stages.clock);
-  if (stages.guided_search) {
+  if (!reference.descriptors.is256Bit() || !current.descriptors.is256Bit()) {
+    matchMutually(reference.descriptors, current.descriptors, result.matches);
+  } else if (stages.guided_search) {
     const std::optional<RotationPrior>& prior = result.survivors.pairs.rotation_prior;
     const bool predicts = prior && camera.calibrated() && camera.imageSize() == reference.image_size;
     if (predicts) predictRotation(*prior, camera, stages.rotation_prediction);

@@ -38,6 +38,7 @@ void expectComplaints(const Complaints<Message>& cases) {
 /// The fields of gms_ransac/Keypoints that the view reads.
 struct KeypointsMessage {
   enum { PIXELS_RAW = 0, PIXELS_RECTIFIED = 1 };
+  enum { DESCRIPTOR_BINARY = 0, DESCRIPTOR_FLOAT32 = 1 };
   uint32_t width = 640, height = 480;
   uint8_t pixel_space = PIXELS_RECTIFIED;
   std::array<double, 9> K{{500, 0, 320, 0, 501, 240, 0, 0, 1}};
@@ -46,6 +47,8 @@ struct KeypointsMessage {
   std::vector<uint8_t> octave{0, 3, 15};
   std::vector<float> size{31, 44, 60}, angle{0, 90, 359}, response{10, 20, 30}, sigma{0.3f, 0.4f, 0}, depth{2, 0, 5};
   std::vector<uint32_t> track_id{0, 7, 8};
+  uint8_t descriptor_type = DESCRIPTOR_BINARY;
+  uint32_t descriptor_size = kDescriptorBytes;
   std::vector<uint8_t> descriptors = std::vector<uint8_t>(3 * kDescriptorBytes);
 };
 
@@ -80,6 +83,39 @@ TEST(KeypointsView, MakesFeaturesToMatchBy) {
   EXPECT_EQ(matches[0].second_distance, 2);
 }
 
+TEST(KeypointsView, ShowsDescriptorsOfAnyLengthAndFloats) {
+  KeypointsMessage message;
+  message.descriptor_size = 61;
+  message.descriptors.assign(3 * 61, 0);
+  message.descriptors[2 * 61 + 5] = 9;
+  const KeypointsView<KeypointsMessage> view(message);
+  ASSERT_EQ(view.descriptors().cols, 61);
+  EXPECT_EQ(view.descriptors().at<uint8_t>(2, 5), 9);
+  EXPECT_EQ(view.features().descriptors.kind(), "61 bytes");
+
+  message.descriptor_type = KeypointsMessage::DESCRIPTOR_FLOAT32;
+  message.descriptor_size = 8;
+  const float numbers[] = {1, 2, 3, 4, 5, -0.5f};
+  const auto* bytes = reinterpret_cast<const uint8_t*>(numbers);
+  message.descriptors.assign(bytes, bytes + sizeof(numbers));
+  ASSERT_EQ(view.descriptors().cols, 2);
+  EXPECT_EQ(view.descriptors().at<float>(2, 1), -0.5f);
+  EXPECT_EQ(view.features().descriptors.kind(), "2 floats");
+}
+
+TEST(KeypointsView, NeedsNoMoreThanPlacesAndDescriptors) {
+  KeypointsMessage message;
+  for (auto* column : {&message.size, &message.angle, &message.response, &message.sigma, &message.depth})
+    column->clear();
+  message.octave.clear();
+  message.track_id.clear();
+  const Features features = KeypointsView<KeypointsMessage>(message).features();
+  ASSERT_EQ(features.size(), 3);
+  EXPECT_EQ(features.keypoints[1].octave, 0);
+  EXPECT_EQ(features.keypoints[1].angle, -1);
+  EXPECT_EQ(KeypointsView<KeypointsMessage>(message).sigma().size(), 0);
+}
+
 TEST(KeypointsView, TakesAnEmptyMessage) {
   KeypointsMessage message;
   for (auto* column :
@@ -100,13 +136,23 @@ TEST(KeypointsView, NamesWhatIsMalformed) {
   Complaints<Message> cases = {
       {[](Message& m) { m.v.pop_back(); }, "Keypoints: v has 2 entries, but 3 belong to this many keypoints (u)"},
       {[](Message& m) { m.octave.push_back(0); }, "octave has 4"},
-      {[](Message& m) { m.size.clear(); }, "size has 0"},
-      {[](Message& m) { m.angle.clear(); }, "angle has 0"},
-      {[](Message& m) { m.response.clear(); }, "response has 0"},
-      {[](Message& m) { m.sigma.clear(); }, "sigma has 0"},
-      {[](Message& m) { m.track_id.clear(); }, "track_id has 0"},
+      {[](Message& m) { m.size.pop_back(); }, "size has 2"},
+      {[](Message& m) { m.angle.pop_back(); }, "angle has 2"},
+      {[](Message& m) { m.response.pop_back(); }, "response has 2"},
+      {[](Message& m) { m.sigma.pop_back(); }, "sigma has 2"},
+      {[](Message& m) { m.track_id.pop_back(); }, "track_id has 2"},
       {[](Message& m) { m.depth.pop_back(); }, "depth has 2"},
       {[](Message& m) { m.descriptors.pop_back(); }, "descriptors has 95 entries, but 96"},
+      {[](Message& m) { m.descriptor_size = 0; }, "Keypoints: descriptor_size is 0; it must be the bytes of one"},
+      {[](Message& m) { m.descriptor_size = 33; }, "descriptors has 96 entries, but 99"},
+      {[](Message& m) { m.descriptor_size = 0x55555560; }, "Keypoints: descriptor_size is 1431655776"},
+      {[](Message& m) { m.descriptor_type = 2; }, "Keypoints: descriptor_type is 2; it must be DESCRIPTOR_BINARY (0)"},
+      {[](Message& m) {
+         m.descriptor_type = Message::DESCRIPTOR_FLOAT32;
+         m.descriptor_size = 30;
+       },
+       "descriptor_size is 30; it must be the bytes of one descriptor, four for each number"},
+      {[](Message& m) { m.angle[2] = std::nanf(""); }, "Keypoints: keypoint 2 has no angle of 0 to 360 degrees"},
       {[](Message& m) { m.octave[1] = 16; }, "Keypoints: keypoint 1 has no possible octave"},
       {[](Message& m) { m.width = 4000000000u; }, "Keypoints: the image has an impossible size"},
       {[](Message& m) { m.scale_factor = 0; }, "Keypoints: scale_factor is not above 1"}};

@@ -68,6 +68,11 @@ HammingMatcher& HammingMatcher::operator=(HammingMatcher&&) noexcept = default;
 
 void HammingMatcher::match(const DescriptorSet& reference, const DescriptorSet& current, std::vector<Match>& matches) {
   matches.clear();
+  for (const DescriptorSet* set : {&reference, &current}) {
+    if (set->is256Bit()) continue;
+    throw std::invalid_argument("HammingMatcher compares descriptors of 32 bytes, and these have " + set->kind() +
+                                "; MatchFilter compares any");
+  }
   if (reference.size() == 0 || current.size() == 0) return;
 
   const std::vector<NearestTwo>&nearest = workspace_->nearest, &reverse = workspace_->reverse;
@@ -85,22 +90,44 @@ static_assert(kDescriptorBytes == kHammingBytes, "the kernels compare whole desc
 
 void DescriptorSet::resize(int n) {
   size_ = n;
+  other_.release();
   is_packed_ = false;
   const size_t bytes = static_cast<size_t>(n) * kDescriptorBytes;
   if (rows_.size() < bytes) rows_.resize(bytes);
 }
 
 cv::Mat DescriptorSet::asMat() const {
+  if (!is256Bit()) return other_;
   return cv::Mat(size_, kDescriptorBytes, CV_8U, const_cast<uint8_t*>(rows_.data()));
 }
 
 void DescriptorSet::assign(const cv::Mat& rows) {
+  if (!rows.empty() && rows.type() != CV_8UC1 && rows.type() != CV_32FC1) {
+    throw std::invalid_argument("descriptors must be a matrix of bytes (CV_8U) or floats (CV_32F), a row for each");
+  }
   if (!rows.empty() && (rows.type() != CV_8UC1 || rows.cols != kDescriptorBytes)) {
-    throw std::invalid_argument("descriptors must be an N x 32 matrix of bytes");
+    cv::Point where;
+    if (!cv::checkRange(rows, true, &where)) {
+      throw std::invalid_argument("descriptor " + std::to_string(where.y) + " has a number that is not finite");
+    }
+    resize(rows.rows);
+    other_ = rows.clone();  // copies of this set share it
+    return;
   }
   resize(rows.rows);
   for (int i = 0; i < size_; ++i) std::memcpy(row(i), rows.ptr(i), kDescriptorBytes);
   pack();
+}
+
+bool DescriptorSet::comparableWith(const DescriptorSet& other) const {
+  if (size() == 0 || other.size() == 0) return true;
+  const cv::Mat mine = asMat(), theirs = other.asMat();
+  return mine.type() == theirs.type() && mine.cols == theirs.cols;
+}
+
+std::string DescriptorSet::kind() const {
+  const cv::Mat rows = asMat();
+  return std::to_string(rows.cols) + (rows.type() == CV_32FC1 ? " floats" : " bytes");
 }
 
 void DescriptorSet::pack(SimdLevel level) {

@@ -43,8 +43,8 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
   const PreparedFrame& current = *processed.current;
   message.header = current.header;
   message.reference_header = processed.reference->header;
-  message.width = static_cast<uint32_t>(current.grey.cols);
-  message.height = static_cast<uint32_t>(current.grey.rows);
+  message.width = static_cast<uint32_t>(current.imageSize().width);
+  message.height = static_cast<uint32_t>(current.imageSize().height);
   setCamera(*current.camera, message);
 
   const auto inliers = std::count(result.stage.begin(), result.stage.end(), MatchStage::kInlier);
@@ -112,8 +112,10 @@ void toMessage(const ProcessedFrame& processed, Keypoints& message) {
     }
   }
   message.depth = current.stereo.depth;
-  if (n > 0)
-    message.descriptors.assign(features.descriptors.row(0), features.descriptors.row(0) + n * kDescriptorBytes);
+  const cv::Mat rows = features.descriptors.asMat();  // in one piece
+  message.descriptor_type = rows.depth() == CV_32F ? Keypoints::DESCRIPTOR_FLOAT32 : Keypoints::DESCRIPTOR_BINARY;
+  message.descriptor_size = static_cast<uint32_t>(rows.cols * rows.elemSize());
+  if (n > 0) message.descriptors.assign(rows.data, rows.data + n * message.descriptor_size);
 }
 
 void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, MatchStats& message) {

@@ -90,9 +90,15 @@ TEST(HammingMatcher, RefusesBadOptionsAndDescriptors) {
   HammingMatcherOptions options;
   options.threads = 65;
   EXPECT_THROW(HammingMatcher{options}, std::invalid_argument);
-  DescriptorSet set;
-  EXPECT_THROW(set.assign(cv::Mat(3, 31, CV_8U)), std::invalid_argument);
-  EXPECT_THROW(set.assign(cv::Mat(3, 32, CV_32F)), std::invalid_argument);
+  std::vector<uint8_t> rows(kDescriptorBytes);
+  const DescriptorSet good = setOf(rows);
+  std::vector<Match> found;
+  for (const cv::Mat& other : {cv::Mat(cv::Mat::zeros(3, 31, CV_8U)), cv::Mat(cv::Mat::zeros(3, 32, CV_32F))}) {
+    DescriptorSet set;
+    set.assign(other);
+    EXPECT_THROW(HammingMatcher().match(good, set, found), std::invalid_argument);
+    EXPECT_THROW(HammingMatcher().match(set, good, found), std::invalid_argument);
+  }
 }
 
 }  // namespace
