@@ -1,8 +1,8 @@
-"""The pipeline, without ROS: MatchFilter, match, estimate, Camera, MatchResult, Status. An installation with ROS also has
+"""The pipeline, without ROS: MatchFilter, match, estimate, Camera, Features, MatchResult, Status. An installation with ROS also has
 the messages and parameters of the nodelet (gms_ransac.msg, gms_ransac.cfg)."""
 from importlib import import_module
 
-__all__ = ["Camera", "MatchFilter", "MatchResult", "Status", "estimate", "match"]
+__all__ = ["Camera", "Features", "MatchFilter", "MatchResult", "Status", "estimate", "match"]
 
 
 def __getattr__(name):

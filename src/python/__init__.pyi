@@ -3,6 +3,7 @@ from typing import ClassVar, Dict, Optional, Sequence, Union
 from numpy import ndarray
 
 _Option = Union[bool, int, float, str]
+_Column = Union[ndarray, Sequence[float]]
 _Numbers = Union[ndarray, Sequence[Sequence[float]]]
 
 class Status:
@@ -32,6 +33,20 @@ class Camera:
         D: Union[ndarray, Sequence[float]] = (),
         distortion_model: str = "",
     ) -> None: ...
+
+class Features:
+    def __init__(
+        self,
+        keypoints: _Numbers,
+        descriptors: ndarray,
+        width: int,
+        height: int,
+        octave: Optional[_Column] = None,
+        angle: Optional[_Column] = None,
+        response: Optional[_Column] = None,
+        scale_factor: float = 1.2,
+    ) -> None: ...
+    def __len__(self) -> int: ...
 
 class MatchResult:
     STAGE_RAW: ClassVar[int]
@@ -97,13 +112,16 @@ class MatchResult:
 class MatchFilter:
     def __init__(self, camera: Optional[Camera] = None, **options: _Option) -> None: ...
     def process(
-        self, image: ndarray, mask: Optional[ndarray] = None, stamp: Optional[float] = None
+        self, image: Union[ndarray, Features], mask: Optional[ndarray] = None, stamp: Optional[float] = None
     ) -> MatchResult: ...
     @property
     def options(self) -> Dict[str, _Option]: ...
 
 def match(
-    image0: ndarray, image1: ndarray, camera: Optional[Camera] = None, **options: _Option
+    image0: Union[ndarray, Features],
+    image1: Union[ndarray, Features],
+    camera: Optional[Camera] = None,
+    **options: _Option,
 ) -> MatchResult: ...
 def estimate(
     points0: _Numbers, points1: _Numbers, camera: Optional[Camera] = None, **options: _Option

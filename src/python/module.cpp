@@ -153,14 +153,71 @@ struct Image {
     pixels = cv::Mat(static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)), colour ? CV_8UC3 : CV_8UC1,
                      array.mutable_data());
   }
-  /// Throws unless it is as large as `whose`.
-  void requireSize(const std::string& name, const cv::Size& size, const char* whose) const {
-    if (pixels.size() == size) return;
-    throw std::invalid_argument(cv::format("%s is %d x %d pixels, %s %d x %d; both must be of one size", name.c_str(),
-                                           pixels.cols, pixels.rows, whose, size.width, size.height));
-  }
 };
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// Throws unless `size`, that of `name`, is as large as `whose`.
+void requireSize(const std::string& name, const cv::Size& size, const cv::Size& expected, const char* whose) {
+  if (size == expected) return;
+  throw std::invalid_argument(cv::format("%s is %d x %d pixels, %s %d x %d; both must be of one size", name.c_str(),
+                                         size.width, size.height, whose, expected.width, expected.height));
+}
+
+/// Throws unless the array is N x 2; N.
+py::ssize_t countPoints(const Numbers& points, const std::string& name, const char* what) {
+  if (points.ndim() >= 2 && points.shape(points.ndim() - 1) == 2) return points.size() / 2;
+  throw std::invalid_argument(name + " has the shape " + std::string(py::str(points.attr("shape"))) +
+                              "; it must be N x 2, a row x, y for each " + what);
+}
+
+/// Bytes or floats, copied.
+cv::Mat descriptorsOf(const py::object& value) {
+  const std::string expected = "N x K uint8 (binary descriptors) or N x D float32, a row for each keypoint";
+  const auto array = arrayOf<py::array>(value, "descriptors", expected);
+  const bool bytes = py::isinstance<py::array_t<uint8_t>>(array), floats = array.dtype().kind() == 'f';
+  if (array.ndim() != 2 || (!bytes && !floats)) {
+    throw std::invalid_argument("descriptors is an array of " + std::string(py::str(array.dtype())) +
+                                " with the shape " + std::string(py::str(array.attr("shape"))) + "; it must be " +
+                                expected);
+  }
+  const auto matrix = [&](auto rows, int type) {
+    return cv::Mat(static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)), type, rows.mutable_data())
+        .clone();
+  };
+  if (bytes) return matrix(arrayOf<py::array_t<uint8_t, py::array::c_style>>(value, "descriptors", expected), CV_8U);
+  return matrix(arrayOf<py::array_t<float, py::array::c_style | py::array::forcecast>>(value, "descriptors", expected),
+                CV_32F);
+}
+
+Features makeFeatures(const py::object& keypoints, const py::object& descriptors, int width, int height,
+                      const py::object& octave, const py::object& angle, const py::object& response,
+                      float scale_factor) {
+  Features features;
+  features.image_size = {width, height};
+  features.scale_factor = scale_factor;
+  const auto points = arrayOf<Numbers>(keypoints, "keypoints", "N x 2 numbers, pixels");
+  const py::ssize_t n = points.size() == 0 ? 0 : countPoints(points, "keypoints", "keypoint");
+  for (const double* p = points.data(); p != points.data() + 2 * n; p += 2) {
+    features.keypoints.emplace_back(static_cast<float>(p[0]), static_cast<float>(p[1]), 0.f, -1.f, 0.f, 0);
+  }
+  const auto column = [&](const py::object& value, const std::string& name, const auto& set) {
+    if (value.is_none()) return;
+    const auto numbers = arrayOf<Numbers>(value, name, "N numbers");
+    if (numbers.size() != n) {
+      throw std::invalid_argument(cv::format("%s has %d numbers, but there are %d keypoints", name.c_str(),
+                                             static_cast<int>(numbers.size()), static_cast<int>(n)));
+    }
+    for (py::ssize_t i = 0; i < n; ++i) set(features.keypoints[static_cast<size_t>(i)], numbers.data()[i]);
+  };
+  column(octave, "octave", [](cv::KeyPoint& k, double value) {
+    k.octave = value >= 0 && value < Features::kOctaves ? static_cast<int>(value) : -1;
+  });
+  column(angle, "angle", [](cv::KeyPoint& k, double value) { k.angle = static_cast<float>(value); });
+  column(response, "response", [](cv::KeyPoint& k, double value) { k.response = static_cast<float>(value); });
+  features.descriptors.assign(descriptorsOf(descriptors));
+  features.validate();
+  return features;
+}
 
 Camera makeCamera(int width, int height, const py::object& K, const py::object& coefficients,
                   const std::string& model) {
@@ -205,26 +262,42 @@ class Filter {
   std::unique_ptr<Pair> process(const Image& image, const std::optional<Image>& mask, std::optional<double> stamp,
                                 const std::string& name) {
     const cv::Mat& pixels = image.pixels;
-    if (mask) mask->requireSize("mask", pixels.size(), "the image");
+    if (mask) requireSize("mask", mask->pixels.size(), pixels.size(), "the image");
     const py::gil_scoped_release unlocked;
     const std::lock_guard<std::mutex> lock(mutex_);
     const cv::Size size = filter_.camera().imageSize();
-    if (!size.empty()) image.requireSize(name, size, "the camera");
+    if (!size.empty()) requireSize(name, pixels.size(), size, "the camera");
     cv::Mat grey = pixels;
     if (pixels.channels() == 3) cv::cvtColor(pixels, grey, cv::COLOR_BGR2GRAY);
     filter_.extract(grey, current_, mask ? mask->pixels : cv::Mat(), stamp);
-    auto pair = std::make_unique<Pair>();
-    if (have_reference_) {
-      filter_.filter(reference_, current_, *pair, nullptr, &past_);
-      past_.advance();
-    } else {
-      pair->keypoints_current = current_.features.size();
-      pair->times.detect = current_.detect_seconds;
+    return follow();
+  }
+
+  /// The same with features in place of an image.
+  std::unique_ptr<Pair> process(const Features& features, std::optional<double> stamp, const std::string& name) {
+    const py::gil_scoped_release unlocked;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const cv::Size size = filter_.camera().imageSize();
+    if (!size.empty()) requireSize(name, features.image_size, size, "the camera");
+    current_ = Frame();
+    current_.features = features;
+    current_.features_asked = features.size();
+    current_.stamp = stamp;
+    return follow();
+  }
+
+  /// `image`: an array, or Features.
+  std::unique_ptr<Pair> process(const py::object& image, const py::object& mask, std::optional<double> stamp,
+                                const std::string& name) {
+    if (py::isinstance<Features>(image)) {
+      if (!mask.is_none()) {
+        throw std::invalid_argument("mask has no effect on Features; leave out the keypoints that it covers");
+      }
+      return process(image.cast<const Features&>(), stamp, name);
     }
-    pair->finish(reference_.features, current_.features);
-    std::swap(reference_, current_);
-    have_reference_ = true;
-    return pair;
+    std::optional<Image> where;
+    if (!mask.is_none()) where.emplace(mask, "mask", true);
+    return process(Image(image, name), where, stamp, name);
   }
 
   /// Estimates from given matches, as if the filter had kept them all.
@@ -258,12 +331,25 @@ class Filter {
   }
 
  private:
+  /// Compares `current_` with the frame before, and keeps it for the next.
+  std::unique_ptr<Pair> follow() {
+    auto pair = std::make_unique<Pair>();
+    if (have_reference_) {
+      filter_.filter(reference_, current_, *pair, nullptr, &past_);
+      past_.advance();
+    } else {
+      pair->keypoints_current = current_.features.size();
+      pair->times.detect = current_.detect_seconds;
+    }
+    pair->finish(reference_.features, current_.features);
+    std::swap(reference_, current_);
+    have_reference_ = true;
+    return pair;
+  }
+
   void setPoints(const py::object& value, const std::string& name, Features& features) const {
     const auto points = arrayOf<Numbers>(value, name, "N x 2 numbers, pixels");
-    if (points.ndim() < 2 || points.shape(points.ndim() - 1) != 2) {
-      throw std::invalid_argument(name + " has the shape " + std::string(py::str(points.attr("shape"))) +
-                                  "; it must be N x 2, a row x, y for each match");
-    }
+    countPoints(points, name, "match");
     cv::Point2d last(0, 0);
     for (const double* p = points.data(); p != points.data() + points.size(); p += 2) {
       features.keypoints.emplace_back(static_cast<float>(p[0]), static_cast<float>(p[1]), 0.f);
@@ -314,7 +400,8 @@ constexpr const char* kPairText = R"(The answer to one pair of images. Arrays ar
 Columns with an entry for each of the N raw matches:
   reference_points, current_points  N x 2 float32, pixels
   confidence       float32, 0..1: motion-statistics score over the largest of the pair; no probability
-  distance         uint16, 0..256: Hamming distance of the descriptors
+  distance         uint16, 0..256: Hamming distance of the descriptors; of Features that are not 32 bytes scaled to
+                   that range, with perpendicular vectors 128 apart
   stage            uint8: STAGE_RAW (rejected by the motion statistics), STAGE_GMS (by the estimator), STAGE_INLIER
   probability      float32, 0..1, that the match is right; 0: rejected, or no model
   reference_sigma, current_sigma  float32, pixels: standard deviation of either coordinate of a right match; 0: unknown
@@ -334,6 +421,19 @@ Pixels: median_parallax_px (displacement of the inliers without the rotation), r
   model), sigma_px (of a keypoint of the finest level; 0: unknown)
 camera_misfit: contradiction between matches and camera model; often above 1 with a good calibration
 Seconds: time_detect, time_match, time_gms, time_ransac)";
+
+constexpr const char* kFeaturesText =
+    R"(Features(keypoints, descriptors, width, height, octave=None, angle=None, response=None, scale_factor=1.2)
+
+Features of any detector, for MatchFilter.process and match in place of an image. Copied; ValueError names what is wrong.
+keypoints     N x 2, pixels x, y, the centre of the first pixel at 0, 0
+descriptors   N x K uint8: binary, K bytes each, compared by their Hamming distance; or N x D float32, compared by their
+              Euclidean distance. Only mutual nearest neighbours match, except with K = 32 (ORB)
+width, height of the image, pixels
+octave        N pyramid levels, 0..15, of which the noise of a keypoint depends; None: 0
+angle         N orientations, degrees 0..360, -1: unknown; None: unknown
+response      N strengths; None: 0
+scale_factor  between two octaves, above 1)";
 
 void definePair(py::module& m) {
   py::enum_<Status> status(m, "Status", "Outcome of a pair, as in MatchStats.msg.");
@@ -406,18 +506,26 @@ PYBIND11_MODULE(_gms_ransac, m) {
                      "'omnidirectional', 'double_sphere'.")
       .def(py::init(&makeCamera), py::arg("width"), py::arg("height"), py::arg("K") = py::none(),
            py::arg("D") = py::tuple(), py::arg("distortion_model") = "");
+  py::class_<Features>(m, "Features", kFeaturesText)
+      .def(py::init(&makeFeatures), py::arg("keypoints"), py::arg("descriptors"), py::arg("width"), py::arg("height"),
+           py::arg("octave") = py::none(), py::arg("angle") = py::none(), py::arg("response") = py::none(),
+           py::arg("scale_factor") = Features().scale_factor)
+      .def("__len__", &Features::size)
+      .def("__repr__", [](const Features& features) {
+        return cv::format("<Features: %d keypoints, descriptors of %s>", features.size(),
+                          features.descriptors.kind().c_str());
+      });
   py::class_<Filter>(m, "MatchFilter", filterText().c_str())
       .def(py::init<const Camera*, const py::kwargs&>(), py::arg("camera") = py::none())
       .def(
           "process",
           [](Filter& filter, const py::object& image, const py::object& mask, std::optional<double> stamp) {
-            std::optional<Image> where;
-            if (!mask.is_none()) where.emplace(mask, "mask", true);
-            return filter.process(Image(image, "image"), where, stamp, "image");
+            return filter.process(image, mask, stamp, "image");
           },
           py::arg("image"), py::arg("mask") = py::none(), py::arg("stamp") = py::none(),
           "Returns the MatchResult of the last image and this one; status FIRST_FRAME if there was none.\n\n"
-          "image: uint8, height x width (grey) or height x width x 3 (blue, green, red, as cv2.imread reads it).\n"
+          "image: uint8, height x width (grey) or height x width x 3 (blue, green, red, as cv2.imread reads it); or "
+          "Features.\n"
           "mask: uint8 or bool, height x width; no keypoint where it is zero.\n"
           "stamp: seconds, of the middle row; needed with rolling_shutter_readout.\n\n"
           "Other Python threads run meanwhile; calls to one filter wait for each other.")
@@ -426,14 +534,14 @@ PYBIND11_MODULE(_gms_ransac, m) {
       "match",
       [](const py::object& image0, const py::object& image1, const Camera* camera, const py::kwargs& options) {
         Filter filter(camera, options);
-        const Image reference(image0, "image0"), current(image1, "image1");
-        filter.process(reference, std::nullopt, std::nullopt, "image0");
-        return filter.process(current, std::nullopt, std::nullopt, "image1");
+        filter.process(image0, py::none(), std::nullopt, "image0");
+        return filter.process(image1, py::none(), std::nullopt, "image1");
       },
       py::arg("image0"), py::arg("image1"), py::arg("camera") = py::none(),
       R"(match(image0, image1, camera=None, **options)
 
-Returns the MatchResult of the reference image0 and the current image1. Images and options as of MatchFilter.)");
+Returns the MatchResult of the reference image0 and the current image1: arrays or Features, as of MatchFilter.process.
+Options as of MatchFilter.)");
   m.def(
       "estimate",
       [](const py::object& points0, const py::object& points1, const Camera* camera, const py::kwargs& options) {

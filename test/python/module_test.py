@@ -68,6 +68,54 @@ class Module(unittest.TestCase):
         self.assertEqual(homography.status, gms_ransac.Status.UNCALIBRATED)
         np.testing.assert_allclose(homography.model / homography.model[2, 2], [[1, 0, 30], [0, 1, 0], [0, 0, 1]], atol=1e-3)
 
+    def test_features_of_another_detector(self):
+        R, t = cv2.Rodrigues(np.array([0.02, -0.05, 0.03]))[0], np.array([0.6, 0, 0.8])
+        points = drawn(R, t, wrong=0)
+        seen = ((points[1] >= -0.5) & (points[1] <= np.array(SIZE) - 0.5) & (points[0] >= -0.5) &
+                (points[0] <= np.array(SIZE) - 0.5)).all(1)
+        points, n = [p[seen] for p in points], seen.sum()
+        random = np.random.RandomState(2)
+        floats = random.normal(size=(n, 256)).astype(np.float32)
+        long = random.randint(0, 256, (n, 64)).astype(np.uint8)
+        for first, second in ((floats, floats + random.normal(0, 0.3, (n, 256))), (long, long ^ random.randint(0, 2, (n, 64)).astype(np.uint8))):
+            # The second image has them in another order.
+            order = random.permutation(n)
+            features = [gms_ransac.Features(p, d, *SIZE, octave=np.zeros(n), angle=np.full(n, -1), response=np.ones(n))
+                        for p, d in ((points[0], first), (points[1][order], second[order]))]
+            self.assertEqual(len(features[0]), n)
+            pair = gms_ransac.match(*features, CAMERA)
+            self.assertEqual(pair.status, gms_ransac.Status.OK, features[0])
+            np.testing.assert_allclose(pair.current_in_reference, np.vstack([np.column_stack([R, t]), [0, 0, 0, 1]]), atol=2e-3)
+            self.assertGreater((pair.stage == pair.STAGE_INLIER).sum(), 0.9 * n)
+            # A row of either column is one point.
+            at = {tuple(p): i for i, p in enumerate(points[0].astype(np.float32))}
+            partners = np.array([points[1][at[tuple(p)]] for p in pair.reference_points], np.float32)
+            np.testing.assert_array_equal(pair.current_points, partners)
+            matcher = gms_ransac.MatchFilter(CAMERA)
+            self.assertEqual(matcher.process(features[0]).status, gms_ransac.Status.FIRST_FRAME)
+            self.assert_same(matcher.process(features[1]), pair)
+
+    def test_features_are_refused_with_what_is_wrong(self):
+        points, descriptors = np.full((9, 2), 5.0), np.zeros((9, 61), np.uint8)
+        features = gms_ransac.Features(points, descriptors, *SIZE)
+        for complaint, make in (
+                ("9 keypoints and 8 descriptors", lambda: gms_ransac.Features(points, descriptors[:8], *SIZE)),
+                ("keypoint 0 lies outside", lambda: gms_ransac.Features(points + np.nan, descriptors, *SIZE)),
+                ("keypoint 0 lies outside", lambda: gms_ransac.Features(points, descriptors, 4, 4)),
+                ("keypoints has the shape (9, 3)", lambda: gms_ransac.Features(np.zeros((9, 3)), descriptors, *SIZE)),
+                ("uint8 (binary descriptors) or", lambda: gms_ransac.Features(points, descriptors.astype(int), *SIZE)),
+                ("uint8 (binary descriptors) or", lambda: gms_ransac.Features(points, None, *SIZE)),
+                ("descriptor 0 has a number that is not finite",
+                 lambda: gms_ransac.Features(points, np.full((9, 4), np.inf), *SIZE)),
+                ("keypoint 0 has octave -1", lambda: gms_ransac.Features(points, descriptors, *SIZE, octave=np.full(9, 1e9))),
+                ("octave has 8 numbers", lambda: gms_ransac.Features(points, descriptors, *SIZE, octave=np.zeros(8))),
+                ("image0 is 640 x 480", lambda: gms_ransac.match(features, features, gms_ransac.Camera(320, 240))),
+                ("mask has no effect", lambda: gms_ransac.MatchFilter().process(features, mask=np.ones((480, 640), bool))),
+                ("61 bytes cannot be compared with those of 32 bytes", lambda: gms_ransac.match(features, self.grey[0]))):
+            with self.assertRaises(ValueError) as refusal:
+                make()
+            self.assertIn(complaint, str(refusal.exception))
+
     def test_same_as_evaluate(self):
         out = str(self.room / "out.jsonl")
         subprocess.run([EVALUATE, "run", self.room, "--method", "lo_prosac", "--out", out], check=True,
