@@ -34,7 +34,8 @@ START_CORE = dict(live=False, core=True)
 GROUPS = [
     Group("inputs", "input", **START, parameters=[
         Row("input", "stream", "stream: images of one camera, each compared with an earlier one; pair: reference/image with "
-            "current/image; stereo: left/image with right/image", choices=("stream", "pair", "stereo"), field="input",
+            "current/image; stereo: left/image with right/image; keypoints: features of your own detector "
+            "(gms_ransac/Keypoints) in place of images", choices=("stream", "pair", "stereo", "keypoints"), field="input",
             enum="InputKind"),
         Row("image_transport", "raw", "Transport of the images; compressed reads image/compressed. Remap `image` only",
             unit="the name of an image transport", field="image_transport"),

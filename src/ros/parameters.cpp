@@ -153,6 +153,7 @@ Parameters Parameters::read(const ros::NodeHandle& pnh) {
 std::vector<std::string> parametersWithoutEffect(const ros::NodeHandle& pnh, const Parameters& parameters) {
   const bool ground = parameters.scale == ScaleMode::kGround,
              imu = parameters.rotation_prior == RotationPriorKind::kImu;
+  const bool images = parameters.input != InputKind::kKeypoints;
   const struct {
     const char* name;
     bool used;
@@ -160,7 +161,14 @@ std::vector<std::string> parametersWithoutEffect(const ros::NodeHandle& pnh, con
   } conditions[] = {
       {"camera_height", ground, "~scale ground"},
       {"fixed_scale", parameters.scale == ScaleMode::kFixed, "~scale fixed"},
-      {"depth_image_transport", parameters.scale == ScaleMode::kDepth, "~scale depth"},
+      {"depth_image_transport", images && parameters.scale == ScaleMode::kDepth, "~scale depth and images"},
+      {"image_transport", images, "images (~input is keypoints)"},
+      {"features", images, "images (~input is keypoints)"},
+      {"fast_threshold", images, "images (~input is keypoints)"},
+      {"extractor", images, "images (~input is keypoints)"},
+      {"pyramid_levels", images, "images (~input is keypoints)"},
+      {"pyramid_scale", images, "images (~input is keypoints)"},
+      {"feature_layout", images, "images (~input is keypoints)"},
       {"imu_frame", imu, "~rotation_prior imu"},
       {"prior_frame", parameters.rotation_prior == RotationPriorKind::kTf, "~rotation_prior tf"},
       {"image_time_offset", parameters.usesSensors() && !(ground && !imu), "~rotation_prior or ~scale odometry"},

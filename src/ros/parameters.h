@@ -21,7 +21,7 @@ enum class MaskSync { kLatest, kExact };
 enum class FeatureLayout { kVinsMono, kVinsFusion, kLviSam };
 enum class OverlayColour { kResidual, kProbability, kTrack, kDepth, kStage };
 enum class OverlayLayout { kFlow, kSideBySide };
-enum class InputKind { kStream, kPair, kStereo };
+enum class InputKind { kStream, kPair, kStereo, kKeypoints };
 enum class RotationPriorKind { kNone, kImu, kTf, kOdom };
 
 /// Read once from the private namespace. cfg/parameters.py has the meaning, range and default of each.

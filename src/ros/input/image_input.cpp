@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include <boost/make_shared.hpp>
+
 #include "priors/motion_priors.h"
 
 namespace gms_ransac {
@@ -51,6 +53,7 @@ std::vector<ImageInput::ImageStream> ImageInput::streamsOf(const Parameters& par
   };
   if (parameters.input == InputKind::kPair) return {stream("reference/image"), stream("current/image")};
   if (parameters.input == InputKind::kStereo) return {stream("left/image"), stream("right/image")};
+  if (parameters.input == InputKind::kKeypoints) return {{"keypoints", "image_transport", "raw"}};
   if (parameters.scale != ScaleMode::kDepth) return {stream("image")};
   // Depth is never sent through the transport of the images: lossy ones spoil it.
   return {stream("image"), {"depth/image", "depth_image_transport", parameters.depth_image_transport}};
@@ -113,11 +116,11 @@ void ImageInput::start() {
         "right/camera_info", queue,
         [this](const sensor_msgs::CameraInfoConstPtr& info) { settle([&] { waiting_.setRightInfo(info); }); }));
   }
-  subscribe(0, [this](const sensor_msgs::ImageConstPtr& image) {
-    ++images_;
-    last_image_stamp_ = image->header.stamp;
-    waiting_.add(image, ros::Time::now(), ros::SteadyTime::now().toSec());
-  });
+  if (parameters_.input == InputKind::kKeypoints) {
+    subscribeKeypoints();
+  } else {
+    subscribe(0, [this](const sensor_msgs::ImageConstPtr& image) { add(image); });
+  }
   if (streams_.size() > 1) subscribe(1, [this](const sensor_msgs::ImageConstPtr& image) { waiting_.addSecond(image); });
   started_ = true;
 }
@@ -132,6 +135,24 @@ void ImageInput::subscribe(size_t stream, const std::function<void(const sensor_
   image_subscribers_.push_back(transport_.subscribe(
       images.transport == "raw" ? images.name : topic(stream), static_cast<uint32_t>(parameters_.queue_size),
       [this, add](const sensor_msgs::ImageConstPtr& image) { settle([&] { add(image); }); }, ros::VoidPtr(), hints));
+}
+
+void ImageInput::subscribeKeypoints() {
+  const auto take = [this](const KeypointsConstPtr& keypoints) {
+    const auto image = boost::make_shared<sensor_msgs::Image>();
+    image->header = keypoints->header;
+    image->width = keypoints->width;
+    image->height = keypoints->height;
+    settle([&] { add(image, keypoints); });
+  };
+  subscribers_.push_back(nh_.subscribe<Keypoints>(streams_[0].name, static_cast<uint32_t>(parameters_.queue_size), take,
+                                                  ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
+}
+
+void ImageInput::add(const sensor_msgs::ImageConstPtr& image, const KeypointsConstPtr& keypoints) {
+  ++images_;
+  last_image_stamp_ = image->header.stamp;
+  waiting_.add(image, ros::Time::now(), ros::SteadyTime::now().toSec(), keypoints);
 }
 
 void ImageInput::stop() {
@@ -190,6 +211,10 @@ std::vector<InputTopic> ImageInput::inputs() const {
                                     {"~mask", pnh_.resolveName("mask"), "sensor_msgs/Image"}};
   for (const ImageStream& stream : streams_) {
     const std::string topic = nh_.resolveName(stream.name);
+    if (parameters_.input == InputKind::kKeypoints) {
+      inputs.push_back({stream.name, topic, "gms_ransac/Keypoints"});
+      continue;
+    }
     if (stream.transport == "raw") inputs.push_back({stream.name, topic, "sensor_msgs/Image"});
     if (stream.transport == "compressed") {
       inputs.push_back({stream.name, topic + "/compressed", "sensor_msgs/CompressedImage"});
@@ -213,9 +238,15 @@ std::string ImageInput::waitingFor(const Topics& published) {
   };
   // One of another type is reported as that.
   const auto isPublished = [&](size_t stream) {
-    return image_subscribers_[stream].getNumPublishers() > 0 || published.count(subscribed(stream)) > 0;
+    const bool connected = stream < image_subscribers_.size() && image_subscribers_[stream].getNumPublishers() > 0;
+    return connected || published.count(subscribed(stream)) > 0;
   };
   const auto nobodyPublishes = [&](size_t stream) {
+    if (parameters_.input == InputKind::kKeypoints) {
+      return "nobody publishes " + subscribed(stream) +
+             "; start the node that finds the keypoints (such as publish_keypoints.py), or remap 'keypoints' to its "
+             "topic";
+    }
     return "nobody publishes " + subscribed(stream) + "; start the camera or the bag, or remap '" +
            streams_[stream].name + "' to its topic: " + imagesElsewhere(published, streams_[stream].name, inputs);
   };

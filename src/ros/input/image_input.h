@@ -66,6 +66,9 @@ class ImageInput {
   std::string topic(size_t stream) const { return nh_.resolveName(streams_[stream].name); }
   /// `add` is called, with mutex_ held, for each image of the stream.
   void subscribe(size_t stream, const std::function<void(const sensor_msgs::ImageConstPtr&)>& add);
+  void subscribeKeypoints();
+  /// With mutex_ held.
+  void add(const sensor_msgs::ImageConstPtr& image, const KeypointsConstPtr& keypoints = nullptr);
   /// Makes a change, with mutex_ held, and hands over the images that need wait no longer.
   void settle(const std::function<void()>& change);
   /// Called by the timer while images wait for partners, other sensors or tf.

@@ -38,9 +38,11 @@ bool takeOfStamp(const ros::Time& stamp, const std::deque<Message>& kept, Messag
 
 }  // namespace
 
-void WaitingImages::add(const sensor_msgs::ImageConstPtr& image, const ros::Time& received, double now) {
+void WaitingImages::add(const sensor_msgs::ImageConstPtr& image, const ros::Time& received, double now,
+                        const KeypointsConstPtr& keypoints) {
   Waiting waiting{{}, now, options_.second == nullptr};
   waiting.input.*options_.first = image;
+  waiting.input.keypoints = keypoints;
   waiting.input.received = received;
   waiting_.push_back(waiting);
 }

@@ -42,8 +42,9 @@ class WaitingImages {
  public:
   explicit WaitingImages(const WaitingOptions& options) : options_(options) {}
 
-  /// `now`: seconds of a clock that never goes back; `received`: of the node's.
-  void add(const sensor_msgs::ImageConstPtr& image, const ros::Time& received, double now);
+  /// `now`: seconds of a clock that never goes back; `received`: of the node's. `keypoints`: go with the image.
+  void add(const sensor_msgs::ImageConstPtr& image, const ros::Time& received, double now,
+           const KeypointsConstPtr& keypoints = nullptr);
   void addSecond(const sensor_msgs::ImageConstPtr& image);
   void addCameraInfo(const sensor_msgs::CameraInfoConstPtr& info);
   void setRightInfo(const sensor_msgs::CameraInfoConstPtr& info) { latest_right_info_ = info; }

@@ -46,11 +46,11 @@ std::string clockProblem() {
          "`rosparam set use_sim_time false` and start all nodes again";
 }
 
-void refuseOwnOutput(const std::vector<InputTopic>& inputs, const std::string& overlay) {
+void refuseOwnOutput(const std::vector<InputTopic>& inputs, const std::string& output, const std::string& remedy) {
   for (const InputTopic& input : inputs) {
-    if (input.topic != overlay) continue;
-    throw std::invalid_argument("input '" + input.name + "' is remapped to " + overlay +
-                                ", an output of this node; remap it to the topic of a camera");
+    if (input.topic != output) continue;
+    throw std::invalid_argument("input '" + input.name + "' is remapped to " + output +
+                                ", an output of this node; remap it to the topic of " + remedy);
   }
 }
 
@@ -70,7 +70,8 @@ class MatchFilterRos {
     priors_ = MotionPriors::make(nh_, parameters_);
     input_ = std::make_unique<ImageInput>(
         nh_, pnh_, parameters_, [this](const ImageWithInfo& input) { guard([&] { onImage(input); }); }, priors_);
-    refuseOwnOutput(input_->inputs(), Outputs::overlayTopic(pnh_));
+    refuseOwnOutput(input_->inputs(), Outputs::overlayTopic(pnh_), "a camera");
+    refuseOwnOutput(input_->inputs(), pnh_.resolveName("keypoints"), "your detector");
     input_->checkTransports();
     processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic(), priors_,
                                                   input_->rightTopic(), input_->rightInfoTopic());
@@ -92,6 +93,11 @@ class MatchFilterRos {
                                      << toString(start.processor.core.robust.model) << ", OpenCV " << CV_VERSION
                                      << "; subscribes to " << input_->imageTopic()
                                      << whenSubscribed(parameters_.always_subscribe, start.outputs));
+    if (parameters_.input == InputKind::kKeypoints) {
+      ROS_INFO_STREAM(
+          parameters_.name << ": ~input keypoints brings no pixels, so ~features and ~stereo_features, which "
+                              "follow points in them, are not published, and ~match_image is grey");
+    }
     updateSubscription();
     reset_service_ = pnh_.advertiseService("reset", &MatchFilterRos::reset, this);
     pause_service_ = pnh_.advertiseService("pause", &MatchFilterRos::pause, this);

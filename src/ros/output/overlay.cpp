@@ -25,6 +25,7 @@ constexpr double kFont = 0.42;                      // of OpenCV's, for a unit o
 constexpr double kLegend = 190, kStripLabels = 64;  // widths in the footer, units
 constexpr int kSubpixelBits = 3;                    // slow motion would look like steps if positions were whole pixels
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+const cv::Scalar kNoPixels(96, 96, 96);  // behind keypoints that came without an image
 const cv::Scalar kDark(28, 26, 24), kLight(235, 235, 235), kGrey(150, 150, 150);
 // Indexed by MatchStage. The last is also for inliers without a value.
 const std::array<cv::Scalar, 3> kStageColors = {kGrey, cv::Scalar(0, 94, 213), cv::Scalar(233, 180, 86)};
@@ -101,6 +102,7 @@ void stretch(const MatchResult& result, Quantity& quantity) {
 void drawImage(const PreparedFrame& frame, cv::Mat panel) {
   namespace encodings = sensor_msgs::image_encodings;
   cv::Mat image = frame.grey;
+  if (frame.input.keypoints) panel = kNoPixels;
   if (image.empty()) return;  // a reference from before a loss, whose pixels are gone
   const auto& message = frame.input.image;
   if (message && encodings::bitDepth(message->encoding) == 8 &&
@@ -132,7 +134,7 @@ void hatch(const cv::Mat& mask, cv::Mat picture) {
 class Painter {
  public:
   Painter(const ProcessedFrame& processed, OverlayLayout layout) : processed_(processed) {
-    const cv::Size image = processed.current->grey.size();
+    const cv::Size image = processed.current->imageSize();
     const double area = image.area();
     const double enlarge = std::round(std::sqrt(kStandardArea / area));
     const double zoom = enlarge > 1 ? enlarge : 1 / std::ceil(std::sqrt(area / kLargestArea));

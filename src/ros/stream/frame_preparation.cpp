@@ -5,6 +5,7 @@
 #include "frames.h"
 #include "guard.h"
 #include "input/image_conversion.h"
+#include "input/keypoints_conversion.h"
 #include "scale/translation_scale.h"
 #include "stream/pipeline.h"
 #include "text.h"
@@ -40,7 +41,7 @@ void FramePreparation::receive(const ImageWithInfo& input, PreparedFrame& frame)
     } else {
       classifyStamp(frame);
     }
-    if (frame.problem.empty()) frame.camera = camera_source_.get(input.camera_info, frame.grey.size());
+    if (frame.problem.empty()) frame.camera = camera_source_.get(input.camera_info, frame.imageSize());
   };
   guarded(work, [&](const std::string& what) { frame.problem = what; });
 }
@@ -50,10 +51,21 @@ bool FramePreparation::convert(const sensor_msgs::ImageConstPtr& image, Prepared
   frame.header.frame_id = withoutLeadingSlash(frame.header.frame_id);
   frame.frame.detect_seconds = 0;
   const auto start = std::chrono::steady_clock::now();
-  frame.problem = converter_.toGrey(*image, frame.grey);
+  if (frame.input.keypoints) {
+    takeKeypoints(*frame.input.keypoints, frame);
+  } else {
+    frame.problem = converter_.toGrey(*image, frame.grey);
+  }
   frame.convert_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   frame.frame.seconds_before = frame.convert_seconds;
   return frame.problem.empty();
+}
+
+void FramePreparation::takeKeypoints(const Keypoints& keypoints, PreparedFrame& frame) {
+  frame.grey.release();
+  frame.problem = toFeatures(keypoints, frame.frame.features);
+  frame.frame.features_asked = frame.frame.features.size();
+  if (parameters_.scale == ScaleMode::kDepth && frame.problem.empty()) frame.stereo.depth = depthOf(keypoints);
 }
 
 void FramePreparation::classifyStamp(PreparedFrame& frame) {
@@ -80,7 +92,12 @@ void FramePreparation::findFeatures(PreparedFrame& frame) {
 }
 
 void FramePreparation::extract(MatchFilter& filter, PreparedFrame& frame) {
-  frame.mask_problem = mask_source_.get(frame.input.mask, frame.grey.size(), frame.mask);
+  frame.mask_problem = mask_source_.get(frame.input.mask, frame.imageSize(), frame.mask);
+  if (frame.input.keypoints) {
+    dropMasked(frame.mask, frame.frame.features, frame.stereo.depth);
+    frame.frame.stamp = frame.stamp();
+    return;
+  }
   filter.extract(frame.grey, frame.frame, frame.mask, frame.stamp());
 }
 
@@ -95,6 +112,9 @@ void FramePreparation::findDepth(PreparedFrame& frame) {
     }
     frame.depth_problem = stereo_depth_.fill(frame.frame.features, *frame.camera, frame.pipeline->filter, frame.stereo);
     if (frame.depth_problem.empty()) frame.frame.detect_seconds += stereo_depth_.detectSeconds();
+  } else if (input.keypoints) {
+    const bool missing = parameters_.scale == ScaleMode::kDepth && frame.stereo.depth.empty();
+    if (missing) frame.depth_problem = "the keypoints have no depth";
   } else if (input.depth) {
     frame.depth_problem = toDepth(*input.depth, frame.grey.size(), frame.depth);
     frame.stereo.depth = keypointDepth(frame.frame.features, frame.depth);

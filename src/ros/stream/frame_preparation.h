@@ -1,4 +1,4 @@
-// Image message -> grey image, features, depth: the part of the work that needs no other image.
+// Image or Keypoints message -> grey image, features, depth: the part of the work that needs no other image.
 #pragma once
 
 #include <mutex>
@@ -31,9 +31,11 @@ class FramePreparation {
  private:
   /// Converts one image; false, with `problem` set, if it is unusable.
   bool convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame);
+  /// Features, and depth with ~scale depth, of a Keypoints message.
+  void takeKeypoints(const Keypoints& keypoints, PreparedFrame& frame);
   /// Sets the verdict, and the problem of an image that is to be dropped.
   void classifyStamp(PreparedFrame& frame);
-  /// Finds the features outside the masked area.
+  /// Finds the features outside the masked area, or drops given ones inside it.
   void extract(MatchFilter& filter, PreparedFrame& frame);
   /// Depth of the keypoints, from a depth image or the right camera.
   void findDepth(PreparedFrame& frame);

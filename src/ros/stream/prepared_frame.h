@@ -38,7 +38,7 @@ struct Wanted {
 struct PreparedFrame {
   ImageWithInfo input;  ///< kept, because `grey` may share its memory
   std_msgs::Header header;
-  cv::Mat grey;
+  cv::Mat grey;   ///< CV_8UC1; empty with ~input keypoints
   cv::Mat depth;  ///< CV_32FC1 metres; empty: none
   /// `right` and what belongs to it with ~input stereo; empty if the right image is unusable. `depth` is that of the
   /// keypoints, whether a depth image or the right camera gives it.
@@ -59,6 +59,7 @@ struct PreparedFrame {
   double convert_seconds = 0;
   double time_budget = 0;  ///< ~max_milliseconds in seconds
 
+  cv::Size imageSize() const { return grey.empty() ? frame.features.image_size : grey.size(); }
   double stamp() const { return header.stamp.toSec(); }
   /// Pixels may belong to the driver's buffers; a comparison needs features alone.
   void dropPixels();

@@ -36,6 +36,7 @@ enum class Why : uint8_t {
   kReferenceOld,
   kNoneKept,
   kSizeChanged,
+  kDescriptorsChanged,  ///< with ~input keypoints [kind before]
   kNewReference,
   kSizesDiffer,  ///< the two images of a pair [size of the reference]
   // After a loss: it goes on after a number of lost images, or not yet, with a number of images that are kept.

@@ -16,10 +16,13 @@ namespace {
 // Share of the image below which a mask is the reason for few keypoints, percent.
 constexpr int kLittlePercent = 20;
 
-/// Names the image that has too few keypoints, and the reason. `asked`: how many the current one may have.
-std::string explainFewKeypoints(const MatchResult& result, const cv::Mat& mask, int asked) {
+/// Names the image that has too few keypoints, and the reason.
+std::string explainFewKeypoints(const MatchResult& result, const PreparedFrame& current) {
+  const cv::Mat& mask = current.mask;
+  const bool given = current.input.keypoints != nullptr;
+  const int asked = current.frame.features_asked;
   const int here = result.keypoints_current, there = result.keypoints_reference;
-  if (asked < kMinimumMatches) {
+  if (!given && asked < kMinimumMatches) {
     return cv::format("~features is %d, but a pair needs %d keypoints, and a good pose hundreds; raise it", asked,
                       kMinimumMatches);
   }
@@ -32,7 +35,8 @@ std::string explainFewKeypoints(const MatchResult& result, const cv::Mat& mask, 
   return cv::format("only %d keypoints (the reference has %d): ", here, there) +
          (used < kLittlePercent
               ? cv::format("the mask leaves %d %% of the image (no keypoint is taken where it is zero)", used)
-              : "the image is dark, blurred or plain; set ~fast_threshold to 0");
+          : given ? "the detector that publishes them found no more"
+                  : "the image is dark, blurred or plain; set ~fast_threshold to 0");
 }
 
 /// Why there is a rotation and no translation.
@@ -90,7 +94,7 @@ std::string explain(Status status, const MatchResult& result, const PreparedFram
       case Status::kOk:
         return cv::format("%d of %d filtered matches agree on one motion", result.inliers, result.matches_gms);
       case Status::kTooFewKeypoints:
-        return explainFewKeypoints(result, current.mask, current.frame.features_asked);
+        return explainFewKeypoints(result, current);
       case Status::kTooFewMatches:
         return cv::format("only %d matches: the views differ too much, or ~features is too small", matches);
       case Status::kGmsRejected:
@@ -149,11 +153,14 @@ std::string sentence(const Reason& reason, const ProcessedFrame& answer, const P
              "~max_recovery_gap (" +
              secondsText(options.recovery.seconds) + ")";
     case Why::kSizeChanged:
-      return "the image size changed from " + reason.detail + " to " + sizeText(current.grey.size());
+      return "the image size changed from " + reason.detail + " to " + sizeText(current.imageSize());
+    case Why::kDescriptorsChanged:
+      return "the descriptors changed from " + reason.detail + " to " + current.frame.features.descriptors.kind() +
+             ", which cannot be compared";
     case Why::kReferenceOld:
       return "the last usable image is older than " + max_gap() + "; raise it for a slow camera";
     case Why::kSizesDiffer:
-      return "the two images differ in size: " + reason.detail + " and " + sizeText(current.grey.size());
+      return "the two images differ in size: " + reason.detail + " and " + sizeText(current.imageSize());
     case Why::kGoesOn: {
       std::ostringstream text;
       text << "goes on from the image of " << answer.reference->header.stamp << ", "

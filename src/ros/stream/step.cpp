@@ -35,6 +35,9 @@ struct Step : Comparison {
   bool tooLateFor(const PreparedFrame& reference) const {
     return current->stamp() - reference.stamp() > pipeline.options.max_frame_gap;
   }
+  bool comparable(const PreparedFrame& reference) const {
+    return current->frame.features.descriptors.comparableWith(reference.frame.features.descriptors);
+  }
   void answerImage();
   void answerPair();
 
@@ -108,6 +111,7 @@ std::optional<Step::Start> Step::newStart() const {
   if (!stream.reference) return Start{kFirst, Continuity::kContinuous, Why::kFirst};
   if (current->frame.features.image_size != stream.reference->frame.features.image_size)
     return Start{kFirst, kBroken, Why::kSizeChanged};
+  if (!comparable(*stream.reference)) return Start{kFirst, kBroken, Why::kDescriptorsChanged};
   if (tooLateFor(*stream.reference)) return Start{kTime, kBroken, Why::kReferenceOld};
   return std::nullopt;
 }
@@ -115,7 +119,10 @@ std::optional<Step::Start> Step::newStart() const {
 void Step::begin(const Start& start) {
   answer.status = start.status;
   answer.continuity = start.continuity;
-  because(start.why, start.why == Why::kSizeChanged ? sizeText(stream.reference->frame.features.image_size) : "");
+  std::string before;
+  if (start.why == Why::kSizeChanged) before = sizeText(stream.reference->frame.features.image_size);
+  if (start.why == Why::kDescriptorsChanged) before = stream.reference->frame.features.descriptors.kind();
+  because(start.why, before);
   if (start.continuity != Continuity::kContinuous) because(Why::kNewReference);
   stream.forget();
   recovery.clear();
@@ -156,7 +163,7 @@ bool Step::goBack() {
   recovery.giveUp(current->stamp(), pipeline.options.recovery);
   if (!recovery.lost()) return false;
   const std::shared_ptr<PreparedFrame> newest = recovery.kept().front().reference;
-  if (current->frame.features.image_size != newest->frame.features.image_size) return false;
+  if (current->frame.features.image_size != newest->frame.features.image_size || !comparable(*newest)) return false;
 
   bool answered = true;
   guarded([&] { answered = compareWithKept(); },

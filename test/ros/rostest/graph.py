@@ -213,7 +213,8 @@ def run(name, case, **filters):
     started = []
     for node, parameters in filters.items():
         rospy.set_param(node, dict({"drop_frames": False}, **parameters))
-        started.append(subprocess.Popen([program, "__name:=" + node] + ["%s:=%s/%s" % (t, node, t) for t in topics]))
+        remaps = ["%s:=%s/%s" % (t, node, t) for t in topics] + ["keypoints:=%s/detector/keypoints" % node]
+        started.append(subprocess.Popen([program, "__name:=" + node] + remaps))
     try:
         rostest.rosrun("gms_ransac", name, case)
     finally:

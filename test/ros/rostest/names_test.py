@@ -16,7 +16,8 @@ class Names(GraphTest):
 
     def test_help_needs_no_master(self):
         master = dict(os.environ, ROS_MASTER_URI="http://localhost:1")
-        for program in ("match_filter_node", "find_loops", "triangulate_inliers", "print_keypoints.py"):
+        for program in ("match_filter_node", "find_loops", "triangulate_inliers", "print_keypoints.py",
+                        "publish_keypoints.py"):
             done = subprocess.run(["rosrun", "gms_ransac", program, "--help"], env=master, stdout=subprocess.PIPE, text=True,
                                   timeout=TIMEOUT)
             self.assertEqual(done.returncode, 0)
