@@ -31,8 +31,9 @@ def octave_of(keypoint, detector):
 def keypoints_message(header, grey, detector, features):
     """Keypoints of a grey image. A detector of one's own fills u, v and the descriptors; the other columns may stay empty."""
     make, scale_factor = DETECTORS[detector]
-    found = sorted(make(features).detect(grey), key=lambda keypoint: -keypoint.response)[:features]
-    found, descriptors = make(features).compute(grey, found)
+    finder = make(features)
+    found = sorted(finder.detect(grey), key=lambda keypoint: -keypoint.response)[:features]
+    found, descriptors = finder.compute(grey, found)
     message = Keypoints(header=header, scale_factor=scale_factor)
     message.height, message.width = grey.shape
     if not found:

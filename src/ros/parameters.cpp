@@ -161,7 +161,7 @@ std::vector<std::string> parametersWithoutEffect(const ros::NodeHandle& pnh, con
   } conditions[] = {
       {"camera_height", ground, "~scale ground"},
       {"fixed_scale", parameters.scale == ScaleMode::kFixed, "~scale fixed"},
-      {"depth_image_transport", images && parameters.scale == ScaleMode::kDepth, "~scale depth and images"},
+      {"depth_image_transport", parameters.scale == ScaleMode::kDepth, "~scale depth"},
       {"image_transport", images, "images (~input is keypoints)"},
       {"features", images, "images (~input is keypoints)"},
       {"fast_threshold", images, "images (~input is keypoints)"},

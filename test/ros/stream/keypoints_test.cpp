@@ -39,7 +39,7 @@ struct Messages {
       message->scale_factor = 2;
       message->descriptor_type = Keypoints::DESCRIPTOR_FLOAT32;
       message->descriptor_size = kNumbers * sizeof(float);
-      message->descriptors.assign(rows.data, rows.dataend);
+      message->descriptors.assign(rows.data, rows.data + rows.total() * rows.elemSize());
     }
     reference.header.stamp = ros::Time(1.0);
     current.header.stamp = ros::Time(1.1);

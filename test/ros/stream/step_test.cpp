@@ -14,14 +14,15 @@
 namespace gms_ransac {
 namespace {
 
-const Scene& room() {
+const Scene& steppedRoom() {
   static const Scene scene{SceneOptions()};
   return scene;
 }
 
 class StepTest : public testing::Test {
  protected:
-  explicit StepTest(int kept = 0) : pipeline_(calibrated(ScaleMode::kUnit, room().intrinsics()), keeping(kept)) {}
+  explicit StepTest(int kept = 0)
+      : pipeline_(calibrated(ScaleMode::kUnit, steppedRoom().intrinsics()), keeping(kept)) {}
 
   static ProcessorOptions keeping(int frames) {
     ProcessorOptions options;
@@ -34,7 +35,7 @@ class StepTest : public testing::Test {
     frame->header.stamp = ros::Time(stamp_ += 0.2);
     frame->stamp_verdict = StampVerdict::kInOrder;
     auto camera = std::make_shared<CameraModel>();
-    camera->camera = Camera(room().intrinsics(), grey.size());
+    camera->camera = Camera(steppedRoom().intrinsics(), grey.size());
     frame->camera = camera;
     pipeline_.filter.extract(grey, frame->frame, cv::Mat(), stamp_);
     return frame;
@@ -49,15 +50,15 @@ class StepTest : public testing::Test {
 };
 
 TEST_F(StepTest, ACopyOfTheStreamAnswersTheSame) {
-  ask(room().render(0).image);
-  ask(room().render(1).image);
+  ask(steppedRoom().render(0).image);
+  ask(steppedRoom().render(1).image);
   Stream copy = stream_;
-  const std::shared_ptr<PreparedFrame> next = prepared(room().render(2).image);
+  const std::shared_ptr<PreparedFrame> next = prepared(steppedRoom().render(2).image);
   const ProcessedFrame one = step(pipeline_, stream_, recovery_, work_, next);
   const RelativePose pose = one.pose;
   const std::vector<uint32_t> ids = *one.track_ids;
   const Eigen::Isometry3d place = one.place->camera().pose;
-  ask(room().render(3).image);
+  ask(steppedRoom().render(3).image);
   const ProcessedFrame other = step(pipeline_, copy, recovery_, work_, next);
   EXPECT_EQ(other.status, MatchStats::OK) << words(other, pipeline_.options);
   EXPECT_EQ(other.pose.t, pose.t);
@@ -67,9 +68,9 @@ TEST_F(StepTest, ACopyOfTheStreamAnswersTheSame) {
 
 TEST_F(StepTest, TheReferenceShowsItsPixelsWithTheAnswer) {
   Recovery keeps;
-  Pipeline pipeline(calibrated(ScaleMode::kUnit, room().intrinsics()), keeping(3));
+  Pipeline pipeline(calibrated(ScaleMode::kUnit, steppedRoom().intrinsics()), keeping(3));
   for (int i = 0; i < 3; ++i) {
-    const ProcessedFrame answer = step(pipeline, stream_, keeps, work_, prepared(room().render(i).image));
+    const ProcessedFrame answer = step(pipeline, stream_, keeps, work_, prepared(steppedRoom().render(i).image));
     if (i > 0) {
       EXPECT_FALSE(answer.reference->grey.empty());
     }
@@ -83,12 +84,12 @@ TEST_F(StepTest, ALossCostsFourComparisonsAtMostAndSaysSo) {
   elsewhere.seed = 7;
   const Scene other(elsewhere);
   for (const int kept : {1, 3, 6}) {
-    Pipeline pipeline(calibrated(ScaleMode::kUnit, room().intrinsics()), keeping(kept));
+    Pipeline pipeline(calibrated(ScaleMode::kUnit, steppedRoom().intrinsics()), keeping(kept));
     Recovery recovery;
     Stream stream;
-    for (int i = 0; i < 8; ++i) step(pipeline, stream, recovery, work_, prepared(room().render(i).image));
+    for (int i = 0; i < 8; ++i) step(pipeline, stream, recovery, work_, prepared(steppedRoom().render(i).image));
     EXPECT_EQ(recovery.kept().size(), static_cast<size_t>(kept));
-    step(pipeline, stream, recovery, work_, prepared(cv::Mat::zeros(room().options().size, CV_8UC1)));
+    step(pipeline, stream, recovery, work_, prepared(cv::Mat::zeros(steppedRoom().options().size, CV_8UC1)));
     step(pipeline, stream, recovery, work_, prepared(other.render(0).image));
     // A clock that counts how often it is read: as often in each comparison that goes to its end.
     double now = 0;
@@ -106,7 +107,7 @@ class PairsTest : public StepTest {
   PairsTest()
       : pairs_(
             [] {
-              Parameters parameters = calibrated(ScaleMode::kUnit, room().intrinsics());
+              Parameters parameters = calibrated(ScaleMode::kUnit, steppedRoom().intrinsics());
               parameters.input = InputKind::kPair;
               return parameters;
             }(),
@@ -116,7 +117,7 @@ class PairsTest : public StepTest {
   ProcessedFrame ask(int reference, int current) {
     const auto image = [&](int i) {
       stamp_ = 100 + 0.1 * i;
-      return prepared(room().render(i).image);
+      return prepared(steppedRoom().render(i).image);
     };
     const std::shared_ptr<PreparedFrame> before = image(reference), frame = image(current);
     frame->pair_reference = before;
