@@ -40,7 +40,7 @@ std::string explainFewKeypoints(const MatchResult& result, const PreparedFrame& 
 }
 
 /// Why there is a rotation and no translation.
-std::string explainLowParallax(const MatchResult& result, const RobustOptions& options, const Camera& camera) {
+std::string explainLowParallax(const MatchResult& result, const RobustOptions& options) {
   switch (result.robust.doubt) {
     case DirectionDoubt::kMostlyStatic:
       return "most matches show no translation, and the others may lie on moving objects";
@@ -112,7 +112,7 @@ std::string explain(Status status, const MatchResult& result, const PreparedFram
             "of what is seen is rigid",
             result.matches_gms);
       case Status::kLowParallax:
-        return "rotation only: " + explainLowParallax(result, options, current.camera->camera);
+        return "rotation only: " + explainLowParallax(result, options);
       case Status::kUncalibrated:
         return "correspondences only, no pose: " + current.camera->problem;
       default:
