@@ -115,7 +115,7 @@ TEST(CameraModel, RefusesWithASentence) {
                  info.binning_x = 0xffffffff;
                },
                Rectified::kFalse, "but the image is 640x480"},
-              {distortion("omnidirectional", {0.1, 0.1, 0, 0, 0}), Rectified::kFalse, "omnidirectional"},
+              {distortion("stereographic", {0.1, 0.1, 0, 0, 0}), Rectified::kFalse, "stereographic"},
               {distortion("plumb_bob", std::vector<double>(7, 0.1)), Rectified::kFalse, "not 7"},
               {distortion("plumb_bob", {nan, inf, 0, 0, 0}), Rectified::kFalse, "finite"},
               {[](Info& info) {
