@@ -50,7 +50,7 @@ TEST(StandsStill, WhateverCrossesTheView) {
 }
 
 TEST(StandsStill, NotWhenAllMovesByLessThanItsNoise) {
-  EXPECT_FALSE(stands([](const cv::Point2f&) { return cv::Point2f(0.15f, 0); })) << "turns";
+  EXPECT_FALSE(stands([](const cv::Point2f&) { return cv::Point2f(0.3f, 0); })) << "turns";
   EXPECT_FALSE(stands([](const cv::Point2f& p) { return cv::Point2f(-p.y, p.x) * (0.3f / 400); })) << "rolls";
   EXPECT_FALSE(stands([](const cv::Point2f& p) { return p * (0.3f / 400); })) << "drives";
 }
