@@ -4,6 +4,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include <opencv2/core.hpp>
+
 #include "matching/hamming_kernels.h"
 #include "validation.h"
 #include "worker_pool.h"

@@ -142,6 +142,7 @@ sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Tr
   modifier.setPointCloud2Fields(5, "x", 1, PointField::FLOAT32, "y", 1, PointField::FLOAT32, "z", 1,
                                 PointField::FLOAT32, "intensity", 1, PointField::FLOAT32, "id", 1, PointField::UINT32);
   std::vector<double> depths;
+  depths.reserve(static_cast<size_t>(points.size()));
   for (int i = 0; i < points.size(); ++i) depths.push_back(knownDepth(processed, points, i));
   modifier.resize(depths.size() - static_cast<size_t>(std::count(depths.begin(), depths.end(), 0)));
   sensor_msgs::PointCloud2Iterator<float> xyz(cloud, "x"), intensity(cloud, "intensity");
