@@ -1,6 +1,7 @@
 // Judgement::sigma for thousands of keypoints: one power an octave instead of one a keypoint.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "gms_ransac/robust_result.h"
@@ -14,7 +15,10 @@ class SigmaByOctave {
       sigma_[octave] = static_cast<float>(result.sigma(static_cast<int>(octave), scale_factor));
     }
   }
-  float operator[](int octave) const { return sigma_.at(static_cast<size_t>(octave)); }
+  /// The nearest octave's where there is none of that number.
+  float operator[](int octave) const {
+    return sigma_[static_cast<size_t>(std::clamp(octave, 0, static_cast<int>(sigma_.size()) - 1))];
+  }
 
  private:
   std::array<float, 16> sigma_;  ///< the most that ~pyramid_levels takes
