@@ -21,6 +21,11 @@ struct Past {
   /// 1 for each keypoint that the motion explained, in the reference of the next pair and in the last current image.
   std::vector<uint8_t> reference_static, current_static;
 
+  /// True for a keypoint of the reference that the last motion explained.
+  bool isStatic(int32_t keypoint) const {
+    const auto k = static_cast<size_t>(keypoint);
+    return k < reference_static.size() && reference_static[k] != 0;
+  }
   /// The current image of the last pair becomes the reference of the next; not to be called where a reference is kept.
   void advance() { reference_static.swap(current_static); }
 };

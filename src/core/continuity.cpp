@@ -48,8 +48,7 @@ void label(const MatchResult& result, Past& past) {
   for (size_t k = 0; k < result.survivors.match.size(); ++k) {
     const Match& match = result.matches[static_cast<size_t>(result.survivors.match[k])];
     past.current_static[static_cast<size_t>(match.current)] =
-        robust.probability.empty() ? past.reference_static[static_cast<size_t>(match.reference)]
-                                   : robust.probability[k] >= kNotJudged;
+        robust.probability.empty() ? past.isStatic(match.reference) : robust.probability[k] >= kNotJudged;
   }
 }
 
@@ -96,8 +95,7 @@ void Continuity::select(const Past& past, const MatchResult& result) {
   tracks_.clear();
   for (int k = 0; k < all.size(); ++k) {
     const Match& match = result.matches[static_cast<size_t>(result.survivors.match[static_cast<size_t>(k)])];
-    const auto reference = static_cast<size_t>(match.reference);
-    if (reference < past.reference_static.size() && past.reference_static[reference]) tracks_.push_back(k);
+    if (past.isStatic(match.reference)) tracks_.push_back(k);
   }
   pairs_.gather(all, tracks_);
 }

@@ -1,7 +1,9 @@
 #include "standstill.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -32,26 +34,24 @@ struct CellAtRest {
 
 bool standsStill(const MatchResult& result, const Past* past) {
   const PointPairs& pairs = result.survivors.pairs;
-  std::array<CellAtRest, kSpreadGridSide * kSpreadGridSide> of_tracks, of_all;
-  int tracks = 0;
+  const std::vector<int>& survivors = result.survivors.match;
+  const auto isTrack = [&](int i) {
+    return past != nullptr && past->isStatic(result.matches[static_cast<size_t>(i)].reference);
+  };
+  const bool by_tracks = std::count_if(survivors.begin(), survivors.end(), isTrack) >= kFewestTracks;
+  std::array<CellAtRest, kSpreadGridSide * kSpreadGridSide> grid;
   const Eigen::Vector2d half(0.5 * pairs.image_reference.width, 0.5 * pairs.image_reference.height);
-  for (size_t k = 0; k < result.survivors.match.size(); ++k) {
+  for (size_t k = 0; k < survivors.size(); ++k) {
+    if (by_tracks && !isTrack(survivors[k])) continue;
     const cv::Point2f from(pairs.x_reference[k], pairs.y_reference[k]);
     const auto cell = static_cast<size_t>(spreadCell(from, pairs.image_reference));
-    const Eigen::Vector2d place = Eigen::Vector2d(from.x, from.y) - half;
-    const Eigen::Vector2d step(pairs.x_current[k] - from.x, pairs.y_current[k] - from.y);
-    of_all[cell].add(place, step);
-    const auto reference =
-        static_cast<size_t>(result.matches[static_cast<size_t>(result.survivors.match[k])].reference);
-    if (past == nullptr || reference >= past->reference_static.size() || !past->reference_static[reference]) continue;
-    of_tracks[cell].add(place, step);
-    ++tracks;
+    grid[cell].add(Eigen::Vector2d(from.x, from.y) - half, {pairs.x_current[k] - from.x, pairs.y_current[k] - from.y});
   }
 
   int cells = 0, resting = 0;
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
   double roll = 0, zoom = 0, spread = 0;
-  for (const CellAtRest& cell : tracks < kFewestTracks ? of_all : of_tracks) {
+  for (const CellAtRest& cell : grid) {
     if (cell.matches == 0) continue;
     ++cells;
     if (2 * cell.resting < cell.matches) continue;
