@@ -40,8 +40,8 @@ bool hasDistortion(const CameraIntrinsics& intrinsics) {
 
 /// Beyond these bounds rays near the axis have no image, or those of two directions the same.
 void checkSpheres(const CameraIntrinsics& intrinsics) {
+  if (!hasSpheres(intrinsics.distortion_model)) return;
   const bool two = intrinsics.distortion_model == "double_sphere";
-  if (!two && intrinsics.distortion_model != "omnidirectional") return;
   if (!(intrinsics.distortion[0] > -1)) throw std::invalid_argument("intrinsics: xi must be above -1");
   if (two && !(intrinsics.distortion[1] >= 0 && intrinsics.distortion[1] <= 1)) {
     throw std::invalid_argument("intrinsics: alpha must be between 0 and 1");

@@ -51,28 +51,25 @@ std::string commonModelName(const std::string& model) {
   return model == "none" ? "" : model;
 }
 
+bool hasSpheres(const std::string& model) { return model == "omnidirectional" || model == "double_sphere"; }
+
 double magnificationOf(const CameraIntrinsics& intrinsics) {
-  const std::string& model = intrinsics.distortion_model;
-  const bool spheres = model == "omnidirectional" || model == "double_sphere";
-  return spheres && !intrinsics.distortion.empty() ? 1 + intrinsics.distortion[0] : 1;
+  return hasSpheres(intrinsics.distortion_model) ? 1 + intrinsics.distortion[0] : 1;
 }
 
 Distortion::Distortion(const CameraIntrinsics& intrinsics) : fisheye_(intrinsics.distortion_model == "equidistant") {
-  // In the order of sensor_msgs/CameraInfo: k1 k2 p1 p2 k3, k4 k5 k6, s1 s2 s3 s4, tau_x tau_y.
-  const std::vector<double>& d = intrinsics.distortion;
+  // In the order of sensor_msgs/CameraInfo: k1 k2 p1 p2 k3, k4 k5 k6, s1 s2 s3 s4, tau_x tau_y; those of a sphere
+  // first.
+  std::vector<double> d = intrinsics.distortion;
+  if (hasSpheres(intrinsics.distortion_model)) {
+    const bool two = intrinsics.distortion_model == "double_sphere";  // and no lens behind them
+    xi_ = d[0];
+    alpha_ = two ? d[1] : 0;
+    d.erase(d.begin(), two ? d.end() : d.begin() + 1);
+  }
   const auto at = [&d](size_t i) { return i < d.size() ? d[i] : 0; };
-  const std::string& model = intrinsics.distortion_model;
-  spheres_ = model == "omnidirectional" || model == "double_sphere";
-  if (spheres_) xi_ = at(0);
   if (fisheye_) {
     for (size_t i = 0; i < 4; ++i) numerator_[i + 1] = at(i);
-  } else if (model == "double_sphere") {
-    alpha_ = at(1);
-  } else if (model == "omnidirectional") {
-    numerator_[1] = at(1);
-    numerator_[2] = at(2);
-    p1_ = at(3);
-    p2_ = at(4);
   } else {
     numerator_[1] = at(0);
     numerator_[2] = at(1);
@@ -115,18 +112,21 @@ Distortion::Radial Distortion::sphere(double squared_radius) const {
   return {1 / below, (1 - slope / below) / below};
 }
 
+Eigen::Matrix2d Distortion::byPoint(const Radial& at, const Eigen::Vector2d& point) {
+  Eigen::Matrix2d derivative = at.factor * Eigen::Matrix2d::Identity();
+  const double squared = point.squaredNorm();
+  if (squared > 0) derivative += (at.slope - at.factor) / squared * point * point.transpose();
+  return derivative;
+}
+
 double Distortion::radiusOfGrowth() const {
   const double widest = std::atan(kWidestRadius);
   double last = 0;
   for (int i = 1; i <= kAngleSteps; ++i) {
     const double r = std::tan(widest * i / kAngleSteps);
-    Radial at = radial(r * r);
-    if (spheres_) {
-      const Radial before = sphere(r * r), lens = radial(r * r * before.factor * before.factor);
-      at = {before.factor * lens.factor, before.slope * lens.slope};
-      if (!(before.slope > 0)) break;
-    }
-    if (!(at.slope > 0) || !(at.factor > 0) || !std::isfinite(at.slope)) break;
+    const Radial before = sphere(r * r), lens = radial(r * r * before.factor * before.factor);
+    const Radial at = {before.factor * lens.factor, before.slope * lens.slope};
+    if (!(before.slope > 0) || !(at.slope > 0) || !(at.factor > 0) || !std::isfinite(at.slope)) break;
     last = r;
   }
   return last;
@@ -145,21 +145,16 @@ double Distortion::farthestOnRim() const {
 }
 
 Eigen::Vector2d Distortion::distortOnLens(const Eigen::Vector2d& ideal, Eigen::Matrix2d& derivative) const {
-  if (!spheres_) return distortOnPlane(ideal, derivative);
-  const double squared = ideal.squaredNorm();
-  const Radial at = sphere(squared);
-  Eigen::Matrix2d onto_plane = at.factor * Eigen::Matrix2d::Identity();
-  if (squared > 0) onto_plane += (at.slope - at.factor) / squared * ideal * ideal.transpose();
+  const Radial at = sphere(ideal.squaredNorm());
   const Eigen::Vector2d plane = distortOnPlane(at.factor * ideal, derivative);
-  derivative = (1 + xi_) * derivative * onto_plane;
+  derivative = (1 + xi_) * derivative * byPoint(at, ideal);
   return (1 + xi_) * plane;
 }
 
 Eigen::Vector2d Distortion::distortOnPlane(const Eigen::Vector2d& ideal, Eigen::Matrix2d& derivative) const {
   const double x = ideal.x(), y = ideal.y(), squared = ideal.squaredNorm();
   const Radial at = radial(squared);
-  derivative = at.factor * Eigen::Matrix2d::Identity();
-  if (squared > 0) derivative += (at.slope - at.factor) / squared * ideal * ideal.transpose();
+  derivative = byPoint(at, ideal);
   Eigen::Matrix2d sideways;
   sideways << 2 * p1_ * y + 6 * p2_ * x, 2 * p1_ * x + 2 * p2_ * y, 2 * p1_ * x + 2 * p2_ * y,
       6 * p1_ * y + 2 * p2_ * x;

@@ -12,6 +12,8 @@ namespace gms_ransac {
 /// The model of camera.h that is meant: Kalibr and some drivers use words of their own. An unknown one is returned.
 std::string commonModelName(const std::string& model);
 
+/// True for the models whose rays pass one unit sphere or two.
+bool hasSpheres(const std::string& model);
 /// How much larger the image of a pinhole camera with the focal length of `intrinsics` is at its centre: 1 + xi for the
 /// models with a sphere, else 1.
 double magnificationOf(const CameraIntrinsics& intrinsics);
@@ -35,8 +37,10 @@ class Distortion {
     double slope;   ///< d r_d / d r
   };
   Radial radial(double squared_radius) const;
-  /// Of the projection from the unit spheres onto the plane that the lens distorts.
+  /// The same for the projection from the unit spheres onto the plane that the lens distorts; 1 and 1 without spheres.
   Radial sphere(double squared_radius) const;
+  /// Derivative of `at.factor * point` by the point.
+  static Eigen::Matrix2d byPoint(const Radial& at, const Eigen::Vector2d& point);
   Eigen::Vector2d distortOnPlane(const Eigen::Vector2d& plane, Eigen::Matrix2d& derivative) const;
   /// All but the tilt, and its derivative.
   Eigen::Vector2d distortOnLens(const Eigen::Vector2d& ideal, Eigen::Matrix2d& derivative) const;
@@ -48,8 +52,7 @@ class Distortion {
   double farthestOnRim() const;
 
   bool fisheye_;
-  bool spheres_ = false;
-  double xi_ = 0, alpha_ = 0;                 ///< of the spheres; one sphere: alpha is 0
+  double xi_ = 0, alpha_ = 0;                 ///< of the spheres; one sphere: alpha is 0; none: both are
   double numerator_[5] = {1, 0, 0, 0, 0};     ///< of r_d / r in powers of r^2; fisheye: of r_d / angle, angle^2
   double denominator_[4] = {1, 0, 0, 0};      ///< of r_d / r
   double p1_ = 0, p2_ = 0;                    ///< tangential
