@@ -64,7 +64,8 @@ class CorrespondencesView {
           "Correspondences: the points are pixels of a distorted image; give the distortion of its camera_info, or "
           "rectified images to the node");
     }
-    if (!isRectified() && (distortion_model == "omnidirectional" || distortion_model == "double_sphere")) {
+    for (const char* spheres : {"omnidirectional", "mei", "omni", "omni-radtan", "double_sphere", "ds"}) {
+      if (isRectified() || distortion_model != spheres) continue;
       throw std::invalid_argument("Correspondences: OpenCV has no inverse of " + distortion_model +
                                   "; use rayOf (camera.h)");
     }

@@ -221,6 +221,16 @@ TEST(CorrespondencesView, GivesCameraPoseAndInliers) {
   EXPECT_FALSE(view.calibrated());
 }
 
+TEST(CorrespondencesView, RefusesLensesThatOpenCvCannotUndo) {
+  CorrespondencesMessage message;
+  message.pixel_space = CorrespondencesMessage::PIXELS_RAW;
+  const View view(message);
+  for (const char* model : {"omnidirectional", "mei", "omni-radtan", "double_sphere", "ds"}) {
+    EXPECT_THROW(view.normalized(view.currentPoints(), model, {0.5, 0.1, 0, 0, 0}), std::invalid_argument) << model;
+  }
+  EXPECT_NO_THROW(view.normalized(view.currentPoints(), "plumb_bob", {0.1, 0.1, 0, 0, 0}));
+}
+
 TEST(CorrespondencesView, NamesTheColumnThatDoesNotFit) {
   using Message = CorrespondencesMessage;
   expectComplaints<View, Message>(
