@@ -4,7 +4,6 @@
 #include <sstream>
 #include <utility>
 
-#include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
 #include "text.h"

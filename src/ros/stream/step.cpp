@@ -45,6 +45,7 @@ struct Step : Comparison {
     uint8_t status;
     Continuity continuity;
     Why why;
+    std::string before = std::string();  ///< detail of `why`
   };
   /// Why the image cannot be compared with the reference, if so.
   std::optional<Start> newStart() const;
@@ -110,8 +111,10 @@ std::optional<Step::Start> Step::newStart() const {
   if (!stream.reference && stream.stamp) return Start{kTime, kBroken, Why::kNoneKept};
   if (!stream.reference) return Start{kFirst, Continuity::kContinuous, Why::kFirst};
   if (current->frame.features.image_size != stream.reference->frame.features.image_size)
-    return Start{kFirst, kBroken, Why::kSizeChanged};
-  if (!comparable(*stream.reference)) return Start{kFirst, kBroken, Why::kDescriptorsChanged};
+    return Start{kFirst, kBroken, Why::kSizeChanged, sizeText(stream.reference->frame.features.image_size)};
+  if (!comparable(*stream.reference)) {
+    return Start{kFirst, kBroken, Why::kDescriptorsChanged, stream.reference->frame.features.descriptors.kind()};
+  }
   if (tooLateFor(*stream.reference)) return Start{kTime, kBroken, Why::kReferenceOld};
   return std::nullopt;
 }
@@ -119,10 +122,7 @@ std::optional<Step::Start> Step::newStart() const {
 void Step::begin(const Start& start) {
   answer.status = start.status;
   answer.continuity = start.continuity;
-  std::string before;
-  if (start.why == Why::kSizeChanged) before = sizeText(stream.reference->frame.features.image_size);
-  if (start.why == Why::kDescriptorsChanged) before = stream.reference->frame.features.descriptors.kind();
-  because(start.why, before);
+  because(start.why, start.before);
   if (start.continuity != Continuity::kContinuous) because(Why::kNewReference);
   stream.forget();
   recovery.clear();
