@@ -53,6 +53,12 @@ class DescriptorSet {
   SimdLevel packed_level_ = SimdLevel::kScalar;
 };
 
+/// True for a coordinate of an image with so many pixels to the side, which reach half a pixel beyond their centres;
+/// false for NaN.
+inline bool isInImage(float coordinate, int side) {
+  return coordinate >= -0.5f && coordinate <= static_cast<float>(side) - 0.5f;
+}
+
 /// Keypoints and descriptors of one image. Row i of `descriptors` belongs to `keypoints[i]`.
 struct Features {
   static constexpr int kOctaves = 16;  ///< pyramid levels that there can be

@@ -39,7 +39,8 @@ class KeypointsView {
     if (message.width > kLargestSide || message.height > kLargestSide) refuse("the image has an impossible size");
     if (!(message.scale_factor > 1) || !std::isfinite(message.scale_factor)) refuse("scale_factor is not above 1");
     for (size_t i = 0; i < n; ++i) {
-      if (!isWithin(message.u[i], message.width) || !isWithin(message.v[i], message.height)) {
+      if (!isInImage(message.u[i], static_cast<int>(message.width)) ||
+          !isInImage(message.v[i], static_cast<int>(message.height))) {
         refuse("keypoint " + std::to_string(i) + " lies outside the image");
       }
       if (!message.octave.empty() && message.octave[i] >= Features::kOctaves) {
@@ -122,10 +123,6 @@ class KeypointsView {
              (hasFloats() ? ", four for each number" : ", such as 32 of ORB"));
     }
     require("descriptors", message_.descriptors.size(), n * bytes);
-  }
-  /// Pixels reach half a pixel beyond their centres. False for NaN.
-  static bool isWithin(float coordinate, uint32_t side) {
-    return coordinate >= -0.5f && coordinate <= static_cast<float>(side) - 0.5f;
   }
 
   const Message& message_;

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include <opencv2/core/mat.hpp>
 
@@ -20,6 +21,11 @@ struct Frame {
   double seconds_before = 0;  ///< set by the caller: what it took for the image itself; counts towards max_milliseconds
   int features_asked = 0;     ///< fewer than in the options where max_milliseconds wants it
   std::optional<double> stamp;  ///< seconds, of the middle row; not set: not known
+
+  Frame() = default;
+  /// Of the caller's features, which need no extraction.
+  explicit Frame(Features given, std::optional<double> when = std::nullopt)
+      : features(std::move(given)), features_asked(features.size()), stamp(when) {}
 };
 
 /// extract -> match -> filter -> estimate -> judge. Not thread-safe, except that `extract` and `filter` may run at the

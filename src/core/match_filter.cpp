@@ -153,10 +153,7 @@ const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mas
 
 const MatchResult& MatchFilter::process(Features features, std::optional<double> stamp) {
   features.validate();
-  current_ = Frame();
-  current_.features = std::move(features);
-  current_.features_asked = current_.features.size();
-  current_.stamp = stamp;
+  current_ = Frame(std::move(features), stamp);
   return follow();
 }
 

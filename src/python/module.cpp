@@ -279,10 +279,7 @@ class Filter {
     const std::lock_guard<std::mutex> lock(mutex_);
     const cv::Size size = filter_.camera().imageSize();
     if (!size.empty()) requireSize(name, features.image_size, size, "the camera");
-    current_ = Frame();
-    current_.features = features;
-    current_.features_asked = features.size();
-    current_.stamp = stamp;
+    current_ = Frame(features, stamp);
     return follow();
   }
 

@@ -9,11 +9,6 @@ namespace {
 
 [[noreturn]] void refuseFeatures(const std::string& what) { throw std::invalid_argument("Features: " + what); }
 
-/// Pixels reach half a pixel beyond their centres. False for NaN.
-bool isInImage(float coordinate, int side) {
-  return coordinate >= -0.5f && coordinate <= static_cast<float>(side) - 0.5f;
-}
-
 }  // namespace
 
 void Features::validate() const {

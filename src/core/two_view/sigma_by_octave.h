@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "gms_ransac/features.h"
 #include "gms_ransac/robust_result.h"
 
 namespace gms_ransac {
@@ -21,7 +22,7 @@ class SigmaByOctave {
   }
 
  private:
-  std::array<float, 16> sigma_;  ///< the most that ~pyramid_levels takes
+  std::array<float, Features::kOctaves> sigma_;
 };
 
 }  // namespace gms_ransac
