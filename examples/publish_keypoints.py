@@ -4,6 +4,7 @@ every `image`; ~detector is sift (default), akaze or orb, ~features how many key
     rosrun gms_ransac publish_keypoints.py image:=/camera/image_raw keypoints:=/keypoints _detector:=akaze
     roslaunch gms_ransac match_filter.launch keypoints:=/keypoints camera_info:=/camera/camera_info"""
 import argparse
+import functools
 import sys
 
 import cv2
@@ -20,6 +21,11 @@ DETECTORS = {"sift": (lambda features: cv2.SIFT_create(features), 2.0),
              "orb": (lambda features: cv2.ORB_create(features), 1.2)}
 
 
+@functools.lru_cache()
+def finder_of(detector, features):
+    return DETECTORS[detector][0](features)
+
+
 def octave_of(keypoint, detector):
     """Pyramid level, 0 is the finest. SIFT packs its octave, from -1, with the layer into one number."""
     if detector != "sift":
@@ -30,11 +36,10 @@ def octave_of(keypoint, detector):
 
 def keypoints_message(header, grey, detector, features):
     """Keypoints of a grey image. A detector of one's own fills u, v and the descriptors; the other columns may stay empty."""
-    make, scale_factor = DETECTORS[detector]
-    finder = make(features)
+    finder = finder_of(detector, features)
     found = sorted(finder.detect(grey), key=lambda keypoint: -keypoint.response)[:features]
     found, descriptors = finder.compute(grey, found)
-    message = Keypoints(header=header, scale_factor=scale_factor)
+    message = Keypoints(header=header, scale_factor=DETECTORS[detector][1])
     message.height, message.width = grey.shape
     if not found:
         return message
