@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # consumers_test.sh cpp|python BUILD_DIR: strangers build against this project and run.
-#   cpp:    a catkin package against the devel space and an installation; plain CMake against an installation of the core
-#           without ROS, and with our sources as a subfolder;
-#   python: pip's installation, without ROS; exit status 77 (skipped) where a tool is missing.
+#   cpp:    A catkin package is built against the devel space and against an installation. A plain CMake project is built
+#           against an installation of the core without ROS, and around our sources.
+#   python: pip installs the module, without ROS. Exit status 77 (skipped) means that a tool is missing.
 set -euo pipefail
 export PATH=/usr/bin:$PATH GMS_RANSAC_BUILT=$2 LC_ALL=C
 build=$2

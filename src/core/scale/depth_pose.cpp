@@ -193,7 +193,7 @@ class JointRefinement {
     motion_.pose = start;
   }
 
-  /// False where there is no solution. `pose` has the covariance of the pose, whatever the other unknowns are.
+  /// False where there is no solution. The covariance of `pose` includes the uncertainty of the other unknowns.
   bool run(RelativePose& pose) {
     for (int i = 0; i < kIterations; ++i) {
       loss_ = kLoss * typicalSquare() * std::max(1., kWide * std::pow(0.5, i));

@@ -98,7 +98,7 @@ class Dataset {
   std::optional<Eigen::Isometry3d> truthAt(double stamp) const;
   /// Absent when the set says nothing and none were given: then only uncalibrated models apply.
   const std::optional<CameraIntrinsics>& intrinsics() const { return intrinsics_; }
-  /// Absent where the set has no second camera, or does not say where it is.
+  /// Absent if the set has no second camera, or no place of it.
   const std::optional<RightCamera>& rightCamera() const { return right_camera_; }
   /// Names the calibration in use and its source.
   std::string calibrationText() const;

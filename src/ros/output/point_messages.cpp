@@ -42,7 +42,7 @@ constexpr double kLeastMetricStep = 0.4;  // metres: a smaller camera could not 
 constexpr double kFlowWidth = 0.002;      // of the drawn lines at depth 1
 constexpr double kFrustumWidth = 0.06;    // of its lines, in the same unit
 constexpr double kNameHeight = 0.25;      // of its name, in the same unit
-// A depth has this many times its standard deviation, or a point is left out: it would lie anywhere on its ray.
+// Depth over its standard deviation from which on a triangulated point is published.
 constexpr double kKnownDepth = 5;
 
 std_msgs::ColorRGBA color(float quality) {

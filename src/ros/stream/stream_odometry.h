@@ -40,7 +40,7 @@ struct OdometryAnswer {
   double seconds = 0;  ///< of processor time, conversion to publishable answer
 };
 
-/// What the node would answer. One object is one stream.
+/// Answers as the node does. One object is one stream.
 class StreamOdometry {
  public:
   /// Throws std::invalid_argument if options contradict each other.
