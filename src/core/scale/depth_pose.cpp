@@ -17,14 +17,13 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-// Unknowns: the step of t, the rotation vector w, the row rotation, and the offset of all inverse depths.
-constexpr int kPose = 6, kOffset = 9, kUnknowns = 10;
-using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
-using Column = Eigen::Matrix<double, kUnknowns, 1>;
+// Unknowns: the step of t, the rotation vector w, then what the sensor adds: two cameras the offset of all inverse
+// depths, a depth camera the row rotation.
+constexpr int kPose = 6, kTwoCameras = 1, kDepthCamera = 3;
 
 constexpr int kMinimumSupport = 8;
 constexpr int kIterations = 15;
-constexpr double kConverged = 1e-5;  // step, metres and radians: a hundredth of the noise
+constexpr double kConverged = 1e-3;  // square of the last step by the covariance: a thirtieth of a standard deviation
 // Geman-McClure's loss bends where the squared residual over its freedom exceeds this, or this many times the typical
 // one where the residuals exceed the noise: rows that are read one after the other, depth of another moment. The first
 // steps have a loss that is wider by kWide, half of that, and so on.
@@ -43,7 +42,6 @@ constexpr double kRowRotationSigma = 3.14159265358979323846 / 180;
 // Prior standard deviation of the disparity that the calibration of two cameras leaves, pixels. KITTI's rectified
 // images have 0.15 (06) and 1 (01): ignored, it makes the translation 0.6 and 10 % too long. Pairs measure it to 0.1.
 constexpr double kDisparityOffsetSigma = 0.5;
-constexpr double kFixed = 1e-6;    // sigma of an unknown that a sensor does not have
 constexpr double kNearest = 0.05;  // of the depth in the reference that is left of a point in the current camera
 
 /// What one image says of a point: x, y on the plane z = 1 and inverse depth, 1/m. In these the motion and its noise
@@ -64,29 +62,25 @@ struct JointPoint {
 
 /// Motion of rolling-shutter cameras. If the rotation during the readout differs between the images, the difference
 /// grows with the row; without it in the model it would be taken for translation.
+template <int kExtras>
 struct JointMotion {
-  RelativePose pose;                         ///< of the middle rows
-  Vector3d row_rotation = Vector3d::Zero();  ///< current minus reference, from the top row to the bottom
-  double offset = 0;                         ///< to be added to each measured inverse depth, 1/m
+  RelativePose pose;  ///< of the middle rows
+  /// kTwoCameras: to be added to each measured inverse depth, 1/m. kDepthCamera: rotation vector, current minus
+  /// reference, from the top row to the bottom.
+  Eigen::Matrix<double, kExtras, 1> extras = Eigen::Matrix<double, kExtras, 1>::Zero();
 
-  void move(const Column& step) {
-    pose.t += step.head<3>();
-    pose.R = rotationFromVector(step.segment<3>(3)) * pose.R;
-    row_rotation += step.segment<3>(kPose);
-    offset += step[kOffset];
-  }
-  Column extras() const {
-    Column column = Column::Zero();
-    column.segment<3>(kPose) = row_rotation;
-    column[kOffset] = offset;
-    return column;
+  void move(const Eigen::Matrix<double, kPose + kExtras, 1>& step) {
+    pose.t += step.template head<3>();
+    pose.R = rotationFromVector(step.template segment<3>(3)) * pose.R;
+    extras += step.template tail<kExtras>();
   }
 };
 
 /// A point carried from the reference to the current image, less what is seen there, to first order.
+template <int kExtras>
 struct JointResidual {
   Vector3d value;
-  Eigen::Matrix<double, 3, kUnknowns> derivative;
+  Eigen::Matrix<double, 3, kPose + kExtras> derivative;
   Matrix3d information;  ///< inverse of its covariance
   Matrix3d gain;         ///< step of the estimate over the residual
   double squared = -1;   ///< by its covariance; negative: the point does not take part
@@ -141,43 +135,54 @@ double startingInverseDepth(const JointPoint& p, const RelativePose& pose, doubl
   return z > 0 ? 1 / z : 0;
 }
 
-JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
-  JointResidual result;
+template <int kExtras>
+JointResidual<kExtras> residualOf(const JointPoint& p, const JointMotion<kExtras>& motion) {
+  JointResidual<kExtras> result;
   const RelativePose& pose = motion.pose;
-  // Half the row rotation belongs to either image, with opposite signs, to first order.
-  const Vector3d half_rotation = -0.5 * motion.row_rotation;
   const Vector3d ray(p.estimate.x(), p.estimate.y(), 1);
   const double inverse_depth = p.estimate.z();
   const Matrix3d rotation = pose.R.transpose();
   // The point over its depth in the reference, in the reference and in the current camera.
-  const Vector3d moved = ray + p.reference.row * half_rotation.cross(ray) - inverse_depth * pose.t;
-  const Vector3d rotated = rotation * moved, there = rotated + p.current.row * half_rotation.cross(rotated);
+  Vector3d moved = ray - inverse_depth * pose.t, there = rotation * moved;
+  Matrix3d by_rows;
+  if constexpr (kExtras == kDepthCamera) {
+    // Half the row rotation belongs to either image, with opposite signs, to first order.
+    const Vector3d half_rotation = -0.5 * motion.extras;
+    moved += p.reference.row * half_rotation.cross(ray);
+    const Vector3d rotated = rotation * moved;
+    there = rotated + p.current.row * half_rotation.cross(rotated);
+    by_rows = 0.5 * (p.reference.row * rotation * crossMatrix(ray) + p.current.row * crossMatrix(rotated));
+  }
   if (!(there.z() > kNearest)) return result;
   const double s = 1 / there.z();
   const Vector3d seen(there.x() * s, there.y() * s, inverse_depth * s);
   Matrix3d projection = s * Matrix3d::Identity();
   projection.col(2) = -s * seen;
+  const Matrix3d by_moved = projection * rotation;
   Matrix3d by_point;
-  by_point << rotation.col(0), rotation.col(1), -rotation * pose.t;
-  by_point = (projection * by_point).eval();
+  by_point << by_moved.col(0), by_moved.col(1), -by_moved * pose.t;
   by_point(2, 2) += s;
-  const Matrix3d by_rows = 0.5 * (p.reference.row * rotation * crossMatrix(ray) + p.current.row * crossMatrix(rotated));
-  result.derivative.leftCols<3>() = -inverse_depth * projection * rotation;
-  result.derivative.middleCols<3>(3) = projection * rotation * crossMatrix(moved);
-  result.derivative.middleCols<3>(kPose) = projection * by_rows;
-  Vector3d by_offset = p.reference.has_depth ? Vector3d(by_point.col(2)) : Vector3d(Vector3d::Zero());
-  if (p.current.has_depth) by_offset.z() -= 1;
-  result.derivative.col(kOffset) = by_offset;
+  result.derivative.template leftCols<3>() = -inverse_depth * by_moved;
+  for (int i = 0; i < 3; ++i) {
+    result.derivative.template block<1, 3>(i, 3) = by_moved.row(i).cross(moved);
+  }
 
-  result.value = seen - p.current.value + by_point * (p.reference.value - p.estimate) + motion.offset * by_offset;
+  result.value = seen - p.current.value + by_point * (p.reference.value - p.estimate);
+  if constexpr (kExtras == kDepthCamera) {
+    result.derivative.template rightCols<3>() = projection * by_rows;
+  } else {
+    Vector3d by_offset = p.reference.has_depth ? Vector3d(by_point.col(2)) : Vector3d(Vector3d::Zero());
+    if (p.current.has_depth) by_offset.z() -= 1;
+    result.derivative.col(kPose) = by_offset;
+    result.value += motion.extras[0] * by_offset;
+  }
   const Matrix3d spread = by_point * p.reference.noise;
   const Matrix3d covariance = p.current.noise + spread * by_point.transpose();
   if (p.current.has_depth) {
-    result.information = covariance.llt().solve(Matrix3d::Identity());
+    result.information = covariance.inverse();
   } else {
     result.information.setZero();
-    result.information.topLeftCorner<2, 2>() =
-        Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()).llt().solve(Eigen::Matrix2d::Identity());
+    result.information.template topLeftCorner<2, 2>() = Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()).inverse();
   }
   result.gain = spread.transpose() * result.information;
   const double squared = result.value.dot(result.information * result.value);
@@ -186,10 +191,12 @@ JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
 }
 
 /// The refinement of one pair: Gauss-Newton over the motion and the points, which are eliminated.
+template <int kExtras>
 class JointRefinement {
  public:
-  JointRefinement(std::vector<JointPoint> points, const RelativePose& start, const Column& prior)
-      : points_(std::move(points)), prior_(prior), residuals_(points_.size()) {
+  /// `extra_sigma`: prior standard deviation of each unknown that the sensor adds.
+  JointRefinement(std::vector<JointPoint> points, const RelativePose& start, double extra_sigma)
+      : points_(std::move(points)), extra_information_(1 / (extra_sigma * extra_sigma)), residuals_(points_.size()) {
     motion_.pose = start;
   }
 
@@ -198,11 +205,13 @@ class JointRefinement {
     for (int i = 0; i < kIterations; ++i) {
       loss_ = kLoss * typicalSquare() * std::max(1., kWide * std::pow(0.5, i));
       linearize();
-      const Column step = withPrior(curvature_).ldlt().solve(-gradient_ - prior_.cwiseProduct(motion_.extras()));
+      Column slope = gradient_;
+      slope.template tail<kExtras>() += extra_information_ * motion_.extras;
+      const Column step = withPrior(curvature_).ldlt().solve(-slope);
       if (!step.allFinite()) return false;
       motion_.move(step);
       moveEstimates(step);
-      if (i > 1 && step.norm() < kConverged) break;
+      if (i > 1 && -slope.dot(step) < kConverged) break;
     }
     motion_.pose.covariance = covariance();
     if (!motion_.pose.covariance.allFinite()) return false;
@@ -211,6 +220,9 @@ class JointRefinement {
   }
 
  private:
+  static constexpr int kUnknowns = kPose + kExtras;
+  using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+  using Column = Eigen::Matrix<double, kUnknowns, 1>;
   struct Cell {
     Column gradient = Column::Zero();
     int count = 0;
@@ -218,7 +230,7 @@ class JointRefinement {
 
   Square withPrior(const Square& curvature) const {
     Square sum = curvature;
-    sum.diagonal() += prior_;
+    sum.diagonal().template tail<kExtras>().array() += extra_information_;
     return sum;
   }
 
@@ -242,18 +254,19 @@ class JointRefinement {
     cells_.fill(Cell());
     double weights = 0, bends = 0;
     for (size_t i = 0; i < points_.size(); ++i) {
-      const JointResidual& r = residuals_[i];
+      const JointResidual<kExtras>& r = residuals_[i];
       if (r.squared < 0) continue;
       const double ratio = r.squared / (loss_ * points_[i].freedom), weight = 1 / ((1 + ratio) * (1 + ratio));
       weights += weight;
       bends += weight * (1 - 4. / points_[i].freedom * ratio / (1 + ratio));
       // Coefficient by coefficient: products of this size otherwise go through Eigen's blocked kernel, which is slower.
       const Eigen::Matrix<double, kUnknowns, 3> weighted = weight * r.derivative.transpose().lazyProduct(r.information);
-      curvature_ += weighted.lazyProduct(r.derivative);
+      curvature_.template triangularView<Eigen::Lower>() += weighted.lazyProduct(r.derivative);
       Cell& cell = cells_.at(static_cast<size_t>(points_[i].cell));
       cell.gradient += weighted.lazyProduct(r.value);
       ++cell.count;
     }
+    curvature_.template triangularView<Eigen::StrictlyUpper>() = curvature_.transpose();
     for (const Cell& cell : cells_) gradient_ += cell.gradient;
     bend_ = weights > 0 ? std::max(kLeastBend, bends / weights) : 1;
   }
@@ -265,7 +278,7 @@ class JointRefinement {
       p.estimate = p.reference.value;
       if (residuals_[i].squared > loss_ * p.freedom) continue;  // it says nothing of this point
       p.estimate -= residuals_[i].gain * (residuals_[i].value + residuals_[i].derivative * step);
-      if (p.reference.has_depth) p.estimate.z() += motion_.offset;
+      if (kExtras == kTwoCameras && p.reference.has_depth) p.estimate.z() += motion_.extras[0];
     }
   }
 
@@ -279,13 +292,13 @@ class JointRefinement {
     }
     scatter *= cells / std::max(1., static_cast<double>(cells - kPose));
     const Square inverse = withPrior(bend_ * curvature_).ldlt().solve(Square::Identity());
-    return (inverse * withPrior(scatter) * inverse.transpose()).topLeftCorner<kPose, kPose>();
+    return (inverse * withPrior(scatter) * inverse.transpose()).template topLeftCorner<kPose, kPose>();
   }
 
   std::vector<JointPoint> points_;
-  Column prior_;  ///< information on the unknowns besides the pose
-  JointMotion motion_;
-  std::vector<JointResidual> residuals_;
+  double extra_information_;  ///< on each unknown besides the pose
+  JointMotion<kExtras> motion_;
+  std::vector<JointResidual<kExtras>> residuals_;
   std::vector<double> squares_;
   double loss_ = kLoss;
   Square curvature_;
@@ -347,15 +360,11 @@ ScaleEstimate poseFromKeypointDepth(const Triangulation& pair, const Features& r
     if (!p.reference.has_depth) p.reference.value.z() = startingInverseDepth(p, start, depth);
     p.estimate = p.reference.value;
   }
-  Column sigmas = Column::Constant(kFixed);
-  if (baseline > 0) {
-    sigmas[kOffset] = kDisparityOffsetSigma * pixel / baseline;
-  } else {
-    sigmas.segment<3>(kPose).setConstant(kRowRotationSigma);
-  }
-  Column prior = sigmas.cwiseAbs2().cwiseInverse();
-  prior.head<kPose>().setZero();
-  if (!JointRefinement(std::move(points), start, prior).run(pose)) return estimate;
+  const bool solved =
+      baseline > 0
+          ? JointRefinement<kTwoCameras>(std::move(points), start, kDisparityOffsetSigma * pixel / baseline).run(pose)
+          : JointRefinement<kDepthCamera>(std::move(points), start, kRowRotationSigma).run(pose);
+  if (!solved) return estimate;
   estimate.length = pose.t.norm();
   const Vector3d along = pose.t.normalized();
   estimate.relative_sigma =
