@@ -17,13 +17,14 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-// Unknowns: the step of t, the rotation vector w, then what the sensor adds: two cameras the offset of all inverse
-// depths, a depth camera the row rotation.
-constexpr int kPose = 6, kTwoCameras = 1, kDepthCamera = 3;
+// Unknowns: the step of t, the rotation vector w, then three of the sensor (JointMotion).
+constexpr int kPose = 6, kSensor = 3, kUnknowns = kPose + kSensor;
+using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using Column = Eigen::Matrix<double, kUnknowns, 1>;
 
 constexpr int kMinimumSupport = 8;
 constexpr int kIterations = 15;
-constexpr double kConverged = 1e-3;  // square of the last step by the covariance: a thirtieth of a standard deviation
+constexpr double kConverged = 0.01;  // square of the last step by the covariance: a tenth of a standard deviation
 // Geman-McClure's loss bends where the squared residual over its freedom exceeds this, or this many times the typical
 // one where the residuals exceed the noise: rows that are read one after the other, depth of another moment. The first
 // steps have a loss that is wider by kWide, half of that, and so on.
@@ -39,9 +40,12 @@ constexpr double kLeastSigma = 0.05;
 constexpr double kDepthImageSigma = 0.01, kNoDepthSigma = 1;
 // Prior standard deviation of the row rotation, radians: half a degree to one degree on a hand-held Kinect.
 constexpr double kRowRotationSigma = 3.14159265358979323846 / 180;
-// Prior standard deviation of the disparity that the calibration of two cameras leaves, pixels. KITTI's rectified
-// images have 0.15 (06) and 1 (01): ignored, it makes the translation 0.6 and 10 % too long. Pairs measure it to 0.1.
-constexpr double kDisparityOffsetSigma = 0.5;
+// Standard deviation of a disparity, pixels: its patches are aligned, so it does not share the noise of the keypoint.
+constexpr double kDisparitySigma = 0.2;
+// Prior standard deviation of the disparity that the calibration of two cameras leaves, pixels, and of its growth over
+// x = 1 and y = 1. KITTI's rectified images have 0.15 (06) and 1 (01): ignored, it makes the translation 0.6 and 10 %
+// too long. Pairs measure it to 0.1. With 0.5 in place of 1, 01 is 0.9 % longer.
+constexpr double kDisparityErrorSigma = 1;
 constexpr double kNearest = 0.05;  // of the depth in the reference that is left of a point in the current camera
 
 /// What one image says of a point: x, y on the plane z = 1 and inverse depth, 1/m. In these the motion and its noise
@@ -60,27 +64,28 @@ struct JointPoint {
   int32_t cell = 0;
 };
 
-/// Motion of rolling-shutter cameras. If the rotation during the readout differs between the images, the difference
-/// grows with the row; without it in the model it would be taken for translation.
-template <int kExtras>
+/// Motion, and what a sensor adds to it.
 struct JointMotion {
   RelativePose pose;  ///< of the middle rows
-  /// kTwoCameras: to be added to each measured inverse depth, 1/m. kDepthCamera: rotation vector, current minus
-  /// reference, from the top row to the bottom.
-  Eigen::Matrix<double, kExtras, 1> extras = Eigen::Matrix<double, kExtras, 1>::Zero();
+  bool two_cameras;
+  /// Two cameras: what calibration leaves of the inverse depths, to be added to each measured one: 1/m, and its growth
+  /// with x (focal lengths that differ) and y (a camera rolled against the other).
+  /// A depth camera: rotation vector, current minus reference, from the top row to the bottom. If the rotation during
+  /// the readout of a rolling shutter differs between the images, the difference grows with the row; without it in the
+  /// model it would be taken for translation.
+  Vector3d sensor = Vector3d::Zero();
 
-  void move(const Eigen::Matrix<double, kPose + kExtras, 1>& step) {
-    pose.t += step.template head<3>();
-    pose.R = rotationFromVector(step.template segment<3>(3)) * pose.R;
-    extras += step.template tail<kExtras>();
+  void move(const Column& step) {
+    pose.t += step.head<3>();
+    pose.R = rotationFromVector(step.segment<3>(3)) * pose.R;
+    sensor += step.tail<kSensor>();
   }
 };
 
 /// A point carried from the reference to the current image, less what is seen there, to first order.
-template <int kExtras>
 struct JointResidual {
   Vector3d value;
-  Eigen::Matrix<double, 3, kPose + kExtras> derivative;
+  Eigen::Matrix<double, 3, kUnknowns> derivative;
   Matrix3d information;  ///< inverse of its covariance
   Matrix3d gain;         ///< step of the estimate over the residual
   double squared = -1;   ///< by its covariance; negative: the point does not take part
@@ -101,14 +106,13 @@ double depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
   return 1 / ((1 - b) * top + b * bottom);
 }
 
-/// `sigma`: of a keypoint, at depth 1. The inverse depth of two cameras is (x - x_right) / baseline, which shares x.
-Seen seenAt(double x, double y, double depth, double sigma, double baseline, double row) {
+/// `sigma`: of a keypoint, at depth 1; `pixel`: the same of a pixel.
+Seen seenAt(double x, double y, double depth, double sigma, double pixel, double baseline, double row) {
   Seen seen = {{x, y, depth > 0 ? 1 / depth : 0}, Matrix3d::Zero(), depth > 0, row};
   const double variance = sigma * sigma;
   seen.noise.diagonal() << variance, variance, kNoDepthSigma * kNoDepthSigma;
   if (depth > 0 && baseline > 0) {
-    seen.noise(2, 2) = 2 * variance / (baseline * baseline);
-    seen.noise(0, 2) = seen.noise(2, 0) = variance / baseline;
+    seen.noise(2, 2) = std::pow(kDisparitySigma * pixel / baseline, 2);
   } else if (depth > 0) {
     seen.noise(2, 2) = kDepthImageSigma * kDepthImageSigma;
   }
@@ -135,23 +139,25 @@ double startingInverseDepth(const JointPoint& p, const RelativePose& pose, doubl
   return z > 0 ? 1 / z : 0;
 }
 
-template <int kExtras>
-JointResidual<kExtras> residualOf(const JointPoint& p, const JointMotion<kExtras>& motion) {
-  JointResidual<kExtras> result;
+/// Factors of JointMotion::sensor in the error of an inverse depth.
+Eigen::RowVector3d disparityError(const Seen& seen) { return {1, seen.value.x(), seen.value.y()}; }
+
+JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
+  JointResidual result;
   const RelativePose& pose = motion.pose;
   const Vector3d ray(p.estimate.x(), p.estimate.y(), 1);
   const double inverse_depth = p.estimate.z();
   const Matrix3d rotation = pose.R.transpose();
   // The point over its depth in the reference, in the reference and in the current camera.
   Vector3d moved = ray - inverse_depth * pose.t, there = rotation * moved;
-  Matrix3d by_rows;
-  if constexpr (kExtras == kDepthCamera) {
+  auto by_sensor = result.derivative.rightCols<kSensor>();
+  if (!motion.two_cameras) {
     // Half the row rotation belongs to either image, with opposite signs, to first order.
-    const Vector3d half_rotation = -0.5 * motion.extras;
+    const Vector3d half_rotation = -0.5 * motion.sensor;
     moved += p.reference.row * half_rotation.cross(ray);
     const Vector3d rotated = rotation * moved;
     there = rotated + p.current.row * half_rotation.cross(rotated);
-    by_rows = 0.5 * (p.reference.row * rotation * crossMatrix(ray) + p.current.row * crossMatrix(rotated));
+    by_sensor = 0.5 * (p.reference.row * rotation * crossMatrix(ray) + p.current.row * crossMatrix(rotated));
   }
   if (!(there.z() > kNearest)) return result;
   const double s = 1 / there.z();
@@ -162,19 +168,19 @@ JointResidual<kExtras> residualOf(const JointPoint& p, const JointMotion<kExtras
   Matrix3d by_point;
   by_point << by_moved.col(0), by_moved.col(1), -by_moved * pose.t;
   by_point(2, 2) += s;
-  result.derivative.template leftCols<3>() = -inverse_depth * by_moved;
+  result.derivative.leftCols<3>() = -inverse_depth * by_moved;
   for (int i = 0; i < 3; ++i) {
-    result.derivative.template block<1, 3>(i, 3) = by_moved.row(i).cross(moved);
+    result.derivative.block<1, 3>(i, 3) = by_moved.row(i).cross(moved);
   }
 
   result.value = seen - p.current.value + by_point * (p.reference.value - p.estimate);
-  if constexpr (kExtras == kDepthCamera) {
-    result.derivative.template rightCols<3>() = projection * by_rows;
+  if (!motion.two_cameras) {
+    by_sensor = (projection * by_sensor).eval();
   } else {
-    Vector3d by_offset = p.reference.has_depth ? Vector3d(by_point.col(2)) : Vector3d(Vector3d::Zero());
-    if (p.current.has_depth) by_offset.z() -= 1;
-    result.derivative.col(kPose) = by_offset;
-    result.value += motion.extras[0] * by_offset;
+    by_sensor.setZero();
+    if (p.reference.has_depth) by_sensor = by_point.col(2) * disparityError(p.reference);
+    if (p.current.has_depth) by_sensor.row(2) -= disparityError(p.current);
+    result.value += by_sensor * motion.sensor;
   }
   const Matrix3d spread = by_point * p.reference.noise;
   const Matrix3d covariance = p.current.noise + spread * by_point.transpose();
@@ -182,7 +188,7 @@ JointResidual<kExtras> residualOf(const JointPoint& p, const JointMotion<kExtras
     result.information = covariance.inverse();
   } else {
     result.information.setZero();
-    result.information.template topLeftCorner<2, 2>() = Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()).inverse();
+    result.information.topLeftCorner<2, 2>() = Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()).inverse();
   }
   result.gain = spread.transpose() * result.information;
   const double squared = result.value.dot(result.information * result.value);
@@ -191,14 +197,14 @@ JointResidual<kExtras> residualOf(const JointPoint& p, const JointMotion<kExtras
 }
 
 /// The refinement of one pair: Gauss-Newton over the motion and the points, which are eliminated.
-template <int kExtras>
 class JointRefinement {
  public:
-  /// `extra_sigma`: prior standard deviation of each unknown that the sensor adds.
-  JointRefinement(std::vector<JointPoint> points, const RelativePose& start, double extra_sigma)
-      : points_(std::move(points)), extra_information_(1 / (extra_sigma * extra_sigma)), residuals_(points_.size()) {
-    motion_.pose = start;
-  }
+  /// `sensor_sigma`: prior standard deviation of each unknown of the sensor.
+  JointRefinement(std::vector<JointPoint> points, const JointMotion& start, double sensor_sigma)
+      : points_(std::move(points)),
+        sensor_information_(1 / (sensor_sigma * sensor_sigma)),
+        motion_(start),
+        residuals_(points_.size()) {}
 
   /// False where there is no solution. The covariance of `pose` includes the uncertainty of the other unknowns.
   bool run(RelativePose& pose) {
@@ -206,7 +212,7 @@ class JointRefinement {
       loss_ = kLoss * typicalSquare() * std::max(1., kWide * std::pow(0.5, i));
       linearize();
       Column slope = gradient_;
-      slope.template tail<kExtras>() += extra_information_ * motion_.extras;
+      slope.tail<kSensor>() += sensor_information_ * motion_.sensor;
       const Column step = withPrior(curvature_).ldlt().solve(-slope);
       if (!step.allFinite()) return false;
       motion_.move(step);
@@ -220,9 +226,6 @@ class JointRefinement {
   }
 
  private:
-  static constexpr int kUnknowns = kPose + kExtras;
-  using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
-  using Column = Eigen::Matrix<double, kUnknowns, 1>;
   struct Cell {
     Column gradient = Column::Zero();
     int count = 0;
@@ -230,7 +233,7 @@ class JointRefinement {
 
   Square withPrior(const Square& curvature) const {
     Square sum = curvature;
-    sum.diagonal().template tail<kExtras>().array() += extra_information_;
+    sum.diagonal().tail<kSensor>().array() += sensor_information_;
     return sum;
   }
 
@@ -254,19 +257,19 @@ class JointRefinement {
     cells_.fill(Cell());
     double weights = 0, bends = 0;
     for (size_t i = 0; i < points_.size(); ++i) {
-      const JointResidual<kExtras>& r = residuals_[i];
+      const JointResidual& r = residuals_[i];
       if (r.squared < 0) continue;
       const double ratio = r.squared / (loss_ * points_[i].freedom), weight = 1 / ((1 + ratio) * (1 + ratio));
       weights += weight;
       bends += weight * (1 - 4. / points_[i].freedom * ratio / (1 + ratio));
       // Coefficient by coefficient: products of this size otherwise go through Eigen's blocked kernel, which is slower.
       const Eigen::Matrix<double, kUnknowns, 3> weighted = weight * r.derivative.transpose().lazyProduct(r.information);
-      curvature_.template triangularView<Eigen::Lower>() += weighted.lazyProduct(r.derivative);
+      curvature_.triangularView<Eigen::Lower>() += weighted.lazyProduct(r.derivative);
       Cell& cell = cells_.at(static_cast<size_t>(points_[i].cell));
       cell.gradient += weighted.lazyProduct(r.value);
       ++cell.count;
     }
-    curvature_.template triangularView<Eigen::StrictlyUpper>() = curvature_.transpose();
+    curvature_.triangularView<Eigen::StrictlyUpper>() = curvature_.transpose();
     for (const Cell& cell : cells_) gradient_ += cell.gradient;
     bend_ = weights > 0 ? std::max(kLeastBend, bends / weights) : 1;
   }
@@ -278,7 +281,7 @@ class JointRefinement {
       p.estimate = p.reference.value;
       if (residuals_[i].squared > loss_ * p.freedom) continue;  // it says nothing of this point
       p.estimate -= residuals_[i].gain * (residuals_[i].value + residuals_[i].derivative * step);
-      if (kExtras == kTwoCameras && p.reference.has_depth) p.estimate.z() += motion_.extras[0];
+      if (motion_.two_cameras && p.reference.has_depth) p.estimate.z() += disparityError(p.reference) * motion_.sensor;
     }
   }
 
@@ -292,13 +295,13 @@ class JointRefinement {
     }
     scatter *= cells / std::max(1., static_cast<double>(cells - kPose));
     const Square inverse = withPrior(bend_ * curvature_).ldlt().solve(Square::Identity());
-    return (inverse * withPrior(scatter) * inverse.transpose()).template topLeftCorner<kPose, kPose>();
+    return (inverse * withPrior(scatter) * inverse.transpose()).topLeftCorner<kPose, kPose>();
   }
 
   std::vector<JointPoint> points_;
-  double extra_information_;  ///< on each unknown besides the pose
-  JointMotion<kExtras> motion_;
-  std::vector<JointResidual<kExtras>> residuals_;
+  double sensor_information_;  ///< on each unknown besides the pose
+  JointMotion motion_;
+  std::vector<JointResidual> residuals_;
   std::vector<double> squares_;
   double loss_ = kLoss;
   Square curvature_;
@@ -340,8 +343,8 @@ ScaleEstimate poseFromKeypointDepth(const Triangulation& pair, const Features& r
     const double zc = current_depth.empty() ? 0 : current_depth[match.current];
     const double row_r = r.pt.y / reference.image_size.height - 0.5, row_c = c.pt.y / current.image_size.height - 0.5;
     JointPoint p;
-    p.reference = seenAt(pair.x_reference[i], pair.y_reference[i], zr, noise(r), baseline, row_r);
-    p.current = seenAt(pair.x_current[i], pair.y_current[i], zc, noise(c), baseline, row_c);
+    p.reference = seenAt(pair.x_reference[i], pair.y_reference[i], zr, noise(r), pixel, baseline, row_r);
+    p.current = seenAt(pair.x_current[i], pair.y_current[i], zc, noise(c), pixel, baseline, row_c);
     p.freedom = 1 + static_cast<int>(zr > 0) + static_cast<int>(zc > 0);
     p.cell = spreadCell(c.pt, current.image_size);
     points.push_back(p);
@@ -360,11 +363,9 @@ ScaleEstimate poseFromKeypointDepth(const Triangulation& pair, const Features& r
     if (!p.reference.has_depth) p.reference.value.z() = startingInverseDepth(p, start, depth);
     p.estimate = p.reference.value;
   }
-  const bool solved =
-      baseline > 0
-          ? JointRefinement<kTwoCameras>(std::move(points), start, kDisparityOffsetSigma * pixel / baseline).run(pose)
-          : JointRefinement<kDepthCamera>(std::move(points), start, kRowRotationSigma).run(pose);
-  if (!solved) return estimate;
+  const JointMotion motion = {start, baseline > 0};
+  const double sensor_sigma = motion.two_cameras ? kDisparityErrorSigma * pixel / baseline : kRowRotationSigma;
+  if (!JointRefinement(std::move(points), motion, sensor_sigma).run(pose)) return estimate;
   estimate.length = pose.t.norm();
   const Vector3d along = pose.t.normalized();
   estimate.relative_sigma =
