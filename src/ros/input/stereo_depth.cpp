@@ -169,7 +169,7 @@ std::string StereoDepth::fill(const Features& left, const cv::Mat& left_image, c
     const Eigen::Vector3d point = rig.left.transpose() * (rig.baseline / difference * rays[i].homogeneous());
     columns.depth[i] = static_cast<float>(point.z());
   }
-  const std::string doubt = doubtOfRows(found);
+  std::string doubt = doubtOfRows(found);
   if (!doubt.empty()) {
     columns.depth.clear();
     columns.right_ray.clear();
