@@ -44,7 +44,7 @@ constexpr double kRowRotationSigma = 3.14159265358979323846 / 180;
 constexpr double kDisparitySigma = 0.2;
 // Prior standard deviation of the disparity that the calibration of two cameras leaves, pixels, and of its growth over
 // x = 1 and y = 1. KITTI's rectified images have 0.15 (06) and 1 (01): ignored, it makes the translation 0.6 and 10 %
-// too long. Pairs measure it to 0.1. With 0.5 in place of 1, 01 is 0.9 % longer.
+// too long. Pairs measure it to 0.1. With 0.5 in place of 1, 01 is 1 % longer.
 constexpr double kDisparityErrorSigma = 1;
 constexpr double kNearest = 0.05;  // of the depth in the reference that is left of a point in the current camera
 
