@@ -41,6 +41,9 @@ constexpr int kBlurRadius = 3;
 constexpr int kAngleRadius = 15;       ///< of the disc of the intensity centroid
 constexpr int kDescriptorRadius = 18;  ///< largest rounded coordinate of a rotated test point
 
+constexpr int kRowWindowWidth = 9, kRowWindowHeight = 7;  ///< compared along a row
+constexpr int kMostGradient = 31;                         ///< of the images that are compared, which lie at 0..62
+
 /// Below which corners need not be found.
 struct CornerFloors {
   int contrast = 0;  ///< lower contrasts, and this one, count as none
@@ -88,6 +91,13 @@ struct FeatureKernels {
 
   void (*moments)(const uint8_t* centre, ptrdiff_t stride, int& m10, int& m01);
   void (*describe)(const uint8_t* centre, ptrdiff_t stride, float cosine, float sine, uint8_t* descriptor);
+
+  /// Difference of the pixels right and left, at most kMostGradient either way, plus kMostGradient. Reads one
+  /// pixel before the row, and up to Plane::kSlack past `width`, where it writes as many.
+  void (*gradientRow)(const uint8_t* row, int width, uint8_t* gradients);
+  /// Sums of absolute differences of the window at `left` and those at `right` + 0..`count` - 1, first pixels of both.
+  /// No pixel exceeds 2 * kMostGradient. Reads and writes up to Plane::kSlack entries past `count`.
+  void (*compareRow)(const uint8_t* left, const uint8_t* right, ptrdiff_t stride, int count, int16_t* sums);
 };
 
 const FeatureKernels& featureKernels(SimdLevel level);

@@ -341,9 +341,42 @@ void describeByLookUp(const uint8_t* centre, ptrdiff_t stride, float cosine, flo
 }
 
 template <typename V>
+void gradientRow(const uint8_t* row, int width, uint8_t* gradients) {
+  const auto most = V::set(kMostGradient);
+  for (int x = 0; x < width; x += V::kBytes) {
+    const auto west = V::load(row + x - 1), east = V::load(row + x + 1);
+    V::store(gradients + x, most + V::min(V::subtract(east, west), most) - V::min(V::subtract(west, east), most));
+  }
+}
+
+template <typename V>
+void compareRow(const uint8_t* left, const uint8_t* right, ptrdiff_t stride, int count, int16_t* sums) {
+  constexpr int kTogether = 255 / (2 * kMostGradient);  // differences whose sum is a byte
+  for (int k = 0; k < count; k += V::kBytes) {
+    typename V::U16 even{}, odd{};
+    for (int y = 0; y < kRowWindowHeight; ++y) {
+      const uint8_t *a = left + y * stride, *b = right + y * stride + k;
+      for (int begin = 0; begin < kRowWindowWidth; begin += kTogether) {
+        typename V::U8 sum{};
+        for (int x = begin; x < std::min(begin + kTogether, kRowWindowWidth); ++x) {
+          const typename V::U8 one = V::set(a[x]), other = V::load(b + x);
+          sum += V::max(one, other) - V::min(one, other);
+        }
+        even += reinterpret_cast<typename V::U16>(sum) & 255;
+        odd += reinterpret_cast<typename V::U16>(sum) >> 8;
+      }
+    }
+    for (int i = 0; i < V::kHalves; ++i) {
+      sums[k + 2 * i] = static_cast<int16_t>(even[i]);
+      sums[k + 2 * i + 1] = static_cast<int16_t>(odd[i]);
+    }
+  }
+}
+
+template <typename V>
 FeatureKernels kernelsOf(decltype(FeatureKernels::describe) describe_keypoint = describe<V>) {
-  return {resizeRow<V>, blendRows<V>,   contrastRow<V>, maximaRow<V>,
-          widenRow<V>,  blurTwoRows<V>, moments<V>,     describe_keypoint};
+  return {resizeRow<V>,   blendRows<V>, contrastRow<V>,    maximaRow<V>,   widenRow<V>,
+          blurTwoRows<V>, moments<V>,   describe_keypoint, gradientRow<V>, compareRow<V>};
 }
 
 }  // namespace

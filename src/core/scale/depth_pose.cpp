@@ -17,14 +17,14 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-// Unknowns: the step of t, the rotation vector w, the row rotation, and the offset of all inverse depths.
-constexpr int kPose = 6, kOffset = 9, kUnknowns = 10;
+// Unknowns: the step of t, the rotation vector w, then three of the sensor (JointMotion).
+constexpr int kPose = 6, kSensor = 3, kUnknowns = kPose + kSensor;
 using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 using Column = Eigen::Matrix<double, kUnknowns, 1>;
 
 constexpr int kMinimumSupport = 8;
 constexpr int kIterations = 15;
-constexpr double kConverged = 1e-5;  // step, metres and radians: a hundredth of the noise
+constexpr double kConverged = 0.01;  // square of the last step by the covariance: a tenth of a standard deviation
 // Geman-McClure's loss bends where the squared residual over its freedom exceeds this, or this many times the typical
 // one where the residuals exceed the noise: rows that are read one after the other, depth of another moment. The first
 // steps have a loss that is wider by kWide, half of that, and so on.
@@ -40,10 +40,12 @@ constexpr double kLeastSigma = 0.05;
 constexpr double kDepthImageSigma = 0.01, kNoDepthSigma = 1;
 // Prior standard deviation of the row rotation, radians: half a degree to one degree on a hand-held Kinect.
 constexpr double kRowRotationSigma = 3.14159265358979323846 / 180;
-// Prior standard deviation of the disparity that the calibration of two cameras leaves, pixels. KITTI's rectified
-// images have 0.15 (06) and 1 (01): ignored, it makes the translation 0.6 and 10 % too long. Pairs measure it to 0.1.
-constexpr double kDisparityOffsetSigma = 0.5;
-constexpr double kFixed = 1e-6;    // sigma of an unknown that a sensor does not have
+// Standard deviation of a disparity, pixels: its patches are aligned, so it does not share the noise of the keypoint.
+constexpr double kDisparitySigma = 0.2;
+// Prior standard deviation of the disparity that the calibration of two cameras leaves, pixels, and of its growth over
+// x = 1 and y = 1. KITTI's rectified images have 0.15 (06) and 1 (01): ignored, it makes the translation 0.6 and 10 %
+// too long. Pairs measure it to 0.1. With 0.5 in place of 1, 01 is 1 % longer.
+constexpr double kDisparityErrorSigma = 1;
 constexpr double kNearest = 0.05;  // of the depth in the reference that is left of a point in the current camera
 
 /// What one image says of a point: x, y on the plane z = 1 and inverse depth, 1/m. In these the motion and its noise
@@ -62,24 +64,21 @@ struct JointPoint {
   int32_t cell = 0;
 };
 
-/// Motion of rolling-shutter cameras. If the rotation during the readout differs between the images, the difference
-/// grows with the row; without it in the model it would be taken for translation.
+/// Motion, and what a sensor adds to it.
 struct JointMotion {
-  RelativePose pose;                         ///< of the middle rows
-  Vector3d row_rotation = Vector3d::Zero();  ///< current minus reference, from the top row to the bottom
-  double offset = 0;                         ///< to be added to each measured inverse depth, 1/m
+  RelativePose pose;  ///< of the middle rows
+  bool two_cameras;
+  /// Two cameras: what calibration leaves of the inverse depths, to be added to each measured one: 1/m, and its growth
+  /// with x (focal lengths that differ) and y (a camera rolled against the other).
+  /// A depth camera: rotation vector, current minus reference, from the top row to the bottom. If the rotation during
+  /// the readout of a rolling shutter differs between the images, the difference grows with the row; without it in the
+  /// model it would be taken for translation.
+  Vector3d sensor = Vector3d::Zero();
 
   void move(const Column& step) {
     pose.t += step.head<3>();
     pose.R = rotationFromVector(step.segment<3>(3)) * pose.R;
-    row_rotation += step.segment<3>(kPose);
-    offset += step[kOffset];
-  }
-  Column extras() const {
-    Column column = Column::Zero();
-    column.segment<3>(kPose) = row_rotation;
-    column[kOffset] = offset;
-    return column;
+    sensor += step.tail<kSensor>();
   }
 };
 
@@ -107,14 +106,13 @@ double depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
   return 1 / ((1 - b) * top + b * bottom);
 }
 
-/// `sigma`: of a keypoint, at depth 1. The inverse depth of two cameras is (x - x_right) / baseline, which shares x.
-Seen seenAt(double x, double y, double depth, double sigma, double baseline, double row) {
+/// `sigma`: of a keypoint, at depth 1; `pixel`: the same of a pixel.
+Seen seenAt(double x, double y, double depth, double sigma, double pixel, double baseline, double row) {
   Seen seen = {{x, y, depth > 0 ? 1 / depth : 0}, Matrix3d::Zero(), depth > 0, row};
   const double variance = sigma * sigma;
   seen.noise.diagonal() << variance, variance, kNoDepthSigma * kNoDepthSigma;
   if (depth > 0 && baseline > 0) {
-    seen.noise(2, 2) = 2 * variance / (baseline * baseline);
-    seen.noise(0, 2) = seen.noise(2, 0) = variance / baseline;
+    seen.noise(2, 2) = std::pow(kDisparitySigma * pixel / baseline, 2);
   } else if (depth > 0) {
     seen.noise(2, 2) = kDepthImageSigma * kDepthImageSigma;
   }
@@ -141,43 +139,56 @@ double startingInverseDepth(const JointPoint& p, const RelativePose& pose, doubl
   return z > 0 ? 1 / z : 0;
 }
 
+/// Factors of JointMotion::sensor in the error of an inverse depth.
+Eigen::RowVector3d disparityError(const Seen& seen) { return {1, seen.value.x(), seen.value.y()}; }
+
 JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
   JointResidual result;
   const RelativePose& pose = motion.pose;
-  // Half the row rotation belongs to either image, with opposite signs, to first order.
-  const Vector3d half_rotation = -0.5 * motion.row_rotation;
   const Vector3d ray(p.estimate.x(), p.estimate.y(), 1);
   const double inverse_depth = p.estimate.z();
   const Matrix3d rotation = pose.R.transpose();
   // The point over its depth in the reference, in the reference and in the current camera.
-  const Vector3d moved = ray + p.reference.row * half_rotation.cross(ray) - inverse_depth * pose.t;
-  const Vector3d rotated = rotation * moved, there = rotated + p.current.row * half_rotation.cross(rotated);
+  Vector3d moved = ray - inverse_depth * pose.t, there = rotation * moved;
+  auto by_sensor = result.derivative.rightCols<kSensor>();
+  if (!motion.two_cameras) {
+    // Half the row rotation belongs to either image, with opposite signs, to first order.
+    const Vector3d half_rotation = -0.5 * motion.sensor;
+    moved += p.reference.row * half_rotation.cross(ray);
+    const Vector3d rotated = rotation * moved;
+    there = rotated + p.current.row * half_rotation.cross(rotated);
+    by_sensor = 0.5 * (p.reference.row * rotation * crossMatrix(ray) + p.current.row * crossMatrix(rotated));
+  }
   if (!(there.z() > kNearest)) return result;
   const double s = 1 / there.z();
   const Vector3d seen(there.x() * s, there.y() * s, inverse_depth * s);
   Matrix3d projection = s * Matrix3d::Identity();
   projection.col(2) = -s * seen;
+  const Matrix3d by_moved = projection * rotation;
   Matrix3d by_point;
-  by_point << rotation.col(0), rotation.col(1), -rotation * pose.t;
-  by_point = (projection * by_point).eval();
+  by_point << by_moved.col(0), by_moved.col(1), -by_moved * pose.t;
   by_point(2, 2) += s;
-  const Matrix3d by_rows = 0.5 * (p.reference.row * rotation * crossMatrix(ray) + p.current.row * crossMatrix(rotated));
-  result.derivative.leftCols<3>() = -inverse_depth * projection * rotation;
-  result.derivative.middleCols<3>(3) = projection * rotation * crossMatrix(moved);
-  result.derivative.middleCols<3>(kPose) = projection * by_rows;
-  Vector3d by_offset = p.reference.has_depth ? Vector3d(by_point.col(2)) : Vector3d(Vector3d::Zero());
-  if (p.current.has_depth) by_offset.z() -= 1;
-  result.derivative.col(kOffset) = by_offset;
+  result.derivative.leftCols<3>() = -inverse_depth * by_moved;
+  for (int i = 0; i < 3; ++i) {
+    result.derivative.block<1, 3>(i, 3) = by_moved.row(i).cross(moved);
+  }
 
-  result.value = seen - p.current.value + by_point * (p.reference.value - p.estimate) + motion.offset * by_offset;
+  result.value = seen - p.current.value + by_point * (p.reference.value - p.estimate);
+  if (!motion.two_cameras) {
+    by_sensor = (projection * by_sensor).eval();
+  } else {
+    by_sensor.setZero();
+    if (p.reference.has_depth) by_sensor = by_point.col(2) * disparityError(p.reference);
+    if (p.current.has_depth) by_sensor.row(2) -= disparityError(p.current);
+    result.value += by_sensor * motion.sensor;
+  }
   const Matrix3d spread = by_point * p.reference.noise;
   const Matrix3d covariance = p.current.noise + spread * by_point.transpose();
   if (p.current.has_depth) {
-    result.information = covariance.llt().solve(Matrix3d::Identity());
+    result.information = covariance.inverse();
   } else {
     result.information.setZero();
-    result.information.topLeftCorner<2, 2>() =
-        Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()).llt().solve(Eigen::Matrix2d::Identity());
+    result.information.topLeftCorner<2, 2>() = Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()).inverse();
   }
   result.gain = spread.transpose() * result.information;
   const double squared = result.value.dot(result.information * result.value);
@@ -188,21 +199,25 @@ JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
 /// The refinement of one pair: Gauss-Newton over the motion and the points, which are eliminated.
 class JointRefinement {
  public:
-  JointRefinement(std::vector<JointPoint> points, const RelativePose& start, const Column& prior)
-      : points_(std::move(points)), prior_(prior), residuals_(points_.size()) {
-    motion_.pose = start;
-  }
+  /// `sensor_sigma`: prior standard deviation of each unknown of the sensor.
+  JointRefinement(std::vector<JointPoint> points, const JointMotion& start, double sensor_sigma)
+      : points_(std::move(points)),
+        sensor_information_(1 / (sensor_sigma * sensor_sigma)),
+        motion_(start),
+        residuals_(points_.size()) {}
 
   /// False where there is no solution. The covariance of `pose` includes the uncertainty of the other unknowns.
   bool run(RelativePose& pose) {
     for (int i = 0; i < kIterations; ++i) {
       loss_ = kLoss * typicalSquare() * std::max(1., kWide * std::pow(0.5, i));
       linearize();
-      const Column step = withPrior(curvature_).ldlt().solve(-gradient_ - prior_.cwiseProduct(motion_.extras()));
+      Column slope = gradient_;
+      slope.tail<kSensor>() += sensor_information_ * motion_.sensor;
+      const Column step = withPrior(curvature_).ldlt().solve(-slope);
       if (!step.allFinite()) return false;
       motion_.move(step);
       moveEstimates(step);
-      if (i > 1 && step.norm() < kConverged) break;
+      if (i > 1 && -slope.dot(step) < kConverged) break;
     }
     motion_.pose.covariance = covariance();
     if (!motion_.pose.covariance.allFinite()) return false;
@@ -218,7 +233,7 @@ class JointRefinement {
 
   Square withPrior(const Square& curvature) const {
     Square sum = curvature;
-    sum.diagonal() += prior_;
+    sum.diagonal().tail<kSensor>().array() += sensor_information_;
     return sum;
   }
 
@@ -249,11 +264,12 @@ class JointRefinement {
       bends += weight * (1 - 4. / points_[i].freedom * ratio / (1 + ratio));
       // Coefficient by coefficient: products of this size otherwise go through Eigen's blocked kernel, which is slower.
       const Eigen::Matrix<double, kUnknowns, 3> weighted = weight * r.derivative.transpose().lazyProduct(r.information);
-      curvature_ += weighted.lazyProduct(r.derivative);
+      curvature_.triangularView<Eigen::Lower>() += weighted.lazyProduct(r.derivative);
       Cell& cell = cells_.at(static_cast<size_t>(points_[i].cell));
       cell.gradient += weighted.lazyProduct(r.value);
       ++cell.count;
     }
+    curvature_.triangularView<Eigen::StrictlyUpper>() = curvature_.transpose();
     for (const Cell& cell : cells_) gradient_ += cell.gradient;
     bend_ = weights > 0 ? std::max(kLeastBend, bends / weights) : 1;
   }
@@ -265,7 +281,7 @@ class JointRefinement {
       p.estimate = p.reference.value;
       if (residuals_[i].squared > loss_ * p.freedom) continue;  // it says nothing of this point
       p.estimate -= residuals_[i].gain * (residuals_[i].value + residuals_[i].derivative * step);
-      if (p.reference.has_depth) p.estimate.z() += motion_.offset;
+      if (motion_.two_cameras && p.reference.has_depth) p.estimate.z() += disparityError(p.reference) * motion_.sensor;
     }
   }
 
@@ -283,7 +299,7 @@ class JointRefinement {
   }
 
   std::vector<JointPoint> points_;
-  Column prior_;  ///< information on the unknowns besides the pose
+  double sensor_information_;  ///< on each unknown besides the pose
   JointMotion motion_;
   std::vector<JointResidual> residuals_;
   std::vector<double> squares_;
@@ -327,8 +343,8 @@ ScaleEstimate poseFromKeypointDepth(const Triangulation& pair, const Features& r
     const double zc = current_depth.empty() ? 0 : current_depth[match.current];
     const double row_r = r.pt.y / reference.image_size.height - 0.5, row_c = c.pt.y / current.image_size.height - 0.5;
     JointPoint p;
-    p.reference = seenAt(pair.x_reference[i], pair.y_reference[i], zr, noise(r), baseline, row_r);
-    p.current = seenAt(pair.x_current[i], pair.y_current[i], zc, noise(c), baseline, row_c);
+    p.reference = seenAt(pair.x_reference[i], pair.y_reference[i], zr, noise(r), pixel, baseline, row_r);
+    p.current = seenAt(pair.x_current[i], pair.y_current[i], zc, noise(c), pixel, baseline, row_c);
     p.freedom = 1 + static_cast<int>(zr > 0) + static_cast<int>(zc > 0);
     p.cell = spreadCell(c.pt, current.image_size);
     points.push_back(p);
@@ -347,15 +363,9 @@ ScaleEstimate poseFromKeypointDepth(const Triangulation& pair, const Features& r
     if (!p.reference.has_depth) p.reference.value.z() = startingInverseDepth(p, start, depth);
     p.estimate = p.reference.value;
   }
-  Column sigmas = Column::Constant(kFixed);
-  if (baseline > 0) {
-    sigmas[kOffset] = kDisparityOffsetSigma * pixel / baseline;
-  } else {
-    sigmas.segment<3>(kPose).setConstant(kRowRotationSigma);
-  }
-  Column prior = sigmas.cwiseAbs2().cwiseInverse();
-  prior.head<kPose>().setZero();
-  if (!JointRefinement(std::move(points), start, prior).run(pose)) return estimate;
+  const JointMotion motion = {start, baseline > 0};
+  const double sensor_sigma = motion.two_cameras ? kDisparityErrorSigma * pixel / baseline : kRowRotationSigma;
+  if (!JointRefinement(std::move(points), motion, sensor_sigma).run(pose)) return estimate;
   estimate.length = pose.t.norm();
   const Vector3d along = pose.t.normalized();
   estimate.relative_sigma =

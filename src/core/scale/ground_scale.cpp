@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -26,8 +28,8 @@ constexpr double kSmallestDip = 0.05;
 constexpr double kClimbSigma = 0.02;
 // Points farther off than this many standard deviations lie on other things (Geman & McClure's loss levels off).
 constexpr double kPlaneLossScale = 2;
-constexpr int kPlaneIterations = 20;
-constexpr double kEnoughOfAStep = 1e-4;
+constexpr int kPlaneIterations = 20, kWithPatches = 8;  // a step with patches takes as long as ten without
+constexpr double kEnoughOfAStep = 1e-3;                 // of the distance, whose error is fifteen times as large
 constexpr int kMostStarts = 200;
 // Plane distances to try, in multiples of |t|, and their growth: two pixels where the ground is nearest.
 constexpr double kNearest = 0.3, kFarthest = 60, kGrowth = 1.03;
@@ -40,8 +42,10 @@ constexpr double kHeightSigma = 0.015;
 
 // Pixels between samples, smoothed by as much, and least between patches: they do not overlap.
 constexpr int kStep = 2, kApart = 18;
-// Patches at most, which bounds the time, and those of them that give scores.
-constexpr int kMostPatches = 240, kMostScored = 80;
+// Patches at most, which bounds the time, and those of them that give scores: few at every distance, more at those
+// distances that so many of the first scores favour.
+constexpr int kMostPatches = 240, kFirstScored = 20, kMostScored = 80;
+constexpr size_t kScoredTwice = 12;
 constexpr double kSmoothing = 1.2;
 // Ground farther to the side, in camera heights, may be another: gutters, kerbs, grass.
 constexpr double kAside = 1.5;
@@ -67,33 +71,37 @@ class GroundPatches {
   GroundPatches(const GroundImages& images, const Camera& camera, const RelativePose& pose, const Vector3d& down)
       : camera_(camera), R_(pose.R), t_(pose.t.normalized()) {
     if (images.reference.empty() || images.current.empty()) return;
-    const auto smooth = [](const cv::Mat& image, cv::Mat& smoothed) {
-      image.convertTo(smoothed, CV_32F);
-      cv::GaussianBlur(smoothed, smoothed, cv::Size(), kSmoothing);
-    };
-    smooth(images.reference, reference_);
-    cv::Mat current;
-    smooth(images.current, current);
     const CameraIntrinsics& k = camera.intrinsics();
     const Vector3d sideways = down.cross(R_.transpose() * t_).normalized();
     constexpr int kMargin = kStep * (kSide / 2) + 1;
-    const int apart = std::max(kApart, static_cast<int>(std::sqrt(0.5 * current.cols * current.rows / kMostPatches)));
-    Patch patch;
-    for (int y = current.rows - 1 - kMargin; y >= kMargin; y -= apart) {
-      for (int x = kMargin; x + kMargin < current.cols; x += apart) {
+    const cv::Size size = images.current.size();
+    const int apart = std::max(kApart, static_cast<int>(std::sqrt(0.5 * size.width * size.height / kMostPatches)));
+    std::vector<cv::Point> centres;  // lower ones first
+    for (int y = size.height - 1 - kMargin; y >= kMargin; y -= apart) {
+      for (int x = kMargin; x + kMargin < size.width; x += apart) {
         const Vector3d ray((x - k.cx) / k.fx, (y - k.cy) / k.fy, 1);
         if (down.dot(ray) < kSmallestDip * ray.norm() || std::abs(sideways.dot(ray)) > kAside * down.dot(ray)) continue;
-        if (cut(current, x, y, patch)) patches_.push_back(patch);
+        centres.emplace_back(x, y);
       }
+    }
+    if (centres.empty()) return;
+    const int top = centres.back().y - kMargin;
+    const cv::Mat current = smoothBelow(images.current, top);
+    // The other image may show the same ground nearer to the horizon.
+    top_ = std::max(0, top - static_cast<int>(2 * kSmallestDip * k.fy));
+    reference_ = smoothBelow(images.reference, top_);
+    Patch patch;
+    for (const cv::Point& centre : centres) {
+      if (cut(current, centre, top, patch)) patches_.push_back(patch);
     }
   }
 
   int size() const { return static_cast<int>(patches_.size()); }
 
   /// Sum over some of the patches, by every few of their samples, of how well they correlate beyond chance.
-  double score(const Vector3d& m) const {
+  double score(const Vector3d& m, int most) const {
     double sum = 0;
-    const size_t stride = 1 + patches_.size() / kMostScored;
+    const size_t stride = 1 + patches_.size() / static_cast<size_t>(most);
     for (size_t k = 0; k < patches_.size(); k += stride) {
       const Patch& patch = patches_[k];
       Eigen::Array<double, (kSamples + kSkip - 1) / kSkip, 2> values;  // of the other image and its own
@@ -160,13 +168,21 @@ class GroundPatches {
     Eigen::Matrix<float, kSamples, 1> values;  ///< grey levels, mean 0 and norm 1
   };
 
-  bool cut(const cv::Mat& image, int x, int y, Patch& patch) const {
+  static cv::Mat smoothBelow(const cv::Mat& image, int top) {
+    cv::Mat smooth;
+    image.rowRange(top, image.rows).convertTo(smooth, CV_32F);
+    cv::GaussianBlur(smooth, smooth, cv::Size(), kSmoothing);
+    return smooth;
+  }
+
+  /// `top`: row of the received image that is the first one of `image`.
+  bool cut(const cv::Mat& image, const cv::Point& centre, int top, Patch& patch) const {
     for (int i = 0; i < kSamples; ++i) {
-      const int u = x + kStep * (i % kSide - kSide / 2), v = y + kStep * (i / kSide - kSide / 2);
+      const int u = centre.x + kStep * (i % kSide - kSide / 2), v = centre.y + kStep * (i / kSide - kSide / 2);
       const Eigen::Vector2d ray = rayOf(camera_, {static_cast<float>(u), static_cast<float>(v)});
       if (!ray.allFinite()) return false;
       patch.rays.col(i) = ray.homogeneous().cast<float>();
-      patch.values[i] = image.at<float>(v, u);
+      patch.values[i] = image.at<float>(v - top, u);
     }
     patch.values.array() -= patch.values.mean();
     const float norm = patch.values.norm();
@@ -184,6 +200,7 @@ class GroundPatches {
     const Eigen::Vector2d at = seen.head<2>() / seen.z();
     cv::Point2f pixel(static_cast<float>(k.fx * at.x() + k.cx), static_cast<float>(k.fy * at.y() + k.cy));
     if (camera_.distorts()) pixel = camera_.distort(pixel);
+    pixel.y -= static_cast<float>(top_);
     // Asked of the numbers as they are: NaN, where the lens has no inverse, and what is far away are no index.
     const bool inside = pixel.x >= 0 && pixel.y >= 0 && pixel.x < static_cast<float>(reference_.cols - 1) &&
                         pixel.y < static_cast<float>(reference_.rows - 1);
@@ -205,7 +222,8 @@ class GroundPatches {
   const Camera& camera_;
   Matrix3d R_;
   Vector3d t_;
-  cv::Mat reference_;  ///< smoothed
+  cv::Mat reference_;  ///< smoothed, from the row `top_` on
+  int top_ = 0;
   std::vector<Patch> patches_;
 };
 
@@ -267,11 +285,16 @@ Vector3d startFromPoints(const std::vector<Point>& points, const GroundPrior& pr
 
 /// The plane with the prior's normal through which the images agree best; zero: none.
 Vector3d startFromPatches(const GroundPatches& patches, const GroundPrior& prior) {
+  std::vector<std::pair<double, double>> scores;  // and distances
+  for (double distance = kNearest; distance < kFarthest; distance *= kGrowth) {
+    scores.emplace_back(patches.score(prior.down / distance, kFirstScored), distance);
+  }
+  std::partial_sort(scores.begin(), scores.begin() + kScoredTwice, scores.end(), std::greater<>());
   Vector3d best = Vector3d::Zero();
   double best_score = 0;
-  for (double distance = kNearest; distance < kFarthest; distance *= kGrowth) {
-    const Vector3d m = prior.down / distance;
-    const double score = patches.score(m);
+  for (size_t i = 0; i < kScoredTwice; ++i) {
+    const Vector3d m = prior.down / scores[i].second;
+    const double score = patches.score(m, kMostScored);
     if (score <= best_score) continue;
     best_score = score;
     best = m;
@@ -282,7 +305,8 @@ Vector3d startFromPatches(const GroundPatches& patches, const GroundPrior& prior
 Fit fitPlane(Vector3d m, const Vector3d& t, const std::vector<Point>& points, const GroundPatches& patches,
              const GroundPrior& prior) {
   Fit fit;
-  for (int iteration = 0; iteration < kPlaneIterations && m.squaredNorm() > 0; ++iteration) {
+  const int iterations = patches.size() > 0 ? kWithPatches : kPlaneIterations;
+  for (int iteration = 0; iteration < iterations && m.squaredNorm() > 0; ++iteration) {
     Matrix3d information = Matrix3d::Zero(), spread = Matrix3d::Zero();
     Vector3d gradient = Vector3d::Zero();
     fit.points = 0;

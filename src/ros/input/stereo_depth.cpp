@@ -8,6 +8,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <opencv2/imgproc.hpp>
 
 #include "gms_ransac/camera.h"
 #include "input/waiting_images.h"
@@ -18,14 +19,16 @@ namespace gms_ransac {
 
 namespace {
 
-// With a smaller disparity the depth is unknown: half a pixel of noise is a sixth of three pixels.
-constexpr double kLeastDisparity = 3;  // pixels
+// With a smaller disparity the depth is unknown: 0.2 pixels of noise are a fifth of one.
+constexpr double kLeastDisparity = 1;  // pixels
 // Intrinsics that differ by less are those of P, and the image is rectified.
 constexpr double kSameFocalLength = 1e-6;  // relative
-// Share of the left keypoints that have a match on their row, of two cameras that see the same; a third in the rendered
-// room. Below it a second search looks that many pixels above and below the rows. If it finds so many matches, and so
-// many times more than on the rows, the rows are wrong.
-constexpr double kUsualOnRows = 0.1, kBesideRows = 40;
+constexpr double kSameRow = 0.01;          // pixels
+// Share of the left keypoints that are found on their row, of two cameras that see the same. Below it some are searched
+// so many pixels above and below. If so many are found there, and so many times more than on the rows, the rows are
+// wrong.
+constexpr double kUsualOnRows = 0.1;
+constexpr int kBesideRows = 40, kSearchedBeside = 250;
 constexpr size_t kSureBesideRows = 50, kMoreBesideRows = 3;
 
 /// Identity where the model's pixels are those of the rectified camera.
@@ -40,16 +43,44 @@ Eigen::Matrix3d rectification(const CameraModel& model, const sensor_msgs::Camer
 /// x of the left camera in the frame of this one, metres.
 double offset(const sensor_msgs::CameraInfo& info) { return info.P[0] > 0 ? info.P[3] / info.P[0] : 0; }
 
-RectifiedRays rectifiedRays(const Features& features, const Camera& camera, const Eigen::Matrix3d& turn) {
-  RectifiedRays rays;
-  rays.reserve(features.keypoints.size());
-  for (const cv::KeyPoint& keypoint : features.keypoints) {
-    rays.push_back((turn * rayOf(camera, keypoint.pt).homogeneous()).hnormalized());
-  }
-  return rays;
+/// True if both images are those of rectified cameras, with their rows at the same height.
+bool sharesRows(const Camera& left, const Camera& right, const StereoRig& rig) {
+  const CameraIntrinsics &a = left.intrinsics(), &b = right.intrinsics();
+  const bool alike = std::abs(a.fx - b.fx) <= kSameFocalLength * a.fx &&
+                     std::abs(a.fy - b.fy) <= kSameFocalLength * a.fy && std::abs(a.cy - b.cy) <= kSameRow;
+  return alike && !left.distorts() && !right.distorts() && rig.left.isIdentity() && rig.right.isIdentity();
+}
+
+/// A rectified camera that sees what the other one sees.
+CameraIntrinsics rectifiedIntrinsics(const Camera& camera, const Eigen::Matrix3d& turn) {
+  const cv::Size size = camera.imageSize();
+  const cv::Point2f centre(0.5F * static_cast<float>(size.width), 0.5F * static_cast<float>(size.height));
+  const Eigen::Vector2d ray = (turn * rayOf(camera, centre).homogeneous()).hnormalized();
+  const double f = camera.meanFocalLength();
+  return {f, f, centre.x - f * ray.x(), centre.y - f * ray.y(), {}, {}};
 }
 
 }  // namespace
+
+void StereoDepth::View::set(const Camera& of, const Eigen::Matrix3d& to_rectified, const CameraIntrinsics& k) {
+  if (!pixels.empty() && camera == of && turn == to_rectified) return;
+  camera = of;
+  turn = to_rectified;
+  cv::Mat_<cv::Vec2f> map(of.imageSize());
+  for (int v = 0; v < map.rows; ++v) {
+    for (int u = 0; u < map.cols; ++u) {
+      const Eigen::Vector3d ray = turn.transpose() * Eigen::Vector3d((u - k.cx) / k.fx, (v - k.cy) / k.fy, 1);
+      const cv::Point2f pixel = ray.z() > 0 ? pixelOf(camera, ray.hnormalized()) : cv::Point2f(-1, -1);
+      map(v, u) = std::isfinite(pixel.x + pixel.y) ? cv::Vec2f(pixel.x, pixel.y) : cv::Vec2f(-1, -1);
+    }
+  }
+  cv::convertMaps(map, cv::noArray(), pixels, fractions, CV_16SC2);
+}
+
+const cv::Mat& StereoDepth::View::of(const cv::Mat& received) {
+  cv::remap(received, image, pixels, fractions, cv::INTER_LINEAR);
+  return image;
+}
 
 StereoRig::StereoRig(const CameraModel& left_model, const sensor_msgs::CameraInfo& left_info,
                      const CameraModel& right_model, const sensor_msgs::CameraInfo& right_info)
@@ -100,43 +131,64 @@ std::string StereoDepth::take(const ImageWithInfo& input, const Features& left, 
   return rig.problem;
 }
 
-std::string StereoDepth::fill(const Features& left, const CameraModel& left_model, MatchFilter& filter,
+std::string StereoDepth::fill(const Features& left, const cv::Mat& left_image, const CameraModel& left_model,
                               StereoColumns& columns) {
   const StereoRig rig = *columns.rig;
   columns.rig.reset();
-  filter.extract(columns.right, right_);
-  left_rays_ = rectifiedRays(left, left_model.camera, rig.left);
-  right_rays_ = rectifiedRays(right_.features, columns.right_camera->camera, rig.right);
-  const double focal_length = left_model.camera.meanFocalLength();
-  matchRows(left, left_rays_, right_.features, right_rays_, focal_length, kUsualRowTolerance, matches_);
-  std::string doubt = doubtOfRows(left, focal_length);
-  if (!doubt.empty()) return doubt;
-
+  const Camera &left_camera = left_model.camera, &right_camera = columns.right_camera->camera;
+  CameraIntrinsics k = left_camera.intrinsics();
+  double infinity = 0;
+  if (sharesRows(left_camera, right_camera, rig)) {
+    infinity = k.cx - right_camera.intrinsics().cx;
+    search_.setImages(left_image, columns.right, infinity);
+  } else {
+    k = rectifiedIntrinsics(left_camera, rig.left);
+    left_view_.set(left_camera, rig.left, k);
+    right_view_.set(right_camera, rig.right, k);
+    search_.setImages(left_view_.of(left_image), right_view_.of(columns.right), infinity);
+  }
+  points_.clear();
+  std::vector<Eigen::Vector2d> rays;
+  for (const cv::KeyPoint& keypoint : left.keypoints) {
+    const Eigen::Vector2d ray = (rig.left * rayOf(left_camera, keypoint.pt).homogeneous()).hnormalized();
+    points_.emplace_back(k.fx * ray.x() + k.cx, k.fy * ray.y() + k.cy);
+    rays.push_back(ray);
+  }
   const double nan = std::numeric_limits<double>::quiet_NaN();
   columns.depth.assign(left.keypoints.size(), 0);
   columns.right_ray.assign(left.keypoints.size(), {nan, nan});
-  for (const StereoMatch& match : matches_) {
-    const Eigen::Vector2d& ray = left_rays_[match.left];
-    const double disparity = ray.x() - right_rays_[match.right].x();
-    columns.right_ray[match.left] = rayOf(columns.right_camera->camera, right_.features.keypoints[match.right].pt);
-    if (disparity * focal_length < kLeastDisparity) continue;
-    const Eigen::Vector3d point = rig.left.transpose() * (rig.baseline / disparity * ray.homogeneous());
-    columns.depth[match.left] = static_cast<float>(point.z());
+  size_t found = 0;
+  for (size_t i = 0; i < points_.size(); ++i) {
+    const std::optional<double> disparity = search_.disparity(points_[i]);
+    if (!disparity || *disparity <= infinity) continue;
+    ++found;
+    const double difference = (*disparity - infinity) / k.fx;  // of the rays
+    const Eigen::Vector3d right(rays[i].x() - difference, rays[i].y(), 1);
+    columns.right_ray[i] = (rig.right.transpose() * right).hnormalized();
+    if (*disparity - infinity < kLeastDisparity) continue;
+    const Eigen::Vector3d point = rig.left.transpose() * (rig.baseline / difference * rays[i].homogeneous());
+    columns.depth[i] = static_cast<float>(point.z());
+  }
+  std::string doubt = doubtOfRows(found);
+  if (!doubt.empty()) {
+    columns.depth.clear();
+    columns.right_ray.clear();
+    return doubt;
   }
   columns.rig = rig;
   return std::string();
 }
 
-std::string StereoDepth::doubtOfRows(const Features& left, double focal_length) const {
-  if (static_cast<double>(matches_.size()) >= kUsualOnRows * left.size()) return std::string();
-  std::vector<StereoMatch> beside;
-  matchRows(left, left_rays_, right_.features, right_rays_, focal_length, kBesideRows, beside);
-  if (beside.size() < std::max(kSureBesideRows, kMoreBesideRows * matches_.size())) return std::string();
+std::string StereoDepth::doubtOfRows(size_t on_rows) {
+  const auto count = static_cast<double>(points_.size());
+  if (static_cast<double>(on_rows) >= kUsualOnRows * count) return std::string();
+  const size_t stride = 1 + points_.size() / kSearchedBeside;
   std::vector<double> off;
-  off.reserve(beside.size());
-  for (const StereoMatch& match : beside) {
-    off.push_back(focal_length * std::abs(left_rays_[match.left].y() - right_rays_[match.right].y()));
+  for (size_t i = 0; i < points_.size(); i += stride) {
+    const std::optional<int> below = search_.rowsBelow(points_[i], kBesideRows);
+    if (below) off.push_back(std::abs(*below));
   }
+  if (off.size() < std::max(kSureBesideRows, kMoreBesideRows * on_rows / stride)) return std::string();
   std::ostringstream text;
   text.precision(2);
   text << "points of the left image lie " << quantilesOf(std::move(off)).median << " px above or below their rows on "

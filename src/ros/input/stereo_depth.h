@@ -13,7 +13,7 @@
 #include "input/camera_model.h"
 #include "input/image_conversion.h"
 #include "input/image_with_info.h"
-#include "matching/stereo_matcher.h"
+#include "matching/row_search.h"
 
 namespace gms_ransac {
 
@@ -45,22 +45,30 @@ class StereoDepth {
   /// Sets the right image, its camera and the rig. Returns why they are unusable, empty when they are not.
   std::string take(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
                    StereoColumns& columns);
-  /// After `take`: extracts the right image as the left one was and fills the columns. Returns why it does not, empty
-  /// when it does.
-  std::string fill(const Features& left, const CameraModel& left_model, MatchFilter& filter, StereoColumns& columns);
-  /// Seconds that the last extraction of the right image took.
-  double detectSeconds() const { return right_.detect_seconds; }
+  /// After `take`: finds the keypoints on their rows of the right image and fills the columns. Returns why it does not,
+  /// empty when it does.
+  std::string fill(const Features& left, const cv::Mat& left_image, const CameraModel& left_model,
+                   StereoColumns& columns);
 
  private:
-  /// Returns why few keypoints have a match on their row, if many have one on other rows.
-  std::string doubtOfRows(const Features& left, double focal_length) const;
+  /// An image as a rectified camera would take it.
+  struct View {
+    Camera camera;
+    Eigen::Matrix3d turn;
+    cv::Mat pixels, fractions;  ///< where its pixels lie in the received image, as cv::remap reads them
+    cv::Mat image;
+    void set(const Camera& of, const Eigen::Matrix3d& to_rectified, const CameraIntrinsics& k);
+    const cv::Mat& of(const cv::Mat& received);
+  };
+  /// Returns why few keypoints are found on their rows, if many are found on other rows.
+  std::string doubtOfRows(size_t on_rows);
 
   const std::string right_topic_, right_info_topic_;
   ImageConverter converter_;
   CameraModelSource camera_source_;
-  Frame right_;
-  RectifiedRays left_rays_, right_rays_;
-  std::vector<StereoMatch> matches_;
+  View left_view_, right_view_;
+  RowSearch search_;
+  std::vector<cv::Point2f> points_;  ///< the keypoints in the rectified left image
 };
 
 }  // namespace gms_ransac

@@ -114,7 +114,7 @@ std::optional<StereoFeatureStream::RightPoint> StereoFeatureStream::locate(const
   const double focal_length = left.camera.meanFocalLength(), pixel = 1 / focal_length;
   const Eigen::Vector2d seen = left.rectified(rayOf(left.camera, point.current));
   const auto at = [&](double disparity) { return right.place({seen.x() - disparity, seen.y()}); };
-  std::vector<double> guesses;  // disparity in the last message, and that of the keypoint by its descriptor
+  std::vector<double> guesses;  // disparity in the last message, and that of the keypoint
   const auto before = right_.find(point.id);
   if (before != right_.end()) guesses.push_back(before->second.disparity);
   if (const int match = stream_.matchOf(point.id); match >= 0 && !current.stereo.right_ray.empty()) {
@@ -126,7 +126,6 @@ std::optional<StereoFeatureStream::RightPoint> StereoFeatureStream::locate(const
   std::optional<PatchPlace> found;
   if (guesses.empty()) {
     found = searchRow(patch, right, seen, -1);
-    if (!found || !isMutual(right, *found, left, point.current)) return std::nullopt;
   } else if (found = patch.find(right.image, at(guesses.back()), kReach); !found) {
     std::vector<PatchPlace> row;
     for (const double guess : guesses) {
@@ -134,7 +133,8 @@ std::optional<StereoFeatureStream::RightPoint> StereoFeatureStream::locate(const
     }
     found = patch.find(right.image, row, kReach);
   }
-  if (!found) return std::nullopt;
+  const bool is_new = before == right_.end();
+  if (!found || (is_new && !isMutual(right, *found, left, point.current))) return std::nullopt;
   const Eigen::Vector2d ray = right.rayAt(*found), there = right.rectified(ray);
   const bool on_row = std::abs(there.y() - seen.y()) * focal_length <= kRowTolerance;
   if (!on_row || there.x() >= seen.x()) return std::nullopt;

@@ -110,8 +110,9 @@ void FramePreparation::findDepth(PreparedFrame& frame) {
       frame.depth_problem = "only features have a subscriber";
       return;
     }
-    frame.depth_problem = stereo_depth_.fill(frame.frame.features, *frame.camera, frame.pipeline->filter, frame.stereo);
-    if (frame.depth_problem.empty()) frame.frame.detect_seconds += stereo_depth_.detectSeconds();
+    const auto start = std::chrono::steady_clock::now();
+    frame.depth_problem = stereo_depth_.fill(frame.frame.features, frame.grey, *frame.camera, frame.stereo);
+    frame.frame.detect_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   } else if (input.keypoints) {
     const bool missing = parameters_.scale == ScaleMode::kDepth && frame.stereo.depth.empty();
     if (missing) frame.depth_problem = "the keypoints have no depth";

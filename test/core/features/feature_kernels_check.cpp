@@ -141,6 +141,23 @@ std::vector<double> describe(const FeatureKernels& kernels, const Plane& plane) 
   return written.numbers;
 }
 
+std::vector<double> compareRows(const FeatureKernels& kernels, const Plane& plane) {
+  const int width = plane.width(), places = width - kRowWindowWidth + 1;
+  Written written;
+  Plane gradients;
+  gradients.resize(width, kRowWindowHeight);
+  for (int y = 0; y < kRowWindowHeight; ++y) {
+    kernels.gradientRow(plane.row(y), width, gradients.row(y));
+    written.add(gradients.row(y), width);
+  }
+  std::vector<int16_t> sums(places + Plane::kSlack);
+  for (int x = 0; x < places; x += 5) {
+    kernels.compareRow(gradients.row(0) + x, gradients.row(0), gradients.stride(), places, sums.data());
+    written.add(sums.data(), places);
+  }
+  return written.numbers;
+}
+
 /// The name of the first loop that differs, or null.
 const char* difference(const FeatureKernels& kernels, const FeatureKernels& scalar) {
   std::mt19937 random(1);
@@ -160,6 +177,7 @@ const char* difference(const FeatureKernels& kernels, const FeatureKernels& scal
     }
     if (blur(kernels, plane) != blur(scalar, plane)) return "blurTwoRows";
     if (describe(kernels, plane) != describe(scalar, plane)) return "moments or describe";
+    if (compareRows(kernels, plane) != compareRows(scalar, plane)) return "gradientRow or compareRow";
   }
   return nullptr;
 }

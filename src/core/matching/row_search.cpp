@@ -1,0 +1,153 @@
+#include "matching/row_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+#include <opencv2/imgproc.hpp>
+
+namespace gms_ransac {
+
+namespace {
+
+// A place stands out if all others but its neighbours differ by so many times as much.
+constexpr int kApart = 2;
+constexpr double kStandsOut = 1.3;
+// The window of grey levels that is aligned, and how far, pixels. Its rows lie kRow apart, with room to shift it.
+constexpr int kWidth = 11, kHeight = 9, kReach = 2, kShifts = 2 * kReach + 1, kRow = kWidth + kShifts;
+constexpr int kPixels = kWidth * kHeight, kLevels = kRow * kHeight;
+
+/// Grey levels of the rows of a window.
+struct Levels {
+  int16_t at[kLevels + kShifts] = {};
+
+  Levels() = default;
+  Levels(const cv::Mat& image, int left, int top) {
+    uint8_t bytes[kLevels];
+    for (int v = 0; v < kHeight; ++v) std::memcpy(bytes + v * kRow, image.ptr(top + v) + left, kRow);
+    for (int i = 0; i < kLevels; ++i) at[i] = bytes[i];
+  }
+  /// Sets the columns that the window does not have to zero.
+  void cut() {
+    for (int v = 0; v < kHeight; ++v) std::fill(at + v * kRow + kWidth, at + (v + 1) * kRow, int16_t{0});
+  }
+};
+
+int sumOfProducts(const int16_t* a, const int16_t* b) {
+  int sum = 0;
+  for (int i = 0; i < kLevels; ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+// Slope of the alignment over that of the window with itself: 1 where both images show the same.
+constexpr double kLeastSlope = 0.8, kMostSlope = 1.25;
+// Contrast of the right image over that of the left.
+constexpr double kLeastGain = 0.6, kMostGain = 1.6;
+constexpr int kLeastGradient = 200;  ///< mean square, twice the grey levels a pixel
+
+}  // namespace
+
+void RowSearch::setImages(const cv::Mat& left, const cv::Mat& right, double infinity) {
+  left_ = left;
+  right_ = right;
+  infinity_ = static_cast<int>(std::floor(infinity / 2));
+  toGradients(left, left_gradients_);
+  toGradients(right, right_gradients_);
+  differences_.resize(static_cast<size_t>(left.cols) + Plane::kSlack);
+}
+
+void RowSearch::toGradients(const cv::Mat& image, Plane& gradients) {
+  const cv::Size half(image.cols / 2, image.rows / 2);
+  half_.resize(half.width, half.height);
+  gradients.resize(half.width, half.height);
+  cv::Mat target(half, CV_8UC1, half_.row(0), static_cast<size_t>(half_.stride()));
+  cv::resize(image({0, 0, 2 * half.width, 2 * half.height}), target, half, 0, 0, cv::INTER_AREA);
+  for (int y = 0; y < half.height; ++y) kernels_.gradientRow(half_.row(y), half.width, gradients.row(y));
+}
+
+RowSearch::Place RowSearch::standsOut(const int16_t* differences, int count) {
+  const auto least = [&](int begin, int end) {
+    int16_t value = INT16_MAX;
+    for (int k = begin; k < end; ++k) value = std::min(value, differences[k]);
+    return value;
+  };
+  const int16_t best = least(0, count);
+  const auto at = static_cast<int>(std::find(differences, differences + count, best) - differences);
+  if (kStandsOut * best > std::min(least(0, at - kApart), least(at + kApart + 1, count))) return {};
+  return {at, best};
+}
+
+RowSearch::Place RowSearch::searchRow(int x, int y, int rows_below) {
+  const int width = left_gradients_.width(), left = x - kRowWindowWidth / 2, top = y - kRowWindowHeight / 2;
+  const int right_top = top + rows_below;
+  const int begin = std::max(1, left - infinity_ - width / 4),
+            end = std::min(left - infinity_ + 2, width - kRowWindowWidth);
+  const int lowest = left_gradients_.height() - kRowWindowHeight;
+  if (left < 1 || left + kRowWindowWidth >= width || std::min(top, right_top) < 0 ||
+      std::max(top, right_top) > lowest || begin >= end)
+    return {};
+  kernels_.compareRow(left_gradients_.row(top) + left, right_gradients_.row(right_top) + begin,
+                      left_gradients_.stride(), end - begin, differences_.data());
+  Place place = standsOut(differences_.data(), end - begin);
+  if (place.position >= 0) place.position += begin + kRowWindowWidth / 2;
+  return place;
+}
+
+std::optional<double> RowSearch::disparity(const cv::Point2f& point) {
+  const auto x = static_cast<int>(std::lround(point.x)), y = static_cast<int>(std::lround(point.y));
+  const int half_x = x / 2;
+  const Place place = searchRow(half_x, y / 2, 0);
+  if (place.position < 0) return std::nullopt;
+  return align(x, y, x - 2 * (half_x - place.position));
+}
+
+std::optional<int> RowSearch::rowsBelow(const cv::Point2f& point, int reach) {
+  const auto x = static_cast<int>(std::lround(point.x)), y = static_cast<int>(std::lround(point.y));
+  of_rows_.clear();
+  for (int below = -reach / 2; below <= reach / 2; ++below) {
+    of_rows_.push_back(searchRow(x / 2, y / 2, below).difference);
+  }
+  const Place best = standsOut(of_rows_.data(), static_cast<int>(of_rows_.size()));
+  if (best.position < 0 || best.difference == INT16_MAX) return std::nullopt;
+  return 2 * (best.position - reach / 2);
+}
+
+/// Lucas and Kanade's step along the row: with linear interpolation its sum is known between whole pixels, and its root
+/// needs no iteration.
+std::optional<double> RowSearch::align(int x, int y, int right_x) const {
+  const int left = x - kWidth / 2, top = y - kHeight / 2, right = right_x - kWidth / 2 - kReach;
+  if (std::min(left - 1, right) < 0 || std::max(left + 1, right) + kRow > left_.cols || top < 0 ||
+      top + kHeight > left_.rows)
+    return std::nullopt;
+  const Levels before(left_, left - 1, top), after(left_, left + 1, top), there(right_, right, top);
+  Levels own(left_, left, top), middle(right_, right + kReach, top), gradient = after, window;
+  for (int i = 0; i < kLevels; ++i) gradient.at[i] = static_cast<int16_t>(after.at[i] - before.at[i]);
+  std::fill(window.at, window.at + kLevels, int16_t{1});
+  for (Levels* levels : {&own, &middle, &gradient, &window}) levels->cut();
+  const double own_sum = sumOfProducts(window.at, own.at), middle_sum = sumOfProducts(window.at, middle.at);
+  const double mean = static_cast<double>(sumOfProducts(gradient.at, window.at)) / kPixels;
+  const double square = sumOfProducts(gradient.at, gradient.at) - mean * mean * kPixels;
+  if (square < kLeastGradient * kPixels) return std::nullopt;
+  const double gain = std::sqrt((sumOfProducts(middle.at, middle.at) - middle_sum * middle_sum / kPixels) /
+                                (sumOfProducts(own.at, own.at) - own_sum * own_sum / kPixels));
+  if (!(gain > kLeastGain && gain < kMostGain)) return std::nullopt;
+  const double zero = sumOfProducts(gradient.at, own.at) - mean * own_sum;
+  double sums[kShifts];  // of gradient times difference, zero where the windows agree
+  for (int k = 0; k < kShifts; ++k) {
+    const double sum = sumOfProducts(gradient.at, there.at + k) - mean * sumOfProducts(window.at, there.at + k);
+    sums[k] = sum / gain - zero;
+  }
+  std::optional<double> nearest;  // shift
+  for (int k = 0; k + 1 < kShifts; ++k) {
+    // The gradients are differences over two pixels.
+    const double slope = 2 * (sums[k + 1] - sums[k]) / square;
+    if (sums[k] > 0 || sums[k + 1] <= 0 || slope < kLeastSlope || slope > kMostSlope) continue;
+    const double shift = k - sums[k] / (sums[k + 1] - sums[k]) - kReach;
+    if (!nearest || std::abs(shift) < std::abs(*nearest)) nearest = shift;
+  }
+  if (!nearest) return std::nullopt;
+  return x - (right_x + *nearest);
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,47 @@
+// A point of the left of two rectified images -> where the right one shows it, to a fraction of a pixel.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include "features/kernels.h"
+#include "features/plane.h"
+
+namespace gms_ransac {
+
+/// Compares the horizontal gradients of halved images, which a difference in brightness leaves alone, along the row;
+/// then aligns the grey levels.
+class RowSearch {
+ public:
+  explicit RowSearch(SimdLevel simd = detectSimdLevel()) : kernels_(featureKernels(simd)) {}
+
+  /// CV_8UC1, of one size; must outlive the search. `infinity`: disparity of what is infinitely far away, pixels.
+  void setImages(const cv::Mat& left, const cv::Mat& right, double infinity);
+  /// Pixels by which the right image shows a point farther to the left; none if it is not found, if another place on
+  /// the row looks as much like it, or if the disparity exceeds that of infinity by more than a quarter of the width.
+  std::optional<double> disparity(const cv::Point2f& point);
+  /// Rows by which the right image shows a point lower, to two pixels: at most `reach` up or down.
+  std::optional<int> rowsBelow(const cv::Point2f& point, int reach);
+
+ private:
+  struct Place {
+    int position = -1;  ///< the best; -1: none stands out
+    int16_t difference = INT16_MAX;
+  };
+  void toGradients(const cv::Mat& image, Plane& gradients);
+  /// Where on the row of the right halved image the window at (x, y) of the left one is.
+  Place searchRow(int x, int y, int rows_below);
+  static Place standsOut(const int16_t* differences, int count);
+  std::optional<double> align(int x, int y, int right_x) const;
+
+  const FeatureKernels& kernels_;
+  cv::Mat left_, right_;
+  Plane half_, left_gradients_, right_gradients_;  ///< halved images
+  int infinity_ = 0;                               ///< pixels of the halved images
+  std::vector<int16_t> differences_, of_rows_;
+};
+
+}  // namespace gms_ransac
