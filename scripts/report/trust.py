@@ -113,7 +113,7 @@ COLUMNS = ("kind", "set", "gap", "pair", "from_s", "to_s", "method", "status", "
 
 def row_of(record):
     """A line of pairs.csv, as far as the record says it by itself."""
-    truth = record["truth"]
+    truth = record["truth"] if record["truth"] and record["truth"]["has_pose"] else None
     row = dict(dict.fromkeys(COLUMNS, math.nan), covariance=None)
     row.update((key, record[key]) for key in ("kind", "set", "method", "status", "inliers", "reliability"))
     row.update(gap=record["gap"] or 0, survivors=record["matches_gms"], has_truth=truth is not None, moved=False,

@@ -77,10 +77,12 @@ class Run(unittest.TestCase):
         np.testing.assert_allclose(run.running_median(np.array([1, 9, 2, math.nan, 4, 100]), 3), [5, 2, 5.5, 3, 52, 52])
 
     def test_a_sweep_holds_medians_and_the_share_of_successes(self):
-        trial = dict.fromkeys(sweep.MEDIANS, 1.5)
-        trials = [dict(trial, method="lan", order="uniform", outlier_ratio=0.1, success=success) for success in (True, False)]
+        trials = [record(order="uniform", outlier_ratio=0.1, inliers=inliers,
+                         truth=truth(error, dict(kept_correct=6, raw_correct=12)))
+                  for inliers, error in ((8, (0.9, 4.9)), (12, (0.9, 5)))]
         (row,) = sweep.table(trials)
-        self.assertEqual((row["trials"], row["success_rate"], row["precision"]), ("2", "0.5", "1.5"))
+        self.assertEqual((row["trials"], row["success_rate"], row["milliseconds"]), ("2", "0.5", "0.5"))
+        self.assertEqual((row["precision"], row["recall"]), ("0.625", "0.5"))
 
     def test_a_benchmark_has_medians_and_the_ratio_to_the_baseline(self):
         row = dict(stage="s", kept=None, correct=None)

@@ -95,23 +95,19 @@ void PipelineArguments::addTo(po::options_description& description, const Argume
   add("threads", withDefault(threads), "of extraction and matching");
 }
 
-MatchFilterOptions PipelineArguments::options(const std::string& method) const {
-  MatchFilterOptions result = base;
-  setParameters(values_, result);
-  result.method = method;
-  result.extractor.threads = threads;
-  result.matcher_threads = threads;
-  result.validate();
-  return result;
-}
-
-std::vector<std::string> PipelineArguments::methodNames(std::vector<std::string> otherwise) const {
-  if (methods.empty()) return otherwise;
-  std::vector<std::string> names = splitAtCommas(methods);
-  if (names == std::vector<std::string>{"all"}) return allMethodNames();
-  if (names.empty()) findMethod("");  // complains with the list of known names
-  for (const std::string& name : names) findMethod(name);
-  return names;
+std::vector<MatchFilterOptions> PipelineArguments::pipelines(std::vector<std::string> otherwise) const {
+  std::vector<std::string> names = methods.empty() ? std::move(otherwise) : splitAtCommas(methods);
+  if (names == std::vector<std::string>{"all"}) names = allMethodNames();
+  if (names.empty()) names.emplace_back();  // is refused with the list of known names
+  std::vector<MatchFilterOptions> made;
+  for (const std::string& name : names) {
+    MatchFilterOptions& options = made.emplace_back(base);
+    setParameters(values_, options);
+    options.method = findMethod(name).name;
+    options.extractor.threads = options.matcher_threads = threads;
+    options.validate();
+  }
+  return made;
 }
 
 std::vector<std::string> allMethodNames() {

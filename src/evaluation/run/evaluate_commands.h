@@ -21,7 +21,7 @@ int evaluateSweep(const Arguments& arguments);
 int evaluateTables(const Arguments& arguments);
 int evaluateTrust(const Arguments& arguments);
 
-/// Options of the user; `options(method)` makes those of a pipeline.
+/// Options of the user, from which those of pipelines are made.
 struct PipelineArguments {
   std::vector<std::string> methods;  ///< names or comma lists of names
   int threads = 1;
@@ -30,10 +30,9 @@ struct PipelineArguments {
   /// Adds the options to a description; the values land in this object, which must outlive the parsing. With --paper
   /// among the words `given` the defaults are the paper's.
   void addTo(boost::program_options::options_description& description, const Arguments& given);
-  /// Throws std::invalid_argument with a sentence when a value or a name is wrong.
-  MatchFilterOptions options(const std::string& method) const;
-  /// The methods given, or else `otherwise`. Throws std::invalid_argument for one that is unknown.
-  std::vector<std::string> methodNames(std::vector<std::string> otherwise) const;
+  /// One for each method given, or else for those of `otherwise`. Throws std::invalid_argument with a sentence when a
+  /// value or a name is wrong.
+  std::vector<MatchFilterOptions> pipelines(std::vector<std::string> otherwise) const;
 
  private:
   ParameterValues values_;

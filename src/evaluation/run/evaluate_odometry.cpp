@@ -1,13 +1,10 @@
 // `evaluate odometry`: whole sequences through the stream of the node. One record for each image; the reporter measures
 // the drift.
 #include <algorithm>
-#include <fstream>
-#include <iostream>
 #include <stdexcept>
 
 #include "run/evaluate_commands.h"
 #include "run/experiment.h"
-#include "run/record.h"
 #include "stream/stream_odometry.h"
 
 namespace gms_ransac {
@@ -127,12 +124,7 @@ int evaluateOdometry(const Arguments& arguments) {
     throw std::invalid_argument("--peer is given " + std::to_string(peers.size()) + " times for " +
                                 std::to_string(folders.size()) + " sets; give it once for each");
   }
-  const MatchFilterOptions core = pipeline.options(pipeline.methodNames({pipeline.base.method}).front());
-  std::ofstream file;
-  if (!out.empty()) {
-    file.open(out);
-    if (!file) throw std::invalid_argument(out + ": cannot be written");
-  }
+  const MatchFilterOptions core = pipeline.pipelines({pipeline.base.method}).front();
   std::vector<std::string> report = {"odometry"};
   if (!plot.empty()) report.insert(report.end(), {"--plot", plot});
   for (const std::string& peer : peers) report.insert(report.end(), {"--peer", peer});
@@ -142,7 +134,7 @@ int evaluateOdometry(const Arguments& arguments) {
     if (!sets.back().stamp(0)) throw std::invalid_argument(folder + ": a list of pairs is no sequence");
     printRemarks(sets.back(), core);
   }
-  Reporter reporter(report);
+  Reporter reporter(report, out);
   watchInterrupts();
   for (size_t number = 0; number < sets.size(); ++number) {
     const Dataset& dataset = sets[number];
@@ -155,12 +147,9 @@ int evaluateOdometry(const Arguments& arguments) {
       OdometryImages images = {frame.stamp, dataset.image(i), {}, {}};
       if (chosen == kStereo) images.right = dataset.right(i);
       if (chosen == "depth") images.depth = dataset.depth(i);
-      const std::string record = recordOf(number, dataset, frame, chosen, odometry.add(images)).dump();
-      reporter.add(record);
-      if (file.is_open()) file << record << '\n';
+      reporter.add(recordOf(number, dataset, frame, chosen, odometry.add(images)).dump());
       progress.advance();
     }
-    if (file.is_open() && !file.flush()) throw std::runtime_error(out + ": writing failed; is the disk full?");
   }
   return statusOrInterrupted(reporter.finish(), "the table is of the images before");
 }

@@ -1,11 +1,8 @@
 // `evaluate run`: works through one data set, one record a pair and method, and a table of figures at the end.
-#include <fstream>
-#include <iostream>
 #include <stdexcept>
 
 #include "run/evaluate_commands.h"
 #include "run/experiment.h"
-#include "run/record.h"
 
 namespace gms_ransac {
 
@@ -32,9 +29,9 @@ int evaluateRun(const Arguments& arguments) {
   if (folder.empty()) throw std::invalid_argument("no folder or bag given; see evaluate run --help");
   requireAtLeastOne({{"--gap", gap}, {"--stride", stride}, {"--repeat", repeats}});
   std::vector<MatchFilterOptions> pipelines;
-  for (const std::string& method : pipeline.methodNames({pipeline.base.method})) {
+  for (const MatchFilterOptions& method : pipeline.pipelines({pipeline.base.method})) {
     for (int repeat = 0; repeat < repeats; ++repeat) {
-      pipelines.push_back(pipeline.options(method));
+      pipelines.push_back(method);
       pipelines.back().robust.seed += static_cast<uint64_t>(repeat);
     }
   }
@@ -44,34 +41,20 @@ int evaluateRun(const Arguments& arguments) {
     throw std::invalid_argument(folder + ": no pair of images " + std::to_string(gap) + " apart among its " +
                                 std::to_string(dataset.frames().size()));
   }
-  std::ofstream file;
-  if (!out.empty() && out != "-") {
-    file.open(out);
-    if (!file) throw std::invalid_argument(out + ": cannot be written");
-  }
-  std::ostream* records = out.empty() ? nullptr : out == "-" ? &std::cout : &file;
-  printRemarks(dataset, pipelines.front());
-
   std::vector<std::string> report = {"run"};
   if (!plot.empty()) report.insert(report.end(), {"--plot", plot});
-  Reporter reporter(report, out == "-");
+  Reporter reporter(report, out);
+  printRemarks(dataset, pipelines.front());
   watchInterrupts();
   size_t done = 0;
   {
-    Experiment experiment(dataset, pipelines);
+    Experiment experiment(dataset, pipelines, defaultTruthNoise(folder));
     Progress progress("evaluating pair", static_cast<int>(pairs.size()));
     for (; done < pairs.size() && !interrupted(); ++done) {
-      experiment.run(pairs[done], [&](const Answer& answer) {
-        nlohmann::json record = answerRecord(answer.options, answer.result);
-        record.update(pairRecord(dataset, pairs[done], gap));
-        record["repeat"] = answer.pipeline % static_cast<size_t>(repeats);
-        record["truth"] = truthRecord(answer.truth, answer.reference, answer.current, answer.result);
+      experiment.run(pairs[done], gap, [&](nlohmann::json& record, const Answer& answer) {
+        if (!out.empty()) record["correspondences"] = correspondencesOf(answer);
         reporter.add(record.dump());
-        if (!records) return;
-        record["correspondences"] = correspondencesRecord(answer.reference, answer.current, answer.result);
-        *records << record.dump() << '\n';
       });
-      if (records && !records->flush()) throw std::runtime_error(out + ": writing failed; is the disk full?");
       progress.advance();
     }
   }

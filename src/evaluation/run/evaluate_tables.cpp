@@ -1,15 +1,11 @@
 // `evaluate tables`: the paper's tables on one's own images, in pieces that can be interrupted, resumed and spread over
 // machines.
 #include <algorithm>
-#include <limits>
-#include <map>
 #include <set>
 #include <stdexcept>
-#include <tuple>
 
 #include "run/evaluate_commands.h"
 #include "run/experiment.h"
-#include "run/record.h"
 #include "run/work_folder.h"
 
 namespace gms_ransac {
@@ -23,23 +19,18 @@ constexpr double kPaperRatio = 0.5;  // the paper's default: the confident half
 constexpr int kTable4Preset = 2000;
 /// Presets above this get FAST threshold 0: with OpenCV's default of 20 a VGA image does not hold that many corners.
 constexpr int kLastPresetOfDefaultFastThreshold = 3000;
-/// Runs of the stages before the robust one; the fastest counts. The first one pays for memory and caches.
-constexpr int kStageRuns = 3;
 
 struct TablesPlan {
   std::vector<Dataset> datasets;
   int gap = 1, pairs = 5, repeats = 20;
   std::vector<int> presets = {1000, 2000, 2500, 3000, 3500, 4000, 5000, 6000, 7000, 8000, 9000, 10000};
   std::vector<double> ratios = {1.0 / 5, 1.0 / 4, 1.0 / 3, 1.0 / 2, 2.0 / 3, 3.0 / 4, 4.0 / 5};
-  std::vector<std::string> methods = {"lan", "gms_ransac", "lo_prosac"};  ///< compared with cp_ransac, always there
-  MatchFilterOptions base;  ///< extractor, model, grid, threshold, seed, ... of every run
+  std::vector<std::string> methods;  ///< compared with cp_ransac, always there
+  MatchFilterOptions base;           ///< extractor, model, grid, threshold, seed, ... of every run
   WorkFolder folder = {"tables"};
   int shard = 1, shards = 1;        ///< which part of the work, from 1, and of how many
   std::vector<std::string> report;  ///< arguments of the reporter
 };
-
-/// One pipeline of the comparison: method, model, grouping ratio.
-using TablesRun = std::tuple<std::string, ModelType, double>;
 
 /// "1/3" or "0.4".
 double parseRatio(const std::string& text) {
@@ -99,9 +90,11 @@ bool parse(const Arguments& arguments, TablesPlan& plan) {
   }
   plan.report = {"tables", plan.folder.path};
   if (given.count("no-plots")) plan.report.push_back("--no-plots");
-  plan.base = pipeline.options("cp_ransac");
-  plan.methods = pipeline.methodNames(plan.methods);
-  plan.methods.erase(std::remove(plan.methods.begin(), plan.methods.end(), "cp_ransac"), plan.methods.end());
+  for (const MatchFilterOptions& method : pipeline.pipelines({"lan", "gms_ransac", "lo_prosac"})) {
+    plan.base = method;
+    if (method.method != "cp_ransac") plan.methods.push_back(method.method);
+  }
+  plan.base.method = "cp_ransac";
   std::set<std::string> names;
   for (const std::string& folder : folders) {
     plan.datasets.push_back(Dataset::open(folder, dataset_options));
@@ -133,86 +126,34 @@ json planRecord(const TablesPlan& plan) {
 }
 
 /// cp_ransac at every ratio, every other method once, and at Table 4's preset the other models too.
-std::vector<TablesRun> tablesRuns(const TablesPlan& plan, int preset) {
-  std::vector<TablesRun> runs;
-  for (const double ratio : plan.ratios) runs.push_back({"cp_ransac", plan.base.robust.model, ratio});
-  for (const std::string& method : plan.methods) runs.push_back({method, plan.base.robust.model, kPaperRatio});
-  if (preset != kTable4Preset) return runs;
+std::vector<MatchFilterOptions> pipelinesOf(const TablesPlan& plan, int preset) {
+  std::vector<MatchFilterOptions> pipelines;
+  const auto add = [&](const std::string& method, ModelType model, double ratio) {
+    MatchFilterOptions& options = pipelines.emplace_back(plan.base);
+    options.method = method;
+    options.robust.model = model;
+    options.robust.first_group_fraction = ratio;
+    options.extractor.features = preset;
+    if (preset > kLastPresetOfDefaultFastThreshold) options.extractor.fast_threshold = 0;
+  };
+  for (const double ratio : plan.ratios) add("cp_ransac", plan.base.robust.model, ratio);
+  for (const std::string& method : plan.methods) add(method, plan.base.robust.model, kPaperRatio);
+  if (preset != kTable4Preset) return pipelines;
   for (const ModelType model : {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography}) {
     if (model == plan.base.robust.model) continue;
-    runs.push_back({"cp_ransac", model, kPaperRatio});
-    for (const std::string& method : plan.methods) runs.push_back({method, model, kPaperRatio});
+    add("cp_ransac", model, kPaperRatio);
+    for (const std::string& method : plan.methods) add(method, model, kPaperRatio);
   }
-  return runs;
+  return pipelines;
 }
 
-Frame extracted(const Dataset& dataset, int index, MatchFilter& extractor) {
-  const cv::Mat image = dataset.image(index);
-  Frame frame;
-  double fastest = std::numeric_limits<double>::infinity();
-  for (int run = 0; run < kStageRuns; ++run) {
-    extractor.extract(image, frame, cv::Mat(), dataset.stamp(index));
-    fastest = std::min(fastest, frame.detect_seconds);
-  }
-  frame.detect_seconds = fastest;
-  return frame;
-}
-
-/// The filters of all runs, kept so that their stages are warm.
-using Filters = std::map<TablesRun, MatchFilter>;
-
-MatchFilter& filterFor(const TablesRun& run, const TablesPlan& plan, Filters& filters) {
-  MatchFilterOptions options = plan.base;
-  std::tie(options.method, options.robust.model, options.robust.first_group_fraction) = run;
-  return filters.try_emplace(run, options).first->second;
-}
-
-/// A record for every run of a pair at one preset and every repetition of its robust stage. Rounds go over all runs, so
-/// that a disturbance costs each at most one of its rounds.
-json measure(const TablesPlan& plan, const Dataset& dataset, const DatasetPair& pair, int preset, Filters& filters) {
-  MatchFilterOptions extraction = plan.base;
-  extraction.extractor.features = preset;
-  if (preset > kLastPresetOfDefaultFastThreshold) extraction.extractor.fast_threshold = 0;
-  MatchFilter extractor(extraction);
-  const Frame reference = extracted(dataset, pair.reference, extractor);
-  const Frame current = extracted(dataset, pair.current, extractor);
-  const Camera camera = dataset.intrinsics() ? Camera(*dataset.intrinsics(), reference.features.image_size) : Camera();
-  const PairTruth truth(dataset, pair, camera);
-
-  const std::vector<TablesRun> runs = tablesRuns(plan, preset);
-  std::vector<MatchResult> results(runs.size());
-  std::vector<StageTimes> fastest(runs.size());
-  for (int round = 0; round < kStageRuns; ++round) {
-    for (size_t i = 0; i < runs.size(); ++i) {
-      MatchFilter& filter = filterFor(runs[i], plan, filters);
-      filter.setCamera(camera);
-      filter.filter(reference, current, results[i]);
-      const StageTimes& times = results[i].times;
-      if (round == 0) fastest[i] = times;
-      fastest[i].match = std::min(fastest[i].match, times.match);
-      fastest[i].gms = std::min(fastest[i].gms, times.gms);
-    }
-  }
+json measure(const TablesPlan& plan, const Dataset& dataset, const DatasetPair& pair, int preset) {
   json records = json::array();
-  for (int repeat = 0; repeat < plan.repeats; ++repeat) {
-    for (size_t i = 0; i < runs.size(); ++i) {
-      MatchFilter& filter = filterFor(runs[i], plan, filters);
-      MatchFilterOptions options = filter.options();
-      options.extractor.features = preset;
-      options.robust.seed = plan.base.robust.seed + static_cast<uint64_t>(repeat);
-      filter.setSeed(options.robust.seed);
-      const double start = secondsOf(CLOCK_THREAD_CPUTIME_ID);
-      filter.estimate(reference, current, results[i]);
-      fastest[i].ransac = secondsOf(CLOCK_THREAD_CPUTIME_ID) - start;
-      results[i].times = fastest[i];
-      json record = answerRecord(options, results[i]);
-      record.update(pairRecord(dataset, pair, plan.gap));
-      record["repeat"] = repeat;
-      record["truth"] = truthRecord(truth, reference.features, current.features, results[i]);
-      record.erase("covariance");
-      records.push_back(std::move(record));
-    }
-  }
+  Experiment experiment(dataset, pipelinesOf(plan, preset), defaultTruthNoise(dataset.path()));
+  experiment.time(pair, plan.gap, plan.repeats, [&records](json& record, const Answer&) {
+    record.erase("covariance");
+    records.push_back(std::move(record));
+  });
   return records;
 }
 
@@ -221,7 +162,6 @@ json measure(const TablesPlan& plan, const Dataset& dataset, const DatasetPair& 
 int evaluateTables(const Arguments& arguments) {
   TablesPlan plan;
   if (!parse(arguments, plan)) return 0;
-  Filters filters;
   WorkUnits units;  // of this shard, in the order of set, preset, pair
   int number = 0;
   for (const Dataset& dataset : plan.datasets) {
@@ -229,7 +169,7 @@ int evaluateTables(const Arguments& arguments) {
       for (const DatasetPair& pair : dataset.spreadPairs(plan.gap, plan.pairs)) {
         if (number % plan.shards == plan.shard - 1) {
           units[number] = {dataset.name() + ", " + std::to_string(preset) + " features",
-                           [&, preset, pair] { return measure(plan, dataset, pair, preset, filters); }};
+                           [&, preset, pair] { return measure(plan, dataset, pair, preset); }};
         }
         ++number;
       }

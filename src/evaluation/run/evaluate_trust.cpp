@@ -1,19 +1,14 @@
 // `evaluate trust`: answers on sets with truth and on drawn scenes. The reporter counts wrong answers among the OK
 // ones, and checks covariances and match probabilities against the truth.
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "run/evaluate_commands.h"
 #include "run/experiment.h"
-#include "run/record.h"
-#include "run/truth_noise.h"
 #include "run/work_folder.h"
 #include "scenes/drawn_scenes.h"
 
@@ -28,10 +23,9 @@ using nlohmann::json;
 /// Neighbouring pairs share images: enough of them to extract few images twice, few enough to spread over cores.
 constexpr size_t kPairsOfUnit = 24;
 constexpr size_t kPairsBefore = 4;  ///< that give a unit its past, times the gap
-constexpr size_t kBins = 10;        ///< of the probability of a match, of equal width
 
 struct TrustSet {
-  std::string path;
+  Dataset dataset;
   TruthNoise noise;
 };
 
@@ -42,7 +36,6 @@ struct TrustPlan {
   std::vector<DrawnScene> scenes;
   int drawn_pairs = 100;                      ///< of each scene
   std::vector<MatchFilterOptions> pipelines;  ///< one for each method
-  DatasetOptions dataset;
   WorkFolder folder = {"trust"};
   int jobs = 1;
   std::vector<std::string> report;  ///< arguments of the reporter
@@ -87,6 +80,7 @@ std::vector<std::string> setsIn(const std::string& folder) {
 bool parse(const Arguments& arguments, TrustPlan& plan) {
   std::vector<std::string> folders, gaps, scenes;
   std::vector<std::pair<double TruthNoise::*, double>> sigmas;  // that are given
+  DatasetOptions dataset_options;
   PipelineArguments pipeline;
   po::options_description options;
   auto add = options.add_options();
@@ -115,7 +109,7 @@ bool parse(const Arguments& arguments, TrustPlan& plan) {
   add("resume", po::bool_switch(&plan.folder.resume), "go on with what is in the folder already");
   add("jobs,j", withDefault(plan.jobs), "pieces of work side by side");
   add("no-report", "only records and pairs.csv");
-  addDatasetOptions(options, plan.dataset);
+  addDatasetOptions(options, dataset_options);
   pipeline.addTo(options, arguments);
   const char* usage =
       "evaluate trust [DIR...] [--scenes drawn] [options]\n\nDIR: a set with truth, as for evaluate run, or a folder "
@@ -135,15 +129,13 @@ bool parse(const Arguments& arguments, TrustPlan& plan) {
     for (const std::string& path : setsIn(folder)) {
       TruthNoise noise = defaultTruthNoise(path);
       for (const auto& [field, sigma] : sigmas) noise.*field = sigma;
-      plan.sets.push_back({path, noise});
+      plan.sets.push_back({Dataset::open(path, dataset_options), noise});
     }
   }
   if (plan.sets.empty() && plan.scenes.empty()) {
     throw std::invalid_argument("neither a folder nor --scenes given; see evaluate trust --help");
   }
-  for (const std::string& name : pipeline.methodNames({"lo_prosac", "cp_ransac"})) {
-    plan.pipelines.push_back(pipeline.options(name));
-  }
+  plan.pipelines = pipeline.pipelines({"lo_prosac", "cp_ransac"});
   return true;
 }
 
@@ -157,7 +149,7 @@ json planRecord(const TrustPlan& plan) {
   record["scenes"] = record["sets"] = record["methods"] = json::array();
   for (const DrawnScene& scene : plan.scenes) record["scenes"].push_back(scene.name);
   for (const TrustSet& set : plan.sets) {
-    record["sets"].push_back({{"name", setName(set.path)},
+    record["sets"].push_back({{"name", set.dataset.name()},
                               {"truth_rotation_sigma_deg", kDegrees * set.noise.rotation},
                               {"truth_translation_sigma_m", set.noise.translation},
                               {"truth_clock_sigma_s", set.noise.clock},
@@ -167,82 +159,15 @@ json planRecord(const TrustPlan& plan) {
   return record;
 }
 
-/// Matches by their probability, in ten bins: count, sum of probabilities and count of right ones of each.
-struct Reliability {
-  std::array<double, 3 * kBins> numbers{};
-
-  void add(float probability, bool right) {
-    const double clamped = std::clamp(static_cast<double>(probability), 0.0, 1.0);
-    double* bin = &numbers[3 * std::min(kBins - 1, static_cast<size_t>(clamped * kBins))];
-    ++bin[0];
-    bin[1] += clamped;
-    bin[2] += right;
-  }
-  json record() const {
-    auto rounded = numbers;
-    for (double& number : rounded) number = std::round(1e4 * number) / 1e4;
-    return rounded;
-  }
-};
-
-/// Returns true if the points of a drawn match are within kCorrectWithin of their true displacement.
-bool isRight(const TwoViewScene& scene, size_t match) {
-  const PointPairs& pairs = scene.pairs;
-  const Eigen::Vector2d reference(pairs.x_reference[match], pairs.y_reference[match]);
-  const Eigen::Vector2d current(pairs.x_current[match], pairs.y_current[match]);
-  return (current - reference - scene.displacements[match]).norm() < kCorrectWithin;
-}
-
-json reliabilityRecord(const Answer& answer, const TruthNoise& noise, const ClockStep& step) {
-  Reliability reliability;
-  if (answer.result.robust.probability.empty()) return reliability.record();  // without a model nothing was weighed
-  const MatchLabel label = matchLabel(answer.truth, answer.camera, noise, step);
-  for (size_t i = 0; i < answer.result.matches.size(); ++i) {
-    if (answer.result.stage[i] == MatchStage::kRaw) continue;
-    const Match& match = answer.result.matches[i];
-    const std::optional<bool> right = label(answer.reference.keypoints[static_cast<size_t>(match.reference)].pt,
-                                            answer.current.keypoints[static_cast<size_t>(match.current)].pt);
-    if (right) reliability.add(answer.result.probability[i], *right);
-  }
-  return reliability.record();
-}
-
-/// Errors of the pose, and the noise of the true one: covariances row by row, in radians and metres, and what of it is
-/// the translation's own.
-json noisyTruthRecord(const Eigen::Isometry3d& truth, const MatchResult& result, const TruthNoise& noise = {},
-                      const ClockStep& step = {}) {
-  json record = poseRecord(truth, result);
-  record["moved"] = hasMoved(truth.translation().norm(), noise);
-  record["noise"] = nullptr;
-  if (noise.exact()) return record;
-  const PairNoise of_pair(noise, step, truth);
-  record["noise"] = {{"rotation", std::vector<double>(of_pair.rotation.data(), of_pair.rotation.data() + 9)},
-                     {"translation", std::vector<double>(of_pair.translation.data(), of_pair.translation.data() + 9)},
-                     {"translation_sigma", noise.translation}};
-  return record;
-}
-
 /// Neighbouring pairs of a set, kPairsOfUnit at most; `gap` 0: of a list of pairs.
 json measureSet(const TrustPlan& plan, const TrustSet& set, int gap, size_t first) {
-  const TruthNoise& noise = set.noise;
-  const Dataset dataset = Dataset::open(set.path, plan.dataset);
-  const std::vector<DatasetPair> pairs = dataset.pairs(std::max(1, gap), plan.stride);
-  Experiment experiment(dataset, plan.pipelines);
+  const std::vector<DatasetPair> pairs = set.dataset.pairs(std::max(1, gap), plan.stride);
+  Experiment experiment(set.dataset, plan.pipelines, set.noise);
   json records = json::array();
   const size_t before = std::min(first, kPairsBefore * static_cast<size_t>(gap));
   for (size_t i = first - before; i < std::min(pairs.size(), first + kPairsOfUnit); ++i) {
-    const DatasetPair& pair = pairs[i];
-    const ClockStep step = clockStep(dataset, pair, noise.clock);
-    experiment.run(pair, [&](const Answer& answer) {
-      if (i < first) return;
-      json record = answerRecord(answer.options, answer.result);
-      record.update(pairRecord(dataset, pair, gap));
-      record["kind"] = noise.exact() ? "rendered" : "real";
-      record["reliability"] = reliabilityRecord(answer, noise, step);
-      record["truth"] = nullptr;
-      const auto& truth = answer.truth.currentInReference();
-      if (truth) record["truth"] = noisyTruthRecord(*truth, answer.result, noise, step);
-      records.push_back(std::move(record));
+    experiment.run(pairs[i], gap, [&](json& record, const Answer&) {
+      if (i >= first) records.push_back(std::move(record));
     });
   }
   return records;
@@ -251,25 +176,13 @@ json measureSet(const TrustPlan& plan, const TrustSet& set, int gap, size_t firs
 json measureScene(const TrustPlan& plan, const DrawnScene& drawn) {
   std::vector<std::unique_ptr<Method>> methods;
   for (const MatchFilterOptions& pipeline : plan.pipelines) methods.push_back(makeMethod(pipeline));
-  MatchResult result;
   json records = json::array();
   for (int i = 0; i < plan.drawn_pairs; ++i) {
     const TwoViewScene scene = drawPair(drawn, i);
     for (size_t m = 0; m < methods.size(); ++m) {
-      methods[m]->estimate(scene.pairs, scene.camera, result.robust);
-      result.status = statusOf(result.robust, scene.camera);
-      result.matches_gms = scene.pairs.size();
-      result.inliers = result.robust.inlier_count;
-      Reliability reliability;
-      for (size_t match = 0; match < result.robust.probability.size(); ++match) {
-        reliability.add(result.robust.probability[match], isRight(scene, match));
-      }
-      json record = answerRecord(plan.pipelines[m], result);
-      record.update({{"kind", "drawn"}, {"set", drawn.name}, {"reference", ""}, {"current", std::to_string(i)}});
+      json& record = records.emplace_back(recordOf(plan.pipelines[m], *methods[m], scene));
+      record.update({{"set", drawn.name}, {"reference", ""}, {"current", std::to_string(i)}});
       record["gap"] = record["stamp"] = nullptr;
-      record["reliability"] = reliability.record();
-      record["truth"] = noisyTruthRecord(scene.currentInReference(), result);
-      records.push_back(std::move(record));
     }
   }
   return records;
@@ -280,14 +193,13 @@ WorkUnits trustUnits(const TrustPlan& plan) {
   WorkUnits units;
   int number = 0;
   for (const TrustSet& set : plan.sets) {
-    const Dataset dataset = Dataset::open(set.path, plan.dataset);
-    printRemarks(dataset, plan.pipelines.front());
-    const bool listed = dataset.kind() == DatasetKind::kImagePairs;
+    printRemarks(set.dataset, plan.pipelines.front());
+    const bool listed = set.dataset.kind() == DatasetKind::kImagePairs;
     for (const int gap : listed ? std::vector<int>{0} : plan.gaps) {
-      const size_t pairs = dataset.pairs(std::max(1, gap), plan.stride).size();
-      if (pairs == 0) std::cerr << dataset.name() << " has no images " << gap << " apart\n";
+      const size_t pairs = set.dataset.pairs(std::max(1, gap), plan.stride).size();
+      if (pairs == 0) std::cerr << set.dataset.name() << " has no images " << gap << " apart\n";
       for (size_t first = 0; first < pairs; first += kPairsOfUnit) {
-        const std::string name = setName(set.path) + (listed ? "" : ", gap " + std::to_string(gap));
+        const std::string name = set.dataset.name() + (listed ? "" : ", gap " + std::to_string(gap));
         units[number++] = {name, [&plan, &set, gap, first] { return measureSet(plan, set, gap, first); }};
       }
     }

@@ -10,39 +10,41 @@
 
 #include "datasets/dataset.h"
 #include "gms_ransac/match_filter.h"
-#include "run/pair_truth.h"
+#include "run/record.h"
 
 namespace gms_ransac {
-
-/// One pipeline's answer to one pair, valid during the call.
-struct Answer {
-  size_t pipeline;  ///< index into those of the experiment
-  const MatchFilterOptions& options;
-  const Features &reference, &current;
-  const Camera& camera;  ///< of both images; uncalibrated where the set has no intrinsics
-  const MatchResult& result;
-  const PairTruth& truth;
-};
 
 /// Tells the user on stderr the calibration in use and the options that do not apply to this set.
 void printRemarks(const Dataset& dataset, const MatchFilterOptions& options);
 
-/// The fields of a record that name a pair. `gap` is null for pairs of a list.
-nlohmann::json pairRecord(const Dataset& dataset, const DatasetPair& pair, int gap);
-
 class Experiment {
  public:
-  /// Validates the options. All pipelines share the extractor of the first.
-  Experiment(const Dataset& dataset, const std::vector<MatchFilterOptions>& pipelines);
+  /// The record of an answer, which names the pair, too; the answer is valid during the call.
+  using Receive = std::function<void(nlohmann::json& record, const Answer& answer)>;
 
-  /// All pipelines on one pair, in order. A pair whose reference was the current image of an earlier one continues that
-  /// stream, with its past; any other stands alone. Throws DatasetError when an image cannot be read.
-  void run(const DatasetPair& pair, const std::function<void(const Answer&)>& receive);
+  /// Validates the options. All pipelines share the extractor of the first.
+  Experiment(const Dataset& dataset, const std::vector<MatchFilterOptions>& pipelines, const TruthNoise& noise);
+
+  /// All pipelines on one pair, in order; a pair of a list has no `gap`. A pair whose reference was the current image
+  /// of an earlier one continues that stream, with its past; any other stands alone. Throws DatasetError when an image
+  /// cannot be read.
+  void run(const DatasetPair& pair, int gap, const Receive& receive);
+
+  /// For times that can be compared: extraction, matching and filter are the fastest of three rounds over the
+  /// pipelines, so that a disturbance costs each at most one. Then the robust stage alone, by processor time, with
+  /// `seeds` seeds from that of the pipelines on. Without a past.
+  void time(const DatasetPair& pair, int gap, int seeds, const Receive& receive);
 
  private:
-  const Frame& frame(int index);
+  const Frame& frame(int index, int rounds);
+  /// Extracts what is missing, drops what is not needed any more, and sets the camera.
+  PairTruth prepare(const DatasetPair& pair, int rounds);
+  void tell(const DatasetPair& pair, int gap, const PairTruth& truth, const MatchFilterOptions& options,
+            const MatchResult& result, const Receive& receive) const;
 
   const Dataset& dataset_;
+  const TruthNoise noise_;
+  const uint64_t first_seed_;  ///< that a record's `repeat` counts from
   std::vector<MatchFilter> filters_;
   std::map<int, Frame> frames_;             ///< extracted and still needed
   std::map<int, std::vector<Past>> pasts_;  ///< of each filter, by the current image of a pair

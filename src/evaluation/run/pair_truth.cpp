@@ -4,11 +4,21 @@
 #include <cmath>
 #include <vector>
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
 
 namespace {
+
+constexpr double kLoosestLabel = 10;                      // pixels
+constexpr double kDeviations = 2;                         // of the truth's noise that a label allows for
+constexpr int kReach = static_cast<int>(kCorrectWithin);  // of surfaces about a keypoint, pixels
+constexpr double kNearest = 1;                            // metres; closest point to a camera that has not moved
+
+Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
 
 /// Larger distance of p from the line M q and of q from the line M^T p, for p^T M q = 0.
 double symmetricDistance(const Eigen::Matrix3d& M, const Eigen::Vector3d& p, const Eigen::Vector3d& q) {
@@ -37,6 +47,17 @@ double distance(const Eigen::Vector2d& a, const cv::Point2f& b) { return std::hy
 
 double degrees(double cosine) { return std::acos(std::min(1.0, std::max(-1.0, cosine))) * 180.0 / M_PI; }
 
+/// Standard deviation along the worst axis.
+double worst(const Eigen::Matrix3d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues().maxCoeff()));
+}
+
+std::optional<bool> within(double distance, double pose_noise_px) {
+  const double limit = std::hypot(kCorrectWithin, kDeviations * pose_noise_px);
+  return limit > kLoosestLabel ? std::nullopt : std::optional<bool>(distance < limit);
+}
+
 }  // namespace
 
 PoseError poseError(const Eigen::Isometry3d& truth, const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
@@ -46,15 +67,18 @@ PoseError poseError(const Eigen::Isometry3d& truth, const Eigen::Matrix3d& R, co
           length < kZeroLength ? 90.0 : degrees(t.dot(truth.translation()) / (length * true_length + 1e-15))};
 }
 
-PairTruth::PairTruth(const Dataset& dataset, const DatasetPair& pair, const Camera& camera)
-    : pair_(pair), camera_(camera) {
+PairTruth::PairTruth(const Dataset& dataset, const DatasetPair& pair, const Camera& camera, const TruthNoise& noise)
+    : pair_(pair), camera_(camera), K_inverse_(camera.K().inverse()), noise_(noise) {
   const auto& reference = dataset.frames()[static_cast<size_t>(pair.reference)];
   const auto& current = dataset.frames()[static_cast<size_t>(pair.current)];
   disparity_ = dataset.disparity(pair);
   if (!reference.pose || !current.pose) return;
   // The general inverse: printed rotations are orthonormal to their last digit only.
   current_in_reference_ = Eigen::Isometry3d(reference.pose->matrix().inverse() * current.pose->matrix());
+  pair_noise_ = PairNoise(noise, clockStep(dataset, pair, noise.clock), *current_in_reference_);
   if (!camera.calibrated()) return;
+  rotation_px_ = worst(pair_noise_.rotation) * camera.meanFocalLength();
+  translation_sigma_ = worst(pair_noise_.translation);
   const Eigen::Vector3d t = current_in_reference_->translation();
   essential_ = crossMatrix(t / std::max(t.norm(), 1e-12)) * current_in_reference_->linear();
   depth_ = dataset.depth(pair.reference);
@@ -64,10 +88,9 @@ double PairTruth::epipolarDistance(const cv::Point2f& reference, const cv::Point
   if (pair_.fundamental) {
     return symmetricDistance(pair_.fundamental->transpose(), homogeneous(reference), homogeneous(current));
   }
-  const Eigen::Matrix3d K_inverse = camera_.K().inverse();
   return camera_.meanFocalLength() * symmetricDistance(*essential_,
-                                                       K_inverse * homogeneous(camera_.undistort(reference)),
-                                                       K_inverse * homogeneous(camera_.undistort(current)));
+                                                       K_inverse_ * homogeneous(camera_.undistort(reference)),
+                                                       K_inverse_ * homogeneous(camera_.undistort(current)));
 }
 
 std::optional<double> PairTruth::transferDistance(const cv::Point2f& reference, const cv::Point2f& current,
@@ -80,8 +103,7 @@ std::optional<double> PairTruth::transferDistance(const cv::Point2f& reference, 
       candidate = distance({reference.x - static_cast<double>(value), reference.y}, current);
     } else {
       const Eigen::Matrix3d K = camera_.K();
-      const Eigen::Vector3d point =
-          K.inverse() * homogeneous(camera_.undistort(reference)) * static_cast<double>(value);
+      const Eigen::Vector3d point = K_inverse_ * homogeneous(camera_.undistort(reference)) * static_cast<double>(value);
       const Eigen::Vector3d seen = current_in_reference_->inverse() * point;
       if (seen.z() <= 0) continue;
       candidate = distance((K * seen).hnormalized(), camera_.undistort(current));
@@ -89,6 +111,27 @@ std::optional<double> PairTruth::transferDistance(const cv::Point2f& reference, 
     if (!least || candidate <= *least) least = candidate;
   }
   return least;
+}
+
+/// Displacement of a match against the true rotation alone, pixels.
+double PairTruth::parallax(const cv::Point2f& reference, const cv::Point2f& current) const {
+  const Eigen::Matrix3d R = current_in_reference_->linear().transpose();
+  const Eigen::Vector3d rotated = camera_.K() * R * K_inverse_ * homogeneous(camera_.undistort(reference));
+  if (rotated.z() <= 0) return kLoosestLabel;
+  return (rotated - rotated.z() * homogeneous(camera_.undistort(current))).head<2>().norm() / rotated.z();
+}
+
+std::optional<bool> PairTruth::label(const cv::Point2f& reference, const cv::Point2f& current) const {
+  const std::optional<double> distance = hasTransfer() ? transferDistance(reference, current, kReach) : std::nullopt;
+  if (distance) return within(*distance, rotation_px_);
+  if (!current_in_reference_ || !camera_.calibrated()) {
+    return hasEpipolar() ? within(epipolarDistance(reference, current), 0) : std::nullopt;
+  }
+  const double baseline = current_in_reference_->translation().norm(), off = parallax(reference, current);
+  if (hasMoved(baseline, noise_)) {
+    return within(epipolarDistance(reference, current), std::hypot(rotation_px_, translation_sigma_ / baseline * off));
+  }
+  return within(off, std::hypot(rotation_px_, (baseline + translation_sigma_) / kNearest * camera_.meanFocalLength()));
 }
 
 }  // namespace gms_ransac

@@ -1,4 +1,4 @@
-// Truth of an image pair: distances of matches from their true epipolar lines or true positions.
+// Truth of an image pair: distances of matches from their true epipolar lines or true positions, and labels of matches.
 #pragma once
 
 #include <cmath>
@@ -10,6 +10,7 @@
 #include "datasets/dataset.h"
 #include "gms_ransac/camera.h"
 #include "gms_ransac/match_filter.h"
+#include "run/truth_noise.h"
 
 namespace gms_ransac {
 
@@ -26,12 +27,10 @@ struct PoseError {
 /// Both poses are current_in_reference (X_reference = R X_current + t).
 PoseError poseError(const Eigen::Isometry3d& truth, const Eigen::Matrix3d& R, const Eigen::Vector3d& t);
 
-inline Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
-
 class PairTruth {
  public:
   /// Reads depth or disparity when the set has it. `camera` may be uncalibrated: poses then say nothing of pixels.
-  PairTruth(const Dataset& dataset, const DatasetPair& pair, const Camera& camera);
+  PairTruth(const Dataset& dataset, const DatasetPair& pair, const Camera& camera, const TruthNoise& noise = {});
 
   const std::optional<Eigen::Isometry3d>& currentInReference() const { return current_in_reference_; }
   bool hasEpipolar() const { return essential_ || pair_.fundamental; }
@@ -45,12 +44,26 @@ class PairTruth {
   /// corner at the edge of a near surface belongs to it, on whichever side of the edge it was found.
   std::optional<double> transferDistance(const cv::Point2f& reference, const cv::Point2f& current, int reach = 0) const;
 
+  const TruthNoise& noise() const { return noise_; }
+  /// Covariances of the true pose; zero without one.
+  const PairNoise& pairNoise() const { return pair_noise_; }
+  /// Whether a match is right: within kCorrectWithin of its true place (homography, disparity, depth) or, where that is
+  /// not known, of its epipolar line. Two standard deviations of the true pose widen the limit; absent where it exceeds
+  /// 10 pixels, or where nothing is known.
+  std::optional<bool> label(const cv::Point2f& reference, const cv::Point2f& current) const;
+
  private:
+  double parallax(const cv::Point2f& reference, const cv::Point2f& current) const;
+
   DatasetPair pair_;
   Camera camera_;
+  Eigen::Matrix3d K_inverse_;
   std::optional<Eigen::Isometry3d> current_in_reference_;
   std::optional<Eigen::Matrix3d> essential_;  ///< reference^T E current = 0 with a unit translation
   cv::Mat disparity_, depth_;                 ///< CV_32FC1, of the reference; empty: unknown
+  TruthNoise noise_;
+  PairNoise pair_noise_;
+  double rotation_px_ = 0, translation_sigma_ = 0;  ///< pair_noise_ along its worst axes, pixels and metres
 };
 
 }  // namespace gms_ransac

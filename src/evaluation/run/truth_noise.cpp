@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
+#include <optional>
 
 #include "two_view/pose_model.h"
 
@@ -18,12 +16,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 namespace fs = std::filesystem;
 
-constexpr double kLoosestLabel = 10;                      // pixels
-constexpr double kMovedDeviations = 10;                   // of the truth's noise
-constexpr double kRounding = 1e-6;                        // metres, of exact poses that were written as text
-constexpr double kDeviations = 2;                         // of the truth's noise that a label allows for
-constexpr int kReach = static_cast<int>(kCorrectWithin);  // of surfaces about a keypoint, pixels
-constexpr double kNearest = 1;                            // metres; closest point to a camera that has not moved
+constexpr double kMovedDeviations = 10;  // of the truth's noise
+constexpr double kRounding = 1e-6;       // metres, of exact poses that were written as text
 constexpr double kDegree = M_PI / 180;
 
 /// A 30 Hz camera without a trigger: its stamp is uniform between two frames. Seconds.
@@ -58,25 +52,6 @@ Matrix3d byRotation(double sigma, const Vector3d& v) {
   return sigma * sigma * (v.squaredNorm() * Matrix3d::Identity() - v * v.transpose());
 }
 
-std::optional<bool> within(double distance, double pose_noise_px) {
-  const double limit = std::hypot(kCorrectWithin, kDeviations * pose_noise_px);
-  return limit > kLoosestLabel ? std::nullopt : std::optional<bool>(distance < limit);
-}
-
-/// Displacement of a match against the true rotation R alone, pixels.
-double parallax(const Camera& camera, const Matrix3d& R, const cv::Point2f& reference, const cv::Point2f& current) {
-  const Matrix3d K = camera.K();
-  const Vector3d rotated = K * R * K.inverse() * homogeneous(camera.undistort(reference));
-  if (rotated.z() <= 0) return kLoosestLabel;
-  return (rotated - rotated.z() * homogeneous(camera.undistort(current))).head<2>().norm() / rotated.z();
-}
-
-/// Standard deviation along the worst axis.
-double worst(const Matrix3d& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, solver.eigenvalues().maxCoeff()));
-}
-
 }  // namespace
 
 TruthNoise defaultTruthNoise(const std::string& path) {
@@ -109,29 +84,6 @@ PairNoise::PairNoise(const TruthNoise& noise, const ClockStep& step, const Isome
 
 bool hasMoved(double baseline, const TruthNoise& noise) {
   return baseline > kRounding && baseline >= kMovedDeviations * noise.translation;
-}
-
-MatchLabel matchLabel(const PairTruth& truth, const Camera& camera, const TruthNoise& noise, const ClockStep& step) {
-  const std::optional<Isometry3d>& pose = truth.currentInReference();
-  const bool posed = pose && camera.calibrated();
-  if (!posed) {
-    return [&truth](const cv::Point2f& p, const cv::Point2f& q) -> std::optional<bool> {
-      const std::optional<double> distance = truth.hasTransfer() ? truth.transferDistance(p, q, kReach) : std::nullopt;
-      if (distance) return within(*distance, 0);
-      return truth.hasEpipolar() ? within(truth.epipolarDistance(p, q), 0) : std::nullopt;
-    };
-  }
-  const double baseline = pose->translation().norm(), focal = camera.meanFocalLength();
-  const PairNoise of_pair(noise, step, *pose);
-  const double rotation_px = worst(of_pair.rotation) * focal, translation_sigma = worst(of_pair.translation);
-  const bool moved = hasMoved(baseline, noise);
-  return [=, &truth, &camera](const cv::Point2f& p, const cv::Point2f& q) -> std::optional<bool> {
-    const std::optional<double> distance = truth.hasTransfer() ? truth.transferDistance(p, q, kReach) : std::nullopt;
-    if (distance) return within(*distance, rotation_px);
-    const double off = parallax(camera, pose->linear().transpose(), p, q);
-    if (!moved) return within(off, std::hypot(rotation_px, (baseline + translation_sigma) / kNearest * focal));
-    return within(truth.epipolarDistance(p, q), std::hypot(rotation_px, translation_sigma / baseline * off));
-  };
 }
 
 }  // namespace gms_ransac

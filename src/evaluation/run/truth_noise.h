@@ -1,15 +1,11 @@
-// Noise of the true motion of a data set, and labels of matches that allow for it.
+// Noise of the true motion of a data set.
 #pragma once
 
-#include <functional>
-#include <optional>
 #include <string>
 
 #include <Eigen/Geometry>
 
 #include "datasets/dataset.h"
-#include "gms_ransac/camera.h"
-#include "run/pair_truth.h"
 
 namespace gms_ransac {
 
@@ -42,19 +38,12 @@ struct PairNoise {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Zero();     ///< of the rotation vector, radians squared
   Eigen::Matrix3d translation = Eigen::Matrix3d::Zero();  ///< metres squared
 
+  PairNoise() = default;
   PairNoise(const TruthNoise& noise, const ClockStep& step, const Eigen::Isometry3d& truth);
 };
 
 /// Returns true if the baseline (metres) is ten standard deviations of the truth or more: its direction is then known
 /// to six degrees.
 bool hasMoved(double baseline, const TruthNoise& noise);
-
-/// Whether a match of two pixels is right; absent: no label.
-using MatchLabel = std::function<std::optional<bool>(const cv::Point2f& reference, const cv::Point2f& current)>;
-
-/// Labels the matches of one pair; valid as long as the arguments. A match is right within kCorrectWithin of its true
-/// place (homography, disparity, depth) or, where that is not known, of its epipolar line. Two standard deviations of
-/// the true pose widen the limit; there is no label where it exceeds 10 pixels.
-MatchLabel matchLabel(const PairTruth& truth, const Camera& camera, const TruthNoise& noise, const ClockStep& step);
 
 }  // namespace gms_ransac
