@@ -7,7 +7,8 @@
   evaluate_report.py merge PART... [--out FOLDER] [--no-plots]
                                                          joins what `evaluate tables --shard` wrote, and makes its tables
   evaluate_report.py trust FOLDER [--no-tables] [--before FOLDER] [--into DOCUMENT]...
-                                                         tables and plots of `evaluate trust`
+                                                         tables and plots of `evaluate trust`, or of a file of records of
+                                                         `evaluate run`, into the folder of its name
   evaluate_report.py odometry [--plot FILE] [--peer FILE]... <RECORDS
                                                          the table of `evaluate odometry`, from the lines of its --out
   evaluate_report.py insert DOCUMENT NAME FILE           puts what a program printed (scripts/demo: out/demo/summary.txt)

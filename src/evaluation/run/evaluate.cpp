@@ -97,6 +97,7 @@ void PipelineArguments::addTo(po::options_description& description, const Argume
 
 std::vector<MatchFilterOptions> PipelineArguments::pipelines(std::vector<std::string> otherwise) const {
   std::vector<std::string> names = methods.empty() ? std::move(otherwise) : splitAtCommas(methods);
+  if (methods.empty() && names.empty()) names = {base.method};
   if (names == std::vector<std::string>{"all"}) names = allMethodNames();
   if (names.empty()) names.emplace_back();  // is refused with the list of known names
   std::vector<MatchFilterOptions> made;

@@ -30,9 +30,9 @@ struct PipelineArguments {
   /// Adds the options to a description; the values land in this object, which must outlive the parsing. With --paper
   /// among the words `given` the defaults are the paper's.
   void addTo(boost::program_options::options_description& description, const Arguments& given);
-  /// One for each method given, or else for those of `otherwise`. Throws std::invalid_argument with a sentence when a
-  /// value or a name is wrong.
-  std::vector<MatchFilterOptions> pipelines(std::vector<std::string> otherwise) const;
+  /// One for each method given, or else for those of `otherwise`, or else for the default. Throws std::invalid_argument
+  /// with a sentence when a value or a name is wrong.
+  std::vector<MatchFilterOptions> pipelines(std::vector<std::string> otherwise = {}) const;
 
  private:
   ParameterValues values_;

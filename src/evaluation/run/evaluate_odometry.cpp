@@ -124,7 +124,7 @@ int evaluateOdometry(const Arguments& arguments) {
     throw std::invalid_argument("--peer is given " + std::to_string(peers.size()) + " times for " +
                                 std::to_string(folders.size()) + " sets; give it once for each");
   }
-  const MatchFilterOptions core = pipeline.pipelines({pipeline.base.method}).front();
+  const MatchFilterOptions core = pipeline.pipelines().front();
   std::vector<std::string> report = {"odometry"};
   if (!plot.empty()) report.insert(report.end(), {"--plot", plot});
   for (const std::string& peer : peers) report.insert(report.end(), {"--peer", peer});

@@ -1,66 +1,300 @@
-// `evaluate run`: works through one data set, one record a pair and method, and a table of figures at the end.
+// `evaluate run` and `evaluate trust`: records of pairs of sets and of drawn scenes. `run` goes through them in order
+// and prints a table; `trust` measures pieces side by side in a folder, and its reporter holds the answers against what
+// they say of themselves.
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "run/evaluate_commands.h"
 #include "run/experiment.h"
+#include "run/work_folder.h"
+#include "scenes/drawn_scenes.h"
 
 namespace gms_ransac {
 
-namespace po = boost::program_options;
+namespace {
 
-int evaluateRun(const Arguments& arguments) {
-  std::string folder, out, plot;
-  int gap = 1, stride = 1, repeats = 1;
+namespace fs = std::filesystem;
+namespace po = boost::program_options;
+using nlohmann::json;
+
+/// Neighbouring pairs share images: enough of them to extract few images twice, few enough to spread over cores.
+constexpr size_t kPairsOfUnit = 24;
+constexpr size_t kPairsBefore = 4;  ///< that give a unit its past, times the gap
+
+struct MeasuredSet {
+  Dataset dataset;
+  TruthNoise noise;
+};
+
+/// Sets and scenes to be measured, and by which pipelines.
+struct Plan {
+  std::vector<MeasuredSet> sets;
+  std::vector<int> gaps = {1};
+  int stride = 1;
+  std::vector<DrawnScene> scenes;
+  int drawn_pairs = 100;                      ///< of each scene
+  std::vector<MatchFilterOptions> pipelines;  ///< one for each method
+};
+
+/// The scenes that lists ask for, in the order of the catalogue.
+std::vector<DrawnScene> chosenScenes(const std::vector<std::string>& lists) {
+  const std::vector<std::string> words = splitAtCommas(lists);
+  std::set<std::string> unknown(words.begin(), words.end());
+  std::vector<DrawnScene> scenes;
+  for (const DrawnScene& scene : drawnScenes()) {
+    const auto asks = [&](const std::string& word) { return word == "drawn" || scene.name.rfind(word, 0) == 0; };
+    if (std::any_of(words.begin(), words.end(), asks)) scenes.push_back(scene);
+    for (const std::string& word : words) {
+      if (asks(word)) unknown.erase(word);
+    }
+  }
+  if (unknown.empty()) return scenes;
+  throw std::invalid_argument("--scenes holds '" + *unknown.begin() +
+                              "', with which no scene's name begins; see --list-scenes");
+}
+
+/// The sets that a folder is or holds: itself, or its subfolders in the order of their names, with the images of
+/// KITTI's right camera where they are there.
+std::vector<std::string> setsIn(const std::string& folder) {
+  if (!fs::is_directory(folder) || layoutOf(folder)) return {folder};  // a bag, or a set
+  std::vector<std::string> sets;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (!layoutOf(entry.path().string())) continue;
+    sets.push_back(entry.path().string());
+    for (const char* right : {"image_1", "image_r"}) {
+      if (kittiRigOf((entry.path() / right).string())) sets.push_back((entry.path() / right).string());
+    }
+  }
+  std::sort(sets.begin(), sets.end());
+  if (sets.empty()) return {folder};  // opening it reports what is missing
+  return sets;
+}
+
+/// Parses `more` options and those of a plan, and opens the sets. False when only a text was asked for.
+bool parse(const Arguments& arguments, const char* usage, const po::options_description& more,
+           const std::vector<std::string>& methods, Plan& plan) {
+  std::vector<std::string> folders, gaps, scenes;
+  std::vector<std::pair<double TruthNoise::*, double>> sigmas;  // that are given
   DatasetOptions dataset_options;
   PipelineArguments pipeline;
   po::options_description options;
   auto add = options.add_options();
-  add("gap", withDefault(gap), "frames between reference and current");
-  add("stride", withDefault(stride), "frames between one pair and the next");
+  const auto addSigma = [&](const std::string& option, double unit, double TruthNoise::*field, const char* text) {
+    const auto take = [=, &sigmas](double value) {
+      if (!(value >= 0)) throw std::invalid_argument("--" + option + " must not be negative");
+      sigmas.emplace_back(field, unit * value);
+    };
+    add(option.c_str(), po::value<double>()->notifier(take), text);
+  };
+  add("gaps", po::value(&gaps)->composing(),
+      "frames between reference and current of the sets, with commas between; default 1 (--gap 5 is enough)");
+  add("stride", withDefault(plan.stride), "frames between one pair and the next");
+  add("scenes", po::value(&scenes)->composing(),
+      "drawn scenes, by name or the beginning of names, with commas between; drawn: all of them");
+  add("list-scenes", "names the drawn scenes and ends");
+  add("pairs", withDefault(plan.drawn_pairs), "of each drawn scene");
+  addSigma(
+      "truth-rotation-sigma", 1 / kDegrees, &TruthNoise::rotation,
+      "noise of the sets' true rotation from image to image, degrees for each axis; default: by the kind of the set");
+  addSigma("truth-translation-sigma", 1, &TruthNoise::translation, "of their true translation, metres for each axis");
+  addSigma("truth-clock-sigma", 1, &TruthNoise::clock, "of the images' stamps against those of the truth, seconds");
+  addSigma("truth-alignment-sigma", 1 / kDegrees, &TruthNoise::alignment,
+           "of the truth's axes against those of the camera, degrees about each");
+  for (const auto& option : more.options()) options.add(option);
+  addDatasetOptions(options, dataset_options);
+  pipeline.addTo(options, arguments);
+  const auto given = parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&folders)}});
+  if (!given) return false;
+  if (given->count("list-scenes")) {
+    for (const DrawnScene& scene : drawnScenes()) std::cout << scene.name << "\n    " << scene.summary << '\n';
+    return false;
+  }
+  requireAtLeastOne({{"--pairs", plan.drawn_pairs}, {"--stride", plan.stride}});
+  if (!gaps.empty()) plan.gaps = parsePositives(gaps, "--gaps");
+  plan.pipelines = pipeline.pipelines(methods);
+  plan.scenes = chosenScenes(scenes);
+  for (const std::string& folder : folders) {
+    for (const std::string& path : setsIn(folder)) {
+      TruthNoise noise = defaultTruthNoise(path);
+      for (const auto& [field, sigma] : sigmas) noise.*field = sigma;
+      plan.sets.push_back({Dataset::open(path, dataset_options), noise});
+    }
+  }
+  if (plan.sets.empty() && plan.scenes.empty()) {
+    throw std::invalid_argument("neither a folder nor --scenes given; see --help");
+  }
+  return true;
+}
+
+/// Pairs that are measured one after the other: of a set at a gap, or of a scene.
+struct Series {
+  std::string name;
+  size_t pairs;
+  /// Gives the records of the pairs from the first up to the last to `receive`, and stops when `pair_done` returns
+  /// false.
+  std::function<void(size_t first, size_t last, const Experiment::Receive& receive,
+                     const std::function<bool()>& pair_done)>
+      measure;
+};
+
+/// `gap` 0: of a list of pairs.
+Series seriesOf(const Plan& plan, const MeasuredSet& set, int gap) {
+  const std::vector<DatasetPair> pairs = set.dataset.pairs(std::max(1, gap), plan.stride);
+  if (pairs.empty()) std::cerr << set.dataset.name() << " has no images " << gap << " apart\n";
+  return {set.dataset.name() + (gap == 0 ? "" : ", gap " + std::to_string(gap)), pairs.size(),
+          [&plan, &set, gap, pairs](size_t first, size_t last, const auto& receive, const auto& pair_done) {
+            Experiment experiment(set.dataset, plan.pipelines, set.noise);
+            const auto nothing = [](const json&, const Answer*) {};
+            for (size_t i = first - std::min(first, kPairsBefore * static_cast<size_t>(gap)); i < first; ++i) {
+              experiment.run(pairs[i], gap, nothing);
+            }
+            for (size_t i = first; i < last; ++i) {
+              experiment.run(pairs[i], gap, receive);
+              if (!pair_done()) return;
+            }
+          }};
+}
+
+Series seriesOf(const Plan& plan, const DrawnScene& drawn) {
+  return {drawn.name, static_cast<size_t>(plan.drawn_pairs),
+          [&plan, &drawn](size_t first, size_t last, const auto& receive, const auto& pair_done) {
+            std::vector<std::unique_ptr<Method>> methods;
+            for (const MatchFilterOptions& pipeline : plan.pipelines) methods.push_back(makeMethod(pipeline));
+            for (size_t i = first; i < last; ++i) {
+              const TwoViewScene scene = drawPair(drawn, static_cast<int>(i));
+              for (size_t m = 0; m < methods.size(); ++m) {
+                json record = recordOf(plan.pipelines[m], *methods[m], scene);
+                record.update({{"set", drawn.name}, {"reference", ""}, {"current", std::to_string(i)}});
+                record["gap"] = record["reference_stamp"] = record["stamp"] = nullptr;
+                receive(record, nullptr);
+              }
+              if (!pair_done()) return;
+            }
+          }};
+}
+
+/// In order: set, gap; then scenes. Says on stderr what the user should know of the sets.
+std::vector<Series> seriesOf(const Plan& plan) {
+  std::vector<Series> all;
+  for (const MeasuredSet& set : plan.sets) {
+    printRemarks(set.dataset, plan.pipelines.front());
+    const bool listed = set.dataset.kind() == DatasetKind::kImagePairs;
+    for (const int gap : listed ? std::vector<int>{0} : plan.gaps) all.push_back(seriesOf(plan, set, gap));
+  }
+  for (const DrawnScene& scene : plan.scenes) all.push_back(seriesOf(plan, scene));
+  return all;
+}
+
+/// Everything that decides the figures, for telling whether two folders of measurements belong together.
+json planRecord(const Plan& plan) {
+  json record = {{"format", kRecordFormat},
+                 {"gaps", plan.gaps},
+                 {"stride", plan.stride},
+                 {"drawn_pairs", plan.drawn_pairs},
+                 {"options", optionsRecord(plan.pipelines.front())}};
+  record["scenes"] = record["sets"] = record["methods"] = json::array();
+  for (const DrawnScene& scene : plan.scenes) record["scenes"].push_back(scene.name);
+  for (const MeasuredSet& set : plan.sets) {
+    record["sets"].push_back({{"name", set.dataset.name()},
+                              {"truth_rotation_sigma_deg", kDegrees * set.noise.rotation},
+                              {"truth_translation_sigma_m", set.noise.translation},
+                              {"truth_clock_sigma_s", set.noise.clock},
+                              {"truth_alignment_sigma_deg", kDegrees * set.noise.alignment}});
+  }
+  for (const MatchFilterOptions& pipeline : plan.pipelines) record["methods"].push_back(pipeline.method);
+  return record;
+}
+
+}  // namespace
+
+int evaluateRun(const Arguments& arguments) {
+  std::string out, plot;
+  int repeats = 1;
+  po::options_description options;
+  auto add = options.add_options();
   add("repeat", withDefault(repeats), "repetitions, each with the next seed");
   add("out,o", po::value(&out), "file for the records, one JSON object a line; - for standard output");
   add("plot", po::value(&plot), "file for a plot (.png, .pdf) of errors and inliers over time");
-  addDatasetOptions(options, dataset_options);
-  pipeline.addTo(options, arguments);
   const char* usage =
-      "evaluate run DIR [options]\n\nDIR: a TUM or KITTI odometry folder, a folder of image pairs (pairs.txt), or a "
-      ".bag.\nWrites a record for each pair and method, and prints a table.";
-  if (!parseCommandLine(arguments, usage, options, {{"folder", 1, po::value(&folder)}})) return 0;
-  if (folder.empty()) throw std::invalid_argument("no folder or bag given; see evaluate run --help");
-  requireAtLeastOne({{"--gap", gap}, {"--stride", stride}, {"--repeat", repeats}});
-  std::vector<MatchFilterOptions> pipelines;
-  for (const MatchFilterOptions& method : pipeline.pipelines({pipeline.base.method})) {
+      "evaluate run [SET...] [--scenes NAMES] [options]\n\nSET: a TUM or KITTI odometry folder, a folder of image "
+      "pairs "
+      "(pairs.txt), a .bag, or a folder\nof such sets. Writes a record for each pair and method, and prints a table.";
+  Plan plan;
+  if (!parse(arguments, usage, options, {}, plan)) return 0;
+  requireAtLeastOne({{"--repeat", repeats}});
+  const std::vector<MatchFilterOptions> methods = std::exchange(plan.pipelines, {});
+  for (const MatchFilterOptions& method : methods) {
     for (int repeat = 0; repeat < repeats; ++repeat) {
-      pipelines.push_back(method);
-      pipelines.back().robust.seed += static_cast<uint64_t>(repeat);
+      plan.pipelines.push_back(method);
+      plan.pipelines.back().robust.seed += static_cast<uint64_t>(repeat);
     }
-  }
-  const Dataset dataset = Dataset::open(folder, dataset_options);
-  const std::vector<DatasetPair> pairs = dataset.pairs(gap, stride);
-  if (pairs.empty()) {
-    throw std::invalid_argument(folder + ": no pair of images " + std::to_string(gap) + " apart among its " +
-                                std::to_string(dataset.frames().size()));
   }
   std::vector<std::string> report = {"run"};
   if (!plot.empty()) report.insert(report.end(), {"--plot", plot});
+  const std::vector<Series> all = seriesOf(plan);
+  size_t pairs = 0, done = 0;
+  for (const Series& series : all) pairs += series.pairs;
+  if (pairs == 0) throw std::invalid_argument("there is no pair of images to compare");
   Reporter reporter(report, out);
-  printRemarks(dataset, pipelines.front());
   watchInterrupts();
-  size_t done = 0;
   {
-    Experiment experiment(dataset, pipelines, defaultTruthNoise(folder));
-    Progress progress("evaluating pair", static_cast<int>(pairs.size()));
-    for (; done < pairs.size() && !interrupted(); ++done) {
-      experiment.run(pairs[done], gap, [&](nlohmann::json& record, const Answer& answer) {
-        if (!out.empty()) record["correspondences"] = correspondencesOf(answer);
-        reporter.add(record.dump());
-      });
+    Progress progress("evaluating pair", static_cast<int>(pairs));
+    const auto receive = [&](json& record, const Answer* answer) {
+      if (!out.empty() && answer) record["correspondences"] = correspondencesOf(*answer);
+      reporter.add(record.dump());
+    };
+    const auto pair_done = [&] {
       progress.advance();
-    }
+      ++done;
+      return !interrupted();
+    };
+    for (size_t i = 0; i < all.size() && !interrupted(); ++i) all[i].measure(0, all[i].pairs, receive, pair_done);
   }
   reporter.finish();
   return statusOrInterrupted(
-      0, "the table is of the first " + std::to_string(done) + " of " + std::to_string(pairs.size()) + " pairs");
+      0, "the table is of the first " + std::to_string(done) + " of " + std::to_string(pairs) + " pairs");
+}
+
+int evaluateTrust(const Arguments& arguments) {
+  WorkFolder folder = {"trust"};
+  int jobs = 1;
+  bool no_report = false;
+  po::options_description options;
+  auto add = options.add_options();
+  add("out,o", withDefault(folder.path), "folder for records, pairs.csv, trust.md and plots");
+  add("resume", po::bool_switch(&folder.resume), "go on with what is in the folder already");
+  add("jobs,j", withDefault(jobs), "pieces of work side by side");
+  add("no-report", po::bool_switch(&no_report), "only records and pairs.csv");
+  const char* usage =
+      "evaluate trust [SET...] [--scenes drawn] [options]\n\nSET: with truth, as for evaluate run, or a folder of such "
+      "sets. Without --method lo_prosac and cp_ransac; --method all has every method.";
+  Plan plan;
+  if (!parse(arguments, usage, options, {"lo_prosac", "cp_ransac"}, plan)) return 0;
+  requireAtLeastOne({{"--jobs", jobs}});
+  std::vector<std::string> report = {"trust", folder.path};
+  if (no_report) report.emplace_back("--no-tables");
+  const std::vector<Series> all = seriesOf(plan);
+  WorkUnits units;
+  for (const Series& series : all) {
+    for (size_t first = 0; first < series.pairs; first += kPairsOfUnit) {
+      const size_t last = std::min(series.pairs, first + kPairsOfUnit);
+      units.emplace(units.size(),
+                    WorkUnit{series.name, [&series, first, last] {
+                               json records = json::array();
+                               series.measure(
+                                   first, last,
+                                   [&](json& record, const Answer*) { records.push_back(std::move(record)); },
+                                   [] { return true; });
+                               return records;
+                             }});
+    }
+  }
+  return workThrough(folder, planRecord(plan), units, jobs, report);
 }
 
 }  // namespace gms_ransac

@@ -150,7 +150,7 @@ std::vector<MatchFilterOptions> pipelinesOf(const TablesPlan& plan, int preset) 
 json measure(const TablesPlan& plan, const Dataset& dataset, const DatasetPair& pair, int preset) {
   json records = json::array();
   Experiment experiment(dataset, pipelinesOf(plan, preset), defaultTruthNoise(dataset.path()));
-  experiment.time(pair, plan.gap, plan.repeats, [&records](json& record, const Answer&) {
+  experiment.time(pair, plan.gap, plan.repeats, [&records](json& record, const Answer*) {
     record.erase("covariance");
     records.push_back(std::move(record));
   });

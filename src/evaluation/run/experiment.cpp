@@ -69,7 +69,7 @@ void Experiment::tell(const DatasetPair& pair, int gap, const PairTruth& truth, 
     record["reference_stamp"] = *dataset_.stamp(pair.reference);
     record["stamp"] = *stamp;
   }
-  receive(record, answer);
+  receive(record, &answer);
 }
 
 void Experiment::run(const DatasetPair& pair, int gap, const Receive& receive) {

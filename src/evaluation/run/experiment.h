@@ -19,8 +19,9 @@ void printRemarks(const Dataset& dataset, const MatchFilterOptions& options);
 
 class Experiment {
  public:
-  /// The record of an answer, which names the pair, too; the answer is valid during the call.
-  using Receive = std::function<void(nlohmann::json& record, const Answer& answer)>;
+  /// The record of an answer, which names the pair, too; the answer, which a drawn scene has not, is valid during the
+  /// call.
+  using Receive = std::function<void(nlohmann::json& record, const Answer* answer)>;
 
   /// Validates the options. All pipelines share the extractor of the first.
   Experiment(const Dataset& dataset, const std::vector<MatchFilterOptions>& pipelines, const TruthNoise& noise);
