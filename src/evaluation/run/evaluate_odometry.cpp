@@ -1,10 +1,11 @@
 // `evaluate odometry`: whole sequences through the stream of the node. One record for each image; the reporter measures
 // the drift.
 #include <algorithm>
+#include <memory>
 #include <stdexcept>
 
 #include "run/evaluate_commands.h"
-#include "run/experiment.h"
+#include "run/series.h"
 #include "stream/stream_odometry.h"
 
 namespace gms_ransac {
@@ -134,24 +135,25 @@ int evaluateOdometry(const Arguments& arguments) {
     if (!sets.back().stamp(0)) throw std::invalid_argument(folder + ": a list of pairs is no sequence");
     printRemarks(sets.back(), core);
   }
-  Reporter reporter(report, out);
-  watchInterrupts();
+  std::vector<Series> all;
   for (size_t number = 0; number < sets.size(); ++number) {
     const Dataset& dataset = sets[number];
     const std::string chosen = scale.empty() ? usualScale(dataset, camera_height) : scale;
-    StreamOdometry odometry(optionsFor(dataset, chosen, camera_height, core));
-    const int count = static_cast<int>(dataset.frames().size());
-    Progress progress(dataset.name() + ", image", count);
-    for (int i = 0; i < count && !interrupted(); ++i) {
-      const DatasetFrame& frame = dataset.frames()[static_cast<size_t>(i)];
-      OdometryImages images = {frame.stamp, dataset.image(i), {}, {}};
-      if (chosen == kStereo) images.right = dataset.right(i);
-      if (chosen == "depth") images.depth = dataset.depth(i);
-      reporter.add(recordOf(number, dataset, frame, chosen, odometry.add(images)).dump());
-      progress.advance();
-    }
+    const OdometryOptions of_set = optionsFor(dataset, chosen, camera_height, core);
+    all.push_back({dataset.name(), dataset.frames().size(), [=, &dataset] {
+                     const auto odometry = std::make_shared<StreamOdometry>(of_set);
+                     return [=, &dataset](size_t image) {
+                       const DatasetFrame& frame = dataset.frames()[image];
+                       const int index = static_cast<int>(image);
+                       OdometryImages images = {frame.stamp, dataset.image(index), {}, {}};
+                       if (chosen == kStereo) images.right = dataset.right(index);
+                       if (chosen == "depth") images.depth = dataset.depth(index);
+                       return Records{recordOf(number, dataset, frame, chosen, odometry->add(images))};
+                     };
+                   }});
   }
-  return statusOrInterrupted(reporter.finish(), "the table is of the images before");
+  Reporter reporter(report, out);
+  return stream(all, "image", reporter);
 }
 
 }  // namespace gms_ransac

@@ -4,15 +4,14 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
-#include <memory>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
 #include "run/evaluate_commands.h"
-#include "run/experiment.h"
+#include "run/record.h"
+#include "run/truth.h"
 #include "run/work_folder.h"
-#include "scenes/drawn_scenes.h"
 
 namespace gms_ransac {
 
@@ -23,13 +22,7 @@ namespace po = boost::program_options;
 using nlohmann::json;
 
 /// Neighbouring pairs share images: enough of them to extract few images twice, few enough to spread over cores.
-constexpr size_t kPairsOfUnit = 24;
-constexpr size_t kPairsBefore = 4;  ///< that give a unit its past, times the gap
-
-struct MeasuredSet {
-  Dataset dataset;
-  TruthNoise noise;
-};
+constexpr size_t kPairsOfPiece = 24;
 
 /// Sets and scenes to be measured, and by which pipelines.
 struct Plan {
@@ -37,8 +30,8 @@ struct Plan {
   std::vector<int> gaps = {1};
   int stride = 1;
   std::vector<DrawnScene> scenes;
-  int drawn_pairs = 100;                      ///< of each scene
-  std::vector<MatchFilterOptions> pipelines;  ///< one for each method
+  int drawn_pairs = 100;  ///< of each scene
+  Pipelines pipelines;    ///< one for each method
 };
 
 /// The scenes that lists ask for, in the order of the catalogue.
@@ -131,62 +124,17 @@ bool parse(const Arguments& arguments, const char* usage, const po::options_desc
   return true;
 }
 
-/// Pairs that are measured one after the other: of a set at a gap, or of a scene.
-struct Series {
-  std::string name;
-  size_t pairs;
-  /// Gives the records of the pairs from the first up to the last to `receive`, and stops when `pair_done` returns
-  /// false.
-  std::function<void(size_t first, size_t last, const Experiment::Receive& receive,
-                     const std::function<bool()>& pair_done)>
-      measure;
-};
-
-/// `gap` 0: of a list of pairs.
-Series seriesOf(const Plan& plan, const MeasuredSet& set, int gap) {
-  const std::vector<DatasetPair> pairs = set.dataset.pairs(std::max(1, gap), plan.stride);
-  if (pairs.empty()) std::cerr << set.dataset.name() << " has no images " << gap << " apart\n";
-  return {set.dataset.name() + (gap == 0 ? "" : ", gap " + std::to_string(gap)), pairs.size(),
-          [&plan, &set, gap, pairs](size_t first, size_t last, const auto& receive, const auto& pair_done) {
-            Experiment experiment(set.dataset, plan.pipelines, set.noise);
-            const auto nothing = [](const json&, const Answer*) {};
-            for (size_t i = first - std::min(first, kPairsBefore * static_cast<size_t>(gap)); i < first; ++i) {
-              experiment.run(pairs[i], gap, nothing);
-            }
-            for (size_t i = first; i < last; ++i) {
-              experiment.run(pairs[i], gap, receive);
-              if (!pair_done()) return;
-            }
-          }};
-}
-
-Series seriesOf(const Plan& plan, const DrawnScene& drawn) {
-  return {drawn.name, static_cast<size_t>(plan.drawn_pairs),
-          [&plan, &drawn](size_t first, size_t last, const auto& receive, const auto& pair_done) {
-            std::vector<std::unique_ptr<Method>> methods;
-            for (const MatchFilterOptions& pipeline : plan.pipelines) methods.push_back(makeMethod(pipeline));
-            for (size_t i = first; i < last; ++i) {
-              const TwoViewScene scene = drawPair(drawn, static_cast<int>(i));
-              for (size_t m = 0; m < methods.size(); ++m) {
-                json record = recordOf(plan.pipelines[m], *methods[m], scene);
-                record.update({{"set", drawn.name}, {"reference", ""}, {"current", std::to_string(i)}});
-                record["gap"] = record["reference_stamp"] = record["stamp"] = nullptr;
-                receive(record, nullptr);
-              }
-              if (!pair_done()) return;
-            }
-          }};
-}
-
 /// In order: set, gap; then scenes. Says on stderr what the user should know of the sets.
-std::vector<Series> seriesOf(const Plan& plan) {
+std::vector<Series> seriesOf(const Plan& plan, bool correspondences) {
   std::vector<Series> all;
   for (const MeasuredSet& set : plan.sets) {
     printRemarks(set.dataset, plan.pipelines.front());
     const bool listed = set.dataset.kind() == DatasetKind::kImagePairs;
-    for (const int gap : listed ? std::vector<int>{0} : plan.gaps) all.push_back(seriesOf(plan, set, gap));
+    for (const int gap : listed ? std::vector<int>{1} : plan.gaps) {
+      all.push_back(pairSeries(set, gap, plan.stride, plan.pipelines, correspondences));
+    }
   }
-  for (const DrawnScene& scene : plan.scenes) all.push_back(seriesOf(plan, scene));
+  for (const DrawnScene& scene : plan.scenes) all.push_back(drawnSeries(scene, plan.drawn_pairs, plan.pipelines));
   return all;
 }
 
@@ -227,7 +175,7 @@ int evaluateRun(const Arguments& arguments) {
   Plan plan;
   if (!parse(arguments, usage, options, {}, plan)) return 0;
   requireAtLeastOne({{"--repeat", repeats}});
-  const std::vector<MatchFilterOptions> methods = std::exchange(plan.pipelines, {});
+  const Pipelines methods = std::exchange(plan.pipelines, {});
   for (const MatchFilterOptions& method : methods) {
     for (int repeat = 0; repeat < repeats; ++repeat) {
       plan.pipelines.push_back(method);
@@ -236,65 +184,28 @@ int evaluateRun(const Arguments& arguments) {
   }
   std::vector<std::string> report = {"run"};
   if (!plot.empty()) report.insert(report.end(), {"--plot", plot});
-  const std::vector<Series> all = seriesOf(plan);
-  size_t pairs = 0, done = 0;
-  for (const Series& series : all) pairs += series.pairs;
-  if (pairs == 0) throw std::invalid_argument("there is no pair of images to compare");
+  const std::vector<Series> all = seriesOf(plan, !out.empty());
   Reporter reporter(report, out);
-  watchInterrupts();
-  {
-    Progress progress("evaluating pair", static_cast<int>(pairs));
-    const auto receive = [&](json& record, const Answer* answer) {
-      if (!out.empty() && answer) record["correspondences"] = correspondencesOf(*answer);
-      reporter.add(record.dump());
-    };
-    const auto pair_done = [&] {
-      progress.advance();
-      ++done;
-      return !interrupted();
-    };
-    for (size_t i = 0; i < all.size() && !interrupted(); ++i) all[i].measure(0, all[i].pairs, receive, pair_done);
-  }
-  reporter.finish();
-  return statusOrInterrupted(
-      0, "the table is of the first " + std::to_string(done) + " of " + std::to_string(pairs) + " pairs");
+  return stream(all, "pair", reporter);
 }
 
 int evaluateTrust(const Arguments& arguments) {
-  WorkFolder folder = {"trust"};
-  int jobs = 1;
+  WorkFolder folder = {"trust", kPairsOfPiece};
   bool no_report = false;
   po::options_description options;
+  folder.addTo(options);
   auto add = options.add_options();
-  add("out,o", withDefault(folder.path), "folder for records, pairs.csv, trust.md and plots");
-  add("resume", po::bool_switch(&folder.resume), "go on with what is in the folder already");
-  add("jobs,j", withDefault(jobs), "pieces of work side by side");
+  add("jobs,j", withDefault(folder.jobs), "pieces of work side by side");
   add("no-report", po::bool_switch(&no_report), "only records and pairs.csv");
   const char* usage =
       "evaluate trust [SET...] [--scenes drawn] [options]\n\nSET: with truth, as for evaluate run, or a folder of such "
       "sets. Without --method lo_prosac and cp_ransac; --method all has every method.";
   Plan plan;
   if (!parse(arguments, usage, options, {"lo_prosac", "cp_ransac"}, plan)) return 0;
-  requireAtLeastOne({{"--jobs", jobs}});
+  requireAtLeastOne({{"--jobs", folder.jobs}});
   std::vector<std::string> report = {"trust", folder.path};
   if (no_report) report.emplace_back("--no-tables");
-  const std::vector<Series> all = seriesOf(plan);
-  WorkUnits units;
-  for (const Series& series : all) {
-    for (size_t first = 0; first < series.pairs; first += kPairsOfUnit) {
-      const size_t last = std::min(series.pairs, first + kPairsOfUnit);
-      units.emplace(units.size(),
-                    WorkUnit{series.name, [&series, first, last] {
-                               json records = json::array();
-                               series.measure(
-                                   first, last,
-                                   [&](json& record, const Answer*) { records.push_back(std::move(record)); },
-                                   [] { return true; });
-                               return records;
-                             }});
-    }
-  }
-  return workThrough(folder, planRecord(plan), units, jobs, report);
+  return workThrough(folder, planRecord(plan), seriesOf(plan, false), report);
 }
 
 }  // namespace gms_ransac

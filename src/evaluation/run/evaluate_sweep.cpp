@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "run/evaluate_commands.h"
-#include "run/record.h"
+#include "run/series.h"
 
 namespace gms_ransac {
 
@@ -14,7 +14,6 @@ namespace {
 namespace po = boost::program_options;
 
 constexpr double kRatios[] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9};
-constexpr double kNoise = 0.35;  ///< standard deviation of each coordinate, pixels: 0.5 between the two images
 
 }  // namespace
 
@@ -34,7 +33,7 @@ int evaluateSweep(const Arguments& arguments) {
       "--method all;\noptions of extraction, matching and filter have no effect.";
   const auto given = parseCommandLine(arguments, usage, options);
   if (!given) return 0;
-  std::vector<MatchFilterOptions> pipelines = pipeline.pipelines(allMethodNames());
+  const Pipelines pipelines = pipeline.pipelines(allMethodNames());
   if (pipelines.front().robust.model == ModelType::kHomography) {
     throw std::invalid_argument("--model is 'homography'; the scene is no plane: it must be essential or fundamental");
   }
@@ -43,28 +42,10 @@ int evaluateSweep(const Arguments& arguments) {
   std::vector<std::string> report = {"sweep"};
   if (!out.empty()) report.insert(report.end(), {"--out", out});
   if (given->count("no-plots")) report.push_back("--no-plots");
+  std::vector<Series> all;
+  for (const double ratio : kRatios) all.push_back(outlierSeries(ratio, repeat, pipelines));
   Reporter reporter(report);
-  {
-    Progress progress("trials", static_cast<int>(pipelines.size() * std::size(kRatios)) * repeat);
-    TwoViewSceneOptions scene_options;
-    scene_options.noise_px = kNoise;
-    const uint64_t first_seed = pipelines.front().robust.seed;
-    for (const double ratio : kRatios) {
-      scene_options.outlier_ratio = ratio;
-      for (int trial = 0; trial < repeat; ++trial) {
-        scene_options.seed = first_seed + static_cast<uint64_t>(trial);
-        const TwoViewScene scene = makeTwoViewScene(scene_options);
-        for (MatchFilterOptions& method : pipelines) {
-          method.robust.seed = scene_options.seed;
-          nlohmann::json record = recordOf(method, *makeMethod(method), scene);
-          record["outlier_ratio"] = ratio;
-          reporter.add(record.dump());
-          progress.advance();
-        }
-      }
-    }
-  }
-  return reporter.finish();
+  return stream(all, "trial", reporter);
 }
 
 }  // namespace gms_ransac

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "run/evaluate_commands.h"
-#include "run/experiment.h"
+#include "run/record.h"
 #include "run/work_folder.h"
 
 namespace gms_ransac {
@@ -21,14 +21,13 @@ constexpr int kTable4Preset = 2000;
 constexpr int kLastPresetOfDefaultFastThreshold = 3000;
 
 struct TablesPlan {
-  std::vector<Dataset> datasets;
+  std::vector<MeasuredSet> sets;
   int gap = 1, pairs = 5, repeats = 20;
   std::vector<int> presets = {1000, 2000, 2500, 3000, 3500, 4000, 5000, 6000, 7000, 8000, 9000, 10000};
   std::vector<double> ratios = {1.0 / 5, 1.0 / 4, 1.0 / 3, 1.0 / 2, 2.0 / 3, 3.0 / 4, 4.0 / 5};
   std::vector<std::string> methods;  ///< compared with cp_ransac, always there
   MatchFilterOptions base;           ///< extractor, model, grid, threshold, seed, ... of every run
-  WorkFolder folder = {"tables"};
-  int shard = 1, shards = 1;        ///< which part of the work, from 1, and of how many
+  WorkFolder folder = {"tables", 1};
   std::vector<std::string> report;  ///< arguments of the reporter
 };
 
@@ -55,8 +54,7 @@ bool parse(const Arguments& arguments, TablesPlan& plan) {
   pipeline.base.search = SearchMode::kFull;      // likewise
   po::options_description options;
   auto add = options.add_options();
-  add("out,o", withDefault(plan.folder.path), "folder for measurements, tables and plots");
-  add("resume", po::bool_switch(&plan.folder.resume), "go on with what is in the folder already");
+  plan.folder.addTo(options);
   add("shard", withDefault(shard), "i/n: do the i-th of n parts (see merge)");
   add("gap", withDefault(plan.gap), "frames between reference and current");
   add("pairs", withDefault(plan.pairs), "pairs a set, spread evenly over it");
@@ -84,8 +82,8 @@ bool parse(const Arguments& arguments, TablesPlan& plan) {
   if (given.count("ratios")) plan.ratios.clear();
   for (const std::string& text : splitAtCommas({ratios})) plan.ratios.push_back(parseRatio(text));
   char end = 0;
-  if (std::sscanf(shard.c_str(), "%d/%d%c", &plan.shard, &plan.shards, &end) != 2 || plan.shard < 1 ||
-      plan.shards < plan.shard) {
+  if (std::sscanf(shard.c_str(), "%zu/%zu%c", &plan.folder.shard, &plan.folder.shards, &end) != 2 ||
+      plan.folder.shard < 1 || plan.folder.shards < plan.folder.shard) {
     throw std::invalid_argument("--shard is '" + shard + "'; it must look like 2/5, from 1/5 to 5/5");
   }
   plan.report = {"tables", plan.folder.path};
@@ -97,8 +95,8 @@ bool parse(const Arguments& arguments, TablesPlan& plan) {
   plan.base.method = "cp_ransac";
   std::set<std::string> names;
   for (const std::string& folder : folders) {
-    plan.datasets.push_back(Dataset::open(folder, dataset_options));
-    const Dataset& dataset = plan.datasets.back();
+    plan.sets.push_back({Dataset::open(folder, dataset_options), defaultTruthNoise(folder)});
+    const Dataset& dataset = plan.sets.back().dataset;
     if (!names.insert(dataset.name()).second) {
       throw std::invalid_argument("two sets are called " + dataset.name() + "; their names tell them apart");
     }
@@ -121,13 +119,13 @@ json planRecord(const TablesPlan& plan) {
                  {"methods", plan.methods},
                  {"threads", plan.base.extractor.threads},
                  {"options", optionsRecord(plan.base)}};
-  for (const Dataset& dataset : plan.datasets) record["sequences"].push_back(dataset.name());
+  for (const MeasuredSet& set : plan.sets) record["sequences"].push_back(set.dataset.name());
   return record;
 }
 
 /// cp_ransac at every ratio, every other method once, and at Table 4's preset the other models too.
-std::vector<MatchFilterOptions> pipelinesOf(const TablesPlan& plan, int preset) {
-  std::vector<MatchFilterOptions> pipelines;
+Pipelines pipelinesOf(const TablesPlan& plan, int preset) {
+  Pipelines pipelines;
   const auto add = [&](const std::string& method, ModelType model, double ratio) {
     MatchFilterOptions& options = pipelines.emplace_back(plan.base);
     options.method = method;
@@ -147,35 +145,20 @@ std::vector<MatchFilterOptions> pipelinesOf(const TablesPlan& plan, int preset) 
   return pipelines;
 }
 
-json measure(const TablesPlan& plan, const Dataset& dataset, const DatasetPair& pair, int preset) {
-  json records = json::array();
-  Experiment experiment(dataset, pipelinesOf(plan, preset), defaultTruthNoise(dataset.path()));
-  experiment.time(pair, plan.gap, plan.repeats, [&records](json& record, const Answer*) {
-    record.erase("covariance");
-    records.push_back(std::move(record));
-  });
-  return records;
-}
-
 }  // namespace
 
 int evaluateTables(const Arguments& arguments) {
   TablesPlan plan;
   if (!parse(arguments, plan)) return 0;
-  WorkUnits units;  // of this shard, in the order of set, preset, pair
-  int number = 0;
-  for (const Dataset& dataset : plan.datasets) {
-    for (const int preset : plan.presets) {
-      for (const DatasetPair& pair : dataset.spreadPairs(plan.gap, plan.pairs)) {
-        if (number % plan.shards == plan.shard - 1) {
-          units[number] = {dataset.name() + ", " + std::to_string(preset) + " features",
-                           [&, preset, pair] { return measure(plan, dataset, pair, preset); }};
-        }
-        ++number;
-      }
+  std::vector<Pipelines> pipelines;
+  for (const int preset : plan.presets) pipelines.push_back(pipelinesOf(plan, preset));
+  std::vector<Series> all;
+  for (const MeasuredSet& set : plan.sets) {
+    for (const Pipelines& of_preset : pipelines) {
+      all.push_back(timedSeries(set, plan.gap, plan.pairs, of_preset, plan.repeats));
     }
   }
-  return workThrough(plan.folder, planRecord(plan), units, 1, plan.report);  // one at a time, for the times' sake
+  return workThrough(plan.folder, planRecord(plan), all, plan.report);
 }
 
 }  // namespace gms_ransac

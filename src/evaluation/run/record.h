@@ -6,7 +6,7 @@
 
 #include "gms_ransac/match_filter.h"
 #include "methods/method.h"
-#include "run/pair_truth.h"
+#include "run/truth.h"
 #include "scenes/two_view_scene.h"
 
 namespace gms_ransac {

@@ -1,7 +1,7 @@
-#include "run/pair_truth.h"
+#include "run/truth.h"
 
 #include <algorithm>
-#include <cmath>
+#include <filesystem>
 #include <vector>
 
 #include <Eigen/Eigenvalues>
@@ -13,16 +13,56 @@ namespace gms_ransac {
 
 namespace {
 
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+namespace fs = std::filesystem;
+
+constexpr double kMovedDeviations = 10;  // of the truth's noise
+constexpr double kRounding = 1e-6;       // metres, of exact poses that were written as text
+constexpr double kDegree = M_PI / 180;
 constexpr double kLoosestLabel = 10;                      // pixels
 constexpr double kDeviations = 2;                         // of the truth's noise that a label allows for
 constexpr int kReach = static_cast<int>(kCorrectWithin);  // of surfaces about a keypoint, pixels
 constexpr double kNearest = 1;                            // metres; closest point to a camera that has not moved
 
-Eigen::Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
+/// A 30 Hz camera without a trigger: its stamp is uniform between two frames. Seconds.
+const double kFrameClock = 1 / 30. / std::sqrt(12.);
+
+struct KindOfTruth {
+  const char* word;  ///< in the set's name, in small letters
+  TruthNoise noise;
+};
+const KindOfTruth kKinds[] = {
+    {"rendered", {0, 0, 0, 0}},
+    {"kitti", {0.01 * kDegree, 0.005, 0, 0.1 * kDegree}},
+    {"euroc", {0.05 * kDegree, 0.001, 0, 0}},
+    {"7scenes", {0.2 * kDegree, 0.01, kFrameClock, 0}},
+    {"tum", {0.2 * kDegree, 0.001, kFrameClock, 0}},
+    {"freiburg", {0.2 * kDegree, 0.001, kFrameClock, 0}},
+};
+
+/// The true motion of a pair whose images were taken `later` seconds after their stamps.
+std::optional<Isometry3d> motion(const Dataset& dataset, const DatasetPair& pair, double later) {
+  const auto poseOf = [&](int frame) -> std::optional<Isometry3d> {
+    const std::optional<double> stamp = dataset.stamp(frame);
+    return stamp ? dataset.truthAt(*stamp + later) : std::nullopt;
+  };
+  const auto reference = poseOf(pair.reference), current = poseOf(pair.current);
+  if (!reference || !current) return std::nullopt;
+  return reference->inverse() * *current;
+}
+
+/// Covariance of a vector in axes that are rotated by `sigma` about each.
+Matrix3d byRotation(double sigma, const Vector3d& v) {
+  return sigma * sigma * (v.squaredNorm() * Matrix3d::Identity() - v * v.transpose());
+}
+
+Vector3d homogeneous(const cv::Point2f& p) { return {p.x, p.y, 1}; }
 
 /// Larger distance of p from the line M q and of q from the line M^T p, for p^T M q = 0.
-double symmetricDistance(const Eigen::Matrix3d& M, const Eigen::Vector3d& p, const Eigen::Vector3d& q) {
-  const Eigen::Vector3d line_p = M * q, line_q = M.transpose() * p;
+double symmetricDistance(const Matrix3d& M, const Vector3d& p, const Vector3d& q) {
+  const Vector3d line_p = M * q, line_q = M.transpose() * p;
   const double residual = std::abs(p.dot(line_p));
   return std::max(residual / line_p.head<2>().norm(), residual / line_q.head<2>().norm());
 }
@@ -48,8 +88,8 @@ double distance(const Eigen::Vector2d& a, const cv::Point2f& b) { return std::hy
 double degrees(double cosine) { return std::acos(std::min(1.0, std::max(-1.0, cosine))) * 180.0 / M_PI; }
 
 /// Standard deviation along the worst axis.
-double worst(const Eigen::Matrix3d& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
+double worst(const Matrix3d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(covariance, Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, solver.eigenvalues().maxCoeff()));
 }
 
@@ -60,7 +100,39 @@ std::optional<bool> within(double distance, double pose_noise_px) {
 
 }  // namespace
 
-PoseError poseError(const Eigen::Isometry3d& truth, const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
+TruthNoise defaultTruthNoise(const std::string& path) {
+  std::string name = setName(path);
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  for (const KindOfTruth& kind : kKinds) {
+    if (name.find(kind.word) != std::string::npos) return kind.noise;
+  }
+  return defaultTruthNoise(fs::exists(fs::path(kittiRigOf(path).value_or(path)) / "poses.txt") ? "kitti" : "tum");
+}
+
+ClockStep clockStep(const Dataset& dataset, const DatasetPair& pair, double clock) {
+  ClockStep step;
+  if (clock == 0) return step;
+  const auto sooner = motion(dataset, pair, -clock), later = motion(dataset, pair, clock);
+  if (!sooner || !later) return step;
+  step.rotation = 0.5 * rotationVector(later->linear() * sooner->linear().transpose());
+  step.translation = 0.5 * (later->translation() - sooner->translation());
+  return step;
+}
+
+PairNoise::PairNoise(const TruthNoise& noise, const ClockStep& step, const Isometry3d& truth)
+    : rotation(noise.rotation * noise.rotation * Matrix3d::Identity()),
+      translation(noise.translation * noise.translation * Matrix3d::Identity()) {
+  rotation += step.rotation * step.rotation.transpose();
+  translation += step.translation * step.translation.transpose();
+  rotation += byRotation(noise.alignment, rotationVector(truth.linear()));
+  translation += byRotation(noise.alignment, truth.translation());
+}
+
+bool hasMoved(double baseline, const TruthNoise& noise) {
+  return baseline > kRounding && baseline >= kMovedDeviations * noise.translation;
+}
+
+PoseError poseError(const Isometry3d& truth, const Matrix3d& R, const Vector3d& t) {
   constexpr double kZeroLength = 1e-12;  // a translation this short has no direction
   const double length = t.norm(), true_length = truth.translation().norm();
   return {degrees(((truth.linear().transpose() * R).trace() - 1) / 2),
@@ -74,12 +146,12 @@ PairTruth::PairTruth(const Dataset& dataset, const DatasetPair& pair, const Came
   disparity_ = dataset.disparity(pair);
   if (!reference.pose || !current.pose) return;
   // The general inverse: printed rotations are orthonormal to their last digit only.
-  current_in_reference_ = Eigen::Isometry3d(reference.pose->matrix().inverse() * current.pose->matrix());
+  current_in_reference_ = Isometry3d(reference.pose->matrix().inverse() * current.pose->matrix());
   pair_noise_ = PairNoise(noise, clockStep(dataset, pair, noise.clock), *current_in_reference_);
   if (!camera.calibrated()) return;
   rotation_px_ = worst(pair_noise_.rotation) * camera.meanFocalLength();
   translation_sigma_ = worst(pair_noise_.translation);
-  const Eigen::Vector3d t = current_in_reference_->translation();
+  const Vector3d t = current_in_reference_->translation();
   essential_ = crossMatrix(t / std::max(t.norm(), 1e-12)) * current_in_reference_->linear();
   depth_ = dataset.depth(pair.reference);
 }
@@ -102,9 +174,9 @@ std::optional<double> PairTruth::transferDistance(const cv::Point2f& reference, 
     if (!disparity_.empty()) {
       candidate = distance({reference.x - static_cast<double>(value), reference.y}, current);
     } else {
-      const Eigen::Matrix3d K = camera_.K();
-      const Eigen::Vector3d point = K_inverse_ * homogeneous(camera_.undistort(reference)) * static_cast<double>(value);
-      const Eigen::Vector3d seen = current_in_reference_->inverse() * point;
+      const Matrix3d K = camera_.K();
+      const Vector3d point = K_inverse_ * homogeneous(camera_.undistort(reference)) * static_cast<double>(value);
+      const Vector3d seen = current_in_reference_->inverse() * point;
       if (seen.z() <= 0) continue;
       candidate = distance((K * seen).hnormalized(), camera_.undistort(current));
     }
@@ -115,8 +187,8 @@ std::optional<double> PairTruth::transferDistance(const cv::Point2f& reference, 
 
 /// Displacement of a match against the true rotation alone, pixels.
 double PairTruth::parallax(const cv::Point2f& reference, const cv::Point2f& current) const {
-  const Eigen::Matrix3d R = current_in_reference_->linear().transpose();
-  const Eigen::Vector3d rotated = camera_.K() * R * K_inverse_ * homogeneous(camera_.undistort(reference));
+  const Matrix3d R = current_in_reference_->linear().transpose();
+  const Vector3d rotated = camera_.K() * R * K_inverse_ * homogeneous(camera_.undistort(reference));
   if (rotated.z() <= 0) return kLoosestLabel;
   return (rotated - rotated.z() * homogeneous(camera_.undistort(current))).head<2>().norm() / rotated.z();
 }
