@@ -98,13 +98,11 @@ json recordOf(size_t number, const Dataset& dataset, const DatasetFrame& frame, 
 }  // namespace
 
 int evaluateOdometry(const Arguments& arguments) {
-  std::vector<std::string> folders, peers;
-  std::string scale, out, plot;
+  CommandLine line({"odometry"});
+  std::vector<std::string> peers;
+  std::string scale, out;
   double camera_height = 0;
-  DatasetOptions dataset_options;
-  PipelineArguments pipeline;
-  po::options_description options;
-  auto add = options.add_options();
+  auto add = line.options.add_options();
   add("scale", po::value(&scale),
       "stereo, depth, ground or propagate; default: the first of them that the set allows, ground if --camera-height "
       "is given");
@@ -113,31 +111,23 @@ int evaluateOdometry(const Arguments& arguments) {
       "poses of another system for the table and the plot, once for each set in their order: 12 numbers a line and "
       "image (KITTI), or stamp tx ty tz qx qy qz qw (TUM)");
   add("out,o", po::value(&out), "file for the records, one JSON object a line");
-  add("plot", po::value(&plot), "file for a plot (.png, .pdf) of the paths, and of the error over the length");
-  addDatasetOptions(options, dataset_options);
-  pipeline.addTo(options, arguments);
+  line.addForReport("plot", "file for a plot (.png, .pdf) of the paths, and of the error over the length");
   const char* usage =
       "evaluate odometry SET... [options]\n\nSET: a KITTI odometry or TUM folder, or a .bag. Chains the answers of the "
       "node over each\nsequence and prints the drift: KITTI's errors, errors over a second, ATE.";
-  if (!parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&folders)}})) return 0;
-  if (folders.empty()) throw std::invalid_argument("no set given; see evaluate odometry --help");
-  if (!peers.empty() && peers.size() != folders.size()) {
+  if (!line.parse(arguments, usage)) return 0;
+  if (line.folders.empty()) throw std::invalid_argument("no set given; see evaluate odometry --help");
+  const MatchFilterOptions core = line.pipelines().front();
+  const std::vector<MeasuredSet> sets = line.sets();
+  if (!peers.empty() && peers.size() != sets.size()) {
     throw std::invalid_argument("--peer is given " + std::to_string(peers.size()) + " times for " +
-                                std::to_string(folders.size()) + " sets; give it once for each");
+                                std::to_string(sets.size()) + " sets; give it once for each");
   }
-  const MatchFilterOptions core = pipeline.pipelines().front();
-  std::vector<std::string> report = {"odometry"};
-  if (!plot.empty()) report.insert(report.end(), {"--plot", plot});
-  for (const std::string& peer : peers) report.insert(report.end(), {"--peer", peer});
-  std::vector<Dataset> sets;
-  for (const std::string& folder : folders) {
-    sets.push_back(Dataset::open(folder, dataset_options));
-    if (!sets.back().stamp(0)) throw std::invalid_argument(folder + ": a list of pairs is no sequence");
-    printRemarks(sets.back(), core);
-  }
+  for (const std::string& peer : peers) line.report.insert(line.report.end(), {"--peer", peer});
   std::vector<Series> all;
   for (size_t number = 0; number < sets.size(); ++number) {
-    const Dataset& dataset = sets[number];
+    const Dataset& dataset = sets[number].dataset;
+    if (!dataset.stamp(0)) throw std::invalid_argument(dataset.path() + ": a list of pairs is no sequence");
     const std::string chosen = scale.empty() ? usualScale(dataset, camera_height) : scale;
     const OdometryOptions of_set = optionsFor(dataset, chosen, camera_height, core);
     all.push_back({dataset.name(), dataset.frames().size(), [=, &dataset] {
@@ -152,7 +142,7 @@ int evaluateOdometry(const Arguments& arguments) {
                      };
                    }});
   }
-  Reporter reporter(report, out);
+  Reporter reporter(line.report, out);
   return stream(all, "image", reporter);
 }
 

@@ -2,7 +2,7 @@
 // and prints a table; `trust` measures pieces side by side in a folder, and its reporter holds the answers against what
 // they say of themselves.
 #include <algorithm>
-#include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <set>
 #include <stdexcept>
@@ -10,14 +10,12 @@
 
 #include "run/evaluate_commands.h"
 #include "run/record.h"
-#include "run/truth.h"
 #include "run/work_folder.h"
 
 namespace gms_ransac {
 
 namespace {
 
-namespace fs = std::filesystem;
 namespace po = boost::program_options;
 using nlohmann::json;
 
@@ -51,32 +49,12 @@ std::vector<DrawnScene> chosenScenes(const std::vector<std::string>& lists) {
                               "', with which no scene's name begins; see --list-scenes");
 }
 
-/// The sets that a folder is or holds: itself, or its subfolders in the order of their names, with the images of
-/// KITTI's right camera where they are there.
-std::vector<std::string> setsIn(const std::string& folder) {
-  if (!fs::is_directory(folder) || layoutOf(folder)) return {folder};  // a bag, or a set
-  std::vector<std::string> sets;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (!layoutOf(entry.path().string())) continue;
-    sets.push_back(entry.path().string());
-    for (const char* right : {"image_1", "image_r"}) {
-      if (kittiRigOf((entry.path() / right).string())) sets.push_back((entry.path() / right).string());
-    }
-  }
-  std::sort(sets.begin(), sets.end());
-  if (sets.empty()) return {folder};  // opening it reports what is missing
-  return sets;
-}
-
-/// Parses `more` options and those of a plan, and opens the sets. False when only a text was asked for.
-bool parse(const Arguments& arguments, const char* usage, const po::options_description& more,
-           const std::vector<std::string>& methods, Plan& plan) {
-  std::vector<std::string> folders, gaps, scenes;
+/// Parses the options of a command and those of a plan, and opens the sets. False when only a text was asked for.
+bool parse(const Arguments& arguments, const char* usage, const std::vector<std::string>& methods, CommandLine& line,
+           Plan& plan) {
+  std::vector<std::string> gaps, scenes;
   std::vector<std::pair<double TruthNoise::*, double>> sigmas;  // that are given
-  DatasetOptions dataset_options;
-  PipelineArguments pipeline;
-  po::options_description options;
-  auto add = options.add_options();
+  auto add = line.options.add_options();
   const auto addSigma = [&](const std::string& option, double unit, double TruthNoise::*field, const char* text) {
     const auto take = [=, &sigmas](double value) {
       if (!(value >= 0)) throw std::invalid_argument("--" + option + " must not be negative");
@@ -98,37 +76,27 @@ bool parse(const Arguments& arguments, const char* usage, const po::options_desc
   addSigma("truth-clock-sigma", 1, &TruthNoise::clock, "of the images' stamps against those of the truth, seconds");
   addSigma("truth-alignment-sigma", 1 / kDegrees, &TruthNoise::alignment,
            "of the truth's axes against those of the camera, degrees about each");
-  for (const auto& option : more.options()) options.add(option);
-  addDatasetOptions(options, dataset_options);
-  pipeline.addTo(options, arguments);
-  const auto given = parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&folders)}});
-  if (!given) return false;
-  if (given->count("list-scenes")) {
+  if (!line.parse(arguments, usage)) return false;
+  if (line.given("list-scenes")) {
     for (const DrawnScene& scene : drawnScenes()) std::cout << scene.name << "\n    " << scene.summary << '\n';
     return false;
   }
   requireAtLeastOne({{"--pairs", plan.drawn_pairs}, {"--stride", plan.stride}});
   if (!gaps.empty()) plan.gaps = parsePositives(gaps, "--gaps");
-  plan.pipelines = pipeline.pipelines(methods);
+  plan.pipelines = line.pipelines(methods);
   plan.scenes = chosenScenes(scenes);
-  for (const std::string& folder : folders) {
-    for (const std::string& path : setsIn(folder)) {
-      TruthNoise noise = defaultTruthNoise(path);
-      for (const auto& [field, sigma] : sigmas) noise.*field = sigma;
-      plan.sets.push_back({Dataset::open(path, dataset_options), noise});
-    }
+  plan.sets = line.sets();
+  for (MeasuredSet& set : plan.sets) {
+    for (const auto& [field, sigma] : sigmas) set.noise.*field = sigma;
   }
-  if (plan.sets.empty() && plan.scenes.empty()) {
-    throw std::invalid_argument("neither a folder nor --scenes given; see --help");
-  }
-  return true;
+  if (!plan.sets.empty() || !plan.scenes.empty()) return true;
+  throw std::invalid_argument("neither a folder nor --scenes given; see --help");
 }
 
-/// In order: set, gap; then scenes. Says on stderr what the user should know of the sets.
+/// In order: set, gap; then scenes.
 std::vector<Series> seriesOf(const Plan& plan, bool correspondences) {
   std::vector<Series> all;
   for (const MeasuredSet& set : plan.sets) {
-    printRemarks(set.dataset, plan.pipelines.front());
     const bool listed = set.dataset.kind() == DatasetKind::kImagePairs;
     for (const int gap : listed ? std::vector<int>{1} : plan.gaps) {
       all.push_back(pairSeries(set, gap, plan.stride, plan.pipelines, correspondences));
@@ -161,19 +129,19 @@ json planRecord(const Plan& plan) {
 }  // namespace
 
 int evaluateRun(const Arguments& arguments) {
-  std::string out, plot;
+  CommandLine line({"run"});
+  Plan plan;
+  std::string out;
   int repeats = 1;
-  po::options_description options;
-  auto add = options.add_options();
+  auto add = line.options.add_options();
   add("repeat", withDefault(repeats), "repetitions, each with the next seed");
   add("out,o", po::value(&out), "file for the records, one JSON object a line; - for standard output");
-  add("plot", po::value(&plot), "file for a plot (.png, .pdf) of errors and inliers over time");
+  line.addForReport("plot", "file for a plot (.png, .pdf) of errors and inliers over time");
   const char* usage =
       "evaluate run [SET...] [--scenes NAMES] [options]\n\nSET: a TUM or KITTI odometry folder, a folder of image "
-      "pairs "
-      "(pairs.txt), a .bag, or a folder\nof such sets. Writes a record for each pair and method, and prints a table.";
-  Plan plan;
-  if (!parse(arguments, usage, options, {}, plan)) return 0;
+      "pairs (pairs.txt), a .bag, or a\nfolder of such sets. Writes a record for each pair and method, and prints a "
+      "table.";
+  if (!parse(arguments, usage, {}, line, plan)) return 0;
   requireAtLeastOne({{"--repeat", repeats}});
   const Pipelines methods = std::exchange(plan.pipelines, {});
   for (const MatchFilterOptions& method : methods) {
@@ -182,30 +150,58 @@ int evaluateRun(const Arguments& arguments) {
       plan.pipelines.back().robust.seed += static_cast<uint64_t>(repeat);
     }
   }
-  std::vector<std::string> report = {"run"};
-  if (!plot.empty()) report.insert(report.end(), {"--plot", plot});
-  const std::vector<Series> all = seriesOf(plan, !out.empty());
-  Reporter reporter(report, out);
-  return stream(all, "pair", reporter);
+  Reporter reporter(line.report, out);
+  return stream(seriesOf(plan, !out.empty()), "pair", reporter);
 }
 
 int evaluateTrust(const Arguments& arguments) {
   WorkFolder folder = {"trust", kPairsOfPiece};
+  CommandLine line({"trust"});
+  Plan plan;
   bool no_report = false;
-  po::options_description options;
-  folder.addTo(options);
-  auto add = options.add_options();
+  folder.addTo(line.options);
+  auto add = line.options.add_options();
   add("jobs,j", withDefault(folder.jobs), "pieces of work side by side");
   add("no-report", po::bool_switch(&no_report), "only records and pairs.csv");
   const char* usage =
       "evaluate trust [SET...] [--scenes drawn] [options]\n\nSET: with truth, as for evaluate run, or a folder of such "
       "sets. Without --method lo_prosac and cp_ransac; --method all has every method.";
-  Plan plan;
-  if (!parse(arguments, usage, options, {"lo_prosac", "cp_ransac"}, plan)) return 0;
+  if (!parse(arguments, usage, {"lo_prosac", "cp_ransac"}, line, plan)) return 0;
   requireAtLeastOne({{"--jobs", folder.jobs}});
-  std::vector<std::string> report = {"trust", folder.path};
-  if (no_report) report.emplace_back("--no-tables");
-  return workThrough(folder, planRecord(plan), seriesOf(plan, false), report);
+  line.report.push_back(folder.path);
+  if (no_report) line.report.emplace_back("--no-tables");
+  return workThrough(folder, planRecord(plan), seriesOf(plan, false), line.report);
+}
+
+/// How each method's estimator holds out against outliers, on drawn scenes with exact labels, whose scores and
+/// distances tell right matches from wrong ones with overlap. There is no filter stage, so that the estimator meets the
+/// given ratio: methods that differ only in the filter have equal results.
+int evaluateSweep(const Arguments& arguments) {
+  CommandLine line({"sweep"});
+  int repeat = 50;
+  std::string out;
+  auto add = line.options.add_options();
+  add("repeat", withDefault(repeat), "trials for each method and outlier ratio");
+  add("out,o", po::value(&out), "file for the table, CSV, with the plot beside it; standard output without");
+  line.addFlagForReport("no-plots", "only CSV");
+  const char* usage =
+      "evaluate sweep [options]\n\nSuccess rate and effort of each method's estimator at outlier ratios of 0.1 to 0.9, "
+      "on correspondences of\ndrawn scenes. Success: rotation within 1 degree and direction within 5 degrees. Without "
+      "--method all;\noptions of extraction, matching and filter have no effect.";
+  if (!line.parse(arguments, usage, false)) return 0;
+  const Pipelines pipelines = line.pipelines(allMethodNames());
+  if (pipelines.front().robust.model == ModelType::kHomography) {
+    throw std::invalid_argument("--model is 'homography'; the scene is no plane: it must be essential or fundamental");
+  }
+  requireAtLeastOne({{"--repeat", repeat}});
+  if (!out.empty()) line.report.insert(line.report.end(), {"--out", out});
+  if (!out.empty() && !std::ofstream(out)) throw std::invalid_argument("cannot write " + out);
+  std::vector<Series> all;
+  for (const double ratio : {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9}) {
+    all.push_back(outlierSeries(ratio, repeat, pipelines));
+  }
+  Reporter reporter(line.report);
+  return stream(all, "trial", reporter);
 }
 
 }  // namespace gms_ransac

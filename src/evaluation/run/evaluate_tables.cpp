@@ -28,7 +28,7 @@ struct TablesPlan {
   std::vector<std::string> methods;  ///< compared with cp_ransac, always there
   MatchFilterOptions base;           ///< extractor, model, grid, threshold, seed, ... of every run
   WorkFolder folder = {"tables", 1};
-  std::vector<std::string> report;  ///< arguments of the reporter
+  CommandLine line{{"tables"}};
 };
 
 /// "1/3" or "0.4".
@@ -45,65 +45,53 @@ double parseRatio(const std::string& text) {
 
 /// False when only help was asked for.
 bool parse(const Arguments& arguments, TablesPlan& plan) {
-  std::vector<std::string> folders;
+  CommandLine& line = plan.line;
   std::string shard = "1/1", presets, ratios;
-  DatasetOptions dataset_options;
-  PipelineArguments pipeline;
-  pipeline.base.extractor.extractor = "opencv";  // what the paper used
-  pipeline.base.one_to_one = false;              // likewise
-  pipeline.base.search = SearchMode::kFull;      // likewise
-  po::options_description options;
-  auto add = options.add_options();
-  plan.folder.addTo(options);
+  line.base.extractor.extractor = "opencv";  // what the paper used
+  line.base.one_to_one = false;              // likewise
+  line.base.search = SearchMode::kFull;      // likewise
+  plan.folder.addTo(line.options);
+  auto add = line.options.add_options();
   add("shard", withDefault(shard), "i/n: do the i-th of n parts (see merge)");
   add("gap", withDefault(plan.gap), "frames between reference and current");
   add("pairs", withDefault(plan.pairs), "pairs a set, spread evenly over it");
   add("repeat", withDefault(plan.repeats), "seeds for each pair");
   add("presets", po::value(&presets), "numbers of features, separated by commas; default: the paper's twelve");
   add("ratios", po::value(&ratios), "grouping ratios, separated by commas; default: the paper's seven");
-  add("no-plots", "only CSV and Markdown");
-  addDatasetOptions(options, dataset_options);
-  pipeline.addTo(options, arguments);
+  line.addFlagForReport("no-plots", "only CSV and Markdown");
   const char* usage =
       "evaluate tables DIR... [options]\n\nMakes the paper's Tables 1-5 and the data of its Figures 5, 6, 8 and 9 on "
       "each set.\nOptions of the pipeline hold for every method.";
-  const auto words = parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&folders)}});
-  if (!words) return false;
-  const po::variables_map& given = *words;
-  if (folders.empty()) throw std::invalid_argument("no folder or bag given; see evaluate tables --help");
+  if (!line.parse(arguments, usage)) return false;
+  if (line.folders.empty()) throw std::invalid_argument("no folder or bag given; see evaluate tables --help");
   for (const char* fixed : {"features", "first-group-fraction"}) {
-    if (!given[fixed].defaulted()) {
-      throw std::invalid_argument(std::string("--") + fixed +
-                                  " is varied by the tables; choose --presets and --ratios");
-    }
+    if (!line.given(fixed)) continue;
+    throw std::invalid_argument(std::string("--") + fixed + " is varied by the tables; choose --presets and --ratios");
   }
   requireAtLeastOne({{"--gap", plan.gap}, {"--pairs", plan.pairs}, {"--repeat", plan.repeats}});
   if (!presets.empty()) plan.presets = parsePositives({presets}, "--presets");
-  if (given.count("ratios")) plan.ratios.clear();
+  if (line.given("ratios")) plan.ratios.clear();
   for (const std::string& text : splitAtCommas({ratios})) plan.ratios.push_back(parseRatio(text));
   char end = 0;
   if (std::sscanf(shard.c_str(), "%zu/%zu%c", &plan.folder.shard, &plan.folder.shards, &end) != 2 ||
       plan.folder.shard < 1 || plan.folder.shards < plan.folder.shard) {
     throw std::invalid_argument("--shard is '" + shard + "'; it must look like 2/5, from 1/5 to 5/5");
   }
-  plan.report = {"tables", plan.folder.path};
-  if (given.count("no-plots")) plan.report.push_back("--no-plots");
-  for (const MatchFilterOptions& method : pipeline.pipelines({"lan", "gms_ransac", "lo_prosac"})) {
+  line.report.push_back(plan.folder.path);
+  for (const MatchFilterOptions& method : line.pipelines({"lan", "gms_ransac", "lo_prosac"})) {
     plan.base = method;
     if (method.method != "cp_ransac") plan.methods.push_back(method.method);
   }
   plan.base.method = "cp_ransac";
+  plan.sets = line.sets();
   std::set<std::string> names;
-  for (const std::string& folder : folders) {
-    plan.sets.push_back({Dataset::open(folder, dataset_options), defaultTruthNoise(folder)});
-    const Dataset& dataset = plan.sets.back().dataset;
-    if (!names.insert(dataset.name()).second) {
-      throw std::invalid_argument("two sets are called " + dataset.name() + "; their names tell them apart");
+  for (const MeasuredSet& set : plan.sets) {
+    if (!names.insert(set.dataset.name()).second) {
+      throw std::invalid_argument("two sets are called " + set.dataset.name() + "; their names tell them apart");
     }
-    if (dataset.pairs(plan.gap, 1).empty()) {
-      throw std::invalid_argument(folder + ": no pair of images " + std::to_string(plan.gap) + " apart");
+    if (set.dataset.pairs(plan.gap, 1).empty()) {
+      throw std::invalid_argument(set.dataset.path() + ": no pair of images " + std::to_string(plan.gap) + " apart");
     }
-    printRemarks(dataset, plan.base);
   }
   return true;
 }
@@ -158,7 +146,7 @@ int evaluateTables(const Arguments& arguments) {
       all.push_back(timedSeries(set, plan.gap, plan.pairs, of_preset, plan.repeats));
     }
   }
-  return workThrough(plan.folder, planRecord(plan), all, plan.report);
+  return workThrough(plan.folder, planRecord(plan), all, plan.line.report);
 }
 
 }  // namespace gms_ransac

@@ -157,13 +157,6 @@ Records drawnRecords(const TwoViewScene& scene, const std::string& name, size_t 
 
 }  // namespace
 
-void printRemarks(const Dataset& dataset, const MatchFilterOptions& options) {
-  std::cerr << dataset.path() << ": " << dataset.calibrationText() << '\n';
-  if (!dataset.stamp(0) && options.robust.rolling_shutter_readout != 0) {
-    std::cerr << dataset.path() << ": a list of pairs has no stamps, so --rolling-shutter-readout is not applied\n";
-  }
-}
-
 Series pairSeries(const MeasuredSet& set, int gap, int stride, const Pipelines& pipelines, bool correspondences) {
   const std::vector<DatasetPair> pairs = set.dataset.pairs(gap, stride);
   const bool listed = set.dataset.kind() == DatasetKind::kImagePairs;

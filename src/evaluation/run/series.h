@@ -37,9 +37,6 @@ struct MeasuredSet {
   TruthNoise noise;
 };
 
-/// Tells the user on stderr the calibration in use and the options that do not apply to this set.
-void printRemarks(const Dataset& dataset, const MatchFilterOptions& options);
-
 // Sets, scenes and pipelines have to outlive their series. All pipelines share the extractor of the first.
 
 /// Every `stride`-th pair of a set whose images are `gap` apart. Every image is read and extracted once. A pair whose
