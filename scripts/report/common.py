@@ -59,6 +59,14 @@ def grouped(items, key):
     return found
 
 
+def records_of(lines):
+    """Without their correspondences, of which a record has a megabyte once it is read."""
+    for line in lines:
+        record = json.loads(line)
+        record.pop("correspondences", None)
+        yield record
+
+
 def lines_of(folder):
     """(line, unit) of a folder of measurements. A line that was cut off is left out."""
     with open(os.path.join(folder, "measurements.jsonl")) as stream:
@@ -73,7 +81,7 @@ def read_units(path):
     """The records of each unit in a folder of measurements, in the order of the plan; those of a file are one unit."""
     if os.path.isfile(path):
         with open(path) as stream:
-            return [[json.loads(line) for line in stream]]
+            return [list(records_of(stream))]
     units = {unit["unit"]: unit["runs"] for _, unit in lines_of(path)}
     return [units[number] for number in sorted(units)]
 

@@ -26,8 +26,9 @@ def success(trial):
 def table(trials):
     rows = []
     for (method, order, ratio), part in grouped(trials, lambda t: (t["method"], t["order"], t["outlier_ratio"])).items():
-        row = dict(method=method, order=order, outlier_ratio=ratio, trials=len(part), success_rate=mean(list(map(success, part))))
-        row.update((key, median(list(map(figure, part)))) for key, figure in MEDIANS.items())
+        row = dict(method=method, order=order, outlier_ratio=ratio, trials=len(part),
+                   success_rate=mean([success(trial) for trial in part]))
+        row.update((key, median([figure(trial) for trial in part])) for key, figure in MEDIANS.items())
         rows.append({key: value if isinstance(value, str) else "%g" % value for key, value in row.items()})
     return rows
 

@@ -339,7 +339,8 @@ def write_tables(folder, answers, before):
     method and the real sets of the first; `recordings`, these sets alone."""
     details = {}
     for kind, part in grouped(answers, lambda a: a.kind).items():
-        details[kind] = {key: figures(group) for key, group in grouped(part, lambda a: (name_of(a.set, a.gap), a.method)).items()}
+        lines = grouped(part, lambda a: (name_of(a.set, a.gap), a.method))
+        details[kind] = {key: figures(group) for key, group in lines.items()}
     head = list(next(iter(next(iter(details.values())).values())))
     write_csv(os.path.join(folder, "trust.csv"), ["kind", "set", "method"] + head,
               [[kind, name, method] + ["" if isinstance(v, float) and math.isnan(v) else v for v in row.values()]
