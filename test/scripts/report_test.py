@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """The statistics of scripts/report against values worked out by hand and against the arithmetic of the paper."""
 import ast
+import contextlib
+import io
 import json
 import math
 import sys
@@ -64,6 +66,16 @@ class Run(unittest.TestCase):
         statuses = ["OK", "OK", "LOW_PARALLAX", "RANSAC_FAILED"]
         row = run.table({"lan": [record(status=status) for status in statuses]}).splitlines()[1]
         self.assertEqual(row.split()[:5], ["lan", "4", "2", "1", "1"])
+
+    def test_each_set_and_gap_has_a_table_of_its_own(self):
+        def printed_of(*records):
+            with contextlib.redirect_stdout(io.StringIO()) as printed_text:
+                run.report(map(json.dumps, records), None)
+            return printed_text.getvalue().splitlines()
+        lines = printed_of(record(), record(gap=5, correspondences=[[1, 2, 3, 4, 1, 1]]), record(set="t", gap=None))
+        heads = [k for k, line in enumerate(lines) if line.startswith("method")]
+        self.assertEqual([lines[k - 1] for k in heads], ["s, gap 1", "s, gap 5", "t"])
+        self.assertEqual(printed_of(record(), record())[0].split()[0], "method", "one set needs no name")
 
     def test_a_plot_is_drawn_with_and_without_truth(self):
         if not pyplot():

@@ -127,8 +127,7 @@ int benchmark(const Arguments& words) {
       all.push_back(benchmarkSeries(dataset, pairs, arguments.options));
     }
   }
-  Reporter reporter({"benchmark", "--head", head.str(), "--out", arguments.out});
-  return stream(all, "pair", reporter);
+  return stream(all, "pair", {"benchmark", "--head", head.str(), "--out", arguments.out});
 }
 
 }  // namespace

@@ -135,7 +135,10 @@ bool CommandLine::parse(const Arguments& arguments, const std::string& usage, bo
 Pipelines CommandLine::pipelines(std::vector<std::string> otherwise) const {
   std::vector<std::string> names = methods_.empty() ? std::move(otherwise) : splitAtCommas(methods_);
   if (methods_.empty() && names.empty()) names = {base.method};
-  if (names == std::vector<std::string>{"all"}) names = allMethodNames();
+  if (names == std::vector<std::string>{"all"}) {
+    names.clear();
+    for (const MethodEntry& method : methods()) names.emplace_back(method.name);
+  }
   if (names.empty()) names.emplace_back();  // is refused with the list of known names
   Pipelines made;
   for (const std::string& name : names) {
@@ -162,12 +165,6 @@ std::vector<MeasuredSet> CommandLine::sets() const {
     }
   }
   return sets;
-}
-
-std::vector<std::string> allMethodNames() {
-  std::vector<std::string> names;
-  for (const MethodEntry& method : methods()) names.push_back(method.name);
-  return names;
 }
 
 }  // namespace gms_ransac

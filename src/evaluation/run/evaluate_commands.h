@@ -55,6 +55,4 @@ class CommandLine {
   boost::program_options::variables_map given_;
 };
 
-std::vector<std::string> allMethodNames();
-
 }  // namespace gms_ransac

@@ -1,6 +1,7 @@
 // `evaluate odometry`: whole sequences through the stream of the node. One record for each image; the reporter measures
 // the drift.
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <stdexcept>
 
@@ -15,13 +16,7 @@ using nlohmann::json;
 
 namespace {
 
-struct ScaleName {
-  const char* name;
-  ScaleMode mode;
-};
 constexpr char kStereo[] = "stereo";
-constexpr ScaleName kScales[] = {
-    {"depth", ScaleMode::kDepth}, {"ground", ScaleMode::kGround}, {"propagate", ScaleMode::kPropagate}};
 
 /// The best that the set allows.
 std::string usualScale(const Dataset& dataset, double camera_height) {
@@ -41,32 +36,31 @@ OdometryOptions optionsFor(const Dataset& dataset, const std::string& scale, dou
   options.core = core;
   options.camera = *dataset.intrinsics();
   options.camera_height = camera_height;
-  if (scale == kStereo) {
-    if (!dataset.rightCamera()) {
-      throw std::invalid_argument(dataset.path() +
-                                  ": has no image_1/ with its P1 in calib.txt, as --scale stereo needs");
-    }
-    options.right = dataset.rightCamera()->intrinsics;
-    options.baseline = dataset.rightCamera()->baseline;
-    return options;
+  const std::map<std::string, ScaleMode> scales = {{kStereo, options.scale},
+                                                   {"depth", ScaleMode::kDepth},
+                                                   {"ground", ScaleMode::kGround},
+                                                   {"propagate", ScaleMode::kPropagate}};
+  const auto found = scales.find(scale);
+  if (found == scales.end()) {
+    throw std::invalid_argument("--scale is '" + scale + "'; it must be stereo, depth, ground or propagate");
   }
-  for (const ScaleName& known : kScales) {
-    if (scale != known.name) continue;
-    if (known.mode == ScaleMode::kGround && camera_height <= 0) {
-      throw std::invalid_argument("--scale ground needs --camera-height");
-    }
-    options.scale = known.mode;
-    return options;
+  options.scale = found->second;
+  if (options.scale == ScaleMode::kGround && camera_height <= 0) {
+    throw std::invalid_argument("--scale ground needs --camera-height");
   }
-  throw std::invalid_argument("--scale is '" + scale + "'; it must be stereo, depth, ground or propagate");
+  if (scale != kStereo) return options;
+  if (!dataset.rightCamera()) {
+    throw std::invalid_argument(dataset.path() + ": has no image_1/ with its P1 in calib.txt, as --scale stereo needs");
+  }
+  options.right = dataset.rightCamera()->intrinsics;
+  options.baseline = dataset.rightCamera()->baseline;
+  return options;
 }
 
-json numbersOf(const Eigen::Isometry3d& pose) {
-  json numbers = json::array();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) numbers.push_back(pose(row, column));
-  }
-  return numbers;
+/// The upper three rows of a pose.
+std::vector<double> numbersOf(const Eigen::Isometry3d& pose) {
+  const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> rows = pose.matrix().topRows<3>();
+  return {rows.data(), rows.data() + rows.size()};
 }
 
 json recordOf(size_t number, const Dataset& dataset, const DatasetFrame& frame, const std::string& scale,
@@ -142,8 +136,7 @@ int evaluateOdometry(const Arguments& arguments) {
                      };
                    }});
   }
-  Reporter reporter(line.report, out);
-  return stream(all, "image", reporter);
+  return stream(all, "image", line.report, out);
 }
 
 }  // namespace gms_ransac

@@ -1,6 +1,5 @@
-// `evaluate run` and `evaluate trust`: records of pairs of sets and of drawn scenes. `run` goes through them in order
-// and prints a table; `trust` measures pieces side by side in a folder, and its reporter holds the answers against what
-// they say of themselves.
+// `evaluate run`, `trust` and `sweep`: records of pairs of sets and of drawn scenes. `run` and `sweep` go through them
+// in order and print a table; `trust` measures pieces side by side in a folder.
 #include <algorithm>
 #include <fstream>
 #include <iostream>
@@ -150,8 +149,7 @@ int evaluateRun(const Arguments& arguments) {
       plan.pipelines.back().robust.seed += static_cast<uint64_t>(repeat);
     }
   }
-  Reporter reporter(line.report, out);
-  return stream(seriesOf(plan, !out.empty()), "pair", reporter);
+  return stream(seriesOf(plan, !out.empty()), "pair", line.report, out);
 }
 
 int evaluateTrust(const Arguments& arguments) {
@@ -189,7 +187,7 @@ int evaluateSweep(const Arguments& arguments) {
       "on correspondences of\ndrawn scenes. Success: rotation within 1 degree and direction within 5 degrees. Without "
       "--method all;\noptions of extraction, matching and filter have no effect.";
   if (!line.parse(arguments, usage, false)) return 0;
-  const Pipelines pipelines = line.pipelines(allMethodNames());
+  const Pipelines pipelines = line.pipelines({"all"});
   if (pipelines.front().robust.model == ModelType::kHomography) {
     throw std::invalid_argument("--model is 'homography'; the scene is no plane: it must be essential or fundamental");
   }
@@ -200,8 +198,7 @@ int evaluateSweep(const Arguments& arguments) {
   for (const double ratio : {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9}) {
     all.push_back(outlierSeries(ratio, repeat, pipelines));
   }
-  Reporter reporter(line.report);
-  return stream(all, "trial", reporter);
+  return stream(all, "trial", line.report);
 }
 
 }  // namespace gms_ransac

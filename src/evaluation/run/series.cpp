@@ -208,10 +208,12 @@ void Series::measure(size_t first, size_t last, const std::function<bool(Records
   }
 }
 
-int stream(const std::vector<Series>& all, const std::string& unit, Reporter& reporter) {
+int stream(const std::vector<Series>& all, const std::string& unit, const std::vector<std::string>& report,
+           const std::string& out) {
   size_t count = 0, done = 0;
   for (const Series& series : all) count += series.count;
   if (count == 0) throw std::invalid_argument("there is no " + unit + " to evaluate");
+  Reporter reporter(report, out);
   watchInterrupts();
   {
     Progress progress("evaluating " + unit, static_cast<int>(count));

@@ -26,7 +26,7 @@ struct Series {
   size_t count;
   /// Makes what measures a pair: its records, by pipeline. Throws DatasetError when an image cannot be read.
   std::function<std::function<Records(size_t pair)>()> begin;
-  size_t lead = 0;  ///< pairs before the first that is asked for, which give it its past
+  size_t lead = 0;  ///< pairs to measure before the first one, whose past they are
 
   /// Gives the records of the pairs from the first up to the last to `receive`, until that returns false.
   void measure(size_t first, size_t last, const std::function<bool(Records&)>& receive) const;
@@ -55,8 +55,9 @@ Series drawnSeries(const DrawnScene& scene, int pairs, const Pipelines& pipeline
 /// Drawn pairs of a general motion with that share of outliers anywhere; the seed of scene and estimator counts up.
 Series outlierSeries(double outlier_ratio, int pairs, const Pipelines& pipelines);
 
-/// Gives all records to the reporter, with a line of progress, until Ctrl-C. `unit`: "pair", "image". Returns the exit
-/// status.
-int stream(const std::vector<Series>& all, const std::string& unit, Reporter& reporter);
+/// Gives all records to a reporter with these arguments and `out`, with a line of progress, until Ctrl-C. `unit`:
+/// "pair", "image". Returns the exit status.
+int stream(const std::vector<Series>& all, const std::string& unit, const std::vector<std::string>& report,
+           const std::string& out = "");
 
 }  // namespace gms_ransac

@@ -84,9 +84,9 @@ class PairTruth {
   const TruthNoise& noise() const { return noise_; }
   /// Covariances of the true pose; zero without one.
   const PairNoise& pairNoise() const { return pair_noise_; }
-  /// Whether a match is right: within kCorrectWithin of its true place (homography, disparity, depth) or, where that is
-  /// not known, of its epipolar line. Two standard deviations of the true pose widen the limit; absent where it exceeds
-  /// 10 pixels, or where nothing is known.
+  /// True for a match within kCorrectWithin of its true place (homography, disparity, depth) or, where that is not
+  /// known, of its epipolar line. Two standard deviations of the true pose widen the limit; absent where it exceeds 10
+  /// pixels, or where nothing is known.
   std::optional<bool> label(const cv::Point2f& reference, const cv::Point2f& current) const;
 
  private:
