@@ -7,7 +7,8 @@
   evaluate_report.py merge PART... [--out FOLDER] [--no-plots]
                                                          joins what `evaluate tables --shard` wrote, and makes its tables
   evaluate_report.py trust FOLDER [--no-tables] [--before FOLDER] [--into DOCUMENT]...
-                                                         tables and plots of `evaluate trust`
+                                                         tables and plots of `evaluate trust`, or of a file of records of
+                                                         `evaluate run`, into the folder of its name
   evaluate_report.py odometry [--plot FILE] [--peer FILE]... <RECORDS
                                                          the table of `evaluate odometry`, from the lines of its --out
   evaluate_report.py insert DOCUMENT NAME FILE           puts what a program printed (scripts/demo: out/demo/summary.txt)
@@ -31,52 +32,44 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     commands.required = True
-    option = commands.add_parser("run").add_argument
+
+    def command(name, call):
+        """Adds a command that calls that with its arguments; returns what adds these."""
+        added = commands.add_parser(name)
+        added.set_defaults(call=call)
+        return added.add_argument
+
+    option = command("run", lambda given: run.report(sys.stdin, given.plot))
     option("--plot", help="file for errors and inliers over time")
-    option = commands.add_parser("sweep").add_argument
+    option = command("sweep", lambda given: sweep.report(sys.stdin, given.out, not given.no_plots))
     option("--out", help="file for the table, CSV; standard output without")
     option("--no-plots", action="store_true")
-    option = commands.add_parser("tables").add_argument
+    option = command("tables", lambda given: tables.report(given.folder.rstrip("/"), not given.no_plots))
     option("folder")
     option("--no-plots", action="store_true")
-    option = commands.add_parser("merge").add_argument
+    option = command("merge", lambda given: tables.merge(given.parts, given.out.rstrip("/"), not given.no_plots))
     option("parts", nargs="+", metavar="PART", help="folder that evaluate tables --shard i/n wrote, with the same options")
     option("--out", "-o", default="tables", help="folder to write")
     option("--no-plots", action="store_true")
-    option = commands.add_parser("trust").add_argument
-    option("folder")
+    option = command("trust", lambda given: trust.report(given.folder.rstrip("/"), not given.no_tables, given.before,
+                                                         given.into))
+    option("folder", help="of measurements; or a file of records")
     option("--no-tables", action="store_true", help="only pairs.csv")
     option("--before", help="an earlier folder of the same pairs: how many of its right answers are kept")
     option("--into", action="append", default=[], help="document whose marked tables are replaced; may be repeated")
-    option = commands.add_parser("odometry").add_argument
+    option = command("odometry", lambda given: odometry.report(sys.stdin, given.plot, given.peer))
     option("--plot", help="file for the paths, and the errors over the length")
     option("--peer", action="append", default=[], help="poses of another system; once for each set, in their order")
-    option = commands.add_parser("benchmark").add_argument
+    option = command("benchmark", lambda given: benchmark.report(sys.stdin, given.head, given.out))
     option("--head", default="benchmark", help="line above the tables")
     option("--out", help="file for the tables, Markdown")
-    option = commands.add_parser("insert").add_argument
+    option = command("insert", lambda given: insert(given.document, {given.name: printed(given.file)}))
     option("document")
     option("name", metavar="NAME", help="as in <!-- begin of the NAME -->")
     option("file", metavar="FILE", help="what the program printed")
     given = parser.parse_args()
     try:
-        if given.command == "run":
-            run.report(sys.stdin, given.plot)
-        elif given.command == "sweep":
-            sweep.report(sys.stdin, given.out, not given.no_plots)
-        elif given.command == "tables":
-            tables.report(given.folder.rstrip("/"), not given.no_plots)
-        elif given.command == "merge":
-            tables.merge(given.parts, given.out)
-            tables.report(given.out.rstrip("/"), not given.no_plots)
-        elif given.command == "benchmark":
-            benchmark.report(sys.stdin, given.head, given.out)
-        elif given.command == "odometry":
-            odometry.report(sys.stdin, given.plot, given.peer)
-        elif given.command == "insert":
-            insert(given.document, {given.name: printed(given.file)})
-        else:
-            trust.report(given.folder.rstrip("/"), not given.no_tables, given.before, given.into)
+        given.call(given)
     except OSError as error:
         sys.exit("evaluate_report.py: %s: %s" % (error.filename, error.strerror))
     except odometry.BadPeer as error:

@@ -46,12 +46,25 @@ def pose_errors(record):
     return (error["rotation_deg"], error["direction_deg"]) if error else (FAILED, FAILED)
 
 
+def name_of(dataset, gap):
+    """A set or scene, and how many frames apart its images are."""
+    return dataset + (", gap %d" % gap if gap else "")
+
+
 def grouped(items, key):
     """{key of an item: items that have it}, in order of appearance."""
     found = {}
     for item in items:
         found.setdefault(key(item), []).append(item)
     return found
+
+
+def records_of(lines):
+    """Without their correspondences, of which a record has a megabyte once it is read."""
+    for line in lines:
+        record = json.loads(line)
+        record.pop("correspondences", None)
+        yield record
 
 
 def lines_of(folder):
@@ -64,9 +77,12 @@ def lines_of(folder):
                 continue
 
 
-def read_units(folder):
-    """The records of each unit in a folder of measurements, in the order of the plan."""
-    units = {unit["unit"]: unit["runs"] for _, unit in lines_of(folder)}
+def read_units(path):
+    """The records of each unit in a folder of measurements, in the order of the plan; those of a file are one unit."""
+    if os.path.isfile(path):
+        with open(path) as stream:
+            return [list(records_of(stream))]
+    units = {unit["unit"]: unit["runs"] for _, unit in lines_of(path)}
     return [units[number] for number in sorted(units)]
 
 

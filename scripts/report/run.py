@@ -1,11 +1,11 @@
 """`evaluate run`: a table with a row for each method, and a plot over time."""
-import json
 import math
 import sys
 
 import numpy as np
 
-from report.common import FAILED, POSED, area, grouped, match_truth, mean, median, pose_errors, pyplot
+from report.common import (FAILED, POSED, area, grouped, match_truth, mean, median, name_of, pose_errors, pyplot,
+                           records_of)
 from report.plots import grid_of
 
 SMALLEST = 1e-3  # degrees; smaller errors are drawn there, since the axis is logarithmic
@@ -63,7 +63,7 @@ def table(by_method):
         lines.append("%-17s %5d %5d %5d %6d" % (method, row["pairs"], row["ok"], row["low"], row["failed"]) + "".join(
             "%*s" % (width, "-" if math.isnan(row[key]) else "%.*f" % (digits, row[key]))
             for key, _, width, digits in COLUMNS))
-    return "\n".join(lines) + "\n" + LEGEND
+    return "\n".join(lines) + "\n"
 
 
 def running_median(values, window):
@@ -118,7 +118,12 @@ def plot(by_method, path):
 
 
 def report(lines, plot_file):
-    by_method = grouped(map(json.loads, lines), lambda record: record["method"])
-    print(table(by_method), end="")
-    if plot_file and by_method:
-        plot(by_method, plot_file)
+    sets = grouped(records_of(lines), lambda record: name_of(record["set"], record["gap"]))
+    several = len(sets) > 1
+    for name, part in sets.items():
+        print(name + "\n" if several else "", end="")
+        print(table(grouped(part, lambda record: record["method"])), end="\n" if several else "")
+    print(LEGEND, end="")
+    if plot_file and sets:
+        plot({method + (", " + name if several else ""): by_method for name, part in sets.items()
+              for method, by_method in grouped(part, lambda record: record["method"]).items()}, plot_file)

@@ -4,18 +4,31 @@ import json
 import os
 import sys
 
-from report.common import grouped, mean, median, pyplot
+from report.common import grouped, match_truth, mean, median, pose_errors, pyplot
 from report.plots import grid_of, groups, line, save
 
-MEDIANS = ("hypotheses", "models_scored", "point_evaluations", "milliseconds", "precision", "recall")
+# A trial is a success within these errors of rotation and direction, degrees: several times what a method reaches without
+# outliers in the least favourable of its repetitions.
+LIMITS = (1, 5)
+MEDIANS = {
+    "hypotheses": lambda trial: trial["hypotheses"],
+    "models_scored": lambda trial: trial["models_scored"],
+    "point_evaluations": lambda trial: trial["point_evaluations"],
+    "milliseconds": lambda trial: trial["times_ms"]["ransac"],
+    "precision": lambda trial: match_truth(trial)["kept_correct"] / max(1, trial["inliers"]),
+    "recall": lambda trial: match_truth(trial)["kept_correct"] / max(1, match_truth(trial)["raw_correct"])}
+
+
+def success(trial):
+    return all(error < limit for error, limit in zip(pose_errors(trial), LIMITS))
 
 
 def table(trials):
     rows = []
     for (method, order, ratio), part in grouped(trials, lambda t: (t["method"], t["order"], t["outlier_ratio"])).items():
         row = dict(method=method, order=order, outlier_ratio=ratio, trials=len(part),
-                   success_rate=mean([trial["success"] for trial in part]))
-        row.update((key, median([trial[key] for trial in part])) for key in MEDIANS)
+                   success_rate=mean([success(trial) for trial in part]))
+        row.update((key, median([figure(trial) for trial in part])) for key, figure in MEDIANS.items())
         rows.append({key: value if isinstance(value, str) else "%g" % value for key, value in row.items()})
     return rows
 

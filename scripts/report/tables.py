@@ -303,8 +303,8 @@ def refuse(folder, reason):
     sys.exit(2)
 
 
-def merge(parts, folder):
-    """Joins what `evaluate tables --shard` wrote into folders, with the same options, in a new one."""
+def merge(parts, folder, with_plots):
+    """Joins what `evaluate tables --shard` wrote into folders, with the same options, in a new one, and makes its tables."""
     plans, lines = [], {}
     for part in parts:
         plan = os.path.join(part, "plan.json")
@@ -323,6 +323,7 @@ def merge(parts, folder):
     for name, texts in (("plan.json", plans[:1]), ("measurements.jsonl", lines.values())):
         with open(os.path.join(folder, name), "w") as stream:
             stream.writelines(texts)
+    report(folder, with_plots)
 
 
 def report(folder, with_plots):

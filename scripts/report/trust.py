@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from report.common import POSED, grouped, insert, markdown, pyplot, read_units, write_csv
+from report.common import POSED, grouped, insert, markdown, name_of, pyplot, read_units, write_csv
 from report.plots import grid_of, save
 
 Z95 = 1.959964  # two-sided 95 % of a normal distribution
@@ -113,7 +113,7 @@ COLUMNS = ("kind", "set", "gap", "pair", "from_s", "to_s", "method", "status", "
 
 def row_of(record):
     """A line of pairs.csv, as far as the record says it by itself."""
-    truth = record["truth"]
+    truth = record["truth"] if record["truth"] and record["truth"]["has_pose"] else None
     row = dict(dict.fromkeys(COLUMNS, math.nan), covariance=None)
     row.update((key, record[key]) for key in ("kind", "set", "method", "status", "inliers", "reliability"))
     row.update(gap=record["gap"] or 0, survivors=record["matches_gms"], has_truth=truth is not None, moved=False,
@@ -319,10 +319,6 @@ def halves_table(answers):
         for half, name in enumerate(("even", "odd"))])
 
 
-def name_of(answer):
-    return answer.set + (", gap %d" % answer.gap if answer.gap else "")
-
-
 def kept_table(answers, before):
     """Of the answers that were OK and right in an earlier folder, those that still are."""
     now = {answer.key: answer for answer in answers}
@@ -330,7 +326,7 @@ def kept_table(answers, before):
     for (kind, method), earlier in grouped(before, lambda a: (a.kind, a.method)).items():
         good = [a for a in earlier if a.ok and a.has_truth and not a.wrong and a.key in now]
         kept = [a for a in good if now[a.key].ok and not now[a.key].wrong]
-        lost = grouped([a for a in good if not (now[a.key].ok and not now[a.key].wrong)], name_of)
+        lost = grouped([a for a in good if not (now[a.key].ok and not now[a.key].wrong)], lambda a: name_of(a.set, a.gap))
         most = sorted(lost.items(), key=lambda item: -len(item[1]))[:3]
         if good:
             lines.append([kind, method, "%d of %d (%.1f %%)" % (len(kept), len(good), 100 * len(kept) / len(good)),
@@ -343,7 +339,8 @@ def write_tables(folder, answers, before):
     method and the real sets of the first; `recordings`, these sets alone."""
     details = {}
     for kind, part in grouped(answers, lambda a: a.kind).items():
-        details[kind] = {key: figures(group) for key, group in grouped(part, lambda a: (name_of(a), a.method)).items()}
+        lines = grouped(part, lambda a: (name_of(a.set, a.gap), a.method))
+        details[kind] = {key: figures(group) for key, group in lines.items()}
     head = list(next(iter(next(iter(details.values())).values())))
     write_csv(os.path.join(folder, "trust.csv"), ["kind", "set", "method"] + head,
               [[kind, name, method] + ["" if isinstance(v, float) and math.isnan(v) else v for v in row.values()]
@@ -417,10 +414,13 @@ def copy_plots(document, folder):
             shutil.copy(os.path.join(folder, name), beside)
 
 
-def report(folder, with_tables=True, before=None, into=()):
-    answers = read(folder)
+def report(path, with_tables=True, before=None, into=()):
+    """Of a folder of measurements; of a file of records into the folder of its name without the ending."""
+    answers = read(path)
     if not answers:
-        sys.exit("evaluate_report.py: %s holds no answer" % folder)
+        sys.exit("evaluate_report.py: %s holds no answer" % path)
+    folder = os.path.splitext(path)[0] if os.path.isfile(path) else path
+    os.makedirs(folder, exist_ok=True)
     write_csv(os.path.join(folder, "pairs.csv"), COLUMNS, [[cell(getattr(a, key)) for key in COLUMNS] for a in answers])
     if not with_tables:
         return

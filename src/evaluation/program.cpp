@@ -190,12 +190,16 @@ void Progress::show() const {
   std::fflush(stderr);
 }
 
-Reporter::Reporter(const std::vector<std::string>& arguments, bool to_stderr) {
+Reporter::Reporter(const std::vector<std::string>& arguments, const std::string& out) : out_(out) {
+  if (!out.empty() && out != "-") {
+    file_.open(out);
+    if (!file_) throw std::invalid_argument(out + ": cannot be written");
+  }
   std::string command = quoted(GMS_RANSAC_PYTHON) + ' ' + quoted(findReporter());
   for (const std::string& argument : arguments) command += ' ' + quoted(argument);
   std::fflush(nullptr);
   const auto handler = std::signal(SIGINT, SIG_IGN);  // inherited: Ctrl-C ends the records, and then comes the report
-  pipe_ = popen((command + (to_stderr ? " 1>&2" : "")).c_str(), "w");
+  pipe_ = popen((command + (out == "-" ? " 1>&2" : "")).c_str(), "w");
   std::signal(SIGINT, handler);
 }
 
@@ -205,6 +209,10 @@ Reporter::~Reporter() {
 
 void Reporter::add(const std::string& record) {
   if (pipe_) std::fprintf(pipe_, "%s\n", record.c_str());
+  std::ostream& file = out_ == "-" ? std::cout : file_;
+  if (!out_.empty() && !(file << record << std::endl)) {
+    throw std::runtime_error(out_ + ": writing failed; is the disk full?");
+  }
 }
 
 int Reporter::finish() {

@@ -5,6 +5,7 @@
 #include <time.h>
 #include <chrono>
 #include <cstdio>
+#include <fstream>
 #include <initializer_list>
 #include <optional>
 #include <string>
@@ -96,17 +97,21 @@ class Progress {
 /// on it: where the script is missing or fails, a sentence on stderr says so.
 class Reporter {
  public:
-  /// `arguments`: of the script. `to_stderr`: its output goes there.
-  explicit Reporter(const std::vector<std::string>& arguments, bool to_stderr = false);
+  /// `arguments`: of the script. `out`: file that receives the records, too; "-": standard output, and the report goes
+  /// to stderr; "": none. Throws std::invalid_argument when the file cannot be opened.
+  explicit Reporter(const std::vector<std::string>& arguments, const std::string& out = "");
   ~Reporter();
   Reporter(const Reporter&) = delete;
   Reporter& operator=(const Reporter&) = delete;
 
+  /// The record is on disk when this returns. Throws std::runtime_error when it cannot be written.
   void add(const std::string& record);
   /// Waits for the report. Returns the exit status: kNoReport if there is none, kBadInput if the arguments are refused.
   int finish();
 
  private:
+  const std::string out_;
+  std::ofstream file_;
   std::FILE* pipe_ = nullptr;
 };
 

@@ -9,7 +9,7 @@
 #include "gms_ransac/match_filter.h"
 #include "percentile.h"
 #include "rendered_scene.h"
-#include "run/pair_truth.h"
+#include "run/truth.h"
 
 namespace gms_ransac {
 namespace {

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """The statistics of scripts/report against values worked out by hand and against the arithmetic of the paper."""
 import ast
+import contextlib
+import io
 import json
 import math
 import sys
@@ -65,6 +67,16 @@ class Run(unittest.TestCase):
         row = run.table({"lan": [record(status=status) for status in statuses]}).splitlines()[1]
         self.assertEqual(row.split()[:5], ["lan", "4", "2", "1", "1"])
 
+    def test_each_set_and_gap_has_a_table_of_its_own(self):
+        def printed_of(*records):
+            with contextlib.redirect_stdout(io.StringIO()) as printed_text:
+                run.report(map(json.dumps, records), None)
+            return printed_text.getvalue().splitlines()
+        lines = printed_of(record(), record(gap=5, correspondences=[[1, 2, 3, 4, 1, 1]]), record(set="t", gap=None))
+        heads = [k for k, line in enumerate(lines) if line.startswith("method")]
+        self.assertEqual([lines[k - 1] for k in heads], ["s, gap 1", "s, gap 5", "t"])
+        self.assertEqual(printed_of(record(), record())[0].split()[0], "method", "one set needs no name")
+
     def test_a_plot_is_drawn_with_and_without_truth(self):
         if not pyplot():
             self.skipTest("needs matplotlib")
@@ -77,10 +89,12 @@ class Run(unittest.TestCase):
         np.testing.assert_allclose(run.running_median(np.array([1, 9, 2, math.nan, 4, 100]), 3), [5, 2, 5.5, 3, 52, 52])
 
     def test_a_sweep_holds_medians_and_the_share_of_successes(self):
-        trial = dict.fromkeys(sweep.MEDIANS, 1.5)
-        trials = [dict(trial, method="lan", order="uniform", outlier_ratio=0.1, success=success) for success in (True, False)]
+        trials = [record(order="uniform", outlier_ratio=0.1, inliers=inliers,
+                         truth=truth(error, dict(kept_correct=6, raw_correct=12)))
+                  for inliers, error in ((8, (0.9, 4.9)), (12, (0.9, 5)))]
         (row,) = sweep.table(trials)
-        self.assertEqual((row["trials"], row["success_rate"], row["precision"]), ("2", "0.5", "1.5"))
+        self.assertEqual((row["trials"], row["success_rate"], row["milliseconds"]), ("2", "0.5", "0.5"))
+        self.assertEqual((row["precision"], row["recall"]), ("0.625", "0.5"))
 
     def test_a_benchmark_has_medians_and_the_ratio_to_the_baseline(self):
         row = dict(stage="s", kept=None, correct=None)

@@ -119,21 +119,15 @@ int benchmark(const Arguments& words) {
   head << (rendered ? "rendered scene" : dataset.name()) << ", " << size.width << "x" << size.height << ", "
        << pairs.size() << " pairs, gap " << arguments.gap << ", " << arguments.options.repeat << " repetitions; "
        << toString(detectSimdLevel()) << ", OpenCV " << CV_VERSION;
-  Reporter reporter({"benchmark", "--head", head.str(), "--out", arguments.out});
-  {
-    Progress progress("pair", static_cast<int>(features.size() * threads.size() * pairs.size()));
-    BenchmarkOptions& options = arguments.options;
-    for (const int thread_count : threads) {
-      for (const int feature_count : features) {
-        options.features = feature_count;
-        options.threads = thread_count;
-        runBenchmark(
-            dataset, pairs, options, [&] { progress.advanceUnlessInterrupted(); },
-            [&](const nlohmann::json& record) { reporter.add(record.dump()); });
-      }
+  std::vector<Series> all;
+  for (const int thread_count : threads) {
+    for (const int feature_count : features) {
+      arguments.options.features = feature_count;
+      arguments.options.threads = thread_count;
+      all.push_back(benchmarkSeries(dataset, pairs, arguments.options));
     }
   }
-  return reporter.finish();
+  return stream(all, "pair", {"benchmark", "--head", head.str(), "--out", arguments.out});
 }
 
 }  // namespace

@@ -9,11 +9,13 @@
 #include "gms/guided_search.h"
 #include "gms_ransac/match_filter.h"
 #include "program.h"
-#include "run/pair_truth.h"
+#include "run/truth.h"
 
 namespace gms_ransac {
 
 namespace {
+
+using nlohmann::json;
 
 const char kMatch[] = "match", kGms[] = "GMS", kGmsAll[] = "GMS, rotation + scale", kEstimate[] = "estimate",
            kFilter[] = "match + GMS + estimate", kFrame[] = "whole frame", kFrames[] = "frame after frame";
@@ -45,11 +47,9 @@ std::string chainName(const BaselineEstimator& estimator) { return "OpenCV with 
 
 class Suite {
  public:
-  Suite(const Dataset& dataset, const BenchmarkOptions& options,
-        const std::function<void(const nlohmann::json&)>& receive)
+  Suite(const Dataset& dataset, const BenchmarkOptions& options)
       : dataset_(dataset),
         options_(options),
-        receive_(receive),
         baseline_extractor_(makeBaselineExtractor(options.features)),
         guided_search_({false, options.threads}, {}) {
     for (SimdLevel level : {SimdLevel::kAvx512, SimdLevel::kAvx2, SimdLevel::kNeon, SimdLevel::kScalar}) {
@@ -77,7 +77,8 @@ class Suite {
     }
   }
 
-  void run(const DatasetPair& pair) {
+  Records run(const DatasetPair& pair) {
+    records_.clear();
     const cv::Mat reference = dataset_.image(pair.reference), current = dataset_.image(pair.current);
     setCamera(current.size());
     for (FilterContender& contender : filters_) contender.filter.setCamera(camera_);
@@ -94,17 +95,19 @@ class Suite {
       filterOurs();
       matchOurs();
     }
+    return records_;
   }
 
   /// Frames first..first+count-1 one after the other, as a node gets them: OpenCV's chain with its first estimator, and
   /// each method on simd_orb.
-  void runFrames(int first, int count) {
+  Records runFrames(int first, int count) {
+    records_.clear();
     std::vector<cv::Mat> images;
     for (int i = first; i < first + count; ++i) images.push_back(dataset_.image(i));
     setCamera(images.front().size());
     const std::string baseline = chainName(baselineEstimators(camera_.calibrated()).front());
     // The first frame has nothing to be compared with, the second no motion before it.
-    const auto run = [&](const std::string& what, const char* compared, const auto& process) {
+    const auto run = [&](const std::string& what, const std::string& compared, const auto& process) {
       for (size_t i = 0; i < images.size(); ++i) {
         int inliers = 0;
         const double ms = time([&] { inliers = process(images[i]); });
@@ -114,16 +117,17 @@ class Suite {
     for (int repeat = 0; repeat < options_.repeat; ++repeat) {
       Features before;
       cv::Mat descriptors;
-      run(baseline, nullptr, [&](const cv::Mat& image) { return baselineInliers(image, before, descriptors); });
+      run(baseline, "", [&](const cv::Mat& image) { return baselineInliers(image, before, descriptors); });
       for (const std::string& method : options_.methods) {
         for (const SearchMode search : {SearchMode::kGuided, SearchMode::kFull}) {
           MatchFilter filter(pipeline(method, search, "simd_orb"));
           filter.setCamera(camera_);
-          run(method + (search == SearchMode::kFull ? ", full search" : ""), baseline.c_str(),
+          run(method + (search == SearchMode::kFull ? ", full search" : ""), baseline,
               [&](const cv::Mat& image) { return filter.process(image).inliers; });
         }
       }
     }
+    return records_;
   }
 
  private:
@@ -152,18 +156,18 @@ class Suite {
     return 1e3 * (secondsOf(clock) - start);
   }
 
-  void tell(const char* stage, const std::string& what, const char* baseline, double ms, int kept,
-            const nlohmann::json& correct) const {
-    nlohmann::json record = {{"stage", stage}, {"what", what}, {"ms", ms}, {"kept", kept}, {"correct", correct}};
-    record["baseline"] = baseline ? nlohmann::json(baseline) : nlohmann::json();
-    record["features"] = options_.features;
-    record["threads"] = options_.threads;
-    receive_(record);
+  /// `baseline`: what the same stage is compared with; empty: nothing.
+  void tell(const std::string& stage, const std::string& what, const std::string& baseline, double ms, int kept,
+            const json& correct) {
+    json& record = records_.emplace_back(json{
+        {"stage", stage}, {"what", what}, {"ms", ms}, {"kept", kept}, {"correct", correct}, {"baseline", nullptr}});
+    if (!baseline.empty()) record["baseline"] = baseline;
+    record.update({{"features", options_.features}, {"threads", options_.threads}});
   }
   /// Counts the matches that are chosen by index; their features are those of the extractor.
   template <typename Chosen>
-  void tell(const char* stage, const std::string& what, const char* baseline, double ms,
-            const ExtractorContender& extractor, const std::vector<Match>& matches, const Chosen& chosen) const {
+  void tell(const std::string& stage, const std::string& what, const std::string& baseline, double ms,
+            const ExtractorContender& extractor, const std::vector<Match>& matches, const Chosen& chosen) {
     int kept = 0, correct = 0;
     for (size_t i = 0; i < matches.size(); ++i) {
       if (!chosen(i)) continue;
@@ -172,39 +176,58 @@ class Suite {
                            extractor.current.features.keypoints[matches[i].current].pt);
     }
     const bool known = truth_->hasEpipolar() || truth_->hasTransfer();
-    tell(stage, what, baseline, ms, kept, known ? nlohmann::json(correct) : nlohmann::json());
+    tell(stage, what, baseline, ms, kept, known ? json(correct) : json());
   }
   bool isCorrect(const cv::Point2f& reference, const cv::Point2f& current) const {
     if (truth_->hasEpipolar()) return truth_->epipolarDistance(reference, current) < kCorrectWithin;
     const std::optional<double> distance = truth_->transferDistance(reference, current);
     return distance && *distance < kCorrectWithin;
   }
-  static bool all(size_t) { return true; }
 
   void extract(const cv::Mat& image) {
     std::vector<cv::KeyPoint> keypoints;
     cv::Mat descriptors;
     baseline_extract_ms_ =
         time([&] { baseline_extractor_->detectAndCompute(image, cv::noArray(), keypoints, descriptors); });
-    tell("extract", kBaselineExtractor, nullptr, baseline_extract_ms_, static_cast<int>(keypoints.size()), nullptr);
+    tell("extract", kBaselineExtractor, "", baseline_extract_ms_, static_cast<int>(keypoints.size()), nullptr);
     for (ExtractorContender& contender : extractors_) {
       contender.ms = time([&] { contender.extractor->extract(image, contender.current.features); });
       tell("extract", contender.name, kBaselineExtractor, contender.ms, contender.current.features.size(), nullptr);
     }
   }
 
+  /// Times what finds matches. Returns milliseconds.
+  template <typename Work>
+  double match(const std::string& what, const std::string& baseline, const ExtractorContender& extractor,
+               const std::vector<Match>& found, const Work& work) {
+    const double ms = time(work);
+    tell(kMatch, what, baseline, ms, extractor, found, [](size_t) { return true; });
+    return ms;
+  }
+
   void match() {
     const Features& reference = stock_.reference.features;
     Features& current = stock_.current.features;
     const cv::Mat queries = reference.descriptors.asMat(), train = current.descriptors.asMat();
-    baseline_match_ms_ = time([&] { matches_ = baselineMatches(queries, train); });
-    tell(kMatch, kBaselineMatcher, nullptr, baseline_match_ms_, stock_, matches_, all);
+    baseline_match_ms_ =
+        match(kBaselineMatcher, "", stock_, matches_, [&] { matches_ = baselineMatches(queries, train); });
     for (MatcherContender& contender : matchers_) {
       current.descriptors.pack(contender.level);
-      const double ms = time([&] { contender.matcher.match(reference.descriptors, current.descriptors, ours_); });
-      tell(kMatch, contender.name, kBaselineMatcher, ms, stock_, ours_, all);
+      match(contender.name, kBaselineMatcher, stock_, ours_,
+            [&] { contender.matcher.match(reference.descriptors, current.descriptors, ours_); });
     }
     current.descriptors.pack();
+  }
+
+  /// The raw matches of our own extractor, by full and by guided search.
+  void matchOurs() {
+    const ExtractorContender& extractor = extractors_.back();
+    const Features &reference = extractor.reference.features, &current = extractor.current.features;
+    const std::string name = toString(detectSimdLevel()) + " on " + extractor.name;
+    match(name, kBaselineMatcher, extractor, ours_,
+          [&] { matchers_.front().matcher.match(reference.descriptors, current.descriptors, ours_); });
+    match(name + ", guided", kBaselineMatcher, extractor, ours_,
+          [&] { guided_search_.match(reference, current, ours_); });
   }
 
   void filterByMotion() {
@@ -214,12 +237,12 @@ class Suite {
       tell(stage, what, baseline, ms, stock_, matches_, [this](size_t i) { return statistics_.accepted[i] != 0; });
       return ms;
     };
-    run(kGmsAll, kBaselineGms, nullptr,
+    run(kGmsAll, kBaselineGms, "",
         [&] { denseMotionStatistics(gms_all_options_, reference, current, matches_, statistics_); });
     run(kGmsAll, "sparse", kBaselineGms, [&] { gms_all_.compute(reference, current, matches_, statistics_); });
     run(kGms, "sparse", kBaselineGms, [&] { gms_.compute(reference, current, matches_, statistics_); });
     baseline_gms_ms_ =
-        run(kGms, kBaselineGms, nullptr, [&] { denseMotionStatistics({}, reference, current, matches_, statistics_); });
+        run(kGms, kBaselineGms, "", [&] { denseMotionStatistics({}, reference, current, matches_, statistics_); });
   }
 
   void estimateBaseline() {
@@ -232,7 +255,7 @@ class Suite {
       });
       inlier.resize(survivors.size(), 0);
       const auto told = [&](const char* stage, const std::string& what, double sum) {
-        tell(stage, what, nullptr, sum, stock_, survivors, [&](size_t i) { return inlier[i] != 0; });
+        tell(stage, what, "", sum, stock_, survivors, [&](size_t i) { return inlier[i] != 0; });
       };
       const double filter_ms = baseline_match_ms_ + baseline_gms_ms_ + ms;
       told(kEstimate, estimator.name, ms);
@@ -249,27 +272,13 @@ class Suite {
       const double ms =
           time([&] { contender.filter.filter(extractor.reference, extractor.current, contender.result); });
       const auto told = [&](const char* stage, const std::string& compared, double sum) {
-        tell(stage, contender.name, compared.c_str(), sum, extractor, contender.result.matches,
+        tell(stage, contender.name, compared, sum, extractor, contender.result.matches,
              [&](size_t i) { return contender.result.stage[i] == MatchStage::kInlier; });
       };
       told(kFilter, chain, ms);
       told(kFrame, chain, extractor.ms + ms);
       // The survivors of the baseline; by the wall clock, because it is measured inside.
       if (&extractor == &stock_) told(kEstimate, baseline.name, contender.result.times.ransac * 1e3);
-    }
-  }
-
-  /// The raw matches of our own extractor, by full and by guided search.
-  void matchOurs() {
-    const ExtractorContender& extractor = extractors_.back();
-    const Features &reference = extractor.reference.features, &current = extractor.current.features;
-    for (const bool guided : {false, true}) {
-      const double ms = time([&] {
-        guided ? guided_search_.match(reference, current, ours_)
-               : matchers_.front().matcher.match(reference.descriptors, current.descriptors, ours_);
-      });
-      tell(kMatch, toString(detectSimdLevel()) + " on " + extractor.name + (guided ? ", guided" : ""), kBaselineMatcher,
-           ms, extractor, ours_, all);
     }
   }
 
@@ -294,7 +303,6 @@ class Suite {
 
   const Dataset& dataset_;
   const BenchmarkOptions options_;
-  const std::function<void(const nlohmann::json&)>& receive_;
   const cv::Ptr<cv::ORB> baseline_extractor_;
   std::vector<ExtractorContender> extractors_{2};
   ExtractorContender& stock_ = extractors_[0];  ///< its features are the baseline's
@@ -308,6 +316,7 @@ class Suite {
   }();
   MotionStatisticsFilter gms_, gms_all_{gms_all_options_};
 
+  Records records_;
   // The current pair.
   Camera camera_;
   const PairTruth* truth_ = nullptr;
@@ -318,17 +327,20 @@ class Suite {
 
 }  // namespace
 
-void runBenchmark(const Dataset& dataset, const std::vector<DatasetPair>& pairs, const BenchmarkOptions& options,
-                  const std::function<void()>& pair_done, const std::function<void(const nlohmann::json&)>& receive) {
-  cv::setNumThreads(options.threads);
-  Suite suite(dataset, options, receive);
-  for (const DatasetPair& pair : pairs) {
-    suite.run(pair);
-    pair_done();
-  }
-  const int first = pairs.front().reference;
-  const int count = std::min(options.frames, static_cast<int>(dataset.frames().size()) - first);
-  if (count > 2) suite.runFrames(first, count);
+Series benchmarkSeries(const Dataset& dataset, const std::vector<DatasetPair>& pairs, const BenchmarkOptions& options) {
+  return {"", pairs.size(), [&dataset, &pairs, options] {
+            cv::setNumThreads(options.threads);
+            const auto suite = std::make_shared<Suite>(dataset, options);
+            return [&dataset, &pairs, options, suite](size_t pair) {
+              Records records = suite->run(pairs[pair]);
+              const int first = pairs.front().reference;
+              const int count = std::min(options.frames, static_cast<int>(dataset.frames().size()) - first);
+              if (pair + 1 < pairs.size() || count < 3) return records;
+              const Records of_frames = suite->runFrames(first, count);
+              records.insert(records.end(), of_frames.begin(), of_frames.end());
+              return records;
+            };
+          }};
 }
 
 }  // namespace gms_ransac

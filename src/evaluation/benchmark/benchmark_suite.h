@@ -1,14 +1,12 @@
 // Runs the OpenCV baseline and ours over the same images, interleaved, and times each stage.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "datasets/dataset.h"
 #include "gms_ransac/match_filter_options.h"
+#include "run/series.h"
 
 namespace gms_ransac {
 
@@ -23,10 +21,9 @@ struct BenchmarkOptions {
   ModelType model = ModelType::kEssential;  ///< of our methods; without intrinsics they use a fundamental matrix
 };
 
-/// Gives each measurement to `receive`: features, threads, stage, what, baseline (what the same stage is compared with,
-/// or null), ms, matches or keypoints kept, and how many of them are correct (null where unknown). `pair_done` is
-/// called after each pair. Throws DatasetError when an image cannot be read, std::invalid_argument for bad options.
-void runBenchmark(const Dataset& dataset, const std::vector<DatasetPair>& pairs, const BenchmarkOptions& options,
-                  const std::function<void()>& pair_done, const std::function<void(const nlohmann::json&)>& receive);
+/// A record for each measurement: features, threads, stage, what, baseline (what the same stage is compared with, or
+/// null), ms, matches or keypoints kept, and how many of them are correct (null where unknown). Set and pairs have to
+/// outlive the series.
+Series benchmarkSeries(const Dataset& dataset, const std::vector<DatasetPair>& pairs, const BenchmarkOptions& options);
 
 }  // namespace gms_ransac

@@ -1,12 +1,15 @@
 // Program: match filters compared on one's own images, without a ROS master.
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <stdexcept>
 
+#include "methods/method.h"
 #include "run/evaluate_commands.h"
 
 namespace gms_ransac {
 
+namespace fs = std::filesystem;
 namespace po = boost::program_options;
 
 namespace {
@@ -69,14 +72,43 @@ std::string helpText(const Parameter& parameter) {
   return parameter.sentence + choices;
 }
 
+/// The sets that a folder is or holds.
+std::vector<std::string> setsIn(const std::string& folder) {
+  if (!fs::is_directory(folder) || layoutOf(folder)) return {folder};  // a bag, or a set
+  std::vector<std::string> sets;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (!layoutOf(entry.path().string())) continue;
+    sets.push_back(entry.path().string());
+    for (const char* right : {"image_1", "image_r"}) {
+      if (kittiRigOf((entry.path() / right).string())) sets.push_back((entry.path() / right).string());
+    }
+  }
+  std::sort(sets.begin(), sets.end());
+  if (sets.empty()) return {folder};  // opening it reports what is missing
+  return sets;
+}
+
 }  // namespace
 
-void PipelineArguments::addTo(po::options_description& description, const Arguments& given) {
-  if (std::find(given.begin(), given.end(), "--paper") != given.end()) base = MatchFilterOptions::paper();
-  auto add = description.add_options();
+void CommandLine::addForReport(const std::string& name, const char* text) {
+  const auto take = [this, name](const std::string& value) { report.insert(report.end(), {"--" + name, value}); };
+  options.add_options()(name.c_str(), po::value<std::string>()->notifier(take), text);
+}
+
+void CommandLine::addFlagForReport(const std::string& name, const char* text) {
+  const auto take = [this, name](bool given) {
+    if (given) report.push_back("--" + name);
+  };
+  options.add_options()(name.c_str(), po::bool_switch()->notifier(take), text);
+}
+
+bool CommandLine::parse(const Arguments& arguments, const std::string& usage, bool with_sets) {
+  if (std::find(arguments.begin(), arguments.end(), "--paper") != arguments.end()) base = MatchFilterOptions::paper();
+  auto add = options.add_options();
+  if (with_sets) addDatasetOptions(options, dataset_options_);
   add("paper",
       "defaults as in the paper: cp_ransac on cv::ORB, without refinement, judgement and one_to_one (see README)");
-  add("method,m", po::value(&methods)->composing(),
+  add("method,m", po::value(&methods_)->composing(),
       "method, several with commas between, or all (see evaluate --list)");
   const ParameterValues defaults = parametersOf(base);
   for (const Parameter& parameter : coreParameters()) {
@@ -92,32 +124,47 @@ void PipelineArguments::addTo(po::options_description& description, const Argume
         po::value<std::string>()->default_value(toText(defaults.at(parameter.name)))->notifier(take),
         helpText(parameter).c_str());
   }
-  add("threads", withDefault(threads), "of extraction and matching");
+  add("threads", withDefault(threads_), "of extraction and matching");
+  std::vector<Positional> positional;
+  if (with_sets) positional.push_back({"set", -1, po::value(&folders)});
+  const auto parsed = parseCommandLine(arguments, usage, options, positional);
+  if (parsed) given_ = *parsed;
+  return parsed.has_value();
 }
 
-MatchFilterOptions PipelineArguments::options(const std::string& method) const {
-  MatchFilterOptions result = base;
-  setParameters(values_, result);
-  result.method = method;
-  result.extractor.threads = threads;
-  result.matcher_threads = threads;
-  result.validate();
-  return result;
+Pipelines CommandLine::pipelines(std::vector<std::string> otherwise) const {
+  std::vector<std::string> names = methods_.empty() ? std::move(otherwise) : splitAtCommas(methods_);
+  if (methods_.empty() && names.empty()) names = {base.method};
+  if (names == std::vector<std::string>{"all"}) {
+    names.clear();
+    for (const MethodEntry& method : methods()) names.emplace_back(method.name);
+  }
+  if (names.empty()) names.emplace_back();  // is refused with the list of known names
+  Pipelines made;
+  for (const std::string& name : names) {
+    MatchFilterOptions& made_options = made.emplace_back(base);
+    setParameters(values_, made_options);
+    made_options.method = findMethod(name).name;
+    made_options.extractor.threads = made_options.matcher_threads = threads_;
+    made_options.validate();
+  }
+  return made;
 }
 
-std::vector<std::string> PipelineArguments::methodNames(std::vector<std::string> otherwise) const {
-  if (methods.empty()) return otherwise;
-  std::vector<std::string> names = splitAtCommas(methods);
-  if (names == std::vector<std::string>{"all"}) return allMethodNames();
-  if (names.empty()) findMethod("");  // complains with the list of known names
-  for (const std::string& name : names) findMethod(name);
-  return names;
-}
-
-std::vector<std::string> allMethodNames() {
-  std::vector<std::string> names;
-  for (const MethodEntry& method : methods()) names.push_back(method.name);
-  return names;
+std::vector<MeasuredSet> CommandLine::sets() const {
+  std::vector<MeasuredSet> sets;
+  const bool rolling = pipelines().front().robust.rolling_shutter_readout != 0;
+  for (const std::string& folder : folders) {
+    for (const std::string& path : setsIn(folder)) {
+      const Dataset& dataset = sets.emplace_back(MeasuredSet{Dataset::open(path, dataset_options_), {}}).dataset;
+      sets.back().noise = defaultTruthNoise(path);
+      std::cerr << dataset.path() << ": " << dataset.calibrationText() << '\n';
+      if (rolling && !dataset.stamp(0)) {
+        std::cerr << path << ": a list of pairs has no stamps, so --rolling-shutter-readout is not applied\n";
+      }
+    }
+  }
+  return sets;
 }
 
 }  // namespace gms_ransac

@@ -1,6 +1,5 @@
-// The subcommands of `evaluate`, and the options that they share: every parameter of the core (cfg/parameters.py),
-// `foo_bar` as --foo-bar. A command takes the arguments behind its name and returns the exit status; bad input is an
-// exception with one clear sentence.
+// The subcommands of `evaluate`, and the command line that they share. A command takes the arguments behind its name
+// and returns the exit status; bad input is an exception with one clear sentence.
 #pragma once
 
 #include <string>
@@ -8,10 +7,10 @@
 
 #include <boost/program_options.hpp>
 
-#include "gms_ransac/match_filter.h"
-#include "methods/method.h"
+#include "gms_ransac/match_filter_options.h"
 #include "parameter.h"
 #include "program.h"
+#include "run/series.h"
 
 namespace gms_ransac {
 
@@ -21,24 +20,39 @@ int evaluateSweep(const Arguments& arguments);
 int evaluateTables(const Arguments& arguments);
 int evaluateTrust(const Arguments& arguments);
 
-/// Options of the user; `options(method)` makes those of a pipeline.
-struct PipelineArguments {
-  std::vector<std::string> methods;  ///< names or comma lists of names
-  int threads = 1;
-  MatchFilterOptions base;  ///< the defaults; with --paper the paper's
+/// Options of a command, and those that all have: sets, their calibration, and every parameter of the core
+/// (cfg/parameters.py), `foo_bar` as --foo-bar. Values land in this object and in the command's variables.
+class CommandLine {
+ public:
+  explicit CommandLine(std::vector<std::string> report) : report(std::move(report)) {}
 
-  /// Adds the options to a description; the values land in this object, which must outlive the parsing. With --paper
-  /// among the words `given` the defaults are the paper's.
-  void addTo(boost::program_options::options_description& description, const Arguments& given);
-  /// Throws std::invalid_argument with a sentence when a value or a name is wrong.
-  MatchFilterOptions options(const std::string& method) const;
-  /// The methods given, or else `otherwise`. Throws std::invalid_argument for one that is unknown.
-  std::vector<std::string> methodNames(std::vector<std::string> otherwise) const;
+  boost::program_options::options_description options;  ///< the command's own; to be filled before parsing
+  MatchFilterOptions base;                              ///< the defaults; with --paper the paper's
+  std::vector<std::string> folders;                     ///< of sets, as they are given
+  std::vector<std::string> report;                      ///< arguments of the reporter
+
+  /// Adds an option or a flag that goes to the reporter as it is.
+  void addForReport(const std::string& name, const char* text);
+  void addFlagForReport(const std::string& name, const char* text);
+
+  /// False when only help was asked for. Throws std::exception with a sentence about a wrong argument.
+  bool parse(const Arguments& arguments, const std::string& usage, bool with_sets = true);
+  /// Returns true if the user gave that option.
+  bool given(const std::string& name) const { return !given_[name].empty() && !given_[name].defaulted(); }
+
+  /// One for each method given, or else for those of `otherwise`, or else for the default. Throws std::invalid_argument
+  /// with a sentence when a value or a name is wrong.
+  Pipelines pipelines(std::vector<std::string> otherwise = {}) const;
+  /// The sets of all folders: each itself, or its subfolders in the order of their names, with the images of KITTI's
+  /// right camera where they are there. Tells the user what is to be known of them.
+  std::vector<MeasuredSet> sets() const;
 
  private:
+  std::vector<std::string> methods_;  ///< names or comma lists of names
+  int threads_ = 1;
   ParameterValues values_;
+  DatasetOptions dataset_options_;
+  boost::program_options::variables_map given_;
 };
-
-std::vector<std::string> allMethodNames();
 
 }  // namespace gms_ransac

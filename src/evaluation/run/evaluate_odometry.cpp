@@ -1,13 +1,12 @@
 // `evaluate odometry`: whole sequences through the stream of the node. One record for each image; the reporter measures
 // the drift.
 #include <algorithm>
-#include <fstream>
-#include <iostream>
+#include <map>
+#include <memory>
 #include <stdexcept>
 
 #include "run/evaluate_commands.h"
-#include "run/experiment.h"
-#include "run/record.h"
+#include "run/series.h"
 #include "stream/stream_odometry.h"
 
 namespace gms_ransac {
@@ -17,13 +16,7 @@ using nlohmann::json;
 
 namespace {
 
-struct ScaleName {
-  const char* name;
-  ScaleMode mode;
-};
 constexpr char kStereo[] = "stereo";
-constexpr ScaleName kScales[] = {
-    {"depth", ScaleMode::kDepth}, {"ground", ScaleMode::kGround}, {"propagate", ScaleMode::kPropagate}};
 
 /// The best that the set allows.
 std::string usualScale(const Dataset& dataset, double camera_height) {
@@ -43,32 +36,31 @@ OdometryOptions optionsFor(const Dataset& dataset, const std::string& scale, dou
   options.core = core;
   options.camera = *dataset.intrinsics();
   options.camera_height = camera_height;
-  if (scale == kStereo) {
-    if (!dataset.rightCamera()) {
-      throw std::invalid_argument(dataset.path() +
-                                  ": has no image_1/ with its P1 in calib.txt, as --scale stereo needs");
-    }
-    options.right = dataset.rightCamera()->intrinsics;
-    options.baseline = dataset.rightCamera()->baseline;
-    return options;
+  const std::map<std::string, ScaleMode> scales = {{kStereo, options.scale},
+                                                   {"depth", ScaleMode::kDepth},
+                                                   {"ground", ScaleMode::kGround},
+                                                   {"propagate", ScaleMode::kPropagate}};
+  const auto found = scales.find(scale);
+  if (found == scales.end()) {
+    throw std::invalid_argument("--scale is '" + scale + "'; it must be stereo, depth, ground or propagate");
   }
-  for (const ScaleName& known : kScales) {
-    if (scale != known.name) continue;
-    if (known.mode == ScaleMode::kGround && camera_height <= 0) {
-      throw std::invalid_argument("--scale ground needs --camera-height");
-    }
-    options.scale = known.mode;
-    return options;
+  options.scale = found->second;
+  if (options.scale == ScaleMode::kGround && camera_height <= 0) {
+    throw std::invalid_argument("--scale ground needs --camera-height");
   }
-  throw std::invalid_argument("--scale is '" + scale + "'; it must be stereo, depth, ground or propagate");
+  if (scale != kStereo) return options;
+  if (!dataset.rightCamera()) {
+    throw std::invalid_argument(dataset.path() + ": has no image_1/ with its P1 in calib.txt, as --scale stereo needs");
+  }
+  options.right = dataset.rightCamera()->intrinsics;
+  options.baseline = dataset.rightCamera()->baseline;
+  return options;
 }
 
-json numbersOf(const Eigen::Isometry3d& pose) {
-  json numbers = json::array();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) numbers.push_back(pose(row, column));
-  }
-  return numbers;
+/// The upper three rows of a pose.
+std::vector<double> numbersOf(const Eigen::Isometry3d& pose) {
+  const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> rows = pose.matrix().topRows<3>();
+  return {rows.data(), rows.data() + rows.size()};
 }
 
 json recordOf(size_t number, const Dataset& dataset, const DatasetFrame& frame, const std::string& scale,
@@ -100,13 +92,11 @@ json recordOf(size_t number, const Dataset& dataset, const DatasetFrame& frame, 
 }  // namespace
 
 int evaluateOdometry(const Arguments& arguments) {
-  std::vector<std::string> folders, peers;
-  std::string scale, out, plot;
+  CommandLine line({"odometry"});
+  std::vector<std::string> peers;
+  std::string scale, out;
   double camera_height = 0;
-  DatasetOptions dataset_options;
-  PipelineArguments pipeline;
-  po::options_description options;
-  auto add = options.add_options();
+  auto add = line.options.add_options();
   add("scale", po::value(&scale),
       "stereo, depth, ground or propagate; default: the first of them that the set allows, ground if --camera-height "
       "is given");
@@ -115,54 +105,38 @@ int evaluateOdometry(const Arguments& arguments) {
       "poses of another system for the table and the plot, once for each set in their order: 12 numbers a line and "
       "image (KITTI), or stamp tx ty tz qx qy qz qw (TUM)");
   add("out,o", po::value(&out), "file for the records, one JSON object a line");
-  add("plot", po::value(&plot), "file for a plot (.png, .pdf) of the paths, and of the error over the length");
-  addDatasetOptions(options, dataset_options);
-  pipeline.addTo(options, arguments);
+  line.addForReport("plot", "file for a plot (.png, .pdf) of the paths, and of the error over the length");
   const char* usage =
       "evaluate odometry SET... [options]\n\nSET: a KITTI odometry or TUM folder, or a .bag. Chains the answers of the "
       "node over each\nsequence and prints the drift: KITTI's errors, errors over a second, ATE.";
-  if (!parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&folders)}})) return 0;
-  if (folders.empty()) throw std::invalid_argument("no set given; see evaluate odometry --help");
-  if (!peers.empty() && peers.size() != folders.size()) {
+  if (!line.parse(arguments, usage)) return 0;
+  if (line.folders.empty()) throw std::invalid_argument("no set given; see evaluate odometry --help");
+  const MatchFilterOptions core = line.pipelines().front();
+  const std::vector<MeasuredSet> sets = line.sets();
+  if (!peers.empty() && peers.size() != sets.size()) {
     throw std::invalid_argument("--peer is given " + std::to_string(peers.size()) + " times for " +
-                                std::to_string(folders.size()) + " sets; give it once for each");
+                                std::to_string(sets.size()) + " sets; give it once for each");
   }
-  const MatchFilterOptions core = pipeline.options(pipeline.methodNames({pipeline.base.method}).front());
-  std::ofstream file;
-  if (!out.empty()) {
-    file.open(out);
-    if (!file) throw std::invalid_argument(out + ": cannot be written");
-  }
-  std::vector<std::string> report = {"odometry"};
-  if (!plot.empty()) report.insert(report.end(), {"--plot", plot});
-  for (const std::string& peer : peers) report.insert(report.end(), {"--peer", peer});
-  std::vector<Dataset> sets;
-  for (const std::string& folder : folders) {
-    sets.push_back(Dataset::open(folder, dataset_options));
-    if (!sets.back().stamp(0)) throw std::invalid_argument(folder + ": a list of pairs is no sequence");
-    printRemarks(sets.back(), core);
-  }
-  Reporter reporter(report);
-  watchInterrupts();
+  for (const std::string& peer : peers) line.report.insert(line.report.end(), {"--peer", peer});
+  std::vector<Series> all;
   for (size_t number = 0; number < sets.size(); ++number) {
-    const Dataset& dataset = sets[number];
+    const Dataset& dataset = sets[number].dataset;
+    if (!dataset.stamp(0)) throw std::invalid_argument(dataset.path() + ": a list of pairs is no sequence");
     const std::string chosen = scale.empty() ? usualScale(dataset, camera_height) : scale;
-    StreamOdometry odometry(optionsFor(dataset, chosen, camera_height, core));
-    const int count = static_cast<int>(dataset.frames().size());
-    Progress progress(dataset.name() + ", image", count);
-    for (int i = 0; i < count && !interrupted(); ++i) {
-      const DatasetFrame& frame = dataset.frames()[static_cast<size_t>(i)];
-      OdometryImages images = {frame.stamp, dataset.image(i), {}, {}};
-      if (chosen == kStereo) images.right = dataset.right(i);
-      if (chosen == "depth") images.depth = dataset.depth(i);
-      const std::string record = recordOf(number, dataset, frame, chosen, odometry.add(images)).dump();
-      reporter.add(record);
-      if (file.is_open()) file << record << '\n';
-      progress.advance();
-    }
-    if (file.is_open() && !file.flush()) throw std::runtime_error(out + ": writing failed; is the disk full?");
+    const OdometryOptions of_set = optionsFor(dataset, chosen, camera_height, core);
+    all.push_back({dataset.name(), dataset.frames().size(), [=, &dataset] {
+                     const auto odometry = std::make_shared<StreamOdometry>(of_set);
+                     return [=, &dataset](size_t image) {
+                       const DatasetFrame& frame = dataset.frames()[image];
+                       const int index = static_cast<int>(image);
+                       OdometryImages images = {frame.stamp, dataset.image(index), {}, {}};
+                       if (chosen == kStereo) images.right = dataset.right(index);
+                       if (chosen == "depth") images.depth = dataset.depth(index);
+                       return Records{recordOf(number, dataset, frame, chosen, odometry->add(images))};
+                     };
+                   }});
   }
-  return statusOrInterrupted(reporter.finish(), "the table is of the images before");
+  return stream(all, "image", line.report, out);
 }
 
 }  // namespace gms_ransac

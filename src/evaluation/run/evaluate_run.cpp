@@ -1,83 +1,204 @@
-// `evaluate run`: works through one data set, one record a pair and method, and a table of figures at the end.
+// `evaluate run`, `trust` and `sweep`: records of pairs of sets and of drawn scenes. `run` and `sweep` go through them
+// in order and print a table; `trust` measures pieces side by side in a folder.
+#include <algorithm>
 #include <fstream>
 #include <iostream>
+#include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "run/evaluate_commands.h"
-#include "run/experiment.h"
 #include "run/record.h"
+#include "run/work_folder.h"
 
 namespace gms_ransac {
 
+namespace {
+
 namespace po = boost::program_options;
+using nlohmann::json;
+
+/// Neighbouring pairs share images: enough of them to extract few images twice, few enough to spread over cores.
+constexpr size_t kPairsOfPiece = 24;
+
+/// Sets and scenes to be measured, and by which pipelines.
+struct Plan {
+  std::vector<MeasuredSet> sets;
+  std::vector<int> gaps = {1};
+  int stride = 1;
+  std::vector<DrawnScene> scenes;
+  int drawn_pairs = 100;  ///< of each scene
+  Pipelines pipelines;    ///< one for each method
+};
+
+/// The scenes that lists ask for, in the order of the catalogue.
+std::vector<DrawnScene> chosenScenes(const std::vector<std::string>& lists) {
+  const std::vector<std::string> words = splitAtCommas(lists);
+  std::set<std::string> unknown(words.begin(), words.end());
+  std::vector<DrawnScene> scenes;
+  for (const DrawnScene& scene : drawnScenes()) {
+    const auto asks = [&](const std::string& word) { return word == "drawn" || scene.name.rfind(word, 0) == 0; };
+    if (std::any_of(words.begin(), words.end(), asks)) scenes.push_back(scene);
+    for (const std::string& word : words) {
+      if (asks(word)) unknown.erase(word);
+    }
+  }
+  if (unknown.empty()) return scenes;
+  throw std::invalid_argument("--scenes holds '" + *unknown.begin() +
+                              "', with which no scene's name begins; see --list-scenes");
+}
+
+/// Parses the options of a command and those of a plan, and opens the sets. False when only a text was asked for.
+bool parse(const Arguments& arguments, const char* usage, const std::vector<std::string>& methods, CommandLine& line,
+           Plan& plan) {
+  std::vector<std::string> gaps, scenes;
+  std::vector<std::pair<double TruthNoise::*, double>> sigmas;  // that are given
+  auto add = line.options.add_options();
+  const auto addSigma = [&](const std::string& option, double unit, double TruthNoise::*field, const char* text) {
+    const auto take = [=, &sigmas](double value) {
+      if (!(value >= 0)) throw std::invalid_argument("--" + option + " must not be negative");
+      sigmas.emplace_back(field, unit * value);
+    };
+    add(option.c_str(), po::value<double>()->notifier(take), text);
+  };
+  add("gaps", po::value(&gaps)->composing(),
+      "frames between reference and current of the sets, with commas between; default 1 (--gap 5 is enough)");
+  add("stride", withDefault(plan.stride), "frames between one pair and the next");
+  add("scenes", po::value(&scenes)->composing(),
+      "drawn scenes, by name or the beginning of names, with commas between; drawn: all of them");
+  add("list-scenes", "names the drawn scenes and ends");
+  add("pairs", withDefault(plan.drawn_pairs), "of each drawn scene");
+  addSigma(
+      "truth-rotation-sigma", 1 / kDegrees, &TruthNoise::rotation,
+      "noise of the sets' true rotation from image to image, degrees for each axis; default: by the kind of the set");
+  addSigma("truth-translation-sigma", 1, &TruthNoise::translation, "of their true translation, metres for each axis");
+  addSigma("truth-clock-sigma", 1, &TruthNoise::clock, "of the images' stamps against those of the truth, seconds");
+  addSigma("truth-alignment-sigma", 1 / kDegrees, &TruthNoise::alignment,
+           "of the truth's axes against those of the camera, degrees about each");
+  if (!line.parse(arguments, usage)) return false;
+  if (line.given("list-scenes")) {
+    for (const DrawnScene& scene : drawnScenes()) std::cout << scene.name << "\n    " << scene.summary << '\n';
+    return false;
+  }
+  requireAtLeastOne({{"--pairs", plan.drawn_pairs}, {"--stride", plan.stride}});
+  if (!gaps.empty()) plan.gaps = parsePositives(gaps, "--gaps");
+  plan.pipelines = line.pipelines(methods);
+  plan.scenes = chosenScenes(scenes);
+  plan.sets = line.sets();
+  for (MeasuredSet& set : plan.sets) {
+    for (const auto& [field, sigma] : sigmas) set.noise.*field = sigma;
+  }
+  if (!plan.sets.empty() || !plan.scenes.empty()) return true;
+  throw std::invalid_argument("neither a folder nor --scenes given; see --help");
+}
+
+/// In order: set, gap; then scenes.
+std::vector<Series> seriesOf(const Plan& plan, bool correspondences) {
+  std::vector<Series> all;
+  for (const MeasuredSet& set : plan.sets) {
+    const bool listed = set.dataset.kind() == DatasetKind::kImagePairs;
+    for (const int gap : listed ? std::vector<int>{1} : plan.gaps) {
+      all.push_back(pairSeries(set, gap, plan.stride, plan.pipelines, correspondences));
+    }
+  }
+  for (const DrawnScene& scene : plan.scenes) all.push_back(drawnSeries(scene, plan.drawn_pairs, plan.pipelines));
+  return all;
+}
+
+/// Everything that decides the figures, for telling whether two folders of measurements belong together.
+json planRecord(const Plan& plan) {
+  json record = {{"format", kRecordFormat},
+                 {"gaps", plan.gaps},
+                 {"stride", plan.stride},
+                 {"drawn_pairs", plan.drawn_pairs},
+                 {"options", optionsRecord(plan.pipelines.front())}};
+  record["scenes"] = record["sets"] = record["methods"] = json::array();
+  for (const DrawnScene& scene : plan.scenes) record["scenes"].push_back(scene.name);
+  for (const MeasuredSet& set : plan.sets) {
+    record["sets"].push_back({{"name", set.dataset.name()},
+                              {"truth_rotation_sigma_deg", kDegrees * set.noise.rotation},
+                              {"truth_translation_sigma_m", set.noise.translation},
+                              {"truth_clock_sigma_s", set.noise.clock},
+                              {"truth_alignment_sigma_deg", kDegrees * set.noise.alignment}});
+  }
+  for (const MatchFilterOptions& pipeline : plan.pipelines) record["methods"].push_back(pipeline.method);
+  return record;
+}
+
+}  // namespace
 
 int evaluateRun(const Arguments& arguments) {
-  std::string folder, out, plot;
-  int gap = 1, stride = 1, repeats = 1;
-  DatasetOptions dataset_options;
-  PipelineArguments pipeline;
-  po::options_description options;
-  auto add = options.add_options();
-  add("gap", withDefault(gap), "frames between reference and current");
-  add("stride", withDefault(stride), "frames between one pair and the next");
+  CommandLine line({"run"});
+  Plan plan;
+  std::string out;
+  int repeats = 1;
+  auto add = line.options.add_options();
   add("repeat", withDefault(repeats), "repetitions, each with the next seed");
   add("out,o", po::value(&out), "file for the records, one JSON object a line; - for standard output");
-  add("plot", po::value(&plot), "file for a plot (.png, .pdf) of errors and inliers over time");
-  addDatasetOptions(options, dataset_options);
-  pipeline.addTo(options, arguments);
+  line.addForReport("plot", "file for a plot (.png, .pdf) of errors and inliers over time");
   const char* usage =
-      "evaluate run DIR [options]\n\nDIR: a TUM or KITTI odometry folder, a folder of image pairs (pairs.txt), or a "
-      ".bag.\nWrites a record for each pair and method, and prints a table.";
-  if (!parseCommandLine(arguments, usage, options, {{"folder", 1, po::value(&folder)}})) return 0;
-  if (folder.empty()) throw std::invalid_argument("no folder or bag given; see evaluate run --help");
-  requireAtLeastOne({{"--gap", gap}, {"--stride", stride}, {"--repeat", repeats}});
-  std::vector<MatchFilterOptions> pipelines;
-  for (const std::string& method : pipeline.methodNames({pipeline.base.method})) {
+      "evaluate run [SET...] [--scenes NAMES] [options]\n\nSET: a TUM or KITTI odometry folder, a folder of image "
+      "pairs (pairs.txt), a .bag, or a\nfolder of such sets. Writes a record for each pair and method, and prints a "
+      "table.";
+  if (!parse(arguments, usage, {}, line, plan)) return 0;
+  requireAtLeastOne({{"--repeat", repeats}});
+  const Pipelines methods = std::exchange(plan.pipelines, {});
+  for (const MatchFilterOptions& method : methods) {
     for (int repeat = 0; repeat < repeats; ++repeat) {
-      pipelines.push_back(pipeline.options(method));
-      pipelines.back().robust.seed += static_cast<uint64_t>(repeat);
+      plan.pipelines.push_back(method);
+      plan.pipelines.back().robust.seed += static_cast<uint64_t>(repeat);
     }
   }
-  const Dataset dataset = Dataset::open(folder, dataset_options);
-  const std::vector<DatasetPair> pairs = dataset.pairs(gap, stride);
-  if (pairs.empty()) {
-    throw std::invalid_argument(folder + ": no pair of images " + std::to_string(gap) + " apart among its " +
-                                std::to_string(dataset.frames().size()));
-  }
-  std::ofstream file;
-  if (!out.empty() && out != "-") {
-    file.open(out);
-    if (!file) throw std::invalid_argument(out + ": cannot be written");
-  }
-  std::ostream* records = out.empty() ? nullptr : out == "-" ? &std::cout : &file;
-  printRemarks(dataset, pipelines.front());
+  return stream(seriesOf(plan, !out.empty()), "pair", line.report, out);
+}
 
-  std::vector<std::string> report = {"run"};
-  if (!plot.empty()) report.insert(report.end(), {"--plot", plot});
-  Reporter reporter(report, out == "-");
-  watchInterrupts();
-  size_t done = 0;
-  {
-    Experiment experiment(dataset, pipelines);
-    Progress progress("evaluating pair", static_cast<int>(pairs.size()));
-    for (; done < pairs.size() && !interrupted(); ++done) {
-      experiment.run(pairs[done], [&](const Answer& answer) {
-        nlohmann::json record = answerRecord(answer.options, answer.result);
-        record.update(pairRecord(dataset, pairs[done], gap));
-        record["repeat"] = answer.pipeline % static_cast<size_t>(repeats);
-        record["truth"] = truthRecord(answer.truth, answer.reference, answer.current, answer.result);
-        reporter.add(record.dump());
-        if (!records) return;
-        record["correspondences"] = correspondencesRecord(answer.reference, answer.current, answer.result);
-        *records << record.dump() << '\n';
-      });
-      if (records && !records->flush()) throw std::runtime_error(out + ": writing failed; is the disk full?");
-      progress.advance();
-    }
+int evaluateTrust(const Arguments& arguments) {
+  WorkFolder folder = {"trust", kPairsOfPiece};
+  CommandLine line({"trust"});
+  Plan plan;
+  bool no_report = false;
+  folder.addTo(line.options);
+  auto add = line.options.add_options();
+  add("jobs,j", withDefault(folder.jobs), "pieces of work side by side");
+  add("no-report", po::bool_switch(&no_report), "only records and pairs.csv");
+  const char* usage =
+      "evaluate trust [SET...] [--scenes drawn] [options]\n\nSET: with truth, as for evaluate run, or a folder of such "
+      "sets. Without --method lo_prosac and cp_ransac; --method all has every method.";
+  if (!parse(arguments, usage, {"lo_prosac", "cp_ransac"}, line, plan)) return 0;
+  requireAtLeastOne({{"--jobs", folder.jobs}});
+  line.report.push_back(folder.path);
+  if (no_report) line.report.emplace_back("--no-tables");
+  return workThrough(folder, planRecord(plan), seriesOf(plan, false), line.report);
+}
+
+/// How each method's estimator holds out against outliers, on drawn scenes with exact labels, whose scores and
+/// distances tell right matches from wrong ones with overlap. There is no filter stage, so that the estimator meets the
+/// given ratio: methods that differ only in the filter have equal results.
+int evaluateSweep(const Arguments& arguments) {
+  CommandLine line({"sweep"});
+  int repeat = 50;
+  std::string out;
+  auto add = line.options.add_options();
+  add("repeat", withDefault(repeat), "trials for each method and outlier ratio");
+  add("out,o", po::value(&out), "file for the table, CSV, with the plot beside it; standard output without");
+  line.addFlagForReport("no-plots", "only CSV");
+  const char* usage =
+      "evaluate sweep [options]\n\nSuccess rate and effort of each method's estimator at outlier ratios of 0.1 to 0.9, "
+      "on correspondences of\ndrawn scenes. Success: rotation within 1 degree and direction within 5 degrees. Without "
+      "--method all;\noptions of extraction, matching and filter have no effect.";
+  if (!line.parse(arguments, usage, false)) return 0;
+  const Pipelines pipelines = line.pipelines({"all"});
+  if (pipelines.front().robust.model == ModelType::kHomography) {
+    throw std::invalid_argument("--model is 'homography'; the scene is no plane: it must be essential or fundamental");
   }
-  reporter.finish();
-  return statusOrInterrupted(
-      0, "the table is of the first " + std::to_string(done) + " of " + std::to_string(pairs.size()) + " pairs");
+  requireAtLeastOne({{"--repeat", repeat}});
+  if (!out.empty()) line.report.insert(line.report.end(), {"--out", out});
+  if (!out.empty() && !std::ofstream(out)) throw std::invalid_argument("cannot write " + out);
+  std::vector<Series> all;
+  for (const double ratio : {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9}) {
+    all.push_back(outlierSeries(ratio, repeat, pipelines));
+  }
+  return stream(all, "trial", line.report);
 }
 
 }  // namespace gms_ransac

@@ -1,14 +1,10 @@
 // `evaluate tables`: the paper's tables on one's own images, in pieces that can be interrupted, resumed and spread over
 // machines.
 #include <algorithm>
-#include <limits>
-#include <map>
 #include <set>
 #include <stdexcept>
-#include <tuple>
 
 #include "run/evaluate_commands.h"
-#include "run/experiment.h"
 #include "run/record.h"
 #include "run/work_folder.h"
 
@@ -23,23 +19,17 @@ constexpr double kPaperRatio = 0.5;  // the paper's default: the confident half
 constexpr int kTable4Preset = 2000;
 /// Presets above this get FAST threshold 0: with OpenCV's default of 20 a VGA image does not hold that many corners.
 constexpr int kLastPresetOfDefaultFastThreshold = 3000;
-/// Runs of the stages before the robust one; the fastest counts. The first one pays for memory and caches.
-constexpr int kStageRuns = 3;
 
 struct TablesPlan {
-  std::vector<Dataset> datasets;
+  std::vector<MeasuredSet> sets;
   int gap = 1, pairs = 5, repeats = 20;
   std::vector<int> presets = {1000, 2000, 2500, 3000, 3500, 4000, 5000, 6000, 7000, 8000, 9000, 10000};
   std::vector<double> ratios = {1.0 / 5, 1.0 / 4, 1.0 / 3, 1.0 / 2, 2.0 / 3, 3.0 / 4, 4.0 / 5};
-  std::vector<std::string> methods = {"lan", "gms_ransac", "lo_prosac"};  ///< compared with cp_ransac, always there
-  MatchFilterOptions base;  ///< extractor, model, grid, threshold, seed, ... of every run
-  WorkFolder folder = {"tables"};
-  int shard = 1, shards = 1;        ///< which part of the work, from 1, and of how many
-  std::vector<std::string> report;  ///< arguments of the reporter
+  std::vector<std::string> methods;  ///< compared with cp_ransac, always there
+  MatchFilterOptions base;           ///< extractor, model, grid, threshold, seed, ... of every run
+  WorkFolder folder = {"tables", 1};
+  CommandLine line{{"tables"}};
 };
-
-/// One pipeline of the comparison: method, model, grouping ratio.
-using TablesRun = std::tuple<std::string, ModelType, double>;
 
 /// "1/3" or "0.4".
 double parseRatio(const std::string& text) {
@@ -55,64 +45,53 @@ double parseRatio(const std::string& text) {
 
 /// False when only help was asked for.
 bool parse(const Arguments& arguments, TablesPlan& plan) {
-  std::vector<std::string> folders;
+  CommandLine& line = plan.line;
   std::string shard = "1/1", presets, ratios;
-  DatasetOptions dataset_options;
-  PipelineArguments pipeline;
-  pipeline.base.extractor.extractor = "opencv";  // what the paper used
-  pipeline.base.one_to_one = false;              // likewise
-  pipeline.base.search = SearchMode::kFull;      // likewise
-  po::options_description options;
-  auto add = options.add_options();
-  add("out,o", withDefault(plan.folder.path), "folder for measurements, tables and plots");
-  add("resume", po::bool_switch(&plan.folder.resume), "go on with what is in the folder already");
+  line.base.extractor.extractor = "opencv";  // what the paper used
+  line.base.one_to_one = false;              // likewise
+  line.base.search = SearchMode::kFull;      // likewise
+  plan.folder.addTo(line.options);
+  auto add = line.options.add_options();
   add("shard", withDefault(shard), "i/n: do the i-th of n parts (see merge)");
   add("gap", withDefault(plan.gap), "frames between reference and current");
   add("pairs", withDefault(plan.pairs), "pairs a set, spread evenly over it");
   add("repeat", withDefault(plan.repeats), "seeds for each pair");
   add("presets", po::value(&presets), "numbers of features, separated by commas; default: the paper's twelve");
   add("ratios", po::value(&ratios), "grouping ratios, separated by commas; default: the paper's seven");
-  add("no-plots", "only CSV and Markdown");
-  addDatasetOptions(options, dataset_options);
-  pipeline.addTo(options, arguments);
+  line.addFlagForReport("no-plots", "only CSV and Markdown");
   const char* usage =
       "evaluate tables DIR... [options]\n\nMakes the paper's Tables 1-5 and the data of its Figures 5, 6, 8 and 9 on "
       "each set.\nOptions of the pipeline hold for every method.";
-  const auto words = parseCommandLine(arguments, usage, options, {{"folder", -1, po::value(&folders)}});
-  if (!words) return false;
-  const po::variables_map& given = *words;
-  if (folders.empty()) throw std::invalid_argument("no folder or bag given; see evaluate tables --help");
+  if (!line.parse(arguments, usage)) return false;
+  if (line.folders.empty()) throw std::invalid_argument("no folder or bag given; see evaluate tables --help");
   for (const char* fixed : {"features", "first-group-fraction"}) {
-    if (!given[fixed].defaulted()) {
-      throw std::invalid_argument(std::string("--") + fixed +
-                                  " is varied by the tables; choose --presets and --ratios");
-    }
+    if (!line.given(fixed)) continue;
+    throw std::invalid_argument(std::string("--") + fixed + " is varied by the tables; choose --presets and --ratios");
   }
   requireAtLeastOne({{"--gap", plan.gap}, {"--pairs", plan.pairs}, {"--repeat", plan.repeats}});
   if (!presets.empty()) plan.presets = parsePositives({presets}, "--presets");
-  if (given.count("ratios")) plan.ratios.clear();
+  if (line.given("ratios")) plan.ratios.clear();
   for (const std::string& text : splitAtCommas({ratios})) plan.ratios.push_back(parseRatio(text));
   char end = 0;
-  if (std::sscanf(shard.c_str(), "%d/%d%c", &plan.shard, &plan.shards, &end) != 2 || plan.shard < 1 ||
-      plan.shards < plan.shard) {
+  if (std::sscanf(shard.c_str(), "%zu/%zu%c", &plan.folder.shard, &plan.folder.shards, &end) != 2 ||
+      plan.folder.shard < 1 || plan.folder.shards < plan.folder.shard) {
     throw std::invalid_argument("--shard is '" + shard + "'; it must look like 2/5, from 1/5 to 5/5");
   }
-  plan.report = {"tables", plan.folder.path};
-  if (given.count("no-plots")) plan.report.push_back("--no-plots");
-  plan.base = pipeline.options("cp_ransac");
-  plan.methods = pipeline.methodNames(plan.methods);
-  plan.methods.erase(std::remove(plan.methods.begin(), plan.methods.end(), "cp_ransac"), plan.methods.end());
+  line.report.push_back(plan.folder.path);
+  for (const MatchFilterOptions& method : line.pipelines({"lan", "gms_ransac", "lo_prosac"})) {
+    plan.base = method;
+    if (method.method != "cp_ransac") plan.methods.push_back(method.method);
+  }
+  plan.base.method = "cp_ransac";
+  plan.sets = line.sets();
   std::set<std::string> names;
-  for (const std::string& folder : folders) {
-    plan.datasets.push_back(Dataset::open(folder, dataset_options));
-    const Dataset& dataset = plan.datasets.back();
-    if (!names.insert(dataset.name()).second) {
-      throw std::invalid_argument("two sets are called " + dataset.name() + "; their names tell them apart");
+  for (const MeasuredSet& set : plan.sets) {
+    if (!names.insert(set.dataset.name()).second) {
+      throw std::invalid_argument("two sets are called " + set.dataset.name() + "; their names tell them apart");
     }
-    if (dataset.pairs(plan.gap, 1).empty()) {
-      throw std::invalid_argument(folder + ": no pair of images " + std::to_string(plan.gap) + " apart");
+    if (set.dataset.pairs(plan.gap, 1).empty()) {
+      throw std::invalid_argument(set.dataset.path() + ": no pair of images " + std::to_string(plan.gap) + " apart");
     }
-    printRemarks(dataset, plan.base);
   }
   return true;
 }
@@ -128,92 +107,30 @@ json planRecord(const TablesPlan& plan) {
                  {"methods", plan.methods},
                  {"threads", plan.base.extractor.threads},
                  {"options", optionsRecord(plan.base)}};
-  for (const Dataset& dataset : plan.datasets) record["sequences"].push_back(dataset.name());
+  for (const MeasuredSet& set : plan.sets) record["sequences"].push_back(set.dataset.name());
   return record;
 }
 
 /// cp_ransac at every ratio, every other method once, and at Table 4's preset the other models too.
-std::vector<TablesRun> tablesRuns(const TablesPlan& plan, int preset) {
-  std::vector<TablesRun> runs;
-  for (const double ratio : plan.ratios) runs.push_back({"cp_ransac", plan.base.robust.model, ratio});
-  for (const std::string& method : plan.methods) runs.push_back({method, plan.base.robust.model, kPaperRatio});
-  if (preset != kTable4Preset) return runs;
+Pipelines pipelinesOf(const TablesPlan& plan, int preset) {
+  Pipelines pipelines;
+  const auto add = [&](const std::string& method, ModelType model, double ratio) {
+    MatchFilterOptions& options = pipelines.emplace_back(plan.base);
+    options.method = method;
+    options.robust.model = model;
+    options.robust.first_group_fraction = ratio;
+    options.extractor.features = preset;
+    if (preset > kLastPresetOfDefaultFastThreshold) options.extractor.fast_threshold = 0;
+  };
+  for (const double ratio : plan.ratios) add("cp_ransac", plan.base.robust.model, ratio);
+  for (const std::string& method : plan.methods) add(method, plan.base.robust.model, kPaperRatio);
+  if (preset != kTable4Preset) return pipelines;
   for (const ModelType model : {ModelType::kEssential, ModelType::kFundamental, ModelType::kHomography}) {
     if (model == plan.base.robust.model) continue;
-    runs.push_back({"cp_ransac", model, kPaperRatio});
-    for (const std::string& method : plan.methods) runs.push_back({method, model, kPaperRatio});
+    add("cp_ransac", model, kPaperRatio);
+    for (const std::string& method : plan.methods) add(method, model, kPaperRatio);
   }
-  return runs;
-}
-
-Frame extracted(const Dataset& dataset, int index, MatchFilter& extractor) {
-  const cv::Mat image = dataset.image(index);
-  Frame frame;
-  double fastest = std::numeric_limits<double>::infinity();
-  for (int run = 0; run < kStageRuns; ++run) {
-    extractor.extract(image, frame, cv::Mat(), dataset.stamp(index));
-    fastest = std::min(fastest, frame.detect_seconds);
-  }
-  frame.detect_seconds = fastest;
-  return frame;
-}
-
-/// The filters of all runs, kept so that their stages are warm.
-using Filters = std::map<TablesRun, MatchFilter>;
-
-MatchFilter& filterFor(const TablesRun& run, const TablesPlan& plan, Filters& filters) {
-  MatchFilterOptions options = plan.base;
-  std::tie(options.method, options.robust.model, options.robust.first_group_fraction) = run;
-  return filters.try_emplace(run, options).first->second;
-}
-
-/// A record for every run of a pair at one preset and every repetition of its robust stage. Rounds go over all runs, so
-/// that a disturbance costs each at most one of its rounds.
-json measure(const TablesPlan& plan, const Dataset& dataset, const DatasetPair& pair, int preset, Filters& filters) {
-  MatchFilterOptions extraction = plan.base;
-  extraction.extractor.features = preset;
-  if (preset > kLastPresetOfDefaultFastThreshold) extraction.extractor.fast_threshold = 0;
-  MatchFilter extractor(extraction);
-  const Frame reference = extracted(dataset, pair.reference, extractor);
-  const Frame current = extracted(dataset, pair.current, extractor);
-  const Camera camera = dataset.intrinsics() ? Camera(*dataset.intrinsics(), reference.features.image_size) : Camera();
-  const PairTruth truth(dataset, pair, camera);
-
-  const std::vector<TablesRun> runs = tablesRuns(plan, preset);
-  std::vector<MatchResult> results(runs.size());
-  std::vector<StageTimes> fastest(runs.size());
-  for (int round = 0; round < kStageRuns; ++round) {
-    for (size_t i = 0; i < runs.size(); ++i) {
-      MatchFilter& filter = filterFor(runs[i], plan, filters);
-      filter.setCamera(camera);
-      filter.filter(reference, current, results[i]);
-      const StageTimes& times = results[i].times;
-      if (round == 0) fastest[i] = times;
-      fastest[i].match = std::min(fastest[i].match, times.match);
-      fastest[i].gms = std::min(fastest[i].gms, times.gms);
-    }
-  }
-  json records = json::array();
-  for (int repeat = 0; repeat < plan.repeats; ++repeat) {
-    for (size_t i = 0; i < runs.size(); ++i) {
-      MatchFilter& filter = filterFor(runs[i], plan, filters);
-      MatchFilterOptions options = filter.options();
-      options.extractor.features = preset;
-      options.robust.seed = plan.base.robust.seed + static_cast<uint64_t>(repeat);
-      filter.setSeed(options.robust.seed);
-      const double start = secondsOf(CLOCK_THREAD_CPUTIME_ID);
-      filter.estimate(reference, current, results[i]);
-      fastest[i].ransac = secondsOf(CLOCK_THREAD_CPUTIME_ID) - start;
-      results[i].times = fastest[i];
-      json record = answerRecord(options, results[i]);
-      record.update(pairRecord(dataset, pair, plan.gap));
-      record["repeat"] = repeat;
-      record["truth"] = truthRecord(truth, reference.features, current.features, results[i]);
-      record.erase("covariance");
-      records.push_back(std::move(record));
-    }
-  }
-  return records;
+  return pipelines;
 }
 
 }  // namespace
@@ -221,21 +138,15 @@ json measure(const TablesPlan& plan, const Dataset& dataset, const DatasetPair& 
 int evaluateTables(const Arguments& arguments) {
   TablesPlan plan;
   if (!parse(arguments, plan)) return 0;
-  Filters filters;
-  WorkUnits units;  // of this shard, in the order of set, preset, pair
-  int number = 0;
-  for (const Dataset& dataset : plan.datasets) {
-    for (const int preset : plan.presets) {
-      for (const DatasetPair& pair : dataset.spreadPairs(plan.gap, plan.pairs)) {
-        if (number % plan.shards == plan.shard - 1) {
-          units[number] = {dataset.name() + ", " + std::to_string(preset) + " features",
-                           [&, preset, pair] { return measure(plan, dataset, pair, preset, filters); }};
-        }
-        ++number;
-      }
+  std::vector<Pipelines> pipelines;
+  for (const int preset : plan.presets) pipelines.push_back(pipelinesOf(plan, preset));
+  std::vector<Series> all;
+  for (const MeasuredSet& set : plan.sets) {
+    for (const Pipelines& of_preset : pipelines) {
+      all.push_back(timedSeries(set, plan.gap, plan.pairs, of_preset, plan.repeats));
     }
   }
-  return workThrough(plan.folder, planRecord(plan), units, 1, plan.report);  // one at a time, for the times' sake
+  return workThrough(plan.folder, planRecord(plan), all, plan.line.report);
 }
 
 }  // namespace gms_ransac

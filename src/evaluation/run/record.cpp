@@ -1,5 +1,8 @@
 #include "run/record.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <optional>
 #include <set>
 #include <variant>
@@ -8,6 +11,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "parameter.h"
+#include "program.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
@@ -16,6 +20,8 @@ namespace {
 
 using nlohmann::json;
 
+constexpr size_t kBins = 10;  ///< of the probability of a match, of equal width
+
 /// The nearest double with nine significant digits: reads back as the same float, and prints short.
 double shortest(float value) { return std::stod(cv::format("%.9g", static_cast<double>(value))); }
 
@@ -23,36 +29,54 @@ bool hasPose(const MatchResult& result) {
   return result.status == Status::kOk || result.status == Status::kLowParallax;
 }
 
-/// How many matches the truth confirms. Raw: all brute-force matches; kept: the inliers; known: where the truth has no
-/// hole. Nearest neighbours share points, so the points of the current image with a correct match are counted, too.
-template <typename Distance>
-json countsRecord(const Features& reference, const Features& current, const MatchResult& result,
-                  const Distance& distance) {
+/// How many matches the truth confirms. Raw: all matches; kept: the inliers; known: where the truth has no hole.
+/// Nearest neighbours share points, so the points of the current image with a correct match are counted, too.
+struct Counts {
   int raw_known = 0, raw_correct = 0, kept_known = 0, kept_correct = 0;
   std::set<int> raw_points, kept_points;
-  for (size_t i = 0; i < result.matches.size(); ++i) {
-    const Match& match = result.matches[i];
-    const std::optional<double> d = distance(reference.keypoints[static_cast<size_t>(match.reference)].pt,
-                                             current.keypoints[static_cast<size_t>(match.current)].pt);
-    if (!d) continue;
-    const bool kept = result.stage[i] == MatchStage::kInlier, correct = *d < kCorrectWithin;
+
+  void add(int point, bool kept, bool correct) {
     ++raw_known;
     raw_correct += correct;
     kept_known += kept;
     kept_correct += kept && correct;
-    if (correct) raw_points.insert(match.current);
-    if (kept && correct) kept_points.insert(match.current);
+    if (correct) raw_points.insert(point);
+    if (kept && correct) kept_points.insert(point);
   }
-  return {{"raw_known", raw_known},       {"raw_correct", raw_correct},      {"kept_known", kept_known},
-          {"kept_correct", kept_correct}, {"raw_points", raw_points.size()}, {"kept_points", kept_points.size()}};
-}
+  json record() const {
+    return {{"raw_known", raw_known},       {"raw_correct", raw_correct},      {"kept_known", kept_known},
+            {"kept_correct", kept_correct}, {"raw_points", raw_points.size()}, {"kept_points", kept_points.size()}};
+  }
+};
 
-}  // namespace
+/// Matches by their probability, in ten bins: count, sum of probabilities and count of right ones of each.
+struct Reliability {
+  std::array<double, 3 * kBins> numbers{};
+
+  void add(float probability, bool right) {
+    const double clamped = std::clamp(static_cast<double>(probability), 0.0, 1.0);
+    double* bin = &numbers[3 * std::min(kBins - 1, static_cast<size_t>(clamped * kBins))];
+    ++bin[0];
+    bin[1] += clamped;
+    bin[2] += right;
+  }
+  json record() const {
+    auto rounded = numbers;
+    for (double& number : rounded) number = std::round(1e4 * number) / 1e4;
+    return rounded;
+  }
+};
+
+template <typename Matrix>
+std::vector<double> numbersOf(const Matrix& matrix) {  // by columns
+  return std::vector<double>(matrix.data(), matrix.data() + matrix.size());
+}
 
 json answerRecord(const MatchFilterOptions& options, const MatchResult& result) {
   const RobustResult& robust = result.robust;
   const StageTimes& times = result.times;
   json record = {{"method", options.method},
+                 {"order", findMethod(options.method).ordered ? "confidence" : "uniform"},
                  {"model", toString(options.robust.model)},
                  {"features", options.extractor.features},
                  {"ratio", options.robust.first_group_fraction},
@@ -85,51 +109,109 @@ json answerRecord(const MatchFilterOptions& options, const MatchResult& result) 
     record["sigma_px"] = robust.sigma_px;
   }
   if (hasPose(result)) {
-    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = robust.pose.R;
-    record["R"] = std::vector<double>(R.data(), R.data() + 9);
-    record["t"] = std::vector<double>(robust.pose.t.data(), robust.pose.t.data() + 3);
+    record["R"] = numbersOf(Eigen::Matrix3d(robust.pose.R.transpose()));
+    record["t"] = numbersOf(robust.pose.t);
     record["median_parallax_px"] = robust.median_parallax_px;
-    // Symmetric: by columns is by rows.
-    record["covariance"] = std::vector<double>(robust.pose.covariance.data(), robust.pose.covariance.data() + 36);
+    record["covariance"] = numbersOf(robust.pose.covariance);
   }
   return record;
 }
 
-json poseRecord(const Eigen::Isometry3d& truth, const MatchResult& result) {
-  const Eigen::Vector3d t = truth.translation();
-  json record = {{"has_pose", true}, {"translation_m", {t.x(), t.y(), t.z()}}, {"pose_error", nullptr}};
+/// Errors of the pose, degrees: its angle of rotation, its rotation vector (estimate against truth) and the angle
+/// between the translations. Noise of the true pose: covariances row by row, in radians and metres, and what of it is
+/// the translation's own.
+json truthRecord(const std::optional<Eigen::Isometry3d>& pose, const MatchResult& result, const TruthNoise& noise,
+                 const PairNoise& pair_noise) {
+  json record = {{"has_pose", pose.has_value()}};
+  record["pose_error"] = record["noise"] = record["epipolar"] = record["transfer"] = nullptr;
+  if (!pose) return record;
+  record["translation_m"] = numbersOf(Eigen::Vector3d(pose->translation()));
+  record["moved"] = hasMoved(pose->translation().norm(), noise);
+  if (!noise.exact()) {
+    record["noise"] = {{"rotation", numbersOf(pair_noise.rotation)},
+                       {"translation", numbersOf(pair_noise.translation)},
+                       {"translation_sigma", noise.translation}};
+  }
   if (!hasPose(result)) return record;
-  const RelativePose& pose = result.robust.pose;
-  const PoseError error = poseError(truth, pose.R, pose.t);
-  const Eigen::Vector3d rotation = kDegrees * rotationVector(pose.R * truth.linear().transpose());
+  const RelativePose& estimate = result.robust.pose;
+  const PoseError error = poseError(*pose, estimate.R, estimate.t);
+  const Eigen::Vector3d rotation = kDegrees * rotationVector(estimate.R * pose->linear().transpose());
   record["pose_error"] = {{"rotation_deg", error.rotation},
                           {"direction_deg", error.direction},
-                          {"rotation_vector_deg", {rotation.x(), rotation.y(), rotation.z()}}};
+                          {"rotation_vector_deg", numbersOf(rotation)}};
   return record;
 }
 
-json truthRecord(const PairTruth& truth, const Features& reference, const Features& current,
-                 const MatchResult& result) {
+/// Returns true if the points of a drawn match are within kCorrectWithin of their true displacement.
+bool isRight(const TwoViewScene& scene, size_t match) {
+  const PointPairs& pairs = scene.pairs;
+  const Eigen::Vector2d reference(pairs.x_reference[match], pairs.y_reference[match]);
+  const Eigen::Vector2d current(pairs.x_current[match], pairs.y_current[match]);
+  return (current - reference - scene.displacements[match]).norm() < kCorrectWithin;
+}
+
+const cv::Point2f& pointOf(const Features& features, int keypoint) {
+  return features.keypoints[static_cast<size_t>(keypoint)].pt;
+}
+
+}  // namespace
+
+json recordOf(const Answer& answer) {
+  const MatchResult& result = answer.result;
+  const PairTruth& truth = answer.truth;
+  Counts epipolar, transfer;
+  Reliability reliability;
+  const bool weighed = !result.robust.probability.empty();  // with a model
+  for (size_t i = 0; i < result.matches.size(); ++i) {
+    const Match& match = result.matches[i];
+    const cv::Point2f &p = pointOf(answer.reference, match.reference), &q = pointOf(answer.current, match.current);
+    const bool kept = result.stage[i] == MatchStage::kInlier;
+    if (truth.hasEpipolar()) epipolar.add(match.current, kept, truth.epipolarDistance(p, q) < kCorrectWithin);
+    const std::optional<double> distance = truth.hasTransfer() ? truth.transferDistance(p, q) : std::nullopt;
+    if (distance) transfer.add(match.current, kept, *distance < kCorrectWithin);
+    if (!weighed || result.stage[i] == MatchStage::kRaw) continue;
+    if (const std::optional<bool> right = truth.label(p, q)) reliability.add(result.probability[i], *right);
+  }
+  json record = answerRecord(answer.options, result);
+  record["reliability"] = reliability.record();
+  record["truth"] = nullptr;
   const auto& pose = truth.currentInReference();
-  if (!pose && !truth.hasEpipolar() && !truth.hasTransfer()) return nullptr;
-  json record = pose ? poseRecord(*pose, result) : json{{"has_pose", false}, {"pose_error", nullptr}};
-  record["epipolar"] = record["transfer"] = nullptr;
-  const auto count = [&](const auto& distance) { return countsRecord(reference, current, result, distance); };
-  if (truth.hasEpipolar()) {
-    record["epipolar"] = count([&](const auto& p, const auto& q) { return truth.epipolarDistance(p, q); });
-  }
-  if (truth.hasTransfer()) {
-    record["transfer"] = count([&](const auto& p, const auto& q) { return truth.transferDistance(p, q); });
-  }
+  if (!pose && !truth.hasEpipolar() && !truth.hasTransfer()) return record;
+  json& known = record["truth"] = truthRecord(pose, result, truth.noise(), truth.pairNoise());
+  if (truth.hasEpipolar()) known["epipolar"] = epipolar.record();
+  if (truth.hasTransfer()) known["transfer"] = transfer.record();
   return record;
 }
 
-json correspondencesRecord(const Features& reference, const Features& current, const MatchResult& result) {
+json recordOf(const MatchFilterOptions& options, Method& method, const TwoViewScene& scene) {
+  MatchResult result;
+  const double start = secondsOf(CLOCK_MONOTONIC);
+  method.estimate(scene.pairs, scene.camera, result.robust);
+  result.times.ransac = secondsOf(CLOCK_MONOTONIC) - start;
+  result.status = statusOf(result.robust, scene.camera);
+  result.matches_gms = scene.pairs.size();
+  result.inliers = result.robust.inlier_count;
+  Counts counts;
+  Reliability reliability;
+  for (size_t match = 0; match < scene.correct.size(); ++match) {
+    counts.add(static_cast<int>(match), result.robust.inlier[match] != 0, scene.correct[match] != 0);
+    if (!result.robust.probability.empty()) reliability.add(result.robust.probability[match], isRight(scene, match));
+  }
+  json record = answerRecord(options, result);
+  record["kind"] = "drawn";
+  record["reliability"] = reliability.record();
+  record["truth"] = truthRecord(scene.currentInReference(), result, {}, {});
+  record["truth"]["transfer"] = counts.record();
+  return record;
+}
+
+json correspondencesOf(const Answer& answer) {
+  const MatchResult& result = answer.result;
   json rows = json::array();
   for (size_t i = 0; i < result.matches.size(); ++i) {
     if (result.stage[i] != MatchStage::kInlier) continue;
-    const cv::Point2f& p = reference.keypoints[static_cast<size_t>(result.matches[i].reference)].pt;
-    const cv::Point2f& q = current.keypoints[static_cast<size_t>(result.matches[i].current)].pt;
+    const cv::Point2f& p = pointOf(answer.reference, result.matches[i].reference);
+    const cv::Point2f& q = pointOf(answer.current, result.matches[i].current);
     json row = json::array();
     for (const float value : {p.x, p.y, q.x, q.y, result.confidence[i], result.probability[i]}) {
       row.push_back(shortest(value));

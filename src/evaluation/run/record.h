@@ -1,34 +1,37 @@
-// The record of a pair as one JSON object: options, result, and errors against the truth. scripts/evaluate_report.py
+// The record of an answer as one JSON object: options, result, and errors against the truth. scripts/evaluate_report.py
 // computes all statistics and tables from records.
 #pragma once
 
-#include <string>
-
-#include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
 #include "gms_ransac/match_filter.h"
-#include "run/pair_truth.h"
+#include "methods/method.h"
+#include "run/truth.h"
+#include "scenes/two_view_scene.h"
 
 namespace gms_ransac {
 
 /// Version of the fields. A folder of measurements is resumed only with the same version.
-constexpr int kRecordFormat = 3;
+constexpr int kRecordFormat = 4;
 
-/// Options, counts, effort, pose and times (milliseconds) of one answer. Fields without a value are null. Pixels are
-/// those of the received image.
-nlohmann::json answerRecord(const MatchFilterOptions& options, const MatchResult& result);
+/// One pipeline's answer to a pair of images.
+struct Answer {
+  const MatchFilterOptions& options;
+  const Features &reference, &current;
+  const MatchResult& result;
+  const PairTruth& truth;
+};
 
-/// The true translation, metres, and the errors of the pose, degrees: its angle of rotation, its rotation vector
-/// (estimate against truth) and the angle between the translations.
-nlohmann::json poseRecord(const Eigen::Isometry3d& truth, const MatchResult& result);
+/// Options, counts, effort, pose and times (milliseconds) of an answer; `truth`: errors of the pose, noise of the true
+/// one, and counts of correct matches; `reliability`: matches by their probability. Fields without a value are null.
+/// Pixels are those of the received image.
+nlohmann::json recordOf(const Answer& answer);
 
-/// Pose errors and counts of correct matches of an answer; null without a truth.
-nlohmann::json truthRecord(const PairTruth& truth, const Features& reference, const Features& current,
-                           const MatchResult& result);
+/// The same of a method's answer to a drawn scene; `transfer` counts the matches by their exact labels.
+nlohmann::json recordOf(const MatchFilterOptions& options, Method& method, const TwoViewScene& scene);
 
 /// u_reference, v_reference, u_current, v_current, confidence and probability of each inlier.
-nlohmann::json correspondencesRecord(const Features& reference, const Features& current, const MatchResult& result);
+nlohmann::json correspondencesOf(const Answer& answer);
 
 /// Every parameter of the core by its name.
 nlohmann::json optionsRecord(const MatchFilterOptions& options);

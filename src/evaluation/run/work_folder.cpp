@@ -1,13 +1,15 @@
 #include "run/work_folder.h"
 
+#include <algorithm>
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <iterator>
+#include <map>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
-
-#include "program.h"
 
 namespace gms_ransac {
 
@@ -15,7 +17,13 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using Lines = std::map<int, std::string>;  ///< of each unit
+using Lines = std::map<size_t, std::string>;  ///< by the number of a piece
+
+struct Piece {
+  const Series& series;
+  size_t first, last;  ///< pairs
+};
+using Pieces = std::map<size_t, Piece>;  ///< by their number in the plan
 
 void write(const std::string& file, const Lines& lines, std::ios::openmode mode) {
   std::ofstream stream(file, mode);
@@ -49,22 +57,38 @@ Lines begin(const WorkFolder& folder, const json& plan, const std::string& plan_
   return lines;
 }
 
-/// Gives the records of each unit to `receive`, one at a time, until Ctrl-C. Rethrows the first failure.
-void work(const WorkUnits& units, int jobs, const std::function<void(int, const json&)>& receive) {
-  Progress progress("pieces of work measured:", static_cast<int>(units.size()));
-  auto next = units.begin();
+Pieces piecesOf(const std::vector<Series>& all, const WorkFolder& folder) {
+  Pieces pieces;
+  size_t number = 0;
+  for (const Series& series : all) {
+    for (size_t first = 0; first < series.count; first += folder.pairs_of_piece, ++number) {
+      if (number % folder.shards != folder.shard - 1) continue;
+      pieces.insert({number, {series, first, std::min(series.count, first + folder.pairs_of_piece)}});
+    }
+  }
+  return pieces;
+}
+
+/// Gives the records of each piece to `receive`, one at a time, until Ctrl-C. Rethrows the first failure.
+void work(const Pieces& pieces, int jobs, const std::function<void(size_t, const json&)>& receive) {
+  Progress progress("pieces of work measured:", static_cast<int>(pieces.size()));
+  auto next = pieces.begin();
   std::exception_ptr failure;
   std::mutex mutex;
   const auto share = [&] {
     std::unique_lock<std::mutex> lock(mutex);
-    while (next != units.end() && !failure && !interrupted()) {
-      const auto& [number, unit] = *next++;
+    while (next != pieces.end() && !failure && !interrupted()) {
+      const auto& [number, piece] = *next++;
       lock.unlock();
       try {
-        const json records = unit.records();
+        json all = json::array();
+        piece.series.measure(piece.first, piece.last, [&all](Records& records) {
+          std::move(records.begin(), records.end(), std::back_inserter(all));
+          return true;
+        });
         lock.lock();
-        receive(number, records);
-        progress.advance(unit.name);
+        receive(number, all);
+        progress.advance(piece.series.name);
       } catch (...) {
         if (!lock) lock.lock();
         failure = std::current_exception();
@@ -80,15 +104,21 @@ void work(const WorkUnits& units, int jobs, const std::function<void(int, const 
 
 }  // namespace
 
-int workThrough(const WorkFolder& folder, const json& plan, WorkUnits units, int jobs,
+void WorkFolder::addTo(boost::program_options::options_description& description) {
+  description.add_options()("out,o", withDefault(path), "folder for measurements, tables and plots")(
+      "resume", boost::program_options::bool_switch(&resume), "go on with what is in the folder already");
+}
+
+int workThrough(const WorkFolder& folder, const json& plan, const std::vector<Series>& all,
                 const std::vector<std::string>& report) {
   const std::string file = folder.path + "/measurements.jsonl";
   const Lines before = begin(folder, plan, folder.path + "/plan.json", file);
-  for (const auto& [number, line] : before) units.erase(number);
+  Pieces pieces = piecesOf(all, folder);
+  for (const auto& [number, line] : before) pieces.erase(number);
   bool any = !before.empty();
   watchInterrupts();
-  if (!units.empty()) {
-    work(units, jobs, [&](int number, const json& records) {
+  if (!pieces.empty()) {
+    work(pieces, folder.jobs, [&](size_t number, const json& records) {
       write(file, {{number, json{{"unit", number}, {"runs", records}}.dump()}}, std::ios::app);
       any = true;
     });

@@ -24,11 +24,12 @@ class BenchmarkTest : public testing::Test {
     options.features = 800;
     options.repeat = 2;
     options.methods = {"cp_ransac"};
-    runBenchmark(
-        dataset, dataset.pairs(1, 1), options, [] { ++pairs_done_; },
-        [](const nlohmann::json& record) {
-          rows_[{record["stage"], record["what"]}].push_back(record);
-        });
+    const std::vector<DatasetPair> pairs = dataset.pairs(1, 1);
+    benchmarkSeries(dataset, pairs, options).measure(0, pairs.size(), [](const Records& records) {
+      ++pairs_done_;
+      for (const nlohmann::json& record : records) rows_[{record["stage"], record["what"]}].push_back(record);
+      return true;
+    });
   }
 
   /// The first measurement.

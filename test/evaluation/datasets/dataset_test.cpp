@@ -18,7 +18,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "camera_info.h"
-#include "run/pair_truth.h"
+#include "run/truth.h"
 #include "scratch_folder.h"
 
 namespace gms_ransac {

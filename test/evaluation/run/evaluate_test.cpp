@@ -76,7 +76,7 @@ TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
   const std::map<std::string, std::string> complaints = {
       {"evaluate", "no command given"},
       {"evaluate fly", "unknown command 'fly'"},
-      {"evaluate run", "no folder or bag given"},
+      {"evaluate run", "neither a folder nor --scenes given"},
       {"evaluate run " + path("none"), "none: no such folder or bag"},
       {"evaluate run " + path("empty"), "holds neither rgb.txt (TUM), image_0/ (KITTI) nor pairs.txt"},
       {run, "a.png: cannot be read as an image"},
@@ -85,7 +85,8 @@ TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
       {run + " --method lo_prosac,nonsense", "unknown method 'nonsense'"},
       {"evaluate sweep --method cp_ransac,nonsense", "unknown method 'nonsense'"},
       {run + " --model sphere", "--model is 'sphere'; it must be one of 'essential'"},
-      {run + " --gap 0", "--gap is 0; it must be at least 1"},
+      {run + " --gap 0", "--gaps holds '0'; it takes whole numbers from 1 on"},
+      {run + " --repeat 0", "--repeat is 0; it must be at least 1"},
       {run + " --features 0", "--features is '0'; it must be a whole number between 1 and 100000"},
       {run + " --sort-key beauty", "--sort-key is 'beauty'"},
       {"evaluate sweep --gms-border nowhere", "--gms-border is 'nowhere'"},
@@ -263,7 +264,7 @@ TEST_F(EvaluateTest, TrustDoesNotDependOnJobsOrInterruptions) {
   const Outcome whole = evaluate(base + path("whole"));
   ASSERT_EQ(whole.status, 0) << whole.text;
   const std::string pairs = textOf(path("whole/pairs.csv"));
-  // Scenes whose name begins so, a header, a line for each pair and method.
+  // Three scenes whose names begin so: a header, and a line for each pair and method.
   EXPECT_EQ(std::count(pairs.begin(), pairs.end(), '\n'), 1 + 3 * 4 * 2) << pairs;
   for (const char* file : {"trust.md", "trust.csv", "risk_coverage.csv", "reliability.csv"}) {
     EXPECT_TRUE(fs::exists(path(std::string("whole/") + file))) << whole.text;
@@ -271,6 +272,12 @@ TEST_F(EvaluateTest, TrustDoesNotDependOnJobsOrInterruptions) {
   const std::string table = textOf(path("whole/trust.md"));
   EXPECT_NE(table.find("| general | ransac | 4 | 4 | 49.0 % | 0 (0.0 %) | 4 | 4 |"), std::string::npos) << table;
   EXPECT_NE(table.find("| rotation_noise_0.3 | cp_ransac | 4 | 0 | –"), std::string::npos) << table;
+
+  const std::string run = "run --scenes general,rotation_noise_0.3 --method ransac,cp_ransac --pairs 4 --out ";
+  ASSERT_EQ(evaluate(run + path("run.jsonl")).status, 0);
+  const std::string reporter = GMS_RANSAC_SOURCE_DIR "/scripts/evaluate_report.py";
+  ASSERT_EQ(gms_ransac::run("/usr/bin/python3 " + reporter + " trust " + path("run.jsonl")).status, 0);
+  EXPECT_EQ(textOf(path("run/pairs.csv")), pairs) << "a report of records, whoever wrote them";
 
   ASSERT_EQ(evaluate(base + path("jobs") + " --jobs 2 --no-report").status, 0);
   EXPECT_EQ(textOf(path("jobs/pairs.csv")), pairs);

@@ -1,5 +1,5 @@
 // The truth that answers are compared with, and its noise, computed by hand.
-#include "run/truth_noise.h"
+#include "run/truth.h"
 
 #include <cmath>
 

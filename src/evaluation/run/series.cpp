@@ -1,0 +1,233 @@
+#include "run/series.h"
+
+#include <algorithm>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "gms_ransac/match_filter.h"
+#include "run/record.h"
+
+namespace gms_ransac {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr int kRounds = 3;  ///< of stages that are timed; the first one pays for memory and caches
+/// That give the first pair its past where a series does not begin with it, times the gap.
+constexpr size_t kPairsBefore = 4;
+constexpr double kSweepNoise = 0.35;  ///< standard deviation of each coordinate, pixels: 0.5 between the two images
+
+/// Runs pipelines over pairs of a set.
+class Experiment {
+ public:
+  Experiment(const MeasuredSet& set, const Pipelines& pipelines, int gap, bool correspondences)
+      : set_(set), gap_(gap), correspondences_(correspondences), first_seed_(pipelines.front().robust.seed) {
+    for (const MatchFilterOptions& options : pipelines) filters_.emplace_back(options);
+  }
+
+  Records run(const DatasetPair& pair);
+  Records time(const DatasetPair& pair, int seeds);
+
+ private:
+  const Frame& frame(int index, int rounds);
+  /// Extracts what is missing, drops what is not needed any more, and sets the camera.
+  PairTruth prepare(const DatasetPair& pair, int rounds);
+  json record(const DatasetPair& pair, const PairTruth& truth, const MatchFilterOptions& options,
+              const MatchResult& result) const;
+
+  const MeasuredSet& set_;
+  const int gap_;
+  const bool correspondences_;
+  const uint64_t first_seed_;  ///< that a record's `repeat` counts from
+  std::vector<MatchFilter> filters_;
+  std::map<int, Frame> frames_;             ///< extracted and still needed
+  std::map<int, std::vector<Past>> pasts_;  ///< of each filter, by the current image of a pair
+  Camera camera_;
+  MatchResult result_;
+};
+
+const Frame& Experiment::frame(int index, int rounds) {
+  const auto [place, is_new] = frames_.try_emplace(index);
+  Frame& frame = place->second;
+  if (!is_new) return frame;
+  const cv::Mat image = set_.dataset.image(index);
+  double fastest = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < rounds; ++round) {
+    filters_.front().extract(image, frame, cv::Mat(), set_.dataset.stamp(index));
+    fastest = std::min(fastest, frame.detect_seconds);
+  }
+  frame.detect_seconds = fastest;
+  return frame;
+}
+
+PairTruth Experiment::prepare(const DatasetPair& pair, int rounds) {
+  frames_.erase(frames_.begin(), frames_.lower_bound(std::min(pair.reference, pair.current)));
+  const cv::Size size = frame(pair.reference, rounds).features.image_size;
+  frame(pair.current, rounds);
+  if (set_.dataset.intrinsics() && camera_.imageSize() != size) {
+    camera_ = Camera(*set_.dataset.intrinsics(), size);
+    for (MatchFilter& filter : filters_) filter.setCamera(camera_);
+  }
+  return {set_.dataset, pair, camera_, set_.noise};
+}
+
+json Experiment::record(const DatasetPair& pair, const PairTruth& truth, const MatchFilterOptions& options,
+                        const MatchResult& result) const {
+  const Answer answer = {options, frames_.at(pair.reference).features, frames_.at(pair.current).features, result,
+                         truth};
+  json record = recordOf(answer);
+  if (correspondences_) record["correspondences"] = correspondencesOf(answer);
+  record["kind"] = set_.noise.exact() ? "rendered" : "real";
+  record["set"] = set_.dataset.name();
+  record["reference"] = set_.dataset.frames()[static_cast<size_t>(pair.reference)].name;
+  record["current"] = set_.dataset.frames()[static_cast<size_t>(pair.current)].name;
+  record["repeat"] = options.robust.seed - first_seed_;
+  record["gap"] = record["reference_stamp"] = record["stamp"] = nullptr;
+  if (const auto stamp = set_.dataset.stamp(pair.current)) {
+    record["gap"] = gap_;
+    record["reference_stamp"] = *set_.dataset.stamp(pair.reference);
+    record["stamp"] = *stamp;
+  }
+  return record;
+}
+
+Records Experiment::run(const DatasetPair& pair) {
+  const PairTruth truth = prepare(pair, 1);
+  // Pairs a gap of n apart are n streams, one in the other.
+  const auto before = pasts_.find(pair.reference);
+  std::vector<Past> pasts = before == pasts_.end() ? std::vector<Past>(filters_.size()) : before->second;
+  Records records;
+  for (size_t i = 0; i < filters_.size(); ++i) {
+    filters_[i].filter(frames_[pair.reference], frames_[pair.current], result_, nullptr, &pasts[i]);
+    pasts[i].advance();
+    records.push_back(record(pair, truth, filters_[i].options(), result_));
+  }
+  pasts_.erase(pasts_.begin(), pasts_.lower_bound(std::min(pair.reference, pair.current)));
+  pasts_[pair.current] = std::move(pasts);
+  return records;
+}
+
+Records Experiment::time(const DatasetPair& pair, int seeds) {
+  const PairTruth truth = prepare(pair, kRounds);
+  const Frame &reference = frames_[pair.reference], &current = frames_[pair.current];
+  std::vector<MatchResult> results(filters_.size());
+  std::vector<StageTimes> fastest(filters_.size());
+  for (int round = 0; round < kRounds; ++round) {
+    for (size_t i = 0; i < filters_.size(); ++i) {
+      filters_[i].filter(reference, current, results[i]);
+      const StageTimes& times = results[i].times;
+      if (round == 0) fastest[i] = times;
+      fastest[i].match = std::min(fastest[i].match, times.match);
+      fastest[i].gms = std::min(fastest[i].gms, times.gms);
+    }
+  }
+  Records records;
+  for (int repeat = 0; repeat < seeds; ++repeat) {
+    for (size_t i = 0; i < filters_.size(); ++i) {
+      MatchFilterOptions options = filters_[i].options();
+      options.robust.seed = first_seed_ + static_cast<uint64_t>(repeat);
+      filters_[i].setSeed(options.robust.seed);
+      const double start = secondsOf(CLOCK_THREAD_CPUTIME_ID);
+      filters_[i].estimate(reference, current, results[i]);
+      fastest[i].ransac = secondsOf(CLOCK_THREAD_CPUTIME_ID) - start;
+      results[i].times = fastest[i];
+      records.push_back(record(pair, truth, options, results[i]));
+      records.back().erase("covariance");  // the tables have no use for it
+    }
+  }
+  return records;
+}
+
+/// Records of the estimators' answers to a drawn pair.
+Records drawnRecords(const TwoViewScene& scene, const std::string& name, size_t pair, const Pipelines& pipelines) {
+  Records records;
+  for (const MatchFilterOptions& options : pipelines) {
+    json& record = records.emplace_back(recordOf(options, *makeMethod(options), scene));
+    record.update({{"set", name}, {"reference", ""}, {"current", std::to_string(pair)}});
+    record["gap"] = record["reference_stamp"] = record["stamp"] = nullptr;
+  }
+  return records;
+}
+
+}  // namespace
+
+Series pairSeries(const MeasuredSet& set, int gap, int stride, const Pipelines& pipelines, bool correspondences) {
+  const std::vector<DatasetPair> pairs = set.dataset.pairs(gap, stride);
+  const bool listed = set.dataset.kind() == DatasetKind::kImagePairs;
+  if (pairs.empty()) std::cerr << set.dataset.name() << " has no images " << gap << " apart\n";
+  return {set.dataset.name() + (listed ? "" : ", gap " + std::to_string(gap)), pairs.size(),
+          [=, &set, &pipelines] {
+            const auto experiment = std::make_shared<Experiment>(set, pipelines, gap, correspondences);
+            return [=](size_t pair) { return experiment->run(pairs[pair]); };
+          },
+          listed ? 0 : kPairsBefore * static_cast<size_t>(gap)};
+}
+
+Series timedSeries(const MeasuredSet& set, int gap, int count, const Pipelines& pipelines, int seeds) {
+  const std::vector<DatasetPair> pairs = set.dataset.spreadPairs(gap, count);
+  return {set.dataset.name() + ", " + std::to_string(pipelines.front().extractor.features) + " features", pairs.size(),
+          [=, &set, &pipelines] {
+            const auto experiment = std::make_shared<Experiment>(set, pipelines, gap, false);
+            return [=](size_t pair) { return experiment->time(pairs[pair], seeds); };
+          }};
+}
+
+Series drawnSeries(const DrawnScene& drawn, int count, const Pipelines& pipelines) {
+  const auto answer = [&](size_t pair) {
+    return drawnRecords(drawPair(drawn, static_cast<int>(pair)), drawn.name, pair, pipelines);
+  };
+  return {drawn.name, static_cast<size_t>(count), [answer] { return std::function<Records(size_t)>(answer); }};
+}
+
+Series outlierSeries(double outlier_ratio, int count, const Pipelines& pipelines) {
+  const auto answer = [=](size_t pair) {
+    TwoViewSceneOptions options;
+    options.noise_px = kSweepNoise;
+    options.outlier_ratio = outlier_ratio;
+    options.seed = pipelines.front().robust.seed + pair;
+    Pipelines seeded = pipelines;
+    for (MatchFilterOptions& method : seeded) method.robust.seed = options.seed;
+    Records records = drawnRecords(makeTwoViewScene(options), "outliers", pair, seeded);
+    for (json& record : records) record["outlier_ratio"] = outlier_ratio;
+    return records;
+  };
+  return {"outliers", static_cast<size_t>(count), [answer] { return std::function<Records(size_t)>(answer); }};
+}
+
+void Series::measure(size_t first, size_t last, const std::function<bool(Records&)>& receive) const {
+  const auto answer = begin();
+  for (size_t pair = first - std::min(first, lead); pair < last; ++pair) {
+    Records records = answer(pair);
+    if (pair >= first && !receive(records)) return;
+  }
+}
+
+int stream(const std::vector<Series>& all, const std::string& unit, const std::vector<std::string>& report,
+           const std::string& out) {
+  size_t count = 0, done = 0;
+  for (const Series& series : all) count += series.count;
+  if (count == 0) throw std::invalid_argument("there is no " + unit + " to evaluate");
+  Reporter reporter(report, out);
+  watchInterrupts();
+  {
+    Progress progress("evaluating " + unit, static_cast<int>(count));
+    for (size_t i = 0; i < all.size() && !interrupted(); ++i) {
+      all[i].measure(0, all[i].count, [&](const Records& records) {
+        for (const json& record : records) reporter.add(record.dump());
+        progress.advance(all.size() > 1 ? all[i].name : "");
+        ++done;
+        return !interrupted();
+      });
+    }
+  }
+  return statusOrInterrupted(reporter.finish(), "the table is of the first " + std::to_string(done) + " of " +
+                                                    std::to_string(count) + " " + unit + "s");
+}
+
+}  // namespace gms_ransac
