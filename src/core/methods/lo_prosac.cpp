@@ -1,6 +1,7 @@
 // `lo_prosac`, ours: GMS weighed with descriptors, starts without samples, spread samples of the most distinctive
 // matches first (PROSAC), local optimisation (LO-RANSAC), and two refinements. The growth of the prefix, its stop and
 // the starts are neither paper's. Choices and their measurements: doc/estimator.md.
+#include <algorithm>
 #include <limits>
 #include <vector>
 
@@ -17,6 +18,8 @@ namespace {
 constexpr double kNoiseExponent = 0.5;
 
 constexpr int kLocalIterations = 2;
+/// Samples for each match, at most: few matches that agree on nothing are refused in the end, and took longest.
+constexpr int kSamplesOfMatch = 5;
 /// A pose that leaves more of the matches unexplained is not beyond doubt, and the prior may have chosen it.
 constexpr double kMostUnexplained = 1. / 3;
 /// Where it does, a share of the matches that the search goes on among, and samples at most.
@@ -34,7 +37,8 @@ class LoProsac : public RansacMethod {
     const bool enough = begin(pair, kNoiseExponent);
     if (!enough) return;
     sort(pairs, SortKey::kLoweRatio);
-    sampler_.begin(task(points_.size(), options_.max_iterations), order_, points_.cells());
+    most_samples_ = std::min(options_.max_iterations, kSamplesOfMatch * points_.size());
+    sampler_.begin(task(points_.size(), most_samples_), order_, points_.cells());
     switch (result.model_type) {
       case ModelType::kEssential:
         return estimatePose(pair);
@@ -97,7 +101,7 @@ class LoProsac : public RansacMethod {
   /// The search ends when it is sure of the first matches of the order, which are few where few have survived: a wrong
   /// motion may explain most of them (doc/estimator.md).
   void searchWider(const PoseModel& plain, Effort& effort, Search& search) {
-    const int left = std::min(kWideSamples, options_.max_iterations - effort.hypotheses);
+    const int left = std::min(kWideSamples, most_samples_ - effort.hypotheses);
     if (left <= 0 || hurried(effort) || !leavesMuch(plain, search.ransac.best()->pose)) return;
     sampler_.begin(task(points_.size(), left), order_, points_.cells(), kWideShare);
     search.ransac.search(sampler_);
@@ -123,7 +127,7 @@ class LoProsac : public RansacMethod {
   /// Searches once more, without the prior, with the samples that are left; true when that comes to an optimum of less
   /// cost, which `optimum` then is.
   bool findBetter(const PoseModel& plain, Effort& effort, TwoViewPose& optimum) {
-    const int left = options_.max_iterations - effort.hypotheses;
+    const int left = most_samples_ - effort.hypotheses;
     if (left <= 0) return false;
     sampler_.begin(task(points_.size(), left), order_, points_.cells());
     Search search(parts(plain, effort), points_.view());
@@ -157,6 +161,7 @@ class LoProsac : public RansacMethod {
   }
 
   StratifiedSampler sampler_;
+  int most_samples_ = 0;
   PoseJudge judge_;
   std::vector<TwoViewPose> starts_;
   std::vector<AlternativeMotion> alternatives_;
