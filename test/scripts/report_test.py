@@ -101,7 +101,8 @@ class Run(unittest.TestCase):
         table = benchmark.table([dict(row, what="ours", baseline="base", ms=ms, kept=kept, correct=correct)
                                  for ms, kept, correct in ((2, 10, 9), (2, 20, None), (3, None, None))] +
                                 [dict(row, what="base", baseline=None, ms=ms) for ms in (4, 6, 20)])
-        self.assertIn("| s | base | 6.000 | 18.600 |  |  |  |\n|  | ours | 2.000 | 2.900 | 3.0 | 15 | 9 |\n", table)
+        self.assertIn("| s | base | 6.000 | 19.720 | 20.000 |  |  |  |\n"
+                      "|  | ours | 2.000 | 2.980 | 3.000 | 3.0 | 15 | 9 |\n", table)
 
 
 def tables_run(method, pair="p0", preset=2000, raw_points=None, **columns):
