@@ -61,12 +61,15 @@ void Continuity::follow(Method& method, const Camera& camera, const RobustOption
   const auto continues = [&past](const RobustResult& answer) {
     return past.steady > 0 && isSame(answer.pose.t, past.direction);
   };
-  if (judge && robust.translation_observable && !continues(robust)) {
+  const bool known = robust.translation_observable;
+  if (judge && robust.pose_found && (known || past.steady > 0) && !continues(robust)) {
     select(past, result);
     alone_.clear();
     if (tracks_.size() >= kEnoughTracks) method.estimate(pairs_, camera, alone_);
     robust.effort += alone_.effort;
-    if (!alone_.pose_found) {
+    if (!known) {
+      if (alone_.translation_observable && continues(alone_)) take(camera, result);
+    } else if (!alone_.pose_found) {
       if (past.steady >= kSteady) robust.reject();
       if (!robust.pose_found) robust.doubt = DirectionDoubt::kDiscontinuity;
     } else if (!isSame(alone_.pose.t, robust.pose.t)) {
