@@ -37,7 +37,8 @@ def summarize(records):
     times = {stage: median([record["times_ms"][stage] for record in records])
              for stage in ("detect", "match", "gms", "ransac", "total")}
     return dict(
-        times, most=max(record["times_ms"]["ransac"] for record in records), pairs=len(records), ok=sum(record["status"] == "OK" for record in records),
+        times, most=max(record["times_ms"]["ransac"] for record in records),
+        pairs=len(records), ok=sum(record["status"] == "OK" for record in records),
         low=sum(record["status"] == "LOW_PARALLAX" for record in records), failed=len(records) - sum(posed),
         auc5=area(worst, 5), auc10=area(worst, 10), auc20=area(worst, 20),
         rauc2=area(rotation, 2),
@@ -52,8 +53,8 @@ def summarize(records):
 COLUMNS = (("auc5", "AUC5", 7, 1), ("auc10", "AUC10", 7, 1), ("auc20", "AUC20", 7, 1), ("rauc2", "RAUC2", 7, 1),
            ("rotation", "R med deg", 11, 3), ("precision", "prec %", 8, 2), ("recall", "recall %", 10, 2),
            ("kept", "kept", 7, 0), ("correct", "correct", 8, 0), ("hypotheses", "hypoth.", 9, 0),
-           ("detect", "detect", 8, 2), ("match", "match", 8, 2), ("gms", "gms", 8, 3), ("ransac", "ransac", 8, 3), ("most", "most", 7, 2),
-           ("total", "total ms", 10, 2))
+           ("detect", "detect", 8, 2), ("match", "match", 8, 2), ("gms", "gms", 8, 3), ("ransac", "ransac", 8, 3),
+           ("most", "most", 7, 2), ("total", "total ms", 10, 2))
 
 
 def table(by_method):

@@ -34,6 +34,14 @@ struct Levels {
   }
 };
 
+/// 1 in the columns of the window.
+Levels ones() {
+  Levels levels;
+  std::fill(levels.at, levels.at + kLevels, int16_t{1});
+  levels.cut();
+  return levels;
+}
+
 int sumOfProducts(const int16_t* a, const int16_t* b) {
   int sum = 0;
   for (int i = 0; i < kLevels; ++i) sum += a[i] * b[i];
@@ -120,11 +128,11 @@ std::optional<double> RowSearch::align(int x, int y, int right_x) const {
   if (std::min(left - 1, right) < 0 || std::max(left + 1, right) + kRow > left_.cols || top < 0 ||
       top + kHeight > left_.rows)
     return std::nullopt;
-  const Levels before(left_, left - 1, top), after(left_, left + 1, top), there(right_, right, top);
-  Levels own(left_, left, top), middle(right_, right + kReach, top), gradient = after, window;
-  for (int i = 0; i < kLevels; ++i) gradient.at[i] = static_cast<int16_t>(after.at[i] - before.at[i]);
-  std::fill(window.at, window.at + kLevels, int16_t{1});
-  for (Levels* levels : {&own, &middle, &gradient, &window}) levels->cut();
+  const Levels before(left_, left - 1, top), there(right_, right, top);
+  static const Levels window = ones();
+  Levels own(left_, left, top), middle(right_, right + kReach, top), gradient(left_, left + 1, top);
+  for (int i = 0; i < kLevels; ++i) gradient.at[i] = static_cast<int16_t>(gradient.at[i] - before.at[i]);
+  for (Levels* levels : {&own, &middle, &gradient}) levels->cut();
   const double own_sum = sumOfProducts(window.at, own.at), middle_sum = sumOfProducts(window.at, middle.at);
   const double mean = static_cast<double>(sumOfProducts(gradient.at, window.at)) / kPixels;
   const double square = sumOfProducts(gradient.at, gradient.at) - mean * mean * kPixels;

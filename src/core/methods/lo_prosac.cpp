@@ -37,8 +37,7 @@ class LoProsac : public RansacMethod {
     const bool enough = begin(pair, kNoiseExponent);
     if (!enough) return;
     sort(pairs, SortKey::kLoweRatio);
-    most_samples_ = std::min(options_.max_iterations, kSamplesOfMatch * points_.size());
-    sampler_.begin(task(points_.size(), most_samples_), order_, points_.cells());
+    sampler_.begin(task(points_.size(), mostSamples()), order_, points_.cells());
     switch (result.model_type) {
       case ModelType::kEssential:
         return estimatePose(pair);
@@ -101,11 +100,13 @@ class LoProsac : public RansacMethod {
   /// The search ends when it is sure of the first matches of the order, which are few where few have survived: a wrong
   /// motion may explain most of them (doc/estimator.md).
   void searchWider(const PoseModel& plain, Effort& effort, Search& search) {
-    const int left = std::min(kWideSamples, most_samples_ - effort.hypotheses);
+    const int left = std::min(kWideSamples, mostSamples() - effort.hypotheses);
     if (left <= 0 || hurried(effort) || !leavesMuch(plain, search.ransac.best()->pose)) return;
     sampler_.begin(task(points_.size(), left), order_, points_.cells(), kWideShare);
     search.ransac.search(sampler_);
   }
+
+  int mostSamples() const { return std::min(options_.max_iterations, kSamplesOfMatch * points_.size()); }
 
   int finalIterations(Effort& effort) const { return hurried(effort) ? kHastyIterations : kFinalIterations; }
 
@@ -127,7 +128,7 @@ class LoProsac : public RansacMethod {
   /// Searches once more, without the prior, with the samples that are left; true when that comes to an optimum of less
   /// cost, which `optimum` then is.
   bool findBetter(const PoseModel& plain, Effort& effort, TwoViewPose& optimum) {
-    const int left = most_samples_ - effort.hypotheses;
+    const int left = mostSamples() - effort.hypotheses;
     if (left <= 0) return false;
     sampler_.begin(task(points_.size(), left), order_, points_.cells());
     Search search(parts(plain, effort), points_.view());
@@ -161,7 +162,6 @@ class LoProsac : public RansacMethod {
   }
 
   StratifiedSampler sampler_;
-  int most_samples_ = 0;
   PoseJudge judge_;
   std::vector<TwoViewPose> starts_;
   std::vector<AlternativeMotion> alternatives_;

@@ -55,12 +55,16 @@ bool sharesRows(const Camera& left, const Camera& right, const StereoRig& rig) {
 CameraIntrinsics rectifiedIntrinsics(const Camera& camera, const Eigen::Matrix3d& turn) {
   const cv::Size size = camera.imageSize();
   const cv::Point2f centre(0.5F * static_cast<float>(size.width), 0.5F * static_cast<float>(size.height));
-  const Eigen::Vector2d ray = (turn * rayOf(camera, centre).homogeneous()).hnormalized();
+  const Eigen::Vector2d ray = rotated(turn, rayOf(camera, centre));
   const double f = camera.meanFocalLength();
   return {f, f, centre.x - f * ray.x(), centre.y - f * ray.y(), {}, {}};
 }
 
 }  // namespace
+
+Eigen::Vector2d rotated(const Eigen::Matrix3d& R, const Eigen::Vector2d& ray) {
+  return (R * ray.homogeneous()).hnormalized();
+}
 
 void StereoDepth::View::set(const Camera& of, const Eigen::Matrix3d& to_rectified, const CameraIntrinsics& k) {
   if (!pixels.empty() && camera == of && turn == to_rectified) return;
@@ -147,26 +151,21 @@ std::string StereoDepth::fill(const Features& left, const cv::Mat& left_image, c
     right_view_.set(right_camera, rig.right, k);
     search_.setImages(left_view_.of(left_image), right_view_.of(columns.right), infinity);
   }
-  points_.clear();
-  std::vector<Eigen::Vector2d> rays;
-  for (const cv::KeyPoint& keypoint : left.keypoints) {
-    const Eigen::Vector2d ray = (rig.left * rayOf(left_camera, keypoint.pt).homogeneous()).hnormalized();
-    points_.emplace_back(k.fx * ray.x() + k.cx, k.fy * ray.y() + k.cy);
-    rays.push_back(ray);
-  }
   const double nan = std::numeric_limits<double>::quiet_NaN();
   columns.depth.assign(left.keypoints.size(), 0);
   columns.right_ray.assign(left.keypoints.size(), {nan, nan});
+  points_.clear();
   size_t found = 0;
-  for (size_t i = 0; i < points_.size(); ++i) {
-    const std::optional<double> disparity = search_.disparity(points_[i]);
+  for (size_t i = 0; i < left.keypoints.size(); ++i) {
+    const Eigen::Vector2d ray = rotated(rig.left, rayOf(left_camera, left.keypoints[i].pt));
+    points_.emplace_back(k.fx * ray.x() + k.cx, k.fy * ray.y() + k.cy);
+    const std::optional<double> disparity = search_.disparity(points_.back());
     if (!disparity || *disparity <= infinity) continue;
     ++found;
     const double difference = (*disparity - infinity) / k.fx;  // of the rays
-    const Eigen::Vector3d right(rays[i].x() - difference, rays[i].y(), 1);
-    columns.right_ray[i] = (rig.right.transpose() * right).hnormalized();
+    columns.right_ray[i] = rotated(rig.right.transpose(), {ray.x() - difference, ray.y()});
     if (*disparity - infinity < kLeastDisparity) continue;
-    const Eigen::Vector3d point = rig.left.transpose() * (rig.baseline / difference * rays[i].homogeneous());
+    const Eigen::Vector3d point = rig.left.transpose() * (rig.baseline / difference * ray.homogeneous());
     columns.depth[i] = static_cast<float>(point.z());
   }
   std::string doubt = doubtOfRows(found);

@@ -9,7 +9,7 @@
 #include <sensor_msgs/CameraInfo.h>
 #include <Eigen/Core>
 
-#include "gms_ransac/match_filter.h"
+#include "gms_ransac/features.h"
 #include "input/camera_model.h"
 #include "input/image_conversion.h"
 #include "input/image_with_info.h"
@@ -27,6 +27,9 @@ struct StereoRig {
   StereoRig(const CameraModel& left_model, const sensor_msgs::CameraInfo& left_info, const CameraModel& right_model,
             const sensor_msgs::CameraInfo& right_info);
 };
+
+/// A ray, x and y at depth 1, in axes that it is rotated into.
+Eigen::Vector2d rotated(const Eigen::Matrix3d& R, const Eigen::Vector2d& ray);
 
 /// The right image, and one entry per keypoint of the left image where its depth was wanted.
 struct StereoColumns {

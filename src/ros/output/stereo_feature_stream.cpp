@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "gms_ransac/camera.h"
+#include "input/stereo_depth.h"
 #include "tracks/patch.h"
 
 namespace gms_ransac {
@@ -24,10 +25,6 @@ constexpr double kRowTolerance = 1;
 
 // A point is that of the other image if the search back ends so near to it, pixels.
 constexpr float kMutual = 1;
-
-Eigen::Vector2d rotated(const Eigen::Matrix3d& R, const Eigen::Vector2d& ray) {
-  return (R * ray.homogeneous()).hnormalized();
-}
 
 /// One image of the pair.
 struct Side {

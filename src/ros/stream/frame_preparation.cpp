@@ -12,6 +12,14 @@
 
 namespace gms_ransac {
 
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+}  // namespace
+
 FramePreparation::FramePreparation(const Parameters& parameters, const std::string& image_topic,
                                    const std::string& info_topic, const std::string& right_topic,
                                    const std::string& right_info_topic)
@@ -50,13 +58,13 @@ bool FramePreparation::convert(const sensor_msgs::ImageConstPtr& image, Prepared
   frame.header = image->header;
   frame.header.frame_id = withoutLeadingSlash(frame.header.frame_id);
   frame.frame.detect_seconds = 0;
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = Clock::now();
   if (frame.input.keypoints) {
     takeKeypoints(*frame.input.keypoints, frame);
   } else {
     frame.problem = converter_.toGrey(*image, frame.grey);
   }
-  frame.convert_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  frame.convert_seconds = secondsSince(start);
   frame.frame.seconds_before = frame.convert_seconds;
   return frame.problem.empty();
 }
@@ -110,9 +118,9 @@ void FramePreparation::findDepth(PreparedFrame& frame) {
       frame.depth_problem = "only features have a subscriber";
       return;
     }
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = Clock::now();
     frame.depth_problem = stereo_depth_.fill(frame.frame.features, frame.grey, *frame.camera, frame.stereo);
-    frame.frame.detect_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    frame.frame.detect_seconds += secondsSince(start);
   } else if (input.keypoints) {
     const bool missing = parameters_.scale == ScaleMode::kDepth && frame.stereo.depth.empty();
     if (missing) frame.depth_problem = "the keypoints have no depth";
