@@ -19,8 +19,8 @@ namespace {
 constexpr size_t kEnoughTracks = 30;
 /// So many pairs in one direction let the next one be expected; it is waited for over as many pairs as were steady.
 constexpr int kSteady = 2, kMostSteady = 4;
-/// Of pairs in a hand whose direction nothing before shows one in ten is wrong, most with near and far exchanged; of
-/// those that the pair before shows, be it but as a guess, one in sixty. Certain to half the limit, they are as good.
+/// In a hand one in ten pairs whose direction nothing before shows is wrong, most with near and far exchanged. If the
+/// pair before shows it, be it as a guess, one in sixty is. Certain to half the limit, the others are as good.
 constexpr double kShown = 30 * M_PI / 180, kShareOfLimit = 0.5;
 constexpr float kMostDeviations = 3;  ///< of a static point
 constexpr float kNotJudged = 0.5f;    ///< probability of a match that the motion explains and that no track vouches for

@@ -1,4 +1,4 @@
-// Holds an answer against the past of its stream: a direction that breaks with the motion so far must be shown by the
+// Compares an answer with the past of its stream: a direction that breaks with the motion so far must be shown by the
 // matches that continue static tracks. doc/judgement.md says why.
 #pragma once
 
@@ -16,9 +16,9 @@ namespace gms_ransac {
 class Continuity {
  public:
   /// `method` has just estimated `result`. If the direction is new and the static tracks alone show another motion,
-  /// that motion becomes the result; where they are too few to show any, a steady stream refuses the pair. A direction
-  /// that is not known gives way to them if they continue the stream. Then updates `past`. A direction that the pair
-  /// before did not show at all must be known twice as well as others.
+  /// that motion becomes the result; where they are too few to show any, a steady stream refuses the pair. If the
+  /// direction is not known and the static tracks alone continue the stream, their motion becomes the result. Then
+  /// updates `past`. A direction that the pair before did not show at all must be known twice as well as others.
   /// Without RobustOptions::judge the answer stands.
   void follow(Method& method, const Camera& camera, const RobustOptions& options, MatchResult& result, Past& past);
 

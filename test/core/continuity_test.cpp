@@ -1,4 +1,4 @@
-// Answers held against the past of their stream, on drawn scenes with a body that moves by itself.
+// Answers compared with the past of their stream, on drawn scenes with a body that moves by itself.
 #include "continuity.h"
 
 #include <algorithm>

@@ -20,8 +20,8 @@ class RowSearch {
 
   /// CV_8UC1, of one size; must outlive the search. `infinity`: disparity of what is infinitely far away, pixels.
   void setImages(const cv::Mat& left, const cv::Mat& right, double infinity);
-  /// Pixels by which the right image shows a point farther to the left; none if it is not found, if another place on
-  /// the row looks as much like it, or if the disparity exceeds that of infinity by more than a quarter of the width.
+  /// Pixels by which the right image shows a point farther to the left: at most a quarter of the width more than at
+  /// infinity. None if the point is not found, or if another place on the row looks as much like it.
   std::optional<double> disparity(const cv::Point2f& point);
   /// Rows by which the right image shows a point lower, to two pixels: at most `reach` up or down.
   std::optional<int> rowsBelow(const cv::Point2f& point, int reach);

@@ -24,7 +24,7 @@ using Column = Eigen::Matrix<double, kUnknowns, 1>;
 
 constexpr int kMinimumSupport = 8;
 constexpr int kIterations = 15;
-constexpr double kConverged = 0.01;  // square of the last step by the covariance: a tenth of a standard deviation
+constexpr double kConverged = 0.01;  // square of the last step by the covariance: a tenth of a standard deviation.
 // Geman-McClure's loss bends where the squared residual over its freedom exceeds this, or this many times the typical
 // one where the residuals exceed the noise: rows that are read one after the other, depth of another moment. The first
 // steps have a loss that is wider by kWide, half of that, and so on.
@@ -46,10 +46,10 @@ constexpr double kDisparitySigma = 0.2;
 // x = 1 and y = 1. KITTI's rectified images have 0.15 (06) and 1 (01): ignored, it makes the translation 0.6 and 10 %
 // too long. Pairs measure it to 0.1. With 0.5 in place of 1, 01 is 1 % longer.
 constexpr double kDisparityErrorSigma = 1;
-constexpr double kNearest = 0.05;  // of the depth in the reference that is left of a point in the current camera
+constexpr double kNearest = 0.05;  // least depth in the current camera, as a share of that in the reference
 
-/// What one image says of a point: x, y on the plane z = 1 and inverse depth, 1/m. In these the motion and its noise
-/// are nearly linear, out to infinity.
+/// A point in one image: x, y on the plane z = 1 and inverse depth, 1/m. In these the motion and its noise are nearly
+/// linear, out to infinity.
 struct Seen {
   Vector3d value;
   Matrix3d noise;  ///< covariance

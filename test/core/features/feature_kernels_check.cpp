@@ -72,7 +72,7 @@ bool findsStrongCorners(const FeatureKernels& kernels, const std::vector<int>& a
   return true;
 }
 
-/// What the other kernels write, in order.
+/// Output of the other kernels, in order.
 struct Written {
   std::vector<double> numbers;
 
