@@ -5,6 +5,7 @@
 #include "input/image_conversion.h"
 #include "invariants.h"
 #include "methods/method.h"
+#include "scale/depth_pose.h"
 #include "scale/translation_scale.h"
 #include "stream/publishable_pose.h"
 
@@ -79,6 +80,7 @@ void check(FuzzInput input) {
   const std::unique_ptr<Method> method = makeMethod(options);
   ScalePropagator propagator;
   TrackTable tracks;
+  KeyFrame key;
   Triangulation points;
   for (int i = 0; i < 3; ++i) {
     const FuzzedPair pair = fuzzedPair(input, 2000);
@@ -103,9 +105,12 @@ void check(FuzzInput input) {
     propagator.advance();
 
     RelativePose pose = result.robust.pose;
-    const ScaleEstimate metric = poseFromKeypointDepth(points, reference, current, result, pair.camera,
-                                                       keypointDepth(reference, reference_depth),
-                                                       keypointDepth(current, current_depth), 0, pose);
+    const std::vector<float> depth_of_reference = keypointDepth(reference, reference_depth);
+    const std::vector<float> depth_of_current = keypointDepth(current, current_depth);
+    const ScaleEstimate metric = poseFromKeypointDepth(
+        {points, reference, current, result, pair.camera, depth_of_reference, depth_of_current, 0, tracks.ids()}, pose,
+        &key);
+    key.advance();
     demand(metric.features >= 0, "features are counted");
     demandEmpty(brokenPose(pose));
     if (metric.features == 0) continue;

@@ -1,3 +1,5 @@
+#include "scale/depth_pose.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,7 +9,6 @@
 #include <Eigen/Geometry>
 
 #include "gms_ransac/point_pairs.h"
-#include "scale/translation_scale.h"
 #include "two_view/pose_model.h"
 #include "two_view/sigma_by_octave.h"
 
@@ -17,12 +18,18 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
 // Unknowns: the step of t, the rotation vector w, then three of the sensor (JointMotion).
 constexpr int kPose = 6, kSensor = 3, kUnknowns = kPose + kSensor;
 using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 using Column = Eigen::Matrix<double, kUnknowns, 1>;
 
 constexpr int kMinimumSupport = 8;
+// The key frame is the reference of this pair as soon as fewer of its points are seen: as a share, and a number.
+constexpr double kStillSeen = 1. / 3;
+constexpr double kLeastStillSeen = 30;
+constexpr int kCloseStart = 2;  ///< iteration that a refinement begins with whose start is known to a deviation or two
 constexpr int kIterations = 15;
 constexpr double kConverged = 0.01;  // square of the last step by the covariance: a tenth of a standard deviation.
 // Geman-McClure's loss bends where the squared residual over its freedom exceeds this, or this many times the typical
@@ -48,20 +55,22 @@ constexpr double kDisparitySigma = 0.2;
 constexpr double kDisparityErrorSigma = 1;
 constexpr double kNearest = 0.05;  // least depth in the current camera, as a share of that in the reference
 
-/// A point in one image: x, y on the plane z = 1 and inverse depth, 1/m. In these the motion and its noise are nearly
-/// linear, out to infinity.
-struct Seen {
-  Vector3d value;
-  Matrix3d noise;  ///< covariance
-  bool has_depth;
-  double row;  ///< -0.5 at the top of the image, 0.5 at the bottom
-};
-
 struct JointPoint {
-  Seen reference, current;
+  SeenPoint reference, current;
   Vector3d estimate = Vector3d::Zero();  ///< of `reference.value`, by all measurements
   int freedom = 1;  ///< of its residual: 1 without depth (the Sampson distance), 2 with depth in one image, 3 in both
   int32_t cell = 0;
+
+  /// Estimate and freedom before the refinement. `depth`: in the reference where neither image shows it; 0: not known.
+  void begin(const RelativePose& pose, double depth) {
+    freedom = 1 + static_cast<int>(reference.has_depth) + static_cast<int>(current.has_depth);
+    if (!reference.has_depth && current.has_depth) {
+      const Vector3d ray(current.value.x(), current.value.y(), 1);
+      depth = (pose.R * ray / current.value.z() + pose.t).z();
+    }
+    if (!reference.has_depth) reference.value.z() = depth > 0 ? 1 / depth : 0;
+    estimate = reference.value;
+  }
 };
 
 /// Motion, and what a sensor adds to it.
@@ -107,16 +116,11 @@ double depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
 }
 
 /// `sigma`: of a keypoint, at depth 1; `pixel`: the same of a pixel.
-Seen seenAt(double x, double y, double depth, double sigma, double pixel, double baseline, double row) {
-  Seen seen = {{x, y, depth > 0 ? 1 / depth : 0}, Matrix3d::Zero(), depth > 0, row};
+SeenPoint seenAt(double x, double y, double depth, double sigma, double pixel, double baseline, double row) {
   const double variance = sigma * sigma;
-  seen.noise.diagonal() << variance, variance, kNoDepthSigma * kNoDepthSigma;
-  if (depth > 0 && baseline > 0) {
-    seen.noise(2, 2) = std::pow(kDisparitySigma * pixel / baseline, 2);
-  } else if (depth > 0) {
-    seen.noise(2, 2) = kDepthImageSigma * kDepthImageSigma;
-  }
-  return seen;
+  double depth_sigma = kNoDepthSigma;
+  if (depth > 0) depth_sigma = baseline > 0 ? kDisparitySigma * pixel / baseline : kDepthImageSigma;
+  return {{x, y, depth > 0 ? 1 / depth : 0}, {variance, variance, depth_sigma * depth_sigma}, depth > 0, row};
 }
 
 /// Weighted median of metric over triangulated depth, whose ratio has a standard deviation that grows with depth.
@@ -131,16 +135,8 @@ double startingLength(std::vector<std::pair<double, double>> ratios) {
   return 0;
 }
 
-/// The inverse depth of a point whose depth the reference does not show, to begin with.
-double startingInverseDepth(const JointPoint& p, const RelativePose& pose, double triangulated_depth) {
-  if (!p.current.has_depth) return triangulated_depth > 0 ? 1 / triangulated_depth : 0;
-  const Vector3d ray(p.current.value.x(), p.current.value.y(), 1);
-  const double z = (pose.R * ray / p.current.value.z() + pose.t).z();
-  return z > 0 ? 1 / z : 0;
-}
-
 /// Factors of JointMotion::sensor in the error of an inverse depth.
-Eigen::RowVector3d disparityError(const Seen& seen) { return {1, seen.value.x(), seen.value.y()}; }
+Eigen::RowVector3d disparityError(const SeenPoint& seen) { return {1, seen.value.x(), seen.value.y()}; }
 
 JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
   JointResidual result;
@@ -182,8 +178,9 @@ JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
     if (p.current.has_depth) by_sensor.row(2) -= disparityError(p.current);
     result.value += by_sensor * motion.sensor;
   }
-  const Matrix3d spread = by_point * p.reference.noise;
-  const Matrix3d covariance = p.current.noise + spread * by_point.transpose();
+  const Matrix3d spread = by_point * p.reference.variance.asDiagonal();
+  Matrix3d covariance = spread * by_point.transpose();
+  covariance.diagonal() += p.current.variance;
   if (p.current.has_depth) {
     result.information = covariance.inverse();
   } else {
@@ -207,8 +204,9 @@ class JointRefinement {
         residuals_(points_.size()) {}
 
   /// False where there is no solution. The covariance of `pose` includes the uncertainty of the other unknowns.
-  bool run(RelativePose& pose) {
-    for (int i = 0; i < kIterations; ++i) {
+  /// `first`: iteration to begin with; the later, the closer the start is thought to be.
+  bool run(RelativePose& pose, int first = 0) {
+    for (int i = first; i < kIterations; ++i) {
       loss_ = kLoss * typicalSquare() * std::max(1., kWide * std::pow(0.5, i));
       linearize();
       Column slope = gradient_;
@@ -310,6 +308,55 @@ class JointRefinement {
   double bend_ = 1;  ///< mean second derivative of the loss over the weight
 };
 
+/// What two independent measurements of one motion say together.
+RelativePose fused(const RelativePose& a, const RelativePose& b) {
+  const Matrix6d gain = a.covariance * (a.covariance + b.covariance).inverse();
+  Vector6d difference;
+  difference << b.t - a.t, rotationVector(b.R * a.R.transpose());
+  const Vector6d step = gain * difference;
+  RelativePose both = a;
+  both.t += step.head<3>();
+  both.R = rotationFromVector(step.tail<3>()) * a.R;
+  both.covariance -= gain * a.covariance;
+  return both;
+}
+
+/// Locates the current image in the key frame, by the motion `pose` of this pair and by the points of the key frame
+/// that are still followed. `points`: of the pair, one for each of its columns.
+void follow(const DepthPair& pair, const std::vector<JointPoint>& points, bool two_cameras, double sensor_sigma,
+            const RelativePose& pose, KeyFrame& key) {
+  const auto id = [&](size_t i) { return pair.track_ids[pair.points.match[i]]; };
+  const auto earlier = [](const KeyFrame::Point& point, uint32_t track) { return point.track < track; };
+  const RelativePose chain = chained(key.reference, pose);
+  std::vector<JointPoint> still_seen;
+  for (size_t i = 0; i < points.size() && !key.points.empty(); ++i) {
+    const auto found = std::lower_bound(key.points.begin(), key.points.end(), id(i), earlier);
+    if (found == key.points.end() || found->track != id(i)) continue;
+    const Vector3d& in_reference = points[i].reference.value;
+    const Vector3d ray(in_reference.x(), in_reference.y(), 1);
+    still_seen.push_back(points[i]);
+    still_seen.back().reference = found->seen;
+    still_seen.back().begin(
+        chain, in_reference.z() > 0 ? (key.reference.R * ray / in_reference.z() + key.reference.t).z() : 0);
+  }
+  RelativePose direct;
+  const bool located =
+      static_cast<double>(still_seen.size()) >=
+          std::max(kLeastStillSeen, kStillSeen * static_cast<double>(key.points.size())) &&
+      JointRefinement(std::move(still_seen), {chain, two_cameras}, sensor_sigma).run(direct, kCloseStart);
+  if (located) {
+    key.current = fused(chain, direct);
+    key.is_reference = false;
+    return;
+  }
+  key = KeyFrame();
+  key.current = pose;
+  for (size_t i = 0; i < points.size(); ++i) {
+    if (id(i) != 0) key.points.push_back({id(i), points[i].reference});
+  }
+  std::sort(key.points.begin(), key.points.end(), [](const auto& a, const auto& b) { return a.track < b.track; });
+}
+
 }  // namespace
 
 std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth) {
@@ -322,50 +369,45 @@ std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth)
   return column;
 }
 
-ScaleEstimate poseFromKeypointDepth(const Triangulation& pair, const Features& reference, const Features& current,
-                                    const MatchResult& result, const Camera& camera,
-                                    const std::vector<float>& reference_depth, const std::vector<float>& current_depth,
-                                    double baseline, RelativePose& pose) {
+ScaleEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, KeyFrame* key) {
   ScaleEstimate estimate;
-  const double pixel = 1 / camera.meanFocalLength();
-  const SigmaByOctave sigma(result.robust, current.scale_factor);
+  const double pixel = 1 / pair.camera.meanFocalLength();
+  const SigmaByOctave sigma(pair.result.robust, pair.current.scale_factor);
   const auto noise = [&](const cv::KeyPoint& keypoint) {
     return pixel * std::max(kLeastSigma, static_cast<double>(sigma[keypoint.octave]));
   };
+  const Triangulation& columns = pair.points;
   std::vector<JointPoint> points;
-  points.reserve(static_cast<size_t>(pair.size()));
+  points.reserve(static_cast<size_t>(columns.size()));
   std::vector<std::pair<double, double>> ratios;
   int matches = 0;
-  for (int i = 0; i < pair.size(); ++i) {
-    const Match& match = result.matches[pair.match[i]];
-    const cv::KeyPoint &r = reference.keypoints[match.reference], &c = current.keypoints[match.current];
-    const double zr = reference_depth.empty() ? 0 : reference_depth[match.reference];
-    const double zc = current_depth.empty() ? 0 : current_depth[match.current];
-    const double row_r = r.pt.y / reference.image_size.height - 0.5, row_c = c.pt.y / current.image_size.height - 0.5;
+  for (int i = 0; i < columns.size(); ++i) {
+    const Match& match = pair.result.matches[columns.match[i]];
+    const cv::KeyPoint &r = pair.reference.keypoints[match.reference], &c = pair.current.keypoints[match.current];
+    const double zr = pair.reference_depth.empty() ? 0 : pair.reference_depth[match.reference];
+    const double zc = pair.current_depth.empty() ? 0 : pair.current_depth[match.current];
+    const double row_r = r.pt.y / pair.reference.image_size.height - 0.5;
+    const double row_c = c.pt.y / pair.current.image_size.height - 0.5;
     JointPoint p;
-    p.reference = seenAt(pair.x_reference[i], pair.y_reference[i], zr, noise(r), pixel, baseline, row_r);
-    p.current = seenAt(pair.x_current[i], pair.y_current[i], zc, noise(c), pixel, baseline, row_c);
-    p.freedom = 1 + static_cast<int>(zr > 0) + static_cast<int>(zc > 0);
-    p.cell = spreadCell(c.pt, current.image_size);
+    p.reference = seenAt(columns.x_reference[i], columns.y_reference[i], zr, noise(r), pixel, pair.baseline, row_r);
+    p.current = seenAt(columns.x_current[i], columns.y_current[i], zc, noise(c), pixel, pair.baseline, row_c);
+    p.cell = spreadCell(c.pt, pair.current.image_size);
     points.push_back(p);
-    matches += p.freedom > 1;
-    if (zr > 0 && pair.valid[i]) ratios.emplace_back(zr / pair.depth_reference[i], 1 / zr);
-    if (zc > 0 && pair.valid[i]) ratios.emplace_back(zc / pair.depth_current[i], 1 / zc);
+    matches += zr > 0 || zc > 0;
+    if (zr > 0 && columns.valid[i]) ratios.emplace_back(zr / columns.depth_reference[i], 1 / zr);
+    if (zc > 0 && columns.valid[i]) ratios.emplace_back(zc / columns.depth_current[i], 1 / zc);
   }
   if (matches < kMinimumSupport) return estimate;
 
-  RelativePose start = result.robust.pose;
+  JointMotion start = {pair.result.robust.pose, pair.baseline > 0};
   const double length = startingLength(std::move(ratios));
-  start.t *= length;
-  for (int i = 0; i < pair.size(); ++i) {
-    JointPoint& p = points[i];
-    const double depth = pair.valid[i] ? length * pair.depth_reference[i] : 0;
-    if (!p.reference.has_depth) p.reference.value.z() = startingInverseDepth(p, start, depth);
-    p.estimate = p.reference.value;
+  start.pose.t *= length;
+  for (int i = 0; i < columns.size(); ++i) {
+    points[i].begin(start.pose, columns.valid[i] ? length * columns.depth_reference[i] : 0);
   }
-  const JointMotion motion = {start, baseline > 0};
-  const double sensor_sigma = motion.two_cameras ? kDisparityErrorSigma * pixel / baseline : kRowRotationSigma;
-  if (!JointRefinement(std::move(points), motion, sensor_sigma).run(pose)) return estimate;
+  const double sensor_sigma = start.two_cameras ? kDisparityErrorSigma * pixel / pair.baseline : kRowRotationSigma;
+  if (!JointRefinement(points, start, sensor_sigma).run(pose)) return estimate;
+  if (key) follow(pair, points, start.two_cameras, sensor_sigma, pose, *key);
   estimate.length = pose.t.norm();
   const Vector3d along = pose.t.normalized();
   estimate.relative_sigma =

@@ -1,11 +1,9 @@
-// The length of the translation, which two images alone do not tell: carried on from pair to pair, or from depth.
+// The length of the translation, which two images alone do not tell, carried on from pair to pair.
 #pragma once
 
 #include <cstdint>
 #include <string>
 #include <vector>
-
-#include <opencv2/core/mat.hpp>
 
 #include "gms_ransac/camera.h"
 #include "gms_ransac/match_result.h"
@@ -55,20 +53,6 @@ class ScalePropagator {
   std::vector<InverseDepth> reference_, current_;
   double length_ = 1;
 };
-
-/// Depth at every keypoint, metres, 0 where unknown or at a depth edge. `depth`: CV_32FC1 metres, not positive or not
-/// finite where unknown; empty: no entries.
-std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth);
-
-/// One pose from all that was measured of a pair, by robust least squares from `result.robust.pose`: inliers with depth
-/// as points in space, with the noise of depth or disparity; the others by their Sampson distance. Rotation,
-/// translation and covariance are joint. Depths: metres, 0 where unknown; either column may be empty. `baseline`:
-/// metres between two cameras, whose disparities may have a common offset; 0: a depth camera, whose rotation may grow
-/// with the row. `features` 0 (fewer than eight inliers with depth, or no solution) leaves `pose` alone.
-ScaleEstimate poseFromKeypointDepth(const Triangulation& pair, const Features& reference, const Features& current,
-                                    const MatchResult& result, const Camera& camera,
-                                    const std::vector<float>& reference_depth, const std::vector<float>& current_depth,
-                                    double baseline, RelativePose& pose);
 
 /// The pose scaled to that length, with the covariance of t.
 RelativePose withLength(const RelativePose& unit_pose, const ScaleEstimate& scale);

@@ -55,6 +55,24 @@ Eigen::Vector3d rotationVector(const Eigen::Matrix3d& R) {
   return turn.angle() * turn.axis();
 }
 
+Eigen::Matrix<double, 6, 6> leverTransform(const Eigen::Matrix3d& R, const Eigen::Vector3d& lever) {
+  Eigen::Matrix<double, 6, 6> m = Eigen::Matrix<double, 6, 6>::Zero();
+  m.topLeftCorner<3, 3>() = m.bottomRightCorner<3, 3>() = R;
+  m.topRightCorner<3, 3>() = -R * crossMatrix(lever);
+  return m;
+}
+
+RelativePose chained(const RelativePose& b_in_a, const RelativePose& c_in_b) {
+  const Eigen::Vector3d lever = b_in_a.R * c_in_b.t;
+  const Eigen::Matrix<double, 6, 6> A = leverTransform(Eigen::Matrix3d::Identity(), lever);
+  const Eigen::Matrix<double, 6, 6> B = leverTransform(b_in_a.R, Eigen::Vector3d::Zero());
+  RelativePose c_in_a;
+  c_in_a.R = Eigen::Quaterniond(b_in_a.R * c_in_b.R).normalized().toRotationMatrix();
+  c_in_a.t = b_in_a.t + lever;
+  c_in_a.covariance = A * b_in_a.covariance * A.transpose() + B * c_in_b.covariance * B.transpose();
+  return c_in_a;
+}
+
 bool makeRotation(Eigen::Matrix3d& R) {
   // Newton and Schulz's iteration for the polar factor squares the error each time.
   constexpr double kReach = 0.5, kRounding = 1e-14;

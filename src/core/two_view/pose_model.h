@@ -13,6 +13,11 @@ Eigen::Matrix3d crossMatrix(const Eigen::Vector3d& v);
 Eigen::Matrix3d rotationFromVector(const Eigen::Vector3d& v);
 /// The inverse: axis times angle.
 Eigen::Vector3d rotationVector(const Eigen::Matrix3d& R);
+/// Maps a perturbation at one point of a rigid body to another one, `lever` away, in axes rotated by R: [R, -R
+/// [lever]x; 0, R]. Translation first, as in RelativePose::covariance.
+Eigen::Matrix<double, 6, 6> leverTransform(const Eigen::Matrix3d& R, const Eigen::Vector3d& lever);
+/// The pose of c in a, of b in a and c in b with independent errors.
+RelativePose chained(const RelativePose& b_in_a, const RelativePose& c_in_b);
 /// Replaces R by the nearest rotation, to rounding; false, with R undefined, when it is far from any.
 bool makeRotation(Eigen::Matrix3d& R);
 

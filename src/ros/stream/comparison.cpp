@@ -68,7 +68,7 @@ void Comparison::conclude() {
   stream.tracks.link(work.result);
   answer.track_ids = &stream.tracks.ids();
   answer.track_lengths = &stream.tracks.lengths();
-  findPose(pipeline, stream.scale, work.points, answer);
+  findPose(pipeline, stream, work.points, answer);
 }
 
 void Comparison::fail(const std::string& what) {
@@ -76,6 +76,7 @@ void Comparison::fail(const std::string& what) {
   stream.past = Past();
   stream.tracks.reset();
   stream.scale.reset();
+  stream.key = KeyFrame();
   answer.status = MatchStats::RANSAC_FAILED;
   answer.reasons = {{Why::kFailed, what}};
 }

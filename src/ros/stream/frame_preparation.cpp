@@ -6,7 +6,7 @@
 #include "guard.h"
 #include "input/image_conversion.h"
 #include "input/keypoints_conversion.h"
-#include "scale/translation_scale.h"
+#include "scale/depth_pose.h"
 #include "stream/pipeline.h"
 #include "text.h"
 

@@ -1,16 +1,11 @@
 #include "stream/motion_integrator.h"
 
+#include "two_view/pose_model.h"
 #include "two_view/translation_variance.h"
 
 namespace gms_ransac {
 
 namespace {
-
-Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 /// Size of an unknown rotation before any was seen, radians: half the view of a usual camera.
 constexpr double kFirstTurn = 0.5;
@@ -22,15 +17,6 @@ double addInLine(double size, double& missed) {
   return missed * missed - before;
 }
 
-/// [R, -R [lever]x; 0, R]: maps a perturbation at one point of a rigid body to another one, `lever` away, in axes
-/// rotated by R.
-Matrix6d leverTransform(const Eigen::Matrix3d& R, const Eigen::Vector3d& lever) {
-  Matrix6d m = Matrix6d::Zero();
-  m.topLeftCorner<3, 3>() = m.bottomRightCorner<3, 3>() = R;
-  m.topRightCorner<3, 3>() = -R * skew(lever);
-  return m;
-}
-
 }  // namespace
 
 void forgetLength(bool at_rest, OdometryEstimate& estimate) {
@@ -39,7 +25,7 @@ void forgetLength(bool at_rest, OdometryEstimate& estimate) {
 }
 
 void MotionIntegrator::restart() {
-  reference_ = current_ = Place();
+  key_ = reference_ = current_ = Place();
   known_ = Usual();
   stamp.reset();
 }
@@ -69,7 +55,12 @@ void MotionIntegrator::add(const PairMotion& motion) {
       known_.parallax_px = motion.parallax_px;
     }
     current_.missed_step = 0;
-    chain(pair);
+    if (motion.since_key && motion.since_key->key_is_reference) key_ = reference_;
+    if (motion.since_key) {
+      chain(key_, motion.since_key->current_in_key);
+    } else {
+      chain(reference_, pair);
+    }
   } else {
     double step = known_.step > 0 ? known_.step : first_step_;
     if (known_.step > 0 && motion.parallax_px > 0 && known_.parallax_px > 0) {
@@ -78,30 +69,28 @@ void MotionIntegrator::add(const PairMotion& motion) {
     RelativePose widened = pair;
     widened.covariance.topLeftCorner<3, 3>().setIdentity();
     widened.covariance.topLeftCorner<3, 3>() *= addInLine(step, current_.missed_step);
-    chain(widened);
+    chain(reference_, widened);
   }
   setTwist(motion);
   if (!motion.reference_held) reference_ = current_;
 }
 
 void MotionIntegrator::set(const Eigen::Isometry3d& pose, const Matrix6d& covariance) {
-  reference_.estimate.pose = pose * current_.estimate.pose.inverse() * reference_.estimate.pose;
-  current_.estimate.pose = pose;
-  for (Place* place : {&reference_, &current_}) {
+  const Eigen::Isometry3d step = pose * current_.estimate.pose.inverse();
+  for (Place* place : {&key_, &reference_, &current_}) {
+    place->estimate.pose = step * place->estimate.pose;
     place->estimate.pose_covariance = covariance;
     place->missed_step = place->missed_turn = 0;
   }
+  current_.estimate.pose = pose;
 }
 
-void MotionIntegrator::chain(const RelativePose& pair) {
-  const OdometryEstimate& from = reference_.estimate;
-  OdometryEstimate& to = current_.estimate;
-  const Eigen::Matrix3d R = from.pose.linear();
-  to.pose.linear() = Eigen::Quaterniond(R * pair.R).normalized().toRotationMatrix();
-  to.pose.translation() = from.pose.translation() + R * pair.t;
-  const Matrix6d A = leverTransform(Eigen::Matrix3d::Identity(), R * pair.t);
-  const Matrix6d B = leverTransform(R, Eigen::Vector3d::Zero());
-  to.pose_covariance = A * from.pose_covariance * A.transpose() + B * pair.covariance * B.transpose();
+void MotionIntegrator::chain(const Place& from, const RelativePose& motion) {
+  const OdometryEstimate& before = from.estimate;
+  const RelativePose place = chained({before.pose.linear(), before.pose.translation(), before.pose_covariance}, motion);
+  current_.estimate.pose.linear() = place.R;
+  current_.estimate.pose.translation() = place.t;
+  current_.estimate.pose_covariance = place.covariance;
 }
 
 void MotionIntegrator::setTwist(const PairMotion& motion) {

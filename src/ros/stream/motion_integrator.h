@@ -27,6 +27,12 @@ constexpr double kNoLengthVariance = 1e6;
 /// Velocities stay where they are zero, `at_rest`.
 void forgetLength(bool at_rest, OdometryEstimate& estimate);
 
+/// The motion since an earlier image than the reference, the key frame.
+struct MotionSinceKey {
+  RelativePose current_in_key;
+  bool key_is_reference;  ///< of this pair; else it is that of the last motion
+};
+
 /// The motion of one pair of images.
 struct PairMotion {
   RelativePose current_in_reference;
@@ -36,6 +42,7 @@ struct PairMotion {
   double parallax_px = 0;         ///< median of the inliers; 0: not known
   bool after_loss = false;        ///< much may have happened between the two images: no measure of usual motions
   bool at_rest = false;           ///< stands still between others: no measure of usual motions
+  std::optional<MotionSinceKey> since_key = {};  ///< where the place comes from, if known
 };
 
 /// A value: a copy goes on from the same place. An unknown motion adds its usual size to the covariance. Consecutive
@@ -78,12 +85,12 @@ class MotionIntegrator {
     OdometryEstimate estimate;
     double missed_step = 0, missed_turn = 0;
   };
-  /// Puts the current place one pair beyond the reference.
-  void chain(const RelativePose& pair);
+  /// Puts the current place one motion beyond another one.
+  void chain(const Place& from, const RelativePose& motion);
   void setTwist(const PairMotion& motion);
 
   double first_step_ = 1;
-  Place reference_, current_;
+  Place key_, reference_, current_;
   Usual known_;
 };
 

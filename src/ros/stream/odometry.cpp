@@ -76,7 +76,8 @@ void integrate(const Parameters& parameters, MotionIntegrator& place, ProcessedF
                        answer.reference_held,
                        answer.result->robust.median_parallax_px,
                        answer.recovered,
-                       at_rest};
+                       at_rest,
+                       answer.since_key};
   const bool without_metres = parameters.measuresMetres() && !answer.metric_scale;
   if (motion.translation_known && !at_rest && (without_metres || answer.length_missing)) {
     const double length = answer.recovered ? place.stepOf(seconds) : place.step();

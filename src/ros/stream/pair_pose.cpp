@@ -28,15 +28,17 @@ void askPriors(MotionPriors& priors, ProcessedFrame& answer) {
 }
 
 /// Metric pose from depth or a second camera, or why there is none.
-void takeDepth(bool stereo, ProcessedFrame& answer) {
+void takeDepth(bool stereo, KeyFrame& key, ProcessedFrame& answer) {
   const PreparedFrame &reference = *answer.reference, &current = *answer.current;
   const std::optional<StereoRig>& rig = current.stereo.rig ? current.stereo.rig : reference.stereo.rig;
   ScaleEstimate scale;
   if (!stereo || rig)
-    scale = poseFromKeypointDepth(*answer.points, reference.frame.features, current.frame.features, *answer.result,
-                                  current.camera->camera, reference.stereo.depth, current.stereo.depth,
-                                  rig ? rig->baseline : 0, answer.pose);
+    scale = poseFromKeypointDepth(
+        {*answer.points, reference.frame.features, current.frame.features, *answer.result, current.camera->camera,
+         reference.stereo.depth, current.stereo.depth, rig ? rig->baseline : 0, *answer.track_ids},
+        answer.pose, &key);
   answer.metric_scale = scale.features > 0;
+  if (answer.metric_scale) answer.since_key = MotionSinceKey{key.current, key.is_reference};
   if (answer.metric_scale && answer.status != MatchStats::OK) {
     // Depth makes a translation observable that the images alone do not show.
     answer.status = MatchStats::OK;
@@ -48,25 +50,25 @@ void takeDepth(bool stereo, ProcessedFrame& answer) {
 }
 
 /// By ~scale.
-void findLength(const Pipeline& pipeline, ScalePropagator& scale, ProcessedFrame& answer) {
+void findLength(const Pipeline& pipeline, Stream& stream, ProcessedFrame& answer) {
   const Parameters& parameters = pipeline.parameters;
   const ScaleMode mode = parameters.scale;
   if (mode == ScaleMode::kFixed && answer.status == MatchStats::OK && !answer.recovered) {
     answer.pose = withLength(answer.pose, {parameters.fixed_scale, 0, 1});
     answer.metric_scale = true;
   } else if (mode == ScaleMode::kPropagate) {
-    propagate(scale, answer);
+    propagate(stream.scale, answer);
   } else if (pipeline.priors && (mode == ScaleMode::kOdometry || mode == ScaleMode::kGround)) {
     askPriors(*pipeline.priors, answer);
   } else if (parameters.measuresDepth()) {
-    takeDepth(parameters.input == InputKind::kStereo, answer);
+    takeDepth(parameters.input == InputKind::kStereo, stream.key, answer);
   }
   answer.length_missing &= !answer.metric_scale;
 }
 
 }  // namespace
 
-void findPose(const Pipeline& pipeline, ScalePropagator& scale, Triangulation& points, ProcessedFrame& answer) {
+void findPose(const Pipeline& pipeline, Stream& stream, Triangulation& points, ProcessedFrame& answer) {
   if (!answer.poseValid()) return;
   answer.pose = answer.result->robust.pose;
   answer.length_missing = answer.recovered && answer.status == MatchStats::OK;
@@ -76,15 +78,17 @@ void findPose(const Pipeline& pipeline, ScalePropagator& scale, Triangulation& p
                        answer.current->camera->camera, points);
     answer.points = &points;
   }
-  findLength(pipeline, scale, answer);
+  findLength(pipeline, stream, answer);
   if (answer.length_missing) answer.reasons.push_back({Why::kLengthUnknown});
   makePublishable(answer.status == MatchStats::OK, pipeline.options.sigma_floor, answer.pose);
+  if (answer.since_key) makePublishable(true, pipeline.options.sigma_floor, answer.since_key->current_in_key);
   const std::string defect = poseDefect(answer.pose);
   if (defect.empty()) return;
   answer.status = MatchStats::RANSAC_FAILED;
   answer.reasons = {{Why::kUnfit, defect}};
   answer.pose = RelativePose();
   answer.metric_scale = false;
+  answer.since_key.reset();
 }
 
 }  // namespace gms_ransac

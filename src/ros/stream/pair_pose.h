@@ -3,14 +3,14 @@
 #pragma once
 
 #include "gms_ransac/triangulation.h"
-#include "scale/translation_scale.h"
 #include "stream/pipeline.h"
 #include "stream/processed_frame.h"
+#include "stream/stream.h"
 
 namespace gms_ransac {
 
 /// Fills pose, length and points of an answer from the rest of it. Depth may change LOW_PARALLAX to OK; a pose that is
-/// unfit to publish becomes RANSAC_FAILED with the reason. `scale`: of the reference.
-void findPose(const Pipeline& pipeline, ScalePropagator& scale, Triangulation& points, ProcessedFrame& answer);
+/// unfit to publish becomes RANSAC_FAILED with the reason. Scale and key frame of the stream learn from it.
+void findPose(const Pipeline& pipeline, Stream& stream, Triangulation& points, ProcessedFrame& answer);
 
 }  // namespace gms_ransac

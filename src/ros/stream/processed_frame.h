@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -68,8 +69,9 @@ struct ProcessedFrame {
   const MatchResult* result = nullptr;       ///< null: not compared
   const Triangulation* points = nullptr;     ///< the inliers; null: no pose, or not needed
   Continuity continuity = Continuity::kContinuous;
-  RelativePose pose;          ///< as it is published; if poseValid()
-  bool metric_scale = false;  ///< pose.t is in metres
+  RelativePose pose;                        ///< as it is published; if poseValid()
+  bool metric_scale = false;                ///< pose.t is in metres
+  std::optional<MotionSinceKey> since_key;  ///< with depth; covariance bounded as that of `pose`
   /// One per entry of result->matches; 0: not followed.
   const std::vector<uint32_t>* track_ids = nullptr;
   const std::vector<uint16_t>* track_lengths = nullptr;

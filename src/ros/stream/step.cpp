@@ -147,6 +147,11 @@ void Step::advance() {
   } else {
     stream.scale.reset();
   }
+  if (answer.since_key) {
+    stream.key.advance();
+  } else {
+    stream.key = KeyFrame();
+  }
   stream.reference = current;
 }
 
@@ -197,6 +202,7 @@ bool Step::compareWithKept() {
   found.tracks.numberFrom(stream.tracks);
   stream = std::move(found);
   stream.past = Past();  // the motion of that time
+  stream.key = KeyFrame();
   stream.reference = reference;
   answer.recovered = true;
   answerBy(reference);

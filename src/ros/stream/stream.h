@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "gms_ransac/past.h"
-#include "scale/translation_scale.h"
+#include "scale/depth_pose.h"
 #include "stream/motion_integrator.h"
 #include "tracks/track_table.h"
 
@@ -19,6 +19,7 @@ struct Stream {
   Past past;
   TrackTable tracks;
   ScalePropagator scale;
+  KeyFrame key;  ///< of motions with depth
   MotionIntegrator place;
   std::optional<double> stamp;  ///< of the last image, seconds; none: the next is the first
 
@@ -28,6 +29,7 @@ struct Stream {
     past = Past();
     tracks.reset();
     scale.reset();
+    key = KeyFrame();
   }
 };
 

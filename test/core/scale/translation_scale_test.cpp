@@ -1,6 +1,6 @@
 // Triangulation and the length of the translation: on exact points, on the rendered scene, and on real sequences
 // through the whole pipeline.
-#include "scale/translation_scale.h"
+#include "scale/depth_pose.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -188,8 +188,16 @@ TEST(ScalePropagator, CarriesTheScaleThroughTheRoom) {
 ScaleEstimate poseFromDepth(const Triangulation& pair, const Features& reference, const Features& current,
                             const MatchResult& result, const Camera& camera, const cv::Mat& reference_depth,
                             const cv::Mat& current_depth, RelativePose& pose) {
-  return poseFromKeypointDepth(pair, reference, current, result, camera, keypointDepth(reference, reference_depth),
-                               keypointDepth(current, current_depth), 0, pose);
+  return poseFromKeypointDepth({pair,
+                                reference,
+                                current,
+                                result,
+                                camera,
+                                keypointDepth(reference, reference_depth),
+                                keypointDepth(current, current_depth),
+                                0,
+                                {}},
+                               pose);
 }
 
 /// Errors of poseFromDepth over pairs of one sequence.
@@ -302,8 +310,8 @@ TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
     depth.push_back(in_current.z);
   }
   RelativePose pose;
-  const ScaleEstimate scale = poseFromKeypointDepth(exact.triangulated(), exact.reference, exact.current, exact.result,
-                                                    exact.camera, {}, depth, 0, pose);
+  const ScaleEstimate scale = poseFromKeypointDepth(
+      {exact.triangulated(), exact.reference, exact.current, exact.result, exact.camera, {}, depth, 0, {}}, pose);
   EXPECT_GT(scale.features, 250);
   EXPECT_LT((pose.t - truth.t).norm(), 0.02);
   EXPECT_LT(rotationVector(pose.R.transpose() * truth.R).norm(), 1e-3);
@@ -320,8 +328,16 @@ TEST(PoseFromDepth, TellsADisparityOffsetFromTheLength) {
     depth_current.push_back(static_cast<float>(scale / (scale / points.depth_current[i] - kOffset)));
   }
   RelativePose pose;
-  const ScaleEstimate estimate = poseFromKeypointDepth(points, exact.reference, exact.current, exact.result,
-                                                       exact.camera, depth_reference, depth_current, kBaseline, pose);
+  const ScaleEstimate estimate = poseFromKeypointDepth({points,
+                                                        exact.reference,
+                                                        exact.current,
+                                                        exact.result,
+                                                        exact.camera,
+                                                        depth_reference,
+                                                        depth_current,
+                                                        kBaseline,
+                                                        {}},
+                                                       pose);
   EXPECT_EQ(estimate.features, points.size());
   EXPECT_NEAR(estimate.length, 1, 0.01);
   EXPECT_LT((pose.t - exact.result.robust.pose.t).norm(), 0.01);
@@ -337,8 +353,8 @@ TEST(PoseFromDepth, MatchesWithoutDepthTakePart) {
   }
   const auto error = [&] {
     RelativePose pose;
-    const ScaleEstimate scale = poseFromKeypointDepth(exact.triangulated(), exact.reference, exact.current,
-                                                      exact.result, exact.camera, {}, depth, 0, pose);
+    const ScaleEstimate scale = poseFromKeypointDepth(
+        {exact.triangulated(), exact.reference, exact.current, exact.result, exact.camera, {}, depth, 0, {}}, pose);
     EXPECT_GT(scale.features, 20);
     return rotationVector(pose.R.transpose() * truth.R).norm();
   };
