@@ -18,14 +18,15 @@ namespace {
 
 constexpr char kStereo[] = "stereo";
 
+bool someHave(std::string DatasetFrame::*file, const Dataset& dataset) {
+  const std::vector<DatasetFrame>& frames = dataset.frames();
+  return std::any_of(frames.begin(), frames.end(), [&](const DatasetFrame& frame) { return !(frame.*file).empty(); });
+}
+
 /// The best that the set allows.
 std::string usualScale(const Dataset& dataset, double camera_height) {
-  const auto some = [&](std::string DatasetFrame::*file) {
-    const std::vector<DatasetFrame>& frames = dataset.frames();
-    return std::any_of(frames.begin(), frames.end(), [&](const DatasetFrame& frame) { return !(frame.*file).empty(); });
-  };
-  if (some(&DatasetFrame::right)) return kStereo;
-  if (some(&DatasetFrame::depth)) return "depth";
+  if (someHave(&DatasetFrame::right, dataset)) return kStereo;
+  if (someHave(&DatasetFrame::depth, dataset)) return "depth";
   return camera_height > 0 ? "ground" : "propagate";
 }
 
@@ -47,6 +48,10 @@ OdometryOptions optionsFor(const Dataset& dataset, const std::string& scale, dou
   options.scale = found->second;
   if (options.scale == ScaleMode::kGround && camera_height <= 0) {
     throw std::invalid_argument("--scale ground needs --camera-height");
+  }
+  if (scale == "depth" && !someHave(&DatasetFrame::depth, dataset)) {
+    throw std::invalid_argument(dataset.path() +
+                                ": no depth images are read, as --scale depth needs; give a TUM folder");
   }
   if (scale != kStereo) return options;
   if (!dataset.rightCamera()) {

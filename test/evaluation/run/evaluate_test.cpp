@@ -106,6 +106,7 @@ TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
       {"evaluate odometry " + path("room") + " --scale fast", "--scale is 'fast'; it must be stereo, depth, ground"},
       {"evaluate odometry " + path("room") + " --scale stereo", "room: has no image_1/"},
       {"evaluate odometry " + path("room") + " --scale ground", "--scale ground needs --camera-height"},
+      {"evaluate odometry " + path("room") + " --scale depth", "no depth images are read, as --scale depth needs"},
       {"evaluate odometry " + path("room") + " --peer a --peer b", "--peer is given 2 times for 1 sets"},
       {"evaluate merge " + path("empty"), "holds no plan.json"},
       {"benchmark " + path("none"), "none: no such folder or bag"},
