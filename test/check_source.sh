@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Checks of the source itself: check_source.sh ros_free|floors|parameters|format|lint|tidy [BUILD_DIR [FILE...]]: format and
-# tidy look at these files, or at all. Exit status 77 means skipped. scripts/lint runs format, lint and tidy.
+# Checks of the source itself: check_source.sh ros_free|floors|parameters|version|format|lint|tidy [BUILD_DIR [FILE...]]:
+# format and tidy look at these files, or at all. Exit status 77 means skipped. scripts/lint runs format, lint and tidy.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 SKIPPED=77
@@ -21,6 +21,17 @@ case ${1:-} in
     ;;
   parameters)
     /usr/bin/python3 scripts/generate_parameters.py --check
+    ;;
+  version)
+    # One version and one date of release; setup.py reads package.xml.
+    version=$(sed -n 's/.*<version>\(.*\)<\/version>.*/\1/p' package.xml)
+    date=$(sed -n "s/^$version (\(.*\))$/\1/p" CHANGELOG.rst)
+    [ -n "$date" ] || { echo "CHANGELOG.rst has no line '$version (DATE)', the version of package.xml" >&2; exit 1; }
+    same() { [ "$2" = "$3" ] || { echo "$1 says '$2', package.xml and CHANGELOG.rst '$3'" >&2; exit 1; }; }
+    same CMakeLists.txt "$(sed -n 's/^project(.* VERSION \([^ ]*\).*/\1/p' CMakeLists.txt)" "$version"
+    same CITATION.cff "$(sed -n 's/^version: //p' CITATION.cff)" "$version"
+    same debian/changelog "$(sed -n '1s/.*(\(.*\)).*/\1/p' debian/changelog)" "$version"
+    same "date in debian/changelog" "$(date -u -d "$(sed -n 's/^ -- .*>  //p' debian/changelog | head -n 1)" +%F)" "$date"
     ;;
   format)
     require_version_14 clang-format
@@ -43,7 +54,7 @@ case ${1:-} in
     /usr/bin/python3 test/check_tidy.py "${@:2}"
     ;;
   *)
-    echo "usage: check_source.sh ros_free|floors|parameters|format|lint|tidy [BUILD_DIR [FILE...]]" >&2
+    echo "usage: check_source.sh ros_free|floors|parameters|version|format|lint|tidy [BUILD_DIR [FILE...]]" >&2
     exit 2
     ;;
 esac

@@ -154,7 +154,8 @@ TEST(KeypointsView, NamesWhatIsMalformed) {
        "descriptor_size is 30; it must be the bytes of one descriptor, four for each number"},
       {[](Message& m) { m.angle[2] = std::nanf(""); }, "Keypoints: keypoint 2 has no angle of 0 to 360 degrees"},
       {[](Message& m) { m.octave[1] = 16; }, "Keypoints: keypoint 1 has no possible octave"},
-      {[](Message& m) { m.width = 4000000000u; }, "Keypoints: the image has an impossible size"},
+      {[](Message& m) { m.width = 4000000000u; }, "Keypoints: the image is larger than 32768 pixels a side"},
+      {[](Message& m) { m.height = 32769; }, "Keypoints: the image is larger than 32768 pixels a side"},
       {[](Message& m) { m.scale_factor = 0; }, "Keypoints: scale_factor is not above 1"}};
   for (const float outside : {std::numeric_limits<float>::quiet_NaN(), -1.f, 640.f, 1e30f}) {
     cases.emplace_back([=](Message& m) { m.u[2] = outside; }, "Keypoints: keypoint 2 lies outside the image");

@@ -77,7 +77,7 @@ std::optional<OdometryEstimate> OdometryOutput::takeSetPose(const std_msgs::Head
 void OdometryOutput::listen() {
   if (tf_) return;
   tf_ = std::make_unique<TfLookup>(nh_);
-  listening_since_ = ros::WallTime::now();
+  listening_since_ = ros::SteadyTime::now();
 }
 
 void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transform) {
@@ -175,7 +175,7 @@ void OdometryOutput::broadcast(const Eigen::Isometry3d& pose, const ros::Time& s
   transform.header.frame_id = parent;
   transform.child_frame_id = child;
   held_.push_back(transform);
-  if ((ros::WallTime::now() - listening_since_).toSec() < kSettlingSeconds) return;
+  if ((ros::SteadyTime::now() - listening_since_).toSec() < kSettlingSeconds) return;
   const std::string owner = tf_->parentOf(child);
   if (!owner.empty() && (owner != parent || last_broadcast_.isZero())) {
     refused_ = true;

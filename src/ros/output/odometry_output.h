@@ -54,7 +54,7 @@ class OdometryOutput {
   ros::Publisher odom_, twist_, pose_, transform_, path_publisher_;
   std::unique_ptr<TfLookup> tf_;  ///< only where tf is needed: it is a busy topic
   WatchedBroadcaster& broadcaster_;
-  ros::WallTime listening_since_;
+  ros::SteadyTime listening_since_;  ///< wall time may be set back, and what is held would grow
   bool refused_ = false;
   std::vector<geometry_msgs::TransformStamped> held_;  ///< until tf has been listened to long enough
   ros::Time last_broadcast_;

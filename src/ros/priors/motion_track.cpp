@@ -33,7 +33,7 @@ void MotionTrack::append(double stamp, const Eigen::Isometry3d& step, double var
   Eigen::Isometry3d pose = last.pose * step;
   pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();  // or rounding adds up
   samples_.push_back({stamp, pose, last.variance + variance});
-  while (samples_.front().stamp < stamp - kKept) samples_.pop_front();
+  while (samples_.front().stamp < stamp - kKept || samples_.size() > kMostSamples) samples_.pop_front();
 }
 
 size_t MotionTrack::after(double stamp) const {

@@ -20,10 +20,13 @@ class MotionTrack {
   /// `longest_step`: seconds between two samples of one motion, at the most.
   explicit MotionTrack(double longest_step) : longest_step_(longest_step) {}
 
+  static constexpr size_t kMostSamples = 1 << 16;  ///< 30 s at 2 kHz; stamps that creep would keep all
+
   void clear() { samples_.clear(); }
   bool empty() const { return samples_.empty(); }
   /// Everything up to this time has come.
   bool reaches(double stamp) const { return !empty() && samples_.back().stamp >= stamp; }
+  size_t samples() const { return samples_.size(); }
   /// Interpolates. Returns an empty string, or what is missing, as the end of a sentence.
   std::string between(double from, double to, TrackMotion& motion) const;
 

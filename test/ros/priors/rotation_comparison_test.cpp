@@ -84,6 +84,15 @@ TEST(GyroTrack, SaysWhatIsMissing) {
   EXPECT_EQ(gyro.between(1, 1.25, rotation), "no sample came for 0.25 s between them");
 }
 
+TEST(GyroTrack, KeepsABoundedNumberOfSamples) {
+  GyroTrack gyro;
+  const size_t most = MotionTrack::kMostSamples;
+  for (size_t i = 0; i < most + 10; ++i) gyro.add(100 + 1e-6 * static_cast<double>(i), Vector3d::Zero(), 0);
+  EXPECT_EQ(gyro.samples(), most);
+  TrackMotion rotation;
+  EXPECT_EQ(gyro.between(100.01, 100.05, rotation), "");
+}
+
 TEST(GyroTrack, LeavesOutWhatIsLateAndStartsAnewWhereTheStreamDoes) {
   GyroTrack gyro = gyroOf(2);
   gyro.add(1.9, Vector3d(100, 0, 0), 0);
