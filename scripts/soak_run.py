@@ -180,9 +180,9 @@ class Player(threading.Thread):
 class Disturbance(threading.Thread):
     """Does something to one of the filters every now and then; the first minute holds all changes of parameters once."""
 
-    def __init__(self, seed, steady):
+    def __init__(self, seed, steady, reconfigurations=0):
         super().__init__(daemon=True)
-        self.steady = steady
+        self.steady, self.reconfigurations = steady, reconfigurations
         self.random, self.stopping, self.done = random.Random(seed), threading.Event(), Counter()
         self.reconfigure = {name: Reconfigure(name, timeout=30) for name in FILTERS}
         self.at_start = {name: client.get_configuration() for name, client in self.reconfigure.items()}
@@ -197,8 +197,11 @@ class Disturbance(threading.Thread):
             self.change(name, change)
             self.listen(name)
         actions = (self.listen, self.listen, self.reset, self.pause) + (() if self.steady else (self.change, self.change))
+        pause = lambda: self.random.uniform(0.1, 1.5)
+        if self.reconfigurations > 0:
+            actions, pause = (self.change,), lambda: 1 / self.reconfigurations
         rested = 0.0
-        while not self.stopping.wait(self.random.uniform(0.1, 1.5)):
+        while not self.stopping.wait(pause()):
             name, action = self.random.choice(FILTERS), self.random.choice(actions)
             try:
                 if not self.steady and time.monotonic() > rested + REST_EVERY:
@@ -342,6 +345,7 @@ def main():
     parser.add_argument("--images", type=int, default=0)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--steady", action="store_true")
+    parser.add_argument("--reconfigure", type=float, default=0)
     options = parser.parse_args()
     graph, record, died = Graph(options.out), Record(os.path.join(options.out, "soak.csv")), []
     end = time.monotonic() + 3600 * options.hours
@@ -353,7 +357,7 @@ def main():
         rospy.init_node("soak", disable_signals=True)
         player = Player(options.bag)
         player.start()
-        disturbance = Disturbance(options.seed, options.steady)
+        disturbance = Disturbance(options.seed, options.steady, options.reconfigure)
         disturbance.start()
         while True:
             time.sleep(1)

@@ -12,6 +12,7 @@ import numpy as np
 import rospy
 import rostest
 import tf2_msgs.msg
+from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.msg import Config, IntParameter
 from dynamic_reconfigure.srv import Reconfigure
 from gms_ransac.msg import Correspondences, MatchStats
@@ -19,17 +20,14 @@ from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 
-from graph import FULL, Client, Stream, camera_info, client_of, image_message, said_by, walk
+from graph import FULL, K, STEP, Client, Scene, Stream, camera_info, client_of, image_message, said_by, vector, walk
+from processes import resident_mb
 from tcpros import RawPublisher, RawSubscriber, serialized
 
 RECONFIGURATIONS = 1000 if FULL else 100
+LONE = 300  # depth images without an image
 # Images that nobody reads wait at the publisher, ten an output; far less than these would take.
 UNREAD, UNREAD_MB = 100, 30
-
-
-def resident_mb(pid):
-    with open("/proc/%d/statm" % pid) as fields:
-        return int(fields.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 def pid_of(node):
@@ -44,6 +42,11 @@ class Faults(unittest.TestCase):
         cls.based = client_of("based")
         cls.based.subscribe("odom", Odometry, [])  # or no one asks for the camera's place on its base
         cls.based.connect()
+        cls.deep = client_of("deep").connect()
+        cls.depth = rospy.Publisher("deep/depth/image", Image, queue_size=LONE)
+        cls.reports = []
+        cls.listener = rospy.Subscriber("/diagnostics", DiagnosticArray, lambda m: cls.reports.extend(
+            (each.name, each.message) for each in m.status))
         cls.said = said_by()
         cls.frames = walk(4)
         cls.stamp = 100.0
@@ -122,6 +125,60 @@ class Faults(unittest.TestCase):
         # The clock is at some 1.8e9 s; a difference of more than 2.1e9 s is none that ros::Duration can hold.
         for stamp in (0.0, 4.2e9, 4.2e9 + 0.1):
             self.client.ask(self.frames[0], stamp)
+
+    def test_camera_that_stops(self):
+        silent = "no image arrives on %s, although it has a publisher" % rospy.resolve_name("image")
+        of_input = lambda words: [text for name, text in self.reports if "match_filter: input" in name and words in text]
+        self.client.wait(lambda: of_input(silent), "the diagnostics to name the silent topic")
+        Faults.stamp += 6
+        answer = self.client.ask(self.frames[0], self.next_stamp())
+        self.assertEqual(answer.status, MatchStats.TIME_RESET, answer.status_text)
+        before = len(of_input("images arrive"))
+        self.client.wait(lambda: self.assert_good_pair() or len(of_input("images arrive")) > before, "the diagnostics to see images")
+
+    def test_camera_info_that_changes(self):
+        zoomed = lambda f: np.array([[f, 0, K[0, 2]], [0, f, K[1, 2]], [0, 0, 1]])
+        for focal_length, size, words in ((400, (640, 480), ""), (0, (640, 480), "is not calibrated"), (600, (640, 480), ""),
+                                          (float("nan"), (640, 480), "fx is nan"), (700, (640, 480), ""),
+                                          (500, (320, 240), "is for 320x240 images"), (500, (640, 480), "")):
+
+            def answered_as_it_should():
+                # Image and camera_info travel apart, so the first image may have the camera before.
+                for frame in self.frames[:2]:
+                    stamp = self.next_stamp()
+                    info = camera_info(stamp, k=zoomed(focal_length), size=size)
+                    answer = self.client.ask(frame, stamp, info=info)
+                pair = self.client.correspondence(stamp)
+                if words:
+                    return answer.status == MatchStats.UNCALIBRATED and words in answer.status_text and not pair.pose_valid
+                return answer.status == MatchStats.OK and pair.K[0] == focal_length
+
+            self.client.wait(answered_as_it_should, "an answer with the focal length %g" % focal_length)
+
+    def test_depth_without_partner(self):
+        metres, scene = np.full(self.frames[0].shape, 5, np.float32), Scene()
+        self.deep.wait(self.depth.get_num_connections, "the filter to subscribe to depth")
+        pid = pid_of("/deep")
+        self.assert_good_pair(self.deep)
+        before = resident_mb(pid)
+        for i in range(LONE):  # no image comes
+            self.depth.publish(image_message(metres, self.next_stamp(), encoding="32FC1"))
+        for i in range(4):  # of another moment than the image
+            stamp = self.next_stamp()
+            self.depth.publish(image_message(metres, stamp + 0.04, encoding="32FC1"))
+            answer = self.deep.ask(self.frames[i], stamp)
+            self.assertEqual(answer.status, MatchStats.OK if i else MatchStats.TIME_RESET, answer.status_text)
+            self.assertEqual("no length: no depth image" in answer.status_text, i > 0, answer.status_text)
+        self.assertLess(resident_mb(pid) - before, UNREAD_MB)
+        for i in range(2):
+            stamp = self.next_stamp()
+            self.depth.publish(image_message(scene.depth(STEP * i), stamp, encoding="32FC1"))
+            answer = self.deep.ask(self.frames[i], stamp)
+        self.assertEqual(answer.status, MatchStats.OK, answer.status_text)
+        pair = self.deep.correspondence(stamp)
+        self.assertTrue(pair.metric_scale, answer.status_text)
+        length = np.linalg.norm(vector(pair.current_in_reference.pose.position))
+        self.assertLess(abs(length / np.linalg.norm(STEP) - 1), 0.05)
 
     def test_loop_in_tf(self):
         loop = tf2_msgs.msg.TFMessage()

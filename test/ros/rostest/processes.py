@@ -9,6 +9,11 @@ import xmlrpc.client
 from graph import TIMEOUT, wait_for
 
 
+def resident_mb(pid):
+    with open("/proc/%d/statm" % pid) as fields:
+        return int(fields.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
 def free_port():
     with socket.socket() as chosen:
         chosen.bind(("", 0))
