@@ -3,6 +3,7 @@
 #include <boost/make_shared.hpp>
 
 #include "fuzz_messages.h"
+#include "gms_ransac/keypoints_view.h"
 #include "input/keypoints_conversion.h"
 #include "invariants.h"
 #include "output/message_conversion.h"

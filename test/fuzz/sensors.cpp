@@ -36,6 +36,7 @@ void checkTrack(const Track& track, double from, double to) {
   demand(problem.size() < 1000, "a sentence is short");
   if (!problem.empty()) return;
   const Eigen::Matrix3d R = motion.motion.linear();
+  demand(std::isfinite(motion.variance) && motion.variance >= 0, "a variance is one");
   demand((R.transpose() * R).isIdentity(1e-6) && R.determinant() > 0, "a motion's rotation is one");
 }
 

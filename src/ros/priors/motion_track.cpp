@@ -12,6 +12,10 @@ namespace {
 
 constexpr double kRestart = 1;  // seconds back that start a new stream
 constexpr double kKept = 30;    // seconds
+// Metres, radians, seconds, and variances: no sensor measures more, and products of these are finite.
+constexpr double kLargest = 1e9;
+
+bool isPossible(const Eigen::Vector3d& v) { return v.squaredNorm() < kLargest * kLargest; }
 
 }  // namespace
 
@@ -32,7 +36,7 @@ void MotionTrack::append(double stamp, const Eigen::Isometry3d& step, double var
   const Sample& last = samples_.back();
   Eigen::Isometry3d pose = last.pose * step;
   pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();  // or rounding adds up
-  samples_.push_back({stamp, pose, last.variance + variance});
+  samples_.push_back({stamp, pose, last.variance + std::min(variance, kLargest)});
   while (samples_.front().stamp < stamp - kKept || samples_.size() > kMostSamples) samples_.pop_front();
 }
 
@@ -63,12 +67,12 @@ std::string MotionTrack::between(double from, double to, TrackMotion& motion) co
     if (step > longest_step_) return "no sample came for " + secondsText(step) + " between them";
   }
   const Sample start = at(from), end = at(to);
-  motion = {start.pose.inverse() * end.pose, end.variance - start.variance};
+  motion = {start.pose.inverse() * end.pose, std::max(0.0, end.variance - start.variance)};
   return std::string();
 }
 
 void GyroTrack::add(double stamp, const Eigen::Vector3d& rate, double variance) {
-  if (!std::isfinite(stamp) || !rate.allFinite()) return;
+  if (!std::isfinite(stamp) || !isPossible(rate)) return;
   const double seconds = secondsTo(stamp);
   if (seconds < 0) return;
   Eigen::Isometry3d step = Eigen::Isometry3d::Identity();
@@ -78,7 +82,8 @@ void GyroTrack::add(double stamp, const Eigen::Vector3d& rate, double variance) 
 }
 
 void OdometryTrack::add(const OdometrySample& sample) {
-  if (!sample.pose.matrix().allFinite() || !sample.velocity.allFinite() || !sample.angular.allFinite()) return;
+  const bool possible = isPossible(sample.pose.translation()) && isPossible(sample.velocity);
+  if (!possible || !isPossible(sample.angular) || !sample.pose.matrix().allFinite()) return;
   const double seconds = secondsTo(sample.stamp);
   if (seconds < 0) return;
   if (seconds == 0) last_ = sample;

@@ -55,7 +55,8 @@ class MotionTrack {
 class GyroTrack : public MotionTrack {
  public:
   GyroTrack() : MotionTrack(kLongestStep) {}
-  /// `rate` in rad/s; `variance` of each axis, (rad/s)^2, 0: unknown. Ignores what is not finite.
+  /// `rate` in rad/s; `variance` of each axis, (rad/s)^2, 0: unknown. Ignores what is not finite, or beyond what a
+  /// sensor measures.
   void add(double stamp, const Eigen::Vector3d& rate, double variance);
 
   static constexpr double kLongestStep = 0.1;  ///< 10 Hz, or ten samples of an IMU lost
@@ -78,7 +79,7 @@ struct OdometrySample {
 class OdometryTrack : public MotionTrack {
  public:
   OdometryTrack() : MotionTrack(kLongestStep) {}
-  /// Ignores what is not finite.
+  /// As GyroTrack::add.
   void add(const OdometrySample& sample);
 
   static constexpr double kLongestStep = 0.5;  ///< wheels are read at 10 Hz and more
