@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """From the table in cfg/parameters.py:
-  generate_parameters.py core FILE    the C++ header that binds the names of the core's parameters to its options
-  generate_parameters.py node FILE    the same for all other parameters (src/ros)
+  generate_parameters.py core FILE    C++ that binds the core's parameters to its options; parameter.cpp includes it
+  generate_parameters.py node FILE    the same for all other parameters; for src/ros/node/read_parameters.cpp
   generate_parameters.py --write      cfg/match_filter.yaml and the tables in README.md and doc/parameters.md
   generate_parameters.py --check      exit status 1 if --write would change one of these
 A table stands below a line `<!-- parameters: WORDS -->`: the names of groups, or of parameters, in the order wanted."""
@@ -15,15 +15,9 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "cfg"))
-from parameters import GROUPS
+from parameters import GROUPS, STRUCTS
 
 WIDTH, INDENT = 120, 27  # of match_filter.yaml: of a line, and of most comments
-OWNERS = {"": "MatchFilterOptions", "extractor": "FeatureExtractorOptions", "motion_statistics": "MotionStatisticsOptions",
-          "robust": "RobustOptions"}
-
-
-def of_core(group, row):
-    return group.core and row.field is not None
 
 
 def in_yaml(value):
@@ -37,53 +31,46 @@ def braced(items):
     return "{" + ", ".join(items) + "}"
 
 
-def in_cpp(value):
-    return "std::string(%s)" % in_yaml(value) if isinstance(value, str) else in_yaml(value)
-
-
 def cpp_row(row):
     low, high = row.range or (0, 0)
     default = row.example if row.default is None else row.default
-    return "    {%s, %s, %s, %s, %s, %s, %s}," % (
-        in_yaml(row.name), in_cpp(default), low, high, in_yaml(row.unit), in_yaml(row.sentence),
-        braced(map(in_yaml, row.choices)))
+    default = "std::string(%s)" % in_yaml(default) if isinstance(default, str) else in_yaml(default)
+    return braced((in_yaml(row.name), default, str(low), str(high), in_yaml(row.unit), in_yaml(row.sentence),
+                   braced(map(in_yaml, row.choices))))
 
 
-def cpp_words(row):
-    """The enumeration's words; the one that stands for "not set" is none of them."""
-    words = [word for word in row.choices if not (row.open and word == row.default)]
-    enumerators = ("k" + word.title().replace("_", "") for word in words)
-    pairs = ("{%s, %s::%s}" % (in_yaml(word), row.enum, enumerator) for word, enumerator in zip(words, enumerators))
-    return ["template <>", "struct Words<%s> {" % row.enum,
-            "  static constexpr std::pair<const char*, %s> kAll[] = {%s};" % (row.enum, ", ".join(pairs)), "};"]
+def cpp_bound(struct, path, row):
+    """The row with its field; `words` is compiled for enumerations alone, and has no word for "not set"."""
+    if "/" in row.name:
+        return "{%s, nullptr, nullptr}" % cpp_row(row)
+    words = (word for word in row.choices if not (row.open and word == row.default))
+    pairs = ("{%s, Enum::k%s}" % (in_yaml(word), word.title().replace("_", "")) for word in words)
+    return ("bind<%s>(%s, [](auto& options) -> auto& { return options.%s; },\n"
+            "  [](auto any) { using Enum = decltype(any); return Words<Enum>%s; })") % (struct, cpp_row(row), path, braced(pairs))
 
 
-def cpp_visit(owner, rows):
-    return ["template <class Visitor>", "void visitFields(%s& options, Visitor&& visit) {" % owner] + [
-        "  visit(%s, options.%s);" % (in_yaml(row.name), row.field.split(".")[-1]) for row in rows] + ["}"]
-
-
-def cpp(rows, header, table, owners):
-    lines = ["// Generated from cfg/parameters.py.", "#pragma once", '#include "%s"' % header,
+def cpp(header, **tables):
+    """Functions that the header declares. `tables`: name of each and its struct."""
+    lines = ["// Generated from cfg/parameters.py; for one source file.", '#include "%s"' % header,
              '#include "parameter_binding.h"', "namespace gms_ransac {"]
-    for row in rows:
-        if row.enum:
-            lines += cpp_words(row)
-    for prefix, owner in owners.items():
-        lines += cpp_visit(owner, [row for row in rows if row.field and row.field.rpartition(".")[0] == prefix])
-    lines += ["inline const std::vector<Parameter>& %s() {" % table, "  static const std::vector<Parameter> table = {"]
-    lines += [cpp_row(row) for row in rows]
-    return "\n".join(lines + ["  };", "  return table;", "}", "}  // namespace gms_ransac", ""])
+    for table, struct in tables.items():
+        lines += ["const ParameterTable<%s>& %s() {" % (struct, table),
+                  "  static const ParameterTable<%s> table = {" % struct]
+        for group, row in ((group, row) for group in GROUPS for row in group.parameters):
+            path = row.field or "%s.%s" % (group.at, row.name)
+            root, below = path.split(".", 1)
+            if STRUCTS[root] == struct:
+                lines.append(cpp_bound(struct, path if struct == "RuntimeOptions" else below, row) + ",")
+        lines += ["  };", "  return table;", "}"]
+    return "\n".join(lines + ["}  // namespace gms_ransac", ""])
 
 
 def core():
-    return cpp([row for group in GROUPS for row in group.parameters if of_core(group, row)],
-               "gms_ransac/match_filter.h", "coreTable", OWNERS)
+    return cpp("gms_ransac/match_filter_options.h", coreParameters="MatchFilterOptions")
 
 
 def node():
-    rows = [row for group in GROUPS for row in group.parameters if not of_core(group, row)]
-    return cpp(rows, "parameters.h", "nodeTable", {"": "Parameters"})
+    return cpp("node/read_parameters.h", startParameters="Parameters", liveParameters="RuntimeOptions")
 
 
 # Documents

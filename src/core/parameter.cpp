@@ -21,26 +21,33 @@ std::string numberText(double number) {
   return text.str();
 }
 
-template <class Number>
-std::optional<ParameterValue> parseNumber(const std::string& text) {
-  std::istringstream stream(text);
-  Number number;
-  if (!(stream >> number) || !stream.eof()) return std::nullopt;
-  return number;
+std::optional<double> numberOf(const ParameterValue& value) {
+  if (const auto* whole = std::get_if<int>(&value)) return *whole;
+  if (const auto* number = std::get_if<double>(&value)) return *number;
+  return std::nullopt;
 }
 
-bool isNumber(const ParameterValue& value) {
-  return std::holds_alternative<int>(value) || std::holds_alternative<double>(value);
+const BoundParameter<MatchFilterOptions>& coreParameter(const std::string& name) {
+  for (const auto& parameter : coreParameters()) {
+    if (parameter.name == name) return parameter;
+  }
+  throw std::invalid_argument("there is no parameter '" + name + "'");
 }
 
-double numberOf(const ParameterValue& value) {
-  return std::holds_alternative<int>(value) ? std::get<int>(value) : std::get<double>(value);
+/// Refuses an option that has a row in cfg/parameters.py and is out of its range.
+void requireInRanges(const MatchFilterOptions& options) {
+  for (const auto& parameter : coreParameters()) {
+    const std::optional<ParameterValue> value = parameter.get(options);
+    if (value && !parameter.allows(*value)) {
+      throw std::invalid_argument(refusal(parameter.name, toText(*value), parameter.accepted()));
+    }
+  }
 }
 
 }  // namespace
 
 std::string toText(const ParameterValue& value) {
-  if (isNumber(value)) return numberText(numberOf(value));
+  if (const std::optional<double> number = numberOf(value)) return numberText(*number);
   if (const auto* word = std::get_if<std::string>(&value)) return *word;
   return std::get<bool>(value) ? "true" : "false";
 }
@@ -49,17 +56,34 @@ std::string refusal(const std::string& name, const std::string& value, const std
   return name + " is '" + value + "'; it must be " + accepted;
 }
 
-bool Parameter::accepts(const ParameterValue& value) const {
-  const std::optional<ParameterValue> converted = convert(value);
-  if (!converted) return false;
-  if (const auto* word = std::get_if<std::string>(&*converted)) {
-    return choices.empty() || std::find(choices.begin(), choices.end(), *word) != choices.end();
-  }
-  if (!isNumber(*converted)) return true;
-  return inRange(numberOf(*converted)) || *converted == default_value;
+bool Parameter::allows(const ParameterValue& value) const {
+  if (const std::optional<double> number = numberOf(value)) return *number >= low && *number <= high;
+  const auto* word = std::get_if<std::string>(&value);
+  return word == nullptr || choices.empty() || std::find(choices.begin(), choices.end(), *word) != choices.end();
 }
 
-bool Parameter::inRange(double number) const { return number >= low && number <= high; }
+std::optional<ParameterValue> Parameter::take(const ParameterValue& value) const {
+  ParameterValue typed = value;
+  if (const auto* whole = std::get_if<int>(&value); whole && std::holds_alternative<double>(default_value)) {
+    typed = static_cast<double>(*whole);
+  }
+  if (typed.index() != default_value.index() || !(allows(typed) || typed == default_value)) return std::nullopt;
+  return typed;
+}
+
+std::optional<ParameterValue> Parameter::parse(const std::string& text) const {
+  static const std::map<std::string, bool> kFlags = {{"true", true},   {"1", true},  {"on", true},   {"yes", true},
+                                                     {"false", false}, {"0", false}, {"off", false}, {"no", false}};
+  if (std::holds_alternative<std::string>(default_value)) return take(text);
+  if (std::holds_alternative<bool>(default_value)) {
+    const auto flag = kFlags.find(text);
+    return flag == kFlags.end() ? std::nullopt : take(flag->second);
+  }
+  ParameterValue number = default_value;
+  std::istringstream stream(text);
+  std::visit([&](auto& typed) { stream >> typed; }, number);
+  return stream && stream.eof() ? take(number) : std::nullopt;
+}
 
 std::string Parameter::accepted() const {
   if (std::holds_alternative<bool>(default_value)) return "true or false";
@@ -72,137 +96,66 @@ std::string Parameter::accepted() const {
   std::string text = std::holds_alternative<int>(default_value) ? "a whole number" : "a number";
   text += " between " + numberText(low) + " and " + numberText(high);
   if (!unit.empty()) text += " " + unit;
-  if (!inRange(numberOf(default_value))) text += ", or " + numberText(numberOf(default_value));
+  if (!allows(default_value)) text += ", or " + toText(default_value);
   return text;
 }
 
-std::optional<ParameterValue> Parameter::convert(const ParameterValue& value) const {
-  if (std::holds_alternative<double>(default_value) && isNumber(value)) return numberOf(value);
-  if (value.index() != default_value.index()) return std::nullopt;
-  return value;
-}
-
-std::optional<ParameterValue> Parameter::parse(const std::string& text) const {
-  if (std::holds_alternative<bool>(default_value)) {
-    for (const char* yes : {"true", "1", "on", "yes"}) {
-      if (text == yes) return true;
-    }
-    for (const char* no : {"false", "0", "off", "no"}) {
-      if (text == no) return false;
-    }
-    return std::nullopt;
-  }
-  if (std::holds_alternative<int>(default_value)) return parseNumber<int>(text);
-  if (std::holds_alternative<double>(default_value)) return parseNumber<double>(text);
-  return convert(text);
-}
-
-const Parameter& findParameter(const std::vector<Parameter>& table, const std::string& name) {
-  for (const Parameter& parameter : table) {
-    if (parameter.name == name) return parameter;
-  }
-  throw std::invalid_argument("there is no parameter '" + name + "'");
-}
-
-ParameterValues checked(const std::vector<Parameter>& table, const ParameterValues& values) {
-  ParameterValues converted;
-  for (const auto& [name, value] : values) {
-    const Parameter& parameter = findParameter(table, name);
-    if (!parameter.accepts(value)) {
-      throw std::invalid_argument(refusal(name, toText(value), parameter.accepted()));
-    }
-    converted[name] = *parameter.convert(value);
-  }
-  return converted;
-}
-
-namespace {
-
-template <class Visitor>
-void visitAll(MatchFilterOptions& options, Visitor&& visit) {
-  visitFields(options, visit);
-  visitFields(options.extractor, visit);
-  visitFields(options.motion_statistics, visit);
-  visitFields(options.robust, visit);
-}
-
-/// Visitor: collects the values of all fields.
-struct FieldReader {
-  ParameterValues& values;
-
-  template <class Field>
-  void operator()(const char* name, const Field& field) {
-    values[name] = binding::toValue(field);
-  }
-  template <class Field>
-  void operator()(const char* name, const std::optional<Field>& field) {
-    values[name] = field ? binding::toValue(*field) : findParameter(coreTable(), name).default_value;
-  }
-};
-
-/// Visitor: refuses a field out of its range, or a word that no choice knows.
-struct RangeCheck {
-  template <class Field>
-  void operator()(const char* name, const Field& field) const {
-    const Parameter& parameter = findParameter(coreTable(), name);
-    const ParameterValue value = binding::toValue(field);
-    if (!(isNumber(value) ? parameter.inRange(numberOf(value)) : parameter.accepts(value))) {
-      throw std::invalid_argument(refusal(name, toText(value), parameter.accepted()));
-    }
-  }
-  void operator()(const char* /*seed*/, const uint64_t& /*any*/) const {}
-  template <class Field>
-  void operator()(const char* name, const std::optional<Field>& field) const {
-    if (field) (*this)(name, *field);
-  }
-};
-
-/// Refuses an option that has a row in cfg/parameters.py and is out of its range.
-template <class Options>
-void requireInRanges(Options options) {
-  visitFields(options, RangeCheck());
-}
-
-}  // namespace
-
 void FeatureExtractorOptions::validate() const {
-  requireInRanges(*this);
+  MatchFilterOptions all;
+  all.extractor = *this;
+  requireInRanges(all);
   requireInRange("threads", threads, 1, kMostThreads);
 }
 
-void MotionStatisticsOptions::validate() const { requireInRanges(*this); }
+void MotionStatisticsOptions::validate() const {
+  MatchFilterOptions all;
+  all.motion_statistics = *this;
+  requireInRanges(all);
+}
 
-void RobustOptions::validate() const { requireInRanges(*this); }
+void RobustOptions::validate() const {
+  MatchFilterOptions all;
+  all.robust = *this;
+  requireInRanges(all);
+}
 
 void MatchFilterOptions::validate() const {
   findMethod(method);
+  requireInRanges(*this);
   extractor.validate();
-  motion_statistics.validate();
   HammingMatcherOptions matcher;
   matcher.threads = matcher_threads;
   matcher.validate();
-  requireInRanges(*this);
-  robust.validate();
 }
 
 ModelType parseModelType(const std::string& name) {
-  RobustOptions options;
-  visitFields(options, FieldWriter{coreTable(), checked(coreTable(), {{"model", name}})});
-  return options.model;
+  MatchFilterOptions options;
+  setParameters({{"model", name}}, options);
+  return options.robust.model;
 }
 
-std::string toString(ModelType model) { return toText(binding::toValue(model)); }
-
-const std::vector<Parameter>& coreParameters() { return coreTable(); }
+std::string toString(ModelType model) {
+  MatchFilterOptions options;
+  options.robust.model = model;
+  return toText(*coreParameter("model").get(options));
+}
 
 void setParameters(const ParameterValues& values, MatchFilterOptions& options) {
-  visitAll(options, FieldWriter{coreTable(), checked(coreTable(), values)});
+  MatchFilterOptions changed = options;
+  for (const auto& [name, value] : values) {
+    const auto& parameter = coreParameter(name);
+    const std::optional<ParameterValue> taken = parameter.take(value);
+    if (!taken) throw std::invalid_argument(refusal(name, toText(value), parameter.accepted()));
+    parameter.set(changed, *taken);
+  }
+  options = changed;
 }
 
 ParameterValues parametersOf(const MatchFilterOptions& options) {
   ParameterValues values;
-  MatchFilterOptions copy = options;
-  visitAll(copy, FieldReader{values});
+  for (const auto& parameter : coreParameters()) {
+    values[parameter.name] = parameter.get(options).value_or(parameter.default_value);
+  }
   return values;
 }
 

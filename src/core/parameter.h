@@ -2,6 +2,7 @@
 // cfg/parameters.py.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -23,24 +24,33 @@ struct Parameter {
   std::string sentence;
   std::vector<std::string> choices;  ///< of a word; empty: any
 
-  bool accepts(const ParameterValue& value) const;
-  bool inRange(double number) const;
+  /// The value in the type of this parameter; none if it has another type, is out of range or unknown. A whole number
+  /// is a number.
+  std::optional<ParameterValue> take(const ParameterValue& value) const;
+  /// The same from text: 1, on, yes are true and 0, off, no false, too.
+  std::optional<ParameterValue> parse(const std::string& text) const;
   /// The accepted values: "a whole number between 1 and 16", "one of 'a' 'b'".
   std::string accepted() const;
-  /// The value as the type of this parameter; none if it has another type. A whole number is a number. The range
-  /// is not checked.
-  std::optional<ParameterValue> convert(const ParameterValue& value) const;
-  /// From text: 1, on, yes are true and 0, off, no false, too.
-  std::optional<ParameterValue> parse(const std::string& text) const;
+  /// A value of this type is within the range or among the choices. The default may be outside the range.
+  bool allows(const ParameterValue& value) const;
 };
+
+/// A parameter and the field of `Options` that it sets.
+template <class Options>
+struct BoundParameter : Parameter {
+  std::function<std::optional<ParameterValue>(const Options&)> get;  ///< none: the field is not set
+  std::function<void(Options&, const ParameterValue&)> set;          ///< to a value that `take` returned
+};
+
+template <class Options>
+using ParameterTable = std::vector<BoundParameter<Options>>;
 
 std::string toText(const ParameterValue& value);
 
 /// "<name> is '<value>'; it must be <accepted>"
 std::string refusal(const std::string& name, const std::string& value, const std::string& accepted);
 
-/// Those that set a field of MatchFilterOptions, in the table's order.
-const std::vector<Parameter>& coreParameters();
+const ParameterTable<MatchFilterOptions>& coreParameters();
 
 /// Throws std::invalid_argument naming what is unknown, of another type or out of range.
 void setParameters(const ParameterValues& values, MatchFilterOptions& options);

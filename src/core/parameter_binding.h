@@ -1,43 +1,46 @@
-// How fields of structs of options become parameters and back. scripts/generate_parameters.py writes, for each struct,
-//   template <class Visitor> void visitFields(Struct& options, Visitor&& visit)   // visit("name", options.field)
-// and Words for the enumerations. A std::optional field is not set while the parameter has its default.
+// How a row of cfg/parameters.py meets its field, whatever the field's type. scripts/generate_parameters.py writes the
+// tables.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
-#include <stdexcept>
+#include <limits>
 #include <type_traits>
+#include <utility>
 
 #include "parameter.h"
 
 namespace gms_ransac {
 
-/// The words of an enumeration: pairs of word and enumerator, `kAll`.
 template <class Enum>
-struct Words;
-
-/// Throws std::invalid_argument for a name that is not in the table.
-const Parameter& findParameter(const std::vector<Parameter>& table, const std::string& name);
+using Words = std::vector<std::pair<const char*, Enum>>;
 
 namespace binding {
 
-template <class Field>
-ParameterValue toValue(const Field& field) {
+/// `words`: from any enumerator to the words of its enumeration.
+template <class Field, class WordsOf>
+std::optional<ParameterValue> toValue(const Field& field, WordsOf words) {
   if constexpr (std::is_enum_v<Field>) {
-    for (const auto& [word, enumerator] : Words<Field>::kAll) {
+    for (const auto& [word, enumerator] : words(field)) {
       if (enumerator == field) return std::string(word);
     }
     return std::string();
   } else if constexpr (std::is_same_v<Field, uint64_t>) {
-    return static_cast<int>(field);
+    return static_cast<int>(std::min<uint64_t>(field, std::numeric_limits<int>::max()));
   } else {
     return field;
   }
 }
 
-template <class Field>
-void fromValue(const ParameterValue& value, Field& field) {
+template <class Field, class WordsOf>
+std::optional<ParameterValue> toValue(const std::optional<Field>& field, WordsOf words) {
+  return field ? toValue(*field, words) : std::nullopt;
+}
+
+template <class Field, class WordsOf>
+void fromValue(const ParameterValue& value, const ParameterValue& /*not_set*/, Field& field, WordsOf words) {
   if constexpr (std::is_enum_v<Field>) {
-    for (const auto& [word, enumerator] : Words<Field>::kAll) {
+    for (const auto& [word, enumerator] : words(field)) {
       if (std::get<std::string>(value) == word) field = enumerator;
     }
   } else if constexpr (std::is_same_v<Field, uint64_t>) {
@@ -47,28 +50,21 @@ void fromValue(const ParameterValue& value, Field& field) {
   }
 }
 
+template <class Field, class WordsOf>
+void fromValue(const ParameterValue& value, const ParameterValue& not_set, std::optional<Field>& field, WordsOf words) {
+  field.reset();
+  if (value != not_set) fromValue(value, not_set, field.emplace(), words);
+}
+
 }  // namespace binding
 
-/// Visitor: sets the fields that have a value, which must be one that the parameter accepts.
-struct FieldWriter {
-  const std::vector<Parameter>& table;
-  const ParameterValues& values;
-
-  template <class Field>
-  void operator()(const char* name, Field& field) {
-    const auto value = values.find(name);
-    if (value != values.end()) binding::fromValue(value->second, field);
-  }
-  template <class Field>
-  void operator()(const char* name, std::optional<Field>& field) {
-    const auto value = values.find(name);
-    if (value == values.end()) return;
-    field.reset();
-    if (value->second != findParameter(table, name).default_value) binding::fromValue(value->second, field.emplace());
-  }
-};
-
-/// `values` as the types of the table; throws std::invalid_argument with a sentence for what is refused.
-ParameterValues checked(const std::vector<Parameter>& table, const ParameterValues& values);
+/// `access`: from options to the field. A std::optional field is not set while the parameter has its default.
+template <class Options, class Access, class WordsOf>
+BoundParameter<Options> bind(const Parameter& row, Access access, WordsOf words) {
+  return {row, [=](const Options& options) { return binding::toValue(access(options), words); },
+          [=, not_set = row.default_value](Options& options, const ParameterValue& value) {
+            binding::fromValue(value, not_set, access(options), words);
+          }};
+}
 
 }  // namespace gms_ransac

@@ -1,17 +1,11 @@
-// The node's parameters that are fixed at start; reconfigure.h has those that can change.
+// The node's parameters that are fixed at start; node/read_parameters.h reads them, and has those that can change.
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "camera_info.h"
 #include "gms_ransac/camera.h"
-#include "parameter.h"
 #include "scale/translation_scale.h"
-
-namespace ros {
-class NodeHandle;
-}
 
 namespace gms_ransac {
 
@@ -24,7 +18,7 @@ enum class OverlayLayout { kFlow, kSideBySide };
 enum class InputKind { kStream, kPair, kStereo, kKeypoints };
 enum class RotationPriorKind { kNone, kImu, kTf, kOdom };
 
-/// Read once from the private namespace. cfg/parameters.py has the meaning, range and default of each.
+/// cfg/parameters.py has the meaning, range and default of each.
 struct Parameters {
   std::string name;  ///< of the node, the prefix of its log lines
   InputKind input = InputKind::kStream;
@@ -46,7 +40,6 @@ struct Parameters {
   bool invert_odom_tf = false, drop_frames = true, always_subscribe = false;
   int queue_size = 10, threads = 1;
   double diagnostic_period = 1;  ///< diagnostic_updater reads it, too
-  ParameterValues core;          ///< parameters of the core that are set; the reconfigurable ones may change later
 
   /// Depth images or a second camera measure metres.
   bool measuresDepth() const { return scale == ScaleMode::kDepth || input == InputKind::kStereo; }
@@ -58,17 +51,6 @@ struct Parameters {
   bool usesSensors() const {
     return rotation_prior != RotationPriorKind::kNone || scale == ScaleMode::kOdometry || scale == ScaleMode::kGround;
   }
-
-  /// Checks every parameter that is set, including those that can change while the node runs. Throws
-  /// std::invalid_argument with a sentence that names the parameter, its value and what is accepted.
-  static Parameters read(const ros::NodeHandle& pnh);
 };
-
-/// All of the table; `read` and dynamic_reconfigure know no others.
-const Parameter& findParameter(const std::string& name);
-
-/// A sentence for each parameter set in the private namespace that neither the node nor its image transports know, or
-/// that the other parameters leave without a use.
-std::vector<std::string> parametersWithoutEffect(const ros::NodeHandle& pnh, const Parameters& parameters);
 
 }  // namespace gms_ransac

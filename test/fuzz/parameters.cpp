@@ -3,12 +3,12 @@
 #include <stdexcept>
 
 #include <dynamic_reconfigure/config_tools.h>
+#include <gms_ransac/MatchFilterConfig.h>
 
 #include "fuzz_messages.h"
 #include "gms_ransac/match_filter.h"
 #include "methods/method.h"
-#include "node/match_filter_config.h"
-#include "parameter.h"
+#include "node/reconfigure.h"
 
 namespace gms_ransac {
 namespace {
@@ -34,7 +34,6 @@ void checkText(FuzzInput& input, const Parameter& parameter) {
   const std::optional<ParameterValue> value = parameter.parse(text);
   if (!value) return;
   demand(value->index() == parameter.default_value.index(), "what is parsed has the parameter's type");
-  if (!parameter.accepts(*value)) return;
   MatchFilterOptions options;
   setParameters({{parameter.name, *value}}, options);
 }
@@ -63,7 +62,7 @@ void checkValues(FuzzInput& input) {
 
 void checkReconfigure(FuzzInput& input) {
   using dynamic_reconfigure::ConfigTools;
-  UnclampedConfig config(MatchFilterConfig::__getDefault__());
+  MatchFilterConfig config = MatchFilterConfig::__getDefault__();
   dynamic_reconfigure::Config message;
   for (int n = input.between(0, 8); n > 0; --n) {
     const Parameter& parameter = input.oneOf(coreParameters());
@@ -71,13 +70,15 @@ void checkReconfigure(FuzzInput& input) {
                fuzzedValue(input, parameter));
   }
   config.__fromMessage__(message);
-  config.__clamp__();
-  if (!config.problem.empty()) return;
+  message = dynamic_reconfigure::Config();
+  config.__toMessage__(message);
+  RuntimeOptions options;
   try {
-    coreOptions({}, config);
+    setParameters(valuesOf(message), options);
   } catch (const std::invalid_argument& error) {
-    demandSentence(error);
+    return demandSentence(error);
   }
+  options.processor.core.validate();
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // The table of parameters binds each name to an option of its own, with the core's default and the words the core
 // knows. All values that it offers work, or are refused with a sentence.
-#include "parameters.h"
-
+#include <gms_ransac/MatchFilterConfig.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
@@ -13,15 +12,41 @@
 #include <utility>
 
 #include "methods/method.h"
-#include "node/match_filter_config.h"
-#include "parameter.h"
-#include "parameter_binding.h"
-#include "tracks/track_selector.h"
+#include "node/reconfigure.h"
 
 namespace gms_ransac {
 namespace {
 
-const Parameter& row(const std::string& name) { return findParameter(coreParameters(), name); }
+const Parameter& row(const std::string& name) {
+  for (const Parameter& parameter : coreParameters()) {
+    if (parameter.name == name) return parameter;
+  }
+  throw std::out_of_range(name);
+}
+
+/// As dynamic_reconfigure has them at their defaults.
+ParameterValues window() {
+  dynamic_reconfigure::Config message;
+  MatchFilterConfig::__getDefault__().__toMessage__(message);
+  return valuesOf(message);
+}
+
+/// `options` without a change have the defaults of the table, and so has the reconfigure file. Returns its parameters.
+template <class Options>
+size_t expectDefaults(const ParameterTable<Options>& table, const Options& options) {
+  const ParameterValues live = window();
+  size_t found = 0;
+  for (const auto& parameter : table) {
+    if (parameter.get) {
+      EXPECT_EQ(parameter.get(options).value_or(parameter.default_value), parameter.default_value) << parameter.name;
+    }
+    const auto value = live.find(parameter.name);
+    if (value == live.end()) continue;
+    EXPECT_EQ(value->second, parameter.default_value) << parameter.name;
+    ++found;
+  }
+  return found;
+}
 
 TEST(Parameters, OffersEveryMethodAndNoOther) {
   std::set<std::string> known;
@@ -41,22 +66,35 @@ TEST(Parameters, OffersOnlyWordsTheCoreTakes) {
   }
 }
 
-TEST(Parameters, DefaultsAreTheCoresAndTheReconfigureFiles) {
-  const ParameterValues core = parametersOf(MatchFilterOptions());
-  const ParameterValues node = parametersOf(coreOptions({}, MatchFilterConfig::__getDefault__()));
-  for (const Parameter& parameter : coreParameters()) {
-    EXPECT_EQ(core.at(parameter.name), parameter.default_value) << parameter.name;
-    EXPECT_EQ(node.at(parameter.name), parameter.default_value) << parameter.name;
-  }
-  EXPECT_EQ(MatchFilterConfig::__getDefault__().feature_limit, TrackSelectorOptions().limit);
-  EXPECT_EQ(MatchFilterConfig::__getDefault__().feature_distance, TrackSelectorOptions().distance);
+TEST(Parameters, DefaultsAreTheFieldsAndTheReconfigureFiles) {
+  const size_t of_core = expectDefaults(coreParameters(), MatchFilterOptions()),
+               of_node = expectDefaults(liveParameters(), RuntimeOptions());
+  EXPECT_EQ(of_core + of_node, window().size());
+  EXPECT_EQ(of_node, liveParameters().size());
+  EXPECT_EQ(expectDefaults(startParameters(), Parameters()), 0u);
 }
 
 TEST(Parameters, TheWindowIsForRobotsAndTheRestIsSetAtStart) {
-  EXPECT_LE(MatchFilterConfig::__getParamDescriptions__().size(), 30u);
-  const MatchFilterOptions options = coreOptions({{"seed", 7}, {"features", 300}}, MatchFilterConfig::__getDefault__());
-  EXPECT_EQ(options.robust.seed, 7u);
-  EXPECT_EQ(options.extractor.features, 2000) << "dynamic_reconfigure read it from the server";
+  EXPECT_LE(window().size(), 30u);
+  RuntimeOptions options;
+  options.processor.core.robust.seed = 7;
+  options.processor.core.extractor.features = 300;
+  setParameters(window(), options);
+  EXPECT_EQ(options.processor.core.robust.seed, 7u);
+  EXPECT_EQ(options.processor.core.extractor.features, 2000);
+}
+
+TEST(Parameters, AChangeNamesAllThatItRefuses) {
+  RuntimeOptions options;
+  try {
+    setParameters({{"features", 0}, {"overlay_colour", std::string("depth")}, {"max_frame_gap", -1.}}, options);
+    FAIL() << "taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(),
+                 "parameter ~features is '0'; it must be a whole number between 1 and 100000; "
+                 "parameter ~max_frame_gap is '-1'; it must be a number between 0.001 and 3600 seconds");
+  }
+  EXPECT_EQ(options.outputs.overlay.colour, OverlayColour::kDepth);
 }
 
 TEST(Parameters, EachSetsAnOptionOfItsOwn) {
@@ -88,15 +126,15 @@ TEST(Parameters, NotSetAndTheGapBeforeTheRange) {
   EXPECT_EQ(options.robust.inlier_threshold_px, std::nullopt);
   EXPECT_EQ(options.robust.sort_key, std::nullopt);
   EXPECT_EQ(row("gms_grid_columns").accepted(), "a whole number between 2 and 100, or 0");
-  EXPECT_FALSE(row("gms_grid_columns").accepts(1));
-  EXPECT_FALSE(row("inlier_threshold_px").accepts(std::nan("")));
+  EXPECT_EQ(row("gms_grid_columns").take(1), std::nullopt);
+  EXPECT_EQ(row("inlier_threshold_px").take(std::nan("")), std::nullopt);
   options.motion_statistics.grid_columns = 0;  // the core has no word for "not set"
   EXPECT_THROW(options.validate(), std::invalid_argument);
 }
 
 TEST(Parameters, Types) {
-  EXPECT_EQ(row("inlier_threshold_px").convert(2), ParameterValue(2.0)) << "a whole number is a number";
-  EXPECT_EQ(row("features").convert(2.0), std::nullopt);
+  EXPECT_EQ(row("inlier_threshold_px").take(2), ParameterValue(2.0)) << "a whole number is a number";
+  EXPECT_EQ(row("features").take(2.0), std::nullopt);
   EXPECT_EQ(row("refine").parse("0"), ParameterValue(false));
   EXPECT_EQ(row("refine").parse("maybe"), std::nullopt);
   EXPECT_EQ(row("features").parse("500x"), std::nullopt);

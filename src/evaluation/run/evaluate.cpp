@@ -115,9 +115,7 @@ bool CommandLine::parse(const Arguments& arguments, const std::string& usage, bo
     if (parameter.name == "method") continue;
     const auto take = [this, &parameter](const std::string& text) {
       const std::optional<ParameterValue> value = parameter.parse(text);
-      if (!value || !parameter.accepts(*value)) {
-        throw std::invalid_argument(refusal("--" + optionName(parameter.name), text, parameter.accepted()));
-      }
+      if (!value) throw std::invalid_argument(refusal("--" + optionName(parameter.name), text, parameter.accepted()));
       values_[parameter.name] = *value;
     };
     add(optionName(parameter.name).c_str(),

@@ -59,11 +59,12 @@ class MatchFilterRos {
   MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh)
       : nh_(nh),
         pnh_(pnh),
-        parameters_(Parameters::read(pnh)),
+        parameters_(readParameters(pnh)),
         throttle_(parameters_.name),
         mailbox_(parameters_.drop_frames ? 1 : static_cast<size_t>(parameters_.queue_size)),
         prepared_(1),
         graph_watch_(parameters_.name) {
+    const RuntimeOptions start = readRuntimeOptions(pnh_, parameters_);
     for (const std::string& sentence : parametersWithoutEffect(pnh_, parameters_)) {
       ROS_WARN_STREAM(parameters_.name << ": parameter " << sentence);
     }
@@ -76,9 +77,9 @@ class MatchFilterRos {
     processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic(), priors_,
                                                   input_->rightTopic(), input_->rightInfoTopic());
 
-    const RuntimeOptions start = startOptions(pnh_, parameters_);
     processor_->setOptions(start.processor);
-    reconfigure_ = serveChanges(pnh_, parameters_, [this](const RuntimeOptions& options) { setOptions(options); });
+    reconfigure_ =
+        serveChanges(pnh_, parameters_.name, start, [this](const RuntimeOptions& options) { setOptions(options); });
 
     {
       // A listener may connect before `outputs_` is assigned.

@@ -1,4 +1,4 @@
-#include "parameters.h"
+#include "node/read_parameters.h"
 
 #include <algorithm>
 #include <iterator>
@@ -14,15 +14,6 @@
 namespace gms_ransac {
 
 namespace {
-
-const std::vector<Parameter>& table() {
-  static const std::vector<Parameter> all = [] {
-    std::vector<Parameter> both = nodeTable();
-    both.insert(both.end(), coreParameters().begin(), coreParameters().end());
-    return both;
-  }();
-  return all;
-}
 
 std::string textOf(XmlRpc::XmlRpcValue raw) {
   if (raw.getType() == XmlRpc::XmlRpcValue::TypeString) return static_cast<std::string>(raw);
@@ -53,17 +44,37 @@ std::optional<ParameterValue> valueOf(XmlRpc::XmlRpcValue raw, const Parameter& 
   }
 }
 
-/// All parameters of the table that are set, checked.
-ParameterValues readAll(const ros::NodeHandle& pnh) {
-  ParameterValues values;
-  for (const Parameter& parameter : table()) {
+/// Sets the fields of all parameters of the table that are set; returns the values of those without a field.
+template <class Options>
+ParameterValues read(const ros::NodeHandle& pnh, const ParameterTable<Options>& table, Options& options) {
+  ParameterValues others;
+  for (const auto& parameter : table) {
     XmlRpc::XmlRpcValue raw;
     if (!pnh.getParam(parameter.name, raw)) continue;
-    const std::optional<ParameterValue> value = valueOf(raw, parameter);
-    if (!value || !parameter.accepts(*value)) refuse(pnh, parameter.name, textOf(raw), parameter.accepted());
-    values[parameter.name] = *parameter.convert(*value);
+    std::optional<ParameterValue> value = valueOf(raw, parameter);
+    if (value) value = parameter.take(*value);
+    if (!value) refuse(pnh, parameter.name, textOf(raw), parameter.accepted());
+    if (parameter.set) {
+      parameter.set(options, *value);
+    } else {
+      others[parameter.name] = *value;
+    }
   }
-  return values;
+  return others;
+}
+
+/// Null if no table has it.
+const Parameter* find(const std::string& name) {
+  const Parameter* found = nullptr;
+  const auto look = [&](const auto& table) {
+    for (const Parameter& parameter : table) {
+      if (parameter.name == name) found = &parameter;
+    }
+  };
+  look(startParameters());
+  look(liveParameters());
+  look(coreParameters());
+  return found;
 }
 
 CameraIntrinsics cameraFrom(const ParameterValues& values, const ros::NodeHandle& pnh) {
@@ -105,21 +116,10 @@ CameraIntrinsics cameraFrom(const ParameterValues& values, const ros::NodeHandle
 
 }  // namespace
 
-const Parameter& findParameter(const std::string& name) { return findParameter(table(), name); }
-
-Parameters Parameters::read(const ros::NodeHandle& pnh) {
-  ParameterValues values;
-  for (const Parameter& parameter : nodeTable()) values[parameter.name] = parameter.default_value;
-  const ParameterValues given = readAll(pnh);
-  for (const auto& [given_name, value] : given) values[given_name] = value;
+Parameters readParameters(const ros::NodeHandle& pnh) {
   Parameters parameters;
   parameters.name = pnh.getNamespace();
-  for (const Parameter& parameter : coreParameters()) {
-    const auto value = given.find(parameter.name);
-    if (value != given.end()) parameters.core.insert(*value);
-  }
-  visitFields(parameters, FieldWriter{nodeTable(), values});
-  parameters.camera = cameraFrom(given, pnh);
+  parameters.camera = cameraFrom(read(pnh, startParameters(), parameters), pnh);
   parameters.odom_frame = withoutLeadingSlash(parameters.odom_frame);
   parameters.base_frame = withoutLeadingSlash(parameters.base_frame);
   parameters.imu_frame = withoutLeadingSlash(parameters.imu_frame);
@@ -136,18 +136,51 @@ Parameters Parameters::read(const ros::NodeHandle& pnh) {
       (parameters.scale == ScaleMode::kDepth || pair || stereo)) {
     refuse(pnh, "camera_info_sync", "exact", "'latest' with ~scale depth, ~input pair or ~input stereo");
   }
+  const auto refuse_scale = [&](const char* accepted) {
+    refuse(pnh, "scale", pnh.param<std::string>("scale", ""), accepted);
+  };
   if (stereo && parameters.scale != ScaleMode::kUnit) {
-    refuse(pnh, "scale", toText(values["scale"]),
-           "unit, the default, with ~input stereo, which measures metres itself");
+    refuse_scale("unit, the default, with ~input stereo, which measures metres itself");
   }
   if (stereo && parameters.camera.calibrated()) {
     throw std::invalid_argument("parameters " + pnh.resolveName("camera") +
                                 " describe one camera; with ~input stereo both are described by their camera_info");
   }
   if (pair && parameters.scale != ScaleMode::kUnit && parameters.scale != ScaleMode::kFixed) {
-    refuse(pnh, "scale", toText(values["scale"]), "unit or fixed with ~input pair");
+    refuse_scale("unit or fixed with ~input pair");
   }
   return parameters;
+}
+
+RuntimeOptions readRuntimeOptions(const ros::NodeHandle& pnh, const Parameters& at_start) {
+  RuntimeOptions options;
+  MatchFilterOptions& core = options.processor.core;
+  read(pnh, coreParameters(), core);
+  read(pnh, liveParameters(), options);
+  // Threads one and two work on different images; further ones help the first or the second alternately.
+  core.extractor.threads = std::max(1, (at_start.threads + 1) / 2);
+  core.matcher_threads = std::max(1, at_start.threads / 2);
+  core.validate();
+  return options;
+}
+
+void setParameters(const ParameterValues& values, RuntimeOptions& options) {
+  std::string problem;
+  const auto set = [&](const auto& table, auto& fields) {
+    for (const auto& parameter : table) {
+      const auto value = values.find(parameter.name);
+      if (value == values.end()) continue;
+      if (const std::optional<ParameterValue> taken = parameter.take(value->second)) {
+        parameter.set(fields, *taken);
+      } else {
+        problem += (problem.empty() ? "parameter " : "; parameter ") +
+                   refusal("~" + parameter.name, toText(value->second), parameter.accepted());
+      }
+    }
+  };
+  set(coreParameters(), options.processor.core);
+  set(liveParameters(), options);
+  if (!problem.empty()) throw std::invalid_argument(problem);
 }
 
 std::vector<std::string> parametersWithoutEffect(const ros::NodeHandle& pnh, const Parameters& parameters) {
@@ -185,17 +218,17 @@ std::vector<std::string> parametersWithoutEffect(const ros::NodeHandle& pnh, con
         folder == parameters.depth_image_transport + "/") {
       continue;
     }
-    const auto has_name = [&](const auto& each) { return each.name == name; };
-    const auto row = std::find_if(table().begin(), table().end(), has_name);
-    if (row == table().end()) {
+    const Parameter* row = find(name);
+    if (!row) {
       sentences.push_back(full + " is set, but this node has no such parameter; check the spelling");
       continue;
     }
-    const auto condition = std::find_if(std::begin(conditions), std::end(conditions), has_name);
+    const auto condition =
+        std::find_if(std::begin(conditions), std::end(conditions), [&](const auto& each) { return each.name == name; });
     XmlRpc::XmlRpcValue raw;
     if (condition == std::end(conditions) || condition->used || !pnh.getParam(name, raw)) continue;
     const std::optional<ParameterValue> value = valueOf(raw, *row);
-    if (value && row->convert(*value) == row->default_value) continue;  // a copy of match_filter.yaml sets them all
+    if (value && row->take(*value) == row->default_value) continue;  // a copy of match_filter.yaml sets them all
     sentences.push_back(full + " is set, but has no effect without " + condition->use);
   }
   return sentences;

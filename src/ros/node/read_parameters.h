@@ -1,0 +1,38 @@
+// All parameters of the node from the parameter server, checked against cfg/parameters.py.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "output/output_options.h"
+#include "parameter.h"
+#include "parameters.h"
+#include "stream/pipeline.h"
+
+namespace ros {
+class NodeHandle;
+}
+
+namespace gms_ransac {
+
+/// What images are answered with: the options of the core, and the parameters in cfg/MatchFilter.cfg, which can change.
+struct RuntimeOptions {
+  ProcessorOptions processor;
+  OutputOptions outputs;
+};
+
+const ParameterTable<Parameters>& startParameters();
+const ParameterTable<RuntimeOptions>& liveParameters();  ///< without those of the core
+
+/// Both throw std::invalid_argument with a sentence that names the parameter, its value and what is accepted.
+Parameters readParameters(const ros::NodeHandle& pnh);
+RuntimeOptions readRuntimeOptions(const ros::NodeHandle& pnh, const Parameters& at_start);
+
+/// Sets the values of parameters that can change. Throws std::invalid_argument that names all that are refused.
+void setParameters(const ParameterValues& values, RuntimeOptions& options);
+
+/// A sentence for each parameter set in the private namespace that neither the node nor its image transports know, or
+/// that the other parameters leave without a use.
+std::vector<std::string> parametersWithoutEffect(const ros::NodeHandle& pnh, const Parameters& parameters);
+
+}  // namespace gms_ransac
