@@ -44,6 +44,13 @@ void requireInRanges(const MatchFilterOptions& options) {
   }
 }
 
+template <class Part>
+void requireInRanges(const Part& part, Part MatchFilterOptions::*field) {
+  MatchFilterOptions all;
+  all.*field = part;
+  requireInRanges(all);
+}
+
 }  // namespace
 
 std::string toText(const ParameterValue& value) {
@@ -101,23 +108,13 @@ std::string Parameter::accepted() const {
 }
 
 void FeatureExtractorOptions::validate() const {
-  MatchFilterOptions all;
-  all.extractor = *this;
-  requireInRanges(all);
+  requireInRanges(*this, &MatchFilterOptions::extractor);
   requireInRange("threads", threads, 1, kMostThreads);
 }
 
-void MotionStatisticsOptions::validate() const {
-  MatchFilterOptions all;
-  all.motion_statistics = *this;
-  requireInRanges(all);
-}
+void MotionStatisticsOptions::validate() const { requireInRanges(*this, &MatchFilterOptions::motion_statistics); }
 
-void RobustOptions::validate() const {
-  MatchFilterOptions all;
-  all.robust = *this;
-  requireInRanges(all);
-}
+void RobustOptions::validate() const { requireInRanges(*this, &MatchFilterOptions::robust); }
 
 void MatchFilterOptions::validate() const {
   findMethod(method);

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "priors/rotation_vectors.h"
-
 namespace gms_ransac {
 
 namespace {

@@ -8,8 +8,8 @@
 #include <opencv2/core.hpp>
 
 #include "frames.h"
-#include "priors/rotation_vectors.h"
 #include "tf_lookup.h"
+#include "two_view/pose_model.h"
 
 namespace gms_ransac {
 
@@ -28,7 +28,7 @@ constexpr double kSpringSigma = 0.02, kLevelSigma = 0.17;
 constexpr double kPoseFloor = 0.005, kPoseShare = 0.05;
 
 RotationPrior priorOf(const Eigen::Matrix3d& R) {
-  const double rotation = kPoseShare * vectorOf(R).norm();
+  const double rotation = kPoseShare * rotationVector(R).norm();
   RotationPrior prior;
   prior.R = R;
   prior.covariance.diagonal().setConstant(kPoseFloor * kPoseFloor + rotation * rotation);
@@ -157,14 +157,14 @@ std::string MotionPriors::gyroBetween(const std::string& camera_frame, double fr
   std::string problem = sensorBetween(gyro_, camera_frame, from, to, rotation, camera_in_imu);
   if (!problem.empty()) return problem;
   const double seconds = to - from;
-  const Eigen::Matrix3d less_bias = rotationBy(-0.5 * seconds * bias_.bias());
+  const Eigen::Matrix3d less_bias = rotationFromVector(-0.5 * seconds * bias_.bias());
   prior.R =
       camera_in_imu.linear().transpose() * less_bias * rotation.motion.linear() * less_bias * camera_in_imu.linear();
-  const double mount = kMountSigma * vectorOf(prior.R).norm();
+  const double mount = kMountSigma * rotationVector(prior.R).norm();
   double variance = rotation.variance + seconds * seconds * bias_.variance() + mount * mount;
   // The change if the stamps were late by their standard deviation.
   if (gyro_.track.between(from - kStampSigma, to - kStampSigma, earlier).empty()) {
-    variance += vectorOf(rotation.motion.linear().transpose() * earlier.motion.linear()).squaredNorm();
+    variance += rotationVector(rotation.motion.linear().transpose() * earlier.motion.linear()).squaredNorm();
   }
   prior.covariance = variance * Eigen::Matrix3d::Identity();
   return std::string();
@@ -208,7 +208,7 @@ std::string MotionPriors::fillRates(RotationPrior& prior) {
   const auto rateAt = [&](double stamp, Eigen::Vector3d& rate) {
     RotationPrior over_readout;
     std::string problem = gyroBetween(asked_.camera_frame, stamp - 0.5 * readout, stamp + 0.5 * readout, over_readout);
-    if (problem.empty()) rate = vectorOf(over_readout.R) / readout;
+    if (problem.empty()) rate = rotationVector(over_readout.R) / readout;
     return problem;
   };
   RotationRates rates;
@@ -227,7 +227,7 @@ void MotionPriors::learn(const RobustResult& seen) {
   if (byGyro()) learnBias(visual);
   std::lock_guard<std::mutex> lock(mutex_);
   pairs_by_rates_ += seen.row_correction == RowCorrection::kPrior;
-  comparison_.add({asked_.from, asked_.to, vectorOf(visual.R), vectorOf(asked_.prior->R),
+  comparison_.add({asked_.from, asked_.to, rotationVector(visual.R), rotationVector(asked_.prior->R),
                    visual.covariance + asked_.prior->covariance});
 }
 
@@ -237,7 +237,7 @@ void MotionPriors::learnBias(const RotationPrior& visual) {
   Eigen::Isometry3d camera_in_imu;
   if (!sensorBetween(gyro_, asked_.camera_frame, asked_.from, asked_.to, rotation, camera_in_imu).empty()) return;
   const Eigen::Matrix3d& axes = camera_in_imu.linear();
-  bias_.add({asked_.from, asked_.to, axes * vectorOf(visual.R), vectorOf(rotation.motion.linear()),
+  bias_.add({asked_.from, asked_.to, axes * rotationVector(visual.R), rotationVector(rotation.motion.linear()),
              rotation.variance * Eigen::Matrix3d::Identity() + axes * visual.covariance * axes.transpose()});
 }
 
@@ -306,7 +306,7 @@ PriorReport MotionPriors::report() {
   const auto between = [&](double from, double to) -> std::optional<Eigen::Vector3d> {
     RotationPrior prior;
     if (!rotationBetween(camera_frame, from, to, prior).empty()) return std::nullopt;
-    return vectorOf(prior.R);
+    return rotationVector(prior.R);
   };
   const std::optional<TimeOffset> offset = comparison.timeOffset(between);
   const std::string doubt = comparison.doubt(offset);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "priors/rotation_vectors.h"
 #include "text.h"
+#include "two_view/pose_model.h"
 
 namespace gms_ransac {
 
@@ -76,7 +76,7 @@ void GyroTrack::add(double stamp, const Eigen::Vector3d& rate, double variance) 
   const double seconds = secondsTo(stamp);
   if (seconds < 0) return;
   Eigen::Isometry3d step = Eigen::Isometry3d::Identity();
-  if (seconds > 0) step.linear() = rotationBy(0.5 * seconds * (rate_ + rate));
+  if (seconds > 0) step.linear() = rotationFromVector(0.5 * seconds * (rate_ + rate));
   append(stamp, step, seconds * seconds * (variance > 0 ? variance : kUsualSigma * kUsualSigma));
   rate_ = rate;
 }
@@ -91,8 +91,8 @@ void OdometryTrack::add(const OdometrySample& sample) {
   Eigen::Isometry3d step = last_.pose.inverse() * sample.pose;
   if (!poses_change_) {
     const Eigen::Vector3d rotation = 0.5 * seconds * (last_.angular + sample.angular);
-    step.linear() = rotationBy(rotation);
-    step.translation() = rotationBy(0.5 * rotation) * (0.5 * seconds * (last_.velocity + sample.velocity));
+    step.linear() = rotationFromVector(rotation);
+    step.translation() = rotationFromVector(0.5 * rotation) * (0.5 * seconds * (last_.velocity + sample.velocity));
   }
   append(sample.stamp, step, seconds * sample.velocity_variance);
   last_ = sample;

@@ -11,7 +11,7 @@
 #include <Eigen/SVD>
 #include <opencv2/core.hpp>
 
-#include "priors/rotation_vectors.h"
+#include "two_view/pose_model.h"
 
 namespace gms_ransac {
 
@@ -156,7 +156,7 @@ std::string RotationComparison::doubt(const std::optional<TimeOffset>& offset) c
     return what + ": its axes explain it; (x, y, z) of the camera by tf is in truth " + describeAxes(axes) + remedy +
            ", or the mounting of the sensor";
   }
-  const Vector3d degrees = vectorOf(axes) * 180 / CV_PI;
+  const Vector3d degrees = rotationVector(axes) * 180 / CV_PI;
   return what +
          cv::format(
              ": its extrinsics explain it; rotated by (%.1f, %.1f, %.1f) degrees about the camera's x, "

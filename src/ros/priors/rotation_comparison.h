@@ -11,6 +11,9 @@
 
 namespace gms_ransac {
 
+/// 99 % quantile of the squared Mahalanobis distance of two rotations, three degrees of freedom.
+constexpr double kRotationChi2 = 11.34;
+
 /// One pair, in the axes of the reference camera or of the other sensor.
 struct ComparedRotation {
   double from = 0, to = 0;                               ///< seconds, on the clock of the other sensor

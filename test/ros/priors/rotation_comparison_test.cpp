@@ -15,7 +15,6 @@
 #include "datasets/dataset.h"
 #include "priors/gyro_bias.h"
 #include "priors/motion_track.h"
-#include "priors/rotation_vectors.h"
 #include "priors/wheel_check.h"
 #include "processor_stream.h"
 #include "random.h"
@@ -23,6 +22,7 @@
 #include "scenes/two_view_scene.h"
 #include "shared_data.h"
 #include "stream/motion_integrator.h"
+#include "two_view/pose_model.h"
 
 namespace gms_ransac {
 namespace {
@@ -42,7 +42,7 @@ Matrix3d rotationBetween(double from, double to) {
   constexpr int kSteps = 200;
   Matrix3d R = Matrix3d::Identity();
   const double step = (to - from) / kSteps;
-  for (int i = 0; i < kSteps; ++i) R = R * rotationBy(step * rateOf(from + (i + 0.5) * step));
+  for (int i = 0; i < kSteps; ++i) R = R * rotationFromVector(step * rateOf(from + (i + 0.5) * step));
   return R;
 }
 
@@ -63,7 +63,7 @@ TEST(GyroTrack, IntegratesTheRotationOfTheCamera) {
       ASSERT_EQ(gyro.between(from, from + seconds, rotation), "");
       const Matrix3d truth = rotationBetween(from, from + seconds);
       // Between samples the rate counts as even: a sample's change of rate over an eighth of its time.
-      EXPECT_LT(vectorOf(rotation.motion.linear().transpose() * truth).norm(), 1e-4 * seconds + 3e-5);
+      EXPECT_LT(rotationVector(rotation.motion.linear().transpose() * truth).norm(), 1e-4 * seconds + 3e-5);
       EXPECT_NEAR(rotation.variance, seconds / kGyroRate * 1e-6, 1e-12);
     }
   }
@@ -100,7 +100,7 @@ TEST(GyroTrack, LeavesOutWhatIsLateAndStartsAnewWhereTheStreamDoes) {
   gyro.add(3, Vector3d(1e300, 0, 0), 0);  // the mean of two such rates is infinite
   TrackMotion rotation;
   ASSERT_EQ(gyro.between(1.8, 1.95, rotation), "");
-  EXPECT_LT(vectorOf(rotation.motion.linear().transpose() * rotationBetween(1.8, 1.95)).norm(), 1e-4);
+  EXPECT_LT(rotationVector(rotation.motion.linear().transpose() * rotationBetween(1.8, 1.95)).norm(), 1e-4);
   EXPECT_FALSE(gyro.reaches(2.5));
   gyro.add(0.2, Vector3d::Zero(), 0);
   EXPECT_FALSE(gyro.reaches(1));
@@ -156,7 +156,7 @@ struct Seen {
     Random random(7);
     for (double from = 0.4; from + kFrame < seconds; from += kFrame) {
       const Vector3d noise(gaussian(random), gaussian(random), gaussian(random));
-      const Vector3d visual = amount * vectorOf(rotationBetween(from, from + kFrame)) + 5e-4 * noise;
+      const Vector3d visual = amount * rotationVector(rotationBetween(from, from + kFrame)) + 5e-4 * noise;
       const auto prior = (*this)(from, from + kFrame);
       if (prior) comparison.add({from, from + kFrame, visual, *prior, 1e-6 * Matrix3d::Identity()});
     }
@@ -164,7 +164,7 @@ struct Seen {
   std::optional<Vector3d> operator()(double from, double to) const {
     TrackMotion rotation;
     if (!gyro.between(from, to, rotation).empty()) return std::nullopt;
-    return Vector3d(gyro_axes * vectorOf(rotation.motion.linear()));
+    return Vector3d(gyro_axes * rotationVector(rotation.motion.linear()));
   }
   std::optional<TimeOffset> offset() const { return comparison.timeOffset(*this); }
   std::string doubt() const { return comparison.doubt(offset()); }
@@ -203,7 +203,7 @@ TEST(RotationComparison, SaysWhatExplainsAContradiction) {
   } rows[] = {// The camera's x by tf is its z: camera x = -(its y by tf).
               {axes, {"axes explain it", "(-y, -z, x)"}},
               // 0.4 rad are 22.9 degrees.
-              {rotationBy({0, 0, 0.4}), {"extrinsics explain it", ", -23."}},
+              {rotationFromVector({0, 0, 0.4}), {"extrinsics explain it", ", -23."}},
               {57.3 * Matrix3d::Identity(), {"neither"}}};
   for (const auto& row : rows) EXPECT_TRUE(says(Seen(row.axes).doubt(), row.words));
 }
@@ -230,7 +230,7 @@ OdometrySample wheels(double stamp, const Vector3d& position, double yaw, const 
   OdometrySample sample;
   sample.stamp = stamp;
   sample.pose.translation() = position;
-  sample.pose.linear() = rotationBy({0, 0, yaw});
+  sample.pose.linear() = rotationFromVector({0, 0, yaw});
   sample.velocity = velocity;
   sample.angular = {0, 0, yaw_rate};
   return sample;
@@ -253,7 +253,7 @@ TEST(OdometryTrack, IntegratesATwistWithoutPoses) {
   ASSERT_EQ(track.between(0.205, 1.205, motion), "");
   const double yaw = kYawRate, radius = kSpeed / kYawRate;
   EXPECT_LT((motion.motion.translation() - radius * Vector3d(std::sin(yaw), 1 - std::cos(yaw), 0)).norm(), 1e-4);
-  EXPECT_LT(vectorOf(motion.motion.linear().transpose() * rotationBy({0, 0, yaw})).norm(), 1e-9);
+  EXPECT_LT(rotationVector(motion.motion.linear().transpose() * rotationFromVector({0, 0, yaw})).norm(), 1e-9);
 }
 
 RobustResult seenWith(double parallax, bool observable = true) {
@@ -326,7 +326,7 @@ TEST(StandingStill, FindsTheBiasAndDoesNotDrift) {
     const double seconds = stream.stamp() - processed.reference->stamp(), from = frames[i].stamp - seconds;
     TrackMotion rotation;
     if (gyro.between(from, frames[i].stamp, rotation).empty()) {
-      bias.add({from, frames[i].stamp, camera_in_imu * vectorOf(pose.R), vectorOf(rotation.motion.linear()),
+      bias.add({from, frames[i].stamp, camera_in_imu * rotationVector(pose.R), rotationVector(rotation.motion.linear()),
                 rotation.variance * Matrix3d::Identity() +
                     camera_in_imu * pose.covariance.bottomRightCorner<3, 3>() * camera_in_imu.transpose()});
       ++learnt;
@@ -342,7 +342,7 @@ TEST(StandingStill, FindsTheBiasAndDoesNotDrift) {
   EXPECT_LT(error.norm(), 0.1 * mean.norm());
   EXPECT_LT(error.squaredNorm() / bias.variance(), 11.34);
   const OdometryEstimate& end = odometry.camera();
-  const Vector3d drift = vectorOf(end.pose.linear());
+  const Vector3d drift = rotationVector(end.pose.linear());
   RecordProperty("rotated_degrees", std::to_string(drift.norm() * 180 / 3.14159265358979323846));
   RecordProperty("moved", std::to_string(end.pose.translation().norm()));
   EXPECT_LT(drift.dot(end.pose_covariance.bottomRightCorner<3, 3>().inverse() * drift), 11.34);
