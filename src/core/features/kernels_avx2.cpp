@@ -22,6 +22,13 @@ struct Avx2 : Vectors {
   }
   static uint64_t greaterMask(U8 a, U8 b) { return static_cast<uint32_t>(_mm256_movemask_epi8(__m256i(a > b))); }
 
+  static U8 read(const uint8_t* centre, const int32_t* offsets) {
+    U8 pixels{};
+#pragma GCC unroll 32
+    for (int i = 0; i < kBytes; ++i) pixels[i] = centre[offsets[i]];  // one instruction each
+    return pixels;
+  }
+
   static I16 loadAsHalves(const uint8_t* p) { return I16(_mm256_cvtepu8_epi16(load128(p))); }
   static int dot(I16 a, I16 b) {
     const __m256i sums = _mm256_madd_epi16(__m256i(a), __m256i(b));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstring>
+#include <utility>
 
 #include "features/kernels.h"
 #include "features/plane.h"
@@ -44,6 +45,12 @@ struct Vectors {
   static U8 otherMax(U8 a, U8 b) { return max(a, b); }
   static U8 keepGreater(U8 a, U8 b) { return a > b ? a : U8{}; }
   static I32 timesStride(I32 rows, int stride) { return rows * stride; }
+  /// The pixels at kBytes offsets.
+  static U8 read(const uint8_t* centre, const int32_t* offsets) {
+    uint8_t pixels[kBytes];
+    for (int i = 0; i < kBytes; ++i) pixels[i] = centre[offsets[i]];
+    return load(pixels);
+  }
   static int storeColumns(uint64_t mask, int x, uint16_t* columns) {
     int count = 0;
     for (; mask; mask &= mask - 1) columns[count++] = static_cast<uint16_t>(x + __builtin_ctzll(mask));
@@ -51,22 +58,35 @@ struct Vectors {
   }
 };
 
-constexpr int kCircleX[16] = {0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1};
-constexpr int kCircleY[16] = {3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1, 0, 1, 2, 3};
+/// The seven rows that the circle about a pixel of the middle one touches.
+struct CircleRows {
+  const uint8_t* row[7];
 
-/// The best over the 16 arcs of nine contiguous pixels of the worst pixel in the arc; with minimum as `worse`, the
-/// brightness that some arc reaches everywhere.
-template <typename U8, typename Worse, typename Better, typename OtherWorse>
-inline U8 extremeOfArcs(const U8 (&p)[16], Worse worse, Better better, OtherWorse other_worse, U8 worst) {
-  U8 two[8], four[8];
-  for (int j = 0; j < 8; ++j) two[j] = other_worse(p[2 * j + 1], p[(2 * j + 2) % 16]);
-  for (int j = 0; j < 8; ++j) four[j] = other_worse(two[j], two[(j + 1) % 8]);
-  // Pixels 2j+1..2j+8 lie in two arcs of nine: the one that begins in pixel 2j and the one that ends in pixel 2j+9.
-  U8 best = worst;
-  for (int j = 0; j < 8; ++j) {
-    const U8 eight = worse(four[j], four[(j + 2) % 8]);
-    best = better(best, worse(eight, better(p[2 * j], p[(2 * j + 9) % 16])));
+  CircleRows(const uint8_t* middle, ptrdiff_t stride) {
+    for (int i = 0; i < 7; ++i) row[i] = middle + (i - 3) * stride;
   }
+  /// Pixel i of the circle about column x, counted from the lowest.
+  template <int i>
+  const uint8_t* at(ptrdiff_t x) const {
+    constexpr int kColumn[16] = {0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1};
+    return row[3 + kColumn[(i + 4) % 16]] + x + kColumn[i % 16];
+  }
+};
+
+/// The best over the 16 arcs of nine contiguous pixels of the worst pixel in the arc; with minimum as kWorse, the
+/// brightness that some arc reaches everywhere. Loads a pixel wherever it is used: there are too few registers.
+template <typename V, auto kWorse, auto kBetter, auto kOtherWorse, int... j>
+[[gnu::always_inline]] inline auto extremeOfArcs(const CircleRows& rows, ptrdiff_t x,
+                                                 std::integer_sequence<int, j...>) {
+  using U8 = typename V::U8;
+  const U8 two[8] = {kOtherWorse(V::load(rows.at<2 * j + 1>(x)), V::load(rows.at<2 * j + 2>(x)))...};
+  const U8 four[8] = {kOtherWorse(two[j], two[(j + 1) % 8])...};
+  // Pixels 2j+1..2j+8 lie in two arcs of nine: the one that begins in pixel 2j and the one that ends in pixel 2j+9.
+  const auto arcs = [&](const U8& eight, const uint8_t* before, const uint8_t* after) {
+    return kWorse(eight, kBetter(V::load(before), V::load(after)));
+  };
+  U8 best = arcs(kWorse(four[0], four[2]), rows.at<0>(x), rows.at<9>(x));
+  ((best = kBetter(best, arcs(kWorse(four[j], four[(j + 2) % 8]), rows.at<2 * j>(x), rows.at<2 * j + 9>(x)))), ...);
   return best;
 }
 
@@ -75,50 +95,52 @@ class ContrastSearch {
  public:
   using U8 = typename V::U8;
 
-  ContrastSearch(ptrdiff_t stride, int floor) : floor_(V::set(static_cast<uint8_t>(floor))) {
-    for (int i = 0; i < 16; ++i) offset_[i] = kCircleY[i] * stride + kCircleX[i];
-  }
+  ContrastSearch(const uint8_t* row, ptrdiff_t stride, int floor)
+      : rows_(row, stride), floor_(V::set(static_cast<uint8_t>(floor))) {}
 
   /// With kPass stores zeros where no contrast can exceed `passed`; false if they need not be the contrasts.
   template <bool kPass>
-  bool search(const uint8_t* pixel, U8 passed, uint8_t* contrast) const {
-    const U8 centre = V::load(pixel);
-    U8 p[16];
-    for (int i = 0; i < 16; i += 4) p[i] = V::load(pixel + offset_[i]);
+  bool search(ptrdiff_t x, U8 passed, uint8_t* contrast) const {
+    const U8 centre = V::load(rows_.row[3] + x);
+    const U8 south = V::load(rows_.at<0>(x)), east = V::load(rows_.at<4>(x));
+    const U8 north = V::load(rows_.at<8>(x)), west = V::load(rows_.at<12>(x));
     // Nine contiguous pixels hold at least two adjacent ones of these four, which bounds the contrast from above.
-    const U8 bright_bound = V::subtract(V::min(V::max(p[0], p[8]), V::max(p[4], p[12])), centre);
-    const U8 dark_bound = V::subtract(centre, V::max(V::min(p[0], p[8]), V::min(p[4], p[12])));
-    const bool bright = V::anyGreater(bright_bound, floor_), dark = V::anyGreater(dark_bound, floor_);
-    if ((!bright && !dark) || (kPass && !V::anyGreater(V::max(bright_bound, dark_bound), passed))) {
+    const U8 bright_bound = V::subtract(V::min(V::max(south, north), V::max(east, west)), centre);
+    const U8 dark_bound = V::subtract(centre, V::max(V::min(south, north), V::min(east, west)));
+    const U8 bound = V::max(bright_bound, dark_bound);
+    if (!V::anyGreater(bound, kPass ? passed : floor_)) {
       V::store(contrast, V::set(0));
-      return !bright && !dark;
+      return !kPass || !V::anyGreater(bound, floor_);
     }
-    for (int i = 0; i < 16; ++i) {
-      if (i % 4 != 0) p[i] = V::load(pixel + offset_[i]);
-    }
+    constexpr auto kArcs = std::make_integer_sequence<int, 8>();
+    // Above `passed` nearly all have both.
     U8 value = V::set(0);
-    if (bright) value = V::subtract(extremeOfArcs(p, V::min, V::max, V::otherMin, V::set(0)), centre);
-    if (dark) value = V::max(value, V::subtract(centre, extremeOfArcs(p, V::max, V::min, V::otherMax, V::set(255))));
+    if (kPass || V::anyGreater(bright_bound, floor_)) {
+      value = V::subtract(extremeOfArcs<V, V::min, V::max, V::otherMin>(rows_, x, kArcs), centre);
+    }
+    if (kPass || V::anyGreater(dark_bound, floor_)) {
+      value = V::max(value, V::subtract(centre, extremeOfArcs<V, V::max, V::min, V::otherMax>(rows_, x, kArcs)));
+    }
     V::store(contrast, V::keepGreater(value, floor_));
     return true;
   }
 
  private:
-  ptrdiff_t offset_[16];
+  CircleRows rows_;
   U8 floor_;
 };
 
 template <typename V>
 void contrastRow(const uint8_t* image, ptrdiff_t stride, int width, const CornerFloors& floors, uint8_t* contrast,
                  uint8_t* passed_over) {
-  const ContrastSearch<V> contrasts(stride, floors.contrast);
+  const ContrastSearch<V> contrasts(image, stride, floors.contrast);
   const auto passed = V::set(static_cast<uint8_t>(floors.passedContrast()));
   if (floors.passBlocks()) {
-    for (int x = 0; x < width; x += V::kBytes) {
-      *passed_over++ = !contrasts.template search<true>(image + x, passed, contrast + x);
+    for (ptrdiff_t x = 0; x < width; x += V::kBytes) {
+      *passed_over++ = !contrasts.template search<true>(x, passed, contrast + x);
     }
   } else {
-    for (int x = 0; x < width; x += V::kBytes) contrasts.template search<false>(image + x, passed, contrast + x);
+    for (ptrdiff_t x = 0; x < width; x += V::kBytes) contrasts.template search<false>(x, passed, contrast + x);
   }
 }
 
@@ -127,12 +149,12 @@ void contrastRow(const uint8_t* image, ptrdiff_t stride, int width, const Corner
 template <typename V>
 [[gnu::noinline]] void searchPassedOver(int block, int left, int right, const uint8_t* image, uint8_t* contrast,
                                         ptrdiff_t stride, uint8_t* const passed_over[3], int floor) {
-  const ContrastSearch<V> contrasts(stride, floor);
   for (int row = 0; row < 3; ++row) {
+    const ContrastSearch<V> contrasts(image + (row - 1) * stride, stride, floor);
     for (int i = block - left; i <= block + right; ++i) {
       if (!passed_over[row][i]) continue;
-      const ptrdiff_t at = (row - 1) * stride + (i - block) * V::kBytes;
-      contrasts.template search<false>(image + at, V::set(0), contrast + at);
+      const ptrdiff_t x = (i - block) * V::kBytes;
+      contrasts.template search<false>(x, V::set(0), contrast + (row - 1) * stride + x);
       passed_over[row][i] = 0;
     }
   }
@@ -207,12 +229,15 @@ template <typename V>
 void resizeRow(const uint8_t* source, const ResizeTable& table, int width, uint16_t* target) {
   if constexpr (V::kShuffles) {
     if (!table.window.empty()) {
-      for (int x = 0; x < width; x += V::kHalves) {
-        const auto window = V::loadWindows(source, table.window.data() + x / ResizeTable::kGroup);
-        const auto first = reinterpret_cast<typename V::U16>(V::shuffle(window, table.first.data() + 2 * x));
-        const auto second = reinterpret_cast<typename V::U16>(V::shuffle(window, table.second.data() + 2 * x));
+      const int32_t* windows = table.window.data();
+      const uint8_t *firsts = table.first.data(), *seconds = table.second.data();
+      const uint16_t* weights = table.weight.data();
+      for (ptrdiff_t x = 0; x < width; x += V::kHalves, windows += V::kHalves / ResizeTable::kGroup) {
+        const auto window = V::loadWindows(source, windows);
+        const auto first = reinterpret_cast<typename V::U16>(V::shuffle(window, firsts + 2 * x));
+        const auto second = reinterpret_cast<typename V::U16>(V::shuffle(window, seconds + 2 * x));
         // Modulo 65536, which the result does not reach.
-        V::store(target + x, (first << 8) + V::template loadAny<typename V::U16>(&table.weight[x]) * (second - first));
+        V::store(target + x, (first << 8) + V::template loadAny<typename V::U16>(weights + x) * (second - first));
       }
       return;
     }
@@ -266,15 +291,20 @@ inline typename V::F32 blurAlongColumn(const BlurWeights<V>& weights, const type
 template <typename V>
 void blurTwoRows(const float* const pixels[2], float* const rows[kBlurTaps + 1], int width, uint8_t* const target[2]) {
   const BlurWeights<V> weights;
-  for (int x = 0; x < width; x += V::kFloats) {
+  // Copies, because the compiler reads the arguments again after every store.
+  const float* const pixel[2] = {pixels[0], pixels[1]};
+  uint8_t* const blurred[2] = {target[0], target[1]};
+  float* const row[kBlurTaps + 1] = {rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6], rows[7]};
+  for (ptrdiff_t x = 0; x < width; x += V::kFloats) {
     typename V::F32 column[kBlurTaps + 1];
+#pragma GCC unroll 2
     for (int k = 0; k < 2; ++k) {
-      column[kBlurTaps - 1 + k] = blurAlongRow(weights, pixels[k] + x);
-      V::store(rows[kBlurTaps - 1 + k] + x, column[kBlurTaps - 1 + k]);
+      column[kBlurTaps - 1 + k] = blurAlongRow(weights, pixel[k] + x);
+      V::store(row[kBlurTaps - 1 + k] + x, column[kBlurTaps - 1 + k]);
     }
     // After the stores: at the top of the image the rows above are reflections of the new ones.
-    for (int k = 0; k < kBlurTaps - 1; ++k) column[k] = V::load(rows[k] + x);
-    for (int k = 0; k < 2; ++k) V::storeRounded(target[k] + x, blurAlongColumn(weights, column + k));
+    for (int k = 0; k < kBlurTaps - 1; ++k) column[k] = V::load(row[k] + x);
+    for (int k = 0; k < 2; ++k) V::storeRounded(blurred[k] + x, blurAlongColumn(weights, column + k));
   }
 }
 
@@ -315,10 +345,9 @@ void describe(const uint8_t* centre, ptrdiff_t stride, float cosine, float sine,
     const float *x = detail::kPatternCoordinates.x[end], *y = detail::kPatternCoordinates.y[end];
     for (int i = 0; i < kOrbTests; i += V::kFloats) V::store(offset[end] + i, rotate<V>(x + i, y + i, c, s, stride));
   }
-  for (int i = 0; i < kOrbTests; i += 8) {
-    unsigned bits = 0;
-    for (int j = 7; j >= 0; --j) bits = 2 * bits + (centre[offset[0][i + j]] < centre[offset[1][i + j]]);
-    descriptor[i / 8] = static_cast<uint8_t>(bits);
+  for (int i = 0; i < kOrbTests; i += V::kBytes) {
+    const uint64_t bits = V::greaterMask(V::read(centre, offset[1] + i), V::read(centre, offset[0] + i));
+    std::memcpy(descriptor + i / 8, &bits, V::kBytes / 8);
   }
 }
 
