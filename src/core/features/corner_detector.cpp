@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 
 namespace gms_ransac {
 
@@ -19,22 +20,26 @@ size_t CornerDetector::detect(const Plane& image, int border, const CornerFloors
   columns_.resize(width + kColumnSlack);
   strength_.resize(width + Plane::kSlack);
   passed_over_.resize(kRowsKept * (width + 2));
+  candidates_.resize(passed_over_.size());
   corners.reserve(static_cast<size_t>(width + 1) * (height + 1) / 4);  // maxima never touch
 
   const int end = width - border;
-  const auto passedOver = [&](int y) { return passed_over_.data() + y % kRowsKept * (width + 2) + 1; };
+  const auto blocks = [&](int y) {
+    const int first = y % kRowsKept * (width + 2) + 1;
+    return BlockRow{passed_over_.data() + first, candidates_.data() + first};
+  };
   const auto computeRow = [&](int y) {
-    kernels.contrastRow(image.row(y), image.stride(), end + 1, floors, contrast_.row(y), passedOver(y));
+    return kernels.contrastRow(image.row(y), image.stride(), end + 1, floors, contrast_.row(y), blocks(y));
   };
   size_t met = 0;
   computeRow(border - 1);
-  computeRow(border);
+  int below = computeRow(border);
   for (int y = border; y < height - border; ++y) {
-    computeRow(y + 1);
+    const int candidates = std::exchange(below, computeRow(y + 1));
     uint8_t* row = contrast_.row(y);
-    uint8_t* const passed_over[3] = {passedOver(y - 1), passedOver(y), passedOver(y + 1)};
-    const MaximaCount count = kernels.maximaRow(image.row(y), row, image.stride(), passed_over, floors, border, end,
-                                                columns_.data(), strength_.data());
+    const MaximaCount count =
+        kernels.maximaRow(image.row(y), row, image.stride(), {blocks(y - 1), blocks(y), blocks(y + 1)}, candidates,
+                          floors, border, end, columns_.data(), strength_.data());
     met += count.all;
     for (int i = 0; i < count.strong; ++i) {
       const uint16_t x = columns_[i];

@@ -30,7 +30,8 @@ class CornerDetector {
   Plane contrast_;
   std::vector<uint16_t> columns_;     ///< of one row
   std::vector<uint8_t> strength_;     ///< of one row
-  std::vector<uint8_t> passed_over_;  ///< of three rows, a ring; see FeatureKernels::contrastRow
+  std::vector<uint8_t> passed_over_;  ///< of three rows, a ring; see BlockRow
+  std::vector<uint16_t> candidates_;  ///< the same
 };
 
 constexpr int kEdgeRadius = 7;  ///< pixels of the level, of the square in which directions are weighed

@@ -64,6 +64,12 @@ struct MaximaCount {
   int strong = 0;  ///< of these, whose strength is above the floor
 };
 
+/// What is known of a row's blocks, which are as wide as a vector of the kernels.
+struct BlockRow {
+  uint8_t* passed_over;  ///< by block: 1 where contrasts were not computed, and are zero, although the floor is lower
+  uint16_t* candidates;  ///< first columns of the blocks with a contrast above CornerFloors::passedContrast()
+};
+
 struct FeatureKernels {
   /// One row of the horizontal pass, 8.8 fixed point. Writes up to ResizeTable::kPadding entries past `width`.
   void (*resizeRow)(const uint8_t* source, const ResizeTable& table, int width, uint16_t* target);
@@ -71,17 +77,19 @@ struct FeatureKernels {
   void (*blendRows)(const uint16_t* upper, const uint16_t* lower, int weight, int width, uint8_t* target);
 
   /// FAST-9/16 contrast of a row: the largest c such that nine contiguous pixels of the circle are all brighter or
-  /// darker than the centre by c or more; 0 where not above `floor`. (cv::FAST's response is one less.) A vector of
-  /// pixels without any above floors.passedContrast() is zero and sets its `passed_over` to 1 if that need not be the
-  /// contrast.
-  void (*contrastRow)(const uint8_t* image, ptrdiff_t stride, int width, const CornerFloors& floors, uint8_t* contrast,
-                      uint8_t* passed_over);
+  /// darker than the centre by c or more; 0 where not above `floor`. (cv::FAST's response is one less.) Blocks without
+  /// any above floors.passedContrast() may be passed over. Returns how many are candidates; writes one entry past each
+  /// of `blocks` at most.
+  int (*contrastRow)(const uint8_t* image, ptrdiff_t stride, int width, const CornerFloors& floors, uint8_t* contrast,
+                     const BlockRow& blocks);
   /// Columns in [begin, end) whose contrast exceeds that of all eight neighbours and whose strength is above
   /// floors.strength. Writes up to 15 entries past them. Strength is 3/2 of the neighbours' mean plus half the
-  /// contrast, at most 255. Blocks that contrastRow() passed over are searched now if they touch a maximum;
-  /// `passed_over` is read from one before the first block to one after the last.
-  MaximaCount (*maximaRow)(const uint8_t* image, uint8_t* contrast, ptrdiff_t stride, uint8_t* const passed_over[3],
-                           const CornerFloors& floors, int begin, int end, uint16_t* columns, uint8_t* strength);
+  /// contrast, at most 255. Blocks that contrastRow() passed over are searched now if they touch a maximum. `rows`: the
+  /// one above, this one with so many candidates, the one below; `passed_over` is read from one before the first block
+  /// to one after the last.
+  MaximaCount (*maximaRow)(const uint8_t* image, uint8_t* contrast, ptrdiff_t stride, const BlockRow (&rows)[3],
+                           int candidates, const CornerFloors& floors, int begin, int end, uint16_t* columns,
+                           uint8_t* strength);
 
   void (*widenRow)(const uint8_t* source, int width, float* target);
   /// The 7-tap Gaussian for two adjacent rows, which share loads: filters `pixels`, three more on either side, into

@@ -90,6 +90,7 @@ template <typename V, auto kWorse, auto kBetter, auto kOtherWorse, int... j>
   return best;
 }
 
+/// Contrasts of the blocks of a row.
 template <typename V>
 class ContrastSearch {
  public:
@@ -98,31 +99,20 @@ class ContrastSearch {
   ContrastSearch(const uint8_t* row, ptrdiff_t stride, int floor)
       : rows_(row, stride), floor_(V::set(static_cast<uint8_t>(floor))) {}
 
-  /// With kPass stores zeros where no contrast can exceed `passed`; false if they need not be the contrasts.
-  template <bool kPass>
-  bool search(ptrdiff_t x, U8 passed, uint8_t* contrast) const {
+  /// Not less than the contrasts: nine contiguous pixels hold at least two adjacent ones of these four.
+  U8 bound(ptrdiff_t x) const {
     const U8 centre = V::load(rows_.row[3] + x);
     const U8 south = V::load(rows_.at<0>(x)), east = V::load(rows_.at<4>(x));
     const U8 north = V::load(rows_.at<8>(x)), west = V::load(rows_.at<12>(x));
-    // Nine contiguous pixels hold at least two adjacent ones of these four, which bounds the contrast from above.
-    const U8 bright_bound = V::subtract(V::min(V::max(south, north), V::max(east, west)), centre);
-    const U8 dark_bound = V::subtract(centre, V::max(V::min(south, north), V::min(east, west)));
-    const U8 bound = V::max(bright_bound, dark_bound);
-    if (!V::anyGreater(bound, kPass ? passed : floor_)) {
-      V::store(contrast, V::set(0));
-      return !kPass || !V::anyGreater(bound, floor_);
-    }
+    return V::max(V::subtract(V::min(V::max(south, north), V::max(east, west)), centre),
+                  V::subtract(centre, V::max(V::min(south, north), V::min(east, west))));
+  }
+  [[gnu::always_inline]] U8 contrasts(ptrdiff_t x) const {
     constexpr auto kArcs = std::make_integer_sequence<int, 8>();
-    // Above `passed` nearly all have both.
-    U8 value = V::set(0);
-    if (kPass || V::anyGreater(bright_bound, floor_)) {
-      value = V::subtract(extremeOfArcs<V, V::min, V::max, V::otherMin>(rows_, x, kArcs), centre);
-    }
-    if (kPass || V::anyGreater(dark_bound, floor_)) {
-      value = V::max(value, V::subtract(centre, extremeOfArcs<V, V::max, V::min, V::otherMax>(rows_, x, kArcs)));
-    }
-    V::store(contrast, V::keepGreater(value, floor_));
-    return true;
+    const U8 centre = V::load(rows_.row[3] + x);
+    const U8 bright = V::subtract(extremeOfArcs<V, V::min, V::max, V::otherMin>(rows_, x, kArcs), centre);
+    const U8 dark = V::subtract(centre, extremeOfArcs<V, V::max, V::min, V::otherMax>(rows_, x, kArcs));
+    return V::keepGreater(V::max(bright, dark), floor_);
   }
 
  private:
@@ -131,31 +121,44 @@ class ContrastSearch {
 };
 
 template <typename V>
-void contrastRow(const uint8_t* image, ptrdiff_t stride, int width, const CornerFloors& floors, uint8_t* contrast,
-                 uint8_t* passed_over) {
-  const ContrastSearch<V> contrasts(image, stride, floors.contrast);
+int contrastRow(const uint8_t* image, ptrdiff_t stride, int width, const CornerFloors& floors, uint8_t* contrast,
+                const BlockRow& blocks) {
+  const ContrastSearch<V> search(image, stride, floors.contrast);
   const auto passed = V::set(static_cast<uint8_t>(floors.passedContrast()));
-  if (floors.passBlocks()) {
-    for (ptrdiff_t x = 0; x < width; x += V::kBytes) {
-      *passed_over++ = !contrasts.template search<true>(x, passed, contrast + x);
-    }
-  } else {
-    for (ptrdiff_t x = 0; x < width; x += V::kBytes) contrasts.template search<false>(x, passed, contrast + x);
+  // Lists instead of branches, which would be predicted badly: about every other block goes on.
+  uint8_t* const passed_over = blocks.passed_over;
+  uint16_t* const candidates = blocks.candidates;
+  std::fill_n(passed_over, (width + V::kBytes - 1) / V::kBytes, floors.passBlocks());
+  ptrdiff_t searched = 0, found = 0;
+  for (ptrdiff_t x = 0; x < width; x += V::kBytes) {
+    V::store(contrast + x, V::set(0));
+    candidates[searched] = static_cast<uint16_t>(x);
+    searched += V::anyGreater(search.bound(x), passed);
   }
+  for (ptrdiff_t i = 0; i < searched; ++i) {
+    const uint16_t x = candidates[i];
+    const auto contrasts = search.contrasts(x);
+    V::store(contrast + x, contrasts);
+    passed_over[x / V::kBytes] = 0;
+    candidates[found] = x;
+    found += V::anyGreater(contrasts, passed);
+  }
+  return static_cast<int>(found);
 }
 
 /// Searches a block of `image`, those above and below, and `left` and `right` of these, where they were passed over.
 /// Seldom called, so that its loop stays out of the caller's.
 template <typename V>
 [[gnu::noinline]] void searchPassedOver(int block, int left, int right, const uint8_t* image, uint8_t* contrast,
-                                        ptrdiff_t stride, uint8_t* const passed_over[3], int floor) {
+                                        ptrdiff_t stride, const BlockRow (&rows)[3], int floor) {
   for (int row = 0; row < 3; ++row) {
-    const ContrastSearch<V> contrasts(image + (row - 1) * stride, stride, floor);
+    const ptrdiff_t from = (row - 1) * stride;
+    const ContrastSearch<V> search(image + from, stride, floor);
     for (int i = block - left; i <= block + right; ++i) {
-      if (!passed_over[row][i]) continue;
+      if (!rows[row].passed_over[i]) continue;
       const ptrdiff_t x = (i - block) * V::kBytes;
-      contrasts.template search<false>(x, V::set(0), contrast + (row - 1) * stride + x);
-      passed_over[row][i] = 0;
+      V::store(contrast + from + x, search.contrasts(x));
+      rows[row].passed_over[i] = 0;
     }
   }
 }
@@ -185,30 +188,31 @@ struct Neighbours {
   }
 };
 
-template <typename V, bool kPass>
-MaximaCount maximaRowOf(const uint8_t* image, uint8_t* contrast, ptrdiff_t stride, uint8_t* const passed_over[3],
-                        const CornerFloors& floors, int begin, int end, uint16_t* columns, uint8_t* strength) {
+template <typename V>
+MaximaCount maximaRow(const uint8_t* image, uint8_t* contrast, ptrdiff_t stride, const BlockRow (&rows)[3],
+                      int candidates, const CornerFloors& floors, int begin, int end, uint16_t* columns,
+                      uint8_t* strength) {
   using U8 = typename V::U8;
   const U8 passed = V::set(static_cast<uint8_t>(floors.passedContrast()));
   const U8 strength_floor = V::set(static_cast<uint8_t>(floors.strength));
-  const auto passedOver = [&](int i) { return passed_over[0][i] | passed_over[1][i] | passed_over[2][i]; };
+  const auto passedOver = [&](int i) {
+    return rows[0].passed_over[i] | rows[1].passed_over[i] | rows[2].passed_over[i];
+  };
   MaximaCount count;
-  for (int x = kPass ? begin / V::kBytes * V::kBytes : begin; x < end; x += V::kBytes) {
+  for (int i = 0; i < candidates; ++i) {
+    const int x = rows[1].candidates[i];
     const uint8_t* row = contrast + x;
     const U8 centre = V::load(row);
-    if (!V::anyGreater(centre, passed)) continue;
     Neighbours<V> neighbours(row, stride);
     uint64_t mask = V::greaterMask(centre, V::max(neighbours.greatest(), passed));
-    if (kPass && x < begin) mask &= ~uint64_t{0} << (begin - x);
-    if (end - x < V::kBytes) mask &= (uint64_t{1} << (end - x)) - 1;
+    if (x < begin) mask &= ~uint64_t{0} << std::min(begin - x, 63);
+    if (end - x < V::kBytes) mask &= (uint64_t{1} << std::max(end - x, 0)) - 1;
     if (!mask) continue;
-    if (kPass) {
-      // Maxima touch this block, and its neighbours if they lie at its ends.
-      const int block = x / V::kBytes, left = static_cast<int>(mask & 1), right = mask >> (V::kBytes - 1) & 1;
-      if (passedOver(block) | (passedOver(block - 1) & left) | (passedOver(block + 1) & right)) {
-        searchPassedOver<V>(block, left, right, image + x, contrast + x, stride, passed_over, floors.contrast);
-        neighbours = Neighbours<V>(row, stride);
-      }
+    // Maxima touch this block, and its neighbours if they lie at its ends.
+    const int block = x / V::kBytes, left = static_cast<int>(mask & 1), right = mask >> (V::kBytes - 1) & 1;
+    if (passedOver(block) | (passedOver(block - 1) & left) | (passedOver(block + 1) & right)) {
+      searchPassedOver<V>(block, left, right, image + x, contrast + x, stride, rows, floors.contrast);
+      neighbours = Neighbours<V>(row, stride);
     }
     const U8 mean = neighbours.mean(), value = V::addSaturated(mean, V::average(mean, centre));
     V::store(strength + x, value);
@@ -216,13 +220,6 @@ MaximaCount maximaRowOf(const uint8_t* image, uint8_t* contrast, ptrdiff_t strid
     count.strong += V::storeColumns(mask & V::greaterMask(value, strength_floor), x, columns + count.strong);
   }
   return count;
-}
-
-template <typename V>
-MaximaCount maximaRow(const uint8_t* image, uint8_t* contrast, ptrdiff_t stride, uint8_t* const passed_over[3],
-                      const CornerFloors& floors, int begin, int end, uint16_t* columns, uint8_t* strength) {
-  auto* const row = floors.passBlocks() ? maximaRowOf<V, true> : maximaRowOf<V, false>;
-  return row(image, contrast, stride, passed_over, floors, begin, end, columns, strength);
 }
 
 template <typename V>

@@ -34,17 +34,21 @@ struct CornerRows {
     const int width = plane.width(), height = plane.height();
     contrast.resize(width, height);
     std::vector<std::vector<uint8_t>> passed_over(height, std::vector<uint8_t>(width + 2));
+    std::vector<std::vector<uint16_t>> candidates(height, std::vector<uint16_t>(width + 2));
+    const auto blocks = [&](int y) { return BlockRow{&passed_over[y][1], candidates[y].data()}; };
+    std::vector<int> candidate_count(height);
     for (int y = 3; y < height - 3; ++y) {
-      kernels.contrastRow(plane.row(y), plane.stride(), width - 3, floors, contrast.row(y), &passed_over[y][1]);
+      candidate_count[y] =
+          kernels.contrastRow(plane.row(y), plane.stride(), width - 3, floors, contrast.row(y), blocks(y));
     }
     std::vector<uint16_t> columns(width + 16);
     std::vector<uint8_t> strength(width + Plane::kSlack);
     for (int y = 4; y < height - 4; ++y) {
-      uint8_t* const about[3] = {&passed_over[y - 1][1], &passed_over[y][1], &passed_over[y + 1][1]};
-      const int count = kernels
-                            .maximaRow(plane.row(y), contrast.row(y), plane.stride(), about, floors, 4, width - 4,
-                                       columns.data(), strength.data())
-                            .strong;
+      const int count =
+          kernels
+              .maximaRow(plane.row(y), contrast.row(y), plane.stride(), {blocks(y - 1), blocks(y), blocks(y + 1)},
+                         candidate_count[y], floors, 4, width - 4, columns.data(), strength.data())
+              .strong;
       for (int i = 0; i < count; ++i) {
         const int x = columns[i];
         corners.insert(corners.end(), {x, y, strength[x]});
