@@ -82,8 +82,8 @@ struct FeatureKernels {
   /// of `blocks` at most.
   int (*contrastRow)(const uint8_t* image, ptrdiff_t stride, int width, const CornerFloors& floors, uint8_t* contrast,
                      const BlockRow& blocks);
-  /// Columns in [begin, end) whose contrast exceeds that of all eight neighbours and whose strength is above
-  /// floors.strength. Writes up to 15 entries past them. Strength is 3/2 of the neighbours' mean plus half the
+  /// Columns in [begin, end), begin < 64, whose contrast exceeds that of all eight neighbours and whose strength is
+  /// above floors.strength. Writes up to 15 entries past them. Strength is 3/2 of the neighbours' mean plus half the
   /// contrast, at most 255. Blocks that contrastRow() passed over are searched now if they touch a maximum. `rows`: the
   /// one above, this one with so many candidates, the one below; `passed_over` is read from one before the first block
   /// to one after the last.

@@ -203,16 +203,17 @@ MaximaCount maximaRow(const uint8_t* image, uint8_t* contrast, ptrdiff_t stride,
     const int x = rows[1].candidates[i];
     const uint8_t* row = contrast + x;
     const U8 centre = V::load(row);
-    Neighbours<V> neighbours(row, stride);
+    const Neighbours<V> neighbours(row, stride);
     uint64_t mask = V::greaterMask(centre, V::max(neighbours.greatest(), passed));
-    if (x < begin) mask &= ~uint64_t{0} << std::min(begin - x, 63);
-    if (end - x < V::kBytes) mask &= (uint64_t{1} << std::max(end - x, 0)) - 1;
+    if (x < begin) mask &= ~uint64_t{0} << (begin - x);
+    if (end - x < V::kBytes) mask &= (uint64_t{1} << (end - x)) - 1;
     if (!mask) continue;
     // Maxima touch this block, and its neighbours if they lie at its ends.
     const int block = x / V::kBytes, left = static_cast<int>(mask & 1), right = mask >> (V::kBytes - 1) & 1;
     if (passedOver(block) | (passedOver(block - 1) & left) | (passedOver(block + 1) & right)) {
       searchPassedOver<V>(block, left, right, image + x, contrast + x, stride, rows, floors.contrast);
-      neighbours = Neighbours<V>(row, stride);
+      --i;  // this block once more
+      continue;
     }
     const U8 mean = neighbours.mean(), value = V::addSaturated(mean, V::average(mean, centre));
     V::store(strength + x, value);
