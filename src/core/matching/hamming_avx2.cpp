@@ -15,7 +15,7 @@ namespace {
 struct Avx2 {
   using Vector = __m256i;
   static constexpr int kLanes = 32;
-  static constexpr int kVectors = 4;
+  static constexpr int kVectors = 3;     ///< whose two sums each stay in registers; of four some did not
   static constexpr int kTileGroups = 1;  ///< a group walks over all blocks: their stream is prefetched
   static constexpr int kFields = 64;
   static constexpr int kPairs = kQueryGroup / 2;
@@ -38,7 +38,7 @@ struct Avx2 {
     return _mm256_blendv_epi8(less, otherwise, _mm256_cmpeq_epi8(_mm256_max_epu8(a, b), a));
   }
 
-  /// Rows of the four vectors lie side by side: [field][vector][lane].
+  /// Rows of the vectors lie side by side: [field][vector][lane].
   static void packBlock(const uint8_t* rows, int count, uint8_t* block) {
     for (int k = 0; k < count; ++k, rows += kHammingBytes) {
       uint8_t* to = block + k % kVectors * kLanes + k / kVectors;
@@ -79,7 +79,7 @@ struct Avx2 {
 #pragma GCC unroll 4
       for (int v = 0; v < kVectors; ++v) sum[v] = upper[v] = _mm256_setzero_si256();
       const uint8_t* fields = packed;
-#pragma GCC unroll 1
+#pragma GCC unroll 3
       for (int f = 0; f < kFields - 1; f += 3, fields += 3 * kRow) {
         const Vector a = table(tables.count[p][f]);
         const Vector b = table(tables.count[p][f + 1]);
