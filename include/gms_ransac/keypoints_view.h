@@ -36,7 +36,8 @@ class KeypointsView {
     requireIfAny("track_id", message.track_id, n);
     requireIfAny("depth", message.depth, n);
     requireDescriptors();
-    if (message.width > kLargestSide || message.height > kLargestSide) refuse("the image is larger than " + std::to_string(kLargestSide) + " pixels a side");
+    if (message.width > kLargestSide || message.height > kLargestSide)
+      refuse("the image is larger than " + std::to_string(kLargestSide) + " pixels a side");
     if (!(message.scale_factor > 1) || !std::isfinite(message.scale_factor)) refuse("scale_factor is not above 1");
     for (size_t i = 0; i < n; ++i) {
       if (!isInImage(message.u[i], static_cast<int>(message.width)) ||
