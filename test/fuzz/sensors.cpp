@@ -8,8 +8,8 @@
 #include "priors/gyro_bias.h"
 #include "priors/motion_track.h"
 #include "priors/rotation_comparison.h"
-#include "priors/rotation_vectors.h"
 #include "priors/wheel_check.h"
+#include "two_view/pose_model.h"
 
 namespace gms_ransac {
 namespace {
@@ -49,7 +49,7 @@ void checkTracks(FuzzInput& input) {
   const auto prior = [&gyro](double from, double to) -> std::optional<Vector3d> {
     TrackMotion motion;
     if (!gyro.between(from, to, motion).empty()) return std::nullopt;
-    return vectorOf(motion.motion.linear());
+    return rotationVector(motion.motion.linear());
   };
   for (int i = 0; i < 200 && !input.empty(); ++i) {
     const double before = stamp;
@@ -61,7 +61,7 @@ void checkTracks(FuzzInput& input) {
       OdometrySample sample;
       sample.stamp = stamp;
       sample.pose.translation() = fuzzedVector(input, 10);
-      if (input.flag()) sample.pose.linear() = rotationBy(Vector3d(0, 0, input.within(-3, 3)));
+      if (input.flag()) sample.pose.linear() = rotationFromVector(Vector3d(0, 0, input.within(-3, 3)));
       sample.velocity = fuzzedVector(input, 2);
       sample.angular = fuzzedVector(input, 1);
       sample.velocity_variance = std::max(0.0, input.number(0, 1));
