@@ -42,6 +42,8 @@ rostest --pkgdir="$source_dir" --package=gms_ransac --results-filename="$name.xm
   "$launch" || status=$?
 cases=$results/gms_ransac/rosunit-$name.xml
 [ -f "$cases" ] || exit $((status ? status : 1))
+# Where a required node ends, rostest stops the test, finds no case that failed, and reports success.
+grep -q '<testcase' "$cases" || { echo "run_rostest.sh: $name ended without a case; did a required node end?" >&2; exit 1; }
 cp "$cases" "$results/rostest_$name.xml"
 if [ "$status" -eq 0 ] && grep -q '<skipped' "$cases" &&
   [ "$(grep -o '<testcase' "$cases" | wc -l)" -eq "$(grep -o '<skipped' "$cases" | wc -l)" ]; then
