@@ -23,6 +23,7 @@ constexpr double kLargestArea = 1280 * 960;
 constexpr double kWide = 900;                       // from this width on, in units, one line of header text suffices
 constexpr double kFont = 0.42;                      // of OpenCV's, for a unit of 1
 constexpr double kLegend = 190, kStripLabels = 64;  // widths in the footer, units
+constexpr double kNarrowest = 300;                  // of the picture, units: room for both and some of the strip
 constexpr int kSubpixelBits = 3;                    // slow motion would look like steps if positions were whole pixels
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 const cv::Scalar kNoPixels(96, 96, 96);  // behind keypoints that came without an image
@@ -143,11 +144,13 @@ class Painter {
     const bool two = layout == OverlayLayout::kSideBySide, above = panel.width > 2 * panel.height;
     const cv::Size both(panel.width * (two && !above ? 2 : 1), panel.height * (two && above ? 2 : 1));
     unit_ = std::sqrt(both.area() / kStandardArea);
-    header_ = cv::Rect(0, 0, both.width, px(both.width < kWide * unit_ ? 50 : 35));
+    const int width = std::max(both.width, px(kNarrowest));
+    header_ = cv::Rect(0, 0, width, px(width < kWide * unit_ ? 50 : 35));
     reference_ = cv::Rect({0, header_.height}, panel);
     current_ = reference_ + cv::Point(both.width - panel.width, both.height - panel.height);
-    footer_ = cv::Rect(0, current_.br().y, both.width, px(50));
-    canvas_.create(footer_.br().y, both.width, CV_8UC3);
+    footer_ = cv::Rect(0, current_.br().y, width, px(50));
+    canvas_.create(footer_.br().y, width, CV_8UC3);
+    if (width > both.width) canvas_ = kDark;
     canvas_(footer_) = kDark;
   }
 

@@ -194,6 +194,7 @@ TEST(Overlay, SizesOfTheLayouts) {
   EXPECT_EQ(cv::Size(640, 480 + kHeader + kFooter), DrawnPair({320, 240}).draw().size()) << "enlarged";
   EXPECT_EQ(1280, DrawnPair({3840, 2160}).draw().cols) << "reduced";
   EXPECT_FALSE(DrawnPair({17, 3}).draw().empty());
+  EXPECT_FALSE(DrawnPair({64, 480}).draw().empty()) << "a footer wider than the image";
 }
 
 TEST(Overlay, LinesOfTheSideBySideLayoutJoinBothPlaces) {
