@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Follows CONTRIBUTING.md in a copy of the source: its commands and diffs for a new method and a new parameter, in their
-# order. What they touch compiles, and the documents made from the table have the parameter.
+# order. The files that they touch compile, and the documents made from the table have the parameter.
 set -euo pipefail
 export PATH=/usr/bin:$PATH LC_ALL=C
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -21,7 +21,7 @@ awk '/^## /             { on = /^## Adding a (method|parameter)$/ }
 quietly bash -euo pipefail "$work/recipes.sh"
 quietly scripts/generate_parameters.py --check
 
-# What the recipes touch compiles; building and running all of the copy would take minutes.
+# These four files are enough: building and running all of the copy would take minutes.
 quietly cmake -G Ninja -S . -B "$work/build" -DGMS_RANSAC_ROS=OFF -DGMS_RANSAC_UNITY=OFF -DCMAKE_BUILD_TYPE=Debug \
   -DCMAKE_CXX_FLAGS_DEBUG=-O0
 objects=()

@@ -1,5 +1,4 @@
-// How a row of cfg/parameters.py meets its field, whatever the field's type. scripts/generate_parameters.py writes the
-// tables.
+// Binds a row of cfg/parameters.py to its field of any type. scripts/generate_parameters.py writes the tables.
 #pragma once
 
 #include <algorithm>

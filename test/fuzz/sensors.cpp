@@ -1,5 +1,5 @@
-// Rates of a gyro, poses and twists of wheels, and the rotations that images show, in any order and of any size: what
-// is known of a motion is finite, and is a rotation; what is not known is said in a sentence.
+// Rates of a gyro, poses and twists of wheels, and the rotations that images show, in any order and of any size. Each
+// motion between two stamps is finite and its rotation is one, or a sentence names the sample that is missing.
 #include <optional>
 
 #include <Eigen/LU>

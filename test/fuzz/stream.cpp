@@ -2,36 +2,15 @@
 // each image, every one of them sound and fit to publish.
 #include <cmath>
 
-#include <cv_bridge/cv_bridge.h>
-#include <opencv2/imgproc.hpp>
-
+#include "fuzz_answers.h"
 #include "fuzz_messages.h"
-#include "invariants.h"
 #include "methods/method.h"
 #include "output/message_conversion.h"
 #include "output/overlay.h"
 #include "output/point_messages.h"
-#include "stream/frame_processor.h"
 
 namespace gms_ransac {
 namespace {
-
-constexpr int kWidth = 128, kHeight = 96;
-
-/// The view of a wall from a camera that moves sideways, as an image message.
-sensor_msgs::ImagePtr view(int shift, int noise) {
-  static const cv::Mat wall = [] {
-    cv::Mat squares(kHeight / 4, (kWidth + 256) / 4, CV_8UC1), large;
-    cv::RNG(7).fill(squares, cv::RNG::UNIFORM, 0, 256);
-    cv::resize(squares, large, cv::Size(), 4, 4, cv::INTER_LINEAR);
-    return large;
-  }();
-  cv::Mat image = wall(cv::Rect(shift, 0, kWidth, kHeight)).clone();
-  cv::Mat grain(image.size(), CV_8UC1);
-  cv::RNG(static_cast<uint64_t>(noise)).fill(grain, cv::RNG::UNIFORM, 0, 1 + noise);
-  image += grain;
-  return cv_bridge::CvImage({}, "mono8", image).toImageMsg();
-}
 
 class Schedule {
  public:
@@ -61,7 +40,7 @@ class Schedule {
     Parameters parameters;
     parameters.scale = static_cast<ScaleMode>(input.between(0, 3));
     parameters.input = input.byte() > 224 ? InputKind::kPair : InputKind::kStream;
-    if (input.flag()) parameters.camera = {100, 100, kWidth / 2.0, kHeight / 2.0, "", {}};
+    if (input.flag()) parameters.camera = {100, 100, kWallWidth / 2.0, kWallHeight / 2.0, "", {}};
     return parameters;
   }
 
@@ -95,7 +74,7 @@ class Schedule {
     static const std::vector<std::string> kEncodings = {"mono8", "bgr8", "mono16", "yuv422", "bayer_rggb8"};
     const uint8_t kind = input_.byte();
     if (kind > 224) return fuzzedImage(input_, kEncodings, 160);
-    const sensor_msgs::ImagePtr image = view(input_.byte(), input_.between(0, 3) * 8);
+    const sensor_msgs::ImagePtr image = wallView(input_.byte(), input_.between(0, 3) * 8);
     if (kind > 208) image->data.resize(image->data.size() / 2);
     return image;
   }
@@ -108,7 +87,7 @@ class Schedule {
     image->header.stamp = ros::Time(stamp_);
     image->header.frame_id = input_.byte() > 240 ? input_.text(20) : "camera";
     with_info.image = image;
-    if (input_.byte() > 128) with_info.camera_info = fuzzedCameraInfo(input_, kWidth, kHeight);
+    if (input_.byte() > 128) with_info.camera_info = fuzzedCameraInfo(input_, kWallWidth, kWallHeight);
     if (input_.byte() > 200) with_info.mask = fuzzedImage(input_, std::vector<std::string>{"mono8"}, 160);
     if (parameters_.scale == ScaleMode::kDepth && input_.flag()) with_info.depth = depth();
     if (parameters_.input == InputKind::kPair) with_info.reference = nextImage();
@@ -119,16 +98,15 @@ class Schedule {
   }
 
   sensor_msgs::ImagePtr depth() {
-    cv::Mat_<float> metres(kHeight, kWidth, input_.number32(0.1f, 10));
-    for (int i = 0; i < kWidth * kHeight; i += 11) metres(i / kWidth, i % kWidth) = 0;
+    cv::Mat_<float> metres(kWallHeight, kWallWidth, input_.number32(0.1f, 10));
+    for (int i = 0; i < kWallWidth * kWallHeight; i += 11) metres(i / kWallWidth, i % kWallWidth) = 0;
     return cv_bridge::CvImage({}, "32FC1", metres).toImageMsg();
   }
 
   void check(const ProcessedFrame& processed, const sensor_msgs::Image& image) {
     demand(processed.current != nullptr, "an answer is about an image");
     demand(processed.current->header.stamp == image.header.stamp, "about the image that was given");
-    demand(!processed.text.empty(), "an answer has a sentence");
-    demand(processed.text.size() < 2000, "and a short one");
+    demandSound(processed);
     demand(processed.status <= MatchStats::BAD_IMAGE, "a status is known");
     if (processed.status != MatchStats::BAD_IMAGE) checkOrder(processed);
     MatchStats stats;
@@ -158,10 +136,7 @@ class Schedule {
 
   void checkCompared(const ProcessedFrame& processed) {
     const MatchResult& result = *processed.result;
-    const Features &reference = processed.reference->frame.features, &current = processed.current->frame.features;
-    if (result.matches.empty()) return;
-    demandEmpty(brokenResult(reference, current, result));
-    if (processed.track_ids == nullptr) return;
+    if (result.matches.empty() || processed.track_ids == nullptr) return;
     for (const bool with_rejected : {false, true}) {
       Correspondences message;
       toMessage(processed, with_rejected, message);
@@ -180,10 +155,7 @@ class Schedule {
     overlay_.draw(processed,
                   {static_cast<OverlayColour>(input_.between(0, 4)), static_cast<OverlayLayout>(input_.flag())});
     if (processed.current->camera->camera.calibrated()) markerMessage(processed);
-    if (!processed.poseValid()) return;
-    demandEmpty(brokenPose(processed.pose, kPublishedRounding));
-    demandEmpty(poseDefect(processed.pose));
-    if (processed.place == nullptr) return;
+    if (!processed.poseValid() || processed.place == nullptr) return;
     const OdometryEstimate camera = processed.place->camera();
     demand(camera.pose.matrix().allFinite() && camera.twist.allFinite(), "odometry is finite");
     demandEmpty(brokenCovariance(camera.pose_covariance, kPublishedRounding));

@@ -64,7 +64,7 @@ struct MaximaCount {
   int strong = 0;  ///< of these, whose strength is above the floor
 };
 
-/// What is known of a row's blocks, which are as wide as a vector of the kernels.
+/// The blocks of a row of pixels, each as wide as a vector of the kernels, after contrastRow().
 struct BlockRow {
   uint8_t* passed_over;  ///< by block: 1 where contrasts were not computed, and are zero, although the floor is lower
   uint16_t* candidates;  ///< first columns of the blocks with a contrast above CornerFloors::passedContrast()

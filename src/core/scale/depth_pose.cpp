@@ -32,9 +32,9 @@ constexpr double kLeastStillSeen = 30;
 constexpr int kCloseStart = 2;  ///< iteration that a refinement begins with whose start is known to a deviation or two
 constexpr int kIterations = 15;
 constexpr double kConverged = 0.01;  // square of the last step by the covariance: a tenth of a standard deviation.
-// Geman-McClure's loss bends where the squared residual over its freedom exceeds this, or this many times the typical
-// one where the residuals exceed the noise: rows that are read one after the other, depth of another moment. The first
-// steps have a loss that is wider by kWide, half of that, and so on.
+// Geman-McClure's loss bends where the squared residual over its freedom exceeds this. Where the residuals exceed the
+// noise (a rolling shutter, depth of another moment) it bends at this many times the typical one. The first steps have
+// a loss that is wider by kWide, half of that, and so on.
 constexpr double kLoss = 4, kWide = 4;
 constexpr double kTypicalSquare = 0.7;  ///< median of chi2 over its freedom, two degrees
 constexpr double kLeastBend = 0.1;      ///< of the loss, mean second derivative over the weight; 0.75 on KITTI and TUM
@@ -55,6 +55,13 @@ constexpr double kDisparitySigma = 0.2;
 constexpr double kDisparityErrorSigma = 1;
 constexpr double kNearest = 0.05;  // least depth in the current camera, as a share of that in the reference
 
+/// Depth in the frame of `pose` of a point that is seen at its end; 0: not known.
+double depthIn(const RelativePose& pose, const Vector3d& seen) {
+  if (!(seen.z() > 0)) return 0;
+  const Vector3d ray(seen.x(), seen.y(), 1);
+  return (pose.R * ray / seen.z() + pose.t).z();
+}
+
 struct JointPoint {
   SeenPoint reference, current;
   Vector3d estimate = Vector3d::Zero();  ///< of `reference.value`, by all measurements
@@ -64,11 +71,10 @@ struct JointPoint {
   /// Estimate and freedom before the refinement. `depth`: in the reference where neither image shows it; 0: not known.
   void begin(const RelativePose& pose, double depth) {
     freedom = 1 + static_cast<int>(reference.has_depth) + static_cast<int>(current.has_depth);
-    if (!reference.has_depth && current.has_depth) {
-      const Vector3d ray(current.value.x(), current.value.y(), 1);
-      depth = (pose.R * ray / current.value.z() + pose.t).z();
+    if (!reference.has_depth) {
+      if (current.has_depth) depth = depthIn(pose, current.value);
+      reference.value.z() = depth > 0 ? 1 / depth : 0;
     }
-    if (!reference.has_depth) reference.value.z() = depth > 0 ? 1 / depth : 0;
     estimate = reference.value;
   }
 };
@@ -196,9 +202,9 @@ JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
 /// The refinement of one pair: Gauss-Newton over the motion and the points, which are eliminated.
 class JointRefinement {
  public:
-  /// `sensor_sigma`: prior standard deviation of each unknown of the sensor.
-  JointRefinement(std::vector<JointPoint> points, const JointMotion& start, double sensor_sigma)
-      : points_(std::move(points)),
+  /// Moves the estimates of the points. `sensor_sigma`: prior standard deviation of each unknown of the sensor.
+  JointRefinement(std::vector<JointPoint>& points, const JointMotion& start, double sensor_sigma)
+      : points_(points),
         sensor_information_(1 / (sensor_sigma * sensor_sigma)),
         motion_(start),
         residuals_(points_.size()) {}
@@ -296,7 +302,7 @@ class JointRefinement {
     return (inverse * withPrior(scatter) * inverse.transpose()).topLeftCorner<kPose, kPose>();
   }
 
-  std::vector<JointPoint> points_;
+  std::vector<JointPoint>& points_;
   double sensor_information_;  ///< on each unknown besides the pose
   JointMotion motion_;
   std::vector<JointResidual> residuals_;
@@ -308,7 +314,7 @@ class JointRefinement {
   double bend_ = 1;  ///< mean second derivative of the loss over the weight
 };
 
-/// What two independent measurements of one motion say together.
+/// The motion by two independent measurements of it.
 RelativePose fused(const RelativePose& a, const RelativePose& b) {
   const Matrix6d gain = a.covariance * (a.covariance + b.covariance).inverse();
   Vector6d difference;
@@ -329,21 +335,17 @@ void follow(const DepthPair& pair, const std::vector<JointPoint>& points, bool t
   const auto earlier = [](const KeyFrame::Point& point, uint32_t track) { return point.track < track; };
   const RelativePose chain = chained(key.reference, pose);
   std::vector<JointPoint> still_seen;
-  for (size_t i = 0; i < points.size() && !key.points.empty(); ++i) {
+  for (size_t i = 0; i < points.size(); ++i) {
     const auto found = std::lower_bound(key.points.begin(), key.points.end(), id(i), earlier);
     if (found == key.points.end() || found->track != id(i)) continue;
-    const Vector3d& in_reference = points[i].reference.value;
-    const Vector3d ray(in_reference.x(), in_reference.y(), 1);
     still_seen.push_back(points[i]);
     still_seen.back().reference = found->seen;
-    still_seen.back().begin(
-        chain, in_reference.z() > 0 ? (key.reference.R * ray / in_reference.z() + key.reference.t).z() : 0);
+    still_seen.back().begin(chain, depthIn(key.reference, points[i].reference.value));
   }
   RelativePose direct;
-  const bool located =
-      static_cast<double>(still_seen.size()) >=
-          std::max(kLeastStillSeen, kStillSeen * static_cast<double>(key.points.size())) &&
-      JointRefinement(std::move(still_seen), {chain, two_cameras}, sensor_sigma).run(direct, kCloseStart);
+  const bool located = static_cast<double>(still_seen.size()) >=
+                           std::max(kLeastStillSeen, kStillSeen * static_cast<double>(key.points.size())) &&
+                       JointRefinement(still_seen, {chain, two_cameras}, sensor_sigma).run(direct, kCloseStart);
   if (located) {
     key.current = fused(chain, direct);
     key.is_reference = false;

@@ -15,7 +15,7 @@ class NodeHandle;
 
 namespace gms_ransac {
 
-/// What images are answered with: the options of the core, and the parameters in cfg/MatchFilter.cfg, which can change.
+/// The options that answer an image: those of the core, and the parameters in cfg/MatchFilter.cfg, which can change.
 struct RuntimeOptions {
   ProcessorOptions processor;
   OutputOptions outputs;

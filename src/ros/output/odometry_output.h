@@ -31,8 +31,8 @@ class OdometryOutput {
   int listeners() const;
   /// Why ~odom could not be published, and the remedy; empty: no problem. From the thread of `publish`.
   const std::string& problem() const { return problem_; }
-  /// What ~set_pose asked for since the last call, as the pose of the camera of this image; none: nothing, or tf does
-  /// not know the camera in ~base_frame yet.
+  /// The last pose given on ~set_pose since the last call, as that of the camera of this image. None: nothing was
+  /// given, or tf does not know the camera in ~base_frame yet.
   std::optional<OdometryEstimate> takeSetPose(const std_msgs::Header& camera);
   /// Publishes the place of the camera at an image, if it is known.
   void publish(const ProcessedFrame& processed, bool broadcast);

@@ -51,7 +51,7 @@ class MotionTrack {
   std::deque<Sample> samples_;
 };
 
-/// Of a gyro: variance is that of the rotation about each axis, rad^2.
+/// The rotation that a gyro measures; its variance is that about each axis, rad^2.
 class GyroTrack : public MotionTrack {
  public:
   GyroTrack() : MotionTrack(kLongestStep) {}

@@ -41,7 +41,7 @@ class RotationComparison {
   /// Adds a pair; it replaces one with the same start, as while the reference is held.
   void add(const ComparedRotation& pair);
   size_t pairs() const { return compared_.size(); }
-  /// Share of the pairs whose Mahalanobis distance chance would bring once in a hundred, with the prior's axes turned
+  /// Share of the pairs whose Mahalanobis distance chance would bring once in a hundred, with the prior's axes rotated
   /// or mirrored by a matrix.
   double contradicting(const Eigen::Matrix3d& axes = Eigen::Matrix3d::Identity()) const;
   /// The shift that leaves the least robust squares of rotations, less a constant rate, the bias. None if the rotation

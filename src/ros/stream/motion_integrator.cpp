@@ -55,8 +55,8 @@ void MotionIntegrator::add(const PairMotion& motion) {
       known_.parallax_px = motion.parallax_px;
     }
     current_.missed_step = 0;
-    if (motion.since_key && motion.since_key->key_is_reference) key_ = reference_;
     if (motion.since_key) {
+      if (motion.since_key->key_is_reference) key_ = reference_;
       chain(key_, motion.since_key->current_in_key);
     } else {
       chain(reference_, pair);

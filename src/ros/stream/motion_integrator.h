@@ -62,7 +62,7 @@ class MotionIntegrator {
   /// is taken to be as much shorter than the last known one.
   void add(const PairMotion& motion);
 
-  /// The camera is there at the last image, whatever was known before.
+  /// The camera is there at the last image; it replaces all that was known.
   void set(const Eigen::Isometry3d& pose, const Matrix6d& covariance);
 
   /// Length of the last known translation, in its unit; 0: none is known.

@@ -201,8 +201,8 @@ bool Step::compareWithKept() {
   Stream found = recovery.takeOut(index);
   found.tracks.numberFrom(stream.tracks);
   stream = std::move(found);
-  stream.past = Past();  // the motion of that time
-  stream.key = KeyFrame();
+  stream.past = Past();     // the motion of that time
+  stream.key = KeyFrame();  // of a pair that is not in the place
   stream.reference = reference;
   answer.recovered = true;
   answerBy(reference);

@@ -6,7 +6,6 @@ import struct
 import subprocess
 import tempfile
 import unittest
-import xmlrpc.client
 
 import numpy as np
 import rospy
@@ -21,18 +20,13 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 
 from graph import FULL, K, STEP, Client, Scene, Stream, camera_info, client_of, image_message, said_by, vector, walk
-from processes import resident_mb
+from processes import pid_of, resident_mb
 from tcpros import RawPublisher, RawSubscriber, serialized
 
 RECONFIGURATIONS = 1000 if FULL else 100
 LONE = 300  # depth images without an image
 # Images that nobody reads wait at the publisher, ten an output; far less than these would take.
 UNREAD, UNREAD_MB = 100, 30
-
-
-def pid_of(node):
-    uri = rospy.get_master().lookupNode(node)[2]
-    return xmlrpc.client.ServerProxy(uri).getPid("/test")[2]
 
 
 class Faults(unittest.TestCase):

@@ -4,7 +4,6 @@ it would alone, and the manager keeps no memory, thread or file of those that ha
 import itertools
 import os
 import unittest
-import xmlrpc.client
 
 import numpy as np
 import rospy
@@ -13,7 +12,7 @@ from gms_ransac.msg import MatchStats
 from nodelet.srv import NodeletList, NodeletLoad, NodeletLoadRequest, NodeletUnload
 
 from graph import FULL, Client, Stream, walk
-from processes import resident_mb
+from processes import pid_of, resident_mb
 
 CYCLES = 200 if FULL else 4
 GROWTH_MB = 4  # from the second quarter of the cycles to the last; in the first the allocator takes pages that it keeps
@@ -24,7 +23,7 @@ class Nodelets(unittest.TestCase):
     def setUpClass(cls):
         cls.frames = walk(4)
         cls.first = Client("first").connect()
-        cls.pid = xmlrpc.client.ServerProxy(rospy.get_master().lookupNode("/manager")[2]).getPid("/test")[2]
+        cls.pid = pid_of("/manager")
 
     def load(self, name, **parameters):
         rospy.set_param(name, dict({"drop_frames": False, "queue_size": 200}, **parameters))

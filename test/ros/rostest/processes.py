@@ -6,7 +6,15 @@ import tempfile
 import unittest
 import xmlrpc.client
 
+import rospy
+
 from graph import TIMEOUT, wait_for
+
+
+def pid_of(node):
+    """The process of a node of this test's master."""
+    uri = rospy.get_master().lookupNode(node)[2]
+    return xmlrpc.client.ServerProxy(uri).getPid("/test")[2]
 
 
 def resident_mb(pid):
