@@ -1,88 +1,71 @@
-// The kernels, written once over a vector of 16 floats. Included by one file for each instruction set, which defines
+// The kernels, written once over a register of floats. Included by one file for each instruction set, which defines
 // GMS_RANSAC_VECTOR_BYTES, those of its registers, before; everything lies in an unnamed namespace so that no two sets
 // share a function.
 #pragma once
 
 #include <cmath>
 #include <cstring>
-#include <utility>
 
 #include "two_view/kernels/residual_kernels.h"
 
 namespace gms_ransac {
 namespace {
 
-/// kLanes floats in the compiler's own vector types, as many of them as the instruction set takes.
-struct V {
-  using Part [[gnu::vector_size(GMS_RANSAC_VECTOR_BYTES)]] = float;
-  static constexpr int kWidth = GMS_RANSAC_VECTOR_BYTES / sizeof(float), kParts = kLanes / kWidth;
-  Part part[kParts];
+/// One register of floats in the compiler's own vector types.
+using V [[gnu::vector_size(GMS_RANSAC_VECTOR_BYTES)]] = float;
+constexpr int kWidth = GMS_RANSAC_VECTOR_BYTES / sizeof(float), kParts = kLanes / kWidth;
 
-  /// make(i): part i. Not by a loop: the compiler would keep the parts in memory.
-  template <typename Make>
-  static V of(const Make& make) {
-    return ofEach(make, std::make_integer_sequence<int, kParts>());
-  }
-  static V load(const float* p) {
-    return of([p](int i) {
-      Part a;
-      std::memcpy(&a, p + i * kWidth, sizeof a);
-      return a;
-    });
-  }
-  static V set(float a) {
-    return of([a](int) { return a - Part{}; });
-  }
-  void store(float* p) const {
-    for (int i = 0; i < kParts; ++i) std::memcpy(p + i * kWidth, &part[i], sizeof part[i]);
-  }
-  /// a < b ? x : y
-  static V select(const V& a, const V& b, const V& x, const V& y) {
-    return of([&](int i) { return a.part[i] < b.part[i] ? x.part[i] : y.part[i]; });
-  }
-  static V minimum(const V& a, const V& b) { return select(a, b, a, b); }
-  static V maximum(const V& a, const V& b) { return select(b, a, a, b); }
-  static V squareRoot(const V& a) {
-    float lanes[kLanes];
-    a.store(lanes);
-    for (float& x : lanes) x = std::sqrt(x);
-    return load(lanes);
-  }
-  /// Adds one half to the other until one number remains.
-  float sum() const {
-    Part total = part[0];
-    if constexpr (kParts == 2) total = part[0] + part[1];
-    if constexpr (kParts == 4) total = (part[0] + part[2]) + (part[1] + part[3]);
-    return sumOf<kWidth>(total);
-  }
+inline V load(const float* p) {
+  V a;
+  std::memcpy(&a, p, sizeof a);
+  return a;
+}
+inline void store(const V& a, float* p) { std::memcpy(p, &a, sizeof a); }
+inline V set(float a) { return a - V{}; }
+/// a < b ? x : y
+inline V select(const V& a, const V& b, const V& x, const V& y) { return a < b ? x : y; }
+inline V minimum(const V& a, const V& b) { return select(a, b, a, b); }
+inline V maximum(const V& a, const V& b) { return select(b, a, a, b); }
+inline V squareRoot(const V& a) {
+  float lanes[kWidth];
+  store(a, lanes);
+  for (float& x : lanes) x = std::sqrt(x);
+  return load(lanes);
+}
 
- private:
-  template <typename Make, int... I>
-  static V ofEach(const Make& make, std::integer_sequence<int, I...>) {
-    return {{make(I)...}};
+/// Adds one half to the other until one number remains.
+template <int kCount, typename Floats>
+float sumOf(const Floats& floats) {
+  if constexpr (kCount == 4) {
+    return (floats[0] + floats[2]) + (floats[1] + floats[3]);
+  } else {
+    using Half [[gnu::vector_size(kCount / 2 * sizeof(float))]] = float;
+    Half halves[2];
+    std::memcpy(halves, &floats, sizeof halves);
+    return sumOf<kCount / 2>(Half(halves[0] + halves[1]));
   }
-  template <int kCount, typename Floats>
-  static float sumOf(const Floats& floats) {
-    if constexpr (kCount == 4) {
-      return (floats[0] + floats[2]) + (floats[1] + floats[3]);
-    } else {
-      using Half [[gnu::vector_size(kCount / 2 * sizeof(float))]] = float;
-      Half halves[2];
-      std::memcpy(halves, &floats, sizeof halves);
-      return sumOf<kCount / 2>(Half(halves[0] + halves[1]));
-    }
+}
+
+/// Sums over kLanes matches at a time: a part for each register of them, because the terms of all would not fit into
+/// the registers. Starts at zero.
+template <class Part>
+struct Parts {
+  Part part[kParts] = {};
+
+  /// add(i, part) for the matches from i on.
+  template <class Add>
+  void forEach(int first, int end, const Add& add) {
+    for (int i = first; i < end; i += kWidth) add(i, part[i / kWidth % kParts]);
+  }
+  /// of(part): a register of one of the sums.
+  template <class Of>
+  float total(const Of& of) const {
+    V all = of(part[0]);
+    if constexpr (kParts == 2) all = of(part[0]) + of(part[1]);
+    if constexpr (kParts == 4) all = (of(part[0]) + of(part[2])) + (of(part[1]) + of(part[3]));
+    return sumOf<kWidth>(all);
   }
 };
-
-#define GMS_RANSAC_OPERATOR(op)                                  \
-  inline V operator op(const V& a, const V& b) {                 \
-    return V::of([&](int i) { return a.part[i] op b.part[i]; }); \
-  }
-GMS_RANSAC_OPERATOR(+)
-GMS_RANSAC_OPERATOR(-)
-GMS_RANSAC_OPERATOR(*)
-GMS_RANSAC_OPERATOR(/)
-#undef GMS_RANSAC_OPERATOR
 
 struct Kernels {
   static constexpr int kBlock = 4 * kLanes;  // matches between two looks at the bound
@@ -95,17 +78,13 @@ struct Kernels {
   struct Point {
     V x1, y1, x2, y2, w;
     Point(const PointColumnsView& p, int i)
-        : x1(V::load(p.x1 + i)),
-          y1(V::load(p.y1 + i)),
-          x2(V::load(p.x2 + i)),
-          y2(V::load(p.y2 + i)),
-          w(V::load(p.weight + i)) {}
+        : x1(load(p.x1 + i)), y1(load(p.y1 + i)), x2(load(p.x2 + i)), y2(load(p.y2 + i)), w(load(p.weight + i)) {}
   };
 
   struct Matrix {
     V m[9];
     explicit Matrix(const float (&a)[9]) {
-      for (int i = 0; i < 9; ++i) m[i] = V::set(a[i]);
+      for (int i = 0; i < 9; ++i) m[i] = set(a[i]);
     }
     V row(int r, V x, V y) const { return m[3 * r] * x + m[3 * r + 1] * y + m[3 * r + 2]; }
     V column(int c, V x, V y) const { return m[c] * x + m[3 + c] * y + m[6 + c]; }
@@ -122,7 +101,7 @@ struct Kernels {
           d(M.column(0, p.x2, p.y2)),
           f(M.column(1, p.x2, p.y2)),
           value(a * p.x2 + b * p.y2 + c),
-          norm((a * a + b * b) + (d * d + f * f) + V::set(kTiny)) {}
+          norm((a * a + b * b) + (d * d + f * f) + set(kTiny)) {}
     V residual(V w) const { return w * value * value / norm; }
     V residual(V w, V inverse_norm) const { return w * value * value * inverse_norm; }
   };
@@ -140,7 +119,7 @@ struct Kernels {
           z(R.row(2, p.x1, p.y1)),
           m0(p.y2 * z - v),
           m1(u - p.x2 * z) {
-      const V squared_z = z * z + V::set(kTiny), inverse = V::set(1) / (s.norm * squared_z);
+      const V squared_z = z * z + set(kTiny), inverse = set(1) / (s.norm * squared_z);
       inverse_norm = squared_z * inverse;
       inverse_z = z * (s.norm * inverse);
       squared = p.w * (m0 * m0 + m1 * m1) * (inverse_z * inverse_z);
@@ -159,18 +138,18 @@ struct Kernels {
     const V m2 = p.x2 * d.v - p.y2 * d.u;
     // Signs of minus the depth in the reference and of the depth in the current image.
     const V depth1 = d.m0 * n.n0 + d.m1 * n.n1 + m2 * n.n2, depth2 = s.a * d.m0 + s.b * d.m1 + s.c * m2;
-    const V zero = V::set(0), at_infinity = V::set(0.5f) * d.squared;
+    const V zero = set(0), at_infinity = set(0.5f) * d.squared;
     const V dot = d.u * p.x2 + d.v * p.y2 + d.z;
-    const V lengths = (p.x1 * p.x1 + p.y1 * p.y1 + V::set(1)) * (p.x2 * p.x2 + p.y2 * p.y2 + V::set(1));
-    const V wide = V::select(V::set(kCosWidest * kCosWidest) * lengths, dot * dot, zero, at_infinity);
-    const V in_front = V::select(zero, dot, wide, at_infinity);
-    return V::select(depth1, zero, V::select(zero, depth2, in_front, at_infinity), at_infinity);
+    const V lengths = (p.x1 * p.x1 + p.y1 * p.y1 + set(1)) * (p.x2 * p.x2 + p.y2 * p.y2 + set(1));
+    const V wide = select(set(kCosWidest * kCosWidest) * lengths, dot * dot, zero, at_infinity);
+    const V in_front = select(zero, dot, wide, at_infinity);
+    return select(depth1, zero, select(zero, depth2, in_front, at_infinity), at_infinity);
   }
 
   struct Pose {
     Matrix E, R;
     V t[3];
-    explicit Pose(const PoseParameters& p) : E(p.E), R(p.R), t{V::set(p.t[0]), V::set(p.t[1]), V::set(p.t[2])} {}
+    explicit Pose(const PoseParameters& p) : E(p.E), R(p.R), t{set(p.t[0]), set(p.t[1]), set(p.t[2])} {}
   };
 
   /// A match under a pose.
@@ -182,57 +161,55 @@ struct Kernels {
     Seen(const Pose& pose, const PointColumnsView& points, int i)
         : p(points, i), s(pose.E, p), d(pose.R, p, s), n(pose.t, p) {}
     /// The Sampson distance, and no less than at infinity for a match behind a camera.
-    V residual() const { return V::maximum(s.residual(p.w, d.inverse_norm), behindResidual(d, n, s, p)); }
+    V residual() const { return maximum(s.residual(p.w, d.inverse_norm), behindResidual(d, n, s, p)); }
   };
 
   struct Prior {
     V weight, inverse_scale, quarter;
     explicit Prior(const ParallaxPrior& prior)
-        : weight(V::set(prior.weight)),
-          inverse_scale(V::set(prior.inverse_scale)),
-          quarter(V::set(0.25f * prior.weight * prior.inverse_scale)) {}
+        : weight(set(prior.weight)),
+          inverse_scale(set(prior.inverse_scale)),
+          quarter(set(0.25f * prior.weight * prior.inverse_scale)) {}
     V cost(const Parallax& d) const {
-      const V root = V::squareRoot(V::set(1) + d.squared * inverse_scale);
-      return weight * (V::squareRoot(root) - V::set(1));
+      const V root = squareRoot(set(1) + d.squared * inverse_scale);
+      return weight * (squareRoot(root) - set(1));
     }
     /// The cost, its derivative with respect to the squared displacement, and the inverse of `divisor` by the same
     /// division.
     V cost(const Parallax& d, V divisor, V& slope, V& inverse) const {
-      const V root = V::squareRoot(V::set(1) + d.squared * inverse_scale);
-      const V fourth_root = V::squareRoot(root);
-      const V cubed = root * fourth_root, both = V::set(1) / (cubed * divisor);
+      const V root = squareRoot(set(1) + d.squared * inverse_scale);
+      const V fourth_root = squareRoot(root);
+      const V cubed = root * fourth_root, both = set(1) / (cubed * divisor);
       slope = quarter * (both * divisor);
       inverse = both * cubed;
-      return weight * (fourth_root - V::set(1));
+      return weight * (fourth_root - set(1));
     }
   };
 
   struct Sum {
-    V cost = V::set(0), inliers = V::set(0);
-    void add(V e) { add(e, V::set(0)); }
+    V cost, inliers;
+    void add(V e) { add(e, set(0)); }
     void add(V e, V prior) {
-      const V one = V::set(1);
-      cost = cost + V::minimum(e + prior, one);
-      inliers = inliers + V::select(e, one, one, V::set(0));
-    }
-    void finish(const PointColumnsView& points, int looked_at, HypothesisScore& score) const {
-      score.cost = cost.sum();
-      score.evaluated = looked_at < points.count ? looked_at : points.count;
-      score.inliers = static_cast<int>(inliers.sum()) - (looked_at - score.evaluated);  // padding counts as inliers
+      const V one = set(1);
+      cost += minimum(e + prior, one);
+      inliers += select(e, one, one, set(0));
     }
   };
 
   /// add(i, sum) adds the matches from i on.
   template <class Add>
   static void scoreAll(const PointColumnsView& points, float bound, HypothesisScore& score, const Add& add) {
-    Sum sum;
-    int i = 0;
-    while (i < points.size) {
-      const int end = i + kBlock < points.size ? i + kBlock : points.size;
-      for (; i < end; i += kLanes) add(i, sum);
-      if (i < points.size && sum.cost.sum() > bound) break;
-    }
-    sum.finish(points, i, score);
+    Parts<Sum> sums;
+    int looked_at = 0;
+    do {
+      const int end = looked_at + kBlock < points.size ? looked_at + kBlock : points.size;
+      sums.forEach(looked_at, end, add);
+      looked_at = end;
+      score.cost = sums.total([](const Sum& sum) { return sum.cost; });
+    } while (looked_at < points.size && !(score.cost > bound));
+    score.evaluated = looked_at < points.count ? looked_at : points.count;
+    const float inliers = sums.total([](const Sum& sum) { return sum.inliers; });
+    score.inliers = static_cast<int>(inliers) - (looked_at - score.evaluated);  // padding counts as inliers
   }
 
   static void scoreEpipolar(const PointColumnsView& points, const float (&M)[9], float bound, HypothesisScore& score) {
@@ -256,7 +233,7 @@ struct Kernels {
   static V transferSquared(const Matrix& H, V x1, V y1, V x2, V y2) {
     const V z = H.row(2, x1, y1);
     const V dx = H.row(0, x1, y1) - x2 * z, dy = H.row(1, x1, y1) - y2 * z;
-    return (dx * dx + dy * dy) / (z * z + V::set(kTiny));
+    return (dx * dx + dy * dy) / (z * z + set(kTiny));
   }
 
   static void scoreHomography(const PointColumnsView& points, const float (&H)[9], const float (&G)[9], float bound,
@@ -264,71 +241,74 @@ struct Kernels {
     const Matrix h(H), g(G);
     scoreAll(points, bound, score, [&](int i, Sum& sum) {
       const Point p(points, i);
-      sum.add(V::set(0.5f) * p.w *
+      sum.add(set(0.5f) * p.w *
               (transferSquared(h, p.x1, p.y1, p.x2, p.y2) + transferSquared(g, p.x2, p.y2, p.x1, p.y1)));
     });
   }
 
   static void epipolarResiduals(const PointColumnsView& points, const float (&M)[9], float* e) {
     const Matrix m(M);
-    for (int i = 0; i < points.size; i += kLanes) {
+    for (int i = 0; i < points.size; i += kWidth) {
       const Point p(points, i);
-      Epipolar(m, p).residual(p.w).store(e + i);
+      store(Epipolar(m, p).residual(p.w), e + i);
     }
   }
 
   static void poseResiduals(const PointColumnsView& points, const PoseParameters& parameters, float* e) {
     const Pose pose(parameters);
-    for (int i = 0; i < points.size; i += kLanes) Seen(pose, points, i).residual().store(e + i);
+    for (int i = 0; i < points.size; i += kWidth) store(Seen(pose, points, i).residual(), e + i);
   }
 
   static void transferResiduals(const PointColumnsView& points, const float (&H)[9], float* e) {
     const Matrix h(H);
-    for (int i = 0; i < points.size; i += kLanes) {
+    for (int i = 0; i < points.size; i += kWidth) {
       const Point p(points, i);
-      (p.w * transferSquared(h, p.x1, p.y1, p.x2, p.y2)).store(e + i);
+      store(p.w * transferSquared(h, p.x1, p.y1, p.x2, p.y2), e + i);
     }
   }
 
   template <int P>
   struct Equations {
     V matrix[P * (P + 1) / 2], gradient[P], cost, weight;
-    Equations() : cost(V::set(0)), weight(V::set(0)) {
-      for (V& v : matrix) v = V::set(0);
-      for (V& v : gradient) v = V::set(0);
-    }
     void add(const V (&J)[P], V residual, V w) {
       int k = 0;
+#pragma GCC unroll 8
       for (int i = 0; i < P; ++i) {
         const V s = w * J[i];
-        gradient[i] = gradient[i] + s * residual;
-        for (int j = i; j < P; ++j, ++k) matrix[k] = matrix[k] + s * J[j];
+        gradient[i] += s * residual;
+#pragma GCC unroll 8
+        for (int j = i; j < P; ++j) matrix[k++] += s * J[j];
       }
-    }
-    void finish(const PointColumnsView& points, NormalEquations<P>& equations) const {
-      for (int k = 0; k < P * (P + 1) / 2; ++k) equations.matrix[k] = matrix[k].sum();
-      for (int i = 0; i < P; ++i) equations.gradient[i] = gradient[i].sum();
-      equations.cost = cost.sum();
-      equations.weight = weight.sum() - static_cast<float>(points.size - points.count);
     }
   };
 
+  template <int P>
+  static void finish(const Parts<Equations<P>>& sums, const PointColumnsView& points, NormalEquations<P>& equations) {
+    for (int k = 0; k < P * (P + 1) / 2; ++k) {
+      equations.matrix[k] = sums.total([k](const auto& part) { return part.matrix[k]; });
+    }
+    for (int i = 0; i < P; ++i) equations.gradient[i] = sums.total([i](const auto& part) { return part.gradient[i]; });
+    equations.cost = sums.total([](const auto& part) { return part.cost; });
+    equations.weight =
+        sums.total([](const auto& part) { return part.weight; }) - static_cast<float>(points.size - points.count);
+  }
+
   static V lossDivisor(const Loss& loss, V e) {
-    return V::set(1) + V::minimum(e, V::set(loss.cut)) * V::set(loss.inverse_softness);
+    return set(1) + minimum(e, set(loss.cut)) * set(loss.inverse_softness);
   }
 
   /// Weight of the loss at e, and its cost added to `equations`.
   template <int P>
   static V lossWeight(const Loss& loss, V e, Equations<P>& equations) {
-    return lossWeight(loss, e, V::set(1) / lossDivisor(loss, e), equations);
+    return lossWeight(loss, e, set(1) / lossDivisor(loss, e), equations);
   }
 
   template <int P>
   static V lossWeight(const Loss& loss, V e, V q, Equations<P>& equations) {
-    const V cut = V::set(loss.cut);
-    equations.cost = equations.cost + V::minimum(e, cut) * q;
-    const V weight = V::select(e, cut, q * q, V::set(0));
-    equations.weight = equations.weight + weight;
+    const V cut = set(loss.cut);
+    equations.cost += minimum(e, cut) * q;
+    const V weight = select(e, cut, q * q, set(0));
+    equations.weight += weight;
     return weight;
   }
 
@@ -347,7 +327,7 @@ struct Kernels {
                     r1,
                     p.x1 - c0,
                     p.y1 - c1,
-                    V::set(1)};
+                    set(1)};
     V J[P];
     for (int i = 0; i < P; ++i) {
       V sum = D[i][0] * g[0];
@@ -360,23 +340,21 @@ struct Kernels {
   template <int P>
   static void broadcast(const float (&D)[P][9], V (&d)[P][9]) {
     for (int i = 0; i < P; ++i) {
-      for (int j = 0; j < 9; ++j) d[i][j] = V::set(D[i][j]);
+      for (int j = 0; j < 9; ++j) d[i][j] = set(D[i][j]);
     }
   }
 
   /// The prior's share of the normal equations: the displacement depends on the rotation alone.
   static void addPrior(const Parallax& d, V slope, V inlier, const Point& p, Equations<5>& equations) {
     const V a = d.u * d.inverse_z, b = d.v * d.inverse_z;
-    const V dx = a - p.x2, dy = b - p.y2, one = V::set(1), zero = V::set(0);
+    const V dx = a - p.x2, dy = b - p.y2, one = set(1), zero = set(0);
     const V Jx[3] = {zero - a * b, one + a * a, zero - b}, Jy[3] = {zero - (one + b * b), a * b, a};
     const V weight = inlier * p.w * slope;
     int k = 0;
     for (int i = 0; i < 3; ++i) {
       const V sx = weight * Jx[i], sy = weight * Jy[i];
-      equations.gradient[i] = equations.gradient[i] + (sx * dx + sy * dy);
-      for (int j = i; j < 3; ++j) {
-        equations.matrix[k + j - i] = equations.matrix[k + j - i] + (sx * Jx[j] + sy * Jy[j]);
-      }
+      equations.gradient[i] += sx * dx + sy * dy;
+      for (int j = i; j < 3; ++j) equations.matrix[k + j - i] += sx * Jx[j] + sy * Jy[j];
       k += 5 - i;
     }
   }
@@ -403,7 +381,7 @@ struct Kernels {
 
   /// A float for each coordinate and step.
   static void broadcast(const float (&basis)[2][3], V (&steps)[2][3]) {
-    for (int i = 0; i < 6; ++i) steps[i / 3][i % 3] = V::set(basis[i / 3][i % 3]);
+    for (int i = 0; i < 6; ++i) steps[i / 3][i % 3] = set(basis[i / 3][i % 3]);
   }
 
   /// Derivatives of a residual by the parameters of the camera model, through the point (x, y) of one image. (a, b):
@@ -412,7 +390,7 @@ struct Kernels {
   struct Shifts {
     V effect[7];
     Shifts(V a, V b, V x, V y, V share) {
-      const V one = V::set(1), two = V::set(2), three = V::set(3), zero = V::set(0);
+      const V one = set(1), two = set(2), three = set(3), zero = set(0);
       const V aa = a * a, ab = a * b, bb = b * b, both = aa + bb;
       const V xx = x * x, xy = x * y, yy = y * y, along = a * x + b * y, squared = xx + yy;
       effect[0] = share * both - along;
@@ -432,22 +410,25 @@ struct Kernels {
     using Column = DerivativeColumn;
     const Pose pose(parameters);
     const Matrix& E = pose.E;
-    const V zero = V::set(0), one = V::set(1), softness = V::set(loss.inverse_softness), cut = V::set(loss.cut);
-    const V near_epipole = V::set(2 * kNearEpipole * kNearEpipole);  // the norm is twice the squared distance
+    const V zero = set(0), one = set(1), softness = set(loss.inverse_softness), cut = set(loss.cut);
+    const V near_epipole = set(2 * kNearEpipole * kNearEpipole);  // the norm is twice the squared distance
     V steps[2][3];
     broadcast(basis, steps);
-    V curvature = zero, used = zero;
-    for (int i = 0; i < points.size; i += kLanes) {
+    struct Sum {
+      V curvature, used;
+    };
+    Parts<Sum> parts;
+    parts.forEach(0, points.size, [&](int i, Sum& sum) {
       const Seen seen(pose, points, i);
       const auto& [p, s, d, n] = seen;
-      const V counts = V::select(near_epipole, s.norm * p.w, V::select(s.residual(p.w), cut, one, zero), zero);
-      const V k = s.value / s.norm, unit = counts * V::squareRoot(p.w / s.norm), residual = unit * s.value;
+      const V counts = select(near_epipole, s.norm * p.w, select(s.residual(p.w), cut, one, zero), zero);
+      const V k = s.value / s.norm, unit = counts * squareRoot(p.w / s.norm), residual = unit * s.value;
       V by_pose[Column::kPoseCount], J[Column::kCount];
       poseDerivatives(seen, pose, steps, by_pose);
       for (int m = 0; m < Column::kPoseCount; ++m) J[m] = unit * by_pose[m];
       // A step b rotates the line t x Rp by -z Rp . (b x t) / |line|^2. The norm is twice |line|^2 if both lines are
       // alike; b x t is the other step except for its sign.
-      const V per_length = counts * V::set(2) * d.z / s.norm;
+      const V per_length = counts * set(2) * d.z / s.norm;
       J[Column::kLineRotation] = per_length * (steps[1][0] * d.u + steps[1][1] * d.v + steps[1][2] * d.z);
       J[Column::kLineRotation + 1] = zero - per_length * (steps[0][0] * d.u + steps[0][1] * d.v + steps[0][2] * d.z);
       // Derivatives by the two points, whose noise a shift stretches as well.
@@ -455,7 +436,7 @@ struct Kernels {
               b1 = unit * (s.f - k * (E.m[1] * s.a + E.m[4] * s.b));
       const V a2 = unit * (s.a - k * (E.m[0] * s.d + E.m[1] * s.f)),
               b2 = unit * (s.b - k * (E.m[3] * s.d + E.m[4] * s.f));
-      const V share = residual / ((a1 * a1 + b1 * b1) + (a2 * a2 + b2 * b2) + V::set(kTiny));
+      const V share = residual / ((a1 * a1 + b1 * b1) + (a2 * a2 + b2 * b2) + set(kTiny));
       const Shifts reference(a1, b1, p.x1, p.y1, share), current(a2, b2, p.x2, p.y2, share);
       for (int m = 0; m < 4; ++m) J[Column::kFocalLength + m] = reference.effect[m] + current.effect[m];
       for (int m = 0; m < 3; ++m) {
@@ -464,13 +445,13 @@ struct Kernels {
       }
       const V softened = residual * residual * softness, falloff = one / (one + softened), weight = falloff * falloff;
       J[Column::kPull] = weight * residual;
-      curvature = curvature + counts * (weight * falloff * (one - V::set(3) * softened));
-      used = used + counts;
-      for (int m = 0; m < Column::kCount; ++m) J[m].store(columns + m * points.size + i);
-    }
+      sum.curvature += counts * (weight * falloff * (one - set(3) * softened));
+      sum.used += counts;
+      for (int m = 0; m < Column::kCount; ++m) store(J[m], columns + m * points.size + i);
+    });
     DerivativeSums sums;
-    sums.curvature = curvature.sum();
-    sums.used = static_cast<int>(used.sum());
+    sums.curvature = parts.total([](const Sum& sum) { return sum.curvature; });
+    sums.used = static_cast<int>(parts.total([](const Sum& sum) { return sum.used; }));
     return sums;
   }
 
@@ -483,21 +464,25 @@ struct Kernels {
       const int end = first + kRows < size ? first + kRows : size;
       for (int k = 0; k < kColumns; k += kTile) {
         for (int l = 0; l <= k; l += kTile) {
-          V tile[kTile][kTile];
-          for (auto& row : tile) {
-            for (V& entry : row) entry = V::set(0);
-          }
-          for (int i = first; i < end; i += kLanes) {
-            const float *left = columns + k * size + i, *right = columns + l * size + i;
-            const V a[kTile] = {V::load(left), V::load(left + size), V::load(left + 2 * size)};
-            for (int column = 0; column < kTile; ++column) {
-              const V b = V::load(right + column * size);
-              for (int row = 0; row < kTile; ++row) tile[row][column] = tile[row][column] + a[row] * b;
+          struct Tile {
+            V entry[kTile][kTile];
+          };
+          Parts<Tile> tiles;
+          for (int part = 0; part < kParts; ++part) {
+            auto& [entry] = tiles.part[part];
+            for (int i = first + part * kWidth; i < end; i += kLanes) {
+              const float *left = columns + k * size + i, *right = columns + l * size + i;
+              const V a[kTile] = {load(left), load(left + size), load(left + 2 * size)};
+              for (int column = 0; column < kTile; ++column) {
+                const V b = load(right + column * size);
+                for (int row = 0; row < kTile; ++row) entry[row][column] += a[row] * b;
+              }
             }
           }
           for (int row = k; row < k + kTile; ++row) {
             for (int column = l; column < l + kTile && column <= row; ++column) {
-              sums[row * (row + 1) / 2 + column] += static_cast<double>(tile[row - k][column - l].sum());
+              const auto of = [&](const Tile& tile) { return tile.entry[row - k][column - l]; };
+              sums[row * (row + 1) / 2 + column] += static_cast<double>(tiles.total(of));
             }
           }
         }
@@ -512,43 +497,43 @@ struct Kernels {
     V steps[2][3];
     broadcast(basis, steps);
     const Prior prior(parallax_prior);
-    Equations<5> sums;
-    for (int i = 0; i < points.size; i += kLanes) {
+    Parts<Equations<5>> sums;
+    sums.forEach(0, points.size, [&](int i, Equations<5>& part) {
       const Seen seen(pose, points, i);
       const V e = seen.residual();
       V q, slope, J[5];
       if (parallax_prior.weight > 0) {
-        const V counts = V::select(e, V::set(loss.cut), V::set(1), V::set(0));
-        sums.cost = sums.cost + counts * prior.cost(seen.d, lossDivisor(loss, e), slope, q);
-        addPrior(seen.d, slope, counts, seen.p, sums);
+        const V counts = select(e, set(loss.cut), set(1), set(0));
+        part.cost += counts * prior.cost(seen.d, lossDivisor(loss, e), slope, q);
+        addPrior(seen.d, slope, counts, seen.p, part);
       } else {
-        q = V::set(1) / lossDivisor(loss, e);
+        q = set(1) / lossDivisor(loss, e);
       }
       poseDerivatives(seen, pose, steps, J);
-      sums.add(J, seen.s.value, lossWeight(loss, e, q, sums) * seen.p.w * seen.d.inverse_norm);
-    }
-    sums.finish(points, equations);
+      part.add(J, seen.s.value, lossWeight(loss, e, q, part) * seen.p.w * seen.d.inverse_norm);
+    });
+    finish(sums, points, equations);
   }
 
   static float poseCost(const PointColumnsView& points, const PoseParameters& parameters, const Loss& loss,
                         const ParallaxPrior& parallax_prior) {
     const Pose pose(parameters);
     const Prior prior(parallax_prior);
-    const V cut = V::set(loss.cut);
-    V cost = V::set(0);
-    for (int i = 0; i < points.size; i += kLanes) {
+    const V cut = set(loss.cut);
+    Parts<V> sums;
+    sums.forEach(0, points.size, [&](int i, V& cost) {
       const Seen seen(pose, points, i);
       const V e = seen.residual();
       V q, slope;
       if (parallax_prior.weight > 0) {
-        const V counts = V::select(e, cut, V::set(1), V::set(0));
-        cost = cost + counts * prior.cost(seen.d, lossDivisor(loss, e), slope, q);
+        const V counts = select(e, cut, set(1), set(0));
+        cost += counts * prior.cost(seen.d, lossDivisor(loss, e), slope, q);
       } else {
-        q = V::set(1) / lossDivisor(loss, e);
+        q = set(1) / lossDivisor(loss, e);
       }
-      cost = cost + V::minimum(e, cut) * q;
-    }
-    return cost.sum();
+      cost += minimum(e, cut) * q;
+    });
+    return sums.total([](const V& cost) { return cost; });
   }
 
   static void linearizeFundamental(const PointColumnsView& points, const float (&F)[9], const float (&D)[7][9],
@@ -556,13 +541,13 @@ struct Kernels {
     const Matrix M(F);
     V d[7][9];
     broadcast(D, d);
-    Equations<7> sums;
-    for (int i = 0; i < points.size; i += kLanes) {
+    Parts<Equations<7>> sums;
+    sums.forEach(0, points.size, [&](int i, Equations<7>& part) {
       const Point p(points, i);
       const Epipolar s(M, p);
-      addEpipolar(s, p, d, lossWeight(loss, s.residual(p.w), sums), sums);
-    }
-    sums.finish(points, equations);
+      addEpipolar(s, p, d, lossWeight(loss, s.residual(p.w), part), part);
+    });
+    finish(sums, points, equations);
   }
 
   /// The image of a point, and its difference from the match.
@@ -570,7 +555,7 @@ struct Kernels {
     V inverse_z, u, v, rx, ry;
     Transfer(const Matrix& h, const Point& p) {
       const V z = h.row(2, p.x1, p.y1);
-      inverse_z = z / (z * z + V::set(kTiny));
+      inverse_z = z / (z * z + set(kTiny));
       u = h.row(0, p.x1, p.y1) * inverse_z;
       v = h.row(1, p.x1, p.y1) * inverse_z;
       rx = u - p.x2;
@@ -581,12 +566,12 @@ struct Kernels {
 
   template <class Residual>
   static float costAlone(const PointColumnsView& points, const Loss& loss, const Residual& residual) {
-    V cost = V::set(0);
-    for (int i = 0; i < points.size; i += kLanes) {
+    Parts<V> sums;
+    sums.forEach(0, points.size, [&](int i, V& cost) {
       const V e = residual(Point(points, i));
-      cost = cost + V::minimum(e, V::set(loss.cut)) * (V::set(1) / lossDivisor(loss, e));
-    }
-    return cost.sum();
+      cost += minimum(e, set(loss.cut)) * (set(1) / lossDivisor(loss, e));
+    });
+    return sums.total([](const V& cost) { return cost; });
   }
 
   static float epipolarCost(const PointColumnsView& points, const float (&M)[9], const Loss& loss) {
@@ -605,11 +590,11 @@ struct Kernels {
     const Matrix h(H);
     V d[P][9];
     broadcast(D, d);
-    Equations<P> sums;
-    for (int i = 0; i < points.size; i += kLanes) {
+    Parts<Equations<P>> sums;
+    sums.forEach(0, points.size, [&](int i, Equations<P>& part) {
       const Point p(points, i);
       const Transfer moved(h, p);
-      const V weight = p.w * lossWeight(loss, moved.residual(p.w), sums);
+      const V weight = p.w * lossWeight(loss, moved.residual(p.w), part);
       V Jx[P], Jy[P];
       for (int k = 0; k < P; ++k) {
         const V a = d[k][0] * p.x1 + d[k][1] * p.y1 + d[k][2], b = d[k][3] * p.x1 + d[k][4] * p.y1 + d[k][5];
@@ -617,10 +602,10 @@ struct Kernels {
         Jx[k] = (a - moved.u * c) * moved.inverse_z;
         Jy[k] = (b - moved.v * c) * moved.inverse_z;
       }
-      sums.add(Jx, moved.rx, weight);
-      sums.add(Jy, moved.ry, weight);
-    }
-    sums.finish(points, equations);
+      part.add(Jx, moved.rx, weight);
+      part.add(Jy, moved.ry, weight);
+    });
+    finish(sums, points, equations);
   }
 
   static const ResidualKernels& table() {
