@@ -7,7 +7,7 @@
 #include "methods/method.h"
 #include "scale/depth_pose.h"
 #include "scale/translation_scale.h"
-#include "stream/publishable_pose.h"
+#include "stream/pair_pose.h"
 
 namespace gms_ransac {
 namespace {

@@ -7,7 +7,7 @@
 #include "fuzz_input.h"
 #include "invariants.h"
 #include "stream/frame_processor.h"
-#include "stream/publishable_pose.h"
+#include "stream/pair_pose.h"
 
 namespace gms_ransac {
 

@@ -21,7 +21,7 @@ namespace gms_ransac {
 /// Limit of the largest deviation of R^T R from the identity.
 constexpr double kRotationRounding = 1e-9;
 /// Limits of the asymmetry and the least eigenvalue of a correlation matrix, as published and as estimated. An
-/// estimate's covariance is the inverse of a matrix that may be ill-conditioned (publishable_pose.cpp).
+/// estimate's covariance is the inverse of a matrix that may be ill-conditioned (pair_pose.cpp).
 constexpr double kPublishedRounding = 1e-6, kEstimateRounding = 1e-3;
 
 /// `covariance` with its variances brought to one, which is what definiteness is judged by: entries of t and of the

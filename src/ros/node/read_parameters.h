@@ -7,7 +7,7 @@
 #include "output/output_options.h"
 #include "parameter.h"
 #include "parameters.h"
-#include "stream/pipeline.h"
+#include "stream/stream.h"
 
 namespace ros {
 class NodeHandle;

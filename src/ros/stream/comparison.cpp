@@ -1,4 +1,4 @@
-#include "stream/comparison.h"
+#include "stream/step.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,6 @@
 
 #include "gms_ransac/camera.h"
 #include "guard.h"
-#include "stream/pair_pose.h"
 
 namespace gms_ransac {
 

@@ -6,7 +6,7 @@
 #include <mutex>
 #include <string>
 
-#include "stream/frame_preparation.h"
+#include "stream/prepared_frame.h"
 #include "stream/step.h"
 
 namespace gms_ransac {

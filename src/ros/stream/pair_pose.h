@@ -1,16 +1,43 @@
-// The relative pose of a comparison -> the pose that is published: the length of its translation by ~scale, its
-// least covariance, and the last look at it.
+// The relative pose of a comparison -> the pose that others may take: the length of its translation by ~scale, nothing
+// invented, its covariance finite and bounded, and the last look at it.
 #pragma once
 
+#include <string>
+
+#include "gms_ransac/robust_result.h"
 #include "gms_ransac/triangulation.h"
-#include "stream/pipeline.h"
-#include "stream/processed_frame.h"
-#include "stream/stream.h"
+#include "two_view/translation_variance.h"
 
 namespace gms_ransac {
+
+struct Pipeline;
+struct ProcessedFrame;
+struct Stream;
 
 /// Fills pose, length and points of an answer from the rest of it. Depth may change LOW_PARALLAX to OK; a pose that is
 /// unfit to publish becomes RANSAC_FAILED with the reason. Scale and key frame of the stream learn from it.
 void findPose(const Pipeline& pipeline, Stream& stream, Triangulation& points, ProcessedFrame& answer);
+
+// robot_localization warns above the one and replaces a zero; anything in between is taken as it is.
+constexpr double kLargestVariance = kUnknownTranslationVariance;
+constexpr double kSmallestVariance = 1e-9;
+
+/// Least standard deviations of a published pose, per axis.
+struct SigmaFloor {
+  double translation = 0.005;  ///< as a share of its length
+  double rotation = 0.0005;    ///< radians
+};
+
+/// Sets an unknown translation to zero with a large variance, adds the floors and bounds the diagonal to
+/// [kSmallestVariance, kLargestVariance]. An invalid covariance (not finite, negative, not symmetric) stays as it is,
+/// for poseDefect to find.
+void makePublishable(bool translation_known, const SigmaFloor& floor, RelativePose& pose);
+
+/// The last check of a pose before it is published: why it must not be, or empty. Fit is one that is finite, with a
+/// rotation matrix up to rounding and a covariance that is symmetric and positive definite.
+std::string poseDefect(const RelativePose& pose);
+
+/// Brings every entry of the diagonal into that range, makes the rest finite and the whole symmetric.
+void boundCovariance(Eigen::Matrix<double, 6, 6>& covariance);
 
 }  // namespace gms_ransac

@@ -1,8 +1,136 @@
 #include "stream/prepared_frame.h"
 
+#include <chrono>
 #include <utility>
 
+#include "frames.h"
+#include "guard.h"
+#include "input/keypoints_conversion.h"
+#include "scale/depth_pose.h"
+#include "stream/stream.h"
+#include "text.h"
+
 namespace gms_ransac {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+}  // namespace
+
+FramePreparation::FramePreparation(const Parameters& parameters, const std::string& image_topic,
+                                   const std::string& info_topic, const std::string& right_topic,
+                                   const std::string& right_info_topic)
+    : parameters_(parameters),
+      camera_source_(parameters, image_topic, info_topic),
+      mask_source_(parameters),
+      stereo_depth_(parameters, right_topic, right_info_topic) {}
+
+void FramePreparation::receive(const ImageWithInfo& input, PreparedFrame& frame) {
+  frame.input = input;
+  frame.extracted = false;
+  frame.depth.release();
+  frame.depth_wanted = true;
+  frame.depth_problem.clear();
+  frame.stereo.clear();
+  frame.mask.release();
+  frame.mask_problem.clear();
+  frame.pair_reference.reset();
+  frame.stamp_verdict = StampVerdict::kInOrder;
+  const auto work = [&] {
+    if (!convert(input.image, frame)) return;
+    if (input.reference) {
+      frame.pair_reference = std::make_shared<PreparedFrame>();
+      frame.pair_reference->input.image = input.reference;
+      frame.pair_reference->input.mask = input.mask;
+      if (!convert(input.reference, *frame.pair_reference)) frame.problem = frame.pair_reference->problem;
+    } else {
+      classifyStamp(frame);
+    }
+    if (frame.problem.empty()) frame.camera = camera_source_.get(input.camera_info, frame.imageSize());
+  };
+  guarded(work, [&](const std::string& what) { frame.problem = what; });
+}
+
+bool FramePreparation::convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame) {
+  frame.header = image->header;
+  frame.header.frame_id = withoutLeadingSlash(frame.header.frame_id);
+  frame.frame.detect_seconds = 0;
+  const auto start = Clock::now();
+  if (frame.input.keypoints) {
+    takeKeypoints(*frame.input.keypoints, frame);
+  } else {
+    frame.problem = converter_.toGrey(*image, frame.grey);
+  }
+  frame.convert_seconds = secondsSince(start);
+  frame.frame.seconds_before = frame.convert_seconds;
+  return frame.problem.empty();
+}
+
+void FramePreparation::takeKeypoints(const Keypoints& keypoints, PreparedFrame& frame) {
+  frame.grey.release();
+  frame.problem = toFeatures(keypoints, frame.frame.features);
+  frame.frame.features_asked = frame.frame.features.size();
+  if (parameters_.scale == ScaleMode::kDepth && frame.problem.empty()) frame.stereo.depth = depthOf(keypoints);
+}
+
+void FramePreparation::classifyStamp(PreparedFrame& frame) {
+  const double late = stamps_.previousStamp() - frame.stamp();
+  frame.stamp_verdict =
+      stamps_.judge(frame.stamp(), frame.input.received.toSec(), frame.pipeline->options.max_frame_gap);
+  if (frame.stamp_verdict != StampVerdict::kOutOfOrder) return;
+  frame.problem = late == 0
+                      ? "the stamp is the same as that of the image before it: out of order; if all images have "
+                        "this stamp, the camera driver does not set it"
+                      : "the stamp is " + secondsText(late) + " older than that of the image before it: out of order";
+}
+
+void FramePreparation::findFeatures(PreparedFrame& frame) {
+  if (frame.extracted || !frame.problem.empty()) return;
+  frame.extracted = true;
+  const auto work = [&] {
+    std::lock_guard<std::mutex> lock(features_mutex_);
+    if (frame.pair_reference) extract(frame.pipeline->filter, *frame.pair_reference);
+    extract(frame.pipeline->filter, frame);
+    findDepth(frame);
+  };
+  guarded(work, [&](const std::string& what) { frame.problem = what; });
+}
+
+void FramePreparation::extract(MatchFilter& filter, PreparedFrame& frame) {
+  frame.mask_problem = mask_source_.get(frame.input.mask, frame.imageSize(), frame.mask);
+  if (frame.input.keypoints) {
+    dropMasked(frame.mask, frame.frame.features, frame.stereo.depth);
+    frame.frame.stamp = frame.stamp();
+    return;
+  }
+  filter.extract(frame.grey, frame.frame, frame.mask, frame.stamp());
+}
+
+void FramePreparation::findDepth(PreparedFrame& frame) {
+  const ImageWithInfo& input = frame.input;
+  if (parameters_.input == InputKind::kStereo) {
+    frame.depth_problem = stereo_depth_.take(input, frame.frame.features, *frame.camera, frame.stereo);
+    if (!frame.depth_problem.empty()) return;
+    if (!frame.depth_wanted) {
+      frame.depth_problem = "only features have a subscriber";
+      return;
+    }
+    const auto start = Clock::now();
+    frame.depth_problem = stereo_depth_.fill(frame.frame.features, frame.grey, *frame.camera, frame.stereo);
+    frame.frame.detect_seconds += secondsSince(start);
+  } else if (input.keypoints) {
+    const bool missing = parameters_.scale == ScaleMode::kDepth && frame.stereo.depth.empty();
+    if (missing) frame.depth_problem = "the keypoints have no depth";
+  } else if (input.depth) {
+    frame.depth_problem = toDepth(*input.depth, frame.grey.size(), frame.depth);
+    frame.stereo.depth = keypointDepth(frame.frame.features, frame.depth);
+  } else if (parameters_.scale == ScaleMode::kDepth) {
+    frame.depth_problem = "no depth image with about the stamp of the image came";
+  }
+}
 
 void PreparedFrame::dropPixels() {
   input = ImageWithInfo();

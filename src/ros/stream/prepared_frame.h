@@ -1,4 +1,4 @@
-// An image of the stream on its way: what is known of it before it is compared with another.
+// Image or Keypoints message -> grey image, features, depth: the part of the work that needs no other image.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,12 @@
 
 #include "gms_ransac/match_filter.h"
 #include "input/camera_model.h"
+#include "input/image_conversion.h"
 #include "input/image_with_info.h"
+#include "input/mask_source.h"
 #include "input/stamp_watch.h"
 #include "input/stereo_depth.h"
+#include "parameters.h"
 
 namespace gms_ransac {
 
@@ -76,6 +79,42 @@ class FramePool : public std::enable_shared_from_this<FramePool> {
 
   std::mutex mutex_;
   std::vector<std::unique_ptr<PreparedFrame>> spare_;
+};
+
+/// `receive` on one thread, in the order in which images come; `findFeatures` on any.
+class FramePreparation {
+ public:
+  /// Throws std::invalid_argument with a sentence when ~mask_file cannot be read. The topics appear in messages; those
+  /// of the right camera with ~input stereo.
+  FramePreparation(const Parameters& parameters, const std::string& image_topic, const std::string& info_topic,
+                   const std::string& right_topic, const std::string& right_info_topic);
+
+  /// Conversion, stamp rules, camera: all but the features. `frame` may have served another image; its pipeline is
+  /// set already. Never throws.
+  void receive(const ImageWithInfo& input, PreparedFrame& frame);
+  /// Finds the features of a usable image that has none yet, and what depends on them; sets a problem if that fails.
+  void findFeatures(PreparedFrame& frame);
+
+ private:
+  /// Converts one image; false, with `problem` set, if it is unusable.
+  bool convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame);
+  /// Features, and depth with ~scale depth, of a Keypoints message.
+  void takeKeypoints(const Keypoints& keypoints, PreparedFrame& frame);
+  /// Sets the verdict, and the problem of an image that is to be dropped.
+  void classifyStamp(PreparedFrame& frame);
+  /// Finds the features outside the masked area, or drops given ones inside it.
+  void extract(MatchFilter& filter, PreparedFrame& frame);
+  /// Depth of the keypoints, from a depth image or the right camera.
+  void findDepth(PreparedFrame& frame);
+
+  const Parameters parameters_;
+  ImageConverter converter_;
+  CameraModelSource camera_source_;
+  StampWatch stamps_;
+
+  std::mutex features_mutex_;  ///< guards what follows
+  MaskSource mask_source_;
+  StereoDepth stereo_depth_;
 };
 
 }  // namespace gms_ransac

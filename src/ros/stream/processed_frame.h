@@ -10,7 +10,7 @@
 
 #include "gms_ransac/match_filter.h"
 #include "gms_ransac/triangulation.h"
-#include "stream/motion_integrator.h"
+#include "stream/odometry.h"
 #include "stream/prepared_frame.h"
 
 namespace gms_ransac {

@@ -10,11 +10,6 @@
 
 namespace gms_ransac {
 
-struct RecoveryOptions {
-  int frames = 0;       ///< that are kept; 0: a loss is final
-  double seconds = 10;  ///< age at which a kept image is dropped
-};
-
 /// While nothing is lost, the stream is kept as it leaves each reference. From `lose` on the kept ones stay as they
 /// are, until the stream goes on from one of them or somewhere else, or they grow too old.
 class Recovery {

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string>
 
-#include "stream/pipeline.h"
 #include "stream/processed_frame.h"
+#include "stream/stream.h"
 
 namespace gms_ransac {
 

@@ -6,8 +6,6 @@
 #include <utility>
 
 #include "guard.h"
-#include "stream/comparison.h"
-#include "stream/odometry.h"
 #include "text.h"
 
 namespace gms_ransac {

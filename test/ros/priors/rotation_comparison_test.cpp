@@ -21,7 +21,7 @@
 #include "says.h"
 #include "scenes/two_view_scene.h"
 #include "shared_data.h"
-#include "stream/motion_integrator.h"
+#include "stream/odometry.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {

@@ -4,7 +4,7 @@
 
 #include "drive_scene.h"
 #include "scale/translation_scale.h"
-#include "stream/motion_integrator.h"
+#include "stream/odometry.h"
 
 namespace gms_ransac {
 namespace {

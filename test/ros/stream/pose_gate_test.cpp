@@ -1,6 +1,6 @@
 // The last gate before publishing: no pose passes it that is not finite, with a rotation and a covariance, in no scale
 // mode and on no sequence.
-#include "stream/publishable_pose.h"
+#include "stream/pair_pose.h"
 
 #include <cmath>
 #include <limits>

@@ -1,5 +1,5 @@
 // Chained poses against exact ones, and their covariance against a Monte Carlo run.
-#include "stream/motion_integrator.h"
+#include "stream/odometry.h"
 
 #include <gtest/gtest.h>
 
