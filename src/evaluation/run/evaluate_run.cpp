@@ -27,25 +27,41 @@ struct Plan {
   std::vector<int> gaps = {1};
   int stride = 1;
   std::vector<DrawnScene> scenes;
+  std::vector<DrawnSequence> sequences;
   int drawn_pairs = 100;  ///< of each scene
   Pipelines pipelines;    ///< one for each method
 };
 
-/// The scenes that lists ask for, in the order of the catalogue.
-std::vector<DrawnScene> chosenScenes(const std::vector<std::string>& lists) {
+/// Those of a catalogue whose names begin with one of the words, in its order; takes these words out of `unknown`.
+template <class Scene>
+std::vector<Scene> chosenOf(const std::vector<Scene>& catalogue, const std::vector<std::string>& words,
+                            std::set<std::string>& unknown) {
+  std::vector<Scene> chosen;
+  for (const Scene& scene : catalogue) {
+    const auto asks = [&](const std::string& word) {
+      const bool wanted = word == "drawn" || scene.name.rfind(word, 0) == 0;
+      if (wanted) unknown.erase(word);
+      return wanted;
+    };
+    if (std::count_if(words.begin(), words.end(), asks) > 0) chosen.push_back(scene);
+  }
+  return chosen;
+}
+
+/// The scenes and sequences that lists ask for.
+void chooseScenes(const std::vector<std::string>& lists, Plan& plan) {
   const std::vector<std::string> words = splitAtCommas(lists);
   std::set<std::string> unknown(words.begin(), words.end());
-  std::vector<DrawnScene> scenes;
-  for (const DrawnScene& scene : drawnScenes()) {
-    const auto asks = [&](const std::string& word) { return word == "drawn" || scene.name.rfind(word, 0) == 0; };
-    if (std::any_of(words.begin(), words.end(), asks)) scenes.push_back(scene);
-    for (const std::string& word : words) {
-      if (asks(word)) unknown.erase(word);
-    }
-  }
-  if (unknown.empty()) return scenes;
+  plan.scenes = chosenOf(drawnScenes(), words, unknown);
+  plan.sequences = chosenOf(drawnSequences(), words, unknown);
+  if (unknown.empty()) return;
   throw std::invalid_argument("--scenes holds '" + *unknown.begin() +
                               "', with which no scene's name begins; see --list-scenes");
+}
+
+template <class Scene>
+void list(const std::vector<Scene>& catalogue) {
+  for (const Scene& scene : catalogue) std::cout << scene.name << "\n    " << scene.summary << '\n';
 }
 
 /// Parses the options of a command and those of a plan, and opens the sets. False when only a text was asked for.
@@ -77,18 +93,19 @@ bool parse(const Arguments& arguments, const char* usage, const std::vector<std:
            "of the truth's axes against those of the camera, degrees about each");
   if (!line.parse(arguments, usage)) return false;
   if (line.given("list-scenes")) {
-    for (const DrawnScene& scene : drawnScenes()) std::cout << scene.name << "\n    " << scene.summary << '\n';
+    list(drawnScenes());
+    list(drawnSequences());
     return false;
   }
   requireAtLeastOne({{"--pairs", plan.drawn_pairs}, {"--stride", plan.stride}});
   if (!gaps.empty()) plan.gaps = parsePositives(gaps, "--gaps");
   plan.pipelines = line.pipelines(methods);
-  plan.scenes = chosenScenes(scenes);
+  chooseScenes(scenes, plan);
   plan.sets = line.sets();
   for (MeasuredSet& set : plan.sets) {
     for (const auto& [field, sigma] : sigmas) set.noise.*field = sigma;
   }
-  if (!plan.sets.empty() || !plan.scenes.empty()) return true;
+  if (!plan.sets.empty() || !plan.scenes.empty() || !plan.sequences.empty()) return true;
   throw std::invalid_argument("neither a folder nor --scenes given; see --help");
 }
 
@@ -102,6 +119,9 @@ std::vector<Series> seriesOf(const Plan& plan, bool correspondences) {
     }
   }
   for (const DrawnScene& scene : plan.scenes) all.push_back(drawnSeries(scene, plan.drawn_pairs, plan.pipelines));
+  for (const DrawnSequence& sequence : plan.sequences) {
+    all.push_back(sequenceSeries(sequence, plan.drawn_pairs, plan.pipelines));
+  }
   return all;
 }
 
@@ -114,6 +134,7 @@ json planRecord(const Plan& plan) {
                  {"options", optionsRecord(plan.pipelines.front())}};
   record["scenes"] = record["sets"] = record["methods"] = json::array();
   for (const DrawnScene& scene : plan.scenes) record["scenes"].push_back(scene.name);
+  for (const DrawnSequence& sequence : plan.sequences) record["scenes"].push_back(sequence.name);
   for (const MeasuredSet& set : plan.sets) {
     record["sets"].push_back({{"name", set.dataset.name()},
                               {"truth_rotation_sigma_deg", kDegrees * set.noise.rotation},

@@ -205,6 +205,15 @@ json recordOf(const MatchFilterOptions& options, Method& method, const TwoViewSc
   return record;
 }
 
+json recordOf(const MatchFilterOptions& options, const MatchResult& result,
+              const Eigen::Isometry3d& current_in_reference) {
+  json record = answerRecord(options, result);
+  record["kind"] = "sequence";
+  record["reliability"] = Reliability().record();
+  record["truth"] = truthRecord(current_in_reference, result, {}, {});
+  return record;
+}
+
 json correspondencesOf(const Answer& answer) {
   const MatchResult& result = answer.result;
   json rows = json::array();

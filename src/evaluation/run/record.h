@@ -2,6 +2,7 @@
 // computes all statistics and tables from records.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
 #include "gms_ransac/match_filter.h"
@@ -29,6 +30,10 @@ nlohmann::json recordOf(const Answer& answer);
 
 /// The same of a method's answer to a drawn scene; `transfer` counts the matches by their exact labels.
 nlohmann::json recordOf(const MatchFilterOptions& options, Method& method, const TwoViewScene& scene);
+
+/// The same of an answer to two images of a drawn sequence, without labels of the matches.
+nlohmann::json recordOf(const MatchFilterOptions& options, const MatchResult& result,
+                        const Eigen::Isometry3d& current_in_reference);
 
 /// u_reference, v_reference, u_current, v_current, confidence and probability of each inlier.
 nlohmann::json correspondencesOf(const Answer& answer);

@@ -21,6 +21,7 @@ using nlohmann::json;
 constexpr int kRounds = 3;  ///< of stages that are timed; the first one pays for memory and caches
 /// That give the first pair its past where a series does not begin with it, times the gap.
 constexpr size_t kPairsBefore = 4;
+constexpr size_t kPairsOfSequence = kSequenceImages - 1;
 constexpr double kSweepNoise = 0.35;  ///< standard deviation of each coordinate, pixels: 0.5 between the two images
 
 /// Runs pipelines over pairs of a set.
@@ -155,6 +156,47 @@ Records drawnRecords(const TwoViewScene& scene, const std::string& name, size_t 
   return records;
 }
 
+/// Runs pipelines over drawn sequences, one after the other.
+class SequenceExperiment {
+ public:
+  SequenceExperiment(const DrawnSequence& sequence, const Pipelines& pipelines)
+      : sequence_(sequence), pasts_(pipelines.size()) {
+    for (const MatchFilterOptions& options : pipelines) {
+      filters_.emplace_back(options);
+      filters_.back().setCamera(sceneCamera());
+    }
+  }
+
+  Records run(size_t pair) {
+    const size_t index = pair / kPairsOfSequence, k = pair % kPairsOfSequence;
+    if (images_.empty() || index != index_) {
+      index_ = index;
+      images_ = drawSequence(sequence_, static_cast<int>(index));
+      std::fill(pasts_.begin(), pasts_.end(), Past());
+    }
+    const Frame reference(images_[k].features, kSequenceInterval * static_cast<double>(k));
+    const Frame current(images_[k + 1].features, kSequenceInterval * static_cast<double>(k + 1));
+    Records records;
+    for (size_t i = 0; i < filters_.size(); ++i) {
+      filters_[i].filter(reference, current, result_, nullptr, &pasts_[i]);
+      pasts_[i].advance();
+      json& record = records.emplace_back(
+          recordOf(filters_[i].options(), result_, images_[k].pose.inverse() * images_[k + 1].pose));
+      record.update({{"set", sequence_.name}, {"reference", ""}, {"current", std::to_string(pair)}});
+      record["gap"] = record["reference_stamp"] = record["stamp"] = nullptr;
+    }
+    return records;
+  }
+
+ private:
+  const DrawnSequence& sequence_;
+  std::vector<MatchFilter> filters_;
+  std::vector<Past> pasts_;
+  size_t index_ = 0;  ///< of the sequence whose images are drawn
+  std::vector<DrawnImage> images_;
+  MatchResult result_;
+};
+
 }  // namespace
 
 Series pairSeries(const MeasuredSet& set, int gap, int stride, const Pipelines& pipelines, bool correspondences) {
@@ -183,6 +225,16 @@ Series drawnSeries(const DrawnScene& drawn, int count, const Pipelines& pipeline
     return drawnRecords(drawPair(drawn, static_cast<int>(pair)), drawn.name, pair, pipelines);
   };
   return {drawn.name, static_cast<size_t>(count), [answer] { return std::function<Records(size_t)>(answer); }};
+}
+
+Series sequenceSeries(const DrawnSequence& sequence, int pairs, const Pipelines& pipelines) {
+  const size_t sequences = std::max<size_t>(1, static_cast<size_t>(pairs) / kPairsOfSequence);
+  return {sequence.name, sequences * kPairsOfSequence,
+          [&] {
+            const auto experiment = std::make_shared<SequenceExperiment>(sequence, pipelines);
+            return [=](size_t pair) { return experiment->run(pair); };
+          },
+          kPairsOfSequence - 1};
 }
 
 Series outlierSeries(double outlier_ratio, int count, const Pipelines& pipelines) {

@@ -13,6 +13,7 @@
 #include "program.h"
 #include "run/truth.h"
 #include "scenes/drawn_scenes.h"
+#include "scenes/drawn_sequences.h"
 
 namespace gms_ransac {
 
@@ -51,6 +52,10 @@ Series timedSeries(const MeasuredSet& set, int gap, int pairs, const Pipelines& 
 
 /// Pairs of a drawn scene, for the estimators alone.
 Series drawnSeries(const DrawnScene& scene, int pairs, const Pipelines& pipelines);
+
+/// Pairs of neighbours in drawn sequences of that name, as many whole ones as `pairs` make but at least one; each is a
+/// stream.
+Series sequenceSeries(const DrawnSequence& sequence, int pairs, const Pipelines& pipelines);
 
 /// Drawn pairs of a general motion with that share of outliers anywhere; the seed of scene and estimator counts up.
 Series outlierSeries(double outlier_ratio, int pairs, const Pipelines& pipelines);
