@@ -19,6 +19,9 @@ constexpr double kBeyondCameras = 10;
 /// Largest support of another motion among the other matches, as a share of the pose's own. The second limit holds if
 /// the matches contradict the camera, because the pose may then join two bodies.
 constexpr double kMostOfSecond = 0.8, kMostOfSecondJoined = 0.6;
+/// Where a part of the view contradicts the rest, both have to know the direction by themselves to this standard
+/// deviation. Else it may be neither's: a body that crosses shows much parallax, and what stands still fits in.
+constexpr double kKnownByItself = 4 * kDegree;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
 
@@ -30,11 +33,14 @@ PoseJudge::PoseJudge(const RobustOptions& options)
 void PoseJudge::refine(const TwoViewPoints& points, bool move, TwoViewPose& pose) {
   segmentation_.apart.clear();
   measure(points, move, pose);
-  if (!move || !options_.judge) return;
-  segmentation_.find(kernels_, points, pose, noise_, findBreak(information_, noise_.sigma() * noise_.sigma()));
+  if (!options_.judge) return;
+  break_ = findBreak(information_, noise_.sigma() * noise_.sigma());
+  if (!move) return;
+  segmentation_.find(kernels_, points, pose, noise_, break_);
   if (!segmentation_.found()) return;
   pose = segmentation_.larger;
   measure(points, true, pose);
+  break_ = findBreak(information_, noise_.sigma() * noise_.sigma());
 }
 
 void PoseJudge::measureNoise(const PointColumnsView& points, const TwoViewPose& pose) {
@@ -126,7 +132,9 @@ DirectionDoubt PoseJudge::compare(const TwoViewPoints& points, const RotationVer
                                                      directionSigma(spread_.of_matches), camera_decides, alternatives);
   covariance += ambiguity.covariance;
   if (doubt != DirectionDoubt::kNone) return doubt;
-  if (ambiguity.other_direction || !directionIsKnown(directionSigma(covariance))) return DirectionDoubt::kOtherMotion;
+  const double direction_sigma = directionSigma(covariance);
+  if (ambiguity.other_direction || !directionIsKnown(direction_sigma)) return DirectionDoubt::kOtherMotion;
+  if (break_.torn && break_.weaker_side * direction_sigma > kKnownByItself) return DirectionDoubt::kOtherMotion;
   const double most = spread_.camera.statistic > 1 ? kMostOfSecondJoined : kMostOfSecond;
   const bool second = (segmentation_.found() && segmentation_.smaller_share > most) ||
                       other_motions_.shareOfSecond(points.view(), noise_, most) > most;

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <bitset>
+#include <limits>
 #include <utility>
 
 #include <Eigen/Cholesky>
+
+#include "judgement/pose_covariance.h"
 
 namespace gms_ransac {
 
@@ -13,6 +16,8 @@ namespace {
 
 /// Drawn scenes of one rigid world, whose largest statistic is 13 in the median, exceed this in less than one of 100.
 constexpr double kBreak = 27;
+/// Pairs of real cameras, be they badly calibrated or with rolling shutters, come to 40 in one of 300 at most.
+constexpr double kTorn = 40;
 constexpr double kLeastShare = 0.1;  ///< of the matches, in the rectangle and outside
 
 constexpr int kRounds = 4;  ///< in most scenes the third changes nothing
@@ -85,12 +90,26 @@ PoseBreak worstBreak(const PoseInformation& all, const Eigen::Matrix<double, N, 
           const bool enough = fewer >= kParameters && fewer >= kLeastShare * all.used;
           const double statistic = enough && broken[rectangle] ? part.statistic() : 0;
           broken[rectangle] = statistic > kBreak;
-          if (statistic > worst.statistic) worst = {statistic, {left, top, right - left, bottom - top}};
+          if (statistic > worst.statistic) worst = {statistic, {left, top, right - left, bottom - top}, false, 1};
         }
       }
     }
   }
   return worst;
+}
+
+/// PoseBreak::weaker_side of a rectangle.
+double weakerSide(const PoseInformation& all, const cv::Rect& blocks) {
+  PoseSquare inside = PoseSquare::Zero();
+  for (int k = 0; k < kBlockCount; ++k) {
+    const bool in = blocks.contains({k % kBlockSide, k / kBlockSide});
+    if (in) inside += all.bend * all.blocks[static_cast<size_t>(k)].ownProducts();
+  }
+  const auto sigma = [](const PoseSquare& curvature) {
+    const PoseSquare inverse = inverseOf(curvature);
+    return inverse.allFinite() ? directionSigma(inverse) : std::numeric_limits<double>::infinity();
+  };
+  return std::max(sigma(inside), sigma(all.ofPose() - inside)) / sigma(all.ofPose());
 }
 
 }  // namespace
@@ -101,7 +120,10 @@ PoseBreak findBreak(const PoseInformation& all, double variance) {
   // By the pose's own parameters first, which takes little and mostly settles it.
   std::bitset<kRectangles> broken;
   const PoseBreak own = worstBreak<kPoseParameters>(all, inverse, broken.set());
-  return broken.any() ? worstBreak<kParameters>(all, all.inverseWithCamera(variance), broken) : own;
+  PoseBreak worst = broken.any() ? worstBreak<kParameters>(all, all.inverseWithCamera(variance), broken) : own;
+  worst.torn = own.statistic > kTorn;
+  if (worst.torn) worst.weaker_side = weakerSide(all, own.blocks);
+  return worst;
 }
 
 void Segmentation::find(const ResidualKernels& kernels, const TwoViewPoints& points, const TwoViewPose& pose,
