@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """~odom, ~twist and their transforms: begin, axes, frames, covariance, silence when lost, no second parent."""
+import time
 import unittest
 
 import numpy as np
@@ -196,7 +197,7 @@ class OdometryTest(unittest.TestCase):
         listening = rospy.Subscriber("/tf", TFMessage, lambda m: transforms.extend(m.transforms))
         client, = self.client("nameless")
         client.wait(listening.get_num_connections, "tf")
-        step = self.walk(client)
+        step, begin = self.walk(client), time.monotonic()
         warnings = lambda: [s for s in said if "no frame_id" in s]
 
         def broadcast():  # of images with a name, once it has listened to tf for long enough
@@ -211,7 +212,7 @@ class OdometryTest(unittest.TestCase):
             step("/")
         transforms_before, transforms[:] = list(transforms), []
         client.wait(broadcast, "transforms after those that have no name")
-        self.assertEqual(len(warnings()), 1, said)
+        self.assertLessEqual(len(warnings()), 1 + (time.monotonic() - begin) // 10, "once in 10 s: %s" % said)
         self.assertFalse([t for t in transforms_before + transforms
                           if t.child_frame_id in ("", "_reference") or not t.header.frame_id])
 
