@@ -14,7 +14,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from graph import STEP, Scene, client_of, degrees_between, rotation_matrix, run, said_by, vector, walk
+from graph import STEP, TIMEOUT, Scene, client_of, degrees_between, rotation_matrix, run, said_by, vector, walk
 
 
 def optical_mount(stamp, parent, child):
@@ -230,7 +230,7 @@ class OdometryTest(unittest.TestCase):
             noticed()
         # The node's last message is read last: by then any other warning is here.
         last = "change refused"
-        Reconfigure("contested", timeout=30).update_configuration({"features": 0})
+        Reconfigure("contested", timeout=TIMEOUT).update_configuration({"features": 0})
         client.wait(lambda: [s for s in said if last in s], last)
         self.assertEqual(len([s for s in said if "and so does" in s]), 1, "it does not contest itself")
 
