@@ -187,6 +187,7 @@ class Disturbance(threading.Thread):
         self.reconfigure = {name: Reconfigure(name, timeout=30) for name in FILTERS}
         self.at_start = {name: client.get_configuration() for name, client in self.reconfigure.items()}
         self.resting = steady
+        self.rate = 0.0  # actions a second after the first minute, without the rests
         self.listeners = []
 
     def run(self):
@@ -200,14 +201,20 @@ class Disturbance(threading.Thread):
         pause = lambda: self.random.uniform(0.1, 1.5)
         if self.reconfigurations > 0:
             actions, pause = (self.change,), lambda: 1 / self.reconfigurations
-        rested = 0.0
-        while not self.stopping.wait(pause()):
+        due = begin = time.monotonic()
+        rested = actions_done = 0.0
+        while not self.stopping.wait(due - time.monotonic()):
             name, action = self.random.choice(FILTERS), self.random.choice(actions)
+            due += pause()  # not from the end of the action, which may take long
             try:
                 if not self.steady and time.monotonic() > rested + REST_EVERY:
+                    started = time.monotonic()
                     self.rest()
                     rested = time.monotonic()
+                    due, begin = due + rested - started, begin + rested - started
                 action(name)
+                actions_done += 1
+                self.rate = actions_done / max(time.monotonic() - begin, 1e-3)
             except (rospy.ROSException, rospy.ServiceException) as error:
                 self.done["failed: %s" % error] += 1
 
@@ -378,7 +385,8 @@ def main():
         graph.stop()
     lines, complaints = judge(record, died)
     if disturbance:
-        lines.append("done to them: " + ", ".join("%d %s" % (n, what) for what, n in sorted(disturbance.done.items())))
+        lines.append("done to them: " + ", ".join("%d %s" % (n, what) for what, n in sorted(disturbance.done.items())) +
+                     "; %.1f a second after the first minute, outside of rests" % disturbance.rate)
     text = "\n".join(lines + ["FAILED: " + complaint for complaint in complaints] + ([] if complaints else ["passed"]))
     print(text)
     with open(os.path.join(options.out, "summary.txt"), "w") as out:

@@ -27,14 +27,16 @@ case $(sed -n 's/^GMS_RANSAC_SANITIZE:STRING=//p' "$build/CMakeCache.txt") in
   *thread*) runtime=libtsan.so ;;
 esac
 if [ -n "${runtime:-}" ]; then
-  export GMS_RANSAC_PATIENCE=5
   export ASAN_OPTIONS=detect_leaks=0:quarantine_size_mb=8:${ASAN_OPTIONS:-}
   export LD_PRELOAD="$(g++ -print-file-name="$runtime") $(g++ -print-file-name=libstdc++.so.6)"
 fi
+# Seconds for all cases of a test. It ends before ctest's limit, because it ends the nodes that it started.
+export GMS_RANSAC_TIME_LIMIT=$((400 * ${GMS_RANSAC_PATIENCE:-1}))
+[ "${GMS_RANSAC_FULL:-}" != 1 ] || GMS_RANSAC_TIME_LIMIT=$((3 * GMS_RANSAC_TIME_LIMIT))
 launch=$source_dir/test/ros/rostest/$name.test
 if [ ! -f "$launch" ]; then
   launch=$ROS_HOME/$name.test
-  echo "<launch><test test-name='$name' pkg='gms_ransac_rostest' type='${name}_test.py' time-limit='400'/></launch>" >"$launch"
+  echo "<launch><test test-name='$name' pkg='gms_ransac_rostest' type='${name}_test.py' time-limit='$GMS_RANSAC_TIME_LIMIT'/></launch>" >"$launch"
 fi
 rm -f "$results/gms_ransac/"*"-$name.xml" "$results/rostest_$name.xml"
 status=0

@@ -18,11 +18,23 @@ struct UnclampedConfig : MatchFilterConfig {
   /// Hides the generated one; the server calls it with every request.
   void __clamp__() {}
 
+  /// Hides the generated one, which writes every parameter, each in a call of the master, with every request.
+  void __toServer__(const ros::NodeHandle& nh) {
+    ParameterValues now = values();
+    for (const auto& description : __getParamDescriptions__()) {
+      const auto written = on_server.find(description->name);
+      if (written == on_server.end() || written->second != now.at(description->name)) description->toServer(nh, *this);
+    }
+    on_server = std::move(now);
+  }
+
   ParameterValues values() const {
     dynamic_reconfigure::Config message;
     __toMessage__(message);
     return valuesOf(message);
   }
+
+  ParameterValues on_server;  ///< what was written last; empty: nothing yet
 };
 
 /// " ~features 2000 -> 500, ~model ..."; empty: none.

@@ -17,7 +17,7 @@ from gms_ransac.msg import Correspondences, MatchStats
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import CameraInfo, Image
 
-# How many times slower everything may be: on a loaded machine, or of what is sanitized.
+# How many times slower everything may be: scripts/test says it of sanitized builds.
 PATIENCE = float(os.environ.get("GMS_RANSAC_PATIENCE", 1))
 TIMEOUT = 30.0 * PATIENCE  # seconds of wall time a condition is awaited before the test fails
 

@@ -12,7 +12,7 @@ from sensor_msgs.msg import Image
 from std_srvs.srv import SetBool
 from tf2_msgs.msg import TFMessage
 
-from graph import Client, client_of, rotation_matrix, run, said_by, vector, walk
+from graph import TIMEOUT, Client, client_of, rotation_matrix, run, said_by, vector, walk
 
 
 class Lazy(unittest.TestCase):
@@ -64,7 +64,7 @@ class Lazy(unittest.TestCase):
         listener.unregister()
         client.wait(lambda: self.connections(client) == 0, "the end of the subscription")
 
-        reconfigure = Reconfigure("lazy_filter", timeout=30)
+        reconfigure = Reconfigure("lazy_filter", timeout=TIMEOUT)
         reconfigure.update_configuration({"publish_relative_tf": True})
         client.wait(lambda: self.connections(client) == 1, "the subscription that follows the transform")
         reconfigure.update_configuration({"publish_relative_tf": False})

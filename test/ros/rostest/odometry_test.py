@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """~odom, ~twist and their transforms: begin, axes, frames, covariance, silence when lost, no second parent."""
+import time
 import unittest
 
 import numpy as np
@@ -13,7 +14,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from graph import STEP, Scene, client_of, degrees_between, rotation_matrix, run, said_by, vector, walk
+from graph import STEP, TIMEOUT, Scene, client_of, degrees_between, rotation_matrix, run, said_by, vector, walk
 
 
 def optical_mount(stamp, parent, child):
@@ -196,7 +197,7 @@ class OdometryTest(unittest.TestCase):
         listening = rospy.Subscriber("/tf", TFMessage, lambda m: transforms.extend(m.transforms))
         client, = self.client("nameless")
         client.wait(listening.get_num_connections, "tf")
-        step = self.walk(client)
+        step, begin = self.walk(client), time.monotonic()
         warnings = lambda: [s for s in said if "no frame_id" in s]
 
         def broadcast():  # of images with a name, once it has listened to tf for long enough
@@ -211,7 +212,7 @@ class OdometryTest(unittest.TestCase):
             step("/")
         transforms_before, transforms[:] = list(transforms), []
         client.wait(broadcast, "transforms after those that have no name")
-        self.assertEqual(len(warnings()), 1, said)
+        self.assertLessEqual(len(warnings()), 1 + (time.monotonic() - begin) // 10, "once in 10 s: %s" % said)
         self.assertFalse([t for t in transforms_before + transforms
                           if t.child_frame_id in ("", "_reference") or not t.header.frame_id])
 
@@ -229,7 +230,7 @@ class OdometryTest(unittest.TestCase):
             noticed()
         # The node's last message is read last: by then any other warning is here.
         last = "change refused"
-        Reconfigure("contested", timeout=30).update_configuration({"features": 0})
+        Reconfigure("contested", timeout=TIMEOUT).update_configuration({"features": 0})
         client.wait(lambda: [s for s in said if last in s], last)
         self.assertEqual(len([s for s in said if "and so does" in s]), 1, "it does not contest itself")
 

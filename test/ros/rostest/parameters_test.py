@@ -92,7 +92,10 @@ class Parameters(unittest.TestCase):
         reconfigure = Reconfigure("running", timeout=TIMEOUT)
         client.ask(frames[0], 100.0)
         self.assertGreater(client.ask(frames[1], 100.1).keypoints_current, 1000)
+        rospy.set_param("running/max_iterations", 7)  # a mark: what does not change is not written, one call of the master each
         reconfigure.update_configuration({"features": 500, "publish_rejected": True})
+        self.assertEqual([rospy.get_param("running/" + name) for name in ("features", "publish_rejected", "max_iterations")],
+                         [500, True, 7])
         changed = "/running: changed ~features 2000 -> 500, ~publish_rejected false -> true"
         client.wait(lambda: changed in said, changed)
         answer = client.ask(frames[2], 100.2)
