@@ -369,6 +369,7 @@ def write_curves(folder, answers):
     write_csv(os.path.join(folder, "risk_coverage.csv"), ["kind", "method", "coverage", "risk"],
               [key + ("%.5f" % c, "%.5f" % r) for key, curve in risks.items() for c, r in zip(*curve)])
     bins = dict((key, sum(a.bins for a in group)) for key, group in kinds.items())
+    bins = dict((key, rows) for key, rows in bins.items() if rows[:, 0].any()) or bins  # without labels: sequences
     write_csv(os.path.join(folder, "reliability.csv"), ["kind", "method", "matches", "probability", "right"],
               [key + (int(n), "%.4f" % (p / n), "%.4f" % (k / n))
                for key, rows in bins.items() for n, p, k in rows if n])
