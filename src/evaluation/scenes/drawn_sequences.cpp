@@ -233,6 +233,7 @@ std::vector<DrawnImage> drawSequence(const DrawnSequence& sequence, int index) {
   const Setting& setting = settingOf(sequence);
   const Body body(sequence, poses, random);
   std::vector<Point> scene;
+  scene.reserve(kPoints);
   for (int k = 0; k < kPoints; ++k) scene.emplace_back(anywhereInView(setting, poses.front(), random), random);
   std::vector<DrawnImage> images(kSequenceImages);
   for (int i = 0; i < kSequenceImages; ++i) {

@@ -49,8 +49,10 @@ TEST(DrawnSequences, NamesAreUniqueAndSequencesRepeat) {
 TEST(DrawnSequences, AreWhatTheirNamesSay) {
   for (const double percent : {10, 40}) {
     const std::string share = std::to_string(static_cast<int>(percent));
-    EXPECT_NEAR(shareOfBody(drawSequence(named("sequence_driving_crossing_" + share), 0)[5]), percent / 100, 0.003 * percent);
-    EXPECT_NEAR(shareOfBody(drawSequence(named("sequence_hand_towards_" + share), 0)[9]), percent / 100, 0.003 * percent);
+    EXPECT_NEAR(shareOfBody(drawSequence(named("sequence_driving_crossing_" + share), 0)[5]), percent / 100,
+                0.003 * percent);
+    EXPECT_NEAR(shareOfBody(drawSequence(named("sequence_hand_towards_" + share), 0)[9]), percent / 100,
+                0.003 * percent);
   }
   const auto towards = drawSequence(named("sequence_standing_towards_40"), 0);
   EXPECT_LT(shareOfBody(towards.front()), shareOfBody(towards.back()));
