@@ -24,13 +24,6 @@ constexpr double kReadoutRotation = 2 * kDegree,
 const Vector3d kNone(0, 0, 0), kForward(0.05, 0, 1), kDrivingRotation(0.005, 0.02, 0.005);
 const Vector3d kFrontal(0, 0, 1), kOblique(0.8, -0.3, 1);
 
-double between(double low, double high, Random& random) { return low + (high - low) * random.uniform(); }
-
-Vector3d inCube(Random& random) {
-  const double x = between(-1, 1, random), y = between(-1, 1, random), z = between(-1, 1, random);
-  return {x, y, z};
-}
-
 Vector3d varied(const Vector3d& vector, Random& random) { return vector + kVariation * vector.norm() * inCube(random); }
 
 Vector3d rotationOf(double angle, Random& random) { return angle * inCube(random).normalized(); }

@@ -26,9 +26,7 @@ constexpr double kMisplaced = 0.05;  // share of these elsewhere,
 constexpr double kReach = 48;        // pixels in x and in y at most
 constexpr double kFlipped = 0.07;    // share of the bits of a descriptor that an image changes: 33 of a pair's
 constexpr double kNoise = 0.3;       // pixels at octave 0
-constexpr int kLevels = 8;
-constexpr double kLevelScale = 1.2, kNoiseExponent = 0.5;  // as in makeTwoViewScene
-constexpr double kBodyDepth = 0.5;                         // metres, of its box
+constexpr double kBodyDepth = 0.5;   // metres, of its box
 
 /// A street with its cars, or a room with its people: a box about the first camera, whose walls the camera sees from
 /// within. Metres, and metres from image to image.
@@ -50,13 +48,6 @@ int imageOfShare(const DrawnSequence& sequence) {
   return sequence.body == BodyPath::kTowards ? kSequenceImages - 1 : kSequenceImages / 2;
 }
 
-double between(double low, double high, Random& random) { return low + (high - low) * random.uniform(); }
-
-Vector3d inCube(Random& random) {
-  const double x = between(-1, 1, random), y = between(-1, 1, random), z = between(-1, 1, random);
-  return {x, y, z};
-}
-
 struct Point {
   Vector3d place;  // in the first camera's axes, or in the body's
   std::array<uint8_t, kDescriptorBytes> descriptor;
@@ -64,9 +55,7 @@ struct Point {
   float angle;
 
   Point(const Vector3d& where, Random& random)
-      : place(where),
-        octave(static_cast<int>(kLevels * random.uniform() * random.uniform())),
-        angle(static_cast<float>(between(0, 360, random))) {
+      : place(where), octave(drawOctave(random)), angle(static_cast<float>(between(0, 360, random))) {
     for (uint8_t& byte : descriptor) byte = static_cast<uint8_t>(random.below(256));
   }
 };
@@ -179,7 +168,7 @@ Vector3d anywhereInView(const Setting& setting, const Isometry3d& pose, Random& 
 void detect(const Point& point, const Vector2d& pixel, Random& random, Features& features,
             std::vector<uint8_t>& descriptors) {
   if (random.uniform() >= kDetected) return;
-  const double sigma = kNoise * std::pow(kLevelScale, kNoiseExponent * point.octave);
+  const double sigma = noiseAt(point.octave, kNoise);
   Vector2d place = pixel + sigma * Vector2d(gaussian(random), gaussian(random));
   if (random.uniform() < kMisplaced) place += kReach * inCube(random).head<2>();
   const cv::Size size = features.image_size;

@@ -257,6 +257,17 @@ Camera sceneCamera() {
   return Camera({kFocalLength, kFocalLength, kWidth / 2.0, kHeight / 2.0, "", {}}, {kWidth, kHeight});
 }
 
+double between(double low, double high, Random& random) { return low + (high - low) * random.uniform(); }
+
+Vector3d inCube(Random& random) {
+  const double x = between(-1, 1, random), y = between(-1, 1, random), z = between(-1, 1, random);
+  return {x, y, z};
+}
+
+int drawOctave(Random& random) { return static_cast<int>(kLevels * random.uniform() * random.uniform()); }
+
+double noiseAt(int octave, double noise_px) { return noise_px * std::pow(kLevelScale, kNoiseExponent * octave); }
+
 double gaussian(Random& random) {
   const double u = random.uniform(), v = random.uniform();
   return std::sqrt(-2 * std::log(1 - u)) * std::cos(2 * M_PI * v);
@@ -297,8 +308,8 @@ TwoViewScene makeTwoViewScene(const TwoViewSceneOptions& options) {
     }
     if (outlier) current = outlierPlace(options, current, random);
     if (!isInside(current)) continue;
-    const int octave = options.octaves ? static_cast<int>(kLevels * random.uniform() * random.uniform()) : 0;
-    const double sigma = options.noise_px * std::pow(kLevelScale, kNoiseExponent * octave);
+    const int octave = options.octaves ? drawOctave(random) : 0;
+    const double sigma = noiseAt(octave, options.noise_px);
     columns.x_reference[i] = static_cast<float>(reference.x() + sigma * gaussian(random));
     columns.y_reference[i] = static_cast<float>(reference.y() + sigma * gaussian(random));
     columns.x_current[i] = static_cast<float>(current.x() + sigma * gaussian(random));

@@ -93,6 +93,12 @@ double medianParallax(const TwoViewSceneOptions& options);
 TwoViewSceneOptions withMedian(double (*measure)(const TwoViewSceneOptions&), double pixels,
                                TwoViewSceneOptions options);
 
-double gaussian(Random& random);  ///< standard normal
+// What drawn scenes and sequences draw with.
+double gaussian(Random& random);                          ///< standard normal
+double between(double low, double high, Random& random);  ///< uniform
+Eigen::Vector3d inCube(Random& random);                   ///< uniform in -1..1 along each axis
+int drawOctave(Random& random);                           ///< of eight, the coarse less often
+/// Standard deviation of a coordinate of a keypoint that has `noise_px` at octave 0 (doc/estimator.md).
+double noiseAt(int octave, double noise_px);
 
 }  // namespace gms_ransac

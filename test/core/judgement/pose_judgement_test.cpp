@@ -18,9 +18,6 @@ namespace {
 constexpr double kDegree = M_PI / 180;
 constexpr double kWrongDirection = 20, kBent = 0.3;  ///< degrees, of the direction and of the rotation
 
-/// Uniform in [least, most).
-double between(double least, double most, Random& random) { return least + (most - least) * random.uniform(); }
-
 Eigen::Matrix3d rotationAbout(const Eigen::Vector3d& axis, double angle) {
   return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
 }
