@@ -18,7 +18,7 @@ ENOUGH = 20  # answers of one set or scene, for a share of them to mean somethin
 CLOCK = 1e8  # seconds; later stamps are of one clock for all recordings, earlier ones begin anew in each
 PLOTS = ("risk_coverage.png", "reliability.png")
 AXES = ("rx", "ry", "rz")
-# Of rotation and direction, degrees: beyond is wrong.
+# Rotation and direction in degrees; an answer with a larger error is wrong.
 LIMITS = {"real": (3, 30), "rendered": (1, 20), "drawn": (1, 20), "sequence": (1, 20)}
 TITLES = {"real": "Real images", "rendered": "Rendered scenes", "drawn": "Drawn scenes",
           "sequence": "Drawn sequences"}

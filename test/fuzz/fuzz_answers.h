@@ -1,4 +1,4 @@
-// What the targets share that give a stream of images or keypoints to the node's frame processor.
+// Shared by the targets that give a stream of images or keypoints to the node's frame processor.
 #pragma once
 
 #include <cv_bridge/cv_bridge.h>

@@ -20,7 +20,7 @@ constexpr double kBeyondCameras = 10;
 /// the matches contradict the camera, because the pose may then join two bodies.
 constexpr double kMostOfSecond = 0.8, kMostOfSecondJoined = 0.6;
 /// Where a part of the view contradicts the rest, both have to know the direction by themselves to this standard
-/// deviation. Else it may be neither's: a body that crosses shows much parallax, and what stands still fits in.
+/// deviation. A direction that is neither's fits as well: the body has much parallax, and what stands still has little.
 constexpr double kKnownByItself = 4 * kDegree;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
@@ -33,14 +33,11 @@ PoseJudge::PoseJudge(const RobustOptions& options)
 void PoseJudge::refine(const TwoViewPoints& points, bool move, TwoViewPose& pose) {
   segmentation_.apart.clear();
   measure(points, move, pose);
-  if (!options_.judge) return;
-  break_ = findBreak(information_, noise_.sigma() * noise_.sigma());
-  if (!move) return;
+  if (!move || !options_.judge) return;
   segmentation_.find(kernels_, points, pose, noise_, break_);
   if (!segmentation_.found()) return;
   pose = segmentation_.larger;
   measure(points, true, pose);
-  break_ = findBreak(information_, noise_.sigma() * noise_.sigma());
 }
 
 void PoseJudge::measureNoise(const PointColumnsView& points, const TwoViewPose& pose) {
@@ -57,6 +54,7 @@ void PoseJudge::measure(const TwoViewPoints& points, bool move, TwoViewPose& pos
   }
   information_.sum(kernels_, plausible_.view(), pose_, noise_.loss(), points.cells());
   spread_ = poseCovariance(information_, noise_.sigma(), options_.calibration_sigma);
+  if (options_.judge) break_ = findBreak(information_, noise_.sigma() * noise_.sigma());
 }
 
 bool PoseJudge::atOptimum(int count) const {
@@ -134,7 +132,7 @@ DirectionDoubt PoseJudge::compare(const TwoViewPoints& points, const RotationVer
   if (doubt != DirectionDoubt::kNone) return doubt;
   const double direction_sigma = directionSigma(covariance);
   if (ambiguity.other_direction || !directionIsKnown(direction_sigma)) return DirectionDoubt::kOtherMotion;
-  if (break_.torn && break_.weaker_side * direction_sigma > kKnownByItself) return DirectionDoubt::kOtherMotion;
+  if (break_.weaker_side * direction_sigma > kKnownByItself) return DirectionDoubt::kOtherMotion;
   const double most = spread_.camera.statistic > 1 ? kMostOfSecondJoined : kMostOfSecond;
   const bool second = (segmentation_.found() && segmentation_.smaller_share > most) ||
                       other_motions_.shareOfSecond(points.view(), noise_, most) > most;

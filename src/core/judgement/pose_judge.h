@@ -63,7 +63,7 @@ class PoseJudge {
   TwoViewPose pose_;
   MatchNoise noise_;        ///< at the pose
   PointColumns plausible_;  ///< the points, those without weight that the noise calls implausible
-  PoseBreak break_;
+  PoseBreak break_;         ///< at the pose; with RobustOptions::judge
   Segmentation segmentation_;
   PoseCovariance spread_;
   Judgement judgement_;

@@ -90,7 +90,7 @@ PoseBreak worstBreak(const PoseInformation& all, const Eigen::Matrix<double, N, 
           const bool enough = fewer >= kParameters && fewer >= kLeastShare * all.used;
           const double statistic = enough && broken[rectangle] ? part.statistic() : 0;
           broken[rectangle] = statistic > kBreak;
-          if (statistic > worst.statistic) worst = {statistic, {left, top, right - left, bottom - top}, false, 1};
+          if (statistic > worst.statistic) worst = {statistic, {left, top, right - left, bottom - top}, 0};
         }
       }
     }
@@ -98,18 +98,18 @@ PoseBreak worstBreak(const PoseInformation& all, const Eigen::Matrix<double, N, 
   return worst;
 }
 
-/// PoseBreak::weaker_side of a rectangle.
-double weakerSide(const PoseInformation& all, const cv::Rect& blocks) {
+/// PoseBreak::weaker_side of a rectangle. `inverse`: of the curvature by the pose.
+double weakerSide(const PoseInformation& all, const PoseSquare& inverse, const cv::Rect& blocks) {
   PoseSquare inside = PoseSquare::Zero();
   for (int k = 0; k < kBlockCount; ++k) {
     const bool in = blocks.contains({k % kBlockSide, k / kBlockSide});
     if (in) inside += all.bend * all.blocks[static_cast<size_t>(k)].ownProducts();
   }
   const auto sigma = [](const PoseSquare& curvature) {
-    const PoseSquare inverse = inverseOf(curvature);
-    return inverse.allFinite() ? directionSigma(inverse) : std::numeric_limits<double>::infinity();
+    const PoseSquare covariance = inverseOf(curvature);
+    return covariance.allFinite() ? directionSigma(covariance) : std::numeric_limits<double>::infinity();
   };
-  return std::max(sigma(inside), sigma(all.ofPose() - inside)) / sigma(all.ofPose());
+  return std::max(sigma(inside), sigma(all.ofPose() - inside)) / directionSigma(inverse);
 }
 
 }  // namespace
@@ -121,8 +121,7 @@ PoseBreak findBreak(const PoseInformation& all, double variance) {
   std::bitset<kRectangles> broken;
   const PoseBreak own = worstBreak<kPoseParameters>(all, inverse, broken.set());
   PoseBreak worst = broken.any() ? worstBreak<kParameters>(all, all.inverseWithCamera(variance), broken) : own;
-  worst.torn = own.statistic > kTorn;
-  if (worst.torn) worst.weaker_side = weakerSide(all, own.blocks);
+  if (own.statistic > kTorn) worst.weaker_side = weakerSide(all, inverse, own.blocks);
   return worst;
 }
 

@@ -19,10 +19,9 @@ namespace gms_ransac {
 struct PoseBreak {
   double statistic = 0;  ///< chi-square with five degrees of freedom, the largest over all rectangles
   cv::Rect blocks;
-  /// True if the statistic with an exact camera is beyond what cameras contradict each other by in practice. Then
-  /// `weaker_side` is the standard deviation of the direction by one side alone, over that by all: of the worse side.
-  bool torn = false;
-  double weaker_side = 1;
+  /// Standard deviation of the direction by one side alone, over that by all: of the worse side. 0 unless the view is
+  /// torn: with an exact camera the statistic is larger than cameras explain in practice.
+  double weaker_side = 0;
 
   /// Returns true if a cell lies in it.
   bool holds(int32_t cell) const {

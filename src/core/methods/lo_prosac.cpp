@@ -39,9 +39,7 @@ class LoProsac : public RansacMethod {
     const bool enough = begin(pair, kNoiseExponent);
     if (!enough) return;
     sort(pairs, SortKey::kLoweRatio);
-    most_samples_ = std::min(options_.max_iterations, kSamplesOfMatch * points_.size());
-    if (result.model_type == ModelType::kEssential) most_samples_ = std::min(most_samples_, kMostPoseSamples);
-    sampler_.begin(task(points_.size(), most_samples_), order_, points_.cells());
+    sampler_.begin(task(points_.size(), mostSamples()), order_, points_.cells());
     switch (result.model_type) {
       case ModelType::kEssential:
         return estimatePose(pair);
@@ -104,10 +102,15 @@ class LoProsac : public RansacMethod {
   /// The search ends when it is sure of the first matches of the order, which are few where few have survived: a wrong
   /// motion may explain most of them (doc/estimator.md).
   void searchWider(const PoseModel& plain, Effort& effort, Search& search) {
-    const int left = std::min(kWideSamples, most_samples_ - effort.hypotheses);
+    const int left = std::min(kWideSamples, mostSamples() - effort.hypotheses);
     if (left <= 0 || hurried(effort) || !leavesMuch(plain, search.ransac.best()->pose)) return;
     sampler_.begin(task(points_.size(), left), order_, points_.cells(), kWideShare);
     search.ransac.search(sampler_);
+  }
+
+  int mostSamples() const {
+    const int most = std::min(options_.max_iterations, kSamplesOfMatch * points_.size());
+    return points_.type() == ModelType::kEssential ? std::min(most, kMostPoseSamples) : most;
   }
 
   int finalIterations(Effort& effort) const { return hurried(effort) ? kHastyIterations : kFinalIterations; }
@@ -130,7 +133,7 @@ class LoProsac : public RansacMethod {
   /// Searches once more, without the prior, with the samples that are left; true when that comes to an optimum of less
   /// cost, which `optimum` then is.
   bool findBetter(const PoseModel& plain, Effort& effort, TwoViewPose& optimum) {
-    const int left = most_samples_ - effort.hypotheses;
+    const int left = mostSamples() - effort.hypotheses;
     if (left <= 0) return false;
     sampler_.begin(task(points_.size(), left), order_, points_.cells());
     Search search(parts(plain, effort), points_.view());
@@ -163,7 +166,6 @@ class LoProsac : public RansacMethod {
     search.offer(*other);
   }
 
-  int most_samples_ = 0;  ///< of all searches of a pair
   StratifiedSampler sampler_;
   PoseJudge judge_;
   std::vector<TwoViewPose> starts_;

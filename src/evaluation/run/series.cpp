@@ -145,13 +145,18 @@ Records Experiment::time(const DatasetPair& pair, int seeds) {
   return records;
 }
 
+/// Names the pair of a record that has no images and no stamps.
+void name(const std::string& set, size_t pair, json& record) {
+  record.update({{"set", set}, {"reference", ""}, {"current", std::to_string(pair)}});
+  record["gap"] = record["reference_stamp"] = record["stamp"] = nullptr;
+}
+
 /// Records of the estimators' answers to a drawn pair.
-Records drawnRecords(const TwoViewScene& scene, const std::string& name, size_t pair, const Pipelines& pipelines) {
+Records drawnRecords(const TwoViewScene& scene, const std::string& set, size_t pair, const Pipelines& pipelines) {
   Records records;
   for (const MatchFilterOptions& options : pipelines) {
     json& record = records.emplace_back(recordOf(options, *makeMethod(options), scene));
-    record.update({{"set", name}, {"reference", ""}, {"current", std::to_string(pair)}});
-    record["gap"] = record["reference_stamp"] = record["stamp"] = nullptr;
+    name(set, pair, record);
   }
   return records;
 }
@@ -182,8 +187,7 @@ class SequenceExperiment {
       pasts_[i].advance();
       json& record = records.emplace_back(
           recordOf(filters_[i].options(), result_, images_[k].pose.inverse() * images_[k + 1].pose));
-      record.update({{"set", sequence_.name}, {"reference", ""}, {"current", std::to_string(pair)}});
-      record["gap"] = record["reference_stamp"] = record["stamp"] = nullptr;
+      name(sequence_.name, pair, record);
     }
     return records;
   }

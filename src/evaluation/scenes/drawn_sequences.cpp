@@ -60,7 +60,12 @@ struct Point {
   }
 };
 
-/// The cameras of all images.
+const Camera& lens() {
+  static const Camera camera = sceneCamera();
+  return camera;
+}
+
+/// The poses of the camera in all images.
 std::vector<Isometry3d> cameraPath(CameraPath path, Random& random) {
   constexpr double kSpeed = 1, kStep = 0.03, kTurn = 1.5 * kDegree;  // metres and radians an image
   constexpr int kBrakes = 6;                                         // images until the car stands
@@ -92,8 +97,8 @@ class Body {
     const Setting& setting = settingOf(sequence);
     axes_ = cameras[static_cast<size_t>(image_of_share_)];
     const double side = std::sqrt(sequence.share), depth = between(setting.body_nearest, setting.body_farthest, random);
-    const Camera lens = sceneCamera();
-    half_ = 0.5 * depth * Vector2d(lens.imageSize().width, lens.imageSize().height) / lens.meanFocalLength();
+    const cv::Size size = lens().imageSize();
+    half_ = 0.5 * depth * Vector2d(size.width, size.height) / lens().meanFocalLength();
     const Vector3d middle = (1 - side) * Vector3d(half_.x(), half_.y(), 0).cwiseProduct(inCube(random));
     middle_ = middle + Vector3d(0, 0, depth);
     half_ *= side;
@@ -146,17 +151,16 @@ constexpr double kClosest = 0.3;  // metres before the camera
 bool project(const Vector3d& point, const Isometry3d& pose, Vector2d& pixel) {
   const Vector3d seen = pose.inverse() * point;
   if (seen.z() < kClosest) return false;
-  const Camera camera = sceneCamera();
-  pixel = (camera.K() * seen).hnormalized();
-  return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < camera.imageSize().width &&
-         pixel.y() < camera.imageSize().height;
+  pixel = (lens().K() * seen).hnormalized();
+  const cv::Size size = lens().imageSize();
+  return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < size.width && pixel.y() < size.height;
 }
 
 /// A point of the box where a pixel's ray meets it.
 Vector3d anywhereInView(const Setting& setting, const Isometry3d& pose, Random& random) {
-  const Camera camera = sceneCamera();
-  const Vector3d pixel(camera.imageSize().width * random.uniform(), camera.imageSize().height * random.uniform(), 1);
-  const Vector3d ray = pose.linear() * (camera.K().inverse() * pixel), from = pose.translation();
+  const cv::Size size = lens().imageSize();
+  const Vector3d pixel(size.width * random.uniform(), size.height * random.uniform(), 1);
+  const Vector3d ray = pose.linear() * (lens().K().inverse() * pixel), from = pose.translation();
   double depth = std::numeric_limits<double>::max();
   for (int k = 0; k < 3; ++k) {
     const double wall = ray[k] > 0 ? setting.high[k] : setting.low[k];
@@ -228,11 +232,11 @@ std::vector<DrawnImage> drawSequence(const DrawnSequence& sequence, int index) {
   for (int i = 0; i < kSequenceImages; ++i) {
     DrawnImage& image = images[static_cast<size_t>(i)];
     image.pose = poses[static_cast<size_t>(i)];
-    image.features.image_size = sceneCamera().imageSize();
+    image.features.image_size = lens().imageSize();
     std::vector<uint8_t> descriptors;
     Vector2d pixel;
     for (Point& point : scene) {
-      // What has left the view makes room for another point.
+      // A point that has left the view makes room for another one.
       if (!project(point.place, image.pose, pixel)) {
         point = Point(anywhereInView(setting, image.pose, random), random);
         project(point.place, image.pose, pixel);

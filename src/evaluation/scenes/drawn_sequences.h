@@ -22,7 +22,7 @@ struct DrawnSequence {
   double share;  ///< of the view that the body covers at most
 };
 
-/// What the camera saw, and where it was.
+/// One image: its features, and the pose of the camera.
 struct DrawnImage {
   Features features;                                       ///< of a sceneCamera()
   std::vector<uint8_t> on_body;                            ///< of each keypoint: 1 on the body, 0 on what stands still

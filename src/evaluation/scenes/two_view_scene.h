@@ -93,7 +93,7 @@ double medianParallax(const TwoViewSceneOptions& options);
 TwoViewSceneOptions withMedian(double (*measure)(const TwoViewSceneOptions&), double pixels,
                                TwoViewSceneOptions options);
 
-// What drawn scenes and sequences draw with.
+// Random numbers of drawn scenes and sequences.
 double gaussian(Random& random);                          ///< standard normal
 double between(double low, double high, Random& random);  ///< uniform
 Eigen::Vector3d inCube(Random& random);                   ///< uniform in -1..1 along each axis

@@ -30,7 +30,7 @@ class Recovery {
 
   /// Newest first.
   const std::deque<Stream>& kept() const { return kept_; }
-  /// Indices of those that the next image is compared with: the newest, and the others in turn.
+  /// Indices of those that the next image is compared with: the newest, and the others one after the other.
   std::vector<size_t> next();
   /// Releases pixels that no answer shows any more. `reference`: of the last answer.
   void dropPixels(const PreparedFrame* reference);
@@ -41,7 +41,7 @@ class Recovery {
   std::deque<Stream> kept_;
   bool lost_ = false;
   int missed_ = 0, good_pairs_ = 0;  ///< since the loss; in a row
-  size_t turn_ = 0;                  ///< whose turn it is after the newest
+  size_t turn_ = 0;                  ///< which of the others is compared next
 };
 
 }  // namespace gms_ransac

@@ -1,4 +1,4 @@
-// The stream as a value, and what answers its images.
+// The stream as a value, and the pipeline that answers its images.
 #pragma once
 
 #include <memory>
@@ -30,7 +30,7 @@ struct ProcessorOptions {
   RecoveryOptions recovery;
 };
 
-/// What answers images, with options that do not change: a change of options is another pipeline.
+/// Answers images with options that do not change: a change of options is another pipeline.
 struct Pipeline {
   /// Throws std::invalid_argument if the options contradict each other. `priors`: other sensors; null: none.
   Pipeline(const Parameters& at_start, const ProcessorOptions& options, std::shared_ptr<MotionPriors> priors = nullptr)

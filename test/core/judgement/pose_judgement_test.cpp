@@ -82,7 +82,7 @@ TwoViewScene makeNarrowScene(uint64_t seed) {
   return makeTwoViewScene(withMedian(medianParallax, 3, options));
 }
 
-/// Calls look(scene, result) with what a method says of each scene that make(seed) draws.
+/// Calls look(scene, result) with the answer of a method to each scene that make(seed) draws.
 template <typename Make, typename Look>
 void forEachAnswer(const std::string& method, const RobustOptions& options, int scenes, const Make& make,
                    const Look& look) {
