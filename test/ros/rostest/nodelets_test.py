@@ -15,7 +15,7 @@ from graph import FULL, Client, Stream, walk
 from processes import pid_of, resident_mb
 
 CYCLES = 200 if FULL else 4
-GROWTH_MB = 4  # from the second quarter of the cycles to the last; in the first the allocator takes pages that it keeps
+GROWTH_MB = 2  # from the second quarter of the cycles to the last; in the first the allocator takes pages that it keeps
 
 
 class Nodelets(unittest.TestCase):
