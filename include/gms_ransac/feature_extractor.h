@@ -30,7 +30,7 @@ struct FeatureExtractorOptions {
 class FeatureExtractor {
  public:
   virtual ~FeatureExtractor() = default;
-  /// `image`: CV_8UC1; too small or beyond 65535 pixels a side gives no features. `mask`: empty, or CV_8UC1 of that
+  /// `image`: CV_8UC1; too small or beyond Features::kLargestSide gives no features. `mask`: empty, or CV_8UC1 of that
   /// size; zero where no keypoint may lie. `at_most`: fewer keypoints than the options ask for. Overwrites
   /// `features`, whose descriptors are packed. Throws std::invalid_argument for a wrong mask.
   void extract(const cv::Mat& image, Features& features, const cv::Mat& mask = cv::Mat(),

@@ -61,7 +61,8 @@ inline bool isInImage(float coordinate, int side) {
 
 /// Keypoints and descriptors of one image. Row i of `descriptors` belongs to `keypoints[i]`.
 struct Features {
-  static constexpr int kOctaves = 16;  ///< pyramid levels that there can be
+  static constexpr int kOctaves = 16;         ///< pyramid levels that there can be
+  static constexpr int kLargestSide = 32768;  ///< pixels of an image; an int holds the area
 
   cv::Size image_size;        ///< pixels of the received image
   float scale_factor = 1.2f;  ///< between pyramid levels; a keypoint of octave l has noise scale_factor^l px

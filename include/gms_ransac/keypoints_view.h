@@ -2,6 +2,7 @@
 // headers.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
@@ -21,7 +22,6 @@ template <typename Message>
 class KeypointsView {
  public:
   using Column = Eigen::Map<const Eigen::VectorXf>;
-  static constexpr size_t kLargestSide = 32768;  ///< pixels, as of images; an int holds the area
 
   /// Columns that a message does not have are empty: octaves are 0 then, angles -1, the others 0. Throws
   /// std::invalid_argument naming the first column or keypoint that cannot be.
@@ -36,8 +36,8 @@ class KeypointsView {
     requireIfAny("track_id", message.track_id, n);
     requireIfAny("depth", message.depth, n);
     requireDescriptors();
-    if (message.width > kLargestSide || message.height > kLargestSide)
-      refuse("the image is larger than " + std::to_string(kLargestSide) + " pixels a side");
+    if (std::max(message.width, message.height) > Features::kLargestSide)
+      refuse("the image is larger than " + std::to_string(Features::kLargestSide) + " pixels a side");
     if (!(message.scale_factor > 1) || !std::isfinite(message.scale_factor)) refuse("scale_factor is not above 1");
     for (size_t i = 0; i < n; ++i) {
       if (!isInImage(message.u[i], static_cast<int>(message.width)) ||

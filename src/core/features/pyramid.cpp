@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <utility>
+
+#include "gms_ransac/features.h"
 
 namespace gms_ransac {
 
@@ -19,7 +20,7 @@ Pyramid::Pyramid(int levels, double scale_factor, int smallest, const FeatureKer
 void Pyramid::layOut(cv::Size size) {
   size_ = size;
   used_ = 0;
-  if (std::max(size.width, size.height) > std::numeric_limits<uint16_t>::max()) return;  // what offsets can hold
+  if (std::max(size.width, size.height) > Features::kLargestSide) return;
   for (Level& level : levels_) {
     const float inverse = 1.0f / static_cast<float>(level.nominal_scale);
     const int width = static_cast<int>(std::lrint(size.width * inverse));

@@ -5,6 +5,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "gms_ransac/features.h"
 #include "guard.h"
 #include "text.h"
 
@@ -14,7 +15,6 @@ namespace {
 
 // A keypoint needs the 31-pixel patch of its descriptor; below twice that an image cannot hold a useful set.
 constexpr uint32_t kMinimumSide = 64;
-constexpr uint32_t kMaximumSide = 32768;
 
 constexpr int kNoConversion = -1;
 
@@ -73,8 +73,10 @@ constexpr double kMetresPerUnit = 0.001;  // of 16-bit depth, REP 118
 
 std::string layoutProblem(const sensor_msgs::Image& image, int type) {
   if (image.width == 0 || image.height == 0 || image.data.empty()) return "it is empty (" + shapeText(image) + ")";
-  if (image.width > kMaximumSide || image.height > kMaximumSide)
-    return "it is " + shapeText(image) + ", too large: a side has at most " + std::to_string(kMaximumSide) + " pixels";
+  if (std::max(image.width, image.height) > Features::kLargestSide) {
+    return "it is " + shapeText(image) + ", too large: a side has at most " + std::to_string(Features::kLargestSide) +
+           " pixels";
+  }
   const size_t row = static_cast<size_t>(image.width) * CV_ELEM_SIZE(type), value = CV_ELEM_SIZE1(type);
   const auto step = [&image] { return "step is " + std::to_string(image.step) + " bytes, "; };
   if (image.step < row) {

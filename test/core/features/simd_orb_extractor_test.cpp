@@ -345,6 +345,11 @@ TEST(SimdOrbExtractor, TakesImagesOfAnySizeAndContents) {
   }
   extractor->extract(cv::Mat(), features);
   EXPECT_EQ(features.size(), 0);
+  const cv::Mat widest = noise(Features::kLargestSide + 1, 64, 7);
+  extractor->extract(widest, features);
+  EXPECT_EQ(features.size(), 0);
+  extractor->extract(widest.colRange(1, widest.cols), features);
+  EXPECT_GT(features.size(), 0);
 }
 
 class ExtractorMask : public testing::TestWithParam<const char*> {};
