@@ -35,6 +35,7 @@
 #include "scale/translation_scale.h"
 #include "scenes/scene.h"
 #include "shared_data.h"
+#include "stages.h"
 #include "tracks/track_table.h"
 
 namespace gms_ransac {
@@ -91,9 +92,20 @@ void addFeatures(const Features& features, Digest& digest) {
   }
 }
 
+/// A column with an entry for each raw match, 0 for those that the filter rejects.
+template <typename Number>
+std::vector<Number> ofRaw(const MatchResult& result, const std::vector<Number>& column) {
+  std::vector<Number> entries;
+  result.forEachRaw([&](const Match&, MatchStage stage, size_t row) {
+    entries.push_back(stage == MatchStage::kRaw ? 0 : column[row]);
+  });
+  return entries;
+}
+
 void addResult(const MatchResult& result, Digest& digest) {
-  digest.add(result.status).add(result.matches_gms).add(result.inliers).add(result.confidence).add(result.stage);
-  for (const Match& match : result.matches) digest.add(match.reference).add(match.current).add(match.distance);
+  digest.add(result.status).add(result.size()).add(result.inliers);
+  digest.add(ofRaw(result, result.confidence)).add(stagesOf(result));
+  for (const Match& match : result.raw) digest.add(match.reference).add(match.current).add(match.distance);
   const RobustResult& robust = result.robust;
   digest.add(robust.model_found).add(robust.model_type).add(robust.model).add(robust.inlier);
   digest.add(robust.pose_found).add(robust.translation_observable).add(robust.doubt == DirectionDoubt::kOtherMotion);
@@ -193,7 +205,7 @@ void addGuided(const Sequence& sequence, Digests& digests) {
   for (const cv::Mat& image : sequence.images) {
     result = filter.process(image);
     addResult(result, digest);
-    for (const Match& match : result.matches) digest.add(match.second_distance);
+    for (const Match& match : result.raw) digest.add(match.second_distance);
   }
   digests[sequence.name + " stream"]["guided"] = describe(result, digest);
 }
@@ -217,7 +229,7 @@ void addStream(const Sequence& sequence, Digests& digests) {
       past.advance();
       addResult(result, digest);
       tracks.link(result);
-      digest.add(tracks.ids()).add(tracks.lengths());
+      digest.add(ofRaw(result, tracks.ids())).add(ofRaw(result, tracks.lengths()));
       tracks.advance();
       if (result.status == Status::kOk) {
         triangulateInliers(reference.features, current.features, result, sequence.camera, triangulation);

@@ -62,7 +62,7 @@ class MatchFilter {
   void filter(const Frame& reference, const Frame& current, MatchResult& result, const RotationPrior* prior = nullptr,
               Past* past = nullptr);
 
-  /// Estimates again from the survivors that `filter` left in `result`, for statistics over seeds.
+  /// Estimates again from the matches that `filter` left in `result`, for statistics over seeds.
   void estimate(const Frame& reference, const Frame& current, MatchResult& result);
   void setSeed(uint64_t seed);
   /// For tests: replaces the clock of `times` and max_milliseconds.

@@ -34,32 +34,37 @@ struct StageTimes {
   double total() const { return detect + match + gms + ransac; }
 };
 
-/// The matches that the filter keeps, for the estimator.
-struct Survivors {
-  std::vector<int> match;  ///< indices into the raw matches, ascending
-  PointPairs pairs;        ///< one for each `match`
-
-  int size() const { return static_cast<int>(match.size()); }
-};
-
 /// The status of an estimate with this camera.
 Status statusOf(const RobustResult& result, const Camera& camera);
 
-/// The result of one pair. `matches` holds every raw match; each column has one entry per match.
+/// The result of one pair. A match is a row: of `matches` and of every column, those of `pairs` and `robust` too.
 struct MatchResult {
   Status status = Status::kFirstFrame;
   int keypoints_reference = 0, keypoints_current = 0;
-  std::vector<Match> matches;
-  std::vector<MatchStage> stage;
+  std::vector<Match> raw;      ///< all that were found, at most one for each reference keypoint
+  std::vector<Match> matches;  ///< those that the filter keeps, in the order of `raw`
+  PointPairs pairs;            ///< their points
   /// 0..1: motion-statistics score over the largest score of the pair; 1 where the method has no such scores.
   std::vector<float> confidence;
-  /// 0..1, that the match is right; 0 where not known: rejected by the filter, or no model.
-  std::vector<float> probability;
-  int matches_gms = 0, inliers = 0;
-  Survivors survivors;
+  RobustResult robust;      ///< estimated from `pairs`; columns are empty where it was not
+  int inliers = 0;          ///< those of `robust`; where the filter alone decides, all matches
   bool stationary = false;  ///< the camera stands still: what is static moved less than its noise
-  RobustResult robust;      ///< columns have an entry per survivor; `stage` and `probability` are for the raw matches
   StageTimes times;
+
+  int size() const { return static_cast<int>(matches.size()); }
+  bool isInlier(size_t row) const { return inliers > 0 && (robust.inlier[row] != 0 || inliers == size()); }
+  /// 0..1, that the match is right; 0 without a model.
+  float probability(size_t row) const { return robust.probability.empty() ? 0 : robust.probability[row]; }
+  /// Calls visit(match, stage, row) for every raw match, in order; of one with kRaw the row says nothing.
+  template <typename Visit>
+  void forEachRaw(const Visit& visit) const {
+    size_t row = 0;
+    for (const Match& match : raw) {
+      const bool kept = row < matches.size() && matches[row].reference == match.reference;
+      visit(match, !kept ? MatchStage::kRaw : isInlier(row) ? MatchStage::kInlier : MatchStage::kGms, row);
+      if (kept) ++row;
+    }
+  }
 
   void clear(Status new_status);
 };

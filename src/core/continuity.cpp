@@ -45,8 +45,8 @@ void label(const MatchResult& result, Past& past) {
   const RobustResult& robust = result.robust;
   past.reference_static.resize(static_cast<size_t>(result.keypoints_reference), 0);
   past.current_static.assign(static_cast<size_t>(result.keypoints_current), 0);
-  for (size_t k = 0; k < result.survivors.match.size(); ++k) {
-    const Match& match = result.matches[static_cast<size_t>(result.survivors.match[k])];
+  for (size_t k = 0; k < result.matches.size(); ++k) {
+    const Match& match = result.matches[k];
     past.current_static[static_cast<size_t>(match.current)] =
         robust.probability.empty() ? past.isStatic(match.reference) : robust.probability[k] >= kNotJudged;
   }
@@ -94,18 +94,16 @@ void Continuity::follow(Method& method, const Camera& camera, const RobustOption
 }
 
 void Continuity::select(const Past& past, const MatchResult& result) {
-  const PointPairs& all = result.survivors.pairs;
   tracks_.clear();
-  for (int k = 0; k < all.size(); ++k) {
-    const Match& match = result.matches[static_cast<size_t>(result.survivors.match[static_cast<size_t>(k)])];
-    if (past.isStatic(match.reference)) tracks_.push_back(k);
+  for (size_t k = 0; k < result.matches.size(); ++k) {
+    if (past.isStatic(result.matches[k].reference)) tracks_.push_back(static_cast<int>(k));
   }
-  pairs_.gather(all, tracks_);
+  pairs_.gather(result.pairs, tracks_);
 }
 
 void Continuity::take(const Camera& camera, MatchResult& result) {
   RobustResult& robust = result.robust;
-  const PointPairs& all = result.survivors.pairs;
+  const PointPairs& all = result.pairs;
   const auto count = static_cast<size_t>(all.size());
   // A match that continues no static track is no inlier. One that the motion explains may be static, to the next pair.
   inlier_.assign(count, 0);

@@ -23,12 +23,12 @@ class Continuity {
   void follow(Method& method, const Camera& camera, const RobustOptions& options, MatchResult& result, Past& past);
 
  private:
-  /// Selects the survivors that continue static tracks.
+  /// Selects the matches that continue static tracks.
   void select(const Past& past, const MatchResult& result);
-  /// Makes the estimate from the static tracks that of all survivors.
+  /// Makes the estimate from the static tracks that of all matches.
   void take(const Camera& camera, MatchResult& result);
 
-  std::vector<int> tracks_;  ///< survivors that continue static tracks
+  std::vector<int> tracks_;  ///< matches that continue static tracks
   PointPairs pairs_;         ///< and their columns
   RobustResult alone_;       ///< what they show
   std::vector<uint8_t> inlier_;

@@ -44,34 +44,6 @@ HammingMatcherOptions matcherOptions(const MatchFilterOptions& options, const Me
   return matcher;
 }
 
-void markRaw(MatchResult& result) {
-  result.stage.assign(result.matches.size(), MatchStage::kRaw);
-  result.confidence.assign(result.matches.size(), 0.f);
-  result.probability.assign(result.matches.size(), 0.f);
-}
-
-void markSurvivors(MatchResult& result) {
-  const std::vector<int32_t>& score = result.survivors.pairs.score;
-  const int32_t largest = score.empty() ? 0 : *std::max_element(score.begin(), score.end());
-  for (size_t k = 0; k < score.size(); ++k) {
-    const auto i = static_cast<size_t>(result.survivors.match[k]);
-    result.stage[i] = MatchStage::kGms;
-    result.confidence[i] = largest > 0 ? static_cast<float>(score[k]) / static_cast<float>(largest) : 1.f;
-  }
-  result.matches_gms = result.survivors.size();
-}
-
-/// `all`: the filter alone decides.
-void markInliers(bool all, MatchResult& result) {
-  const RobustResult& robust = result.robust;
-  for (size_t k = 0; k < result.survivors.match.size(); ++k) {
-    const auto i = static_cast<size_t>(result.survivors.match[k]);
-    result.stage[i] = all || robust.inlier[k] ? MatchStage::kInlier : MatchStage::kGms;
-    result.probability[i] = robust.probability.empty() ? 0 : robust.probability[k];
-  }
-  result.inliers = all ? result.matches_gms : robust.inlier_count;
-}
-
 void learn(const Frame& reference, const Frame& current, const MatchResult& result, TimeBudget& budget) {
   PairCost cost;
   cost.pixels = current.features.image_size.area();
@@ -187,12 +159,12 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
   result.keypoints_reference = reference.features.size();
   result.keypoints_current = current.features.size();
   result.times.detect = current.detect_seconds;
-  if (prior != nullptr) result.survivors.pairs.rotation_prior = *prior;
+  if (prior != nullptr) result.pairs.rotation_prior = *prior;
   if (past != nullptr) {
-    result.survivors.pairs.previous_motion = past->motion;
+    result.pairs.previous_motion = past->motion;
     past->current_static.clear();
   }
-  if (reference.stamp && current.stamp) result.survivors.pairs.seconds = *current.stamp - *reference.stamp;
+  if (reference.stamp && current.stamp) result.pairs.seconds = *current.stamp - *reference.stamp;
   result.status = compare(reference, current, result, past);
   if (stages_->budget) learn(reference, current, result, *stages_->budget);
 }
@@ -205,30 +177,28 @@ Status MatchFilter::compare(const Frame& reference_frame, const Frame& current_f
 
   StopWatch watch(stages.clock);
   if (!reference.descriptors.is256Bit() || !current.descriptors.is256Bit()) {
-    matchMutually(reference.descriptors, current.descriptors, result.matches);
+    matchMutually(reference.descriptors, current.descriptors, result.raw);
   } else if (stages.guided_search) {
-    const std::optional<RotationPrior>& prior = result.survivors.pairs.rotation_prior;
+    const std::optional<RotationPrior>& prior = result.pairs.rotation_prior;
     const bool predicts = prior && camera.calibrated() && camera.imageSize() == reference.image_size;
     if (predicts) predictRotation(*prior, camera, stages.rotation_prediction);
-    stages.guided_search->match(reference, current, result.matches, predicts ? &stages.rotation_prediction : nullptr);
+    stages.guided_search->match(reference, current, result.raw, predicts ? &stages.rotation_prediction : nullptr);
   } else {
-    stages.matcher.match(reference.descriptors, current.descriptors, result.matches);
+    stages.matcher.match(reference.descriptors, current.descriptors, result.raw);
   }
-  markRaw(result);
   result.times.match = watch.lap();
-  if (result.matches.size() < kMinimumMatches) return Status::kTooFewMatches;
+  if (result.raw.size() < kMinimumMatches) return Status::kTooFewMatches;
 
-  const MotionStatistics& statistics = stages.method->filter(reference, current, result.matches);
-  stages.selector.select(reference, current, result.matches, statistics, camera, result.survivors);
-  markSurvivors(result);
+  const MotionStatistics& statistics = stages.method->filter(reference, current, result.raw);
+  stages.selector.select(reference, current, statistics, camera, result);
   result.times.gms = watch.lap();
-  if (result.survivors.size() < kMinimumMatches) return Status::kGmsRejected;
+  if (result.size() < kMinimumMatches) return Status::kGmsRejected;
 
   return estimateSurvivors(reference_frame, current_frame, result, past);
 }
 
 void MatchFilter::estimate(const Frame& reference, const Frame& current, MatchResult& result) {
-  if (result.survivors.size() < kMinimumMatches) return;
+  if (result.size() < kMinimumMatches) return;
   result.times.ransac = 0;
   result.status = estimateSurvivors(reference, current, result, nullptr);
 }
@@ -239,14 +209,13 @@ Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& curre
     stages.budget->limitSearch(current.seconds_before + result.times.total(), current.features.size());
   }
   StopWatch watch(stages.clock);
-  const Survivors& survivors = result.survivors;
-  stages.method->estimate(survivors.pairs, stages.camera, result.robust);
-  stages.method->postFilter(reference.features, current.features, result.matches, survivors.match, result.robust);
+  stages.method->estimate(result.pairs, stages.camera, result.robust);
+  stages.method->postFilter(reference.features, current.features, result);
   // Fewer inliers are no model.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
   if (past != nullptr) stages.continuity.follow(*stages.method, stages.camera, options_.robust, result, *past);
   result.stationary = !result.robust.translation_observable && standsStill(result, past);
-  markInliers(stages.method->filterDecides(), result);
+  result.inliers = stages.method->filterDecides() ? result.size() : result.robust.inlier_count;
   result.times.ransac = watch.lap();
   return statusOf(result.robust, stages.camera);
 }

@@ -21,16 +21,14 @@ Status statusOf(const RobustResult& result, const Camera& camera) {
 void MatchResult::clear(Status new_status) {
   status = new_status;
   stationary = false;
-  keypoints_reference = keypoints_current = matches_gms = inliers = 0;
+  keypoints_reference = keypoints_current = inliers = 0;
+  raw.clear();
   matches.clear();
-  stage.clear();
+  pairs.resize(0);
+  pairs.rotation_prior.reset();
+  pairs.previous_motion.reset();
+  pairs.seconds.reset();
   confidence.clear();
-  probability.clear();
-  survivors.match.clear();
-  survivors.pairs.resize(0);
-  survivors.pairs.rotation_prior.reset();
-  survivors.pairs.previous_motion.reset();
-  survivors.pairs.seconds.reset();
   robust.clear();
   times = StageTimes();
 }

@@ -33,16 +33,14 @@ struct CellAtRest {
 }  // namespace
 
 bool standsStill(const MatchResult& result, const Past* past) {
-  const PointPairs& pairs = result.survivors.pairs;
-  const std::vector<int>& survivors = result.survivors.match;
-  const auto isTrack = [&](int i) {
-    return past != nullptr && past->isStatic(result.matches[static_cast<size_t>(i)].reference);
-  };
-  const bool by_tracks = std::count_if(survivors.begin(), survivors.end(), isTrack) >= kFewestTracks;
+  const PointPairs& pairs = result.pairs;
+  const std::vector<Match>& matches = result.matches;
+  const auto isTrack = [&](const Match& match) { return past != nullptr && past->isStatic(match.reference); };
+  const bool by_tracks = std::count_if(matches.begin(), matches.end(), isTrack) >= kFewestTracks;
   std::array<CellAtRest, kSpreadGridSide * kSpreadGridSide> grid;
   const Eigen::Vector2d half(0.5 * pairs.image_reference.width, 0.5 * pairs.image_reference.height);
-  for (size_t k = 0; k < survivors.size(); ++k) {
-    if (by_tracks && !isTrack(survivors[k])) continue;
+  for (size_t k = 0; k < matches.size(); ++k) {
+    if (by_tracks && !isTrack(matches[k])) continue;
     const cv::Point2f from(pairs.x_reference[k], pairs.y_reference[k]);
     const auto cell = static_cast<size_t>(spreadCell(from, pairs.image_reference));
     grid[cell].add(Eigen::Vector2d(from.x, from.y) - half, {pairs.x_current[k] - from.x, pairs.y_current[k] - from.y});

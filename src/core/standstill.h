@@ -10,8 +10,8 @@ namespace gms_ransac {
 /// A vehicle that stands with its engine on moves the view by 0.005 to 0.18 pixels from image to image (EuRoC V1_01).
 constexpr double kMostDrift = 0.2;
 
-/// True if the survivors that continue static tracks, by `past`, show a camera at rest; bodies may cross the view. All
-/// survivors are used if there is no past, or if few of them continue static tracks. Evidence is counted by the cells
+/// True if the matches that continue static tracks, by `past`, show a camera at rest; bodies may cross the view. All
+/// matches are used if there is no past, or if few of them continue static tracks. Evidence is counted by the cells
 /// of the spread grid.
 bool standsStill(const MatchResult& result, const Past* past);
 

@@ -14,16 +14,19 @@ bool hasRays(const Features& reference, const Features& current, const Match& ma
   return !std::isnan(p.x) && !std::isnan(q.x);
 }
 
-void describe(const Features& reference, const Features& current, const std::vector<Match>& matches,
-              const MotionStatistics& statistics, const Camera& camera, const std::vector<int>& survivors,
-              PointPairs& pairs) {
-  pairs.resize(static_cast<int>(survivors.size()));
+void describe(const Features& reference, const Features& current, const MotionStatistics& statistics,
+              const Camera& camera, const std::vector<int>& kept, MatchResult& result) {
+  PointPairs& pairs = result.pairs;
+  result.matches.resize(kept.size());
+  result.confidence.resize(kept.size());
+  pairs.resize(static_cast<int>(kept.size()));
   pairs.image_reference = reference.image_size;
   pairs.image_current = current.image_size;
   pairs.scale_factor = current.scale_factor;
-  for (size_t k = 0; k < survivors.size(); ++k) {
-    const auto i = static_cast<size_t>(survivors[k]);
-    const Match& match = matches[i];
+  int32_t largest = 0;
+  for (size_t k = 0; k < kept.size(); ++k) {
+    const auto i = static_cast<size_t>(kept[k]);
+    const Match match = result.matches[k] = result.raw[i];
     const cv::KeyPoint& a = reference.keypoints[match.reference];
     const cv::KeyPoint& b = current.keypoints[match.current];
     const cv::Point2f p = camera.undistort(a.pt), q = camera.undistort(b.pt);
@@ -37,16 +40,19 @@ void describe(const Features& reference, const Features& current, const std::vec
     pairs.relative_score[k] = statistics.relative_score[i];
     pairs.distance[k] = match.distance;
     pairs.second_distance[k] = match.second_distance;
+    largest = std::max(largest, pairs.score[k]);
+  }
+  for (size_t k = 0; k < kept.size(); ++k) {
+    result.confidence[k] = largest > 0 ? static_cast<float>(pairs.score[k]) / static_cast<float>(largest) : 1.f;
   }
 }
 
-void describeRows(const Features& reference, const Features& current, const std::vector<Match>& matches,
-                  const Camera& camera, const std::vector<int>& survivors, PointPairs& pairs) {
+void describeRows(const Features& reference, const Features& current, const Camera& camera, MatchResult& result) {
+  PointPairs& pairs = result.pairs;
   pairs.row_reference.clear();
   pairs.row_current.clear();
   if (!camera.distorts()) return;
-  for (const int i : survivors) {
-    const Match& match = matches[static_cast<size_t>(i)];
+  for (const Match& match : result.matches) {
     pairs.row_reference.push_back(reference.keypoints[match.reference].pt.y);
     pairs.row_current.push_back(current.keypoints[match.current].pt.y);
   }
@@ -54,35 +60,34 @@ void describeRows(const Features& reference, const Features& current, const std:
 
 }  // namespace
 
-void SurvivorSelector::select(const Features& reference, const Features& current, const std::vector<Match>& matches,
-                              const MotionStatistics& statistics, const Camera& camera, Survivors& survivors) {
-  std::vector<int>& kept = survivors.match;
-  kept.clear();
-  for (size_t i = 0; i < matches.size(); ++i) {
+void SurvivorSelector::select(const Features& reference, const Features& current, const MotionStatistics& statistics,
+                              const Camera& camera, MatchResult& result) {
+  kept_.clear();
+  for (size_t i = 0; i < result.raw.size(); ++i) {
     if (!statistics.accepted[i]) continue;
-    if (hasRays(reference, current, matches[i], camera)) kept.push_back(static_cast<int>(i));
+    if (hasRays(reference, current, result.raw[i], camera)) kept_.push_back(static_cast<int>(i));
   }
-  if (one_to_one_) keepOneForEachPoint(current.keypoints.size(), matches, statistics, kept);
-  describe(reference, current, matches, statistics, camera, kept, survivors.pairs);
-  if (with_rows_) describeRows(reference, current, matches, camera, kept, survivors.pairs);
+  if (one_to_one_) keepOneForEachPoint(current.keypoints.size(), result.raw, statistics);
+  describe(reference, current, statistics, camera, kept_, result);
+  if (with_rows_) describeRows(reference, current, camera, result);
 }
 
-void SurvivorSelector::keepOneForEachPoint(size_t current_points, const std::vector<Match>& matches,
-                                           const MotionStatistics& statistics, std::vector<int>& survivors) {
+void SurvivorSelector::keepOneForEachPoint(size_t current_points, const std::vector<Match>& raw,
+                                           const MotionStatistics& statistics) {
   // The log-odds of being right include the descriptors; a score alone prefers the fullest cell.
   const std::vector<float>& log_odds = statistics.log_odds;
   const auto better = [&](int a, int b) {
     if (!log_odds.empty() && log_odds[a] != log_odds[b]) return log_odds[a] > log_odds[b];
-    return matches[a].distance < matches[b].distance;
+    return raw[a].distance < raw[b].distance;
   };
   constexpr int kNone = -1;
   best_.assign(current_points, kNone);
-  for (const int i : survivors) {
-    int& best = best_[matches[i].current];
+  for (const int i : kept_) {
+    int& best = best_[raw[i].current];
     if (best == kNone || better(i, best)) best = i;
   }
-  const auto beaten = [&](int i) { return best_[matches[i].current] != i; };
-  survivors.erase(std::remove_if(survivors.begin(), survivors.end(), beaten), survivors.end());
+  const auto beaten = [&](int i) { return best_[raw[i].current] != i; };
+  kept_.erase(std::remove_if(kept_.begin(), kept_.end(), beaten), kept_.end());
 }
 
 }  // namespace gms_ransac

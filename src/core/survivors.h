@@ -1,4 +1,4 @@
-// Selects the raw matches that the filter hands to the estimator.
+// Selects the raw matches that the filter hands to the estimator, and fills their columns.
 #pragma once
 
 #include <vector>
@@ -12,17 +12,17 @@ class SurvivorSelector {
  public:
   SurvivorSelector(bool one_to_one, bool with_rows) : one_to_one_(one_to_one), with_rows_(with_rows) {}
 
-  /// Fills `survivors` with accepted matches whose rays are known; with MatchFilterOptions::one_to_one the best of each
-  /// current point.
-  void select(const Features& reference, const Features& current, const std::vector<Match>& matches,
-              const MotionStatistics& statistics, const Camera& camera, Survivors& survivors);
+  /// Fills `matches`, `pairs` and `confidence` of the result with the accepted ones of `raw` whose rays are known; with
+  /// MatchFilterOptions::one_to_one the best of each current point.
+  void select(const Features& reference, const Features& current, const MotionStatistics& statistics,
+              const Camera& camera, MatchResult& result);
 
  private:
-  void keepOneForEachPoint(size_t current_points, const std::vector<Match>& matches, const MotionStatistics& statistics,
-                           std::vector<int>& survivors);
+  void keepOneForEachPoint(size_t current_points, const std::vector<Match>& raw, const MotionStatistics& statistics);
 
   bool one_to_one_, with_rows_;
-  std::vector<int> best_;  ///< survivor of each current point
+  std::vector<int> kept_;  ///< of the raw matches
+  std::vector<int> best_;  ///< raw match of each current point
 };
 
 }  // namespace gms_ransac

@@ -31,8 +31,9 @@ namespace py = pybind11;
 
 /// The answer to one pair of images. Python sees the columns in place.
 struct Pair : MatchResult {
-  std::vector<cv::Point2f> reference_points, current_points;
-  std::vector<float> reference_sigma, current_sigma;
+  std::vector<cv::Point2f> reference_points, current_points;  // of raw matches, as are all columns here
+  std::vector<float> support, probabilities, reference_sigma, current_sigma;
+  std::vector<MatchStage> stage;
   std::vector<uint16_t> distance;
   bool pose_valid = false;
   Eigen::Matrix4d current_in_reference = Eigen::Matrix4d::Identity();
@@ -40,7 +41,8 @@ struct Pair : MatchResult {
 
   void finish(const Features& reference, const Features& current) {
     const SigmaByOctave sigma(robust, current.scale_factor);
-    for (const Match& match : matches) {
+    forEachRaw([&](const Match& match, MatchStage its_stage, size_t row) {
+      const bool kept = its_stage != MatchStage::kRaw;
       const cv::KeyPoint& p = reference.keypoints[static_cast<size_t>(match.reference)];
       const cv::KeyPoint& q = current.keypoints[static_cast<size_t>(match.current)];
       reference_points.push_back(p.pt);
@@ -48,7 +50,10 @@ struct Pair : MatchResult {
       reference_sigma.push_back(sigma[p.octave]);
       current_sigma.push_back(sigma[q.octave]);
       distance.push_back(match.distance);
-    }
+      stage.push_back(its_stage);
+      support.push_back(kept ? confidence[row] : 0);
+      probabilities.push_back(kept ? probability(row) : 0);
+    });
     pose_valid = status == Status::kOk || status == Status::kLowParallax;
     if (!pose_valid) return;
     current_in_reference.topLeftCorner<3, 3>() = robust.pose.R;
@@ -63,10 +68,10 @@ struct Pair : MatchResult {
 
 /// The status in words, with what to do about it.
 std::string statusText(const Pair& pair) {
-  const int raw = static_cast<int>(pair.matches.size());
+  const int raw = static_cast<int>(pair.raw.size());
   switch (pair.status) {
     case Status::kOk:
-      return cv::format("%d of %d filtered matches agree on one motion", pair.inliers, pair.matches_gms);
+      return cv::format("%d of %d filtered matches agree on one motion", pair.inliers, pair.size());
     case Status::kFirstFrame:
       return "the first image has nothing to be compared with: process the next one";
     case Status::kTooFewKeypoints:
@@ -80,7 +85,7 @@ std::string statusText(const Pair& pair) {
       return cv::format(
           "only %d of %d matches are left by the filter: the views differ too much, or features is too "
           "small",
-          pair.matches_gms, raw);
+          pair.size(), raw);
     case Status::kRansacFailed:
       if (pair.robust.doubt == DirectionDoubt::kDiscontinuity) {
         return "the direction of translation breaks with the motion before, and too little of what was static until "
@@ -89,7 +94,7 @@ std::string statusText(const Pair& pair) {
       return cv::format(
           "no model explains enough of the %d filtered matches: the views differ too much, or little of "
           "what is seen is rigid",
-          pair.matches_gms);
+          pair.size());
     case Status::kUncalibrated:
       return "matches and no pose: give a camera with K";
     case Status::kLowParallax:
@@ -311,19 +316,18 @@ class Filter {
     auto pair = std::make_unique<Pair>();
     pair->status = Status::kTooFewMatches;
     pair->keypoints_reference = pair->keypoints_current = n;
-    for (int i = 0; i < n; ++i) pair->matches.push_back({i, i, 0, 0});
-    pair->stage.assign(pair->matches.size(), MatchStage::kGms);
-    pair->confidence.assign(pair->matches.size(), 1);
-    pair->probability.assign(pair->matches.size(), 0);
+    for (int i = 0; i < n; ++i) pair->raw.push_back({i, i, 0, 0});
     MotionStatistics all;
-    all.accepted.assign(pair->matches.size(), 1);
-    all.score.assign(pair->matches.size(), 0);
-    all.relative_score.assign(pair->matches.size(), 0);
+    all.accepted.assign(pair->raw.size(), 1);
+    all.score.assign(pair->raw.size(), 0);
+    all.relative_score.assign(pair->raw.size(), 0);
     SurvivorSelector(false, filter_.options().robust.rolling_shutter_readout > 0)
-        .select(reference_.features, current_.features, pair->matches, all, filter_.camera(), pair->survivors);
-    pair->matches_gms = pair->survivors.size();
+        .select(reference_.features, current_.features, all, filter_.camera(), *pair);
     filter_.estimate(reference_, current_, *pair);
     pair->finish(reference_.features, current_.features);
+    // Points without a ray are no fault of a filter.
+    std::replace(pair->stage.begin(), pair->stage.end(), MatchStage::kRaw, MatchStage::kGms);
+    std::fill(pair->support.begin(), pair->support.end(), 1);
     return pair;
   }
 
@@ -447,24 +451,24 @@ void definePair(py::module& m) {
   type.def_readonly("covariance", &Pair::covariance);
   type.def_readonly("keypoints_reference", &Pair::keypoints_reference);
   type.def_readonly("keypoints_current", &Pair::keypoints_current);
-  type.def_readonly("matches_gms", &Pair::matches_gms);
   type.def_readonly("inliers", &Pair::inliers);
   type.def("__repr__", [](const Pair& pair) {
     return cv::format("<MatchResult %s: %d inliers of %zu matches>", toString(pair.status).c_str(), pair.inliers,
-                      pair.matches.size());
+                      pair.raw.size());
   });
   const auto define = [&type](const char* name, auto getter) { type.def_property_readonly(name, getter); };
   define("status_text", &statusText);
   define("reference_points", [](const Pair& pair) { return viewOf<float, 2>(pair.reference_points); });
   define("current_points", [](const Pair& pair) { return viewOf<float, 2>(pair.current_points); });
-  define("confidence", [](const Pair& pair) { return viewOf<float, 1>(pair.confidence); });
+  define("confidence", [](const Pair& pair) { return viewOf<float, 1>(pair.support); });
   define("distance", [](const Pair& pair) { return viewOf<uint16_t, 1>(pair.distance); });
   define("stage", [](const Pair& pair) { return viewOf<uint8_t, 1>(pair.stage); });
-  define("probability", [](const Pair& pair) { return viewOf<float, 1>(pair.probability); });
+  define("probability", [](const Pair& pair) { return viewOf<float, 1>(pair.probabilities); });
   define("reference_sigma", [](const Pair& pair) { return viewOf<float, 1>(pair.reference_sigma); });
   define("current_sigma", [](const Pair& pair) { return viewOf<float, 1>(pair.current_sigma); });
   define("model", [](const Pair& pair) -> const Eigen::Matrix3d& { return pair.robust.model; });
-  define("matches_raw", [](const Pair& pair) { return pair.matches.size(); });
+  define("matches_raw", [](const Pair& pair) { return pair.raw.size(); });
+  define("matches_gms", [](const Pair& pair) { return pair.size(); });
   define("hypotheses", [](const Pair& pair) { return pair.robust.effort.hypotheses; });
   define("median_parallax_px", [](const Pair& pair) { return pair.robust.median_parallax_px; });
   define("rms_error_px", [](const Pair& pair) { return pair.robust.rms_error_px; });

@@ -43,7 +43,7 @@ struct Answer {
 Answer answer(const TwoViewScene& scene, double tracks, int steady, const RobustOptions& robust = RobustOptions(),
               const Eigen::Vector3d& guess = {0, 0, 1}) {
   MatchResult result;
-  result.survivors.pairs = scene.pairs;
+  result.pairs = scene.pairs;
   const int count = result.keypoints_reference = result.keypoints_current = scene.pairs.size();
   Answer answer;
   answer.past.steady = steady;
@@ -52,7 +52,6 @@ Answer answer(const TwoViewScene& scene, double tracks, int steady, const Robust
   answer.past.reference_static.resize(static_cast<size_t>(count));
   for (int i = 0; i < count; ++i) {
     result.matches.push_back({i, i, 0, 0});
-    result.survivors.match.push_back(i);
     const bool first = i < tracks * count;
     answer.past.reference_static[static_cast<size_t>(i)] = first && scene.body[static_cast<size_t>(i)] == 0;
   }

@@ -12,6 +12,7 @@
 #include "methods/method.h"
 #include "parameter.h"
 #include "rendered_scene.h"
+#include "stages.h"
 
 namespace gms_ransac {
 namespace {
@@ -86,7 +87,7 @@ TEST_P(EstimateAgain, AsIfTheSeedHadBeenGivenFirst) {
   EXPECT_GT(expected.inliers, 0);
   EXPECT_EQ(result.status, expected.status);
   EXPECT_EQ(result.inliers, expected.inliers);
-  EXPECT_EQ(result.stage, expected.stage);
+  EXPECT_EQ(stagesOf(result), stagesOf(expected));
   EXPECT_EQ(result.robust.model, expected.robust.model);
 
   // The result holds all inputs of the estimate: a filter that never saw the pair gives the same.
@@ -94,8 +95,8 @@ TEST_P(EstimateAgain, AsIfTheSeedHadBeenGivenFirst) {
   filter.filter(reference, current, result);
   options.robust.seed = 7;
   MatchFilter(options).estimate(reference, current, result);
-  EXPECT_EQ(result.stage, expected.stage);
-  EXPECT_EQ(result.probability, expected.probability);
+  EXPECT_EQ(stagesOf(result), stagesOf(expected));
+  EXPECT_EQ(result.robust.probability, expected.robust.probability);
   EXPECT_EQ(result.robust.model, expected.robust.model);
 }
 
@@ -139,11 +140,11 @@ TEST(MatchFilter, TheNewestSeedIsThatOfEveryStage) {
     filter.filter(reference, current, result);
     options.robust.seed = 7;
     MatchFilter(options).filter(reference, current, expected);
-    EXPECT_EQ(result.stage, expected.stage) << method.name;
-    EXPECT_EQ(result.probability, expected.probability) << method.name;
+    EXPECT_EQ(stagesOf(result), stagesOf(expected)) << method.name;
+    EXPECT_EQ(result.robust.probability, expected.robust.probability) << method.name;
     if (method.name == std::string("gms_dist_ransac")) {
-      EXPECT_NE(other.survivors.match, expected.survivors.match) << "the seeds draw the same partners";
-      EXPECT_EQ(result.survivors.match, expected.survivors.match);
+      EXPECT_NE(other.pairs.x_current, expected.pairs.x_current) << "the seeds draw the same partners";
+      EXPECT_EQ(result.pairs.x_current, expected.pairs.x_current);
     }
   }
 }
@@ -158,8 +159,8 @@ MatchFilterOptions optionsOf(const std::string& method, ModelType model = ModelT
 TEST(MatchFilter, GmsAloneKeepsItsSurvivorsWhateverTheModelSays) {
   for (const char* method : {"gms", "gms5"}) {
     const MatchResult result = resultOf(optionsOf(method));
-    EXPECT_GT(result.matches_gms, 200) << method;
-    EXPECT_EQ(result.inliers, result.matches_gms) << method;
+    EXPECT_GT(result.size(), 200) << method;
+    EXPECT_EQ(result.inliers, result.size()) << method;
     EXPECT_GT(result.inliers, result.robust.inlier_count) << method;  // the strip breaks the homography
   }
   const MatchResult estimated = resultOf(optionsOf("gms_ransac"));
@@ -172,12 +173,12 @@ TEST(MatchFilter, EveryModelWeighsItsMatches) {
       const MatchResult result = resultOf(optionsOf(method, model));
       const std::string what = toString(model) + std::string(" of ") + method;
       ASSERT_TRUE(result.robust.model_found) << what;
-      ASSERT_EQ(result.probability.size(), result.matches.size()) << what;
+      ASSERT_EQ(result.robust.probability.size(), result.matches.size()) << what;
       int right = 0;
       for (size_t i = 0; i < result.matches.size(); ++i) {
-        const float probability = result.probability[i];
-        EXPECT_TRUE(probability >= 0 && probability <= (result.stage[i] != MatchStage::kRaw)) << what << " " << i;
-        right += result.stage[i] == MatchStage::kInlier && probability > 0.5f;
+        const float probability = result.probability(i);
+        EXPECT_TRUE(probability >= 0 && probability <= 1) << what << " " << i;
+        right += result.isInlier(i) && probability > 0.5f;
       }
       EXPECT_GT(right, result.robust.inlier_count / 2) << what;
       EXPECT_GT(result.robust.sigma_px, 0) << what;
@@ -188,11 +189,7 @@ TEST(MatchFilter, EveryModelWeighsItsMatches) {
 
 TEST(MatchFilter, MotionStatisticsRunOnlyForMethodsThatUseThem) {
   const auto tells = [](const MatchResult& result) {
-    std::set<float> values;
-    for (size_t i = 0; i < result.matches.size(); ++i) {
-      if (result.stage[i] != MatchStage::kRaw) values.insert(result.confidence[i]);
-    }
-    return values;
+    return std::set<float>(result.confidence.begin(), result.confidence.end());
   };
   for (const char* method : {"ransac", "rransac_tdd", "prosac", "subset_ransac", "split2080"}) {
     EXPECT_EQ(tells(resultOf(optionsOf(method))), std::set<float>{1.f}) << method << " has no scores";
@@ -214,7 +211,7 @@ TEST(MatchFilter, AllMatchesMayBeSampled) {
 TEST(MatchFilter, LanChecksItsInliersAgain) {
   MatchFilterOptions options = optionsOf("lan");
   const MatchResult mutual = resultOf(options);
-  EXPECT_LT(mutual.matches.size(), static_cast<size_t>(mutual.keypoints_reference));
+  EXPECT_LT(mutual.raw.size(), static_cast<size_t>(mutual.keypoints_reference));
   EXPECT_GT(mutual.inliers, 100);
   options.lan_second_threshold_factor = 100;  // nothing can have so much support
   const MatchResult unsupported = resultOf(options);
@@ -225,7 +222,7 @@ TEST(MatchFilter, LanChecksItsInliersAgain) {
   options.lan_mutual = false;
   options.search = SearchMode::kFull;
   const MatchResult one_way = resultOf(options);
-  EXPECT_EQ(one_way.matches.size(), static_cast<size_t>(one_way.keypoints_reference));
+  EXPECT_EQ(one_way.raw.size(), static_cast<size_t>(one_way.keypoints_reference));
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ bool stands(const Flow& flow, double body_share = 0, bool with_past = true) {
   std::normal_distribution<float> noise(0, 0.15f);
   MatchResult result;
   Past past;
-  PointPairs& pairs = result.survivors.pairs;
+  PointPairs& pairs = result.pairs;
   pairs.image_reference = pairs.image_current = {640, 480};
   pairs.resize(48 * 64);
   for (int i = 0; i < pairs.size(); ++i) {
@@ -31,7 +31,6 @@ bool stands(const Flow& flow, double body_share = 0, bool with_past = true) {
     pairs.x_current[k] = from.x + moved.x + noise(random);
     pairs.y_current[k] = from.y + moved.y + noise(random);
     result.matches.push_back({i, i, 0, 0});
-    result.survivors.match.push_back(i);
     past.reference_static.push_back(body ? 0 : 1);
   }
   return standsStill(result, with_past ? &past : nullptr);

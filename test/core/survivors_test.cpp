@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "gms_ransac/match_filter.h"
+#include "stages.h"
 #include "survivors.h"
 #include "tracks/track_table.h"
 #include "two_view_scene.h"
@@ -94,23 +95,23 @@ MatchResult filtered(const std::string& method, bool one_to_one) {
 int currentPoints(const MatchResult& result) {
   std::set<int> points;
   for (size_t i = 0; i < result.matches.size(); ++i) {
-    if (result.stage[i] == MatchStage::kInlier) points.insert(result.matches[i].current);
+    if (result.isInlier(i)) points.insert(result.matches[i].current);
   }
   return static_cast<int>(points.size());
 }
 
 TEST_P(OneToOne, KeepsTheBetterMatchOfEachPoint) {
   const MatchResult result = filtered(GetParam(), true);
-  ASSERT_EQ(result.matches.size(), static_cast<size_t>(GetParam() == "lan" ? kPoints : kPoints + kDoubles));
+  ASSERT_EQ(result.raw.size(), static_cast<size_t>(GetParam() == "lan" ? kPoints : kPoints + kDoubles));
   EXPECT_GT(result.inliers, kPoints / 3);
   EXPECT_EQ(result.inliers, currentPoints(result));
-  EXPECT_LE(result.inliers, result.matches_gms);
-  EXPECT_LE(result.matches_gms, kPoints);
+  EXPECT_LE(result.inliers, result.size());
+  EXPECT_LE(result.size(), kPoints);
   TrackTable tracks;
   tracks.link(result);
   int doubles = 0, untracked = 0;
   for (size_t i = 0; i < result.matches.size(); ++i) {
-    if (result.stage[i] != MatchStage::kInlier) continue;
+    if (!result.isInlier(i)) continue;
     doubles += result.matches[i].distance > 0;
     untracked += tracks.ids()[i] == 0 || tracks.lengths()[i] < 2;
   }
@@ -130,20 +131,20 @@ TEST(SurvivorSelector, LeavesOutMatchesWhoseRayTheCalibrationDoesNotSay) {
   const Camera folding({250, 250, 320, 240, "plumb_bob", {-0.4, 0, 0, 0, 0}}, {640, 480});  // grows up to 152 px
   const int kFrom[] = {0, 100, 150, 155, 300, 0}, kTo[] = {149, 0, 0, 0, 0, 160};           // px from the centre
   Features reference, current;
-  std::vector<Match> matches;
+  MatchResult result;
   for (int i = 0; i < 6; ++i) {
     reference.keypoints.emplace_back(320.f + static_cast<float>(kFrom[i]), 240.f, 31.f);
     current.keypoints.emplace_back(320.f, 240.f - static_cast<float>(kTo[i]), 31.f);
-    matches.push_back({i, i, 10, 60});
+    result.raw.push_back({i, i, 10, 60});
   }
   reference.image_size = current.image_size = {640, 480};
   MotionStatistics statistics;
   statistics.accepted.assign(6, 1);
   statistics.score.assign(6, 1);
   statistics.relative_score.assign(6, 1.f);
-  Survivors survivors;
-  SurvivorSelector(false, false).select(reference, current, matches, statistics, folding, survivors);
-  EXPECT_EQ(survivors.match, (std::vector<int>{0, 1, 2}));
+  SurvivorSelector(false, false).select(reference, current, statistics, folding, result);
+  EXPECT_EQ(stagesOf(result), (std::vector<MatchStage>{MatchStage::kGms, MatchStage::kGms, MatchStage::kGms,
+                                                       MatchStage::kRaw, MatchStage::kRaw, MatchStage::kRaw}));
 }
 
 }  // namespace

@@ -46,20 +46,14 @@ cv::Mat fuzzedDepth(FuzzInput& input, cv::Size size, sensor_msgs::ImagePtr& mess
 
 /// As MatchFilter has it, but for the filter.
 MatchResult estimated(const FuzzedPair& pair, Method& method) {
-  const size_t n = pair.matches.size();
   MatchResult result;
   result.clear(Status::kOk);
   result.keypoints_reference = pair.reference.features.size();
   result.keypoints_current = pair.current.features.size();
-  result.matches = pair.matches;
-  method.estimate(pair.columns(1), pair.camera, result.robust);
-  result.stage.assign(n, MatchStage::kGms);
-  result.confidence.assign(n, 1);
-  result.probability.assign(n, 1);
-  for (size_t i = 0; i < n; ++i) {
-    if (result.robust.inlier[i]) result.stage[i] = MatchStage::kInlier;
-  }
-  result.matches_gms = static_cast<int>(n);
+  result.raw = result.matches = pair.matches;
+  result.pairs = pair.columns(1);
+  result.confidence.assign(pair.matches.size(), 1);
+  method.estimate(result.pairs, pair.camera, result.robust);
   result.inliers = result.robust.inlier_count;
   return result;
 }

@@ -32,7 +32,7 @@ inline sensor_msgs::ImagePtr wallView(int shift, int noise = 0) {
 inline void demandSound(const ProcessedFrame& processed) {
   demand(!processed.text.empty(), "an answer has a sentence");
   demand(processed.text.size() < 2000, "and a short one");
-  if (processed.result != nullptr && !processed.result->matches.empty()) {
+  if (processed.result != nullptr && !processed.result->raw.empty()) {
     demandEmpty(
         brokenResult(processed.reference->frame.features, processed.current->frame.features, *processed.result));
   }

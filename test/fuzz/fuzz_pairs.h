@@ -21,8 +21,9 @@ struct FuzzedPair {
     statistics.accepted.assign(matches.size(), 1);
     statistics.score.assign(matches.size(), score);
     statistics.relative_score.assign(matches.size(), static_cast<float>(score));
-    Survivors all;
-    SurvivorSelector(false, false).select(reference.features, current.features, matches, statistics, Camera(), all);
+    MatchResult all;
+    all.raw = matches;
+    SurvivorSelector(false, false).select(reference.features, current.features, statistics, Camera(), all);
     return all.pairs;
   }
 };

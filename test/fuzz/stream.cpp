@@ -136,11 +136,11 @@ class Schedule {
 
   void checkCompared(const ProcessedFrame& processed) {
     const MatchResult& result = *processed.result;
-    if (result.matches.empty() || processed.track_ids == nullptr) return;
+    if (result.raw.empty() || processed.track_ids == nullptr) return;
     for (const bool with_rejected : {false, true}) {
       Correspondences message;
       toMessage(processed, with_rejected, message);
-      const size_t n = with_rejected ? result.matches.size() : static_cast<size_t>(result.inliers);
+      const size_t n = with_rejected ? result.raw.size() : static_cast<size_t>(result.inliers);
       demand(message.confidence.size() == n && message.reference_points.size() == 2 * n &&
                  message.track_id.size() == n && message.current_sigma.size() == n,
              "columns of the message agree in length");

@@ -153,23 +153,27 @@ inline std::string brokenEstimate(const PointPairs& pairs, const Camera& camera,
 /// The columns of a pair, checked against its frames.
 inline std::string brokenResult(const Features& reference, const Features& current, const MatchResult& result) {
   const size_t n = result.matches.size();
-  const bool compared = result.status != Status::kFirstFrame && result.status != Status::kTooFewKeypoints;
-  if (compared && (result.stage.size() != n || result.confidence.size() != n || result.probability.size() != n)) {
+  const RobustResult& robust = result.robust;
+  if (result.confidence.size() != n || result.pairs.x_reference.size() != n) {
     return "columns of the result differ in length";
   }
-  int filtered = 0, inliers = 0;
-  for (size_t i = 0; i < n; ++i) {
-    const Match& match = result.matches[i];
-    if (match.reference < 0 || match.reference >= reference.size() || match.current < 0 ||
-        match.current >= current.size()) {
-      return "a match names a keypoint that is not there";
-    }
-    if (!(result.confidence[i] >= 0 && result.confidence[i] <= 1)) return "a confidence is not between 0 and 1";
-    if (!(result.probability[i] >= 0 && result.probability[i] <= 1)) return "a probability is not between 0 and 1";
-    filtered += result.stage[i] != MatchStage::kRaw;
-    inliers += result.stage[i] == MatchStage::kInlier;
+  for (const size_t estimated : {robust.inlier.size(), robust.probability.size(), robust.residual.size()}) {
+    if (estimated != 0 && estimated != n) return "columns of the estimate differ in length";
   }
-  if (filtered != result.matches_gms) return "matches_gms is not the number of filtered matches";
+  for (size_t i = 0; i < n; ++i) {
+    if (!(result.confidence[i] >= 0 && result.confidence[i] <= 1)) return "a confidence is not between 0 and 1";
+    if (!(result.probability(i) >= 0 && result.probability(i) <= 1)) return "a probability is not between 0 and 1";
+  }
+  bool known = true;
+  int filtered = 0, inliers = 0;
+  result.forEachRaw([&](const Match& match, MatchStage stage, size_t row) {
+    known = known && match.reference >= 0 && match.reference < reference.size() && match.current >= 0 &&
+            match.current < current.size();
+    inliers += stage == MatchStage::kInlier;
+    if (stage != MatchStage::kRaw) filtered += result.matches[row].current == match.current;
+  });
+  if (!known) return "a match names a keypoint that is not there";
+  if (filtered != result.size()) return "a filtered match is no raw one";
   if (inliers != result.inliers) return "inliers is not the number of inliers";
   const bool with_pose = result.status == Status::kOk || result.status == Status::kLowParallax;
   if (with_pose && !result.robust.pose_found) return "the status says a pose and there is none";
@@ -186,7 +190,7 @@ inline std::string brokenTracks(const TrackTable& tracks, const MatchResult& res
   for (size_t i = 0; i < tracks.ids().size(); ++i) {
     const uint32_t id = tracks.ids()[i];
     if (id == 0) continue;
-    if (result.stage[i] != MatchStage::kInlier) return "a match that is no inlier is followed";
+    if (!result.isInlier(i)) return "a match that is no inlier is followed";
     if (tracks.lengths()[i] < 2) return "a track is shorter than two images";
     if (!seen.insert(id).second) return "two matches of one image have the same id";
   }

@@ -18,23 +18,23 @@ class Lan : public TextbookMethod {
   bool wantsMutualMatches() const override { return mutual_; }
 
   /// A survivor's verdict stands only if the motion statistics of the inliers alone support it, too.
-  void postFilter(const Features& reference, const Features& current, const std::vector<Match>& matches,
-                  const std::vector<int>& survivors, RobustResult& result) override {
-    if (!result.model_found) return;
+  void postFilter(const Features& reference, const Features& current, MatchResult& result) override {
+    RobustResult& robust = result.robust;
+    if (!robust.model_found) return;
     inliers_.clear();
-    for (size_t k = 0; k < survivors.size(); ++k) {
-      if (result.inlier[k]) inliers_.push_back(matches[static_cast<size_t>(survivors[k])]);
+    for (size_t k = 0; k < result.matches.size(); ++k) {
+      if (robust.inlier[k]) inliers_.push_back(result.matches[k]);
     }
     // The thinned set has fewer supporters: without a lower threshold it would lose its sparse cells.
-    const double kept = static_cast<double>(inliers_.size()) / static_cast<double>(matches.size());
+    const double kept = static_cast<double>(inliers_.size()) / static_cast<double>(result.raw.size());
     const double scaled = *gms_.options().threshold_factor * std::sqrt(kept);
     second_gms_.setThresholdFactor(second_threshold_factor_.value_or(scaled));
     second_gms_.compute(reference, current, inliers_, of_inliers_);
     size_t next = 0;
-    for (uint8_t& inlier : result.inlier) {
+    for (uint8_t& inlier : robust.inlier) {
       if (inlier) inlier = of_inliers_.accepted[next++];
     }
-    result.inlier_count = of_inliers_.accepted_count;
+    robust.inlier_count = of_inliers_.accepted_count;
   }
 
  private:

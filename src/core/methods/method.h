@@ -10,6 +10,7 @@
 #include "gms_ransac/features.h"
 #include "gms_ransac/hamming_matcher.h"
 #include "gms_ransac/match_filter_options.h"
+#include "gms_ransac/match_result.h"
 #include "gms_ransac/motion_statistics.h"
 #include "gms_ransac/point_pairs.h"
 #include "gms_ransac/robust_options.h"
@@ -31,10 +32,8 @@ class Method {
   /// Model, inliers and pose from the survivors. Without calibration essential becomes fundamental and there is no
   /// pose. model_found is false if there is none; never throws on data.
   virtual void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) = 0;
-  /// A second filter, on the inliers, where the method has one. `survivors`: the raw match of each pair.
-  virtual void postFilter(const Features& /*reference*/, const Features& /*current*/,
-                          const std::vector<Match>& /*matches*/, const std::vector<int>& /*survivors*/,
-                          RobustResult& /*result*/) {}
+  /// A second filter, on the inliers of `result.robust`, where the method has one.
+  virtual void postFilter(const Features& /*reference*/, const Features& /*current*/, MatchResult& /*result*/) {}
   /// True when all survivors of the filter are inliers and the model gives only the pose.
   virtual bool filterDecides() const { return false; }
   /// Replaces RobustOptions::seed from the next call on.

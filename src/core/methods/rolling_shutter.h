@@ -21,9 +21,8 @@ class RollingShutter : public Method {
   /// Estimates as is, then corrected by the rotation found until that converges, then by another sensor's rates; keeps
   /// the best fit.
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override;
-  void postFilter(const Features& reference, const Features& current, const std::vector<Match>& matches,
-                  const std::vector<int>& survivors, RobustResult& result) override {
-    method_->postFilter(reference, current, matches, survivors, result);
+  void postFilter(const Features& reference, const Features& current, MatchResult& result) override {
+    method_->postFilter(reference, current, result);
   }
   bool filterDecides() const override { return method_->filterDecides(); }
   void setSeed(uint64_t seed) override { method_->setSeed(seed); }

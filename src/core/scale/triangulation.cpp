@@ -35,7 +35,7 @@ void triangulateInliers(const Features& reference, const Features& current, cons
   for (auto* column : {&out.x_reference, &out.y_reference, &out.x_current, &out.y_current}) column->clear();
   if (camera.calibrated() && result.robust.pose_found) {
     for (size_t m = 0; m < result.matches.size(); ++m) {
-      if (result.stage[m] != MatchStage::kInlier) continue;
+      if (!result.isInlier(m)) continue;
       const Match& match = result.matches[m];
       const Eigen::Vector2d r = rayOf(camera, reference.keypoints[static_cast<size_t>(match.reference)].pt);
       const Eigen::Vector2d c = rayOf(camera, current.keypoints[static_cast<size_t>(match.current)].pt);

@@ -15,7 +15,7 @@ void TrackTable::link(const MatchResult& result) {
   owner_.assign(current_.size(), -1);
   bool found = false;
   for (size_t m = 0; m < result.matches.size(); ++m) {
-    if (result.stage[m] != MatchStage::kInlier) continue;
+    if (!result.isInlier(m)) continue;
     found = true;
     int32_t& owner = owner_[static_cast<size_t>(result.matches[m].current)];
     if (owner < 0 || result.matches[m].distance < result.matches[static_cast<size_t>(owner)].distance) {

@@ -273,7 +273,7 @@ class Suite {
           time([&] { contender.filter.filter(extractor.reference, extractor.current, contender.result); });
       const auto told = [&](const char* stage, const std::string& compared, double sum) {
         tell(stage, contender.name, compared, sum, extractor, contender.result.matches,
-             [&](size_t i) { return contender.result.stage[i] == MatchStage::kInlier; });
+             [&](size_t row) { return contender.result.isInlier(row); });
       };
       told(kFilter, chain, ms);
       told(kFrame, chain, extractor.ms + ms);

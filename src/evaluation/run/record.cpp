@@ -83,8 +83,8 @@ json answerRecord(const MatchFilterOptions& options, const MatchResult& result) 
                  {"seed", options.robust.seed},
                  {"keypoints_reference", result.keypoints_reference},
                  {"keypoints_current", result.keypoints_current},
-                 {"matches_raw", result.matches.size()},
-                 {"matches_gms", result.matches_gms},
+                 {"matches_raw", result.raw.size()},
+                 {"matches_gms", result.size()},
                  {"inliers", result.inliers},
                  {"hypotheses", robust.effort.hypotheses},
                  {"models_scored", robust.effort.models_scored},
@@ -162,16 +162,15 @@ json recordOf(const Answer& answer) {
   Counts epipolar, transfer;
   Reliability reliability;
   const bool weighed = !result.robust.probability.empty();  // with a model
-  for (size_t i = 0; i < result.matches.size(); ++i) {
-    const Match& match = result.matches[i];
+  result.forEachRaw([&](const Match& match, MatchStage stage, size_t row) {
     const cv::Point2f &p = pointOf(answer.reference, match.reference), &q = pointOf(answer.current, match.current);
-    const bool kept = result.stage[i] == MatchStage::kInlier;
+    const bool kept = stage == MatchStage::kInlier;
     if (truth.hasEpipolar()) epipolar.add(match.current, kept, truth.epipolarDistance(p, q) < kCorrectWithin);
     const std::optional<double> distance = truth.hasTransfer() ? truth.transferDistance(p, q) : std::nullopt;
     if (distance) transfer.add(match.current, kept, *distance < kCorrectWithin);
-    if (!weighed || result.stage[i] == MatchStage::kRaw) continue;
-    if (const std::optional<bool> right = truth.label(p, q)) reliability.add(result.probability[i], *right);
-  }
+    if (!weighed || stage == MatchStage::kRaw) return;
+    if (const std::optional<bool> right = truth.label(p, q)) reliability.add(result.probability(row), *right);
+  });
   json record = answerRecord(answer.options, result);
   record["reliability"] = reliability.record();
   record["truth"] = nullptr;
@@ -189,7 +188,7 @@ json recordOf(const MatchFilterOptions& options, Method& method, const TwoViewSc
   method.estimate(scene.pairs, scene.camera, result.robust);
   result.times.ransac = secondsOf(CLOCK_MONOTONIC) - start;
   result.status = statusOf(result.robust, scene.camera);
-  result.matches_gms = scene.pairs.size();
+  result.matches.resize(scene.correct.size());
   result.inliers = result.robust.inlier_count;
   Counts counts;
   Reliability reliability;
@@ -218,11 +217,11 @@ json correspondencesOf(const Answer& answer) {
   const MatchResult& result = answer.result;
   json rows = json::array();
   for (size_t i = 0; i < result.matches.size(); ++i) {
-    if (result.stage[i] != MatchStage::kInlier) continue;
+    if (!result.isInlier(i)) continue;
     const cv::Point2f& p = pointOf(answer.reference, result.matches[i].reference);
     const cv::Point2f& q = pointOf(answer.current, result.matches[i].current);
     json row = json::array();
-    for (const float value : {p.x, p.y, q.x, q.y, result.confidence[i], result.probability[i]}) {
+    for (const float value : {p.x, p.y, q.x, q.y, result.confidence[i], result.probability(i)}) {
       row.push_back(shortest(value));
     }
     rows.push_back(std::move(row));

@@ -47,30 +47,29 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
   message.height = static_cast<uint32_t>(current.imageSize().height);
   setCamera(*current.camera, message);
 
-  const auto inliers = std::count(result.stage.begin(), result.stage.end(), MatchStage::kInlier);
-  setLength(with_rejected ? result.matches.size() : static_cast<size_t>(inliers), with_rejected, message);
+  setLength(with_rejected ? result.raw.size() : static_cast<size_t>(result.inliers), with_rejected, message);
   const Features &reference_features = processed.reference->frame.features, &current_features = current.frame.features;
   const SigmaByOctave reference_sigma(result.robust, reference_features.scale_factor),
       current_sigma(result.robust, current_features.scale_factor);
   size_t row = 0;
-  for (size_t i = 0; i < result.matches.size(); ++i) {
-    if (!with_rejected && result.stage[i] != MatchStage::kInlier) continue;
-    const Match& match = result.matches[i];
+  result.forEachRaw([&](const Match& match, MatchStage stage, size_t i) {
+    if (!with_rejected && stage != MatchStage::kInlier) return;
+    const bool kept = stage != MatchStage::kRaw;
     const cv::KeyPoint& from = reference_features.keypoints[match.reference];
     const cv::KeyPoint& to = current_features.keypoints[match.current];
-    if (with_rejected) message.stage[row] = static_cast<uint8_t>(result.stage[i]);
+    if (with_rejected) message.stage[row] = static_cast<uint8_t>(stage);
     message.reference_points[2 * row] = from.pt.x;
     message.reference_points[2 * row + 1] = from.pt.y;
     message.current_points[2 * row] = to.pt.x;
     message.current_points[2 * row + 1] = to.pt.y;
-    message.confidence[row] = result.confidence[i];
+    message.confidence[row] = kept ? result.confidence[i] : 0;
     message.distance[row] = match.distance;
-    message.track_id[row] = (*processed.track_ids)[i];
-    message.track_length[row] = (*processed.track_lengths)[i];
-    message.probability[row] = result.probability[i];
+    message.track_id[row] = kept ? (*processed.track_ids)[i] : 0;
+    message.track_length[row] = kept ? (*processed.track_lengths)[i] : 0;
+    message.probability[row] = kept ? result.probability(i) : 0;
     message.reference_sigma[row] = reference_sigma[from.octave];
     message.current_sigma[row++] = current_sigma[to.octave];
-  }
+  });
   message.pose_valid = processed.poseValid();
   message.metric_scale = processed.metric_scale;
   message.current_in_reference = geometry_msgs::PoseWithCovariance();
@@ -134,13 +133,13 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
     message.reference_header = processed.reference->header;
     message.keypoints_reference = static_cast<uint32_t>(result.keypoints_reference);
     message.stationary = result.stationary;
-    message.matches_raw = static_cast<uint32_t>(result.matches.size());
-    message.matches_gms = static_cast<uint32_t>(result.matches_gms);
+    message.matches_raw = static_cast<uint32_t>(result.raw.size());
+    message.matches_gms = static_cast<uint32_t>(result.size());
     message.inliers = static_cast<uint32_t>(result.inliers);
     message.hypotheses = static_cast<uint32_t>(result.robust.effort.hypotheses);
     message.search_cut = result.robust.effort.search_cut;
     message.refinement_cut = result.robust.effort.refinement_cut;
-    message.inlier_ratio = result.matches_gms > 0 ? static_cast<float>(result.inliers) / result.matches_gms : 0.f;
+    message.inlier_ratio = result.size() > 0 ? static_cast<float>(result.inliers) / result.size() : 0.f;
     message.median_parallax_px = static_cast<float>(result.robust.median_parallax_px);
     message.rms_error_px = static_cast<float>(result.robust.rms_error_px);
     message.sigma_px = static_cast<float>(result.robust.sigma_px);

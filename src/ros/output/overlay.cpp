@@ -31,6 +31,7 @@ const cv::Scalar kDark(28, 26, 24), kLight(235, 235, 235), kGrey(150, 150, 150);
 // Indexed by MatchStage. The last is also for inliers without a value.
 const std::array<cv::Scalar, 3> kStageColors = {kGrey, cv::Scalar(0, 94, 213), cv::Scalar(233, 180, 86)};
 constexpr size_t kMostLines = 150;  // side by side
+constexpr float kDrawnFirst = 4;    // less the stage: rank of a rejected match, above every quality
 
 /// The least of 1, 1.5, 2, 3, 5, 7 and their multiples by powers of ten that is not below x.
 float roundUp(float x) {
@@ -48,12 +49,12 @@ struct Quantity {
   float anchor;      ///< the fixed end of the scale
   float reach;       ///< from there to the other end, negative where that is lower
   bool anchor_is_good;
-  std::vector<float> values;  ///< one a match; not finite: not known
+  std::vector<float> values;  ///< one a match, or none; not finite: not known
 
   /// 0 poor .. 1 good; 2: not known.
-  float quality(size_t match) const {
-    if (values.empty() || !std::isfinite(values[match])) return 2;
-    const float away = std::clamp((values[match] - anchor) / reach, 0.f, 1.f);
+  float quality(size_t row) const {
+    if (values.empty() || !std::isfinite(values[row])) return 2;
+    const float away = std::clamp((values[row] - anchor) / reach, 0.f, 1.f);
     return anchor_is_good ? 1 - away : away;
   }
 };
@@ -63,7 +64,11 @@ Quantity measure(const ProcessedFrame& processed, OverlayColour colour) {
   const MatchResult& result = *processed.result;
   if (colour == OverlayColour::kStage) return {};
   const std::vector<float> unknown(result.matches.size(), kUnknown);
-  if (colour == OverlayColour::kProbability) return {"probability", 1, -1, true, result.probability};
+  if (colour == OverlayColour::kProbability) {
+    Quantity probability = {"probability", 1, -1, true, result.robust.probability};
+    probability.values.resize(result.matches.size(), 0);  // without a model there are none
+    return probability;
+  }
   if (colour == OverlayColour::kTrack) {
     const auto& lengths = processed.track_lengths;
     return {"track length, images", 0, 1, false,
@@ -78,11 +83,8 @@ Quantity measure(const ProcessedFrame& processed, OverlayColour colour) {
     }
     return depth;
   }
-  Quantity residual = {cv::format("residual, sigma = %.2g px", result.robust.sigma_px), 0, 1, true, unknown};
-  for (size_t k = 0; k < result.robust.residual.size(); ++k) {
-    residual.values[result.survivors.match[k]] = result.robust.residual[k];
-  }
-  return residual;
+  return {cv::format("residual, sigma = %.2g px", result.robust.sigma_px), 0, 1, true,
+          result.robust.residual.empty() ? unknown : result.robust.residual};
 }
 
 /// Stretches the scale over the values of the inliers but for the most extreme twentieth.
@@ -90,8 +92,7 @@ void stretch(const MatchResult& result, Quantity& quantity) {
   std::vector<float> away;
   for (size_t i = 0; i < quantity.values.size(); ++i) {
     const float value = quantity.values[i];
-    if (result.stage[i] == MatchStage::kInlier && std::isfinite(value))
-      away.push_back(std::abs(value - quantity.anchor));
+    if (result.isInlier(i) && std::isfinite(value)) away.push_back(std::abs(value - quantity.anchor));
   }
   if (away.empty()) return;
   const auto extreme = away.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(away.size() - 1));
@@ -170,18 +171,20 @@ class Painter {
     stretch(result, quantity);
     const bool stages = quantity.values.empty();
     // Poor ones last, on top; rejected ones first.
-    std::vector<std::pair<float, size_t>> order;
-    for (size_t i = 0; i < result.matches.size(); ++i) {
-      const bool inlier = result.stage[i] == MatchStage::kInlier;
-      if (inlier) order.emplace_back(quantity.quality(i), i);
-      if (!inlier && stages) order.emplace_back(result.stage[i] == MatchStage::kRaw ? 4 : 3, i);
-    }
+    std::vector<std::pair<float, const Match*>> order;
+    result.forEachRaw([&](const Match& match, MatchStage stage, size_t row) {
+      if (stage == MatchStage::kInlier) {
+        order.emplace_back(quantity.quality(row), &match);
+      } else if (stages) {
+        order.emplace_back(kDrawnFirst - static_cast<float>(stage), &match);
+      }
+    });
     std::sort(order.rbegin(), order.rend());
     if (reference_ != current_) step_ += order.size() / kMostLines;
     for (size_t k = step_ / 2; k < order.size(); k += step_) {
-      const auto [quality, i] = order[k];
-      arrow(result.matches[i], quality > 1 ? kStageColors[static_cast<size_t>(result.stage[i])] : qualityColor(quality),
-            result.stage[i] != MatchStage::kRaw);
+      const auto [quality, match] = order[k];
+      arrow(*match, quality > 1 ? kStageColors[static_cast<size_t>(kDrawnFirst - quality)] : qualityColor(quality),
+            quality < kDrawnFirst);
     }
     if (stages) {
       stageKey();
@@ -197,8 +200,8 @@ class Painter {
     write(name, {left, px(13)}, width, cv::Scalar::all(0), cv::FONT_HERSHEY_DUPLEX);
     if (processed_.result != nullptr) {
       const MatchResult& result = *processed_.result;
-      std::string counts = cv::format("%zu matches > %d filtered > %d inliers   %.1f ms", result.matches.size(),
-                                      result.matches_gms, result.inliers, 1e3 * result.times.total());
+      std::string counts = cv::format("%zu matches > %d filtered > %d inliers   %.1f ms", result.raw.size(),
+                                      result.size(), result.inliers, 1e3 * result.times.total());
       if (processed_.status == MatchStats::OK) {
         counts += processed_.metric_scale ? cv::format("   %.3g m", processed_.pose.t.norm()) : "   no scale";
       }
@@ -332,7 +335,7 @@ cv::Scalar statusColor(uint8_t status) {
 void Overlay::add(const ProcessedFrame& processed) {
   Outcome outcome = {processed.publishedStatus(), 0, 0};
   if (const MatchResult* result = processed.result) {
-    outcome.inlier_ratio = static_cast<float>(result->inliers) / static_cast<float>(std::max(1, result->matches_gms));
+    outcome.inlier_ratio = static_cast<float>(result->inliers) / static_cast<float>(std::max(1, result->size()));
     outcome.milliseconds = static_cast<float>(1e3 * result->times.total());
   }
   history_.push_back(outcome);

@@ -152,7 +152,7 @@ sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Tr
     if (depth == 0) continue;
     const Eigen::Vector3f p = (depth * Eigen::Vector3d(points.x_current[i], points.y_current[i], 1)).cast<float>();
     std::copy(p.data(), p.data() + 3, &xyz[0]);
-    *intensity = processed.result->probability[points.match[i]];
+    *intensity = processed.result->probability(static_cast<size_t>(points.match[i]));
     *id = (*processed.track_ids)[points.match[i]];
     ++xyz;
     ++intensity;
@@ -171,13 +171,13 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
   const Camera& camera = processed.current->camera->camera;
   visualization_msgs::Marker flow = lines(processed.current->header, "flow", kFlowWidth);
   for (size_t i = 0; i < result.matches.size(); ++i) {
-    if (result.stage[i] != MatchStage::kInlier) continue;
+    if (!result.isInlier(i)) continue;
     const Eigen::Vector2d from =
         rayOf(camera, processed.reference->frame.features.keypoints[result.matches[i].reference].pt);
     const Eigen::Vector2d to = rayOf(camera, processed.current->frame.features.keypoints[result.matches[i].current].pt);
     flow.points.push_back(toMessage(from.homogeneous()));
     flow.points.push_back(toMessage(to.homogeneous()));
-    flow.colors.resize(flow.points.size(), color(result.probability[i]));
+    flow.colors.resize(flow.points.size(), color(result.probability(i)));
   }
   message.markers.push_back(flow);
   if (!processed.poseValid()) return message;

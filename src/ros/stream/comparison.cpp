@@ -1,6 +1,5 @@
 #include "stream/step.h"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -81,8 +80,6 @@ void Comparison::fail(const std::string& what) {
 }
 
 void Comparison::reject(MatchResult& result) {
-  std::replace(result.stage.begin(), result.stage.end(), MatchStage::kInlier, MatchStage::kGms);
-  std::fill(result.probability.begin(), result.probability.end(), 0.f);
   result.inliers = 0;
   result.robust.reject();
   result.status = Status::kRansacFailed;

@@ -72,7 +72,7 @@ struct ProcessedFrame {
   RelativePose pose;                        ///< as it is published; if poseValid()
   bool metric_scale = false;                ///< pose.t is in metres
   std::optional<MotionSinceKey> since_key;  ///< with depth; covariance bounded as that of `pose`
-  /// One per entry of result->matches; 0: not followed.
+  /// Columns of result->matches; 0: not followed.
   const std::vector<uint32_t>* track_ids = nullptr;
   const std::vector<uint16_t>* track_lengths = nullptr;
   bool reference_held = false;  ///< the next image will be compared with this reference again

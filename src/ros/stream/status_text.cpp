@@ -53,7 +53,7 @@ std::string explainLowParallax(const MatchResult& result, const RobustOptions& o
       return cv::format(
           "a second motion explains the %d filtered matches as well, or part of them; a scene with more "
           "depth, a larger motion or a ~mask over moving objects decides",
-          result.matches_gms);
+          result.size());
     case DirectionDoubt::kDiscontinuity:
       return "the direction of translation breaks with the motion before, and what was static until now does not show "
              "it; something that moves by itself may fill the view";
@@ -87,20 +87,20 @@ std::string explainRows(const RobustResult& result, double readout) {
 /// Explains the outcome of a comparison, with the remedy. `status` may differ from that of `result`.
 std::string explain(Status status, const MatchResult& result, const PreparedFrame& current,
                     const RobustOptions& options) {
-  const auto matches = static_cast<int>(result.matches.size());
+  const auto raw = static_cast<int>(result.raw.size());
   const auto words = [&]() -> std::string {
     switch (status) {
       case Status::kOk:
-        return cv::format("%d of %d filtered matches agree on one motion", result.inliers, result.matches_gms);
+        return cv::format("%d of %d filtered matches agree on one motion", result.inliers, result.size());
       case Status::kTooFewKeypoints:
         return explainFewKeypoints(result, current);
       case Status::kTooFewMatches:
-        return cv::format("only %d matches: the views differ too much, or ~features is too small", matches);
+        return cv::format("only %d matches: the views differ too much, or ~features is too small", raw);
       case Status::kGmsRejected:
         return cv::format(
             "only %d of %d matches have support around them: the views differ too much, or ~features is "
             "too small for the grid",
-            result.matches_gms, matches);
+            result.size(), raw);
       case Status::kRansacFailed:
         if (result.robust.doubt == DirectionDoubt::kDiscontinuity) {
           return "the direction of translation breaks with the motion before, and too little of what was static until "
@@ -109,7 +109,7 @@ std::string explain(Status status, const MatchResult& result, const PreparedFram
         return cv::format(
             "no model explains enough of the %d filtered matches: the views differ too much, or little "
             "of what is seen is rigid",
-            result.matches_gms);
+            result.size());
       case Status::kLowParallax:
         return "rotation only: " + explainLowParallax(result, options);
       case Status::kUncalibrated:

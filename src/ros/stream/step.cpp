@@ -239,7 +239,7 @@ void Step::keepReference() {
   if (!mayGoBack()) return;
   // Blurred images often agree on a little; what is published of such a pair need not be what comes next starts from.
   const MatchResult& result = work.result;
-  const bool sure = answer.poseValid() && result.inliers >= kSureInliers && 2 * result.inliers >= result.matches_gms;
+  const bool sure = answer.poseValid() && result.inliers >= kSureInliers && 2 * result.inliers >= result.size();
   if (recovery.lost()) return recovery.addPair(sure);
   recovery.keep(stream, pipeline.options.recovery);
   if (sure || answer.recovered) return;

@@ -158,7 +158,7 @@ TEST(GuidedSearch, AGyroLosesNoMatchAndAWrongOneChangesNone) {
       MatchResult result;
       filter.setCamera(cameraOf(scene));
       filter.filter(reference, current, result, prior);
-      return result.matches;
+      return result.raw;
     };
     const auto right = [&](const std::vector<Match>& found) {
       return countRight(found, reference.features, current.features, scene, 1);

@@ -71,7 +71,8 @@ class KeyFrameTest : public testing::Test {
         result.matches.push_back({i, i, 10, 50});
         // Every other pair of images finds the rest of the points: their noise does not cancel out in the next pair.
         const bool lasts = i % 4 == 0, found = lasts || (i + image) % 2 == 0;
-        result.stage.push_back(found ? MatchStage::kInlier : MatchStage::kGms);
+        result.robust.inlier.push_back(found);
+        result.inliers += found;
         tracks.push_back(static_cast<uint32_t>(1 + kPoints * (lasts ? (image - 1) / life : image) + i));
       }
       Triangulation columns;

@@ -48,10 +48,16 @@ struct ExactPair {
       reference.keypoints.emplace_back(scene.pairs.x_reference[k], scene.pairs.y_reference[k], 31.f);
       current.keypoints.emplace_back(scene.pairs.x_current[k], scene.pairs.y_current[k], 31.f);
       result.matches.push_back({i, i, 10, 50});
-      result.stage.push_back(MatchStage::kInlier);
     }
+    result.robust.inlier.assign(truth.size(), 1);
     result.keypoints_reference = result.keypoints_current = result.inliers = options.matches;
     reference.image_size = current.image_size = camera.imageSize();
+  }
+  /// Leaves the inliers for which `keep(i)`.
+  template <typename Keep>
+  void keepInliers(const Keep& keep) {
+    result.inliers = 0;
+    for (size_t i = 0; i < truth.size(); ++i) result.inliers += result.robust.inlier[i] = keep(i);
   }
   Triangulation triangulated() const {
     Triangulation points;
@@ -92,7 +98,7 @@ TEST(Triangulation, FlagsWhatCannotBeATrianglePoint) {
 
 TEST(Triangulation, NothingWithoutAPoseOrOfRejectedMatches) {
   ExactPair exact({1, 0, 0});
-  std::fill(exact.result.stage.begin() + 10, exact.result.stage.end(), MatchStage::kGms);
+  exact.keepInliers([](size_t i) { return i < 10; });
   EXPECT_EQ(exact.triangulated().size(), 10);
   ExactPair uncalibrated = exact;
   uncalibrated.camera = Camera();
@@ -359,9 +365,7 @@ TEST(PoseFromDepth, MatchesWithoutDepthTakePart) {
     return rotationVector(pose.R.transpose() * truth.R).norm();
   };
   const double with_all = error();
-  for (int i = 0; i < 300; ++i) {
-    if (depth[i] == 0) exact.result.stage[i] = MatchStage::kGms;
-  }
+  exact.keepInliers([&](size_t i) { return depth[i] > 0; });
   EXPECT_LT(with_all, 0.5 * error());
 }
 
@@ -369,8 +373,7 @@ TEST(PoseFromDepth, TakesNoFewerThanEightInliersThoughBothImagesHaveDepth) {
   ExactPair exact({1, 0, 0});
   const cv::Mat_<float> depth(480, 640, 8.f);
   for (const int inliers : {4, 7, 8}) {
-    std::fill(exact.result.stage.begin(), exact.result.stage.end(), MatchStage::kGms);
-    std::fill(exact.result.stage.begin(), exact.result.stage.begin() + inliers, MatchStage::kInlier);
+    exact.keepInliers([&](size_t i) { return static_cast<int>(i) < inliers; });
     RelativePose pose;
     EXPECT_EQ(poseFromDepth(exact, depth, depth, pose).features, inliers < 8 ? 0 : inliers);
   }

@@ -46,18 +46,17 @@ struct DrawnPair {
   }
 
   void add(const cv::Point2f& from, const cv::Point2f& to, MatchStage stage, float residual) {
-    const auto i = static_cast<int>(result.matches.size());
+    const auto i = static_cast<int>(result.raw.size());
     reference.frame.features.keypoints.emplace_back(from, 31.F);
     current.frame.features.keypoints.emplace_back(to, 31.F);
     Match match = {};
     match.reference = match.current = i;
-    result.matches.push_back(match);
-    result.stage.push_back(stage);
-    result.probability.push_back(0.9F);
+    result.raw.push_back(match);
     if (stage == MatchStage::kRaw) return;
-    result.survivors.match.push_back(i);
+    result.matches.push_back(match);
+    result.robust.inlier.push_back(stage == MatchStage::kInlier);
+    result.robust.probability.push_back(0.9F);
     result.robust.residual.push_back(residual);
-    result.matches_gms += 1;
     result.inliers += stage == MatchStage::kInlier ? 1 : 0;
   }
   cv::Mat draw(const OverlayOptions& options = {}) const {
@@ -148,8 +147,8 @@ TEST(Overlay, ColorsOfTheOtherQuantities) {
   lengths[3] = 10;
   lengths[4] = 10;
   pair.processed.track_lengths = &lengths;
-  pair.result.probability[5] = 0.5F;
-  pair.result.probability[6] = 0.5F;
+  pair.result.robust.probability[5] = 0.5F;
+  pair.result.robust.probability[6] = 0.5F;
   const cv::Mat tracks = pair.draw({OverlayColour::kTrack, OverlayLayout::kFlow});
   EXPECT_LE(difference(at(tracks, dotOf(pair, 3)), qualityColor(1)), 4) << "long tracks are bright";
   EXPECT_LE(difference(at(tracks, dotOf(pair, 0)), qualityColor(0.2F)), 4);
@@ -168,10 +167,7 @@ TEST(Overlay, RejectedMatchesAreShownOnlyWhenAskedForOrWhenThereAreNoOthers) {
   EXPECT_EQ(0, difference(at(picture, by_filter), ground));
   EXPECT_EQ(0, difference(at(picture, by_model), ground));
   for (const bool failed : {false, true}) {
-    if (failed) {
-      pair.result.inliers = 0;
-      for (size_t i = 0; i < 20; ++i) pair.result.stage[i] = MatchStage::kGms;
-    }
+    if (failed) pair.result.inliers = 0;
     picture = pair.draw({failed ? OverlayColour::kResidual : OverlayColour::kStage, OverlayLayout::kFlow});
     const cv::Scalar grey = at(picture, by_filter), model = at(picture, by_model);
     EXPECT_GT(difference(grey, ground), 40);
@@ -253,7 +249,8 @@ TEST(Overlay, TextStaysInTheFrameAtAnySize) {
 
 TEST(Overlay, TheStripShowsTheLastImages) {
   DrawnPair good, lost;
-  good.result.matches_gms = 40;  // half of them inliers
+  good.result.matches.resize(40);  // half of them inliers
+  good.result.robust.inlier.resize(40);
   lost.processed.status = MatchStats::GMS_REJECTED;
   lost.result.inliers = 0;
   Overlay overlay;
