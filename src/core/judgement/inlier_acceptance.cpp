@@ -52,13 +52,13 @@ bool collinear(const std::vector<float>& x, const std::vector<float>& y, const s
 
 }  // namespace
 
-bool inliersAreAccepted(const PointPairs& pairs, int sample_size, double threshold_px, const RobustResult& result,
-                        const std::vector<int>* order, ChanceSupport& chance) {
+bool inliersAreAccepted(const PointPairs& pairs, const TwoViewPoints& points, int sample_size, double threshold_px,
+                        const RobustResult& result, const std::vector<int>* order, ChanceSupport& chance) {
   bool supported = result.inlier_count >= chance.minimum(sample_size, pairs.size());
   if (order != nullptr) {
     for (int length = pairs.size() / 2, halvings = 0; halvings < 3 && !supported; length /= 2, ++halvings) {
       int inliers = 0;
-      for (int k = 0; k < length; ++k) inliers += result.inlier[static_cast<size_t>((*order)[static_cast<size_t>(k)])];
+      for (int k = 0; k < length; ++k) inliers += result.inlier[points.matchOf((*order)[static_cast<size_t>(k)])];
       supported = inliers >= chance.minimum(sample_size, length);
     }
   }

@@ -55,8 +55,8 @@ bool RansacMethod::begin(const PairTask& pair, double noise_exponent) {
 }
 
 void RansacMethod::sort(const PointPairs& pairs, std::optional<SortKey> key) {
-  ordering_.sort(pairs, key, match_order_);
-  points_.columnsOf(match_order_, order_);
+  ordering_.sort(pairs, key, order_);
+  points_.toColumns(order_);
 }
 
 SamplingTask RansacMethod::task(int matches, int max_iterations) const {
@@ -121,8 +121,9 @@ void RansacMethod::setModel(const PairTask& pair, const Eigen::Matrix3d& model) 
 bool RansacMethod::accept(const PairTask& pair, const Eigen::Matrix3d& matrix, bool ordered) {
   const auto& [pairs, camera, result] = pair;
   setModel(pair, points_.inResultUnits(matrix));
-  result.model_found = !options_.judge || inliersAreAccepted(pairs, model_->sampleSize(), options_.inlierThreshold(),
-                                                             result, ordered ? &match_order_ : nullptr, chance_);
+  result.model_found =
+      !options_.judge || inliersAreAccepted(pairs, points_, model_->sampleSize(), options_.inlierThreshold(), result,
+                                            ordered ? &order_ : nullptr, chance_);
   if (!result.model_found) result.reject();
   return result.model_found;
 }

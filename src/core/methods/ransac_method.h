@@ -65,8 +65,8 @@ class RansacMethod : public Method {
   const TimeLimit* limit_ = nullptr;  ///< null: none
   Random random_;
   TwoViewPoints points_;
-  const TwoViewModel* model_ = nullptr;   ///< the textbook's, of these points
-  std::vector<int> match_order_, order_;  ///< most confident first: matches, and their columns
+  const TwoViewModel* model_ = nullptr;  ///< the textbook's, of these points
+  std::vector<int> order_;               ///< columns, most confident first
   SearchStorage storage_;
   MotionStatisticsFilter gms_;
   MotionStatistics statistics_;  ///< what `filter` returns

@@ -98,9 +98,8 @@ void TwoViewPoints::set(const PointPairs& pairs, const Camera& camera, ModelType
   }
 }
 
-void TwoViewPoints::columnsOf(const std::vector<int>& matches, std::vector<int>& columns) const {
-  columns.resize(matches.size());
-  for (size_t k = 0; k < matches.size(); ++k) columns[k] = column_of_[static_cast<size_t>(matches[k])];
+void TwoViewPoints::toColumns(std::vector<int>& matches) const {
+  for (int& match : matches) match = column_of_[static_cast<size_t>(match)];
 }
 
 void TwoViewPoints::inOrderOfMatches(const std::vector<float>& of_columns, std::vector<float>& of_matches) const {

@@ -16,7 +16,8 @@
 namespace gms_ransac {
 
 /// Normalised coordinates for the essential matrix; otherwise each image is centred and both are divided by one scale.
-/// The columns stand in a pseudo-random order, so that the first of them are a random part.
+/// The columns stand in a pseudo-random order, so that the first of them are a random part. Nothing else knows it: a
+/// search counts columns, and what leaves it is in the order of the matches.
 class TwoViewPoints {
  public:
   /// The noise of a keypoint, and the threshold with it, grows as scale_factor^(noise_exponent * octave). `camera` may
@@ -28,8 +29,9 @@ class TwoViewPoints {
   int size() const { return columns_.count(); }
   PointColumnsView view() const { return columns_.view(); }
   const std::vector<int32_t>& cells() const { return cells_; }
-  /// The columns of matches, in the order of the matches.
-  void columnsOf(const std::vector<int>& matches, std::vector<int>& columns) const;
+  /// Replaces each match by its column.
+  void toColumns(std::vector<int>& matches) const;
+  size_t matchOf(int column) const { return static_cast<size_t>(match_of_[static_cast<size_t>(column)]); }
   double noiseExponent() const { return noise_exponent_; }
   double pixelsPerUnit() const { return pixels_per_unit_; }
   /// The weight of a match whose keypoints are both of the finest level.

@@ -329,9 +329,9 @@ struct TrueMotion {
   explicit TrueMotion(const TwoViewSceneOptions& scene) : pair(makeTwoViewScene(scene)) {
     points.set(pair.pairs, pair.camera, ModelType::kEssential, 1, 0);
     points.countInto(&evaluations);
-    std::vector<int> matches(pair.correct.size());
-    std::iota(matches.begin(), matches.end(), 0);
-    points.columnsOf(matches, order);
+    order.resize(pair.correct.size());
+    std::iota(order.begin(), order.end(), 0);
+    points.toColumns(order);
     truth.matrix = crossMatrix(pair.t) * pair.R;
   }
   EssentialModel model() const { return {residualKernels(detectSimdLevel()), points.view()}; }
