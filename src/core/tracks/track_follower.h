@@ -19,9 +19,9 @@ namespace gms_ransac {
 /// the images given to `follow` alone.
 class TrackFollower {
  public:
-  /// `image`: CV_8UC1, copied. `matched`: features of TrackTable. Returns the kept points seen in it, then those of
-  /// `matched` that are new. Empty if `matched` is and the image shows almost none of the points: it counts as not
-  /// given. Valid until the next call.
+  /// `image`: CV_8UC1, copied. `matched`: features of TrackTable, with their rows. Returns the kept points seen in it,
+  /// then those of `matched` that are new. Empty if `matched` is and the image shows almost none of the points: it
+  /// counts as not given. Valid until the next call.
   const std::vector<TrackedPoint>& follow(const cv::Mat& image, const Camera& camera,
                                           const std::vector<TrackedPoint>& matched);
   /// Keeps these points (indices of `follow`'s result) and no others.
@@ -36,7 +36,6 @@ class TrackFollower {
     PatchPlace place;        ///< of the patch, in the last image; from `locate` on in this one
     cv::Point2f prediction;  ///< pixel of this image
     float reach = 0;         ///< pixels about it that are searched
-    bool matched = false;    ///< a keypoint of this image carries the id
     bool alive = true;
   };
 

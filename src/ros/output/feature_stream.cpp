@@ -65,26 +65,19 @@ void FeatureStream::reset() {
   well_seen_ = false;
 }
 
-int FeatureStream::matchOf(uint32_t id) const {
-  const auto match = match_of_.find(id);
-  return match == match_of_.end() ? -1 : match->second;
-}
-
 bool FeatureStream::due(double stamp, double rate) const {
   return rate <= 0 || !beat_ || stamp >= *beat_ + (1 - kEarly) / rate;
 }
 
 const std::vector<TrackedPoint>& FeatureStream::matchedPoints(const ProcessedFrame& processed) {
   matched_.clear();
-  match_of_.clear();
   if (processed.track_ids == nullptr) return matched_;
   const MatchResult& result = *processed.result;
   for (size_t i = 0; i < result.matches.size(); ++i) {
     const uint32_t id = (*processed.track_ids)[i];
     if (id == 0) continue;
     const cv::Point2f& pixel = processed.current->frame.features.keypoints[result.matches[i].current].pt;
-    matched_.push_back({id, (*processed.track_lengths)[i], pixel});
-    match_of_.emplace(id, static_cast<int>(i));
+    matched_.push_back({id, (*processed.track_lengths)[i], pixel, static_cast<int>(i)});
   }
   return matched_;
 }
@@ -96,7 +89,7 @@ Feature FeatureStream::describe(const ProcessedFrame& processed, const TrackedPo
   feature.ray = rayOf(processed.current->camera->camera, point.current);
   const auto before = sent_.find(point.id);
   if (before == sent_.end()) {
-    feature.velocity = velocityInPair(processed, point.id, feature.ray);
+    feature.velocity = velocityInPair(processed, point.match, feature.ray);
     return feature;
   }
   const double stamp = processed.current->stamp();
@@ -105,9 +98,8 @@ Feature FeatureStream::describe(const ProcessedFrame& processed, const TrackedPo
   return feature;
 }
 
-Eigen::Vector2d FeatureStream::velocityInPair(const ProcessedFrame& processed, uint32_t id,
+Eigen::Vector2d FeatureStream::velocityInPair(const ProcessedFrame& processed, int match,
                                               const Eigen::Vector2d& ray) const {
-  const int match = matchOf(id);
   const double reference_stamp = processed.reference->stamp(), seconds = processed.current->stamp() - reference_stamp;
   // With a reference that is held longer it would be an average; VINS's own tracker gives 0 for new features, too.
   const bool held = !sent_.empty() && reference_stamp < last_stamp_;

@@ -39,8 +39,6 @@ class FeatureStream {
   /// track of a feature that is not `usable` ends.
   std::optional<std::vector<Feature>> next(const ProcessedFrame& processed, const FeatureOptions& options,
                                            const TrackSelector::Usable& usable = {});
-  /// Index of the match of the current image that carries the id; -1: none. For `usable`.
-  int matchOf(uint32_t id) const;
   /// Nothing is followed any more.
   void reset();
 
@@ -52,22 +50,21 @@ class FeatureStream {
 
   /// True if a message is due with an image of this stamp.
   bool due(double stamp, double rate) const;
-  /// The inliers that carry an id, with their pixels in the current image; fills `match_of_`.
+  /// The inliers that carry an id, with their pixels in the current image.
   const std::vector<TrackedPoint>& matchedPoints(const ProcessedFrame& processed);
   Feature describe(const ProcessedFrame& processed, const TrackedPoint& point) const;
-  Eigen::Vector2d velocityInPair(const ProcessedFrame& processed, uint32_t id, const Eigen::Vector2d& ray) const;
+  Eigen::Vector2d velocityInPair(const ProcessedFrame& processed, int match, const Eigen::Vector2d& ray) const;
 
   const InputKind input_;
   TrackFollower follower_;
   TrackSelector selector_;
   std::vector<TrackedPoint> matched_;
-  std::unordered_map<uint32_t, int> match_of_;  ///< index of the match by id
-  std::unordered_map<uint32_t, Sent> sent_;     ///< with the last message
-  std::optional<double> beat_;                  ///< stamp at which the last message was due
-  double last_stamp_ = 0;                       ///< of the last message
-  double compared_stamp_ = 0;                   ///< of the last image that was compared
-  double image_stamp_ = 0;                      ///< of the last image, passed over or not
-  bool well_seen_ = false;                      ///< the image compared last showed what the one before it did
+  std::unordered_map<uint32_t, Sent> sent_;  ///< with the last message
+  std::optional<double> beat_;               ///< stamp at which the last message was due
+  double last_stamp_ = 0;                    ///< of the last message
+  double compared_stamp_ = 0;                ///< of the last image that was compared
+  double image_stamp_ = 0;                   ///< of the last image, passed over or not
+  bool well_seen_ = false;                   ///< the image compared last showed what the one before it did
 };
 
 }  // namespace gms_ransac

@@ -37,12 +37,15 @@ class Wall {
   cv::Mat texture_;
 };
 
-/// Ids 1, 2, ... on a grid.
+/// Ids 1, 2, ... on a grid; the row of each match is its id.
 std::vector<TrackedPoint> grid(const cv::Point2f& shift = {}) {
   std::vector<TrackedPoint> points;
   uint32_t id = 0;
   for (float y = kEdge; y <= kImageHeight - kEdge; y += 20) {
-    for (float x = kEdge; x <= kImageWidth - kEdge; x += 20) points.push_back({++id, 2, cv::Point2f(x, y) + shift});
+    for (float x = kEdge; x <= kImageWidth - kEdge; x += 20) {
+      ++id;
+      points.push_back({id, 2, cv::Point2f(x, y) + shift, static_cast<int>(id)});
+    }
   }
   return points;
 }
@@ -87,6 +90,9 @@ TEST_F(TrackFollowerTest, WhatIsNotMatchedIsFollowedOnWithoutDrift) {
     shift = cv::Point2f(2.3F, -1.1F) * static_cast<float>(i);
     points = see(wall_.draw(shift), some(shift, 2));
     EXPECT_GT(points.size(), some(shift, 2).size() + 10);
+    for (const TrackedPoint& point : points) {
+      EXPECT_EQ(point.match, point.id % 2 == 0 ? static_cast<int>(point.id) : -1);
+    }
   }
   EXPECT_GT(points.size(), 0.95 * static_cast<double>(grid().size()));
   EXPECT_LT(greatestError(points, shift), kTolerance);
