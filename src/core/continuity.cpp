@@ -7,7 +7,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
-#include "judgement/other_motions.h"
+#include "judgement/candidates.h"
 #include "two_view/translation_variance.h"
 #include "two_view/two_view_points.h"
 

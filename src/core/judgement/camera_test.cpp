@@ -1,10 +1,10 @@
-#include "judgement/camera_test.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include <Eigen/Cholesky>
+
+#include "judgement/pose_covariance.h"
 
 namespace gms_ransac {
 

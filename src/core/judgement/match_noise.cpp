@@ -13,13 +13,24 @@ namespace gms_ransac {
 
 namespace {
 
+// Where fits start.
 constexpr double kFirstSigma = 0.5, kFirstShare = 0.8;
+constexpr float kFirstNear = 0.75f, kFirstWide = 0.05f;
+constexpr float kSettled = 1e-3f;  ///< a step at which a fit ends, far below what it is known to
+constexpr int kMostIterations = 15;
+constexpr float kSquaredWindow = MatchNoise::kWindow * MatchNoise::kWindow;
+constexpr float kLeastWrong = 1e-3f;       ///< share of wrong matches
 constexpr float kSmallestSigma = 0.02f;    ///< coordinates are rounded to about that, and so are parallaxes
 constexpr float kNarrowestSpread = 0.25f;  ///< of the parallaxes, octaves
+constexpr double kWideSigmas = 2;          ///< of the noise; at least one threshold
+constexpr float kRightWithin = 3;          ///< thresholds from its true place
 constexpr float kImageExtent = 2;          ///< longest displacement that an image allows, focal lengths
 
 constexpr auto kLn2 = static_cast<float>(M_LN2), kRoot2 = static_cast<float>(M_SQRT2);
 constexpr float kHalfLog2 = 0.5f / kLn2;  ///< of the natural logarithm of a square, octaves
+
+/// The error function, which is 1 for a float from 4 on.
+float within(float deviations) { return deviations < 4 ? std::erf(deviations) : 1.f; }
 
 /// 16, 50 and 84 % quantiles: middle and one deviation to either side. Rearranges the values.
 std::array<float, 3> quantiles(std::vector<float>& values) {
@@ -47,6 +58,8 @@ void MatchNoise::measure(const std::vector<float>& squared_residuals, int count)
   fit(count);
 }
 
+double MatchNoise::wideSigma() const { return std::max(1.0, kWideSigmas * sigma_); }
+
 Loss MatchNoise::loss() const {
   const auto softness = static_cast<float>(wideSigma() * wideSigma());
   return {4 * softness, 1 / softness};
@@ -70,21 +83,26 @@ void MatchNoise::weighParallaxes(int count, float reach) {
   odds = 0.5f + scale * (kLn2 * odds + slope * (odds - centre).abs()).exp();
 }
 
-void MatchNoise::fit(int count) {
-  constexpr float kSquaredWindow = kWindow * kWindow;
+template <class Square, class Wrong>
+void MatchNoise::gather(int count, const Square& square, const Wrong& wrong) {
   within_.clear();
-  within_.reserve(residuals_.size());  // so that how many lie within allocates nothing
-  near_.resize(3, count);
+  within_.reserve(static_cast<size_t>(count));  // so that how many lie within allocates nothing
+  near_.resize(kColumns, count);
   for (int i = 0; i < count; ++i) {
-    const auto column = static_cast<size_t>(i);
-    if (!(residuals_[column] < kSquaredWindow)) continue;
-    near_.column(0)[within_.size()] = residuals_[column];
-    near_.column(1)[within_.size()] = odds_[column];
+    const float residual = square(static_cast<size_t>(i));
+    if (!(residual < kSquaredWindow)) continue;
+    near_.column(kSquare)[within_.size()] = residual;
+    near_.column(kWrong)[within_.size()] = wrong(static_cast<size_t>(i));
     within_.push_back(i);
   }
+}
+
+void MatchNoise::fit(int count) {
+  gather(
+      count, [this](size_t i) { return residuals_[i]; }, [this](size_t i) { return odds_[i]; });
   const auto within = static_cast<Eigen::Index>(within_.size());
-  const Eigen::Map<const Eigen::ArrayXf> e(near_.column(0), within), odds(near_.column(1), within);
-  Eigen::Map<Eigen::ArrayXf> probability(near_.column(2), within);
+  const Eigen::Map<const Eigen::ArrayXf> e(near_.column(kSquare), within), odds(near_.column(kWrong), within);
+  Eigen::Map<Eigen::ArrayXf> probability(near_.column(kNear), within);
   sigma_ = kFirstSigma;
   double share = kFirstShare;
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
@@ -101,6 +119,69 @@ void MatchNoise::fit(int count) {
   }
   probabilities_.assign(static_cast<size_t>(count), 0.f);
   for (Eigen::Index k = 0; k < within; ++k) probabilities_[static_cast<size_t>(within_[k])] = probability[k];
+}
+
+void MatchNoise::fitShares(const PointColumnsView& points, float finest_weight, bool on_line) {
+  const auto column = [&](int k) { return Eigen::Map<Eigen::ArrayXf>(near_.column(k), within_.size()); };
+  auto squares = column(kSquare), wrong_density = column(kWrong), near = column(kNear), wide = column(kWide);
+  auto near_density = column(kNearDensity), wide_density = column(kWideDensity);
+  const auto near_sigma = static_cast<float>(sigma_), wide_sigma = static_cast<float>(wideSigma());
+  const auto density = [&](float deviation) {
+    const float scale = on_line ? static_cast<float>(std::sqrt(2 / M_PI)) / deviation : 0.5f / (deviation * deviation);
+    return scale * (-0.5f / (deviation * deviation) * squares).exp();
+  };
+  near_density = density(near_sigma);
+  wide_density = density(wide_sigma);
+  // The share of each component, by expectation and maximisation on a part of the matches.
+  float near_share = kFirstNear, wide_share = kFirstWide;
+  const auto weigh = [&](Eigen::Index matches) {
+    // `wide` holds what all components say together until it is known.
+    const float wrong_share = std::max(kLeastWrong, 1 - near_share - wide_share);
+    wide.head(matches) = near_share * near_density.head(matches) + wide_share * wide_density.head(matches) +
+                         wrong_share * wrong_density.head(matches);
+    near.head(matches) = near_share * near_density.head(matches) / wide.head(matches);
+    wide.head(matches) = wide_share * wide_density.head(matches) / wide.head(matches);
+  };
+  const Eigen::Index fitted = std::min<Eigen::Index>(near.size(), 2 * kRandomPart);
+  for (int iteration = 0; iteration < kMostIterations && fitted > 0; ++iteration) {
+    weigh(fitted);
+    const float last = std::exchange(near_share, near.head(fitted).sum() / static_cast<float>(fitted));
+    wide_share = wide.head(fitted).sum() / static_cast<float>(fitted);
+    if (std::abs(near_share - last) < kSettled) break;
+  }
+  weigh(near.size());
+  for (Eigen::Index k = 0; k < near.size(); ++k) {
+    const int column = within_[static_cast<size_t>(k)];
+    // The residual is that of either keypoint: the two are sqrt(2) as far apart.
+    const float stretch = finest_weight / points.weight[column];
+    const float left = kRightWithin * kRightWithin - 2 * squares[k] * stretch;
+    if (!(left > 0)) continue;
+    // As much noise as across an epipolar line is along it, which cannot be seen.
+    const float reach = 0.5f * std::sqrt(left / stretch);
+    const auto inside = [&](float sigma) { return on_line ? within(reach / sigma) : 1.f; };
+    right_[static_cast<size_t>(column)] = std::min(1.f, near[k] * inside(near_sigma) + wide[k] * inside(wide_sigma));
+  }
+}
+
+const std::vector<float>& MatchNoise::weigh(const PointColumnsView& points, float finest_weight,
+                                            const std::vector<uint8_t>& apart, const std::vector<float>* rotated) {
+  right_.assign(static_cast<size_t>(points.count), 0.f);
+  if (rotated != nullptr) {
+    // A transfer distance has the noise of both images.
+    gather(
+        points.count, [&](size_t i) { return 0.5f * (*rotated)[i]; }, [](size_t) { return 1 / kSquaredWindow; });
+    fitShares(points, finest_weight, false);
+    return right_;
+  }
+  for (const bool other : {false, true}) {
+    if (other && apart.empty()) break;
+    // The parallaxes that another motion should have are unknown.
+    gather(
+        points.count, [&](size_t i) { return apart.empty() || apart[i] == other ? residuals_[i] : kSquaredWindow; },
+        [&](size_t i) { return (other ? 1.f : odds_[i]) / kWindow; });
+    fitShares(points, finest_weight, true);
+  }
+  return right_;
 }
 
 }  // namespace gms_ransac

@@ -19,15 +19,17 @@ constexpr double kInversionTolerance = 1e-8;
 /// then.
 constexpr size_t kEnoughCells = 100;
 
-/// False for the inverse of an ill-conditioned curvature, of which rounding errors decide: it is not positive definite,
-/// or has a rotation that is less certain than any angle can be.
-bool isCovariance(const PoseSquare& matrix) {
-  if (!matrix.allFinite() || matrix.diagonal().minCoeff() < 0) return false;
-  if (matrix.diagonal().head<3>().maxCoeff() > M_PI * M_PI) return false;
-  const PoseVector scale = matrix.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
+/// The matrix, unless it is the inverse of an ill-conditioned curvature, of which rounding errors decide: it is not
+/// positive definite, or has a rotation that is less certain than any angle can be.
+PoseSquare orIdentity(const PoseSquare& matrix) {
+  const PoseVector variances = matrix.diagonal();
+  if (!matrix.allFinite() || variances.minCoeff() < 0 || variances.head<3>().maxCoeff() > M_PI * M_PI) {
+    return PoseSquare::Identity();
+  }
+  const PoseVector scale = variances.cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
   PoseSquare correlation = scale.asDiagonal() * matrix * scale.asDiagonal();
   correlation.diagonal().setConstant(1 + kInversionTolerance);
-  return Eigen::LLT<PoseSquare>(correlation).info() == Eigen::Success;
+  return Eigen::LLT<PoseSquare>(correlation).info() == Eigen::Success ? matrix : PoseSquare::Identity();
 }
 
 using Columns = Eigen::Ref<const Eigen::MatrixXd>;
@@ -80,12 +82,13 @@ PoseSquare scatterWithoutLeverage(const PoseInformation& all, const std::vector<
 /// Covariance where nothing in the image moves, so that the curvature by the direction is zero: that of the rotation.
 PoseSquare ofRotationAlone(const PoseInformation& all) {
   const Eigen::LLT<Eigen::Matrix3d> factors(Eigen::Matrix3d(all.curvature.topLeftCorner<3, 3>()));
+  if (factors.info() != Eigen::Success) return PoseSquare::Identity();
   PoseSquare inverse = PoseSquare::Zero();
-  if (factors.info() == Eigen::Success) inverse.topLeftCorner<3, 3>() = factors.solve(Eigen::Matrix3d::Identity());
+  inverse.topLeftCorner<3, 3>() = factors.solve(Eigen::Matrix3d::Identity());
   PoseSquare result = sandwich(inverse, all.scatter.topLeftCorner<kPoseParameters, kPoseParameters>(),
                                all.gradient.head<kPoseParameters>());
   result.bottomRightCorner<2, 2>().setIdentity();
-  return factors.info() == Eigen::Success && isCovariance(result) ? result : PoseSquare::Identity();
+  return orIdentity(result);
 }
 
 /// Scale of a covariance by cells to the variance that blocks show, summed over the rotation or over the direction,
@@ -101,6 +104,13 @@ PoseVector widening(const PoseSquare& by_cells, const PoseSquare& by_blocks) {
   return result;
 }
 
+/// Naive sandwich covariance with the camera known to its typical errors alone.
+PoseSquare ofAnyCamera(const PoseInformation& all, double variance) {
+  ParameterSquare scatter = all.scatter;
+  scatter.diagonal().tail<kCameraParameters>() += variance * variance * typicalCameraError().cwiseAbs2().cwiseInverse();
+  return sandwich(all.inverseWithCamera(variance).topRows<kPoseParameters>(), scatter, all.gradient);
+}
+
 }  // namespace
 
 double directionSigma(const PoseSquare& covariance) {
@@ -109,10 +119,9 @@ double directionSigma(const PoseSquare& covariance) {
   return std::sqrt(half_trace + std::sqrt(std::max(0.0, half_trace * half_trace - direction.determinant())));
 }
 
-PoseCovariance poseCovariance(const PoseInformation& all, double sigma, double calibration_sigma) {
+PoseCovariance poseCovariance(const PoseInformation& all, double variance, double calibration_sigma) {
   PoseCovariance result;
   if (all.used < kParameters) return result;
-  const double variance = sigma * sigma;
   const PoseVector gradient = all.gradient.head<kPoseParameters>();
   const PoseSquare naive = inverseOf(all.ofPose()), inverse = inverseOf(withoutFeigned(all, variance));
   if (!naive.allFinite() || !inverse.allFinite()) {
@@ -133,20 +142,16 @@ PoseCovariance poseCovariance(const PoseInformation& all, double sigma, double c
   errors.diagonal().head<3>().array() += calibration_sigma * calibration_sigma;
   const Eigen::Matrix<double, kPoseParameters, kCameraParameters> effect =
       naive.lazyProduct(all.curvature.topRightCorner<kPoseParameters, kCameraParameters>());
-  result.covariance = result.of_matches + sandwich(effect, errors, CameraVector::Zero());
-
-  ParameterSquare scatter = all.scatter;
-  scatter.diagonal().tail<kCameraParameters>() += variance * variance * typicalCameraError().cwiseAbs2().cwiseInverse();
-  const ParameterSquare with_camera = all.inverseWithCamera(variance);
-  PoseSquare any_camera = sandwich(with_camera.topRows<kPoseParameters>(), scatter, all.gradient);
+  result.covariance = orIdentity(result.of_matches + sandwich(effect, errors, CameraVector::Zero()));
   // Where the camera is contradicted its parameters are free; from half of that on, more and more.
   const double doubt = std::clamp(2 * result.camera.statistic - 1, 0.0, 1.0);
-  result.naive += doubt * (any_camera - result.naive);
-  for (PoseSquare* covariance : {&result.covariance, &any_camera, &result.naive}) {
-    if (!isCovariance(*covariance)) covariance->setIdentity();
-  }
-  result.direction_sigma_any_camera = directionSigma(any_camera);
+  if (doubt > 0) result.naive += doubt * (ofAnyCamera(all, variance) - result.naive);
+  result.naive = orIdentity(result.naive);
   return result;
+}
+
+PoseSquare covarianceOfAnyCamera(const PoseInformation& all, double variance) {
+  return all.used < kParameters ? PoseSquare::Identity() : orIdentity(ofAnyCamera(all, variance));
 }
 
 Eigen::Matrix<double, 6, 6> relativeCovariance(const TwoViewPose& pose, const PoseSquare& covariance) {

@@ -1,12 +1,27 @@
-// How well the matches determine a pose: one covariance, and what other steps ask of it. Derived in doc/judgement.md.
+// How well the matches determine a pose: one covariance, and what other steps ask of it; errors of the camera. Derived
+// in doc/judgement.md.
 #pragma once
 
 #include <Eigen/Core>
 
-#include "judgement/camera_test.h"
+#include "gms_ransac/robust_result.h"
 #include "judgement/pose_information.h"
 
 namespace gms_ransac {
+
+/// How far the matches contradict the camera model, and how far its errors may matter.
+struct CameraTest {
+  /// Largest score statistic over the 99 % point of its chi-square.
+  double statistic = 0;
+  CameraParameter parameter = CameraParameter::kFocalLength;  ///< the most contradicted
+  /// Second moment of the parameters' errors, averaged over models of which parameters err; zero where the matches do
+  /// not contradict them.
+  CameraSquare second_moment = CameraSquare::Zero();
+};
+
+/// `inverse`: of the curvature by the pose, with noise counted as parallax: with the camera free, the direction is too
+/// uncertain for the correction.
+CameraTest testCamera(const PoseInformation& information, const PoseSquare& inverse);
 
 /// First-order uncertainty of a pose in the parameters of PoseModel::linearize.
 struct PoseCovariance {
@@ -15,15 +30,15 @@ struct PoseCovariance {
   /// Naive sandwich covariance: no correction for noise as parallax or leverage. The preferred rotation is weighed
   /// against it, because a wider one would follow the preference further than errors do.
   PoseSquare naive = PoseSquare::Identity();
-  /// Standard deviation of the direction of translation, radians, if nothing were known of the camera but that it has
-  /// no more than the typical calibration errors.
-  double direction_sigma_any_camera = 1;
   CameraTest camera;
 };
 
-/// `sigma`: of the noise, thresholds; `calibration_sigma`: RobustOptions::calibration_sigma. Identity where the matches
-/// do not suffice.
-PoseCovariance poseCovariance(const PoseInformation& information, double sigma, double calibration_sigma);
+/// `variance`: of the noise, squared thresholds; `calibration_sigma`: RobustOptions::calibration_sigma. Identity where
+/// the matches do not suffice.
+PoseCovariance poseCovariance(const PoseInformation& information, double variance, double calibration_sigma);
+/// Naive sandwich covariance if nothing were known of the camera but that it has no more than the typical calibration
+/// errors. Identity where the matches do not suffice.
+PoseSquare covarianceOfAnyCamera(const PoseInformation& information, double variance);
 
 /// Standard deviation of the direction of translation along its widest axis, radians.
 double directionSigma(const PoseSquare& covariance);

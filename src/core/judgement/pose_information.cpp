@@ -85,7 +85,7 @@ void PoseInformation::sumParts(int count, const std::vector<int32_t>& cell_of) {
     const ParameterVector own = cell.gradient();
     gradient += own;
     for (int k = 0; k < kParameters; ++k) scatter.col(k) += own[k] * own;
-    PartSums& block = blocks[blockOf(cell.cell)];
+    PartSums& block = blocks[static_cast<size_t>(blockOf(cell.cell))];
     block.count += cell.count;
     block.products += cell.products;
   }

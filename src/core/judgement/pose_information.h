@@ -33,9 +33,8 @@ using ParameterSquare = Eigen::Matrix<double, kParameters, kParameters>;
 /// Blocks of cells to a side of the image.
 constexpr int kBlockSide = 5, kBlockCount = kBlockSide * kBlockSide, kCellsOfBlock = kCellSide / kBlockSide;
 static_assert(kCellSide % kBlockSide == 0, "blocks of whole cells");
-inline size_t blockOf(int32_t cell) {
-  const int block = cell / kCellSide / kCellsOfBlock * kBlockSide + cell % kCellSide / kCellsOfBlock;
-  return static_cast<size_t>(block);
+constexpr int blockOf(int32_t cell) {
+  return cell / kCellSide / kCellsOfBlock * kBlockSide + cell % kCellSide / kCellsOfBlock;
 }
 
 /// Typical calibration error (prior sigma) of each parameter: relative focal length, principal point in focal lengths,

@@ -28,7 +28,7 @@ constexpr double kHalfWay = 4;
 }  // namespace
 
 PoseJudge::PoseJudge(const RobustOptions& options)
-    : kernels_(residualKernels(options.simd)), options_(options), other_motions_(kernels_) {}
+    : kernels_(residualKernels(options.simd)), options_(options), candidates_(kernels_) {}
 
 void PoseJudge::refine(const TwoViewPoints& points, bool move, TwoViewPose& pose) {
   segmentation_.apart.clear();
@@ -53,8 +53,8 @@ void PoseJudge::measure(const TwoViewPoints& points, bool move, TwoViewPose& pos
     measureNoise(points.view(), pose);
   }
   information_.sum(kernels_, plausible_.view(), pose_, noise_.loss(), points.cells());
-  spread_ = poseCovariance(information_, noise_.sigma(), options_.calibration_sigma);
-  if (options_.judge) break_ = findBreak(information_, noise_.sigma() * noise_.sigma());
+  spread_ = poseCovariance(information_, noise_.variance(), options_.calibration_sigma);
+  if (options_.judge) break_ = findBreak(information_, noise_.variance());
 }
 
 bool PoseJudge::atOptimum(int count) const {
@@ -66,81 +66,69 @@ bool PoseJudge::atOptimum(int count) const {
   return true;
 }
 
-const RotationOnly& PoseJudge::fitRotation(const TwoViewPoints& points) {
-  const RotationOnly& rotation = rotation_explanation_.fit(kernels_, points.view(), pose_, noise_);
-  judgement_.pose_found = true;
-  judgement_.median_parallax_px = rotation.median_parallax * points.pixelsPerUnit();
-  judgement_.camera_misfit = spread_.camera.statistic;
-  judgement_.misfit_parameter = spread_.camera.parameter;
-  return rotation;
-}
-
 const Judgement& PoseJudge::judge(const TwoViewPoints& points, const TwoViewPose& preferred,
                                   const std::vector<AlternativeMotion>& alternatives) {
-  const RotationOnly& rotation = fitRotation(points);
-  judgement_.doubt = DirectionDoubt::kNone;
+  candidates_.fitRotation(points.view(), pose_.R, noise_);
   PoseSquare covariance = spread_.covariance;
-  RotationVerdict verdict;
+  DirectionDoubt doubt = DirectionDoubt::kNone;
   if (options_.judge) {
-    verdict = rotation_explanation_.compare(points, pose_, noise_);
-    judgement_.doubt = compare(points, verdict, alternatives, covariance);
+    const RefinedPose refined = {pose_, points, plausible_.view(), noise_};
+    candidates_.compareRotations(refined);
+    if (!candidates_.rotationIsBetter()) {
+      candidates_.compareMotions(
+          refined, directionSigma(spread_.of_matches), [this] { return cameraDecides(); }, alternatives);
+    }
+    covariance += candidates_.spread;
+    doubt = verdict(points, directionSigma(covariance));
   }
-  judgement_.translation_observable = judgement_.doubt == DirectionDoubt::kNone;
-  if (options_.judge && verdict.rotationIsBetter()) {
+  const bool rotation_is_better = candidates_.rotationIsBetter();
+  if (rotation_is_better) {
     // Both explanations are possible, so the covariance is inflated by the disagreement of the two rotations.
-    const Eigen::Vector3d apart = rotationVector(rotation.R * pose_.R.transpose());
+    const Eigen::Vector3d apart = rotationVector(candidates_.rotation * pose_.R.transpose());
     covariance.topLeftCorner<3, 3>() += apart * apart.transpose();
-    pose_.R = rotation.R;
-    judgement_.pose = publish(pose_, covariance);
-  } else {
-    judgement_.pose = publish(preferred, covariance);
+    pose_.R = candidates_.rotation;
   }
-  if (!judgement_.translation_observable) setTranslationVariance(kAnyDirection, judgement_.pose.covariance);
-  weighMatches(points, options_.judge && verdict.onlyRotated() ? &rotation.residuals : nullptr);
-  return judgement_;
+  judgement_.pose = publish(rotation_is_better ? pose_ : preferred, covariance);
+  return conclude(points, doubt, candidates_.onlyRotated());
 }
 
 const Judgement& PoseJudge::judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R) {
   segmentation_.apart.clear();
   spread_ = {};
   measureNoise(points.view(), {R, Eigen::Vector3d::UnitZ()});
-  const RotationOnly& rotation = fitRotation(points);
-  judgement_.doubt = DirectionDoubt::kRotationExplains;
-  judgement_.translation_observable = false;
-  judgement_.pose = fromReferenceToCurrent(rotation.R, Eigen::Vector3d::Zero());
-  judgement_.pose.covariance.bottomRightCorner<3, 3>() = rotation_explanation_.covariance(kernels_, points.view());
-  setTranslationVariance(kAnyDirection, judgement_.pose.covariance);
-  weighMatches(points, &rotation.residuals);
-  return judgement_;
+  candidates_.fitRotation(points.view(), R, noise_);
+  judgement_.pose = fromReferenceToCurrent(candidates_.rotation, Eigen::Vector3d::Zero());
+  judgement_.pose.covariance.bottomRightCorner<3, 3>() = candidates_.rotationCovariance(points.view());
+  return conclude(points, DirectionDoubt::kRotationExplains, true);
 }
 
-DirectionDoubt PoseJudge::compare(const TwoViewPoints& points, const RotationVerdict& verdict,
-                                  const std::vector<AlternativeMotion>& alternatives, PoseSquare& covariance) {
-  DirectionDoubt doubt = verdict.doubt();
-  const PoseSquare& of_rotation = spread_.camera.statistic < kBeyondCameras ? spread_.of_matches : spread_.covariance;
-  const bool rotation_is_known = of_rotation.topLeftCorner<3, 3>().trace() <= kMostRotationSigma * kMostRotationSigma;
-  if (doubt == DirectionDoubt::kNone && !rotation_is_known) doubt = DirectionDoubt::kRotation;
-  if (doubt == DirectionDoubt::kNone && !directionIsKnown(directionSigma(covariance))) {
-    doubt = DirectionDoubt::kDirection;
-  }
-  if (verdict.rotationIsBetter()) return doubt;
-  // A motion whose direction is not known may still be the wrong one of two, with another rotation.
-  const bool camera_decides = !directionIsKnown(spread_.direction_sigma_any_camera);
-  const Ambiguity ambiguity = other_motions_.compare({pose_, points, plausible_.view(), noise_},
-                                                     directionSigma(spread_.of_matches), camera_decides, alternatives);
-  covariance += ambiguity.covariance;
-  if (doubt != DirectionDoubt::kNone) return doubt;
-  const double direction_sigma = directionSigma(covariance);
-  if (ambiguity.other_direction || !directionIsKnown(direction_sigma)) return DirectionDoubt::kOtherMotion;
-  if (break_.weaker_side * direction_sigma > kKnownByItself) return DirectionDoubt::kOtherMotion;
-  const double most = spread_.camera.statistic > 1 ? kMostOfSecondJoined : kMostOfSecond;
-  const bool second = (segmentation_.found() && segmentation_.smaller_share > most) ||
-                      other_motions_.shareOfSecond(points.view(), noise_, most) > most;
-  return second ? DirectionDoubt::kOtherMotion : DirectionDoubt::kNone;
+DirectionDoubt PoseJudge::verdict(const TwoViewPoints& points, double direction_sigma) {
+  if (candidates_.raise(DirectionDoubt::kRotationExplains)) return DirectionDoubt::kRotationExplains;
+  if (candidates_.mostlyStatic()) return DirectionDoubt::kMostlyStatic;
+  if (!rotationIsKnown()) return DirectionDoubt::kRotation;
+  if (!directionIsKnown(directionSigma(spread_.covariance))) return DirectionDoubt::kDirection;
+  const bool torn = break_.weaker_side * direction_sigma > kKnownByItself;
+  const bool other = candidates_.raise(DirectionDoubt::kOtherMotion) || !directionIsKnown(direction_sigma) || torn ||
+                     secondIsAsLarge(points.view());
+  return other ? DirectionDoubt::kOtherMotion : DirectionDoubt::kNone;
+}
+
+bool PoseJudge::rotationIsKnown() const {
+  const PoseSquare& covariance = spread_.camera.statistic < kBeyondCameras ? spread_.of_matches : spread_.covariance;
+  return covariance.topLeftCorner<3, 3>().trace() <= kMostRotationSigma * kMostRotationSigma;
 }
 
 bool PoseJudge::directionIsKnown(double direction_sigma) const {
   return direction_sigma <= options_.max_direction_sigma * kDegree;
+}
+
+bool PoseJudge::cameraDecides() const {
+  return !directionIsKnown(directionSigma(covarianceOfAnyCamera(information_, noise_.variance())));
+}
+
+bool PoseJudge::secondIsAsLarge(const PointColumnsView& points) {
+  const double most = spread_.camera.statistic > 1 ? kMostOfSecondJoined : kMostOfSecond;
+  return segmentation_.shareOfSecond(kernels_, points, noise_, most) > most;
 }
 
 RelativePose PoseJudge::publish(const TwoViewPose& preferred, PoseSquare covariance) const {
@@ -160,19 +148,24 @@ RelativePose PoseJudge::publish(const TwoViewPose& preferred, PoseSquare covaria
   return pose;
 }
 
-void PoseJudge::weighMatches(const TwoViewPoints& points, const std::vector<float>* rotation_residuals) {
+const Judgement& PoseJudge::conclude(const TwoViewPoints& points, DirectionDoubt doubt, bool rotated) {
+  judgement_.pose_found = true;
+  judgement_.doubt = doubt;
+  judgement_.translation_observable = doubt == DirectionDoubt::kNone;
+  if (!judgement_.translation_observable) setTranslationVariance(kAnyDirection, judgement_.pose.covariance);
+  judgement_.median_parallax_px = candidates_.median_parallax * points.pixelsPerUnit();
+  judgement_.camera_misfit = spread_.camera.statistic;
+  judgement_.misfit_parameter = spread_.camera.parameter;
   judgement_.sigma_px = noise_.sigma() * options_.inlierThreshold();
   judgement_.noise_exponent = points.noiseExponent();
-  const PointColumnsView view = points.view();
-  const float finest = points.finestWeight();
-  points.inOrderOfMatches(rotation_residuals != nullptr
-                              ? probability_.weighRotated(noise_, *rotation_residuals, view, finest)
-                              : probability_.weigh(noise_, segmentation_.apart, view, finest),
+  const std::vector<float>& residuals = rotated ? candidates_.rotation_residuals : noise_.residuals();
+  points.inOrderOfMatches(noise_.weigh(points.view(), points.finestWeight(), segmentation_.apart,
+                                       rotated ? &candidates_.rotation_residuals : nullptr),
                           judgement_.probability);
-  points.inOrderOfMatches(rotation_residuals != nullptr ? *rotation_residuals : noise_.residuals(),
-                          judgement_.residual);
+  points.inOrderOfMatches(residuals, judgement_.residual);
   // A transfer distance has the noise of both images.
-  noise_.toDeviations(rotation_residuals != nullptr ? 0.5 : 1, judgement_.residual);
+  noise_.toDeviations(rotated ? 0.5 : 1, judgement_.residual);
+  return judgement_;
 }
 
 }  // namespace gms_ransac

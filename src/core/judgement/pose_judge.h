@@ -1,5 +1,5 @@
-// Judges the motion of a pair, from any estimator, by its matches: noise, segmentation, covariance, alternative
-// motions, probabilities. doc/judgement.md has the formulas.
+// Judges the motion of a pair, from any estimator, by its matches: noise, segmentation, covariance, the table of
+// candidate motions, a verdict, probabilities. doc/judgement.md has the formulas.
 #pragma once
 
 #include <vector>
@@ -7,11 +7,10 @@
 #include "gms_ransac/robust_options.h"
 #include "gms_ransac/robust_result.h"
 
-#include "judgement/match_probability.h"
-#include "judgement/other_motions.h"
+#include "judgement/candidates.h"
+#include "judgement/match_noise.h"
 #include "judgement/pose_covariance.h"
 #include "judgement/pose_information.h"
-#include "judgement/rotation_explanation.h"
 #include "judgement/segmentation.h"
 #include "two_view/pose_model.h"
 #include "two_view/two_view_points.h"
@@ -45,33 +44,34 @@ class PoseJudge {
   /// True if an optimum of the usual loss is also one of the loss that the noise asks for: their softness is equal, and
   /// no implausible match has a weight.
   bool atOptimum(int count) const;
-  /// Fits the rotation alone; fills what the judgement says with and without a translation.
-  const RotationOnly& fitRotation(const TwoViewPoints& points);
-  /// Returns the first reason why the direction of translation is unknown, or kNone. Widens the covariance by
-  /// alternative motions that explain the matches as well.
-  DirectionDoubt compare(const TwoViewPoints& points, const RotationVerdict& verdict,
-                         const std::vector<AlternativeMotion>& alternatives, PoseSquare& covariance);
+
+  /// The first reason why the direction of translation is unknown, or kNone. `direction_sigma`: with the candidates
+  /// that stand, radians.
+  DirectionDoubt verdict(const TwoViewPoints& points, double direction_sigma);
+  bool rotationIsKnown() const;
   bool directionIsKnown(double direction_sigma) const;
+  /// True if plausible calibration errors could change the direction.
+  bool cameraDecides() const;
+  /// True if a second rigid body explains so many of the other matches that it may be the world as well.
+  bool secondIsAsLarge(const PointColumnsView& points);
+
   /// Returns the pose with its rotation moved towards the preferred one, and the covariance widened by the step.
   RelativePose publish(const TwoViewPose& preferred, PoseSquare covariance) const;
-  /// Fills noise and probabilities; by what a rotation leaves of the matches where that is given.
-  void weighMatches(const TwoViewPoints& points, const std::vector<float>* rotation_residuals);
+  /// Fills all but the pose. `rotated`: matches are weighed by what the rotation leaves of them.
+  const Judgement& conclude(const TwoViewPoints& points, DirectionDoubt doubt, bool rotated);
 
   const ResidualKernels& kernels_;
   RobustOptions options_;
-  // Results of one step for the next.
+  // Results of one step for the next, with their storage.
   TwoViewPose pose_;
   MatchNoise noise_;        ///< at the pose
   PointColumns plausible_;  ///< the points, those without weight that the noise calls implausible
-  PoseBreak break_;         ///< at the pose; with RobustOptions::judge
-  Segmentation segmentation_;
-  PoseCovariance spread_;
-  Judgement judgement_;
-  // The steps, with their storage.
   PoseInformation information_;
-  RotationExplanation rotation_explanation_;
-  OtherMotions other_motions_;
-  MatchProbability probability_;
+  PoseCovariance spread_;
+  PoseBreak break_;  ///< at the pose; with RobustOptions::judge
+  Segmentation segmentation_;
+  Candidates candidates_;
+  Judgement judgement_;
 };
 
 }  // namespace gms_ransac

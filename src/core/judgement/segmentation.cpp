@@ -9,6 +9,7 @@
 #include <Eigen/Cholesky>
 
 #include "judgement/pose_covariance.h"
+#include "ransac/proposals.h"
 
 namespace gms_ransac {
 
@@ -62,7 +63,7 @@ PoseBreak worstBreak(const PoseInformation& all, const Eigen::Matrix<double, N, 
   std::array<Test, kBlockCount> blocks;
   for (const PartSums& cell : all.cells) {
     const ParameterVector gradient = cell.gradient();
-    Test& block = blocks[blockOf(cell.cell)];
+    Test& block = blocks[static_cast<size_t>(blockOf(cell.cell))];
     for (int k = 0; k < N; ++k) block.crossed.col(k) -= gradient[k] * gradient.head<kPoseParameters>();
   }
   for (size_t k = 0; k < blocks.size(); ++k) {
@@ -98,12 +99,11 @@ PoseBreak worstBreak(const PoseInformation& all, const Eigen::Matrix<double, N, 
   return worst;
 }
 
-/// PoseBreak::weaker_side of a rectangle. `inverse`: of the curvature by the pose.
-double weakerSide(const PoseInformation& all, const PoseSquare& inverse, const cv::Rect& blocks) {
+/// PoseBreak::weaker_side. `inverse`: of the curvature by the pose.
+double weakerSide(const PoseInformation& all, const PoseSquare& inverse, const PoseBreak& at) {
   PoseSquare inside = PoseSquare::Zero();
   for (int k = 0; k < kBlockCount; ++k) {
-    const bool in = blocks.contains({k % kBlockSide, k / kBlockSide});
-    if (in) inside += all.bend * all.blocks[static_cast<size_t>(k)].ownProducts();
+    if (at.holds(k)) inside += all.bend * all.blocks[static_cast<size_t>(k)].ownProducts();
   }
   const auto sigma = [](const PoseSquare& curvature) {
     const PoseSquare covariance = inverseOf(curvature);
@@ -121,7 +121,7 @@ PoseBreak findBreak(const PoseInformation& all, double variance) {
   std::bitset<kRectangles> broken;
   const PoseBreak own = worstBreak<kPoseParameters>(all, inverse, broken.set());
   PoseBreak worst = broken.any() ? worstBreak<kParameters>(all, all.inverseWithCamera(variance), broken) : own;
-  if (own.statistic > kTorn) worst.weaker_side = weakerSide(all, inverse, own.blocks);
+  if (own.statistic > kTorn) worst.weaker_side = weakerSide(all, inverse, own);
   return worst;
 }
 
@@ -131,7 +131,7 @@ void Segmentation::find(const ResidualKernels& kernels, const TwoViewPoints& poi
   const PointColumnsView view = points.view();
   const std::vector<int32_t>& cells = points.cells();
   apart.resize(static_cast<size_t>(view.count));
-  for (size_t i = 0; i < apart.size(); ++i) apart[i] = at.holds(cells[i]);
+  for (size_t i = 0; i < apart.size(); ++i) apart[i] = at.holds(blockOf(cells[i]));
   TwoViewPose bodies[2] = {pose, pose};
   for (int round = 0; round < kRounds; ++round) {
     for (int k = 0; k < 2; ++k) {
@@ -160,6 +160,29 @@ void Segmentation::find(const ResidualKernels& kernels, const TwoViewPoints& poi
   }
   larger = bodies[swapped];
   smaller_share = static_cast<double>(explained[!swapped]) / std::max(1, explained[swapped]);
+}
+
+double Segmentation::shareOfSecond(const ResidualKernels& kernels, const PointColumnsView& points,
+                                   const MatchNoise& noise, double least) {
+  if (found() && smaller_share > least) return smaller_share;
+  rest_.clear();
+  for (int i = 0; i < points.count; ++i) {
+    if (noise.probabilities()[static_cast<size_t>(i)] < 0.5f) rest_.push_back(i);
+  }
+  const int rest = static_cast<int>(rest_.size()), explained = points.count - rest;
+  if (rest < least * explained) return 0;
+  own_.gather(points, rest_.data(), rest);
+  const PoseModel model(kernels, own_.view());
+  findMotionStarts(kernels, own_.view(), motions_);
+  std::vector<float>& residuals = residuals_[0];
+  int most = 0;
+  for (TwoViewPose& motion : motions_) {
+    model.refine(kRobustLoss, kFinalIterations, motion);
+    model.residualsInFront(motion, residuals);
+    most =
+        std::max<int>(most, std::count_if(residuals.begin(), residuals.begin() + rest, [](float e) { return e < 1; }));
+  }
+  return static_cast<double>(most) / explained;
 }
 
 }  // namespace gms_ransac

@@ -23,10 +23,8 @@ struct PoseBreak {
   /// torn: with an exact camera the statistic is larger than cameras explain in practice.
   double weaker_side = 0;
 
-  /// Returns true if a cell lies in it.
-  bool holds(int32_t cell) const {
-    return blocks.contains({cell % kCellSide / kCellsOfBlock, cell / kCellSide / kCellsOfBlock});
-  }
+  /// Returns true if a block lies in it.
+  bool holds(int block) const { return blocks.contains({block % kBlockSide, block / kBlockSide}); }
 };
 
 /// The rectangle whose matches contradict the rest most, with the camera known to its typical errors, so that an error
@@ -45,11 +43,17 @@ class Segmentation {
   /// Two motions are found where they explain the matches much better than `pose`, whose noise is given.
   void find(const ResidualKernels& kernels, const TwoViewPoints& points, const TwoViewPose& pose,
             const MatchNoise& noise, const PoseBreak& at);
+  /// Matches that one other motion explains, of those that `noise` finds unlikely under the pose, as a share of the
+  /// likely ones. The second body's share if that exceeds `least`; 0 where the matches are too few to come to it.
+  double shareOfSecond(const ResidualKernels& kernels, const PointColumnsView& points, const MatchNoise& noise,
+                       double least);
 
  private:
   std::vector<float> residuals_[2];
   std::vector<float> second_worse_;  ///< of each cell, by how much the second motion explains it worse than the first
   PointColumns own_;
+  std::vector<int> rest_;  ///< columns that the pose does not explain
+  std::vector<TwoViewPose> motions_;
 };
 
 }  // namespace gms_ransac

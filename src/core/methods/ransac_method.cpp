@@ -95,9 +95,8 @@ void RansacMethod::weighMatches(const TwoViewModel& model, const Hypothesis& bes
   const bool on_lines = result.model_type != ModelType::kHomography;
   if (!on_lines) result.sigma_px /= kTransferSigmas;
   // A homography says where the point itself belongs, so what is near it needs no further question.
-  points_.inOrderOfMatches(
-      on_lines ? probability_.weigh(noise_, {}, view, points_.finestWeight()) : noise_.probabilities(),
-      result.probability);
+  points_.inOrderOfMatches(on_lines ? noise_.weigh(view, points_.finestWeight()) : noise_.probabilities(),
+                           result.probability);
   points_.inOrderOfMatches(noise_.residuals(), result.residual);
   noise_.toDeviations(1, result.residual);
 }

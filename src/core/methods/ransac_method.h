@@ -8,7 +8,6 @@
 
 #include "gms_ransac/match_filter_options.h"
 #include "judgement/match_noise.h"
-#include "judgement/match_probability.h"
 #include "methods/method.h"
 #include "methods/pose_recovery.h"
 #include "ransac/ordering.h"
@@ -82,7 +81,6 @@ class RansacMethod : public Method {
   ChanceSupport chance_;
   PoseRecovery pose_recovery_;
   MatchNoise noise_;
-  MatchProbability probability_;
 };
 
 /// A method whose search alone is its own; what follows on it is the same for all.

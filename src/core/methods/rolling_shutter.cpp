@@ -7,7 +7,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "judgement/vuong.h"
+#include "judgement/candidates.h"
 #include "two_view/pose_model.h"
 #include "two_view/two_view_points.h"
 
@@ -129,7 +129,7 @@ double RollingShutter::tryMoved(const PointPairs& pairs, const Camera& camera, c
   // Without observable translation a model with one absorbs the effect of the rows: compare rotations alone.
   const auto costs =
       result.translation_observable || candidate_.translation_observable ? &Costs::model : &Costs::rotation;
-  return vuongStatistic(pairs.size(), cells_, by_cell_,
+  return vuongStatistic(pairs.size(), cells_,
                         [&](size_t i) { return (costs_.*costs)[i] - (candidate_costs_.*costs)[i]; });
 }
 

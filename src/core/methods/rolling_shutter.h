@@ -49,7 +49,6 @@ class RollingShutter : public Method {
   RobustResult candidate_;
   Costs costs_, candidate_costs_;  ///< the former of the result; empty: not weighed yet
   std::vector<int32_t> cells_;     ///< of the matches
-  std::vector<double> by_cell_;
 };
 
 /// Moves the points of both images to where the camera saw them when it read the middle row. `readout`: seconds from

@@ -8,14 +8,11 @@
 #include <gtest/gtest.h>
 #include <Eigen/LU>
 
-#include "judgement/camera_test.h"
+#include "judgement/candidates.h"
 #include "judgement/match_noise.h"
-#include "judgement/other_motions.h"
 #include "judgement/pose_covariance.h"
 #include "judgement/pose_information.h"
-#include "judgement/rotation_explanation.h"
 #include "judgement/segmentation.h"
-#include "judgement/vuong.h"
 #include "two_view_scene.h"
 
 namespace gms_ransac {
@@ -41,9 +38,17 @@ struct JudgedScene {
     noise.measure(model, pose);
     information.sum(kernels(), points.view(), pose, noise.loss(), points.cells());
   }
-  RefinedPose refined() const { return {pose, points, points.view(), noise}; }
-  double variance() const { return noise.sigma() * noise.sigma(); }
-  PoseCovariance covariance() const { return poseCovariance(information, noise.sigma(), 0); }
+  PoseCovariance covariance() const { return poseCovariance(information, noise.variance(), 0); }
+  /// What the pose is compared with, its direction known to `direction_sigma` radians.
+  Candidates candidates(const std::vector<AlternativeMotion>& motions = {}, double direction_sigma = 0.001) const {
+    Candidates result(kernels());
+    result.fitRotation(points.view(), pose.R, noise);
+    const RefinedPose refined = {pose, points, points.view(), noise};
+    result.compareRotations(refined);
+    result.compareMotions(
+        refined, direction_sigma, [] { return false; }, motions);
+    return result;
+  }
 };
 
 TwoViewSceneOptions exactScene(uint64_t seed) {
@@ -231,10 +236,9 @@ TEST(CameraTestStep, IsSeldomContradictedByChance) {
 }
 
 TEST(Vuong, IsTheSumOverTheRootOfTheSquaresOfCells) {
-  std::vector<double> by_cell;
   const std::vector<int32_t> cells = {0, 0, 1, 2, 3};
   const auto statistic = [&](const std::vector<double>& differences) {
-    return vuongStatistic(5, cells, by_cell, [&](size_t i) { return differences[i]; });
+    return vuongStatistic(5, cells, [&](size_t i) { return differences[i]; });
   };
   EXPECT_DOUBLE_EQ(statistic({0.5, 0.5, 1, 1, 1}), 2);  // four cells of one
   EXPECT_DOUBLE_EQ(statistic({1, 1, -2, 3, -3}), 0);    // a tie
@@ -242,43 +246,60 @@ TEST(Vuong, IsTheSumOverTheRootOfTheSquaresOfCells) {
   EXPECT_DOUBLE_EQ(statistic({3, 0, 4, 0, 0}), 7. / 5);
 }
 
-RotationVerdict verdictOf(const JudgedScene& judged) {
-  RotationExplanation explanation;
-  explanation.fit(kernels(), judged.points.view(), judged.pose, judged.noise);
-  return explanation.compare(judged.points, judged.pose, judged.noise);
-}
-
-TEST(RotationExplanationStep, WinsWhereTheCameraOnlyRotates) {
+TEST(CandidatesStep, ARotationWinsWhereTheCameraOnlyRotates) {
   TwoViewSceneOptions options = exactScene(1);
   options.translation.setZero();
-  const RotationVerdict verdict = verdictOf(JudgedScene(options));
-  EXPECT_LT(verdict.against_rotation, 0);
-  EXPECT_GT(verdict.static_share, 0.9);
-  EXPECT_TRUE(verdict.rotationIsBetter());
-  EXPECT_EQ(verdict.doubt(), DirectionDoubt::kRotationExplains);
+  const Candidates candidates = JudgedScene(options).candidates();
+  EXPECT_LT(candidates.table[0].against, 0);
+  EXPECT_GT(candidates.static_share, 0.9);
+  EXPECT_TRUE(candidates.rotationIsBetter());
+  EXPECT_TRUE(candidates.onlyRotated());
+  EXPECT_TRUE(candidates.raise(DirectionDoubt::kRotationExplains));
 }
 
-TEST(RotationExplanationStep, LosesWhereTheCameraMoves) {
-  const RotationVerdict verdict = verdictOf(JudgedScene(exactScene(1)));
-  EXPECT_GT(verdict.against_rotation, 10);
-  EXPECT_GT(verdict.against_rolling, 5);
-  EXPECT_LT(verdict.static_share, 0.1);
-  EXPECT_EQ(verdict.doubt(), DirectionDoubt::kNone);
+TEST(CandidatesStep, ARotationLosesWhereTheCameraMoves) {
+  const Candidates candidates = JudgedScene(exactScene(1)).candidates();
+  EXPECT_GT(candidates.table[0].against, 10);
+  EXPECT_GT(candidates.table[1].against, 5);
+  EXPECT_LT(candidates.static_share, 0.1);
+  EXPECT_FALSE(candidates.raise(DirectionDoubt::kRotationExplains));
+  EXPECT_FALSE(candidates.mostlyStatic());
 }
 
-TEST(RotationExplanationStep, RollingShutterIsNoTranslation) {
+TEST(CandidatesStep, RollingShutterIsNoTranslation) {
   TwoViewSceneOptions options = exactScene(1);
   options.translation.setZero();
   options.rotation = {0.03, -0.06, 0.03};
   options.readout = 0.9;
-  const RotationVerdict verdict = verdictOf(JudgedScene(options));
-  EXPECT_LT(verdict.against_rolling, 0);
+  EXPECT_LT(JudgedScene(options).candidates().table[1].against, 0);
 }
 
-TEST(RotationExplanationStep, StaticShareIsThatOfTheBackground) {
+TEST(CandidatesStep, StaticShareIsThatOfTheBackground) {
   TwoViewSceneOptions options = exactScene(1);
   options.background = 0.4;
-  EXPECT_NEAR(verdictOf(JudgedScene(options)).static_share, 0.4, 0.1);
+  EXPECT_NEAR(JudgedScene(options).candidates().static_share, 0.4, 0.1);
+}
+
+TEST(CandidatesStep, NeitherTheMotionItselfNorWhatExplainsNothingStands) {
+  const JudgedScene judged(exactScene(1));
+  const Candidates same = judged.candidates({{judged.pose}}, 0.01);
+  EXPECT_FALSE(same.raise(DirectionDoubt::kOtherMotion));
+  EXPECT_TRUE(same.spread.isZero());
+  const TwoViewPose other = {judged.pose.R, judged.pose.t.cross(Eigen::Vector3d::UnitY()).normalized()};
+  EXPECT_FALSE(judged.candidates({{other}}).raise(DirectionDoubt::kOtherMotion));
+}
+
+TEST(CandidatesStep, WithoutParallaxTwoDirectionsTie) {
+  TwoViewSceneOptions options = exactScene(1);
+  options.translation.setZero();
+  const JudgedScene judged(options);
+  Eigen::Vector3d basis[2];
+  PoseModel::tangent(judged.pose.t, basis);
+  int ties = 0;
+  for (const Eigen::Vector3d& t : {basis[0], basis[1], Eigen::Vector3d(-basis[0]), Eigen::Vector3d(-basis[1])}) {
+    ties += judged.candidates({{{judged.pose.R, t}, true}}).raise(DirectionDoubt::kOtherMotion);
+  }
+  EXPECT_GE(ties, 1);
 }
 
 /// A scene in which the matches of the upper left 8 x 12 cells follow another motion.
@@ -295,45 +316,21 @@ TwoViewScene brokenScene(uint64_t seed, double step) {
 
 TEST(SegmentationStep, FindsABreakWhereItIs) {
   const JudgedScene judged(brokenScene(1, 0.8));
-  const PoseBreak found = findBreak(judged.information, judged.variance());
+  const PoseBreak found = findBreak(judged.information, judged.noise.variance());
   EXPECT_GT(found.statistic, 27);
-  EXPECT_TRUE(found.holds(0));                // the upper left corner is on one side,
-  EXPECT_FALSE(found.holds(kCellCount - 1));  // the lower right one on the other
-  EXPECT_TRUE(found.holds(3 * kCellSide + 3));
-  EXPECT_FALSE(found.holds((kCellSide - 3) * kCellSide + kCellSide - 3));
+  EXPECT_TRUE(found.holds(blockOf(0)));                // the upper left corner is on one side,
+  EXPECT_FALSE(found.holds(blockOf(kCellCount - 1)));  // the lower right one on the other
+  EXPECT_TRUE(found.holds(blockOf(3 * kCellSide + 3)));
+  EXPECT_FALSE(found.holds(blockOf((kCellSide - 3) * kCellSide + kCellSide - 3)));
 }
 
 TEST(SegmentationStep, ARigidWorldSeldomBreaks) {
   int breaks = 0;
   for (uint64_t seed = 1; seed <= 100; ++seed) {
     const JudgedScene judged(exactScene(seed));
-    breaks += findBreak(judged.information, judged.variance()).statistic > 27;
+    breaks += findBreak(judged.information, judged.noise.variance()).statistic > 27;
   }
   EXPECT_LE(breaks, 3);
-}
-
-TEST(OtherMotionsStep, IsNeitherTheMotionItselfNorWhatExplainsNothing) {
-  const JudgedScene judged(exactScene(1));
-  OtherMotions others(kernels());
-  const Ambiguity same = others.compare(judged.refined(), 0.01, false, {{judged.pose}});
-  EXPECT_FALSE(same.other_direction);
-  EXPECT_TRUE(same.covariance.isZero());
-  const TwoViewPose other = {judged.pose.R, judged.pose.t.cross(Eigen::Vector3d::UnitY()).normalized()};
-  EXPECT_FALSE(others.compare(judged.refined(), 0.001, false, {{other}}).other_direction);
-}
-
-TEST(OtherMotionsStep, WithoutParallaxTwoDirectionsTie) {
-  TwoViewSceneOptions options = exactScene(1);
-  options.translation.setZero();
-  const JudgedScene judged(options);
-  Eigen::Vector3d basis[2];
-  PoseModel::tangent(judged.pose.t, basis);
-  OtherMotions others(kernels());
-  int ties = 0;
-  for (const Eigen::Vector3d& t : {basis[0], basis[1], Eigen::Vector3d(-basis[0]), Eigen::Vector3d(-basis[1])}) {
-    ties += others.compare(judged.refined(), 0.001, false, {{{judged.pose.R, t}, true}}).other_direction;
-  }
-  EXPECT_GE(ties, 1);
 }
 
 }  // namespace

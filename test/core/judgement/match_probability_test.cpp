@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "judgement/match_probability.h"
+#include "judgement/match_noise.h"
 
 namespace gms_ransac {
 namespace {
@@ -21,7 +21,6 @@ constexpr double kRightWithin = 3;  ///< thresholds
 /// Matches of these squared residuals, each of weight 1 unless given, and what is said of them.
 struct Weighed {
   MatchNoise noise;
-  MatchProbability probability;
   PointColumns columns;
 
   explicit Weighed(const std::vector<float>& squares) : Weighed(squares, std::vector<float>(squares.size(), 1)) {}
@@ -32,7 +31,7 @@ struct Weighed {
     noise.measure(squares, count);
   }
   const std::vector<float>& answers(const std::vector<uint8_t>& apart = {}) {
-    return probability.weigh(noise, apart, columns.view(), 1);
+    return noise.weigh(columns.view(), 1, apart);
   }
 };
 
@@ -132,8 +131,7 @@ TEST(MatchProbability, UnderARotationThePlaceCounts) {
   }
   Weighed weighed(squares);
   for (const float p : weighed.answers()) EXPECT_GT(p, 0.9);
-  const std::vector<float>& answers =
-      weighed.probability.weighRotated(weighed.noise, places, weighed.columns.view(), 1);
+  const std::vector<float>& answers = weighed.noise.weigh(weighed.columns.view(), 1, {}, &places);
   for (int i = 0; i < kMatches; ++i) {
     if (i < kMoved) {
       EXPECT_EQ(answers[static_cast<size_t>(i)], 0);

@@ -1,0 +1,244 @@
+#include "judgement/candidates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+
+#include "order_statistics.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// Limits of the statistic, from which on the pose counts as better: than a rotation, or where mostly chance decides, a
+// quantile of the normal distribution. The lower one holds against another motion, unless chance or an error of the
+// camera may make the wrong one fit better: the other motion of a plane, near and far exchanged.
+constexpr double kSurelyBetter = 2.5, kLeastVuong = 0.75;
+/// So many steps on a part of the matches show which cannot come near: those that are surely worse there.
+constexpr int kFirstIterations = 2;
+/// Motions whose directions are closer, in standard deviations, are one that has not converged.
+constexpr double kSameSigmas = 5;
+
+/// Share of the inliers without parallax, beyond which a body that moves by itself may be all that moves.
+constexpr double kMostStatic = 0.45;
+/// The same of those that the pose itself puts at infinity. Views of which two fifths are background show less.
+constexpr double kMostAtInfinity = 0.4;
+
+constexpr float kMostCost = 9;  ///< of a wrong match: three standard deviations
+/// A rotation saves the depth that a pose gives each match: log 4 (Torr 1998, lambda_1 for coordinates of dimension 4).
+constexpr auto kDepthCost = static_cast<float>(2 * M_LN2);
+// Squared parallax along the epipolar line: what noise mostly stays below, and hardly exceeds.
+constexpr float kNear = 1.5f * 1.5f, kFurther = 3.5f * 3.5f;
+
+/// Squared softness of the loss of each stage of the fit of a rotation, in thresholds, and of the first with rolling
+/// shutter, in standard deviations: near points of a translating camera drop out.
+constexpr float kSoftness[] = {100, 10, 2}, kRollingSoftness = 9 * kMostCost;
+constexpr int kRotationIterations = 3;
+constexpr float kTiny = 1e-18f;  ///< keeps points on the line at infinity finite
+
+/// The displacement of a match after a rotation.
+struct RotatedMatch {
+  Eigen::Vector2f place, displacement;  ///< of the reference point after the rotation, and to the current point
+  Eigen::Matrix<float, 2, 3> flow;      ///< derivative of the place by a small rotation
+  Eigen::Vector3f rows;  ///< 1, the row in the reference image, and by how much it differs in the current
+  float weight;
+
+  RotatedMatch(const PointColumnsView& points, int i, const Eigen::Matrix3f& R)
+      : rows(1, points.y1[i], points.y2[i] - points.y1[i]), weight(points.weight[i]) {
+    const Eigen::Vector3f ray = R * Eigen::Vector3f(points.x1[i], points.y1[i], 1);
+    place = ray.head<2>() * (ray.z() / (ray.z() * ray.z() + kTiny));
+    displacement = Eigen::Vector2f(points.x2[i], points.y2[i]) - place;
+    const float x = place.x(), y = place.y();
+    flow << -x * y, 1 + x * x, -y, -(1 + y * y), x * y, x;
+  }
+
+  /// Squared deviations from the rotation whose rates by `rows` are the columns of `rates`, radians.
+  float cost(const Eigen::Matrix3f& rates, float inverse_variance) const {
+    return 0.5f * inverse_variance * weight * (displacement - flow * (rates * rows)).squaredNorm();
+  }
+};
+
+/// The opposite direction is another motion: with a rotation that compensates for it, near and far change places.
+double angleBetween(const TwoViewPose& a, const TwoViewPose& b) {
+  return std::acos(std::clamp(a.t.dot(b.t), -1.0, 1.0));
+}
+
+/// From one pose to another in the parameters of PoseModel::linearize.
+PoseVector poseStep(const TwoViewPose& from, const TwoViewPose& to) {
+  const Eigen::Vector3d t = to.t.dot(from.t) < 0 ? Eigen::Vector3d(-to.t) : to.t;
+  Eigen::Vector3d basis[2];
+  PoseModel::tangent(from.t, basis);
+  PoseVector step;
+  step << rotationVector(to.R * from.R.transpose()), basis[0].dot(t), basis[1].dot(t);
+  return step;
+}
+
+}  // namespace
+
+void Candidates::fitRotation(const PointColumnsView& points, const Eigen::Matrix3d& start, const MatchNoise& noise) {
+  table.clear();
+  spread.setZero();
+  rotation = start;
+  // To the threshold's own scale, or twice what noise of both images amounts to.
+  const auto last = static_cast<float>(std::min(2., 8 * noise.variance()));
+  const PoseModel model(kernels_, points), part = model.first(kRandomPart);
+  for (const float softness : kSoftness) part.refineRotation({1e12f, 1 / softness}, kRotationIterations, rotation);
+  model.refineRotation({1e12f, 1 / last}, kRotationIterations, rotation);
+  model.rotationResiduals(rotation, rotation_residuals);
+  sorted_.clear();
+  for (int i = 0; i < points.count; ++i) {
+    const auto column = static_cast<size_t>(i);
+    if (noise.residuals()[column] < 1) sorted_.push_back(std::sqrt(rotation_residuals[column] / points.weight[i]));
+  }
+  median_parallax = sorted_.empty() ? 0 : nthSmallest(sorted_, sorted_.size() / 2);
+}
+
+Eigen::Matrix3d Candidates::rotationCovariance(const PointColumnsView& points) const {
+  constexpr int kComponents = 2, kFreedoms = 3;
+  NormalEquations<3> equations;  // of residuals cut at 1
+  PoseModel(kernels_, points).linearizeRotation(rotation, {1, 0}, equations);
+  const double inliers = static_cast<double>(equations.weight);
+  const double squares = static_cast<double>(equations.cost) - (points.count - inliers);
+  const double variance = std::max(squares, 1e-12) / std::max(1.0, kComponents * inliers - kFreedoms);
+  Eigen::Matrix3d A;
+  for (int i = 0, k = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j, ++k) A(i, j) = A(j, i) = static_cast<double>(equations.matrix[k]);
+  }
+  const Eigen::LLT<Eigen::Matrix3d> factors(A);
+  if (factors.info() != Eigen::Success) return variance * Eigen::Matrix3d::Identity();
+  return variance * (rotation.transpose() * factors.solve(rotation));
+}
+
+double Candidates::against(const TwoViewPoints& points, int count, float most) const {
+  return vuongStatistic(count, points.cells(),
+                        [&](size_t i) { return std::min(costs_[i], most) - std::min(pose_costs_[i], most); });
+}
+
+void Candidates::compareRotations(const RefinedPose& refined) {
+  const auto count = static_cast<size_t>(refined.points.size());
+  const std::vector<float>& squares = refined.noise.residuals();
+  per_variance_ = static_cast<float>(1 / refined.noise.variance());
+  pose_costs_.resize(count);
+  costs_.resize(count);
+  for (size_t i = 0; i < count; ++i) {
+    pose_costs_[i] = std::min(squares[i] * per_variance_, kMostCost);
+    costs_[i] = 0.5f * rotation_residuals[i] * per_variance_ - kDepthCost;  // a transfer has the noise of both images
+  }
+  const double against_rotation = against(refined.points, refined.points.size(), kMostCost);
+  table.push_back({DirectionDoubt::kRotationExplains, kSurelyBetter, against_rotation});
+  countStatic(refined);
+  // The rolling shutter has six parameters more, so the pose need only be better.
+  table.push_back({DirectionDoubt::kRotationExplains, 0, againstRolling(refined.points)});
+}
+
+double Candidates::againstRolling(const TwoViewPoints& all) {
+  const PointColumnsView points = all.view();
+  const int fitted = std::min(points.count, kRandomPart);
+  const Eigen::Matrix3f R = rotation.cast<float>();
+  Eigen::Matrix3f rates = Eigen::Matrix3f::Zero();
+  for (float softness = kRollingSoftness;; softness /= 3) {
+    // The derivative of a match is the outer product of its rows and its flow.
+    Eigen::Matrix<double, 9, 9> A = 1e-9 * Eigen::Matrix<double, 9, 9>::Identity();  // the lower triangle counts
+    Eigen::Matrix<double, 9, 1> b = Eigen::Matrix<double, 9, 1>::Zero();
+    for (int i = 0; i < fitted; ++i) {
+      const RotatedMatch match(points, i, R);
+      const float falloff = 1 / (1 + match.cost(rates, per_variance_) / softness);
+      const float weight = match.weight * falloff * falloff;
+      const Eigen::Matrix3f square = weight * match.flow.transpose() * match.flow;
+      const Eigen::Vector3f along = weight * match.flow.transpose() * match.displacement;
+      for (int k = 0; k < 3; ++k) {
+        b.segment<3>(3 * k) += (match.rows[k] * along).cast<double>();
+        for (int m = 0; m <= k; ++m) {
+          A.block<3, 3>(3 * k, 3 * m) += (match.rows[k] * match.rows[m] * square).cast<double>();
+        }
+      }
+    }
+    const Eigen::Matrix<double, 9, 1> solution = A.llt().solve(b);
+    rates = Eigen::Map<const Eigen::Matrix3d>(solution.data()).cast<float>();
+    const bool last = softness <= kMostCost;
+    const int count = last ? points.count : fitted;
+    for (int i = 0; i < count; ++i) {
+      costs_[static_cast<size_t>(i)] = RotatedMatch(points, i, R).cost(rates, per_variance_) - kDepthCost;
+    }
+    const double statistic = against(all, count, kMostCost);
+    if (last || statistic > kSurelyBetter) return statistic;  // a narrower loss would not reverse that
+  }
+}
+
+void Candidates::compareMotions(const RefinedPose& refined, double direction_sigma,
+                                const std::function<bool()>& camera_decides,
+                                const std::vector<AlternativeMotion>& motions) {
+  const int count = refined.points.size(), first = std::min(kRandomPart, count);
+  const double same_within = std::min(kSameSigmas * direction_sigma, kOtherDirection);
+  table.reserve(table.size() + motions.size());
+  for (const AlternativeMotion& alternative : motions) {
+    TwoViewPose motion = alternative.pose;
+    if (angleBetween(motion, refined.pose) < same_within) continue;
+    if (againstMotion(refined, same_within, first, kFirstIterations, motion) >= kSurelyBetter) continue;
+    const double better = againstMotion(refined, same_within, count, kFinalIterations, motion);
+    if (better >= kSurelyBetter) continue;
+    const bool by_chance = alternative.of_plane || (motion.t.dot(refined.pose.t) < 0 && camera_decides());
+    const double limit = by_chance ? kSurelyBetter : kLeastVuong;
+    if (better >= limit) continue;
+    PoseModel(kernels_, refined.plausible).refine(refined.noise.loss(), kFinalIterations, motion, kEnough);
+    const bool is_other = angleBetween(motion, refined.pose) > kOtherDirection;
+    table.push_back({is_other ? DirectionDoubt::kOtherMotion : DirectionDoubt::kNone, limit, better});
+    const PoseVector step = poseStep(refined.pose, motion);
+    spread += step * step.transpose();
+  }
+}
+
+double Candidates::againstMotion(const RefinedPose& refined, double same_within, int count, int iterations,
+                                 TwoViewPose& motion) {
+  PoseModel(kernels_, firstColumns(refined.plausible, count)).refine(refined.noise.loss(), iterations, motion);
+  if (angleBetween(motion, refined.pose) < same_within) return std::numeric_limits<double>::infinity();
+  PoseModel(kernels_, firstColumns(refined.points.view(), count)).residualsInFront(motion, costs_);
+  for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
+    costs_[i] = refined.noise.plausible(static_cast<int>(i)) ? costs_[i] * per_variance_ : pose_costs_[i];
+  }
+  // Costs end at the threshold where that is less: a homography's is many times the noise.
+  return against(refined.points, count, std::min(kMostCost, per_variance_));
+}
+
+void Candidates::countStatic(const RefinedPose& refined) {
+  const PointColumnsView points = refined.points.view();
+  const Eigen::Matrix3f R = refined.pose.R.cast<float>();
+  const Eigen::Vector3f t = refined.pose.t.cast<float>();
+  int inliers = 0, near = 0, further = 0, backwards = 0;
+  for (int i = 0; i < points.count; ++i) {
+    const auto column = static_cast<size_t>(i);
+    const bool inlier = pose_costs_[column] < kMostCost;
+    // Squared, without the part across the epipolar line.
+    const float along = 0.5f * rotation_residuals[column] * per_variance_ - pose_costs_[column];
+    // The way of a point that comes from infinity, times a depth. Noise moves half of those there against it.
+    const RotatedMatch match(points, i, R);
+    const Eigen::Vector2f way = t.head<2>() - t.z() * match.place;
+    const float ahead = match.displacement.dot(way);
+    const float farthest = 2 * kFurther / (per_variance_ * match.weight) * way.squaredNorm();
+    inliers += inlier;
+    near += inlier & (along < kNear);
+    further += inlier & (along >= kNear) & (along < kFurther);
+    backwards += inlier & (ahead < 0) & (ahead * ahead < farthest);
+  }
+  // Noise alone puts 86.6 and 13.3 % of those without parallax near and further; parallaxes that are spread over more
+  // than the noise come there as the widths of the two, 1.5 to 2.
+  const double noise_near = std::erf(std::sqrt(kNear / 2)), of_noise = std::erf(std::sqrt(kFurther / 2)) - noise_near;
+  const double spread = 1 / (std::sqrt(kFurther / kNear) - 1);
+  const double still = std::max(0.0, (near - spread * further) / (noise_near - spread * of_noise));
+  static_share = still / std::max(1, inliers);
+  share_at_infinity = 2. * backwards / std::max(1, inliers);
+}
+
+bool Candidates::raise(DirectionDoubt doubt) const {
+  return std::any_of(table.begin(), table.end(), [&](const Candidate& candidate) {
+    return candidate.doubt == doubt && candidate.against < candidate.limit;
+  });
+}
+
+bool Candidates::mostlyStatic() const { return static_share > kMostStatic || share_at_infinity > kMostAtInfinity; }
+
+bool Candidates::onlyRotated() const { return !table.empty() && (static_share > kMostStatic || table[0].against < 0); }
+
+}  // namespace gms_ransac
