@@ -16,15 +16,11 @@ struct Group {
   int first, count;
   double limit;
 };
-constexpr int kFirst = kPoseParameters;
 constexpr std::array<Group, 4> kGroups = {
-    {{CameraParameter::kFocalLength, DerivativeColumn::kFocalLength - kFirst, 1, 6.63},
-     {CameraParameter::kPrincipalPoint, DerivativeColumn::kPrincipalPoint - kFirst, 2, 9.21},
-     {CameraParameter::kRadialDistortion, DerivativeColumn::kRadialDistortion - kFirst, 1, 6.63},
-     {CameraParameter::kRollingShutter, DerivativeColumn::kRowsReference - kFirst, 6, 16.81}}};
-/// A model for each set of groups that err, as bits; the last has all of them.
-constexpr unsigned kModels = 1u << kGroups.size(), kAllErr = kModels - 1;
-
+    {{CameraParameter::kFocalLength, DerivativeColumn::kFocalLength - kPoseParameters, 1, 6.63},
+     {CameraParameter::kPrincipalPoint, DerivativeColumn::kPrincipalPoint - kPoseParameters, 2, 9.21},
+     {CameraParameter::kRadialDistortion, DerivativeColumn::kRadialDistortion - kPoseParameters, 1, 6.63},
+     {CameraParameter::kRollingShutter, DerivativeColumn::kRowsReference - kPoseParameters, 6, 16.81}}};
 /// Share of contradictions whose cause is none of the groups alone.
 constexpr double kOtherCause = 0.1;
 /// Added to a scatter, of its diagonal: two views tell seven things of a motion and a pinhole camera, which have eight
@@ -114,9 +110,9 @@ struct Model {
 CameraTest testCamera(const PoseInformation& all, const PoseSquare& inverse) {
   const Scores scores = scoresOf(all, inverse);
   CameraTest test;
-  std::array<Model, kModels> models;
+  std::array<Model, 1u << kGroups.size()> models;  // one for each set of groups that err, as bits
   double largest = 0;
-  for (unsigned groups = 1; groups < kModels; ++groups) {
+  for (unsigned groups = 1; groups < models.size(); ++groups) {
     models[groups] = Model(groups, scores);
     largest = std::max(largest, models[groups].log_factor);
   }
@@ -135,7 +131,7 @@ CameraTest testCamera(const PoseInformation& all, const PoseSquare& inverse) {
     model.addMoment((1 - kOtherCause) * weight, test.second_moment);
     err += weight;
   }
-  models[kAllErr].addMoment(kOtherCause * err, test.second_moment);
+  models.back().addMoment(kOtherCause * err, test.second_moment);
   test.second_moment /= none + err;
   return test;
 }

@@ -32,9 +32,9 @@ constexpr auto kDepthCost = static_cast<float>(2 * M_LN2);
 // Squared parallax along the epipolar line: what noise mostly stays below, and hardly exceeds.
 constexpr float kNear = 1.5f * 1.5f, kFurther = 3.5f * 3.5f;
 
-/// Squared softness of the loss of each stage of the fit of a rotation, in thresholds, and of the first with rolling
-/// shutter, in standard deviations: near points of a translating camera drop out.
-constexpr float kSoftness[] = {100, 10, 2}, kRollingSoftness = 9 * kMostCost;
+/// Squared softness of the loss of each stage of the fit of a rotation, thresholds: near points of a translating camera
+/// drop out.
+constexpr float kSoftness[] = {100, 10, 2};
 constexpr int kRotationIterations = 3;
 constexpr float kTiny = 1e-18f;  ///< keeps points on the line at infinity finite
 
@@ -96,12 +96,12 @@ void Candidates::fitRotation(const PointColumnsView& points, const Eigen::Matrix
 }
 
 Eigen::Matrix3d Candidates::rotationCovariance(const PointColumnsView& points) const {
-  constexpr int kComponents = 2, kFreedoms = 3;
   NormalEquations<3> equations;  // of residuals cut at 1
   PoseModel(kernels_, points).linearizeRotation(rotation, {1, 0}, equations);
   const double inliers = static_cast<double>(equations.weight);
   const double squares = static_cast<double>(equations.cost) - (points.count - inliers);
-  const double variance = std::max(squares, 1e-12) / std::max(1.0, kComponents * inliers - kFreedoms);
+  // Each match has two components, the rotation three degrees of freedom.
+  const double variance = std::max(squares, 1e-12) / std::max(1.0, 2 * inliers - 3);
   Eigen::Matrix3d A;
   for (int i = 0, k = 0; i < 3; ++i) {
     for (int j = i; j < 3; ++j, ++k) A(i, j) = A(j, i) = static_cast<double>(equations.matrix[k]);
@@ -138,7 +138,7 @@ double Candidates::againstRolling(const TwoViewPoints& all) {
   const int fitted = std::min(points.count, kRandomPart);
   const Eigen::Matrix3f R = rotation.cast<float>();
   Eigen::Matrix3f rates = Eigen::Matrix3f::Zero();
-  for (float softness = kRollingSoftness;; softness /= 3) {
+  for (float softness = 9 * kMostCost;; softness /= 3) {
     // The derivative of a match is the outer product of its rows and its flow.
     Eigen::Matrix<double, 9, 9> A = 1e-9 * Eigen::Matrix<double, 9, 9>::Identity();  // the lower triangle counts
     Eigen::Matrix<double, 9, 1> b = Eigen::Matrix<double, 9, 1>::Zero();
@@ -225,8 +225,8 @@ void Candidates::countStatic(const RefinedPose& refined) {
   // Noise alone puts 86.6 and 13.3 % of those without parallax near and further; parallaxes that are spread over more
   // than the noise come there as the widths of the two, 1.5 to 2.
   const double noise_near = std::erf(std::sqrt(kNear / 2)), of_noise = std::erf(std::sqrt(kFurther / 2)) - noise_near;
-  const double spread = 1 / (std::sqrt(kFurther / kNear) - 1);
-  const double still = std::max(0.0, (near - spread * further) / (noise_near - spread * of_noise));
+  const double evenly = 1 / (std::sqrt(kFurther / kNear) - 1);
+  const double still = std::max(0.0, (near - evenly * further) / (noise_near - evenly * of_noise));
   static_share = still / std::max(1, inliers);
   share_at_infinity = 2. * backwards / std::max(1, inliers);
 }

@@ -13,7 +13,7 @@
 
 #include "gms_ransac/robust_result.h"
 #include "judgement/match_noise.h"
-#include "judgement/pose_information.h"
+#include "judgement/pose_covariance.h"
 #include "two_view/pose_model.h"
 #include "two_view/two_view_points.h"
 

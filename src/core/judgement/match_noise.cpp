@@ -13,9 +13,6 @@ namespace gms_ransac {
 
 namespace {
 
-// Where fits start.
-constexpr double kFirstSigma = 0.5, kFirstShare = 0.8;
-constexpr float kFirstNear = 0.75f, kFirstWide = 0.05f;
 constexpr float kSettled = 1e-3f;  ///< a step at which a fit ends, far below what it is known to
 constexpr int kMostIterations = 15;
 constexpr float kSquaredWindow = MatchNoise::kWindow * MatchNoise::kWindow;
@@ -103,8 +100,8 @@ void MatchNoise::fit(int count) {
   const auto within = static_cast<Eigen::Index>(within_.size());
   const Eigen::Map<const Eigen::ArrayXf> e(near_.column(kSquare), within), odds(near_.column(kWrong), within);
   Eigen::Map<Eigen::ArrayXf> probability(near_.column(kNear), within);
-  sigma_ = kFirstSigma;
-  double share = kFirstShare;
+  sigma_ = 0.5;
+  double share = 0.8;  // where the fit starts matters hardly
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
     const auto exponent = static_cast<float>(-0.5 / (sigma_ * sigma_));
     const auto wrong = static_cast<float>((1 - share) / kWindow / (share * std::sqrt(2 / M_PI) / sigma_));
@@ -133,7 +130,7 @@ void MatchNoise::fitShares(const PointColumnsView& points, float finest_weight, 
   near_density = density(near_sigma);
   wide_density = density(wide_sigma);
   // The share of each component, by expectation and maximisation on a part of the matches.
-  float near_share = kFirstNear, wide_share = kFirstWide;
+  float near_share = 0.75f, wide_share = 0.05f;  // where that starts matters hardly
   const auto weigh = [&](Eigen::Index matches) {
     // `wide` holds what all components say together until it is known.
     const float wrong_share = std::max(kLeastWrong, 1 - near_share - wide_share);

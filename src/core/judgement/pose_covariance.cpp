@@ -1,6 +1,7 @@
 #include "judgement/pose_covariance.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -9,6 +10,7 @@ namespace gms_ransac {
 
 namespace {
 
+constexpr double kLeastCurvature = 0.05;  ///< of the loss, which has 1 at its bottom
 /// Largest share of the information on the direction that counts as noise. The noise itself is known to a few percent
 /// only.
 constexpr double kMostNoise = 0.9;
@@ -112,6 +114,81 @@ PoseSquare ofAnyCamera(const PoseInformation& all, double variance) {
 }
 
 }  // namespace
+
+const CameraVector& typicalCameraError() {
+  static const CameraVector sigma =
+      (CameraVector() << 0.03, 0.01, 0.01, 0.03, Eigen::Matrix<double, 6, 1>::Constant(2 * M_PI / 180)).finished();
+  return sigma;
+}
+
+PoseSquare inverseOf(const PoseSquare& curvature) {
+  const Eigen::LLT<PoseSquare> factors(curvature);
+  if (factors.info() != Eigen::Success) return PoseSquare::Constant(NAN);
+  return factors.solve(PoseSquare::Identity());
+}
+
+ParameterSquare PoseInformation::inverseWithCamera(double variance) const {
+  ParameterSquare information = curvature;
+  information.diagonal().tail<kCameraParameters>() += variance * typicalCameraError().cwiseAbs2().cwiseInverse();
+  return information.llt().solve(ParameterSquare::Identity());
+}
+
+void PoseInformation::sum(const ResidualKernels& kernels, const PointColumnsView& plausible, const TwoViewPose& pose,
+                          const Loss& loss, const std::vector<int32_t>& cell_of) {
+  columns_.resize(DerivativeColumn::kCount, plausible.size);
+  const DerivativeSums sums = PoseModel(kernels, plausible).differentiate(pose, loss, columns_.column(0));
+  used = sums.used;
+  // The mean second derivative; each match's own is noisy, and negative in the tails.
+  bend = std::max(static_cast<double>(sums.curvature) / std::max(1, used), kLeastCurvature);
+  double products[kParameters * (kParameters + 1) / 2];
+  kernels.sumProducts(columns_.column(0), plausible.size, products);
+  for (int i = 0, k = 0; i < kParameters; ++i) {
+    for (int j = 0; j <= i; ++j, ++k) curvature(i, j) = curvature(j, i) = bend * products[k];
+  }
+  using Angles = Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 2>>;
+  const Angles angles(columns_.column(DerivativeColumn::kLineRotation), plausible.size, 2);
+  line_rotations = bend * angles.transpose().lazyProduct(angles).cast<double>();
+  sumParts(plausible.count, cell_of);
+}
+
+void PoseInformation::sumParts(int count, const std::vector<int32_t>& cell_of) {
+  std::array<int, kCellCount> place_of_cell;
+  place_of_cell.fill(-1);
+  cells.clear();
+  cells.reserve(kCellCount);
+  const float* columns[DerivativeColumn::kParameterCount];
+  for (int k = 0; k < DerivativeColumn::kParameterCount; ++k) columns[k] = columns_.column(k);
+  const float* pulls = columns_.column(DerivativeColumn::kPull);
+  Eigen::Matrix<float, kLanes, 1> J = Eigen::Matrix<float, kLanes, 1>::Zero();
+  for (int i = 0; i < count; ++i) {
+    for (int k = 0; k < DerivativeColumn::kParameterCount; ++k) J[k] = columns[k][i];
+    // A match that takes part moves the direction of translation, if by ever so little.
+    if (J[DerivativeColumn::kTranslation] == 0 && J[DerivativeColumn::kTranslation + 1] == 0) continue;
+    const int32_t cell = cell_of[static_cast<size_t>(i)];
+    int& place = place_of_cell[static_cast<size_t>(cell)];
+    if (place < 0) {
+      place = static_cast<int>(cells.size());
+      cells.emplace_back().cell = cell;
+    }
+    PartSums& part = cells[static_cast<size_t>(place)];
+    ++part.count;
+    for (int k = 0; k < kPoseParameters; ++k) part.products.col(k) += J[k] * J;
+    part.products.col(kPoseParameters) += pulls[i] * J;
+  }
+  blocks.assign(kBlockCount, {});
+  gradient.setZero();
+  scatter.setZero();
+  for (const PartSums& cell : cells) {
+    const ParameterVector own = cell.gradient();
+    gradient += own;
+    for (int k = 0; k < kParameters; ++k) scatter.col(k) += own[k] * own;
+    PartSums& block = blocks[static_cast<size_t>(blockOf(cell.cell))];
+    block.count += cell.count;
+    block.products += cell.products;
+  }
+  const auto observations = static_cast<double>(cells.size());
+  scatter *= observations / std::max(1., observations - kPoseParameters);
+}
 
 double directionSigma(const PoseSquare& covariance) {
   const Eigen::Matrix2d direction = covariance.bottomRightCorner<2, 2>();

@@ -10,7 +10,6 @@
 #include "judgement/candidates.h"
 #include "judgement/match_noise.h"
 #include "judgement/pose_covariance.h"
-#include "judgement/pose_information.h"
 #include "judgement/segmentation.h"
 #include "two_view/pose_model.h"
 #include "two_view/two_view_points.h"

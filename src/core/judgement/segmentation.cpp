@@ -8,7 +8,6 @@
 
 #include <Eigen/Cholesky>
 
-#include "judgement/pose_covariance.h"
 #include "ransac/proposals.h"
 
 namespace gms_ransac {

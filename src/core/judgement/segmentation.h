@@ -8,7 +8,7 @@
 #include <opencv2/core/types.hpp>
 
 #include "judgement/match_noise.h"
-#include "judgement/pose_information.h"
+#include "judgement/pose_covariance.h"
 #include "two_view/pose_model.h"
 #include "two_view/two_view_points.h"
 

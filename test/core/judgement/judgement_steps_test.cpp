@@ -11,7 +11,6 @@
 #include "judgement/candidates.h"
 #include "judgement/match_noise.h"
 #include "judgement/pose_covariance.h"
-#include "judgement/pose_information.h"
 #include "judgement/segmentation.h"
 #include "two_view_scene.h"
 
@@ -39,7 +38,7 @@ struct JudgedScene {
     information.sum(kernels(), points.view(), pose, noise.loss(), points.cells());
   }
   PoseCovariance covariance() const { return poseCovariance(information, noise.variance(), 0); }
-  /// What the pose is compared with, its direction known to `direction_sigma` radians.
+  /// The table of the pose, whose direction is known to `direction_sigma` radians.
   Candidates candidates(const std::vector<AlternativeMotion>& motions = {}, double direction_sigma = 0.001) const {
     Candidates result(kernels());
     result.fitRotation(points.view(), pose.R, noise);
