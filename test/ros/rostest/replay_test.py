@@ -15,12 +15,20 @@ import rosbag
 import rospy
 import rostest
 from gms_ransac.msg import MatchStats
+from tf2_msgs.msg import TFMessage
 
 from graph import (PATIENCE, Client, camera_info, data_folder, degrees_between, image_message, rotation_degrees,
                    rotation_matrix, said_by, vector, walk)
 
 TIMEOUT = 120.0 * PATIENCE  # seconds of wall time for a replay, start of the launch file included
 SETTINGS = "method: lo_prosac, features: 2000, seed: 3, hold_reference: false"
+
+
+def linger(path):
+    """A message a second after the last image: the player ends with the last one, and may not have sent it all."""
+    with rosbag.Bag(path, "a") as bag:
+        bag.write("/tf", TFMessage(), rospy.Time.from_sec(bag.get_end_time() + 1))
+    return path
 
 
 class Replay(unittest.TestCase):
@@ -58,7 +66,7 @@ class Replay(unittest.TestCase):
         count = len([f for f in os.listdir(os.path.join(data, images)) if f.endswith(".png")])
         bag = os.path.join(self.folder, name + ".bag")
         subprocess.check_call(["rosrun", "gms_ransac", "dataset_to_bag", data, bag, "--camera-info", "folder"])
-        return data, bag, count
+        return data, linger(bag), count
 
     def check(self, name, images, launch):
         data, bag, count = self.make_bag(name, images)
@@ -109,7 +117,7 @@ class Replay(unittest.TestCase):
                 image = image_message(frame, 100 + 0.1 * i)
                 bag.write(info_topic, camera_info(100 + 0.1 * i, k=k), image.header.stamp)
                 bag.write(image_topic, image, image.header.stamp)
-        return path
+        return linger(path)
 
     def test_nothing_is_left_of_the_launch_before(self):
         """TUM, whose calibration is a set of parameters, and then KITTI, whose camera_info counts, on one master."""
@@ -168,7 +176,7 @@ class Replay(unittest.TestCase):
                 bag.write("/camera/image", image, image.header.stamp)
                 bag.write("/camera/camera_info", camera_info(100 + 0.05 * i), image.header.stamp + rospy.Duration(0.001))
                 bag.write("/elsewhere", camera_info(100 + 0.05 * i), image.header.stamp)
-        stats = self.replay("replay.launch", path, count, arguments=["image:=/camera/image"])[0]
+        stats = self.replay("replay.launch", linger(path), count, arguments=["image:=/camera/image"])[0]
         self.assertEqual(stats[-1].frames_received, count)
         self.assertEqual([s.status for s in stats], [MatchStats.FIRST_FRAME] + [MatchStats.OK] * (count - 1))
 
