@@ -1,12 +1,11 @@
 // Every method's results, bit by bit, against the digests recorded in digests.txt: the guard of every move inside the
 // core, and the proof that all instruction sets agree (CMakeLists.txt runs it with --simd LEVEL for each).
 //
-// Record a change of results that has a purpose. Its commit holds nothing else and states why and by how much:
-//   digest_test --record
+// `digest_test --record` records a change of results that has a purpose. Its commit holds nothing else and states why
+// and by how much.
 //
-// Other processors round differently, in libraries and in fused operations:
-//   digest_test --outcomes
-// compares statuses and numbers of inliers alone, on recorded images (what is rendered is rounded, too). Where another
+// Other processors round differently, in libraries and in fused operations. `digest_test --outcomes` therefore compares
+// statuses and numbers of inliers alone, on recorded images (rendered ones are rounded, too). Where another
 // compiler or library is in use than the recorded one, statuses must be equal and numbers close (--similar). The last
 // line names the level that was checked.
 #include <algorithm>

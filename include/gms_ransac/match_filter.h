@@ -23,7 +23,7 @@ struct Frame {
   std::optional<double> stamp;  ///< seconds, of the middle row; not set: not known
 
   Frame() = default;
-  /// Of the caller's features, which need no extraction.
+  /// Takes the caller's features, which need no extraction.
   explicit Frame(Features given, std::optional<double> when = std::nullopt)
       : features(std::move(given)), features_asked(features.size()), stamp(when) {}
 };

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kRightWithin = 3;  ///< thresholds
 
-/// Matches of these squared residuals, each of weight 1 unless given, and what is said of them.
+/// Matches of these squared residuals, each of weight 1 unless given, and their noise.
 struct Weighed {
   MatchNoise noise;
   PointColumns columns;
