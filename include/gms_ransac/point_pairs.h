@@ -1,6 +1,7 @@
 // The matches that an estimator works on, as columns.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -39,7 +40,12 @@ struct PointPairs {
   /// Becomes the matches at `rows` of another object, in this order, with all else that is known of the pair.
   void gather(const PointPairs& all, const std::vector<int>& rows);
   /// False if a coordinate is not finite or a million pixels and more from the origin; such a match is an outlier.
-  bool hasCoordinates(size_t i) const;
+  bool hasCoordinates(size_t i) const {
+    constexpr float kFarthest = 1e6f;  // a fisheye lens of 10000 px reaches as far, 0.6 degrees short of a right angle
+    const auto is_coordinate = [](float value) { return std::abs(value) < kFarthest; };  // nor NaN
+    return is_coordinate(x_reference[i]) && is_coordinate(y_reference[i]) && is_coordinate(x_current[i]) &&
+           is_coordinate(y_current[i]);
+  }
 };
 
 }  // namespace gms_ransac

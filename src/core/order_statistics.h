@@ -24,19 +24,28 @@ inline uint32_t orderKey(float value) {
 
 }  // namespace detail
 
-/// The value that would stand at place n < size if they were sorted; NaN is no value. Rearranges them.
-inline float nthSmallest(std::vector<float>& values, size_t n) {
+/// The values that would stand at these places, in ascending order and below the size, if all were sorted; NaN is no
+/// value. Rearranges them.
+template <size_t N>
+std::array<float, N> smallest(std::vector<float>& values, const std::array<size_t, N>& places) {
   std::array<uint32_t, 1 << detail::kOrderBits> count{};
   for (const float value : values) ++count[detail::orderKey(value)];
+  std::array<float, N> result;
   uint32_t key = 0;
-  while (n >= count[key]) n -= count[key++];
-  auto end = values.begin();
-  for (float& value : values) {
-    if (detail::orderKey(value) == key) std::swap(value, *end++);
+  size_t below = 0;
+  for (size_t k = 0; k < N; ++k) {
+    while (places[k] - below >= count[key]) below += count[key++];
+    auto end = values.begin();
+    for (float& value : values) {
+      if (detail::orderKey(value) == key) std::swap(value, *end++);
+    }
+    const auto place = values.begin() + static_cast<std::ptrdiff_t>(places[k] - below);
+    std::nth_element(values.begin(), place, end);
+    result[k] = *place;
   }
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(n);
-  std::nth_element(values.begin(), place, end);
-  return *place;
+  return result;
 }
+
+inline float nthSmallest(std::vector<float>& values, size_t n) { return smallest<1>(values, {n})[0]; }
 
 }  // namespace gms_ransac

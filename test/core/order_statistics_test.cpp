@@ -13,6 +13,9 @@ void expectSorted(const std::vector<float>& values) {
   std::vector<float> sorted = values, rearranged = values;
   std::sort(sorted.begin(), sorted.end());
   for (size_t n = 0; n < values.size(); ++n) ASSERT_EQ(nthSmallest(rearranged, n), sorted[n]) << n;
+  const std::array<size_t, 3> places = {values.size() / 3, values.size() / 3, values.size() - 1};
+  const std::array<float, 3> several = smallest<3>(rearranged, places);
+  for (size_t k = 0; k < 3; ++k) EXPECT_EQ(several[k], sorted[places[k]]);
   std::sort(rearranged.begin(), rearranged.end());
   EXPECT_EQ(rearranged, sorted);  // none is lost
 }

@@ -60,6 +60,14 @@ struct RotatedMatch {
   }
 };
 
+/// The place of an entry of a symmetric matrix in its lower triangle, and that triangle by rows.
+int triangleEntry(int i, int j) { return i < j ? triangleEntry(j, i) : i * (i + 1) / 2 + j; }
+Eigen::Matrix<double, 6, 1> lowerTriangle(const Eigen::Matrix3f& m) {
+  Eigen::Matrix<float, 6, 1> entries;
+  entries << m(0, 0), m(1, 0), m(1, 1), m(2, 0), m(2, 1), m(2, 2);
+  return entries.cast<double>();
+}
+
 /// The opposite direction is another motion: with a rotation that compensates for it, near and far change places.
 double angleBetween(const TwoViewPose& a, const TwoViewPose& b) {
   return std::acos(std::clamp(a.t.dot(b.t), -1.0, 1.0));
@@ -139,23 +147,24 @@ double Candidates::againstRolling(const TwoViewPoints& all) {
   const Eigen::Matrix3f R = rotation.cast<float>();
   Eigen::Matrix3f rates = Eigen::Matrix3f::Zero();
   for (float softness = 9 * kMostCost;; softness /= 3) {
-    // The derivative of a match is the outer product of its rows and its flow.
-    Eigen::Matrix<double, 9, 9> A = 1e-9 * Eigen::Matrix<double, 9, 9>::Identity();  // the lower triangle counts
-    Eigen::Matrix<double, 9, 1> b = Eigen::Matrix<double, 9, 1>::Zero();
+    // The derivative of a match is the outer product of its rows and its flow, and its square that of their squares,
+    // whose lower triangles suffice.
+    Eigen::Matrix<double, 6, 6> squares = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix3d b = Eigen::Matrix3d::Zero();
     for (int i = 0; i < fitted; ++i) {
       const RotatedMatch match(points, i, R);
       const float falloff = 1 / (1 + match.cost(rates, per_variance_) / softness);
       const float weight = match.weight * falloff * falloff;
       const Eigen::Matrix3f square = weight * match.flow.transpose() * match.flow;
       const Eigen::Vector3f along = weight * match.flow.transpose() * match.displacement;
-      for (int k = 0; k < 3; ++k) {
-        b.segment<3>(3 * k) += (match.rows[k] * along).cast<double>();
-        for (int m = 0; m <= k; ++m) {
-          A.block<3, 3>(3 * k, 3 * m) += (match.rows[k] * match.rows[m] * square).cast<double>();
-        }
-      }
+      b += (along * match.rows.transpose()).cast<double>();
+      squares += lowerTriangle(square) * lowerTriangle(match.rows * match.rows.transpose()).transpose();
     }
-    const Eigen::Matrix<double, 9, 1> solution = A.llt().solve(b);
+    Eigen::Matrix<double, 9, 9> A = 1e-9 * Eigen::Matrix<double, 9, 9>::Identity();  // the lower triangle counts
+    for (int i = 0; i < 9; ++i) {
+      for (int j = 0; j <= i; ++j) A(i, j) += squares(triangleEntry(i % 3, j % 3), triangleEntry(i / 3, j / 3));
+    }
+    const Eigen::Matrix<double, 9, 1> solution = A.llt().solve(Eigen::Map<const Eigen::Matrix<double, 9, 1>>(b.data()));
     rates = Eigen::Map<const Eigen::Matrix3d>(solution.data()).cast<float>();
     const bool last = softness <= kMostCost;
     const int count = last ? points.count : fitted;

@@ -32,8 +32,8 @@ float within(float deviations) { return deviations < 4 ? std::erf(deviations) : 
 /// 16, 50 and 84 % quantiles: middle and one deviation to either side. Rearranges the values.
 std::array<float, 3> quantiles(std::vector<float>& values) {
   const auto last = static_cast<double>(values.size() - 1);
-  const auto quantile = [&](double share) { return nthSmallest(values, static_cast<size_t>(share * last)); };
-  return {quantile(0.16), quantile(0.5), quantile(0.84)};
+  const auto place = [&](double share) { return static_cast<size_t>(share * last); };
+  return smallest<3>(values, {place(0.16), place(0.5), place(0.84)});
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "gms_ransac/point_pairs.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace gms_ransac {
 
@@ -48,13 +47,6 @@ void PointPairs::gather(const PointPairs& all, const std::vector<int>& rows) {
   rotation_prior = all.rotation_prior;
   previous_motion = all.previous_motion;
   seconds = all.seconds;
-}
-
-bool PointPairs::hasCoordinates(size_t i) const {
-  constexpr float kFarthest = 1e6f;  // a fisheye lens of 10000 px reaches as far, 0.6 degrees short of a right angle
-  const auto isCoordinate = [](float value) { return std::abs(value) < kFarthest; };  // nor NaN
-  return isCoordinate(x_reference[i]) && isCoordinate(y_reference[i]) && isCoordinate(x_current[i]) &&
-         isCoordinate(y_current[i]);
 }
 
 }  // namespace gms_ransac

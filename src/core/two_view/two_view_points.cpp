@@ -82,18 +82,20 @@ void TwoViewPoints::set(const PointPairs& pairs, const Camera& camera, ModelType
   columns_.resize(pairs.size());
   column_of_.resize(match_of_.size());
   cells_.resize(match_of_.size());
+  float *x1 = columns_.x1(), *y1 = columns_.y1(), *x2 = columns_.x2(), *y2 = columns_.y2();
+  float* weight = columns_.weight();
   for (size_t column = 0; column < match_of_.size(); ++column) {
     const auto i = static_cast<size_t>(match_of_[column]);
     column_of_[i] = static_cast<int>(column);
     const float xr = pairs.x_reference[i], yr = pairs.y_reference[i], xc = pairs.x_current[i], yc = pairs.y_current[i];
     // Finite in any case, since sums over all matches follow that zero weights do not save from NaN.
     const bool valid = pairs.hasCoordinates(i);
-    columns_.x1()[column] = valid ? transformed(to_working_reference_, 0, xr, yr) : 0;
-    columns_.y1()[column] = valid ? transformed(to_working_reference_, 1, xr, yr) : 0;
-    columns_.x2()[column] = valid ? transformed(to_working_current_, 0, xc, yc) : kInvalidCoordinate;
-    columns_.y2()[column] = valid ? transformed(to_working_current_, 1, xc, yc) : -kInvalidCoordinate;
+    x1[column] = valid ? transformed(to_working_reference_, 0, xr, yr) : 0;
+    y1[column] = valid ? transformed(to_working_reference_, 1, xr, yr) : 0;
+    x2[column] = valid ? transformed(to_working_current_, 0, xc, yc) : kInvalidCoordinate;
+    y2[column] = valid ? transformed(to_working_current_, 1, xc, yc) : -kInvalidCoordinate;
     const double scale = 0.5 * (variance[pairs.octave_reference[i]] + variance[pairs.octave_current[i]]);
-    columns_.weight()[column] = static_cast<float>(1 / (threshold * threshold * scale));
+    weight[column] = static_cast<float>(1 / (threshold * threshold * scale));
     cells_[column] = spreadCell({xr, yr}, pairs.image_reference);
   }
 }
