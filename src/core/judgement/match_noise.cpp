@@ -26,9 +26,6 @@ constexpr float kImageExtent = 2;          ///< longest displacement that an ima
 constexpr auto kLn2 = static_cast<float>(M_LN2), kRoot2 = static_cast<float>(M_SQRT2);
 constexpr float kHalfLog2 = 0.5f / kLn2;  ///< of the natural logarithm of a square, octaves
 
-/// The error function, which is 1 for a float from 4 on.
-float within(float deviations) { return deviations < 4 ? std::erf(deviations) : 1.f; }
-
 /// 16, 50 and 84 % quantiles: middle and one deviation to either side. Rearranges the values.
 std::array<float, 3> quantiles(std::vector<float>& values) {
   const auto last = static_cast<double>(values.size() - 1);
@@ -42,7 +39,7 @@ void MatchNoise::measure(const PoseModel& model, const TwoViewPose& pose, const 
   const PointColumnsView& points = model.points();
   model.residuals(pose, residuals_);
   model.rotationResiduals(pose.R, parallaxes_);
-  weighParallaxes(points.count, points.count > 0 ? kImageExtent * std::sqrt(points.weight[0]) : 1);
+  weighParallaxes(points);
   for (size_t i = 0; i < apart.size(); ++i) {
     if (apart[i]) odds_[i] = std::max(odds_[i], 1 / kLeastWrong);
   }
@@ -62,22 +59,24 @@ Loss MatchNoise::loss() const {
   return {4 * softness, 1 / softness};
 }
 
-void MatchNoise::weighParallaxes(int count, float reach) {
-  const auto size = static_cast<Eigen::Index>(count);
-  odds_.resize(static_cast<size_t>(count));
-  Eigen::Map<Eigen::ArrayXf> odds(odds_.data(), size);
-  odds =
-      kHalfLog2 * Eigen::Map<const Eigen::ArrayXf>(parallaxes_.data(), size).max(kSmallestSigma * kSmallestSigma).log();
+void MatchNoise::weighParallaxes(const PointColumnsView& points) {
+  odds_.resize(parallaxes_.size());
+  Eigen::Map<Eigen::ArrayXf> odds(odds_.data(), points.size);
+  odds = Eigen::Map<const Eigen::ArrayXf>(parallaxes_.data(), points.size).max(kSmallestSigma * kSmallestSigma);
+  kernels_.logarithm(odds_.data(), 1, points.size, odds_.data());
   octaves_.clear();
-  for (size_t i = 0; i < odds_.size(); ++i) {
-    if (residuals_[i] < 1) octaves_.push_back(odds_[i]);
+  for (size_t i = 0; i < static_cast<size_t>(points.count); ++i) {
+    if (residuals_[i] < 1) octaves_.push_back(kHalfLog2 * odds_[i]);
   }
   if (octaves_.empty()) return odds_.assign(odds_.size(), 1.f);
   const auto [low, centre, high] = quantiles(octaves_);
   const float spread = std::max(kNarrowestSpread, 0.5f * (high - low));
   // Laplace's distribution of the logarithm: tails, but falling ones.
+  const float reach = kImageExtent * std::sqrt(points.weight[0]);
   const float slope = kRoot2 / spread, scale = 0.5f * kLn2 * kRoot2 * spread / reach;
-  odds = 0.5f + scale * (kLn2 * odds + slope * (odds - centre).abs()).exp();
+  odds = 0.5f * odds + slope * (kHalfLog2 * odds - centre).abs();
+  kernels_.exponential(odds_.data(), 1, points.size, odds_.data());
+  odds = 0.5f + scale * odds;
 }
 
 template <class Square, class Wrong>
@@ -105,7 +104,7 @@ void MatchNoise::fit(int count) {
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
     const auto exponent = static_cast<float>(-0.5 / (sigma_ * sigma_));
     const auto wrong = static_cast<float>((1 - share) / kWindow / (share * std::sqrt(2 / M_PI) / sigma_));
-    probability = (exponent * e).exp();
+    kernels_.exponential(e.data(), exponent, padded(), probability.data());
     probability /= probability + wrong * odds;
     const auto right = static_cast<double>(probability.sum());
     const auto squares = static_cast<double>((probability * e).sum());
@@ -121,14 +120,15 @@ void MatchNoise::fit(int count) {
 void MatchNoise::fitShares(const PointColumnsView& points, float finest_weight, bool on_line) {
   const auto column = [&](int k) { return Eigen::Map<Eigen::ArrayXf>(near_.column(k), within_.size()); };
   auto squares = column(kSquare), wrong_density = column(kWrong), near = column(kNear), wide = column(kWide);
-  auto near_density = column(kNearDensity), wide_density = column(kWideDensity);
+  auto near_density = column(kNearDensity), wide_density = column(kWideDensity), reach = column(kReach);
   const auto near_sigma = static_cast<float>(sigma_), wide_sigma = static_cast<float>(wideSigma());
-  const auto density = [&](float deviation) {
-    const float scale = on_line ? static_cast<float>(std::sqrt(2 / M_PI)) / deviation : 0.5f / (deviation * deviation);
-    return scale * (-0.5f / (deviation * deviation) * squares).exp();
+  const auto density = [&](float deviation, Eigen::Map<Eigen::ArrayXf>& densities) {
+    const float exponent = -0.5f / (deviation * deviation);
+    kernels_.exponential(squares.data(), exponent, padded(), densities.data());
+    densities *= on_line ? static_cast<float>(std::sqrt(2 / M_PI)) / deviation : -exponent;
   };
-  near_density = density(near_sigma);
-  wide_density = density(wide_sigma);
+  density(near_sigma, near_density);
+  density(wide_sigma, wide_density);
   // The share of each component, by expectation and maximisation on a part of the matches.
   float near_share = 0.75f, wide_share = 0.05f;  // where that starts matters hardly
   const auto weigh = [&](Eigen::Index matches) {
@@ -147,16 +147,18 @@ void MatchNoise::fitShares(const PointColumnsView& points, float finest_weight, 
     if (std::abs(near_share - last) < kSettled) break;
   }
   weigh(near.size());
+  // How far the places may differ along the line. The residual is that of either keypoint: the two are sqrt(2) as far
+  // apart. As much noise as across an epipolar line is along it, which cannot be seen.
+  for (Eigen::Index k = 0; k < near.size(); ++k) reach[k] = points.weight[within_[static_cast<size_t>(k)]];
+  reach = 0.5f * (kRightWithin * kRightWithin / finest_weight * reach - 2.f * squares).max(0.f).sqrt();
+  if (on_line) {
+    kernels_.errorFunction(reach.data(), 1 / near_sigma, padded(), near_density.data());
+    kernels_.errorFunction(reach.data(), 1 / wide_sigma, padded(), wide_density.data());
+    near *= near_density;
+    wide *= wide_density;
+  }
   for (Eigen::Index k = 0; k < near.size(); ++k) {
-    const int column = within_[static_cast<size_t>(k)];
-    // The residual is that of either keypoint: the two are sqrt(2) as far apart.
-    const float stretch = finest_weight / points.weight[column];
-    const float left = kRightWithin * kRightWithin - 2 * squares[k] * stretch;
-    if (!(left > 0)) continue;
-    // As much noise as across an epipolar line is along it, which cannot be seen.
-    const float reach = 0.5f * std::sqrt(left / stretch);
-    const auto inside = [&](float sigma) { return on_line ? within(reach / sigma) : 1.f; };
-    right_[static_cast<size_t>(column)] = std::min(1.f, near[k] * inside(near_sigma) + wide[k] * inside(wide_sigma));
+    if (reach[k] > 0) right_[static_cast<size_t>(within_[static_cast<size_t>(k)])] = std::min(1.f, near[k] + wide[k]);
   }
 }
 

@@ -19,6 +19,8 @@ class MatchNoise {
  public:
   static constexpr float kWindow = 5;  ///< a residual beyond it is a wrong match's
 
+  explicit MatchNoise(const ResidualKernels& kernels) : kernels_(kernels) {}
+
   /// Fits the mixture to the matches under a pose, by expectation and maximisation (Dempster, Laird & Rubin 1977).
   /// `apart`: flags of the columns that are known to belong to something else, or empty.
   void measure(const PoseModel& model, const TwoViewPose& pose, const std::vector<uint8_t>& apart = {});
@@ -57,7 +59,7 @@ class MatchNoise {
 
   /// Standard deviation for keypoints with larger errors than most, such as a corner found on the next pixel.
   double wideSigma() const;
-  void weighParallaxes(int count, float reach);
+  void weighParallaxes(const PointColumnsView& points);
   void fit(int count);
   /// Fits the shares of noise, wide noise and wrong matches to the columns whose residuals were gathered, with their
   /// densities if they are wrong, and fills their probabilities. `on_line`: residuals are distances from a line.
@@ -67,12 +69,16 @@ class MatchNoise {
   template <class Square, class Wrong>
   void gather(int count, const Square& square, const Wrong& wrong);
 
+  /// Entries of the columns of those, as kernels count them.
+  int padded() const { return (static_cast<int>(within_.size()) + kLanes - 1) / kLanes * kLanes; }
+
+  const ResidualKernels& kernels_;
   double sigma_ = 1;
   std::vector<float> residuals_, parallaxes_, probabilities_, right_;
   std::vector<float> odds_;  ///< how much likelier the parallax is for a wrong match; 1 where no pose is known
   std::vector<float> octaves_;
   std::vector<int> within_;  ///< columns within the window
-  enum { kSquare, kWrong, kNearDensity, kWideDensity, kNear, kWide, kColumns };
+  enum { kSquare, kWrong, kNearDensity, kWideDensity, kNear, kWide, kReach, kColumns };
   AlignedColumns near_;  ///< theirs: squared residuals, how likely they are for each component, posteriors
 };
 

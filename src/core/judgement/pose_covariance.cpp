@@ -6,6 +6,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "two_view/levenberg_marquardt.h"
+
 namespace gms_ransac {
 
 namespace {
@@ -72,10 +74,15 @@ PoseSquare scatterWithoutLeverage(const PoseInformation& all, const std::vector<
   PoseSquare steps = PoseSquare::Zero();
   for (const PartSums& part : parts) {
     if (part.count == 0) continue;
-    const PoseSquare others = curvature - all.bend * part.ownProducts();
-    const Eigen::LLT<PoseSquare> factors(others);
-    if (factors.info() != Eigen::Success) return PoseSquare::Constant(NAN);
-    const PoseVector step = factors.solve(PoseVector(part.gradient().head<kPoseParameters>()));
+    double others[kPoseParameters * (kPoseParameters + 1) / 2], pull[kPoseParameters], of_others[kPoseParameters];
+    for (int i = 0, k = 0; i < kPoseParameters; ++i) {
+      pull[i] = static_cast<double>(part.products(i, kPoseParameters));
+      for (int j = i; j < kPoseParameters; ++j, ++k) {
+        others[k] = curvature(i, j) - all.bend * static_cast<double>(part.products(i, j));
+      }
+    }
+    if (!solveDamped<kPoseParameters>(others, pull, 0, of_others)) return PoseSquare::Constant(NAN);
+    const Eigen::Map<const PoseVector> step(of_others);
     for (int k = 0; k < kPoseParameters; ++k) steps.col(k) += step[k] * step;
   }
   return sandwich(curvature, steps, PoseVector::Zero());

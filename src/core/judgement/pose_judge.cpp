@@ -28,7 +28,7 @@ constexpr double kHalfWay = 4;
 }  // namespace
 
 PoseJudge::PoseJudge(const RobustOptions& options)
-    : kernels_(residualKernels(options.simd)), options_(options), candidates_(kernels_) {}
+    : kernels_(residualKernels(options.simd)), options_(options), noise_(kernels_), candidates_(kernels_) {}
 
 void PoseJudge::refine(const TwoViewPoints& points, bool move, TwoViewPose& pose) {
   segmentation_.apart.clear();

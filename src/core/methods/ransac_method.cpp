@@ -22,7 +22,8 @@ RansacMethod::RansacMethod(const MatchFilterOptions& options, Criterion criterio
     : options_(options.robust),
       kernels_(residualKernels(options_.simd)),
       gms_(withDefaults(options.motion_statistics, criterion)),
-      pose_recovery_(options_) {}
+      pose_recovery_(options_),
+      noise_(kernels_) {}
 
 const MotionStatistics& RansacMethod::filter(const Features& reference, const Features& current,
                                              const std::vector<Match>& matches) {

@@ -29,8 +29,9 @@ struct Start {
   float cost;
 };
 
-Start optimizeStart(const PoseModel& model, int iterations, TwoViewPose pose) {
-  model.refine(kStartLoss, iterations, pose);
+/// The prior of the parallax ranks starts; their steps do without (doc/estimator.md).
+Start optimizeStart(const PoseModel& plain, const PoseModel& model, int iterations, TwoViewPose pose) {
+  plain.refine(kStartLoss, iterations, pose);
   Start start;
   start.pose = model.withBetterSign(pose, start.cost);
   return start;
@@ -60,8 +61,8 @@ Eigen::Matrix3d fitDominantRotation(const PoseModel& model, const Eigen::Matrix3
 void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& points,
                       std::vector<TwoViewPose>& starts) {
   const PointColumnsView part = firstColumns(points, kRandomPart);
-  const PoseModel model(kernels, part, kParallaxPrior);
-  const Eigen::Matrix3d dominant = fitDominantRotation(model, Eigen::Matrix3d::Identity());
+  const PoseModel plain(kernels, part), model(kernels, part, kParallaxPrior);
+  const Eigen::Matrix3d dominant = fitDominantRotation(plain, Eigen::Matrix3d::Identity());
   const Eigen::Matrix3d rotations[2] = {dominant, Eigen::Matrix3d::Identity()};
   const int rotation_count = Eigen::AngleAxisd(dominant).angle() < kNoRotation ? 1 : 2;
   Start all[2 * 13];
@@ -71,11 +72,11 @@ void findMotionStarts(const ResidualKernels& kernels, const PointColumnsView& po
     for (int code = 14; code < 27; ++code) {
       const int x = code % 3 - 1, y = code / 3 % 3 - 1, z = code / 9 - 1;
       const Eigen::Vector3d direction(x, y, z);
-      all[all_count++] = optimizeStart(model, kStartIterations, {rotations[k], direction.normalized()});
+      all[all_count++] = optimizeStart(plain, model, kStartIterations, {rotations[k], direction.normalized()});
     }
   }
   std::sort(all, all + all_count, cheaper);
-  for (int i = 0; i < kSecondRound; ++i) all[i] = optimizeStart(model, kSecondIterations, all[i].pose);
+  for (int i = 0; i < kSecondRound; ++i) all[i] = optimizeStart(plain, model, kSecondIterations, all[i].pose);
   std::sort(all, all + kSecondRound, cheaper);
   starts.clear();
   for (int i = 0; i < kSecondRound && starts.size() < kMaxMotionStarts; ++i) {

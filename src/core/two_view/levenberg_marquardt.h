@@ -8,8 +8,8 @@
 namespace gms_ransac {
 
 /// Solves A x = b, A positive definite given as its upper triangle, diagonal times 1 + damping. False: not definite.
-template <int P>
-bool solveDamped(const float (&upper)[P * (P + 1) / 2], const float (&b)[P], double damping, double (&x)[P]) {
+template <int P, class Number>
+bool solveDamped(const Number (&upper)[P * (P + 1) / 2], const Number (&b)[P], double damping, double (&x)[P]) {
   double L[P][P];
   int k = 0;
   for (int i = 0; i < P; ++i) {

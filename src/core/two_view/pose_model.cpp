@@ -186,9 +186,7 @@ void PoseModel::refine(const Loss& loss, int iterations, TwoViewPose& pose, floa
 }
 
 void PoseModel::linearizeRotation(const Eigen::Matrix3d& R, const Loss& loss, NormalEquations<3>& equations) const {
-  float D[3][9];
-  for (int k = 0; k < 3; ++k) toFloat(crossMatrix(Eigen::Vector3d::Unit(k)) * R, D[k]);
-  kernels_.linearizeRotation(points_, FloatMatrix(R).entry, D, loss, equations);
+  kernels_.linearizeRotation(points_, FloatMatrix(R).entry, loss, equations);
 }
 
 void PoseModel::refineRotation(const Loss& loss, int iterations, Eigen::Matrix3d& R) const {

@@ -24,7 +24,7 @@ struct JudgedScene {
   TwoViewScene scene;
   TwoViewPoints points;
   TwoViewPose pose;
-  MatchNoise noise;
+  MatchNoise noise{kernels()};
   PoseInformation information;
 
   explicit JudgedScene(const TwoViewSceneOptions& options) : JudgedScene(makeTwoViewScene(options)) {}
@@ -67,7 +67,7 @@ TEST(MatchNoiseStep, FindsTheSigmaThatWasDrawn) {
       const float residual = i % 5 == 0 ? uniform(random) : normal(random);
       squares.push_back(residual * residual);
     }
-    MatchNoise noise;
+    MatchNoise noise(kernels());
     noise.measure(squares, 4000);
     EXPECT_NEAR(noise.sigma(), sigma, 0.05 * sigma);
   }

@@ -20,7 +20,7 @@ constexpr double kRightWithin = 3;  ///< thresholds
 
 /// Matches of these squared residuals, each of weight 1 unless given, and their noise.
 struct Weighed {
-  MatchNoise noise;
+  MatchNoise noise{residualKernels(detectSimdLevel())};
   PointColumns columns;
 
   explicit Weighed(const std::vector<float>& squares) : Weighed(squares, std::vector<float>(squares.size(), 1)) {}

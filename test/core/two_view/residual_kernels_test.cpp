@@ -82,7 +82,7 @@ std::string allResults(const ResidualKernels& kernels, const Problem& problem) {
     kernels.linearizeHomography(points, H, D, loss, eight);
     add(eight);
     NormalEquations<3> three;
-    kernels.linearizeRotation(points, pose.R, reinterpret_cast<const float(&)[3][9]>(D), loss, three);
+    kernels.linearizeRotation(points, pose.R, loss, three);
     add(three);
     add(kernels.poseCost(points, pose, loss, prior));
     add(kernels.poseCost(points, pose, loss, {}));
@@ -103,6 +103,11 @@ std::string allResults(const ResidualKernels& kernels, const Problem& problem) {
   addFloats(e.data());
   kernels.transferResiduals(points, H, e.data());
   addFloats(e.data());
+  for (const auto function : {kernels.exponential, kernels.logarithm, kernels.errorFunction}) {
+    std::vector<float> values(e.size());
+    function(e.data(), 0.1f, points.size, values.data());
+    addFloats(values.data());
+  }
   return results;
 }
 
@@ -114,6 +119,25 @@ TEST(ResidualKernels, EveryLevelReturnsTheSameBits) {
       EXPECT_TRUE(allResults(residualKernels(level), problem) == expected)
           << toString(level) << ", " << count << " matches";
     }
+  }
+}
+
+TEST(ResidualKernels, FunctionsAreThoseOfTheLibrary) {
+  const ResidualKernels& kernels = residualKernels(SimdLevel::kScalar);
+  std::vector<float> x, result(16 * kLanes);
+  for (int i = 0; i < 16 * kLanes; ++i) x.push_back(std::exp2(0.5f * static_cast<float>(i) - 64));
+  const auto values = [&](const auto& function, float factor) {
+    function(x.data(), factor, 16 * kLanes, result.data());
+    return result;
+  };
+  const std::vector<float> rising = values(kernels.exponential, 1), falling = values(kernels.exponential, -1);
+  const std::vector<float> logarithms = values(kernels.logarithm, 3), errors = values(kernels.errorFunction, 2);
+  for (size_t i = 0; i < x.size(); ++i) {
+    const double exact = std::exp(std::min(87., static_cast<double>(x[i])));
+    EXPECT_NEAR(std::min(rising[i], 6e37f) / std::min(exact, 6e37), 1, 1e-5) << x[i];
+    EXPECT_NEAR(falling[i], 1 / exact, 1e-6) << x[i];
+    EXPECT_NEAR(logarithms[i], std::log(3 * static_cast<double>(x[i])), 1e-5) << x[i];
+    EXPECT_NEAR(errors[i], std::erf(2 * static_cast<double>(x[i])), 5e-7) << x[i];
   }
 }
 
@@ -185,7 +209,7 @@ TEST(ResidualKernels, CostsAloneAreThoseOfTheNormalEquations) {
   const Problem problem(1003, 20);
   const PointColumnsView points = problem.columns.view();
   const PoseParameters pose = problem.pose.parameters();
-  const float basis[2][3] = {{1, 0, 0}, {0, 1, 0}}, of_matrix[7][9] = {}, of_rotation[3][9] = {};
+  const float basis[2][3] = {{1, 0, 0}, {0, 1, 0}}, of_matrix[7][9] = {};
   for (const SimdLevel level : supportedLevels()) {
     const ResidualKernels& kernels = residualKernels(level);
     for (const Loss& loss : {Loss{1, 0}, Loss{4, 1}}) {
@@ -198,7 +222,7 @@ TEST(ResidualKernels, CostsAloneAreThoseOfTheNormalEquations) {
       kernels.linearizeFundamental(points, pose.E, of_matrix, loss, of_lines);
       EXPECT_EQ(of_lines.cost, kernels.epipolarCost(points, pose.E, loss)) << toString(level);
       NormalEquations<3> of_transfer;
-      kernels.linearizeRotation(points, pose.R, of_rotation, loss, of_transfer);
+      kernels.linearizeRotation(points, pose.R, loss, of_transfer);
       EXPECT_EQ(of_transfer.cost, kernels.transferCost(points, pose.R, loss)) << toString(level);
     }
   }

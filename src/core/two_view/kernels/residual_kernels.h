@@ -94,9 +94,9 @@ struct ResidualKernels {
   /// Linearised transfer distance in the current image; D as above.
   void (*linearizeHomography)(const PointColumnsView& points, const float (&H)[9], const float (&D)[8][9],
                               const Loss& loss, NormalEquations<8>& equations);
-  /// The same for the homography of a pure rotation.
-  void (*linearizeRotation)(const PointColumnsView& points, const float (&R)[9], const float (&D)[3][9],
-                            const Loss& loss, NormalEquations<3>& equations);
+  /// The same for the homography of a pure rotation, R <- exp(w) R.
+  void (*linearizeRotation)(const PointColumnsView& points, const float (&R)[9], const Loss& loss,
+                            NormalEquations<3>& equations);
   /// The costs of those normal equations alone, bit by bit.
   float (*poseCost)(const PointColumnsView& points, const PoseParameters& pose, const Loss& loss,
                     const ParallaxPrior& prior);
@@ -107,6 +107,11 @@ struct ResidualKernels {
   void (*epipolarResiduals)(const PointColumnsView& points, const float (&M)[9], float* e);
   void (*poseResiduals)(const PointColumnsView& points, const PoseParameters& pose, float* e);
   void (*transferResiduals)(const PointColumnsView& points, const float (&H)[9], float* e);
+  /// Functions of factor * x[i], for `size` entries, padding included: the exponential, the natural logarithm of a
+  /// positive number, the error function of one that is not negative.
+  void (*exponential)(const float* x, float factor, int size, float* result);
+  void (*logarithm)(const float* x, float factor, int size, float* result);
+  void (*errorFunction)(const float* x, float factor, int size, float* result);
 };
 
 const ResidualKernels& residualKernels(SimdLevel level);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 
 #include "two_view/kernels/residual_kernels.h"
@@ -31,6 +32,40 @@ inline V squareRoot(const V& a) {
   store(a, lanes);
   for (float& x : lanes) x = std::sqrt(x);
   return load(lanes);
+}
+
+using Bits [[gnu::vector_size(GMS_RANSAC_VECTOR_BYTES)]] = int32_t;
+
+/// exp(x), and no less than the smallest number or more than the largest: a power of two times a Taylor series.
+inline V exponential(const V& x) {
+  const V power = maximum(minimum(x * set(1.44269504f), set(126)), set(-125));
+  const V rounded = power + set(0x1.8p23f);  // whose lowest bits are the integer
+  const V rest = (power - (rounded - set(0x1.8p23f))) * set(0.693147181f);
+  V series = set(1 / 720.f);
+  for (const float coefficient : {1 / 120.f, 1 / 24.f, 1 / 6.f, 0.5f, 1.f, 1.f}) {
+    series = series * rest + set(coefficient);
+  }
+  return V(Bits(series) + (Bits(rounded) << 23));
+}
+
+/// Natural logarithm of a positive number: of its power of two, and of the rest, which is about 1.
+inline V logarithm(const V& x) {
+  const Bits power = (Bits(x) - 0x3f3504f3) >> 23;  // from the root of 1/2 on
+  const V rest = V(Bits(x) - (power << 23));
+  const V s = (rest - set(1)) / (rest + set(1)), square = s * s;
+  V series = set(1 / 7.f);
+  for (const float coefficient : {1 / 5.f, 1 / 3.f, 1.f}) series = series * square + set(coefficient);
+  return __builtin_convertvector(power, V) * set(0.693147181f) + set(2) * s * series;
+}
+
+/// The error function of a number that is not negative, to 2e-7 (Abramowitz & Stegun 7.1.26).
+inline V errorFunction(const V& x) {
+  const V t = set(1) / (set(1) + set(0.3275911f) * x);
+  V series = set(1.061405429f);
+  for (const float coefficient : {-1.453152027f, 1.421413741f, -0.284496736f, 0.254829592f}) {
+    series = series * t + set(coefficient);
+  }
+  return set(1) - series * t * exponential(set(0) - x * x);
 }
 
 /// Adds one half to the other until one number remains.
@@ -344,11 +379,19 @@ struct Kernels {
     }
   }
 
+  /// Derivatives of a point by a rotation of its ray.
+  static void rotationDerivatives(V a, V b, V (&Jx)[3], V (&Jy)[3]) {
+    const V one = set(1), zero = set(0), ab = a * b;
+    Jx[0] = zero - ab, Jx[1] = one + a * a, Jx[2] = zero - b;
+    Jy[0] = zero - (one + b * b), Jy[1] = ab, Jy[2] = a;
+  }
+
   /// The prior's share of the normal equations: the displacement depends on the rotation alone.
   static void addPrior(const Parallax& d, V slope, V inlier, const Point& p, Equations<5>& equations) {
     const V a = d.u * d.inverse_z, b = d.v * d.inverse_z;
-    const V dx = a - p.x2, dy = b - p.y2, one = set(1), zero = set(0);
-    const V Jx[3] = {zero - a * b, one + a * a, zero - b}, Jy[3] = {zero - (one + b * b), a * b, a};
+    const V dx = a - p.x2, dy = b - p.y2;
+    V Jx[3], Jy[3];
+    rotationDerivatives(a, b, Jx, Jy);
     const V weight = inlier * p.w * slope;
     int k = 0;
     for (int i = 0; i < 3; ++i) {
@@ -584,36 +627,60 @@ struct Kernels {
     return costAlone(points, loss, [&h](const Point& p) { return Transfer(h, p).residual(p.w); });
   }
 
-  template <int P>
-  static void linearizeTransfer(const PointColumnsView& points, const float (&H)[9], const float (&D)[P][9],
-                                const Loss& loss, NormalEquations<P>& equations) {
+  /// derivatives(point, image, Jx, Jy)
+  template <int P, class Derivatives>
+  static void linearizeTransfer(const PointColumnsView& points, const float (&H)[9], const Loss& loss,
+                                NormalEquations<P>& equations, const Derivatives& derivatives) {
     const Matrix h(H);
-    V d[P][9];
-    broadcast(D, d);
     Parts<Equations<P>> sums;
     sums.forEach(0, points.size, [&](int i, Equations<P>& part) {
       const Point p(points, i);
       const Transfer moved(h, p);
       const V weight = p.w * lossWeight(loss, moved.residual(p.w), part);
       V Jx[P], Jy[P];
-      for (int k = 0; k < P; ++k) {
-        const V a = d[k][0] * p.x1 + d[k][1] * p.y1 + d[k][2], b = d[k][3] * p.x1 + d[k][4] * p.y1 + d[k][5];
-        const V c = d[k][6] * p.x1 + d[k][7] * p.y1 + d[k][8];
-        Jx[k] = (a - moved.u * c) * moved.inverse_z;
-        Jy[k] = (b - moved.v * c) * moved.inverse_z;
-      }
+      derivatives(p, moved, Jx, Jy);
       part.add(Jx, moved.rx, weight);
       part.add(Jy, moved.ry, weight);
     });
     finish(sums, points, equations);
   }
 
+  static void linearizeHomography(const PointColumnsView& points, const float (&H)[9], const float (&D)[8][9],
+                                  const Loss& loss, NormalEquations<8>& equations) {
+    V d[8][9];
+    broadcast(D, d);
+    linearizeTransfer(points, H, loss, equations, [&d](const Point& p, const Transfer& moved, V(&Jx)[8], V(&Jy)[8]) {
+      for (int k = 0; k < 8; ++k) {
+        const V a = d[k][0] * p.x1 + d[k][1] * p.y1 + d[k][2], b = d[k][3] * p.x1 + d[k][4] * p.y1 + d[k][5];
+        const V c = d[k][6] * p.x1 + d[k][7] * p.y1 + d[k][8];
+        Jx[k] = (a - moved.u * c) * moved.inverse_z;
+        Jy[k] = (b - moved.v * c) * moved.inverse_z;
+      }
+    });
+  }
+
+  static void linearizeRotation(const PointColumnsView& points, const float (&R)[9], const Loss& loss,
+                                NormalEquations<3>& equations) {
+    linearizeTransfer(points, R, loss, equations, [](const Point&, const Transfer& moved, V(&Jx)[3], V(&Jy)[3]) {
+      rotationDerivatives(moved.u, moved.v, Jx, Jy);
+    });
+  }
+
+  template <V (*kFunction)(const V&)>
+  static void apply(const float* x, float factor, int size, float* result) {
+    for (int i = 0; i < size; i += kWidth) store(kFunction(set(factor) * load(x + i)), result + i);
+  }
+
   static const ResidualKernels& table() {
-    static const ResidualKernels kernels = {
-        scoreEpipolar,        scorePose,     scoreHomography,      linearizePose,
-        differentiatePose,    sumProducts,   linearizeFundamental, linearizeTransfer<8>,
-        linearizeTransfer<3>, poseCost,      epipolarCost,         transferCost,
-        epipolarResiduals,    poseResiduals, transferResiduals};
+    static const ResidualKernels kernels = {scoreEpipolar,        scorePose,
+                                            scoreHomography,      linearizePose,
+                                            differentiatePose,    sumProducts,
+                                            linearizeFundamental, linearizeHomography,
+                                            linearizeRotation,    poseCost,
+                                            epipolarCost,         transferCost,
+                                            epipolarResiduals,    poseResiduals,
+                                            transferResiduals,    apply<exponential>,
+                                            apply<logarithm>,     apply<errorFunction>};
     return kernels;
   }
 };
