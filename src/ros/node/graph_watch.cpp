@@ -50,14 +50,16 @@ GraphWatch::Answer GraphWatch::ask() {
   Answer answer;
   const std::string master = "the ROS master at " + ros::master::getURI();
   XmlRpc::XmlRpcValue pid, uri, published;
-  if (!call("getPid", nullptr, pid)) {
-    answer.problem =
-        master + " does not answer: existing connections work, new ones cannot be made; restart it, then all nodes";
-    return answer;
+  if (!forgotten_) {
+    if (!call("getPid", nullptr, pid)) {
+      answer.problem =
+          master + " does not answer: existing connections work, new ones cannot be made; restart it, then all nodes";
+      return answer;
+    }
+    if (master_pid_ == 0) master_pid_ = static_cast<int>(pid);
+    // In a container every master may have the same process id; but a new one knows no node.
+    forgotten_ = master_pid_ != static_cast<int>(pid) || !call("lookupNode", ros::this_node::getName().c_str(), uri);
   }
-  if (master_pid_ == 0) master_pid_ = static_cast<int>(pid);
-  // In a container every master may have the same process id; but a new one knows no node.
-  forgotten_ |= master_pid_ != static_cast<int>(pid) || !call("lookupNode", ros::this_node::getName().c_str(), uri);
   if (forgotten_) {
     answer.problem = master + " was restarted and knows nothing of " + ros::this_node::getName() +
                      ": existing connections work, new ones cannot be made; restart this node and all others";

@@ -6,7 +6,7 @@ import subprocess
 import tempfile
 import unittest
 
-from graph import PATIENCE, run
+from graph import PATIENCE, linger, run
 
 TIMEOUT = 100.0 * PATIENCE  # seconds of wall time for the whole launch
 IMAGES = 9  # 0.3 s
@@ -25,6 +25,7 @@ class Demo(unittest.TestCase):
         self.addCleanup(shutil.rmtree, folder)
         bag = os.path.join(folder, "short.bag")
         subprocess.check_call(["rosrun", "gms_ransac", "render_scene", bag, "--frames", str(IMAGES)])
+        linger(bag)
         with open(os.path.join(folder, "sitecustomize.py"), "w") as out:
             out.write(SLOW_START)
         environment = dict(os.environ, PYTHONPATH=folder + ":" + os.environ.get("PYTHONPATH", ""))

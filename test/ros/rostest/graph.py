@@ -9,6 +9,7 @@ import time
 
 import cv2
 import numpy as np
+import rosbag
 import roslib.packages
 import rospkg
 import rospy
@@ -16,6 +17,7 @@ import rostest
 from gms_ransac.msg import Correspondences, MatchStats
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import CameraInfo, Image
+from tf2_msgs.msg import TFMessage
 
 # How many times slower everything may be: scripts/test says it of sanitized builds.
 PATIENCE = float(os.environ.get("GMS_RANSAC_PATIENCE", 1))
@@ -38,6 +40,13 @@ def wait_for(condition, what, pause=time.sleep):
             return value
         pause(0.05)  # not everything comes with a message, so look again now and then
     raise AssertionError("waited %g s in vain for %s" % (TIMEOUT, what))
+
+
+def linger(path):
+    """A message a second after the last image: the player ends with the last one, and may not have sent it all."""
+    with rosbag.Bag(path, "a") as bag:
+        bag.write("/tf", TFMessage(), rospy.Time.from_sec(bag.get_end_time() + 1))
+    return path
 
 
 def data_folder(name):

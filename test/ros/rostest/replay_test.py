@@ -15,20 +15,12 @@ import rosbag
 import rospy
 import rostest
 from gms_ransac.msg import MatchStats
-from tf2_msgs.msg import TFMessage
 
 from graph import (PATIENCE, Client, camera_info, data_folder, degrees_between, image_message, rotation_degrees,
-                   rotation_matrix, said_by, vector, walk)
+                   linger, rotation_matrix, said_by, vector, walk)
 
 TIMEOUT = 120.0 * PATIENCE  # seconds of wall time for a replay, start of the launch file included
 SETTINGS = "method: lo_prosac, features: 2000, seed: 3, hold_reference: false"
-
-
-def linger(path):
-    """A message a second after the last image: the player ends with the last one, and may not have sent it all."""
-    with rosbag.Bag(path, "a") as bag:
-        bag.write("/tf", TFMessage(), rospy.Time.from_sec(bag.get_end_time() + 1))
-    return path
 
 
 class Replay(unittest.TestCase):
