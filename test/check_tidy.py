@@ -14,6 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
+COMPILED_HEADERS = re.compile(r" -include \S+/cmake_pch\.hxx")  # by the compiler; clang-tidy cannot read them
 UNITY_INCLUDE = re.compile(r'^#include "(/[^"]+\.cpp)"', re.MULTILINE)
 INCLUDE_FOLDERS = [ROOT / folder for folder in ("include", "src/core", "src/ros", "src/evaluation")]
 GENERATED_FOLDERS = ["generated", "devel/include"]  # of the build
@@ -36,8 +37,10 @@ def files_read(file, folders, seen):
 
 
 def sources(build):
-    """{file of src: (its flags, the unity file that includes it or None)}"""
-    commands = {Path(entry["file"]): entry["command"] for entry in json.loads((build / "compile_commands.json").read_text())}
+    """{file of src: (its flags, the unity file that includes it or None)}, by the database in the folder of `stamp`."""
+    database = COMPILED_HEADERS.sub("", (build / "compile_commands.json").read_text())
+    (build / "clang_tidy" / "compile_commands.json").write_text(database)
+    commands = {Path(entry["file"]): entry["command"] for entry in json.loads(database)}
     found = {file: (commands.get(file, ""), None) for file in (ROOT / "src").rglob("*.cpp")}
     for unity, command in commands.items():
         if unity.parent.name == "Unity":
@@ -49,7 +52,7 @@ def sources(build):
 
 def command_of(file, build):
     headers = "--header-filter=^%s/(include|src)/" % re.escape(str(ROOT))
-    command, off = ["clang-tidy", "--quiet", "-p", str(build), headers], []
+    command, off = ["clang-tidy", "--quiet", "-p", str(build / "clang_tidy"), headers], []
     if ROOT / "src" / "core" not in file.parents:
         off += SLOW_CHECKS
     if file.parent.name == "Unity":
