@@ -18,13 +18,14 @@ constexpr double kLeastCurvature = 0.05;  ///< of the loss, which has 1 at its b
 constexpr double kMostNoise = 0.9;
 /// Negative eigenvalues that the rounding of an inverse may leave in a correlation matrix.
 constexpr double kInversionTolerance = 1e-8;
+constexpr double kMostAsymmetry = 1e-4;  ///< that it may leave there
 
 /// Where fewer cells have matches, what neighbouring cells share is more than noise: each block is one observation
 /// then.
 constexpr size_t kEnoughCells = 100;
 
 /// The matrix, unless it is the inverse of an ill-conditioned curvature, of which rounding errors decide: it is not
-/// positive definite, or has a rotation that is less certain than any angle can be.
+/// positive definite or not symmetric, or has a rotation that is less certain than any angle can be.
 PoseSquare orIdentity(const PoseSquare& matrix) {
   const PoseVector variances = matrix.diagonal();
   if (!matrix.allFinite() || variances.minCoeff() < 0 || variances.head<3>().maxCoeff() > M_PI * M_PI) {
@@ -32,6 +33,7 @@ PoseSquare orIdentity(const PoseSquare& matrix) {
   }
   const PoseVector scale = variances.cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
   PoseSquare correlation = scale.asDiagonal() * matrix * scale.asDiagonal();
+  if (!(correlation - correlation.transpose()).isZero(kMostAsymmetry)) return PoseSquare::Identity();
   correlation.diagonal().setConstant(1 + kInversionTolerance);
   return Eigen::LLT<PoseSquare>(correlation).info() == Eigen::Success ? matrix : PoseSquare::Identity();
 }
