@@ -36,11 +36,16 @@ def files_read(file, folders, seen):
     return seen
 
 
-def sources(build):
-    """{file of src: (its flags, the unity file that includes it or None)}, by the database in the folder of `stamp`."""
+def write_database(build):
+    """The compilation database that clang-tidy reads."""
     database = COMPILED_HEADERS.sub("", (build / "compile_commands.json").read_text())
     (build / "clang_tidy" / "compile_commands.json").write_text(database)
-    commands = {Path(entry["file"]): entry["command"] for entry in json.loads(database)}
+
+
+def sources(build):
+    """{file of src: (its flags, the unity file that includes it or None)}"""
+    database = json.loads((build / "clang_tidy" / "compile_commands.json").read_text())
+    commands = {Path(entry["file"]): entry["command"] for entry in database}
     found = {file: (commands.get(file, ""), None) for file in (ROOT / "src").rglob("*.cpp")}
     for unity, command in commands.items():
         if unity.parent.name == "Unity":
@@ -109,6 +114,7 @@ def check(job, due, build):
 
 def main(build, files):
     (build / "clang_tidy").mkdir(exist_ok=True)
+    write_database(build)
     found = sources(build)
     due = due_files({file: found[file] for file in found if not files or file in files}, build)
     print("clang-tidy: %d of %d files to look at" % (len(due), len(found)))

@@ -96,7 +96,7 @@ void MatchNoise::gather(int count, const Square& square, const Wrong& wrong) {
 void MatchNoise::fit(int count) {
   gather(
       count, [this](size_t i) { return residuals_[i]; }, [this](size_t i) { return odds_[i]; });
-  const auto within = static_cast<Eigen::Index>(within_.size());
+  const auto within = static_cast<int>(within_.size());
   const Eigen::Map<const Eigen::ArrayXf> e(near_.column(kSquare), within), odds(near_.column(kWrong), within);
   Eigen::Map<Eigen::ArrayXf> probability(near_.column(kNear), within);
   sigma_ = 0.5;
@@ -104,7 +104,7 @@ void MatchNoise::fit(int count) {
   for (int iteration = 0; iteration < kMostIterations; ++iteration) {
     const auto exponent = static_cast<float>(-0.5 / (sigma_ * sigma_));
     const auto wrong = static_cast<float>((1 - share) / kWindow / (share * std::sqrt(2 / M_PI) / sigma_));
-    kernels_.exponential(e.data(), exponent, padded(), probability.data());
+    kernels_.exponential(e.data(), exponent, within, probability.data());
     probability /= probability + wrong * odds;
     const auto right = static_cast<double>(probability.sum());
     const auto squares = static_cast<double>((probability * e).sum());
@@ -118,13 +118,14 @@ void MatchNoise::fit(int count) {
 }
 
 void MatchNoise::fitShares(const PointColumnsView& points, float finest_weight, bool on_line) {
-  const auto column = [&](int k) { return Eigen::Map<Eigen::ArrayXf>(near_.column(k), within_.size()); };
+  const auto within = static_cast<int>(within_.size());
+  const auto column = [&](int k) { return Eigen::Map<Eigen::ArrayXf>(near_.column(k), within); };
   auto squares = column(kSquare), wrong_density = column(kWrong), near = column(kNear), wide = column(kWide);
   auto near_density = column(kNearDensity), wide_density = column(kWideDensity), reach = column(kReach);
   const auto near_sigma = static_cast<float>(sigma_), wide_sigma = static_cast<float>(wideSigma());
   const auto density = [&](float deviation, Eigen::Map<Eigen::ArrayXf>& densities) {
     const float exponent = -0.5f / (deviation * deviation);
-    kernels_.exponential(squares.data(), exponent, padded(), densities.data());
+    kernels_.exponential(squares.data(), exponent, within, densities.data());
     densities *= on_line ? static_cast<float>(std::sqrt(2 / M_PI)) / deviation : -exponent;
   };
   density(near_sigma, near_density);
@@ -152,8 +153,8 @@ void MatchNoise::fitShares(const PointColumnsView& points, float finest_weight, 
   for (Eigen::Index k = 0; k < near.size(); ++k) reach[k] = points.weight[within_[static_cast<size_t>(k)]];
   reach = 0.5f * (kRightWithin * kRightWithin / finest_weight * reach - 2.f * squares).max(0.f).sqrt();
   if (on_line) {
-    kernels_.errorFunction(reach.data(), 1 / near_sigma, padded(), near_density.data());
-    kernels_.errorFunction(reach.data(), 1 / wide_sigma, padded(), wide_density.data());
+    kernels_.errorFunction(reach.data(), 1 / near_sigma, within, near_density.data());
+    kernels_.errorFunction(reach.data(), 1 / wide_sigma, within, wide_density.data());
     near *= near_density;
     wide *= wide_density;
   }

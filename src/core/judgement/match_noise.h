@@ -69,9 +69,6 @@ class MatchNoise {
   template <class Square, class Wrong>
   void gather(int count, const Square& square, const Wrong& wrong);
 
-  /// Entries of the columns of those, as kernels count them.
-  int padded() const { return (static_cast<int>(within_.size()) + kLanes - 1) / kLanes * kLanes; }
-
   const ResidualKernels& kernels_;
   double sigma_ = 1;
   std::vector<float> residuals_, parallaxes_, probabilities_, right_;

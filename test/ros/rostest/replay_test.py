@@ -16,8 +16,8 @@ import rospy
 import rostest
 from gms_ransac.msg import MatchStats
 
-from graph import (PATIENCE, Client, camera_info, data_folder, degrees_between, image_message, rotation_degrees,
-                   linger, rotation_matrix, said_by, vector, walk)
+from graph import (PATIENCE, Client, camera_info, data_folder, degrees_between, image_message, linger,
+                   rotation_degrees, rotation_matrix, said_by, vector, walk)
 
 TIMEOUT = 120.0 * PATIENCE  # seconds of wall time for a replay, start of the launch file included
 SETTINGS = "method: lo_prosac, features: 2000, seed: 3, hold_reference: false"

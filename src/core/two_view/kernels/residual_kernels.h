@@ -107,8 +107,8 @@ struct ResidualKernels {
   void (*epipolarResiduals)(const PointColumnsView& points, const float (&M)[9], float* e);
   void (*poseResiduals)(const PointColumnsView& points, const PoseParameters& pose, float* e);
   void (*transferResiduals)(const PointColumnsView& points, const float (&H)[9], float* e);
-  /// Functions of factor * x[i], for `size` entries, padding included: the exponential, the natural logarithm of a
-  /// positive number, the error function of one that is not negative.
+  /// Functions of factor * x[i], for `size` entries of a column (its padding changes, too): the exponential, the
+  /// natural logarithm of a positive number, the error function of one that is not negative.
   void (*exponential)(const float* x, float factor, int size, float* result);
   void (*logarithm)(const float* x, float factor, int size, float* result);
   void (*errorFunction)(const float* x, float factor, int size, float* result);
