@@ -18,7 +18,7 @@ class CMakeBuild(build_ext):
         build = Path(self.build_temp).resolve()
         build.mkdir(parents=True, exist_ok=True)
         options = ["-DGMS_RANSAC_ROS=OFF", "-DGMS_RANSAC_PYTHON=ON", "-DBUILD_SHARED_LIBS=OFF",
-                   "-DCMAKE_BUILD_WITH_INSTALL_RPATH=ON", "-DPython3_EXECUTABLE=" + sys.executable]
+                   "-DCMAKE_BUILD_WITH_INSTALL_RPATH=ON", "-DPython_EXECUTABLE=" + sys.executable]
         try:
             import pybind11
             options.append("-Dpybind11_DIR=" + pybind11.get_cmake_dir())

@@ -21,7 +21,8 @@ print("%s: %s" % (pair.status, pair.status_text))
 print("X_reference = T X_current, T =\n%s" % pair.current_in_reference)
 for point, end, probability in zip(pair.reference_points, pair.current_points, pair.probability):
     if probability > 0:
-        colour, end = (0, 255 * probability, 255 * (1 - probability)), tuple(map(int, end))
+        green, end = 255 * float(probability), tuple(map(int, end))
+        colour = (0, green, 255 - green)  # OpenCV 4.10 takes no scalars of numpy
         cv2.line(current, tuple(map(int, point)), end, colour, 1, cv2.LINE_AA)
         cv2.circle(current, end, 2, colour, -1)
 cv2.imwrite("two_images.png", current)

@@ -21,7 +21,7 @@ help_if_asked() {
   exit 0
 }
 
-# The list of packages for this system: Debian 12 has ROS 1 itself, Ubuntu 20.04 takes it from /opt/ros/noetic.
+# The list of packages for this system: Debian 12 and 13 have ROS 1 themselves, Ubuntu 20.04 takes it from /opt/ros/noetic.
 package_list() {
   if [ -d /opt/ros/noetic ]; then
     echo "$project_dir/scripts/packages.noetic"

@@ -312,7 +312,7 @@ int compare(Level level) {
   std::string recorded_with;
   Digests records = readDigests(recorded_with);
   int compared = 0, different = 0, equal = 0;
-  for (const auto& [what, rows] : allDigests(level == Level::kBits)) {
+  for (const auto& [what, rows] : allDigests(level != Level::kOutcomes)) {
     for (const auto& [row, cells] : rows) {
       const std::string& recorded = records[what][row];
       ++compared;

@@ -25,8 +25,9 @@ def rays_of_pixels(model, pixels):
 
 def distort(model, picture):
     columns, rows = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
-    x, y = rays_of_pixels(model, np.stack([columns, rows], -1)).T.reshape(2, HEIGHT, WIDTH).astype(np.float32)
-    return cv2.remap(picture, K[0, 0] * x + float(K[0, 2]), K[1, 1] * y + float(K[1, 2]), cv2.INTER_LINEAR)
+    x, y = rays_of_pixels(model, np.stack([columns, rows], -1)).T.reshape(2, HEIGHT, WIDTH)
+    map_x, map_y = (K[0, 0] * x + K[0, 2]).astype(np.float32), (K[1, 1] * y + K[1, 2]).astype(np.float32)
+    return cv2.remap(picture, map_x, map_y, cv2.INTER_LINEAR)
 
 
 class Distorted(unittest.TestCase):
