@@ -97,7 +97,8 @@ def report(name, tracks, poses, K):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+                                     allow_abbrev=False)
     parser.add_argument("images")
     parser.add_argument("features")
     arguments = parser.parse_args()

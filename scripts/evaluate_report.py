@@ -29,13 +29,14 @@ from report.common import insert, printed
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+                                     allow_abbrev=False)
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     commands.required = True
 
     def command(name, call):
         """Adds a command that calls that with its arguments; returns what adds these."""
-        added = commands.add_parser(name)
+        added = commands.add_parser(name, allow_abbrev=False)
         added.set_defaults(call=call)
         return added.add_argument
 

@@ -53,7 +53,8 @@ def camera_info(name, K, model, D, size, R, P):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+                                     allow_abbrev=False)
     parser.add_argument("camchain")
     parser.add_argument("directory", nargs="?", default=".")
     arguments = parser.parse_args()

@@ -350,7 +350,7 @@ def enough(row, images):
 
 
 def main():
-    parser = argparse.ArgumentParser()
+    parser = argparse.ArgumentParser(allow_abbrev=False)
     parser.add_argument("hours", type=float)
     parser.add_argument("bag")
     parser.add_argument("out")

@@ -68,7 +68,9 @@ std::optional<po::variables_map> parseCommandLine(const Arguments& arguments, co
     places.add(words.name, words.count);
   }
   po::command_line_parser parser(arguments);
-  parser.options(all).positional(places);
+  // An option is never guessed by its beginning: --camera would be taken for --camera-info.
+  using Style = po::command_line_style::style_t;
+  parser.options(all).positional(places).style(Style::unix_style & ~Style::allow_guessing);
   po::variables_map given;
   po::store(parser.run(), given);
   po::notify(given);

@@ -67,7 +67,7 @@ void list(const std::vector<Scene>& catalogue) {
 /// Parses the options of a command and those of a plan, and opens the sets. False when only a text was asked for.
 bool parse(const Arguments& arguments, const char* usage, const std::vector<std::string>& methods, CommandLine& line,
            Plan& plan) {
-  std::vector<std::string> gaps, scenes;
+  std::vector<std::string> gap, gaps, scenes;
   std::vector<std::pair<double TruthNoise::*, double>> sigmas;  // that are given
   auto add = line.options.add_options();
   const auto addSigma = [&](const std::string& option, double unit, double TruthNoise::*field, const char* text) {
@@ -78,7 +78,8 @@ bool parse(const Arguments& arguments, const char* usage, const std::vector<std:
     add(option.c_str(), po::value<double>()->notifier(take), text);
   };
   add("gaps", po::value(&gaps)->composing(),
-      "frames between reference and current of the sets, with commas between; default 1 (--gap 5 is enough)");
+      "frames between reference and current of the sets, with commas between; default 1");
+  add("gap", po::value(&gap)->composing(), "the same");
   add("stride", withDefault(plan.stride), "frames between one pair and the next");
   add("scenes", po::value(&scenes)->composing(),
       "drawn scenes, by name or the beginning of names, with commas between; drawn: all of them");
@@ -98,6 +99,7 @@ bool parse(const Arguments& arguments, const char* usage, const std::vector<std:
     return false;
   }
   requireAtLeastOne({{"--pairs", plan.drawn_pairs}, {"--stride", plan.stride}});
+  gaps.insert(gaps.end(), gap.begin(), gap.end());
   if (!gaps.empty()) plan.gaps = parsePositives(gaps, "--gaps");
   plan.pipelines = line.pipelines(methods);
   chooseScenes(scenes, plan);
