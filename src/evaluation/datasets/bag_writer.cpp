@@ -23,6 +23,10 @@ const char kOpenNiFrame[] = "/openni_rgb_optical_frame";
 Eigen::Isometry3d openNiRgbFrame() { return Eigen::Isometry3d(Eigen::Translation3d(0, -0.045, 0)); }
 Eigen::Isometry3d opticalFrame() { return Eigen::Isometry3d(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5)); }
 
+std::string encodingOf(const cv::Mat& image) {
+  return image.channels() == 3 ? sensor_msgs::image_encodings::BGR8 : sensor_msgs::image_encodings::MONO8;
+}
+
 std_msgs::Header header(double stamp, const std::string& frame) {
   std_msgs::Header result;
   result.stamp = ros::Time(stamp);
@@ -54,13 +58,14 @@ BagWriter::~BagWriter() {
   std::filesystem::remove(active_, none);
 }
 
-void BagWriter::writeCameraInfo(const std::string& topic, double stamp, const std::string& frame, cv::Size size) {
+void BagWriter::writeCameraInfo(const std::string& topic, double stamp, const std::string& frame, cv::Size size,
+                                const CameraIntrinsics& intrinsics, double baseline) {
   sensor_msgs::CameraInfo info;
   info.header = header(stamp, frame);
   info.width = size.width;
   info.height = size.height;
-  const CameraIntrinsics& k = intrinsics_;
-  info.P = {k.fx, 0, k.cx, 0, 0, k.fy, k.cy, 0, 0, 0, 1, 0};
+  const CameraIntrinsics& k = intrinsics;
+  info.P = {k.fx, 0, k.cx, -k.fx * baseline, 0, k.fy, k.cy, 0, 0, 0, 1, 0};
   if (layout_ == BagLayout::kTum) {
     info.K = {k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1};
     info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -72,17 +77,22 @@ void BagWriter::writeCameraInfo(const std::string& topic, double stamp, const st
 }
 
 void BagWriter::writeImage(double stamp, const cv::Mat& image) {
-  const bool colour = image.channels() == 3;
-  std::string prefix = "/camera/rgb/", name = "image_color", frame = kOpenNiFrame;
-  if (layout_ == BagLayout::kKitti) {
-    frame = colour ? "camera_color_left" : "camera_gray_left";
-    prefix = "/kitti/" + frame + "/";
-    name = "image_rect";
-  }
-  const std::string encoding = colour ? sensor_msgs::image_encodings::BGR8 : sensor_msgs::image_encodings::MONO8;
-  const cv_bridge::CvImage message(header(stamp, frame), encoding, image);
-  bag_.write(prefix + name, message.header.stamp, message.toImageMsg());
-  writeCameraInfo(prefix + "camera_info", stamp, frame, image.size());
+  if (layout_ == BagLayout::kKitti) return writeKittiImage("left", stamp, image, intrinsics_, 0);
+  const cv_bridge::CvImage message(header(stamp, kOpenNiFrame), encodingOf(image), image);
+  bag_.write("/camera/rgb/image_color", message.header.stamp, message.toImageMsg());
+  writeCameraInfo("/camera/rgb/camera_info", stamp, kOpenNiFrame, image.size(), intrinsics_);
+}
+
+void BagWriter::writeRightImage(double stamp, const cv::Mat& image, const RightCamera& camera) {
+  writeKittiImage("right", stamp, image, camera.intrinsics, camera.baseline);
+}
+
+void BagWriter::writeKittiImage(const std::string& side, double stamp, const cv::Mat& image,
+                                const CameraIntrinsics& intrinsics, double baseline) {
+  const std::string frame = (image.channels() == 3 ? "camera_color_" : "camera_gray_") + side;
+  const cv_bridge::CvImage message(header(stamp, frame), encodingOf(image), image);
+  bag_.write("/kitti/" + frame + "/image_rect", message.header.stamp, message.toImageMsg());
+  writeCameraInfo("/kitti/" + frame + "/camera_info", stamp, frame, image.size(), intrinsics, baseline);
 }
 
 void BagWriter::writeDepth(double stamp, const cv::Mat& depth) {
@@ -90,7 +100,7 @@ void BagWriter::writeDepth(double stamp, const cv::Mat& depth) {
   metres.setTo(std::numeric_limits<float>::quiet_NaN(), depth <= 0);
   const cv_bridge::CvImage message(header(stamp, kOpenNiFrame), sensor_msgs::image_encodings::TYPE_32FC1, metres);
   bag_.write("/camera/depth/image", message.header.stamp, message.toImageMsg());
-  writeCameraInfo("/camera/depth/camera_info", stamp, kOpenNiFrame, depth.size());
+  writeCameraInfo("/camera/depth/camera_info", stamp, kOpenNiFrame, depth.size(), intrinsics_);
 }
 
 void BagWriter::writeGroundTruth(double stamp, const Eigen::Isometry3d& camera_pose) {

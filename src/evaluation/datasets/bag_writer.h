@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/core/mat.hpp>
 
+#include "datasets/dataset.h"
 #include "gms_ransac/camera.h"
 
 namespace gms_ransac {
@@ -17,7 +18,8 @@ enum class BagLayout {
   /// names carry the leading slash of the official bags.
   kTum,
   /// kitti2bag's odom_gray: /kitti/camera_gray_left/image_rect + camera_info (P alone, K and R zero, D empty, no
-  /// model) in camera_gray_left, /tf: world -> camera_left. Colour images go to /kitti/camera_color_left.
+  /// model) in camera_gray_left, /tf: world -> camera_left. Colour images go to /kitti/camera_color_left, those of the
+  /// right camera to /kitti/camera_gray_right or /kitti/camera_color_right.
   kKitti
 };
 
@@ -33,6 +35,8 @@ class BagWriter {
 
   /// CV_8UC1 or CV_8UC3 (BGR) with its camera_info. Stamps are in seconds, > 0.
   void writeImage(double stamp, const cv::Mat& image);
+  /// The image of the right camera at the same moment, with its camera_info; layout kKitti alone.
+  void writeRightImage(double stamp, const cv::Mat& image, const RightCamera& camera);
   /// CV_32FC1, metres along the optical axis, registered to the colour image, 0 where unknown (NaN in the message).
   void writeDepth(double stamp, const cv::Mat& depth);
   /// X_world = camera_pose * X_camera, optical frame of the colour camera.
@@ -41,7 +45,11 @@ class BagWriter {
   void close();
 
  private:
-  void writeCameraInfo(const std::string& topic, double stamp, const std::string& frame, cv::Size size);
+  /// `baseline`: metres from the left camera, 0 of the left one.
+  void writeCameraInfo(const std::string& topic, double stamp, const std::string& frame, cv::Size size,
+                       const CameraIntrinsics& intrinsics, double baseline = 0);
+  void writeKittiImage(const std::string& side, double stamp, const cv::Mat& image, const CameraIntrinsics& intrinsics,
+                       double baseline);
 
   rosbag::Bag bag_;
   const std::string path_, active_;

@@ -1,7 +1,9 @@
 // Program: writes a TUM or KITTI folder as a bag with the topic names of the official TUM bags or of kitti2bag.
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -25,8 +27,8 @@ const cv::Size kOpenNiSize(640, 480);
 // seconds.
 constexpr double kKittiStart = 1317042272;
 
-/// Colour images, depth at its own stamps and the ground truth at its own rate (TUM); grey images and ground truth
-/// (KITTI).
+/// Colour images, depth at its own stamps and the ground truth at its own rate (TUM); grey images of one or two cameras
+/// and ground truth (KITTI).
 void writeDataset(const Dataset& dataset, const std::string& path, const CameraIntrinsics& intrinsics) {
   const bool tum = dataset.kind() == DatasetKind::kTum;
   const double start = tum ? 0 : kKittiStart;
@@ -42,6 +44,8 @@ void writeDataset(const Dataset& dataset, const std::string& path, const CameraI
   for (size_t i = 0; i < frames.size(); ++i) {
     const int index = static_cast<int>(i);
     bag.writeImage(start + frames[i].stamp, dataset.image(index, tum));
+    if (!frames[i].right.empty())
+      bag.writeRightImage(start + frames[i].stamp, dataset.right(index), *dataset.rightCamera());
     // Two images may be nearest to the same depth image.
     if (!frames[i].depth.empty() && frames[i].depth != last_depth) {
       bag.writeDepth(frames[i].depth_stamp, dataset.depth(index));
@@ -50,6 +54,24 @@ void writeDataset(const Dataset& dataset, const std::string& path, const CameraI
     progress.advanceUnlessInterrupted();
   }
   bag.close();
+}
+
+/// The calibration in the bag, and the command that replays it.
+std::string summaryOf(const Dataset& dataset, const CameraIntrinsics& k, const std::string& bag) {
+  std::ostringstream text;
+  const bool tum = dataset.kind() == DatasetKind::kTum, stereo = dataset.rightCamera().has_value();
+  text << bag << ": camera_info has fx " << k.fx << ", fy " << k.fy << ", cx " << k.cx << ", cy " << k.cy
+       << (std::any_of(k.distortion.begin(), k.distortion.end(), [](double d) { return d != 0; })
+               ? " and the distortion"
+               : ", no distortion");
+  if (stereo) text << "; the right camera is " << dataset.rightCamera()->baseline << " m to the right";
+  text << "\nreplay it: roslaunch gms_ransac "
+       << (tum ? "tum.launch bag:=" : "kitti.launch variant:=odom camera:=gray_left bag:=") << bag;
+  const std::vector<DatasetFrame>& frames = dataset.frames();
+  const bool depth = std::any_of(frames.begin(), frames.end(), [](const auto& frame) { return !frame.depth.empty(); });
+  if (depth) text << " scale:=depth";
+  if (stereo) text << " stereo:=true";
+  return text.str();
 }
 
 int datasetToBag(const Arguments& arguments) {
@@ -64,9 +86,9 @@ int datasetToBag(const Arguments& arguments) {
       "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]] for camera_info instead of the folder's");
   const char* usage =
       "dataset_to_bag DIR OUT.bag [options]\n\nWrites a TUM RGB-D folder (rgb.txt, optional depth.txt and "
-      "groundtruth.txt) or a KITTI odometry\nfolder (image_0/, calib.txt, optional poses.txt and times.txt) as a bag "
-      "with the topics, frames,\ncamera_info and ground-truth tf of the official TUM bags or of kitti2bag's odometry "
-      "bags.";
+      "groundtruth.txt) or a KITTI odometry\nfolder (image_0/, calib.txt, optional image_1/, poses.txt and times.txt) "
+      "as a bag with the topics,\nframes, camera_info and ground-truth tf of the official TUM bags or of kitti2bag's "
+      "odometry bags.\nA KITTI folder with image_1/ becomes a bag of both cameras.";
   const std::vector<Positional> positional = {{"folder", 1, po::value(&folder)}, {"bag", 1, po::value(&bag)}};
   if (!parseCommandLine(arguments, usage, options, positional)) return 0;
   if (folder.empty() || bag.empty()) {
@@ -96,6 +118,7 @@ int datasetToBag(const Arguments& arguments) {
   }
   watchInterrupts();
   writeDataset(dataset, bag, *intrinsics);
+  std::cout << summaryOf(dataset, *intrinsics, bag) << '\n';
   return 0;
 }
 

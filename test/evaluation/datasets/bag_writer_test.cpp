@@ -188,6 +188,33 @@ TEST_F(Written, KittiFolderBecomesABagLikeKitti2bags) {
   expectScenePoses(Dataset::open(path("kitti.bag")), 1e-6, 1317042272, 10);
 }
 
+TEST_F(Written, KittiFolderOfTwoCamerasBecomesABagOfBoth) {
+  for (const char* camera : {"image_0", "image_1"}) {
+    fs::create_directories(path(std::string("rig/") + camera));
+    for (const char* name : {"/000000.png", "/000001.png"}) {
+      cv::imwrite(path(std::string("rig/") + camera + name), cv::Mat(40, 60, CV_8UC1, cv::Scalar(*camera)));
+    }
+  }
+  std::ofstream(path("rig/calib.txt")) << "P0: 50 0 30 0 0 50 20 0 0 0 1 0\nP1: 50 0 30 -25 0 50 20 0 0 0 1 0\n";
+  const Outcome made = toBag("rig");
+  ASSERT_EQ(made.status, 0) << made.text;
+  EXPECT_NE(made.text.find("fx 50, fy 50, cx 30, cy 20, no distortion; the right camera is 0.5 m to the right"),
+            std::string::npos)
+      << made.text;
+  EXPECT_NE(made.text.find("kitti.launch variant:=odom camera:=gray_left bag:=" + path("rig.bag") + " stereo:=true"),
+            std::string::npos)
+      << made.text;
+  const std::map<std::string, int> expected = {{"/kitti/camera_gray_left/image_rect", 2},
+                                               {"/kitti/camera_gray_left/camera_info", 2},
+                                               {"/kitti/camera_gray_right/image_rect", 2},
+                                               {"/kitti/camera_gray_right/camera_info", 2}};
+  EXPECT_EQ(messagesPerTopic(path("rig.bag")), expected);
+  const auto info = first<sensor_msgs::CameraInfo>(path("rig.bag"), "/kitti/camera_gray_right/camera_info");
+  EXPECT_EQ(info->header.frame_id, "camera_gray_right");
+  EXPECT_EQ(info->P[3], -25);
+  EXPECT_EQ(first<sensor_msgs::CameraInfo>(path("rig.bag"), "/kitti/camera_gray_left/camera_info")->P[3], 0);
+}
+
 TEST_F(Written, BadInputIsRefusedAndLeavesNoBag) {
   EXPECT_THROW(BagWriter(path("no/such/folder.bag"), BagLayout::kTum, {}), std::runtime_error);
   EXPECT_THROW(writeTumFolder(*scene_, 1, "/proc/nothing", [] {}), std::runtime_error);
