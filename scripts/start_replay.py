@@ -2,12 +2,12 @@
 """Starts a paused `rosbag play --clock` once every subscriber is connected, so that the beginning of the bag is not lost.
 
 Waits at most ~patience seconds for a subscriber on each of ~played (those of them that the bag holds) and of ~outputs, then
-plays anyway and logs the topics without one. With ~paused the bag stays paused. Ends with an error, and the launch with it,
-when the file ~bag does not exist or has no images on ~image; the message lists the images it has and the arguments that read
-them.
+plays anyway and logs the topics without one. With ~paused the bag stays paused. Logs the end of the bag. Ends with an error,
+and the launch with it, when the file ~bag does not exist or has no images on ~image, ~right or ~depth; the message lists the
+images it has and the arguments that read them.
 
-Parameters: ~bag, ~image, ~image_transport, ~played and ~outputs (topics, separated by blanks), ~paused, ~patience. Service:
-player/pause_playback.
+Parameters: ~bag, ~image, ~image_transport, ~right and ~depth (empty: not needed), ~played and ~outputs (topics, separated by
+blanks), ~paused, ~patience. Service: player/pause_playback.
 """
 import os
 import re
@@ -21,6 +21,7 @@ import rospy
 from std_srvs.srv import SetBool
 
 LOOK_AGAIN = 0.05  # seconds of wall time; simulated time stands still
+LOOK_FOR_THE_END = 0.5
 
 
 class Subscribers:
@@ -32,6 +33,16 @@ class Subscribers:
     def publishers(self):
         """{topic: names of the nodes that publish it}"""
         return dict(self.master.getSystemState()[0])
+
+    def plays(self):
+        """Returns false once the player has ended."""
+        try:
+            self.master.lookupService(rospy.resolve_name("player/pause_playback"))
+        except rosgraph.MasterError:
+            return False
+        except OSError:
+            pass  # the master is busy, or gone
+        return True
 
     def has(self, topic, nodes):
         return any(self.connected(topic, node) for node in nodes)
@@ -56,8 +67,8 @@ def arguments_for(topic, kind):
     return launch + (" image_transport:=compressed" if compressed else "")
 
 
-def problem_of(bag, topic):
-    """Why this bag cannot be replayed with images of this topic, and the remedy; empty: it can."""
+def problem_of(bag, image, right="", depth=""):
+    """Why this bag cannot be replayed with images of these topics, and the remedy; empty: it can."""
     if not os.path.isfile(bag):
         return "there is no file %s; give bag:= the path of a bag" % bag
     try:
@@ -65,11 +76,15 @@ def problem_of(bag, topic):
             kinds = {name: info.msg_type for name, info in opened.get_type_and_topic_info().topics.items()}
     except rosbag.ROSBagException as error:
         return "%s cannot be read: %s" % (bag, error)
-    if topic in kinds:
-        return ""
-    images = ["%s (%s)" % (name, arguments_for(name, kind)) for name, kind in sorted(kinds.items())
-              if kind in ("sensor_msgs/Image", "sensor_msgs/CompressedImage")]
-    return "%s has no messages on %s; %s" % (bag, topic, "its images: " + ", ".join(images) if images else "it has no images")
+    if image not in kinds:
+        images = ["%s (%s)" % (name, arguments_for(name, kind)) for name, kind in sorted(kinds.items())
+                  if kind in ("sensor_msgs/Image", "sensor_msgs/CompressedImage")]
+        return "%s has no messages on %s; %s" % (bag, image, "its images: " + ", ".join(images) if images else "it has no images")
+    if right and right not in kinds:
+        return "%s has no messages on %s, the images of the right camera; leave stereo:=true out" % (bag, right)
+    if depth and depth not in kinds:
+        return "%s has no messages on %s, which scale:=depth reads; leave scale:=depth out" % (bag, depth)
+    return ""
 
 
 def topics(parameter):
@@ -86,7 +101,7 @@ def unheard(subscribers, played, outputs):
 def run():
     transport = rospy.get_param("~image_transport", "raw")
     image = rospy.get_param("~image") + ("" if transport == "raw" else "/" + transport)
-    problem = problem_of(rospy.get_param("~bag"), image)
+    problem = problem_of(rospy.get_param("~bag"), image, rospy.get_param("~right", ""), rospy.get_param("~depth", ""))
     if problem:
         rospy.logfatal("%s", problem)
         return 1
@@ -104,6 +119,10 @@ def run():
     if not rospy.get_param("~paused", False):
         rospy.wait_for_service("player/pause_playback")
         rospy.ServiceProxy("player/pause_playback", SetBool)(False)
+    while subscribers.plays() and not rospy.is_shutdown():
+        time.sleep(LOOK_FOR_THE_END)
+    if not rospy.is_shutdown():
+        rospy.loginfo("the bag has ended; the graph goes on so that you can look at it: Ctrl-C ends it")
     rospy.spin()
     return 0
 

@@ -135,16 +135,51 @@ class Replay(unittest.TestCase):
                 ("kitti.launch", ["bag:=drive.bag", "variant:=odometry"],
                  "variant is 'odometry'; it must be raw, odom or empty"),
                 ("kitti.launch", ["bag:=desk.bag"], "/camera/rgb/image_color (tum.launch)"),
+                ("kitti.launch", ["bag:=drive.bag", "variant:=odom", "stereo:=true"],
+                 "no messages on /kitti/camera_gray_right/image_rect, the images of the right camera; leave stereo:=true out"),
+                ("tum.launch", ["bag:=desk.bag", "scale:=depth"],
+                 "no messages on /camera/depth/image, which scale:=depth reads; leave scale:=depth out"),
+                ("tum.launch", ["bag:=desk.bag", "rviz:=true"], "rviz needs a display and there is none: give rviz:=false"),
                 ("tum.launch", ["bag:=nowhere.bag"], "there is no file %s/nowhere.bag" % self.folder)):
             with socket.socket() as free:  # a master each: they run side by side
                 free.bind(("localhost", 0))
                 master = "http://localhost:%d" % free.getsockname()[1]
             environment = dict(os.environ, PWD=self.folder, ROS_MASTER_URI=master)
+            environment.pop("DISPLAY", None)
             launches.append((remedy, subprocess.Popen(
                 ["roslaunch", "gms_ransac", launch, "rviz:=false", *arguments], cwd=self.folder, env=environment,
                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)))
         for remedy, process in launches:
             self.assertIn(remedy, process.communicate(timeout=TIMEOUT)[0])
+
+    def test_the_end_of_the_bag_is_said_on_the_screen(self):
+        bag = self.drawn_bag("desk.bag", "/camera/rgb/image_color", "/camera/rgb/camera_info")
+        process = subprocess.Popen(["roslaunch", "gms_ransac", "tum.launch", "bag:=" + bag, "rviz:=false"],
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.terminate)
+        self.assertTrue(any("the bag has ended; the graph goes on" in line for line in process.stdout))
+
+    def test_two_cameras_of_a_kitti_folder_give_metres(self):
+        data = data_folder("kitti_06")
+        if data is None:
+            self.skipTest("kitti_06 is not here (GMS_RANSAC_DATA, ../shared/data)")
+        folder, bag, count = os.path.join(self.folder, "short"), os.path.join(self.folder, "short.bag"), 4
+        os.mkdir(folder)
+        shutil.copy(os.path.join(data, "calib.txt"), folder)
+        for camera in ("image_0", "image_1"):
+            os.mkdir(os.path.join(folder, camera))
+            for name in sorted(os.listdir(os.path.join(data, camera)))[:count]:
+                os.symlink(os.path.join(data, camera, name), os.path.join(folder, camera, name))
+        said = subprocess.check_output(["rosrun", "gms_ransac", "dataset_to_bag", folder, bag], text=True)
+        self.assertIn("the right camera is 0.537", said)
+        self.assertIn("kitti.launch variant:=odom camera:=gray_left bag:=%s stereo:=true" % bag, said)
+        stats = self.replay("kitti.launch", linger(bag), count,
+                            arguments=["variant:=odom", "camera:=gray_left", "stereo:=true"])[0]
+        self.assertEqual([s.status for s in stats], [MatchStats.FIRST_FRAME] + [MatchStats.OK] * (count - 1))
+        for each in stats[1:]:
+            self.assertNotIn("no length", each.status_text)
 
     def test_camera_info_counts_whatever_the_name_of_the_bag(self):
         """A calibration is used as it is; the factory's values are named, with the choice."""
