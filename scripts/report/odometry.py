@@ -158,7 +158,7 @@ def read_peer(path, stamps):
 
 
 def read(lines, peers):
-    """[(set, [(path, lost, nees, ms)])], a peer after ours."""
+    """[(set, [(path, lost, nees, ms, images)])], a peer after ours."""
     sets = []
     for number, records in grouped(map(json.loads, lines), lambda record: record["number"]).items():
         stamps = [record["stamp"] for record in records]
@@ -166,11 +166,18 @@ def read(lines, peers):
         scale = records[0]["scale"]
         ours = Path(scale, stamps, [matrix(record["pose"]) for record in records], truth, scale == "propagate")
         rows = [(ours, sum(not record["known"] for record in records), nees(records),
-                 mean([record["ms"] for record in records]))]
+                 mean([record["ms"] for record in records]), len(records))]
         if number < len(peers):
-            rows.append((Path("peer", stamps, read_peer(peers[number], stamps), truth), None, math.nan, math.nan))
+            peer = Path("peer", stamps, read_peer(peers[number], stamps), truth)
+            rows.append((peer, None, math.nan, math.nan, len(peer.poses)))
         sets.append((records[0]["set"], rows))
     return sets
+
+
+def without_truth(sets):
+    """A sentence for each set that cannot be compared; empty: all can."""
+    return "".join("%s: has no truth (poses.txt, groundtruth.txt, or tf from world, map or odom to the camera), so its %d "
+                   "images have no errors\n" % (name, rows[0][4]) for name, rows in sets if not len(rows[0][0].poses))
 
 
 def table(sets):
@@ -185,7 +192,7 @@ def table(sets):
     for name, rows in sets:
         for row in rows:
             cells = [(width, form, value(row)) for _, width, form, value in columns]
-            lines.append("%-20s %-9s %6d %5s" % (name, row[0].name, len(row[0].poses), "-" if row[1] is None else row[1]) +
+            lines.append("%-20s %-9s %6d %5s" % (name, row[0].name, row[4], "-" if row[1] is None else row[1]) +
                          "".join("%*s" % (width, "-" if math.isnan(figures[0]) else form % tuple(figures))
                                  for width, form, figures in cells))
     return "\n".join(lines) + "\n" + LEGEND
@@ -213,6 +220,8 @@ def plot(sets, file):
             for axis, k in ((translation, 0), (rotation, 1)):
                 axis.plot(lengths, [path.drift([length])[k] for length in lengths], marker="o", markersize=3, label=path.name)
         for axis, label in ((translation, "translation, %"), (rotation, "rotation, degrees per 100 m")):
+            if not first.parts(LENGTHS[0]):
+                axis.text(0.5, 0.5, "the path is shorter than %d m" % LENGTHS[0], ha="center", transform=axis.transAxes, fontsize=9)
             axis.set_xlabel("length of the part, m", fontsize=9)
             axis.set_ylabel(label, fontsize=9)
             axis.set_ylim(bottom=0)
@@ -223,6 +232,7 @@ def plot(sets, file):
 
 def report(lines, plot_file, peers):
     sets = read(lines, peers)
-    print(table(sets), end="")
+    print(table(sets) + without_truth(sets), end="")
+    sets = [(name, rows) for name, rows in sets if len(rows[0][0].poses)]
     if plot_file and sets:
         plot(sets, plot_file)

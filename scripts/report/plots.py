@@ -1,4 +1,5 @@
 """The paper's Figures 5, 6, 8 and 9, of the tables by name: dicts of the cells by their heading."""
+import math
 import os
 
 from report.common import grouped, pyplot
@@ -20,10 +21,14 @@ def line(axis, rows, x, label, value, low=None, high=None, **style):
                           color=drawn.get_color())
 
 
+LEAST_WIDTH = 6.4  # inches of a figure: one panel alone is wider than its share of many
+LEGEND_LINE, LEGEND_LETTER, LEGEND_HANDLE = 0.2, 0.07, 0.6  # inches, of font size 8
+
+
 def grid_of(plt, count, rows_of_panels, size=(3.2, 2.6), **options):
-    """Panels of that size, inches each."""
-    figure, axes = plt.subplots(rows_of_panels, count, figsize=(size[0] * count, size[1] * rows_of_panels), squeeze=False,
-                                **options)
+    """Panels of that size, inches each; few ones are wider."""
+    figure, axes = plt.subplots(rows_of_panels, count, figsize=(max(LEAST_WIDTH, size[0] * count), size[1] * rows_of_panels),
+                                squeeze=False, **options)
     for axis in axes.flat:
         axis.grid(True, linewidth=0.3)
         axis.tick_params(labelsize=8)
@@ -45,9 +50,14 @@ def panels_of(plt, sequences, labels):
 
 def save(figure, folder, name, legend_of=None):
     """With the legend of one of its panels below all of them, if given: inside it would cover curves."""
-    if legend_of:
-        figure.legend(*legend_of.get_legend_handles_labels(), loc="lower center", ncol=7, fontsize=8)
-    figure.tight_layout(rect=(0, 0.3 / figure.get_figheight() if legend_of else 0, 1, 1))
+    lines = 0
+    if legend_of and legend_of.get_legend_handles_labels()[1]:
+        handles, labels = legend_of.get_legend_handles_labels()
+        width = LEGEND_HANDLE + LEGEND_LETTER * max(map(len, labels))
+        columns = max(1, min(len(labels), int(figure.get_figwidth() / width)))
+        lines = math.ceil(len(labels) / columns)
+        figure.legend(handles, labels, loc="lower center", ncol=columns, fontsize=8)
+    figure.tight_layout(rect=(0, (0.1 * (lines > 0) + LEGEND_LINE * lines) / figure.get_figheight(), 1, 1))
     figure.savefig(os.path.join(folder, name + ".png"), dpi=100)
 
 

@@ -391,6 +391,11 @@ def plot(plt, folder, name, curves, draw, labels):
     save(figure, folder, name)
 
 
+def draw_risk(axis, curve, style):
+    axis.plot(curve[0], 100 * curve[1], **style)
+    axis.set_ylim(0, max(1.0, axis.get_ylim()[1]))  # where nothing is wrong: a line at 0 of 1 %
+
+
 def draw_reliability(axis, bins, style):
     bins = bins[bins[:, 0] > 0]
     axis.plot([0, 1], [0, 1], color="grey", linewidth=0.6)
@@ -401,7 +406,7 @@ def plot_all(folder, risks, bins):
     plt = pyplot()
     if not plt:
         return
-    plot(plt, folder, "risk_coverage", risks, lambda axis, curve, style: axis.plot(curve[0], 100 * curve[1], **style),
+    plot(plt, folder, "risk_coverage", risks, draw_risk,
          ("share of pairs answered, the most certain first", "wrong of these, %"))
     plot(plt, folder, "reliability", bins, draw_reliability, ("probability of a match", "share that is right"))
 

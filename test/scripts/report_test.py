@@ -18,7 +18,7 @@ except ImportError:
 
 PROJECT = next(p for p in Path(__file__).resolve().parents if (p / "scripts/report").is_dir())
 sys.path.insert(0, str(PROJECT / "scripts"))
-from report import benchmark, odometry, run, sweep, tables, trust  # noqa: E402
+from report import benchmark, odometry, plots, run, sweep, tables, trust  # noqa: E402
 from report.common import area, insert, printed, pyplot, replaced  # noqa: E402
 
 
@@ -279,8 +279,8 @@ class Odometry(unittest.TestCase):
     records = [image(k, pose_at(1.02 * k, 0.01 * (k == 11)), pose_at(k)) for k in range(12)]
 
     def path(self):
-        ((_, [(path, lost, squared, ms)]),) = odometry.read(map(json.dumps, self.records), [])
-        self.assertEqual((lost, ms), (1, 10.0))
+        ((_, [(path, lost, squared, ms, images)]),) = odometry.read(map(json.dumps, self.records), [])
+        self.assertEqual((lost, ms, images), (1, 10.0, 12))
         self.assertTrue(math.isnan(squared), "no pairs")
         return path
 
@@ -329,6 +329,49 @@ class Odometry(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             odometry.plot(odometry.read(map(json.dumps, self.records), []), folder + "/plot.png")
             self.assertGreater(Path(folder, "plot.png").stat().st_size, 10000)
+
+
+    def test_a_set_without_truth_says_so(self):
+        records = [dict(record, truth=None) for record in self.records]
+        out = io.StringIO()
+        with contextlib.redirect_stdout(out), tempfile.TemporaryDirectory() as folder:
+            odometry.report(map(json.dumps, records), folder + "/plot.png", [])
+            self.assertFalse(Path(folder, "plot.png").exists())
+        self.assertIn("s: has no truth (poses.txt, groundtruth.txt, or tf", out.getvalue())
+        self.assertEqual(out.getvalue().splitlines()[1].split()[2], "12", "images that were worked")
+
+
+class Plots(unittest.TestCase):
+    def setUp(self):
+        self.plt = pyplot()
+        if not self.plt:
+            self.skipTest("needs matplotlib")
+        self.addCleanup(self.plt.close, "all")
+
+    def test_one_panel_has_room_for_its_legend(self):
+        figure, axes = plots.grid_of(self.plt, 1, 1)
+        for k in range(12):
+            axes[0][0].plot([0, 1], [0, k], label="gms_dist_ransac")
+        with tempfile.TemporaryDirectory() as folder:
+            plots.save(figure, folder, "one", legend_of=axes[0][0])
+        size = figure.get_size_inches() * figure.dpi
+        self.assertGreaterEqual(size[0], 600)
+        legend, = figure.legends
+        box = legend.get_window_extent(figure.canvas.get_renderer())
+        self.assertTrue(0 <= box.x0 and box.x1 <= size[0] and 0 <= box.y0, box)
+        self.assertLess(box.y1, axes[0][0].get_window_extent().y0, "below the panel")
+
+    def test_nothing_wrong_is_a_line_at_zero(self):
+        figure, axes = plots.grid_of(self.plt, 1, 1)
+        trust.draw_risk(axes[0][0], (np.array([0.5, 1.0]), np.array([0.0, 0.0])), {})
+        self.assertEqual(axes[0][0].get_ylim(), (0, 1))
+
+    def test_a_short_path_says_why_its_panels_are_empty(self):
+        records = Odometry.records[:3]
+        with tempfile.TemporaryDirectory() as folder:
+            odometry.plot(odometry.read(map(json.dumps, records), []), folder + "/plot.png")
+        texts = [text.get_text() for axis in self.plt.gcf().axes for text in axis.texts]
+        self.assertEqual(texts, ["the path is shorter than 10 m"] * 2)
 
 
 class Trust(unittest.TestCase):

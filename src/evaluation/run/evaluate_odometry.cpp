@@ -62,6 +62,15 @@ OdometryOptions optionsFor(const Dataset& dataset, const std::string& scale, dou
   return options;
 }
 
+/// Throws unless the set has a pose of an image, or `out` is to hold the poses of the stream alone.
+void requireTruth(const Dataset& dataset, const std::string& out) {
+  const auto known = [](const DatasetFrame& frame) { return frame.pose.has_value(); };
+  if (!out.empty() || std::any_of(dataset.frames().begin(), dataset.frames().end(), known)) return;
+  throw std::invalid_argument(dataset.path() +
+                              ": has no truth to measure the drift against (poses.txt, groundtruth.txt, or tf from "
+                              "world, map or odom to the camera); --out FILE records the poses alone");
+}
+
 /// The upper three rows of a pose.
 std::vector<double> numbersOf(const Eigen::Isometry3d& pose) {
   const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> rows = pose.matrix().topRows<3>();
@@ -129,6 +138,7 @@ int evaluateOdometry(const Arguments& arguments) {
     if (!dataset.stamp(0)) throw std::invalid_argument(dataset.path() + ": a list of pairs is no sequence");
     const std::string chosen = scale.empty() ? usualScale(dataset, camera_height) : scale;
     const OdometryOptions of_set = optionsFor(dataset, chosen, camera_height, core);
+    requireTruth(dataset, out);
     all.push_back({dataset.name(), dataset.frames().size(), [=, &dataset] {
                      const auto odometry = std::make_shared<StreamOdometry>(of_set);
                      return [=, &dataset](size_t image) {
