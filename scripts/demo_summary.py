@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from collections import deque
 
 try:
@@ -28,6 +29,7 @@ from sensor_msgs.msg import Image
 # Image frames that some converters leave out of the tree, and the frame of the tree that stands for them.
 FRAME_ALIASES = {"camera_gray_left": "camera_left", "camera_color_left": "camera_left"}
 START_UP = 120.0  # seconds of wall time until the first answer
+RVIZ_DRAWS = 3.0  # seconds of wall time that rviz, drawn by the processor, takes to show the last image
 SILENCE = 15.0  # seconds of wall time without a new answer after which the replay is taken to be over
 
 
@@ -132,6 +134,7 @@ class DemoSummary:
 
     def capture_rviz(self):
         path = os.path.join(self.output, "rviz.png")
+        time.sleep(RVIZ_DRAWS)
         try:
             window = subprocess.check_output(["xdotool", "search", "--onlyvisible", "--name", "RViz"], text=True).split()[0]
             subprocess.check_call(["import", "-window", window, path])

@@ -102,18 +102,9 @@ void stretch(const MatchResult& result, Quantity& quantity) {
 
 /// Fills `panel` with the image as it was received, in colour or grey.
 void drawImage(const PreparedFrame& frame, cv::Mat panel) {
-  namespace encodings = sensor_msgs::image_encodings;
-  cv::Mat image = frame.grey;
   if (frame.input.keypoints) panel = kNoPixels;
+  cv::Mat image = receivedColours(frame);
   if (image.empty()) return;  // a reference from before a loss, whose pixels are gone
-  const auto& message = frame.input.image;
-  if (message && encodings::bitDepth(message->encoding) == 8 &&
-      (encodings::numChannels(message->encoding) > 1 || encodings::isBayer(message->encoding))) {
-    try {
-      image = cv_bridge::toCvShare(message, encodings::BGR8)->image;
-    } catch (const cv_bridge::Exception&) {  // channels of no known colour: as they were matched, grey
-    }
-  }
   const int filter = panel.cols < image.cols ? cv::INTER_AREA : cv::INTER_LINEAR;
   if (image.channels() == 3) return cv::resize(image, panel, panel.size(), 0, 0, filter);
   cv::resize(image, image, panel.size(), 0, 0, filter);
@@ -302,6 +293,19 @@ class Painter {
 };
 
 }  // namespace
+
+cv::Mat receivedColours(const PreparedFrame& frame) {
+  namespace encodings = sensor_msgs::image_encodings;
+  const auto& message = frame.input.image;
+  if (!frame.grey.empty() && message && encodings::bitDepth(message->encoding) == 8 &&
+      (encodings::numChannels(message->encoding) > 1 || encodings::isBayer(message->encoding))) {
+    try {
+      return cv_bridge::toCvShare(message, encodings::BGR8)->image;
+    } catch (const cv_bridge::Exception&) {  // channels of no known colour: as they were matched, grey
+    }
+  }
+  return frame.grey;
+}
 
 cv::Scalar qualityColor(float quality) {
   static const cv::Mat colors = [] {

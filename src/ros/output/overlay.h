@@ -18,6 +18,9 @@ cv::Scalar qualityColor(float quality);
 /// Colour of a MatchStats status, BGR; black text on it is legible. From the palette of Okabe and Ito.
 cv::Scalar statusColor(uint8_t status);
 
+/// The pixels of a frame for people: BGR as they were received, grey where they have no known colours; empty: none.
+cv::Mat receivedColours(const PreparedFrame& frame);
+
 struct OverlayOptions {
   OverlayColour colour = OverlayColour::kResidual;
   OverlayLayout layout = OverlayLayout::kFlow;

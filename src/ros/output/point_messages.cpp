@@ -37,11 +37,14 @@ float depthAt(const cv::Mat& depth, const cv::Point2f& pixel) {
   return std::isfinite(metres) && metres > 0 ? metres : -1;
 }
 
-constexpr double kFrustumDepth = 1;       // of the drawn cameras, in units of the translation
-constexpr double kLeastMetricStep = 0.4;  // metres: a smaller camera could not be seen
+constexpr double kFrustumOfScene = 0.12;  // of the drawn cameras, as a share of the scene's median depth
+constexpr double kLeastMetricStep = 0.4;  // metres: of a drawn camera where that depth is not known
 constexpr double kFlowWidth = 0.002;      // of the drawn lines at depth 1
-constexpr double kFrustumWidth = 0.06;    // of its lines, in the same unit
-constexpr double kNameHeight = 0.25;      // of its name, in the same unit
+constexpr double kFrustumWidth = 0.06;    // of its lines, in its size
+constexpr double kNameHeight = 0.35;      // of its name, in its size
+// A drawn point has the mean colour of its patch, brightened so that it is seen before a dark background.
+constexpr int kPatchRadius = 2;
+constexpr double kDarkest = 45, kBrighter = 1.2;
 // Depth over its standard deviation from which on a triangulated point is published.
 constexpr double kKnownDepth = 5;
 
@@ -107,6 +110,38 @@ double knownDepth(const ProcessedFrame& processed, const Triangulation& points, 
                                                                      : 0;
 }
 
+/// BGR around a pixel.
+cv::Scalar patchColour(const cv::Mat& image, const cv::Point2f& pixel) {
+  const cv::Point corner(cvRound(pixel.x) - kPatchRadius, cvRound(pixel.y) - kPatchRadius);
+  const cv::Rect patch =
+      cv::Rect(corner, cv::Size(2 * kPatchRadius + 1, 2 * kPatchRadius + 1)) & cv::Rect({}, image.size());
+  if (patch.empty()) return cv::Scalar::all(255);
+  cv::Scalar colour = cv::mean(image(patch));
+  if (image.channels() == 1) colour = cv::Scalar::all(colour[0]);
+  return cv::Scalar::all(kDarkest) + colour * kBrighter;
+}
+
+/// Median of the known depths; 0: none is.
+double sceneDepth(const ProcessedFrame& processed) {
+  if (processed.points == nullptr || processed.status != MatchStats::OK) return 0;
+  std::vector<double> depths;
+  for (int i = 0; i < processed.points->size(); ++i) {
+    const double depth = knownDepth(processed, *processed.points, i);
+    if (depth > 0) depths.push_back(depth);
+  }
+  if (depths.empty()) return 0;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return *middle;
+}
+
+/// Size of the drawn cameras, in the unit of the pose.
+double frustumSize(const ProcessedFrame& processed) {
+  const double scene = sceneDepth(processed), length = processed.pose.t.norm();
+  if (scene > 0) return kFrustumOfScene * scene;
+  return processed.metric_scale ? std::max(length, kLeastMetricStep) : length > 0 ? length : 1;
+}
+
 }  // namespace
 
 sensor_msgs::PointCloud featureMessage(const PreparedFrame& current, const std::vector<Feature>& features,
@@ -139,14 +174,17 @@ sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Tr
   cloud.header = processed.current->header;
   sensor_msgs::PointCloud2Modifier modifier(cloud);
   using sensor_msgs::PointField;
-  modifier.setPointCloud2Fields(5, "x", 1, PointField::FLOAT32, "y", 1, PointField::FLOAT32, "z", 1,
-                                PointField::FLOAT32, "intensity", 1, PointField::FLOAT32, "id", 1, PointField::UINT32);
+  modifier.setPointCloud2Fields(6, "x", 1, PointField::FLOAT32, "y", 1, PointField::FLOAT32, "z", 1,
+                                PointField::FLOAT32, "intensity", 1, PointField::FLOAT32, "id", 1, PointField::UINT32,
+                                "rgb", 1, PointField::FLOAT32);
+  const cv::Mat image = receivedColours(*processed.current);
   std::vector<double> depths;
   depths.reserve(static_cast<size_t>(points.size()));
   for (int i = 0; i < points.size(); ++i) depths.push_back(knownDepth(processed, points, i));
   modifier.resize(depths.size() - static_cast<size_t>(std::count(depths.begin(), depths.end(), 0)));
   sensor_msgs::PointCloud2Iterator<float> xyz(cloud, "x"), intensity(cloud, "intensity");
   sensor_msgs::PointCloud2Iterator<uint32_t> id(cloud, "id");
+  sensor_msgs::PointCloud2Iterator<uint8_t> blue(cloud, "b");
   for (int i = 0; i < points.size(); ++i) {
     const double depth = depths[static_cast<size_t>(i)];
     if (depth == 0) continue;
@@ -154,6 +192,10 @@ sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Tr
     std::copy(p.data(), p.data() + 3, &xyz[0]);
     *intensity = processed.result->probability(static_cast<size_t>(points.match[i]));
     *id = (*processed.track_ids)[points.match[i]];
+    const int keypoint = processed.result->matches[static_cast<size_t>(points.match[i])].current;
+    const cv::Scalar bgr = patchColour(image, processed.current->frame.features.keypoints[keypoint].pt);
+    for (int channel = 0; channel < 3; ++channel) blue[channel] = cv::saturate_cast<uint8_t>(bgr[channel]);
+    ++blue;
     ++xyz;
     ++intensity;
     ++id;
@@ -183,18 +225,19 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
   if (!processed.poseValid()) return message;
 
   const Eigen::Isometry3d reference = toIsometry(processed.pose).inverse();
-  const double length = processed.pose.t.norm();
-  const double step = processed.metric_scale ? std::max(length, kLeastMetricStep) : length > 0 ? length : 1;
-  visualization_msgs::Marker current_view = lines(processed.current->header, "current", kFrustumWidth * step);
+  const double size = frustumSize(processed);
+  visualization_msgs::Marker current_view = lines(processed.current->header, "current", kFrustumWidth * size);
   current_view.color = color(1);
-  addFrustum(camera, Eigen::Isometry3d::Identity(), kFrustumDepth * step, current_view);
-  visualization_msgs::Marker reference_view = lines(processed.current->header, "reference", kFrustumWidth * step);
+  addFrustum(camera, Eigen::Isometry3d::Identity(), size, current_view);
+  visualization_msgs::Marker reference_view = lines(processed.current->header, "reference", kFrustumWidth * size);
   reference_view.color = color(0);
-  addFrustum(camera, reference, kFrustumDepth * step, reference_view);
+  addFrustum(camera, reference, size, reference_view);
   message.markers.push_back(current_view);
   message.markers.push_back(reference_view);
-  message.markers.push_back(nameOf(current_view, "now", 0, kNameHeight * step));
-  message.markers.push_back(nameOf(reference_view, "reference", 1, kNameHeight * step));
+  message.markers.push_back(nameOf(current_view, "now", 0, kNameHeight * size));
+  // Closer together the names would cover each other.
+  if (processed.pose.t.norm() > size)
+    message.markers.push_back(nameOf(reference_view, "reference", 1, kNameHeight * size));
   return message;
 }
 

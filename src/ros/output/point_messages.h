@@ -20,7 +20,7 @@ sensor_msgs::PointCloud featureMessage(const PreparedFrame& current, const std::
                                        FeatureLayout layout);
 
 /// Valid points in the current optical frame: x, y, z in units of the published translation, intensity (probability),
-/// track id.
+/// track id, rgb (colour of the image at the point; grey of a grey image, white without pixels).
 sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Triangulation& points);
 
 /// Flow of the inliers at unit depth, coloured by probability, and the frustums of both cameras; in the current frame.

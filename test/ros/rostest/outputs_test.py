@@ -92,15 +92,20 @@ class Outputs(unittest.TestCase):
         client.wait(lambda: len(clouds) == 4 and len(markers) == 5, "points of every pair and markers of every image")
         depths = np.array([board[0] for board in self.scene.boards])
         for cloud in clouds:
-            self.assertEqual([f.name for f in cloud.fields], ["x", "y", "z", "intensity", "id"])
+            self.assertEqual([f.name for f in cloud.fields], ["x", "y", "z", "intensity", "id", "rgb"])
             points = np.array(list(sensor_msgs.point_cloud2.read_points(cloud, ("x", "y", "z", "intensity"))))
             self.assertGreater(len(points), 100)
             # ~scale fixed holds the true step, so depths are metres. Four percent of the farthest board is half a pixel.
             self.assertLess(np.median(np.min(np.abs(points[:, 2:3] / depths - 1), axis=1)), 0.04)
             self.assertTrue(np.all((points[:, 3] >= 0) & (points[:, 3] <= 1)))
+            colours = np.frombuffer(cloud.data, np.uint8).reshape(-1, cloud.point_step)[:, cloud.fields[5].offset:][:, :3]
+            self.assertTrue(np.all(colours == colours[:, :1]), "grey as the images")
+            self.assertGreater(np.ptp(colours[:, 0]), 20, "and not all the same")
         self.assertEqual(markers[-1].markers[0].action, Marker.DELETEALL)
-        self.assertEqual([m.ns for m in markers[-1].markers[1:]], ["flow", "current", "reference", "names", "names"])
-        self.assertEqual([m.text for m in markers[-1].markers[4:]], ["now", "reference"])
+        self.assertEqual([m.ns for m in markers[-1].markers[1:]], ["flow", "current", "reference", "names"])
+        self.assertEqual(markers[-1].markers[4].text, "now", "the name of a reference this close would cover it")
+        corner = vector(markers[-1].markers[2].points[1])
+        self.assertTrue(0.08 * depths.min() < corner[2] < 0.15 * depths.max(), "the frustum is as large as the scene: %s" % corner)
         self.assertEqual(len(markers[-1].markers[1].points), len(markers[-1].markers[1].colors))
 
     def test_depth_gives_metres_and_images_without_it_the_usual_length(self):
