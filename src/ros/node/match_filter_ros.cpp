@@ -65,6 +65,7 @@ class MatchFilterRos {
         prepared_(1),
         graph_watch_(parameters_.name) {
     const RuntimeOptions start = readRuntimeOptions(pnh_, parameters_);
+    const std::string settings = settingsText(pnh_);  // before rounded values are written back for reconfiguration
     for (const std::string& sentence : parametersWithoutEffect(pnh_, parameters_)) {
       ROS_WARN_STREAM(parameters_.name << ": parameter " << sentence);
     }
@@ -90,9 +91,8 @@ class MatchFilterRos {
     ros::NodeHandle watch(nh_);
     watch.setCallbackQueue(&watch_queue_);
     diagnostics_ = std::make_unique<Diagnostics>(watch, pnh_, parameters_);
-    ROS_INFO_STREAM(parameters_.name << ": method " << start.processor.core.method << ", model "
-                                     << toString(start.processor.core.robust.model) << ", OpenCV " << CV_VERSION
-                                     << "; subscribes to " << input_->imageTopic()
+    ROS_INFO_STREAM(parameters_.name << ": " << settings << "; all other parameters have their defaults; OpenCV "
+                                     << CV_VERSION << "; subscribes to " << input_->imageTopic()
                                      << whenSubscribed(parameters_.always_subscribe, start.outputs));
     if (parameters_.input == InputKind::kKeypoints) {
       ROS_INFO_STREAM(

@@ -183,6 +183,26 @@ void setParameters(const ParameterValues& values, RuntimeOptions& options) {
   if (!problem.empty()) throw std::invalid_argument(problem);
 }
 
+std::string settingsText(const ros::NodeHandle& pnh) {
+  std::string always, others;
+  const auto add = [&](const auto& table) {
+    for (const Parameter& parameter : table) {
+      const bool decides = parameter.name == "input" || parameter.name == "scale" || parameter.name == "method";
+      XmlRpc::XmlRpcValue raw;
+      std::optional<ParameterValue> value;
+      if (pnh.getParam(parameter.name, raw)) value = valueOf(raw, parameter);
+      if (value) value = parameter.take(*value);
+      const bool as_usual = !value || *value == parameter.default_value;
+      if (as_usual && !decides) continue;
+      (decides ? always : others) += ", ~" + parameter.name + " " + toText(value.value_or(parameter.default_value));
+    }
+  };
+  add(startParameters());
+  add(coreParameters());
+  add(liveParameters());
+  return (always + others).substr(2);
+}
+
 std::vector<std::string> parametersWithoutEffect(const ros::NodeHandle& pnh, const Parameters& parameters) {
   const bool ground = parameters.scale == ScaleMode::kGround,
              imu = parameters.rotation_prior == RotationPriorKind::kImu;

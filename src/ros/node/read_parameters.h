@@ -31,6 +31,10 @@ RuntimeOptions readRuntimeOptions(const ros::NodeHandle& pnh, const Parameters& 
 /// Sets the values of parameters that can change. Throws std::invalid_argument that names all that are refused.
 void setParameters(const ParameterValues& values, RuntimeOptions& options);
 
+/// "~input stream, ~scale unit, ~features 1000": the choices that decide what is published, and every parameter that is
+/// not at its default, be it left by an earlier launch.
+std::string settingsText(const ros::NodeHandle& pnh);
+
 /// A sentence for each parameter set in the private namespace that neither the node nor its image transports know, or
 /// that the other parameters leave without a use.
 std::vector<std::string> parametersWithoutEffect(const ros::NodeHandle& pnh, const Parameters& parameters);

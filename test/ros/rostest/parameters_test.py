@@ -59,7 +59,7 @@ class Parameters(unittest.TestCase):
         for name, value in (("inlier_threshold_px", 2), ("max_frame_gap", 2), ("fixed_scale", 3), ("diagnostic_period", 2),
                             ("featuers", 100), ("imu_frame", "imu"), ("camera_height", 1.5), ("prior_frame", ""), ("camera", {"fx": 500, "fy": 500, "cx": 320, "cy": 240})):
             rospy.set_param("whole/" + name, value)
-        process = subprocess.Popen(["rosrun", "gms_ransac", "match_filter_node", "__name:=whole"],
+        process = subprocess.Popen(["stdbuf", "-oL", "rosrun", "gms_ransac", "match_filter_node", "__name:=whole"],
                                    stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         try:
             rospy.wait_for_service("whole/reset", TIMEOUT)
@@ -67,6 +67,11 @@ class Parameters(unittest.TestCase):
         finally:
             process.terminate()
             said = process.communicate()[0]
+        first = next(line for line in said.splitlines() if "subscribes to" in line)
+        for setting in ("~input stream", "~scale unit", "~method lo_prosac", "~max_frame_gap 2", "~fixed_scale 3"):
+            self.assertIn(setting + ",", first.replace(";", ","), "what decides, and what is not at its default")
+        for usual in ("~features", "~prior_frame", "~drop_frames"):
+            self.assertNotIn(usual, first)
         without_effect = sorted(line.split("parameter ")[1].split("\x1b")[0] for line in said.splitlines() if "is set, but" in line)
         self.assertEqual(without_effect, [
             "/whole/camera_height is set, but has no effect without ~scale ground",
