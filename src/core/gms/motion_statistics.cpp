@@ -17,8 +17,8 @@ constexpr int kScales = 5;
 constexpr int kPaperGrid = 20;
 constexpr double kPaperThresholdFactor = 6.0;
 
-// Cells of 6 matches give the best poses where matches are few (doc/motion_statistics.md). The threshold only spares
-// what nobody votes for.
+// Cells of 6 matches give the best poses where matches are few (doc/motion_statistics.md). The threshold leaves
+// out matches without any support.
 constexpr double kMatchesPerCell = 6.0;
 constexpr double kEvidenceThresholdFactor = 1.0;
 constexpr double kMostCells = 400;  ///< as in the paper; with more, the vote matrix leaves the cache

@@ -51,7 +51,7 @@ PoseSquare sandwich(const Columns& rows, const Columns& scatter, const Columns& 
   return result;
 }
 
-/// The curvature by the pose, less the part of the direction's that noise of the points feigns.
+/// The curvature by the pose, without the information on the direction that noise of the points only seems to hold.
 PoseSquare withoutFeigned(const PoseInformation& all, double variance) {
   PoseSquare told = all.ofPose();
   // Information on the direction if the rotation is unknown.

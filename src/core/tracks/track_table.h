@@ -9,8 +9,8 @@
 namespace gms_ransac {
 
 /// Inlier matches carry the id of the reference keypoint to the current one; a new match gets a new id. Ids start at 1
-/// and are never used twice, 0 is "not followed". An id's images follow on each other without a gap; only an image
-/// without any inlier ends no track.
+/// and are never used twice, 0 is "not followed". The images of an id follow on each other without a gap.
+/// An image without any inlier is skipped: it ends no track.
 class TrackTable {
  public:
   /// Links reference to current keypoints. If several inliers share a current keypoint, the one of smallest

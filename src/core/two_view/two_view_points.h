@@ -16,8 +16,8 @@
 namespace gms_ransac {
 
 /// Normalised coordinates for the essential matrix; otherwise each image is centred and both are divided by one scale.
-/// The columns stand in a pseudo-random order, so that the first of them are a random part. Nothing else knows it: a
-/// search counts columns, and what leaves it is in the order of the matches.
+/// The columns stand in a pseudo-random order, so that the first of them are a random part. This order is
+/// internal: a search counts columns, and its results are in the order of the matches.
 class TwoViewPoints {
  public:
   /// The noise of a keypoint, and the threshold with it, grows as scale_factor^(noise_exponent * octave). `camera` may

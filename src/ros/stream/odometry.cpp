@@ -22,7 +22,7 @@ double addInLine(double size, double& missed) {
   return missed * missed - before;
 }
 
-/// A motion whose direction alone is known: taken to be about so long; 0: that is not known either.
+/// Gives a motion of known direction the usual length, with a variance to match; 0: the usual length is not known.
 RelativePose withUsualLength(RelativePose motion, double length) {
   if (length == 0) {
     makePublishable(false, SigmaFloor{0, 0}, motion);

@@ -34,7 +34,7 @@ class Recovery {
   std::vector<size_t> next();
   /// Releases pixels that no answer shows any more. `reference`: of the last answer.
   void dropPixels(const PreparedFrame* reference);
-  /// The way back is found: hands over that stream, and drops those that are newer and do not show it.
+  /// Hands over the kept stream that the image continues, and forgets the newer ones, which show another place.
   Stream takeOut(size_t index);
 
  private:
