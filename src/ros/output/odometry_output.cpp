@@ -98,10 +98,15 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
   OdometryEstimate estimate = processed.place->base(*camera_in_base);
   const std::string& moving_frame = parameters_.base_frame.empty() ? header.frame_id : parameters_.base_frame;
   if (!parameters_.givesMetres()) {
-    if (listeners() > static_cast<int>(path_publisher_.getNumSubscribers())) {
+    // A filter that fuses rotations, as example_robot_localization.launch has it, reads ~twist alone.
+    if (hasSubscriber(odom_) || hasSubscriber(pose_) || hasSubscriber(transform_)) {
       throttle_.warnOnce("no metres",
                          "~odom, ~pose and ~twist are not in metres with ~scale unit or propagate: their "
                          "velocities have variances of 1e6; set ~scale to depth, fixed, odometry or ground for metres");
+    } else if (hasSubscriber(twist_)) {
+      throttle_.infoOnce("no metres in ~twist",
+                         "the linear velocity of ~twist is not in metres with ~scale unit or propagate and has a "
+                         "variance of 1e6: fuse its rotation alone");
     }
     // The origin is known; a filter that starts there and hears of it later does not move by what follows. No velocity
     // is the same in any unit.

@@ -70,6 +70,17 @@ class OdometryTest(unittest.TestCase):
 
         return step
 
+    def test_only_readers_of_positions_are_warned_that_they_are_not_in_metres(self):
+        said = said_by("for_an_ekf")
+        warnings = lambda: [line for line in said if "~odom, ~pose and ~twist are not in metres" in line]
+        client, twist = self.client("for_an_ekf", twist=TwistWithCovarianceStamped)
+        step = self.walk(client)
+        client.wait(lambda: step() and twist, "a velocity")
+        client.wait(lambda: [line for line in said if "fuse its rotation alone" in line], "what the recipe does")
+        self.assertEqual(warnings(), [])
+        client.subscribe("odom", Odometry, [])
+        client.connect().wait(lambda: step() and warnings(), "the warning")
+
     def test_of_the_camera(self):
         client, odom, twist = self.run_filter("of_camera", "/camera_a")
         first = odom[0]
@@ -253,4 +264,4 @@ if __name__ == "__main__":
         of_base=dict(with_tf, base_frame="base_c"),
         owned=dict(with_tf, odom_frame="odom_owned", publish_relative_tf=False),
         inverted=dict(with_tf, odom_frame="odom_inverted", invert_odom_tf=True, publish_relative_tf=False),
-        standing={"scale": "propagate"}, nameless=with_tf, contested={})
+        standing={"scale": "propagate"}, nameless=with_tf, contested={}, for_an_ekf={})
