@@ -3,6 +3,7 @@
 #include <time.h>
 
 #include <cv_bridge/cv_bridge.h>
+#include <ros/console.h>
 #include <boost/make_shared.hpp>
 
 #include "priors/motion_priors.h"
@@ -41,6 +42,13 @@ Parameters parametersOf(const OdometryOptions& options) {
   return parameters;
 }
 
+/// What the node reports of itself would stand among the tables of a program; warnings stay.
+void leaveOutInformation() {
+  if (ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Warn)) {
+    ros::console::notifyLoggerLevelsChanged();
+  }
+}
+
 double processorSeconds() {
   timespec now{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
@@ -55,6 +63,7 @@ struct StreamOdometry::Implementation {
         parameters(parametersOf(given)),
         processor(parameters, "image", "camera_info",
                   parameters.usesSensors() ? std::make_shared<MotionPriors>(parameters) : nullptr) {
+    leaveOutInformation();
     ProcessorOptions processing;
     processing.core = options.core;
     processor.setOptions(processing);

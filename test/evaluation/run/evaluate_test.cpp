@@ -388,6 +388,7 @@ TEST_F(EvaluateTest, OdometryOfTwoCamerasIsMetric) {
                                    path("plot.png") + " --out " + path("records.jsonl"));
   ASSERT_EQ(outcome.status, 0) << outcome.text;
   EXPECT_NE(outcome.text.find("t, r 10 m"), std::string::npos) << outcome.text;
+  EXPECT_EQ(outcome.text.find("INFO"), std::string::npos) << "the node's own lines: " << outcome.text;
   EXPECT_FALSE(cv::imread(path("plot.png")).empty());
   std::istringstream ours(outcome.text.substr(outcome.text.find("\ndrive  ")));
   std::string set, scale;
