@@ -21,7 +21,8 @@ enum class Status : uint8_t {
   kGmsRejected = 4,      ///< fewer than kMinimumMatches left by the filter
   kRansacFailed = 5,     ///< no model that explains at least kMinimumMatches of the matches
   kLowParallax = 6,      ///< rotation is good, the direction of translation is not observable
-  kUncalibrated = 7      ///< correspondences only, no pose
+  kUncalibrated = 7,     ///< correspondences only, no pose
+  kMotionUnknown = 11    ///< a model explains the matches, but different rotations do as well: no pose
 };
 std::string toString(Status status);  ///< "OK", "FIRST_FRAME", ...
 

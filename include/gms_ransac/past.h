@@ -8,16 +8,20 @@
 #include <Eigen/Core>
 
 #include "gms_ransac/relative_pose.h"
+#include "gms_ransac/shutter.h"
 
 namespace gms_ransac {
 
 /// Given to MatchFilter::filter with each pair of a stream, which updates it; a stream starts with an empty one. Copy
 /// it to try a pair that may not become part of the stream.
 struct Past {
-  std::optional<TwoViewPose> motion;                    ///< of the last pair, where the next search starts
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< of translation, last known, in the current camera's axes
-  Eigen::Vector3d guess = Eigen::Vector3d::Zero();      ///< the same of the last pair, known or not; zero: no pose
-  int steady = 0;  ///< pairs in that direction, a few at most; a pair that does not show it takes one away
+  std::optional<TwoViewPose> motion;  ///< of the last pair, where the next search starts
+  /// Directions of translation, in the axes of the next pair's reference and of the last current image: the last known
+  /// one, and that of the last pair, known or not; zero: none.
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero(), guess = Eigen::Vector3d::Zero();
+  Eigen::Vector3d current_direction = Eigen::Vector3d::Zero(), current_guess = Eigen::Vector3d::Zero();
+  int steady = 0;           ///< pairs in that direction, a few at most; a pair that does not show it takes one away
+  ShutterEstimate shutter;  ///< the camera's, by all pairs of the stream
   /// 1 for each keypoint that the motion explained, in the reference of the next pair and in the last current image.
   std::vector<uint8_t> reference_static, current_static;
 
@@ -27,7 +31,12 @@ struct Past {
     return k < reference_static.size() && reference_static[k] != 0;
   }
   /// The current image of the last pair becomes the reference of the next; not to be called where a reference is kept.
-  void advance() { reference_static.swap(current_static); }
+  void advance() {
+    reference_static.swap(current_static);
+    direction = current_direction;
+    guess = current_guess;
+    shutter.advance();
+  }
 };
 
 }  // namespace gms_ransac

@@ -45,13 +45,17 @@ struct RobustOptions {
   double max_direction_sigma = 10;
   double calibration_sigma = 0;  ///< relative uncertainty of the focal length, and of the principal point in focal
                                  ///< lengths: widens the covariance
-  /// Rolling shutter: seconds from the first row to the last; 0: global shutter. Points are moved to where the camera
-  /// saw them when it read the middle row.
-  double rolling_shutter_readout = 0;
+  /// Seconds from the first row of an image to the last. Above 0: a rolling shutter, and points are moved to where the
+  /// camera saw them when it read the middle row. 0: a global shutter. Below 0: unknown, so an answer that a rolling
+  /// shutter would explain as well is not OK, unless the stream has shown that there is none.
+  double rolling_shutter_readout = -1;
   /// Robust least squares on the matches near the best model. `lo_prosac` always does.
   bool refine = true;
   SimdLevel simd = detectSimdLevel();
 
+  bool mayRoll(bool stream_shows_global) const {
+    return rolling_shutter_readout > 0 || (rolling_shutter_readout < 0 && !stream_shows_global);
+  }
   double inlierThreshold() const { return inlier_threshold_px.value_or(model == ModelType::kHomography ? 3.0 : 1.0); }
   void validate() const;
 };

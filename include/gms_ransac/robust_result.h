@@ -9,6 +9,7 @@
 
 #include "gms_ransac/relative_pose.h"
 #include "gms_ransac/robust_options.h"
+#include "gms_ransac/shutter.h"
 
 namespace gms_ransac {
 
@@ -69,6 +70,7 @@ struct Judgement {
   /// if noise were all; of real pairs with a good calibration 5 to 80 % lie above (doc/judgement.md).
   double camera_misfit = 0;
   CameraParameter misfit_parameter = CameraParameter::kFocalLength;
+  RowRates row_rates;  ///< for ShutterEstimate
 
   /// Standard deviation of a keypoint's coordinates, undistorted pixels: sigma_px scale_factor^(noise_exponent octave).
   double sigma(int octave, float scale_factor) const;

@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 
 #include "judgement/candidates.h"
+#include "two_view/pose_model.h"
 #include "two_view/translation_variance.h"
 #include "two_view/two_view_points.h"
 
@@ -38,6 +39,24 @@ void refuse(DirectionDoubt doubt, RobustResult& robust) {
   robust.translation_observable = false;
   robust.doubt = doubt;
   setTranslationVariance(kAnyDirection, robust.pose.covariance);
+}
+
+/// Another rotation may be the right one: the covariance of this one gets the square of the step to it.
+void widen(const Eigen::Matrix3d& other, RelativePose& pose) {
+  const Eigen::Vector3d step = rotationVector(other * pose.R.transpose());
+  pose.covariance.bottomRightCorner<3, 3>() += step * step.transpose();
+}
+
+/// Remembers directions in the axes of the current camera, and what the pair shows of the shutter.
+void remember(const MatchResult& result, Past& past) {
+  const RobustResult& robust = result.robust;
+  past.motion = robust.optimum;
+  const Eigen::Matrix3d to_current = robust.pose.R.transpose();
+  past.current_guess = robust.pose_found ? Eigen::Vector3d(to_current * robust.pose.t) : Eigen::Vector3d::Zero();
+  past.current_direction = to_current * (robust.translation_observable ? robust.pose.t : past.direction);
+  if (!robust.pose_found) return;
+  const Eigen::Vector3d turned = rotationVector(to_current);
+  past.shutter.add({turned.x(), turned.y(), turned.z()}, result.pairs.seconds, robust.row_rates);
 }
 
 /// Notes which keypoints of the current image are static: those that the motion explains; without one, those that were.
@@ -73,7 +92,10 @@ void Continuity::follow(Method& method, const Camera& camera, const RobustOption
       if (past.steady >= kSteady) robust.reject();
       if (!robust.pose_found) robust.doubt = DirectionDoubt::kDiscontinuity;
     } else if (!isSame(alone_.pose.t, robust.pose.t)) {
-      if (!alone_.translation_observable || !continues(alone_)) refuse(DirectionDoubt::kDiscontinuity, alone_);
+      if (!alone_.translation_observable || !continues(alone_)) {
+        refuse(DirectionDoubt::kDiscontinuity, alone_);
+        widen(robust.pose.R, alone_.pose);
+      }
       take(camera, result);
     }
   }
@@ -83,14 +105,12 @@ void Continuity::follow(Method& method, const Camera& camera, const RobustOption
     refuse(DirectionDoubt::kUnconfirmed, robust);
   }
   label(result, past);
-  past.motion = robust.optimum;
-  past.guess = robust.pose_found ? Eigen::Vector3d(robust.pose.R.transpose() * robust.pose.t) : Eigen::Vector3d::Zero();
   if (!robust.translation_observable) {
     past.steady = std::max(0, past.steady - 1);
-    return;
+  } else {
+    past.steady = continues(robust) ? std::min(past.steady + 1, kMostSteady) : 1;
   }
-  past.steady = continues(robust) ? std::min(past.steady + 1, kMostSteady) : 1;
-  past.direction = robust.pose.R.transpose() * robust.pose.t;
+  remember(result, past);
 }
 
 void Continuity::select(const Past& past, const MatchResult& result) {

@@ -162,6 +162,7 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
   if (prior != nullptr) result.pairs.rotation_prior = *prior;
   if (past != nullptr) {
     result.pairs.previous_motion = past->motion;
+    result.pairs.global_shutter = past->shutter.shutter() == Shutter::kGlobal;
     past->current_static.clear();
   }
   if (reference.stamp && current.stamp) result.pairs.seconds = *current.stamp - *reference.stamp;

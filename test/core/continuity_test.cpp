@@ -135,9 +135,24 @@ TEST(Continuity, ADirectionThatThePairBeforeDidNotShowMustBeKnownTwiceAsWell) {
   EXPECT_TRUE(refused.robust.pose_found);
   EXPECT_EQ(refused.robust.doubt, DirectionDoubt::kUnconfirmed);
   EXPECT_TRUE(answer(scene, 1, 0, options, alone.robust.pose.t).ok());
-  EXPECT_TRUE(answer(scene, 1, 0, options, refused.past.guess).ok()) << "what is refused confirms the next pair";
+  EXPECT_TRUE(answer(scene, 1, 0, options, refused.past.current_guess).ok())
+      << "what is refused confirms the next pair";
   options.max_direction_sigma = 2.5 * sigma;
   EXPECT_TRUE(answer(scene, 1, 0, options, Eigen::Vector3d::Zero()).ok());
+}
+
+TEST(Continuity, DirectionsRotateWithTheCameraAndStayWithAReferenceThatIsHeld) {
+  TwoViewSceneOptions options;
+  options.outlier_ratio = 0;
+  options.translation.setZero();
+  options.rotation = {0, 0.4, 0};
+  const TwoViewScene scene = makeTwoViewScene(options);
+  Answer rotated = answer(scene, 1, 4);
+  ASSERT_FALSE(rotated.ok());
+  const Eigen::Vector3d before(0, 0, 1);
+  EXPECT_EQ(rotated.past.direction, before) << "the next image may be compared with the same reference";
+  rotated.past.advance();
+  EXPECT_LT(directionError(rotated.past.direction, scene.R * before), 2);
 }
 
 TEST(Continuity, OnlyWhatTheMotionExplainsIsStaticForTheNextPair) {

@@ -105,11 +105,28 @@ struct Model {
   SomeVector weighed_;           ///< the scores by its inverse; empty where they tell nothing of these errors
 };
 
+/// Scores of the rates by row, weighed by their scatter; zero where that is singular.
+RowRates rowRatesOf(const Scores& scores) {
+  constexpr int kFirst = DerivativeColumn::kRowsReference - kPoseParameters, kCount = 6;
+  using Square = Eigen::Matrix<double, kCount, kCount>;
+  Square scatter = scores.scatter.block<kCount, kCount>(kFirst, kFirst);
+  scatter.diagonal() *= 1 + kRounding;
+  const Square information = scores.information.block<kCount, kCount>(kFirst, kFirst);
+  const Eigen::LLT<Square> factors(scatter);
+  RowRates rates;
+  if (factors.info() != Eigen::Success) return rates;
+  const Eigen::Matrix<double, kCount, 1> score = factors.solve(scores.score.segment<kCount>(kFirst));
+  Eigen::Map<Eigen::Matrix<double, kCount, 1>>(rates.score.data()) = information * score;
+  Eigen::Map<Square>(rates.information.data()) = information * factors.solve(information);
+  return rates;
+}
+
 }  // namespace
 
 CameraTest testCamera(const PoseInformation& all, const PoseSquare& inverse) {
   const Scores scores = scoresOf(all, inverse);
   CameraTest test;
+  test.rates = rowRatesOf(scores);
   std::array<Model, 1u << kGroups.size()> models;  // one for each set of groups that err, as bits
   double largest = 0;
   for (unsigned groups = 1; groups < models.size(); ++groups) {

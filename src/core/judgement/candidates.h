@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <vector>
 
 #include <Eigen/Core>
@@ -53,6 +54,16 @@ struct RefinedPose {
   const MatchNoise& noise;     ///< at the pose
 };
 
+/// A rotation that the camera may have made where its translation is unknown.
+struct Explanation {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();       ///< from reference to current
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of w in R <- exp(w) R
+  double against = 0;                                    ///< vuongStatistic of the pose against it
+};
+
+/// Mean and covariance of rotations of which one is true, each as likely as the evidence for it.
+Explanation togetherOf(std::initializer_list<Explanation> explanations);
+
 /// A row of the table.
 struct Candidate {
   DirectionDoubt doubt;  ///< that it raises if it stands
@@ -76,10 +87,14 @@ class Candidates {
 
   /// Fits the rotation and empties the table. `noise`: measured at a pose with rotation `start`.
   void fitRotation(const PointColumnsView& points, const Eigen::Matrix3d& start, const MatchNoise& noise);
-  /// After that: its covariance, in the reference camera's frame.
+  /// After that: its covariance, of w in R <- exp(w) R.
   Eigen::Matrix3d rotationCovariance(const PointColumnsView& points) const;
-  /// After that: compares it with the pose, and with a rolling shutter. The first two rows.
-  void compareRotations(const RefinedPose& refined);
+  /// After that: compares it with the pose, alone and, unless the shutter is global, with a rolling shutter. The first
+  /// two rows.
+  void compareRotations(const RefinedPose& refined, bool shutter_may_roll);
+  /// After that: the rotation that is known without a translation, from the pose's own (`covariance` of its rotation),
+  /// the rotation alone and a rotation past a plane, which few views tell apart.
+  Explanation rotationWithoutTranslation(const RefinedPose& refined, const Eigen::Matrix3d& covariance);
   /// After that: refines each of `motions` as the pose was, on a part of the matches first, and compares it.
   /// `direction_sigma`: of the pose, radians; `camera_decides`: true if plausible calibration errors could change the
   /// direction, and so whether near and far are exchanged.
@@ -99,8 +114,12 @@ class Candidates {
   void countStatic(const RefinedPose& refined);
   /// The comparison with the candidate whose costs, at most `most`, are those of the first `count` matches.
   double against(const TwoViewPoints& points, int count, float most) const;
+  /// Matches for each cell that has some: so many count as one observation beside a prior.
+  static double matchesOfCell(const std::vector<int32_t>& cells);
   /// The rotation with rolling shutter is fitted by reweighted least squares.
   double againstRolling(const TwoViewPoints& points);
+  /// So is the rotation of a camera that moves past a plane.
+  Explanation pastPlane(const TwoViewPoints& points);
   /// Refines a motion on the first `count` matches and compares it there; infinite if it converged to the pose: their
   /// directions then agree to `same_within` radians.
   double againstMotion(const RefinedPose& refined, double same_within, int count, int iterations, TwoViewPose& motion);

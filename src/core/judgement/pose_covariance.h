@@ -9,6 +9,7 @@
 
 #include "gms_ransac/point_pairs.h"
 #include "gms_ransac/robust_result.h"
+#include "gms_ransac/shutter.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {
@@ -87,6 +88,7 @@ struct CameraTest {
   /// Largest score statistic over the 99 % point of its chi-square.
   double statistic = 0;
   CameraParameter parameter = CameraParameter::kFocalLength;  ///< the most contradicted
+  RowRates rates;                                             ///< those of the readout
   /// Second moment of the parameters' errors, averaged over models of which parameters err; zero where the matches do
   /// not contradict them.
   CameraSquare second_moment = CameraSquare::Zero();

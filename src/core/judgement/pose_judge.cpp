@@ -67,13 +67,13 @@ bool PoseJudge::atOptimum(int count) const {
 }
 
 const Judgement& PoseJudge::judge(const TwoViewPoints& points, const TwoViewPose& preferred,
-                                  const std::vector<AlternativeMotion>& alternatives) {
+                                  const std::vector<AlternativeMotion>& alternatives, bool shutter_may_roll) {
   candidates_.fitRotation(points.view(), pose_.R, noise_);
+  const RefinedPose refined = {pose_, points, plausible_.view(), noise_};
   PoseSquare covariance = spread_.covariance;
   DirectionDoubt doubt = DirectionDoubt::kNone;
   if (options_.judge) {
-    const RefinedPose refined = {pose_, points, plausible_.view(), noise_};
-    candidates_.compareRotations(refined);
+    candidates_.compareRotations(refined, shutter_may_roll);
     if (!candidates_.rotationIsBetter()) {
       candidates_.compareMotions(
           refined, directionSigma(spread_.of_matches), [this] { return cameraDecides(); }, alternatives);
@@ -81,14 +81,10 @@ const Judgement& PoseJudge::judge(const TwoViewPoints& points, const TwoViewPose
     covariance += candidates_.spread;
     doubt = verdict(points, directionSigma(covariance));
   }
-  const bool rotation_is_better = candidates_.rotationIsBetter();
-  if (rotation_is_better) {
-    // Both explanations are possible, so the covariance is inflated by the disagreement of the two rotations.
-    const Eigen::Vector3d apart = rotationVector(candidates_.rotation * pose_.R.transpose());
-    covariance.topLeftCorner<3, 3>() += apart * apart.transpose();
-    pose_.R = candidates_.rotation;
-  }
-  judgement_.pose = publish(rotation_is_better ? pose_ : preferred, covariance);
+  judgement_.pose =
+      doubt == DirectionDoubt::kNone
+          ? publish(preferred, covariance)
+          : publishRotation(candidates_.rotationWithoutTranslation(refined, covariance.topLeftCorner<3, 3>()));
   return conclude(points, doubt, candidates_.onlyRotated());
 }
 
@@ -97,8 +93,8 @@ const Judgement& PoseJudge::judgeRotation(const TwoViewPoints& points, const Eig
   spread_ = {};
   measureNoise(points.view(), {R, Eigen::Vector3d::UnitZ()});
   candidates_.fitRotation(points.view(), R, noise_);
-  judgement_.pose = fromReferenceToCurrent(candidates_.rotation, Eigen::Vector3d::Zero());
-  judgement_.pose.covariance.bottomRightCorner<3, 3>() = candidates_.rotationCovariance(points.view());
+  pose_.t.setZero();
+  judgement_.pose = publishRotation({candidates_.rotation, candidates_.rotationCovariance(points.view()), 0});
   return conclude(points, DirectionDoubt::kRotationExplains, true);
 }
 
@@ -148,6 +144,14 @@ RelativePose PoseJudge::publish(const TwoViewPose& preferred, PoseSquare covaria
   return pose;
 }
 
+RelativePose PoseJudge::publishRotation(const Explanation& explanation) const {
+  const Eigen::Matrix3d& R = explanation.R;
+  // The direction in the reference camera, a guess, stays that of the optimum.
+  RelativePose pose = fromReferenceToCurrent(R, R * pose_.R.transpose() * pose_.t);
+  pose.covariance.bottomRightCorner<3, 3>() = R.transpose() * explanation.covariance * R;
+  return pose;
+}
+
 const Judgement& PoseJudge::conclude(const TwoViewPoints& points, DirectionDoubt doubt, bool rotated) {
   judgement_.pose_found = true;
   judgement_.doubt = doubt;
@@ -156,6 +160,7 @@ const Judgement& PoseJudge::conclude(const TwoViewPoints& points, DirectionDoubt
   judgement_.median_parallax_px = candidates_.median_parallax * points.pixelsPerUnit();
   judgement_.camera_misfit = spread_.camera.statistic;
   judgement_.misfit_parameter = spread_.camera.parameter;
+  judgement_.row_rates = spread_.camera.rates;
   judgement_.sigma_px = noise_.sigma() * options_.inlierThreshold();
   judgement_.noise_exponent = points.noiseExponent();
   const std::vector<float>& residuals = rotated ? candidates_.rotation_residuals : noise_.residuals();

@@ -31,7 +31,7 @@ class PoseJudge {
   /// for a reason other than the matches; it counts only where the matches leave the rotation open. Without
   /// RobustOptions::judge the preferred pose stands, with the covariance of the matches. Valid until the next call.
   const Judgement& judge(const TwoViewPoints& points, const TwoViewPose& preferred,
-                         const std::vector<AlternativeMotion>& alternatives);
+                         const std::vector<AlternativeMotion>& alternatives, bool shutter_may_roll);
   /// The same for a model that has no translation.
   const Judgement& judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R);
 
@@ -56,6 +56,8 @@ class PoseJudge {
 
   /// Returns the pose with its rotation moved towards the preferred one, and the covariance widened by the step.
   RelativePose publish(const TwoViewPose& preferred, PoseSquare covariance) const;
+  /// The pose of a rotation whose translation is a guess.
+  RelativePose publishRotation(const Explanation& explanation) const;
   /// Fills all but the pose. `rotated`: matches are weighed by what the rotation leaves of them.
   const Judgement& conclude(const TwoViewPoints& points, DirectionDoubt doubt, bool rotated);
 

@@ -95,7 +95,8 @@ class LoProsac : public RansacMethod {
     }
     judge_.refine(points_, true, optimum);
     if (!accept(pair, optimum.essential(), true)) return;
-    static_cast<Judgement&>(pair.result) = judge_.judge(points_, pose, alternatives_);
+    static_cast<Judgement&>(pair.result) =
+        judge_.judge(points_, pose, alternatives_, options_.mayRoll(pair.pairs.global_shutter));
     pair.result.optimum = optimum;
   }
 

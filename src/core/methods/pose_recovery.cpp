@@ -55,7 +55,7 @@ RecoveredPose PoseRecovery::recover(const PointPairs& pairs, const Camera& camer
   RecoveredPose recovered;
   if (refine && !homography) chosen.pose = chosen.optimum;
   if (refine && result.model_type == ModelType::kEssential) recovered.model = chosen.optimum.essential().normalized();
-  recovered.judgement = &judge_.judge(judged, chosen.pose, alternatives_);
+  recovered.judgement = &judge_.judge(judged, chosen.pose, alternatives_, options_.mayRoll(pairs.global_shutter));
   return recovered;
 }
 

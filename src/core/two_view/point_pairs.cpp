@@ -46,6 +46,7 @@ void PointPairs::gather(const PointPairs& all, const std::vector<int>& rows) {
   scale_factor = all.scale_factor;
   rotation_prior = all.rotation_prior;
   previous_motion = all.previous_motion;
+  global_shutter = all.global_shutter;
   seconds = all.seconds;
 }
 

@@ -151,7 +151,7 @@ Pipelines CommandLine::pipelines(std::vector<std::string> otherwise) const {
 
 std::vector<MeasuredSet> CommandLine::sets() const {
   std::vector<MeasuredSet> sets;
-  const bool rolling = pipelines().front().robust.rolling_shutter_readout != 0;
+  const bool rolling = pipelines().front().robust.rolling_shutter_readout > 0;
   for (const std::string& folder : folders) {
     for (const std::string& path : setsIn(folder)) {
       const Dataset& dataset = sets.emplace_back(MeasuredSet{Dataset::open(path, dataset_options_), {}}).dataset;

@@ -19,7 +19,7 @@ FrameProcessor::FrameProcessor(const Parameters& parameters, const std::string& 
 
 void FrameProcessor::setOptions(const ProcessorOptions& options) {
   auto pipeline = std::make_shared<Pipeline>(parameters_, options, priors_);
-  if (priors_) priors_->setReadout(options.core.robust.rolling_shutter_readout);
+  if (priors_) priors_->setReadout(std::max(0.0, options.core.robust.rolling_shutter_readout));
   std::lock_guard<std::mutex> lock(mutex_);
   pipeline_.swap(pipeline);  // the replaced one ends without the lock
 }

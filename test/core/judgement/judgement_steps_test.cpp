@@ -43,7 +43,7 @@ struct JudgedScene {
     Candidates result(kernels());
     result.fitRotation(points.view(), pose.R, noise);
     const RefinedPose refined = {pose, points, points.view(), noise};
-    result.compareRotations(refined);
+    result.compareRotations(refined, true);
     result.compareMotions(
         refined, direction_sigma, [] { return false; }, motions);
     return result;
@@ -271,6 +271,48 @@ TEST(CandidatesStep, RollingShutterIsNoTranslation) {
   options.rotation = {0.03, -0.06, 0.03};
   options.readout = 0.9;
   EXPECT_LT(JudgedScene(options).candidates().table[1].against, 0);
+}
+
+TEST(CandidatesStep, WithAGlobalShutterOnlyARotationAloneIsCompared) {
+  const JudgedScene judged(exactScene(1));
+  Candidates candidates(kernels());
+  candidates.fitRotation(judged.points.view(), judged.pose.R, judged.noise);
+  candidates.compareRotations({judged.pose, judged.points, judged.points.view(), judged.noise}, false);
+  EXPECT_EQ(candidates.table[1].against, candidates.table[0].against);
+}
+
+TEST(Explanations, TogetherAreTheirMeanAndSpread) {
+  const auto about_x = [](double angle) { return rotationFromVector({angle, 0, 0}); };
+  const Eigen::Matrix3d own = 1e-4 * Eigen::Matrix3d::Identity();
+  const Explanation both = togetherOf({{about_x(0.1), own, 0}, {about_x(0.3), own, 0}});
+  EXPECT_NEAR((rotationVector(both.R) - Eigen::Vector3d(0.2, 0, 0)).norm(), 0, 1e-9);
+  EXPECT_NEAR(both.covariance(0, 0), 1e-4 + 0.1 * 0.1, 1e-9);
+  EXPECT_NEAR(both.covariance(1, 1), 1e-4, 1e-9);
+  // One that the matches contradict hardly counts; one that they prefer decides.
+  EXPECT_NEAR(rotationVector(togetherOf({{about_x(0.1), own, 0}, {about_x(0.3), own, 15}}).R).x(), 0.1, 1e-3);
+  EXPECT_NEAR(rotationVector(togetherOf({{about_x(0.1), own, 0}, {about_x(0.3), own, -15}}).R).x(), 0.3, 1e-3);
+}
+
+TEST(Explanations, ANarrowViewOfAPlaneLeavesTheRotationOpenAndAWideOneDoesNot) {
+  // A camera that moves sideways past a plane, which looks like a rotation.
+  const auto deviation = [](double image_share) {
+    TwoViewSceneOptions options = exactScene(1);
+    options.shape = SceneShape::kPlane;
+    options.plane_normal = {0, 0, 1};
+    options.image_share = image_share;
+    options.translation = {0.8, 0, 0};
+    options.rotation.setZero();
+    const JudgedScene judged(options);
+    Candidates candidates(kernels());
+    candidates.fitRotation(judged.points.view(), judged.pose.R, judged.noise);
+    const RefinedPose refined = {judged.pose, judged.points, judged.points.view(), judged.noise};
+    candidates.compareRotations(refined, true);
+    const Explanation known =
+        candidates.rotationWithoutTranslation(refined, judged.covariance().covariance.topLeftCorner<3, 3>());
+    return std::sqrt(known.covariance.trace());
+  };
+  EXPECT_GT(deviation(0.12), 2 * M_PI / 180);
+  EXPECT_LT(deviation(1), 2 * M_PI / 180);
 }
 
 TEST(CandidatesStep, StaticShareIsThatOfTheBackground) {

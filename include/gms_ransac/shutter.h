@@ -1,0 +1,53 @@
+// Learns from the pairs of a stream whether the camera's shutter rolls.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+namespace gms_ransac {
+
+enum class Shutter : uint8_t { kUnknown, kGlobal, kRolling };
+
+/// What the matches of a pair tell of the camera's rates of rotation by row, radians per focal length: three of the
+/// reference, three of the current image. Score s, its information I and its scatter S are combined, rows of a matrix
+/// one after the other.
+struct RowRates {
+  std::array<double, 6> score{};         ///< I S^-1 s
+  std::array<double, 36> information{};  ///< I S^-1 I
+};
+
+/// Sums up the pairs of a stream. A shutter that needs tau seconds for a focal length of rows shows rates of tau times
+/// the angular velocity of the camera at either image, which the neighbouring pairs tell: s = tau I w + noise of S. So
+/// each pair counts when the next one is known.
+class ShutterEstimate {
+ public:
+  /// A pair of the stream: the rotation vector from reference to current, and the seconds between them; not known:
+  /// those of 30 images a second.
+  void add(const std::array<double, 3>& rotation, std::optional<double> seconds, const RowRates& rates);
+  /// The current image of the pair added last becomes the reference of the next one; without a pair the chain breaks.
+  void advance();
+
+  /// Rolling or global as soon as the pairs tell that tau is surely above or below 5 ms.
+  Shutter shutter() const;
+  /// tau and its standard deviation, seconds per focal length of rows.
+  double readout() const { return weight_ > 0 ? sum_ / weight_ : 0; }
+  double deviation() const;
+  int pairs() const { return pairs_; }
+
+ private:
+  struct Pair {
+    bool known = false;
+    std::array<double, 3> velocity{};  ///< radians per second
+    RowRates rates;
+  };
+  void count(const Pair& before, const Pair& pair, const Pair& after);
+  /// Mean square of the deviations of pairs from one tau, in their own; at least 1.
+  double dispersion() const;
+
+  Pair before_, middle_, latest_;
+  double sum_ = 0, weight_ = 0, squares_ = 0;
+  int pairs_ = 0;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,67 @@
+#include "gms_ransac/shutter.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr double kUsualInterval = 1. / 30;  ///< seconds between images without stamps
+/// Seconds per focal length of rows that separate the two kinds: global shutters come to 0 to 3 ms, as they are
+/// calibrated, those that roll to 9 to 27.
+constexpr double kRolls = 0.005;
+/// Standard deviations beyond it that are sure. A shutter that is called global by mistake costs wrong answers, one
+/// that is called rolling nothing but a sentence; but that is said to the user.
+constexpr double kSurelyRolls = 4, kSurelyGlobal = 2;
+constexpr int kFewestPairs = 20;
+constexpr double kMostDeviations = 3;  ///< influence of a pair, in its own deviations
+
+}  // namespace
+
+void ShutterEstimate::add(const std::array<double, 3>& rotation, std::optional<double> seconds, const RowRates& rates) {
+  latest_ = {seconds.value_or(kUsualInterval) > 0, rotation, rates};
+  for (double& velocity : latest_.velocity) velocity /= seconds.value_or(kUsualInterval);
+}
+
+void ShutterEstimate::advance() {
+  if (before_.known && middle_.known && latest_.known) count(before_, middle_, latest_);
+  before_ = middle_;
+  middle_ = latest_;
+  latest_.known = false;
+}
+
+void ShutterEstimate::count(const Pair& before, const Pair& pair, const Pair& after) {
+  // The camera rotates at each image as it does in the mean of both intervals.
+  std::array<double, 6> velocity;
+  for (size_t k = 0; k < 3; ++k) {
+    velocity[k] = 0.5 * (before.velocity[k] + pair.velocity[k]);
+    velocity[k + 3] = 0.5 * (pair.velocity[k] + after.velocity[k]);
+  }
+  double sum = 0, weight = 0;
+  for (size_t i = 0; i < 6; ++i) {
+    sum += velocity[i] * pair.rates.score[i];
+    for (size_t j = 0; j < 6; ++j) weight += velocity[i] * pair.rates.information[6 * i + j] * velocity[j];
+  }
+  if (!std::isfinite(sum) || !std::isfinite(weight) || !(weight > 0)) return;
+  const double deviation = std::abs(sum - readout() * weight) / std::sqrt(weight);
+  const double most = kMostDeviations * std::sqrt(dispersion());
+  const double influence = std::min(1., most / std::max(deviation, 1e-9));
+  ++pairs_;
+  sum_ += influence * sum;
+  weight_ += influence * weight;
+  squares_ += std::min(deviation, most) * std::min(deviation, most);
+}
+
+double ShutterEstimate::dispersion() const { return pairs_ > 0 ? std::max(1., squares_ / pairs_) : 1; }
+
+double ShutterEstimate::deviation() const { return weight_ > 0 ? std::sqrt(dispersion() / weight_) : INFINITY; }
+
+Shutter ShutterEstimate::shutter() const {
+  if (pairs_ < kFewestPairs) return Shutter::kUnknown;
+  const double beyond = (std::abs(readout()) - kRolls) / deviation();
+  if (beyond > kSurelyRolls) return Shutter::kRolling;
+  return beyond < -kSurelyGlobal ? Shutter::kGlobal : Shutter::kUnknown;
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,90 @@
+// What a stream learns of the shutter: rates by row that are, or are not, those of a camera that rotates.
+#include "gms_ransac/shutter.h"
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace gms_ransac {
+namespace {
+
+constexpr double kInterval = 1. / 30;
+
+/// A stream of a camera that is swung about two axes, whose shutter needs `readout` seconds for a focal length of rows.
+/// Rates are measured with `noise` radians.
+ShutterEstimate swing(double readout, int pairs, double noise = 0.01, std::optional<double> seconds = kInterval) {
+  ShutterEstimate estimate;
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal(0, noise);
+  const auto velocity = [](double image, int axis) { return axis < 2 ? std::sin(0.2 * image + axis) : 0; };
+  for (int i = 0; i < pairs; ++i) {
+    std::array<double, 3> rotation;
+    RowRates rates;
+    for (int k = 0; k < 3; ++k) {
+      rotation[static_cast<size_t>(k)] = kInterval * velocity(i + 0.5, k);
+      for (int image = 0; image < 2; ++image) {
+        const auto row = static_cast<size_t>(3 * image + k);
+        rates.information[7 * row] = 1 / (noise * noise);
+        rates.score[row] = rates.information[7 * row] * (readout * velocity(i + image, k) + normal(random));
+      }
+    }
+    estimate.add(rotation, seconds, rates);
+    estimate.advance();
+  }
+  return estimate;
+}
+
+TEST(ShutterEstimate, TellsOneThatRollsFromOneThatDoesNot) {
+  const ShutterEstimate rolling = swing(0.014, 200), global = swing(0, 200);
+  EXPECT_EQ(rolling.shutter(), Shutter::kRolling);
+  EXPECT_NEAR(rolling.readout(), 0.014, 3 * rolling.deviation());
+  EXPECT_LT(rolling.deviation(), 0.001);
+  EXPECT_EQ(global.shutter(), Shutter::kGlobal);
+  EXPECT_NEAR(global.readout(), 0, 3 * global.deviation());
+}
+
+TEST(ShutterEstimate, IsUnknownWithFewPairsOrLittleRotation) {
+  EXPECT_EQ(ShutterEstimate().shutter(), Shutter::kUnknown);
+  EXPECT_EQ(swing(0.014, 15).shutter(), Shutter::kUnknown);
+  EXPECT_EQ(swing(0.014, 200, 1).shutter(), Shutter::kUnknown);
+  EXPECT_EQ(swing(0, 200, 1).shutter(), Shutter::kUnknown);
+}
+
+TEST(ShutterEstimate, TakesTheUsualIntervalWithoutStamps) {
+  EXPECT_EQ(swing(0.014, 200, 0.01, std::nullopt).shutter(), Shutter::kRolling);
+}
+
+TEST(ShutterEstimate, ABrokenChainCountsNothing) {
+  ShutterEstimate estimate = swing(0.014, 200);
+  const int before = estimate.pairs();
+  estimate.advance();  // a pair without a pose
+  estimate.add({0.1, 0, 0}, kInterval, {});
+  estimate.advance();
+  estimate.add({0.1, 0, 0}, kInterval, {});
+  estimate.advance();
+  EXPECT_EQ(estimate.pairs(), before);
+}
+
+TEST(ShutterEstimate, AFewWrongPairsDoNotDecide) {
+  ShutterEstimate estimate = swing(0, 200);
+  RowRates wild;
+  wild.information.fill(0);
+  // As certain as the others, and of another camera.
+  for (size_t k = 0; k < 6; ++k) wild.information[7 * k] = 1e4, wild.score[k] = 1e4;
+  for (int i = 0; i < 3; ++i) {
+    estimate.add({0.03, 0.03, 0}, kInterval, wild);
+    estimate.advance();
+  }
+  EXPECT_EQ(estimate.shutter(), Shutter::kGlobal);
+  RowRates broken;
+  broken.score.fill(std::numeric_limits<double>::quiet_NaN());
+  estimate.add({0.03, 0.03, 0}, kInterval, broken);
+  estimate.advance();
+  estimate.advance();
+  EXPECT_TRUE(std::isfinite(estimate.readout()));
+}
+
+}  // namespace
+}  // namespace gms_ransac
