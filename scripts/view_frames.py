@@ -50,7 +50,7 @@ def heading_of(rotation):
 class View:
     def __init__(self):
         self.fixed_frame = rospy.get_param("~fixed_frame", "odom")
-        self.depth, self.ground, self.depths, self.grounds, self.shown = 0.0, 0.0, [], [], None
+        self.depth, self.ground, self.depths, self.grounds, self.shown, self.centre = 0.0, 0.0, [], [], None, None
         self.buffer = tf2_ros.Buffer()
         self.listener = tf2_ros.TransformListener(self.buffer)
         self.broadcaster = tf2_ros.TransformBroadcaster()
@@ -76,8 +76,7 @@ class View:
         self.grounds = (self.grounds + [float(np.percentile(points[:, 1], GROUND))])[-FIRST_CLOUDS:]
         depth = float(np.median(self.depths))
         if depth > 0 and not self.depth / NEW_SCENE < depth < self.depth * NEW_SCENE:
-            self.depth, self.ground = depth, float(np.median(self.grounds))
-            self.draw_grid()
+            self.depth, self.ground, self.centre = depth, float(np.median(self.grounds)), None
 
     def on_markers(self, message):
         header = message.markers[0].header
@@ -88,6 +87,7 @@ class View:
         except tf2_ros.TransformException:
             return
         self.shown = header.stamp
+        self.follow_with_grid(place.translation)
         heading = heading_of(place.rotation)
         view = self.transform("match_filter_world", "match_filter_view", header.stamp)
         # rviz looks at the frame from VIEW_DISTANCE behind and above it: ahead of the camera it is seen from nearer.
@@ -99,18 +99,29 @@ class View:
         view.transform.rotation = Quaternion(0, 0, math.sin(heading / 2), math.cos(heading / 2))
         self.broadcaster.sendTransform(view)
 
-    def draw_grid(self):
+    def follow_with_grid(self, place):
+        """Draws the grid where it is not yet, or no longer, around the camera."""
+        if not self.depth:
+            return
         cell = round_cell(CELL_OF_SCENE * self.depth)
+        x, y = round(place.x / cell) * cell, round(place.y / cell) * cell
+        if self.centre and max(abs(x - self.centre[0]), abs(y - self.centre[1])) < CELLS / 4 * cell:
+            return
+        if self.centre is None:
+            rospy.loginfo("the cells of the grid are %g wide: metres with a metric ~scale, else units of the translation", cell)
+        self.centre = x, y
+        self.draw_grid(x, y, place.z - self.ground, cell)
+
+    def draw_grid(self, x, y, z, cell):
         grid = Marker(ns="grid", type=Marker.LINE_LIST, color=ColorRGBA(0.5, 0.5, 0.53, 0.7))
         grid.header.frame_id = "match_filter_world"
         grid.pose.orientation.w, grid.scale.x = 1, 0.01 * cell
         half = CELLS / 2 * cell
         for k in range(CELLS + 1):
             at = k * cell - half
-            for a, b in (((at, -half), (at, half)), ((-half, at), (half, at))):
-                grid.points += [Point(a[0], a[1], -self.ground), Point(b[0], b[1], -self.ground)]
+            grid.points += [Point(x + at, y - half, z), Point(x + at, y + half, z)]
+            grid.points += [Point(x - half, y + at, z), Point(x + half, y + at, z)]
         self.grid.publish(grid)
-        rospy.loginfo("the cells of the grid are %g wide: metres with a metric ~scale, else units of the translation", cell)
 
 
 rospy.init_node("view_frames")
