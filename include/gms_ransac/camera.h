@@ -34,13 +34,15 @@ class Camera {
   Camera(const CameraIntrinsics& intrinsics, cv::Size image_size);
 
   bool calibrated() const { return intrinsics_.calibrated(); }
-  /// Of the ideal pinhole camera: with a sphere, focal lengths are smaller by 1 + xi than those given.
+  /// Intrinsics of the received image, as they were given.
   const CameraIntrinsics& intrinsics() const { return intrinsics_; }
+  /// The ideal pinhole camera that `undistort` leads to: with spheres its focal lengths are smaller by 1 + xi.
+  const CameraIntrinsics& pinhole() const { return pinhole_; }
   cv::Size imageSize() const { return image_size_; }
-  Eigen::Matrix3d K() const;
-  double meanFocalLength() const { return 0.5 * (intrinsics_.fx + intrinsics_.fy); }  ///< pixels
+  Eigen::Matrix3d K() const;                                                    ///< of that pinhole camera
+  double meanFocalLength() const { return 0.5 * (pinhole_.fx + pinhole_.fy); }  ///< of that pinhole camera, pixels
   bool distorts() const { return distortion_ != nullptr; }  ///< if not, `undistort` returns the pixel
-  /// Received pixel -> pixel of the ideal pinhole camera with the same K; NaN where the model has no inverse.
+  /// Received pixel -> pixel of the pinhole camera; NaN where the model has no inverse.
   cv::Point2f undistort(const cv::Point2f& pixel) const;
   /// Pixel of that pinhole camera -> pixel of the received image; NaN where `undistort` does not lead back.
   cv::Point2f distort(const cv::Point2f& ideal) const;
@@ -58,7 +60,7 @@ class Camera {
   cv::Point2d distortByModel(const cv::Point2d& ideal) const;
   cv::Point2f interpolate(int r, int c, const cv::Point2f& pixel) const;
 
-  CameraIntrinsics intrinsics_;
+  CameraIntrinsics intrinsics_, pinhole_;
   cv::Size image_size_;
   std::shared_ptr<const Distortion> distortion_;  ///< null: none
   cv::Mat_<cv::Vec2f> offset_;                    ///< undistorted minus received pixel, sampled every kTableStep pixels
@@ -68,13 +70,13 @@ class Camera {
 
 /// (x, y) of the ray (x, y, 1) of a received pixel of a calibrated camera; NaN where `undistort` has none.
 inline Eigen::Vector2d rayOf(const Camera& camera, const cv::Point2f& pixel) {
-  const CameraIntrinsics& k = camera.intrinsics();
+  const CameraIntrinsics& k = camera.pinhole();
   const cv::Point2f ideal = camera.undistort(pixel);
   return {(ideal.x - k.cx) / k.fx, (ideal.y - k.cy) / k.fy};
 }
 
 inline cv::Point2f pixelOf(const Camera& camera, const Eigen::Vector2d& ray) {
-  const CameraIntrinsics& k = camera.intrinsics();
+  const CameraIntrinsics& k = camera.pinhole();
   return camera.distort({static_cast<float>(k.fx * ray.x() + k.cx), static_cast<float>(k.fy * ray.y() + k.cy)});
 }
 

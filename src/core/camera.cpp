@@ -48,6 +48,12 @@ void checkSpheres(const CameraIntrinsics& intrinsics) {
   }
 }
 
+CameraIntrinsics pinholeOf(const CameraIntrinsics& intrinsics) {
+  intrinsics.validate();
+  const double magnification = magnificationOf(intrinsics);
+  return {intrinsics.fx / magnification, intrinsics.fy / magnification, intrinsics.cx, intrinsics.cy, "", {}};
+}
+
 }  // namespace
 
 void CameraIntrinsics::validate() const {
@@ -86,11 +92,8 @@ void CameraIntrinsics::validate() const {
 }
 
 Camera::Camera(const CameraIntrinsics& intrinsics, cv::Size image_size)
-    : intrinsics_(intrinsics), image_size_(image_size) {
-  intrinsics_.validate();
+    : intrinsics_(intrinsics), pinhole_(pinholeOf(intrinsics)), image_size_(image_size) {
   if (!calibrated() || !hasDistortion(intrinsics_)) return;
-  intrinsics_.fx /= magnificationOf(intrinsics_);
-  intrinsics_.fy /= magnificationOf(intrinsics_);
   distortion_ = std::make_shared<Distortion>(intrinsics_);
   buildTable();
   pixels_without_inverse_ = countPixelsWithoutInverse();
@@ -137,7 +140,7 @@ int Camera::countPixelsWithoutInverse() const {
 }
 
 cv::Point2d Camera::solve(const cv::Point2d& pixel) const {
-  const CameraIntrinsics& k = intrinsics_;
+  const CameraIntrinsics& k = pinhole_;
   Eigen::Vector2d ideal;
   if (!distortion_->undistort({(pixel.x - k.cx) / k.fx, (pixel.y - k.cy) / k.fy}, ideal)) {
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -147,14 +150,14 @@ cv::Point2d Camera::solve(const cv::Point2d& pixel) const {
 }
 
 cv::Point2d Camera::distortByModel(const cv::Point2d& ideal) const {
-  const CameraIntrinsics& k = intrinsics_;
+  const CameraIntrinsics& k = pinhole_;
   const Eigen::Vector2d distorted = distortion_->distort({(ideal.x - k.cx) / k.fx, (ideal.y - k.cy) / k.fy});
   return {k.fx * distorted.x() + k.cx, k.fy * distorted.y() + k.cy};
 }
 
 Eigen::Matrix3d Camera::K() const {
   Eigen::Matrix3d K;
-  K << intrinsics_.fx, 0, intrinsics_.cx, 0, intrinsics_.fy, intrinsics_.cy, 0, 0, 1;
+  K << pinhole_.fx, 0, pinhole_.cx, 0, pinhole_.fy, pinhole_.cy, 0, 0, 1;
   return K;
 }
 

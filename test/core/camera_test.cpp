@@ -130,11 +130,20 @@ TEST(Camera, GivesNoPlaceWhereTheModelHasNoInverse) {
 TEST(Camera, BeyondARightAngleASphereHasPixelsAndThePinholeHasNone) {
   // A lens of 200 degrees: with xi = 1 a right angle to the axis is 300 pixels from the centre.
   const Camera camera({300, 300, 320, 320, "omnidirectional", {1, 0, 0, 0, 0}}, {640, 640});
-  EXPECT_DOUBLE_EQ(camera.intrinsics().fx, 150);
+  EXPECT_DOUBLE_EQ(camera.pinhole().fx, 150);
   EXPECT_NEAR(camera.undistort({320 + 300 * std::tan(M_PI / 8), 320}).x, 320 + 150, 1e-2) << "45 degrees";
   EXPECT_FALSE(std::isnan(camera.undistort({320 + 295, 320}).x));
   EXPECT_TRUE(std::isnan(camera.undistort({320 + 301, 320}).x));
   EXPECT_NEAR(camera.pixelsWithoutInverse(), 640 * 640 - CV_PI * 300 * 300, 0.03 * 640 * 640);
+}
+
+TEST(Camera, IntrinsicsAreThoseGiven) {
+  const CameraIntrinsics given = {300, 310, 320, 240, "omnidirectional", {1, 0.1, 0, 0, 0}};
+  const Camera camera(given, {640, 480}), again(camera.intrinsics(), {640, 480});
+  EXPECT_EQ(camera.intrinsics().fx, given.fx);
+  EXPECT_EQ(camera.intrinsics().distortion, given.distortion);
+  EXPECT_EQ(again, camera);
+  EXPECT_EQ(again.undistort({500, 100}), camera.undistort({500, 100}));
 }
 
 TEST(Camera, SpheresHaveBounds) {

@@ -23,8 +23,8 @@ void checkPixel(const Camera& camera, const cv::Point2f& pixel) {
   }
   // Beyond a million pixels the estimators take no point, and a float's rounding is of their size.
   if (!camera.distorts() || !(std::hypot(ideal.x, ideal.y) < 1e4)) return;
-  const CameraIntrinsics& k = camera.intrinsics();
-  const Distortion distortion(k);
+  const CameraIntrinsics& k = camera.pinhole();
+  const Distortion distortion(camera.intrinsics());
   const auto astray = [&](double x, double y) {
     const Eigen::Vector2d back = distortion.distort({(x - k.cx) / k.fx, (y - k.cy) / k.fy});
     return std::hypot(k.fx * back.x() + k.cx - pixel.x, k.fy * back.y() + k.cy - pixel.y);
@@ -36,9 +36,9 @@ void checkPixel(const Camera& camera, const cv::Point2f& pixel) {
   if (error < kRoundTrip + std::abs(rounded - error)) return;
   std::ostringstream text;
   text << "the round trip leads " << error << " px astray at " << pixel.x << " " << pixel.y << ", undistorted "
-       << ideal.x << " " << ideal.y << ", of " << k.distortion_model << " fx " << k.fx << " fy " << k.fy << " cx "
-       << k.cx << " cy " << k.cy << " D";
-  for (const double d : k.distortion) text << " " << d;
+       << ideal.x << " " << ideal.y << ", of " << camera.intrinsics().distortion_model << " fx " << k.fx << " fy "
+       << k.fy << " cx " << k.cx << " cy " << k.cy << " D";
+  for (const double d : camera.intrinsics().distortion) text << " " << d;
   demandEmpty(text.str());
 }
 

@@ -32,7 +32,7 @@ constexpr double kAgrees = 11.34;
 
 void moveImage(const std::vector<float>& row, int height, const Camera& camera, double readout, const Vector3d& rate,
                std::vector<float>& x, std::vector<float>& y) {
-  const CameraIntrinsics& k = camera.intrinsics();
+  const CameraIntrinsics& k = camera.pinhole();
   const double rows = std::max(1, height - 1);
   for (size_t i = 0; i < x.size(); ++i) {
     const double pixel_row = static_cast<double>(row.size() == x.size() ? row[i] : y[i]);
@@ -51,7 +51,7 @@ void moveImage(const std::vector<float>& row, int height, const Camera& camera, 
 
 /// Stretch of the rows, and of the noise, in the middle of the image.
 double stretch(const Camera& camera, double readout, const Vector3d& rate, int height) {
-  return 1 - camera.intrinsics().fy * readout * rate.x() / std::max(1, height - 1);
+  return 1 - camera.pinhole().fy * readout * rate.x() / std::max(1, height - 1);
 }
 
 /// True if the other sensor's rotation may be that of the images.

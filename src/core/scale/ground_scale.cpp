@@ -71,7 +71,7 @@ class GroundPatches {
   GroundPatches(const GroundImages& images, const Camera& camera, const RelativePose& pose, const Vector3d& down)
       : camera_(camera), R_(pose.R), t_(pose.t.normalized()) {
     if (images.reference.empty() || images.current.empty()) return;
-    const CameraIntrinsics& k = camera.intrinsics();
+    const CameraIntrinsics& k = camera.pinhole();
     const Vector3d sideways = down.cross(R_.transpose() * t_).normalized();
     constexpr int kMargin = kStep * (kSide / 2) + 1;
     const cv::Size size = images.current.size();
@@ -196,7 +196,7 @@ class GroundPatches {
     // X = ray / (m . ray), seen from the reference as R X + t, or as anything along it.
     const Vector3d seen = R_ * ray + m.dot(ray) * t_;
     if (!(seen.z() > 1e-3)) return false;
-    const CameraIntrinsics& k = camera_.intrinsics();
+    const CameraIntrinsics& k = camera_.pinhole();
     const Eigen::Vector2d at = seen.head<2>() / seen.z();
     cv::Point2f pixel(static_cast<float>(k.fx * at.x() + k.cx), static_cast<float>(k.fy * at.y() + k.cy));
     if (camera_.distorts()) pixel = camera_.distort(pixel);

@@ -18,8 +18,8 @@ void setCamera(const CameraModel& model, Message& message) {
   message.pixel_space = calibrated && model.rectified() ? Message::PIXELS_RECTIFIED : Message::PIXELS_RAW;
   message.K.fill(0);
   if (!calibrated) return;
-  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> K = model.camera.K();
-  std::copy(K.data(), K.data() + 9, message.K.begin());
+  const CameraIntrinsics& k = model.camera.intrinsics();
+  message.K = {k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1};
 }
 
 /// Every column at its length, at once: it is written by index, and nothing is allocated on the way.

@@ -76,7 +76,7 @@ void addFrustum(const Camera& camera, const Eigen::Isometry3d& pose, double dept
   Eigen::Vector3d corners[4];
   for (int i = 0; i < 4; ++i) {
     // Without the distortion: at the corners of a wide lens its inverse need not exist.
-    const CameraIntrinsics& k = camera.intrinsics();
+    const CameraIntrinsics& k = camera.pinhole();
     corners[i] = pose * (depth * Eigen::Vector3d((pixels[i].x - k.cx) / k.fx, (pixels[i].y - k.cy) / k.fy, 1));
   }
   for (int i = 0; i < 4; ++i) {
