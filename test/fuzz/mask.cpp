@@ -28,7 +28,6 @@ void check(FuzzInput input) {
   Parameters parameters;
   if (input.flag()) parameters.mask_sync = MaskSync::kExact;
   MaskSource source(parameters);
-  ImageConverter converter;
   const FeatureExtractorOptions options = fuzzedOptions(input);
   const std::unique_ptr<FeatureExtractor> extractor = makeFeatureExtractor(options);
   Features features;
@@ -41,7 +40,7 @@ void check(FuzzInput input) {
       message->data.resize(std::min<size_t>(size_t{message->step} * message->height, 1 << 20), 255);
     }
     cv::Mat grey, mask;
-    if (!converter.toGrey(*image, grey).empty()) continue;
+    if (!toGrey(*image, grey).empty()) continue;
     const std::string problem = source.get(message, grey.size(), mask);
     demand(problem.size() < 1000, "a refusal is short whatever the message says");
     demand(mask.empty() || (mask.type() == CV_8UC1 && mask.size() == grey.size()), "a mask has the image's size");

@@ -1,8 +1,9 @@
 #include "features/wide_image.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
-#include <vector>
+#include <memory>
 
 #include <opencv2/core.hpp>
 
@@ -10,51 +11,79 @@ namespace gms_ransac {
 
 namespace {
 
-// This share of the pixels may lie below the range, and as many above; hot and dead pixels are fewer.
-constexpr double kBeyondRange = 0.001;
-// Values. Thermal cameras have a noise of one to five; a smaller range would show it as texture.
-constexpr double kNarrowest = 128;
-// The range in use is widened by this part of it on both sides, to stay longer.
-constexpr double kMargin = 0.25;
-// An image that fills less than this of the range in use gets a new one.
-constexpr double kLeastFilled = 0.25;
+constexpr int kBinWidth = 16;  // values; levels are linear within
+constexpr int kBins = (1 << 16) / kBinWidth;
+// Plateau, as a share of the pixels that a bin of the image has in the mean; 0.1 to 0.3 are alike. Measured on KITTI,
+// TUM and EuRoC, drawn as 12 bits, as 16 bits with a shadow, and as thermal images: up to 8 % fewer inliers than from
+// 5 % to 95 % linearly, twice as many in tum_fr3_cabinet, 3 to 10 times as many where the sky or half of the view lies
+// apart. Local equalisation (CLAHE) gives no more where values lie together and a tenth of it where they do not.
+constexpr double kPlateau = 0.2;
+// The grey levels are those of so many bins at least. Thermal cameras have a noise of one to five values, which a plain
+// image must not show as texture.
+constexpr double kFewestBins = 8;
+// Share of the grey levels beyond the range that is stated, at each end.
+constexpr double kBeyondRange = 0.025;
 
-struct Range {
-  double low, high;
-  int brightest;  ///< of all pixels
-};
+using Counts = std::array<int, kBins>;
 
-Range rangeOf(const cv::Mat& wide) {
-  std::vector<int> count(1 << 16);
+Counts countsOf(const cv::Mat& wide) {
+  Counts counts{};
   for (int r = 0; r < wide.rows; ++r) {
     const auto* row = wide.ptr<uint16_t>(r);
-    for (int c = 0; c < wide.cols; ++c) ++count[row[c]];
+    for (int c = 0; c < wide.cols; ++c) ++counts[row[c] / kBinWidth];
   }
-  const double beyond = kBeyondRange * static_cast<double>(wide.total());
-  size_t low = 0, high = count.size() - 1, brightest = high;
-  while (brightest > 0 && count[brightest] == 0) --brightest;
-  for (double seen = count[low]; seen <= beyond; seen += count[low]) ++low;
-  for (double seen = count[high]; seen <= beyond; seen += count[high]) --high;
-  return {static_cast<double>(low), static_cast<double>(high), static_cast<int>(brightest)};
+  return counts;
 }
+
+/// Pixels that a pixel shares its bin with, in the mean.
+double usualCount(const Counts& counts) {
+  double sum = 0, squares = 0;
+  for (const double count : counts) {
+    sum += count;
+    squares += count * count;
+  }
+  return squares / std::max(sum, 1.);
+}
+
+/// A grey level for every value.
+class Levels {
+ public:
+  explicit Levels(const Counts& counts) : levels_(std::make_unique<Table>()) {
+    const double plateau = kPlateau * usualCount(counts);
+    double total = 0;
+    for (const int count : counts) total += std::min<double>(count, plateau);
+    const double shared_by = std::max(total, kFewestBins * plateau);
+    double below = (shared_by - total) / 2;
+    for (int bin = 0; bin < kBins; ++bin) {
+      const double step = std::min<double>(counts[bin], plateau) / kBinWidth;
+      for (int i = 0; i < kBinWidth; ++i, below += step) {
+        (*levels_)[bin * kBinWidth + i] =
+            static_cast<uint8_t>(255 * (below + step / 2) / std::max(shared_by, 1.) + 0.5);
+      }
+    }
+  }
+
+  uint8_t operator[](uint16_t value) const { return (*levels_)[value]; }
+  int firstAt(double share) const {
+    return static_cast<int>(std::lower_bound(levels_->begin(), levels_->end() - 1, 255 * share) - levels_->begin());
+  }
+
+ private:
+  using Table = std::array<uint8_t, 1 << 16>;
+  std::unique_ptr<Table> levels_;
+};
 
 }  // namespace
 
-cv::Mat WideImage::toGrey(const cv::Mat& wide) {
-  const Range image = rangeOf(wide);
-  while (bits_ < 16 && image.brightest >= (1 << bits_)) ++bits_;
-  if (image.high > image.low) {  // a blank image tells nothing
-    const double width = std::max(image.high - image.low, kNarrowest);
-    if (image.low < (high_ > 0 ? 1 : 2) * width) {  // two, or an image in between would switch at every frame
-      high_ = 0;
-    } else if (image.low < low_ || image.high > high_ || width < kLeastFilled * (high_ - low_)) {
-      low_ = image.low - kMargin * width;
-      high_ = low_ + (1 + 2 * kMargin) * width;
-    }
+cv::Mat wideToGrey(const cv::Mat& wide, ValueRange* range) {
+  const Levels levels(countsOf(wide));
+  if (range != nullptr) *range = {levels.firstAt(kBeyondRange), levels.firstAt(1 - kBeyondRange)};
+  cv::Mat grey(wide.size(), CV_8UC1);
+  for (int r = 0; r < wide.rows; ++r) {
+    const auto* from = wide.ptr<uint16_t>(r);
+    uint8_t* to = grey.ptr(r);
+    for (int c = 0; c < wide.cols; ++c) to[c] = levels[from[c]];
   }
-  const double low = high_ > 0 ? low_ : 0, high = high_ > 0 ? high_ : (1 << bits_) - 1;
-  cv::Mat grey;
-  wide.convertTo(grey, CV_8U, 255 / (high - low), -255 * low / (high - low));
   return grey;
 }
 

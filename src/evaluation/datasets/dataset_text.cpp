@@ -133,7 +133,7 @@ cv::Mat eightBits(const cv::Mat& picture, bool colour) {
   cv::Mat image = picture;
   const bool wide = image.depth() == CV_16U;
   if (image.channels() == 3 && (wide || !colour)) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
-  if (wide) image = WideImage().toGrey(image);
+  if (wide) image = wideToGrey(image);
   if (image.channels() == 1 && colour) cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
   return image;
 }

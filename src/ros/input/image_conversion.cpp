@@ -2,19 +2,23 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <sstream>
+#include <vector>
 
 #include <opencv2/imgproc.hpp>
 
 #include "gms_ransac/features.h"
 #include "guard.h"
+#include "quantiles.h"
 #include "text.h"
 
 namespace gms_ransac {
 
 namespace {
 
-// A keypoint needs the 31-pixel patch of its descriptor; below twice that an image cannot hold a useful set.
-constexpr uint32_t kMinimumSide = 64;
+// Four pixels in a row can be keypoints: their descriptors need 18 pixels on each side. Thermal cameras have 80x60.
+constexpr uint32_t kMinimumSide = 40;
 
 constexpr int kNoConversion = -1;
 
@@ -26,7 +30,7 @@ struct Encoding {
 };
 
 // ROS names a Bayer pattern by its first row, OpenCV by the second and third pixel of the second: rggb is "BG".
-constexpr std::array<Encoding, 24> kEncodings = {{
+constexpr std::array<Encoding, 27> kEncodings = {{
     {"mono8", CV_8UC1, kNoConversion},
     {"8UC1", CV_8UC1, kNoConversion},
     {"bgr8", CV_8UC3, cv::COLOR_BGR2GRAY},
@@ -51,7 +55,23 @@ constexpr std::array<Encoding, 24> kEncodings = {{
     {"bayer_grbg16", CV_16UC1, cv::COLOR_BayerGB2GRAY},
     {"yuv422", CV_8UC2, cv::COLOR_YUV2GRAY_UYVY},
     {"yuv422_yuy2", CV_8UC2, cv::COLOR_YUV2GRAY_YUY2},
+    // Brightness first, then the colours in rows of their own.
+    {"nv12", CV_8UC1, kNoConversion},
+    {"nv21", CV_8UC1, kNoConversion},
+    {"nv24", CV_8UC1, kNoConversion},
 }};
+
+/// Rows of colours that follow two rows of the picture.
+uint32_t colourRows(const std::string& encoding) {
+  if (encoding == "nv12" || encoding == "nv21") return 1;
+  return encoding == "nv24" ? 4 : 0;
+}
+
+/// Height of the picture; some drivers count the rows of colours as well.
+uint32_t pictureHeight(const sensor_msgs::Image& image) {
+  const bool counts_all = image.data.size() == static_cast<size_t>(image.step) * image.height;
+  return counts_all ? image.height * 2 / (2 + colourRows(image.encoding)) : image.height;
+}
 
 std::string shapeText(const sensor_msgs::Image& image) {
   return std::to_string(image.width) + "x" + std::to_string(image.height);
@@ -67,7 +87,28 @@ cv::Mat swapBytes(const cv::Mat& wide) {
   return swapped;
 }
 
+/// Brightness in as many bits as were sent; shares the message's memory where nothing is to be done.
+cv::Mat oneChannel(const sensor_msgs::Image& image, const Encoding& encoding) {
+  cv::Mat received = pixelsOf(image, encoding.type);
+  const bool wide = CV_MAT_DEPTH(encoding.type) == CV_16U;
+  if (wide && (image.is_bigendian != 0) != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__)) received = swapBytes(received);
+  if (encoding.color_to_grey == kNoConversion) return received;
+  cv::Mat one_channel;  // never in place: the message is shared with other subscribers
+  cv::cvtColor(received, one_channel, encoding.color_to_grey);
+  return one_channel;
+}
+
 constexpr double kMetresPerUnit = 0.001;  // of 16-bit depth, REP 118
+// Median depth that a camera may measure, metres; the second farthest where all depths are whole numbers, as
+// millimetres are.
+constexpr float kNearest = 0.01F, kFarthest = 1000, kFarthestWhole = 50;
+constexpr double kLookedAt = 1000;  ///< pixels of the depth image
+
+/// True if an image is so many times as wide and as high as the depth.
+bool isWholeFraction(cv::Size depth, cv::Size image) {
+  return depth.width > 0 && depth.height > 0 && image.width % depth.width == 0 && image.height % depth.height == 0 &&
+         image.width / depth.width == image.height / depth.height;
+}
 
 }  // namespace
 
@@ -87,67 +128,84 @@ std::string layoutProblem(const sensor_msgs::Image& image, int type) {
     return step() + "no multiple of the " + std::to_string(value) + " bytes that a value of " + image.encoding +
            " takes; rows may be padded by whole values only";
   }
-  const size_t expected = static_cast<size_t>(image.step) * image.height;
-  if (image.data.size() != expected) {
+  const uint32_t colours = colourRows(image.encoding);
+  const size_t expected = static_cast<size_t>(image.step) * image.height, all = expected + expected * colours / 2;
+  if (image.data.size() != expected && image.data.size() != all) {
     return "data holds " + std::to_string(image.data.size()) + " bytes, but step * height is " +
-           std::to_string(expected);
+           std::to_string(expected) + (colours > 0 ? ", with the colours " + std::to_string(all) : "");
   }
   return std::string();
 }
 
 cv::Mat pixelsOf(const sensor_msgs::Image& image, int type) {
   // cv::Mat has no view of constant memory.
-  return {static_cast<int>(image.height), static_cast<int>(image.width), type, const_cast<uint8_t*>(image.data.data()),
-          image.step};
+  return {static_cast<int>(pictureHeight(image)), static_cast<int>(image.width), type,
+          const_cast<uint8_t*>(image.data.data()), image.step};
 }
 
-std::string ImageConverter::toGrey(const sensor_msgs::Image& image, cv::Mat& grey) {
+std::string toGrey(const sensor_msgs::Image& image, cv::Mat& grey, std::optional<ValueRange>* range) {
   const auto* encoding = std::find_if(kEncodings.begin(), kEncodings.end(),
                                       [&](const Encoding& each) { return image.encoding == each.name; });
   if (encoding == kEncodings.end()) {
     return "the encoding '" + excerpt(image.encoding) +
-           "' is not supported; send mono8, mono16, bgr8, rgb8, bgra8, rgba8, yuv422 or a bayer_* one";
+           "' is not supported; send mono8, mono16, bgr8, rgb8, bgra8, rgba8, yuv422, nv12, nv21 or a bayer_* one";
   }
   std::string problem = layoutProblem(image, encoding->type);
   if (!problem.empty()) return problem;
-  if (image.width < kMinimumSide || image.height < kMinimumSide) {
+  if (image.width < kMinimumSide || pictureHeight(image) < kMinimumSide) {
     return "the image is " + shapeText(image) + "; both sides must be at least " + std::to_string(kMinimumSide) +
            " pixels";
   }
-  guarded([&] { grey = convert(image, encoding->type, encoding->color_to_grey); },
-          [&](const std::string& what) { problem = "converting " + image.encoding + " failed: " + what; });
+  const auto convert = [&] {
+    const cv::Mat values = oneChannel(image, *encoding);
+    std::optional<ValueRange> used;
+    if (values.depth() == CV_16U) used.emplace();
+    grey = used ? wideToGrey(values, &*used) : values;
+    if (range != nullptr) *range = used;
+  };
+  guarded(convert, [&](const std::string& what) { problem = "converting " + image.encoding + " failed: " + what; });
   return problem;
 }
 
-cv::Mat ImageConverter::convert(const sensor_msgs::Image& image, int type, int color_to_grey) {
-  cv::Mat received = pixelsOf(image, type);
-  const bool wide = CV_MAT_DEPTH(type) == CV_16U;
-  if (wide && (image.is_bigendian != 0) != (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__)) received = swapBytes(received);
-  cv::Mat one_channel = received;
-  if (color_to_grey != kNoConversion) {
-    one_channel = cv::Mat();  // never in place: the message is shared with other subscribers
-    cv::cvtColor(received, one_channel, color_to_grey);
-  }
-  return wide ? wide_.toGrey(one_channel) : one_channel;
-}
-
-std::string toDepth(const sensor_msgs::Image& image, cv::Size expected, cv::Mat& depth) {
+std::string toDepth(const sensor_msgs::Image& image, cv::Size image_size, cv::Mat& depth) {
   const bool metres = image.encoding == "32FC1", millimetres = image.encoding == "16UC1" || image.encoding == "mono16";
   if (!metres && !millimetres) {
     return "the depth image has the encoding '" + excerpt(image.encoding) +
            "'; it must be 32FC1 (metres) or 16UC1 (millimetres)";
   }
-  if (static_cast<int>(image.width) != expected.width || static_cast<int>(image.height) != expected.height) {
-    return "the depth image is " + shapeText(image) + ", but the image is " + sizeText(expected) +
-           "; depth must be registered to it";
-  }
   const int type = metres ? CV_32FC1 : CV_16UC1;
   const std::string problem = layoutProblem(image, type);
   if (!problem.empty()) return "the depth image cannot be used: " + problem;
   if (image.is_bigendian) return "the depth image is big-endian, which is not supported";
-  depth = pixelsOf(image, type);
-  if (millimetres) cv::Mat(depth).convertTo(depth, CV_32F, kMetresPerUnit);
+  const cv::Mat received = pixelsOf(image, type);
+  if (!isWholeFraction(received.size(), image_size)) {
+    return "the depth image is " + shapeText(image) + ", but the image is " + sizeText(image_size) +
+           "; depth must be registered to it, in its size or a whole fraction of it";
+  }
+  depth = received;
+  if (millimetres) received.convertTo(depth, CV_32F, kMetresPerUnit);
+  // Depth of the nearest pixel: a mean over the edge of a thing is the depth of nothing.
+  if (depth.size() != image_size) cv::resize(cv::Mat(depth), depth, image_size, 0, 0, cv::INTER_NEAREST);
   return std::string();
+}
+
+std::string doubtOfUnit(const cv::Mat& depth) {
+  const int step = 1 + static_cast<int>(std::sqrt(static_cast<double>(depth.total()) / kLookedAt));
+  std::vector<float> known;
+  for (int y = step / 2; y < depth.rows; y += step) {
+    for (int x = depth.cols > 1 ? step / 2 : 0; x < depth.cols; x += step) {
+      const float metres = depth.at<float>(y, x);
+      if (metres > 0 && std::isfinite(metres)) known.push_back(metres);
+    }
+  }
+  const float median = quantilesOf(known).median;
+  const bool whole = std::all_of(known.begin(), known.end(), [](float metres) { return metres == std::floor(metres); });
+  if (median == 0 || (median >= kNearest && median <= (whole ? kFarthestWhole : kFarthest))) return std::string();
+  std::ostringstream text;
+  text.precision(3);
+  text << "the median depth is " << median << " m" << (whole ? ", all of it in whole metres" : "")
+       << ": depth must be in metres, in 16-bit images in millimetres";
+  return text.str();
 }
 
 }  // namespace gms_ransac

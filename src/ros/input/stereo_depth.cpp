@@ -122,7 +122,7 @@ std::string StereoDepth::take(const ImageWithInfo& input, const Features& left, 
            "); trigger both cameras together, or stamp their images alike";
   }
   if (!input.right_info) return "no camera_info has come on " + right_info_topic_;
-  const std::string defect = converter_.toGrey(*input.right, columns.right);
+  const std::string defect = toGrey(*input.right, columns.right);
   if (!defect.empty()) return "the image on " + right_topic_ + " cannot be used: " + defect;
   if (columns.right.size() != left.image_size) {
     return "the left image is " + sizeText(left.image_size) + ", that on " + right_topic_ + " " +

@@ -67,7 +67,6 @@ class StereoDepth {
   std::string doubtOfRows(size_t on_rows);
 
   const std::string right_topic_, right_info_topic_;
-  ImageConverter converter_;
   CameraModelSource camera_source_;
   View left_view_, right_view_;
   RowSearch search_;

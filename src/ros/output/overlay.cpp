@@ -297,12 +297,14 @@ class Painter {
 cv::Mat receivedColours(const PreparedFrame& frame) {
   namespace encodings = sensor_msgs::image_encodings;
   const auto& message = frame.input.image;
-  if (!frame.grey.empty() && message && encodings::bitDepth(message->encoding) == 8 &&
-      (encodings::numChannels(message->encoding) > 1 || encodings::isBayer(message->encoding))) {
-    try {
+  const auto has_colour = [](const std::string& encoding) {
+    return encodings::bitDepth(encoding) == 8 && (encodings::numChannels(encoding) > 1 || encodings::isBayer(encoding));
+  };
+  try {
+    if (!frame.grey.empty() && message && has_colour(message->encoding)) {
       return cv_bridge::toCvShare(message, encodings::BGR8)->image;
-    } catch (const cv_bridge::Exception&) {  // channels of no known colour: as they were matched, grey
     }
+  } catch (const std::runtime_error&) {  // an encoding or channels of no known colour: as they were matched, grey
   }
   return frame.grey;
 }

@@ -62,7 +62,7 @@ bool FramePreparation::convert(const sensor_msgs::ImageConstPtr& image, Prepared
   if (frame.input.keypoints) {
     takeKeypoints(*frame.input.keypoints, frame);
   } else {
-    frame.problem = converter_.toGrey(*image, frame.grey);
+    frame.problem = toGrey(*image, frame.grey, &frame.values);
   }
   frame.convert_seconds = secondsSince(start);
   frame.frame.seconds_before = frame.convert_seconds;
@@ -71,6 +71,7 @@ bool FramePreparation::convert(const sensor_msgs::ImageConstPtr& image, Prepared
 
 void FramePreparation::takeKeypoints(const Keypoints& keypoints, PreparedFrame& frame) {
   frame.grey.release();
+  frame.values.reset();
   frame.problem = toFeatures(keypoints, frame.frame.features);
   frame.frame.features_asked = frame.frame.features.size();
   if (parameters_.scale == ScaleMode::kDepth && frame.problem.empty()) frame.stereo.depth = depthOf(keypoints);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,8 +42,9 @@ struct Wanted {
 struct PreparedFrame {
   ImageWithInfo input;  ///< kept, because `grey` may share its memory
   std_msgs::Header header;
-  cv::Mat grey;   ///< CV_8UC1; empty with ~input keypoints
-  cv::Mat depth;  ///< CV_32FC1 metres; empty: none
+  cv::Mat grey;                      ///< CV_8UC1; empty with ~input keypoints
+  std::optional<ValueRange> values;  ///< of a 16-bit image, those that most grey levels show; none: it has 8 bits
+  cv::Mat depth;                     ///< CV_32FC1 metres; empty: none
   /// `right` and what belongs to it with ~input stereo; empty if the right image is unusable. `depth` is that of the
   /// keypoints, whether a depth image or the right camera gives it.
   StereoColumns stereo;
@@ -108,7 +110,6 @@ class FramePreparation {
   void findDepth(PreparedFrame& frame);
 
   const Parameters parameters_;
-  ImageConverter converter_;
   CameraModelSource camera_source_;
   StampWatch stamps_;
 

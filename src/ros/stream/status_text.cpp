@@ -1,6 +1,7 @@
 #include "stream/status_text.h"
 
 #include <map>
+#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -19,6 +20,7 @@ constexpr int kLittlePercent = 20;
 std::string explainFewKeypoints(const MatchResult& result, const PreparedFrame& current) {
   const cv::Mat& mask = current.mask;
   const bool given = current.input.keypoints != nullptr;
+  const std::optional<ValueRange>& values = current.values;
   const int asked = current.frame.features_asked;
   const int here = result.keypoints_current, there = result.keypoints_reference;
   if (!given && asked < kMinimumMatches) {
@@ -35,7 +37,8 @@ std::string explainFewKeypoints(const MatchResult& result, const PreparedFrame& 
          (used < kLittlePercent
               ? cv::format("the mask leaves %d %% of the image (no keypoint is taken where it is zero)", used)
           : given ? "the detector that publishes them found no more"
-                  : "the image is dark, blurred or plain; set ~fast_threshold to 0");
+                  : "the image is dark, blurred or plain; set ~fast_threshold to 0") +
+         (values ? cv::format(" (its grey levels are those of the values %d to %d)", values->low, values->high) : "");
 }
 
 /// Why there is a rotation and no translation.

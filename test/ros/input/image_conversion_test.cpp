@@ -1,7 +1,9 @@
 // Every encoding becomes the same grey picture; malformed messages are refused with a sentence.
 #include "input/image_conversion.h"
 
+#include <cmath>
 #include <functional>
+#include <optional>
 
 #include <cv_bridge/cv_bridge.h>
 #include <gtest/gtest.h>
@@ -70,7 +72,7 @@ TEST(ImageConversion, EveryEncodingBecomesTheSameGrey) {
   for (const std::string encoding : {"mono8", "8UC1", "bgr8", "8UC3", "rgb8", "bgra8", "8UC4", "rgba8", "bayer_rggb8",
                                      "bayer_bggr8", "bayer_gbrg8", "bayer_grbg8"}) {
     const sensor_msgs::Image image = message(encode(bgr, encoding), encoding);
-    ASSERT_EQ(ImageConverter().toGrey(image, grey), "");
+    ASSERT_EQ(toGrey(image, grey), "");
     ASSERT_EQ(grey.type(), CV_8UC1);
     // Interpolating a Bayer pattern blurs by a pixel; the picture changes by at most 3 grey levels over that distance.
     const bool bayer = encoding.compare(0, 6, "bayer_") == 0;
@@ -82,7 +84,7 @@ TEST(ImageConversion, EveryEncodingBecomesTheSameGrey) {
 TEST(ImageConversion, GreyImagesShareTheMessagesMemory) {
   const sensor_msgs::Image image = message(encode(colouredPicture(), "mono8"), "mono8");
   cv::Mat grey;
-  ASSERT_EQ(ImageConverter().toGrey(image, grey), "");
+  ASSERT_EQ(toGrey(image, grey), "");
   EXPECT_EQ(grey.data, image.data.data());
 }
 
@@ -90,49 +92,48 @@ TEST(ImageConversion, RowsMayBePadded) {
   cv::Mat wide = colouredPicture(), grey, expected;
   sensor_msgs::Image image = message(wide, "bgr8");
   image.width -= 8;
-  ASSERT_EQ(ImageConverter().toGrey(image, grey), "");
+  ASSERT_EQ(toGrey(image, grey), "");
   cv::cvtColor(wide.colRange(0, wide.cols - 8), expected, cv::COLOR_BGR2GRAY);
   EXPECT_EQ(cv::norm(grey, expected, cv::NORM_INF), 0);
 }
 
-TEST(ImageConversion, BrightnessOfWideImagesDoesNotJump) {
-  ImageConverter converter;
-  cv::Mat grey;
-  ASSERT_EQ(converter.toGrey(message(cv::Mat(96, 128, CV_16UC1, cv::Scalar(1000)), "mono16"), grey), "");
-  const int before = grey.at<uint8_t>(0, 0);
-  ASSERT_EQ(converter.toGrey(message(cv::Mat(96, 128, CV_16UC1, cv::Scalar(900)), "16UC1"), grey), "");
-  EXPECT_NEAR(grey.at<uint8_t>(0, 0), before * 0.9, 1);
+TEST(ImageConversion, WideImagesTellTheirValues) {
+  cv::Mat wide(96, 128, CV_16UC1), grey;
+  for (int c = 0; c < wide.cols; ++c) wide.col(c) = cv::Scalar(18000 + 4 * c);
+  wide.at<uint16_t>(40, 40) = 65535;
+  std::optional<ValueRange> range;
+  for (const char* encoding : {"mono16", "16UC1"}) {
+    ASSERT_EQ(toGrey(message(wide, encoding), grey, &range), "");
+    EXPECT_GT(grey.at<uint8_t>(0, 120) - grey.at<uint8_t>(0, 8), 200);
+    ASSERT_TRUE(range);
+    EXPECT_NEAR(range->low, 18000, 32);
+    EXPECT_NEAR(range->high, 18508, 32);
+  }
+  ASSERT_EQ(toGrey(message(encode(colouredPicture(), "mono8"), "mono8"), grey, &range), "");
+  EXPECT_FALSE(range);
 }
 
-/// Values as of a thermal camera: from `low` on, `width` of them from left to right.
-cv::Mat ramp(int low, int width) {
-  cv::Mat wide(96, 128, CV_16UC1);
-  for (int c = 0; c < wide.cols; ++c) wide.col(c) = cv::Scalar(low + width * c / (wide.cols - 1));
-  return wide;
-}
-
-TEST(ImageConversion, TwelveBitsAreScaledNotCutOff) {
-  cv::Mat grey;
-  ASSERT_EQ(ImageConverter().toGrey(message(ramp(0, 4095), "mono16"), grey), "");
-  for (const int c : {0, 64, 127}) EXPECT_NEAR(grey.at<uint8_t>(5, c), 255 * c / 127, 1);
-}
-
-TEST(ImageConversion, AFewValuesFarAboveZeroFillTheGreyLevels) {
-  ImageConverter converter;
-  const auto levels = [&converter](const cv::Mat& wide) {
-    cv::Mat grey;
-    EXPECT_EQ(converter.toGrey(message(wide, "mono16"), grey), "");
-    return std::make_pair(static_cast<int>(grey.at<uint8_t>(0, 0)), static_cast<int>(grey.at<uint8_t>(0, 127)));
-  };
-  const auto first = levels(ramp(18450, 540));
-  EXPECT_NEAR(first.second - first.first, 170, 2) << "two thirds of them";
-  EXPECT_NEAR(levels(ramp(18500, 440)).first, first.first + 50 * 255 / 810, 1) << "the range serves the next image";
-  const auto hot = levels(ramp(18450, 5000));
-  EXPECT_NEAR(hot.second - hot.first, 170, 2) << "something hot comes into view";
-  const auto after = levels(ramp(18450, 540));
-  EXPECT_NEAR(after.second - after.first, 170, 2) << "and leaves it";
-  EXPECT_LT(levels(ramp(18000, 20)).second, 100) << "noise stays small";
-  EXPECT_NEAR(levels(ramp(0, 4095)).second, 255 * 4095 / 32767, 1) << "a scene that starts at 0 is scaled by the bits";
+/// Brightness first, then rows of colours, which drivers count in height or not.
+TEST(ImageConversion, RowsOfColoursAreLeftAway) {
+  const cv::Mat picture = encode(colouredPicture(), "mono8");
+  const struct {
+    const char* encoding;
+    int rows;
+  } kinds[] = {{"nv12", 48}, {"nv21", 48}, {"nv24", 192}};
+  for (const auto& kind : kinds) {
+    cv::Mat all = picture.clone(), grey;
+    all.push_back(cv::Mat(kind.rows, picture.cols, CV_8UC1, cv::Scalar(128)));
+    sensor_msgs::Image image = message(all, kind.encoding);
+    for (const int height : {picture.rows, all.rows}) {
+      image.height = static_cast<uint32_t>(height);
+      ASSERT_EQ(toGrey(image, grey), "") << kind.encoding;
+      ASSERT_EQ(grey.size(), picture.size()) << kind.encoding;
+      EXPECT_EQ(cv::norm(grey, picture, cv::NORM_INF), 0) << kind.encoding;
+    }
+    image.height = static_cast<uint32_t>(picture.rows);
+    image.data.pop_back();
+    EXPECT_TRUE(says(toGrey(image, grey), {"step * height is 12288, with the colours"}));
+  }
 }
 
 TEST(ImageConversion, BigEndianIsUnderstood) {
@@ -141,8 +142,8 @@ TEST(ImageConversion, BigEndianIsUnderstood) {
   for (size_t i = 0; i < big.data.size(); i += 2) std::swap(big.data[i], big.data[i + 1]);
   big.is_bigendian = 1;
   cv::Mat a, b;
-  ASSERT_EQ(ImageConverter().toGrey(little, a), "");
-  ASSERT_EQ(ImageConverter().toGrey(big, b), "");
+  ASSERT_EQ(toGrey(little, a), "");
+  ASSERT_EQ(toGrey(big, b), "");
   EXPECT_EQ(cv::norm(a, b, cv::NORM_INF), 0);
 }
 
@@ -165,7 +166,7 @@ TEST(ImageConversion, SaysWhatIsWrong) {
     Image image = good;
     row.spoil(image);
     cv::Mat grey;
-    const std::string problem = ImageConverter().toGrey(image, grey);
+    const std::string problem = toGrey(image, grey);
     EXPECT_TRUE(says(problem, {row.words}));
     EXPECT_LT(problem.size(), 300U);
     EXPECT_TRUE(grey.empty());
@@ -185,7 +186,9 @@ TEST(DepthConversion, MetresAndMillimetresAndWhatIsNeither) {
     cv::Mat depth;
     return toDepth(image, expected, depth);
   };
-  EXPECT_TRUE(says(problem(millimetres, {64, 96}), {"the depth image is 128x96, but the image is 64x96"}));
+  for (const cv::Size image : {cv::Size(64, 96), cv::Size(256, 96), cv::Size(200, 150), cv::Size(256, 384)}) {
+    EXPECT_TRUE(says(problem(millimetres, image), {"the depth image is 128x96, but the image is"}));
+  }
   sensor_msgs::Image other = message(cv::Mat(size, CV_8UC1, cv::Scalar(7)), "mono8");
   EXPECT_TRUE(says(problem(other, size), {"'mono8'; it must be 32FC1"}));
   other.encoding.assign(100000, 'x');
@@ -196,6 +199,36 @@ TEST(DepthConversion, MetresAndMillimetresAndWhatIsNeither) {
   EXPECT_TRUE(says(problem(millimetres, size), {"big-endian"}));
   millimetres.data.clear();
   EXPECT_TRUE(says(problem(millimetres, size), {"empty"}));
+}
+
+TEST(DepthConversion, OfAWholeFractionOfTheImagesSizeIsEnlarged) {
+  cv::Mat millimetres(48, 64, CV_16UC1), depth;
+  for (int c = 0; c < millimetres.cols; ++c) millimetres.col(c) = cv::Scalar(1000 + 10 * c);
+  for (const int times : {2, 3}) {
+    const cv::Size image(times * 64, times * 48);
+    ASSERT_EQ(toDepth(message(millimetres, "16UC1"), image, depth), "");
+    ASSERT_EQ(depth.size(), image);
+    for (int u = 0; u < image.width; ++u) {
+      EXPECT_FLOAT_EQ(depth.at<float>(image.height - 1, u), 1 + 0.01F * static_cast<float>(u / times)) << u;
+    }
+  }
+}
+
+TEST(DepthConversion, DoubtsUnitsThatCannotBeMetres) {
+  const auto scaled = [](double unit) {
+    cv::Mat depth(96, 128, CV_32FC1);
+    for (int c = 0; c < depth.cols; ++c) depth.col(c) = cv::Scalar(std::round(600 + 11.3 * c) * unit);
+    depth.rowRange(0, 30) = 0;
+    return depth;
+  };
+  EXPECT_EQ(doubtOfUnit(scaled(0.001)), "");
+  EXPECT_EQ(doubtOfUnit(scaled(0.1234)), "") << "a hundred metres";
+  EXPECT_TRUE(says(doubtOfUnit(scaled(1)), {"the median depth is", "in whole metres: depth must be in metres"}));
+  EXPECT_TRUE(says(doubtOfUnit(scaled(1.01)), {"m: depth must be in metres"}));
+  EXPECT_TRUE(says(doubtOfUnit(scaled(1e-6)), {"the median depth is 0.001"}));
+  EXPECT_EQ(doubtOfUnit(cv::Mat()), "");
+  EXPECT_EQ(doubtOfUnit(cv::Mat::zeros(96, 128, CV_32FC1)), "");
+  EXPECT_TRUE(says(doubtOfUnit(cv::Mat(std::vector<float>{0, 1500.5, 2600.2, 3000.1})), {"2.6e+03"}));
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ TEST(ZeroCopy, FromThePublishersHandsToTheExtractor) {
   ASSERT_TRUE(received.image);
   EXPECT_EQ(received.image.get(), sent.get());
   cv::Mat grey;
-  ASSERT_EQ(ImageConverter().toGrey(*received.image, grey), "");
+  ASSERT_EQ(toGrey(*received.image, grey), "");
   EXPECT_EQ(grey.data, sent->data.data());
   input.stop();
 }
