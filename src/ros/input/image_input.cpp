@@ -7,6 +7,7 @@
 
 #include <boost/make_shared.hpp>
 
+#include "input/compressed_image.h"
 #include "priors/motion_priors.h"
 
 namespace gms_ransac {
@@ -23,10 +24,13 @@ constexpr double kPatience = 1;
 // callback.
 constexpr double kLookPeriod = 0.1, kRest = 3600;
 
+/// JPEG and PNG need no plugin: see compressed_image.h.
+const std::string kCompressed = "compressed";
+
 /// Advice on the package that contains a transport.
 std::string whereToGet(const std::string& transport) {
   std::string package;
-  if (transport == "compressed" || transport == "theora") package = transport;
+  if (transport == "theora") package = transport;
   if (transport == "compressedDepth") package = "compressed-depth";
   if (package.empty()) return "check the spelling, or install the package that brings it";
   return "'" + transport + "' comes with the package ros-noetic-" + package +
@@ -79,12 +83,14 @@ WaitingOptions ImageInput::waitingOptions() const {
 
 void ImageInput::checkTransports() const {
   for (const ImageStream& stream : streams_) {
-    if (stream.transport == "raw") continue;  // always there; the others are loaded to see
+    if (stream.transport == "raw" || stream.transport == kCompressed) continue;  // the others are loaded to see
     const std::string prefix = "image_transport/";
     const std::vector<std::string> loadable = transport_.getLoadableTransports();
     if (std::find(loadable.begin(), loadable.end(), prefix + stream.transport) != loadable.end()) continue;
-    std::string installed;
-    for (const std::string& name : loadable) installed += " '" + name.substr(prefix.size()) + "'";
+    std::string installed = " '" + kCompressed + "'";
+    for (const std::string& name : loadable) {
+      if (name != prefix + kCompressed) installed += " '" + name.substr(prefix.size()) + "'";
+    }
     throw std::invalid_argument(
         "parameter " + pnh_.resolveName(stream.transport_parameter) + " is '" + stream.transport +
         "'; it must be one of the transports that are installed:" + installed + "; " + whereToGet(stream.transport));
@@ -127,6 +133,16 @@ void ImageInput::start() {
 
 void ImageInput::subscribe(size_t stream, const std::function<void(const sensor_msgs::ImageConstPtr&)>& add) {
   const ImageStream& images = streams_[stream];
+  if (images.transport == kCompressed) {
+    subscribers_.push_back(nh_.subscribe<sensor_msgs::CompressedImage>(
+        topic(stream) + "/" + kCompressed, static_cast<uint32_t>(parameters_.queue_size),
+        [this, add](const sensor_msgs::CompressedImageConstPtr& image) {
+          settle([&] { add(stillCompressed(*image)); });
+        },
+        ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
+    image_subscribers_.emplace_back();
+    return;
+  }
   // Without the private handle the transport would be looked up in the nodelet manager's namespace.
   const image_transport::TransportHints hints(images.transport, ros::TransportHints().tcpNoDelay(), pnh_,
                                               images.transport_parameter);
@@ -216,7 +232,7 @@ std::vector<InputTopic> ImageInput::inputs() const {
       continue;
     }
     if (stream.transport == "raw") inputs.push_back({stream.name, topic, "sensor_msgs/Image"});
-    if (stream.transport == "compressed") {
+    if (stream.transport == kCompressed) {
       inputs.push_back({stream.name, topic + "/compressed", "sensor_msgs/CompressedImage"});
     }
   }

@@ -84,7 +84,7 @@ class ImageInput {
   const std::shared_ptr<MotionPriors> priors_;
   bool started_ = false;
   std::vector<ros::Subscriber> subscribers_;
-  std::vector<image_transport::Subscriber> image_subscribers_;  ///< of each stream
+  std::vector<image_transport::Subscriber> image_subscribers_;  ///< of each stream; empty if it is compressed
   ros::SteadyTimer look_timer_;
   Throttle throttle_;
 

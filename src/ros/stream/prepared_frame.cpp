@@ -5,6 +5,7 @@
 
 #include "frames.h"
 #include "guard.h"
+#include "input/compressed_image.h"
 #include "input/keypoints_conversion.h"
 #include "scale/depth_pose.h"
 #include "stream/stream.h"
@@ -40,12 +41,14 @@ void FramePreparation::receive(const ImageWithInfo& input, PreparedFrame& frame)
   frame.pair_reference.reset();
   frame.stamp_verdict = StampVerdict::kInOrder;
   const auto work = [&] {
-    if (!convert(input.image, frame)) return;
+    if (!convert(frame.input.image, frame)) return;
     if (input.reference) {
       frame.pair_reference = std::make_shared<PreparedFrame>();
       frame.pair_reference->input.image = input.reference;
       frame.pair_reference->input.mask = input.mask;
-      if (!convert(input.reference, *frame.pair_reference)) frame.problem = frame.pair_reference->problem;
+      if (!convert(frame.pair_reference->input.image, *frame.pair_reference)) {
+        frame.problem = frame.pair_reference->problem;
+      }
     } else {
       classifyStamp(frame);
     }
@@ -54,7 +57,7 @@ void FramePreparation::receive(const ImageWithInfo& input, PreparedFrame& frame)
   guarded(work, [&](const std::string& what) { frame.problem = what; });
 }
 
-bool FramePreparation::convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame) {
+bool FramePreparation::convert(sensor_msgs::ImageConstPtr& image, PreparedFrame& frame) {
   frame.header = image->header;
   frame.header.frame_id = withoutLeadingSlash(frame.header.frame_id);
   frame.frame.detect_seconds = 0;
@@ -62,7 +65,8 @@ bool FramePreparation::convert(const sensor_msgs::ImageConstPtr& image, Prepared
   if (frame.input.keypoints) {
     takeKeypoints(*frame.input.keypoints, frame);
   } else {
-    frame.problem = toGrey(*image, frame.grey, &frame.values);
+    frame.problem = decompress(image);
+    if (frame.problem.empty()) frame.problem = toGrey(*image, frame.grey, &frame.values);
   }
   frame.convert_seconds = secondsSince(start);
   frame.frame.seconds_before = frame.convert_seconds;
@@ -111,17 +115,13 @@ void FramePreparation::extract(MatchFilter& filter, PreparedFrame& frame) {
 }
 
 void FramePreparation::findDepth(PreparedFrame& frame) {
-  const ImageWithInfo& input = frame.input;
-  if (parameters_.input == InputKind::kStereo) {
-    frame.depth_problem = stereo_depth_.take(input, frame.frame.features, *frame.camera, frame.stereo);
-    if (!frame.depth_problem.empty()) return;
-    if (!frame.depth_wanted) {
-      frame.depth_problem = "only features have a subscriber";
-      return;
-    }
-    const auto start = Clock::now();
-    frame.depth_problem = stereo_depth_.fill(frame.frame.features, frame.grey, *frame.camera, frame.stereo);
-    frame.frame.detect_seconds += secondsSince(start);
+  ImageWithInfo& input = frame.input;
+  const bool stereo = parameters_.input == InputKind::kStereo;
+  const std::string defect = decompress(stereo ? input.right : input.depth);
+  if (!defect.empty()) {
+    frame.depth_problem = (stereo ? "the right image: " : "the depth image: ") + defect;
+  } else if (stereo) {
+    findStereoDepth(frame);
   } else if (input.keypoints) {
     const bool missing = parameters_.scale == ScaleMode::kDepth && frame.stereo.depth.empty();
     if (missing) frame.depth_problem = "the keypoints have no depth";
@@ -131,6 +131,18 @@ void FramePreparation::findDepth(PreparedFrame& frame) {
   } else if (parameters_.scale == ScaleMode::kDepth) {
     frame.depth_problem = "no depth image with about the stamp of the image came";
   }
+}
+
+void FramePreparation::findStereoDepth(PreparedFrame& frame) {
+  frame.depth_problem = stereo_depth_.take(frame.input, frame.frame.features, *frame.camera, frame.stereo);
+  if (!frame.depth_problem.empty()) return;
+  if (!frame.depth_wanted) {
+    frame.depth_problem = "only features have a subscriber";
+    return;
+  }
+  const auto start = Clock::now();
+  frame.depth_problem = stereo_depth_.fill(frame.frame.features, frame.grey, *frame.camera, frame.stereo);
+  frame.frame.detect_seconds += secondsSince(start);
 }
 
 void PreparedFrame::dropPixels() {

@@ -98,8 +98,8 @@ class FramePreparation {
   void findFeatures(PreparedFrame& frame);
 
  private:
-  /// Converts one image; false, with `problem` set, if it is unusable.
-  bool convert(const sensor_msgs::ImageConstPtr& image, PreparedFrame& frame);
+  /// Decompresses and converts one image; false, with `problem` set, if it is unusable.
+  bool convert(sensor_msgs::ImageConstPtr& image, PreparedFrame& frame);
   /// Features, and depth with ~scale depth, of a Keypoints message.
   void takeKeypoints(const Keypoints& keypoints, PreparedFrame& frame);
   /// Sets the verdict, and the problem of an image that is to be dropped.
@@ -108,6 +108,7 @@ class FramePreparation {
   void extract(MatchFilter& filter, PreparedFrame& frame);
   /// Depth of the keypoints, from a depth image or the right camera.
   void findDepth(PreparedFrame& frame);
+  void findStereoDepth(PreparedFrame& frame);
 
   const Parameters parameters_;
   CameraModelSource camera_source_;

@@ -17,14 +17,15 @@ from graph import TIMEOUT, Stream, client_of, image_message, run, walk
 class Compressing:
     """Stands for a publisher of images that sends them as PNG."""
 
-    def __init__(self, topic):
-        self.publisher = rospy.Publisher(topic + "/test_png", CompressedImage, queue_size=200)
+    def __init__(self, topic, transport="test_png", kind=".png"):
+        self.publisher = rospy.Publisher(topic + "/" + transport, CompressedImage, queue_size=200)
+        self.kind = kind
         self.get_num_connections = self.publisher.get_num_connections
 
     def publish(self, image):
         pixels = np.frombuffer(image.data, np.uint16 if image.encoding == "16UC1" else np.uint8)
         message = CompressedImage(header=image.header, format=image.encoding)
-        message.data = cv2.imencode(".png", pixels.reshape(image.height, image.width))[1].tobytes()
+        message.data = cv2.imencode(self.kind, pixels.reshape(image.height, image.width))[1].tobytes()
         self.publisher.publish(message)
 
 
@@ -34,10 +35,10 @@ class Transport(unittest.TestCase):
         cls.frames = walk(3)
         cls.depth = np.full(cls.frames[0].shape, 5000, np.uint16)  # millimetres; plausible is enough
 
-    def answers(self, name, compressed):
+    def answers(self, name, *transport):
         client = client_of(name)
-        if compressed:
-            client.image = Compressing(name + "/image")
+        if transport:
+            client.image = Compressing(name + "/image", *transport)
         client.connect()
         for i, frame in enumerate(self.frames):
             answer = client.ask(frame, 100 + 0.1 * i)
@@ -45,9 +46,26 @@ class Transport(unittest.TestCase):
         return [client.correspondence(100 + 0.1 * i) for i in (1, 2)]
 
     def test_same_answers_as_raw(self):
-        for raw, png in zip(self.answers("raw", False), self.answers("png", True)):
+        for raw, png in zip(self.answers("raw"), self.answers("png", "test_png")):
             self.assertGreater(len(raw.confidence), 100)
             self.assertEqual(raw, png)
+
+    def test_jpeg_and_png_need_no_transport(self):
+        for raw, png in zip(self.answers("raw_again"), self.answers("packed", "compressed", ".png")):
+            self.assertGreater(len(raw.confidence), 100)
+            self.assertEqual(raw, png)
+        for jpg in self.answers("jpg", "compressed", ".jpg"):
+            self.assertGreater(len(jpg.confidence), 100)
+
+    def test_what_is_no_picture_is_named(self):
+        client = client_of("broken")
+        client.image = Compressing("broken/image", "compressed")
+        client.image.publish = lambda image: client.image.publisher.publish(
+            CompressedImage(header=image.header, format="mono8; webm compressed", data=b"not a picture"))
+        client.connect()
+        answer = client.ask(self.frames[0], 200)
+        self.assertEqual(answer.status, MatchStats.BAD_IMAGE)
+        self.assertIn("cannot be decoded (format 'mono8; webm compressed', 13 bytes)", answer.status_text)
 
     def test_depth_has_a_transport_of_its_own(self):
         lengths = []
@@ -139,4 +157,5 @@ class Transport(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    run("transport", Transport, raw={}, raw_depth={"scale": "depth"})
+    run("transport", Transport, raw={}, raw_depth={"scale": "depth"}, raw_again={}, jpg={"image_transport": "compressed"},
+        packed={"image_transport": "compressed"}, broken={"image_transport": "compressed"})
