@@ -52,32 +52,34 @@ class Levels {
     const double plateau = kPlateau * usualCount(counts);
     double total = 0;
     for (const int count : counts) total += std::min<double>(count, plateau);
-    const double shared_by = std::max(total, kFewestBins * plateau);
+    const double shared_by = std::max({total, kFewestBins * plateau, 1.});
     double below = (shared_by - total) / 2;
+    const double low = below + kBeyondRange * total, high = below + (1 - kBeyondRange) * total;
     for (int bin = 0; bin < kBins; ++bin) {
+      const int first = bin * kBinWidth, last = first + kBinWidth - 1;
       const double step = std::min<double>(counts[bin], plateau) / kBinWidth;
-      for (int i = 0; i < kBinWidth; ++i, below += step) {
-        (*levels_)[bin * kBinWidth + i] =
-            static_cast<uint8_t>(255 * (below + step / 2) / std::max(shared_by, 1.) + 0.5);
+      if (below <= low) range_.low = first;
+      if (below < high) range_.high = last;
+      for (int value = first; value <= last; ++value, below += step) {
+        (*levels_)[value] = static_cast<uint8_t>(255 * (below + step / 2) / shared_by + 0.5);
       }
     }
   }
 
   uint8_t operator[](uint16_t value) const { return (*levels_)[value]; }
-  int firstAt(double share) const {
-    return static_cast<int>(std::lower_bound(levels_->begin(), levels_->end() - 1, 255 * share) - levels_->begin());
-  }
+  const ValueRange& range() const { return range_; }
 
  private:
   using Table = std::array<uint8_t, 1 << 16>;
   std::unique_ptr<Table> levels_;
+  ValueRange range_;
 };
 
 }  // namespace
 
 cv::Mat wideToGrey(const cv::Mat& wide, ValueRange* range) {
   const Levels levels(countsOf(wide));
-  if (range != nullptr) *range = {levels.firstAt(kBeyondRange), levels.firstAt(1 - kBeyondRange)};
+  if (range != nullptr) *range = levels.range();
   cv::Mat grey(wide.size(), CV_8UC1);
   for (int r = 0; r < wide.rows; ++r) {
     const auto* from = wide.ptr<uint16_t>(r);
