@@ -71,7 +71,7 @@ void BagWriter::writeCameraInfo(const std::string& topic, double stamp, const st
     info.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     info.distortion_model = k.distortion_model.empty() ? "plumb_bob" : k.distortion_model;
     info.D = k.distortion;
-    if (info.distortion_model == "plumb_bob") info.D.resize(5);
+    if (info.distortion_model == "plumb_bob" && !info.D.empty()) info.D.resize(5);
   }
   bag_.write(topic, info.header.stamp, info);
 }

@@ -73,7 +73,7 @@ std::string setName(const std::string& path) {
   return kittiRigOf(plain.string()) ? plain.parent_path().filename().string() + "/" + last : last.empty() ? path : last;
 }
 
-CameraIntrinsics openNiIntrinsics() { return {525, 525, 319.5, 239.5, "plumb_bob", {}}; }
+CameraIntrinsics openNiIntrinsics() { return {525, 525, 319.5, 239.5, "plumb_bob", {0, 0, 0, 0, 0}}; }
 
 Dataset Dataset::open(const std::string& path, const DatasetOptions& options) {
   Dataset dataset;

@@ -51,7 +51,7 @@ std::string imagesElsewhere(const Topics& published, const std::string& name, co
     if (depth && topic.find("depth") == std::string::npos) continue;
     if (++listed > kMostListed) return text + ", ...";
     text += (listed == 1 ? "images are published on " : ", ") + topic + " (" + name +
-            ":=" + (base.empty() ? topic : base + " image_transport:=compressed") + ")";
+            ":=" + (base.empty() ? topic : base + ", ~image_transport compressed") + ")";
   }
   if (!text.empty()) return text;
   return depth ? "no other topic with depth in its name has images" : "no other images are published";

@@ -124,7 +124,9 @@ MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const Frame
   stats->feature_age_median = static_cast<float>(feature_ages_.median);
   stats->feature_age_p90 = static_cast<float>(feature_ages_.p90);
   // In floating point: ros::Duration throws where stamp and clock are 68 years apart.
-  stats->latency = static_cast<float>(ros::Time::now().toSec() - processed.current->header.stamp.toSec());
+  const double latency = ros::Time::now().toSec() - processed.current->header.stamp.toSec();
+  // Simulated time goes by the steps of /clock, and may be behind the stamp.
+  stats->latency = static_cast<float>(std::max(0., latency));
   stats_.publish(stats);
   if (processed.continuity != Continuity::kContinuous) {
     std_msgs::Bool restart;

@@ -21,7 +21,7 @@ const std::vector<InputTopic> kDepthInputs = {{"image", "/camera/image", "sensor
 TEST(Topics, ImagesElsewhereAreListedWithTheArgumentsThatReadThem) {
   EXPECT_EQ(imagesElsewhere(kPublished, "image", {}),
             "images are published on /camera/depth/image (image:=/camera/depth/image), /camera/image "
-            "(image:=/camera/image), /phone/image/compressed (image:=/phone/image image_transport:=compressed)");
+            "(image:=/camera/image), /phone/image/compressed (image:=/phone/image, ~image_transport compressed)");
   EXPECT_EQ(imagesElsewhere({}, "image", {}), "no other images are published");
   Topics many;
   for (int i = 0; i < 100; ++i) many["/camera" + std::to_string(i)] = "sensor_msgs/Image";
