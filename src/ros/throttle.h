@@ -38,6 +38,10 @@ class Throttle {
     if (due(key, std::numeric_limits<double>::infinity())) ROS_INFO_STREAM(prefix_ << sentence);
   }
 
+  void error(const std::string& key, const std::string& sentence) {
+    if (due(key, period_)) ROS_ERROR_STREAM(prefix_ << sentence);
+  }
+
   void info(const std::string& key, const std::string& sentence) {
     if (due(key, period_)) ROS_INFO_STREAM(prefix_ << sentence);
   }

@@ -59,10 +59,17 @@ constexpr int kLeastGradient = 200;  ///< mean square, twice the grey levels a p
 void RowSearch::setImages(const cv::Mat& left, const cv::Mat& right, double infinity) {
   left_ = left;
   right_ = right;
+  infinity_px_ = infinity;
   infinity_ = static_cast<int>(std::floor(infinity / 2));
   toGradients(left, left_gradients_);
   toGradients(right, right_gradients_);
   differences_.resize(static_cast<size_t>(left.cols) + Plane::kSlack);
+}
+
+std::unique_ptr<RowSearch> RowSearch::exchanged() const {
+  auto other = std::make_unique<RowSearch>(simd_);
+  other->setImages(right_, left_, -infinity_px_);
+  return other;
 }
 
 void RowSearch::toGradients(const cv::Mat& image, Plane& gradients) {

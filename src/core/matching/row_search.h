@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -16,13 +17,15 @@ namespace gms_ransac {
 /// then aligns the grey levels.
 class RowSearch {
  public:
-  explicit RowSearch(SimdLevel simd = detectSimdLevel()) : kernels_(featureKernels(simd)) {}
+  explicit RowSearch(SimdLevel simd = detectSimdLevel()) : simd_(simd), kernels_(featureKernels(simd)) {}
 
   /// CV_8UC1, of one size; must outlive the search. `infinity`: disparity of what is infinitely far away, pixels.
   void setImages(const cv::Mat& left, const cv::Mat& right, double infinity);
   /// Pixels by which the right image shows a point farther to the left: at most a quarter of the width more than at
   /// infinity. None if the point is not found, or if another place on the row looks as much like it.
   std::optional<double> disparity(const cv::Point2f& point);
+  /// Searches in the left image for points of the right one: as if these images were exchanged.
+  std::unique_ptr<RowSearch> exchanged() const;
   /// Rows by which the right image shows a point lower, to two pixels: at most `reach` up or down.
   std::optional<int> rowsBelow(const cv::Point2f& point, int reach);
 
@@ -37,10 +40,12 @@ class RowSearch {
   static Place standsOut(const int16_t* differences, int count);
   std::optional<double> align(int x, int y, int right_x) const;
 
+  const SimdLevel simd_;
   const FeatureKernels& kernels_;
   cv::Mat left_, right_;
   Plane half_, left_gradients_, right_gradients_;  ///< halved images
-  int infinity_ = 0;                               ///< pixels of the halved images
+  double infinity_px_ = 0;
+  int infinity_ = 0;  ///< pixels of the halved images
   std::vector<int16_t> differences_, of_rows_;
 };
 

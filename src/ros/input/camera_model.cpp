@@ -21,6 +21,11 @@ constexpr double kOblongPixels = 0.1;
 // Share of the image. The principal points of TUM's, EuRoC's and KITTI's cameras lie within 4 % of the centre. A raw
 // KITTI image is cropped when it is rectified: there K is 12 % from the centre and P 4 %.
 constexpr double kOffCentre = 0.08;
+// Beyond it no lens is known to have its principal point; a size, binning or region that is not that of the matrix puts
+// it at a quarter, at two thirds or at the edge.
+constexpr double kFarOffCentre = 0.15;
+// Focal lengths that no lens has, in lengths of the longer side: 157 degrees of a pinhole camera, and one.
+constexpr double kShortestFocalLength = 0.1, kLongestFocalLength = 57;
 
 bool sameCalibration(const sensor_msgs::CameraInfo& a, const sensor_msgs::CameraInfo& b) {
   return a.width == b.width && a.height == b.height && a.distortion_model == b.distortion_model && a.D == b.D &&
@@ -39,6 +44,63 @@ cv::Size describedSize(const sensor_msgs::CameraInfo& info) {
 double offCentre(const sensor_msgs::CameraInfo& info, CameraIntrinsics intrinsics, cv::Size image_size) {
   applyRegionAndBinning(info, intrinsics);
   return std::max(std::abs(intrinsics.cx / image_size.width - 0.5), std::abs(intrinsics.cy / image_size.height - 0.5));
+}
+
+/// Distance of a point from the middle, as a share of the sides.
+double offMiddle(const cv::Point2d& point, cv::Size size) {
+  return std::max(std::abs(point.x / size.width - 0.5), std::abs(point.y / size.height - 0.5));
+}
+
+/// The whole image that the principal point of a received one belongs to.
+struct WholeImage {
+  cv::Size size;
+  cv::Point2d principal_point;
+
+  WholeImage(const CameraIntrinsics& k, const sensor_msgs::CameraInfo* info, cv::Size received)
+      : size(received), principal_point(k.cx, k.cy) {
+    if (info == nullptr || info->width == 0 || info->height == 0 || info->roi.width == 0 || info->roi.height == 0) {
+      return;
+    }
+    size = cv::Size(static_cast<int>(info->width), static_cast<int>(info->height));
+    principal_point = {k.cx * std::max(info->binning_x, 1U) + info->roi.x_offset,
+                       k.cy * std::max(info->binning_y, 1U) + info->roi.y_offset};
+  }
+};
+
+/// Binning and region, where there are any, to be compared with what the matrix is for.
+std::string binningAndRegion(const sensor_msgs::CameraInfo* info) {
+  if (info == nullptr) return std::string();
+  std::ostringstream text;
+  text << " (binning " << info->binning_x << "x" << info->binning_y << ", region of interest " << info->roi.width << "x"
+       << info->roi.height << " at " << info->roi.x_offset << ", " << info->roi.y_offset << ")";
+  return text.str();
+}
+
+/// Empty unless no camera has this matrix with images of this size; says why, and what to do.
+std::string impossibleMatrix(const CameraIntrinsics& k, const std::string& source, const sensor_msgs::CameraInfo* info,
+                             cv::Size size) {
+  std::ostringstream text;
+  text.precision(3);
+  const double focal_length = 0.5 * (k.fx + k.fy) / std::max(size.width, size.height);
+  if (focal_length < kShortestFocalLength || focal_length > kLongestFocalLength) {
+    text << "the focal length is " << 0.5 * (k.fx + k.fy) << " pixels by " << source << ", which no camera has with "
+         << sizeText(size) << " images: give K in pixels of this size" << binningAndRegion(info);
+    return text.str();
+  }
+  const WholeImage whole(k, info, size);
+  const cv::Point2d& at = whole.principal_point;
+  if (offMiddle(at, whole.size) <= kFarOffCentre) return std::string();
+  text << "the principal point is at " << 100 * at.x / whole.size.width << " % of the width and "
+       << 100 * at.y / whole.size.height << " % of the height of the " << sizeText(whole.size) << " image by " << source
+       << ", and cameras have it in the middle: ";
+  const bool would_fit_turned = offMiddle(at, {whole.size.height, whole.size.width}) <= kFarOffCentre;
+  if (would_fit_turned && whole.size.width != whole.size.height) {
+    text << "the images were turned by 90 degrees, and so must be K";
+  } else {
+    text << "K must be that of images of this size, with binning and region of interest counted once"
+         << binningAndRegion(info);
+  }
+  return text.str();
 }
 
 bool mayBeOneCamera(const CameraIntrinsics& a, const CameraIntrinsics& b) {
@@ -84,10 +146,8 @@ std::shared_ptr<const CameraModel> CameraModelSource::makeAndTell(const sensor_m
   } catch (const std::exception& error) {
     model->problem = "the camera_info on " + info_topic_ + " cannot be used: " + error.what();
   }
-  model->source = override_.calibrated() ? "the parameters ~camera" : "camera_info on " + info_topic_;
-  if (info != nullptr)
-    model->doubt = override_.calibrated() ? contradiction(*info, image_size) : unlikelyValues(*info, image_size);
-  if (!model->doubt.empty()) throttle_.warn(model->doubt, model->doubt);
+  model->source = override_.calibrated() ? "the parameters ~camera" : "the camera_info on " + info_topic_;
+  model->doubt = doubtOf(*model, info, image_size);
   const CameraIntrinsics& k = model->camera.intrinsics();
   // The sentence itself is the key: sizes that alternate say two things, not one per image.
   std::ostringstream text;
@@ -105,6 +165,17 @@ std::shared_ptr<const CameraModel> CameraModelSource::makeAndTell(const sensor_m
   model->warning = missingRays(model->camera);
   if (!model->warning.empty()) throttle_.warn(model->warning, "images on " + image_topic_ + ": " + model->warning);
   return model;
+}
+
+std::string CameraModelSource::doubtOf(const CameraModel& model, const sensor_msgs::CameraInfo* info,
+                                       cv::Size image_size) const {
+  std::string doubt;
+  if (info != nullptr && override_.calibrated()) doubt = contradiction(*info, image_size);
+  if (doubt.empty() && model.camera.calibrated()) {
+    doubt = impossibleMatrix(model.camera.intrinsics(), model.source, info, image_size);
+  }
+  if (doubt.empty() && info != nullptr && !override_.calibrated()) doubt = unlikelyValues(*info, image_size);
+  return doubt;
 }
 
 std::string CameraModelSource::sizeMismatch(const sensor_msgs::CameraInfo& info, cv::Size image_size) const {
@@ -152,9 +223,10 @@ std::string CameraModelSource::unlikelyValues(const sensor_msgs::CameraInfo& inf
          << ", but pixels are square: unless the image was stretched, calibrate again with more views";
     return text.str();
   }
-  // As in the official bags of TUM RGB-D.
-  const bool distorts = std::any_of(info.D.begin(), info.D.end(), [](double d) { return d != 0; });
-  if (K[0] != 525 || K[4] != 525 || K[2] != 319.5 || K[5] != 239.5 || distorts) return std::string();
+  // As in the official bags of TUM RGB-D. The driver sends five zeros; without coefficients a camera, such as a
+  // rendered one, is known to have no distortion.
+  const bool zeros = !info.D.empty() && std::all_of(info.D.begin(), info.D.end(), [](double d) { return d == 0; });
+  if (K[0] != 525 || K[4] != 525 || K[2] != 319.5 || K[5] != 239.5 || !zeros) return std::string();
   return "the camera_info on " + info_topic_ +
          " holds the factory values of the OpenNI driver (fx 525, cx 319.5, cy 239.5, no distortion), not a "
          "calibration: rotation and direction are less accurate; calibrate the camera" +

@@ -37,6 +37,7 @@ class CameraModelSource {
   /// Sets the camera or the problem of the model; throws std::exception with the end of a sentence.
   void make(const sensor_msgs::CameraInfo* info, cv::Size image_size, CameraModel& model) const;
   void fromInfo(const sensor_msgs::CameraInfo& info, cv::Size image_size, CameraModel& model) const;
+  std::string doubtOf(const CameraModel& model, const sensor_msgs::CameraInfo* info, cv::Size image_size) const;
   /// Empty when `info` does not say a size.
   std::string sizeMismatch(const sensor_msgs::CameraInfo& info, cv::Size image_size) const;
   /// Empty unless the pixels of `info` are far from square, it is that of an uncalibrated Kinect, or K is used although

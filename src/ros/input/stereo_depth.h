@@ -23,6 +23,7 @@ struct StereoRig {
   Eigen::Matrix3d left = Eigen::Matrix3d::Identity(), right = Eigen::Matrix3d::Identity();
   double baseline = 0;  ///< metres, the right camera's x in the left one's rectified frame
   std::string problem;  ///< why there is no such thing, as a sentence; empty when there is
+  std::string doubt;    ///< why the baseline cannot be in metres, and what to do; empty: no reason
 
   StereoRig(const CameraModel& left_model, const sensor_msgs::CameraInfo& left_info, const CameraModel& right_model,
             const sensor_msgs::CameraInfo& right_info);
@@ -63,14 +64,20 @@ class StereoDepth {
     void set(const Camera& of, const Eigen::Matrix3d& to_rectified, const CameraIntrinsics& k);
     const cv::Mat& of(const cv::Mat& received);
   };
-  /// Returns why few keypoints are found on their rows, if many are found on other rows.
-  std::string doubtOfRows(size_t on_rows);
+  /// Returns why keypoints are not found on their rows, if more are found on other rows; keeps it until they are.
+  std::string doubtOfRows(size_t on_rows, double infinity);
+  /// Every stride-th keypoint that is found as if left and right were exchanged; 0 where chance may find as many.
+  size_t countExchanged(size_t stride, double infinity) const;
+  /// Names the reason for rows that are off, by the rows by which points are lower on the right.
+  std::string textOfRows(std::vector<int> below) const;
 
   const std::string right_topic_, right_info_topic_;
   CameraModelSource camera_source_;
   View left_view_, right_view_;
   RowSearch search_;
   std::vector<cv::Point2f> points_;  ///< the keypoints in the rectified left image
+  std::string doubt_of_rows_;        ///< of the last image that was looked at; empty: none
+  int images_ = 0;                   ///< with their points on their rows
 };
 
 }  // namespace gms_ransac

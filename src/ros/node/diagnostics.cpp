@@ -55,12 +55,11 @@ void Diagnostics::update(const NodeReport& report) {
   node_ = report;
 }
 
-void Diagnostics::add(const MatchStats& stats, const std::string& output_problem,
-                      const std::string& calibration_doubt) {
+void Diagnostics::add(const MatchStats& stats, const std::string& output_problem, const std::string& doubt) {
   std::lock_guard<std::mutex> lock(mutex_);
   last_ = stats;
   output_problem_ = output_problem;
-  calibration_doubt_ = calibration_doubt;
+  doubt_ = doubt;
   ++processed_;
   failures_ += failed(stats.status) ? 1 : 0;
   late_ += stats.time_budget > 0 && stats.time_total > stats.time_budget ? 1 : 0;
@@ -88,7 +87,7 @@ void Diagnostics::describeInput(StatusWrapper& status) {
   summarize({{DiagnosticStatus::ERROR, node_.error},
              {DiagnosticStatus::OK, node_.idle},
              {DiagnosticStatus::WARN, node_.waiting},
-             {DiagnosticStatus::WARN, calibration_doubt_},
+             {DiagnosticStatus::WARN, doubt_},
              {DiagnosticStatus::OK, last_.frames_received == 0 ? "no image yet" : "images arrive"}},
             status);
   status.add("frames received", last_.frames_received);

@@ -40,8 +40,8 @@ class Diagnostics {
   Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters);
   ~Diagnostics();
 
-  /// One processed image. Empty: no problem of an output, no reason to doubt the calibration.
-  void add(const MatchStats& stats, const std::string& output_problem, const std::string& calibration_doubt);
+  /// One processed image. Empty: no problem of an output, no reason to doubt calibration or units.
+  void add(const MatchStats& stats, const std::string& output_problem, const std::string& doubt);
   void update(const NodeReport& report);
 
  private:
@@ -55,7 +55,7 @@ class Diagnostics {
   const std::string unit_;  ///< of the translations
   std::mutex mutex_;        ///< guards what follows
   NodeReport node_;
-  std::string output_problem_, calibration_doubt_;
+  std::string output_problem_, doubt_;
   MatchStats last_;
   int processed_ = 0, failures_ = 0, late_ = 0;  ///< since the last report; late: beyond ~max_milliseconds
   double asked_ = 0;                             ///< features, their sum

@@ -246,7 +246,10 @@ class MatchFilterRos {
     const FrameCounters counters = {received, processed_, passed_over_, dropped, resets_};
     const MatchStatsConstPtr stats = outputs_->publish(processed, counters, options);
     const auto& camera = processed.current->camera;
-    diagnostics_->add(*stats, outputs_->problem(), camera ? camera->doubt : std::string());
+    const bool uncalibrated = camera && !camera->problem.empty();
+    diagnostics_->add(*stats, outputs_->problem(), uncalibrated ? camera->problem : processed.doubt);
+    if (processed.doubt != last_doubt_ && !processed.doubt.empty()) throttle_.warn("doubt", processed.doubt);
+    last_doubt_ = processed.doubt;
   }
 
   OutputOptions outputOptions() {
@@ -279,7 +282,7 @@ class MatchFilterRos {
     silent_seconds_ = report.waiting.empty() || !report.idle.empty() ? 0 : silent_seconds_ + 1;
     if (silent_seconds_ < kSilentPeriods || !report.error.empty()) report.waiting.clear();
     if (!report.waiting.empty()) ROS_WARN_STREAM_THROTTLE(30, parameters_.name << ": " << report.waiting);
-    if (!report.error.empty()) throttle_.warn("input", report.error);
+    if (!report.error.empty()) throttle_.error("input", report.error);
     report.unpaired = input_->unpaired();
     if (priors_) report.priors = priors_->report();
     const std::string &registration = graph_watch_.problem(), no_clock = received_ > 0 ? clockProblem() : std::string();
@@ -298,6 +301,7 @@ class MatchFilterRos {
   std::atomic<uint32_t> received_{0}, dropped_{0};
   // Used by the publishing thread only.
   uint32_t processed_ = 0, passed_over_ = 0, resets_ = 0;
+  std::string last_doubt_;
 
   std::mutex subscription_mutex_;
   std::atomic<bool> closing_{false}, paused_{false};

@@ -17,6 +17,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+void addDoubt(const std::string& more, PreparedFrame& frame) {
+  if (!frame.doubt.empty() && !more.empty()) frame.doubt += "; ";
+  frame.doubt += more;
+}
+
 double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 }  // namespace
@@ -39,6 +44,7 @@ void FramePreparation::receive(const ImageWithInfo& input, PreparedFrame& frame)
   frame.mask.release();
   frame.mask_problem.clear();
   frame.pair_reference.reset();
+  frame.doubt.clear();
   frame.stamp_verdict = StampVerdict::kInOrder;
   const auto work = [&] {
     if (!convert(frame.input.image, frame)) return;
@@ -52,7 +58,9 @@ void FramePreparation::receive(const ImageWithInfo& input, PreparedFrame& frame)
     } else {
       classifyStamp(frame);
     }
-    if (frame.problem.empty()) frame.camera = camera_source_.get(input.camera_info, frame.imageSize());
+    if (!frame.problem.empty()) return;
+    frame.camera = camera_source_.get(input.camera_info, frame.imageSize());
+    frame.doubt = frame.camera->doubt;
   };
   guarded(work, [&](const std::string& what) { frame.problem = what; });
 }
@@ -100,6 +108,7 @@ void FramePreparation::findFeatures(PreparedFrame& frame) {
     if (frame.pair_reference) extract(frame.pipeline->filter, *frame.pair_reference);
     extract(frame.pipeline->filter, frame);
     findDepth(frame);
+    addDoubt(doubtOfDepth(frame), frame);
   };
   guarded(work, [&](const std::string& what) { frame.problem = what; });
 }
@@ -142,7 +151,15 @@ void FramePreparation::findStereoDepth(PreparedFrame& frame) {
   }
   const auto start = Clock::now();
   frame.depth_problem = stereo_depth_.fill(frame.frame.features, frame.grey, *frame.camera, frame.stereo);
+  addDoubt(frame.depth_problem, frame);
   frame.frame.detect_seconds += secondsSince(start);
+}
+
+std::string FramePreparation::doubtOfDepth(const PreparedFrame& frame) const {
+  if (!frame.depth.empty()) return doubtOfUnit(frame.depth);
+  if (parameters_.input != InputKind::kStereo) return doubtOfUnit(cv::Mat(frame.stereo.depth));
+  if (frame.stereo.rig && !frame.stereo.rig->doubt.empty()) return frame.stereo.rig->doubt;
+  return frame.stereo.right_camera ? frame.stereo.right_camera->doubt : std::string();
 }
 
 void PreparedFrame::dropPixels() {

@@ -55,6 +55,7 @@ struct PreparedFrame {
   Frame frame;
   std::shared_ptr<PreparedFrame> pair_reference;  ///< with ~input pair: what this image is compared with
   std::shared_ptr<const CameraModel> camera;
+  std::string doubt;                   ///< why calibration or units may be wrong, and what to do; empty: no reason
   std::shared_ptr<Pipeline> pipeline;  ///< with the options in force when the image came; null once it is answered
   Wanted wanted;
   bool extracted = false;  ///< else the features and their tables are not computed yet
@@ -109,6 +110,8 @@ class FramePreparation {
   /// Depth of the keypoints, from a depth image or the right camera.
   void findDepth(PreparedFrame& frame);
   void findStereoDepth(PreparedFrame& frame);
+  /// Returns why the depth cannot be in metres, and what to do; empty: no reason.
+  std::string doubtOfDepth(const PreparedFrame& frame) const;
 
   const Parameters parameters_;
   CameraModelSource camera_source_;

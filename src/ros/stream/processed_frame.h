@@ -50,7 +50,8 @@ enum class Why : uint8_t {
   kUnfit,
   // Answered without a rotation prior [sentence], without a mask [why].
   kNoPrior,
-  kNoMask
+  kNoMask,
+  kDoubt  ///< calibration or units may be wrong [why]
 };
 
 struct Reason {
@@ -80,6 +81,7 @@ struct ProcessedFrame {
   bool recovered = false;
   /// Only with `recovered`: the length of the motion is unknown, `pose.t` is the direction alone.
   bool length_missing = false;
+  std::string doubt;                        ///< why calibration or units may be wrong, and what to do; empty: no reason
   const MotionIntegrator* place = nullptr;  ///< where the camera is with this image; null: not known
   bool place_restarted = false;             ///< the odometry frame is a new one, which begins with this image
 

@@ -136,7 +136,8 @@ const std::map<Why, std::string> kBeginnings = {{Why::kUnusable, "image on "},
                                                 {Why::kUnfit, "the pose is not fit to publish: "},
                                                 {Why::kFailed, ""},
                                                 {Why::kNoPrior, ""},
-                                                {Why::kNoMask, "no mask: "}};
+                                                {Why::kNoMask, "no mask: "},
+                                                {Why::kDoubt, "doubtful: "}};
 
 std::string sentence(const Reason& reason, const ProcessedFrame& answer, const ProcessorOptions& options) {
   const auto max_gap = [&] { return "~max_frame_gap (" + secondsText(options.max_frame_gap) + ")"; };

@@ -267,6 +267,9 @@ ProcessedFrame step(Pipeline& pipeline, Stream& stream, Recovery& recovery, Work
   work.result.times = work.spent;
   integrate(pipeline.parameters, stream.place, image.answer);
   if (!current->mask_problem.empty()) image.because(Why::kNoMask, current->mask_problem);
+  image.answer.doubt = current->doubt;
+  const bool told = image.answer.doubt == current->depth_problem && image.answer.result != nullptr;
+  if (!image.answer.doubt.empty() && !told) image.because(Why::kDoubt, image.answer.doubt);
   return std::move(image.answer);
 }
 

@@ -238,6 +238,10 @@ TEST(CameraModel, DoubtsValuesThatACameraSeldomHas) {
                        const std::vector<std::function<void(Info&)>>& changes = {}) {
     Info info = calibrated(width, height);
     info.K[0] = info.K[4] = info.P[0] = info.P[5] = f;
+    if (width > 0) {
+      info.K[2] = info.P[2] = 0.5 * width;
+      info.K[5] = info.P[6] = 0.5 * height;
+    }
     for (const auto& change : changes) change(info);
     return info;
   };
@@ -277,9 +281,80 @@ TEST(CameraModel, DoubtsValuesThatACameraSeldomHas) {
     const auto made = model(row.info, row.size, Rectified::kAuto, "/image", row.camera);
     EXPECT_EQ(made->problem, "");
     EXPECT_TRUE(says(made->doubt, row.words));
-    EXPECT_EQ(made->source, row.camera.calibrated() ? "the parameters ~camera" : "camera_info on /camera_info");
+    EXPECT_EQ(made->source, row.camera.calibrated() ? "the parameters ~camera" : "the camera_info on /camera_info");
     if (!row.camera.calibrated()) continue;
     EXPECT_EQ(made->camera.intrinsics().fx, desk.fx) << "the parameters count";
+  }
+}
+
+/// Matrices of another size, or with binning or region counted twice or not at all.
+TEST(CameraModel, DoubtsAMatrixThatNoCameraHas) {
+  using Info = sensor_msgs::CameraInfo;
+  const auto info = [](uint32_t width, uint32_t height, double f, double cx, double cy) {
+    Info info;
+    info.width = width;
+    info.height = height;
+    info.distortion_model = "plumb_bob";
+    info.K = {f, 0, cx, 0, f, cy, 0, 0, 1};
+    return info;
+  };
+  const auto binned = [](Info info, uint32_t by) {
+    info.binning_x = info.binning_y = by;
+    return info;
+  };
+  const auto region = [](Info info, uint32_t x, uint32_t y, uint32_t width, uint32_t height) {
+    info.roi.x_offset = x;
+    info.roi.y_offset = y;
+    info.roi.width = width;
+    info.roi.height = height;
+    return info;
+  };
+  const cv::Size vga(640, 480);
+  const struct {
+    const char* what;
+    Info info;
+    cv::Size size;
+    std::vector<std::string> words;
+  } rows[] = {
+      {"right", info(640, 480, 500, 320, 240), vga, {}},
+      {"binning counted twice",
+       binned(info(1280, 960, 500, 320, 240), 2),
+       vga,
+       {"at 25 % of the width and 25 % of the height of the 640x480 image by the camera_info on /camera_info",
+        "binning 2x2, region of interest 0x0 at 0, 0"}},
+      {"binning not counted", info(640, 480, 1000, 640, 480), vga, {"at 100 % of the width"}},
+      {"binning counted once", binned(info(1280, 960, 1000, 640, 480), 2), vga, {}},
+      {"another resolution", info(0, 0, 1000, 627, 470), vga, {"at 98 % of the width and 97.9 % of the height"}},
+      {"region in a corner", region(info(640, 480, 500, 320, 240), 400, 300, 200, 150), {200, 150}, {}},
+      {"region counted twice",
+       region(info(640, 480, 500, 120, 90), 200, 150, 400, 300),
+       {400, 300},
+       {"at 18.8 % of the width", "640x480 image", "region of interest 400x300 at 200, 150"}},
+      {"region not counted",
+       info(400, 300, 500, 120, 240),
+       {400, 300},
+       {"at 30 % of the width and 80 % of the height"}},
+      {"region, binned", binned(region(info(640, 480, 500, 320, 240), 400, 300, 200, 150), 2), {100, 75}, {}},
+      {"turned",
+       info(480, 640, 500, 320, 240),
+       {480, 640},
+       {"at 66.7 % of the width", "the images were turned by 90 degrees, and so must be K"}},
+      {"normalised", info(640, 480, 1.2, 0.5, 0.5), vga, {"the focal length is 1.2 pixels", "in pixels of this size"}},
+      {"millimetres", info(640, 480, 4, 320, 240), vga, {"the focal length is 4 pixels"}},
+      {"micrometres", info(640, 480, 40000, 320, 240), vga, {"the focal length is 4e+04 pixels"}},
+      {"a long lens", info(640, 480, 15000, 330, 230), vga, {}},
+      {"a wide one", info(640, 480, 120, 330, 230), vga, {}}};
+  for (const auto& row : rows) {
+    SCOPED_TRACE(row.what);
+    EXPECT_TRUE(says(model(row.info, row.size)->doubt, row.words));
+    // The same by ~camera, which is that of the received image.
+    if (row.info.binning_x > 1 || row.info.roi.width > 0) continue;
+    const CameraIntrinsics k = {row.info.K[0], row.info.K[4], row.info.K[2], row.info.K[5], "", {}};
+    Parameters parameters;
+    parameters.camera = k;
+    const auto given = CameraModelSource(parameters, "/image", "/camera_info").get(nullptr, row.size);
+    EXPECT_EQ(given->doubt.empty(), row.words.empty()) << given->doubt;
+    if (!row.words.empty()) EXPECT_TRUE(says(given->doubt, {"by the parameters ~camera"}));
   }
 }
 

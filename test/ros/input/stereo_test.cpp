@@ -11,12 +11,14 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
+#include "datasets/dataset.h"
 #include "output/stereo_feature_stream.h"
 #include "processor_stream.h"
 #include "quantiles.h"
 #include "rendered_scene.h"
 #include "says.h"
 #include "scenes/scene.h"
+#include "shared_data.h"
 
 namespace gms_ransac {
 namespace {
@@ -241,6 +243,34 @@ TEST(StereoDepth, SaysWhatIsMissing) {
   }
 }
 
+TEST(StereoDepth, DoubtsBaselinesThatAreNotInMetres) {
+  const StereoRoom room;
+  const struct {
+    double baseline;
+    std::vector<std::string> words;
+  } rows[] = {{kBaseline / 1000, {"put the cameras 0.00012 m apart", "P[3] of the right one must be -fx times"}},
+              {kBaseline * 1000, {"put the cameras 120 m apart"}}};
+  for (const auto& row : rows) {
+    ImageWithInfo input = room.input(0);
+    input.right_info = room.info(row.baseline);
+    StereoProcessor processor;
+    const ProcessedFrame answer = processor.ask(input);
+    EXPECT_TRUE(says(answer.doubt, row.words)) << "beside what else is doubted";
+    EXPECT_TRUE(says(answer.text, row.words));
+    EXPECT_TRUE(says(answer.text, {"; doubtful: "}));
+  }
+}
+
+TEST(StereoDepth, DoubtsTheRightCamerasMatrix) {
+  const StereoRoom room;
+  ImageWithInfo input = room.input(0);
+  const auto info = room.info(kBaseline);
+  info->K[2] = info->P[2] = 100;
+  input.right_info = info;
+  StereoProcessor processor;
+  EXPECT_TRUE(says(processor.prepare(input)->doubt, {"at 15.6 % of the width", "right/camera_info"}));
+}
+
 TEST(StereoDepth, SaysThatImagesAreNotRectified) {
   // Images of distorting lenses, one of which looks higher, with the calibration of rectified ones.
   const StereoRoom rectified;
@@ -254,6 +284,108 @@ TEST(StereoDepth, SaysThatImagesAreNotRectified) {
   StereoProcessor processor;
   EXPECT_TRUE(says(processor.prepare(input)->depth_problem,
                    {"px above or below their rows on right/image: rectify both images"}));
+}
+
+/// Left and right images of a road, which may be exchanged or of different times.
+class RoadStereo {
+ public:
+  /// `unit`: of the baseline in metres.
+  explicit RoadStereo(const Dataset& set, double unit = 1) : set_(set), unit_(unit) {}
+
+  /// Answers `count` images from `first` on, given by a function of the frame; returns the last answer's text and
+  /// doubt.
+  struct Answer {
+    std::string text, doubt;
+    int metric = 0;  ///< pairs with a length
+  };
+  template <typename Right>
+  Answer ask(const Right& right, int first = 4, int count = 3) const {
+    StereoProcessor processor;
+    Answer answer;
+    for (int i = first; i < first + count; ++i) {
+      const auto [image, other] = right(i);
+      ImageWithInfo input;
+      input.image = imageMessage(image, 100 + 0.1 * i);
+      input.right = imageMessage(other, 100 + 0.1 * i);
+      input.camera_info = info(image.size(), 0);
+      input.right_info = info(image.size(), unit_ * set_.rightCamera()->baseline);
+      input.received = ros::Time(100 + 0.1 * i);
+      const ProcessedFrame processed = processor.ask(input);
+      answer.text = processed.text;
+      answer.doubt = processed.doubt;
+      answer.metric += processed.metric_scale;
+    }
+    return answer;
+  }
+  cv::Mat left(int i) const { return set_.image(i); }
+  cv::Mat right(int i) const { return set_.right(i); }
+
+ private:
+  sensor_msgs::CameraInfoPtr info(cv::Size size, double offset) const {
+    auto message = boost::make_shared<sensor_msgs::CameraInfo>();
+    const CameraIntrinsics& k = *set_.intrinsics();
+    message->width = static_cast<uint32_t>(size.width);
+    message->height = static_cast<uint32_t>(size.height);
+    message->distortion_model = "plumb_bob";
+    message->D.assign(5, 0);
+    message->K = {k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1};
+    message->P = {k.fx, 0, k.cx, -k.fx * offset, 0, k.fy, k.cy, 0, 0, 0, 1, 0};
+    return message;
+  }
+  const Dataset& set_;
+  const double unit_;
+};
+
+using Images = std::pair<cv::Mat, cv::Mat>;
+
+TEST(StereoRoad, CamerasThatAreNotExposedTogetherGiveNoLength) {
+  OPEN_OR_SKIP(set, "kitti_06");
+  const RoadStereo road(*set);
+  const auto good = road.ask([&](int i) { return Images(road.left(i), road.right(i)); });
+  EXPECT_EQ(good.doubt, "") << good.doubt;
+  EXPECT_EQ(good.metric, 2);
+  for (const int late : {1, -1}) {
+    for (const int first : {4, 13, 30}) {
+      const auto apart = road.ask([&](int i) { return Images(road.left(i), road.right(i + late)); }, first);
+      EXPECT_TRUE(says(apart.doubt, {"expose both cameras at the same time"})) << late << " from " << first;
+      EXPECT_TRUE(says(apart.text, {"no length: points of the left image lie"}));
+      EXPECT_EQ(apart.metric, 0);
+    }
+  }
+}
+
+TEST(StereoRoad, RowsThatAreOffGiveNoLength) {
+  OPEN_OR_SKIP(set, "kitti_06");
+  const RoadStereo road(*set);
+  for (const int down : {-20, -3, 3, 6}) {
+    const auto lower = [&](const cv::Mat& image) {
+      cv::Mat moved;
+      const cv::Mat_<double> motion = (cv::Mat_<double>(2, 3) << 1, 0, 0, 0, 1, down);
+      cv::warpAffine(image, moved, motion, image.size());
+      return moved;
+    };
+    const auto off = road.ask([&](int i) { return Images(road.left(i), lower(road.right(i))); });
+    EXPECT_TRUE(says(off.doubt, {"px above or below their rows on right/image: rectify both images"})) << down;
+    EXPECT_EQ(off.metric, 0) << down;
+  }
+}
+
+TEST(StereoRoad, TheSameImageTwiceAndExchangedImagesAreNamed) {
+  OPEN_OR_SKIP(set, "kitti_06");
+  const RoadStereo road(*set);
+  const auto same = road.ask([&](int i) { return Images(road.left(i), road.left(i)); });
+  EXPECT_TRUE(says(same.doubt, {"without disparity: remap left and right to two cameras"}));
+  EXPECT_EQ(same.text.find("doubtful"), std::string::npos) << same.text << ": once is enough";
+  const auto exchanged = road.ask([&](int i) { return Images(road.right(i), road.left(i)); });
+  EXPECT_TRUE(says(exchanged.doubt, {"left and right are exchanged"}));
+}
+
+TEST(StereoRoad, ABaselineInMillimetresIsDoubted) {
+  OPEN_OR_SKIP(set, "kitti_06");
+  const RoadStereo road(*set, 1000);
+  const auto answer = road.ask([&](int i) { return Images(road.left(i), road.right(i)); });
+  EXPECT_TRUE(says(answer.text, {"doubtful: the camera_infos put the cameras 537 m apart"}));
+  EXPECT_EQ(answer.metric, 2) << "its user may have another unit in mind";
 }
 
 }  // namespace

@@ -278,6 +278,70 @@ TEST(Calibration, WithoutOneThereAreCorrespondencesAlone) {
   EXPECT_GT(quantilesOf(message.probability).median, 0.5) << "weighed by the fundamental matrix";
 }
 
+/// Published K is that of the received image, with which camera_info's coefficients undistort: of a lens with a sphere
+/// that is not the pinhole camera's, whose focal length is smaller by 1 + xi.
+TEST(Calibration, OfALensWithASphereIsPublishedAsItCame) {
+  auto info = boost::make_shared<sensor_msgs::CameraInfo>();
+  info->width = kWidth;
+  info->height = kHeight;
+  info->distortion_model = "omnidirectional";
+  info->D = {1.5, -0.1, 0.05, 0, 0};
+  info->K = {700, 0, 320, 0, 710, 240, 0, 0, 1};
+  Processor processor{Parameters()};
+  ImageWithInfo input;
+  input.camera_info = info;
+  ProcessedFrame processed;
+  for (int i = 0; i < 2; ++i) {
+    input.image = imageMessage(renderedFrame(i).image, 100 + 0.1 * i);
+    processed = processor.ask(input);
+  }
+  ASSERT_NE(processed.result, nullptr);
+  Correspondences message;
+  toMessage(processed, false, message);
+  Keypoints keypoints;
+  toMessage(processed, keypoints);
+  EXPECT_EQ(message.pixel_space, Correspondences::PIXELS_RAW);
+  EXPECT_EQ(message.K, info->K);
+  EXPECT_EQ(keypoints.K, info->K);
+}
+
+TEST(Status, NamesTheValuesOfA16BitImageWithoutKeypoints) {
+  Processor processor{calibrated()};
+  ImageWithInfo input;
+  std::string text;
+  for (int i = 0; i < 2; ++i) {
+    cv::Mat plain(480, 640, CV_16UC1, cv::Scalar(18000));
+    plain.at<uint16_t>(100, 100) = 65535;
+    std_msgs::Header header;
+    header.stamp = ros::Time(100 + 0.1 * i);
+    input.image = cv_bridge::CvImage(header, "mono16", plain).toImageMsg();
+    text = processor.ask(input).text;
+  }
+  EXPECT_TRUE(
+      says(text, {"the image is dark, blurred or plain", "(its grey levels are those of the values 18000 to 18015)"}));
+}
+
+TEST(Calibration, DoubtsAreInTheStatusText) {
+  Parameters parameters;
+  parameters.camera = {500, 500, 600, 240, "", {}};
+  Processor processor{parameters};
+  ImageWithInfo input;
+  for (int i = 0; i < 2; ++i) {
+    input.image = imageMessage(renderedFrame(i).image, 100 + 0.1 * i);
+    const ProcessedFrame processed = processor.ask(input);
+    EXPECT_TRUE(says(processed.doubt, {"at 93.8 % of the width"}));
+    EXPECT_TRUE(says(processed.text, {"; doubtful: " + processed.doubt}));
+  }
+}
+
+/// A depth image in millimetres that says 32FC1.
+TEST(Calibration, DepthThatCannotBeInMetresIsDoubted) {
+  ImageStream stream(ScaleMode::kDepth, renderedScene().intrinsics(), {});
+  cv::Mat millimetres = 1000 * renderedFrame(0).depth;
+  EXPECT_TRUE(says(stream.process(renderedFrame(0).image, millimetres).text, {"doubtful: the median depth is"}));
+  EXPECT_EQ(stream.process(renderedFrame(1).image, renderedFrame(1).depth).doubt, "");
+}
+
 /// The room through a lens of that focal length, with its camera_info.
 ImageWithInfo roomThrough(double focal_length, const std::vector<double>& distortion, int frame) {
   SceneOptions options;
