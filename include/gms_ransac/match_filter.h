@@ -62,6 +62,10 @@ class MatchFilter {
   void filter(const Frame& reference, const Frame& current, MatchResult& result, const RotationPrior* prior = nullptr,
               Past* past = nullptr);
 
+  /// Goes on with what `before` has learnt of the time that images take, unless an option differs on which it depends:
+  /// all but those of the estimator do.
+  void continueBudget(const MatchFilter& before);
+
   /// Estimates again from the matches that `filter` left in `result`, for statistics over seeds.
   void estimate(const Frame& reference, const Frame& current, MatchResult& result);
   void setSeed(uint64_t seed);

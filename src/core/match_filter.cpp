@@ -12,6 +12,7 @@
 #include "gms/motion_prediction.h"
 #include "matching/any_matcher.h"
 #include "methods/method.h"
+#include "parameter.h"
 #include "standstill.h"
 #include "survivors.h"
 #include "time_budget.h"
@@ -95,7 +96,7 @@ struct MatchFilter::Stages {
   MotionPrediction rotation_prediction;
   SurvivorSelector selector;
   Continuity continuity;
-  std::unique_ptr<TimeBudget> budget;  ///< null: no limit
+  std::shared_ptr<TimeBudget> budget;  ///< null: no limit
 };
 
 MatchFilter::MatchFilter(const MatchFilterOptions& options)
@@ -215,7 +216,8 @@ Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& curre
   // Fewer inliers are no model.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
   if (past != nullptr) stages.continuity.follow(*stages.method, stages.camera, options_.robust, result, *past);
-  result.stationary = !result.robust.translation_observable && standsStill(result, past);
+  result.stationary =
+      !result.robust.translation_observable && standsStill(reference.features, current.features, result, past);
   result.inliers = stages.method->filterDecides() ? result.size() : result.robust.inlier_count;
   result.times.ransac = watch.lap();
   return statusOf(result.robust, stages.camera);
@@ -225,8 +227,21 @@ void MatchFilter::setClock(const std::function<double()>& seconds) {
   Stages& stages = *stages_;
   stages.clock = seconds;
   if (options_.max_milliseconds <= 0) return;
-  stages.budget = std::make_unique<TimeBudget>(1e-3 * options_.max_milliseconds, options_.extractor.features, seconds);
+  stages.budget = std::make_shared<TimeBudget>(1e-3 * options_.max_milliseconds, options_.extractor.features, seconds);
   stages.method->setTimeLimit(&stages.budget->limit());
+}
+
+void MatchFilter::continueBudget(const MatchFilter& before) {
+  MatchFilterOptions comparable = before.options_;
+  comparable.robust = options_.robust;
+  comparable.robust.model = before.options_.robust.model;
+  comparable.robust.refine = before.options_.robust.refine;
+  const bool same = parametersOf(comparable) == parametersOf(options_) &&
+                    comparable.extractor.threads == options_.extractor.threads &&
+                    comparable.matcher_threads == options_.matcher_threads;
+  if (!same || !before.stages_->budget) return;
+  stages_->budget = before.stages_->budget;
+  stages_->method->setTimeLimit(&stages_->budget->limit());
 }
 
 void MatchFilter::setSeed(uint64_t seed) {

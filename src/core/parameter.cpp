@@ -1,6 +1,9 @@
 #include "parameter.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <locale>
 #include <sstream>
 
 #include "gms_ransac/core_parameters.h"
@@ -32,6 +35,12 @@ const BoundParameter<MatchFilterOptions>& coreParameter(const std::string& name)
     if (parameter.name == name) return parameter;
   }
   throw std::invalid_argument("there is no parameter '" + name + "'");
+}
+
+/// The same number as an int; none if it has a fraction or is too large.
+std::optional<int> wholeOf(double number) {
+  const bool fits = std::abs(number) <= std::numeric_limits<int>::max();
+  return fits && number == std::floor(number) ? std::optional(static_cast<int>(number)) : std::nullopt;
 }
 
 /// Refuses an option that has a row in cfg/parameters.py and is out of its range.
@@ -74,6 +83,9 @@ std::optional<ParameterValue> Parameter::take(const ParameterValue& value) const
   if (const auto* whole = std::get_if<int>(&value); whole && std::holds_alternative<double>(default_value)) {
     typed = static_cast<double>(*whole);
   }
+  if (const auto* number = std::get_if<double>(&value); number && std::holds_alternative<int>(default_value)) {
+    if (const std::optional<int> whole = wholeOf(*number)) typed = *whole;
+  }
   if (typed.index() != default_value.index() || !(allows(typed) || typed == default_value)) return std::nullopt;
   return typed;
 }
@@ -86,9 +98,10 @@ std::optional<ParameterValue> Parameter::parse(const std::string& text) const {
     const auto flag = kFlags.find(text);
     return flag == kFlags.end() ? std::nullopt : take(flag->second);
   }
-  ParameterValue number = default_value;
+  double number = 0;
   std::istringstream stream(text);
-  std::visit([&](auto& typed) { stream >> typed; }, number);
+  stream.imbue(std::locale::classic());
+  stream >> number;
   return stream && stream.eof() ? take(number) : std::nullopt;
 }
 

@@ -25,9 +25,9 @@ struct Parameter {
   std::vector<std::string> choices;  ///< of a word; empty: any
 
   /// The value in the type of this parameter; none if it has another type, is out of range or unknown. A whole number
-  /// is a number.
+  /// is a number, and 1500.0 is whole.
   std::optional<ParameterValue> take(const ParameterValue& value) const;
-  /// The same from text: 1, on, yes are true and 0, off, no false, too.
+  /// The same from text: 1, on, yes are true and 0, off, no false, too; 4e-05 and 1e3 are numbers.
   std::optional<ParameterValue> parse(const std::string& text) const;
   /// The accepted values: "a whole number between 1 and 16", "one of 'a' 'b'".
   std::string accepted() const;

@@ -30,9 +30,13 @@ struct CellAtRest {
   }
 };
 
+bool isCopy(const cv::KeyPoint& a, const cv::KeyPoint& b) {
+  return a.pt == b.pt && a.octave == b.octave && a.response == b.response && a.angle == b.angle;
+}
+
 }  // namespace
 
-bool standsStill(const MatchResult& result, const Past* past) {
+bool standsStill(const Features& reference, const Features& current, const MatchResult& result, const Past* past) {
   const PointPairs& pairs = result.pairs;
   const std::vector<Match>& matches = result.matches;
   const auto isTrack = [&](const Match& match) { return past != nullptr && past->isStatic(match.reference); };
@@ -40,7 +44,9 @@ bool standsStill(const MatchResult& result, const Past* past) {
   std::array<CellAtRest, kSpreadGridSide * kSpreadGridSide> grid;
   const Eigen::Vector2d half(0.5 * pairs.image_reference.width, 0.5 * pairs.image_reference.height);
   for (size_t k = 0; k < matches.size(); ++k) {
-    if (by_tracks && !isTrack(matches[k])) continue;
+    const Match& match = matches[k];
+    if (by_tracks && !isTrack(match)) continue;
+    if (match.distance == 0 && isCopy(reference.keypoints[match.reference], current.keypoints[match.current])) continue;
     const cv::Point2f from(pairs.x_reference[k], pairs.y_reference[k]);
     const auto cell = static_cast<size_t>(spreadCell(from, pairs.image_reference));
     grid[cell].add(Eigen::Vector2d(from.x, from.y) - half, {pairs.x_current[k] - from.x, pairs.y_current[k] - from.y});

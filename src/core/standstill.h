@@ -1,6 +1,7 @@
 // Tells a camera that stands still from one that only rotates: the static points stay where they were.
 #pragma once
 
+#include "gms_ransac/features.h"
 #include "gms_ransac/match_result.h"
 #include "gms_ransac/past.h"
 
@@ -12,7 +13,8 @@ constexpr double kMostDrift = 0.2;
 
 /// True if the matches that continue static tracks, by `past`, show a camera at rest; bodies may cross the view. All
 /// matches are used if there is no past, or if few of them continue static tracks. Evidence is counted by the cells
-/// of the spread grid.
-bool standsStill(const MatchResult& result, const Past* past);
+/// of the spread grid. Keypoints that are equal bit for bit are no evidence: no sensor measures the same twice, so
+/// their pixels are a copy.
+bool standsStill(const Features& reference, const Features& current, const MatchResult& result, const Past* past);
 
 }  // namespace gms_ransac

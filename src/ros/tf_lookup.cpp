@@ -40,11 +40,6 @@ std::string TfLookup::get(const std::string& target, const std::string& source, 
   }
 }
 
-std::string TfLookup::parentOf(const std::string& frame) const {
-  std::string parent;
-  return buffer_->_getParent(frame, ros::Time(0), parent) ? parent : std::string();
-}
-
 void TfLookup::clear() { buffer_->clear(); }
 
 }  // namespace gms_ransac

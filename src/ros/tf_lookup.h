@@ -24,8 +24,6 @@ class TfLookup {
   /// X_target = transform X_source at a time, 0 for the latest that is known. Returns an empty string, or what tf says
   /// is missing. Frames that are the same need no tf.
   std::string get(const std::string& target, const std::string& source, double stamp, Eigen::Isometry3d& transform);
-  /// The latest parent of a frame; empty: none is known.
-  std::string parentOf(const std::string& frame) const;
   /// Forgets all but static transforms.
   void clear();
 

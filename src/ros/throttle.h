@@ -1,6 +1,9 @@
-// Logs the same sentence at most once in a while; one clock per sentence, so that one warning cannot hide another.
+// Logs the same sentence at most once in a while; one clock per sentence, so that one warning cannot hide another. It is
+// the same with other numbers in it.
 #pragma once
 
+#include <algorithm>
+#include <cctype>
 #include <cstddef>
 #include <iterator>
 #include <limits>
@@ -24,9 +27,9 @@ class Throttle {
   explicit Throttle(const std::string& name, double period_seconds = 10)
       : prefix_(name.empty() ? name : name + ": "), period_(period_seconds) {}
 
-  /// Logs a warning unless one with this key was logged within the period.
+  /// Logs a warning unless the same with this key was logged within the period.
   void warn(const std::string& key, const std::string& sentence) {
-    if (due(key, period_)) ROS_WARN_STREAM(prefix_ << sentence);
+    if (due(key + withoutNumbers(sentence), period_)) ROS_WARN_STREAM(prefix_ << sentence);
   }
 
   /// Logs a warning the first time this key comes.
@@ -43,7 +46,7 @@ class Throttle {
   }
 
   void info(const std::string& key, const std::string& sentence) {
-    if (due(key, period_)) ROS_INFO_STREAM(prefix_ << sentence);
+    if (due(key + withoutNumbers(sentence), period_)) ROS_INFO_STREAM(prefix_ << sentence);
   }
 
   /// Number of sentences that wait for their time, or were logged for good.
@@ -53,6 +56,11 @@ class Throttle {
   }
 
  private:
+  static std::string withoutNumbers(std::string sentence) {
+    const auto isDigit = [](unsigned char c) { return std::isdigit(c) != 0; };
+    sentence.erase(std::remove_if(sentence.begin(), sentence.end(), isDigit), sentence.end());
+    return sentence;
+  }
   bool due(const std::string& key, double period) {
     std::lock_guard<std::mutex> lock(mutex_);
     const double now = ros::SteadyTime::now().toSec();

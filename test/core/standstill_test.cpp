@@ -12,11 +12,12 @@ namespace {
 using Flow = std::function<cv::Point2f(const cv::Point2f& from_centre)>;
 
 /// Matches all over an image of 640 x 480 with noise of 0.15 pixels; those of the left `body_share` of it move by three
-/// pixels instead and continue no static track.
-bool stands(const Flow& flow, double body_share = 0, bool with_past = true) {
+/// pixels instead and continue no static track. The upper `copied_share` of the second image repeats the first.
+bool stands(const Flow& flow, double body_share = 0, bool with_past = true, double copied_share = 0) {
   std::mt19937 random(1);
   std::normal_distribution<float> noise(0, 0.15f);
   MatchResult result;
+  Features reference, current;
   Past past;
   PointPairs& pairs = result.pairs;
   pairs.image_reference = pairs.image_current = {640, 480};
@@ -30,10 +31,17 @@ bool stands(const Flow& flow, double body_share = 0, bool with_past = true) {
     pairs.y_reference[k] = from.y;
     pairs.x_current[k] = from.x + moved.x + noise(random);
     pairs.y_current[k] = from.y + moved.y + noise(random);
+    reference.keypoints.emplace_back(from, 31.f);
+    current.keypoints.emplace_back(pairs.x_current[k], pairs.y_current[k], 31.f);
+    if (from.y < copied_share * 480) {
+      pairs.x_current[k] = from.x;
+      pairs.y_current[k] = from.y;
+      current.keypoints.back() = reference.keypoints.back();
+    }
     result.matches.push_back({i, i, 0, 0});
     past.reference_static.push_back(body ? 0 : 1);
   }
-  return standsStill(result, with_past ? &past : nullptr);
+  return standsStill(reference, current, result, with_past ? &past : nullptr);
 }
 
 cv::Point2f rest(const cv::Point2f&) { return {0, 0}; }
@@ -58,7 +66,13 @@ TEST(StandsStill, NotWhenAFifthOfWhatWasStaticMoves) {
   EXPECT_FALSE(stands([](const cv::Point2f& p) { return cv::Point2f(p.y > 144 ? 2.f : 0.f, 0); }));
 }
 
-TEST(StandsStill, NotWithoutMatches) { EXPECT_FALSE(standsStill(MatchResult(), nullptr)); }
+TEST(StandsStill, ByWhatWasMeasuredTwiceAlone) {
+  EXPECT_FALSE(stands(rest, 0, true, 1)) << "the same image twice";
+  EXPECT_FALSE(stands([](const cv::Point2f&) { return cv::Point2f(2, 0); }, 0, true, 0.95)) << "the rest moves";
+  EXPECT_TRUE(stands(rest, 0, true, 0.5)) << "half of the rows are stuck, the others show it";
+}
+
+TEST(StandsStill, NotWithoutMatches) { EXPECT_FALSE(standsStill(Features(), Features(), MatchResult(), nullptr)); }
 
 }  // namespace
 }  // namespace gms_ransac

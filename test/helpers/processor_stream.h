@@ -26,6 +26,14 @@ inline cv::Mat cornersMovedBy(int shift) {
   return texture(cv::Rect(shift, 0, 640, 480)).clone();
 }
 
+/// The same by a sensor, which measures nothing twice: with noise of its own.
+inline cv::Mat measured(const cv::Mat& image, uint64_t seed) {
+  cv::Mat noise(image.size(), CV_16SC1), seen;
+  cv::RNG(seed + 1).fill(noise, cv::RNG::NORMAL, 0, 1);
+  cv::add(image, noise, seen, cv::noArray(), CV_8U);
+  return seen;
+}
+
 /// One camera, of VGA unless it is given.
 inline Parameters calibrated(ScaleMode scale = ScaleMode::kUnit,
                              const CameraIntrinsics& camera = {500, 500, 319.5, 239.5, "", {}}) {

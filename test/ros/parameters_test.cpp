@@ -134,7 +134,12 @@ TEST(Parameters, NotSetAndTheGapBeforeTheRange) {
 
 TEST(Parameters, Types) {
   EXPECT_EQ(row("inlier_threshold_px").take(2), ParameterValue(2.0)) << "a whole number is a number";
-  EXPECT_EQ(row("features").take(2.0), std::nullopt);
+  EXPECT_EQ(row("features").take(500.0), ParameterValue(500)) << "a number that is whole is a whole number";
+  EXPECT_EQ(row("features").take(500.5), std::nullopt);
+  EXPECT_EQ(row("features").take(1e300), std::nullopt);
+  EXPECT_EQ(row("features").parse("1e3"), ParameterValue(1000));
+  EXPECT_EQ(row("success_probability").parse("9.9e-1"), ParameterValue(0.99));
+  EXPECT_EQ(row("success_probability").parse("nan"), std::nullopt);
   EXPECT_EQ(row("refine").parse("0"), ParameterValue(false));
   EXPECT_EQ(row("refine").parse("maybe"), std::nullopt);
   EXPECT_EQ(row("features").parse("500x"), std::nullopt);

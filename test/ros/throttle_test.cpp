@@ -40,6 +40,16 @@ TEST(Throttle, SaysTheSameOnceAndOthersBeside) {
   EXPECT_EQ(log.lines, (std::vector<std::string>{"too dark", "too bright", "first"}));
 }
 
+TEST(Throttle, OneReasonDoesNotHideAnother) {
+  Log& log = emptyLog();
+  Throttle throttle("", 1000);
+  for (const int width : {640, 641}) {
+    throttle.warn("image", "not used: " + std::to_string(width) + " columns");
+    throttle.warn("image", "not used: late");
+  }
+  EXPECT_EQ(log.lines, (std::vector<std::string>{"not used: 640 columns", "not used: late"}));
+}
+
 TEST(Throttle, SaysItAgainAfterAWhile) {
   Log& log = emptyLog();
   Throttle throttle("", 0);

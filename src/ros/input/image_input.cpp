@@ -242,6 +242,19 @@ std::vector<InputTopic> ImageInput::inputs() const {
   return inputs;
 }
 
+std::string ImageInput::mixedTopic() const {
+  std::string mixed;
+  const auto look = [&](const auto& subscriber) {
+    const uint32_t publishers = subscriber.getNumPublishers();
+    if (publishers < 2 || !mixed.empty()) return;
+    mixed = std::to_string(publishers) + " nodes publish " + subscriber.getTopic() +
+            ", and what they send is taken for one camera's; stop all but one, or remap them apart";
+  };
+  for (const image_transport::Subscriber& subscriber : image_subscribers_) look(subscriber);
+  for (const ros::Subscriber& subscriber : subscribers_) look(subscriber);
+  return mixed;
+}
+
 std::string ImageInput::waitingFor(const Topics& published) {
   std::lock_guard<std::mutex> lock(mutex_);
   const int images = std::exchange(images_, 0), infos = std::exchange(infos_, 0);

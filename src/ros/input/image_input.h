@@ -48,6 +48,8 @@ class ImageInput {
   std::string rightInfoTopic() const { return nh_.resolveName("right/camera_info"); }
   /// Images dropped because no camera_info had their stamp; none: their stamps need not be equal.
   std::optional<int> unpaired();
+  /// Returns which topic several nodes publish, so that their messages mix, and the remedy; empty: none.
+  std::string mixedTopic() const;
   /// Returns what has not arrived since the last call, and the remedy; empty while images come.
   std::string waitingFor(const Topics& published);
 

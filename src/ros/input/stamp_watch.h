@@ -3,14 +3,18 @@
 
 #include <utility>
 
+#include "late_stamps.h"
+
 namespace gms_ransac {
 
 /// The further down, the more is forgotten.
 enum class StampVerdict {
   kFirst,       ///< nothing came before
   kInOrder,     ///< compare with the image before
+  kAfterLate,   ///< the same, but an image between was dropped as late: the clock may have been set back meanwhile
   kOutOfOrder,  ///< not newer than the image before: drop it
   kGap,         ///< too long after the image before: a new reference
+  kSteppedBack, ///< the clock that stamps the images was set back by little: a new reference
   kJumpedBack,  ///< stamps restarted (a bag looped without --clock): a new reference
   kClockReset   ///< the node's clock itself went back (simulated time restarted): forget everything
 };
@@ -18,8 +22,9 @@ enum class StampVerdict {
 class StampWatch {
  public:
   /// `stamp`: of the image; `now`: the node's clock when it arrived; `max_gap`; all in seconds. An image that is to be
-  /// dropped does not move the watch. Backward steps up to max_gap are taken for images that overtook each other,
-  /// larger ones, and any once the clock went back, for a stream that started again.
+  /// dropped does not move the watch. An image that is late by up to max_gap was overtaken; a second one, newer than the
+  /// first, shows that the clock was set back. Larger steps, and any once the node's clock went back, are a stream that
+  /// started again.
   ///
   /// Clock and images travel apart: at the start of a loop either may come first, and both together are one restart.
   StampVerdict judge(double stamp, double now, double max_gap) {
@@ -31,12 +36,16 @@ class StampWatch {
     }
     noteClock(now);
     const double step = stamp - previous_stamp_;
-    if (step <= 0 && step >= -max_gap && !clock_restarted_) return StampVerdict::kOutOfOrder;
+    const bool late = step <= 0 && step >= -max_gap && !clock_restarted_;
+    if (late && (step == 0 || !late_.steppedBack(stamp))) return StampVerdict::kOutOfOrder;
     previous_stamp_ = stamp;
+    if (late) return StampVerdict::kSteppedBack;
+    const bool after_late = late_.end();
     if (step <= 0) return restart();
     // In order and not ahead of the new clock: the old stream has ended.
     if (stamp <= now) clock_restarted_ = false;
-    return step > max_gap ? StampVerdict::kGap : StampVerdict::kInOrder;
+    if (step > max_gap) return StampVerdict::kGap;
+    return after_late ? StampVerdict::kAfterLate : StampVerdict::kInOrder;
   }
 
   double previousStamp() const { return previous_stamp_; }
@@ -56,6 +65,7 @@ class StampWatch {
 
   bool have_previous_ = false;
   double previous_stamp_ = 0, previous_now_ = 0;
+  LateStamps late_;
   bool clock_restarted_ = false;   ///< and the stamps have not yet
   bool stamps_restarted_ = false;  ///< and the clock has not yet
 };

@@ -55,9 +55,11 @@ void Diagnostics::update(const NodeReport& report) {
   node_ = report;
 }
 
-void Diagnostics::add(const MatchStats& stats, const std::string& output_problem, const std::string& doubt) {
+void Diagnostics::add(const MatchStats& stats, uint32_t unpaired, const std::string& output_problem,
+                      const std::string& doubt) {
   std::lock_guard<std::mutex> lock(mutex_);
   last_ = stats;
+  crowded_out_ = stats.frames_dropped - unpaired;
   output_problem_ = output_problem;
   doubt_ = doubt;
   ++processed_;
@@ -87,6 +89,7 @@ void Diagnostics::describeInput(StatusWrapper& status) {
   summarize({{DiagnosticStatus::ERROR, node_.error},
              {DiagnosticStatus::OK, node_.idle},
              {DiagnosticStatus::WARN, node_.waiting},
+             {DiagnosticStatus::WARN, node_.mixed},
              {DiagnosticStatus::WARN, doubt_},
              {DiagnosticStatus::OK, last_.frames_received == 0 ? "no image yet" : "images arrive"}},
             status);
@@ -127,7 +130,7 @@ void Diagnostics::describeTiming(StatusWrapper& status) {
   std::lock_guard<std::mutex> lock(mutex_);
   const ros::WallTime now = ros::WallTime::now();
   const double period = std::max((now - last_report_).toSec(), 1e-3);
-  const uint32_t dropped = last_.frames_dropped - dropped_before_;
+  const uint32_t dropped = crowded_out_ - crowded_out_before_;
   const int images = std::max(processed_, 1);
   if (dropped > 0) {
     status.summaryf(DiagnosticStatus::WARN,
@@ -152,7 +155,7 @@ void Diagnostics::describeTiming(StatusWrapper& status) {
     status.addf("features asked for", "%.0f", asked_ / images);
   }
   last_report_ = now;
-  dropped_before_ = last_.frames_dropped;
+  crowded_out_before_ = crowded_out_;
   processed_ = failures_ = late_ = 0;
   seconds_ = latency_ = asked_ = 0;
 }

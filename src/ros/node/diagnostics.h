@@ -27,9 +27,10 @@ namespace gms_ransac {
 struct NodeReport {
   std::string error;            ///< why no image can arrive, and the remedy
   std::string waiting;          ///< what does not arrive, and the remedy
+  std::string mixed;            ///< which input several nodes publish, and the remedy
   std::string idle;             ///< why no image is expected: paused, no subscriber, end of the bag
   std::optional<int> unpaired;  ///< images without a camera_info of their stamp; none: not required
-  std::string graph;            ///< problem of the registration or the clock; empty: none
+  std::string graph;            ///< problem of the registration, the clock or tf; empty: none
   PriorReport priors;           ///< of other sensors, where there are any
 };
 
@@ -40,8 +41,9 @@ class Diagnostics {
   Diagnostics(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters);
   ~Diagnostics();
 
-  /// One processed image. Empty: no problem of an output, no reason to doubt calibration or units.
-  void add(const MatchStats& stats, const std::string& output_problem, const std::string& doubt);
+  /// One processed image. `unpaired`: those of the dropped images that had no camera_info of their stamp. Empty: no
+  /// problem of an output, no reason to doubt calibration or units.
+  void add(const MatchStats& stats, uint32_t unpaired, const std::string& output_problem, const std::string& doubt);
   void update(const NodeReport& report);
 
  private:
@@ -59,7 +61,7 @@ class Diagnostics {
   MatchStats last_;
   int processed_ = 0, failures_ = 0, late_ = 0;  ///< since the last report; late: beyond ~max_milliseconds
   double asked_ = 0;                             ///< features, their sum
-  uint32_t dropped_before_ = 0;
+  uint32_t crowded_out_ = 0, crowded_out_before_ = 0;  ///< dropped because newer images came first
   double seconds_ = 0, latency_ = 0;  ///< sums since the last report
   ros::WallTime last_report_;
   ros::WallTimer timer_;  ///< last: its callback may run until it is gone

@@ -1,6 +1,8 @@
 #include "node/graph_watch.h"
 
 #include <chrono>
+#include <thread>
+#include <utility>
 
 #include <ros/console.h>
 #include <ros/init.h>
@@ -13,6 +15,8 @@ namespace gms_ransac {
 
 namespace {
 
+constexpr std::chrono::seconds kPatience(1);
+
 /// False: no answer, or one that says the call failed.
 bool call(const char* method, const char* argument, XmlRpc::XmlRpcValue& answer) {
   XmlRpc::XmlRpcValue request, response;
@@ -24,20 +28,40 @@ bool call(const char* method, const char* argument, XmlRpc::XmlRpcValue& answer)
 
 }  // namespace
 
+/// Used by one thread at a time.
+class GraphWatch::Asker {
+ public:
+  Answer ask();
+
+ private:
+  int master_pid_ = 0;      ///< of the first answer; 0: none yet
+  bool forgotten_ = false;  ///< stays set: a node that registers some topics again is still not complete
+};
+
+GraphWatch::GraphWatch(const std::string& name) : name_(name), asker_(std::make_shared<Asker>()) {}
+
+GraphWatch::~GraphWatch() {
+  // A thread that asks while the process ends might use what is destroyed already; a master that is there is fast.
+  if (asked_.valid()) asked_.wait_for(kPatience);
+}
+
 void GraphWatch::look() {
   if (!asked_.valid()) {
-    asked_ = std::async(std::launch::async, [this] {
+    std::packaged_task<Answer()> question([asker = asker_] {
       Answer answer;
-      guarded([&] { answer = ask(); },
+      guarded([&] { answer = asker->ask(); },
               [&](const std::string& what) { answer.problem = "the request to the ROS master failed: " + what; });
       return answer;
     });
+    asked_ = question.get_future();
+    std::thread(std::move(question)).detach();  // the future of std::async would wait for it
     return;
   }
   // While the process ends the master's answers mean nothing.
   if (!ros::ok() || asked_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   const std::string before = last_.problem;
   last_ = asked_.get();
+  answered_ = true;
   if (last_.problem == before) return;
   if (last_.problem.empty()) {
     ROS_INFO_STREAM(name_ << ": the ROS master answers again");
@@ -46,7 +70,7 @@ void GraphWatch::look() {
   }
 }
 
-GraphWatch::Answer GraphWatch::ask() {
+GraphWatch::Answer GraphWatch::Asker::ask() {
   Answer answer;
   const std::string master = "the ROS master at " + ros::master::getURI();
   XmlRpc::XmlRpcValue pid, uri, published;

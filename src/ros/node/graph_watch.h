@@ -3,6 +3,7 @@
 #pragma once
 
 #include <future>
+#include <memory>
 #include <string>
 
 #include "input/topics.h"
@@ -12,10 +13,14 @@ namespace gms_ransac {
 class GraphWatch {
  public:
   /// `name`: prefix of log lines.
-  explicit GraphWatch(const std::string& name) : name_(name) {}
+  explicit GraphWatch(const std::string& name);
+  /// Does not wait for a master that does not answer.
+  ~GraphWatch();
 
   /// Asks the master, or takes its answer and logs what changed. Called every second; never waits.
   void look();
+  /// The master, or its silence, has answered at least once.
+  bool answered() const { return answered_; }
   /// Problem of the master or of the registration of this node, and the remedy; empty: none.
   const std::string& problem() const { return last_.problem; }
   const Topics& topics() const { return last_.topics; }
@@ -25,13 +30,13 @@ class GraphWatch {
     std::string problem;
     Topics topics;
   };
-  Answer ask();
+  class Asker;
 
   const std::string name_;
-  int master_pid_ = 0;      ///< of the first answer; 0: none yet
-  bool forgotten_ = false;  ///< stays set: a node that registers some topics again is still not complete
+  const std::shared_ptr<Asker> asker_;  ///< shared with the thread that asks, which may outlive this
+  bool answered_ = false;
   Answer last_;
-  std::future<Answer> asked_;  ///< last: waits for the answer at the end
+  std::future<Answer> asked_;
 };
 
 }  // namespace gms_ransac

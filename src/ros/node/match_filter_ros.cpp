@@ -30,6 +30,7 @@ namespace {
 
 constexpr double kWatchPeriod = 1;  // seconds
 constexpr int kSilentPeriods = 5;   // without an image before the log names the silent topic
+constexpr double kSilenceRepeats = 30;  // seconds after which it names it again
 
 /// As the end of a sentence.
 std::string whenSubscribed(bool always, const OutputOptions& options) {
@@ -61,6 +62,7 @@ class MatchFilterRos {
         pnh_(pnh),
         parameters_(readParameters(pnh)),
         throttle_(parameters_.name),
+        silence_(parameters_.name, kSilenceRepeats),
         mailbox_(parameters_.drop_frames ? 1 : static_cast<size_t>(parameters_.queue_size)),
         prepared_(1),
         graph_watch_(parameters_.name) {
@@ -85,8 +87,8 @@ class MatchFilterRos {
     {
       // A listener may connect before `outputs_` is assigned.
       std::lock_guard<std::mutex> lock(subscription_mutex_);
-      outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, start.outputs,
-                                           [this] { guard([&] { updateSubscription(); }); });
+      outputs_ =
+          std::make_unique<Outputs>(nh_, pnh_, parameters_, [this] { guard([&] { updateSubscription(); }); });
     }
     ros::NodeHandle watch(nh_);
     watch.setCallbackQueue(&watch_queue_);
@@ -242,12 +244,13 @@ class MatchFilterRos {
       throttle_.warn("reset", processed.text);
     }
     // `dropped_` is read first: an image is counted as received before it can be counted as dropped.
-    const uint32_t dropped = dropped_, received = received_;
-    const FrameCounters counters = {received, processed_, passed_over_, dropped, resets_};
+    const uint32_t late = dropped_, received = received_;
+    const auto unpaired = static_cast<uint32_t>(input_->unpaired().value_or(0));
+    const FrameCounters counters = {received + unpaired, processed_, passed_over_, late + unpaired, resets_};
     const MatchStatsConstPtr stats = outputs_->publish(processed, counters, options);
     const auto& camera = processed.current->camera;
     const bool uncalibrated = camera && !camera->problem.empty();
-    diagnostics_->add(*stats, outputs_->problem(), uncalibrated ? camera->problem : processed.doubt);
+    diagnostics_->add(*stats, unpaired, outputs_->problem(), uncalibrated ? camera->problem : processed.doubt);
     if (processed.doubt != last_doubt_ && !processed.doubt.empty()) throttle_.warn("doubt", processed.doubt);
     last_doubt_ = processed.doubt;
   }
@@ -264,12 +267,14 @@ class MatchFilterRos {
   }
   void watchInput() {
     graph_watch_.look();
+    if (graph_watch_.answered()) outputs_->watch(graph_watch_.problem().empty());
     const Topics& published = graph_watch_.topics();
     NodeReport report;
     report.error = wrongTypes(input_->inputs(), published);
     {
       std::lock_guard<std::mutex> lock(subscription_mutex_);
       report.waiting = input_->waitingFor(published);
+      report.mixed = input_->mixedTopic();
       if (report.error.empty()) report.error = subscribe_problem_;
       if (!input_->started()) report.idle = paused_ ? "paused by ~pause" : "not subscribed: no output has a subscriber";
     }
@@ -281,19 +286,20 @@ class MatchFilterRos {
     last_clock_ = clock;
     silent_seconds_ = report.waiting.empty() || !report.idle.empty() ? 0 : silent_seconds_ + 1;
     if (silent_seconds_ < kSilentPeriods || !report.error.empty()) report.waiting.clear();
-    if (!report.waiting.empty()) ROS_WARN_STREAM_THROTTLE(30, parameters_.name << ": " << report.waiting);
+    if (!report.waiting.empty()) silence_.warn("waiting", report.waiting);
+    if (!report.mixed.empty()) throttle_.warn("mixed", report.mixed);
     if (!report.error.empty()) throttle_.error("input", report.error);
     report.unpaired = input_->unpaired();
     if (priors_) report.priors = priors_->report();
     const std::string &registration = graph_watch_.problem(), no_clock = received_ > 0 ? clockProblem() : std::string();
     if (!no_clock.empty()) throttle_.warn("clock", no_clock);
-    report.graph = registration.empty() ? no_clock : registration;
+    report.graph = !registration.empty() ? registration : !no_clock.empty() ? no_clock : outputs_->refusal();
     diagnostics_->update(report);
   }
 
   ros::NodeHandle nh_, pnh_;
   const Parameters parameters_;
-  Throttle throttle_;
+  Throttle throttle_, silence_;
 
   std::mutex options_mutex_;
   OutputOptions output_options_;

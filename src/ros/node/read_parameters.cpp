@@ -22,26 +22,51 @@ std::string textOf(XmlRpc::XmlRpcValue raw) {
   return text.str();
 }
 
+std::string typeOf(const XmlRpc::XmlRpcValue& raw) {
+  switch (raw.getType()) {
+    case XmlRpc::XmlRpcValue::TypeBoolean:
+      return "a yes or no";
+    case XmlRpc::XmlRpcValue::TypeInt:
+    case XmlRpc::XmlRpcValue::TypeDouble:
+      return "a number";
+    case XmlRpc::XmlRpcValue::TypeString:
+      return "a text";
+    case XmlRpc::XmlRpcValue::TypeArray:
+      return "a list";
+    default:
+      return "a structure";
+  }
+}
+
 [[noreturn]] void refuse(const ros::NodeHandle& pnh, const std::string& name, const std::string& value,
                          const std::string& accepted) {
   throw std::invalid_argument("parameter " + refusal(pnh.resolveName(name), value, accepted));
 }
 
-/// Empty for a list or a structure. YAML reads the words true and false as booleans; a choice needs them as words.
+/// The value in the type of the parameter; empty where it is none of its values, or would have to be guessed. YAML reads
+/// the words true and false as booleans, where a choice needs words, and the number 4e-05 as a text.
 std::optional<ParameterValue> valueOf(XmlRpc::XmlRpcValue raw, const Parameter& parameter) {
   switch (raw.getType()) {
-    case XmlRpc::XmlRpcValue::TypeBoolean:
-      if (!parameter.choices.empty()) return toText(ParameterValue(static_cast<bool>(raw)));
-      return static_cast<bool>(raw);
-    case XmlRpc::XmlRpcValue::TypeInt:
-      return static_cast<int>(raw);
+    case XmlRpc::XmlRpcValue::TypeBoolean: {
+      const ParameterValue flag = static_cast<bool>(raw);
+      return parameter.take(parameter.choices.empty() ? flag : toText(flag));
+    }
+    case XmlRpc::XmlRpcValue::TypeInt: {
+      const int number = static_cast<int>(raw);
+      const bool flag = std::holds_alternative<bool>(parameter.default_value) && (number == 0 || number == 1);
+      return parameter.take(flag ? ParameterValue(number == 1) : ParameterValue(number));
+    }
     case XmlRpc::XmlRpcValue::TypeDouble:
-      return static_cast<double>(raw);
+      return parameter.take(static_cast<double>(raw));
     case XmlRpc::XmlRpcValue::TypeString:
-      return static_cast<std::string>(raw);
+      return parameter.parse(static_cast<std::string>(raw));
     default:
       return std::nullopt;
   }
+}
+
+XmlRpc::XmlRpcValue toXmlRpc(const ParameterValue& value) {
+  return std::visit([](const auto& typed) { return XmlRpc::XmlRpcValue(typed); }, value);
 }
 
 /// Sets the fields of all parameters of the table that are set; returns the values of those without a field.
@@ -51,9 +76,16 @@ ParameterValues read(const ros::NodeHandle& pnh, const ParameterTable<Options>& 
   for (const auto& parameter : table) {
     XmlRpc::XmlRpcValue raw;
     if (!pnh.getParam(parameter.name, raw)) continue;
-    std::optional<ParameterValue> value = valueOf(raw, parameter);
-    if (value) value = parameter.take(*value);
-    if (!value) refuse(pnh, parameter.name, textOf(raw), parameter.accepted());
+    const std::optional<ParameterValue> value = valueOf(raw, parameter);
+    if (!value) {
+      const std::string type = typeOf(raw), wanted = typeOf(toXmlRpc(parameter.default_value));
+      refuse(pnh, parameter.name, textOf(raw),
+             parameter.accepted() + (type == wanted ? std::string() : ", and this is " + type));
+    }
+    // dynamic_reconfigure reads it as well, and would take the default for a value of another type.
+    const XmlRpc::XmlRpcValue typed = toXmlRpc(*value);
+    const bool whole = raw.getType() == XmlRpc::XmlRpcValue::TypeInt && std::holds_alternative<double>(*value);
+    if (typed.getType() != raw.getType() && !whole) pnh.setParam(parameter.name, typed);
     if (parameter.set) {
       parameter.set(options, *value);
     } else {
@@ -247,8 +279,7 @@ std::vector<std::string> parametersWithoutEffect(const ros::NodeHandle& pnh, con
         std::find_if(std::begin(conditions), std::end(conditions), [&](const auto& each) { return each.name == name; });
     XmlRpc::XmlRpcValue raw;
     if (condition == std::end(conditions) || condition->used || !pnh.getParam(name, raw)) continue;
-    const std::optional<ParameterValue> value = valueOf(raw, *row);
-    if (value && row->take(*value) == row->default_value) continue;  // a copy of match_filter.yaml sets them all
+    if (valueOf(raw, *row) == row->default_value) continue;  // a copy of match_filter.yaml sets them all
     sentences.push_back(full + " is set, but has no effect without " + condition->use);
   }
   return sentences;

@@ -93,7 +93,7 @@ Feature FeatureStream::describe(const ProcessedFrame& processed, const TrackedPo
     return feature;
   }
   const double stamp = processed.current->stamp();
-  feature.velocity = (feature.ray - before->second.ray) / (stamp - last_stamp_);
+  if (processed.velocity_known) feature.velocity = (feature.ray - before->second.ray) / (stamp - last_stamp_);
   feature.age = stamp - before->second.first_stamp;
   return feature;
 }
@@ -103,7 +103,7 @@ Eigen::Vector2d FeatureStream::velocityInPair(const ProcessedFrame& processed, i
   const double reference_stamp = processed.reference->stamp(), seconds = processed.current->stamp() - reference_stamp;
   // With a reference that is held longer it would be an average; VINS's own tracker gives 0 for new features, too.
   const bool held = !sent_.empty() && reference_stamp < last_stamp_;
-  if (match < 0 || held || seconds <= 0) return Eigen::Vector2d::Zero();
+  if (match < 0 || held || seconds <= 0 || !processed.velocity_known) return Eigen::Vector2d::Zero();
   const int keypoint = processed.result->matches[match].reference;
   const cv::Point2f& before = processed.reference->frame.features.keypoints[keypoint].pt;
   return (ray - rayOf(processed.current->camera->camera, before)) / seconds;

@@ -22,7 +22,8 @@ struct Feature {
   uint32_t id = 0;           ///< that of ~correspondences when it was first sent
   cv::Point2f pixel;         ///< of the received image
   Eigen::Vector2d ray;       ///< x, y at depth 1
-  Eigen::Vector2d velocity;  ///< of the ray since the last message, or since the pair's reference, 1/s
+  /// Of the ray since the last message, or since the pair's reference, 1/s; zero where that time is not known.
+  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();
   double age = 0;            ///< seconds since it was first sent
 };
 

@@ -2,8 +2,8 @@
 
 #include <utility>
 
+#include <geometry_msgs/TransformStamped.h>
 #include <geometry_msgs/TwistWithCovarianceStamped.h>
-#include <ros/master.h>
 
 #include "frames.h"
 #include "output/output_options.h"
@@ -14,18 +14,15 @@ namespace gms_ransac {
 
 namespace {
 
-// Before the first broadcast tf is listened to for this long, to learn of another node that owns the frame.
-constexpr double kSettlingSeconds = 1;
 constexpr size_t kPathPoses = 2000;  // a minute of a 30 Hz camera, in messages of 200 kB; then every second one
 
 }  // namespace
 
 OdometryOutput::OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
-                               bool broadcasts, WatchedBroadcaster& broadcaster,
-                               const ros::SubscriberStatusCallback& changed)
-    : nh_(nh), parameters_(parameters), broadcaster_(broadcaster), throttle_(parameters.name) {
+                               WatchedBroadcaster& broadcaster, const ros::SubscriberStatusCallback& changed)
+    : parameters_(parameters), broadcaster_(broadcaster), throttle_(parameters.name) {
   // From the start, or the first pairs would find no place of the camera on its base.
-  if (broadcasts || !parameters_.base_frame.empty()) listen();
+  if (!parameters_.base_frame.empty()) tf_ = std::make_unique<TfLookup>(nh);
   odom_ = outputs.advertise<nav_msgs::Odometry>("odom", kPublisherQueue, changed, changed);
   twist_ = outputs.advertise<geometry_msgs::TwistWithCovarianceStamped>("twist", kPublisherQueue, changed, changed);
   pose_ = outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("pose", kPublisherQueue, changed, changed);
@@ -74,20 +71,9 @@ std::optional<OdometryEstimate> OdometryOutput::takeSetPose(const std_msgs::Head
   return base.base(camera_in_base->inverse());
 }
 
-void OdometryOutput::listen() {
-  if (tf_) return;
-  tf_ = std::make_unique<TfLookup>(nh_);
-  listening_since_ = ros::SteadyTime::now();
-}
-
 void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transform) {
-  // Without a master to listen waits for one, and the images would with it.
-  if (with_transform && !tf_ && ros::master::check()) listen();
   if (processed.continuity == Continuity::kRestarted && tf_) tf_->clear();
-  if (processed.place_restarted) {
-    path_.poses.clear();
-    held_.clear();
-  }
+  if (processed.place_restarted) path_.poses.clear();
   if (processed.place == nullptr || (listeners() == 0 && !with_transform)) return;
   const std_msgs::Header& header = processed.current->header;
   const auto camera_in_base = cameraInBase(header);
@@ -174,24 +160,13 @@ void OdometryOutput::broadcast(const Eigen::Isometry3d& pose, const ros::Time& s
   const bool inverted = parameters_.invert_odom_tf;
   const std::string& parent = inverted ? moving_frame : parameters_.odom_frame;
   const std::string& child = inverted ? parameters_.odom_frame : moving_frame;
-  if (stamp == last_broadcast_ || refused_ || !tf_) return;
+  if (stamp == last_broadcast_) return;
   geometry_msgs::TransformStamped transform = toTransform(inverted ? pose.inverse() : pose);
   transform.header.stamp = stamp;
   transform.header.frame_id = parent;
   transform.child_frame_id = child;
-  held_.push_back(transform);
-  if ((ros::SteadyTime::now() - listening_since_).toSec() < kSettlingSeconds) return;
-  const std::string owner = tf_->parentOf(child);
-  if (!owner.empty() && (owner != parent || last_broadcast_.isZero())) {
-    refused_ = true;
-    held_.clear();
-    ROS_ERROR_STREAM(
-        parameters_.name << ": no odometry transform: another node broadcasts " << child << " with the parent " << owner
-                         << ", and a frame can have only one; set ~invert_odom_tf, or stop the other node");
-    return;
-  }
-  for (const geometry_msgs::TransformStamped& held : held_) broadcaster_.send(held);
-  held_.clear();
+  constexpr bool kForGood = true;  // a localization that is started later may claim the frame
+  broadcaster_.send(transform, kForGood);
   last_broadcast_ = stamp;
 }
 

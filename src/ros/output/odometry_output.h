@@ -5,10 +5,8 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
-#include <geometry_msgs/TransformStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <nav_msgs/Path.h>
 #include <ros/node_handle.h>
@@ -23,8 +21,7 @@ class WatchedBroadcaster;
 
 class OdometryOutput {
  public:
-  /// `broadcasts`: ~publish_odom_tf at start. tf is listened to at once, so that the first pair's motion is broadcast.
-  OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters, bool broadcasts,
+  OdometryOutput(const ros::NodeHandle& nh, ros::NodeHandle& outputs, const Parameters& parameters,
                  WatchedBroadcaster& broadcaster, const ros::SubscriberStatusCallback& listeners_changed);
   ~OdometryOutput();
 
@@ -38,25 +35,18 @@ class OdometryOutput {
   void publish(const ProcessedFrame& processed, bool broadcast);
 
  private:
-  void listen();
   void onSetPose(const geometry_msgs::PoseWithCovarianceStamped& message);
   /// Pose of the camera in ~base_frame at the image's stamp; identity without ~base_frame. None, with a throttled
   /// warning, while tf does not know it.
   std::optional<Eigen::Isometry3d> cameraInBase(const std_msgs::Header& camera);
   void publishPath(const nav_msgs::Odometry& odom);
-  /// Waits until tf has been listened to for long enough, and ends for good, with a sentence, once another node gives
-  /// the child frame another parent, or gave it any before us.
   void broadcast(const Eigen::Isometry3d& pose, const ros::Time& stamp, const std::string& moving_frame);
 
-  ros::NodeHandle nh_;
   const Parameters parameters_;
   nav_msgs::Path path_;
   ros::Publisher odom_, twist_, pose_, transform_, path_publisher_;
-  std::unique_ptr<TfLookup> tf_;  ///< only where tf is needed: it is a busy topic
+  std::unique_ptr<TfLookup> tf_;  ///< with ~base_frame alone: tf is a busy topic
   WatchedBroadcaster& broadcaster_;
-  ros::SteadyTime listening_since_;  ///< wall time may be set back, and what is held would grow
-  bool refused_ = false;
-  std::vector<geometry_msgs::TransformStamped> held_;  ///< until tf has been listened to long enough
   ros::Time last_broadcast_;
   std::string problem_;
   Throttle throttle_;

@@ -41,7 +41,7 @@ Quantiles<double> agesOf(const std::vector<Feature>& features) {
 }  // namespace
 
 Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
-                 const OutputOptions& start, const std::function<void()>& listeners_changed)
+                 const std::function<void()>& listeners_changed)
     : transport_(pnh),
       broadcaster_(std::make_unique<WatchedBroadcaster>(parameters.name)),
       feature_layout_(parameters.feature_layout),
@@ -59,7 +59,7 @@ Outputs::Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Pa
   relative_pose_ =
       outputs.advertise<geometry_msgs::PoseWithCovarianceStamped>("relative_pose", kPublisherQueue, changed, changed);
   restart_ = outputs.advertise<std_msgs::Bool>("restart", kPublisherQueue);  // does not cause a subscription
-  odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, start.publish_odom_tf, *broadcaster_, changed);
+  odometry_ = std::make_unique<OdometryOutput>(nh, outputs, parameters, *broadcaster_, changed);
   if (parameters.input != InputKind::kKeypoints) {  // they are followed in pixels
     features_ = outputs.advertise<sensor_msgs::PointCloud>("features", kPublisherQueue, changed, changed);
   }
@@ -111,6 +111,10 @@ std::optional<OdometryEstimate> Outputs::takeSetPose(const std_msgs::Header& cam
 std::string Outputs::problem() const {
   return odometry_->problem().empty() ? broadcaster_->problem() : odometry_->problem();
 }
+
+std::string Outputs::refusal() { return broadcaster_->refusal(); }
+
+void Outputs::watch(bool master_answers) { broadcaster_->watch(master_answers); }
 
 MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const FrameCounters& counters,
                                     const OutputOptions& options) {

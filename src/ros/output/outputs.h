@@ -22,10 +22,9 @@ class WatchedBroadcaster;
 
 class Outputs {
  public:
-  /// Topics are relative to `pnh`. `start`: options at start. `listeners_changed` is called whenever a subscriber comes
-  /// or goes.
+  /// Topics are relative to `pnh`. `listeners_changed` is called whenever a subscriber comes or goes.
   Outputs(const ros::NodeHandle& nh, const ros::NodeHandle& pnh, const Parameters& parameters,
-          const OutputOptions& start, const std::function<void()>& listeners_changed);
+          const std::function<void()>& listeners_changed);
   ~Outputs();
 
   /// Topic of the match image, as remapped.
@@ -45,6 +44,10 @@ class Outputs {
   std::optional<OdometryEstimate> takeSetPose(const std_msgs::Header& camera);
   /// Why an output could not be published, and the remedy; empty: no problem. From the thread of `publish`.
   std::string problem() const;
+  /// As WatchedBroadcaster has it. From any thread.
+  std::string refusal();
+  /// To be called every second, from a thread that may wait for the master.
+  void watch(bool master_answers);
 
   /// Returns the stats that were published.
   MatchStatsConstPtr publish(const ProcessedFrame& processed, const FrameCounters& counters,

@@ -75,6 +75,7 @@ void MotionPriors::start(std::function<void()> arrived) {
     std::lock_guard<std::mutex> lock(sensors_mutex_);
     gyro_.track.clear();
     wheels_.track.clear();
+    gyro_.refused = wheels_.refused = 0;
   }
   const auto addRates = [this, arrived](const sensor_msgs::ImuConstPtr& imu) {
     {
@@ -86,7 +87,9 @@ void MotionPriors::start(std::function<void()> arrived) {
                      : gyro_.frame.empty() ? "no frame_id; set ~imu_frame"
                                            : "";
       const double variance = std::max({0.0, covariance[0], covariance[4], covariance[8]});
-      if (covariance[0] >= 0) gyro_.track.add(imu->header.stamp.toSec(), {rate.x, rate.y, rate.z}, variance);
+      if (covariance[0] >= 0) {
+        gyro_.note(gyro_.track.add(imu->header.stamp.toSec(), {rate.x, rate.y, rate.z}, variance));
+      }
     }
     arrived();
   };
@@ -95,7 +98,7 @@ void MotionPriors::start(std::function<void()> arrived) {
       std::lock_guard<std::mutex> lock(sensors_mutex_);
       wheels_.frame = withoutLeadingSlash(odometry->child_frame_id);
       wheels_.defect = wheels_.frame.empty() ? "no child_frame_id; set it to the frame that moves" : "";
-      wheels_.track.add(toSample(*odometry));
+      wheels_.note(wheels_.track.add(toSample(*odometry)));
     }
     arrived();
   };
@@ -143,8 +146,12 @@ template <typename Track>
 std::string MotionPriors::sensorBetween(const Sensor<Track>& sensor, const std::string& camera_frame, double from,
                                         double to, TrackMotion& motion, Eigen::Isometry3d& camera_in_sensor) {
   if (!sensor.defect.empty()) return "the messages on " + sensor.topic + " have " + sensor.defect;
-  if (sensor.track.empty()) return "no message has come on " + sensor.topic;
-  const std::string problem = sensor.track.between(from, to, motion);
+  const std::string problem =
+      sensor.track.empty() ? "no message has come" : sensor.track.between(from, to, motion);
+  if (!problem.empty() && sensor.refused > 0) {
+    return "the last " + std::to_string(sensor.refused) + " messages on " + sensor.topic +
+           " are not used: their numbers are not finite, or larger than any sensor's";
+  }
   if (!problem.empty()) return problem + " on " + sensor.topic;
   // Both are screwed to one body: the latest is as good as any.
   return tf_->get(sensor.frame, camera_frame, 0, camera_in_sensor);
@@ -300,8 +307,7 @@ PriorReport MotionPriors::report() {
     if (report.summary.empty() && !length_problem_.empty()) report.summary = "no length: " + length_problem_;
   }
   report.doubtful = !report.summary.empty();
-  if (report.summary.empty())
-    report.summary = comparison.pairs() > 0 ? "agrees with the images" : "nothing compared yet";
+  if (report.summary.empty()) report.summary = comparison.agreement();
   if (parameters_.rotation_prior == RotationPriorKind::kNone) return report;
   const auto between = [&](double from, double to) -> std::optional<Eigen::Vector3d> {
     RotationPrior prior;

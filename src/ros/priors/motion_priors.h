@@ -87,6 +87,9 @@ class MotionPriors {
     Track track;
     std::string topic, frame;  ///< resolved; of the axes
     std::string defect;        ///< of the messages, and the remedy; empty: none
+    int refused = 0;           ///< messages in a row, up to the last one, with impossible numbers
+
+    void note(bool used) { refused = used ? 0 : refused + 1; }
   };
   bool byGyro() const { return parameters_.rotation_prior == RotationPriorKind::kImu; }
   bool byWheels() const {

@@ -22,8 +22,11 @@ bool isPossible(const Eigen::Vector3d& v) { return v.squaredNorm() < kLargest * 
 double MotionTrack::secondsTo(double stamp) {
   if (empty()) return 0;
   const double seconds = stamp - samples_.back().stamp;
-  if (seconds > 0) return seconds;
-  if (seconds > -kRestart) return -1;
+  if (seconds > 0) {
+    late_.end();
+    return seconds;
+  }
+  if (seconds == 0 || (seconds > -kRestart && !late_.steppedBack(stamp))) return -1;
   clear();
   return 0;
 }
@@ -71,21 +74,22 @@ std::string MotionTrack::between(double from, double to, TrackMotion& motion) co
   return std::string();
 }
 
-void GyroTrack::add(double stamp, const Eigen::Vector3d& rate, double variance) {
-  if (!std::isfinite(stamp) || !isPossible(rate)) return;
+bool GyroTrack::add(double stamp, const Eigen::Vector3d& rate, double variance) {
+  if (!std::isfinite(stamp) || !isPossible(rate)) return false;
   const double seconds = secondsTo(stamp);
-  if (seconds < 0) return;
+  if (seconds < 0) return true;
   Eigen::Isometry3d step = Eigen::Isometry3d::Identity();
   if (seconds > 0) step.linear() = rotationFromVector(0.5 * seconds * (rate_ + rate));
   append(stamp, step, seconds * seconds * (variance > 0 ? variance : kUsualSigma * kUsualSigma));
   rate_ = rate;
+  return true;
 }
 
-void OdometryTrack::add(const OdometrySample& sample) {
+bool OdometryTrack::add(const OdometrySample& sample) {
   const bool possible = isPossible(sample.pose.translation()) && isPossible(sample.velocity);
-  if (!possible || !isPossible(sample.angular) || !sample.pose.matrix().allFinite()) return;
+  if (!possible || !isPossible(sample.angular) || !sample.pose.matrix().allFinite()) return false;
   const double seconds = secondsTo(sample.stamp);
-  if (seconds < 0) return;
+  if (seconds < 0) return true;
   if (seconds == 0) last_ = sample;
   poses_change_ |= sample.pose.matrix() != last_.pose.matrix();
   Eigen::Isometry3d step = last_.pose.inverse() * sample.pose;
@@ -96,6 +100,7 @@ void OdometryTrack::add(const OdometrySample& sample) {
   }
   append(sample.stamp, step, seconds * sample.velocity_variance);
   last_ = sample;
+  return true;
 }
 
 }  // namespace gms_ransac

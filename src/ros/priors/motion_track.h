@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include "late_stamps.h"
+
 namespace gms_ransac {
 
 /// X_at_start = motion X_at_end, in the axes of the sensor.
@@ -32,7 +34,8 @@ class MotionTrack {
 
  protected:
   /// Seconds since the sample before, or 0 for the first; negative: the sample is not newer and to be ignored. One more
-  /// than a second older than the newest starts a new stream.
+  /// than a second older than the newest starts a new stream, and so does the second late one in a row, for the
+  /// clock was set back.
   double secondsTo(double stamp);
   /// Adds where the sensor is after a step; `variance` is that of the step.
   void append(double stamp, const Eigen::Isometry3d& step, double variance);
@@ -49,15 +52,16 @@ class MotionTrack {
 
   const double longest_step_;
   std::deque<Sample> samples_;
+  LateStamps late_;
 };
 
 /// The rotation that a gyro measures; its variance is that about each axis, rad^2.
 class GyroTrack : public MotionTrack {
  public:
   GyroTrack() : MotionTrack(kLongestStep) {}
-  /// `rate` in rad/s; `variance` of each axis, (rad/s)^2, 0: unknown. Ignores what is not finite, or beyond what a
-  /// sensor measures.
-  void add(double stamp, const Eigen::Vector3d& rate, double variance);
+  /// `rate` in rad/s; `variance` of each axis, (rad/s)^2, 0: unknown. Returns false, and ignores it, if a number is not
+  /// finite or beyond what a sensor measures.
+  bool add(double stamp, const Eigen::Vector3d& rate, double variance);
 
   static constexpr double kLongestStep = 0.1;  ///< 10 Hz, or ten samples of an IMU lost
   static constexpr double kUsualSigma = 0.01;  ///< rad/s, of a sample without covariance: a cheap MEMS gyro
@@ -80,7 +84,7 @@ class OdometryTrack : public MotionTrack {
  public:
   OdometryTrack() : MotionTrack(kLongestStep) {}
   /// As GyroTrack::add.
-  void add(const OdometrySample& sample);
+  bool add(const OdometrySample& sample);
 
   static constexpr double kLongestStep = 0.5;  ///< wheels are read at 10 Hz and more
 

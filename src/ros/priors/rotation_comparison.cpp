@@ -57,6 +57,18 @@ void RotationComparison::add(const ComparedRotation& pair) {
   if (compared_.size() > kPairs) compared_.pop_front();
 }
 
+std::string RotationComparison::agreement() const {
+  if (compared_.empty()) return "nothing compared yet";
+  const auto pairs = static_cast<double>(compared_.size());
+  const long contradict = std::lround(pairs * contradicting());
+  if (compared_.size() < kFewest) {
+    return cv::format("too few pairs to judge: %ld of %zu contradict the images, and %zu are needed", contradict,
+                      compared_.size(), kFewest);
+  }
+  return cv::format("agrees with the images in %ld of the last %zu pairs", std::lround(pairs) - contradict,
+                    compared_.size());
+}
+
 double RotationComparison::contradicting(const Matrix3d& axes) const {
   const auto contradicts = [&](const ComparedRotation& pair) {
     return squaredDistance(pair.visual - axes * pair.prior, pair.covariance) > kRotationChi2;

@@ -41,6 +41,8 @@ class RotationComparison {
   /// Adds a pair; it replaces one with the same start, as while the reference is held.
   void add(const ComparedRotation& pair);
   size_t pairs() const { return compared_.size(); }
+  /// How many of the pairs agree with the images, in words that claim no more than that.
+  std::string agreement() const;
   /// Share of the pairs whose Mahalanobis distance chance would bring once in a hundred, with the prior's axes rotated
   /// or mirrored by a matrix.
   double contradicting(const Eigen::Matrix3d& axes = Eigen::Matrix3d::Identity()) const;

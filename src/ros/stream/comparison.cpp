@@ -31,9 +31,10 @@ void Comparison::compare() {
     std::string without_prior;
     std::optional<RotationPrior> prior;
     MotionPriors* priors = pipeline.priors.get();
-    if (priors) prior = priors->rotation(stream.reference->header, current->header, without_prior);
+    const bool interval_known = current->stamp_verdict != StampVerdict::kAfterLate;
+    if (priors && interval_known) prior = priors->rotation(stream.reference->header, current->header, without_prior);
     match(stream.reference, work.result, prior ? &*prior : nullptr, &stream.past);
-    if (priors && work.result.robust.pose_found) priors->learn(work.result.robust);
+    if (prior && work.result.robust.pose_found) priors->learn(work.result.robust);
     answerBy(stream.reference);
     conclude();
     if (!without_prior.empty()) because(Why::kNoPrior, without_prior);

@@ -3,9 +3,28 @@
 #include <algorithm>
 #include <utility>
 
+#include "parameter.h"
 #include "stream/status_text.h"
 
 namespace gms_ransac {
+
+namespace {
+
+bool isSame(const MatchFilterOptions& a, const MatchFilterOptions& b) {
+  return parametersOf(a) == parametersOf(b) && a.extractor.threads == b.extractor.threads &&
+         a.matcher_threads == b.matcher_threads;
+}
+
+/// The core of `before` if its options are the same, and else a new one, which keeps what that has
+/// learnt of the time that images take where it can. `before` null: there is none.
+std::shared_ptr<Core> coreFor(const MatchFilterOptions& options, const Pipeline* before) {
+  if (before != nullptr && isSame(before->options.core, options)) return before->core;
+  auto core = std::make_shared<Core>(options);
+  if (before != nullptr) core->filter.continueBudget(before->filter);
+  return core;
+}
+
+}  // namespace
 
 FrameProcessor::FrameProcessor(const Parameters& parameters, const std::string& image_topic,
                                const std::string& info_topic, std::shared_ptr<MotionPriors> priors,
@@ -18,7 +37,13 @@ FrameProcessor::FrameProcessor(const Parameters& parameters, const std::string& 
 }
 
 void FrameProcessor::setOptions(const ProcessorOptions& options) {
-  auto pipeline = std::make_shared<Pipeline>(parameters_, options, priors_);
+  std::shared_ptr<Pipeline> before;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    before = pipeline_;
+  }
+  auto pipeline =
+      std::make_shared<Pipeline>(parameters_, options, coreFor(options.core, before.get()), priors_);
   if (priors_) priors_->setReadout(std::max(0.0, options.core.robust.rolling_shutter_readout));
   std::lock_guard<std::mutex> lock(mutex_);
   pipeline_.swap(pipeline);  // the replaced one ends without the lock
@@ -35,7 +60,7 @@ std::shared_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& inpu
     std::lock_guard<std::mutex> lock(mutex_);
     pipeline = pipeline_;
   }
-  std::shared_ptr<PreparedFrame> frame = pipeline->frames->take();
+  std::shared_ptr<PreparedFrame> frame = pipeline->core->frames->take();
   frame->wanted = wanted;
   frame->time_budget = 1e-3 * pipeline->options.core.max_milliseconds;
   frame->pipeline = std::move(pipeline);
@@ -60,6 +85,7 @@ ProcessedFrame FrameProcessor::process(const std::shared_ptr<PreparedFrame>& fra
   } else {
     if (frame->stamp_verdict != StampVerdict::kOutOfOrder)
       verdict_pending_ = std::max(verdict_pending_, frame->stamp_verdict);
+    stream_.copied_seconds += frame->copied_seconds;
     requestReset(std::exchange(frame->reset, Reset::kNone));
     work_.current = frame;
     answer.current = frame.get();

@@ -52,7 +52,9 @@ void restart(double stamp, MotionIntegrator& place, ProcessedFrame& answer) {
 
 /// The motion since the place is not known.
 void lose(double stamp, MotionIntegrator& place) {
-  place.lose(std::max(0.0, stamp - place.stamp.value_or(stamp)));
+  const double passed = stamp - place.stamp.value_or(stamp);
+  // Stamps that were set back do not tell how long it was: two images, which is when it is noticed.
+  place.lose(passed >= 0 ? passed : 2 * place.usualInterval());
   place.stamp = stamp;
 }
 
@@ -173,11 +175,13 @@ OdometryEstimate MotionIntegrator::base(const Eigen::Isometry3d& camera_in_base)
 
 void integrate(const Parameters& parameters, MotionIntegrator& place, ProcessedFrame& answer) {
   const double now = answer.current->stamp(), from = answer.reference ? answer.reference->stamp() : now;
-  if (answer.continuity == Continuity::kRestarted || answer.status == MatchStats::FIRST_FRAME) {
+  const bool begun = place.stamp.has_value();
+  if (answer.continuity == Continuity::kRestarted || (!begun && answer.continuity == Continuity::kContinuous)) {
     restart(from, place, answer);
     // The odometry begins here; a camera that is not calibrated has none.
-    if (answer.result == nullptr && answer.current->camera->camera.calibrated()) answer.place = &place;
-  } else if (answer.continuity == Continuity::kBroken) {
+    const bool bad_pair = answer.status == MatchStats::BAD_IMAGE;
+    if (answer.result == nullptr && !bad_pair && answer.current->camera->camera.calibrated()) answer.place = &place;
+  } else if (answer.continuity == Continuity::kBroken && begun) {
     lose(now, place);
   }
   if (answer.result == nullptr) return;
@@ -194,7 +198,7 @@ void integrate(const Parameters& parameters, MotionIntegrator& place, ProcessedF
                        at_rest || answer.status == MatchStats::OK,
                        answer.reference_held,
                        answer.result->robust.median_parallax_px,
-                       answer.recovered,
+                       answer.recovered || !answer.velocity_known,
                        at_rest,
                        answer.since_key};
   const bool without_metres = parameters.measuresMetres() && !answer.metric_scale;

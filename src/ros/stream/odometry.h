@@ -70,6 +70,8 @@ class MotionIntegrator {
 
   /// Length of the last known translation, in its unit; 0: none is known.
   double step() const { return known_.step; }
+  /// Seconds that it took; 0: none is known.
+  double usualInterval() const { return known_.step_seconds; }
   /// Length of a translation of this duration at the last known speed; 0: none is known.
   double stepOf(double seconds) const { return known_.step > 0 ? known_.step * seconds / known_.step_seconds : 0; }
   /// Pose of the camera at the last image added, with covariances that are bounded as those of a pair are.

@@ -27,6 +27,9 @@ void askPriors(MotionPriors& priors, ProcessedFrame& answer) {
   const PreparedFrame &reference = *answer.reference, &current = *answer.current;
   const PairSeen pair = {reference.header, current.header,         answer.result->robust,
                          *answer.points,   current.camera->camera, {reference.grey, current.grey}};
+  if (current.stamp_verdict == StampVerdict::kAfterLate) {
+    return answer.reasons.push_back({Why::kNoLength, "an image before this one was late, so the time between is unsure"});
+  }
   std::string problem;
   const ScaleEstimate length = priors.length(pair, problem);
   answer.metric_scale = length.features > 0 && answer.status == MatchStats::OK;
@@ -111,7 +114,9 @@ void findPose(const Pipeline& pipeline, Stream& stream, Triangulation& points, P
   if (answer.length_missing) answer.reasons.push_back({Why::kLengthUnknown});
   makePublishable(answer.status == MatchStats::OK, pipeline.options.sigma_floor, answer.pose);
   if (answer.since_key) makePublishable(true, pipeline.options.sigma_floor, answer.since_key->current_in_key);
-  const std::string defect = poseDefect(answer.pose);
+  // The last thing before either of the two motions is used.
+  std::string defect = poseDefect(answer.pose);
+  if (defect.empty() && answer.since_key) defect = poseDefect(answer.since_key->current_in_key);
   if (defect.empty()) return;
   answer.status = MatchStats::RANSAC_FAILED;
   answer.reasons = {{Why::kUnfit, defect}};

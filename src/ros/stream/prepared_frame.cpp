@@ -1,11 +1,13 @@
 #include "stream/prepared_frame.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
 #include "frames.h"
 #include "guard.h"
 #include "input/compressed_image.h"
+#include "input/image_copies.h"
 #include "input/keypoints_conversion.h"
 #include "scale/depth_pose.h"
 #include "stream/stream.h"
@@ -46,6 +48,7 @@ void FramePreparation::receive(const ImageWithInfo& input, PreparedFrame& frame)
   frame.pair_reference.reset();
   frame.doubt.clear();
   frame.stamp_verdict = StampVerdict::kInOrder;
+  frame.copied_seconds = 0;
   const auto work = [&] {
     if (!convert(frame.input.image, frame)) return;
     if (input.reference) {
@@ -55,8 +58,17 @@ void FramePreparation::receive(const ImageWithInfo& input, PreparedFrame& frame)
       if (!convert(frame.pair_reference->input.image, *frame.pair_reference)) {
         frame.problem = frame.pair_reference->problem;
       }
+      if (frame.problem.empty()) refuseCopy(frame.pair_reference->input.image, nullptr, frame);
     } else {
+      const double before = stamps_.previousStamp();
       classifyStamp(frame);
+      if (frame.problem.empty()) {
+        const bool restarted = frame.stamp_verdict > StampVerdict::kSteppedBack;  // a loop may begin as it ended
+        if (!restarted) refuseCopy(image_before_, keypoints_before_, frame);
+        if (!frame.problem.empty()) frame.copied_seconds = std::max(0.0, frame.stamp() - before);
+        image_before_ = frame.input.image;
+        keypoints_before_ = input.keypoints;
+      }
     }
     if (!frame.problem.empty()) return;
     frame.camera = camera_source_.get(input.camera_info, frame.imageSize());
@@ -98,6 +110,17 @@ void FramePreparation::classifyStamp(PreparedFrame& frame) {
                       ? "the stamp is the same as that of the image before it: out of order; if all images have "
                         "this stamp, the camera driver does not set it"
                       : "the stamp is " + secondsText(late) + " older than that of the image before it: out of order";
+}
+
+void FramePreparation::refuseCopy(const sensor_msgs::ImageConstPtr& before, const KeypointsConstPtr& keypoints_before,
+                                  PreparedFrame& frame) {
+  const ImageWithInfo& input = frame.input;
+  std::string part;
+  if (input.keypoints && keypoints_before) part = copiedPart(*keypoints_before, *input.keypoints);
+  if (!input.keypoints && before) part = copiedPart(*before, *input.image);
+  if (part.empty()) return;
+  frame.problem = part + ", which measures nothing: its driver sends images twice, or the camera is frozen; a simulated "
+                         "camera needs noise to be seen at rest";
 }
 
 void FramePreparation::findFeatures(PreparedFrame& frame) {

@@ -60,6 +60,7 @@ struct PreparedFrame {
   Wanted wanted;
   bool extracted = false;  ///< else the features and their tables are not computed yet
   StampVerdict stamp_verdict = StampVerdict::kFirst;
+  double copied_seconds = 0;  ///< since the image before, which this one repeats; 0: it is a measurement of its own
   Reset reset = Reset::kNone;
   std::string problem;  ///< why the image is not used; empty when it is
   double convert_seconds = 0;
@@ -105,6 +106,9 @@ class FramePreparation {
   void takeKeypoints(const Keypoints& keypoints, PreparedFrame& frame);
   /// Sets the verdict, and the problem of an image that is to be dropped.
   void classifyStamp(PreparedFrame& frame);
+  /// Sets the problem of an image that repeats `before`; null: there is none.
+  static void refuseCopy(const sensor_msgs::ImageConstPtr& before, const KeypointsConstPtr& keypoints_before,
+                         PreparedFrame& frame);
   /// Finds the features outside the masked area, or drops given ones inside it.
   void extract(MatchFilter& filter, PreparedFrame& frame);
   /// Depth of the keypoints, from a depth image or the right camera.
@@ -116,6 +120,9 @@ class FramePreparation {
   const Parameters parameters_;
   CameraModelSource camera_source_;
   StampWatch stamps_;
+  /// The image before, in order; null: none.
+  sensor_msgs::ImageConstPtr image_before_;
+  KeypointsConstPtr keypoints_before_;
 
   std::mutex features_mutex_;  ///< guards what follows
   MaskSource mask_source_;

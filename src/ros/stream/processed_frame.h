@@ -18,7 +18,7 @@ namespace gms_ransac {
 /// How an image follows on what came before it.
 enum class Continuity {
   kContinuous,
-  kBroken,    ///< the motion since the image before is not known: a gap, another image size
+  kBroken,    ///< the motion since the image before is not known, and the place stays: a gap, another image size
   kRestarted  ///< nothing before counts any more: the clock or the stamps went back, or a reset was asked for
 };
 
@@ -37,6 +37,7 @@ enum class Why : uint8_t {
   kReferenceOld,
   kNoneKept,
   kSizeChanged,
+  kFrameChanged,        ///< the frame_id [before]
   kDescriptorsChanged,  ///< with ~input keypoints [kind before]
   kNewReference,
   kSizesDiffer,  ///< the two images of a pair [size of the reference]
@@ -79,6 +80,8 @@ struct ProcessedFrame {
   bool reference_held = false;  ///< the next image will be compared with this reference again
   /// After a loss the reference is an image from before it. `status` is what it would be without the loss.
   bool recovered = false;
+  /// The motion took as long as its stamps say, and no longer than ~max_frame_gap; else it tells no velocity.
+  bool velocity_known = true;
   /// Only with `recovered`: the length of the motion is unknown, `pose.t` is the direction alone.
   bool length_missing = false;
   std::string doubt;                        ///< why calibration or units may be wrong, and what to do; empty: no reason

@@ -157,6 +157,9 @@ std::string sentence(const Reason& reason, const ProcessedFrame& answer, const P
              secondsText(options.recovery.seconds) + ")";
     case Why::kSizeChanged:
       return "the image size changed from " + reason.detail + " to " + sizeText(current.imageSize());
+    case Why::kFrameChanged:
+      return "the frame_id changed from '" + reason.detail + "' to '" + current.header.frame_id +
+             "', which is another camera; if they alternate, two cameras publish the topic: give each a filter of its own";
     case Why::kDescriptorsChanged:
       return "the descriptors changed from " + reason.detail + " to " + current.frame.features.descriptors.kind() +
              ", which cannot be compared";

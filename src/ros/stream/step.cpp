@@ -31,10 +31,16 @@ struct Step : Comparison {
     return answer.status == MatchStats::TOO_FEW_KEYPOINTS && current->frame.features.size() < kMinimumMatches;
   }
   bool tooLateFor(const PreparedFrame& reference) const {
-    return current->stamp() - reference.stamp() > pipeline.options.max_frame_gap;
+    return current->stamp() - reference.stamp() - stream.copied_seconds > pipeline.options.max_frame_gap;
   }
   bool comparable(const PreparedFrame& reference) const {
     return current->frame.features.descriptors.comparableWith(reference.frame.features.descriptors);
+  }
+  /// The time between the images of the pair is known, and short enough for one velocity.
+  bool tellsVelocity() const {
+    if (!work.reference || current->pair_reference) return true;
+    return current->stamp_verdict != StampVerdict::kAfterLate &&
+           current->stamp() - work.reference->stamp() <= pipeline.options.max_frame_gap;
   }
   void answerImage();
   void answerPair();
@@ -105,9 +111,14 @@ std::optional<Step::Start> Step::newStart() const {
   if (current->reset != Reset::kNone) return Start{kFirst, kRestarted, Why::kReset};
   if (verdict == StampVerdict::kClockReset) return Start{kTime, kRestarted, Why::kClockBack};
   if (verdict == StampVerdict::kJumpedBack) return Start{kTime, kRestarted, Why::kStampsBack};
+  if (verdict == StampVerdict::kSteppedBack) {
+    return Start{kTime, kBroken, Why::kStampsBack, " by less than ~max_frame_gap: the clock that sets them was set back"};
+  }
   if (verdict == StampVerdict::kGap) return Start{kTime, kBroken, Why::kGap};
   if (!stream.reference && stream.stamp) return Start{kTime, kBroken, Why::kNoneKept};
   if (!stream.reference) return Start{kFirst, Continuity::kContinuous, Why::kFirst};
+  const std::string& frame_before = stream.reference->header.frame_id;
+  if (current->header.frame_id != frame_before) return Start{kFirst, kBroken, Why::kFrameChanged, frame_before};
   if (current->frame.features.image_size != stream.reference->frame.features.image_size)
     return Start{kFirst, kBroken, Why::kSizeChanged, sizeText(stream.reference->frame.features.image_size)};
   if (!comparable(*stream.reference)) {
@@ -123,6 +134,8 @@ void Step::begin(const Start& start) {
   because(start.why, start.before);
   if (start.continuity != Continuity::kContinuous) because(Why::kNewReference);
   stream.forget();
+  // It is the place of another camera.
+  if (start.why == Why::kFrameChanged) stream.place.restart();
   recovery.clear();
   stream.reference = current;
 }
@@ -151,6 +164,7 @@ void Step::advance() {
     stream.key = KeyFrame();
   }
   stream.reference = current;
+  stream.copied_seconds = 0;
 }
 
 bool Step::mayGoBack() const {
@@ -166,7 +180,10 @@ bool Step::goBack() {
   recovery.giveUp(current->stamp(), pipeline.options.recovery);
   if (!recovery.lost()) return false;
   const std::shared_ptr<PreparedFrame> newest = recovery.kept().front().reference;
-  if (current->frame.features.image_size != newest->frame.features.image_size || !comparable(*newest)) return false;
+  if (current->header.frame_id != newest->header.frame_id ||
+      current->frame.features.image_size != newest->frame.features.image_size || !comparable(*newest)) {
+    return false;
+  }
 
   bool answered = true;
   guarded([&] { answered = compareWithKept(); },
@@ -265,6 +282,7 @@ ProcessedFrame step(Pipeline& pipeline, Stream& stream, Recovery& recovery, Work
   stream.stamp = current->stamp();
   work.spent.detect = current->frame.detect_seconds;
   work.result.times = work.spent;
+  image.answer.velocity_known = image.tellsVelocity();
   integrate(pipeline.parameters, stream.place, image.answer);
   if (!current->mask_problem.empty()) image.because(Why::kNoMask, current->mask_problem);
   image.answer.doubt = current->doubt;

@@ -30,17 +30,34 @@ struct ProcessorOptions {
   RecoveryOptions recovery;
 };
 
+/// The core with its options, and frames for them.
+struct Core {
+  /// Throws std::invalid_argument if the options contradict each other.
+  explicit Core(const MatchFilterOptions& options) : filter(options) {}
+
+  MatchFilter filter;
+  const std::shared_ptr<FramePool> frames = std::make_shared<FramePool>();
+};
+
 /// Answers images with options that do not change: a change of options is another pipeline.
 struct Pipeline {
-  /// Throws std::invalid_argument if the options contradict each other. `priors`: other sensors; null: none.
+  /// `priors`: other sensors; null: none.
+  Pipeline(const Parameters& at_start, const ProcessorOptions& options, std::shared_ptr<Core> core,
+           std::shared_ptr<MotionPriors> priors = nullptr)
+      : parameters(at_start),
+        options(options),
+        priors(std::move(priors)),
+        core(std::move(core)),
+        filter(this->core->filter) {}
+  /// Throws std::invalid_argument if the options contradict each other.
   Pipeline(const Parameters& at_start, const ProcessorOptions& options, std::shared_ptr<MotionPriors> priors = nullptr)
-      : parameters(at_start), options(options), priors(std::move(priors)), filter(options.core) {}
+      : Pipeline(at_start, options, std::make_shared<Core>(options.core), std::move(priors)) {}
 
   const Parameters parameters;
   const ProcessorOptions options;
   const std::shared_ptr<MotionPriors> priors;
-  MatchFilter filter;
-  const std::shared_ptr<FramePool> frames = std::make_shared<FramePool>();
+  const std::shared_ptr<Core> core;  ///< shared with other pipelines whose options of the core are the same
+  MatchFilter& filter;
 };
 
 /// All that the answer to the next image depends on, besides the image. Going back to an earlier image is assigning the
@@ -53,10 +70,12 @@ struct Stream {
   KeyFrame key;  ///< of motions with depth
   MotionIntegrator place;
   std::optional<double> stamp;  ///< of the last image, seconds; none: the next is the first
+  double copied_seconds = 0;    ///< since the reference, in which copies came: they show that the stream goes on
 
   /// The next image is compared with nothing, and the motion up to it is not known. The place stays.
   void forget() {
     reference.reset();
+    copied_seconds = 0;
     past = Past();
     tracks.reset();
     scale.reset();

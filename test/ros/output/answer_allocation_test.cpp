@@ -37,7 +37,7 @@ class AnswerAllocation : public testing::TestWithParam<int> {
 
 TEST_P(AnswerAllocation, OfCorrespondencesIsOneAColumn) {
   for (const bool with_rejected : {false, true}) {
-    const ProcessedFrame processed = stream_->process(images_[0]);
+    const ProcessedFrame processed = stream_->process(images_[with_rejected]);
     ASSERT_TRUE(processed.poseValid()) << processed.text;
     Correspondences message;
     const long before = g_allocations;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -53,6 +54,61 @@ GyroTrack gyroOf(double seconds, const Vector3d& bias = Vector3d::Zero(), double
     gyro.add(stamp + delay, amount * rateOf(stamp) + bias, 1e-6);
   }
   return gyro;
+}
+
+TEST(MotionTrack, BeginsAnewWhereTheClockWasSetBack) {
+  GyroTrack gyro;
+  const auto send = [&](double from, double to, double rate) {
+    for (int i = 0; from + i / kGyroRate < to; ++i) gyro.add(from + i / kGyroRate, {rate, 0, 0}, 1e-6);
+  };
+  send(10, 12, 1);
+  send(11.7, 12.5, 0);  // set back by 0.3 s, and the camera stands from then on
+  TrackMotion motion;
+  ASSERT_EQ(gyro.between(11.8, 11.9, motion), "");
+  EXPECT_LT(rotationVector(motion.motion.linear()).norm(), 1e-9) << "the rotation of before the step";
+  EXPECT_NE(gyro.between(11.5, 11.9, motion), "") << "no motion spans it";
+}
+
+TEST(MotionTrack, OneSampleThatIsLateEndsNothing) {
+  GyroTrack gyro;
+  for (int i = 0; i < 400; ++i) {
+    gyro.add(10 + i / kGyroRate, {1, 0, 0}, 1e-6);
+    if (i % 50 == 10) gyro.add(10 + (i - 2) / kGyroRate, {1, 0, 0}, 1e-6);
+  }
+  TrackMotion motion;
+  EXPECT_EQ(gyro.between(10, 11.9, motion), "");
+}
+
+TEST(MotionTrack, SaysWhatItDoesNotUse) {
+  GyroTrack gyro;
+  EXPECT_TRUE(gyro.add(1, {0, 0, 1}, 0));
+  EXPECT_FALSE(gyro.add(2, {0, std::nan(""), 1}, 0));
+  EXPECT_FALSE(gyro.add(std::nan(""), {0, 0, 1}, 0));
+  OdometryTrack wheels;
+  OdometrySample sample;
+  EXPECT_TRUE(wheels.add(sample));
+  sample.velocity.x() = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(wheels.add(sample));
+}
+
+TEST(RotationComparison, ClaimsNoAgreementBeforeItCanTell) {
+  RotationComparison comparison;
+  EXPECT_EQ(comparison.agreement(), "nothing compared yet");
+  ComparedRotation pair;
+  pair.visual = {0.1, 0, 0};  // the other sensor says that there was none
+  pair.covariance = 1e-6 * Matrix3d::Identity();
+  const auto add = [&](size_t until) {
+    for (; comparison.pairs() < until; pair.from += 1) comparison.add(pair);
+  };
+  add(5);
+  EXPECT_TRUE(says(comparison.agreement(), {"too few pairs to judge: 5 of 5 contradict"}));
+  add(RotationComparison::kFewest - 1);
+  EXPECT_EQ(comparison.agreement().find("agrees"), std::string::npos);
+  add(RotationComparison::kFewest);
+  EXPECT_TRUE(says(comparison.doubt(std::nullopt), {"contradicts the images in 100 % of the last 30 pairs"}));
+  pair.prior = pair.visual;
+  add(RotationComparison::kPairs);
+  EXPECT_TRUE(says(comparison.agreement(), {"agrees with the images in 70 of the last 100 pairs"}));
 }
 
 TEST(GyroTrack, IntegratesTheRotationOfTheCamera) {

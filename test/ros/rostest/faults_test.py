@@ -113,7 +113,7 @@ class Faults(unittest.TestCase):
                                      info=camera_info(self.stamp, "camera_%d" % i, size=(width, height)))
             bad = encoding == "32FC1"
             self.assertEqual(answer.status, MatchStats.BAD_IMAGE if bad else MatchStats.FIRST_FRAME, answer.status_text)
-            self.assertIn("32FC1" if bad else "the image size changed", answer.status_text)
+            self.assertIn("32FC1" if bad else "the frame_id changed", answer.status_text)
 
     def test_stamps_beyond_what_a_duration_holds(self):
         # The clock is at some 1.8e9 s; a difference of more than 2.1e9 s is none that ros::Duration can hold.

@@ -6,6 +6,7 @@ import unittest
 import numpy as np
 import rospy
 import tf2_ros
+from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client as Reconfigure
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, TwistWithCovarianceStamped
 from gms_ransac.msg import MatchStats
@@ -197,6 +198,10 @@ class OdometryTest(unittest.TestCase):
         publisher.publish(message)
         client.wait(lambda: [s for s in said if "~set_pose in the frame 'map' is not used" in s], "the refusal")
         message.header.frame_id = "odom"
+        message.pose.pose.position.y = float("nan")
+        publisher.publish(message)
+        client.wait(lambda: [s for s in said if "~set_pose is not used: it is not finite" in s], "the other refusal, at once")
+        message.pose.pose.position.y = 0
         publisher.publish(message)
         client.wait(lambda: step() and odom[-1].pose.pose.position.x > 900, "the pose that was set")
         self.assertLess(np.linalg.norm(vector(odom[-1].pose.pose.position) - (1000, 0, 0)), 5)
@@ -227,23 +232,51 @@ class OdometryTest(unittest.TestCase):
         self.assertFalse([t for t in transforms_before + transforms
                           if t.child_frame_id in ("", "_reference") or not t.header.frame_id])
 
-    def test_another_node_with_the_same_transform_is_noticed(self):
-        said, broadcaster = said_by("contested"), tf2_ros.TransformBroadcaster()
+    def broadcasters(self, child):
+        """A list of who broadcasts a frame from now on, and when."""
+        seen = []
+        store = lambda m: seen.extend((m._connection_header["callerid"], t.header.stamp) for t in m.transforms
+                                      if t.child_frame_id == child)
+        rospy.Subscriber("/tf", TFMessage, store, queue_size=500)
+        return seen
+
+    def refused(self, name, reports):
+        """What diagnostics say, as an ERROR, of a frame that another node broadcasts."""
+        return [s.message for r in reports for s in r.status
+                if s.name.strip("/") == name + ": graph" and s.level == 2 and "only one parent and one broadcaster" in s.message]
+
+    def test_a_frame_that_another_node_broadcasts_is_left_to_it(self):
+        said, broadcaster, reports = said_by("contested"), tf2_ros.TransformBroadcaster(), []
+        rospy.Subscriber("/diagnostics", DiagnosticArray, reports.append)
         client, = self.client("contested")
+        seen = self.broadcasters("camera_e_reference")
         step = self.walk(client, start=300, frame="camera_e")
 
         def noticed():
             broadcaster.sendTransform(optical_mount(step(), "camera_e", "camera_e_reference"))
-            return [s for s in said if "camera_e -> camera_e_reference, and so does" in s]
+            return [s for s in said if "broadcasts the transform camera_e -> camera_e_reference, and a frame can have" in s]
 
-        self.assertIn(rospy.get_name(), client.wait(noticed, "the warning")[0])
-        for _ in range(5):
-            noticed()
+        self.assertIn(rospy.get_name(), client.wait(noticed, "the error")[0])
+        self.assertIn(rospy.get_name(), client.wait(lambda: noticed() and self.refused("contested", reports), "diagnostics")[0])
         # The node's last message is read last: by then any other warning is here.
         last = "change refused"
         Reconfigure("contested", timeout=TIMEOUT).update_configuration({"features": 0})
         client.wait(lambda: [s for s in said if last in s], last)
-        self.assertEqual(len([s for s in said if "and so does" in s]), 1, "it does not contest itself")
+        self.assertEqual(len(noticed()), 1, "said once")
+        self.assertEqual({node for node, _ in seen}, {rospy.get_name()})
+
+    def test_of_two_filters_on_one_camera_one_broadcasts(self):
+        reports = []
+        rospy.Subscriber("/diagnostics", DiagnosticArray, reports.append)
+        (first,), (second,) = self.client("twin_a"), self.client("twin_b")
+        seen, step = self.broadcasters("camera_t_reference"), self.walk(first, second, frame="camera_t")
+        first.wait(lambda: step() and (self.refused("twin_a", reports) or self.refused("twin_b", reports)), "one to give way")
+        del seen[:]
+        stamps = [step() for _ in range(5)]
+        first.wait(lambda: step() and len(seen) > 5, "transforms of the other")
+        self.assertEqual(len({node for node, _ in seen}), 1)
+        self.assertEqual(len(seen), len({stamp for _, stamp in seen}), "each stamp once: %s" % stamps)
+        self.assertFalse(self.refused("twin_a", reports) and self.refused("twin_b", reports), "one goes on")
 
     def test_refuses_to_give_a_frame_a_second_parent(self):
         said = said_by("owned")
@@ -251,7 +284,7 @@ class OdometryTest(unittest.TestCase):
         step = self.walk(owned, inverted, frame="camera_d")
         known = lambda: self.buffer.can_transform("wall", "odom_inverted", rospy.Time.from_sec(step()))
         inverted.wait(known, "the inverted transform")
-        owned.wait(lambda: step() and [s for s in said if "another node broadcasts camera_d with the parent wall" in s],
+        owned.wait(lambda: step() and [s for s in said if "broadcasts the transform wall -> camera_d, and a frame can have" in s],
                    "the refusal")
         inverted.wait(known, "a transform of a pair that the other filter has answered too, after it refused")
         self.assertFalse(self.buffer.can_transform("odom_owned", "camera_d", rospy.Time(0)))
@@ -264,4 +297,4 @@ if __name__ == "__main__":
         of_base=dict(with_tf, base_frame="base_c"),
         owned=dict(with_tf, odom_frame="odom_owned", publish_relative_tf=False),
         inverted=dict(with_tf, odom_frame="odom_inverted", invert_odom_tf=True, publish_relative_tf=False),
-        standing={"scale": "propagate"}, nameless=with_tf, contested={}, for_an_ekf={})
+        standing={"scale": "propagate"}, nameless=with_tf, contested={}, for_an_ekf={}, twin_a={}, twin_b={})

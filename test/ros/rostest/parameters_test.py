@@ -22,11 +22,12 @@ class Parameters(unittest.TestCase):
             ({"features": 1000.5}, "features", "whole number"),
             ({"success_probability": float("nan")}, "success_probability", "a number between"),
             ({"inlier_threshold_px": [1.0]}, "inlier_threshold_px", "between 0.001 and 100 pixels, or 0"),
-            ({"lan_mutual": 1}, "lan_mutual", "true or false"),
+            ({"lan_mutual": 2}, "lan_mutual", "true or false, and this is a number"),
             ({"method": 5}, "method", "'cp_ransac'"),
             ({"sort_key": "taste"}, "sort_key", "'' 'score' 'relative_score'"),
-            ({"queue_size": "ten"}, "queue_size", "whole number"),
-            ({"drop_frames": "no"}, "drop_frames", "true or false"),
+            ({"queue_size": "ten"}, "queue_size", "a whole number between 1 and 10000, and this is a text"),
+            ({"drop_frames": "perhaps"}, "drop_frames", "true or false, and this is a text"),
+            ({"fixed_scale": {"x": 1}}, "fixed_scale", "and this is a structure"),
             ({"scale": 3}, "scale", "one of 'unit'"),
             ({"image_transport": 7}, "image_transport", "the name of an image transport"),
             ({"odom_frame": 5}, "odom_frame", "a frame"),
@@ -78,6 +79,24 @@ class Parameters(unittest.TestCase):
             "/whole/featuers is set, but this node has no such parameter; check the spelling",
             "/whole/fixed_scale is set, but has no effect without ~scale fixed",
             "/whole/imu_frame is set, but has no effect without ~rotation_prior imu"])
+
+    def test_what_yaml_reads_otherwise_is_taken(self):
+        """4e-05, as the documents write it, is a text to YAML. The server then has the type that rqt_reconfigure reads."""
+        given = {"rotation_sigma_floor": ("4e-05", 4e-05), "features": (1500.0, 1500), "max_iterations": ("500", 500),
+                 "hold_reference": ("false", False), "refine": (0, False)}
+        for name, (value, _) in given.items():
+            rospy.set_param("otherwise/" + name, value)
+        process = subprocess.Popen(["rosrun", "gms_ransac", "match_filter_node", "__name:=otherwise"])
+        try:
+            rospy.wait_for_service("otherwise/reset", TIMEOUT)
+            in_force = Reconfigure("otherwise", timeout=TIMEOUT).get_configuration()
+            for name, (_, typed) in given.items():
+                value = rospy.get_param("otherwise/" + name)
+                self.assertEqual((value, type(value)), (typed, type(typed)), name)
+                self.assertEqual(in_force.get(name, typed), typed, name)
+        finally:
+            process.terminate()
+            process.wait()
 
     def test_every_choice_is_taken(self):
         """As the menu has it: dynamic_reconfigure writes it for rqt_reconfigure as a Python literal."""

@@ -8,7 +8,7 @@ from gms_ransac.msg import MatchStats
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool
 
-from graph import camera_info, client_of, run, walk
+from graph import camera_info, client_of, run, said_by, walk
 
 
 class Time(unittest.TestCase):
@@ -56,10 +56,11 @@ class Time(unittest.TestCase):
 
     def test_a_clock_that_never_came(self):
         """First of all, in the order of names: what a replay leaves for a live camera, /use_sim_time and no /clock."""
-        client = client_of("latest").connect()
+        client, said = client_of("latest").connect(), said_by("silent")
         client.ask(self.frames[0], 100.0)
         client.wait(lambda: any("/clock" in status.message and "latest" in status.name
                                 for report in self.reports for status in report.status), "a word on the clock")
+        client.wait(lambda: any("nobody publishes" in line for line in said), "the log to name the silent topic")
 
     def test_clock_that_stands(self):
         """The images go on: they are answered as if nothing were wrong, and the node still reports."""
@@ -86,12 +87,15 @@ class Time(unittest.TestCase):
         # The filter leaves out an image without camera_info of its stamp, and counts it.
         client = client_of("exact").connect()
         client.send(self.frames[0], 700.0, info=camera_info(700.05))
-        client.ask(self.frames[0], 700.1)
+        answer = client.ask(self.frames[0], 700.1)
+        self.assertEqual((answer.frames_dropped, answer.frames_received), (1, answer.frames_processed + 1))
         without = lambda: [value.value for status in self.reports[-1].status if status.name.endswith("exact: input")
                            for value in status.values if value.key == "frames without camera_info of their stamp"]
         client.wait(lambda: "1" in without(), "diagnostics to count the image")
+        timing = lambda: [s.message for r in self.reports for s in r.status if s.name.endswith("exact: timing")]
+        self.assertFalse([text for text in timing() if "newer ones arrived first" in text], "it was not for want of time")
 
 
 if __name__ == "__main__":
     rospy.set_param("/use_sim_time", True)
-    run("time", Time, latest={}, exact={"camera_info_sync": "exact"})
+    run("time", Time, latest={}, exact={"camera_info_sync": "exact"}, silent={"always_subscribe": True})

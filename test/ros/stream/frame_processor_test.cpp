@@ -28,7 +28,16 @@ namespace {
 
 constexpr int kWidth = 640, kHeight = 480;
 
-sensor_msgs::ImageConstPtr image(double stamp, int shift = 0) { return imageMessage(cornersMovedBy(shift), stamp); }
+sensor_msgs::ImageConstPtr image(double stamp, int shift = 0) {
+  return imageMessage(measured(cornersMovedBy(shift), static_cast<uint64_t>(1000 * stamp)), stamp);
+}
+
+/// The same pixels with another stamp.
+sensor_msgs::ImagePtr copyOf(const sensor_msgs::ImageConstPtr& original, double stamp) {
+  auto copy = boost::make_shared<sensor_msgs::Image>(*original);
+  copy->header.stamp = ros::Time(stamp);
+  return copy;
+}
 
 sensor_msgs::ImagePtr badImage(double stamp) {
   auto message = boost::make_shared<sensor_msgs::Image>(*image(stamp));
@@ -146,7 +155,146 @@ TEST(FrameProcessor, SaysThatASlowCameraNeedsALongerGap) {
   EXPECT_TRUE(says(processed.text, {"~max_frame_gap (1 s)", "raise it"}));
 }
 
-TEST(FrameProcessor, OfTheSameImageTwiceTheTranslationIsNotKnown) {
+// Pixels that are equal bit for bit are no measurement.
+
+TEST(Copies, AreMissedAndGiveNoVelocity) {
+  Node processor;
+  processor.ask(image(1.0));
+  const sensor_msgs::ImageConstPtr last = image(1.1, 5);
+  ASSERT_TRUE(processor.ask(last).poseValid());
+  const ProcessedFrame copy = processor.ask(copyOf(last, 1.2));
+  EXPECT_EQ(copy.status, MatchStats::BAD_IMAGE);
+  EXPECT_TRUE(says(copy.text, {"a copy of the image before it, bit for bit"}));
+  EXPECT_EQ(copy.place, nullptr);
+  EXPECT_FALSE(copy.atRest());
+  const ProcessedFrame next = processor.ask(image(1.3, 10));
+  EXPECT_EQ(next.continuity, Continuity::kContinuous);
+  EXPECT_EQ(next.reference->stamp(), 1.1) << "what the reference shows was measured then";
+  EXPECT_TRUE(next.velocity_known);
+}
+
+TEST(Copies, OfHalfOfTheRowsAreCopies) {
+  Node processor;
+  processor.ask(image(1.0));
+  const sensor_msgs::ImageConstPtr last = image(1.1, 5);
+  processor.ask(last);
+  const sensor_msgs::ImagePtr torn = copyOf(image(1.2, 10), 1.2);
+  std::copy(last->data.begin(), last->data.begin() + kHeight / 2 * kWidth, torn->data.begin());
+  const ProcessedFrame processed = processor.ask(torn);
+  EXPECT_EQ(processed.status, MatchStats::BAD_IMAGE);
+  EXPECT_TRUE(says(processed.text, {"240 of its 480 rows are a copy"}));
+  EXPECT_TRUE(processor.ask(image(1.3, 10)).poseValid()) << "the next one is whole";
+}
+
+/// A simulator without noise, whose camera stands for longer than ~max_frame_gap and moves on.
+TEST(Copies, OfASimulatorAtRestDoNotEndItsStream) {
+  Node processor;
+  processor.ask(image(1.0));
+  const sensor_msgs::ImageConstPtr last = image(1.1, 5);
+  const Eigen::Isometry3d place = processor.ask(last).place->camera().pose;
+  double stamp = 1.1;
+  for (int i = 0; i < 50; ++i) EXPECT_EQ(processor.ask(copyOf(last, stamp += 0.1)).status, MatchStats::BAD_IMAGE);
+  const ProcessedFrame moved = processor.ask(image(stamp += 0.1, 8));
+  EXPECT_EQ(moved.continuity, Continuity::kContinuous) << moved.text;
+  ASSERT_TRUE(moved.poseValid()) << moved.text;
+  EXPECT_EQ(moved.reference->stamp(), 1.1);
+  EXPECT_FALSE(moved.velocity_known) << "an average over five seconds";
+  ASSERT_NE(moved.place, nullptr);
+  EXPECT_EQ(moved.place->camera().twist_covariance(3, 3), kLargestVariance);
+  EXPECT_LT((place.inverse() * moved.place->camera().pose).translation().norm(), 1.5);
+  EXPECT_TRUE(processor.ask(image(stamp += 0.1, 13)).velocity_known) << "once";
+}
+
+TEST(Copies, ALoopMayBeginAsItEnded) {
+  Node processor;
+  const sensor_msgs::ImageConstPtr first = image(100);
+  processor.ask(first);
+  processor.ask(image(100.1, 5));
+  processor.ask(copyOf(first, 100.2));
+  EXPECT_EQ(processor.ask(copyOf(first, 10)).status, MatchStats::TIME_RESET);
+}
+
+TEST(Copies, OfTheReferenceAreNoPair) {
+  Node processor;
+  ImageWithInfo pair;
+  pair.reference = image(1.0);
+  pair.image = copyOf(pair.reference, 1.0);
+  EXPECT_TRUE(says(processor.ask(pair).text, {"a copy of the image before it"}));
+}
+
+// Stamps and frames that change without a word.
+
+TEST(FrameProcessor, NoVelocitySpansAClockThatWasSetBack) {
+  Node processor;
+  processor.ask(image(1.0));
+  processor.ask(image(1.1, 5));
+  processor.ask(image(1.2, 10));
+  EXPECT_EQ(processor.ask(image(1.0, 15)).status, MatchStats::BAD_IMAGE) << "it may have been overtaken";
+  const ProcessedFrame stepped = processor.ask(image(1.1, 20));
+  EXPECT_EQ(stepped.status, MatchStats::TIME_RESET) << stepped.text;
+  EXPECT_EQ(stepped.continuity, Continuity::kBroken) << "the place stays";
+  EXPECT_TRUE(says(stepped.text, {"the stamps went back", "the clock that sets them"}));
+  EXPECT_EQ(stepped.place, nullptr);
+  const ProcessedFrame next = processor.ask(image(1.2, 25));
+  EXPECT_EQ(next.reference->stamp(), 1.1);
+  EXPECT_TRUE(next.velocity_known);
+  EXPECT_FALSE(next.place_restarted);
+  // By less than two images: it cannot be told from one that was overtaken.
+  EXPECT_EQ(processor.ask(image(1.15, 30)).status, MatchStats::BAD_IMAGE);
+  const ProcessedFrame unsure = processor.ask(image(1.25, 35));
+  ASSERT_TRUE(unsure.poseValid()) << unsure.text;
+  EXPECT_FALSE(unsure.velocity_known);
+  EXPECT_EQ(unsure.place->camera().twist_covariance(3, 3), kLargestVariance);
+}
+
+TEST(FrameProcessor, AnotherFrameIsAnotherCamera) {
+  Node processor;
+  const auto by = [&](const std::string& camera, double stamp, int shift) {
+    const sensor_msgs::ImagePtr message = copyOf(image(stamp, shift), stamp);
+    message->header.frame_id = camera;
+    return processor.ask(message);
+  };
+  by("left", 1.0, 0);
+  ASSERT_NE(by("left", 1.1, 5).place, nullptr);
+  for (int i = 2; i < 8; ++i) {
+    const ProcessedFrame processed = by(i % 2 == 0 ? "right" : "left", 1 + 0.1 * i, 5 * i);
+    EXPECT_EQ(processed.status, MatchStats::FIRST_FRAME) << processed.text;
+    EXPECT_EQ(processed.continuity, Continuity::kBroken);
+    EXPECT_EQ(processed.place, nullptr) << "a sum of both would be no place of either";
+    EXPECT_TRUE(says(processed.text, {i % 2 == 0 ? "from 'left' to 'right'" : "from 'right' to 'left'", "two cameras"}));
+  }
+  const ProcessedFrame alone = by("left", 1.8, 40);
+  ASSERT_TRUE(alone.poseValid()) << alone.text;
+  EXPECT_TRUE(alone.place_restarted);
+  ASSERT_NE(alone.place, nullptr);
+  EXPECT_LT(alone.place->camera().pose.translation().norm(), 1.5) << "from where it was alone";
+}
+
+/// ~max_milliseconds: 2000 features are reached after some images that ask for more and more.
+TEST(FrameProcessor, AChangeKeepsTheTimeBudgetThatItDoesNotTouch) {
+  Node processor;
+  ProcessorOptions options;
+  options.core.max_milliseconds = 10000;
+  processor.setOptions(options);
+  double stamp = 1;
+  const auto asked = [&] {
+    const ProcessedFrame processed = processor.ask(image(stamp += 0.1, static_cast<int>(stamp * 50) % 40));
+    return processed.current->frame.features_asked;
+  };
+  for (int i = 0; i < 20; ++i) asked();
+  ASSERT_EQ(asked(), 2000);
+  options.max_frame_gap = 2;  // of the stream
+  processor.setOptions(options);
+  EXPECT_EQ(asked(), 2000);
+  options.core.robust.max_direction_sigma = 5;  // of the core, but of no cost
+  processor.setOptions(options);
+  EXPECT_EQ(asked(), 2000);
+  options.core.extractor.pyramid_levels = 4;
+  processor.setOptions(options);
+  EXPECT_LT(asked(), 1000) << "what an image costs is to be learnt anew";
+}
+
+TEST(FrameProcessor, OfACameraAtRestTheTranslationIsNotKnown) {
   Node processor;
   processor.ask(image(1.0));
   const ProcessedFrame processed = processor.ask(image(1.1));

@@ -1,12 +1,15 @@
 // A stream that the test holds in its hand: what one step answers, what it makes of the stream, and what a loss costs.
 #include "stream/step.h"
 
+#include <limits>
 #include <memory>
 
 #include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
 
 #include "datasets/dataset.h"
 #include "processor_stream.h"
+#include "scale/depth_pose.h"
 #include "scenes/scene.h"
 #include "stream/odometry.h"
 #include "stream/status_text.h"
@@ -64,6 +67,58 @@ TEST_F(StepTest, ACopyOfTheStreamAnswersTheSame) {
   EXPECT_EQ(other.pose.t, pose.t);
   EXPECT_EQ(*other.track_ids, ids);
   EXPECT_EQ(other.place->camera().pose.matrix(), place.matrix());
+}
+
+TEST_F(StepTest, AnotherImageSizeLeavesThePlace) {
+  for (int i = 0; i < 3; ++i) ask(steppedRoom().render(i).image);
+  const OdometryEstimate before = stream_.place.camera();
+  ASSERT_GT(before.pose.translation().norm(), 1);
+  cv::Mat small;
+  cv::resize(steppedRoom().render(3).image, small, {320, 240}, 0, 0, cv::INTER_AREA);
+  const ProcessedFrame answer = ask(small);
+  EXPECT_EQ(answer.status, MatchStats::FIRST_FRAME);
+  EXPECT_EQ(answer.continuity, Continuity::kBroken);
+  EXPECT_EQ(answer.place, nullptr) << "it moved meanwhile";
+  EXPECT_FALSE(answer.place_restarted);
+  EXPECT_EQ(stream_.place.camera().pose.matrix(), before.pose.matrix());
+  EXPECT_GT(stream_.place.camera().pose_covariance(0, 0), before.pose_covariance(0, 0) + 0.5);
+}
+
+TEST_F(StepTest, AfterAFailedWayBackTheAnswerHasItsColumns) {
+  Pipeline pipeline(calibrated(ScaleMode::kUnit, steppedRoom().intrinsics()), keeping(3));
+  SceneOptions elsewhere;
+  elsewhere.seed = 7;
+  const Scene other(elsewhere);
+  for (int i = 0; i < 3; ++i) step(pipeline, stream_, recovery_, work_, prepared(steppedRoom().render(i).image));
+  step(pipeline, stream_, recovery_, work_, prepared(cv::Mat::zeros(steppedRoom().options().size, CV_8UC1)));
+  int with_matches = 0;
+  for (int i = 0; i < 5; ++i) {
+    const ProcessedFrame answer = step(pipeline, stream_, recovery_, work_, prepared(other.render(i).image));
+    if (answer.result == nullptr) continue;
+    with_matches += answer.result->size() > 0 && !answer.poseValid();
+    EXPECT_EQ(answer.track_ids->size(), answer.result->matches.size());
+    EXPECT_EQ(answer.track_lengths->size(), answer.result->matches.size());
+  }
+  EXPECT_GT(with_matches, 0);
+}
+
+/// A key frame that is not a number stands for whatever makes it so.
+TEST_F(StepTest, AMotionSinceTheKeyFrameThatIsUnfitIsNotUsed) {
+  Pipeline pipeline(calibrated(ScaleMode::kDepth, steppedRoom().intrinsics()), ProcessorOptions());
+  const auto next = [&](int i) {
+    const RenderedFrame rendered = steppedRoom().render(i);
+    const std::shared_ptr<PreparedFrame> frame = prepared(rendered.image);
+    frame->stereo.depth = keypointDepth(frame->frame.features, rendered.depth);
+    return step(pipeline, stream_, recovery_, work_, frame);
+  };
+  for (int i = 0; i < 3; ++i) next(i);
+  ASSERT_FALSE(stream_.key.points.empty());
+  stream_.key.reference.covariance(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  for (int i = 3; i < 6; ++i) {
+    const ProcessedFrame answer = next(i);
+    EXPECT_TRUE(stream_.place.camera().pose.matrix().allFinite()) << i << " " << words(answer, pipeline.options);
+    EXPECT_LT(stream_.place.camera().pose_covariance(0, 0), kLargestVariance) << i;
+  }
 }
 
 TEST_F(StepTest, TheReferenceShowsItsPixelsWithTheAnswer) {
