@@ -1,5 +1,5 @@
-// Logs the same sentence at most once in a while; one clock per sentence, so that one warning cannot hide another. It is
-// the same with other numbers in it.
+// Logs the same sentence at most once in a while; one clock per sentence, so that one warning cannot hide another. It
+// is the same with other numbers in it.
 #pragma once
 
 #include <algorithm>
@@ -42,7 +42,7 @@ class Throttle {
   }
 
   void error(const std::string& key, const std::string& sentence) {
-    if (due(key, period_)) ROS_ERROR_STREAM(prefix_ << sentence);
+    if (due(key + withoutNumbers(sentence), period_)) ROS_ERROR_STREAM(prefix_ << sentence);
   }
 
   void info(const std::string& key, const std::string& sentence) {

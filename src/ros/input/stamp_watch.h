@@ -9,22 +9,22 @@ namespace gms_ransac {
 
 /// The further down, the more is forgotten.
 enum class StampVerdict {
-  kFirst,       ///< nothing came before
-  kInOrder,     ///< compare with the image before
-  kAfterLate,   ///< the same, but an image between was dropped as late: the clock may have been set back meanwhile
-  kOutOfOrder,  ///< not newer than the image before: drop it
-  kGap,         ///< too long after the image before: a new reference
-  kSteppedBack, ///< the clock that stamps the images was set back by little: a new reference
-  kJumpedBack,  ///< stamps restarted (a bag looped without --clock): a new reference
-  kClockReset   ///< the node's clock itself went back (simulated time restarted): forget everything
+  kFirst,        ///< nothing came before
+  kInOrder,      ///< compare with the image before
+  kAfterLate,    ///< the same, but an image between was dropped as late: the clock may have been set back meanwhile
+  kOutOfOrder,   ///< not newer than the image before: drop it
+  kGap,          ///< too long after the image before: a new reference
+  kSteppedBack,  ///< the clock that stamps the images was set back by little: a new reference
+  kJumpedBack,   ///< stamps restarted (a bag looped without --clock): a new reference
+  kClockReset    ///< the node's clock itself went back (simulated time restarted): forget everything
 };
 
 class StampWatch {
  public:
   /// `stamp`: of the image; `now`: the node's clock when it arrived; `max_gap`; all in seconds. An image that is to be
-  /// dropped does not move the watch. An image that is late by up to max_gap was overtaken; a second one, newer than the
-  /// first, shows that the clock was set back. Larger steps, and any once the node's clock went back, are a stream that
-  /// started again.
+  /// dropped does not move the watch. An image that is late by up to max_gap was overtaken; a second one, newer than
+  /// the first, shows that the clock was set back. Larger steps, and any once the node's clock went back, are a stream
+  /// that started again.
   ///
   /// Clock and images travel apart: at the start of a loop either may come first, and both together are one restart.
   StampVerdict judge(double stamp, double now, double max_gap) {

@@ -59,10 +59,10 @@ class Diagnostics {
   NodeReport node_;
   std::string output_problem_, doubt_;
   MatchStats last_;
-  int processed_ = 0, failures_ = 0, late_ = 0;  ///< since the last report; late: beyond ~max_milliseconds
-  double asked_ = 0;                             ///< features, their sum
+  int processed_ = 0, failures_ = 0, late_ = 0;        ///< since the last report; late: beyond ~max_milliseconds
+  double asked_ = 0;                                   ///< features, their sum
   uint32_t crowded_out_ = 0, crowded_out_before_ = 0;  ///< dropped because newer images came first
-  double seconds_ = 0, latency_ = 0;  ///< sums since the last report
+  double seconds_ = 0, latency_ = 0;                   ///< sums since the last report
   ros::WallTime last_report_;
   ros::WallTimer timer_;  ///< last: its callback may run until it is gone
 };

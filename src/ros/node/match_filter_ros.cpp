@@ -28,8 +28,8 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr double kWatchPeriod = 1;  // seconds
-constexpr int kSilentPeriods = 5;   // without an image before the log names the silent topic
+constexpr double kWatchPeriod = 1;      // seconds
+constexpr int kSilentPeriods = 5;       // without an image before the log names the silent topic
 constexpr double kSilenceRepeats = 30;  // seconds after which it names it again
 
 /// As the end of a sentence.
@@ -87,8 +87,7 @@ class MatchFilterRos {
     {
       // A listener may connect before `outputs_` is assigned.
       std::lock_guard<std::mutex> lock(subscription_mutex_);
-      outputs_ =
-          std::make_unique<Outputs>(nh_, pnh_, parameters_, [this] { guard([&] { updateSubscription(); }); });
+      outputs_ = std::make_unique<Outputs>(nh_, pnh_, parameters_, [this] { guard([&] { updateSubscription(); }); });
     }
     ros::NodeHandle watch(nh_);
     watch.setCallbackQueue(&watch_queue_);

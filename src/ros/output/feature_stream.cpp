@@ -32,7 +32,7 @@ std::optional<std::vector<Feature>> FeatureStream::next(const ProcessedFrame& pr
   if (processed.continuity != Continuity::kContinuous || input_ == InputKind::kPair) reset();
   const double stamp = processed.current->stamp();
   compared_stamp_ = image_stamp_ = stamp;
-  const MatchResult* result = processed.result;
+  const MatchResult* result = processed.pair ? &processed.pair->result : nullptr;
   well_seen_ = result != nullptr && result->inliers >= kWellSeen * std::max(result->keypoints_reference, 1);
   if (result == nullptr || !processed.current->camera->camera.calibrated() || !due(stamp, options.rate))
     return std::nullopt;
@@ -71,13 +71,13 @@ bool FeatureStream::due(double stamp, double rate) const {
 
 const std::vector<TrackedPoint>& FeatureStream::matchedPoints(const ProcessedFrame& processed) {
   matched_.clear();
-  if (processed.track_ids == nullptr) return matched_;
-  const MatchResult& result = *processed.result;
-  for (size_t i = 0; i < result.matches.size(); ++i) {
-    const uint32_t id = (*processed.track_ids)[i];
+  const MatchResult& result = processed.pair->result;
+  const std::vector<uint32_t>& ids = processed.pair->track_ids;
+  for (size_t i = 0; i < ids.size(); ++i) {
+    const uint32_t id = ids[i];
     if (id == 0) continue;
     const cv::Point2f& pixel = processed.current->frame.features.keypoints[result.matches[i].current].pt;
-    matched_.push_back({id, (*processed.track_lengths)[i], pixel, static_cast<int>(i)});
+    matched_.push_back({id, processed.pair->track_lengths[i], pixel, static_cast<int>(i)});
   }
   return matched_;
 }
@@ -100,12 +100,13 @@ Feature FeatureStream::describe(const ProcessedFrame& processed, const TrackedPo
 
 Eigen::Vector2d FeatureStream::velocityInPair(const ProcessedFrame& processed, int match,
                                               const Eigen::Vector2d& ray) const {
-  const double reference_stamp = processed.reference->stamp(), seconds = processed.current->stamp() - reference_stamp;
+  const double reference_stamp = processed.pair->reference->stamp(),
+               seconds = processed.current->stamp() - reference_stamp;
   // With a reference that is held longer it would be an average; VINS's own tracker gives 0 for new features, too.
   const bool held = !sent_.empty() && reference_stamp < last_stamp_;
   if (match < 0 || held || seconds <= 0 || !processed.velocity_known) return Eigen::Vector2d::Zero();
-  const int keypoint = processed.result->matches[match].reference;
-  const cv::Point2f& before = processed.reference->frame.features.keypoints[keypoint].pt;
+  const int keypoint = processed.pair->result.matches[match].reference;
+  const cv::Point2f& before = processed.pair->reference->frame.features.keypoints[keypoint].pt;
   return (ray - rayOf(processed.current->camera->camera, before)) / seconds;
 }
 

@@ -19,12 +19,12 @@ struct FeatureOptions {
 };
 
 struct Feature {
-  uint32_t id = 0;           ///< that of ~correspondences when it was first sent
-  cv::Point2f pixel;         ///< of the received image
-  Eigen::Vector2d ray;       ///< x, y at depth 1
+  uint32_t id = 0;      ///< that of ~correspondences when it was first sent
+  cv::Point2f pixel;    ///< of the received image
+  Eigen::Vector2d ray;  ///< x, y at depth 1
   /// Of the ray since the last message, or since the pair's reference, 1/s; zero where that time is not known.
   Eigen::Vector2d velocity = Eigen::Vector2d::Zero();
-  double age = 0;            ///< seconds since it was first sent
+  double age = 0;  ///< seconds since it was first sent
 };
 
 /// Takes the answers to all images, one after another. It costs nothing before the first call.

@@ -39,16 +39,17 @@ void setLength(size_t n, bool with_stage, Correspondences& message) {
 }  // namespace
 
 void toMessage(const ProcessedFrame& processed, bool with_rejected, Correspondences& message) {
-  const MatchResult& result = *processed.result;
+  const MatchResult& result = processed.pair->result;
   const PreparedFrame& current = *processed.current;
   message.header = current.header;
-  message.reference_header = processed.reference->header;
+  message.reference_header = processed.pair->reference->header;
   message.width = static_cast<uint32_t>(current.imageSize().width);
   message.height = static_cast<uint32_t>(current.imageSize().height);
   setCamera(*current.camera, message);
 
   setLength(with_rejected ? result.raw.size() : static_cast<size_t>(result.inliers), with_rejected, message);
-  const Features &reference_features = processed.reference->frame.features, &current_features = current.frame.features;
+  const Features &reference_features = processed.pair->reference->frame.features,
+                 &current_features = current.frame.features;
   const SigmaByOctave reference_sigma(result.robust, reference_features.scale_factor),
       current_sigma(result.robust, current_features.scale_factor);
   size_t row = 0;
@@ -64,8 +65,8 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
     message.current_points[2 * row + 1] = to.pt.y;
     message.confidence[row] = kept ? result.confidence[i] : 0;
     message.distance[row] = match.distance;
-    message.track_id[row] = kept ? (*processed.track_ids)[i] : 0;
-    message.track_length[row] = kept ? (*processed.track_lengths)[i] : 0;
+    message.track_id[row] = kept ? processed.pair->track_ids[i] : 0;
+    message.track_length[row] = kept ? processed.pair->track_lengths[i] : 0;
     message.probability[row] = kept ? result.probability(i) : 0;
     message.reference_sigma[row] = reference_sigma[from.octave];
     message.current_sigma[row++] = current_sigma[to.octave];
@@ -91,9 +92,9 @@ void toMessage(const ProcessedFrame& processed, Keypoints& message) {
   for (auto* column : {&message.u, &message.v, &message.size, &message.angle, &message.response, &message.sigma}) {
     column->reserve(n);
   }
-  const bool has_model = processed.result != nullptr && processed.result->robust.model_found;
+  const bool has_model = processed.pair != nullptr && processed.pair->result.robust.model_found;
   const RobustResult no_model;
-  const SigmaByOctave sigma(has_model ? processed.result->robust : no_model, features.scale_factor);
+  const SigmaByOctave sigma(has_model ? processed.pair->result.robust : no_model, features.scale_factor);
   for (const cv::KeyPoint& keypoint : features.keypoints) {
     message.u.push_back(keypoint.pt.x);
     message.v.push_back(keypoint.pt.y);
@@ -104,10 +105,10 @@ void toMessage(const ProcessedFrame& processed, Keypoints& message) {
     message.sigma.push_back(sigma[keypoint.octave]);
   }
   message.track_id.assign(n, 0);
-  if (processed.track_ids != nullptr && processed.result != nullptr) {
-    const std::vector<Match>& matches = processed.result->matches;
-    for (size_t i = 0; i < std::min(matches.size(), processed.track_ids->size()); ++i) {
-      if ((*processed.track_ids)[i] != 0) message.track_id[matches[i].current] = (*processed.track_ids)[i];
+  if (processed.pair != nullptr) {
+    const std::vector<uint32_t>& ids = processed.pair->track_ids;
+    for (size_t i = 0; i < ids.size(); ++i) {
+      if (ids[i] != 0) message.track_id[processed.pair->result.matches[i].current] = ids[i];
     }
   }
   message.depth = current.stereo.depth;
@@ -128,9 +129,9 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
   message.time_budget = static_cast<float>(processed.current->time_budget);
   message.features_asked = static_cast<uint32_t>(processed.current->frame.features_asked);
   if (processed.status == MatchStats::BAD_IMAGE) message.keypoints_current = message.features_asked = 0;
-  if (processed.result != nullptr) {
-    const MatchResult& result = *processed.result;
-    message.reference_header = processed.reference->header;
+  if (processed.pair != nullptr) {
+    const MatchResult& result = processed.pair->result;
+    message.reference_header = processed.pair->reference->header;
     message.keypoints_reference = static_cast<uint32_t>(result.keypoints_reference);
     message.stationary = result.stationary;
     message.matches_raw = static_cast<uint32_t>(result.raw.size());
@@ -144,14 +145,12 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
     message.rms_error_px = static_cast<float>(result.robust.rms_error_px);
     message.sigma_px = static_cast<float>(result.robust.sigma_px);
     message.camera_misfit = static_cast<float>(result.robust.camera_misfit);
-    message.time_match = static_cast<float>(result.times.match);
-    message.time_gms = static_cast<float>(result.times.gms);
-    message.time_ransac = static_cast<float>(result.times.ransac);
-  }
-  if (processed.track_lengths != nullptr) {
+    message.time_match = static_cast<float>(processed.times.match);
+    message.time_gms = static_cast<float>(processed.times.gms);
+    message.time_ransac = static_cast<float>(processed.times.ransac);
     std::vector<uint16_t> followed;
-    followed.reserve(processed.track_lengths->size());
-    for (const uint16_t length : *processed.track_lengths) {
+    followed.reserve(processed.pair->track_lengths.size());
+    for (const uint16_t length : processed.pair->track_lengths) {
       if (length > 0) followed.push_back(length);
     }
     const auto [median, p90] = quantilesOf(std::move(followed));

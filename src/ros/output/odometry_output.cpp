@@ -74,13 +74,13 @@ std::optional<OdometryEstimate> OdometryOutput::takeSetPose(const std_msgs::Head
 void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transform) {
   if (processed.continuity == Continuity::kRestarted && tf_) tf_->clear();
   if (processed.place_restarted) path_.poses.clear();
-  if (processed.place == nullptr || (listeners() == 0 && !with_transform)) return;
+  if (!processed.place || (listeners() == 0 && !with_transform)) return;
   const std_msgs::Header& header = processed.current->header;
   const auto camera_in_base = cameraInBase(header);
   if (!camera_in_base) return;
   problem_.clear();
 
-  const bool at_origin = processed.result == nullptr;
+  const bool at_origin = processed.pair == nullptr;
   OdometryEstimate estimate = processed.place->base(*camera_in_base);
   const std::string& moving_frame = parameters_.base_frame.empty() ? header.frame_id : parameters_.base_frame;
   if (!parameters_.givesMetres()) {

@@ -149,7 +149,7 @@ MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const Frame
 }
 
 void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions& options) {
-  if (processed.result != nullptr) {
+  if (processed.pair != nullptr) {
     if (hasSubscriber(correspondences_)) {
       Correspondences message;
       toMessage(processed, options.publish_rejected, message);
@@ -172,7 +172,7 @@ void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& 
   if (!hasSubscriber(relative_pose_)) return;
   geometry_msgs::PoseWithCovarianceStamped message;
   message.header = processed.current->header;
-  message.header.frame_id = referenceFrame(processed.reference->header.frame_id);
+  message.header.frame_id = referenceFrame(processed.pair->reference->header.frame_id);
   message.pose = toMessage(toIsometry(processed.pose), processed.pose.covariance);
   publishShared(relative_pose_, std::move(message));
 }
@@ -195,9 +195,9 @@ void Outputs::publishFeatures(const ProcessedFrame& processed, const FeatureOpti
 
 void Outputs::publishPoints(const ProcessedFrame& processed) {
   if (!processed.current->camera || !processed.current->camera->camera.calibrated()) return;
-  if (hasSubscriber(inlier_points_) && processed.status == MatchStats::OK && processed.result != nullptr &&
-      processed.points != nullptr) {
-    publishShared(inlier_points_, pointsMessage(processed, *processed.points));
+  if (hasSubscriber(inlier_points_) && processed.status == MatchStats::OK && processed.pair != nullptr &&
+      processed.pair->triangulated) {
+    publishShared(inlier_points_, pointsMessage(processed, processed.pair->points));
   }
   if (hasSubscriber(markers_)) publishShared(markers_, markerMessage(processed));
 }

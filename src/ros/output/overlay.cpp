@@ -61,7 +61,7 @@ struct Quantity {
 
 /// `reach` has its sign alone.
 Quantity measure(const ProcessedFrame& processed, OverlayColour colour) {
-  const MatchResult& result = *processed.result;
+  const MatchResult& result = processed.pair->result;
   if (colour == OverlayColour::kStage) return {};
   const std::vector<float> unknown(result.matches.size(), kUnknown);
   if (colour == OverlayColour::kProbability) {
@@ -70,14 +70,14 @@ Quantity measure(const ProcessedFrame& processed, OverlayColour colour) {
     return probability;
   }
   if (colour == OverlayColour::kTrack) {
-    const auto& lengths = processed.track_lengths;
+    const auto& lengths = processed.pair->track_lengths;
     return {"track length, images", 0, 1, false,
-            lengths == nullptr ? unknown : std::vector<float>(lengths->begin(), lengths->end())};
+            lengths.empty() ? unknown : std::vector<float>(lengths.begin(), lengths.end())};
   }
   if (colour == OverlayColour::kDepth) {
     Quantity depth = {processed.metric_scale ? "depth, metres" : "depth, baselines", 0, 1, true, unknown};
-    if (processed.status != MatchStats::OK || processed.points == nullptr) return depth;
-    const Triangulation& points = *processed.points;
+    if (processed.status != MatchStats::OK || !processed.pair->triangulated) return depth;
+    const Triangulation& points = processed.pair->points;
     for (size_t i = 0; i < points.match.size(); ++i) {
       if (points.valid[i]) depth.values[points.match[i]] = points.depth_current[i] * processed.pose.t.norm();
     }
@@ -150,14 +150,14 @@ class Painter {
   void paintImages() {
     if (reference_ != current_) {
       canvas_(reference_) = kDark;
-      if (processed_.reference != nullptr) drawImage(*processed_.reference, canvas_(reference_));
+      if (processed_.pair != nullptr) drawImage(*processed_.pair->reference, canvas_(reference_));
     }
     drawImage(*processed_.current, canvas_(current_));
     if (!processed_.current->mask.empty()) hatch(processed_.current->mask, canvas_(current_));
   }
 
   void paintMatches(OverlayColour colour) {
-    const MatchResult& result = *processed_.result;
+    const MatchResult& result = processed_.pair->result;
     Quantity quantity = measure(processed_, result.inliers == 0 ? OverlayColour::kStage : colour);
     stretch(result, quantity);
     const bool stages = quantity.values.empty();
@@ -189,8 +189,8 @@ class Painter {
     const int left = px(6), width = header_.width - 2 * left;
     const std::string name = statusName(processed_.publishedStatus());
     write(name, {left, px(13)}, width, cv::Scalar::all(0), cv::FONT_HERSHEY_DUPLEX);
-    if (processed_.result != nullptr) {
-      const MatchResult& result = *processed_.result;
+    if (processed_.pair != nullptr) {
+      const MatchResult& result = processed_.pair->result;
       std::string counts = cv::format("%zu matches > %d filtered > %d inliers   %.1f ms", result.raw.size(),
                                       result.size(), result.inliers, 1e3 * result.times.total());
       if (processed_.status == MatchStats::OK) {
@@ -237,7 +237,7 @@ class Painter {
   }
 
   void arrow(const Match& match, const cv::Scalar& color, bool cased) {
-    const cv::Point from = placed(processed_.reference->frame.features, match.reference, reference_);
+    const cv::Point from = placed(processed_.pair->reference->frame.features, match.reference, reference_);
     const cv::Point to = placed(processed_.current->frame.features, match.current, current_);
     if (cased) cv::line(canvas_, from, to, 0.4 * color, px(1) + 2, cv::LINE_8, kSubpixelBits);
     cv::line(canvas_, from, to, color, px(1), cv::LINE_AA, kSubpixelBits);
@@ -340,9 +340,10 @@ cv::Scalar statusColor(uint8_t status) {
 
 void Overlay::add(const ProcessedFrame& processed) {
   Outcome outcome = {processed.publishedStatus(), 0, 0};
-  if (const MatchResult* result = processed.result) {
-    outcome.inlier_ratio = static_cast<float>(result->inliers) / static_cast<float>(std::max(1, result->size()));
-    outcome.milliseconds = static_cast<float>(1e3 * result->times.total());
+  if (processed.pair != nullptr) {
+    const MatchResult& result = processed.pair->result;
+    outcome.inlier_ratio = static_cast<float>(result.inliers) / static_cast<float>(std::max(1, result.size()));
+    outcome.milliseconds = static_cast<float>(1e3 * processed.times.total());
   }
   history_.push_back(outcome);
   if (history_.size() > kHistory) history_.pop_front();
@@ -365,7 +366,7 @@ cv::Mat Overlay::draw(const ProcessedFrame& processed, const OverlayOptions& opt
   Painter painter(processed, options.layout);
   painter.paintImages();
   painter.paintStrip(strip, highest);
-  if (processed.result != nullptr && processed.reference != nullptr) painter.paintMatches(options.colour);
+  if (processed.pair != nullptr) painter.paintMatches(options.colour);
   painter.paintHeader();
   return painter.canvas();
 }

@@ -101,7 +101,7 @@ visualization_msgs::Marker nameOf(const visualization_msgs::Marker& frustum, con
 /// Depth of an inlier along the optical axis, in the unit of the pose: measured, or triangulated where the parallax is
 /// large enough; 0: not known.
 double knownDepth(const ProcessedFrame& processed, const Triangulation& points, int i) {
-  const MatchResult& result = *processed.result;
+  const MatchResult& result = processed.pair->result;
   const std::vector<float>& measured = processed.current->stereo.depth;
   const auto keypoint = static_cast<size_t>(result.matches[static_cast<size_t>(points.match[i])].current);
   if (processed.metric_scale && keypoint < measured.size() && measured[keypoint] > 0) return measured[keypoint];
@@ -123,10 +123,10 @@ cv::Scalar patchColour(const cv::Mat& image, const cv::Point2f& pixel) {
 
 /// Median of the known depths; 0: none is.
 double sceneDepth(const ProcessedFrame& processed) {
-  if (processed.points == nullptr || processed.status != MatchStats::OK) return 0;
+  if (processed.pair == nullptr || !processed.pair->triangulated || processed.status != MatchStats::OK) return 0;
   std::vector<double> depths;
-  for (int i = 0; i < processed.points->size(); ++i) {
-    const double depth = knownDepth(processed, *processed.points, i);
+  for (int i = 0; i < processed.pair->points.size(); ++i) {
+    const double depth = knownDepth(processed, processed.pair->points, i);
     if (depth > 0) depths.push_back(depth);
   }
   if (depths.empty()) return 0;
@@ -190,9 +190,9 @@ sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Tr
     if (depth == 0) continue;
     const Eigen::Vector3f p = (depth * Eigen::Vector3d(points.x_current[i], points.y_current[i], 1)).cast<float>();
     std::copy(p.data(), p.data() + 3, &xyz[0]);
-    *intensity = processed.result->probability(static_cast<size_t>(points.match[i]));
-    *id = (*processed.track_ids)[points.match[i]];
-    const int keypoint = processed.result->matches[static_cast<size_t>(points.match[i])].current;
+    *intensity = processed.pair->result.probability(static_cast<size_t>(points.match[i]));
+    *id = processed.pair->track_ids[points.match[i]];
+    const int keypoint = processed.pair->result.matches[static_cast<size_t>(points.match[i])].current;
     const cv::Scalar bgr = patchColour(image, processed.current->frame.features.keypoints[keypoint].pt);
     for (int channel = 0; channel < 3; ++channel) blue[channel] = cv::saturate_cast<uint8_t>(bgr[channel]);
     ++blue;
@@ -208,14 +208,14 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
   // Nothing stays of the image before.
   message.markers.push_back(lines(processed.current->header, "", 0));
   message.markers.back().action = visualization_msgs::Marker::DELETEALL;
-  if (processed.result == nullptr || processed.result->inliers == 0) return message;
-  const MatchResult& result = *processed.result;
+  if (processed.pair == nullptr || processed.pair->result.inliers == 0) return message;
+  const MatchResult& result = processed.pair->result;
   const Camera& camera = processed.current->camera->camera;
   visualization_msgs::Marker flow = lines(processed.current->header, "flow", kFlowWidth);
   for (size_t i = 0; i < result.matches.size(); ++i) {
     if (!result.isInlier(i)) continue;
     const Eigen::Vector2d from =
-        rayOf(camera, processed.reference->frame.features.keypoints[result.matches[i].reference].pt);
+        rayOf(camera, processed.pair->reference->frame.features.keypoints[result.matches[i].reference].pt);
     const Eigen::Vector2d to = rayOf(camera, processed.current->frame.features.keypoints[result.matches[i].current].pt);
     flow.points.push_back(toMessage(from.homogeneous()));
     flow.points.push_back(toMessage(to.homogeneous()));

@@ -72,7 +72,7 @@ std::optional<StereoFeatures> StereoFeatureStream::next(const ProcessedFrame& pr
   int tried = 0;
   const auto usable = [&](const TrackedPoint& point) {
     ++tried;
-    const auto located = locate(current, point, *processed.result);
+    const auto located = locate(current, point, processed.pair->result);
     if (located) right.emplace(point.id, *located);
     return located.has_value();
   };

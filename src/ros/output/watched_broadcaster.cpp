@@ -121,11 +121,11 @@ void WatchedBroadcaster::onTransforms(const ros::MessageEvent<tf2_msgs::TFMessag
 }
 
 void WatchedBroadcaster::contest(const std::string& child, const Heard& other, Frame& frame) {
-  const std::string who = (other.same_process ? "another nodelet of " : "") + other.node + " broadcasts the transform " +
-                          other.parent + " -> " + child;
+  const std::string who = (other.same_process ? "another nodelet of " : "") + other.node +
+                          " broadcasts the transform " + other.parent + " -> " + child;
   // Two that started together hear each other: the first by name goes on.
-  const bool goes_on = frame.settled && other.parent == frame.parent &&
-                       (other.same_process || ros::this_node::getName() < other.node);
+  const bool goes_on =
+      frame.settled && other.parent == frame.parent && (other.same_process || ros::this_node::getName() < other.node);
   if (goes_on) {
     return throttle_.warnOnce(child, who + ", and so does " + name_ +
                                          ": tf jumps between the two; switch one off (~publish_odom_tf, "

@@ -26,11 +26,11 @@ class WatchedBroadcaster {
   explicit WatchedBroadcaster(const std::string& name);
 
   bool listened() const { return broadcaster_.getNumSubscribers() > 0; }
-  /// Does nothing without a subscriber, and never waits for the master. Refuses a frame without a name, or that would be
-  /// its own parent, with a warning. `for_good`: tf is listened to for as long as the process lives.
+  /// Does nothing without a subscriber, and never waits for the master. Refuses a frame without a name, or that would
+  /// be its own parent, with a warning. `for_good`: tf is listened to for as long as the process lives.
   void send(const geometry_msgs::TransformStamped& transform, bool for_good = false);
-  /// Listens to tf where a frame is new, and broadcasts what was held. To be called every second, from a thread that may
-  /// wait for the master. `master_answers` false: what was held is broadcast unwatched.
+  /// Listens to tf where a frame is new, and broadcasts what was held. To be called every second, from a thread that
+  /// may wait for the master. `master_answers` false: what was held is broadcast unwatched.
   void watch(bool master_answers);
   /// Why the last transform was not broadcast, and the remedy; empty: it was. From the thread of `send`.
   const std::string& problem() const { return problem_; }
@@ -69,10 +69,11 @@ class WatchedBroadcaster {
   std::mutex mutex_;  ///< guards what follows
   bool listening_ = false;
   ros::SteadyTime listening_since_;
-  std::map<std::string, Heard> heard_;  ///< who broadcasts a frame, by child, while tf is listened to
+  std::map<std::string, Heard> heard_;   ///< who broadcasts a frame, by child, while tf is listened to
   std::map<std::string, Frame> frames_;  ///< that this node broadcasts, by child
 
-  std::vector<ros::Subscriber> subscribers_;  ///< used by `watch` alone; last: their callbacks may run until they are gone
+  std::vector<ros::Subscriber>
+      subscribers_;  ///< used by `watch` alone; last: their callbacks may run until they are gone
 };
 
 }  // namespace gms_ransac

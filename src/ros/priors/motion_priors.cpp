@@ -146,8 +146,7 @@ template <typename Track>
 std::string MotionPriors::sensorBetween(const Sensor<Track>& sensor, const std::string& camera_frame, double from,
                                         double to, TrackMotion& motion, Eigen::Isometry3d& camera_in_sensor) {
   if (!sensor.defect.empty()) return "the messages on " + sensor.topic + " have " + sensor.defect;
-  const std::string problem =
-      sensor.track.empty() ? "no message has come" : sensor.track.between(from, to, motion);
+  const std::string problem = sensor.track.empty() ? "no message has come" : sensor.track.between(from, to, motion);
   if (!problem.empty() && sensor.refused > 0) {
     return "the last " + std::to_string(sensor.refused) + " messages on " + sensor.topic +
            " are not used: their numbers are not finite, or larger than any sensor's";

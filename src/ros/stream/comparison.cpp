@@ -1,5 +1,6 @@
 #include "stream/step.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -26,6 +27,19 @@ std::shared_ptr<PreparedFrame> recalibrated(const std::shared_ptr<PreparedFrame>
 
 }  // namespace
 
+std::shared_ptr<ComparedPair> PairPool::take() {
+  const auto is_free = [](const std::shared_ptr<ComparedPair>& pair) { return pair.use_count() == 1; };
+  const auto found = std::find_if(pairs_.begin(), pairs_.end(), is_free);
+  if (found != pairs_.end()) return *found;
+  return pairs_.emplace_back(std::make_shared<ComparedPair>());
+}
+
+void PairPool::releaseFrames() {
+  for (const std::shared_ptr<ComparedPair>& pair : pairs_) {
+    if (pair.use_count() == 1) pair->reference.reset();
+  }
+}
+
 void Comparison::compare() {
   const auto work_on = [&] {
     std::string without_prior;
@@ -33,57 +47,53 @@ void Comparison::compare() {
     MotionPriors* priors = pipeline.priors.get();
     const bool interval_known = current->stamp_verdict != StampVerdict::kAfterLate;
     if (priors && interval_known) prior = priors->rotation(stream.reference->header, current->header, without_prior);
-    match(stream.reference, work.result, prior ? &*prior : nullptr, &stream.past);
-    if (prior && work.result.robust.pose_found) priors->learn(work.result.robust);
-    answerBy(stream.reference);
-    conclude();
+    const std::shared_ptr<ComparedPair> pair = attempt(stream.reference, prior ? &*prior : nullptr, &stream.past);
+    stream.reference = pair->reference;
+    if (prior && pair->result.robust.pose_found) priors->learn(pair->result.robust);
+    conclude(pair);
     if (!without_prior.empty()) because(Why::kNoPrior, without_prior);
   };
-  guarded(work_on, [&](const std::string& what) {
-    answerBy(stream.reference);
-    fail(what);
-  });
+  guarded(work_on, [&](const std::string& what) { fail(stream.reference, what); });
 }
 
-void Comparison::match(std::shared_ptr<PreparedFrame>& reference, MatchResult& result, const RotationPrior* prior,
-                       Past* past) {
-  reference = recalibrated(reference, current->camera);
+std::shared_ptr<ComparedPair> Comparison::attempt(const std::shared_ptr<PreparedFrame>& reference,
+                                                  const RotationPrior* prior, Past* past) {
+  std::shared_ptr<ComparedPair> pair = pairs.take();
+  pair->reference = recalibrated(reference, current->camera);
+  pair->triangulated = false;
   pipeline.filter.setCamera(current->camera->camera);
-  pipeline.filter.filter(reference->frame, current->frame, result, prior, past);
-  work.spent.match += result.times.match;
-  work.spent.gms += result.times.gms;
-  work.spent.ransac += result.times.ransac;
+  pipeline.filter.filter(pair->reference->frame, current->frame, pair->result, prior, past);
+  answer.times.match += pair->result.times.match;
+  answer.times.gms += pair->result.times.gms;
+  answer.times.ransac += pair->result.times.ransac;
+  return pair;
 }
 
-void Comparison::answerBy(const std::shared_ptr<PreparedFrame>& reference) {
-  work.reference = reference;
-  answer.reference = reference.get();
-  answer.result = &work.result;
-}
-
-void Comparison::conclude() {
-  answer.status = static_cast<uint8_t>(work.result.status);
+void Comparison::conclude(const std::shared_ptr<ComparedPair>& pair) {
+  answer.pair = pair;
+  answer.status = static_cast<uint8_t>(pair->result.status);
   because(Why::kCompared);
-  stream.tracks.link(work.result);
-  answer.track_ids = &stream.tracks.ids();
-  answer.track_lengths = &stream.tracks.lengths();
-  findPose(pipeline, stream, work.points, answer);
+  stream.tracks.link(pair->result);
+  pair->track_ids = stream.tracks.ids();
+  pair->track_lengths = stream.tracks.lengths();
+  findPose(pipeline, stream, *pair, answer);
 }
 
-void Comparison::fail(const std::string& what) {
-  work.result.clear(Status::kRansacFailed);
+void Comparison::fail(const std::shared_ptr<PreparedFrame>& reference, const std::string& what) {
+  const std::shared_ptr<ComparedPair> pair = pairs.take();
+  pair->reference = reference;
+  pair->result.clear(Status::kRansacFailed);
+  pair->track_ids.clear();
+  pair->track_lengths.clear();
+  pair->triangulated = false;
   stream.past = Past();
   stream.tracks.reset();
   stream.scale.reset();
   stream.key = KeyFrame();
+  answer.pair = pair;
+  answer.recovered = false;
   answer.status = MatchStats::RANSAC_FAILED;
   answer.reasons = {{Why::kFailed, what}};
-}
-
-void Comparison::reject(MatchResult& result) {
-  result.inliers = 0;
-  result.robust.reject();
-  result.status = Status::kRansacFailed;
 }
 
 }  // namespace gms_ransac

@@ -42,8 +42,7 @@ void FrameProcessor::setOptions(const ProcessorOptions& options) {
     std::lock_guard<std::mutex> lock(mutex_);
     before = pipeline_;
   }
-  auto pipeline =
-      std::make_shared<Pipeline>(parameters_, options, coreFor(options.core, before.get()), priors_);
+  auto pipeline = std::make_shared<Pipeline>(parameters_, options, coreFor(options.core, before.get()), priors_);
   if (priors_) priors_->setReadout(std::max(0.0, options.core.robust.rolling_shutter_readout));
   std::lock_guard<std::mutex> lock(mutex_);
   pipeline_.swap(pipeline);  // the replaced one ends without the lock
@@ -81,14 +80,13 @@ ProcessedFrame FrameProcessor::process(const std::shared_ptr<PreparedFrame>& fra
   ProcessedFrame answer;
   if (frame->problem.empty()) {
     frame->stamp_verdict = std::max(frame->stamp_verdict, std::exchange(verdict_pending_, StampVerdict::kInOrder));
-    answer = step(*pipeline, stream_, recovery_, work_, frame);
+    answer = step(*pipeline, stream_, recovery_, pairs_, frame);
   } else {
     if (frame->stamp_verdict != StampVerdict::kOutOfOrder)
       verdict_pending_ = std::max(verdict_pending_, frame->stamp_verdict);
     stream_.copied_seconds += frame->copied_seconds;
     requestReset(std::exchange(frame->reset, Reset::kNone));
-    work_.current = frame;
-    answer.current = frame.get();
+    answer.current = frame;
     answer.status = MatchStats::BAD_IMAGE;
     answer.reasons = {{Why::kUnusable, image_topic_ + " not used: " + frame->problem}};
   }

@@ -44,7 +44,7 @@ class FrameProcessor {
   // process's
   Stream stream_;
   Recovery recovery_;
-  Workspace work_;
+  PairPool pairs_;
   StampVerdict verdict_pending_ = StampVerdict::kInOrder;  ///< of an image whose extraction failed, for the next
 
   std::mutex mutex_;  ///< guards what follows

@@ -174,17 +174,17 @@ OdometryEstimate MotionIntegrator::base(const Eigen::Isometry3d& camera_in_base)
 }
 
 void integrate(const Parameters& parameters, MotionIntegrator& place, ProcessedFrame& answer) {
-  const double now = answer.current->stamp(), from = answer.reference ? answer.reference->stamp() : now;
+  const double now = answer.current->stamp(), from = answer.pair ? answer.pair->reference->stamp() : now;
   const bool begun = place.stamp.has_value();
   if (answer.continuity == Continuity::kRestarted || (!begun && answer.continuity == Continuity::kContinuous)) {
     restart(from, place, answer);
     // The odometry begins here; a camera that is not calibrated has none.
     const bool bad_pair = answer.status == MatchStats::BAD_IMAGE;
-    if (answer.result == nullptr && !bad_pair && answer.current->camera->camera.calibrated()) answer.place = &place;
+    if (answer.pair == nullptr && !bad_pair && answer.current->camera->camera.calibrated()) answer.place = place;
   } else if (answer.continuity == Continuity::kBroken && begun) {
     lose(now, place);
   }
-  if (answer.result == nullptr) return;
+  if (answer.pair == nullptr) return;
   const double seconds = now - from;
   if (parameters.input == InputKind::kPair && seconds > 0 && !continueWithPair(from, now, place, answer)) return;
   const bool at_rest = answer.atRest() && answer.current->camera->camera.calibrated();
@@ -197,7 +197,7 @@ void integrate(const Parameters& parameters, MotionIntegrator& place, ProcessedF
                        seconds,
                        at_rest || answer.status == MatchStats::OK,
                        answer.reference_held,
-                       answer.result->robust.median_parallax_px,
+                       answer.pair->result.robust.median_parallax_px,
                        answer.recovered || !answer.velocity_known,
                        at_rest,
                        answer.since_key};
@@ -209,7 +209,7 @@ void integrate(const Parameters& parameters, MotionIntegrator& place, ProcessedF
   }
   place.add(motion);
   place.stamp = now;
-  answer.place = &place;
+  answer.place = place;
 }
 
 }  // namespace gms_ransac

@@ -15,20 +15,21 @@ namespace {
 
 /// In units of the first pair's.
 void propagate(ScalePropagator& scale, ProcessedFrame& answer) {
-  if (answer.status != MatchStats::OK) return scale.carryThroughRotation(*answer.points, *answer.result);
+  if (answer.status != MatchStats::OK) return scale.carryThroughRotation(answer.pair->points, answer.pair->result);
   const Camera& camera = answer.current->camera->camera;
-  const ScaleEstimate length = scale.update(*answer.points, *answer.result, camera, answer.recovered);
+  const ScaleEstimate length = scale.update(answer.pair->points, answer.pair->result, camera, answer.recovered);
   answer.pose = withLength(answer.pose, length);
   answer.length_missing &= length.features == 0;
 }
 
 /// Length from odometry or the ground, or why there is none.
 void askPriors(MotionPriors& priors, ProcessedFrame& answer) {
-  const PreparedFrame &reference = *answer.reference, &current = *answer.current;
-  const PairSeen pair = {reference.header, current.header,         answer.result->robust,
-                         *answer.points,   current.camera->camera, {reference.grey, current.grey}};
+  const PreparedFrame &reference = *answer.pair->reference, &current = *answer.current;
+  const PairSeen pair = {reference.header,    current.header,         answer.pair->result.robust,
+                         answer.pair->points, current.camera->camera, {reference.grey, current.grey}};
   if (current.stamp_verdict == StampVerdict::kAfterLate) {
-    return answer.reasons.push_back({Why::kNoLength, "an image before this one was late, so the time between is unsure"});
+    return answer.reasons.push_back(
+        {Why::kNoLength, "an image before this one was late, so the time between is unsure"});
   }
   std::string problem;
   const ScaleEstimate length = priors.length(pair, problem);
@@ -39,14 +40,14 @@ void askPriors(MotionPriors& priors, ProcessedFrame& answer) {
 
 /// Metric pose from depth or a second camera, or why there is none.
 void takeDepth(bool stereo, KeyFrame& key, ProcessedFrame& answer) {
-  const PreparedFrame &reference = *answer.reference, &current = *answer.current;
+  const PreparedFrame &reference = *answer.pair->reference, &current = *answer.current;
   const std::optional<StereoRig>& rig = current.stereo.rig ? current.stereo.rig : reference.stereo.rig;
   ScaleEstimate scale;
   if (!stereo || rig)
-    scale = poseFromKeypointDepth(
-        {*answer.points, reference.frame.features, current.frame.features, *answer.result, current.camera->camera,
-         reference.stereo.depth, current.stereo.depth, rig ? rig->baseline : 0, *answer.track_ids},
-        answer.pose, &key);
+    scale = poseFromKeypointDepth({answer.pair->points, reference.frame.features, current.frame.features,
+                                   answer.pair->result, current.camera->camera, reference.stereo.depth,
+                                   current.stereo.depth, rig ? rig->baseline : 0, answer.pair->track_ids},
+                                  answer.pose, &key);
   answer.metric_scale = scale.features > 0;
   if (answer.metric_scale) answer.since_key = MotionSinceKey{key.current, key.is_reference};
   if (answer.metric_scale && answer.status != MatchStats::OK) {
@@ -100,15 +101,15 @@ bool isSymmetric(const Eigen::Matrix<double, 6, 6>& covariance, double tolerance
 
 }  // namespace
 
-void findPose(const Pipeline& pipeline, Stream& stream, Triangulation& points, ProcessedFrame& answer) {
+void findPose(const Pipeline& pipeline, Stream& stream, ComparedPair& pair, ProcessedFrame& answer) {
   if (!answer.poseValid()) return;
-  answer.pose = answer.result->robust.pose;
+  answer.pose = pair.result.robust.pose;
   answer.length_missing = answer.recovered && answer.status == MatchStats::OK;
   const Parameters& parameters = pipeline.parameters;
   if (answer.current->wanted.points || parameters.scale == ScaleMode::kPropagate || parameters.measuresMetres()) {
-    triangulateInliers(answer.reference->frame.features, answer.current->frame.features, *answer.result,
-                       answer.current->camera->camera, points);
-    answer.points = &points;
+    triangulateInliers(pair.reference->frame.features, answer.current->frame.features, pair.result,
+                       answer.current->camera->camera, pair.points);
+    pair.triangulated = true;
   }
   findLength(pipeline, stream, answer);
   if (answer.length_missing) answer.reasons.push_back({Why::kLengthUnknown});

@@ -5,18 +5,18 @@
 #include <string>
 
 #include "gms_ransac/robust_result.h"
-#include "gms_ransac/triangulation.h"
 #include "two_view/translation_variance.h"
 
 namespace gms_ransac {
 
+struct ComparedPair;
 struct Pipeline;
 struct ProcessedFrame;
 struct Stream;
 
-/// Fills pose, length and points of an answer from the rest of it. Depth may change LOW_PARALLAX to OK; a pose that is
+/// Fills pose, length and points of an answer from its pair. Depth may change LOW_PARALLAX to OK; a pose that is
 /// unfit to publish becomes RANSAC_FAILED with the reason. Scale and key frame of the stream learn from it.
-void findPose(const Pipeline& pipeline, Stream& stream, Triangulation& points, ProcessedFrame& answer);
+void findPose(const Pipeline& pipeline, Stream& stream, ComparedPair& pair, ProcessedFrame& answer);
 
 // robot_localization warns above the one and replaces a zero; anything in between is taken as it is.
 constexpr double kLargestVariance = kUnknownTranslationVariance;

@@ -119,8 +119,9 @@ void FramePreparation::refuseCopy(const sensor_msgs::ImageConstPtr& before, cons
   if (input.keypoints && keypoints_before) part = copiedPart(*keypoints_before, *input.keypoints);
   if (!input.keypoints && before) part = copiedPart(*before, *input.image);
   if (part.empty()) return;
-  frame.problem = part + ", which measures nothing: its driver sends images twice, or the camera is frozen; a simulated "
-                         "camera needs noise to be seen at rest";
+  frame.problem = part +
+                  ", which measures nothing: its driver sends images twice, or the camera is frozen; a simulated "
+                  "camera needs noise to be seen at rest";
 }
 
 void FramePreparation::findFeatures(PreparedFrame& frame) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,38 +62,42 @@ struct Reason {
   int number = 0;
 };
 
-/// The pointers live until the next image is processed.
+/// A current image compared with one reference. Columns have a row for each of `result.matches`.
+struct ComparedPair {
+  std::shared_ptr<PreparedFrame> reference;
+  MatchResult result;
+  std::vector<uint32_t> track_ids;  ///< 0: not followed
+  std::vector<uint16_t> track_lengths;
+  Triangulation points;       ///< of the inliers
+  bool triangulated = false;  ///< else there is no pose, or no one needs the points
+};
+
+/// Owns all that it tells, so it outlives the stream's next steps.
 struct ProcessedFrame {
   uint8_t status = MatchStats::FIRST_FRAME;
   std::vector<Reason> reasons;
   std::string text;  ///< `words` of the reasons
-  const PreparedFrame* current = nullptr;
-  const PreparedFrame* reference = nullptr;  ///< null: not compared
-  const MatchResult* result = nullptr;       ///< null: not compared
-  const Triangulation* points = nullptr;     ///< the inliers; null: no pose, or not needed
+  std::shared_ptr<const PreparedFrame> current;
+  std::shared_ptr<const ComparedPair> pair;  ///< null: not compared
+  StageTimes times;                          ///< in all comparisons of the image
   Continuity continuity = Continuity::kContinuous;
   RelativePose pose;                        ///< as it is published; if poseValid()
   bool metric_scale = false;                ///< pose.t is in metres
   std::optional<MotionSinceKey> since_key;  ///< with depth; covariance bounded as that of `pose`
-  /// Columns of result->matches; 0: not followed.
-  const std::vector<uint32_t>* track_ids = nullptr;
-  const std::vector<uint16_t>* track_lengths = nullptr;
-  bool reference_held = false;  ///< the next image will be compared with this reference again
+  bool reference_held = false;              ///< the next image will be compared with this reference again
   /// After a loss the reference is an image from before it. `status` is what it would be without the loss.
   bool recovered = false;
   /// The motion took as long as its stamps say, and no longer than ~max_frame_gap; else it tells no velocity.
   bool velocity_known = true;
   /// Only with `recovered`: the length of the motion is unknown, `pose.t` is the direction alone.
   bool length_missing = false;
-  std::string doubt;                        ///< why calibration or units may be wrong, and what to do; empty: no reason
-  const MotionIntegrator* place = nullptr;  ///< where the camera is with this image; null: not known
-  bool place_restarted = false;             ///< the odometry frame is a new one, which begins with this image
+  std::string doubt;                      ///< why calibration or units may be wrong, and what to do; empty: no reason
+  std::optional<MotionIntegrator> place;  ///< where the camera is with this image; none: not known
+  bool place_restarted = false;           ///< the odometry frame is a new one, which begins with this image
 
-  bool poseValid() const {
-    return result != nullptr && (status == MatchStats::OK || status == MatchStats::LOW_PARALLAX);
-  }
+  bool poseValid() const { return pair != nullptr && (status == MatchStats::OK || status == MatchStats::LOW_PARALLAX); }
   /// The camera stands still, and nothing measured how little it moved.
-  bool atRest() const { return result != nullptr && result->stationary && !metric_scale; }
+  bool atRest() const { return pair != nullptr && pair->result.stationary && !metric_scale; }
   /// As ~stats has it.
   uint8_t publishedStatus() const { return recovered ? static_cast<uint8_t>(MatchStats::RECOVERED) : status; }
 };

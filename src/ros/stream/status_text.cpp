@@ -144,7 +144,7 @@ std::string sentence(const Reason& reason, const ProcessedFrame& answer, const P
   const PreparedFrame& current = *answer.current;
   switch (reason.why) {
     case Why::kCompared:
-      return explain(static_cast<Status>(answer.status), *answer.result, current, options.core.robust);
+      return explain(static_cast<Status>(answer.status), answer.pair->result, current, options.core.robust);
     case Why::kReset:
       return current.reset == Reset::kRequested
                  ? "reset on request"
@@ -159,7 +159,8 @@ std::string sentence(const Reason& reason, const ProcessedFrame& answer, const P
       return "the image size changed from " + reason.detail + " to " + sizeText(current.imageSize());
     case Why::kFrameChanged:
       return "the frame_id changed from '" + reason.detail + "' to '" + current.header.frame_id +
-             "', which is another camera; if they alternate, two cameras publish the topic: give each a filter of its own";
+             "', which is another camera; if they alternate, two cameras publish the topic: give each a filter of its "
+             "own";
     case Why::kDescriptorsChanged:
       return "the descriptors changed from " + reason.detail + " to " + current.frame.features.descriptors.kind() +
              ", which cannot be compared";
@@ -169,8 +170,8 @@ std::string sentence(const Reason& reason, const ProcessedFrame& answer, const P
       return "the two images differ in size: " + reason.detail + " and " + sizeText(current.imageSize());
     case Why::kGoesOn: {
       std::ostringstream text;
-      text << "goes on from the image of " << answer.reference->header.stamp << ", "
-           << secondsText(current.stamp() - answer.reference->stamp()) << " and " << reason.number
+      text << "goes on from the image of " << answer.pair->reference->header.stamp << ", "
+           << secondsText(current.stamp() - answer.pair->reference->stamp()) << " and " << reason.number
            << " lost images ago";
       return text.str();
     }

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "guard.h"
 #include "text.h"
@@ -22,6 +23,13 @@ constexpr double kLateImage = 2;
 // three rendered rooms) 83 pass for the same place, with 17 inliers at most.
 constexpr int kSureInliers = 30;
 
+/// Treats the pair as one without a model.
+void reject(MatchResult& result) {
+  result.inliers = 0;
+  result.robust.reject();
+  result.status = Status::kRansacFailed;
+}
+
 /// The answer to one image in the making.
 struct Step : Comparison {
   Recovery& recovery;
@@ -38,9 +46,9 @@ struct Step : Comparison {
   }
   /// The time between the images of the pair is known, and short enough for one velocity.
   bool tellsVelocity() const {
-    if (!work.reference || current->pair_reference) return true;
+    if (!answer.pair || current->pair_reference) return true;
     return current->stamp_verdict != StampVerdict::kAfterLate &&
-           current->stamp() - work.reference->stamp() <= pipeline.options.max_frame_gap;
+           current->stamp() - answer.pair->reference->stamp() <= pipeline.options.max_frame_gap;
   }
   void answerImage();
   void answerPair();
@@ -59,14 +67,27 @@ struct Step : Comparison {
   void advance();
 
   // After a loss, with ~recovery_frames.
+  enum class WayBack {
+    kNone,    ///< the image is to be answered as without a loss
+    kNotYet,  ///< the answer is that there is none
+    kFound
+  };
+  /// A pair with a kept stream.
+  struct Attempt {
+    size_t index;
+    std::shared_ptr<ComparedPair> pair;
+    bool shows_the_same = false;
+  };
   /// Camera and options allow to look for the way back in this image.
   bool mayGoBack() const;
-  /// Goes on from a kept stream, or answers that there is none. False: the image is to be answered as without a loss.
-  bool goBack();
-  bool compareWithKept();
-  /// Index of the kept stream whose reference shows the same, with its result; as many as there are: none, with that of
-  /// the newest.
-  size_t findKept(std::shared_ptr<PreparedFrame>& reference);
+  bool isOfOneCamera(const PreparedFrame& reference) const;
+  WayBack goBack();
+  WayBack compareWithKept();
+  Attempt tryKept(size_t index);
+  /// The first of them that shows the same.
+  std::optional<Attempt> find(const std::vector<size_t>& indices);
+  /// The stream goes on from the kept one.
+  void goOnFrom(const Attempt& found);
   /// The place of the reference is known, that of the images to come is not.
   void lose();
   /// The reference is kept before the current image takes its place.
@@ -74,7 +95,7 @@ struct Step : Comparison {
 };
 
 void Step::answerImage() {
-  if (goBack()) return;
+  if (goBack() != WayBack::kNone) return;
   if (const std::optional<Start> start = newStart()) return begin(*start);
   compare();
   // It would make the next one fail too; the one before it is the better reference.
@@ -112,7 +133,8 @@ std::optional<Step::Start> Step::newStart() const {
   if (verdict == StampVerdict::kClockReset) return Start{kTime, kRestarted, Why::kClockBack};
   if (verdict == StampVerdict::kJumpedBack) return Start{kTime, kRestarted, Why::kStampsBack};
   if (verdict == StampVerdict::kSteppedBack) {
-    return Start{kTime, kBroken, Why::kStampsBack, " by less than ~max_frame_gap: the clock that sets them was set back"};
+    return Start{kTime, kBroken, Why::kStampsBack,
+                 " by less than ~max_frame_gap: the clock that sets them was set back"};
   }
   if (verdict == StampVerdict::kGap) return Start{kTime, kBroken, Why::kGap};
   if (!stream.reference && stream.stamp) return Start{kTime, kBroken, Why::kNoneKept};
@@ -147,7 +169,8 @@ bool Step::holdReference() const {
                age = current->stamp() - stream.reference->stamp();
   if (age + kLateImage * interval > pipeline.options.max_frame_gap) return false;
   // Turning on, the reference would leave the view before there is parallax; so only while it is well seen.
-  return work.result.inliers >= kWellSeen * work.result.keypoints_reference;
+  const MatchResult& result = answer.pair->result;
+  return result.inliers >= kWellSeen * result.keypoints_reference;
 }
 
 void Step::advance() {
@@ -172,76 +195,82 @@ bool Step::mayGoBack() const {
          current->reset == Reset::kNone && current->stamp_verdict <= StampVerdict::kGap;
 }
 
-bool Step::goBack() {
+bool Step::isOfOneCamera(const PreparedFrame& reference) const {
+  return current->header.frame_id == reference.header.frame_id &&
+         current->frame.features.image_size == reference.frame.features.image_size && comparable(reference);
+}
+
+Step::WayBack Step::goBack() {
   if (pipeline.options.recovery.frames == 0) recovery.clear();
-  if (!mayGoBack()) return false;
+  if (!mayGoBack()) return WayBack::kNone;
   const bool late = current->stamp_verdict == StampVerdict::kGap;
   if (stream.reference && (late || tooLateFor(*stream.reference))) lose();
   recovery.giveUp(current->stamp(), pipeline.options.recovery);
-  if (!recovery.lost()) return false;
+  if (!recovery.lost()) return WayBack::kNone;
   const std::shared_ptr<PreparedFrame> newest = recovery.kept().front().reference;
-  if (current->header.frame_id != newest->header.frame_id ||
-      current->frame.features.image_size != newest->frame.features.image_size || !comparable(*newest)) {
-    return false;
-  }
+  if (!isOfOneCamera(*newest)) return WayBack::kNone;
 
-  bool answered = true;
-  guarded([&] { answered = compareWithKept(); },
-          [&](const std::string& what) {
-            answerBy(newest);
-            fail(what);
-          });
-  if (!answered) return false;
-  const bool found = std::exchange(answer.recovered, answer.recovered && answer.poseValid());  // the last gate
-  if (useless()) return true;
-  if (found) keepReference();
+  WayBack way = WayBack::kNotYet;
+  guarded([&] { way = compareWithKept(); }, [&](const std::string& what) { fail(newest, what); });
+  if (way == WayBack::kNone || useless()) return way;
+  if (way == WayBack::kFound) keepReference();
   advance();
-  if (!found) stream.tracks.reset();
-  return true;
+  if (way == WayBack::kNotYet) stream.tracks.reset();
+  return way;
 }
 
-bool Step::compareWithKept() {
-  std::shared_ptr<PreparedFrame> reference;
-  const size_t index = findKept(reference);
-  if (index == recovery.kept().size()) {
-    recovery.miss();
-    if (stream.reference) return false;
-    stream.tracks.reset();
-    answerBy(reference);
-    conclude();
-    answer.reasons.push_back({Why::kKept, {}, static_cast<int>(index)});
-    return true;
+Step::WayBack Step::compareWithKept() {
+  std::vector<size_t> others = recovery.next();
+  const Attempt newest = tryKept(others.front());
+  others.erase(others.begin());
+  if (newest.shows_the_same) {
+    goOnFrom(newest);
+    return WayBack::kFound;
   }
+  // An image that has too few keypoints for one of them has for all.
+  const bool hopeless = newest.pair->result.status == Status::kTooFewKeypoints;
+  if (const std::optional<Attempt> found = hopeless ? std::nullopt : find(others)) {
+    goOnFrom(*found);
+    return WayBack::kFound;
+  }
+  recovery.miss();
+  if (stream.reference) return WayBack::kNone;
+  stream.tracks.reset();
+  conclude(newest.pair);
+  answer.reasons.push_back({Why::kKept, {}, static_cast<int>(recovery.kept().size())});
+  return WayBack::kNotYet;
+}
+
+Step::Attempt Step::tryKept(size_t index) {
+  Attempt tried = {index, attempt(recovery.kept()[index].reference)};
+  MatchResult& result = tried.pair->result;
+  if (result.status != Status::kOk && result.status != Status::kLowParallax) return tried;
+  tried.shows_the_same = result.inliers >= kSureInliers;
+  if (!tried.shows_the_same) reject(result);
+  return tried;
+}
+
+std::optional<Step::Attempt> Step::find(const std::vector<size_t>& indices) {
+  for (const size_t index : indices) {
+    Attempt tried = tryKept(index);
+    if (tried.shows_the_same) return tried;
+    if (tried.pair->result.status == Status::kTooFewKeypoints) break;
+  }
+  return std::nullopt;
+}
+
+void Step::goOnFrom(const Attempt& found) {
   const int missed = recovery.missed();
-  Stream found = recovery.takeOut(index);
-  found.tracks.numberFrom(stream.tracks);
-  stream = std::move(found);
+  Stream kept = recovery.takeOut(found.index);
+  kept.tracks.numberFrom(stream.tracks);
+  stream = std::move(kept);
   stream.past = Past();     // the motion of that time
   stream.key = KeyFrame();  // of a pair that is not in the place
-  stream.reference = reference;
+  stream.reference = found.pair->reference;
   answer.recovered = true;
-  answerBy(reference);
-  conclude();
+  conclude(found.pair);
+  answer.recovered = answer.poseValid();  // the gate is the last that may refuse it
   answer.reasons.insert(answer.reasons.begin(), {Why::kGoesOn, {}, missed});
-  return true;
-}
-
-size_t Step::findKept(std::shared_ptr<PreparedFrame>& reference) {
-  for (const size_t index : recovery.next()) {
-    MatchResult& result = index == 0 ? work.result : work.kept_result;
-    std::shared_ptr<PreparedFrame> tried = recovery.kept()[index].reference;
-    match(tried, result);
-    if (index == 0) reference = tried;
-    if (result.status == Status::kTooFewKeypoints) break;
-    if (result.status != Status::kOk && result.status != Status::kLowParallax) continue;
-    if (result.inliers >= kSureInliers) {
-      reference = tried;
-      if (index > 0) std::swap(work.result, work.kept_result);
-      return index;
-    }
-    reject(result);
-  }
-  return recovery.kept().size();
 }
 
 void Step::lose() {
@@ -255,7 +284,7 @@ void Step::lose() {
 void Step::keepReference() {
   if (!mayGoBack()) return;
   // Blurred images often agree on a little; what is published of such a pair need not be what comes next starts from.
-  const MatchResult& result = work.result;
+  const MatchResult& result = answer.pair->result;
   const bool sure = answer.poseValid() && result.inliers >= kSureInliers && 2 * result.inliers >= result.size();
   if (recovery.lost()) return recovery.addPair(sure);
   recovery.keep(stream, pipeline.options.recovery);
@@ -266,27 +295,24 @@ void Step::keepReference() {
 
 }  // namespace
 
-ProcessedFrame step(Pipeline& pipeline, Stream& stream, Recovery& recovery, Workspace& work,
+ProcessedFrame step(Pipeline& pipeline, Stream& stream, Recovery& recovery, PairPool& pairs,
                     const std::shared_ptr<PreparedFrame>& current) {
   recovery.dropPixels(stream.reference.get());
-  work.spent = StageTimes();
-  work.current = current;
-  work.reference.reset();
-  Step image{{pipeline, stream, work, current}, recovery};
-  image.answer.current = current.get();
+  pairs.releaseFrames();
+  Step image{{pipeline, stream, pairs, current}, recovery};
+  image.answer.current = current;
   if (current->pair_reference) {
     image.answerPair();
   } else {
     image.answerImage();
   }
   stream.stamp = current->stamp();
-  work.spent.detect = current->frame.detect_seconds;
-  work.result.times = work.spent;
+  image.answer.times.detect = current->frame.detect_seconds;
   image.answer.velocity_known = image.tellsVelocity();
   integrate(pipeline.parameters, stream.place, image.answer);
   if (!current->mask_problem.empty()) image.because(Why::kNoMask, current->mask_problem);
   image.answer.doubt = current->doubt;
-  const bool told = image.answer.doubt == current->depth_problem && image.answer.result != nullptr;
+  const bool told = image.answer.doubt == current->depth_problem && image.answer.pair != nullptr;
   if (!image.answer.doubt.empty() && !told) image.because(Why::kDoubt, image.answer.doubt);
   return std::move(image.answer);
 }

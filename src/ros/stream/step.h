@@ -3,25 +3,29 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "stream/processed_frame.h"
 #include "stream/recovery.h"
 
 namespace gms_ransac {
 
-/// Storage that an answer points to until the next image.
-struct Workspace {
-  MatchResult result, kept_result;
-  Triangulation points;
-  StageTimes spent;                                   ///< in all comparisons of the image
-  std::shared_ptr<PreparedFrame> current, reference;  ///< of the answer
+/// Storage of pairs, taken again once no answer holds it. Used by one thread.
+class PairPool {
+ public:
+  std::shared_ptr<ComparedPair> take();
+  /// Lets go of the references of pairs that no answer holds.
+  void releaseFrames();
+
+ private:
+  std::vector<std::shared_ptr<ComparedPair>> pairs_;
 };
 
-/// The current image against one reference: the answer, and what the stream knows of the pair.
+/// The current image against references: one of these comparisons becomes the answer.
 struct Comparison {
   Pipeline& pipeline;
   Stream& stream;
-  Workspace& work;
+  PairPool& pairs;
   const std::shared_ptr<PreparedFrame>& current;
   ProcessedFrame answer = ProcessedFrame();
 
@@ -31,19 +35,16 @@ struct Comparison {
   void compare();
   /// Matches, filters, estimates. If the calibration changed since the reference, that becomes a copy whose keypoints
   /// are where the camera shows them now.
-  void match(std::shared_ptr<PreparedFrame>& reference, MatchResult& result, const RotationPrior* prior = nullptr,
-             Past* past = nullptr);
-  /// Treats the pair as one without a model.
-  static void reject(MatchResult& result);
-  /// The answer is about the result of the workspace, with this reference.
-  void answerBy(const std::shared_ptr<PreparedFrame>& reference);
-  /// Sets status, tracks and pose.
-  void conclude();
-  void fail(const std::string& what);
+  std::shared_ptr<ComparedPair> attempt(const std::shared_ptr<PreparedFrame>& reference,
+                                        const RotationPrior* prior = nullptr, Past* past = nullptr);
+  /// Answers by this pair: status, tracks and pose.
+  void conclude(const std::shared_ptr<ComparedPair>& pair);
+  /// Answers that the comparison with this reference threw.
+  void fail(const std::shared_ptr<PreparedFrame>& reference, const std::string& what);
 };
 
 /// Answers a usable image. The stream becomes that after the image; `recovery` keeps earlier ones. Never throws.
-ProcessedFrame step(Pipeline& pipeline, Stream& stream, Recovery& recovery, Workspace& work,
+ProcessedFrame step(Pipeline& pipeline, Stream& stream, Recovery& recovery, PairPool& pairs,
                     const std::shared_ptr<PreparedFrame>& current);
 
 }  // namespace gms_ransac

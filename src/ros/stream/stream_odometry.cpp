@@ -97,10 +97,10 @@ OdometryAnswer StreamOdometry::add(const OdometryImages& images) {
   answer.seconds = processorSeconds() - start;
   answer.text = processed.text;
   answer.metric = processed.metric_scale;
-  answer.known = processed.place != nullptr;
+  answer.known = processed.place.has_value();
   answer.pose = answer.known ? processed.place->camera().pose : implementation_->last.pose;
   if (processed.poseValid()) {
-    answer.reference_stamp = processed.reference->stamp();
+    answer.reference_stamp = processed.pair->reference->stamp();
     answer.pair = processed.pose;
   }
   implementation_->last = answer;

@@ -43,7 +43,7 @@ TEST_P(AnswerAllocation, OfCorrespondencesIsOneAColumn) {
     const long before = g_allocations;
     toMessage(processed, with_rejected, message);
     EXPECT_EQ(before + kColumns + with_rejected, g_allocations);
-    const size_t rows = with_rejected ? processed.result->raw.size() : size_t(processed.result->inliers);
+    const size_t rows = with_rejected ? processed.pair->result.raw.size() : size_t(processed.pair->result.inliers);
     EXPECT_EQ(std::vector<size_t>(2, 2 * rows),
               (std::vector<size_t>{message.reference_points.size(), message.current_points.size()}));
     EXPECT_EQ(std::vector<size_t>(7, rows),

@@ -231,8 +231,8 @@ TEST(PassingOver, FeaturesThatWerePutOffAreTheSame) {
     EXPECT_EQ(a.status, b.status);
     EXPECT_EQ(a.text, b.text);
     if (i == 0) continue;
-    EXPECT_EQ(a.result->inliers, b.result->inliers);
-    EXPECT_EQ(*a.track_ids, *b.track_ids);
+    EXPECT_EQ(a.pair->result.inliers, b.pair->result.inliers);
+    EXPECT_EQ(a.pair->track_ids, b.pair->track_ids);
   }
 }
 

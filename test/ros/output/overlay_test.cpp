@@ -40,9 +40,8 @@ struct DrawnPair {
     }
     processed.status = MatchStats::OK;
     processed.text = "20 of 20 filtered matches agree on one motion";
-    processed.current = &current;
-    processed.reference = &reference;
-    processed.result = &result;
+    processed.current = current_frame;
+    processed.pair = compared;
   }
 
   void add(const cv::Point2f& from, const cv::Point2f& to, MatchStage stage, float residual) {
@@ -65,8 +64,11 @@ struct DrawnPair {
     return overlay.draw(processed, options);
   }
 
-  PreparedFrame reference, current;
-  MatchResult result;
+  const std::shared_ptr<PreparedFrame> current_frame = std::make_shared<PreparedFrame>();
+  const std::shared_ptr<ComparedPair> compared = std::make_shared<ComparedPair>();
+  PreparedFrame& current = *current_frame;
+  PreparedFrame& reference = *(compared->reference = std::make_shared<PreparedFrame>());
+  MatchResult& result = compared->result;
   ProcessedFrame processed;
 };
 
@@ -143,10 +145,10 @@ TEST(Overlay, ArrowsHaveTheColorOfTheirResidualInTheBarWhichFollowsTheValues) {
 
 TEST(Overlay, ColorsOfTheOtherQuantities) {
   DrawnPair pair;
-  std::vector<uint16_t> lengths(20, 2);
+  std::vector<uint16_t>& lengths = pair.compared->track_lengths;
+  lengths.assign(20, 2);
   lengths[3] = 10;
   lengths[4] = 10;
-  pair.processed.track_lengths = &lengths;
   pair.result.robust.probability[5] = 0.5F;
   pair.result.robust.probability[6] = 0.5F;
   const cv::Mat tracks = pair.draw({OverlayColour::kTrack, OverlayLayout::kFlow});
@@ -301,7 +303,7 @@ TEST(Overlay, ResidualsOfARealPairAreInStandardDeviations) {
   stream.process(scene.render(0).image);
   const ProcessedFrame processed = stream.process(scene.render(3).image);
   ASSERT_EQ(MatchStats::OK, processed.status) << processed.text;
-  const RobustResult& robust = processed.result->robust;
+  const RobustResult& robust = processed.pair->result.robust;
   ASSERT_EQ(robust.inlier.size(), robust.residual.size());
   double squares = 0;
   for (size_t k = 0; k < robust.inlier.size(); ++k) squares += robust.inlier[k] ? std::pow(robust.residual[k], 2) : 0;

@@ -378,8 +378,8 @@ TEST(StandingStill, FindsTheBiasAndDoesNotDrift) {
     const ProcessedFrame processed = stream.process(dataset->image(static_cast<int>(i)));
     if (i == 0) continue;
     ASSERT_TRUE(processed.poseValid()) << i << ": " << processed.text;
-    const RelativePose& pose = processed.result->robust.pose;
-    const double seconds = stream.stamp() - processed.reference->stamp(), from = frames[i].stamp - seconds;
+    const RelativePose& pose = processed.pair->result.robust.pose;
+    const double seconds = stream.stamp() - processed.pair->reference->stamp(), from = frames[i].stamp - seconds;
     TrackMotion rotation;
     if (gyro.between(from, frames[i].stamp, rotation).empty()) {
       bias.add({from, frames[i].stamp, camera_in_imu * rotationVector(pose.R), rotationVector(rotation.motion.linear()),
@@ -388,7 +388,7 @@ TEST(StandingStill, FindsTheBiasAndDoesNotDrift) {
       ++learnt;
     }
     odometry.add({processed.pose, seconds, processed.status == MatchStats::OK, processed.reference_held,
-                  processed.result->robust.median_parallax_px});
+                  processed.pair->result.robust.median_parallax_px});
   }
   ASSERT_GT(learnt, 20);
   ASSERT_TRUE(bias.known());

@@ -75,7 +75,7 @@ TEST(SigmaByOctave, IsThatOfTheResult) {
 TEST(FrameProcessor, AResetOutlivesImagesOfNoUse) {
   Node processor;
   processor.ask(image(1.0));
-  EXPECT_NE(processor.ask(image(1.1, 5)).result, nullptr);
+  EXPECT_NE(processor.ask(image(1.1, 5)).pair, nullptr);
   processor.requestReset();
   EXPECT_EQ(processor.ask(badImage(1.2)).status, MatchStats::BAD_IMAGE);
   EXPECT_EQ(processor.ask(image(1.1)).status, MatchStats::BAD_IMAGE) << "out of order";
@@ -95,7 +95,7 @@ TEST(FrameProcessor, AResetRestartsPairsToo) {
   processor.requestReset();
   const ProcessedFrame processed = processor.ask(pair);
   EXPECT_EQ(processed.continuity, Continuity::kRestarted);
-  EXPECT_NE(processed.result, nullptr) << "a pair is compared all the same";
+  EXPECT_NE(processed.pair, nullptr) << "a pair is compared all the same";
   EXPECT_EQ(processor.ask(pair).continuity, Continuity::kContinuous);
 }
 
@@ -133,7 +133,7 @@ TEST(FrameProcessor, SaysWhichOfTwoImagesHasTooFewKeypoints) {
   EXPECT_TRUE(says(bright.text, {"only 0 keypoints in the reference image"}));
   const ProcessedFrame covered = processor.ask(dark(1.2));
   EXPECT_TRUE(says(covered.text, {"only 0 keypoints (the reference has "}));
-  EXPECT_EQ(processor.ask(image(1.3)).reference->stamp(), 1.1) << "the last image that had keypoints";
+  EXPECT_EQ(processor.ask(image(1.3)).pair->reference->stamp(), 1.1) << "the last image that had keypoints";
 }
 
 TEST(FrameProcessor, SaysThatTooFewKeypointsAreAskedFor) {
@@ -165,11 +165,11 @@ TEST(Copies, AreMissedAndGiveNoVelocity) {
   const ProcessedFrame copy = processor.ask(copyOf(last, 1.2));
   EXPECT_EQ(copy.status, MatchStats::BAD_IMAGE);
   EXPECT_TRUE(says(copy.text, {"a copy of the image before it, bit for bit"}));
-  EXPECT_EQ(copy.place, nullptr);
+  EXPECT_FALSE(copy.place);
   EXPECT_FALSE(copy.atRest());
   const ProcessedFrame next = processor.ask(image(1.3, 10));
   EXPECT_EQ(next.continuity, Continuity::kContinuous);
-  EXPECT_EQ(next.reference->stamp(), 1.1) << "what the reference shows was measured then";
+  EXPECT_EQ(next.pair->reference->stamp(), 1.1) << "what the reference shows was measured then";
   EXPECT_TRUE(next.velocity_known);
 }
 
@@ -197,9 +197,9 @@ TEST(Copies, OfASimulatorAtRestDoNotEndItsStream) {
   const ProcessedFrame moved = processor.ask(image(stamp += 0.1, 8));
   EXPECT_EQ(moved.continuity, Continuity::kContinuous) << moved.text;
   ASSERT_TRUE(moved.poseValid()) << moved.text;
-  EXPECT_EQ(moved.reference->stamp(), 1.1);
+  EXPECT_EQ(moved.pair->reference->stamp(), 1.1);
   EXPECT_FALSE(moved.velocity_known) << "an average over five seconds";
-  ASSERT_NE(moved.place, nullptr);
+  ASSERT_TRUE(moved.place);
   EXPECT_EQ(moved.place->camera().twist_covariance(3, 3), kLargestVariance);
   EXPECT_LT((place.inverse() * moved.place->camera().pose).translation().norm(), 1.5);
   EXPECT_TRUE(processor.ask(image(stamp += 0.1, 13)).velocity_known) << "once";
@@ -234,9 +234,9 @@ TEST(FrameProcessor, NoVelocitySpansAClockThatWasSetBack) {
   EXPECT_EQ(stepped.status, MatchStats::TIME_RESET) << stepped.text;
   EXPECT_EQ(stepped.continuity, Continuity::kBroken) << "the place stays";
   EXPECT_TRUE(says(stepped.text, {"the stamps went back", "the clock that sets them"}));
-  EXPECT_EQ(stepped.place, nullptr);
+  EXPECT_FALSE(stepped.place);
   const ProcessedFrame next = processor.ask(image(1.2, 25));
-  EXPECT_EQ(next.reference->stamp(), 1.1);
+  EXPECT_EQ(next.pair->reference->stamp(), 1.1);
   EXPECT_TRUE(next.velocity_known);
   EXPECT_FALSE(next.place_restarted);
   // By less than two images: it cannot be told from one that was overtaken.
@@ -255,18 +255,19 @@ TEST(FrameProcessor, AnotherFrameIsAnotherCamera) {
     return processor.ask(message);
   };
   by("left", 1.0, 0);
-  ASSERT_NE(by("left", 1.1, 5).place, nullptr);
+  ASSERT_TRUE(by("left", 1.1, 5).place);
   for (int i = 2; i < 8; ++i) {
     const ProcessedFrame processed = by(i % 2 == 0 ? "right" : "left", 1 + 0.1 * i, 5 * i);
     EXPECT_EQ(processed.status, MatchStats::FIRST_FRAME) << processed.text;
     EXPECT_EQ(processed.continuity, Continuity::kBroken);
-    EXPECT_EQ(processed.place, nullptr) << "a sum of both would be no place of either";
-    EXPECT_TRUE(says(processed.text, {i % 2 == 0 ? "from 'left' to 'right'" : "from 'right' to 'left'", "two cameras"}));
+    EXPECT_FALSE(processed.place) << "a sum of both would be no place of either";
+    EXPECT_TRUE(
+        says(processed.text, {i % 2 == 0 ? "from 'left' to 'right'" : "from 'right' to 'left'", "two cameras"}));
   }
   const ProcessedFrame alone = by("left", 1.8, 40);
   ASSERT_TRUE(alone.poseValid()) << alone.text;
   EXPECT_TRUE(alone.place_restarted);
-  ASSERT_NE(alone.place, nullptr);
+  ASSERT_TRUE(alone.place);
   EXPECT_LT(alone.place->camera().pose.translation().norm(), 1.5) << "from where it was alone";
 }
 
@@ -341,7 +342,7 @@ TEST(FrameProcessor, FramesDoNotHoldThePipelineOnceTheyAreAnswered) {
   EXPECT_EQ(processor.ask(image(1.0)).current->pipeline, nullptr);
   const ProcessedFrame compared = processor.ask(image(1.1, 5));
   EXPECT_EQ(compared.current->pipeline, nullptr);
-  EXPECT_EQ(compared.reference->pipeline, nullptr);
+  EXPECT_EQ(compared.pair->reference->pipeline, nullptr);
   EXPECT_EQ(processor.ask(badImage(1.2)).current->pipeline, nullptr);
 }
 
@@ -519,7 +520,7 @@ TEST(Calibration, OfEachImageIsItsOwn) {
   ASSERT_EQ(processed.status, MatchStats::OK) << processed.text;
   EXPECT_LT(Eigen::AngleAxisd(processed.pose.R * truth.R.transpose()).angle(), 0.1 * M_PI / 180);
   EXPECT_GT(processed.pose.t.normalized().dot(truth.t.normalized()), std::cos(2 * M_PI / 180));
-  EXPECT_LT(processed.result->robust.camera_misfit, 1);
+  EXPECT_LT(processed.pair->result.robust.camera_misfit, 1);
 }
 
 }  // namespace

@@ -135,6 +135,7 @@ TEST(KeypointsInput, AMaskDropsTheKeypointsItCovers) {
   EXPECT_EQ(k, published.u.size());
   Messages later;
   later.current.header.stamp = ros::Time(1.2);
+  later.current.u[0] = 20;  // or it would be a copy
   const ProcessedFrame nothing = node.ask(later.current, imageMessage(cv::Mat::zeros(480, 640, CV_8UC1), 0));
   EXPECT_EQ(nothing.status, MatchStats::TOO_FEW_KEYPOINTS) << nothing.text;
 }
@@ -173,7 +174,8 @@ TEST(KeypointsInput, WhatIsMalformedIsRefusedInASentence) {
     EXPECT_EQ(answer.status, MatchStats::BAD_IMAGE) << sentence;
     EXPECT_TRUE(says(answer.text, {"image on /image not used: ", sentence}));
     messages.reference.header.stamp = ros::Time(1.2);
-    EXPECT_NE(node.ask(messages.reference).result, nullptr) << "compared with the one before";
+    messages.reference.u[0] = 20;  // or it would be a copy
+    EXPECT_NE(node.ask(messages.reference).pair, nullptr) << "compared with the one before";
   }
 }
 

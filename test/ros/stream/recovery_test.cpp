@@ -28,7 +28,8 @@ ProcessorOptions recovering(int frames = 3) {
 /// A lens that is covered: nothing but noise.
 cv::Mat covered(const cv::Size& size) {
   cv::Mat image(size, CV_8UC1);
-  cv::RNG(1).fill(image, cv::RNG::NORMAL, 12, 1);
+  static cv::RNG random(1);
+  random.fill(image, cv::RNG::NORMAL, 12, 1);
   return image;
 }
 
@@ -43,7 +44,7 @@ cv::Mat shaken(const cv::Mat& image) {
 }
 
 std::set<uint32_t> tracks(const ProcessedFrame& processed) {
-  std::set<uint32_t> ids(processed.track_ids->begin(), processed.track_ids->end());
+  std::set<uint32_t> ids(processed.pair->track_ids.begin(), processed.pair->track_ids.end());
   ids.erase(0);
   return ids;
 }

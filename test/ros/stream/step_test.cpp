@@ -43,12 +43,12 @@ class StepTest : public testing::Test {
     pipeline_.filter.extract(grey, frame->frame, cv::Mat(), stamp_);
     return frame;
   }
-  ProcessedFrame ask(const cv::Mat& grey) { return step(pipeline_, stream_, recovery_, work_, prepared(grey)); }
+  ProcessedFrame ask(const cv::Mat& grey) { return step(pipeline_, stream_, recovery_, pairs_, prepared(grey)); }
 
   Pipeline pipeline_;
   Stream stream_;
   Recovery recovery_;
-  Workspace work_;
+  PairPool pairs_;
   double stamp_ = 100;
 };
 
@@ -57,15 +57,15 @@ TEST_F(StepTest, ACopyOfTheStreamAnswersTheSame) {
   ask(steppedRoom().render(1).image);
   Stream copy = stream_;
   const std::shared_ptr<PreparedFrame> next = prepared(steppedRoom().render(2).image);
-  const ProcessedFrame one = step(pipeline_, stream_, recovery_, work_, next);
+  const ProcessedFrame one = step(pipeline_, stream_, recovery_, pairs_, next);
   const RelativePose pose = one.pose;
-  const std::vector<uint32_t> ids = *one.track_ids;
+  const std::vector<uint32_t> ids = one.pair->track_ids;
   const Eigen::Isometry3d place = one.place->camera().pose;
   ask(steppedRoom().render(3).image);
-  const ProcessedFrame other = step(pipeline_, copy, recovery_, work_, next);
+  const ProcessedFrame other = step(pipeline_, copy, recovery_, pairs_, next);
   EXPECT_EQ(other.status, MatchStats::OK) << words(other, pipeline_.options);
   EXPECT_EQ(other.pose.t, pose.t);
-  EXPECT_EQ(*other.track_ids, ids);
+  EXPECT_EQ(other.pair->track_ids, ids);
   EXPECT_EQ(other.place->camera().pose.matrix(), place.matrix());
 }
 
@@ -78,7 +78,7 @@ TEST_F(StepTest, AnotherImageSizeLeavesThePlace) {
   const ProcessedFrame answer = ask(small);
   EXPECT_EQ(answer.status, MatchStats::FIRST_FRAME);
   EXPECT_EQ(answer.continuity, Continuity::kBroken);
-  EXPECT_EQ(answer.place, nullptr) << "it moved meanwhile";
+  EXPECT_FALSE(answer.place) << "it moved meanwhile";
   EXPECT_FALSE(answer.place_restarted);
   EXPECT_EQ(stream_.place.camera().pose.matrix(), before.pose.matrix());
   EXPECT_GT(stream_.place.camera().pose_covariance(0, 0), before.pose_covariance(0, 0) + 0.5);
@@ -89,15 +89,15 @@ TEST_F(StepTest, AfterAFailedWayBackTheAnswerHasItsColumns) {
   SceneOptions elsewhere;
   elsewhere.seed = 7;
   const Scene other(elsewhere);
-  for (int i = 0; i < 3; ++i) step(pipeline, stream_, recovery_, work_, prepared(steppedRoom().render(i).image));
-  step(pipeline, stream_, recovery_, work_, prepared(cv::Mat::zeros(steppedRoom().options().size, CV_8UC1)));
+  for (int i = 0; i < 3; ++i) step(pipeline, stream_, recovery_, pairs_, prepared(steppedRoom().render(i).image));
+  step(pipeline, stream_, recovery_, pairs_, prepared(cv::Mat::zeros(steppedRoom().options().size, CV_8UC1)));
   int with_matches = 0;
   for (int i = 0; i < 5; ++i) {
-    const ProcessedFrame answer = step(pipeline, stream_, recovery_, work_, prepared(other.render(i).image));
-    if (answer.result == nullptr) continue;
-    with_matches += answer.result->size() > 0 && !answer.poseValid();
-    EXPECT_EQ(answer.track_ids->size(), answer.result->matches.size());
-    EXPECT_EQ(answer.track_lengths->size(), answer.result->matches.size());
+    const ProcessedFrame answer = step(pipeline, stream_, recovery_, pairs_, prepared(other.render(i).image));
+    if (answer.pair == nullptr) continue;
+    with_matches += answer.pair->result.size() > 0 && !answer.poseValid();
+    EXPECT_EQ(answer.pair->track_ids.size(), answer.pair->result.matches.size());
+    EXPECT_EQ(answer.pair->track_lengths.size(), answer.pair->result.matches.size());
   }
   EXPECT_GT(with_matches, 0);
 }
@@ -109,7 +109,7 @@ TEST_F(StepTest, AMotionSinceTheKeyFrameThatIsUnfitIsNotUsed) {
     const RenderedFrame rendered = steppedRoom().render(i);
     const std::shared_ptr<PreparedFrame> frame = prepared(rendered.image);
     frame->stereo.depth = keypointDepth(frame->frame.features, rendered.depth);
-    return step(pipeline, stream_, recovery_, work_, frame);
+    return step(pipeline, stream_, recovery_, pairs_, frame);
   };
   for (int i = 0; i < 3; ++i) next(i);
   ASSERT_FALSE(stream_.key.points.empty());
@@ -125,9 +125,9 @@ TEST_F(StepTest, TheReferenceShowsItsPixelsWithTheAnswer) {
   Recovery keeps;
   Pipeline pipeline(calibrated(ScaleMode::kUnit, steppedRoom().intrinsics()), keeping(3));
   for (int i = 0; i < 3; ++i) {
-    const ProcessedFrame answer = step(pipeline, stream_, keeps, work_, prepared(steppedRoom().render(i).image));
+    const ProcessedFrame answer = step(pipeline, stream_, keeps, pairs_, prepared(steppedRoom().render(i).image));
     if (i > 0) {
-      EXPECT_FALSE(answer.reference->grey.empty());
+      EXPECT_FALSE(answer.pair->reference->grey.empty());
     }
   }
   EXPECT_EQ(keeps.kept().size(), 2u);
@@ -142,16 +142,16 @@ TEST_F(StepTest, ALossCostsFourComparisonsAtMostAndSaysSo) {
     Pipeline pipeline(calibrated(ScaleMode::kUnit, steppedRoom().intrinsics()), keeping(kept));
     Recovery recovery;
     Stream stream;
-    for (int i = 0; i < 8; ++i) step(pipeline, stream, recovery, work_, prepared(steppedRoom().render(i).image));
+    for (int i = 0; i < 8; ++i) step(pipeline, stream, recovery, pairs_, prepared(steppedRoom().render(i).image));
     EXPECT_EQ(recovery.kept().size(), static_cast<size_t>(kept));
-    step(pipeline, stream, recovery, work_, prepared(cv::Mat::zeros(steppedRoom().options().size, CV_8UC1)));
-    step(pipeline, stream, recovery, work_, prepared(other.render(0).image));
+    step(pipeline, stream, recovery, pairs_, prepared(cv::Mat::zeros(steppedRoom().options().size, CV_8UC1)));
+    step(pipeline, stream, recovery, pairs_, prepared(other.render(0).image));
     // A clock that counts how often it is read: as often in each comparison that goes to its end.
     double now = 0;
     pipeline.filter.setClock([&] { return ++now; });
-    const ProcessedFrame answer = step(pipeline, stream, recovery, work_, prepared(other.render(1).image));
+    const ProcessedFrame answer = step(pipeline, stream, recovery, pairs_, prepared(other.render(1).image));
     EXPECT_FALSE(answer.recovered);
-    EXPECT_EQ(answer.result->times.match, 1 + std::min(kept, 3));
+    EXPECT_EQ(answer.times.match, 1 + std::min(kept, 3));
   }
 }
 
@@ -160,7 +160,7 @@ TEST_F(StepTest, ALossCostsFourComparisonsAtMostAndSaysSo) {
 class PairsTest : public StepTest {
  protected:
   PairsTest()
-      : pairs_(
+      : of_pairs_(
             [] {
               Parameters parameters = calibrated(ScaleMode::kUnit, steppedRoom().intrinsics());
               parameters.input = InputKind::kPair;
@@ -176,11 +176,11 @@ class PairsTest : public StepTest {
     };
     const std::shared_ptr<PreparedFrame> before = image(reference), frame = image(current);
     frame->pair_reference = before;
-    return step(pairs_, stream_, recovery_, work_, frame);
+    return step(of_pairs_, stream_, recovery_, pairs_, frame);
   }
   double angle() const { return Eigen::AngleAxisd(stream_.place.camera().pose.linear()).angle(); }
 
-  Pipeline pairs_;
+  Pipeline of_pairs_;
 };
 
 TEST_F(PairsTest, CountNoMotionTwice) {
@@ -188,14 +188,14 @@ TEST_F(PairsTest, CountNoMotionTwice) {
   double chained = 0;
   for (int i = 0; i < 2 * kApart + 1; ++i) {
     const ProcessedFrame answer = ask(i, i + kApart);
-    ASSERT_TRUE(answer.poseValid()) << words(answer, pairs_.options);
-    EXPECT_EQ(answer.place != nullptr, i % kApart == 0) << i << ": overlaps the pair before";
-    if (answer.place != nullptr) chained += Eigen::AngleAxisd(answer.pose.R).angle();
+    ASSERT_TRUE(answer.poseValid()) << words(answer, of_pairs_.options);
+    EXPECT_EQ(answer.place.has_value(), i % kApart == 0) << i << ": overlaps the pair before";
+    if (answer.place.has_value()) chained += Eigen::AngleAxisd(answer.pose.R).angle();
   }
   EXPECT_LT(angle(), 1.05 * chained);
   EXPECT_GT(angle(), 0.5 * chained);
   const double before = stream_.place.camera().pose_covariance(0, 0);
-  EXPECT_NE(ask(12, 13).place, nullptr);
+  EXPECT_TRUE(ask(12, 13).place);
   EXPECT_GT(stream_.place.camera().pose_covariance(0, 0), before + 0.5) << "the motion between was missed";
   const ProcessedFrame back = ask(0, 1);
   EXPECT_TRUE(back.place_restarted) << "the pairs began anew";
