@@ -42,16 +42,16 @@ void PairPool::releaseFrames() {
 
 void Comparison::compare() {
   const auto work_on = [&] {
-    std::string without_prior;
-    std::optional<RotationPrior> prior;
+    AskedRotation asked;
     MotionPriors* priors = pipeline.priors.get();
     const bool interval_known = current->stamp_verdict != StampVerdict::kAfterLate;
-    if (priors && interval_known) prior = priors->rotation(stream.reference->header, current->header, without_prior);
-    const std::shared_ptr<ComparedPair> pair = attempt(stream.reference, prior ? &*prior : nullptr, &stream.past);
+    if (priors && interval_known) asked = priors->rotation(stream.reference->header, current->header);
+    const std::shared_ptr<ComparedPair> pair =
+        attempt(stream.reference, asked.prior ? &*asked.prior : nullptr, &stream.past);
     stream.reference = pair->reference;
-    if (prior && pair->result.robust.pose_found) priors->learn(pair->result.robust);
+    if (asked.prior && pair->result.robust.pose_found) priors->compare(asked, pair->result.robust);
     conclude(pair);
-    if (!without_prior.empty()) because(Why::kNoPrior, without_prior);
+    if (!asked.problem.empty()) because(Why::kNoPrior, asked.problem);
   };
   guarded(work_on, [&](const std::string& what) { fail(stream.reference, what); });
 }

@@ -25,14 +25,14 @@ void propagate(ScalePropagator& scale, ProcessedFrame& answer) {
 /// Length from odometry or the ground, or why there is none.
 void askPriors(MotionPriors& priors, ProcessedFrame& answer) {
   const PreparedFrame &reference = *answer.pair->reference, &current = *answer.current;
-  const PairSeen pair = {reference.header,    current.header,         answer.pair->result.robust,
-                         answer.pair->points, current.camera->camera, {reference.grey, current.grey}};
   if (current.stamp_verdict == StampVerdict::kAfterLate) {
     return answer.reasons.push_back(
         {Why::kNoLength, "an image before this one was late, so the time between is unsure"});
   }
   std::string problem;
-  const ScaleEstimate length = priors.length(pair, problem);
+  const PairSeen pair = {
+      answer.pair->result.robust, answer.pair->points, current.camera->camera, {reference.grey, current.grey}};
+  const ScaleEstimate length = priors.length(reference.header, current.header, pair, problem);
   answer.metric_scale = length.features > 0 && answer.status == MatchStats::OK;
   if (answer.metric_scale) answer.pose = withLength(answer.pose, length);
   if (!problem.empty()) answer.reasons.push_back({Why::kNoLength, problem});

@@ -1,0 +1,80 @@
+#include "priors/wheel_source.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <nav_msgs/Odometry.h>
+
+#include "frames.h"
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr uint32_t kOdometryQueue = 200;  // a second of fast wheels
+// Standard deviation of a length: a share of it, for the radius of the wheels and the ground, and a tick, metres.
+constexpr double kWheelShare = 0.03, kWheelTick = 0.001;
+
+OdometrySample toSample(const nav_msgs::Odometry& odometry) {
+  OdometrySample sample;
+  sample.stamp = odometry.header.stamp.toSec();
+  const auto& p = odometry.pose.pose.position;
+  const auto& q = odometry.pose.pose.orientation;
+  sample.pose.translation() = Eigen::Vector3d(p.x, p.y, p.z);
+  const Eigen::Quaterniond rotation(q.w, q.x, q.y, q.z);
+  // All zeros is what a message has that fills only its twist.
+  if (rotation.norm() > 0.5) sample.pose.linear() = rotation.normalized().toRotationMatrix();
+  const auto& twist = odometry.twist.twist;
+  sample.velocity = {twist.linear.x, twist.linear.y, twist.linear.z};
+  sample.angular = {twist.angular.x, twist.angular.y, twist.angular.z};
+  // Axes that a robot does not have are often given huge variances: forward is the one that wheels measure.
+  sample.velocity_variance = std::max(0.0, odometry.twist.covariance[0]);
+  return sample;
+}
+
+}  // namespace
+
+WheelTrack::WheelTrack(const ros::NodeHandle& nh, TfLookup& tf) : nh_(nh), wheels_(nh.resolveName("prior_odom"), tf) {}
+
+void WheelTrack::start(const std::function<void()>& arrived) {
+  if (subscriber_) return;
+  wheels_.clear();
+  const auto add = [this, arrived](const nav_msgs::OdometryConstPtr& odometry) {
+    const std::string frame = withoutLeadingSlash(odometry->child_frame_id);
+    wheels_.note(frame, frame.empty() ? "no child_frame_id; set it to the frame that moves" : "",
+                 [&](OdometryTrack& track) { return track.add(toSample(*odometry)); });
+    arrived();
+  };
+  subscriber_ = nh_.subscribe<nav_msgs::Odometry>("prior_odom", kOdometryQueue, add, ros::VoidConstPtr(),
+                                                  ros::TransportHints().tcpNoDelay());
+}
+
+std::string WheelTrack::between(const PriorQuery& query, TrackMotion& motion) const {
+  Eigen::Isometry3d camera_in_body;
+  std::string problem = wheels_.between(query, motion, camera_in_body);
+  if (problem.empty()) motion.motion = camera_in_body.inverse() * motion.motion * camera_in_body;
+  return problem;
+}
+
+std::string WheelRotation::ask(const PriorQuery& query, RotationPrior& prior) {
+  TrackMotion odometry;
+  std::string problem = wheels_->between(query, odometry);
+  prior = priorOfPoses(odometry.motion.linear());
+  return problem;
+}
+
+ScaleEstimate WheelLength::ask(const PriorQuery& query, const PairSeen& pair, std::string& problem) {
+  TrackMotion odometry;
+  problem = query.from < query.to ? wheels_->between(query, odometry) : "the reference is not before the current image";
+  if (problem.empty()) problem = check_.judge(odometry.motion.translation(), pair.seen);
+  ScaleEstimate estimate;
+  if (!problem.empty()) return estimate;
+  estimate.length = odometry.motion.translation().norm();
+  const double seconds = query.to - query.from, share = kWheelShare * estimate.length;
+  const double variance = std::max(share * share, odometry.variance * seconds);
+  estimate.relative_sigma = std::sqrt(variance + kWheelTick * kWheelTick) / std::max(estimate.length, kWheelTick);
+  estimate.features = 1;
+  return estimate;
+}
+
+}  // namespace gms_ransac
