@@ -8,6 +8,10 @@ namespace gms_ransac {
 
 namespace {
 
+/// Share of the rows that have more than one colour in any image that is not dark: of a covered lens hot pixels alone
+/// do.
+constexpr double kLeastRows = 0.1;
+
 /// True if the pixels of a row repeat with this period, bytes.
 bool isPlain(const uint8_t* row, size_t bytes, size_t period) {
   return bytes <= period || std::memcmp(row, row + period, bytes - period) == 0;
@@ -28,7 +32,8 @@ std::string copiedPart(const sensor_msgs::Image& before, const sensor_msgs::Imag
     ++rows;
     copied += std::memcmp(pixels, before.data.data() + y * row, row) == 0;
   }
-  if (copied == 0 || 2 * copied < rows) return std::string();
+  const bool dark = static_cast<double>(rows) < kLeastRows * image.height;
+  if (dark || 2 * copied < rows) return std::string();
   if (copied == rows) return "it is a copy of the image before it, bit for bit";
   return cv::format("%zu of its %zu rows are a copy of the image before it, bit for bit", copied, rows);
 }

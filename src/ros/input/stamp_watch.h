@@ -11,7 +11,7 @@ namespace gms_ransac {
 enum class StampVerdict {
   kFirst,        ///< nothing came before
   kInOrder,      ///< compare with the image before
-  kAfterLate,    ///< the same, but an image between was dropped as late: the clock may have been set back meanwhile
+  kAfterLate,    ///< the same, but an image between was dropped as late: the clock may have been set back
   kOutOfOrder,   ///< not newer than the image before: drop it
   kGap,          ///< too long after the image before: a new reference
   kSteppedBack,  ///< the clock that stamps the images was set back by little: a new reference

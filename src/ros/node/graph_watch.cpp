@@ -15,7 +15,7 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr std::chrono::seconds kPatience(1);
+constexpr std::chrono::seconds kPatienceAtEnd(1);
 
 /// False: no answer, or one that says the call failed.
 bool call(const char* method, const char* argument, XmlRpc::XmlRpcValue& answer) {
@@ -42,7 +42,7 @@ GraphWatch::GraphWatch(const std::string& name) : name_(name), asker_(std::make_
 
 GraphWatch::~GraphWatch() {
   // A thread that asks while the process ends might use what is destroyed already; a master that is there is fast.
-  if (asked_.valid()) asked_.wait_for(kPatience);
+  if (asked_.valid()) asked_.wait_for(kPatienceAtEnd);
 }
 
 void GraphWatch::look() {

@@ -43,8 +43,8 @@ std::string typeOf(const XmlRpc::XmlRpcValue& raw) {
   throw std::invalid_argument("parameter " + refusal(pnh.resolveName(name), value, accepted));
 }
 
-/// The value in the type of the parameter; empty where it is none of its values, or would have to be guessed. YAML
-/// reads the words true and false as booleans, where a choice needs words, and the number 4e-05 as a text.
+/// The value in the type of the parameter; empty if it is not allowed or ambiguous. YAML reads the words true and false
+/// as booleans, which a choice has as words, and the number 4e-05 as a text.
 std::optional<ParameterValue> valueOf(XmlRpc::XmlRpcValue raw, const Parameter& parameter) {
   switch (raw.getType()) {
     case XmlRpc::XmlRpcValue::TypeBoolean: {

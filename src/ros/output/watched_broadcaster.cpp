@@ -1,6 +1,7 @@
 #include "output/watched_broadcaster.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include <ros/console.h>
 #include <ros/this_node.h>
@@ -18,12 +19,39 @@ bool contains(const std::deque<ros::Time>& stamps, const ros::Time& stamp) {
   return std::find(stamps.begin(), stamps.end(), stamp) != stamps.end();
 }
 
+/// The nodelets of a process, whose transforms all come from one node: the first to claim a frame has it.
+class Claims {
+ public:
+  /// Returns the name of the one that has it.
+  std::string claim(const std::string& child, const std::string& name) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    return owners_.try_emplace(child, name).first->second;
+  }
+  void release(const std::string& name) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    for (auto each = owners_.begin(); each != owners_.end();) {
+      each = each->second == name ? owners_.erase(each) : std::next(each);
+    }
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::string, std::string> owners_;
+};
+
+Claims& claims() {
+  static Claims* const all = new Claims();  // outlives every nodelet
+  return *all;
+}
+
 double secondsSince(const ros::SteadyTime& time) { return (ros::SteadyTime::now() - time).toSec(); }
 
 }  // namespace
 
 WatchedBroadcaster::WatchedBroadcaster(const std::string& name)
     : name_(name), throttle_(name), broadcaster_(nh_.advertise<tf2_msgs::TFMessage>("/tf", kTransformQueue)) {}
+
+WatchedBroadcaster::~WatchedBroadcaster() { claims().release(name_); }
 
 void WatchedBroadcaster::send(const geometry_msgs::TransformStamped& transform, bool for_good) {
   if (!listened()) return;
@@ -43,6 +71,10 @@ void WatchedBroadcaster::send(const geometry_msgs::TransformStamped& transform, 
   frame.for_good = for_good;
   const auto heard = heard_.find(child);
   if (is_new && heard != heard_.end()) contest(child, heard->second, frame);
+  if (is_new && frame.refusal.empty()) {
+    const std::string owner = claims().claim(child, name_);
+    if (owner != name_) contest(child, {parent, owner, false}, frame);
+  }
   if (!frame.refusal.empty()) return;
   if (frame.settled) return broadcast(transform, frame);
   if (frame.held.size() == kMostHeld) frame.held.erase(frame.held.begin());

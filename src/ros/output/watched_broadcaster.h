@@ -24,6 +24,7 @@ class WatchedBroadcaster {
  public:
   /// `name`: of the node, for the log; a nodelet manager's process holds several.
   explicit WatchedBroadcaster(const std::string& name);
+  ~WatchedBroadcaster();
 
   bool listened() const { return broadcaster_.getNumSubscribers() > 0; }
   /// Does nothing without a subscriber, and never waits for the master. Refuses a frame without a name, or that would
@@ -34,7 +35,7 @@ class WatchedBroadcaster {
   void watch(bool master_answers);
   /// Why the last transform was not broadcast, and the remedy; empty: it was. From the thread of `send`.
   const std::string& problem() const { return problem_; }
-  /// Which other node broadcasts a frame of this one, which therefore does not, and the remedy; empty: none.
+  /// Sentence on a frame that another node broadcasts and this one therefore does not, with the remedy; empty: none.
   std::string refusal();
 
  private:

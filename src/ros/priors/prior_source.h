@@ -1,4 +1,4 @@
-// What the sources of priors have in common: another sensor, tf or the ground, asked of the motion between two images.
+// Interface of the sources of priors: another sensor, tf or the ground, asked for the motion between two images.
 #pragma once
 
 #include <functional>

@@ -13,7 +13,7 @@
 
 namespace gms_ransac {
 
-/// The topic `prior_odom`, for whoever asks.
+/// The topic `prior_odom`, shared by the two sources below.
 class WheelTrack {
  public:
   WheelTrack(const ros::NodeHandle& nh, TfLookup& tf);

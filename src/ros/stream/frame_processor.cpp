@@ -55,15 +55,17 @@ void FrameProcessor::requestReset(Reset why) {
 
 std::shared_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& input, const Wanted& wanted) {
   std::shared_ptr<Pipeline> pipeline;
+  bool resets;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     pipeline = pipeline_;
+    resets = reset_requested_ != Reset::kNone;
   }
   std::shared_ptr<PreparedFrame> frame = pipeline->core->frames->take();
   frame->wanted = wanted;
   frame->time_budget = 1e-3 * pipeline->options.core.max_milliseconds;
   frame->pipeline = std::move(pipeline);
-  preparation_.receive(input, *frame);
+  preparation_.receive(input, resets, *frame);
   frame->reset = Reset::kNone;
   if (frame->problem.empty()) {
     std::lock_guard<std::mutex> lock(mutex_);

@@ -36,7 +36,7 @@ FramePreparation::FramePreparation(const Parameters& parameters, const std::stri
       mask_source_(parameters),
       stereo_depth_(parameters, right_topic, right_info_topic) {}
 
-void FramePreparation::receive(const ImageWithInfo& input, PreparedFrame& frame) {
+void FramePreparation::receive(const ImageWithInfo& input, bool resets, PreparedFrame& frame) {
   frame.input = input;
   frame.extracted = false;
   frame.depth.release();
@@ -63,8 +63,9 @@ void FramePreparation::receive(const ImageWithInfo& input, PreparedFrame& frame)
       const double before = stamps_.previousStamp();
       classifyStamp(frame);
       if (frame.problem.empty()) {
-        const bool restarted = frame.stamp_verdict > StampVerdict::kSteppedBack;  // a loop may begin as it ended
-        if (!restarted) refuseCopy(image_before_, keypoints_before_, frame);
+        // A loop may begin as it ended.
+        const bool begins = resets || frame.stamp_verdict > StampVerdict::kSteppedBack;
+        if (!begins) refuseCopy(image_before_, keypoints_before_, frame);
         if (!frame.problem.empty()) frame.copied_seconds = std::max(0.0, frame.stamp() - before);
         image_before_ = frame.input.image;
         keypoints_before_ = input.keypoints;

@@ -94,8 +94,8 @@ class FramePreparation {
                    const std::string& right_topic, const std::string& right_info_topic);
 
   /// Conversion, stamp rules, camera: all but the features. `frame` may have served another image; its pipeline is
-  /// set already. Never throws.
-  void receive(const ImageWithInfo& input, PreparedFrame& frame);
+  /// set already. `resets`: the image is a new beginning, so it may repeat the one before it. Never throws.
+  void receive(const ImageWithInfo& input, bool resets, PreparedFrame& frame);
   /// Finds the features of a usable image that has none yet, and what depends on them; sets a problem if that fails.
   void findFeatures(PreparedFrame& frame);
 

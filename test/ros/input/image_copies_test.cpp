@@ -56,6 +56,8 @@ TEST(CopiedPart, RowsOfOneColourDoNotCount) {
     EXPECT_TRUE(says(copiedPart(before, image), {"4 of its 8 rows"})) << encoding;
     blacken(40, 48, before);
     EXPECT_EQ(copiedPart(before, before), "") << "a covered lens: " << encoding;
+    before.data[20 * before.step] = before.data[30 * before.step] = 255;
+    EXPECT_EQ(copiedPart(before, before), "") << "the same, with hot pixels: " << encoding;
   }
 }
 

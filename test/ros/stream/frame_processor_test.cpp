@@ -212,6 +212,8 @@ TEST(Copies, ALoopMayBeginAsItEnded) {
   processor.ask(image(100.1, 5));
   processor.ask(copyOf(first, 100.2));
   EXPECT_EQ(processor.ask(copyOf(first, 10)).status, MatchStats::TIME_RESET);
+  processor.requestReset();
+  EXPECT_EQ(processor.ask(copyOf(first, 10.1)).status, MatchStats::FIRST_FRAME);
 }
 
 TEST(Copies, OfTheReferenceAreNoPair) {
@@ -444,7 +446,7 @@ TEST(Calibration, OfALensWithASphereIsPublishedAsItCame) {
     input.image = imageMessage(renderedFrame(i).image, 100 + 0.1 * i);
     processed = processor.ask(input);
   }
-  ASSERT_NE(processed.result, nullptr);
+  ASSERT_NE(processed.pair, nullptr);
   Correspondences message;
   toMessage(processed, false, message);
   Keypoints keypoints;
