@@ -1,5 +1,5 @@
 """`evaluate trust`: how often an answer that is OK is wrong, and whether covariances and match probabilities are true.
-Writes pairs.csv, trust.md, trust.csv, risk_coverage.csv and .png, reliability.csv and .png; doc/trust.md defines each
+Writes pairs.csv, trust.md, trust.csv, risk_coverage.csv and .png, reliability.csv and .png; doc/measured/trust.md defines each
 figure."""
 import collections
 import math
