@@ -30,8 +30,8 @@ def words(text, prose_alone):
 
 
 def anchors(text):
-    """The headings of a page as GitHub names them."""
-    found = set()
+    """The headings of a page as GitHub names them, and its own anchors."""
+    found = set(re.findall(r'<a id="([\w-]+)">', text))
     for line in text.splitlines():
         heading = re.match(r"#+ (.*)", line)
         if heading:

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The floors of src/core and src/ros, doc/architecture.md: a room includes its own files and rooms below it, a method no
+"""The floors of src/core and src/ros, doc/inside/architecture.md: a room includes its own files and rooms below it, a method no
 other method, the core neither the ROS layer nor the evaluation, and these two not each other but for one header. Prints
 what does otherwise."""
 import re
@@ -58,7 +58,7 @@ class House:
     def complaints(self):
         for _, path in self.files():
             if self.room_of(path) not in self.levels:
-                yield "%s is in no room that doc/architecture.md knows" % path
+                yield "%s is in no room that doc/inside/architecture.md knows" % path
         for path, header in self.includes():
             if header in self.headers:
                 room, other = self.room_of(path), self.room_of(header)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks of the source itself: check_source.sh ros_free|floors|parameters|version|format|lint|tidy [BUILD_DIR [FILE...]]:
+# Checks of the source itself: check_source.sh ros_free|floors|docs|parameters|version|format|lint|tidy [BUILD_DIR [FILE...]]:
 # format and tidy look at these files, or at all. Exit status 77 means skipped. scripts/lint runs format, lint and tidy.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -18,6 +18,9 @@ case ${1:-} in
     ;;
   floors)
     /usr/bin/python3 test/check_floors.py
+    ;;
+  docs)
+    /usr/bin/python3 test/check_docs.py
     ;;
   parameters)
     /usr/bin/python3 scripts/generate_parameters.py --check
@@ -54,7 +57,7 @@ case ${1:-} in
     /usr/bin/python3 test/check_tidy.py "${@:2}"
     ;;
   *)
-    echo "usage: check_source.sh ros_free|floors|parameters|version|format|lint|tidy [BUILD_DIR [FILE...]]" >&2
+    echo "usage: check_source.sh ros_free|floors|docs|parameters|version|format|lint|tidy [BUILD_DIR [FILE...]]" >&2
     exit 2
     ;;
 esac

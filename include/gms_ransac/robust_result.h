@@ -16,8 +16,8 @@ namespace gms_ransac {
 /// Parts of a camera model that may be wrong.
 enum class CameraParameter : uint8_t { kFocalLength, kPrincipalPoint, kRadialDistortion, kRollingShutter };
 
-/// Why the direction of translation is unknown: the first reason that holds (doc/judgement.md). kDiscontinuity may also
-/// be the reason why there is no model.
+/// Why the direction of translation is unknown: the first reason that holds (doc/inside/judgement.md). kDiscontinuity
+/// may also be the reason why there is no model.
 enum class DirectionDoubt : uint8_t {
   kNone,
   kRotationExplains,  ///< a rotation explains the matches as well, alone or with a rolling shutter
@@ -67,7 +67,7 @@ struct Judgement {
   double sigma_px = 0;
   double noise_exponent = 0;  ///< how it grows with the level; 0: every keypoint has the same (see sigma)
   /// How far the residuals contradict the camera model, and the parameter that explains most of it. 1 is the 99 % point
-  /// if noise were all; of real pairs with a good calibration 5 to 80 % lie above (doc/judgement.md).
+  /// if noise were all; of real pairs with a good calibration 5 to 80 % lie above (doc/inside/judgement.md).
   double camera_misfit = 0;
   CameraParameter misfit_parameter = CameraParameter::kFocalLength;
   RowRates row_rates;  ///< for ShutterEstimate

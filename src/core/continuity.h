@@ -1,5 +1,5 @@
 // Compares an answer with the past of its stream: a direction that breaks with the motion so far must be shown by the
-// matches that continue static tracks. doc/judgement.md says why.
+// matches that continue static tracks. doc/inside/judgement.md says why.
 #pragma once
 
 #include <cstdint>

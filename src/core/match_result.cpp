@@ -8,7 +8,7 @@ namespace gms_ransac {
 namespace {
 
 /// Largest standard deviation of a rotation that is published, the three axes together. Of the right rotations that
-/// claimed at most a degree before, 99 % stay below it, of the wrong ones 5 % (doc/judgement.md).
+/// claimed at most a degree before, 99 % stay below it, of the wrong ones 5 % (doc/inside/judgement.md).
 constexpr double kMostRotationSigma = 3 * M_PI / 180;
 
 }  // namespace

@@ -1,5 +1,5 @@
 // ~max_milliseconds: how many features are asked for and how long the search may last, so that the time for an image is
-// kept on a machine of unknown speed. See doc/time_budget.md.
+// kept on a machine of unknown speed. See doc/inside/time_budget.md.
 #pragma once
 
 #include <array>

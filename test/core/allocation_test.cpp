@@ -60,7 +60,7 @@ TEST_P(PerFrameAllocation, IsNoneOnceWarm) {
 }
 
 TEST(Allocation, IsNoneByOtherMethodsOnceWarm) {
-  // gms_dist_ransac sorts survivors into cells, split2080 copies its two groups (doc/architecture.md).
+  // gms_dist_ransac sorts survivors into cells, split2080 copies its two groups (doc/inside/architecture.md).
   const std::set<std::string> allocating = {"gms_dist_ransac", "split2080"};
   for (const MethodEntry& method : methods()) {
     MatchFilterOptions options;

@@ -40,9 +40,9 @@ for script in demo test lint fuzz soak trust arm64; do
 done
 
 # scripts/trust measures, and replaces tables only in the documents that it is given.
-mkdir -p "$work/trust/bin" "$work/trust/doc" "$work/data"
+mkdir -p "$work/trust/bin" "$work/trust/doc/measured" "$work/data"
 cp -r "$here/../../scripts" "$work/trust/"
-printf '<!-- begin of the recordings -->\nold\n<!-- end of the recordings -->\n' | tee "$work/trust/doc/trust.md" >"$work/other.md"
+printf '<!-- begin of the recordings -->\nold\n<!-- end of the recordings -->\n' | tee "$work/trust/doc/measured/trust.md" >"$work/other.md"
 cat >"$work/trust/bin/rosrun" <<'PROGRAM'
 #!/usr/bin/env bash
 [ "$2" = render_scene ] && { mkdir -p "$3"; exit; }
@@ -58,7 +58,7 @@ for options in "" "--into $work/other.md"; do
   python3 -c 'import numpy' 2>/dev/null || break  # the report needs it
   PATH=$work/trust/bin:$PATH "$work/trust/scripts/trust" "$work/data" --out "$work/trust/out" $options >"$work/log" 2>&1 ||
     fail "scripts/trust: $(cat "$work/log")"
-  grep -qx old "$work/trust/doc/trust.md" || fail "scripts/trust replaced tables that it was not asked for"
+  grep -qx old "$work/trust/doc/measured/trust.md" || fail "scripts/trust replaced tables that it was not asked for"
   grep -qx old "$work/other.md" && replaced=no || replaced=yes
   expect "tables replaced with '$options'" "$replaced" "$([ -n "$options" ] && echo yes || echo no)"
 done

@@ -51,7 +51,7 @@ size_t CornerDetector::detect(const Plane& image, int border, const CornerFloors
 
 namespace {
 
-constexpr double kLeastRatio = 0.05;  ///< of the eigenvalues; measured in doc/extractor.md
+constexpr double kLeastRatio = 0.05;  ///< of the eigenvalues; measured in doc/measured/constants.md
 
 /// Sums over the square of the products of Sobel's derivatives. At most 15 * 15 * 1020^2, so that 32 bits hold them.
 struct StructureTensor {

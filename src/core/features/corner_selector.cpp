@@ -10,7 +10,8 @@ namespace gms_ransac {
 
 namespace {
 
-/// Mean number of keypoints in a cell, and the power of the rank by which the strength is divided (doc/extractor.md).
+/// Mean number of keypoints in a cell, and the power of the rank by which the strength is divided
+/// (doc/measured/constants.md).
 constexpr float kFeaturesPerCell = 120;
 constexpr float kRankPower = 0.3;
 constexpr float kSmallestCell = 16;  ///< pixels

@@ -23,18 +23,19 @@ constexpr int kPatchSize = 31;              // side of the described patch, as c
 constexpr int kBorder = kDescriptorRadius;  // pixels of a level without keypoints: their patches stay inside
 static_assert(kEdgeRadius < kBorder);
 // Grey levels. Fainter corners are seldom found again, so the second holds only for levels that lack corners.
-constexpr int kContrastFloor = 7;  // measured in doc/extractor.md
-constexpr int kFaintFloor = 4;     // the same, doc/extractor.md
+constexpr int kContrastFloor = 7;  // measured in doc/measured/constants.md
+constexpr int kFaintFloor = 4;     // the same, doc/measured/constants.md
 // An image is sparse if it has fewer corners per pixel. Then edge points are removed (with many corners, better ones
 // win anyway) and orientations come from the sharp image. In a large image only so many pixels per keypoint count: it
 // shows no more things than a small one.
 constexpr double kSparse = 0.01;  // tum_fr3_cabinet has at most 0.0093, every textured set more than 0.0127
 constexpr int kSparsePixels = 640 * 480, kSparsePixelsAKeypoint = 375;
-constexpr double kLevelPower = 1.4;  // features of a level fall with scale^-1.4 (cv::ORB: 1, area: 2); doc/extractor.md
+constexpr double kLevelPower =
+    1.4;  // features of a level fall with scale^-1.4 (cv::ORB: 1, area: 2); doc/measured/constants.md
 
 // An image is dark if all but its brightest 0.5 % are below the first number. Its contrasts are few grey levels, and
 // FAST and the descriptors count in whole ones; where the brightest exceed the median by fewer than the second, there
-// is noise and no more (doc/extractor.md).
+// is noise and no more (doc/inside/extractor.md).
 constexpr int kDark = 64, kLeastSpread = 4;
 constexpr double kBrightest = 0.005;
 constexpr int kSampling = 4;  ///< pixels between those that the brightness is taken from, along either side
@@ -79,7 +80,7 @@ class StrengthForecast {
   void fail() { pause_ = kPause; }
 
  private:
-  static constexpr float kShare = 0.85;  ///< the only one tried; holds for kitti_06 (doc/extractor.md)
+  static constexpr float kShare = 0.85;  ///< the only one tried; holds for kitti_06 (doc/inside/extractor.md)
   static constexpr int kPause = 8;       ///< images; bounds what images that are not alike cost
   int floor_ = 0;
   int pause_ = 0;
@@ -296,7 +297,7 @@ class SimdOrbExtractor : public FeatureExtractor {
     }
     scratch.blur.apply(image, corners, kernels_, scratch.blurred);
     // The centroid of the blurred disc is more stable than cv::ORB's, except where corners are faint
-    // (doc/extractor.md).
+    // (doc/inside/extractor.md).
     orient(sparse_ ? image : scratch.blurred, corners, keypoints, scratch.directions);
     for (size_t k = 0; k < corners.size(); ++k) {
       kernels_.describe(scratch.blurred.row(corners[k].y) + corners[k].x, scratch.blurred.stride(),

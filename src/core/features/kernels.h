@@ -56,7 +56,8 @@ struct CornerFloors {
   int passedContrast() const { return passBlocks() ? (strength + 1) / 2 : contrast; }
 
  private:
-  static constexpr int kWorthPassing = 15;  ///< 11 saves nothing, 31 does; between them not tried: doc/extractor.md
+  static constexpr int kWorthPassing =
+      15;  ///< 11 saves nothing, 31 does; between them not tried: doc/measured/constants.md
 };
 
 struct MaximaCount {

@@ -36,7 +36,7 @@ constexpr int kFeaturesAShare = 256;  ///< that one thread looks for in a row: 0
 // A prior is confirmed if more first matches agree with it than by chance, by this factor and these standard
 // deviations.
 constexpr double kTimesChance = 3, kSigmasAboveChance = 5;
-// Largest share of first matches accepted out of view for the prior's view to be trusted (doc/guided_search.md).
+// Largest share of first matches accepted out of view for the prior's view to be trusted (doc/inside/guided_search.md).
 constexpr double kMostOutOfView = 0.1;
 
 constexpr int kNoMatch = -1;

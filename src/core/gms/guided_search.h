@@ -1,5 +1,5 @@
 // Second stage, faster: most reference descriptors are compared only with current ones near where their surroundings
-// moved (doc/guided_search.md).
+// moved (doc/inside/guided_search.md).
 #pragma once
 
 #include <memory>

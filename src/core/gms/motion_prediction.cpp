@@ -60,7 +60,7 @@ void predictRotation(const RotationPrior& prior, const Camera& camera, MotionPre
 
 namespace {
 
-// Chosen on kitti_06 (gaps 1, 5), tum_fr1_desk (1, 4) and tum_fr1_rpy (5), doc/guided_search.md.
+// Chosen on kitti_06 (gaps 1, 5), tum_fr1_desk (1, 4) and tum_fr1_rpy (5), doc/inside/guided_search.md.
 
 /// Share of accepted matches below which none is believed: unrelated images have at most 0.10.
 constexpr double kLeastAccepted = 0.15;

@@ -17,7 +17,7 @@ constexpr int kScales = 5;
 constexpr int kPaperGrid = 20;
 constexpr double kPaperThresholdFactor = 6.0;
 
-// Cells of 6 matches give the best poses where matches are few (doc/motion_statistics.md). The threshold leaves
+// Cells of 6 matches give the best poses where matches are few (doc/measured/stages.md). The threshold leaves
 // out matches without any support.
 constexpr double kMatchesPerCell = 6.0;
 constexpr double kEvidenceThresholdFactor = 1.0;
@@ -53,7 +53,8 @@ constexpr int kMostOctaves = 4;
 
 // Log-odds from which a match is kept: of -1.5 to 0.5 the one with the best poses.
 constexpr float kLeastLogOdds = -1.f;
-// Logistic regression of "within 3 px of the true epipolar line" on three real sequences (doc/motion_statistics.md).
+// Logistic regression of "within 3 px of the true epipolar line" on three real sequences
+// (doc/inside/motion_statistics.md).
 constexpr float kConstant = 1.59f;
 constexpr float kPerLogVotes = 0.752f;
 constexpr float kPerBit = -0.562f / 32;     ///< of Hamming distance

@@ -1,5 +1,5 @@
 // The table of the judgement: motions that the matches may come from in place of the pose, each compared with it by the
-// cells of the image. Derived in doc/judgement.md.
+// cells of the image. Derived in doc/inside/judgement.md.
 #pragma once
 
 #include <algorithm>

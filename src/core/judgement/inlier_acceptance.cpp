@@ -10,7 +10,7 @@ namespace gms_ransac {
 
 namespace {
 
-// A spot is this share of the shorter side of the image away from the next (doc/estimator.md).
+// A spot is this share of the shorter side of the image away from the next (doc/measured/constants.md).
 constexpr float kSpotDistance = 0.1f;
 constexpr int kPoseFreedoms = 5, kCheckingSpots = 2, kMostSpots = kPoseFreedoms + kCheckingSpots;
 
@@ -65,7 +65,7 @@ bool inliersAreAccepted(const PointPairs& pairs, const TwoViewPoints& points, in
   // Survivors of the filter come in groups of neighbours that move alike, so a spot in the image counts once however
   // many inliers it holds. As many as the sample has points, but no more than the five degrees of freedom of a relative
   // pose, determine the model; two more must check it. Poses of tum_fr3_cabinet from fewer spots are wrong with few
-  // exceptions (doc/estimator.md).
+  // exceptions (doc/measured/constants.md).
   const int spots = std::min(sample_size, kPoseFreedoms) + kCheckingSpots;
   return supported &&
          (spansSpots(pairs.x_reference, pairs.y_reference, pairs.image_reference, result.inlier, spots) ||

@@ -1,5 +1,5 @@
 // Noise of the matches of a pair, estimated without the threshold that selected the inliers, and the probability that
-// each match is right. Derived in doc/judgement.md.
+// each match is right. Derived in doc/inside/judgement.md.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // How well the matches determine a pose: their information on it and on the camera, summed over each cell of the image
-// and over all; one covariance, and what other steps ask of it. Derived in doc/judgement.md.
+// and over all; one covariance, and what other steps ask of it. Derived in doc/inside/judgement.md.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +37,7 @@ constexpr int blockOf(int32_t cell) {
 }
 
 /// Typical calibration error (prior sigma) of each parameter: relative focal length, principal point in focal lengths,
-/// first coefficient of radial distortion, rotation in radians per focal length of rows (doc/judgement.md).
+/// first coefficient of radial distortion, rotation in radians per focal length of rows (doc/inside/judgement.md).
 const CameraVector& typicalCameraError();
 
 /// Inverse of a curvature by the pose; not finite where the matches do not suffice.

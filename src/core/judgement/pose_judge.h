@@ -1,5 +1,5 @@
 // Judges the motion of a pair, from any estimator, by its matches: noise, segmentation, covariance, the table of
-// candidate motions, a verdict, probabilities. doc/judgement.md has the formulas.
+// candidate motions, a verdict, probabilities. doc/inside/judgement.md has the formulas.
 #pragma once
 
 #include <vector>

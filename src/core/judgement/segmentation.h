@@ -1,5 +1,5 @@
 // Two bodies that move each by itself, where one pose was bent between them: found by a part of the view that asks for
-// another pose than the rest. Derived in doc/judgement.md.
+// another pose than the rest. Derived in doc/inside/judgement.md.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // `lo_prosac`, ours: GMS weighed with descriptors, starts without samples, spread samples of the most distinctive
 // matches first (PROSAC), local optimisation (LO-RANSAC), and two refinements. The growth of the prefix, its stop and
-// the starts are neither paper's. Choices and their measurements: doc/estimator.md.
+// the starts are neither paper's. Choices and their measurements: doc/measured/constants.md.
 #include <algorithm>
 #include <limits>
 #include <vector>
@@ -14,13 +14,14 @@ namespace gms_ransac {
 namespace {
 
 // Noise of a keypoint grows with its pyramid level as scale_factor^(kNoiseExponent * octave). The full 1 of a position
-// rounded on its own level overstates it (doc/estimator.md).
+// rounded on its own level overstates it (doc/measured/constants.md).
 constexpr double kNoiseExponent = 0.5;
 
 constexpr int kLocalIterations = 2;
 /// Samples for each match, at most: few matches that agree on nothing are refused in the end, and took longest.
 constexpr int kSamplesOfMatch = 5;
-/// Samples for a pose, at most: where its starts and so many samples find nothing, more do not (doc/estimator.md).
+/// Samples for a pose, at most: where its starts and so many samples find nothing, more do not
+/// (doc/measured/constants.md).
 constexpr int kMostPoseSamples = 300;
 /// A pose that leaves more of the matches unexplained is not beyond doubt, and the prior may have chosen it.
 constexpr double kMostUnexplained = 1. / 3;
@@ -101,7 +102,7 @@ class LoProsac : public RansacMethod {
   }
 
   /// The search ends when it is sure of the first matches of the order, which are few where few have survived: a wrong
-  /// motion may explain most of them (doc/estimator.md).
+  /// motion may explain most of them (doc/measured/constants.md).
   void searchWider(const PoseModel& plain, Effort& effort, Search& search) {
     const int left = std::min(kWideSamples, mostSamples() - effort.hypotheses);
     if (left <= 0 || hurried(effort) || !leavesMuch(plain, search.ransac.best()->pose)) return;

@@ -23,7 +23,7 @@ constexpr double kSmallestTranslation = 2e-4;
 
 /// If the parallax is little more than the noise, the cost is a valley between rotating and moving aside. Gauss-Newton
 /// steps along it are short, because they take the noise of the points for curvature: a step gains less than kEnough
-/// long before the optimum (doc/estimator.md).
+/// long before the optimum (doc/measured/constants.md).
 constexpr int kPoseIterations = 100;
 constexpr float kEnoughInAValley = 1e-6f;
 

@@ -1,5 +1,5 @@
 // ~rolling_shutter_readout: any method for a rolling shutter. The points of both images are moved to where the camera
-// saw them when it read its middle row, whose times the pose belongs to (doc/judgement.md).
+// saw them when it read its middle row, whose times the pose belongs to (doc/inside/judgement.md).
 #pragma once
 
 #include <memory>

@@ -13,13 +13,13 @@ namespace gms_ransac {
 
 namespace {
 
-// Steps for each start, and how many go on to the second round (doc/estimator.md).
+// Steps for each start, and how many go on to the second round (doc/measured/constants.md).
 constexpr int kStartIterations = 3;
 constexpr int kSecondIterations = 4;
 constexpr int kSecondRound = 8;
 // Every match counts, but from twice the threshold on ever less: the start is far off.
 constexpr Loss kStartLoss = {1e4f, 1 / 4.f};
-// A dominant rotation this small is none: starts from both end in the same places (doc/estimator.md).
+// A dominant rotation this small is none: starts from both end in the same places (doc/measured/constants.md).
 constexpr double kNoRotation = 2 * M_PI / 180;
 // Cosine: directions closer than this (8 degrees) are the same local minimum.
 constexpr double kSameDirection = 0.99;
@@ -29,7 +29,7 @@ struct Start {
   float cost;
 };
 
-/// The prior of the parallax ranks starts; their steps do without (doc/estimator.md).
+/// The prior of the parallax ranks starts; their steps do without (doc/measured/constants.md).
 Start optimizeStart(const PoseModel& plain, const PoseModel& model, int iterations, TwoViewPose pose) {
   plain.refine(kStartLoss, iterations, pose);
   Start start;

@@ -157,7 +157,7 @@ constexpr int kAttempts = 8;
 /// One clean sample is not enough: its model may start the local optimisation near the wrong minimum.
 constexpr int kMinimumSamples = 8;
 
-constexpr double kGrowthSamples = 300;  ///< after which all matches take part (doc/estimator.md)
+constexpr double kGrowthSamples = 300;  ///< after which all matches take part (doc/measured/constants.md)
 constexpr int kFirstMultiple = 4;       // of the sample size: the shortest prefix
 
 }  // namespace

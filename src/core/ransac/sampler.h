@@ -102,7 +102,7 @@ class StratifiedSampler : public Sampler {
   int prefix() const { return drawn_from_; }
 
  private:
-  static constexpr double kFirstShare = 0.02;  ///< doc/estimator.md
+  static constexpr double kFirstShare = 0.02;  ///< doc/measured/constants.md
 
   bool spread(const int* sample) const;
   void updateBound();

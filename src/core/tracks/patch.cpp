@@ -14,7 +14,7 @@ constexpr float kLeastContrast = 3;
 // Steps of a shift alone bring the guess near, then the shape may change.
 constexpr int kShiftSteps = 6, kAffineSteps = 8;
 constexpr float kNearStep = 0.5F, kLastStep = 0.03F;  // pixels
-// Correlation of the patch with what was found; 0.7 to 0.85 make next to no difference (doc/tracks.md).
+// Correlation of the patch with what was found; 0.7 to 0.85 make next to no difference (doc/inside/tracks.md).
 constexpr float kLikeness = 0.8F;
 
 }  // namespace

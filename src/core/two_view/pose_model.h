@@ -21,7 +21,7 @@ RelativePose chained(const RelativePose& b_in_a, const RelativePose& c_in_b);
 /// Replaces R by the nearest rotation, to rounding; false, with R undefined, when it is far from any.
 bool makeRotation(Eigen::Matrix3d& R);
 
-/// The prior of the estimator; measured in doc/estimator.md.
+/// The prior of the estimator; measured in doc/measured/constants.md.
 constexpr ParallaxPrior kParallaxPrior = {0.03f, 0.05f};
 
 class PoseModel : public EpipolarModel {

@@ -14,8 +14,8 @@
 
 namespace gms_ransac {
 
-/// Noise of a data set's true motion from image to image, standard deviations for each axis. doc/trust.md has the
-/// figures of each kind of set.
+/// Noise of a data set's true motion from image to image, standard deviations for each axis. doc/measured/trust.md has
+/// the figures of each kind of set.
 struct TruthNoise {
   double rotation = 0;     ///< radians
   double translation = 0;  ///< metres

@@ -22,7 +22,7 @@ constexpr int kWidth = 640, kHeight = 480;  // pixels
 constexpr double kFocalLength = 500;        // pixels
 constexpr int kLevels = 8;
 constexpr double kBackground = 300, kBackgroundEnd = 1000;  // metres: hills and clouds behind a scene
-constexpr double kLevelScale = 1.2, kNoiseExponent = 0.5;   // noise of a keypoint by octave, doc/estimator.md
+constexpr double kLevelScale = 1.2, kNoiseExponent = 0.5;   // noise of a keypoint by octave, doc/measured/constants.md
 
 // Hamming distance to the nearest and the second, and score, of right and wrong matches that GMS kept. Mean and
 // deviation over KITTI, Oxford and Middlebury pairs, labelled by their truth within 3 px.

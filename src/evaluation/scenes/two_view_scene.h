@@ -98,7 +98,7 @@ double gaussian(Random& random);                          ///< standard normal
 double between(double low, double high, Random& random);  ///< uniform
 Eigen::Vector3d inCube(Random& random);                   ///< uniform in -1..1 along each axis
 int drawOctave(Random& random);                           ///< of eight, the coarse less often
-/// Standard deviation of a coordinate of a keypoint that has `noise_px` at octave 0 (doc/estimator.md).
+/// Standard deviation of a coordinate of a keypoint that has `noise_px` at octave 0 (doc/measured/constants.md).
 double noiseAt(int octave, double noise_px);
 
 }  // namespace gms_ransac

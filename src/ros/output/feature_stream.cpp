@@ -12,7 +12,7 @@ namespace {
 // Share of the time between two messages by which an image may come early: its stamp is not exact.
 constexpr double kEarly = 0.1;
 // Images that carry no message are passed over up to so many seconds, and as long as this share of the keypoints are
-// inliers (doc/tracks.md).
+// inliers (doc/inside/tracks.md).
 constexpr double kLongestStep = 0.16;
 constexpr double kWellSeen = 0.4;
 

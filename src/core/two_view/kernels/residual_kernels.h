@@ -81,8 +81,8 @@ struct ResidualKernels {
   /// Linearised Sampson distance of a pose: rotation vector w of R <- exp(w) R, then steps of t along `basis`.
   void (*linearizePose)(const PointColumnsView& points, const PoseParameters& pose, const float (&basis)[2][3],
                         const Loss& loss, const ParallaxPrior& prior, NormalEquations<5>& equations);
-  /// Derivatives of the residual of each match by pose and camera, doc/judgement.md. `columns`: kCount times `size`
-  /// entries, zero where a match takes no part.
+  /// Derivatives of the residual of each match by pose and camera, doc/inside/judgement.md. `columns`: kCount times
+  /// `size` entries, zero where a match takes no part.
   DerivativeSums (*differentiatePose)(const PointColumnsView& points, const PoseParameters& pose,
                                       const float (&basis)[2][3], const Loss& loss, float* columns);
   /// Sums over the rows of the products of the first kParameterCount of these columns with each other: the lower
