@@ -30,8 +30,7 @@ constexpr int kFaintFloor = 4;     // the same, doc/measured/constants.md
 // shows no more things than a small one.
 constexpr double kSparse = 0.01;  // tum_fr3_cabinet has at most 0.0093, every textured set more than 0.0127
 constexpr int kSparsePixels = 640 * 480, kSparsePixelsAKeypoint = 375;
-constexpr double kLevelPower =
-    1.4;  // features of a level fall with scale^-1.4 (cv::ORB: 1, area: 2); doc/measured/constants.md
+constexpr double kLevelPower = 1.4;  // features of a level fall with scale^-1.4 (cv::ORB: 1); doc/measured/constants.md
 
 // An image is dark if all but its brightest 0.5 % are below the first number. Its contrasts are few grey levels, and
 // FAST and the descriptors count in whole ones; where the brightest exceed the median by fewer than the second, there

@@ -56,8 +56,7 @@ struct CornerFloors {
   int passedContrast() const { return passBlocks() ? (strength + 1) / 2 : contrast; }
 
  private:
-  static constexpr int kWorthPassing =
-      15;  ///< 11 saves nothing, 31 does; between them not tried: doc/measured/constants.md
+  static constexpr int kWorthPassing = 15;  ///< 11 saves no time, 31 does: doc/measured/constants.md
 };
 
 struct MaximaCount {
