@@ -95,7 +95,7 @@ TEST(DrawnSequences, ShowTheMotionOfTheCamera) {
   EXPECT_EQ(answers.wrong, 0);
 }
 
-// Without the rule on a torn view 4 of 42 and 36 of 36 are wrong.
+// Without the rule on a view that contradicts itself 4 of 42 and 36 of 36 are wrong.
 TEST(DrawnSequences, ABodyThatTearsTheViewIsSeldomFollowed) {
   const Count driving = answersTo("sequence_driving_crossing_40", 6), hand = answersTo("sequence_hand_crossing_40", 6);
   EXPECT_GE(driving.ok, 30);
