@@ -1,6 +1,5 @@
 # The core without ROS: `gms_ransac::core` for CMake, the Python module for setup.py, offline programs and unit tests if
 # they are asked for. Included by the project's CMakeLists.txt with GMS_RANSAC_ROS=OFF.
-include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 option(GMS_RANSAC_PYTHON "Build the Python module, as `pip install .` does" OFF)
 option(GMS_RANSAC_TESTS "Build the unit tests of the core; ctest runs them" OFF)
@@ -47,6 +46,6 @@ endif()
 install(DIRECTORY include/${PROJECT_NAME} DESTINATION include)
 set(config ${CMAKE_INSTALL_LIBDIR}/cmake/${PROJECT_NAME})
 install(EXPORT ${PROJECT_NAME}-targets NAMESPACE ${PROJECT_NAME}:: DESTINATION ${config})
-write_basic_package_version_file(${PROJECT_BINARY_DIR}/${PROJECT_NAME}ConfigVersion.cmake COMPATIBILITY SameMajorVersion)
+configure_file(cmake/${PROJECT_NAME}ConfigVersion.cmake.in ${PROJECT_BINARY_DIR}/${PROJECT_NAME}ConfigVersion.cmake @ONLY)
 install(FILES cmake/${PROJECT_NAME}Config.cmake ${PROJECT_BINARY_DIR}/${PROJECT_NAME}ConfigVersion.cmake
   DESTINATION ${config})

@@ -32,6 +32,9 @@ case ${1:-} in
     [ -n "$date" ] || { echo "CHANGELOG.rst has no line '$version (DATE)', the version of package.xml" >&2; exit 1; }
     same() { [ "$2" = "$3" ] || { echo "$1 says '$2', package.xml and CHANGELOG.rst '$3'" >&2; exit 1; }; }
     same CMakeLists.txt "$(sed -n 's/^project(.* VERSION \([^ ]*\).*/\1/p' CMakeLists.txt)" "$version"
+    for file in test/consumers/cmake/CMakeLists.txt doc/use_it.md; do
+      same "$file" "$(sed -n 's/.*find_package(gms_ransac \([0-9.]*\) .*/\1/p' "$file")" "${version%.*}"
+    done
     same CITATION.cff "$(sed -n 's/^version: //p' CITATION.cff)" "$version"
     same debian/changelog "$(sed -n '1s/.*(\(.*\)).*/\1/p' debian/changelog)" "$version"
     same "date in debian/changelog" "$(date -u -d "$(sed -n 's/^ -- .*>  //p' debian/changelog | head -n 1)" +%F)" "$date"

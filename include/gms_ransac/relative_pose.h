@@ -8,15 +8,23 @@
 
 namespace gms_ransac {
 
+/// Covariance of a translation and a rotation vector, order x y z rx ry rz. Eigen would align a matrix of this size as
+/// wide as the vectors that a program is compiled for; this one has the same layout in a library and in a program built
+/// with -march=native.
+using Covariance6d = Eigen::Matrix<double, 6, 6, Eigen::DontAlign>;
+static_assert(sizeof(Covariance6d) == 36 * sizeof(double) && alignof(Covariance6d) == alignof(double),
+              "gms_ransac: the layout of public types must not depend on compiler flags");
+
 /// Pose of the current camera in the reference camera frame: X_reference = R X_current + t, optical frames.
 /// cv::recoverPose gives the inverse.
 struct RelativePose {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::Zero();  ///< unit length unless a scale is known
-  /// Covariance of (t, rotation vector), order x y z rx ry rz, perturbing t additively and R as exp(rotation vector) R;
-  /// a unit-length t has no extent along t.
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  /// Perturbs t additively and R as exp(rotation vector) R; a unit-length t has no extent along t.
+  Covariance6d covariance = Covariance6d::Zero();
 };
+static_assert(sizeof(RelativePose) == (9 + 3 + 36) * sizeof(double) && alignof(RelativePose) == alignof(double),
+              "gms_ransac: the layout of public types must not depend on compiler flags");
 
 struct PoseParameters;
 

@@ -37,7 +37,7 @@ struct Pair : MatchResult {
   std::vector<uint16_t> distance;
   bool pose_valid = false;
   Eigen::Matrix4d current_in_reference = Eigen::Matrix4d::Identity();
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  Covariance6d covariance = Covariance6d::Zero();
 
   void finish(const Features& reference, const Features& current) {
     const SigmaByOctave sigma(robust, current.scale_factor);

@@ -13,7 +13,7 @@
 
 namespace gms_ransac {
 
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Matrix6d = Covariance6d;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 /// tf2 refuses names that start with a slash, and many bags have them.

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # consumers_test.sh cpp|python BUILD_DIR: strangers build against this project and run.
 #   cpp:    A catkin package is built against the devel space and against an installation. A plain CMake project is built
-#           against an installation of the core without ROS, and around our sources.
+#           against an installation of the core without ROS, and around our sources. Compiled for other vectors than the
+#           library they read the same numbers.
 #   python: pip installs the module, without ROS. Exit status 77 (skipped) means that a tool is missing.
 set -euo pipefail
 export PATH=/usr/bin:$PATH GMS_RANSAC_BUILT=$2 LC_ALL=C
@@ -15,10 +16,25 @@ fail() { echo "$*" >&2; exit 1; }
 quietly() { "$@" >"$work/log" 2>&1 || { cat "$work/log" >&2; fail "failed: $*"; }; }
 # build_in FOLDER SOURCE OPTIONS: configures and builds.
 build_in() {
-  quietly cmake -G Ninja -S "$2" -B "$1" -DPYTHON_EXECUTABLE=/usr/bin/python3 "${@:3}"
+  quietly cmake -G Ninja -S "$2" -B "$1" -DPYTHON_EXECUTABLE=/usr/bin/python3 -DCONSUMERS="$here" "${@:3}"
   quietly ninja -C "$1"
 }
 expect() { [ "$2" = "$3" ] || fail "$1: expected '$3', got '$2'"; }
+# same_numbers NAME SOURCE PROGRAM OPTIONS: a consumer built with the flags of other programs prints what it prints with
+# those of the library.
+same_numbers() {
+  local flags plain= numbers
+  for flags in "" -march=native -mavx "-O0 -DEIGEN_DONT_VECTORIZE"; do
+    case $flags in -m*) "${CXX:-c++}" "$flags" -E -x c++ /dev/null >/dev/null 2>&1 || continue ;; esac
+    rm -rf "$work/numbers"
+    build_in "$work/numbers" "$2" "-DCMAKE_CXX_FLAGS=$flags" "${@:4}"
+    numbers=$("$work/numbers/$3" numbers) || fail "$1 compiled with '$flags' ends with status $?"
+    [ -n "$plain" ] || plain=$numbers
+    [ "$numbers" = "$plain" ] || fail "$1 compiled with '$flags' reads other numbers:
+$(diff <(echo "$plain") <(echo "$numbers") || true)"
+  done
+  case $plain in OK*) ;; *) fail "$1 is not OK: $plain" ;; esac
+}
 
 unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH LD_LIBRARY_PATH
 launcher=-DCMAKE_CXX_COMPILER_LAUNCHER=$here/reuse_object
@@ -34,6 +50,7 @@ if [ "$1" = cpp ]; then
     grep -q "^gms_ransac_DIR:PATH=$space/" "$work/catkin/CMakeCache.txt" || fail "gms_ransac is not that of $space"
     rm -rf "$work/catkin"
   done
+  same_numbers "the catkin package" "$here/catkin" devel/lib/gms_ransac_consumer/consumer "-DCMAKE_PREFIX_PATH=$build/devel;$ros"
 
   without_ros=(-DGMS_RANSAC_ROS=OFF "$launcher")
   moved="UNCALIBRATED, moved by -12"
@@ -42,6 +59,20 @@ if [ "$1" = cpp ]; then
   quietly cmake --install "$work/core"
   build_in "$work/plain" "$here/cmake" -DCMAKE_PREFIX_PATH="$work/core_install"
   expect "the plain project" "$("$work/plain/consumer")" "$moved"
+  same_numbers "the plain project" "$here/cmake" consumer -DCMAKE_PREFIX_PATH="$work/core_install"
+  version=$(sed -n 's/.*<version>\(.*\)<\/version>.*/\1/p' "$source/package.xml")
+  series=${version%.*}
+  library=$(ldd "$work/plain/consumer" | sed -n 's/.*libgms_ransac_core.so.\([^ ]*\) => .*/\1/p')
+  expect "the series that the plain project was linked to" "$library" "$series"
+  mkdir "$work/other"
+  for other in "0.$((${series#0.} + 1))" "0.$((${series#0.} - 1))" 1.0; do
+    printf '%s\n' 'cmake_minimum_required(VERSION 3.10)' 'project(other NONE)' "find_package(gms_ransac $other QUIET)" \
+      'if(gms_ransac_FOUND)' '  message(FATAL_ERROR found)' 'endif()' 'message("${gms_ransac_CONSIDERED_VERSIONS}")' \
+      >"$work/other/CMakeLists.txt"
+    expect "a project that asks for version $other" \
+      "$(cmake -S "$work/other" -B "$work/other/build" -DCMAKE_PREFIX_PATH="$work/core_install" 2>&1 >/dev/null)" "$version"
+    rm -rf "$work/other/build"
+  done
 
   mkdir "$work/around"
   cp "$here/cmake/consumer.cpp" "$work/around"

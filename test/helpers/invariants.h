@@ -26,7 +26,7 @@ constexpr double kPublishedRounding = 1e-6, kEstimateRounding = 1e-3;
 
 /// `covariance` with its variances brought to one, which is what definiteness is judged by: entries of t and of the
 /// rotation differ by many orders of magnitude.
-inline std::string brokenCovariance(const Eigen::Matrix<double, 6, 6>& covariance, double rounding) {
+inline std::string brokenCovariance(const Covariance6d& covariance, double rounding) {
   if (!covariance.allFinite()) return "a covariance is not finite";
   Eigen::Matrix<double, 6, 1> scale;
   for (int i = 0; i < 6; ++i) {

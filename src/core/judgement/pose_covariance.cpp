@@ -240,7 +240,7 @@ PoseSquare covarianceOfAnyCamera(const PoseInformation& all, double variance) {
   return all.used < kParameters ? PoseSquare::Identity() : orIdentity(ofAnyCamera(all, variance));
 }
 
-Eigen::Matrix<double, 6, 6> relativeCovariance(const TwoViewPose& pose, const PoseSquare& covariance) {
+Covariance6d relativeCovariance(const TwoViewPose& pose, const PoseSquare& covariance) {
   // With R' = R^T and t' = -R^T t: R' <- exp(-R^T w) R', and t' <- t' - R^T [t]x w - R^T (step).
   Eigen::Vector3d basis[2];
   PoseModel::tangent(pose.t, basis);

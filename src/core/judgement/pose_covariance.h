@@ -119,6 +119,6 @@ PoseSquare covarianceOfAnyCamera(const PoseInformation& information, double vari
 double directionSigma(const PoseSquare& covariance);
 
 /// The covariance in the project's convention (see RelativePose).
-Eigen::Matrix<double, 6, 6> relativeCovariance(const TwoViewPose& pose, const PoseSquare& covariance);
+Covariance6d relativeCovariance(const TwoViewPose& pose, const PoseSquare& covariance);
 
 }  // namespace gms_ransac

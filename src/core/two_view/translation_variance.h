@@ -1,7 +1,7 @@
 // Covariance of a pose whose translation is unknown, or known to a given variance alone.
 #pragma once
 
-#include <Eigen/Core>
+#include "gms_ransac/relative_pose.h"
 
 namespace gms_ransac {
 
@@ -11,7 +11,7 @@ constexpr double kUnknownTranslationVariance = 1e3;
 constexpr double kAnyDirection = 1. / 3;
 
 /// The translation, which comes first, gets this variance in each axis and no correlation; the rotation keeps its own.
-inline void setTranslationVariance(double variance, Eigen::Matrix<double, 6, 6>& covariance) {
+inline void setTranslationVariance(double variance, Covariance6d& covariance) {
   covariance.topRows<3>().setZero();
   covariance.leftCols<3>().setZero();
   covariance.diagonal().head<3>().setConstant(variance);

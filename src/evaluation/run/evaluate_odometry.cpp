@@ -94,7 +94,7 @@ json recordOf(size_t number, const Dataset& dataset, const DatasetFrame& frame, 
     Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
     motion.linear() = answer.pair.R;
     motion.translation() = answer.pair.t;
-    const Eigen::Matrix<double, 6, 6>& c = answer.pair.covariance;
+    const Covariance6d& c = answer.pair.covariance;
     record["pair"] = {{"reference_stamp", *answer.reference_stamp},
                       {"metric", answer.metric},
                       {"motion", numbersOf(motion)},

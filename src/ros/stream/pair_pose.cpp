@@ -89,7 +89,7 @@ bool isRotation(const Eigen::Matrix3d& R) {
          R.determinant() > 0;
 }
 
-bool isSymmetric(const Eigen::Matrix<double, 6, 6>& covariance, double tolerance) {
+bool isSymmetric(const Covariance6d& covariance, double tolerance) {
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < i; ++j) {
       const double unit = std::sqrt(std::abs(covariance(i, i) * covariance(j, j)));
@@ -135,7 +135,7 @@ void makePublishable(bool translation_known, const SigmaFloor& floor, RelativePo
   pose.covariance.diagonal().head<3>().array() += floor.translation * floor.translation * pose.t.squaredNorm();
   pose.covariance.diagonal().tail<3>().array() += floor.rotation * floor.rotation;
   // An invalid covariance stays as it is: bounded, it would look valid.
-  const Eigen::Matrix<double, 6, 6>& covariance = pose.covariance;
+  const Covariance6d& covariance = pose.covariance;
   if (covariance.allFinite() && covariance.diagonal().minCoeff() >= 0 && isSymmetric(covariance, kInversionTolerance)) {
     boundCovariance(pose.covariance);
   }
@@ -147,13 +147,13 @@ std::string poseDefect(const RelativePose& pose) {
   if (!isRotation(pose.R)) return "its rotation matrix is not a rotation";
   if (!pose.covariance.allFinite()) return "its covariance is not finite";
   if (!isSymmetric(pose.covariance, kSymmetryTolerance)) return "its covariance is not symmetric";
-  const Eigen::LLT<Eigen::Matrix<double, 6, 6>> factors(pose.covariance);
+  const Eigen::LLT<Covariance6d> factors(pose.covariance);
   if (factors.info() != Eigen::Success) return "its covariance is not positive definite";
   return std::string();
 }
 
-void boundCovariance(Eigen::Matrix<double, 6, 6>& covariance) {
-  if (!covariance.allFinite()) covariance = Eigen::Matrix<double, 6, 6>::Identity() * kLargestVariance;
+void boundCovariance(Covariance6d& covariance) {
+  if (!covariance.allFinite()) covariance = Covariance6d::Identity() * kLargestVariance;
   // Products and inverses are symmetric up to rounding only.
   covariance = 0.5 * (covariance + covariance.transpose()).eval();
   for (int i = 0; i < 6; ++i) {

@@ -38,6 +38,6 @@ void makePublishable(bool translation_known, const SigmaFloor& floor, RelativePo
 std::string poseDefect(const RelativePose& pose);
 
 /// Brings every entry of the diagonal into that range, makes the rest finite and the whole symmetric.
-void boundCovariance(Eigen::Matrix<double, 6, 6>& covariance);
+void boundCovariance(Covariance6d& covariance);
 
 }  // namespace gms_ransac

@@ -1,4 +1,4 @@
-// Uses the messages, the view of a message, and the library.
+// Uses the messages, the view of a message, and the library. With an argument it prints all numbers of a pair.
 #include <iostream>
 
 #include <gms_ransac/Correspondences.h>
@@ -6,7 +6,13 @@
 #include <gms_ransac/correspondences_view.h>
 #include <gms_ransac/match_filter.h>
 
-int main() {
+#include "numbers.h"
+
+int main(int argc, char**) {
+  if (argc > 1) {
+    printNumbers();
+    return 0;
+  }
   gms_ransac::Correspondences message;
   message.reference_points = {1, 2, 3, 4};
   message.current_points = {5, 6, 7, 8};

@@ -1,11 +1,17 @@
-// Matches an image of squares with a copy that is moved by 12 pixels.
+// Matches an image of squares with a copy that is moved by 12 pixels. With an argument it prints all numbers of a pair.
 #include <cmath>
 #include <iostream>
 
 #include <gms_ransac/match_filter.h>
 #include <opencv2/imgproc.hpp>
 
-int main() {
+#include "numbers.h"
+
+int main(int argc, char**) {
+  if (argc > 1) {
+    printNumbers();
+    return 0;
+  }
   cv::Mat image(480, 640, CV_8UC1, cv::Scalar(128));
   cv::RNG random(1);
   for (int i = 0; i < 3000; ++i) {

@@ -222,7 +222,7 @@ TEST_P(EveryMethod, GivesACovarianceThatItsErrorsFit) {
     const TwoViewScene pair = makeTwoViewScene(scene);
     const RobustResult result = estimated(GetParam(), optionsFor(ModelType::kEssential), pair);
     ASSERT_TRUE(result.translation_observable);
-    const Eigen::Matrix<double, 6, 6>& covariance = result.pose.covariance;
+    const Covariance6d& covariance = result.pose.covariance;
     EXPECT_NEAR((covariance.topLeftCorner<3, 3>() * result.pose.t).norm(), 0, 1e-9);
     Eigen::Matrix<double, 6, 1> error;
     const Eigen::AngleAxisd turn(Eigen::Matrix3d(pair.R.transpose() * result.pose.R.transpose()));

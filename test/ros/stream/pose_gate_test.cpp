@@ -84,7 +84,7 @@ TEST(MakePublishable, MakesDegenerateCovariancesDefinite) {
       RelativePose pose = fitPose();
       pose.t *= length;
       // Nothing known of x, everything of the rest: as bad as it comes.
-      pose.covariance = Eigen::Matrix<double, 6, 6>::Zero();
+      pose.covariance = Covariance6d::Zero();
       pose.covariance(0, 0) = length * length;
       makePublishable(true, {floor, floor}, pose);
       EXPECT_EQ(poseDefect(pose), "") << length << " " << floor;
