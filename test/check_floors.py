@@ -91,7 +91,8 @@ def complaints(root):
         [["common"], ["features"], ["matching"], ["gms"], ["two_view"], ["ransac"], ["judgement", "scale", "tracks"],
          ["methods"], ["match_filter"]],
         {name: "match_filter" for name in
-         ("continuity.cpp", "continuity.h", "match_filter.cpp", "match_result.cpp", "parameter.cpp", "parameter.h",
+         ("continuity.cpp", "continuity.h", "match_filter.cpp", "match_filter_hooks.h",
+          "match_result.cpp", "parameter.cpp", "parameter.h",
           "parameter_binding.h", "standstill.cpp", "standstill.h", "survivors.cpp", "survivors.h")},
         root / "include/gms_ransac")
     ros = House(root / "src/ros", [["common"], ["priors"], ["input"], ["stream"], ["output"], ["node"]], {})

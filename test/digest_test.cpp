@@ -225,7 +225,6 @@ void addStream(const Sequence& sequence, Digests& digests) {
     for (size_t i = 1; i < sequence.images.size(); ++i) {
       filter.extract(sequence.images[i], current);
       filter.filter(reference, current, result, nullptr, &past);
-      past.advance();
       addResult(result, digest);
       tracks.link(result);
       digest.add(ofRaw(result, tracks.ids())).add(ofRaw(result, tracks.lengths()));

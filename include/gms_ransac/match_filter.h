@@ -29,7 +29,7 @@ struct Frame {
 };
 
 /// extract -> match -> filter -> estimate -> judge. Not thread-safe, except that `extract` and `filter` may run at the
-/// same time.
+/// same time. Images of another size than the camera's are refused with std::invalid_argument.
 class MatchFilter {
  public:
   explicit MatchFilter(const MatchFilterOptions& options = {});
@@ -43,13 +43,21 @@ class MatchFilter {
   const Camera& camera() const;
 
   /// Compares the next image of a sequence (CV_8UC1) with the one before. `mask` as in FeatureExtractor::extract;
-  /// `stamp` is needed with RobustOptions::rolling_shutter_readout. The result is valid until the next call.
+  /// `stamp` is needed with RobustOptions::rolling_shutter_readout; `prior` as in `filter`. The result is valid until
+  /// the next call. If it throws, the sequence goes on from the image before.
   const MatchResult& process(const cv::Mat& image, const cv::Mat& mask = cv::Mat(),
-                             std::optional<double> stamp = std::nullopt);
+                             std::optional<double> stamp = std::nullopt, const RotationPrior* prior = nullptr);
   /// The same with features of the caller's: any detector, binary descriptors of any length or floats. They replace the
   /// extraction; descriptors that are not of 32 bytes are compared with all others, and only mutual nearest neighbours
-  /// match. Throws std::invalid_argument as Features::validate and `filter` do.
-  const MatchResult& process(Features features, std::optional<double> stamp = std::nullopt);
+  /// match. Descriptors of another kind than those before begin a new sequence. Throws std::invalid_argument as
+  /// Features::validate does.
+  const MatchResult& process(Features features, std::optional<double> stamp = std::nullopt,
+                             const RotationPrior* prior = nullptr);
+  /// The images that `process` compared last, with the keypoints that Match::reference and Match::current number. After
+  /// a first image the reference has none.
+  const Frame& reference() const { return reference_; }
+  const Frame& current() const { return current_; }
+  /// The next image is the first of a new sequence, of the same camera.
   void reset();
 
   /// The two halves of `process`, for callers that choose the pairs themselves.
@@ -66,16 +74,15 @@ class MatchFilter {
   /// all but those of the estimator do.
   void continueBudget(const MatchFilter& before);
 
-  /// Estimates again from the matches that `filter` left in `result`, for statistics over seeds.
-  void estimate(const Frame& reference, const Frame& current, MatchResult& result);
-  void setSeed(uint64_t seed);
-  /// For tests: replaces the clock of `times` and max_milliseconds.
-  void setClock(const std::function<double()>& seconds);
-
  private:
+  friend struct MatchFilterHooks;  // for tests and statistics
   struct Stages;
-  /// Compares `current_` with the frame before, and keeps it for the next.
-  const MatchResult& follow();
+  /// Storage for the next image of the sequence; the last one becomes the reference.
+  Frame& nextFrame();
+  /// Compares `current_` with the frame before, if there is one.
+  const MatchResult& compareWithLast(const RotationPrior* prior);
+  void requireCameraSize(const cv::Size& image) const;
+  void setClock(const std::function<double()>& seconds);
   /// Matching and what follows; ends with the first stage that leaves too few.
   Status compare(const Frame& reference, const Frame& current, MatchResult& result, Past* past);
   Status estimateSurvivors(const Frame& reference, const Frame& current, MatchResult& result, Past* past);
@@ -83,7 +90,7 @@ class MatchFilter {
   MatchFilterOptions options_;
   std::unique_ptr<Stages> stages_;
   Frame reference_, current_;
-  bool have_reference_ = false;
+  bool have_reference_ = false, have_current_ = false;
   Past past_;
   MatchResult result_;
 };

@@ -51,6 +51,9 @@ struct MatchResult {
   int inliers = 0;          ///< those of `robust`; where the filter alone decides, all matches
   bool stationary = false;  ///< the camera stands still: what is static moved less than its noise
   StageTimes times;
+  /// MatchFilter::process alone fills these two. The id is constant while every image has the feature; 0: no inlier.
+  std::vector<uint32_t> track_id;
+  std::vector<uint16_t> track_length;  ///< images that have the id, at least 2; 0: no track
 
   int size() const { return static_cast<int>(matches.size()); }
   bool isInlier(size_t row) const { return inliers > 0 && (robust.inlier[row] != 0 || inliers == size()); }

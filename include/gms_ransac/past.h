@@ -7,36 +7,35 @@
 
 #include <Eigen/Core>
 
+#include "gms_ransac/features.h"
 #include "gms_ransac/relative_pose.h"
 #include "gms_ransac/shutter.h"
 
 namespace gms_ransac {
 
-/// Given to MatchFilter::filter with each pair of a stream, which updates it; a stream starts with an empty one. Copy
-/// it to try a pair that may not become part of the stream.
+/// Given to MatchFilter::filter with each pair of a stream, which reads and updates it; a stream starts with an empty
+/// one. The images themselves say whether the reference is the current image of the last pair, its reference once more,
+/// or neither. Copy it to try a pair that may not become part of the stream.
 struct Past {
-  std::optional<TwoViewPose> motion;  ///< of the last pair, where the next search starts
-  /// Directions of translation, in the axes of the next pair's reference and of the last current image: the last known
-  /// one, and that of the last pair, known or not; zero: none.
+  std::optional<MotionStart> motion;  ///< of the last pair, where the next search starts
+  /// Directions of translation, in the axes of the pair's reference and of the last current image: the last known one,
+  /// and that of the last pair, known or not; zero: none.
   Eigen::Vector3d direction = Eigen::Vector3d::Zero(), guess = Eigen::Vector3d::Zero();
   Eigen::Vector3d current_direction = Eigen::Vector3d::Zero(), current_guess = Eigen::Vector3d::Zero();
   int steady = 0;           ///< pairs in that direction, a few at most; a pair that does not show it takes one away
   ShutterEstimate shutter;  ///< the camera's, by all pairs of the stream
-  /// 1 for each keypoint that the motion explained, in the reference of the next pair and in the last current image.
+  /// 1 for each keypoint that the motion explained, in the reference and in the current image of the last pair.
   std::vector<uint8_t> reference_static, current_static;
+  uint64_t reference_image = 0, current_image = 0;  ///< fingerprints of these images; 0: none
 
   /// True for a keypoint of the reference that the last motion explained.
   bool isStatic(int32_t keypoint) const {
     const auto k = static_cast<size_t>(keypoint);
     return k < reference_static.size() && reference_static[k] != 0;
   }
-  /// The current image of the last pair becomes the reference of the next; not to be called where a reference is kept.
-  void advance() {
-    reference_static.swap(current_static);
-    direction = current_direction;
-    guess = current_guess;
-    shutter.advance();
-  }
+  /// Called by MatchFilter::filter: moves on to this pair. What is known of its reference is that of the last pair's
+  /// current image, or of its reference; of another image nothing is.
+  void startPair(const Features& reference, const Features& current);
 };
 
 }  // namespace gms_ransac

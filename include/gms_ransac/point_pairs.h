@@ -30,7 +30,7 @@ struct PointPairs {
   cv::Size image_reference, image_current;          ///< pixels; spread over the images is judged by them
   float scale_factor = 1.2f;
   std::optional<RotationPrior> rotation_prior;  ///< rotation from another sensor
-  std::optional<TwoViewPose> previous_motion;   ///< of the pair before, a proposal
+  std::optional<MotionStart> previous_motion;   ///< of the pair before, a proposal
   bool global_shutter = false;                  ///< the stream has shown that the shutter does not roll
   std::optional<double> seconds;                ///< from the reference to the current image, where that is known
   /// Rows in the distorted images of a rolling shutter; empty: y.

@@ -1,5 +1,5 @@
-// The relative pose of two images, and a rotation measured by another sensor. The convention of the whole project
-// is fixed here.
+// The relative pose of two images, and a rotation measured by another sensor. X_reference = R X_current + t is the
+// convention of everything that a user sees.
 #pragma once
 
 #include <optional>
@@ -26,24 +26,19 @@ struct RelativePose {
 static_assert(sizeof(RelativePose) == (9 + 3 + 36) * sizeof(double) && alignof(RelativePose) == alignof(double),
               "gms_ransac: the layout of public types must not depend on compiler flags");
 
-struct PoseParameters;
+struct TwoViewPose;
 
-/// The motion of a pair as estimators have it, X_current = R X_reference + t with |t| = 1.
-struct TwoViewPose {
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d t = Eigen::Vector3d::UnitZ();
+/// A motion from which the search of the next pair may start. It goes from one answer to the next; only estimators look
+/// into it.
+class MotionStart {
+ public:
+  explicit MotionStart(const TwoViewPose& pose);
+  TwoViewPose pose() const;
 
-  Eigen::Matrix3d essential() const;
-  PoseParameters parameters() const;
+ private:
+  Eigen::Matrix3d R_;
+  Eigen::Vector3d t_;
 };
-
-/// From X_current = R X_reference + t to the project's convention, without covariance.
-inline RelativePose fromReferenceToCurrent(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
-  RelativePose pose;
-  pose.R = R.transpose();
-  pose.t = -(pose.R * t);
-  return pose;
-}
 
 /// Angular velocities while the rows of the images were read: rotation vectors, rad/s, each in that camera's axes.
 struct RotationRates {

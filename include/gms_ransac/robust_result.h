@@ -86,7 +86,7 @@ struct RobustResult : Judgement {
   int inlier_count = 0;
   RowCorrection row_correction = RowCorrection::kNone;  ///< what RobustOptions::rolling_shutter_readout did
   double rms_error_px = 0;             ///< over inliers, of the model's residual (Sampson; transfer for a homography)
-  std::optional<TwoViewPose> optimum;  ///< of the matches alone, where the next pair's search may start
+  std::optional<MotionStart> optimum;  ///< of the matches alone, where the next pair's search may start
   Effort effort;
 
   void clear();

@@ -7,15 +7,19 @@
 #include <stdexcept>
 #include <utility>
 
+#include <opencv2/core.hpp>
+
 #include "continuity.h"
 #include "gms/guided_search.h"
 #include "gms/motion_prediction.h"
+#include "match_filter_hooks.h"
 #include "matching/any_matcher.h"
 #include "methods/method.h"
 #include "parameter.h"
 #include "standstill.h"
 #include "survivors.h"
 #include "time_budget.h"
+#include "tracks/track_table.h"
 
 namespace gms_ransac {
 
@@ -96,6 +100,7 @@ struct MatchFilter::Stages {
   MotionPrediction rotation_prediction;
   SurvivorSelector selector;
   Continuity continuity;
+  TrackTable tracks;                   ///< of the sequence that is given to `process`
   std::shared_ptr<TimeBudget> budget;  ///< null: no limit
 };
 
@@ -115,32 +120,59 @@ void MatchFilter::setCamera(const Camera& camera) {
 }
 
 void MatchFilter::reset() {
-  have_reference_ = false;
+  have_reference_ = have_current_ = false;
+  reference_ = Frame();
   past_ = Past();
+  stages_->tracks.reset();
 }
 
-const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mask, std::optional<double> stamp) {
-  extract(image, current_, mask, stamp);
-  return follow();
+void MatchFilter::requireCameraSize(const cv::Size& image) const {
+  const cv::Size camera = stages_->camera.imageSize();
+  if (camera.empty() || image == camera) return;
+  throw std::invalid_argument(
+      cv::format("MatchFilter: the image is %d x %d pixels, the camera %d x %d; set the camera "
+                 "of these images",
+                 image.width, image.height, camera.width, camera.height));
 }
 
-const MatchResult& MatchFilter::process(Features features, std::optional<double> stamp) {
+const MatchResult& MatchFilter::process(const cv::Mat& image, const cv::Mat& mask, std::optional<double> stamp,
+                                        const RotationPrior* prior) {
+  requireCameraSize(image.size());
+  extract(image, nextFrame(), mask, stamp);
+  return compareWithLast(prior);
+}
+
+const MatchResult& MatchFilter::process(Features features, std::optional<double> stamp, const RotationPrior* prior) {
   features.validate();
-  current_ = Frame(std::move(features), stamp);
-  return follow();
+  requireCameraSize(features.image_size);
+  nextFrame() = Frame(std::move(features), stamp);
+  return compareWithLast(prior);
 }
 
-const MatchResult& MatchFilter::follow() {
-  if (have_reference_) {
-    filter(reference_, current_, result_, nullptr, &past_);
-    past_.advance();
-  } else {
+Frame& MatchFilter::nextFrame() {
+  if (have_current_) {
+    std::swap(reference_, current_);
+    have_reference_ = true;
+    have_current_ = false;
+  }
+  return current_;
+}
+
+const MatchResult& MatchFilter::compareWithLast(const RotationPrior* prior) {
+  if (!reference_.features.descriptors.comparableWith(current_.features.descriptors)) reset();
+  have_current_ = true;
+  if (!have_reference_) {
     result_.clear(Status::kFirstFrame);
     result_.keypoints_current = current_.features.size();
     result_.times.detect = current_.detect_seconds;
+    return result_;
   }
-  std::swap(reference_, current_);
-  have_reference_ = true;
+  filter(reference_, current_, result_, prior, &past_);
+  TrackTable& tracks = stages_->tracks;
+  tracks.link(result_);
+  tracks.advance();
+  result_.track_id = tracks.ids();
+  result_.track_length = tracks.lengths();
   return result_;
 }
 
@@ -156,15 +188,17 @@ void MatchFilter::extract(const cv::Mat& image, Frame& frame, const cv::Mat& mas
 
 void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResult& result, const RotationPrior* prior,
                          Past* past) {
+  requireCameraSize(reference.features.image_size);
+  requireCameraSize(current.features.image_size);
   result.clear(Status::kOk);
   result.keypoints_reference = reference.features.size();
   result.keypoints_current = current.features.size();
   result.times.detect = current.detect_seconds;
   if (prior != nullptr) result.pairs.rotation_prior = *prior;
   if (past != nullptr) {
+    past->startPair(reference.features, current.features);
     result.pairs.previous_motion = past->motion;
     result.pairs.global_shutter = past->shutter.shutter() == Shutter::kGlobal;
-    past->current_static.clear();
   }
   if (reference.stamp && current.stamp) result.pairs.seconds = *current.stamp - *reference.stamp;
   result.status = compare(reference, current, result, past);
@@ -199,10 +233,11 @@ Status MatchFilter::compare(const Frame& reference_frame, const Frame& current_f
   return estimateSurvivors(reference_frame, current_frame, result, past);
 }
 
-void MatchFilter::estimate(const Frame& reference, const Frame& current, MatchResult& result) {
+void MatchFilterHooks::estimate(MatchFilter& filter, const Frame& reference, const Frame& current,
+                                MatchResult& result) {
   if (result.size() < kMinimumMatches) return;
   result.times.ransac = 0;
-  result.status = estimateSurvivors(reference, current, result, nullptr);
+  result.status = filter.estimateSurvivors(reference, current, result, nullptr);
 }
 
 Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& current, MatchResult& result, Past* past) {
@@ -244,9 +279,13 @@ void MatchFilter::continueBudget(const MatchFilter& before) {
   stages_->method->setTimeLimit(&stages_->budget->limit());
 }
 
-void MatchFilter::setSeed(uint64_t seed) {
-  options_.robust.seed = seed;
-  stages_->method->setSeed(seed);
+void MatchFilterHooks::setClock(MatchFilter& filter, const std::function<double()>& seconds) {
+  filter.setClock(seconds);
+}
+
+void MatchFilterHooks::setSeed(MatchFilter& filter, uint64_t seed) {
+  filter.options_.robust.seed = seed;
+  filter.stages_->method->setSeed(seed);
 }
 
 }  // namespace gms_ransac

@@ -44,6 +44,8 @@ void MatchResult::clear(Status new_status) {
   confidence.clear();
   robust.clear();
   times = StageTimes();
+  track_id.clear();
+  track_length.clear();
 }
 
 }  // namespace gms_ransac

@@ -323,7 +323,7 @@ class Filter {
     all.relative_score.assign(pair->raw.size(), 0);
     SurvivorSelector(false, filter_.options().robust.rolling_shutter_readout > 0)
         .select(reference_.features, current_.features, all, filter_.camera(), *pair);
-    filter_.estimate(reference_, current_, *pair);
+    MatchFilterHooks::estimate(filter_, reference_, current_, *pair);
     pair->finish(reference_.features, current_.features);
     // Points without a ray are no fault of a filter.
     std::replace(pair->stage.begin(), pair->stage.end(), MatchStage::kRaw, MatchStage::kGms);
@@ -337,7 +337,6 @@ class Filter {
     auto pair = std::make_unique<Pair>();
     if (have_reference_) {
       filter_.filter(reference_, current_, *pair, nullptr, &past_);
-      past_.advance();
     } else {
       pair->keypoints_current = current_.features.size();
       pair->times.detect = current_.detect_seconds;

@@ -15,6 +15,7 @@
 #include "benchmark/opencv_baseline.h"
 #include "datasets/dataset.h"
 #include "gms_ransac/match_filter.h"
+#include "match_filter_hooks.h"
 #include "scenes/scene.h"
 
 namespace gms_ransac {
@@ -99,7 +100,7 @@ void runOurs(const Images& input, int features, SearchMode search) {
     if (i > 0) {
       filter.filter(reference, current, result);
       mark(name + " match, gms and robust");
-      filter.estimate(reference, current, result);
+      MatchFilterHooks::estimate(filter, reference, current, result);
       mark(name + " robust, alone");
     }
     std::swap(reference, current);

@@ -9,6 +9,8 @@
 #include <set>
 #include <utility>
 
+#include "gms_ransac/triangulation.h"
+#include "match_filter_hooks.h"
 #include "methods/method.h"
 #include "parameter.h"
 #include "rendered_scene.h"
@@ -82,8 +84,8 @@ TEST_P(EstimateAgain, AsIfTheSeedHadBeenGivenFirst) {
   MatchResult expected, result;
   expected_filter.filter(reference, current, expected);
   filter.filter(reference, current, result);
-  filter.setSeed(7);
-  filter.estimate(reference, current, result);
+  MatchFilterHooks::setSeed(filter, 7);
+  MatchFilterHooks::estimate(filter, reference, current, result);
   EXPECT_GT(expected.inliers, 0);
   EXPECT_EQ(result.status, expected.status);
   EXPECT_EQ(result.inliers, expected.inliers);
@@ -94,7 +96,8 @@ TEST_P(EstimateAgain, AsIfTheSeedHadBeenGivenFirst) {
   result.clear(result.status);
   filter.filter(reference, current, result);
   options.robust.seed = 7;
-  MatchFilter(options).estimate(reference, current, result);
+  MatchFilter other(options);
+  MatchFilterHooks::estimate(other, reference, current, result);
   EXPECT_EQ(stagesOf(result), stagesOf(expected));
   EXPECT_EQ(result.robust.probability, expected.robust.probability);
   EXPECT_EQ(result.robust.model, expected.robust.model);
@@ -136,7 +139,7 @@ TEST(MatchFilter, TheNewestSeedIsThatOfEveryStage) {
     MatchResult expected, result, other;
     filter.filter(reference, current, other);
     filter.reset();
-    filter.setSeed(7);
+    MatchFilterHooks::setSeed(filter, 7);
     filter.filter(reference, current, result);
     options.robust.seed = 7;
     MatchFilter(options).filter(reference, current, expected);
@@ -146,6 +149,63 @@ TEST(MatchFilter, TheNewestSeedIsThatOfEveryStage) {
       EXPECT_NE(other.pairs.x_current, expected.pairs.x_current) << "the seeds draw the same partners";
       EXPECT_EQ(result.pairs.x_current, expected.pairs.x_current);
     }
+  }
+}
+
+TEST(MatchFilter, RefusesImagesOfAnotherSizeThanTheCamera) {
+  MatchFilter filter;
+  const cv::Mat images[] = {renderedFrame(0).image, renderedFrame(1).image};
+  filter.setCamera(cameraOf(renderedScene()));
+  filter.process(images[0]);
+  const auto refusal = [&](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const std::string sentence =
+      "MatchFilter: the image is 320 x 240 pixels, the camera 640 x 480; set the camera of these images";
+  const cv::Mat small = images[1](cv::Rect(0, 0, 320, 240));
+  EXPECT_EQ(refusal([&] { filter.process(small); }), sentence);
+  Frame reference, current;
+  MatchResult result;
+  filter.extract(small, reference);
+  filter.extract(small, current);
+  EXPECT_EQ(refusal([&] { filter.filter(reference, current, result); }), sentence);
+  EXPECT_EQ(refusal([&] { filter.process(reference.features); }), sentence);
+  EXPECT_EQ(filter.process(images[1]).status, Status::kOk) << "the sequence goes on from the image before";
+}
+
+TEST(MatchFilter, OfAProcessedPairHasKeypointsAndTracks) {
+  MatchFilter filter;
+  filter.setCamera(cameraOf(renderedScene()));
+  filter.process(renderedFrame(0).image);
+  EXPECT_EQ(filter.reference().features.size(), 0);
+  std::map<uint32_t, cv::Point2f> last;
+  for (int i = 1; i < 4; ++i) {
+    const MatchResult& result = filter.process(renderedFrame(i).image);
+    const Features &reference = filter.reference().features, &current = filter.current().features;
+    ASSERT_EQ(result.track_id.size(), result.matches.size());
+    Triangulation points;
+    triangulateInliers(reference, current, result, filter.camera(), points);
+    EXPECT_EQ(points.size(), result.inliers);
+    std::map<uint32_t, cv::Point2f> now;
+    int carried_on = 0;
+    for (size_t row = 0; row < result.matches.size(); ++row) {
+      const cv::Point2f from = reference.keypoints[static_cast<size_t>(result.matches[row].reference)].pt;
+      EXPECT_EQ(result.track_id[row] != 0, result.isInlier(row));
+      if (result.track_id[row] == 0) continue;
+      now[result.track_id[row]] = current.keypoints[static_cast<size_t>(result.matches[row].current)].pt;
+      const auto before = last.find(result.track_id[row]);
+      if (before == last.end()) continue;
+      EXPECT_EQ(before->second, from);
+      EXPECT_GE(result.track_length[row], 3);
+      ++carried_on;
+    }
+    EXPECT_EQ(carried_on > 100, i > 1);
+    last = now;
   }
 }
 

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "gms_ransac/match_filter.h"
+#include "match_filter_hooks.h"
 #include "methods/method.h"
 #include "rendered_scene.h"
 
@@ -166,7 +167,7 @@ struct TimedFilter {
           options.method = method;
           return options;
         }()) {
-    filter.setClock([this] { return now += step; });
+    MatchFilterHooks::setClock(filter, [this] { return now += step; });
     filter.setCamera(cameraOf(renderedScene()));
   }
   const MatchResult& process(int frame) { return filter.process(renderedFrame(frame).image); }
@@ -219,13 +220,13 @@ TEST(TimeBudget, BeginsAnewWithAnEstimateThatIsAskedForByItself) {
   unlimited.filter.filter(reference, current, expected);
   MatchResult result = expected;
   result.times = StageTimes();
-  timed.filter.estimate(reference, current, result);
+  MatchFilterHooks::estimate(timed.filter, reference, current, result);
   EXPECT_FALSE(result.robust.effort.search_cut || result.robust.effort.refinement_cut);
   EXPECT_EQ(result.robust.effort.hypotheses, expected.robust.effort.hypotheses);
   EXPECT_EQ(result.robust.pose.R, expected.robust.pose.R);
 
   timed.now += 1;  // later than that estimate was allowed to last
-  timed.filter.estimate(reference, current, result);
+  MatchFilterHooks::estimate(timed.filter, reference, current, result);
   EXPECT_FALSE(result.robust.effort.search_cut || result.robust.effort.refinement_cut);
 }
 

@@ -80,7 +80,7 @@ class LoProsac : public RansacMethod {
     Effort& effort = pair.result.effort;
     Search search(parts(model, effort), points_.view());
     const std::optional<Hypothesis>& best = search.ransac.best();
-    if (pair.pairs.previous_motion) search.offer(*pair.pairs.previous_motion);
+    if (pair.pairs.previous_motion) search.offer(pair.pairs.previous_motion->pose());
     offerStarts(search);
     search.ransac.search(sampler_);
     if (best) searchWider(plain, effort, search);
@@ -98,7 +98,7 @@ class LoProsac : public RansacMethod {
     if (!accept(pair, optimum.essential(), true)) return;
     static_cast<Judgement&>(pair.result) =
         judge_.judge(points_, pose, alternatives_, options_.mayRoll(pair.pairs.global_shutter));
-    pair.result.optimum = optimum;
+    pair.result.optimum = MotionStart(optimum);
   }
 
   /// The search ends when it is sure of the first matches of the order, which are few where few have survived: a wrong

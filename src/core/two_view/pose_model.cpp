@@ -87,6 +87,10 @@ bool makeRotation(Eigen::Matrix3d& R) {
   return R.determinant() > 0;
 }
 
+MotionStart::MotionStart(const TwoViewPose& pose) : R_(pose.R), t_(pose.t) {}
+
+TwoViewPose MotionStart::pose() const { return {R_, t_}; }
+
 Eigen::Matrix3d TwoViewPose::essential() const { return crossMatrix(t) * R; }
 
 PoseParameters TwoViewPose::parameters() const {

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "gms_ransac/relative_pose.h"
+#include "two_view/two_view_pose.h"
 
 #include "two_view/kernels/residual_kernels.h"
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "gms_ransac/match_filter.h"
+#include "match_filter_hooks.h"
 #include "run/record.h"
 
 namespace gms_ransac {
@@ -106,7 +107,6 @@ Records Experiment::run(const DatasetPair& pair) {
   Records records;
   for (size_t i = 0; i < filters_.size(); ++i) {
     filters_[i].filter(frames_[pair.reference], frames_[pair.current], result_, nullptr, &pasts[i]);
-    pasts[i].advance();
     records.push_back(record(pair, truth, filters_[i].options(), result_));
   }
   pasts_.erase(pasts_.begin(), pasts_.lower_bound(std::min(pair.reference, pair.current)));
@@ -133,9 +133,9 @@ Records Experiment::time(const DatasetPair& pair, int seeds) {
     for (size_t i = 0; i < filters_.size(); ++i) {
       MatchFilterOptions options = filters_[i].options();
       options.robust.seed = first_seed_ + static_cast<uint64_t>(repeat);
-      filters_[i].setSeed(options.robust.seed);
+      MatchFilterHooks::setSeed(filters_[i], options.robust.seed);
       const double start = secondsOf(CLOCK_THREAD_CPUTIME_ID);
-      filters_[i].estimate(reference, current, results[i]);
+      MatchFilterHooks::estimate(filters_[i], reference, current, results[i]);
       fastest[i].ransac = secondsOf(CLOCK_THREAD_CPUTIME_ID) - start;
       results[i].times = fastest[i];
       records.push_back(record(pair, truth, options, results[i]));
@@ -184,7 +184,6 @@ class SequenceExperiment {
     Records records;
     for (size_t i = 0; i < filters_.size(); ++i) {
       filters_[i].filter(reference, current, result_, nullptr, &pasts_[i]);
-      pasts_[i].advance();
       json& record = records.emplace_back(
           recordOf(filters_[i].options(), result_, images_[k].pose.inverse() * images_[k + 1].pose));
       name(sequence_.name, pair, record);

@@ -174,7 +174,6 @@ bool Step::holdReference() const {
 }
 
 void Step::advance() {
-  stream.past.advance();
   stream.tracks.advance();
   if (answer.poseValid()) {
     stream.scale.advance();

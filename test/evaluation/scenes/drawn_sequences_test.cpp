@@ -78,7 +78,6 @@ Count answersTo(const std::string& name, int sequences) {
     const auto images = drawSequence(named(name), index);
     for (size_t i = 1; i < images.size(); ++i) {
       filter.filter(Frame(images[i - 1].features), Frame(images[i].features), result, nullptr, &past);
-      past.advance();
       if (result.status != Status::kOk) continue;
       const PoseError error =
           poseError(images[i - 1].pose.inverse() * images[i].pose, result.robust.pose.R, result.robust.pose.t);

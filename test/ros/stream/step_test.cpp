@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "datasets/dataset.h"
+#include "match_filter_hooks.h"
 #include "processor_stream.h"
 #include "scale/depth_pose.h"
 #include "scenes/scene.h"
@@ -148,7 +149,7 @@ TEST_F(StepTest, ALossCostsFourComparisonsAtMostAndSaysSo) {
     step(pipeline, stream, recovery, pairs_, prepared(other.render(0).image));
     // A clock that counts how often it is read: as often in each comparison that goes to its end.
     double now = 0;
-    pipeline.filter.setClock([&] { return ++now; });
+    MatchFilterHooks::setClock(pipeline.filter, [&] { return ++now; });
     const ProcessedFrame answer = step(pipeline, stream, recovery, pairs_, prepared(other.render(1).image));
     EXPECT_FALSE(answer.recovered);
     EXPECT_EQ(answer.times.match, 1 + std::min(kept, 3));
