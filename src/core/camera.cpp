@@ -74,18 +74,20 @@ void CameraIntrinsics::validate() const {
     const char* accepted;
   };
   const std::string name = distortion_model.empty() ? "plumb_bob" : distortion_model;
-  const size_t n = distortion.size();
   for (const Model& model :
        {Model{"plumb_bob", {0, 4, 5}, "4 or 5"}, Model{"rational_polynomial", {0, 8, 12, 14}, "8, 12 or 14"},
         Model{"equidistant", {0, 4}, "4"}, Model{"omnidirectional", {5}, "5 (xi, k1, k2, p1, p2)"},
         Model{"double_sphere", {2}, "2 (xi, alpha)"}}) {
     if (name != model.name) continue;
+    // Some drivers fill D up with zeros.
+    size_t n = distortion.size();
+    while (n > model.counts.back() && distortion[n - 1] == 0) --n;
     if (std::count(model.counts.begin(), model.counts.end(), n) > 0) {
       checkSpheres(*this);
       return;
     }
     throw std::invalid_argument("intrinsics: " + name + " takes " + model.accepted + " distortion coefficients, not " +
-                                std::to_string(n));
+                                std::to_string(distortion.size()));
   }
   throw std::invalid_argument("intrinsics: unknown distortion model '" + distortion_model +
                               "'; use plumb_bob, rational_polynomial, equidistant, omnidirectional or double_sphere");

@@ -146,6 +146,30 @@ TEST(Camera, IntrinsicsAreThoseGiven) {
   EXPECT_EQ(again.undistort({500, 100}), camera.undistort({500, 100}));
 }
 
+TEST(Camera, TakesZerosBehindTheCoefficientsOfItsModel) {
+  const struct {
+    const char* model;
+    std::vector<double> coefficients;
+    size_t zeros;
+  } cases[] = {{"plumb_bob", {-0.3, 0.1, 1e-3, -1e-3, 0.01}, 3},
+               {"equidistant", {-0.02, 0.01, -0.003, 0.001}, 1},
+               {"equidistant", {0, 0, 0, 0}, 1},
+               {"omnidirectional", {0.5, -0.1, 0, 0, 0}, 3},
+               {"double_sphere", {-0.2, 0.6}, 3}};
+  for (const auto& [model, coefficients, zeros] : cases) {
+    std::vector<double> filled = coefficients;
+    filled.resize(filled.size() + zeros);
+    const Camera plain({250, 250, 320, 240, model, coefficients}, {640, 480});
+    const Camera longer({250, 250, 320, 240, model, filled}, {640, 480});
+    for (const cv::Point2f pixel : {cv::Point2f(400, 300), cv::Point2f(10, 20)}) {
+      const cv::Point2f a = plain.undistort(pixel), b = longer.undistort(pixel);
+      EXPECT_TRUE(a == b || (std::isnan(a.x) && std::isnan(b.x))) << model;
+    }
+    filled.back() = 1e-3;
+    EXPECT_THROW(Camera({250, 250, 320, 240, model, filled}, {640, 480}), std::invalid_argument) << model;
+  }
+}
+
 TEST(Camera, SpheresHaveBounds) {
   const auto complaint = [](const std::string& model, const std::vector<double>& values) -> std::string {
     try {
