@@ -59,6 +59,11 @@ inline bool isInImage(float coordinate, int side) {
   return coordinate >= -0.5f && coordinate <= static_cast<float>(side) - 0.5f;
 }
 
+/// Degrees in 0..360 of an angle in -360..360; exactly -1, which is OpenCV's for an unknown one, stays.
+inline float wrappedAngle(float degrees) { return degrees < 0 && degrees != -1 ? degrees + 360 : degrees; }
+/// False for NaN.
+inline bool isAngle(float degrees) { return degrees >= -360 && degrees <= 360; }
+
 /// Keypoints and descriptors of one image. Row i of `descriptors` belongs to `keypoints[i]`.
 struct Features {
   static constexpr int kOctaves = 16;         ///< pyramid levels that there can be
@@ -66,7 +71,8 @@ struct Features {
 
   cv::Size image_size;        ///< pixels of the received image
   float scale_factor = 1.2f;  ///< between pyramid levels; a keypoint of octave l has noise scale_factor^l px
-  /// pt: pixels of the received image; octave: pyramid level, 0 if there is none; angle: degrees 0..360, -1 if unknown
+  /// pt: pixels of the received image; octave: pyramid level, 0 if there is none; angle: degrees 0..360 or
+  /// -180..180, exactly -1 if unknown
   std::vector<cv::KeyPoint> keypoints;
   DescriptorSet descriptors;  ///< packed for matching by the extractor
 

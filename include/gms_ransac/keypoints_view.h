@@ -47,8 +47,8 @@ class KeypointsView {
       if (!message.octave.empty() && message.octave[i] >= Features::kOctaves) {
         refuse("keypoint " + std::to_string(i) + " has no possible octave");
       }
-      if (!message.angle.empty() && !(message.angle[i] <= 360)) {
-        refuse("keypoint " + std::to_string(i) + " has no angle of 0 to 360 degrees; -1 is unknown");
+      if (!message.angle.empty() && !isAngle(message.angle[i])) {
+        refuse("keypoint " + std::to_string(i) + " has no angle within 360 degrees; -1 is unknown");
       }
     }
   }
@@ -75,7 +75,7 @@ class KeypointsView {
     return {message_.u[k],
             message_.v[k],
             entry(message_.size, k, 0.f),
-            entry(message_.angle, k, -1.f),
+            wrappedAngle(entry(message_.angle, k, -1.f)),
             entry(message_.response, k, 0.f),
             entry(message_.octave, k, 0),
             static_cast<int>(entry(message_.track_id, k, 0))};

@@ -1,5 +1,6 @@
 // MatchFilter with features of the caller's: pose of a drawn scene by float and by binary descriptors, and refusals.
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <stdexcept>
@@ -111,6 +112,61 @@ std::string refusalOf(const std::function<void(Features&)>& spoil) {
     return filter.process(features).status == Status::kUncalibrated ? "" : "compared with another status";
   } catch (const std::invalid_argument& error) {
     return error.what();
+  }
+}
+
+TEST(GivenFeatures, MayHaveNegativeAngles) {
+  // As another detector gives them, -180..180, of a camera that rolls by 30 degrees.
+  const TwoViewScene scene = drawnScene();
+  cv::Mat rows = drawnDescriptors(32, CV_8U);
+  const auto withAngles = [&](bool negative, bool second) {
+    const PointPairs& pairs = scene.pairs;
+    Features features = second ? featuresAt(pairs.x_current, pairs.y_current, seenAgain(rows))
+                               : featuresAt(pairs.x_reference, pairs.y_reference, rows);
+    for (int i = 0; i < kPointCount; ++i) {
+      const float angle = std::fmod(7.25f * static_cast<float>(i) + (second ? 30.f : 0.f), 360.f);
+      features.keypoints[static_cast<size_t>(i)].angle = negative && angle > 180 ? angle - 360 : angle;
+    }
+    return features;
+  };
+  MatchResult results[2];
+  for (const bool negative : {false, true}) {
+    MatchFilter filter;
+    filter.process(withAngles(negative, false));
+    results[negative] = filter.process(withAngles(negative, true));
+  }
+  EXPECT_GT(results[0].inliers, 0);
+  EXPECT_EQ(stagesOf(results[0]), stagesOf(results[1]));
+  EXPECT_EQ(results[0].confidence, results[1].confidence);
+  EXPECT_EQ(wrappedAngle(-90), 270);
+  EXPECT_EQ(wrappedAngle(-1), -1) << "OpenCV's for an unknown one";
+
+  MotionStatisticsOptions options;
+  options.criterion = Criterion::kEvidence;
+  MotionStatisticsFilter evidence(options);
+  std::vector<float> log_odds[2];
+  for (const bool negative : {false, true}) {
+    const Features reference = withAngles(negative, false), current = withAngles(negative, true);
+    std::vector<Match> matches;
+    for (int i = 0; i < kPointCount; ++i) matches.push_back({i, i, 20, 90});
+    MotionStatistics statistics;
+    evidence.compute(reference, current, matches, statistics);
+    log_odds[negative] = statistics.log_odds;
+  }
+  EXPECT_EQ(log_odds[0], log_odds[1]);
+}
+
+TEST(GivenFeatures, OfAnotherKindBeginANewSequence) {
+  const TwoViewScene scene = drawnScene();
+  const PointPairs& pairs = scene.pairs;
+  const cv::Mat rows[] = {drawnDescriptors(64, CV_8U), drawnDescriptors(128, CV_32F)};
+  MatchFilter filter;
+  filter.setCamera(scene.camera);
+  for (const cv::Mat& kind : {rows[0], rows[1], rows[0]}) {
+    EXPECT_EQ(filter.process(featuresAt(pairs.x_reference, pairs.y_reference, kind)).status, Status::kFirstFrame);
+    EXPECT_EQ(filter.reference().features.size(), 0);
+    EXPECT_EQ(filter.process(featuresAt(pairs.x_current, pairs.y_current, seenAgain(kind))).status, Status::kOk);
+    EXPECT_EQ(filter.reference().features.size(), kPointCount);
   }
 }
 

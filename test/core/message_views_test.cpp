@@ -152,7 +152,7 @@ TEST(KeypointsView, NamesWhatIsMalformed) {
          m.descriptor_size = 30;
        },
        "descriptor_size is 30; it must be the bytes of one descriptor, four for each number"},
-      {[](Message& m) { m.angle[2] = std::nanf(""); }, "Keypoints: keypoint 2 has no angle of 0 to 360 degrees"},
+      {[](Message& m) { m.angle[2] = std::nanf(""); }, "Keypoints: keypoint 2 has no angle within 360 degrees"},
       {[](Message& m) { m.octave[1] = 16; }, "Keypoints: keypoint 1 has no possible octave"},
       {[](Message& m) { m.width = 4000000000u; }, "Keypoints: the image is larger than 32768 pixels a side"},
       {[](Message& m) { m.height = 32769; }, "Keypoints: the image is larger than 32768 pixels a side"},

@@ -28,7 +28,7 @@ void Features::validate() const {
       refuseFeatures(at() + " has octave " + std::to_string(keypoint.octave) +
                      "; it must be a pyramid level, 0 to 15 (that of cv::SIFT is its lowest byte plus 1)");
     }
-    if (!(keypoint.angle <= 360)) refuseFeatures(at() + " has no angle of 0 to 360 degrees; -1 is unknown");
+    if (!isAngle(keypoint.angle)) refuseFeatures(at() + " has no angle within 360 degrees; -1 is unknown");
   }
 }
 

@@ -64,8 +64,9 @@ constexpr float kPerOctave = -0.348f;
 
 /// Degrees in [0, 360); negative if an orientation is unknown.
 float rotationBetween(const cv::KeyPoint& from, const cv::KeyPoint& to) {
-  if (from.angle < 0 || to.angle < 0) return -1.f;
-  const float degrees = to.angle - from.angle;
+  const float before = wrappedAngle(from.angle), after = wrappedAngle(to.angle);
+  if (before < 0 || after < 0) return -1.f;
+  const float degrees = after - before;
   return degrees < 0 ? degrees + 360.f : degrees;
 }
 
