@@ -25,17 +25,37 @@ void TrackTable::link(const MatchResult& result) {
   if (!found) return;
 
   const uint32_t previous_link = link_++;
+  if (wrapped_) noteLiving();
   for (size_t j = 0; j < current_.size(); ++j) {
     if (owner_[j] < 0) continue;
     const auto m = static_cast<size_t>(owner_[j]);
     Track& track = reference_[static_cast<size_t>(result.matches[m].reference)];
-    if (track.id == 0 || track.link != previous_link) track = {next_id_++, 1, 0};
+    if (track.id == 0 || track.link != previous_link) track = {newId(), 1, 0};
     const int seen = std::min<int>(track.length + 1, std::numeric_limits<uint16_t>::max());
     track = {track.id, static_cast<uint16_t>(seen), link_};
     current_[j] = track;
     ids_[m] = track.id;
     lengths_[m] = track.length;
   }
+}
+
+uint32_t TrackTable::newId() {
+  uint32_t id;
+  do {
+    if (next_id_ == 0) {
+      next_id_ = 1;
+      wrapped_ = true;
+      noteLiving();
+    }
+    id = next_id_++;
+  } while (wrapped_ && std::binary_search(living_.begin(), living_.end(), id));
+  return id;
+}
+
+void TrackTable::noteLiving() {
+  living_.clear();
+  for (const Track& track : reference_) living_.push_back(track.id);
+  std::sort(living_.begin(), living_.end());
 }
 
 void TrackTable::advance() {
@@ -45,6 +65,7 @@ void TrackTable::advance() {
 
 void TrackTable::numberFrom(const TrackTable& last) {
   next_id_ = last.next_id_;
+  wrapped_ = last.wrapped_;
   link_ = last.link_;
 }
 

@@ -57,6 +57,23 @@ TEST(TrackTable, AnIdThatOneImageMissedDoesNotComeBack) {
   EXPECT_EQ(table.lengths(), (std::vector<uint16_t>{2, 4}));
 }
 
+TEST(TrackTable, AfterTheLargestIdComesTheFirstThatNoTrackHas) {
+  TrackTable table(4294967293);
+  table.link(pairOf(3, 5, {{0, 0, 30, 90}, {1, 1, 30, 90}}));
+  EXPECT_EQ(table.ids(), (std::vector<uint32_t>{4294967293, 4294967294}));
+  table.advance();
+  table.link(pairOf(5, 5, {{0, 0, 30, 90}, {2, 2, 30, 90}, {3, 3, 30, 90}, {4, 4, 30, 90}}));
+  EXPECT_EQ(table.ids(), (std::vector<uint32_t>{4294967293, 4294967295, 1, 2})) << "0 is no id";
+
+  TrackTable living, last(4294967295);
+  living.link(pairOf(2, 4, {{0, 0, 30, 90}, {1, 1, 30, 90}}));
+  living.advance();
+  last.link(pairOf(1, 1, {{0, 0, 30, 90}}));
+  living.numberFrom(last);
+  living.link(pairOf(4, 4, {{0, 0, 30, 90}, {1, 1, 30, 90}, {2, 2, 30, 90}, {3, 3, 30, 90}}));
+  EXPECT_EQ(living.ids(), (std::vector<uint32_t>{1, 2, 3, 4})) << "1 and 2 still go on";
+}
+
 TEST(TrackTable, AfterAResetNoIdComesBack) {
   TrackTable table;
   table.link(pairOf(2, 2, {{0, 0, 1, 2}, {1, 1, 1, 2}}));
