@@ -75,6 +75,8 @@ ScaleEstimate ScalePropagator::measure(const Triangulation& pair, const MatchRes
   }
   ScaleEstimate estimate;
   estimate.length = length_;
+  if (!std::exchange(has_unit_, true)) return estimate;
+  estimate.relative_sigma = kUnmeasured;
   if (static_cast<int>(ratios_.size()) < kMinimumSupport) return estimate;
 
   // length = unit / known. Both carry noise; single ratios would be biased.
@@ -88,10 +90,7 @@ ScaleEstimate ScalePropagator::measure(const Triangulation& pair, const MatchRes
     return sum;
   };
   const double start = startingLength();
-  if (!(start > 0) || !std::isfinite(start)) {
-    estimate.relative_sigma = kUnmeasured;
-    return estimate;
-  }
+  if (!(start > 0) || !std::isfinite(start)) return estimate;
   estimate.length = after_loss ? minimiseInLog(start, kWideRange, kWideSteps, cost)
                                : minimiseInLog(start, kSearchRange, kSearchSteps, cost);
   double information = 0;

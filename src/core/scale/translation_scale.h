@@ -28,7 +28,8 @@ struct ScaleEstimate {
 /// of the first. Inverse depths of features seen longer are averaged to slow the drift.
 class ScalePropagator {
  public:
-  /// Length of this pair's translation (`pose.t` of unit length). `after_loss`: it may be many times the last.
+  /// Length of this pair's translation (`pose.t` of unit length). `after_loss`: it may be many times the last. That of
+  /// the first pair is 1, without error. One that too few features tell is the previous one, with an error of its size.
   ScaleEstimate update(const Triangulation& pair, const MatchResult& result, const Camera& camera,
                        bool after_loss = false);
   /// Replaces `update` for a pure rotation: depths are carried over, the length stays.
@@ -52,6 +53,7 @@ class ScalePropagator {
   std::vector<Ratio> ratios_;
   std::vector<InverseDepth> reference_, current_;
   double length_ = 1;
+  bool has_unit_ = false;  ///< the first length of all is the unit of the others
 };
 
 /// The pose scaled to that length, with the covariance of t.

@@ -125,10 +125,14 @@ TEST(ScalePropagator, FirstPairHasLengthOneAndTooFewCommonFeaturesKeepTheLast) {
   ScaleEstimate estimate = propagator.update(points, exact.result, exact.camera);
   EXPECT_EQ(estimate.length, 1);
   EXPECT_EQ(estimate.features, 0);
+  EXPECT_EQ(estimate.relative_sigma, 0) << "the unit of all others";
   propagator.advance();
   estimate = propagator.update(Triangulation(), exact.result, exact.camera);
   EXPECT_EQ(estimate.length, 1);
   EXPECT_EQ(estimate.features, 0);
+  EXPECT_GE(estimate.relative_sigma, 1) << "a length that nobody measured";
+  propagator.reset();
+  EXPECT_GE(propagator.update(points, exact.result, exact.camera).relative_sigma, 1) << "a unit of its own";
 }
 
 TEST(ScalePropagator, StaysFiniteWhereDepthsLieBeyondInfinity) {
