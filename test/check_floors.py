@@ -20,7 +20,7 @@ PUBLIC_ROOMS = {
     "shutter.h": "common",
     "feature_extractor.h": "features", "hamming_matcher.h": "matching", "motion_statistics.h": "gms",
     "point_pairs.h": "two_view", "robust_options.h": "two_view", "robust_result.h": "two_view",
-    "match_result.h": "ransac", "match_filter_options.h": "ransac", "match_filter.h": "match_filter",
+    "match_result.h": "ransac", "match_filter_options.h": "ransac", "match_filter.h": "match_filter", "status_text.h": "match_filter",
     "triangulation.h": "scale", "correspondences_view.h": "common", "keypoints_view.h": "common"}
 
 
@@ -93,7 +93,7 @@ def complaints(root):
         {name: "match_filter" for name in
          ("continuity.cpp", "continuity.h", "match_filter.cpp", "match_filter_hooks.h",
           "match_result.cpp", "parameter.cpp", "parameter.h",
-          "parameter_binding.h", "standstill.cpp", "standstill.h", "survivors.cpp", "survivors.h")},
+          "parameter_binding.h", "standstill.cpp", "standstill.h", "status_text.cpp", "survivors.cpp", "survivors.h")},
         root / "include/gms_ransac")
     ros = House(root / "src/ros", [["common"], ["priors"], ["input"], ["stream"], ["output"], ["node"]], {})
     evaluation, python = House(root / "src/evaluation", [], {}), House(root / "src/python", [], {})

@@ -12,7 +12,8 @@
 
 namespace gms_ransac {
 
-/// Outcome of one pair. Values are those of gms_ransac/MatchStats.
+/// Outcome of one pair. Values are those of gms_ransac/MatchStats; names and texts: status_text.cpp. A new one
+/// is added here, to kStatuses, there, and to the message.
 enum class Status : uint8_t {
   kOk = 0,
   kFirstFrame = 1,       ///< nothing to compare with yet
@@ -24,7 +25,10 @@ enum class Status : uint8_t {
   kUncalibrated = 7,     ///< correspondences only, no pose
   kMotionUnknown = 11    ///< a model explains the matches, but different rotations do as well: no pose
 };
-std::string toString(Status status);  ///< "OK", "FIRST_FRAME", ...
+constexpr Status kStatuses[] = {
+    Status::kOk,           Status::kFirstFrame,  Status::kTooFewKeypoints, Status::kTooFewMatches, Status::kGmsRejected,
+    Status::kRansacFailed, Status::kLowParallax, Status::kUncalibrated,    Status::kMotionUnknown};
+std::string toString(Status status);  ///< "OK", "FIRST_FRAME", ...: the names in MatchStats.msg
 
 constexpr int kMinimumMatches = 8;
 

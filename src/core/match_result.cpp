@@ -1,7 +1,6 @@
 #include "gms_ransac/match_result.h"
 
 #include <cmath>
-#include <iterator>
 
 namespace gms_ransac {
 
@@ -12,14 +11,6 @@ namespace {
 constexpr double kMostRotationSigma = 3 * M_PI / 180;
 
 }  // namespace
-
-std::string toString(Status status) {
-  if (status == Status::kMotionUnknown) return "MOTION_UNKNOWN";
-  constexpr const char* kNames[] = {"OK",           "FIRST_FRAME",   "TOO_FEW_KEYPOINTS", "TOO_FEW_MATCHES",
-                                    "GMS_REJECTED", "RANSAC_FAILED", "LOW_PARALLAX",      "UNCALIBRATED"};
-  const auto i = static_cast<size_t>(status);
-  return i < std::size(kNames) ? kNames[i] : "UNKNOWN";
-}
 
 Status statusOf(const RobustResult& result, const Camera& camera) {
   if (!result.model_found || result.inlier_count < kMinimumMatches) return Status::kRansacFailed;
