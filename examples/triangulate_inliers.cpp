@@ -25,8 +25,8 @@ void onCorrespondences(const gms_ransac::Correspondences& message) try {
   motion.R = pose.linear();
   motion.t = pose.translation();
 
-  const cv::Mat reference = view.normalized(view.referencePoints(), camera_info.distortion_model, camera_info.D);
-  const cv::Mat current = view.normalized(view.currentPoints(), camera_info.distortion_model, camera_info.D);
+  const cv::Mat reference = view.normalized(view.referencePoints(), camera_info);
+  const cv::Mat current = view.normalized(view.currentPoints(), camera_info);
   gms_ransac::Triangulation rays;
   for (int i = 0; i < view.size(); ++i) {
     if (!view.isInlier(i)) continue;

@@ -1,7 +1,9 @@
 // A gms_ransac/Correspondences message as matrices, without a copy. Header-only, without ROS headers.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -54,33 +56,30 @@ class CorrespondencesView {
 
   /// False: the points are pixels of the distorted image, which K alone does not describe.
   bool isRectified() const { return message_.pixel_space == Message::PIXELS_RECTIFIED; }
-  /// Rays of the points on the plane z = 1: N x 1 CV_32FC2. Points that are not rectified need `distortion_model` and
-  /// `D` of the images' camera_info. Throws std::invalid_argument without them or without K.
-  cv::Mat normalized(const cv::Mat& points, const std::string& distortion_model = "",
-                     const std::vector<double>& D = {}) const {
+  /// Rays (x, y, 1) of rectified points: x and y as N x 1 CV_32FC2, the type of `points`. Throws std::invalid_argument
+  /// if the points are distorted or the camera is not calibrated.
+  cv::Mat normalized(const cv::Mat& points) const { return normalized(points, NoInfo()); }
+  /// The same of points that may be distorted, by `distortion_model` and `D` of the camera_info of the images. Throws
+  /// std::invalid_argument also for another model than plumb_bob, rational_polynomial and equidistant, and for a wrong
+  /// number of coefficients.
+  template <typename CameraInfo>
+  cv::Mat normalized(const cv::Mat& points, const CameraInfo& info) const {
     if (!calibrated()) throw std::invalid_argument("Correspondences: the camera is not calibrated (K is zero)");
-    if (!isRectified() && D.empty()) {
-      throw std::invalid_argument(
-          "Correspondences: the points are pixels of a distorted image; give the distortion of its camera_info, or "
-          "rectified images to the node");
-    }
-    for (const char* spheres : {"omnidirectional", "mei", "omni", "omni-radtan", "double_sphere", "ds"}) {
-      if (isRectified() || distortion_model != spheres) continue;
-      throw std::invalid_argument("Correspondences: OpenCV has no inverse of " + distortion_model +
-                                  "; use rayOf (camera.h)");
-    }
-    const bool fisheye = distortion_model == "equidistant" || distortion_model == "fisheye";
-    if (!isRectified()) requireCoefficients(fisheye, D.size());
     cv::Mat rays;
-    if (points.empty()) return rays;
     const cv::Matx33d K(&message_.K[0]);
-    if (!isRectified() && fisheye) {
+    // The default of five iterations leaves pixels of error in the corners of strongly distorted images.
+    const cv::TermCriteria until(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-10);
+    if (isRectified()) {
+      if (!points.empty()) cv::undistortPoints(points, rays, K, cv::noArray(), cv::noArray(), cv::noArray(), until);
+      return rays;
+    }
+    std::vector<double> D(info.D.begin(), info.D.end());
+    const bool fisheye = requireLens(info.distortion_model, D);
+    if (points.empty()) return rays;
+    if (fisheye) {
       cv::fisheye::undistortPoints(points, rays, K, D);
     } else {
-      // The default of five iterations leaves pixels of error in the corners of strongly distorted images.
-      const cv::TermCriteria until(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-10);
-      cv::undistortPoints(points, rays, K, isRectified() ? std::vector<double>() : D, cv::noArray(), cv::noArray(),
-                          until);
+      cv::undistortPoints(points, rays, K, D, cv::noArray(), cv::noArray(), until);
     }
     return rays;
   }
@@ -102,9 +101,34 @@ class CorrespondencesView {
     throw std::invalid_argument("Correspondences: " + std::string(column) + " has " + std::to_string(length) +
                                 " entries, but " + std::to_string(expected) + " belong to this many confidences");
   }
-  /// OpenCV would throw an assertion of its own.
-  static void requireCoefficients(bool fisheye, size_t n) {
-    if (n == 4 || (!fisheye && (n == 5 || n == 8 || n == 12 || n == 14))) return;
+  /// In the place of a camera_info.
+  struct NoInfo {
+    std::string distortion_model;
+    std::vector<double> D;
+  };
+  /// Returns true for a fisheye lens. Cuts zeros behind its coefficients, which OpenCV would not take.
+  static bool requireLens(const std::string& model, std::vector<double>& D) {
+    if (D.empty()) {
+      throw std::invalid_argument(
+          "Correspondences: the points are pixels of a distorted image; give its camera_info, or rectified images to "
+          "the "
+          "node");
+    }
+    const auto is = [&model](std::initializer_list<const char*> names) {
+      return std::find(names.begin(), names.end(), model) != names.end();
+    };
+    if (is({"omnidirectional", "mei", "omni", "omni-radtan", "double_sphere", "ds"})) {
+      throw std::invalid_argument("Correspondences: OpenCV has no inverse of " + model + "; use rayOf (camera.h)");
+    }
+    const bool fisheye = is({"equidistant", "fisheye"});
+    if (!fisheye && !is({"", "plumb_bob", "radtan", "rational_polynomial"})) {
+      throw std::invalid_argument("Correspondences: '" + model +
+                                  "' is no known distortion model; it must be plumb_bob, rational_polynomial or "
+                                  "equidistant");
+    }
+    while (fisheye && D.size() > 4 && D.back() == 0) D.pop_back();
+    const size_t n = D.size();
+    if (n == 4 || (!fisheye && (n == 5 || n == 8 || n == 12 || n == 14))) return fisheye;
     throw std::invalid_argument("Correspondences: " + std::to_string(n) + " distortion coefficients; " +
                                 (fisheye ? "a fisheye lens has 4" : "there must be 4, 5, 8, 12 or 14"));
   }

@@ -7,12 +7,15 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "gms_ransac/hamming_matcher.h"
+#include "says.h"
 
 namespace gms_ransac {
 namespace {
@@ -222,14 +225,27 @@ TEST(CorrespondencesView, GivesCameraPoseAndInliers) {
   EXPECT_FALSE(view.calibrated());
 }
 
+/// What the view reads of a camera_info.
+struct Info {
+  std::string distortion_model;
+  std::vector<double> D;
+};
+
 TEST(CorrespondencesView, RefusesLensesThatOpenCvCannotUndo) {
   CorrespondencesMessage message;
   message.pixel_space = CorrespondencesMessage::PIXELS_RAW;
   const View view(message);
   for (const char* model : {"omnidirectional", "mei", "omni-radtan", "double_sphere", "ds"}) {
-    EXPECT_THROW(view.normalized(view.currentPoints(), model, {0.5, 0.1, 0, 0, 0}), std::invalid_argument) << model;
+    EXPECT_THROW(view.normalized(view.currentPoints(), Info{model, {0.5, 0.1, 0, 0, 0}}), std::invalid_argument)
+        << model;
   }
-  EXPECT_NO_THROW(view.normalized(view.currentPoints(), "plumb_bob", {0.1, 0.1, 0, 0, 0}));
+  EXPECT_NO_THROW(view.normalized(view.currentPoints(), Info{"plumb_bob", {0.1, 0.1, 0, 0, 0}}));
+  try {
+    view.normalized(view.currentPoints(), Info{"brown", {0.1, 0.1, 0, 0, 0}});
+    FAIL() << "a model that nobody knows passed for plumb_bob";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_TRUE(says(error.what(), {"'brown' is no known distortion model; it must be plumb_bob"}));
+  }
 }
 
 TEST(CorrespondencesView, NamesTheColumnThatDoesNotFit) {
@@ -246,10 +262,11 @@ TEST(CorrespondencesView, NormalizesRectifiedPointsByKAlone) {
   CorrespondencesMessage message;
   message.current_points = {320, 240, 820, 240, 320, 741};
   const View view(message);
-  const cv::Mat rays = view.normalized(view.currentPoints(), "plumb_bob", {0.5, 0.5, 0, 0, 0});  // not used
+  const cv::Mat rays = view.normalized(view.currentPoints(), Info{"brown", {0.5}});  // not used
   EXPECT_LT(cv::norm(rays.at<cv::Point2f>(0) - cv::Point2f(0, 0)), 1e-6);
   EXPECT_LT(cv::norm(rays.at<cv::Point2f>(1) - cv::Point2f(1, 0)), 1e-6);
   EXPECT_LT(cv::norm(rays.at<cv::Point2f>(2) - cv::Point2f(0, 1)), 1e-6);
+  EXPECT_EQ(cv::norm(rays, view.normalized(view.currentPoints())), 0);
 }
 
 TEST(CorrespondencesView, UndoesTheDistortionOfRawPoints) {
@@ -266,7 +283,9 @@ TEST(CorrespondencesView, UndoesTheDistortionOfRawPoints) {
       message.reference_points.insert(message.reference_points.end(), {pixel.x, pixel.y});
     }
     const View view(message);
-    const cv::Mat found = view.normalized(view.referencePoints(), k.distortion_model, k.distortion);
+    std::vector<double> filled = k.distortion;
+    if (k.distortion_model == "equidistant") filled.push_back(0);  // as some drivers have it
+    const cv::Mat found = view.normalized(view.referencePoints(), Info{k.distortion_model, filled});
     for (int i = 0; i < 3; ++i) {
       EXPECT_LT(std::hypot(found.at<cv::Point2f>(i).x - rays[i].x(), found.at<cv::Point2f>(i).y - rays[i].y()), 1e-4)
           << k.distortion_model << " " << i;
@@ -281,12 +300,13 @@ TEST(CorrespondencesView, RefusesRawPointsWithoutTheirDistortion) {
   EXPECT_THROW(view.normalized(view.currentPoints()), std::invalid_argument);
   // OpenCV's own assertion would be neither a plain sentence nor a std::invalid_argument.
   for (const auto& [model, count] : {std::make_pair("plumb_bob", 3), std::make_pair("fisheye", 5)}) {
-    EXPECT_THROW(view.normalized(view.currentPoints(), model, std::vector<double>(static_cast<size_t>(count), 0.1)),
-                 std::invalid_argument)
+    EXPECT_THROW(
+        view.normalized(view.currentPoints(), Info{model, std::vector<double>(static_cast<size_t>(count), 0.1)}),
+        std::invalid_argument)
         << model;
   }
   message.K.fill(0);
-  EXPECT_THROW(view.normalized(view.currentPoints(), "plumb_bob", {-0.3, 0.1, 0, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(view.normalized(view.currentPoints(), Info{"plumb_bob", {-0.3, 0.1, 0, 0, 0}}), std::invalid_argument);
 }
 
 }  // namespace

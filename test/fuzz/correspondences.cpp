@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include <gms_ransac/Correspondences.h>
+#include <sensor_msgs/CameraInfo.h>
 
 #include "fuzz_input.h"
 
@@ -48,9 +49,10 @@ void check(FuzzInput input) {
     demand(view.reference().cols() == view.size() && view.probability().size() == view.size(), "one column a match");
     demand(view.referencePoints().data == reinterpret_cast<const uint8_t*>(message.reference_points.data()), "no copy");
     view.currentInReference();
-    std::vector<double> D;
-    for (int n = input.between(0, 15); n > 0; --n) D.push_back(input.number(-1, 1));
-    const cv::Mat rays = view.normalized(view.currentPoints(), input.flag() ? "equidistant" : "plumb_bob", D);
+    sensor_msgs::CameraInfo info;
+    for (int n = input.between(0, 15); n > 0; --n) info.D.push_back(input.number(-1, 1));
+    info.distortion_model = input.flag() ? "equidistant" : "plumb_bob";
+    const cv::Mat rays = view.normalized(view.currentPoints(), info);
     demand(rays.rows == view.size(), "one ray a match");
   } catch (const std::invalid_argument& error) {
     demand(std::string(error.what()).find("Correspondences: ") == 0, "a refusal is a sentence");
