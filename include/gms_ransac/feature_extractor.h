@@ -30,14 +30,17 @@ struct FeatureExtractorOptions {
 class FeatureExtractor {
  public:
   virtual ~FeatureExtractor() = default;
-  /// `image`: CV_8UC1; too small or beyond Features::kLargestSide gives no features. `mask`: empty, or CV_8UC1 of that
-  /// size; zero where no keypoint may lie. `at_most`: fewer keypoints than the options ask for. Overwrites
-  /// `features`, whose descriptors are packed. Throws std::invalid_argument for a wrong mask.
+  /// `image`: CV_8UC1; that of a sensor of few pixels (a side below 100) is enlarged; beyond Features::kLargestSide it
+  /// gives no features. `mask`: empty, or CV_8UC1 of that size; zero where no keypoint may lie. `at_most`: fewer
+  /// keypoints than the options ask for. Overwrites `features`, whose descriptors are packed. Throws
+  /// std::invalid_argument for a wrong mask.
   void extract(const cv::Mat& image, Features& features, const cv::Mat& mask = cv::Mat(),
                int at_most = std::numeric_limits<int>::max());
 
  private:
   virtual void extractWhere(const cv::Mat& mask, const cv::Mat& image, int at_most, Features& features) = 0;
+
+  cv::Mat enlarged_, enlarged_mask_;
 };
 
 std::unique_ptr<FeatureExtractor> makeFeatureExtractor(const FeatureExtractorOptions& options);
