@@ -28,7 +28,7 @@ class CMakeBuild(build_ext):
         jobs = os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL", str(os.cpu_count()))
         for command in ([str(ROOT)] + options, ["--build", ".", "--target", "_gms_ransac", "--parallel", jobs]):
             subprocess.run(["cmake"] + command, cwd=str(build), check=True)
-        module, = build.glob("lib/python3/dist-packages/gms_ransac/_gms_ransac*.so")
+        module, = build.rglob("_gms_ransac*.so")
         target = Path(self.get_ext_fullpath(ext.name))
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(str(module), str(target))

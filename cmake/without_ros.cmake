@@ -14,7 +14,6 @@ set(CATKIN_PACKAGE_LIB_DESTINATION ${CMAKE_INSTALL_LIBDIR})
 set(CATKIN_GLOBAL_BIN_DESTINATION ${CMAKE_INSTALL_BINDIR})
 set(CATKIN_PACKAGE_BIN_DESTINATION lib/${PROJECT_NAME})
 set(CATKIN_DEVEL_PREFIX ${PROJECT_BINARY_DIR})
-set(CATKIN_PACKAGE_PYTHON_DESTINATION lib/python3/dist-packages/${PROJECT_NAME})
 
 set(python_parts Interpreter)
 if(GMS_RANSAC_PYTHON)
@@ -22,6 +21,11 @@ if(GMS_RANSAC_PYTHON)
 endif()
 find_package(Python 3 REQUIRED COMPONENTS ${python_parts})  # before pybind11, see CMakeLists.txt
 set(PYTHON_EXECUTABLE ${Python_EXECUTABLE})
+# The folder below the prefix where this Python looks for modules, such as lib/python3.11/dist-packages of /usr/local;
+# PYTHONPATH must name that of another prefix.
+execute_process(COMMAND ${PYTHON_EXECUTABLE} ${PROJECT_SOURCE_DIR}/cmake/module_folder.py ${CMAKE_INSTALL_PREFIX}
+  OUTPUT_VARIABLE python_modules OUTPUT_STRIP_TRAILING_WHITESPACE)
+set(CATKIN_PACKAGE_PYTHON_DESTINATION ${python_modules}/${PROJECT_NAME})
 include_directories(SYSTEM ${EIGEN3_INCLUDE_DIRS} ${OpenCV_INCLUDE_DIRS})
 include(cmake/generate_parameters.cmake)
 add_subdirectory(src/core)
