@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace gms_ransac {
 
@@ -69,6 +70,17 @@ void SurvivorSelector::select(const Features& reference, const Features& current
   }
   if (one_to_one_) keepOneForEachPoint(current.keypoints.size(), result.raw, statistics);
   describe(reference, current, statistics, camera, kept_, result);
+  if (with_rows_) describeRows(reference, current, camera, result);
+}
+
+void SurvivorSelector::takeAll(const Features& reference, const Features& current, const Camera& camera,
+                               MatchResult& result) {
+  MotionStatistics none;
+  none.score.assign(result.raw.size(), 0);
+  none.relative_score.assign(result.raw.size(), 0);
+  kept_.resize(result.raw.size());
+  std::iota(kept_.begin(), kept_.end(), 0);
+  describe(reference, current, none, camera, kept_, result);
   if (with_rows_) describeRows(reference, current, camera, result);
 }
 

@@ -1,8 +1,8 @@
-"""The pipeline, without ROS: MatchFilter, match, estimate, Camera, Features, MatchResult, Status. An installation with ROS also has
+"""The pipeline, without ROS: MatchFilter, match, estimate, Camera, Features, RotationPrior, MatchResult, Triangulation, Status. An installation with ROS also has
 the messages and parameters of the nodelet (gms_ransac.msg, gms_ransac.cfg)."""
 from importlib import import_module
 
-__all__ = ["Camera", "Features", "MatchFilter", "MatchResult", "Status", "estimate", "match"]
+__all__ = ["Camera", "Features", "MatchFilter", "MatchResult", "RotationPrior", "Status", "Triangulation", "estimate", "match"]
 
 
 def __getattr__(name):
@@ -11,8 +11,11 @@ def __getattr__(name):
         raise AttributeError("module 'gms_ransac' has no attribute '%s'" % name)
     try:
         return getattr(import_module("._gms_ransac", __name__), name)
-    except ModuleNotFoundError:
-        raise ImportError("gms_ransac was built without its Python module; install pybind11-dev and build again") from None
+    except ModuleNotFoundError as error:
+        if error.name != __name__ + "._gms_ransac":
+            raise  # such as numpy
+        raise ImportError("gms_ransac has its messages and no '%s': it was built without pybind11. Install pybind11-dev "
+                          "(rosdep install does) and build the workspace again" % name) from None
 
 
 def __dir__():

@@ -190,10 +190,10 @@ TEST(GivenFeatures, AreRefusedWithWhatIsWrong) {
 
 TEST(GivenFeatures, OfTwoKindsAreNotCompared) {
   const TwoViewScene scene = drawnScene();
-  MatchFilter filter;
-  filter.process(featuresAt(scene.pairs.x_reference, scene.pairs.y_reference, drawnDescriptors(64, CV_8U)));
-  EXPECT_THROW(filter.process(featuresAt(scene.pairs.x_current, scene.pairs.y_current, drawnDescriptors(64, CV_32F))),
-               std::invalid_argument);
+  const Frame reference(featuresAt(scene.pairs.x_reference, scene.pairs.y_reference, drawnDescriptors(64, CV_8U)));
+  const Frame current(featuresAt(scene.pairs.x_current, scene.pairs.y_current, drawnDescriptors(64, CV_32F)));
+  MatchResult result;
+  EXPECT_THROW(MatchFilter().filter(reference, current, result), std::invalid_argument);
 }
 
 }  // namespace

@@ -152,6 +152,57 @@ TEST(MatchFilter, TheNewestSeedIsThatOfEveryStage) {
   }
 }
 
+TEST(RobustResult, RejectedHasNoModelAndNoPose) {
+  RobustResult result;
+  result.model_found = result.pose_found = result.translation_observable = true;
+  result.model.setIdentity();
+  result.pose.t = {1, 0, 0};
+  result.pose.covariance.setIdentity();
+  result.inlier = {1};
+  result.inlier_count = 1;
+  result.effort.hypotheses = 7;
+  result.reject();
+  EXPECT_FALSE(result.model_found || result.pose_found || result.translation_observable);
+  EXPECT_TRUE(result.model.isZero() && result.pose.t.isZero() && result.pose.covariance.isZero());
+  EXPECT_EQ(result.inlier, std::vector<uint8_t>{0});
+  EXPECT_EQ(result.effort.hypotheses, 7);
+}
+
+TEST(MatchFilter, FindsTheMotionOfSensorsOfFewPixels) {
+  cv::Mat wide;
+  cv::resize(renderedFrame(0).image, wide, cv::Size(), 0.25, 0.25, cv::INTER_AREA);
+  for (const cv::Size size : {cv::Size(32, 24), cv::Size(64, 48), cv::Size(64, 64), cv::Size(80, 60)}) {
+    for (const char* extractor : {"simd_orb", "opencv"}) {
+      // The border of cv::ORB, 31 pixels, is more than such an image has.
+      if (extractor == std::string("opencv") && size.height < 48) continue;
+      SCOPED_TRACE(std::string(extractor) + " " + std::to_string(size.width) + "x" + std::to_string(size.height));
+      MatchFilterOptions options;
+      options.extractor.extractor = extractor;
+      options.robust.model = ModelType::kHomography;
+      MatchFilter filter(options);
+      constexpr int kShift = 3;
+      const cv::Rect first(40, 30, size.width, size.height);
+      filter.process(wide(first));
+      const MatchResult& result = filter.process(wide(first + cv::Point(kShift, 0)));
+      EXPECT_EQ(filter.current().features.image_size, size);
+      ASSERT_EQ(result.status, Status::kUncalibrated);
+      const Eigen::Matrix3d H = result.robust.model / result.robust.model(2, 2);
+      EXPECT_NEAR(H(0, 2), -kShift, 0.3);
+      EXPECT_NEAR(H(1, 2), 0, 0.3);
+
+      cv::Mat mask(size, CV_8UC1, cv::Scalar(0));
+      mask.colRange(size.width / 2, size.width).setTo(255);
+      filter.reset();
+      filter.process(wide(first), mask);
+      EXPECT_GT(filter.current().features.size(), 0);
+      for (const cv::KeyPoint& keypoint : filter.current().features.keypoints) {
+        EXPECT_GE(keypoint.pt.x, 0.5f * static_cast<float>(size.width) - 1);
+        EXPECT_LT(keypoint.pt.x, static_cast<float>(size.width));
+      }
+    }
+  }
+}
+
 TEST(MatchFilter, RefusesImagesOfAnotherSizeThanTheCamera) {
   MatchFilter filter;
   const cv::Mat images[] = {renderedFrame(0).image, renderedFrame(1).image};

@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
 """`import gms_ransac`, against exact truth and against `evaluate`: module_test.py EVALUATE RENDER_SCENE TWO_IMAGES."""
 import ast
+import copy
 import gc
 import json
+import pickle
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -111,7 +114,7 @@ class Module(unittest.TestCase):
                 ("octave has 8 numbers", lambda: gms_ransac.Features(points, descriptors, *SIZE, octave=np.zeros(8))),
                 ("image0 is 640 x 480", lambda: gms_ransac.match(features, features, gms_ransac.Camera(320, 240))),
                 ("mask has no effect", lambda: gms_ransac.MatchFilter().process(features, mask=np.ones((480, 640), bool))),
-                ("61 bytes cannot be compared with those of 32 bytes", lambda: gms_ransac.match(features, self.grey[0]))):
+                ("32 bytes cannot be compared with those of 61 bytes", lambda: gms_ransac.match(features, self.grey[0]))):
             with self.assertRaises(ValueError) as refusal:
                 make()
             self.assertIn(complaint, str(refusal.exception))
@@ -140,7 +143,8 @@ class Module(unittest.TestCase):
     def test_names_are_those_of_the_messages(self):
         fields = set(Correspondences.__slots__) | set(MatchStats.__slots__)
         names = {name for name in dir(gms_ransac.MatchResult) if name[0].islower()}
-        self.assertEqual(names - fields, {"covariance", "model"})
+        self.assertEqual(names - fields, {"covariance", "model", "matches", "raw", "residual", "reference", "current",
+                                          "triangulate"})
         for name, value in gms_ransac.Status.__members__.items():
             self.assertEqual(int(value), getattr(MatchStats, name))
 
@@ -191,6 +195,117 @@ class Module(unittest.TestCase):
         pair = matcher.process(self.grey[1], 255 * mask.astype(np.uint8))
         self.assertTrue((pair.current_points[:, 0] > 319).all() and pair.inliers > 100)
 
+    def test_arrays_that_nobody_may_write_and_other_shapes(self):
+        def read_only(array):
+            array = array.copy()
+            array.flags.writeable = False
+            return array
+        expected = gms_ransac.match(*self.colour[:2], self.camera)
+        frozen = [read_only(image) for image in self.colour[:2]]
+        self.assert_same(gms_ransac.match(*frozen, self.camera), expected)
+        buffers = [np.frombuffer(image.tobytes(), np.uint8).reshape(image.shape) for image in self.colour[:2]]
+        self.assert_same(gms_ransac.match(*buffers, self.camera), expected)
+        with_alpha = [cv2.cvtColor(image, cv2.COLOR_BGR2BGRA) for image in self.colour[:2]]
+        self.assert_same(gms_ransac.match(*with_alpha, self.camera), expected)
+        in_grey = [cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)[..., np.newaxis] for image in self.colour[:2]]
+        self.assert_same(gms_ransac.match(*in_grey, self.camera), expected)
+        everywhere = read_only(np.ones(SIZE[::-1] + (1,), bool))
+        self.assertEqual(gms_ransac.MatchFilter().process(self.grey[0], everywhere).keypoints_current,
+                         gms_ransac.MatchFilter().process(self.grey[0]).keypoints_current)
+        for kind in (np.uint8, np.float32):
+            descriptors = np.random.RandomState(1).randint(0, 256, (9, 61)).astype(kind)
+            features = gms_ransac.Features(read_only(np.full((9, 2), 5.0)), read_only(descriptors), *SIZE)
+            np.testing.assert_array_equal(features.descriptors, descriptors)
+        self.assertEqual(features.keypoints[0].tolist(), [5, 5, 0, -1, 0])
+
+    def test_cameras_as_messages_have_them(self):
+        for D, model in ((None, ""), ([], "plumb_bob"), (np.zeros(8), "plumb_bob"), ([0.1, 0, 0, 0, 0, 0, 0, 0], "plumb_bob"),
+                         ([0.1, 0, 0, 0, 0], "equidistant")):
+            gms_ransac.Camera(*SIZE, K=K, D=D, distortion_model=model)
+
+    def test_copies_and_pickles(self):
+        lens = gms_ransac.Camera(*SIZE, K=K, D=[-0.1, 0.01, 0, 0, 0], distortion_model="plumb_bob")
+        matcher = gms_ransac.MatchFilter(lens)
+        first, pair = (matcher.process(image) for image in self.grey[:2])
+        floats = gms_ransac.Features(np.full((9, 2), 5.0), np.full((9, 7), 0.5), *SIZE)
+        for copied in (copy.copy, copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))):
+            self.assert_same(gms_ransac.match(*self.grey[:2], copied(lens)), gms_ransac.match(*self.grey[:2], lens))
+            gms_ransac.match(*self.grey[:2], copied(gms_ransac.Camera(*SIZE)))
+            again = copied(pair)
+            for name in dir(pair):
+                if name[0] != "_" and name not in ("reference", "current", "triangulate"):
+                    np.testing.assert_array_equal(getattr(again, name), getattr(pair, name), name)
+            np.testing.assert_array_equal(again.triangulate().points, pair.triangulate().points)
+            np.testing.assert_array_equal(again.current.keypoints, pair.current.keypoints)
+            self.assertEqual(copied(first).status, first.status)
+            np.testing.assert_array_equal(copied(floats).descriptors, floats.descriptors)
+        state = pair.__getstate__()
+        with self.assertRaisesRegex(ValueError, "another version"):
+            gms_ransac.MatchResult.__new__(gms_ransac.MatchResult).__setstate__(state[:-1])
+
+    def test_rows_are_those_of_the_core(self):
+        matcher = gms_ransac.MatchFilter(self.camera, threads=3)
+        self.assertEqual(matcher.options["threads"], 3)
+        first, pair, third = (matcher.process(image) for image in self.grey[:3])
+        self.assert_same(pair, gms_ransac.match(*self.grey[:2], self.camera))
+        self.assertEqual((len(first.reference), len(first.current), first.matches_raw), (0, first.keypoints_current, 0))
+        n = pair.matches_gms
+        for name in ("matches", "confidence", "distance", "stage", "probability", "residual", "track_id", "track_length",
+                     "reference_sigma", "current_sigma", "current_points"):
+            self.assertEqual(len(getattr(pair, name)), n, name)
+        np.testing.assert_array_equal(pair.reference_points, pair.reference.keypoints[pair.matches[:, 0], :2])
+        np.testing.assert_array_equal(pair.current_points, pair.current.keypoints[pair.matches[:, 1], :2])
+        self.assertEqual(pair.raw.shape, (pair.matches_raw, 2))
+        self.assertTrue(set(map(tuple, pair.matches)) < set(map(tuple, pair.raw)))
+        # Tracks go on from pair to pair: one id is one keypoint of the image between.
+        inlier = pair.stage == pair.STAGE_INLIER
+        self.assertTrue((pair.track_length[inlier] >= 2).all() and (pair.track_id[~inlier] == 0).all())
+        before = dict(zip(pair.track_id[inlier], pair.matches[inlier, 1]))
+        both = [row for row, track in enumerate(third.track_id) if track in before]
+        self.assertGreater(len(both), 100)
+        for row in both:
+            self.assertEqual(third.matches[row, 0], before[third.track_id[row]])
+            self.assertGreaterEqual(third.track_length[row], 3)
+        # Points of the inliers, before the camera and on its rays.
+        points = pair.triangulate()
+        self.assertEqual(len(points), pair.inliers)
+        np.testing.assert_array_equal(points.match, np.flatnonzero(inlier))
+        good = points.valid == 1
+        self.assertGreater(good.sum(), 100)
+        fx, fy, cx, cy = map(float, self.intrinsics)
+        seen = points.points[good]
+        np.testing.assert_allclose(seen[:, :2] / seen[:, 2:] * (fx, fy) + (cx, cy), pair.current_points[points.match[good]],
+                                   atol=1e-3)
+        self.assertLess(len(pair.triangulate(minimum_parallax=1).valid.nonzero()[0]), good.sum())
+        self.assertEqual(len(gms_ransac.match(self.grey[0], self.grey[0], self.camera).triangulate()), 0)
+
+    def test_reset_and_prior(self):
+        matcher = gms_ransac.MatchFilter(self.camera)
+        pairs = [matcher.process(image) for image in self.grey[:2]]
+        matcher.reset()
+        again = [matcher.process(image) for image in self.grey[:2]]
+        self.assertEqual([pair.status.name for pair in pairs + again], 2 * ["FIRST_FRAME", "OK"])
+        np.testing.assert_array_equal(again[1].probability, pairs[1].probability)
+        self.assertGreater(again[1].track_id.max(), pairs[1].track_id.max())  # no id comes back
+        # A prior is a proposal: a right one and a wrong one leave the answer what the matches show.
+        R = pairs[1].current_in_reference[:3, :3]
+        wrong = cv2.Rodrigues(np.array([0, 0.3, 0]))[0]
+        for rotation in (R, wrong):
+            prior = gms_ransac.RotationPrior(rotation, 1e-6 * np.eye(3))
+            pair = gms_ransac.match(*self.grey[:2], self.camera, prior=prior)
+            self.assertEqual(pair.status, gms_ransac.Status.OK)
+            np.testing.assert_allclose(pair.current_in_reference[:3, :3], R, atol=2e-3)
+
+    def test_without_the_module_the_remedy_is_named(self):
+        package = Path(self.folder.name, "messages_only", "gms_ransac")
+        package.mkdir(parents=True)
+        shutil.copy(str(Path(__file__).parents[2] / "src/python/__init__.py"), str(package))
+        for program in ("import gms_ransac; gms_ransac.MatchFilter()", "from gms_ransac import match"):
+            run = subprocess.run([sys.executable, "-c", program], cwd=str(package.parent), env={}, stderr=subprocess.PIPE,
+                                 universal_newlines=True)
+            self.assertIn("ImportError: gms_ransac has its messages", run.stderr)
+            self.assertIn("Install pybind11-dev", run.stderr)
+
     def test_refusals(self):
         def says(sentence, call, *arguments, **options):
             with self.assertRaisesRegex(ValueError, sentence):
@@ -205,7 +320,12 @@ class Module(unittest.TestCase):
         says("^image0 is None, .*cv2.imread.*check the file's name$", gms_ransac.match, cv2.imread("no such file"), one)
         says("^image is None", gms_ransac.MatchFilter().process, None)
         says(r"^image0 has the shape \(640,\); it must be height x width, or", gms_ransac.match, zero[0], one)
-        says(r"^image1 has the shape \(480, 640, 4\)", gms_ransac.match, zero, np.zeros((480, 640, 4), np.uint8))
+        says(r"^image1 has the shape \(480, 640, 2\)", gms_ransac.match, zero, np.zeros((480, 640, 2), np.uint8))
+        says(r"^mask has the shape \(480, 640, 3\)", gms_ransac.MatchFilter().process, zero, np.ones((480, 640, 3), np.uint8))
+        says("^threads is '0'; it must be a whole number between 1 and 16", gms_ransac.MatchFilter, threads=0)
+        says("^R is no rotation matrix", gms_ransac.RotationPrior, 2 * np.eye(3), np.eye(3))
+        says("^covariance must be symmetric, with positive variances", gms_ransac.RotationPrior, np.eye(3), np.zeros((3, 3)))
+        says("^R is str; it must be 3 x 3 numbers", gms_ransac.RotationPrior, "R", np.eye(3))
         says(r"^image0 has the shape \(0, 640\)", gms_ransac.match, zero[:0], one)
         for kind in (np.float32, np.float64, np.uint16, np.int32):
             says("^image0 is an array of %s; it must be an array of uint8, 0..255" % kind.__name__, gms_ransac.match,
@@ -233,7 +353,7 @@ class Module(unittest.TestCase):
         self.assertEqual(pair.status_text, "%d of %d filtered matches agree on one motion" % (pair.inliers, pair.matches_gms))
         self.assertIn("give a camera", gms_ransac.match(*self.grey[:2]).status_text)
         self.assertIn("rotation only", gms_ransac.match(self.grey[0], self.grey[0], self.camera).status_text)
-        self.assertIn("only 0 and 0 keypoints", gms_ransac.match(*2 * [0 * self.grey[0]]).status_text)
+        self.assertIn("only 0 keypoints (the reference has 0)", gms_ransac.match(*2 * [0 * self.grey[0]]).status_text)
         self.assertIn("first image", gms_ransac.MatchFilter().process(self.grey[0]).status_text)
         self.assertIn("only 3 matches", gms_ransac.estimate(np.ones((3, 2)), np.ones((3, 2))).status_text)
 
