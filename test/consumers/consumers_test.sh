@@ -2,7 +2,7 @@
 # consumers_test.sh cpp|python BUILD_DIR: strangers build against this project and run.
 #   cpp:    A catkin package is built against the devel space and against an installation. A plain CMake project is built
 #           against an installation of the core without ROS, and around our sources. Compiled for other vectors than the
-#           library they read the same numbers.
+#           library they read the same numbers. The snippets of the pages compile and run as they stand.
 #   python: pip installs the module, without ROS. Exit status 77 (skipped) means that a tool is missing.
 set -euo pipefail
 export PATH=/usr/bin:$PATH GMS_RANSAC_BUILT=$2 LC_ALL=C
@@ -50,6 +50,9 @@ if [ "$1" = cpp ]; then
     grep -q "^gms_ransac_DIR:PATH=$space/" "$work/catkin/CMakeCache.txt" || fail "gms_ransac is not that of $space"
     rm -rf "$work/catkin"
   done
+  /usr/bin/python3 "$here/snippets.py" "$work/snippets"
+  build_in "$work/snippets/out" "$work/snippets/catkin" "-DCMAKE_PREFIX_PATH=$build/devel;$ros"
+  case $("$work/snippets/out/my_node") in *" snippets ran") ;; *) fail "the snippets with ROS: no match was used" ;; esac
   same_numbers "the catkin package" "$here/catkin" devel/lib/gms_ransac_consumer/consumer "-DCMAKE_PREFIX_PATH=$build/devel;$ros"
 
   without_ros=(-DGMS_RANSAC_ROS=OFF "$launcher")
@@ -59,6 +62,8 @@ if [ "$1" = cpp ]; then
   quietly cmake --install "$work/core"
   build_in "$work/plain" "$here/cmake" -DCMAKE_PREFIX_PATH="$work/core_install"
   expect "the plain project" "$("$work/plain/consumer")" "$moved"
+  build_in "$work/snippets/plain" "$work/snippets/cmake" -DCMAKE_PREFIX_PATH="$work/core_install"
+  case $("$work/snippets/plain/my_program") in *" snippets ran") ;; *) fail "the snippets: no match was used" ;; esac
   same_numbers "the plain project" "$here/cmake" consumer -DCMAKE_PREFIX_PATH="$work/core_install"
   version=$(sed -n 's/.*<version>\(.*\)<\/version>.*/\1/p' "$source/package.xml")
   series=${version%.*}
@@ -93,7 +98,17 @@ mkdir "$work/source"
   cp scripts/generate_parameters.py "$work/source/scripts" && cp -r src/core src/python "$work/source/src")
 quietly env CMAKE_ARGS="$launcher" /usr/bin/python3 -m pip install --no-build-isolation --no-index --no-deps \
   --target "$work/wheel" "$work/source"
+# Below /usr/local the module lies where the system's Python looks for modules, next to its library.
+build_in "$work/local" "$source" -DGMS_RANSAC_ROS=OFF -DGMS_RANSAC_PYTHON=ON "$launcher" -DCMAKE_INSTALL_PREFIX=/usr/local
+quietly env DESTDIR="$work/stage" cmake --install "$work/local"
+folder=$(dirname "$(dirname "$(find "$work/stage" -name '_gms_ransac*.so')")")
+/usr/bin/python3 -c 'import site, sys; sys.exit(sys.argv[1] not in sys.path + site.getsitepackages())' \
+  "${folder#"$work/stage"}" || fail "no Python looks for modules in ${folder#"$work/stage"}"
+PYTHONPATH=$folder /usr/bin/python3 -c 'import gms_ransac; gms_ransac.MatchFilter()'
+
 cd "$work"
 for file in __init__.pyi py.typed; do [ -e "wheel/gms_ransac/$file" ] || fail "the wheel has no $file"; done
+/usr/bin/python3 "$here/snippets.py" "$work/snippets"
+PYTHONPATH=$work/wheel /usr/bin/python3 snippets/snippets.py | grep -q ' snippets ran$' || fail "the snippets of Python"
 PYTHONPATH=$work/wheel /usr/bin/python3 "$source/test/python/module_test.py" "$build/devel/lib/gms_ransac/evaluate" \
   "$build/devel/lib/gms_ransac/render_scene" "$source/examples/two_images.py"
