@@ -36,7 +36,9 @@ void RobustResult::reject() {
   doubt = DirectionDoubt::kNone;
   std::fill(inlier.begin(), inlier.end(), 0);
   inlier_count = 0;
-  rms_error_px = sigma_px = camera_misfit = 0;
+  rms_error_px = sigma_px = camera_misfit = median_parallax_px = 0;
+  model.setZero();
+  pose = RelativePose();
   probability.clear();
   residual.clear();
 }
