@@ -17,8 +17,8 @@ namespace gms_ransac {
 
 namespace {
 
-// Four pixels in a row can be keypoints: their descriptors need 18 pixels on each side. Thermal cameras have 80x60.
-constexpr uint32_t kMinimumSide = 40;
+// Thermal arrays have 32x24 pixels; the extractor enlarges images of so few.
+constexpr uint32_t kMinimumSide = 24;
 
 constexpr int kNoConversion = -1;
 
