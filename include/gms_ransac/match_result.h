@@ -54,6 +54,7 @@ struct MatchResult {
   RobustResult robust;      ///< estimated from `pairs`; columns are empty where it was not
   int inliers = 0;          ///< those of `robust`; where the filter alone decides, all matches
   bool stationary = false;  ///< the camera stands still: what is static moved less than its noise
+  Shutter shutter;          ///< of the camera, as the stream has shown it until this pair
   StageTimes times;
   /// MatchFilter::process alone fills these two. The id is constant while every image has the feature; 0: no inlier.
   std::vector<uint32_t> track_id;

@@ -4,10 +4,18 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 
 namespace gms_ransac {
 
-enum class Shutter : uint8_t { kUnknown, kGlobal, kRolling };
+/// What a stream has shown of the camera's shutter.
+struct Shutter {
+  enum Kind : uint8_t { kUnknown, kGlobal, kRolling };
+  Kind kind = kUnknown;
+  double readout = 0;    ///< seconds for as many rows as the focal length has pixels
+  double deviation = 0;  ///< its standard deviation; 0: nothing is known
+};
+std::string toString(Shutter::Kind kind);  ///< "unknown", "global", "rolling"
 
 /// What the matches of a pair tell of the camera's rates of rotation by row, radians per focal length: three of the
 /// reference, three of the current image. Score s, its information I and its scatter S are combined, rows of a matrix
@@ -30,9 +38,6 @@ class ShutterEstimate {
 
   /// Rolling or global as soon as the pairs tell that tau is surely above or below 5 ms.
   Shutter shutter() const;
-  /// tau and its standard deviation, seconds per focal length of rows.
-  double readout() const { return weight_ > 0 ? sum_ / weight_ : 0; }
-  double deviation() const;
   int pairs() const { return pairs_; }
 
  private:
@@ -42,6 +47,7 @@ class ShutterEstimate {
     RowRates rates;
   };
   void count(const Pair& before, const Pair& pair, const Pair& after);
+  double readout() const { return weight_ > 0 ? sum_ / weight_ : 0; }
   /// Mean square of the deviations of pairs from one tau, in their own; at least 1.
   double dispersion() const;
 

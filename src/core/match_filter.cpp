@@ -198,7 +198,7 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
   if (past != nullptr) {
     past->startPair(reference.features, current.features);
     result.pairs.previous_motion = past->motion;
-    result.pairs.global_shutter = past->shutter.shutter() == Shutter::kGlobal;
+    result.pairs.global_shutter = past->shutter.shutter().kind == Shutter::kGlobal;
   }
   if (reference.stamp && current.stamp) result.pairs.seconds = *current.stamp - *reference.stamp;
   result.status = compare(reference, current, result, past);
@@ -250,7 +250,10 @@ Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& curre
   stages.method->postFilter(reference.features, current.features, result);
   // Fewer inliers are no model.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
-  if (past != nullptr) stages.continuity.follow(*stages.method, stages.camera, options_.robust, result, *past);
+  if (past != nullptr) {
+    stages.continuity.follow(*stages.method, stages.camera, options_.robust, result, *past);
+    result.shutter = past->shutter.shutter();
+  }
   result.stationary =
       !result.robust.translation_observable && standsStill(reference.features, current.features, result, past);
   result.inliers = stages.method->filterDecides() ? result.size() : result.robust.inlier_count;

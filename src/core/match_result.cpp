@@ -24,6 +24,7 @@ Status statusOf(const RobustResult& result, const Camera& camera) {
 void MatchResult::clear(Status new_status) {
   status = new_status;
   stationary = false;
+  shutter = Shutter();
   keypoints_reference = keypoints_current = inliers = 0;
   raw.clear();
   matches.clear();

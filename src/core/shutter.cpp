@@ -19,6 +19,10 @@ constexpr double kMostDeviations = 3;  ///< influence of a pair, in its own devi
 
 }  // namespace
 
+std::string toString(Shutter::Kind kind) {
+  return kind == Shutter::kGlobal ? "global" : kind == Shutter::kRolling ? "rolling" : "unknown";
+}
+
 void ShutterEstimate::add(const std::array<double, 3>& rotation, std::optional<double> seconds, const RowRates& rates) {
   latest_ = {seconds.value_or(kUsualInterval) > 0, rotation, rates};
   for (double& velocity : latest_.velocity) velocity /= seconds.value_or(kUsualInterval);
@@ -55,13 +59,14 @@ void ShutterEstimate::count(const Pair& before, const Pair& pair, const Pair& af
 
 double ShutterEstimate::dispersion() const { return pairs_ > 0 ? std::max(1., squares_ / pairs_) : 1; }
 
-double ShutterEstimate::deviation() const { return weight_ > 0 ? std::sqrt(dispersion() / weight_) : INFINITY; }
-
 Shutter ShutterEstimate::shutter() const {
-  if (pairs_ < kFewestPairs) return Shutter::kUnknown;
-  const double beyond = (std::abs(readout()) - kRolls) / deviation();
-  if (beyond > kSurelyRolls) return Shutter::kRolling;
-  return beyond < -kSurelyGlobal ? Shutter::kGlobal : Shutter::kUnknown;
+  if (!(weight_ > 0)) return {};
+  Shutter shutter = {Shutter::kUnknown, readout(), std::sqrt(dispersion() / weight_)};
+  if (pairs_ < kFewestPairs) return shutter;
+  const double beyond = (std::abs(shutter.readout) - kRolls) / shutter.deviation;
+  if (beyond > kSurelyRolls) shutter.kind = Shutter::kRolling;
+  if (beyond < -kSurelyGlobal) shutter.kind = Shutter::kGlobal;
+  return shutter;
 }
 
 }  // namespace gms_ransac

@@ -38,22 +38,22 @@ ShutterEstimate swing(double readout, int pairs, double noise = 0.01, std::optio
 
 TEST(ShutterEstimate, TellsOneThatRollsFromOneThatDoesNot) {
   const ShutterEstimate rolling = swing(0.014, 200), global = swing(0, 200);
-  EXPECT_EQ(rolling.shutter(), Shutter::kRolling);
-  EXPECT_NEAR(rolling.readout(), 0.014, 3 * rolling.deviation());
-  EXPECT_LT(rolling.deviation(), 0.001);
-  EXPECT_EQ(global.shutter(), Shutter::kGlobal);
-  EXPECT_NEAR(global.readout(), 0, 3 * global.deviation());
+  EXPECT_EQ(rolling.shutter().kind, Shutter::kRolling);
+  EXPECT_NEAR(rolling.shutter().readout, 0.014, 3 * rolling.shutter().deviation);
+  EXPECT_LT(rolling.shutter().deviation, 0.001);
+  EXPECT_EQ(global.shutter().kind, Shutter::kGlobal);
+  EXPECT_NEAR(global.shutter().readout, 0, 3 * global.shutter().deviation);
 }
 
 TEST(ShutterEstimate, IsUnknownWithFewPairsOrLittleRotation) {
-  EXPECT_EQ(ShutterEstimate().shutter(), Shutter::kUnknown);
-  EXPECT_EQ(swing(0.014, 15).shutter(), Shutter::kUnknown);
-  EXPECT_EQ(swing(0.014, 200, 1).shutter(), Shutter::kUnknown);
-  EXPECT_EQ(swing(0, 200, 1).shutter(), Shutter::kUnknown);
+  EXPECT_EQ(ShutterEstimate().shutter().kind, Shutter::kUnknown);
+  EXPECT_EQ(swing(0.014, 15).shutter().kind, Shutter::kUnknown);
+  EXPECT_EQ(swing(0.014, 200, 1).shutter().kind, Shutter::kUnknown);
+  EXPECT_EQ(swing(0, 200, 1).shutter().kind, Shutter::kUnknown);
 }
 
 TEST(ShutterEstimate, TakesTheUsualIntervalWithoutStamps) {
-  EXPECT_EQ(swing(0.014, 200, 0.01, std::nullopt).shutter(), Shutter::kRolling);
+  EXPECT_EQ(swing(0.014, 200, 0.01, std::nullopt).shutter().kind, Shutter::kRolling);
 }
 
 TEST(ShutterEstimate, ABrokenChainCountsNothing) {
@@ -77,13 +77,13 @@ TEST(ShutterEstimate, AFewWrongPairsDoNotDecide) {
     estimate.add({0.03, 0.03, 0}, kInterval, wild);
     estimate.advance();
   }
-  EXPECT_EQ(estimate.shutter(), Shutter::kGlobal);
+  EXPECT_EQ(estimate.shutter().kind, Shutter::kGlobal);
   RowRates broken;
   broken.score.fill(std::numeric_limits<double>::quiet_NaN());
   estimate.add({0.03, 0.03, 0}, kInterval, broken);
   estimate.advance();
   estimate.advance();
-  EXPECT_TRUE(std::isfinite(estimate.readout()));
+  EXPECT_TRUE(std::isfinite(estimate.shutter().readout));
 }
 
 }  // namespace

@@ -13,7 +13,7 @@
 namespace gms_ransac {
 
 /// Version of the fields. A folder of measurements is resumed only with the same version.
-constexpr int kRecordFormat = 4;
+constexpr int kRecordFormat = 5;
 
 /// One pipeline's answer to a pair of images.
 struct Answer {
