@@ -11,6 +11,13 @@ namespace gms_ransac {
 
 namespace {
 
+/// Rows of an image over the focal length in pixels; 0 without a calibration.
+double rowsInFocalLengths(const PreparedFrame& image) {
+  const CameraModel* camera = image.camera.get();
+  if (camera == nullptr || !camera->camera.calibrated()) return 0;
+  return image.imageSize().height / camera->camera.meanFocalLength();
+}
+
 /// Sets the fields pixel_space and K of a message.
 template <typename Message>
 void setCamera(const CameraModel& model, Message& message) {
@@ -144,6 +151,10 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
     message.median_parallax_px = static_cast<float>(result.robust.median_parallax_px);
     message.rms_error_px = static_cast<float>(result.robust.rms_error_px);
     message.sigma_px = static_cast<float>(result.robust.sigma_px);
+    message.shutter = result.shutter.kind;
+    const double focal_lengths = rowsInFocalLengths(*processed.current);
+    message.shutter_readout = static_cast<float>(focal_lengths * result.shutter.readout);
+    message.shutter_readout_sigma = static_cast<float>(focal_lengths * result.shutter.deviation);
     message.camera_misfit = static_cast<float>(result.robust.camera_misfit);
     message.time_match = static_cast<float>(processed.times.match);
     message.time_gms = static_cast<float>(processed.times.gms);

@@ -328,6 +328,8 @@ cv::Scalar statusColor(uint8_t status) {
       return {167, 121, 204};  // purple
     case MatchStats::LOW_PARALLAX:
       return {66, 228, 240};  // yellow
+    case MatchStats::MOTION_UNKNOWN:
+      return {0, 159, 230};  // orange
     case MatchStats::UNCALIBRATED:
       return {233, 180, 86};  // sky blue
     case MatchStats::FIRST_FRAME:

@@ -102,7 +102,9 @@ bool isSymmetric(const Covariance6d& covariance, double tolerance) {
 }  // namespace
 
 void findPose(const Pipeline& pipeline, Stream& stream, ComparedPair& pair, ProcessedFrame& answer) {
-  if (!answer.poseValid()) return;
+  // Depth tells a motion that the images alone leave open.
+  const bool open = answer.status == MatchStats::MOTION_UNKNOWN && pipeline.parameters.measuresDepth();
+  if (!answer.poseValid() && !open) return;
   answer.pose = pair.result.robust.pose;
   answer.length_missing = answer.recovered && answer.status == MatchStats::OK;
   const Parameters& parameters = pipeline.parameters;
@@ -112,6 +114,11 @@ void findPose(const Pipeline& pipeline, Stream& stream, ComparedPair& pair, Proc
     pair.triangulated = true;
   }
   findLength(pipeline, stream, answer);
+  if (!answer.poseValid()) {
+    answer.pose = RelativePose();
+    pair.triangulated = false;
+    return;
+  }
   if (answer.length_missing) answer.reasons.push_back({Why::kLengthUnknown});
   makePublishable(answer.status == MatchStats::OK, pipeline.options.sigma_floor, answer.pose);
   if (answer.since_key) makePublishable(true, pipeline.options.sigma_floor, answer.since_key->current_in_key);
