@@ -18,6 +18,7 @@ ENOUGH = 20  # answers of one set or scene, for a share of them to mean somethin
 CLOCK = 1e8  # seconds; later stamps are of one clock for all recordings, earlier ones begin anew in each
 PLOTS = ("risk_coverage.png", "reliability.png")
 AXES = ("rx", "ry", "rz")
+CONTRADICTED = 16.27 / 3  # normalised square of a rotation that its covariance allows in one of a thousand cases
 # Rotation and direction in degrees; an answer with a larger error is wrong.
 LIMITS = {"real": (3, 30), "rendered": (1, 20), "drawn": (1, 20), "sequence": (1, 20)}
 TITLES = {"real": "Real images", "rendered": "Rendered scenes", "drawn": "Drawn scenes",
@@ -108,7 +109,7 @@ def tangent_errors(estimate, truth, covariance):
 
 
 COLUMNS = ("kind", "set", "gap", "pair", "from_s", "to_s", "method", "status", "survivors", "inliers", "has_truth",
-           "baseline_m", "moved", "right", "wrong", "rotation_error_deg", "direction_error_deg", "rx_deg", "ry_deg",
+           "stationary", "baseline_m", "moved", "right", "wrong", "rotation_wrong", "rotation_error_deg", "direction_error_deg", "rx_deg", "ry_deg",
            "rz_deg", "rotation_sigma_deg", "direction_sigma_deg", "uncertainty_deg", "nees_rotation", "nees_direction",
            "parallax_px", "sigma_px", "covariance", "reliability")
 
@@ -117,9 +118,9 @@ def row_of(record):
     """A line of pairs.csv, as far as the record says it by itself."""
     truth = record["truth"] if record["truth"] and record["truth"]["has_pose"] else None
     row = dict(dict.fromkeys(COLUMNS, math.nan), covariance=None)
-    row.update((key, record[key]) for key in ("kind", "set", "method", "status", "inliers", "reliability"))
+    row.update((key, record[key]) for key in ("kind", "set", "method", "status", "stationary", "inliers", "reliability"))
     row.update(gap=record["gap"] or 0, survivors=record["matches_gms"], has_truth=truth is not None, moved=False,
-               right=False, wrong=False, pair=(record["reference"] + " " + record["current"]).strip())
+               right=False, wrong=False, rotation_wrong=False, pair=(record["reference"] + " " + record["current"]).strip())
     if record["stamp"] is not None:
         row.update(from_s=record.get("reference_stamp", math.nan), to_s=record["stamp"])
     if truth:
@@ -176,11 +177,13 @@ def judge(records):
     # An answer that is OK claims a direction; a camera that is known to be static has none.
     static = ~moved & np.array([n["translation_sigma"] == 0 for n in noises])
     wrong = ok & (~right | static)
+    of_truth = np.degrees(np.sqrt(np.trace(noise["rotation"], axis1=1, axis2=2) / 3))
+    rotation_wrong = rotation_error > rotation_limit + 2 * of_truth
     for k, (row, _) in enumerate(posed):
         row.update(zip(("rx_deg", "ry_deg", "rz_deg"), error[k]))
         row.update(rotation_error_deg=rotation_error[k], direction_error_deg=direction_error[k],
                    nees_rotation=nees_rotation[k], nees_direction=nees_direction[k], right=bool(right[k]),
-                   wrong=bool(wrong[k]))
+                   wrong=bool(wrong[k]), rotation_wrong=bool(rotation_wrong[k]))
     return rows
 
 
@@ -312,6 +315,26 @@ def recordings_table(answers):
                                            grouped((a for a in answers if a.has_truth), lambda a: a.set).items()])
 
 
+def statuses_table(answers):
+    """What each status promises, of one method over all sets and gaps: rotations, directions where it is OK, rest where
+    it is stationary."""
+    known = [a for a in answers if a.has_truth]
+
+    def line(name, part, wrong):
+        against = sum(a.rotation_wrong and a.nees_rotation > CONTRADICTED for a in part)
+        median, _, p90 = spread([a.nees_rotation for a in part])
+        share = "%d (%.1f %%)" % (len(wrong), 100 * len(wrong) / len(part)) if part else "–"
+        return [name, str(len(part)), share, str(against), number(median), number(p90)]
+
+    ok, low, still = ([a for a in known if test(a)] for test in (
+        lambda a: a.ok, lambda a: a.low, lambda a: a.stationary))
+    return table(["status", "answers", "wrong", "against their covariance", "NEES of rotation p50", "p90"], [
+        line("OK", ok, [a for a in ok if a.wrong]),
+        line("LOW_PARALLAX", low, [a for a in low if a.rotation_wrong]),
+        ["MOTION_UNKNOWN", str(sum(a.status == "MOTION_UNKNOWN" for a in known)), "no pose", "–", "–", "–"],
+        line("stationary", still, [a for a in still if a.moved])])
+
+
 def halves_table(answers):
     """What may be tuned on, the even pairs, beside what may not, the odd ones."""
     names = TRUSTED + JUDGED + ["ECE"]
@@ -351,14 +374,17 @@ def write_tables(folder, answers, before):
     first = answers[0].method
     recordings = recordings_table(kinds.get(("real", first), []))
     of_first = "### Real images, all gaps, %s\n\n%s" % (first, recordings)
-    text = "### All\n\n" + summary_table(kinds, details) + of_first + "### The two halves\n\n" + halves_table(answers)
+    statuses = "### Each status, real images, all gaps\n\n" + "".join(
+        "%s:\n\n%s\n" % (method, statuses_table(part)) for (kind, method), part in kinds.items() if kind == "real")
+    text = "### All\n\n" + summary_table(kinds, details) + of_first + statuses + "### The two halves\n\n" + halves_table(answers)
     if before:
         text += "### Of what was OK and right before\n\n" + kept_table(answers, before)
     text += "".join("### %s\n\n%s" % (TITLES[kind], detail_table(rows)) for kind, rows in details.items())
     with open(os.path.join(folder, "trust.md"), "w") as stream:
         stream.write(text)
     real = dict((key, row) for key, row in details.get("real", {}).items() if key[1] == first and row["pairs"])
-    return {"recordings": recordings, "tables": "### All\n\n" + summary_table(kinds, details, halves=()) + of_first +
+    return {"recordings": recordings, "statuses": statuses_table(kinds.get(("real", first), [])),
+            "tables": "### All\n\n" + summary_table(kinds, details, halves=()) + of_first + statuses +
             "### Real images, each gap, %s\n\n%s" % (first, detail_table(real, axes=()))}
 
 

@@ -25,7 +25,7 @@ from report.common import area, insert, printed, pyplot, replaced  # noqa: E402
 def record(**fields):
     """A record of a pair, with the fields that reports read."""
     result = dict(method="lan", model="essential", set="s", reference="p", current="q", gap=1, stamp=0.0, features=2000,
-                  ratio=0.5, status="OK", matches_gms=1000, inliers=0, hypotheses=0, models_scored=0, point_evaluations=0,
+                  ratio=0.5, status="OK", stationary=False, matches_gms=1000, inliers=0, hypotheses=0, models_scored=0, point_evaluations=0,
                   truth=None, times_ms=dict(detect=4.0, match=2.0, gms=1.0, ransac=0.5, total=7.5))
     result.update(fields)
     return result
@@ -415,6 +415,21 @@ class Trust(unittest.TestCase):
     def test_bias_and_spread(self):
         np.testing.assert_allclose(trust.bias([1, 2, 3, math.nan]), (2, 2 / (1 / math.sqrt(3))))
         np.testing.assert_allclose(trust.spread([math.nan, 0, 1, 2, 3, 14]), (2, 4, 3 + 0.6 * 11))
+
+    def test_what_each_status_promises(self):
+        def of(**fields):
+            row = judged(kind="real", **fields)
+            return SimpleNamespace(**row, ok=row["status"] == "OK", low=row["status"] == "LOW_PARALLAX")
+        unknown = SimpleNamespace(**trust.row_of(dict(answer(kind="real", status="MOTION_UNKNOWN"), stationary=True)), ok=False,
+                                  low=False)
+        lines = trust.statuses_table(
+            [of(), of(rotation=(0, 0, 4)), of(direction=40), of(status="LOW_PARALLAX", direction=90),
+             of(status="LOW_PARALLAX", rotation=(4, 0, 0)), of(status="LOW_PARALLAX", rotation=(4, 0, 0), noise=noise_of(1)),
+             unknown]).splitlines()[2:]
+        self.assertEqual(lines[0].split("|")[1:5], [" OK ", " 3 ", " 2 (66.7 %) ", " 1 "])
+        self.assertEqual(lines[1].split("|")[1:5], [" LOW_PARALLAX ", " 3 ", " 1 (33.3 %) ", " 1 "], "within the truth's noise")
+        self.assertEqual(lines[2].split("|")[1:4], [" MOTION_UNKNOWN ", " 1 ", " no pose "])
+        self.assertEqual(lines[3].split("|")[1:4], [" stationary ", " 1 ", " 1 (100.0 %) "], "the camera has moved")
 
     def test_risk_coverage(self):
         answers = [SimpleNamespace(ok=ok, wrong=wrong, uncertainty_deg=uncertainty)
