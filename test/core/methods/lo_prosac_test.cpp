@@ -97,6 +97,53 @@ TEST(LoProsac, TellsTheMotionsOfAPlaneApartByWhatLiesBehindTheCamera) {
   }
 }
 
+/// The camera goes around a point ahead of it by an angle, radians, and keeps looking at it.
+TwoViewSceneOptions orbit(double angle, double distance, TwoViewSceneOptions options) {
+  options.rotation = {0, angle, 0};
+  const Eigen::Vector3d centre(0, 0, distance);
+  options.translation = centre - Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()) * centre;
+  return options;
+}
+
+TEST(LoProsac, FindsAWideStepAroundSomethingFlat) {
+  constexpr double kDistance = 4;
+  for (const double degrees : {50., 60., 70.}) {
+    for (uint64_t seed = 0; seed < 5; ++seed) {
+      SCOPED_TRACE(degrees + static_cast<double>(seed) / 10);
+      const double angle = degrees * M_PI / 180;
+      TwoViewSceneOptions options = orbit(angle, kDistance, orbLike(seed));
+      options.shape = SceneShape::kPlane;
+      options.outlier_ratio = 0.3;
+      options.plane_normal = {-std::sin(0.5 * angle), 0.1, std::cos(0.5 * angle)};
+      options.plane_distance = kDistance * std::cos(0.5 * angle);
+      const TwoViewScene scene = makeTwoViewScene(options);
+      for (const char* method : {"lo_prosac", "gms_ransac"}) {
+        const RobustResult result = estimated(method, {}, scene);
+        // The other motion of the plane may explain the matches as well, but then the direction is not known.
+        if (!result.translation_observable) continue;
+        EXPECT_LT(poseErrors(result, scene).rotation, 3) << method;
+        EXPECT_LT(poseErrors(result, scene).direction, 10) << method;
+      }
+    }
+  }
+}
+
+TEST(LoProsac, FindsAWideStepAroundAnObject) {
+  constexpr double kDistance = 4;
+  for (uint64_t seed = 0; seed < 5; ++seed) {
+    TwoViewSceneOptions options = orbit(M_PI / 3, kDistance, orbLike(seed));
+    options.nearest = 0.8 * kDistance;
+    options.farthest = 1.2 * kDistance;
+    options.mostly_near = false;
+    options.outlier_ratio = 0.3;
+    const TwoViewScene scene = makeTwoViewScene(options);
+    const RobustResult result = estimated("lo_prosac", {}, scene);
+    EXPECT_TRUE(result.translation_observable) << seed;
+    EXPECT_LT(poseErrors(result, scene).rotation, 1) << seed;
+    EXPECT_LT(poseErrors(result, scene).direction, 2) << seed;
+  }
+}
+
 TEST(LoProsac, FindsForwardMotion) {
   for (uint64_t seed = 0; seed < 5; ++seed) {
     TwoViewSceneOptions options = orbLike(seed);

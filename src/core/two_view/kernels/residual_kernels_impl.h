@@ -107,9 +107,6 @@ struct Kernels {
   // Keeps 0 / 0 out of padding and of matches at both epipoles.
   static constexpr float kTiny = 1e-18f;
 
-  // Cosine of the widest angle between the rays of a match: descriptors do not survive a greater change of view.
-  static constexpr float kCosWidest = 0.7071f;
-
   struct Point {
     V x1, y1, x2, y2, w;
     Point(const PointColumnsView& p, int i)
@@ -168,16 +165,13 @@ struct Kernels {
         : n0(p.y2 * t[2] - t[1]), n1(t[0] - p.x2 * t[2]), n2(p.x2 * t[1] - p.y2 * t[0]) {}
   };
 
-  /// e of a match behind a camera, or whose rays meet at too wide an angle, and 0 for any other.
+  /// e of a match behind a camera, or whose rays meet at more than a right angle, and 0 for any other.
   static V behindResidual(const Parallax& d, const RayTimesTranslation& n, const Epipolar& s, const Point& p) {
     const V m2 = p.x2 * d.v - p.y2 * d.u;
     // Signs of minus the depth in the reference and of the depth in the current image.
     const V depth1 = d.m0 * n.n0 + d.m1 * n.n1 + m2 * n.n2, depth2 = s.a * d.m0 + s.b * d.m1 + s.c * m2;
     const V zero = set(0), at_infinity = set(0.5f) * d.squared;
-    const V dot = d.u * p.x2 + d.v * p.y2 + d.z;
-    const V lengths = (p.x1 * p.x1 + p.y1 * p.y1 + set(1)) * (p.x2 * p.x2 + p.y2 * p.y2 + set(1));
-    const V wide = select(set(kCosWidest * kCosWidest) * lengths, dot * dot, zero, at_infinity);
-    const V in_front = select(zero, dot, wide, at_infinity);
+    const V in_front = select(zero, d.u * p.x2 + d.v * p.y2 + d.z, zero, at_infinity);
     return select(depth1, zero, select(zero, depth2, in_front, at_infinity), at_infinity);
   }
 
