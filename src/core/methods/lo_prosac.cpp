@@ -3,9 +3,11 @@
 // the starts are neither paper's. Choices and their measurements: doc/measured/constants.md.
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "judgement/pose_judge.h"
+#include "methods/optima.h"
 #include "methods/ransac_method.h"
 #include "ransac/proposals.h"
 
@@ -28,12 +30,11 @@ constexpr double kMostUnexplained = 1. / 3;
 /// Where it does, a share of the matches that the search goes on among, and samples at most.
 constexpr double kWideShare = 0.5;
 constexpr int kWideSamples = 64;
-constexpr float kBetterCost = 0.95f;  ///< of the other's, to replace it as another optimum
 
 class LoProsac : public RansacMethod {
  public:
   explicit LoProsac(const MatchFilterOptions& options)
-      : RansacMethod(options, Criterion::kEvidence), judge_(options.robust) {}
+      : RansacMethod(options, Criterion::kEvidence), optima_(kernels_), judge_(options.robust) {}
 
   void estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) override {
     const PairTask pair = {pairs, camera, result};
@@ -86,18 +87,15 @@ class LoProsac : public RansacMethod {
     if (best) searchWider(plain, effort, search);
     if (const auto proposal = motionOfPrior(pair)) search.ransac.offer(*proposal);
     if (!best) return;
-    offerOtherPlaneMotion(model, search);
 
-    // With the prior of the parallax for the rotation, without it for the model and the direction of translation.
-    TwoViewPose pose = refined(model, best->pose, effort);
-    TwoViewPose optimum = refined(plain, pose, effort);
-    if (!hurried(effort) && leavesMuch(plain, optimum) && findBetter(plain, effort, optimum)) {
-      pose = refined(model, optimum, effort);
-    }
+    // Without the prior of the parallax for the model and the direction of translation, with it for the rotation.
+    TwoViewPose optimum = refined(plain, best->pose, effort);
+    optimum = optima_.choose(points_, optimum, starts_);
+    const TwoViewPose pose = refined(model, optimum, effort);
     judge_.refine(points_, true, optimum);
     if (!accept(pair, optimum.essential(), true)) return;
     static_cast<Judgement&>(pair.result) =
-        judge_.judge(points_, pose, alternatives_, options_.mayRoll(pair.pairs.global_shutter));
+        judge_.judge(points_, pose, optima_.alternatives, options_.mayRoll(pair.pairs.global_shutter));
     pair.result.optimum = MotionStart(optimum);
   }
 
@@ -122,56 +120,22 @@ class LoProsac : public RansacMethod {
     return pose;
   }
 
-  HypothesisScore scoreOf(const PoseModel& model, const TwoViewPose& pose) const {
-    HypothesisScore score;
-    model.score(points_.view(), pose, std::numeric_limits<float>::max(), score);
-    return score;
-  }
-
   bool leavesMuch(const PoseModel& plain, const TwoViewPose& pose) const {
-    return scoreOf(plain, pose).inliers < (1 - kMostUnexplained) * points_.size();
+    HypothesisScore score;
+    plain.score(points_.view(), pose, std::numeric_limits<float>::max(), score);
+    return score.inliers < (1 - kMostUnexplained) * points_.size();
   }
 
-  /// Searches once more, without the prior, with the samples that are left; true when that comes to an optimum of less
-  /// cost, which `optimum` then is.
-  bool findBetter(const PoseModel& plain, Effort& effort, TwoViewPose& optimum) {
-    const int left = mostSamples() - effort.hypotheses;
-    if (left <= 0) return false;
-    sampler_.begin(task(points_.size(), left), order_, points_.cells());
-    Search search(parts(plain, effort), points_.view());
-    search.offer(optimum);
-    search.ransac.search(sampler_);
-    if (!search.ransac.best()) return false;
-    const TwoViewPose other = refined(plain, search.ransac.best()->pose, effort);
-    if (!(scoreOf(plain, other).cost < kBetterCost * scoreOf(plain, optimum).cost)) return false;
-    optimum = other;
-    return true;
-  }
-
-  /// From directions all over the sphere; they are also the other motions that the answer must beat.
+  /// From directions all over the sphere.
   void offerStarts(Search& search) {
     findMotionStarts(kernels_, points_.view(), starts_);
-    alternatives_.clear();
-    for (const TwoViewPose& motion : starts_) {
-      search.offer(motion);
-      alternatives_.push_back({motion});
-    }
-  }
-
-  /// Where most of the matches lie on a plane, the other motion that explains it (Faugeras & Lustman 1988).
-  void offerOtherPlaneMotion(const PoseModel& model, Search& search) {
-    const TwoViewPose best = search.ransac.best()->pose;
-    const std::optional<TwoViewPose> other = findOtherPlaneMotion(model, best, storage_.residuals);
-    if (!other) return;
-    alternatives_.push_back({best, true});
-    alternatives_.push_back({*other, true});
-    search.offer(*other);
+    for (const TwoViewPose& motion : starts_) search.offer(motion);
   }
 
   StratifiedSampler sampler_;
+  Optima optima_;
   PoseJudge judge_;
   std::vector<TwoViewPose> starts_;
-  std::vector<AlternativeMotion> alternatives_;
 };
 
 }  // namespace
