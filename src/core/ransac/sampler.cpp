@@ -195,9 +195,10 @@ bool StratifiedSampler::draw(Random& random, int* sample) {
   if (drawn_ >= task_.max_iterations || drawn_ >= std::max(required_, kMinimumSamples)) return false;
   ++drawn_;
   drawn_from_ = static_cast<int>(prefix_);
+  const bool by_rank_alone = drawn_ > kMinimumSamples && drawn_ % 2 == 0;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     drawDistinct(random, drawn_from_, task_.sample_size, sample);
-    if (spread(sample)) break;
+    if (by_rank_alone || spread(sample)) break;
   }
   prefix_ = std::min(static_cast<double>(task_.matches), prefix_ * growth_);
   return true;

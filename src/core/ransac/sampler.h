@@ -89,7 +89,8 @@ class ProsacSampler : public Sampler {
 
 /// As PROSAC from the most confident matches first, and spread over the image: the first matches of an order lie close
 /// together and neighbours fix a model badly. Members of a sample come from distinct cells of the spread grid, two of
-/// them a fifth of it apart. Ends at the bound from the inlier ratio of the present prefix.
+/// them a fifth of it apart. Where the first eight samples do not suffice, what is right may be crowded in a few cells,
+/// and every other sample is drawn by rank alone. Ends at the bound from the inlier ratio of the present prefix.
 class StratifiedSampler : public Sampler {
  public:
   /// `order`: columns, most confident first; `cells`: of each column; `first_share`: of the matches, which the first

@@ -317,6 +317,25 @@ TEST(StratifiedSampler, BeginsWithTheMostConfidentOrTheShareAskedForAndEndsWithA
   EXPECT_EQ(countDraws(sampler, 400), 63);
 }
 
+TEST(StratifiedSampler, HitsWhatIsCrowdedInFewCells) {
+  // All but 28 of 211 matches are right, and they lie in three neighbouring cells; the others are anywhere.
+  constexpr int kCount = 211, kWrong = 28, kDraws = 300;
+  Random random(1);
+  std::vector<int> order(kCount);
+  std::iota(order.begin(), order.end(), 0);
+  std::vector<int32_t> cells;
+  for (int i = 0; i < kCount; ++i) cells.push_back(i % 7 == 3 && i / 7 < kWrong ? random.below(400) : 210 + i % 3);
+  const auto isRight = [](int i) { return !(i % 7 == 3 && i / 7 < kWrong); };
+  StratifiedSampler sampler;
+  sampler.begin({kCount, 5, 0.99, 10000}, order, cells);
+  int sample[5], clean = 0;
+  for (int k = 0; k < kDraws; ++k) {
+    sampler.draw(random, sample);
+    clean += std::all_of(sample, sample + 5, isRight);
+  }
+  EXPECT_GT(clean, kDraws / 5);
+}
+
 /// The true motion of a drawn pair as a hypothesis of the textbook's model, and its columns in the order of the
 /// matches.
 struct TrueMotion {
