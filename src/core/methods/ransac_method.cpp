@@ -131,12 +131,20 @@ bool RansacMethod::accept(const PairTask& pair, const Eigen::Matrix3d& matrix, b
 void TextbookMethod::estimate(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
   const PairTask pair = {pairs, camera, result};
   if (!begin(pair)) return;
-  std::optional<Hypothesis> best = findBest(pair);
-  if (!best) return;
+  const std::optional<Hypothesis> best = findBest(pair);
+  if (best) conclude(pair, *best);
+  const bool known = result.model_found && (!camera.calibrated() || result.translation_observable);
+  if (known || !options_.judge || hurried(result.effort)) return;
+  if (const auto better = findBetter(pair, best)) conclude(pair, *better);
+}
+
+void TextbookMethod::conclude(const PairTask& pair, Hypothesis best) {
+  RobustResult& result = pair.result;
+  result.reject();
   // A method whose inliers are the filter's has the model for the pose's sake alone, so it may as well be a good one.
   const bool refine = options_.refine || filterDecides();
-  if (refine) model_->refine(kRobustLoss, hurried(result.effort) ? kHastyIterations : kRefinementIterations, *best);
-  if (accept(pair, model_->matrix(*best))) recoverPose(pair, *model_, *best, refine);
+  if (refine) model_->refine(kRobustLoss, hurried(result.effort) ? kHastyIterations : kRefinementIterations, best);
+  if (accept(pair, model_->matrix(best))) recoverPose(pair, *model_, best, refine);
 }
 
 UnfilteredMethod::UnfilteredMethod(const MatchFilterOptions& options, const UniformSampler::Options& sampling)

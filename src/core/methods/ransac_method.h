@@ -93,6 +93,10 @@ class TextbookMethod : public RansacMethod {
  protected:
   /// The best hypothesis of `model_`; by uniform samples unless a method has its own.
   virtual std::optional<Hypothesis> findBest(const PairTask& pair) { return search(pair, sampler_); }
+  /// A better one than `best`, where the judgement of that one refuses it or its direction; by default there is none.
+  virtual std::optional<Hypothesis> findBetter(const PairTask& /*pair*/, const std::optional<Hypothesis>& /*best*/) {
+    return std::nullopt;
+  }
   /// RANSAC as in the textbook: samples in the order of the matches, every solution of theirs, no local optimisation.
   template <class SomeSampler>
   std::optional<Hypothesis> search(const PairTask& pair, SomeSampler& sampler, Verifier& verifier) {
@@ -111,6 +115,10 @@ class TextbookMethod : public RansacMethod {
 
   UniformSampler sampler_;
   int tests_;  ///< d of the T(d,d) test
+
+ private:
+  /// Refines a hypothesis and judges it.
+  void conclude(const PairTask& pair, Hypothesis best);
 };
 
 /// A method that keeps all raw matches. Motion statistics are computed only where the user has it sort by them.
