@@ -15,8 +15,9 @@ struct CameraIntrinsics {
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels
   /// "" or "plumb_bob", "rational_polynomial", "equidistant", "omnidirectional" (Mei), "double_sphere"
   std::string distortion_model;
-  /// In the order of D of sensor_msgs/CameraInfo; empty: none. Zeros behind those of the model are ignored. omnidirectional: xi, k1, k2, p1, p2; double_sphere: xi,
-  /// alpha; the focal lengths are then those of the plane behind the spheres.
+  /// In the order of D of sensor_msgs/CameraInfo; empty: none. Zeros behind those of the model are ignored.
+  /// omnidirectional: xi, k1, k2, p1, p2; double_sphere: xi, alpha; the focal lengths are then those of the plane
+  /// behind the spheres.
   std::vector<double> distortion;
 
   bool calibrated() const { return fx > 0 && fy > 0; }

@@ -12,11 +12,11 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/LU>
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <Eigen/LU>
 #include <opencv2/imgproc.hpp>
 
 #include "gms_ransac/match_filter.h"

@@ -151,7 +151,7 @@ TEST(KeypointsInput, TooFewAreNoFaultOfTheOptions) {
   node.ask(messages.reference);
   const ProcessedFrame answer = node.ask(few);
   EXPECT_EQ(answer.status, MatchStats::TOO_FEW_KEYPOINTS);
-  EXPECT_TRUE(says(answer.text, {"only 0 keypoints", "the detector that publishes them found no more"}));
+  EXPECT_TRUE(says(answer.text, {"only 0 keypoints", "the detector that made them found no more"}));
   messages.current.header.stamp = ros::Time(1.2);
   EXPECT_EQ(node.ask(messages.current).status, MatchStats::OK) << "compared with the one before";
 }
