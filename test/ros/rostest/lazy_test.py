@@ -25,6 +25,7 @@ class Lazy(unittest.TestCase):
             "mistaken_filter" in m.status[0].name and reports.append(m)))
         # Else the filter may start with an answer of the master from when nobody published yet.
         client.wait(lambda: len(reports) > 3, "reports from after the publishers came")
+        del lines[:]
         listener = rospy.Subscriber("mistaken_filter/stats", MatchStats, lambda message: None)
 
         def said(name, *words):

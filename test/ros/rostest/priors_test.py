@@ -215,6 +215,8 @@ class PriorsTest(unittest.TestCase):
         text = client.ask(self.frames[i + 3], self.stamp(self.times[i + 3]), frame="camera_t").status_text
         self.assertIn("no rotation prior: tf does not know camera_t in map", text)
         text = client.ask(self.frames[i + 6], self.stamp(self.times[i + 6]), frame="unheard_of").status_text
+        self.assertIn("the frame_id changed from 'camera_t' to 'unheard_of'", text)
+        text = client.ask(self.frames[i + 7], self.stamp(self.times[i + 7]), frame="unheard_of").status_text
         self.assertIn("no rotation prior: tf does not know unheard_of in map: no transform names unheard_of", text)
 
     def test_ground(self):
