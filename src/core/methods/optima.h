@@ -1,4 +1,5 @@
-// The choice among the optima that a search came across, once, by what all matches say of them (doc/inside/estimator.md).
+// The choice among the optima that a search came across, once, by what all matches say of them
+// (doc/inside/estimator.md).
 #pragma once
 
 #include <vector>
