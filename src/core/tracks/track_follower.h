@@ -9,7 +9,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "gms_ransac/camera.h"
-#include "tracks/patch.h"
+#include "matching/patch.h"
 #include "tracks/track_selector.h"
 
 namespace gms_ransac {

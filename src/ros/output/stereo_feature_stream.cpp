@@ -8,7 +8,7 @@
 
 #include "gms_ransac/camera.h"
 #include "input/stereo_depth.h"
-#include "tracks/patch.h"
+#include "matching/patch.h"
 
 namespace gms_ransac {
 

@@ -21,6 +21,7 @@ std::shared_ptr<PreparedFrame> recalibrated(const std::shared_ptr<PreparedFrame>
     const cv::Point2f pixel = pixelOf(now, rayOf(before, keypoint.pt));
     if (std::isfinite(pixel.x) && std::isfinite(pixel.y)) keypoint.pt = pixel;
   }
+  moved->grey.release();  // it does not show the keypoints where they are now
   moved->camera = camera;
   return moved;
 }

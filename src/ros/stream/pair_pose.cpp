@@ -44,10 +44,11 @@ void takeDepth(bool stereo, KeyFrame& key, ProcessedFrame& answer) {
   const std::optional<StereoRig>& rig = current.stereo.rig ? current.stereo.rig : reference.stereo.rig;
   ScaleEstimate scale;
   if (!stereo || rig)
-    scale = poseFromKeypointDepth({answer.pair->points, reference.frame.features, current.frame.features,
-                                   answer.pair->result, current.camera->camera, reference.stereo.depth,
-                                   current.stereo.depth, rig ? rig->baseline : 0, answer.pair->track_ids},
-                                  answer.pose, &key);
+    scale = poseFromKeypointDepth(
+        {answer.pair->points, reference.frame.features, current.frame.features, answer.pair->result,
+         current.camera->camera, reference.stereo.depth, current.stereo.depth, rig ? rig->baseline : 0,
+         answer.pair->track_ids, reference.grey, current.grey},
+        answer.pose, &key);
   answer.metric_scale = scale.features > 0;
   if (answer.metric_scale) answer.since_key = MotionSinceKey{key.current, key.is_reference};
   if (answer.metric_scale && answer.status != MatchStats::OK) {

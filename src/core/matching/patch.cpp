@@ -1,4 +1,4 @@
-#include "tracks/patch.h"
+#include "matching/patch.h"
 
 #include <cmath>
 #include <numeric>

@@ -1,5 +1,5 @@
 // The place where a patch is found again, in images whose every pixel is known exactly.
-#include "tracks/patch.h"
+#include "matching/patch.h"
 
 #include <cmath>
 

@@ -1,0 +1,246 @@
+#include "scale/joint_refinement.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "gms_ransac/point_pairs.h"
+#include "two_view/pose_model.h"
+
+namespace gms_ransac {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+// Unknowns: the step of t, the rotation vector w, then three of the sensor (JointMotion).
+constexpr int kPose = 6, kSensor = 3, kUnknowns = kPose + kSensor;
+using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using Column = Eigen::Matrix<double, kUnknowns, 1>;
+
+constexpr int kCloseStart = 2;  ///< iteration that a refinement begins with whose start is known to a deviation or two
+constexpr int kIterations = 15;
+constexpr double kConverged = 0.01;  // square of the last step by the covariance: a tenth of a standard deviation.
+// Geman-McClure's loss bends where the squared residual over its freedom exceeds this. Where the residuals exceed the
+// noise (a rolling shutter, depth of another moment) it bends at this many times the typical one. The first steps have
+// a loss that is wider by kWide, half of that, and so on.
+constexpr double kLoss = 4, kWide = 4;
+constexpr double kTypicalSquare = 0.7;  ///< median of chi2 over its freedom, two degrees
+constexpr double kLeastBend = 0.1;      ///< of the loss, mean second derivative over the weight; 0.75 on KITTI and TUM
+constexpr double kNearest = 0.05;       // least depth in the current camera, as a share of that in the reference
+
+void move(const Column& step, JointMotion& motion) {
+  motion.pose.t += step.head<3>();
+  motion.pose.R = rotationFromVector(step.segment<3>(3)) * motion.pose.R;
+  motion.sensor += step.tail<kSensor>();
+}
+
+/// A point carried from the reference to the current image, less what is seen there, to first order.
+struct JointResidual {
+  Vector3d value;
+  Eigen::Matrix<double, 3, kUnknowns> derivative;
+  Matrix3d information;  ///< inverse of its covariance
+  Matrix3d gain;         ///< step of the estimate over the residual
+  double squared = -1;   ///< by its covariance; negative: the point does not take part
+};
+
+/// Factors of JointMotion::sensor in the error of an inverse depth.
+Eigen::RowVector3d disparityError(const SeenPoint& seen) { return {1, seen.value.x(), seen.value.y()}; }
+
+JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
+  JointResidual result;
+  const RelativePose& pose = motion.pose;
+  const Vector3d ray(p.estimate.x(), p.estimate.y(), 1);
+  const double inverse_depth = p.estimate.z();
+  const Matrix3d rotation = pose.R.transpose();
+  // The point over its depth in the reference, in the reference and in the current camera.
+  Vector3d moved = ray - inverse_depth * pose.t, there = rotation * moved;
+  auto by_sensor = result.derivative.rightCols<kSensor>();
+  if (!motion.two_cameras) {
+    // Half the row rotation belongs to either image, with opposite signs, to first order.
+    const Vector3d half_rotation = -0.5 * motion.sensor;
+    moved += p.reference.row * half_rotation.cross(ray);
+    const Vector3d rotated = rotation * moved;
+    there = rotated + p.current.row * half_rotation.cross(rotated);
+    by_sensor = 0.5 * (p.reference.row * rotation * crossMatrix(ray) + p.current.row * crossMatrix(rotated));
+  }
+  if (!(there.z() > kNearest)) return result;
+  const double s = 1 / there.z();
+  const Vector3d seen(there.x() * s, there.y() * s, inverse_depth * s);
+  Matrix3d projection = s * Matrix3d::Identity();
+  projection.col(2) = -s * seen;
+  const Matrix3d by_moved = projection * rotation;
+  Matrix3d by_point;
+  by_point << by_moved.col(0), by_moved.col(1), -by_moved * pose.t;
+  by_point(2, 2) += s;
+  result.derivative.leftCols<3>() = -inverse_depth * by_moved;
+  for (int i = 0; i < 3; ++i) {
+    result.derivative.block<1, 3>(i, 3) = by_moved.row(i).cross(moved);
+  }
+
+  result.value = seen - p.current.value + by_point * (p.reference.value - p.estimate);
+  if (!motion.two_cameras) {
+    by_sensor = (projection * by_sensor).eval();
+  } else {
+    by_sensor.setZero();
+    if (p.reference.has_depth) by_sensor = by_point.col(2) * disparityError(p.reference);
+    if (p.current.has_depth) by_sensor.row(2) -= disparityError(p.current);
+    result.value += by_sensor * motion.sensor;
+  }
+  const Matrix3d spread = by_point * p.reference.variance.asDiagonal();
+  Matrix3d covariance = spread * by_point.transpose();
+  covariance.diagonal() += p.current.variance;
+  if (p.current.has_depth) {
+    result.information = covariance.inverse();
+  } else {
+    result.information.setZero();
+    result.information.topLeftCorner<2, 2>() = Eigen::Matrix2d(covariance.topLeftCorner<2, 2>()).inverse();
+  }
+  result.gain = spread.transpose() * result.information;
+  const double squared = result.value.dot(result.information * result.value);
+  if (squared >= 0 && std::isfinite(squared)) result.squared = squared;
+  return result;
+}
+
+/// The refinement of one pair: Gauss-Newton over the motion and the points, which are eliminated.
+class JointRefinement {
+ public:
+  /// Moves the estimates of the points. `sensor_sigma`: prior standard deviation of each unknown of the sensor.
+  JointRefinement(std::vector<JointPoint>& points, const JointMotion& start, double sensor_sigma)
+      : points_(points),
+        sensor_information_(1 / (sensor_sigma * sensor_sigma)),
+        motion_(start),
+        residuals_(points_.size()) {}
+
+  /// False where there is no solution. The covariance of `pose` includes the uncertainty of the other unknowns.
+  /// `first`: iteration to begin with; the later, the closer the start is thought to be.
+  bool run(RelativePose& pose, int first = 0) {
+    for (int i = first; i < kIterations; ++i) {
+      loss_ = kLoss * typicalSquare() * std::max(1., kWide * std::pow(0.5, i));
+      linearize();
+      Column slope = gradient_;
+      slope.tail<kSensor>() += sensor_information_ * motion_.sensor;
+      const Column step = withPrior(curvature_).ldlt().solve(-slope);
+      if (!step.allFinite()) return false;
+      move(step, motion_);
+      moveEstimates(step);
+      if (i > 1 && -slope.dot(step) < kConverged) break;
+    }
+    motion_.pose.covariance = covariance();
+    if (!motion_.pose.covariance.allFinite()) return false;
+    pose = motion_.pose;
+    return true;
+  }
+
+ private:
+  struct Cell {
+    Column gradient = Column::Zero();
+    int count = 0;
+  };
+
+  Square withPrior(const Square& curvature) const {
+    Square sum = curvature;
+    sum.diagonal().tail<kSensor>().array() += sensor_information_;
+    return sum;
+  }
+
+  /// Computes the residuals; returns how many times their squares exceed the noise, 1 or more.
+  double typicalSquare() {
+    squares_.clear();
+    for (size_t i = 0; i < points_.size(); ++i) {
+      residuals_[i] = residualOf(points_[i], motion_);
+      if (residuals_[i].squared >= 0) squares_.push_back(residuals_[i].squared / points_[i].freedom);
+    }
+    if (squares_.empty()) return 1;
+    const auto middle = squares_.begin() + static_cast<std::ptrdiff_t>(squares_.size() / 2);
+    std::nth_element(squares_.begin(), middle, squares_.end());
+    return std::max(1., *middle / kTypicalSquare);
+  }
+
+  /// Normal equations of half the loss.
+  void linearize() {
+    curvature_.setZero();
+    gradient_.setZero();
+    cells_.fill(Cell());
+    double weights = 0, bends = 0;
+    for (size_t i = 0; i < points_.size(); ++i) {
+      const JointResidual& r = residuals_[i];
+      if (r.squared < 0) continue;
+      const double ratio = r.squared / (loss_ * points_[i].freedom), weight = 1 / ((1 + ratio) * (1 + ratio));
+      weights += weight;
+      bends += weight * (1 - 4. / points_[i].freedom * ratio / (1 + ratio));
+      // Coefficient by coefficient: products of this size otherwise go through Eigen's blocked kernel, which is slower.
+      const Eigen::Matrix<double, kUnknowns, 3> weighted = weight * r.derivative.transpose().lazyProduct(r.information);
+      curvature_.triangularView<Eigen::Lower>() += weighted.lazyProduct(r.derivative);
+      Cell& cell = cells_.at(static_cast<size_t>(points_[i].cell));
+      cell.gradient += weighted.lazyProduct(r.value);
+      ++cell.count;
+    }
+    curvature_.triangularView<Eigen::StrictlyUpper>() = curvature_.transpose();
+    for (const Cell& cell : cells_) gradient_ += cell.gradient;
+    bend_ = weights > 0 ? std::max(kLeastBend, bends / weights) : 1;
+  }
+
+  void moveEstimates(const Column& step) {
+    for (size_t i = 0; i < points_.size(); ++i) {
+      JointPoint& p = points_[i];
+      if (residuals_[i].squared < 0 || p.freedom == 1) continue;
+      p.estimate = p.reference.value;
+      if (residuals_[i].squared > loss_ * p.freedom) continue;  // it says nothing of this point
+      p.estimate -= residuals_[i].gain * (residuals_[i].value + residuals_[i].derivative * step);
+      if (motion_.two_cameras && p.reference.has_depth) p.estimate.z() += disparityError(p.reference) * motion_.sensor;
+    }
+  }
+
+  /// Huber's sandwich: the points of one cell err together (Liang & Zeger 1986), as the judgement has it.
+  Eigen::Matrix<double, kPose, kPose> covariance() const {
+    Square scatter = Square::Zero();
+    int cells = 0;
+    for (const Cell& cell : cells_) {
+      scatter += cell.gradient * cell.gradient.transpose();
+      cells += cell.count > 0;
+    }
+    scatter *= cells / std::max(1., static_cast<double>(cells - kPose));
+    const Square inverse = withPrior(bend_ * curvature_).ldlt().solve(Square::Identity());
+    return (inverse * withPrior(scatter) * inverse.transpose()).topLeftCorner<kPose, kPose>();
+  }
+
+  std::vector<JointPoint>& points_;
+  double sensor_information_;  ///< on each unknown besides the pose
+  JointMotion motion_;
+  std::vector<JointResidual> residuals_;
+  std::vector<double> squares_;
+  double loss_ = kLoss;
+  Square curvature_;
+  Column gradient_;
+  std::array<Cell, kSpreadGridSide * kSpreadGridSide> cells_;
+  double bend_ = 1;  ///< mean second derivative of the loss over the weight
+};
+
+}  // namespace
+
+double depthIn(const RelativePose& pose, const Vector3d& seen) {
+  if (!(seen.z() > 0)) return 0;
+  const Vector3d ray(seen.x(), seen.y(), 1);
+  return (pose.R * ray / seen.z() + pose.t).z();
+}
+
+void JointPoint::begin(const RelativePose& pose, double depth) {
+  freedom = 1 + static_cast<int>(reference.has_depth) + static_cast<int>(current.has_depth);
+  if (!reference.has_depth) {
+    if (current.has_depth) depth = depthIn(pose, current.value);
+    reference.value.z() = depth > 0 ? 1 / depth : 0;
+  }
+  estimate = reference.value;
+}
+
+bool refineJointly(std::vector<JointPoint>& points, const JointMotion& start, double sensor_sigma, bool close,
+                   RelativePose& pose) {
+  return JointRefinement(points, start, sensor_sigma).run(pose, close ? kCloseStart : 0);
+}
+
+}  // namespace gms_ransac

@@ -1,0 +1,52 @@
+// The motion between two images in metres: robust least squares over the motion and the points that both show.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "gms_ransac/relative_pose.h"
+
+namespace gms_ransac {
+
+/// A point in one image: x, y on the plane z = 1 and inverse depth, 1/m. In these the motion and its noise are nearly
+/// linear, out to infinity.
+struct SeenPoint {
+  Eigen::Vector3d value, variance;
+  bool has_depth;
+  double row;  ///< -0.5 at the top of the image, 0.5 at the bottom
+};
+
+/// Depth in the frame of `pose` of a point that is seen at its end; 0: not known.
+double depthIn(const RelativePose& pose, const Eigen::Vector3d& seen);
+
+struct JointPoint {
+  SeenPoint reference, current;
+  Eigen::Vector3d estimate = Eigen::Vector3d::Zero();  ///< of `reference.value`, by all measurements
+  int freedom = 1;  ///< of its residual: 1 without depth (the Sampson distance), 2 with depth in one image, 3 in both
+  int32_t cell = 0;
+
+  /// Estimate and freedom before the refinement. `depth`: in the reference where neither image shows it; 0: not known.
+  void begin(const RelativePose& pose, double depth);
+};
+
+/// Motion, and what a sensor adds to it.
+struct JointMotion {
+  RelativePose pose;  ///< of the middle rows
+  bool two_cameras;
+  /// Two cameras: what calibration leaves of the inverse depths, to be added to each measured one: 1/m, and its growth
+  /// with x (focal lengths that differ) and y (a camera rolled against the other).
+  /// A depth camera: rotation vector, current minus reference, from the top row to the bottom. If the rotation during
+  /// the readout of a rolling shutter differs between the images, the difference grows with the row; without it in the
+  /// model it would be taken for translation.
+  Eigen::Vector3d sensor = Eigen::Vector3d::Zero();
+};
+
+/// The pose of `motion` moved to the least cost, with its covariance, which includes the uncertainty of `sensor`. Moves
+/// the estimates of the points. `sensor_sigma`: prior standard deviation of each unknown of the sensor. `close`: the
+/// start is known to a deviation or two. False where there is no solution; `pose` stays as it is then.
+bool refineJointly(std::vector<JointPoint>& points, const JointMotion& start, double sensor_sigma, bool close,
+                   RelativePose& pose);
+
+}  // namespace gms_ransac
