@@ -16,6 +16,8 @@ constexpr int kApart = 2;
 constexpr double kStandsOut = 1.3;
 // The window of grey levels that is aligned, and how far, pixels. Its rows lie kRow apart, with room to shift it.
 constexpr int kWidth = 11, kHeight = 9, kReach = 2, kShifts = 2 * kReach + 1, kRow = kWidth + kShifts;
+// Share of a row below which the nearest row is searched alone.
+constexpr double kSameRow = 0.1;
 constexpr int kPixels = kWidth * kHeight, kLevels = kRow * kHeight;
 
 /// Grey levels of the rows of a window.
@@ -109,12 +111,18 @@ RowSearch::Place RowSearch::searchRow(int x, int y, int rows_below) {
   return place;
 }
 
-std::optional<double> RowSearch::disparity(const cv::Point2f& point) {
-  const auto x = static_cast<int>(std::lround(point.x)), y = static_cast<int>(std::lround(point.y));
-  const int half_x = x / 2;
-  const Place place = searchRow(half_x, y / 2, 0);
+std::optional<double> RowSearch::disparity(const cv::Point2f& point, double below) {
+  const cv::Point at(static_cast<int>(std::lround(point.x)), static_cast<int>(std::lround(point.y)));
+  const Place place = searchRow(at.x / 2, at.y / 2, static_cast<int>(std::lround(below / 2)));
   if (place.position < 0) return std::nullopt;
-  return align(x, y, x - 2 * (half_x - place.position));
+  const double whole = std::floor(below), share = below - whole;
+  const cv::Point upper(at.x - 2 * (at.x / 2 - place.position), at.y + static_cast<int>(whole));
+  const cv::Point lower = upper + cv::Point(0, 1);
+  if (share <= kSameRow) return align(at, upper);
+  if (share >= 1 - kSameRow) return align(at, lower);
+  const std::optional<double> above = align(at, upper), under = align(at, lower);
+  if (!above || !under) return std::nullopt;
+  return (1 - share) * *above + share * *under;
 }
 
 std::optional<int> RowSearch::rowsBelow(const cv::Point2f& point, int reach) {
@@ -130,14 +138,15 @@ std::optional<int> RowSearch::rowsBelow(const cv::Point2f& point, int reach) {
 
 /// Lucas and Kanade's step along the row: with linear interpolation its sum is known between whole pixels, and its root
 /// needs no iteration.
-std::optional<double> RowSearch::align(int x, int y, int right_x) const {
-  const int left = x - kWidth / 2, top = y - kHeight / 2, right = right_x - kWidth / 2 - kReach;
-  if (std::min(left - 1, right) < 0 || std::max(left + 1, right) + kRow > left_.cols || top < 0 ||
-      top + kHeight > left_.rows)
+std::optional<double> RowSearch::align(const cv::Point& point, const cv::Point& right_point) const {
+  const int left = point.x - kWidth / 2, top = point.y - kHeight / 2;
+  const int right = right_point.x - kWidth / 2 - kReach, right_top = right_point.y - kHeight / 2;
+  if (std::min(left - 1, right) < 0 || std::max(left + 1, right) + kRow > left_.cols || std::min(top, right_top) < 0 ||
+      std::max(top, right_top) + kHeight > left_.rows)
     return std::nullopt;
-  const Levels before(left_, left - 1, top), there(right_, right, top);
+  const Levels before(left_, left - 1, top), there(right_, right, right_top);
   static const Levels window = ones();
-  Levels own(left_, left, top), middle(right_, right + kReach, top), gradient(left_, left + 1, top);
+  Levels own(left_, left, top), middle(right_, right + kReach, right_top), gradient(left_, left + 1, top);
   for (int i = 0; i < kLevels; ++i) gradient.at[i] = static_cast<int16_t>(gradient.at[i] - before.at[i]);
   for (Levels* levels : {&own, &middle, &gradient}) levels->cut();
   const double own_sum = sumOfProducts(window.at, own.at), middle_sum = sumOfProducts(window.at, middle.at);
@@ -162,7 +171,7 @@ std::optional<double> RowSearch::align(int x, int y, int right_x) const {
     if (!nearest || std::abs(shift) < std::abs(*nearest)) nearest = shift;
   }
   if (!nearest) return std::nullopt;
-  return x - (right_x + *nearest);
+  return point.x - (right_point.x + *nearest);
 }
 
 }  // namespace gms_ransac

@@ -23,7 +23,8 @@ class RowSearch {
   void setImages(const cv::Mat& left, const cv::Mat& right, double infinity);
   /// Pixels by which the right image shows a point farther to the left: at most a quarter of the width more than at
   /// infinity. None if the point is not found, or if another place on the row looks as much like it.
-  std::optional<double> disparity(const cv::Point2f& point);
+  /// `below`: pixels by which the right image shows the point lower.
+  std::optional<double> disparity(const cv::Point2f& point, double below = 0);
   /// Searches in the left image for points of the right one: as if these images were exchanged.
   std::unique_ptr<RowSearch> exchanged() const;
   /// Rows by which the right image shows a point lower, to two pixels: at most `reach` up or down.
@@ -38,7 +39,7 @@ class RowSearch {
   /// Where on the row of the right halved image the window at (x, y) of the left one is.
   Place searchRow(int x, int y, int rows_below);
   static Place standsOut(const int16_t* differences, int count);
-  std::optional<double> align(int x, int y, int right_x) const;
+  std::optional<double> align(const cv::Point& point, const cv::Point& right_point) const;
 
   const SimdLevel simd_;
   const FeatureKernels& kernels_;

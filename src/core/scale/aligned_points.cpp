@@ -8,9 +8,9 @@ namespace gms_ransac {
 
 namespace {
 
-constexpr float kReach = 3;  ///< pixels from the keypoint within which its patch is searched
-constexpr int kCell = 50;    ///< side of a cell, pixels
-constexpr int kPerCell = 3;  ///< points; all of them gain nothing on KITTI and take twice the time
+constexpr float kAlignReach = 3;  ///< pixels from the keypoint within which its patch is searched
+constexpr int kAlignCell = 50;    ///< side of a cell, pixels
+constexpr int kPerCell = 3;       ///< points; all of them gain nothing on KITTI and take twice the time
 // Magnification of the current image, of those that a patch can follow.
 constexpr float kLeastMagnification = 0.5F, kMostMagnification = 2;
 
@@ -29,7 +29,7 @@ PointToAlign pointToAlign(const cv::Point2f& reference, const cv::Point2f& curre
 std::optional<PatchPlace> align(const cv::Mat& earlier, const cv::Mat& current, const PointToAlign& point) {
   Patch patch;
   const Eigen::Vector2f centre(static_cast<float>(point.pixel.x), static_cast<float>(point.pixel.y));
-  return patch.take(earlier, centre) ? patch.find(current, point.guess, kReach) : std::nullopt;
+  return patch.take(earlier, centre) ? patch.find(current, point.guess, kAlignReach) : std::nullopt;
 }
 
 std::vector<int> spreadOut(const std::vector<cv::Point2f>& points, const std::vector<uint32_t>& tracks,
@@ -38,12 +38,12 @@ std::vector<int> spreadOut(const std::vector<cv::Point2f>& points, const std::ve
   std::iota(order.begin(), order.end(), 0);
   const auto began = [&](int i) { return tracks[i] - 1; };  // of those that are not followed the greatest number
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return began(a) < began(b); });
-  const int columns = size.width / kCell + 1, rows = size.height / kCell + 1;
+  const int columns = size.width / kAlignCell + 1, rows = size.height / kAlignCell + 1;
   std::vector<int> count(static_cast<size_t>(columns * rows));
   std::vector<int> chosen;
   for (const int i : order) {
-    const int column = std::clamp(static_cast<int>(points[i].x) / kCell, 0, columns - 1);
-    const int row = std::clamp(static_cast<int>(points[i].y) / kCell, 0, rows - 1);
+    const int column = std::clamp(static_cast<int>(points[i].x) / kAlignCell, 0, columns - 1);
+    const int row = std::clamp(static_cast<int>(points[i].y) / kAlignCell, 0, rows - 1);
     if (count[static_cast<size_t>(row * columns + column)]++ < kPerCell) chosen.push_back(i);
   }
   std::sort(chosen.begin(), chosen.end());

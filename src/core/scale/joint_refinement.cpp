@@ -23,7 +23,7 @@ using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 using Column = Eigen::Matrix<double, kUnknowns, 1>;
 
 constexpr int kCloseStart = 2;  ///< iteration that a refinement begins with whose start is known to a deviation or two
-constexpr int kIterations = 15;
+constexpr int kGaussNewtonSteps = 15;
 constexpr double kConverged = 0.01;  // square of the last step by the covariance: a tenth of a standard deviation.
 // Geman-McClure's loss bends where the squared residual over its freedom exceeds this. Where the residuals exceed the
 // noise (a rolling shutter, depth of another moment) it bends at this many times the typical one. The first steps have
@@ -31,7 +31,7 @@ constexpr double kConverged = 0.01;  // square of the last step by the covarianc
 constexpr double kLoss = 4, kWide = 4;
 constexpr double kTypicalSquare = 0.7;  ///< median of chi2 over its freedom, two degrees
 constexpr double kLeastBend = 0.1;      ///< of the loss, mean second derivative over the weight; 0.75 on KITTI and TUM
-constexpr double kNearest = 0.05;       // least depth in the current camera, as a share of that in the reference
+constexpr double kNearestShare = 0.05;  // least depth in the current camera, as a share of that in the reference
 
 void move(const Column& step, JointMotion& motion) {
   motion.pose.t += step.head<3>();
@@ -68,7 +68,7 @@ JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
     there = rotated + p.current.row * half_rotation.cross(rotated);
     by_sensor = 0.5 * (p.reference.row * rotation * crossMatrix(ray) + p.current.row * crossMatrix(rotated));
   }
-  if (!(there.z() > kNearest)) return result;
+  if (!(there.z() > kNearestShare)) return result;
   const double s = 1 / there.z();
   const Vector3d seen(there.x() * s, there.y() * s, inverse_depth * s);
   Matrix3d projection = s * Matrix3d::Identity();
@@ -110,20 +110,20 @@ JointResidual residualOf(const JointPoint& p, const JointMotion& motion) {
 class JointRefinement {
  public:
   /// Moves the estimates of the points. `sensor_sigma`: prior standard deviation of each unknown of the sensor.
-  JointRefinement(std::vector<JointPoint>& points, const JointMotion& start, double sensor_sigma)
+  JointRefinement(std::vector<JointPoint>& points, const JointMotion& start, const Vector3d& sensor_sigma)
       : points_(points),
-        sensor_information_(1 / (sensor_sigma * sensor_sigma)),
+        sensor_information_(sensor_sigma.cwiseAbs2().cwiseInverse()),
         motion_(start),
         residuals_(points_.size()) {}
 
   /// False where there is no solution. The covariance of `pose` includes the uncertainty of the other unknowns.
   /// `first`: iteration to begin with; the later, the closer the start is thought to be.
   bool run(RelativePose& pose, int first = 0) {
-    for (int i = first; i < kIterations; ++i) {
+    for (int i = first; i < kGaussNewtonSteps; ++i) {
       loss_ = kLoss * typicalSquare() * std::max(1., kWide * std::pow(0.5, i));
       linearize();
       Column slope = gradient_;
-      slope.tail<kSensor>() += sensor_information_ * motion_.sensor;
+      slope.tail<kSensor>() += sensor_information_.cwiseProduct(motion_.sensor);
       const Column step = withPrior(curvature_).ldlt().solve(-slope);
       if (!step.allFinite()) return false;
       move(step, motion_);
@@ -144,7 +144,7 @@ class JointRefinement {
 
   Square withPrior(const Square& curvature) const {
     Square sum = curvature;
-    sum.diagonal().tail<kSensor>().array() += sensor_information_;
+    sum.diagonal().tail<kSensor>() += sensor_information_;
     return sum;
   }
 
@@ -210,7 +210,7 @@ class JointRefinement {
   }
 
   std::vector<JointPoint>& points_;
-  double sensor_information_;  ///< on each unknown besides the pose
+  Vector3d sensor_information_;  ///< on each unknown besides the pose
   JointMotion motion_;
   std::vector<JointResidual> residuals_;
   std::vector<double> squares_;
@@ -238,7 +238,7 @@ void JointPoint::begin(const RelativePose& pose, double depth) {
   estimate = reference.value;
 }
 
-bool refineJointly(std::vector<JointPoint>& points, const JointMotion& start, double sensor_sigma, bool close,
+bool refineJointly(std::vector<JointPoint>& points, const JointMotion& start, const Vector3d& sensor_sigma, bool close,
                    RelativePose& pose) {
   return JointRefinement(points, start, sensor_sigma).run(pose, close ? kCloseStart : 0);
 }

@@ -46,7 +46,7 @@ struct JointMotion {
 /// The pose of `motion` moved to the least cost, with its covariance, which includes the uncertainty of `sensor`. Moves
 /// the estimates of the points. `sensor_sigma`: prior standard deviation of each unknown of the sensor. `close`: the
 /// start is known to a deviation or two. False where there is no solution; `pose` stays as it is then.
-bool refineJointly(std::vector<JointPoint>& points, const JointMotion& start, double sensor_sigma, bool close,
-                   RelativePose& pose);
+bool refineJointly(std::vector<JointPoint>& points, const JointMotion& start, const Eigen::Vector3d& sensor_sigma,
+                   bool close, RelativePose& pose);
 
 }  // namespace gms_ransac

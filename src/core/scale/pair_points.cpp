@@ -20,7 +20,7 @@ constexpr double kDisparitySigma = 0.2;
 // Standard deviation of an aligned point, pixels. The pixel that it is aligned with is exact.
 constexpr double kAlignedSigma = 0.1;
 
-cv::Point2f toPoint(const cv::Point& pixel) { return {static_cast<float>(pixel.x), static_cast<float>(pixel.y)}; }
+cv::Point2f pointOf(const cv::Point& pixel) { return {static_cast<float>(pixel.x), static_cast<float>(pixel.y)}; }
 
 }  // namespace
 
@@ -40,7 +40,7 @@ PairPoints PairReader::points() const {
     joint.cell = spreadCell(c.pt, pair_.current.image_size);
     if (found) {
       place.guess = *found;
-      joint.reference = seen(rayOf(pair_.camera, toPoint(place.pixel)), zr, 0, place.pixel.y);
+      joint.reference = seen(rayOf(pair_.camera, pointOf(place.pixel)), zr, 0, place.pixel.y);
       joint.current = aligned(*found, zc);
     } else {
       joint.reference = seen({pair_.points.x_reference[i], pair_.points.y_reference[i]}, zr, noise(r), r.pt.y);

@@ -158,28 +158,36 @@ std::string StereoDepth::fill(const Features& left, const cv::Mat& left_image, c
   const Camera &left_camera = left_model.camera, &right_camera = columns.right_camera->camera;
   CameraIntrinsics k = left_camera.intrinsics();
   double infinity = 0;
+  cv::Mat left_rows = left_image, right_rows = columns.right;
   if (sharesRows(left_camera, right_camera, rig)) {
     infinity = k.cx - right_camera.intrinsics().cx;
-    search_.setImages(left_image, columns.right, infinity);
   } else {
     k = rectifiedIntrinsics(left_camera, rig.left);
     left_view_.set(left_camera, rig.left, k);
     right_view_.set(right_camera, rig.right, k);
-    search_.setImages(left_view_.of(left_image), right_view_.of(columns.right), infinity);
+    left_rows = left_view_.of(left_image);
+    right_rows = right_view_.of(columns.right);
   }
+  search_.setImages(left_rows, right_rows, infinity);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   columns.depth.assign(left.keypoints.size(), 0);
   columns.right_ray.assign(left.keypoints.size(), {nan, nan});
   points_.clear();
-  size_t found = 0;
-  for (size_t i = 0; i < left.keypoints.size(); ++i) {
-    const Eigen::Vector2d ray = rotated(rig.left, rayOf(left_camera, left.keypoints[i].pt));
+  rays_.clear();
+  for (const cv::KeyPoint& keypoint : left.keypoints) {
+    const Eigen::Vector2d& ray = rays_.emplace_back(rotated(rig.left, rayOf(left_camera, keypoint.pt)));
     points_.emplace_back(k.fx * ray.x() + k.cx, k.fy * ray.y() + k.cy);
-    const std::optional<double> disparity = search_.disparity(points_.back());
+  }
+  offsets_.learn(left_rows, right_rows, points_, search_);
+  size_t found = 0;
+  for (size_t i = 0; i < points_.size(); ++i) {
+    const Eigen::Vector2d& ray = rays_[i];
+    const double below = offsets_.at(points_[i]);
+    const std::optional<double> disparity = search_.disparity(points_[i], below);
     if (!disparity || *disparity <= infinity) continue;
     ++found;
     const double difference = (*disparity - infinity) / k.fx;  // of the rays
-    columns.right_ray[i] = rotated(rig.right.transpose(), {ray.x() - difference, ray.y()});
+    columns.right_ray[i] = rotated(rig.right.transpose(), {ray.x() - difference, ray.y() + below / k.fy});
     if (*disparity - infinity < kLeastDisparity) continue;
     const Eigen::Vector3d point = rig.left.transpose() * (rig.baseline / difference * ray.homogeneous());
     columns.depth[i] = static_cast<float>(point.z());

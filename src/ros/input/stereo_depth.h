@@ -13,6 +13,7 @@
 #include "input/camera_model.h"
 #include "input/image_conversion.h"
 #include "input/image_with_info.h"
+#include "matching/row_offsets.h"
 #include "matching/row_search.h"
 
 namespace gms_ransac {
@@ -75,9 +76,11 @@ class StereoDepth {
   CameraModelSource camera_source_;
   View left_view_, right_view_;
   RowSearch search_;
-  std::vector<cv::Point2f> points_;  ///< the keypoints in the rectified left image
-  std::string doubt_of_rows_;        ///< of the last image that was looked at; empty: none
-  int images_ = 0;                   ///< with their points on their rows
+  RowOffsets offsets_;
+  std::vector<cv::Point2f> points_;    ///< the keypoints in the rectified left image
+  std::vector<Eigen::Vector2d> rays_;  ///< of them, in the rectified left camera
+  std::string doubt_of_rows_;          ///< of the last image that was looked at; empty: none
+  int images_ = 0;                     ///< with their points on their rows
 };
 
 }  // namespace gms_ransac

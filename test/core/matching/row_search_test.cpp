@@ -85,7 +85,7 @@ TEST(RowSearch, StaysWithinTheImage) {
   search.setImages(image, image, 0);
   for (int x = -5; x < image.cols + 5; ++x) {
     for (const float y : {-3.F, 0.F, 4.F, 115.F, 119.F, 130.F}) {
-      search.disparity({static_cast<float>(x), y});
+      for (const double below : {0., -2.4, 3.7}) search.disparity({static_cast<float>(x), y}, below);
       search.rowsBelow({static_cast<float>(x), y}, 40);
     }
   }

@@ -1,0 +1,61 @@
+#include "matching/row_offsets.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr float kOffsetReach = 3;                       ///< pixels that a patch may be away from the offset expected
+constexpr size_t kFirstAsked = 100, kPointsAsked = 25;  ///< points of the first image, and of each other
+constexpr double kOffsetMemory = 0.98;                  ///< weight of what is known, from image to image
+// Standard deviation of the offset of a point, pixels; one that is so far from the offset expected has a quarter of its
+// weight. Of the first image nothing is expected.
+constexpr double kOffsetNoise = 0.3, kFirstSpread = 1;
+constexpr double kOffsetPrior = 0.5;  ///< of each coefficient, pixels
+// Offsets that a calibration may leave, pixels: of the whole image, and with what grows at its rim. KITTI's rectified
+// images have 0.2, and 2 in the corners. Larger ones are none of a calibration, and are not corrected.
+constexpr double kMostOffset = 1, kMostAtRim = 3;
+
+}  // namespace
+
+Eigen::Vector4d RowOffsets::factors(const cv::Point2f& pixel) const {
+  const double half = 0.5 * size_.width, x = (pixel.x - half) / half, y = (pixel.y - 0.5 * size_.height) / half;
+  return {1, x, y, x * y};
+}
+
+void RowOffsets::learn(const cv::Mat& left, const cv::Mat& right, const std::vector<cv::Point2f>& points,
+                       RowSearch& search) {
+  if (size_ != left.size()) *this = RowOffsets();
+  size_ = left.size();
+  const bool first = information_.isZero();
+  const size_t stride = 1 + points.size() / (first ? kFirstAsked : kPointsAsked);
+  information_ *= kOffsetMemory;
+  moments_ *= kOffsetMemory;
+  for (size_t i = 0; i < points.size(); i += stride) {
+    const cv::Point pixel(static_cast<int>(std::lround(points[i].x)), static_cast<int>(std::lround(points[i].y)));
+    const double expected = at(pixel);
+    const auto disparity = search.disparity(pixel, expected);
+    Patch patch;
+    const Eigen::Vector2f centre(static_cast<float>(pixel.x), static_cast<float>(pixel.y));
+    if (!disparity || !patch.take(left, centre)) continue;
+    PatchPlace guess;
+    guess.centre = centre + Eigen::Vector2f(static_cast<float>(-*disparity), static_cast<float>(expected));
+    const auto found = patch.find(right, guess, kOffsetReach);
+    if (!found) continue;
+    const double below = found->centre.y() - centre.y(),
+                 ratio = (below - expected) / (first ? kFirstSpread : kOffsetNoise);
+    const double weight = 1 / ((1 + ratio * ratio) * (1 + ratio * ratio));
+    const Eigen::Vector4d f = factors(pixel);
+    information_ += weight * f * f.transpose();
+    moments_ += weight * below * f;
+  }
+  const double prior = kOffsetNoise * kOffsetNoise / (kOffsetPrior * kOffsetPrior);
+  coefficients_ = (information_ + prior * Eigen::Matrix4d::Identity()).ldlt().solve(moments_);
+  if (std::abs(coefficients_[0]) > kMostOffset || coefficients_.lpNorm<1>() > kMostAtRim) coefficients_.setZero();
+}
+
+}  // namespace gms_ransac
