@@ -33,7 +33,7 @@ same_numbers() {
     [ "$numbers" = "$plain" ] || fail "$1 compiled with '$flags' reads other numbers:
 $(diff <(echo "$plain") <(echo "$numbers") || true)"
   done
-  case $plain in OK*) ;; *) fail "$1 is not OK: $plain" ;; esac
+  case $plain in OK*|LOW_PARALLAX*) ;; *) fail "$1 has no pose: $plain" ;; esac
 }
 
 unset CMAKE_PREFIX_PATH ROS_PACKAGE_PATH PYTHONPATH LD_LIBRARY_PATH
