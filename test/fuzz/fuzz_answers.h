@@ -32,9 +32,9 @@ inline sensor_msgs::ImagePtr wallView(int shift, int noise = 0) {
 inline void demandSound(const ProcessedFrame& processed) {
   demand(!processed.text.empty(), "an answer has a sentence");
   demand(processed.text.size() < 2000, "and a short one");
-  if (processed.result != nullptr && !processed.result->raw.empty()) {
-    demandEmpty(
-        brokenResult(processed.reference->frame.features, processed.current->frame.features, *processed.result));
+  if (processed.pair != nullptr && !processed.pair->result.raw.empty()) {
+    demandEmpty(brokenResult(processed.pair->reference->frame.features, processed.current->frame.features,
+                             processed.pair->result));
   }
   if (!processed.poseValid()) return;
   demandEmpty(brokenPose(processed.pose, kPublishedRounding));

@@ -107,7 +107,7 @@ class Schedule {
     demand(processed.current != nullptr, "an answer is about an image");
     demand(processed.current->header.stamp == image.header.stamp, "about the image that was given");
     demandSound(processed);
-    demand(processed.status <= MatchStats::BAD_IMAGE, "a status is known");
+    demand(processed.status <= MatchStats::MOTION_UNKNOWN, "a status is known");
     if (processed.status != MatchStats::BAD_IMAGE) checkOrder(processed);
     MatchStats stats;
     toMessage(processed, {}, stats);
@@ -115,7 +115,7 @@ class Schedule {
                std::isfinite(stats.median_parallax_px) && std::isfinite(stats.sigma_px) &&
                std::isfinite(stats.camera_misfit),
            "every figure is finite");
-    if (processed.result == nullptr) {
+    if (processed.pair == nullptr) {
       demand(!processed.poseValid(), "no pose without a comparison");
       return;
     }
@@ -127,7 +127,8 @@ class Schedule {
     const double stamp = processed.current->stamp();
     if (parameters_.input == InputKind::kStream) {
       const bool new_start = processed.continuity == Continuity::kRestarted;
-      demand(new_start || !(stamp <= last_used_), "stamps grow, or a restart is said");
+      const bool set_back = processed.status == MatchStats::TIME_RESET;  // by less than ~max_frame_gap: the place stays
+      demand(new_start || set_back || !(stamp <= last_used_), "stamps grow, or a restart is said");
       if (reset_) demand(new_start, "a reset is done");
       last_used_ = stamp;
     }
@@ -135,8 +136,8 @@ class Schedule {
   }
 
   void checkCompared(const ProcessedFrame& processed) {
-    const MatchResult& result = *processed.result;
-    if (result.raw.empty() || processed.track_ids == nullptr) return;
+    const MatchResult& result = processed.pair->result;
+    if (result.raw.empty()) return;
     for (const bool with_rejected : {false, true}) {
       Correspondences message;
       toMessage(processed, with_rejected, message);
@@ -155,7 +156,7 @@ class Schedule {
     overlay_.draw(processed,
                   {static_cast<OverlayColour>(input_.between(0, 4)), static_cast<OverlayLayout>(input_.flag())});
     if (processed.current->camera->camera.calibrated()) markerMessage(processed);
-    if (!processed.poseValid() || processed.place == nullptr) return;
+    if (!processed.poseValid() || !processed.place) return;
     const OdometryEstimate camera = processed.place->camera();
     demand(camera.pose.matrix().allFinite() && camera.twist.allFinite(), "odometry is finite");
     demandEmpty(brokenCovariance(camera.pose_covariance, kPublishedRounding));

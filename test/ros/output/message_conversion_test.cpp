@@ -14,13 +14,13 @@ TEST(MessageConversion, KIsThatOfTheReceivedImageWhateverTheLens) {
                                        CameraIntrinsics{300, 310, 322, 241, "double_sphere", {-0.2, 0.6}},
                                        CameraIntrinsics{300, 310, 322, 241, "equidistant", {0, 0, 0, 0}},
                                        CameraIntrinsics{300, 310, 322, 241, "", {}}}) {
-    PreparedFrame frame;
+    auto frame = std::make_shared<PreparedFrame>();
     auto model = std::make_shared<CameraModel>();
     model->camera = Camera(lens, size);
-    frame.camera = model;
-    frame.frame.features.image_size = size;
+    frame->camera = model;
+    frame->frame.features.image_size = size;
     ProcessedFrame processed;
-    processed.current = &frame;
+    processed.current = frame;
     Keypoints message;
     toMessage(processed, message);
     EXPECT_EQ(message.K, (boost::array<double, 9>{300, 0, 322, 0, 310, 241, 0, 0, 1})) << lens.distortion_model;

@@ -108,12 +108,12 @@ struct CountingAllocator : cv::MatAllocator {
 
 TEST(MatchImage, IsDrawnOnlyForASubscriber) {
   ros::NodeHandle nh, pnh("~");
-  Outputs outputs(nh, pnh, Parameters(), OutputOptions(), [] {});
-  PreparedFrame frame;
-  frame.grey = cv::Mat(480, 640, CV_8UC1, cv::Scalar(90));
-  frame.camera = std::make_shared<CameraModel>();
+  Outputs outputs(nh, pnh, Parameters(), [] {});
+  auto frame = std::make_shared<PreparedFrame>();
+  frame->grey = cv::Mat(480, 640, CV_8UC1, cv::Scalar(90));
+  frame->camera = std::make_shared<CameraModel>();
   ProcessedFrame processed;
-  processed.current = &frame;
+  processed.current = frame;
   CountingAllocator counter;
   cv::Mat::setDefaultAllocator(&counter);
   for (int i = 0; i < 10; ++i) outputs.publish(processed, {}, {});
