@@ -8,7 +8,7 @@ from pathlib import Path
 
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
 # Files that the methods share; every other file of the room is a method.
-SHARED_BY_METHODS = {"ransac_method", "method", "rolling_shutter"}
+SHARED_BY_METHODS = {"ransac_method", "method", "optima", "rolling_shutter"}
 
 
 # The stream of the node for offline programs, without a type of ROS.

@@ -57,6 +57,8 @@ struct Judgement {
   bool translation_observable = false;  ///< false: no direction known; `pose.t` is a guess (zero: none)
   DirectionDoubt doubt = DirectionDoubt::kNone;
   RelativePose pose;
+  /// The rotation that explains the matches best by itself, as RelativePose::R.
+  Eigen::Matrix3d rotation_alone = Eigen::Matrix3d::Identity();
   double median_parallax_px = 0;  ///< median over inliers of the displacement that no rotation undoes
   /// N entries, that a match is right; empty without a model. Without a pose by the residual alone, so that a wrong
   /// match on its epipolar line passes for right.

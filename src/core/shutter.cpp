@@ -63,9 +63,9 @@ Shutter ShutterEstimate::shutter() const {
   if (!(weight_ > 0)) return {};
   Shutter shutter = {Shutter::kUnknown, readout(), std::sqrt(dispersion() / weight_)};
   if (pairs_ < kFewestPairs) return shutter;
-  const double beyond = (std::abs(shutter.readout) - kRolls) / shutter.deviation;
-  if (beyond > kSurelyRolls) shutter.kind = Shutter::kRolling;
-  if (beyond < -kSurelyGlobal) shutter.kind = Shutter::kGlobal;
+  // Rows are read from the top down: a readout below zero is an error of the rates, and no shutter.
+  if (shutter.readout - kRolls > kSurelyRolls * shutter.deviation) shutter.kind = Shutter::kRolling;
+  if (kRolls - std::abs(shutter.readout) > kSurelyGlobal * shutter.deviation) shutter.kind = Shutter::kGlobal;
   return shutter;
 }
 

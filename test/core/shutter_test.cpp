@@ -52,6 +52,8 @@ TEST(ShutterEstimate, IsUnknownWithFewPairsOrLittleRotation) {
   EXPECT_EQ(swing(0, 200, 1).shutter().kind, Shutter::kUnknown);
 }
 
+TEST(ShutterEstimate, ReadsNoImageFromTheBottomUp) { EXPECT_EQ(swing(-0.014, 200).shutter().kind, Shutter::kUnknown); }
+
 TEST(ShutterEstimate, TakesTheUsualIntervalWithoutStamps) {
   EXPECT_EQ(swing(0.014, 200, 0.01, std::nullopt).shutter().kind, Shutter::kRolling);
 }

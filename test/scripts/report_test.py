@@ -117,7 +117,7 @@ def tables_run(method, pair="p0", preset=2000, raw_points=None, **columns):
 
 
 class Documents(unittest.TestCase):
-    def test_the_readme_quotes_the_rows_of_the_demo(self):
+    def test_the_rows_of_the_demo_are_quoted(self):
         (table,) = [node for node in ast.walk(ast.parse((PROJECT / "scripts/demo_summary.py").read_text()))
                     if isinstance(node, ast.FunctionDef) and node.name == "table"]
         text = lambda node: node.value if isinstance(node, ast.Constant) else None  # noqa: E731
@@ -125,7 +125,7 @@ class Documents(unittest.TestCase):
         rows = {text(elements[0]) for elements in tuples if len(elements) == 2} - {None, "pose error"}
         (stages,) = [elements for elements in tuples if text(elements[0]) == "convert"]
         rows |= {"ms, " + stage.value for stage in stages}
-        quoted = (PROJECT / "README.md").read_text().split("<!-- begin of the demo -->")[1].split("<!-- end of the demo -->")[0]
+        quoted = (PROJECT / "doc/measured/benchmark.md").read_text().split("<!-- begin of the demo -->")[1].split("<!-- end of the demo -->")[0]
         self.assertEqual({line.split("  ")[0] for line in map(str.strip, quoted.splitlines()) if line}, rows)
 
     def test_what_a_program_printed_is_quoted(self):

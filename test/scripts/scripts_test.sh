@@ -48,7 +48,7 @@ cat >"$work/trust/bin/rosrun" <<'PROGRAM'
 [ "$2" = render_scene ] && { mkdir -p "$3"; exit; }
 while [ $# -gt 1 ]; do [ "$1" = --out ] && out=$2; shift; done
 mkdir -p "$out"
-echo '{"unit": 0, "runs": [{"kind": "real", "set": "s", "gap": 1, "method": "m", "status": "RANSAC_FAILED", "inliers": 0,
+echo '{"unit": 0, "runs": [{"kind": "real", "set": "s", "gap": 1, "method": "m", "status": "RANSAC_FAILED", "stationary": false, "inliers": 0,
   "matches_gms": 0, "reliability": [0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0], "reference": "a",
   "current": "b", "reference_stamp": 0, "stamp": 1, "truth": {"has_pose": true, "translation_m": [0, 0, 1], "moved": true}}]}' |
   tr -d '\n' >"$out/measurements.jsonl"

@@ -154,6 +154,7 @@ RelativePose PoseJudge::publishRotation(const Explanation& explanation) const {
 
 const Judgement& PoseJudge::conclude(const TwoViewPoints& points, DirectionDoubt doubt, bool rotated) {
   judgement_.pose_found = true;
+  judgement_.rotation_alone = candidates_.rotation.transpose();
   judgement_.doubt = doubt;
   judgement_.translation_observable = doubt == DirectionDoubt::kNone;
   if (!judgement_.translation_observable) setTranslationVariance(kAnyDirection, judgement_.pose.covariance);

@@ -155,7 +155,7 @@ void RollingShutter::weigh(const PointPairs& pairs, const Camera& camera, const 
   if (!result.pose_found) return;
   const Eigen::Matrix3d K = camera.K();
   fill(result.model_type, result.model, threshold_px_, costs.model);
-  fill(ModelType::kHomography, K * result.pose.R.transpose() * K.inverse(), kTransferThreshold * threshold_px_,
+  fill(ModelType::kHomography, K * result.rotation_alone.transpose() * K.inverse(), kTransferThreshold * threshold_px_,
        costs.rotation);
 }
 

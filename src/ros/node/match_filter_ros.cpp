@@ -233,9 +233,9 @@ class MatchFilterRos {
 
   /// Logs once what the stream has shown of the shutter.
   void reportShutter(const MatchStats& stats) {
-    if (stats.shutter == MatchStats::SHUTTER_UNKNOWN || stats.shutter == last_shutter_) return;
+    if (stats.shutter == Shutter::kUnknown || stats.shutter == last_shutter_) return;
     last_shutter_ = stats.shutter;
-    const std::string kind = stats.shutter == MatchStats::SHUTTER_ROLLING ? "rolls" : "is global";
+    const std::string kind = stats.shutter == Shutter::kRolling ? "rolls" : "is global";
     ROS_INFO("%s: the shutter %s: %.1f ms from the first row to the last, standard deviation %.1f ms",
              parameters_.name.c_str(), kind.c_str(), 1e3 * static_cast<double>(stats.shutter_readout),
              1e3 * static_cast<double>(stats.shutter_readout_sigma));
@@ -317,7 +317,7 @@ class MatchFilterRos {
   // Used by the publishing thread only.
   uint32_t processed_ = 0, passed_over_ = 0, resets_ = 0;
   std::string last_doubt_;
-  uint8_t last_shutter_ = MatchStats::SHUTTER_UNKNOWN;
+  uint8_t last_shutter_ = Shutter::kUnknown;
 
   std::mutex subscription_mutex_;
   std::atomic<bool> closing_{false}, paused_{false};
