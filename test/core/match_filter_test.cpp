@@ -181,7 +181,7 @@ TEST(MatchFilter, FindsTheMotionOfSensorsOfFewPixels) {
       options.robust.model = ModelType::kHomography;
       MatchFilter filter(options);
       constexpr int kShift = 3;
-      const cv::Rect first(70, 50, size.width, size.height);
+      const cv::Rect first(40, 30, size.width, size.height);
       filter.process(wide(first));
       const MatchResult& result = filter.process(wide(first + cv::Point(kShift, 0)));
       EXPECT_EQ(filter.current().features.image_size, size);
