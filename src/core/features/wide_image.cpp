@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 
@@ -61,7 +62,7 @@ class Levels {
       if (below <= low) range_.low = first;
       if (below < high) range_.high = last;
       for (int value = first; value <= last; ++value, below += step) {
-        (*levels_)[value] = static_cast<uint8_t>(255 * (below + step / 2) / shared_by + 0.5);
+        (*levels_)[value] = static_cast<uint8_t>(std::lround(255 * (below + step / 2) / shared_by));
       }
     }
   }

@@ -44,7 +44,8 @@ std::vector<int> spreadOut(const std::vector<cv::Point2f>& points, const std::ve
   for (const int i : order) {
     const int column = std::clamp(static_cast<int>(points[i].x) / kAlignCell, 0, columns - 1);
     const int row = std::clamp(static_cast<int>(points[i].y) / kAlignCell, 0, rows - 1);
-    if (count[static_cast<size_t>(row * columns + column)]++ < kPerCell) chosen.push_back(i);
+    if (count[static_cast<size_t>(row) * static_cast<size_t>(columns) + static_cast<size_t>(column)]++ < kPerCell)
+      chosen.push_back(i);
   }
   std::sort(chosen.begin(), chosen.end());
   return chosen;

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include <opencv2/core/cvstd.hpp>
+#include <opencv2/core.hpp>
 
 namespace gms_ransac {
 

@@ -247,6 +247,7 @@ std::string StereoDepth::textOfRows(std::vector<int> below) const {
   std::sort(below.begin(), below.end());
   const int median = below[below.size() / 2], spread = below[3 * below.size() / 4] - below[below.size() / 4];
   std::vector<int> away;
+  away.reserve(below.size());
   for (const int rows : below) away.push_back(std::abs(rows));
   const std::string rectify = "rectify both images, by the calibration in their camera_info";
   const std::string expose = "expose both cameras at the same time";

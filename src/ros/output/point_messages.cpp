@@ -6,6 +6,7 @@
 
 #include <sensor_msgs/point_cloud2_iterator.h>
 #include <Eigen/Geometry>
+#include <opencv2/core.hpp>
 
 #include "frames.h"
 #include "gms_ransac/camera.h"

@@ -48,7 +48,7 @@ class SensorTrack {
   }
   /// The same, and the camera in these axes.
   std::string between(const PriorQuery& query, TrackMotion& motion, Eigen::Isometry3d& camera_in_sensor) const {
-    const std::string problem = between(query.from, query.to, motion);
+    std::string problem = between(query.from, query.to, motion);
     if (!problem.empty()) return problem;
     std::string frame;
     {
