@@ -17,9 +17,8 @@ struct Shutter {
 };
 std::string toString(Shutter::Kind kind);  ///< "unknown", "global", "rolling"
 
-/// What the matches of a pair tell of the camera's rates of rotation by row, radians per focal length: three of the
-/// reference, three of the current image. Score s, its information I and its scatter S are combined, rows of a matrix
-/// one after the other.
+/// Evidence of a pair for the rates of rotation by row, radians per focal length: three of the reference, three of the
+/// current image. Combines their score s, its information I and its scatter S; matrices by rows.
 struct RowRates {
   std::array<double, 6> score{};         ///< I S^-1 s
   std::array<double, 36> information{};  ///< I S^-1 I
@@ -36,7 +35,7 @@ class ShutterEstimate {
   /// The current image of the pair added last becomes the reference of the next one; without a pair the chain breaks.
   void advance();
 
-  /// Rolling or global as soon as the pairs tell that tau is surely above or below 5 ms.
+  /// Returns unknown until tau is above 5 ms by four standard deviations, or below by two.
   Shutter shutter() const;
   int pairs() const { return pairs_; }
 

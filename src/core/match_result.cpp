@@ -6,8 +6,8 @@ namespace gms_ransac {
 
 namespace {
 
-/// Largest standard deviation of a rotation that is published, the three axes together. Of the right rotations that
-/// claimed at most a degree before, 99 % stay below it, of the wrong ones 5 % (doc/inside/judgement.md).
+/// Largest standard deviation of a rotation that is published, the three axes together. On recordings 99 % of the right
+/// rotations with a claim of at most a degree, and 5 % of the wrong ones, stay below it (doc/inside/judgement.md).
 constexpr double kMostRotationSigma = 3 * M_PI / 180;
 
 }  // namespace

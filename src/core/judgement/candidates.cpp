@@ -31,7 +31,7 @@ constexpr double kMostAtInfinity = 0.4;
 /// independent cells, and too much. From 6 to 24 the recordings differ little.
 constexpr double kBelief = 12;
 /// Typical rate of rotation by row of a rolling shutter, as a share of the pair's rotation: the shutter reads an image
-/// in less than the time between two. Where the camera turns back and forth, radians per focal length.
+/// in less than the time between two. The second, radians per focal length, holds where the rotation goes to and fro.
 constexpr double kShareOfRotation = 0.3, kLeastRate = 0.5 * M_PI / 180;
 /// Typical translation past a plane, of its distance.
 constexpr double kPlaneStep = 0.15;
