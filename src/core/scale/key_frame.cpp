@@ -19,7 +19,8 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 constexpr double kStillSeen = 0.15;
 constexpr double kLeastStillSeen = 30;
 
-/// The motion by two independent measurements of it.
+/// The motion by two measurements of it whose errors may be correlated in any way (covariance intersection with equal
+/// weights, Julier & Uhlmann 1997): the pairs between the key frame and this image saw the same points.
 RelativePose fused(const RelativePose& a, const RelativePose& b) {
   const Matrix6d gain = a.covariance * (a.covariance + b.covariance).inverse();
   Vector6d difference;
@@ -28,7 +29,7 @@ RelativePose fused(const RelativePose& a, const RelativePose& b) {
   RelativePose both = a;
   both.t += step.head<3>();
   both.R = rotationFromVector(step.tail<3>()) * a.R;
-  both.covariance -= gain * a.covariance;
+  both.covariance = 2 * (a.covariance - gain * a.covariance);
   return both;
 }
 

@@ -33,10 +33,17 @@ RelativePose withUsualLength(RelativePose motion, double length) {
   return motion;
 }
 
+/// The pose with the part of its covariance that no other pair shares.
+RelativePose ownPose(const ProcessedFrame& answer) {
+  RelativePose pose = answer.pose;
+  pose.covariance = answer.own_covariance;
+  return pose;
+}
+
 /// A camera that stands still moves by less than the least drift that is seen, of a view that is so far away.
 RelativePose rest(const ProcessedFrame& answer) {
   constexpr double kDepth = 10;
-  RelativePose motion = answer.poseValid() ? answer.pose : RelativePose();
+  RelativePose motion = answer.poseValid() ? ownPose(answer) : RelativePose();
   const double angle = kMostDrift / answer.current->camera->camera.meanFocalLength();
   if (!answer.poseValid()) motion.covariance = Matrix6d::Identity() * angle * angle;
   motion.t.setZero();
@@ -92,12 +99,18 @@ void MotionIntegrator::add(const PairMotion& motion) {
   const RelativePose& pair = motion.current_in_reference;
   current_ = reference_;
   current_.missed_turn = 0;
+  current_.shared = chained(reference_.shared, reference_.estimate.pose.linear(), motion.shared, pair.t);
   const bool usual = !motion.after_loss && !motion.at_rest;
   if (usual) {
     known_.turn = Eigen::AngleAxisd(pair.R).angle();
     known_.turn_seconds = motion.seconds;
   }
-  if (motion.translation_known) {
+  if (!motion.translation_known || motion.guessed_length > 0) {
+    RelativePose widened = pair;
+    const double size = motion.translation_known ? motion.guessed_length : usualStep(motion.parallax_px);
+    setTranslationVariance(addInLine(size, current_.missed_step), widened.covariance);
+    chain(reference_, widened);
+  } else {
     if (usual) {
       known_.step = pair.t.norm();
       known_.step_seconds = motion.seconds;
@@ -110,18 +123,14 @@ void MotionIntegrator::add(const PairMotion& motion) {
     } else {
       chain(reference_, pair);
     }
-  } else {
-    double step = known_.step > 0 ? known_.step : first_step_;
-    if (known_.step > 0 && motion.parallax_px > 0 && known_.parallax_px > 0) {
-      step *= motion.parallax_px / known_.parallax_px;
-    }
-    RelativePose widened = pair;
-    widened.covariance.topLeftCorner<3, 3>().setIdentity();
-    widened.covariance.topLeftCorner<3, 3>() *= addInLine(step, current_.missed_step);
-    chain(reference_, widened);
   }
   setTwist(motion);
   if (!motion.reference_held) reference_ = current_;
+}
+
+double MotionIntegrator::usualStep(double parallax_px) const {
+  if (known_.step == 0) return first_step_;
+  return parallax_px > 0 && known_.parallax_px > 0 ? known_.step * parallax_px / known_.parallax_px : known_.step;
 }
 
 void MotionIntegrator::set(const Eigen::Isometry3d& pose, const Matrix6d& covariance) {
@@ -129,6 +138,7 @@ void MotionIntegrator::set(const Eigen::Isometry3d& pose, const Matrix6d& covari
   for (Place* place : {&key_, &reference_, &current_}) {
     place->estimate.pose = step * place->estimate.pose;
     place->estimate.pose_covariance = covariance;
+    place->shared.setZero();
     place->missed_step = place->missed_turn = 0;
   }
   current_.estimate.pose = pose;
@@ -149,7 +159,7 @@ void MotionIntegrator::setTwist(const PairMotion& motion) {
   estimate.twist.head<3>() = pair.R.transpose() * pair.t / motion.seconds;
   estimate.twist.tail<3>() = turn.axis() * turn.angle() / motion.seconds;
   const Matrix6d C = leverTransform(pair.R.transpose(), Eigen::Vector3d::Zero()) / motion.seconds;
-  estimate.twist_covariance = C * pair.covariance * C.transpose();
+  estimate.twist_covariance = C * (pair.covariance + motion.shared * motion.shared.transpose()) * C.transpose();
   // The twist is that of the pair alone: of a translation that it does not tell it says nothing, nor of the velocity
   // now after a loss.
   if (motion.after_loss) {
@@ -165,7 +175,8 @@ OdometryEstimate MotionIntegrator::base(const Eigen::Isometry3d& camera_in_base)
   OdometryEstimate base;
   base.pose = camera_in_base * current_.estimate.pose * base_in_camera;
   const Matrix6d P = leverTransform(X, current_.estimate.pose.linear() * base_in_camera.translation());
-  base.pose_covariance = P * current_.estimate.pose_covariance * P.transpose();
+  base.pose_covariance =
+      P * (current_.estimate.pose_covariance + current_.shared * current_.shared.transpose()) * P.transpose();
   const Matrix6d V = leverTransform(X, base_in_camera.translation());
   base.twist = V * current_.estimate.twist;
   base.twist_covariance = V * current_.estimate.twist_covariance * V.transpose();
@@ -193,19 +204,21 @@ void integrate(const Parameters& parameters, MotionIntegrator& place, ProcessedF
     if (answer.status != MatchStats::TOO_FEW_KEYPOINTS) lose(now, place);
     return;
   }
-  PairMotion motion = {at_rest ? rest(answer) : answer.pose,
+  PairMotion motion = {at_rest ? rest(answer) : ownPose(answer),
                        seconds,
                        at_rest || answer.status == MatchStats::OK,
                        answer.reference_held,
                        answer.pair->result.robust.median_parallax_px,
                        answer.recovered || !answer.velocity_known,
                        at_rest,
-                       answer.since_key};
+                       answer.since_key,
+                       at_rest ? SharedErrors(SharedErrors::Zero()) : answer.shared};
   const bool without_metres = parameters.measuresMetres() && !answer.metric_scale;
   if (motion.translation_known && !at_rest && (without_metres || answer.length_missing)) {
-    const double length = answer.recovered ? place.stepOf(seconds) : place.step();
-    motion.current_in_reference = withUsualLength(answer.pose, length);
-    motion.translation_known = length > 0;
+    motion.guessed_length = answer.recovered ? place.stepOf(seconds) : place.step();
+    motion.translation_known = motion.guessed_length > 0;
+    motion.shared.topRows<3>() *= motion.guessed_length / answer.pose.t.norm();
+    motion.current_in_reference = withUsualLength(motion.current_in_reference, motion.guessed_length);
   }
   place.add(motion);
   place.stamp = now;

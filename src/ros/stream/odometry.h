@@ -9,6 +9,7 @@
 #include "frames.h"
 #include "gms_ransac/relative_pose.h"
 #include "stream/pair_pose.h"
+#include "stream/shared_errors.h"
 
 namespace gms_ransac {
 
@@ -36,7 +37,7 @@ struct MotionSinceKey {
   bool key_is_reference;  ///< of this pair; else it is that of the last motion
 };
 
-/// The motion of one pair of images.
+/// The motion of one pair of images. Covariances are of what no other pair shares; `shared` has the rest.
 struct PairMotion {
   RelativePose current_in_reference;
   double seconds = 0;             ///< between the two images, > 0
@@ -46,10 +47,13 @@ struct PairMotion {
   bool after_loss = false;        ///< much may have happened between the two images: no measure of usual motions
   bool at_rest = false;           ///< stands still between others: no measure of usual motions
   std::optional<MotionSinceKey> since_key = {};  ///< where the place comes from, if known
+  SharedErrors shared = SharedErrors::Zero();
+  double guessed_length = 0;  ///< of a translation whose direction alone is known; 0: the length is known, too
 };
 
-/// A value: a copy goes on from the same place. An unknown motion adds its usual size to the covariance. Consecutive
-/// unknown motions may have the same direction: their sizes add up, not their variances.
+/// A value: a copy goes on from the same place. Own errors of the pairs add up in variance, shared ones in size. An
+/// unknown motion adds its usual size to the covariance. Consecutive unknown motions may have the same direction: their
+/// sizes add up, not their variances.
 class MotionIntegrator {
  public:
   /// `first_step`: length of a translation, in its unit, as long as none is known.
@@ -85,11 +89,15 @@ class MotionIntegrator {
     double step = 0, step_seconds = 0, parallax_px = 0;
     double turn = 0, turn_seconds = 0;  ///< radians
   };
-  /// An estimate, and what was missed since motion was last known.
+  /// An estimate with the covariance of the own errors of the pairs, the shared errors, and what was missed since
+  /// motion was last known.
   struct Place {
     OdometryEstimate estimate;
+    SharedErrors shared = SharedErrors::Zero();
     double missed_step = 0, missed_turn = 0;
   };
+  /// Size of a translation with this parallax that is not known; parallax 0: that is not known either.
+  double usualStep(double parallax_px) const;
   /// Puts the current place one motion beyond another one.
   void chain(const Place& from, const RelativePose& motion);
   void setTwist(const PairMotion& motion);

@@ -100,6 +100,20 @@ bool isSymmetric(const Covariance6d& covariance, double tolerance) {
   return true;
 }
 
+/// Shared errors of a depth camera, in those of two cameras: Kinects have depths that are wrong by a per cent, of
+/// another moment than the colour image, whose rows are of different moments as well (TUM freiburg1).
+constexpr double kOfDepthImages = 3;
+
+/// Widens the covariance of the pose, and keeps both parts of it.
+void addSharedErrors(double share, ProcessedFrame& answer) {
+  const double parallax =
+      answer.pair->result.robust.median_parallax_px / answer.current->camera->camera.meanFocalLength();
+  answer.own_covariance = answer.pose.covariance;
+  answer.shared = sharedErrors(share, answer.pose, parallax);
+  answer.pose.covariance += answer.shared * answer.shared.transpose();
+  boundCovariance(answer.pose.covariance);
+}
+
 }  // namespace
 
 void findPose(const Pipeline& pipeline, Stream& stream, ComparedPair& pair, ProcessedFrame& answer) {
@@ -126,7 +140,8 @@ void findPose(const Pipeline& pipeline, Stream& stream, ComparedPair& pair, Proc
   // The last thing before either of the two motions is used.
   std::string defect = poseDefect(answer.pose);
   if (defect.empty() && answer.since_key) defect = poseDefect(answer.since_key->current_in_key);
-  if (defect.empty()) return;
+  const double share = pipeline.options.systematic_sigma * (parameters.scale == ScaleMode::kDepth ? kOfDepthImages : 1);
+  if (defect.empty()) return addSharedErrors(share, answer);
   answer.status = MatchStats::RANSAC_FAILED;
   answer.reasons = {{Why::kUnfit, defect}};
   answer.pose = RelativePose();

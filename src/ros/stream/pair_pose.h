@@ -24,8 +24,8 @@ constexpr double kSmallestVariance = 1e-9;
 
 /// Least standard deviations of a published pose, per axis.
 struct SigmaFloor {
-  double translation = 0.005;  ///< as a share of its length
-  double rotation = 0.0005;    ///< radians
+  double translation = 0.00004;  ///< as a share of its length
+  double rotation = 0.00004;     ///< radians
 };
 
 /// Sets an unknown translation to zero with a large variance, adds the floors and bounds the diagonal to

@@ -13,6 +13,7 @@
 #include "gms_ransac/triangulation.h"
 #include "stream/odometry.h"
 #include "stream/prepared_frame.h"
+#include "stream/shared_errors.h"
 
 namespace gms_ransac {
 
@@ -81,9 +82,12 @@ struct ProcessedFrame {
   std::shared_ptr<const ComparedPair> pair;  ///< null: not compared
   StageTimes times;                          ///< in all comparisons of the image
   Continuity continuity = Continuity::kContinuous;
-  RelativePose pose;                        ///< as it is published; if poseValid()
-  bool metric_scale = false;                ///< pose.t is in metres
-  std::optional<MotionSinceKey> since_key;  ///< with depth; covariance bounded as that of `pose`
+  RelativePose pose;          ///< as it is published; if poseValid()
+  bool metric_scale = false;  ///< pose.t is in metres
+  /// The part of pose.covariance that is independent of other pairs, and the part that all share.
+  Eigen::Matrix<double, 6, 6> own_covariance;
+  SharedErrors shared = SharedErrors::Zero();
+  std::optional<MotionSinceKey> since_key;  ///< with depth; covariance without shared errors, bounded as that of `pose`
   bool reference_held = false;              ///< the next image will be compared with this reference again
   /// After a loss the reference is an image from before it. `status` is what it would be without the loss.
   bool recovered = false;

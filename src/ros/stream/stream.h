@@ -27,6 +27,7 @@ struct ProcessorOptions {
   double max_frame_gap = 1;    ///< seconds
   bool hold_reference = true;  ///< keep the reference while the parallax is too small
   SigmaFloor sigma_floor;
+  double systematic_sigma = 0.003;  ///< share of each motion that is wrong alike in all pairs (sharedErrors)
   RecoveryOptions recovery;
 };
 

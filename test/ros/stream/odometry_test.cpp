@@ -161,6 +161,19 @@ TEST(MotionIntegrator, ATranslationThatIsNotKnownIsAsLongAsItsParallaxAllows) {
   EXPECT_LT(odometry.camera().twist_covariance(4, 4), 1) << "but of the rate of turn";
 }
 
+TEST(MotionIntegrator, LengthsThatAreGuessedGoOneWay) {
+  MotionIntegrator odometry;
+  odometry.add({motion({0, 0, 0.2}, {0, 0.02, 0}), 0.1});
+  PairMotion guess = {motion({0, 0, 0.2}, {0, 1e-12, 0}), 0.1};
+  guess.guessed_length = 0.2;
+  for (int i = 0; i < 10; ++i) odometry.add(guess);
+  EXPECT_NEAR(std::sqrt(odometry.camera().pose_covariance(0, 0)), 10 * 0.2, 1e-3);
+  // A length that is measured ends that.
+  odometry.add({motion({0, 0, 0.2}, {0, 1e-12, 0}), 0.1});
+  odometry.add(guess);
+  EXPECT_NEAR(odometry.camera().pose_covariance(0, 0), 4 + 0.04, 1e-3);
+}
+
 TEST(MotionIntegrator, BeforeTheFirstStepNothingIsCertain) {
   const RelativePose turn = motion({0, 0, 0}, {0, 0.02, 0});
   MotionIntegrator standing(0.5), lost(0.5);
