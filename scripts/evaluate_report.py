@@ -9,8 +9,8 @@
   evaluate_report.py trust FOLDER [--no-tables] [--before FOLDER] [--into DOCUMENT]...
                                                          tables and plots of `evaluate trust`, or of a file of records of
                                                          `evaluate run`, into the folder of its name
-  evaluate_report.py odometry [--plot FILE] [--peer FILE]... <RECORDS
-                                                         the table of `evaluate odometry`, from the lines of its --out
+  evaluate_report.py odometry [--plot FILE] [--peer FILE]... [--witness FILE]... [--leave-out N] [--align] <RECORDS
+                                                         the tables of `evaluate odometry`, from the lines of its --out
   evaluate_report.py insert DOCUMENT NAME FILE           puts what a program printed (scripts/demo: out/demo/summary.txt)
                                                          between the marks of that name in a document
   evaluate_report.py benchmark [--head TEXT] [--out FILE.md] <RECORDS
@@ -58,9 +58,15 @@ def main():
     option("--no-tables", action="store_true", help="only pairs.csv")
     option("--before", help="an earlier folder of the same pairs: how many of its right answers are kept")
     option("--into", action="append", default=[], help="document whose marked tables are replaced; may be repeated")
-    option = command("odometry", lambda given: odometry.report(sys.stdin, given.plot, given.peer))
+    option = command("odometry", lambda given: odometry.report(sys.stdin, given.plot, given.peer, given.witness,
+                                                               given.leave_out, given.align, given.witness_noise))
     option("--plot", help="file for the paths, and the errors over the length")
     option("--peer", action="append", default=[], help="poses of another system; once for each set, in their order")
+    option("--witness", action="append", default=[], help="poses of a second truth; once for each set, in their order")
+    option("--leave-out", type=int, default=0, help="images at the start of each set that are not measured")
+    option("--align", action="store_true", help="also with the constant rotation between the two camera frames fitted out")
+    option("--witness-noise", type=odometry.two_numbers, default=odometry.WITNESS_NOISE, metavar="METRES,DEGREES",
+           help="standard deviations of a pose of the witness")
     option = command("benchmark", lambda given: benchmark.report(sys.stdin, given.head, given.out))
     option("--head", default="benchmark", help="line above the tables")
     option("--out", help="file for the tables, Markdown")
@@ -73,7 +79,7 @@ def main():
         given.call(given)
     except OSError as error:
         sys.exit("evaluate_report.py: %s: %s" % (error.filename, error.strerror))
-    except odometry.BadPeer as error:
+    except odometry.BadPoses as error:
         parser.error(str(error))
     return 0
 

@@ -279,10 +279,9 @@ class Odometry(unittest.TestCase):
     records = [image(k, pose_at(1.02 * k, 0.01 * (k == 11)), pose_at(k)) for k in range(12)]
 
     def path(self):
-        ((_, [(path, lost, squared, ms, images)]),) = odometry.read(map(json.dumps, self.records), [])
-        self.assertEqual((lost, ms, images), (1, 10.0, 12))
-        self.assertTrue(math.isnan(squared), "no pairs")
-        return path
+        ((_, [row]),) = odometry.read(map(json.dumps, self.records))
+        self.assertEqual((row.against, row.images, row.lost, row.ms, row.nees), ("truth", 12, 1, 10.0, {}))
+        return row.path
 
     def test_kitti_errors_by_hand(self):
         # The first part longer than 10 m is the only one: 11 m. 22 cm and 10 mrad over 10 m.
@@ -301,12 +300,52 @@ class Odometry(unittest.TestCase):
         self.assertAlmostEqual(odometry.Path("", self.path().stamps, self.path().poses, self.path().truth, True).ate(), 0)
 
     def test_nees_of_errors_of_one_deviation(self):
+        # Half of the variance is the noise of the truth.
         sigma = np.array([1e-2] * 3 + [1e-3] * 3)
         turned = pose_at(1, 0.001 * math.sqrt(3))
         true = [turned[i] + (0.01 if i % 4 == 3 else 0) for i in range(12)]
-        pair = dict(reference_stamp=0.0, metric=True, motion=pose_at(1), covariance=np.diag(sigma ** 2).ravel().tolist())
-        records = [image(0, pose_at(0), pose_at(0)), image(1, pose_at(1), true, pair)]
-        self.assertAlmostEqual(odometry.nees(records), 1 / odometry.CHI2_MEDIAN, 5)
+        half = (0.5 * np.diag(sigma ** 2)).ravel().tolist()
+        noise = dict(translation=(0.5e-4 * np.eye(3)).ravel().tolist(), rotation=(0.5e-6 * np.eye(3)).ravel().tolist())
+        motion = dict(motion=pose_at(1), covariance=half, noise=noise)
+        rate = (np.diag(sigma ** 2) / 0.1 ** 2 - 0.5 * np.diag(sigma ** 2) / 0.1 ** 2).ravel().tolist()
+        last = dict(image(1, pose_at(1), true, dict(motion, reference_stamp=0.0, metric=True)),
+                    twist=dict(velocity=[0, 0, 10, 0, 0, 0], covariance=rate),
+                    parts=[dict(motion, **{"from": 0.0, "length": 10, "unit": "m"})])
+        ((_, [row]),) = odometry.read(map(json.dumps, [image(0, pose_at(0), pose_at(0)), last]))
+        self.assertEqual(list(row.nees), ["pair", "twist", ("m", 10)])
+        for values in row.nees.values():
+            np.testing.assert_allclose(values, [1], rtol=0.06)  # the rotation moves the velocity, too
+        np.testing.assert_allclose(row.noise, [(0.01 / math.sqrt(2), 0.001 / math.sqrt(2))])
+        table = odometry.nees_table([("s", [row])])
+        self.assertEqual(table.splitlines()[1].split(), "NEES of against pair twist 10 m noise".split())
+        self.assertIn("1.00 1.00 1", table.splitlines()[2])
+
+    def test_nees_is_of_what_is_known(self):
+        unknown = np.diag([1e3] * 3 + [4.0] * 3)
+        noise = np.zeros((6, 6))
+        self.assertAlmostEqual(odometry.squared(np.array([9, 9, 9, 2.0, 2, 2]), unknown, noise, True), 1)
+        self.assertAlmostEqual(odometry.squared(np.array([9, 9, 9, 2.0, 2, 2]), np.eye(6), noise, False), 4)
+        self.assertTrue(math.isnan(odometry.squared(np.ones(6), 1e3 * np.eye(6), noise, True)))
+
+    def test_a_witness_in_other_axes_is_fitted(self):
+        # A curve of the camera, and the same of a sensor that is rotated by 10 degrees on it.
+        def walk(k):
+            return pose_at(0.5 * k, 0.05 * k)
+        about_x = np.eye(4)
+        about_x[1:3, 1:3] = [[math.cos(math.radians(10)), -math.sin(math.radians(10))],
+                             [math.sin(math.radians(10)), math.cos(math.radians(10))]]
+        with tempfile.TemporaryDirectory() as folder:
+            witness = Path(folder, "witness")
+            moved = [np.linalg.inv(about_x) @ odometry.matrix(walk(k)) @ about_x for k in range(40)]
+            np.savetxt(witness, [pose[:3].ravel() for pose in moved])
+            records = [image(k, walk(k), None) for k in range(40)]
+            ((_, (plain, fitted)),) = odometry.read(map(json.dumps, records), [], [str(witness)], 5, True)
+            self.assertEqual((plain.against, fitted.against), ("witness", "witness 10.00"))
+            self.assertEqual((plain.images, fitted.images), (35, 35), "five are left out")
+            self.assertGreater(plain.path.drift([10])[0], 5)
+            self.assertLess(fitted.path.drift([10])[0], 1e-3)
+            row = odometry.table([("s", [fitted])]).splitlines()[1]
+            self.assertEqual(row.split()[:6], ["s", "stereo", "witness", "10.00", "35", "1"])
 
     def test_peers_in_both_forms(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -315,13 +354,14 @@ class Odometry(unittest.TestCase):
             tum.write_text("# stamp ...\n" + "".join("%g 0 0 %d 0 %.9f 0 %.9f\n" % (0.1 * k + 0.01, k, math.sin(0.1), math.cos(0.1))
                                                      for k in range(3)))
             other.write_text("1 2 3\n")
-            a, b = (odometry.read_peer(str(file), [0.0, 0.1, 0.2, 0.3]) for file in (kitti, tum))
+            a, b = (odometry.read_poses(str(file), [0.0, 0.1, 0.2, 0.3]) for file in (kitti, tum))
             np.testing.assert_allclose(a[:3], b[:3], atol=1e-8)
             self.assertEqual((a[3], b[3]), (None, None))
-            with self.assertRaises(odometry.BadPeer):
-                odometry.read_peer(str(other), [0.0])
+            with self.assertRaises(odometry.BadPoses):
+                odometry.read_poses(str(other), [0.0])
             table = odometry.table(odometry.read(map(json.dumps, self.records), [str(kitti)]))
-            self.assertEqual([line.split()[1:4] for line in table.splitlines()[1:3]], [["stereo", "12", "1"], ["peer", "3", "-"]])
+            self.assertEqual([line.split()[1:5] for line in table.splitlines()[1:3]],
+                             [["stereo", "truth", "12", "1"], ["peer", "truth", "3", "-"]])
 
     def test_a_plot_is_drawn(self):
         if not pyplot():
@@ -338,7 +378,7 @@ class Odometry(unittest.TestCase):
             odometry.report(map(json.dumps, records), folder + "/plot.png", [])
             self.assertFalse(Path(folder, "plot.png").exists())
         self.assertIn("s: has no truth (poses.txt, groundtruth.txt, or tf", out.getvalue())
-        self.assertEqual(out.getvalue().splitlines()[1].split()[2], "12", "images that were worked")
+        self.assertEqual(out.getvalue().splitlines()[1].split()[2:5], ["-", "12", "1"], "images that were worked")
 
 
 class Plots(unittest.TestCase):

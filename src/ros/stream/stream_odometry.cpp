@@ -8,6 +8,7 @@
 
 #include "priors/motion_priors.h"
 #include "stream/frame_processor.h"
+#include "stream/parts_of_the_way.h"
 
 namespace gms_ransac {
 
@@ -66,13 +67,15 @@ struct StreamOdometry::Implementation {
     leaveOutInformation();
     ProcessorOptions processing;
     processing.core = options.core;
+    processing.systematic_sigma = options.systematic_sigma.value_or(processing.systematic_sigma);
     processor.setOptions(processing);
   }
 
   const OdometryOptions options;
   const Parameters parameters;
   FrameProcessor processor;
-  OdometryAnswer last;
+  PartsOfTheWay parts;
+  Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
 };
 
 StreamOdometry::StreamOdometry(const OdometryOptions& options)
@@ -98,12 +101,18 @@ OdometryAnswer StreamOdometry::add(const OdometryImages& images) {
   answer.text = processed.text;
   answer.metric = processed.metric_scale;
   answer.known = processed.place.has_value();
-  answer.pose = answer.known ? processed.place->camera().pose : implementation_->last.pose;
+  if (answer.known) {
+    const OdometryEstimate estimate = publishedOf(implementation_->parameters, *processed.place, processed);
+    implementation_->last_pose = estimate.pose;
+    answer.covariance = estimate.pose_covariance;
+    if (processed.pair) answer.twist = OdometryTwist{estimate.twist, estimate.twist_covariance};
+  }
+  answer.pose = implementation_->last_pose;
+  answer.parts = implementation_->parts.add(implementation_->parameters, processed);
   if (processed.poseValid()) {
     answer.reference_stamp = processed.pair->reference->stamp();
     answer.pair = processed.pose;
   }
-  implementation_->last = answer;
   return answer;
 }
 

@@ -112,6 +112,8 @@ TEST_F(EvaluateTest, BadInputIsOneClearLineAndStatusTwo) {
       {"evaluate odometry " + path("room") + " --scale depth", "no depth images are read, as --scale depth needs"},
       {"evaluate odometry " + path("room") + " --peer a --peer b", "--peer is given 2 times for 1 sets"},
       {"evaluate odometry " + path("room"), "room: has no truth to measure the drift against"},
+      {"evaluate odometry " + path("room") + " --witness a --witness b", "--witness is given 2 times for 1 sets"},
+      {"evaluate odometry " + path("room") + " --leave-out -1", "--leave-out is -1; it must not be negative"},
       {"evaluate merge " + path("empty"), "holds no plan.json"},
       {"benchmark " + path("none"), "none: no such folder or bag"},
       {"benchmark --features many", "--features holds 'many'"},
@@ -391,20 +393,33 @@ TEST_F(EvaluateTest, OdometryOfTwoCamerasIsMetric) {
   EXPECT_EQ(outcome.text.find("INFO"), std::string::npos) << "the node's own lines: " << outcome.text;
   EXPECT_FALSE(cv::imread(path("plot.png")).empty());
   std::istringstream ours(outcome.text.substr(outcome.text.find("\ndrive  ")));
-  std::string set, scale;
+  std::string set, scale, against;
   double images = 0, lost = 0, t = 0, r = 0;
-  ours >> set >> scale >> images >> lost >> t >> r;
+  ours >> set >> scale >> against >> images >> lost >> t >> r;
   EXPECT_EQ(scale, "stereo");
   EXPECT_EQ(images, kImages);
   EXPECT_EQ(lost, 0);
   EXPECT_LT(t, 2) << outcome.text;
   EXPECT_LT(r, 2) << outcome.text;
-  EXPECT_NE(outcome.text.find("peer           7     -      0.00 0.00"), std::string::npos) << outcome.text;
+  EXPECT_NE(outcome.text.find("peer      truth             7     -      0.00 0.00"), std::string::npos) << outcome.text;
+  EXPECT_NE(outcome.text.find("NEES of"), std::string::npos) << outcome.text;
   const auto records = readLines(path("records.jsonl"));
   ASSERT_EQ(records.size(), static_cast<size_t>(kImages));
   EXPECT_TRUE(records[0]["pair"].is_null());
   EXPECT_EQ(records[1]["pair"]["covariance"].size(), 36u);
   EXPECT_EQ(records[1]["pair"]["metric"], true);
+  EXPECT_EQ(records[1]["twist"]["covariance"].size(), 36u);
+  // The first part of a metre is the first pair, of two metres.
+  EXPECT_EQ(records[1]["parts"][0]["length"], 1);
+  EXPECT_EQ(records[1]["parts"][0]["unit"], "m");
+  EXPECT_EQ(records[1]["parts"][0]["from"], records[0]["stamp"]);
+
+  const Outcome witnessed =
+      evaluate("odometry " + path("drive") + " --leave-out 2 --align --witness " + path("peer.txt"));
+  EXPECT_EQ(witnessed.status, 0) << witnessed.text;
+  for (const char* against : {"truth             5", "truth 0.", "witness           5", "witness 0."}) {
+    EXPECT_NE(witnessed.text.find(std::string("stereo    ") + against), std::string::npos) << witnessed.text;
+  }
 
   const Outcome ground = evaluate("odometry " + path("drive") + " --scale ground --camera-height 1.6");
   EXPECT_EQ(ground.status, 0) << ground.text;
@@ -413,6 +428,21 @@ TEST_F(EvaluateTest, OdometryOfTwoCamerasIsMetric) {
   const Outcome refused = evaluate("odometry " + path("drive") + " --peer " + path("wrong.txt"));
   EXPECT_EQ(refused.status, 2) << refused.text;
   EXPECT_NE(refused.text.find("wrong.txt: not 12 numbers a line"), std::string::npos) << refused.text;
+}
+
+TEST_F(EvaluateTest, OdometryWithoutTruthSaysSo) {
+  writeDrive(folder_, 4);
+  fs::rename(path("drive/poses.txt"), path("witness.txt"));
+  const Outcome refused = evaluate("odometry " + path("drive"));
+  EXPECT_EQ(refused.status, 2) << refused.text;
+  EXPECT_NE(refused.text.find("drive: has no truth to measure the drift against"), std::string::npos) << refused.text;
+  const Outcome poses = evaluate("odometry " + path("drive") + " --out " + path("records.jsonl"));
+  EXPECT_EQ(poses.status, 0) << poses.text;
+  EXPECT_NE(poses.text.find("stereo    -                 4     0"), std::string::npos) << poses.text;
+  EXPECT_NE(poses.text.find("drive: has no truth"), std::string::npos) << poses.text;
+  const Outcome witnessed = evaluate("odometry " + path("drive") + " --witness " + path("witness.txt"));
+  EXPECT_EQ(witnessed.status, 0) << witnessed.text;
+  EXPECT_NE(witnessed.text.find("stereo    witness           4     0"), std::string::npos) << witnessed.text;
 }
 
 TEST_F(EvaluateTest, OdometryOfDepthImages) {
