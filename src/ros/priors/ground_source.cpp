@@ -1,5 +1,7 @@
 #include "priors/ground_source.h"
 
+#include <utility>
+
 #include "tf_lookup.h"
 
 namespace gms_ransac {
@@ -12,11 +14,10 @@ constexpr double kSpringSigma = 0.02, kLevelSigma = 0.17;
 
 }  // namespace
 
-ScaleEstimate GroundSource::ask(const PriorQuery& query, const PairSeen& pair, std::string& problem) {
-  if (!pair.seen.translation_observable) return ScaleEstimate();
-  const Ground ground = measureGround(pair.points, pair.seen.pose, pair.camera, prior(query.camera_frame), pair.images);
-  problem = ground.problem;
-  return ground.scale;
+LengthAnswer GroundSource::measure(const PriorQuery& query, const PairSeen& pair) {
+  if (!pair.seen.translation_observable) return LengthAnswer();
+  Ground ground = measureGround(pair.points, pair.seen.pose, pair.camera, prior(query.camera_frame), pair.images);
+  return {ground.scale, std::move(ground.problem)};
 }
 
 GroundPrior GroundSource::prior(const std::string& camera_frame) const {

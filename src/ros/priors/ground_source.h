@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "parameters.h"
 #include "priors/prior_source.h"
 
 namespace gms_ransac {
@@ -11,17 +12,16 @@ class TfLookup;
 
 class GroundSource : public LengthSource {
  public:
-  /// `camera_height`: metres. `base_frame`: level, and known to `tf`; empty, or without tf (null): the camera is level.
-  GroundSource(double camera_height, const std::string& base_frame, TfLookup* tf)
-      : camera_height_(camera_height), base_frame_(base_frame), tf_(tf) {}
-  ScaleEstimate ask(const PriorQuery& query, const PairSeen& pair, std::string& problem) override;
+  GroundSource(const Parameters& parameters, TfLookup* tf)
+      : camera_height_(parameters.camera_height), base_frame_(parameters.base_frame), tf_(tf) {}
 
  private:
+  LengthAnswer measure(const PriorQuery& query, const PairSeen& pair) override;
   GroundPrior prior(const std::string& camera_frame) const;
 
-  const double camera_height_;
-  const std::string base_frame_;
-  TfLookup* const tf_;
+  const double camera_height_;    ///< metres
+  const std::string base_frame_;  ///< level, and known to tf; empty, or without tf: the camera is level
+  TfLookup* const tf_;            ///< null: none
 };
 
 }  // namespace gms_ransac

@@ -19,8 +19,11 @@ constexpr double kMountSigma = 0.01, kStampSigma = 0.002;
 
 }  // namespace
 
-GyroSource::GyroSource(const ros::NodeHandle& nh, const std::string& imu_frame, TfLookup& tf)
-    : nh_(nh), imu_frame_(imu_frame), gyro_(nh.resolveName("imu"), tf) {}
+GyroSource::GyroSource(const ros::NodeHandle& nh, const Parameters& parameters, TfLookup& tf)
+    : RotationSource(parameters.image_time_offset),
+      nh_(nh),
+      imu_frame_(parameters.imu_frame),
+      gyro_(nh.resolveName("imu"), tf) {}
 
 void GyroSource::start(const std::function<void()>& arrived) {
   gyro_.clear();
@@ -42,16 +45,12 @@ void GyroSource::start(const std::function<void()>& arrived) {
       nh_.subscribe<sensor_msgs::Imu>("imu", kImuQueue, add, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
 }
 
-bool GyroSource::reaches(const std::string& /*camera_frame*/, double stamp) {
-  return gyro_.reaches(stamp + 0.5 * readout_);
-}
-
 GyroBias GyroSource::bias() const {
   std::lock_guard<std::mutex> lock(mutex_);
   return bias_;
 }
 
-std::string GyroSource::ask(const PriorQuery& query, RotationPrior& prior) {
+std::string GyroSource::integrate(const PriorQuery& query, RotationPrior& prior) const {
   TrackMotion rotation, earlier;
   Eigen::Isometry3d camera_in_imu;
   std::string problem = gyro_.between(query, rotation, camera_in_imu);
@@ -71,24 +70,28 @@ std::string GyroSource::ask(const PriorQuery& query, RotationPrior& prior) {
   return std::string();
 }
 
-std::string GyroSource::askRates(const PriorQuery& query, RotationPrior& prior) {
-  const double readout = readout_;
-  if (readout == 0) return std::string();
+RotationAnswer GyroSource::measure(const PriorQuery& query) {
+  RotationAnswer answer;
+  RotationPrior prior;
+  answer.problem = integrate(query, prior);
+  if (!answer.problem.empty()) return answer;
+  answer.prior = prior;
+  const double readout = query.readout;
+  if (readout == 0) return answer;
   const auto rateAt = [&](double stamp, Eigen::Vector3d& rate) {
     RotationPrior over_readout;
-    std::string problem = ask({query.camera_frame, stamp - 0.5 * readout, stamp + 0.5 * readout}, over_readout);
+    std::string problem = integrate({query.camera_frame, stamp - 0.5 * readout, stamp + 0.5 * readout}, over_readout);
     if (problem.empty()) rate = rotationVector(over_readout.R) / readout;
     return problem;
   };
   RotationRates rates;
-  std::string problem = rateAt(query.from, rates.reference);
-  if (problem.empty()) problem = rateAt(query.to, rates.current);
-  if (!problem.empty()) return "no rotation during the readout: " + problem;
-  prior.rates = rates;
-  return std::string();
+  answer.problem = rateAt(query.from, rates.reference);
+  if (answer.problem.empty()) answer.problem = rateAt(query.to, rates.current);
+  if (answer.problem.empty()) answer.prior->rates = rates;
+  return answer;
 }
 
-void GyroSource::compare(const PriorQuery& query, const RotationPrior& visual) {
+void GyroSource::calibrate(const PriorQuery& query, const RotationPrior& visual) {
   TrackMotion rotation;
   Eigen::Isometry3d camera_in_imu;
   if (!gyro_.between(query, rotation, camera_in_imu).empty()) return;
@@ -98,7 +101,7 @@ void GyroSource::compare(const PriorQuery& query, const RotationPrior& visual) {
              rotation.variance * Eigen::Matrix3d::Identity() + axes * visual.covariance * axes.transpose()});
 }
 
-void GyroSource::report(PriorReport& report) {
+void GyroSource::describe(PriorReport& report) {
   const GyroBias known = bias();
   const Eigen::Vector3d& rate = known.bias();
   report.values.emplace_back(

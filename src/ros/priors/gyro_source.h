@@ -1,12 +1,12 @@
 // The rotation that the gyro of an IMU measures, less its bias, which is learnt while the images show no rotation.
 #pragma once
 
-#include <atomic>
 #include <mutex>
 #include <string>
 
 #include <ros/node_handle.h>
 
+#include "parameters.h"
 #include "priors/gyro_bias.h"
 #include "priors/prior_source.h"
 #include "priors/sensor_track.h"
@@ -15,26 +15,23 @@ namespace gms_ransac {
 
 class GyroSource : public RotationSource {
  public:
-  /// Reads the topic `imu` of `nh`. `imu_frame`: of the gyro's axes; empty: that of the messages.
-  GyroSource(const ros::NodeHandle& nh, const std::string& imu_frame, TfLookup& tf);
-
-  /// RobustOptions::rolling_shutter_readout: interval around each image for which the gyro is integrated.
-  void setReadout(double seconds) { readout_ = seconds; }
+  /// Reads the topic `imu` of `nh`.
+  GyroSource(const ros::NodeHandle& nh, const Parameters& parameters, TfLookup& tf);
 
   void start(const std::function<void()>& arrived) override;
   void stop() override { subscriber_.shutdown(); }
-  bool reaches(const std::string& camera_frame, double stamp) override;
-  std::string ask(const PriorQuery& query, RotationPrior& prior) override;
-  std::string askRates(const PriorQuery& query, RotationPrior& prior) override;
-  void compare(const PriorQuery& query, const RotationPrior& visual) override;
-  void report(PriorReport& report) override;
+  bool reaches(const PriorQuery& query) override { return gyro_.reaches(query.to + 0.5 * query.readout); }
 
  private:
+  RotationAnswer measure(const PriorQuery& query) override;
+  void calibrate(const PriorQuery& query, const RotationPrior& visual) override;
+  void describe(PriorReport& report) override;
+  /// Sets `prior` without rates. Returns what is missing.
+  std::string integrate(const PriorQuery& query, RotationPrior& prior) const;
   GyroBias bias() const;
 
   ros::NodeHandle nh_;
-  const std::string imu_frame_;
-  std::atomic<double> readout_{0};
+  const std::string imu_frame_;  ///< of the gyro's axes; empty: that of the messages
   SensorTrack<GyroTrack> gyro_;
   mutable std::mutex mutex_;  ///< guards the next
   GyroBias bias_;

@@ -1,19 +1,15 @@
-// Priors of the motion between two images from other sensors (~rotation_prior, ~scale), what is wrong with them, and
-// what is learnt by comparing them with the images.
+// Priors of the motion between two images from other sensors (~rotation_prior, ~scale): which sources there are, and
+// their queries.
 #pragma once
 
 #include <atomic>
 #include <functional>
 #include <memory>
-#include <mutex>
-#include <optional>
-#include <string>
 
 #include <std_msgs/Header.h>
 
 #include "parameters.h"
 #include "priors/prior_source.h"
-#include "priors/rotation_comparison.h"
 
 namespace ros {
 class NodeHandle;
@@ -21,18 +17,10 @@ class NodeHandle;
 
 namespace gms_ransac {
 
-class GyroSource;
 class TfLookup;
 
-/// A question, and what the source of rotations said.
-struct AskedRotation {
-  PriorQuery query;
-  std::optional<RotationPrior> prior;  ///< with the rotation during the readout where that is wanted
-  std::string problem;                 ///< what is missing, in a sentence; empty: nothing
-};
-
-/// One source of rotations and one of lengths at most. `reaches` may be called from any thread, `report` from one other
-/// than the rest.
+/// One source of rotations and one of lengths at most. `reaches` and `report` may be called from any thread, the rest
+/// from one.
 class MotionPriors {
  public:
   /// Null if no parameter needs a prior. Reads the topics `imu` and `prior_odom` of `nh` where they are needed.
@@ -45,38 +33,22 @@ class MotionPriors {
   /// Subscribes, and forgets what came before. `arrived`: called when something came that an image may wait for.
   void start(const std::function<void()>& arrived);
   void stop();
-  /// RobustOptions::rolling_shutter_readout.
-  void setReadout(double seconds);
+  /// RobustOptions::rolling_shutter_readout. May be called from any thread.
+  void setReadout(double seconds) { readout_ = seconds; }
   /// Returns true if all samples for an image of this stamp have come.
-  bool reaches(const std_msgs::Header& image);
+  bool reaches(const std_msgs::Header& image) const;
+  PriorQuery query(const std_msgs::Header& reference, const std_msgs::Header& current) const;
+  PriorReport report() const;
 
-  /// Rotation of the camera between two images, and during their readout.
-  AskedRotation rotation(const std_msgs::Header& reference, const std_msgs::Header& current);
-  /// Compares that answer with the images; `seen` has a pose.
-  void compare(const AskedRotation& asked, const RobustResult& seen);
-  /// The length of a pair's translation, with ~scale odometry or ground. `features` 0: it is not known, and `problem`
-  /// says why.
-  ScaleEstimate length(const std_msgs::Header& reference, const std_msgs::Header& current, const PairSeen& pair,
-                       std::string& problem);
-
-  /// Takes milliseconds.
-  PriorReport report();
+  RotationSource* rotation() const { return rotation_.get(); }  ///< null: none
+  LengthSource* length() const { return length_.get(); }        ///< null: none
 
  private:
-  PriorQuery queryOf(const std_msgs::Header& reference, const std_msgs::Header& current) const;
-
   const double image_time_offset_;
   std::atomic<double> readout_{0};
   std::unique_ptr<TfLookup> tf_;  ///< null: not used
-  std::shared_ptr<GyroSource> gyro_;
-  std::shared_ptr<RotationSource> rotation_;  ///< null: none; `gyro_`, if that is one
-  std::shared_ptr<LengthSource> length_;      ///< null: none
-
-  std::mutex mutex_;  ///< guards what follows
-  RotationComparison comparison_;
-  std::string camera_frame_;
-  std::string problem_, length_problem_;  ///< of the last pair
-  int pairs_by_rates_ = 0;                ///< corrected for the rolling shutter by the gyro
+  std::unique_ptr<RotationSource> rotation_;
+  std::unique_ptr<LengthSource> length_;
 };
 
 }  // namespace gms_ransac

@@ -1,7 +1,10 @@
-// Interface of the sources of priors: another sensor, tf or the ground, asked for the motion between two images.
+// Sources of priors: another sensor, tf or the ground, asked for the motion between two images. A source is a class
+// that measures; its base remembers what is reported of it.
 #pragma once
 
 #include <functional>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +12,7 @@
 #include "gms_ransac/camera.h"
 #include "gms_ransac/robust_result.h"
 #include "gms_ransac/triangulation.h"
+#include "priors/rotation_comparison.h"
 #include "scale/ground_scale.h"
 #include "scale/translation_scale.h"
 
@@ -18,6 +22,12 @@ namespace gms_ransac {
 struct PriorQuery {
   std::string camera_frame;
   double from = 0, to = 0;
+  double readout = 0;  ///< RobustOptions::rolling_shutter_readout: the interval around each image in which it is read
+};
+
+struct RotationAnswer {
+  std::optional<RotationPrior> prior;  ///< with the rates during the readout, if that is not 0 and they are known
+  std::string problem;                 ///< what is missing; empty: nothing
 };
 
 /// A pair as measured by the images.
@@ -26,6 +36,11 @@ struct PairSeen {
   const Triangulation& points;
   const Camera& camera;
   GroundImages images;
+};
+
+struct LengthAnswer {
+  ScaleEstimate length;  ///< of the pair's translation; `features` 0: it is not known
+  std::string problem;   ///< why it is not known, as the end of a sentence
 };
 
 /// For diagnostics.
@@ -43,37 +58,53 @@ class PriorSource {
   PriorSource& operator=(const PriorSource&) = delete;
   virtual ~PriorSource() = default;
   /// Subscribes, and forgets what came before. `arrived`: called when something came that an image may wait for.
-  virtual void start(const std::function<void()>& arrived);
-  virtual void stop();
-  /// Returns true if all that an image of this stamp needs has come.
-  virtual bool reaches(const std::string& camera_frame, double stamp);
-  /// Adds what it has learnt.
-  virtual void report(PriorReport& report);
+  virtual void start(const std::function<void()>& /*arrived*/) {}
+  virtual void stop() {}
+  /// Returns true if all that an image at the end of the query needs has come.
+  virtual bool reaches(const PriorQuery& /*query*/) { return true; }
+  virtual PriorReport report() = 0;
 };
 
 class RotationSource : public PriorSource {
  public:
-  /// Rotation of the camera. Returns an empty string, or what is missing, as the end of a sentence. May be called from
-  /// any thread.
-  virtual std::string ask(const PriorQuery& query, RotationPrior& prior) = 0;
-  /// Adds the rotation rates during the readout of the two images. Returns what is missing.
-  virtual std::string askRates(const PriorQuery& query, RotationPrior& prior);
-  /// Learns from the rotation that the images show.
-  virtual void compare(const PriorQuery& query, const RotationPrior& visual);
+  /// `image_time_offset`: what was added to the stamps of the images, for the report.
+  explicit RotationSource(double image_time_offset) : image_time_offset_(image_time_offset) {}
+  /// Rotation of the camera between the two images. A problem is a sentence.
+  RotationAnswer ask(const PriorQuery& query);
+  /// Compares an answer to the query with the images; `seen` has a pose.
+  void compare(const PriorQuery& query, const RotationPrior& answer, const RobustResult& seen);
+  /// How well source and images agree, and what explains it if they do not. Takes milliseconds.
+  PriorReport report() override;
+
+ private:
+  /// A problem is the end of a sentence: what is missing for the prior or, if there is one, for its rates. May be
+  /// called from any thread.
+  virtual RotationAnswer measure(const PriorQuery& query) = 0;
+  /// Corrects the source by the rotation that the images show.
+  virtual void calibrate(const PriorQuery& /*query*/, const RotationPrior& /*visual*/) {}
+  /// Adds what the source knows of itself.
+  virtual void describe(PriorReport& /*report*/) {}
+
+  const double image_time_offset_;
+  std::mutex mutex_;  ///< guards what follows
+  RotationComparison comparison_;
+  PriorQuery last_;
+  std::string problem_;     ///< of the last answer
+  int pairs_by_rates_ = 0;  ///< corrected for the rolling shutter by the rates
 };
 
 class LengthSource : public PriorSource {
  public:
-  /// Length of the pair's translation. `features` 0: it is not known, and `problem` says why.
-  virtual ScaleEstimate ask(const PriorQuery& query, const PairSeen& pair, std::string& problem) = 0;
-};
+  /// Length of the pair's translation.
+  LengthAnswer ask(const PriorQuery& query, const PairSeen& pair);
+  PriorReport report() override;
 
-inline void PriorSource::start(const std::function<void()>& /*arrived*/) {}
-inline void PriorSource::stop() {}
-inline bool PriorSource::reaches(const std::string& /*camera_frame*/, double /*stamp*/) { return true; }
-inline void PriorSource::report(PriorReport& /*report*/) {}
-inline std::string RotationSource::askRates(const PriorQuery& /*query*/, RotationPrior& /*prior*/) { return {}; }
-inline void RotationSource::compare(const PriorQuery& /*query*/, const RotationPrior& /*visual*/) {}
+ private:
+  virtual LengthAnswer measure(const PriorQuery& query, const PairSeen& pair) = 0;
+
+  std::mutex mutex_;     ///< guards what follows
+  std::string problem_;  ///< of the last answer
+};
 
 /// Prior of a rotation between two poses, whose covariances are not that of the rotation: they grow with the way from
 /// the start.

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "parameters.h"
 #include "priors/prior_source.h"
 
 namespace gms_ransac {
@@ -11,11 +12,13 @@ class TfLookup;
 
 class TfSource : public RotationSource {
  public:
-  TfSource(const std::string& fixed_frame, TfLookup& tf) : fixed_frame_(fixed_frame), tf_(tf) {}
-  bool reaches(const std::string& camera_frame, double stamp) override;
-  std::string ask(const PriorQuery& query, RotationPrior& prior) override;
+  TfSource(const Parameters& parameters, TfLookup& tf)
+      : RotationSource(parameters.image_time_offset), fixed_frame_(parameters.prior_frame), tf_(tf) {}
+  bool reaches(const PriorQuery& query) override;
 
  private:
+  RotationAnswer measure(const PriorQuery& query) override;
+
   const std::string fixed_frame_;
   TfLookup& tf_;
 };

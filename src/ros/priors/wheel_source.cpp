@@ -56,25 +56,26 @@ std::string WheelTrack::between(const PriorQuery& query, TrackMotion& motion) co
   return problem;
 }
 
-std::string WheelRotation::ask(const PriorQuery& query, RotationPrior& prior) {
+RotationAnswer WheelRotation::measure(const PriorQuery& query) {
   TrackMotion odometry;
-  std::string problem = wheels_->between(query, odometry);
-  prior = priorOfPoses(odometry.motion.linear());
-  return problem;
+  RotationAnswer answer;
+  answer.problem = wheels_->between(query, odometry);
+  if (answer.problem.empty()) answer.prior = priorOfPoses(odometry.motion.linear());
+  return answer;
 }
 
-ScaleEstimate WheelLength::ask(const PriorQuery& query, const PairSeen& pair, std::string& problem) {
+LengthAnswer WheelLength::measure(const PriorQuery& query, const PairSeen& pair) {
   TrackMotion odometry;
-  problem = query.from < query.to ? wheels_->between(query, odometry) : "the reference is not before the current image";
-  if (problem.empty()) problem = check_.judge(odometry.motion.translation(), pair.seen);
-  ScaleEstimate estimate;
-  if (!problem.empty()) return estimate;
-  estimate.length = odometry.motion.translation().norm();
-  const double seconds = query.to - query.from, share = kWheelShare * estimate.length;
+  LengthAnswer answer;
+  answer.problem =
+      query.from < query.to ? wheels_->between(query, odometry) : "the reference is not before the current image";
+  if (answer.problem.empty()) answer.problem = check_.judge(odometry.motion.translation(), pair.seen);
+  if (!answer.problem.empty()) return answer;
+  const double length = odometry.motion.translation().norm();
+  const double seconds = query.to - query.from, share = kWheelShare * length;
   const double variance = std::max(share * share, odometry.variance * seconds);
-  estimate.relative_sigma = std::sqrt(variance + kWheelTick * kWheelTick) / std::max(estimate.length, kWheelTick);
-  estimate.features = 1;
-  return estimate;
+  answer.length = {length, std::sqrt(variance + kWheelTick * kWheelTick) / std::max(length, kWheelTick), 1};
+  return answer;
 }
 
 }  // namespace gms_ransac

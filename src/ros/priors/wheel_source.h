@@ -7,6 +7,7 @@
 
 #include <ros/node_handle.h>
 
+#include "parameters.h"
 #include "priors/prior_source.h"
 #include "priors/sensor_track.h"
 #include "priors/wheel_check.h"
@@ -33,13 +34,15 @@ class WheelTrack {
 
 class WheelRotation : public RotationSource {
  public:
-  explicit WheelRotation(std::shared_ptr<WheelTrack> wheels) : wheels_(std::move(wheels)) {}
+  WheelRotation(const Parameters& parameters, std::shared_ptr<WheelTrack> wheels)
+      : RotationSource(parameters.image_time_offset), wheels_(std::move(wheels)) {}
   void start(const std::function<void()>& arrived) override { wheels_->start(arrived); }
   void stop() override { wheels_->stop(); }
-  bool reaches(const std::string& /*camera_frame*/, double stamp) override { return wheels_->reaches(stamp); }
-  std::string ask(const PriorQuery& query, RotationPrior& prior) override;
+  bool reaches(const PriorQuery& query) override { return wheels_->reaches(query.to); }
 
  private:
+  RotationAnswer measure(const PriorQuery& query) override;
+
   const std::shared_ptr<WheelTrack> wheels_;
 };
 
@@ -48,10 +51,11 @@ class WheelLength : public LengthSource {
   explicit WheelLength(std::shared_ptr<WheelTrack> wheels) : wheels_(std::move(wheels)) {}
   void start(const std::function<void()>& arrived) override { wheels_->start(arrived); }
   void stop() override { wheels_->stop(); }
-  bool reaches(const std::string& /*camera_frame*/, double stamp) override { return wheels_->reaches(stamp); }
-  ScaleEstimate ask(const PriorQuery& query, const PairSeen& pair, std::string& problem) override;
+  bool reaches(const PriorQuery& query) override { return wheels_->reaches(query.to); }
 
  private:
+  LengthAnswer measure(const PriorQuery& query, const PairSeen& pair) override;
+
   const std::shared_ptr<WheelTrack> wheels_;
   WheelCheck check_;
 };

@@ -43,16 +43,20 @@ void PairPool::releaseFrames() {
 
 void Comparison::compare() {
   const auto work_on = [&] {
-    AskedRotation asked;
-    MotionPriors* priors = pipeline.priors.get();
-    const bool interval_known = current->stamp_verdict != StampVerdict::kAfterLate;
-    if (priors && interval_known) asked = priors->rotation(stream.reference->header, current->header);
+    RotationSource* sensor = pipeline.priors ? pipeline.priors->rotation() : nullptr;
+    if (current->stamp_verdict == StampVerdict::kAfterLate) sensor = nullptr;  // the time between the two is unsure
+    PriorQuery query;
+    RotationAnswer rotation;
+    if (sensor != nullptr) {
+      query = pipeline.priors->query(stream.reference->header, current->header);
+      rotation = sensor->ask(query);
+    }
     const std::shared_ptr<ComparedPair> pair =
-        attempt(stream.reference, asked.prior ? &*asked.prior : nullptr, &stream.past);
+        attempt(stream.reference, rotation.prior ? &*rotation.prior : nullptr, &stream.past);
     stream.reference = pair->reference;
-    if (asked.prior && pair->result.robust.pose_found) priors->compare(asked, pair->result.robust);
+    if (rotation.prior && pair->result.robust.pose_found) sensor->compare(query, *rotation.prior, pair->result.robust);
     conclude(pair);
-    if (!asked.problem.empty()) because(Why::kNoPrior, asked.problem);
+    if (!rotation.problem.empty()) because(Why::kNoPrior, rotation.problem);
   };
   guarded(work_on, [&](const std::string& what) { fail(stream.reference, what); });
 }

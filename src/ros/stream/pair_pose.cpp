@@ -23,19 +23,18 @@ void propagate(ScalePropagator& scale, ProcessedFrame& answer) {
 }
 
 /// Length from odometry or the ground, or why there is none.
-void askPriors(MotionPriors& priors, ProcessedFrame& answer) {
+void measureLength(const MotionPriors& priors, ProcessedFrame& answer) {
   const PreparedFrame &reference = *answer.pair->reference, &current = *answer.current;
   if (current.stamp_verdict == StampVerdict::kAfterLate) {
     return answer.reasons.push_back(
         {Why::kNoLength, "an image before this one was late, so the time between is unsure"});
   }
-  std::string problem;
   const PairSeen pair = {
       answer.pair->result.robust, answer.pair->points, current.camera->camera, {reference.grey, current.grey}};
-  const ScaleEstimate length = priors.length(reference.header, current.header, pair, problem);
-  answer.metric_scale = length.features > 0 && answer.status == MatchStats::OK;
-  if (answer.metric_scale) answer.pose = withLength(answer.pose, length);
-  if (!problem.empty()) answer.reasons.push_back({Why::kNoLength, problem});
+  const LengthAnswer measured = priors.length()->ask(priors.query(reference.header, current.header), pair);
+  answer.metric_scale = measured.length.features > 0 && answer.status == MatchStats::OK;
+  if (answer.metric_scale) answer.pose = withLength(answer.pose, measured.length);
+  if (!measured.problem.empty()) answer.reasons.push_back({Why::kNoLength, measured.problem});
 }
 
 /// Metric pose from depth or a second camera, or why there is none.
@@ -71,7 +70,7 @@ void findLength(const Pipeline& pipeline, Stream& stream, ProcessedFrame& answer
   } else if (mode == ScaleMode::kPropagate) {
     propagate(stream.scale, answer);
   } else if (pipeline.priors && (mode == ScaleMode::kOdometry || mode == ScaleMode::kGround)) {
-    askPriors(*pipeline.priors, answer);
+    measureLength(*pipeline.priors, answer);
   } else if (parameters.measuresDepth()) {
     takeDepth(parameters.input == InputKind::kStereo, stream.key, answer);
   }

@@ -1,0 +1,100 @@
+#include "priors/prior_source.h"
+
+#include <cmath>
+
+#include <opencv2/core.hpp>
+
+#include "two_view/pose_model.h"
+
+namespace gms_ransac {
+
+namespace {
+
+// Standard deviation of the rotation between two poses: a floor, radians, and a share of the rotation.
+constexpr double kPoseFloor = 0.005, kPoseShare = 0.05;
+
+}  // namespace
+
+RotationAnswer RotationSource::ask(const PriorQuery& query) {
+  RotationAnswer answer;
+  if (query.from < query.to) {
+    answer = measure(query);
+  } else {
+    answer.problem = "the reference is not before the current image";
+  }
+  if (!answer.problem.empty()) {
+    answer.problem.insert(0, answer.prior ? "no rotation during the readout: " : "no rotation prior: ");
+  }
+  std::lock_guard<std::mutex> lock(mutex_);
+  last_ = query;
+  problem_ = answer.problem;
+  return answer;
+}
+
+void RotationSource::compare(const PriorQuery& query, const RotationPrior& answer, const RobustResult& seen) {
+  RotationPrior visual;
+  visual.R = seen.pose.R;
+  visual.covariance = seen.pose.covariance.bottomRightCorner<3, 3>();
+  calibrate(query, visual);
+  std::lock_guard<std::mutex> lock(mutex_);
+  pairs_by_rates_ += seen.row_correction == RowCorrection::kPrior;
+  comparison_.add({query.from, query.to, rotationVector(visual.R), rotationVector(answer.R),
+                   visual.covariance + answer.covariance});
+}
+
+PriorReport RotationSource::report() {
+  RotationComparison comparison;
+  PriorQuery last;
+  int pairs_by_rates = 0;
+  PriorReport report;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    comparison = comparison_;
+    last = last_;
+    pairs_by_rates = pairs_by_rates_;
+    report.summary = problem_;
+  }
+  const auto rotationBetween = [&](double from, double to) -> std::optional<Eigen::Vector3d> {
+    const RotationAnswer answer = measure({last.camera_frame, from, to});
+    return answer.prior ? std::optional(rotationVector(answer.prior->R)) : std::nullopt;
+  };
+  const std::optional<TimeOffset> offset = comparison.timeOffset(rotationBetween);
+  const std::string doubt = comparison.doubt(offset);
+  if (!doubt.empty()) report.summary = doubt;
+  report.doubtful = !report.summary.empty();
+  if (!report.doubtful) report.summary = comparison.agreement();
+  describe(report);
+  const auto add = [&](const char* key, const std::string& value) { report.values.emplace_back(key, value); };
+  add("pairs compared", std::to_string(comparison.pairs()));
+  if (last.readout > 0) add("pairs corrected for readout", std::to_string(pairs_by_rates));
+  add("contradicting", std::to_string(std::lround(100 * comparison.contradicting())) + " %");
+  add("~image_time_offset (s)",
+      offset ? cv::format("%.4f, standard deviation %.4f", image_time_offset_ + offset->seconds, offset->sigma)
+             : "unknown: too little rotation");
+  return report;
+}
+
+LengthAnswer LengthSource::ask(const PriorQuery& query, const PairSeen& pair) {
+  LengthAnswer answer = measure(query, pair);
+  std::lock_guard<std::mutex> lock(mutex_);
+  problem_ = answer.problem;
+  return answer;
+}
+
+PriorReport LengthSource::report() {
+  std::lock_guard<std::mutex> lock(mutex_);
+  PriorReport report;
+  report.doubtful = !problem_.empty();
+  report.summary = report.doubtful ? "no length: " + problem_ : RotationComparison().agreement();
+  return report;
+}
+
+RotationPrior priorOfPoses(const Eigen::Matrix3d& R) {
+  const double rotation = kPoseShare * rotationVector(R).norm();
+  RotationPrior prior;
+  prior.R = R;
+  prior.covariance.diagonal().setConstant(kPoseFloor * kPoseFloor + rotation * rotation);
+  return prior;
+}
+
+}  // namespace gms_ransac
