@@ -123,7 +123,7 @@ void check(FuzzInput input) {
     if (input.flag()) with_info.camera_info = fuzzedCameraInfo(input, 640, 480);
     if (input.byte() > 200) with_info.mask = fuzzedImage(input, std::vector<std::string>{"mono8"}, 160);
     with_info.received = message->header.stamp;
-    checkAnswer(processor.process(processor.prepare(with_info)), input, overlay);
+    checkAnswer(processor.process(processor.prepare(processor.receive(with_info))), input, overlay);
   }
 }
 

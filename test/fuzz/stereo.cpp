@@ -65,11 +65,12 @@ void check(FuzzInput input) {
   processor.setOptions(options);
   StereoFeatureStream stream;
   for (int i = 0; i < 4 && !input.empty(); ++i) {
-    const auto frame = processor.prepare(fuzzedPair(input, 100 + 0.1 * i));
+    const Prepared prepared = processor.prepare(processor.receive(fuzzedPair(input, 100 + 0.1 * i)));
+    const PreparedFrame* frame = prepared.frame.get();
     demand(frame->depth_problem.size() < 1000, "a sentence is short whatever the messages say");
     demand(frame->stereo.depth.empty() || frame->stereo.depth.size() == frame->frame.features.keypoints.size(),
            "a depth of each keypoint");
-    const ProcessedFrame processed = processor.process(frame);
+    const ProcessedFrame processed = processor.process(prepared);
     demandSound(processed);
     if (const auto features = stream.next(processed, FeatureOptions())) {
       for (const StereoFeature& feature : features->features) {

@@ -92,8 +92,8 @@ class Schedule {
     if (parameters_.scale == ScaleMode::kDepth && input_.flag()) with_info.depth = depth();
     if (parameters_.input == InputKind::kPair) with_info.reference = nextImage();
     with_info.received = ros::Time(clock_);
-    const auto prepared = processor_.prepare(with_info);
-    demand(prepared != nullptr, "an image is prepared");
+    const Prepared prepared = processor_.prepare(processor_.receive(with_info));
+    demand(prepared.frame != nullptr, "an image is prepared");
     check(processor_.process(prepared), *image);
   }
 
@@ -105,7 +105,7 @@ class Schedule {
 
   void check(const ProcessedFrame& processed, const sensor_msgs::Image& image) {
     demand(processed.current != nullptr, "an answer is about an image");
-    demand(processed.current->header.stamp == image.header.stamp, "about the image that was given");
+    demand(processed.current->image.header.stamp == image.header.stamp, "about the image that was given");
     demandSound(processed);
     demand(processed.status <= MatchStats::MOTION_UNKNOWN, "a status is known");
     if (processed.status != MatchStats::BAD_IMAGE) checkOrder(processed);
@@ -155,7 +155,7 @@ class Schedule {
     overlay_.add(processed);
     overlay_.draw(processed,
                   {static_cast<OverlayColour>(input_.between(0, 4)), static_cast<OverlayLayout>(input_.flag())});
-    if (processed.current->camera->camera.calibrated()) markerMessage(processed);
+    if (processed.current->image.camera->camera.calibrated()) markerMessage(processed);
     if (!processed.poseValid() || !processed.place) return;
     const OdometryEstimate camera = processed.place->camera();
     demand(camera.pose.matrix().allFinite() && camera.twist.allFinite(), "odometry is finite");

@@ -49,7 +49,8 @@ struct Processor : FrameProcessor {
       : FrameProcessor(parameters, side + "image", side + "camera_info") {
     setOptions(options);
   }
-  ProcessedFrame ask(const ImageWithInfo& input) { return process(prepare(input)); }
+  std::shared_ptr<PreparedFrame> prepared(const ImageWithInfo& input) { return prepare(receive(input)).frame; }
+  ProcessedFrame ask(const ImageWithInfo& input) { return process(prepare(receive(input))); }
 };
 
 /// A stream of images of one camera, as the node processes it.

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <stdexcept>
 #include <thread>
+#include <variant>
 #include <vector>
 
 #include <ros/callback_queue.h>
@@ -55,6 +56,9 @@ void refuseOwnOutput(const std::vector<InputTopic>& inputs, const std::string& o
   }
 }
 
+/// An image between its two threads.
+using Unanswered = std::variant<Received, Prepared>;
+
 class MatchFilterRos {
  public:
   MatchFilterRos(const ros::NodeHandle& nh, const ros::NodeHandle& pnh)
@@ -64,7 +68,7 @@ class MatchFilterRos {
         throttle_(parameters_.name),
         silence_(parameters_.name, kSilenceRepeats),
         mailbox_(parameters_.drop_frames ? 1 : static_cast<size_t>(parameters_.queue_size)),
-        prepared_(1),
+        unanswered_(1),
         graph_watch_(parameters_.name) {
     const RuntimeOptions start = readRuntimeOptions(pnh_, parameters_);
     const std::string settings = settingsText(pnh_);  // before rounded values are written back for reconfiguration
@@ -123,7 +127,7 @@ class MatchFilterRos {
       input_->stop();
     }
     mailbox_.close();
-    prepared_.close();
+    unanswered_.close();
     for (std::thread* thread : {&worker_, &second_worker_}) {
       if (thread->joinable()) thread->join();
     }
@@ -203,31 +207,37 @@ class MatchFilterRos {
   }
 
   void processPrepared() {
-    std::shared_ptr<PreparedFrame> frame;
-    while (prepared_.pop(frame)) {
-      guard([&] { answer(std::move(frame)); });
+    Unanswered image;
+    while (unanswered_.pop(image)) {
+      guard([&] { answer(std::move(image)); });
     }
   }
 
   void process(const ImageWithInfo& input) {
-    auto frame = processor_->prepare(input, outputs_->wanted(outputOptions()));
+    Received received = processor_->receive(input, outputs_->wanted(outputOptions()));
+    // Features alone do not need every image, so their extraction waits until it is known whether they need this one.
+    Unanswered image = received.image.wanted.features_alone ? Unanswered(std::move(received))
+                                                            : processor_->prepare(std::move(received));
     if (parameters_.threads > 1) {
-      prepared_.pushWhenEmpty(std::move(frame));
+      unanswered_.pushWhenEmpty(std::move(image));
     } else {
-      answer(std::move(frame));
+      answer(std::move(image));
     }
   }
 
   /// Compares and publishes. Skips images that ~features does not need while no other output has a subscriber.
-  void answer(std::shared_ptr<PreparedFrame> frame) {
+  void answer(Unanswered image) {
     const OutputOptions options = outputOptions();
-    if (outputs_->skips(*frame, options)) {
-      ++passed_over_;
-      return;
+    if (auto* received = std::get_if<Received>(&image)) {
+      if (outputs_->skips(*received, options)) {
+        ++passed_over_;
+        return;
+      }
+      image = processor_->prepare(std::move(*received), outputs_->needRightKeypoints());
     }
-    frame->depth_wanted = outputs_->needsRightKeypoints(frame->wanted);
-    const ProcessedFrame processed = processor_->process(frame);
-    if (const auto set = outputs_->takeSetPose(frame->header)) processor_->setPlace(set->pose, set->pose_covariance);
+    const ProcessedFrame processed = processor_->process(std::get<Prepared>(image));
+    const std_msgs::Header& header = processed.current->image.header;
+    if (const auto set = outputs_->takeSetPose(header)) processor_->setPlace(set->pose, set->pose_covariance);
     publish(processed, options);
   }
 
@@ -246,7 +256,7 @@ class MatchFilterRos {
     if (processed.status == MatchStats::BAD_IMAGE) throttle_.warn("bad image", processed.text);
     const std::string& mask_problem = processed.current->mask_problem;
     if (!mask_problem.empty()) throttle_.warn("mask", "an image is answered without a mask: " + mask_problem);
-    if (processed.current->reset != Reset::kNone) {
+    if (processed.current->image.reset != Reset::kNone) {
       throttle_.info("wanted reset", processed.text);
     } else if (processed.continuity != Continuity::kContinuous) {
       throttle_.warn("reset", processed.text);
@@ -256,7 +266,7 @@ class MatchFilterRos {
     const auto unpaired = static_cast<uint32_t>(input_->unpaired().value_or(0));
     const FrameCounters counters = {received + unpaired, processed_, passed_over_, late + unpaired, resets_};
     const MatchStatsConstPtr stats = outputs_->publish(processed, counters, options);
-    const auto& camera = processed.current->camera;
+    const auto& camera = processed.current->image.camera;
     const bool uncalibrated = camera && !camera->problem.empty();
     diagnostics_->add(*stats, unpaired, outputs_->problem(), uncalibrated ? camera->problem : processed.doubt);
     if (processed.doubt != last_doubt_ && !processed.doubt.empty()) throttle_.warn("doubt", processed.doubt);
@@ -326,7 +336,7 @@ class MatchFilterRos {
   std::shared_ptr<MotionPriors> priors_;  ///< null: no other sensor is used
   std::unique_ptr<ImageInput> input_;
   Mailbox<ImageWithInfo> mailbox_;
-  Mailbox<std::shared_ptr<PreparedFrame>> prepared_;  ///< between the two threads, if there are two
+  Mailbox<Unanswered> unanswered_;  ///< between the two threads, if there are two
   std::unique_ptr<FrameProcessor> processor_;
   std::unique_ptr<Outputs> outputs_;
   std::shared_ptr<void> reconfigure_;

@@ -18,10 +18,11 @@ constexpr double kWellSeen = 0.4;
 
 }  // namespace
 
-bool FeatureStream::skips(const PreparedFrame& frame, const FeatureOptions& options) {
-  const double stamp = frame.stamp(), interval = stamp - std::exchange(image_stamp_, stamp);
+bool FeatureStream::skips(const Received& received, const FeatureOptions& options) {
+  const ReceivedImage& image = received.image;
+  const double stamp = image.stamp(), interval = stamp - std::exchange(image_stamp_, stamp);
   const bool in_order =
-      frame.problem.empty() && frame.reset == Reset::kNone && frame.stamp_verdict == StampVerdict::kInOrder;
+      received.problem.empty() && image.reset == Reset::kNone && image.stamp_verdict == StampVerdict::kInOrder;
   if (!in_order || input_ == InputKind::kPair || sent_.empty() || due(stamp, options.rate)) return false;
   return well_seen_ && stamp + interval <= compared_stamp_ + kLongestStep;
 }
@@ -34,10 +35,10 @@ std::optional<std::vector<Feature>> FeatureStream::next(const ProcessedFrame& pr
   compared_stamp_ = image_stamp_ = stamp;
   const MatchResult* result = processed.pair ? &processed.pair->result : nullptr;
   well_seen_ = result != nullptr && result->inliers >= kWellSeen * std::max(result->keypoints_reference, 1);
-  if (result == nullptr || !processed.current->camera->camera.calibrated() || !due(stamp, options.rate))
+  if (result == nullptr || !processed.current->image.camera->camera.calibrated() || !due(stamp, options.rate))
     return std::nullopt;
-  const Camera& camera = processed.current->camera->camera;
-  const auto& points = follower_.follow(processed.current->grey, camera, matchedPoints(processed));
+  const Camera& camera = processed.current->image.camera->camera;
+  const auto& points = follower_.follow(processed.current->image.grey, camera, matchedPoints(processed));
   if (points.empty()) return std::nullopt;
   const std::vector<int>& picked =
       selector_.select(points, processed.current->frame.features.image_size, options.selection, usable);
@@ -86,7 +87,7 @@ Feature FeatureStream::describe(const ProcessedFrame& processed, const TrackedPo
   Feature feature;
   feature.id = point.id;
   feature.pixel = point.current;
-  feature.ray = rayOf(processed.current->camera->camera, point.current);
+  feature.ray = rayOf(processed.current->image.camera->camera, point.current);
   const auto before = sent_.find(point.id);
   if (before == sent_.end()) {
     feature.velocity = velocityInPair(processed, point.match, feature.ray);
@@ -107,7 +108,7 @@ Eigen::Vector2d FeatureStream::velocityInPair(const ProcessedFrame& processed, i
   if (match < 0 || held || seconds <= 0 || !processed.velocity_known) return Eigen::Vector2d::Zero();
   const int keypoint = processed.pair->result.matches[match].reference;
   const cv::Point2f& before = processed.pair->reference->frame.features.keypoints[keypoint].pt;
-  return (ray - rayOf(processed.current->camera->camera, before)) / seconds;
+  return (ray - rayOf(processed.current->image.camera->camera, before)) / seconds;
 }
 
 }  // namespace gms_ransac

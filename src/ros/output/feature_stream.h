@@ -34,7 +34,7 @@ class FeatureStream {
 
   /// Returns true if the image, which has not been compared yet, can be skipped: no message is due with it, the
   /// features were well seen the last time, and the next image comes soon enough.
-  bool skips(const PreparedFrame& frame, const FeatureOptions& options);
+  bool skips(const Received& received, const FeatureOptions& options);
 
   /// Features to send with this image, in order of preference; empty: no message is due, or nothing can be sent. The
   /// track of a feature that is not `usable` ends.

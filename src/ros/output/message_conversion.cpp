@@ -12,10 +12,10 @@ namespace gms_ransac {
 namespace {
 
 /// Rows of an image over the focal length in pixels; 0 without a calibration.
-double rowsInFocalLengths(const PreparedFrame& image) {
-  const CameraModel* camera = image.camera.get();
+double rowsInFocalLengths(const PreparedFrame& frame) {
+  const CameraModel* camera = frame.image.camera.get();
   if (camera == nullptr || !camera->camera.calibrated()) return 0;
-  return image.imageSize().height / camera->camera.meanFocalLength();
+  return frame.imageSize().height / camera->camera.meanFocalLength();
 }
 
 /// Sets the fields pixel_space and K of a message.
@@ -48,11 +48,11 @@ void setLength(size_t n, bool with_stage, Correspondences& message) {
 void toMessage(const ProcessedFrame& processed, bool with_rejected, Correspondences& message) {
   const MatchResult& result = processed.pair->result;
   const PreparedFrame& current = *processed.current;
-  message.header = current.header;
-  message.reference_header = processed.pair->reference->header;
+  message.header = current.image.header;
+  message.reference_header = processed.pair->reference->image.header;
   message.width = static_cast<uint32_t>(current.imageSize().width);
   message.height = static_cast<uint32_t>(current.imageSize().height);
-  setCamera(*current.camera, message);
+  setCamera(*current.image.camera, message);
 
   setLength(with_rejected ? result.raw.size() : static_cast<size_t>(result.inliers), with_rejected, message);
   const Features &reference_features = processed.pair->reference->frame.features,
@@ -90,10 +90,10 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
 void toMessage(const ProcessedFrame& processed, Keypoints& message) {
   const PreparedFrame& current = *processed.current;
   const Features& features = current.frame.features;
-  message.header = current.header;
+  message.header = current.image.header;
   message.width = static_cast<uint32_t>(features.image_size.width);
   message.height = static_cast<uint32_t>(features.image_size.height);
-  setCamera(*current.camera, message);
+  setCamera(*current.image.camera, message);
   message.scale_factor = features.scale_factor;
   const auto n = static_cast<size_t>(features.size());
   for (auto* column : {&message.u, &message.v, &message.size, &message.angle, &message.response, &message.sigma}) {
@@ -127,18 +127,18 @@ void toMessage(const ProcessedFrame& processed, Keypoints& message) {
 
 void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, MatchStats& message) {
   message = MatchStats();
-  message.header = processed.current->header;
+  message.header = processed.current->image.header;
   message.status = processed.publishedStatus();
   message.status_text = processed.text;
   message.keypoints_current = static_cast<uint32_t>(processed.current->frame.features.size());
-  message.time_convert = static_cast<float>(processed.current->convert_seconds);
+  message.time_convert = static_cast<float>(processed.current->image.convert_seconds);
   message.time_detect = static_cast<float>(processed.current->frame.detect_seconds);
-  message.time_budget = static_cast<float>(processed.current->time_budget);
+  message.time_budget = static_cast<float>(processed.current->image.time_budget);
   message.features_asked = static_cast<uint32_t>(processed.current->frame.features_asked);
   if (processed.status == MatchStats::BAD_IMAGE) message.keypoints_current = message.features_asked = 0;
   if (processed.pair != nullptr) {
     const MatchResult& result = processed.pair->result;
-    message.reference_header = processed.pair->reference->header;
+    message.reference_header = processed.pair->reference->image.header;
     message.keypoints_reference = static_cast<uint32_t>(result.keypoints_reference);
     message.stationary = result.stationary;
     message.matches_raw = static_cast<uint32_t>(result.raw.size());

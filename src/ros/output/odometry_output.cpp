@@ -75,7 +75,7 @@ void OdometryOutput::publish(const ProcessedFrame& processed, bool with_transfor
   if (processed.continuity == Continuity::kRestarted && tf_) tf_->clear();
   if (processed.place_restarted) path_.poses.clear();
   if (!processed.place || (listeners() == 0 && !with_transform)) return;
-  const std_msgs::Header& header = processed.current->header;
+  const std_msgs::Header& header = processed.current->image.header;
   const auto camera_in_base = cameraInBase(header);
   if (!camera_in_base) return;
   problem_.clear();

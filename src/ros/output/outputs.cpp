@@ -98,10 +98,10 @@ Wanted Outputs::wanted(const OutputOptions& options) const {
   return wanted;
 }
 
-bool Outputs::skips(const PreparedFrame& frame, const OutputOptions& options) {
-  const Wanted& wanted = frame.wanted;
-  return wanted.features_alone && (!wanted.features || feature_stream_.skips(frame, options.features)) &&
-         (!wanted.stereo_features || stereo_stream_->skips(frame, options.features));
+bool Outputs::skips(const Received& received, const OutputOptions& options) {
+  const Wanted& wanted = received.image.wanted;
+  return (!wanted.features || feature_stream_.skips(received, options.features)) &&
+         (!wanted.stereo_features || stereo_stream_->skips(received, options.features));
 }
 
 std::optional<OdometryEstimate> Outputs::takeSetPose(const std_msgs::Header& camera) {
@@ -128,7 +128,7 @@ MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const Frame
   stats->feature_age_median = static_cast<float>(feature_ages_.median);
   stats->feature_age_p90 = static_cast<float>(feature_ages_.p90);
   // In floating point: ros::Duration throws where stamp and clock are 68 years apart.
-  const double latency = ros::Time::now().toSec() - processed.current->header.stamp.toSec();
+  const double latency = ros::Time::now().toSec() - processed.current->image.header.stamp.toSec();
   // Simulated time goes by the steps of /clock, and may be behind the stamp.
   stats->latency = static_cast<float>(std::max(0., latency));
   stats_.publish(stats);
@@ -141,7 +141,7 @@ MatchStatsConstPtr Outputs::publish(const ProcessedFrame& processed, const Frame
   if (match_image_.getNumSubscribers() > 0 && processed.status != MatchStats::BAD_IMAGE) {
     const auto draw = [&] {
       const cv::Mat picture = overlay_.draw(processed, options.overlay);
-      match_image_.publish(cv_bridge::CvImage(processed.current->header, "bgr8", picture).toImageMsg());
+      match_image_.publish(cv_bridge::CvImage(processed.current->image.header, "bgr8", picture).toImageMsg());
     };
     guarded(draw, report);
   }
@@ -168,11 +168,12 @@ void Outputs::publishMotion(const ProcessedFrame& processed, const OutputOptions
 }
 
 void Outputs::publishPose(const ProcessedFrame& processed, const OutputOptions& options) {
-  if (options.publish_relative_tf) broadcaster_->send(relativeTransform(processed.pose, processed.current->header));
+  if (options.publish_relative_tf)
+    broadcaster_->send(relativeTransform(processed.pose, processed.current->image.header));
   if (!hasSubscriber(relative_pose_)) return;
   geometry_msgs::PoseWithCovarianceStamped message;
-  message.header = processed.current->header;
-  message.header.frame_id = referenceFrame(processed.pair->reference->header.frame_id);
+  message.header = processed.current->image.header;
+  message.header.frame_id = referenceFrame(processed.pair->reference->image.header.frame_id);
   message.pose = toMessage(toIsometry(processed.pose), processed.pose.covariance);
   publishShared(relative_pose_, std::move(message));
 }
@@ -194,7 +195,7 @@ void Outputs::publishFeatures(const ProcessedFrame& processed, const FeatureOpti
 }
 
 void Outputs::publishPoints(const ProcessedFrame& processed) {
-  if (!processed.current->camera || !processed.current->camera->camera.calibrated()) return;
+  if (!processed.current->image.camera || !processed.current->image.camera->camera.calibrated()) return;
   if (hasSubscriber(inlier_points_) && processed.status == MatchStats::OK && processed.pair != nullptr &&
       processed.pair->triangulated) {
     publishShared(inlier_points_, pointsMessage(processed, processed.pair->points));

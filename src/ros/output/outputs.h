@@ -34,12 +34,11 @@ class Outputs {
   int listeners() const;
   /// To be asked once, when an image comes.
   Wanted wanted(const OutputOptions& options) const;
-  /// True if this image can be skipped: only ~features and ~stereo_features want something, and they do not need it.
-  bool skips(const PreparedFrame& frame, const OutputOptions& options);
-  /// ~stereo_features, if alone, may need the right image without its keypoints.
-  bool needsRightKeypoints(const Wanted& wanted) const {
-    return !wanted.features_alone || !stereo_stream_ || stereo_stream_->needsKeypoints();
-  }
+  // While only ~features and ~stereo_features have subscribers:
+  /// True if this image can be skipped, because they do not need it.
+  bool skips(const Received& received, const OutputOptions& options);
+  /// They may need the right image without its keypoints.
+  bool needRightKeypoints() const { return !stereo_stream_ || stereo_stream_->needsKeypoints(); }
   /// As OdometryOutput has it.
   std::optional<OdometryEstimate> takeSetPose(const std_msgs::Header& camera);
   /// Why an output could not be published, and the remedy; empty: no problem. From the thread of `publish`.

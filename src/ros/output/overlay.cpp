@@ -102,7 +102,7 @@ void stretch(const MatchResult& result, Quantity& quantity) {
 
 /// Fills `panel` with the image as it was received, in colour or grey.
 void drawImage(const PreparedFrame& frame, cv::Mat panel) {
-  if (frame.input.keypoints) panel = kNoPixels;
+  if (frame.image.input.keypoints) panel = kNoPixels;
   cv::Mat image = receivedColours(frame);
   if (image.empty()) return;  // a reference from before a loss, whose pixels are gone
   const int filter = panel.cols < image.cols ? cv::INTER_AREA : cv::INTER_LINEAR;
@@ -296,17 +296,17 @@ class Painter {
 
 cv::Mat receivedColours(const PreparedFrame& frame) {
   namespace encodings = sensor_msgs::image_encodings;
-  const auto& message = frame.input.image;
+  const auto& message = frame.image.input.image;
   const auto has_colour = [](const std::string& encoding) {
     return encodings::bitDepth(encoding) == 8 && (encodings::numChannels(encoding) > 1 || encodings::isBayer(encoding));
   };
   try {
-    if (!frame.grey.empty() && message && has_colour(message->encoding)) {
+    if (!frame.image.grey.empty() && message && has_colour(message->encoding)) {
       return cv_bridge::toCvShare(message, encodings::BGR8)->image;
     }
   } catch (const std::runtime_error&) {  // an encoding or channels of no known colour: as they were matched, grey
   }
-  return frame.grey;
+  return frame.image.grey;
 }
 
 cv::Scalar qualityColor(float quality) {

@@ -106,7 +106,7 @@ double knownDepth(const ProcessedFrame& processed, const Triangulation& points, 
   const std::vector<float>& measured = processed.current->stereo.depth;
   const auto keypoint = static_cast<size_t>(result.matches[static_cast<size_t>(points.match[i])].current);
   if (processed.metric_scale && keypoint < measured.size() && measured[keypoint] > 0) return measured[keypoint];
-  const double noise = M_SQRT2 * result.robust.sigma_px / processed.current->camera->camera.meanFocalLength();
+  const double noise = M_SQRT2 * result.robust.sigma_px / processed.current->image.camera->camera.meanFocalLength();
   return points.valid[i] && points.parallax[i] > kKnownDepth * noise ? points.depth_current[i] * processed.pose.t.norm()
                                                                      : 0;
 }
@@ -148,7 +148,7 @@ double frustumSize(const ProcessedFrame& processed) {
 sensor_msgs::PointCloud featureMessage(const PreparedFrame& current, const std::vector<Feature>& features,
                                        FeatureLayout layout) {
   sensor_msgs::PointCloud cloud;
-  cloud.header = current.header;
+  cloud.header = current.image.header;
   const std::vector<std::string> names = channelNames(layout);
   cloud.channels.resize(names.size());
   for (size_t c = 0; c < names.size(); ++c) cloud.channels[c].name = names[c];
@@ -172,7 +172,7 @@ sensor_msgs::PointCloud featureMessage(const PreparedFrame& current, const std::
 
 sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Triangulation& points) {
   sensor_msgs::PointCloud2 cloud;
-  cloud.header = processed.current->header;
+  cloud.header = processed.current->image.header;
   sensor_msgs::PointCloud2Modifier modifier(cloud);
   using sensor_msgs::PointField;
   modifier.setPointCloud2Fields(6, "x", 1, PointField::FLOAT32, "y", 1, PointField::FLOAT32, "z", 1,
@@ -207,12 +207,12 @@ sensor_msgs::PointCloud2 pointsMessage(const ProcessedFrame& processed, const Tr
 visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
   visualization_msgs::MarkerArray message;
   // Nothing stays of the image before.
-  message.markers.push_back(lines(processed.current->header, "", 0));
+  message.markers.push_back(lines(processed.current->image.header, "", 0));
   message.markers.back().action = visualization_msgs::Marker::DELETEALL;
   if (processed.pair == nullptr || processed.pair->result.inliers == 0) return message;
   const MatchResult& result = processed.pair->result;
-  const Camera& camera = processed.current->camera->camera;
-  visualization_msgs::Marker flow = lines(processed.current->header, "flow", kFlowWidth);
+  const Camera& camera = processed.current->image.camera->camera;
+  visualization_msgs::Marker flow = lines(processed.current->image.header, "flow", kFlowWidth);
   for (size_t i = 0; i < result.matches.size(); ++i) {
     if (!result.isInlier(i)) continue;
     const Eigen::Vector2d from =
@@ -227,10 +227,10 @@ visualization_msgs::MarkerArray markerMessage(const ProcessedFrame& processed) {
 
   const Eigen::Isometry3d reference = toIsometry(processed.pose).inverse();
   const double size = frustumSize(processed);
-  visualization_msgs::Marker current_view = lines(processed.current->header, "current", kFrustumWidth * size);
+  visualization_msgs::Marker current_view = lines(processed.current->image.header, "current", kFrustumWidth * size);
   current_view.color = color(1);
   addFrustum(camera, Eigen::Isometry3d::Identity(), size, current_view);
-  visualization_msgs::Marker reference_view = lines(processed.current->header, "reference", kFrustumWidth * size);
+  visualization_msgs::Marker reference_view = lines(processed.current->image.header, "reference", kFrustumWidth * size);
   reference_view.color = color(0);
   addFrustum(camera, reference, size, reference_view);
   message.markers.push_back(current_view);

@@ -82,7 +82,7 @@ std::optional<StereoFeatures> StereoFeatureStream::next(const ProcessedFrame& pr
   tried_ = tried;
   found_ = static_cast<int>(right_.size());
   StereoFeatures message;
-  message.header = current.header;
+  message.header = current.image.header;
   for (const Feature& feature : *features) {
     const Eigen::Vector2d& ray = right_.at(feature.id).ray;
     StereoFeature both;
@@ -106,7 +106,7 @@ std::optional<StereoFeatureStream::RightPoint> StereoFeatureStream::locate(const
                                                                            const TrackedPoint& point,
                                                                            const MatchResult& result) const {
   const StereoRig& rig = *current.stereo.rig;
-  const Side left = {current.grey, current.camera->camera, rig.left};
+  const Side left = {current.image.grey, current.image.camera->camera, rig.left};
   const Side right = {current.stereo.right, current.stereo.right_camera->camera, rig.right};
   const double focal_length = left.camera.meanFocalLength(), pixel = 1 / focal_length;
   const Eigen::Vector2d seen = left.rectified(rayOf(left.camera, point.current));

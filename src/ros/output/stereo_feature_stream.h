@@ -17,7 +17,7 @@ class StereoFeatureStream {
   StereoFeatureStream() : stream_(InputKind::kStereo) {}
 
   /// As in FeatureStream.
-  bool skips(const PreparedFrame& frame, const FeatureOptions& options) { return stream_.skips(frame, options); }
+  bool skips(const Received& received, const FeatureOptions& options) { return stream_.skips(received, options); }
   /// True until points are found on their rows of the right image. Its keypoints tell where they are, or why not.
   bool needsKeypoints() const { return found_ <= kFewOnRows * tried_; }
   /// No message without a right image; the tracks go on with the next one.

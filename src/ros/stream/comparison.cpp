@@ -13,16 +13,16 @@ namespace {
 
 std::shared_ptr<PreparedFrame> recalibrated(const std::shared_ptr<PreparedFrame>& reference,
                                             const std::shared_ptr<const CameraModel>& camera) {
-  if (!reference->camera || reference->camera == camera) return reference;
-  const Camera &before = reference->camera->camera, &now = camera->camera;
+  if (!reference->image.camera || reference->image.camera == camera) return reference;
+  const Camera &before = reference->image.camera->camera, &now = camera->camera;
   if (!before.calibrated() || !now.calibrated() || before == now) return reference;
   auto moved = std::make_shared<PreparedFrame>(*reference);
   for (cv::KeyPoint& keypoint : moved->frame.features.keypoints) {
     const cv::Point2f pixel = pixelOf(now, rayOf(before, keypoint.pt));
     if (std::isfinite(pixel.x) && std::isfinite(pixel.y)) keypoint.pt = pixel;
   }
-  moved->grey.release();  // it does not show the keypoints where they are now
-  moved->camera = camera;
+  moved->image.grey.release();  // it does not show the keypoints where they are now
+  moved->image.camera = camera;
   return moved;
 }
 
@@ -44,11 +44,12 @@ void PairPool::releaseFrames() {
 void Comparison::compare() {
   const auto work_on = [&] {
     RotationSource* sensor = pipeline.priors ? pipeline.priors->rotation() : nullptr;
-    if (current->stamp_verdict == StampVerdict::kAfterLate) sensor = nullptr;  // the time between the two is unsure
+    if (current->image.stamp_verdict == StampVerdict::kAfterLate)
+      sensor = nullptr;  // the time between the two is unsure
     PriorQuery query;
     RotationAnswer rotation;
     if (sensor != nullptr) {
-      query = pipeline.priors->query(stream.reference->header, current->header);
+      query = pipeline.priors->query(stream.reference->image.header, current->image.header);
       rotation = sensor->ask(query);
     }
     const std::shared_ptr<ComparedPair> pair =
@@ -64,9 +65,9 @@ void Comparison::compare() {
 std::shared_ptr<ComparedPair> Comparison::attempt(const std::shared_ptr<PreparedFrame>& reference,
                                                   const RotationPrior* prior, Past* past) {
   std::shared_ptr<ComparedPair> pair = pairs.take();
-  pair->reference = recalibrated(reference, current->camera);
+  pair->reference = recalibrated(reference, current->image.camera);
   pair->triangulated = false;
-  pipeline.filter.setCamera(current->camera->camera);
+  pipeline.filter.setCamera(current->image.camera->camera);
   pipeline.filter.filter(pair->reference->frame, current->frame, pair->result, prior, past);
   answer.times.match += pair->result.times.match;
   answer.times.gms += pair->result.times.gms;

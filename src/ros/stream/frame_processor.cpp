@@ -53,7 +53,7 @@ void FrameProcessor::requestReset(Reset why) {
   reset_requested_ = std::max(reset_requested_, why);
 }
 
-std::shared_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& input, const Wanted& wanted) {
+Received FrameProcessor::receive(const ImageWithInfo& input, const Wanted& wanted) {
   std::shared_ptr<Pipeline> pipeline;
   bool resets;
   {
@@ -61,38 +61,33 @@ std::shared_ptr<PreparedFrame> FrameProcessor::prepare(const ImageWithInfo& inpu
     pipeline = pipeline_;
     resets = reset_requested_ != Reset::kNone;
   }
-  std::shared_ptr<PreparedFrame> frame = pipeline->core->frames->take();
-  frame->wanted = wanted;
-  frame->time_budget = 1e-3 * pipeline->options.core.max_milliseconds;
-  frame->pipeline = std::move(pipeline);
-  preparation_.receive(input, resets, *frame);
-  frame->reset = Reset::kNone;
-  if (frame->problem.empty()) {
+  Received received = preparation_.receive(input, resets, pipeline->options.max_frame_gap);
+  received.image.wanted = wanted;
+  received.image.time_budget = 1e-3 * pipeline->options.core.max_milliseconds;
+  received.pipeline = std::move(pipeline);
+  if (received.problem.empty()) {
     std::lock_guard<std::mutex> lock(mutex_);
-    frame->reset = std::exchange(reset_requested_, Reset::kNone);
+    received.image.reset = std::exchange(reset_requested_, Reset::kNone);
   }
-  if (!wanted.features_alone) preparation_.findFeatures(*frame);
-  return frame;
+  return received;
 }
 
-ProcessedFrame FrameProcessor::process(const std::shared_ptr<PreparedFrame>& frame) {
-  preparation_.findFeatures(*frame);
-  // Frames outlive options; kept ones would keep pipelines that are no longer in force, megabytes each.
-  const std::shared_ptr<Pipeline> pipeline = std::move(frame->pipeline);
+ProcessedFrame FrameProcessor::process(const Prepared& prepared) {
+  ReceivedImage& image = prepared.frame->image;
   ProcessedFrame answer;
-  if (frame->problem.empty()) {
-    frame->stamp_verdict = std::max(frame->stamp_verdict, std::exchange(verdict_pending_, StampVerdict::kInOrder));
-    answer = step(*pipeline, stream_, recovery_, pairs_, frame);
+  if (prepared.problem.empty()) {
+    image.stamp_verdict = std::max(image.stamp_verdict, std::exchange(verdict_pending_, StampVerdict::kInOrder));
+    answer = step(*prepared.pipeline, stream_, recovery_, pairs_, prepared.frame);
   } else {
-    if (frame->stamp_verdict != StampVerdict::kOutOfOrder)
-      verdict_pending_ = std::max(verdict_pending_, frame->stamp_verdict);
-    stream_.copied_seconds += frame->copied_seconds;
-    requestReset(std::exchange(frame->reset, Reset::kNone));
-    answer.current = frame;
+    if (image.stamp_verdict != StampVerdict::kOutOfOrder)
+      verdict_pending_ = std::max(verdict_pending_, image.stamp_verdict);
+    stream_.copied_seconds += image.copied_seconds;
+    requestReset(std::exchange(image.reset, Reset::kNone));
+    answer.current = prepared.frame;
     answer.status = MatchStats::BAD_IMAGE;
-    answer.reasons = {{Why::kUnusable, image_topic_ + " not used: " + frame->problem}};
+    answer.reasons = {{Why::kUnusable, image_topic_ + " not used: " + prepared.problem}};
   }
-  answer.text = words(answer, pipeline->options);
+  answer.text = words(answer, prepared.pipeline->options);
   return answer;
 }
 

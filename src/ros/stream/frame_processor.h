@@ -1,17 +1,18 @@
-// The stream on its two threads: images are prepared on one and answered on the other, with options and resets from
-// anywhere. Publishes nothing.
+// The stream on its two threads: an image is received, prepared and answered, with options and resets from anywhere.
+// Publishes nothing.
 #pragma once
 
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 
 #include "stream/prepared_frame.h"
 #include "stream/step.h"
 
 namespace gms_ransac {
 
-/// `prepare` and `process` may run on two threads, each on one, and `setPlace` on that of `process`; the rest may be
+/// `receive` and `process` may run on two threads, each on one, and `setPlace` on that of `process`; the rest may be
 /// called from anywhere.
 class FrameProcessor {
  public:
@@ -26,12 +27,16 @@ class FrameProcessor {
   /// The next image that is of use has nothing to be compared with.
   void requestReset(Reset why = Reset::kRequested);
 
-  /// Conversion, stamp rules and, unless it may be passed over, extraction. Never throws. A frame that is dropped
-  /// instead of processed leaves the stream as if it had not come; it must be in order, ask for no reset and have no
-  /// problem.
-  std::shared_ptr<PreparedFrame> prepare(const ImageWithInfo& input, const Wanted& wanted = {});
-  /// Comparison with the reference. Never throws.
-  ProcessedFrame process(const std::shared_ptr<PreparedFrame>& frame);
+  // None of the three stages throws.
+  /// Conversion and stamp rules. An image that is dropped instead of prepared leaves the stream as if it had not come;
+  /// it must be in order, ask for no reset and have no problem.
+  Received receive(const ImageWithInfo& input, const Wanted& wanted = {});
+  /// Extraction. `right_keypoints`: with ~input stereo the depth of the keypoints is wanted.
+  Prepared prepare(Received received, bool right_keypoints = true) {
+    return preparation_.prepare(std::move(received), right_keypoints);
+  }
+  /// Comparison with the reference.
+  ProcessedFrame process(const Prepared& prepared);
   /// Sets the pose of the camera in the odometry frame at the last image. The pose before is forgotten.
   void setPlace(const Eigen::Isometry3d& pose, const Matrix6d& covariance);
 
@@ -39,7 +44,7 @@ class FrameProcessor {
   const std::string image_topic_;
   const Parameters parameters_;
   const std::shared_ptr<MotionPriors> priors_;
-  FramePreparation preparation_;  ///< of `prepare`, and of `process` where features were put off
+  FramePreparation preparation_;
 
   // process's
   Stream stream_;

@@ -44,7 +44,7 @@ RelativePose ownPose(const ProcessedFrame& answer) {
 RelativePose rest(const ProcessedFrame& answer) {
   constexpr double kDepth = 10;
   RelativePose motion = answer.poseValid() ? ownPose(answer) : RelativePose();
-  const double angle = kMostDrift / answer.current->camera->camera.meanFocalLength();
+  const double angle = kMostDrift / answer.current->image.camera->camera.meanFocalLength();
   if (!answer.poseValid()) motion.covariance = Matrix6d::Identity() * angle * angle;
   motion.t.setZero();
   setTranslationVariance(angle * angle * kDepth * kDepth, motion.covariance);
@@ -191,14 +191,14 @@ void integrate(const Parameters& parameters, MotionIntegrator& place, ProcessedF
     restart(from, place, answer);
     // The odometry begins here; a camera that is not calibrated has none.
     const bool bad_pair = answer.status == MatchStats::BAD_IMAGE;
-    if (answer.pair == nullptr && !bad_pair && answer.current->camera->camera.calibrated()) answer.place = place;
+    if (answer.pair == nullptr && !bad_pair && answer.current->image.camera->camera.calibrated()) answer.place = place;
   } else if (answer.continuity == Continuity::kBroken && begun) {
     lose(now, place);
   }
   if (answer.pair == nullptr) return;
   const double seconds = now - from;
   if (parameters.input == InputKind::kPair && seconds > 0 && !continueWithPair(from, now, place, answer)) return;
-  const bool at_rest = answer.atRest() && answer.current->camera->camera.calibrated();
+  const bool at_rest = answer.atRest() && answer.current->image.camera->camera.calibrated();
   if (!(answer.poseValid() || at_rest) || seconds <= 0) {
     // An image that was only skipped leaves the reference, and with it the motion, where it was.
     if (answer.status != MatchStats::TOO_FEW_KEYPOINTS) lose(now, place);

@@ -16,7 +16,7 @@ namespace {
 /// In units of the first pair's.
 void propagate(ScalePropagator& scale, ProcessedFrame& answer) {
   if (answer.status != MatchStats::OK) return scale.carryThroughRotation(answer.pair->points, answer.pair->result);
-  const Camera& camera = answer.current->camera->camera;
+  const Camera& camera = answer.current->image.camera->camera;
   const ScaleEstimate length = scale.update(answer.pair->points, answer.pair->result, camera, answer.recovered);
   answer.pose = withLength(answer.pose, length);
   answer.length_missing &= length.features == 0;
@@ -25,13 +25,15 @@ void propagate(ScalePropagator& scale, ProcessedFrame& answer) {
 /// Length from odometry or the ground, or why there is none.
 void measureLength(const MotionPriors& priors, ProcessedFrame& answer) {
   const PreparedFrame &reference = *answer.pair->reference, &current = *answer.current;
-  if (current.stamp_verdict == StampVerdict::kAfterLate) {
+  if (current.image.stamp_verdict == StampVerdict::kAfterLate) {
     return answer.reasons.push_back(
         {Why::kNoLength, "an image before this one was late, so the time between is unsure"});
   }
-  const PairSeen pair = {
-      answer.pair->result.robust, answer.pair->points, current.camera->camera, {reference.grey, current.grey}};
-  const LengthAnswer measured = priors.length()->ask(priors.query(reference.header, current.header), pair);
+  const PairSeen pair = {answer.pair->result.robust,
+                         answer.pair->points,
+                         current.image.camera->camera,
+                         {reference.image.grey, current.image.grey}};
+  const LengthAnswer measured = priors.length()->ask(priors.query(reference.image.header, current.image.header), pair);
   answer.metric_scale = measured.length.features > 0 && answer.status == MatchStats::OK;
   if (answer.metric_scale) answer.pose = withLength(answer.pose, measured.length);
   if (!measured.problem.empty()) answer.reasons.push_back({Why::kNoLength, measured.problem});
@@ -45,8 +47,8 @@ void takeDepth(bool stereo, KeyFrame& key, ProcessedFrame& answer) {
   if (!stereo || rig)
     scale = poseFromKeypointDepth(
         {answer.pair->points, reference.frame.features, current.frame.features, answer.pair->result,
-         current.camera->camera, reference.stereo.depth, current.stereo.depth, rig ? rig->baseline : 0,
-         answer.pair->track_ids, reference.grey, current.grey},
+         current.image.camera->camera, reference.stereo.depth, current.stereo.depth, rig ? rig->baseline : 0,
+         answer.pair->track_ids, reference.image.grey, current.image.grey},
         answer.pose, &key);
   answer.metric_scale = scale.features > 0;
   if (answer.metric_scale) answer.since_key = MotionSinceKey{key.current, key.is_reference};
@@ -106,7 +108,7 @@ constexpr double kOfDepthImages = 3;
 /// Widens the covariance of the pose, and keeps both parts of it.
 void addSharedErrors(double share, ProcessedFrame& answer) {
   const double parallax =
-      answer.pair->result.robust.median_parallax_px / answer.current->camera->camera.meanFocalLength();
+      answer.pair->result.robust.median_parallax_px / answer.current->image.camera->camera.meanFocalLength();
   answer.own_covariance = answer.pose.covariance;
   answer.shared = sharedErrors(share, answer.pose, parallax);
   answer.pose.covariance += answer.shared * answer.shared.transpose();
@@ -122,9 +124,9 @@ void findPose(const Pipeline& pipeline, Stream& stream, ComparedPair& pair, Proc
   answer.pose = pair.result.robust.pose;
   answer.length_missing = answer.recovered && answer.status == MatchStats::OK;
   const Parameters& parameters = pipeline.parameters;
-  if (answer.current->wanted.points || parameters.scale == ScaleMode::kPropagate || parameters.measuresMetres()) {
+  if (answer.current->image.wanted.points || parameters.scale == ScaleMode::kPropagate || parameters.measuresMetres()) {
     triangulateInliers(pair.reference->frame.features, answer.current->frame.features, pair.result,
-                       answer.current->camera->camera, pair.points);
+                       answer.current->image.camera->camera, pair.points);
     pair.triangulated = true;
   }
   findLength(pipeline, stream, answer);

@@ -24,6 +24,18 @@ void addDoubt(const std::string& more, PreparedFrame& frame) {
   frame.doubt += more;
 }
 
+/// Why an image that repeats the one before it is not used; empty: it does not. `before` null: there is none.
+std::string copyProblem(const sensor_msgs::ImageConstPtr& before, const KeypointsConstPtr& keypoints_before,
+                        const ImageWithInfo& input) {
+  std::string part;
+  if (input.keypoints && keypoints_before) part = copiedPart(*keypoints_before, *input.keypoints);
+  if (!input.keypoints && before) part = copiedPart(*before, *input.image);
+  if (part.empty()) return part;
+  return part +
+         ", which measures nothing: its driver sends images twice, or the camera is frozen; a simulated "
+         "camera needs noise to be seen at rest";
+}
+
 double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 }  // namespace
@@ -36,146 +48,152 @@ FramePreparation::FramePreparation(const Parameters& parameters, const std::stri
       mask_source_(parameters),
       stereo_depth_(parameters, right_topic, right_info_topic) {}
 
-void FramePreparation::receive(const ImageWithInfo& input, bool resets, PreparedFrame& frame) {
-  frame.input = input;
-  frame.extracted = false;
-  frame.depth.release();
-  frame.depth_wanted = true;
-  frame.depth_problem.clear();
-  frame.stereo.clear();
-  frame.mask.release();
-  frame.mask_problem.clear();
-  frame.pair_reference.reset();
-  frame.doubt.clear();
-  frame.stamp_verdict = StampVerdict::kInOrder;
-  frame.copied_seconds = 0;
+Received FramePreparation::receive(const ImageWithInfo& input, bool resets, double max_frame_gap) {
+  Received received;
+  ReceivedImage& image = received.image;
+  image.input = input;
+  image.camera = camera_before_;
   const auto work = [&] {
-    if (!convert(frame.input.image, frame)) return;
-    if (input.reference) {
-      frame.pair_reference = std::make_shared<PreparedFrame>();
-      frame.pair_reference->input.image = input.reference;
-      frame.pair_reference->input.mask = input.mask;
-      if (!convert(frame.pair_reference->input.image, *frame.pair_reference)) {
-        frame.problem = frame.pair_reference->problem;
-      }
-      if (frame.problem.empty()) refuseCopy(frame.pair_reference->input.image, nullptr, frame);
-    } else {
-      const double before = stamps_.previousStamp();
-      classifyStamp(frame);
-      if (frame.problem.empty()) {
-        // A loop may begin as it ended.
-        const bool begins = resets || frame.stamp_verdict > StampVerdict::kSteppedBack;
-        if (!begins) refuseCopy(image_before_, keypoints_before_, frame);
-        if (!frame.problem.empty()) frame.copied_seconds = std::max(0.0, frame.stamp() - before);
-        image_before_ = frame.input.image;
-        keypoints_before_ = input.keypoints;
-      }
-    }
-    if (!frame.problem.empty()) return;
-    frame.camera = camera_source_.get(input.camera_info, frame.imageSize());
-    frame.doubt = frame.camera->doubt;
+    std::string& problem = received.problem;
+    problem = convertAll(received);
+    if (!problem.empty()) return;
+    problem = received.reference ? copyProblem(received.reference->input.image, nullptr, image.input)
+                                 : checkOrder(image, resets, max_frame_gap);
+    if (!problem.empty()) return;
+    const cv::Size size = image.input.keypoints ? received.features.image_size : image.grey.size();
+    image.camera = camera_before_ = camera_source_.get(input.camera_info, size);
   };
-  guarded(work, [&](const std::string& what) { frame.problem = what; });
+  guarded(work, [&](const std::string& what) { received.problem = what; });
+  return received;
 }
 
-bool FramePreparation::convert(sensor_msgs::ImageConstPtr& image, PreparedFrame& frame) {
-  frame.header = image->header;
-  frame.header.frame_id = withoutLeadingSlash(frame.header.frame_id);
-  frame.frame.detect_seconds = 0;
+std::string FramePreparation::convertAll(Received& received) {
+  const ImageWithInfo& input = received.image.input;
+  std::string problem = input.keypoints ? convertKeypoints(received) : convert(received.image);
+  if (!problem.empty() || !input.reference) return problem;
+  received.reference.emplace();
+  received.reference->input.image = input.reference;
+  received.reference->input.mask = input.mask;
+  return convert(*received.reference);
+}
+
+std::string FramePreparation::convert(ReceivedImage& image) {
+  image.header = image.input.image->header;
+  image.header.frame_id = withoutLeadingSlash(image.header.frame_id);
   const auto start = Clock::now();
-  if (frame.input.keypoints) {
-    takeKeypoints(*frame.input.keypoints, frame);
-  } else {
-    frame.problem = decompress(image);
-    if (frame.problem.empty()) frame.problem = toGrey(*image, frame.grey, &frame.values);
+  std::string problem = decompress(image.input.image);
+  if (problem.empty()) problem = toGrey(*image.input.image, image.grey, &image.values);
+  image.convert_seconds = secondsSince(start);
+  return problem;
+}
+
+std::string FramePreparation::convertKeypoints(Received& received) const {
+  ReceivedImage& image = received.image;
+  image.header = image.input.image->header;
+  image.header.frame_id = withoutLeadingSlash(image.header.frame_id);
+  const auto start = Clock::now();
+  std::string problem = toFeatures(*image.input.keypoints, received.features);
+  if (parameters_.scale == ScaleMode::kDepth && problem.empty()) received.depth = depthOf(*image.input.keypoints);
+  image.convert_seconds = secondsSince(start);
+  return problem;
+}
+
+std::string FramePreparation::checkOrder(ReceivedImage& image, bool resets, double max_frame_gap) {
+  const double before = stamps_.previousStamp();
+  std::string problem = classifyStamp(image, max_frame_gap);
+  if (!problem.empty()) return problem;
+  // A loop may begin as it ended.
+  const bool begins = resets || image.stamp_verdict > StampVerdict::kSteppedBack;
+  if (!begins) problem = copyProblem(image_before_, keypoints_before_, image.input);
+  if (!problem.empty()) image.copied_seconds = std::max(0.0, image.stamp() - before);
+  image_before_ = image.input.image;
+  keypoints_before_ = image.input.keypoints;
+  return problem;
+}
+
+std::string FramePreparation::classifyStamp(ReceivedImage& image, double max_frame_gap) {
+  const double late = stamps_.previousStamp() - image.stamp();
+  image.stamp_verdict = stamps_.judge(image.stamp(), image.input.received.toSec(), max_frame_gap);
+  if (image.stamp_verdict != StampVerdict::kOutOfOrder) return std::string();
+  if (late == 0) {
+    return "the stamp is the same as that of the image before it: out of order; if all images have "
+           "this stamp, the camera driver does not set it";
   }
-  frame.convert_seconds = secondsSince(start);
-  frame.frame.seconds_before = frame.convert_seconds;
-  return frame.problem.empty();
+  return "the stamp is " + secondsText(late) + " older than that of the image before it: out of order";
 }
 
-void FramePreparation::takeKeypoints(const Keypoints& keypoints, PreparedFrame& frame) {
-  frame.grey.release();
-  frame.values.reset();
-  frame.problem = toFeatures(keypoints, frame.frame.features);
-  frame.frame.features_asked = frame.frame.features.size();
-  if (parameters_.scale == ScaleMode::kDepth && frame.problem.empty()) frame.stereo.depth = depthOf(keypoints);
+Prepared FramePreparation::prepare(Received received, bool right_keypoints) {
+  Prepared prepared;
+  prepared.problem = std::move(received.problem);
+  prepared.pipeline = std::move(received.pipeline);
+  if (prepared.problem.empty()) {
+    prepared.frame = prepared.pipeline->core->frames->acquire();
+    prepared.frame->image = std::move(received.image);
+    guarded([&] { findFeatures(received, prepared.pipeline->filter, right_keypoints, *prepared.frame); },
+            [&](const std::string& what) { prepared.problem = what; });
+    if (prepared.problem.empty()) return prepared;
+    received.image = std::move(prepared.frame->image);
+  }
+  prepared.frame = std::make_shared<PreparedFrame>();
+  prepared.frame->image = std::move(received.image);
+  return prepared;
 }
 
-void FramePreparation::classifyStamp(PreparedFrame& frame) {
-  const double late = stamps_.previousStamp() - frame.stamp();
-  frame.stamp_verdict =
-      stamps_.judge(frame.stamp(), frame.input.received.toSec(), frame.pipeline->options.max_frame_gap);
-  if (frame.stamp_verdict != StampVerdict::kOutOfOrder) return;
-  frame.problem = late == 0
-                      ? "the stamp is the same as that of the image before it: out of order; if all images have "
-                        "this stamp, the camera driver does not set it"
-                      : "the stamp is " + secondsText(late) + " older than that of the image before it: out of order";
-}
-
-void FramePreparation::refuseCopy(const sensor_msgs::ImageConstPtr& before, const KeypointsConstPtr& keypoints_before,
-                                  PreparedFrame& frame) {
-  const ImageWithInfo& input = frame.input;
-  std::string part;
-  if (input.keypoints && keypoints_before) part = copiedPart(*keypoints_before, *input.keypoints);
-  if (!input.keypoints && before) part = copiedPart(*before, *input.image);
-  if (part.empty()) return;
-  frame.problem = part +
-                  ", which measures nothing: its driver sends images twice, or the camera is frozen; a simulated "
-                  "camera needs noise to be seen at rest";
-}
-
-void FramePreparation::findFeatures(PreparedFrame& frame) {
-  if (frame.extracted || !frame.problem.empty()) return;
-  frame.extracted = true;
-  const auto work = [&] {
-    std::lock_guard<std::mutex> lock(features_mutex_);
-    if (frame.pair_reference) extract(frame.pipeline->filter, *frame.pair_reference);
-    extract(frame.pipeline->filter, frame);
-    findDepth(frame);
-    addDoubt(doubtOfDepth(frame), frame);
-  };
-  guarded(work, [&](const std::string& what) { frame.problem = what; });
+void FramePreparation::findFeatures(Received& received, MatchFilter& filter, bool right_keypoints,
+                                    PreparedFrame& frame) {
+  frame.doubt = frame.image.camera->doubt;
+  if (frame.image.input.keypoints) {
+    frame.frame.features = std::move(received.features);
+    frame.stereo.depth = std::move(received.depth);
+  }
+  std::lock_guard<std::mutex> lock(features_mutex_);
+  if (received.reference) {
+    frame.pair_reference = std::make_shared<PreparedFrame>();
+    frame.pair_reference->image = std::move(*received.reference);
+    extract(filter, *frame.pair_reference);
+  }
+  extract(filter, frame);
+  findDepth(right_keypoints, frame);
+  addDoubt(doubtOfDepth(frame), frame);
 }
 
 void FramePreparation::extract(MatchFilter& filter, PreparedFrame& frame) {
-  frame.mask_problem = mask_source_.get(frame.input.mask, frame.imageSize(), frame.mask);
-  if (frame.input.keypoints) {
-    dropMasked(frame.mask, frame.frame.features, frame.stereo.depth);
-    frame.frame.stamp = frame.stamp();
-    return;
-  }
-  filter.extract(frame.grey, frame.frame, frame.mask, frame.stamp());
+  frame.mask_problem = mask_source_.get(frame.image.input.mask, frame.imageSize(), frame.mask);
+  frame.frame.seconds_before = frame.image.convert_seconds;
+  if (!frame.image.input.keypoints) return filter.extract(frame.image.grey, frame.frame, frame.mask, frame.stamp());
+  frame.frame.features_asked = frame.frame.features.size();
+  dropMasked(frame.mask, frame.frame.features, frame.stereo.depth);
+  frame.frame.stamp = frame.stamp();
 }
 
-void FramePreparation::findDepth(PreparedFrame& frame) {
-  ImageWithInfo& input = frame.input;
+void FramePreparation::findDepth(bool right_keypoints, PreparedFrame& frame) {
+  ImageWithInfo& input = frame.image.input;
   const bool stereo = parameters_.input == InputKind::kStereo;
   const std::string defect = decompress(stereo ? input.right : input.depth);
   if (!defect.empty()) {
     frame.depth_problem = (stereo ? "the right image: " : "the depth image: ") + defect;
   } else if (stereo) {
-    findStereoDepth(frame);
+    findStereoDepth(right_keypoints, frame);
   } else if (input.keypoints) {
     const bool missing = parameters_.scale == ScaleMode::kDepth && frame.stereo.depth.empty();
     if (missing) frame.depth_problem = "the keypoints have no depth";
   } else if (input.depth) {
-    frame.depth_problem = toDepth(*input.depth, frame.grey.size(), frame.depth);
+    frame.depth_problem = toDepth(*input.depth, frame.image.grey.size(), frame.depth);
     frame.stereo.depth = keypointDepth(frame.frame.features, frame.depth);
   } else if (parameters_.scale == ScaleMode::kDepth) {
     frame.depth_problem = "no depth image with about the stamp of the image came";
   }
 }
 
-void FramePreparation::findStereoDepth(PreparedFrame& frame) {
-  frame.depth_problem = stereo_depth_.take(frame.input, frame.frame.features, *frame.camera, frame.stereo);
+void FramePreparation::findStereoDepth(bool right_keypoints, PreparedFrame& frame) {
+  frame.depth_problem = stereo_depth_.take(frame.image.input, frame.frame.features, *frame.image.camera, frame.stereo);
   if (!frame.depth_problem.empty()) return;
-  if (!frame.depth_wanted) {
+  if (!right_keypoints) {
     frame.depth_problem = "only features have a subscriber";
     return;
   }
   const auto start = Clock::now();
-  frame.depth_problem = stereo_depth_.fill(frame.frame.features, frame.grey, *frame.camera, frame.stereo);
+  frame.depth_problem = stereo_depth_.fill(frame.frame.features, frame.image.grey, *frame.image.camera, frame.stereo);
   addDoubt(frame.depth_problem, frame);
   frame.frame.detect_seconds += secondsSince(start);
 }
@@ -188,13 +206,13 @@ std::string FramePreparation::doubtOfDepth(const PreparedFrame& frame) const {
 }
 
 void PreparedFrame::dropPixels() {
-  input = ImageWithInfo();
-  for (cv::Mat* pixels : {&grey, &depth, &mask, &stereo.right}) pixels->release();
+  image.input = ImageWithInfo();
+  for (cv::Mat* pixels : {&image.grey, &depth, &mask, &stereo.right}) pixels->release();
   stereo.right_ray.clear();
   stereo.rig.reset();
 }
 
-std::shared_ptr<PreparedFrame> FramePool::take() {
+std::shared_ptr<PreparedFrame> FramePool::acquire() {
   std::unique_ptr<PreparedFrame> frame;
   {
     std::lock_guard<std::mutex> lock(mutex_);
@@ -206,14 +224,17 @@ std::shared_ptr<PreparedFrame> FramePool::take() {
   if (!frame) frame = std::make_unique<PreparedFrame>();
   return {frame.release(), [pool = weak_from_this()](PreparedFrame* used) {
             std::unique_ptr<PreparedFrame> owned(used);
-            if (const auto alive = pool.lock()) alive->give(std::move(owned));
+            if (const auto alive = pool.lock()) alive->release(std::move(owned));
           }};
 }
 
-void FramePool::give(std::unique_ptr<PreparedFrame> frame) {
+void FramePool::release(std::unique_ptr<PreparedFrame> frame) {
   frame->dropPixels();
+  frame->mask_problem.clear();
+  frame->stereo.clear();
+  frame->depth_problem.clear();
+  frame->doubt.clear();
   frame->pair_reference.reset();
-  frame->pipeline.reset();
   std::lock_guard<std::mutex> lock(mutex_);
   spare_.push_back(std::move(frame));
 }

@@ -21,15 +21,15 @@ std::string explainPair(const ProcessedFrame& answer, const MatchFilterOptions& 
   StatusCircumstances about;
   about.option_prefix = "~";
   about.features_asked = current.frame.features_asked;
-  about.features_given = current.input.keypoints != nullptr;
-  about.no_camera = current.camera->problem;
+  about.features_given = current.image.input.keypoints != nullptr;
+  about.no_camera = current.image.camera->problem;
   // The mask is counted where it may be the reason.
   if (answer.status == MatchStats::TOO_FEW_KEYPOINTS && !mask.empty()) {
     about.unmasked = cv::countNonZero(mask) / static_cast<double>(mask.total());
   }
-  if (current.values) {
-    about.image_note =
-        cv::format("its grey levels are those of the values %d to %d", current.values->low, current.values->high);
+  if (current.image.values) {
+    about.image_note = cv::format("its grey levels are those of the values %d to %d", current.image.values->low,
+                                  current.image.values->high);
   }
   return explain(static_cast<Status>(answer.status), answer.pair->result, options, about);
 }
@@ -56,7 +56,7 @@ std::string sentence(const Reason& reason, const ProcessedFrame& answer, const P
     case Why::kCompared:
       return explainPair(answer, options.core);
     case Why::kReset:
-      return current.reset == Reset::kRequested
+      return current.image.reset == Reset::kRequested
                  ? "reset on request"
                  : "no images were taken for a while (~pause, or no output had a subscriber)";
     case Why::kGap:
@@ -68,7 +68,7 @@ std::string sentence(const Reason& reason, const ProcessedFrame& answer, const P
     case Why::kSizeChanged:
       return "the image size changed from " + reason.detail + " to " + sizeText(current.imageSize());
     case Why::kFrameChanged:
-      return "the frame_id changed from '" + reason.detail + "' to '" + current.header.frame_id +
+      return "the frame_id changed from '" + reason.detail + "' to '" + current.image.header.frame_id +
              "', which is another camera; if they alternate, two cameras publish the topic: give each a filter of its "
              "own";
     case Why::kDescriptorsChanged:
@@ -80,7 +80,7 @@ std::string sentence(const Reason& reason, const ProcessedFrame& answer, const P
       return "the two images differ in size: " + reason.detail + " and " + sizeText(current.imageSize());
     case Why::kGoesOn: {
       std::ostringstream text;
-      text << "goes on from the image of " << answer.pair->reference->header.stamp << ", "
+      text << "goes on from the image of " << answer.pair->reference->image.header.stamp << ", "
            << secondsText(current.stamp() - answer.pair->reference->stamp()) << " and " << reason.number
            << " lost images ago";
       return text.str();

@@ -47,7 +47,7 @@ struct Step : Comparison {
   /// The time between the images of the pair is known, and short enough for one velocity.
   bool tellsVelocity() const {
     if (!answer.pair || current->pair_reference) return true;
-    return current->stamp_verdict != StampVerdict::kAfterLate &&
+    return current->image.stamp_verdict != StampVerdict::kAfterLate &&
            current->stamp() - answer.pair->reference->stamp() <= pipeline.options.max_frame_gap;
   }
   void answerImage();
@@ -112,7 +112,7 @@ void Step::answerImage() {
 }
 
 void Step::answerPair() {
-  const bool resets = current->reset != Reset::kNone;
+  const bool resets = current->image.reset != Reset::kNone;
   if (resets) answer.continuity = Continuity::kRestarted;
   stream.forget();
   stream.reference = current->pair_reference;
@@ -128,8 +128,8 @@ void Step::answerPair() {
 std::optional<Step::Start> Step::newStart() const {
   constexpr uint8_t kFirst = MatchStats::FIRST_FRAME, kTime = MatchStats::TIME_RESET;
   constexpr Continuity kRestarted = Continuity::kRestarted, kBroken = Continuity::kBroken;
-  const StampVerdict verdict = current->stamp_verdict;
-  if (current->reset != Reset::kNone) return Start{kFirst, kRestarted, Why::kReset};
+  const StampVerdict verdict = current->image.stamp_verdict;
+  if (current->image.reset != Reset::kNone) return Start{kFirst, kRestarted, Why::kReset};
   if (verdict == StampVerdict::kClockReset) return Start{kTime, kRestarted, Why::kClockBack};
   if (verdict == StampVerdict::kJumpedBack) return Start{kTime, kRestarted, Why::kStampsBack};
   if (verdict == StampVerdict::kSteppedBack) {
@@ -139,8 +139,8 @@ std::optional<Step::Start> Step::newStart() const {
   if (verdict == StampVerdict::kGap) return Start{kTime, kBroken, Why::kGap};
   if (!stream.reference && stream.stamp) return Start{kTime, kBroken, Why::kNoneKept};
   if (!stream.reference) return Start{kFirst, Continuity::kContinuous, Why::kFirst};
-  const std::string& frame_before = stream.reference->header.frame_id;
-  if (current->header.frame_id != frame_before) return Start{kFirst, kBroken, Why::kFrameChanged, frame_before};
+  const std::string& frame_before = stream.reference->image.header.frame_id;
+  if (current->image.header.frame_id != frame_before) return Start{kFirst, kBroken, Why::kFrameChanged, frame_before};
   if (current->frame.features.image_size != stream.reference->frame.features.image_size)
     return Start{kFirst, kBroken, Why::kSizeChanged, sizeText(stream.reference->frame.features.image_size)};
   if (!comparable(*stream.reference)) {
@@ -190,19 +190,19 @@ void Step::advance() {
 }
 
 bool Step::mayGoBack() const {
-  return pipeline.options.recovery.frames > 0 && current->camera->camera.calibrated() &&
-         current->reset == Reset::kNone && current->stamp_verdict <= StampVerdict::kGap;
+  return pipeline.options.recovery.frames > 0 && current->image.camera->camera.calibrated() &&
+         current->image.reset == Reset::kNone && current->image.stamp_verdict <= StampVerdict::kGap;
 }
 
 bool Step::isOfOneCamera(const PreparedFrame& reference) const {
-  return current->header.frame_id == reference.header.frame_id &&
+  return current->image.header.frame_id == reference.image.header.frame_id &&
          current->frame.features.image_size == reference.frame.features.image_size && comparable(reference);
 }
 
 Step::WayBack Step::goBack() {
   if (pipeline.options.recovery.frames == 0) recovery.clear();
   if (!mayGoBack()) return WayBack::kNone;
-  const bool late = current->stamp_verdict == StampVerdict::kGap;
+  const bool late = current->image.stamp_verdict == StampVerdict::kGap;
   if (stream.reference && (late || tooLateFor(*stream.reference))) lose();
   recovery.giveUp(current->stamp(), pipeline.options.recovery);
   if (!recovery.lost()) return WayBack::kNone;

@@ -95,7 +95,8 @@ OdometryAnswer StreamOdometry::add(const OdometryImages& images) {
     input.right_info = rectifiedInfo(*options.right, options.baseline, images.image.size());
   }
   const double start = processorSeconds();
-  const ProcessedFrame processed = implementation_->processor.process(implementation_->processor.prepare(input));
+  FrameProcessor& processor = implementation_->processor;
+  const ProcessedFrame processed = processor.process(processor.prepare(processor.receive(input)));
   OdometryAnswer answer;
   answer.seconds = processorSeconds() - start;
   answer.text = processed.text;

@@ -92,7 +92,7 @@ double median(const std::vector<double>& values) { return quantilesOf(values).me
 
 void expectTrueDepth(const StereoRoom& room) {
   StereoProcessor processor;
-  const auto frame = processor.prepare(room.input(0));
+  const auto frame = processor.prepared(room.input(0));
   ASSERT_EQ(frame->depth_problem, "");
   std::vector<double> off;  // of the disparity, pixels
   int wrong = 0;
@@ -142,11 +142,8 @@ class FollowedStereo {
   explicit FollowedStereo(bool alone) : alone_(alone) { options_.rate = 5; }
 
   void add(const StereoRoom& room, int image, const ImageWithInfo& input) {
-    Wanted wanted;
-    wanted.features_alone = true;
-    const auto frame = processor_.prepare(input, wanted);
-    frame->depth_wanted = !alone_ || stream_.needsKeypoints();
-    const ProcessedFrame processed = processor_.process(frame);
+    const bool right_keypoints = !alone_ || stream_.needsKeypoints();
+    const ProcessedFrame processed = processor_.process(processor_.prepare(processor_.receive(input), right_keypoints));
     with_depth_ += !processed.current->stereo.depth.empty();
     metric_ = processed.metric_scale;
     text_ = processed.text;
@@ -237,7 +234,7 @@ TEST(StereoDepth, SaysWhatIsMissing) {
       {seen, {}}};
   for (const auto& row : rows) {
     StereoProcessor processor;
-    const std::string problem = processor.prepare(row.input)->depth_problem;
+    const std::string problem = processor.prepared(row.input)->depth_problem;
     EXPECT_TRUE(says(problem, row.words));
     EXPECT_EQ(problem.find("~camera"), std::string::npos);
   }
@@ -268,7 +265,7 @@ TEST(StereoDepth, DoubtsTheRightCamerasMatrix) {
   info->K[2] = info->P[2] = 100;
   input.right_info = info;
   StereoProcessor processor;
-  EXPECT_TRUE(says(processor.prepare(input)->doubt, {"at 15.6 % of the width", "right/camera_info"}));
+  EXPECT_TRUE(says(processor.prepared(input)->doubt, {"at 15.6 % of the width", "right/camera_info"}));
 }
 
 TEST(StereoDepth, SaysThatImagesAreNotRectified) {
@@ -282,7 +279,7 @@ TEST(StereoDepth, SaysThatImagesAreNotRectified) {
   cv::warpAffine(rectified.right.render(0).image, lower, down, {640, 480});
   input.right = imageMessage(lower, 100);
   StereoProcessor processor;
-  EXPECT_TRUE(says(processor.prepare(input)->depth_problem,
+  EXPECT_TRUE(says(processor.prepared(input)->depth_problem,
                    {"px above or below their rows on right/image: rectify both images"}));
 }
 

@@ -36,7 +36,7 @@ TEST(FeatureMessage, EachEstimatorFindsWhatItReads) {
   feature.ray = {0.25, -0.5};
   feature.velocity = {0.125, -2};
   PreparedFrame current;
-  current.header.stamp = ros::Time(12, 34);
+  current.image.header.stamp = ros::Time(12, 34);
   const cv::Mat hole = cv::Mat::zeros(kHeight, kWidth, CV_32FC1), known = hole + 4;
   struct Case {
     FeatureLayout layout;
@@ -97,9 +97,9 @@ class FeaturesAlone {
   /// True when the image is passed over.
   bool passes(const cv::Mat& grey, double stamp, bool reset = false) {
     if (reset) processor_.requestReset();
-    const auto frame = processor_.prepare(input(grey, stamp), featuresAlone());
-    if (!others_ && stream_.skips(*frame, options_)) return true;
-    const ProcessedFrame processed = processor_.process(frame);
+    Received received = processor_.receive(input(grey, stamp), featuresAlone());
+    if (!others_ && stream_.skips(received, options_)) return true;
+    const ProcessedFrame processed = processor_.process(processor_.prepare(std::move(received)));
     status_ = processed.status;
     if (auto features = stream_.next(processed, options_)) messages_[stamp] = std::move(*features);
     return false;
@@ -227,7 +227,7 @@ TEST(PassingOver, FeaturesThatWerePutOffAreTheSame) {
   for (int i = 0; i < 3; ++i) {
     const ImageWithInfo image = input(cornersMovedBy(5 * i), 100 + 0.1 * i);
     const ProcessedFrame a = now.ask(image);
-    const ProcessedFrame b = later.process(later.prepare(image, featuresAlone()));
+    const ProcessedFrame b = later.process(later.prepare(later.receive(image, featuresAlone())));
     EXPECT_EQ(a.status, b.status);
     EXPECT_EQ(a.text, b.text);
     if (i == 0) continue;

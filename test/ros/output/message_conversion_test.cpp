@@ -17,7 +17,7 @@ TEST(MessageConversion, KIsThatOfTheReceivedImageWhateverTheLens) {
     auto frame = std::make_shared<PreparedFrame>();
     auto model = std::make_shared<CameraModel>();
     model->camera = Camera(lens, size);
-    frame->camera = model;
+    frame->image.camera = model;
     frame->frame.features.image_size = size;
     ProcessedFrame processed;
     processed.current = frame;

@@ -29,7 +29,7 @@ const std::vector<uint8_t> kStatuses = {
 struct DrawnPair {
   explicit DrawnPair(const cv::Size& size = kVga, uint8_t grey = 90) {
     for (PreparedFrame* frame : {&reference, &current}) {
-      frame->grey = cv::Mat(size, CV_8UC1, cv::Scalar(grey));
+      frame->image.grey = cv::Mat(size, CV_8UC1, cv::Scalar(grey));
       frame->frame.features.image_size = size;
     }
     result.status = Status::kOk;
@@ -277,7 +277,7 @@ TEST(Overlay, AColourImageStaysOne) {
   const cv::Mat color(kVga, CV_8UC3, cv::Scalar(200, 60, 20));
   for (const std::string encoding : {"bgr8", "rgb8", "8UC3"}) {
     DrawnPair pair;
-    pair.current.input.image = cv_bridge::CvImage(std_msgs::Header(), encoding, color).toImageMsg();
+    pair.current.image.input.image = cv_bridge::CvImage(std_msgs::Header(), encoding, color).toImageMsg();
     cv::Scalar expected(90, 90, 90);  // the colours of 8UC3 are not known: as it was matched
     if (encoding == "bgr8") expected = cv::Scalar(200, 60, 20);
     if (encoding == "rgb8") expected = cv::Scalar(20, 60, 200);

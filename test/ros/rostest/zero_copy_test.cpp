@@ -110,8 +110,8 @@ TEST(MatchImage, IsDrawnOnlyForASubscriber) {
   ros::NodeHandle nh, pnh("~");
   Outputs outputs(nh, pnh, Parameters(), [] {});
   auto frame = std::make_shared<PreparedFrame>();
-  frame->grey = cv::Mat(480, 640, CV_8UC1, cv::Scalar(90));
-  frame->camera = std::make_shared<CameraModel>();
+  frame->image.grey = cv::Mat(480, 640, CV_8UC1, cv::Scalar(90));
+  frame->image.camera = std::make_shared<CameraModel>();
   ProcessedFrame processed;
   processed.current = frame;
   CountingAllocator counter;

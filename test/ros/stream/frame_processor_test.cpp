@@ -281,7 +281,8 @@ TEST(FrameProcessor, AChangeKeepsTheTimeBudgetThatItDoesNotTouch) {
   processor.setOptions(options);
   double stamp = 1;
   const auto asked = [&] {
-    const ProcessedFrame processed = processor.ask(image(stamp += 0.1, static_cast<int>(stamp * 50) % 40));
+    stamp += 0.1;
+    const ProcessedFrame processed = processor.ask(image(stamp, static_cast<int>(stamp * 50) % 40));
     return processed.current->frame.features_asked;
   };
   for (int i = 0; i < 20; ++i) asked();
@@ -339,13 +340,14 @@ TEST(FrameProcessor, APairWithoutDepthHasNoLength) {
   EXPECT_TRUE(says(processed.text, {"no length: no depth image"}));
 }
 
-TEST(FrameProcessor, FramesDoNotHoldThePipelineOnceTheyAreAnswered) {
+TEST(FrameProcessor, NothingIsFoundInAnImageThatIsNotUsed) {
   Node processor;
-  EXPECT_EQ(processor.ask(image(1.0)).current->pipeline, nullptr);
-  const ProcessedFrame compared = processor.ask(image(1.1, 5));
-  EXPECT_EQ(compared.current->pipeline, nullptr);
-  EXPECT_EQ(compared.pair->reference->pipeline, nullptr);
-  EXPECT_EQ(processor.ask(badImage(1.2)).current->pipeline, nullptr);
+  for (int i = 0; i < 4; ++i) ASSERT_GT(processor.ask(image(1 + 0.1 * i, 5 * i)).current->frame.features.size(), 100);
+  const ProcessedFrame refused = processor.ask(badImage(1.5));
+  EXPECT_EQ(refused.status, MatchStats::BAD_IMAGE);
+  EXPECT_EQ(refused.current->frame.features.size(), 0) << "of an image before it";
+  EXPECT_EQ(refused.current->frame.features_asked, 0);
+  EXPECT_TRUE(refused.current->image.camera) << "that of the image before";
 }
 
 /// Bytes that the process has asked for and not given back; zero where the allocator does not say (sanitizers' do not).

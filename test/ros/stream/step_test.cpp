@@ -35,12 +35,12 @@ class StepTest : public testing::Test {
   }
   std::shared_ptr<PreparedFrame> prepared(const cv::Mat& grey) {
     auto frame = std::make_shared<PreparedFrame>();
-    frame->grey = grey;
-    frame->header.stamp = ros::Time(stamp_ += 0.2);
-    frame->stamp_verdict = StampVerdict::kInOrder;
+    frame->image.grey = grey;
+    frame->image.header.stamp = ros::Time(stamp_ += 0.2);
+    frame->image.stamp_verdict = StampVerdict::kInOrder;
     auto camera = std::make_shared<CameraModel>();
     camera->camera = Camera(steppedRoom().intrinsics(), grey.size());
-    frame->camera = camera;
+    frame->image.camera = camera;
     pipeline_.filter.extract(grey, frame->frame, cv::Mat(), stamp_);
     return frame;
   }
@@ -128,11 +128,11 @@ TEST_F(StepTest, TheReferenceShowsItsPixelsWithTheAnswer) {
   for (int i = 0; i < 3; ++i) {
     const ProcessedFrame answer = step(pipeline, stream_, keeps, pairs_, prepared(steppedRoom().render(i).image));
     if (i > 0) {
-      EXPECT_FALSE(answer.pair->reference->grey.empty());
+      EXPECT_FALSE(answer.pair->reference->image.grey.empty());
     }
   }
   EXPECT_EQ(keeps.kept().size(), 2u);
-  EXPECT_TRUE(keeps.kept().back().reference->grey.empty()) << "it is kept without them";
+  EXPECT_TRUE(keeps.kept().back().reference->image.grey.empty()) << "it is kept without them";
 }
 
 TEST_F(StepTest, ALossCostsFourComparisonsAtMostAndSaysSo) {
