@@ -242,6 +242,7 @@ Explanation Candidates::pastPlane(const TwoViewPoints& all) {
   const Square inverse = information.llt().solve(Square::Identity());
   const Square covariance = inverse.lazyProduct(scatter).eval().lazyProduct(inverse);
   const Eigen::Matrix<float, 6, 1> small = motion.cast<float>();
+  costs_.resize(static_cast<size_t>(points.count));  // a motion may have been compared on fewer
   for (int i = 0; i < points.count; ++i) {
     const RotatedMatch match(points, i, R);
     const Eigen::Vector2f rest = match.displacement - derivative(match) * small;
