@@ -85,6 +85,8 @@ class MatchFilter {
   void setClock(const std::function<double()>& seconds);
   /// Matching and what follows; ends with the first stage that leaves too few.
   Status compare(const Frame& reference, const Frame& current, MatchResult& result, Past* past);
+  /// Refuses the direction of translation where matches look like a place one period beside theirs, too.
+  void doubtRepetition(const Features& reference, const Features& current, MatchResult& result);
   Status estimateSurvivors(const Frame& reference, const Frame& current, MatchResult& result, Past* past);
 
   MatchFilterOptions options_;

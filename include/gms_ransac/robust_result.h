@@ -26,7 +26,8 @@ enum class DirectionDoubt : uint8_t {
   kDirection,         ///< the direction is known worse than RobustOptions::max_direction_sigma
   kOtherMotion,       ///< another motion explains the matches as well, or a second body nearly as many
   kDiscontinuity,     ///< it breaks with the motion before, and the matches that continue static tracks do not show it
-  kUnconfirmed        ///< the pair before does not show it, and it is known worse than to half of max_direction_sigma
+  kUnconfirmed,       ///< the pair before does not show it, and it is known worse than to half of max_direction_sigma
+  kRepetition         ///< what is seen repeats itself: another place looks like that of the match
 };
 
 /// The rotation by which rolling-shutter points were corrected.
@@ -74,6 +75,8 @@ struct Judgement {
   CameraParameter misfit_parameter = CameraParameter::kFocalLength;
   RowRates row_rates;  ///< for ShutterEstimate
 
+  /// Takes the direction of translation for unknown from now on; the rotation stays.
+  void refuse(DirectionDoubt reason);
   /// Standard deviation of a keypoint's coordinates, undistorted pixels: sigma_px scale_factor^(noise_exponent octave).
   double sigma(int octave, float scale_factor) const;
 };

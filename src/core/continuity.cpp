@@ -9,7 +9,6 @@
 
 #include "judgement/candidates.h"
 #include "two_view/pose_model.h"
-#include "two_view/translation_variance.h"
 #include "two_view/two_view_points.h"
 
 namespace gms_ransac {
@@ -33,12 +32,6 @@ double directionSigma(const RelativePose& pose) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(Eigen::Matrix3d(pose.covariance.topLeftCorner<3, 3>()),
                                                             Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, axes.eigenvalues().z()));
-}
-
-void refuse(DirectionDoubt doubt, RobustResult& robust) {
-  robust.translation_observable = false;
-  robust.doubt = doubt;
-  setTranslationVariance(kAnyDirection, robust.pose.covariance);
 }
 
 /// Another rotation may be the right one: the covariance of this one gets the square of the step to it.
@@ -93,7 +86,7 @@ void Continuity::follow(Method& method, const Camera& camera, const RobustOption
       if (!robust.pose_found) robust.doubt = DirectionDoubt::kDiscontinuity;
     } else if (!isSame(alone_.pose.t, robust.pose.t)) {
       if (!alone_.translation_observable || !continues(alone_)) {
-        refuse(DirectionDoubt::kDiscontinuity, alone_);
+        alone_.refuse(DirectionDoubt::kDiscontinuity);
         widen(robust.pose.R, alone_.pose);
       }
       take(camera, result);
@@ -102,7 +95,7 @@ void Continuity::follow(Method& method, const Camera& camera, const RobustOption
   const double limit = kShareOfLimit * options.max_direction_sigma * M_PI / 180;
   if (judge && robust.translation_observable && robust.pose.t.dot(past.guess) < std::cos(kShown) &&
       directionSigma(robust.pose) > limit) {
-    refuse(DirectionDoubt::kUnconfirmed, robust);
+    robust.refuse(DirectionDoubt::kUnconfirmed);
   }
   label(result, past);
   if (!robust.translation_observable) {

@@ -14,6 +14,7 @@
 #include "gms/motion_prediction.h"
 #include "match_filter_hooks.h"
 #include "matching/any_matcher.h"
+#include "matching/repetition.h"
 #include "methods/method.h"
 #include "parameter.h"
 #include "standstill.h"
@@ -84,7 +85,8 @@ struct MatchFilter::Stages {
       : method(makeMethod(options)),
         extractor(makeFeatureExtractor(options.extractor)),
         matcher(matcherOptions(options, *method)),
-        selector(options.one_to_one, options.robust.rolling_shutter_readout > 0) {
+        selector(options.one_to_one, options.robust.rolling_shutter_readout > 0),
+        repetition(options.robust.simd) {
     // A filter that decides alone would take every match that agrees with the predicted motion for an inlier.
     if (options.search == SearchMode::kGuided && !method->wantsMutualMatches() && !method->filterDecides()) {
       guided_search.emplace(matcherOptions(options, *method), options.motion_statistics);
@@ -99,6 +101,7 @@ struct MatchFilter::Stages {
   std::optional<GuidedSearch> guided_search;  ///< replaces the matcher
   MotionPrediction rotation_prediction;
   SurvivorSelector selector;
+  Repetition repetition;
   Continuity continuity;
   TrackTable tracks;                   ///< of the sequence that is given to `process`
   std::shared_ptr<TimeBudget> budget;  ///< null: no limit
@@ -250,6 +253,7 @@ Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& curre
   stages.method->postFilter(reference.features, current.features, result);
   // Fewer inliers are no model.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
+  if (options_.robust.judge) doubtRepetition(reference.features, current.features, result);
   if (past != nullptr) {
     stages.continuity.follow(*stages.method, stages.camera, options_.robust, result, *past);
     result.shutter = past->shutter.shutter();
@@ -259,6 +263,17 @@ Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& curre
   result.inliers = stages.method->filterDecides() ? result.size() : result.robust.inlier_count;
   result.times.ransac = watch.lap();
   return statusOf(result.robust, stages.camera);
+}
+
+void MatchFilter::doubtRepetition(const Features& reference, const Features& current, MatchResult& result) {
+  RobustResult& robust = result.robust;
+  if (!robust.translation_observable || !reference.descriptors.is256Bit()) return;
+  const std::optional<double> period = stages_->repetition.period(reference, current, result);
+  if (!period) return;
+  robust.refuse(DirectionDoubt::kRepetition);
+  // A rotation by a period explains the pattern as well.
+  const double angle = *period / stages_->camera.K()(0, 0);
+  robust.pose.covariance.diagonal().tail<3>().array() += angle * angle;
 }
 
 void MatchFilter::setClock(const std::function<double()>& seconds) {

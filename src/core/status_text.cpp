@@ -13,6 +13,10 @@ namespace {
 /// Share of the image below which a mask is the reason for few keypoints.
 constexpr double kLittle = 0.2;
 
+constexpr char kRepeats[] =
+    "what is seen repeats itself, so that the matches may all lie a period beside their places: take images closer "
+    "together, or of a scene with something unique";
+
 std::string explainFewKeypoints(const MatchResult& result, const MatchFilterOptions& options,
                                 const StatusCircumstances& about) {
   const char* prefix = about.option_prefix.c_str();
@@ -62,6 +66,8 @@ std::string explainLowParallax(const MatchResult& result, const RobustOptions& o
           "the direction of translation is not that of the pair before, and its standard deviation is above half of "
           "%smax_direction_sigma (%.3g degrees)",
           prefix, options.max_direction_sigma / 2);
+    case DirectionDoubt::kRepetition:
+      return kRepeats;
     case DirectionDoubt::kNone:
     case DirectionDoubt::kRotationExplains:
       break;
@@ -125,10 +131,10 @@ std::string sentence(Status status, const MatchResult& result, const MatchFilter
     case Status::kUncalibrated:
       return "correspondences only, no pose: " + about.no_camera;
     case Status::kMotionUnknown:
+      if (result.robust.doubt == DirectionDoubt::kRepetition) return kRepeats;
       return cv::format(
           "the %d filtered matches agree on a motion, but different rotations explain them as well: take images "
-          "further "
-          "apart, or of a scene with more depth",
+          "further apart, or of a scene with more depth",
           result.size());
   }
   return toString(status);

@@ -1,0 +1,119 @@
+#include "matching/repetition.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+
+namespace gms_ransac {
+
+namespace {
+
+/// Inliers that are looked at, and other places of each.
+constexpr size_t kSamples = 100, kPlaces = 4;
+/// With fewer whose second place is as near as most first ones, nothing is looked for.
+constexpr double kLeastAmbiguous = 0.1;
+/// Bits in which another place differs at most. Posts beside a road, all alike, differ by more.
+constexpr int kAlike = 36;
+/// Share of the samples that show a pattern. Recordings of streets, rooms and boards of tags stay below a quarter.
+constexpr double kRepeats = 0.25;
+/// So many neighbours within a radius, in mean distances of the samples, that take the same step.
+constexpr int kNeighbours = 2;
+constexpr float kRadius = 1.5f;
+/// Steps are the same up to a part of their length, as a view from aside changes them, and some pixels.
+constexpr float kSameShare = 0.15f, kSamePixels = 4;
+
+bool same(const cv::Point2f& a, const cv::Point2f& b) {
+  const float most = kSamePixels + kSameShare * std::sqrt(a.dot(a));
+  const cv::Point2f there = a - b, back = a + b;
+  return std::min(there.dot(there), back.dot(back)) < most * most;
+}
+
+}  // namespace
+
+std::optional<double> Repetition::period(const Features& reference, const Features& current,
+                                         const MatchResult& result) {
+  inliers_.clear();
+  distances_.clear();
+  for (size_t row = 0; row < result.matches.size(); ++row) {
+    if (result.robust.inlier[row] == 0) continue;
+    inliers_.push_back(row);
+    distances_.push_back(result.matches[row].distance);
+  }
+  if (inliers_.size() < kMinimumMatches) return std::nullopt;
+  const auto usual = distances_.begin() + static_cast<long>(distances_.size() * 3 / 4);
+  std::nth_element(distances_.begin(), usual, distances_.end());
+  const auto ambiguous = std::count_if(inliers_.begin(), inliers_.end(),
+                                       [&](size_t row) { return result.matches[row].second_distance <= *usual; });
+  if (static_cast<double>(ambiguous) < kLeastAmbiguous * static_cast<double>(inliers_.size())) return std::nullopt;
+
+  const int alike = std::min(static_cast<int>(*usual), kAlike);
+  const auto count = static_cast<size_t>(current.size());
+  descriptors_.resize((count + kRowsReadPast) * kHammingBytes);
+  for (size_t i = 0; i < count; ++i) {
+    std::memcpy(&descriptors_[i * kHammingBytes], current.descriptors.row(static_cast<int>(i)), kHammingBytes);
+  }
+  index_.resize(count);
+  std::iota(index_.begin(), index_.end(), 0);
+  const size_t samples = std::min(kSamples, inliers_.size());
+  samples_.resize(samples);
+  for (size_t k = 0; k < samples; ++k) {
+    const Match& match = result.matches[inliers_[k * inliers_.size() / samples]];
+    findElsewhere(reference.descriptors.row(match.reference), current.keypoints[static_cast<size_t>(match.current)],
+                  current, alike, samples_[k]);
+  }
+  const float spacing = std::sqrt(static_cast<float>(current.image_size.area()) / static_cast<float>(samples));
+  periods_.clear();
+  for (const Sample& sample : samples_) {
+    if (const auto step = sharedStep(sample, kRadius * spacing)) periods_.push_back(*step);
+  }
+  if (static_cast<double>(periods_.size()) < kRepeats * static_cast<double>(samples)) return std::nullopt;
+  const auto middle = periods_.begin() + static_cast<long>(periods_.size() / 2);
+  std::nth_element(periods_.begin(), middle, periods_.end());
+  return *middle;
+}
+
+void Repetition::findElsewhere(const uint8_t* query, const cv::KeyPoint& place, const Features& current, int most,
+                               Sample& sample) {
+  sample.point = place.pt;
+  sample.elsewhere.clear();
+  const auto keypoint = [&](int i) -> const cv::KeyPoint& { return current.keypoints[static_cast<size_t>(i)]; };
+  runs_.assign(1, {0, current.size()});
+  // Corners of one patch are one place: its own first, then each that was found.
+  for (cv::Point2f taken = place.pt; sample.elsewhere.size() < kPlaces;) {
+    const size_t before = runs_.size();
+    for (size_t r = 0; r < before; ++r) {
+      const RowRun run = runs_[r];
+      int first = run.first;
+      for (int i = run.first; i < run.last; ++i) {
+        const cv::Point2f apart = keypoint(i).pt - taken;
+        if (apart.dot(apart) >= place.size * place.size) continue;
+        if (first < i) runs_.push_back({first, i});
+        first = i + 1;
+      }
+      runs_[r] = {first, run.last};
+    }
+    runs_.erase(std::remove_if(runs_.begin(), runs_.end(), [](const RowRun& run) { return run.first >= run.last; }),
+                runs_.end());
+    const NearestTwo nearest =
+        kernel_.searchRuns(query, descriptors_.data(), index_.data(), runs_.data(), static_cast<int>(runs_.size()));
+    if (nearest.index < 0 || nearest.distance > most) return;
+    taken = keypoint(nearest.index).pt;
+    sample.elsewhere.push_back(taken - place.pt);
+  }
+}
+
+std::optional<double> Repetition::sharedStep(const Sample& sample, float radius) const {
+  for (const cv::Point2f& step : sample.elsewhere) {
+    const auto takes_it = [&](const Sample& other) {
+      const cv::Point2f apart = other.point - sample.point;
+      return &other != &sample && apart.dot(apart) < radius * radius &&
+             std::any_of(other.elsewhere.begin(), other.elsewhere.end(),
+                         [&](const cv::Point2f& its) { return same(step, its); });
+    };
+    if (std::count_if(samples_.begin(), samples_.end(), takes_it) >= kNeighbours) return std::sqrt(step.dot(step));
+  }
+  return std::nullopt;
+}
+
+}  // namespace gms_ransac

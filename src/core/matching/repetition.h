@@ -1,0 +1,43 @@
+// Finds a pattern that repeats itself: matches that agree on a motion may then all lie a period beside their places.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "gms_ransac/features.h"
+#include "gms_ransac/match_result.h"
+#include "matching/hamming_kernels.h"
+
+namespace gms_ransac {
+
+/// Keeps its storage from pair to pair.
+class Repetition {
+ public:
+  explicit Repetition(SimdLevel simd) : kernel_(hammingKernel(simd)) {}
+
+  /// The period of the pattern, pixels of the current image, if so many inliers look like another place there as well,
+  /// beside which their neighbours' other places lie, that these are one pattern. Descriptors have 256 bits.
+  std::optional<double> period(const Features& reference, const Features& current, const MatchResult& result);
+
+ private:
+  struct Sample {
+    cv::Point2f point;
+    std::vector<cv::Point2f> elsewhere;  ///< from the point to other places that look like it
+  };
+  void findElsewhere(const uint8_t* query, const cv::KeyPoint& place, const Features& current, int most,
+                     Sample& sample);
+  /// The length of a step that the sample shares with neighbours within `radius`, pixels, if it shares one.
+  std::optional<double> sharedStep(const Sample& sample, float radius) const;
+
+  const HammingKernel& kernel_;
+  std::vector<size_t> inliers_;
+  std::vector<uint16_t> distances_;
+  std::vector<uint8_t> descriptors_;
+  std::vector<int32_t> index_;
+  std::vector<RowRun> runs_;
+  std::vector<Sample> samples_;
+  std::vector<double> periods_;
+};
+
+}  // namespace gms_ransac

@@ -1,0 +1,70 @@
+// A floor of equal tiles, seen by a camera that moves a part of a tile, and the same floor where no tile is like
+// another.
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "gms_ransac/match_filter.h"
+#include "gms_ransac/status_text.h"
+#include "says.h"
+
+namespace gms_ransac {
+namespace {
+
+constexpr double kFocalLength = 500, kTile = 124;  ///< pixels; the floor is at a focal length
+const cv::Size kImage(640, 480);
+
+/// A floor of 4000 x 4000 pixels.
+cv::Mat floorOf(const cv::Size& tile) {
+  cv::RNG random(3);
+  cv::Mat stones(tile / 4, CV_8UC1), floor;
+  random.fill(stones, cv::RNG::UNIFORM, 0, 255);
+  const int across = 4000 / tile.width, down = 4000 / tile.height;
+  cv::repeat(stones, down, across, floor);
+  cv::resize(floor, floor, cv::Size(), 4, 4, cv::INTER_CUBIC);
+  return floor;
+}
+
+/// The floor from above by a camera that has moved towards the lower edge of its image, by `moved` pixels of the floor,
+/// and looks ahead by some degrees.
+cv::Mat seen(const cv::Mat& floor, double moved, uint64_t seed) {
+  const double ahead = 0.15;  // of a focal length, at its lower and upper edge
+  const std::vector<cv::Point2f> corners = {{0, 0}, {640, 0}, {640, 480}, {0, 480}};
+  const auto at = [&](double x, double y) {
+    const double depth = 1 / (1 + ahead * (y - 240) / kFocalLength);
+    return cv::Point2f(static_cast<float>(2000 + (x - 320) * depth),
+                       static_cast<float>(2000 + moved + (y - 240) * depth));
+  };
+  const std::vector<cv::Point2f> on_floor = {at(0, 0), at(640, 0), at(640, 480), at(0, 480)};
+  cv::Mat image, noise(kImage, CV_16SC1);
+  cv::warpPerspective(floor, image, cv::getPerspectiveTransform(on_floor, corners), kImage, cv::INTER_LINEAR);
+  cv::RNG(seed).fill(noise, cv::RNG::NORMAL, 0, 2);
+  cv::add(image, noise, image, cv::noArray(), CV_8UC1);
+  return image;
+}
+
+MatchResult resultOf(const cv::Mat& floor, double moved) {
+  MatchFilter filter;
+  filter.setCamera(Camera({kFocalLength, kFocalLength, 320, 240, "", {}}, kImage));
+  filter.process(seen(floor, 0, 1));
+  return filter.process(seen(floor, moved, 2));
+}
+
+TEST(Repetition, EqualTilesDoNotTellWhereTheCameraMoves) {
+  const cv::Mat floor = floorOf({124, 124});
+  for (const double share : {0.2, 0.4, 0.6, 0.8}) {
+    const MatchResult result = resultOf(floor, share * kTile);
+    EXPECT_NE(result.status, Status::kOk) << share;
+    EXPECT_EQ(result.robust.doubt, DirectionDoubt::kRepetition) << share;
+    EXPECT_GT(result.robust.pose.covariance.diagonal().tail<3>().minCoeff(), 0.01) << "a tile is 14 degrees wide";
+    EXPECT_TRUE(says(explain(result.status, result, {}, {}), {"repeats itself"}));
+  }
+}
+
+TEST(Repetition, StonesOfWhichNoneIsLikeAnotherDo) {
+  const cv::Mat floor = floorOf({4000, 4000});
+  for (const double share : {0.2, 0.8}) EXPECT_EQ(resultOf(floor, share * kTile).status, Status::kOk) << share;
+}
+
+}  // namespace
+}  // namespace gms_ransac
