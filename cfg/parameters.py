@@ -180,7 +180,7 @@ GROUPS = [
         Row("feature_rate", 10.0, "Most messages of either a second; tracks span the images between them; 0: one for every "
             "image", range=(0.0, 1000.0), unit="hertz", field="outputs.features.rate"),
         Row("systematic_sigma", 0.003, "Share of each motion that is wrong alike in all pairs, because of calibration and scale: "
-            "its deviation grows with the way, and not with the root of it; 0: none, as of a simulator", range=(0.0, 1.0),
+            "its deviation grows with the way; 0: none, as of a simulator", range=(0.0, 1.0),
             field="processor.systematic_sigma"),
         Row("rotation_sigma_floor", 0.00004, "Least standard deviation about a rotation axis, radians", range=(0.00004, 3.0),
             unit="radians", field="processor.sigma_floor.rotation"),
