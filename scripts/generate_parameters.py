@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """From the table in cfg/parameters.py:
-  generate_parameters.py core FILE    C++ that binds the core's parameters to its options; parameter.cpp includes it
-  generate_parameters.py node FILE    the same for all other parameters; for src/ros/node/read_parameters.cpp
+  generate_parameters.py core FILE    C++ with the rows of the core's options and their fields; for parameter.cpp
+  generate_parameters.py node FILE    the same for the options of the node; for src/ros/node/read_parameters.cpp
   generate_parameters.py --write      cfg/match_filter.yaml and the tables in README.md and doc/parameters.md
   generate_parameters.py --check      exit status 1 if --write would change one of these
 A table stands below a line `<!-- parameters: WORDS -->`: the names of groups, or of parameters, in the order wanted."""
@@ -39,38 +39,47 @@ def cpp_row(row):
                    braced(map(in_yaml, row.choices))))
 
 
-def cpp_bound(struct, path, row):
+def cpp_visit(number, path, row):
     """The row with its field; `words` is compiled for enumerations alone, and has no word for "not set"."""
-    if "/" in row.name:
-        return "{%s, nullptr, nullptr}" % cpp_row(row)
     words = (word for word in row.choices if not (row.open and word == row.default))
-    pairs = ("{%s, Enum::k%s}" % (in_yaml(word), word.title().replace("_", "")) for word in words)
-    return ("bind<%s>(%s, [](auto& options) -> auto& { return options.%s; },\n"
-            "  [](auto any) { using Enum = decltype(any); return Words<Enum>%s; })") % (struct, cpp_row(row), path, braced(pairs))
+    pairs = ["{%s, Enum::k%s}" % (in_yaml(word), word.title().replace("_", "")) for word in words]
+    words = "[](auto any) { using Enum = decltype(any); return Words<Enum>%s; }" % braced(pairs) if pairs else "kNoWords"
+    return "visit(rows[%d], options.%s, %s);" % (number, path, words)
 
 
-def cpp(header, **tables):
-    """Functions that the header declares. `tables`: name of each and its struct."""
+def rows_of(struct):
+    """The rows that set a field of the struct, each with the path of its field."""
+    for group, row in ((group, row) for group in GROUPS for row in group.parameters):
+        path = row.field or "%s.%s" % (group.at, row.name)
+        root, below = path.split(".", 1)
+        if STRUCTS[root] == struct:
+            yield row, path if struct == "RuntimeOptions" else below
+
+
+def cpp(header, **structs):
+    """Specializations of ParameterFields for structs that the header declares. A name with a slash has no field."""
     lines = ["// Generated from cfg/parameters.py; for one source file.", '#include "%s"' % header,
              '#include "parameter_binding.h"', "namespace gms_ransac {"]
-    for table, struct in tables.items():
-        lines += ["const ParameterTable<%s>& %s() {" % (struct, table),
-                  "  static const ParameterTable<%s> table = {" % struct]
-        for group, row in ((group, row) for group in GROUPS for row in group.parameters):
-            path = row.field or "%s.%s" % (group.at, row.name)
-            root, below = path.split(".", 1)
-            if STRUCTS[root] == struct:
-                lines.append(cpp_bound(struct, path if struct == "RuntimeOptions" else below, row) + ",")
-        lines += ["  };", "  return table;", "}"]
+    for struct, rows in structs.items():
+        rows = list(rows)
+        lines += ["template <>", "struct ParameterFields<%s> {" % struct, "static const ParameterTable& table() {",
+                  "  static const ParameterTable rows = {"]
+        lines += [cpp_row(row) + "," for row, _ in rows]
+        lines += ["  };", "  return rows;", "}", "template <class Some, class Visit>",
+                  "static void each(Some& options, const Visit& visit) {", "  const ParameterTable& rows = table();"]
+        lines += [cpp_visit(i, path, row) for i, (row, path) in enumerate(rows) if "/" not in row.name]
+        lines += ["}", "};"]
     return "\n".join(lines + ["}  // namespace gms_ransac", ""])
 
 
 def core():
-    return cpp("gms_ransac/match_filter_options.h", coreParameters="MatchFilterOptions")
+    return cpp("gms_ransac/match_filter_options.h", MatchFilterOptions=rows_of("MatchFilterOptions"))
 
 
 def node():
-    return cpp("node/read_parameters.h", startParameters="Parameters", liveParameters="RuntimeOptions")
+    of_core = [(row, "processor.core." + path) for row, path in rows_of("MatchFilterOptions")]
+    return cpp("node/read_parameters.h", Parameters=rows_of("Parameters"),
+               RuntimeOptions=of_core + list(rows_of("RuntimeOptions")))
 
 
 # Documents

@@ -30,13 +30,6 @@ std::optional<double> numberOf(const ParameterValue& value) {
   return std::nullopt;
 }
 
-const BoundParameter<MatchFilterOptions>& coreParameter(const std::string& name) {
-  for (const auto& parameter : coreParameters()) {
-    if (parameter.name == name) return parameter;
-  }
-  throw std::invalid_argument("there is no parameter '" + name + "'");
-}
-
 /// The same number as an int; none if it has a fraction or is too large.
 std::optional<int> wholeOf(double number) {
   const bool fits = std::abs(number) <= std::numeric_limits<int>::max();
@@ -45,12 +38,10 @@ std::optional<int> wholeOf(double number) {
 
 /// Refuses an option that has a row in cfg/parameters.py and is out of its range.
 void requireInRanges(const MatchFilterOptions& options) {
-  for (const auto& parameter : coreParameters()) {
-    const std::optional<ParameterValue> value = parameter.get(options);
-    if (value && !parameter.allows(*value)) {
-      throw std::invalid_argument(refusal(parameter.name, toText(*value), parameter.accepted()));
-    }
-  }
+  ParameterFields<MatchFilterOptions>::each(options, [](const Parameter& row, const auto& field, auto words) {
+    const std::optional<ParameterValue> value = binding::toValue(field, words);
+    if (value && !row.allows(*value)) throw std::invalid_argument(refusal(row.name, toText(*value), row.accepted()));
+  });
 }
 
 template <class Part>
@@ -78,7 +69,7 @@ bool Parameter::allows(const ParameterValue& value) const {
   return word == nullptr || choices.empty() || std::find(choices.begin(), choices.end(), *word) != choices.end();
 }
 
-std::optional<ParameterValue> Parameter::take(const ParameterValue& value) const {
+std::optional<ParameterValue> Parameter::convert(const ParameterValue& value) const {
   ParameterValue typed = value;
   if (const auto* whole = std::get_if<int>(&value); whole && std::holds_alternative<double>(default_value)) {
     typed = static_cast<double>(*whole);
@@ -93,16 +84,16 @@ std::optional<ParameterValue> Parameter::take(const ParameterValue& value) const
 std::optional<ParameterValue> Parameter::parse(const std::string& text) const {
   static const std::map<std::string, bool> kFlags = {{"true", true},   {"1", true},  {"on", true},   {"yes", true},
                                                      {"false", false}, {"0", false}, {"off", false}, {"no", false}};
-  if (std::holds_alternative<std::string>(default_value)) return take(text);
+  if (std::holds_alternative<std::string>(default_value)) return convert(text);
   if (std::holds_alternative<bool>(default_value)) {
     const auto flag = kFlags.find(text);
-    return flag == kFlags.end() ? std::nullopt : take(flag->second);
+    return flag == kFlags.end() ? std::nullopt : convert(flag->second);
   }
   double number = 0;
   std::istringstream stream(text);
   stream.imbue(std::locale::classic());
   stream >> number;
-  return stream && stream.eof() ? take(number) : std::nullopt;
+  return stream && stream.eof() ? convert(number) : std::nullopt;
 }
 
 std::string Parameter::accepted() const {
@@ -147,26 +138,29 @@ ModelType parseModelType(const std::string& name) {
 std::string toString(ModelType model) {
   MatchFilterOptions options;
   options.robust.model = model;
-  return toText(*coreParameter("model").get(options));
+  return toText(parametersOf(options).at("model"));
 }
 
-void setParameters(const ParameterValues& values, MatchFilterOptions& options) {
-  MatchFilterOptions changed = options;
+const ParameterTable& coreParameters() { return ParameterFields<MatchFilterOptions>::table(); }
+
+const Parameter* findParameter(const ParameterTable& table, const std::string& name) {
+  const auto found = std::find_if(table.begin(), table.end(), [&](const Parameter& row) { return row.name == name; });
+  return found == table.end() ? nullptr : &*found;
+}
+
+void binding::requireAccepted(const ParameterValues& values, const ParameterTable& table, const std::string& prefix) {
+  std::string problem;
   for (const auto& [name, value] : values) {
-    const auto& parameter = coreParameter(name);
-    const std::optional<ParameterValue> taken = parameter.take(value);
-    if (!taken) throw std::invalid_argument(refusal(name, toText(value), parameter.accepted()));
-    parameter.set(changed, *taken);
+    const Parameter* row = findParameter(table, name);
+    if (row != nullptr && row->convert(value)) continue;
+    if (!problem.empty()) problem += "; ";
+    problem += row == nullptr ? "there is no parameter '" + name + "'"
+                              : refusal(prefix + name, toText(value), row->accepted());
   }
-  options = changed;
+  if (!problem.empty()) throw std::invalid_argument(problem);
 }
 
-ParameterValues parametersOf(const MatchFilterOptions& options) {
-  ParameterValues values;
-  for (const auto& parameter : coreParameters()) {
-    values[parameter.name] = parameter.get(options).value_or(parameter.default_value);
-  }
-  return values;
-}
+template void setParameters(const ParameterValues&, MatchFilterOptions&, const std::string&);
+template ParameterValues parametersOf(const MatchFilterOptions&);
 
 }  // namespace gms_ransac

@@ -2,7 +2,6 @@
 // cfg/parameters.py.
 #pragma once
 
-#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -26,7 +25,7 @@ struct Parameter {
 
   /// The value in the type of this parameter; none if it has another type, is out of range or unknown. A whole number
   /// is a number, and 1500.0 is whole.
-  std::optional<ParameterValue> take(const ParameterValue& value) const;
+  std::optional<ParameterValue> convert(const ParameterValue& value) const;
   /// The same from text: 1, on, yes are true and 0, off, no false, too; 4e-05 and 1e3 are numbers.
   std::optional<ParameterValue> parse(const std::string& text) const;
   /// The accepted values: "a whole number between 1 and 16", "one of 'a' 'b'".
@@ -35,25 +34,25 @@ struct Parameter {
   bool allows(const ParameterValue& value) const;
 };
 
-/// A parameter and the field of `Options` that it sets.
-template <class Options>
-struct BoundParameter : Parameter {
-  std::function<std::optional<ParameterValue>(const Options&)> get;  ///< none: the field is not set
-  std::function<void(Options&, const ParameterValue&)> set;          ///< to a value that `take` returned
-};
-
-template <class Options>
-using ParameterTable = std::vector<BoundParameter<Options>>;
+using ParameterTable = std::vector<Parameter>;
 
 std::string toText(const ParameterValue& value);
 
 /// "<name> is '<value>'; it must be <accepted>"
 std::string refusal(const std::string& name, const std::string& value, const std::string& accepted);
 
-const ParameterTable<MatchFilterOptions>& coreParameters();
+const ParameterTable& coreParameters();
 
-/// Throws std::invalid_argument naming what is unknown, of another type or out of range.
-void setParameters(const ParameterValues& values, MatchFilterOptions& options);
-ParameterValues parametersOf(const MatchFilterOptions& options);
+/// Null if the table has none of that name.
+const Parameter* findParameter(const ParameterTable& table, const std::string& name);
+
+/// Sets the fields of these parameters. Throws std::invalid_argument and changes nothing if one is unknown, of another
+/// type or out of range; its sentences name all of these, behind `prefix`. `Options`: MatchFilterOptions, or those of
+/// the node (node/read_parameters.h).
+template <class Options>
+void setParameters(const ParameterValues& values, Options& options, const std::string& prefix = std::string());
+/// The values of all fields; of one that is not set the default.
+template <class Options>
+ParameterValues parametersOf(const Options& options);
 
 }  // namespace gms_ransac

@@ -1,4 +1,4 @@
-// Binds a row of cfg/parameters.py to its field of any type. scripts/generate_parameters.py writes the tables.
+// Rows of cfg/parameters.py and fields of any type: the one way from a value to a field and back.
 #pragma once
 
 #include <algorithm>
@@ -15,6 +15,9 @@ template <class Enum>
 using Words = std::vector<std::pair<const char*, Enum>>;
 
 namespace binding {
+
+/// Throws std::invalid_argument as setParameters does.
+void requireAccepted(const ParameterValues& values, const ParameterTable& table, const std::string& prefix);
 
 /// `words`: from any enumerator to the words of its enumeration.
 template <class Field, class WordsOf>
@@ -57,13 +60,31 @@ void fromValue(const ParameterValue& value, const ParameterValue& not_set, std::
 
 }  // namespace binding
 
-/// `access`: from options to the field. A std::optional field is not set while the parameter has its default.
-template <class Options, class Access, class WordsOf>
-BoundParameter<Options> bind(const Parameter& row, Access access, WordsOf words) {
-  return {row, [=](const Options& options) { return binding::toValue(access(options), words); },
-          [=, not_set = row.default_value](Options& options, const ParameterValue& value) {
-            binding::fromValue(value, not_set, access(options), words);
-          }};
+/// The words of a field that is no enumeration.
+constexpr auto kNoWords = [](auto any) { return Words<decltype(any)>(); };
+
+/// The rows of cfg/parameters.py that set fields of `Options`. scripts/generate_parameters.py writes
+///   static const ParameterTable& table();
+///   static void each(options, visit);  // calls visit(row, field, words) for every row that has a field
+template <class Options>
+struct ParameterFields;
+
+template <class Options>
+void setParameters(const ParameterValues& values, Options& options, const std::string& prefix) {
+  binding::requireAccepted(values, ParameterFields<Options>::table(), prefix);
+  ParameterFields<Options>::each(options, [&](const Parameter& row, auto& field, auto words) {
+    const auto value = values.find(row.name);
+    if (value != values.end()) binding::fromValue(*row.convert(value->second), row.default_value, field, words);
+  });
+}
+
+template <class Options>
+ParameterValues parametersOf(const Options& options) {
+  ParameterValues values;
+  ParameterFields<Options>::each(options, [&](const Parameter& row, const auto& field, auto words) {
+    values[row.name] = binding::toValue(field, words).value_or(row.default_value);
+  });
+  return values;
 }
 
 }  // namespace gms_ransac

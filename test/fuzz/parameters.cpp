@@ -74,7 +74,7 @@ void checkReconfigure(FuzzInput& input) {
   config.__toMessage__(message);
   RuntimeOptions options;
   try {
-    setParameters(valuesOf(message), options);
+    setParameters(valuesOf(message), options, "parameter ~");
   } catch (const std::invalid_argument& error) {
     return demandSentence(error);
   }

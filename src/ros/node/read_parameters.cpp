@@ -49,15 +49,15 @@ std::optional<ParameterValue> valueOf(XmlRpc::XmlRpcValue raw, const Parameter& 
   switch (raw.getType()) {
     case XmlRpc::XmlRpcValue::TypeBoolean: {
       const ParameterValue flag = static_cast<bool>(raw);
-      return parameter.take(parameter.choices.empty() ? flag : toText(flag));
+      return parameter.convert(parameter.choices.empty() ? flag : toText(flag));
     }
     case XmlRpc::XmlRpcValue::TypeInt: {
       const int number = static_cast<int>(raw);
       const bool flag = std::holds_alternative<bool>(parameter.default_value) && (number == 0 || number == 1);
-      return parameter.take(flag ? ParameterValue(number == 1) : ParameterValue(number));
+      return parameter.convert(flag ? ParameterValue(number == 1) : ParameterValue(number));
     }
     case XmlRpc::XmlRpcValue::TypeDouble:
-      return parameter.take(static_cast<double>(raw));
+      return parameter.convert(static_cast<double>(raw));
     case XmlRpc::XmlRpcValue::TypeString:
       return parameter.parse(static_cast<std::string>(raw));
     default:
@@ -69,11 +69,10 @@ XmlRpc::XmlRpcValue toXmlRpc(const ParameterValue& value) {
   return std::visit([](const auto& typed) { return XmlRpc::XmlRpcValue(typed); }, value);
 }
 
-/// Sets the fields of all parameters of the table that are set; returns the values of those without a field.
-template <class Options>
-ParameterValues read(const ros::NodeHandle& pnh, const ParameterTable<Options>& table, Options& options) {
-  ParameterValues others;
-  for (const auto& parameter : table) {
+/// The values of all parameters of the table that are set.
+ParameterValues read(const ros::NodeHandle& pnh, const ParameterTable& table) {
+  ParameterValues values;
+  for (const Parameter& parameter : table) {
     XmlRpc::XmlRpcValue raw;
     if (!pnh.getParam(parameter.name, raw)) continue;
     const std::optional<ParameterValue> value = valueOf(raw, parameter);
@@ -86,27 +85,15 @@ ParameterValues read(const ros::NodeHandle& pnh, const ParameterTable<Options>& 
     const XmlRpc::XmlRpcValue typed = toXmlRpc(*value);
     const bool whole = raw.getType() == XmlRpc::XmlRpcValue::TypeInt && std::holds_alternative<double>(*value);
     if (typed.getType() != raw.getType() && !whole) pnh.setParam(parameter.name, typed);
-    if (parameter.set) {
-      parameter.set(options, *value);
-    } else {
-      others[parameter.name] = *value;
-    }
+    values[parameter.name] = *value;
   }
-  return others;
+  return values;
 }
 
 /// Null if no table has it.
 const Parameter* find(const std::string& name) {
-  const Parameter* found = nullptr;
-  const auto look = [&](const auto& table) {
-    for (const Parameter& parameter : table) {
-      if (parameter.name == name) found = &parameter;
-    }
-  };
-  look(startParameters());
-  look(liveParameters());
-  look(coreParameters());
-  return found;
+  const Parameter* found = findParameter(startParameters(), name);
+  return found != nullptr ? found : findParameter(liveParameters(), name);
 }
 
 CameraIntrinsics cameraFrom(const ParameterValues& values, const ros::NodeHandle& pnh) {
@@ -148,10 +135,20 @@ CameraIntrinsics cameraFrom(const ParameterValues& values, const ros::NodeHandle
 
 }  // namespace
 
+const ParameterTable& startParameters() { return ParameterFields<Parameters>::table(); }
+const ParameterTable& liveParameters() { return ParameterFields<RuntimeOptions>::table(); }
+
+template void setParameters(const ParameterValues&, Parameters&, const std::string&);
+template ParameterValues parametersOf(const Parameters&);
+template void setParameters(const ParameterValues&, RuntimeOptions&, const std::string&);
+template ParameterValues parametersOf(const RuntimeOptions&);
+
 Parameters readParameters(const ros::NodeHandle& pnh) {
   Parameters parameters;
   parameters.name = pnh.getNamespace();
-  parameters.camera = cameraFrom(read(pnh, startParameters(), parameters), pnh);
+  const ParameterValues values = read(pnh, startParameters());
+  setParameters(values, parameters);
+  parameters.camera = cameraFrom(values, pnh);
   parameters.odom_frame = withoutLeadingSlash(parameters.odom_frame);
   parameters.base_frame = withoutLeadingSlash(parameters.base_frame);
   parameters.imu_frame = withoutLeadingSlash(parameters.imu_frame);
@@ -186,9 +183,8 @@ Parameters readParameters(const ros::NodeHandle& pnh) {
 
 RuntimeOptions readRuntimeOptions(const ros::NodeHandle& pnh, const Parameters& at_start) {
   RuntimeOptions options;
+  setParameters(read(pnh, liveParameters()), options);
   MatchFilterOptions& core = options.processor.core;
-  read(pnh, coreParameters(), core);
-  read(pnh, liveParameters(), options);
   // Threads one and two work on different images; further ones help the first or the second alternately.
   core.extractor.threads = std::max(1, (at_start.threads + 1) / 2);
   core.matcher_threads = std::max(1, at_start.threads / 2);
@@ -196,41 +192,21 @@ RuntimeOptions readRuntimeOptions(const ros::NodeHandle& pnh, const Parameters& 
   return options;
 }
 
-void setParameters(const ParameterValues& values, RuntimeOptions& options) {
-  std::string problem;
-  const auto set = [&](const auto& table, auto& fields) {
-    for (const auto& parameter : table) {
-      const auto value = values.find(parameter.name);
-      if (value == values.end()) continue;
-      if (const std::optional<ParameterValue> taken = parameter.take(value->second)) {
-        parameter.set(fields, *taken);
-      } else {
-        problem += (problem.empty() ? "parameter " : "; parameter ") +
-                   refusal("~" + parameter.name, toText(value->second), parameter.accepted());
-      }
-    }
-  };
-  set(coreParameters(), options.processor.core);
-  set(liveParameters(), options);
-  if (!problem.empty()) throw std::invalid_argument(problem);
-}
-
 std::string settingsText(const ros::NodeHandle& pnh) {
   std::string always, others;
-  const auto add = [&](const auto& table) {
+  const auto add = [&](const ParameterTable& table) {
     for (const Parameter& parameter : table) {
       const bool decides = parameter.name == "input" || parameter.name == "scale" || parameter.name == "method";
       XmlRpc::XmlRpcValue raw;
       std::optional<ParameterValue> value;
       if (pnh.getParam(parameter.name, raw)) value = valueOf(raw, parameter);
-      if (value) value = parameter.take(*value);
+      if (value) value = parameter.convert(*value);
       const bool as_usual = !value || *value == parameter.default_value;
       if (as_usual && !decides) continue;
       (decides ? always : others) += ", ~" + parameter.name + " " + toText(value.value_or(parameter.default_value));
     }
   };
   add(startParameters());
-  add(coreParameters());
   add(liveParameters());
   return (always + others).substr(2);
 }

@@ -21,15 +21,12 @@ struct RuntimeOptions {
   OutputOptions outputs;
 };
 
-const ParameterTable<Parameters>& startParameters();
-const ParameterTable<RuntimeOptions>& liveParameters();  ///< without those of the core
+const ParameterTable& startParameters();
+const ParameterTable& liveParameters();  ///< with those of the core
 
 /// Both throw std::invalid_argument with a sentence that names the parameter, its value and what is accepted.
 Parameters readParameters(const ros::NodeHandle& pnh);
 RuntimeOptions readRuntimeOptions(const ros::NodeHandle& pnh, const Parameters& at_start);
-
-/// Sets the values of parameters that can change. Throws std::invalid_argument that names all that are refused.
-void setParameters(const ParameterValues& values, RuntimeOptions& options);
 
 /// "~input stream, ~scale unit, ~features 1000": the choices that decide what is published, and every parameter that is
 /// not at its default, be it left by an earlier launch.

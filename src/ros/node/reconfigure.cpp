@@ -59,7 +59,7 @@ struct ChangeServer {
   void change(UnclampedConfig& config) {
     try {
       RuntimeOptions options = start;
-      setParameters(config.values(), options);
+      setParameters(config.values(), options, "parameter ~");
       accept(options);
     } catch (const std::exception& error) {
       ROS_ERROR_STREAM(name << ": change refused, the old parameters stay: " << error.what());
