@@ -85,7 +85,7 @@ void addDatasetOptions(po::options_description& description, DatasetOptions& dat
       "fx,fy,cx,cy[,k1,k2,p1,p2[,k3]] equidistant,fx,fy,cx,cy,k1,k2,k3,k4, omnidirectional,fx,fy,cx,cy,xi,k1,k2,p1,p2 "
       "or double_sphere,fx,fy,cx,cy,xi,alpha; overrides the set's own");
   add("topic", po::value(&dataset.topic), "bags: the image topic");
-  const auto take = [&dataset](const std::string& text) {
+  const auto store = [&dataset](const std::string& text) {
     const std::map<std::string, Rectified> choices = {
         {"auto", Rectified::kAuto}, {"true", Rectified::kTrue}, {"false", Rectified::kFalse}};
     const auto choice = choices.find(text);
@@ -94,7 +94,7 @@ void addDatasetOptions(po::options_description& description, DatasetOptions& dat
     }
     dataset.rectified = choice->second;
   };
-  add("input-is-rectified", po::value<std::string>()->default_value("auto")->notifier(take),
+  add("input-is-rectified", po::value<std::string>()->default_value("auto")->notifier(store),
       "bags: true: the images have no distortion and P is used; false: K and D are used; auto: as the node decides");
 }
 

@@ -69,9 +69,9 @@ struct Pair {
     about.features_given = given;
     status = result.status;
     status_text = explain(status, result, filter.options(), about);
-    takeMotion(result);
-    takeNumbers(result);
-    takeColumns(result);
+    copyMotion(result);
+    copyNumbers(result);
+    copyColumns(result);
   }
 
   int size() const { return static_cast<int>(matches.size()); }
@@ -102,7 +102,7 @@ struct Pair {
   }
 
  private:
-  void takeMotion(const MatchResult& result) {
+  void copyMotion(const MatchResult& result) {
     stationary = result.stationary;
     model = result.robust.model;
     pose_valid = status == Status::kOk || status == Status::kLowParallax;
@@ -117,7 +117,7 @@ struct Pair {
     covariance = pose.covariance;
   }
 
-  void takeNumbers(const MatchResult& result) {
+  void copyNumbers(const MatchResult& result) {
     const RobustResult& robust = result.robust;
     keypoints_reference = result.keypoints_reference;
     keypoints_current = result.keypoints_current;
@@ -130,7 +130,7 @@ struct Pair {
     times = result.times;
   }
 
-  void takeColumns(const MatchResult& result) {
+  void copyColumns(const MatchResult& result) {
     const RobustResult& robust = result.robust;
     for (const Match& match : result.raw) raw.push_back({match.reference, match.current});
     confidence = result.confidence;

@@ -111,7 +111,7 @@ class Suite {
       for (size_t i = 0; i < images.size(); ++i) {
         int inliers = 0;
         const double ms = time([&] { inliers = process(images[i]); });
-        if (i >= 2) tell(kFrames, what, compared, ms, inliers, nullptr);
+        if (i >= 2) addRecord(kFrames, what, compared, ms, inliers, nullptr);
       }
     };
     for (int repeat = 0; repeat < options_.repeat; ++repeat) {
@@ -157,8 +157,8 @@ class Suite {
   }
 
   /// `baseline`: what the same stage is compared with; empty: nothing.
-  void tell(const std::string& stage, const std::string& what, const std::string& baseline, double ms, int kept,
-            const json& correct) {
+  void addRecord(const std::string& stage, const std::string& what, const std::string& baseline, double ms, int kept,
+                 const json& correct) {
     json& record = records_.emplace_back(json{
         {"stage", stage}, {"what", what}, {"ms", ms}, {"kept", kept}, {"correct", correct}, {"baseline", nullptr}});
     if (!baseline.empty()) record["baseline"] = baseline;
@@ -166,8 +166,8 @@ class Suite {
   }
   /// Counts the matches that are chosen by index; their features are those of the extractor.
   template <typename Chosen>
-  void tell(const std::string& stage, const std::string& what, const std::string& baseline, double ms,
-            const ExtractorContender& extractor, const std::vector<Match>& matches, const Chosen& chosen) {
+  void addRecord(const std::string& stage, const std::string& what, const std::string& baseline, double ms,
+                 const ExtractorContender& extractor, const std::vector<Match>& matches, const Chosen& chosen) {
     int kept = 0, correct = 0;
     for (size_t i = 0; i < matches.size(); ++i) {
       if (!chosen(i)) continue;
@@ -176,7 +176,7 @@ class Suite {
                            extractor.current.features.keypoints[matches[i].current].pt);
     }
     const bool known = truth_->hasEpipolar() || truth_->hasTransfer();
-    tell(stage, what, baseline, ms, kept, known ? json(correct) : json());
+    addRecord(stage, what, baseline, ms, kept, known ? json(correct) : json());
   }
   bool isCorrect(const cv::Point2f& reference, const cv::Point2f& current) const {
     if (truth_->hasEpipolar()) return truth_->epipolarDistance(reference, current) < kCorrectWithin;
@@ -189,10 +189,11 @@ class Suite {
     cv::Mat descriptors;
     baseline_extract_ms_ =
         time([&] { baseline_extractor_->detectAndCompute(image, cv::noArray(), keypoints, descriptors); });
-    tell("extract", kBaselineExtractor, "", baseline_extract_ms_, static_cast<int>(keypoints.size()), nullptr);
+    addRecord("extract", kBaselineExtractor, "", baseline_extract_ms_, static_cast<int>(keypoints.size()), nullptr);
     for (ExtractorContender& contender : extractors_) {
       contender.ms = time([&] { contender.extractor->extract(image, contender.current.features); });
-      tell("extract", contender.name, kBaselineExtractor, contender.ms, contender.current.features.size(), nullptr);
+      addRecord("extract", contender.name, kBaselineExtractor, contender.ms, contender.current.features.size(),
+                nullptr);
     }
   }
 
@@ -201,7 +202,7 @@ class Suite {
   double match(const std::string& what, const std::string& baseline, const ExtractorContender& extractor,
                const std::vector<Match>& found, const Work& work) {
     const double ms = time(work);
-    tell(kMatch, what, baseline, ms, extractor, found, [](size_t) { return true; });
+    addRecord(kMatch, what, baseline, ms, extractor, found, [](size_t) { return true; });
     return ms;
   }
 
@@ -234,7 +235,7 @@ class Suite {
     const Features &reference = stock_.reference.features, &current = stock_.current.features;
     const auto run = [&](const char* stage, const char* what, const char* baseline, const auto& work) {
       const double ms = time(work);
-      tell(stage, what, baseline, ms, stock_, matches_, [this](size_t i) { return statistics_.accepted[i] != 0; });
+      addRecord(stage, what, baseline, ms, stock_, matches_, [this](size_t i) { return statistics_.accepted[i] != 0; });
       return ms;
     };
     run(kGmsAll, kBaselineGms, "",
@@ -254,13 +255,13 @@ class Suite {
                           survivors);
       });
       inlier.resize(survivors.size(), 0);
-      const auto told = [&](const char* stage, const std::string& what, double sum) {
-        tell(stage, what, "", sum, stock_, survivors, [&](size_t i) { return inlier[i] != 0; });
+      const auto addStage = [&](const char* stage, const std::string& what, double sum) {
+        addRecord(stage, what, "", sum, stock_, survivors, [&](size_t i) { return inlier[i] != 0; });
       };
       const double filter_ms = baseline_match_ms_ + baseline_gms_ms_ + ms;
-      told(kEstimate, estimator.name, ms);
-      told(kFilter, chainName(estimator), filter_ms);
-      told(kFrame, chainName(estimator), baseline_extract_ms_ + filter_ms);
+      addStage(kEstimate, estimator.name, ms);
+      addStage(kFilter, chainName(estimator), filter_ms);
+      addStage(kFrame, chainName(estimator), baseline_extract_ms_ + filter_ms);
     }
   }
 
@@ -271,14 +272,14 @@ class Suite {
       const ExtractorContender& extractor = contender.extractor;
       const double ms =
           time([&] { contender.filter.filter(extractor.reference, extractor.current, contender.result); });
-      const auto told = [&](const char* stage, const std::string& compared, double sum) {
-        tell(stage, contender.name, compared, sum, extractor, contender.result.matches,
-             [&](size_t row) { return contender.result.isInlier(row); });
+      const auto addStage = [&](const char* stage, const std::string& compared, double sum) {
+        addRecord(stage, contender.name, compared, sum, extractor, contender.result.matches,
+                  [&](size_t row) { return contender.result.isInlier(row); });
       };
-      told(kFilter, chain, ms);
-      told(kFrame, chain, extractor.ms + ms);
+      addStage(kFilter, chain, ms);
+      addStage(kFrame, chain, extractor.ms + ms);
       // The survivors of the baseline; by the wall clock, because it is measured inside.
-      if (&extractor == &stock_) told(kEstimate, baseline.name, contender.result.times.ransac * 1e3);
+      if (&extractor == &stock_) addStage(kEstimate, baseline.name, contender.result.times.ransac * 1e3);
     }
   }
 

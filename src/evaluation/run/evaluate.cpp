@@ -91,15 +91,15 @@ std::vector<std::string> setsIn(const std::string& folder) {
 }  // namespace
 
 void CommandLine::addForReport(const std::string& name, const char* text) {
-  const auto take = [this, name](const std::string& value) { report.insert(report.end(), {"--" + name, value}); };
-  options.add_options()(name.c_str(), po::value<std::string>()->notifier(take), text);
+  const auto store = [this, name](const std::string& value) { report.insert(report.end(), {"--" + name, value}); };
+  options.add_options()(name.c_str(), po::value<std::string>()->notifier(store), text);
 }
 
 void CommandLine::addFlagForReport(const std::string& name, const char* text) {
-  const auto take = [this, name](bool given) {
+  const auto store = [this, name](bool given) {
     if (given) report.push_back("--" + name);
   };
-  options.add_options()(name.c_str(), po::bool_switch()->notifier(take), text);
+  options.add_options()(name.c_str(), po::bool_switch()->notifier(store), text);
 }
 
 bool CommandLine::parse(const Arguments& arguments, const std::string& usage, bool with_sets) {
@@ -113,13 +113,13 @@ bool CommandLine::parse(const Arguments& arguments, const std::string& usage, bo
   const ParameterValues defaults = parametersOf(base);
   for (const Parameter& parameter : coreParameters()) {
     if (parameter.name == "method") continue;
-    const auto take = [this, &parameter](const std::string& text) {
+    const auto store = [this, &parameter](const std::string& text) {
       const std::optional<ParameterValue> value = parameter.parse(text);
       if (!value) throw std::invalid_argument(refusal("--" + optionName(parameter.name), text, parameter.accepted()));
       values_[parameter.name] = *value;
     };
     add(optionName(parameter.name).c_str(),
-        po::value<std::string>()->default_value(toText(defaults.at(parameter.name)))->notifier(take),
+        po::value<std::string>()->default_value(toText(defaults.at(parameter.name)))->notifier(store),
         helpText(parameter).c_str());
   }
   add("threads", withDefault(threads_), "of extraction and matching");

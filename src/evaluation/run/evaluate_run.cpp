@@ -71,11 +71,11 @@ bool parse(const Arguments& arguments, const char* usage, const std::vector<std:
   std::vector<std::pair<double TruthNoise::*, double>> sigmas;  // that are given
   auto add = line.options.add_options();
   const auto addSigma = [&](const std::string& option, double unit, double TruthNoise::*field, const char* text) {
-    const auto take = [=, &sigmas](double value) {
+    const auto store = [=, &sigmas](double value) {
       if (!(value >= 0)) throw std::invalid_argument("--" + option + " must not be negative");
       sigmas.emplace_back(field, unit * value);
     };
-    add(option.c_str(), po::value<double>()->notifier(take), text);
+    add(option.c_str(), po::value<double>()->notifier(store), text);
   };
   add("gaps", po::value(&gaps)->composing(),
       "frames between reference and current of the sets, with commas between; default 1");

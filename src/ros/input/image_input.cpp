@@ -154,15 +154,15 @@ void ImageInput::subscribe(size_t stream, const std::function<void(const sensor_
 }
 
 void ImageInput::subscribeKeypoints() {
-  const auto take = [this](const KeypointsConstPtr& keypoints) {
+  const auto receive = [this](const KeypointsConstPtr& keypoints) {
     const auto image = boost::make_shared<sensor_msgs::Image>();
     image->header = keypoints->header;
     image->width = keypoints->width;
     image->height = keypoints->height;
     settle([&] { add(image, keypoints); });
   };
-  subscribers_.push_back(nh_.subscribe<Keypoints>(streams_[0].name, static_cast<uint32_t>(parameters_.queue_size), take,
-                                                  ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
+  subscribers_.push_back(nh_.subscribe<Keypoints>(streams_[0].name, static_cast<uint32_t>(parameters_.queue_size),
+                                                  receive, ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
 }
 
 void ImageInput::add(const sensor_msgs::ImageConstPtr& image, const KeypointsConstPtr& keypoints) {

@@ -129,8 +129,8 @@ StereoDepth::StereoDepth(const Parameters& parameters, const std::string& right_
       right_info_topic_(right_info_topic),
       camera_source_(parameters, right_topic, right_info_topic) {}
 
-std::string StereoDepth::take(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
-                              StereoColumns& columns) {
+std::string StereoDepth::setRight(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
+                                  StereoColumns& columns) {
   columns.clear();
   if (!left_model.camera.calibrated()) return "the left camera is not calibrated";
   if (!input.right) {

@@ -48,10 +48,10 @@ class StereoDepth {
   StereoDepth(const Parameters& parameters, const std::string& right_topic, const std::string& right_info_topic);
 
   /// Sets the right image, its camera and the rig. Returns why they are unusable, empty when they are not.
-  std::string take(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
-                   StereoColumns& columns);
-  /// After `take`: finds the keypoints on their rows of the right image and fills the columns. Returns why it does not,
-  /// empty when it does.
+  std::string setRight(const ImageWithInfo& input, const Features& left, const CameraModel& left_model,
+                       StereoColumns& columns);
+  /// After `setRight`: finds the keypoints on their rows of the right image and fills the columns. Returns why it does
+  /// not, empty when it does.
   std::string fill(const Features& left, const cv::Mat& left_image, const CameraModel& left_model,
                    StereoColumns& columns);
 

@@ -28,7 +28,7 @@ void keep(const Message& message, size_t most, std::deque<Message>& kept) {
 
 /// Sets `message`, where it is not set, to the one of that stamp; returns true if there is one.
 template <typename Message>
-bool takeOfStamp(const ros::Time& stamp, const std::deque<Message>& kept, Message& message) {
+bool findByStamp(const ros::Time& stamp, const std::deque<Message>& kept, Message& message) {
   const auto same = [&](const Message& each) { return each->header.stamp == stamp; };
   const auto found = std::find_if(kept.begin(), kept.end(), same);
   if (message || found == kept.end()) return false;
@@ -109,8 +109,8 @@ void WaitingImages::collect(double now) {
       }
     }
     if (!input.image) continue;
-    if (options_.info_of_each) matched_ += takeOfStamp(input.image->header.stamp, infos_, input.camera_info);
-    if (options_.for_mask) takeOfStamp(input.image->header.stamp, masks_, input.mask);
+    if (options_.info_of_each) matched_ += findByStamp(input.image->header.stamp, infos_, input.camera_info);
+    if (options_.for_mask) findByStamp(input.image->header.stamp, masks_, input.mask);
   }
 }
 

@@ -48,7 +48,7 @@ std::string clockProblem() {
          "`rosparam set use_sim_time false` and start all nodes again";
 }
 
-void refuseOwnOutput(const std::vector<InputTopic>& inputs, const std::string& output, const std::string& remedy) {
+void refuseOutputAsInput(const std::vector<InputTopic>& inputs, const std::string& output, const std::string& remedy) {
   for (const InputTopic& input : inputs) {
     if (input.topic != output) continue;
     throw std::invalid_argument("input '" + input.name + "' is remapped to " + output +
@@ -78,8 +78,8 @@ class MatchFilterRos {
     priors_ = MotionPriors::make(nh_, parameters_);
     input_ = std::make_unique<ImageInput>(
         nh_, pnh_, parameters_, [this](const ImageWithInfo& input) { guard([&] { onImage(input); }); }, priors_);
-    refuseOwnOutput(input_->inputs(), Outputs::overlayTopic(pnh_), "a camera");
-    refuseOwnOutput(input_->inputs(), pnh_.resolveName("keypoints"), "your detector");
+    refuseOutputAsInput(input_->inputs(), Outputs::overlayTopic(pnh_), "a camera");
+    refuseOutputAsInput(input_->inputs(), pnh_.resolveName("keypoints"), "your detector");
     input_->checkTransports();
     processor_ = std::make_unique<FrameProcessor>(parameters_, input_->imageTopic(), input_->infoTopic(), priors_,
                                                   input_->rightTopic(), input_->rightInfoTopic());
@@ -237,7 +237,7 @@ class MatchFilterRos {
     }
     const ProcessedFrame processed = processor_->process(std::get<Prepared>(image));
     const std_msgs::Header& header = processed.current->image.header;
-    if (const auto set = outputs_->takeSetPose(header)) processor_->setPlace(set->pose, set->pose_covariance);
+    if (const auto set = outputs_->popSetPose(header)) processor_->setPlace(set->pose, set->pose_covariance);
     publish(processed, options);
   }
 

@@ -159,12 +159,12 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
     message.time_match = static_cast<float>(processed.times.match);
     message.time_gms = static_cast<float>(processed.times.gms);
     message.time_ransac = static_cast<float>(processed.times.ransac);
-    std::vector<uint16_t> followed;
-    followed.reserve(processed.pair->track_lengths.size());
+    std::vector<uint16_t> lengths;
+    lengths.reserve(processed.pair->track_lengths.size());
     for (const uint16_t length : processed.pair->track_lengths) {
-      if (length > 0) followed.push_back(length);
+      if (length > 0) lengths.push_back(length);
     }
-    const auto [median, p90] = quantilesOf(std::move(followed));
+    const auto [median, p90] = quantilesOf(std::move(lengths));
     message.track_length_median = median;
     message.track_length_p90 = p90;
   }

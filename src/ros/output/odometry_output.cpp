@@ -61,7 +61,7 @@ void OdometryOutput::onSetPose(const geometry_msgs::PoseWithCovarianceStamped& m
   }
 }
 
-std::optional<OdometryEstimate> OdometryOutput::takeSetPose(const std_msgs::Header& camera) {
+std::optional<OdometryEstimate> OdometryOutput::popSetPose(const std_msgs::Header& camera) {
   std::lock_guard<std::mutex> lock(set_mutex_);
   const auto camera_in_base = set_ ? cameraInBase(camera) : std::nullopt;
   if (!camera_in_base) return std::nullopt;

@@ -30,7 +30,7 @@ class OdometryOutput {
   const std::string& problem() const { return problem_; }
   /// The last pose given on ~set_pose since the last call, as that of the camera of this image. None: nothing was
   /// given, or tf does not know the camera in ~base_frame yet.
-  std::optional<OdometryEstimate> takeSetPose(const std_msgs::Header& camera);
+  std::optional<OdometryEstimate> popSetPose(const std_msgs::Header& camera);
   /// Publishes the place of the camera at an image, if it is known.
   void publish(const ProcessedFrame& processed, bool broadcast);
 

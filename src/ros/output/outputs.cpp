@@ -104,8 +104,8 @@ bool Outputs::skips(const Received& received, const OutputOptions& options) {
          (!wanted.stereo_features || stereo_stream_->skips(received, options.features));
 }
 
-std::optional<OdometryEstimate> Outputs::takeSetPose(const std_msgs::Header& camera) {
-  return odometry_->takeSetPose(camera);
+std::optional<OdometryEstimate> Outputs::popSetPose(const std_msgs::Header& camera) {
+  return odometry_->popSetPose(camera);
 }
 
 std::string Outputs::problem() const {

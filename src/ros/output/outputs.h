@@ -40,7 +40,7 @@ class Outputs {
   /// They may need the right image without its keypoints.
   bool needRightKeypoints() const { return !stereo_stream_ || stereo_stream_->needsKeypoints(); }
   /// As OdometryOutput has it.
-  std::optional<OdometryEstimate> takeSetPose(const std_msgs::Header& camera);
+  std::optional<OdometryEstimate> popSetPose(const std_msgs::Header& camera);
   /// Why an output could not be published, and the remedy; empty: no problem. From the thread of `publish`.
   std::string problem() const;
   /// As WatchedBroadcaster has it. From any thread.

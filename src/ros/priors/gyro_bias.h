@@ -1,4 +1,4 @@
-// The bias of a gyro, learnt while the images show no rotation.
+// The bias of a gyro, estimated while the images show no rotation.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// The rotation that the gyro of an IMU measures, less its bias, which is learnt while the images show no rotation.
+// The rotation that the gyro of an IMU measures, less its bias, which is estimated while the images show no rotation.
 #pragma once
 
 #include <mutex>

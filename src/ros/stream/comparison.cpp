@@ -28,7 +28,7 @@ std::shared_ptr<PreparedFrame> recalibrated(const std::shared_ptr<PreparedFrame>
 
 }  // namespace
 
-std::shared_ptr<ComparedPair> PairPool::take() {
+std::shared_ptr<ComparedPair> PairPool::acquire() {
   const auto is_free = [](const std::shared_ptr<ComparedPair>& pair) { return pair.use_count() == 1; };
   const auto found = std::find_if(pairs_.begin(), pairs_.end(), is_free);
   if (found != pairs_.end()) return *found;
@@ -64,7 +64,7 @@ void Comparison::compare() {
 
 std::shared_ptr<ComparedPair> Comparison::attempt(const std::shared_ptr<PreparedFrame>& reference,
                                                   const RotationPrior* prior, Past* past) {
-  std::shared_ptr<ComparedPair> pair = pairs.take();
+  std::shared_ptr<ComparedPair> pair = pairs.acquire();
   pair->reference = recalibrated(reference, current->image.camera);
   pair->triangulated = false;
   pipeline.filter.setCamera(current->image.camera->camera);
@@ -86,7 +86,7 @@ void Comparison::conclude(const std::shared_ptr<ComparedPair>& pair) {
 }
 
 void Comparison::fail(const std::shared_ptr<PreparedFrame>& reference, const std::string& what) {
-  const std::shared_ptr<ComparedPair> pair = pairs.take();
+  const std::shared_ptr<ComparedPair> pair = pairs.acquire();
   pair->reference = reference;
   pair->result.clear(Status::kRansacFailed);
   pair->track_ids.clear();

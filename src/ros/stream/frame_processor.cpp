@@ -15,8 +15,8 @@ bool isSame(const MatchFilterOptions& a, const MatchFilterOptions& b) {
          a.matcher_threads == b.matcher_threads;
 }
 
-/// The core of `before` if its options are the same, and else a new one, which keeps what that has
-/// learnt of the time that images take where it can. `before` null: there is none.
+/// The core of `before` if its options are the same, and else a new one, which keeps its
+/// estimate of the time that images take where it can. `before` null: there is none.
 std::shared_ptr<Core> coreFor(const MatchFilterOptions& options, const Pipeline* before) {
   if (before != nullptr && isSame(before->options.core, options)) return before->core;
   auto core = std::make_shared<Core>(options);

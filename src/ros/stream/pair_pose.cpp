@@ -23,7 +23,7 @@ void propagate(ScalePropagator& scale, ProcessedFrame& answer) {
 }
 
 /// Length from odometry or the ground, or why there is none.
-void measureLength(const MotionPriors& priors, ProcessedFrame& answer) {
+void measureBySensor(const MotionPriors& priors, ProcessedFrame& answer) {
   const PreparedFrame &reference = *answer.pair->reference, &current = *answer.current;
   if (current.image.stamp_verdict == StampVerdict::kAfterLate) {
     return answer.reasons.push_back(
@@ -40,7 +40,7 @@ void measureLength(const MotionPriors& priors, ProcessedFrame& answer) {
 }
 
 /// Metric pose from depth or a second camera, or why there is none.
-void takeDepth(bool stereo, KeyFrame& key, ProcessedFrame& answer) {
+void measureByDepth(bool stereo, KeyFrame& key, ProcessedFrame& answer) {
   const PreparedFrame &reference = *answer.pair->reference, &current = *answer.current;
   const std::optional<StereoRig>& rig = current.stereo.rig ? current.stereo.rig : reference.stereo.rig;
   ScaleEstimate scale;
@@ -72,9 +72,9 @@ void findLength(const Pipeline& pipeline, Stream& stream, ProcessedFrame& answer
   } else if (mode == ScaleMode::kPropagate) {
     propagate(stream.scale, answer);
   } else if (pipeline.priors && (mode == ScaleMode::kOdometry || mode == ScaleMode::kGround)) {
-    measureLength(*pipeline.priors, answer);
+    measureBySensor(*pipeline.priors, answer);
   } else if (parameters.measuresDepth()) {
-    takeDepth(parameters.input == InputKind::kStereo, stream.key, answer);
+    measureByDepth(parameters.input == InputKind::kStereo, stream.key, answer);
   }
   answer.length_missing &= !answer.metric_scale;
 }

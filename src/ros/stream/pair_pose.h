@@ -15,7 +15,7 @@ struct ProcessedFrame;
 struct Stream;
 
 /// Fills pose, length and points of an answer from its pair. Depth may change LOW_PARALLAX to OK; a pose that is
-/// unfit to publish becomes RANSAC_FAILED with the reason. Scale and key frame of the stream learn from it.
+/// unfit to publish becomes RANSAC_FAILED with the reason. It updates scale and key frame of the stream.
 void findPose(const Pipeline& pipeline, Stream& stream, ComparedPair& pair, ProcessedFrame& answer);
 
 // robot_localization warns above the one and replaces a zero; anything in between is taken as it is.

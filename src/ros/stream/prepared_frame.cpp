@@ -186,7 +186,8 @@ void FramePreparation::findDepth(bool right_keypoints, PreparedFrame& frame) {
 }
 
 void FramePreparation::findStereoDepth(bool right_keypoints, PreparedFrame& frame) {
-  frame.depth_problem = stereo_depth_.take(frame.image.input, frame.frame.features, *frame.image.camera, frame.stereo);
+  frame.depth_problem =
+      stereo_depth_.setRight(frame.image.input, frame.frame.features, *frame.image.camera, frame.stereo);
   if (!frame.depth_problem.empty()) return;
   if (!right_keypoints) {
     frame.depth_problem = "only features have a subscriber";

@@ -11,7 +11,7 @@ namespace {
 
 // Least seconds between the kept images, the newest left out: what spoils the last good image (a hand that comes, the
 // first blur) spoils its neighbours too.
-constexpr double kApart = 0.1;
+constexpr double kLeastInterval = 0.1;
 // Two blurred images in a row resemble each other; five pairs in a row are a camera that sees where it goes, elsewhere.
 constexpr int kNewBeginning = 5;
 // Kept images that an image is compared with, at most. A comparison that fails is the slowest: it searches to the end.
@@ -20,7 +20,7 @@ constexpr size_t kTries = 3;
 }  // namespace
 
 void Recovery::keep(const Stream& stream, const RecoveryOptions& options) {
-  if (kept_.size() > 1 && kept_[0].reference->stamp() - kept_[1].reference->stamp() < kApart) kept_.pop_front();
+  if (kept_.size() > 1 && kept_[0].reference->stamp() - kept_[1].reference->stamp() < kLeastInterval) kept_.pop_front();
   kept_.push_front(stream);
   while (kept_.size() > static_cast<size_t>(options.frames)) kept_.pop_back();
 }
@@ -58,7 +58,7 @@ void Recovery::dropPixels(const PreparedFrame* reference) {
   }
 }
 
-Stream Recovery::takeOut(size_t index) {
+Stream Recovery::resume(size_t index) {
   Stream found = std::move(kept_[index]);
   kept_.erase(kept_.begin(), kept_.begin() + static_cast<std::ptrdiff_t>(index) + 1);
   lost_ = false;

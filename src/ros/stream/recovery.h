@@ -35,7 +35,7 @@ class Recovery {
   /// Releases pixels that no answer shows any more. `reference`: of the last answer.
   void dropPixels(const PreparedFrame* reference);
   /// Hands over the kept stream that the image continues, and forgets the newer ones, which show another place.
-  Stream takeOut(size_t index);
+  Stream resume(size_t index);
 
  private:
   std::deque<Stream> kept_;

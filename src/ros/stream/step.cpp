@@ -45,7 +45,7 @@ struct Step : Comparison {
     return current->frame.features.descriptors.comparableWith(reference.frame.features.descriptors);
   }
   /// The time between the images of the pair is known, and short enough for one velocity.
-  bool tellsVelocity() const {
+  bool velocityKnown() const {
     if (!answer.pair || current->pair_reference) return true;
     return current->image.stamp_verdict != StampVerdict::kAfterLate &&
            current->stamp() - answer.pair->reference->stamp() <= pipeline.options.max_frame_gap;
@@ -87,7 +87,7 @@ struct Step : Comparison {
   /// The first of them that shows the same.
   std::optional<Attempt> find(const std::vector<size_t>& indices);
   /// The stream goes on from the kept one.
-  void goOnFrom(const Attempt& found);
+  void resumeFrom(const Attempt& found);
   /// The place of the reference is known, that of the images to come is not.
   void lose();
   /// The reference is kept before the current image takes its place.
@@ -223,13 +223,13 @@ Step::WayBack Step::compareWithKept() {
   const Attempt newest = tryKept(others.front());
   others.erase(others.begin());
   if (newest.shows_the_same) {
-    goOnFrom(newest);
+    resumeFrom(newest);
     return WayBack::kFound;
   }
   // An image that has too few keypoints for one of them has for all.
   const bool hopeless = newest.pair->result.status == Status::kTooFewKeypoints;
   if (const std::optional<Attempt> found = hopeless ? std::nullopt : find(others)) {
-    goOnFrom(*found);
+    resumeFrom(*found);
     return WayBack::kFound;
   }
   recovery.miss();
@@ -258,9 +258,9 @@ std::optional<Step::Attempt> Step::find(const std::vector<size_t>& indices) {
   return std::nullopt;
 }
 
-void Step::goOnFrom(const Attempt& found) {
+void Step::resumeFrom(const Attempt& found) {
   const int missed = recovery.missed();
-  Stream kept = recovery.takeOut(found.index);
+  Stream kept = recovery.resume(found.index);
   kept.tracks.numberFrom(stream.tracks);
   stream = std::move(kept);
   stream.past = Past();     // the motion of that time
@@ -307,12 +307,12 @@ ProcessedFrame step(Pipeline& pipeline, Stream& stream, Recovery& recovery, Pair
   }
   stream.stamp = current->stamp();
   image.answer.times.detect = current->frame.detect_seconds;
-  image.answer.velocity_known = image.tellsVelocity();
+  image.answer.velocity_known = image.velocityKnown();
   integrate(pipeline.parameters, stream.place, image.answer);
   if (!current->mask_problem.empty()) image.because(Why::kNoMask, current->mask_problem);
   image.answer.doubt = current->doubt;
-  const bool told = image.answer.doubt == current->depth_problem && image.answer.pair != nullptr;
-  if (!image.answer.doubt.empty() && !told) image.because(Why::kDoubt, image.answer.doubt);
+  const bool is_reason = image.answer.doubt == current->depth_problem && image.answer.pair != nullptr;
+  if (!image.answer.doubt.empty() && !is_reason) image.because(Why::kDoubt, image.answer.doubt);
   return std::move(image.answer);
 }
 

@@ -10,10 +10,10 @@
 
 namespace gms_ransac {
 
-/// Storage of pairs, taken again once no answer holds it. Used by one thread.
+/// Storage of pairs, used again once no answer holds it. Used by one thread.
 class PairPool {
  public:
-  std::shared_ptr<ComparedPair> take();
+  std::shared_ptr<ComparedPair> acquire();
   /// Lets go of the references of pairs that no answer holds.
   void releaseFrames();
 
