@@ -67,11 +67,75 @@ struct RotatedMatch {
     flow << -x * y, 1 + x * x, -y, -(1 + y * y), x * y, x;
   }
 
-  /// Squared deviations from the rotation whose rates by `rows` are the columns of `rates`, radians.
-  float cost(const Eigen::Matrix3f& rates, float inverse_variance) const {
-    return 0.5f * inverse_variance * weight * (displacement - flow * (rates * rows)).squaredNorm();
+  /// Squared deviations of a displacement, which has the noise of both images.
+  float cost(const Eigen::Vector2f& rest, float per_variance) const {
+    return 0.5f * per_variance * weight * rest.squaredNorm();
   }
 };
+
+// What may move a match besides the rotation: rest() is what it leaves of the displacement.
+
+struct RollingShutter {
+  Eigen::Matrix3f rates = Eigen::Matrix3f::Zero();  ///< columns: radians by each of RotatedMatch::rows
+
+  Eigen::Vector2f rest(const RotatedMatch& match) const {
+    return match.displacement - match.flow * (rates * match.rows);
+  }
+};
+
+struct MotionPastPlane {
+  Eigen::Matrix<float, 6, 1> step;  ///< a rotation vector, translation over distance
+
+  static Eigen::Matrix<float, 2, 6> derivative(const RotatedMatch& match) {
+    Eigen::Matrix<float, 2, 6> J;
+    J << match.flow, Eigen::Matrix2f::Identity(), -match.place;
+    return J;
+  }
+  Eigen::Vector2f rest(const RotatedMatch& match) const { return match.displacement - derivative(match) * step; }
+};
+
+/// Sums up a step of reweighted least squares over the first `count` matches: calls add(i, match, rest, falloff), the
+/// root of the loss's weight.
+template <class Motion, class Add>
+void sumReweighted(const RefinedPose& refined, const Eigen::Matrix3f& R, const Motion& motion, int count,
+                   float softness, const Add& add) {
+  const PointColumnsView points = refined.points->view();
+  const float per_variance = refined.perVariance();
+  for (int i = 0; i < count; ++i) {
+    const RotatedMatch match(points, i, R);
+    const Eigen::Vector2f rest = motion.rest(match);
+    add(static_cast<size_t>(i), match, rest, 1 / (1 + match.cost(rest, per_variance) / softness));
+  }
+}
+
+/// vuongStatistic of the pose against a motion on the first `count` matches. `cost(i)`: the motion's of match i;
+/// `most`: of any.
+template <class Cost>
+double poseAgainst(const RefinedPose& refined, int count, float most, const Cost& cost) {
+  const float per_variance = refined.perVariance();
+  const std::vector<float>& squares = refined.noise.residuals();
+  return vuongStatistic(count, refined.points->cells(),
+                        [&](size_t i) { return std::min(cost(i), most) - std::min(squares[i] * per_variance, most); });
+}
+
+/// The same against a rotation with what moves the matches besides.
+template <class Motion>
+double poseAgainstRotation(const RefinedPose& refined, const Eigen::Matrix3f& R, const Motion& motion, int count) {
+  const PointColumnsView points = refined.points->view();
+  const float per_variance = refined.perVariance();
+  return poseAgainst(refined, count, kMostCost, [&](size_t i) {
+    const RotatedMatch match(points, static_cast<int>(i), R);
+    return match.cost(motion.rest(match), per_variance) - kDepthCost;
+  });
+}
+
+/// Matches for each cell that has some: so many count as one observation beside a prior.
+double matchesOfCell(const std::vector<int32_t>& cells) {
+  std::array<bool, kCellCount> seen = {};
+  for (const int32_t cell : cells) seen[static_cast<size_t>(cell)] = true;
+  return static_cast<double>(cells.size()) /
+         static_cast<double>(std::max<long>(1, std::count(seen.begin(), seen.end(), true)));
+}
 
 /// The place of an entry of a symmetric matrix in its lower triangle, and that triangle by rows.
 int triangleEntry(int i, int j) { return i < j ? triangleEntry(j, i) : i * (i + 1) / 2 + j; }
@@ -96,31 +160,155 @@ PoseVector poseStep(const TwoViewPose& from, const TwoViewPose& to) {
   return step;
 }
 
-}  // namespace
-
-void Candidates::fitRotation(const PointColumnsView& points, const Eigen::Matrix3d& start, const MatchNoise& noise) {
-  table.clear();
-  spread.setZero();
-  rotation = start;
-  // To the threshold's own scale, or twice what noise of both images amounts to.
-  const auto last = static_cast<float>(std::min(2., 8 * noise.variance()));
-  const PoseModel model(kernels_, points), part = model.first(kRandomPart);
-  for (const float softness : kSoftness) part.refineRotation({1e12f, 1 / softness}, kRotationIterations, rotation);
-  model.refineRotation({1e12f, 1 / last}, kRotationIterations, rotation);
-  model.rotationResiduals(rotation, rotation_residuals);
-  sorted_.clear();
-  for (int i = 0; i < points.count; ++i) {
-    const auto column = static_cast<size_t>(i);
-    if (noise.residuals()[column] < 1) sorted_.push_back(std::sqrt(rotation_residuals[column] / points.weight[i]));
+/// Fits the rates of a rolling shutter, which are the solution of each step, and compares them.
+double againstRolling(const RefinedPose& refined, const Eigen::Matrix3d& rotation) {
+  const int all = refined.points->size(), fitted = std::min(all, kRandomPart);
+  const Eigen::Matrix3f R = rotation.cast<float>();
+  const double rate = kLeastRate + kShareOfRotation * rotationVector(rotation).norm();
+  const auto per_variance = static_cast<double>(refined.perVariance());
+  const double prior = matchesOfCell(refined.points->cells()) / (rate * rate * per_variance);
+  RollingShutter shutter;
+  for (float softness = 9 * kMostCost;; softness /= 3) {
+    // The derivative of a match is the outer product of its rows and its flow, and its square that of their squares,
+    // whose lower triangles suffice.
+    Eigen::Matrix<double, 6, 6> squares = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix3d b = Eigen::Matrix3d::Zero();
+    sumReweighted(refined, R, shutter, fitted, softness,
+                  [&](size_t, const RotatedMatch& match, const Eigen::Vector2f&, float falloff) {
+                    const float weight = match.weight * falloff * falloff;
+                    const Eigen::Matrix3f square = weight * match.flow.transpose() * match.flow;
+                    const Eigen::Vector3f along = weight * match.flow.transpose() * match.displacement;
+                    b += (along * match.rows.transpose()).cast<double>();
+                    squares += lowerTriangle(square) * lowerTriangle(match.rows * match.rows.transpose()).transpose();
+                  });
+    Eigen::Matrix<double, 9, 9> A = 1e-9 * Eigen::Matrix<double, 9, 9>::Identity();  // the lower triangle counts
+    A.diagonal().tail<6>().setConstant(prior);
+    for (int i = 0; i < 9; ++i) {
+      for (int j = 0; j <= i; ++j) A(i, j) += squares(triangleEntry(i % 3, j % 3), triangleEntry(i / 3, j / 3));
+    }
+    const Eigen::Matrix<double, 9, 1> solution = A.llt().solve(Eigen::Map<const Eigen::Matrix<double, 9, 1>>(b.data()));
+    shutter.rates = Eigen::Map<const Eigen::Matrix3d>(solution.data()).cast<float>();
+    const bool last = softness <= kMostCost;
+    const double statistic = poseAgainstRotation(refined, R, shutter, last ? all : fitted);
+    if (last || statistic > kSurelyBetter) return statistic;  // a narrower loss would not reverse that
   }
-  median_parallax = sorted_.empty() ? 0 : nthSmallest(sorted_, sorted_.size() / 2);
 }
 
-Eigen::Matrix3d Candidates::rotationCovariance(const PointColumnsView& points) const {
+/// Fits the rotation of a camera that moves past a plane, and compares it.
+Explanation pastPlane(const RefinedPose& refined, const Eigen::Matrix3d& rotation) {
+  using Vector = Eigen::Matrix<double, 6, 1>;
+  using Square = Eigen::Matrix<double, 6, 6>;
+  const std::vector<int32_t>& cells = refined.points->cells();
+  const int all = refined.points->size();
+  const Eigen::Matrix3f R = rotation.cast<float>();
+  const float per_variance = refined.perVariance();
+  Vector prior = Vector::Constant(1e-9), motion = Vector::Zero();
+  prior.tail<3>().setConstant(matchesOfCell(cells) / (kPlaneStep * kPlaneStep));
+  Square information;
+  std::array<Vector, kCellCount> pull_of_cell;
+  int step = 0;
+  for (const float softness : kPlaneSoftness) {
+    const bool coarse = ++step + 2 <= static_cast<int>(std::size(kPlaneSoftness));
+    information = prior.asDiagonal();
+    pull_of_cell.fill(Vector::Zero());
+    sumReweighted(refined, R, MotionPastPlane{motion.cast<float>()},
+                  std::min(all, coarse ? kRandomPart : 2 * kRandomPart), softness,
+                  [&](size_t i, const RotatedMatch& match, const Eigen::Vector2f& rest, float falloff) {
+                    const Eigen::Matrix<float, 2, 6> J = MotionPastPlane::derivative(match);
+                    const float weight = per_variance * match.weight * falloff * falloff;
+                    const Eigen::Matrix<float, 6, 1> pull = J.transpose() * (weight * rest);
+                    const Eigen::Matrix<float, 6, 6> square = weight * J.transpose().lazyProduct(J);
+                    pull_of_cell[static_cast<size_t>(cells[i])] += pull.cast<double>();
+                    information += square.cast<double>();
+                  });
+    Vector pull = -prior.cwiseProduct(motion);
+    for (const Vector& cell : pull_of_cell) pull += cell;
+    motion += information.llt().solve(pull);
+  }
+  // The sandwich, with the prior as one more observation.
+  Square scatter = prior.asDiagonal();
+  for (const Vector& cell : pull_of_cell) scatter += cell * cell.transpose();
+  const Square inverse = information.llt().solve(Square::Identity());
+  const Square covariance = inverse.lazyProduct(scatter).eval().lazyProduct(inverse);
+  return {rotationFromVector(motion.head<3>()) * rotation, covariance.topLeftCorner<3, 3>(),
+          poseAgainstRotation(refined, R, MotionPastPlane{motion.cast<float>()}, all)};
+}
+
+/// Refines a motion on the first `count` matches and compares it there; infinite if it converged to the pose: their
+/// directions then agree to `same_within` radians.
+double againstMotion(const RefinedPose& refined, double same_within, int count, int iterations,
+                     std::vector<float>& residuals, TwoViewPose& motion) {
+  refined.plausibleModel().first(count).refine(refined.noise.loss(), iterations, motion);
+  if (angleBetween(motion, refined.pose) < same_within) return std::numeric_limits<double>::infinity();
+  refined.model().first(count).residualsInFront(motion, residuals);
+  const float per_variance = refined.perVariance();
+  // Costs end at the threshold where that is less: a homography's is many times the noise.
+  return poseAgainst(refined, count, std::min(kMostCost, per_variance), [&](size_t i) {
+    return (refined.noise.plausible(static_cast<int>(i)) ? residuals : refined.noise.residuals())[i] * per_variance;
+  });
+}
+
+/// Fills the shares of the verdict.
+void countStatic(const RefinedPose& refined, const RotationAlone& alone, Verdict& verdict) {
+  const PointColumnsView points = refined.points->view();
+  const Eigen::Matrix3f R = refined.pose.R.cast<float>();
+  const Eigen::Vector3f t = refined.pose.t.cast<float>();
+  const float per_variance = refined.perVariance();
+  int inliers = 0, near = 0, further = 0, backwards = 0;
+  for (int i = 0; i < points.count; ++i) {
+    const auto column = static_cast<size_t>(i);
+    const float cost = refined.noise.residuals()[column] * per_variance;
+    const bool inlier = cost < kMostCost;
+    // Squared, without the part across the epipolar line.
+    const float along = 0.5f * alone.residuals[column] * per_variance - cost;
+    // The way of a point that comes from infinity, times a depth. Noise moves half of those there against it.
+    const RotatedMatch match(points, i, R);
+    const Eigen::Vector2f way = t.head<2>() - t.z() * match.place;
+    const float ahead = match.displacement.dot(way);
+    const float farthest = 2 * kFurther / (per_variance * match.weight) * way.squaredNorm();
+    inliers += inlier;
+    near += inlier & (along < kNear);
+    further += inlier & (along >= kNear) & (along < kFurther);
+    backwards += inlier & (ahead < 0) & (ahead * ahead < farthest);
+  }
+  // Noise alone puts 86.6 and 13.3 % of those without parallax near and further; parallaxes that are spread over more
+  // than the noise come there as the widths of the two, 1.5 to 2.
+  const double noise_near = std::erf(std::sqrt(kNear / 2)), of_noise = std::erf(std::sqrt(kFurther / 2)) - noise_near;
+  const double evenly = 1 / (std::sqrt(kFurther / kNear) - 1);
+  const double still = std::max(0.0, (near - evenly * further) / (noise_near - evenly * of_noise));
+  verdict.static_share = still / std::max(1, inliers);
+  verdict.share_at_infinity = 2. * backwards / std::max(1, inliers);
+}
+
+}  // namespace
+
+bool Verdict::rotationExplains() const { return std::min(rotation, rolling) < kSurelyBetter; }
+bool Verdict::mostlyStatic() const { return static_share > kMostStatic || share_at_infinity > kMostAtInfinity; }
+bool Verdict::onlyRotated() const { return static_share > kMostStatic || rotation < 0; }
+
+void fitRotation(const RefinedPose& refined, RotationAlone& alone) {
+  // To the threshold's own scale, or twice what noise of both images amounts to.
+  const auto last = static_cast<float>(std::min(2., 8 * refined.noise.variance()));
+  const PoseModel model = refined.model(), part = model.first(kRandomPart);
+  alone.R = refined.pose.R;
+  for (const float softness : kSoftness) part.refineRotation({1e12f, 1 / softness}, kRotationIterations, alone.R);
+  model.refineRotation({1e12f, 1 / last}, kRotationIterations, alone.R);
+  model.rotationResiduals(alone.R, alone.residuals);
+  std::vector<float>& parallaxes = alone.parallaxes;
+  parallaxes.clear();
+  for (int i = 0; i < model.points().count; ++i) {
+    const auto column = static_cast<size_t>(i);
+    if (!(refined.noise.residuals()[column] < 1)) continue;
+    parallaxes.push_back(std::sqrt(alone.residuals[column] / model.points().weight[i]));
+  }
+  alone.median_parallax = parallaxes.empty() ? 0 : nthSmallest(parallaxes, parallaxes.size() / 2);
+}
+
+Eigen::Matrix3d rotationCovariance(const PoseModel& model, const Eigen::Matrix3d& R) {
   NormalEquations<3> equations;  // of residuals cut at 1
-  PoseModel(kernels_, points).linearizeRotation(rotation, {1, 0}, equations);
+  model.linearizeRotation(R, {1, 0}, equations);
   const double inliers = static_cast<double>(equations.weight);
-  const double squares = static_cast<double>(equations.cost) - (points.count - inliers);
+  const double squares = static_cast<double>(equations.cost) - (model.points().count - inliers);
   // Each match has two components, the rotation three degrees of freedom.
   const double variance = std::max(squares, 1e-12) / std::max(1.0, 2 * inliers - 3);
   Eigen::Matrix3d A;
@@ -132,129 +320,34 @@ Eigen::Matrix3d Candidates::rotationCovariance(const PointColumnsView& points) c
   return variance * factors.solve(Eigen::Matrix3d::Identity());
 }
 
-double Candidates::against(const TwoViewPoints& points, int count, float most) const {
-  return vuongStatistic(count, points.cells(),
-                        [&](size_t i) { return std::min(costs_[i], most) - std::min(pose_costs_[i], most); });
+Verdict compareRotations(const RefinedPose& refined, const RotationAlone& alone, bool shutter_may_roll) {
+  const float per_variance = refined.perVariance();
+  Verdict verdict;
+  verdict.rotation = poseAgainst(refined, refined.points->size(), kMostCost, [&](size_t i) {
+    return 0.5f * alone.residuals[i] * per_variance - kDepthCost;  // a transfer has the noise of both images
+  });
+  verdict.rolling = shutter_may_roll ? againstRolling(refined, alone.R) : verdict.rotation;
+  countStatic(refined, alone, verdict);
+  return verdict;
 }
 
-void Candidates::compareRotations(const RefinedPose& refined, bool shutter_may_roll) {
-  const auto count = static_cast<size_t>(refined.points.size());
-  const std::vector<float>& squares = refined.noise.residuals();
-  per_variance_ = static_cast<float>(1 / refined.noise.variance());
-  pose_costs_.resize(count);
-  costs_.resize(count);
-  for (size_t i = 0; i < count; ++i) {
-    pose_costs_[i] = std::min(squares[i] * per_variance_, kMostCost);
-    costs_[i] = 0.5f * rotation_residuals[i] * per_variance_ - kDepthCost;  // a transfer has the noise of both images
+void compareMotions(const RefinedPose& refined, double direction_sigma, const std::function<bool()>& camera_decides,
+                    const std::vector<AlternativeMotion>& motions, std::vector<float>& storage, Verdict& verdict) {
+  const int count = refined.points->size(), first = std::min(kRandomPart, count);
+  const double same_within = std::min(kSameSigmas * direction_sigma, kOtherDirection);
+  for (const AlternativeMotion& alternative : motions) {
+    TwoViewPose motion = alternative.pose;
+    if (angleBetween(motion, refined.pose) < same_within) continue;
+    if (againstMotion(refined, same_within, first, kFirstIterations, storage, motion) >= kSurelyBetter) continue;
+    const double against = againstMotion(refined, same_within, count, kFinalIterations, storage, motion);
+    if (against >= kSurelyBetter) continue;
+    const bool by_chance = alternative.of_plane || (motion.t.dot(refined.pose.t) < 0 && camera_decides());
+    if (against >= (by_chance ? kSurelyBetter : kLeastVuong)) continue;
+    refined.plausibleModel().refine(refined.noise.loss(), kFinalIterations, motion, kEnough);
+    verdict.other_motion |= angleBetween(motion, refined.pose) > kOtherDirection;
+    const PoseVector step = poseStep(refined.pose, motion);
+    verdict.spread += step * step.transpose();
   }
-  const double against_rotation = against(refined.points, refined.points.size(), kMostCost);
-  table.push_back({DirectionDoubt::kRotationExplains, kSurelyBetter, against_rotation});
-  countStatic(refined);
-  const double against_rolling = shutter_may_roll ? againstRolling(refined.points) : against_rotation;
-  table.push_back({DirectionDoubt::kRotationExplains, kSurelyBetter, against_rolling});
-}
-
-double Candidates::matchesOfCell(const std::vector<int32_t>& cells) {
-  std::array<bool, kCellCount> seen = {};
-  for (const int32_t cell : cells) seen[static_cast<size_t>(cell)] = true;
-  return static_cast<double>(cells.size()) /
-         static_cast<double>(std::max<long>(1, std::count(seen.begin(), seen.end(), true)));
-}
-
-double Candidates::againstRolling(const TwoViewPoints& all) {
-  const PointColumnsView points = all.view();
-  const int fitted = std::min(points.count, kRandomPart);
-  const Eigen::Matrix3f R = rotation.cast<float>();
-  Eigen::Matrix3f rates = Eigen::Matrix3f::Zero();
-  const double rate = kLeastRate + kShareOfRotation * rotationVector(rotation).norm();
-  const double prior = matchesOfCell(all.cells()) / (rate * rate * static_cast<double>(per_variance_));
-  for (float softness = 9 * kMostCost;; softness /= 3) {
-    // The derivative of a match is the outer product of its rows and its flow, and its square that of their squares,
-    // whose lower triangles suffice.
-    Eigen::Matrix<double, 6, 6> squares = Eigen::Matrix<double, 6, 6>::Zero();
-    Eigen::Matrix3d b = Eigen::Matrix3d::Zero();
-    for (int i = 0; i < fitted; ++i) {
-      const RotatedMatch match(points, i, R);
-      const float falloff = 1 / (1 + match.cost(rates, per_variance_) / softness);
-      const float weight = match.weight * falloff * falloff;
-      const Eigen::Matrix3f square = weight * match.flow.transpose() * match.flow;
-      const Eigen::Vector3f along = weight * match.flow.transpose() * match.displacement;
-      b += (along * match.rows.transpose()).cast<double>();
-      squares += lowerTriangle(square) * lowerTriangle(match.rows * match.rows.transpose()).transpose();
-    }
-    Eigen::Matrix<double, 9, 9> A = 1e-9 * Eigen::Matrix<double, 9, 9>::Identity();  // the lower triangle counts
-    A.diagonal().tail<6>().setConstant(prior);
-    for (int i = 0; i < 9; ++i) {
-      for (int j = 0; j <= i; ++j) A(i, j) += squares(triangleEntry(i % 3, j % 3), triangleEntry(i / 3, j / 3));
-    }
-    const Eigen::Matrix<double, 9, 1> solution = A.llt().solve(Eigen::Map<const Eigen::Matrix<double, 9, 1>>(b.data()));
-    rates = Eigen::Map<const Eigen::Matrix3d>(solution.data()).cast<float>();
-    const bool last = softness <= kMostCost;
-    const int count = last ? points.count : fitted;
-    for (int i = 0; i < count; ++i) {
-      costs_[static_cast<size_t>(i)] = RotatedMatch(points, i, R).cost(rates, per_variance_) - kDepthCost;
-    }
-    const double statistic = against(all, count, kMostCost);
-    if (last || statistic > kSurelyBetter) return statistic;  // a narrower loss would not reverse that
-  }
-}
-
-Explanation Candidates::pastPlane(const TwoViewPoints& all) {
-  using Vector = Eigen::Matrix<double, 6, 1>;
-  using Square = Eigen::Matrix<double, 6, 6>;
-  const PointColumnsView points = all.view();
-  const Eigen::Matrix3f R = rotation.cast<float>();
-  Vector prior = Vector::Constant(1e-9), motion = Vector::Zero();  // a rotation vector, translation over distance
-  prior.tail<3>().setConstant(matchesOfCell(all.cells()) / (kPlaneStep * kPlaneStep));
-  Square information;
-  std::array<Vector, kCellCount> pull_of_cell;
-  const auto derivative = [](const RotatedMatch& match) {
-    Eigen::Matrix<float, 2, 6> J;
-    J << match.flow, Eigen::Matrix2f::Identity(), -match.place;
-    return J;
-  };
-  int step = 0;
-  for (const float softness : kPlaneSoftness) {
-    const bool coarse = ++step + 2 <= static_cast<int>(std::size(kPlaneSoftness));
-    const int count = std::min(points.count, coarse ? kRandomPart : 2 * kRandomPart);
-    const Eigen::Matrix<float, 6, 1> small = motion.cast<float>();
-    information = prior.asDiagonal();
-    pull_of_cell.fill(Vector::Zero());
-    for (int i = 0; i < count; ++i) {
-      const RotatedMatch match(points, i, R);
-      const Eigen::Matrix<float, 2, 6> J = derivative(match);
-      const Eigen::Vector2f rest = match.displacement - J * small;
-      const float scale = 0.5f * per_variance_ * match.weight;
-      const float falloff = 1 / (1 + scale * rest.squaredNorm() / softness);
-      const float weight = 2 * scale * falloff * falloff;
-      const Eigen::Matrix<float, 6, 1> pull = J.transpose() * (weight * rest);
-      const Eigen::Matrix<float, 6, 6> square = weight * J.transpose().lazyProduct(J);
-      pull_of_cell[static_cast<size_t>(all.cells()[static_cast<size_t>(i)])] += pull.cast<double>();
-      information += square.cast<double>();
-    }
-    Vector pull = -prior.cwiseProduct(motion);
-    for (const Vector& cell : pull_of_cell) pull += cell;
-    motion += information.llt().solve(pull);
-  }
-  // The sandwich, with the prior as one more observation.
-  Square scatter = prior.asDiagonal();
-  for (const Vector& cell : pull_of_cell) scatter += cell * cell.transpose();
-  const Square inverse = information.llt().solve(Square::Identity());
-  const Square covariance = inverse.lazyProduct(scatter).eval().lazyProduct(inverse);
-  const Eigen::Matrix<float, 6, 1> small = motion.cast<float>();
-  costs_.resize(static_cast<size_t>(points.count));  // a motion may have been compared on fewer
-  for (int i = 0; i < points.count; ++i) {
-    const RotatedMatch match(points, i, R);
-    const Eigen::Vector2f rest = match.displacement - derivative(match) * small;
-    costs_[static_cast<size_t>(i)] = 0.5f * per_variance_ * match.weight * rest.squaredNorm() - kDepthCost;
-  }
-  return {rotationFromVector(motion.head<3>()) * rotation, covariance.topLeftCorner<3, 3>(),
-          against(all, points.count, kMostCost)};
-}
-
-Explanation Candidates::rotationWithoutTranslation(const RefinedPose& refined, const Eigen::Matrix3d& covariance) {
-  const Explanation alone = {rotation, rotationCovariance(refined.points.view()), table[0].against};
-  return togetherOf({{refined.pose.R, covariance, 0}, alone, pastPlane(refined.points)});
 }
 
 Explanation togetherOf(std::initializer_list<Explanation> explanations) {
@@ -275,78 +368,11 @@ Explanation togetherOf(std::initializer_list<Explanation> explanations) {
   return {rotationFromVector(mean) * origin, moment / total - mean * mean.transpose(), 0};
 }
 
-void Candidates::compareMotions(const RefinedPose& refined, double direction_sigma,
-                                const std::function<bool()>& camera_decides,
-                                const std::vector<AlternativeMotion>& motions) {
-  const int count = refined.points.size(), first = std::min(kRandomPart, count);
-  const double same_within = std::min(kSameSigmas * direction_sigma, kOtherDirection);
-  table.reserve(table.size() + motions.size());
-  for (const AlternativeMotion& alternative : motions) {
-    TwoViewPose motion = alternative.pose;
-    if (angleBetween(motion, refined.pose) < same_within) continue;
-    if (againstMotion(refined, same_within, first, kFirstIterations, motion) >= kSurelyBetter) continue;
-    const double better = againstMotion(refined, same_within, count, kFinalIterations, motion);
-    if (better >= kSurelyBetter) continue;
-    const bool by_chance = alternative.of_plane || (motion.t.dot(refined.pose.t) < 0 && camera_decides());
-    const double limit = by_chance ? kSurelyBetter : kLeastVuong;
-    if (better >= limit) continue;
-    PoseModel(kernels_, refined.plausible).refine(refined.noise.loss(), kFinalIterations, motion, kEnough);
-    const bool is_other = angleBetween(motion, refined.pose) > kOtherDirection;
-    table.push_back({is_other ? DirectionDoubt::kOtherMotion : DirectionDoubt::kNone, limit, better});
-    const PoseVector step = poseStep(refined.pose, motion);
-    spread += step * step.transpose();
-  }
+Explanation rotationWithoutTranslation(const RefinedPose& refined, const RotationAlone& alone, const Verdict& verdict) {
+  const PoseSquare covariance = refined.covariance.covariance + verdict.spread;
+  return togetherOf({{refined.pose.R, covariance.topLeftCorner<3, 3>(), 0},
+                     {alone.R, rotationCovariance(refined.model(), alone.R), verdict.rotation},
+                     pastPlane(refined, alone.R)});
 }
-
-double Candidates::againstMotion(const RefinedPose& refined, double same_within, int count, int iterations,
-                                 TwoViewPose& motion) {
-  PoseModel(kernels_, firstColumns(refined.plausible, count)).refine(refined.noise.loss(), iterations, motion);
-  if (angleBetween(motion, refined.pose) < same_within) return std::numeric_limits<double>::infinity();
-  PoseModel(kernels_, firstColumns(refined.points.view(), count)).residualsInFront(motion, costs_);
-  for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
-    costs_[i] = refined.noise.plausible(static_cast<int>(i)) ? costs_[i] * per_variance_ : pose_costs_[i];
-  }
-  // Costs end at the threshold where that is less: a homography's is many times the noise.
-  return against(refined.points, count, std::min(kMostCost, per_variance_));
-}
-
-void Candidates::countStatic(const RefinedPose& refined) {
-  const PointColumnsView points = refined.points.view();
-  const Eigen::Matrix3f R = refined.pose.R.cast<float>();
-  const Eigen::Vector3f t = refined.pose.t.cast<float>();
-  int inliers = 0, near = 0, further = 0, backwards = 0;
-  for (int i = 0; i < points.count; ++i) {
-    const auto column = static_cast<size_t>(i);
-    const bool inlier = pose_costs_[column] < kMostCost;
-    // Squared, without the part across the epipolar line.
-    const float along = 0.5f * rotation_residuals[column] * per_variance_ - pose_costs_[column];
-    // The way of a point that comes from infinity, times a depth. Noise moves half of those there against it.
-    const RotatedMatch match(points, i, R);
-    const Eigen::Vector2f way = t.head<2>() - t.z() * match.place;
-    const float ahead = match.displacement.dot(way);
-    const float farthest = 2 * kFurther / (per_variance_ * match.weight) * way.squaredNorm();
-    inliers += inlier;
-    near += inlier & (along < kNear);
-    further += inlier & (along >= kNear) & (along < kFurther);
-    backwards += inlier & (ahead < 0) & (ahead * ahead < farthest);
-  }
-  // Noise alone puts 86.6 and 13.3 % of those without parallax near and further; parallaxes that are spread over more
-  // than the noise come there as the widths of the two, 1.5 to 2.
-  const double noise_near = std::erf(std::sqrt(kNear / 2)), of_noise = std::erf(std::sqrt(kFurther / 2)) - noise_near;
-  const double evenly = 1 / (std::sqrt(kFurther / kNear) - 1);
-  const double still = std::max(0.0, (near - evenly * further) / (noise_near - evenly * of_noise));
-  static_share = still / std::max(1, inliers);
-  share_at_infinity = 2. * backwards / std::max(1, inliers);
-}
-
-bool Candidates::raise(DirectionDoubt doubt) const {
-  return std::any_of(table.begin(), table.end(), [&](const Candidate& candidate) {
-    return candidate.doubt == doubt && candidate.against < candidate.limit;
-  });
-}
-
-bool Candidates::mostlyStatic() const { return static_share > kMostStatic || share_at_infinity > kMostAtInfinity; }
-
-bool Candidates::onlyRotated() const { return !table.empty() && (static_share > kMostStatic || table[0].against < 0); }
 
 }  // namespace gms_ransac

@@ -80,7 +80,7 @@ void MatchNoise::weighParallaxes(const PointColumnsView& points) {
 }
 
 template <class Square, class Wrong>
-void MatchNoise::gather(int count, const Square& square, const Wrong& wrong) {
+void MatchNoise::gather(int count, const Square& square, const Wrong& wrong) const {
   within_.clear();
   within_.reserve(static_cast<size_t>(count));  // so that how many lie within allocates nothing
   near_.resize(kColumns, count);
@@ -117,7 +117,7 @@ void MatchNoise::fit(int count) {
   for (Eigen::Index k = 0; k < within; ++k) probabilities_[static_cast<size_t>(within_[k])] = probability[k];
 }
 
-void MatchNoise::fitShares(const PointColumnsView& points, float finest_weight, bool on_line) {
+void MatchNoise::fitShares(const PointColumnsView& points, float finest_weight, bool on_line) const {
   const auto within = static_cast<int>(within_.size());
   const auto column = [&](int k) { return Eigen::Map<Eigen::ArrayXf>(near_.column(k), within); };
   auto squares = column(kSquare), wrong_density = column(kWrong), near = column(kNear), wide = column(kWide);
@@ -164,7 +164,8 @@ void MatchNoise::fitShares(const PointColumnsView& points, float finest_weight, 
 }
 
 const std::vector<float>& MatchNoise::weigh(const PointColumnsView& points, float finest_weight,
-                                            const std::vector<uint8_t>& apart, const std::vector<float>* rotated) {
+                                            const std::vector<uint8_t>& apart,
+                                            const std::vector<float>* rotated) const {
   right_.assign(static_cast<size_t>(points.count), 0.f);
   if (rotated != nullptr) {
     // A transfer distance has the noise of both images.

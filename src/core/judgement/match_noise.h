@@ -52,7 +52,8 @@ class MatchNoise {
   /// if the camera only rotated, which predicts the point of each match and not only its line, the squared transfer
   /// distance of each column. Valid until the next call.
   const std::vector<float>& weigh(const PointColumnsView& points, float finest_weight,
-                                  const std::vector<uint8_t>& apart = {}, const std::vector<float>* rotated = nullptr);
+                                  const std::vector<uint8_t>& apart = {},
+                                  const std::vector<float>* rotated = nullptr) const;
 
  private:
   static constexpr float kMostOdds = 5;
@@ -63,20 +64,21 @@ class MatchNoise {
   void fit(int count);
   /// Fits the shares of noise, wide noise and wrong matches to the columns whose residuals were gathered, with their
   /// densities if they are wrong, and fills their probabilities. `on_line`: residuals are distances from a line.
-  void fitShares(const PointColumnsView& points, float finest_weight, bool on_line);
+  void fitShares(const PointColumnsView& points, float finest_weight, bool on_line) const;
   /// Gathers the columns whose residual is within the window: square(i) and what a wrong match has in its place,
   /// wrong(i).
   template <class Square, class Wrong>
-  void gather(int count, const Square& square, const Wrong& wrong);
+  void gather(int count, const Square& square, const Wrong& wrong) const;
 
   const ResidualKernels& kernels_;
   double sigma_ = 1;
-  std::vector<float> residuals_, parallaxes_, probabilities_, right_;
+  std::vector<float> residuals_, parallaxes_, probabilities_, octaves_;
   std::vector<float> odds_;  ///< how much likelier the parallax is for a wrong match; 1 where no pose is known
-  std::vector<float> octaves_;
-  std::vector<int> within_;  ///< columns within the window
+  // Storage of one call: answers, columns within the window, and theirs.
+  mutable std::vector<float> right_;
+  mutable std::vector<int> within_;
   enum { kSquare, kWrong, kNearDensity, kWideDensity, kNear, kWide, kReach, kColumns };
-  AlignedColumns near_;  ///< theirs: squared residuals, how likely they are for each component, posteriors
+  mutable AlignedColumns near_;  ///< squared residuals, how likely they are for each component, posteriors
 };
 
 }  // namespace gms_ransac

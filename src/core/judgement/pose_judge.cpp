@@ -25,152 +25,160 @@ constexpr double kKnownByItself = 4 * kDegree;
 /// Squared Mahalanobis distance by degree of freedom at which a preference is followed half way.
 constexpr double kHalfWay = 4;
 
-}  // namespace
-
-PoseJudge::PoseJudge(const RobustOptions& options)
-    : kernels_(residualKernels(options.simd)), options_(options), noise_(kernels_), candidates_(kernels_) {}
-
-void PoseJudge::refine(const TwoViewPoints& points, bool move, TwoViewPose& pose) {
-  segmentation_.apart.clear();
-  measure(points, move, pose);
-  if (!move || !options_.judge) return;
-  segmentation_.find(kernels_, points, pose, noise_, break_);
-  if (!segmentation_.found()) return;
-  pose = segmentation_.larger;
-  measure(points, true, pose);
+/// Measures the noise at a pose.
+void measureNoise(const TwoViewPose& pose, RefinedPose& refined) {
+  refined.pose = pose;
+  refined.noise.measure(refined.model(), pose, refined.bodies.apart);
+  refined.plausible.copy(refined.points->view(), [&](int column) { return refined.noise.plausible(column); });
 }
 
-void PoseJudge::measureNoise(const PointColumnsView& points, const TwoViewPose& pose) {
-  pose_ = pose;
-  noise_.measure(PoseModel(kernels_, points), pose, segmentation_.apart);
-  plausible_.copy(points, [this](int column) { return noise_.plausible(column); });
-}
-
-void PoseJudge::measure(const TwoViewPoints& points, bool move, TwoViewPose& pose) {
-  measureNoise(points.view(), pose);
-  if (move && !atOptimum(points.size())) {
-    PoseModel(kernels_, plausible_.view()).refine(noise_.loss(), kFinalIterations, pose, kEnough);
-    measureNoise(points.view(), pose);
-  }
-  information_.sum(kernels_, plausible_.view(), pose_, noise_.loss(), points.cells());
-  spread_ = poseCovariance(information_, noise_.variance(), options_.calibration_sigma);
-  if (options_.judge) break_ = findBreak(information_, noise_.variance());
-}
-
-bool PoseJudge::atOptimum(int count) const {
-  const Loss loss = noise_.loss();
+/// True if an optimum of the usual loss is also one of the loss that the noise asks for: their softness is equal, and
+/// no implausible match has a weight.
+bool atOptimum(const RefinedPose& refined) {
+  const Loss loss = refined.noise.loss();
   if (loss.inverse_softness != 1) return false;
-  for (int i = 0; i < count; ++i) {
-    if (!noise_.plausible(i) && noise_.residuals()[static_cast<size_t>(i)] < loss.cut) return false;
+  for (int i = 0; i < refined.points->size(); ++i) {
+    const float residual = refined.noise.residuals()[static_cast<size_t>(i)];
+    if (!refined.noise.plausible(i) && residual < loss.cut) return false;
   }
   return true;
 }
 
-const Judgement& PoseJudge::judge(const TwoViewPoints& points, const TwoViewPose& preferred,
-                                  const std::vector<AlternativeMotion>& alternatives, bool shutter_may_roll) {
-  candidates_.fitRotation(points.view(), pose_.R, noise_);
-  const RefinedPose refined = {pose_, points, plausible_.view(), noise_};
-  PoseSquare covariance = spread_.covariance;
-  DirectionDoubt doubt = DirectionDoubt::kNone;
-  if (options_.judge) {
-    candidates_.compareRotations(refined, shutter_may_roll);
-    if (!candidates_.rotationIsBetter()) {
-      candidates_.compareMotions(
-          refined, directionSigma(spread_.of_matches), [this] { return cameraDecides(); }, alternatives);
-    }
-    covariance += candidates_.spread;
-    doubt = verdict(points, directionSigma(covariance));
+/// Noise and covariance at a pose or, with `move`, at the optimum of the loss that the noise asks for.
+void measure(const RobustOptions& options, bool move, TwoViewPose pose, RefinedPose& refined) {
+  measureNoise(pose, refined);
+  if (move && !atOptimum(refined)) {
+    refined.plausibleModel().refine(refined.noise.loss(), kFinalIterations, pose, kEnough);
+    measureNoise(pose, refined);
   }
-  judgement_.pose =
-      doubt == DirectionDoubt::kNone
-          ? publish(preferred, covariance)
-          : publishRotation(candidates_.rotationWithoutTranslation(refined, covariance.topLeftCorner<3, 3>()));
-  return conclude(points, doubt, candidates_.onlyRotated());
+  const double variance = refined.noise.variance();
+  refined.information.sum(refined.kernels, refined.plausible.view(), pose, refined.noise.loss(),
+                          refined.points->cells());
+  refined.covariance = poseCovariance(refined.information, variance, options.calibration_sigma);
+  if (options.judge) refined.worst_break = findBreak(refined.information, variance);
 }
 
-const Judgement& PoseJudge::judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R) {
-  segmentation_.apart.clear();
-  spread_ = {};
-  measureNoise(points.view(), {R, Eigen::Vector3d::UnitZ()});
-  candidates_.fitRotation(points.view(), R, noise_);
-  pose_.t.setZero();
-  judgement_.pose = publishRotation({candidates_.rotation, candidates_.rotationCovariance(points.view()), 0});
-  return conclude(points, DirectionDoubt::kRotationExplains, true);
-}
-
-DirectionDoubt PoseJudge::verdict(const TwoViewPoints& points, double direction_sigma) {
-  if (candidates_.raise(DirectionDoubt::kRotationExplains)) return DirectionDoubt::kRotationExplains;
-  if (candidates_.mostlyStatic()) return DirectionDoubt::kMostlyStatic;
-  if (!rotationIsKnown()) return DirectionDoubt::kRotation;
-  if (!directionIsKnown(directionSigma(spread_.covariance))) return DirectionDoubt::kDirection;
-  const bool torn = break_.weaker_side * direction_sigma > kKnownByItself;
-  const bool other = candidates_.raise(DirectionDoubt::kOtherMotion) || !directionIsKnown(direction_sigma) || torn ||
-                     secondIsAsLarge(points.view());
-  return other ? DirectionDoubt::kOtherMotion : DirectionDoubt::kNone;
-}
-
-bool PoseJudge::rotationIsKnown() const {
-  const PoseSquare& covariance = spread_.camera.statistic < kBeyondCameras ? spread_.of_matches : spread_.covariance;
+bool rotationIsKnown(const PoseCovariance& known) {
+  const PoseSquare& covariance = known.camera.statistic < kBeyondCameras ? known.of_matches : known.covariance;
   return covariance.topLeftCorner<3, 3>().trace() <= kMostRotationSigma * kMostRotationSigma;
 }
 
-bool PoseJudge::directionIsKnown(double direction_sigma) const {
-  return direction_sigma <= options_.max_direction_sigma * kDegree;
-}
-
-bool PoseJudge::cameraDecides() const {
-  return !directionIsKnown(directionSigma(covarianceOfAnyCamera(information_, noise_.variance())));
-}
-
-bool PoseJudge::secondIsAsLarge(const PointColumnsView& points) {
-  const double most = spread_.camera.statistic > 1 ? kMostOfSecondJoined : kMostOfSecond;
-  return segmentation_.shareOfSecond(kernels_, points, noise_, most) > most;
-}
-
-RelativePose PoseJudge::publish(const TwoViewPose& preferred, PoseSquare covariance) const {
+/// Returns the pose with its rotation moved towards the preferred one, and the covariance widened by the step.
+RelativePose publish(const RefinedPose& refined, const TwoViewPose& preferred, PoseSquare covariance) {
   // The reason for the preferred rotation is a guess about the scene, which a clear optimum overrules: it is followed
   // the less the further it is from the optimum in terms of the optimum's own covariance. How far that goes may all be
   // error.
-  Eigen::Vector3d step = rotationVector(preferred.R * pose_.R.transpose());
-  if (segmentation_.found()) step.setZero();  // the preference is that of both bodies
-  const Eigen::Matrix3d own = spread_.naive.topLeftCorner<3, 3>();
+  const TwoViewPose& optimum = refined.pose;
+  Eigen::Vector3d step = rotationVector(preferred.R * optimum.R.transpose());
+  if (refined.bodies.found()) step.setZero();  // the preference is that of both bodies
+  const Eigen::Matrix3d own = refined.covariance.naive.topLeftCorner<3, 3>();
   const double distance = step.dot(own.llt().solve(step)) / 3;
   step = std::isfinite(distance) ? Eigen::Vector3d(step / (1 + distance / kHalfWay)) : Eigen::Vector3d::Zero();
   covariance.topLeftCorner<3, 3>() += step * step.transpose();
-  const Eigen::Matrix3d R = rotationFromVector(step) * pose_.R;
+  const Eigen::Matrix3d R = rotationFromVector(step) * optimum.R;
   // The direction in the reference camera stays that of the optimum.
-  RelativePose pose = fromReferenceToCurrent(R, R * pose_.R.transpose() * pose_.t);
-  pose.covariance = relativeCovariance(pose_, covariance);
+  RelativePose pose = fromReferenceToCurrent(R, R * optimum.R.transpose() * optimum.t);
+  pose.covariance = relativeCovariance(optimum, covariance);
   return pose;
 }
 
-RelativePose PoseJudge::publishRotation(const Explanation& explanation) const {
+/// The pose of a rotation whose translation is a guess: in the reference camera its direction stays that of `optimum`.
+RelativePose publishRotation(const TwoViewPose& optimum, const Explanation& explanation) {
   const Eigen::Matrix3d& R = explanation.R;
-  // The direction in the reference camera, a guess, stays that of the optimum.
-  RelativePose pose = fromReferenceToCurrent(R, R * pose_.R.transpose() * pose_.t);
+  RelativePose pose = fromReferenceToCurrent(R, R * optimum.R.transpose() * optimum.t);
   pose.covariance.bottomRightCorner<3, 3>() = R.transpose() * explanation.covariance * R;
   return pose;
 }
 
-const Judgement& PoseJudge::conclude(const TwoViewPoints& points, DirectionDoubt doubt, bool rotated) {
+}  // namespace
+
+PoseJudge::PoseJudge(const RobustOptions& options) : options_(options), refined_(residualKernels(options.simd)) {}
+
+const RefinedPose& PoseJudge::refine(const TwoViewPoints& points, bool move, const TwoViewPose& pose) {
+  refined_.points = &points;
+  refined_.bodies.apart.clear();
+  measure(options_, move, pose, refined_);
+  if (!move || !options_.judge) return refined_;
+  segmentation_.find(refined_, refined_.bodies);
+  if (refined_.bodies.found()) measure(options_, true, refined_.bodies.larger, refined_);
+  return refined_;
+}
+
+const Judgement& PoseJudge::judge(const RefinedPose& refined, const TwoViewPose& preferred,
+                                  const std::vector<AlternativeMotion>& alternatives, bool shutter_may_roll) {
+  fitRotation(refined, alone_);
+  const Verdict verdict = options_.judge ? compare(refined, alternatives, shutter_may_roll) : Verdict();
+  const DirectionDoubt reason = options_.judge ? doubt(refined, verdict) : DirectionDoubt::kNone;
+  judgement_.pose = reason == DirectionDoubt::kNone
+                        ? publish(refined, preferred, refined.covariance.covariance + verdict.spread)
+                        : publishRotation(refined.pose, rotationWithoutTranslation(refined, alone_, verdict));
+  return conclude(refined, reason, verdict.onlyRotated());
+}
+
+const Judgement& PoseJudge::judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R) {
+  refined_.points = &points;
+  refined_.bodies.apart.clear();
+  refined_.covariance = {};
+  measureNoise({R, Eigen::Vector3d::UnitZ()}, refined_);
+  fitRotation(refined_, alone_);
+  judgement_.pose =
+      publishRotation({R, Eigen::Vector3d::Zero()}, {alone_.R, rotationCovariance(refined_.model(), alone_.R), 0});
+  return conclude(refined_, DirectionDoubt::kRotationExplains, true);
+}
+
+Verdict PoseJudge::compare(const RefinedPose& refined, const std::vector<AlternativeMotion>& alternatives,
+                           bool shutter_may_roll) {
+  Verdict verdict = compareRotations(refined, alone_, shutter_may_roll);
+  if (verdict.rotationIsBetter()) return verdict;
+  const auto camera_decides = [&] {
+    return !directionIsKnown(covarianceOfAnyCamera(refined.information, refined.noise.variance()));
+  };
+  compareMotions(refined, directionSigma(refined.covariance.of_matches), camera_decides, alternatives, residuals_,
+                 verdict);
+  return verdict;
+}
+
+DirectionDoubt PoseJudge::doubt(const RefinedPose& refined, const Verdict& verdict) {
+  const PoseSquare &own = refined.covariance.covariance, with_motions = own + verdict.spread;
+  if (verdict.rotationExplains()) return DirectionDoubt::kRotationExplains;
+  if (verdict.mostlyStatic()) return DirectionDoubt::kMostlyStatic;
+  if (!rotationIsKnown(refined.covariance)) return DirectionDoubt::kRotation;
+  if (!directionIsKnown(own)) return DirectionDoubt::kDirection;
+  const bool torn = refined.worst_break.weaker_side * directionSigma(with_motions) > kKnownByItself;
+  const bool other = verdict.other_motion || !directionIsKnown(with_motions) || torn || secondIsAsLarge(refined);
+  return other ? DirectionDoubt::kOtherMotion : DirectionDoubt::kNone;
+}
+
+bool PoseJudge::directionIsKnown(const PoseSquare& covariance) const {
+  return directionSigma(covariance) <= options_.max_direction_sigma * kDegree;
+}
+
+bool PoseJudge::secondIsAsLarge(const RefinedPose& refined) {
+  const double most = refined.covariance.camera.statistic > 1 ? kMostOfSecondJoined : kMostOfSecond;
+  return segmentation_.shareOfSecond(refined, most) > most;
+}
+
+const Judgement& PoseJudge::conclude(const RefinedPose& refined, DirectionDoubt doubt, bool rotated) {
+  const TwoViewPoints& points = *refined.points;
+  const MatchNoise& noise = refined.noise;
+  const CameraTest& camera = refined.covariance.camera;
   judgement_.pose_found = true;
-  judgement_.rotation_alone = candidates_.rotation.transpose();
+  judgement_.rotation_alone = alone_.R.transpose();
   judgement_.doubt = doubt;
   judgement_.translation_observable = doubt == DirectionDoubt::kNone;
   if (!judgement_.translation_observable) setTranslationVariance(kAnyDirection, judgement_.pose.covariance);
-  judgement_.median_parallax_px = candidates_.median_parallax * points.pixelsPerUnit();
-  judgement_.camera_misfit = spread_.camera.statistic;
-  judgement_.misfit_parameter = spread_.camera.parameter;
-  judgement_.row_rates = spread_.camera.rates;
-  judgement_.sigma_px = noise_.sigma() * options_.inlierThreshold();
+  judgement_.median_parallax_px = alone_.median_parallax * points.pixelsPerUnit();
+  judgement_.camera_misfit = camera.statistic;
+  judgement_.misfit_parameter = camera.parameter;
+  judgement_.row_rates = camera.rates;
+  judgement_.sigma_px = noise.sigma() * options_.inlierThreshold();
   judgement_.noise_exponent = points.noiseExponent();
-  const std::vector<float>& residuals = rotated ? candidates_.rotation_residuals : noise_.residuals();
-  points.inOrderOfMatches(noise_.weigh(points.view(), points.finestWeight(), segmentation_.apart,
-                                       rotated ? &candidates_.rotation_residuals : nullptr),
-                          judgement_.probability);
-  points.inOrderOfMatches(residuals, judgement_.residual);
+  points.inOrderOfMatches(
+      noise.weigh(points.view(), points.finestWeight(), refined.bodies.apart, rotated ? &alone_.residuals : nullptr),
+      judgement_.probability);
+  points.inOrderOfMatches(rotated ? alone_.residuals : noise.residuals(), judgement_.residual);
   // A transfer distance has the noise of both images.
-  noise_.toDeviations(rotated ? 0.5 : 1, judgement_.residual);
+  noise.toDeviations(rotated ? 0.5 : 1, judgement_.residual);
   return judgement_;
 }
 

@@ -8,6 +8,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "judgement/refined_pose.h"
 #include "ransac/proposals.h"
 
 namespace gms_ransac {
@@ -124,19 +125,21 @@ PoseBreak findBreak(const PoseInformation& all, double variance) {
   return worst;
 }
 
-void Segmentation::find(const ResidualKernels& kernels, const TwoViewPoints& points, const TwoViewPose& pose,
-                        const MatchNoise& noise, const PoseBreak& at) {
+void Segmentation::find(const RefinedPose& refined, TwoBodies& bodies) {
+  const PoseBreak& at = refined.worst_break;
+  std::vector<uint8_t>& apart = bodies.apart;
   if (!(at.statistic > kBreak)) return apart.clear();
-  const PointColumnsView view = points.view();
-  const std::vector<int32_t>& cells = points.cells();
+  const PoseModel model = refined.model();
+  const PointColumnsView view = model.points();
+  const std::vector<int32_t>& cells = refined.points->cells();
   apart.resize(static_cast<size_t>(view.count));
   for (size_t i = 0; i < apart.size(); ++i) apart[i] = at.holds(blockOf(cells[i]));
-  TwoViewPose bodies[2] = {pose, pose};
+  TwoViewPose motions[2] = {refined.pose, refined.pose};
   for (int round = 0; round < kRounds; ++round) {
     for (int k = 0; k < 2; ++k) {
       own_.copy(view, [&](int i) { return apart[static_cast<size_t>(i)] == k; });
-      PoseModel(kernels, own_.view()).refine(kRobustLoss, kFinalIterations, bodies[k], kEnough);
-      PoseModel(kernels, view).residualsInFront(bodies[k], residuals_[k]);
+      PoseModel(refined.kernels, own_.view()).refine(kRobustLoss, kFinalIterations, motions[k], kEnough);
+      model.residualsInFront(motions[k], residuals_[k]);
     }
     second_worse_.assign(kCellCount, 0.f);
     for (size_t i = 0; i < apart.size(); ++i) {
@@ -148,7 +151,7 @@ void Segmentation::find(const ResidualKernels& kernels, const TwoViewPoints& poi
   int explained[2] = {0, 0};
   for (size_t i = 0; i < apart.size(); ++i) {
     const float e = residuals_[apart[i]][i];
-    one += static_cast<double>(std::min(noise.residuals()[i], 1.f));
+    one += static_cast<double>(std::min(refined.noise.residuals()[i], 1.f));
     two += static_cast<double>(std::min(e, 1.f));
     explained[apart[i]] += e < 1;
   }
@@ -157,22 +160,22 @@ void Segmentation::find(const ResidualKernels& kernels, const TwoViewPoints& poi
   if (swapped) {
     for (uint8_t& flag : apart) flag = 1 - flag;
   }
-  larger = bodies[swapped];
-  smaller_share = static_cast<double>(explained[!swapped]) / std::max(1, explained[swapped]);
+  bodies.larger = motions[swapped];
+  bodies.smaller_share = static_cast<double>(explained[!swapped]) / std::max(1, explained[swapped]);
 }
 
-double Segmentation::shareOfSecond(const ResidualKernels& kernels, const PointColumnsView& points,
-                                   const MatchNoise& noise, double least) {
-  if (found() && smaller_share > least) return smaller_share;
+double Segmentation::shareOfSecond(const RefinedPose& refined, double least) {
+  if (refined.bodies.found() && refined.bodies.smaller_share > least) return refined.bodies.smaller_share;
+  const PointColumnsView points = refined.points->view();
   rest_.clear();
   for (int i = 0; i < points.count; ++i) {
-    if (noise.probabilities()[static_cast<size_t>(i)] < 0.5f) rest_.push_back(i);
+    if (refined.noise.probabilities()[static_cast<size_t>(i)] < 0.5f) rest_.push_back(i);
   }
   const int rest = static_cast<int>(rest_.size()), explained = points.count - rest;
   if (rest < least * explained) return 0;
   own_.gather(points, rest_.data(), rest);
-  const PoseModel model(kernels, own_.view());
-  findMotionStarts(kernels, own_.view(), motions_);
+  const PoseModel model(refined.kernels, own_.view());
+  findMotionStarts(refined.kernels, own_.view(), motions_);
   std::vector<float>& residuals = residuals_[0];
   int most = 0;
   for (TwoViewPose& motion : motions_) {

@@ -7,12 +7,12 @@
 
 #include <opencv2/core/types.hpp>
 
-#include "judgement/match_noise.h"
 #include "judgement/pose_covariance.h"
 #include "two_view/pose_model.h"
-#include "two_view/two_view_points.h"
 
 namespace gms_ransac {
+
+struct RefinedPose;
 
 /// A rectangle of blocks of the image, and the statistic of the score test for a structural break (Andrews,
 /// Econometrica 1993): that the pose is the same in it and outside.
@@ -31,22 +31,24 @@ struct PoseBreak {
 /// of the camera is no break. `variance`: of a residual. If the pose's own parameters show none, that by these alone.
 PoseBreak findBreak(const PoseInformation& all, double variance);
 
-/// Two motions that share the matches. Keeps its storage.
-class Segmentation {
- public:
+/// Two motions that share the matches.
+struct TwoBodies {
   TwoViewPose larger;          ///< the motion that explains more matches
   std::vector<uint8_t> apart;  ///< of each column: 1 where its cell follows the other motion; empty: there is none
   double smaller_share = 0;    ///< matches that the other explains, of those that the larger one does
 
   bool found() const { return !apart.empty(); }
-  /// Refines a motion on either side of the break, gives every cell to the one that explains it better, and so on.
-  /// Two motions are found where they explain the matches much better than `pose`, whose noise is given.
-  void find(const ResidualKernels& kernels, const TwoViewPoints& points, const TwoViewPose& pose,
-            const MatchNoise& noise, const PoseBreak& at);
-  /// Matches that one other motion explains, of those that `noise` finds unlikely under the pose, as a share of the
+};
+
+/// Finds a second motion. Holds nothing but storage.
+class Segmentation {
+ public:
+  /// Refines a motion on either side of the worst break, gives every cell to the one that explains it better, and so
+  /// on. Two motions are found where they explain the matches much better than the pose.
+  void find(const RefinedPose& refined, TwoBodies& bodies);
+  /// Matches that one other motion explains, of those that the noise finds unlikely under the pose, as a share of the
   /// likely ones. The second body's share if that exceeds `least`; 0 where the matches are too few to come to it.
-  double shareOfSecond(const ResidualKernels& kernels, const PointColumnsView& points, const MatchNoise& noise,
-                       double least);
+  double shareOfSecond(const RefinedPose& refined, double least);
 
  private:
   std::vector<float> residuals_[2];

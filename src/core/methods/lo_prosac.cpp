@@ -89,14 +89,13 @@ class LoProsac : public RansacMethod {
     if (!best) return;
 
     // Without the prior of the parallax for the model and the direction of translation, with it for the rotation.
-    TwoViewPose optimum = refined(plain, best->pose, effort);
-    optimum = optima_.choose(points_, optimum, starts_);
+    const TwoViewPose optimum = optima_.choose(points_, refined(plain, best->pose, effort), starts_);
     const TwoViewPose pose = refined(model, optimum, effort);
-    judge_.refine(points_, true, optimum);
-    if (!accept(pair, optimum.essential(), true)) return;
+    const RefinedPose& answer = judge_.refine(points_, true, optimum);
+    if (!accept(pair, answer.pose.essential(), true)) return;
     static_cast<Judgement&>(pair.result) =
-        judge_.judge(points_, pose, optima_.alternatives, options_.mayRoll(pair.pairs.global_shutter));
-    pair.result.optimum = MotionStart(optimum);
+        judge_.judge(answer, pose, optima_.alternatives, options_.mayRoll(pair.pairs.global_shutter));
+    pair.result.optimum = MotionStart(answer.pose);
   }
 
   /// The search ends when it is sure of the first matches of the order, which are few where few have survived: a wrong

@@ -51,11 +51,11 @@ RecoveredPose PoseRecovery::recover(const PointPairs& pairs, const Camera& camer
   if (best->pose.t.isZero()) return {&judge_.judgeRotation(judged, best->pose.R), {}};
   Explanation chosen = explain(judged.view(), best->pose, refine);
   if (options_.judge) weighAlternatives(judged.view(), best->in_front, refine, result.model_type, chosen);
-  judge_.refine(judged, refine, chosen.optimum);
+  const RefinedPose& refined = judge_.refine(judged, refine, chosen.optimum);
+  const TwoViewPose& preferred = refine && !homography ? refined.pose : chosen.pose;
   RecoveredPose recovered;
-  if (refine && !homography) chosen.pose = chosen.optimum;
-  if (refine && result.model_type == ModelType::kEssential) recovered.model = chosen.optimum.essential().normalized();
-  recovered.judgement = &judge_.judge(judged, chosen.pose, alternatives_, options_.mayRoll(pairs.global_shutter));
+  if (refine && result.model_type == ModelType::kEssential) recovered.model = refined.pose.essential().normalized();
+  recovered.judgement = &judge_.judge(refined, preferred, alternatives_, options_.mayRoll(pairs.global_shutter));
   return recovered;
 }
 

@@ -11,6 +11,7 @@
 #include "judgement/candidates.h"
 #include "judgement/match_noise.h"
 #include "judgement/pose_covariance.h"
+#include "judgement/refined_pose.h"
 #include "judgement/segmentation.h"
 #include "two_view_scene.h"
 
@@ -23,30 +24,31 @@ const ResidualKernels& kernels() { return residualKernels(detectSimdLevel()); }
 struct JudgedScene {
   TwoViewScene scene;
   TwoViewPoints points;
-  TwoViewPose pose;
-  MatchNoise noise{kernels()};
-  PoseInformation information;
+  RefinedPose refined{kernels()};
 
   explicit JudgedScene(const TwoViewSceneOptions& options) : JudgedScene(makeTwoViewScene(options)) {}
   explicit JudgedScene(TwoViewScene drawn) : scene(std::move(drawn)) {
     points.set(scene.pairs, scene.camera, ModelType::kEssential, RobustOptions().inlierThreshold(), 0);
+    refined.points = &points;
+    TwoViewPose& pose = refined.pose;
     // Without a translation any direction is as good; the optimum is found from one.
     pose = {scene.R, scene.t.norm() > 0 ? Eigen::Vector3d(scene.t.normalized()) : Eigen::Vector3d::UnitX()};
     const PoseModel model(kernels(), points.view());
     model.refine(kRobustLoss, 50, pose, kEnough);
-    noise.measure(model, pose);
-    information.sum(kernels(), points.view(), pose, noise.loss(), points.cells());
+    refined.noise.measure(model, pose);
+    refined.plausible.copy(points.view(), [](int) { return true; });
+    refined.information.sum(kernels(), points.view(), pose, refined.noise.loss(), points.cells());
+    refined.covariance = poseCovariance(refined.information, refined.noise.variance(), 0);
   }
-  PoseCovariance covariance() const { return poseCovariance(information, noise.variance(), 0); }
   /// The table of the pose, whose direction is known to `direction_sigma` radians.
-  Candidates candidates(const std::vector<AlternativeMotion>& motions = {}, double direction_sigma = 0.001) const {
-    Candidates result(kernels());
-    result.fitRotation(points.view(), pose.R, noise);
-    const RefinedPose refined = {pose, points, points.view(), noise};
-    result.compareRotations(refined, true);
-    result.compareMotions(
-        refined, direction_sigma, [] { return false; }, motions);
-    return result;
+  Verdict compared(const std::vector<AlternativeMotion>& motions = {}, double direction_sigma = 0.001) const {
+    RotationAlone alone;
+    std::vector<float> storage;
+    fitRotation(refined, alone);
+    Verdict verdict = compareRotations(refined, alone, true);
+    compareMotions(
+        refined, direction_sigma, [] { return false; }, motions, storage, verdict);
+    return verdict;
   }
 };
 
@@ -77,7 +79,7 @@ TEST(MatchNoiseStep, OfASceneIsThatOfItsKeypoints) {
   for (const double sigma : {0.2, 0.5}) {
     TwoViewSceneOptions options = exactScene(1);
     options.noise_px = sigma;
-    EXPECT_NEAR(JudgedScene(options).noise.sigma(), sigma, 0.05 * sigma);
+    EXPECT_NEAR(JudgedScene(options).refined.noise.sigma(), sigma, 0.05 * sigma);
   }
 }
 
@@ -94,19 +96,19 @@ TEST(PoseDerivatives, AreThoseOfSmallSteps) {
   const PointColumnsView points = judged.points.view();
   AlignedColumns columns;
   columns.resize(DerivativeColumn::kCount, points.count);
-  PoseModel(kernels(), points).differentiate(judged.pose, kRobustLoss, columns.column(0));
+  PoseModel(kernels(), points).differentiate(judged.refined.pose, kRobustLoss, columns.column(0));
   Eigen::Vector3d basis[2];
-  PoseModel::tangent(judged.pose.t, basis);
+  PoseModel::tangent(judged.refined.pose.t, basis);
   constexpr double kStep = 1e-4;
   for (int i = 0; i < points.count; i += 50) {
     for (int k = 0; k < DerivativeColumn::kPoseCount; ++k) {
-      TwoViewPose moved = judged.pose;
+      TwoViewPose moved = judged.refined.pose;
       if (k < 3) {
         moved.R = rotationFromVector(kStep * Eigen::Vector3d::Unit(k)) * moved.R;
       } else {
         moved.t = (moved.t + kStep * basis[k - 3]).normalized();
       }
-      const double change = (signedResidual(moved, points, i) - signedResidual(judged.pose, points, i)) / kStep;
+      const double change = (signedResidual(moved, points, i) - signedResidual(judged.refined.pose, points, i)) / kStep;
       EXPECT_NEAR(columns.column(k)[i], change, 0.01 * std::abs(change) + 0.2) << i << " " << k;
     }
   }
@@ -114,7 +116,7 @@ TEST(PoseDerivatives, AreThoseOfSmallSteps) {
 
 TEST(PoseInformationStep, PartsAddUpToTheWhole) {
   const JudgedScene judged(exactScene(1));
-  const PoseInformation& all = judged.information;
+  const PoseInformation& all = judged.refined.information;
   for (const auto* parts : {&all.cells, &all.blocks}) {
     int count = 0;
     ParameterVector gradient = ParameterVector::Zero();
@@ -139,9 +141,9 @@ TEST(PoseCovarianceStep, IsTheSpreadOfTheEstimates) {
   std::vector<double> widened;
   for (uint64_t seed = 1; seed <= kScenes; ++seed) {
     const JudgedScene judged(exactScene(seed));
-    const PoseCovariance spread = judged.covariance();
-    const Eigen::Vector3d rotation = rotationVector(judged.pose.R * judged.scene.R.transpose());
-    const double direction = (judged.pose.t - judged.scene.t.normalized()).squaredNorm();
+    const PoseCovariance& spread = judged.refined.covariance;
+    const Eigen::Vector3d rotation = rotationVector(judged.refined.pose.R * judged.scene.R.transpose());
+    const double direction = (judged.refined.pose.t - judged.scene.t.normalized()).squaredNorm();
     squares += rotation.squaredNorm();
     variances += spread.of_matches.topLeftCorner<3, 3>().trace();
     directions += direction;
@@ -166,7 +168,7 @@ TEST(PoseCovarianceStep, GrowsWithTheSquareOfTheNoise) {
     for (uint64_t seed = 1; seed <= 10; ++seed) {
       TwoViewSceneOptions options = exactScene(seed);
       options.noise_px = sigma;
-      sum += JudgedScene(options).covariance().of_matches.trace();
+      sum += JudgedScene(options).refined.covariance.of_matches.trace();
     }
     return sum;
   };
@@ -196,7 +198,7 @@ TEST(CameraTestStep, FindsTheFocalLengthThatIsWrong) {
   for (uint64_t seed = 1; seed <= 10; ++seed) {
     TwoViewSceneOptions options = exactScene(seed);
     options.focal_error = 0.03;
-    const CameraTest camera = JudgedScene(options).covariance().camera;
+    const CameraTest camera = JudgedScene(options).refined.covariance.camera;
     EXPECT_GT(camera.statistic, 1) << seed;
   }
 }
@@ -225,7 +227,7 @@ TEST(CameraTestStep, TestsAScoreByItsScatter) {
 TEST(CameraTestStep, IsSeldomContradictedByChance) {
   int contradicted = 0;
   for (uint64_t seed = 1; seed <= 100; ++seed) {
-    const CameraTest camera = JudgedScene(exactScene(seed)).covariance().camera;
+    const CameraTest camera = JudgedScene(exactScene(seed)).refined.covariance.camera;
     contradicted += camera.statistic > 1;
     if (camera.statistic < 0.3) {
       EXPECT_LT(camera.second_moment(0, 0), 0.015 * 0.015) << seed;
@@ -248,21 +250,21 @@ TEST(Vuong, IsTheSumOverTheRootOfTheSquaresOfCells) {
 TEST(CandidatesStep, ARotationWinsWhereTheCameraOnlyRotates) {
   TwoViewSceneOptions options = exactScene(1);
   options.translation.setZero();
-  const Candidates candidates = JudgedScene(options).candidates();
-  EXPECT_LT(candidates.table[0].against, 0);
-  EXPECT_GT(candidates.static_share, 0.9);
-  EXPECT_TRUE(candidates.rotationIsBetter());
-  EXPECT_TRUE(candidates.onlyRotated());
-  EXPECT_TRUE(candidates.raise(DirectionDoubt::kRotationExplains));
+  const Verdict verdict = JudgedScene(options).compared();
+  EXPECT_LT(verdict.rotation, 0);
+  EXPECT_GT(verdict.static_share, 0.9);
+  EXPECT_TRUE(verdict.rotationIsBetter());
+  EXPECT_TRUE(verdict.onlyRotated());
+  EXPECT_TRUE(verdict.rotationExplains());
 }
 
 TEST(CandidatesStep, ARotationLosesWhereTheCameraMoves) {
-  const Candidates candidates = JudgedScene(exactScene(1)).candidates();
-  EXPECT_GT(candidates.table[0].against, 10);
-  EXPECT_GT(candidates.table[1].against, 5);
-  EXPECT_LT(candidates.static_share, 0.1);
-  EXPECT_FALSE(candidates.raise(DirectionDoubt::kRotationExplains));
-  EXPECT_FALSE(candidates.mostlyStatic());
+  const Verdict verdict = JudgedScene(exactScene(1)).compared();
+  EXPECT_GT(verdict.rotation, 10);
+  EXPECT_GT(verdict.rolling, 5);
+  EXPECT_LT(verdict.static_share, 0.1);
+  EXPECT_FALSE(verdict.rotationExplains());
+  EXPECT_FALSE(verdict.mostlyStatic());
 }
 
 TEST(CandidatesStep, RollingShutterIsNoTranslation) {
@@ -270,15 +272,15 @@ TEST(CandidatesStep, RollingShutterIsNoTranslation) {
   options.translation.setZero();
   options.rotation = {0.03, -0.06, 0.03};
   options.readout = 0.9;
-  EXPECT_LT(JudgedScene(options).candidates().table[1].against, 0);
+  EXPECT_LT(JudgedScene(options).compared().rolling, 0);
 }
 
 TEST(CandidatesStep, WithAGlobalShutterOnlyARotationAloneIsCompared) {
   const JudgedScene judged(exactScene(1));
-  Candidates candidates(kernels());
-  candidates.fitRotation(judged.points.view(), judged.pose.R, judged.noise);
-  candidates.compareRotations({judged.pose, judged.points, judged.points.view(), judged.noise}, false);
-  EXPECT_EQ(candidates.table[1].against, candidates.table[0].against);
+  RotationAlone alone;
+  fitRotation(judged.refined, alone);
+  const Verdict verdict = compareRotations(judged.refined, alone, false);
+  EXPECT_EQ(verdict.rolling, verdict.rotation);
 }
 
 TEST(Explanations, TogetherAreTheirMeanAndSpread) {
@@ -303,12 +305,10 @@ TEST(Explanations, ANarrowViewOfAPlaneLeavesTheRotationOpenAndAWideOneDoesNot) {
     options.translation = {0.8, 0, 0};
     options.rotation.setZero();
     const JudgedScene judged(options);
-    Candidates candidates(kernels());
-    candidates.fitRotation(judged.points.view(), judged.pose.R, judged.noise);
-    const RefinedPose refined = {judged.pose, judged.points, judged.points.view(), judged.noise};
-    candidates.compareRotations(refined, true);
-    const Explanation known =
-        candidates.rotationWithoutTranslation(refined, judged.covariance().covariance.topLeftCorner<3, 3>());
+    RotationAlone alone;
+    fitRotation(judged.refined, alone);
+    const Verdict verdict = compareRotations(judged.refined, alone, true);
+    const Explanation known = rotationWithoutTranslation(judged.refined, alone, verdict);
     return std::sqrt(known.covariance.trace());
   };
   EXPECT_GT(deviation(0.12), 2 * M_PI / 180);
@@ -318,16 +318,16 @@ TEST(Explanations, ANarrowViewOfAPlaneLeavesTheRotationOpenAndAWideOneDoesNot) {
 TEST(CandidatesStep, StaticShareIsThatOfTheBackground) {
   TwoViewSceneOptions options = exactScene(1);
   options.background = 0.4;
-  EXPECT_NEAR(JudgedScene(options).candidates().static_share, 0.4, 0.1);
+  EXPECT_NEAR(JudgedScene(options).compared().static_share, 0.4, 0.1);
 }
 
 TEST(CandidatesStep, NeitherTheMotionItselfNorWhatExplainsNothingStands) {
   const JudgedScene judged(exactScene(1));
-  const Candidates same = judged.candidates({{judged.pose}}, 0.01);
-  EXPECT_FALSE(same.raise(DirectionDoubt::kOtherMotion));
+  const Verdict same = judged.compared({{judged.refined.pose}}, 0.01);
+  EXPECT_FALSE(same.other_motion);
   EXPECT_TRUE(same.spread.isZero());
-  const TwoViewPose other = {judged.pose.R, judged.pose.t.cross(Eigen::Vector3d::UnitY()).normalized()};
-  EXPECT_FALSE(judged.candidates({{other}}).raise(DirectionDoubt::kOtherMotion));
+  const TwoViewPose other = {judged.refined.pose.R, judged.refined.pose.t.cross(Eigen::Vector3d::UnitY()).normalized()};
+  EXPECT_FALSE(judged.compared({{other}}).other_motion);
 }
 
 TEST(CandidatesStep, WithoutParallaxTwoDirectionsTie) {
@@ -335,10 +335,10 @@ TEST(CandidatesStep, WithoutParallaxTwoDirectionsTie) {
   options.translation.setZero();
   const JudgedScene judged(options);
   Eigen::Vector3d basis[2];
-  PoseModel::tangent(judged.pose.t, basis);
+  PoseModel::tangent(judged.refined.pose.t, basis);
   int ties = 0;
   for (const Eigen::Vector3d& t : {basis[0], basis[1], Eigen::Vector3d(-basis[0]), Eigen::Vector3d(-basis[1])}) {
-    ties += judged.candidates({{{judged.pose.R, t}, true}}).raise(DirectionDoubt::kOtherMotion);
+    ties += judged.compared({{{judged.refined.pose.R, t}, true}}).other_motion;
   }
   EXPECT_GE(ties, 1);
 }
@@ -357,7 +357,7 @@ TwoViewScene brokenScene(uint64_t seed, double step) {
 
 TEST(SegmentationStep, FindsABreakWhereItIs) {
   const JudgedScene judged(brokenScene(1, 0.8));
-  const PoseBreak found = findBreak(judged.information, judged.noise.variance());
+  const PoseBreak found = findBreak(judged.refined.information, judged.refined.noise.variance());
   EXPECT_GT(found.statistic, 27);
   EXPECT_TRUE(found.holds(blockOf(0)));                // the upper left corner is on one side,
   EXPECT_FALSE(found.holds(blockOf(kCellCount - 1)));  // the lower right one on the other
@@ -369,7 +369,7 @@ TEST(SegmentationStep, ARigidWorldSeldomBreaks) {
   int breaks = 0;
   for (uint64_t seed = 1; seed <= 100; ++seed) {
     const JudgedScene judged(exactScene(seed));
-    breaks += findBreak(judged.information, judged.noise.variance()).statistic > 27;
+    breaks += findBreak(judged.refined.information, judged.refined.noise.variance()).statistic > 27;
   }
   EXPECT_LE(breaks, 3);
 }
