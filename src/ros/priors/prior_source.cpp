@@ -17,56 +17,50 @@ constexpr double kPoseFloor = 0.005, kPoseShare = 0.05;
 
 RotationAnswer RotationSource::ask(const PriorQuery& query) {
   RotationAnswer answer;
-  if (query.from < query.to) {
-    answer = measure(query);
-  } else {
-    answer.problem = "the reference is not before the current image";
-  }
+  answer.problem = "the reference is not before the current image";
+  if (query.from < query.to) answer = measure(query);
+  answer.query = query;
   if (!answer.problem.empty()) {
     answer.problem.insert(0, answer.prior ? "no rotation during the readout: " : "no rotation prior: ");
   }
   std::lock_guard<std::mutex> lock(mutex_);
-  last_ = query;
-  problem_ = answer.problem;
+  history_.last = query;
+  history_.problem = answer.problem;
   return answer;
 }
 
-void RotationSource::compare(const PriorQuery& query, const RotationPrior& answer, const RobustResult& seen) {
+void RotationSource::compare(const RotationAnswer& answer, const RobustResult& seen) {
+  const PriorQuery& query = answer.query;
   RotationPrior visual;
   visual.R = seen.pose.R;
   visual.covariance = seen.pose.covariance.bottomRightCorner<3, 3>();
   calibrate(query, visual);
   std::lock_guard<std::mutex> lock(mutex_);
-  pairs_by_rates_ += seen.row_correction == RowCorrection::kPrior;
-  comparison_.add({query.from, query.to, rotationVector(visual.R), rotationVector(answer.R),
-                   visual.covariance + answer.covariance});
+  history_.pairs_by_rates += seen.row_correction == RowCorrection::kPrior;
+  history_.comparison.add({query.from, query.to, rotationVector(visual.R), rotationVector(answer.prior->R),
+                           visual.covariance + answer.prior->covariance});
 }
 
 PriorReport RotationSource::report() {
-  RotationComparison comparison;
-  PriorQuery last;
-  int pairs_by_rates = 0;
-  PriorReport report;
-  {
+  const History history = [this] {
     std::lock_guard<std::mutex> lock(mutex_);
-    comparison = comparison_;
-    last = last_;
-    pairs_by_rates = pairs_by_rates_;
-    report.summary = problem_;
-  }
+    return history_;
+  }();
+  const RotationComparison& comparison = history.comparison;
   const auto rotationBetween = [&](double from, double to) -> std::optional<Eigen::Vector3d> {
-    const RotationAnswer answer = measure({last.camera_frame, from, to});
+    const RotationAnswer answer = measure({history.last.camera_frame, from, to});
     return answer.prior ? std::optional(rotationVector(answer.prior->R)) : std::nullopt;
   };
   const std::optional<TimeOffset> offset = comparison.timeOffset(rotationBetween);
-  const std::string doubt = comparison.doubt(offset);
-  if (!doubt.empty()) report.summary = doubt;
+  PriorReport report;
+  report.summary = comparison.doubt(offset);
+  if (report.summary.empty()) report.summary = history.problem;
   report.doubtful = !report.summary.empty();
   if (!report.doubtful) report.summary = comparison.agreement();
   describe(report);
   const auto add = [&](const char* key, const std::string& value) { report.values.emplace_back(key, value); };
   add("pairs compared", std::to_string(comparison.pairs()));
-  if (last.readout > 0) add("pairs corrected for readout", std::to_string(pairs_by_rates));
+  if (history.last.readout > 0) add("pairs corrected for readout", std::to_string(history.pairs_by_rates));
   add("contradicting", std::to_string(std::lround(100 * comparison.contradicting())) + " %");
   add("~image_time_offset (s)",
       offset ? cv::format("%.4f, standard deviation %.4f", image_time_offset_ + offset->seconds, offset->sigma)

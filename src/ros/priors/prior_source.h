@@ -28,6 +28,7 @@ struct PriorQuery {
 struct RotationAnswer {
   std::optional<RotationPrior> prior;  ///< with the rates during the readout, if that is not 0 and they are known
   std::string problem;                 ///< what is missing; empty: nothing
+  PriorQuery query;
 };
 
 /// A pair as measured by the images.
@@ -71,8 +72,8 @@ class RotationSource : public PriorSource {
   explicit RotationSource(double image_time_offset) : image_time_offset_(image_time_offset) {}
   /// Rotation of the camera between the two images. A problem is a sentence.
   RotationAnswer ask(const PriorQuery& query);
-  /// Compares an answer to the query with the images; `seen` has a pose.
-  void compare(const PriorQuery& query, const RotationPrior& answer, const RobustResult& seen);
+  /// Compares an answer that has a prior with the images; `seen` has a pose.
+  void compare(const RotationAnswer& answer, const RobustResult& seen);
   /// How well source and images agree, and what explains it if they do not. Takes milliseconds.
   PriorReport report() override;
 
@@ -85,12 +86,15 @@ class RotationSource : public PriorSource {
   /// Adds what the source knows of itself.
   virtual void describe(PriorReport& /*report*/) {}
 
+  struct History {
+    RotationComparison comparison;
+    PriorQuery last;
+    std::string problem;     ///< of the last answer
+    int pairs_by_rates = 0;  ///< corrected for the rolling shutter by the rates
+  };
   const double image_time_offset_;
-  std::mutex mutex_;  ///< guards what follows
-  RotationComparison comparison_;
-  PriorQuery last_;
-  std::string problem_;     ///< of the last answer
-  int pairs_by_rates_ = 0;  ///< corrected for the rolling shutter by the rates
+  std::mutex mutex_;  ///< guards the next
+  History history_;
 };
 
 class LengthSource : public PriorSource {

@@ -44,18 +44,14 @@ void PairPool::releaseFrames() {
 void Comparison::compare() {
   const auto work_on = [&] {
     RotationSource* sensor = pipeline.priors ? pipeline.priors->rotation() : nullptr;
-    if (current->image.stamp_verdict == StampVerdict::kAfterLate)
-      sensor = nullptr;  // the time between the two is unsure
-    PriorQuery query;
+    // The time between the two is unsure.
+    if (current->image.stamp_verdict == StampVerdict::kAfterLate) sensor = nullptr;
     RotationAnswer rotation;
-    if (sensor != nullptr) {
-      query = pipeline.priors->query(stream.reference->image.header, current->image.header);
-      rotation = sensor->ask(query);
-    }
+    if (sensor) rotation = sensor->ask(pipeline.priors->query(stream.reference->image.header, current->image.header));
     const std::shared_ptr<ComparedPair> pair =
         attempt(stream.reference, rotation.prior ? &*rotation.prior : nullptr, &stream.past);
     stream.reference = pair->reference;
-    if (rotation.prior && pair->result.robust.pose_found) sensor->compare(query, *rotation.prior, pair->result.robust);
+    if (rotation.prior && pair->result.robust.pose_found) sensor->compare(rotation, pair->result.robust);
     conclude(pair);
     if (!rotation.problem.empty()) because(Why::kNoPrior, rotation.problem);
   };

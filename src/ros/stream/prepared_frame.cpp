@@ -50,97 +50,78 @@ FramePreparation::FramePreparation(const Parameters& parameters, const std::stri
 
 Received FramePreparation::receive(const ImageWithInfo& input, bool resets, double max_frame_gap) {
   Received received;
-  ReceivedImage& image = received.image;
-  image.input = input;
-  image.camera = camera_before_;
-  const auto work = [&] {
-    std::string& problem = received.problem;
-    problem = convertAll(received);
-    if (!problem.empty()) return;
-    problem = received.reference ? copyProblem(received.reference->input.image, nullptr, image.input)
-                                 : checkOrder(image, resets, max_frame_gap);
-    if (!problem.empty()) return;
-    const cv::Size size = image.input.keypoints ? received.features.image_size : image.grey.size();
-    image.camera = camera_before_ = camera_source_.get(input.camera_info, size);
-  };
-  guarded(work, [&](const std::string& what) { received.problem = what; });
+  received.image.input = input;
+  received.image.camera = camera_before_;
+  guarded([&] { received.problem = check(received, resets, max_frame_gap); },
+          [&](const std::string& what) { received.problem = what; });
   return received;
 }
 
-std::string FramePreparation::convertAll(Received& received) {
-  const ImageWithInfo& input = received.image.input;
-  std::string problem = input.keypoints ? convertKeypoints(received) : convert(received.image);
-  if (!problem.empty() || !input.reference) return problem;
-  received.reference.emplace();
-  received.reference->input.image = input.reference;
-  received.reference->input.mask = input.mask;
-  return convert(*received.reference);
-}
-
-std::string FramePreparation::convert(ReceivedImage& image) {
-  image.header = image.input.image->header;
-  image.header.frame_id = withoutLeadingSlash(image.header.frame_id);
-  const auto start = Clock::now();
-  std::string problem = decompress(image.input.image);
-  if (problem.empty()) problem = toGrey(*image.input.image, image.grey, &image.values);
-  image.convert_seconds = secondsSince(start);
+std::string FramePreparation::check(Received& received, bool resets, double max_frame_gap) {
+  ReceivedImage& image = received.image;
+  std::string problem = convert(image, received);
+  if (problem.empty() && image.input.reference) {
+    received.reference.emplace();
+    received.reference->input.image = image.input.reference;
+    received.reference->input.mask = image.input.mask;
+    problem = convert(*received.reference, received);
+    if (problem.empty()) problem = copyProblem(received.reference->input.image, nullptr, image.input);
+  } else if (problem.empty()) {
+    problem = checkOrder(image, resets, max_frame_gap);
+  }
+  if (!problem.empty()) return problem;
+  const cv::Size size = image.input.keypoints ? received.features.image_size : image.grey.size();
+  image.camera = camera_before_ = camera_source_.get(image.input.camera_info, size);
   return problem;
 }
 
-std::string FramePreparation::convertKeypoints(Received& received) const {
-  ReceivedImage& image = received.image;
+std::string FramePreparation::convert(ReceivedImage& image, Received& received) const {
   image.header = image.input.image->header;
   image.header.frame_id = withoutLeadingSlash(image.header.frame_id);
   const auto start = Clock::now();
-  std::string problem = toFeatures(*image.input.keypoints, received.features);
-  if (parameters_.scale == ScaleMode::kDepth && problem.empty()) received.depth = depthOf(*image.input.keypoints);
+  const auto& keypoints = image.input.keypoints;
+  std::string problem = keypoints ? toFeatures(*keypoints, received.features) : decompress(image.input.image);
+  if (problem.empty() && !keypoints) problem = toGrey(*image.input.image, image.grey, &image.values);
+  if (problem.empty() && keypoints && parameters_.scale == ScaleMode::kDepth) received.depth = depthOf(*keypoints);
   image.convert_seconds = secondsSince(start);
   return problem;
 }
 
 std::string FramePreparation::checkOrder(ReceivedImage& image, bool resets, double max_frame_gap) {
-  const double before = stamps_.previousStamp();
-  std::string problem = classifyStamp(image, max_frame_gap);
-  if (!problem.empty()) return problem;
+  const double late = stamps_.previousStamp() - image.stamp();
+  image.stamp_verdict = stamps_.judge(image.stamp(), image.input.received.toSec(), max_frame_gap);
+  if (image.stamp_verdict == StampVerdict::kOutOfOrder) {
+    return late == 0 ? "the stamp is the same as that of the image before it: out of order; if all images have this "
+                       "stamp, the camera driver does not set it"
+                     : "the stamp is " + secondsText(late) + " older than that of the image before it: out of order";
+  }
   // A loop may begin as it ended.
   const bool begins = resets || image.stamp_verdict > StampVerdict::kSteppedBack;
-  if (!begins) problem = copyProblem(image_before_, keypoints_before_, image.input);
-  if (!problem.empty()) image.copied_seconds = std::max(0.0, image.stamp() - before);
+  std::string problem = begins ? std::string() : copyProblem(image_before_, keypoints_before_, image.input);
+  if (!problem.empty()) image.copied_seconds = std::max(0.0, -late);
   image_before_ = image.input.image;
   keypoints_before_ = image.input.keypoints;
   return problem;
 }
 
-std::string FramePreparation::classifyStamp(ReceivedImage& image, double max_frame_gap) {
-  const double late = stamps_.previousStamp() - image.stamp();
-  image.stamp_verdict = stamps_.judge(image.stamp(), image.input.received.toSec(), max_frame_gap);
-  if (image.stamp_verdict != StampVerdict::kOutOfOrder) return std::string();
-  if (late == 0) {
-    return "the stamp is the same as that of the image before it: out of order; if all images have "
-           "this stamp, the camera driver does not set it";
-  }
-  return "the stamp is " + secondsText(late) + " older than that of the image before it: out of order";
-}
-
 Prepared FramePreparation::prepare(Received received, bool right_keypoints) {
-  Prepared prepared;
-  prepared.problem = std::move(received.problem);
-  prepared.pipeline = std::move(received.pipeline);
-  if (prepared.problem.empty()) {
-    prepared.frame = prepared.pipeline->core->frames->acquire();
-    prepared.frame->image = std::move(received.image);
-    guarded([&] { findFeatures(received, prepared.pipeline->filter, right_keypoints, *prepared.frame); },
-            [&](const std::string& what) { prepared.problem = what; });
-    if (prepared.problem.empty()) return prepared;
-    received.image = std::move(prepared.frame->image);
+  const bool usable = received.problem.empty();
+  const auto frame = usable ? received.pipeline->core->frames->acquire() : std::make_shared<PreparedFrame>();
+  frame->image = std::move(received.image);
+  if (usable) {
+    guarded([&] { findFeatures(received, right_keypoints, *frame); },
+            [&](const std::string& what) { received.problem = what; });
   }
-  prepared.frame = std::make_shared<PreparedFrame>();
-  prepared.frame->image = std::move(received.image);
-  return prepared;
+  if (usable && !received.problem.empty()) {
+    PreparedFrame empty;
+    empty.image = std::move(frame->image);
+    *frame = std::move(empty);
+  }
+  return {frame, std::move(received.problem), std::move(received.pipeline)};
 }
 
-void FramePreparation::findFeatures(Received& received, MatchFilter& filter, bool right_keypoints,
-                                    PreparedFrame& frame) {
+void FramePreparation::findFeatures(Received& received, bool right_keypoints, PreparedFrame& frame) {
+  MatchFilter& filter = received.pipeline->filter;
   frame.doubt = frame.image.camera->doubt;
   if (frame.image.input.keypoints) {
     frame.frame.features = std::move(received.features);

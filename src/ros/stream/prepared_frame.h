@@ -122,17 +122,14 @@ class FramePreparation {
 
  private:
   // These return why the image is not used; empty: it is.
-  std::string convertAll(Received& received);
-  /// Decompresses and converts one image.
-  static std::string convert(ReceivedImage& image);
-  /// The same of a Keypoints message: features, and depth with ~scale depth.
-  std::string convertKeypoints(Received& received) const;
+  std::string check(Received& received, bool resets, double max_frame_gap);
+  /// Grey image, or with ~input keypoints features, and their depth with ~scale depth.
+  std::string convert(ReceivedImage& image, Received& received) const;
   /// Refuses late images and copies of the image before.
   std::string checkOrder(ReceivedImage& image, bool resets, double max_frame_gap);
-  std::string classifyStamp(ReceivedImage& image, double max_frame_gap);
 
   /// Fills a frame that has its image.
-  void findFeatures(Received& received, MatchFilter& filter, bool right_keypoints, PreparedFrame& frame);
+  void findFeatures(Received& received, bool right_keypoints, PreparedFrame& frame);
   void extract(MatchFilter& filter, PreparedFrame& frame);
   /// Depth of the keypoints, from a depth image or the right camera.
   void findDepth(bool right_keypoints, PreparedFrame& frame);
