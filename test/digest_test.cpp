@@ -107,9 +107,11 @@ void addResult(const MatchResult& result, Digest& digest) {
   for (const Match& match : result.raw) digest.add(match.reference).add(match.current).add(match.distance);
   const RobustResult& robust = result.robust;
   digest.add(robust.model_found).add(robust.model_type).add(robust.model).add(robust.inlier);
-  digest.add(robust.pose_found).add(robust.translation_observable).add(robust.doubt == DirectionDoubt::kOtherMotion);
-  digest.add(robust.pose.R).add(robust.pose.t).add(robust.pose.covariance);
-  digest.add(robust.median_parallax_px).add(robust.rms_error_px);
+  digest.add(robust.judgement.pose_found)
+      .add(robust.judgement.translation_observable)
+      .add(robust.judgement.doubt == DirectionDoubt::kOtherMotion);
+  digest.add(robust.judgement.pose.R).add(robust.judgement.pose.t).add(robust.judgement.pose.covariance);
+  digest.add(robust.judgement.median_parallax_px).add(robust.rms_error_px);
 }
 
 std::string describe(const MatchResult& result, const Digest& digest) {

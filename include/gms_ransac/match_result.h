@@ -51,19 +51,22 @@ struct MatchResult {
   PointPairs pairs;            ///< their points
   /// 0..1: motion-statistics score over the largest score of the pair; 1 where the method has no such scores.
   std::vector<float> confidence;
-  RobustResult robust;      ///< estimated from `pairs`; columns are empty where it was not
-  int inliers = 0;          ///< those of `robust`; where the filter alone decides, all matches
-  bool stationary = false;  ///< the camera stands still: what is static moved less than its noise
-  Shutter shutter;          ///< of the camera, as the stream has shown it until this pair
+  RobustResult robust;          ///< estimated from `pairs`; columns are empty where it was not
+  std::vector<uint8_t> inlier;  ///< N flags: those of `robust`; where the filter alone decides, all; empty: none
+  int inliers = 0;              ///< so many
+  bool stationary = false;      ///< the camera stands still: what is static moved less than its noise
+  Shutter shutter;              ///< of the camera, as the stream has shown it until this pair
   StageTimes times;
   /// MatchFilter::process alone fills these two. The id is constant while every image has the feature; 0: no inlier.
   std::vector<uint32_t> track_id;
   std::vector<uint16_t> track_length;  ///< images that have the id, at least 2; 0: no track
 
   int size() const { return static_cast<int>(matches.size()); }
-  bool isInlier(size_t row) const { return inliers > 0 && (robust.inlier[row] != 0 || inliers == size()); }
+  bool isInlier(size_t row) const { return !inlier.empty() && inlier[row] != 0; }
   /// 0..1, that the match is right; 0 without a model.
-  float probability(size_t row) const { return robust.probability.empty() ? 0 : robust.probability[row]; }
+  float probability(size_t row) const {
+    return robust.judgement.probability.empty() ? 0 : robust.judgement.probability[row];
+  }
   /// Calls visit(match, stage, row) for every raw match, in order; of one with kRaw the row says nothing.
   template <typename Visit>
   void forEachRaw(const Visit& visit) const {
@@ -76,6 +79,8 @@ struct MatchResult {
   }
 
   void clear(Status new_status);
+  /// Treats the pair as one without a model.
+  void reject();
 };
 
 }  // namespace gms_ransac

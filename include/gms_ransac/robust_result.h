@@ -75,13 +75,15 @@ struct Judgement {
   CameraParameter misfit_parameter = CameraParameter::kFocalLength;
   RowRates row_rates;  ///< for ShutterEstimate
 
+  /// Drops everything but the storage.
+  void clear();
   /// Takes the direction of translation for unknown from now on; the rotation stays.
   void refuse(DirectionDoubt reason);
   /// Standard deviation of a keypoint's coordinates, undistorted pixels: sigma_px scale_factor^(noise_exponent octave).
   double sigma(int octave, float scale_factor) const;
 };
 
-struct RobustResult : Judgement {
+struct RobustResult {
   bool model_found = false;
   ModelType model_type = ModelType::kEssential;
   /// x_current^T M x_reference = 0 (E: normalised coordinates; F: pixels), or x_current ~ M x_reference (H: pixels).
@@ -90,7 +92,8 @@ struct RobustResult : Judgement {
   std::vector<uint8_t> inlier;  ///< N entries; every inlier is within the threshold of `model`
   int inlier_count = 0;
   RowCorrection row_correction = RowCorrection::kNone;  ///< what RobustOptions::rolling_shutter_readout did
-  double rms_error_px = 0;             ///< over inliers, of the model's residual (Sampson; transfer for a homography)
+  double rms_error_px = 0;  ///< over inliers, of the model's residual (Sampson; transfer for a homography)
+  Judgement judgement;
   std::optional<MotionStart> optimum;  ///< of the matches alone, where the next pair's search may start
   Effort effort;
 

@@ -44,12 +44,14 @@ void widen(const Eigen::Matrix3d& other, RelativePose& pose) {
 void remember(const MatchResult& result, Past& past) {
   const RobustResult& robust = result.robust;
   past.motion = robust.optimum;
-  const Eigen::Matrix3d to_current = robust.pose.R.transpose();
-  past.current_guess = robust.pose_found ? Eigen::Vector3d(to_current * robust.pose.t) : Eigen::Vector3d::Zero();
-  past.current_direction = to_current * (robust.translation_observable ? robust.pose.t : past.direction);
-  if (!robust.pose_found) return;
+  const Eigen::Matrix3d to_current = robust.judgement.pose.R.transpose();
+  past.current_guess =
+      robust.judgement.pose_found ? Eigen::Vector3d(to_current * robust.judgement.pose.t) : Eigen::Vector3d::Zero();
+  past.current_direction =
+      to_current * (robust.judgement.translation_observable ? robust.judgement.pose.t : past.direction);
+  if (!robust.judgement.pose_found) return;
   const Eigen::Vector3d turned = rotationVector(to_current);
-  past.shutter.add({turned.x(), turned.y(), turned.z()}, result.pairs.seconds, robust.row_rates);
+  past.shutter.add({turned.x(), turned.y(), turned.z()}, result.pairs.seconds, robust.judgement.row_rates);
 }
 
 /// Notes which keypoints of the current image are static: those that the motion explains; without one, those that were.
@@ -59,8 +61,9 @@ void label(const MatchResult& result, Past& past) {
   past.current_static.assign(static_cast<size_t>(result.keypoints_current), 0);
   for (size_t k = 0; k < result.matches.size(); ++k) {
     const Match& match = result.matches[k];
-    past.current_static[static_cast<size_t>(match.current)] =
-        robust.probability.empty() ? past.isStatic(match.reference) : robust.probability[k] >= kNotJudged;
+    past.current_static[static_cast<size_t>(match.current)] = robust.judgement.probability.empty()
+                                                                  ? past.isStatic(match.reference)
+                                                                  : robust.judgement.probability[k] >= kNotJudged;
   }
 }
 
@@ -71,34 +74,34 @@ void Continuity::follow(Method& method, const Camera& camera, const RobustOption
   const bool judge = options.judge;
   RobustResult& robust = result.robust;
   const auto continues = [&past](const RobustResult& answer) {
-    return past.steady > 0 && isSame(answer.pose.t, past.direction);
+    return past.steady > 0 && isSame(answer.judgement.pose.t, past.direction);
   };
-  const bool known = robust.translation_observable;
-  if (judge && robust.pose_found && (known || past.steady > 0) && !continues(robust)) {
+  const bool known = robust.judgement.translation_observable;
+  if (judge && robust.judgement.pose_found && (known || past.steady > 0) && !continues(robust)) {
     select(past, result);
     alone_.clear();
     if (tracks_.size() >= kEnoughTracks) method.estimate(pairs_, camera, alone_);
     robust.effort += alone_.effort;
     if (!known) {
-      if (alone_.translation_observable && continues(alone_)) take(camera, result);
-    } else if (!alone_.pose_found) {
+      if (alone_.judgement.translation_observable && continues(alone_)) take(camera, result);
+    } else if (!alone_.judgement.pose_found) {
       if (past.steady >= kSteady) robust.reject();
-      if (!robust.pose_found) robust.doubt = DirectionDoubt::kDiscontinuity;
-    } else if (!isSame(alone_.pose.t, robust.pose.t)) {
-      if (!alone_.translation_observable || !continues(alone_)) {
-        alone_.refuse(DirectionDoubt::kDiscontinuity);
-        widen(robust.pose.R, alone_.pose);
+      if (!robust.judgement.pose_found) robust.judgement.doubt = DirectionDoubt::kDiscontinuity;
+    } else if (!isSame(alone_.judgement.pose.t, robust.judgement.pose.t)) {
+      if (!alone_.judgement.translation_observable || !continues(alone_)) {
+        alone_.judgement.refuse(DirectionDoubt::kDiscontinuity);
+        widen(robust.judgement.pose.R, alone_.judgement.pose);
       }
       take(camera, result);
     }
   }
   const double limit = kShareOfLimit * options.max_direction_sigma * M_PI / 180;
-  if (judge && robust.translation_observable && robust.pose.t.dot(past.guess) < std::cos(kShown) &&
-      directionSigma(robust.pose) > limit) {
-    robust.refuse(DirectionDoubt::kUnconfirmed);
+  if (judge && robust.judgement.translation_observable && robust.judgement.pose.t.dot(past.guess) < std::cos(kShown) &&
+      directionSigma(robust.judgement.pose) > limit) {
+    robust.judgement.refuse(DirectionDoubt::kUnconfirmed);
   }
   label(result, past);
-  if (!robust.translation_observable) {
+  if (!robust.judgement.translation_observable) {
     past.steady = std::max(0, past.steady - 1);
   } else {
     past.steady = continues(robust) ? std::min(past.steady + 1, kMostSteady) : 1;
@@ -122,27 +125,27 @@ void Continuity::take(const Camera& camera, MatchResult& result) {
   inlier_.assign(count, 0);
   probability_.assign(count, 0);
   residual_.resize(count);
-  const bool moves = alone_.translation_observable;
+  const bool moves = alone_.judgement.translation_observable;
   const Eigen::Matrix3d K = camera.K();
-  const Eigen::Matrix3d rotation = K * alone_.pose.R.transpose() * K.inverse();
+  const Eigen::Matrix3d rotation = K * alone_.judgement.pose.R.transpose() * K.inverse();
   const FinalResidual residuals(camera, moves ? alone_.model_type : ModelType::kHomography,
                                 moves ? alone_.model : rotation);
   residuals.forEach(all, [&](size_t i, double squared) {
     // A transfer distance has the noise of both images.
-    const double sigma = alone_.sigma(all.octave_current[i], all.scale_factor) * (moves ? 1 : M_SQRT2);
+    const double sigma = alone_.judgement.sigma(all.octave_current[i], all.scale_factor) * (moves ? 1 : M_SQRT2);
     residual_[i] = static_cast<float>(std::sqrt(squared) / sigma);
     if (residual_[i] < kMostDeviations) probability_[i] = kNotJudged;
   });
   for (size_t n = 0; n < tracks_.size(); ++n) {
     const auto k = static_cast<size_t>(tracks_[n]);
     inlier_[k] = alone_.inlier[n];
-    probability_[k] = alone_.probability[n];
-    residual_[k] = alone_.residual[n];
+    probability_[k] = alone_.judgement.probability[n];
+    residual_[k] = alone_.judgement.residual[n];
   }
   alone_.effort = robust.effort;
   alone_.inlier.swap(inlier_);
-  alone_.probability.swap(probability_);
-  alone_.residual.swap(residual_);
+  alone_.judgement.probability.swap(probability_);
+  alone_.judgement.residual.swap(residual_);
   std::swap(robust, alone_);
 }
 

@@ -258,22 +258,24 @@ Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& curre
     stages.continuity.follow(*stages.method, stages.camera, options_.robust, result, *past);
     result.shutter = past->shutter.shutter();
   }
-  result.stationary =
-      !result.robust.translation_observable && standsStill(reference.features, current.features, result, past);
-  result.inliers = stages.method->filterDecides() ? result.size() : result.robust.inlier_count;
+  result.stationary = !result.robust.judgement.translation_observable &&
+                      standsStill(reference.features, current.features, result, past);
+  result.inlier = result.robust.inlier;
+  if (stages.method->filterDecides()) result.inlier.assign(result.matches.size(), 1);
+  result.inliers = static_cast<int>(std::count(result.inlier.begin(), result.inlier.end(), 1));
   result.times.ransac = watch.lap();
   return statusOf(result.robust, stages.camera);
 }
 
 void MatchFilter::doubtRepetition(const Features& reference, const Features& current, MatchResult& result) {
   RobustResult& robust = result.robust;
-  if (!robust.translation_observable || !reference.descriptors.is256Bit()) return;
+  if (!robust.judgement.translation_observable || !reference.descriptors.is256Bit()) return;
   const std::optional<double> period = stages_->repetition.period(reference, current, result);
   if (!period) return;
-  robust.refuse(DirectionDoubt::kRepetition);
+  robust.judgement.refuse(DirectionDoubt::kRepetition);
   // A rotation by a period explains the pattern as well.
   const double angle = *period / stages_->camera.K()(0, 0);
-  robust.pose.covariance.diagonal().tail<3>().array() += angle * angle;
+  robust.judgement.pose.covariance.diagonal().tail<3>().array() += angle * angle;
 }
 
 void MatchFilter::setClock(const std::function<double()>& seconds) {

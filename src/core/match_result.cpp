@@ -15,9 +15,9 @@ constexpr double kMostRotationSigma = 3 * M_PI / 180;
 Status statusOf(const RobustResult& result, const Camera& camera) {
   if (!result.model_found || result.inlier_count < kMinimumMatches) return Status::kRansacFailed;
   if (!camera.calibrated()) return Status::kUncalibrated;
-  if (!result.pose_found) return Status::kRansacFailed;
-  if (result.translation_observable) return Status::kOk;
-  const double variance = result.pose.covariance.bottomRightCorner<3, 3>().trace();
+  if (!result.judgement.pose_found) return Status::kRansacFailed;
+  if (result.judgement.translation_observable) return Status::kOk;
+  const double variance = result.judgement.pose.covariance.bottomRightCorner<3, 3>().trace();
   return variance <= kMostRotationSigma * kMostRotationSigma ? Status::kLowParallax : Status::kMotionUnknown;
 }
 
@@ -35,9 +35,17 @@ void MatchResult::clear(Status new_status) {
   pairs.global_shutter = false;
   confidence.clear();
   robust.clear();
+  inlier.clear();
   times = StageTimes();
   track_id.clear();
   track_length.clear();
+}
+
+void MatchResult::reject() {
+  status = Status::kRansacFailed;
+  inlier.clear();
+  inliers = 0;
+  robust.reject();
 }
 
 }  // namespace gms_ransac

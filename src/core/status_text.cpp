@@ -44,7 +44,7 @@ std::string explainFewKeypoints(const MatchResult& result, const MatchFilterOpti
 /// Why there is a rotation and no translation.
 std::string explainLowParallax(const MatchResult& result, const RobustOptions& options, const char* prefix) {
   const RobustResult& robust = result.robust;
-  switch (robust.doubt) {
+  switch (robust.judgement.doubt) {
     case DirectionDoubt::kMostlyStatic:
       return "most matches show no translation, and the others may lie on moving objects";
     case DirectionDoubt::kRotation:
@@ -76,11 +76,11 @@ std::string explainLowParallax(const MatchResult& result, const RobustOptions& o
                         ? "the camera is at rest (%.3f px of parallax, %.3f px of keypoint noise)"
                         : "a rotation, with a rolling shutter or without, explains the matches as well (%.3f px of "
                           "parallax, %.3f px of keypoint noise)",
-                    robust.median_parallax_px, robust.sigma_px);
+                    robust.judgement.median_parallax_px, robust.judgement.sigma_px);
 }
 
 std::string explainRansacFailed(const MatchResult& result) {
-  if (result.robust.doubt == DirectionDoubt::kDiscontinuity) {
+  if (result.robust.judgement.doubt == DirectionDoubt::kDiscontinuity) {
     return "the direction of translation breaks with the motion before, and too little of what was static until now is "
            "seen to confirm it; something that moves by itself may fill the view";
   }
@@ -131,7 +131,7 @@ std::string sentence(Status status, const MatchResult& result, const MatchFilter
     case Status::kUncalibrated:
       return "correspondences only, no pose: " + about.no_camera;
     case Status::kMotionUnknown:
-      if (result.robust.doubt == DirectionDoubt::kRepetition) return kRepeats;
+      if (result.robust.judgement.doubt == DirectionDoubt::kRepetition) return kRepeats;
       return cv::format(
           "the %d filtered matches agree on a motion, but different rotations explain them as well: take images "
           "further apart, or of a scene with more depth",

@@ -90,12 +90,11 @@ struct Pair {
   Triangulation triangulate(double minimum_parallax) const {
     MatchResult result;
     for (const MatchIndices& match : matches) result.matches.push_back({match.reference, match.current, 0, 0});
-    for (const MatchStage each : stage) result.robust.inlier.push_back(each == MatchStage::kInlier);
-    result.inliers = inliers;
-    RelativePose& pose = result.robust.pose;
+    for (const MatchStage each : stage) result.inlier.push_back(each == MatchStage::kInlier);
+    RelativePose& pose = result.robust.judgement.pose;
     pose.R = current_in_reference.topLeftCorner<3, 3>();
     pose.t = current_in_reference.topRightCorner<3, 1>();
-    result.robust.pose_found = status == Status::kOk;
+    result.robust.judgement.pose_found = status == Status::kOk;
     Triangulation points;
     triangulateInliers(*reference, *current, result, camera, points, minimum_parallax);
     return points;
@@ -107,7 +106,7 @@ struct Pair {
     model = result.robust.model;
     pose_valid = status == Status::kOk || status == Status::kLowParallax;
     if (!pose_valid) return;
-    RelativePose pose = result.robust.pose;
+    RelativePose pose = result.robust.judgement.pose;
     current_in_reference.topLeftCorner<3, 3>() = pose.R;
     if (status == Status::kOk) {
       current_in_reference.topRightCorner<3, 1>() = pose.t;
@@ -123,10 +122,10 @@ struct Pair {
     keypoints_current = result.keypoints_current;
     inliers = result.inliers;
     hypotheses = robust.effort.hypotheses;
-    median_parallax_px = robust.median_parallax_px;
+    median_parallax_px = robust.judgement.median_parallax_px;
     rms_error_px = robust.rms_error_px;
-    sigma_px = robust.sigma_px;
-    camera_misfit = robust.camera_misfit;
+    sigma_px = robust.judgement.sigma_px;
+    camera_misfit = robust.judgement.camera_misfit;
     times = result.times;
   }
 
@@ -134,15 +133,15 @@ struct Pair {
     const RobustResult& robust = result.robust;
     for (const Match& match : result.raw) raw.push_back({match.reference, match.current});
     confidence = result.confidence;
-    probability = robust.probability;
-    residual = robust.residual;
+    probability = robust.judgement.probability;
+    residual = robust.judgement.residual;
     track_id = result.track_id;
     track_length = result.track_length;
     // Without a model, and in a pair that stands alone, they are zero.
     for (auto* column : {&probability, &residual}) column->resize(result.matches.size());
     track_id.resize(result.matches.size());
     track_length.resize(result.matches.size());
-    const SigmaByOctave sigma(robust, current->scale_factor);
+    const SigmaByOctave sigma(robust.judgement, current->scale_factor);
     for (size_t row = 0; row < result.matches.size(); ++row) {
       const Match& match = result.matches[row];
       const cv::KeyPoint& p = reference->keypoints[static_cast<size_t>(match.reference)];

@@ -43,15 +43,16 @@ inline void printNumbers() {
   gms_ransac::triangulateInliers(reference.features, current.features, result, filter.camera(), points);
 
   const gms_ransac::RobustResult& robust = result.robust;
-  const gms_ransac::RelativePose pose = robust.pose;  // a copy, by this program's idea of its layout
+  const gms_ransac::RelativePose pose = robust.judgement.pose;  // a copy, by this program's idea of its layout
   std::cout << std::setprecision(17) << gms_ransac::toString(result.status) << " " << result.raw.size() << " "
             << result.size() << " " << result.inliers << " " << robust.effort.point_evaluations << "\n"
             << pose.R << "\n"
             << pose.t.transpose() << "\n"
             << pose.covariance << "\n"
             << robust.model << "\n"
-            << robust.median_parallax_px << " " << robust.sigma_px << " " << robust.rms_error_px << "\n";
-  print("probability", robust.probability);
+            << robust.judgement.median_parallax_px << " " << robust.judgement.sigma_px << " " << robust.rms_error_px
+            << "\n";
+  print("probability", robust.judgement.probability);
   print("confidence", result.confidence);
   print("depth", points.depth_current);
   print("static", past.current_static);

@@ -36,7 +36,7 @@ long allocationsOf(MatchFilterOptions options, bool all_ok) {
   const auto process = [&](bool expect_ok) {
     for (const cv::Mat& image : images) {
       const MatchResult& result = filter.process(image, cv::Mat(), stamp += 1 / 30.0);
-      EXPECT_TRUE(stamp < 0.05 || result.robust.pose_found) << options.method << ", stamp " << stamp;
+      EXPECT_TRUE(stamp < 0.05 || result.robust.judgement.pose_found) << options.method << ", stamp " << stamp;
       if (expect_ok) {
         EXPECT_EQ(result.status, Status::kOk) << "stamp " << stamp;
       }

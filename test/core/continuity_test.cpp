@@ -35,7 +35,7 @@ TwoViewScene makeView(uint64_t seed, double body_share, double speed = 0.6) {
 struct Answer {
   RobustResult robust;
   Past past;
-  bool ok() const { return robust.translation_observable; }
+  bool ok() const { return robust.judgement.translation_observable; }
 };
 
 /// `tracks`: share of the static matches that continue static tracks; the stream went forwards for `steady` pairs, and
@@ -69,7 +69,9 @@ TEST(Continuity, ABodyThatTakesOverTheViewIsNotFollowed) {
   for (uint64_t seed = 1; seed <= kScenes; ++seed) {
     const TwoViewScene scene = makeView(seed, 0.6);
     const Eigen::Vector3d forwards(0, 0, 1);
-    const auto follows = [&](const Answer& a) { return a.ok() && directionError(a.robust.pose.t, forwards) > 30; };
+    const auto follows = [&](const Answer& a) {
+      return a.ok() && directionError(a.robust.judgement.pose.t, forwards) > 30;
+    };
     alone += follows(answer(scene, kWithoutPast, 0));
     const Answer held = answer(scene, 1, 4);
     followed += follows(held);
@@ -86,11 +88,11 @@ TEST(Continuity, StaticTracksAnswerWhereAllMatchesTogetherDoNot) {
   for (uint64_t seed = 1; seed <= kScenes; ++seed) {
     const TwoViewScene scene = makeView(seed, 0.4, 1);
     const Answer alone = answer(scene, kWithoutPast, 0);
-    if (alone.ok() || !alone.robust.pose_found) continue;
+    if (alone.ok() || !alone.robust.judgement.pose_found) continue;
     ++unknown;
     const Answer held = answer(scene, 1, 4);
     published += held.ok();
-    wrong += held.ok() && directionError(held.robust.pose.t, {0, 0, 1}) > 30;
+    wrong += held.ok() && directionError(held.robust.judgement.pose.t, {0, 0, 1}) > 30;
     EXPECT_FALSE(answer(scene, 1, 0).ok()) << "no stream to continue";
   }
   EXPECT_GE(unknown, 5);
@@ -115,8 +117,8 @@ TEST(Continuity, WithoutTracksASteadyStreamWaitsAndThenGoesOn) {
   const TwoViewScene scene = makeView(1, 0);
   for (const int steady : {2, 4}) {
     const Answer held = answer(scene, 0, steady);
-    EXPECT_FALSE(held.robust.pose_found);
-    EXPECT_EQ(held.robust.doubt, DirectionDoubt::kDiscontinuity);
+    EXPECT_FALSE(held.robust.judgement.pose_found);
+    EXPECT_EQ(held.robust.judgement.doubt, DirectionDoubt::kDiscontinuity);
     EXPECT_EQ(held.past.steady, steady - 1);
   }
   for (const int steady : {0, 1}) EXPECT_TRUE(answer(scene, 0, steady).ok());
@@ -126,15 +128,15 @@ TEST(Continuity, ADirectionThatThePairBeforeDidNotShowMustBeKnownTwiceAsWell) {
   const TwoViewScene scene = makeView(1, 0);
   const Answer alone = answer(scene, kWithoutPast, 0);
   ASSERT_TRUE(alone.ok());
-  const Eigen::Matrix3d of_direction = alone.robust.pose.covariance.topLeftCorner<3, 3>();
+  const Eigen::Matrix3d of_direction = alone.robust.judgement.pose.covariance.topLeftCorner<3, 3>();
   const double sigma = std::sqrt(of_direction.eigenvalues().real().maxCoeff()) * 180 / M_PI;
   RobustOptions options;
   options.max_direction_sigma = 1.5 * sigma;
   const Answer refused = answer(scene, 1, 0, options, Eigen::Vector3d::Zero());
   EXPECT_FALSE(refused.ok());
-  EXPECT_TRUE(refused.robust.pose_found);
-  EXPECT_EQ(refused.robust.doubt, DirectionDoubt::kUnconfirmed);
-  EXPECT_TRUE(answer(scene, 1, 0, options, alone.robust.pose.t).ok());
+  EXPECT_TRUE(refused.robust.judgement.pose_found);
+  EXPECT_EQ(refused.robust.judgement.doubt, DirectionDoubt::kUnconfirmed);
+  EXPECT_TRUE(answer(scene, 1, 0, options, alone.robust.judgement.pose.t).ok());
   EXPECT_TRUE(answer(scene, 1, 0, options, refused.past.current_guess).ok())
       << "what is refused confirms the next pair";
   options.max_direction_sigma = 2.5 * sigma;

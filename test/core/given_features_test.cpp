@@ -97,7 +97,7 @@ TEST(GivenFeatures, OfOrbAnswerAsTheImagesDo) {
     const MatchResult& result = of_features.process(frame.features);
     EXPECT_EQ(result.status, expected.status);
     EXPECT_EQ(stagesOf(result), stagesOf(expected));
-    EXPECT_EQ(result.robust.probability, expected.robust.probability);
+    EXPECT_EQ(result.robust.judgement.probability, expected.robust.judgement.probability);
     EXPECT_EQ(result.raw.empty(), shift == 0);
   }
 }

@@ -99,7 +99,7 @@ TEST_P(EstimateAgain, AsIfTheSeedHadBeenGivenFirst) {
   MatchFilter other(options);
   MatchFilterHooks::estimate(other, reference, current, result);
   EXPECT_EQ(stagesOf(result), stagesOf(expected));
-  EXPECT_EQ(result.robust.probability, expected.robust.probability);
+  EXPECT_EQ(result.robust.judgement.probability, expected.robust.judgement.probability);
   EXPECT_EQ(result.robust.model, expected.robust.model);
 }
 
@@ -144,7 +144,7 @@ TEST(MatchFilter, TheNewestSeedIsThatOfEveryStage) {
     options.robust.seed = 7;
     MatchFilter(options).filter(reference, current, expected);
     EXPECT_EQ(stagesOf(result), stagesOf(expected)) << method.name;
-    EXPECT_EQ(result.robust.probability, expected.robust.probability) << method.name;
+    EXPECT_EQ(result.robust.judgement.probability, expected.robust.judgement.probability) << method.name;
     if (method.name == std::string("gms_dist_ransac")) {
       EXPECT_NE(other.pairs.x_current, expected.pairs.x_current) << "the seeds draw the same partners";
       EXPECT_EQ(result.pairs.x_current, expected.pairs.x_current);
@@ -154,16 +154,16 @@ TEST(MatchFilter, TheNewestSeedIsThatOfEveryStage) {
 
 TEST(RobustResult, RejectedHasNoModelAndNoPose) {
   RobustResult result;
-  result.model_found = result.pose_found = result.translation_observable = true;
+  result.model_found = result.judgement.pose_found = result.judgement.translation_observable = true;
   result.model.setIdentity();
-  result.pose.t = {1, 0, 0};
-  result.pose.covariance.setIdentity();
+  result.judgement.pose.t = {1, 0, 0};
+  result.judgement.pose.covariance.setIdentity();
   result.inlier = {1};
   result.inlier_count = 1;
   result.effort.hypotheses = 7;
   result.reject();
-  EXPECT_FALSE(result.model_found || result.pose_found || result.translation_observable);
-  EXPECT_TRUE(result.model.isZero() && result.pose.t.isZero() && result.pose.covariance.isZero());
+  EXPECT_FALSE(result.model_found || result.judgement.pose_found || result.judgement.translation_observable);
+  EXPECT_TRUE(result.model.isZero() && result.judgement.pose.t.isZero() && result.judgement.pose.covariance.isZero());
   EXPECT_EQ(result.inlier, std::vector<uint8_t>{0});
   EXPECT_EQ(result.effort.hypotheses, 7);
 }
@@ -284,7 +284,7 @@ TEST(MatchFilter, EveryModelWeighsItsMatches) {
       const MatchResult result = resultOf(optionsOf(method, model));
       const std::string what = toString(model) + std::string(" of ") + method;
       ASSERT_TRUE(result.robust.model_found) << what;
-      ASSERT_EQ(result.robust.probability.size(), result.matches.size()) << what;
+      ASSERT_EQ(result.robust.judgement.probability.size(), result.matches.size()) << what;
       int right = 0;
       for (size_t i = 0; i < result.matches.size(); ++i) {
         const float probability = result.probability(i);
@@ -292,8 +292,8 @@ TEST(MatchFilter, EveryModelWeighsItsMatches) {
         right += result.isInlier(i) && probability > 0.5f;
       }
       EXPECT_GT(right, result.robust.inlier_count / 2) << what;
-      EXPECT_GT(result.robust.sigma_px, 0) << what;
-      EXPECT_GE(result.robust.sigma(7, 1.2f), result.robust.sigma(0, 1.2f)) << what;
+      EXPECT_GT(result.robust.judgement.sigma_px, 0) << what;
+      EXPECT_GE(result.robust.judgement.sigma(7, 1.2f), result.robust.judgement.sigma(0, 1.2f)) << what;
     }
   }
 }
@@ -328,7 +328,7 @@ TEST(MatchFilter, LanChecksItsInliersAgain) {
   const MatchResult unsupported = resultOf(options);
   EXPECT_EQ(unsupported.inliers, 0);
   EXPECT_EQ(unsupported.status, Status::kRansacFailed);
-  EXPECT_FALSE(unsupported.robust.pose_found);
+  EXPECT_FALSE(unsupported.robust.judgement.pose_found);
   options.lan_second_threshold_factor.reset();
   options.lan_mutual = false;
   options.search = SearchMode::kFull;

@@ -35,9 +35,9 @@ TEST_P(PipelineOnScene, MedianPoseErrorIsSmall) {
     filter.reset();
     filter.process(renderedFrame(i, GetParam().scene).image);
     const MatchResult& result = filter.process(renderedFrame(i + 1, GetParam().scene).image);
-    ASSERT_TRUE(result.robust.pose_found) << "pair " << i << ": " << toString(result.status);
+    ASSERT_TRUE(result.robust.judgement.pose_found) << "pair " << i << ": " << toString(result.status);
     const Eigen::Isometry3d truth = scene.pose(i).inverse() * scene.pose(i + 1);
-    const PoseError error = poseError(truth, result.robust.pose.R, result.robust.pose.t);
+    const PoseError error = poseError(truth, result.robust.judgement.pose.R, result.robust.judgement.pose.t);
     rotation.push_back(error.rotation);
     direction.push_back(error.direction);
   }
@@ -64,8 +64,8 @@ TEST(PipelineOnStreams, ThatShareAFilterAnswersAsOnEachAlone) {
       shared.filter(frames[stream][i - 1], frames[stream][i], result, nullptr, &pasts[stream]);
       const MatchResult& expected = alone[stream].process(image(stream, i));
       EXPECT_EQ(stagesOf(result), stagesOf(expected));
-      EXPECT_EQ(result.robust.probability, expected.robust.probability);
-      EXPECT_EQ(result.robust.pose.t, expected.robust.pose.t);
+      EXPECT_EQ(result.robust.judgement.probability, expected.robust.judgement.probability);
+      EXPECT_EQ(result.robust.judgement.pose.t, expected.robust.judgement.pose.t);
     }
   }
 }

@@ -20,12 +20,12 @@ void expectHonestStatus(const MatchResult& result, bool calibrated) {
   const std::set<Status> without_pose = {Status::kTooFewKeypoints, Status::kTooFewMatches, Status::kGmsRejected,
                                          Status::kRansacFailed};
   const bool failed = without_pose.count(result.status) > 0;
-  EXPECT_EQ(result.robust.pose_found, calibrated && !failed) << toString(result.status);
+  EXPECT_EQ(result.robust.judgement.pose_found, calibrated && !failed) << toString(result.status);
   const bool posed =
       result.status == Status::kOk || result.status == Status::kLowParallax || result.status == Status::kMotionUnknown;
   EXPECT_TRUE(failed || (calibrated ? posed : result.status == Status::kUncalibrated)) << toString(result.status);
   if (result.status == Status::kOk) {
-    EXPECT_NEAR(result.robust.pose.t.norm(), 1, 1e-6);
+    EXPECT_NEAR(result.robust.judgement.pose.t.norm(), 1, 1e-6);
   }
 }
 

@@ -181,7 +181,7 @@ TEST(TimeBudget, OfNoneNothingDependsOnTheClock) {
     EXPECT_EQ(a.keypoints_current, 2000);
     EXPECT_EQ(b.keypoints_current, 2000);
     EXPECT_EQ(a.inliers, b.inliers);
-    EXPECT_EQ(a.robust.pose.R, b.robust.pose.R);
+    EXPECT_EQ(a.robust.judgement.pose.R, b.robust.judgement.pose.R);
     EXPECT_FALSE(b.robust.effort.search_cut || b.robust.effort.refinement_cut);
   }
 }
@@ -223,7 +223,7 @@ TEST(TimeBudget, BeginsAnewWithAnEstimateThatIsAskedForByItself) {
   MatchFilterHooks::estimate(timed.filter, reference, current, result);
   EXPECT_FALSE(result.robust.effort.search_cut || result.robust.effort.refinement_cut);
   EXPECT_EQ(result.robust.effort.hypotheses, expected.robust.effort.hypotheses);
-  EXPECT_EQ(result.robust.pose.R, expected.robust.pose.R);
+  EXPECT_EQ(result.robust.judgement.pose.R, expected.robust.judgement.pose.R);
 
   timed.now += 1;  // later than that estimate was allowed to last
   MatchFilterHooks::estimate(timed.filter, reference, current, result);

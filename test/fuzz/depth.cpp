@@ -54,6 +54,7 @@ MatchResult estimated(const FuzzedPair& pair, Method& method) {
   result.pairs = pair.columns(1);
   result.confidence.assign(pair.matches.size(), 1);
   method.estimate(result.pairs, pair.camera, result.robust);
+  result.inlier = result.robust.inlier;
   result.inliers = result.robust.inlier_count;
   return result;
 }
@@ -90,15 +91,15 @@ void check(FuzzInput input) {
     tracks.advance();
     triangulateInliers(reference, current, result, pair.camera, points);
     demandEmpty(brokenTriangulation(points));
-    if (!result.robust.pose_found) continue;
+    if (!result.robust.judgement.pose_found) continue;
 
     const ScaleEstimate length = propagator.update(points, result, pair.camera);
     demand(std::isfinite(length.length) && length.length > 0, "a length is positive");
     demand(std::isfinite(length.relative_sigma) && length.relative_sigma >= 0, "its uncertainty is finite");
-    checkPublishable(withLength(result.robust.pose, length), true);
+    checkPublishable(withLength(result.robust.judgement.pose, length), true);
     propagator.advance();
 
-    RelativePose pose = result.robust.pose;
+    RelativePose pose = result.robust.judgement.pose;
     const std::vector<float> depth_of_reference = keypointDepth(reference, reference_depth);
     const std::vector<float> depth_of_current = keypointDepth(current, current_depth);
     const ScaleEstimate metric = poseFromKeypointDepth(

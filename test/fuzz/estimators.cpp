@@ -54,7 +54,7 @@ void checkRollingShutter(FuzzInput& input, MatchFilterOptions options) {
   }
   RobustResult result;
   makeMethod(options)->estimate(pairs, pair.camera, result);
-  if (result.pose_found) demandEmpty(brokenPose(result.pose));
+  if (result.judgement.pose_found) demandEmpty(brokenPose(result.judgement.pose));
 }
 
 }  // namespace

@@ -84,10 +84,10 @@ void checkWheels(FuzzInput& input) {
   WheelCheck check;
   for (int i = 0; i < 100 && !input.empty(); ++i) {
     RobustResult seen;
-    seen.translation_observable = input.flag();
-    seen.median_parallax_px = std::abs(input.within(0, 50));
-    seen.sigma_px = input.within(0.05, 2);
-    seen.pose.t = Vector3d(input.within(-1, 1), input.within(-1, 1), input.within(0.1, 1)).normalized();
+    seen.judgement.translation_observable = input.flag();
+    seen.judgement.median_parallax_px = std::abs(input.within(0, 50));
+    seen.judgement.sigma_px = input.within(0.05, 2);
+    seen.judgement.pose.t = Vector3d(input.within(-1, 1), input.within(-1, 1), input.within(0.1, 1)).normalized();
     const Vector3d travelled = fuzzedVector(input, 3);
     if (travelled.allFinite()) demand(check.judge(travelled, seen).size() < 1000, "a doubt is short");
   }

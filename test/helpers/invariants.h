@@ -107,10 +107,10 @@ inline std::string brokenEstimate(const PointPairs& pairs, const Camera& camera,
   int inliers = 0;
   for (const uint8_t inlier : result.inlier) inliers += inlier != 0;
   if (inliers != result.inlier_count) return "inlier_count is not the number of inliers";
-  const std::pair<const char*, double> figures[] = {{"median_parallax_px", result.median_parallax_px},
-                                                    {"sigma_px", result.sigma_px},
-                                                    {"noise_exponent", result.noise_exponent},
-                                                    {"camera_misfit", result.camera_misfit},
+  const std::pair<const char*, double> figures[] = {{"median_parallax_px", result.judgement.median_parallax_px},
+                                                    {"sigma_px", result.judgement.sigma_px},
+                                                    {"noise_exponent", result.judgement.noise_exponent},
+                                                    {"camera_misfit", result.judgement.camera_misfit},
                                                     {"rms_error_px", result.rms_error_px}};
   for (const auto& [name, value] : figures) {
     if (!std::isfinite(value) || value < 0) return std::string(name) + " is " + std::to_string(value);
@@ -120,15 +120,15 @@ inline std::string brokenEstimate(const PointPairs& pairs, const Camera& camera,
   }
   if (!result.model_found) {
     if (inliers > 0) return "there are inliers without a model";
-    if (result.pose_found) return "there is a pose without a model";
-    if (!result.probability.empty()) return "there are probabilities without a model";
+    if (result.judgement.pose_found) return "there is a pose without a model";
+    if (!result.judgement.probability.empty()) return "there are probabilities without a model";
     return std::string();
   }
   if (!result.model.allFinite()) return "the model is not finite";
-  if (!result.probability.empty() && result.probability.size() != result.inlier.size()) {
+  if (!result.judgement.probability.empty() && result.judgement.probability.size() != result.inlier.size()) {
     return "the probabilities have another length";
   }
-  for (const float p : result.probability) {
+  for (const float p : result.judgement.probability) {
     if (!(p >= 0 && p <= 1)) return "a probability is not between 0 and 1";
   }
   const double threshold = options.inlierThreshold();
@@ -143,11 +143,12 @@ inline std::string brokenEstimate(const PointPairs& pairs, const Camera& camera,
       return text.str();
     }
   }
-  if (!result.pose_found) return std::string();
+  if (!result.judgement.pose_found) return std::string();
   if (!camera.calibrated()) return "there is a pose without a calibration";
-  const double length = result.pose.t.norm();
-  if (result.translation_observable && std::abs(length - 1) > 1e-6) return "a translation is not of unit length";
-  return brokenPose(result.pose);
+  const double length = result.judgement.pose.t.norm();
+  if (result.judgement.translation_observable && std::abs(length - 1) > 1e-6)
+    return "a translation is not of unit length";
+  return brokenPose(result.judgement.pose);
 }
 
 /// The columns of a pair, checked against its frames.
@@ -157,7 +158,8 @@ inline std::string brokenResult(const Features& reference, const Features& curre
   if (result.confidence.size() != n || result.pairs.x_reference.size() != n) {
     return "columns of the result differ in length";
   }
-  for (const size_t estimated : {robust.inlier.size(), robust.probability.size(), robust.residual.size()}) {
+  for (const size_t estimated : {result.inlier.size(), robust.inlier.size(), robust.judgement.probability.size(),
+                                 robust.judgement.residual.size()}) {
     if (estimated != 0 && estimated != n) return "columns of the estimate differ in length";
   }
   for (size_t i = 0; i < n; ++i) {
@@ -176,9 +178,9 @@ inline std::string brokenResult(const Features& reference, const Features& curre
   if (filtered != result.size()) return "a filtered match is no raw one";
   if (inliers != result.inliers) return "inliers is not the number of inliers";
   const bool with_pose = result.status == Status::kOk || result.status == Status::kLowParallax;
-  if (with_pose && !result.robust.pose_found) return "the status says a pose and there is none";
+  if (with_pose && !result.robust.judgement.pose_found) return "the status says a pose and there is none";
   if (with_pose && inliers < kMinimumMatches) return "a pose rests on fewer than eight inliers";
-  return with_pose ? brokenPose(result.robust.pose) : std::string();
+  return with_pose ? brokenPose(result.robust.judgement.pose) : std::string();
 }
 
 /// Ids are unique within the image, and only inliers have them.

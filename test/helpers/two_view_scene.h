@@ -93,7 +93,8 @@ struct PoseErrors {
 };
 
 inline PoseErrors poseErrors(const RobustResult& result, const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
-  return {rotationError(result.pose.R, R.transpose()), directionError(result.pose.t, -R.transpose() * t)};
+  return {rotationError(result.judgement.pose.R, R.transpose()),
+          directionError(result.judgement.pose.t, -R.transpose() * t)};
 }
 
 inline PoseErrors poseErrors(const RobustResult& result, const TwoViewScene& scene) {

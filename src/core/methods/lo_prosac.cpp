@@ -93,7 +93,7 @@ class LoProsac : public RansacMethod {
     const TwoViewPose pose = refined(model, optimum, effort);
     const RefinedPose& answer = judge_.refine(points_, true, optimum);
     if (!accept(pair, answer.pose.essential(), true)) return;
-    static_cast<Judgement&>(pair.result) =
+    pair.result.judgement =
         judge_.judge(answer, pose, optima_.alternatives, options_.mayRoll(pair.pairs.global_shutter));
     pair.result.optimum = MotionStart(answer.pose);
   }

@@ -84,22 +84,22 @@ void RansacMethod::recoverPose(const PairTask& pair, const TwoViewModel& model, 
   const RecoveredPose recovered = pose_recovery_.recover(pairs, camera, points_, result, refine);
   if (recovered.judgement == nullptr) return weighMatches(model, best, result);
   if (recovered.model) setModel(pair, *recovered.model);
-  static_cast<Judgement&>(result) = *recovered.judgement;
+  result.judgement = *recovered.judgement;
 }
 
 void RansacMethod::weighMatches(const TwoViewModel& model, const Hypothesis& best, RobustResult& result) {
   const PointColumnsView view = points_.view();
   model.residuals(best, storage_.residuals);
   noise_.measure(storage_.residuals, view.count);
-  result.noise_exponent = points_.noiseExponent();
-  result.sigma_px = noise_.sigma() * options_.inlierThreshold();
+  result.judgement.noise_exponent = points_.noiseExponent();
+  result.judgement.sigma_px = noise_.sigma() * options_.inlierThreshold();
   const bool on_lines = result.model_type != ModelType::kHomography;
-  if (!on_lines) result.sigma_px /= kTransferSigmas;
+  if (!on_lines) result.judgement.sigma_px /= kTransferSigmas;
   // A homography says where the point itself belongs, so what is near it needs no further question.
   points_.inOrderOfMatches(on_lines ? noise_.weigh(view, points_.finestWeight()) : noise_.probabilities(),
-                           result.probability);
-  points_.inOrderOfMatches(noise_.residuals(), result.residual);
-  noise_.toDeviations(1, result.residual);
+                           result.judgement.probability);
+  points_.inOrderOfMatches(noise_.residuals(), result.judgement.residual);
+  noise_.toDeviations(1, result.judgement.residual);
 }
 
 void RansacMethod::setModel(const PairTask& pair, const Eigen::Matrix3d& model) const {
@@ -133,7 +133,7 @@ void TextbookMethod::estimate(const PointPairs& pairs, const Camera& camera, Rob
   if (!begin(pair)) return;
   const std::optional<Hypothesis> best = findBest(pair);
   if (best) conclude(pair, *best);
-  const bool known = result.model_found && (!camera.calibrated() || result.translation_observable);
+  const bool known = result.model_found && (!camera.calibrated() || result.judgement.translation_observable);
   if (known || !options_.judge || hurried(result.effort)) return;
   if (const auto better = findBetter(pair, best)) conclude(pair, *better);
 }

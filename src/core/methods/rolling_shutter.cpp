@@ -56,9 +56,9 @@ double stretch(const Camera& camera, double readout, const Vector3d& rate, int h
 
 /// True if the other sensor's rotation may be that of the images.
 bool agree(const RotationPrior& prior, const RobustResult& seen) {
-  if (!seen.pose_found) return false;
-  const Vector3d apart = rotationVector(prior.R * seen.pose.R.transpose());
-  const Eigen::Matrix3d covariance = prior.covariance + seen.pose.covariance.bottomRightCorner<3, 3>();
+  if (!seen.judgement.pose_found) return false;
+  const Vector3d apart = rotationVector(prior.R * seen.judgement.pose.R.transpose());
+  const Eigen::Matrix3d covariance = prior.covariance + seen.judgement.pose.covariance.bottomRightCorner<3, 3>();
   return apart.dot(covariance.ldlt().solve(apart)) < kAgrees;
 }
 
@@ -91,8 +91,8 @@ void RollingShutter::followPair(const PointPairs& pairs, const Camera& camera, R
     return;
   }
   Vector3d rate(0, 0, 0);
-  for (int pass = 0; pass < kMostPasses && result.pose_found; ++pass) {
-    const Vector3d shown = rotationVector(result.pose.R) / *pairs.seconds;
+  for (int pass = 0; pass < kMostPasses && result.judgement.pose_found; ++pass) {
+    const Vector3d shown = rotationVector(result.judgement.pose.R) / *pairs.seconds;
     if (moves(shown - rate, camera) < kLeastMoved) return;
     rate = shown;
     if (tryMoved(pairs, camera, {rate, rate}, result) < kContradicted) {
@@ -120,15 +120,17 @@ double RollingShutter::tryMoved(const PointPairs& pairs, const Camera& camera, c
   moved_.previous_motion = result.optimum;
   method_->estimate(moved_, camera, candidate_);
   result.effort += candidate_.effort;
-  if (result.pose_found != candidate_.pose_found) return candidate_.pose_found ? kCertain : -kCertain;
+  if (result.judgement.pose_found != candidate_.judgement.pose_found)
+    return candidate_.judgement.pose_found ? kCertain : -kCertain;
   weigh(moved_, camera, rates, candidate_, candidate_costs_);
   cells_.resize(static_cast<size_t>(pairs.size()));
   for (size_t i = 0; i < cells_.size(); ++i) {
     cells_[i] = spreadCell({pairs.x_reference[i], pairs.y_reference[i]}, pairs.image_reference);
   }
   // Without observable translation a model with one absorbs the effect of the rows: compare rotations alone.
-  const auto costs =
-      result.translation_observable || candidate_.translation_observable ? &Costs::model : &Costs::rotation;
+  const auto costs = result.judgement.translation_observable || candidate_.judgement.translation_observable
+                         ? &Costs::model
+                         : &Costs::rotation;
   return vuongStatistic(pairs.size(), cells_,
                         [&](size_t i) { return (costs_.*costs)[i] - (candidate_costs_.*costs)[i]; });
 }
@@ -152,11 +154,11 @@ void RollingShutter::weigh(const PointPairs& pairs, const Camera& camera, const 
     });
   };
   for (auto* column : {&costs.model, &costs.rotation}) column->assign(static_cast<size_t>(pairs.size()), 1.f);
-  if (!result.pose_found) return;
+  if (!result.judgement.pose_found) return;
   const Eigen::Matrix3d K = camera.K();
   fill(result.model_type, result.model, threshold_px_, costs.model);
-  fill(ModelType::kHomography, K * result.rotation_alone.transpose() * K.inverse(), kTransferThreshold * threshold_px_,
-       costs.rotation);
+  fill(ModelType::kHomography, K * result.judgement.rotation_alone.transpose() * K.inverse(),
+       kTransferThreshold * threshold_px_, costs.rotation);
 }
 
 double RollingShutter::moves(const Vector3d& rate, const Camera& camera) const {

@@ -79,7 +79,7 @@ ScaleEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, K
   }
   if (matches < kMinimumSupport) return estimate;
 
-  JointMotion start = {pair.result.robust.pose, pair.baseline > 0};
+  JointMotion start = {pair.result.robust.judgement.pose, pair.baseline > 0};
   const double length = startingLength(std::move(ratios));
   start.pose.t *= length;
   PairPoints points = reader.points();

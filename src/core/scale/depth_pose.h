@@ -20,10 +20,10 @@ namespace gms_ransac {
 /// finite where unknown; empty: no entries.
 std::vector<float> keypointDepth(const Features& features, const cv::Mat& depth);
 
-/// One pose from all that was measured of a pair, by robust least squares from `result.robust.pose`: inliers with depth
-/// as points in space, with the noise of depth or disparity; the others by their Sampson distance. With pixels the
-/// inliers are aligned before. Rotation, translation and covariance are joint. `features` 0 (fewer than eight inliers
-/// with depth, or no solution) leaves `pose` alone. `key`: locates the current image in it as well.
+/// One pose from all that was measured of a pair, by robust least squares from `result.robust.judgement.pose`: inliers
+/// with depth as points in space, with the noise of depth or disparity; the others by their Sampson distance. With
+/// pixels the inliers are aligned before. Rotation, translation and covariance are joint. `features` 0 (fewer than
+/// eight inliers with depth, or no solution) leaves `pose` alone. `key`: locates the current image in it as well.
 ScaleEstimate poseFromKeypointDepth(const DepthPair& pair, RelativePose& pose, KeyFrame* key = nullptr);
 
 }  // namespace gms_ransac

@@ -25,7 +25,9 @@ cv::Point2f pointOf(const cv::Point& pixel) { return {static_cast<float>(pixel.x
 }  // namespace
 
 PairReader::PairReader(const DepthPair& pair)
-    : pair_(pair), pixel_(1 / pair.camera.meanFocalLength()), sigma_(pair.result.robust, pair.current.scale_factor) {}
+    : pair_(pair),
+      pixel_(1 / pair.camera.meanFocalLength()),
+      sigma_(pair.result.robust.judgement, pair.current.scale_factor) {}
 
 PairPoints PairReader::points() const {
   PairPoints points;

@@ -62,7 +62,7 @@ double minimiseInLog(double centre, double range, int steps, const std::function
 ScaleEstimate ScalePropagator::measure(const Triangulation& pair, const MatchResult& result, double pixel,
                                        bool after_loss) {
   ratios_.clear();
-  const Eigen::Vector3d& t = result.robust.pose.t;
+  const Eigen::Vector3d& t = result.robust.judgement.pose.t;
   for (int i = 0; i < pair.size(); ++i) {
     const auto keypoint = static_cast<size_t>(result.matches[pair.match[i]].reference);
     if (keypoint >= reference_.size() || reference_[keypoint].variance == 0) continue;
@@ -120,7 +120,7 @@ double ScalePropagator::startingLength() const {
 
 void ScalePropagator::carryOn(const Triangulation& pair, const MatchResult& result, double pixel, double length) {
   current_.assign(static_cast<size_t>(result.keypoints_current), InverseDepth());
-  const RelativePose& pose = result.robust.pose;
+  const RelativePose& pose = result.robust.judgement.pose;
   for (int i = 0; i < pair.size(); ++i) {
     if (pair.depth_current[i] <= 0 || !std::isfinite(pair.depth_current[i])) continue;
     const Match& match = result.matches[pair.match[i]];
@@ -169,7 +169,7 @@ void ScalePropagator::carryThroughRotation(const Triangulation& pair, const Matc
     const InverseDepth& old = reference_[keypoint];
     // Depth of the point in the rotated camera over the old one.
     const Eigen::Vector3d ray(pair.x_reference[i], pair.y_reference[i], 1);
-    const double stretch = (result.robust.pose.R.transpose() * ray).z();
+    const double stretch = (result.robust.judgement.pose.R.transpose() * ray).z();
     if (stretch <= 0) continue;
     current_[static_cast<size_t>(match.current)] = {old.value / stretch, old.variance / (stretch * stretch)};
   }

@@ -33,7 +33,7 @@ void triangulateInliers(const Features& reference, const Features& current, cons
                         const Camera& camera, Triangulation& out, double minimum_parallax) {
   out.match.clear();
   for (auto* column : {&out.x_reference, &out.y_reference, &out.x_current, &out.y_current}) column->clear();
-  if (camera.calibrated() && result.robust.pose_found) {
+  if (camera.calibrated() && result.robust.judgement.pose_found) {
     for (size_t m = 0; m < result.matches.size(); ++m) {
       if (!result.isInlier(m)) continue;
       const Match& match = result.matches[m];
@@ -46,7 +46,7 @@ void triangulateInliers(const Features& reference, const Features& current, cons
       out.y_current.push_back(c.y());
     }
   }
-  triangulate(result.robust.pose, minimum_parallax, out);
+  triangulate(result.robust.judgement.pose, minimum_parallax, out);
 }
 
 }  // namespace gms_ransac

@@ -18,6 +18,15 @@ Effort& Effort::operator+=(const Effort& other) {
   return *this;
 }
 
+void Judgement::clear() {
+  Judgement empty;
+  empty.probability.swap(probability);
+  empty.residual.swap(residual);
+  empty.probability.clear();
+  empty.residual.clear();
+  *this = std::move(empty);
+}
+
 double Judgement::sigma(int octave, float scale_factor) const {
   return sigma_px * std::pow(static_cast<double>(scale_factor), noise_exponent * octave);
 }
@@ -31,24 +40,19 @@ void Judgement::refuse(DirectionDoubt reason) {
 void RobustResult::clear() {
   RobustResult empty;
   empty.inlier.swap(inlier);
-  empty.probability.swap(probability);
-  empty.residual.swap(residual);
+  std::swap(empty.judgement, judgement);
   empty.inlier.clear();
-  empty.probability.clear();
-  empty.residual.clear();
+  empty.judgement.clear();
   *this = std::move(empty);
 }
 
 void RobustResult::reject() {
-  model_found = pose_found = translation_observable = false;
-  doubt = DirectionDoubt::kNone;
+  model_found = false;
   std::fill(inlier.begin(), inlier.end(), 0);
   inlier_count = 0;
-  rms_error_px = sigma_px = camera_misfit = median_parallax_px = 0;
+  rms_error_px = 0;
   model.setZero();
-  pose = RelativePose();
-  probability.clear();
-  residual.clear();
+  judgement.clear();
 }
 
 }  // namespace gms_ransac

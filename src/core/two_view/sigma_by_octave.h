@@ -11,9 +11,9 @@ namespace gms_ransac {
 
 class SigmaByOctave {
  public:
-  SigmaByOctave(const RobustResult& result, float scale_factor) {
+  SigmaByOctave(const Judgement& judgement, float scale_factor) {
     for (size_t octave = 0; octave < sigma_.size(); ++octave) {
-      sigma_[octave] = static_cast<float>(result.sigma(static_cast<int>(octave), scale_factor));
+      sigma_[octave] = static_cast<float>(judgement.sigma(static_cast<int>(octave), scale_factor));
     }
   }
   /// The nearest octave's where there is none of that number.

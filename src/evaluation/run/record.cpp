@@ -110,13 +110,13 @@ json answerRecord(const MatchFilterOptions& options, const MatchResult& result) 
                    {"total", 1e3 * times.total()}}}};
   if (result.inliers > 0) {
     record["rms_error_px"] = robust.rms_error_px;
-    record["sigma_px"] = robust.sigma_px;
+    record["sigma_px"] = robust.judgement.sigma_px;
   }
   if (hasPose(result)) {
-    record["R"] = numbersOf(Eigen::Matrix3d(robust.pose.R.transpose()));
-    record["t"] = numbersOf(robust.pose.t);
-    record["median_parallax_px"] = robust.median_parallax_px;
-    record["covariance"] = numbersOf(robust.pose.covariance);
+    record["R"] = numbersOf(Eigen::Matrix3d(robust.judgement.pose.R.transpose()));
+    record["t"] = numbersOf(robust.judgement.pose.t);
+    record["median_parallax_px"] = robust.judgement.median_parallax_px;
+    record["covariance"] = numbersOf(robust.judgement.pose.covariance);
   }
   return record;
 }
@@ -137,7 +137,7 @@ json truthRecord(const std::optional<Eigen::Isometry3d>& pose, const MatchResult
                        {"translation_sigma", noise.translation}};
   }
   if (!hasPose(result)) return record;
-  const RelativePose& estimate = result.robust.pose;
+  const RelativePose& estimate = result.robust.judgement.pose;
   const PoseError error = poseError(*pose, estimate.R, estimate.t);
   const Eigen::Vector3d rotation = kDegrees * rotationVector(estimate.R * pose->linear().transpose());
   record["pose_error"] = {{"rotation_deg", error.rotation},
@@ -165,7 +165,7 @@ json recordOf(const Answer& answer) {
   const PairTruth& truth = answer.truth;
   Counts epipolar, transfer;
   Reliability reliability;
-  const bool weighed = !result.robust.probability.empty();  // with a model
+  const bool weighed = !result.robust.judgement.probability.empty();  // with a model
   result.forEachRaw([&](const Match& match, MatchStage stage, size_t row) {
     const cv::Point2f &p = pointOf(answer.reference, match.reference), &q = pointOf(answer.current, match.current);
     const bool kept = stage == MatchStage::kInlier;
@@ -193,12 +193,14 @@ json recordOf(const MatchFilterOptions& options, Method& method, const TwoViewSc
   result.times.ransac = secondsOf(CLOCK_MONOTONIC) - start;
   result.status = statusOf(result.robust, scene.camera);
   result.matches.resize(scene.correct.size());
+  result.inlier = result.robust.inlier;
   result.inliers = result.robust.inlier_count;
   Counts counts;
   Reliability reliability;
   for (size_t match = 0; match < scene.correct.size(); ++match) {
     counts.add(static_cast<int>(match), result.robust.inlier[match] != 0, scene.correct[match] != 0);
-    if (!result.robust.probability.empty()) reliability.add(result.robust.probability[match], isRight(scene, match));
+    if (!result.robust.judgement.probability.empty())
+      reliability.add(result.robust.judgement.probability[match], isRight(scene, match));
   }
   json record = answerRecord(options, result);
   record["kind"] = "drawn";

@@ -57,8 +57,8 @@ void toMessage(const ProcessedFrame& processed, bool with_rejected, Corresponden
   setLength(with_rejected ? result.raw.size() : static_cast<size_t>(result.inliers), with_rejected, message);
   const Features &reference_features = processed.pair->reference->frame.features,
                  &current_features = current.frame.features;
-  const SigmaByOctave reference_sigma(result.robust, reference_features.scale_factor),
-      current_sigma(result.robust, current_features.scale_factor);
+  const SigmaByOctave reference_sigma(result.robust.judgement, reference_features.scale_factor),
+      current_sigma(result.robust.judgement, current_features.scale_factor);
   size_t row = 0;
   result.forEachRaw([&](const Match& match, MatchStage stage, size_t i) {
     if (!with_rejected && stage != MatchStage::kInlier) return;
@@ -100,8 +100,8 @@ void toMessage(const ProcessedFrame& processed, Keypoints& message) {
     column->reserve(n);
   }
   const bool has_model = processed.pair != nullptr && processed.pair->result.robust.model_found;
-  const RobustResult no_model;
-  const SigmaByOctave sigma(has_model ? processed.pair->result.robust : no_model, features.scale_factor);
+  const Judgement no_model;
+  const SigmaByOctave sigma(has_model ? processed.pair->result.robust.judgement : no_model, features.scale_factor);
   for (const cv::KeyPoint& keypoint : features.keypoints) {
     message.u.push_back(keypoint.pt.x);
     message.v.push_back(keypoint.pt.y);
@@ -148,14 +148,14 @@ void toMessage(const ProcessedFrame& processed, const FrameCounters& counters, M
     message.search_cut = result.robust.effort.search_cut;
     message.refinement_cut = result.robust.effort.refinement_cut;
     message.inlier_ratio = result.size() > 0 ? static_cast<float>(result.inliers) / result.size() : 0.f;
-    message.median_parallax_px = static_cast<float>(result.robust.median_parallax_px);
+    message.median_parallax_px = static_cast<float>(result.robust.judgement.median_parallax_px);
     message.rms_error_px = static_cast<float>(result.robust.rms_error_px);
-    message.sigma_px = static_cast<float>(result.robust.sigma_px);
+    message.sigma_px = static_cast<float>(result.robust.judgement.sigma_px);
     message.shutter = result.shutter.kind;
     const double focal_lengths = rowsInFocalLengths(*processed.current);
     message.shutter_readout = static_cast<float>(focal_lengths * result.shutter.readout);
     message.shutter_readout_sigma = static_cast<float>(focal_lengths * result.shutter.deviation);
-    message.camera_misfit = static_cast<float>(result.robust.camera_misfit);
+    message.camera_misfit = static_cast<float>(result.robust.judgement.camera_misfit);
     message.time_match = static_cast<float>(processed.times.match);
     message.time_gms = static_cast<float>(processed.times.gms);
     message.time_ransac = static_cast<float>(processed.times.ransac);

@@ -65,7 +65,7 @@ Quantity measure(const ProcessedFrame& processed, OverlayColour colour) {
   if (colour == OverlayColour::kStage) return {};
   const std::vector<float> unknown(result.matches.size(), kUnknown);
   if (colour == OverlayColour::kProbability) {
-    Quantity probability = {"probability", 1, -1, true, result.robust.probability};
+    Quantity probability = {"probability", 1, -1, true, result.robust.judgement.probability};
     probability.values.resize(result.matches.size(), 0);  // without a model there are none
     return probability;
   }
@@ -83,8 +83,8 @@ Quantity measure(const ProcessedFrame& processed, OverlayColour colour) {
     }
     return depth;
   }
-  return {cv::format("residual, sigma = %.2g px", result.robust.sigma_px), 0, 1, true,
-          result.robust.residual.empty() ? unknown : result.robust.residual};
+  return {cv::format("residual, sigma = %.2g px", result.robust.judgement.sigma_px), 0, 1, true,
+          result.robust.judgement.residual.empty() ? unknown : result.robust.judgement.residual};
 }
 
 /// Stretches the scale over the values of the inliers but for the most extreme twentieth.

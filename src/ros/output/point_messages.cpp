@@ -106,7 +106,8 @@ double knownDepth(const ProcessedFrame& processed, const Triangulation& points, 
   const std::vector<float>& measured = processed.current->stereo.depth;
   const auto keypoint = static_cast<size_t>(result.matches[static_cast<size_t>(points.match[i])].current);
   if (processed.metric_scale && keypoint < measured.size() && measured[keypoint] > 0) return measured[keypoint];
-  const double noise = M_SQRT2 * result.robust.sigma_px / processed.current->image.camera->camera.meanFocalLength();
+  const double noise =
+      M_SQRT2 * result.robust.judgement.sigma_px / processed.current->image.camera->camera.meanFocalLength();
   return points.valid[i] && points.parallax[i] > kKnownDepth * noise ? points.depth_current[i] * processed.pose.t.norm()
                                                                      : 0;
 }

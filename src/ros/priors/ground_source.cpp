@@ -15,8 +15,9 @@ constexpr double kSpringSigma = 0.02, kLevelSigma = 0.17;
 }  // namespace
 
 LengthAnswer GroundSource::measure(const PriorQuery& query, const PairSeen& pair) {
-  if (!pair.seen.translation_observable) return LengthAnswer();
-  Ground ground = measureGround(pair.points, pair.seen.pose, pair.camera, prior(query.camera_frame), pair.images);
+  if (!pair.seen.judgement.translation_observable) return LengthAnswer();
+  Ground ground =
+      measureGround(pair.points, pair.seen.judgement.pose, pair.camera, prior(query.camera_frame), pair.images);
   return {ground.scale, std::move(ground.problem)};
 }
 

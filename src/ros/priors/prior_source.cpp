@@ -32,8 +32,8 @@ RotationAnswer RotationSource::ask(const PriorQuery& query) {
 void RotationSource::compare(const RotationAnswer& answer, const RobustResult& seen) {
   const PriorQuery& query = answer.query;
   RotationPrior visual;
-  visual.R = seen.pose.R;
-  visual.covariance = seen.pose.covariance.bottomRightCorner<3, 3>();
+  visual.R = seen.judgement.pose.R;
+  visual.covariance = seen.judgement.pose.covariance.bottomRightCorner<3, 3>();
   calibrate(query, visual);
   std::lock_guard<std::mutex> lock(mutex_);
   history_.pairs_by_rates += seen.row_correction == RowCorrection::kPrior;

@@ -18,8 +18,8 @@ constexpr double kNoiseSigmas = 2;
 }  // namespace
 
 std::string WheelCheck::judge(const Eigen::Vector3d& travelled, const RobustResult& seen) {
-  const double length = travelled.norm(), parallax = seen.median_parallax_px;
-  if (seen.translation_observable && length < kStanding) {
+  const double length = travelled.norm(), parallax = seen.judgement.median_parallax_px;
+  if (seen.judgement.translation_observable && length < kStanding) {
     return cv::format(
         "by the odometry the camera stood (%.4f m), by the images it moved (%.1f px of parallax): the "
         "wheels slip, or the odometry is late",
@@ -27,7 +27,7 @@ std::string WheelCheck::judge(const Eigen::Vector3d& travelled, const RobustResu
   }
   const std::vector<double> usual(usual_.begin(), usual_.end());
   const double expected = usual.size() < kFewest ? 0 : length * quantilesOf(usual).median;  // 0: not known
-  const double noise = kNoiseSigmas * seen.sigma_px;
+  const double noise = kNoiseSigmas * seen.judgement.sigma_px;
   const bool too_little = expected > kSlip * std::max(parallax, noise);
   const bool too_much = expected > 0 && parallax > kSlip * std::max(expected, noise);
   // A view whose depth changed for good, as behind a door, becomes what is usual.
@@ -39,8 +39,8 @@ std::string WheelCheck::judge(const Eigen::Vector3d& travelled, const RobustResu
         "images have %.1f px: the wheels slip",
         length, expected, parallax);
   }
-  const double cosine = travelled.dot(seen.pose.t) / (length * seen.pose.t.norm());
-  if (!seen.translation_observable || !(cosine < kOtherWay)) return std::string();
+  const double cosine = travelled.dot(seen.judgement.pose.t) / (length * seen.judgement.pose.t.norm());
+  if (!seen.judgement.translation_observable || !(cosine < kOtherWay)) return std::string();
   return cv::format(
       "the camera's direction by the odometry is %.0f degrees from that by the images: correct the tf "
       "from the body of the odometry to the camera",

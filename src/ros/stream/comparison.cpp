@@ -51,7 +51,7 @@ void Comparison::compare() {
     const std::shared_ptr<ComparedPair> pair =
         attempt(stream.reference, rotation.prior ? &*rotation.prior : nullptr, &stream.past);
     stream.reference = pair->reference;
-    if (rotation.prior && pair->result.robust.pose_found) sensor->compare(rotation, pair->result.robust);
+    if (rotation.prior && pair->result.robust.judgement.pose_found) sensor->compare(rotation, pair->result.robust);
     conclude(pair);
     if (!rotation.problem.empty()) because(Why::kNoPrior, rotation.problem);
   };

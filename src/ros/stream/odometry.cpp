@@ -208,7 +208,7 @@ void integrate(const Parameters& parameters, MotionIntegrator& place, ProcessedF
                        seconds,
                        at_rest || answer.status == MatchStats::OK,
                        answer.reference_held,
-                       answer.pair->result.robust.median_parallax_px,
+                       answer.pair->result.robust.judgement.median_parallax_px,
                        answer.recovered || !answer.velocity_known,
                        at_rest,
                        answer.since_key,

@@ -108,7 +108,7 @@ constexpr double kOfDepthImages = 3;
 /// Widens the covariance of the pose, and keeps both parts of it.
 void addSharedErrors(double share, ProcessedFrame& answer) {
   const double parallax =
-      answer.pair->result.robust.median_parallax_px / answer.current->image.camera->camera.meanFocalLength();
+      answer.pair->result.robust.judgement.median_parallax_px / answer.current->image.camera->camera.meanFocalLength();
   answer.own_covariance = answer.pose.covariance;
   answer.shared = sharedErrors(share, answer.pose, parallax);
   answer.pose.covariance += answer.shared * answer.shared.transpose();
@@ -121,7 +121,7 @@ void findPose(const Pipeline& pipeline, Stream& stream, ComparedPair& pair, Proc
   // Depth tells a motion that the images alone leave open.
   const bool open = answer.status == MatchStats::MOTION_UNKNOWN && pipeline.parameters.measuresDepth();
   if (!answer.poseValid() && !open) return;
-  answer.pose = pair.result.robust.pose;
+  answer.pose = pair.result.robust.judgement.pose;
   answer.length_missing = answer.recovered && answer.status == MatchStats::OK;
   const Parameters& parameters = pipeline.parameters;
   if (answer.current->image.wanted.points || parameters.scale == ScaleMode::kPropagate || parameters.measuresMetres()) {

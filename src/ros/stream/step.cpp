@@ -23,13 +23,6 @@ constexpr double kLateImage = 2;
 // three rendered rooms) 83 pass for the same place, with 17 inliers at most.
 constexpr int kSureInliers = 30;
 
-/// Treats the pair as one without a model.
-void reject(MatchResult& result) {
-  result.inliers = 0;
-  result.robust.reject();
-  result.status = Status::kRansacFailed;
-}
-
 /// The answer to one image in the making.
 struct Step : Comparison {
   Recovery& recovery;
@@ -245,7 +238,7 @@ Step::Attempt Step::tryKept(size_t index) {
   MatchResult& result = tried.pair->result;
   if (result.status != Status::kOk && result.status != Status::kLowParallax) return tried;
   tried.shows_the_same = result.inliers >= kSureInliers;
-  if (!tried.shows_the_same) reject(result);
+  if (!tried.shows_the_same) result.reject();
   return tried;
 }
 

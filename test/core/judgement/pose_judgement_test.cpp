@@ -102,9 +102,9 @@ struct Tally {
 
 /// The squared error of the rotation in units of its covariance: chi-square of three degrees where that is true.
 double rotationSquare(const RobustResult& result, const TwoViewScene& scene) {
-  const Eigen::AngleAxisd off(result.pose.R * scene.R);
+  const Eigen::AngleAxisd off(result.judgement.pose.R * scene.R);
   const Eigen::Vector3d error = off.angle() * off.axis();
-  const Eigen::Matrix3d covariance = result.pose.covariance.bottomRightCorner<3, 3>();
+  const Eigen::Matrix3d covariance = result.judgement.pose.covariance.bottomRightCorner<3, 3>();
   return error.dot(covariance.inverse() * error);
 }
 
@@ -112,13 +112,13 @@ template <typename Make>
 Tally tallyScenes(const std::string& method, const RobustOptions& options, const Make& make, int scenes) {
   Tally tally;
   forEachAnswer(method, options, scenes, make, [&](const TwoViewScene& scene, const RobustResult& result) {
-    if (result.translation_observable) {
+    if (result.judgement.translation_observable) {
       const PoseErrors errors = poseErrors(result, scene);
       ++tally.ok;
       tally.ok_wrong += errors.direction > kWrongDirection;
       tally.ok_bent += errors.rotation > kBent;
     } else {
-      ++(result.doubt == DirectionDoubt::kOtherMotion ? tally.ambiguous : tally.other);
+      ++(result.judgement.doubt == DirectionDoubt::kOtherMotion ? tally.ambiguous : tally.other);
       tally.rotation_outside += rotationSquare(result, scene) > 9;
     }
   });
@@ -235,9 +235,9 @@ double meanProbability(const std::string& method, const Make& make, const Counts
   double sum = 0;
   int count = 0;
   forEachAnswer(method, {}, 40, make, [&](const TwoViewScene& scene, const RobustResult& result) {
-    for (size_t i = 0; i < result.probability.size(); ++i) {
+    for (size_t i = 0; i < result.judgement.probability.size(); ++i) {
       if (!counts(scene, i)) continue;
-      sum += static_cast<double>(result.probability[i]);
+      sum += static_cast<double>(result.judgement.probability[i]);
       ++count;
     }
   });
@@ -284,8 +284,8 @@ TEST(Doubt, SaysWhatLeavesTheDirectionOpen) {
     options.max_direction_sigma = max_direction_sigma;
     RobustResult result;
     makeEstimator("lo_prosac", options)->estimate(scene.pairs, scene.camera, result);
-    EXPECT_EQ(result.translation_observable, result.doubt == DirectionDoubt::kNone);
-    return result.doubt;
+    EXPECT_EQ(result.judgement.translation_observable, result.judgement.doubt == DirectionDoubt::kNone);
+    return result.judgement.doubt;
   };
   TwoViewSceneOptions turn;
   turn.translation.setZero();
@@ -308,13 +308,14 @@ std::vector<double> sortedNees(const std::string& method, int scenes, const Opti
   std::vector<double> nees;
   const auto make = [&](uint64_t seed) { return makeTwoViewScene(options(seed)); };
   forEachAnswer(method, {}, scenes, make, [&](const TwoViewScene& scene, const RobustResult& result) {
-    if (!result.translation_observable) return;
+    if (!result.judgement.translation_observable) return;
     Eigen::Vector3d basis[2];
-    PoseModel::tangent(result.pose.t, basis);
+    PoseModel::tangent(result.judgement.pose.t, basis);
     Eigen::Matrix<double, 2, 3> across;
     across << basis[0].transpose(), basis[1].transpose();
     const Eigen::Vector2d error = across * (scene.R.transpose() * scene.t).normalized();
-    const Eigen::Matrix2d covariance = across * result.pose.covariance.topLeftCorner<3, 3>() * across.transpose();
+    const Eigen::Matrix2d covariance =
+        across * result.judgement.pose.covariance.topLeftCorner<3, 3>() * across.transpose();
     nees.push_back(error.dot(covariance.inverse() * error) / 2);
   });
   std::sort(nees.begin(), nees.end());

@@ -55,8 +55,9 @@ TEST(Repetition, EqualTilesDoNotTellWhereTheCameraMoves) {
   for (const double share : {0.2, 0.4, 0.6, 0.8}) {
     const MatchResult result = resultOf(floor, share * kTile);
     EXPECT_NE(result.status, Status::kOk) << share;
-    EXPECT_EQ(result.robust.doubt, DirectionDoubt::kRepetition) << share;
-    EXPECT_GT(result.robust.pose.covariance.diagonal().tail<3>().minCoeff(), 0.01) << "a tile is 14 degrees wide";
+    EXPECT_EQ(result.robust.judgement.doubt, DirectionDoubt::kRepetition) << share;
+    EXPECT_GT(result.robust.judgement.pose.covariance.diagonal().tail<3>().minCoeff(), 0.01)
+        << "a tile is 14 degrees wide";
     EXPECT_TRUE(says(explain(result.status, result, {}, {}), {"repeats itself"}));
   }
 }

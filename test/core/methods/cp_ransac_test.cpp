@@ -49,7 +49,7 @@ Answers answersTo(int scenes, const std::string& method) {
     const RobustResult result = estimated(*estimator, scene);
     answers.hypotheses += result.effort.hypotheses;
     const PoseErrors errors = poseErrors(result, scene);
-    answers.right += result.translation_observable && errors.rotation < 1 && errors.direction < 5;
+    answers.right += result.judgement.translation_observable && errors.rotation < 1 && errors.direction < 5;
   }
   return answers;
 }

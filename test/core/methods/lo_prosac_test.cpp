@@ -39,7 +39,7 @@ MeanErrors meanErrors(const std::string& method, const RobustOptions& robust, do
     options.translation = 0.3 * Eigen::Vector3d(std::cos(k), 0.3 * std::sin(k), std::sin(k));
     const TwoViewScene scene = makeTwoViewScene(options);
     const RobustResult result = estimated(*estimator, scene);
-    EXPECT_TRUE(result.translation_observable || method != "lo_prosac");
+    EXPECT_TRUE(result.judgement.translation_observable || method != "lo_prosac");
     mean.rotation += poseErrors(result, scene).rotation / kScenes;
     mean.direction += poseErrors(result, scene).direction / kScenes;
     mean.kept += correctKept(result, scene);
@@ -93,7 +93,7 @@ TEST(LoProsac, TellsTheMotionsOfAPlaneApartByWhatLiesBehindTheCamera) {
     const TwoViewScene scene = makeTwoViewScene(options);
     const RobustResult result = estimated("lo_prosac", {}, scene);
     EXPECT_LT(poseErrors(result, scene).direction, 5) << seed;
-    EXPECT_TRUE(result.translation_observable) << seed;
+    EXPECT_TRUE(result.judgement.translation_observable) << seed;
   }
 }
 
@@ -120,7 +120,7 @@ TEST(LoProsac, FindsAWideStepAroundSomethingFlat) {
       for (const char* method : {"lo_prosac", "gms_ransac"}) {
         const RobustResult result = estimated(method, {}, scene);
         // The other motion of the plane may explain the matches as well, but then the direction is not known.
-        if (!result.translation_observable) continue;
+        if (!result.judgement.translation_observable) continue;
         EXPECT_LT(poseErrors(result, scene).rotation, 3) << method;
         EXPECT_LT(poseErrors(result, scene).direction, 10) << method;
       }
@@ -138,7 +138,7 @@ TEST(LoProsac, FindsAWideStepAroundAnObject) {
     options.outlier_ratio = 0.3;
     const TwoViewScene scene = makeTwoViewScene(options);
     const RobustResult result = estimated("lo_prosac", {}, scene);
-    EXPECT_TRUE(result.translation_observable) << seed;
+    EXPECT_TRUE(result.judgement.translation_observable) << seed;
     EXPECT_LT(poseErrors(result, scene).rotation, 1) << seed;
     EXPECT_LT(poseErrors(result, scene).direction, 2) << seed;
   }

@@ -60,11 +60,12 @@ Answers answers(const std::string& method, const std::string& scene, double read
     TwoViewScene pair = makeTwoViewScene(options);
     change(pair, i);
     estimator->estimate(pair.pairs, pair.camera, result);
-    const PoseErrors errors = result.pose_found ? poseErrors(result, pair) : PoseErrors{180, 180};
+    const PoseErrors errors = result.judgement.pose_found ? poseErrors(result, pair) : PoseErrors{180, 180};
     all.rotation.push_back(errors.rotation);
     all.direction.push_back(errors.direction);
     all.ok += statusOf(result, pair.camera) == Status::kOk;
-    all.rows_contradicted += result.camera_misfit > 1 && result.misfit_parameter == CameraParameter::kRollingShutter;
+    all.rows_contradicted +=
+        result.judgement.camera_misfit > 1 && result.judgement.misfit_parameter == CameraParameter::kRollingShutter;
     ++all.corrected[static_cast<size_t>(result.row_correction)];
   }
   return all;
@@ -226,7 +227,7 @@ TEST(RollingShutter, IsUndoneInTheWholeLine) {
       filter.process(first.image, cv::Mat(), stamp(first.stamp));
       const RobustResult& result = filter.process(second.image, cv::Mat(), stamp(second.stamp)).robust;
       EXPECT_EQ(result.row_correction, correction);
-      return rotationError(result.pose.R, trueRelativePose(scene, i, i + kGap).R);
+      return rotationError(result.judgement.pose.R, trueRelativePose(scene, i, i + kGap).R);
     };
     answer(given, false, RowCorrection::kUnknownTime);
     without.push_back(answer(off, true, RowCorrection::kNone));

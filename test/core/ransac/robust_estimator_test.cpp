@@ -43,11 +43,11 @@ TEST_P(EveryMethod, FindsTheModelAndThePose) {
       const RobustResult result = estimated(GetParam(), options, pair);
       SCOPED_TRACE(toString(model) + ", outliers " + std::to_string(limit.outliers));
       ASSERT_TRUE(result.model_found);
-      ASSERT_TRUE(result.pose_found);
-      EXPECT_NE(result.translation_observable, result.doubt == DirectionDoubt::kOtherMotion);
-      EXPECT_TRUE(result.translation_observable || model == ModelType::kHomography);
-      const PoseErrors errors =
-          result.doubt == DirectionDoubt::kOtherMotion ? planePoseErrors(result, pair) : poseErrors(result, pair);
+      ASSERT_TRUE(result.judgement.pose_found);
+      EXPECT_NE(result.judgement.translation_observable, result.judgement.doubt == DirectionDoubt::kOtherMotion);
+      EXPECT_TRUE(result.judgement.translation_observable || model == ModelType::kHomography);
+      const PoseErrors errors = result.judgement.doubt == DirectionDoubt::kOtherMotion ? planePoseErrors(result, pair)
+                                                                                       : poseErrors(result, pair);
       EXPECT_LT(errors.rotation, limit.rotation);
       EXPECT_LT(errors.direction, limit.direction);
       const auto correct = static_cast<double>(std::count(pair.correct.begin(), pair.correct.end(), 1));
@@ -68,7 +68,7 @@ TwoViewScene sceneFor(ModelType model, int matches = 1000) {
 
 /// Most of what sceneFor() offers was found.
 bool isAnswer(const RobustResult& result, const TwoViewScene& scene) {
-  return result.model_found && result.pose_found && result.inlier_count > 0.6 * scene.pairs.size();
+  return result.model_found && result.judgement.pose_found && result.inlier_count > 0.6 * scene.pairs.size();
 }
 
 TEST_P(EveryMethod, KeepsTheMatchesWithinItsThresholdAndNoOther) {
@@ -114,9 +114,9 @@ TEST_P(EveryMethod, StaysHonestOnPureRotation) {
   for (ModelType model : {ModelType::kEssential, ModelType::kHomography}) {
     const RobustResult result = estimated(GetParam(), optionsFor(model), pair);
     ASSERT_TRUE(result.model_found);
-    EXPECT_FALSE(result.translation_observable);
-    ASSERT_TRUE(result.pose_found);
-    EXPECT_LT(rotationError(result.pose.R, pair.R.transpose()), 1.0);
+    EXPECT_FALSE(result.judgement.translation_observable);
+    ASSERT_TRUE(result.judgement.pose_found);
+    EXPECT_LT(rotationError(result.judgement.pose.R, pair.R.transpose()), 1.0);
   }
 }
 
@@ -135,12 +135,12 @@ TEST_P(EveryMethod, IsNotMisledByPointsWithoutCoordinates) {
         SCOPED_TRACE(toString(model) + " " + std::to_string(value));
         const RobustResult result = estimated(GetParam(), optionsFor(model), spoilt);
         ASSERT_TRUE(result.model_found);
-        ASSERT_TRUE(result.pose_found);
+        ASSERT_TRUE(result.judgement.pose_found);
         EXPECT_GT(result.inlier_count, 0.8 * expected.inlier_count);
         EXPECT_EQ(brokenEstimate(spoilt.pairs, spoilt.camera, optionsFor(model), result), "");
-        EXPECT_EQ(result.doubt, expected.doubt);
-        if (result.doubt != DirectionDoubt::kOtherMotion) {
-          EXPECT_LT(rotationError(result.pose.R, clean.R.transpose()), 2.0);
+        EXPECT_EQ(result.judgement.doubt, expected.judgement.doubt);
+        if (result.judgement.doubt != DirectionDoubt::kOtherMotion) {
+          EXPECT_LT(rotationError(result.judgement.pose.R, clean.R.transpose()), 2.0);
         }
       }
     }
@@ -182,7 +182,7 @@ TEST_P(EveryMethod, FindsNothingInDegenerateData) {
     for (ModelType model : kModels) {
       const RobustResult result = estimated(GetParam(), optionsFor(model), pair);
       EXPECT_FALSE(result.model_found) << toString(model) << " in case " << &spoil - spoilers;
-      EXPECT_FALSE(result.pose_found);
+      EXPECT_FALSE(result.judgement.pose_found);
       EXPECT_EQ(result.inlier_count, 0);
       EXPECT_EQ(result.inlier.size(), static_cast<size_t>(pair.pairs.size()));
     }
@@ -207,7 +207,7 @@ TEST_P(EveryMethod, FallsBackToTheFundamentalMatrixWithoutACamera) {
   makeEstimator(GetParam(), optionsFor(ModelType::kEssential))->estimate(pair.pairs, Camera(), result);
   EXPECT_TRUE(result.model_found);
   EXPECT_EQ(result.model_type, ModelType::kFundamental);
-  EXPECT_FALSE(result.pose_found);
+  EXPECT_FALSE(result.judgement.pose_found);
 }
 
 TEST_P(EveryMethod, GivesACovarianceThatItsErrorsFit) {
@@ -221,12 +221,12 @@ TEST_P(EveryMethod, GivesACovarianceThatItsErrorsFit) {
     scene.outlier_ratio = 0.1;
     const TwoViewScene pair = makeTwoViewScene(scene);
     const RobustResult result = estimated(GetParam(), optionsFor(ModelType::kEssential), pair);
-    ASSERT_TRUE(result.translation_observable);
-    const Covariance6d& covariance = result.pose.covariance;
-    EXPECT_NEAR((covariance.topLeftCorner<3, 3>() * result.pose.t).norm(), 0, 1e-9);
+    ASSERT_TRUE(result.judgement.translation_observable);
+    const Covariance6d& covariance = result.judgement.pose.covariance;
+    EXPECT_NEAR((covariance.topLeftCorner<3, 3>() * result.judgement.pose.t).norm(), 0, 1e-9);
     Eigen::Matrix<double, 6, 1> error;
-    const Eigen::AngleAxisd turn(Eigen::Matrix3d(pair.R.transpose() * result.pose.R.transpose()));
-    error << (-pair.R.transpose() * pair.t).normalized() - result.pose.t, turn.angle() * turn.axis();
+    const Eigen::AngleAxisd turn(Eigen::Matrix3d(pair.R.transpose() * result.judgement.pose.R.transpose()));
+    error << (-pair.R.transpose() * pair.t).normalized() - result.judgement.pose.t, turn.angle() * turn.axis();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(covariance);
     for (int k = 1; k < 6; ++k) {  // the smallest belongs to the direction of t
       sum += std::pow(eigen.eigenvectors().col(k).dot(error), 2) / eigen.eigenvalues()(k);
@@ -259,8 +259,8 @@ TEST(MethodsThatFilter, EstimateAsRansacDoes) {
       const RobustResult result = estimated(name, optionsFor(model), pair);
       EXPECT_EQ(result.model, ransac.model);
       EXPECT_EQ(result.inlier, ransac.inlier);
-      EXPECT_EQ(result.probability, ransac.probability);
-      EXPECT_EQ(result.pose.covariance, ransac.pose.covariance);
+      EXPECT_EQ(result.judgement.probability, ransac.judgement.probability);
+      EXPECT_EQ(result.judgement.pose.covariance, ransac.judgement.pose.covariance);
       EXPECT_EQ(result.effort.point_evaluations, ransac.effort.point_evaluations);
     }
   }
@@ -273,9 +273,9 @@ TEST(Refinement, BringsThePoseCloserThanTheTextbook) {
     scene.seed = seed;
     const TwoViewScene pair = makeTwoViewScene(scene);
     RobustOptions options = optionsFor(ModelType::kEssential);
-    refined += rotationError(estimated("gms_ransac", options, pair).pose.R, pair.R.transpose());
+    refined += rotationError(estimated("gms_ransac", options, pair).judgement.pose.R, pair.R.transpose());
     options.refine = false;
-    textbook += rotationError(estimated("gms_ransac", options, pair).pose.R, pair.R.transpose());
+    textbook += rotationError(estimated("gms_ransac", options, pair).judgement.pose.R, pair.R.transpose());
   }
   EXPECT_LT(refined, 0.5 * textbook);
 }

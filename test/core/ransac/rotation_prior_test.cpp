@@ -89,7 +89,8 @@ TEST_P(EveryMethodWithAPrior, FindsWithAPriorWhatTooFewSamplesDoNot) {
   for (uint64_t seed = 1; seed <= 8; ++seed) {
     const TwoViewScene scene = turningScene(seed, 0.6);
     const auto right = [&](const RobustResult& result) {
-      return result.pose_found && poseErrors(result, scene).rotation < 0.3 && poseErrors(result, scene).direction < 5;
+      return result.judgement.pose_found && poseErrors(result, scene).rotation < 0.3 &&
+             poseErrors(result, scene).direction < 5;
     };
     without += right(estimated(GetParam(), options, scene));
     with += right(withPrior(GetParam(), options, scene, priorOf(scene, {kPriorSigma, kPriorSigma, -kPriorSigma})));
@@ -145,8 +146,8 @@ TEST(RotationPrior, LeavesATurnOnTheSpotATurnOnTheSpot) {
     options.seed = seed;
     const TwoViewScene scene = makeTwoViewScene(options);
     const RobustResult result = withPrior("lo_prosac", {}, scene, priorOf(scene, {kPriorSigma, 0, 0}));
-    ASSERT_TRUE(result.pose_found);
-    EXPECT_FALSE(result.translation_observable);
+    ASSERT_TRUE(result.judgement.pose_found);
+    EXPECT_FALSE(result.judgement.translation_observable);
     EXPECT_LT(poseErrors(result, scene).rotation, 0.05);
   }
 }

@@ -214,7 +214,7 @@ TEST(GroundScale, MeasuresKitti06) {
     const auto measure = [&](int i, const Frame&, const Frame&, const MatchResult& result, const auto& points) {
       if (result.status != Status::kOk) return;
       const GroundImages images = {dataset->image(i), dataset->image(i + gap)};
-      const ScaleEstimate scale = measureGround(points, result.robust.pose, camera, kLevel, images).scale;
+      const ScaleEstimate scale = measureGround(points, result.robust.judgement.pose, camera, kLevel, images).scale;
       if (scale.features == 0) return;
       const double truth = (frames[i].pose->inverse() * *frames[i + gap].pose).translation().norm();
       errors.push_back(std::abs(scale.length / truth - 1));

@@ -62,16 +62,16 @@ class KeyFrameTest : public testing::Test {
       truth_ = chained(truth_, step());
       RigView current = look(truth_);
       MatchResult result;
-      result.robust.pose_found = true;
-      result.robust.sigma_px = kRigNoise;
-      result.robust.pose = step();
-      result.robust.pose.t.normalize();
+      result.robust.judgement.pose_found = true;
+      result.robust.judgement.sigma_px = kRigNoise;
+      result.robust.judgement.pose = step();
+      result.robust.judgement.pose.t.normalize();
       std::vector<uint32_t> tracks;
       for (int i = 0; i < kPoints; ++i) {
         result.matches.push_back({i, i, 10, 50});
         // Every other pair of images finds the rest of the points: their noise does not cancel out in the next pair.
         const bool lasts = all_last || i % 4 == 0, found = lasts || (i + image) % 2 == 0;
-        result.robust.inlier.push_back(found);
+        result.inlier.push_back(found);
         result.inliers += found;
         tracks.push_back(static_cast<uint32_t>(1 + kPoints * (lasts ? (image - 1) / life : image) + i));
       }

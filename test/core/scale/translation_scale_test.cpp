@@ -28,11 +28,11 @@ struct ExactPair {
   std::vector<Eigen::Vector3d> truth;  ///< points in the current frame, multiples of the baseline
 
   explicit ExactPair(const Eigen::Vector3d& t, double pixel_noise = 0) {
-    RelativePose& pose = result.robust.pose;
+    RelativePose& pose = result.robust.judgement.pose;
     const Eigen::Vector3d rotation = 0.03 * Eigen::Vector3d(1, 2, -1).normalized();
     pose.R = rotationFromVector(rotation);
     pose.t = t.normalized();
-    result.robust.pose_found = true;
+    result.robust.judgement.pose_found = true;
     TwoViewSceneOptions options;
     options.matches = 300;
     options.outlier_ratio = 0;
@@ -49,7 +49,7 @@ struct ExactPair {
       current.keypoints.emplace_back(scene.pairs.x_current[k], scene.pairs.y_current[k], 31.f);
       result.matches.push_back({i, i, 10, 50});
     }
-    result.robust.inlier.assign(truth.size(), 1);
+    result.inlier.assign(truth.size(), 1);
     result.keypoints_reference = result.keypoints_current = result.inliers = options.matches;
     reference.image_size = current.image_size = camera.imageSize();
   }
@@ -57,7 +57,7 @@ struct ExactPair {
   template <typename Keep>
   void keepInliers(const Keep& keep) {
     result.inliers = 0;
-    for (size_t i = 0; i < truth.size(); ++i) result.inliers += result.robust.inlier[i] = keep(i);
+    for (size_t i = 0; i < truth.size(); ++i) result.inliers += result.inlier[i] = keep(i);
   }
   Triangulation triangulated() const {
     Triangulation points;
@@ -74,7 +74,7 @@ TEST(Triangulation, RecoversThePointsOfAnExactPair) {
     ASSERT_TRUE(points.valid[i]);
     EXPECT_NEAR(points.depth_current[i], exact.truth[i].z(), 2e-3 * exact.truth[i].z());  // pixels are floats
     EXPECT_LT((points.point(i) - exact.truth[i]).norm(), 2e-3 * exact.truth[i].norm());
-    const RelativePose& pose = exact.result.robust.pose;
+    const RelativePose& pose = exact.result.robust.judgement.pose;
     EXPECT_NEAR(points.depth_reference[i], (pose.R * exact.truth[i] + pose.t).z(), 2e-3 * exact.truth[i].norm());
     const Eigen::Vector3d from_reference = exact.truth[i] + pose.R.transpose() * pose.t;
     const double angle = std::acos(from_reference.normalized().dot(exact.truth[i].normalized()));
@@ -103,7 +103,7 @@ TEST(Triangulation, NothingWithoutAPoseOrOfRejectedMatches) {
   ExactPair uncalibrated = exact;
   uncalibrated.camera = Camera();
   EXPECT_EQ(uncalibrated.triangulated().size(), 0);
-  exact.result.robust.pose_found = false;
+  exact.result.robust.judgement.pose_found = false;
   EXPECT_EQ(exact.triangulated().size(), 0);
 }
 
@@ -139,7 +139,7 @@ TEST(ScalePropagator, StaysFiniteWhereDepthsLieBeyondInfinity) {
   const ExactPair seen({1, 0, 0});
   ExactPair beyond = seen;
   // The translation reversed: every point has a negative depth.
-  beyond.result.robust.pose.t = -beyond.result.robust.pose.t;
+  beyond.result.robust.judgement.pose.t = -beyond.result.robust.judgement.pose.t;
   const Triangulation points = seen.triangulated(), points_beyond = beyond.triangulated();
   ScalePropagator propagator;
   propagator.update(points, seen.result, seen.camera);
@@ -165,7 +165,7 @@ double propagationError(const Camera& camera, const Source& image, const std::ve
   double unit = 0;
   forEachPair(camera, static_cast<int>(truth.size()), 1, kMinimumParallax, image,
               [&](int i, const Frame&, const Frame&, const MatchResult& result, const auto& points) {
-                ASSERT_TRUE(result.robust.pose_found) << i;
+                ASSERT_TRUE(result.robust.judgement.pose_found) << i;
                 const ScaleEstimate scale = propagator.update(points, result, camera);
                 propagator.advance();
                 const double metres = scale.length / (truth[i].inverse() * truth[i + 1]).translation().norm();
@@ -331,7 +331,7 @@ TEST(PoseFromDepth, IsNotMisledByARollingShutter) {
   // A floor seen at a slant, where a rotation during the readout looks most like sideways motion. The camera rotates
   // differently during the two images.
   ExactPair exact({1, 0.2, 0.1});
-  const RelativePose truth = exact.result.robust.pose;
+  const RelativePose truth = exact.result.robust.judgement.pose;
   const Eigen::Vector3d normal = Eigen::Vector3d(0.1, 0.8, 0.5).normalized();  // of the floor 8 baselines away
   const Eigen::Vector3d half_rotation(0.002, -0.005, 0.004);
   std::vector<float> depth;
@@ -376,13 +376,13 @@ TEST(PoseFromDepth, TellsADisparityOffsetFromTheLength) {
                                                        pose);
   EXPECT_EQ(estimate.features, points.size());
   EXPECT_NEAR(estimate.length, 1, 0.01);
-  EXPECT_LT((pose.t - exact.result.robust.pose.t).norm(), 0.01);
+  EXPECT_LT((pose.t - exact.result.robust.judgement.pose.t).norm(), 0.01);
 }
 
 TEST(PoseFromDepth, MatchesWithoutDepthTakePart) {
   ExactPair exact({1, 0.2, 0.1}, 0.5);
-  exact.result.robust.sigma_px = 0.5;
-  const RelativePose truth = exact.result.robust.pose;
+  exact.result.robust.judgement.sigma_px = 0.5;
+  const RelativePose truth = exact.result.robust.judgement.pose;
   std::vector<float> depth;
   for (int i = 0; i < 300; ++i) {
     depth.push_back(exact.current.keypoints[i].pt.x < 160 ? static_cast<float>(exact.truth[i].z()) : 0.f);

@@ -12,14 +12,14 @@ MatchResult pairOf(int reference, int current, const std::vector<Match>& inliers
   result.keypoints_current = current;
   result.matches = inliers;
   result.inliers = result.size();
-  result.robust.inlier.assign(inliers.size(), 1);
+  result.inlier.assign(inliers.size(), 1);
   return result;
 }
 
 TEST(TrackTable, RejectedMatchesCarryNothingOn) {
   TrackTable table;
   MatchResult result = pairOf(3, 3, {{0, 0, 10, 90}, {1, 1, 10, 90}});
-  result.robust.inlier = {1, 0};
+  result.inlier = {1, 0};
   result.inliers = 1;
   table.link(result);
   EXPECT_EQ(table.ids(), (std::vector<uint32_t>{1, 0}));

@@ -79,8 +79,8 @@ Count answersTo(const std::string& name, int sequences) {
     for (size_t i = 1; i < images.size(); ++i) {
       filter.filter(Frame(images[i - 1].features), Frame(images[i].features), result, nullptr, &past);
       if (result.status != Status::kOk) continue;
-      const PoseError error =
-          poseError(images[i - 1].pose.inverse() * images[i].pose, result.robust.pose.R, result.robust.pose.t);
+      const PoseError error = poseError(images[i - 1].pose.inverse() * images[i].pose, result.robust.judgement.pose.R,
+                                        result.robust.judgement.pose.t);
       ++count.ok;
       count.wrong += error.rotation > 1 || error.direction > 20;
     }

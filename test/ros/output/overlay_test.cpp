@@ -53,9 +53,9 @@ struct DrawnPair {
     result.raw.push_back(match);
     if (stage == MatchStage::kRaw) return;
     result.matches.push_back(match);
-    result.robust.inlier.push_back(stage == MatchStage::kInlier);
-    result.robust.probability.push_back(0.9F);
-    result.robust.residual.push_back(residual);
+    result.inlier.push_back(stage == MatchStage::kInlier);
+    result.robust.judgement.probability.push_back(0.9F);
+    result.robust.judgement.residual.push_back(residual);
     result.inliers += stage == MatchStage::kInlier ? 1 : 0;
   }
   cv::Mat draw(const OverlayOptions& options = {}) const {
@@ -122,7 +122,7 @@ double luminance(const cv::Scalar& bgr) {
 TEST(Overlay, ArrowsHaveTheColorOfTheirResidualInTheBarWhichFollowsTheValues) {
   for (const float factor : {1.F, 10.F}) {
     DrawnPair pair;
-    for (float& residual : pair.result.robust.residual) residual *= factor;
+    for (float& residual : pair.result.robust.judgement.residual) residual *= factor;
     const cv::Mat picture = pair.draw();
     // 95 % of the residuals are below 2 sigma, or 20, which is where the bar ends.
     const cv::Mat footer = picture.rowRange(picture.rows - kFooter, picture.rows);
@@ -149,8 +149,8 @@ TEST(Overlay, ColorsOfTheOtherQuantities) {
   lengths.assign(20, 2);
   lengths[3] = 10;
   lengths[4] = 10;
-  pair.result.robust.probability[5] = 0.5F;
-  pair.result.robust.probability[6] = 0.5F;
+  pair.result.robust.judgement.probability[5] = 0.5F;
+  pair.result.robust.judgement.probability[6] = 0.5F;
   const cv::Mat tracks = pair.draw({OverlayColour::kTrack, OverlayLayout::kFlow});
   EXPECT_LE(difference(at(tracks, dotOf(pair, 3)), qualityColor(1)), 4) << "long tracks are bright";
   EXPECT_LE(difference(at(tracks, dotOf(pair, 0)), qualityColor(0.2F)), 4);
@@ -169,7 +169,7 @@ TEST(Overlay, RejectedMatchesAreShownOnlyWhenAskedForOrWhenThereAreNoOthers) {
   EXPECT_EQ(0, difference(at(picture, by_filter), ground));
   EXPECT_EQ(0, difference(at(picture, by_model), ground));
   for (const bool failed : {false, true}) {
-    if (failed) pair.result.inliers = 0;
+    if (failed) pair.result.reject();
     picture = pair.draw({failed ? OverlayColour::kResidual : OverlayColour::kStage, OverlayLayout::kFlow});
     const cv::Scalar grey = at(picture, by_filter), model = at(picture, by_model);
     EXPECT_GT(difference(grey, ground), 40);
@@ -252,7 +252,7 @@ TEST(Overlay, TextStaysInTheFrameAtAnySize) {
 TEST(Overlay, TheStripShowsTheLastImages) {
   DrawnPair good, lost;
   good.result.matches.resize(40);  // half of them inliers
-  good.result.robust.inlier.resize(40);
+  good.result.inlier.resize(40);
   lost.processed.status = MatchStats::GMS_REJECTED;
   lost.result.inliers = 0;
   Overlay overlay;
@@ -304,14 +304,15 @@ TEST(Overlay, ResidualsOfARealPairAreInStandardDeviations) {
   const ProcessedFrame processed = stream.process(scene.render(3).image);
   ASSERT_EQ(MatchStats::OK, processed.status) << processed.text;
   const RobustResult& robust = processed.pair->result.robust;
-  ASSERT_EQ(robust.inlier.size(), robust.residual.size());
+  ASSERT_EQ(robust.inlier.size(), robust.judgement.residual.size());
   double squares = 0;
-  for (size_t k = 0; k < robust.inlier.size(); ++k) squares += robust.inlier[k] ? std::pow(robust.residual[k], 2) : 0;
+  for (size_t k = 0; k < robust.inlier.size(); ++k)
+    squares += robust.inlier[k] ? std::pow(robust.judgement.residual[k], 2) : 0;
   const double rms = std::sqrt(squares / robust.inlier_count);
   EXPECT_GT(rms, 0.7);
   EXPECT_LT(rms, 1.6);
   // In pixels they agree with the RMS error of the result.
-  EXPECT_NEAR(rms * robust.sigma_px, robust.rms_error_px, 0.35 * robust.rms_error_px);
+  EXPECT_NEAR(rms * robust.judgement.sigma_px, robust.rms_error_px, 0.35 * robust.rms_error_px);
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ TEST(PriorSource, ComparesItsRotationsWithTheImages) {
   source.answer.prior = RotationPrior();
   source.answer.prior->covariance = Eigen::Matrix3d::Identity();
   RobustResult seen;
-  seen.pose.covariance.setIdentity();
+  seen.judgement.pose.covariance.setIdentity();
   seen.row_correction = RowCorrection::kPrior;
   for (int i = 0; i < 3; ++i) source.compare(source.ask(query(i, i + 1)), seen);
   ASSERT_TRUE(source.seen);

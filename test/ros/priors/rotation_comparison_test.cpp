@@ -314,11 +314,11 @@ TEST(OdometryTrack, IntegratesATwistWithoutPoses) {
 
 RobustResult seenWith(double parallax, bool observable = true) {
   RobustResult seen;
-  seen.pose_found = true;
-  seen.translation_observable = observable;
-  seen.pose.t = {0, 0, 1};
-  seen.median_parallax_px = parallax;
-  seen.sigma_px = 0.3;
+  seen.judgement.pose_found = true;
+  seen.judgement.translation_observable = observable;
+  seen.judgement.pose.t = {0, 0, 1};
+  seen.judgement.median_parallax_px = parallax;
+  seen.judgement.sigma_px = 0.3;
   return seen;
 }
 
@@ -378,7 +378,7 @@ TEST(StandingStill, FindsTheBiasAndDoesNotDrift) {
     const ProcessedFrame processed = stream.process(dataset->image(static_cast<int>(i)));
     if (i == 0) continue;
     ASSERT_TRUE(processed.poseValid()) << i << ": " << processed.text;
-    const RelativePose& pose = processed.pair->result.robust.pose;
+    const RelativePose& pose = processed.pair->result.robust.judgement.pose;
     const double seconds = stream.stamp() - processed.pair->reference->stamp(), from = frames[i].stamp - seconds;
     TrackMotion rotation;
     if (gyro.between(from, frames[i].stamp, rotation).empty()) {
@@ -388,7 +388,7 @@ TEST(StandingStill, FindsTheBiasAndDoesNotDrift) {
       ++learnt;
     }
     odometry.add({processed.pose, seconds, processed.status == MatchStats::OK, processed.reference_held,
-                  processed.pair->result.robust.median_parallax_px});
+                  processed.pair->result.robust.judgement.median_parallax_px});
   }
   ASSERT_GT(learnt, 20);
   ASSERT_TRUE(bias.known());

@@ -34,8 +34,8 @@ Nees neesOfChains(bool keypoints_stay) {
     odometry.restart();
     for (int i = 0; i < kImages; ++i) {
       estimator->estimate(drive.advance(), sceneCamera(), result);
-      EXPECT_TRUE(result.translation_observable) << chain << " " << i;
-      odometry.add({withLength(result.pose, {kStep.translation().norm(), 0, 1}), kSecondsApart});
+      EXPECT_TRUE(result.judgement.translation_observable) << chain << " " << i;
+      odometry.add({withLength(result.judgement.pose, {kStep.translation().norm(), 0, 1}), kSecondsApart});
     }
     const OdometryEstimate& estimate = odometry.camera();
     const Eigen::AngleAxisd turn(Eigen::Matrix3d(estimate.pose.linear() * drive.pose().linear().transpose()));

@@ -65,11 +65,12 @@ struct Node : Processor {
 
 TEST(SigmaByOctave, IsThatOfTheResult) {
   RobustResult result;
-  result.sigma_px = 0.7;
-  result.noise_exponent = 0.5;
-  const SigmaByOctave sigma(result, 1.2f);
-  for (int octave = 0; octave < 16; ++octave) EXPECT_EQ(sigma[octave], static_cast<float>(result.sigma(octave, 1.2f)));
-  EXPECT_EQ(SigmaByOctave(RobustResult(), 1.2f)[3], 0);
+  result.judgement.sigma_px = 0.7;
+  result.judgement.noise_exponent = 0.5;
+  const SigmaByOctave sigma(result.judgement, 1.2f);
+  for (int octave = 0; octave < 16; ++octave)
+    EXPECT_EQ(sigma[octave], static_cast<float>(result.judgement.sigma(octave, 1.2f)));
+  EXPECT_EQ(SigmaByOctave(Judgement(), 1.2f)[3], 0);
 }
 
 TEST(FrameProcessor, AResetOutlivesImagesOfNoUse) {
@@ -524,7 +525,7 @@ TEST(Calibration, OfEachImageIsItsOwn) {
   ASSERT_EQ(processed.status, MatchStats::OK) << processed.text;
   EXPECT_LT(Eigen::AngleAxisd(processed.pose.R * truth.R.transpose()).angle(), 0.1 * M_PI / 180);
   EXPECT_GT(processed.pose.t.normalized().dot(truth.t.normalized()), std::cos(2 * M_PI / 180));
-  EXPECT_LT(processed.pair->result.robust.camera_misfit, 1);
+  EXPECT_LT(processed.pair->result.robust.judgement.camera_misfit, 1);
 }
 
 }  // namespace
