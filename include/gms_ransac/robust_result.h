@@ -27,7 +27,8 @@ enum class DirectionDoubt : uint8_t {
   kOtherMotion,       ///< another motion explains the matches as well, or a second body nearly as many
   kDiscontinuity,     ///< it breaks with the motion before, and the matches that continue static tracks do not show it
   kUnconfirmed,       ///< the pair before does not show it, and it is known worse than to half of max_direction_sigma
-  kRepetition         ///< what is seen repeats itself: another place looks like that of the match
+  kRepetition,        ///< what is seen repeats itself: another place looks like that of the match
+  kFixedToCamera      ///< a part of the view stays in place and the rest moves as one: either may be what is static
 };
 
 /// The rotation by which rolling-shutter points were corrected.

@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 
 #include "judgement/candidates.h"
 #include "two_view/pose_model.h"
-#include "two_view/two_view_points.h"
 
 namespace gms_ransac {
 
@@ -22,8 +19,7 @@ constexpr int kSteady = 2, kMostSteady = 4;
 /// In a hand one in ten pairs whose direction nothing before shows is wrong, most with near and far exchanged. If the
 /// pair before shows it, be it as a guess, one in sixty is. Certain to half the limit, the others are as good.
 constexpr double kShown = 30 * M_PI / 180, kShareOfLimit = 0.5;
-constexpr float kMostDeviations = 3;  ///< of a static point
-constexpr float kNotJudged = 0.5f;    ///< probability of a match that the motion explains and that no track vouches for
+constexpr float kLikelyStatic = 0.5f;  ///< least probability of a match whose keypoint is static
 
 bool isSame(const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.dot(b) > std::cos(kOtherDirection); }
 
@@ -32,12 +28,6 @@ double directionSigma(const RelativePose& pose) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(Eigen::Matrix3d(pose.covariance.topLeftCorner<3, 3>()),
                                                             Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, axes.eigenvalues().z()));
-}
-
-/// Another rotation may be the right one: the covariance of this one gets the square of the step to it.
-void widen(const Eigen::Matrix3d& other, RelativePose& pose) {
-  const Eigen::Vector3d step = rotationVector(other * pose.R.transpose());
-  pose.covariance.bottomRightCorner<3, 3>() += step * step.transpose();
 }
 
 /// Remembers directions in the axes of the current camera, and what the pair shows of the shutter.
@@ -55,15 +45,17 @@ void remember(const MatchResult& result, Past& past) {
 }
 
 /// Notes which keypoints of the current image are static: those that the motion explains; without one, those that were.
+/// Where a part of the view may be fixed to the camera, none is known to be.
 void label(const MatchResult& result, Past& past) {
   const RobustResult& robust = result.robust;
   past.reference_static.resize(static_cast<size_t>(result.keypoints_reference), 0);
   past.current_static.assign(static_cast<size_t>(result.keypoints_current), 0);
+  const bool known = robust.judgement.doubt != DirectionDoubt::kFixedToCamera;
   for (size_t k = 0; k < result.matches.size(); ++k) {
     const Match& match = result.matches[k];
-    past.current_static[static_cast<size_t>(match.current)] = robust.judgement.probability.empty()
-                                                                  ? past.isStatic(match.reference)
-                                                                  : robust.judgement.probability[k] >= kNotJudged;
+    past.current_static[static_cast<size_t>(match.current)] =
+        robust.judgement.probability.empty() ? past.isStatic(match.reference)
+                                             : known && robust.judgement.probability[k] >= kLikelyStatic;
   }
 }
 
@@ -79,20 +71,22 @@ void Continuity::follow(Method& method, const Camera& camera, const RobustOption
   const bool known = robust.judgement.translation_observable;
   if (judge && robust.judgement.pose_found && (known || past.steady > 0) && !continues(robust)) {
     select(past, result);
-    alone_.clear();
-    if (tracks_.size() >= kEnoughTracks) method.estimate(pairs_, camera, alone_);
-    robust.effort += alone_.effort;
+    const RobustResult& alone = tracks_.robust;
+    tracks_.clear();
+    if (tracks_.rows.size() >= kEnoughTracks) tracks_.estimate(method, camera, result);
     if (!known) {
-      if (alone_.judgement.translation_observable && continues(alone_)) take(camera, result);
-    } else if (!alone_.judgement.pose_found) {
+      if (alone.judgement.translation_observable && continues(alone)) tracks_.replace(camera, result);
+    } else if (!alone.judgement.pose_found) {
       if (past.steady >= kSteady) robust.reject();
       if (!robust.judgement.pose_found) robust.judgement.doubt = DirectionDoubt::kDiscontinuity;
-    } else if (!isSame(alone_.judgement.pose.t, robust.judgement.pose.t)) {
-      if (!alone_.judgement.translation_observable || !continues(alone_)) {
-        alone_.judgement.refuse(DirectionDoubt::kDiscontinuity);
-        widen(robust.judgement.pose.R, alone_.judgement.pose);
+    } else if (!isSame(alone.judgement.pose.t, robust.judgement.pose.t)) {
+      const RelativePose refused = robust.judgement.pose;
+      const bool shown = alone.judgement.translation_observable && continues(alone);
+      tracks_.replace(camera, result);
+      if (!shown) {
+        robust.judgement.refuse(DirectionDoubt::kDiscontinuity);
+        widen(refused.R, 1, robust.judgement.pose);
       }
-      take(camera, result);
     }
   }
   const double limit = kShareOfLimit * options.max_direction_sigma * M_PI / 180;
@@ -110,43 +104,10 @@ void Continuity::follow(Method& method, const Camera& camera, const RobustOption
 }
 
 void Continuity::select(const Past& past, const MatchResult& result) {
-  tracks_.clear();
+  tracks_.rows.clear();
   for (size_t k = 0; k < result.matches.size(); ++k) {
-    if (past.isStatic(result.matches[k].reference)) tracks_.push_back(static_cast<int>(k));
+    if (past.isStatic(result.matches[k].reference)) tracks_.rows.push_back(static_cast<int>(k));
   }
-  pairs_.gather(result.pairs, tracks_);
-}
-
-void Continuity::take(const Camera& camera, MatchResult& result) {
-  RobustResult& robust = result.robust;
-  const PointPairs& all = result.pairs;
-  const auto count = static_cast<size_t>(all.size());
-  // A match that continues no static track is no inlier. One that the motion explains may be static, to the next pair.
-  inlier_.assign(count, 0);
-  probability_.assign(count, 0);
-  residual_.resize(count);
-  const bool moves = alone_.judgement.translation_observable;
-  const Eigen::Matrix3d K = camera.K();
-  const Eigen::Matrix3d rotation = K * alone_.judgement.pose.R.transpose() * K.inverse();
-  const FinalResidual residuals(camera, moves ? alone_.model_type : ModelType::kHomography,
-                                moves ? alone_.model : rotation);
-  residuals.forEach(all, [&](size_t i, double squared) {
-    // A transfer distance has the noise of both images.
-    const double sigma = alone_.judgement.sigma(all.octave_current[i], all.scale_factor) * (moves ? 1 : M_SQRT2);
-    residual_[i] = static_cast<float>(std::sqrt(squared) / sigma);
-    if (residual_[i] < kMostDeviations) probability_[i] = kNotJudged;
-  });
-  for (size_t n = 0; n < tracks_.size(); ++n) {
-    const auto k = static_cast<size_t>(tracks_[n]);
-    inlier_[k] = alone_.inlier[n];
-    probability_[k] = alone_.judgement.probability[n];
-    residual_[k] = alone_.judgement.residual[n];
-  }
-  alone_.effort = robust.effort;
-  alone_.inlier.swap(inlier_);
-  alone_.judgement.probability.swap(probability_);
-  alone_.judgement.residual.swap(residual_);
-  std::swap(robust, alone_);
 }
 
 }  // namespace gms_ransac

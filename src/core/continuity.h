@@ -2,14 +2,12 @@
 // matches that continue static tracks. doc/inside/judgement.md says why.
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
 #include "gms_ransac/camera.h"
 #include "gms_ransac/match_result.h"
 #include "gms_ransac/past.h"
 #include "gms_ransac/robust_options.h"
 #include "methods/method.h"
+#include "subset_estimate.h"
 
 namespace gms_ransac {
 
@@ -25,14 +23,8 @@ class Continuity {
  private:
   /// Selects the matches that continue static tracks.
   void select(const Past& past, const MatchResult& result);
-  /// Makes the estimate from the static tracks that of all matches.
-  void take(const Camera& camera, MatchResult& result);
 
-  std::vector<int> tracks_;  ///< matches that continue static tracks
-  PointPairs pairs_;         ///< and their columns
-  RobustResult alone_;       ///< what they show
-  std::vector<uint8_t> inlier_;
-  std::vector<float> probability_, residual_;
+  SubsetEstimate tracks_;  ///< of the matches that continue static tracks
 };
 
 }  // namespace gms_ransac

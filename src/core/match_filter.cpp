@@ -10,6 +10,7 @@
 #include <opencv2/core.hpp>
 
 #include "continuity.h"
+#include "fixed_to_camera.h"
 #include "gms/guided_search.h"
 #include "gms/motion_prediction.h"
 #include "match_filter_hooks.h"
@@ -102,6 +103,7 @@ struct MatchFilter::Stages {
   MotionPrediction rotation_prediction;
   SurvivorSelector selector;
   Repetition repetition;
+  FixedToCamera fixed_to_camera;
   Continuity continuity;
   TrackTable tracks;                   ///< of the sequence that is given to `process`
   std::shared_ptr<TimeBudget> budget;  ///< null: no limit
@@ -253,18 +255,21 @@ Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& curre
   stages.method->postFilter(reference.features, current.features, result);
   // Fewer inliers are no model.
   if (result.robust.inlier_count < kMinimumMatches) result.robust.reject();
+  if (options_.robust.judge) stages.fixed_to_camera.resolve(*stages.method, stages.camera, result, past);
   if (options_.robust.judge) doubtRepetition(reference.features, current.features, result);
   if (past != nullptr) {
     stages.continuity.follow(*stages.method, stages.camera, options_.robust, result, *past);
     result.shutter = past->shutter.shutter();
   }
-  result.stationary = !result.robust.judgement.translation_observable &&
-                      standsStill(reference.features, current.features, result, past);
-  result.inlier = result.robust.inlier;
+  const RobustResult& robust = result.robust;
+  const bool may_rest =
+      !robust.judgement.translation_observable && robust.judgement.doubt != DirectionDoubt::kFixedToCamera;
+  result.stationary = may_rest && standsStill(reference.features, current.features, result, past);
+  result.inlier = robust.inlier;
   if (stages.method->filterDecides()) result.inlier.assign(result.matches.size(), 1);
   result.inliers = static_cast<int>(std::count(result.inlier.begin(), result.inlier.end(), 1));
   result.times.ransac = watch.lap();
-  return statusOf(result.robust, stages.camera);
+  return statusOf(robust, stages.camera);
 }
 
 void MatchFilter::doubtRepetition(const Features& reference, const Features& current, MatchResult& result) {

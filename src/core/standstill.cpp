@@ -11,9 +11,6 @@ namespace gms_ransac {
 
 namespace {
 
-/// A static point moved no further, pixels: three deviations of the finest keypoints (0.2 px at best where a camera
-/// moves, a tenth of that at rest).
-constexpr float kMostMoved = 0.5f;
 constexpr double kShareAtRest = 0.9;  ///< of the cells at rest
 constexpr int kFewestCells = 15, kFewestTracks = 30;
 

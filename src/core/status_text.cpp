@@ -41,6 +41,13 @@ std::string explainFewKeypoints(const MatchResult& result, const MatchFilterOpti
          (about.image_note.empty() ? "" : " (" + about.image_note + ")");
 }
 
+std::string explainFixed(const char* prefix) {
+  return cv::format(
+      "a part of the view stays in place while the rest moves; a %smask over what is fixed to the camera (text, a "
+      "bonnet, an arm) decides",
+      prefix);
+}
+
 /// Why there is a rotation and no translation.
 std::string explainLowParallax(const MatchResult& result, const RobustOptions& options, const char* prefix) {
   const RobustResult& robust = result.robust;
@@ -68,6 +75,8 @@ std::string explainLowParallax(const MatchResult& result, const RobustOptions& o
           prefix, options.max_direction_sigma / 2);
     case DirectionDoubt::kRepetition:
       return kRepeats;
+    case DirectionDoubt::kFixedToCamera:
+      return explainFixed(prefix);
     case DirectionDoubt::kNone:
     case DirectionDoubt::kRotationExplains:
       break;
@@ -132,6 +141,7 @@ std::string sentence(Status status, const MatchResult& result, const MatchFilter
       return "correspondences only, no pose: " + about.no_camera;
     case Status::kMotionUnknown:
       if (result.robust.judgement.doubt == DirectionDoubt::kRepetition) return kRepeats;
+      if (result.robust.judgement.doubt == DirectionDoubt::kFixedToCamera) return explainFixed(prefix);
       return cv::format(
           "the %d filtered matches agree on a motion, but different rotations explain them as well: take images "
           "further apart, or of a scene with more depth",

@@ -1,0 +1,152 @@
+#include "fixed_to_camera.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "order_statistics.h"
+#include "standstill.h"
+
+namespace gms_ransac {
+
+namespace {
+
+constexpr double kLeastFixed = 0.1;  ///< of the matches: fewer bend no answer
+constexpr float kLeastMotion = 3;    ///< median displacement of the others, pixels: below it one motion explains both
+constexpr double kMajority = 0.5, kLeastExplained = 0.3;
+constexpr int kEnoughTracks = 30;  ///< static ones, where the stream knows them
+/// Share of the cells of static tracks that something else may account for.
+constexpr double kFewOfTracks = 0.2;
+/// A body that covers more of the cells is not told from a view.
+constexpr double kMostOfBody = 0.3;
+/// How far the votes of cells are believed, as those of alternative motions are (candidates.cpp).
+constexpr double kVoteBelief = 12;
+constexpr double kImprobable = 0.1;
+
+float squaredDisplacement(const PointPairs& pairs, size_t i) {
+  const float x = pairs.x_current[i] - pairs.x_reference[i], y = pairs.y_current[i] - pairs.y_reference[i];
+  return x * x + y * y;
+}
+
+/// Tells matches whose point would be behind a camera.
+class Cheirality {
+ public:
+  Cheirality(const Camera& camera, const RelativePose& pose)
+      : to_ray_(camera.K().inverse()), pose_(pose), per_pixel_(1 / camera.meanFocalLength()) {}
+
+  /// `sigma_px`: of the keypoints. False for a point that is too far to tell.
+  bool isBehind(const PointPairs& pairs, size_t i, double sigma_px) const {
+    const Eigen::Vector3d a = to_ray_ * Eigen::Vector3d(pairs.x_reference[i], pairs.y_reference[i], 1);
+    const Eigen::Vector3d b = pose_.R * (to_ray_ * Eigen::Vector3d(pairs.x_current[i], pairs.y_current[i], 1));
+    const Eigen::Vector3d normal = a.cross(b);
+    const double noise = kExplained * M_SQRT2 * sigma_px * per_pixel_;
+    if (normal.squaredNorm() <= noise * noise * a.squaredNorm() * b.squaredNorm()) return false;
+    return pose_.t.cross(b).dot(normal) < 0 || pose_.t.cross(a).dot(normal) < 0;
+  }
+
+ private:
+  Eigen::Matrix3d to_ray_;
+  const RelativePose& pose_;
+  double per_pixel_;
+};
+
+/// Matches of a part of the image.
+struct Part {
+  int fixed = 0, moving = 0;
+};
+
+/// Cells in which more matches stayed than moved, and the others.
+template <size_t N>
+Part countCells(const std::array<Part, N>& cells) {
+  Part votes;
+  for (const Part& cell : cells) {
+    votes.fixed += cell.fixed > cell.moving;
+    votes.moving += cell.moving > cell.fixed;
+  }
+  return votes;
+}
+
+}  // namespace
+
+void FixedToCamera::resolve(Method& method, const Camera& camera, MatchResult& result, const Past* past) {
+  if (!camera.calibrated() || !separate(result.pairs)) return;
+  others_.estimate(method, camera, result);
+  if (!contradicts(camera, result.pairs)) return;
+  RobustResult& robust = result.robust;
+  const double rest = probabilityOfRest(result, past);
+  if (rest < kImprobable) {
+    others_.replace(camera, result);
+    for (const int k : fixed_) robust.judgement.probability[static_cast<size_t>(k)] = 0;
+  } else if (robust.judgement.pose_found) {
+    widen(Eigen::Matrix3d::Identity(), 1, robust.judgement.pose);
+    widen(others_.robust.judgement.pose.R, 1 - rest, robust.judgement.pose);
+    if (1 - rest > kImprobable) robust.judgement.refuse(DirectionDoubt::kFixedToCamera);
+  }
+}
+
+bool FixedToCamera::separate(const PointPairs& pairs) {
+  fixed_.clear();
+  others_.rows.clear();
+  const auto count = static_cast<size_t>(pairs.size());
+  for (size_t i = 0; i < count; ++i) {
+    const float noise = std::pow(pairs.scale_factor, static_cast<float>(pairs.octave_current[i]));
+    const bool stayed = squaredDisplacement(pairs, i) <= kMostMoved * kMostMoved * noise;
+    (stayed ? fixed_ : others_.rows).push_back(static_cast<int>(i));
+  }
+  const double least = std::max<double>(kMinimumMatches, kLeastFixed * static_cast<double>(count));
+  if (static_cast<double>(std::min(fixed_.size(), others_.rows.size())) < least) return false;
+  squares_.clear();
+  for (const int row : others_.rows) squares_.push_back(squaredDisplacement(pairs, static_cast<size_t>(row)));
+  return nthSmallest(squares_, squares_.size() / 2) > kLeastMotion * kLeastMotion;
+}
+
+bool FixedToCamera::contradicts(const Camera& camera, const PointPairs& pairs) {
+  const RobustResult& motion = others_.robust;
+  const double least = std::max<double>(kMinimumMatches, kLeastExplained * static_cast<double>(others_.rows.size()));
+  if (!motion.judgement.pose_found || motion.inlier_count < least) return false;
+  const bool moves = motion.judgement.translation_observable;
+  const std::vector<float>& residuals = others_.residuals(camera, pairs);
+  const Cheirality cheirality(camera, motion.judgement.pose);
+  const double f = camera.meanFocalLength();
+  const double of_rotation = moves ? 0 : f * f * motion.judgement.pose.covariance.bottomRightCorner<3, 3>().trace();
+  const auto excludes = [&](int row) {
+    const auto i = static_cast<size_t>(row);
+    const double sigma = motion.judgement.sigma(pairs.octave_current[i], pairs.scale_factor);
+    const double limit = kExplained * std::sqrt(1 + of_rotation / (2 * sigma * sigma));
+    return residuals[i] > limit || (moves && cheirality.isBehind(pairs, i, sigma));
+  };
+  const auto excluded = std::count_if(fixed_.begin(), fixed_.end(), excludes);
+  return static_cast<double>(excluded) > kMajority * static_cast<double>(fixed_.size());
+}
+
+double FixedToCamera::probabilityOfRest(const MatchResult& result, const Past* past) const {
+  std::array<Part, kSpreadGridSide * kSpreadGridSide> cells, cells_of_tracks;
+  int tracks = 0;
+  const auto count = [&](int row, int Part::*kind) {
+    const auto k = static_cast<size_t>(row);
+    const cv::Point2f place(result.pairs.x_reference[k], result.pairs.y_reference[k]);
+    const auto cell = static_cast<size_t>(spreadCell(place, result.pairs.image_reference));
+    ++(cells[cell].*kind);
+    if (past == nullptr || !past->isStatic(result.matches[k].reference)) return;
+    ++(cells_of_tracks[cell].*kind);
+    ++tracks;
+  };
+  for (const int row : fixed_) count(row, &Part::fixed);
+  for (size_t n = 0; n < others_.rows.size(); ++n) {
+    if (others_.robust.inlier[n] != 0) count(others_.rows[n], &Part::moving);
+  }
+  const Part votes = countCells(cells), of_tracks = countCells(cells_of_tracks);
+  if (tracks >= kEnoughTracks) {
+    const bool small = votes.moving < kMostOfBody * (votes.fixed + votes.moving);
+    if (small && of_tracks.moving < kFewOfTracks * (of_tracks.fixed + of_tracks.moving)) return 1;
+    if (of_tracks.fixed < kFewOfTracks * (of_tracks.fixed + of_tracks.moving)) return 0;
+  }
+  const double z = (votes.fixed - votes.moving) / std::sqrt(std::max(1, votes.fixed + votes.moving));
+  const double weight = std::exp(z * std::abs(z) / kVoteBelief);
+  return weight / (1 + weight);
+}
+
+}  // namespace gms_ransac
