@@ -16,10 +16,10 @@ namespace gms_ransac {
 class FixedToCamera {
  public:
   /// `method` has just estimated `result`. If many matches stayed where they were in the image, and the others have a
-  /// motion that excludes these, cells vote which of both is static. If the others win, their motion becomes the
-  /// result. If what stayed wins, the camera is at rest and a body passes: the result stands. If nobody wins, or the
-  /// others are all over the view, the direction is unknown, and the rotation as uncertain as the two differ. `past`:
-  /// of the stream; null: none.
+  /// motion that excludes these, their cells vote which of both is static: a camera at rest before a body, or a view
+  /// behind something that is fixed to the camera. The motion of a view that surely moves replaces the result. Else the
+  /// covariance of the rotation holds both, and the direction is unknown unless one is improbable. `past`: of the
+  /// stream; null: none.
   void resolve(Method& method, const Camera& camera, MatchResult& result, const Past* past);
 
  private:
@@ -27,7 +27,7 @@ class FixedToCamera {
   bool separate(const PointPairs& pairs);
   /// True if the motion of the others explains most of them, and moves most of those that stayed.
   bool contradicts(const Camera& camera, const PointPairs& pairs);
-  /// That what stayed is the static scene, before a camera at rest, and what moves a body.
+  /// Probability that the camera is at rest, before a body that moves.
   double probabilityOfRest(const MatchResult& result, const Past* past) const;
 
   std::vector<int> fixed_;  ///< matches that stayed
