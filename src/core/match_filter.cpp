@@ -275,7 +275,7 @@ Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& curre
 void MatchFilter::doubtRepetition(const Features& reference, const Features& current, MatchResult& result) {
   RobustResult& robust = result.robust;
   if (!robust.judgement.translation_observable || !reference.descriptors.is256Bit()) return;
-  const std::optional<double> period = stages_->repetition.period(reference, current, result);
+  const std::optional<double> period = stages_->repetition.period(reference, current, result.matches, robust.inlier);
   if (!period) return;
   robust.judgement.refuse(DirectionDoubt::kRepetition);
   // A rotation by a period explains the pattern as well.

@@ -21,6 +21,7 @@ constexpr float kSmallestSigma = 0.02f;    ///< coordinates are rounded to about
 constexpr float kNarrowestSpread = 0.25f;  ///< of the parallaxes, octaves
 constexpr double kWideSigmas = 2;          ///< of the noise; at least one threshold
 constexpr float kRightWithin = 3;          ///< thresholds from its true place
+constexpr float kTiny = 1e-18f;            ///< keeps the weight of padding above zero
 constexpr float kImageExtent = 2;          ///< longest displacement that an image allows, focal lengths
 
 constexpr auto kLn2 = static_cast<float>(M_LN2), kRoot2 = static_cast<float>(M_SQRT2);
@@ -71,12 +72,13 @@ void MatchNoise::weighParallaxes(const PointColumnsView& points) {
   if (octaves_.empty()) return odds_.assign(odds_.size(), 1.f);
   const auto [low, centre, high] = quantiles(octaves_);
   const float spread = std::max(kNarrowestSpread, 0.5f * (high - low));
-  // Laplace's distribution of the logarithm: tails, but falling ones.
-  const float reach = kImageExtent * std::sqrt(points.weight[0]);
-  const float slope = kRoot2 / spread, scale = 0.5f * kLn2 * kRoot2 * spread / reach;
+  // Laplace's distribution of the logarithm: tails, but falling ones. The thresholds of a match that an image is long:
+  // kImageExtent times the root of its weight.
+  const Eigen::Map<const Eigen::ArrayXf> weight(points.weight, points.size);
+  const float slope = kRoot2 / spread, scale = 0.5f * kLn2 * kRoot2 * spread / kImageExtent;
   odds = 0.5f * odds + slope * (kHalfLog2 * odds - centre).abs();
   kernels_.exponential(odds_.data(), 1, points.size, odds_.data());
-  odds = 0.5f + scale * odds;
+  odds = 0.5f + scale * odds / weight.max(kTiny).sqrt();
 }
 
 template <class Square, class Wrong>

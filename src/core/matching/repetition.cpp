@@ -32,19 +32,19 @@ bool same(const cv::Point2f& a, const cv::Point2f& b) {
 }  // namespace
 
 std::optional<double> Repetition::period(const Features& reference, const Features& current,
-                                         const MatchResult& result) {
+                                         const std::vector<Match>& matches, const std::vector<uint8_t>& inlier) {
   inliers_.clear();
   distances_.clear();
-  for (size_t row = 0; row < result.matches.size(); ++row) {
-    if (result.robust.inlier[row] == 0) continue;
+  for (size_t row = 0; row < matches.size(); ++row) {
+    if (inlier[row] == 0) continue;
     inliers_.push_back(row);
-    distances_.push_back(result.matches[row].distance);
+    distances_.push_back(matches[row].distance);
   }
-  if (inliers_.size() < kMinimumMatches) return std::nullopt;
+  if (inliers_.empty()) return std::nullopt;
   const auto usual = distances_.begin() + static_cast<long>(distances_.size() * 3 / 4);
   std::nth_element(distances_.begin(), usual, distances_.end());
   const auto ambiguous = std::count_if(inliers_.begin(), inliers_.end(),
-                                       [&](size_t row) { return result.matches[row].second_distance <= *usual; });
+                                       [&](size_t row) { return matches[row].second_distance <= *usual; });
   if (static_cast<double>(ambiguous) < kLeastAmbiguous * static_cast<double>(inliers_.size())) return std::nullopt;
 
   const int alike = std::min(static_cast<int>(*usual), kAlike);
@@ -58,7 +58,7 @@ std::optional<double> Repetition::period(const Features& reference, const Featur
   const size_t samples = std::min(kSamples, inliers_.size());
   samples_.resize(samples);
   for (size_t k = 0; k < samples; ++k) {
-    const Match& match = result.matches[inliers_[k * inliers_.size() / samples]];
+    const Match& match = matches[inliers_[k * inliers_.size() / samples]];
     findElsewhere(reference.descriptors.row(match.reference), current.keypoints[static_cast<size_t>(match.current)],
                   current, alike, samples_[k]);
   }

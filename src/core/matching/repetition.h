@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gms_ransac/features.h"
-#include "gms_ransac/match_result.h"
+#include "gms_ransac/hamming_matcher.h"
 #include "matching/hamming_kernels.h"
 
 namespace gms_ransac {
@@ -18,7 +18,9 @@ class Repetition {
 
   /// The period of the pattern, pixels of the current image, if so many inliers look like another place there as well,
   /// beside which their neighbours' other places lie, that these are one pattern. Descriptors have 256 bits.
-  std::optional<double> period(const Features& reference, const Features& current, const MatchResult& result);
+  /// `inlier`: flags of the matches.
+  std::optional<double> period(const Features& reference, const Features& current, const std::vector<Match>& matches,
+                               const std::vector<uint8_t>& inlier);
 
  private:
   struct Sample {

@@ -72,6 +72,38 @@ double calibrationError(const Keypoints& drawn) {
   return error;
 }
 
+/// Probabilities of matches of a camera that moves sideways, those of every second one twice as coarse and every
+/// tenth wrong, in the order in which they come or backwards.
+std::vector<float> ofSidewaysMotion(bool backwards) {
+  constexpr int kMatches = 600;
+  constexpr float kThreshold = 0.003f;
+  std::mt19937 random(3);
+  std::normal_distribution<float> noise(0, 0.5f * kThreshold);
+  std::uniform_real_distribution<float> place(-0.5f, 0.5f), step(0.01f, 0.05f);
+  Weighed weighed(std::vector<float>(kMatches, 0));
+  PointColumns& columns = weighed.columns;
+  for (int i = 0; i < kMatches; ++i) {
+    const int at = backwards ? kMatches - 1 - i : i, coarse = 1 + i % 2;
+    const float x = place(random), y = place(random), moved = step(random);
+    columns.x1()[at] = x;
+    columns.y1()[at] = y;
+    columns.x2()[at] = i % 10 == 0 ? place(random) : x + moved;
+    columns.y2()[at] = y + noise(random) * static_cast<float>(coarse);
+    columns.weight()[at] = 1 / (kThreshold * kThreshold * static_cast<float>(coarse * coarse));
+  }
+  weighed.noise.measure(PoseModel(residualKernels(detectSimdLevel()), columns.view()),
+                        {Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitX()});
+  std::vector<float> answers = weighed.noise.weigh(columns.view(), 1 / (kThreshold * kThreshold));
+  answers.resize(kMatches);
+  if (backwards) std::reverse(answers.begin(), answers.end());
+  return answers;
+}
+
+TEST(MatchProbability, DoesNotDependOnWhichMatchIsFirst) {
+  const std::vector<float> answers = ofSidewaysMotion(false), backwards = ofSidewaysMotion(true);
+  for (size_t i = 0; i < answers.size(); ++i) EXPECT_NEAR(answers[i], backwards[i], 1e-3) << i;
+}
+
 TEST(MatchProbability, IsTheShareOfRightMatches) {
   for (const double sigma : {0.2, 0.5, 1.0}) {
     for (const double wrong : {0.0, 0.2, 0.5}) {
