@@ -10,20 +10,21 @@ namespace gms_ransac {
 namespace {
 
 constexpr float kOffsetReach = 3;                       ///< pixels that a patch may be away from the offset expected
-constexpr size_t kFirstAsked = 100, kPointsAsked = 25;  ///< points of the first image, and of each other
+constexpr size_t kFirstAsked = 240, kPointsAsked = 60;  ///< points of the first image, and of each other
 constexpr double kOffsetMemory = 0.98;                  ///< weight of what is known, from image to image
 // Standard deviation of the offset of a point, pixels; one that is so far from the offset expected has a quarter of its
 // weight. Of the first image nothing is expected.
 constexpr double kOffsetNoise = 0.3, kFirstSpread = 1;
-constexpr double kOffsetPrior = 0.5;  ///< of each coefficient, pixels
-// Offsets that a calibration may leave, pixels: of the whole image, and with what grows at its rim. KITTI's rectified
-// images have 0.2, and 2 in the corners. Larger ones are none of a calibration, and are not corrected.
+constexpr double kOffsetPrior =
+    1;  ///< of each coefficient, pixels; with less, KITTI's corners stay off for many images
+// Offsets that a calibration may leave, pixels: of the whole image, and in its corners. KITTI's rectified images have
+// 0.2, and 2 in the corners. Larger ones are none of a calibration, and are not corrected.
 constexpr double kMostOffset = 1, kMostAtRim = 3;
 
 }  // namespace
 
 Eigen::Vector4d RowOffsets::factors(const cv::Point2f& pixel) const {
-  const double half = 0.5 * size_.width, x = (pixel.x - half) / half, y = (pixel.y - 0.5 * size_.height) / half;
+  const double x = 2 * pixel.x / size_.width - 1, y = 2 * pixel.y / size_.height - 1;
   return {1, x, y, x * y};
 }
 

@@ -21,7 +21,7 @@ class RowOffsets {
   void learn(const cv::Mat& left, const cv::Mat& right, const std::vector<cv::Point2f>& points, RowSearch& search);
 
  private:
-  /// 1, x, y, x y; x and y in half widths of the image.
+  /// 1, x, y, x y; x and y from -1 to 1 across the image.
   Eigen::Vector4d factors(const cv::Point2f& pixel) const;
 
   cv::Size size_ = {2, 2};

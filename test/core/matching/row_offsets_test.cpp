@@ -57,6 +57,13 @@ TEST(RowOffsets, LearnATurnedAndRolledCamera) {
   for (const cv::Point2f& point : somePoints()) EXPECT_NEAR(offsets.at(point), offset(point), 0.1) << point;
 }
 
+TEST(RowOffsets, FollowTheCornersOfAWideImage) {
+  // KITTI's right images: 1.5 px in the corners, with opposite signs.
+  const auto offset = [](const cv::Point2f& p) { return -0.15 + 1.5 * (p.x / 320 - 1) * (p.y / 120 - 1); };
+  const RowOffsets offsets = learned(offset);
+  for (const cv::Point2f& point : somePoints()) EXPECT_NEAR(offsets.at(point), offset(point), 0.1) << point;
+}
+
 TEST(RowOffsets, AreNoneOfRectifiedImages) {
   const RowOffsets offsets = learned([](const cv::Point2f&) { return 0.; });
   for (const cv::Point2f& point : somePoints()) EXPECT_NEAR(offsets.at(point), 0, 0.05) << point;
