@@ -105,12 +105,19 @@ bool isSymmetric(const Covariance6d& covariance, double tolerance) {
 /// another moment than the colour image, whose rows are of different moments as well (TUM freiburg1).
 constexpr double kOfDepthImages = 3;
 
-/// Widens the covariance of the pose, and keeps both parts of it.
-void addSharedErrors(double share, ProcessedFrame& answer) {
+/// Widens the covariance of the pose, and keeps both parts of it. Images without depth tell the direction alone: what
+/// measured the length does not share their errors.
+void addSharedErrors(double systematic_sigma, const Parameters& parameters, ProcessedFrame& answer) {
+  const double share = systematic_sigma * (parameters.scale == ScaleMode::kDepth ? kOfDepthImages : 1);
   const double parallax =
       answer.pair->result.robust.judgement.median_parallax_px / answer.current->image.camera->camera.meanFocalLength();
   answer.own_covariance = answer.pose.covariance;
   answer.shared = sharedErrors(share, answer.pose, parallax);
+  if (!parameters.measuresDepth() && !answer.pose.t.isZero()) {
+    const Eigen::Vector3d along = answer.pose.t.normalized();
+    auto by_rotation = answer.shared.block<3, 4>(0, 4);
+    by_rotation -= along * (along.transpose() * by_rotation).eval();
+  }
   answer.pose.covariance += answer.shared * answer.shared.transpose();
   boundCovariance(answer.pose.covariance);
 }
@@ -141,8 +148,7 @@ void findPose(const Pipeline& pipeline, Stream& stream, ComparedPair& pair, Proc
   // The last thing before either of the two motions is used.
   std::string defect = poseDefect(answer.pose);
   if (defect.empty() && answer.since_key) defect = poseDefect(answer.since_key->current_in_key);
-  const double share = pipeline.options.systematic_sigma * (parameters.scale == ScaleMode::kDepth ? kOfDepthImages : 1);
-  if (defect.empty()) return addSharedErrors(share, answer);
+  if (defect.empty()) return addSharedErrors(pipeline.options.systematic_sigma, parameters, answer);
   answer.status = MatchStats::RANSAC_FAILED;
   answer.reasons = {{Why::kUnfit, defect}};
   answer.pose = RelativePose();

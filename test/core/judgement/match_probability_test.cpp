@@ -75,7 +75,7 @@ double calibrationError(const Keypoints& drawn) {
 /// Probabilities of matches of a camera that moves sideways, those of every second one twice as coarse and every
 /// tenth wrong, in the order in which they come or backwards.
 std::vector<float> ofSidewaysMotion(bool backwards) {
-  constexpr int kMatches = 600;
+  constexpr int kMatches = 500;
   constexpr float kThreshold = 0.003f;
   std::mt19937 random(3);
   std::normal_distribution<float> noise(0, 0.5f * kThreshold);
@@ -101,7 +101,7 @@ std::vector<float> ofSidewaysMotion(bool backwards) {
 
 TEST(MatchProbability, DoesNotDependOnWhichMatchIsFirst) {
   const std::vector<float> answers = ofSidewaysMotion(false), backwards = ofSidewaysMotion(true);
-  for (size_t i = 0; i < answers.size(); ++i) EXPECT_NEAR(answers[i], backwards[i], 1e-3) << i;
+  for (size_t i = 0; i < answers.size(); ++i) EXPECT_NEAR(answers[i], backwards[i], 2e-4) << i;
 }
 
 TEST(MatchProbability, IsTheShareOfRightMatches) {
