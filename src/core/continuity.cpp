@@ -61,8 +61,8 @@ void label(const MatchResult& result, Past& past) {
 
 }  // namespace
 
-void Continuity::follow(Method& method, const Camera& camera, const RobustOptions& options, MatchResult& result,
-                        Past& past) {
+void Continuity::check(Method& method, const Camera& camera, const RobustOptions& options, MatchResult& result,
+                       Past& past) {
   const bool judge = options.judge;
   RobustResult& robust = result.robust;
   const auto continues = [&past](const RobustResult& answer) {

@@ -18,7 +18,7 @@ class Continuity {
   /// direction is not known and the static tracks alone continue the stream, their motion becomes the result. Then
   /// updates `past`. A direction that the pair before did not show at all must be known twice as well as others.
   /// Without RobustOptions::judge the answer stands.
-  void follow(Method& method, const Camera& camera, const RobustOptions& options, MatchResult& result, Past& past);
+  void check(Method& method, const Camera& camera, const RobustOptions& options, MatchResult& result, Past& past);
 
  private:
   /// Selects the matches that continue static tracks.

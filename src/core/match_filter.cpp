@@ -51,7 +51,7 @@ HammingMatcherOptions matcherOptions(const MatchFilterOptions& options, const Me
   return matcher;
 }
 
-void learn(const Frame& reference, const Frame& current, const MatchResult& result, TimeBudget& budget) {
+void recordCost(const Frame& reference, const Frame& current, const MatchResult& result, TimeBudget& budget) {
   PairCost cost;
   cost.pixels = current.features.image_size.area();
   cost.asked = current.features_asked;
@@ -63,7 +63,7 @@ void learn(const Frame& reference, const Frame& current, const MatchResult& resu
   cost.filter = result.times.gms;
   cost.search = result.robust.effort.search_seconds;
   cost.estimate = result.times.ransac - cost.search;
-  budget.learn(cost);
+  budget.record(cost);
 }
 
 }  // namespace
@@ -207,7 +207,7 @@ void MatchFilter::filter(const Frame& reference, const Frame& current, MatchResu
   }
   if (reference.stamp && current.stamp) result.pairs.seconds = *current.stamp - *reference.stamp;
   result.status = compare(reference, current, result, past);
-  if (stages_->budget) learn(reference, current, result, *stages_->budget);
+  if (stages_->budget) recordCost(reference, current, result, *stages_->budget);
 }
 
 Status MatchFilter::compare(const Frame& reference_frame, const Frame& current_frame, MatchResult& result, Past* past) {
@@ -258,7 +258,7 @@ Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& curre
   if (options_.robust.judge) stages.fixed_to_camera.resolve(*stages.method, stages.camera, result, past);
   if (options_.robust.judge) doubtRepetition(reference.features, current.features, result);
   if (past != nullptr) {
-    stages.continuity.follow(*stages.method, stages.camera, options_.robust, result, *past);
+    stages.continuity.check(*stages.method, stages.camera, options_.robust, result, *past);
     result.shutter = past->shutter.shutter();
   }
   const RobustResult& robust = result.robust;

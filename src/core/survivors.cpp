@@ -73,8 +73,8 @@ void SurvivorSelector::select(const Features& reference, const Features& current
   if (with_rows_) describeRows(reference, current, camera, result);
 }
 
-void SurvivorSelector::takeAll(const Features& reference, const Features& current, const Camera& camera,
-                               MatchResult& result) {
+void SurvivorSelector::selectAll(const Features& reference, const Features& current, const Camera& camera,
+                                 MatchResult& result) {
   MotionStatistics none;
   none.score.assign(result.raw.size(), 0);
   none.relative_score.assign(result.raw.size(), 0);

@@ -18,7 +18,7 @@ class SurvivorSelector {
               const Camera& camera, MatchResult& result);
 
   /// The same with all of `raw`, which are the caller's; those without rays have coordinates that are not numbers.
-  void takeAll(const Features& reference, const Features& current, const Camera& camera, MatchResult& result);
+  void selectAll(const Features& reference, const Features& current, const Camera& camera, MatchResult& result);
 
  private:
   void keepOneForEachPoint(size_t current_points, const std::vector<Match>& raw, const MotionStatistics& statistics);

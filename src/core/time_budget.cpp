@@ -88,7 +88,7 @@ void TimeBudget::limitSearch(double spent, int features) {
   limit_.hurry_from = now + left - 0.5 * after;
 }
 
-void TimeBudget::learn(const PairCost& cost) {
+void TimeBudget::record(const PairCost& cost) {
   std::lock_guard<std::mutex> lock(mutex_);
   const int known = pairs_++ - kFirstPairs;
   if (known < 0) return;
@@ -102,12 +102,12 @@ void TimeBudget::learn(const PairCost& cost) {
     const double unit = taken / work;
     unit_cost = unit_cost > 0 ? std::clamp(unit, unit_cost / step, unit_cost * step) : unit;
   };
-  follow(cost.before, 1, costs_.before);
-  follow(cost.extract, extractionWork(cost.pixels, cost.asked), costs_.extract);
-  follow(cost.match, cost.reference * cost.current, costs_.match);
-  follow(cost.filter, cost.current, costs_.filter);
-  follow(cost.search, 1, costs_.search);
-  follow(cost.estimate, cost.current, costs_.estimate);
+  adapt(cost.before, 1, costs_.before);
+  adapt(cost.extract, extractionWork(cost.pixels, cost.asked), costs_.extract);
+  adapt(cost.match, cost.reference * cost.current, costs_.match);
+  adapt(cost.filter, cost.current, costs_.filter);
+  adapt(cost.search, 1, costs_.search);
+  adapt(cost.estimate, cost.current, costs_.estimate);
 }
 
 }  // namespace gms_ransac

@@ -42,7 +42,7 @@ class TimeBudget {
   /// Sets the limit for the estimator, which begins now, of a pair that has taken so many seconds so far.
   void limitSearch(double spent, int features);
   const TimeLimit& limit() const { return limit_; }
-  void learn(const PairCost& cost);
+  void record(const PairCost& cost);
 
  private:
   struct UnitCosts {

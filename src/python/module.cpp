@@ -364,7 +364,7 @@ class Filter {
     const int n = result.keypoints_reference = result.keypoints_current = current.features.size();
     for (int i = 0; i < n; ++i) result.raw.push_back({i, i, 0, 0});
     SurvivorSelector(false, filter_.options().robust.rolling_shutter_readout > 0)
-        .takeAll(reference.features, current.features, filter_.camera(), result);
+        .selectAll(reference.features, current.features, filter_.camera(), result);
     MatchFilterHooks::estimate(filter_, reference, current, result);
     return std::make_unique<Pair>(result, filter_, std::make_shared<Features>(std::move(reference.features)),
                                   std::make_shared<Features>(std::move(current.features)), true);

@@ -48,7 +48,7 @@ class Stream {
     while (now_ - begin < machine_.search && now_ < budget_.limit().search_until) now_ += 5e-6;
     cost.search = now_ - begin;
     cost.estimate = spend(machine_.estimate * asked);
-    budget_.learn(cost);
+    budget_.record(cost);
     asked_ = asked;
     return cost.extract + cost.match + cost.filter + cost.search + cost.estimate;
   }

@@ -77,7 +77,7 @@ class StrengthForecast {
   int floor() const { return pause_ > 0 ? 0 : floor_; }
 
   /// The strength of the weakest keypoint of an image, 0 where every corner became one.
-  void learn(int weakest) {
+  void update(int weakest) {
     floor_ = static_cast<int>(kShare * static_cast<float>(weakest));
     if (pause_ > 0) --pause_;
   }
@@ -286,7 +286,7 @@ class SimdOrbExtractor : public FeatureExtractor {
       const auto least = std::min_element(level.corners.begin(), level.corners.end(), weaker);
       weakest = least == level.corners.end() ? 0 : least->strength;
     }
-    level.forecast.learn(weakest);
+    level.forecast.update(weakest);
   }
 
   void describe(int i, Scratch& scratch, Features& features) {

@@ -36,13 +36,13 @@ std::array<float, 3> quantiles(std::vector<float>& values) {
 
 }  // namespace
 
-void MatchNoise::measure(const PoseModel& model, const TwoViewPose& pose, const std::vector<uint8_t>& apart) {
+void MatchNoise::measure(const PoseModel& model, const TwoViewPose& pose, const std::vector<uint8_t>& of_other) {
   const PointColumnsView& points = model.points();
   model.residuals(pose, residuals_);
   model.rotationResiduals(pose.R, parallaxes_);
   weighParallaxes(points);
-  for (size_t i = 0; i < apart.size(); ++i) {
-    if (apart[i]) odds_[i] = std::max(odds_[i], 1 / kLeastWrong);
+  for (size_t i = 0; i < of_other.size(); ++i) {
+    if (of_other[i]) odds_[i] = std::max(odds_[i], 1 / kLeastWrong);
   }
   fit(points.count);
 }
@@ -166,7 +166,7 @@ void MatchNoise::fitShares(const PointColumnsView& points, float finest_weight, 
 }
 
 const std::vector<float>& MatchNoise::weigh(const PointColumnsView& points, float finest_weight,
-                                            const std::vector<uint8_t>& apart,
+                                            const std::vector<uint8_t>& of_other,
                                             const std::vector<float>* rotated) const {
   right_.assign(static_cast<size_t>(points.count), 0.f);
   if (rotated != nullptr) {
@@ -177,10 +177,11 @@ const std::vector<float>& MatchNoise::weigh(const PointColumnsView& points, floa
     return right_;
   }
   for (const bool other : {false, true}) {
-    if (other && apart.empty()) break;
+    if (other && of_other.empty()) break;
     // The parallaxes that another motion should have are unknown.
     gather(
-        points.count, [&](size_t i) { return apart.empty() || apart[i] == other ? residuals_[i] : kSquaredWindow; },
+        points.count,
+        [&](size_t i) { return of_other.empty() || of_other[i] == other ? residuals_[i] : kSquaredWindow; },
         [&](size_t i) { return (other ? 1.f : odds_[i]) / kWindow; });
     fitShares(points, finest_weight, true);
   }

@@ -22,8 +22,8 @@ class MatchNoise {
   explicit MatchNoise(const ResidualKernels& kernels) : kernels_(kernels) {}
 
   /// Fits the mixture to the matches under a pose, by expectation and maximisation (Dempster, Laird & Rubin 1977).
-  /// `apart`: flags of the columns that are known to belong to something else, or empty.
-  void measure(const PoseModel& model, const TwoViewPose& pose, const std::vector<uint8_t>& apart = {});
+  /// `of_other`: flags of the columns that are known to belong to something else, or empty.
+  void measure(const PoseModel& model, const TwoViewPose& pose, const std::vector<uint8_t>& of_other = {});
   /// The same where no pose is known: squared residuals of `count` matches alone.
   void measure(const std::vector<float>& squared_residuals, int count);
 
@@ -48,11 +48,11 @@ class MatchNoise {
 
   /// The probability that each column is right: its points are within three thresholds of each other's true places. A
   /// keypoint found a pixel from its corner is right but not part of the noise. `finest_weight`: the weight of columns
-  /// with keypoints of the finest level; `apart`: flags of the columns that follow another motion, or empty. `rotated`:
-  /// if the camera only rotated, which predicts the point of each match and not only its line, the squared transfer
-  /// distance of each column. Valid until the next call.
+  /// with keypoints of the finest level; `of_other`: flags of the columns that follow another motion, or empty.
+  /// `rotated`: if the camera only rotated, which predicts the point of each match and not only its line, the squared
+  /// transfer distance of each column. Valid until the next call.
   const std::vector<float>& weigh(const PointColumnsView& points, float finest_weight,
-                                  const std::vector<uint8_t>& apart = {},
+                                  const std::vector<uint8_t>& of_other = {},
                                   const std::vector<float>* rotated = nullptr) const;
 
  private:

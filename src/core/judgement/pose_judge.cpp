@@ -28,7 +28,7 @@ constexpr double kHalfWay = 4;
 /// Measures the noise at a pose.
 void measureNoise(const TwoViewPose& pose, RefinedPose& refined) {
   refined.pose = pose;
-  refined.noise.measure(refined.model(), pose, refined.bodies.apart);
+  refined.noise.measure(refined.model(), pose, refined.bodies.of_other);
   refined.plausible.copy(refined.points->view(), [&](int column) { return refined.noise.plausible(column); });
 }
 
@@ -96,7 +96,7 @@ PoseJudge::PoseJudge(const RobustOptions& options) : options_(options), refined_
 
 const RefinedPose& PoseJudge::refine(const TwoViewPoints& points, bool move, const TwoViewPose& pose) {
   refined_.points = &points;
-  refined_.bodies.apart.clear();
+  refined_.bodies.of_other.clear();
   measure(options_, move, pose, refined_);
   if (!move || !options_.judge) return refined_;
   segmentation_.find(refined_, refined_.bodies);
@@ -117,7 +117,7 @@ const Judgement& PoseJudge::judge(const RefinedPose& refined, const TwoViewPose&
 
 const Judgement& PoseJudge::judgeRotation(const TwoViewPoints& points, const Eigen::Matrix3d& R) {
   refined_.points = &points;
-  refined_.bodies.apart.clear();
+  refined_.bodies.of_other.clear();
   refined_.covariance = {};
   measureNoise({R, Eigen::Vector3d::UnitZ()}, refined_);
   fitRotation(refined_, alone_);
@@ -174,7 +174,7 @@ const Judgement& PoseJudge::conclude(const RefinedPose& refined, DirectionDoubt 
   judgement_.sigma_px = noise.sigma() * options_.inlierThreshold();
   judgement_.noise_exponent = points.noiseExponent();
   points.inOrderOfMatches(
-      noise.weigh(points.view(), points.finestWeight(), refined.bodies.apart, rotated ? &alone_.residuals : nullptr),
+      noise.weigh(points.view(), points.finestWeight(), refined.bodies.of_other, rotated ? &alone_.residuals : nullptr),
       judgement_.probability);
   points.inOrderOfMatches(rotated ? alone_.residuals : noise.residuals(), judgement_.residual);
   // A transfer distance has the noise of both images.

@@ -127,38 +127,38 @@ PoseBreak findBreak(const PoseInformation& all, double variance) {
 
 void Segmentation::find(const RefinedPose& refined, TwoBodies& bodies) {
   const PoseBreak& at = refined.worst_break;
-  std::vector<uint8_t>& apart = bodies.apart;
-  if (!(at.statistic > kBreak)) return apart.clear();
+  std::vector<uint8_t>& of_other = bodies.of_other;
+  if (!(at.statistic > kBreak)) return of_other.clear();
   const PoseModel model = refined.model();
   const PointColumnsView view = model.points();
   const std::vector<int32_t>& cells = refined.points->cells();
-  apart.resize(static_cast<size_t>(view.count));
-  for (size_t i = 0; i < apart.size(); ++i) apart[i] = at.holds(blockOf(cells[i]));
+  of_other.resize(static_cast<size_t>(view.count));
+  for (size_t i = 0; i < of_other.size(); ++i) of_other[i] = at.holds(blockOf(cells[i]));
   TwoViewPose motions[2] = {refined.pose, refined.pose};
   for (int round = 0; round < kRounds; ++round) {
     for (int k = 0; k < 2; ++k) {
-      own_.copy(view, [&](int i) { return apart[static_cast<size_t>(i)] == k; });
+      own_.copy(view, [&](int i) { return of_other[static_cast<size_t>(i)] == k; });
       PoseModel(refined.kernels, own_.view()).refine(kRobustLoss, kFinalIterations, motions[k], kEnough);
       model.residualsInFront(motions[k], residuals_[k]);
     }
     second_worse_.assign(kCellCount, 0.f);
-    for (size_t i = 0; i < apart.size(); ++i) {
+    for (size_t i = 0; i < of_other.size(); ++i) {
       second_worse_[static_cast<size_t>(cells[i])] += std::min(residuals_[1][i], 1.f) - std::min(residuals_[0][i], 1.f);
     }
-    for (size_t i = 0; i < apart.size(); ++i) apart[i] = second_worse_[static_cast<size_t>(cells[i])] < 0;
+    for (size_t i = 0; i < of_other.size(); ++i) of_other[i] = second_worse_[static_cast<size_t>(cells[i])] < 0;
   }
   double one = 0, two = 0;
   int explained[2] = {0, 0};
-  for (size_t i = 0; i < apart.size(); ++i) {
-    const float e = residuals_[apart[i]][i];
+  for (size_t i = 0; i < of_other.size(); ++i) {
+    const float e = residuals_[of_other[i]][i];
     one += static_cast<double>(std::min(refined.noise.residuals()[i], 1.f));
     two += static_cast<double>(std::min(e, 1.f));
-    explained[apart[i]] += e < 1;
+    explained[of_other[i]] += e < 1;
   }
-  if (!(two < kMostCostOfTwo * one)) return apart.clear();
+  if (!(two < kMostCostOfTwo * one)) return of_other.clear();
   const bool swapped = explained[1] > explained[0];
   if (swapped) {
-    for (uint8_t& flag : apart) flag = 1 - flag;
+    for (uint8_t& flag : of_other) flag = 1 - flag;
   }
   bodies.larger = motions[swapped];
   bodies.smaller_share = static_cast<double>(explained[!swapped]) / std::max(1, explained[swapped]);

@@ -33,11 +33,11 @@ PoseBreak findBreak(const PoseInformation& all, double variance);
 
 /// Two motions that share the matches.
 struct TwoBodies {
-  TwoViewPose larger;          ///< the motion that explains more matches
-  std::vector<uint8_t> apart;  ///< of each column: 1 where its cell follows the other motion; empty: there is none
-  double smaller_share = 0;    ///< matches that the other explains, of those that the larger one does
+  TwoViewPose larger;             ///< the motion that explains more matches
+  std::vector<uint8_t> of_other;  ///< of each column: 1 where its cell follows the other motion; empty: there is none
+  double smaller_share = 0;       ///< matches that the other explains, of those that the larger one does
 
-  bool found() const { return !apart.empty(); }
+  bool found() const { return !of_other.empty(); }
 };
 
 /// Finds a second motion. Holds nothing but storage.

@@ -51,7 +51,7 @@ float Patch::normalize(Samples& samples) {
   return length;
 }
 
-bool Patch::take(const cv::Mat& image, const Eigen::Vector2f& centre) {
+bool Patch::cut(const cv::Mat& image, const Eigen::Vector2f& centre) {
   const auto at = [&](float dx, float dy, Samples& samples) {
     PatchPlace place;
     place.centre = centre + Eigen::Vector2f(dx, dy);

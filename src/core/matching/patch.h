@@ -21,7 +21,7 @@ struct PatchPlace {
 class Patch {
  public:
   /// Takes the patch around a pixel of `image` (CV_8UC1); false if it leaves the image or shows too little.
-  bool take(const cv::Mat& image, const Eigen::Vector2f& centre);
+  bool cut(const cv::Mat& image, const Eigen::Vector2f& centre);
   /// Finds the patch within `reach` pixels of `guess`; nothing if the result does not look like it.
   std::optional<PatchPlace> find(const cv::Mat& image, const PatchPlace& guess, float reach) const;
   /// The same from that of `guesses` where the image looks most like the patch.

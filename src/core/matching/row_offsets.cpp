@@ -28,8 +28,8 @@ Eigen::Vector4d RowOffsets::factors(const cv::Point2f& pixel) const {
   return {1, x, y, x * y};
 }
 
-void RowOffsets::learn(const cv::Mat& left, const cv::Mat& right, const std::vector<cv::Point2f>& points,
-                       RowSearch& search) {
+void RowOffsets::measure(const cv::Mat& left, const cv::Mat& right, const std::vector<cv::Point2f>& points,
+                         RowSearch& search) {
   if (size_ != left.size()) *this = RowOffsets();
   size_ = left.size();
   const bool first = information_.isZero();
@@ -42,7 +42,7 @@ void RowOffsets::learn(const cv::Mat& left, const cv::Mat& right, const std::vec
     const auto disparity = search.disparity(pixel, expected);
     Patch patch;
     const Eigen::Vector2f centre(static_cast<float>(pixel.x), static_cast<float>(pixel.y));
-    if (!disparity || !patch.take(left, centre)) continue;
+    if (!disparity || !patch.cut(left, centre)) continue;
     PatchPlace guess;
     guess.centre = centre + Eigen::Vector2f(static_cast<float>(-*disparity), static_cast<float>(expected));
     const auto found = patch.find(right, guess, kOffsetReach);

@@ -18,7 +18,7 @@ class RowOffsets {
   /// Rows by which the right image shows this pixel lower.
   double at(const cv::Point2f& pixel) const { return coefficients_.dot(factors(pixel)); }
   /// Learns from some of the points. `search`: of these images.
-  void learn(const cv::Mat& left, const cv::Mat& right, const std::vector<cv::Point2f>& points, RowSearch& search);
+  void measure(const cv::Mat& left, const cv::Mat& right, const std::vector<cv::Point2f>& points, RowSearch& search);
 
  private:
   /// 1, x, y, x y; x and y from -1 to 1 across the image.

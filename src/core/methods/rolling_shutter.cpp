@@ -80,11 +80,11 @@ void RollingShutter::estimate(const PointPairs& pairs, const Camera& camera, Rob
   method_->estimate(pairs, camera, result);
   if (!camera.calibrated()) return;
   costs_.model.clear();
-  followPair(pairs, camera, result);
-  followPrior(pairs, camera, result);
+  correctByPair(pairs, camera, result);
+  correctByPrior(pairs, camera, result);
 }
 
-void RollingShutter::followPair(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
+void RollingShutter::correctByPair(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
   // A camera reads one image before the next.
   if (!(std::abs(pairs.seconds.value_or(0)) >= readout_)) {
     result.row_correction = RowCorrection::kUnknownTime;
@@ -99,17 +99,17 @@ void RollingShutter::followPair(const PointPairs& pairs, const Camera& camera, R
       if (pass == 0) result.row_correction = RowCorrection::kUnlikely;
       return;
     }
-    take(RowCorrection::kPair, result);
+    accept(RowCorrection::kPair, result);
   }
 }
 
-void RollingShutter::followPrior(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
+void RollingShutter::correctByPrior(const PointPairs& pairs, const Camera& camera, RobustResult& result) {
   if (!pairs.rotation_prior || !pairs.rotation_prior->rates) return;
   const RotationPrior& prior = *pairs.rotation_prior;
   if (std::max(moves(prior.rates->reference, camera), moves(prior.rates->current, camera)) < kLeastMoved) return;
   const double better = tryMoved(pairs, camera, *prior.rates, result);
   // Where the matches cannot tell, the prior's rotation must agree with the images'.
-  if (better > kConfirmed || (better > kContradicted && agree(prior, result))) take(RowCorrection::kPrior, result);
+  if (better > kConfirmed || (better > kContradicted && agree(prior, result))) accept(RowCorrection::kPrior, result);
 }
 
 double RollingShutter::tryMoved(const PointPairs& pairs, const Camera& camera, const RotationRates& rates,
@@ -135,7 +135,7 @@ double RollingShutter::tryMoved(const PointPairs& pairs, const Camera& camera, c
                         [&](size_t i) { return (costs_.*costs)[i] - (candidate_costs_.*costs)[i]; });
 }
 
-void RollingShutter::take(RowCorrection correction, RobustResult& result) {
+void RollingShutter::accept(RowCorrection correction, RobustResult& result) {
   candidate_.effort = result.effort;
   candidate_.row_correction = correction;
   std::swap(result, candidate_);

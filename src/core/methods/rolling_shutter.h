@@ -29,12 +29,12 @@ class RollingShutter : public Method {
   void setTimeLimit(const TimeLimit* limit) override { method_->setTimeLimit(limit); }
 
  private:
-  void followPair(const PointPairs& pairs, const Camera& camera, RobustResult& result);
-  void followPrior(const PointPairs& pairs, const Camera& camera, RobustResult& result);
+  void correctByPair(const PointPairs& pairs, const Camera& camera, RobustResult& result);
+  void correctByPrior(const PointPairs& pairs, const Camera& camera, RobustResult& result);
   /// Estimates into candidate_ with the points moved. Returns Vuong's statistic of its fit over `result`'s; infinite
   /// where only one has a pose.
   double tryMoved(const PointPairs& pairs, const Camera& camera, const RotationRates& rates, RobustResult& result);
-  void take(RowCorrection correction, RobustResult& result);
+  void accept(RowCorrection correction, RobustResult& result);
   /// Truncated squared residuals of the matches, in squared thresholds, under the model and under the rotation alone.
   struct Costs {
     std::vector<float> model, rotation;

@@ -29,7 +29,7 @@ PointToAlign pointToAlign(const cv::Point2f& reference, const cv::Point2f& curre
 std::optional<PatchPlace> align(const cv::Mat& earlier, const cv::Mat& current, const PointToAlign& point) {
   Patch patch;
   const Eigen::Vector2f centre(static_cast<float>(point.pixel.x), static_cast<float>(point.pixel.y));
-  return patch.take(earlier, centre) ? patch.find(current, point.guess, kAlignReach) : std::nullopt;
+  return patch.cut(earlier, centre) ? patch.find(current, point.guess, kAlignReach) : std::nullopt;
 }
 
 std::vector<int> spreadOut(const std::vector<cv::Point2f>& points, const std::vector<uint32_t>& tracks,

@@ -123,7 +123,7 @@ void TrackFollower::locate(const cv::Mat& image) {
     PatchPlace guess = track.place;
     guess.centre = toEigen(track.prediction);
     auto place = track.patch.find(image, guess, track.reach);
-    if (!place && track.patch.take(last_, toEigen(track.last))) {
+    if (!place && track.patch.cut(last_, toEigen(track.last))) {
       // It looks otherwise by now than when it was chosen, but perhaps as in the last image.
       guess.shape.setIdentity();
       place = track.patch.find(image, guess, track.reach);
@@ -135,7 +135,7 @@ void TrackFollower::locate(const cv::Mat& image) {
     const float area = place->shape.determinant();
     if (area < kLeastArea || area > kGreatestArea) {
       track.place.shape.setIdentity();
-      track.alive = track.patch.take(image, place->centre);
+      track.alive = track.patch.cut(image, place->centre);
     }
   }
 }
@@ -200,7 +200,7 @@ void TrackFollower::keep(const std::vector<int>& picked) {
     Track track;
     track.point = points_[i];
     track.place.centre = toEigen(track.point.current);
-    if (track.patch.take(last_, track.place.centre)) {
+    if (track.patch.cut(last_, track.place.centre)) {
       kept.push_back(std::move(track));
     } else {
       given_up_.insert(track.point.id);

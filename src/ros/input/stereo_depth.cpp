@@ -178,7 +178,7 @@ std::string StereoDepth::fill(const Features& left, const cv::Mat& left_image, c
     const Eigen::Vector2d& ray = rays_.emplace_back(rotated(rig.left, rayOf(left_camera, keypoint.pt)));
     points_.emplace_back(k.fx * ray.x() + k.cx, k.fy * ray.y() + k.cy);
   }
-  offsets_.learn(left_rows, right_rows, points_, search_);
+  offsets_.measure(left_rows, right_rows, points_, search_);
   size_t found = 0;
   for (size_t i = 0; i < points_.size(); ++i) {
     const Eigen::Vector2d& ray = rays_[i];

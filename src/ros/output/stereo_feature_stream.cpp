@@ -56,7 +56,7 @@ std::optional<PatchPlace> searchRow(const Patch& patch, const Side& side, const 
 /// True if the patch at `found` leads back to `point` of the other side.
 bool isMutual(const Side& side, const PatchPlace& found, const Side& other, const cv::Point2f& point) {
   Patch patch;
-  if (!patch.take(side.image, found.centre)) return false;
+  if (!patch.cut(side.image, found.centre)) return false;
   const auto back = searchRow(patch, other, side.rectified(side.rayAt(found)), 1);
   return back && (back->centre - Eigen::Vector2f(point.x, point.y)).norm() <= kMutual;
 }
@@ -119,7 +119,7 @@ std::optional<StereoFeatureStream::RightPoint> StereoFeatureStream::locate(const
     if (std::isfinite(x)) guesses.push_back(seen.x() - x);
   }
   Patch patch;
-  if (!patch.take(left.image, {point.current.x, point.current.y})) return std::nullopt;
+  if (!patch.cut(left.image, {point.current.x, point.current.y})) return std::nullopt;
   std::optional<PatchPlace> found;
   if (guesses.empty()) {
     found = searchRow(patch, right, seen, -1);

@@ -30,8 +30,8 @@ struct Weighed {
     std::copy(weights.begin(), weights.end(), columns.weight());
     noise.measure(squares, count);
   }
-  const std::vector<float>& answers(const std::vector<uint8_t>& apart = {}) {
-    return noise.weigh(columns.view(), 1, apart);
+  const std::vector<float>& answers(const std::vector<uint8_t>& of_other = {}) {
+    return noise.weigh(columns.view(), 1, of_other);
   }
 };
 
@@ -136,15 +136,15 @@ TEST(MatchProbability, WhatAnotherMotionExplainsHasSharesOfItsOwn) {
     std::normal_distribution<float> normal(0, 0.3f);
     std::uniform_real_distribution<float> uniform;
     std::vector<float> squares;
-    std::vector<uint8_t> apart;
+    std::vector<uint8_t> of_other;
     for (int i = 0; i < kMatches; ++i) {
       const bool is_right = uniform(random) < (i < kApart ? right_apart : 0.95);
       const float rho = is_right ? normal(random) : 20 * (2 * uniform(random) - 1);
       squares.push_back(rho * rho);
-      apart.push_back(i < kApart);
+      of_other.push_back(i < kApart);
     }
     Weighed weighed(squares);
-    const std::vector<float>& answers = weighed.answers(apart);
+    const std::vector<float>& answers = weighed.answers(of_other);
     EXPECT_NEAR(std::accumulate(answers.begin(), answers.begin() + kApart, 0.) / kApart, right_apart, 0.06);
     EXPECT_NEAR(std::accumulate(answers.begin() + kApart, answers.end(), 0.) / (kMatches - kApart), 0.95, 0.03);
   }

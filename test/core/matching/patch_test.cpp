@@ -46,7 +46,7 @@ const Eigen::Vector2f kCentre(52.3F, 47.8F);
 
 Patch taken(double noise = 0) {
   Patch patch;
-  EXPECT_TRUE(patch.take(view(kCentre, at(kCentre), 1, 0, noise), kCentre));
+  EXPECT_TRUE(patch.cut(view(kCentre, at(kCentre), 1, 0, noise), kCentre));
   return patch;
 }
 
@@ -84,15 +84,15 @@ TEST(Patch, IsNotFoundWhereItIsNot) {
   const cv::Mat plain(kHeight, kWidth, CV_8UC1, cv::Scalar(128));
   EXPECT_FALSE(patch.find(plain, at(kCentre), 3));
   EXPECT_FALSE(patch.find(view(kCentre, at(kCentre + Eigen::Vector2f(1.7F, 0))), at(kCentre), 1)) << "beyond its reach";
-  EXPECT_FALSE(Patch().take(plain, kCentre));
+  EXPECT_FALSE(Patch().cut(plain, kCentre));
 }
 
 TEST(Patch, StaysWithinTheImage) {
   const cv::Mat image = view(kCentre, at(kCentre));
   Patch patch;
-  EXPECT_FALSE(patch.take(image, {3, 50}));
-  EXPECT_FALSE(patch.take(image, {60, kHeight - 4}));
-  EXPECT_FALSE(patch.take(image, {NAN, 50}));
+  EXPECT_FALSE(patch.cut(image, {3, 50}));
+  EXPECT_FALSE(patch.cut(image, {60, kHeight - 4}));
+  EXPECT_FALSE(patch.cut(image, {NAN, 50}));
   EXPECT_FALSE(taken().find(image, at({kWidth - 4, 50}), 3));
   EXPECT_FALSE(taken().find(image, at({NAN, 50}), 3));
 }

@@ -44,7 +44,7 @@ RowOffsets learned(const Offset& offset) {
   RowSearch search;
   search.setImages(left, right, 0);
   RowOffsets offsets;
-  for (int image = 0; image < 5; ++image) offsets.learn(left, right, somePoints(), search);
+  for (int image = 0; image < 5; ++image) offsets.measure(left, right, somePoints(), search);
   return offsets;
 }
 
