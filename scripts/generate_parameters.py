@@ -59,7 +59,7 @@ def rows_of(struct):
 def cpp(header, **structs):
     """Specializations of ParameterFields for structs that the header declares. A name with a slash has no field."""
     lines = ["// Generated from cfg/parameters.py; for one source file.", '#include "%s"' % header,
-             '#include "parameter_binding.h"', "namespace gms_ransac {"]
+             '#include "parameters/parameter_binding.h"', "namespace gms_ransac {"]
     for struct, rows in structs.items():
         rows = list(rows)
         lines += ["template <>", "struct ParameterFields<%s> {" % struct, "static const ParameterTable& table() {",

@@ -88,12 +88,10 @@ def methods_that_meet(core):
 def complaints(root):
     core = House(
         root / "src/core",
-        [["common"], ["features"], ["matching"], ["gms"], ["two_view"], ["ransac"], ["judgement", "scale", "tracks"],
-         ["methods"], ["match_filter"]],
+        [["common"], ["support"], ["camera"], ["features"], ["matching"], ["gms"], ["two_view"], ["ransac"],
+         ["judgement", "scale", "tracks"], ["methods"], ["past", "parameters"], ["match_filter"]],
         {name: "match_filter" for name in
-         ("continuity.cpp", "continuity.h", "match_filter.cpp", "match_filter_hooks.h",
-          "match_result.cpp", "parameter.cpp", "parameter.h",
-          "parameter_binding.h", "standstill.cpp", "standstill.h", "status_text.cpp", "survivors.cpp", "survivors.h")},
+         ("match_filter.cpp", "match_filter_hooks.h", "match_result.cpp", "status_text.cpp", "survivors.cpp", "survivors.h")},
         root / "include/gms_ransac")
     ros = House(root / "src/ros", [["common"], ["priors"], ["input"], ["stream"], ["output"], ["node"]], {})
     evaluation, python = House(root / "src/evaluation", [], {}), House(root / "src/python", [], {})

@@ -9,18 +9,18 @@
 
 #include <opencv2/core.hpp>
 
-#include "continuity.h"
-#include "fixed_to_camera.h"
 #include "gms/guided_search.h"
 #include "gms/motion_prediction.h"
 #include "match_filter_hooks.h"
 #include "matching/any_matcher.h"
 #include "matching/repetition.h"
 #include "methods/method.h"
-#include "parameter.h"
-#include "standstill.h"
+#include "parameters/parameter.h"
+#include "past/continuity.h"
+#include "past/fixed_to_camera.h"
+#include "past/standstill.h"
+#include "support/time_budget.h"
 #include "survivors.h"
-#include "time_budget.h"
 #include "tracks/track_table.h"
 
 namespace gms_ransac {

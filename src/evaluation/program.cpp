@@ -16,7 +16,7 @@
 #include <boost/lexical_cast.hpp>
 #include <opencv2/core/utility.hpp>
 
-#include "camera_info.h"
+#include "camera/camera_info.h"
 
 namespace gms_ransac {
 

@@ -23,7 +23,7 @@
 #include "gms_ransac/status_text.h"
 #include "gms_ransac/triangulation.h"
 #include "match_filter_hooks.h"
-#include "parameter.h"
+#include "parameters/parameter.h"
 #include "survivors.h"
 #include "two_view/sigma_by_octave.h"
 #include "two_view/translation_variance.h"

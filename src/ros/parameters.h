@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "camera_info.h"
+#include "camera/camera_info.h"
 #include "gms_ransac/camera.h"
 #include "scale/translation_scale.h"
 

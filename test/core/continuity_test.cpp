@@ -1,5 +1,5 @@
 // Answers compared with the past of their stream, on drawn scenes with a body that moves by itself.
-#include "continuity.h"
+#include "past/continuity.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
 // Something that is fixed to the camera before a view that moves, on drawn scenes; and what only looks like it.
-#include "fixed_to_camera.h"
+#include "past/fixed_to_camera.h"
 
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-#include "random.h"
+#include "support/random.h"
 #include "two_view/pose_model.h"
 #include "two_view_scene.h"
 

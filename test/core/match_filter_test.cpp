@@ -12,7 +12,7 @@
 #include "gms_ransac/triangulation.h"
 #include "match_filter_hooks.h"
 #include "methods/method.h"
-#include "parameter.h"
+#include "parameters/parameter.h"
 #include "rendered_scene.h"
 #include "stages.h"
 

@@ -1,4 +1,4 @@
-#include "order_statistics.h"
+#include "support/order_statistics.h"
 
 #include <cmath>
 #include <limits>

@@ -1,5 +1,5 @@
 // A camera that stands still, told from one that moves by little, on a grid of matches.
-#include "standstill.h"
+#include "past/standstill.h"
 
 #include <functional>
 #include <random>

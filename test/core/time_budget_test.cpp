@@ -1,5 +1,5 @@
 // ~max_milliseconds on simulated machines: each has its own costs and stalls.
-#include "time_budget.h"
+#include "support/time_budget.h"
 
 #include <cmath>
 #include <random>

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "worker_pool.h"
+#include "support/worker_pool.h"
 
 namespace gms_ransac {
 namespace {

@@ -4,7 +4,7 @@
 #include <limits>
 #include <sstream>
 
-#include "distortion.h"
+#include "camera/distortion.h"
 #include "fuzz_messages.h"
 #include "input/camera_model.h"
 

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "random.h"
+#include "support/random.h"
 
 namespace gms_ransac {
 

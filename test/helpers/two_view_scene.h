@@ -14,8 +14,8 @@
 #include "gms_ransac/robust_options.h"
 #include "gms_ransac/robust_result.h"
 #include "methods/method.h"
-#include "random.h"
 #include "scenes/two_view_scene.h"
+#include "support/random.h"
 
 namespace gms_ransac {
 

@@ -1,3 +1,6 @@
+// The room features makes keypoints and descriptors of an image. It may become faster; the bits that it computes stay
+// those of the digests, on every instruction set.
+//
 #include "gms_ransac/feature_extractor.h"
 
 #include <algorithm>
@@ -14,7 +17,7 @@
 #include "features/corner_selector.h"
 #include "features/kernels.h"
 #include "features/pyramid.h"
-#include "worker_pool.h"
+#include "support/worker_pool.h"
 
 namespace gms_ransac {
 

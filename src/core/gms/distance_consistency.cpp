@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "random.h"
+#include "support/random.h"
 
 namespace gms_ransac {
 

@@ -9,7 +9,7 @@
 
 #include "gms/motion_prediction.h"
 #include "matching/hamming_kernels.h"
-#include "worker_pool.h"
+#include "support/worker_pool.h"
 
 namespace gms_ransac {
 

@@ -10,7 +10,7 @@
 #include "gms_ransac/hamming_matcher.h"
 #include "gms_ransac/motion_statistics.h"
 #include "matching/hamming_kernels.h"
-#include "worker_pool.h"
+#include "support/worker_pool.h"
 
 namespace gms_ransac {
 

@@ -1,3 +1,6 @@
+// The room gms says of every raw match whether the motion of its neighbours supports it. A filter reads the matches and
+// never reorders them.
+//
 #include "gms_ransac/motion_statistics.h"
 
 #include <algorithm>

@@ -7,7 +7,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "order_statistics.h"
+#include "support/order_statistics.h"
 
 namespace gms_ransac {
 

@@ -1,3 +1,6 @@
+// The room matching finds what belongs together in two images: descriptors, rows, patches. A kernel may be added for
+// another processor; distances stay exact.
+//
 #include "gms_ransac/hamming_matcher.h"
 
 #include <algorithm>
@@ -7,8 +10,8 @@
 #include <opencv2/core.hpp>
 
 #include "matching/hamming_kernels.h"
-#include "validation.h"
-#include "worker_pool.h"
+#include "support/validation.h"
+#include "support/worker_pool.h"
 
 namespace gms_ransac {
 

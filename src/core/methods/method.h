@@ -1,3 +1,6 @@
+// The room methods has one file for each method, put together from the rooms below. A new one is a file with a
+// MethodEntry, listed in method.cpp; methods do not include each other.
+//
 // The methods: each composes matching, filtering and robust estimation in one file of src/core/methods.
 #pragma once
 
@@ -15,7 +18,7 @@
 #include "gms_ransac/point_pairs.h"
 #include "gms_ransac/robust_options.h"
 #include "gms_ransac/robust_result.h"
-#include "time_budget.h"
+#include "support/time_budget.h"
 
 namespace gms_ransac {
 

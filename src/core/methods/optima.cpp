@@ -4,8 +4,8 @@
 #include <limits>
 #include <optional>
 
-#include "order_statistics.h"
 #include "ransac/proposals.h"
+#include "support/order_statistics.h"
 
 namespace gms_ransac {
 

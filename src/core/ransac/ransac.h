@@ -1,3 +1,6 @@
+// The room ransac finds the best hypothesis, in an order of the matches, from samples and proposals. It knows a model
+// by its interface alone.
+//
 // The one loop of RANSAC (Fischler & Bolles 1981). All methods share it; they differ in the parts they hand to it.
 #pragma once
 
@@ -8,7 +11,7 @@
 #include "gms_ransac/robust_result.h"
 #include "ransac/sampler.h"
 #include "ransac/verifier.h"
-#include "time_budget.h"
+#include "support/time_budget.h"
 #include "two_view/two_view_model.h"
 
 namespace gms_ransac {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "random.h"
+#include "support/random.h"
 
 namespace gms_ransac {
 

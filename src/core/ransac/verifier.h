@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "random.h"
+#include "support/random.h"
 #include "two_view/two_view_model.h"
 
 namespace gms_ransac {

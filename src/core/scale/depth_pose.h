@@ -1,3 +1,6 @@
+// The room scale gives a translation its length: from depth, a second camera, the ground, or the pair before. Matches
+// and their flags stay as they are.
+//
 // Motion in metres from depth: of a pair, and of the current image since an earlier one, the key frame.
 #pragma once
 

@@ -1,3 +1,5 @@
+// The room tracks knows which keypoints of successive images are one point. It reads results and changes none.
+//
 // Persistent ids for features that are followed from pair to pair.
 #pragma once
 

@@ -1,3 +1,6 @@
+// The room two_view has the models of two views: hypotheses of a sample, residuals, refinement. A new model is a
+// TwoViewModel; the loops over all matches are kernels, equal bit by bit on every instruction set.
+//
 // Interface of two-view models for RANSAC. Only the models know the meaning of a hypothesis.
 #pragma once
 

@@ -19,7 +19,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "camera_info.h"
+#include "camera/camera_info.h"
 #include "datasets/dataset_text.h"
 
 namespace gms_ransac {

@@ -8,7 +8,7 @@
 #include <boost/program_options.hpp>
 
 #include "gms_ransac/match_filter_options.h"
-#include "parameter.h"
+#include "parameters/parameter.h"
 #include "program.h"
 #include "run/series.h"
 

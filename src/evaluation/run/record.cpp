@@ -10,7 +10,7 @@
 
 #include <opencv2/core/utility.hpp>
 
-#include "parameter.h"
+#include "parameters/parameter.h"
 #include "program.h"
 #include "two_view/pose_model.h"
 

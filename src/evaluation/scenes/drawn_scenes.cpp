@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "parameter.h"
-#include "random.h"
+#include "parameters/parameter.h"
+#include "support/random.h"
 
 namespace gms_ransac {
 

@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "gms_ransac/camera.h"
-#include "parameter.h"
-#include "random.h"
+#include "parameters/parameter.h"
 #include "scenes/two_view_scene.h"
+#include "support/random.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {

@@ -7,8 +7,8 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "distortion.h"
-#include "validation.h"
+#include "camera/distortion.h"
+#include "support/validation.h"
 
 namespace gms_ransac {
 

@@ -7,7 +7,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "random.h"
+#include "support/random.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "output/output_options.h"
-#include "parameter.h"
 #include "parameters.h"
+#include "parameters/parameter.h"
 #include "stream/stream.h"
 
 namespace ros {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "parameter.h"
+#include "parameters/parameter.h"
 #include "stream/status_text.h"
 
 namespace gms_ransac {

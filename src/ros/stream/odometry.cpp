@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "parameters.h"
-#include "standstill.h"
+#include "past/standstill.h"
 #include "stream/processed_frame.h"
 #include "two_view/pose_model.h"
 #include "two_view/translation_variance.h"

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/LU>
 
-#include "random.h"
+#include "support/random.h"
 
 namespace gms_ransac {
 namespace {

@@ -11,9 +11,9 @@
 #include "datasets/dataset.h"
 #include "frame_pairs.h"
 #include "percentile.h"
-#include "random.h"
 #include "scenes/two_view_scene.h"
 #include "shared_data.h"
+#include "support/random.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {

@@ -17,7 +17,7 @@
 #include <tf2_msgs/TFMessage.h>
 #include <opencv2/imgcodecs.hpp>
 
-#include "camera_info.h"
+#include "camera/camera_info.h"
 #include "features/wide_image.h"
 #include "run/truth.h"
 #include "scratch_folder.h"

@@ -9,7 +9,7 @@
 #include <boost/make_shared.hpp>
 #include <opencv2/calib3d.hpp>
 
-#include "distortion.h"
+#include "camera/distortion.h"
 #include "says.h"
 
 namespace gms_ransac {

@@ -14,16 +14,16 @@
 #include <Eigen/Geometry>
 
 #include "datasets/dataset.h"
+#include "past/standstill.h"
 #include "priors/gyro_bias.h"
 #include "priors/motion_track.h"
 #include "priors/wheel_check.h"
 #include "processor_stream.h"
-#include "random.h"
 #include "says.h"
 #include "scenes/two_view_scene.h"
 #include "shared_data.h"
-#include "standstill.h"
 #include "stream/odometry.h"
+#include "support/random.h"
 #include "two_view/pose_model.h"
 
 namespace gms_ransac {

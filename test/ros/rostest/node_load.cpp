@@ -28,7 +28,7 @@
 #include <boost/program_options.hpp>
 
 #include "gms_ransac/feature_extractor.h"
-#include "parameter.h"
+#include "parameters/parameter.h"
 #include "percentile.h"
 #include "program.h"
 #include "scenes/scene.h"

@@ -1,4 +1,4 @@
-#include "worker_pool.h"
+#include "support/worker_pool.h"
 
 namespace gms_ransac {
 

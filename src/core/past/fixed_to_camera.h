@@ -8,7 +8,7 @@
 #include "gms_ransac/match_result.h"
 #include "gms_ransac/past.h"
 #include "methods/method.h"
-#include "subset_estimate.h"
+#include "past/subset_estimate.h"
 
 namespace gms_ransac {
 

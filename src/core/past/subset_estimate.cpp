@@ -1,4 +1,4 @@
-#include "subset_estimate.h"
+#include "past/subset_estimate.h"
 
 #include <cmath>
 #include <utility>

@@ -1,3 +1,6 @@
+// The room past holds an answer against what the pairs before it showed, or against what else is seen. Between two
+// pairs nothing is kept but Past.
+//
 // Compares an answer with the past of its stream: a direction that breaks with the motion so far must be shown by the
 // matches that continue static tracks. doc/inside/judgement.md says why.
 #pragma once
@@ -7,7 +10,7 @@
 #include "gms_ransac/past.h"
 #include "gms_ransac/robust_options.h"
 #include "methods/method.h"
-#include "subset_estimate.h"
+#include "past/subset_estimate.h"
 
 namespace gms_ransac {
 

@@ -1,4 +1,4 @@
-#include "continuity.h"
+#include "past/continuity.h"
 
 #include <algorithm>
 #include <cmath>

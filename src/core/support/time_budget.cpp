@@ -1,4 +1,4 @@
-#include "time_budget.h"
+#include "support/time_budget.h"
 
 #include <algorithm>
 #include <utility>

@@ -7,7 +7,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "parameter.h"
+#include "parameters/parameter.h"
 
 namespace gms_ransac {
 

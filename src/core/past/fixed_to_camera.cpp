@@ -1,4 +1,4 @@
-#include "fixed_to_camera.h"
+#include "past/fixed_to_camera.h"
 
 #include <algorithm>
 #include <array>
@@ -7,8 +7,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "order_statistics.h"
-#include "standstill.h"
+#include "past/standstill.h"
+#include "support/order_statistics.h"
 
 namespace gms_ransac {
 

@@ -1,4 +1,4 @@
-#include "parameter.h"
+#include "parameters/parameter.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 
 #include "gms_ransac/core_parameters.h"
 #include "methods/method.h"
-#include "validation.h"
-#include "worker_pool.h"
+#include "support/validation.h"
+#include "support/worker_pool.h"
 
 namespace gms_ransac {
 

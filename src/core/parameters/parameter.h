@@ -1,3 +1,6 @@
+// The room parameters finds, reads and sets options by name. A new one is a row of cfg/parameters.py; nothing is added
+// here.
+//
 // The options by name: what the node's parameters and the options of `evaluate` are made of. The table is
 // cfg/parameters.py.
 #pragma once

@@ -1,3 +1,6 @@
+// The room support has what is of no image: threads, instruction sets, random numbers, order statistics, checks, the
+// time budget. It includes no other room.
+//
 // Threads that wait for work, for stages that share theirs out: starting a thread each time costs more than some of
 // these stages take. One set for the whole process: several cameras in one nodelet manager help themselves from it.
 #pragma once

@@ -1,4 +1,4 @@
-#include "standstill.h"
+#include "past/standstill.h"
 
 #include <algorithm>
 #include <array>

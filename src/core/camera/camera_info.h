@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "distortion.h"
+#include "camera/distortion.h"
 #include "gms_ransac/camera.h"
 
 namespace gms_ransac {

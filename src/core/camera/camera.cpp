@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "distortion.h"
+#include "camera/distortion.h"
 
 namespace gms_ransac {
 

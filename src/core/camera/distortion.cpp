@@ -1,4 +1,4 @@
-#include "distortion.h"
+#include "camera/distortion.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,6 @@
+// The room camera goes from pixels to rays and back. A new lens is a Distortion here; nobody else knows its
+// coefficients.
+//
 // The distortion models of camera.h and their inverse, in normalised image coordinates.
 #pragma once
 
