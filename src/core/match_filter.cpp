@@ -274,7 +274,8 @@ Status MatchFilter::estimateSurvivors(const Frame& reference, const Frame& curre
 
 void MatchFilter::doubtRepetition(const Features& reference, const Features& current, MatchResult& result) {
   RobustResult& robust = result.robust;
-  if (!robust.judgement.translation_observable || !reference.descriptors.is256Bit()) return;
+  const DescriptorSet& descriptors = reference.descriptors;  // none of points that a caller gives
+  if (!robust.judgement.translation_observable || descriptors.size() == 0 || !descriptors.is256Bit()) return;
   const std::optional<double> period = stages_->repetition.period(reference, current, result.matches, robust.inlier);
   if (!period) return;
   robust.judgement.refuse(DirectionDoubt::kRepetition);

@@ -97,7 +97,7 @@ void TimeBudget::record(const PairCost& cost) {
     ratios_[static_cast<size_t>(ratio_count_++ % kWindow)] = taken / expected(cost);
   }
   const double step = 1 + std::max(kStep, kFirstStep / (known + 1));
-  const auto follow = [step](double taken, double work, double& unit_cost) {
+  const auto adapt = [step](double taken, double work, double& unit_cost) {
     if (!(taken > 0 && work > 0)) return;
     const double unit = taken / work;
     unit_cost = unit_cost > 0 ? std::clamp(unit, unit_cost / step, unit_cost * step) : unit;
